@@ -1,0 +1,103 @@
+# `make` lists the verbs. Each does its own set-up, and writes nowhere outside this directory.
+# Another interpreter: make PYTHON3=python3.12 test. More arguments: make test ARGS="-k dipoles".
+
+PYTHON3 ?= python3
+ARGS ?=
+
+.DEFAULT_GOAL := help
+.NOTPARALLEL:
+.SUFFIXES:
+
+PYTHON := .venv/bin/python
+CACHE := $(CURDIR)/.cache
+
+export TMPDIR := $(CACHE)/tmp
+export XDG_CACHE_HOME := $(CACHE)
+export PIP_CACHE_DIR := $(CACHE)/pip
+export MPLCONFIGDIR := $(CACHE)/matplotlib
+export IPYTHONDIR := $(CACHE)/ipython
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
+export PYRIGHT_PYTHON_IGNORE_WARNINGS := 1
+unexport PYTHONHOME
+unexport PYTHONPATH
+
+# An environment holds for one interpreter in one place. Its file made-for says which; it is
+# written last, so that an environment without it (interrupted) is made anew, as one of another
+# interpreter or place is.
+INTERPRETER := $(shell $(PYTHON3) -c 'import sys; print("%d.%d" % sys.version_info[:2], sys.base_prefix)' 2>/dev/null)
+HERE := $(strip $(INTERPRETER) $(CURDIR))
+ifneq ($(HERE),$(strip $(shell cat .venv/made-for 2>/dev/null)))
+REDO := redo
+endif
+ifneq ($(HERE),$(strip $(shell cat .venv-compat/made-for 2>/dev/null)))
+REDO_COMPAT := redo
+endif
+
+# A movie needs neither tests nor linters; where they are installed, they are kept.
+MOVIE_READY := $(firstword $(wildcard .venv/dev-ready) .venv/ready)
+
+.PHONY: help movie test lint bench compat clean redo
+
+help:  ## this list
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' Makefile
+
+movie: $(MOVIE_READY)  ## Hamel's top acquires spin: out/top.mp4, out/top.nc, out/top.png
+	@echo "== movie: simulating and rendering into out/ (the first run also compiles the kernels)"
+	@$(PYTHON) scripts/movie.py top $(ARGS)
+
+test: .venv/dev-ready  ## the tests
+	@echo "== test: running pytest (the first run also compiles the kernels)"
+	@$(PYTHON) -m pytest -n logical --maxprocesses 4 $(ARGS)
+
+lint: .venv/dev-ready  ## ruff (rules and format) and pyright
+	@echo "== lint: ruff check, ruff format --check, pyright"
+	@$(PYTHON) -m ruff check
+	@$(PYTHON) -m ruff format --check
+	@$(PYTHON) -m pyright
+
+bench: .venv/dev-ready  ## the speed tables
+	@echo "== bench: measuring (leave the machine idle meanwhile)"
+	@$(PYTHON) benchmarks/run.py $(ARGS)
+
+compat: .venv-compat/ready  ## tests/test_compat.py on the oldest MuJoCo, 3.17
+	@.venv-compat/bin/python -c 'import mujoco; print("== compat: running pytest on mujoco", mujoco.__version__)'
+	@.venv-compat/bin/python -m pytest tests/test_compat.py $(ARGS)
+
+clean:  ## removes environments and caches; out/ stays
+	rm -rf .venv .venv-compat .cache .hypothesis .pytest_cache .ruff_cache build dist
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+# $(call install,ENVIRONMENT,CONSTRAINTS,REQUIREMENTS,SIZE AND TIME): from nothing if made-for is
+# missing or differs, else in place. The constraints hold for the build of the package too.
+# dm-control comes without its labmaze, which has no wheel for Python 3.13 (see pyproject.toml).
+define install
+	@$(PYTHON3) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \
+		echo "make: $(PYTHON3) is missing or older than 3.11: install python3 and python3-venv (Debian) or python3 (Fedora), or name a newer one as in make PYTHON3=python3.12" >&2; exit 1; }
+	@$(PYTHON3) -c 'import ensurepip, venv' 2>/dev/null || { \
+		echo "make: $(PYTHON3) cannot make virtual environments: install python3-venv (Debian) or python3 (Fedora)" >&2; exit 1; }
+	@mkdir -p '$(TMPDIR)'
+	@if test "`cat $(1)/made-for 2>/dev/null`" = '$(HERE)'; then \
+		echo "== bringing $(1) up to date"; \
+	else \
+		echo "== setting up $(1) with $(PYTHON3) ($(4))"; \
+		rm -rf $(1) && $(PYTHON3) -m venv $(1); \
+	fi
+	@rm -f $(1)/made-for
+	@sed '$(2)' constraints.txt > $(1)/constraints.txt
+	@trap 'exit 130' INT; \
+	export PIP_CONSTRAINT=$(1)/constraints.txt PIP_BUILD_CONSTRAINT=$(1)/constraints.txt; \
+	pip="$(1)/bin/python -m pip install --no-warn-conflicts"; \
+	{ $$pip -qq $(3) && $$pip -qq --no-deps dm-control; } || { \
+		echo "== pip failed; once more, in full"; $$pip $(3) && $$pip --no-deps dm-control; }
+	@echo '$(HERE)' > $(1)/made-for
+	@touch $@
+endef
+
+.venv/ready: pyproject.toml constraints.txt $(REDO)
+	$(call install,.venv,,-e .,once: 1.1 GB and about a minute)
+
+.venv/dev-ready: pyproject.toml constraints.txt $(REDO)
+	$(call install,.venv,,-e '.[dev]',once: 1.5 GB and one or two minutes)
+
+.venv-compat/ready: pyproject.toml constraints.txt $(REDO_COMPAT)
+	$(call install,.venv-compat,/^mujoco/d,-e '.[test]' 'mujoco==3.17.*',once: 1.2 GB and about a minute)

@@ -1,0 +1,11 @@
+"""magmotor: magnetism and temperature for MuJoCo."""
+
+import lazy_loader
+
+from magmotor.gl import choose_gl_backend
+
+__version__ = "0.1.0"
+
+choose_gl_backend()
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,0 +1,18 @@
+from . import dataset as dataset
+from . import dipoles as dipoles
+from . import observables as observables
+
+
+from . import theory as theory
+from .dataset import scene_of as scene_of
+from .engines.mujoco.build import build as build
+from .engines.mujoco.layout import LayoutError as LayoutError
+from .engines.mujoco.magnetism import magnetism as magnetism
+from .scenes import Top as Top
+from .scenes import Waypoint as Waypoint
+from .simulation import SimulationDiverged as SimulationDiverged
+from .simulation import SimulationInterrupted as SimulationInterrupted
+from .simulation import methods as methods
+from .simulation import simulate as simulate
+
+__version__: str

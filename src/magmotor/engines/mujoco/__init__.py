@@ -1,0 +1,1 @@
+"""The MuJoCo engine: scenes as MJCF, the compiled magnetism callback, and the stepping loop."""

@@ -1,0 +1,100 @@
+"""The paper's viscous slip law realised by a frictional contact, and dry friction beside it.
+
+A contact with an elliptic cone that is never reached, and friction rows that are purely damped
+(`solreffriction="0 -b"`), has the friction force f = -(b/d) V/(A + R) - a0/(A + R): V is the slip
+velocity, a0 the slip acceleration without friction, A = 1/m + r^2/I the inverse inertia at the
+contact, d the impedance and R the regularisation. Where R >> A the second term is negligible, and
+b = c d (A + R) gives f = -c V. A tiny `impratio` makes R huge in a contact that bears the load;
+dry friction needs `impratio` 1, so there a second contact carries the viscous law, with the
+smallest impedance (R = 1e4 A) and next to none of the load.
+"""
+
+from typing import TYPE_CHECKING
+
+import mujoco
+
+if TYPE_CHECKING:
+    from dm_control import mjcf
+
+STIFF, SOFT = 0.9999, 0.0001
+"""MuJoCo's largest and smallest impedance d."""
+
+STIFFNESS, DAMPING = 400.0, 40.0
+"""Of the contact's normal, over mass, in 1/s^2 and 1/s: critically damped, stable for h < 0.05 s."""
+
+ALWAYS_IN_CONE = 1e6
+"""Friction coefficient of the viscous contact, so large that its cone is never reached."""
+
+FILM = 1e-3
+"""Margin (m) within which a contact that need not bear the load is active, its point at -r e_z."""
+
+DRY_DAMPING = 200.0
+"""Rate (1/s) at which dry friction that is not saturated stops a slip; a step must be shorter.
+
+Dry friction is thus regularised: it grows with the slip up to v* = mu N A/200, where it saturates.
+MuJoCo's convex cone makes a slipping ball press harder, by a fraction of mu^2 V/v*, and hop a
+little; the mean friction over some steps stays mu m g.
+"""
+
+
+def add_contacts(root: "mjcf.RootElement", scene) -> None:
+    """Add the contact pairs of a ball on the floor; `calibrate_viscous` completes them."""
+    dry = any(scene.dry_friction)
+    viscous_bears_load = scene.surface == "plane" and not dry
+    root.option.impratio = 1.0 if dry else 1e-14
+    common = {"geom1": "floor", "geom2": "ball", "solref": [-STIFFNESS, -DAMPING]}
+    bearing = {"solimp": _constant(STIFF), "margin": _resting_depth(scene.gravity)}
+    film = {"solimp": _constant(SOFT), "margin": FILM}
+    if dry:
+        slide, turn, roll = scene.dry_friction
+        root.contact.add(
+            "pair",
+            name="dry",
+            condim=6 if roll else 4 if turn else 3,
+            friction=[slide, slide, turn, roll, roll],
+            solreffriction=[0.0, -DRY_DAMPING],
+            **common,
+            **bearing,
+        )
+    elif scene.friction == 0 and scene.surface == "plane":
+        root.contact.add("pair", name="smooth", condim=1, **common, **bearing)
+    if scene.friction > 0:
+        root.contact.add(
+            "pair",
+            name="viscous",
+            condim=3,
+            friction=[ALWAYS_IN_CONE, ALWAYS_IN_CONE, 0.005, 0.0001, 0.0001],
+            solreffriction=[0.0, -1.0],
+            **common,
+            **(bearing if viscous_bears_load else film),
+        )
+
+
+def calibrate_viscous(root: "mjcf.RootElement", scene) -> None:
+    """Set b so that the viscous contact's force is -c V; R is read from the compiled model."""
+    pair = root.find("contact", "viscous")
+    if pair is None:
+        return
+    model = mujoco.MjModel.from_xml_string(root.to_xml_string(), root.get_assets())
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    across = scene.inertia[0]
+    inverse_inertia = 1 / scene.ball_mass + scene.ball_radius**2 / across
+    (contact,) = (c for c in data.contact if c.friction[0] == ALWAYS_IN_CONE)
+    regularisation = data.efc_R[contact.efc_address + 1]
+    impedance = pair.solimp[0]
+    b = scene.friction * impedance * (inverse_inertia + regularisation)
+    pair.solreffriction = [0.0, -b]
+
+
+def _resting_depth(gravity: float) -> float:
+    """How far a resting ball sinks in, so that a margin of this depth lets it rest at z = r.
+
+    At rest the constraint's reference acceleration k (depth) is g (1 - d)/d, and k is the
+    stiffness over d.
+    """
+    return gravity * (1 - STIFF) / STIFFNESS
+
+
+def _constant(impedance: float) -> list[float]:
+    return [impedance, impedance, 0.001, 0.5, 2.0]

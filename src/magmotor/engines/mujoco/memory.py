@@ -1,0 +1,130 @@
+"""Numba's access to C memory and C functions, for code that is compiled ahead and cached.
+
+Nothing here bakes an address into compiled code: functions and status words are external symbols,
+bound when the code is loaded, so that a cached callback is valid in every process.
+"""
+
+import ctypes
+from pathlib import Path
+
+import llvmlite.binding as llvm
+import mujoco
+import numpy as np
+from llvmlite import ir
+from numba import carray, njit, types
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+TILE = 64
+"""Sources gathered at a time into the stack buffer."""
+
+ROWS = 7
+
+
+def bind(name: str, thing) -> None:
+    """Make a C function or ctypes object known to compiled code as the external symbol `name`."""
+    is_function = isinstance(thing, ctypes._CFuncPtr)
+    address = ctypes.cast(thing, ctypes.c_void_p).value if is_function else ctypes.addressof(thing)
+    llvm.add_symbol(name, address)
+
+
+def library() -> ctypes.CDLL:
+    """MuJoCo's own C library, which the Python package has loaded already."""
+    folder = Path(mujoco.__file__).parent
+    patterns = ("libmujoco.so*", "libmujoco*.dylib", "mujoco.dll")
+    found = [path for pattern in patterns for path in folder.glob(pattern)]
+    if not found:
+        raise ImportError(f"no MuJoCo library beside {mujoco.__file__}")
+    return ctypes.CDLL(str(found[0]))
+
+
+@intrinsic
+def _pointer(typingctx, address):
+    """Turn an integer address into a pointer."""
+
+    def codegen(context, builder, signature, args):
+        return builder.inttoptr(args[0], cgutils.voidptr_t)
+
+    return types.voidptr(address), codegen
+
+
+@njit(inline="always")
+def words(address, count):
+    """`count` 64-bit integers at an address."""
+    return carray(_pointer(address), (count,), np.int64)
+
+
+@njit(inline="always")
+def integers(address, count):
+    """`count` C ints at an address."""
+    return carray(_pointer(address), (count,), np.uint32)
+
+
+@njit(inline="always")
+def numbers(address, rows, columns):
+    """A `rows` x `columns` array of doubles at an address."""
+    return carray(_pointer(address), (rows, columns), np.float64)
+
+
+@intrinsic
+def _stack_address(typingctx):
+    """Address of a source tile on the stack of the calling function."""
+
+    def codegen(context, builder, signature, args):
+        kind = ir.ArrayType(ir.DoubleType(), ROWS * TILE)
+        place = cgutils.alloca_once(builder, kind)
+        place.align = 64
+        return builder.ptrtoint(place, ir.IntType(64))
+
+    return types.int64(), codegen
+
+
+@njit(inline="always")
+def stack_tile():
+    """Room for one tile of sources, shape (7, TILE), on the stack."""
+    return numbers(_stack_address(), ROWS, TILE)
+
+
+@intrinsic
+def fatal_coincidence(typingctx, first, first_name, second, second_name):
+    """Raise MuJoCo's error that names two sites; the names are addresses of C strings."""
+
+    def codegen(context, builder, signature, args):
+        text = "dipole sites %d '%s' and %d '%s' coincide: no force is defined"
+        message = context.insert_const_string(builder.module, text)
+        kind = ir.FunctionType(ir.VoidType(), [cgutils.voidptr_t], var_arg=True)
+        function = cgutils.get_or_insert_function(builder.module, kind, "mju_error")
+        ids = [builder.trunc(args[i], ir.IntType(32)) for i in (0, 2)]
+        names = [builder.inttoptr(args[i], cgutils.voidptr_t) for i in (1, 3)]
+        builder.call(function, [message, ids[0], names[0], ids[1], names[1]])
+        return context.get_dummy_value()
+
+    return types.void(first, first_name, second, second_name), codegen
+
+
+@intrinsic
+def report_no_dipoles(typingctx):
+    """Tell Python, through the bound hook, that a model without dipoles is being stepped."""
+
+    def codegen(context, builder, signature, args):
+        kind = ir.FunctionType(ir.VoidType(), [])
+        function = cgutils.get_or_insert_function(
+            builder.module, kind, "magmotor_report_no_dipoles"
+        )
+        builder.call(function, [])
+        return context.get_dummy_value()
+
+    return types.void(), codegen
+
+
+@intrinsic
+def no_dipoles_reported(typingctx):
+    """Whether that has been told already."""
+
+    def codegen(context, builder, signature, args):
+        word = ir.IntType(64)
+        name = "magmotor_no_dipoles_reported"
+        place = builder.module.globals.get(name) or ir.GlobalVariable(builder.module, word, name)
+        return builder.load(place, typ=word)
+
+    return types.int64(), codegen

@@ -1,0 +1,45 @@
+"""MJCF parts: where they are, and what in them only eyes need."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from dm_control import mjcf
+
+
+def models_folder() -> Path:
+    """The folder of MJCF parts: inside the installed package, or beside `src` in a checkout."""
+    package = Path(__file__).parents[2]
+    for folder in (package / "models", package.parents[1] / "models"):
+        if folder.is_dir():
+            return folder
+    raise FileNotFoundError(f"no folder models in {package} or {package.parents[1]}")
+
+
+def load(name: str) -> "mjcf.RootElement":
+    """A scene's MJCF, with the parts that it includes, as a PyMJCF tree."""
+    from dm_control import mjcf
+
+    return mjcf.from_path(str(models_folder() / f"{name}.xml"))
+
+
+UNUSED = (
+    "island", "equality", "frictionloss", "limit", "clampctrl", "eulerdamp", "sensor", "spring",
+    "damper", "filterparent", "nativeccd", "warmstart",
+)  # fmt: skip
+"""Features of MuJoCo that no scene here uses; each costs time in every step.
+
+A warm start besides makes a step depend on more than the state.
+"""
+
+
+def strip(root: "mjcf.RootElement") -> None:
+    """Leave only what the dynamics needs.
+
+    Lights, cameras, materials, the geoms of a visual class and unused features go.
+    """
+    for kind in ("geom", "light", "camera", "material", "texture", "mesh"):
+        for element in root.find_all(kind):
+            if kind != "geom" or element.dclass is not None:
+                element.remove()
+    root.option.flag.set_attributes(**dict.fromkeys(UNUSED, "disable"))

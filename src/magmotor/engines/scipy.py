@@ -1,0 +1,113 @@
+"""The deterministic truth: the paper's ODE (magtopnc), integrated by SciPy's DOP853."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy.integrate import DOP853
+
+from magmotor.dipoles import pack_sources, sum_over_sources
+from magmotor.engines.state import States, record_chunks
+from magmotor.scenes import Top
+
+RELATIVE_TOLERANCE = 1e-12
+"""Of each step's error; the absolute tolerance is as much of each variable's natural scale."""
+
+
+def run(
+    scene: Top, scheme: str, timestep: float, records: int, record_interval: int, initial: States
+) -> Iterator[States]:
+    """Yield the recorded states that follow the initial one, in chunks.
+
+    The steps are the integrator's own, but for those that end at a recorded time, where an
+    interpolated state would be less accurate; `timestep` and `record_interval` say when to record.
+    """
+    interval = timestep * record_interval
+    solver = _solver(scene, initial)
+    done = 0
+    for count in record_chunks(records, record_interval):
+        time = interval * np.arange(done + 1, done + count + 1)
+        rows = np.empty((count, 10))
+        for row in range(count):
+            rows[row] = _advance(solver, time[row])
+        done += count
+        yield _states(scene, time, rows)
+
+
+def _advance(solver: DOP853, time: float) -> NDArray[np.float64]:
+    solver.t_bound, solver.status = time, "running"
+    while solver.status == "running":
+        message = solver.step()
+    if solver.status == "failed":
+        raise ArithmeticError(f"dop853 stopped at t = {solver.t:g} s: {message}")
+    return solver.y
+
+
+def _solver(scene: Top, initial: States) -> DOP853:
+    inertia, _, axial = scene.inertia
+    c, r, m, mu = scene.friction, scene.ball_radius, scene.ball_mass, scene.moment
+    parameters = (c, r, m, inertia, axial, mu)
+    fixed = pack_sources(*scene.ring_sources())
+
+    def derivative(t, y):
+        sources = pack_sources(*scene.ring_sources(t)) if scene.ring_script else fixed
+        return _derivative(y, sources, parameters)
+
+    axis, spin = initial.axis[-1], initial.angular_velocity[-1]
+    momentum = inertia * spin + (axial - inertia) * (spin @ axis) * axis
+    state = [initial.position[-1, :2], initial.velocity[-1, :2], axis, momentum]
+    speed = np.sqrt(scene.coupling / scene.ring_height**3 / m)
+    scales = np.repeat([r, speed, 1.0, np.sqrt(inertia * m) * speed], [2, 2, 3, 3])
+    return DOP853(
+        derivative,
+        0.0,
+        np.concatenate(state),
+        np.inf,
+        rtol=RELATIVE_TOLERANCE,
+        atol=RELATIVE_TOLERANCE * scales,
+    )
+
+
+@njit(cache=True)
+def _derivative(y, sources, parameters):
+    """Right-hand side of the paper's equation (magtopnc) in (x, v, xi_3, pi)."""
+    c, r, m, inertia, axial, mu = parameters
+    vx, vy = y[2], y[3]
+    ax, ay, az = y[4], y[5], y[6]
+    px, py, pz = y[7], y[8], y[9]
+    along = (inertia - axial) / axial * (px * ax + py * ay + pz * az)
+    wx, wy, wz = (px + along * ax) / inertia, (py + along * ay) / inertia, (pz + along * az) / inertia
+    fx, fy, _, bx, by, bz, _ = sum_over_sources(
+        (y[0], y[1], r, mu * ax, mu * ay, mu * az), -1.0, sources, sources.shape[1]
+    )
+    slip_x, slip_y = vx - r * wy, vy + r * wx
+    return np.array(
+        [
+            vx,
+            vy,
+            (fx - c * slip_x) / m,
+            (fy - c * slip_y) / m,
+            wy * az - wz * ay,
+            wz * ax - wx * az,
+            wx * ay - wy * ax,
+            mu * (ay * bz - az * by) - c * r * slip_y,
+            mu * (az * bx - ax * bz) + c * r * slip_x,
+            mu * (ax * by - ay * bx),
+        ]
+    )
+
+
+def _states(scene: Top, time: NDArray[np.float64], rows: NDArray[np.float64]) -> States:
+    inertia, _, axial = scene.inertia
+    flat = np.zeros((len(rows), 1))
+    axis, momentum = rows[:, 4:7], rows[:, 7:10]
+    along = np.sum(momentum * axis, axis=1, keepdims=True)
+    return States(
+        time=time,
+        position=np.hstack([rows[:, 0:2], flat + scene.ball_radius]),
+        velocity=np.hstack([rows[:, 2:4], flat]),
+        axis=axis,
+        angular_velocity=(momentum + (inertia - axial) / axial * along * axis) / inertia,
+        orientation=None,
+    )

@@ -1,0 +1,39 @@
+"""Observables: what is read off a run (`motion`) and off the ring's field (`landscape`)."""
+
+from magmotor.observables.landscape import (
+    CriticalPoint,
+    critical_points,
+    effective_potential,
+    minimum,
+    saddle,
+    valley_radius,
+)
+from magmotor.observables.motion import (
+    energy,
+    energy_balance,
+    friction_torque,
+    kinetic_energy,
+    magnetic_energy,
+    magnetic_lift,
+    momentum_balance,
+    momentum_map,
+    slip_velocity,
+)
+
+__all__ = [
+    "CriticalPoint",
+    "critical_points",
+    "effective_potential",
+    "energy",
+    "energy_balance",
+    "friction_torque",
+    "kinetic_energy",
+    "magnetic_energy",
+    "magnetic_lift",
+    "minimum",
+    "momentum_balance",
+    "momentum_map",
+    "saddle",
+    "slip_velocity",
+    "valley_radius",
+]

@@ -1,0 +1,6 @@
+"""Scenes: frozen descriptions of what is simulated, in SI units, with the paper's values."""
+
+from magmotor.scenes.ring_script import Waypoint
+from magmotor.scenes.top import Top
+
+__all__ = ["Top", "Waypoint"]

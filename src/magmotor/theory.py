@@ -1,0 +1,34 @@
+"""Closed forms for the scenes, each with its source in the paper."""
+
+import math
+
+from magmotor.dipoles import PERMEABILITY_OVER_4PI
+from magmotor.scenes import Top
+
+
+def field_under_centre(scene: Top) -> float:
+    """|B| in tesla at the ball's height under the centre of a level ring.
+
+    B_z = 3 N (mu0 m/(4 pi)) R h/(R^2 + h^2)^(5/2), h = H - r: the sum of (magneticfield) over the
+    ring, exact for any number N of dipoles.
+    """
+    height = scene.ring_height - scene.ball_radius
+    strength = PERMEABILITY_OVER_4PI * scene.moment * scene.ring_dipoles
+    distance = math.hypot(scene.ring_radius, height)
+    return 3 * strength * scene.ring_radius * abs(height) / distance**5
+
+
+def libration_frequency(scene: Top, field: float) -> float:
+    """Angular frequency sqrt(m |B|/I) in rad/s of the axis about a field (tesla) at rest.
+
+    Linearised Lie-Poisson equation (magtopc) of a ball that does not spin.
+    """
+    return math.sqrt(scene.moment * field / scene.inertia[0])
+
+
+def slip_relaxation_rate(scene: Top) -> float:
+    """Rate c (1/m + r^2/I) in 1/s at which friction alone makes the slip velocity decay.
+
+    From equation (magtopnc): dV_Q/dt = -c V_Q/m + (torque r c V_Q)/I in the plane.
+    """
+    return scene.friction * (1 / scene.ball_mass + scene.ball_radius**2 / scene.inertia[0])

@@ -1,0 +1,84 @@
+"""V_e, its minima, ring of minima and saddle, against reference numbers and closed forms."""
+
+import math
+
+import numpy as np
+import pytest
+
+import magmotor as mm
+from magmotor import observables, theory
+
+
+def test_level_ring():
+    scene = mm.Top(tilt=0.0)
+    points = observables.critical_points(scene)
+    kinds = [point.kind for point in points]
+    assert [kinds.count(k) for k in ("minimum", "saddle", "maximum")] == [20, 20, 1]
+    assert points[-1].energy == pytest.approx(-4.353e-3, rel=1e-4)
+    assert observables.minimum(scene).energy == pytest.approx(-7.165e-3, rel=1e-4)
+    ripple = observables.saddle(scene).energy - observables.minimum(scene).energy
+    assert ripple == pytest.approx(4.9e-7, rel=0.02)
+    assert observables.valley_radius(scene) == pytest.approx(0.2770, abs=1e-4)
+
+
+def test_tilted_ring():
+    scene = mm.Top(tilt=math.pi / 64)
+    kinds = [point.kind for point in observables.critical_points(scene)]
+    assert sorted(kinds) == ["maximum", "minimum", "saddle"]
+    low, high = observables.minimum(scene), observables.saddle(scene)
+    assert low.energy == pytest.approx(-8.206e-3, rel=1e-4)
+    assert low.position == pytest.approx((0.2851, 0), abs=1e-4)
+    assert high.energy == pytest.approx(-6.379e-3, rel=1e-4)
+    assert high.position == pytest.approx((-0.2679, 0), abs=1e-4)
+    turned = mm.Top(tilt_azimuth=2.0)
+    turned_low = observables.minimum(turned)
+    assert math.atan2(*turned_low.position[::-1]) == pytest.approx(2.0, abs=0.02)
+
+
+def test_a_high_ring_has_its_only_minimum_at_the_centre():
+    scene = mm.Top(tilt=0.0, ring_height=0.6)
+    (point,) = observables.critical_points(scene)
+    assert point.kind == "minimum"
+    assert np.hypot(*point.position) < 1e-9
+    with pytest.raises(ValueError, match=r"ring_height = 0.6: V_e has no saddle"):
+        observables.saddle(scene)
+
+
+@pytest.mark.parametrize(("ratio", "kind"), [(0.979, "maximum"), (0.981, "minimum")])
+def test_the_centre_is_a_maximum_only_while_the_ring_is_low(ratio, kind):
+    scene = mm.Top(tilt=0.0, ring_height=0.018 + 0.34 * ratio, ring_dipoles=40)
+    centre = min(observables.critical_points(scene), key=lambda p: np.hypot(*p.position))
+    assert np.hypot(*centre.position) < 1e-6
+    assert centre.kind == kind
+
+
+def test_effective_potential_takes_any_shape_and_is_minus_m_b():
+    scene = mm.Top()
+    grid = np.random.default_rng(0).uniform(-0.3, 0.3, size=(4, 5, 2))
+    values = observables.effective_potential(scene, grid)
+    assert values.shape == (4, 5)
+    field = mm.dipoles.field([*grid[1, 2], scene.ball_radius], *scene.ring_sources())
+    assert values[1, 2] == pytest.approx(-scene.moment * np.linalg.norm(field), rel=1e-14)
+
+
+def test_closed_forms():
+    scene = mm.Top(tilt=0.0)
+    under = theory.field_under_centre(scene)
+    numeric = mm.dipoles.field([0, 0, scene.ball_radius], *scene.ring_sources())
+    assert numeric == pytest.approx([0, 0, under], abs=1e-17)
+    assert theory.libration_frequency(scene, under) == pytest.approx(12.96, abs=0.005)
+    in_valley = -observables.minimum(scene).energy / scene.moment
+    assert theory.libration_frequency(scene, in_valley) == pytest.approx(16.63, abs=0.005)
+    assert theory.slip_relaxation_rate(scene) == pytest.approx(5.25, abs=1e-12)
+
+
+def test_the_axis_librates_at_the_predicted_frequency():
+    scene = mm.Top.paper(1, position=(0, 0), axis=(0.01, 0, 1))
+    run = mm.simulate(scene, method="mujoco/rk4", timestep=0.0125, duration=5)
+    crossings = np.flatnonzero(np.diff(np.sign(run.axis[:, 0])))
+    values, times = run.axis[:, 0].values, run.time.values
+    exact = [times[i] - values[i] * (times[i + 1] - times[i]) / (values[i + 1] - values[i])
+             for i in crossings]  # fmt: skip
+    frequency = math.pi / np.mean(np.diff(exact))
+    expected = theory.libration_frequency(scene, theory.field_under_centre(scene))
+    assert frequency == pytest.approx(expected, rel=1e-3)
