@@ -143,6 +143,6 @@ def test_the_viscous_law_holds_beside_dry_friction():
 
 
 def test_dry_friction_needs_a_short_step():
-    with pytest.raises(ValueError, match="timestep = 0.025: must be less than 0.005 s with dry"):
-        rates_scene = mm.Top(surface="plane", coulomb_friction=0.1)
-        mm.simulate(rates_scene, method="mujoco/rk4", timestep=0.025, duration=1)
+    scene = mm.Top(surface="plane", coulomb_friction=0.1)
+    with pytest.raises(ValueError, match=r"timestep = 0.025: must be less than 0.005 s with dry"):
+        mm.simulate(scene, method="mujoco/rk4", timestep=0.025, duration=1)

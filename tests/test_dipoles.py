@@ -33,7 +33,10 @@ def test_field_agrees_with_magpylib(seed):
     _, _, positions, moments = configuration(seed)
     points = np.random.default_rng(seed + 1).normal(size=(5, 3))
     sources = magpylib.Collection(
-        *(magpylib.misc.Dipole(moment=m, position=p) for p, m in zip(positions, moments, strict=True))
+        *(
+            magpylib.misc.Dipole(moment=m, position=p)
+            for p, m in zip(positions, moments, strict=True)
+        )
     )
     expected = magpylib.getB(sources, points)
     value = TO_MEASURED * mm.dipoles.field(points, positions, moments)
@@ -71,9 +74,11 @@ def test_force_and_torque_are_the_gradient_of_the_energy(seed):
     numeric_force = [-slope(lambda s, e=e: energy(position + s * e, moment)) for e in np.eye(3)]
 
     def turned(axis, angle):
-        return moment * np.cos(angle) + np.cross(axis, moment) * np.sin(angle) + axis * (
-            axis @ moment
-        ) * (1 - np.cos(angle))
+        return (
+            moment * np.cos(angle)
+            + np.cross(axis, moment) * np.sin(angle)
+            + axis * (axis @ moment) * (1 - np.cos(angle))
+        )
 
     numeric_torque = [-slope(lambda s, e=e: energy(position, turned(e, s))) for e in np.eye(3)]
     assert relative(np.array(numeric_force), force) < 1e-6  # measured: 1e-8
@@ -89,9 +94,11 @@ def test_a_pair_obeys_newtons_third_law_and_keeps_its_angular_momentum(seed):
     force_b, torque_b = mm.dipoles.wrench(b, mb, [a], [ma])
     assert np.abs(force_a + force_b).max() <= 1e-14 * np.abs(force_a).max()
     total = torque_a + torque_b + np.cross(a, force_a) + np.cross(b, force_b)
-    scale = np.abs(torque_a).max() + np.abs(np.cross(a - b, force_a)).max() + np.abs(
-        np.cross(a, force_a)
-    ).max()
+    scale = (
+        np.abs(torque_a).max()
+        + np.abs(np.cross(a - b, force_a)).max()
+        + np.abs(np.cross(a, force_a)).max()
+    )
     assert np.abs(total).max() <= 1e-14 * scale
 
 

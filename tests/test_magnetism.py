@@ -14,7 +14,7 @@ import pytest
 from numpy_twin import apply_magnetism
 
 import magmotor as mm
-from magmotor.engines.mujoco import layout, magnetism, memory
+from magmotor.engines.mujoco import layout, magnetism
 
 COMPASSES = """
 <mujoco>
@@ -181,7 +181,8 @@ def test_rk4_stages_see_their_own_forces():
     model = mujoco.MjModel.from_xml_string(
         """<mujoco><option integrator="RK4" gravity="0 0 0"/><worldbody>
         <site pos="0 0.2 0" zaxis="0 1 0" user="10"/>
-        <body><joint type="hinge" axis="0 0 1"/><inertial pos="0 0 0" mass="1" diaginertia="1e-3 1e-3 1e-3"/>
+        <body><joint type="hinge" axis="0 0 1"/>
+        <inertial pos="0 0 0" mass="1" diaginertia="1e-3 1e-3 1e-3"/>
         <site zaxis="1 0 0" user="10"/></body></worldbody></mujoco>"""
     )
     final = []
@@ -250,7 +251,7 @@ def _key(compiled):
 def test_a_second_process_loads_the_callback_from_disk():
     code = """
         from magmotor.engines.mujoco import magnetism
-        print(magnetism._callback().compiled.cache_hits)
+        print(magnetism.compiled_callback().cache_hits)
     """
     command = [sys.executable, "-c", textwrap.dedent(code)]
     hits = [

@@ -2,6 +2,7 @@
 
 import json
 import pickle
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ import xarray as xr
 import magmotor as mm
 from magmotor.engines.mujoco import run as mujoco_run
 
-SHORT = {"method": "mujoco/rk4", "timestep": 0.025, "duration": 1.0}
+SHORT: dict[str, Any] = {"method": "mujoco/rk4", "timestep": 0.025, "duration": 1.0}
 
 
 def test_dataset_has_names_units_and_attributes():
@@ -36,7 +37,7 @@ def test_a_file_holds_the_run_and_its_scene(tmp_path):
     assert mm.scene_of(read) == scene
     attributes = {name: read.attrs[name] for name in SHORT}
     assert mm.simulate(mm.scene_of(read), **attributes).identical(run)
-    with pytest.raises(ValueError, match="scene = 'Pendulum'.*must be one of"):
+    with pytest.raises(ValueError, match=r"scene = 'Pendulum'.*must be one of"):
         mm.scene_of(read.assign_attrs(scene="Pendulum"))
 
 
@@ -77,7 +78,7 @@ def test_the_spin_of_the_scene_is_about_its_axis():
 
 
 BAD = [
-    ({"method": "mujoco/rk45"}, "method = 'mujoco/rk45': must be one of mujoco/euler.*scipy/dop853"),
+    ({"method": "mujoco/rk45"}, "method = 'mujoco/rk45': must be one of mujoco/euler.*scipy/dop"),
     ({"method": "euler"}, "method = 'euler': must be one of"),
     ({"timestep": 0}, "timestep = 0: must be greater than 0 s"),
     ({"timestep": float("nan")}, "timestep = nan: must be a finite number"),
@@ -105,7 +106,7 @@ def test_bad_arguments_are_named_with_value_and_bound(arguments, message):
 
 def test_a_scene_is_needed():
     with pytest.raises(ValueError, match="scene = 'top': must be a scene"):
-        mm.simulate("top", **SHORT)
+        mm.simulate(cast(mm.Top, "top"), **SHORT)
 
 
 def test_the_plane_takes_no_planar_ode():
@@ -152,8 +153,9 @@ def test_ctrl_c_keeps_what_was_recorded(monkeypatch):
         yield next(chunks(*arguments))
         raise KeyboardInterrupt
 
+    changes: dict[str, Any] = {"duration": 1000.0}
     monkeypatch.setattr(mujoco_run, "run", interrupted)
     with pytest.raises(mm.SimulationInterrupted) as caught:
-        mm.simulate(mm.Top(), **(SHORT | {"duration": 1000.0}))
+        mm.simulate(mm.Top(), **(SHORT | changes))
     assert caught.value.dataset.sizes["time"] == 20_001
     assert isinstance(caught.value, KeyboardInterrupt)

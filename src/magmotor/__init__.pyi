@@ -1,8 +1,6 @@
 from . import dataset as dataset
 from . import dipoles as dipoles
 from . import observables as observables
-
-
 from . import theory as theory
 from .dataset import scene_of as scene_of
 from .engines.mujoco.build import build as build

@@ -5,11 +5,10 @@ import json
 from importlib.metadata import version
 from typing import Any
 
-import numpy as np
 import xarray as xr
 
 from magmotor import scenes
-from magmotor.engines.state import States
+from magmotor.engines.state import States, concatenate
 from magmotor.observables.motion import energy, momentum_map, slip_velocity
 from magmotor.scenes import Top
 
@@ -72,15 +71,10 @@ def assemble(scene: Top, chunks: list[States], **attributes: Any) -> xr.Dataset:
     return data
 
 
-def concatenate(chunks: list[States]) -> States:
-    """One block of states from several; orientations only where all have them."""
-    columns = zip(*chunks, strict=True)
-    return States(*(None if any(c is None for c in x) else np.concatenate(x) for x in columns))
-
-
 def states_of(run: xr.Dataset) -> States:
     """The recorded states in a dataset."""
-    return States(*(run[n].values if n in run.variables else None for n in States._fields))
+    orientation = run["orientation"].values if "orientation" in run else None
+    return States(*[run[name].values for name in States._fields[:-1]], orientation=orientation)
 
 
 def scene_of(run: xr.Dataset) -> Top:

@@ -27,7 +27,7 @@ def run(
     solver = _solver(scene, initial)
     done = 0
     for count in record_chunks(records, record_interval):
-        time = interval * np.arange(done + 1, done + count + 1)
+        time = np.array([interval * k for k in range(done + 1, done + count + 1)])
         rows = np.empty((count, 10))
         for row in range(count):
             rows[row] = _advance(solver, time[row])
@@ -38,9 +38,9 @@ def run(
 def _advance(solver: DOP853, time: float) -> NDArray[np.float64]:
     solver.t_bound, solver.status = time, "running"
     while solver.status == "running":
-        message = solver.step()
-    if solver.status == "failed":
-        raise ArithmeticError(f"dop853 stopped at t = {solver.t:g} s: {message}")
+        failure = solver.step()
+        if failure:
+            raise ArithmeticError(f"dop853 stopped at t = {solver.t:g} s: {failure}")
     return solver.y
 
 
@@ -65,7 +65,7 @@ def _solver(scene: Top, initial: States) -> DOP853:
         np.concatenate(state),
         np.inf,
         rtol=RELATIVE_TOLERANCE,
-        atol=RELATIVE_TOLERANCE * scales,
+        atol=RELATIVE_TOLERANCE * scales,  # pyright: ignore[reportArgumentType]
     )
 
 
@@ -77,7 +77,11 @@ def _derivative(y, sources, parameters):
     ax, ay, az = y[4], y[5], y[6]
     px, py, pz = y[7], y[8], y[9]
     along = (inertia - axial) / axial * (px * ax + py * ay + pz * az)
-    wx, wy, wz = (px + along * ax) / inertia, (py + along * ay) / inertia, (pz + along * az) / inertia
+    wx, wy, wz = (
+        (px + along * ax) / inertia,
+        (py + along * ay) / inertia,
+        (pz + along * az) / inertia,
+    )
     fx, fy, _, bx, by, bz, _ = sum_over_sources(
         (y[0], y[1], r, mu * ax, mu * ay, mu * az), -1.0, sources, sources.shape[1]
     )

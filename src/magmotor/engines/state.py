@@ -1,6 +1,6 @@
 """What engines exchange with the front door: recorded states of the ball."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -22,6 +22,27 @@ class States(NamedTuple):
     axis: NDArray[np.float64]
     angular_velocity: NDArray[np.float64]
     orientation: NDArray[np.float64] | None
+
+    def head(self, count: int) -> "States":
+        """The first `count` rows."""
+        return self._apply(lambda column: column[:count])
+
+    def finite(self) -> NDArray[np.bool_]:
+        """Which rows hold finite values only."""
+        columns = [c.reshape(len(self.time), -1) for c in self if c is not None]
+        return np.logical_and.reduce(np.isfinite(np.hstack(columns)), axis=1)
+
+    def _apply(self, function: Callable[[NDArray], NDArray]) -> "States":
+        orientation = None if self.orientation is None else function(self.orientation)
+        return States(*[function(column) for column in self[:5]], orientation=orientation)
+
+
+def concatenate(blocks: Sequence[States]) -> States:
+    """One block of states from several; with orientations only where all have them."""
+    columns = list(zip(*blocks, strict=True))
+    whole = all(column is not None for column in columns[5])
+    orientation = np.concatenate(columns[5]) if whole else None
+    return States(*[np.concatenate(column) for column in columns[:5]], orientation=orientation)
 
 
 def start(scene: Top) -> States:

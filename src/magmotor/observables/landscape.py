@@ -112,9 +112,8 @@ def _candidates(scene: Top, time: float) -> list[NDArray[np.float64]]:
     azimuth, radius = np.meshgrid(around + 0.1, scene.ring_radius * np.linspace(0.01, 1.5, 150))
     points = np.stack([radius * np.cos(azimuth), radius * np.sin(azimuth)], axis=-1)
     positive = _gradient(scene, points, time) > 0
-    corners = sum(c.astype(int) for c in (positive[1:, 1:], positive[1:, :-1],
-                                          positive[:-1, 1:], positive[:-1, :-1]))  # fmt: skip
-    changes = ((corners > 0) & (corners < 4)).all(axis=-1)
+    corners = np.stack([positive[1:, 1:], positive[1:, :-1], positive[:-1, 1:], positive[:-1, :-1]])
+    changes = (corners.any(axis=0) & ~corners.all(axis=0)).all(axis=-1)
     return [np.zeros(2), *points[:-1, :-1][changes]]
 
 
@@ -133,4 +132,6 @@ def _classify(scene: Top, point: NDArray[np.float64], time: float) -> CriticalPo
     ]
     negative = int(np.sum(np.linalg.eigvalsh(np.array(rows) / (2 * step)) < 0))
     energy = float(effective_potential(scene, point, time))
-    return CriticalPoint(("minimum", "saddle", "maximum")[negative], tuple(map(float, point)), energy)
+    return CriticalPoint(
+        ("minimum", "saddle", "maximum")[negative], (float(point[0]), float(point[1])), energy
+    )

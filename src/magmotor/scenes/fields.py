@@ -38,7 +38,7 @@ def reject(name: str, value: Any, bound: str) -> ValueError:
     return ValueError(f"{name} = {value!r}: must be {bound}")
 
 
-def check_choice(name: str, value: str, choices: tuple[str, ...]) -> None:
+def check_choice(name: str, value: Any, choices: tuple[str, ...]) -> None:
     """Check that a name is one of those known, and say which is nearest when it is not."""
     if value not in choices:
         near = difflib.get_close_matches(str(value), choices, n=1)

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -111,9 +112,9 @@ class Top:
                 raise reject(name, value, f"{bound} when {others} is positive")
 
     @classmethod
-    def paper(cls, case: int = 4, **changes) -> "Top":
+    def paper(cls, case: int = 4, **changes: Any) -> "Top":
         """One of the paper's four simulations; `changes` replace fields."""
-        cases = {
+        cases: dict[int, dict[str, Any]] = {
             1: {"tilt": 0.0, "friction": 0.0, "position": (0.01, 0.005)},
             2: {"tilt": PAPER_TILT, "friction": 0.0, "position": (0.01, 0.005)},
             3: {"tilt": 0.0, "friction": 0.3, "position": (0.01, 0.005)},
@@ -124,16 +125,17 @@ class Top:
         return cls(**(cases[case] | changes))
 
     @classmethod
-    def si(cls, **changes) -> "Top":
+    def si(cls, **changes: Any) -> "Top":
         """The fourth case with the paper's moments read in SI: the coupling is 100 times larger.
 
-        The magnetic lift then exceeds the ball's weight, so that a planar run stops at once:
+        On its way out the magnetic lift then exceeds the ball's weight, where a planar run stops:
         hold the ball down with a larger `gravity`, or watch it leave with `surface="plane"`.
         """
-        return cls(**({"coupling": 1e-3} | changes))
+        reading: dict[str, Any] = {"coupling": 1e-3}
+        return cls(**(reading | changes))
 
     @classmethod
-    def experiment(cls, **changes) -> "Top":
+    def experiment(cls, **changes: Any) -> "Top":
         """The experiment as the paper tells it: lower the ring over the resting ball, then tilt it.
 
         The ring comes down from 0.6 m, where the ball's place under the centre is stable, to the

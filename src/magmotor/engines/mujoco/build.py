@@ -1,19 +1,15 @@
 """Scenes as MuJoCo models and as standalone MJCF."""
 
-from typing import TYPE_CHECKING
-
 import mujoco
 
+from magmotor.engines.mujoco import parts
 from magmotor.engines.mujoco.compose_top import compose_top
 from magmotor.scenes import Top
-
-if TYPE_CHECKING:
-    from dm_control import mjcf
 
 COMPOSERS = {Top: compose_top}
 
 
-def compose(scene, *, looks: bool) -> "mjcf.RootElement":
+def compose(scene: Top, *, looks: bool) -> parts.Element:
     """The scene as a PyMJCF tree, with lights, cameras and decoration if `looks`."""
     return COMPOSERS[type(scene)](scene, looks=looks)
 

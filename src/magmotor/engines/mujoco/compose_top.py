@@ -1,7 +1,5 @@
 """Hamel's top as MJCF: ball, ring and stage, with a scene's parameters."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from magmotor.engines.mujoco import contact, parts
@@ -9,11 +7,8 @@ from magmotor.engines.mujoco.coordinates import BallCoordinates
 from magmotor.engines.state import start
 from magmotor.scenes import Top
 
-if TYPE_CHECKING:
-    from dm_control import mjcf
 
-
-def compose_top(scene: Top, *, looks: bool) -> "mjcf.RootElement":
+def compose_top(scene: Top, *, looks: bool) -> parts.Element:
     """The top as one PyMJCF tree, without decoration unless `looks`."""
     root = parts.load("top")
     root.option.gravity = [0.0, 0.0, -scene.gravity]
@@ -32,7 +27,7 @@ def compose_top(scene: Top, *, looks: bool) -> "mjcf.RootElement":
     return root
 
 
-def _shape_ball(root: "mjcf.RootElement", scene: Top) -> None:
+def _shape_ball(root: parts.Element, scene: Top) -> None:
     body = root.find("body", "ball")
     scale = scene.ball_radius / root.find("geom", "ball").size[0]
     for element in [*body.geom, *body.camera]:
@@ -40,13 +35,14 @@ def _shape_ball(root: "mjcf.RootElement", scene: Top) -> None:
             element.pos = scale * element.pos
         if element.tag == "geom" and element.size is not None:
             element.size = scale * element.size
-    root.find("mesh", "ball_tip").scale *= scale
+    for name in ("ball_shaft", "ball_tip"):
+        root.find("mesh", name).scale *= scale
     root.find("site", "ball").user = [scene.moment]
     body.pos = [0.0, 0.0, scene.ball_radius]
     body.add("inertial", pos=[0, 0, 0], mass=scene.ball_mass, diaginertia=scene.inertia)
 
 
-def _free_ball(body: "mjcf.Element", scene: Top) -> None:
+def _free_ball(body: parts.Element, scene: Top) -> None:
     if scene.surface == "plane":
         body.add("freejoint", name="free")
     else:
@@ -55,24 +51,30 @@ def _free_ball(body: "mjcf.Element", scene: Top) -> None:
         body.add("joint", name="orientation", type="ball")
 
 
-def _place_ring(root: "mjcf.RootElement", scene: Top) -> None:
+def _place_ring(root: parts.Element, scene: Top) -> None:
     body = root.find("body", "ring")
     height, tilt = scene.ring_pose(0.0)
     body.pos = [0.0, 0.0, height]
     body.quat = scene.ring_quaternion(tilt)
-    scale = scene.ring_radius * min(1.0, 20 / scene.ring_dipoles)
     root.find("mesh", "hoop").scale = [scene.ring_radius] * 3
-    root.find("mesh", "ring_tip").scale *= scale
-    thickness, half = 0.012 * scale, 0.055 * scale
+    shaft, tip = root.find("mesh", "ring_shaft"), root.find("mesh", "ring_tip")
+    for mesh in (shaft, tip):
+        mesh.scale *= scene.ring_radius * min(1.0, 20 / scene.ring_dipoles)
     for i, (position, outward) in enumerate(zip(*scene.ring_dipole_frame(), strict=True)):
-        place = {"pos": position, "zaxis": outward}
-        body.add("site", name=f"ring{i}", dclass="dipole", user=[scene.moment], **place)
-        body.add("geom", dclass="arrow", size=[thickness, half], **place)
-        tip = {"pos": position + half * outward, "zaxis": outward}
-        body.add("geom", dclass="arrow", type="mesh", mesh="ring_tip", **tip)
+        body.add(
+            "site",
+            name=f"ring{i}",
+            dclass="dipole",
+            pos=position,
+            zaxis=outward,
+            user=[scene.moment],
+        )
+        body.add("geom", dclass="arrow", mesh=shaft, pos=position, zaxis=outward)
+        end = position + (shaft.scale[2] + tip.scale[2] / 2) * outward
+        body.add("geom", dclass="arrow", mesh=tip, pos=end, zaxis=outward)
 
 
-def _frame(root: "mjcf.RootElement", scene: Top) -> None:
+def _frame(root: parts.Element, scene: Top) -> None:
     """Let the stage's cameras, set for the default scene, see all of this one."""
     highest = max([height for _, height, _ in scene.ring_script] or [scene.ring_height])
     statistic = root.statistic

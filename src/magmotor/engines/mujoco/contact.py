@@ -9,18 +9,16 @@ dry friction needs `impratio` 1, so there a second contact carries the viscous l
 smallest impedance (R = 1e4 A) and next to none of the load.
 """
 
-from typing import TYPE_CHECKING
-
 import mujoco
 
-if TYPE_CHECKING:
-    from dm_control import mjcf
+from magmotor.engines.mujoco import parts
+from magmotor.scenes import Top
 
 STIFF, SOFT = 0.9999, 0.0001
 """MuJoCo's largest and smallest impedance d."""
 
 STIFFNESS, DAMPING = 400.0, 40.0
-"""Of the contact's normal, over mass, in 1/s^2 and 1/s: critically damped, stable for h < 0.05 s."""
+"""Of the contact's normal, over mass, in 1/s^2 and 1/s: critical, and stable for h < 0.05 s."""
 
 ALWAYS_IN_CONE = 1e6
 """Friction coefficient of the viscous contact, so large that its cone is never reached."""
@@ -37,7 +35,7 @@ little; the mean friction over some steps stays mu m g.
 """
 
 
-def add_contacts(root: "mjcf.RootElement", scene) -> None:
+def add_contacts(root: parts.Element, scene: Top) -> None:
     """Add the contact pairs of a ball on the floor; `calibrate_viscous` completes them."""
     dry = any(scene.dry_friction)
     viscous_bears_load = scene.surface == "plane" and not dry
@@ -70,7 +68,7 @@ def add_contacts(root: "mjcf.RootElement", scene) -> None:
         )
 
 
-def calibrate_viscous(root: "mjcf.RootElement", scene) -> None:
+def calibrate_viscous(root: parts.Element, scene: Top) -> None:
     """Set b so that the viscous contact's force is -c V; R is read from the compiled model."""
     pair = root.find("contact", "viscous")
     if pair is None:

@@ -24,6 +24,7 @@ class BallCoordinates:
     def joints(self, states: States) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """`qpos` and `qvel` of the last of the states; MuJoCo's spin is in the body's frame."""
         n = self.linear
+        assert states.orientation is not None, "engine states always have orientations here"
         orientation = states.orientation[-1]
         turn = Rotation.from_quat(orientation, scalar_first=True)
         spin = turn.inv().apply(states.angular_velocity[-1])

@@ -112,7 +112,7 @@ def verify(layout: Layout) -> None:
             elif isinstance(expected, bytes):
                 # A pointer is followed only once all before it have proved right.
                 agrees = not wrong and (
-                    ctypes.string_at(_read(ctypes.c_void_p, place), len(expected)) == expected
+                    ctypes.string_at(_read(ctypes.c_void_p, place) or 0, len(expected)) == expected
                 )
             else:
                 kind = ctypes.c_double if isinstance(expected, float) else ctypes.c_int64

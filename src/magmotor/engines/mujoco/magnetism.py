@@ -5,14 +5,17 @@ moment in A m^2 (zero or none: not a dipole). Dipoles of one rigid body do not a
 Bodies that can move and carry dipoles get the wrench in `xfrc_applied`, which is overwritten.
 """
 
+# Numba's intrinsics hide their first parameter:
+# pyright: reportCallIssue=false
+
 import ctypes
+import inspect
 import threading
 import warnings
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
-from pathlib import Path
 
 import mujoco
 from numba import cfunc, types
@@ -32,9 +35,10 @@ def compile_callback(offsets: layout.Layout, kernels: int):
     Numba's cache keys hold a function's bytecode and cells but not its globals or what it calls.
     They are plain numbers: a compiled function among them would be a new key in every process.
     """
+
     @cfunc(_SIGNATURE, cache=True, error_model="numpy")
     def callback(model, data):
-        kernels  # noqa: B018 - part of the cache's key
+        _ = kernels  # a part of the cache's key
         m = memory.words(model, 1 << 20)
         d = memory.words(data, 1 << 20)
         nsite = m[offsets.nsite // 8]
@@ -113,16 +117,13 @@ def compile_callback(offsets: layout.Layout, kernels: int):
 
 
 @cache
-def _callback() -> ctypes._CFuncPtr:
-    memory.bind("mju_error", memory.library().mju_error)
-    memory.bind("magmotor_no_dipoles_reported", _reported)
-    memory.bind("magmotor_report_no_dipoles", _report)
-    sources = (Path(module.__file__).read_bytes() for module in (dipoles, memory))
-    checksum = zlib.crc32(b"".join(sources))
-    compiled = compile_callback(layout.current(), checksum)
-    function = _C_TYPE(compiled.address)
-    function.compiled = compiled
-    return function
+def compiled_callback():
+    """The callback for the MuJoCo that is running, compiled once a process at the most."""
+    memory.bind_function("mju_error", memory.library().mju_error)
+    memory.bind_function("magmotor_report_no_dipoles", _report)
+    memory.bind_variable("magmotor_no_dipoles_reported", _reported)
+    sources = (inspect.getsource(module) for module in (dipoles, memory))
+    return compile_callback(layout.current(), zlib.crc32("".join(sources).encode()))
 
 
 _reported = ctypes.c_int64(0)
@@ -132,7 +133,7 @@ _reported = ctypes.c_int64(0)
 def _report():
     _reported.value = 1
     warnings.warn(
-        "this model has no dipole sites: give a site user=\"MOMENT\" in A m^2 and let its z axis"
+        'this model has no dipole sites: give a site user="MOMENT" in A m^2 and let its z axis'
         " point along the dipole; magnetism does nothing here",
         stacklevel=2,
     )
@@ -172,7 +173,7 @@ def magnetism() -> Iterator[None]:
     global _depth, _previous
     with _lock:
         if _depth == 0:
-            function = _callback()
+            function = _C_TYPE(compiled_callback().address or 0)
             _reported.value = 0
             _previous = mujoco.get_mjcb_control()
             mujoco.set_mjcb_control(function)

@@ -4,8 +4,12 @@ Nothing here bakes an address into compiled code: functions and status words are
 bound when the code is loaded, so that a cached callback is valid in every process.
 """
 
+# Numba's intrinsics hide their first parameter:
+# pyright: reportCallIssue=false
+
 import ctypes
 from pathlib import Path
+from typing import Any
 
 import llvmlite.binding as llvm
 import mujoco
@@ -21,11 +25,14 @@ TILE = 64
 ROWS = 7
 
 
-def bind(name: str, thing) -> None:
-    """Make a C function or ctypes object known to compiled code as the external symbol `name`."""
-    is_function = isinstance(thing, ctypes._CFuncPtr)
-    address = ctypes.cast(thing, ctypes.c_void_p).value if is_function else ctypes.addressof(thing)
-    llvm.add_symbol(name, address)
+def bind_function(name: str, function: Any) -> None:
+    """Make a ctypes function known to compiled code as the external symbol `name`."""
+    llvm.add_symbol(name, ctypes.cast(function, ctypes.c_void_p).value)
+
+
+def bind_variable(name: str, variable: ctypes.c_int64) -> None:
+    """Make a ctypes variable known to compiled code as the external symbol `name`."""
+    llvm.add_symbol(name, ctypes.addressof(variable))
 
 
 def library() -> ctypes.CDLL:

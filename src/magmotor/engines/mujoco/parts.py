@@ -1,10 +1,10 @@
 """MJCF parts: where they are, and what in them only eyes need."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
-if TYPE_CHECKING:
-    from dm_control import mjcf
+Element = Any
+"""A PyMJCF element: its attributes are those of the MJCF schema, unknown to type checkers."""
 
 
 def models_folder() -> Path:
@@ -16,7 +16,7 @@ def models_folder() -> Path:
     raise FileNotFoundError(f"no folder models in {package} or {package.parents[1]}")
 
 
-def load(name: str) -> "mjcf.RootElement":
+def load(name: str) -> Element:
     """A scene's MJCF, with the parts that it includes, as a PyMJCF tree."""
     from dm_control import mjcf
 
@@ -33,7 +33,7 @@ A warm start besides makes a step depend on more than the state.
 """
 
 
-def strip(root: "mjcf.RootElement") -> None:
+def strip(root: Element) -> None:
     """Leave only what the dynamics needs.
 
     Lights, cameras, materials, the geoms of a visual class and unused features go.

@@ -1,0 +1,42 @@
+"""Many tops on one thread and on two."""
+
+import time
+from functools import partial
+
+import numpy as np
+import stopwatch
+from mujoco.batch import Batch
+from stepping import TIMESTEP
+from table import Row, in_turns, show
+
+import magmotor as mm
+
+TOPS, STEPS = 256, 200
+NOTE = f"""\
+{TOPS} planar tops from as many starting points, {STEPS} magnetised steps in one call of
+  mujoco.batch.Batch.step; the final states are the same to the last bit. Needs two idle cores."""
+
+
+def main() -> None:
+    batches = {threads: _batch(threads) for threads in (1, 2)}
+    cases = {n: partial(_seconds, batch, batch.bind("qpos")) for n, batch in batches.items()}
+    with mm.magnetism(), stopwatch.stopped():
+        times = in_turns(cases, turns=20)
+    if not np.array_equal(batches[1].state, batches[2].state):
+        raise AssertionError("one thread and two led to different states")
+    rows = [Row("a top's step", times[1], times[2], at_least=1.8)]
+    show("mujoco.batch on two threads", NOTE, ("one thread", "two", "ratio"), rows)
+
+
+def _batch(threads: int) -> Batch:
+    model = mm.build(mm.Top())
+    model.opt.timestep = TIMESTEP
+    return Batch(model, nsim=TOPS, nthread=threads)
+
+
+def _seconds(batch: Batch, qpos: np.ndarray) -> float:
+    batch.reset(keyframe=0)
+    qpos[:, :2] = np.random.default_rng(0).uniform(-0.1, 0.1, (TOPS, 2))
+    begin = time.perf_counter()
+    batch.step(nstep=STEPS)
+    return (time.perf_counter() - begin) / TOPS / STEPS

@@ -1,0 +1,49 @@
+"""The guard on a run: which recorded states no accurate solution can have."""
+
+import numpy as np
+
+from magmotor.engines.state import States
+from magmotor.observables.motion import energy, kinetic_energy, magnetic_energy, magnetic_lift
+from magmotor.scenes import Top
+
+
+class Guard:
+    """Finds the first wrong row among recorded states of a scene.
+
+    Parameters
+    ----------
+    scene : Top
+    first : States
+        The initial state; it sets the energy that the motion may have.
+    """
+
+    def __init__(self, scene: Top, first: States):
+        self.scene = scene
+        # A ring at rest does no work, so the energy cannot grow; a moving one does not do much.
+        scale = kinetic_energy(scene, first) + np.abs(magnetic_energy(scene, first))
+        allowance = 10 if scene.ring_script else 1
+        self.largest_energy = float((energy(scene, first) + allowance * scale)[0])
+
+    def first_wrong(self, states: States) -> tuple[int, str]:
+        """Number of rows before the first wrong one (all, if none is) and what is wrong with it."""
+        finite = states.finite()
+        until = int(np.argmin([*finite, False]))
+        states = states.head(until)
+        failures = [(until, "" if until == len(finite) else "a value is not finite")]
+        wild = energy(self.scene, states) > self.largest_energy
+        if wild.any():
+            failures.append((int(wild.argmax()), "energy grew beyond what the motion can have"))
+        if self.scene.surface == "planar":
+            lift = magnetic_lift(self.scene, states)
+            weight = self.scene.ball_mass * self.scene.gravity
+            if (lift > weight).any():
+                row = int((lift > weight).argmax())
+                failures.append((row, _lifted(lift[row], weight)))
+        return min(failures)
+
+
+def _lifted(lift: float, weight: float) -> str:
+    return (
+        f"the magnetic lift, {lift:.3g} N, exceeds the ball's weight, {weight:.3g} N, and the"
+        " plane cannot hold it down: use a larger gravity or surface = 'plane'"
+    )
