@@ -28,7 +28,9 @@ def main() -> None:
     scene = mm.Top()
     stepper = Stepper(mm.build(scene))
     model, data = stepper.model, stepper.data
-    call = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64)(compiled_callback().address)
+    with mm.magnetism():
+        address = ctypes.cast(mujoco.get_mjcb_control(), ctypes.c_void_p).value
+    call = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64)(address)
     calls = partial(_call_often, call, model._address, data._address)
     calls(1)
     cases = {

@@ -80,12 +80,12 @@ def _changed_models() -> Iterator[tuple[str, mujoco.MjModel]]:
 
 
 def _is_set(model: mujoco.MjModel, bit: mujoco.mjtDisableBit) -> bool:
-    return bool(model.opt.disableflags & bit)
+    return bool(model.opt.disableflags & int(bit))
 
 
 def _enable(model: mujoco.MjModel, *bits: mujoco.mjtDisableBit) -> mujoco.MjModel:
     for bit in bits:
-        model.opt.disableflags &= ~bit
+        model.opt.disableflags &= ~int(bit)
     return model
 
 

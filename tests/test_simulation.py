@@ -4,6 +4,7 @@ import json
 import pickle
 from typing import Any, cast
 
+import mujoco
 import numpy as np
 import pytest
 import xarray as xr
@@ -132,6 +133,7 @@ def test_divergence_raises_with_what_was_recorded(scene, timestep, reason, metho
     kept = error.dataset
     assert error.time == pytest.approx(float(kept.time[-1]) + timestep)
     assert all(np.isfinite(kept[name]).all() for name in kept.data_vars)
+    assert mujoco.get_mjcb_control() is None
     same = pickle.loads(pickle.dumps(error))
     assert same.dataset.identical(kept)
 

@@ -1,6 +1,8 @@
 from . import dataset as dataset
 from . import dipoles as dipoles
 from . import observables as observables
+from . import plots as plots
+from . import render as render
 from . import theory as theory
 from .dataset import scene_of as scene_of
 from .engines.mujoco.build import build as build

@@ -1,6 +1,6 @@
 """The front door: one call runs any scene with any method and returns a dataset."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Generator, Mapping
 from importlib import import_module
 from typing import Any
 
@@ -123,7 +123,7 @@ def simulate(
 
 
 def _collect(
-    scene: Top, first: States, chunks: Iterator[States], duration: float, attributes: dict
+    scene: Top, first: States, chunks: Generator[States], duration: float, attributes: dict
 ) -> xr.Dataset:
     """Assemble the chunks while they are good; when that ends early, raise with those that were."""
     kept = [first]
@@ -145,6 +145,8 @@ def _collect(
         partial = assemble(scene, kept, **attributes)
         raise SimulationDiverged(str(failure), time, partial) from failure
     finally:
+        # A suspended engine would keep its callback installed for as long as the error lives.
+        chunks.close()
         progress.close()
     return assemble(scene, kept, **attributes)
 

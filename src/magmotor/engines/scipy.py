@@ -1,6 +1,6 @@
 """The deterministic truth: the paper's ODE (magtopnc), integrated by SciPy's DOP853."""
 
-from collections.abc import Iterator
+from collections.abc import Generator
 
 import numpy as np
 from numba import njit
@@ -17,7 +17,7 @@ RELATIVE_TOLERANCE = 1e-12
 
 def run(
     scene: Top, scheme: str, timestep: float, records: int, record_interval: int, initial: States
-) -> Iterator[States]:
+) -> Generator[States]:
     """Yield the recorded states that follow the initial one, in chunks.
 
     The steps are the integrator's own, but for those that end at a recorded time, where an

@@ -75,12 +75,11 @@ def _place_ring(root: parts.Element, scene: Top) -> None:
 
 
 def _frame(root: parts.Element, scene: Top) -> None:
-    """Let the stage's cameras, set for the default scene, see all of this one."""
+    """Move lights and cameras, set for the default scene, to where they show all of this one."""
     highest = max([height for _, height, _ in scene.ring_script] or [scene.ring_height])
+    centre = np.array([0.0, 0.0, highest / 2])
+    extent = np.hypot(1.15 * scene.ring_radius, 0.75 * highest)
     statistic = root.statistic
-    reference, extent = statistic.center, statistic.extent
-    statistic.center = [0.0, 0.0, highest / 2]
-    statistic.extent = np.hypot(1.15 * scene.ring_radius, highest / 2)
-    zoom = statistic.extent / extent
-    for camera in root.worldbody.camera:
-        camera.pos = statistic.center + zoom * (camera.pos - reference)
+    for element in [*root.worldbody.light, *root.worldbody.camera]:
+        element.pos = centre + extent / statistic.extent * (element.pos - statistic.center)
+    statistic.center, statistic.extent = centre, extent

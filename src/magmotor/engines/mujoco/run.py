@@ -1,6 +1,6 @@
 """Running a scene in MuJoCo: stepping, recording, and moving the ring along its script."""
 
-from collections.abc import Iterator
+from collections.abc import Generator
 
 import mujoco
 import numpy as np
@@ -20,7 +20,7 @@ INTEGRATORS = {
 
 def run(
     scene: Top, scheme: str, timestep: float, records: int, record_interval: int, initial: States
-) -> Iterator[States]:
+) -> Generator[States]:
     """Yield the recorded states that follow the initial one, in chunks.
 
     A scripted ring stands still within a step, where its script has it at the middle of the step:

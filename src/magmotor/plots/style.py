@@ -1,0 +1,49 @@
+"""The one style of all figures: colours that the colour-blind can tell apart, and how to use it."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+BLUE, ORANGE, GREEN, INK, GREY = "#0072b2", "#e69f00", "#009e73", "#22282e", "#8a9299"
+"""What was simulated, what theory says, a third thing, text, and what is in the background."""
+
+LANDSCAPE = "Greys_r"
+
+RC = {
+    "figure.facecolor": "white",
+    "font.family": "DejaVu Sans",
+    "font.size": 10,
+    "text.color": INK,
+    "axes.labelcolor": INK,
+    "axes.edgecolor": GREY,
+    "axes.titlesize": 10,
+    "axes.titlelocation": "left",
+    "axes.spines.top": False,
+    "axes.linewidth": 0.8,
+    "axes.formatter.use_mathtext": True,
+    "axes.formatter.limits": (-3, 4),
+    "axes.grid": True,
+    "grid.color": "#e4e7ea",
+    "grid.linewidth": 0.8,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "lines.linewidth": 1.6,
+    "legend.frameon": False,
+    "legend.fontsize": 9,
+}
+
+
+@contextmanager
+def figure(width: float, height: float) -> Iterator["Figure"]:
+    """A figure (inches) in this style; pyplot, its backend and its open figures stay untouched."""
+    import matplotlib
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    with matplotlib.rc_context(RC):
+        drawing = Figure(figsize=(width, height), layout="constrained", dpi=100)
+        FigureCanvasAgg(drawing)
+        yield drawing
