@@ -236,7 +236,7 @@ def test_cache_key_follows_the_layout():
     """Other offsets must be compiled anew, never read from another version's cache."""
     offsets = layout.current()
     first, same = (magnetism.compile_callback(offsets, 1) for _ in range(2))
-    moved = magnetism.compile_callback(offsets._replace(time=offsets.time + 8), 1)
+    moved = magnetism.compile_callback(offsets._replace(xipos=offsets.xipos + 8), 1)
     edited = magnetism.compile_callback(offsets, 2)
     assert same.cache_hits == 1
     assert _key(first) == _key(same)

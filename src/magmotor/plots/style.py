@@ -10,7 +10,8 @@ if TYPE_CHECKING:
 BLUE, ORANGE, GREEN, INK, GREY = "#0072b2", "#e69f00", "#009e73", "#22282e", "#8a9299"
 """What was simulated, what theory says, a third thing, text, and what is in the background."""
 
-LANDSCAPE = "Greys_r"
+LANDSCAPE = ("#7f8d9b", "#f8f9fa")
+"""From the deepest potential to the highest: pale, so that paths stand out."""
 
 RC = {
     "figure.facecolor": "white",

@@ -18,14 +18,24 @@ from contextlib import contextmanager
 from functools import cache
 
 import mujoco
-from numba import cfunc, types
+import numpy as np
+from numba import cfunc, literal_unroll, njit, types
 
 from magmotor import dipoles
 from magmotor.dipoles import COINCIDENCE_SQUARED, sum_over_sources
 from magmotor.engines.mujoco import layout, memory
 
 _SIGNATURE = types.void(types.int64, types.int64)
+UNBOUNDED = 1 << 30
 _C_TYPE = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)
+
+
+@njit(inline="always")
+def _dipole(i, moment, position, frame):
+    """Position and moment of a site: its z axis is the third column of its frame."""
+    strength = moment[i, 0]
+    x, y, z = position[i, 0], position[i, 1], position[i, 2]
+    return x, y, z, strength * frame[i, 2], strength * frame[i, 5], strength * frame[i, 8]
 
 
 def compile_callback(offsets: layout.Layout, kernels: int):
@@ -39,37 +49,30 @@ def compile_callback(offsets: layout.Layout, kernels: int):
     @cfunc(_SIGNATURE, cache=True, error_model="numpy")
     def callback(model, data):
         _ = kernels  # a part of the cache's key
-        m = memory.words(model, 1 << 20)
-        d = memory.words(data, 1 << 20)
+        m = memory.words(model, UNBOUNDED)
+        d = memory.words(data, UNBOUNDED)
         nsite = m[offsets.nsite // 8]
-        nuser = memory.integers(model + offsets.nuser_site, 1)[0]
-        if nsite == 0 or nuser == 0:
-            if memory.no_dipoles_reported() == 0:
-                memory.report_no_dipoles()
-            return
+        nuser = m[offsets.nuser_site // 8]
         moment = memory.numbers(m[offsets.site_user // 8], nsite, nuser)
         body_of = memory.integers(m[offsets.site_bodyid // 8], nsite)
-        weld_of = memory.integers(m[offsets.body_weldid // 8], 1 << 20)
-        freedoms = memory.integers(m[offsets.body_dofnum // 8], 1 << 20)
+        weld_of = memory.integers(m[offsets.body_weldid // 8], UNBOUNDED)
+        freedoms = memory.integers(m[offsets.body_dofnum // 8], UNBOUNDED)
         position = memory.numbers(d[offsets.site_xpos // 8], nsite, 3)
         frame = memory.numbers(d[offsets.site_xmat // 8], nsite, 9)
-        centre = memory.numbers(d[offsets.xipos // 8], 1 << 20, 3)
-        applied = memory.numbers(d[offsets.xfrc_applied // 8], 1 << 20, 6)
+        centre = memory.numbers(d[offsets.xipos // 8], UNBOUNDED, 3)
+        applied = memory.numbers(d[offsets.xfrc_applied // 8], UNBOUNDED, 6)
 
         sources = memory.stack_tile()
         dipole_count = 0
-        start = 0
+        start = 0 if nuser > 0 else nsite
         while start < nsite:
             first = start
             count = 0
             while start < nsite and count < memory.TILE:
                 if moment[start, 0] != 0.0:
-                    sources[0, count] = position[start, 0]
-                    sources[1, count] = position[start, 1]
-                    sources[2, count] = position[start, 2]
-                    sources[3, count] = moment[start, 0] * frame[start, 2]
-                    sources[4, count] = moment[start, 0] * frame[start, 5]
-                    sources[5, count] = moment[start, 0] * frame[start, 8]
+                    source = _dipole(start, moment, position, frame)
+                    for row in literal_unroll((0, 1, 2, 3, 4, 5)):
+                        sources[row, count] = source[row]
                     sources[6, count] = weld_of[body_of[start]]
                     count += 1
                 start += 1
@@ -81,26 +84,19 @@ def compile_callback(offsets: layout.Layout, kernels: int):
                 if freedoms[weld] == 0 or moment[i, 0] == 0.0:
                     continue
                 if first == 0 and body != last_body:
-                    for k in range(6):
-                        applied[body, k] = 0.0
+                    applied[body] = 0.0
                 last_body = body
-                x, y, z = position[i, 0], position[i, 1], position[i, 2]
-                mx = moment[i, 0] * frame[i, 2]
-                my = moment[i, 0] * frame[i, 5]
-                mz = moment[i, 0] * frame[i, 8]
-                fx, fy, fz, bx, by, bz, coincident = sum_over_sources(
-                    (x, y, z, mx, my, mz), weld, sources, count
-                )
+                target = _dipole(i, moment, position, frame)
+                fx, fy, fz, bx, by, bz, coincident = sum_over_sources(target, weld, sources, count)
                 if coincident > 0:
+                    names = m[offsets.names // 8]
+                    starts = memory.integers(m[offsets.name_siteadr // 8], nsite)
                     for j in range(first, start):
-                        square = 0.0
-                        for k in range(3):
-                            square += (position[i, k] - position[j, k]) ** 2
-                        apart = weld_of[body_of[j]] != weld
-                        if moment[j, 0] != 0.0 and apart and square < COINCIDENCE_SQUARED:
-                            names = m[offsets.names // 8]
-                            starts = memory.integers(m[offsets.name_siteadr // 8], nsite)
+                        gap = position[i] - position[j]
+                        near = np.sum(gap * gap) < COINCIDENCE_SQUARED
+                        if near and moment[j, 0] != 0.0 and weld_of[body_of[j]] != weld:
                             memory.fatal_coincidence(i, names + starts[i], j, names + starts[j])
+                x, y, z, mx, my, mz = target
                 x -= centre[body, 0]
                 y -= centre[body, 1]
                 z -= centre[body, 2]

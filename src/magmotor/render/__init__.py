@@ -1,0 +1,6 @@
+"""Movies and pictures of recorded runs; nothing is simulated again."""
+
+from magmotor.render.movie import movie, still
+from magmotor.render.views import NoOpenGL
+
+__all__ = ["NoOpenGL", "movie", "still"]

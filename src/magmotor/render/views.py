@@ -1,0 +1,90 @@
+"""Views: the decorated model in a recorded pose, seen by its cameras."""
+
+import os
+import warnings
+from collections.abc import Mapping
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from magmotor.engines.mujoco.build import build
+from magmotor.engines.mujoco.coordinates import BallCoordinates
+from magmotor.engines.state import States
+from magmotor.render.trail import Trail
+from magmotor.scenes import Top
+
+Image = NDArray[np.uint8]
+
+
+class NoOpenGL(RuntimeError):
+    """No OpenGL library draws here: none is installed, or not the one that MUJOCO_GL names."""
+
+
+class Views:
+    """Pictures of a scene, each size drawn by a renderer of its own.
+
+    Use in a `with` block: the renderers hold OpenGL contexts.
+
+    Parameters
+    ----------
+    scene : Top
+    sizes : mapping of str to (int, int)
+        Height and width in pixels for the name of each camera that will be used: `front`, `top`
+        or `ball`.
+
+    Raises
+    ------
+    NoOpenGL
+        No OpenGL context can be made.
+    """
+
+    def __init__(self, scene: Top, sizes: Mapping[str, tuple[int, int]]):
+        self.scene = scene
+        self.model = build(scene, looks=True)
+        self.data = mujoco.MjData(self.model)
+        self.coordinates = BallCoordinates(scene.surface, scene.ball_radius)
+        self.renderers: dict[str, mujoco.Renderer] = {}
+        buffer = self.model.vis.global_
+        for camera, (height, width) in sizes.items():
+            buffer.offheight, buffer.offwidth = height, width
+            self.renderers[camera] = _open_renderer(self.model, height, width)
+
+    def pose(self, states: States) -> None:
+        """Put ball and ring where they are in the last of the states."""
+        self.data.qpos[:] = self.coordinates.joints(states)[0]
+        height, tilt = self.scene.ring_pose(float(states.time[-1]))
+        self.data.mocap_pos[0] = 0.0, 0.0, height
+        self.data.mocap_quat[0] = self.scene.ring_quaternion(tilt)
+        mujoco.mj_kinematics(self.model, self.data)
+        mujoco.mj_camlight(self.model, self.data)
+
+    def draw(self, camera: str, trail: Trail | None = None, until: float = 0.0) -> Image:
+        """The pose as a camera sees it, shape (height, width, 3), with the trail up to a time."""
+        renderer = self.renderers[camera]
+        renderer.update_scene(self.data, camera)
+        if trail is not None:
+            trail.add_to(renderer.scene, until)
+        return renderer.render()
+
+    def __enter__(self) -> "Views":
+        """Nothing is left to do."""
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        """Free the OpenGL contexts."""
+        for renderer in self.renderers.values():
+            renderer.close()
+
+
+def _open_renderer(model: mujoco.MjModel, height: int, width: int) -> mujoco.Renderer:
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # GLFW warns of what is raised below
+            return mujoco.Renderer(model, height, width)
+    except (AttributeError, ImportError, RuntimeError, mujoco.FatalError) as error:
+        # MuJoCo raises AttributeError for MUJOCO_GL=disable, ImportError where EGL has no display,
+        # RuntimeError where OSMesa or GLFW has no context, FatalError where GLFW has no library.
+        asked = os.environ.get("MUJOCO_GL", "")
+        setting = f"MUJOCO_GL={asked}" if asked else "MUJOCO_GL is not set"
+        raise NoOpenGL(f"no OpenGL context can be made ({setting}): {error}") from error
