@@ -18,7 +18,13 @@ def models_folder() -> Path:
 
 def load(name: str) -> Element:
     """A scene's MJCF, with the parts that it includes, as a PyMJCF tree."""
-    from dm_control import mjcf
+    try:
+        from dm_control import mjcf
+    except ModuleNotFoundError as missing:
+        raise ModuleNotFoundError(
+            "PyMJCF is missing: pip install --no-deps dm-control (with its dependencies it cannot"
+            " be installed on Python 3.13 and newer, for which labmaze has no wheel)"
+        ) from missing
 
     return mjcf.from_path(str(models_folder() / f"{name}.xml"))
 
