@@ -1,7 +1,7 @@
 """The compiled callback against the same wrench in NumPy and from magpylib."""
 
 import ctypes
-import sys
+import runpy
 import time
 from collections.abc import Callable
 from functools import partial
@@ -15,10 +15,8 @@ from table import Row, in_turns, show
 
 import magmotor as mm
 
-sys.path.append(str(Path(__file__).parents[1] / "tests"))
-
-from numpy_twin import apply_magnetism
-
+PROTOTYPE = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64)
+TWIN = Path(__file__).parents[1] / "tests" / "numpy_twin.py"
 NOTE = """\
 The wrench on the planar top's ball from 20 dipoles, written to xfrc_applied; magpylib's getFT
   computes it from a collection. The callback is called through its C pointer in a compiled loop."""
@@ -26,11 +24,11 @@ The wrench on the planar top's ball from 20 dipoles, written to xfrc_applied; ma
 
 def main() -> None:
     scene = mm.Top()
+    apply_magnetism = runpy.run_path(str(TWIN))["apply_magnetism"]
     stepper = Stepper(mm.build(scene))
     model, data = stepper.model, stepper.data
     with mm.magnetism():
-        address = ctypes.cast(mujoco.get_mjcb_control(), ctypes.c_void_p).value
-    call = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64)(address)
+        call = ctypes.cast(mujoco.get_mjcb_control(), PROTOTYPE)
     calls = partial(_call_often, call, model._address, data._address)
     calls(1)
     cases = {

@@ -4,6 +4,11 @@ import os
 import platform
 import time
 
+import magmotor as mm
+
+# isort: split
+# Above, magmotor chose who draws, as it can until MuJoCo is imported.
+import anatomy
 import callback
 import magnetised
 import minimal
@@ -12,14 +17,15 @@ import startup
 import threads
 import throughput
 
-TOPICS = (magnetised, callback, minimal, threads, startup, throughput)
+TOPICS = (magnetised, callback, minimal, anatomy, threads, startup, throughput)
 
 
 def main() -> None:
     begin = time.perf_counter()
-    load = ", ".join(f"{x:.1f}" for x in os.getloadavg())
-    print(f"MuJoCo {mujoco.__version__}, Python {platform.python_version()}, {os.cpu_count()} CPUs,")
-    print(f"load before the start {load}. Times are minima over turns: noise only adds.")
+    python, cpus, load = platform.python_version(), os.cpu_count(), os.getloadavg()[0]
+    print(f"magmotor {mm.__version__}, MuJoCo {mujoco.__version__}, Python {python}.")
+    print(f"{cpus} CPUs, of which {load:.1f} were busy in the last minute.")
+    print("Times are minima over turns: what disturbs only adds. Noisy rows want another run.")
     for topic in TOPICS:
         topic.main()
     print(f"\n{time.perf_counter() - begin:.0f} s in all")

@@ -4,9 +4,9 @@ import time
 from contextlib import ExitStack
 
 import mujoco
-import stopwatch
 
 import magmotor as mm
+from magmotor.engines.mujoco import stopwatch
 
 TIMESTEP = 0.025
 STEPS = 2000

@@ -3,7 +3,9 @@
 import statistics
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import TypeVar
 
+Name = TypeVar("Name")
 NOISY = 0.1
 """Ratio of minima and median of ratios differing by more than this mark a disturbed measurement."""
 
@@ -38,7 +40,8 @@ class Row:
             shown = [seconds(min(self.times)), seconds(min(self.against)), f"{value:.3g}"]
         target, met = "", True
         if self.at_most is not None:
-            target, met = f"<= {self.at_most:g}", value <= self.at_most
+            bound = f"{self.at_most:g}" if self.against else seconds(self.at_most)
+            target, met = f"<= {bound}", value <= self.at_most
         if self.at_least is not None:
             target, met = f">= {self.at_least:g}", value >= self.at_least
         verdict = ("met" if met else "MISSED") if target else ""
@@ -47,9 +50,9 @@ class Row:
         return [self.name, *shown, target, verdict]
 
 
-def in_turns(cases: Mapping[str, Callable[[], float]], turns: int) -> dict[str, list[float]]:
+def in_turns(cases: Mapping[Name, Callable[[], float]], turns: int) -> dict[Name, list[float]]:
     """Seconds that each case returns, in turns, so that a disturbance hits all alike."""
-    times: dict[str, list[float]] = {name: [] for name in cases}
+    times: dict[Name, list[float]] = {name: [] for name in cases}
     for _ in range(turns):
         for name, case in cases.items():
             times[name].append(case())

@@ -133,11 +133,19 @@ def wrench(
     ValueError
         Wrong shape, a value that is not finite, or a dipole that coincides with a source.
     """
+    force, field = force_and_field(position, moment, positions, moments)
+    return force, np.cross(np.asarray(moment), field)
+
+
+def force_and_field(
+    position: ArrayLike, moment: ArrayLike, positions: ArrayLike, moments: ArrayLike
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Force grad(m.B) on a dipole, in N, and the others' field B at it, in T; see `wrench`."""
     position, moment = np.broadcast_arrays(
         _vectors("position", position), _vectors("moment", moment)
     )
     both = _evaluate("position", position, moment, positions, moments)
-    return both[..., 0:3], np.cross(moment, both[..., 3:6])
+    return both[..., 0:3], both[..., 3:6]
 
 
 def energy(

@@ -3,7 +3,7 @@
 import numpy as np
 
 from magmotor.engines.state import States
-from magmotor.observables.motion import energy, kinetic_energy, magnetic_energy, magnetic_lift
+from magmotor.observables.motion import energy_and_lift, kinetic_energy, magnetic_energy
 from magmotor.scenes import Top
 
 
@@ -22,19 +22,19 @@ class Guard:
         # A ring at rest does no work, so the energy cannot grow; a moving one does not do much.
         scale = kinetic_energy(scene, first) + np.abs(magnetic_energy(scene, first))
         allowance = 10 if scene.ring_script else 1
-        self.largest_energy = float((energy(scene, first) + allowance * scale)[0])
+        self.largest_energy = float((energy_and_lift(scene, first)[0] + allowance * scale)[0])
 
     def first_wrong(self, states: States) -> tuple[int, str]:
         """Number of rows before the first wrong one (all, if none is) and what is wrong with it."""
         finite = states.finite()
-        until = int(np.argmin([*finite, False]))
+        until = len(finite) if finite.all() else int(finite.argmin())
         states = states.head(until)
+        energy, lift = energy_and_lift(self.scene, states)
         failures = [(until, "" if until == len(finite) else "a value is not finite")]
-        wild = energy(self.scene, states) > self.largest_energy
+        wild = energy > self.largest_energy
         if wild.any():
             failures.append((int(wild.argmax()), "energy grew beyond what the motion can have"))
         if self.scene.surface == "planar":
-            lift = magnetic_lift(self.scene, states)
             weight = self.scene.ball_mass * self.scene.gravity
             if (lift > weight).any():
                 row = int((lift > weight).argmax())

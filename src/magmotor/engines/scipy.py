@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.integrate import DOP853
 
 from magmotor.dipoles import pack_sources, sum_over_sources
-from magmotor.engines.state import States, record_chunks
+from magmotor.engines.state import CHUNK, States
 from magmotor.scenes import Top
 
 RELATIVE_TOLERANCE = 1e-12
@@ -23,16 +23,11 @@ def run(
     The steps are the integrator's own, but for those that end at a recorded time, where an
     interpolated state would be less accurate; `timestep` and `record_interval` say when to record.
     """
-    interval = timestep * record_interval
+    times = timestep * record_interval * np.arange(1, records + 1)
     solver = _solver(scene, initial)
-    done = 0
-    for count in record_chunks(records, record_interval):
-        time = np.array([interval * k for k in range(done + 1, done + count + 1)])
-        rows = np.empty((count, 10))
-        for row in range(count):
-            rows[row] = _advance(solver, time[row])
-        done += count
-        yield _states(scene, time, rows)
+    for first in range(0, records, CHUNK):
+        time = times[first : first + CHUNK]
+        yield _states(scene, time, np.array([_advance(solver, t) for t in time]))
 
 
 def _advance(solver: DOP853, time: float) -> NDArray[np.float64]:
@@ -41,7 +36,7 @@ def _advance(solver: DOP853, time: float) -> NDArray[np.float64]:
         failure = solver.step()
         if failure:
             raise ArithmeticError(f"dop853 stopped at t = {solver.t:g} s: {failure}")
-    return solver.y
+    return solver.y.copy()
 
 
 def _solver(scene: Top, initial: States) -> DOP853:

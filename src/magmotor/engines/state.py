@@ -1,6 +1,6 @@
 """What engines exchange with the front door: recorded states of the ball."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -8,6 +8,9 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from magmotor.scenes import Top
+
+CHUNK = 20_000
+"""Steps, or recorded states, after which an engine hands over what it has: some 0.1 s."""
 
 
 class States(NamedTuple):
@@ -62,11 +65,3 @@ def smallest_turn(axis: ArrayLike) -> NDArray[np.float64]:
     """Orientation (w, x, y, z) that brings e_z to `axis` by the smallest turn."""
     rotation = Rotation.align_vectors([axis], [[0.0, 0.0, 1.0]])[0]
     return rotation.as_quat(scalar_first=True)
-
-
-def record_chunks(records: int, record_interval: int) -> Iterator[int]:
-    """Sizes of the chunks in which states are handed over: some 20 000 steps, some 0.1 s each."""
-    size = max(1, 20_000 // record_interval)
-    while records > 0:
-        yield min(size, records)
-        records -= size

@@ -4,6 +4,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
+from scipy.spatial.transform import Rotation
 
 from magmotor import dipoles
 from magmotor.engines.state import States
@@ -44,18 +45,22 @@ def friction_torque(scene: Top, axis: Array, slip: Array) -> Array:
 
 def magnetic_energy(scene: Top, states: States) -> Array:
     """Energy -m . B of the ball in the ring's field, in J, shape (T,)."""
-    moment = scene.moment * states.axis
-    return _along_ring(scene, states, dipoles.energy, moment, np.empty(len(states.time)))
+    return magnetic_energy_and_lift(scene, states)[0]
 
 
-def magnetic_lift(scene: Top, states: States) -> Array:
-    """Vertical component of the magnetic force on the ball, in N, shape (T,)."""
-
-    def vertical(position, moment, positions, moments):
-        return dipoles.wrench(position, moment, positions, moments)[0][..., 2]
-
-    moment = scene.moment * states.axis
-    return _along_ring(scene, states, vertical, moment, np.empty(len(states.time)))
+def magnetic_energy_and_lift(scene: Top, states: States) -> tuple[Array, Array]:
+    """Energy -m . B of the ball in the ring's field, in J, and vertical force on it, in N."""
+    position, axis, sources = states.position, states.axis, scene.ring_sources()
+    turn = None
+    if scene.ring_script:  # in the ring's own frame, its dipoles rest
+        height, turn = _ring_frame(scene, states.time)
+        position = turn.apply(position - height, inverse=True)
+        axis = turn.apply(axis, inverse=True)
+        places, outward = scene.ring_dipole_frame()
+        sources = places, scene.moment * outward
+    force, field = dipoles.force_and_field(position, scene.moment * axis, *sources)
+    lift = (force if turn is None else turn.apply(force))[:, 2]
+    return -scene.moment * np.sum(axis * field, axis=-1), lift
 
 
 def kinetic_energy(scene: Top, states: States) -> Array:
@@ -69,9 +74,15 @@ def kinetic_energy(scene: Top, states: States) -> Array:
 
 def energy(scene: Top, states: States) -> Array:
     """Total energy in J, shape (T,); gravity counts from the ball's height on the plane."""
+    return energy_and_lift(scene, states)[0]
+
+
+def energy_and_lift(scene: Top, states: States) -> tuple[Array, Array]:
+    """Total energy in J and vertical magnetic force in N, from one evaluation of the field."""
+    magnetic, lift = magnetic_energy_and_lift(scene, states)
     height = states.position[:, 2] - scene.ball_radius
     weight = scene.ball_mass * scene.gravity
-    return kinetic_energy(scene, states) + magnetic_energy(scene, states) + weight * height
+    return kinetic_energy(scene, states) + magnetic + weight * height, lift
 
 
 def momentum_balance(run: xr.Dataset, scene: Top) -> xr.Dataset:
@@ -118,9 +129,9 @@ def _integrate(time: Array, values: Array) -> Array:
     return spline(time) - spline(time[0])
 
 
-def _along_ring(scene: Top, states: States, function, moment: Array, out: Array) -> Array:
-    if not scene.ring_script:
-        return function(states.position, moment, *scene.ring_sources())
-    for i, time in enumerate(states.time):
-        out[i] = function(states.position[i], moment[i], *scene.ring_sources(time))
-    return out
+def _ring_frame(scene: Top, times: Array) -> tuple[Array, Rotation]:
+    """The ring's centre at each time, and the rotation from its frame to the world's."""
+    poses = np.array([scene.ring_pose(time) for time in times])
+    centre = poses[:, :1] * [0.0, 0.0, 1.0]
+    quaternions = [scene.ring_quaternion(tilt) for tilt in poses[:, 1]]
+    return centre, Rotation.from_quat(quaternions, scalar_first=True)

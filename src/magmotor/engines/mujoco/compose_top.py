@@ -20,6 +20,7 @@ def compose_top(scene: Top, *, looks: bool) -> parts.Element:
         _frame(root, scene)
     else:
         parts.strip(root)
+        contact.tune_solver(root, scene)
     coordinates = BallCoordinates(scene.surface, scene.ball_radius)
     qpos, qvel = coordinates.joints(start(scene))
     root.keyframe.add("key", name="start", qpos=qpos, qvel=qvel)
@@ -56,7 +57,9 @@ def _place_ring(root: parts.Element, scene: Top) -> None:
     height, tilt = scene.ring_pose(0.0)
     body.pos = [0.0, 0.0, height]
     body.quat = scene.ring_quaternion(tilt)
-    root.find("mesh", "hoop").scale = [scene.ring_radius] * 3
+    vertices, faces = _hoop(scene.ring_radius, 0.01 * scene.ring_radius)
+    hoop = root.asset.add("mesh", name="hoop", vertex=vertices, face=faces, smoothnormal=True)
+    body.add("geom", name="hoop", dclass="visual", type="mesh", mesh=hoop, material="hoop")
     shaft, tip = root.find("mesh", "ring_shaft"), root.find("mesh", "ring_tip")
     for mesh in (shaft, tip):
         mesh.scale *= scene.ring_radius * min(1.0, 20 / scene.ring_dipoles)
@@ -74,12 +77,28 @@ def _place_ring(root: parts.Element, scene: Top) -> None:
         body.add("geom", dclass="arrow", mesh=tip, pos=end, zaxis=outward)
 
 
+def _hoop(radius: float, thickness: float) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices and triangles of a thin torus, with far fewer of them than MuJoCo's own."""
+    around, across = np.indices((96, 6))
+    u, v = 2 * np.pi * around / 96, 2 * np.pi * across / 6
+    outward = radius + thickness * np.cos(v)
+    points = np.stack([outward * np.cos(u), outward * np.sin(u), thickness * np.sin(v)], axis=-1)
+    index = np.arange(96 * 6).reshape(96, 6)
+    ahead, up = np.roll(index, -1, axis=0), np.roll(index, -1, axis=1)
+    both = np.roll(ahead, -1, axis=1)
+    triangles = np.stack([index, ahead, both, index, both, up], axis=-1)
+    return points.ravel(), triangles.ravel()
+
+
 def _frame(root: parts.Element, scene: Top) -> None:
-    """Move lights and cameras, set for the default scene, to where they show all of this one."""
+    """Fit floor, lights and cameras, which are set for the default scene, to this one."""
     highest = max([height for _, height, _ in scene.ring_script] or [scene.ring_height])
     centre = np.array([0.0, 0.0, highest / 2])
-    extent = np.hypot(1.15 * scene.ring_radius, 0.75 * highest)
-    statistic = root.statistic
-    for element in [*root.worldbody.light, *root.worldbody.camera]:
-        element.pos = centre + extent / statistic.extent * (element.pos - statistic.center)
+    extent = np.hypot(1.15 * scene.ring_radius, 0.5 * highest)
+    statistic, world = root.statistic, root.worldbody
+    zoom = extent / statistic.extent
+    for element in [*world.light, *world.camera]:
+        element.pos = centre + zoom * (element.pos - statistic.center)
+    floor = root.find("geom", "floor")
+    floor.size = zoom * floor.size
     statistic.center, statistic.extent = centre, extent

@@ -4,11 +4,14 @@ from collections.abc import Generator
 
 import mujoco
 import numpy as np
+from mujoco.rollout import rollout
+from numpy.typing import NDArray
 
+from magmotor.engines.mujoco import stopwatch
 from magmotor.engines.mujoco.build import build
 from magmotor.engines.mujoco.coordinates import BallCoordinates
 from magmotor.engines.mujoco.magnetism import magnetism
-from magmotor.engines.state import States, record_chunks
+from magmotor.engines.state import CHUNK, States
 from magmotor.scenes import Top
 
 INTEGRATORS = {
@@ -16,6 +19,7 @@ INTEGRATORS = {
     "implicitfast": mujoco.mjtIntegrator.mjINT_IMPLICITFAST,
     "rk4": mujoco.mjtIntegrator.mjINT_RK4,
 }
+RING_POSE = int(mujoco.mjtState.mjSTATE_MOCAP_POS) | int(mujoco.mjtState.mjSTATE_MOCAP_QUAT)
 
 
 def run(
@@ -31,25 +35,30 @@ def run(
     model.opt.integrator = INTEGRATORS[scheme]
     data = mujoco.MjData(model)
     coordinates = BallCoordinates(scene.surface, scene.ball_radius)
-    data.qpos[:], data.qvel[:] = coordinates.joints(initial)
-    done = 0
-    with magnetism():
-        for count in record_chunks(records, record_interval):
-            qpos, qvel = np.empty((count, model.nq)), np.empty((count, model.nv))
-            time = np.empty(count)
-            for row in range(count):
-                if scene.ring_script:
-                    for step in range(done, done + record_interval):
-                        _move_ring(scene, data, (step + 0.5) * timestep)
-                        mujoco.mj_step(model, data)
-                else:
-                    mujoco.mj_step(model, data, nstep=record_interval)
-                done += record_interval
-                qpos[row], qvel[row], time[row] = data.qpos, data.qvel, done * timestep
-            yield coordinates.states(time, qpos, qvel)
+    state = np.concatenate([[0.0], *coordinates.joints(initial)])
+    done, last = 0, records * record_interval
+    with magnetism(), stopwatch.stopped():
+        while done < last:
+            steps = np.arange(done, min(done + CHUNK, last))
+            poses = _ring_poses(scene, (steps + 0.5) * timestep)
+            paths, _ = rollout(model, data, state, poses, control_spec=RING_POSE, nstep=len(steps))
+            path = paths[0]
+            # A warning of huge values ends a rollout, and its last state is repeated.
+            path[np.diff(path[:, 0], prepend=state[0]) <= 0] = np.nan
+            state = path[-1].copy()
+            done += len(steps)
+            recorded = (steps + 1) % record_interval == 0
+            if recorded.any():
+                qpos, qvel = np.split(path[recorded, 1:], [model.nq], axis=1)
+                yield coordinates.states((steps[recorded] + 1) * timestep, qpos, qvel)
 
 
-def _move_ring(scene: Top, data: mujoco.MjData, time: float) -> None:
-    height, tilt = scene.ring_pose(time)
-    data.mocap_pos[0] = 0.0, 0.0, height
-    data.mocap_quat[0] = scene.ring_quaternion(tilt)
+def _ring_poses(scene: Top, times: NDArray[np.float64]) -> NDArray[np.float64] | None:
+    """Position and orientation of a scripted ring, step by step; others stay where they are."""
+    if not scene.ring_script:
+        return None
+    poses = np.zeros((1, len(times), 7))
+    for row, time in zip(poses[0], times, strict=True):
+        row[2], tilt = scene.ring_pose(time)
+        row[3:] = scene.ring_quaternion(tilt)
+    return poses
