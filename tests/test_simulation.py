@@ -51,6 +51,28 @@ def test_record_interval_thins_the_same_run(method):
         np.testing.assert_allclose(third[name], every[name][::3], rtol=1e-9, atol=1e-15)
 
 
+@pytest.mark.parametrize("record_interval", [7, 25_000])
+def test_records_cross_chunks(record_interval):
+    """Steps go in chunks of 20 000, which need not be multiples of the interval."""
+    steps = 52_000
+    every, thinned = (
+        mm.simulate(mm.Top(), method="mujoco/euler", timestep=0.01, duration=520, record_interval=n)
+        for n in (1, record_interval)
+    )
+    assert every.sizes["time"] == steps + 1
+    chosen = every.isel(time=slice(None, None, record_interval))
+    for name in ("time", "position", "velocity", "orientation"):
+        np.testing.assert_array_equal(thinned[name], chosen[name])
+
+
+def test_the_stopwatch_runs_again_after_a_run():
+    model = mm.build(mm.Top())
+    data = mujoco.MjData(model)
+    mm.simulate(mm.Top(), **SHORT)
+    mujoco.mj_step(model, data)
+    assert data.timer[mujoco.mjtTimer.mjTIMER_STEP].duration > 0
+
+
 @pytest.mark.parametrize("method", mm.methods(mm.Top()))
 def test_a_run_continues_another(method):
     whole = mm.simulate(mm.Top(), method=method, timestep=0.0125, duration=4)
