@@ -1,7 +1,38 @@
-"""Write a scene as one standalone MJCF file, which any MuJoCo viewer opens."""
+"""Write a scene as one standalone MJCF file, which any MuJoCo viewer opens.
+
+It holds the decorated scene, with the initial state as keyframe 0. Magnetism acts on it, as on any
+model with dipole sites, inside `magmotor.magnetism()`.
+"""
 
 import re
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
 
 import tyro
+from command_line import parse, written_whole
+
+
+@dataclass
+class Options:
+    path: tyro.conf.Positional[Path]
+    """the file to write"""
+
+
+def main() -> None:
+    scene, options = parse(Options, __doc__ or "")
+    from magmotor.engines.mujoco.build import compose
+
+    text = plain(compose(scene, looks=True).to_xml_string())
+    with written_whole(options.path) as part:
+        part.write_text(text)
+    print(f"wrote {options.path}")
+
+
+def plain(text: str) -> str:
+    """The same MJCF with the shortest digits that read back as the same numbers, and no fillers."""
+    text = re.sub(r' (name="//unnamed[^"]*"|class="/"(?!>))', "", text)
+    return re.sub(r"-?\d+\.\d+(e-?\d+)?", lambda number: repr(float(number[0])), text)
+
+
+if __name__ == "__main__":
+    main()

@@ -13,10 +13,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.lines import Line2D
 
-NO_SPIN = 1e-3
-"""In rad/s: less is drawn as none, so that rounding does not fill the axes."""
-
-
 def draw_momentum(axes: "Axes", run: xr.Dataset, scene: Top) -> tuple[list["Line2D"], float]:
     """Draw J as simulated and as the integral of friction's torque.
 
@@ -32,8 +28,9 @@ def draw_momentum(axes: "Axes", run: xr.Dataset, scene: Top) -> tuple[list["Line
     lines += axes.plot(run.time, balance.integral, "--", color=style.ORANGE, label=label)
     axes.set(xlabel="t (s)", ylabel="J (kg m²/s)")
     inertia = scene.inertia[2]
-    if np.abs(run.momentum_map).max() < NO_SPIN * inertia:
-        axes.set_ylim(-NO_SPIN * inertia, NO_SPIN * inertia)
+    least = style.NO_SPIN * inertia
+    if np.abs(run.momentum_map).max() < least:
+        axes.set_ylim(-least, least)
     spin = axes.secondary_yaxis("right", functions=(lambda J: J / inertia, lambda w: w * inertia))
     spin.set_ylabel("spin (rad/s)")
     return lines, float(np.abs(balance.residual).max())

@@ -2,10 +2,13 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from PIL.ImageFont import FreeTypeFont
 
 BLUE, ORANGE, GREEN, INK, GREY = "#0072b2", "#e69f00", "#009e73", "#22282e", "#8a9299"
 """What was simulated, what theory says, a third thing, text, and what is in the background."""
@@ -13,9 +16,14 @@ BLUE, ORANGE, GREEN, INK, GREY = "#0072b2", "#e69f00", "#009e73", "#22282e", "#8
 LANDSCAPE = ("#7f8d9b", "#f8f9fa")
 """From the deepest potential to the highest: pale, so that paths stand out."""
 
+NO_SPIN = 1e-3
+"""In rad/s: less is drawn as none, so that rounding does not fill the axes."""
+
+FONT = "DejaVu Sans"
+
 RC = {
     "figure.facecolor": "white",
-    "font.family": "DejaVu Sans",
+    "font.family": FONT,
     "font.size": 10,
     "text.color": INK,
     "axes.labelcolor": INK,
@@ -32,7 +40,8 @@ RC = {
     "xtick.color": INK,
     "ytick.color": INK,
     "lines.linewidth": 1.6,
-    "legend.frameon": False,
+    "legend.framealpha": 0.8,
+    "legend.edgecolor": "none",
     "legend.fontsize": 9,
 }
 
@@ -46,5 +55,16 @@ def figure(width: float, height: float) -> Iterator["Figure"]:
 
     with matplotlib.rc_context(RC):
         drawing = Figure(figsize=(width, height), layout="constrained", dpi=100)
+        drawing.get_layout_engine().set(w_pad=0.1, h_pad=0.1)
         FigureCanvasAgg(drawing)
         yield drawing
+
+
+@cache
+def pillow_font(size: int) -> "FreeTypeFont":
+    """The figures' font for Pillow, at a size in pixels; Matplotlib ships its file."""
+    import matplotlib
+    from PIL import ImageFont
+
+    fonts = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
+    return ImageFont.truetype(str(fonts / f"{FONT.replace(' ', '')}.ttf"), size)

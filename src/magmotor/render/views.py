@@ -22,9 +22,7 @@ class NoOpenGL(RuntimeError):
 
 
 class Views:
-    """Pictures of a scene, each size drawn by a renderer of its own.
-
-    Use in a `with` block: the renderers hold OpenGL contexts.
+    """Pictures of a scene, each size drawn by a renderer of its own, to be closed at the end.
 
     Parameters
     ----------
@@ -48,7 +46,9 @@ class Views:
         buffer = self.model.vis.global_
         for camera, (height, width) in sizes.items():
             buffer.offheight, buffer.offwidth = height, width
-            self.renderers[camera] = _open_renderer(self.model, height, width)
+            renderer = _open_renderer(self.model, height, width)
+            renderer.scene.flags[mujoco.mjtRndFlag.mjRND_SKYBOX] = False  # no camera sees it
+            self.renderers[camera] = renderer
 
     def pose(self, states: States) -> None:
         """Put ball and ring where they are in the last of the states."""
@@ -67,11 +67,7 @@ class Views:
             trail.add_to(renderer.scene, until)
         return renderer.render()
 
-    def __enter__(self) -> "Views":
-        """Nothing is left to do."""
-        return self
-
-    def __exit__(self, *error: object) -> None:
+    def close(self) -> None:
         """Free the OpenGL contexts."""
         for renderer in self.renderers.values():
             renderer.close()
@@ -83,8 +79,7 @@ def _open_renderer(model: mujoco.MjModel, height: int, width: int) -> mujoco.Ren
             warnings.simplefilter("ignore")  # GLFW warns of what is raised below
             return mujoco.Renderer(model, height, width)
     except (AttributeError, ImportError, RuntimeError, mujoco.FatalError) as error:
-        # MuJoCo raises AttributeError for MUJOCO_GL=disable, ImportError where EGL has no display,
-        # RuntimeError where OSMesa or GLFW has no context, FatalError where GLFW has no library.
-        asked = os.environ.get("MUJOCO_GL", "")
-        setting = f"MUJOCO_GL={asked}" if asked else "MUJOCO_GL is not set"
-        raise NoOpenGL(f"no OpenGL context can be made ({setting}): {error}") from error
+        # With MUJOCO_GL=disable it is AttributeError; where EGL has no display, ImportError; where
+        # OSMesa has no context, RuntimeError; where GLFW finds no window system, FatalError.
+        asked = os.environ.get("MUJOCO_GL", "is not set")
+        raise NoOpenGL(f"MuJoCo finds no OpenGL to draw with (MUJOCO_GL={asked})") from error

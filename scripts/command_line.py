@@ -1,0 +1,89 @@
+"""What the scripts share: a scene from typed flags, files written whole, and errors in one line."""
+
+import os
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import Field, dataclass, field, fields, make_dataclass
+from pathlib import Path
+from typing import Annotated, NoReturn, TypeVar
+
+import tyro
+
+import magmotor as mm
+from magmotor.scenes.fields import check_choice
+
+PRESETS = {
+    "paper1": mm.Top.paper(1),
+    "paper2": mm.Top.paper(2),
+    "paper3": mm.Top.paper(3),
+    "paper4": mm.Top.paper(4),
+    "experiment": mm.Top.experiment(),
+    "si": mm.Top.si(),
+}
+
+Options = TypeVar("Options")
+
+
+@dataclass
+class Preset:
+    preset: Annotated[str, tyro.conf.arg(metavar="|".join(PRESETS))] = "paper4"
+    """where the scene's fields start: a case of the paper (4 acquires spin), its experiment (the
+    ring is lowered, then tilted), or case 4 with the moments read in SI"""
+
+
+def parse(
+    options: type[Options], description: str, arguments: Sequence[str] | None = None
+) -> tuple[mm.Top, Options]:
+    """The scene, from a preset and a flag for each of its fields, and a script's own options.
+
+    A field with a value that it cannot have ends the program with one line and code 2.
+    """
+    # The preset first, because the other flags have its values as their defaults.
+    preset, _ = tyro.cli(Preset, args=arguments, return_unknown_args=True, add_help=False)
+    try:
+        check_choice("preset", preset.preset, tuple(PRESETS))
+        scene = PRESETS[preset.preset]
+        flags = make_dataclass("Scene", [_flag(f, scene) for f in fields(scene) if f.metadata])
+
+        def top(
+            own: tyro.conf.OmitArgPrefixes[options],
+            preset: tyro.conf.OmitArgPrefixes[Preset],
+            scene: tyro.conf.OmitArgPrefixes[flags],
+        ):
+            return own, scene
+
+        top.__doc__ = description
+        own, changes = tyro.extras.subcommand_cli_from_dict(
+            {"top": top}, description=description, args=arguments
+        )
+        return scene.replace(**vars(changes)), own
+    except ValueError as error:
+        fail(str(error), 2)
+
+
+def _flag(declared: Field, scene: mm.Top):
+    unit = declared.metadata["unit"]
+    unit = f" ({unit})" if unit not in ("", "1") else ""
+    told = tyro.conf.arg(help=declared.metadata["doc"] + unit)
+    return declared.name, Annotated[declared.type, told], field(default=getattr(scene, declared.name))
+
+
+def fail(message: str, code: int) -> NoReturn:
+    """End the program with a message on stderr and an exit code."""
+    print(f"{Path(sys.argv[0]).name}: {message}", file=sys.stderr)
+    raise SystemExit(code)
+
+
+@contextmanager
+def written_whole(path: Path) -> Iterator[Path]:
+    """A path to write to, which takes its name only when it is complete."""
+    part = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        yield part
+        part.replace(path)
+    except OSError as error:
+        fail(f"cannot write {path}: {error.strerror or error}", 1)
+    finally:
+        part.unlink(missing_ok=True)
