@@ -3,7 +3,7 @@
 import os
 import sys
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import Field, dataclass, field, fields, make_dataclass
 from pathlib import Path
 from typing import Annotated, NoReturn, TypeVar
@@ -47,9 +47,9 @@ def parse(
         flags = make_dataclass("Scene", [_flag(f, scene) for f in fields(scene) if f.metadata])
 
         def top(
-            own: tyro.conf.OmitArgPrefixes[options],
+            own: tyro.conf.OmitArgPrefixes[options],  # pyright: ignore[reportInvalidTypeForm]
             preset: tyro.conf.OmitArgPrefixes[Preset],
-            scene: tyro.conf.OmitArgPrefixes[flags],
+            scene: tyro.conf.OmitArgPrefixes[flags],  # pyright: ignore[reportInvalidTypeForm]
         ):
             return own, scene
 
@@ -66,7 +66,8 @@ def _flag(declared: Field, scene: mm.Top):
     unit = declared.metadata["unit"]
     unit = f" ({unit})" if unit not in ("", "1") else ""
     told = tyro.conf.arg(help=declared.metadata["doc"] + unit)
-    return declared.name, Annotated[declared.type, told], field(default=getattr(scene, declared.name))
+    default = field(default=getattr(scene, declared.name))
+    return declared.name, Annotated[declared.type, told], default
 
 
 def fail(message: str, code: int) -> NoReturn:
@@ -86,4 +87,5 @@ def written_whole(path: Path) -> Iterator[Path]:
     except OSError as error:
         fail(f"cannot write {path}: {error.strerror or error}", 1)
     finally:
-        part.unlink(missing_ok=True)
+        with suppress(OSError):
+            part.unlink()

@@ -18,7 +18,7 @@ from magmotor.gl import PACKAGES
 
 PAPER = "the paper's parameters give 1.858e-04 kg m^2/s at 21.6 s"
 
-DIVERGED, MISTAKE, NO_OPENGL, INTERRUPTED = 1, 2, 3, 130
+DIVERGED, MISTAKE, NO_OPENGL, UNWRITTEN, INTERRUPTED = 1, 2, 3, 4, 130
 
 
 @dataclass
@@ -104,6 +104,8 @@ def film(run, scene: mm.Top, options: Options) -> None:
     except mm.render.NoOpenGL as error:
         packages = "".join(f"\n  {system}: {command}" for system, command in PACKAGES.items())
         fail(f"no movie: {error}; install OpenGL and run again{packages}", NO_OPENGL)
+    except RuntimeError as error:
+        fail(f"no movie: {' '.join(str(error).split())}", UNWRITTEN)
     print(f"wrote {path}")
 
 

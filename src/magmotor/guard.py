@@ -28,7 +28,7 @@ class Guard:
         """Number of rows before the first wrong one (all, if none is) and what is wrong with it."""
         finite = states.finite()
         until = len(finite) if finite.all() else int(finite.argmin())
-        states = states.head(until)
+        states = states.rows(slice(until))
         energy, lift = energy_and_lift(self.scene, states)
         failures = [(until, "" if until == len(finite) else "a value is not finite")]
         wild = energy > self.largest_energy

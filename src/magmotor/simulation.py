@@ -133,7 +133,7 @@ def _collect(
     try:
         for states in chunks:
             good, reason = guard.first_wrong(states)
-            kept.append(states.head(good))
+            kept.append(states.rows(slice(good)))
             if reason:
                 time = float(states.time[good])
                 raise SimulationDiverged(reason, time, assemble(scene, kept, **attributes))

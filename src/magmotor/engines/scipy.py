@@ -97,7 +97,7 @@ def _derivative(y, sources, parameters):
     )
 
 
-def _states(scene: Top, time: NDArray[np.float64], rows: NDArray[np.float64]) -> States:
+def _states(scene: Top, time: NDArray, rows: NDArray[np.float64]) -> States:
     inertia, _, axial = scene.inertia
     flat = np.zeros((len(rows), 1))
     axis, momentum = rows[:, 4:7], rows[:, 7:10]

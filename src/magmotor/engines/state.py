@@ -1,6 +1,6 @@
 """What engines exchange with the front door: recorded states of the ball."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -26,18 +26,15 @@ class States(NamedTuple):
     angular_velocity: NDArray[np.float64]
     orientation: NDArray[np.float64] | None
 
-    def head(self, count: int) -> "States":
-        """The first `count` rows."""
-        return self._apply(lambda column: column[:count])
+    def rows(self, chosen: slice) -> "States":
+        """Some of the rows."""
+        orientation = None if self.orientation is None else self.orientation[chosen]
+        return States(*[column[chosen] for column in self[:5]], orientation=orientation)
 
     def finite(self) -> NDArray[np.bool_]:
         """Which rows hold finite values only."""
         columns = [c.reshape(len(self.time), -1) for c in self if c is not None]
         return np.logical_and.reduce(np.isfinite(np.hstack(columns)), axis=1)
-
-    def _apply(self, function: Callable[[NDArray], NDArray]) -> "States":
-        orientation = None if self.orientation is None else function(self.orientation)
-        return States(*[function(column) for column in self[:5]], orientation=orientation)
 
 
 def concatenate(blocks: Sequence[States]) -> States:

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.lines import Line2D
 
+
 def draw_momentum(axes: "Axes", run: xr.Dataset, scene: Top) -> tuple[list["Line2D"], float]:
     """Draw J as simulated and as the integral of friction's torque.
 
@@ -31,6 +32,7 @@ def draw_momentum(axes: "Axes", run: xr.Dataset, scene: Top) -> tuple[list["Line
     least = style.NO_SPIN * inertia
     if np.abs(run.momentum_map).max() < least:
         axes.set_ylim(-least, least)
-    spin = axes.secondary_yaxis("right", functions=(lambda J: J / inertia, lambda w: w * inertia))
+    to_spin = (lambda J: np.asarray(J) / inertia, lambda spin: np.asarray(spin) * inertia)
+    spin = axes.secondary_yaxis("right", functions=to_spin)
     spin.set_ylabel("spin (rad/s)")
     return lines, float(np.abs(balance.residual).max())

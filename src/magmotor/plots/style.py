@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -21,7 +21,7 @@ NO_SPIN = 1e-3
 
 FONT = "DejaVu Sans"
 
-RC = {
+RC: dict[Any, Any] = {
     "figure.facecolor": "white",
     "font.family": FONT,
     "font.size": 10,
@@ -52,10 +52,11 @@ def figure(width: float, height: float) -> Iterator["Figure"]:
     import matplotlib
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
 
     with matplotlib.rc_context(RC):
-        drawing = Figure(figsize=(width, height), layout="constrained", dpi=100)
-        drawing.get_layout_engine().set(w_pad=0.1, h_pad=0.1)
+        layout = ConstrainedLayoutEngine(w_pad=0.1, h_pad=0.1)
+        drawing = Figure(figsize=(width, height), layout=layout, dpi=100)
         FigureCanvasAgg(drawing)
         yield drawing
 

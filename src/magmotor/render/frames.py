@@ -1,13 +1,9 @@
 """Frames: the whole scene, the ball from near by, and J(t), side by side."""
 
-from collections.abc import Sequence
-from pathlib import Path
-
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from magmotor.engines.state import States
 from magmotor.observables import momentum_map
 from magmotor.plots import style
 from magmotor.render.moments import moments
@@ -26,15 +22,14 @@ TYPESET = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 class Frames:
     """The frames of a run's movie, each drawn when it is asked for.
 
-    They are drawn inside a `with` block, which holds OpenGL contexts. Outside, this is plain data
-    that can be sent to another process.
+    They are drawn inside a `with` block, which holds OpenGL contexts.
 
     Parameters
     ----------
     run : xarray.Dataset
         With orientations, as from MuJoCo.
     scene : Top
-    times : sequence of float
+    times : array_like, shape (T,)
         Of the frames, in seconds.
     note : str
         Said below the numbers.
@@ -47,7 +42,7 @@ class Frames:
         On entering: no OpenGL context can be made.
     """
 
-    def __init__(self, run: xr.Dataset, scene: Top, times: Sequence[float], note: str = ""):
+    def __init__(self, run: xr.Dataset, scene: Top, times: ArrayLike, note: str = ""):
         self.scene, self.note = scene, note
         self.moments = moments(run, times)
         self.momentum = momentum_map(scene, self.moments.axis, self.moments.angular_velocity)
@@ -71,7 +66,7 @@ class Frames:
 
     def draw(self, i: int) -> NDArray[np.uint8]:
         """Frame i, shape (720, 1280, 3)."""
-        moment = States(*(column[i : i + 1] for column in self.moments))
+        moment = self.moments.rows(slice(i, i + 1))
         time, momentum = float(moment.time[0]), float(self.momentum[i])
         self.views.pose(moment)
         main, near = (self.views.draw(camera, self.trail, time) for camera in SIZES)

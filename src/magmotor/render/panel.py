@@ -61,5 +61,8 @@ def _dot(picture: NDArray[np.uint8], x: float, y: float) -> None:
 
 
 def _pixels(figure: "Figure") -> NDArray[np.uint8]:
-    figure.canvas.draw()
-    return np.array(figure.canvas.buffer_rgba())[:, :, :3]
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    return np.array(canvas.buffer_rgba())[:, :, :3]

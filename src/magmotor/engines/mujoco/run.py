@@ -53,7 +53,7 @@ def run(
                 yield coordinates.states((steps[recorded] + 1) * timestep, qpos, qvel)
 
 
-def _ring_poses(scene: Top, times: NDArray[np.float64]) -> NDArray[np.float64] | None:
+def _ring_poses(scene: Top, times: NDArray) -> NDArray[np.float64] | None:
     """Position and orientation of a scripted ring, step by step; others stay where they are."""
     if not scene.ring_script:
         return None

@@ -1,0 +1,130 @@
+"""Movies and pictures show what they are meant to show."""
+
+import subprocess
+
+import imageio_ffmpeg
+import mediapy
+import numpy as np
+import pytest
+
+import magmotor as mm
+from magmotor.engines.state import start
+from magmotor.render.frames import Frames
+from magmotor.render.trail import Trail
+from magmotor.render.views import NoOpenGL, Views
+
+SIZE = (180, 240)
+CAMERAS = ("front", "top", "ball")
+
+
+@pytest.fixture(scope="module")
+def opengl():
+    """Skips where nothing draws."""
+    try:
+        Views(mm.Top(), {"front": SIZE}).close()
+    except NoOpenGL as reason:
+        pytest.skip(str(reason))
+
+
+@pytest.fixture(scope="module")
+def run():
+    return mm.simulate(mm.Top(), method="mujoco/rk4", timestep=0.025, duration=22)
+
+
+def pictures(scene, states, trail=None):
+    views = Views(scene, dict.fromkeys(CAMERAS, SIZE))
+    try:
+        views.pose(states)
+        return {camera: views.draw(camera, trail, 1e9).astype(int) for camera in CAMERAS}
+    finally:
+        views.close()
+
+
+def decoded(path):
+    """The bytes of all frames of a movie."""
+    command = [imageio_ffmpeg.get_ffmpeg_exe(), "-i", path, "-f", "rawvideo", "-pix_fmt", "rgb24"]
+    raw = subprocess.run([*command, "-"], capture_output=True, check=True).stdout
+    return np.frombuffer(raw, np.uint8)
+
+
+def red(picture):
+    """Which pixels have the red of the dipoles' arrows."""
+    return (picture[..., 0] > 2 * picture[..., 1]) & (picture[..., 0] > 80)
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [mm.Top(), mm.Top(ring_dipoles=1), mm.Top(ring_dipoles=40), mm.Top(ball_radius=0.05)],
+    ids=["paper", "one dipole", "40 dipoles", "large ball"],
+)
+def test_every_camera_sees_the_dipoles(opengl, scene):
+    seen = pictures(scene, start(scene))
+    for camera, picture in seen.items():
+        assert picture.shape == (*SIZE, 3)
+        assert picture.std() > 5, camera
+        assert red(picture).sum() >= 5, camera
+
+
+def test_arrows_go_round_the_ring(opengl):
+    rows, columns = np.nonzero(red(pictures(mm.Top(), start(mm.Top()))["top"]))
+    azimuth = np.arctan2(rows - SIZE[0] / 2, columns - SIZE[1] / 2)
+    assert (np.histogram(azimuth, bins=8, range=(-np.pi, np.pi))[0] > 0).all()
+
+
+def test_the_balls_pattern_turns_with_it(opengl):
+    scene = mm.Top()
+    state = start(scene)
+    quarter = np.array([[np.sqrt(0.5), 0, 0, np.sqrt(0.5)]])
+    still, turned = (
+        pictures(scene, s)["ball"] for s in (state, state._replace(orientation=quarter))
+    )
+    middle = (slice(60, 120), slice(80, 160))
+    assert np.abs(still - turned)[middle].mean() > 10  # measured: 51
+
+
+def test_the_trail_is_drawn_where_the_ball_was(opengl, run):
+    trail = Trail(run.time.values, run.position.values, 0.005)
+    scene = mm.Top()
+    without, with_trail = (pictures(scene, start(scene), t)["top"] for t in (None, trail))
+    rows = np.nonzero(np.abs(with_trail - without).max(axis=-1) > 20)[0]
+    assert len(rows) > 100
+    # From left to right it goes through y > 0, the picture's upper half.
+    assert np.mean(rows < SIZE[0] / 2) > 0.8
+
+
+def test_a_movie_has_its_frames_and_size(opengl, run, tmp_path):
+    short = run.isel(time=slice(0, 21))
+    mm.render.movie(short, mm.Top(), tmp_path / "top.mp4", seconds_per_second=0.5)
+    frames = decoded(tmp_path / "top.mp4").reshape(-1, 720, 1280, 3).astype(int)
+    assert len(frames) == 26
+    assert frames[0].std() > 10
+    assert np.abs(frames[-1] - frames[0]).max() > 50
+
+
+def test_ctrl_c_ends_a_movie_as_ctrl_c(opengl, run, tmp_path, monkeypatch):
+    def interrupted(self, i):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Frames, "draw", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        mm.render.movie(run, mm.Top(), tmp_path / "top.mp4")
+
+
+def test_a_run_without_orientation_cannot_be_filmed(tmp_path):
+    run = mm.simulate(mm.Top(), method="scipy/dop853", timestep=0.1, duration=1)
+    with pytest.raises(ValueError, match=r"method = 'scipy/dop853': must be one of mujoco/\*"):
+        mm.render.movie(run, mm.Top(), tmp_path / "top.mp4")
+    with pytest.raises(ValueError, match="seconds_per_second = 0: must be greater than 0"):
+        mm.render.movie(run, mm.Top(), tmp_path / "top.mp4", seconds_per_second=0)
+    assert not any(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    "scene", [mm.Top(), mm.Top.experiment(), mm.Top.paper(1)], ids=["paper4", "script", "no spin"]
+)
+def test_the_overview_is_drawn(scene, tmp_path):
+    run = mm.simulate(scene, method="mujoco/rk4", timestep=0.025, duration=2)
+    mm.plots.overview(run, scene, tmp_path / "top.png")
+    picture = mediapy.read_image(tmp_path / "top.png")
+    assert min(picture.shape[:2]) > 500
+    assert picture.std() > 10

@@ -1,0 +1,116 @@
+"""The scripts: what they write, their one-line errors, and their exit codes."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+import xarray as xr
+
+import magmotor as mm
+
+SCRIPTS = Path(__file__).parents[1] / "scripts"
+SHORT = ("--duration", "1", "--timestep", "0.025")
+
+
+def script(name, *arguments, **environment):
+    return subprocess.run(
+        [sys.executable, "-W", "error", SCRIPTS / f"{name}.py", *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        env=os.environ | environment,
+        timeout=120,
+        check=False,
+    )
+
+
+def test_without_opengl_all_but_the_movie_is_made(tmp_path):
+    done = script("movie", "top", *SHORT, "--out", tmp_path, MUJOCO_GL="disable")
+    assert done.returncode == 3, done.stderr
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["top.nc", "top.png"]
+    for package in ("libegl1", "mesa-libEGL"):
+        assert package in done.stderr
+    assert "Traceback" not in done.stderr
+    run = xr.load_dataset(tmp_path / "top.nc")
+    assert mm.scene_of(run) == mm.Top()
+    assert run.sizes["time"] == 41
+
+
+def test_presets_and_fields_make_the_scene(tmp_path):
+    flags = ("--preset", "experiment", "--friction", "0.2", "--position", "0.03", "0.01")
+    script("movie", "top", *flags, *SHORT, "--out", tmp_path, MUJOCO_GL="disable")
+    scene = mm.scene_of(xr.load_dataset(tmp_path / "top.nc"))
+    assert scene == mm.Top.experiment(friction=0.2, position=(0.03, 0.01))
+
+
+@pytest.mark.parametrize(
+    ("flags", "line"),
+    [
+        (("--ball-mass", "-1"), "movie.py: ball_mass = -1.0: must be greater than 0 kg"),
+        (("--timestep", "0"), "movie.py: timestep = 0.0: must be greater than 0 s"),
+        (("--method", "euler"), "movie.py: method = 'euler': must be one of mujoco/euler"),
+        (("--preset", "paper5"), "movie.py: preset = 'paper5': must be one of paper1"),
+    ],
+)
+def test_a_mistake_is_one_line_and_code_2(tmp_path, flags, line):
+    done = script("movie", "top", *SHORT, *flags, "--out", tmp_path)
+    assert done.returncode == 2
+    assert done.stderr.startswith(line)
+    assert done.stderr.count("\n") == 1
+    assert not any(tmp_path.iterdir())
+
+
+def test_a_diverged_run_is_kept_and_code_1(tmp_path):
+    flags = ("--preset", "si", "--timestep", "0.001", "--duration", "1")
+    done = script("movie", "top", *flags, "--out", tmp_path)
+    assert done.returncode == 1
+    assert done.stderr.startswith("movie.py: mujoco/rk4 with timestep 0.001 s stopped at t = 0.277")
+    assert done.stderr.count("\n") == 1
+    assert float(xr.load_dataset(tmp_path / "top.nc").time[-1]) == pytest.approx(0.276)
+
+
+def test_help_names_fields_with_units():
+    done = script("movie", "top", "--help")
+    assert done.returncode == 0
+    for text in (
+        "--ring-height",
+        "height H of the ring",
+        "(m)",
+        "--preset",
+        "--seconds-per-second",
+    ):
+        assert text in done.stdout
+
+
+@pytest.mark.parametrize("surface", ["planar", "plane"])
+def test_exported_mjcf_stands_alone_and_moves_alike(tmp_path, surface):
+    path = tmp_path / "sub" / "top.xml"
+    done = script("export_mjcf", "top", path, "--surface", surface, "--tilt", "0.1")
+    assert done.returncode == 0, done.stderr
+    assert [*path.parent.iterdir()] == [path]
+    exported = mujoco.MjModel.from_xml_path(str(path))
+    names = {
+        mujoco.mj_id2name(exported, mujoco.mjtObj.mjOBJ_CAMERA, i) for i in range(exported.ncam)
+    }
+    assert names == {"front", "top", "ball"}
+    ends = []
+    for model in (exported, mm.build(mm.Top(surface=surface, tilt=0.1))):
+        model.opt.timestep = 0.01
+        data = mujoco.MjData(model)
+        mujoco.mj_resetDataKeyframe(model, data, 0)
+        with mm.magnetism():
+            mujoco.mj_step(model, data, nstep=300)
+        ends.append(np.concatenate([data.qpos, data.qvel]))
+    # Measured: planar 2e-14; plane 5e-12, since the solver of the plain model is tuned.
+    np.testing.assert_allclose(ends[0], ends[1], rtol=1e-9, atol=1e-10)
+
+
+def test_a_file_that_cannot_be_written_is_one_line(tmp_path):
+    (tmp_path / "file").touch()
+    done = script("export_mjcf", "top", tmp_path / "file" / "top.xml")
+    assert done.returncode == 1
+    assert done.stderr.startswith("export_mjcf.py: cannot write")
+    assert done.stderr.count("\n") == 1
