@@ -96,7 +96,7 @@ def test_a_movie_has_its_frames_and_size(opengl, run, tmp_path):
     short = run.isel(time=slice(0, 21))
     mm.render.movie(short, mm.Top(), tmp_path / "top.mp4", seconds_per_second=0.5)
     frames = decoded(tmp_path / "top.mp4").reshape(-1, 720, 1280, 3).astype(int)
-    assert len(frames) == 26
+    assert len(frames) == 21  # a second and its end
     assert frames[0].std() > 10
     assert np.abs(frames[-1] - frames[0]).max() > 50
 

@@ -16,7 +16,7 @@ from magmotor.scenes.fields import check_number, reject
 if TYPE_CHECKING:
     from mediapy import VideoWriter
 
-FRAME_RATE = 25
+FRAME_RATE = 20
 """Frames a second."""
 
 ENCODING = (
@@ -38,7 +38,7 @@ def movie(
     scene : Top
         Its scene.
     path : str or Path
-        The .mp4 file to write: H.264, 1280 x 720, 25 frames a second.
+        The .mp4 file to write: H.264, 1280 x 720, 20 frames a second.
     seconds_per_second : float
         Seconds of the run in a second of the movie.
 
