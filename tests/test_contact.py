@@ -109,7 +109,7 @@ def rates(initial, duration=0.5, **fields):
 
 def test_coulomb_friction_decelerates_a_sliding_ball():
     along, about_y, _ = rates({"velocity": (0.4, 0.0)}, friction=0.0, coulomb_friction=0.02)
-    assert along == pytest.approx(-0.02 * G, rel=0.01)  # measured: 3e-4
+    assert along == pytest.approx(-0.02 * G, rel=0.01)  # measured: +1e-4
     assert about_y == pytest.approx(0.02 * 0.2 * G * 0.018 / 2.592e-5, rel=0.01)
 
 
@@ -120,7 +120,7 @@ def test_torsional_friction_decelerates_a_spinning_ball():
         coulomb_friction=0.02,
         torsional_friction=2e-5,
     )
-    assert about_z == pytest.approx(-2e-5 * 0.2 * G / 2.592e-5, rel=0.01)  # measured: 2e-5
+    assert about_z == pytest.approx(-2e-5 * 0.2 * G / 2.592e-5, rel=0.01)  # measured: +2e-4
 
 
 def test_rolling_friction_decelerates_a_rolling_ball():
@@ -139,7 +139,7 @@ def test_rolling_friction_decelerates_a_rolling_ball():
 
 def test_the_viscous_law_holds_beside_dry_friction():
     along, *_ = rates({"velocity": (0.1, 0.0)}, duration=0.002, coulomb_friction=1e-5)
-    assert along == pytest.approx(-0.3 * 0.1 / 0.2, rel=0.02)  # the step's own error: 0.5 %
+    assert along == pytest.approx(-0.3 * 0.1 / 0.2, rel=0.02)  # measured: -0.2 %, the step's
 
 
 def test_dry_friction_needs_a_short_step():

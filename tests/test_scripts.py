@@ -104,8 +104,7 @@ def test_exported_mjcf_stands_alone_and_moves_alike(tmp_path, surface):
         with mm.magnetism():
             mujoco.mj_step(model, data, nstep=300)
         ends.append(np.concatenate([data.qpos, data.qvel]))
-    # Measured: planar 2e-14; plane 5e-12, since the solver of the plain model is tuned.
-    np.testing.assert_allclose(ends[0], ends[1], rtol=1e-9, atol=1e-10)
+    np.testing.assert_allclose(ends[0], ends[1], rtol=0, atol=1e-12)  # measured: 4e-16
 
 
 def test_a_file_that_cannot_be_written_is_one_line(tmp_path):
