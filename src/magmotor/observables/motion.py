@@ -88,6 +88,9 @@ def energy_and_lift(scene: Top, states: States) -> tuple[Array, Array]:
 def momentum_balance(run: xr.Dataset, scene: Top) -> xr.Dataset:
     """Theory's account of J: the integral of friction's torque, and what it leaves unexplained.
 
+    Friction is the paper's: viscous, and acting all the time, so that what dry friction does, or a
+    ball that leaves the plane, is left unexplained.
+
     Parameters
     ----------
     run : xarray.Dataset

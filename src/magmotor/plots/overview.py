@@ -95,6 +95,8 @@ def _draw_energy(axes: "Axes", run: xr.Dataset, scene: Top) -> None:
     if scene.ring_script:
         work = 1e3 * balance.residual
         axes.plot(run.time, work, ":", color=style.GREEN, label="their difference: the ring's work")
+        bottom, top = axes.get_ylim()
+        axes.set_ylim(bottom, top + 0.4 * (top - bottom))  # room for three lines of legend
         axes.set(title="Energy against heat, and the work of moving the ring")
     else:
         largest = float(1e3 * np.abs(balance.residual).max())
