@@ -44,6 +44,23 @@ def test_a_high_ring_has_its_only_minimum_at_the_centre():
         observables.saddle(scene)
 
 
+@pytest.mark.parametrize(
+    "scene",
+    [mm.Top(ring_dipoles=1), mm.Top(ring_dipoles=3), mm.Top(tilt=0.0, ring_height=0.05)],
+    ids=["one dipole", "three dipoles", "low ring"],
+)
+def test_critical_points_are_near_and_stationary(scene):
+    points = observables.critical_points(scene)
+    assert points
+    assert points[0].kind == "minimum"
+    for point in points:
+        assert np.hypot(*point.position) <= 1.5 * scene.ring_radius
+        around = point.position + 1e-4 * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])
+        values = observables.effective_potential(scene, around)
+        slope = max(abs(values[0] - values[1]), abs(values[2] - values[3])) / 2e-4
+        assert slope < 1e-3 * abs(point.energy) / scene.ring_radius
+
+
 @pytest.mark.parametrize(("ratio", "kind"), [(0.979, "maximum"), (0.981, "minimum")])
 def test_the_centre_is_a_maximum_only_while_the_ring_is_low(ratio, kind):
     scene = mm.Top(tilt=0.0, ring_height=0.018 + 0.34 * ratio, ring_dipoles=40)

@@ -14,6 +14,9 @@ from scipy.optimize import minimize_scalar, root
 from magmotor import dipoles
 from magmotor.scenes import Top
 
+REACH = 1.5
+"""How far from the centre critical points are sought, in ring radii."""
+
 
 class CriticalPoint(NamedTuple):
     """A point of the plane where V_e is stationary."""
@@ -46,8 +49,8 @@ def effective_potential(scene: Top, points: ArrayLike, time: float = 0.0) -> NDA
 def critical_points(scene: Top, time: float = 0.0) -> list[CriticalPoint]:
     """All critical points of V_e within 1.5 ring radii, deepest first.
 
-    Newton's method starts at the centre and in every cell of a polar grid, eight to a dipole, in
-    which both components of the gradient change sign.
+    Newton's method starts at the centre and in every cell of a polar grid, of 160 sectors or
+    eight to a dipole, in which both components of the gradient change sign.
     """
     found: list[CriticalPoint] = []
     for start in _candidates(scene, time):
@@ -108,8 +111,9 @@ def _gradient(scene: Top, points: NDArray[np.float64], time: float) -> NDArray[n
 
 
 def _candidates(scene: Top, time: float) -> list[NDArray[np.float64]]:
-    around = 2 * math.pi * np.arange(8 * scene.ring_dipoles + 1) / (8 * scene.ring_dipoles)
-    azimuth, radius = np.meshgrid(around + 0.1, scene.ring_radius * np.linspace(0.01, 1.5, 150))
+    sectors = max(160, 8 * scene.ring_dipoles)
+    around = 2 * math.pi * np.arange(sectors + 1) / sectors
+    azimuth, radius = np.meshgrid(around + 0.1, scene.ring_radius * np.linspace(0.01, REACH, 150))
     points = np.stack([radius * np.cos(azimuth), radius * np.sin(azimuth)], axis=-1)
     positive = _gradient(scene, points, time) > 0
     corners = np.stack([positive[1:, 1:], positive[1:, :-1], positive[:-1, 1:], positive[:-1, :-1]])
@@ -119,6 +123,8 @@ def _candidates(scene: Top, time: float) -> list[NDArray[np.float64]]:
 
 def _stationary(scene: Top, start: NDArray[np.float64], time: float):
     solution = root(lambda point: _gradient(scene, point, time), start, tol=1e-12)
+    if np.hypot(*solution.x) > REACH * scene.ring_radius:
+        return None
     scale = scene.coupling / scene.ring_radius**4
     small = np.linalg.norm(_gradient(scene, solution.x, time)) < 1e-8 * scale
     return solution.x if small else None

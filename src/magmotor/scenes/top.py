@@ -129,7 +129,8 @@ class Top:
         """The fourth case with the paper's moments read in SI: the coupling is 100 times larger.
 
         On its way out the magnetic lift then exceeds the ball's weight, where a planar run stops:
-        hold the ball down with a larger `gravity`, or watch it leave with `surface="plane"`.
+        hold the ball down with a larger `gravity`, or, with `surface="plane"`, watch it leave the
+        plane, until it falls into a dipole.
         """
         reading: dict[str, Any] = {"coupling": 1e-3}
         return cls(**(reading | changes))
