@@ -13,6 +13,7 @@ from magmotor.guard import Guard
 from magmotor.initial import initial_state
 from magmotor.scenes import Top
 from magmotor.scenes.fields import check_choice, check_integer, check_number, reject
+from magmotor.scenes.top import DRY_FRICTION_RATE
 
 MUJOCO = ("mujoco/euler", "mujoco/implicitfast", "mujoco/rk4")
 ENGINES = {"mujoco": "magmotor.engines.mujoco.run", "scipy": "magmotor.engines.scipy"}
@@ -157,7 +158,7 @@ def _check_arguments(scene, method, timestep, duration, seed, replicas, interval
     check_choice("method", method, methods(scene))
     check_number("timestep", timestep, above=0, unit="s")
     if method in MUJOCO and any(scene.dry_friction):
-        check_number("timestep", timestep, below=1 / 200.0, unit="s with dry friction")
+        check_number("timestep", timestep, below=1 / DRY_FRICTION_RATE, unit="s with dry friction")
     check_number("duration", duration, at_least=timestep, unit="s (one timestep)")
     check_integer("seed", seed, at_least=0)
     check_integer("record_interval", interval, at_least=1)

@@ -13,6 +13,8 @@ from magmotor.scenes.ring_script import Waypoint, check_script, pose
 
 PAPER_TILT = math.pi / 64
 SMALLEST_DRY_FRICTION = 1e-5
+DRY_FRICTION_RATE = 200.0
+"""Rate (1/s) at which dry friction that is not saturated stops a slip; a step must be shorter."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,12 +7,17 @@ contact, d the impedance and R the regularisation. Where R >> A the second term 
 b = c d (A + R) gives f = -c V. A tiny `impratio` makes R huge in a contact that bears the load;
 dry friction needs `impratio` 1, so there a second contact carries the viscous law, with the
 smallest impedance (R = 1e4 A) and next to none of the load.
+
+Dry friction is regularised: it grows with the slip up to v* = mu N A/rate, where it saturates.
+MuJoCo's convex cone makes a slipping ball press harder, by a fraction of mu^2 V/v*, and hop a
+little; the mean friction over some steps stays mu m g.
 """
 
 import mujoco
 
 from magmotor.engines.mujoco import parts
 from magmotor.scenes import Top
+from magmotor.scenes.top import DRY_FRICTION_RATE
 
 STIFF, SOFT = 0.9999, 0.0001
 """MuJoCo's largest and smallest impedance d."""
@@ -25,14 +30,6 @@ ALWAYS_IN_CONE = 1e6
 
 FILM = 1e-3
 """Margin (m) within which a contact that need not bear the load is active, its point at -r e_z."""
-
-DRY_DAMPING = 200.0
-"""Rate (1/s) at which dry friction that is not saturated stops a slip; a step must be shorter.
-
-Dry friction is thus regularised: it grows with the slip up to v* = mu N A/200, where it saturates.
-MuJoCo's convex cone makes a slipping ball press harder, by a fraction of mu^2 V/v*, and hop a
-little; the mean friction over some steps stays mu m g.
-"""
 
 
 def add_contacts(root: parts.Element, scene: Top) -> None:
@@ -50,7 +47,7 @@ def add_contacts(root: parts.Element, scene: Top) -> None:
             name="dry",
             condim=6 if roll else 4 if turn else 3,
             friction=[slide, slide, turn, roll, roll],
-            solreffriction=[0.0, -DRY_DAMPING],
+            solreffriction=[0.0, -DRY_FRICTION_RATE],
             **common,
             **bearing,
         )
