@@ -7,10 +7,11 @@ from typing import Any
 
 import xarray as xr
 
-from magmotor import scenes
 from magmotor.engines.state import States, concatenate
 from magmotor.observables.motion import energy, momentum_map, slip_velocity
 from magmotor.scenes import Top
+
+SCENES = {"Top": Top}
 
 UNITS = {
     "time": ("s", "time"),
@@ -85,12 +86,14 @@ def scene_of(run: xr.Dataset) -> Top:
     ValueError
         The dataset names no scene that is known here.
     """
-    known = {name: getattr(scenes, name) for name in ("Top",)}
     name = run.attrs.get("scene")
-    if name not in known:
-        raise ValueError(f"scene = {name!r} in the dataset's attributes: must be one of {[*known]}")
-    fields = json.loads(run.attrs["scene_fields"])
-    return known[name](**{k: tuple(v) if isinstance(v, list) else v for k, v in fields.items()})
+    if name not in SCENES:
+        raise ValueError(
+            f"scene = {name!r} in the dataset's attributes: must be one of {[*SCENES]}"
+        )
+    stored = json.loads(run.attrs["scene_fields"])
+    fields: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in stored.items()}
+    return SCENES[name](**fields)
 
 
 def _describe(name: str) -> dict[str, str]:

@@ -50,15 +50,12 @@ RC: dict[Any, Any] = {
 def figure(width: float, height: float) -> Iterator["Figure"]:
     """A figure (inches) in this style; pyplot, its backend and its open figures stay untouched."""
     import matplotlib
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 
     with matplotlib.rc_context(RC):
         layout = ConstrainedLayoutEngine(w_pad=0.1, h_pad=0.1)
-        drawing = Figure(figsize=(width, height), layout=layout, dpi=100)
-        FigureCanvasAgg(drawing)
-        yield drawing
+        yield Figure(figsize=(width, height), layout=layout, dpi=100)
 
 
 @cache
