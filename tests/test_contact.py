@@ -51,6 +51,14 @@ def test_force_over_slip_velocity_is_minus_c(surface, bound, velocity, spin, loa
     assert np.abs(torque - expected).max() <= bound * np.abs(expected).max()
 
 
+def test_the_slowest_slips_are_damped_too():
+    """A solver's tolerance must not leave their friction out."""
+    scene = mm.Top(coupling=1e-20)  # nothing else accelerates the ball
+    force, _, slip = contact_force(scene, (1e-9, 2e-9, 0.0), (0.0, 0.0, 0.0), 0.0125)
+    law = -scene.friction * slip[:2]
+    assert np.abs(force - law).max() <= 1e-5 * np.abs(law).max()  # measured: 2e-16
+
+
 @pytest.mark.parametrize("friction", [1e-3, 0.3, 20.0])
 def test_any_friction_coefficient_is_calibrated(friction):
     scene = mm.Top(friction=friction, ball_mass=0.5, ball_radius=0.03)

@@ -69,8 +69,8 @@ def tune_solver(root: parts.Element, scene: Top) -> None:
     """Have the solver do no more than these contacts need.
 
     With no normal dynamics and R >> A one step of conjugate gradients is exact. Its tolerance is
-    zero, since under any other the solver leaves out the friction of slow slips. On the plane,
-    Newton's first step along each line is as good as those that its line search would add.
+    zero, so that it is taken at any slip. On the plane, Newton's first step along each line is as
+    good as those that its line search would add.
     """
     if scene.surface == "plane":
         root.option.ls_tolerance = 1e6
