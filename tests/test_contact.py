@@ -6,7 +6,7 @@ import pytest
 
 import magmotor as mm
 from magmotor.engines.mujoco.coordinates import BallCoordinates
-from magmotor.engines.state import start
+from magmotor.states.ball import start
 
 
 def contact_force(scene, velocity, angular_velocity, timestep):

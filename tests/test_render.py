@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import magmotor as mm
-from magmotor.engines.state import start
+from magmotor.states.ball import start
 from magmotor.render.frames import Frames
 from magmotor.render.trail import Trail
 from magmotor.render.views import NoOpenGL, Views

@@ -1,5 +1,6 @@
 from . import dataset as dataset
 from . import dipoles as dipoles
+from . import noise as noise
 from . import observables as observables
 from . import plots as plots
 from . import render as render
@@ -8,6 +9,8 @@ from .dataset import scene_of as scene_of
 from .engines.mujoco.build import build as build
 from .engines.mujoco.layout import LayoutError as LayoutError
 from .engines.mujoco.magnetism import magnetism as magnetism
+from .scenes import Disk as Disk
+from .scenes import LangevinParticle as LangevinParticle
 from .scenes import Top as Top
 from .scenes import Waypoint as Waypoint
 from .simulation import SimulationDiverged as SimulationDiverged

@@ -7,78 +7,62 @@ from typing import Any
 
 import xarray as xr
 
-from magmotor.engines.state import States, concatenate
-from magmotor.observables.motion import energy, momentum_map, slip_velocity
-from magmotor.scenes import Top
+from magmotor.devices import DEVICES, Scene
+from magmotor.states import concatenate
 
-SCENES = {"Top": Top}
-
-UNITS = {
-    "time": ("s", "time"),
-    "position": ("m", "position of the ball's centre"),
-    "velocity": ("m/s", "velocity of the ball's centre"),
-    "axis": ("1", "axis xi_3 of the ball, the direction of its dipole"),
-    "angular_velocity": ("rad/s", "angular velocity in the world frame"),
-    "orientation": ("1", "orientation of the ball, unit quaternion (w, x, y, z)"),
-    "slip_velocity": ("m/s", "slip velocity V_Q of the contact point"),
-    "momentum_map": ("kg m^2/s", "momentum map J = pi . xi_3"),
-    "energy": ("J", "total energy"),
-}
+SCENES = {kind.__name__: kind for kind in DEVICES}
 
 
-def assemble(scene: Top, chunks: list[States], **attributes: Any) -> xr.Dataset:
+def assemble(
+    scene: Scene, chunks: list[Any], *, replicas: int | None = None, **attributes: Any
+) -> xr.Dataset:
     """Make the dataset of a run from its recorded states.
 
     Parameters
     ----------
-    scene : Top
+    scene : Top, Disk or LangevinParticle
         Goes into the attributes as JSON.
-    chunks : list of States
+    chunks : list of states
         In the order of time, the initial state first.
+    replicas : int, optional
+        How many, if the dataset is to have that dimension.
     **attributes
         Method, timestep, seed and so on.
 
     Returns
     -------
     xarray.Dataset
-        Dimensions time, space (x, y, z) and component (of quaternions).
+        Dimensions time; replica; space (x, y, z) and component (of quaternions) for vectors.
     """
     states = concatenate(chunks)
-    spin = states.angular_velocity
-    columns = {
-        "position": states.position,
-        "velocity": states.velocity,
-        "axis": states.axis,
-        "angular_velocity": spin,
-        "slip_velocity": slip_velocity(scene, states.velocity, spin),
-        "momentum_map": momentum_map(scene, states.axis, spin),
-        "energy": energy(scene, states),
-    }
-    dims = {name: ("time", "space")[: values.ndim] for name, values in columns.items()}
-    if states.orientation is not None:
-        columns["orientation"] = states.orientation
-        dims["orientation"] = ("time", "component")
+    columns = DEVICES[type(scene)].columns(scene, states, replicas)
+    unit = DEVICES[type(scene)].TIME_UNIT
+    time = ("time", states.time, {"units": unit, "long_name": "time"})
     data = xr.Dataset(
-        {name: (dims[name], values, _describe(name)) for name, values in columns.items()},
-        coords={"time": ("time", states.time, _describe("time")), "space": ["x", "y", "z"]},
+        {
+            name: (dims, values, {"units": unit, "long_name": label})
+            for name, (dims, values, unit, label) in columns.items()
+        },
+        coords={"time": time},
     )
+    if "space" in data.dims:
+        data = data.assign_coords(space=["x", "y", "z"])
+    data.attrs = attributes_of(scene, replicas=replicas, **attributes)
+    return data
+
+
+def attributes_of(scene: Scene, **attributes: Any) -> dict[str, Any]:
+    """What says how a dataset was made: scene, versions, and those given that are not None."""
     versions = {name: version(name) for name in ("magmotor", "mujoco", "numba", "numpy", "scipy")}
-    data.attrs = {
+    return {
         "scene": type(scene).__name__,
         "scene_fields": json.dumps(dataclasses.asdict(scene)),
         "versions": json.dumps(versions),
         **{name: value for name, value in attributes.items() if value is not None},
     }
-    return data
 
 
-def states_of(run: xr.Dataset) -> States:
-    """The recorded states in a dataset."""
-    orientation = run["orientation"].values if "orientation" in run else None
-    return States(*[run[name].values for name in States._fields[:-1]], orientation=orientation)
-
-
-def scene_of(run: xr.Dataset) -> Top:
+def scene_of(run: xr.Dataset) -> Scene:
     """The scene that a dataset was made from.
 
     Raises
@@ -91,11 +75,11 @@ def scene_of(run: xr.Dataset) -> Top:
         raise ValueError(
             f"scene = {name!r} in the dataset's attributes: must be one of {[*SCENES]}"
         )
-    stored = json.loads(run.attrs["scene_fields"])
-    fields: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in stored.items()}
-    return SCENES[name](**fields)
+    return SCENES[name](
+        **{k: _as_tuples(v) for k, v in json.loads(run.attrs["scene_fields"]).items()}
+    )
 
 
-def _describe(name: str) -> dict[str, str]:
-    units, long_name = UNITS[name]
-    return {"units": units, "long_name": long_name}
+def _as_tuples(value: Any) -> Any:
+    """JSON's lists as the tuples that they were."""
+    return tuple(_as_tuples(v) for v in value) if isinstance(value, list) else value

@@ -1,5 +1,7 @@
 """The front door: one call runs any scene with any method and returns a dataset."""
 
+import dataclasses
+import json
 from collections.abc import Generator, Mapping
 from importlib import import_module
 from typing import Any
@@ -8,15 +10,17 @@ import xarray as xr
 from tqdm import tqdm
 
 from magmotor.dataset import assemble
-from magmotor.engines.state import States
-from magmotor.guard import Guard
-from magmotor.initial import initial_state
-from magmotor.scenes import Top
+from magmotor.devices import DEVICES, Scene
+from magmotor.engines.job import Job
+from magmotor.noise import BrownianPath, check_seed
 from magmotor.scenes.fields import check_choice, check_integer, check_number, reject
-from magmotor.scenes.top import DRY_FRICTION_RATE
+from magmotor.states import rows
 
-MUJOCO = ("mujoco/euler", "mujoco/implicitfast", "mujoco/rk4")
-ENGINES = {"mujoco": "magmotor.engines.mujoco.run", "scipy": "magmotor.engines.scipy"}
+ENGINES = {
+    "mujoco": "magmotor.engines.mujoco.run",
+    "scipy": "magmotor.engines.scipy",
+    "variational": "magmotor.engines.variational.run",
+}
 
 
 class SimulationDiverged(RuntimeError):
@@ -52,14 +56,13 @@ class SimulationInterrupted(KeyboardInterrupt):
         self.dataset = dataset
 
 
-def methods(scene: Top) -> tuple[str, ...]:
+def methods(scene: Scene) -> tuple[str, ...]:
     """Names `engine/scheme` of the methods that a scene takes."""
-    planar = scene.surface == "planar"
-    return (*MUJOCO, "scipy/dop853") if planar else MUJOCO
+    return _device(scene).methods(scene)
 
 
 def simulate(
-    scene: Top,
+    scene: Scene,
     *,
     method: str,
     timestep: float,
@@ -68,12 +71,13 @@ def simulate(
     replicas: int | None = None,
     record_interval: int | None = None,
     initial: Mapping[str, Any] | xr.Dataset | None = None,
+    path: BrownianPath | None = None,
 ) -> xr.Dataset:
     """Run a scene.
 
     Parameters
     ----------
-    scene : Top
+    scene : Top, Disk or LangevinParticle
         What to run.
     method : str
         One of `methods(scene)`.
@@ -88,14 +92,20 @@ def simulate(
     record_interval : int, optional
         Record every n-th step (default: every step); the initial state is always recorded.
     initial : mapping or dataset, optional
-        Replaces parts of the scene's initial state: `position`, `velocity`, `axis`,
-        `angular_velocity` or `orientation`, each as in the result; of a dataset the last time.
+        Replaces parts of the scene's initial state, each as in the result: for the top
+        `position`, `velocity`, `axis`, `angular_velocity` or `orientation`, for the disk `x`, `v`,
+        `theta`, `omega`. Of a dataset the last time; where seed and timestep are the same, the
+        Brownian path goes on from there.
+    path : BrownianPath, optional
+        The Brownian path to follow, instead of the one that seed and timestep have: a coarser or
+        finer view of another run's.
 
     Returns
     -------
     xarray.Dataset
-        `time`, `position`, `velocity`, `axis`, `angular_velocity`, `slip_velocity`,
-        `momentum_map`, `energy` and, from MuJoCo, `orientation`; units in their attributes.
+        Of the top `time`, `position`, `velocity`, `axis`, `angular_velocity`, `slip_velocity`,
+        `momentum_map`, `energy` and, from MuJoCo, `orientation`; of the disk `time`, `x`, `v`,
+        `theta`, `omega`, `energy`. Units in their attributes; dimension `replica` where asked for.
 
     Raises
     ------
@@ -106,35 +116,68 @@ def simulate(
         exceeds the weight of a ball that is held on its plane; holds what was recorded.
     SimulationInterrupted
         Ctrl-C; holds what was recorded.
+
+    Warns
+    -----
+    UserWarning
+        The timestep is too long for the flights of the disk at its temperature.
     """
     interval = 1 if record_interval is None else record_interval
-    _check_arguments(scene, method, timestep, duration, seed, replicas, interval)
-    first = initial_state(scene, initial)
+    _check_arguments(scene, method, timestep, duration, seed, interval)
+    device = _device(scene)
+    device.check_run(scene, method, timestep, replicas)
+    followed = BrownianPath(seed, float(timestep)) if path is None else path
+    if abs(followed.timestep / timestep - 1) > 1e-12:
+        raise reject("path.timestep", followed.timestep, f"{timestep:g}, the timestep")
+    first = device.initial_state(scene, initial, replicas)
     records = int(duration / timestep * (1 + 1e-12)) // interval
     engine, scheme = method.split("/")
-    chunks = import_module(ENGINES[engine]).run(scene, scheme, timestep, records, interval, first)
     attributes = {
         "method": method,
         "timestep": timestep,
         "duration": duration,
         "record_interval": interval,
-        "seed": seed,
+        "seed": followed.seed,
+        "path": None if path is None else json.dumps(dataclasses.asdict(path)),
+        "first_step": _first_step(initial, followed, method) or None,
+        "replicas": replicas,
     }
+    job = Job(
+        scene, scheme, timestep, records, interval, first, followed, attributes["first_step"] or 0
+    )
+    chunks = import_module(ENGINES[engine]).run(job)
     return _collect(scene, first, chunks, records * interval * timestep, attributes)
 
 
+def _first_step(initial: Any, path: BrownianPath, method: str) -> int:
+    """Where on its Brownian path a run begins that continues another."""
+    if not isinstance(initial, xr.Dataset) or method.startswith("scipy"):
+        return 0
+    told = initial.attrs
+    same = told.get("seed") == path.seed and told.get("timestep") == path.timestep
+    if not same or json.loads(told.get("path", "null")) not in (None, dataclasses.asdict(path)):
+        return 0
+    return int(told.get("first_step", 0)) + round(float(initial.time[-1]) / path.timestep)
+
+
+def _device(scene: Scene) -> Any:
+    if type(scene) not in DEVICES:
+        raise reject("scene", scene, "a scene, such as magmotor.Top()")
+    return DEVICES[type(scene)]
+
+
 def _collect(
-    scene: Top, first: States, chunks: Generator[States], duration: float, attributes: dict
+    scene: Scene, first: Any, chunks: Generator[Any], duration: float, attributes: dict
 ) -> xr.Dataset:
     """Assemble the chunks while they are good; when that ends early, raise with those that were."""
     kept = [first]
-    guard = Guard(scene, first)
+    guard = _device(scene).guard(scene, first)
     bar = "{l_bar}{bar}| {n:.0f}/{total:.0f} s [{elapsed}<{remaining}]"
     progress = tqdm(total=duration, desc="simulate", bar_format=bar, delay=2, disable=None)
     try:
         for states in chunks:
             good, reason = guard.first_wrong(states)
-            kept.append(states.rows(slice(good)))
+            kept.append(rows(states, slice(good)))
             if reason:
                 time = float(states.time[good])
                 raise SimulationDiverged(reason, time, assemble(scene, kept, **attributes))
@@ -152,18 +195,11 @@ def _collect(
     return assemble(scene, kept, **attributes)
 
 
-def _check_arguments(scene, method, timestep, duration, seed, replicas, interval) -> None:
-    if not isinstance(scene, Top):
-        raise reject("scene", scene, "a scene, such as magmotor.Top()")
+def _check_arguments(scene, method, timestep, duration, seed, interval) -> None:
     check_choice("method", method, methods(scene))
     check_number("timestep", timestep, above=0, unit="s")
-    if method in MUJOCO and any(scene.dry_friction):
-        check_number("timestep", timestep, below=1 / DRY_FRICTION_RATE, unit="s with dry friction")
     check_number("duration", duration, at_least=timestep, unit="s (one timestep)")
-    check_integer("seed", seed, at_least=0)
+    check_seed(seed)
     check_integer("record_interval", interval, at_least=1)
     if interval > duration / timestep * (1 + 1e-12):
         raise reject("record_interval", interval, f"at most {int(duration / timestep)} steps")
-    if replicas is not None:
-        check_integer("replicas", replicas, at_least=1)
-        raise reject("replicas", replicas, "None: this scene has no noise, all would be the same")

@@ -8,26 +8,26 @@ from numpy.typing import NDArray
 from scipy.integrate import DOP853
 
 from magmotor.dipoles import pack_sources, sum_over_sources
-from magmotor.engines.state import CHUNK, States
+from magmotor.engines.job import Job
 from magmotor.scenes import Top
+from magmotor.states import CHUNK
+from magmotor.states.ball import BallStates
 
 RELATIVE_TOLERANCE = 1e-12
 """Of each step's error; the absolute tolerance is as much of each variable's natural scale."""
 
 
-def run(
-    scene: Top, scheme: str, timestep: float, records: int, record_interval: int, initial: States
-) -> Generator[States]:
+def run(job: Job) -> Generator[BallStates]:
     """Yield the recorded states that follow the initial one, in chunks.
 
     The steps are the integrator's own, but for those that end at a recorded time, where an
-    interpolated state would be less accurate; `timestep` and `record_interval` say when to record.
+    interpolated state would be less accurate; the job's timestep says when to record.
     """
-    times = timestep * record_interval * np.arange(1, records + 1)
-    solver = _solver(scene, initial)
-    for first in range(0, records, CHUNK):
+    times = job.timestep * job.record_interval * np.arange(1, job.records + 1)
+    solver = _solver(job.scene, job.initial)
+    for first in range(0, job.records, CHUNK):
         time = times[first : first + CHUNK]
-        yield _states(scene, time, np.array([_advance(solver, t) for t in time]))
+        yield _states(job.scene, time, np.array([_advance(solver, t) for t in time]))
 
 
 def _advance(solver: DOP853, time: float) -> NDArray[np.float64]:
@@ -39,7 +39,7 @@ def _advance(solver: DOP853, time: float) -> NDArray[np.float64]:
     return solver.y.copy()
 
 
-def _solver(scene: Top, initial: States) -> DOP853:
+def _solver(scene: Top, initial: BallStates) -> DOP853:
     inertia, _, axial = scene.inertia
     c, r, m, mu = scene.friction, scene.ball_radius, scene.ball_mass, scene.moment
     parameters = (c, r, m, inertia, axial, mu)
@@ -97,12 +97,12 @@ def _derivative(y, sources, parameters):
     )
 
 
-def _states(scene: Top, time: NDArray, rows: NDArray[np.float64]) -> States:
+def _states(scene: Top, time: NDArray, rows: NDArray[np.float64]) -> BallStates:
     inertia, _, axial = scene.inertia
     flat = np.zeros((len(rows), 1))
     axis, momentum = rows[:, 4:7], rows[:, 7:10]
     along = np.sum(momentum * axis, axis=1, keepdims=True)
-    return States(
+    return BallStates(
         time=time,
         position=np.hstack([rows[:, 0:2], flat + scene.ball_radius]),
         velocity=np.hstack([rows[:, 2:4], flat]),

@@ -7,8 +7,8 @@ from scipy.interpolate import make_interp_spline
 from scipy.spatial.transform import Rotation
 
 from magmotor import dipoles
-from magmotor.engines.state import States
 from magmotor.scenes import Top
+from magmotor.states.ball import BallStates
 
 Array = NDArray[np.float64]
 
@@ -43,12 +43,12 @@ def friction_torque(scene: Top, axis: Array, slip: Array) -> Array:
     return scene.friction * scene.ball_radius * turned
 
 
-def magnetic_energy(scene: Top, states: States) -> Array:
+def magnetic_energy(scene: Top, states: BallStates) -> Array:
     """Energy -m . B of the ball in the ring's field, in J, shape (T,)."""
     return magnetic_energy_and_lift(scene, states)[0]
 
 
-def magnetic_energy_and_lift(scene: Top, states: States) -> tuple[Array, Array]:
+def magnetic_energy_and_lift(scene: Top, states: BallStates) -> tuple[Array, Array]:
     """Energy -m . B of the ball in the ring's field, in J, and vertical force on it, in N."""
     position, axis, sources = states.position, states.axis, scene.ring_sources()
     turn = None
@@ -63,7 +63,7 @@ def magnetic_energy_and_lift(scene: Top, states: States) -> tuple[Array, Array]:
     return -scene.moment * np.sum(axis * field, axis=-1), lift
 
 
-def kinetic_energy(scene: Top, states: States) -> Array:
+def kinetic_energy(scene: Top, states: BallStates) -> Array:
     """Energy of translation and rotation, in J, shape (T,)."""
     across, _, axial = scene.inertia
     spin = states.angular_velocity
@@ -72,12 +72,12 @@ def kinetic_energy(scene: Top, states: States) -> Array:
     return 0.5 * (scene.ball_mass * np.sum(states.velocity**2, axis=-1) + turning)
 
 
-def energy(scene: Top, states: States) -> Array:
+def energy(scene: Top, states: BallStates) -> Array:
     """Total energy in J, shape (T,); gravity counts from the ball's height on the plane."""
     return energy_and_lift(scene, states)[0]
 
 
-def energy_and_lift(scene: Top, states: States) -> tuple[Array, Array]:
+def energy_and_lift(scene: Top, states: BallStates) -> tuple[Array, Array]:
     """Total energy in J and vertical magnetic force in N, from one evaluation of the field."""
     magnetic, lift = magnetic_energy_and_lift(scene, states)
     height = states.position[:, 2] - scene.ball_radius

@@ -11,6 +11,7 @@ from magmotor.render.panel import Panel
 from magmotor.render.trail import Trail
 from magmotor.render.views import Views
 from magmotor.scenes import Top
+from magmotor.states import rows
 
 HEIGHT, WIDTH = 720, 1280
 SIZES = {"front": (HEIGHT, 800), "ball": (HEIGHT // 2, 480)}
@@ -66,7 +67,7 @@ class Frames:
 
     def draw(self, i: int) -> NDArray[np.uint8]:
         """Frame i, shape (720, 1280, 3)."""
-        moment = self.moments.rows(slice(i, i + 1))
+        moment = rows(self.moments, slice(i, i + 1))
         time, momentum = float(moment.time[0]), float(self.momentum[i])
         self.views.pose(moment)
         main, near = (self.views.draw(camera, self.trail, time) for camera in SIZES)

@@ -5,11 +5,11 @@ import xarray as xr
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation, Slerp
 
-from magmotor.dataset import states_of
-from magmotor.engines.state import States
+from magmotor.devices.ball import states_of
+from magmotor.states.ball import BallStates
 
 
-def moments(run: xr.Dataset, times: ArrayLike) -> States:
+def moments(run: xr.Dataset, times: ArrayLike) -> BallStates:
     """Interpolate a run: vectors linearly, orientations along the shortest turn.
 
     Parameters
@@ -33,4 +33,4 @@ def moments(run: xr.Dataset, times: ArrayLike) -> States:
         name: np.stack([np.interp(times, states.time, x) for x in getattr(states, name).T], axis=1)
         for name in ("position", "velocity", "axis", "angular_velocity")
     }
-    return States(time=times, **columns, orientation=turns(times).as_quat(scalar_first=True))
+    return BallStates(time=times, **columns, orientation=turns(times).as_quat(scalar_first=True))

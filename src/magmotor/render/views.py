@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from magmotor.engines.mujoco.build import build
 from magmotor.engines.mujoco.coordinates import BallCoordinates
-from magmotor.engines.state import States
 from magmotor.render.trail import Trail
 from magmotor.scenes import Top
+from magmotor.states.ball import BallStates
 
 Image = NDArray[np.uint8]
 
@@ -50,7 +50,7 @@ class Views:
             renderer.scene.flags[mujoco.mjtRndFlag.mjRND_SKYBOX] = False  # no camera sees it
             self.renderers[camera] = renderer
 
-    def pose(self, states: States) -> None:
+    def pose(self, states: BallStates) -> None:
         """Put ball and ring where they are in the last of the states."""
         self.data.qpos[:] = self.coordinates.joints(states)[0]
         height, tilt = self.scene.ring_pose(float(states.time[-1]))

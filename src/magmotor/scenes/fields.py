@@ -62,7 +62,7 @@ def check_number(
         raise reject(name, value, "a number") from None
     if isinstance(value, bool) or not math.isfinite(number):
         raise reject(name, value, "a finite number")
-    unit = f" {unit}" if unit else ""
+    unit = f" {unit}" if unit not in ("", "1") else ""
     if number <= above:
         raise reject(name, value, f"greater than {above:g}{unit}")
     if number < at_least:
@@ -85,6 +85,8 @@ def _check_field(field: dataclasses.Field, value: Any) -> None:
     del bounds["doc"]
     if choices := bounds.pop("choices"):
         check_choice(field.name, value, choices)
+    elif isinstance(field.default, str):
+        return  # checked by the scene that has it
     elif isinstance(field.default, tuple):
         if not isinstance(value, tuple | list) or len(value) != len(field.default):
             raise reject(field.name, value, f"{len(field.default)} numbers")

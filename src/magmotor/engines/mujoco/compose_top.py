@@ -3,8 +3,8 @@
 from magmotor.engines.mujoco import contact, parts
 from magmotor.engines.mujoco.coordinates import BallCoordinates
 from magmotor.engines.mujoco.top_looks import decorate
-from magmotor.engines.state import start
 from magmotor.scenes import Top
+from magmotor.states.ball import start
 
 
 def compose_top(scene: Top, *, looks: bool) -> parts.Element:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from magmotor.engines.state import States
+from magmotor.states.ball import BallStates
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,7 @@ class BallCoordinates:
         """Number of translational coordinates; the quaternion follows them."""
         return 2 if self.surface == "planar" else 3
 
-    def joints(self, states: States) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def joints(self, states: BallStates) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """`qpos` and `qvel` of the last of the states; MuJoCo's spin is in the body's frame."""
         n = self.linear
         assert states.orientation is not None, "engine states always have orientations here"
@@ -31,7 +31,7 @@ class BallCoordinates:
         qpos = np.concatenate([states.position[-1, :n], orientation])
         return qpos, np.concatenate([states.velocity[-1, :n], spin])
 
-    def states(self, time, qpos, qvel) -> States:
+    def states(self, time, qpos, qvel) -> BallStates:
         """The ball's states from rows of joint coordinates."""
         n = self.linear
         position = np.full((len(time), 3), self.ball_radius)
@@ -45,4 +45,4 @@ class BallCoordinates:
         turn = Rotation.from_quat(usable, scalar_first=True)
         axis = turn.apply([0.0, 0.0, 1.0])
         axis[broken] = np.nan
-        return States(time, position, velocity, axis, turn.apply(qvel[:, n:]), orientation)
+        return BallStates(time, position, velocity, axis, turn.apply(qvel[:, n:]), orientation)

@@ -7,12 +7,14 @@ import numpy as np
 from mujoco.rollout import rollout
 from numpy.typing import NDArray
 
+from magmotor.engines.job import Job
 from magmotor.engines.mujoco import stopwatch
 from magmotor.engines.mujoco.build import build
 from magmotor.engines.mujoco.coordinates import BallCoordinates
 from magmotor.engines.mujoco.magnetism import magnetism
-from magmotor.engines.state import CHUNK, States
 from magmotor.scenes import Top
+from magmotor.states import CHUNK
+from magmotor.states.ball import BallStates
 
 INTEGRATORS = {
     "euler": mujoco.mjtIntegrator.mjINT_EULER,
@@ -22,21 +24,20 @@ INTEGRATORS = {
 RING_POSE = int(mujoco.mjtState.mjSTATE_MOCAP_POS) | int(mujoco.mjtState.mjSTATE_MOCAP_QUAT)
 
 
-def run(
-    scene: Top, scheme: str, timestep: float, records: int, record_interval: int, initial: States
-) -> Generator[States]:
+def run(job: Job) -> Generator[BallStates]:
     """Yield the recorded states that follow the initial one, in chunks.
 
     A scripted ring stands still within a step, where its script has it at the middle of the step:
     an error of second order.
     """
+    scene, timestep = job.scene, job.timestep
     model = build(scene)
     model.opt.timestep = timestep
-    model.opt.integrator = INTEGRATORS[scheme]
+    model.opt.integrator = INTEGRATORS[job.scheme]
     data = mujoco.MjData(model)
     coordinates = BallCoordinates(scene.surface, scene.ball_radius)
-    state = np.concatenate([[0.0], *coordinates.joints(initial)])
-    done, last = 0, records * record_interval
+    state = np.concatenate([[0.0], *coordinates.joints(job.initial)])
+    done, last = 0, job.records * job.record_interval
     with magnetism(), stopwatch.stopped():
         while done < last:
             steps = np.arange(done, min(done + CHUNK, last))
@@ -47,7 +48,7 @@ def run(
             path[np.diff(path[:, 0], prepend=state[0]) <= 0] = np.nan
             state = path[-1].copy()
             done += len(steps)
-            recorded = (steps + 1) % record_interval == 0
+            recorded = (steps + 1) % job.record_interval == 0
             if recorded.any():
                 qpos, qvel = np.split(path[recorded, 1:], [model.nq], axis=1)
                 yield coordinates.states((steps[recorded] + 1) * timestep, qpos, qvel)

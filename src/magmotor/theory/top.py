@@ -1,4 +1,4 @@
-"""Closed forms for the scenes, each with its source in the paper."""
+"""Closed forms of Hamel's top, each with its source in the paper."""
 
 import math
 

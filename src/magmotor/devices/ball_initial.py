@@ -8,15 +8,16 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from magmotor.dataset import states_of
-from magmotor.engines.state import States, smallest_turn, start
 from magmotor.scenes import Top
 from magmotor.scenes.fields import check_choice, reject
+from magmotor.states.ball import BallStates, smallest_turn, start
 
 PARTS = {"position": 3, "velocity": 3, "axis": 3, "angular_velocity": 3, "orientation": 4}
 
 
-def initial_state(scene: Top, initial: Mapping[str, Any] | xr.Dataset | None) -> States:
+def initial_state(
+    scene: Top, initial: Mapping[str, Any] | xr.Dataset | None, replicas: None = None
+) -> BallStates:
     """The state that a run starts from, as one row; see `simulate` for `initial`.
 
     Raises
@@ -25,9 +26,7 @@ def initial_state(scene: Top, initial: Mapping[str, Any] | xr.Dataset | None) ->
         Names the part, its value and the bound.
     """
     if isinstance(initial, xr.Dataset):
-        last = states_of(initial)
-        values = {name: getattr(last, name) for name in PARTS}
-        initial = {name: value[-1] for name, value in values.items() if value is not None}
+        initial = {name: initial[name].values[-1] for name in PARTS if name in initial}
     elif initial is not None and {"axis", "orientation"} <= initial.keys():
         raise reject("initial", [*initial], "given with axis or orientation, not both")
     rows = {name: _row(scene, name, value) for name, value in (initial or {}).items()}

@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from magmotor.engines.state import States
 from magmotor.observables.motion import energy_and_lift, kinetic_energy, magnetic_energy
 from magmotor.scenes import Top
+from magmotor.states import finite, rows
+from magmotor.states.ball import BallStates
 
 
 class Guard:
@@ -13,24 +14,24 @@ class Guard:
     Parameters
     ----------
     scene : Top
-    first : States
+    first : BallStates
         The initial state; it sets the energy that the motion may have.
     """
 
-    def __init__(self, scene: Top, first: States):
+    def __init__(self, scene: Top, first: BallStates):
         self.scene = scene
         # A ring at rest does no work, so the energy cannot grow; a moving one does not do much.
         scale = kinetic_energy(scene, first) + np.abs(magnetic_energy(scene, first))
         allowance = 10 if scene.ring_script else 1
         self.largest_energy = float((energy_and_lift(scene, first)[0] + allowance * scale)[0])
 
-    def first_wrong(self, states: States) -> tuple[int, str]:
+    def first_wrong(self, states: BallStates) -> tuple[int, str]:
         """Number of rows before the first wrong one (all, if none is) and what is wrong with it."""
-        finite = states.finite()
-        until = len(finite) if finite.all() else int(finite.argmin())
-        states = states.rows(slice(until))
+        good = finite(states)
+        until = len(good) if good.all() else int(good.argmin())
+        states = rows(states, slice(until))
         energy, lift = energy_and_lift(self.scene, states)
-        failures = [(until, "" if until == len(finite) else "a value is not finite")]
+        failures = [(until, "" if until == len(good) else "a value is not finite")]
         wild = energy > self.largest_energy
         if wild.any():
             failures.append((int(wild.argmax()), "energy grew beyond what the motion can have"))

@@ -1,0 +1,126 @@
+"""What the front door knows of the sliding disk and of the Langevin particle."""
+
+import warnings
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from magmotor import theory
+from magmotor.devices.column import Column
+from magmotor.devices.disk_guard import Guard as guard
+from magmotor.engines.mujoco.methods import METHODS as MUJOCO
+from magmotor.observables.disk import energy
+from magmotor.scenes import Disk, LangevinParticle
+from magmotor.scenes.fields import check_choice, check_integer, check_number, reject
+from magmotor.states.disk import DiskStates, start_disk
+
+__all__ = ["check_run", "columns", "guard", "initial_state", "methods", "states_of"]
+
+Scene = Disk | LangevinParticle
+
+TIME_UNIT = "1"
+
+VARIATIONAL = ("variational/euler", "variational/baoab")
+
+EXPLICIT_FRICTION = ("variational/euler", "mujoco/euler")
+"""Methods whose friction is unstable beyond Euler's linear limit."""
+
+LABELS = {
+    "x": "displacement",
+    "v": "velocity",
+    "theta": "angle",
+    "omega": "angular velocity",
+    "energy": "total energy E = v^2/2 + sigma omega^2/2 + U(x)",
+}
+
+
+def methods(scene: Scene) -> tuple[str, ...]:
+    """Names of the methods that the scene takes."""
+    if isinstance(scene, LangevinParticle):
+        return VARIATIONAL
+    if scene.surface == "plane":
+        return MUJOCO
+    return (*VARIATIONAL, *MUJOCO, *(() if scene.noise else ("scipy/dop853",)))
+
+
+def check_run(scene: Scene, method: str, timestep: float, replicas: int | None) -> None:
+    """Check what depends on the scene.
+
+    Raises
+    ------
+    ValueError
+        A timestep at which the method is linearly unstable.
+
+    Warns
+    -----
+    UserWarning
+        A timestep at which the flights that the temperature allows are aliased.
+    """
+    if replicas is not None:
+        check_integer("replicas", replicas, at_least=1)
+    if method == "scipy/dop853":
+        return
+    limit, why = theory.potential_step_limit(scene), "2/sqrt(max|U''|), the well's"
+    if method in EXPLICIT_FRICTION and theory.friction_step_limit(scene) < limit:
+        limit, why = theory.friction_step_limit(scene), "2/lambda, the friction's"
+    if timestep >= limit:
+        raise reject("timestep", timestep, f"less than {limit:.4g}, the linear limit {why}")
+    if isinstance(scene, Disk) and scene.coefficients and scene.noise:
+        largest = theory.largest_timestep(scene)
+        if timestep > largest:
+            warnings.warn(
+                f"timestep = {timestep:g}: above {largest:.3g} = (pi/6) sqrt((1 + sigma) beta), the"
+                " largest safe one; long flights are aliased, since a step in which x moves by a"
+                " period of U looks like rest",
+                stacklevel=4,
+            )
+
+
+def initial_state(
+    scene: Scene, initial: Mapping[str, Any] | xr.Dataset | None, replicas: int | None
+) -> DiskStates:
+    """The state that a run starts from, as one row of all replicas; see `simulate` for `initial`.
+
+    Raises
+    ------
+    ValueError
+        Names the part, its value and the bound.
+    """
+    count = replicas or 1
+    state = start_disk(scene, count)
+    parts = [name for name in DiskStates._fields[1:] if getattr(state, name) is not None]
+    if isinstance(initial, xr.Dataset):
+        initial = {name: initial[name].isel(time=-1).values for name in parts}
+    given = {name: _row(name, value, parts, count) for name, value in (initial or {}).items()}
+    return state._replace(**given)
+
+
+def _row(name: str, value: Any, parts: list[str], replicas: int) -> NDArray[np.float64]:
+    check_choice("initial", name, tuple(parts))
+    label = f"initial[{name!r}]"
+    if np.ndim(value) == 0:
+        check_number(label, value)
+    row = np.asarray(value, dtype=float)
+    if row.shape not in {(), (replicas,)} or not np.isfinite(row).all():
+        raise reject(label, value, f"a finite number or {replicas} of them")
+    return np.broadcast_to(row, (1, replicas)).copy()
+
+
+def columns(scene: Scene, states: DiskStates, replicas: int | None) -> dict[str, Column]:
+    """The variables of a run's dataset."""
+    values = {name: column for name, column in states._asdict().items() if column is not None}
+    del values["time"]
+    values["energy"] = energy(scene, states.x, states.v, states.omega)
+    if replicas is None:
+        return {k: Column(("time",), v[:, 0], "1", LABELS[k]) for k, v in values.items()}
+    return {k: Column(("replica", "time"), v.T, "1", LABELS[k]) for k, v in values.items()}
+
+
+def states_of(run: xr.Dataset) -> DiskStates:
+    """The recorded states in a dataset."""
+    known = {n: run[n].values for n in DiskStates._fields if n in run}
+    turned = {n: v if n == "time" else v.T.reshape(len(run.time), -1) for n, v in known.items()}
+    return DiskStates(**({"theta": None, "omega": None} | turned))

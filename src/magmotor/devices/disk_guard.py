@@ -1,0 +1,40 @@
+"""The guard on a run of the disk: which recorded states no accurate solution can have."""
+
+import numpy as np
+
+from magmotor.observables.disk import energy
+from magmotor.scenes import Disk, LangevinParticle
+from magmotor.states import finite, rows
+from magmotor.states.disk import DiskStates
+from magmotor.theory import temperature
+
+LARGEST_FLUCTUATION = 200.0
+"""Energy, in kT, that the noise never gives: the probability is e^-200 a sample."""
+
+
+class Guard:
+    """Finds the first wrong row among recorded states of a scene.
+
+    Parameters
+    ----------
+    scene : Disk or LangevinParticle
+    first : DiskStates
+        The initial state; it sets the energy that the motion may have.
+    """
+
+    def __init__(self, scene: Disk | LangevinParticle, first: DiskStates):
+        self.scene = scene
+        depth = sum(abs(a) + abs(b) for a, b in scene.coefficients)
+        own = np.abs(energy(scene, first.x, first.v, first.omega)).max()
+        self.largest_energy = 2 * (own + depth) + LARGEST_FLUCTUATION * temperature(scene)
+
+    def first_wrong(self, states: DiskStates) -> tuple[int, str]:
+        """Number of rows before the first wrong one (all, if none is) and what is wrong with it."""
+        good = finite(states)
+        until = len(good) if good.all() else int(good.argmin())
+        failures = [(until, "" if until == len(good) else "a value is not finite")]
+        kept = rows(states, slice(until))
+        wild = (energy(self.scene, kept.x, kept.v, kept.omega) > self.largest_energy).any(axis=1)
+        if wild.any():
+            failures.append((int(wild.argmax()), "energy grew beyond what the motion can have"))
+        return min(failures)

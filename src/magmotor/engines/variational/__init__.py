@@ -1,0 +1,1 @@
+"""The reference engine: variational integrators and splittings, which use no MuJoCo."""

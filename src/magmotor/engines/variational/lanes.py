@@ -1,0 +1,176 @@
+"""The compiled stepping kernel: many replicas at once, as lanes of the processor's vectors.
+
+All schemes and potentials come from this one kernel, specialised by the list of parts and the
+number of Fourier coefficients. A replica's path is the same number for number with any
+number of replicas beside it, on any thread, and with any division of the run into calls.
+"""
+
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+
+from magmotor import elementary, noise
+from magmotor.code_version import code_version
+from magmotor.elementary import FASTMATH, cosine, prefer_wide_vectors, sine
+from magmotor.engines.variational.friction import friction_and_noise
+from magmotor.engines.variational.schemes import SCHEMES, kicks_that_evaluate
+from magmotor.noise import normal, normal_pair
+from magmotor.scenes import Disk, LangevinParticle
+
+LANES = 64
+"""Replicas that are stepped together: their states stay in the first-level cache."""
+
+PADDING = 8
+"""Doubles in the widest vector; states are padded to full vectors, which the kernel needs."""
+
+TURN = 2 * np.pi
+
+
+class Law(NamedTuple):
+    """What the kernel applies in each part of a step.
+
+    `friction` is the matrix D by rows, `noise` the columns of L (two for two channels), `force`
+    the coefficients (k a_k, k b_k) of -U' = sum -k a_k cos kx + k b_k sin kx from the highest k
+    down, times -1 and 1 and the time of a kick, `turns` and `angle` the times of a drift.
+    """
+
+    friction: tuple[float, float, float, float]
+    noise: tuple[tuple[float, float], ...]
+    force: tuple[tuple[float, float], ...]
+    turns: float
+    angle: float
+
+
+def law(scene: Disk | LangevinParticle, scheme: str, timestep: float) -> Law:
+    """The numbers of a scene, a scheme and a timestep."""
+    parts, exact = SCHEMES[scheme]
+    of = {part: timestep / parts.count(part) for part in "ABO"}
+    decrement, increment = np.zeros((2, 2)), np.zeros((2, scene.slip_directions.shape[0]))
+    n = len(scene.masses)
+    decrement[:n, :n], increment[:n] = friction_and_noise(scene, of["O"], exact=exact)
+    waves = [
+        (-k * a * of["B"], k * b * of["B"]) for k, (a, b) in enumerate(scene.coefficients, start=1)
+    ]
+    waves = waves or [(0.0, 0.0)]
+    return Law(
+        friction=tuple(decrement.ravel().tolist()),
+        noise=tuple(tuple(column) for column in increment.T.tolist()),
+        force=tuple(reversed(waves)),
+        turns=of["A"] / TURN,
+        angle=of["A"],
+    )
+
+
+def kernel(scene: Disk | LangevinParticle, scheme: str) -> Any:
+    """The function advance(states, recorded, first, interval, seed, replica, factor, level, law).
+
+    It takes states, shape (4, R) with rows x in turns, theta, v, omega and R a multiple of PADDING,
+    from step `first` on for `interval` steps to each of `recorded`, shape (records, 4, R); column 0
+    is replica number `replica`. The states are those of the last record afterwards.
+    """
+    sines = all(b == 0 for _, b in scene.coefficients)
+    parts = SCHEMES[scheme].parts
+    checksum = code_version(elementary, noise)
+    return _compile(
+        tuple("ABO".index(p) for p in parts), kicks_that_evaluate(parts), sines, checksum
+    )
+
+
+@njit(inline="always")
+def _aligned(count):
+    """Room for so many doubles, from the start of a cache line on: vectors across two are slow."""
+    room = np.empty(count + PADDING)
+    start = -(room.ctypes.data // 8) % PADDING
+    return room[start : start + count]
+
+
+@cache
+def _compile(parts: tuple[int, ...], anew: tuple[bool, ...], sines: bool, checksum: int):
+    """Compile the kernel for a list of parts, or load it from Numba's disk cache.
+
+    The closure cells are the cache's key, so they are plain numbers; see the magnetism callback.
+    """
+    count = len(parts)
+    carried = not all(anew[i] for i in range(count) if parts[i] == 1)
+    draws = sum(1 for part in parts if part == 2)
+
+    @njit(inline="always", fastmath=FASTMATH)
+    def kick(turns, force):
+        """Clenshaw's sum of the Fourier series."""
+        c = cosine(turns)
+        a1, a2, b1, b2 = 0.0, 0.0, 0.0, 0.0
+        for k in range(len(force)):
+            a1, a2 = force[k][0] + 2 * c * a1 - a2, a1
+            if not sines:
+                b1, b2 = force[k][1] + 2 * c * b1 - b2, b1
+        if sines:
+            return c * a1 - a2
+        return c * a1 - a2 + sine(turns) * b1
+
+    @njit(cache=True, nogil=True, fastmath=FASTMATH, error_model="numpy")
+    def advance(states, recorded, first, interval, seed, replica, factor, level, law):
+        _ = checksum  # a part of the cache's key
+        prefer_wide_vectors()
+        friction, columns, force, turns, angle = law
+        channels = len(columns)
+        work = _aligned((5 + 2 * channels * draws) * LANES).reshape(-1, LANES)
+        x, theta, v, omega, kicks = work[0], work[1], work[2], work[3], work[4]
+        normals = work[5:]
+        for group in range(0, states.shape[1], LANES):
+            lanes = min(LANES, states.shape[1] - group)
+            work[:4, :lanes] = states[:, group : group + lanes]
+            if carried:
+                for i in range(lanes):
+                    kicks[i] = kick(x[i], force)
+            step = first
+            for record in range(recorded.shape[0]):
+                for _ in range(interval):
+                    if factor == 1 and level == 0:
+                        if step & 1 == 0 or step == first:
+                            for draw in range(channels * draws):
+                                for i in range(lanes):
+                                    normals[2 * draw, i], normals[2 * draw + 1, i] = normal_pair(
+                                        seed, replica + group + i, step >> 1, draw
+                                    )
+                    else:
+                        for draw in range(channels * draws):
+                            for i in range(lanes):
+                                normals[2 * draw + (step & 1), i] = normal(
+                                    seed, replica + group + i, step, draw, factor, level
+                                )
+                    for i in range(lanes):
+                        x_i, theta_i, v_i, omega_i, kick_i = (
+                            x[i],
+                            theta[i],
+                            v[i],
+                            omega[i],
+                            kicks[i],
+                        )
+                        row = step & 1
+                        for part in range(count):
+                            if parts[part] == 0:
+                                x_i += turns * v_i
+                                theta_i += angle * omega_i
+                            elif parts[part] == 1:
+                                if anew[part]:
+                                    kick_i = kick(x_i, force)
+                                v_i += kick_i
+                            else:
+                                dv = friction[0] * v_i + friction[1] * omega_i
+                                domega = friction[2] * v_i + friction[3] * omega_i
+                                for column in range(channels):
+                                    dv += columns[column][0] * normals[row, i]
+                                    domega += columns[column][1] * normals[row, i]
+                                    row += 2
+                                v_i += dv
+                                omega_i += domega
+                        x[i], theta[i], v[i], omega[i] = x_i, theta_i, v_i, omega_i
+                        if carried:
+                            kicks[i] = kick_i
+                    step += 1
+                recorded[record, :, group : group + lanes] = work[:4, :lanes]
+            states[:, group : group + lanes] = work[:4, :lanes]
+
+    return advance

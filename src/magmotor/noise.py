@@ -1,0 +1,214 @@
+"""Brownian increments as a pure function of (seed, replica, step, channel).
+
+The generator is counter-based: Threefry-2x64 with 13 rounds (Salmon, Moraes, Dror and Shaw,
+*Parallel random numbers: as easy as 1, 2, 3*, 2011), which passes the batteries of TestU01. There
+is no state to keep or to restore: any thread, method, or resumed run finds the same numbers. Normal
+numbers come from it by the Box-Muller transform, a pair from a block, for two steps.
+
+A path is known at its own timestep; coarser increments are sums of its own, finer ones are drawn
+conditionally on its own by Levy's construction of the Brownian bridge.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from magmotor.elementary import (
+    FASTMATH,
+    bits_as_float,
+    cosine_of_quarter,
+    float_as_bits,
+    logarithm,
+    sine_of_quarter,
+)
+from magmotor.scenes.fields import check_integer, check_number, reject
+
+LARGEST_SEED = 2**53
+"""Seeds are less: the largest integer that a double, MuJoCo's only type for user data, holds."""
+
+_PARITY = np.uint64(0x1BD11BDAA9FC1A22)
+_ONE = np.uint64(0x3FF0000000000000)
+
+
+@njit(inline="always")
+def _mix(x, y, rotation):
+    x += y
+    y = (y << np.uint64(rotation)) | (y >> np.uint64(64 - rotation))
+    return x, y ^ x
+
+
+@njit(inline="always")
+def threefry(x, y, key0, key1):
+    """Encrypt the counter (x, y) with 13 rounds of Threefry-2x64; all are uint64."""
+    key2 = _PARITY ^ key0 ^ key1
+    x, y = _mix(x + key0, y + key1, 16)
+    x, y = _mix(x, y, 42)
+    x, y = _mix(x, y, 12)
+    x, y = _mix(x, y, 31)
+    x, y = _mix(x + key1, y + key2 + np.uint64(1), 16)
+    x, y = _mix(x, y, 32)
+    x, y = _mix(x, y, 24)
+    x, y = _mix(x, y, 21)
+    x, y = _mix(x + key2, y + key0 + np.uint64(2), 16)
+    x, y = _mix(x, y, 42)
+    x, y = _mix(x, y, 12)
+    x, y = _mix(x, y, 31)
+    return _mix(x + key0, y + key1 + np.uint64(3), 16)
+
+
+@njit(inline="always", fastmath=FASTMATH)
+def box_muller(x, y):
+    """Two independent standard normal numbers from two words of 64 random bits.
+
+    The radius comes from 52 bits (at most 8.49), the angle from 52 bits, within half a turn, and a
+    sign.
+    """
+    radius = math.sqrt(-2.0 * logarithm(2.0 - bits_as_float((x >> np.uint64(12)) | _ONE)))
+    angle = 0.5 * (bits_as_float((y >> np.uint64(12)) | _ONE) - 1.5)
+    signed = bits_as_float(float_as_bits(radius) | (y << np.uint64(63)))
+    return signed * cosine_of_quarter(angle), radius * sine_of_quarter(angle)
+
+
+@njit(inline="always")
+def normal_pair(seed, replica, pair, channel):
+    """Standard normal numbers of the steps 2 `pair` and 2 `pair` + 1."""
+    x, y = threefry(np.uint64(pair), np.uint64(channel), np.uint64(seed), np.uint64(replica))
+    return box_muller(x, y)
+
+
+@njit(inline="always")
+def _normal(seed, replica, step, channel):
+    even, odd = normal_pair(seed, replica, step >> 1, channel)
+    return odd if step & 1 else even
+
+
+@njit(cache=True, nogil=True)
+def normal(seed, replica, step, channel, factor, level):
+    """Standard normal number of one step of a path that is coarsened or refined.
+
+    Parameters
+    ----------
+    seed, replica, step, channel : int
+    factor : int
+        The step is as long as so many steps of the seed's own path ...
+    level : int
+        ... or, if `factor` is 1, as one of its own halved so many times.
+    """
+    if level == 0:
+        total = 0.0
+        for k in range(factor):
+            total += _normal(seed, replica, step * factor + k, channel)
+        return total / math.sqrt(factor)
+    # In units of its own step's root, each half is (parent +- bridge)/sqrt 2.
+    value = _normal(seed, replica, step >> level, channel)
+    for k in range(1, level + 1):
+        parent = step >> (level - k + 1)
+        bridge = _normal(seed, replica, parent, channel + (k << 32))
+        right = (step >> (level - k)) & 1
+        value = (value - bridge if right else value + bridge) * math.sqrt(0.5)
+    return value
+
+
+@njit(cache=True, nogil=True)
+def _fill_normals(out, seed, replica, first, channel, factor, level):
+    for i in range(out.size):
+        out[i] = normal(seed, replica, first + i, channel, factor, level)
+
+
+@dataclass(frozen=True)
+class BrownianPath:
+    """A Brownian path in any number of channels and replicas, seen at some timestep.
+
+    Two methods, or two timesteps, follow the same path if they are given coarser or finer views of
+    one: ``fine = BrownianPath(seed=1, timestep=0.01)`` and ``fine.coarsened(4)``.
+
+    Parameters
+    ----------
+    seed : int
+        At least 0, less than 2^53.
+    timestep : float
+        Of the increments, in s.
+    factor, level : int
+        How this view was made: by summing `factor` steps, or by halving `level` times.
+    """
+
+    seed: int
+    timestep: float
+    factor: int = 1
+    level: int = 0
+
+    def __post_init__(self) -> None:
+        """Check every field.
+
+        Raises
+        ------
+        ValueError
+            Names the field, its value and the bound.
+        """
+        check_seed(self.seed)
+        check_number("timestep", self.timestep, above=0, unit="s")
+        check_integer("factor", self.factor, at_least=1)
+        check_integer("level", self.level, at_least=0)
+        if self.level > 31:
+            raise reject("level", self.level, "at most 31")
+        if self.level and self.factor > 1:
+            raise reject("factor", self.factor, "1 in a path that is refined")
+
+    def coarsened(self, factor: int) -> "BrownianPath":
+        """The same path at a timestep `factor` times longer.
+
+        Raises
+        ------
+        ValueError
+            `factor` is no power of 2 that undoes a refinement, or not at least 1.
+        """
+        check_integer("factor", factor, at_least=1)
+        halvings = factor.bit_length() - 1
+        if self.level and (factor != 1 << halvings or halvings > self.level):
+            raise reject("factor", factor, f"a power of 2, at most 2^{self.level}, here")
+        if self.level:
+            return replace(self, timestep=factor * self.timestep, level=self.level - halvings)
+        return replace(self, timestep=factor * self.timestep, factor=self.factor * factor)
+
+    def refined(self, halvings: int = 1) -> "BrownianPath":
+        """The same path at a timestep halved so many times.
+
+        Raises
+        ------
+        ValueError
+            The path is a sum of steps that cannot be halved so often.
+        """
+        check_integer("halvings", halvings, at_least=0)
+        timestep = self.timestep / 2**halvings
+        if self.factor == 1:
+            return replace(self, timestep=timestep, level=self.level + halvings)
+        if self.factor % 2**halvings:
+            raise reject("halvings", halvings, f"such that 2^halvings divides {self.factor}")
+        return replace(self, timestep=timestep, factor=self.factor >> halvings)
+
+    def increments(
+        self, steps: int, *, first: int = 0, replica: int = 0, channel: int = 0
+    ) -> NDArray[np.float64]:
+        """Increments W(t + h) - W(t) of `steps` steps from step `first` on, shape (steps,).
+
+        Their variance is the timestep.
+        """
+        out = np.empty(steps)
+        _fill_normals(out, self.seed, replica, first, channel, self.factor, self.level)
+        return math.sqrt(self.timestep) * out
+
+
+def check_seed(seed: int) -> None:
+    """Check that a seed is an integer that every engine can hold.
+
+    Raises
+    ------
+    ValueError
+        It is not, or it is negative, or not less than 2^53.
+    """
+    check_integer("seed", seed, at_least=0)
+    if seed >= LARGEST_SEED:
+        raise reject("seed", seed, f"less than 2^53 = {LARGEST_SEED}")

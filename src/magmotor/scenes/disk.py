@@ -1,0 +1,135 @@
+"""The sliding disk in a periodic potential, and the ordinary Langevin particle beside it."""
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from magmotor.scenes.fields import check_fields, quantity, reject
+from magmotor.scenes.potential import NAMED, Coefficients, check_potential
+
+
+@dataclass(frozen=True, kw_only=True)
+class Disk:
+    """The paper's sliding disk, dimensionless; the defaults are its numerical example.
+
+    A disk slides along x and turns by theta; friction -c s and one white noise act on its slip
+    velocity s = v + omega at the contact point, the potential U on x (equation (slidingdisk)).
+
+    Raises
+    ------
+    ValueError
+        Names the field, its value and the bound.
+    """
+
+    sigma: float = quantity(0.5, "1", "moment of inertia over m r^2", above=0)
+    friction: float = quantity(0.1, "1", "friction c: force = -c (v + omega)", at_least=0)
+    noise: float = quantity(5.0, "1", "noise alpha: force = alpha dW/dt on the slip", at_least=0)
+    potential: str | tuple[tuple[float, float], ...] = quantity(
+        "symmetric",
+        "1",
+        "symmetric, asymmetric, flat, cosine, or pairs: U = sum a_k sin kx + b_k cos kx",
+    )
+    friction_ratio: float = quantity(
+        0.0, "1", "eigenvalue of the friction matrix C on its second direction, over the first",
+        at_least=0,
+    )  # fmt: skip
+    x: float = quantity(0.0, "1", "initial displacement")
+    v: float = quantity(0.0, "1", "initial velocity")
+    theta: float = quantity(0.0, "1", "initial angle")
+    omega: float = quantity(0.0, "1", "initial angular velocity")
+    surface: str = quantity(
+        "planar",
+        "",
+        "planar: friction acts on the slip itself; plane: by contact with a floor (MuJoCo only)",
+        choices=("planar", "plane"),
+    )
+
+    def __post_init__(self) -> None:
+        """Check every field, alone and against the others."""
+        check_fields(self)
+        object.__setattr__(self, "potential", check_potential(self.potential))
+        if self.noise > 0 and self.friction == 0:
+            raise reject("friction", self.friction, "positive with noise: there is no temperature")
+        if self.surface == "plane" and self.friction_ratio > 0:
+            raise reject("friction_ratio", self.friction_ratio, "zero when surface = 'plane'")
+
+    def replace(self, **changes: Any) -> "Disk":
+        """A copy with some fields changed, checked anew."""
+        return replace(self, **changes)
+
+    @property
+    def coefficients(self) -> Coefficients:
+        """Pairs (a_k, b_k) of U = sum_k a_k sin kx + b_k cos kx."""
+        return NAMED[self.potential] if isinstance(self.potential, str) else self.potential
+
+    @property
+    def beta(self) -> float:
+        """Inverse temperature 2c/alpha^2; infinite without noise."""
+        return 2 * self.friction / self.noise**2 if self.noise else math.inf
+
+    @property
+    def masses(self) -> tuple[float, float]:
+        """Inertia of x and of theta."""
+        return 1.0, self.sigma
+
+    @property
+    def slip_directions(self) -> NDArray[np.float64]:
+        """Wrenches (force on x, torque on theta) that friction and noise act along, shape (1|2, 2).
+
+        Row j is the wrench w_j: friction is -c sum_j w_j (w_j . u), noise alpha sum_j w_j dW_j/dt.
+        Since the paper's C = n n^T + ratio m m^T acts on momenta, w = diag(1, sigma) n or m with
+        n = (1, 1/sigma) and m = (1/sigma, -1) across it.
+        """
+        rows = [(1.0, 1.0)]
+        if self.friction_ratio > 0:
+            root = math.sqrt(self.friction_ratio)
+            rows.append((root / self.sigma, -root * self.sigma))
+        return np.array(rows)
+
+
+@dataclass(frozen=True, kw_only=True)
+class LangevinParticle:
+    """The paper's control: dX = V dt, dV = -c V dt - U'(X) dt + alpha dB, at the same temperature.
+
+    Raises
+    ------
+    ValueError
+        Names the field, its value and the bound.
+    """
+
+    friction: float = quantity(0.1, "1", "friction c: force = -c v", at_least=0)
+    noise: float = quantity(5.0, "1", "noise alpha: force = alpha dB/dt", at_least=0)
+    potential: str | tuple[tuple[float, float], ...] = quantity(
+        "symmetric",
+        "1",
+        "symmetric, asymmetric, flat, cosine, or pairs: U = sum a_k sin kx + b_k cos kx",
+    )
+    x: float = quantity(0.0, "1", "initial displacement")
+    v: float = quantity(0.0, "1", "initial velocity")
+
+    def __post_init__(self) -> None:
+        """Check every field, alone and against the others."""
+        check_fields(self)
+        object.__setattr__(self, "potential", check_potential(self.potential))
+        if self.noise > 0 and self.friction == 0:
+            raise reject("friction", self.friction, "positive with noise: there is no temperature")
+
+    def replace(self, **changes: Any) -> "LangevinParticle":
+        """A copy with some fields changed, checked anew."""
+        return replace(self, **changes)
+
+    coefficients = Disk.coefficients
+    beta = Disk.beta
+
+    @property
+    def masses(self) -> tuple[float]:
+        """Inertia of x."""
+        return (1.0,)
+
+    @property
+    def slip_directions(self) -> NDArray[np.float64]:
+        """The force that friction and noise act along, shape (1, 1); see `Disk`."""
+        return np.array([[1.0]])

@@ -1,0 +1,63 @@
+"""Periodic potentials of the sliding disk as Fourier coefficients, the paper's four by name."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from magmotor.scenes.fields import check_choice, check_number, reject
+
+Coefficients = tuple[tuple[float, float], ...]
+
+NAMED: dict[str, Coefficients] = {
+    "symmetric": ((1.0, 0.0),),
+    "asymmetric": ((1.0, 0.0), (0.4, 0.0)),
+    "flat": (),
+    "cosine": ((0.0, 1.0),),
+}
+"""The paper's sin x, sin x + 0.4 sin 2x, 0, and cos x (its ballistic pendulum)."""
+
+
+def check_potential(potential: Any) -> str | Coefficients:
+    """Return a name as it is, coefficients as tuples of floats.
+
+    Raises
+    ------
+    ValueError
+        An unknown name, or coefficients that are not pairs of finite numbers.
+    """
+    if isinstance(potential, str):
+        check_choice("potential", potential, tuple(NAMED))
+        return potential
+    if not isinstance(potential, tuple | list):
+        bound = "one of " + ", ".join(NAMED) + ", or pairs (a_k, b_k) of Fourier coefficients"
+        raise reject("potential", potential, bound)
+    pairs: list[tuple[float, float]] = []
+    for i, pair in enumerate(potential):
+        if not isinstance(pair, tuple | list) or len(pair) != 2:
+            raise reject(f"potential[{i}]", pair, f"a pair (a_{i + 1}, b_{i + 1}) of numbers")
+        for name, value in zip("ab", pair, strict=True):
+            check_number(f"potential[{i}].{name}", value)
+        pairs.append((float(pair[0]), float(pair[1])))
+    while pairs and pairs[-1] == (0.0, 0.0):
+        pairs.pop()
+    return tuple(pairs)
+
+
+def derivative(coefficients: Coefficients, x: ArrayLike, order: int = 0) -> NDArray[np.float64]:
+    """U or one of its derivatives, of the given order; U = sum_k a_k sin kx + b_k cos kx."""
+    x = np.asarray(x, dtype=float)
+    value = np.zeros_like(x)
+    for k, (a, b) in enumerate(coefficients, start=1):
+        # Each derivative turns sine and cosine by a quarter.
+        phase = k * x + order * (np.pi / 2)
+        value += k**order * (a * np.sin(phase) + b * np.cos(phase))
+    return value
+
+
+def steepest_curvature(coefficients: Coefficients) -> float:
+    """Max |U''|, from a grid of a thousand points to the shortest wave, then a parabola's top."""
+    if not coefficients:
+        return 0.0
+    x = np.linspace(0, 2 * np.pi, 1000 * len(coefficients), endpoint=False)
+    return float(np.abs(derivative(coefficients, x, 2)).max())

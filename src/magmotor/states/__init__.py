@@ -1,0 +1,35 @@
+"""States: what engines exchange with the front door, one row a recorded time.
+
+Each kind is a named tuple of columns whose first is `time`; the first axis of every column is time,
+and a column is None where an engine does not follow it.
+"""
+
+from collections.abc import Sequence
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+CHUNK = 20_000
+"""Steps, or recorded states, after which an engine hands over what it has: some 0.1 s."""
+
+Kind = TypeVar("Kind", bound=tuple[Any, ...])
+
+
+def rows(states: Kind, chosen: slice) -> Kind:
+    """Some of the rows."""
+    return type(states)(*[None if c is None else c[chosen] for c in states])
+
+
+def finite(states: tuple[Any, ...]) -> NDArray[np.bool_]:
+    """Which rows hold finite values only."""
+    columns = [c.reshape(len(c), -1) for c in states if c is not None]
+    return np.logical_and.reduce(np.isfinite(np.hstack(columns)), axis=1)
+
+
+def concatenate(blocks: Sequence[Kind]) -> Kind:
+    """One block of states from several, with the columns that all of them have."""
+    columns = zip(*blocks, strict=True)
+    return type(blocks[0])(
+        *[None if any(c is None for c in column) else np.concatenate(column) for column in columns]
+    )

@@ -1,0 +1,42 @@
+"""Recorded states of the ball."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
+
+from magmotor.scenes import Top
+
+
+class BallStates(NamedTuple):
+    """Recorded states, one row a time; vectors are in the world frame.
+
+    `orientation` (w, x, y, z) is None from engines that follow the axis alone.
+    """
+
+    time: NDArray[np.float64]
+    position: NDArray[np.float64]
+    velocity: NDArray[np.float64]
+    axis: NDArray[np.float64]
+    angular_velocity: NDArray[np.float64]
+    orientation: NDArray[np.float64] | None
+
+
+def start(scene: Top) -> BallStates:
+    """The scene's own initial state, as one row."""
+    axis = np.array([scene.axis]) / np.linalg.norm(scene.axis)
+    return BallStates(
+        time=np.zeros(1),
+        position=np.array([[*scene.position, scene.ball_radius]]),
+        velocity=np.array([[*scene.velocity, 0.0]]),
+        axis=axis,
+        angular_velocity=scene.spin * axis,
+        orientation=smallest_turn(axis[0])[np.newaxis],
+    )
+
+
+def smallest_turn(axis: ArrayLike) -> NDArray[np.float64]:
+    """Orientation (w, x, y, z) that brings e_z to `axis` by the smallest turn."""
+    rotation = Rotation.align_vectors([axis], [[0.0, 0.0, 1.0]])[0]
+    return rotation.as_quat(scalar_first=True)
