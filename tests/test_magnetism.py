@@ -14,7 +14,7 @@ import pytest
 from numpy_twin import apply_magnetism
 
 import magmotor as mm
-from magmotor.engines.mujoco import layout, magnetism
+from magmotor.engines.mujoco import callback, layout
 
 COMPASSES = """
 <mujoco>
@@ -150,7 +150,7 @@ def test_blocks_may_overlap_in_threads():
     assert mujoco.get_mjcb_control() is None
 
 
-def test_a_model_without_dipoles_warns_once():
+def test_a_model_on_which_nothing_acts_warns_once():
     model = mujoco.MjModel.from_xml_string("<mujoco/>")
     zero = mujoco.MjModel.from_xml_string(COMPASSES.replace('user="', 'user="0 '))
     for each in (model, zero):
@@ -159,7 +159,7 @@ def test_a_model_without_dipoles_warns_once():
             warnings.simplefilter("always")
             mujoco.mj_step(each, data, nstep=3)
         assert [w.category for w in caught] == [UserWarning]
-        assert "no dipole sites" in str(caught[0].message)
+        assert "nothing acts on this model" in str(caught[0].message)
 
 
 def test_coinciding_dipoles_are_named():
@@ -235,9 +235,9 @@ def test_rollout_follows_mj_step():
 def test_cache_key_follows_the_layout():
     """Other offsets must be compiled anew, never read from another version's cache."""
     offsets = layout.current()
-    first, same = (magnetism.compile_callback(offsets, 1) for _ in range(2))
-    moved = magnetism.compile_callback(offsets._replace(xipos=offsets.xipos + 8), 1)
-    edited = magnetism.compile_callback(offsets, 2)
+    first, same = (callback.compile_callback(offsets, 1) for _ in range(2))
+    moved = callback.compile_callback(offsets._replace(xipos=offsets.xipos + 8), 1)
+    edited = callback.compile_callback(offsets, 2)
     assert same.cache_hits == 1
     assert _key(first) == _key(same)
     assert len({_key(first), _key(moved), _key(edited)}) == 3
@@ -250,8 +250,8 @@ def _key(compiled):
 
 def test_a_second_process_loads_the_callback_from_disk():
     code = """
-        from magmotor.engines.mujoco import magnetism
-        print(magnetism.compiled_callback().cache_hits)
+        from magmotor.engines.mujoco import callback
+        print(callback.compiled_callback().cache_hits)
     """
     command = [sys.executable, "-c", textwrap.dedent(code)]
     hits = [

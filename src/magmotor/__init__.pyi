@@ -9,6 +9,8 @@ from .dataset import scene_of as scene_of
 from .engines.mujoco.build import build as build
 from .engines.mujoco.layout import LayoutError as LayoutError
 from .engines.mujoco.magnetism import magnetism as magnetism
+from .ensemble import ensemble as ensemble
+from .ensemble import gibbs as gibbs
 from .scenes import Disk as Disk
 from .scenes import LangevinParticle as LangevinParticle
 from .scenes import Top as Top

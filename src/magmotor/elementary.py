@@ -7,6 +7,8 @@ interpolants; the functions are good to a few units in the last place.
 # Numba's intrinsics hide their first parameter:
 # pyright: reportCallIssue=false
 
+import math
+
 import numpy as np
 from llvmlite import ir
 from numba import njit, types
@@ -96,7 +98,8 @@ def cosine(turns):
 @njit(inline="always", fastmath=FASTMATH)
 def sine(turns):
     """sin(2 pi turns) of any number."""
-    return cosine(turns - 0.25)
+    r = turns - nearest_integer(turns)
+    return sine_of_quarter(math.copysign(min(abs(r), 0.5 - abs(r)), r))
 
 
 @njit(inline="always", fastmath=FASTMATH)

@@ -11,14 +11,17 @@ is right only at sigma = 1; that is the source of its wrong coefficients, kept h
 """
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.interpolate import BSpline, make_interp_spline
 
 from magmotor.scenes import Disk, LangevinParticle
 from magmotor.scenes.fields import check_number, reject
 from magmotor.scenes.potential import derivative, steepest_curvature
+
+if TYPE_CHECKING:
+    from scipy.interpolate import BSpline
 
 Scene = Disk | LangevinParticle
 Array = NDArray[np.float64]
@@ -90,7 +93,8 @@ def position_cdf(scene: Scene, x: ArrayLike) -> Array:
 
     A periodic quintic spline through the density, integrated; shaped as `x`.
     """
-    return _boltzmann(scene).antiderivative()(np.mod(x, 2 * np.pi))
+    integral = _boltzmann(scene).antiderivative()
+    return integral(np.mod(x, 2 * np.pi)) - integral(0.0)
 
 
 def flat_mean_displacement(scene: Scene, t: ArrayLike, direction: ArrayLike | None = None) -> Array:
@@ -327,7 +331,9 @@ def _common_waves(scene: Disk) -> int:
     return math.gcd(*(k for k, pair in enumerate(scene.coefficients, start=1) if any(pair)))
 
 
-def _boltzmann(scene: Scene) -> BSpline:
+def _boltzmann(scene: Scene) -> "BSpline":
+    from scipy.interpolate import make_interp_spline
+
     check_number("noise", scene.noise, above=0)
     sharpness = math.sqrt(scene.beta * steepest_curvature(scene.coefficients))
     x = np.linspace(0, 2 * np.pi, 1024 * math.ceil(2 + sharpness) + 1)

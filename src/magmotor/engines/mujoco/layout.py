@@ -14,10 +14,15 @@ from mujoco.introspect import ast_nodes
 from mujoco.introspect.structs import STRUCTS
 
 MODEL_FIELDS = (
-    "nsite", "nuser_site", "body_weldid", "body_dofnum", "site_bodyid", "site_user",
-    "name_siteadr", "names",
+    "nbody", "njnt", "nsite", "nuser_body", "nuser_jnt", "nuser_site", "nuserdata",
+    "body_weldid", "body_dofnum", "body_user", "jnt_type", "jnt_bodyid", "jnt_qposadr", "jnt_user",
+    "site_bodyid", "site_user", "name_bodyadr", "name_jntadr", "name_siteadr", "names",
 )  # fmt: skip
-DATA_FIELDS = ("site_xpos", "site_xmat", "xipos", "xfrc_applied")
+OPTION_FIELDS = ("timestep", "integrator")
+DATA_FIELDS = (
+    "site_xpos", "site_xmat", "xipos", "xaxis", "xfrc_applied", "qpos", "userdata", "time",
+    "pstack",
+)  # fmt: skip
 
 _SCALARS = {
     "int": ctypes.c_int,
@@ -33,16 +38,24 @@ _SCALARS = {
 
 _PROBE = """
 <mujoco>
+  <option timestep="0.0625" integrator="implicitfast"/>
+  <size nuserdata="17" nuser_body="11" nuser_jnt="13"/>
   <worldbody>
     <site name="fixed" user="2"/>
     <body>
       <freejoint/>
       <geom size="1"/>
       <site name="moving" pos="0 0 1" user="3"/>
+      <body>
+        <joint type="hinge"/>
+        <geom size="1"/>
+      </body>
     </body>
   </worldbody>
 </mujoco>
 """
+_CONSPICUOUS = 0x5A5A40
+"""What the top of the stack is said to be while its place is verified."""
 
 
 class LayoutError(RuntimeError):
@@ -50,20 +63,39 @@ class LayoutError(RuntimeError):
 
 
 class Layout(NamedTuple):
-    """Byte offsets in mjModel and mjData, by field."""
+    """Byte offsets in mjModel (those of its options among them) and in mjData, by field."""
 
+    nbody: int
+    njnt: int
     nsite: int
+    nuser_body: int
+    nuser_jnt: int
     nuser_site: int
+    nuserdata: int
     body_weldid: int
     body_dofnum: int
+    body_user: int
+    jnt_type: int
+    jnt_bodyid: int
+    jnt_qposadr: int
+    jnt_user: int
     site_bodyid: int
     site_user: int
-    names: int
+    name_bodyadr: int
+    name_jntadr: int
     name_siteadr: int
+    names: int
+    timestep: int
+    integrator: int
     site_xpos: int
     site_xmat: int
     xipos: int
+    xaxis: int
     xfrc_applied: int
+    qpos: int
+    userdata: int
+    time: int
+    pstack: int
 
 
 @cache
@@ -76,8 +108,10 @@ def current() -> Layout:
         The declarations are missing or disagree with the running library.
     """
     try:
-        model, data = _structure("mjModel"), _structure("mjData")
+        model, option, data = map(_structure, ("mjModel", "mjOption", "mjData"))
         offsets = {name: getattr(model, name).offset for name in MODEL_FIELDS}
+        start = getattr(model, "opt").offset  # noqa: B009 - pyright knows no such attribute
+        offsets |= {name: start + getattr(option, name).offset for name in OPTION_FIELDS}
         offsets |= {name: getattr(data, name).offset for name in DATA_FIELDS}
     except (KeyError, AttributeError) as missing:
         raise LayoutError(
@@ -100,22 +134,29 @@ def verify(layout: Layout) -> None:
         raise LayoutError("MuJoCo was built in single precision: double is needed")
     model = mujoco.MjModel.from_xml_string(_PROBE)
     data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    data.time, data.pstack = 0.375, _CONSPICUOUS
     wrong = []
-    for fields, owner in ((MODEL_FIELDS, model), (DATA_FIELDS, data)):
+    owners = ((MODEL_FIELDS, model, model), (OPTION_FIELDS, model, model.opt))
+    for fields, struct, owner in (*owners, (DATA_FIELDS, data, data)):
         for name in fields:
-            place = owner._address + getattr(layout, name)
+            place = struct._address + getattr(layout, name)
             expected = getattr(owner, name)
-            if isinstance(expected, np.ndarray):
-                agrees = _read(ctypes.c_void_p, place) == expected.ctypes.data
-            elif isinstance(expected, bytes):
+            if isinstance(expected, bytes):
                 # A pointer is followed only once all before it have proved right.
                 agrees = not wrong and (
                     ctypes.string_at(_read(ctypes.c_void_p, place) or 0, len(expected)) == expected
                 )
+            elif isinstance(expected, np.ndarray):
+                agrees = _read(ctypes.c_void_p, place) == expected.ctypes.data
+            elif isinstance(expected, float):
+                agrees = _read(ctypes.c_double, place) == expected
             else:
-                agrees = _read(ctypes.c_int64, place) == expected
+                kind = ctypes.c_int if fields is OPTION_FIELDS else ctypes.c_int64
+                agrees = _read(kind, place) == expected
             if not agrees:
                 wrong.append(name)
+    data.pstack = 0
     if wrong:
         raise LayoutError(
             f"MuJoCo {mujoco.__version__} does not keep {', '.join(wrong)} where its declarations"

@@ -24,6 +24,9 @@ TILE = 64
 
 ROWS = 7
 
+UNBOUNDED = 1 << 30
+"""Length of an array whose own is not looked up."""
+
 
 def bind_function(name: str, function: Any) -> None:
     """Make a ctypes function known to compiled code as the external symbol `name`."""
@@ -92,32 +95,62 @@ def stack_tile():
     return numbers(_stack_address(), ROWS, TILE)
 
 
+def _error(context, builder, text, pairs):
+    """Call MuJoCo's error with pairs of a number and the address of a C string."""
+    message = context.insert_const_string(builder.module, text)
+    kind = ir.FunctionType(ir.VoidType(), [cgutils.voidptr_t], var_arg=True)
+    function = cgutils.get_or_insert_function(builder.module, kind, "mju_error")
+    arguments = [message]
+    for number, name in pairs:
+        arguments.append(builder.trunc(number, ir.IntType(32)))
+        arguments.append(builder.inttoptr(name, cgutils.voidptr_t))
+    builder.call(function, arguments)
+    return context.get_dummy_value()
+
+
 @intrinsic
 def fatal_coincidence(typingctx, first, first_name, second, second_name):
     """Raise MuJoCo's error that names two sites; the names are addresses of C strings."""
 
     def codegen(context, builder, signature, args):
         text = "dipole sites %d '%s' and %d '%s' coincide: no force is defined"
-        message = context.insert_const_string(builder.module, text)
-        kind = ir.FunctionType(ir.VoidType(), [cgutils.voidptr_t], var_arg=True)
-        function = cgutils.get_or_insert_function(builder.module, kind, "mju_error")
-        ids = [builder.trunc(args[i], ir.IntType(32)) for i in (0, 2)]
-        names = [builder.inttoptr(args[i], cgutils.voidptr_t) for i in (1, 3)]
-        builder.call(function, [message, ids[0], names[0], ids[1], names[1]])
-        return context.get_dummy_value()
+        return _error(context, builder, text, (args[:2], args[2:]))
 
     return types.void(first, first_name, second, second_name), codegen
 
 
 @intrinsic
-def report_no_dipoles(typingctx):
-    """Tell Python, through the bound hook, that a model without dipoles is being stepped."""
+def fatal_wrench(typingctx, body, name):
+    """Raise MuJoCo's error that names a body; the name is the address of a C string."""
+
+    def codegen(context, builder, signature, args):
+        text = "body %d '%s': its user numbers must be whole rows of six, Brownian wrenches"
+        return _error(context, builder, text, (args,))
+
+    return types.void(body, name), codegen
+
+
+@intrinsic
+def fatal_potential(typingctx, joint, name):
+    """Raise MuJoCo's error that names a joint; the name is the address of a C string."""
+
+    def codegen(context, builder, signature, args):
+        text = (
+            "joint %d '%s': its user numbers must be pairs, the Fourier coefficients of a"
+            " potential, and the joint a slide or a hinge"
+        )
+        return _error(context, builder, text, (args,))
+
+    return types.void(joint, name), codegen
+
+
+@intrinsic
+def report_inert(typingctx):
+    """Tell Python, through the bound hook, that a model on which nothing acts is being stepped."""
 
     def codegen(context, builder, signature, args):
         kind = ir.FunctionType(ir.VoidType(), [])
-        function = cgutils.get_or_insert_function(
-            builder.module, kind, "magmotor_report_no_dipoles"
-        )
+        function = cgutils.get_or_insert_function(builder.module, kind, "magmotor_report_inert")
         builder.call(function, [])
         return context.get_dummy_value()
 
@@ -125,12 +158,12 @@ def report_no_dipoles(typingctx):
 
 
 @intrinsic
-def no_dipoles_reported(typingctx):
+def inert_reported(typingctx):
     """Whether that has been told already."""
 
     def codegen(context, builder, signature, args):
         word = ir.IntType(64)
-        name = "magmotor_no_dipoles_reported"
+        name = "magmotor_inert_reported"
         place = builder.module.globals.get(name) or ir.GlobalVariable(builder.module, word, name)
         return builder.load(place, typ=word)
 

@@ -1,0 +1,84 @@
+"""Brownian wrenches on bodies, written into MuJoCo's own memory.
+
+A body's `user` numbers are rows of six, each a wrench w in the world frame, at the centre of mass:
+force x y z in N sqrt(s), torque x y z in N m sqrt(s). Each row is a channel: a Brownian motion W
+of its own drives it, w dW/dt. Its increment is spread evenly over the step, so that the body gets
+w xi/sqrt(h) in all stages of a step h. Channels count the rows that are not zero, in the order of
+the bodies; MuJoCo pads shorter lists with zeros.
+
+The numbers xi are those of `magmotor.noise`. `mjData.userdata` chooses them, with as many numbers
+as the model has: seed, replica, factor, level, first step; missing ones are 0, 0, 1, 0, 0, as is a
+factor of 0.
+"""
+
+# Numba's intrinsics hide their first parameter:
+# pyright: reportCallIssue=false
+
+import math
+
+from numba import njit
+
+from magmotor.engines.mujoco import memory
+from magmotor.engines.mujoco.step_number import step_number
+from magmotor.noise import normal
+
+
+@njit(inline="always")
+def _is_channel(rows, body, start):
+    present = False
+    for k in range(start, start + 6):
+        present = present or rows[body, k] != 0.0
+    return present
+
+
+@njit(inline="always")
+def clear_driven_bodies(m, d, offsets):
+    """Set the wrench of each body with a channel to zero.
+
+    Raises MuJoCo's error when a row is cut short.
+    """
+    nuser = m[offsets.nuser_body // 8]
+    bodies = m[offsets.nbody // 8]
+    rows = memory.numbers(m[offsets.body_user // 8], bodies, nuser)
+    applied = memory.numbers(d[offsets.xfrc_applied // 8], bodies, 6)
+    whole = nuser - nuser % 6
+    for body in range(bodies):
+        for start in range(0, whole, 6):
+            if _is_channel(rows, body, start):
+                applied[body] = 0.0
+        for k in range(whole, nuser):
+            if rows[body, k] != 0.0:
+                starts = memory.integers(m[offsets.name_bodyadr // 8], bodies)
+                memory.fatal_wrench(body, m[offsets.names // 8] + starts[body])
+
+
+@njit(inline="always")
+def _chosen(d, m, offsets, k):
+    """Number k of the user's data as an integer; 0 if there are fewer."""
+    count = m[offsets.nuserdata // 8]
+    value = memory.numbers(d[offsets.userdata // 8], 1, memory.UNBOUNDED)
+    return int(value[0, k]) if k < count else 0
+
+
+@njit(inline="always")
+def add_brownian_wrenches(model, data, offsets):
+    """Add to the wrenches of bodies what their channels apply in this step; return how many."""
+    m = memory.words(model, memory.UNBOUNDED)
+    d = memory.words(data, memory.UNBOUNDED)
+    nuser = m[offsets.nuser_body // 8]
+    bodies = m[offsets.nbody // 8]
+    rows = memory.numbers(m[offsets.body_user // 8], bodies, nuser)
+    applied = memory.numbers(d[offsets.xfrc_applied // 8], bodies, 6)
+    seed, replica = _chosen(d, m, offsets, 0), _chosen(d, m, offsets, 1)
+    factor, level = max(1, _chosen(d, m, offsets, 2)), _chosen(d, m, offsets, 3)
+    step = _chosen(d, m, offsets, 4) + step_number(model, data, offsets)
+    rate = 1.0 / math.sqrt(memory.numbers(model + offsets.timestep, 1, 1)[0, 0])
+    channel = 0
+    for body in range(bodies):
+        for start in range(0, nuser - 5, 6):
+            if _is_channel(rows, body, start):
+                force = rate * normal(seed, replica, step, channel, factor, level)
+                for k in range(6):
+                    applied[body, k] += force * rows[body, start + k]
+                channel += 1
+    return channel

@@ -1,0 +1,84 @@
+"""The compiled callback: all that this package adds to MuJoCo's step, in one C function.
+
+It reads what acts from the model itself: dipole sites (see `magnets`), Brownian wrenches of bodies
+(see `brownian`) and periodic potentials of joints (see `potential`). Bodies on which any of these
+acts get the sum as their wrench in `xfrc_applied`, which is overwritten.
+"""
+
+# Numba's intrinsics hide their first parameter:
+# pyright: reportCallIssue=false
+
+import ctypes
+import warnings
+from functools import cache
+
+from numba import cfunc, types
+
+from magmotor import dipoles, elementary, noise
+from magmotor.code_version import code_version
+from magmotor.engines.mujoco import brownian, layout, magnets, memory, potential, step_number
+from magmotor.engines.mujoco.brownian import add_brownian_wrenches, clear_driven_bodies
+from magmotor.engines.mujoco.magnets import set_magnetic_wrenches
+from magmotor.engines.mujoco.potential import add_potential_wrenches, clear_bodies_in_potentials
+
+_SIGNATURE = types.void(types.int64, types.int64)
+COMPILED_IN = (dipoles, elementary, noise, memory, magnets, step_number, brownian, potential)
+"""Every module with code that becomes part of the callback."""
+
+
+def compile_callback(offsets: layout.Layout, sources: int):
+    """Compile the callback for one layout of the structs, or load it from Numba's disk cache.
+
+    The offsets and `sources` (a checksum of the modules compiled in) are closure cells, because
+    Numba's cache keys hold a function's bytecode and cells but not its globals or what it calls.
+    They are plain numbers: a compiled function among them would be a new key in every process.
+    """
+
+    @cfunc(_SIGNATURE, cache=True, error_model="numpy")
+    def callback(model, data):
+        _ = sources  # a part of the cache's key
+        m = memory.words(model, memory.UNBOUNDED)
+        d = memory.words(data, memory.UNBOUNDED)
+        driven = m[offsets.nuser_body // 8] > 0
+        in_potentials = m[offsets.nuser_jnt // 8] > 0
+        if driven:
+            clear_driven_bodies(m, d, offsets)
+        if in_potentials:
+            clear_bodies_in_potentials(m, d, offsets)
+        acting = set_magnetic_wrenches(m, d, offsets)
+        if driven:
+            acting += add_brownian_wrenches(model, data, offsets)
+        if in_potentials:
+            acting += add_potential_wrenches(m, d, offsets)
+        if acting == 0 and memory.inert_reported() == 0:
+            memory.report_inert()
+
+    return callback
+
+
+@cache
+def compiled_callback():
+    """The callback for the MuJoCo that is running, compiled once a process at the most."""
+    memory.bind_function("mju_error", memory.library().mju_error)
+    memory.bind_function("magmotor_report_inert", _report)
+    memory.bind_variable("magmotor_inert_reported", _reported)
+    return compile_callback(layout.current(), code_version(*COMPILED_IN))
+
+
+def report_again() -> None:
+    """Have the next step of a model on which nothing acts be reported."""
+    _reported.value = 0
+
+
+_reported = ctypes.c_int64(0)
+
+
+@ctypes.CFUNCTYPE(None)
+def _report():
+    _reported.value = 1
+    warnings.warn(
+        "nothing acts on this model: it has no dipole sites (a site with user=\"MOMENT\" in A m^2,"
+        " along its z axis), no Brownian wrenches (a body with rows of six user numbers) and no"
+        " periodic potentials (a joint with pairs of user numbers)",
+        stacklevel=2,
+    )

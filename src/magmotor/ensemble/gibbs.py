@@ -1,0 +1,59 @@
+"""Initial states drawn from the Gibbs measure."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from magmotor import theory
+from magmotor.scenes import Disk, LangevinParticle
+from magmotor.scenes.fields import check_integer, reject
+from magmotor.scenes.potential import derivative
+
+
+def gibbs(
+    scene: Disk | LangevinParticle, replicas: int, *, seed: int = 0
+) -> dict[str, NDArray[np.float64]]:
+    """Independent states of the Gibbs measure exp(-beta E), equation (kjhss).
+
+    Parameters
+    ----------
+    scene : Disk or LangevinParticle
+    replicas : int
+        How many.
+    seed : int
+        Of NumPy's generator; it has nothing to do with the Brownian paths of the same seed.
+
+    Returns
+    -------
+    dict
+        `x` in [0, 2 pi), `v` and, of the disk, `theta` in [0, 2 pi) and `omega`, shape (replicas,):
+        what `simulate` and `ensemble` take as `initial`.
+
+    Raises
+    ------
+    ValueError
+        The scene has no temperature, or `replicas` is less than 1.
+    """
+    check_integer("replicas", replicas, at_least=1)
+    if not scene.noise:
+        raise reject("noise", scene.noise, "positive: without it there is no temperature")
+    random = np.random.default_rng(seed)
+    x = _positions(scene, replicas, random)
+    deviation = math.sqrt(theory.temperature(scene))
+    state = {"x": x, "v": deviation * random.standard_normal(replicas)}
+    if isinstance(scene, Disk):
+        state["theta"] = random.uniform(0, 2 * math.pi, replicas)
+        state["omega"] = deviation / math.sqrt(scene.sigma) * random.standard_normal(replicas)
+    return state
+
+
+def _positions(scene: Disk | LangevinParticle, replicas: int, random: np.random.Generator):
+    """Rejection from the uniform law, which is exact for every potential."""
+    lowest = -sum(abs(a) + abs(b) for a, b in scene.coefficients)
+    kept = np.empty(0)
+    while len(kept) < replicas:
+        x = random.uniform(0, 2 * math.pi, replicas)
+        weight = np.exp(-scene.beta * (derivative(scene.coefficients, x) - lowest))
+        kept = np.append(kept, x[random.uniform(size=replicas) < weight])
+    return kept[:replicas]

@@ -1,0 +1,140 @@
+"""What an ensemble has found, as a labelled dataset."""
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from magmotor.dataset import attributes_of
+from magmotor.engines.variational.lanes import TURN
+from magmotor.engines.variational.run import unpack
+from magmotor.ensemble.moments import quantities
+from magmotor.ensemble.plan import Plan
+from magmotor.ensemble.statistics import (
+    BINS,
+    HYSTERESIS,
+    REACH,
+    Statistics,
+    flight_bin_edges,
+    unfinished_flights,
+)
+from magmotor.scenes import Disk, LangevinParticle
+
+Array = NDArray[np.float64]
+
+
+def result(
+    scene: Disk | LangevinParticle,
+    task: dict[str, Any],
+    when: Plan,
+    arrays: dict[str, NDArray],
+    deviations: tuple[float, float, float],
+) -> xr.Dataset:
+    """Make the dataset from all that was recorded until now."""
+    sample, unit, replicas = (
+        int(arrays["sample"]),
+        when.interval * task["timestep"],
+        task["replicas"],
+    )
+    statistics = Statistics(*[arrays[name] for name in Statistics._fields])
+    done = when.records <= sample
+    parts = [
+        _moments(scene, replicas, arrays["moments"][done]),
+        _correlations(statistics),
+        _densities(scene, statistics, deviations),
+        _final(scene, arrays["states"][:, :replicas]),
+        xr.Dataset({"path": (("path_replica", "time"), TURN * arrays["paths"][done].T)}),
+    ]
+    if isinstance(scene, Disk):
+        parts.append(_flights(statistics, replicas, sample - when.burn_in, unit))
+    data = xr.merge(parts).assign_coords(
+        time=unit * when.records[done], lag=unit * 2.0 ** np.arange(when.levels)
+    )
+    for name in (*data.data_vars, *data.coords):
+        data[name].attrs.setdefault("units", "1")
+    told = {name: task[name] for name in task if name not in ("scene", "scene_fields")}
+    data.attrs = attributes_of(scene, **told, time_reached=sample * unit)
+    return data
+
+
+def _moments(scene: Any, replicas: int, powers: Array) -> xr.Dataset:
+    first, second, fourth = powers.transpose(2, 1, 0)
+    names = quantities(scene)
+    columns = {
+        "mean": first,
+        "mean_error": _error(second - first**2, replicas),
+        "mean_square": second,
+        "mean_square_error": _error(fourth - second**2, replicas),
+    }
+    data = xr.Dataset({name: (("quantity", "time"), values) for name, values in columns.items()})
+    return data.assign_coords(quantity=list(names), description=("quantity", list(names.values())))
+
+
+def _correlations(statistics: Statistics) -> xr.Dataset:
+    """Correlation of successive increments, its error from the scatter of groups of replicas."""
+    sums = statistics.sums
+    total = sums.sum(axis=0)
+    rho, square = _correlation(total)
+    rest = total - sums
+    rho_without, square_without = _correlation(rest)
+    columns = {
+        "increment_correlation": rho,
+        "increment_correlation_error": _jackknife(rho_without),
+        "mean_square_increment": square,
+        "mean_square_increment_error": _jackknife(square_without),
+    }
+    return xr.Dataset({name: ("lag", values) for name, values in columns.items()})
+
+
+def _correlation(sums: Array) -> tuple[Array, Array]:
+    number, a, b, aa, bb, ab = np.moveaxis(sums, -1, 0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        a, b, aa, bb, ab = a / number, b / number, aa / number, bb / number, ab / number
+        return (ab - a * b) / np.sqrt((aa - a**2) * (bb - b**2)), bb
+
+
+def _jackknife(without: Array) -> Array:
+    groups = len(without)
+    if groups < 2:
+        return np.full(without.shape[1:], np.nan)
+    return np.sqrt((groups - 1) * np.var(without, axis=0))
+
+
+def _densities(scene: Any, statistics: Statistics, deviations: tuple[float, ...]) -> xr.Dataset:
+    counts = statistics.counts.sum(axis=0)
+    edges = {"x": np.linspace(0, TURN, BINS + 1)}
+    for name, deviation in zip(("v", "omega"), deviations[:2], strict=True):
+        edges[name] = deviation * np.linspace(-REACH, REACH, BINS + 1)
+    if isinstance(scene, LangevinParticle):
+        del edges["omega"]
+    parts = {}
+    for (name, edge), count in zip(edges.items(), counts, strict=False):
+        total = max(count.sum(), 1) * np.diff(edge)
+        label = f"stationary density of {name}" + (" mod 2 pi" if name == "x" else "")
+        parts[f"density_{name}"] = (f"{name}_bin", count / total, {"long_name": label})
+    centres = {f"{name}_bin": (edge[:-1] + edge[1:]) / 2 for name, edge in edges.items()}
+    return xr.Dataset(parts).assign_coords(centres)
+
+
+def _flights(statistics: Statistics, replicas: int, sample: int, unit: float) -> xr.Dataset:
+    edges = flight_bin_edges()
+    unfinished = unfinished_flights(statistics, replicas, sample)
+    label = f"flights: d keeps its sign, to {HYSTERESIS} of its standard deviation"
+    columns = {
+        "flights": ("flight_duration", statistics.flights.sum(axis=0), {"long_name": label}),
+        "unfinished_flights": ("flight_duration", unfinished),
+    }
+    used = edges[:-1] <= max(sample, 1)
+    data = xr.Dataset(columns).assign_coords(flight_duration=unit * edges[:-1])
+    return data.isel(flight_duration=used)
+
+
+def _final(scene: Any, states: Array) -> xr.Dataset:
+    final = unpack(np.zeros(1), states[np.newaxis], isinstance(scene, Disk))._asdict()
+    columns = {k: ("replica", v[0]) for k, v in final.items() if k != "time" and v is not None}
+    return xr.Dataset(columns)
+
+
+def _error(variance: Array, replicas: int) -> Array:
+    return np.sqrt(np.maximum(variance, 0) / replicas)
