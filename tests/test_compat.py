@@ -63,3 +63,26 @@ def test_decorated_model_moves_as_the_plain_one():
             mujoco.mj_step(model, data, nstep=500)
         states.append(data.qpos.copy())
     np.testing.assert_allclose(states[0], states[1], rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("surface", ["planar", "plane"])
+def test_the_disk_follows_the_variational_engine(surface):
+    run, twin = (
+        mm.simulate(scene, method=method, timestep=0.01, duration=10, seed=1, replicas=2)
+        for scene, method in (
+            (mm.Disk(surface=surface), "mujoco/euler"),
+            (mm.Disk(), "variational/euler"),
+        )
+    )
+    assert abs(run.x - twin.x).max() < 1e-10 * abs(twin.x).max()  # measured: 3e-15 (both)
+
+
+def test_noise_is_constant_over_the_stages_of_rk4():
+    model = mm.build(mm.Disk(potential="flat"))
+    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_DAMPER)
+    model.opt.integrator, model.opt.timestep = mujoco.mjtIntegrator.mjINT_RK4, 0.01
+    data = mujoco.MjData(model)
+    with mm.magnetism():
+        mujoco.mj_step(model, data, nstep=1000)
+    rises = mm.noise.BrownianPath(0, 0.01).increments(1000)
+    np.testing.assert_allclose(data.qvel, rises.sum() * np.array([5, 10]), rtol=1e-12)

@@ -18,7 +18,7 @@ from magmotor.states import rows
 
 ENGINES = {
     "mujoco": "magmotor.engines.mujoco.run",
-    "scipy": "magmotor.engines.scipy",
+    "scipy": "magmotor.engines.scipy.run",
     "variational": "magmotor.engines.variational.run",
 }
 

@@ -42,10 +42,10 @@ def load(path: Path, task: dict[str, Any]) -> dict[str, NDArray] | None:
     if not path.exists():
         return None
     try:
-        with np.load(path) as file:
-            arrays = {name: file[name] for name in file.files}
+        with path.open("rb") as file, np.load(file) as saved:
+            arrays = {name: saved[name] for name in saved.files}
         told = json.loads(str(arrays.pop("task")))
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+    except (ValueError, KeyError, EOFError, zipfile.BadZipFile):
         raise reject("checkpoint", str(path), "a checkpoint of an ensemble, or no file") from None
     for name in {**told, **task}:
         if told.get(name) != task.get(name):

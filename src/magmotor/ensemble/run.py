@@ -195,6 +195,7 @@ class _Run:
                     self._save()
             self._save()
         except KeyboardInterrupt:
+            self._record()
             self._save()
             raise SimulationInterrupted(self._result()) from None
         finally:

@@ -1,5 +1,7 @@
-"""Observables: what is read off a run (`motion`) and off the ring's field (`landscape`)."""
+"""Observables: what is read off a run (`motion`, `disk`) and off the ring's field (`landscape`)."""
 
+from magmotor.observables.disk import flight_survival, local_slope
+from magmotor.observables.disk_balance import disk_energy_balance
 from magmotor.observables.landscape import (
     CriticalPoint,
     critical_points,
@@ -23,11 +25,14 @@ from magmotor.observables.motion import (
 __all__ = [
     "CriticalPoint",
     "critical_points",
+    "disk_energy_balance",
     "effective_potential",
     "energy",
     "energy_balance",
+    "flight_survival",
     "friction_torque",
     "kinetic_energy",
+    "local_slope",
     "magnetic_energy",
     "magnetic_energy_and_lift",
     "minimum",

@@ -1,6 +1,7 @@
 """Observables of the sliding disk and of the Langevin particle."""
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from magmotor.scenes import Disk, LangevinParticle
@@ -15,3 +16,73 @@ def energy(scene: Disk | LangevinParticle, x: Array, v: Array, omega: Array | No
     if isinstance(scene, Disk) and omega is not None:
         kinetic = kinetic + 0.5 * scene.sigma * omega**2
     return kinetic + derivative(scene.coefficients, x)
+
+
+def flight_survival(run: xr.Dataset) -> xr.Dataset:
+    r"""Probability that a flight lasts at least so long, of an ensemble of the disk.
+
+    The product-limit estimate of Kaplan and Meier, S(t) = prod (1 - e_j/n_j) over the bins j of
+    durations below t: n_j flights are known to have lasted to bin j, and e_j of them end in it.
+    Flights still under way at the end of the run count among the n_j as long as they were seen, and
+    for half of the bin in which they were last seen. A flight is what `ensemble` says it is.
+
+    Parameters
+    ----------
+    run : xarray.Dataset
+        From `ensemble`, of a `Disk`.
+
+    Returns
+    -------
+    xarray.Dataset
+        `survival` and its standard error `survival_error` (Greenwood's formula) over
+        `flight_duration`, the durations at which the bins begin, up to the last flight's.
+    """
+    ended, unfinished = run.flights.values, run.unfinished_flights.values
+    at_risk = np.cumsum((ended + unfinished)[::-1])[::-1]
+    seen = at_risk > 0
+    ended, at_risk = ended[seen], (at_risk - unfinished / 2)[seen]
+    survival = np.cumprod(np.append(1.0, 1 - ended[:-1] / at_risk[:-1]))
+    left = np.maximum(at_risk - ended, 0.5)  # none are left only in the last bin, which is not used
+    terms = np.append(0.0, (ended / (at_risk * left))[:-1])
+    values = {"survival": survival, "survival_error": survival * np.sqrt(np.cumsum(terms))}
+    return xr.Dataset({name: ("flight_duration", value) for name, value in values.items()}).assign(
+        {"flight_duration": run.flight_duration.values[seen]}
+    )
+
+
+def local_slope(run: xr.Dataset, factor: float = 2.0) -> xr.Dataset:
+    """Local slope d log MSD / d log t of x, between times that are about a factor apart.
+
+    Its error is that of the difference of two logarithms of means over the *same* replicas, to
+    first order: the two fluctuate together, so that the errors of the MSD alone would mislead.
+
+    Parameters
+    ----------
+    run : xarray.Dataset
+        From `ensemble`, with all replicas among its `trajectories`.
+    factor : float
+        The later time over the earlier, but for the times that were recorded.
+
+    Returns
+    -------
+    xarray.Dataset
+        `slope` and its standard error `slope_error`, and the two times `begin` and `end`, over
+        `time`, their geometric mean.
+    """
+    square = (run.path.values - run.path.values[:, :1]) ** 2
+    times = run.time.values
+    end = np.searchsorted(times, factor * times[1:] * (1 - 1e-9))
+    begin = np.flatnonzero(end < len(times)) + 1
+    end = end[begin - 1]
+    mean = square.mean(axis=0)
+    width = np.log(times[end] / times[begin])
+    scatter = np.std(square[:, end] / mean[end] - square[:, begin] / mean[begin], axis=0)
+    columns = {
+        "slope": np.log(mean[end] / mean[begin]) / width,
+        "slope_error": scatter / width / np.sqrt(len(square)),
+        "begin": times[begin],
+        "end": times[end],
+    }
+    return xr.Dataset({name: ("time", values) for name, values in columns.items()}).assign_coords(
+        time=np.sqrt(times[begin] * times[end])
+    )

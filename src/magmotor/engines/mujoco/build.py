@@ -3,24 +3,34 @@
 import mujoco
 
 from magmotor.engines.mujoco import parts
+from magmotor.engines.mujoco.compose_disk import compose_disk
 from magmotor.engines.mujoco.compose_top import compose_top
-from magmotor.scenes import Top
+from magmotor.scenes import Disk, Top
+from magmotor.scenes.fields import reject
 
-COMPOSERS = {Top: compose_top}
+COMPOSERS = {Top: compose_top, Disk: compose_disk}
 
 
-def compose(scene: Top, *, looks: bool) -> parts.Element:
-    """The scene as a PyMJCF tree, with lights, cameras and decoration if `looks`."""
+def compose(scene: Top | Disk, *, looks: bool) -> parts.Element:
+    """The scene as a PyMJCF tree, with lights, cameras and decoration if `looks`.
+
+    Raises
+    ------
+    ValueError
+        There is no such scene in MuJoCo.
+    """
+    if type(scene) not in COMPOSERS:
+        raise reject("scene", scene, "a scene that MuJoCo has, Top or Disk")
     return COMPOSERS[type(scene)](scene, looks=looks)
 
 
-def build(scene: Top, *, looks: bool = False) -> mujoco.MjModel:
+def build(scene: Top | Disk, *, looks: bool = False) -> mujoco.MjModel:
     """Compile a scene.
 
     Parameters
     ----------
-    scene : Top
-        What to build. Magnetism acts on the model inside `magnetism()`.
+    scene : Top or Disk
+        What to build. Dipoles, noise and potential act on the model inside `magnetism()`.
     looks : bool
         Add lights, cameras, materials and decoration, which cost time in every step and change
         nothing in the dynamics.
@@ -29,6 +39,11 @@ def build(scene: Top, *, looks: bool = False) -> mujoco.MjModel:
     -------
     mujoco.MjModel
         Its keyframe 0 is the scene's initial state.
+
+    Raises
+    ------
+    ValueError
+        There is no such scene in MuJoCo.
     """
     root = compose(scene, looks=looks)
     return mujoco.MjModel.from_xml_string(root.to_xml_string(), root.get_assets())

@@ -77,7 +77,7 @@ _reported = ctypes.c_int64(0)
 def _report():
     _reported.value = 1
     warnings.warn(
-        "nothing acts on this model: it has no dipole sites (a site with user=\"MOMENT\" in A m^2,"
+        'nothing acts on this model: it has no dipole sites (a site with user="MOMENT" in A m^2,'
         " along its z axis), no Brownian wrenches (a body with rows of six user numbers) and no"
         " periodic potentials (a joint with pairs of user numbers)",
         stacklevel=2,

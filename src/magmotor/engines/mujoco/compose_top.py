@@ -23,7 +23,8 @@ def compose_top(scene: Top, *, looks: bool) -> parts.Element:
     coordinates = BallCoordinates(scene.surface, scene.ball_radius)
     qpos, qvel = coordinates.joints(start(scene))
     root.keyframe.add("key", name="start", qpos=qpos, qvel=qvel)
-    contact.calibrate_viscous(root, scene)
+    inverse_inertia = 1 / scene.ball_mass + scene.ball_radius**2 / scene.inertia[0]
+    contact.calibrate_viscous(root, scene.friction, inverse_inertia)
     return root
 
 

@@ -13,6 +13,8 @@ MuJoCo's convex cone makes a slipping ball press harder, by a fraction of mu^2 V
 little; the mean friction over some steps stays mu m g.
 """
 
+from typing import Any
+
 import mujoco
 
 from magmotor.engines.mujoco import parts
@@ -33,13 +35,12 @@ FILM = 1e-3
 
 
 def add_contacts(root: parts.Element, scene: Top) -> None:
-    """Add the contact pairs of a ball on the floor; `calibrate_viscous` completes them."""
+    """Add the contact pairs of the ball on the floor; `calibrate_viscous` completes them."""
     dry = any(scene.dry_friction)
     viscous_bears_load = scene.surface == "plane" and not dry
     root.option.impratio = 1.0 if dry else 1e-14
-    common = {"geom1": "floor", "geom2": "ball", "solref": [-STIFFNESS, -DAMPING]}
     bearing = {"solimp": _constant(STIFF), "margin": _resting_depth(scene.gravity)}
-    film = {"solimp": _constant(SOFT), "margin": FILM}
+    common = {"geom1": "floor", "geom2": "ball", "solref": [-STIFFNESS, -DAMPING], **bearing}
     if dry:
         slide, turn, roll = scene.dry_friction
         root.contact.add(
@@ -49,51 +50,66 @@ def add_contacts(root: parts.Element, scene: Top) -> None:
             friction=[slide, slide, turn, roll, roll],
             solreffriction=[0.0, -DRY_FRICTION_RATE],
             **common,
-            **bearing,
         )
     elif scene.friction == 0 and scene.surface == "plane":
-        root.contact.add("pair", name="smooth", condim=1, **common, **bearing)
+        root.contact.add("pair", name="smooth", condim=1, **common)
     if scene.friction > 0:
-        root.contact.add(
-            "pair",
-            name="viscous",
-            condim=3,
-            friction=[ALWAYS_IN_CONE, ALWAYS_IN_CONE, 0.005, 0.0001, 0.0001],
-            solreffriction=[0.0, -1.0],
-            **common,
-            **(bearing if viscous_bears_load else film),
-        )
+        add_viscous(root, "ball", **(bearing if viscous_bears_load else {}))
+
+
+def add_viscous(root: parts.Element, geom: str, **bearing: Any) -> None:
+    """Add the viscous contact of a geom with the floor, bearing no load unless told how."""
+    film = {"solimp": _constant(SOFT), "margin": FILM}
+    root.contact.add(
+        "pair",
+        name="viscous",
+        geom1="floor",
+        geom2=geom,
+        condim=3,
+        friction=[ALWAYS_IN_CONE, ALWAYS_IN_CONE, 0.005, 0.0001, 0.0001],
+        solref=[-STIFFNESS, -DAMPING],
+        solreffriction=[0.0, -1.0],
+        **(bearing or film),
+    )
 
 
 def tune_solver(root: parts.Element, scene: Top) -> None:
-    """Have the solver do no more than these contacts need.
+    """Have the solver do no more than the ball's contacts need.
 
-    With no normal dynamics and R >> A one step of conjugate gradients is exact. Its tolerance is
-    zero, so that it is taken at any slip. On the plane, Newton's first step along each line is as
-    good as those that its line search would add.
+    On the plane, Newton's first step along each line is as good as those that its line search
+    would add.
     """
     if scene.surface == "plane":
         root.option.ls_tolerance = 1e6
-        return
-    root.option.set_attributes(solver="CG", iterations=1, ls_iterations=1, tolerance=0)
-    if scene.friction == 0:
+    elif scene.friction == 0:
         root.option.flag.constraint = "disable"
+    else:
+        solve_in_one_step(root)
 
 
-def calibrate_viscous(root: parts.Element, scene: Top) -> None:
-    """Set b so that the viscous contact's force is -c V; R is read from the compiled model."""
+def solve_in_one_step(root: parts.Element) -> None:
+    """Take one step of conjugate gradients: exact with R >> A and no normal dynamics.
+
+    The tolerance is zero, so that it is taken at any slip.
+    """
+    root.option.set_attributes(solver="CG", iterations=1, ls_iterations=1, tolerance=0)
+
+
+def calibrate_viscous(root: parts.Element, friction: float, inverse_inertia: float) -> None:
+    """Set b so that the viscous contact's force is -c V, c = `friction` and A = `inverse_inertia`.
+
+    R is read from the compiled model.
+    """
     pair = root.find("contact", "viscous")
     if pair is None:
         return
     model = mujoco.MjModel.from_xml_string(root.to_xml_string(), root.get_assets())
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    across = scene.inertia[0]
-    inverse_inertia = 1 / scene.ball_mass + scene.ball_radius**2 / across
     (contact,) = (c for c in data.contact if c.friction[0] == ALWAYS_IN_CONE)
     regularisation = data.efc_R[contact.efc_address + 1]
     impedance = pair.solimp[0]
-    b = scene.friction * impedance * (inverse_inertia + regularisation)
+    b = friction * impedance * (inverse_inertia + regularisation)
     pair.solreffriction = [0.0, -b]
 
 

@@ -33,19 +33,20 @@ UNUSED = (
     "island", "equality", "frictionloss", "limit", "clampctrl", "eulerdamp", "sensor", "spring",
     "damper", "filterparent", "nativeccd", "warmstart",
 )  # fmt: skip
-"""Features of MuJoCo that no scene here uses; each costs time in every step.
+"""Features of MuJoCo that the top does not use, and other scenes but few of; each costs time in every step.
 
 A warm start besides makes a step depend on more than the state.
 """
 
 
-def strip(root: Element) -> None:
+def strip(root: Element, *, keep: tuple[str, ...] = ()) -> None:
     """Leave only what the dynamics needs.
 
-    Lights, cameras, materials, the geoms of a visual class and unused features go.
+    Lights, cameras, materials, the geoms of a visual class and unused features go, but for those
+    to keep.
     """
     for kind in ("geom", "light", "camera", "material", "texture", "mesh"):
         for element in root.find_all(kind):
             if kind != "geom" or element.dclass is not None:
                 element.remove()
-    root.option.flag.set_attributes(**dict.fromkeys(UNUSED, "disable"))
+    root.option.flag.set_attributes(**{flag: "disable" for flag in UNUSED if flag not in keep})

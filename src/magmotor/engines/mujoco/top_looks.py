@@ -3,6 +3,7 @@
 import numpy as np
 
 from magmotor.engines.mujoco import parts
+from magmotor.engines.mujoco.stage_looks import fit_stage
 from magmotor.scenes import Top
 
 
@@ -56,10 +57,4 @@ def _frame(root: parts.Element, scene: Top) -> None:
     highest = max([height for _, height, _ in scene.ring_script] or [scene.ring_height])
     centre = np.array([0.0, 0.0, highest / 2])
     extent = np.hypot(1.15 * scene.ring_radius, 0.5 * highest)
-    statistic, world = root.statistic, root.worldbody
-    zoom = extent / statistic.extent
-    for element in [*world.light, *world.camera]:
-        element.pos = centre + zoom * (element.pos - statistic.center)
-    floor = root.find("geom", "floor")
-    floor.size = zoom * floor.size
-    statistic.center, statistic.extent = centre, extent
+    fit_stage(root, centre, extent)

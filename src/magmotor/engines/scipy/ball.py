@@ -1,45 +1,20 @@
-"""The deterministic truth: the paper's ODE (magtopnc), integrated by SciPy's DOP853."""
+"""The ball under its ring: the paper's ODE (magtopnc)."""
 
-from collections.abc import Generator
+from collections.abc import Callable
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from scipy.integrate import DOP853
 
 from magmotor.dipoles import pack_sources, sum_over_sources
-from magmotor.engines.job import Job
 from magmotor.scenes import Top
-from magmotor.states import CHUNK
 from magmotor.states.ball import BallStates
 
-RELATIVE_TOLERANCE = 1e-12
-"""Of each step's error; the absolute tolerance is as much of each variable's natural scale."""
+Array = NDArray[np.float64]
 
 
-def run(job: Job) -> Generator[BallStates]:
-    """Yield the recorded states that follow the initial one, in chunks.
-
-    The steps are the integrator's own, but for those that end at a recorded time, where an
-    interpolated state would be less accurate; the job's timestep says when to record.
-    """
-    times = job.timestep * job.record_interval * np.arange(1, job.records + 1)
-    solver = _solver(job.scene, job.initial)
-    for first in range(0, job.records, CHUNK):
-        time = times[first : first + CHUNK]
-        yield _states(job.scene, time, np.array([_advance(solver, t) for t in time]))
-
-
-def _advance(solver: DOP853, time: float) -> NDArray[np.float64]:
-    solver.t_bound, solver.status = time, "running"
-    while solver.status == "running":
-        failure = solver.step()
-        if failure:
-            raise ArithmeticError(f"dop853 stopped at t = {solver.t:g} s: {failure}")
-    return solver.y.copy()
-
-
-def _solver(scene: Top, initial: BallStates) -> DOP853:
+def problem(scene: Top, initial: BallStates) -> tuple[Callable, Array, Array]:
+    """Right-hand side, initial state and scales of (x, v, xi_3, pi)."""
     inertia, _, axial = scene.inertia
     c, r, m, mu = scene.friction, scene.ball_radius, scene.ball_mass, scene.moment
     parameters = (c, r, m, inertia, axial, mu)
@@ -54,14 +29,7 @@ def _solver(scene: Top, initial: BallStates) -> DOP853:
     state = [initial.position[-1, :2], initial.velocity[-1, :2], axis, momentum]
     speed = np.sqrt(scene.coupling / scene.ring_height**3 / m)
     scales = np.repeat([r, speed, 1.0, np.sqrt(inertia * m) * speed], [2, 2, 3, 3])
-    return DOP853(
-        derivative,
-        0.0,
-        np.concatenate(state),
-        np.inf,
-        rtol=RELATIVE_TOLERANCE,
-        atol=RELATIVE_TOLERANCE * scales,  # pyright: ignore[reportArgumentType]
-    )
+    return derivative, np.concatenate(state), scales
 
 
 @njit(cache=True)
@@ -97,7 +65,8 @@ def _derivative(y, sources, parameters):
     )
 
 
-def _states(scene: Top, time: NDArray, rows: NDArray[np.float64]) -> BallStates:
+def states(scene: Top, time: Array, rows: Array) -> BallStates:
+    """Recorded states from rows of the solution."""
     inertia, _, axial = scene.inertia
     flat = np.zeros((len(rows), 1))
     axis, momentum = rows[:, 4:7], rows[:, 7:10]

@@ -1,0 +1,123 @@
+"""What the sliding disk costs a step in MuJoCo, beside the variational engine."""
+
+import ctypes
+import time
+from functools import partial
+
+import mujoco
+from numba import njit
+from table import Row, in_turns, show
+
+import magmotor as mm
+from magmotor.engines.job import Job
+from magmotor.engines.mujoco import memory, stopwatch
+from magmotor.engines.variational.run import run
+from magmotor.states.disk import start_disk
+
+TIMESTEP = 0.01
+STEPS = 20_000
+FLAT, WELL = mm.Disk(noise=0.0, potential="flat"), mm.Disk(noise=0.0)
+DRIVEN = mm.Disk()
+NO_FRICTION = mm.Disk(noise=0.0, potential="flat", friction=0.0)
+EULER, RK4 = mujoco.mjtIntegrator.mjINT_EULER, mujoco.mjtIntegrator.mjINT_RK4
+CASES = {
+    "no friction, callback off": (NO_FRICTION, EULER, False),
+    "friction, callback off": (FLAT, EULER, False),
+    "friction and potential": (WELL, EULER, True),
+    "friction and noise": (mm.Disk(potential="flat"), EULER, True),
+    "the paper's disk": (DRIVEN, EULER, True),
+    "the paper's disk, by contact": (DRIVEN.replace(surface="plane"), EULER, True),
+    "the paper's disk, RK4": (DRIVEN, RK4, True),
+}
+NOTE = """\
+One replica, 20 000 steps inside one call, Euler unless stated, against variational/euler on the
+  same path; that steps 8 replicas, in the lanes of a vector, at the price of one. MuJoCo's time is
+  its pipeline's, with one body: see below."""
+PARTS = (
+    ("mj_fwdPosition", "places, inertia, tendon"),
+    ("mj_fwdVelocity", "velocities, friction, bias"),
+    ("callback", "noise and potential"),
+    ("mj_fwdAcceleration", "forces to accelerations"),
+    ("mj_fwdConstraint", "no constraints"),
+    ("mj_Euler", "moving on"),
+)
+PARTS_NOTE = """\
+The paper's disk, planar; each part called through its C pointer in a compiled loop. A step checks
+  its values besides."""
+PROTOTYPE = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64)
+
+
+def main() -> None:
+    cases = {name: _stepper(*case) for name, case in CASES.items()}
+    times = in_turns(cases | {"variational": partial(_variational, DRIVEN)}, turns=20)
+    rows = [Row(name, times[name], times["variational"]) for name in CASES]
+    show("The disk's step in MuJoCo", NOTE, ("MuJoCo", "variational", "ratio"), rows)
+    _show_parts()
+
+
+def _show_parts() -> None:
+    model = mm.build(DRIVEN)
+    model.opt.timestep = TIMESTEP
+    data = mujoco.MjData(model)
+    library = memory.library()
+    calls = {name: getattr(library, name) for name, _ in PARTS if name != "callback"}
+    with mm.magnetism(), stopwatch.stopped():
+        calls |= {"callback": mujoco.get_mjcb_control(), "mj_step": library.mj_step}
+        cases = {}
+        for name, function in calls.items():
+            call = ctypes.cast(function, PROTOTYPE)
+            _call_often(call, model._address, data._address, 1)
+            cases[name] = partial(_seconds_a_call, call, model, data)
+        times = in_turns(cases, turns=20)
+    rows = [Row(f"{what} ({name})", times[name], times["mj_step"]) for name, what in PARTS]
+    show("Where the time goes", PARTS_NOTE, ("part", "mj_step", "ratio"), rows)
+
+
+@njit
+def _call_often(call, model, data, count):
+    for _ in range(count):
+        call(model, data)
+
+
+def _seconds_a_call(call, model: mujoco.MjModel, data: mujoco.MjData) -> float:
+    mujoco.mj_resetData(model, data)
+    mujoco.mj_forward(model, data)
+    begin = time.perf_counter()
+    _call_often(call, model._address, data._address, STEPS)
+    return (time.perf_counter() - begin) / STEPS
+
+
+def _stepper(scene: mm.Disk, integrator: mujoco.mjtIntegrator, driven: bool):
+    model = mm.build(scene)
+    model.opt.timestep, model.opt.integrator = TIMESTEP, integrator
+    data = mujoco.MjData(model)
+
+    def step() -> float:
+        mujoco.mj_resetData(model, data)
+        data.qvel[:] = 1.0
+        with stopwatch.stopped():
+            if not driven:
+                return _seconds(model, data)
+            with mm.magnetism():
+                return _seconds(model, data)
+
+    return step
+
+
+def _seconds(model: mujoco.MjModel, data: mujoco.MjData) -> float:
+    begin = time.perf_counter()
+    mujoco.mj_step(model, data, nstep=STEPS)
+    return (time.perf_counter() - begin) / STEPS
+
+
+def _variational(scene: mm.Disk) -> float:
+    path = mm.noise.BrownianPath(0, TIMESTEP)
+    job = Job(scene, "euler", TIMESTEP, 1, STEPS, start_disk(scene), path, 0)
+    begin = time.perf_counter()
+    for _ in run(job):
+        pass
+    return (time.perf_counter() - begin) / STEPS
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,68 @@
+"""The sliding disk as MJCF, with a scene's parameters.
+
+The disk slides along x and turns about -y, so that the point at its bottom moves with v + omega. A
+planar disk feels friction as the damping of fixed tendons: the length of tendon j changes at the
+rate w_j . u. On the plane it is the viscous contact's, of a sphere as large as the disk.
+"""
+
+import numpy as np
+
+from magmotor.engines.mujoco import contact, parts
+from magmotor.engines.mujoco.disk_coordinates import joints
+from magmotor.engines.mujoco.stage_looks import fit_stage
+from magmotor.scenes import Disk
+from magmotor.states.disk import start_disk
+
+TENDONS = ("slip", "across")
+
+
+def compose_disk(scene: Disk, *, looks: bool) -> parts.Element:
+    """The disk as one PyMJCF tree, without decoration unless `looks`."""
+    root = parts.load("disk")
+    root.option.gravity = [0, 0, 0]
+    if looks:
+        fit_stage(root, [0, 0, 1], 4.0)
+    _shape_disk(root.find("body", "disk"), scene)
+    _drive(root, scene)
+    _brake(root, scene)
+    if not looks:
+        parts.strip(root, keep=("damper",) if root.tendon.fixed else ())
+        if root.find("contact", "viscous") is None:
+            root.option.flag.set_attributes(constraint="disable", contact="disable")
+        else:
+            contact.solve_in_one_step(root)
+    qpos, qvel = joints(start_disk(scene))
+    root.keyframe.add("key", name="start", qpos=qpos[0], qvel=qvel[0])
+    contact.calibrate_viscous(root, scene.friction, 1 + 1 / scene.sigma)
+    return root
+
+
+def _shape_disk(body: parts.Element, scene: Disk) -> None:
+    mass, inertia = scene.masses
+    across = inertia / 2  # a thin disk's; nothing depends on it
+    body.add("inertial", pos=[0, 0, 0], mass=mass, diaginertia=[across, inertia, across])
+
+
+def _drive(root: parts.Element, scene: Disk) -> None:
+    """Write noise and potential where the compiled callback reads them."""
+    if scene.noise > 0:
+        rows = [(force, 0, 0, 0, -torque, 0) for force, torque in scene.slip_directions]
+        root.find("body", "disk").user = scene.noise * np.ravel(rows)
+    if scene.coefficients:
+        root.find("joint", "x").user = np.ravel(scene.coefficients)
+
+
+def _brake(root: parts.Element, scene: Disk) -> None:
+    planar = scene.surface == "planar"
+    directions = scene.slip_directions if planar and scene.friction > 0 else []
+    for name, wrench in zip(TENDONS, directions, strict=False):
+        tendon = root.find("tendon", name)
+        tendon.damping = scene.friction
+        for joint, coefficient in zip(tendon.joint, wrench, strict=True):
+            joint.coef = coefficient
+    for name in TENDONS[len(directions) :]:
+        root.find("tendon", name).remove()
+    if planar:
+        root.find("geom", "rim").remove()
+    elif scene.friction > 0:
+        contact.add_viscous(root, "rim")

@@ -1,0 +1,1 @@
+"""The deterministic truth: ordinary differential equations integrated by SciPy's DOP853."""
