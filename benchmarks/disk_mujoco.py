@@ -42,8 +42,8 @@ PARTS = (
     ("mj_Euler", "moving on"),
 )
 PARTS_NOTE = """\
-The paper's disk, planar; each part called through its C pointer in a compiled loop. A step checks
-  its values besides."""
+The paper's disk, planar; each part called through its C pointer in a compiled loop. Alone, a part
+  overlaps in the processor with its own next call; in sequence each waits for the one before."""
 PROTOTYPE = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64)
 
 
@@ -63,27 +63,43 @@ def _show_parts() -> None:
     calls = {name: getattr(library, name) for name, _ in PARTS if name != "callback"}
     with mm.magnetism(), stopwatch.stopped():
         calls |= {"callback": mujoco.get_mjcb_control(), "mj_step": library.mj_step}
-        cases = {}
+        cases, pointers = {}, {}
         for name, function in calls.items():
             call = ctypes.cast(function, PROTOTYPE)
-            _call_often(call, model._address, data._address, 1)
-            cases[name] = partial(_seconds_a_call, call, model, data)
+            _call_often(model._address, data._address, 1, call)
+            cases[name] = partial(_seconds_a_call, _call_often, (call,), model, data)
+            pointers[name] = call
+        sequence = tuple(pointers[name] for name, _ in PARTS)
+        _call_in_sequence(model._address, data._address, 1, *sequence)
+        cases["all"] = partial(_seconds_a_call, _call_in_sequence, sequence, model, data)
         times = in_turns(cases, turns=20)
     rows = [Row(f"{what} ({name})", times[name], times["mj_step"]) for name, what in PARTS]
+    rows.append(Row("these six in sequence", times["all"], times["mj_step"]))
     show("Where the time goes", PARTS_NOTE, ("part", "mj_step", "ratio"), rows)
 
 
 @njit
-def _call_often(call, model, data, count):
+def _call_often(model, data, count, call):
     for _ in range(count):
         call(model, data)
 
 
-def _seconds_a_call(call, model: mujoco.MjModel, data: mujoco.MjData) -> float:
+@njit
+def _call_in_sequence(m, d, count, position, velocity, driving, acceleration, constraint, euler):
+    for _ in range(count):
+        position(m, d)
+        velocity(m, d)
+        driving(m, d)
+        acceleration(m, d)
+        constraint(m, d)
+        euler(m, d)
+
+
+def _seconds_a_call(repeat, calls, model: mujoco.MjModel, data: mujoco.MjData) -> float:
     mujoco.mj_resetData(model, data)
     mujoco.mj_forward(model, data)
     begin = time.perf_counter()
-    _call_often(call, model._address, data._address, STEPS)
+    repeat(model._address, data._address, STEPS, *calls)
     return (time.perf_counter() - begin) / STEPS
 
 

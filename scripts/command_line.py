@@ -2,11 +2,12 @@
 
 import os
 import sys
+import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import Field, dataclass, field, fields, make_dataclass
 from pathlib import Path
-from typing import Annotated, NoReturn, TypeVar
+from typing import Annotated, Any, NoReturn, TypeVar
 
 import tyro
 
@@ -23,6 +24,7 @@ PRESETS = {
 }
 
 Options = TypeVar("Options")
+Scene = TypeVar("Scene", mm.Top, mm.Disk)
 
 
 @dataclass
@@ -44,7 +46,7 @@ def parse(
     try:
         check_choice("preset", preset.preset, tuple(PRESETS))
         scene = PRESETS[preset.preset]
-        flags = make_dataclass("Scene", [_flag(f, scene) for f in fields(scene) if f.metadata])
+        flags = _flags(scene, [f.name for f in fields(scene) if f.metadata])
 
         def top(
             own: tyro.conf.OmitArgPrefixes[options],  # pyright: ignore[reportInvalidTypeForm]
@@ -62,12 +64,47 @@ def parse(
         fail(str(error), 2)
 
 
-def _flag(declared: Field, scene: mm.Top):
+def parse_fields(
+    scene: Scene,
+    names: Sequence[str],
+    options: type[Options],
+    description: str,
+    arguments: Sequence[str] | None = None,
+) -> tuple[Scene, Options]:
+    """The scene with flags for the named fields only, and a script's own options; see `parse`."""
+    flags = _flags(scene, names)
+
+    def command(
+        own: tyro.conf.OmitArgPrefixes[options],  # pyright: ignore[reportInvalidTypeForm]
+        scene: tyro.conf.OmitArgPrefixes[flags],  # pyright: ignore[reportInvalidTypeForm]
+    ):
+        return own, scene
+
+    try:
+        own, changes = tyro.cli(command, description=description, args=arguments)
+        return scene.replace(**vars(changes)), own
+    except ValueError as error:
+        fail(str(error), 2)
+
+
+def _flags(scene: mm.Top | mm.Disk, names: Sequence[str]) -> Any:
+    """A dataclass of the named fields, for tyro."""
+    declared = {f.name: f for f in fields(scene)}
+    return make_dataclass("Scene", [_flag(declared[name], scene) for name in names])
+
+
+def _flag(declared: Field, scene: mm.Top | mm.Disk):
     unit = declared.metadata["unit"]
     unit = f" ({unit})" if unit not in ("", "1") else ""
     told = tyro.conf.arg(help=declared.metadata["doc"] + unit)
     default = field(default=getattr(scene, declared.name))
     return declared.name, Annotated[declared.type, told], default
+
+
+def warn_in_one_line() -> None:
+    """Show warnings as the one line that they are, without the code that they come from."""
+    name = Path(sys.argv[0]).name
+    warnings.formatwarning = lambda message, *_, **__: f"{name}: {message}\n"
 
 
 def fail(message: str, code: int) -> NoReturn:

@@ -2,12 +2,14 @@
 
 import ctypes
 from functools import partial
+from typing import Any
 
 import mujoco
 import mujoco.batch
 import mujoco.rollout
 import numpy as np
 import pytest
+from numpy_twin import apply_magnetism
 from scipy.integrate import solve_ivp
 
 import magmotor as mm
@@ -16,7 +18,7 @@ from magmotor.engines.mujoco import run as mujoco_run
 from magmotor.engines.mujoco.build import compose
 
 EULER = ("mujoco/euler", "variational/euler")
-PAPER = {"timestep": 0.01, "duration": 50.0}
+PAPER: dict[str, Any] = {"timestep": 0.01, "duration": 50.0}
 
 
 def apart(run, other, name="x"):
@@ -71,7 +73,7 @@ def test_the_path_may_be_coarsened_or_refined(view):
 
 @pytest.mark.parametrize("method", mm.methods(mm.Disk(surface="plane")))
 def test_a_run_continues_another(method):
-    settings = {"method": method, "timestep": 0.01, "seed": 7, "replicas": 2}
+    settings: dict[str, Any] = {"method": method, "timestep": 0.01, "seed": 7, "replicas": 2}
     whole = mm.simulate(mm.Disk(), duration=6, **settings)
     first = mm.simulate(mm.Disk(), duration=2, **settings)
     rest = mm.simulate(mm.Disk(), duration=4, initial=first, **settings)
@@ -79,7 +81,7 @@ def test_a_run_continues_another(method):
 
 
 def test_records_cross_chunks():
-    settings = {"method": "mujoco/rk4", "timestep": 0.01, "replicas": 300}
+    settings: dict[str, Any] = {"method": "mujoco/rk4", "timestep": 0.01, "replicas": 300}
     every = mm.simulate(mm.Disk(), duration=2, **settings)
     third = mm.simulate(mm.Disk(), duration=2, record_interval=3, **settings)
     np.testing.assert_array_equal(third.x, every.x[:, ::3])
@@ -126,6 +128,17 @@ def test_order_without_noise(method, order, surface):
         errors.append(np.abs(found - truth(scene, 10)).max())
     measured = -np.polyfit(np.log(steps), np.log(errors), 1)[0]
     assert abs(measured - order) < 0.1  # measured: 3.916, 1.066 (plane 1.064), 1.064
+
+
+@pytest.mark.parametrize("surface", ["planar", "plane"])
+def test_friction_alone_damps_the_slip(surface):
+    """Nothing acts through the callback then, which is no reason to warn."""
+    scene = mm.Disk(noise=0.0, potential="flat", v=1.0, surface=surface)
+    run = mm.simulate(scene, method="mujoco/rk4", timestep=0.01, duration=10)
+    slip, turned = run.v + run.omega, -run.v + scene.sigma * run.omega
+    # Measured: 2e-12 and 2e-15.
+    np.testing.assert_allclose(slip, np.exp(-0.3 * run.time), rtol=1e-11)
+    np.testing.assert_allclose(turned, -1.0, rtol=1e-13)
 
 
 @pytest.mark.parametrize("method", ["mujoco/rk4", "mujoco/implicitfast"])
@@ -198,6 +211,25 @@ def test_any_model_gets_its_wrenches(userdata):
     expected[[0, model.body("idle").id]] = 5.0  # nothing acts there: what was applied stays
     # Measured: 3e-14, of 130.
     np.testing.assert_allclose(data.xfrc_applied, expected, rtol=1e-12, atol=1e-12)
+
+
+def test_dipoles_noise_and_potentials_add_up():
+    site = '<site user="7" pos="0 0.3 0.1"/>'
+    xml = DRIVEN.replace('<joint name="hinge"', site + '<joint name="hinge"')
+    xml = xml.replace("<freejoint/>\n", "<freejoint/>" + site, 1)
+    model = mujoco.MjModel.from_xml_string(xml)
+    model.site_user *= 1e4
+    data = mujoco.MjData(model)
+    data.qpos[-2:] = 0.7, -0.3
+    with mm.magnetism():
+        mujoco.mj_forward(model, data)
+    found = data.xfrc_applied.copy()
+    data.xfrc_applied[:] = 0
+    apply_magnetism(model, data)
+    assert np.abs(data.xfrc_applied).max() > 1
+    expected = data.xfrc_applied + expected_wrench(model, data, 0)
+    # Measured: 1.4e-14, of 104.
+    np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12)
 
 
 def test_without_userdata_the_path_is_the_first():

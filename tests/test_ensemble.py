@@ -9,8 +9,7 @@ import pytest
 import magmotor as mm
 from magmotor import theory
 from magmotor.ensemble import checkpoint as checkpoints
-from magmotor.ensemble import run as ensemble_run
-from magmotor.ensemble import statistics
+from magmotor.ensemble import march, statistics
 
 WARM = mm.Disk(sigma=0.5, friction=0.5, noise=1.0)
 ARGUMENTS: dict[str, Any] = {
@@ -52,7 +51,7 @@ def test_moments_are_those_of_the_trajectories(trajectories, whole):
         "d": WARM.sigma * at.omega - at.v,
     }.items():
         found = whole.sel(quantity=name)
-        close = {"rtol": 1e-9, "atol": 1e-12}
+        close: dict[str, Any] = {"rtol": 1e-9, "atol": 1e-12}
         np.testing.assert_allclose(found["mean"], values.mean("replica"), **close)
         np.testing.assert_allclose(found.mean_square, (values**2).mean("replica"), **close)
         root = np.sqrt(150)
@@ -133,7 +132,7 @@ def test_the_number_of_threads_changes_no_bit(threads, whole):
 
 def interrupt_after(monkeypatch, calls, error):
     """Have an ensemble break off after so many segments."""
-    advance = ensemble_run._Run._advance_to
+    advance = march.March._advance_to
     done = []
 
     def broken(self, *arguments):
@@ -142,7 +141,7 @@ def interrupt_after(monkeypatch, calls, error):
         if len(done) == calls:
             raise error
 
-    monkeypatch.setattr(ensemble_run._Run, "_advance_to", broken)
+    monkeypatch.setattr(march.March, "_advance_to", broken)
 
 
 @pytest.mark.parametrize("calls", [1, 20, 60])
@@ -164,7 +163,7 @@ def test_an_interrupted_run_goes_on_bit_by_bit(tmp_path, monkeypatch, whole, cal
 def test_a_crash_loses_what_came_after_the_last_checkpoint(tmp_path, monkeypatch, whole):
     path = tmp_path / "run.ckpt"
     with monkeypatch.context() as patch:
-        patch.setattr(ensemble_run, "SECONDS_BETWEEN_CHECKPOINTS", 0.0)
+        patch.setattr(march, "SECONDS_BETWEEN_CHECKPOINTS", 0.0)
         interrupt_after(patch, 30, RuntimeError("crash"))
         with pytest.raises(RuntimeError, match="crash"):
             mm.ensemble(WARM, **ARGUMENTS, trajectories=7, checkpoint=path)
@@ -199,7 +198,7 @@ def test_a_checkpoint_of_another_task_is_refused(tmp_path):
     path = tmp_path / "run.ckpt"
     mm.ensemble(WARM, **ARGUMENTS, checkpoint=path)
     with pytest.raises(ValueError, match=r"checkpoint = .* must be one of seed = 3; it has 2"):
-        mm.ensemble(WARM, **(ARGUMENTS | {"seed": 3}), checkpoint=path)
+        mm.ensemble(WARM, **{**ARGUMENTS, "seed": 3}, checkpoint=path)
     for content in (b"", b"not a checkpoint", path.read_bytes()[:2000]):
         path.write_bytes(content)
         with pytest.raises(ValueError, match="must be a checkpoint of an ensemble, or no file"):
@@ -225,6 +224,7 @@ def test_gibbs_states_are_stationary():
 BAD = [
     ({"method": "mujoco/euler"}, "method = 'mujoco/euler': must be one of variational/euler"),
     ({"replicas": 0}, "replicas = 0: must be at least 1"),
+    ({"timestep": 0.0}, "timestep = 0.0: must be greater than 0"),
     ({"threads": 0}, "threads = 0: must be at least 1"),
     ({"trajectories": 151}, "trajectories = 151: must be at most 150, the replicas"),
     ({"burn_in": 59.0}, "burn_in = 59.0: must be at most 58"),

@@ -1,9 +1,13 @@
 """Brownian increments: the generator's known answers, moments, independence, and one path."""
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 from scipy import stats
 
 from magmotor import elementary, noise
@@ -19,6 +23,7 @@ KNOWN_ANSWERS = [
     ),
 ]
 SAMPLES = 200_000
+FLOAT: Any = 1.5
 
 
 @pytest.mark.parametrize(("counter_and_key", "answer"), KNOWN_ANSWERS)
@@ -54,7 +59,7 @@ def test_elementary_functions_are_good_to_the_last_places():
     assert np.abs(logs / np.where(exact == 0, 1, exact) - (exact != 0)).max() < 1e-15  # 3e-16
 
 
-STREAMS = {
+STREAMS: dict[str, Callable[[int], NDArray[np.float64]]] = {
     "steps": lambda n: BrownianPath(1, 1.0).increments(n),
     "steps, far on": lambda n: BrownianPath(1, 1.0).increments(n, first=10**13 + 1),
     "channels": lambda n: np.array([noise.normal(1, 0, 5, c, 1, 0) for c in range(n)]),
@@ -71,7 +76,7 @@ def test_numbers_are_normal_and_independent_along_each_index(stream):
 
     Sample size 200 000; 12 statistics a stream, 7 streams: false alarm rate 84 x 7e-6 = 6e-4.
     """
-    numbers = STREAMS[stream](SAMPLES)
+    numbers: Any = STREAMS[stream](SAMPLES)
     root = np.sqrt(SAMPLES)
     scores = [
         numbers.mean() * root,
@@ -139,7 +144,7 @@ def test_views_of_a_path():
     [
         (lambda: BrownianPath(-1, 1.0), "seed = -1: must be at least 0"),
         (lambda: BrownianPath(2**53, 1.0), r"seed = .*: must be less than 2\^53"),
-        (lambda: BrownianPath(1.5, 1.0), "seed = 1.5: must be an integer"),
+        (lambda: BrownianPath(FLOAT, 1.0), "seed = 1.5: must be an integer"),
         (lambda: BrownianPath(1, 0.0), "timestep = 0.0: must be greater than 0"),
         (lambda: BrownianPath(1, 1.0).coarsened(0), "factor = 0: must be at least 1"),
         (lambda: BrownianPath(1, 1.0).coarsened(3).refined(), "halvings = 1: must be such that"),

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import magmotor as mm
-from magmotor.states.ball import start
 from magmotor.render.frames import Frames
 from magmotor.render.trail import Trail
 from magmotor.render.views import NoOpenGL, Views
+from magmotor.states.ball import start
 
 SIZE = (180, 240)
 CAMERAS = ("front", "top", "ball")

@@ -110,8 +110,8 @@ def test_balances_of_momentum_and_energy(method, steps, orders):
     """J is the integral of friction's torque, and the energy lost is the heat."""
     momentum, energy = [], []
     for n in steps:
-        run = mm.simulate(mm.Top.paper(4), method=method, timestep=0.1 / n, duration=20)
-        scene = mm.scene_of(run)
+        scene = mm.Top.paper(4)
+        run = mm.simulate(scene, method=method, timestep=0.1 / n, duration=20)
         momentum.append(largest(mm.observables.momentum_balance(run, scene).residual))
         balance = mm.observables.energy_balance(run, scene)
         energy.append(largest(balance.residual))

@@ -6,7 +6,7 @@
 #include <stdint.h>
 #include <string.h>
 
-#define LANES 64
+#define LANES 128
 #define LANES_LOOP _Pragma("omp simd") for (int i = 0; i < LANES; i++)
 #define INLINE static inline __attribute__((always_inline))
 
@@ -95,6 +95,7 @@ void advance(double *states, int64_t replicas, int64_t steps, uint64_t seed, con
     const double noise_v = law[4], noise_omega = law[5];
     const double kick = law[6], turns = law[7], angle = law[8];
     _Alignas(64) double work[4][LANES], normals[2][LANES];
+    _Alignas(64) uint64_t words[2][LANES];
     double *x = work[0], *theta = work[1], *v = work[2], *omega = work[3];
 #ifdef XOSHIRO
     _Alignas(64) uint64_t state[4][LANES];
@@ -117,6 +118,10 @@ void advance(double *states, int64_t replicas, int64_t steps, uint64_t seed, con
                     uint64_t a = (uint64_t)step / 2, b = 0;
                     threefry(&a, &b, seed, (uint64_t)(group + i));
 #endif
+                    words[0][i] = a, words[1][i] = b;
+                }
+                LANES_LOOP {
+                    uint64_t a = words[0][i], b = words[1][i];
                     double radius = sqrt(-2.0 * logarithm(2.0 - unit(a)));
                     double q = 0.5 * (unit(b) - 1.5);
                     double with_sign = as_float(as_bits(radius) | (b << 63));

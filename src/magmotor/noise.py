@@ -9,6 +9,9 @@ A path is known at its own timestep; coarser increments are sums of its own, fin
 conditionally on its own by Levy's construction of the Brownian bridge.
 """
 
+# Numba's intrinsics hide their first parameter:
+# pyright: reportCallIssue=false, reportGeneralTypeIssues=false
+
 import math
 from dataclasses import dataclass, replace
 

@@ -1,6 +1,6 @@
 """Devices: what the front door must know of each kind of scene, one module a device.
 
-Each has the functions `methods`, `check_run`, `initial_state`, `guard`, `columns` and `states_of`.
+Each has the functions `methods`, `check_run`, `initial_state`, `guard` and `columns`.
 """
 
 from types import ModuleType

@@ -17,7 +17,7 @@ from magmotor.scenes import Disk, LangevinParticle
 from magmotor.scenes.fields import check_choice, check_integer, check_number, reject
 from magmotor.states.disk import DiskStates, start_disk
 
-__all__ = ["check_run", "columns", "guard", "initial_state", "methods", "states_of"]
+__all__ = ["check_run", "columns", "guard", "initial_state", "methods"]
 
 Scene = Disk | LangevinParticle
 
@@ -117,10 +117,3 @@ def columns(scene: Scene, states: DiskStates, replicas: int | None) -> dict[str,
     if replicas is None:
         return {k: Column(("time",), v[:, 0], "1", LABELS[k]) for k, v in values.items()}
     return {k: Column(("replica", "time"), v.T, "1", LABELS[k]) for k, v in values.items()}
-
-
-def states_of(run: xr.Dataset) -> DiskStates:
-    """The recorded states in a dataset."""
-    known = {n: run[n].values for n in DiskStates._fields if n in run}
-    turned = {n: v if n == "time" else v.T.reshape(len(run.time), -1) for n, v in known.items()}
-    return DiskStates(**({"theta": None, "omega": None} | turned))

@@ -23,7 +23,8 @@ def save(path: Path, task: dict[str, Any], arrays: dict[str, NDArray]) -> None:
     part = path.with_name(f".{path.name}.{os.getpid()}")
     try:
         with part.open("wb") as file:
-            np.savez(file, task=np.array(json.dumps(task)), **arrays)
+            everything: dict[str, Any] = {"task": np.array(json.dumps(task)), **arrays}
+            np.savez(file, **everything)
             file.flush()
             os.fsync(file.fileno())
         part.replace(path)

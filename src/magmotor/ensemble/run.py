@@ -1,45 +1,24 @@
-"""Running an ensemble: threads, progress, checkpoints, interruption."""
+"""The front door of ensembles: what is asked for, checked."""
 
 import dataclasses
 import json
-import math
 import os
-import threading
-import time
-import warnings
 import zlib
 from collections.abc import Mapping
-from concurrent.futures import ThreadPoolExecutor
+from importlib.metadata import version
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
-from tqdm import tqdm
+from numpy.typing import ArrayLike
 
-from magmotor import theory
 from magmotor.devices import disk
-from magmotor.engines.variational.lanes import LANES, kernel, law
-from magmotor.engines.variational.run import pack, unpack
+from magmotor.engines.variational.run import pack
 from magmotor.engines.variational.schemes import SCHEMES
-from magmotor.ensemble import checkpoint as checkpoints
-from magmotor.ensemble.moments import POWERS, moments, quantities
-from magmotor.ensemble.plan import Plan, plan
-from magmotor.ensemble.result import result
-from magmotor.ensemble.statistics import Statistics, accumulate, empty
+from magmotor.ensemble.march import March
+from magmotor.ensemble.plan import plan
 from magmotor.noise import check_seed
 from magmotor.scenes import Disk, LangevinParticle
-from magmotor.scenes.fields import check_choice, check_integer, reject
-from magmotor.simulation import SimulationDiverged, SimulationInterrupted
-from magmotor.states.disk import DiskStates
-
-BLOCK = 32
-"""Samples that the kernel hands to the statistics at a time: they stay in the cache."""
-
-SECONDS_BETWEEN_CHECKPOINTS = 30.0
-SECONDS_BETWEEN_LOOKS = 0.5
-"""How long the threads work before progress is shown and an interrupt is heard, about."""
+from magmotor.scenes.fields import check_choice, check_integer, check_number, reject
 
 
 def ensemble(
@@ -122,6 +101,7 @@ def ensemble(
         check_integer("threads", threads, at_least=1)
     if not scene.noise:
         raise reject("noise", scene.noise, "positive: all replicas would be the same")
+    check_number("timestep", timestep, above=0)
     steps = max(1, round(1 / timestep)) if sample_interval is None else sample_interval
     when = plan(timestep, duration, steps, burn_in)
     disk.check_run(scene, method, timestep, replicas)
@@ -137,165 +117,8 @@ def ensemble(
         "sample_interval": steps,
         "burn_in": burn_in,
         "trajectories": trajectories,
+        "version": version("magmotor"),
         "initial": zlib.crc32(pack(first).tobytes()),
     }
-    run = _Run(scene, task, when, pack(first), None if checkpoint is None else Path(checkpoint))
-    return run.to_the_end(threads or os.cpu_count() or 1)
-
-
-class _Run:
-    """The state of an ensemble under way; everything that changes is in `arrays`."""
-
-    def __init__(self, scene, task: dict[str, Any], when: Plan, lanes: NDArray, path: Path | None):
-        self.scene, self.task, self.when, self.path = scene, task, when, path
-        scheme = task["method"].split("/")[1]
-        self.advance, self.rule = kernel(scene, scheme), law(scene, scheme, task["timestep"])
-        self.deviations, self.sigma = _deviations(scene)
-        replicas, padded = task["replicas"], lanes.shape[1]
-        self.replicas, self.groups = replicas, -(-padded // LANES)
-        self.start = self._states(lanes)
-        self.guard = disk.guard(scene, self.start)
-        saved = checkpoints.load(path, task) if path else None
-        self.arrays: dict[str, NDArray] = saved or {
-            "sample": np.zeros((), np.int64),
-            "states": lanes,
-            "moments": np.zeros((len(when.records), len(quantities(scene)), len(POWERS))),
-            "paths": np.zeros((len(when.records), task["trajectories"])),
-            **empty(padded, when.levels)._asdict(),
-        }
-        self.statistics = Statistics(*[self.arrays[name] for name in Statistics._fields])
-        self.saved_at = time.monotonic()
-
-    @property
-    def sample(self) -> int:
-        return int(self.arrays["sample"])
-
-    def to_the_end(self, threads: int) -> xr.Dataset:
-        """Advance from record to record; see `ensemble` for how it may end."""
-        unit = self.when.interval * self.task["timestep"]
-        bar = "{l_bar}{bar}| t = {n:.0f} of {total:.0f} [{elapsed}<{remaining}]"
-        progress = tqdm(
-            total=self.when.samples * unit, initial=self.sample * unit, desc="ensemble",
-            bar_format=bar, delay=2, disable=None,
-        )  # fmt: skip
-        pool = ThreadPoolExecutor(threads)
-        try:
-            self._record()
-            span = 1
-            while self.sample < self.when.samples:
-                began = time.monotonic()
-                stop = self._next_stop(span)
-                taken = stop - self.sample
-                self._advance_to(stop, pool, threads)
-                self._record()
-                progress.update(self.sample * unit - progress.n)
-                elapsed = max(time.monotonic() - began, 1e-6)
-                span = max(1, int(taken * SECONDS_BETWEEN_LOOKS / elapsed))
-                if time.monotonic() - self.saved_at > SECONDS_BETWEEN_CHECKPOINTS:
-                    self._save()
-            self._save()
-        except KeyboardInterrupt:
-            self._record()
-            self._save()
-            raise SimulationInterrupted(self._result()) from None
-        finally:
-            pool.shutdown()
-            progress.close()
-        return self._result()
-
-    def _next_stop(self, span: int) -> int:
-        """The next record, or as far as `span` samples."""
-        records = self.when.records
-        following = int(records[np.searchsorted(records, self.sample, "right")])
-        return min(following, self.sample + span)
-
-    def _advance_to(self, stop: int, pool: ThreadPoolExecutor, threads: int) -> None:
-        """Have the threads take one group after another from here to `stop`.
-
-        An interrupt is heard when all are done, so that the replicas stay together.
-        """
-        waiting = iter(range(self.groups))
-        lock = threading.Lock()
-
-        def work() -> None:
-            room = np.empty((BLOCK, 4, LANES))
-            while True:
-                with lock:
-                    group = next(waiting, None)
-                if group is None:
-                    return
-                self._advance_group(group, stop, room)
-
-        jobs = [pool.submit(work) for _ in range(min(threads, self.groups))]
-        interrupted = False
-        for job in jobs:
-            while True:
-                try:
-                    job.result()
-                    break
-                except KeyboardInterrupt:
-                    interrupted = True
-        self.arrays["sample"] = np.array(stop)
-        if interrupted:
-            raise KeyboardInterrupt
-
-    def _advance_group(self, group: int, stop: int, room: NDArray) -> None:
-        begin = group * LANES
-        states = self.arrays["states"][:, begin : begin + LANES]
-        lanes = min(LANES, self.replicas - begin)
-        interval, burn_in, seed = self.when.interval, self.when.burn_in, self.task["seed"]
-        sample = self.sample
-        if sample == 0 and burn_in == 0:
-            self._accumulate(states[np.newaxis], group, lanes, 0)
-        while sample < stop:
-            count = min(BLOCK, stop - sample)
-            block = room[:count, :, : states.shape[1]]
-            self.advance(states, block, sample * interval, interval, seed, begin, 1, 0, self.rule)
-            if sample + count >= burn_in:
-                skipped = max(0, burn_in - sample - 1)
-                self._accumulate(block[skipped:], group, lanes, sample + 1 + skipped - burn_in)
-            sample += count
-
-    def _accumulate(self, block: NDArray, group: int, lanes: int, first: int) -> None:
-        accumulate(self.statistics, block, group, lanes, first, self.deviations, self.sigma)
-
-    def _record(self) -> None:
-        """Check the states, and take their moments if this sample is recorded."""
-        states = self._states(self.arrays["states"])
-        _, reason = self.guard.first_wrong(states)
-        if reason:
-            reached = self.sample * self.when.interval * self.task["timestep"]
-            raise SimulationDiverged(reason, reached, self._result())
-        row = int(np.searchsorted(self.when.records, self.sample))
-        if self.when.records[row] == self.sample:
-            self.arrays["moments"][row] = moments(self.scene, states, self.start)
-            kept = self.arrays["paths"].shape[1]
-            self.arrays["paths"][row] = self.arrays["states"][0, :kept]
-
-    def _states(self, lanes: NDArray) -> DiskStates:
-        one = lanes[np.newaxis, :, : self.replicas]
-        return unpack(np.zeros(1), one.copy(), isinstance(self.scene, Disk))
-
-    def _save(self) -> None:
-        if self.path is None:
-            return
-        self.saved_at = time.monotonic()
-        try:
-            checkpoints.save(self.path, self.task, self.arrays)
-        except OSError as error:
-            warnings.warn(
-                f"no checkpoint {self.path}: {error.strerror or error}; the one before it stays",
-                stacklevel=4,
-            )
-
-    def _result(self) -> xr.Dataset:
-        return result(self.scene, self.task, self.when, self.arrays, self.deviations)
-
-
-def _deviations(scene: Disk | LangevinParticle) -> tuple[tuple[float, float, float], float]:
-    """Standard deviations of v, omega and d, and sigma; those that are not there are 1."""
-    if isinstance(scene, LangevinParticle):
-        return (math.sqrt(theory.temperature(scene)), 1.0, 1.0), 1.0
-    squares = theory.gibbs_mean_squares(scene)
-    v, omega, d = (math.sqrt(squares[name]) for name in ("v", "omega", "d"))
-    return (v, omega, d), scene.sigma
+    march = March(scene, task, when, pack(first), None if checkpoint is None else Path(checkpoint))
+    return march.to_the_end(threads or os.cpu_count() or 1)

@@ -1,6 +1,5 @@
 """The disk's energy balance along its Brownian path."""
 
-import math
 
 import numpy as np
 import xarray as xr
@@ -26,8 +25,8 @@ def disk_energy_balance(run: xr.Dataset, scene: Disk) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        `heat` = int c s^2 dt, `injected` = (alpha^2/2)(1 + 1/sigma) t, `martingale` = int alpha s dW
-        (Ito), and `residual` = E - E(0) + heat - injected - martingale.
+        `heat` = int c s^2 dt, `injected` = (alpha^2/2)(1 + 1/sigma) t, `martingale` =
+        int alpha s dW (Ito), and `residual` = E - E(0) + heat - injected - martingale.
     """
     h = run.attrs["timestep"]
     path = BrownianPath(run.attrs["seed"], h)

@@ -13,6 +13,17 @@ if TYPE_CHECKING:
 BLUE, ORANGE, GREEN, INK, GREY = "#0072b2", "#e69f00", "#009e73", "#22282e", "#8a9299"
 """What was simulated, what theory says, a third thing, text, and what is in the background."""
 
+PURPLE = "#cc79a7"
+"""A fourth thing."""
+
+SYSTEMS = {
+    "symmetric": (BLUE, "o"),
+    "asymmetric": (ORANGE, "s"),
+    "flat": (GREEN, "^"),
+    "control": (PURPLE, "D"),
+}
+"""Colour and marker of the disk's four systems, the same in all figures."""
+
 LANDSCAPE = ("#7f8d9b", "#f8f9fa")
 """From the deepest potential to the highest: pale, so that paths stand out."""
 

@@ -18,7 +18,8 @@ Kind = TypeVar("Kind", bound=tuple[Any, ...])
 
 def rows(states: Kind, chosen: slice) -> Kind:
     """Some of the rows."""
-    return type(states)(*[None if c is None else c[chosen] for c in states])
+    columns: list[Any] = [None if c is None else c[chosen] for c in states]
+    return type(states)(*columns)
 
 
 def finite(states: tuple[Any, ...]) -> NDArray[np.bool_]:
@@ -29,7 +30,8 @@ def finite(states: tuple[Any, ...]) -> NDArray[np.bool_]:
 
 def concatenate(blocks: Sequence[Kind]) -> Kind:
     """One block of states from several, with the columns that all of them have."""
-    columns = zip(*blocks, strict=True)
-    return type(blocks[0])(
-        *[None if any(c is None for c in column) else np.concatenate(column) for column in columns]
-    )
+    columns: list[Any] = [
+        None if any(c is None for c in column) else np.concatenate(column)
+        for column in zip(*blocks, strict=True)
+    ]
+    return type(blocks[0])(*columns)

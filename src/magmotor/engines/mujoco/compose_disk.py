@@ -21,7 +21,7 @@ def compose_disk(scene: Disk, *, looks: bool) -> parts.Element:
     root = parts.load("disk")
     root.option.gravity = [0, 0, 0]
     if looks:
-        fit_stage(root, [0, 0, 1], 4.0)
+        _lay_out(root)
     _shape_disk(root.find("body", "disk"), scene)
     _drive(root, scene)
     _brake(root, scene)
@@ -35,6 +35,13 @@ def compose_disk(scene: Disk, *, looks: bool) -> parts.Element:
     root.keyframe.add("key", name="start", qpos=qpos[0], qvel=qvel[0])
     contact.calibrate_viscous(root, scene.friction, 1 + 1 / scene.sigma)
     return root
+
+
+def _lay_out(root: parts.Element) -> None:
+    """Fit the stage; its floor has no end, since the disk goes far."""
+    fit_stage(root, [0, 0, 1], 3.0)
+    root.find("geom", "floor").size = [0, 0, 0.5]
+    root.find("material", "grid").texrepeat = [2, 2]
 
 
 def _shape_disk(body: parts.Element, scene: Disk) -> None:

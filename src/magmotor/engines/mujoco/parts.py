@@ -33,7 +33,7 @@ UNUSED = (
     "island", "equality", "frictionloss", "limit", "clampctrl", "eulerdamp", "sensor", "spring",
     "damper", "filterparent", "nativeccd", "warmstart",
 )  # fmt: skip
-"""Features of MuJoCo that the top does not use, and other scenes but few of; each costs time in every step.
+"""Features of MuJoCo that the scenes do not use, but for few; each costs time in every step.
 
 A warm start besides makes a step depend on more than the state.
 """

@@ -30,5 +30,5 @@ def step_number(model, data, offsets):
     in_stage = memory.words(data + offsets.pstack, 1)[0] != 0
     if in_stage and memory.integers(model + offsets.integrator, 1)[0] == RK4:
         # n + 1/2 and n + 1 are n, with room for rounding on both sides.
-        return int(math.ceil(steps - 0.25)) - 1
-    return int(math.floor(steps + 0.5))
+        return math.ceil(steps - 0.25) - 1
+    return math.floor(steps + 0.5)

@@ -48,6 +48,7 @@ def friction_and_noise(
 def _flow_and_covariance(rates: Matrix, power: Matrix, time: float) -> tuple[Matrix, Matrix]:
     """exp(-rates t) and the integral of exp(-rates s) power exp(-rates^T s), by Van Loan."""
     n = len(rates)
-    whole = expm(time * np.block([[-rates, power], [np.zeros((n, n)), rates.T]]))
+    block = time * np.block([[-rates, power], [np.zeros((n, n)), rates.T]])
+    whole = np.asarray(expm(block), dtype=float)
     flow = whole[:n, :n]
     return flow, whole[:n, n:] @ flow.T

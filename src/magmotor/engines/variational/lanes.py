@@ -5,6 +5,9 @@ number of Fourier coefficients. A replica's path is the same number for number w
 number of replicas beside it, on any thread, and with any division of the run into calls.
 """
 
+# Numba's intrinsics hide their first parameter:
+# pyright: reportCallIssue=false
+
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -36,8 +39,8 @@ class Law(NamedTuple):
     down, times -1 and 1 and the time of a kick, `turns` and `angle` the times of a drift.
     """
 
-    friction: tuple[float, float, float, float]
-    noise: tuple[tuple[float, float], ...]
+    friction: tuple[float, ...]
+    noise: tuple[tuple[float, ...], ...]
     force: tuple[tuple[float, float], ...]
     turns: float
     angle: float

@@ -1,0 +1,235 @@
+"""The paper's four sliding disks: all its figures of them with theory on top, and the numbers.
+
+Each system runs twice: from rest, as in the paper, and in its stationary state, for the correlation
+of increments "for t large" and the flights. On flat U that state has d = -v + sigma omega = 0, as
+from rest: nothing changes d there.
+
+In the folder `out`: `disk_SYSTEM.nc` and `disk_SYSTEM_stationary.nc` (the ensembles), `disk.png`
+(an overview) and `disk_FIGURE.png`: mean, mean_square, msd, slope, correlation, diffusion,
+histogram, flights.
+"""
+
+import os
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from command_line import fail, parse_fields, warn_in_one_line, written_whole
+
+import magmotor as mm
+from magmotor.plots.disk import FIGURES
+from magmotor.plots.disk_panels import System
+from magmotor.scenes.fields import check_integer, check_number
+
+Scene = mm.Disk | mm.LangevinParticle
+
+DIVERGED, MISTAKE, INTERRUPTED = 1, 2, 130
+
+RATE = 3e8
+"""Trajectory-steps per second that one core makes, about."""
+
+WEAK = 0.1
+"""Theory of the disk on a potential is for beta U well below this."""
+
+
+@dataclass
+class Options:
+    duration: float | None = None
+    """T; by default 5000, with --full 50000"""
+    replicas: int | None = None
+    """of each system; by default 4096, with --full 10000"""
+    timestep: float = 0.01
+    """h, by default the paper's"""
+    method: str = "variational/euler"
+    """the paper's, or variational/baoab, which is of second weak order"""
+    seed: int = 0
+    """of the Brownian paths"""
+    full: bool = False
+    """the paper's T = 50000, which takes some 25 times as long"""
+    threads: int | None = None
+    """by default, the number of processors"""
+    checkpoint: Path | None = None
+    """folder for checkpoints, from which the same command goes on; by default, that of --out"""
+    out: Path = Path("out")
+    """folder to write to"""
+
+
+@dataclass
+class Plan:
+    """What all ensembles share, and what they took."""
+
+    numerics: dict[str, Any]
+    checkpoints: Path
+    out: Path
+    steps: float = 0.0
+    seconds: float = 0.0
+    resumable: list[Path] = field(default_factory=list)
+
+
+def main() -> None:
+    warn_in_one_line()
+    began = time.perf_counter()
+    disk, options = parse_fields(mm.Disk(), ("sigma", "friction", "noise"), Options, __doc__ or "")
+    try:
+        plan = plan_of(options)
+        print(*announcement(plan, disk), sep="\n", flush=True)
+        systems = [
+            simulate(plan, name, scene, 8 * options.seed + 2 * number)  # all eight independent
+            for number, (name, scene) in enumerate(scenes(disk).items())
+        ]
+    except ValueError as error:
+        hint = "; finish that run, or delete the file" if "checkpoint" in str(error) else ""
+        fail(f"{error}{hint}", MISTAKE)
+    draw(systems, plan.out)
+    for path in plan.resumable:
+        path.unlink(missing_ok=True)
+    rate = f" at {plan.steps / plan.seconds:.1e} trajectory-steps/s" if plan.steps else ""
+    total = time.perf_counter() - began
+    print(f"wall time: {total:.0f} s, of which ensembles {plan.seconds:.0f} s{rate}")
+
+
+def plan_of(options: Options) -> Plan:
+    duration, replicas = (50_000.0, 10_000) if options.full else (5000.0, 4096)
+    numerics: dict[str, Any] = {
+        "method": options.method,
+        "timestep": options.timestep,
+        "duration": duration if options.duration is None else options.duration,
+        "replicas": replicas if options.replicas is None else options.replicas,
+        "threads": options.threads,
+    }
+    check_number("timestep", numerics["timestep"], above=0)
+    check_number("duration", numerics["duration"], at_least=20)  # for the lags after burn-in
+    check_integer("replicas", numerics["replicas"], at_least=2)  # one has no standard error
+    return Plan(numerics, options.checkpoint or options.out, options.out)
+
+
+def scenes(disk: mm.Disk) -> dict[str, Scene]:
+    control = mm.LangevinParticle(friction=disk.friction, noise=disk.noise)
+    disks = {name: disk.replace(potential=name) for name in ("symmetric", "asymmetric", "flat")}
+    return {**disks, "control": control}
+
+
+def announcement(plan: Plan, disk: mm.Disk) -> Iterator[str]:
+    duration, timestep, replicas = (
+        plan.numerics[name] for name in ("duration", "timestep", "replicas")
+    )
+    cores = min(plan.numerics["threads"] or os.cpu_count() or 1, os.cpu_count() or 1)
+    steps = 8 * replicas * duration / timestep
+    yield (
+        f"four systems, from rest and stationary: T = {duration:g}, h = {timestep:g},"
+        f" {replicas} replicas each"
+    )
+    yield (
+        f"{steps:.1e} trajectory-steps, about {_spoken(steps / (RATE * cores))} at {RATE:.0e} a"
+        " second and core; the first run also compiles the kernels"
+    )
+    yield (
+        f"± is one standard error over the replicas, {100 * (2 / replicas) ** 0.5:.1f} % of a mean"
+        " square if Gaussian; in the figures, two"
+    )
+    if disk.beta > WEAK:
+        yield f"beta = {disk.beta:.2g}: theory, for beta U << 1, is not to be trusted here"
+
+
+def _spoken(seconds: float) -> str:
+    return f"{seconds:.0f} s" if seconds < 120 else f"{seconds / 60:.0f} minutes"
+
+
+def simulate(plan: Plan, name: str, scene: Scene, seed: int) -> System:
+    duration, replicas = plan.numerics["duration"], plan.numerics["replicas"]
+    rest = run(
+        plan, f"disk_{name}", scene, seed=seed, burn_in=duration / 2, trajectories=replicas
+    )  # fmt: skip
+    initial = stationary_state(scene, replicas, seed)
+    system = System(
+        name, rest, run(plan, f"disk_{name}_stationary", scene, seed=seed + 1, initial=initial)
+    )
+    print(*summary(system), sep="\n", flush=True)
+    return system
+
+
+def stationary_state(scene: Scene, replicas: int, seed: int) -> dict[str, np.ndarray]:
+    state = mm.gibbs(scene, replicas, seed=seed)
+    if isinstance(scene, mm.Disk) and not scene.coefficients:
+        d = scene.sigma * state["omega"] - state["v"]
+        state["v"] += d / (1 + scene.sigma)
+        state["omega"] -= d / (1 + scene.sigma)
+    return state
+
+
+def run(plan: Plan, stem: str, scene: Scene, **special: Any) -> xr.Dataset:
+    checkpoint = plan.checkpoints / f"{stem}.npz"
+    try:
+        checkpoint.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        fail(f"cannot write to {checkpoint.parent}: {error.strerror or error}", 1)
+    resumed = checkpoint.exists()
+    plan.resumable.append(checkpoint)
+    began = time.perf_counter()
+    try:
+        data = mm.ensemble(scene, checkpoint=checkpoint, **plan.numerics, **special)
+    except mm.SimulationDiverged as stop:
+        fail(f"{stem}: {stop}", DIVERGED)
+    except mm.SimulationInterrupted as stop:
+        reached = float(stop.dataset.attrs["time_reached"])
+        fail(
+            f"{stem}: {stop} at t = {reached:g}; the same command goes on from {checkpoint}",
+            INTERRUPTED,
+        )
+    spent = time.perf_counter() - began
+    if not resumed:
+        plan.steps += data.sizes["replica"] * plan.numerics["duration"] / plan.numerics["timestep"]
+        plan.seconds += spent
+    with written_whole(plan.out / f"{stem}.nc") as part:
+        data.to_netcdf(part)
+    return data
+
+
+def summary(system: System) -> Iterator[str]:
+    t, theory = system.end, system.theory
+    slope = mm.observables.local_slope(system.rest).isel(time=-1)
+    begin, end = float(slope.begin), float(slope.end)
+    expected = np.log(theory.mean_square(end) / theory.mean_square(begin)) / np.log(end / begin)
+    square, error = system.x("mean_square")[-1], system.x("mean_square_error")[-1]
+    yield (
+        f"{system.name}: E x² = {square:.4g} ± {error:.2g} (theory: {theory.mean_square(t):.4g}),"
+        f" slope over t = {begin:g} to {end:g}: {float(slope.slope):.3f} ±"
+        f" {float(slope.slope_error):.3f} (theory: {expected:.3f})"
+    )
+    scene = theory.scene
+    if not isinstance(scene, mm.Disk):
+        return
+    y = system.rest.sel(quantity="y").isel(time=-1)
+    both = mm.theory.flat_variance_from_rest(scene, t, (1, 1)) / t
+    yield (
+        f"  var(x + theta)/t = {float(y.mean_square - y['mean'] ** 2) / t:.4g} ±"
+        f" {float(y.mean_square_error) / t:.2g} (theory: {both:.4g}, in the limit"
+        f" {mm.theory.y_diffusion(scene):.4g}; the paper: {mm.theory.paper_y_diffusion(scene):.4g})"
+    )
+    if not scene.coefficients:
+        yield (
+            f"  var(x)/t = {system.variance[-1] / t:.4g} ± {error / t:.2g}"
+            f" (theory: {theory.variance(t) / t:.4g}, in the limit"
+            f" {mm.theory.flat_x_diffusion(scene):.4g};"
+            f" the paper: {mm.theory.paper_flat_x_diffusion(scene):.4g})"
+        )
+
+
+def draw(systems: list[System], out: Path) -> None:
+    with written_whole(out / "disk.png") as part:
+        mm.plots.disk_overview(systems, part)
+    for name in FIGURES:
+        with written_whole(out / f"disk_{name}.png") as part:
+            mm.plots.disk_figure(systems, name, part)
+    print(f"wrote {out / 'disk.png'}, {out}/disk_{{{','.join(FIGURES)}}}.png and disk_*.nc")
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except KeyboardInterrupt:
+        fail("interrupted; what is said to be written is complete", INTERRUPTED)

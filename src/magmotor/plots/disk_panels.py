@@ -1,0 +1,220 @@
+"""One system of the disk in one panel: what was simulated, and theory on top of it."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from magmotor import observables, theory
+from magmotor.dataset import scene_of
+from magmotor.plots import style
+from magmotor.plots.disk_theory import DiskTheory
+from magmotor.scenes import Disk, LangevinParticle
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Array = NDArray[np.float64]
+
+BEYOND = 20
+"""Theory and the paper's claims are drawn up to so many times the duration of the run."""
+
+THEORY: dict[str, Any] = {"color": style.INK, "lw": 1.0, "ls": "--", "zorder": 4}
+PAPER: dict[str, Any] = {"color": style.GREY, "lw": 1.0, "ls": ":", "zorder": 3}
+
+
+@dataclass(frozen=True)
+class System:
+    """One of the four: its ensembles from rest and stationary, and its theory."""
+
+    name: str
+    rest: xr.Dataset
+    stationary: xr.Dataset
+
+    @cached_property
+    def theory(self) -> DiskTheory:
+        """Theory of the scene in the dataset."""
+        scene = scene_of(self.rest)
+        assert isinstance(scene, Disk | LangevinParticle)
+        return DiskTheory(scene)
+
+    @property
+    def wanders(self) -> bool:
+        """Whether d changes: a disk on a potential that is not flat."""
+        return isinstance(self.theory.scene, Disk) and bool(self.theory.scene.coefficients)
+
+    @property
+    def end(self) -> float:
+        """Last recorded time."""
+        return float(self.rest.time[-1])
+
+    def x(self, statistic: str) -> Array:
+        """A moment of x from rest, at the recorded times after the start."""
+        return self.rest[statistic].sel(quantity="x").values[1:]
+
+    @property
+    def times(self) -> Array:
+        """The recorded times after the start."""
+        return self.rest.time.values[1:]
+
+    @property
+    def variance(self) -> Array:
+        """Variance of x from rest, at `times`."""
+        return self.x("mean_square") - self.x("mean") ** 2
+
+    def later(self) -> Array:
+        """Times for curves over logarithmic axes, that go on beyond the run."""
+        return np.geomspace(self.times[0], BEYOND * self.end, 120)
+
+
+def draw_mean(axes: "Axes", system: System) -> None:
+    """E x(t) with a band of two standard errors."""
+    colour, _ = style.SYSTEMS[system.name]
+    mean, error = system.x("mean"), 2 * system.x("mean_error")
+    band = {"color": colour, "alpha": 0.2, "lw": 0}
+    axes.fill_between(system.times, mean - error, mean + error, **band)
+    axes.plot(system.times, mean, color=colour, label=system.name)
+    axes.plot(system.times, system.theory.mean(system.times), **THEORY)
+    axes.set(xlabel="t", ylabel="E x(t)", xlim=(0, system.end))
+
+
+def draw_mean_square(axes: "Axes", system: System) -> None:
+    """E x(t)^2 over even times."""
+    even = np.searchsorted(system.times, np.linspace(0, system.end, 21)[1:] * (1 - 1e-9))
+    _draw_points(axes, system, system.times, system.x("mean_square"), _errors(system), even)
+    t = np.linspace(0, system.end, 61)[1:]
+    axes.plot(t, system.theory.mean_square(t), **THEORY)
+    if system.wanders:
+        axes.plot(t, _ballistic(system, t), **PAPER)
+    elif system.name == "flat":
+        axes.plot(t, paper_flat(system) * t, **PAPER)
+    axes.set(xlabel="t", ylabel="E x(t)²", xlim=(0, 1.02 * system.end))
+
+
+def draw_msd(axes: "Axes", system: System) -> None:
+    """E x(t)^2, logarithmic."""
+    chosen = _per_decade(system.times, 6)
+    _draw_points(axes, system, system.times, system.x("mean_square"), _errors(system), chosen)
+    t = system.later()
+    axes.plot(t, system.theory.mean_square(t), **THEORY)
+    claimed = t[t > system.end / 30]
+    if system.wanders:
+        axes.plot(claimed, _ballistic(system, claimed), **PAPER)
+    elif system.name == "flat":
+        axes.plot(claimed, paper_flat(system) * claimed, **PAPER)
+    axes.set(xlabel="t", ylabel="E x(t)²", xscale="log", yscale="log")
+
+
+def draw_slope(axes: "Axes", system: System) -> None:
+    """Local slope of the logarithmic MSD, over a factor of two in time."""
+    found = observables.local_slope(system.rest)
+    times = found.time.values
+    chosen = _per_decade(times, 6)
+    _draw_points(axes, system, times, found.slope.values, 2 * found.slope_error.values, chosen)
+    t = system.later()
+    early, late = (system.theory.mean_square(t * factor) for factor in (0.5**0.5, 2**0.5))
+    axes.plot(t, np.log2(late / early), **THEORY)
+    axes.axhline(2 if system.wanders else 1, **PAPER)
+    axes.set(xlabel="t", ylabel="d log E x² / d log t", xscale="log", ylim=(0.5, 3.2))
+
+
+def draw_correlation(axes: "Axes", system: System) -> None:
+    """Correlation of successive increments in the stationary state."""
+    run = system.stationary
+    lag, rho = run.lag.values, run.increment_correlation.values
+    every = np.arange(len(lag))
+    _draw_points(axes, system, lag, rho, 2 * run.increment_correlation_error.values, every)
+    s = np.geomspace(lag[0], BEYOND * lag[-1], 80)
+    axes.plot(s, system.theory.correlation(s), **THEORY)
+    axes.set(xlabel="lag s", ylabel="correlation", xscale="log", ylim=(-0.15, 1.05))
+
+
+def draw_correlation_from_rest(axes: "Axes", system: System) -> None:
+    """The same in the second half of the run from rest, as the paper has it."""
+    rest, (colour, marker) = system.rest, style.SYSTEMS[system.name]
+    axes.errorbar(
+        rest.lag, rest.increment_correlation, 2 * rest.increment_correlation_error, color=colour,
+        fmt=marker, ms=6.5, mfc="none", lw=0.8, zorder=1,
+        label=f"from rest, t > {system.end / 2:g}",
+    )  # fmt: skip
+
+
+def draw_diffusion(axes: "Axes", system: System) -> None:
+    """Var x(t) / t."""
+    chosen = _per_decade(system.times, 6)
+    error = _errors(system) / system.times
+    _draw_points(axes, system, system.times, system.variance / system.times, error, chosen)
+    t = system.later()
+    axes.plot(t, system.theory.variance(t) / t, **THEORY)
+    if system.wanders:
+        claimed = t[t > system.end / 30]
+        axes.plot(claimed, _ballistic(system, claimed) / claimed, **PAPER)
+    elif system.name == "flat":
+        axes.axhline(paper_flat(system), **PAPER)
+    axes.set(xlabel="t", ylabel="var x(t) / t", xscale="log", yscale="log")
+
+
+def draw_histogram(axes: "Axes", system: System) -> None:
+    """Density of x at the end, against the Gaussian of theory's variance."""
+    colour, _ = style.SYSTEMS[system.name]
+    x = system.rest.x.values
+    deviation = float(np.sqrt(system.theory.variance(system.end)))
+    edges = deviation * np.linspace(-4, 4, 41)
+    density = np.histogram(x, edges)[0] / (len(x) * (edges[1] - edges[0]))
+    axes.stairs(np.where(density > 0, density, np.nan), edges, color=colour, lw=1.6)
+    axes.plot([], [], color=colour, label=system.name)
+    fine = deviation * np.linspace(-4, 4, 201)
+    gaussian = np.exp(-0.5 * (fine / deviation) ** 2) / (deviation * np.sqrt(2 * np.pi))
+    axes.plot(fine, gaussian, **THEORY)
+    axes.set(xlabel=f"x at t = {system.end:g}", ylabel="density")
+
+
+def draw_flights(axes: "Axes", system: System) -> None:
+    """Probability that a flight lasts at least so long."""
+    if not system.wanders:
+        return
+    found = observables.flight_survival(system.stationary)
+    times, survival = found.flight_duration.values, found.survival.values
+    chosen = np.flatnonzero(found.survival_error.values < survival / 2)[::2]
+    error = 2 * found.survival_error.values
+    _draw_points(axes, system, times, survival, error, chosen)
+    early, late = times[times >= 2][0], times[chosen[-1]]
+    for power, anchor in ((-0.5, early), (-1.9, late)):
+        through = survival[np.searchsorted(times, anchor)]
+        t = anchor * np.geomspace(1 / 30 if power < -1 else 1 / 2, 300 if power > -1 else 2, 2)
+        axes.plot(t, through * (t / anchor) ** power, **PAPER)
+    axes.set(xlabel="duration", ylabel="survival", xscale="log", yscale="log")
+
+
+def _draw_points(axes: "Axes", system: System, t, values, errors, chosen) -> None:
+    colour, marker = style.SYSTEMS[system.name]
+    axes.errorbar(
+        t[chosen], values[chosen], errors[chosen], color=colour, fmt=marker, ms=4.5, lw=1.2,
+        label=system.name, zorder=2,
+    )  # fmt: skip
+
+
+def _errors(system: System) -> Array:
+    """Two standard errors of the mean square, and nearly so of the variance."""
+    return 2 * system.x("mean_square_error")
+
+
+def _per_decade(t: Array, count: int) -> NDArray[np.int64]:
+    """Indices of about so many times a decade."""
+    wanted = np.arange(np.log10(t[0]), np.log10(t[-1]) + 1e-9, 1 / count)
+    return np.unique(np.abs(np.log10(t) - wanted[:, np.newaxis]).argmin(axis=1))
+
+
+def _ballistic(system: System, t: Array) -> Array:
+    """The paper's t^2 through theory at the end of the run."""
+    return float(system.theory.mean_square(system.end)) * (t / system.end) ** 2
+
+
+def paper_flat(system: System) -> float:
+    """The paper's var(x)/t of the flat disk."""
+    scene = system.theory.scene
+    assert isinstance(scene, Disk)
+    return theory.paper_flat_x_diffusion(scene)

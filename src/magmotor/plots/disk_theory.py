@@ -1,0 +1,106 @@
+"""What theory says of the paper's four systems, in each of the disk's figures."""
+
+import math
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.integrate import quad
+from scipy.linalg import eigh_tridiagonal
+
+from magmotor import theory
+from magmotor.scenes import Disk, LangevinParticle
+
+Array = NDArray[np.float64]
+
+
+class DiskTheory:
+    """Curves of a system, from rest at x = 0 or stationary; times and lags are positive.
+
+    The disk's follow from `theory.ReducedDisk`, which on flat U is exact; of the Langevin particle
+    they are those of a free one. Both are for temperatures far above U.
+
+    Parameters
+    ----------
+    scene : Disk or LangevinParticle
+    """
+
+    def __init__(self, scene: Disk | LangevinParticle) -> None:
+        self.scene = scene
+
+    @cached_property
+    def reduced(self) -> theory.ReducedDisk:
+        """The reduced equation of the disk's d."""
+        assert isinstance(self.scene, Disk)
+        return theory.ReducedDisk(self.scene)
+
+    @property
+    def title(self) -> str:
+        """Which theory this is."""
+        if isinstance(self.scene, LangevinParticle):
+            return "free particle"
+        return "reduced equation" if self.scene.coefficients else "exact"
+
+    def variance(self, t: ArrayLike) -> Array:
+        """Variance of x from rest."""
+        if isinstance(self.scene, LangevinParticle) or not self.scene.coefficients:
+            return theory.flat_variance_from_rest(self.scene, t)
+        return self.reduced.msd_from_rest(t)
+
+    def mean_square(self, t: ArrayLike) -> Array:
+        """Mean square displacement from rest."""
+        return self.variance(t) + self.mean(t) ** 2
+
+    def mean(self, t: ArrayLike) -> Array:
+        """Mean of x from rest at x = 0, beyond the time in which the noise carries x over U.
+
+        The force -U'(0) acts on all replicas alike until then. Its impulse, at first order in U, is
+        forgotten by the slip at rate lambda, but by d only in the reduced equation's own time.
+        """
+        t = np.asarray(t, dtype=float)
+        moved = theory.flat_mean_displacement(self.scene.replace(v=1.0), t)
+        if isinstance(self.scene, Disk) and self.scene.coefficients:
+            moved = moved - (t - self._memory(t)) / (1 + self.scene.sigma)
+        return self.first_impulse * moved
+
+    @cached_property
+    def first_impulse(self) -> float:
+        """Mean momentum -int E[U'(x_t)] dt that U gives x from rest at x = 0, at first order."""
+        return -sum(
+            k * a * quad(lambda t, k=k: self._phase(k, t), 0, math.inf)[0]
+            for k, (a, _) in enumerate(self.scene.coefficients, start=1)
+        )
+
+    def correlation(self, lag: ArrayLike) -> Array:
+        """Correlation of two successive increments of x in the stationary state; on flat U, d = 0.
+
+        MSD(2 lag)/(2 MSD(lag)) - 1.
+        """
+        lag = np.asarray(lag, dtype=float)
+        if isinstance(self.scene, Disk) and self.scene.coefficients:
+            return self.reduced.increment_correlation(lag)
+        direction = None
+        if isinstance(self.scene, Disk):
+            # x = sigma y/(1 + sigma) at d = 0, and y = x + theta does not know d.
+            direction = np.full(2, self.scene.sigma / (1 + self.scene.sigma))
+        once, twice = (
+            theory.flat_msd_from_gibbs(self.scene, n * lag, direction=direction) for n in (1, 2)
+        )
+        return twice / (2 * once) - 1
+
+    def _phase(self, k: int, t: float) -> float:
+        """E[cos k x_t] from rest on flat U."""
+        return math.exp(-(k**2) * float(theory.flat_variance_from_rest(self.scene, t)) / 2)
+
+    def _memory(self, t: Array) -> Array:
+        """Integral of E[d_s]/d_0 over s < t, from a small d_0."""
+        rates, weights = self._relaxation
+        return -np.expm1(-np.multiply.outer(t, rates)) @ (weights / rates)
+
+    @cached_property
+    def _relaxation(self) -> tuple[Array, Array]:
+        """Rates and weights of E[d_t]/d_0: the reduced equation's modes that are odd in d."""
+        up, down, d = self.reduced.up[1:], self.reduced.down[1:], self.reduced.d[1:]
+        rates, modes = eigh_tridiagonal(up + down, -np.sqrt(up[:-1] * down[1:]))
+        root = np.sqrt(self.reduced.probability[1:])
+        return rates, modes[0] / (root[0] * d[0]) * ((root * d) @ modes)
