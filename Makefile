@@ -32,6 +32,9 @@ endif
 ifneq ($(HERE),$(strip $(shell cat .venv-compat/made-for 2>/dev/null)))
 REDO_COMPAT := redo
 endif
+ifneq ($(HERE),$(strip $(shell cat .venv-bench/made-for 2>/dev/null)))
+REDO_BENCH := redo
+endif
 
 # A movie needs neither tests nor linters; where they are installed, they are kept.
 MOVIE_READY := $(firstword $(wildcard .venv/dev-ready) .venv/ready)
@@ -56,6 +59,8 @@ lint: .venv/dev-ready  ## ruff (rules and format) and pyright
 	@$(PYTHON) -m pyright
 
 bench: .venv/dev-ready  ## the speed tables
+	@$(MAKE) --no-print-directory .venv-bench/ready || \
+		echo "== bench: no .venv-bench, so diffrax and torchsde are left out"
 	@echo "== bench: measuring (leave the machine idle meanwhile)"
 	@$(PYTHON) benchmarks/run.py $(ARGS)
 
@@ -64,12 +69,12 @@ compat: .venv-compat/ready  ## tests/test_compat.py on the oldest MuJoCo, 3.17
 	@.venv-compat/bin/python -m pytest tests/test_compat.py $(ARGS)
 
 clean:  ## removes environments and caches; out/ stays
-	rm -rf .venv .venv-compat .cache .hypothesis .pytest_cache .ruff_cache build dist
+	rm -rf .venv .venv-compat .venv-bench .cache .hypothesis .pytest_cache .ruff_cache build dist
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
-# $(call install,ENVIRONMENT,CONSTRAINTS,REQUIREMENTS,SIZE AND TIME): from nothing if made-for is
-# missing or differs, else in place. The constraints hold for the build of the package too.
-# dm-control comes without its labmaze, which has no wheel for Python 3.13 (see pyproject.toml).
+# $(call install,ENVIRONMENT,CONSTRAINTS,REQUIREMENTS,SIZE AND TIME,WITHOUT DEPENDENCIES): from
+# nothing if made-for is missing or differs, else in place. The constraints hold for the build of the
+# package too.
 define install
 	@$(PYTHON3) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \
 		echo "make: $(PYTHON3) is missing or older than 3.11: install python3 and python3-venv (Debian) or python3 (Fedora), or name a newer one as in make PYTHON3=python3.12" >&2; exit 1; }
@@ -87,17 +92,22 @@ define install
 	@trap 'exit 130' INT; \
 	export PIP_CONSTRAINT=$(1)/constraints.txt PIP_BUILD_CONSTRAINT=$(1)/constraints.txt; \
 	pip="$(1)/bin/python -m pip install --no-warn-conflicts"; \
-	{ $$pip -qq $(3) && $$pip -qq --no-deps dm-control; } || { \
-		echo "== pip failed; once more, in full"; $$pip $(3) && $$pip --no-deps dm-control; }
+	{ $$pip -qq $(3) && $$pip -qq --no-deps $(5); } || { \
+		echo "== pip failed; once more, in full"; $$pip $(3) && $$pip --no-deps $(5); }
 	@echo '$(HERE)' > $(1)/made-for
 	@touch $@
 endef
 
+# dm-control comes without its labmaze, which has no wheel for Python 3.13 (see pyproject.toml).
 .venv/ready: pyproject.toml constraints.txt $(REDO)
-	$(call install,.venv,,-e .,once: 1.1 GB and about a minute)
+	$(call install,.venv,,-e .,once: 1.1 GB and about a minute,dm-control)
 
 .venv/dev-ready: pyproject.toml constraints.txt $(REDO)
-	$(call install,.venv,,-e '.[dev]',once: 1.5 GB and one or two minutes)
+	$(call install,.venv,,-e '.[dev]',once: 1.5 GB and one or two minutes,dm-control)
 
 .venv-compat/ready: pyproject.toml constraints.txt $(REDO_COMPAT)
-	$(call install,.venv-compat,/^mujoco/d,-e '.[test]' 'mujoco==3.17.*',once: 1.2 GB and about a minute)
+	$(call install,.venv-compat,/^mujoco/d,-e '.[test]' 'mujoco==3.17.*',once: 1.2 GB and about a minute,dm-control)
+
+# Its versions stand in the requirements themselves; sed's d empties the constraints.
+.venv-bench/ready: benchmarks/requirements-peers.txt $(REDO_BENCH)
+	$(call install,.venv-bench,d,-r $<,once: 1.5 GB and about a minute; 5 GB if PyPI has no torch without CUDA,torchsde)

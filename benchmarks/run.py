@@ -10,6 +10,8 @@ import magmotor as mm
 # Above, magmotor chose who draws, as it can until MuJoCo is imported.
 import anatomy
 import callback
+import disk_mujoco
+import ensemble
 import magnetised
 import minimal
 import mujoco
@@ -17,7 +19,17 @@ import startup
 import threads
 import throughput
 
-TOPICS = (magnetised, callback, minimal, anatomy, threads, startup, throughput)
+TOPICS = (
+    magnetised,
+    callback,
+    minimal,
+    anatomy,
+    threads,
+    startup,
+    throughput,
+    disk_mujoco,
+    ensemble,
+)
 
 
 def main() -> None:

@@ -12,7 +12,7 @@ from typing import Annotated, Any, NoReturn, TypeVar
 import tyro
 
 import magmotor as mm
-from magmotor.scenes.fields import check_choice
+from magmotor.checks import check_choice
 
 PRESETS = {
     "paper1": mm.Top.paper(1),

@@ -21,9 +21,9 @@ import xarray as xr
 from command_line import fail, parse_fields, warn_in_one_line, written_whole
 
 import magmotor as mm
+from magmotor.checks import check_integer, check_number
 from magmotor.plots.disk import FIGURES
 from magmotor.plots.disk_panels import System
-from magmotor.scenes.fields import check_integer, check_number
 
 Scene = mm.Disk | mm.LangevinParticle
 

@@ -11,10 +11,19 @@ README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
 def test_python_examples_run():
-    simulate, magnetise = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
+    simulate, ensemble, magnetise = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
     namespace: dict = {}
     exec(simulate, namespace)
     assert np.abs(namespace["run"].momentum_map).max() == pytest.approx(1.858e-4, rel=1e-3)
+    namespace = {}
+    exec(ensemble, namespace)
+    fine, same, coarse = (namespace[name] for name in ("fine", "same", "coarse"))
+    reach = float(np.abs(fine.x).max())
+    assert np.abs(same.x - fine.x).max() < 1e-8 * reach  # 4e-13
+    assert float(np.abs(coarse.x - fine.x[::4]).max()) < 0.2 * reach
+    square = namespace["many"].sel(quantity="x").isel(time=-1)
+    theory = namespace["mm"].theory.ReducedDisk(namespace["disk"]).msd_from_rest(1000.0)
+    assert abs(square.mean_square - theory) < 4 * square.mean_square_error
     namespace = {}
     exec(magnetise, namespace)
     assert namespace["data"].qpos[0] == pytest.approx(np.pi / 2, abs=1e-6)
@@ -28,3 +37,13 @@ def test_commands_and_files_exist():
         assert (ROOT / path).exists(), path
     for path in re.findall(r"\]\((docs/[^)]*)\)", README):
         assert (ROOT / path).exists(), path
+
+
+def test_errata_name_tests_that_exist():
+    errata = (ROOT / "docs" / "errata.md").read_text(encoding="utf-8")
+    named = re.findall(r"`(?:(tests/\w+\.py))?::(test_\w+)`", errata)
+    assert len(named) > 15
+    file = ""
+    for path, name in named:
+        file = path or file
+        assert f"def {name}(" in (ROOT / file).read_text(encoding="utf-8"), (file, name)

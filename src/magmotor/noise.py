@@ -19,6 +19,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from magmotor import elementary
+from magmotor.checks import check_integer, check_number, reject
+from magmotor.code_version import code_version
 from magmotor.elementary import (
     FASTMATH,
     bits_as_float,
@@ -27,7 +30,6 @@ from magmotor.elementary import (
     logarithm,
     sine_of_quarter,
 )
-from magmotor.scenes.fields import check_integer, check_number, reject
 
 LARGEST_SEED = 2**53
 """Seeds are less: the largest integer that a double, MuJoCo's only type for user data, holds."""
@@ -88,37 +90,55 @@ def _normal(seed, replica, step, channel):
     return odd if step & 1 else even
 
 
-@njit(cache=True, nogil=True)
-def normal(seed, replica, step, channel, factor, level):
-    """Standard normal number of one step of a path that is coarsened or refined.
+def _compile_normal(checksum: int):
+    """Compile `normal`; the checksum of what is compiled in is a part of its cache's key."""
 
-    Parameters
-    ----------
-    seed, replica, step, channel : int
-    factor : int
-        The step is as long as so many steps of the seed's own path ...
-    level : int
-        ... or, if `factor` is 1, as one of its own halved so many times.
-    """
-    if level == 0:
-        total = 0.0
-        for k in range(factor):
-            total += _normal(seed, replica, step * factor + k, channel)
-        return total / math.sqrt(factor)
-    # In units of its own step's root, each half is (parent +- bridge)/sqrt 2.
-    value = _normal(seed, replica, step >> level, channel)
-    for k in range(1, level + 1):
-        parent = step >> (level - k + 1)
-        bridge = _normal(seed, replica, parent, channel + (k << 32))
-        right = (step >> (level - k)) & 1
-        value = (value - bridge if right else value + bridge) * math.sqrt(0.5)
-    return value
+    @njit(cache=True, nogil=True)
+    def normal(seed, replica, step, channel, factor, level):
+        """Standard normal number of one step of a path that is coarsened or refined.
+
+        Parameters
+        ----------
+        seed, replica, step, channel : int
+        factor : int
+            The step is as long as so many steps of the seed's own path ...
+        level : int
+            ... or, if `factor` is 1, as one of its own halved so many times.
+        """
+        _ = checksum
+        if level == 0:
+            total = 0.0
+            for k in range(factor):
+                total += _normal(seed, replica, step * factor + k, channel)
+            return total / math.sqrt(factor)
+        # In units of its own step's root, each half is (parent +- bridge)/sqrt 2.
+        value = _normal(seed, replica, step >> level, channel)
+        for k in range(1, level + 1):
+            parent = step >> (level - k + 1)
+            bridge = _normal(seed, replica, parent, channel + (k << 32))
+            right = (step >> (level - k)) & 1
+            value = (value - bridge if right else value + bridge) * math.sqrt(0.5)
+        return value
+
+    return normal
 
 
-@njit(cache=True, nogil=True)
-def _fill_normals(out, seed, replica, first, channel, factor, level):
-    for i in range(out.size):
-        out[i] = normal(seed, replica, first + i, channel, factor, level)
+normal = _compile_normal(code_version(elementary))
+
+
+def _compile_fill(checksum: int):
+    """Compile the loop over steps; see `_compile_normal`."""
+
+    @njit(cache=True, nogil=True)
+    def fill(out, seed, replica, first, channel, factor, level):
+        _ = checksum
+        for i in range(out.size):
+            out[i] = normal(seed, replica, first + i, channel, factor, level)
+
+    return fill
+
+
+_fill_normals = _compile_fill(code_version(elementary))
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,11 @@ from typing import Any
 import xarray as xr
 from tqdm import tqdm
 
+from magmotor.checks import check_choice, check_integer, check_number, reject
 from magmotor.dataset import assemble
 from magmotor.devices import DEVICES, Scene
 from magmotor.engines.job import Job
 from magmotor.noise import BrownianPath, check_seed
-from magmotor.scenes.fields import check_choice, check_integer, check_number, reject
 from magmotor.states import rows
 
 ENGINES = {

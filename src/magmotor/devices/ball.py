@@ -2,13 +2,13 @@
 
 import xarray as xr
 
+from magmotor.checks import check_integer, check_number, reject
 from magmotor.devices.ball_guard import Guard as guard
 from magmotor.devices.ball_initial import initial_state
 from magmotor.devices.column import Column
 from magmotor.engines.mujoco.methods import METHODS as MUJOCO
 from magmotor.observables.motion import energy, momentum_map, slip_velocity
 from magmotor.scenes import Top
-from magmotor.scenes.fields import check_integer, check_number, reject
 from magmotor.scenes.top import DRY_FRICTION_RATE
 from magmotor.states.ball import BallStates
 

@@ -8,8 +8,8 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from magmotor.checks import check_choice, reject
 from magmotor.scenes import Top
-from magmotor.scenes.fields import check_choice, reject
 from magmotor.states.ball import BallStates, smallest_turn, start
 
 PARTS = {"position": 3, "velocity": 3, "axis": 3, "angular_velocity": 3, "orientation": 4}

@@ -1,5 +1,6 @@
 """What the front door knows of the sliding disk and of the Langevin particle."""
 
+import math
 import warnings
 from collections.abc import Mapping
 from typing import Any
@@ -9,12 +10,12 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from magmotor import theory
+from magmotor.checks import check_choice, check_integer, check_number, reject
 from magmotor.devices.column import Column
 from magmotor.devices.disk_guard import Guard as guard
 from magmotor.engines.mujoco.methods import METHODS as MUJOCO
 from magmotor.observables.disk import energy
 from magmotor.scenes import Disk, LangevinParticle
-from magmotor.scenes.fields import check_choice, check_integer, check_number, reject
 from magmotor.states.disk import DiskStates, start_disk
 
 __all__ = ["check_run", "columns", "guard", "initial_state", "methods"]
@@ -25,8 +26,11 @@ TIME_UNIT = "1"
 
 VARIATIONAL = ("variational/euler", "variational/baoab")
 
-EXPLICIT_FRICTION = ("variational/euler", "mujoco/euler")
-"""Methods whose friction is unstable beyond Euler's linear limit."""
+LARGEST_DECAY = {"euler": 2.0, "rk4": 2.785}
+"""Product of step and friction rate at which a scheme with explicit friction becomes unstable."""
+
+LARGEST_SWING = {"rk4": 2 * math.sqrt(2)}
+"""Product of step and frequency likewise; 2 for all the schemes that kick and drift."""
 
 LABELS = {
     "x": "displacement",
@@ -63,11 +67,7 @@ def check_run(scene: Scene, method: str, timestep: float, replicas: int | None) 
         check_integer("replicas", replicas, at_least=1)
     if method == "scipy/dop853":
         return
-    limit, why = theory.potential_step_limit(scene), "2/sqrt(max|U''|), the well's"
-    if method in EXPLICIT_FRICTION and theory.friction_step_limit(scene) < limit:
-        limit, why = theory.friction_step_limit(scene), "2/lambda, the friction's"
-    if timestep >= limit:
-        raise reject("timestep", timestep, f"less than {limit:.4g}, the linear limit {why}")
+    _check_linear_limits(scene, method, timestep)
     if isinstance(scene, Disk) and scene.coefficients and scene.noise:
         largest = theory.largest_timestep(scene)
         if timestep > largest:
@@ -77,6 +77,21 @@ def check_run(scene: Scene, method: str, timestep: float, replicas: int | None) 
                 " period of U looks like rest",
                 stacklevel=4,
             )
+
+
+def _check_linear_limits(scene: Scene, method: str, timestep: float) -> None:
+    scheme = method.split("/")[1]
+    # A contact acts explicitly, whatever the scheme.
+    explicit = isinstance(scene, Disk) and scene.surface == "plane"
+    decay = LARGEST_DECAY.get(scheme, LARGEST_DECAY["euler"] if explicit else math.inf)
+    swing = LARGEST_SWING.get(scheme, 2.0)
+    limits = {
+        f"{swing:.4g}/sqrt(max|U''|), the well's": theory.potential_step_limit(scene) * swing / 2,
+        f"{decay:.4g}/lambda, the friction's": theory.friction_step_limit(scene) * decay / 2,
+    }
+    why, limit = min(limits.items(), key=lambda item: item[1])
+    if timestep >= limit:
+        raise reject("timestep", timestep, f"less than {limit:.4g}, the linear limit {why}")
 
 
 def initial_state(

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from magmotor.scenes.fields import reject
+from magmotor.checks import reject
 
 
 def save(path: Path, task: dict[str, Any], arrays: dict[str, NDArray]) -> None:

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magmotor import theory
+from magmotor.checks import check_integer, reject
 from magmotor.scenes import Disk, LangevinParticle
-from magmotor.scenes.fields import check_integer, reject
 from magmotor.scenes.potential import derivative
 
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from magmotor.scenes.fields import check_integer, check_number, reject
+from magmotor.checks import check_integer, check_number, reject
 
 RECORDS_PER_DECADE = 24
 

@@ -11,6 +11,7 @@ from pathlib import Path
 import xarray as xr
 from numpy.typing import ArrayLike
 
+from magmotor.checks import check_choice, check_integer, check_number, reject
 from magmotor.devices import disk
 from magmotor.engines.variational.run import pack
 from magmotor.engines.variational.schemes import SCHEMES
@@ -18,7 +19,6 @@ from magmotor.ensemble.march import March
 from magmotor.ensemble.plan import plan
 from magmotor.noise import check_seed
 from magmotor.scenes import Disk, LangevinParticle
-from magmotor.scenes.fields import check_choice, check_integer, check_number, reject
 
 
 def ensemble(

@@ -41,9 +41,9 @@ def flight_survival(run: xr.Dataset) -> xr.Dataset:
     at_risk = np.cumsum((ended + unfinished)[::-1])[::-1]
     seen = at_risk > 0
     ended, at_risk = ended[seen], (at_risk - unfinished / 2)[seen]
-    survival = np.cumprod(np.append(1.0, 1 - ended[:-1] / at_risk[:-1]))
+    survival = np.cumprod(np.append(1.0, 1 - ended / at_risk))[:-1]
     left = np.maximum(at_risk - ended, 0.5)  # none are left only in the last bin, which is not used
-    terms = np.append(0.0, (ended / (at_risk * left))[:-1])
+    terms = np.append(0.0, ended / (at_risk * left))[:-1]
     values = {"survival": survival, "survival_error": survival * np.sqrt(np.cumsum(terms))}
     return xr.Dataset({name: ("flight_duration", value) for name, value in values.items()}).assign(
         {"flight_duration": run.flight_duration.values[seen]}

@@ -1,6 +1,5 @@
 """The disk's energy balance along its Brownian path."""
 
-
 import numpy as np
 import xarray as xr
 

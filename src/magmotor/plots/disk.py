@@ -51,8 +51,8 @@ FIGURES = {
     ),
     "correlation": Figure(
         panels.draw_correlation,
-        "Correlation of x(t+2s) − x(t+s) and x(t+s) − x(t), stationary; flat: d = 0",
-        "theory, stationary: reduced equation of d; exact if flat; free particle",
+        "Correlation of x(t+2s) − x(t+s), x(t+s) − x(t), stationary",
+        "theory, stationary: reduced equation of d; exact if flat (there d = 0); free particle",
         alone=panels.draw_correlation_from_rest,
     ),
     "diffusion": Figure(
@@ -116,8 +116,8 @@ def disk_figure(systems: Sequence[System], name: str, path: str | Path) -> None:
     drawn = FIGURES[name]
     shown = [system for system in systems if system.wanders or name != "flights"]
     with style.figure(15.0, 9.0) as figure:
-        names = [system.name for system in shown]
-        axes = figure.subplot_mosaic([["all"] * len(names), names], height_ratios=(1.5, 1))
+        rows: list[Any] = [["all"] * len(shown), [system.name for system in shown]]
+        axes = figure.subplot_mosaic(rows, height_ratios=(1.5, 1))
         _superpose(axes["all"], name, shown)
         axes["all"].set_title(drawn.title)
         for system in shown:
@@ -126,7 +126,6 @@ def disk_figure(systems: Sequence[System], name: str, path: str | Path) -> None:
             panel.set_title(system.name)
             if drawn.alone:
                 drawn.alone(panel, system)
-                panel.legend()
         _legend(figure, shown, drawn.theory, drawn.paper)
         figure.savefig(path, dpi=120)
 
@@ -136,7 +135,6 @@ def _superpose(axes: "Axes", name: str, systems: Sequence[System]) -> None:
         FIGURES[name].draw(axes, system)
     if name == "histogram":
         axes.set_yscale("log")
-        axes.set_ylim(bottom=0.2 / (len(systems[0].rest.replica) * systems[0].end))
 
 
 def _legend(figure: Any, systems: Sequence[System], theory: str, paper: str) -> None:

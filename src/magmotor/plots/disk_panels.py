@@ -76,7 +76,7 @@ def draw_mean(axes: "Axes", system: System) -> None:
     mean, error = system.x("mean"), 2 * system.x("mean_error")
     band = {"color": colour, "alpha": 0.2, "lw": 0}
     axes.fill_between(system.times, mean - error, mean + error, **band)
-    axes.plot(system.times, mean, color=colour, label=system.name)
+    axes.plot(system.times, mean, color=colour)
     axes.plot(system.times, system.theory.mean(system.times), **THEORY)
     axes.set(xlabel="t", ylabel="E x(t)", xlim=(0, system.end))
 
@@ -135,11 +135,11 @@ def draw_correlation(axes: "Axes", system: System) -> None:
 def draw_correlation_from_rest(axes: "Axes", system: System) -> None:
     """The same in the second half of the run from rest, as the paper has it."""
     rest, (colour, marker) = system.rest, style.SYSTEMS[system.name]
-    axes.errorbar(
+    points = axes.errorbar(
         rest.lag, rest.increment_correlation, 2 * rest.increment_correlation_error, color=colour,
         fmt=marker, ms=6.5, mfc="none", lw=0.8, zorder=1,
-        label=f"from rest, t > {system.end / 2:g}",
     )  # fmt: skip
+    axes.legend([points], [f"from rest, t > {system.end / 2:g}"])
 
 
 def draw_diffusion(axes: "Axes", system: System) -> None:
@@ -159,13 +159,15 @@ def draw_diffusion(axes: "Axes", system: System) -> None:
 
 def draw_histogram(axes: "Axes", system: System) -> None:
     """Density of x at the end, against the Gaussian of theory's variance."""
-    colour, _ = style.SYSTEMS[system.name]
     x = system.rest.x.values
     deviation = float(np.sqrt(system.theory.variance(system.end)))
-    edges = deviation * np.linspace(-4, 4, 41)
-    density = np.histogram(x, edges)[0] / (len(x) * (edges[1] - edges[0]))
-    axes.stairs(np.where(density > 0, density, np.nan), edges, color=colour, lw=1.6)
-    axes.plot([], [], color=colour, label=system.name)
+    edges = deviation * np.linspace(-4.5, 4.5, 31)
+    counts = np.histogram(x, edges)[0]
+    scale = 1 / (len(x) * (edges[1] - edges[0]))
+    centres = (edges[:-1] + edges[1:]) / 2
+    # Two standard errors of a small count would reach below zero, which has no logarithm.
+    errors = scale * np.array([np.minimum(2 * counts**0.5, 0.8 * counts), 2 * counts**0.5])
+    _draw_points(axes, system, centres, scale * counts, errors, np.flatnonzero(counts))
     fine = deviation * np.linspace(-4, 4, 201)
     gaussian = np.exp(-0.5 * (fine / deviation) ** 2) / (deviation * np.sqrt(2 * np.pi))
     axes.plot(fine, gaussian, **THEORY)
@@ -173,27 +175,28 @@ def draw_histogram(axes: "Axes", system: System) -> None:
 
 
 def draw_flights(axes: "Axes", system: System) -> None:
-    """Probability that a flight lasts at least so long."""
-    if not system.wanders:
-        return
+    """Probability that a flight lasts at least so long, and two slopes to compare it with."""
     found = observables.flight_survival(system.stationary)
     times, survival = found.flight_duration.values, found.survival.values
-    chosen = np.flatnonzero(found.survival_error.values < survival / 2)[::2]
-    error = 2 * found.survival_error.values
-    _draw_points(axes, system, times, survival, error, chosen)
-    early, late = times[times >= 2][0], times[chosen[-1]]
-    for power, anchor in ((-0.5, early), (-1.9, late)):
-        through = survival[np.searchsorted(times, anchor)]
-        t = anchor * np.geomspace(1 / 30 if power < -1 else 1 / 2, 300 if power > -1 else 2, 2)
-        axes.plot(t, through * (t / anchor) ** power, **PAPER)
+    errors = 2 * found.survival_error.values
+    chosen = np.flatnonzero(errors < survival)[::2]
+    if not len(chosen):
+        return
+    _draw_points(axes, system, times, survival, errors, chosen)
+    middle = np.interp(-0.4, -survival, times)  # where 40 % still last
+    last = times[chosen[-1]]
+    for power, anchor, begin, end in ((-0.5, middle, 0.15, 3.0), (-1.9, last, 0.4, 2.5)):
+        t = anchor * np.array([begin, end])
+        height = 1.25 * np.interp(anchor, times, survival)
+        axes.plot(t, height * (t / anchor) ** power, **PAPER)
     axes.set(xlabel="duration", ylabel="survival", xscale="log", yscale="log")
 
 
 def _draw_points(axes: "Axes", system: System, t, values, errors, chosen) -> None:
     colour, marker = style.SYSTEMS[system.name]
     axes.errorbar(
-        t[chosen], values[chosen], errors[chosen], color=colour, fmt=marker, ms=4.5, lw=1.2,
-        label=system.name, zorder=2,
+        t[chosen], values[chosen], errors[..., chosen], color=colour, fmt=marker, ms=4.5, lw=1.2,
+        zorder=2,
     )  # fmt: skip
 
 
@@ -203,8 +206,8 @@ def _errors(system: System) -> Array:
 
 
 def _per_decade(t: Array, count: int) -> NDArray[np.int64]:
-    """Indices of about so many times a decade."""
-    wanted = np.arange(np.log10(t[0]), np.log10(t[-1]) + 1e-9, 1 / count)
+    """Indices of about so many times a decade, back from the last."""
+    wanted = np.arange(np.log10(t[-1]), np.log10(t[0]) - 1e-9, -1 / count)
     return np.unique(np.abs(np.log10(t) - wanted[:, np.newaxis]).argmin(axis=1))
 
 

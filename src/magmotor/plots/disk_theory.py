@@ -18,7 +18,9 @@ class DiskTheory:
     """Curves of a system, from rest at x = 0 or stationary; times and lags are positive.
 
     The disk's follow from `theory.ReducedDisk`, which on flat U is exact; of the Langevin particle
-    they are those of a free one. Both are for temperatures far above U.
+    they are those of a free one. Both are for temperatures far above U. At the paper's parameters
+    the reduced mean square from rest is 5 % too high at t = 50..100, since the force of U does not
+    have its stationary correlation from the start, and less so later.
 
     Parameters
     ----------

@@ -9,9 +9,9 @@ import numpy as np
 import xarray as xr
 from tqdm import tqdm
 
+from magmotor.checks import check_number, reject
 from magmotor.render.frames import HEIGHT, WIDTH, Frames
 from magmotor.scenes import Top
-from magmotor.scenes.fields import check_number, reject
 
 if TYPE_CHECKING:
     from mediapy import VideoWriter

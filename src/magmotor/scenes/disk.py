@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from magmotor.scenes.fields import check_fields, quantity, reject
+from magmotor.checks import reject
+from magmotor.scenes.fields import check_fields, quantity
 from magmotor.scenes.potential import NAMED, Coefficients, check_potential
 
 

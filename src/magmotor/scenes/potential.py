@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from magmotor.scenes.fields import check_choice, check_number, reject
+from magmotor.checks import check_choice, check_number, reject
 
 Coefficients = tuple[tuple[float, float], ...]
 

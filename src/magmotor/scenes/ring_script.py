@@ -4,7 +4,7 @@ import math
 from bisect import bisect_right
 from typing import NamedTuple
 
-from magmotor.scenes.fields import check_number, reject
+from magmotor.checks import check_number, reject
 
 
 class Waypoint(NamedTuple):

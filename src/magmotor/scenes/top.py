@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from magmotor.checks import check_number, reject
 from magmotor.dipoles import PERMEABILITY_OVER_4PI
-from magmotor.scenes.fields import check_fields, check_number, quantity, reject
+from magmotor.scenes.fields import check_fields, quantity
 from magmotor.scenes.ring_script import Waypoint, check_script, pose
 
 PAPER_TILT = math.pi / 64

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from magmotor.checks import check_number, reject
 from magmotor.scenes import Disk, LangevinParticle
-from magmotor.scenes.fields import check_number, reject
 from magmotor.scenes.potential import derivative, steepest_curvature
 
 if TYPE_CHECKING:

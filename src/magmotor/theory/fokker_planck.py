@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import solve_banded
 
+from magmotor.checks import check_integer, check_number
 from magmotor.scenes import Disk
-from magmotor.scenes.fields import check_integer, check_number
 from magmotor.theory.disk import gibbs_mean_squares, slip_rate, temperature
 
 Array = NDArray[np.float64]

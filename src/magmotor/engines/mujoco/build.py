@@ -2,11 +2,11 @@
 
 import mujoco
 
+from magmotor.checks import reject
 from magmotor.engines.mujoco import parts
 from magmotor.engines.mujoco.compose_disk import compose_disk
 from magmotor.engines.mujoco.compose_top import compose_top
 from magmotor.scenes import Disk, Top
-from magmotor.scenes.fields import reject
 
 COMPOSERS = {Top: compose_top, Disk: compose_disk}
 

@@ -1,11 +1,14 @@
 """The ball under its ring: the paper's ODE (magtopnc)."""
 
 from collections.abc import Callable
+from functools import cache
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from magmotor import dipoles
+from magmotor.code_version import code_version
 from magmotor.dipoles import pack_sources, sum_over_sources
 from magmotor.scenes import Top
 from magmotor.states.ball import BallStates
@@ -19,10 +22,11 @@ def problem(scene: Top, initial: BallStates) -> tuple[Callable, Array, Array]:
     c, r, m, mu = scene.friction, scene.ball_radius, scene.ball_mass, scene.moment
     parameters = (c, r, m, inertia, axial, mu)
     fixed = pack_sources(*scene.ring_sources())
+    evaluate = _compile_derivative(code_version(dipoles))
 
     def derivative(t, y):
         sources = pack_sources(*scene.ring_sources(t)) if scene.ring_script else fixed
-        return _derivative(y, sources, parameters)
+        return evaluate(y, sources, parameters)
 
     axis, spin = initial.axis[-1], initial.angular_velocity[-1]
     momentum = inertia * spin + (axial - inertia) * (spin @ axis) * axis
@@ -32,37 +36,43 @@ def problem(scene: Top, initial: BallStates) -> tuple[Callable, Array, Array]:
     return derivative, np.concatenate(state), scales
 
 
-@njit(cache=True)
-def _derivative(y, sources, parameters):
-    """Right-hand side of the paper's equation (magtopnc) in (x, v, xi_3, pi)."""
-    c, r, m, inertia, axial, mu = parameters
-    vx, vy = y[2], y[3]
-    ax, ay, az = y[4], y[5], y[6]
-    px, py, pz = y[7], y[8], y[9]
-    along = (inertia - axial) / axial * (px * ax + py * ay + pz * az)
-    wx, wy, wz = (
-        (px + along * ax) / inertia,
-        (py + along * ay) / inertia,
-        (pz + along * az) / inertia,
-    )
-    fx, fy, _, bx, by, bz, _ = sum_over_sources(
-        (y[0], y[1], r, mu * ax, mu * ay, mu * az), -1.0, sources, sources.shape[1]
-    )
-    slip_x, slip_y = vx - r * wy, vy + r * wx
-    return np.array(
-        [
-            vx,
-            vy,
-            (fx - c * slip_x) / m,
-            (fy - c * slip_y) / m,
-            wy * az - wz * ay,
-            wz * ax - wx * az,
-            wx * ay - wy * ax,
-            mu * (ay * bz - az * by) - c * r * slip_y,
-            mu * (az * bx - ax * bz) + c * r * slip_x,
-            mu * (ax * by - ay * bx),
-        ]
-    )
+@cache
+def _compile_derivative(checksum: int):
+    """Compile the right-hand side of (magtopnc); `checksum` is a part of its cache's key."""
+
+    @njit(cache=True)
+    def derivative(y, sources, parameters):
+        _ = checksum
+        c, r, m, inertia, axial, mu = parameters
+        vx, vy = y[2], y[3]
+        ax, ay, az = y[4], y[5], y[6]
+        px, py, pz = y[7], y[8], y[9]
+        along = (inertia - axial) / axial * (px * ax + py * ay + pz * az)
+        wx, wy, wz = (
+            (px + along * ax) / inertia,
+            (py + along * ay) / inertia,
+            (pz + along * az) / inertia,
+        )
+        fx, fy, _, bx, by, bz, _ = sum_over_sources(
+            (y[0], y[1], r, mu * ax, mu * ay, mu * az), -1.0, sources, sources.shape[1]
+        )
+        slip_x, slip_y = vx - r * wy, vy + r * wx
+        return np.array(
+            [
+                vx,
+                vy,
+                (fx - c * slip_x) / m,
+                (fy - c * slip_y) / m,
+                wy * az - wz * ay,
+                wz * ax - wx * az,
+                wx * ay - wy * ax,
+                mu * (ay * bz - az * by) - c * r * slip_y,
+                mu * (az * bx - ax * bz) + c * r * slip_x,
+                mu * (ax * by - ay * bx),
+            ]
+        )
+
+    return derivative
 
 
 def states(scene: Top, time: Array, rows: Array) -> BallStates:
