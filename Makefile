@@ -73,8 +73,8 @@ clean:  ## removes environments and caches; out/ stays
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # $(call install,ENVIRONMENT,CONSTRAINTS,REQUIREMENTS,SIZE AND TIME,WITHOUT DEPENDENCIES): from
-# nothing if made-for is missing or differs, else in place. The constraints hold for the build of the
-# package too.
+# nothing if made-for is missing or differs, else in place. The constraints hold for the build of
+# the package too.
 define install
 	@$(PYTHON3) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \
 		echo "make: $(PYTHON3) is missing or older than 3.11: install python3 and python3-venv (Debian) or python3 (Fedora), or name a newer one as in make PYTHON3=python3.12" >&2; exit 1; }
@@ -92,8 +92,8 @@ define install
 	@trap 'exit 130' INT; \
 	export PIP_CONSTRAINT=$(1)/constraints.txt PIP_BUILD_CONSTRAINT=$(1)/constraints.txt; \
 	pip="$(1)/bin/python -m pip install --no-warn-conflicts"; \
-	{ $$pip -qq $(3) && $$pip -qq --no-deps $(5); } || { \
-		echo "== pip failed; once more, in full"; $$pip $(3) && $$pip --no-deps $(5); }
+	{ $$pip -qq $(3) $(if $(5),&& $$pip -qq --no-deps $(5)); } || { \
+		echo "== pip failed; once more, in full"; $$pip $(3) $(if $(5),&& $$pip --no-deps $(5)); }
 	@echo '$(HERE)' > $(1)/made-for
 	@touch $@
 endef
@@ -110,4 +110,4 @@ endef
 
 # Its versions stand in the requirements themselves; sed's d empties the constraints.
 .venv-bench/ready: benchmarks/requirements-peers.txt $(REDO_BENCH)
-	$(call install,.venv-bench,d,-r $<,once: 1.5 GB and about a minute; 5 GB if PyPI has no torch without CUDA,torchsde)
+	$(call install,.venv-bench,d,-r $<,once: 1.5 GB and about a minute; 5 GB if PyPI has no torch without CUDA)

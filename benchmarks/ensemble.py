@@ -55,7 +55,6 @@ def _against_others() -> None:
         for name in cases
         if name != "kernel"
     ]
-    rates = [f"{name} {1e-6 / min(times[name]):.3g}" for name in cases]
     note = f"""\
 One step of one replica of the paper's disk, scheme euler, h = 0.01, in float64 on one thread; in
   brackets the replicas of the fastest batch. diffrax: its Euler, UnsafeBrownianPath, jit, vmap.
@@ -77,7 +76,7 @@ def _own_costs() -> None:
     }
     for case in quick.values():
         case()
-    _ensemble(threads=1, duration=1.0)
+    _ensemble(threads=1, duration=10.0)
     times = in_turns(quick, turns=30)
     slow: Cases = {
         "the kernel": partial(_kernel, "euler"),
@@ -94,7 +93,7 @@ def _own_costs() -> None:
         Row("kernel, baoab over euler", times["baoab"], times["euler"]),
     ]
     note = f"""\
-{REPLICAS} replicas; mm.ensemble runs to t = {DURATION:g}, and samples its statistics each 100 steps.
+{REPLICAS} replicas; mm.ensemble runs to t = {DURATION:g} and samples its statistics each 100 steps.
   The target is for two idle cores: of this machine's the two threads got {cores:.1f}.
   Million trajectory-steps/s:
 {_listed(f"{name} {1e-6 / min(times[name]):.3g}" for name in times)}"""

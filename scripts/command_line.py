@@ -102,9 +102,15 @@ def _flag(declared: Field, scene: mm.Top | mm.Disk):
 
 
 def warn_in_one_line() -> None:
-    """Show warnings as the one line that they are, without the code that they come from."""
-    name = Path(sys.argv[0]).name
-    warnings.formatwarning = lambda message, *_, **__: f"{name}: {message}\n"
+    """Show each warning once, as the one line that it is, without the code that it comes from."""
+    said = set()
+
+    def show(message: Warning | str, *_: Any, **__: Any) -> None:
+        if str(message) not in said:
+            said.add(str(message))
+            print(f"{Path(sys.argv[0]).name}: {message}", file=sys.stderr)
+
+    warnings.showwarning = show
 
 
 def fail(message: str, code: int) -> NoReturn:

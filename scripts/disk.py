@@ -22,6 +22,7 @@ from command_line import fail, parse_fields, warn_in_one_line, written_whole
 
 import magmotor as mm
 from magmotor.checks import check_integer, check_number
+from magmotor.noise import check_seed
 from magmotor.plots.disk import FIGURES
 from magmotor.plots.disk_panels import System
 
@@ -102,8 +103,10 @@ def plan_of(options: Options) -> Plan:
         "threads": options.threads,
     }
     check_number("timestep", numerics["timestep"], above=0)
-    check_number("duration", numerics["duration"], at_least=20)  # for the lags after burn-in
+    # Less would leave too few lags in the second half.
+    check_number("duration", numerics["duration"], at_least=20 * max(1, options.timestep))
     check_integer("replicas", numerics["replicas"], at_least=2)  # one has no standard error
+    check_seed(options.seed)
     return Plan(numerics, options.checkpoint or options.out, options.out)
 
 
@@ -176,8 +179,10 @@ def run(plan: Plan, stem: str, scene: Scene, **special: Any) -> xr.Dataset:
         fail(f"{stem}: {stop}", DIVERGED)
     except mm.SimulationInterrupted as stop:
         reached = float(stop.dataset.attrs["time_reached"])
+        done = ", ".join(f"{path.stem}.nc" for path in plan.resumable[:-1]) or "nothing"
         fail(
-            f"{stem}: {stop} at t = {reached:g}; the same command goes on from {checkpoint}",
+            f"{stem}: {stop} at t = {reached:g}; the same command goes on from {checkpoint};"
+            f" written: {done}",
             INTERRUPTED,
         )
     spent = time.perf_counter() - began

@@ -133,6 +133,19 @@ def test_refined_increments_add_up_to_the_coarse(seed, first, level):
     assert fine.coarsened(1 << level) == path
 
 
+def test_refinement_draws_what_no_channel_has():
+    """Bridges of channel 0 against the numbers of channels 0 to 3; 4.5 sigma, false alarm 1e-4."""
+    path, steps = BrownianPath(1, 1.0), 20_000
+    halves = path.refined(1).increments(2 * steps).reshape(-1, 2)
+    bridge = halves[:, 0] - halves[:, 1]
+    quarters = path.refined(2).increments(4 * steps).reshape(-1, 2)
+    lower = (quarters[:, 0] - quarters[:, 1])[:steps]
+    for channel in range(4):
+        own = path.increments(steps, channel=channel)
+        for found in (bridge, lower):
+            assert abs(np.corrcoef(found, own)[0, 1]) * np.sqrt(steps) < 4.5, channel
+
+
 def test_views_of_a_path():
     path = BrownianPath(1, 0.5)
     assert path.coarsened(6).refined(1) == path.coarsened(3)

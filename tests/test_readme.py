@@ -19,8 +19,10 @@ def test_python_examples_run():
     exec(ensemble, namespace)
     fine, same, coarse = (namespace[name] for name in ("fine", "same", "coarse"))
     reach = float(np.abs(fine.x).max())
-    assert np.abs(same.x - fine.x).max() < 1e-8 * reach  # 4e-13
-    assert float(np.abs(coarse.x - fine.x[::4]).max()) < 0.2 * reach
+    assert np.abs(same.x - fine.x).max() < 1e-8 * reach  # 4e-12
+    early = np.abs(coarse.x - fine.x).sel(time=slice(0, 10))
+    assert early.sizes["time"] > 200
+    assert early.max() < 0.5  # 0.12, of 112
     square = namespace["many"].sel(quantity="x").isel(time=-1)
     theory = namespace["mm"].theory.ReducedDisk(namespace["disk"]).msd_from_rest(1000.0)
     assert abs(square.mean_square - theory) < 4 * square.mean_square_error

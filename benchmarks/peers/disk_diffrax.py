@@ -20,7 +20,7 @@ STEPS = 500
 
 
 def drift(t, y, args):
-    x, theta, v, omega = y
+    x, _, v, omega = y
     force = -FRICTION * (v + omega)
     return jnp.stack([v, omega, force - jnp.cos(x), force / SIGMA])
 

@@ -65,9 +65,21 @@ class System:
         """Variance of x from rest, at `times`."""
         return self.x("mean_square") - self.x("mean") ** 2
 
+    @cached_property
     def later(self) -> Array:
-        """Times for curves over logarithmic axes, that go on beyond the run."""
-        return np.geomspace(self.times[0], BEYOND * self.end, 120)
+        """Times for curves over logarithmic axes, four an octave, that go on beyond the run."""
+        octaves = np.log2(BEYOND * self.end / self.times[0])
+        return self.times[0] * 2 ** np.arange(0, octaves, 0.25)
+
+    @cached_property
+    def later_variance(self) -> Array:
+        """Theory's variance of x at `later`."""
+        return self.theory.variance(self.later)
+
+    @property
+    def later_mean_square(self) -> Array:
+        """Theory's mean square of x at `later`."""
+        return self.later_variance + self.theory.mean(self.later) ** 2
 
 
 def draw_mean(axes: "Axes", system: System) -> None:
@@ -98,8 +110,8 @@ def draw_msd(axes: "Axes", system: System) -> None:
     """E x(t)^2, logarithmic."""
     chosen = _per_decade(system.times, 6)
     _draw_points(axes, system, system.times, system.x("mean_square"), _errors(system), chosen)
-    t = system.later()
-    axes.plot(t, system.theory.mean_square(t), **THEORY)
+    t = system.later
+    axes.plot(t, system.later_mean_square, **THEORY)
     claimed = t[t > system.end / 30]
     if system.wanders:
         axes.plot(claimed, _ballistic(system, claimed), **PAPER)
@@ -114,9 +126,8 @@ def draw_slope(axes: "Axes", system: System) -> None:
     times = found.time.values
     chosen = _per_decade(times, 6)
     _draw_points(axes, system, times, found.slope.values, 2 * found.slope_error.values, chosen)
-    t = system.later()
-    early, late = (system.theory.mean_square(t * factor) for factor in (0.5**0.5, 2**0.5))
-    axes.plot(t, np.log2(late / early), **THEORY)
+    octave = np.log2(system.later_mean_square[4:] / system.later_mean_square[:-4])
+    axes.plot(system.later[2:-2], octave, **THEORY)
     axes.axhline(2 if system.wanders else 1, **PAPER)
     axes.set(xlabel="t", ylabel="d log E x² / d log t", xscale="log", ylim=(0.5, 3.2))
 
@@ -147,8 +158,8 @@ def draw_diffusion(axes: "Axes", system: System) -> None:
     chosen = _per_decade(system.times, 6)
     error = _errors(system) / system.times
     _draw_points(axes, system, system.times, system.variance / system.times, error, chosen)
-    t = system.later()
-    axes.plot(t, system.theory.variance(t) / t, **THEORY)
+    t = system.later
+    axes.plot(t, system.later_variance / t, **THEORY)
     if system.wanders:
         claimed = t[t > system.end / 30]
         axes.plot(claimed, _ballistic(system, claimed) / claimed, **PAPER)

@@ -1,0 +1,170 @@
+"""scripts/disk.py: what it writes and prints, its mistakes, and its theory of the mean."""
+
+import importlib
+import re
+import subprocess
+import sys
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import magmotor as mm
+from magmotor.observables import flight_survival, local_slope
+from magmotor.plots.disk import FIGURES
+from magmotor.plots.disk_theory import DiskTheory
+
+SCRIPTS = Path(__file__).parents[1] / "scripts"
+SYSTEMS = ("symmetric", "asymmetric", "flat", "control")
+SHORT = ("--duration", "30", "--replicas", "256", "--timestep", "0.05", "--out")
+
+
+@pytest.fixture
+def disk(monkeypatch, capsys):
+    """Run the script in this process; its exit code and what it said to stderr."""
+    monkeypatch.syspath_prepend(SCRIPTS)
+    monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)
+    script = importlib.import_module("disk")
+
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["disk.py", *map(str, arguments)])
+        with pytest.raises(SystemExit) as stop:
+            script.main()
+        return stop.value.code, capsys.readouterr().err
+
+    return run
+
+
+def test_all_figures_datasets_and_numbers(tmp_path):
+    command = [sys.executable, "-W", "error", SCRIPTS / "disk.py", *SHORT, tmp_path]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
+    pictures = {"disk.png", *(f"disk_{name}.png" for name in FIGURES)}
+    ensembles = {f"disk_{name}{kind}.nc" for name in SYSTEMS for kind in ("", "_stationary")}
+    assert {path.name for path in tmp_path.iterdir()} == pictures | ensembles
+    flat = xr.load_dataset(tmp_path / "disk_flat.nc")
+    assert mm.scene_of(flat) == mm.Disk(potential="flat")
+    assert flat.sizes["replica"] == flat.sizes["path_replica"] == 256
+    for text in ("in the limit 2500; the paper: 1000", "in the limit 277.8; the paper: 444.4"):
+        assert text in done.stdout
+    number = r"([\d.e+]+)"
+    for name in SYSTEMS:
+        found = re.search(rf"{name}: E x² = {number} ± {number} \(theory: {number}\)", done.stdout)
+        assert found, done.stdout
+        square, error, theory = map(float, found.groups())
+        assert abs(square - theory) < 4 * error  # 1.5
+
+
+@pytest.mark.parametrize(
+    ("flags", "line"),
+    [
+        (("--duration", "5"), "duration = 5.0: must be at least 20"),
+        (("--replicas", "1"), "replicas = 1: must be at least 2"),
+        (("--timestep", "0"), "timestep = 0.0: must be greater than 0"),
+        (("--seed", "-1"), "seed = -1: must be at least 0"),
+        (("--sigma", "-1"), "sigma = -1.0: must be greater than 0"),
+        (("--method", "euler"), "method = 'euler': must be one of variational/euler"),
+    ],
+)
+def test_a_mistake_is_one_line_and_code_2(disk, tmp_path, flags, line):
+    code, error = disk(*SHORT, tmp_path / "out", *flags)
+    assert code == 2
+    assert error.startswith(f"disk.py: {line}")
+    assert error.count("\n") == 1
+    assert not [*tmp_path.glob("out/*")]
+
+
+def test_an_interrupted_run_says_what_is_written_and_goes_on(disk, tmp_path, monkeypatch):
+    whole = mm.ensemble
+    calls = []
+
+    def second_is_interrupted(scene, **arguments):
+        run = whole(scene, **arguments)
+        calls.append(scene)
+        if len(calls) == 2:
+            raise mm.SimulationInterrupted(run)
+        return run
+
+    monkeypatch.setattr(mm, "ensemble", second_is_interrupted)
+    code, error = disk(*SHORT, tmp_path)
+    assert code == 130
+    assert error.count("\n") == 1
+    assert f"goes on from {tmp_path / 'disk_symmetric_stationary.npz'}" in error
+    assert error.endswith("written: disk_symmetric.nc\n")
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "disk_symmetric.nc",
+        "disk_symmetric.npz",
+        "disk_symmetric_stationary.npz",
+    }
+    code, error = disk(*SHORT, tmp_path, "--seed", "1")  # not the same command
+    assert code == 2
+    assert "must be one of seed = 8; it has 0; finish that run, or delete the file" in error
+
+
+def test_a_long_timestep_is_warned_of_once(disk, tmp_path, monkeypatch):
+    whole = mm.ensemble
+    calls = []
+
+    def third_is_interrupted(scene, **arguments):
+        run = whole(scene, **arguments)
+        calls.append(scene)
+        if len(calls) == 3:
+            raise mm.SimulationInterrupted(run)
+        return run
+
+    monkeypatch.setattr(mm, "ensemble", third_is_interrupted)
+    with warnings.catch_warnings():
+        warnings.simplefilter("always")
+        # pytest and catch_warnings put their own showwarning in place of the script's.
+        _, error = disk(*SHORT, tmp_path, "--timestep", "0.1")
+    assert error.count("disk.py: timestep = 0.1: above 0.0574") == 1
+    assert error.count("\n") == 2
+
+
+@pytest.mark.parametrize("potential", ["symmetric", "asymmetric"])
+def test_mean_from_rest_is_the_first_impulse(potential):
+    scene = mm.Disk(potential=potential)
+    run = mm.ensemble(
+        scene, method="variational/baoab", timestep=0.05, duration=30, replicas=32768, seed=5
+    )
+    x = run.sel(quantity="x").isel(time=run.time >= 10)
+    ratio = x["mean"].values / DiskTheory(scene).mean(x.time.values)
+    assert np.abs(ratio - 1).max() < 0.15  # 0.08, of which 0.04 is the standard error
+
+
+def test_local_slope_of_a_power_and_of_brownian_motion():
+    times = np.arange(9.0)
+    steps = np.random.default_rng(1).standard_normal((40000, 8))
+    path = np.concatenate([np.zeros((40000, 1)), steps.cumsum(axis=1)], axis=1)
+    run = xr.Dataset({"path": (("path_replica", "time"), path)}, {"time": times})
+    found = local_slope(run)
+    np.testing.assert_array_equal(found.end, 2 * found.begin)
+    # The squares of x and of x + an independent y of the same variance: var(ratio) is 2 exactly.
+    np.testing.assert_allclose(found.slope_error, np.sqrt(2 / 40000) / np.log(2), rtol=0.03)
+    assert (np.abs(found.slope - 1) < 4 * found.slope_error).all()
+    ballistic = run.assign(path=run.path * 0 + run.time)
+    np.testing.assert_allclose(local_slope(ballistic).slope, 2, rtol=1e-12)
+
+
+def test_flight_survival_with_flights_that_did_not_end():
+    """By hand, and that of exponential durations seen for exponential times."""
+    columns = {"flights": [2, 0, 3, 1], "unfinished_flights": [0, 2, 0, 2]}
+    run = xr.Dataset({name: ("flight_duration", np.array(v)) for name, v in columns.items()})
+    run = run.assign_coords(flight_duration=[1.0, 2.0, 4.0, 8.0])
+    np.testing.assert_allclose(flight_survival(run).survival, [1, 0.8, 0.8, 0.4], rtol=1e-14)
+    random = np.random.default_rng(2)
+    duration, seen = random.exponential(10, 20000), random.exponential(20, 20000)
+    edges = np.arange(0, 60, 0.5)
+    over = duration < seen
+    counts = [np.histogram(part, edges)[0] for part in (duration[over], seen[~over])]
+    run = xr.Dataset(
+        {n: ("flight_duration", c) for n, c in zip(columns, counts, strict=True)},
+        {"flight_duration": edges[:-1]},
+    ).isel(flight_duration=slice(0, 60))
+    found = flight_survival(run)
+    wrong = found.survival - np.exp(-found.flight_duration / 10)
+    assert (np.abs(wrong) < 4 * found.survival_error)[1:].all()
+    assert float(found.survival_error.max()) < 0.006  # 0.0040
