@@ -78,15 +78,10 @@ def box_muller(x, y):
 
 
 @njit(inline="always")
-def normal_pair(seed, replica, pair, channel):
-    """Standard normal numbers of the steps 2 `pair` and 2 `pair` + 1."""
-    x, y = threefry(np.uint64(pair), np.uint64(channel), np.uint64(seed), np.uint64(replica))
-    return box_muller(x, y)
-
-
-@njit(inline="always")
 def _normal(seed, replica, step, channel):
-    even, odd = normal_pair(seed, replica, step >> 1, channel)
+    """Standard normal number of a step; two steps share a block."""
+    x, y = threefry(np.uint64(step >> 1), np.uint64(channel), np.uint64(seed), np.uint64(replica))
+    even, odd = box_muller(x, y)
     return odd if step & 1 else even
 
 

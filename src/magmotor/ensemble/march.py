@@ -26,7 +26,7 @@ from magmotor.scenes import Disk, LangevinParticle
 from magmotor.simulation import SimulationDiverged, SimulationInterrupted
 from magmotor.states.disk import DiskStates
 
-BLOCK = 32
+BLOCK = 16
 """Samples that the kernel hands to the statistics at a time: they stay in the cache."""
 
 SECONDS_BETWEEN_CHECKPOINTS = 30.0

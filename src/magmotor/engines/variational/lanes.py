@@ -19,10 +19,10 @@ from magmotor.code_version import code_version
 from magmotor.elementary import FASTMATH, cosine, prefer_wide_vectors, sine
 from magmotor.engines.variational.friction import friction_and_noise
 from magmotor.engines.variational.schemes import SCHEMES, kicks_that_evaluate
-from magmotor.noise import normal, normal_pair
+from magmotor.noise import box_muller, normal, threefry
 from magmotor.scenes import Disk, LangevinParticle
 
-LANES = 64
+LANES = 128
 """Replicas that are stepped together: their states stay in the first-level cache."""
 
 PADDING = 8
@@ -89,6 +89,20 @@ def _aligned(count):
     return room[start : start + count]
 
 
+@njit(inline="always", fastmath=FASTMATH)
+def _kick(turns, force, sines):
+    """Clenshaw's sum of the Fourier series of the force; `sines`: the potential has no cosines."""
+    c = cosine(turns)
+    a1, a2, b1, b2 = 0.0, 0.0, 0.0, 0.0
+    for k in range(len(force)):
+        a1, a2 = force[k][0] + 2 * c * a1 - a2, a1
+        if not sines:
+            b1, b2 = force[k][1] + 2 * c * b1 - b2, b1
+    if sines:
+        return c * a1 - a2
+    return c * a1 - a2 + sine(turns) * b1
+
+
 @cache
 def _compile(parts: tuple[int, ...], anew: tuple[bool, ...], sines: bool, checksum: int):
     """Compile the kernel for a list of parts, or load it from Numba's disk cache.
@@ -99,43 +113,38 @@ def _compile(parts: tuple[int, ...], anew: tuple[bool, ...], sines: bool, checks
     carried = not all(anew[i] for i in range(count) if parts[i] == 1)
     draws = sum(1 for part in parts if part == 2)
 
-    @njit(inline="always", fastmath=FASTMATH)
-    def kick(turns, force):
-        """Clenshaw's sum of the Fourier series."""
-        c = cosine(turns)
-        a1, a2, b1, b2 = 0.0, 0.0, 0.0, 0.0
-        for k in range(len(force)):
-            a1, a2 = force[k][0] + 2 * c * a1 - a2, a1
-            if not sines:
-                b1, b2 = force[k][1] + 2 * c * b1 - b2, b1
-        if sines:
-            return c * a1 - a2
-        return c * a1 - a2 + sine(turns) * b1
-
     @njit(cache=True, nogil=True, fastmath=FASTMATH, error_model="numpy")
     def advance(states, recorded, first, interval, seed, replica, factor, level, law):
         _ = checksum  # a part of the cache's key
         prefer_wide_vectors()
         friction, columns, force, turns, angle = law
         channels = len(columns)
-        work = _aligned((5 + 2 * channels * draws) * LANES).reshape(-1, LANES)
+        work = _aligned((7 + 2 * channels * draws) * LANES).reshape(-1, LANES)
         x, theta, v, omega, kicks = work[0], work[1], work[2], work[3], work[4]
-        normals = work[5:]
+        words, normals = work[5:7].view(np.uint64), work[7:]
         for group in range(0, states.shape[1], LANES):
             lanes = min(LANES, states.shape[1] - group)
             work[:4, :lanes] = states[:, group : group + lanes]
             if carried:
                 for i in range(lanes):
-                    kicks[i] = kick(x[i], force)
+                    kicks[i] = _kick(x[i], force, sines)
             step = first
             for record in range(recorded.shape[0]):
                 for _ in range(interval):
                     if factor == 1 and level == 0:
                         if step & 1 == 0 or step == first:
                             for draw in range(channels * draws):
+                                # Two short loops: of a long one, the processor overlaps less.
                                 for i in range(lanes):
-                                    normals[2 * draw, i], normals[2 * draw + 1, i] = normal_pair(
-                                        seed, replica + group + i, step >> 1, draw
+                                    words[0, i], words[1, i] = threefry(
+                                        np.uint64(step >> 1),
+                                        np.uint64(draw),
+                                        np.uint64(seed),
+                                        np.uint64(replica + group + i),
+                                    )
+                                for i in range(lanes):
+                                    normals[2 * draw, i], normals[2 * draw + 1, i] = box_muller(
+                                        words[0, i], words[1, i]
                                     )
                     else:
                         for draw in range(channels * draws):
@@ -144,21 +153,15 @@ def _compile(parts: tuple[int, ...], anew: tuple[bool, ...], sines: bool, checks
                                     seed, replica + group + i, step, draw, factor, level
                                 )
                     for i in range(lanes):
-                        x_i, theta_i, v_i, omega_i, kick_i = (
-                            x[i],
-                            theta[i],
-                            v[i],
-                            omega[i],
-                            kicks[i],
-                        )
-                        row = step & 1
+                        x_i, theta_i, v_i, omega_i = x[i], theta[i], v[i], omega[i]
+                        kick_i, row = kicks[i], step & 1
                         for part in range(count):
                             if parts[part] == 0:
                                 x_i += turns * v_i
                                 theta_i += angle * omega_i
                             elif parts[part] == 1:
                                 if anew[part]:
-                                    kick_i = kick(x_i, force)
+                                    kick_i = _kick(x_i, force, sines)
                                 v_i += kick_i
                             else:
                                 dv = friction[0] * v_i + friction[1] * omega_i
