@@ -149,7 +149,8 @@ class March:
             sample += count
 
     def _accumulate(self, block: NDArray, group: int, lanes: int, first: int) -> None:
-        accumulate(self.statistics, block, group, lanes, first, self.deviations, self.sigma)
+        start = group * LANES
+        accumulate(self.statistics, block, group, start, lanes, first, self.deviations, self.sigma)
 
     def _record(self) -> None:
         """Check the states, and take their moments if this sample is recorded."""

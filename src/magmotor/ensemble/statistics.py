@@ -70,7 +70,7 @@ def flight_bin(samples):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def accumulate(statistics, block, group, lanes, first_sample, deviations, sigma):
+def accumulate(statistics, block, group, start, lanes, first_sample, deviations, sigma):
     """Take in the samples of one group of replicas.
 
     Parameters
@@ -78,8 +78,8 @@ def accumulate(statistics, block, group, lanes, first_sample, deviations, sigma)
     statistics : Statistics
     block : ndarray, shape (samples, 4, >= lanes)
         Rows x in turns, theta, v, omega, as from the kernel.
-    group, lanes : int
-        Which group, and how many replicas of it count: padding does not.
+    group, start, lanes : int
+        Which group, its first replica, and how many replicas of it count: padding does not.
     first_sample : int
         Number of the block's first sample since the statistics began.
     deviations : tuple of float
@@ -88,7 +88,6 @@ def accumulate(statistics, block, group, lanes, first_sample, deviations, sigma)
     """
     last, increment, sums, counts, direction, departure, flights = statistics
     levels = last.shape[0]
-    start = group * LANES
     per_v = BINS / (2 * REACH * deviations[0])
     per_omega = BINS / (2 * REACH * deviations[1])
     threshold = HYSTERESIS * deviations[2]

@@ -72,14 +72,14 @@ class System:
         return self.times[0] * 2 ** np.arange(0, octaves, 0.25)
 
     @cached_property
-    def later_variance(self) -> Array:
-        """Theory's variance of x at `later`."""
-        return self.theory.variance(self.later)
-
-    @property
     def later_mean_square(self) -> Array:
         """Theory's mean square of x at `later`."""
-        return self.later_variance + self.theory.mean(self.later) ** 2
+        return self.theory.mean_square(self.later)
+
+    @property
+    def later_variance(self) -> Array:
+        """Theory's variance of x at `later`."""
+        return self.later_mean_square - self.theory.mean(self.later) ** 2
 
 
 def draw_mean(axes: "Axes", system: System) -> None:
