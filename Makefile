@@ -36,17 +36,21 @@ ifneq ($(HERE),$(strip $(shell cat .venv-bench/made-for 2>/dev/null)))
 REDO_BENCH := redo
 endif
 
-# A movie needs neither tests nor linters; where they are installed, they are kept.
-MOVIE_READY := $(firstword $(wildcard .venv/dev-ready) .venv/ready)
+# Pictures need neither tests nor linters; where they are installed, they are kept.
+READY := $(firstword $(wildcard .venv/dev-ready) .venv/ready)
 
-.PHONY: help movie test lint bench compat clean redo
+.PHONY: help movie disk test lint bench compat clean redo
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' Makefile
 
-movie: $(MOVIE_READY)  ## Hamel's top acquires spin: out/top.mp4, out/top.nc, out/top.png
+movie: $(READY)  ## Hamel's top acquires spin: out/top.mp4, out/top.nc, out/top.png
 	@echo "== movie: simulating and rendering into out/ (the first run also compiles the kernels)"
 	@$(PYTHON) scripts/movie.py top $(ARGS)
+
+disk: $(READY)  ## the sliding disk's figures, with theory on top: out/disk*.png, out/disk_*.nc
+	@echo "== disk: simulating and drawing into out/ (the first run also compiles the kernels)"
+	@$(PYTHON) scripts/disk.py $(ARGS)
 
 test: .venv/dev-ready  ## the tests
 	@echo "== test: running pytest (the first run also compiles the kernels)"
