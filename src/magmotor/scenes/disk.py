@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,40 +13,22 @@ from magmotor.scenes.potential import NAMED, Coefficients, check_potential
 
 
 @dataclass(frozen=True, kw_only=True)
-class Disk:
-    """The paper's sliding disk, dimensionless; the defaults are its numerical example.
+class _Langevin:
+    """What both scenes have: friction and noise at one temperature, and a potential on x."""
 
-    A disk slides along x and turns by theta; friction -c s and one white noise act on its slip
-    velocity s = v + omega at the contact point, the potential U on x (equation (slidingdisk)).
-
-    Raises
-    ------
-    ValueError
-        Names the field, its value and the bound.
-    """
-
-    sigma: float = quantity(0.5, "1", "moment of inertia over m r^2", above=0)
-    friction: float = quantity(0.1, "1", "friction c: force = -c (v + omega)", at_least=0)
-    noise: float = quantity(5.0, "1", "noise alpha: force = alpha dW/dt on the slip", at_least=0)
+    friction: float = quantity(
+        0.1, "1", "friction c: force = -c times the velocity it acts on", at_least=0
+    )
+    noise: float = quantity(
+        5.0, "1", "noise alpha: force = alpha dW/dt, along the friction", at_least=0
+    )
     potential: str | tuple[tuple[float, float], ...] = quantity(
         "symmetric",
         "1",
         "symmetric, asymmetric, flat, cosine, or pairs: U = sum a_k sin kx + b_k cos kx",
     )
-    friction_ratio: float = quantity(
-        0.0, "1", "eigenvalue of the friction matrix C on its second direction, over the first",
-        at_least=0,
-    )  # fmt: skip
     x: float = quantity(0.0, "1", "initial displacement")
     v: float = quantity(0.0, "1", "initial velocity")
-    theta: float = quantity(0.0, "1", "initial angle")
-    omega: float = quantity(0.0, "1", "initial angular velocity")
-    surface: str = quantity(
-        "planar",
-        "",
-        "planar: friction acts on the slip itself; plane: by contact with a floor (MuJoCo only)",
-        choices=("planar", "plane"),
-    )
 
     def __post_init__(self) -> None:
         """Check every field, alone and against the others."""
@@ -54,10 +36,8 @@ class Disk:
         object.__setattr__(self, "potential", check_potential(self.potential))
         if self.noise > 0 and self.friction == 0:
             raise reject("friction", self.friction, "positive with noise: there is no temperature")
-        if self.surface == "plane" and self.friction_ratio > 0:
-            raise reject("friction_ratio", self.friction_ratio, "zero when surface = 'plane'")
 
-    def replace(self, **changes: Any) -> "Disk":
+    def replace(self, **changes: Any) -> Self:
         """A copy with some fields changed, checked anew."""
         return replace(self, **changes)
 
@@ -70,6 +50,42 @@ class Disk:
     def beta(self) -> float:
         """Inverse temperature 2c/alpha^2; infinite without noise."""
         return 2 * self.friction / self.noise**2 if self.noise else math.inf
+
+
+@dataclass(frozen=True, kw_only=True)
+class Disk(_Langevin):
+    """The paper's sliding disk, dimensionless; the defaults are its numerical example.
+
+    A disk slides along x and turns by theta; friction -c s and one white noise act on its slip
+    velocity s = v + omega at the contact point, the potential U on x (equation (slidingdisk)).
+
+    Raises
+    ------
+    ValueError
+        Names the field, its value and the bound.
+    """
+
+    sigma: float = quantity(0.5, "1", "moment of inertia over m r^2", above=0)
+    friction_ratio: float = quantity(
+        0.0,
+        "1",
+        "eigenvalue of the friction matrix C on its second direction, over the first",
+        at_least=0,
+    )
+    theta: float = quantity(0.0, "1", "initial angle")
+    omega: float = quantity(0.0, "1", "initial angular velocity")
+    surface: str = quantity(
+        "planar",
+        "",
+        "planar: friction acts on the slip itself; plane: by contact with a floor (MuJoCo only)",
+        choices=("planar", "plane"),
+    )
+
+    def __post_init__(self) -> None:
+        """Check every field, alone and against the others."""
+        super().__post_init__()
+        if self.surface == "plane" and self.friction_ratio > 0:
+            raise reject("friction_ratio", self.friction_ratio, "zero when surface = 'plane'")
 
     @property
     def masses(self) -> tuple[float, float]:
@@ -92,7 +108,7 @@ class Disk:
 
 
 @dataclass(frozen=True, kw_only=True)
-class LangevinParticle:
+class LangevinParticle(_Langevin):
     """The paper's control: dX = V dt, dV = -c V dt - U'(X) dt + alpha dB, at the same temperature.
 
     Raises
@@ -100,30 +116,6 @@ class LangevinParticle:
     ValueError
         Names the field, its value and the bound.
     """
-
-    friction: float = quantity(0.1, "1", "friction c: force = -c v", at_least=0)
-    noise: float = quantity(5.0, "1", "noise alpha: force = alpha dB/dt", at_least=0)
-    potential: str | tuple[tuple[float, float], ...] = quantity(
-        "symmetric",
-        "1",
-        "symmetric, asymmetric, flat, cosine, or pairs: U = sum a_k sin kx + b_k cos kx",
-    )
-    x: float = quantity(0.0, "1", "initial displacement")
-    v: float = quantity(0.0, "1", "initial velocity")
-
-    def __post_init__(self) -> None:
-        """Check every field, alone and against the others."""
-        check_fields(self)
-        object.__setattr__(self, "potential", check_potential(self.potential))
-        if self.noise > 0 and self.friction == 0:
-            raise reject("friction", self.friction, "positive with noise: there is no temperature")
-
-    def replace(self, **changes: Any) -> "LangevinParticle":
-        """A copy with some fields changed, checked anew."""
-        return replace(self, **changes)
-
-    coefficients = Disk.coefficients
-    beta = Disk.beta
 
     @property
     def masses(self) -> tuple[float]:
