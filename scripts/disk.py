@@ -42,7 +42,7 @@ class Options:
     duration: float | None = None
     """T; by default 5000, with --full 50000"""
     replicas: int | None = None
-    """of each system; by default 4096, with --full 10000"""
+    """of each system; by default 8192, with --full 10000"""
     timestep: float = 0.01
     """h, by default the paper's"""
     method: str = "variational/euler"
@@ -94,7 +94,7 @@ def main() -> None:
 
 
 def plan_of(options: Options) -> Plan:
-    duration, replicas = (50_000.0, 10_000) if options.full else (5000.0, 4096)
+    duration, replicas = (50_000.0, 10_000) if options.full else (5000.0, 8192)
     numerics: dict[str, Any] = {
         "method": options.method,
         "timestep": options.timestep,

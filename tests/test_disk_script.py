@@ -14,7 +14,7 @@ import xarray as xr
 import magmotor as mm
 from magmotor.observables import flight_survival, local_slope
 from magmotor.plots.disk import FIGURES
-from magmotor.plots.disk_theory import DiskTheory
+from magmotor.theory import DiskTheory
 
 SCRIPTS = Path(__file__).parents[1] / "scripts"
 SYSTEMS = ("symmetric", "asymmetric", "flat", "control")

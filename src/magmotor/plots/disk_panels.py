@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from magmotor import observables, theory
 from magmotor.dataset import scene_of
 from magmotor.plots import style
-from magmotor.plots.disk_theory import DiskTheory
 from magmotor.scenes import Disk, LangevinParticle
+from magmotor.theory import DiskTheory
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -1,5 +1,6 @@
 """Theory: closed forms of the scenes, and the reduced equation of the sliding disk."""
 
+from magmotor.theory.curves import DiskTheory
 from magmotor.theory.disk import (
     alias_period,
     ballistic_coefficient,
@@ -33,6 +34,7 @@ from magmotor.theory.fokker_planck import ReducedDisk, d_diffusion
 from magmotor.theory.top import field_under_centre, libration_frequency, slip_relaxation_rate
 
 __all__ = [
+    "DiskTheory",
     "ReducedDisk",
     "alias_period",
     "ballistic_coefficient",

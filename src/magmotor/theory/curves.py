@@ -1,4 +1,4 @@
-"""What theory says of the paper's four systems, in each of the disk's figures."""
+"""Curves of the paper's four systems: exact where U is flat, else the reduced equation's."""
 
 import math
 from functools import cached_property
@@ -8,8 +8,13 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.integrate import quad
 from scipy.linalg import eigh_tridiagonal
 
-from magmotor import theory
 from magmotor.scenes import Disk, LangevinParticle
+from magmotor.theory.disk import (
+    flat_mean_displacement,
+    flat_msd_from_gibbs,
+    flat_variance_from_rest,
+)
+from magmotor.theory.fokker_planck import ReducedDisk
 
 Array = NDArray[np.float64]
 
@@ -17,7 +22,7 @@ Array = NDArray[np.float64]
 class DiskTheory:
     """Curves of a system, from rest at x = 0 or stationary; times and lags are positive.
 
-    The disk's follow from `theory.ReducedDisk`, which on flat U is exact; of the Langevin particle
+    The disk's follow from `ReducedDisk`, which on flat U is exact; of the Langevin particle
     they are those of a free one. Both are for temperatures far above U. Measured at the
     paper's parameters, the symmetric mean square from rest lies 2 to 3 % (+- 0.4 %) below theory at
     t = 50..200, and within 1 % (+- 0.5 %) of it from t = 700.
@@ -31,15 +36,15 @@ class DiskTheory:
         self.scene = scene
 
     @cached_property
-    def reduced(self) -> theory.ReducedDisk:
+    def reduced(self) -> ReducedDisk:
         """The reduced equation of the disk's d."""
         assert isinstance(self.scene, Disk)
-        return theory.ReducedDisk(self.scene)
+        return ReducedDisk(self.scene)
 
     def mean_square(self, t: ArrayLike) -> Array:
         """Mean square displacement from rest."""
         if isinstance(self.scene, LangevinParticle) or not self.scene.coefficients:
-            return theory.flat_variance_from_rest(self.scene, t)
+            return flat_variance_from_rest(self.scene, t)
         return self.reduced.msd_from_rest(t)
 
     def variance(self, t: ArrayLike) -> Array:
@@ -53,7 +58,7 @@ class DiskTheory:
         forgotten by the slip at rate lambda, but by d only in the reduced equation's own time.
         """
         t = np.asarray(t, dtype=float)
-        moved = theory.flat_mean_displacement(self.scene.replace(v=1.0), t)
+        moved = flat_mean_displacement(self.scene.replace(v=1.0), t)
         if isinstance(self.scene, Disk) and self.scene.coefficients:
             moved = moved - (t - self._memory(t)) / (1 + self.scene.sigma)
         return self.first_impulse * moved
@@ -79,13 +84,13 @@ class DiskTheory:
             # x = sigma y/(1 + sigma) at d = 0, and y = x + theta does not know d.
             direction = np.full(2, self.scene.sigma / (1 + self.scene.sigma))
         once, twice = (
-            theory.flat_msd_from_gibbs(self.scene, n * lag, direction=direction) for n in (1, 2)
+            flat_msd_from_gibbs(self.scene, n * lag, direction=direction) for n in (1, 2)
         )
         return twice / (2 * once) - 1
 
     def _phase(self, k: int, t: float) -> float:
         """E[cos k x_t] from rest on flat U."""
-        return math.exp(-(k**2) * float(theory.flat_variance_from_rest(self.scene, t)) / 2)
+        return math.exp(-(k**2) * float(flat_variance_from_rest(self.scene, t)) / 2)
 
     def _memory(self, t: Array) -> Array:
         """Integral of E[d_s]/d_0 over s < t, from a small d_0."""
