@@ -172,7 +172,8 @@ def draw_histogram(axes: "Axes", system: System) -> None:
     """Density of x at the end, against the Gaussian of theory's variance."""
     x = system.rest.x.values
     deviation = float(np.sqrt(system.theory.variance(system.end)))
-    edges = deviation * np.linspace(-4.5, 4.5, 31)
+    reach = max(4.5 * deviation, 1.001 * float(np.abs(x).max()))
+    edges = reach * np.linspace(-1, 1, 41)
     counts = np.histogram(x, edges)[0]
     scale = 1 / (len(x) * (edges[1] - edges[0]))
     centres = (edges[:-1] + edges[1:]) / 2
