@@ -19,6 +19,8 @@ from magmotor.engines.variational.lanes import kernel, law
 
 SCENE, H, SEED = mm.Disk(), 0.01, 7
 REPLICAS, STEPS = 4096, 2000
+LONG = 10 * STEPS
+"""So that two threads meet seldom."""
 PART = 256
 """Replicas that a thread takes at a time, so that neither waits for the other in the end."""
 
@@ -70,16 +72,16 @@ One step of one replica of the paper's disk, scheme euler, h = 0.01, in float64 
 
 def _own_costs() -> None:
     quick: Cases = {
-        "euler": partial(_kernel, "euler"),
-        "baoab": partial(_kernel, "baoab"),
-        "euler, two threads": partial(_kernel, "euler", threads=2),
+        "euler": partial(_kernel, "euler", LONG),
+        "baoab": partial(_kernel, "baoab", LONG),
+        "euler, two threads": partial(_kernel, "euler", LONG, threads=2),
     }
     for case in quick.values():
         case()
     _ensemble(threads=1, duration=10.0)
-    times = in_turns(quick, turns=30)
+    times = in_turns(quick, turns=10)
     slow: Cases = {
-        "the kernel": partial(_kernel, "euler"),
+        "the kernel": partial(_kernel, "euler", LONG),
         "mm.ensemble": partial(_ensemble, 1),
         "mm.ensemble, two threads": partial(_ensemble, 2),
     }
@@ -100,16 +102,16 @@ def _own_costs() -> None:
     show("The ensemble's own costs", note, ("first", "second", "ratio"), rows)
 
 
-def _kernel(scheme: str, threads: int = 1) -> float:
+def _kernel(scheme: str, steps: int = STEPS, threads: int = 1) -> float:
     advance, rule = kernel(SCENE, scheme), law(SCENE, scheme, H)
 
     def work(first: int) -> None:
-        advance(np.zeros((4, PART)), np.empty((1, 4, PART)), 0, STEPS, SEED, first, 1, 0, rule)
+        advance(np.zeros((4, PART)), np.empty((1, 4, PART)), 0, steps, SEED, first, 1, 0, rule)
 
     with ThreadPoolExecutor(threads) as pool:
         begin = time.perf_counter()
         list(pool.map(work, range(0, REPLICAS, PART)))
-        return (time.perf_counter() - begin) / REPLICAS / STEPS
+        return (time.perf_counter() - begin) / REPLICAS / steps
 
 
 def _ensemble(threads: int, duration: float = DURATION) -> float:

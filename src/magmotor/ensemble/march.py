@@ -26,8 +26,8 @@ from magmotor.scenes import Disk, LangevinParticle
 from magmotor.simulation import SimulationDiverged, SimulationInterrupted
 from magmotor.states.disk import DiskStates
 
-BLOCK = 16
-"""Samples that the kernel hands to the statistics at a time: they stay in the cache."""
+BLOCK = 64
+"""Samples that the kernel hands to the statistics at a time, in the second-level cache."""
 
 SECONDS_BETWEEN_CHECKPOINTS = 30.0
 SECONDS_BETWEEN_LOOKS = 0.5

@@ -8,7 +8,7 @@ from magmotor.scenes import Disk, LangevinParticle
 from magmotor.states.disk import DiskStates
 
 POWERS = (1, 2, 4)
-"""The fourth gives the standard error of the second."""
+"""Of which moments are taken; the fourth gives the standard error of the second."""
 
 
 def quantities(scene: Disk | LangevinParticle) -> dict[str, str]:
@@ -43,4 +43,6 @@ def moments(
         turned = states.theta[-1] - start.theta[-1]
         columns += [omega, v + omega, scene.sigma * omega - v, moved + turned]
     columns.insert(2, energy(scene, x, v, omega))
-    return np.array([[np.mean(column**power) for power in POWERS] for column in columns])
+    squares = [column * column for column in columns]
+    fourth = [square * square for square in squares]
+    return np.array([np.mean(powers, axis=1) for powers in (columns, squares, fourth)]).T
