@@ -2,35 +2,41 @@
 
 from magmotor.theory.curves import DiskTheory
 from magmotor.theory.disk import (
-    alias_period,
     ballistic_coefficient,
-    euler_slip_variance,
-    flat_mean_displacement,
-    flat_msd_from_gibbs,
-    flat_variance_from_rest,
     flat_x_diffusion,
-    friction_rates,
-    friction_step_limit,
-    gibbs_deviations,
-    gibbs_mean_squares,
     heat_rate,
     injection_rate,
-    largest_timestep,
     paper_flat_x_diffusion,
     paper_lower_ballistic_bound,
     paper_upper_ballistic_bound,
     paper_velocity_noise_coefficient,
     paper_y_diffusion,
-    position_cdf,
-    position_density,
-    potential_step_limit,
-    slip_factor,
-    slip_rate,
-    temperature,
     velocity_noise_coefficient,
     y_diffusion,
 )
+from magmotor.theory.flat import (
+    flat_mean_displacement,
+    flat_msd_from_gibbs,
+    flat_variance_from_rest,
+)
 from magmotor.theory.fokker_planck import ReducedDisk, d_diffusion
+from magmotor.theory.stationary import (
+    friction_rates,
+    gibbs_deviations,
+    gibbs_mean_squares,
+    position_cdf,
+    position_density,
+    slip_factor,
+    slip_rate,
+    temperature,
+)
+from magmotor.theory.steps import (
+    alias_period,
+    euler_slip_variance,
+    friction_step_limit,
+    largest_timestep,
+    potential_step_limit,
+)
 from magmotor.theory.top import field_under_centre, libration_frequency, slip_relaxation_rate
 
 __all__ = [

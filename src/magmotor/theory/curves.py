@@ -9,7 +9,7 @@ from scipy.integrate import quad
 from scipy.linalg import eigh_tridiagonal
 
 from magmotor.scenes import Disk, LangevinParticle
-from magmotor.theory.disk import (
+from magmotor.theory.flat import (
     flat_mean_displacement,
     flat_msd_from_gibbs,
     flat_variance_from_rest,

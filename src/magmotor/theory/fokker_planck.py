@@ -18,7 +18,7 @@ from scipy.linalg import solve_banded
 
 from magmotor.checks import check_integer, check_number
 from magmotor.scenes import Disk
-from magmotor.theory.disk import gibbs_mean_squares, slip_rate, temperature
+from magmotor.theory.stationary import gibbs_mean_squares, slip_rate, temperature
 
 Array = NDArray[np.float64]
 Transform = Callable[[complex], complex]
