@@ -56,7 +56,7 @@ def test_the_euler_scheme_is_the_papers(potential):
         x, theta = x + h * u[0], theta + h * u[1]
         path.append([x, theta, *u])
     found = np.array([run.x[1:], run.theta[1:], run.v[1:], run.omega[1:]]).T
-    assert np.abs(found - path).max() < 1e-9 * np.abs(path).max()  # 2e-14
+    assert np.abs(found - path).max() < 1e-9 * np.abs(path).max()  # 2e-15
 
 
 @pytest.mark.parametrize("potential", SEVERAL_POTENTIALS, ids=str)
@@ -71,7 +71,7 @@ def test_momentum_identity_along_each_path(potential):
     gain = [(q[:, -1] - q[:, 0]).values for q in (y, s, run.omega)]
     c, sigma = scene.friction, scene.sigma
     expected = scene.noise / c * np.array(W) - sigma / c * gain[2] + h * gain[1]
-    assert np.abs(gain[0] - expected).max() < 1e-9  # 2e-12 of values up to 800
+    assert np.abs(gain[0] - expected).max() < 1e-9  # 3e-12 of values up to 820
 
 
 @pytest.mark.parametrize("method", VARIATIONAL)
@@ -86,9 +86,9 @@ def test_a_shift_of_d_by_the_alias_period_changes_nothing(method):
         for initial in ({}, {"v": -shift, "omega": shift})
     ]
     n = np.arange(steps + 1)
-    assert np.abs(both[1].v + shift - both[0].v).max() < 1e-10  # 2e-13
-    assert np.abs(both[1].omega - shift - both[0].omega).max() < 1e-10  # 2e-13
-    assert np.abs(both[1].x + 2 * np.pi * n - both[0].x).max() < 1e-10  # 8e-13
+    assert np.abs(both[1].v + shift - both[0].v).max() < 1e-10  # 6e-13, 3e-12
+    assert np.abs(both[1].omega - shift - both[0].omega).max() < 1e-10  # 2e-13, 6e-13
+    assert np.abs(both[1].x + 2 * np.pi * n - both[0].x).max() < 1e-10  # 1e-12, 6e-12
 
 
 def test_a_step_beyond_the_alias_rule_warns_and_says_the_largest_safe():
@@ -234,7 +234,7 @@ def test_strong_order_one(method):
     fit, covariance = np.polyfit(
         np.log(factors), np.log(errors), 1, w=1 / np.array(relative), cov="unscaled"
     )
-    assert np.sqrt(covariance[0, 0]) < 0.015  # 0.011, 0.011
+    assert np.sqrt(covariance[0, 0]) < 0.015  # 0.006, 0.010
     assert fit[0] == pytest.approx(1, abs=0.1)  # 1.02, 1.00
 
 
@@ -270,8 +270,8 @@ def test_weak_order(method, steps, order, observable):
         errors.append(gap.std() / np.sqrt(len(gap)))
     weights = np.abs(means) / np.array(errors)
     fit, covariance = np.polyfit(np.log(steps), np.log(np.abs(means)), 1, w=weights, cov="unscaled")
-    assert np.sqrt(covariance[0, 0]) < 0.02  # 0.003 to 0.012
-    assert fit[0] == pytest.approx(order, abs=0.1)  # 0.95, 0.97; 1.97, 1.99
+    assert np.sqrt(covariance[0, 0]) < 0.02  # 0.002, 0.002; 0.015, 0.017
+    assert fit[0] == pytest.approx(order, abs=0.1)  # 0.97, 0.98; 2.00, 2.01
 
 
 @pytest.mark.parametrize("method", VARIATIONAL)
@@ -297,9 +297,9 @@ def test_stationary_law_is_gibbs(method, scene):
     }
     for name, (samples, cdf) in laws.items():
         size = effective_size(np.sin(samples) if name == "x" else samples)
-        assert size > 1e4  # 1.2e4 (v) to 1.9e5
+        assert size > 1e4  # 1.4e4 to 1.3e5
         distance = empirical_distance(samples, cdf)
-        assert stats.kstwobign.sf(np.sqrt(size) * distance) > 1e-4, name
+        assert stats.kstwobign.sf(np.sqrt(size) * distance) > 1e-4, name  # 0.006 to 1
 
 
 def empirical_distance(samples, cdf):
@@ -329,7 +329,7 @@ def test_the_friction_ratio_keeps_the_temperature(method):
     assert kT == pytest.approx(1)
     for name, mean in theory.gibbs_mean_squares(scene).items():
         square, error = moment(run, name)
-        assert abs(square - mean) < 4 * error + 0.01 * mean, name
+        assert abs(square - mean) < 4 * error, name  # up to 1.6 errors
 
 
 def test_the_langevin_particle_is_at_the_same_temperature():
@@ -338,7 +338,7 @@ def test_the_langevin_particle_is_at_the_same_temperature():
         particle, method="variational/baoab", timestep=0.05, duration=50, replicas=20_000, seed=2
     )
     square, error = moment(run, "v")
-    assert abs(square - 1.0) < 4 * error  # 0.01
+    assert abs(square - 1.0) < 4 * error  # 0.987 +- 0.010
     assert "omega" not in run
 
 
@@ -356,7 +356,7 @@ def test_without_noise_the_schemes_converge_to_the_equation(method, friction):
         errors.append(float(np.abs(run.x - truth.x).max()))
     order = np.polyfit(np.log(steps), np.log(errors), 1)[0]
     assert order == pytest.approx(1 if method == "variational/euler" else 2, abs=0.1)
-    # euler 1.00, 1.01; baoab 2.00, 2.00
+    # euler 1.02, 1.01; baoab 2.00, 2.00
 
 
 @pytest.mark.parametrize("method", VARIATIONAL)
