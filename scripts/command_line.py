@@ -37,31 +37,22 @@ class Preset:
 def parse(
     options: type[Options], description: str, arguments: Sequence[str] | None = None
 ) -> tuple[mm.Top, Options]:
-    """The scene, from a preset and a flag for each of its fields, and a script's own options.
+    """The top, from a preset and a flag for each of its fields, and a script's own options.
 
     A field with a value that it cannot have ends the program with one line and code 2.
     """
-    # The preset first, because the other flags have its values as their defaults.
-    preset, _ = tyro.cli(Preset, args=arguments, return_unknown_args=True, add_help=False)
-    try:
-        check_choice("preset", preset.preset, tuple(PRESETS))
-        scene = PRESETS[preset.preset]
-        flags = _flags(scene, [f.name for f in fields(scene) if f.metadata])
+    return _parsed({"top": _top_command(options, arguments)}, description, arguments)
 
-        def top(
-            own: tyro.conf.OmitArgPrefixes[options],  # pyright: ignore[reportInvalidTypeForm]
-            preset: tyro.conf.OmitArgPrefixes[Preset],
-            scene: tyro.conf.OmitArgPrefixes[flags],  # pyright: ignore[reportInvalidTypeForm]
-        ):
-            return own, scene
 
-        top.__doc__ = description
-        own, changes = tyro.extras.subcommand_cli_from_dict(
-            {"top": top}, description=description, args=arguments
-        )
-        return scene.replace(**vars(changes)), own
-    except ValueError as error:
-        fail(str(error), 2)
+def parse_any(
+    options: type[Options], description: str, arguments: Sequence[str] | None = None
+) -> tuple[mm.Top | mm.Disk, Options]:
+    """The same for any scene that MuJoCo runs; the first argument names it."""
+    commands = {
+        "top": _top_command(options, arguments),
+        "disk": _command(mm.Disk(), _declared(mm.Disk()), options),
+    }
+    return _parsed(commands, description, arguments)
 
 
 def parse_fields(
@@ -72,19 +63,58 @@ def parse_fields(
     arguments: Sequence[str] | None = None,
 ) -> tuple[Scene, Options]:
     """The scene with flags for the named fields only, and a script's own options; see `parse`."""
-    flags = _flags(scene, names)
+    try:
+        command = _command(scene, names, options)
+        return tyro.cli(command, description=description, args=arguments)()
+    except ValueError as error:
+        fail(str(error), 2)
+
+
+def _parsed(commands: dict[str, Any], description: str, arguments: Sequence[str] | None) -> Any:
+    try:
+        for command in commands.values():
+            command.__doc__ = description
+        return tyro.extras.subcommand_cli_from_dict(
+            commands, description=description, args=arguments
+        )()
+    except ValueError as error:
+        fail(str(error), 2)
+
+
+def _top_command(options: type[Options], arguments: Sequence[str] | None) -> Any:
+    # The preset first, because the other flags have its values as their defaults.
+    chosen, _ = tyro.cli(Preset, args=arguments, return_unknown_args=True, add_help=False)
+    try:
+        check_choice("preset", chosen.preset, tuple(PRESETS))
+    except ValueError as error:
+        fail(str(error), 2)
+    base = PRESETS[chosen.preset]
+    flags = _flags(base, _declared(base))
+
+    def top(
+        own: tyro.conf.OmitArgPrefixes[options],  # pyright: ignore[reportInvalidTypeForm]
+        preset: tyro.conf.OmitArgPrefixes[Preset],
+        scene: tyro.conf.OmitArgPrefixes[flags],  # pyright: ignore[reportInvalidTypeForm]
+    ):
+        return lambda: (base.replace(**vars(scene)), own)
+
+    return top
+
+
+def _command(base: mm.Top | mm.Disk, names: Sequence[str], options: type[Options]) -> Any:
+    flags = _flags(base, names)
 
     def command(
         own: tyro.conf.OmitArgPrefixes[options],  # pyright: ignore[reportInvalidTypeForm]
         scene: tyro.conf.OmitArgPrefixes[flags],  # pyright: ignore[reportInvalidTypeForm]
     ):
-        return own, scene
+        return lambda: (base.replace(**vars(scene)), own)
 
-    try:
-        own, changes = tyro.cli(command, description=description, args=arguments)
-        return scene.replace(**vars(changes)), own
-    except ValueError as error:
-        fail(str(error), 2)
+    return command
+
+
+def _declared(scene: mm.Top | mm.Disk) -> list[str]:
+    return [f.name for f in fields(scene) if f.metadata]
 
 
 def _flags(scene: mm.Top | mm.Disk, names: Sequence[str]) -> Any:
@@ -97,8 +127,10 @@ def _flag(declared: Field, scene: mm.Top | mm.Disk):
     unit = declared.metadata["unit"]
     unit = f" ({unit})" if unit not in ("", "1") else ""
     told = tyro.conf.arg(help=declared.metadata["doc"] + unit)
-    default = field(default=getattr(scene, declared.name))
-    return declared.name, Annotated[declared.type, told], default
+    value = getattr(scene, declared.name)
+    # Of a potential, only the names are for the command line.
+    kind: Any = str if isinstance(value, str) else declared.type
+    return declared.name, Annotated[kind, told], field(default=value)
 
 
 def warn_in_one_line() -> None:

@@ -1,7 +1,7 @@
 """Write a scene as one standalone MJCF file, which any MuJoCo viewer opens.
 
-It holds the decorated scene, with the initial state as keyframe 0. Magnetism acts on it, as on any
-model with dipole sites, inside `magmotor.magnetism()`.
+It holds the decorated scene, with the initial state as keyframe 0. Magnetism, noise and potentials
+act on it, as on any model that declares them, inside `magmotor.magnetism()`.
 """
 
 import re
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import tyro
-from command_line import parse, written_whole
+from command_line import parse_any, written_whole
 
 
 @dataclass
@@ -19,7 +19,7 @@ class Options:
 
 
 def main() -> None:
-    scene, options = parse(Options, __doc__ or "")
+    scene, options = parse_any(Options, __doc__ or "")
     from magmotor.engines.mujoco.build import compose
 
     text = plain(compose(scene, looks=True).to_xml_string())

@@ -282,7 +282,7 @@ def test_stationary_law_is_gibbs(method, scene):
     """Kolmogorov-Smirnov of x mod 2 pi, v, omega with the effective sample size.
 
     100 replicas, 2000 samples each, 1 apart, of which autocorrelation leaves some 10^5; false alarm
-    rate 1e-4 a variable. At h = 0.01 Euler's bias, 0.25 % of the variance of v, is below resolution.
+    rate 1e-4 a variable. At h = 0.01 Euler's bias, 0.25 % of the variance of v, is not seen.
     """
     timestep = 0.01 if method == "variational/euler" else 0.05
     run = mm.simulate(

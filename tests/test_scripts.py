@@ -107,6 +107,19 @@ def test_exported_mjcf_stands_alone_and_moves_alike(tmp_path, surface):
     np.testing.assert_allclose(ends[0], ends[1], rtol=0, atol=1e-12)  # measured: 4e-16
 
 
+def test_exported_disk_has_its_noise_and_potential(tmp_path):
+    path = tmp_path / "disk.xml"
+    done = script("export_mjcf", "disk", path, "--potential", "asymmetric", "--noise", "2")
+    assert done.returncode == 0, done.stderr
+    model = mujoco.MjModel.from_xml_path(str(path))
+    assert model.body("disk").user[0] == 2
+    np.testing.assert_array_equal(model.joint("x").user, [1, 0, 0.4, 0])
+    wrong = script("export_mjcf", "disk", path, "--potential", "symetric")
+    assert wrong.returncode == 2
+    assert wrong.stderr.count("\n") == 1
+    assert "did you mean 'symmetric'" in wrong.stderr
+
+
 def test_a_file_that_cannot_be_written_is_one_line(tmp_path):
     (tmp_path / "file").touch()
     done = script("export_mjcf", "top", tmp_path / "file" / "top.xml")
