@@ -161,6 +161,10 @@ def written_whole(path: Path) -> Iterator[Path]:
         part.replace(path)
     except OSError as error:
         fail(f"cannot write {path}: {error.strerror or error}", 1)
+    except RuntimeError as error:
+        if not str(error).startswith("NetCDF"):
+            raise
+        fail(f"cannot write {path}: {error}; is the disk full?", 1)
     finally:
         with suppress(OSError):
             part.unlink()

@@ -2,9 +2,11 @@
 
 import importlib
 import re
+import resource
 import subprocess
 import sys
 import warnings
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -108,6 +110,21 @@ def test_an_interrupted_run_says_what_is_written_and_goes_on(disk, tmp_path, mon
     code, error = disk(*SHORT, tmp_path, "--seed", "1")  # not the same command
     assert code == 2
     assert "must be one of seed = 8; it has 0; finish that run, or delete the file" in error
+
+
+def test_a_full_disk_is_one_line(tmp_path):
+    """No file may grow beyond 512 kB: neither the checkpoint nor the dataset fits."""
+    limit = partial(resource.setrlimit, resource.RLIMIT_FSIZE, (1 << 19, 1 << 19))
+    command = [sys.executable, SCRIPTS / "disk.py", *SHORT, tmp_path, "--replicas", "4096"]
+    done = subprocess.run(
+        command, capture_output=True, text=True, timeout=300, check=False, preexec_fn=limit
+    )
+    assert done.returncode == 1, done.stderr
+    assert "Traceback" not in done.stderr
+    first, *_, last = done.stderr.splitlines()
+    assert f"no checkpoint {tmp_path / 'disk_symmetric.npz'}: File too large" in first
+    assert f"cannot write {tmp_path / 'disk_symmetric.nc'}" in last
+    assert not [*tmp_path.iterdir()]
 
 
 def test_a_long_timestep_is_warned_of_once(disk, tmp_path, monkeypatch):

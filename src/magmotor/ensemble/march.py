@@ -110,7 +110,7 @@ class March:
         lock = threading.Lock()
 
         def work() -> None:
-            room = np.empty((BLOCK, 4, LANES))
+            room = np.empty(BLOCK * 4 * LANES)
             while True:
                 with lock:
                     group = next(waiting, None)
@@ -133,7 +133,8 @@ class March:
 
     def _advance_group(self, group: int, stop: int, room: NDArray) -> None:
         begin = group * LANES
-        states = self.arrays["states"][:, begin : begin + LANES]
+        # Contiguous, as `simulate` has them: another layout would be another compilation.
+        states = self.arrays["states"][:, begin : begin + LANES].copy()
         lanes = min(LANES, self.replicas - begin)
         interval, burn_in, seed = self.when.interval, self.when.burn_in, self.task["seed"]
         sample = self.sample
@@ -141,12 +142,13 @@ class March:
             self._accumulate(states[np.newaxis], group, lanes, 0)
         while sample < stop:
             count = min(BLOCK, stop - sample)
-            block = room[:count, :, : states.shape[1]]
+            block = room[: count * states.size].reshape(count, *states.shape)
             self.advance(states, block, sample * interval, interval, seed, begin, 1, 0, self.rule)
             if sample + count >= burn_in:
                 skipped = max(0, burn_in - sample - 1)
                 self._accumulate(block[skipped:], group, lanes, sample + 1 + skipped - burn_in)
             sample += count
+        self.arrays["states"][:, begin : begin + LANES] = states
 
     def _accumulate(self, block: NDArray, group: int, lanes: int, first: int) -> None:
         start = group * LANES
