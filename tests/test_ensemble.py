@@ -1,6 +1,7 @@
 """Ensembles: statistics against those of stored trajectories, threads, checkpoints, crashes."""
 
 import errno
+import signal
 from typing import Any
 
 import numpy as np
@@ -130,27 +131,37 @@ def test_the_number_of_threads_changes_no_bit(threads, whole):
     assert mm.ensemble(WARM, **ARGUMENTS, trajectories=7, threads=threads).identical(whole)
 
 
-def interrupt_after(monkeypatch, calls, error):
-    """Have an ensemble break off after so many segments."""
-    advance = march.March._advance_to
+def press_ctrl_c():
+    signal.raise_signal(signal.SIGINT)
+
+
+def crash():
+    raise RuntimeError("crash")
+
+
+def interrupt_after(monkeypatch, calls, event):
+    """Have something happen in a segment of an ensemble, before all groups are done."""
+    advance = march.March._advance_group
     done = []
 
-    def broken(self, *arguments):
-        done.append(1)
-        advance(self, *arguments)
-        if len(done) == calls:
-            raise error
+    def broken(self, group, *arguments):
+        if group == 0:
+            done.append(1)
+            if len(done) == calls:
+                event()
+        advance(self, group, *arguments)
 
-    monkeypatch.setattr(march.March, "_advance_to", broken)
+    monkeypatch.setattr(march.March, "_advance_group", broken)
 
 
 @pytest.mark.parametrize("calls", [1, 20, 60])
 def test_an_interrupted_run_goes_on_bit_by_bit(tmp_path, monkeypatch, whole, calls):
     path = tmp_path / "run.ckpt"
     with monkeypatch.context() as patch:
-        interrupt_after(patch, calls, KeyboardInterrupt)
+        interrupt_after(patch, calls, press_ctrl_c)
         with pytest.raises(mm.SimulationInterrupted) as caught:
             mm.ensemble(WARM, **ARGUMENTS, trajectories=7, checkpoint=path)
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
     partial = caught.value.dataset
     assert 0 < partial.attrs["time_reached"] < 60
     np.testing.assert_array_equal(partial["mean"], whole["mean"].sel(time=partial.time))
@@ -164,7 +175,7 @@ def test_a_crash_loses_what_came_after_the_last_checkpoint(tmp_path, monkeypatch
     path = tmp_path / "run.ckpt"
     with monkeypatch.context() as patch:
         patch.setattr(march, "SECONDS_BETWEEN_CHECKPOINTS", 0.0)
-        interrupt_after(patch, 30, RuntimeError("crash"))
+        interrupt_after(patch, 30, crash)
         with pytest.raises(RuntimeError, match="crash"):
             mm.ensemble(WARM, **ARGUMENTS, trajectories=7, checkpoint=path)
     with np.load(path) as saved:
@@ -176,7 +187,7 @@ def test_a_crash_loses_what_came_after_the_last_checkpoint(tmp_path, monkeypatch
 def test_a_full_disk_keeps_the_checkpoint_before(tmp_path, monkeypatch, whole):
     path = tmp_path / "run.ckpt"
     with monkeypatch.context() as patch:
-        interrupt_after(patch, 20, KeyboardInterrupt)
+        interrupt_after(patch, 20, press_ctrl_c)
         with pytest.raises(mm.SimulationInterrupted):
             mm.ensemble(WARM, **ARGUMENTS, trajectories=7, checkpoint=path)
     before = path.read_bytes()

@@ -18,6 +18,7 @@ from magmotor.devices import disk
 from magmotor.engines.variational.lanes import LANES, kernel, law
 from magmotor.engines.variational.run import unpack
 from magmotor.ensemble import checkpoint as checkpoints
+from magmotor.ensemble.interrupts import deferred
 from magmotor.ensemble.moments import POWERS, moments, quantities
 from magmotor.ensemble.plan import Plan
 from magmotor.ensemble.result import result
@@ -70,11 +71,10 @@ class March:
             total=self.when.samples * unit, initial=self.sample * unit, desc="ensemble",
             bar_format=bar, delay=2, disable=None,
         )  # fmt: skip
-        pool = ThreadPoolExecutor(threads)
-        try:
+        with deferred() as interrupted, ThreadPoolExecutor(threads) as pool, progress:
             self._record()
             span = 1
-            while self.sample < self.when.samples:
+            while self.sample < self.when.samples and not interrupted.is_set():
                 began = time.monotonic()
                 stop = self._next_stop(span)
                 taken = stop - self.sample
@@ -86,13 +86,8 @@ class March:
                 if time.monotonic() - self.saved_at > SECONDS_BETWEEN_CHECKPOINTS:
                     self._save()
             self._save()
-        except KeyboardInterrupt:
-            self._record()
-            self._save()
-            raise SimulationInterrupted(self._result()) from None
-        finally:
-            pool.shutdown()
-            progress.close()
+        if interrupted.is_set():
+            raise SimulationInterrupted(self._result())
         return self._result()
 
     def _next_stop(self, span: int) -> int:
@@ -102,10 +97,7 @@ class March:
         return min(following, self.sample + span)
 
     def _advance_to(self, stop: int, pool: ThreadPoolExecutor, threads: int) -> None:
-        """Have the threads take one group after another from here to `stop`.
-
-        An interrupt is heard when all are done, so that the replicas stay together.
-        """
+        """Have the threads take one group after another from here to `stop`."""
         waiting = iter(range(self.groups))
         lock = threading.Lock()
 
@@ -118,18 +110,9 @@ class March:
                     return
                 self._advance_group(group, stop, room)
 
-        jobs = [pool.submit(work) for _ in range(min(threads, self.groups))]
-        interrupted = False
-        for job in jobs:
-            while True:
-                try:
-                    job.result()
-                    break
-                except KeyboardInterrupt:
-                    interrupted = True
+        for job in [pool.submit(work) for _ in range(min(threads, self.groups))]:
+            job.result()
         self.arrays["sample"] = np.array(stop)
-        if interrupted:
-            raise KeyboardInterrupt
 
     def _advance_group(self, group: int, stop: int, room: NDArray) -> None:
         begin = group * LANES
@@ -189,8 +172,7 @@ class March:
 
 def _deviations(scene: Disk | LangevinParticle) -> tuple[tuple[float, float, float], float]:
     """Standard deviations of v, omega and d, and sigma; those that are not there are 1."""
+    v, *omega = theory.gibbs_deviations(scene)
     if isinstance(scene, LangevinParticle):
-        return (math.sqrt(theory.temperature(scene)), 1.0, 1.0), 1.0
-    squares = theory.gibbs_mean_squares(scene)
-    v, omega, d = (math.sqrt(squares[name]) for name in ("v", "omega", "d"))
-    return (v, omega, d), scene.sigma
+        return (v, 1.0, 1.0), 1.0
+    return (v, *omega, math.sqrt(theory.gibbs_mean_squares(scene)["d"])), scene.sigma
