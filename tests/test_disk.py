@@ -96,8 +96,10 @@ def test_a_step_beyond_the_alias_rule_warns_and_says_the_largest_safe():
     assert largest == pytest.approx(np.pi / 6 * np.sqrt(1.5 * 0.008))
     arguments = {"method": "variational/euler", "duration": 1.0}
     mm.simulate(PAPER, timestep=0.999 * largest, **arguments)
-    with pytest.warns(UserWarning, match=r"timestep = 0.06: above 0.0574 = .*largest safe one"):
+    message = r"timestep = 0.06: above 0.0574 = .*largest safe one"
+    with pytest.warns(UserWarning, match=message) as warned:
         mm.simulate(PAPER, timestep=0.06, **arguments)
+    assert warned[0].filename == __file__
 
 
 def moment(run, quantity, power="mean_square"):
@@ -204,6 +206,17 @@ def test_energy_balance_pathwise(method, bound):
     order = np.polyfit(np.log(steps), np.log(residuals), 1)[0]
     assert residuals[-1] < {1: 1e-3, 2: 5e-6}[bound]  # 4.2e-4, 2.3e-6
     assert order == pytest.approx(bound, abs=0.2)  # 0.91, 2.01
+
+
+def test_energy_balance_follows_the_path_of_the_run():
+    """Also where the path is another's, coarsened, and where a run continues another."""
+    path = BrownianPath(1, 0.005).coarsened(2)
+    arguments = {"method": "variational/baoab", "timestep": 0.01, "path": path}
+    first = mm.simulate(PAPER, duration=20, **arguments)
+    second = mm.simulate(PAPER, duration=20, initial=first, **arguments)
+    for run in (first, second):
+        balance = mm.observables.disk_energy_balance(run, PAPER)
+        assert np.abs(balance.residual).max() < 1e-5 * float(balance.injected[-1])  # 6e-6
 
 
 @cache

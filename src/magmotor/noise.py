@@ -12,8 +12,11 @@ conditionally on its own by Levy's construction of the Brownian bridge.
 # Numba's intrinsics hide their first parameter:
 # pyright: reportCallIssue=false, reportGeneralTypeIssues=false
 
+import json
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -217,6 +220,13 @@ class BrownianPath:
         out = np.empty(steps)
         _fill_normals(out, self.seed, replica, first, channel, self.factor, self.level)
         return math.sqrt(self.timestep) * out
+
+
+def path_of(attributes: Mapping[str, Any]) -> BrownianPath:
+    """The Brownian path that a run followed, as the attributes of its dataset tell."""
+    if "path" in attributes:
+        return BrownianPath(**json.loads(attributes["path"]))
+    return BrownianPath(int(attributes["seed"]), float(attributes["timestep"]))
 
 
 def check_seed(seed: int) -> None:

@@ -13,7 +13,7 @@ from magmotor.checks import check_choice, check_integer, check_number, reject
 from magmotor.dataset import assemble
 from magmotor.devices import DEVICES, Scene
 from magmotor.engines.job import Job
-from magmotor.noise import BrownianPath, check_seed
+from magmotor.noise import BrownianPath, check_seed, path_of
 from magmotor.states import rows
 
 ENGINES = {
@@ -154,8 +154,7 @@ def _first_step(initial: Any, path: BrownianPath, method: str) -> int:
     if not isinstance(initial, xr.Dataset) or method.startswith("scipy"):
         return 0
     told = initial.attrs
-    same = told.get("seed") == path.seed and told.get("timestep") == path.timestep
-    if not same or json.loads(told.get("path", "null")) not in (None, dataclasses.asdict(path)):
+    if "seed" not in told or path_of(told) != path:
         return 0
     return int(told.get("first_step", 0)) + round(float(initial.time[-1]) / path.timestep)
 

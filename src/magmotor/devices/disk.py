@@ -14,6 +14,7 @@ from magmotor.checks import check_choice, check_integer, check_number, reject
 from magmotor.devices.column import Column
 from magmotor.devices.disk_guard import Guard as guard
 from magmotor.engines.mujoco.methods import METHODS as MUJOCO
+from magmotor.engines.variational.schemes import METHODS as VARIATIONAL
 from magmotor.observables.disk import energy
 from magmotor.scenes import Disk, LangevinParticle
 from magmotor.states.disk import DiskStates, start_disk
@@ -23,8 +24,6 @@ __all__ = ["check_run", "columns", "guard", "initial_state", "methods"]
 Scene = Disk | LangevinParticle
 
 TIME_UNIT = "1"
-
-VARIATIONAL = ("variational/euler", "variational/baoab")
 
 LARGEST_DECAY = {"euler": 2.0, "rk4": 2.785}
 """Product of step and friction rate at which a scheme with explicit friction becomes unstable."""
@@ -75,7 +74,7 @@ def check_run(scene: Scene, method: str, timestep: float, replicas: int | None) 
                 f"timestep = {timestep:g}: above {largest:.3g} = (pi/6) sqrt((1 + sigma) beta), the"
                 " largest safe one; long flights are aliased, since a step in which x moves by a"
                 " period of U looks like rest",
-                stacklevel=4,
+                stacklevel=3,
             )
 
 

@@ -3,7 +3,8 @@
 import numpy as np
 import xarray as xr
 
-from magmotor.noise import BrownianPath
+from magmotor import theory
+from magmotor.noise import path_of
 from magmotor.scenes import Disk
 
 
@@ -27,15 +28,17 @@ def disk_energy_balance(run: xr.Dataset, scene: Disk) -> xr.Dataset:
         `heat` = int c s^2 dt, `injected` = (alpha^2/2)(1 + 1/sigma) t, `martingale` =
         int alpha s dW (Ito), and `residual` = E - E(0) + heat - injected - martingale.
     """
-    h = run.attrs["timestep"]
-    path = BrownianPath(run.attrs["seed"], h)
+    path, first = path_of(run.attrs), int(run.attrs.get("first_step", 0))
+    h = path.timestep
     slip = np.atleast_2d((run.v + run.omega).values)
     steps = slip.shape[1] - 1
-    increments = np.array([path.increments(steps, replica=r) for r in range(len(slip))])
+    increments = np.array(
+        [path.increments(steps, first=first, replica=r) for r in range(len(slip))]
+    )
     mean_slip = (slip[:, 1:] + slip[:, :-1]) / 2
     heat = scene.friction * h * np.cumsum(mean_slip**2, axis=1)
     work = scene.noise * np.cumsum(mean_slip * increments, axis=1)
-    injected = scene.noise**2 / 2 * (1 + 1 / scene.sigma) * run.time.values[1:]
+    injected = theory.injection_rate(scene) * run.time.values[1:]
     energy = np.atleast_2d(run.energy.values)
     gain = energy[:, 1:] - energy[:, :1]
     columns = {

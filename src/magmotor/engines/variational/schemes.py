@@ -19,6 +19,8 @@ SCHEMES = {
     "baoab": Scheme("BAOAB", exact=True),  # Leimkuhler and Matthews, 2013
 }
 
+METHODS = tuple(f"variational/{name}" for name in SCHEMES)
+
 
 def kicks_that_evaluate(parts: str) -> tuple[bool, ...]:
     """For each part, whether it is a kick that needs the force anew.
