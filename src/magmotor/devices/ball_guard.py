@@ -1,10 +1,12 @@
 """The guard on a run: which recorded states no accurate solution can have."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
+from magmotor.devices.first_failure import ENERGY_GREW, Fault, first_failure
 from magmotor.observables.motion import energy_and_lift, kinetic_energy, magnetic_energy
 from magmotor.scenes import Top
-from magmotor.states import finite, rows
 from magmotor.states.ball import BallStates
 
 
@@ -27,20 +29,14 @@ class Guard:
 
     def first_wrong(self, states: BallStates) -> tuple[int, str]:
         """Number of rows before the first wrong one (all, if none is) and what is wrong with it."""
-        good = finite(states)
-        until = len(good) if good.all() else int(good.argmin())
-        states = rows(states, slice(until))
+        return first_failure(states, self._faults)
+
+    def _faults(self, states: BallStates) -> Iterator[Fault]:
         energy, lift = energy_and_lift(self.scene, states)
-        failures = [(until, "" if until == len(good) else "a value is not finite")]
-        wild = energy > self.largest_energy
-        if wild.any():
-            failures.append((int(wild.argmax()), "energy grew beyond what the motion can have"))
+        yield energy > self.largest_energy, lambda _: ENERGY_GREW
         if self.scene.surface == "planar":
             weight = self.scene.ball_mass * self.scene.gravity
-            if (lift > weight).any():
-                row = int((lift > weight).argmax())
-                failures.append((row, _lifted(lift[row], weight)))
-        return min(failures)
+            yield lift > weight, lambda row: _lifted(lift[row], weight)
 
 
 def _lifted(lift: float, weight: float) -> str:

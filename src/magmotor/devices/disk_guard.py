@@ -1,10 +1,12 @@
 """The guard on a run of the disk: which recorded states no accurate solution can have."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
+from magmotor.devices.first_failure import ENERGY_GREW, Fault, first_failure
 from magmotor.observables.disk import energy
 from magmotor.scenes import Disk, LangevinParticle
-from magmotor.states import finite, rows
 from magmotor.states.disk import DiskStates
 from magmotor.theory import temperature
 
@@ -30,11 +32,8 @@ class Guard:
 
     def first_wrong(self, states: DiskStates) -> tuple[int, str]:
         """Number of rows before the first wrong one (all, if none is) and what is wrong with it."""
-        good = finite(states)
-        until = len(good) if good.all() else int(good.argmin())
-        failures = [(until, "" if until == len(good) else "a value is not finite")]
-        kept = rows(states, slice(until))
-        wild = (energy(self.scene, kept.x, kept.v, kept.omega) > self.largest_energy).any(axis=1)
-        if wild.any():
-            failures.append((int(wild.argmax()), "energy grew beyond what the motion can have"))
-        return min(failures)
+        return first_failure(states, self._faults)
+
+    def _faults(self, states: DiskStates) -> Iterator[Fault]:
+        found = energy(self.scene, states.x, states.v, states.omega)
+        yield (found > self.largest_energy).any(axis=1), lambda _: ENERGY_GREW
