@@ -3,7 +3,7 @@
 import os
 import sys
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import Field, dataclass, field, fields, make_dataclass
 from pathlib import Path
@@ -13,6 +13,9 @@ import tyro
 
 import magmotor as mm
 from magmotor.checks import check_choice
+
+DIVERGED, MISTAKE, NO_OPENGL, UNWRITTEN, INTERRUPTED = 1, 2, 3, 4, 130
+"""Exit codes."""
 
 PRESETS = {
     "paper1": mm.Top.paper(1),
@@ -67,7 +70,7 @@ def parse_fields(
         command = _command(scene, names, options)
         return tyro.cli(command, description=description, args=arguments)()
     except ValueError as error:
-        fail(str(error), 2)
+        fail(str(error), MISTAKE)
 
 
 def _parsed(commands: dict[str, Any], description: str, arguments: Sequence[str] | None) -> Any:
@@ -78,7 +81,7 @@ def _parsed(commands: dict[str, Any], description: str, arguments: Sequence[str]
             commands, description=description, args=arguments
         )()
     except ValueError as error:
-        fail(str(error), 2)
+        fail(str(error), MISTAKE)
 
 
 def _top_command(options: type[Options], arguments: Sequence[str] | None) -> Any:
@@ -87,7 +90,7 @@ def _top_command(options: type[Options], arguments: Sequence[str] | None) -> Any
     try:
         check_choice("preset", chosen.preset, tuple(PRESETS))
     except ValueError as error:
-        fail(str(error), 2)
+        fail(str(error), MISTAKE)
     base = PRESETS[chosen.preset]
     flags = _flags(base, _declared(base))
 
@@ -131,6 +134,14 @@ def _flag(declared: Field, scene: mm.Top | mm.Disk):
     # Of a potential, only the names are for the command line.
     kind: Any = str if isinstance(value, str) else declared.type
     return declared.name, Annotated[kind, told], field(default=value)
+
+
+def run_script(main: Callable[[], None]) -> None:
+    """Run a script; Ctrl-C where the script does not listen ends it with one line, too."""
+    try:
+        main()
+    except KeyboardInterrupt:
+        fail("interrupted; what is said to be written is complete", INTERRUPTED)
 
 
 def warn_in_one_line() -> None:

@@ -18,7 +18,16 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from command_line import fail, parse_fields, warn_in_one_line, written_whole
+from command_line import (
+    DIVERGED,
+    INTERRUPTED,
+    MISTAKE,
+    fail,
+    parse_fields,
+    run_script,
+    warn_in_one_line,
+    written_whole,
+)
 
 import magmotor as mm
 from magmotor.checks import check_integer, check_number
@@ -27,8 +36,6 @@ from magmotor.plots.disk import FIGURES
 from magmotor.plots.disk_panels import System
 
 Scene = mm.Disk | mm.LangevinParticle
-
-DIVERGED, MISTAKE, INTERRUPTED = 1, 2, 130
 
 RATE = 3e8
 """Trajectory-steps per second that one core makes, about."""
@@ -234,7 +241,4 @@ def draw(systems: list[System], out: Path) -> None:
 
 
 if __name__ == "__main__":
-    try:
-        main()
-    except KeyboardInterrupt:
-        fail("interrupted; what is said to be written is complete", INTERRUPTED)
+    run_script(main)

@@ -11,14 +11,22 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from command_line import fail, parse, written_whole
+from command_line import (
+    DIVERGED,
+    INTERRUPTED,
+    MISTAKE,
+    NO_OPENGL,
+    UNWRITTEN,
+    fail,
+    parse,
+    run_script,
+    written_whole,
+)
 
 import magmotor as mm
 from magmotor.gl import PACKAGES
 
 PAPER = "the paper's parameters give 1.858e-04 kg m^2/s at 21.6 s"
-
-DIVERGED, MISTAKE, NO_OPENGL, UNWRITTEN, INTERRUPTED = 1, 2, 3, 4, 130
 
 
 @dataclass
@@ -110,7 +118,4 @@ def film(run, scene: mm.Top, options: Options) -> None:
 
 
 if __name__ == "__main__":
-    try:
-        main()
-    except KeyboardInterrupt:
-        fail("interrupted; what is said to be written is complete", INTERRUPTED)
+    run_script(main)
