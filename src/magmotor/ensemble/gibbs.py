@@ -40,11 +40,11 @@ def gibbs(
         raise reject("noise", scene.noise, "positive: without it there is no temperature")
     random = np.random.default_rng(seed)
     x = _positions(scene, replicas, random)
-    deviation = math.sqrt(theory.temperature(scene))
-    state = {"x": x, "v": deviation * random.standard_normal(replicas)}
+    v, *omega = theory.gibbs_deviations(scene)
+    state = {"x": x, "v": v * random.standard_normal(replicas)}
     if isinstance(scene, Disk):
         state["theta"] = random.uniform(0, 2 * math.pi, replicas)
-        state["omega"] = deviation / math.sqrt(scene.sigma) * random.standard_normal(replicas)
+        state["omega"] = omega[0] * random.standard_normal(replicas)
     return state
 
 

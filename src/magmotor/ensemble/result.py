@@ -53,7 +53,7 @@ def result(
     )
     for name in (*data.data_vars, *data.coords):
         data[name].attrs.setdefault("units", "1")
-    told = {name: task[name] for name in task if name not in ("scene", "scene_fields")}
+    told = {name: task[name] for name in task if name not in ("scene", "scene_fields", "version")}
     data.attrs = attributes_of(scene, **told, time_reached=sample * unit)
     return data
 

@@ -5,7 +5,6 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.integrate import quad
 from scipy.linalg import eigh_tridiagonal
 
 from magmotor.scenes import Disk, LangevinParticle
@@ -66,6 +65,8 @@ class DiskTheory:
     @cached_property
     def first_impulse(self) -> float:
         """Mean momentum -int E[U'(x_t)] dt that U gives x from rest at x = 0, at first order."""
+        from scipy.integrate import quad
+
         return -sum(
             k * a * quad(lambda t, k=k: self._phase(k, t), 0, math.inf)[0]
             for k, (a, _) in enumerate(self.scene.coefficients, start=1)

@@ -24,14 +24,6 @@ from magmotor.noise import normal
 
 
 @njit(inline="always")
-def _is_channel(rows, body, start):
-    present = False
-    for k in range(start, start + 6):
-        present = present or rows[body, k] != 0.0
-    return present
-
-
-@njit(inline="always")
 def clear_driven_bodies(m, d, offsets):
     """Set the wrench of each body with a channel to zero.
 
@@ -44,7 +36,7 @@ def clear_driven_bodies(m, d, offsets):
     whole = nuser - nuser % 6
     for body in range(bodies):
         for start in range(0, whole, 6):
-            if _is_channel(rows, body, start):
+            if memory.any_number(rows, body, start, start + 6):
                 applied[body] = 0.0
         for k in range(whole, nuser):
             if rows[body, k] != 0.0:
@@ -76,7 +68,7 @@ def add_brownian_wrenches(model, data, offsets):
     channel = 0
     for body in range(bodies):
         for start in range(0, nuser - 5, 6):
-            if _is_channel(rows, body, start):
+            if memory.any_number(rows, body, start, start + 6):
                 force = rate * normal(seed, replica, step, channel, factor, level)
                 for k in range(6):
                     applied[body, k] += force * rows[body, start + k]

@@ -76,6 +76,15 @@ def numbers(address, rows, columns):
     return carray(_pointer(address), (rows, columns), np.float64)
 
 
+@njit(inline="always")
+def any_number(array, row, first, last):
+    """Whether a row has numbers other than zero from column `first` to before `last`."""
+    present = False
+    for k in range(first, last):
+        present = present or array[row, k] != 0.0
+    return present
+
+
 @intrinsic
 def _stack_address(typingctx):
     """Address of a source tile on the stack of the calling function."""

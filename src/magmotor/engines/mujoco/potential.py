@@ -21,14 +21,6 @@ SLIDE, HINGE = 2, 3
 
 
 @njit(inline="always")
-def _has_potential(waves, joint, count):
-    present = False
-    for k in range(count):
-        present = present or waves[joint, k] != 0.0
-    return present
-
-
-@njit(inline="always")
 def clear_bodies_in_potentials(m, d, offsets):
     """Set the wrench of each body to zero that has a joint with a potential.
 
@@ -41,7 +33,7 @@ def clear_bodies_in_potentials(m, d, offsets):
     body_of = memory.integers(m[offsets.jnt_bodyid // 8], joints)
     applied = memory.numbers(d[offsets.xfrc_applied // 8], memory.UNBOUNDED, 6)
     for joint in range(joints):
-        if _has_potential(waves, joint, nuser):
+        if memory.any_number(waves, joint, 0, nuser):
             applied[body_of[joint]] = 0.0
             single = nuser % 2 == 1 and waves[joint, nuser - 1] != 0.0
             if single or not (kind[joint] == SLIDE or kind[joint] == HINGE):
@@ -63,7 +55,7 @@ def add_potential_wrenches(m, d, offsets):
     applied = memory.numbers(d[offsets.xfrc_applied // 8], memory.UNBOUNDED, 6)
     count = 0
     for joint in range(joints):
-        if _has_potential(waves, joint, nuser):
+        if memory.any_number(waves, joint, 0, nuser):
             q = qpos[0, place[joint]]
             cosine, sine = math.cos(q), math.sin(q)
             # Of kq, by turning it on by q.

@@ -30,6 +30,9 @@ PADDING = 8
 
 TURN = 2 * np.pi
 
+CHECKSUM = code_version(elementary, noise)
+"""Of the modules that are compiled into the kernel."""
+
 
 class Law(NamedTuple):
     """What the kernel applies in each part of a step.
@@ -75,10 +78,8 @@ def kernel(scene: Disk | LangevinParticle, scheme: str) -> Any:
     """
     sines = all(b == 0 for _, b in scene.coefficients)
     parts = SCHEMES[scheme].parts
-    checksum = code_version(elementary, noise)
-    return _compile(
-        tuple("ABO".index(p) for p in parts), kicks_that_evaluate(parts), sines, checksum
-    )
+    codes = tuple("ABO".index(part) for part in parts)
+    return _compile(codes, kicks_that_evaluate(parts), sines, CHECKSUM)
 
 
 @njit(inline="always")
