@@ -39,7 +39,7 @@ endif
 # Pictures need neither tests nor linters; where they are installed, they are kept.
 READY := $(firstword $(wildcard .venv/dev-ready) .venv/ready)
 
-.PHONY: help movie disk test lint bench compat clean redo
+.PHONY: help movie disk motor test lint bench compat clean redo
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' Makefile
@@ -51,6 +51,10 @@ movie: $(READY)  ## Hamel's top acquires spin: out/top.mp4, out/top.nc, out/top.
 disk: $(READY)  ## the sliding disk's figures, with theory on top: out/disk*.png, out/disk_*.nc
 	@echo "== disk: simulating and drawing into out/ (the first run also compiles the kernels)"
 	@$(PYTHON) scripts/disk.py $(ARGS)
+
+motor: $(READY)  ## the seven motors' figures: out/motor*.png, out/motor_*.nc
+	@echo "== motor: simulating and drawing into out/ (the first run also compiles the kernels)"
+	@$(PYTHON) scripts/motor.py $(ARGS)
 
 test: .venv/dev-ready  ## the tests
 	@echo "== test: running pytest (the first run also compiles the kernels)"

@@ -11,7 +11,7 @@ from table import Row, in_turns, show
 import magmotor as mm
 from magmotor.engines.job import Job
 from magmotor.engines.mujoco import memory, stopwatch
-from magmotor.engines.variational.run import run
+from magmotor.engines.variational.disk import run
 from magmotor.states.disk import start_disk
 
 TIMESTEP = 0.01

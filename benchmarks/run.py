@@ -15,6 +15,8 @@ import ensemble
 import magnetised
 import minimal
 import mujoco
+import mujoco_baoab
+import rigid
 import startup
 import threads
 import throughput
@@ -28,7 +30,9 @@ TOPICS = (
     startup,
     throughput,
     disk_mujoco,
+    mujoco_baoab,
     ensemble,
+    rigid,
 )
 
 

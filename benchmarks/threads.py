@@ -1,4 +1,4 @@
-"""Many tops on one thread and on two."""
+"""Many tops or motors on one thread and on two."""
 
 import time
 from collections.abc import Callable
@@ -13,29 +13,36 @@ from table import Row, in_turns, show
 import magmotor as mm
 from magmotor.engines.mujoco import stopwatch
 
-TOPS, STEPS = 256, 200
+COPIES, STEPS = 256, 200
+SCENES = {"a top's step": mm.Top(), "a motor's step": mm.Motor()}
 
 
 def main() -> None:
-    batches = {threads: _batch(threads) for threads in (1, 2)}
-    cases = {n: partial(_seconds, batch, batch.bind("qpos")) for n, batch in batches.items()}
+    batches = {
+        (name, threads): _batch(scene, threads)
+        for name, scene in SCENES.items()
+        for threads in (1, 2)
+    }
+    cases = {key: partial(_seconds, batch, batch.bind("qpos")) for key, batch in batches.items()}
     with mm.magnetism(), stopwatch.stopped():
         times = in_turns(cases, turns=20)
-        cores = max(_cores(cases[2]) for _ in range(5))
-    if not np.array_equal(batches[1].state, batches[2].state):
-        raise AssertionError("one thread and two led to different states")
-    rows = [Row("a top's step", times[1], times[2], at_least=1.8)]
+        cores = max(_cores(cases[name, 2]) for name in SCENES for _ in range(5))
+    rows = []
+    for name in SCENES:
+        if not np.array_equal(batches[name, 1].state, batches[name, 2].state):
+            raise AssertionError(f"{name}: one thread and two led to different states")
+        rows.append(Row(name, times[name, 1], times[name, 2], at_least=1.8))
     note = f"""\
-{TOPS} planar tops from as many starting points, {STEPS} magnetised steps in one call of
+{COPIES} planar models from as many starting points, {STEPS} magnetised steps in one call of
   mujoco.batch.Batch.step; the final states are the same to the last bit. The target is for two
   idle cores: of this machine's the two threads got {cores:.1f}."""
     show("mujoco.batch on two threads", note, ("one thread", "two", "ratio"), rows)
 
 
-def _batch(threads: int) -> Batch:
-    model = mm.build(mm.Top())
+def _batch(scene: mm.Top | mm.Motor, threads: int) -> Batch:
+    model = mm.build(scene)
     model.opt.timestep = TIMESTEP
-    return Batch(model, nsim=TOPS, nthread=threads)
+    return Batch(model, nsim=COPIES, nthread=threads)
 
 
 def _cores(run: Callable[[], float]) -> float:
@@ -46,7 +53,7 @@ def _cores(run: Callable[[], float]) -> float:
 
 def _seconds(batch: Batch, qpos: NDArray[np.float64]) -> float:
     batch.reset(keyframe=0)
-    qpos[:, :2] = np.random.default_rng(0).uniform(-0.1, 0.1, (TOPS, 2))
+    qpos[:, :2] = np.random.default_rng(0).uniform(-0.1, 0.1, (COPIES, 2))
     begin = time.perf_counter()
     batch.step(nstep=STEPS)
-    return (time.perf_counter() - begin) / TOPS / STEPS
+    return (time.perf_counter() - begin) / COPIES / STEPS

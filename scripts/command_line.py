@@ -3,7 +3,7 @@
 import os
 import sys
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import Field, dataclass, field, fields, make_dataclass
 from pathlib import Path
@@ -13,49 +13,76 @@ import tyro
 
 import magmotor as mm
 from magmotor.checks import check_choice
+from magmotor.scenes.motor import PAPER as RUNS
 
 DIVERGED, MISTAKE, NO_OPENGL, UNWRITTEN, INTERRUPTED = 1, 2, 3, 4, 130
 """Exit codes."""
 
-PRESETS = {
-    "paper1": mm.Top.paper(1),
-    "paper2": mm.Top.paper(2),
-    "paper3": mm.Top.paper(3),
-    "paper4": mm.Top.paper(4),
-    "experiment": mm.Top.experiment(),
-    "si": mm.Top.si(),
-}
-
 Options = TypeVar("Options")
-Scene = TypeVar("Scene", mm.Top, mm.Disk)
+Scene = TypeVar("Scene", mm.Top, mm.Disk, mm.Motor)
+
+
+@dataclass(frozen=True)
+class Presets:
+    """Where the fields of a kind of scene may start."""
+
+    scenes: dict[str, Any]
+    default: str
+    help: str
+    decide: tuple[str, ...] = ()
+    """fields that have no flag of their own"""
 
 
 @dataclass
-class Preset:
-    preset: Annotated[str, tyro.conf.arg(metavar="|".join(PRESETS))] = "paper4"
-    """where the scene's fields start: a case of the paper (4 acquires spin), its experiment (the
-    ring is lowered, then tilted), or case 4 with the moments read in SI"""
+class Unnamed:
+    """Of scenes without presets."""
+
+
+PRESETS = {
+    "top": Presets(
+        {
+            **{f"paper{case}": mm.Top.paper(case) for case in (1, 2, 3, 4)},
+            "experiment": mm.Top.experiment(),
+            "si": mm.Top.si(),
+        },
+        default="paper4",
+        help="where the scene's fields start: a case of the paper (4 acquires spin), its experiment"
+        " (the ring is lowered, then tilted), or case 4 with the moments read in SI",
+    ),
+    "motor": Presets(
+        {**{run: mm.Motor.paper(run) for run in RUNS}, "si": mm.Motor.si()},
+        default="uniform-a",
+        help="where the scene's fields start: a run of the paper, at uniform or nonuniform"
+        " temperature, or uniform-a with the moments read in SI",
+        decide=("temperature",),
+    ),
+}
+"""Of kinds of scenes that have any."""
 
 
 def parse(
-    options: type[Options], description: str, arguments: Sequence[str] | None = None
-) -> tuple[mm.Top, Options]:
-    """The top, from a preset and a flag for each of its fields, and a script's own options.
+    options: type[Options] | Mapping[str, type[Options]],
+    description: str,
+    kinds: Sequence[str],
+    arguments: Sequence[str] | None = None,
+) -> tuple[Any, Options]:
+    """A scene and a script's own options, from the command line.
 
-    A field with a value that it cannot have ends the program with one line and code 2.
+    The first argument names the scene's kind, one of `kinds`: top, motor or disk, each of which may
+    have options of its own. There is a flag for each of its fields, whose defaults are those of the
+    preset. A value that a field cannot have ends the program with one line and code 2.
     """
-    return _parsed({"top": _top_command(options, arguments)}, description, arguments)
-
-
-def parse_any(
-    options: type[Options], description: str, arguments: Sequence[str] | None = None
-) -> tuple[mm.Top | mm.Disk, Options]:
-    """The same for any scene that MuJoCo runs; the first argument names it."""
-    commands = {
-        "top": _top_command(options, arguments),
-        "disk": _command(mm.Disk(), _declared(mm.Disk()), options),
-    }
-    return _parsed(commands, description, arguments)
+    arguments = sys.argv[1:] if arguments is None else arguments
+    try:
+        own = options if isinstance(options, Mapping) else dict.fromkeys(kinds, options)
+        commands = {kind: _scene_command(kind, own[kind], arguments) for kind in kinds}
+        for command in commands.values():
+            command.__doc__ = description
+        return tyro.extras.subcommand_cli_from_dict(
+            commands, description=description, args=arguments
+        )()
+    except ValueError as error:
+        fail(str(error), MISTAKE)
 
 
 def parse_fields(
@@ -73,42 +100,28 @@ def parse_fields(
         fail(str(error), MISTAKE)
 
 
-def _parsed(commands: dict[str, Any], description: str, arguments: Sequence[str] | None) -> Any:
-    try:
-        for command in commands.values():
-            command.__doc__ = description
-        return tyro.extras.subcommand_cli_from_dict(
-            commands, description=description, args=arguments
-        )()
-    except ValueError as error:
-        fail(str(error), MISTAKE)
-
-
-def _top_command(options: type[Options], arguments: Sequence[str] | None) -> Any:
+def _scene_command(kind: str, options: type[Options], arguments: Sequence[str]) -> Any:
+    if kind not in PRESETS:
+        return _command(mm.Disk(), _declared(mm.Disk()), options)
+    presets = PRESETS[kind]
+    told = tyro.conf.arg(metavar="|".join(presets.scenes), help=presets.help)
+    chosen = field(default=presets.default)
+    named = make_dataclass("Preset", [("preset", Annotated[str, told], chosen)])
     # The preset first, because the other flags have its values as their defaults.
-    chosen, _ = tyro.cli(Preset, args=arguments, return_unknown_args=True, add_help=False)
-    try:
-        check_choice("preset", chosen.preset, tuple(PRESETS))
-    except ValueError as error:
-        fail(str(error), MISTAKE)
-    base = PRESETS[chosen.preset]
-    flags = _flags(base, _declared(base))
-
-    def top(
-        own: tyro.conf.OmitArgPrefixes[options],  # pyright: ignore[reportInvalidTypeForm]
-        preset: tyro.conf.OmitArgPrefixes[Preset],
-        scene: tyro.conf.OmitArgPrefixes[flags],  # pyright: ignore[reportInvalidTypeForm]
-    ):
-        return lambda: (base.replace(**vars(scene)), own)
-
-    return top
+    first = arguments if [*arguments[:1]] == [kind] else []
+    preset = tyro.cli(named, args=first, return_unknown_args=True, add_help=False)[0].preset
+    check_choice("preset", preset, tuple(presets.scenes))
+    base = presets.scenes[preset]
+    names = [name for name in _declared(base) if name not in presets.decide]
+    return _command(base, names, options, named)
 
 
-def _command(base: mm.Top | mm.Disk, names: Sequence[str], options: type[Options]) -> Any:
+def _command(base: Any, names: Sequence[str], options: type[Options], named: Any = Unnamed) -> Any:
     flags = _flags(base, names)
 
     def command(
         own: tyro.conf.OmitArgPrefixes[options],  # pyright: ignore[reportInvalidTypeForm]
+        preset: tyro.conf.OmitArgPrefixes[named],  # pyright: ignore[reportInvalidTypeForm]
         scene: tyro.conf.OmitArgPrefixes[flags],  # pyright: ignore[reportInvalidTypeForm]
     ):
         return lambda: (base.replace(**vars(scene)), own)
@@ -116,17 +129,17 @@ def _command(base: mm.Top | mm.Disk, names: Sequence[str], options: type[Options
     return command
 
 
-def _declared(scene: mm.Top | mm.Disk) -> list[str]:
+def _declared(scene: Any) -> list[str]:
     return [f.name for f in fields(scene) if f.metadata]
 
 
-def _flags(scene: mm.Top | mm.Disk, names: Sequence[str]) -> Any:
+def _flags(scene: Any, names: Sequence[str]) -> Any:
     """A dataclass of the named fields, for tyro."""
     declared = {f.name: f for f in fields(scene)}
     return make_dataclass("Scene", [_flag(declared[name], scene) for name in names])
 
 
-def _flag(declared: Field, scene: mm.Top | mm.Disk):
+def _flag(declared: Field, scene: Any):
     unit = declared.metadata["unit"]
     unit = f" ({unit})" if unit not in ("", "1") else ""
     told = tyro.conf.arg(help=declared.metadata["doc"] + unit)

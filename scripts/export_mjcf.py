@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import tyro
-from command_line import parse_any, written_whole
+from command_line import parse, written_whole
 
 
 @dataclass
@@ -19,7 +19,7 @@ class Options:
 
 
 def main() -> None:
-    scene, options = parse_any(Options, __doc__ or "")
+    scene, options = parse(Options, __doc__ or "", ("top", "motor", "disk"))
     from magmotor.engines.mujoco.build import compose
 
     text = plain(compose(scene, looks=True).to_xml_string())

@@ -1,16 +1,21 @@
 """Run a scene and film it: the movie, the run itself, its plots, and its numbers.
 
-In the folder `out`: `top.nc` (the run, an xarray dataset), `top.png` (path, J and energy against
-theory) and `top.mp4`.
+In the folder `out`, of the top: `top.nc` (the run, an xarray dataset), `top.png` (path, J and
+energy against theory) and `top.mp4`. Of the motor: a flight, found in a long run and replayed in
+detail along the same Brownian path: `motor_flight.nc`, `motor_flight.mp4`, and of the whole run
+`motor_flight.png`.
 """
 
+import math
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import xarray as xr
 from command_line import (
     DIVERGED,
     INTERRUPTED,
@@ -27,6 +32,9 @@ import magmotor as mm
 from magmotor.gl import PACKAGES
 
 PAPER = "the paper's parameters give 1.858e-04 kg m^2/s at 21.6 s"
+
+MOVIE_SECONDS = 25.0
+"""How long the movie of a flight is by default."""
 
 
 @dataclass
@@ -45,28 +53,35 @@ class Options:
     """folder to write to"""
 
 
+@dataclass
+class FlightOptions:
+    method: str = "variational/baoab"
+    """engine/scheme"""
+    timestep: float = 0.1
+    """(s)"""
+    duration: float = 1e5
+    """(s) in which a flight is sought"""
+    seed: int = 1
+    """of the Brownian path"""
+    seconds_per_second: float | None = None
+    """seconds of the run in a second of the movie; by default, so many that it lasts some 25 s"""
+    still: tuple[float, Path] | None = None
+    """time (s) and file of a single frame, to be drawn instead of the movie"""
+    out: Path = Path("out")
+    """folder to write to"""
+
+
 def main() -> None:
-    scene, options = parse(Options, __doc__ or "")
+    kinds = {"top": Options, "motor": FlightOptions}
+    scene, options = parse(kinds, __doc__ or "", tuple(kinds))
     seconds: dict[str, float] = {}
-    ending: tuple[str, int] | None = None
-    with timed(seconds, "simulate"):
-        try:
-            run = mm.simulate(
-                scene, method=options.method, timestep=options.timestep, duration=options.duration
-            )
-        except ValueError as error:
-            fail(str(error), MISTAKE)
-        except mm.SimulationDiverged as stop:
-            run, ending = stop.dataset, (str(stop), DIVERGED)
-        except mm.SimulationInterrupted as stop:
-            run, ending = stop.dataset, (f"{stop} at t = {stop.dataset.time[-1]:g} s", INTERRUPTED)
-    print(*summary(run, scene), sep="\n")
-    with timed(seconds, "plots"):
-        save(run, scene, options.out)
-    if ending:
-        fail(*ending)
-    with timed(seconds, "render"):
-        film(run, scene, options)
+    try:
+        if isinstance(options, FlightOptions):
+            film_flight(scene, options, seconds)
+        else:
+            film_top(scene, options, seconds)
+    except ValueError as error:
+        fail(str(error), MISTAKE)
     print("wall time:", ", ".join(f"{name} {spent:.1f} s" for name, spent in seconds.items()))
 
 
@@ -77,7 +92,27 @@ def timed(seconds: dict[str, float], name: str) -> Iterator[None]:
     seconds[name] = time.perf_counter() - start
 
 
-def summary(run, scene: mm.Top) -> Iterator[str]:
+def film_top(scene: mm.Top, options: Options, seconds: dict[str, float]) -> None:
+    ending: tuple[str, int] | None = None
+    with timed(seconds, "simulate"):
+        try:
+            run = mm.simulate(
+                scene, method=options.method, timestep=options.timestep, duration=options.duration
+            )
+        except mm.SimulationDiverged as stop:
+            run, ending = stop.dataset, (str(stop), DIVERGED)
+        except mm.SimulationInterrupted as stop:
+            run, ending = stop.dataset, (f"{stop} at t = {stop.dataset.time[-1]:g} s", INTERRUPTED)
+    print(*summary(run, scene), sep="\n")
+    with timed(seconds, "plots"):
+        save(run, scene, options.out)
+    if ending:
+        fail(*ending)
+    with timed(seconds, "render"):
+        render(run, scene, options.out / "top.mp4", options.still, options.seconds_per_second)
+
+
+def summary(run: xr.Dataset, scene: mm.Top) -> Iterator[str]:
     momentum = run.momentum_map.values
     at = int(np.abs(momentum).argmax())
     largest, spin = abs(momentum[at]), abs(momentum[at]) / scene.inertia[2]
@@ -90,7 +125,7 @@ def summary(run, scene: mm.Top) -> Iterator[str]:
     yield f"balance of J: it differs from theory's integral by at most {residual:.1e}{relative}"
 
 
-def save(run, scene: mm.Top, out: Path) -> None:
+def save(run: xr.Dataset, scene: mm.Top, out: Path) -> None:
     with written_whole(out / "top.nc") as part:
         run.to_netcdf(part)
     with written_whole(out / "top.png") as part:
@@ -98,17 +133,77 @@ def save(run, scene: mm.Top, out: Path) -> None:
     print(f"wrote {out / 'top.nc'} and {out / 'top.png'}")
 
 
-def film(run, scene: mm.Top, options: Options) -> None:
-    path = options.still[1] if options.still else options.out / "top.mp4"
+def film_flight(scene: mm.Motor, options: FlightOptions, seconds: dict[str, float]) -> None:
+    numerics = {"method": options.method, "timestep": options.timestep, "seed": options.seed}
+    with timed(seconds, "simulate"):
+        whole = long_run(scene, options, numerics)
+    shown = mm.plots.MotorRun("the whole run", whole)
+    begin, end = window(shown)
+    flight = f"{shown.flights_in_words}; filmed from t = {begin:g} to {end:g} s"
+    print(flight)
+    before = whole.sel(time=slice(None, begin))
+    replay = mm.simulate(
+        scene,
+        duration=end - begin,
+        record_interval=records_per(0.5, options.timestep),
+        initial=before,
+        **numerics,
+    ).assign_attrs(found=flight)
+    out = options.out
+    with timed(seconds, "plots"):
+        with written_whole(out / "motor_flight.nc") as part:
+            replay.to_netcdf(part)
+        with written_whole(out / "motor_flight.png") as part:
+            mm.plots.motor_overview(shown, part)
+    print(f"wrote {out / 'motor_flight.nc'} and {out / 'motor_flight.png'}")
+    speed = options.seconds_per_second or math.ceil((end - begin) / MOVIE_SECONDS)
+    timely = replay.assign_coords(time=replay.time + begin)
+    with timed(seconds, "render"):
+        render(timely, scene, out / "motor_flight.mp4", options.still, speed)
+
+
+def long_run(scene: mm.Motor, options: FlightOptions, numerics: dict[str, Any]) -> xr.Dataset:
+    interval = records_per(1.0, options.timestep)
+    try:
+        return mm.simulate(scene, duration=options.duration, record_interval=interval, **numerics)
+    except mm.SimulationDiverged as stop:
+        print(stop)  # a ring that is lost may have let the ball fly before
+        return stop.dataset.assign_attrs(stopped=str(stop))
+    except mm.SimulationInterrupted as stop:
+        fail(f"{stop} at t = {stop.dataset.time[-1]:g} s", INTERRUPTED)
+
+
+def records_per(seconds: float, timestep: float) -> int:
+    return max(1, round(seconds / timestep))
+
+
+def window(run: mm.plots.MotorRun) -> tuple[float, float]:
+    """From before the longest flight begins until the ball has gone round once and a half."""
+    if run.longest is None:
+        reached = run.data.time[-1]
+        fail(f"no movie: no flight in {reached:g} s; try another seed, or longer", UNWRITTEN)
+    times, begin = run.data.time.values, float(run.longest.begin)
+    flown = np.abs(run.revolutions - run.revolutions[times == begin])
+    once = float(times[(times > begin) & (flown >= 1)][0])
+    first = times[np.searchsorted(times, begin - (once - begin) / 2)]
+    last = min(begin + 1.5 * (once - begin), times[-1])
+    return float(first), float(last)
+
+
+def render(
+    run: xr.Dataset,
+    scene: mm.Top | mm.Motor,
+    path: Path,
+    still: tuple[float, Path] | None,
+    speed: float,
+) -> None:
+    path = still[1] if still else path
     try:
         with written_whole(path) as part:
-            if options.still:
-                mm.render.still(run, scene, part, options.still[0])
+            if still:
+                mm.render.still(run, scene, part, still[0])
             else:
-                speed = options.seconds_per_second
                 mm.render.movie(run, scene, part, seconds_per_second=speed)
-    except ValueError as error:
-        fail(str(error), MISTAKE)
     except mm.render.NoOpenGL as error:
         packages = "".join(f"\n  {system}: {command}" for system, command in PACKAGES.items())
         fail(f"no movie: {error}; install OpenGL and run again{packages}", NO_OPENGL)

@@ -1,5 +1,6 @@
 """The magnetism callback once more in plain NumPy: short, slow, and written independently."""
 
+import mujoco
 import numpy as np
 
 
@@ -12,6 +13,7 @@ def apply_magnetism(model, data):
     moment = model.site_user[sites, :1] * data.site_xmat[sites].reshape(-1, 3, 3)[:, :, 2]
     body = model.site_bodyid[sites]
     weld = model.body_weldid[body]
+    factor = coupling_factors(model)
     for b in np.unique(body):
         if model.body_dofnum[model.body_weldid[b]] == 0:
             continue
@@ -19,7 +21,7 @@ def apply_magnetism(model, data):
         for i in np.flatnonzero(body == b):
             others = weld != weld[i]
             r = position[i] - position[others]
-            m = moment[others]
+            m = moment[others] * factor[b, body[others], np.newaxis]
             d = np.linalg.norm(r, axis=1, keepdims=True)
             n = r / d
             mn, an = np.sum(m * n, axis=1, keepdims=True), n @ moment[i][:, np.newaxis]
@@ -30,3 +32,14 @@ def apply_magnetism(model, data):
             total[:3] += force
             total[3:] += np.cross(moment[i], field) + np.cross(arm, force)
         data.xfrc_applied[b] = total
+
+
+def coupling_factors(model):
+    """How many times as strongly dipoles of any two bodies act on one another; (nbody, nbody)."""
+    factors = np.ones((model.nbody, model.nbody))
+    for k in range(model.ntuple):
+        if mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_TUPLE, k).startswith("coupling"):
+            a, b = model.tuple_objid[model.tuple_adr[k] :][:2]
+            factors[a, b] *= model.tuple_objprm[model.tuple_adr[k]]
+            factors[b, a] = factors[a, b]
+    return factors

@@ -363,6 +363,6 @@ def test_standalone_mjcf_moves_the_same(tmp_path, surface):
     np.testing.assert_allclose(data.qpos, [run.x[-1], run.theta[-1]], rtol=1e-9)
 
 
-def test_only_top_and_disk_have_models():
-    with pytest.raises(ValueError, match="Top or Disk"):
+def test_a_langevin_particle_has_no_model():
+    with pytest.raises(ValueError, match="Top, Motor or Disk"):
         mm.build(mm.LangevinParticle())  # pyright: ignore[reportArgumentType]

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import magmotor as mm
+from magmotor import checkpoint as checkpoints
 from magmotor import theory
-from magmotor.ensemble import checkpoint as checkpoints
 from magmotor.ensemble import march, statistics
 
 WARM = mm.Disk(sigma=0.5, friction=0.5, noise=1.0)
@@ -174,7 +174,7 @@ def test_an_interrupted_run_goes_on_bit_by_bit(tmp_path, monkeypatch, whole, cal
 def test_a_crash_loses_what_came_after_the_last_checkpoint(tmp_path, monkeypatch, whole):
     path = tmp_path / "run.ckpt"
     with monkeypatch.context() as patch:
-        patch.setattr(march, "SECONDS_BETWEEN_CHECKPOINTS", 0.0)
+        patch.setattr(checkpoints, "SECONDS_BETWEEN", 0.0)
         interrupt_after(patch, 30, crash)
         with pytest.raises(RuntimeError, match="crash"):
             mm.ensemble(WARM, **ARGUMENTS, trajectories=7, checkpoint=path)
@@ -212,7 +212,7 @@ def test_a_checkpoint_of_another_task_is_refused(tmp_path):
         mm.ensemble(WARM, **{**ARGUMENTS, "seed": 3}, checkpoint=path)
     for content in (b"", b"not a checkpoint", path.read_bytes()[:2000]):
         path.write_bytes(content)
-        with pytest.raises(ValueError, match="must be a checkpoint of an ensemble, or no file"):
+        with pytest.raises(ValueError, match="must be a checkpoint, or no file"):
             mm.ensemble(WARM, **ARGUMENTS, checkpoint=path)
 
 

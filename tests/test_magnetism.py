@@ -52,7 +52,7 @@ COMPASSES = """
 
 
 def chain(count):
-    """A model of `count` fixed dipoles and three free ones, to cross the kernel's tiles."""
+    """A model of `count` fixed dipoles and three free ones."""
     rng = np.random.default_rng(count)
     fixed = "".join(
         f'<site pos="{x} {y} {z}" zaxis="{a} {b} 1" user="3"/>'
@@ -63,6 +63,85 @@ def chain(count):
         for i in range(3)
     )
     return f"<mujoco><worldbody>{fixed}{free}</worldbody></mujoco>"
+
+
+def coupling(name, *bodies, prm=(2, 2), objtype="body"):
+    """A tuple of bodies, with a factor each."""
+    elements = "".join(
+        f'<element objtype="{objtype}" objname="{body}" prm="{factor}"/>'
+        for body, factor in zip(bodies, prm, strict=False)
+    )
+    return f'<custom><tuple name="{name}">{elements}</tuple></custom>'
+
+
+def motor(custom=""):
+    """A ball above a plane, and two rings of dipoles, of which one turns about its centre."""
+
+    def ring(name, count, radius):
+        return "".join(
+            f'<site name="{name}{i}" pos="{radius * x} {radius * y} 0" zaxis="{x} {y} 0.3"'
+            ' user="1"/>'
+            for i in range(count)
+            for x, y in [(np.cos(2 * np.pi * i / count), np.sin(2 * np.pi * i / count))]
+        )
+
+    return f"""
+    <mujoco>
+      {custom}
+      <worldbody>
+        <body name="ball" pos="0.1 0.05 -0.7">
+          <joint type="slide" axis="1 0 0"/>
+          <joint type="slide" axis="0 1 0"/>
+          <joint type="ball"/>
+          <geom size="0.3"/>
+          <site name="ball" user="1"/>
+        </body>
+        <body name="ring" euler="10 20 0">
+          <joint type="ball"/>
+          <inertial pos="0 0 0.1" mass="3" diaginertia="1.6875 1.6875 3.375"/>
+          {ring("ring", 20, 1.0)}
+        </body>
+        <body name="outer">{ring("outer", 5, 1.6)}</body>
+      </worldbody>
+    </mujoco>"""
+
+
+def random_tree(seed, isolated=False):
+    """Bodies with 0 to 40 dipoles each; some welded to their parents, some unable to move.
+
+    Sites of a rigid body do not follow each other where a jointed child comes between. All bodies
+    are free and nothing else is there if `isolated`.
+    """
+    rng = np.random.default_rng(seed)
+    names = ["world"]
+
+    def sites():
+        count = rng.choice([0, 1, 1, 2, 5, 8, 15, 16, 17, 24, 40])
+        return "".join(
+            f'<site pos="{x} {y} {z}" zaxis="{a} {b} {c}" user="{m}"/>'
+            for x, y, z, a, b, c, m in rng.normal(size=(count, 7)) * np.repeat([0.5, 1], [3, 4])
+        )
+
+    def body(depth):
+        names.append(f"body{len(names)}")
+        head = f'<body name="{names[-1]}" pos="{" ".join(map(str, rng.normal(size=3)))}">'
+        joints = ["<freejoint/>"] if isolated else ["", "", '<joint type="ball"/>']
+        joint = rng.choice(joints if depth or isolated else [*joints, "<freejoint/>"])
+        children = (
+            "" if isolated else "".join(body(depth + 1) for _ in range(rng.poisson(0.9**depth)))
+        )
+        return f'{head}{joint}<geom size="0.1" pos="0.1 0 0.2"/>{sites()}{children}</body>'
+
+    bodies = "".join(body(0) for _ in range(7))
+    pairs = rng.choice(names[isolated:], size=(12, 2))
+    factors = rng.choice([0, 0.5, -1.5, 2], size=12)
+    custom = "".join(
+        coupling(f"coupling{k}", *pair, prm=(factor, factor))
+        for k, (pair, factor) in enumerate(zip(pairs, factors, strict=True))
+    )
+    fixed = "" if isolated else sites()
+    custom = custom if seed % 2 else ""
+    return f"<mujoco>{custom}<worldbody>{fixed}{bodies}</worldbody></mujoco>"
 
 
 def wrenches(model, data):
@@ -83,18 +162,122 @@ def test_any_model_gets_the_wrench_of_the_twin(seed):
     data.qvel[:] = rng.normal(size=model.nv)
     compiled, twin = wrenches(model, data)
     assert np.abs(twin).max() > 0
-    for part in (slice(0, 3), slice(3, 6)):
-        error = np.abs(compiled - twin)[:, part].max()
-        assert error <= 1e-12 * np.abs(twin[:, part]).max()  # measured: 1.2e-15
+    assert apart(compiled, twin) < 1e-12  # measured: 1.2e-15
     still = [model.body(name).id for name in ("world", "ring")]
     assert not compiled[still].any()
+    data.xfrc_applied[still] = 1
+    assert (wrenches(model, data)[0][still] == 1).all()
 
 
-@pytest.mark.parametrize("count", [1, 61, 62, 128, 200])
-def test_many_dipoles_cross_tiles(count):
+def apart(wrench, twin):
+    """Largest difference of forces or torques, relative to the largest."""
+    forces, torques = (
+        np.abs(wrench - twin)[:, part].max() / np.abs(twin[:, part]).max()
+        for part in (slice(0, 3), slice(3, 6))
+    )
+    return max(forces, torques)
+
+
+@pytest.mark.parametrize("count", [1, 7, 8, 15, 16, 17, 61, 128, 200])
+def test_any_number_of_dipoles(count):
     model = mujoco.MjModel.from_xml_string(chain(count))
     compiled, twin = wrenches(model, mujoco.MjData(model))
-    assert np.abs(compiled - twin).max() <= 1e-12 * np.abs(twin).max()
+    assert apart(compiled, twin) < 1e-12  # measured: 2e-15
+
+
+def test_a_dipole_may_lie_at_the_origin():
+    model = mujoco.MjModel.from_xml_string(chain(17))
+    data = mujoco.MjData(model)
+    data.qpos[:3] = 0, -0.1, 0
+    compiled, twin = wrenches(model, data)
+    assert apart(compiled, twin) < 1e-12  # measured: 3e-16
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_any_tree_of_bodies(seed):
+    """With couplings if the seed is odd."""
+    model = mujoco.MjModel.from_xml_string(random_tree(seed))
+    compiled, twin = wrenches(model, mujoco.MjData(model))
+    assert np.count_nonzero(model.site_user) > 64
+    assert apart(compiled, twin) < 1e-12  # measured: 2.3e-15
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_total_wrench_of_an_isolated_system_vanishes(seed):
+    """Newton's third law, and its like for torques; with couplings if the seed is odd."""
+    model = mujoco.MjModel.from_xml_string(random_tree(seed, isolated=True))
+    data = mujoco.MjData(model)
+    with mm.magnetism():
+        mujoco.mj_forward(model, data)
+    force, torque = data.xfrc_applied[:, :3], data.xfrc_applied[:, 3:]
+    about = torque + np.cross(data.xipos, force)
+    assert np.abs(force.sum(axis=0)).max() < 1e-12 * np.abs(force).max()  # measured: 9e-16
+    assert np.abs(about.sum(axis=0)).max() < 1e-12 * np.abs(about).max()  # measured: 1.3e-15
+
+
+@pytest.mark.parametrize("pair", [("ball", "ring"), ("outer", "ring"), ("ball", "outer")])
+@pytest.mark.parametrize("factor", [0.0, 1.0, 2.0])
+def test_a_coupling_scales_what_two_bodies_do_to_one_another(pair, factor):
+    plain, none, coupled = (
+        mujoco.MjModel.from_xml_string(motor(custom))
+        for custom in (
+            "",
+            coupling("coupling of two", *pair, prm=(0, 0)),
+            coupling("coupling of two", *pair, prm=(factor, factor)),
+        )
+    )
+    data = mujoco.MjData(plain)
+    compiled, twin = wrenches(coupled, data)
+    assert apart(compiled, twin) < 1e-12  # measured: 1e-15
+    without, full = wrenches(none, data)[0], wrenches(plain, data)[0]
+    assert np.abs(full - without).max() > 1e-8  # N; measured: 7e-8 or more
+    assert apart(compiled, without + factor * (full - without)) < 1e-12  # measured: 3e-16
+
+
+def test_a_coupling_may_name_the_world():
+    custom = coupling("coupling", "world", "needle", prm=(3, 3))
+    model = mujoco.MjModel.from_xml_string(COMPASSES.replace("<worldbody>", custom + "<worldbody>"))
+    data = mujoco.MjData(model)
+    plain = wrenches(mujoco.MjModel.from_xml_string(COMPASSES), data)[0]
+    compiled, twin = wrenches(model, data)
+    assert apart(compiled, twin) < 1e-12  # measured: 9e-16
+    changed = np.flatnonzero((abs(compiled - plain) > 1e-12 * abs(plain).max()).any(axis=1))
+    assert changed.tolist() == [model.body("needle").id]  # not the tail that is welded to it
+
+
+@pytest.mark.parametrize(
+    "custom",
+    [
+        coupling("coupling#", "ball"),
+        coupling("coupling#", "ball", "ring", "outer", prm=(2, 2, 2)),
+        coupling("coupling#", "ball", "ring", prm=(2, 3)),
+        coupling("coupling#", "ball", "ring", prm=("nan", "nan")),
+        coupling("coupling#", "ring0", "ring1", objtype="site"),
+        coupling("coupling#", "ball", "ring", objtype="xbody"),
+        coupling("coupling#", "ball", "ring").replace("body", "xbody", 1),
+        coupling("coupling#", "ring", "ball").replace('body" objname="ball', 'site" objname="ball'),
+    ],
+)
+def test_a_coupling_that_is_not_of_two_bodies_is_named(custom):
+    first = coupling("coupling", "ball", "outer")
+    model = mujoco.MjModel.from_xml_string(motor(first + custom))
+    data = mujoco.MjData(model)
+    with (
+        mm.magnetism(),
+        pytest.raises(mujoco.FatalError, match=r"tuple 1 'coupling#'.* two bodies with equal prm"),
+    ):
+        mujoco.mj_step(model, data)
+    assert data.pstack == 0
+
+
+@pytest.mark.parametrize("name", ["couplin", "Coupling", "my coupling", "c"])
+def test_tuples_of_other_names_are_ignored(name):
+    plain, other = (
+        mujoco.MjModel.from_xml_string(motor(custom))
+        for custom in ("", coupling(name, "ball", "ring", prm=(2, 3)) + coupling("x", "ring"))
+    )
+    found, expected = (wrenches(model, mujoco.MjData(model))[0] for model in (other, plain))
+    np.testing.assert_array_equal(found, expected)
 
 
 @pytest.mark.parametrize("surface", ["planar", "plane"])
@@ -174,6 +357,25 @@ def test_coinciding_dipoles_are_named():
         data.qpos[:3] = 0, 0, 1
         with pytest.raises(mujoco.FatalError, match=r"'right'.*'left' coincide"):
             mujoco.mj_step(model, data)
+    assert data.pstack == 0
+
+
+def test_dipoles_that_coincide_must_act_on_one_another():
+    """The ball's meets one of the ring's twenty, and two that cannot move meet before them."""
+    twins = '<body mocap="true"><site name="t{0}" pos="9 9 9" user="1"/></body>'
+    twins = "<worldbody>" + twins.format(0) + twins.format(1)
+    for custom in ("", coupling("coupling", "ball", "ring", prm=(0, 0))):
+        model = mujoco.MjModel.from_xml_string(motor(custom).replace("<worldbody>", twins))
+        data = mujoco.MjData(model)
+        mujoco.mj_kinematics(model, data)
+        model.body("ball").pos = data.site("ring3").xpos
+        with mm.magnetism():
+            if custom:
+                mujoco.mj_forward(model, data)
+                assert np.isfinite(data.xfrc_applied).all()
+            else:
+                with pytest.raises(mujoco.FatalError, match=r"'ring3'.*'ball' coincide"):
+                    mujoco.mj_forward(model, data)
 
 
 def test_rk4_stages_see_their_own_forces():

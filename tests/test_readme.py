@@ -11,7 +11,9 @@ README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
 def test_python_examples_run():
-    simulate, ensemble, magnetise, heat = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
+    simulate, ensemble, motor, magnetise, heat = re.findall(
+        r"```python\n(.*?)```", README, re.DOTALL
+    )
     namespace: dict = {}
     exec(simulate, namespace)
     assert np.abs(namespace["run"].momentum_map).max() == pytest.approx(1.858e-4, rel=1e-3)
@@ -26,6 +28,13 @@ def test_python_examples_run():
     square = namespace["many"].sel(quantity="x").isel(time=-1)
     theory = namespace["mm"].theory.ReducedDisk(namespace["disk"]).msd_from_rest(1000.0)
     assert abs(square.mean_square - theory) < 4 * square.mean_square_error
+    namespace = {}
+    exec(motor, namespace)
+    mm, run, scene = (namespace[name] for name in ("mm", "run", "motor"))
+    balance = mm.observables.motor_energy_balance(run, scene)
+    assert abs(balance.residual[-1]) < 0.002 * balance.injected[-1]  # 5e-4
+    modes = mm.observables.mode_temperatures(run, scene, burn_in=2000)
+    assert modes.temperature.sel(mode="slip") == pytest.approx(scene.kT, rel=0.05)  # 5 errors
     namespace = {}
     exec(magnetise, namespace)
     assert namespace["data"].qpos[0] == pytest.approx(np.pi / 2, abs=1e-6)

@@ -1,6 +1,7 @@
 """Movies and pictures show what they are meant to show."""
 
 import subprocess
+from typing import Any, cast
 
 import imageio_ffmpeg
 import mediapy
@@ -8,6 +9,7 @@ import numpy as np
 import pytest
 
 import magmotor as mm
+from magmotor.engines.mujoco.coordinates import BallCoordinates
 from magmotor.render.frames import Frames
 from magmotor.render.trail import Trail
 from magmotor.render.views import NoOpenGL, Views
@@ -34,7 +36,7 @@ def run():
 def pictures(scene, states, trail=None):
     views = Views(scene, dict.fromkeys(CAMERAS, SIZE))
     try:
-        views.pose(states)
+        views.pose(BallCoordinates(scene.surface, scene.ball_radius).joints(states)[0])
         return {camera: views.draw(camera, trail, 1e9).astype(int) for camera in CAMERAS}
     finally:
         views.close()
@@ -101,6 +103,49 @@ def test_a_movie_has_its_frames_and_size(opengl, run, tmp_path):
     assert np.abs(frames[-1] - frames[0]).max() > 50
 
 
+@pytest.fixture(scope="module")
+def motor_run():
+    return mm.simulate(mm.Motor(), method="mujoco/euler", timestep=0.05, duration=60, seed=1)
+
+
+def test_the_motor_is_filmed(opengl, motor_run, tmp_path):
+    scene = mm.Motor()
+    mm.render.movie(motor_run, scene, tmp_path / "motor.mp4", seconds_per_second=1200.0)
+    frames = decoded(tmp_path / "motor.mp4").reshape(-1, 720, 1280, 3).astype(int)
+    assert len(frames) == 2
+    text = (slice(590, 720), slice(0, 260))
+    assert np.abs(frames[1] - frames[0])[text].max() > 100
+    mm.render.still(motor_run, scene, tmp_path / "motor.png", 60.0)
+    still = mediapy.read_image(tmp_path / "motor.png").astype(int)
+    assert np.abs(still - frames[1]).mean() < 3  # what the encoder loses
+
+
+def test_the_motors_rings_ball_and_trail_are_seen(opengl, motor_run):
+    scene = mm.Motor()
+    with Frames(motor_run, scene, [0.0, 60.0]) as frames:
+        start, end = (frames.draw(i)[:360, 800:].astype(int) for i in range(2))
+    rows, columns = np.nonzero(red(start))
+    radius = np.hypot(rows - 180, columns - 240)
+    azimuth = np.arctan2(180 - rows, columns - 240)
+    inner, outer = (np.abs(radius - r) < 12 for r in (112, 144))
+    assert (np.histogram(azimuth[inner], bins=20, range=(-3.3, 2.983))[0] > 0).all()
+    turn = (azimuth[outer] + np.pi / 5) % (2 * np.pi / 5) - np.pi / 5
+    assert np.abs(turn).max() < 0.1  # under each of the five of the outer ring
+    assert len(np.unique(np.round(azimuth[outer] / (2 * np.pi / 5)) % 5)) == 5
+    ball = (slice(170, 190), slice(305, 325))
+    assert (start[ball].min(axis=-1) < 110).sum() > 10
+    assert np.abs(end - start).max() > 100  # the ball has moved
+
+
+def test_what_cannot_be_filmed_is_named(motor_run, tmp_path):
+    replicas = motor_run.expand_dims(replica=2)
+    with pytest.raises(ValueError, match=r"replicas = 2: must be one: run.isel\(replica=0\)"):
+        mm.render.still(replicas, mm.Motor(), tmp_path / "motor.png", 1.0)
+    with pytest.raises(ValueError, match="a scene that is filmed: Top or Motor"):
+        mm.render.still(motor_run, cast(Any, mm.Disk()), tmp_path / "disk.png", 1.0)
+    assert not any(tmp_path.iterdir())
+
+
 def test_ctrl_c_ends_a_movie_as_ctrl_c(opengl, run, tmp_path, monkeypatch):
     def interrupted(self, i):
         raise KeyboardInterrupt
@@ -112,7 +157,7 @@ def test_ctrl_c_ends_a_movie_as_ctrl_c(opengl, run, tmp_path, monkeypatch):
 
 def test_a_run_without_orientation_cannot_be_filmed(tmp_path):
     run = mm.simulate(mm.Top(), method="scipy/dop853", timestep=0.1, duration=1)
-    with pytest.raises(ValueError, match=r"method = 'scipy/dop853': must be one of mujoco/\*"):
+    with pytest.raises(ValueError, match=r"method = 'scipy/dop853': must be mujoco/\* or var"):
         mm.render.movie(run, mm.Top(), tmp_path / "top.mp4")
     with pytest.raises(ValueError, match="seconds_per_second = 0: must be greater than 0"):
         mm.render.movie(run, mm.Top(), tmp_path / "top.mp4", seconds_per_second=0)

@@ -1,6 +1,7 @@
 """The scripts: what they write, their one-line errors, and their exit codes."""
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -51,7 +52,7 @@ def test_presets_and_fields_make_the_scene(tmp_path):
     [
         (("--ball-mass", "-1"), "movie.py: ball_mass = -1.0: must be greater than 0 kg"),
         (("--timestep", "0"), "movie.py: timestep = 0.0: must be greater than 0 s"),
-        (("--method", "euler"), "movie.py: method = 'euler': must be one of mujoco/euler"),
+        (("--method", "euler"), "movie.py: method = 'euler': must be one of variational/euler"),
         (("--preset", "paper5"), "movie.py: preset = 'paper5': must be one of paper1"),
     ],
 )
@@ -83,6 +84,33 @@ def test_help_names_fields_with_units():
         "--seconds-per-second",
     ):
         assert text in done.stdout
+
+
+def test_a_flight_of_the_motor_is_found_and_replayed(tmp_path):
+    flags = ("--preset", "uniform-c", "--velocity", "0", "0.05", "--duration", "400", "--seed", "3")
+    done = script("movie", "motor", *flags, "--out", tmp_path, MUJOCO_GL="disable")
+    assert done.returncode == 3, done.stderr
+    names = sorted(path.name for path in tmp_path.iterdir())
+    assert names == ["motor_flight.nc", "motor_flight.png"]
+    replay = xr.load_dataset(tmp_path / "motor_flight.nc")
+    scene = mm.Motor.paper("uniform-c", velocity=(0.0, 0.05))
+    assert mm.scene_of(replay) == scene
+    found = re.match(r".* revolutions in .* filmed from t = (\d+) to (\d+) s\n", done.stdout)
+    assert found, done.stdout
+    assert replay.attrs["found"] == found[0].strip()
+    begin, end = map(int, found.groups())
+    assert replay.time[-1] == end - begin
+    numerics = {"method": "variational/baoab", "timestep": 0.1, "seed": 3}
+    run = mm.simulate(scene, duration=end, record_interval=5, **numerics)
+    same = run.position.sel(time=slice(begin, end))
+    np.testing.assert_allclose(replay.position, same, rtol=0, atol=1e-9)  # measured: 2e-15
+
+
+def test_no_flight_no_movie(tmp_path):
+    done = script("movie", "motor", "--duration", "100", "--out", tmp_path)
+    assert done.returncode == 4
+    assert done.stderr == "movie.py: no movie: no flight in 100 s; try another seed, or longer\n"
+    assert not any(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("surface", ["planar", "plane"])
@@ -118,6 +146,25 @@ def test_exported_disk_has_its_noise_and_potential(tmp_path):
     assert wrong.returncode == 2
     assert wrong.stderr.count("\n") == 1
     assert "did you mean 'symmetric'" in wrong.stderr
+
+
+def test_exported_motor_is_the_presets(tmp_path):
+    path = tmp_path / "motor.xml"
+    done = script("export_mjcf", "motor", path, "--preset", "nonuniform-c", "--inner-mass", "5")
+    assert done.returncode == 0, done.stderr
+    model = mujoco.MjModel.from_xml_path(str(path))
+    np.testing.assert_array_equal(model.body("inner_ring").user[:6], [0, 0, 0, 2.5e-4, 0, 0])
+    assert not model.body("ball").user.any()
+    assert model.body("inner_ring").mass == 5
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    with mm.magnetism():
+        mujoco.mj_step(model, data, nstep=10)
+    assert np.isfinite(data.qpos).all()
+    assert data.joint("inner_ring").qvel.any()
+    wrong = script("export_mjcf", "motor", path, "--preset", "paper4")
+    assert wrong.returncode == 2
+    assert wrong.stderr.startswith("export_mjcf.py: preset = 'paper4': must be one of nonuniform-a")
 
 
 def test_a_file_that_cannot_be_written_is_one_line(tmp_path):

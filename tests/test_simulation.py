@@ -101,7 +101,7 @@ def test_the_spin_of_the_scene_is_about_its_axis():
 
 
 BAD = [
-    ({"method": "mujoco/rk45"}, "method = 'mujoco/rk45': must be one of mujoco/euler.*scipy/dop"),
+    ({"method": "mujoco/rk45"}, "method = 'mujoco/rk45': must be one of .*mujoco/euler.*scipy/dop"),
     ({"method": "euler"}, "method = 'euler': must be one of"),
     ({"timestep": 0}, "timestep = 0: must be greater than 0 s"),
     ({"timestep": float("nan")}, "timestep = nan: must be a finite number"),
@@ -132,8 +132,20 @@ def test_a_scene_is_needed():
         mm.simulate(cast(mm.Top, "top"), **SHORT)
 
 
+@pytest.mark.parametrize(
+    ("method", "limit"), [("mujoco/euler", 0.0414), ("mujoco/implicitfast", 0.0414),
+                          ("mujoco/rk4", 0.139)],
+)  # fmt: skip
+def test_the_plane_bears_the_ball_up_to_a_linear_limit(method, limit):
+    scene = mm.Top(surface="plane")
+    run = mm.simulate(scene, method=method, timestep=0.99 * limit, duration=60)
+    assert abs(run.position[:, 2] - scene.ball_radius).max() < 2e-7  # 1.1e-7
+    with pytest.raises(ValueError, match=r"timestep = .*: must be less than .* plane that bears"):
+        mm.simulate(scene, method=method, timestep=1.01 * limit, duration=60)
+
+
 def test_the_plane_takes_no_planar_ode():
-    with pytest.raises(ValueError, match="method = 'scipy/dop853': must be one of mujoco/euler"):
+    with pytest.raises(ValueError, match=r"method = 'scipy/dop853': must be one of mujoco/euler"):
         mm.simulate(mm.Top(surface="plane"), method="scipy/dop853", timestep=0.1, duration=1)
 
 

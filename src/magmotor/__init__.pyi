@@ -6,6 +6,7 @@ from . import plots as plots
 from . import render as render
 from . import theory as theory
 from .dataset import scene_of as scene_of
+from .engines.mujoco.baoab import Baoab as Baoab
 from .engines.mujoco.build import build as build
 from .engines.mujoco.layout import LayoutError as LayoutError
 from .engines.mujoco.magnetism import magnetism as magnetism
@@ -13,6 +14,7 @@ from .ensemble import ensemble as ensemble
 from .ensemble import gibbs as gibbs
 from .scenes import Disk as Disk
 from .scenes import LangevinParticle as LangevinParticle
+from .scenes import Motor as Motor
 from .scenes import Top as Top
 from .scenes import Waypoint as Waypoint
 from .simulation import SimulationDiverged as SimulationDiverged

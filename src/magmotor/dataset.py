@@ -20,7 +20,7 @@ def assemble(
 
     Parameters
     ----------
-    scene : Top, Disk or LangevinParticle
+    scene : Top, Motor, Disk or LangevinParticle
         Goes into the attributes as JSON.
     chunks : list of states
         In the order of time, the initial state first.

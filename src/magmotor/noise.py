@@ -91,7 +91,7 @@ def _normal(seed, replica, step, channel):
 def _compile_normal(checksum: int):
     """Compile `normal`; the checksum of what is compiled in is a part of its cache's key."""
 
-    @njit(cache=True, nogil=True)
+    @njit(cache=True, nogil=True, fastmath=FASTMATH)
     def normal(seed, replica, step, channel, factor, level):
         """Standard normal number of one step of a path that is coarsened or refined.
 
@@ -127,7 +127,7 @@ normal = _compile_normal(code_version(elementary))
 def _compile_fill(checksum: int):
     """Compile the loop over steps; see `_compile_normal`."""
 
-    @njit(cache=True, nogil=True)
+    @njit(cache=True, nogil=True, fastmath=FASTMATH)
     def fill(out, seed, replica, first, channel, factor, level):
         _ = checksum
         for i in range(out.size):

@@ -2,19 +2,23 @@
 
 import dataclasses
 import json
-from collections.abc import Generator, Mapping
+import zlib
+from collections.abc import Callable, Mapping
 from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 import xarray as xr
+from numpy.typing import NDArray
 from tqdm import tqdm
 
+from magmotor.checkpoint import Checkpoint
 from magmotor.checks import check_choice, check_integer, check_number, reject
-from magmotor.dataset import assemble
+from magmotor.dataset import assemble, attributes_of
 from magmotor.devices import DEVICES, Scene
 from magmotor.engines.job import Job
 from magmotor.noise import BrownianPath, check_seed, path_of
-from magmotor.states import rows
+from magmotor.states import concatenate, rows
 
 ENGINES = {
     "mujoco": "magmotor.engines.mujoco.run",
@@ -72,12 +76,13 @@ def simulate(
     record_interval: int | None = None,
     initial: Mapping[str, Any] | xr.Dataset | None = None,
     path: BrownianPath | None = None,
+    checkpoint: str | Path | None = None,
 ) -> xr.Dataset:
     """Run a scene.
 
     Parameters
     ----------
-    scene : Top, Disk or LangevinParticle
+    scene : Top, Motor, Disk or LangevinParticle
         What to run.
     method : str
         One of `methods(scene)`.
@@ -93,27 +98,34 @@ def simulate(
         Record every n-th step (default: every step); the initial state is always recorded.
     initial : mapping or dataset, optional
         Replaces parts of the scene's initial state, each as in the result: for the top
-        `position`, `velocity`, `axis`, `angular_velocity` or `orientation`, for the disk `x`, `v`,
-        `theta`, `omega`. Of a dataset the last time; where seed and timestep are the same, the
-        Brownian path goes on from there.
+        `position`, `velocity`, `axis`, `angular_velocity` or `orientation`, for the motor besides
+        `ring_axis` or `ring_orientation` and `ring_angular_velocity`, for the disk `x`, `v`,
+        `theta`, `omega`; of all replicas alike, or of each. Of a dataset the last time; where seed
+        and timestep are the same, the Brownian path goes on from there.
     path : BrownianPath, optional
         The Brownian path to follow, instead of the one that seed and timestep have: a coarser or
         finer view of another run's.
+    checkpoint : str or Path, optional
+        File to save all to, every half minute and at the end, and to go on from if it is there:
+        the result is the same to the bit.
 
     Returns
     -------
     xarray.Dataset
         Of the top `time`, `position`, `velocity`, `axis`, `angular_velocity`, `slip_velocity`,
-        `momentum_map`, `energy` and, from MuJoCo, `orientation`; of the disk `time`, `x`, `v`,
-        `theta`, `omega`, `energy`. Units in their attributes; dimension `replica` where asked for.
+        `momentum_map`, `energy` and, but from `scipy/dop853`, `orientation`; of the motor besides
+        `ring_axis`, `ring_orientation`, `ring_angular_velocity`, `ring_energy`, and from the start
+        of the run `heat`, `work`, `ring_heat`, `ring_work`; of the disk `time`, `x`, `v`, `theta`,
+        `omega`, `energy`. Units in their attributes; dimension `replica` where asked for.
 
     Raises
     ------
     ValueError
-        Bad input: names the argument, its value and the bound.
+        Bad input, also a checkpoint of another task: names it, its value and the bound.
     SimulationDiverged
-        The run is no longer finite, gained energy that it cannot have, or the magnetic lift
-        exceeds the weight of a ball that is held on its plane; holds what was recorded.
+        The run is no longer finite, gained energy that it cannot have, the magnetic lift exceeds
+        the weight of a ball that is held on its plane, or the motor's inner ring is tilted by more
+        than 20 degrees; holds what was recorded.
     SimulationInterrupted
         Ctrl-C; holds what was recorded.
 
@@ -145,8 +157,10 @@ def simulate(
     job = Job(
         scene, scheme, timestep, records, interval, first, followed, attributes["first_step"] or 0
     )
-    chunks = import_module(ENGINES[engine]).run(job)
-    return _collect(scene, first, chunks, records * interval * timestep, attributes)
+    told = attributes_of(scene, **attributes)
+    told["initial"] = zlib.crc32(b"".join(c.tobytes() for c in first if c is not None))
+    saved = Checkpoint(None if checkpoint is None else Path(checkpoint), told)
+    return _collect(job, import_module(ENGINES[engine]).run, saved, attributes)
 
 
 def _first_step(initial: Any, path: BrownianPath, method: str) -> int:
@@ -165,33 +179,61 @@ def _device(scene: Scene) -> Any:
     return DEVICES[type(scene)]
 
 
-def _collect(
-    scene: Scene, first: Any, chunks: Generator[Any], duration: float, attributes: dict
-) -> xr.Dataset:
+def _collect(job: Job, run: Callable, checkpoint: Checkpoint, attributes: dict) -> xr.Dataset:
     """Assemble the chunks while they are good; when that ends early, raise with those that were."""
-    kept = [first]
-    guard = _device(scene).guard(scene, first)
+    guard = _device(job.scene).guard(job.scene, job.initial)
+    kept, job = _resume(job, checkpoint.load())
+    chunks, state = run(job), job.state
+    unit = job.record_interval * job.timestep
     bar = "{l_bar}{bar}| {n:.0f}/{total:.0f} s [{elapsed}<{remaining}]"
-    progress = tqdm(total=duration, desc="simulate", bar_format=bar, delay=2, disable=None)
+    progress = tqdm(
+        total=job.records * unit, initial=job.done * unit, desc="simulate",
+        bar_format=bar, delay=2, disable=None,
+    )  # fmt: skip
     try:
-        for states in chunks:
+        for states, after in chunks:
             good, reason = guard.first_wrong(states)
             kept.append(rows(states, slice(good)))
             if reason:
                 time = float(states.time[good])
-                raise SimulationDiverged(reason, time, assemble(scene, kept, **attributes))
+                raise SimulationDiverged(reason, time, assemble(job.scene, kept, **attributes))
+            state = after
             progress.update(states.time[-1] - progress.n)
+            if checkpoint.due:
+                _save(checkpoint, kept, state)
     except KeyboardInterrupt:
-        raise SimulationInterrupted(assemble(scene, kept, **attributes)) from None
+        _save(checkpoint, kept, state)
+        raise SimulationInterrupted(assemble(job.scene, kept, **attributes)) from None
     except ArithmeticError as failure:
         time = float(kept[-1].time[-1])
-        partial = assemble(scene, kept, **attributes)
+        partial = assemble(job.scene, kept, **attributes)
         raise SimulationDiverged(str(failure), time, partial) from failure
     finally:
         # A suspended engine would keep its callback installed for as long as the error lives.
         chunks.close()
         progress.close()
-    return assemble(scene, kept, **attributes)
+    if job.done < job.records:
+        _save(checkpoint, kept, state)
+    return assemble(job.scene, kept, **attributes)
+
+
+def _resume(job: Job, saved: dict[str, NDArray] | None) -> tuple[list[Any], Job]:
+    """What a checkpoint holds of the records, the initial state first, and the job that is left."""
+    if saved is None:
+        return [job.initial], job
+    state = saved.pop("engine_state")
+    columns: list[Any] = [saved.get(name) for name in job.initial._fields]
+    kept = type(job.initial)(*columns)
+    return [kept], job._replace(done=len(kept.time) - 1, state=state)
+
+
+def _save(checkpoint: Checkpoint, kept: list[Any], state: NDArray | None) -> None:
+    """Save the records and the engine's state after the last of them, if there is any."""
+    if state is None or checkpoint.path is None:
+        return
+    kept[:] = [concatenate(kept)]
+    columns = {k: v for k, v in kept[0]._asdict().items() if v is not None}
+    checkpoint.save({**columns, "engine_state": state})
 
 
 def _check_arguments(scene, method, timestep, duration, seed, interval) -> None:

@@ -5,9 +5,9 @@ Each has the functions `methods`, `check_run`, `initial_state`, `guard` and `col
 
 from types import ModuleType
 
-from magmotor.devices import ball, disk
-from magmotor.scenes import Disk, LangevinParticle, Top
+from magmotor.devices import ball, disk, motor
+from magmotor.scenes import Disk, LangevinParticle, Motor, Top
 
-Scene = Top | Disk | LangevinParticle
+Scene = Top | Motor | Disk | LangevinParticle
 
-DEVICES: dict[type, ModuleType] = {Top: ball, Disk: disk, LangevinParticle: disk}
+DEVICES: dict[type, ModuleType] = {Top: ball, Motor: motor, Disk: disk, LangevinParticle: disk}

@@ -6,7 +6,10 @@ from magmotor.checks import check_integer, check_number, reject
 from magmotor.devices.ball_guard import Guard as guard
 from magmotor.devices.ball_initial import initial_state
 from magmotor.devices.column import Column
+from magmotor.devices.linear_limits import check_bearing_limit
 from magmotor.engines.mujoco.methods import METHODS as MUJOCO
+from magmotor.engines.mujoco.methods import PLANAR as MUJOCO_PLANAR
+from magmotor.engines.variational.schemes import RIGID as VARIATIONAL
 from magmotor.observables.motion import energy, momentum_map, slip_velocity
 from magmotor.scenes import Top
 from magmotor.scenes.top import DRY_FRICTION_RATE
@@ -19,8 +22,11 @@ TIME_UNIT = "s"
 
 def methods(scene: Top) -> tuple[str, ...]:
     """Names of the methods that the scene takes."""
-    planar = scene.surface == "planar"
-    return (*MUJOCO, "scipy/dop853") if planar else MUJOCO
+    if scene.surface == "plane":
+        return MUJOCO
+    if scene.ring_script or scene.inertia[0] != scene.inertia[2]:
+        return (*MUJOCO, "scipy/dop853")
+    return (*VARIATIONAL, *MUJOCO_PLANAR, "scipy/dop853")
 
 
 def check_run(scene: Top, method: str, timestep: float, replicas: int | None) -> None:
@@ -29,13 +35,15 @@ def check_run(scene: Top, method: str, timestep: float, replicas: int | None) ->
     Raises
     ------
     ValueError
-        Replicas, or a timestep that dry friction does not bear.
+        Replicas, or a timestep that dry friction or the plane does not bear.
     """
     if replicas is not None:
         check_integer("replicas", replicas, at_least=1)
         raise reject("replicas", replicas, "None: this scene has no noise, all would be the same")
     if method in MUJOCO and any(scene.dry_friction):
         check_number("timestep", timestep, below=1 / DRY_FRICTION_RATE, unit="s with dry friction")
+    if scene.surface == "plane":
+        check_bearing_limit(method, timestep)
 
 
 def columns(scene: Top, states: BallStates, replicas: int | None) -> dict[str, Column]:

@@ -36,10 +36,11 @@ class Guard:
         yield energy > self.largest_energy, lambda _: ENERGY_GREW
         if self.scene.surface == "planar":
             weight = self.scene.ball_mass * self.scene.gravity
-            yield lift > weight, lambda row: _lifted(lift[row], weight)
+            yield lift > weight, lambda row: lifted(lift[row], weight)
 
 
-def _lifted(lift: float, weight: float) -> str:
+def lifted(lift: float, weight: float) -> str:
+    """What to say of a lift and a weight, both in N."""
     return (
         f"the magnetic lift, {lift:.3g} N, exceeds the ball's weight, {weight:.3g} N, and the"
         " plane cannot hold it down: use a larger gravity or surface = 'plane'"

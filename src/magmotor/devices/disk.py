@@ -1,6 +1,5 @@
 """What the front door knows of the sliding disk and of the Langevin particle."""
 
-import math
 import warnings
 from collections.abc import Mapping
 from typing import Any
@@ -13,7 +12,9 @@ from magmotor import theory
 from magmotor.checks import check_choice, check_integer, check_number, reject
 from magmotor.devices.column import Column
 from magmotor.devices.disk_guard import Guard as guard
+from magmotor.devices.linear_limits import check_linear_limits
 from magmotor.engines.mujoco.methods import METHODS as MUJOCO
+from magmotor.engines.mujoco.methods import PLANAR as MUJOCO_PLANAR
 from magmotor.engines.variational.schemes import METHODS as VARIATIONAL
 from magmotor.observables.disk import energy
 from magmotor.scenes import Disk, LangevinParticle
@@ -24,12 +25,6 @@ __all__ = ["check_run", "columns", "guard", "initial_state", "methods"]
 Scene = Disk | LangevinParticle
 
 TIME_UNIT = "1"
-
-LARGEST_DECAY = {"euler": 2.0, "rk4": 2.785}
-"""Product of step and friction rate at which a scheme with explicit friction becomes unstable."""
-
-LARGEST_SWING = {"rk4": 2 * math.sqrt(2)}
-"""Product of step and frequency likewise; 2 for all the schemes that kick and drift."""
 
 LABELS = {
     "x": "displacement",
@@ -46,7 +41,7 @@ def methods(scene: Scene) -> tuple[str, ...]:
         return VARIATIONAL
     if scene.surface == "plane":
         return MUJOCO
-    return (*VARIATIONAL, *MUJOCO, *(() if scene.noise else ("scipy/dop853",)))
+    return (*VARIATIONAL, *MUJOCO_PLANAR, *(() if scene.noise else ("scipy/dop853",)))
 
 
 def check_run(scene: Scene, method: str, timestep: float, replicas: int | None) -> None:
@@ -66,7 +61,14 @@ def check_run(scene: Scene, method: str, timestep: float, replicas: int | None) 
         check_integer("replicas", replicas, at_least=1)
     if method == "scipy/dop853":
         return
-    _check_linear_limits(scene, method, timestep)
+    check_linear_limits(
+        method,
+        timestep,
+        friction_limit=theory.friction_step_limit(scene),
+        swing_limit=theory.potential_step_limit(scene),
+        swing="sqrt(max|U''|), the well's",
+        always_explicit=isinstance(scene, Disk) and scene.surface == "plane",
+    )
     if isinstance(scene, Disk) and scene.coefficients and scene.noise:
         largest = theory.largest_timestep(scene)
         if timestep > largest:
@@ -76,21 +78,6 @@ def check_run(scene: Scene, method: str, timestep: float, replicas: int | None) 
                 " period of U looks like rest",
                 stacklevel=3,
             )
-
-
-def _check_linear_limits(scene: Scene, method: str, timestep: float) -> None:
-    scheme = method.split("/")[1]
-    # A contact acts explicitly, whatever the scheme.
-    explicit = isinstance(scene, Disk) and scene.surface == "plane"
-    decay = LARGEST_DECAY.get(scheme, LARGEST_DECAY["euler"] if explicit else math.inf)
-    swing = LARGEST_SWING.get(scheme, 2.0)
-    limits = {
-        f"{swing:.4g}/sqrt(max|U''|), the well's": theory.potential_step_limit(scene) * swing / 2,
-        f"{decay:.4g}/lambda, the friction's": theory.friction_step_limit(scene) * decay / 2,
-    }
-    why, limit = min(limits.items(), key=lambda item: item[1])
-    if timestep >= limit:
-        raise reject("timestep", timestep, f"less than {limit:.4g}, the linear limit {why}")
 
 
 def initial_state(

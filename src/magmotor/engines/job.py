@@ -1,15 +1,24 @@
 """What the front door asks of an engine."""
 
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from magmotor.noise import BrownianPath
+
+CHUNK = 20_000
+"""Steps after which an engine hands over what it has, about: some 0.1 s."""
 
 
 class Job(NamedTuple):
     """A run: `records` states after the initial one, each `record_interval` steps apart.
 
-    An engine's function `run(job)` yields them in chunks. The first step is number `first_step` of
-    the Brownian path, whose timestep is the run's.
+    An engine's function `run(job)` yields them in chunks, each with an array that holds all the
+    engine needs to go on from its end. The first step is number `first_step` of the Brownian path,
+    whose timestep is the run's. A run that goes on has `done` records already, and the array that
+    came with the last of them as its `state`: what follows is then the same to the bit.
     """
 
     scene: Any
@@ -20,3 +29,13 @@ class Job(NamedTuple):
     initial: Any
     path: BrownianPath
     first_step: int
+    done: int = 0
+    state: NDArray[np.float64] | None = None
+
+    def chunks(self, replicas: int) -> Iterator[tuple[int, NDArray[np.float64]]]:
+        """Of each chunk the first step, and the times of its records."""
+        size = max(1, CHUNK // (replicas * self.record_interval))
+        for first in range(self.done, self.records, size):
+            last = min(first + size, self.records)
+            steps = self.record_interval * np.arange(first + 1, last + 1, dtype=float)
+            yield first * self.record_interval, self.timestep * steps

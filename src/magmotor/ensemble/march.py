@@ -3,7 +3,6 @@
 import math
 import threading
 import time
-import warnings
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -14,10 +13,10 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from magmotor import theory
+from magmotor.checkpoint import Checkpoint
 from magmotor.devices import disk
+from magmotor.engines.variational.disk import unpack
 from magmotor.engines.variational.lanes import LANES, kernel, law
-from magmotor.engines.variational.run import unpack
-from magmotor.ensemble import checkpoint as checkpoints
 from magmotor.ensemble.interrupts import deferred
 from magmotor.ensemble.moments import POWERS, moments, quantities
 from magmotor.ensemble.plan import Plan
@@ -30,7 +29,6 @@ from magmotor.states.disk import DiskStates
 BLOCK = 64
 """Samples that the kernel hands to the statistics at a time, in the second-level cache."""
 
-SECONDS_BETWEEN_CHECKPOINTS = 30.0
 SECONDS_BETWEEN_LOOKS = 0.5
 """How long the threads work before progress is shown and an interrupt is heard, about."""
 
@@ -39,7 +37,7 @@ class March:
     """The state of an ensemble under way; everything that changes is in `arrays`."""
 
     def __init__(self, scene, task: dict[str, Any], when: Plan, lanes: NDArray, path: Path | None):
-        self.scene, self.task, self.when, self.path = scene, task, when, path
+        self.scene, self.task, self.when = scene, task, when
         scheme = task["method"].split("/")[1]
         self.advance, self.rule = kernel(scene, scheme), law(scene, scheme, task["timestep"])
         self.deviations, self.sigma = _deviations(scene)
@@ -47,7 +45,8 @@ class March:
         self.replicas, self.groups = replicas, -(-padded // LANES)
         self.start = self._states(lanes)
         self.guard = disk.guard(scene, self.start)
-        saved = checkpoints.load(path, task) if path else None
+        self.checkpoint = Checkpoint(path, task)
+        saved = self.checkpoint.load()
         self.arrays: dict[str, NDArray] = saved or {
             "sample": np.zeros((), np.int64),
             "states": lanes,
@@ -56,7 +55,6 @@ class March:
             **empty(padded, when.levels)._asdict(),
         }
         self.statistics = Statistics(*[self.arrays[name] for name in Statistics._fields])
-        self.saved_at = time.monotonic()
 
     @property
     def sample(self) -> int:
@@ -83,9 +81,9 @@ class March:
                 progress.update(self.sample * unit - progress.n)
                 elapsed = max(time.monotonic() - began, 1e-6)
                 span = max(1, int(taken * SECONDS_BETWEEN_LOOKS / elapsed))
-                if time.monotonic() - self.saved_at > SECONDS_BETWEEN_CHECKPOINTS:
-                    self._save()
-            self._save()
+                if self.checkpoint.due:
+                    self.checkpoint.save(self.arrays)
+            self.checkpoint.save(self.arrays)
         if interrupted.is_set():
             raise SimulationInterrupted(self._result())
         return self._result()
@@ -153,18 +151,6 @@ class March:
     def _states(self, lanes: NDArray) -> DiskStates:
         one = lanes[np.newaxis, :, : self.replicas]
         return unpack(np.zeros(1), one.copy(), isinstance(self.scene, Disk))
-
-    def _save(self) -> None:
-        if self.path is None:
-            return
-        self.saved_at = time.monotonic()
-        try:
-            checkpoints.save(self.path, self.task, self.arrays)
-        except OSError as error:
-            warnings.warn(
-                f"no checkpoint {self.path}: {error.strerror or error}; the one before it stays",
-                stacklevel=4,
-            )
 
     def _result(self) -> xr.Dataset:
         return result(self.scene, self.task, self.when, self.arrays, self.deviations)

@@ -7,8 +7,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from magmotor.dataset import attributes_of
+from magmotor.engines.variational.disk import unpack
 from magmotor.engines.variational.lanes import TURN
-from magmotor.engines.variational.run import unpack
 from magmotor.ensemble.moments import quantities
 from magmotor.ensemble.plan import Plan
 from magmotor.ensemble.statistics import (

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from magmotor.checks import check_choice, check_integer, check_number, reject
 from magmotor.devices import disk
-from magmotor.engines.variational.run import pack
+from magmotor.engines.variational.disk import pack
 from magmotor.engines.variational.schemes import METHODS
 from magmotor.ensemble.march import March
 from magmotor.ensemble.plan import plan

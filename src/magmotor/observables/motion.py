@@ -7,13 +7,13 @@ from scipy.interpolate import make_interp_spline
 from scipy.spatial.transform import Rotation
 
 from magmotor import dipoles
-from magmotor.scenes import Top
+from magmotor.scenes import Motor, Top
 from magmotor.states.ball import BallStates
 
 Array = NDArray[np.float64]
 
 
-def slip_velocity(scene: Top, velocity: Array, angular_velocity: Array) -> Array:
+def slip_velocity(scene: Top | Motor, velocity: Array, angular_velocity: Array) -> Array:
     """Slip velocity V_Q = v + omega x q of the contact point, q = -r e_z; equation (slip).
 
     Parameters

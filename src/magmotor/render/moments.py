@@ -1,36 +1,38 @@
-"""Moments: the states at a movie's times, between those that were recorded."""
+"""Moments: what a run shows at a movie's times, between those that were recorded."""
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
-from magmotor.devices.ball import states_of
-from magmotor.states.ball import BallStates
+from magmotor.checks import reject
+from magmotor.scenes import Motor, Top
+
+Array = NDArray[np.float64]
 
 
-def moments(run: xr.Dataset, times: ArrayLike) -> BallStates:
-    """Interpolate a run: vectors linearly, orientations along the shortest turn.
-
-    Parameters
-    ----------
-    run : xarray.Dataset
-        With `orientation`, as from MuJoCo.
-    times : array_like, shape (T,)
-        In seconds, within the run.
+def joints(run: xr.Dataset, scene: Top | Motor, times: Array) -> Array:
+    """MuJoCo's joint coordinates at some times (s), shape (T, nq): orientations turn evenly.
 
     Raises
     ------
     ValueError
-        The run has no orientation: its method follows the axis alone.
+        The run has replicas, or no orientation: its method follows the axis alone.
     """
-    states, times = states_of(run), np.asarray(times, dtype=float)
-    if states.orientation is None:
+    if "replica" in run.dims:
+        raise reject("replicas", run.sizes["replica"], "one: run.isel(replica=0)")
+    if "orientation" not in run:
         method = run.attrs.get("method")
-        raise ValueError(f"method = {method!r}: must be one of mujoco/* to draw the ball's spin")
-    turns = Slerp(states.time, Rotation.from_quat(states.orientation, scalar_first=True))
-    columns = {
-        name: np.stack([np.interp(times, states.time, x) for x in getattr(states, name).T], axis=1)
-        for name in ("position", "velocity", "axis", "angular_velocity")
-    }
-    return BallStates(time=times, **columns, orientation=turns(times).as_quat(scalar_first=True))
+        raise reject("method", method, "mujoco/* or variational/* to draw the ball's spin")
+    linear = 2 if scene.surface == "planar" else 3
+    columns = [between(run, column, times) for column in run.position.values.T[:linear]]
+    for name in ("orientation", "ring_orientation"):
+        if name in run:
+            turns = Slerp(run.time.values, Rotation.from_quat(run[name], scalar_first=True))
+            columns += [*turns(times).as_quat(scalar_first=True).T]
+    return np.stack(columns, axis=1)
+
+
+def between(run: xr.Dataset, values: Array, times: Array) -> Array:
+    """Values of a run's records at other times (s), by linear interpolation."""
+    return np.interp(times, run.time.values, values)

@@ -11,7 +11,7 @@ from tqdm import tqdm
 
 from magmotor.checks import check_number, reject
 from magmotor.render.frames import HEIGHT, WIDTH, Frames
-from magmotor.scenes import Top
+from magmotor.scenes import Motor, Top
 
 if TYPE_CHECKING:
     from mediapy import VideoWriter
@@ -27,15 +27,17 @@ ENCODING = (
 
 
 def movie(
-    run: xr.Dataset, scene: Top, path: str | Path, *, seconds_per_second: float = 1.0
+    run: xr.Dataset, scene: Top | Motor, path: str | Path, *, seconds_per_second: float = 1.0
 ) -> None:
-    """Write the movie of a recorded run: ball, ring, trail of the path, and J(t) as it happens.
+    """Write the movie of a recorded run: the scene, the ball's trail, and a curve as it happens.
+
+    The curve is J(t) of the top, the azimuth theta(t) of the motor's ball.
 
     Parameters
     ----------
     run : xarray.Dataset
-        From `simulate` with a MuJoCo method.
-    scene : Top
+        From `simulate` without replicas; of the top not by scipy/dop853, which has no orientation.
+    scene : Top or Motor
         Its scene.
     path : str or Path
         The .mp4 file to write: H.264, 1280 x 720, 20 frames a second.
@@ -45,7 +47,8 @@ def movie(
     Raises
     ------
     ValueError
-        The run has no orientation, or a speed that is not positive.
+        The run has replicas or no orientation, there are no movies of such a scene, or the speed is
+        not positive.
     NoOpenGL
         No OpenGL context can be made; nothing is written.
     RuntimeError
@@ -54,6 +57,7 @@ def movie(
     check_number("seconds_per_second", seconds_per_second, above=0)
     start, end = run.time.values[[0, -1]]
     times = np.arange(start, end + 1e-9, seconds_per_second / FRAME_RATE)
+    times = np.minimum(times, end)  # rounding
     note = "" if seconds_per_second == 1 else f"{seconds_per_second:g} × real time"
     # In one process: software OpenGL has threads of its own for every core.
     with Frames(run, scene, times, note) as frames, _unmasked_interrupt(), _writer(path) as writer:
@@ -61,7 +65,7 @@ def movie(
             writer.add_image(frames.draw(i))
 
 
-def still(run: xr.Dataset, scene: Top, path: str | Path, time: float) -> None:
+def still(run: xr.Dataset, scene: Top | Motor, path: str | Path, time: float) -> None:
     """Write one frame of the movie, at a time in seconds; arguments and errors as in `movie`."""
     start, end = run.time.values[[0, -1]]
     if not start <= time <= end:

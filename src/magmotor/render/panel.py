@@ -1,38 +1,46 @@
-"""The panel: J(t) and the spin, drawn as they happen."""
+"""The panel: curves over time, drawn as they happen."""
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from magmotor.plots import style
-from magmotor.plots.momentum import draw_momentum
-from magmotor.scenes import Top
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
 
 DOT, COLOUR = 5.0, np.frombuffer(bytes.fromhex(style.BLUE[1:]), np.uint8)
 """Radius in pixels of the dot at the present, and its colour, RGB."""
 
 
 class Panel:
-    """J(t) beside theory: two pictures, drawn once and cut together at the present's column.
+    """Curves so far: two pictures, drawn once and cut together at the present's column.
 
     Parameters
     ----------
-    run : xarray.Dataset
-    scene : Top
+    plot : callable
+        Draws the curves on axes and returns their lines.
+    span : array_like, shape (2,)
+        First and last time, in seconds.
     height, width : int
         In pixels.
     """
 
-    def __init__(self, run: xr.Dataset, scene: Top, height: int, width: int):
+    def __init__(
+        self,
+        plot: Callable[["Axes"], list["Line2D"]],
+        span: ArrayLike,
+        height: int,
+        width: int,
+    ):
         with style.figure(width / 100, height / 100) as figure:
             axes = figure.add_subplot()
-            lines, _ = draw_momentum(axes, run, scene)
-            axes.set_xlim(*run.time.values[[0, -1]])
+            lines = plot(axes)
+            axes.set_xlim(*np.asarray(span))
             figure.legend(loc="outside upper center", ncols=2)
             self.full = _pixels(figure)
             for line in lines:
@@ -41,9 +49,9 @@ class Panel:
             self.origin, one = axes.transData.transform([[0, 0], [1, 1]])
             self.scale = one - self.origin
 
-    def draw(self, time: float, momentum: float) -> NDArray[np.uint8]:
-        """The panel at a time (s) when J has a value (kg m^2/s), shape (height, width, 3)."""
-        x, y = self.origin + self.scale * (time, momentum)
+    def draw(self, time: float, value: float) -> NDArray[np.uint8]:
+        """The panel at a time (s) when a curve has a value, shape (height, width, 3)."""
+        x, y = self.origin + self.scale * (time, value)
         picture = self.empty.copy()
         picture[:, : round(x)] = self.full[:, : round(x)]
         _dot(picture, x, len(picture) - y)

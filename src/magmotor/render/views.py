@@ -9,10 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.engines.mujoco.build import build
-from magmotor.engines.mujoco.coordinates import BallCoordinates
 from magmotor.render.trail import Trail
-from magmotor.scenes import Top
-from magmotor.states.ball import BallStates
+from magmotor.scenes import Motor, Top
 
 Image = NDArray[np.uint8]
 
@@ -26,7 +24,7 @@ class Views:
 
     Parameters
     ----------
-    scene : Top
+    scene : Top or Motor
     sizes : mapping of str to (int, int)
         Height and width in pixels for the name of each camera that will be used: `front`, `top`
         or `ball`.
@@ -37,11 +35,10 @@ class Views:
         No OpenGL context can be made.
     """
 
-    def __init__(self, scene: Top, sizes: Mapping[str, tuple[int, int]]):
+    def __init__(self, scene: Top | Motor, sizes: Mapping[str, tuple[int, int]]):
         self.scene = scene
         self.model = build(scene, looks=True)
         self.data = mujoco.MjData(self.model)
-        self.coordinates = BallCoordinates(scene.surface, scene.ball_radius)
         self.renderers: dict[str, mujoco.Renderer] = {}
         buffer = self.model.vis.global_
         for camera, (height, width) in sizes.items():
@@ -50,12 +47,13 @@ class Views:
             renderer.scene.flags[mujoco.mjtRndFlag.mjRND_SKYBOX] = False  # no camera sees it
             self.renderers[camera] = renderer
 
-    def pose(self, states: BallStates) -> None:
-        """Put ball and ring where they are in the last of the states."""
-        self.data.qpos[:] = self.coordinates.joints(states)[0]
-        height, tilt = self.scene.ring_pose(float(states.time[-1]))
-        self.data.mocap_pos[0] = 0.0, 0.0, height
-        self.data.mocap_quat[0] = self.scene.ring_quaternion(tilt)
+    def pose(self, joints: NDArray[np.float64], time: float = 0.0) -> None:
+        """Put everything where it is at a time (s): joints, and the top's ring on its script."""
+        self.data.qpos[:] = joints
+        if isinstance(self.scene, Top):
+            height, tilt = self.scene.ring_pose(time)
+            self.data.mocap_pos[0] = 0.0, 0.0, height
+            self.data.mocap_quat[0] = self.scene.ring_quaternion(tilt)
         mujoco.mj_kinematics(self.model, self.data)
         mujoco.mj_camlight(self.model, self.data)
 

@@ -16,9 +16,14 @@ def quantity(
     at_least: float = -math.inf,
     below: float = math.inf,
     choices: tuple[str, ...] = (),
+    size: int | None = None,
 ) -> Any:
-    """Declare a dataclass field that `check_fields` verifies; tuples are checked by element."""
-    bounds = {"above": above, "at_least": at_least, "below": below, "choices": choices}
+    """Declare a dataclass field that `check_fields` verifies; tuples are checked by element.
+
+    `size` is the length of a tuple whose default is none.
+    """
+    bounds: dict[str, Any] = {"above": above, "at_least": at_least, "below": below}
+    bounds |= {"choices": choices, "size": len(default) if isinstance(default, tuple) else size}
     return dataclasses.field(default=default, metadata={"unit": unit, "doc": doc, **bounds})
 
 
@@ -39,13 +44,14 @@ def _check_field(field: dataclasses.Field, value: Any) -> None:
     if not bounds or (value is None and field.default is None):
         return
     del bounds["doc"]
+    size = bounds.pop("size")
     if choices := bounds.pop("choices"):
         check_choice(field.name, value, choices)
     elif isinstance(field.default, str):
         return  # checked by the scene that has it
-    elif isinstance(field.default, tuple):
-        if not isinstance(value, tuple | list) or len(value) != len(field.default):
-            raise reject(field.name, value, f"{len(field.default)} numbers")
+    elif size is not None:
+        if not isinstance(value, tuple | list) or len(value) != size:
+            raise reject(field.name, value, f"{size} numbers")
         for element in value:
             check_number(field.name, element, **bounds)
     elif isinstance(field.default, int):

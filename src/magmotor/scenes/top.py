@@ -10,12 +10,15 @@ from numpy.typing import NDArray
 from magmotor.checks import check_number, reject
 from magmotor.dipoles import PERMEABILITY_OVER_4PI
 from magmotor.scenes.fields import check_fields, quantity
+from magmotor.scenes.ring import ring_dipoles
 from magmotor.scenes.ring_script import Waypoint, check_script, pose
 
 PAPER_TILT = math.pi / 64
 SMALLEST_DRY_FRICTION = 1e-5
 DRY_FRICTION_RATE = 200.0
 """Rate (1/s) at which dry friction that is not saturated stops a slip; a step must be shorter."""
+CONTACT_RATE = 20.0
+"""Rate (1/s) at which a ball that the plane bears comes to rest on it, critically damped."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -195,9 +198,7 @@ class Top:
 
     def ring_dipole_frame(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Positions (N, 3) and outward directions (N, 3) of the dipoles in the ring's own frame."""
-        azimuth = 2 * math.pi * np.arange(self.ring_dipoles) / self.ring_dipoles
-        outward = np.stack([np.cos(azimuth), np.sin(azimuth), np.zeros_like(azimuth)], axis=1)
-        return self.ring_radius * outward, outward
+        return ring_dipoles(self.ring_dipoles, self.ring_radius)
 
     def ring_sources(self, time: float = 0.0) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Positions (N, 3) in metres and moments (N, 3) in A m^2 of the ring at a time (s)."""

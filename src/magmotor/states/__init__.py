@@ -10,9 +10,6 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-CHUNK = 20_000
-"""Steps, or recorded states, after which an engine hands over what it has: some 0.1 s."""
-
 Kind = TypeVar("Kind", bound=tuple[Any, ...])
 
 

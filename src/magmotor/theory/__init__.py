@@ -20,6 +20,7 @@ from magmotor.theory.flat import (
     flat_variance_from_rest,
 )
 from magmotor.theory.fokker_planck import ReducedDisk, d_diffusion
+from magmotor.theory.motor import ball_injection_rate, ring_injection_rate, slip_mobility
 from magmotor.theory.stationary import (
     friction_rates,
     gibbs_deviations,
@@ -43,6 +44,7 @@ __all__ = [
     "DiskTheory",
     "ReducedDisk",
     "alias_period",
+    "ball_injection_rate",
     "ballistic_coefficient",
     "d_diffusion",
     "euler_slip_variance",
@@ -67,7 +69,9 @@ __all__ = [
     "position_cdf",
     "position_density",
     "potential_step_limit",
+    "ring_injection_rate",
     "slip_factor",
+    "slip_mobility",
     "slip_rate",
     "slip_relaxation_rate",
     "temperature",

@@ -34,6 +34,10 @@ class BallMotion:
             row[3:] = self.scene.ring_quaternion(tilt)
         return poses
 
-    def states(self, time, qpos, qvel) -> BallStates:
+    def sums(self, before, paths, first) -> NDArray[np.float64]:
+        """None."""
+        return paths[..., :0]
+
+    def states(self, time, qpos, qvel, sums) -> BallStates:
         """The ball's states from joint coordinates, shape (1, T, n)."""
         return self.coordinates.states(time, qpos[0], qvel[0])

@@ -16,11 +16,21 @@ factor of 0.
 
 import math
 
+import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
+from magmotor.engines.job import Job
 from magmotor.engines.mujoco import memory
 from magmotor.engines.mujoco.step_number import step_number
 from magmotor.noise import normal
+
+
+def userdata(job: Job, replicas: int) -> NDArray[np.float64]:
+    """What `mjData.userdata` has to hold in each replica of a run, shape (replicas, 5)."""
+    path = job.path
+    chosen = (path.seed, np.arange(replicas), path.factor, path.level, job.first_step)
+    return np.stack(np.broadcast_arrays(*chosen), axis=-1).astype(float)
 
 
 @njit(inline="always")
@@ -45,7 +55,7 @@ def clear_driven_bodies(m, d, offsets):
 
 
 @njit(inline="always")
-def _chosen(d, m, offsets, k):
+def chosen(d, m, offsets, k):
     """Number k of the user's data as an integer; 0 if there are fewer."""
     count = m[offsets.nuserdata // 8]
     value = memory.numbers(d[offsets.userdata // 8], 1, memory.UNBOUNDED)
@@ -61,9 +71,9 @@ def add_brownian_wrenches(model, data, offsets):
     bodies = m[offsets.nbody // 8]
     rows = memory.numbers(m[offsets.body_user // 8], bodies, nuser)
     applied = memory.numbers(d[offsets.xfrc_applied // 8], bodies, 6)
-    seed, replica = _chosen(d, m, offsets, 0), _chosen(d, m, offsets, 1)
-    factor, level = max(1, _chosen(d, m, offsets, 2)), _chosen(d, m, offsets, 3)
-    step = _chosen(d, m, offsets, 4) + step_number(model, data, offsets)
+    seed, replica = chosen(d, m, offsets, 0), chosen(d, m, offsets, 1)
+    factor, level = max(1, chosen(d, m, offsets, 2)), chosen(d, m, offsets, 3)
+    step = chosen(d, m, offsets, 4) + step_number(model, data, offsets)
     rate = 1.0 / math.sqrt(memory.numbers(model + offsets.timestep, 1, 1)[0, 0])
     channel = 0
     for body in range(bodies):

@@ -5,13 +5,14 @@ import mujoco
 from magmotor.checks import reject
 from magmotor.engines.mujoco import parts
 from magmotor.engines.mujoco.compose_disk import compose_disk
+from magmotor.engines.mujoco.compose_motor import compose_motor
 from magmotor.engines.mujoco.compose_top import compose_top
-from magmotor.scenes import Disk, Top
+from magmotor.scenes import Disk, Motor, Top
 
-COMPOSERS = {Top: compose_top, Disk: compose_disk}
+COMPOSERS = {Top: compose_top, Motor: compose_motor, Disk: compose_disk}
 
 
-def compose(scene: Top | Disk, *, looks: bool) -> parts.Element:
+def compose(scene: Top | Motor | Disk, *, looks: bool) -> parts.Element:
     """The scene as a PyMJCF tree, with lights, cameras and decoration if `looks`.
 
     Raises
@@ -20,16 +21,16 @@ def compose(scene: Top | Disk, *, looks: bool) -> parts.Element:
         There is no such scene in MuJoCo.
     """
     if type(scene) not in COMPOSERS:
-        raise reject("scene", scene, "a scene that MuJoCo has, Top or Disk")
+        raise reject("scene", scene, "a scene that MuJoCo has: Top, Motor or Disk")
     return COMPOSERS[type(scene)](scene, looks=looks)
 
 
-def build(scene: Top | Disk, *, looks: bool = False) -> mujoco.MjModel:
+def build(scene: Top | Motor | Disk, *, looks: bool = False) -> mujoco.MjModel:
     """Compile a scene.
 
     Parameters
     ----------
-    scene : Top or Disk
+    scene : Top, Motor or Disk
         What to build. Dipoles, noise and potential act on the model inside `magnetism()`.
     looks : bool
         Add lights, cameras, materials and decoration, which cost time in every step and change

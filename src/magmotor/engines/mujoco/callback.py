@@ -1,8 +1,8 @@
 """The compiled callback: all that this package adds to MuJoCo's step, in one C function.
 
-It reads what acts from the model itself: dipole sites (see `magnets`), Brownian wrenches of bodies
-(see `brownian`) and periodic potentials of joints (see `potential`). Bodies on which any of these
-acts get the sum as their wrench in `xfrc_applied`, which is overwritten.
+It reads what acts from the model itself: dipole sites and periodic potentials of joints (see
+`forces`) and Brownian wrenches of bodies (see `brownian`). Bodies on which any of these acts get
+the sum as their wrench in `xfrc_applied`, which is overwritten.
 """
 
 # Numba's intrinsics hide their first parameter:
@@ -16,13 +16,30 @@ from numba import cfunc, types
 
 from magmotor import dipoles, elementary, noise
 from magmotor.code_version import code_version
-from magmotor.engines.mujoco import brownian, layout, magnets, memory, potential, step_number
-from magmotor.engines.mujoco.brownian import add_brownian_wrenches, clear_driven_bodies
-from magmotor.engines.mujoco.magnets import set_magnetic_wrenches
-from magmotor.engines.mujoco.potential import add_potential_wrenches, clear_bodies_in_potentials
+from magmotor.engines.mujoco import (
+    brownian,
+    forces,
+    layout,
+    magnets,
+    memory,
+    potential,
+    step_number,
+)
+from magmotor.engines.mujoco.brownian import add_brownian_wrenches
+from magmotor.engines.mujoco.forces import apply_forces
 
 _SIGNATURE = types.void(types.int64, types.int64)
-COMPILED_IN = (dipoles, elementary, noise, memory, magnets, step_number, brownian, potential)
+COMPILED_IN = (
+    dipoles,
+    elementary,
+    noise,
+    memory,
+    magnets,
+    step_number,
+    brownian,
+    potential,
+    forces,
+)
 """Every module with code that becomes part of the callback."""
 
 
@@ -37,19 +54,9 @@ def compile_callback(offsets: layout.Layout, sources: int):
     @cfunc(_SIGNATURE, cache=True, error_model="numpy")
     def callback(model, data):
         _ = sources  # a part of the cache's key
-        m = memory.words(model, memory.UNBOUNDED)
-        d = memory.words(data, memory.UNBOUNDED)
-        driven = m[offsets.nuser_body // 8] > 0
-        in_potentials = m[offsets.nuser_jnt // 8] > 0
-        if driven:
-            clear_driven_bodies(m, d, offsets)
-        if in_potentials:
-            clear_bodies_in_potentials(m, d, offsets)
-        acting = set_magnetic_wrenches(m, d, offsets)
-        if driven:
+        acting = apply_forces(model, data, offsets)
+        if memory.words(model, memory.UNBOUNDED)[offsets.nuser_body // 8] > 0:
             acting += add_brownian_wrenches(model, data, offsets)
-        if in_potentials:
-            acting += add_potential_wrenches(m, d, offsets)
         if acting == 0 and memory.inert_reported() == 0:
             memory.report_inert()
 
@@ -59,7 +66,6 @@ def compile_callback(offsets: layout.Layout, sources: int):
 @cache
 def compiled_callback():
     """The callback for the MuJoCo that is running, compiled once a process at the most."""
-    memory.bind_function("mju_error", memory.library().mju_error)
     memory.bind_function("magmotor_report_inert", _report)
     memory.bind_variable("magmotor_inert_reported", _reported)
     return compile_callback(layout.current(), code_version(*COMPILED_IN))

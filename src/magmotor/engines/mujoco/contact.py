@@ -18,14 +18,13 @@ from typing import Any
 import mujoco
 
 from magmotor.engines.mujoco import parts
-from magmotor.scenes import Top
-from magmotor.scenes.top import DRY_FRICTION_RATE
+from magmotor.scenes.top import CONTACT_RATE, DRY_FRICTION_RATE
 
 STIFF, SOFT = 0.9999, 0.0001
 """MuJoCo's largest and smallest impedance d."""
 
-STIFFNESS, DAMPING = 400.0, 40.0
-"""Of the contact's normal, over mass, in 1/s^2 and 1/s: critical, and stable for h < 0.05 s."""
+STIFFNESS, DAMPING = CONTACT_RATE**2, 2 * CONTACT_RATE
+"""Of the contact's normal, over mass, in 1/s^2 and 1/s."""
 
 ALWAYS_IN_CONE = 1e6
 """Friction coefficient of the viscous contact, so large that its cone is never reached."""
@@ -34,15 +33,21 @@ FILM = 1e-3
 """Margin (m) within which a contact that need not bear the load is active, its point at -r e_z."""
 
 
-def add_contacts(root: parts.Element, scene: Top) -> None:
+def add_contacts(
+    root: parts.Element,
+    surface: str,
+    gravity: float,
+    friction: float,
+    dry_friction: tuple[float, float, float] = (0.0, 0.0, 0.0),
+) -> None:
     """Add the contact pairs of the ball on the floor; `calibrate_viscous` completes them."""
-    dry = any(scene.dry_friction)
-    viscous_bears_load = scene.surface == "plane" and not dry
+    dry = any(dry_friction)
+    viscous_bears_load = surface == "plane" and not dry
     root.option.impratio = 1.0 if dry else 1e-14
-    bearing = {"solimp": _constant(STIFF), "margin": _resting_depth(scene.gravity)}
+    bearing = {"solimp": _constant(STIFF), "margin": _resting_depth(gravity)}
     common = {"geom1": "floor", "geom2": "ball", "solref": [-STIFFNESS, -DAMPING], **bearing}
     if dry:
-        slide, turn, roll = scene.dry_friction
+        slide, turn, roll = dry_friction
         root.contact.add(
             "pair",
             name="dry",
@@ -51,9 +56,9 @@ def add_contacts(root: parts.Element, scene: Top) -> None:
             solreffriction=[0.0, -DRY_FRICTION_RATE],
             **common,
         )
-    elif scene.friction == 0 and scene.surface == "plane":
+    elif friction == 0 and surface == "plane":
         root.contact.add("pair", name="smooth", condim=1, **common)
-    if scene.friction > 0:
+    if friction > 0:
         add_viscous(root, "ball", **(bearing if viscous_bears_load else {}))
 
 
@@ -73,15 +78,15 @@ def add_viscous(root: parts.Element, geom: str, **bearing: Any) -> None:
     )
 
 
-def tune_solver(root: parts.Element, scene: Top) -> None:
+def tune_solver(root: parts.Element, surface: str, friction: float) -> None:
     """Have the solver do no more than the ball's contacts need.
 
     On the plane, Newton's first step along each line is as good as those that its line search
     would add.
     """
-    if scene.surface == "plane":
+    if surface == "plane":
         root.option.ls_tolerance = 1e6
-    elif scene.friction == 0:
+    elif friction == 0:
         root.option.flag.constraint = "disable"
     else:
         solve_in_one_step(root)
@@ -106,11 +111,24 @@ def calibrate_viscous(root: parts.Element, friction: float, inverse_inertia: flo
     model = mujoco.MjModel.from_xml_string(root.to_xml_string(), root.get_assets())
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    (contact,) = (c for c in data.contact if c.friction[0] == ALWAYS_IN_CONE)
+    (contact,) = viscous_contacts(data)
+    pair.solreffriction = [0.0, -friction * _resistance(data, contact, inverse_inertia)]
+
+
+def viscous_contacts(data: mujoco.MjData) -> list[Any]:
+    """The viscous ones among the contacts that are active."""
+    return [contact for contact in data.contact if contact.friction[0] == ALWAYS_IN_CONE]
+
+
+def viscous_friction(data: mujoco.MjData, contact: Any, inverse_inertia: float) -> float:
+    """The c of a viscous contact, whose force is -c V; see `calibrate_viscous`."""
+    return -contact.solreffriction[1] / _resistance(data, contact, inverse_inertia)
+
+
+def _resistance(data: mujoco.MjData, contact: Any, inverse_inertia: float) -> float:
+    """How many times larger than its c the b of a viscous contact is: d (A + R)."""
     regularisation = data.efc_R[contact.efc_address + 1]
-    impedance = pair.solimp[0]
-    b = friction * impedance * (inverse_inertia + regularisation)
-    pair.solreffriction = [0.0, -b]
+    return contact.solimp[0] * (inverse_inertia + regularisation)
 
 
 def _resting_depth(gravity: float) -> float:

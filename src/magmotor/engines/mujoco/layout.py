@@ -14,14 +14,15 @@ from mujoco.introspect import ast_nodes
 from mujoco.introspect.structs import STRUCTS
 
 MODEL_FIELDS = (
-    "nbody", "njnt", "nsite", "nuser_body", "nuser_jnt", "nuser_site", "nuserdata",
+    "nbody", "njnt", "nsite", "ntuple", "nuser_body", "nuser_jnt", "nuser_site", "nuserdata",
     "body_weldid", "body_dofnum", "body_user", "jnt_type", "jnt_bodyid", "jnt_qposadr", "jnt_user",
-    "site_bodyid", "site_user", "name_bodyadr", "name_jntadr", "name_siteadr", "names",
+    "site_bodyid", "site_user", "tuple_adr", "tuple_size", "tuple_objtype", "tuple_objid",
+    "tuple_objprm", "name_bodyadr", "name_jntadr", "name_siteadr", "name_tupleadr", "names",
 )  # fmt: skip
 OPTION_FIELDS = ("timestep", "integrator")
 DATA_FIELDS = (
-    "site_xpos", "site_xmat", "xipos", "xaxis", "xfrc_applied", "qpos", "userdata", "time",
-    "pstack",
+    "site_xpos", "site_xmat", "xmat", "xipos", "xaxis", "xfrc_applied", "qfrc_applied", "qpos",
+    "qvel", "userdata", "time", "pstack",
 )  # fmt: skip
 
 _SCALARS = {
@@ -40,6 +41,12 @@ _PROBE = """
 <mujoco>
   <option timestep="0.0625" integrator="implicitfast"/>
   <size nuserdata="17" nuser_body="11" nuser_jnt="13"/>
+  <custom>
+    <tuple name="pair">
+      <element objtype="body" objname="world" prm="2"/>
+      <element objtype="site" objname="fixed" prm="3"/>
+    </tuple>
+  </custom>
   <worldbody>
     <site name="fixed" user="2"/>
     <body>
@@ -68,6 +75,7 @@ class Layout(NamedTuple):
     nbody: int
     njnt: int
     nsite: int
+    ntuple: int
     nuser_body: int
     nuser_jnt: int
     nuser_site: int
@@ -81,18 +89,27 @@ class Layout(NamedTuple):
     jnt_user: int
     site_bodyid: int
     site_user: int
+    tuple_adr: int
+    tuple_size: int
+    tuple_objtype: int
+    tuple_objid: int
+    tuple_objprm: int
     name_bodyadr: int
     name_jntadr: int
     name_siteadr: int
+    name_tupleadr: int
     names: int
     timestep: int
     integrator: int
     site_xpos: int
     site_xmat: int
+    xmat: int
     xipos: int
     xaxis: int
     xfrc_applied: int
+    qfrc_applied: int
     qpos: int
+    qvel: int
     userdata: int
     time: int
     pstack: int

@@ -22,7 +22,9 @@ def magnetism() -> Iterator[None]:
 
     They act on every MuJoCo model that declares them in its MJCF:
 
-    - a dipole is a site with `user="MOMENT"` in A m^2, along its z axis;
+    - a dipole is a site with `user="MOMENT"` in A m^2, along its z axis; dipoles of bodies welded
+      together do not act on one another, and those of two bodies that are the elements of a
+      `<custom>` tuple named `coupling...` act `prm` times as strongly (see Notes);
     - Brownian wrenches are rows of six in a body's `user`: force x y z, torque x y z of each row
       in the world frame at the centre of mass, times its own white noise, in N sqrt(s) and
       N m sqrt(s). `mjData.userdata` holds, as far as the model has `nuserdata`, the seed, the
@@ -48,15 +50,27 @@ def magnetism() -> Iterator[None]:
     LayoutError
         This version of MuJoCo keeps its data in other places than it declares.
     mujoco.FatalError
-        While stepping, with names: two dipoles of different bodies coincide; a body's numbers are
-        no rows of six, or a joint's no pairs, or it is neither slide nor hinge. MuJoCo pads shorter
-        lists to the longest in the model with zeros, which are no error.
+        While stepping, with names: two dipoles of different bodies coincide; a coupling's elements
+        are not two bodies with equal `prm`; a body's numbers are no rows of six, or a joint's no
+        pairs, or it is neither slide nor hinge. MuJoCo pads shorter lists to the longest in the
+        model with zeros, which are no error.
 
     Notes
     -----
-    Forces follow physics of point dipoles: F = grad(m.B), torque m x B. A step's noise is constant
-    over the stages of RK4; `magmotor.engines.mujoco.step_number` tells how steps are counted.
-    Actuation must not be disabled by flag, since MuJoCo then skips the callback.
+    Forces follow physics of point dipoles: F = grad(m.B), torque m x B. A coupling multiplies both
+    between the two bodies it names (`world` is one, too), not between those welded to them; 0 turns
+    them off, and the factors of several couplings of one pair multiply::
+
+        <custom>
+          <tuple name="coupling of ball and ring">
+            <element objtype="body" objname="ball" prm="2"/>
+            <element objtype="body" objname="ring" prm="2"/>
+          </tuple>
+        </custom>
+
+    A step's noise is constant over the stages of RK4; `magmotor.engines.mujoco.step_number` tells
+    how steps are counted. Actuation must not be disabled by flag, since MuJoCo then skips the
+    callback.
     """
     global _depth, _previous
     with _lock:

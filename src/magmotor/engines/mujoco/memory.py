@@ -19,11 +19,6 @@ from numba import carray, njit, types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-TILE = 64
-"""Sources gathered at a time into the stack buffer."""
-
-ROWS = 7
-
 UNBOUNDED = 1 << 30
 """Length of an array whose own is not looked up."""
 
@@ -48,6 +43,21 @@ def library() -> ctypes.CDLL:
     return ctypes.CDLL(str(found[0]))
 
 
+for _name in ("mju_error", "mj_markStack", "mj_stackAllocByte", "mj_freeStack"):
+    bind_function(_name, getattr(library(), _name))
+
+mark_stack = types.ExternalFunction("mj_markStack", types.void(types.int64))
+"""Remember how much of the stack of an mjData is in use."""
+
+allocate = types.ExternalFunction(
+    "mj_stackAllocByte", types.int64(types.int64, types.uint64, types.uint64)
+)
+"""Address of so many bytes, so aligned, on the stack of an mjData."""
+
+free_stack = types.ExternalFunction("mj_freeStack", types.void(types.int64))
+"""Free what was allocated since the last mark."""
+
+
 @intrinsic
 def _pointer(typingctx, address):
     """Turn an integer address into a pointer."""
@@ -70,10 +80,32 @@ def integers(address, count):
     return carray(_pointer(address), (count,), np.uint32)
 
 
+@njit
+def starts_with(address, prefix):
+    """Whether the C string at an address starts with the bytes of `prefix`, a tuple."""
+    characters = carray(_pointer(address), (len(prefix),), np.uint8)
+    k = 0
+    while k < len(prefix) and characters[k] == prefix[k]:
+        k += 1
+    return k == len(prefix)
+
+
 @njit(inline="always")
 def numbers(address, rows, columns):
     """A `rows` x `columns` array of doubles at an address."""
     return carray(_pointer(address), (rows, columns), np.float64)
+
+
+@njit(inline="always")
+def borrowed(array):
+    """A view of a caller's array without a count of references, which costs loops much time."""
+    return carray(_pointer(array.ctypes.data), array.shape, array.dtype)
+
+
+@njit(inline="always")
+def from_column(array, first):
+    """A two-dimensional array from one of its columns on; unlike a slice it is of the same type."""
+    return numbers(array.ctypes.data + 8 * first, array.shape[0], array.shape[1])
 
 
 @njit(inline="always")
@@ -83,25 +115,6 @@ def any_number(array, row, first, last):
     for k in range(first, last):
         present = present or array[row, k] != 0.0
     return present
-
-
-@intrinsic
-def _stack_address(typingctx):
-    """Address of a source tile on the stack of the calling function."""
-
-    def codegen(context, builder, signature, args):
-        kind = ir.ArrayType(ir.DoubleType(), ROWS * TILE)
-        place = cgutils.alloca_once(builder, kind)
-        place.align = 64
-        return builder.ptrtoint(place, ir.IntType(64))
-
-    return types.int64(), codegen
-
-
-@njit(inline="always")
-def stack_tile():
-    """Room for one tile of sources, shape (7, TILE), on the stack."""
-    return numbers(_stack_address(), ROWS, TILE)
 
 
 def _error(context, builder, text, pairs):
@@ -126,6 +139,17 @@ def fatal_coincidence(typingctx, first, first_name, second, second_name):
         return _error(context, builder, text, (args[:2], args[2:]))
 
     return types.void(first, first_name, second, second_name), codegen
+
+
+@intrinsic
+def fatal_coupling(typingctx, number, name):
+    """Raise MuJoCo's error that names a tuple; the name is the address of a C string."""
+
+    def codegen(context, builder, signature, args):
+        text = "tuple %d '%s', a coupling: its elements must be two bodies with equal prm"
+        return _error(context, builder, text, (args,))
+
+    return types.void(number, name), codegen
 
 
 @intrinsic

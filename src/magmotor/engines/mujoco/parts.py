@@ -3,6 +3,10 @@
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
 Element = Any
 """A PyMJCF element: its attributes are those of the MJCF schema, unknown to type checkers."""
 
@@ -27,6 +31,13 @@ def load(name: str) -> Element:
         ) from missing
 
     return mjcf.from_path(str(models_folder() / f"{name}.xml"))
+
+
+def add_dipoles(body: Element, moment: float, positions: Array, directions: Array) -> None:
+    """Add dipoles of a moment in A m^2 to a body: positions (n, 3) in its frame, directions."""
+    for i, (position, direction) in enumerate(zip(positions, directions, strict=True)):
+        place = {"pos": position, "zaxis": direction}
+        body.add("site", name=f"{body.name}{i}", dclass="dipole", user=[moment], **place)
 
 
 UNUSED = (

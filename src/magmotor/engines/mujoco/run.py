@@ -10,14 +10,17 @@ import numpy as np
 from mujoco.rollout import rollout
 from numpy.typing import NDArray
 
-from magmotor.engines.job import Job
+from magmotor.engines.job import CHUNK, Job
 from magmotor.engines.mujoco import stopwatch
 from magmotor.engines.mujoco.ball_motion import BallMotion
+from magmotor.engines.mujoco.baoab import Baoab
 from magmotor.engines.mujoco.build import build
 from magmotor.engines.mujoco.disk_motion import DiskMotion
 from magmotor.engines.mujoco.magnetism import magnetism
-from magmotor.scenes import Disk, Top
-from magmotor.states import CHUNK
+from magmotor.engines.mujoco.motor_motion import MotorMotion
+from magmotor.scenes import Disk, Motor, Top
+
+Array = NDArray[np.float64]
 
 INTEGRATORS = {
     "euler": mujoco.mjtIntegrator.mjINT_EULER,
@@ -31,53 +34,75 @@ class Motion(Protocol):
 
     Attributes
     ----------
-    start : ndarray, shape (replicas, nq + nv)
-        Joint coordinates of the initial states.
+    start : ndarray, shape (replicas, nq + nv + k)
+        Joint coordinates of the initial states, and k running sums.
     driven : bool
         Whether anything acts through the compiled callback.
     control : int
         What `controls` holds, as bits of `mjtState`.
     """
 
-    start: NDArray[np.float64]
+    start: Array
     driven: bool
     control: int
 
-    def controls(self, steps: NDArray[np.int64]) -> NDArray[np.float64] | None:
+    def controls(self, steps: NDArray[np.int64]) -> Array | None:
         """What MuJoCo is given in these steps, shape (replicas, steps or 1, n)."""
         ...
 
-    def states(self, time: NDArray, qpos: NDArray, qvel: NDArray) -> Any:
-        """States from joint coordinates, shape (replicas, T, nq or nv)."""
+    def sums(self, before: Array, paths: Array, first: int) -> Array:
+        """Running sums after each step, shape (replicas, steps, k).
+
+        `before` (replicas, nq + nv + k) is the state before step number `first` of the run,
+        `paths` (replicas, steps, nq + nv) the states after it and those that follow.
+        """
+        ...
+
+    def states(self, time: Array, qpos: Array, qvel: Array, sums: Array) -> Any:
+        """States from joint coordinates and sums, shape (replicas, T, nq, nv or k)."""
         ...
 
 
-MOTIONS: dict[type, Any] = {Top: BallMotion, Disk: DiskMotion}
+MOTIONS: dict[type, Any] = {Top: BallMotion, Motor: MotorMotion, Disk: DiskMotion}
 
 
-def run(job: Job) -> Generator[Any]:
-    """Yield the recorded states that follow the initial one, in chunks."""
+def run(job: Job) -> Generator[tuple[Any, Array]]:
+    """Yield the recorded states that follow the initial one, in chunks; see `Job`."""
     model = build(job.scene)
     model.opt.timestep = job.timestep
-    model.opt.integrator = INTEGRATORS[job.scheme]
+    splitting = Baoab(model) if job.scheme == "baoab" else None
+    if splitting is None:
+        model.opt.integrator = INTEGRATORS[job.scheme]
     motion: Motion = MOTIONS[type(job.scene)](job)
-    replicas = len(motion.start)
+    state = motion.start if job.state is None else job.state
+    replicas = len(state)
     data = [mujoco.MjData(model) for _ in range(min(replicas, os.cpu_count() or 1))]
-    state = np.hstack([np.zeros((replicas, 1)), motion.start])
-    done, last = 0, job.records * job.record_interval
-    with magnetism() if motion.driven else nullcontext(), stopwatch.stopped():
-        while done < last:
-            steps = np.arange(done, min(done + max(1, CHUNK // replicas), last))
-            state[:, 0] = done * job.timestep  # the sum of timesteps would drift
-            controls = motion.controls(steps)
-            paths, _ = rollout(
-                model, data, state, controls, control_spec=motion.control, nstep=len(steps)
-            )
-            # A warning of huge values ends a rollout, and its last state is repeated.
-            paths[np.diff(paths[..., 0], axis=1, prepend=state[:, :1]) <= 0] = np.nan
-            state = paths[:, -1].copy()
-            done += len(steps)
-            recorded = (steps + 1) % job.record_interval == 0
-            if recorded.any():
-                qpos, qvel = np.split(paths[:, recorded, 1:], [model.nq], axis=-1)
-                yield motion.states((steps[recorded] + 1) * job.timestep, qpos, qvel)
+    piece = max(1, CHUNK // replicas)
+    called_back = motion.driven and splitting is None
+    with magnetism() if called_back else nullcontext(), stopwatch.stopped():
+        for begin, times in job.chunks(replicas):
+            records, end = [], begin + len(times) * job.record_interval
+            for first in range(begin, end, piece):
+                steps = np.arange(first, min(first + piece, end))
+                paths = _advance(model, splitting, data, motion, state, steps)
+                sums = motion.sums(state, paths, first)
+                paths = np.concatenate([paths, sums], axis=-1)
+                state = paths[:, -1].copy()
+                records.append(paths[:, (steps + 1) % job.record_interval == 0])
+            split = [model.nq, model.nq + model.nv]
+            columns = np.split(np.concatenate(records, axis=1), split, axis=-1)
+            yield motion.states(times, *columns), state
+
+
+def _advance(model, splitting, data, motion: Motion, state: Array, steps) -> Array:
+    """Joint coordinates after each of these steps, shape (replicas, steps, nq + nv)."""
+    whole = np.empty((len(state), 1 + model.nq + model.nv))
+    whole[:, 0] = steps[0] * model.opt.timestep  # the sum of timesteps would drift
+    whole[:, 1:] = state[:, : model.nq + model.nv]
+    controls, spec = motion.controls(steps), motion.control
+    if splitting is not None:
+        return splitting.rollout(data, whole, controls, control_spec=spec, nstep=len(steps))
+    paths, _ = rollout(model, data, whole, controls, control_spec=spec, nstep=len(steps))
+    # A warning of huge values ends a rollout, and its last state is repeated.
+    paths[np.diff(paths[..., 0], axis=1, prepend=whole[:, :1]) <= 0] = np.nan
+    return paths[..., 1:]

@@ -8,33 +8,36 @@ from numpy.typing import NDArray
 from scipy.integrate import DOP853
 
 from magmotor.engines.job import Job
-from magmotor.engines.scipy import ball, disk
-from magmotor.scenes import Disk, Top
-from magmotor.states import CHUNK
+from magmotor.engines.scipy import ball, disk, motor
+from magmotor.scenes import Disk, Motor, Top
 
-EQUATIONS = {Top: ball, Disk: disk}
+Array = NDArray[np.float64]
+
+EQUATIONS = {Top: ball, Motor: motor, Disk: disk}
 
 RELATIVE_TOLERANCE = 1e-12
 """Of each step's error; the absolute tolerance is as much of each variable's natural scale."""
 
 
-def run(job: Job) -> Generator[Any]:
-    """Yield the recorded states that follow the initial one, in chunks.
+def run(job: Job) -> Generator[tuple[Any, Array]]:
+    """Yield the recorded states that follow the initial one, in chunks; see `Job`.
 
     The steps are the integrator's own, but for those that end at a recorded time, where an
     interpolated state would be less accurate; the job's timestep says when to record.
     """
-    times = job.timestep * job.record_interval * np.arange(1, job.records + 1)
     equation = EQUATIONS[type(job.scene)]
     derivative, state, scales = equation.problem(job.scene, job.initial)
+    state = state if job.state is None else job.state
     tolerance = RELATIVE_TOLERANCE * scales
-    solver = DOP853(derivative, 0.0, state, np.inf, rtol=RELATIVE_TOLERANCE, atol=tolerance)
-    for first in range(0, job.records, CHUNK):
-        time = times[first : first + CHUNK]
-        yield equation.states(job.scene, time, np.array([_advance(solver, t) for t in time]))
+    for first, times in job.chunks(1):
+        begin = first * job.timestep
+        solver = DOP853(derivative, begin, state, np.inf, rtol=RELATIVE_TOLERANCE, atol=tolerance)
+        rows = np.array([_advance(solver, time) for time in times])
+        state = rows[-1]
+        yield equation.states(job.scene, times, rows), state
 
 
-def _advance(solver: DOP853, time: float) -> NDArray[np.float64]:
+def _advance(solver: DOP853, time: float) -> Array:
     solver.t_bound, solver.status = time, "running"
     while solver.status == "running":
         failure = solver.step()

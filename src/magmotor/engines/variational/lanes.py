@@ -17,20 +17,19 @@ from numba import njit
 from magmotor import elementary, noise
 from magmotor.code_version import code_version
 from magmotor.elementary import FASTMATH, cosine, prefer_wide_vectors, sine
-from magmotor.engines.variational.friction import friction_and_noise
+from magmotor.engines import vectors
+from magmotor.engines.friction import friction_and_noise
 from magmotor.engines.variational.schemes import SCHEMES, kicks_that_evaluate
+from magmotor.engines.vectors import aligned
 from magmotor.noise import box_muller, normal, threefry
 from magmotor.scenes import Disk, LangevinParticle
 
 LANES = 128
 """Replicas that are stepped together: their states stay in the first-level cache."""
 
-PADDING = 8
-"""Doubles in the widest vector; states are padded to full vectors, which the kernel needs."""
-
 TURN = 2 * np.pi
 
-CHECKSUM = code_version(elementary, noise)
+CHECKSUM = code_version(elementary, noise, vectors)
 """Of the modules that are compiled into the kernel."""
 
 
@@ -55,7 +54,14 @@ def law(scene: Disk | LangevinParticle, scheme: str, timestep: float) -> Law:
     of = {part: timestep / parts.count(part) for part in "ABO"}
     decrement, increment = np.zeros((2, 2)), np.zeros((2, scene.slip_directions.shape[0]))
     n = len(scene.masses)
-    decrement[:n, :n], increment[:n] = friction_and_noise(scene, of["O"], exact=exact)
+    wrenches = scene.slip_directions.T
+    decrement[:n, :n], increment[:n] = friction_and_noise(
+        scene.masses,
+        scene.friction * wrenches @ wrenches.T,
+        scene.noise * wrenches,
+        of["O"],
+        exact=exact,
+    )
     waves = [
         (-k * a * of["B"], k * b * of["B"]) for k, (a, b) in enumerate(scene.coefficients, start=1)
     ]
@@ -80,14 +86,6 @@ def kernel(scene: Disk | LangevinParticle, scheme: str) -> Any:
     parts = SCHEMES[scheme].parts
     codes = tuple("ABO".index(part) for part in parts)
     return _compile(codes, kicks_that_evaluate(parts), sines, CHECKSUM)
-
-
-@njit(inline="always")
-def _aligned(count):
-    """Room for so many doubles, from the start of a cache line on: vectors across two are slow."""
-    room = np.empty(count + PADDING)
-    start = -(room.ctypes.data // 8) % PADDING
-    return room[start : start + count]
 
 
 @njit(inline="always", fastmath=FASTMATH)
@@ -120,7 +118,7 @@ def _compile(parts: tuple[int, ...], anew: tuple[bool, ...], sines: bool, checks
         prefer_wide_vectors()
         friction, columns, force, turns, angle = law
         channels = len(columns)
-        work = _aligned((7 + 2 * channels * draws) * LANES).reshape(-1, LANES)
+        work = aligned((7 + 2 * channels * draws) * LANES).reshape(-1, LANES)
         x, theta, v, omega, kicks = work[0], work[1], work[2], work[3], work[4]
         words, normals = work[5:7].view(np.uint64), work[7:]
         for group in range(0, states.shape[1], LANES):

@@ -21,6 +21,9 @@ SCHEMES = {
 
 METHODS = tuple(f"variational/{name}" for name in SCHEMES)
 
+RIGID = ("variational/euler", "variational/cayley", "variational/baoab")
+"""Of rigid bodies: Euler by the exponential map, by the Cayley map, and the splitting."""
+
 
 def kicks_that_evaluate(parts: str) -> tuple[bool, ...]:
     """For each part, whether it is a kick that needs the force anew.

@@ -3,24 +3,25 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import expm, sqrtm
-
-from magmotor.scenes import Disk, LangevinParticle
 
 Matrix = NDArray[np.float64]
 
 
 def friction_and_noise(
-    scene: Disk | LangevinParticle, time: float, *, exact: bool
+    masses: ArrayLike, friction: Matrix, noise: Matrix, time: float, *, exact: bool
 ) -> tuple[Matrix, Matrix]:
     """Matrices D and L of the map u -> u + D u + L xi of friction and noise during `time`.
 
     Parameters
     ----------
-    scene : Disk or LangevinParticle
-        With masses M, and wrenches w_j that friction -c w_j (w_j . u) and noise alpha w_j dW_j act
-        along.
+    masses : array_like, shape (n,)
+        Inertia of each velocity u.
+    friction : ndarray, shape (n, n)
+        Force -friction u.
+    noise : ndarray, shape (n, channels)
+        Force noise dW/dt.
     time : float
         How long they act.
     exact : bool
@@ -32,16 +33,15 @@ def friction_and_noise(
     decrement : ndarray, shape (n, n)
     noise : ndarray, shape (n, channels)
     """
-    inverse_mass = np.diag(1 / np.array(scene.masses))
-    wrenches = scene.slip_directions.T
-    rates = scene.friction * inverse_mass @ wrenches @ wrenches.T
-    increment = scene.noise * math.sqrt(time) * inverse_mass @ wrenches
+    inverse_mass = np.diag(1 / np.asarray(masses))
+    rates = inverse_mass @ friction
+    increment = math.sqrt(time) * inverse_mass @ noise
     if not exact:
         return -time * rates, increment
     flow, covariance = _flow_and_covariance(rates, increment @ increment.T / time, time)
     # Of all roots of the covariance the one nearest to Euler's increment.
     back = np.linalg.pinv(increment)
-    nearest = increment @ np.real(sqrtm(back @ covariance @ back.T)) if scene.noise else increment
+    nearest = increment @ np.real(sqrtm(back @ covariance @ back.T)) if noise.any() else increment
     return flow - np.eye(len(flow)), nearest
 
 

@@ -2,7 +2,10 @@
 
 import json
 import os
+import time
+import warnings
 import zipfile
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +14,53 @@ from numpy.typing import NDArray
 
 from magmotor.checks import reject
 
+SECONDS_BETWEEN = 30.0
 
-def save(path: Path, task: dict[str, Any], arrays: dict[str, NDArray]) -> None:
+
+class Checkpoint:
+    """The checkpoint of a task, written now and then; without a path, nothing is.
+
+    Parameters
+    ----------
+    path : Path or None
+    task : dict
+        What the run is to do; a file with another task is refused.
+    """
+
+    def __init__(self, path: Path | None, task: dict[str, Any]):
+        self.path, self.task = path, task
+        self.saved_at = time.monotonic()
+
+    @property
+    def due(self) -> bool:
+        """Whether the last one was half a minute ago."""
+        return self.path is not None and time.monotonic() - self.saved_at > SECONDS_BETWEEN
+
+    def load(self) -> dict[str, NDArray] | None:
+        """The arrays saved last; None if there is no file; raises as `load` does."""
+        return None if self.path is None else load(self.path, self.task)
+
+    def save(self, arrays: Mapping[str, NDArray]) -> None:
+        """Save these arrays.
+
+        Warns
+        -----
+        UserWarning
+            They cannot be written; the checkpoint before them stays.
+        """
+        if self.path is None:
+            return
+        self.saved_at = time.monotonic()
+        try:
+            save(self.path, self.task, arrays)
+        except OSError as error:
+            warnings.warn(
+                f"no checkpoint {self.path}: {error.strerror or error}; the one before it stays",
+                stacklevel=4,
+            )
+
+
+def save(path: Path, task: dict[str, Any], arrays: Mapping[str, NDArray]) -> None:
     """Write a checkpoint; the file before it stays until the new one is whole.
 
     Raises
@@ -47,7 +95,7 @@ def load(path: Path, task: dict[str, Any]) -> dict[str, NDArray] | None:
             arrays = {name: saved[name] for name in saved.files}
         told = json.loads(str(arrays.pop("task")))
     except (ValueError, KeyError, EOFError, zipfile.BadZipFile):
-        raise reject("checkpoint", str(path), "a checkpoint of an ensemble, or no file") from None
+        raise reject("checkpoint", str(path), "a checkpoint, or no file") from None
     for name in {**told, **task}:
         if told.get(name) != task.get(name):
             bound = f"one of {name} = {task.get(name)!r}; it has {told.get(name)!r}"

@@ -1,0 +1,188 @@
+"""The paper's seven motors: its figures of them, the numbers, and one of them at a glance.
+
+Three have noise on the inner ring alone (nonuniform temperature) and end when it tips over; four
+have one temperature. The paper does not tell its duration, which here is long enough for flights.
+
+In the folder `out`: `motor_RUN.nc` (the runs, about one record a second; vectors in single
+precision, which is enough to look at: what makes a run again to the bit is in its attributes),
+`motor.png` (the run with the longest flight) and `motor_FIGURE.png`: energy, injected, path, xy,
+theta.
+"""
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import xarray as xr
+from command_line import (
+    DIVERGED,
+    INTERRUPTED,
+    MISTAKE,
+    fail,
+    parse_fields,
+    run_script,
+    warn_in_one_line,
+    written_whole,
+)
+
+import magmotor as mm
+from magmotor.checks import check_choice, check_number
+from magmotor.devices.motor_guard import RING_LOST
+from magmotor.noise import check_seed
+from magmotor.plots.motor import FIGURES
+from magmotor.scenes.motor import PAPER
+
+RECORDS = 100
+"""The least for which there are averages."""
+
+
+@dataclass
+class Options:
+    runs: tuple[str, ...] = tuple(PAPER)
+    """which of the paper's"""
+    method: str = "variational/baoab"
+    """engine/scheme"""
+    timestep: float = 0.1
+    """h (s)"""
+    duration: float = 1e5
+    """T (s)"""
+    seed: int = 0
+    """another gives other realizations"""
+    checkpoint: Path | None = None
+    """folder for checkpoints, from which the same command goes on; by default, that of --out"""
+    out: Path = Path("out")
+    """folder to write to"""
+
+    @property
+    def record_interval(self) -> int:
+        return max(1, round(1 / self.timestep))
+
+    def checkpoint_of(self, name: str) -> Path:
+        return (self.checkpoint or self.out) / f"motor_{name}.npz"
+
+
+def main() -> None:
+    warn_in_one_line()
+    began = time.perf_counter()
+    names = ("ball_ring_factor", "coupling")
+    motor, options = parse_fields(mm.Motor(), names, Options, __doc__ or "")
+    try:
+        check(options)
+        print(*announcement(options), sep="\n", flush=True)
+        runs = [
+            simulate(name, mm.Motor.paper(name, **{k: getattr(motor, k) for k in names}), options)
+            for name in options.runs
+        ]
+    except ValueError as error:
+        hint = "; finish that run, or delete the file" if "checkpoint" in str(error) else ""
+        fail(f"{error}{hint}", MISTAKE)
+    draw(runs, options.out)
+    for name in options.runs:
+        options.checkpoint_of(name).unlink(missing_ok=True)
+    print(f"wall time: {time.perf_counter() - began:.0f} s")
+
+
+def check(options: Options) -> None:
+    for name in options.runs:
+        check_choice("runs", name, tuple(PAPER))
+    check_number("timestep", options.timestep, above=0, unit="s")
+    least = RECORDS * options.record_interval * options.timestep
+    check_number("duration", options.duration, at_least=least, unit=f"s, {RECORDS} records")
+    check_seed(options.seed)
+
+
+def announcement(options: Options) -> Iterator[str]:
+    steps = len(options.runs) * options.duration / options.timestep
+    yield (
+        f"{len(options.runs)} runs by {options.method}: T = {options.duration:g} s,"
+        f" h = {options.timestep:g} s, {steps:.1g} steps; the first run also compiles the kernels"
+    )
+    yield "± is one standard error; a flight goes round at least once without turning back"
+    yield "efficiencies are medians over the second half: what tips the ring over upsets the end"
+    yield "rolling and spin are so slow that the error of their temperature in one run is a guess"
+
+
+def simulate(name: str, scene: mm.Motor, options: Options) -> mm.plots.MotorRun:
+    checkpoint = options.checkpoint_of(name)
+    try:
+        checkpoint.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        fail(f"cannot write to {checkpoint.parent}: {error.strerror or error}", 1)
+    try:
+        data = mm.simulate(
+            scene,
+            method=options.method,
+            timestep=options.timestep,
+            duration=options.duration,
+            record_interval=options.record_interval,
+            seed=len(PAPER) * options.seed + PAPER[name][2],
+            checkpoint=checkpoint,
+        )
+    except mm.SimulationDiverged as stop:
+        if not stop.reason.startswith(RING_LOST) or stop.dataset.sizes["time"] < RECORDS:
+            fail(f"{name}: {stop}", DIVERGED)
+        data = stop.dataset.assign_attrs(stopped=f"at t = {stop.time:g} s: {stop.reason}")
+    except mm.SimulationInterrupted as stop:
+        before = options.runs[: options.runs.index(name)]
+        done = ", ".join(f"motor_{run}.nc" for run in before) or "nothing"
+        fail(
+            f"{name}: {stop} at t = {stop.dataset.time[-1]:g} s; the same command goes on from"
+            f" {checkpoint}; written: {done}",
+            INTERRUPTED,
+        )
+    save(data, options.out / f"motor_{name}.nc")
+    run = mm.plots.MotorRun(name, data)
+    print(*summary(run), sep="\n", flush=True)
+    return run
+
+
+def save(data: xr.Dataset, path: Path) -> None:
+    encoding = {
+        name: {"zlib": True, "complevel": 1, "dtype": "float32" if values.ndim > 1 else "float64"}
+        for name, values in data.data_vars.items()
+    }
+    with written_whole(path) as part:
+        data.to_netcdf(part, encoding=encoding)
+
+
+def summary(run: mm.plots.MotorRun) -> Iterator[str]:
+    scene, stopped = run.scene, run.data.attrs.get("stopped")
+    uniform = scene.temperature == "uniform"
+    kT = f", kT = {scene.kT:.3g} J" if uniform else ""
+    yield f"{run.name}: alpha = {scene.noises[-1]:g}{kT}; {run.flights_in_words}; {stays(run)}"
+    if stopped:
+        yield f"  ended {stopped}"
+    balance = run.balance.isel(time=-1)
+    ratios = mm.observables.efficiency(run.data, scene).isel(time=run.data.time > run.middle)
+    yield (
+        f"  energy: work of the noise {float(balance.work):.3g} J (in the mean"
+        f" {float(balance.injected):.3g} J), heat {float(balance.heat):.3g} J, residual"
+        f" {run.residual:.1e} of the mean work; efficiency {float(ratios.efficiency.median()):.2g},"
+        f" with the ball's heat {float(ratios.share.median()):.2g}"
+    )
+    if uniform:
+        found = run.temperatures / scene.kT
+        values = zip(found.mode.values, found.temperature, found.temperature_error, strict=True)
+        shown = ", ".join(f"{mode} {float(t):.3f} ± {float(e):.3f}" for mode, t, e in values)
+        yield f"  temperatures over kT, second half: {shown}"
+
+
+def stays(run: mm.plots.MotorRun) -> str:
+    found = run.stays
+    mean = mm.observables.censored_mean(found.end - found.begin, found.censored)
+    return f"mean stay {mean.mean:.0f} ± {mean.error:.0f} s" if mean.completed else "one stay"
+
+
+def draw(runs: list[mm.plots.MotorRun], out: Path) -> None:
+    shown = max(runs, key=lambda run: (run.scene.temperature == "uniform", run.longest_turns))
+    with written_whole(out / "motor.png") as part:
+        mm.plots.motor_overview(shown, part, [run for run in runs if run is not shown])
+    for name in FIGURES:
+        with written_whole(out / f"motor_{name}.png") as part:
+            mm.plots.motor_figure(runs, name, part)
+    print(f"wrote {out / 'motor.png'}, {out}/motor_{{{','.join(FIGURES)}}}.png and motor_RUN.nc")
+
+
+if __name__ == "__main__":
+    run_script(main)

@@ -1,0 +1,57 @@
+"""The guard on a run of the motor: which recorded states the model does not describe."""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from magmotor.devices.ball_guard import lifted
+from magmotor.devices.first_failure import ENERGY_GREW, Fault, first_failure
+from magmotor.observables.motor_energy import motor_energy
+from magmotor.scenes import Motor
+from magmotor.scenes.motor import LARGEST_TILT
+from magmotor.states.motor import MotorStates, axes
+
+RING_LOST = "the inner ring is lost"
+"""How the reason begins that a run ends for whose ring has tipped over."""
+
+
+class Guard:
+    """Finds the first wrong row among recorded states of a scene.
+
+    Parameters
+    ----------
+    scene : Motor
+    first : MotorStates
+        The initial state; it sets the energy that the motion may have.
+    """
+
+    def __init__(self, scene: Motor, first: MotorStates):
+        self.scene = scene
+        found = motor_energy(scene, first)
+        self.start, self.scale = found.total[0], np.abs(found.total[0])
+
+    def first_wrong(self, states: MotorStates) -> tuple[int, str]:
+        """Number of rows before the first wrong one (all, if none is) and what is wrong with it."""
+        return first_failure(states, self._faults)
+
+    def _faults(self, states: MotorStates) -> Iterator[Fault]:
+        found = motor_energy(self.scene, states)
+        # Friction only takes: the motion has what it had and what the noise has put in.
+        work = states.ball_work + states.ring_work
+        rounding = 1e-6 * np.abs(found.total)
+        grew = found.total > self.start + work + self.scale + rounding
+        yield np.any(grew, axis=1), lambda _: ENERGY_GREW
+        upright = axes(states.ring_orientation)[..., 2]
+        lost = np.any(upright < math.cos(LARGEST_TILT), axis=1)
+        yield lost, lambda row: _tipped(upright[row])
+        if self.scene.surface == "planar":
+            weight = self.scene.ball_mass * self.scene.gravity
+            lift = found.lift.max(axis=1)
+            yield lift > weight, lambda row: lifted(lift[row], weight)
+
+
+def _tipped(upright) -> str:
+    tilt = math.degrees(math.acos(max(-1.0, upright.min())))
+    limit = math.degrees(LARGEST_TILT)
+    return f"{RING_LOST}: it is tilted by {tilt:.1f} degrees, beyond {limit:g}"

@@ -1,0 +1,145 @@
+"""The Langevin splitting BAOAB, with MuJoCo as its engine.
+
+A step h (Leimkuhler and Matthews, 2013): B kicks with the forces for h/2, A moves freely for h/2, O
+applies friction and noise for h, exactly; then A, the forces at the new place, and B with them,
+which are also those of the next step's first B. It is of second order, and friction and noise have
+their temperature at any step. No constraint is solved.
+"""
+
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from magmotor.checks import check_integer, reject
+from magmotor.engines.mujoco import fatal
+from magmotor.engines.mujoco.baoab_loop import compiled
+from magmotor.engines.mujoco.langevin_law import law
+from magmotor.engines.mujoco.langevin_model import langevin_model
+
+Array = NDArray[np.float64]
+
+
+class Baoab:
+    """Langevin dynamics of a model by the splitting BAOAB: second order, forces once a step.
+
+    What acts on the model is what `magnetism` describes: dipoles, Brownian wrenches of bodies,
+    periodic potentials of joints; and gravity, `xfrc_applied` and `qfrc_applied`. Friction and
+    noise are solved exactly, so that their temperature does not depend on the timestep.
+
+    Parameters
+    ----------
+    model : mujoco.MjModel
+        It is read once, and must not be changed afterwards. Each body that moves hangs on the
+        world, by slides and at most one hinge, ball or free joint at its centre of mass. Friction
+        is `damping` of joints and fixed tendons, or a viscous contact such as that of `build`'s
+        planar scenes. A body on a ball or free joint whose moments of inertia differ may have
+        damping, and three equal Brownian torques about x, y and z. The options of the integrator
+        and of the solver do not matter.
+
+    Raises
+    ------
+    ValueError
+        Something else acts, or friction and noise are no constant linear map of the velocities.
+        Names what is in the way, and what must hold.
+    LayoutError
+        This version of MuJoCo keeps its data in other places than it declares.
+
+    Examples
+    --------
+    >>> langevin = mm.Baoab(model)
+    >>> langevin.step(data, nstep=1000)
+    """
+
+    def __init__(self, model: mujoco.MjModel):
+        self.model = model
+        self._law = law(langevin_model(model), model.opt.timestep)
+        self._advance = compiled()
+
+    def step(self, data: mujoco.MjData, nstep: int = 1) -> None:
+        """Take steps, each of the model's timestep.
+
+        They change `qpos`, `qvel` and `time`; frames of bodies, geoms and sites follow, and
+        `xfrc_applied` holds the forces at the end, but for the Brownian ones. A call runs without
+        the GIL, and needs no `magnetism` block. The same steps in several calls are the same to
+        the bit.
+
+        Parameters
+        ----------
+        data : mujoco.MjData
+            Of this model. Its `userdata` chooses the Brownian path as in `magnetism`, and its
+            `time` the step of that path.
+        nstep : int
+            How many.
+
+        Raises
+        ------
+        ValueError
+            The data are another model's, the timestep was changed, or `nstep` is no integer.
+        FloatingPointError
+            The state is no longer finite.
+        mujoco.FatalError
+            As from `magnetism`.
+        """
+        if data.model is not self.model:
+            raise reject("data.model", data.model, "the model that is stepped")
+        check_integer("nstep", nstep, at_least=0)
+        if not self._run(data, nstep, np.empty((0, 0))):
+            raise FloatingPointError(
+                f"the state is not finite at t = {data.time:g}: the timestep is too long,"
+                " or dipoles came too near to each other"
+            )
+
+    def rollout(
+        self,
+        data: Sequence[mujoco.MjData],
+        initial_state: Array,
+        control: Array | None,
+        *,
+        control_spec: int,
+        nstep: int,
+    ) -> Array:
+        """Run replicas, on as many threads as there are data; see `mujoco.rollout.rollout`.
+
+        Parameters
+        ----------
+        data : sequence of mujoco.MjData
+        initial_state : ndarray, shape (replicas, 1 + nq + nv)
+            Time, `qpos` and `qvel` of each.
+        control : ndarray, shape (replicas, 1, k), optional
+            What else each is given, the same in all steps ...
+        control_spec : int
+            ... as bits of `mjtState`.
+        nstep : int
+            How many steps.
+
+        Returns
+        -------
+        ndarray, shape (replicas, nstep, nq + nv)
+            `qpos` and `qvel` after each step, NaN from where they are no longer finite.
+        """
+        start = np.split(initial_state, [1, 1 + self.model.nq], axis=1)
+        paths = np.full((len(initial_state), nstep, initial_state.shape[1] - 1), np.nan)
+
+        def follow(thread: int) -> None:
+            used = data[thread]
+            for replica in range(thread, len(paths), len(data)):
+                (used.time,), used.qpos[:], used.qvel[:] = (part[replica] for part in start)
+                if control is not None:
+                    mujoco.mj_setState(self.model, used, control[replica, 0], control_spec)
+                self._run(used, nstep, paths[replica])
+
+        with ThreadPoolExecutor(len(data)) as pool:
+            list(pool.map(follow, range(len(data))))
+        return paths
+
+    def _run(self, data: mujoco.MjData, nstep: int, path: Array) -> bool:
+        """Step, recording in `path` if it has rows; whether the state is finite at the end."""
+        if self.model.opt.timestep != self._law.timestep:
+            raise reject("timestep", self.model.opt.timestep, f"{self._law.timestep:g}, as it was")
+        work = np.empty(3 * len(self._law.kick) + self._law.channels)
+        with fatal.raised():
+            addresses = self.model._address, data._address
+            return self._advance(*addresses, nstep, self._law, path, work)

@@ -1,0 +1,48 @@
+"""Runs of rigid bodies by their compiled kernel: replicas on all threads, recorded as they go."""
+
+import os
+from collections.abc import Generator
+from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from magmotor.engines.job import Job
+from magmotor.engines.variational.rigid_forces import Magnets
+from magmotor.engines.variational.rigid_kernel import kernel
+from magmotor.engines.variational.rigid_law import Bodies, law
+
+Array = NDArray[np.float64]
+
+
+def march(
+    job: Job, bodies: Bodies, magnets: Magnets, start: Array, threads: int | None = None
+) -> Generator[tuple[Array, Array, Array]]:
+    """Yield times, records of shape (T, R, SIZE) and the states that came last, in chunks.
+
+    `start` are the states of the R replicas, as the kernel takes them; `threads` are as many as
+    the machine has processors if not given.
+    """
+    advance = kernel(job.scheme)
+    numbers = bodies, magnets, law(bodies, job.timestep, exact=job.scheme == "baoab")
+    path = job.path.seed, job.path.factor, job.path.level
+    states = (start if job.state is None else job.state).copy()
+    threads = min(len(states), threads or os.cpu_count() or 1)
+    ends = [len(states) * k // threads for k in range(threads + 1)]
+    with ThreadPoolExecutor(threads) as pool:
+        for step, times in job.chunks(len(states)):
+            recorded = np.empty((len(times), *states.shape))
+            steps = job.first_step + step, job.record_interval
+            parts = [
+                pool.submit(advance, states, recorded, rows, steps, path, *numbers)
+                for rows in pairwise(ends)
+            ]
+            for part in parts:
+                part.result()
+            yield times, recorded, states.copy()
+
+
+def on_plane(flat: Array, height: float) -> Array:
+    """Vectors from their x and y and one z for all; shapes (..., 2) -> (..., 3)."""
+    return np.concatenate([flat, np.full((*flat.shape[:-1], 1), height)], axis=-1)

@@ -1,0 +1,21 @@
+"""Room for compiled loops: whole vectors, on cache lines of their own."""
+
+# Numba's intrinsics hide their first parameter:
+# pyright: reportCallIssue=false
+
+import numpy as np
+from numba import njit
+
+PADDING = 8
+"""Doubles in the widest vector, and in a cache line."""
+
+
+@njit(inline="always")
+def aligned(count):
+    """Room for so many doubles, from the start of a cache line on and shared with nobody.
+
+    Vectors across two lines are slow, and so is a line that two threads use.
+    """
+    room = np.empty(count + 2 * PADDING)
+    start = -(room.ctypes.data // 8) % PADDING
+    return room[start : start + count]

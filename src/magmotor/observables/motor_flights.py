@@ -1,0 +1,182 @@
+"""The motor's flights round the rings, the stays between them, and what both last on the average.
+
+A flight is a piece of the path on which the ball goes round at least once without ever turning back
+by more than a quarter of a well's sector, the half-width of its core. It begins and ends where the
+ball turns. A stay is the time between two flights.
+"""
+
+import itertools
+import math
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+
+from magmotor.observables.motor import azimuth
+from magmotor.scenes import Motor
+
+Array = NDArray[np.float64]
+
+CORE = 0.25
+"""Half-width of a well's core, in sectors; a sector is 2 pi/M wide."""
+
+
+def flights(run: xr.Dataset, scene: Motor) -> xr.Dataset:
+    """The flights of a run, as this module defines them.
+
+    Whether the ball turns back matters: a sequence of transitions in one direction may hold long
+    rests, after which the ball happens to go on the same way as before.
+
+    Parameters
+    ----------
+    run : xarray.Dataset
+        Of a `Motor`.
+    scene : Motor
+        Its scene.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over `flight`: `begin` and `end` in s, signed `revolutions`, `replica`, and `censored`: the
+        flight was still under way when the run ended.
+    """
+    back = CORE * 2 * math.pi / scene.outer_dipoles
+    rows = []
+    for replica, theta in enumerate(_rows(run)):
+        points = turning_points(theta, back)
+        for begin, end in itertools.pairwise(points):
+            turns = (theta[end] - theta[begin]) / (2 * math.pi)
+            if abs(turns) >= 1:
+                rows.append((replica, begin, end, turns, end == len(theta) - 1))
+    replica, begin, end, turns, cut = _columns(rows, 5)
+    times = run.time.values
+    return _table(
+        "flight",
+        replica=replica.astype(int),
+        begin=times[begin.astype(int)],
+        end=times[end.astype(int)],
+        revolutions=turns,
+        censored=cut.astype(bool),
+    )
+
+
+def stays(run: xr.Dataset, scene: Motor) -> xr.Dataset:
+    """The times between flights, also those before the first and after the last of a run.
+
+    Where one flight turns into another there is none.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over `stay`: `begin` and `end` in s, `replica`, and `censored`: the stay had not ended when
+        the run did.
+    """
+    found, rows = flights(run, scene), []
+    first, last = run.time.values[[0, -1]]
+    for replica in range(run.sizes.get("replica", 1)):
+        own = found.isel(flight=found.replica.values == replica)
+        begins, ends = [first, *own.end.values], [*own.begin.values, last]
+        rows += [
+            (replica, begin, end, end == last)
+            for begin, end in zip(begins, ends, strict=True)
+            if begin < end
+        ]
+    replica, begin, end, cut = _columns(rows, 4)
+    return _table(
+        "stay", replica=replica.astype(int), begin=begin, end=end, censored=cut.astype(bool)
+    )
+
+
+def transitions(run: xr.Dataset, scene: Motor) -> xr.Dataset:
+    """The ball's transitions between wells, with hysteresis.
+
+    The ball belongs to the well whose core, the middle half of its sector, it has visited last; a
+    transition is a change of that, at the record at which the new core is reached.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over `transition`: `time` in s, `well`, the one reached, counted on when the ball goes round
+        (at azimuth 2 pi well/M), `step`, +1 or -1 (more if it is recorded too seldom), `replica`.
+    """
+    rows = []
+    for replica, theta in enumerate(_rows(run)):
+        sectors = theta * scene.outer_dipoles / (2 * math.pi)
+        nearest = np.rint(sectors)
+        in_core = np.abs(sectors - nearest) <= CORE
+        visited = np.maximum.accumulate(np.where(in_core, np.arange(len(theta)), 0))
+        well = nearest[visited]
+        at = np.flatnonzero(np.diff(well)) + 1
+        rows += [(replica, i, well[i], well[i] - well[i - 1]) for i in at]
+    replica, at, well, step = _columns(rows, 4).astype(int)
+    return _table("transition", replica=replica, time=run.time.values[at], well=well, step=step)
+
+
+class CensoredMean(NamedTuple):
+    """A mean, its standard error, and the number of values that were seen to their end."""
+
+    mean: float
+    error: float
+    completed: int
+
+
+def censored_mean(values: ArrayLike, censored: ArrayLike) -> CensoredMean:
+    """Mean of durations, some of which were cut off by the end of the observation.
+
+    The sum of all over the number of those completed, the most likely mean of an exponential law:
+    it has no memory, so that those under way when the observation began count like the others. The
+    error, sqrt(sum (value - mean [completed])^2)/number, holds for any law as long as durations are
+    independent.
+
+    Examples
+    --------
+    Of stays, and of flights in revolutions, each of which has one at least:
+
+    >>> censored_mean(stays.end - stays.begin, stays.censored)
+    >>> censored_mean(abs(flights.revolutions) - 1, flights.censored).mean + 1
+    """
+    values = np.asarray(values, dtype=float)
+    completed = ~np.asarray(censored, dtype=bool)
+    count = int(completed.sum())
+    if not count:
+        return CensoredMean(math.nan, math.nan, 0)
+    mean = float(values.sum() / count)
+    error = float(np.sqrt(np.sum((values - mean * completed) ** 2)) / count)
+    return CensoredMean(mean, error, count)
+
+
+def turning_points(theta: Array, back: float) -> list[int]:
+    """First and last index, and those between at which theta turns back by more than `back`."""
+    points, extreme, direction = [0], 0, 0
+    angles = theta.tolist()
+    for i, angle in enumerate(angles):
+        ahead = angle - angles[extreme]
+        if direction == 0:
+            if abs(ahead) > back:
+                extreme, direction = i, 1 if ahead > 0 else -1
+        elif ahead * direction > 0:
+            extreme = i
+        elif ahead * direction < -back:
+            points.append(extreme)
+            extreme, direction = i, -direction
+    return [*points, len(angles) - 1]
+
+
+def _rows(run: xr.Dataset) -> Iterator[Array]:
+    yield from np.atleast_2d(azimuth(run).values)
+
+
+def _columns(rows: list[Any], count: int) -> Array:
+    """Rows of a table as its columns, also if there are none."""
+    return np.array(rows, dtype=float).reshape(-1, count).T
+
+
+def _table(dimension: str, **columns: NDArray[Any]) -> xr.Dataset:
+    units = {"begin": "s", "end": "s", "time": "s", "revolutions": "1"}
+    data = {
+        name: (dimension, values, {"units": units[name]} if name in units else {})
+        for name, values in columns.items()
+    }
+    return xr.Dataset(data)

@@ -1,0 +1,64 @@
+"""The inner ring under the outer one: its stiffness, its period, and what happens if opposed."""
+
+import mujoco
+import numpy as np
+import pytest
+
+import magmotor as mm
+from magmotor.devices.motor_initial import initial_state
+from magmotor.observables.motor_energy import motor_energy
+
+FAR = {"position": (3.0, 0.0), "alpha_ball": 0.0, "alpha_ring": 0.0, "friction_ball": 0.0}
+"""The ball out of the way, and nothing that drives or brakes."""
+
+ALONE = mm.Motor(**FAR, friction_ring=0.0)
+
+
+def tilted(angle, azimuth=0.0):
+    """The ring's axis leaning by an angle (rad)."""
+    lean = np.sin(angle)
+    return {"ring_axis": (lean * np.cos(azimuth), lean * np.sin(azimuth), np.cos(angle))}
+
+
+def energy(angle, azimuth):
+    state = initial_state(ALONE, tilted(angle, azimuth), None)
+    return motor_energy(ALONE, state).total.item()
+
+
+@pytest.mark.parametrize("azimuth", [0.0, 0.7, np.pi / 2])
+def test_tilt_stiffness(azimuth):
+    step = 1e-3
+    gain = energy(step, azimuth) + energy(step, azimuth + np.pi) - 2 * energy(0.0, 0.0)
+    assert gain / step**2 == pytest.approx(0.0735, abs=5e-5)  # 0.07345 to 0.07346
+
+
+@pytest.mark.parametrize("method", ["variational/baoab", "mujoco/baoab", "mujoco/euler"])
+def test_period_of_the_tilt(method):
+    run = mm.simulate(
+        ALONE, method=method, timestep=0.02, duration=100.0, initial=tilted(np.radians(0.1))
+    )
+    lean = run.ring_axis.values[:, 0]
+    down = np.flatnonzero((lean[:-1] > 0) & (lean[1:] <= 0))
+    crossings = run.time.values[down] + 0.02 * lean[down] / (lean[down] - lean[down + 1])
+    assert np.diff(crossings) == pytest.approx(30.11, abs=0.01)  # 30.112; 30.24 at 1 degree
+
+
+@pytest.mark.parametrize(("moments", "kept"), [(1.0, True), (-1.0, False)])
+def test_the_ring_is_stable_with_dipoles_the_same_way_and_not_opposed(moments, kept):
+    model = mm.build(ALONE)
+    ring = model.body("inner_ring").id
+    model.site_user[model.site_bodyid == ring] *= moments
+    model.opt.timestep = 0.02
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    half = np.radians(0.5)
+    place = model.joint(model.body_jntadr[ring]).qposadr[0]
+    data.qpos[place : place + 4] = np.cos(half), 0.0, np.sin(half), 0.0
+    largest = 0.0
+    with mm.magnetism():
+        for _ in range(100):
+            mujoco.mj_step(model, data, nstep=50)
+            upright = data.body("inner_ring").xmat[8]
+            largest = max(largest, np.degrees(np.arccos(min(1.0, upright))))
+    assert (largest < 1.01) == kept  # 0.999; 179 opposed
+    assert (largest > 90) != kept

@@ -1,0 +1,141 @@
+"""The motor obeys its own thermodynamics: energy balance, equipartition, stays and flights."""
+
+import numpy as np
+import pytest
+
+import magmotor as mm
+from magmotor.theory.motor_steps import euler_slip_overheating
+
+MODES = ["radial", "slip", "ring_1", "ring_2", "ring_3"]
+"""Those that forget their past within 100 s; rolling and spin take 1e4 s."""
+
+
+def residuals(scene, method, duration, factors):
+    """Root mean square of the energy balance's residual over what is injected, by timestep."""
+    path = mm.noise.BrownianPath(7, 0.0125)
+    found = []
+    for factor in factors:
+        run = mm.simulate(
+            scene,
+            method=method,
+            timestep=0.0125 * factor,
+            duration=duration,
+            record_interval=80 // factor,
+            path=path.coarsened(factor),
+            replicas=4,
+        )
+        balance = mm.observables.motor_energy_balance(run, scene)
+        injected = float(balance.injected[0, -1])
+        found.append((float(abs(balance.residual).max()) / injected,
+                      float(np.sqrt((balance.residual**2).mean())) / injected))  # fmt: skip
+    largest, rms = np.array(found).T
+    return largest[0], np.diff(np.log2(rms)).mean()
+
+
+@pytest.mark.parametrize(
+    ("method", "order"),
+    [
+        ("variational/euler", 1),
+        ("variational/cayley", 1),
+        ("variational/baoab", 2),
+        ("mujoco/euler", 1),
+        ("mujoco/baoab", 2),
+    ],
+)
+@pytest.mark.parametrize("run", ["uniform-a", "nonuniform-c"])
+def test_energy_balance_pathwise(run, method, order):
+    """At h = 0.0125 the balance is closed to 0.5 % of what is injected, along each path."""
+    largest, found = residuals(mm.Motor.paper(run), method, 2000.0, (1, 2, 4))
+    assert largest < 0.005
+    assert found == pytest.approx(order, abs=0.1)
+
+
+def temperatures(method, timestep, duration, *, seed):
+    """Temperatures over kT, with errors, of 8 replicas, of which 2000 s each are burnt in."""
+    scene = mm.Motor()
+    run = mm.simulate(
+        scene,
+        method=method,
+        timestep=timestep,
+        duration=duration,
+        record_interval=round(1 / timestep),
+        replicas=8,
+        seed=seed,
+    )
+    found = mm.observables.mode_temperatures(run, scene, burn_in=2000.0).sel(mode=MODES)
+    return found.temperature / scene.kT, found.temperature_error / scene.kT
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("method", ["variational/baoab", "mujoco/baoab"])
+def test_equipartition(method):
+    """Five modes within 2 % of kT at h = 0.1, and within 4 errors: false alarm 0.6 %."""
+    found, error = temperatures(method, 0.1, 1.2e5, seed=11)
+    assert error.max() < 0.008  # of ring_3, whose correlation time is the longest
+    assert abs(found - 1).max() < 0.02
+    assert (abs(found - 1) < 4 * error).all()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("method", ["variational/euler", "variational/cayley", "mujoco/euler"])
+def test_euler_overheats_the_slip_as_predicted(method):
+    """By 1/(1 - 0.525 h): 5.5 % at h = 0.1, seen with an error of 0.3 %; false alarm 0.5 %."""
+    found, error = temperatures(method, 0.1, 2.5e4, seed=12)
+    slip, off = float(found.sel(mode="slip")), float(error.sel(mode="slip"))
+    assert off < 0.004
+    assert slip == pytest.approx(euler_slip_overheating(mm.Motor(), 0.1), abs=3.3 * off)
+
+
+@pytest.mark.slow
+def test_stays_and_flights_both_occur():
+    """In four runs of 1e5 s; a stay lasts 1.6e4 s on the average, so that few have no flight."""
+    scene = mm.Motor()
+    run = mm.simulate(
+        scene,
+        method="variational/baoab",
+        timestep=0.1,
+        duration=1e5,
+        record_interval=50,
+        replicas=4,
+    )
+    flights, stays = mm.observables.flights(run, scene), mm.observables.stays(run, scene)
+    assert len(set(flights.replica.values)) >= 3  # 4
+    assert len(set(stays.replica.values)) >= 3  # 4
+    assert abs(flights.revolutions).max() > 3
+    assert (stays.end - stays.begin).max() > 3000
+
+
+def test_the_si_reading_never_leaves_its_first_well():
+    scene = mm.Motor.si()
+    run = mm.simulate(
+        scene, method="variational/baoab", timestep=0.1, duration=2e4, record_interval=10, seed=1
+    )
+    assert mm.observables.transitions(run, scene).sizes["transition"] == 0
+    assert abs(mm.observables.azimuth(run)).max() < np.pi / 5
+
+
+def lost_run(method, seed):
+    """What was recorded until the ring of the paper's hottest nonuniform run was lost."""
+    scene = mm.Motor.paper("nonuniform-c")
+    with pytest.raises(mm.SimulationDiverged, match="the inner ring is lost: it is tilted") as end:
+        mm.simulate(scene, method=method, timestep=0.1, duration=5e5, record_interval=10, seed=seed)
+    run = end.value.dataset
+    assert run.time[-1] == pytest.approx(end.value.time - 1)
+    assert mm.observables.ring_attitude(run).tilt.max() < np.radians(20)
+    assert end.value.time > 2000  # 15 000 to 65 000: the ring warms up by 5e-8 W
+    return run
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("method", ["variational/baoab", "mujoco/baoab"])
+def test_a_ring_that_is_never_cooled_is_lost(method):
+    lost_run(method, 3)
+
+
+@pytest.mark.slow
+def test_noise_on_the_ring_alone_drives_the_ball_round():
+    """Before their rings are lost, some of four runs go round more than three times."""
+    scene = mm.Motor.paper("nonuniform-c")
+    runs = [lost_run("variational/baoab", seed) for seed in range(4)]
+    farthest = [abs(mm.observables.flights(run, scene).revolutions) for run in runs]
+    assert max(found.max() for found in farthest if found.size) > 3
