@@ -4,13 +4,13 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from magmotor.devices.first_failure import ENERGY_GREW, Fault, first_failure
+from magmotor.devices.first_failure import ENERGY_GREW, Fault, FirstFailure
 from magmotor.observables.motion import energy_and_lift, kinetic_energy, magnetic_energy
 from magmotor.scenes import Top
 from magmotor.states.ball import BallStates
 
 
-class Guard:
+class Guard(FirstFailure):
     """Finds the first wrong row among recorded states of a scene.
 
     Parameters
@@ -26,10 +26,6 @@ class Guard:
         scale = kinetic_energy(scene, first) + np.abs(magnetic_energy(scene, first))
         allowance = 10 if scene.ring_script else 1
         self.largest_energy = float((energy_and_lift(scene, first)[0] + allowance * scale)[0])
-
-    def first_wrong(self, states: BallStates) -> tuple[int, str]:
-        """Number of rows before the first wrong one (all, if none is) and what is wrong with it."""
-        return first_failure(states, self._faults)
 
     def _faults(self, states: BallStates) -> Iterator[Fault]:
         energy, lift = energy_and_lift(self.scene, states)

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from magmotor.devices.first_failure import ENERGY_GREW, Fault, first_failure
+from magmotor.devices.first_failure import ENERGY_GREW, Fault, FirstFailure
 from magmotor.observables.disk import energy
 from magmotor.scenes import Disk, LangevinParticle
 from magmotor.states.disk import DiskStates
@@ -14,7 +14,7 @@ LARGEST_FLUCTUATION = 200.0
 """Energy, in kT, that the noise never gives: the probability is e^-200 a sample."""
 
 
-class Guard:
+class Guard(FirstFailure):
     """Finds the first wrong row among recorded states of a scene.
 
     Parameters
@@ -29,10 +29,6 @@ class Guard:
         depth = sum(abs(a) + abs(b) for a, b in scene.coefficients)
         own = np.abs(energy(scene, first.x, first.v, first.omega)).max()
         self.largest_energy = 2 * (own + depth) + LARGEST_FLUCTUATION * temperature(scene)
-
-    def first_wrong(self, states: DiskStates) -> tuple[int, str]:
-        """Number of rows before the first wrong one (all, if none is) and what is wrong with it."""
-        return first_failure(states, self._faults)
 
     def _faults(self, states: DiskStates) -> Iterator[Fault]:
         found = energy(self.scene, states.x, states.v, states.omega)

@@ -1,4 +1,4 @@
-"""The first wrong row among recorded states, which all guards look for."""
+"""What all guards share: the search for the first wrong row among recorded states."""
 
 from collections.abc import Callable, Iterable
 from typing import Any
@@ -13,16 +13,20 @@ Fault = tuple[NDArray, Callable[[int], str]]
 ENERGY_GREW = "energy grew beyond what the motion can have"
 
 
-def first_failure(states: Any, faults_of: Callable[[Any], Iterable[Fault]]) -> tuple[int, str]:
-    """Number of rows before the first wrong one (all, if none is) and what is wrong with it.
+class FirstFailure:
+    """Finds the first wrong row among recorded states; a guard says what is wrong in `_faults`."""
 
-    `faults_of` is asked about the rows before the first that is not finite.
-    """
-    good = finite(states)
-    until = len(good) if good.all() else int(good.argmin())
-    failures = [(until, "" if until == len(good) else "a value is not finite")]
-    for wrong, reason in faults_of(rows(states, slice(until))):
-        if wrong.any():
-            row = int(wrong.argmax())
-            failures.append((row, reason(row)))
-    return min(failures)
+    def _faults(self, states: Any) -> Iterable[Fault]:
+        """What may be wrong; asked about the rows before the first that is not finite."""
+        raise NotImplementedError
+
+    def first_wrong(self, states: Any) -> tuple[int, str]:
+        """Number of rows before the first wrong one (all, if none is) and what is wrong with it."""
+        good = finite(states)
+        until = len(good) if good.all() else int(good.argmin())
+        failures = [(until, "" if until == len(good) else "a value is not finite")]
+        for wrong, reason in self._faults(rows(states, slice(until))):
+            if wrong.any():
+                row = int(wrong.argmax())
+                failures.append((row, reason(row)))
+        return min(failures)

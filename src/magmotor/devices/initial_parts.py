@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from magmotor.checks import check_choice, reject
 from magmotor.scenes import Motor, Top
-from magmotor.states.ball import smallest_turn
-from magmotor.states.motor import axes
+from magmotor.states.ball import axes, smallest_turn
 
 Array = NDArray[np.float64]
 

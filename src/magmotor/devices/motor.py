@@ -13,7 +13,8 @@ from magmotor.engines.variational.schemes import RIGID as VARIATIONAL
 from magmotor.observables.motion import slip_velocity
 from magmotor.observables.motor_energy import motor_energy
 from magmotor.scenes import Motor
-from magmotor.states.motor import MotorStates, axes
+from magmotor.states.ball import axes
+from magmotor.states.motor import MotorStates
 from magmotor.theory.motor_steps import motor_friction_limit, motor_swing_limit
 
 __all__ = ["check_run", "columns", "guard", "initial_state", "methods"]

@@ -6,17 +6,18 @@ from collections.abc import Iterator
 import numpy as np
 
 from magmotor.devices.ball_guard import lifted
-from magmotor.devices.first_failure import ENERGY_GREW, Fault, first_failure
+from magmotor.devices.first_failure import ENERGY_GREW, Fault, FirstFailure
 from magmotor.observables.motor_energy import motor_energy
 from magmotor.scenes import Motor
 from magmotor.scenes.motor import LARGEST_TILT
-from magmotor.states.motor import MotorStates, axes
+from magmotor.states.ball import axes
+from magmotor.states.motor import MotorStates
 
 RING_LOST = "the inner ring is lost"
 """How the reason begins that a run ends for whose ring has tipped over."""
 
 
-class Guard:
+class Guard(FirstFailure):
     """Finds the first wrong row among recorded states of a scene.
 
     Parameters
@@ -30,10 +31,6 @@ class Guard:
         self.scene = scene
         found = motor_energy(scene, first)
         self.start, self.scale = found.total[0], np.abs(found.total[0])
-
-    def first_wrong(self, states: MotorStates) -> tuple[int, str]:
-        """Number of rows before the first wrong one (all, if none is) and what is wrong with it."""
-        return first_failure(states, self._faults)
 
     def _faults(self, states: MotorStates) -> Iterator[Fault]:
         found = motor_energy(self.scene, states)

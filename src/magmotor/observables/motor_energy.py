@@ -14,7 +14,8 @@ from magmotor.engines.variational.motor import magnets
 from magmotor.engines.variational.rigid_forces import force_and_field
 from magmotor.rotations import columns, dot, place_dipoles
 from magmotor.scenes import Motor
-from magmotor.states.motor import MotorStates, axes
+from magmotor.states.ball import axes
+from magmotor.states.motor import MotorStates
 
 Array = NDArray[np.float64]
 

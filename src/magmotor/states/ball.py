@@ -40,3 +40,11 @@ def smallest_turn(axis: ArrayLike) -> NDArray[np.float64]:
     """Orientation (w, x, y, z) that brings e_z to `axis` by the smallest turn."""
     rotation = Rotation.align_vectors([axis], [[0.0, 0.0, 1.0]])[0]
     return rotation.as_quat(scalar_first=True)
+
+
+def axes(orientation: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The body's z axis in the world frame; shapes (..., 4) -> (..., 3)."""
+    w, x, y, z = np.moveaxis(orientation, -1, 0)
+    square = w * w + x * x + y * y + z * z
+    third = [2 * (x * z + w * y), 2 * (y * z - w * x), w * w - x * x - y * y + z * z]
+    return np.stack(third, axis=-1) / square[..., np.newaxis]

@@ -51,11 +51,3 @@ def start_motor(scene: Motor, replicas: int = 1) -> MotorStates:
     vectors = {name: np.tile(value, (1, replicas, 1)) for name, value in state.items()}
     none = {name: np.zeros((1, replicas)) for name in MotorStates._fields[-4:]}
     return MotorStates(time=np.zeros(1), **vectors, **none)
-
-
-def axes(orientation: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The body's z axis in the world frame; shapes (..., 4) -> (..., 3)."""
-    w, x, y, z = np.moveaxis(orientation, -1, 0)
-    square = w * w + x * x + y * y + z * z
-    third = [2 * (x * z + w * y), 2 * (y * z - w * x), w * w - x * x - y * y + z * z]
-    return np.stack(third, axis=-1) / square[..., np.newaxis]

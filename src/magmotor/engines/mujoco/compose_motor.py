@@ -9,6 +9,7 @@ from magmotor.engines.mujoco.motor_looks import decorate
 from magmotor.scenes import Motor
 from magmotor.scenes.ring import ring_dipoles
 from magmotor.states.motor import start_motor
+from magmotor.theory.motor import slip_mobility
 
 
 def compose_motor(scene: Motor, *, looks: bool) -> parts.Element:
@@ -26,8 +27,7 @@ def compose_motor(scene: Motor, *, looks: bool) -> parts.Element:
         contact.tune_solver(root, scene.surface, scene.friction_ball)
     qpos, qvel = MotorCoordinates(scene).joints(start_motor(scene))
     root.keyframe.add("key", name="start", qpos=qpos[0], qvel=qvel[0])
-    inverse_inertia = 1 / scene.ball_mass + scene.ball_radius**2 / scene.ball_inertia
-    contact.calibrate_viscous(root, scene.friction_ball, inverse_inertia)
+    contact.calibrate_viscous(root, scene.friction_ball, slip_mobility(scene))
     return root
 
 

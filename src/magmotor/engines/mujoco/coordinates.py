@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.scenes import Motor
-from magmotor.states.ball import BallStates
-from magmotor.states.motor import MotorStates, axes
+from magmotor.states.ball import BallStates, axes
+from magmotor.states.motor import MotorStates
 
 Array = NDArray[np.float64]
 

@@ -14,7 +14,8 @@ from magmotor.engines.variational.motor import bodies, magnets, unpack
 from magmotor.engines.variational.rigid_forces import wrenches
 from magmotor.rotations import product, scaled, stretched, third_axis
 from magmotor.scenes import Motor
-from magmotor.states.motor import MotorStates, axes
+from magmotor.states.ball import axes
+from magmotor.states.motor import MotorStates
 
 Array = NDArray[np.float64]
 

@@ -11,8 +11,7 @@ from magmotor.engines.variational.rigid_forces import Magnets, pad
 from magmotor.engines.variational.rigid_kernel import SIZE
 from magmotor.engines.variational.rigid_law import Bodies, floats
 from magmotor.scenes import Top
-from magmotor.states.ball import BallStates
-from magmotor.states.motor import axes
+from magmotor.states.ball import BallStates, axes
 
 Array = NDArray[np.float64]
 
