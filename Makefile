@@ -39,7 +39,7 @@ endif
 # Pictures need neither tests nor linters; where they are installed, they are kept.
 READY := $(firstword $(wildcard .venv/dev-ready) .venv/ready)
 
-.PHONY: help movie disk motor test lint bench compat clean redo
+.PHONY: help movie disk motor test lint bench charts compat clean redo
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' Makefile
@@ -71,6 +71,12 @@ bench: .venv/dev-ready  ## the speed tables
 		echo "== bench: no .venv-bench, so diffrax and torchsde are left out"
 	@echo "== bench: measuring (leave the machine idle meanwhile)"
 	@$(PYTHON) benchmarks/run.py $(ARGS)
+
+charts: .venv/dev-ready  ## speed against accuracy, stability, detail: out/charts/, docs/; ARGS=--quick
+	@$(MAKE) --no-print-directory .venv-bench/ready || \
+		echo "== charts: no .venv-bench, so diffrax and torchsde are left out"
+	@echo "== charts: measuring (leave the machine idle meanwhile; Ctrl-C, and it goes on next time)"
+	@$(PYTHON) benchmarks/charts.py $(ARGS)
 
 compat: .venv-compat/ready  ## tests/test_compat.py on the oldest MuJoCo, 3.17
 	@.venv-compat/bin/python -c 'import mujoco; print("== compat: running pytest on mujoco", mujoco.__version__)'

@@ -45,7 +45,9 @@ class CDisk:
 
     def advance(self, states: NDArray[np.float64], steps: int, seed: int, law: Law) -> None:
         """Take the states as the kernel has them, shape (4, R), through `steps` from step 0 on."""
-        numbers = [*law.friction, *law.noise[0], law.force[0][0], law.turns, law.angle]
+        rub, kick, drift = law.parts
+        numbers = [*rub.friction, *rub.noise[0], kick.push[0] * law.force[0][0]]
+        numbers += [drift.turns, drift.angle]
         array = np.array(numbers)
         if states.shape[1] % GROUP or not states.flags.c_contiguous:
             raise ValueError(f"states of shape {states.shape}: not contiguous multiples of {GROUP}")

@@ -27,6 +27,7 @@ PART = 256
 DURATION = 1000.0
 """Of mm.ensemble, which takes some 50 ms for each call and more for each record."""
 
+PROGRAMS = ("disk_diffrax.py", "disk_torchsde.py")
 NUMPY_REPLICAS = (4096, 16384, 65536)
 TARGETS = {
     "NumPy": 12.0,
@@ -46,9 +47,9 @@ def main() -> None:
 def _against_others() -> None:
     left_out: list[str] = []
     with ExitStack() as stack:
-        cases = {"kernel": partial(_kernel, "euler")}
-        cases |= _numpy() | {"compiled scalar loop": _scalar} | _c(left_out)
-        cases |= _elsewhere(left_out, stack)
+        cases = {"kernel": partial(by_kernel, "euler")}
+        cases |= by_numpy() | {"compiled scalar loop": by_scalar_loop} | by_c(left_out)
+        cases |= elsewhere(left_out, stack)
         for case in cases.values():
             case()
         times = in_turns(cases, turns=15)
@@ -72,16 +73,16 @@ One step of one replica of the paper's disk, scheme euler, h = 0.01, in float64 
 
 def _own_costs() -> None:
     quick: Cases = {
-        "euler": partial(_kernel, "euler", LONG),
-        "baoab": partial(_kernel, "baoab", LONG),
-        "euler, two threads": partial(_kernel, "euler", LONG, threads=2),
+        "euler": partial(by_kernel, "euler", LONG),
+        "baoab": partial(by_kernel, "baoab", LONG),
+        "euler, two threads": partial(by_kernel, "euler", LONG, threads=2),
     }
     for case in quick.values():
         case()
     _ensemble(threads=1, duration=10.0)
     times = in_turns(quick, turns=10)
     slow: Cases = {
-        "the kernel": partial(_kernel, "euler", LONG),
+        "the kernel": partial(by_kernel, "euler", LONG),
         "mm.ensemble": partial(_ensemble, 1),
         "mm.ensemble, two threads": partial(_ensemble, 2),
     }
@@ -102,7 +103,7 @@ def _own_costs() -> None:
     show("The ensemble's own costs", note, ("first", "second", "ratio"), rows)
 
 
-def _kernel(scheme: str, steps: int = STEPS, threads: int = 1) -> float:
+def by_kernel(scheme: str, steps: int = STEPS, threads: int = 1) -> float:
     advance, rule = kernel(SCENE, scheme), law(SCENE, scheme, H)
 
     def work(first: int) -> None:
@@ -123,7 +124,7 @@ def _ensemble(threads: int, duration: float = DURATION) -> float:
     return (time.perf_counter() - begin) / REPLICAS / round(duration / H)
 
 
-def _numpy() -> Cases:
+def by_numpy() -> Cases:
     """With the generator that NumPy gives by default, and with its fastest."""
     generators = {"NumPy": np.random.PCG64, "NumPy, SFC64": np.random.SFC64}
     cases: Cases = {}
@@ -144,14 +145,14 @@ def _vectorised(rng: np.random.Generator, replicas: int) -> float:
     return (time.perf_counter() - begin) / replicas / steps
 
 
-def _scalar(replicas: int = 16, steps: int = 50_000) -> float:
+def by_scalar_loop(replicas: int = 16, steps: int = 50_000) -> float:
     rng, states = np.random.default_rng(SEED), np.zeros((4, replicas))
     begin = time.perf_counter()
     disk_scalar.advance(states, steps, rng, SCENE.sigma, SCENE.friction, SCENE.noise, H)
     return (time.perf_counter() - begin) / replicas / steps
 
 
-def _c(left_out: list[str]) -> Cases:
+def by_c(left_out: list[str]) -> Cases:
     try:
         same, other = CDisk(), CDisk("XOSHIRO")
     except NotBuilt as error:
@@ -183,9 +184,9 @@ def _check(c: CDisk) -> None:
         raise AssertionError(f"after 100 steps C is {apart} from the kernel")
 
 
-def _elsewhere(left_out: list[str], stack: ExitStack) -> Cases:
+def elsewhere(left_out: list[str], stack: ExitStack, programs: Iterable[str] = PROGRAMS) -> Cases:
     cases: Cases = {}
-    for program in ("disk_diffrax.py", "disk_torchsde.py"):
+    for program in programs:
         try:
             peer = Peer(program)
         except NotThere as error:

@@ -20,12 +20,15 @@ class Stepper:
     its `xfrc_applied` stays, as a constant wrench, where magnetism is off.
     """
 
-    def __init__(self, model: mujoco.MjModel, start: "Stepper | None" = None):
+    def __init__(
+        self, model: mujoco.MjModel, start: "Stepper | None" = None, timestep: float = TIMESTEP
+    ):
         self.model = model
-        self.model.opt.timestep = TIMESTEP
+        self.model.opt.timestep = timestep
         self.data = mujoco.MjData(model)
         if start is None:
-            mujoco.mj_resetDataKeyframe(model, self.data, 0)
+            if model.nkey:
+                mujoco.mj_resetDataKeyframe(model, self.data, 0)
             with mm.magnetism():
                 mujoco.mj_step(model, self.data, nstep=WARM_UP)
             start = self

@@ -1,7 +1,6 @@
-"""The sliding disk in MuJoCo: against the variational engine, DOP853 and NumPy."""
+"""The sliding disk in MuJoCo: against the variational engine and NumPy."""
 
 import ctypes
-from functools import partial
 from typing import Any
 
 import mujoco
@@ -10,7 +9,6 @@ import mujoco.rollout
 import numpy as np
 import pytest
 from numpy_twin import apply_magnetism
-from scipy.integrate import solve_ivp
 
 import magmotor as mm
 from magmotor import noise
@@ -96,40 +94,6 @@ def test_a_replica_that_diverges_is_found():
     assert caught.value.dataset.sizes["time"] <= 2  # MuJoCo ends the step in which it warns
 
 
-def truth(scene, end):
-    """x, theta, v, omega by DOP853."""
-
-    def rate(_, state):
-        x, _, v, omega = state
-        slip = v + omega
-        force = sum(
-            -k * (a * np.cos(k * x) - b * np.sin(k * x))
-            for k, (a, b) in enumerate(scene.coefficients, start=1)
-        )
-        return v, omega, force - scene.friction * slip, -scene.friction * slip / scene.sigma
-
-    start = (scene.x, scene.theta, scene.v, scene.omega)
-    return solve_ivp(rate, (0, end), start, method="DOP853", rtol=1e-13, atol=1e-13).y[:, -1]
-
-
-@pytest.mark.parametrize("surface", ["planar", "plane"])
-@pytest.mark.parametrize(
-    ("method", "order"), [("mujoco/rk4", 4), ("mujoco/implicitfast", 1), ("mujoco/euler", 1)]
-)
-def test_order_without_noise(method, order, surface):
-    scene = mm.Disk(
-        noise=0.0, friction=0.3, potential="asymmetric", v=2.5, omega=1.0, surface=surface
-    )
-    steps, errors = (160, 320, 640, 1280), []
-    for n in steps:
-        run = mm.simulate(scene, method=method, timestep=10 / n, duration=10, record_interval=n)
-        last = run.isel(time=-1)
-        found = np.array([last.x, last.theta, last.v, last.omega])
-        errors.append(np.abs(found - truth(scene, 10)).max())
-    measured = -np.polyfit(np.log(steps), np.log(errors), 1)[0]
-    assert abs(measured - order) < 0.1  # measured: 3.916, 1.066 (plane 1.064), 1.064
-
-
 @pytest.mark.parametrize("surface", ["planar", "plane"])
 def test_friction_alone_damps_the_slip(surface):
     """Nothing acts through the callback then, which is no reason to warn."""
@@ -139,22 +103,6 @@ def test_friction_alone_damps_the_slip(surface):
     # Measured: 2e-12 and 2e-15.
     np.testing.assert_allclose(slip, np.exp(-0.3 * run.time), rtol=1e-11)
     np.testing.assert_allclose(turned, -1.0, rtol=1e-13)
-
-
-@pytest.mark.parametrize("method", ["mujoco/rk4", "mujoco/implicitfast"])
-def test_strong_order_with_noise(method):
-    fine = noise.BrownianPath(11, 2**-10)
-    run = partial(mm.simulate, mm.Disk(), duration=2.0, replicas=60)
-    exact = run(method="variational/baoab", timestep=fine.timestep, path=fine, record_interval=2048)
-    factors, errors = (8, 16, 32), []
-    for factor in factors:
-        path = fine.coarsened(factor)
-        interval = 2048 // factor
-        coarse = run(method=method, timestep=path.timestep, path=path, record_interval=interval)
-        gap = (coarse - exact).isel(time=-1)
-        errors.append(np.sqrt(float((gap.x**2 + gap.v**2).mean())))
-    order = np.polyfit(np.log(factors), np.log(errors), 1)[0]
-    assert abs(order - 1) < 0.15  # measured: 1.080, 1.015
 
 
 DRIVEN = """

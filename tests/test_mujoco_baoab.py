@@ -1,4 +1,4 @@
-"""The splitting BAOAB in MuJoCo: against the variational engine, closed forms and DOP853.
+"""The splitting BAOAB in MuJoCo: against the variational engine and closed forms.
 
 Statistical tests have fixed seeds; their bounds are 4 standard errors (false alarm rate 6e-5), and
 the standard error stands beside the measured value.
@@ -85,17 +85,6 @@ def test_the_motor_follows_the_variational_baoab(scene):
     )
     for name in ("position", "axis", "ring_axis", "ring_angular_velocity", "heat", "work"):
         assert apart(run, twin, name) < 1e-10  # measured: 5e-14
-
-
-def test_second_order_against_dop853(case4_truth):
-    steps, errors = (8, 12, 16, 24, 32), []
-    for n in steps:
-        run = mm.simulate(
-            mm.Top.paper(4), method="mujoco/baoab", timestep=0.1 / n, duration=20, record_interval=n
-        )
-        errors.append(float(abs(run.position - case4_truth.position[:201].values).max()))
-    order = -np.polyfit(np.log(steps), np.log(errors), 1)[0]
-    assert abs(order - 2) < 0.1  # measured: 2.00
 
 
 WARM = mm.Disk(sigma=0.5, friction=0.5, noise=1.0, potential="flat")

@@ -12,6 +12,8 @@ from .engines.mujoco.layout import LayoutError as LayoutError
 from .engines.mujoco.magnetism import magnetism as magnetism
 from .ensemble import ensemble as ensemble
 from .ensemble import gibbs as gibbs
+from .recommendation import Recommendation as Recommendation
+from .recommendation import recommend as recommend
 from .scenes import Disk as Disk
 from .scenes import LangevinParticle as LangevinParticle
 from .scenes import Motor as Motor

@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import sys
 import zlib
 from collections.abc import Callable, Mapping
 from importlib import import_module
@@ -15,9 +16,10 @@ from tqdm import tqdm
 from magmotor.checkpoint import Checkpoint
 from magmotor.checks import check_choice, check_integer, check_number, reject
 from magmotor.dataset import assemble, attributes_of
-from magmotor.devices import DEVICES, Scene
+from magmotor.devices import Scene, device_of
 from magmotor.engines.job import Job
 from magmotor.noise import BrownianPath, check_seed, path_of
+from magmotor.recommendation import recommend
 from magmotor.states import concatenate, rows
 
 ENGINES = {
@@ -62,14 +64,14 @@ class SimulationInterrupted(KeyboardInterrupt):
 
 def methods(scene: Scene) -> tuple[str, ...]:
     """Names `engine/scheme` of the methods that a scene takes."""
-    return _device(scene).methods(scene)
+    return device_of(scene).methods(scene)
 
 
 def simulate(
     scene: Scene,
     *,
-    method: str,
-    timestep: float,
+    method: str | None = None,
+    timestep: float | None = None,
     duration: float,
     seed: int = 0,
     replicas: int | None = None,
@@ -77,6 +79,7 @@ def simulate(
     initial: Mapping[str, Any] | xr.Dataset | None = None,
     path: BrownianPath | None = None,
     checkpoint: str | Path | None = None,
+    allow_unstable: bool = False,
 ) -> xr.Dataset:
     """Run a scene.
 
@@ -84,10 +87,11 @@ def simulate(
     ----------
     scene : Top, Motor, Disk or LangevinParticle
         What to run.
-    method : str
-        One of `methods(scene)`.
-    timestep : float
-        Step in seconds; for `scipy/dop853`, which chooses its own, the unit of recording.
+    method : str, optional
+        One of `methods(scene)`; by default as `recommend` says, which is printed.
+    timestep : float, optional
+        Step in seconds; for `scipy/dop853`, which chooses its own, the unit of recording. By
+        default that of `path`, or as recommended.
     duration : float
         In seconds; whole steps that fit into it are taken.
     seed : int
@@ -108,6 +112,8 @@ def simulate(
     checkpoint : str or Path, optional
         File to save all to, every half minute and at the end, and to go on from if it is there:
         the result is the same to the bit.
+    allow_unstable : bool
+        Take a timestep at which theory says that the method fails, so that one can watch it fail.
 
     Returns
     -------
@@ -135,9 +141,15 @@ def simulate(
         The timestep is too long for the flights of the disk at its temperature.
     """
     interval = 1 if record_interval is None else record_interval
+    device = device_of(scene)
+    if timestep is None and path is not None:
+        timestep = path.timestep
+    if method is None or timestep is None:
+        choice = recommend(scene, method=method, timestep=timestep)
+        print(choice, file=sys.stderr)
+        method, timestep = choice.method, choice.timestep
     _check_arguments(scene, method, timestep, duration, seed, interval)
-    device = _device(scene)
-    device.check_run(scene, method, timestep, replicas)
+    device.check_run(scene, method, timestep, replicas, allow_unstable)
     followed = BrownianPath(seed, float(timestep)) if path is None else path
     if abs(followed.timestep / timestep - 1) > 1e-12:
         raise reject("path.timestep", followed.timestep, f"{timestep:g}, the timestep")
@@ -173,15 +185,9 @@ def _first_step(initial: Any, path: BrownianPath, method: str) -> int:
     return int(told.get("first_step", 0)) + round(float(initial.time[-1]) / path.timestep)
 
 
-def _device(scene: Scene) -> Any:
-    if type(scene) not in DEVICES:
-        raise reject("scene", scene, "a scene, such as magmotor.Top()")
-    return DEVICES[type(scene)]
-
-
 def _collect(job: Job, run: Callable, checkpoint: Checkpoint, attributes: dict) -> xr.Dataset:
     """Assemble the chunks while they are good; when that ends early, raise with those that were."""
-    guard = _device(job.scene).guard(job.scene, job.initial)
+    guard = device_of(job.scene).guard(job.scene, job.initial)
     kept, job = _resume(job, checkpoint.load())
     chunks, state = run(job), job.state
     unit = job.record_interval * job.timestep

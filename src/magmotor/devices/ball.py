@@ -9,7 +9,7 @@ from magmotor.devices.column import Column
 from magmotor.devices.linear_limits import check_bearing_limit
 from magmotor.engines.mujoco.methods import METHODS as MUJOCO
 from magmotor.engines.mujoco.methods import PLANAR as MUJOCO_PLANAR
-from magmotor.engines.variational.schemes import RIGID as VARIATIONAL
+from magmotor.engines.variational import schemes
 from magmotor.observables.motion import energy, momentum_map, slip_velocity
 from magmotor.scenes import Top
 from magmotor.scenes.top import DRY_FRICTION_RATE
@@ -26,11 +26,17 @@ def methods(scene: Top) -> tuple[str, ...]:
         return MUJOCO
     if scene.ring_script or scene.inertia[0] != scene.inertia[2]:
         return (*MUJOCO, "scipy/dop853")
-    return (*VARIATIONAL, *MUJOCO_PLANAR, "scipy/dop853")
+    return (*schemes.methods(schemes.RIGID, noise=False), *MUJOCO_PLANAR, "scipy/dop853")
 
 
-def check_run(scene: Top, method: str, timestep: float, replicas: int | None) -> None:
-    """Check what depends on the scene.
+def check_run(
+    scene: Top,
+    method: str,
+    timestep: float,
+    replicas: int | None,
+    allow_unstable: bool = False,
+) -> None:
+    """Check what depends on the scene; of the timestep nothing if it may be unstable.
 
     Raises
     ------
@@ -40,6 +46,8 @@ def check_run(scene: Top, method: str, timestep: float, replicas: int | None) ->
     if replicas is not None:
         check_integer("replicas", replicas, at_least=1)
         raise reject("replicas", replicas, "None: this scene has no noise, all would be the same")
+    if allow_unstable:
+        return
     if method in MUJOCO and any(scene.dry_friction):
         check_number("timestep", timestep, below=1 / DRY_FRICTION_RATE, unit="s with dry friction")
     if scene.surface == "plane":

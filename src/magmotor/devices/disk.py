@@ -12,10 +12,10 @@ from magmotor import theory
 from magmotor.checks import check_choice, check_integer, check_number, reject
 from magmotor.devices.column import Column
 from magmotor.devices.disk_guard import Guard as guard
-from magmotor.devices.linear_limits import check_linear_limits
+from magmotor.devices.linear_limits import check_step_limit
 from magmotor.engines.mujoco.methods import METHODS as MUJOCO
 from magmotor.engines.mujoco.methods import PLANAR as MUJOCO_PLANAR
-from magmotor.engines.variational.schemes import METHODS as VARIATIONAL
+from magmotor.engines.variational import schemes
 from magmotor.observables.disk import energy
 from magmotor.scenes import Disk, LangevinParticle
 from magmotor.states.disk import DiskStates, start_disk
@@ -37,15 +37,22 @@ LABELS = {
 
 def methods(scene: Scene) -> tuple[str, ...]:
     """Names of the methods that the scene takes."""
+    variational = schemes.methods(schemes.DISK, noise=scene.noise > 0)
     if isinstance(scene, LangevinParticle):
-        return VARIATIONAL
+        return variational
     if scene.surface == "plane":
         return MUJOCO
-    return (*VARIATIONAL, *MUJOCO_PLANAR, *(() if scene.noise else ("scipy/dop853",)))
+    return (*variational, *MUJOCO_PLANAR, *(() if scene.noise else ("scipy/dop853",)))
 
 
-def check_run(scene: Scene, method: str, timestep: float, replicas: int | None) -> None:
-    """Check what depends on the scene.
+def check_run(
+    scene: Scene,
+    method: str,
+    timestep: float,
+    replicas: int | None,
+    allow_unstable: bool = False,
+) -> None:
+    """Check what depends on the scene; of the timestep nothing if it may be unstable.
 
     Raises
     ------
@@ -59,16 +66,9 @@ def check_run(scene: Scene, method: str, timestep: float, replicas: int | None) 
     """
     if replicas is not None:
         check_integer("replicas", replicas, at_least=1)
-    if method == "scipy/dop853":
+    if allow_unstable or method == "scipy/dop853":
         return
-    check_linear_limits(
-        method,
-        timestep,
-        friction_limit=theory.friction_step_limit(scene),
-        swing_limit=theory.potential_step_limit(scene),
-        swing="sqrt(max|U''|), the well's",
-        always_explicit=isinstance(scene, Disk) and scene.surface == "plane",
-    )
+    check_step_limit(scene, method, timestep)
     if isinstance(scene, Disk) and scene.coefficients and scene.noise:
         largest = theory.largest_timestep(scene)
         if timestep > largest:

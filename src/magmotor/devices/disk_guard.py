@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from magmotor.devices.first_failure import ENERGY_GREW, Fault, FirstFailure
+from magmotor.devices.first_failure import ENERGY_GREW, LARGEST_ERROR, Fault, FirstFailure
 from magmotor.observables.disk import energy
 from magmotor.scenes import Disk, LangevinParticle
 from magmotor.states.disk import DiskStates
@@ -26,10 +26,12 @@ class Guard(FirstFailure):
 
     def __init__(self, scene: Disk | LangevinParticle, first: DiskStates):
         self.scene = scene
-        depth = sum(abs(a) + abs(b) for a, b in scene.coefficients)
-        own = np.abs(energy(scene, first.x, first.v, first.omega)).max()
-        self.largest_energy = 2 * (own + depth) + LARGEST_FLUCTUATION * temperature(scene)
+        self.depth = sum(abs(a) + abs(b) for a, b in scene.coefficients)
+        self.start = energy(scene, first.x, first.v, first.omega).max()
+        self.largest_fluctuation = LARGEST_FLUCTUATION * temperature(scene)
 
     def _faults(self, states: DiskStates) -> Iterator[Fault]:
         found = energy(self.scene, states.x, states.v, states.omega)
-        yield (found > self.largest_energy).any(axis=1), lambda _: ENERGY_GREW
+        in_play = found + 2 * self.depth  # at least the kinetic energy and the well's depth
+        allowed = np.maximum(self.largest_fluctuation, LARGEST_ERROR * in_play)
+        yield (found > self.start + allowed).any(axis=1), lambda _: ENERGY_GREW

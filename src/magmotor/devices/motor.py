@@ -4,18 +4,17 @@ import numpy as np
 
 from magmotor.checks import check_integer, reject
 from magmotor.devices.column import Column
-from magmotor.devices.linear_limits import check_bearing_limit, check_linear_limits
+from magmotor.devices.linear_limits import check_bearing_limit, check_step_limit
 from magmotor.devices.motor_guard import Guard as guard
 from magmotor.devices.motor_initial import initial_state
 from magmotor.engines.mujoco.methods import METHODS as MUJOCO
 from magmotor.engines.mujoco.methods import PLANAR as MUJOCO_PLANAR
-from magmotor.engines.variational.schemes import RIGID as VARIATIONAL
+from magmotor.engines.variational import schemes
 from magmotor.observables.motion import slip_velocity
 from magmotor.observables.motor_energy import motor_energy
 from magmotor.scenes import Motor
 from magmotor.states.ball import axes
 from magmotor.states.motor import MotorStates
-from magmotor.theory.motor_steps import motor_friction_limit, motor_swing_limit
 
 __all__ = ["check_run", "columns", "guard", "initial_state", "methods"]
 
@@ -26,12 +25,19 @@ def methods(scene: Motor) -> tuple[str, ...]:
     """Names of the methods that the scene takes."""
     if scene.surface == "plane":
         return MUJOCO
-    exact = () if any(scene.noises) else ("scipy/dop853",)
-    return (*VARIATIONAL, *MUJOCO_PLANAR, *exact)
+    noise = any(scene.noises)
+    exact = () if noise else ("scipy/dop853",)
+    return (*schemes.methods(schemes.RIGID, noise=noise), *MUJOCO_PLANAR, *exact)
 
 
-def check_run(scene: Motor, method: str, timestep: float, replicas: int | None) -> None:
-    """Check what depends on the scene.
+def check_run(
+    scene: Motor,
+    method: str,
+    timestep: float,
+    replicas: int | None,
+    allow_unstable: bool = False,
+) -> None:
+    """Check what depends on the scene; of the timestep nothing if it may be unstable.
 
     Raises
     ------
@@ -42,18 +48,11 @@ def check_run(scene: Motor, method: str, timestep: float, replicas: int | None) 
         check_integer("replicas", replicas, at_least=1)
         if not any(scene.noises):
             raise reject("replicas", replicas, "None: without noise all would be the same")
-    if method == "scipy/dop853":
+    if allow_unstable or method == "scipy/dop853":
         return
     if scene.surface == "plane":
         check_bearing_limit(method, timestep)
-    check_linear_limits(
-        method,
-        timestep,
-        friction_limit=motor_friction_limit(scene),
-        swing_limit=motor_swing_limit(scene),
-        swing="omega, the ball's libration",
-        always_explicit=True,
-    )
+    check_step_limit(scene, method, timestep)
 
 
 def columns(scene: Motor, states: MotorStates, replicas: int | None) -> dict[str, Column]:

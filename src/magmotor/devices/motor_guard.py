@@ -6,7 +6,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from magmotor.devices.ball_guard import lifted
-from magmotor.devices.first_failure import ENERGY_GREW, Fault, FirstFailure
+from magmotor.devices.disk_guard import LARGEST_FLUCTUATION
+from magmotor.devices.first_failure import ENERGY_GREW, LARGEST_ERROR, Fault, FirstFailure
 from magmotor.observables.motor_energy import motor_energy
 from magmotor.scenes import Motor
 from magmotor.scenes.motor import LARGEST_TILT
@@ -29,16 +30,19 @@ class Guard(FirstFailure):
 
     def __init__(self, scene: Motor, first: MotorStates):
         self.scene = scene
-        found = motor_energy(scene, first)
-        self.start, self.scale = found.total[0], np.abs(found.total[0])
+        start = motor_energy(scene, first)
+        self.start, self.ring = start.total[0], start.ring[0]
+        warm = scene.temperature == "uniform"
+        self.largest_fluctuation = LARGEST_FLUCTUATION * scene.kT if warm else 0.0
+        # What heats the motion without cooling it; a warm one forgets what it was given.
+        self.heated = any(scene.noises) and not warm
 
     def _faults(self, states: MotorStates) -> Iterator[Fault]:
         found = motor_energy(self.scene, states)
-        # Friction only takes: the motion has what it had and what the noise has put in.
-        work = states.ball_work + states.ring_work
-        rounding = 1e-6 * np.abs(found.total)
-        grew = found.total > self.start + work + self.scale + rounding
-        yield np.any(grew, axis=1), lambda _: ENERGY_GREW
+        work = states.ball_work + states.ring_work if self.heated else 0.0
+        in_play = np.abs(found.total - found.ring) + np.abs(found.ring - self.ring)
+        allowed = np.maximum(self.largest_fluctuation, LARGEST_ERROR * in_play)
+        yield np.any(found.total > self.start + work + allowed, axis=1), lambda _: ENERGY_GREW
         upright = axes(states.ring_orientation)[..., 2]
         lost = np.any(upright < math.cos(LARGEST_TILT), axis=1)
         yield lost, lambda row: _tipped(upright[row])

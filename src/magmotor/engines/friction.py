@@ -23,7 +23,7 @@ def friction_and_noise(
     noise : ndarray, shape (n, channels)
         Force noise dW/dt.
     time : float
-        How long they act.
+        How long they act; negative only without noise.
     exact : bool
         The exact flow, whose noise has the exact covariance and follows the Brownian path as
         closely as that allows; else Euler's explicit step.
@@ -35,7 +35,9 @@ def friction_and_noise(
     """
     inverse_mass = np.diag(1 / np.asarray(masses))
     rates = inverse_mass @ friction
-    increment = math.sqrt(time) * inverse_mass @ noise
+    increment = inverse_mass @ noise
+    if noise.any():
+        increment *= math.sqrt(time)
     if not exact:
         return -time * rates, increment
     flow, covariance = _flow_and_covariance(rates, increment @ increment.T / time, time)
@@ -43,6 +45,18 @@ def friction_and_noise(
     back = np.linalg.pinv(increment)
     nearest = increment @ np.real(sqrtm(back @ covariance @ back.T)) if noise.any() else increment
     return flow - np.eye(len(flow)), nearest
+
+
+def response(masses: ArrayLike, friction: Matrix, time: float) -> Matrix:
+    """The matrix R, in s: a constant acceleration a adds R a to the velocities under friction.
+
+    R is the integral of exp(-rates s) over the time, with rates and arguments as in
+    `friction_and_noise`; without friction it is the time.
+    """
+    rates = np.diag(1 / np.asarray(masses)) @ friction
+    n = len(rates)
+    block = time * np.block([[-rates, np.eye(n)], [np.zeros((n, 2 * n))]])
+    return np.asarray(expm(block), dtype=float)[:n, n:]
 
 
 def _flow_and_covariance(rates: Matrix, power: Matrix, time: float) -> tuple[Matrix, Matrix]:

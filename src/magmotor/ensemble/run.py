@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike
 
 from magmotor.checks import check_choice, check_integer, check_number, reject
 from magmotor.devices import disk
+from magmotor.engines.variational import schemes
 from magmotor.engines.variational.disk import pack
-from magmotor.engines.variational.schemes import METHODS
 from magmotor.ensemble.march import March
 from magmotor.ensemble.plan import plan
 from magmotor.noise import check_seed
@@ -91,7 +91,7 @@ def ensemble(
         The timestep is too long for the flights at this temperature, or a checkpoint could not be
         written: the one before it stays, and the run goes on.
     """
-    check_choice("method", method, METHODS)
+    check_choice("method", method, schemes.methods(schemes.DISK, noise=scene.noise > 0))
     check_seed(seed)
     check_integer("replicas", replicas, at_least=1)
     check_integer("trajectories", trajectories, at_least=0)

@@ -20,6 +20,8 @@ from magmotor.theory.flat import (
     flat_variance_from_rest,
 )
 from magmotor.theory.fokker_planck import ReducedDisk, d_diffusion
+from magmotor.theory.linear import SmallMotion, largest_stable_step, spectral_radius
+from magmotor.theory.linear_scenes import resting_ball, small_motion
 from magmotor.theory.motor import ball_injection_rate, ring_injection_rate, slip_mobility
 from magmotor.theory.stationary import (
     friction_rates,
@@ -43,6 +45,7 @@ from magmotor.theory.top import field_under_centre, libration_frequency, slip_re
 __all__ = [
     "DiskTheory",
     "ReducedDisk",
+    "SmallMotion",
     "alias_period",
     "ball_injection_rate",
     "ballistic_coefficient",
@@ -59,6 +62,7 @@ __all__ = [
     "gibbs_mean_squares",
     "heat_rate",
     "injection_rate",
+    "largest_stable_step",
     "largest_timestep",
     "libration_frequency",
     "paper_flat_x_diffusion",
@@ -69,11 +73,14 @@ __all__ = [
     "position_cdf",
     "position_density",
     "potential_step_limit",
+    "resting_ball",
     "ring_injection_rate",
     "slip_factor",
     "slip_mobility",
     "slip_rate",
     "slip_relaxation_rate",
+    "small_motion",
+    "spectral_radius",
     "temperature",
     "velocity_noise_coefficient",
     "y_diffusion",

@@ -18,8 +18,8 @@ from magmotor import elementary, noise
 from magmotor.code_version import code_version
 from magmotor.elementary import FASTMATH, cosine, prefer_wide_vectors, sine
 from magmotor.engines import vectors
-from magmotor.engines.friction import friction_and_noise
-from magmotor.engines.variational.schemes import SCHEMES, kicks_that_evaluate
+from magmotor.engines.friction import friction_and_noise, response
+from magmotor.engines.variational.schemes import DISK, kicks_that_evaluate
 from magmotor.engines.vectors import aligned
 from magmotor.noise import box_muller, normal, threefry
 from magmotor.scenes import Disk, LangevinParticle
@@ -33,45 +33,61 @@ CHECKSUM = code_version(elementary, noise, vectors)
 """Of the modules that are compiled into the kernel."""
 
 
+class Part(NamedTuple):
+    """What a part of a step does to (v, omega): u -> u + D u + L xi + p F.
+
+    `friction` is the matrix D by rows, `noise` the columns of L (two for two channels), `push` the
+    vector p of a force F on the disk.
+    """
+
+    turns: float
+    """How long it acts over 2 pi, which takes v to turns."""
+    angle: float
+    """How long it acts."""
+    friction: tuple[float, ...]
+    noise: tuple[tuple[float, ...], ...]
+    push: tuple[float, float]
+
+
 class Law(NamedTuple):
     """What the kernel applies in each part of a step.
 
-    `friction` is the matrix D by rows, `noise` the columns of L (two for two channels), `force`
-    the coefficients (k a_k, k b_k) of -U' = sum -k a_k cos kx + k b_k sin kx from the highest k
-    down, times -1 and 1 and the time of a kick, `turns` and `angle` the times of a drift.
+    `force` are the coefficients (-k a_k, k b_k) of -U' = sum -k a_k cos kx + k b_k sin kx from the
+    highest k down.
     """
 
-    friction: tuple[float, ...]
-    noise: tuple[tuple[float, ...], ...]
+    parts: tuple[Part, ...]
     force: tuple[tuple[float, float], ...]
-    turns: float
-    angle: float
 
 
 def law(scene: Disk | LangevinParticle, scheme: str, timestep: float) -> Law:
     """The numbers of a scene, a scheme and a timestep."""
-    parts, exact = SCHEMES[scheme]
-    of = {part: timestep / parts.count(part) for part in "ABO"}
-    decrement, increment = np.zeros((2, 2)), np.zeros((2, scene.slip_directions.shape[0]))
-    n = len(scene.masses)
-    wrenches = scene.slip_directions.T
-    decrement[:n, :n], increment[:n] = friction_and_noise(
-        scene.masses,
-        scene.friction * wrenches @ wrenches.T,
-        scene.noise * wrenches,
-        of["O"],
-        exact=exact,
-    )
-    waves = [
-        (-k * a * of["B"], k * b * of["B"]) for k, (a, b) in enumerate(scene.coefficients, start=1)
-    ]
-    waves = waves or [(0.0, 0.0)]
+    found = DISK[scheme]
+    parts = zip(found.parts, found.fractions, strict=True)
+    waves = [(-k * a, k * b) for k, (a, b) in enumerate(scene.coefficients, start=1)]
     return Law(
+        tuple(_part(scene, code, fraction * timestep, found.exact) for code, fraction in parts),
+        tuple(reversed(waves or [(0.0, 0.0)])),
+    )
+
+
+def _part(scene: Disk | LangevinParticle, code: str, time: float, exact: bool) -> Part:
+    n, wrenches = len(scene.masses), scene.slip_directions.T
+    decrement, increment = np.zeros((2, 2)), np.zeros((2, scene.slip_directions.shape[0]))
+    push = np.array([time, 0.0])
+    matrices = scene.masses, scene.friction * wrenches @ wrenches.T
+    if code in "OK":
+        decrement[:n, :n], increment[:n] = friction_and_noise(
+            *matrices, scene.noise * wrenches, time, exact=exact
+        )
+    if code == "K":
+        push[:n] = response(*matrices, time)[:, 0]
+    return Part(
+        turns=time / TURN,
+        angle=time,
         friction=tuple(decrement.ravel().tolist()),
         noise=tuple(tuple(column) for column in increment.T.tolist()),
-        force=tuple(reversed(waves)),
-        turns=of["A"] / TURN,
-        angle=of["A"],
+        push=(float(push[0]), float(push[1])),
     )
 
 
@@ -83,14 +99,14 @@ def kernel(scene: Disk | LangevinParticle, scheme: str) -> Any:
     is replica number `replica`. The states are those of the last record afterwards.
     """
     sines = all(b == 0 for _, b in scene.coefficients)
-    parts = SCHEMES[scheme].parts
-    codes = tuple("ABO".index(part) for part in parts)
+    parts = DISK[scheme].parts
+    codes = tuple("ABOK".index(part) for part in parts)
     return _compile(codes, kicks_that_evaluate(parts), sines, CHECKSUM)
 
 
 @njit(inline="always", fastmath=FASTMATH)
-def _kick(turns, force, sines):
-    """Clenshaw's sum of the Fourier series of the force; `sines`: the potential has no cosines."""
+def _force(turns, force, sines):
+    """Clenshaw's sum of the Fourier series of -U'; `sines`: the potential has no cosines."""
     c = cosine(turns)
     a1, a2, b1, b2 = 0.0, 0.0, 0.0, 0.0
     for k in range(len(force)):
@@ -109,24 +125,26 @@ def _compile(parts: tuple[int, ...], anew: tuple[bool, ...], sines: bool, checks
     The closure cells are the cache's key, so they are plain numbers; see the magnetism callback.
     """
     count = len(parts)
-    carried = not all(anew[i] for i in range(count) if parts[i] == 1)
-    draws = sum(1 for part in parts if part == 2)
+    kicks = tuple(part in (1, 3) for part in parts)
+    rubs = tuple(part in (2, 3) for part in parts)
+    carried = not all(anew[i] for i in range(count) if kicks[i])
+    draws = sum(rubs)
 
     @njit(cache=True, nogil=True, fastmath=FASTMATH, error_model="numpy")
     def advance(states, recorded, first, interval, seed, replica, factor, level, law):
         _ = checksum  # a part of the cache's key
         prefer_wide_vectors()
-        friction, columns, force, turns, angle = law
-        channels = len(columns)
+        rules, force = law
+        channels = len(rules[0].noise)
         work = aligned((7 + 2 * channels * draws) * LANES).reshape(-1, LANES)
-        x, theta, v, omega, kicks = work[0], work[1], work[2], work[3], work[4]
+        x, theta, v, omega, forces = work[0], work[1], work[2], work[3], work[4]
         words, normals = work[5:7].view(np.uint64), work[7:]
         for group in range(0, states.shape[1], LANES):
             lanes = min(LANES, states.shape[1] - group)
             work[:4, :lanes] = states[:, group : group + lanes]
             if carried:
                 for i in range(lanes):
-                    kicks[i] = _kick(x[i], force, sines)
+                    forces[i] = _force(x[i], force, sines)
             step = first
             for record in range(recorded.shape[0]):
                 for _ in range(interval):
@@ -153,27 +171,31 @@ def _compile(parts: tuple[int, ...], anew: tuple[bool, ...], sines: bool, checks
                                 )
                     for i in range(lanes):
                         x_i, theta_i, v_i, omega_i = x[i], theta[i], v[i], omega[i]
-                        kick_i, row = kicks[i], step & 1
+                        force_i, row = forces[i], step & 1
                         for part in range(count):
+                            rule = rules[part]
                             if parts[part] == 0:
-                                x_i += turns * v_i
-                                theta_i += angle * omega_i
-                            elif parts[part] == 1:
-                                if anew[part]:
-                                    kick_i = _kick(x_i, force, sines)
-                                v_i += kick_i
-                            else:
-                                dv = friction[0] * v_i + friction[1] * omega_i
-                                domega = friction[2] * v_i + friction[3] * omega_i
+                                x_i += rule.turns * v_i
+                                theta_i += rule.angle * omega_i
+                            if anew[part]:
+                                force_i = _force(x_i, force, sines)
+                            dv, domega = 0.0, 0.0
+                            if rubs[part]:
+                                dv = rule.friction[0] * v_i + rule.friction[1] * omega_i
+                                domega = rule.friction[2] * v_i + rule.friction[3] * omega_i
                                 for column in range(channels):
-                                    dv += columns[column][0] * normals[row, i]
-                                    domega += columns[column][1] * normals[row, i]
+                                    dv += rule.noise[column][0] * normals[row, i]
+                                    domega += rule.noise[column][1] * normals[row, i]
                                     row += 2
+                            if kicks[part]:
+                                dv += rule.push[0] * force_i
+                                domega += rule.push[1] * force_i
+                            if parts[part] != 0:
                                 v_i += dv
                                 omega_i += domega
                         x[i], theta[i], v[i], omega[i] = x_i, theta_i, v_i, omega_i
                         if carried:
-                            kicks[i] = kick_i
+                            forces[i] = force_i
                     step += 1
                 recorded[record, :, group : group + lanes] = work[:4, :lanes]
             states[:, group : group + lanes] = work[:4, :lanes]

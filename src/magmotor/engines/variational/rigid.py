@@ -12,6 +12,7 @@ from magmotor.engines.job import Job
 from magmotor.engines.variational.rigid_forces import Magnets
 from magmotor.engines.variational.rigid_kernel import kernel
 from magmotor.engines.variational.rigid_law import Bodies, law
+from magmotor.engines.variational.schemes import RIGID
 
 Array = NDArray[np.float64]
 
@@ -25,7 +26,7 @@ def march(
     the machine has processors if not given.
     """
     advance = kernel(job.scheme)
-    numbers = bodies, magnets, law(bodies, job.timestep, exact=job.scheme == "baoab")
+    numbers = bodies, magnets, law(bodies, RIGID[job.scheme], job.timestep)
     path = job.path.seed, job.path.factor, job.path.level
     states = (start if job.state is None else job.state).copy()
     threads = min(len(states), threads or os.cpu_count() or 1)

@@ -1,13 +1,14 @@
 """The compiled stepping kernel of rigid bodies: a ball that rolls and slips, a ring that turns.
 
-Two schemes, of which Euler's comes with two retractions:
+Two kinds of schemes:
 
 euler, cayley
     Bou-Rabee and Owhadi's stochastic variational Euler: discrete momenta change by forces,
-    friction and noise at the step's beginning, then positions and orientations drift.
-baoab
-    Kick, drift, friction and noise, drift, kick, each solved exactly (Leimkuhler and Matthews,
-    2013); the ring's drift is the free rotation of an axisymmetric body.
+    friction and noise at the step's beginning, then positions and orientations drift, by the
+    exponential or by the Cayley map.
+splittings
+    Lists of parts, each solved exactly; the ring's drift is the free rotation of an axisymmetric
+    body.
 """
 
 # Numba's intrinsics hide their first parameter:
@@ -25,18 +26,19 @@ from magmotor.engines import books, vectors
 from magmotor.engines.variational import rigid_forces, rigid_law, rigid_momentum, rigid_steps
 from magmotor.engines.variational.rigid_forces import wrenches
 from magmotor.engines.variational.rigid_steps import (
-    baoa_ball,
-    baoa_ring,
+    acted_on_ball,
+    acted_on_ring,
     booked,
+    drifted_ball,
+    drifted_ring,
     euler_ball,
     euler_ring,
-    kicked_ball,
-    kicked_ring,
+    read,
     slip,
 )
+from magmotor.engines.variational.schemes import RIGID
 from magmotor.engines.vectors import aligned
 from magmotor.noise import normal
-from magmotor.rotations import scaled
 
 SIZE = 22
 """Numbers in a state: place and velocity (2 each), orientation (4) and omega (3) of the ball;
@@ -73,7 +75,7 @@ def kernel(scheme: str) -> Any:
     A replica's path is the same number for number with any replicas beside it, on any thread, and
     with any division of the run into calls.
     """
-    return _compile(scheme == "baoab", scheme == "cayley", CHECKSUM)
+    return _compile(RIGID[scheme].exact, scheme == "cayley", CHECKSUM)
 
 
 @njit(inline="always")
@@ -113,7 +115,7 @@ def _normals(replica, step, path, bodies):
 
 @cache
 def _compile(splits: bool, by_cayley: bool, checksum: int):
-    """Compile the kernel of a scheme, or load it from Numba's disk cache.
+    """Compile the kernel of all splittings, or of Euler's scheme, or load it from Numba's cache.
 
     The closure cells are the cache's key, so they are plain numbers; see the magnetism callback.
     """
@@ -123,41 +125,49 @@ def _compile(splits: bool, by_cayley: bool, checksum: int):
         _ = checksum  # a part of the cache's key
         prefer_wide_vectors()
         first, interval = steps
-        count = recorded.shape[0] * interval
-        h, c, a = law.timestep, bodies.slip_friction, bodies.slip_noise
+        c, a = bodies.slip_friction, bodies.slip_noise
         c_ring, a_ring = bodies.ring_friction, bodies.ring_noise
+        turns = magnets.frame.shape[1] > 0
         work = aligned(magnets.frame.size).reshape(magnets.frame.shape)
         work[6] = magnets.frame[6]
         for replica in range(rows[0], rows[1]):
             ball, ring, sums, ring_sums = _unpack(states[replica])
-            u, u_ring = slip(ball, bodies.radius), ring[1]
-            xi, xi_ring = (0.0, 0.0), (0.0, 0.0, 0.0)
-            for n in range(count + 1):
-                # Nowhere else: another copy of this code might round otherwise.
-                place = ball[0][0], ball[0][1], bodies.radius
-                force, torque, on_ring = wrenches(place, ball[2], ring[0], work, magnets)
-                if n > 0:
-                    if splits:
-                        ball = kicked_ball(ball, 0.5 * h, force, torque, bodies)
-                        ring = kicked_ring(ring, scaled(0.5 * h, on_ring), bodies)
-                    after = slip(ball, bodies.radius)
-                    sums = booked(sums, u, after, xi, law, c, a, splits)
+            force, torque, on_ring = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+            for n in range(law.before, recorded.shape[0] * interval):
+                u, u_ring = slip(ball, bodies.radius), ring[1]
+                xi, xi_ring = _normals(replica, first + n, path, bodies)
+                for part in range(0 if n >= 0 else len(law.kinds) - 1, len(law.kinds)):
+                    if law.kinds[part, 3]:
+                        # Nowhere else: another copy of this code might round otherwise.
+                        place = ball[0][0], ball[0][1], bodies.radius
+                        force, torque, on_ring = wrenches(place, ball[2], ring[0], work, magnets)
+                    if n < 0:
+                        continue
+                    drifts, kicks, rubs = law.kinds[part, 0], law.kinds[part, 1], law.kinds[part, 2]
+                    if not splits:
+                        ball = euler_ball(ball, force, torque, xi, bodies, law, by_cayley)
+                        if turns:
+                            ring = euler_ring(ring, on_ring, xi_ring, bodies, law, by_cayley)
+                    elif drifts:
+                        ball = drifted_ball(ball, law.numbers[part, 0], False)
+                        if turns:
+                            ring = drifted_ring(ring, law.numbers[part, 0], bodies)
+                    else:
+                        row = read(law.numbers, part)
+                        ball = acted_on_ball(ball, row, kicks, rubs, force, torque, xi, bodies)
+                        if turns:
+                            ring = acted_on_ring(ring, row, kicks, rubs, on_ring, xi_ring, bodies)
+                if n < 0:
+                    continue
+                after = slip(ball, bodies.radius)
+                sums = booked(sums, u, after, xi, law, c, a, splits)
+                if turns:
                     ring_sums = booked(
                         ring_sums, u_ring, ring[1], xi_ring, law, c_ring, a_ring, splits
                     )
-                    if n % interval == 0:
-                        record = recorded[n // interval - 1, replica]
-                        _pack(record, ball, ring, sums, ring_sums)
-                if n == count:
-                    break
-                u, u_ring = slip(ball, bodies.radius), ring[1]
-                xi, xi_ring = _normals(replica, first + n, path, bodies)
-                if splits:
-                    ball = baoa_ball(ball, force, torque, xi, bodies, law)
-                    ring = baoa_ring(ring, on_ring, xi_ring, bodies, law)
-                else:
-                    ball = euler_ball(ball, force, torque, xi, bodies, law, by_cayley)
-                    ring = euler_ring(ring, on_ring, xi_ring, bodies, law, by_cayley)
+                if (n + 1) % interval == 0:
+                    record = recorded[(n + 1) // interval - 1, replica]
+                    _pack(record, ball, ring, sums, ring_sums)
             states[replica] = recorded[-1, replica]
 
     return advance

@@ -1,12 +1,14 @@
 """The numbers of a scene of rigid bodies, and of a scheme and a timestep, for the kernel."""
 
+import math
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
-from magmotor.engines.friction import friction_and_noise
+from magmotor.engines.variational.schemes import DRIFTS, KICKS, RUBS, Scheme, kicks_that_evaluate
 
-Pair = tuple[float, float]
+Triple = tuple[float, float, float]
 Numbers = TypeVar("Numbers", bound=tuple[Any, ...])
 
 
@@ -40,29 +42,50 @@ def floats(numbers: Numbers) -> Numbers:
 
 
 class Law(NamedTuple):
-    """The impulse of friction and noise in a step, as pairs (a, b): a u + b xi.
+    """A timestep, and what happens in the parts of a step.
 
-    u is the velocity before it and xi a standard normal number: along the slip, and of the ring
-    across its axis and about it.
+    The rows of `kinds` say what a part of the scheme does: drift, kick, rub (friction and noise),
+    and whether it needs the forces anew. The first part has those of the step before if `before`
+    is -1, else 0.
+
+    The rows of `numbers` hold for how long a part acts, then three triples (a, b, d): along the
+    slip, and of the ring across its axis and about it. The impulse of friction and noise is
+    a u + b xi + d F, where u is the velocity before it, xi a standard normal number, and F a force
+    that acts meanwhile, d in s.
     """
 
     timestep: float
-    slip: Pair
-    across: Pair
-    axial: Pair
+    before: int
+    kinds: NDArray[np.bool_]
+    numbers: NDArray[np.float64]
 
 
-def law(bodies: Bodies, timestep: float, *, exact: bool) -> Law:
-    """The numbers of a scheme: with `exact` friction's and noise's exact flow, else Euler's."""
-
-    def impulse(inertia: float, friction: float, noise: float) -> Pair:
-        strengths = np.array([[friction]]), np.array([[noise]])
-        decrement, increment = friction_and_noise([inertia], *strengths, timestep, exact=exact)
-        return inertia * decrement.item(), inertia * increment.item()
-
-    return Law(
-        float(timestep),
-        impulse(bodies.slip_mass, bodies.slip_friction, bodies.slip_noise),
-        impulse(bodies.across, bodies.ring_friction, bodies.ring_noise),
-        impulse(bodies.axial, bodies.ring_friction, bodies.ring_noise),
+def law(bodies: Bodies, scheme: Scheme, timestep: float) -> Law:
+    """The numbers of a scheme."""
+    velocities = (
+        (bodies.slip_mass, bodies.slip_friction, bodies.slip_noise),
+        (bodies.across, bodies.ring_friction, bodies.ring_noise),
+        (bodies.axial, bodies.ring_friction, bodies.ring_noise),
     )
+    anew = kicks_that_evaluate(scheme.parts)
+    kinds = [
+        (part in DRIFTS, part in KICKS, part in RUBS, new)
+        for part, new in zip(scheme.parts, anew, strict=True)
+    ]
+    numbers = []
+    for fraction in scheme.fractions:
+        time = fraction * timestep
+        triples = [_impulse(*velocity, time, scheme.exact) for velocity in velocities]
+        numbers.append([time, *(number for triple in triples for number in triple)])
+    carried = scheme.parts[0] in KICKS and not anew[0]
+    return Law(float(timestep), -1 if carried else 0, np.array(kinds), np.array(numbers))
+
+
+def _impulse(inertia: float, friction: float, noise: float, time: float, exact: bool) -> Triple:
+    """The triple of one velocity; a negative time has no noise."""
+    rate, spread = friction / inertia, noise * math.sqrt(max(time, 0.0))
+    if not exact or rate == 0:
+        return -friction * time, spread, 0.0
+    lost = -math.expm1(-rate * time)
+    spread *= math.sqrt(-math.expm1(-2 * rate * time) / (2 * rate * time))
+    return -inertia * lost, spread, lost / rate - time

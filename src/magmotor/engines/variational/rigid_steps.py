@@ -24,6 +24,23 @@ from magmotor.rotations import (
 
 
 @njit(inline="always")
+def read(numbers, part):
+    """A row of `Law.numbers` in registers: an array of it would be counted, which takes time."""
+    return (
+        numbers[part, 0],
+        numbers[part, 1],
+        numbers[part, 2],
+        numbers[part, 3],
+        numbers[part, 4],
+        numbers[part, 5],
+        numbers[part, 6],
+        numbers[part, 7],
+        numbers[part, 8],
+        numbers[part, 9],
+    )
+
+
+@njit(inline="always")
 def slip(ball, radius):
     """Velocity of the contact point."""
     _, v, _, omega = ball
@@ -48,20 +65,27 @@ def kicked_ring(ring, impulse, bodies):
 
 
 @njit(inline="always")
-def friction_on_ball(ball, xi, bodies, law):
-    """Impulse of friction and noise at the contact point, and its angular impulse."""
-    u, (a, b) = slip(ball, bodies.radius), law.slip
-    x, y = a * u[0] + b * xi[0], a * u[1] + b * xi[1]
-    return (x, y, 0.0), (bodies.radius * y, -bodies.radius * x, 0.0)
+def friction_on_ball(ball, force, torque, xi, bodies, law):
+    """Impulse of friction and noise at the contact point, and its angular impulse.
+
+    `law` is the triple of the slip; force and torque act meanwhile, at the centre.
+    """
+    u, r, (a, b, d) = slip(ball, bodies.radius), bodies.radius, law
+    arm = r / bodies.inertia
+    along = d / (1.0 / bodies.mass + r * arm)
+    x = a * u[0] + b * xi[0] + along * (force[0] / bodies.mass - arm * torque[1])
+    y = a * u[1] + b * xi[1] + along * (force[1] / bodies.mass + arm * torque[0])
+    return (x, y, 0.0), (r * y, -r * x, 0.0)
 
 
 @njit(inline="always")
-def friction_on_ring(ring, xi, law):
-    """Angular impulse of friction and noise on the ring."""
+def friction_on_ring(ring, torque, xi, across, axial):
+    """Angular impulse of friction and noise on the ring, by its triples; torque acts meanwhile."""
     turn, omega = ring
     axis = third_axis(turn)
-    friction = stretched(omega, axis, law.across[0], law.axial[0])
-    return plus(friction, 1.0, stretched(xi, axis, law.across[1], law.axial[1]))
+    friction = stretched(omega, axis, across[0], axial[0])
+    noise = stretched(xi, axis, across[1], axial[1])
+    return plus(plus(friction, 1.0, noise), 1.0, stretched(torque, axis, across[2], axial[2]))
 
 
 @njit(inline="always")
@@ -93,8 +117,8 @@ def drifted_ring(ring, time, bodies):
 @njit(inline="always")
 def euler_ball(ball, force, torque, xi, bodies, law, by_cayley):
     """The ball after a step of the variational Euler scheme."""
-    h = law.timestep
-    push, twist = friction_on_ball(ball, xi, bodies, law)
+    h, row = law.timestep, read(law.numbers, 0)
+    push, twist = friction_on_ball(ball, force, torque, xi, bodies, (row[1], row[2], 0.0))
     impulse, turning = plus(push, h, force), plus(twist, h, torque)
     place, v, turn, omega = kicked_ball(ball, 1.0, impulse, turning, bodies)
     if by_cayley:  # by exp, the discrete momentum of an isotropic body is I omega
@@ -107,35 +131,41 @@ def euler_ball(ball, force, torque, xi, bodies, law, by_cayley):
 @njit(inline="always")
 def euler_ring(ring, torque, xi, bodies, law, by_cayley):
     """The ring after a step of the variational Euler scheme."""
-    h = law.timestep
+    h, row = law.timestep, read(law.numbers, 0)
     turn, omega = ring
     axis, inertia = third_axis(turn), (bodies.across, bodies.axial)
     mu = discrete_momentum(omega, axis, inertia, -h, by_cayley)
-    mu = plus(plus(mu, h, torque), 1.0, friction_on_ring(ring, xi, law))
+    across, axial = (row[4], row[5], 0.0), (row[7], row[8], 0.0)
+    rubbed = friction_on_ring(ring, torque, xi, across, axial)
+    mu = plus(plus(mu, h, torque), 1.0, rubbed)
     omega = angular_velocity(mu, axis, inertia, h, by_cayley)
     W = scaled(h, omega)
     return normalised(product(cayley(W) if by_cayley else exponential(W), turn)), omega
 
 
 @njit(inline="always")
-def baoa_ball(ball, force, torque, xi, bodies, law):
-    """The ball after the first four parts of a step of BAOAB."""
-    half = 0.5 * law.timestep
-    ball = kicked_ball(ball, half, force, torque, bodies)
-    ball = drifted_ball(ball, half, False)
-    push, twist = friction_on_ball(ball, xi, bodies, law)
-    ball = kicked_ball(ball, 1.0, push, twist, bodies)
-    return drifted_ball(ball, half, False)
+def acted_on_ball(ball, row, kicks, rubs, force, torque, xi, bodies):
+    """The ball after a part of a splitting: kicked, rubbed by friction and noise, or both."""
+    push, twist = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    if rubs:
+        triple = row[1], row[2], row[3] if kicks else 0.0
+        push, twist = friction_on_ball(ball, force, torque, xi, bodies, triple)
+    if kicks:
+        push, twist = plus(push, row[0], force), plus(twist, row[0], torque)
+    return kicked_ball(ball, 1.0, push, twist, bodies)
 
 
 @njit(inline="always")
-def baoa_ring(ring, torque, xi, bodies, law):
-    """The ring after the first four parts of a step of BAOAB."""
-    half = 0.5 * law.timestep
-    ring = kicked_ring(ring, scaled(half, torque), bodies)
-    ring = drifted_ring(ring, half, bodies)
-    ring = kicked_ring(ring, friction_on_ring(ring, xi, law), bodies)
-    return drifted_ring(ring, half, bodies)
+def acted_on_ring(ring, row, kicks, rubs, torque, xi, bodies):
+    """The ring likewise."""
+    impulse = (0.0, 0.0, 0.0)
+    if rubs:
+        across = row[4], row[5], row[6] if kicks else 0.0
+        axial = row[7], row[8], row[9] if kicks else 0.0
+        impulse = friction_on_ring(ring, torque, xi, across, axial)
+    if kicks:
+        impulse = plus(impulse, row[0], torque)
+    return kicked_ring(ring, impulse, bodies)
 
 
 @njit(inline="always")

@@ -1,0 +1,111 @@
+"""How much longer a step a scene bears than the scene that the charts show in its place."""
+
+import math
+import warnings
+from functools import cache
+
+import numpy as np
+
+from magmotor import theory
+from magmotor.devices import Scene, device_of
+from magmotor.recommendation.charts import Curve
+from magmotor.scenes import Disk, LangevinParticle, Motor, Top
+from magmotor.scenes.potential import derivative
+from magmotor.theory.linear_scenes import small_motion
+
+
+def charted_scene(scene: Scene) -> Top | Motor | Disk:
+    """The scene of the charts that is of the same kind."""
+    if isinstance(scene, Top):
+        return Top.paper(4)
+    return Motor() if isinstance(scene, Motor) else Disk()
+
+
+def fit(scene: Scene, method: str, charted: Curve) -> Curve:
+    """A charted curve for the steps of another scene.
+
+    They are scaled so that no motion is followed worse, up to the longest that `simulate` takes,
+    and rounded down to three digits; the cost of a step stays.
+    """
+    steps = _scale(scene) * charted.steps
+    longest = _longest_step(scene, method, steps[-1])
+    taken = slice(int(np.searchsorted(steps, longest)) + 1)
+    steps = np.minimum(steps[taken], longest)
+    digits = 10.0 ** (2 - np.floor(np.log10(steps)))
+    steps = np.floor(steps * digits * (1 + 1e-12)) / digits
+    charted = Curve(*(column[taken] for column in charted))
+    return charted._replace(steps=steps, seconds=charted.seconds * charted.steps / steps)
+
+
+def _scale(scene: Scene) -> float:
+    """Ratio of the scene's steps to the charted scene's, of the fastest of each kind of motion.
+
+    These are swing and friction; of the disk also the swing in the well as its temperature samples
+    it, and the longest flights. Where nothing moves, it is 1.
+    """
+    charted = _fastest_rates(charted_scene(scene))
+    rates = _fastest_rates(scene)
+    return min([a / b for a, b in zip(charted, rates, strict=True) if b > 0], default=1.0)
+
+
+def _longest_step(scene: Scene, method: str, charted: float) -> float:
+    """The longest step that `simulate` takes without complaint, to 0.4 %, up to the charted one."""
+    low = charted
+    while not _is_taken(scene, method, low):
+        low /= 2
+    if low == charted:
+        return charted
+    high = 2 * low
+    for _ in range(8):
+        middle = (low + high) / 2
+        low, high = (middle, high) if _is_taken(scene, method, middle) else (low, middle)
+    return low
+
+
+def _is_taken(scene: Scene, method: str, timestep: float) -> bool:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        try:
+            device_of(scene).check_run(scene, method, timestep, None)
+        except (ValueError, UserWarning):
+            return False
+    return True
+
+
+@cache
+def _fastest_rates(scene: Scene) -> tuple[float, ...]:
+    """Rates, over the scene's unit of time, that steps must be short against; 0 of what is not."""
+    if isinstance(scene, Top):
+        poses = [
+            scene.replace(ring_script=(), ring_height=height, tilt=tilt)
+            for _, height, tilt in scene.ring_script
+        ]
+        across, _, axial = scene.inertia
+        swing = max(_swing(pose) for pose in poses or [scene])
+        return _split_by(scene.spin * axial / across, swing), _decay(scene)
+    if isinstance(scene, Motor):
+        return _split_by(scene.spin, _swing(scene)), _decay(scene)
+    flights = 1 / theory.largest_timestep(scene) if isinstance(scene, Disk) else 0.0
+    return _swing(scene), _decay(scene), _thermal_swing(scene), flights
+
+
+def _swing(scene: Scene) -> float:
+    return math.sqrt(np.linalg.eigvalsh(small_motion(scene).stiffness)[-1])
+
+
+def _decay(scene: Scene) -> float:
+    return float(small_motion(scene).decay.max())
+
+
+def _split_by(spin: float, swing: float) -> float:
+    """The faster of the two frequencies into which a spin, times J_3/J, splits a swing."""
+    return abs(spin) / 2 + math.hypot(spin / 2, swing)
+
+
+def _thermal_swing(scene: Disk | LangevinParticle) -> float:
+    """Root of <U''> = beta <U'^2> under Gibbs' measure: (h times it)^2 is how temperatures err."""
+    if not (scene.noise and scene.coefficients):
+        return 0.0
+    x = np.linspace(0, 2 * np.pi, 4096, endpoint=False)
+    squares = derivative(scene.coefficients, x, 1) ** 2
+    return math.sqrt(scene.beta * np.average(squares, weights=theory.position_density(scene, x)))

@@ -1,0 +1,119 @@
+"""The scenes, linearised about the resting state in which they are stiffest."""
+
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from magmotor import dipoles
+from magmotor.scenes import Disk, LangevinParticle, Motor, Top
+from magmotor.scenes.potential import steepest_curvature
+from magmotor.theory.landscape import minimum, valley_radius
+from magmotor.theory.linear import SmallMotion
+
+Array = NDArray[np.float64]
+
+DISPLACEMENT = 1e-4
+"""Of the differences that find a stiffness: an angle in rad, or a part of the ball's radius."""
+
+
+@cache
+def small_motion(scene: Top | Motor | Disk | LangevinParticle) -> SmallMotion:
+    """A scene about rest: the ball in the deepest minimum of V_e with its axis along the field.
+
+    The motor's ring is level, or almost: its tilt balances the ball. The disk is where U is
+    steepest. A scripted ring stands where it begins. Coordinates are x and y of the ball, its turns
+    about x, y and z and those of the ring, in m and rad; x and theta of the disk.
+    """
+    if isinstance(scene, Top):
+        return _top(scene)
+    if isinstance(scene, Motor):
+        return _motor(scene)
+    return _disk(scene)
+
+
+@cache
+def resting_ball(scene: Top | Motor) -> tuple[Array, Array]:
+    """Centre (m) and axis of a ball at rest in the deepest minimum of V_e, each of shape (3,).
+
+    The motor's is under the first outer dipole, with the inner ring level.
+    """
+    motor = isinstance(scene, Motor)
+    flat = (valley_radius(scene), 0.0) if motor else minimum(scene).position
+    place = np.array([*flat, scene.ball_radius])
+    field = dipoles.field(place, *scene.ring_sources())
+    return place, field / np.linalg.norm(field)
+
+
+def _disk(scene: Disk | LangevinParticle) -> SmallMotion:
+    wrenches = scene.slip_directions
+    friction = scene.friction * wrenches.T @ wrenches
+    stiffness = np.zeros_like(friction)
+    stiffness[0, 0] = steepest_curvature(scene.coefficients)
+    # Of a tendon's damping MuJoCo's implicit integrator sees what a joint does to itself.
+    on_floor = isinstance(scene, Disk) and scene.surface == "plane"
+    implicit = np.zeros_like(friction) if on_floor else np.diag(np.diag(friction))
+    return SmallMotion.of(np.diag(scene.masses), stiffness, friction, implicit)
+
+
+def _top(scene: Top) -> SmallMotion:
+    across, _, axial = scene.inertia
+    place, axis = resting_ball(scene)
+    sources = scene.ring_sources()
+
+    def force(q: Array) -> Array:
+        ball = place + np.append(q[:2], 0.0)
+        moment = scene.moment * Rotation.from_rotvec(q[2:5]).apply(axis)
+        push, twist = dipoles.wrench(ball, moment, *sources)
+        return np.concatenate([push[:2], twist])
+
+    inertia = scene.ball_mass * np.eye(5)
+    inertia[2:, 2:] = across * np.eye(3) + (axial - across) * np.outer(axis, axis)
+    friction = _slip_friction(scene.friction, scene.ball_radius, 5)
+    stiffness = _stiffness(force, _scales(scene, 5))
+    return SmallMotion.of(inertia, stiffness, friction, np.zeros((5, 5)))
+
+
+def _motor(scene: Motor) -> SmallMotion:
+    place, axis = resting_ball(scene)
+    centre = np.array([0.0, 0.0, scene.inner_height])
+    arms, outward = scene.inner_dipole_frame()
+    outer_places, outer_moments = scene.outer_sources()
+
+    def force(q: Array) -> Array:
+        ball, turn = place + np.append(q[:2], 0.0), Rotation.from_rotvec(q[5:8])
+        moment = scene.moment * Rotation.from_rotvec(q[2:5]).apply(axis)
+        inner_arms, inner_moments = turn.apply(arms), scene.moment * turn.apply(outward)
+        counted = scene.ball_ring_factor
+        places = np.vstack([inner_arms + centre, outer_places])
+        moments = np.vstack([counted * inner_moments, outer_moments])
+        push, twist = dipoles.wrench(ball, moment, places, moments)
+        others = np.vstack([ball, outer_places]), np.vstack([counted * moment, outer_moments])
+        pushes, twists = dipoles.wrench(inner_arms + centre, inner_moments, *others)
+        on_ring = np.sum(np.cross(inner_arms, pushes) + twists, axis=0)
+        return np.concatenate([push[:2], twist, on_ring])
+
+    sphere = scene.ball_inertia
+    inertia = np.diag([scene.ball_mass, scene.ball_mass, *3 * [sphere], *scene.inner_moments])
+    damper = np.diag([0.0] * 5 + [scene.frictions[-1]] * 3)
+    friction = _slip_friction(scene.friction_ball, scene.ball_radius, 8) + damper
+    return SmallMotion.of(inertia, _stiffness(force, _scales(scene, 8)), friction, damper)
+
+
+def _slip_friction(friction: float, radius: float, size: int) -> Array:
+    """Friction -c V on the slip V_x = v_x - r omega_y, V_y = v_y + r omega_x, as a matrix."""
+    slip = np.zeros((2, size))
+    slip[0, [0, 3]], slip[1, [1, 2]] = (1.0, -radius), (1.0, radius)
+    return friction * slip.T @ slip
+
+
+def _scales(scene: Top | Motor, size: int) -> Array:
+    return DISPLACEMENT * np.array([scene.ball_radius] * 2 + [1.0] * (size - 2))
+
+
+def _stiffness(force: Callable[[Array], Array], scales: Array) -> Array:
+    """-d force/d q by central differences; symmetric but for what is left of the force itself."""
+    columns = [(force(-dq) - force(dq)) / (2 * dq.sum()) for dq in np.diag(scales)]
+    return (np.array(columns) + np.array(columns).T) / 2

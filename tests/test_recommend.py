@@ -1,0 +1,284 @@
+"""Recommendations: the choice on a table made up for it, and what any honest charts must give."""
+
+import math
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+
+import magmotor as mm
+from magmotor.recommendation import charts
+
+# Of each method (h, error, wall seconds a step); simulated seconds cost seconds / h.
+TOP = {
+    "variational/euler": [(0.01, 0.004, 1e-6), (0.02, 0.008, 1e-6), (0.04, 0.016, 1e-6)],
+    "variational/baoab": [(0.02, 2e-5, 3e-6), (0.04, 1e-4, 3e-6), (0.08, 0.02, 3e-6),
+                          (0.1, 5e-3, 3e-6)],
+    "mujoco/rk4": [(0.05, 1e-6, 2e-5), (0.1, 1e-4, 2e-5)],
+    "scipy/dop853": [(0.1, 1e-11, 1e-9)],
+}  # fmt: skip
+DISK = {
+    "variational/euler": [(0.02, 0.01, 1e-8), (0.04, 0.02, 1e-8)],
+    "variational/baoab": [(0.02, 0.001, 2e-8), (0.04, 0.0001, 2e-8), (1.0, 0.0002, 2e-8)],
+}
+FLOOR = 0.005
+TABLE: dict[str, Any] = {
+    "machine": "abacus",
+    "points": [
+        {"scene": scene, "surface": surface, "quantity": quantity, "method": method,
+         "timestep": h, "error": error, "floor": floor, "seconds": seconds / h}
+        for scene, surface, quantity, floor, methods in [
+            ("Top", "planar", "momentum_map", 0.0, TOP),
+            ("Top", "planar", "position", 0.0, {"mujoco/rk4": TOP["mujoco/rk4"]}),
+            ("Top", "plane", "momentum_map", 0.0, {"mujoco/rk4": [(0.05, 0.009, 2e-5)]}),
+            ("Disk", "planar", "temperature", FLOOR, DISK),
+            ("Disk", "planar", "path", 0.0, DISK),
+        ]
+        for method, points in methods.items()
+        for h, error, seconds in reversed(points)
+    ],
+}  # fmt: skip
+
+
+@pytest.fixture
+def table(monkeypatch):
+    monkeypatch.setattr(charts, "load", lambda: TABLE)
+
+
+@pytest.mark.parametrize(
+    ("asked", "method", "timestep"),
+    [
+        ({"error": 0.5}, "variational/euler", 0.04),
+        ({}, "variational/euler", 0.02),
+        ({"error": 0.008}, "variational/euler", 0.02),
+        ({"error": 0.005}, "variational/baoab", 0.04),  # its longer step of 0.1 is a lucky one
+        ({"error": 5e-5}, "variational/baoab", 0.02),
+        ({"error": 1e-5}, "mujoco/rk4", 0.05),
+        ({"error": 1e-9}, "scipy/dop853", 0.1),
+        ({"error": 0.03, "method": "variational/baoab"}, "variational/baoab", 0.1),
+        ({"timestep": 0.015}, "variational/euler", 0.015),
+        ({"timestep": 0.03}, "variational/baoab", 0.03),
+        ({"timestep": 0.05, "error": 1e-7}, "scipy/dop853", 0.05),
+        ({"timestep": 0.25, "error": 1e-13}, "scipy/dop853", 0.25),
+        ({"timestep": 0.03, "method": "variational/euler"}, "variational/euler", 0.03),
+        ({"quantity": "position"}, "mujoco/rk4", 0.1),
+    ],
+    ids=str,
+)
+def test_the_cheapest_that_reaches_the_error(table, asked, method, timestep):
+    found = mm.recommend(mm.Top.paper(4), **asked)
+    assert (found.method, found.timestep) == (method, timestep)
+    assert found.quantity == asked.get("quantity", "momentum_map")
+
+
+def test_each_surface_has_its_own_charts(table):
+    found = mm.recommend(mm.Top(surface="plane"))
+    assert (found.method, found.timestep, found.error) == ("mujoco/rk4", 0.05, 0.009)
+
+
+def test_what_to_expect_of_a_recommendation(table):
+    found = mm.recommend(mm.Top.paper(4), timestep=0.016)
+    assert found.error == 0.008  # of the next longer step
+    assert found.seconds == pytest.approx(1e-6 / 0.016)
+    assert str(found) == (
+        "variational/euler at a timestep of 0.016 s: error of momentum_map 0.8 %,"
+        " 6.3e-05 s a simulated second (on abacus)"
+    )
+    disk = str(mm.recommend(mm.Disk()))
+    assert disk.startswith("variational/baoab at a timestep of 0.0572: error of temperature 0.5 %")
+    assert disk.endswith("s a unit of time (on abacus)")
+
+
+def test_a_sampled_error_is_no_smaller_than_its_floor(table):
+    assert mm.recommend(mm.Disk(), error=FLOOR).method == "variational/baoab"
+    with pytest.raises(ValueError, match=r"error = 0.0049: must be at least 0.00502, the least"):
+        mm.recommend(mm.Disk(), error=0.0049)
+    assert mm.recommend(mm.Disk(), error=0.0049, quantity="path").error == 0.001
+
+
+def test_quantities_by_default(table):
+    assert mm.recommend(mm.Disk()).quantity == "temperature"
+    assert mm.recommend(mm.Disk(noise=0.0)).quantity == "path"
+    assert mm.recommend(mm.LangevinParticle()).quantity == "temperature"
+
+
+BAD = [
+    ({"error": 0}, "error = 0: must be greater than 0"),
+    ({"error": 1}, "error = 1: must be less than 1"),
+    ({"error": 1e-12}, r"error = 1e-12: must be at least 1e-11, .* momentum_map, by scipy/dop853"),
+    ({"error": 1e-7, "method": "mujoco/rk4"}, r"at least 1e-06, .* mujoco/rk4 at a .* 0.05"),
+    ({"quantity": "spin"}, "quantity = 'spin': must be one of momentum_map, position"),
+    ({"method": "mujoco/rk45"}, r"method = 'mujoco/rk45': must be one of .* mean 'mujoco/rk4'"),
+    ({"method": "mujoco/euler"}, r"method = 'mujoco/euler': must be one charted .*: variational"),
+    ({"timestep": 0}, "timestep = 0: must be greater than 0 s"),
+    ({"timestep": 0.11, "method": "mujoco/rk4"}, "timestep = 0.11: must be at most 0.1, the long"),
+    ({"timestep": 0.05, "method": "variational/euler"}, "timestep = 0.05: must be at most 0.04"),
+    ({"scene": "top"}, "scene = 'top': must be a scene"),
+    ({"scene": mm.Disk(surface="plane")}, "surface = 'plane': must be one charted for a Disk"),
+    ({"scene": mm.Motor()}, "surface = 'planar': must be one charted for a Motor"),
+]
+
+
+@pytest.mark.parametrize(("asked", "message"), BAD, ids=[str(asked) for asked, _ in BAD])
+def test_bad_input_is_named_with_value_and_bound(table, asked, message):
+    with pytest.raises(ValueError, match=message):
+        mm.recommend(**({"scene": mm.Top.paper(4)} | asked))
+
+
+SCALED = {
+    "coupling": ({"coupling": 4e-5}, 1 / 2),
+    "friction": ({"friction": 3.0}, 1 / 10),
+    "friction stays": ({"coupling": 1e-6}, 1.0),
+    "none stays": ({"coupling": 1e-6, "friction": 0.0}, math.sqrt(10)),
+    "mass": ({"ball_mass": 0.4}, math.sqrt(2)),  # of the libration; friction allows 2
+    "spin": ({"spin": 1e6}, 17.79 / 1e6),
+}
+
+
+@pytest.mark.parametrize(("changes", "scale"), SCALED.values(), ids=SCALED)
+def test_steps_go_with_the_fastest_motion(table, changes, scale):
+    plain = mm.recommend(mm.Top.paper(4), method="mujoco/rk4")
+    found = mm.recommend(mm.Top.paper(4, **changes), method="mujoco/rk4")
+    assert found.timestep == pytest.approx(plain.timestep * scale, rel=0.01)  # three digits
+    assert found.seconds == pytest.approx(plain.seconds / scale, rel=0.01)
+    assert found.error == plain.error
+
+
+def test_steps_are_those_of_the_lowest_that_a_scripted_ring_comes(table):
+    script = tuple(
+        mm.Waypoint(time, height, 0.0) for time, height in [(0, 0.6), (5, 0.1), (9, 0.4)]
+    )
+    low, moving = (
+        mm.recommend(scene, method="mujoco/rk4")
+        for scene in (mm.Top(ring_height=0.1, tilt=0.0), mm.Top(ring_script=script))
+    )
+    assert moving == low
+    assert low.timestep < 0.06  # 0.052, of 0.1
+
+
+@pytest.mark.parametrize(
+    ("scene", "scale"),
+    [
+        (mm.Disk(friction=0.4, noise=10.0), 1 / 4),  # as warm as before
+        (mm.Disk(noise=50.0), 1 / 10),  # flights
+        (mm.Disk(noise=0.5), 0.0632 / 0.609),  # the root of <U''>
+        (mm.Disk(noise=0.0), 1.0),
+    ],
+    ids=["friction", "hot", "cold", "quiet"],
+)
+def test_steps_of_the_disk_go_with_its_temperature_too(table, scene, scale):
+    found = mm.recommend(scene, method="variational/euler", error=0.01, quantity="path")
+    assert found.timestep == pytest.approx(0.02 * scale, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("scene", "limit"),
+    [
+        (mm.Top(surface="plane", coulomb_friction=0.1), 1 / 200),
+        (mm.Disk(), mm.theory.largest_timestep(mm.Disk())),
+        (mm.Disk(noise=50.0), mm.theory.largest_timestep(mm.Disk(noise=50.0))),
+    ],
+    ids=["dry friction", "disk", "hot disk"],
+)
+def test_steps_are_no_longer_than_simulate_takes(table, scene, limit):
+    found = mm.recommend(scene)
+    assert 0.98 * limit < found.timestep < limit
+
+
+def test_simulate_takes_and_prints_what_is_recommended(table, capsys):
+    scene = mm.Top.paper(4)
+    run = mm.simulate(scene, duration=1.0)
+    assert capsys.readouterr().err == f"{mm.recommend(scene)}\n"
+    assert (run.attrs["method"], run.attrs["timestep"]) == ("variational/euler", 0.02)
+    run = mm.simulate(scene, duration=1.0, method="mujoco/rk4")
+    assert (run.attrs["method"], run.attrs["timestep"]) == ("mujoco/rk4", 0.1)
+    run = mm.simulate(scene, duration=1.0, timestep=0.03)
+    assert (run.attrs["method"], run.attrs["timestep"]) == ("variational/baoab", 0.03)
+    assert len(capsys.readouterr().err.splitlines()) == 2
+    mm.simulate(scene, duration=1.0, timestep=0.03, method="mujoco/rk4")
+    assert not capsys.readouterr().err
+
+
+def test_simulate_takes_the_timestep_of_a_path(table):
+    path = mm.noise.BrownianPath(seed=3, timestep=0.01).coarsened(2)
+    run = mm.simulate(mm.Disk(), duration=1.0, path=path)
+    assert run.attrs["timestep"] == 0.02
+    same = mm.simulate(mm.Disk(), method=run.attrs["method"], timestep=0.02, duration=1, path=path)
+    assert same.identical(run)
+
+
+QUIET: dict[str, Any] = {"alpha_ball": 0.0, "alpha_ring": 0.0}
+SCENES = {
+    "top": mm.Top.paper(4),
+    "top without friction": mm.Top.paper(2),
+    "top on a plane": mm.Top(surface="plane"),
+    "top with dry friction": mm.Top(surface="plane", coulomb_friction=0.1),
+    "anisotropic ball": mm.Top(ball_axial_inertia=3e-5),
+    "heavy ball": mm.Top(ball_mass=2.0),
+    "spinning ball": mm.Top(spin=100.0),
+    "scripted ring": mm.Top.experiment(),
+    "top in SI": mm.Top.si(gravity=1e3),
+    "motor": mm.Motor(),
+    "motor without noise": mm.Motor(**QUIET),
+    "motor at two temperatures": mm.Motor(temperature="nonuniform"),
+    "motor in SI": mm.Motor.si(),
+    "disk": mm.Disk(),
+    "cold disk": mm.Disk(noise=0.2),
+    "hot disk": mm.Disk(noise=50.0),
+    "disk without noise": mm.Disk(noise=0.0, v=1.0),
+    "flat disk": mm.Disk(potential="flat"),
+    "two frictions": mm.Disk(friction_ratio=2.0),
+    "particle": mm.LangevinParticle(),
+    "free particle": mm.LangevinParticle(potential="flat", noise=0.0, friction=0.0, v=1.0),
+}
+
+
+@pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
+def test_a_recommended_run_is_taken_without_complaint(scene):
+    run = mm.simulate(scene, duration=60)
+    found = mm.recommend(scene)
+    assert (run.attrs["method"], run.attrs["timestep"]) == (found.method, found.timestep)
+    assert found.error <= 0.01
+
+
+@pytest.mark.parametrize("error", [0.1, 0.01, 1e-3, 1e-4])
+def test_the_top_reaches_the_error(error):
+    """In J along 60 s of case 4."""
+    scene = mm.Top.paper(4)
+    found = mm.recommend(scene, error=error)
+    run, truth = (
+        mm.simulate(scene, method=method, timestep=found.timestep, duration=60).momentum_map
+        for method in (found.method, "scipy/dop853")
+    )
+    measured = float(np.abs(run - truth).max() / np.abs(truth).max())
+    assert measured < 1.1 * error  # 0.036, 0.0092, 9.6e-4, 6.7e-5
+
+
+@pytest.mark.parametrize("noise", [0.5, 1.0, 5.0])
+def test_the_disk_reaches_the_error_of_its_temperature(noise):
+    """Slip of 10 000 replicas from Gibbs' measure at 30 times that are all but independent.
+
+    The standard error of its mean square is sqrt(2/3e5) = 0.26 %; the bound is the error asked for
+    and four of those: one false alarm in 3e4.
+    """
+    scene = mm.Disk(noise=noise)
+    found = mm.recommend(scene, method="variational/baoab", quantity="temperature")
+    run = mm.simulate(
+        scene, method=found.method, timestep=found.timestep, duration=310, seed=1, replicas=10_000,
+        record_interval=int(10 / found.timestep), initial=mm.gibbs(scene, 10_000, seed=1),
+    )  # fmt: skip
+    slip = (run.v + run.omega).isel(time=slice(1, None))
+    squares = float((slip**2).mean()) / mm.theory.gibbs_mean_squares(scene)["slip"]
+    assert abs(squares - 1) < 0.01 + 4 * 0.0026  # 0.001, 0.0014, 0.0023
+
+
+@pytest.mark.parametrize("method", [None, "variational/baoab"])
+@pytest.mark.parametrize("scene", [mm.Top(), mm.Motor(), mm.Disk()], ids=["top", "motor", "disk"])
+def test_a_smaller_error_costs_more(scene, method):
+    errors = (0.3, 0.1, 0.03, 0.01)
+    found = [mm.recommend(scene, error=error, method=method) for error in errors]
+    assert all(each.error <= error for each, error in zip(found, errors, strict=True))
+    assert all(less.seconds <= more.seconds for less, more in pairwise(found))
+    if method is not None:
+        assert all(short.timestep <= long.timestep for long, short in pairwise(found))

@@ -1,0 +1,226 @@
+"""Linear stability: closed limits, one-step maps, and what happens on both sides of each limit."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import magmotor as mm
+from magmotor.devices.linear_limits import STEPS, step_limit
+from magmotor.states.ball import smallest_turn
+from magmotor.theory.linear import SmallMotion, largest_stable_step, spectral_radius
+from magmotor.theory.linear_scenes import resting_ball, small_motion
+
+NUDGE, SMALL = 1e-5, 1e-6
+"""Initial velocities, and changes for differences, in SI units: small for linear theory."""
+
+EXPLICIT = ["euler", "cayley", "implicitfast"]
+"""Schemes whose friction is Euler's where it is a contact's."""
+
+INSIDE, OUTSIDE = 0.93, 1.2
+"""Steps over their limits at which motion does not grow, and does until the guard sees it."""
+
+SCENES = {
+    "top": mm.Top.paper(4),
+    "conservative top": mm.Top.paper(2),
+    "top on the plane": mm.Top.paper(4, surface="plane"),
+    "motor": mm.Motor(temperature="nonuniform", alpha_ring=0.0, friction_ring=0.15),
+    "disk": mm.Disk(noise=0.0),
+}
+
+STEPPING = [
+    (name, method)
+    for name, scene in SCENES.items()
+    for method in mm.methods(scene)
+    if method != "scipy/dop853"
+]
+
+
+def oscillator(frequency=0.0, friction=0.0, implicit=0.0):
+    return SmallMotion.of(*(np.array([[x]]) for x in (1.0, frequency**2, friction, implicit)))
+
+
+def at_rest(scene):
+    """The initial state of which the limits hold, but for a nudge."""
+    if isinstance(scene, mm.Disk):
+        return {"x": -math.pi / 2, "v": NUDGE}
+    place, axis = resting_ball(scene)
+    return {"position": place, "axis": axis, "angular_velocity": (NUDGE, 2 * NUDGE, 0.0)}
+
+
+@pytest.mark.parametrize("scheme", STEPS)
+def test_an_oscillator_has_the_closed_limits(scheme):
+    resonates = scheme.startswith("blanes-moan")
+    swing = math.pi if resonates else {"rk4": 2 * math.sqrt(2)}.get(scheme, 2.0)
+    found = largest_stable_step(oscillator(frequency=3.0), STEPS[scheme])
+    assert found == pytest.approx(swing / 3, rel=3e-3 if resonates else 1e-6)  # 2.8e-3, 2e-8
+    decay = {"rk4": 2.785293563405282} | dict.fromkeys(EXPLICIT, 2.0)
+    found = largest_stable_step(oscillator(friction=3.0), STEPS[scheme])
+    assert found == pytest.approx(decay.get(scheme, math.inf) / 3, rel=1e-6)  # 5e-7
+
+
+@pytest.mark.parametrize("scheme", ["rk4", *EXPLICIT])
+def test_a_damper_is_implicit_in_implicitfast_alone(scheme):
+    found = largest_stable_step(oscillator(friction=3.0, implicit=3.0), STEPS[scheme])
+    assert math.isinf(found) == (scheme == "implicitfast")
+
+
+def test_friction_shortens_the_limit_of_kick_and_drift():
+    """The step matrix has the eigenvalue -1 where (h omega)^2 + 2 h c = 4."""
+    omega, c = 1.3, 0.7
+    closed = (math.sqrt(c**2 + 4 * omega**2) - c) / omega**2
+    found = largest_stable_step(oscillator(frequency=omega, friction=c), STEPS["euler"])
+    assert found == pytest.approx(closed, rel=1e-6)
+    assert found < 0.8 * 2 / omega
+
+
+def test_friction_closes_the_window_of_resonance():
+    """Of Blanes and Moan's scheme near pi, 1 % wide; see `largest_stable_step`."""
+    step = STEPS["blanes-moan4"]
+    assert spectral_radius(oscillator(frequency=1.0), step, 3.145) > 1.01  # 1.0135
+    assert largest_stable_step(oscillator(frequency=1.0, friction=0.05), step) > 2 * math.pi  # 6.94
+
+
+def test_a_direction_that_is_unstable_in_truth_limits_no_step():
+    none = np.zeros((2, 2))
+    motion = SmallMotion.of(np.eye(2), np.diag([9.0, -1.0]), none, none)
+    assert largest_stable_step(motion, STEPS["euler"]) == pytest.approx(2 / 3, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("name", "method"), [(n, m) for n, m in STEPPING if n in ("top", "motor", "disk")]
+)
+def test_a_run_of_one_step_is_the_linear_map(name, method):
+    """Its Jacobian, by differences, has the eigenvalues of theory: traces of powers agree."""
+    scene = SCENES[name]
+    h = 0.5 * step_limit(scene, method)
+    found = jacobian(scene, method, h)
+    expected = STEPS[method.split("/")[1]](small_motion(scene), h)
+    power = np.linalg.matrix_power
+    error = max(abs(np.trace(power(found, k) - power(expected, k))) for k in (1, 2, 3))
+    # The motor's ring is level, where it would rest tilted by 0.3 degrees.
+    assert error < (0.005 if name == "motor" else 1e-5)  # 3.5e-3, 2.2e-6
+
+
+def jacobian(scene, method, h):
+    """What one step does to places, turns and their velocities near rest."""
+    take = disk_step if isinstance(scene, mm.Disk) else rigid_step
+    changes = SMALL * np.eye(2 * len(small_motion(scene).stiffness))
+    rest = take(scene, method, h, np.zeros(len(changes)))
+    return np.transpose([take(scene, method, h, dz) - rest for dz in changes]) / SMALL
+
+
+def disk_step(scene, method, h, change):
+    names = "x", "theta", "v", "omega"
+    rest = np.array([-math.pi / 2, 0.0, 0.0, 0.0])
+    run = one_step(scene, method, h, dict(zip(names, rest + change, strict=True)))
+    return np.array([run[name] for name in names])
+
+
+def rigid_step(scene, method, h, change):
+    place, axis = resting_ball(scene)
+    rest = {"": Rotation.from_quat(smallest_turn(axis), scalar_first=True)}
+    if isinstance(scene, mm.Motor):
+        rest["ring_"] = Rotation.identity()
+    places, velocities = np.split(change, 2)
+    initial = {"position": place + np.append(places[:2], 0.0), "velocity": velocities[:2]}
+    for body, turn, spin in zip(rest, triples(places), triples(velocities), strict=True):
+        turned = Rotation.from_rotvec(turn) * rest[body]
+        initial[f"{body}orientation"] = turned.as_quat(scalar_first=True)
+        initial[f"{body}angular_velocity"] = spin
+    run = one_step(scene, method, h, initial)
+    ends = {b: Rotation.from_quat(run[f"{b}orientation"], scalar_first=True) for b in rest}
+    turns = [(ends[body] * rest[body].inv()).as_rotvec() for body in rest]
+    spins = [run[f"{body}angular_velocity"] for body in rest]
+    return np.concatenate([run.position[:2], *turns, run.velocity[:2], *spins])
+
+
+def triples(values):
+    """The numbers of each body after the first two, which are of the place."""
+    return values[2:].reshape(-1, 3)
+
+
+def one_step(scene, method, h, initial):
+    arguments = {"timestep": h, "duration": h, "initial": initial, "allow_unstable": True}
+    return mm.simulate(scene, method=method, **arguments).isel(time=-1)
+
+
+@pytest.mark.parametrize(("name", "method"), STEPPING)
+def test_just_inside_its_limit_a_method_keeps_a_scene_at_rest(name, method):
+    run = nudged(name, method, INSIDE * step_limit(SCENES[name], method))
+    largest = max(float(abs(run[name]).max()) for name in ("angular_velocity", "v") if name in run)
+    assert largest < 100 * NUDGE  # 8.2; 93 of the motor, whose level ring is not quite at rest
+
+
+@pytest.mark.parametrize(("name", "method"), STEPPING)
+def test_just_outside_its_limit_a_method_diverges(name, method):
+    """What is recorded until then is finite, and ends where the error says."""
+    with pytest.raises(mm.SimulationDiverged, match=r"energy grew|not finite") as caught:
+        nudged(name, method, unstable_step(name, method))
+    kept = caught.value.dataset
+    assert all(np.isfinite(kept[variable]).all() for variable in kept.data_vars)
+    assert caught.value.time == pytest.approx(float(kept.time[-1]) + kept.timestep)
+
+
+def unstable_step(name, method):
+    """Up to `OUTSIDE` times the limit, the step at which theory says that motion grows fastest.
+
+    In Blanes and Moan's first windows motion grows, but to no forbidden energy: further on, then.
+    """
+    scene = SCENES[name]
+    limit = step_limit(scene, method)
+    if name == "top on the plane":
+        return OUTSIDE * limit
+    motion, step = small_motion(scene), STEPS[method.split("/")[1]]
+    steps = limit * np.linspace(1.002, 2.5 if "blanes-moan" in method else OUTSIDE, 50)
+    return max(steps, key=lambda h: spectral_radius(motion, step, h))
+
+
+def nudged(name, method, h):
+    """A run from rest, nudged."""
+    scene = SCENES[name]
+    arguments = {"timestep": h, "duration": 4000 * h, "allow_unstable": True}
+    return mm.simulate(scene, method=method, initial=at_rest(scene), **arguments)
+
+
+@pytest.mark.parametrize("method", ["variational/baoab", "mujoco/baoab"])
+def test_energy_that_friction_forbids_ends_a_run(method):
+    """Beyond its limit, 0.112 s, the libration heats the ball, which leaves its valley."""
+    with pytest.raises(mm.SimulationDiverged, match="energy grew") as caught:
+        mm.simulate(mm.Top.paper(4), method=method, timestep=0.125, duration=500)
+    assert caught.value.time < 100  # 18.4
+
+
+@pytest.mark.parametrize("case", [1, 2, 3, 4])
+@pytest.mark.parametrize("method", ["variational/euler", "variational/verlet"])
+def test_the_energy_error_of_stable_steps_is_allowed(case, method):
+    """Of schemes whose energy errs most: 0.05 of what the guard counts as in play, of 0.33."""
+    scene = mm.Top.paper(case)
+    h = 0.95 * step_limit(scene, method)
+    run = mm.simulate(scene, method=method, timestep=h, duration=3000 * h)
+    assert run.sizes["time"] == 3001
+
+
+def test_an_unstable_motor_that_noise_does_not_heat_is_stopped():
+    """Its booked work grows without bound then, and does not excuse the energy."""
+    scene = SCENES["motor"]
+    h = 1.1 * step_limit(scene, "variational/baoab")
+    start = at_rest(scene)
+    with pytest.raises(mm.SimulationDiverged, match="energy grew") as caught:
+        mm.simulate(
+            scene, method="variational/baoab", timestep=h, duration=4000 * h, initial=start,
+            allow_unstable=True,
+        )  # fmt: skip
+    assert caught.value.time < 100 * h  # 17
+
+
+@pytest.mark.parametrize("name", ["motor", "disk", "top on the plane"])
+def test_unstable_steps_are_refused_unless_allowed(name):
+    scene = SCENES[name]
+    limit = step_limit(scene, "mujoco/euler")
+    arguments = {"method": "mujoco/euler", "timestep": 1.01 * limit, "duration": 2 * limit}
+    arguments["initial"] = at_rest(scene)
+    with pytest.raises(ValueError, match=r"timestep = .*: must be less than"):
+        mm.simulate(scene, **arguments)
+    assert mm.simulate(scene, **arguments, allow_unstable=True).sizes["time"] == 2
