@@ -411,11 +411,11 @@ def test_bad_scenes_are_named_with_value_and_bound(make, message):
 
 
 BAD_RUNS = [
-    (PAPER, {"timestep": 2.0}, r"timestep = 2.0: must be less than 2, the linear limit 2/sqrt"),
+    (PAPER, {"timestep": 2.0}, r"timestep = 2.0: must be less than 1.881, the linear limit"),
     (
         mm.Disk(friction=1.0),
         {"timestep": 0.7},
-        "timestep = 0.7: must be less than 0.6667, the linear limit 2/lambda",
+        "timestep = 0.7: must be less than 0.6421, the linear limit",
     ),
     (PAPER, {"replicas": 0}, "replicas = 0: must be at least 1"),
     (PAPER, {"initial": {"z": 1.0}}, "initial = 'z': must be one of x, v, theta, omega"),
