@@ -126,9 +126,7 @@ def test_a_motor_comes_back_from_json_like_attributes():
 def test_timesteps_beyond_the_linear_limits_are_refused(method, limit):
     scene = mm.Motor()
     check_run(scene, method, limit - 0.002, None)
-    with pytest.raises(
-        ValueError, match=f"timestep = .*: must be less than {limit}, the linear limit"
-    ):
+    with pytest.raises(ValueError, match=f"less than {limit}, the linear limit"):
         check_run(scene, method, limit + 0.002, None)
 
 
