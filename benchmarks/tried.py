@@ -15,6 +15,7 @@ from case import Case, Record
 from machine import small_print
 from markdown_table import number, table
 from numpy.typing import NDArray
+from step_cost import seconds_a_step
 from tried_splittings import SPLITTINGS, offered
 
 import magmotor as mm
@@ -48,7 +49,7 @@ NUMBERS = sorted({round(2 ** (k / 3)) for k in range(3, 28)})
 """Of steps in a second."""
 
 QUICK_NUMBERS = [2**k for k in range(1, 9)]
-TIMED, SHORT = 400_000, 5_000
+LONG = 400_000
 ACCURACIES = (1e-2, 1e-4, 1e-6, 1e-8)
 
 
@@ -196,7 +197,6 @@ def _stepper(scene: mm.Top, name: str, timestep: float) -> Callable:
 
 
 def _cost(name: str) -> Record:
-    """Seconds a step, the difference of a long and a short run."""
     scene, timestep = mm.Top.paper(4), 0.025
 
     def seconds(steps: int) -> float:
@@ -211,7 +211,4 @@ def _cost(name: str) -> Record:
             _stepper(scene, name, timestep)(_start(scene), steps)
         return time.perf_counter() - begin
 
-    seconds(SHORT)
-    turns = [(seconds(SHORT), seconds(TIMED)) for _ in range(5)]
-    short, long = (min(times) for times in zip(*turns, strict=True))
-    return {"seconds": (long - short) / (TIMED - SHORT)}
+    return {"seconds": seconds_a_step(seconds, LONG)}

@@ -61,7 +61,7 @@ def averaged(k1, k2, k3, k4):
 
 
 @njit(inline="always")
-def munthe_kaas(ball, h, bodies, magnets):
+def munthe_kaas(ball, h, bodies, magnets) -> Any:
     """A step."""
     k1 = slope(ball, bodies, magnets)
     k2 = slope(moved(ball, 0.5 * h, k1), bodies, magnets)
@@ -73,7 +73,7 @@ def munthe_kaas(ball, h, bodies, magnets):
 
 
 @njit(inline="always")
-def commutator_free(ball, h, bodies, magnets):
+def commutator_free(ball, h, bodies, magnets) -> Any:
     """A step: the rotations of its stages begin where other stages ended."""
     turn = ball[2]
     k1 = slope(ball, bodies, magnets)

@@ -16,6 +16,12 @@ BALL = ("position", "velocity", "axis", "angular_velocity")
 RING = ("ring_axis", "ring_orientation", "ring_angular_velocity")
 DISK = ("x", "v", "theta", "omega")
 
+TUMBLING = {
+    "ring_axis": [0.14, 0.0, 0.99],
+    "ring_angular_velocity": [0.02, 0.03, 0.4],
+    "angular_velocity": [1.0, 0.5, 0.3],
+}
+
 STEPS = {1: (128, 256, 512), 2: (16, 32, 64), 4: (32, 48, 64), 6: (4, 5, 6)}
 """Steps a record by order; where they are more, rounding and DOP853's error show."""
 MOTOR_STEPS = STEPS | {4: (24, 32, 48), 6: (9, 10, 12)}
@@ -23,7 +29,7 @@ WAVE_STEPS = STEPS | {4: (16, 24, 32)}
 
 
 class Subject(NamedTuple):
-    """A scene without noise, what is read off it, and how long and how often."""
+    """A scene, what is read off it, and how long and how often."""
 
     scene: Any
     quantities: tuple[str, ...]
@@ -52,12 +58,6 @@ def wave(scene, quantities, friction, **changes):
     made = scene(noise=0.0, friction=friction, potential=potential, x=0.3, v=0.8, **changes)
     return Subject(made, quantities, 10.0, 0.5, WAVE_STEPS)
 
-
-TUMBLING = {
-    "ring_axis": [0.14, 0.0, 0.99],
-    "ring_angular_velocity": [0.02, 0.03, 0.4],
-    "angular_velocity": [1.0, 0.5, 0.3],
-}
 
 # From rest, Euler's velocities would be of second order; what is conserved shows no order.
 SUBJECTS = {
@@ -215,7 +215,7 @@ def test_strong_order(method, name, order):
     exact = along_the_path("variational/baoab", name, 1)
     runs = [along_the_path(method, name, factor) for factor in FACTORS]
     for quantity in NOISY[name].quantities:
-        squares = [np.square(run[quantity] - exact[quantity]).values for run in runs]
+        squares = [((run[quantity] - exact[quantity]) ** 2).values for run in runs]
         means = np.reshape(squares, (len(FACTORS), 10, -1)).mean(axis=-1)
         measured = np.polyfit(np.log(FACTORS), np.log(means) / 2, 1)[0]
         error = measured.std(ddof=1) / np.sqrt(10)

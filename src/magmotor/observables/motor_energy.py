@@ -23,11 +23,13 @@ Array = NDArray[np.float64]
 class MotorEnergy(NamedTuple):
     """Energies in J and a force in N, each of shape (T, replicas).
 
-    `ring` is the inner ring's own: its kinetic energy and its energy in the outer ring's field.
+    `ring` is the inner ring's own: its kinetic energy and its energy in the outer ring's field;
+    `wobble` is that part of its kinetic energy which is not of the turning about its axis.
     """
 
     total: Array
     ring: Array
+    wobble: Array
     lift: Array
     """Vertical magnetic force on the ball."""
 
@@ -53,12 +55,13 @@ def motor_energy(scene: Motor, states: MotorStates) -> MotorEnergy:
     across, _, axial = scene.inner_moments
     spin = states.ring_angular_velocity
     about = np.sum(spin * ring_axis, axis=-1)
-    ring = 0.5 * (across * np.sum(spin**2, axis=-1) + (axial - across) * about**2) + on_ring
+    wobble = 0.5 * across * (np.sum(spin**2, axis=-1) - about**2)
+    ring = wobble + 0.5 * axial * about**2 + on_ring
     translation = scene.ball_mass * np.sum(states.velocity**2, axis=-1)
     rotation = scene.ball_inertia * np.sum(states.angular_velocity**2, axis=-1)
     height = states.position[..., 2] - scene.ball_radius
     ball = 0.5 * (translation + rotation) + scene.ball_mass * scene.gravity * height
-    return MotorEnergy(ball + on_ball + ring, ring, lift)
+    return MotorEnergy(ball + on_ball + ring, ring, wobble, lift)
 
 
 @cache

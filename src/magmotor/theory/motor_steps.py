@@ -14,18 +14,6 @@ def libration_frequency(scene: Motor) -> float:
     return float(np.sqrt(-deepest / scene.ball_inertia))
 
 
-def motor_friction_limit(scene: Motor) -> float:
-    """Step 2/lambda, in s, beyond which explicit friction diverges: of the slip or of the ring."""
-    ring = scene.frictions[-1] / min(scene.inner_moments)
-    fastest = max(scene.friction_ball * slip_mobility(scene), ring)
-    return 2 / fastest if fastest else np.inf
-
-
-def motor_swing_limit(scene: Motor) -> float:
-    """Step 2/omega, in s, beyond which a kick and drift loses the libration of the ball."""
-    return 2 / libration_frequency(scene)
-
-
 def euler_slip_overheating(scene: Motor, timestep: float) -> float:
     """Factor 1/(1 - lambda h/2) by which explicit Euler overheats the slip, lambda = c_B A.
 
