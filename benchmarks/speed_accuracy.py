@@ -77,9 +77,9 @@ PICTURES = {
 """Panels of each, and how many stand in a row."""
 
 NOTE = (
-    "Lower left is better; the broad line joins the best. Filled: MuJoCo. Crosses at the right:"
-    " failed, or off by more than 100 %.\nGrey, and points with arrows: at most twice the"
-    " standard error of sampling. Errors below 1e-10 are drawn there."
+    "Lower left is better; the broad line joins the best of the stable. Filled: MuJoCo. Crosses at"
+    " the right: failed, or off by more than 100 %.\nGrey, and points with arrows: at most twice"
+    " the standard error of sampling. Errors below 1e-10 are drawn there."
 )
 
 FRONT = {

@@ -5,6 +5,9 @@ from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 from case import Record
+from speed_accuracy_subjects import SUBJECTS
+
+from magmotor.devices.linear_limits import step_limit
 
 USELESS = 1.0
 """Relative error from which on a result says nothing: as good as a failed step."""
@@ -33,6 +36,11 @@ class Point(NamedTuple):
     def bound(self) -> float:
         """What the error is at most: itself, or its floor."""
         return max(self.error, self.floor)
+
+    @property
+    def stable(self) -> bool:
+        """Whether theory says that the step bears the scene at rest; luck may bear longer ones."""
+        return self.timestep < step_limit(SUBJECTS[self.subject].scene, self.method)
 
 
 def points_of(records: Mapping[str, Record]) -> list[Point]:
@@ -71,9 +79,10 @@ def by_method(points: Iterable[Point]) -> dict[str, list[Point]]:
 
 
 def front(points: Iterable[Point]) -> list[Point]:
-    """The points than which none is both cheaper and more accurate, from the cheapest on."""
+    """The stable points than which none is both cheaper and more accurate, from the cheapest on."""
     found, least = [], USELESS
-    for point in sorted(points, key=lambda point: (point.seconds, point.bound)):
+    stable = (point for point in points if point.stable)
+    for point in sorted(stable, key=lambda point: (point.seconds, point.bound)):
         if SAME * point.bound < least:
             found.append(point)
             least = point.bound
@@ -81,14 +90,14 @@ def front(points: Iterable[Point]) -> list[Point]:
 
 
 def cheapest(points: Iterable[Point], error: float) -> Point | None:
-    """The cheapest point that reaches an error, as all shorter steps of its method do.
+    """The cheapest stable point that reaches an error, as all shorter steps of its method do.
 
     A shorter step is believed to, unless its error exceeds that beyond its floor.
     """
     reaching = []
     for curve in by_method(points).values():
         for point in sorted(curve, key=lambda p: (p.timestep, p.seconds)):
-            if point.error - point.floor > error:
+            if not point.stable or point.error - point.floor > error:
                 break
             if point.bound <= error:
                 reaching.append(point)

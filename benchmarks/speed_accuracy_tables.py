@@ -1,8 +1,9 @@
-"""Tables of the cheapest methods, of what each owns of the front, and of what a step costs."""
+"""Tables of the cheapest methods, of what each owns of the front, of orders and costs."""
 
 from collections.abc import Callable, Mapping, Sequence
 from math import inf
 
+import numpy as np
 from case import Record
 from markdown_table import number, table
 from speed_accuracy_points import (
@@ -16,6 +17,8 @@ from speed_accuracy_points import (
     step_costs,
 )
 from speed_accuracy_subjects import SUBJECTS
+
+from magmotor.engines.variational.schemes import RIGID, kicks_that_evaluate
 
 LEVELS = {"10 %": 0.1, "1 %": 0.01, "0.1 %": 1e-3, "1e-4": 1e-4, "1e-6": 1e-6}
 QUANTITIES = {
@@ -32,6 +35,14 @@ QUANTITIES = {
 }
 DEFAULT, DEFAULT_STEP, PAPER = "mujoco/euler", 0.002, "variational/euler"
 GAIN_LEVEL = "1 %"
+
+ORDER_OF = "top", "position"
+"""What orders are measured by: where no noise, friction, and symmetry of the motion help."""
+ROUNDING, ASYMPTOTIC = 1e-9, 5e-3
+"""Errors between which a curve is taken as straight."""
+
+IN_MUJOCO = {"rk4": 4}
+"""Evaluations of the forces a step, of MuJoCo's methods that take several."""
 
 Curves = Mapping[str, Sequence[Point]]
 """Points by what the rows are called."""
@@ -50,7 +61,7 @@ def tabulate(records: Mapping[str, Record]) -> dict[str, str]:
         "cheapest_mujoco": _cheapest(in_mujoco),
         "gains": _gains(curves, in_mujoco, costs),
         "front_shares": _front_shares(curves),
-        "methods": _step_costs(costs),
+        "methods": _methods(chosen(points, *ORDER_OF), costs),
     }
 
 
@@ -93,21 +104,44 @@ def _front_shares(curves: Curves) -> str:
 
 
 def _share(curves: Mapping[str, Sequence[Point]], method: str) -> str:
-    others = [point for name, curve in curves.items() if name != method for point in curve]
+    good = {name: [p for p in curve if p.stable] for name, curve in curves.items()}
+    others = [point for name, curve in good.items() if name != method for point in curve]
     ratios = [
         point.seconds
         / min((p.seconds for p in others if p.bound <= SAME * point.bound), default=inf)
-        for point in curves[method]
+        for point in good[method]
         if point.bound < USELESS
     ]
     return "alone" if 0 in ratios else number(min(ratios, default=None))
 
 
-def _step_costs(costs: Mapping[tuple[str, str], float]) -> str:
-    """Microseconds a step."""
-    found = {name: {m: cost for (of, m), cost in costs.items() if of == name} for name in SUBJECTS}
-    titles = {f"{name}, µs a step": methods for name, methods in found.items()}
-    return _by_method(titles, lambda methods, method: f"{1e6 * methods[method]:.2g}")
+def _methods(order_curve: Sequence[Point], costs: Mapping[tuple[str, str], float]) -> str:
+    """Measured order, evaluations of the forces a step, and microseconds a step."""
+    orders = {method: _order(curve) for method, curve in by_method(order_curve).items()}
+    columns = {
+        "order": {method: f"{order:.2f}" for method, order in orders.items() if order},
+        "evaluations": {method: f"{_evaluations(method)}" for _, method in costs},
+    }
+    for name in SUBJECTS:
+        found = {method: cost for (of, method), cost in costs.items() if of == name}
+        columns[f"{name}, µs"] = {m: f"{1e6 * cost:.2g}" for m, cost in found.items()}
+    return _by_method(columns, lambda column, method: column[method])
+
+
+def _order(curve: Sequence[Point]) -> float | None:
+    """The exponent of the step in the error, by regression."""
+    good = [p for p in curve if ROUNDING < p.error < ASYMPTOTIC and p.stable]
+    if len(good) < 2:
+        return None
+    steps, errors = zip(*((p.timestep, p.error) for p in good), strict=True)
+    return float(np.polyfit(np.log(steps), np.log(errors), 1)[0])
+
+
+def _evaluations(method: str) -> int:
+    engine, scheme = method.split("/")
+    if engine == "mujoco":
+        return IN_MUJOCO.get(scheme, 1)
+    return sum(kicks_that_evaluate(RIGID[scheme].parts))
 
 
 def _by_method(columns: Mapping[str, Mapping[str, object]], cell: Callable[..., str]) -> str:

@@ -8,6 +8,8 @@ from types import SimpleNamespace
 
 import pytest
 
+import magmotor as mm
+
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
 
 case, measuring, publishing, storage, charted = map(
@@ -169,8 +171,10 @@ def test_publishing_writes_tables_shown_pictures_and_the_front(tmp_path):
     assert json.loads((root / "src" / "magmotor" / "front.json").read_text()) == front
 
 
-def point(method, timestep, error, seconds, floor=0.0):
-    return charted.Point("top", "momentum_map", method, timestep, error, floor, seconds)
+def point(name, timestep, error, seconds, floor=0.0):
+    """A method by its letter, at a step in units of 0.01 s."""
+    method = dict(zip("abcd", mm.methods(mm.Top.paper(4)), strict=False))[name]
+    return charted.Point("top", "momentum_map", method, timestep / 100, error, floor, seconds)
 
 
 def test_points_join_errors_with_costs_and_keep_failures():
@@ -189,6 +193,7 @@ def test_the_front_holds_what_nothing_cheaper_surpasses():
     points = [point("a", 4, 0.5, 1), point("a", 2, 0.1, 2), point("b", 1, 0.2, 3)]
     points += [point("b", 0.5, 0.01, 4), point("c", 8, float("inf"), 0.1)]
     points += [point("d", 2, 0.1 * (1 - 1e-12), 2.5)]  # the same but for rounding
+    points += [point("d", 20, 0.4, 0.5)]  # beyond the limit, and good by chance
     assert charted.front(points) == [points[0], points[1], points[3]]
 
 
@@ -197,6 +202,7 @@ def test_the_cheapest_step_is_not_one_that_is_good_by_chance():
     assert charted.cheapest(lucky, 0.01) == lucky[2]
     assert charted.cheapest(lucky, 0.2) == lucky[0]
     assert charted.cheapest(lucky, 1e-4) is None
+    assert charted.cheapest([point("a", 20, 0.001, 1)], 0.01) is None
 
 
 def test_an_error_below_its_sampling_floor_counts_as_the_floor():

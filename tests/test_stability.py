@@ -88,6 +88,13 @@ def test_a_direction_that_is_unstable_in_truth_limits_no_step():
     assert largest_stable_step(motion, STEPS["euler"]) == pytest.approx(2 / 3, rel=1e-6)
 
 
+def test_a_scripted_ring_has_the_limit_of_its_stiffest_waypoint():
+    script = tuple(mm.Waypoint(*way, 0.0) for way in [(0, 0.6), (5, 0.1), (9, 0.4)])
+    low = step_limit(mm.Top(ring_height=0.1, tilt=0.0), "mujoco/euler")
+    assert step_limit(mm.Top(ring_script=script), "mujoco/euler") == low  # 0.053
+    assert low < step_limit(mm.Top(ring_height=0.6, tilt=0.0), "mujoco/euler") / 3
+
+
 @pytest.mark.parametrize(
     ("name", "method"), [(n, m) for n, m in STEPPING if n in ("top", "motor", "disk")]
 )

@@ -15,7 +15,7 @@ from magmotor.theory.linear import (
     runge_kutta_step,
     splitting_step,
 )
-from magmotor.theory.linear_scenes import small_motion
+from magmotor.theory.linear_scenes import poses, small_motion
 
 Scene = Top | Motor | Disk | LangevinParticle
 
@@ -40,11 +40,14 @@ def step_limit(scene: Scene, method: str) -> float:
     """Largest timestep, in s, at which a method keeps a scene at rest, from linear theory.
 
     Infinite for `scipy/dop853`, which chooses its steps. See `magmotor.theory.small_motion` for the
-    resting state; on a plane that bears a ball the contact has a limit of its own.
+    resting state; on a plane that bears a ball the contact has a limit of its own. Where the ring
+    follows a script, the stiffest of its waypoints counts.
     """
     scheme = method.split("/")[1]
     if scheme == "dop853":
         return math.inf
+    if isinstance(scene, Top) and scene.ring_script:
+        return min(step_limit(pose, method) for pose in poses(scene))
     limit = largest_stable_step(small_motion(scene), STEPS[scheme])
     borne = isinstance(scene, Top | Motor) and scene.surface == "plane"
     return min(limit, bearing_limit(method)) if borne else limit

@@ -56,7 +56,7 @@ def recommend(
     The charts show the paper's top (case 4), motor and disk. For another scene of the same kind
     their steps are scaled, so that none of its motions (swing in the stiffest well, friction; of
     the disk thermal motion and flights) is followed with fewer steps than there, and are never
-    longer than `simulate` takes. Errors and costs stay those of the charts: they hold for runs
+    longer than is stable. Errors and costs stay those of the charts: they hold for runs
     about as long as the charted ones, of scenes about as large.
 
     Parameters

@@ -8,10 +8,11 @@ import numpy as np
 
 from magmotor import theory
 from magmotor.devices import Scene, device_of
+from magmotor.devices.linear_limits import step_limit
 from magmotor.recommendation.charts import Curve
 from magmotor.scenes import Disk, LangevinParticle, Motor, Top
 from magmotor.scenes.potential import derivative
-from magmotor.theory.linear_scenes import small_motion
+from magmotor.theory.linear_scenes import poses, small_motion
 
 
 def charted_scene(scene: Scene) -> Top | Motor | Disk:
@@ -24,7 +25,7 @@ def charted_scene(scene: Scene) -> Top | Motor | Disk:
 def fit(scene: Scene, method: str, charted: Curve) -> Curve:
     """A charted curve for the steps of another scene.
 
-    They are scaled so that no motion is followed worse, up to the longest that `simulate` takes,
+    They are scaled so that no motion is followed worse, up to the longest that is stable,
     and rounded down to three digits; the cost of a step stays.
     """
     steps = _scale(scene) * charted.steps
@@ -49,7 +50,10 @@ def _scale(scene: Scene) -> float:
 
 
 def _longest_step(scene: Scene, method: str, charted: float) -> float:
-    """The longest step that `simulate` takes without complaint, to 0.4 %, up to the charted one."""
+    """The longest step that bears the scene at rest and that `simulate` takes without complaint.
+
+    To 0.4 %, up to the charted one.
+    """
     low = charted
     while not _is_taken(scene, method, low):
         low /= 2
@@ -63,6 +67,8 @@ def _longest_step(scene: Scene, method: str, charted: float) -> float:
 
 
 def _is_taken(scene: Scene, method: str, timestep: float) -> bool:
+    if timestep >= step_limit(scene, method):
+        return False
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         try:
@@ -76,12 +82,8 @@ def _is_taken(scene: Scene, method: str, timestep: float) -> bool:
 def _fastest_rates(scene: Scene) -> tuple[float, ...]:
     """Rates, over the scene's unit of time, that steps must be short against; 0 of what is not."""
     if isinstance(scene, Top):
-        poses = [
-            scene.replace(ring_script=(), ring_height=height, tilt=tilt)
-            for _, height, tilt in scene.ring_script
-        ]
         across, _, axial = scene.inertia
-        swing = max(_swing(pose) for pose in poses or [scene])
+        swing = max(_swing(pose) for pose in poses(scene))
         return _split_by(scene.spin * axial / across, swing), _decay(scene)
     if isinstance(scene, Motor):
         return _split_by(scene.spin, _swing(scene)), _decay(scene)

@@ -34,6 +34,14 @@ def small_motion(scene: Top | Motor | Disk | LangevinParticle) -> SmallMotion:
     return _disk(scene)
 
 
+def poses(scene: Top) -> list[Top]:
+    """The scene with its ring at rest, at each of its script's waypoints if it has one."""
+    return [
+        scene.replace(ring_script=(), ring_height=height, tilt=tilt)
+        for _, height, tilt in scene.ring_script
+    ] or [scene]
+
+
 @cache
 def resting_ball(scene: Top | Motor) -> tuple[Array, Array]:
     """Centre (m) and axis of a ball at rest in the deepest minimum of V_e, each of shape (3,).
