@@ -2,12 +2,16 @@
 
 import json
 import re
-import shutil
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from PIL import Image
+
 DOCUMENTS = ("README.md", "docs/methods.md")
+COLOURS = 128
+"""Of pictures in documents, which keeps them small."""
+
 FRONT = "src/magmotor/front.json"
 TABLE = re.compile(r"(<!-- charts: (.+?) -->\n).*?(<!-- end of charts -->)", re.DOTALL)
 PICTURE = re.compile(r"!\[[^]]*\]\((?:docs/)?([\w-]+\.png)\)")
@@ -26,7 +30,7 @@ def publish(
     front : mapping
         What `magmotor.recommend` reads.
     folder : Path
-        Where the pictures were drawn; those that a document shows are copied to ``docs/``.
+        Where the pictures were drawn; those that a document shows go to ``docs/``.
     root : Path
         The repository.
 
@@ -48,7 +52,10 @@ def publish(
             path.write_text(text, encoding="utf-8")
             written.append(path)
     drawn = [name for name in pictures(texts.values()) if (folder / name).exists()]
-    written += [Path(shutil.copy(folder / name, root / "docs" / name)) for name in drawn]
+    for name in drawn:
+        written.append(root / "docs" / name)
+        with Image.open(folder / name) as picture:
+            picture.quantize(COLOURS).save(written[-1], optimize=True)
     written[0].write_text(compact(front), encoding="utf-8")
     return written
 

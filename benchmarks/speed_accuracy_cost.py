@@ -12,23 +12,24 @@ import magmotor as mm
 LONG = {"variational": 400_000, "mujoco": 80_000}
 """Steps of runs of some 0.1 s and more."""
 
-REPEATS, QUICK_REPEATS = 5, 3
+TURNS, QUICK_TURNS = 9, 3
+SHORTER = 4
+"""With --quick the runs are so many times as short."""
 
 
 def cases(quick: bool) -> list[Case]:
-    """One for each subject and method."""
+    """One for each subject, with all its methods in turns."""
     return [
-        Case(f"cost/{name}/{method}", partial(_step, name, method, quick), 0.5 if quick else 2.0)
+        Case(f"cost/{name}", partial(_steps, name, quick), 2.0 if quick else 16.0)
         for name in SUBJECTS
-        for method in stepping_methods(name)
     ]
 
 
-def _step(name: str, method: str, quick: bool) -> Record:
-    long = LONG[method.partition("/")[0]] // (4 if quick else 1)
-    repeats = QUICK_REPEATS if quick else REPEATS
-    cost = seconds_a_step(partial(_seconds, name, method), long, repeats)
-    return {"subject": name, "method": method, "seconds_a_step": cost}
+def _steps(name: str, quick: bool) -> Record:
+    runs = {method: partial(_seconds, name, method) for method in stepping_methods(name)}
+    long = {m: LONG[m.split("/", maxsplit=1)[0]] // (SHORTER if quick else 1) for m in runs}
+    costs = seconds_a_step(runs, long, QUICK_TURNS if quick else TURNS)
+    return {"subject": name, "seconds_a_step": costs}
 
 
 def _seconds(name: str, method: str, steps: int) -> float:

@@ -62,7 +62,11 @@ def points_of(records: Mapping[str, Record]) -> list[Point]:
 def step_costs(records: Mapping[str, Record]) -> dict[tuple[str, str], float]:
     """Seconds a step, by subject and method."""
     found = (record for record in records.values() if "seconds_a_step" in record)
-    return {(cost["subject"], cost["method"]): cost["seconds_a_step"] for cost in found}
+    return {
+        (record["subject"], method): seconds
+        for record in found
+        for method, seconds in record["seconds_a_step"].items()
+    }
 
 
 def chosen(points: Iterable[Point], subject: str, quantity: str) -> list[Point]:

@@ -38,8 +38,8 @@ GAIN_LEVEL = "1 %"
 
 ORDER_OF = "top", "position"
 """What orders are measured by: where no noise, friction, and symmetry of the motion help."""
-ROUNDING, ASYMPTOTIC = 1e-9, 5e-3
-"""Errors between which a curve is taken as straight."""
+ROUNDING, SHORTEST = 1e-9, 3
+"""Errors above this one and so many of the shortest steps show it."""
 
 IN_MUJOCO = {"rk4": 4}
 """Evaluations of the forces a step, of MuJoCo's methods that take several."""
@@ -129,11 +129,11 @@ def _methods(order_curve: Sequence[Point], costs: Mapping[tuple[str, str], float
 
 
 def _order(curve: Sequence[Point]) -> float | None:
-    """The exponent of the step in the error, by regression."""
-    good = [p for p in curve if ROUNDING < p.error < ASYMPTOTIC and p.stable]
-    if len(good) < 2:
+    """The exponent of the step in the error, by regression over the shortest steps."""
+    good = [p for p in curve if ROUNDING < p.error and p.stable][:SHORTEST]
+    steps, errors = ([getattr(p, name) for p in good] for name in ("timestep", "error"))
+    if len(set(steps)) < 2:  # of an adaptive method there is one
         return None
-    steps, errors = zip(*((p.timestep, p.error) for p in good), strict=True)
     return float(np.polyfit(np.log(steps), np.log(errors), 1)[0])
 
 

@@ -1,29 +1,35 @@
 """What a step costs: without compilation and set-up, on an otherwise idle machine."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 SHORT = 5_000
 """Steps of the run that shows what set-up takes."""
 
 
-def seconds_a_step(seconds: Callable[[int], float], long: int, repeats: int = 5) -> float:
-    """Return the difference of a long and a short run, each the least over repeats, by step.
+def seconds_a_step(
+    runs: Mapping[str, Callable[[int], float]], long: Mapping[str, int], turns: int = 9
+) -> dict[str, float]:
+    """Return the difference of a long and a short run of each, both the least over turns, by step.
 
     Parameters
     ----------
-    seconds : callable
-        Wall time of a run of so many steps.
-    long : int
+    runs : mapping of callables
+        Each returns the wall time of a run of so many steps. They are measured in turns, so that
+        those of one call can be compared, however fast the machine is meanwhile.
+    long : mapping of int
         Steps that take 0.1 s and more, against which interruptions are short.
-    repeats : int
+    turns : int
         As often at least: where a busy machine delays the short runs more than the long ones, until
         it does not.
     """
-    seconds(SHORT)
-    least_short = least_long = float("inf")
+    for run in runs.values():
+        run(SHORT)  # the first one compiles
+    least = dict.fromkeys(((name, steps) for name in runs for steps in (SHORT, long[name])), 1e300)
     done = 0
-    while done < repeats or least_long <= least_short:
-        least_short = min(least_short, seconds(SHORT))
-        least_long = min(least_long, seconds(long))
+    while done < turns or any(least[name, SHORT] >= least[name, long[name]] for name in runs):
+        for name, steps in least:
+            least[name, steps] = min(least[name, steps], runs[name](steps))
         done += 1
-    return (least_long - least_short) / (long - SHORT)
+    return {
+        name: (least[name, long[name]] - least[name, SHORT]) / (long[name] - SHORT) for name in runs
+    }

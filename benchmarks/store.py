@@ -5,6 +5,7 @@ import os
 import platform
 import zlib
 from collections.abc import Callable
+from functools import cache
 from importlib.metadata import version
 from inspect import getsourcefile
 from pathlib import Path
@@ -44,6 +45,7 @@ class Store:
 
     def __init__(self, path: Path):
         self.path = path
+        self._checksum = cache(_checksum)  # a file that is edited meanwhile is not what runs
         self._maker = {"machine": machine(), **versions(), "code": _checksum(_package())}
         self._lines = self._read()
 
@@ -65,7 +67,7 @@ class Store:
         self._lines[case.key] = line
 
     def _maker_of(self, case: Case) -> dict[str, str | int]:
-        return {**self._maker, "case": _checksum([_source(case.run)])}
+        return {**self._maker, "case": self._checksum((_source(case.run),))}
 
     def _read(self) -> dict[str, dict]:
         """Return the last line of each key; a torn last line is cut off for good."""
@@ -86,9 +88,9 @@ def _source(run: Callable[[], Record]) -> Path:
     return Path(found)
 
 
-def _package() -> list[Path]:
-    return sorted(Path(mm.__path__[0]).rglob("*.py"))
+def _package() -> tuple[Path, ...]:
+    return tuple(sorted(Path(mm.__path__[0]).rglob("*.py")))
 
 
-def _checksum(files: list[Path]) -> int:
+def _checksum(files: tuple[Path, ...]) -> int:
     return zlib.crc32(b"".join(file.read_bytes() for file in files))

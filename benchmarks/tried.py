@@ -64,13 +64,13 @@ def cases(quick: bool) -> list[Case]:
         for count in numbers
     ]
     slow = Case(f"tried/friction/{AVERAGED}", _averaged, 4.0)
-    costs = [Case(f"tried/cost/{name}", partial(_cost, name), 0.3) for name in stepping]
-    return [*errors, slow, *costs]
+    costs = Case("tried/cost", partial(_costs, stepping, 3 if quick else 9), 8.0 if quick else 24.0)
+    return [*errors, slow, costs]
 
 
 def draw(records: dict[str, Record], folder: Path) -> None:
     """Work against error: of those kept in colour, of the others in grey."""
-    costs = _costs(records)
+    costs = records["tried/cost"]
     with style.figure(11, 5.2) as figure:
         panels = figure.subplots(1, len(SUBJECTS), sharey=True)
         for panel, (subject, described) in zip(panels, SUBJECTS.items(), strict=True):
@@ -94,7 +94,7 @@ def draw(records: dict[str, Record], folder: Path) -> None:
 
 def tables(records: dict[str, Record]) -> dict[str, str]:
     """Of each candidate the microseconds a simulated second that an accuracy takes."""
-    costs = _costs(records)
+    costs = records["tried/cost"]
     columns = ["", "ns a step"]
     columns += [f"{s.label}: {e:g}" for s in SUBJECTS.values() for e in ACCURACIES]
     rows = []
@@ -122,13 +122,6 @@ def _work(runs: list[Record], cost: float, accuracy: float) -> str:
 def _runs(records: dict[str, Record], subject: str, name: str) -> list[Record]:
     prefix = f"tried/{subject}/{name}/"
     return [record for key, record in records.items() if key.startswith(prefix)]
-
-
-def _costs(records: dict[str, Record]) -> dict[str, float]:
-    prefix = "tried/cost/"
-    return {
-        k.removeprefix(prefix): r["seconds"] for k, r in records.items() if k.startswith(prefix)
-    }
 
 
 def _error(subject: str, name: str, count: int) -> Record:
@@ -196,19 +189,22 @@ def _stepper(scene: mm.Top, name: str, timestep: float) -> Callable:
     return lambda ball, steps: tried_multirate.advance(ball, timestep, steps, sub, *numbers)
 
 
-def _cost(name: str) -> Record:
+def _costs(names: tuple[str, ...], turns: int) -> Record:
+    """Seconds a step."""
+    return seconds_a_step(
+        {name: partial(_seconds, name) for name in names}, dict.fromkeys(names, LONG), turns
+    )
+
+
+def _seconds(name: str, steps: int) -> float:
     scene, timestep = mm.Top.paper(4), 0.025
-
-    def seconds(steps: int) -> float:
-        begin = time.perf_counter()
-        if name in KEPT or name in SPLITTINGS:
-            with offered():
-                mm.simulate(
-                    scene, method=f"variational/{name}", timestep=timestep,
-                    duration=timestep * steps, record_interval=steps,
-                )  # fmt: skip
-        else:
-            _stepper(scene, name, timestep)(_start(scene), steps)
-        return time.perf_counter() - begin
-
-    return {"seconds": seconds_a_step(seconds, LONG)}
+    begin = time.perf_counter()
+    if name in KEPT or name in SPLITTINGS:
+        with offered():
+            mm.simulate(
+                scene, method=f"variational/{name}", timestep=timestep,
+                duration=timestep * steps, record_interval=steps,
+            )  # fmt: skip
+    else:
+        _stepper(scene, name, timestep)(_start(scene), steps)
+    return time.perf_counter() - begin

@@ -7,6 +7,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from PIL import Image
 
 import magmotor as mm
 
@@ -157,8 +158,9 @@ def test_publishing_writes_tables_shown_pictures_and_the_front(tmp_path):
     root, drawn = tmp_path / "root", tmp_path / "drawn"
     for folder in (drawn, root / "docs", root / "src" / "magmotor"):
         folder.mkdir(parents=True)
-    for name in ("shown", "below", "hidden"):
-        (drawn / f"{name}.png").write_bytes(name.encode())
+    colours = {"shown": (7, 8, 9), "below": (1, 2, 3), "hidden": (4, 5, 6)}
+    for name, colour in colours.items():
+        Image.new("RGB", (4, 3), colour).save(drawn / f"{name}.png")
     (root / "README.md").write_text("![a chart](docs/shown.png) ![else](docs/else.png)\n" + MARKED)
     (root / "docs" / "methods.md").write_text("![another](below.png)\n")
     points = [{"method": "one"}, {"method": "two"}]
@@ -166,7 +168,8 @@ def test_publishing_writes_tables_shown_pictures_and_the_front(tmp_path):
     written = publishing.publish({"speeds": "new"}, front, drawn, root)
     names = {str(path.relative_to(root)) for path in written}
     assert names == {"README.md", "docs/shown.png", "docs/below.png", "src/magmotor/front.json"}
-    assert (root / "docs" / "below.png").read_bytes() == b"below"
+    with Image.open(root / "docs" / "below.png") as copy:
+        assert (copy.size, copy.convert("RGB").getpixel((1, 1))) == ((4, 3), colours["below"])
     assert "new" in (root / "README.md").read_text()
     assert json.loads((root / "src" / "magmotor" / "front.json").read_text()) == front
 
@@ -180,7 +183,7 @@ def point(name, timestep, error, seconds, floor=0.0):
 def test_points_join_errors_with_costs_and_keep_failures():
     told = {"subject": "top", "method": "a/b", "quantities": ["position"]}
     records = {
-        "cost": {"subject": "top", "method": "a/b", "seconds_a_step": 1e-6},
+        "cost": {"subject": "top", "seconds_a_step": {"a/b": 1e-6}},
         "good": {**told, "timestep": 0.1, "errors": {"position": [0.01, 0.0]}},
         "bad": {**told, "timestep": 0.5, "failed": "a value is not finite"},
     }
