@@ -5,7 +5,7 @@ from pathlib import Path
 import peers_disk
 import peers_top
 from case import Case, Record
-from machine import small_print
+from machine import sign
 
 from magmotor.plots import style
 
@@ -42,5 +42,5 @@ def draw(records: dict[str, Record], folder: Path) -> None:
             axes.grid(axis="y", visible=False)
             axes.set_axisbelow(True)
             axes.set_title(title)
-        figure.supxlabel(small_print(), fontsize=7, color=style.GREY)
+        sign(figure)
         figure.savefig(folder / "peers.png")

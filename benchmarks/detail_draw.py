@@ -9,7 +9,7 @@ import detail_ring
 import detail_top
 import numpy as np
 from case import Record
-from machine import small_print
+from machine import sign
 
 from magmotor.plots import style
 
@@ -54,7 +54,7 @@ def draw_parts(records: dict[str, Record], path: Path) -> None:
         change.set_xscale("log")
         change.set_xlim(LEAST / 2, MOST)
         change.set_title("change, relative: of J in 60 s; of the motor's ball in 500 s")
-        figure.supxlabel(small_print(), fontsize=7, color=style.GREY)
+        sign(figure)
         figure.savefig(path)
 
 
@@ -91,5 +91,5 @@ def draw_rings(records: dict[str, Record], path: Path) -> None:
         cost.set_title("a step's cost, over that with 20 dipoles")
         cost.axvline(20, color=style.GREY, linewidth=0.8, zorder=0)
         cost.legend(loc="lower right")
-        figure.supxlabel(small_print(), fontsize=7, color=style.GREY)
+        sign(figure)
         figure.savefig(path)

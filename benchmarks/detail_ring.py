@@ -32,7 +32,7 @@ QUANTITIES = {
 }
 """What is compared with the continuum, relative to its size; J to its largest in case 4."""
 
-STEPS = 500_000
+STEPS = 200_000
 METHOD, TIMESTEP = "variational/baoab", 0.0125
 
 
@@ -85,7 +85,7 @@ def _measure(count: int, turns: int) -> Record:
         "momentum": float(np.abs(momentum - truth).max() / largest),
         "rest": float(np.abs(rest.momentum_map).max() / largest),
         "mujoco": mujoco,
-        "kernel": beside(kernel[count], kernel[20], turns // 4),
+        "kernel": beside(kernel[count], kernel[20], turns),
     }
 
 

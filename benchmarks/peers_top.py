@@ -126,6 +126,7 @@ def _least(run: Callable[[], object]) -> float:
 
 CHOSEN: dict[str, Callable[[float], Found]] = {
     "variational/euler": partial(_in_reference, method="variational/euler"),
+    "variational/verlet": partial(_in_reference, method="variational/verlet"),
     "variational/baoab": partial(_in_reference, method="variational/baoab"),
     "mujoco/euler": partial(_in_mujoco, integrator=EULER),
     "mujoco/rk4": partial(_in_mujoco, integrator=RK4),

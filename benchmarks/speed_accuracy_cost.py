@@ -12,15 +12,15 @@ import magmotor as mm
 LONG = {"variational": 400_000, "mujoco": 80_000}
 """Steps of runs of some 0.1 s and more."""
 
-TURNS, QUICK_TURNS = 9, 3
-SHORTER = 4
+TURNS, QUICK_TURNS = 15, 2
+SHORTER = 8
 """With --quick the runs are so many times as short."""
 
 
 def cases(quick: bool) -> list[Case]:
     """One for each subject, with all its methods in turns."""
     return [
-        Case(f"cost/{name}", partial(_steps, name, quick), 2.0 if quick else 16.0)
+        Case(f"cost/{name}", partial(_steps, name, quick), 1.0 if quick else 25.0)
         for name in SUBJECTS
     ]
 

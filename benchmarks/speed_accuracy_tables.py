@@ -130,7 +130,7 @@ def _methods(order_curve: Sequence[Point], costs: Mapping[tuple[str, str], float
 
 def _order(curve: Sequence[Point]) -> float | None:
     """The exponent of the step in the error, by regression over the shortest steps."""
-    good = [p for p in curve if ROUNDING < p.error and p.stable][:SHORTEST]
+    good = [p for p in curve if p.error > ROUNDING and p.stable][:SHORTEST]
     steps, errors = ([getattr(p, name) for p in good] for name in ("timestep", "error"))
     if len(set(steps)) < 2:  # of an adaptive method there is one
         return None

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 from case import Case, Record
-from machine import small_print
+from machine import sign
 
 import magmotor as mm
 from magmotor.plots import style
@@ -73,7 +73,7 @@ def draw(records: dict[str, Record], folder: Path) -> None:
         axes.set_ylabel("largest error of energy until then, over |E|")
         axes.set_title(f"Top without friction, h = {TIMESTEP} s: MuJoCo's RK4 drifts")
         axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=3)
-        figure.text(0.99, 0.0, small_print(), ha="right", va="bottom", size=7, color=style.GREY)
+        sign(figure)
         figure.savefig(folder / "stability_drift.png")
 
 

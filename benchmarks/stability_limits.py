@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 
 from case import Case, Record
-from machine import small_print
+from machine import sign
 
 import magmotor as mm
 from magmotor.devices.linear_limits import step_limit
@@ -159,7 +159,7 @@ def draw(records: dict[str, Record], folder: Path) -> None:
         axes.set_xlabel("smallest failing step, measured over predicted")
         axes.set_title("Methods fail where linear theory says")
         figure.legend(loc="outside right upper")
-        figure.text(0.99, 0.0, small_print(), ha="right", va="bottom", size=7, color=style.GREY)
+        sign(figure)
         figure.savefig(folder / "stability_limits.png")
 
 

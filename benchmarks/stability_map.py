@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 from case import Case, Record
-from machine import small_print
+from machine import sign
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm
@@ -85,7 +85,7 @@ def draw(records: dict[str, Record], folder: Path) -> None:
         bar = ScalarMappable(norm, COLOURS)
         figure.colorbar(bar, ax=panels, label="steps until a nudge has grown (white: never)")
         figure.suptitle("The top at rest: the paper's step in the unit and in the SI reading")
-        figure.text(0.99, 0.0, small_print(), ha="right", va="bottom", size=7, color=style.GREY)
+        sign(figure)
         figure.savefig(folder / "stability_map.png")
 
 

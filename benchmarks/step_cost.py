@@ -7,9 +7,9 @@ SHORT = 5_000
 
 
 def seconds_a_step(
-    runs: Mapping[str, Callable[[int], float]], long: Mapping[str, int], turns: int = 9
+    runs: Mapping[str, Callable[[int], float]], long: Mapping[str, int], turns: int
 ) -> dict[str, float]:
-    """Return the difference of a long and a short run of each, both the least over turns, by step.
+    """Return the difference of a long and a short run of each, least over turns, by step.
 
     Parameters
     ----------

@@ -12,9 +12,10 @@ import tried_averaged
 import tried_lie_group
 import tried_multirate
 from case import Case, Record
-from machine import small_print
+from machine import sign
 from markdown_table import number, table
 from numpy.typing import NDArray
+from speed_accuracy_panels import LOOKS
 from step_cost import seconds_a_step
 from tried_splittings import SPLITTINGS, offered
 
@@ -44,6 +45,12 @@ KEPT = ("verlet", "baoab", "blanes-moan4", "blanes-moan6")
 LIE_GROUP = {"munthe-kaas": False, "commutator-free": True}
 SUBSTEPS = {"multirate-2": 2, "multirate-3": 3, "multirate-5": 5}
 AVERAGED = "averaged"
+DROPPED = {
+    tuple(SPLITTINGS): ("dropped: splittings", "-"),
+    tuple(LIE_GROUP): ("dropped: on the Lie group", ":"),
+    tuple(SUBSTEPS): ("dropped: multiple time steps", "--"),
+}
+"""How the families of those dropped are drawn."""
 
 NUMBERS = sorted({round(2 ** (k / 3)) for k in range(3, 28)})
 """Of steps in a second."""
@@ -64,7 +71,8 @@ def cases(quick: bool) -> list[Case]:
         for count in numbers
     ]
     slow = Case(f"tried/friction/{AVERAGED}", _averaged, 4.0)
-    costs = Case("tried/cost", partial(_costs, stepping, 3 if quick else 9), 8.0 if quick else 24.0)
+    turns = 2 if quick else 15
+    costs = Case("tried/cost", partial(_costs, stepping, turns), 2.5 * turns)
     return [*errors, slow, costs]
 
 
@@ -74,21 +82,22 @@ def draw(records: dict[str, Record], folder: Path) -> None:
     with style.figure(11, 5.2) as figure:
         panels = figure.subplots(1, len(SUBJECTS), sharey=True)
         for panel, (subject, described) in zip(panels, SUBJECTS.items(), strict=True):
-            dropped = [name for name in costs if name not in KEPT]
-            for name in (*dropped, *KEPT):
+            for name in costs:
                 found = [r for r in _runs(records, subject, name) if r.get("error", 1) < 1]
                 x = [record["error"] for record in found]
                 y = [1e6 * costs[name] * record["number"] for record in found]
                 if name in KEPT:
-                    panel.loglog(x, y, "o-", ms=3, label=name)
+                    colour, marker = LOOKS[name]
+                    panel.plot(x, y, marker=marker, ms=4, mfc="white", color=colour, label=name)
                 else:
-                    panel.loglog(x, y, color="0.75", lw=0.8, zorder=0)
-            panel.invert_xaxis()
+                    label, line = DROPPED[next(family for family in DROPPED if name in family)]
+                    new = label not in panel.get_legend_handles_labels()[1]
+                    panel.plot(x, y, line, color="0.6", lw=0.9, zorder=0, label=label * new)
+            panel.set(xscale="log", yscale="log")
             panel.set_xlabel(f"relative error of {described.label}")
         panels[0].set_ylabel("µs a simulated second")
-        panels[0].plot([], [], color="0.75", label="dropped")
-        panels[0].legend(loc="upper left")
-        figure.text(0.01, 0.005, small_print(), fontsize=6, color="0.4")
+        panels[1].legend(loc="upper right")
+        sign(figure)
         figure.savefig(folder / "tried.png", dpi=120)
 
 
