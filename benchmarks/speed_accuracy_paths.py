@@ -46,7 +46,7 @@ SETTLED = 16
 FACTORS = (8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024, 1536, 3072)
 """Steps over the reference's."""
 
-QUICK_FACTORS = FACTORS[6::3]
+QUICK_FACTORS = FACTORS[8::3]
 MODES = ["slip", "ring_1", "ring_2", "ring_3"]
 """The motor's that forget their start within 100 s."""
 
