@@ -13,8 +13,8 @@ import magmotor as mm
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
 
-case, measuring, publishing, storage, charted = map(
-    import_module, ("case", "measure", "publish", "store", "speed_accuracy_points")
+case, measuring, publishing, storage, charted, costs = map(
+    import_module, ("case", "measure", "publish", "store", "speed_accuracy_points", "step_cost")
 )
 measure, Store = measuring.measure, storage.Store
 CONFTEST = Path(__file__).with_name("conftest.py")
@@ -212,3 +212,22 @@ def test_an_error_below_its_sampling_floor_counts_as_the_floor():
     points = [point("a", 1, 0.001, 1, floor=0.02), point("a", 0.5, 0.0, 2, floor=0.005)]
     assert charted.cheapest(points, 0.01) == points[1]
     assert charted.cheapest(points, 0.03) == points[0]
+
+
+def test_the_cost_of_a_step_leaves_out_setting_up_and_disturbances():
+    disturbances = iter([5.0, 9.0, 0.0, 0.0] * 2)
+
+    def seconds(steps):
+        return 1.0 + 2e-6 * steps + next(disturbances, 0.0)
+
+    assert costs.seconds_a_step({"a": seconds}, {"a": 400_000}, 2) == {"a": pytest.approx(2e-6)}
+
+
+def test_the_cost_of_a_step_is_measured_until_it_is_positive():
+    short = iter([0.0, 9.0, 9.0, 1.0])
+
+    def seconds(steps):
+        return next(short) if steps == costs.SHORT else 3.0
+
+    found = costs.seconds_a_step({"a": seconds}, {"a": costs.SHORT + 100}, 1)
+    assert found == {"a": pytest.approx(0.02)}

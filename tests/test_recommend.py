@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import magmotor as mm
+from magmotor.devices.linear_limits import step_limit
 from magmotor.recommendation import charts
 
 # Of each method (h, error, wall seconds a step); simulated seconds cost seconds / h.
@@ -186,6 +187,19 @@ def test_steps_are_no_longer_than_simulate_takes(table, scene, limit):
     assert 0.98 * limit < found.timestep < limit
 
 
+@pytest.mark.parametrize("method", ["variational/verlet", "variational/blanes-moan4"])
+def test_steps_are_within_the_linear_limit(method):
+    """The charts have longer ones, 0.125 s and 0.5 s, that go well by chance."""
+    scene = mm.Top.paper(4)
+    assert any(
+        point["timestep"] > step_limit(scene, method)
+        for point in charts.load()["points"]
+        if (point["scene"], point["surface"], point["method"]) == ("Top", "planar", method)
+    )
+    found = mm.recommend(scene, error=0.9, quantity="position", method=method)
+    assert 0.98 * step_limit(scene, method) < found.timestep < step_limit(scene, method)
+
+
 def test_simulate_takes_and_prints_what_is_recommended(table, capsys):
     scene = mm.Top.paper(4)
     run = mm.simulate(scene, duration=1.0)
@@ -252,7 +266,7 @@ def test_the_top_reaches_the_error(error):
         for method in (found.method, "scipy/dop853")
     )
     measured = float(np.abs(run - truth).max() / np.abs(truth).max())
-    assert measured < 1.1 * error  # 0.036, 0.0092, 9.6e-4, 6.7e-5
+    assert measured < 1.1 * error  # 0.010, 1.1e-3, 6.4e-4, 9.5e-5
 
 
 @pytest.mark.parametrize("noise", [0.5, 1.0, 5.0])
@@ -270,7 +284,7 @@ def test_the_disk_reaches_the_error_of_its_temperature(noise):
     )  # fmt: skip
     slip = (run.v + run.omega).isel(time=slice(1, None))
     squares = float((slip**2).mean()) / mm.theory.gibbs_mean_squares(scene)["slip"]
-    assert abs(squares - 1) < 0.01 + 4 * 0.0026  # 0.001, 0.0014, 0.0023
+    assert abs(squares - 1) < 0.01 + 4 * 0.0026  # 0.0035, 0.0027, 0.0023
 
 
 @pytest.mark.parametrize("method", [None, "variational/baoab"])
