@@ -1,6 +1,5 @@
 """Speed against accuracy: every method of every scene at many steps, and which is the cheapest."""
 
-import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -120,9 +119,3 @@ def front(records: Mapping[str, Record]) -> dict[str, Any]:
             found.append({**where, **point._asdict()})
             del found[-1]["subject"]
     return {"machine": machine(), "versions": versions(), "points": found}
-
-
-if __name__ == "__main__":
-    from charts import main
-
-    sys.exit(main(["--only", "speed_accuracy", *sys.argv[1:]]))
