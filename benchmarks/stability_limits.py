@@ -4,7 +4,9 @@ import math
 from collections.abc import Iterable
 from functools import partial
 from pathlib import Path
+from typing import Any
 
+import xarray as xr
 from case import Case, Record
 from machine import sign
 
@@ -90,28 +92,24 @@ def measure(name: str, method: str, bisections: int) -> Record:
 
 def grows(name: str, method: str, h: float) -> bool:
     """Whether a nudge of the resting scene grows."""
-    scene = SCENES[name]
     try:
-        run = mm.simulate(
-            scene,
-            method=method,
-            timestep=h,
-            duration=STEPS * h,
-            initial=nudged(scene),
-            allow_unstable=True,
-        )
+        run = nudged(SCENES[name], method, h, STEPS)
     except mm.SimulationDiverged:
         return True
     names = {"velocity", "angular_velocity", "v", "omega"} & run.data_vars.keys()
     return max(float(abs(run[name]).max()) for name in names) > GROWN
 
 
-def nudged(scene: mm.Top | mm.Motor | mm.Disk) -> dict:
-    """The initial state: rest, but for small velocities."""
+def nudged(scene: mm.Top | mm.Motor | mm.Disk, method: str, h: float, steps: int) -> xr.Dataset:
+    """A run from rest, but for small velocities."""
     if isinstance(scene, mm.Disk):
-        return {"x": -math.pi / 2, "v": NUDGE}
-    place, axis = resting_ball(scene)
-    return {"position": place, "axis": axis, "angular_velocity": (NUDGE, 2 * NUDGE, 0.0)}
+        start: dict[str, Any] = {"x": -math.pi / 2, "v": NUDGE}
+    else:
+        place, axis = resting_ball(scene)
+        start = {"position": place, "axis": axis, "angular_velocity": (NUDGE, 2 * NUDGE, 0.0)}
+    return mm.simulate(
+        scene, method=method, timestep=h, duration=steps * h, initial=start, allow_unstable=True
+    )
 
 
 def aliases(name: str, method: str, h: float) -> bool:

@@ -51,14 +51,7 @@ def measure(method: str, coupling: float, every: int) -> Record:
 def lasted(scene: mm.Top, method: str, h: float) -> int:
     """Steps until a nudge of the resting ball has grown; `STEPS` if it does not."""
     try:
-        run = mm.simulate(
-            scene,
-            method=method,
-            timestep=h,
-            duration=STEPS * h,
-            initial=nudged(scene),
-            allow_unstable=True,
-        )
+        run = nudged(scene, method, h, STEPS)
     except mm.SimulationDiverged as failure:
         run = failure.dataset
         grown = np.append(_grown(run), True)
