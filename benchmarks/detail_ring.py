@@ -5,7 +5,6 @@ N-th harmonic of the potential between two rings of radii rho and R at the dista
 """
 
 import math
-import time
 from functools import cache, partial
 
 import numpy as np
@@ -13,6 +12,7 @@ from case import Case, Record
 from detail_cost import beside
 from detail_flight import DURATION, INTERVAL
 from markdown_table import number, table
+from step_cost import run_seconds
 from stepping import Stepper
 from table import seconds
 
@@ -99,11 +99,7 @@ def _spin(count: int) -> np.ndarray:
 
 def _kernel_seconds(scene: mm.Top) -> float:
     """Of a step, in a run that is so long that setting up takes no time."""
-    begin = time.perf_counter()
-    mm.simulate(
-        scene, method=METHOD, timestep=TIMESTEP, duration=STEPS * TIMESTEP, record_interval=STEPS
-    )
-    return (time.perf_counter() - begin) / STEPS
+    return run_seconds(STEPS, scene, METHOD, TIMESTEP) / STEPS
 
 
 def tabulate(records: dict[str, Record]) -> str:

@@ -1,13 +1,10 @@
 """What a step costs each method: one replica, one core."""
 
-import time
 from functools import partial
 
 from case import Case, Record
 from speed_accuracy_subjects import SUBJECTS, stepping_methods
-from step_cost import seconds_a_step
-
-import magmotor as mm
+from step_cost import run_seconds, seconds_a_step
 
 LONG = {"variational": 400_000, "mujoco": 80_000}
 """Steps of runs of some 0.1 s and more."""
@@ -26,16 +23,11 @@ def cases(quick: bool) -> list[Case]:
 
 
 def _steps(name: str, quick: bool) -> Record:
-    runs = {method: partial(_seconds, name, method) for method in stepping_methods(name)}
+    scene, timestep = SUBJECTS[name]
+    runs = {
+        method: partial(run_seconds, scene=scene, method=method, timestep=timestep)
+        for method in stepping_methods(name)
+    }
     long = {m: LONG[m.split("/", maxsplit=1)[0]] // (SHORTER if quick else 1) for m in runs}
     costs = seconds_a_step(runs, long, QUICK_TURNS if quick else TURNS)
     return {"subject": name, "seconds_a_step": costs}
-
-
-def _seconds(name: str, method: str, steps: int) -> float:
-    scene, timestep = SUBJECTS[name]
-    begin = time.perf_counter()
-    mm.simulate(
-        scene, method=method, timestep=timestep, duration=timestep * steps, record_interval=steps
-    )
-    return time.perf_counter() - begin

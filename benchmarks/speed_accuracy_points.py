@@ -4,10 +4,12 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
+import numpy as np
 from case import Record
 from speed_accuracy_subjects import SUBJECTS
 
 from magmotor.devices.linear_limits import step_limit
+from magmotor.recommendation.charts import expected
 
 USELESS = 1.0
 """Relative error from which on a result says nothing: as good as a failed step."""
@@ -94,15 +96,11 @@ def front(points: Iterable[Point]) -> list[Point]:
 
 
 def cheapest(points: Iterable[Point], error: float) -> Point | None:
-    """The cheapest stable point that reaches an error, as all shorter steps of its method do.
-
-    A shorter step is believed to, unless its error exceeds that beyond its floor.
-    """
+    """The cheapest stable point that is to be expected to reach an error."""
     reaching = []
-    for curve in by_method(points).values():
-        for point in sorted(curve, key=lambda p: (p.timestep, p.seconds)):
-            if not point.stable or point.error - point.floor > error:
-                break
-            if point.bound <= error:
-                reaching.append(point)
+    for curve in by_method(point for point in points if point.stable).values():
+        curve = sorted(curve, key=lambda p: (p.timestep, p.seconds))
+        errors, floors = np.array([(p.error, p.floor) for p in curve]).T
+        within = expected(errors, floors) <= error
+        reaching += [point for point, reaches in zip(curve, within, strict=True) if reaches]
     return min(reaching, key=lambda point: point.seconds, default=None)

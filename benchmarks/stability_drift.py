@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 from case import Case, Record
 from machine import sign
+from markdown_table import number, table
 
 import magmotor as mm
 from magmotor.plots import style
@@ -78,15 +79,13 @@ def draw(records: dict[str, Record], folder: Path) -> None:
 
 
 def tabulate(records: dict[str, Record]) -> str:
-    lines = [
-        "| method | error of E | drift of E | error of J, over I max omega | of the norm |",
-        "|---|---|---|---|---|",
-    ]
+    columns = ["", "error of E", "drift of E", "error of J, over I max omega", "of the norm"]
+    rows = []
     for method in LOOKS:
         found = records[_key(method)]
         numbers = found["largest"][-1], found["drift"], found["momentum"], found["quaternion"]
-        lines.append(f"| `{method}` | " + " | ".join(f"{x:.1e}" for x in numbers) + " |")
-    return "\n".join(lines)
+        rows.append([f"`{method}`", *map(number, numbers)])
+    return table(columns, rows)
 
 
 def _key(method: str) -> str:

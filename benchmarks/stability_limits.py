@@ -9,6 +9,7 @@ from typing import Any
 import xarray as xr
 from case import Case, Record
 from machine import sign
+from markdown_table import table
 
 import magmotor as mm
 from magmotor.devices.linear_limits import step_limit
@@ -163,14 +164,11 @@ def draw(records: dict[str, Record], folder: Path) -> None:
 
 def tabulate(records: dict[str, Record]) -> str:
     """A Markdown table of limits: a row for each method, a column for each scene."""
-    lines = [
-        "| smallest failing step: measured (predicted) | " + " | ".join(SCENES) + " |",
-        "|---" * (len(SCENES) + 1) + "|",
+    rows = [
+        [f"`{method}`", *(_cell(records.get(_key(name, method))) for name in SCENES)]
+        for method in _methods_of(SCENES)
     ]
-    for method in _methods_of(SCENES):
-        cells = [_cell(records.get(_key(name, method))) for name in SCENES]
-        lines.append(f"| `{method}` | " + " | ".join(cells) + " |")
-    return "\n".join(lines)
+    return table(["smallest failing step: measured (predicted)", *SCENES], rows)
 
 
 def _methods_of(names: Iterable[str]) -> list[str]:

@@ -16,7 +16,7 @@ from machine import sign
 from markdown_table import number, table
 from numpy.typing import NDArray
 from speed_accuracy_panels import LOOKS
-from step_cost import seconds_a_step
+from step_cost import run_seconds, seconds_a_step
 from tried_splittings import SPLITTINGS, offered
 
 import magmotor as mm
@@ -207,13 +207,9 @@ def _costs(names: tuple[str, ...], turns: int) -> Record:
 
 def _seconds(name: str, steps: int) -> float:
     scene, timestep = mm.Top.paper(4), 0.025
-    begin = time.perf_counter()
     if name in KEPT or name in SPLITTINGS:
         with offered():
-            mm.simulate(
-                scene, method=f"variational/{name}", timestep=timestep,
-                duration=timestep * steps, record_interval=steps,
-            )  # fmt: skip
-    else:
-        _stepper(scene, name, timestep)(_start(scene), steps)
+            return run_seconds(steps, scene, f"variational/{name}", timestep)
+    begin = time.perf_counter()
+    _stepper(scene, name, timestep)(_start(scene), steps)
     return time.perf_counter() - begin

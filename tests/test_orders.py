@@ -100,19 +100,28 @@ ORDERS = {
     # 2.00 2.06 2.00 2.00 2.00 2.00 2.00
 }
 
-CASES = [
-    (method, name, order)
-    for method, row in ORDERS.items()
-    for name, order in zip(SUBJECTS, row, strict=True)
-    if order
-]
+
+def cases(orders, subjects):
+    """Method, name of the subject, and order."""
+    return [
+        (method, name, order)
+        for method, row in orders.items()
+        for name, order in zip(subjects, row, strict=True)
+        if order
+    ]
 
 
-@pytest.mark.parametrize("column", range(len(SUBJECTS)), ids=SUBJECTS)
-def test_every_method_has_an_order(column):
-    scene = list(SUBJECTS.values())[column].scene
-    known = {method for method, row in ORDERS.items() if row[column]}
-    assert known == set(mm.methods(scene)) - {"scipy/dop853"}
+def known(listed, subject):
+    """Methods of which a case is listed."""
+    return {method for method, name, _ in listed if name == subject}
+
+
+CASES = cases(ORDERS, SUBJECTS)
+
+
+@pytest.mark.parametrize("name", SUBJECTS)
+def test_every_method_has_an_order(name):
+    assert known(CASES, name) == set(mm.methods(SUBJECTS[name].scene)) - {"scipy/dop853"}
 
 
 @cache
@@ -179,19 +188,12 @@ STRONG_ORDERS = {
     "mujoco/baoab": (1, 1),  # 0.98 1.08
 }
 
-STRONG_CASES = [
-    (method, name, order)
-    for method, row in STRONG_ORDERS.items()
-    for name, order in zip(NOISY, row, strict=True)
-    if order
-]
+STRONG_CASES = cases(STRONG_ORDERS, NOISY)
 
 
-@pytest.mark.parametrize("column", range(len(NOISY)), ids=NOISY)
-def test_every_method_that_takes_noise_has_a_strong_order(column):
-    scene = list(NOISY.values())[column].scene
-    known = {method for method, row in STRONG_ORDERS.items() if row[column]}
-    assert known == set(mm.methods(scene))
+@pytest.mark.parametrize("name", NOISY)
+def test_every_method_that_takes_noise_has_a_strong_order(name):
+    assert known(STRONG_CASES, name) == set(mm.methods(NOISY[name].scene))
 
 
 @cache

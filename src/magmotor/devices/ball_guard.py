@@ -1,25 +1,16 @@
 """The guard on a run: which recorded states no accurate solution can have."""
 
 from collections.abc import Iterator
-from typing import NamedTuple
 
 from numpy.typing import NDArray
 
 from magmotor.devices.first_failure import ENERGY_GREW, LARGEST_ERROR, Fault, FirstFailure
-from magmotor.observables.motion import kinetic_energy, magnetic_energy_and_lift
+from magmotor.observables.motion import BallEnergy, ball_energy
 from magmotor.scenes import Top
 from magmotor.states.ball import BallStates
 
 LARGEST_WORK = 10.0
 """Energy that a ring which moves may add, over what is in play at the start."""
-
-
-class Energies(NamedTuple):
-    """Energies in J and a force in N, each of shape (T,)."""
-
-    total: NDArray
-    in_play: NDArray
-    lift: NDArray
 
 
 class Guard(FirstFailure):
@@ -34,18 +25,22 @@ class Guard(FirstFailure):
 
     def __init__(self, scene: Top, first: BallStates):
         self.scene = scene
-        start = _energies(scene, first)
+        start = ball_energy(scene, first)
         # A ring at rest does no work, and friction only takes.
         work = LARGEST_WORK if scene.ring_script else 0.0
-        self.largest_energy = float((start.total + work * start.in_play)[0])
+        self.largest_energy = float((start.total + work * _in_play(start))[0])
 
     def _faults(self, states: BallStates) -> Iterator[Fault]:
-        found = _energies(self.scene, states)
-        error = LARGEST_ERROR * found.in_play
+        found = ball_energy(self.scene, states)
+        error = LARGEST_ERROR * _in_play(found)
         yield found.total > self.largest_energy + error, lambda _: ENERGY_GREW
         if self.scene.surface == "planar":
             weight = self.scene.ball_mass * self.scene.gravity
             yield found.lift > weight, lambda row: lifted(found.lift[row], weight)
+
+
+def _in_play(energy: BallEnergy) -> NDArray:
+    return energy.kinetic + abs(energy.magnetic)
 
 
 def lifted(lift: float, weight: float) -> str:
@@ -54,10 +49,3 @@ def lifted(lift: float, weight: float) -> str:
         f"the magnetic lift, {lift:.3g} N, exceeds the ball's weight, {weight:.3g} N, and the"
         " plane cannot hold it down: use a larger gravity or surface = 'plane'"
     )
-
-
-def _energies(scene: Top, states: BallStates) -> Energies:
-    kinetic = kinetic_energy(scene, states)
-    magnetic, lift = magnetic_energy_and_lift(scene, states)
-    raised = scene.ball_mass * scene.gravity * (states.position[:, 2] - scene.ball_radius)
-    return Energies(kinetic + magnetic + raised, kinetic + abs(magnetic), lift)

@@ -1,5 +1,7 @@
 """Observables of the ball's motion: slip velocity, momentum map, energy, and their balances."""
 
+from typing import NamedTuple
+
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
@@ -11,6 +13,17 @@ from magmotor.scenes import Motor, Top
 from magmotor.states.ball import BallStates
 
 Array = NDArray[np.float64]
+
+
+class BallEnergy(NamedTuple):
+    """Energies in J and a force in N, each of shape (T,)."""
+
+    total: Array
+    """With gravity, from the ball's height on the plane."""
+    kinetic: Array
+    magnetic: Array
+    lift: Array
+    """Vertical magnetic force on the ball."""
 
 
 def slip_velocity(scene: Top | Motor, velocity: Array, angular_velocity: Array) -> Array:
@@ -74,15 +87,15 @@ def kinetic_energy(scene: Top, states: BallStates) -> Array:
 
 def energy(scene: Top, states: BallStates) -> Array:
     """Total energy in J, shape (T,); gravity counts from the ball's height on the plane."""
-    return energy_and_lift(scene, states)[0]
+    return ball_energy(scene, states).total
 
 
-def energy_and_lift(scene: Top, states: BallStates) -> tuple[Array, Array]:
-    """Total energy in J and vertical magnetic force in N, from one evaluation of the field."""
+def ball_energy(scene: Top, states: BallStates) -> BallEnergy:
+    """Energies, and the lift, from one evaluation of the field."""
+    kinetic = kinetic_energy(scene, states)
     magnetic, lift = magnetic_energy_and_lift(scene, states)
-    height = states.position[:, 2] - scene.ball_radius
-    weight = scene.ball_mass * scene.gravity
-    return kinetic_energy(scene, states) + magnetic + weight * height, lift
+    raised = scene.ball_mass * scene.gravity * (states.position[:, 2] - scene.ball_radius)
+    return BallEnergy(kinetic + magnetic + raised, kinetic, magnetic, lift)
 
 
 def momentum_balance(run: xr.Dataset, scene: Top) -> xr.Dataset:

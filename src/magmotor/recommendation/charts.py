@@ -41,10 +41,17 @@ def curves(scene: str, surface: str, methods: Container[str]) -> dict[str, dict[
     }
 
 
+def expected(errors: Array, floors: Array) -> Array:
+    """Errors to be expected, by ascending steps.
+
+    An error under its floor counts as the floor; a longer step errs no less than a shorter, as far
+    as that is above its floor.
+    """
+    return np.maximum(np.maximum(errors, floors), np.maximum.accumulate(errors - floors))
+
+
 def _curve(points: list[dict[str, Any]]) -> Curve:
-    """An error under its floor counts as the floor; a longer step errs no less than a shorter."""
     points = sorted(points, key=lambda point: point["timestep"])
     names = ("timestep", "error", "floor", "seconds")
     steps, errors, floors, seconds = (np.array([p[name] for p in points]) for name in names)
-    shorter = np.maximum.accumulate(errors - floors)
-    return Curve(steps, np.maximum(np.maximum(errors, floors), shorter), seconds)
+    return Curve(steps, expected(errors, floors), seconds)
