@@ -135,3 +135,13 @@ def test_the_experiment_spins_the_ball():
     before = run.momentum_map.sel(time=slice(0, 12))
     assert largest(before) < 5e-6
     assert largest(run.momentum_map) > 5e-5
+
+
+def test_a_thrown_ball_keeps_its_energy():
+    """Kinetic, magnetic and of gravity: 10 cm up and part of the way down."""
+    scene = mm.Top.paper(2, surface="plane")
+    run = mm.simulate(
+        scene, method="mujoco/rk4", timestep=0.001, duration=0.25, initial={"velocity": (0, 0, 1.4)}
+    )
+    assert run.position.sel(space="z").max() > 0.1  # 0.117
+    assert np.ptp(run.energy.values) < 1e-10 * 0.5 * scene.ball_mass * 1.4**2  # 1e-12
