@@ -12,12 +12,14 @@ import anatomy
 import callback
 import disk_mujoco
 import ensemble
+import fixed_cost
 import magnetised
 import minimal
 import mujoco
 import mujoco_baoab
 import rigid
 import startup
+import sweeps
 import threads
 import throughput
 
@@ -28,11 +30,13 @@ TOPICS = (
     anatomy,
     threads,
     startup,
+    fixed_cost,
     throughput,
     disk_mujoco,
     mujoco_baoab,
     ensemble,
     rigid,
+    sweeps,
 )
 
 

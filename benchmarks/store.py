@@ -12,7 +12,7 @@ from pathlib import Path
 
 from case import Case, Record
 
-import magmotor as mm
+from magmotor.code_version import package_checksum
 
 
 def machine() -> str:
@@ -46,7 +46,7 @@ class Store:
     def __init__(self, path: Path):
         self.path = path
         self._checksum = cache(_checksum)  # a file that is edited meanwhile is not what runs
-        self._maker = {"machine": machine(), **versions(), "code": _checksum(_package())}
+        self._maker = {"machine": machine(), **versions(), "code": package_checksum()}
         self._lines = self._read()
 
     def find(self, case: Case) -> Record | None:
@@ -86,10 +86,6 @@ def _source(run: Callable[[], Record]) -> Path:
     found = getsourcefile(function)
     assert found, "the functions of cases are written in Python"
     return Path(found)
-
-
-def _package() -> tuple[Path, ...]:
-    return tuple(sorted(Path(mm.__path__[0]).rglob("*.py")))
 
 
 def _checksum(files: tuple[Path, ...]) -> int:

@@ -1,10 +1,9 @@
 """What the scripts share: a scene from typed flags, files written whole, and errors in one line."""
 
-import os
 import sys
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import Field, dataclass, field, fields, make_dataclass
 from pathlib import Path
 from typing import Annotated, Any, NoReturn, TypeVar
@@ -13,7 +12,9 @@ import tyro
 
 import magmotor as mm
 from magmotor.checks import check_choice
+from magmotor.gl import PACKAGES
 from magmotor.scenes.motor import PAPER as RUNS
+from magmotor.whole_files import whole_file
 
 DIVERGED, MISTAKE, NO_OPENGL, UNWRITTEN, INTERRUPTED = 1, 2, 3, 4, 130
 """Exit codes."""
@@ -70,14 +71,15 @@ def parse(
 
     The first argument names the scene's kind, one of `kinds`: top, motor or disk, each of which may
     have options of its own. There is a flag for each of its fields, whose defaults are those of the
-    preset. A value that a field cannot have ends the program with one line and code 2.
+    preset. Another kind is a command without a scene. A value that a field cannot have ends the
+    program with one line and code 2.
     """
     arguments = sys.argv[1:] if arguments is None else arguments
     try:
         own = options if isinstance(options, Mapping) else dict.fromkeys(kinds, options)
         commands = {kind: _scene_command(kind, own[kind], arguments) for kind in kinds}
         for command in commands.values():
-            command.__doc__ = description
+            command.__doc__ = command.__doc__ or description
         return tyro.extras.subcommand_cli_from_dict(
             commands, description=description, args=arguments
         )()
@@ -101,8 +103,10 @@ def parse_fields(
 
 
 def _scene_command(kind: str, options: type[Options], arguments: Sequence[str]) -> Any:
-    if kind not in PRESETS:
+    if kind == "disk":
         return _command(mm.Disk(), _declared(mm.Disk()), options)
+    if kind not in PRESETS:
+        return _sceneless_command(options)
     presets = PRESETS[kind]
     told = tyro.conf.arg(metavar="|".join(presets.scenes), help=presets.help)
     chosen = field(default=presets.default)
@@ -114,6 +118,14 @@ def _scene_command(kind: str, options: type[Options], arguments: Sequence[str]) 
     base = presets.scenes[preset]
     names = [name for name in _declared(base) if name not in presets.decide]
     return _command(base, names, options, named)
+
+
+def _sceneless_command(options: type[Options]) -> Any:
+    def command(own: tyro.conf.OmitArgPrefixes[options]):  # pyright: ignore[reportInvalidTypeForm]
+        return lambda: (None, own)
+
+    command.__doc__ = options.__doc__
+    return command
 
 
 def _command(base: Any, names: Sequence[str], options: type[Options], named: Any = Unnamed) -> Any:
@@ -178,17 +190,27 @@ def fail(message: str, code: int) -> NoReturn:
 @contextmanager
 def written_whole(path: Path) -> Iterator[Path]:
     """A path to write to, which takes its name only when it is complete."""
-    part = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        yield part
-        part.replace(path)
+        with whole_file(path) as part:
+            yield part
     except OSError as error:
         fail(f"cannot write {path}: {error.strerror or error}", 1)
     except RuntimeError as error:
         if not str(error).startswith("NetCDF"):
             raise
         fail(f"cannot write {path}: {error}; is the disk full?", 1)
-    finally:
-        with suppress(OSError):
-            part.unlink()
+
+
+@contextmanager
+def film_written(path: Path) -> Iterator[Path]:
+    """Like `written_whole`, of what is rendered: says that it is, or why it cannot be."""
+    try:
+        with written_whole(path) as part:
+            yield part
+    except mm.render.NoOpenGL as error:
+        packages = "".join(f"\n  {system}: {command}" for system, command in PACKAGES.items())
+        fail(f"no movie: {error}; install OpenGL and run again{packages}", NO_OPENGL)
+    except RuntimeError as error:
+        fail(f"no movie: {' '.join(str(error).split())}", UNWRITTEN)
+    print(f"wrote {path}")

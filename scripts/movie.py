@@ -20,16 +20,15 @@ from command_line import (
     DIVERGED,
     INTERRUPTED,
     MISTAKE,
-    NO_OPENGL,
     UNWRITTEN,
     fail,
+    film_written,
     parse,
     run_script,
     written_whole,
 )
 
 import magmotor as mm
-from magmotor.gl import PACKAGES
 
 PAPER = "the paper's parameters give 1.858e-04 kg m^2/s at 21.6 s"
 
@@ -197,19 +196,11 @@ def render(
     still: tuple[float, Path] | None,
     speed: float,
 ) -> None:
-    path = still[1] if still else path
-    try:
-        with written_whole(path) as part:
-            if still:
-                mm.render.still(run, scene, part, still[0])
-            else:
-                mm.render.movie(run, scene, part, seconds_per_second=speed)
-    except mm.render.NoOpenGL as error:
-        packages = "".join(f"\n  {system}: {command}" for system, command in PACKAGES.items())
-        fail(f"no movie: {error}; install OpenGL and run again{packages}", NO_OPENGL)
-    except RuntimeError as error:
-        fail(f"no movie: {' '.join(str(error).split())}", UNWRITTEN)
-    print(f"wrote {path}")
+    with film_written(still[1] if still else path) as part:
+        if still:
+            mm.render.still(run, scene, part, still[0])
+        else:
+            mm.render.movie(run, scene, part, seconds_per_second=speed)
 
 
 if __name__ == "__main__":

@@ -69,11 +69,11 @@ def test_a_torn_last_line_is_measured_again(tmp_path):
     assert [json.loads(line)["key"] for line in path.read_text().splitlines()] == ["a", "bb"]
 
 
-@pytest.mark.parametrize("of", ["machine", "versions", "_package", "_source"])
+@pytest.mark.parametrize("of", ["machine", "versions", "package_checksum", "_source"])
 def test_records_of_another_machine_version_or_code_are_not_reused(tmp_path, monkeypatch, of):
     counted, path = Counted(), tmp_path / "records.jsonl"
     measure([counted.case("a")], Store(path))
-    other = {"machine": "abacus", "versions": {"mujoco": "0"}, "_package": []}
+    other = {"machine": "abacus", "versions": {"mujoco": "0"}, "package_checksum": 0}
     monkeypatch.setattr(storage, of, lambda *_: other.get(of, CONFTEST))
     measure([counted.case("a")], Store(path))
     assert counted.runs == ["a", "a"]

@@ -61,6 +61,20 @@ def test_critical_points_are_near_and_stationary(scene):
         assert slope < 1e-3 * abs(point.energy) / scene.ring_radius
 
 
+@pytest.mark.parametrize("seed", range(12))
+def test_the_minimum_is_the_deepest_critical_point(seed):
+    """Of level rings one of many."""
+    rng = np.random.default_rng(seed)
+    height, radius = rng.uniform(0.1, 0.6), rng.uniform(0.1, 0.6)
+    tilt = rng.choice([0.0, 1e-3, 0.1, 0.6]) * min(1.0, height / radius)
+    scene = mm.Top(
+        ring_height=height, ring_radius=radius, tilt=tilt, ring_dipoles=int(rng.integers(1, 25))
+    )
+    found, deepest = observables.minimum(scene), observables.critical_points(scene)[0]
+    assert found.kind == "minimum"
+    assert found.energy == pytest.approx(deepest.energy, rel=1e-12)  # 1.2e-15
+
+
 @pytest.mark.parametrize(("ratio", "kind"), [(0.979, "maximum"), (0.981, "minimum")])
 def test_the_centre_is_a_maximum_only_while_the_ring_is_low(ratio, kind):
     scene = mm.Top(tilt=0.0, ring_height=0.018 + 0.34 * ratio, ring_dipoles=40)

@@ -43,6 +43,14 @@ def test_the_model_is_the_scene():
 
 
 @pytest.mark.parametrize("looks", [False, True])
+def test_a_scene_leaves_no_trace_in_the_next(looks):
+    """Although their MJCF is read once."""
+    before = compose(mm.Motor(), looks=looks).to_xml_string()
+    compose(mm.Motor(ball_radius=0.03, inner_dipoles=7, coupling=1e-5), looks=looks)
+    assert compose(mm.Motor(), looks=looks).to_xml_string() == before
+
+
+@pytest.mark.parametrize("looks", [False, True])
 def test_damping_is_explicit(looks):
     model = mm.build(mm.Motor(), looks=looks)
     assert model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_EULERDAMP

@@ -7,9 +7,21 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import magmotor as mm
-from magmotor.devices.linear_limits import STEPS, step_limit
+from magmotor.devices import linear_limits
+from magmotor.devices.linear_limits import SLACK, STEPS, check_step_limit, step_limit
+from magmotor.devices.motor_initial import initial_state
+from magmotor.observables.motor_energy import motor_energy
 from magmotor.states.ball import smallest_turn
-from magmotor.theory.linear import SmallMotion, largest_stable_step, spectral_radius
+from magmotor.theory.linear import (
+    FACTOR,
+    LONGEST,
+    ROUNDING,
+    SHORTEST,
+    SmallMotion,
+    StableSteps,
+    largest_stable_step,
+    spectral_radius,
+)
 from magmotor.theory.linear_scenes import resting_ball, small_motion
 
 NUDGE, SMALL = 1e-5, 1e-6
@@ -86,6 +98,95 @@ def test_a_direction_that_is_unstable_in_truth_limits_no_step():
     none = np.zeros((2, 2))
     motion = SmallMotion.of(np.eye(2), np.diag([9.0, -1.0]), none, none)
     assert largest_stable_step(motion, STEPS["euler"]) == pytest.approx(2 / 3, rel=1e-6)
+
+
+SEARCHED = {
+    "nothing": oscillator(),
+    "slip": oscillator(friction=3.0),
+    "swing": oscillator(frequency=1.0),  # it resonates with Blanes and Moan's schemes
+    "damped swing": oscillator(frequency=1.0, friction=0.05),
+    **{name: small_motion(scene) for name, scene in SCENES.items()},
+    "particle": small_motion(mm.LangevinParticle()),
+}
+
+
+def searched(motion, step):
+    """The smallest unstable step, sought one by one."""
+    frequency, decay = motion.frequency, float(motion.decay.max())
+    if frequency == decay == 0:
+        return math.inf
+
+    def unstable(h):
+        return spectral_radius(motion, step, h) > 1 + ROUNDING
+
+    stable, h = 0.0, SHORTEST / max(frequency, decay)
+    while not unstable(h):
+        stable, h = h, FACTOR * h
+        if h > LONGEST / (frequency or decay):
+            return math.inf
+    while h - stable > 1e-8 * h:
+        middle = (stable + h) / 2
+        stable, h = (stable, middle) if unstable(middle) else (middle, h)
+    return h
+
+
+@pytest.mark.parametrize("scheme", STEPS)
+@pytest.mark.parametrize("name", SEARCHED)
+def test_as_far_as_it_goes_the_search_finds_what_the_whole_one_does(name, scheme):
+    motion, step = SEARCHED[name], STEPS[scheme]
+    end = searched(motion, step)
+    assert largest_stable_step(motion, step) == end
+    goes_on = StableSteps(motion, step)
+    for enough in (1.0 if math.isinf(end) else end) * np.geomspace(0.1, 3.0, 6):
+        for found in (goes_on.end(enough), StableSteps(motion, step).end(enough)):
+            assert found == end or enough < found < end
+    assert goes_on.end() == end
+
+
+@pytest.mark.parametrize(("name", "method"), STEPPING)
+def test_steps_are_refused_from_the_limit_on(name, method):
+    """Also in the stable windows beyond it; and where nothing is known of the scene yet."""
+    scene = SCENES[name]
+    limit = (1 - SLACK) * step_limit(scene, method)
+    before, at = math.nextafter(limit, 0), limit
+    for h in [*limit * np.geomspace(0.1, 0.999, 5), before, at, *limit * np.geomspace(1.001, 9, 9)]:
+        linear_limits._stable_steps.cache_clear()  # pyright: ignore[reportFunctionMemberAccess]
+        if h < limit:
+            check_step_limit(scene, method, float(h))
+        else:
+            with pytest.raises(ValueError, match=f"less than {step_limit(scene, method):.4g}, the"):
+                check_step_limit(scene, method, float(h))
+
+
+@pytest.mark.parametrize("factor", [1.0, 2.0])
+def test_the_motors_stiffness_is_the_curvature_of_its_energy(factor):
+    """As far as the level ring is at rest."""
+    scene = mm.Motor(ball_ring_factor=factor)
+    place, axis = resting_ball(scene)
+    upright = Rotation.from_quat(smallest_turn(axis), scalar_first=True)
+
+    def energy(q):
+        initial = {
+            "position": place + np.append(q[:2], 0.0),
+            "orientation": (Rotation.from_rotvec(q[2:5]) * upright).as_quat(scalar_first=True),
+            "ring_orientation": Rotation.from_rotvec(q[5:8]).as_quat(scalar_first=True),
+        }
+        return float(motor_energy(scene, initial_state(scene, initial, None)).total[0, 0])
+
+    changes = 1e-3 * np.diag([scene.ball_radius] * 2 + [1.0] * 6)
+    curvature = [
+        [
+            sum(a * b * energy(a * p + b * q) for a in (1, -1) for b in (1, -1))
+            / (4 * p.sum() * q.sum())
+            for p in changes
+        ]
+        for q in changes
+    ]
+    inertia = np.array([scene.ball_mass] * 2 + [scene.ball_inertia] * 3 + [*scene.inner_moments])
+    expected = np.linalg.eigvalsh(curvature / np.sqrt(np.outer(inertia, inertia)))
+    found = np.linalg.eigvalsh(small_motion(scene).stiffness)
+    error = np.abs(found - np.maximum(expected, 0)).max()
+    assert error < 1e-4 * found.max()  # 1.1e-5
 
 
 def test_a_scripted_ring_has_the_limit_of_its_stiffest_waypoint():
@@ -194,8 +295,9 @@ def nudged(name, method, h):
 @pytest.mark.parametrize("method", ["variational/baoab", "mujoco/baoab"])
 def test_energy_that_friction_forbids_ends_a_run(method):
     """Beyond its limit, 0.112 s, the libration heats the ball, which leaves its valley."""
+    numerics = {"method": method, "timestep": 0.125, "duration": 500}
     with pytest.raises(mm.SimulationDiverged, match="energy grew") as caught:
-        mm.simulate(mm.Top.paper(4), method=method, timestep=0.125, duration=500)
+        mm.simulate(mm.Top.paper(4), **numerics, allow_unstable=True)
     assert caught.value.time < 100  # 18.4
 
 

@@ -4,6 +4,7 @@ from . import noise as noise
 from . import observables as observables
 from . import plots as plots
 from . import render as render
+from . import sweep as sweep
 from . import theory as theory
 from .dataset import scene_of as scene_of
 from .engines.mujoco.baoab import Baoab as Baoab
@@ -14,6 +15,7 @@ from .ensemble import ensemble as ensemble
 from .ensemble import gibbs as gibbs
 from .recommendation import Recommendation as Recommendation
 from .recommendation import recommend as recommend
+from .repetition import rerun as rerun
 from .scenes import Disk as Disk
 from .scenes import LangevinParticle as LangevinParticle
 from .scenes import Motor as Motor

@@ -1,7 +1,6 @@
 """Checkpoints: all that a run needs to go on, in one file that is whole or not there."""
 
 import json
-import os
 import time
 import warnings
 import zipfile
@@ -13,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.checks import reject
+from magmotor.whole_files import whole_file
 
 SECONDS_BETWEEN = 30.0
 
@@ -68,16 +68,9 @@ def save(path: Path, task: dict[str, Any], arrays: Mapping[str, NDArray]) -> Non
     OSError
         The file cannot be written; the checkpoint before it is still there.
     """
-    part = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        with part.open("wb") as file:
-            everything: dict[str, Any] = {"task": np.array(json.dumps(task)), **arrays}
-            np.savez(file, **everything)
-            file.flush()
-            os.fsync(file.fileno())
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
+    with whole_file(path) as part, part.open("wb") as file:
+        everything: dict[str, Any] = {"task": np.array(json.dumps(task)), **arrays}
+        np.savez(file, **everything)
 
 
 def load(path: Path, task: dict[str, Any]) -> dict[str, NDArray] | None:

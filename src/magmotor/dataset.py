@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+from functools import cache
 from importlib.metadata import version
 from typing import Any
 
@@ -53,13 +54,18 @@ def assemble(
 
 def attributes_of(scene: Scene, **attributes: Any) -> dict[str, Any]:
     """What says how a dataset was made: scene, versions, and those given that are not None."""
-    versions = {name: version(name) for name in ("magmotor", "mujoco", "numba", "numpy", "scipy")}
     return {
         "scene": type(scene).__name__,
         "scene_fields": json.dumps(dataclasses.asdict(scene)),
-        "versions": json.dumps(versions),
+        "versions": _versions(),
         **{name: value for name, value in attributes.items() if value is not None},
     }
+
+
+@cache
+def _versions() -> str:
+    names = ("magmotor", "mujoco", "numba", "numpy", "scipy")
+    return json.dumps({name: version(name) for name in names})
 
 
 def scene_of(run: xr.Dataset) -> Scene:
@@ -75,9 +81,12 @@ def scene_of(run: xr.Dataset) -> Scene:
         raise ValueError(
             f"scene = {name!r} in the dataset's attributes: must be one of {[*SCENES]}"
         )
-    return SCENES[name](
-        **{k: _as_tuples(v) for k, v in json.loads(run.attrs["scene_fields"]).items()}
-    )
+    return scene_from(name, json.loads(run.attrs["scene_fields"]))
+
+
+def scene_from(kind: str, fields: dict[str, Any]) -> Scene:
+    """The scene of a kind, a key of `SCENES`, with fields as JSON has them."""
+    return SCENES[kind](**{name: _as_tuples(value) for name, value in fields.items()})
 
 
 def _as_tuples(value: Any) -> Any:

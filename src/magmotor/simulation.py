@@ -3,7 +3,6 @@
 import dataclasses
 import json
 import sys
-import zlib
 from collections.abc import Callable, Mapping
 from importlib import import_module
 from pathlib import Path
@@ -20,7 +19,7 @@ from magmotor.devices import Scene, device_of
 from magmotor.engines.job import Job
 from magmotor.noise import BrownianPath, check_seed, path_of
 from magmotor.recommendation import recommend
-from magmotor.states import concatenate, rows
+from magmotor.states import checksum, concatenate, rows
 
 ENGINES = {
     "mujoco": "magmotor.engines.mujoco.run",
@@ -165,13 +164,13 @@ def simulate(
         "path": None if path is None else json.dumps(dataclasses.asdict(path)),
         "first_step": _first_step(initial, followed, method) or None,
         "replicas": replicas,
+        "initial": None if initial is None else "the first record",
     }
     job = Job(
         scene, scheme, timestep, records, interval, first, followed, attributes["first_step"] or 0
     )
-    told = attributes_of(scene, **attributes)
-    told["initial"] = zlib.crc32(b"".join(c.tobytes() for c in first if c is not None))
-    saved = Checkpoint(None if checkpoint is None else Path(checkpoint), told)
+    task = attributes_of(scene, **attributes) | {"initial": checksum(first)}
+    saved = Checkpoint(None if checkpoint is None else Path(checkpoint), task)
     return _collect(job, import_module(ENGINES[engine]).run, saved, attributes)
 
 

@@ -6,7 +6,7 @@ from magmotor.checks import check_integer, check_number, reject
 from magmotor.devices.ball_guard import Guard as guard
 from magmotor.devices.ball_initial import initial_state
 from magmotor.devices.column import Column
-from magmotor.devices.linear_limits import check_bearing_limit
+from magmotor.devices.linear_limits import check_bearing_limit, check_step_limit
 from magmotor.engines.mujoco.methods import METHODS as MUJOCO
 from magmotor.engines.mujoco.methods import PLANAR as MUJOCO_PLANAR
 from magmotor.engines.variational import schemes
@@ -41,7 +41,7 @@ def check_run(
     Raises
     ------
     ValueError
-        Replicas, or a timestep that dry friction or the plane does not bear.
+        Replicas, or a timestep at which dry friction, the plane or the method is unstable.
     """
     if replicas is not None:
         check_integer("replicas", replicas, at_least=1)
@@ -52,6 +52,8 @@ def check_run(
         check_number("timestep", timestep, below=1 / DRY_FRICTION_RATE, unit="s with dry friction")
     if scene.surface == "plane":
         check_bearing_limit(method, timestep)
+    if method != "scipy/dop853":
+        check_step_limit(scene, method, timestep)
 
 
 def columns(scene: Top, states: BallStates, replicas: int | None) -> dict[str, Column]:

@@ -12,6 +12,7 @@ from magmotor import theory
 from magmotor.checks import check_choice, check_integer, check_number, reject
 from magmotor.devices.column import Column
 from magmotor.devices.disk_guard import Guard as guard
+from magmotor.devices.initial_parts import last_record
 from magmotor.devices.linear_limits import check_step_limit
 from magmotor.engines.mujoco.methods import METHODS as MUJOCO
 from magmotor.engines.mujoco.methods import PLANAR as MUJOCO_PLANAR
@@ -94,7 +95,7 @@ def initial_state(
     state = start_disk(scene, count)
     parts = [name for name in DiskStates._fields[1:] if getattr(state, name) is not None]
     if isinstance(initial, xr.Dataset):
-        initial = {name: initial[name].isel(time=-1).values for name in parts}
+        initial = last_record(initial, parts)
     given = {name: _row(name, value, parts, count) for name, value in (initial or {}).items()}
     return state._replace(**given)
 

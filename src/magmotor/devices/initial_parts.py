@@ -1,6 +1,6 @@
 """Parts of an initial state as a user gives them: vectors and orientations of rigid bodies."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,9 @@ from magmotor.states.ball import axes, smallest_turn
 
 Array = NDArray[np.float64]
 
+ROUNDING = 1e-14
+"""Of the length of a direction or a quaternion that was of length 1."""
+
 
 def given_parts(
     scene: Top | Motor,
@@ -23,7 +26,8 @@ def given_parts(
     """The parts of the initial state that are given, by name, each of shape (replicas, size).
 
     An axis brings an orientation with it, and an orientation an axis: `axis` and `orientation`,
-    `ring_axis` and `ring_orientation`. `sizes` says how many numbers each part has.
+    `ring_axis` and `ring_orientation`. A dataset tells every part, to the bit. `sizes` says how
+    many numbers each part has.
 
     Raises
     ------
@@ -31,24 +35,45 @@ def given_parts(
         Names the part, its value and the bound.
     """
     if isinstance(initial, xr.Dataset):
-        initial = {k: initial[k].isel(time=-1).values for k in sizes if k in initial}
-        initial = {k: v for k, v in initial.items() if not _told_by_orientation(k, initial)}
-    for axis in ("axis", "ring_axis"):
-        both = {axis, axis.replace("axis", "orientation")}
-        if initial is not None and both <= initial.keys():
-            raise reject("initial", [*initial], f"given with {' or '.join(sorted(both))}, not both")
-    parts = {k: _rows(scene, k, v, sizes, replicas) for k, v in (initial or {}).items()}
-    for name in [*parts]:
+        needed = [name for name in sizes if name in initial or _twin(name) not in initial]
+        given = last_record(initial, needed)
+    else:
+        given = dict(initial or {})
+        _check_no_twins(given)
+    parts = {k: _rows(scene, k, v, sizes, replicas) for k, v in given.items()}
+    for name in {*parts} - {_twin(name) for name in parts}:
         if name.endswith("orientation"):
-            parts[name.replace("orientation", "axis")] = axes(parts[name])
-        elif name.endswith("axis"):
-            turns = np.array([smallest_turn(axis) for axis in parts[name]])
-            parts[name.replace("axis", "orientation")] = turns
+            parts[_twin(name)] = axes(parts[name])
+        else:
+            parts[_twin(name)] = np.array([smallest_turn(axis) for axis in parts[name]])
     return parts
 
 
-def _told_by_orientation(name: str, initial: Mapping[str, Any]) -> bool:
-    return name.endswith("axis") and name.replace("axis", "orientation") in initial
+def last_record(run: xr.Dataset, names: Sequence[str]) -> dict[str, Array]:
+    """These variables of a run at its last time.
+
+    Raises
+    ------
+    ValueError
+        Names those that it does not have.
+    """
+    missing = [name for name in names if name not in run]
+    if missing:
+        raise reject("initial", [*run.data_vars], f"a dataset that has {', '.join(missing)}, too")
+    return {name: run[name].isel(time=-1).values for name in names}
+
+
+def _twin(name: str) -> str:
+    """Of an axis the orientation, of an orientation the axis, of others themselves."""
+    if name.endswith("axis"):
+        return name.replace("axis", "orientation")
+    return name.replace("orientation", "axis")
+
+
+def _check_no_twins(given: Mapping[str, Any]) -> None:
+    for name in given:
+        if name != _twin(name) and _twin(name) in given:
+            raise reject("initial", [*given], f"given with {name} or {_twin(name)}, not both")
 
 
 def _rows(scene, name: str, value: Any, sizes: Mapping[str, int], replicas: int) -> Array:
@@ -67,5 +92,6 @@ def _rows(scene, name: str, value: Any, sizes: Mapping[str, int], replicas: int)
     if name.endswith(("axis", "orientation")):
         if not rows.any(axis=1).all():
             raise reject(label, value, "not all zero")
-        rows /= np.linalg.norm(rows, axis=1, keepdims=True)
+        lengths = np.linalg.norm(rows, axis=1, keepdims=True)
+        rows /= np.where(abs(lengths - 1) < ROUNDING, 1.0, lengths)
     return rows

@@ -1,17 +1,17 @@
 """The timesteps at which methods become linearly unstable."""
 
 import math
-from functools import cache
+from functools import lru_cache
 
 from magmotor.checks import check_number, reject
 from magmotor.engines.variational.schemes import SPLITTINGS
 from magmotor.scenes import Disk, LangevinParticle, Motor, Top
 from magmotor.scenes.top import CONTACT_RATE
 from magmotor.theory.linear import (
+    StableSteps,
     Step,
     euler_step,
     implicit_step,
-    largest_stable_step,
     runge_kutta_step,
     splitting_step,
 )
@@ -35,22 +35,27 @@ SLACK = 1e-6
 """Part by which a step stays short of its limit, which is found to about this."""
 
 
-@cache
-def step_limit(scene: Scene, method: str) -> float:
+def step_limit(scene: Scene, method: str, enough: float = math.inf) -> float:
     """Largest timestep, in s, at which a method keeps a scene at rest, from linear theory.
 
     Infinite for `scipy/dop853`, which chooses its steps. See `magmotor.theory.small_motion` for the
     resting state; on a plane that bears a ball the contact has a limit of its own. Where the ring
-    follows a script, the stiffest of its waypoints counts.
+    follows a script, the stiffest of its waypoints counts. For a limit longer than `enough` another
+    such time may stand, which costs less to find.
     """
     scheme = method.split("/")[1]
     if scheme == "dop853":
         return math.inf
     if isinstance(scene, Top) and scene.ring_script:
-        return min(step_limit(pose, method) for pose in poses(scene))
-    limit = largest_stable_step(small_motion(scene), STEPS[scheme])
+        return min(step_limit(pose, method, enough) for pose in poses(scene))
+    limit = _stable_steps(scene, STEPS[scheme]).end(enough)
     borne = isinstance(scene, Top | Motor) and scene.surface == "plane"
     return min(limit, bearing_limit(method)) if borne else limit
+
+
+@lru_cache
+def _stable_steps(scene: Scene, step: Step) -> StableSteps:
+    return StableSteps(small_motion(scene), step)
 
 
 def bearing_limit(method: str) -> float:
@@ -78,7 +83,7 @@ def check_step_limit(scene: Scene, method: str, timestep: float) -> None:
     ValueError
         Names the timestep and the limit.
     """
-    limit = step_limit(scene, method)
+    limit = step_limit(scene, method, enough=(1 + 2 * SLACK) * timestep)
     if timestep >= (1 - SLACK) * limit:
         why = "the linear limit: beyond it, the smallest motion about rest grows"
         raise reject("timestep", timestep, f"less than {limit:.4g}, {why}")

@@ -15,7 +15,7 @@ from tqdm import tqdm
 from magmotor import theory
 from magmotor.checkpoint import Checkpoint
 from magmotor.devices import disk
-from magmotor.engines.variational.disk import unpack
+from magmotor.engines.variational.disk import pack, unpack
 from magmotor.engines.variational.lanes import LANES, kernel, law
 from magmotor.ensemble.interrupts import deferred
 from magmotor.ensemble.moments import POWERS, moments, quantities
@@ -36,11 +36,14 @@ SECONDS_BETWEEN_LOOKS = 0.5
 class March:
     """The state of an ensemble under way; everything that changes is in `arrays`."""
 
-    def __init__(self, scene, task: dict[str, Any], when: Plan, lanes: NDArray, path: Path | None):
-        self.scene, self.task, self.when = scene, task, when
+    def __init__(
+        self, scene, task: dict[str, Any], when: Plan, first: DiskStates, path: Path | None
+    ):
+        self.scene, self.task, self.when, self.first = scene, task, when, first
         scheme = task["method"].split("/")[1]
         self.advance, self.rule = kernel(scene, scheme), law(scene, scheme, task["timestep"])
         self.deviations, self.sigma = _deviations(scene)
+        lanes = pack(first)
         replicas, padded = task["replicas"], lanes.shape[1]
         self.replicas, self.groups = replicas, -(-padded // LANES)
         self.start = self._states(lanes)
@@ -139,10 +142,10 @@ class March:
         """Check the states, and take their moments if this sample is recorded."""
         states = self._states(self.arrays["states"])
         _, reason = self.guard.first_wrong(states)
+        row = int(np.searchsorted(self.when.records, self.sample))
         if reason:
             reached = self.sample * self.when.interval * self.task["timestep"]
-            raise SimulationDiverged(reason, reached, self._result())
-        row = int(np.searchsorted(self.when.records, self.sample))
+            raise SimulationDiverged(reason, reached, self._result().isel(time=slice(row)))
         if self.when.records[row] == self.sample:
             self.arrays["moments"][row] = moments(self.scene, states, self.start)
             kept = self.arrays["paths"].shape[1]
@@ -153,7 +156,8 @@ class March:
         return unpack(np.zeros(1), one.copy(), isinstance(self.scene, Disk))
 
     def _result(self) -> xr.Dataset:
-        return result(self.scene, self.task, self.when, self.arrays, self.deviations)
+        given = None if self.task["initial"] is None else self.first
+        return result(self.scene, self.task, self.when, given, self.arrays, self.deviations)
 
 
 def _deviations(scene: Disk | LangevinParticle) -> tuple[tuple[float, float, float], float]:

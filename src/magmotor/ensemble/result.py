@@ -20,6 +20,7 @@ from magmotor.ensemble.statistics import (
     unfinished_flights,
 )
 from magmotor.scenes import Disk, LangevinParticle
+from magmotor.states.disk import DiskStates
 
 Array = NDArray[np.float64]
 
@@ -28,10 +29,11 @@ def result(
     scene: Disk | LangevinParticle,
     task: dict[str, Any],
     when: Plan,
+    given: DiskStates | None,
     arrays: dict[str, NDArray],
     deviations: tuple[float, float, float],
 ) -> xr.Dataset:
-    """Make the dataset from all that was recorded until now."""
+    """Make the dataset from all that was recorded until now, and the initial state if given."""
     sample, unit, replicas = (
         int(arrays["sample"]),
         when.interval * task["timestep"],
@@ -39,13 +41,16 @@ def result(
     )
     statistics = Statistics(*[arrays[name] for name in Statistics._fields])
     done = when.records <= sample
+    final = unpack(np.zeros(1), arrays["states"][np.newaxis, :, :replicas], isinstance(scene, Disk))
     parts = [
         _moments(scene, replicas, arrays["moments"][done]),
         _correlations(statistics),
         _densities(scene, statistics, deviations),
-        _final(scene, arrays["states"][:, :replicas]),
+        _states(final),
         xr.Dataset({"path": (("path_replica", "time"), TURN * arrays["paths"][done].T)}),
     ]
+    if given is not None:
+        parts.append(_states(given, "initial_"))
     if isinstance(scene, Disk):
         parts.append(_flights(statistics, replicas, sample - when.burn_in, unit))
     data = xr.merge(parts).assign_coords(
@@ -130,10 +135,9 @@ def _flights(statistics: Statistics, replicas: int, sample: int, unit: float) ->
     return data.isel(flight_duration=used)
 
 
-def _final(scene: Any, states: Array) -> xr.Dataset:
-    final = unpack(np.zeros(1), states[np.newaxis], isinstance(scene, Disk))._asdict()
-    columns = {k: ("replica", v[0]) for k, v in final.items() if k != "time" and v is not None}
-    return xr.Dataset(columns)
+def _states(states: DiskStates, prefix: str = "") -> xr.Dataset:
+    columns = {k: v for k, v in states._asdict().items() if k != "time" and v is not None}
+    return xr.Dataset({prefix + name: ("replica", row[-1]) for name, row in columns.items()})
 
 
 def _error(variance: Array, replicas: int) -> Array:

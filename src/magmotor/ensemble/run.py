@@ -2,8 +2,6 @@
 
 import dataclasses
 import json
-import os
-import zlib
 from collections.abc import Mapping
 from importlib.metadata import version
 from pathlib import Path
@@ -14,11 +12,12 @@ from numpy.typing import ArrayLike
 from magmotor.checks import check_choice, check_integer, check_number, reject
 from magmotor.devices import disk
 from magmotor.engines.variational import schemes
-from magmotor.engines.variational.disk import pack
 from magmotor.ensemble.march import March
 from magmotor.ensemble.plan import plan
 from magmotor.noise import check_seed
 from magmotor.scenes import Disk, LangevinParticle
+from magmotor.states import checksum
+from magmotor.threads import thread_count
 
 
 def ensemble(
@@ -74,7 +73,8 @@ def ensemble(
         x(t + 2 lag) - x(t + lag) and x(t + lag) - x(t), `mean_square_increment`, and their errors.
         `density` of x mod 2 pi, v and omega over `bin`; `flights` and `unfinished_flights` by
         `flight_duration`, the number of times between changes of sign of d with a hysteresis of
-        0.1 standard deviations, seen at the samples. Final `x`, `v`, `theta`, `omega` by `replica`.
+        0.1 standard deviations, seen at the samples. Final `x`, `v`, `theta`, `omega` by `replica`,
+        and `initial_x` and so on where `initial` was given.
 
     Raises
     ------
@@ -118,7 +118,7 @@ def ensemble(
         "burn_in": burn_in,
         "trajectories": trajectories,
         "version": version("magmotor"),
-        "initial": zlib.crc32(pack(first).tobytes()),
+        "initial": None if initial is None else checksum(first),
     }
-    march = March(scene, task, when, pack(first), None if checkpoint is None else Path(checkpoint))
-    return march.to_the_end(threads or os.cpu_count() or 1)
+    march = March(scene, task, when, first, None if checkpoint is None else Path(checkpoint))
+    return march.to_the_end(threads or thread_count())

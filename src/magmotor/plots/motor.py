@@ -1,13 +1,13 @@
 """The paper's figures of the motor, one panel a run, and one run at a glance."""
 
 from collections.abc import Callable, Iterable, Sequence
-from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from magmotor.plots import motor_panels as panels
 from magmotor.plots import style
 from magmotor.plots.motor_panels import MotorRun
+from magmotor.plots.small_png import save_small
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -66,7 +66,7 @@ def motor_figure(runs: Sequence[MotorRun], name: str, path: str | Path) -> None:
                 axes.remove()
         figure.suptitle(FIGURES[name].title)
         _legend(figure, figure.axes, loc="outside lower center", ncols=5)
-        _save(figure, path)
+        save_small(figure, path, dpi=90)
 
 
 def motor_overview(run: MotorRun, path: str | Path, others: Sequence[MotorRun] = ()) -> None:
@@ -95,7 +95,7 @@ def motor_overview(run: MotorRun, path: str | Path, others: Sequence[MotorRun] =
         axes["temperatures"].set_title("Temperature of each mode, second half")
         for name, place in PLACES.items():
             _legend(axes[name], [axes[name]], loc=place, fontsize=8)
-        _save(figure, path)
+        save_small(figure, path, dpi=90)
 
 
 def _legend(where: Any, axes: "Iterable[Axes]", **place: Any) -> None:
@@ -107,13 +107,3 @@ def _legend(where: Any, axes: "Iterable[Axes]", **place: Any) -> None:
     legend = where.legend([*handles.values()], [*handles], **place)
     for line in legend.get_lines():
         line.set_linewidth(max(1.6, line.get_linewidth()))
-
-
-def _save(figure: Any, path: str | Path) -> None:
-    """Save with few colours, which halves the file; maximum coverage keeps thin lines true."""
-    from PIL import Image
-
-    buffer = BytesIO()
-    figure.savefig(buffer, dpi=90)
-    picture = Image.open(buffer).convert("RGB").quantize(128, Image.Quantize.MAXCOVERAGE)
-    picture.save(path, "png", optimize=True)

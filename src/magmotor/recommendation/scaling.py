@@ -2,7 +2,7 @@
 
 import math
 import warnings
-from functools import cache
+from functools import lru_cache
 
 import numpy as np
 
@@ -67,7 +67,7 @@ def _longest_step(scene: Scene, method: str, charted: float) -> float:
 
 
 def _is_taken(scene: Scene, method: str, timestep: float) -> bool:
-    if timestep >= step_limit(scene, method):
+    if timestep >= step_limit(scene, method, enough=timestep):
         return False
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -78,7 +78,7 @@ def _is_taken(scene: Scene, method: str, timestep: float) -> bool:
     return True
 
 
-@cache
+@lru_cache
 def _fastest_rates(scene: Scene) -> tuple[float, ...]:
     """Rates, over the scene's unit of time, that steps must be short against; 0 of what is not."""
     if isinstance(scene, Top):

@@ -1,6 +1,7 @@
 """Movies and pictures of recorded runs; nothing is simulated again."""
 
+from magmotor.render.contact_sheet import contact_sheet
 from magmotor.render.movie import movie, still
 from magmotor.render.views import NoOpenGL
 
-__all__ = ["NoOpenGL", "movie", "still"]
+__all__ = ["NoOpenGL", "contact_sheet", "movie", "still"]

@@ -1,29 +1,13 @@
-"""Movies: frames drawn one after another, and encoded as they come."""
+"""Movies of a recorded run, and single frames of them."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-import numpy as np
 import xarray as xr
-from tqdm import tqdm
 
-from magmotor.checks import check_number, reject
-from magmotor.render.frames import HEIGHT, WIDTH, Frames
+from magmotor.checks import reject
+from magmotor.render.encoder import encode, frame_times, speed_in_words
+from magmotor.render.frames import Frames
 from magmotor.scenes import Motor, Top
-
-if TYPE_CHECKING:
-    from mediapy import VideoWriter
-
-FRAME_RATE = 20
-"""Frames a second."""
-
-ENCODING = (
-    "-preset veryfast -movflags +faststart -vf scale=out_color_matrix=bt709"
-    " -colorspace bt709 -color_primaries bt709 -color_trc bt709"
-)
-"""Quick to write and to start in a browser, with the colours of high-definition video."""
 
 
 def movie(
@@ -54,15 +38,10 @@ def movie(
     RuntimeError
         The encoder failed; its last words are in the message.
     """
-    check_number("seconds_per_second", seconds_per_second, above=0)
     start, end = run.time.values[[0, -1]]
-    times = np.arange(start, end + 1e-9, seconds_per_second / FRAME_RATE)
-    times = np.minimum(times, end)  # rounding
-    note = "" if seconds_per_second == 1 else f"{seconds_per_second:g} × real time"
-    # In one process: software OpenGL has threads of its own for every core.
-    with Frames(run, scene, times, note) as frames, _unmasked_interrupt(), _writer(path) as writer:
-        for i in tqdm(range(len(frames)), "render", unit="frame", disable=None):
-            writer.add_image(frames.draw(i))
+    times = frame_times(start, end, seconds_per_second)
+    with Frames(run, scene, times, speed_in_words(seconds_per_second)) as frames:
+        encode(frames.draw, len(frames), path)
 
 
 def still(run: xr.Dataset, scene: Top | Motor, path: str | Path, time: float) -> None:
@@ -74,29 +53,3 @@ def still(run: xr.Dataset, scene: Top | Motor, path: str | Path, time: float) ->
 
     with Frames(run, scene, [time]) as frames:
         Image.fromarray(frames.draw(0)).save(path, optimize=True)
-
-
-@contextmanager
-def _unmasked_interrupt() -> Iterator[None]:
-    """Ctrl-C ends ffmpeg too, and the writer's complaint of that would hide the interrupt."""
-    try:
-        yield
-    except RuntimeError as complaint:
-        if isinstance(complaint.__context__, KeyboardInterrupt):
-            raise complaint.__context__ from None
-        raise
-
-
-def _writer(path: str | Path) -> "VideoWriter":
-    import imageio_ffmpeg
-    import mediapy
-
-    mediapy.set_ffmpeg(imageio_ffmpeg.get_ffmpeg_exe())
-    return mediapy.VideoWriter(
-        path,
-        (HEIGHT, WIDTH),
-        fps=FRAME_RATE,
-        crf=20,
-        encoded_format="yuv420p",
-        ffmpeg_args=ENCODING,
-    )

@@ -39,13 +39,28 @@ def check_fields(scene: Any) -> None:
         _check_field(field, getattr(scene, field.name))
 
 
+def check_value(field: dataclasses.Field, value: Any, name: str) -> None:
+    """Check a number, a field's own value or a component of it, against the field's bounds.
+
+    Raises
+    ------
+    ValueError
+        With the name, the value and the bound.
+    """
+    names = ("above", "at_least", "below", "unit")
+    bounds = {name: field.metadata[name] for name in names}
+    if isinstance(field.default, int):
+        check_integer(name, value, at_least=int(bounds["at_least"]))
+    else:
+        check_number(name, value, **bounds)
+
+
 def _check_field(field: dataclasses.Field, value: Any) -> None:
-    bounds = dict(field.metadata)
+    bounds = field.metadata
     if not bounds or (value is None and field.default is None):
         return
-    del bounds["doc"]
-    size = bounds.pop("size")
-    if choices := bounds.pop("choices"):
+    size = bounds["size"]
+    if choices := bounds["choices"]:
         check_choice(field.name, value, choices)
     elif isinstance(field.default, str):
         return  # checked by the scene that has it
@@ -53,8 +68,6 @@ def _check_field(field: dataclasses.Field, value: Any) -> None:
         if not isinstance(value, tuple | list) or len(value) != size:
             raise reject(field.name, value, f"{size} numbers")
         for element in value:
-            check_number(field.name, element, **bounds)
-    elif isinstance(field.default, int):
-        check_integer(field.name, value, at_least=int(bounds["at_least"]))
+            check_value(field, element, field.name)
     else:
-        check_number(field.name, value, **bounds)
+        check_value(field, value, field.name)

@@ -4,6 +4,7 @@ Each kind is a named tuple of columns whose first is `time`; the first axis of e
 and a column is None where an engine does not follow it.
 """
 
+import zlib
 from collections.abc import Sequence
 from typing import Any, TypeVar
 
@@ -23,6 +24,11 @@ def finite(states: tuple[Any, ...]) -> NDArray[np.bool_]:
     """Which rows hold finite values only."""
     columns = [c.reshape(len(c), -1) for c in states if c is not None]
     return np.logical_and.reduce(np.isfinite(np.hstack(columns)), axis=1)
+
+
+def checksum(states: tuple[Any, ...]) -> int:
+    """Of all that the rows hold, to the bit."""
+    return zlib.crc32(b"".join(c.tobytes() for c in states if c is not None))
 
 
 def concatenate(blocks: Sequence[Kind]) -> Kind:

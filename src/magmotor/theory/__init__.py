@@ -40,7 +40,12 @@ from magmotor.theory.steps import (
     largest_timestep,
     potential_step_limit,
 )
-from magmotor.theory.top import field_under_centre, libration_frequency, slip_relaxation_rate
+from magmotor.theory.top import (
+    field_under_centre,
+    highest_valley,
+    libration_frequency,
+    slip_relaxation_rate,
+)
 
 __all__ = [
     "DiskTheory",
@@ -61,6 +66,7 @@ __all__ = [
     "gibbs_deviations",
     "gibbs_mean_squares",
     "heat_rate",
+    "highest_valley",
     "injection_rate",
     "largest_stable_step",
     "largest_timestep",

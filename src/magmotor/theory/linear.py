@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.special import exprel
 
 Matrix = NDArray[np.float64]
@@ -18,6 +18,9 @@ SHORTEST, LONGEST, FACTOR = 1.0, 30.0, 1.008
 
 The first is over the motion's largest rate, the last over its largest frequency.
 """
+
+BATCH = 16
+"""How many of these steps are tried in one call."""
 
 
 class SmallMotion(NamedTuple):
@@ -66,8 +69,11 @@ class SmallMotion(NamedTuple):
         return {"A": drift, "B": kick, "O": friction, "K": kick + friction}
 
 
-Step = Callable[[SmallMotion, float], Matrix]
-"""The matrix by which a step of this length changes (q, v)."""
+Lengths = float | Matrix
+"""One length, in s, or several, shape (..., 1, 1)."""
+
+Step = Callable[[SmallMotion, Lengths], Matrix]
+"""The matrix by which a step of this length changes (q, v), shape (..., 2n, 2n)."""
 
 
 def splitting_step(parts: str, fractions: Sequence[float], *, exact: bool) -> Step:
@@ -77,14 +83,14 @@ def splitting_step(parts: str, fractions: Sequence[float], *, exact: bool) -> St
     step.
     """
 
-    def step(motion: SmallMotion, h: float) -> Matrix:
-        generators, decay = motion.generators(), motion.decay
+    def step(motion: SmallMotion, h: Lengths) -> Matrix:
+        generators, decay = motion.generators(), motion.decay[:, np.newaxis]
         n = len(decay)
         product = np.eye(2 * n)
         for part, fraction in zip(parts, fractions, strict=True):
             change = fraction * h * generators[part]
             if exact and part in "OK":
-                change[n:] *= exprel(-fraction * h * decay)[:, np.newaxis]
+                change[..., n:, :] *= exprel(-fraction * h * decay)
             product = product + change @ product
         return product
 
@@ -95,47 +101,87 @@ euler_step = splitting_step("KA", (1.0, 1.0), exact=False)
 """Kick with all friction explicit, then drift: the variational Euler scheme and MuJoCo's."""
 
 
-def implicit_step(motion: SmallMotion, h: float) -> Matrix:
+def implicit_step(motion: SmallMotion, h: Lengths) -> Matrix:
     """Kick with part D of friction implicit, then drift: (1 + h D) (v' - v) = -h (K q + C v)."""
     K, C, D = motion
     one = np.eye(len(K))
     kick = np.linalg.solve(one + h * D, -h * np.hstack([K, C])) + np.eye(len(K), 2 * len(K), len(K))
     stay = np.eye(len(K), 2 * len(K))
-    return np.vstack([stay + h * kick, kick])
+    return np.concatenate([stay + h * kick, kick], axis=-2)
 
 
-def runge_kutta_step(motion: SmallMotion, h: float) -> Matrix:
+def runge_kutta_step(motion: SmallMotion, h: Lengths) -> Matrix:
     """The polynomial of the classical Runge-Kutta method of fourth order."""
     parts = motion.generators()
     slope, one = h * (parts["A"] + parts["K"]), np.eye(2 * len(motion.stiffness))
     return one + slope @ (one + slope / 2 @ (one + slope / 3 @ (one + slope / 4)))
 
 
-def spectral_radius(motion: SmallMotion, step: Step, h: float) -> float:
-    """By how much a step of length h multiplies the small motion that grows fastest."""
-    return float(np.abs(np.linalg.eigvals(step(motion, h))).max())
+def spectral_radius(motion: SmallMotion, step: Step, h: ArrayLike) -> NDArray[np.float64]:
+    """By how much a step of length h multiplies the small motion that grows fastest.
+
+    Shaped as h, of which each is a length in s.
+    """
+    lengths = np.asarray(h, dtype=float)[..., np.newaxis, np.newaxis]
+    return np.abs(np.linalg.eigvals(step(motion, lengths))).max(axis=-1)
+
+
+class StableSteps:
+    """The steps of a method at which small motions stay small, up to the first unstable one.
+
+    That is sought among steps 0.8 % apart, then bisected: schemes with several kicks in a step have
+    windows of resonance, of which a narrower one may be missed. It is sought no further than was
+    asked for; the next time, from there.
+    """
+
+    def __init__(self, motion: SmallMotion, step: Step):
+        self._motion, self._step = motion, step
+        self._trials, self._stable = _trials(motion), 0
+        self._end: float | None = None
+
+    def end(self, enough: float = math.inf) -> float:
+        """The smallest unstable step, in s, infinite if there is none.
+
+        Where it is longer than `enough`, a stable step that is longer, too, may stand for it.
+        """
+        while self._end is None and self._trials[self._stable] <= enough:
+            stable = self._stable  # another thread may go on meanwhile
+            batch = self._trials[stable + 1 :][:BATCH]
+            batch = batch[: np.searchsorted(batch, enough, side="right") + 1]
+            unstable = self._unstable(batch)
+            if unstable.any():
+                first = stable + 1 + int(unstable.argmax())
+                self._end = self._bisect(*self._trials[first - 1 : first + 1].tolist())
+            elif len(batch):
+                self._stable = stable + len(batch)
+            else:
+                self._end = math.inf
+        return float(self._trials[self._stable]) if self._end is None else self._end
+
+    def _unstable(self, h: ArrayLike) -> NDArray[np.bool_]:
+        return spectral_radius(self._motion, self._step, h) > 1 + ROUNDING
+
+    def _bisect(self, stable: float, unstable: float) -> float:
+        while unstable - stable > 1e-8 * unstable:
+            middle = (stable + unstable) / 2
+            if self._unstable(middle):
+                unstable = middle
+            else:
+                stable = middle
+        return unstable
 
 
 def largest_stable_step(motion: SmallMotion, step: Step) -> float:
-    """The smallest step, in s, with a spectral radius above one; infinite if there is none.
+    """The smallest step, in s, with a spectral radius above one; see `StableSteps`."""
+    return StableSteps(motion, step).end()
 
-    It is sought among steps 0.8 % apart, then bisected: schemes with several kicks in a step have
-    windows of resonance, of which a narrower one may be missed.
-    """
+
+def _trials(motion: SmallMotion) -> NDArray[np.float64]:
+    """Zero and the steps among which an unstable one is sought."""
     frequency, decay = motion.frequency, float(motion.decay.max())
     if frequency == decay == 0:
-        return math.inf
-    longest = LONGEST / (frequency or decay)
-
-    def unstable(h: float) -> bool:
-        return spectral_radius(motion, step, h) > 1 + ROUNDING
-
-    stable, h = 0.0, SHORTEST / max(frequency, decay)
-    while not unstable(h):
-        stable, h = h, FACTOR * h
-        if h > longest:
-            return math.inf
-    while h - stable > 1e-8 * h:
-        middle = (stable + h) / 2
-        stable, h = (stable, middle) if unstable(middle) else (middle, h)
-    return h
+        return np.zeros(1)
+    first, longest = SHORTEST / max(frequency, decay), LONGEST / (frequency or decay)
+    count = int(math.log(longest / first) / math.log(FACTOR)) + 1
+    steps = np.multiply.accumulate([first, *count * [FACTOR]])
+    return np.array([0.0, *steps[steps <= longest]])

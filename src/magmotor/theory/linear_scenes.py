@@ -1,7 +1,7 @@
 """The scenes, linearised about the resting state in which they are stiffest."""
 
 from collections.abc import Callable
-from functools import cache
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ DISPLACEMENT = 1e-4
 """Of the differences that find a stiffness: an angle in rad, or a part of the ball's radius."""
 
 
-@cache
+@lru_cache
 def small_motion(scene: Top | Motor | Disk | LangevinParticle) -> SmallMotion:
     """A scene about rest: the ball in the deepest minimum of V_e with its axis along the field.
 
@@ -42,7 +42,7 @@ def poses(scene: Top) -> list[Top]:
     ] or [scene]
 
 
-@cache
+@lru_cache
 def resting_ball(scene: Top | Motor) -> tuple[Array, Array]:
     """Centre (m) and axis of a ball at rest in the deepest minimum of V_e, each of shape (3,).
 
@@ -72,10 +72,8 @@ def _top(scene: Top) -> SmallMotion:
     sources = scene.ring_sources()
 
     def force(q: Array) -> Array:
-        ball = place + np.append(q[:2], 0.0)
-        moment = scene.moment * Rotation.from_rotvec(q[2:5]).apply(axis)
-        push, twist = dipoles.wrench(ball, moment, *sources)
-        return np.concatenate([push[:2], twist])
+        push, twist = dipoles.wrench(*_moved(scene, place, axis, q), *sources)
+        return np.hstack([push[:, :2], twist])
 
     inertia = scene.ball_mass * np.eye(5)
     inertia[2:, 2:] = across * np.eye(3) + (axial - across) * np.outer(axis, axis)
@@ -88,20 +86,20 @@ def _motor(scene: Motor) -> SmallMotion:
     place, axis = resting_ball(scene)
     centre = np.array([0.0, 0.0, scene.inner_height])
     arms, outward = scene.inner_dipole_frame()
-    outer_places, outer_moments = scene.outer_sources()
+    ring, outer = (arms, scene.ball_ring_factor * scene.moment * outward), scene.outer_sources()
 
     def force(q: Array) -> Array:
-        ball, turn = place + np.append(q[:2], 0.0), Rotation.from_rotvec(q[5:8])
-        moment = scene.moment * Rotation.from_rotvec(q[2:5]).apply(axis)
-        inner_arms, inner_moments = turn.apply(arms), scene.moment * turn.apply(outward)
-        counted = scene.ball_ring_factor
-        places = np.vstack([inner_arms + centre, outer_places])
-        moments = np.vstack([counted * inner_moments, outer_moments])
-        push, twist = dipoles.wrench(ball, moment, places, moments)
-        others = np.vstack([ball, outer_places]), np.vstack([counted * moment, outer_moments])
-        pushes, twists = dipoles.wrench(inner_arms + centre, inner_moments, *others)
-        on_ring = np.sum(np.cross(inner_arms, pushes) + twists, axis=0)
-        return np.concatenate([push[:2], twist, on_ring])
+        ball, moment = _moved(scene, place, axis, q)
+        turn = Rotation.from_rotvec(q[:, 5:8])
+        back, turned = turn.inv(), turn.as_matrix().swapaxes(1, 2)
+        by_ring = dipoles.wrench(back.apply(ball - centre), back.apply(moment), *ring)
+        push, twist = (turn.apply(part) for part in by_ring)
+        on_ring = -np.cross(ball - centre, push) - twist
+        inner_arms, inner_moments = arms @ turned, scene.moment * outward @ turned
+        pushes, twists = dipoles.wrench(inner_arms + centre, inner_moments, *outer)
+        on_ring += np.sum(np.cross(inner_arms, pushes) + twists, axis=1)
+        outer_push, outer_twist = dipoles.wrench(ball, moment, *outer)
+        return np.hstack([(push + outer_push)[:, :2], twist + outer_twist, on_ring])
 
     sphere = scene.ball_inertia
     inertia = np.diag([scene.ball_mass, scene.ball_mass, *3 * [sphere], *scene.inner_moments])
@@ -121,7 +119,15 @@ def _scales(scene: Top | Motor, size: int) -> Array:
     return DISPLACEMENT * np.array([scene.ball_radius] * 2 + [1.0] * (size - 2))
 
 
+def _moved(scene: Top | Motor, place: Array, axis: Array, q: Array) -> tuple[Array, Array]:
+    """Places and moments of a ball at rest after changes, shape (k, n), of its place and turns."""
+    moved = place + q[:, :2] @ np.eye(2, 3)
+    return moved, scene.moment * Rotation.from_rotvec(q[:, 2:5]).apply(axis)
+
+
 def _stiffness(force: Callable[[Array], Array], scales: Array) -> Array:
     """-d force/d q by central differences; symmetric but for what is left of the force itself."""
-    columns = [(force(-dq) - force(dq)) / (2 * dq.sum()) for dq in np.diag(scales)]
-    return (np.array(columns) + np.array(columns).T) / 2
+    changes = np.diag(scales)
+    before, after = np.split(force(np.vstack([-changes, changes])), 2)
+    columns = (before - after) / (2 * scales[:, np.newaxis])
+    return (columns + columns.T) / 2

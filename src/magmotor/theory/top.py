@@ -32,3 +32,13 @@ def slip_relaxation_rate(scene: Top) -> float:
     From equation (magtopnc): dV_Q/dt = -c V_Q/m + (torque r c V_Q)/I in the plane.
     """
     return scene.friction * (1 / scene.ball_mass + scene.ball_radius**2 / scene.inertia[0])
+
+
+def highest_valley(scene: Top) -> float:
+    """Height of a level ring, in m, above which the ball's place under its centre is stable.
+
+    Below, the effective potential has a maximum there and a circular valley around it. Near the
+    axis B.B = f^2 + rho^2 (f'^2/4 - f f''/2) with f = B_z on the axis, the field of
+    `field_under_centre`; the bracket vanishes at (H - r)/R = sqrt((11 + sqrt(145))/24) = 0.980.
+    """
+    return scene.ball_radius + math.sqrt((11 + math.sqrt(145)) / 24) * scene.ring_radius

@@ -31,6 +31,6 @@ def _resize(root: parts.Element, radius: float) -> None:
             element.pos = scale * element.pos
         if element.tag == "geom" and element.size is not None:
             element.size = scale * element.size
+        if element.tag == "geom" and element.mesh is not None:
+            element.mesh.scale *= scale
     root.find("geom", "ball").size = [radius]  # to the bit
-    for name in ("ball_shaft", "ball_tip"):
-        root.find("mesh", name).scale *= scale

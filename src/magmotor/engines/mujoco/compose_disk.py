@@ -18,7 +18,7 @@ TENDONS = ("slip", "across")
 
 def compose_disk(scene: Disk, *, looks: bool) -> parts.Element:
     """The disk as one PyMJCF tree, without decoration unless `looks`."""
-    root = parts.load("disk")
+    root = parts.load("disk", looks=looks)
     root.option.gravity = [0, 0, 0]
     if looks:
         _lay_out(root)
@@ -26,7 +26,7 @@ def compose_disk(scene: Disk, *, looks: bool) -> parts.Element:
     _drive(root, scene)
     _brake(root, scene)
     if not looks:
-        parts.strip(root, keep=("damper",) if root.tendon.fixed else ())
+        parts.disable_unused(root, keep=("damper",) if root.tendon.fixed else ())
         if root.find("contact", "viscous") is None:
             root.option.flag.set_attributes(constraint="disable", contact="disable")
         else:

@@ -14,7 +14,7 @@ from magmotor.theory.motor import slip_mobility
 
 def compose_motor(scene: Motor, *, looks: bool) -> parts.Element:
     """The motor as one PyMJCF tree, without decoration unless `looks`."""
-    root = parts.load("motor")
+    root = parts.load("motor", looks=looks)
     if looks:
         decorate(root, scene)
     add_ball(root, scene, 3 * [scene.ball_inertia])
@@ -23,7 +23,7 @@ def compose_motor(scene: Motor, *, looks: bool) -> parts.Element:
     _drive(root, scene)
     contact.add_contacts(root, scene.surface, scene.gravity, scene.friction_ball)
     if not looks:
-        parts.strip(root, keep=("damper",) if scene.friction_ring else ())
+        parts.disable_unused(root, keep=("damper",) if scene.friction_ring else ())
         contact.tune_solver(root, scene.surface, scene.friction_ball)
     qpos, qvel = MotorCoordinates(scene).joints(start_motor(scene))
     root.keyframe.add("key", name="start", qpos=qpos[0], qvel=qvel[0])

@@ -10,14 +10,14 @@ from magmotor.states.ball import start
 
 def compose_top(scene: Top, *, looks: bool) -> parts.Element:
     """The top as one PyMJCF tree, without decoration unless `looks`."""
-    root = parts.load("top")
+    root = parts.load("top", looks=looks)
     if looks:
         decorate(root, scene)
     add_ball(root, scene, scene.inertia)
     _place_ring(root.find("body", "ring"), scene)
     contact.add_contacts(root, scene.surface, scene.gravity, scene.friction, scene.dry_friction)
     if not looks:
-        parts.strip(root)
+        parts.disable_unused(root)
         contact.tune_solver(root, scene.surface, scene.friction)
     coordinates = BallCoordinates(scene.surface, scene.ball_radius)
     qpos, qvel = coordinates.joints(start(scene))

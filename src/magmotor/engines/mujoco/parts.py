@@ -1,5 +1,7 @@
 """MJCF parts: where they are, and what in them only eyes need."""
 
+from copy import copy
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -20,8 +22,14 @@ def models_folder() -> Path:
     raise FileNotFoundError(f"no folder models in {package} or {package.parents[1]}")
 
 
-def load(name: str) -> Element:
-    """A scene's MJCF, with the parts that it includes, as a PyMJCF tree."""
+def load(name: str, *, looks: bool) -> Element:
+    """A scene's MJCF as a PyMJCF tree of its own, without what only eyes need unless `looks`."""
+    return copy(_read(name, looks))
+
+
+@cache
+def _read(name: str, looks: bool) -> Element:
+    """The tree of a scene's MJCF with the parts that it includes; copies take a third as long."""
     try:
         from dm_control import mjcf
     except ModuleNotFoundError as missing:
@@ -30,7 +38,18 @@ def load(name: str) -> Element:
             " be installed on Python 3.13 and newer, for which labmaze has no wheel)"
         ) from missing
 
-    return mjcf.from_path(str(models_folder() / f"{name}.xml"))
+    root = mjcf.from_path(str(models_folder() / f"{name}.xml"))
+    if not looks:
+        _strip(root)
+    return root
+
+
+def _strip(root: Element) -> None:
+    """Remove lights, cameras, materials and the geoms of a visual class."""
+    for kind in ("geom", "light", "camera", "material", "texture", "mesh"):
+        for element in root.find_all(kind):
+            if kind != "geom" or element.dclass is not None:
+                element.remove()
 
 
 def add_dipoles(body: Element, moment: float, positions: Array, directions: Array) -> None:
@@ -50,14 +69,6 @@ A warm start besides makes a step depend on more than the state.
 """
 
 
-def strip(root: Element, *, keep: tuple[str, ...] = ()) -> None:
-    """Leave only what the dynamics needs.
-
-    Lights, cameras, materials, the geoms of a visual class and unused features go, but for those
-    to keep.
-    """
-    for kind in ("geom", "light", "camera", "material", "texture", "mesh"):
-        for element in root.find_all(kind):
-            if kind != "geom" or element.dclass is not None:
-                element.remove()
+def disable_unused(root: Element, *, keep: tuple[str, ...] = ()) -> None:
+    """Turn off unused features, but for those to keep."""
     root.option.flag.set_attributes(**{flag: "disable" for flag in UNUSED if flag not in keep})

@@ -1,6 +1,5 @@
 """Running a scene in MuJoCo: stepping all replicas, and recording."""
 
-import os
 from collections.abc import Generator
 from contextlib import nullcontext
 from typing import Any, Protocol
@@ -19,6 +18,7 @@ from magmotor.engines.mujoco.disk_motion import DiskMotion
 from magmotor.engines.mujoco.magnetism import magnetism
 from magmotor.engines.mujoco.motor_motion import MotorMotion
 from magmotor.scenes import Disk, Motor, Top
+from magmotor.threads import thread_count
 
 Array = NDArray[np.float64]
 
@@ -76,7 +76,7 @@ def run(job: Job) -> Generator[tuple[Any, Array]]:
     motion: Motion = MOTIONS[type(job.scene)](job)
     state = motion.start if job.state is None else job.state
     replicas = len(state)
-    data = [mujoco.MjData(model) for _ in range(min(replicas, os.cpu_count() or 1))]
+    data = [mujoco.MjData(model) for _ in range(min(replicas, thread_count()))]
     piece = max(1, CHUNK // replicas)
     called_back = motion.driven and splitting is None
     with magnetism() if called_back else nullcontext(), stopwatch.stopped():

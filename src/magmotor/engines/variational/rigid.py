@@ -1,6 +1,5 @@
 """Runs of rigid bodies by their compiled kernel: replicas on all threads, recorded as they go."""
 
-import os
 from collections.abc import Generator
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
@@ -13,6 +12,7 @@ from magmotor.engines.variational.rigid_forces import Magnets
 from magmotor.engines.variational.rigid_kernel import kernel
 from magmotor.engines.variational.rigid_law import Bodies, law
 from magmotor.engines.variational.schemes import RIGID
+from magmotor.threads import thread_count
 
 Array = NDArray[np.float64]
 
@@ -22,25 +22,25 @@ def march(
 ) -> Generator[tuple[Array, Array, Array]]:
     """Yield times, records of shape (T, R, SIZE) and the states that came last, in chunks.
 
-    `start` are the states of the R replicas, as the kernel takes them; `threads` are as many as
-    the machine has processors if not given.
+    `start` are the states of the R replicas, as the kernel takes them; `threads` are
+    `thread_count()` if not given.
     """
     advance = kernel(job.scheme)
     numbers = bodies, magnets, law(bodies, RIGID[job.scheme], job.timestep)
     path = job.path.seed, job.path.factor, job.path.level
     states = (start if job.state is None else job.state).copy()
-    threads = min(len(states), threads or os.cpu_count() or 1)
+    threads = min(len(states), threads or thread_count())
     ends = [len(states) * k // threads for k in range(threads + 1)]
     with ThreadPoolExecutor(threads) as pool:
         for step, times in job.chunks(len(states)):
             recorded = np.empty((len(times), *states.shape))
             steps = job.first_step + step, job.record_interval
-            parts = [
-                pool.submit(advance, states, recorded, rows, steps, path, *numbers)
-                for rows in pairwise(ends)
-            ]
-            for part in parts:
-                part.result()
+            parts = [(states, recorded, rows, steps, path, *numbers) for rows in pairwise(ends)]
+            if threads == 1:
+                advance(*parts[0])  # a thread takes longer to start than many a run
+            else:
+                for part in [pool.submit(advance, *part) for part in parts]:
+                    part.result()
             yield times, recorded, states.copy()
 
 

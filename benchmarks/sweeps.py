@@ -1,0 +1,88 @@
+"""What a sweep costs beside its simulations, and how much of the cores they get."""
+
+import tempfile
+import time
+import tracemalloc
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from table import Row, seconds, show
+
+import magmotor as mm
+from magmotor.sweep import Sweep
+
+CORES = 2
+SHORT, LONG = 100, 500
+"""Cases of which the difference tells the overhead, without the start of the workers."""
+
+SOME = 20_000
+"""Of the 1e6 cases, those that are planned here."""
+
+DISK: dict[str, Any] = {
+    "scene": mm.Disk(),
+    "measure": ["displacement"],
+    "method": "variational/baoab",
+    "timestep": 0.05,
+}
+
+
+def main() -> None:
+    overhead = _overhead()
+    spent, busy, case = _efficiency(cases=1000, target=0.2)
+    held, planned = _plan()
+    rows = [
+        Row("overhead of a case, one worker", [overhead], at_most=2e-3),
+        Row("  of 1000 cases, in the simulation", [busy], [CORES * spent], at_least=0.95),
+        Row("planning a case of 1e6", [planned]),
+    ]
+    note = f"""\
+The 1000 cases took {seconds(case)} each on {CORES} workers, {spent:.0f} s in all, with the start
+  of the workers. Planning holds {held / 1e6:.2f} MB at the most."""
+    show("Parameter sweeps", note, ("time", "against", "ratio"), rows)
+
+
+def _overhead() -> float:
+    """Wall time of a case beyond what its worker spends on it."""
+    short, long = (_run(count, duration=5.0, workers=1) for count in (SHORT, LONG))
+    return ((long[0] - short[0]) - (long[1] - short[1])) / (LONG - SHORT)
+
+
+def _efficiency(cases: int, target: float) -> tuple[float, float, float]:
+    """Wall time, time in the simulations, and that of a case, which is made to last `target`."""
+    sample = 2e4
+    run = {name: DISK[name] for name in ("method", "timestep")}
+    lasting = []
+    for duration in (1.0, sample, sample, sample):
+        begin = time.perf_counter()
+        mm.simulate(DISK["scene"], duration=duration, **run)
+        lasting.append(time.perf_counter() - begin)
+    spent, busy = _run(cases, duration=sample * target / min(lasting[1:]), workers=CORES)
+    return spent, busy, busy / cases
+
+
+def _run(cases: int, duration: float, workers: int) -> tuple[float, float]:
+    """Wall time of a sweep, and of it the workers' in the simulations, summed."""
+    vary = {"noise": np.linspace(1.0, 5.0, cases)}
+    sweep = Sweep(**DISK, vary=vary, duration=duration)
+    with tempfile.TemporaryDirectory() as folder:
+        begin = time.perf_counter()
+        tally = mm.sweep.run(sweep, Path(folder) / "sweep", workers=workers)
+        spent = time.perf_counter() - begin
+    assert tally.done == cases
+    return spent, tally.seconds
+
+
+def _plan() -> tuple[int, float]:
+    """Most memory held in bytes, and seconds a case, while cases of 1e6 are planned."""
+    line = np.linspace(0.1, 4.0, 1000)
+    tracemalloc.start()
+    sweep = Sweep(**DISK, vary={"noise": line, "friction": line}, duration=1.0)
+    for index in range(SOME):
+        sweep.case(index)
+    _, held = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    begin = time.perf_counter()
+    for index in range(SOME):
+        sweep.case(index)
+    return held, (time.perf_counter() - begin) / SOME

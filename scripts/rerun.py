@@ -1,0 +1,98 @@
+"""Run a dataset again from its own attributes, and see whether all comes out the same to the bit.
+
+What the file holds in single precision is compared in single precision, and of a run that ended
+early its records. Exit code 0: identical; 1: different, and what is.
+"""
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import tyro
+import xarray as xr
+from command_line import MISTAKE, fail, run_script, warn_in_one_line, written_whole
+
+import magmotor as mm
+
+DIFFERENT = 1
+
+
+@dataclass
+class Options:
+    file: tyro.conf.Positional[Path]
+    """dataset of a run or of an ensemble (NetCDF)"""
+    out: Path | None = None
+    """file to write what comes out to"""
+
+
+def main() -> None:
+    warn_in_one_line()
+    options = tyro.cli(Options, description=__doc__)
+    kept = read(options.file)
+    try:
+        again = mm.rerun(kept)
+    except ValueError as error:
+        fail(f"{options.file}: {error}", MISTAKE)
+    if options.out:
+        with written_whole(options.out) as part:
+            again.to_netcdf(part)
+    compared = comparable(kept, again)
+    found = [*differences(compared, again)]
+    if found:
+        print("different:", "; ".join([*found, *other_versions(kept, again)]))
+        raise SystemExit(DIFFERENT)
+    print(f"identical: {len(compared.data_vars)} variables, {compared.sizes['time']} records")
+
+
+def read(path: Path) -> xr.Dataset:
+    try:
+        return xr.load_dataset(path, engine="netcdf4")
+    except (OSError, RuntimeError, ValueError) as error:
+        fail(f"cannot read {path}: {getattr(error, 'strerror', None) or error}", MISTAKE)
+
+
+def comparable(kept: xr.Dataset, again: xr.Dataset) -> xr.Dataset:
+    """All of a run; of an ensemble that ended elsewhere the records, not what sums them up."""
+    if kept.attrs.get("time_reached") == again.attrs.get("time_reached"):
+        return kept
+    return kept[[name for name in kept.variables if "time" in kept[name].dims]]
+
+
+def differences(kept: xr.Dataset, again: xr.Dataset) -> Iterator[str]:
+    """What differs, by how much, and from when on."""
+    records = min(kept.sizes["time"], again.sizes["time"])
+    if records < kept.sizes["time"]:
+        yield f"it ends at t = {again.time[-1]:g}, not {kept.time[-1]:g}"
+    kept, again = (run.isel(time=slice(records)) for run in (kept, again))
+    for name, values in kept.variables.items():
+        anew = again.variables.get(name)
+        if anew is None or anew.sizes != values.sizes:
+            yield f"{name} ({'not there' if anew is None else 'of another shape'})"
+        else:
+            yield from difference(str(name), values, anew.astype(values.dtype), kept.time.values)
+
+
+def difference(name: str, old: xr.Variable, new: xr.Variable, time: np.ndarray) -> Iterator[str]:
+    wrong = (old != new) & (old.notnull() | new.notnull())
+    if not wrong.any():
+        return
+    how = ""
+    if old.dtype.kind in "iuf":
+        how += f" by at most {abs(old - new).values[wrong.values].max():.2g}"
+    if "time" in old.dims:
+        rows = wrong.any([dim for dim in old.dims if dim != "time"]).values
+        how += f" from t = {time[rows.argmax()]:g} on"
+    yield name + how
+
+
+def other_versions(kept: xr.Dataset, again: xr.Dataset) -> Iterator[str]:
+    then, now = (json.loads(run.attrs.get("versions", "{}")) for run in (kept, again))
+    for name in now:
+        if then.get(name) != now[name]:
+            yield f"{name} was {then.get(name)}, is {now[name]}"
+
+
+if __name__ == "__main__":
+    run_script(main)

@@ -1,0 +1,115 @@
+"""Two studies by parameter sweeps, with their pictures.
+
+Where the top spins: its largest spin over the height and tilt of the ring. How often the motor
+flies: its flights over the temperature. In the folder `out`: the sweeps `study_spin/` and
+`study_flights/`, their datasets `.nc` and pictures `.png`. A study that is stopped goes on by the
+same command.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from command_line import MISTAKE, fail, parse, run_script, written_whole
+from sweep_run import SHOWN, RunOptions, beside, combined, run, tell_status
+
+import magmotor as mm
+from magmotor.sweep import Sweep
+
+
+@dataclass
+class Spin(RunOptions):
+    """Where the top spins: 21 tilts of the ring by 36 heights."""
+
+    points: tuple[int, int] = (21, 36)
+    """how many tilts and heights"""
+    out: Path = Path("out")
+    """folder to write to"""
+
+
+@dataclass
+class Flights(RunOptions):
+    """How often the motor flies: 8 temperatures by 8 seeds."""
+
+    points: int = 8
+    """how many temperatures"""
+    seeds: int = 8
+    """runs at each"""
+    duration: float = 1e5
+    """of each run (s)"""
+    out: Path = Path("out")
+    """folder to write to"""
+
+
+def main() -> None:
+    studies = {"spin": Spin, "flights": Flights}
+    _, options = parse(studies, __doc__ or "", tuple(studies))
+    try:
+        if isinstance(options, Flights):
+            flights(options)
+        else:
+            spin(options)
+    except ValueError as error:
+        fail(str(error), MISTAKE)
+
+
+def spin(options: Spin) -> None:
+    tilts, heights = options.points
+    scene = mm.Top.paper(4)
+    plan = Sweep(
+        scene=scene,
+        vary={
+            "tilt": np.linspace(0, 0.2, tilts),
+            "ring_height": np.linspace(0.1, 0.45, heights),
+        },
+        measure=["max_spin", "settling_radius"],
+        duration=60.0,
+    )
+    folder = options.out / "study_spin"
+    tally = run(plan, folder, options)
+    data = combined(folder)
+    with written_whole(beside(folder, ".png")) as part:
+        mm.plots.spin_map(data, scene, part)
+    print(f"wrote {beside(folder, '.png')}")
+    if tally.failed:
+        tell_status(folder, SHOWN)
+
+
+def flights(options: Flights) -> None:
+    scene = mm.Motor()
+    alphas = np.geomspace(5e-4, 2e-3, options.points)
+    plan = Sweep(
+        scene=scene,
+        vary={("alpha_ball", "alpha_ring"): alphas},
+        seeds=options.seeds,
+        measure=["flights", "revolutions_flown", "flying", "slip_temperature"],
+        method="variational/baoab",
+        timestep=0.1,
+        duration=options.duration,
+        record_interval=10,
+    )
+    folder = options.out / "study_flights"
+    tally = run(plan, folder, options)
+    data = over_temperature(combined(folder), scene)
+    with written_whole(beside(folder, ".png")) as part:
+        mm.plots.sweep(data, part)
+    print(f"wrote {beside(folder, '.png')}")
+    if tally.failed:
+        tell_status(folder, SHOWN)
+
+
+def over_temperature(data: xr.Dataset, scene: mm.Motor) -> xr.Dataset:
+    """The sweep over kT instead of alpha, with the slip's temperature over kT."""
+    scenes = [scene.replace(alpha_ball=a, alpha_ring=a) for a in data.alpha_ball.values]
+    told = {"units": "µJ", "long_name": "temperature kT"}
+    data = data.assign_coords(kT=("alpha_ball", [1e6 * scene.kT for scene in scenes], told))
+    data = data.swap_dims(alpha_ball="kT").drop_vars(["alpha_ball", "alpha_ring"])
+    relative = (1e6 * data.slip_temperature / data.kT).assign_attrs(
+        units="1", long_name="temperature of the slip over kT"
+    )
+    return data.assign(slip_temperature=relative).assign_attrs(axes='["kT"]')
+
+
+if __name__ == "__main__":
+    run_script(main)

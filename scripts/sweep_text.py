@@ -1,0 +1,97 @@
+"""A sweep's axes, seeds and measures as the command line has them."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from magmotor.checks import reject
+from magmotor.sweep import Range, Samples
+
+
+@dataclass
+class Varied:
+    """What `--vary` and `--design` tell."""
+
+    vary: dict[str | tuple[str, ...], list[float]] = field(default_factory=dict)
+    samples: Samples | None = None
+
+
+def varied(entries: list[str], design: str | None) -> Varied:
+    """Read entries such as tilt=0:0.2:21, tilt=0,0.1, or with a design tilt=0:0.2."""
+    found, ranges = Varied(), {}
+    for entry in entries:
+        names, equals, text = entry.partition("=")
+        if not (names and equals and text):
+            raise reject("vary", entry, "FIELD=START:STOP:COUNT, FIELD=VALUE,VALUE,...")
+        fields = tuple(names.split(","))
+        bounds = _range(entry, text)
+        if bounds is None:
+            found.vary[fields] = _values(entry, text)
+        elif design is None:
+            raise reject("vary", entry, "FIELD=START:STOP:COUNT without --design")
+        elif len(fields) > 1:
+            raise reject("vary", entry, "of one field with --design")
+        else:
+            ranges[names] = bounds
+    if design is not None:
+        found.samples = _samples(design, ranges)
+    return found
+
+
+def _range(entry: str, text: str) -> Range | None:
+    """START:STOP or START:STOP:log; None if it is something else."""
+    parts = text.split(":")
+    log = parts[-1] == "log"
+    if len(parts) - log != 2:
+        return None
+    return Range(_number(entry, parts[0]), _number(entry, parts[1]), log)
+
+
+def _values(entry: str, text: str) -> list[float]:
+    """START:STOP:COUNT, START:STOP:COUNT:log, or values with commas."""
+    if ":" not in text:
+        return [_number(entry, part) for part in text.split(",")]
+    start, stop, count, *log = text.split(":")
+    if log not in ([], ["log"]) or not count.isdecimal():
+        raise reject("vary", entry, "FIELD=START:STOP:COUNT or FIELD=START:STOP:COUNT:log")
+    first, last = _number(entry, start), _number(entry, stop)
+    if int(count) < 1:
+        raise reject("vary", entry, "a range that is not empty")
+    if not log:
+        return np.linspace(first, last, int(count)).tolist()
+    if min(first, last) <= 0:
+        raise reject("vary", entry, "of positive numbers, where it is logarithmic")
+    return np.geomspace(first, last, int(count)).tolist()
+
+
+def _number(entry: str, text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise reject("vary", entry, f"of numbers, which {text!r} is not") from None
+
+
+def _samples(design: str, ranges: dict[str, Range]) -> Samples:
+    """KIND:SIZE or KIND:SIZE:SEED."""
+    kind, *numbers = design.split(":")
+    if len(numbers) not in (1, 2) or not all(number.isdecimal() for number in numbers):
+        raise reject("design", design, "KIND:SIZE or KIND:SIZE:SEED, such as sobol:256")
+    if not ranges:
+        raise reject("vary", [], "FIELD=LOW:HIGH of one field at least with --design")
+    size, seed = (*map(int, numbers), 0)[:2]
+    return Samples(ranges, size, kind, seed)
+
+
+def seeds(text: str) -> list[int]:
+    """Read 0:8, the numbers from 0 to 7, or numbers with commas."""
+    try:
+        if ":" in text:
+            first, last = text.split(":")
+            found = [*range(int(first), int(last))]
+        else:
+            found = [int(part) for part in text.split(",")]
+    except ValueError:
+        raise reject("seeds", text, "FIRST:LAST, or numbers with commas") from None
+    if not found:
+        raise reject("seeds", text, "a range that is not empty")
+    return found

@@ -1,0 +1,94 @@
+"""Pictures of a parameter sweep: each measure over the one field or the two that were varied."""
+
+from pathlib import Path
+from textwrap import fill
+from typing import TYPE_CHECKING
+
+import xarray as xr
+
+from magmotor.checks import reject
+from magmotor.plots import style
+from magmotor.plots import sweep_panels as panels
+from magmotor.plots.small_png import save_small
+from magmotor.plots.sweep_axes import WRAP, meaning_of, varied_fields
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+def sweep(data: xr.Dataset, path: str | Path) -> None:
+    """Write one picture of a sweep, a panel for each measure.
+
+    Over one field a curve, over a grid of two a map; a random design is drawn as points. Of
+    several seeds or replicas the mean, over one field with two standard errors.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        Its attribute `axes` is a JSON list of the varied dimensions: fields with their values as
+        coordinates, or `sample`, over which the fields of a design are coordinates. Measures are
+        variables over these, `seed` and `replica`, NaN where a case is missing or failed; others,
+        such as trajectories, are not drawn. Units and names stand in the attributes.
+    path : str or Path
+        The .png to write.
+
+    Raises
+    ------
+    ValueError
+        More than two fields have several values, or none; or there is no measure.
+    """
+    fields = varied_fields(data)
+    if len(fields) not in (1, 2):
+        bound = "one or two fields with several values: select one value of each other (isel, sel)"
+        raise reject("axes", fields, bound)
+    measures = _measures(data, fields)
+    if not measures:
+        raise reject("measures", [*map(str, data)], f"at least one number for each of {fields}")
+    columns = 2 if len(measures) in (2, 4) else min(3, len(measures))
+    rows = -(-len(measures) // columns)
+    with style.figure(max(6.4, 4.6 * columns), 0.3 + 3.6 * rows) as figure:
+        grid = figure.subplots(rows, columns, squeeze=False).ravel()
+        for axes, measure in zip(grid, measures, strict=False):
+            _draw(axes, measure, fields)
+        for axes in grid[len(measures) :]:
+            axes.remove()
+        _legend(figure)
+        save_small(figure, path, dpi=100)
+
+
+def _measures(data: xr.Dataset, fields: list[str]) -> list[xr.DataArray]:
+    """Numbers for each value of the fields; along axes they rise."""
+    drawn = {dim for field in fields for dim in data[field].dims}
+    single = {dim: 0 for dim, size in data.sizes.items() if size == 1}
+    data = data.isel(single).sortby([field for field in fields if field in drawn])
+    return [
+        measure
+        for measure in data.values()
+        if set(measure.dims) - {*panels.REPEATS} == drawn and measure.dtype.kind in "fiu"
+    ]
+
+
+def _draw(axes: "Axes", measure: xr.DataArray, fields: list[str]) -> None:
+    axes.set_title(fill(meaning_of(measure), WRAP))
+    shown = panels.averaged(measure)
+    if shown.mean.isnull().all():
+        axes.text(0.5, 0.5, "nothing yet", transform=axes.transAxes, ha="center", color=style.GREY)
+        axes.set_axis_off()
+    elif len(fields) == 1:
+        panels.draw_curve(axes, shown, measure[fields[0]])
+    elif all(field in measure.dims for field in fields):
+        panels.draw_map(axes, shown, *(measure[field] for field in fields))
+    else:
+        panels.draw_points(axes, shown, *(measure[field] for field in fields))
+
+
+def _legend(figure: "Figure") -> None:
+    """Of what is drawn in any panel, each label once."""
+    handles = {}
+    for axes in figure.axes:
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
+            handles.setdefault(label, handle)
+    if handles:
+        place = {"loc": "outside lower center", "ncols": len(handles)}
+        figure.legend(handles.values(), handles.keys(), **place)

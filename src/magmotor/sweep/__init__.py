@@ -1,0 +1,30 @@
+"""Parameter sweeps: what varies, who computes it, where results are, and how to read them."""
+
+from magmotor.sweep.axes import Range, Samples, Values
+from magmotor.sweep.combine import combine
+from magmotor.sweep.definition import Sweep
+from magmotor.sweep.directory import sweep_of
+from magmotor.sweep.measures import measures
+from magmotor.sweep.run import CannotStart, SweepInterrupted, Tally, run
+from magmotor.sweep.status import Status, status
+from magmotor.sweep.work import OtherVersions
+from magmotor.sweep.workers import dask_workers, local_cluster
+
+__all__ = [
+    "CannotStart",
+    "OtherVersions",
+    "Range",
+    "Samples",
+    "Status",
+    "Sweep",
+    "SweepInterrupted",
+    "Tally",
+    "Values",
+    "combine",
+    "dask_workers",
+    "local_cluster",
+    "measures",
+    "run",
+    "status",
+    "sweep_of",
+]

@@ -1,0 +1,142 @@
+"""The directory of a sweep: one file a case, each whole or not there.
+
+`sweep.json` tells what the sweep is; `done/ab/KEY.json` (`.nc` where whole runs are recorded) holds
+what was measured in the case of that key, `failed/KEY.json` why another failed. Files are written
+in `parts/` and take their names when they are on the disk.
+"""
+
+import json
+import os
+import socket
+from pathlib import Path
+from typing import Any
+
+from magmotor.checks import reject
+from magmotor.sweep.case import Case, canonical
+from magmotor.sweep.definition import Sweep, sweep_from
+from magmotor.sweep.measures import TRAJECTORY
+from magmotor.sweep.work import Outcome
+from magmotor.whole_files import whole_file
+
+SWEEP = "sweep.json"
+
+
+class Directory:
+    """A sweep's results on disk.
+
+    Parameters
+    ----------
+    path : Path
+        Made, with its parents, if it is not there.
+    sweep : Sweep
+
+    Raises
+    ------
+    ValueError
+        The directory holds another sweep, or other things.
+    OSError
+        It cannot be written to.
+    """
+
+    def __init__(self, path: Path, sweep: Sweep):
+        self.path, self.sweep = path, sweep
+        self.suffix = ".nc" if sweep.measure == (TRAJECTORY,) else ".json"
+        told = canonical(sweep.as_json())
+        try:
+            there = sorted(file.name for file in path.iterdir())
+        except FileNotFoundError:
+            there = []
+        except NotADirectoryError:
+            raise reject("directory", str(path), "a directory") from None
+        if SWEEP not in there:
+            if there:
+                raise reject("directory", str(path), f"empty, or this sweep's; it holds {there[0]}")
+            path.mkdir(parents=True, exist_ok=True)
+            self._write(path / SWEEP, told)
+        check_same(path, json.loads(told), read(path))
+        self._remove_dead_parts()
+
+    def found(self, case: Case) -> Path | None:
+        """The result file of a case, if it is there."""
+        path = self._done(case)
+        return path if path.exists() else None
+
+    def error(self, case: Case) -> str | None:
+        """Why a case failed, if it did."""
+        try:
+            return json.loads((self.path / "failed" / f"{case.key}.json").read_bytes())["error"]
+        except FileNotFoundError:
+            return None
+
+    def keep(self, case: Case, outcome: Outcome) -> None:
+        """Write what came of a case.
+
+        Raises
+        ------
+        OSError
+            It cannot be written; all that was written before is there.
+        """
+        failed = self.path / "failed" / f"{case.key}.json"
+        if outcome.error is None:
+            assert outcome.content is not None
+            self._write(self._done(case), outcome.content)
+            failed.unlink(missing_ok=True)
+            return
+        if outcome.content is not None:
+            self._write(failed.with_suffix(".nc"), outcome.content)
+        self._write(failed, canonical({"case": case.told, "error": outcome.error}) + b"\n")
+
+    def _done(self, case: Case) -> Path:
+        return self.path / "done" / case.key[:2] / f"{case.key}{self.suffix}"
+
+    def _write(self, path: Path, content: bytes) -> None:
+        parts = self.path / "parts"
+        part = parts / f"{path.name}.{socket.gethostname()}.{os.getpid()}"
+        for folder in (parts, path.parent):
+            folder.mkdir(parents=True, exist_ok=True)
+        with whole_file(path, part):
+            part.write_bytes(content)
+
+    def _remove_dead_parts(self) -> None:
+        """Remove what drivers of this machine that were killed have left half written."""
+        for part in (self.path / "parts").glob(f"*.{socket.gethostname()}.*"):
+            try:
+                os.kill(int(part.name.rsplit(".", 1)[1]), 0)
+            except (ProcessLookupError, ValueError):
+                part.unlink(missing_ok=True)
+            except PermissionError:
+                pass  # alive, and another user's
+
+
+def open_directory(path: str | Path) -> Directory:
+    """The directory of a sweep that is there; ValueError if there is none."""
+    return Directory(Path(path), sweep_of(path))
+
+
+def sweep_of(path: str | Path) -> Sweep:
+    """The sweep whose results a directory holds.
+
+    Raises
+    ------
+    ValueError
+        It holds none.
+    """
+    return sweep_from(read(Path(path)))
+
+
+def read(path: Path) -> dict[str, Any]:
+    """What `sweep.json` tells."""
+    try:
+        return json.loads((path / SWEEP).read_bytes())
+    except (FileNotFoundError, NotADirectoryError):
+        raise reject("directory", str(path), f"a sweep's: it has no {SWEEP}") from None
+    except ValueError:
+        raise reject("directory", str(path), f"a sweep's: its {SWEEP} is no JSON") from None
+
+
+def check_same(path: Path, asked: dict[str, Any], there: dict[str, Any]) -> None:
+    """Check that a directory holds the sweep that is asked for; ValueError says what differs."""
+    other = [name for name in {**there, **asked} if there.get(name) != asked.get(name)]
+    if other:
+        bound = f"empty, or this sweep's; it holds one with other {', '.join(other)}"
+        raise reject("directory", str(path), bound)

@@ -1,0 +1,50 @@
+"""How far a sweep has come, read from its directory."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from magmotor.sweep.directory import open_directory
+
+
+@dataclass
+class Status:
+    """Numbers of cases, and what went wrong.
+
+    Attributes
+    ----------
+    cases, done, failed : int
+    errors : dict
+        The cases that failed, in words, by error.
+    """
+
+    cases: int
+    done: int = 0
+    errors: dict[str, list[str]] = field(default_factory=dict)
+
+    @property
+    def failed(self) -> int:
+        """How many cases have an error."""
+        return sum(map(len, self.errors.values()))
+
+    @property
+    def missing(self) -> int:
+        """How many cases have neither result nor error."""
+        return self.cases - self.done - self.failed
+
+
+def status(directory: str | Path) -> Status:
+    """Look which cases of a sweep are done, failed or missing.
+
+    Raises
+    ------
+    ValueError
+        There is no sweep.
+    """
+    store = open_directory(directory)
+    found = Status(len(store.sweep))
+    for index, case in enumerate(store.sweep):
+        if store.found(case):
+            found.done += 1
+        elif (error := store.error(case)) is not None:
+            found.errors.setdefault(error, []).append(store.sweep.label(index))
+    return found

@@ -1,0 +1,108 @@
+"""The work of a case, in a worker process: the run, its measures, and the bytes to be kept."""
+
+import io
+import json
+import tempfile
+import time
+import warnings
+from contextlib import redirect_stderr
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+
+from magmotor.checks import reject
+from magmotor.dataset import scene_from
+from magmotor.simulation import SimulationDiverged, simulate
+from magmotor.sweep.case import Case, canonical
+from magmotor.sweep.measures import TRAJECTORY, measure_of
+from magmotor.sweep.versions import versions_that_matter
+
+ARGUMENTS = ("method", "timestep", "duration", "record_interval", "replicas", "seed")
+
+
+class Outcome(NamedTuple):
+    """What came of a case: a file's content, or an error and what was recorded until then."""
+
+    content: bytes | None
+    error: str | None
+    seconds: float
+
+
+class OtherVersions(RuntimeError):
+    """A worker computes with other versions than the driver."""
+
+
+def compute(case: Case, measure: tuple[str, ...]) -> Outcome:
+    """Run a case; whatever goes wrong in it is its outcome.
+
+    Raises
+    ------
+    OtherVersions
+        This process has other versions than the case asks for.
+    """
+    own = versions_that_matter(case.told["method"])
+    if own != case.told["versions"]:
+        raise OtherVersions(f"a worker has {own}, where the sweep has {case.told['versions']}")
+    began = time.perf_counter()
+    content = error = None
+    try:
+        content = _content(case, measure)
+    except SimulationDiverged as stop:
+        error = str(stop)
+        content = netcdf(stop.dataset) if measure == (TRAJECTORY,) else None
+    except Exception as mistake:
+        kind = "" if isinstance(mistake, ValueError) else f"{type(mistake).__name__}: "
+        error = f"{kind}{mistake}"
+    return Outcome(content, error, time.perf_counter() - began)
+
+
+def _content(case: Case, measure: tuple[str, ...]) -> bytes:
+    # Progress bars and recommendations of single cases are not for the sweep's terminal.
+    with redirect_stderr(io.StringIO()), warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        scene = scene_from(case.told["scene"], case.told["scene_fields"])
+        run = simulate(scene, **{name: case.told[name] for name in ARGUMENTS})
+        if measure == (TRAJECTORY,):
+            return netcdf(run)
+        values = {name: encoded(measure_of(scene, name).function(run, scene)) for name in measure}
+    said = sorted({str(warning.message) for warning in caught})
+    return canonical({"case": case.told, "values": values, "warnings": said}) + b"\n"
+
+
+def netcdf(run: xr.Dataset) -> bytes:
+    """A dataset as a file of netCDF."""
+    encoding: Any = {name: {"zlib": True, "complevel": 1} for name in run.data_vars}
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "run.nc"
+        run.to_netcdf(path, encoding=encoding)
+        return path.read_bytes()
+
+
+def encoded(values: ArrayLike) -> Any:
+    """A number, or one of each replica, as JSON: null where it is not a number.
+
+    Raises
+    ------
+    ValueError
+        It has more dimensions: a measure is a number.
+    """
+    array = np.asarray(values, dtype=float)
+    if array.ndim > 1:
+        raise reject("shape of a measure", array.shape, "() or (replicas,)")
+    if array.ndim == 1:
+        return [encoded(value) for value in array]
+    number = float(array)
+    return number if np.isfinite(number) else None if np.isnan(number) else str(number)
+
+
+def decoded(told: Any) -> NDArray[np.float64]:
+    """What `encoded` was given."""
+    return np.array(told, dtype=float)
+
+
+def measured(content: bytes) -> dict[str, Any]:
+    """The values in a result file, by measure, as `encoded` has them."""
+    return json.loads(content)["values"]

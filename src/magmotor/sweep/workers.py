@@ -1,0 +1,144 @@
+"""Workers: processes of this machine, or of a Dask cluster, as `concurrent.futures` has them."""
+
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from contextlib import contextmanager
+from multiprocessing.connection import Connection
+from typing import Any
+
+from tqdm import tqdm
+
+from magmotor.checks import check_integer, reject
+
+ONE_THREAD: dict[str, str] = {
+    f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "NUMBA")
+}
+"""A worker takes one core: the sweep, not the case, is what runs in parallel."""
+
+
+class Pool:
+    """Processes of this machine, which end when the pool is closed or its own process dies.
+
+    Parameters
+    ----------
+    workers : int
+        How many.
+    """
+
+    def __init__(self, workers: int):
+        check_integer("workers", workers, at_least=1)
+        self.workers = workers
+        self._start()
+
+    def _start(self) -> None:
+        context = multiprocessing.get_context("spawn")
+        # Nobody else has the end that is kept here: when it closes, the workers know.
+        there, self._here = context.Pipe(duplex=False)
+        self._executor = ProcessPoolExecutor(self.workers, context, _initialize, (there,))
+
+    def submit(self, function: Callable[..., Any], *arguments: Any) -> Future:
+        """As of an `Executor`."""
+        with _environment(ONE_THREAD):  # it may start a process
+            return self._executor.submit(function, *arguments)
+
+    def restart(self) -> None:
+        """Begin with new processes."""
+        self.kill()
+        self._start()
+
+    def close(self) -> None:
+        """End the processes when they have nothing to do."""
+        self._executor.shutdown()
+        self._here.close()
+
+    def kill(self) -> None:
+        """End the processes, whatever they do."""
+        self._here.close()
+        self._executor.shutdown(cancel_futures=True)
+
+
+@contextmanager
+def _environment(values: Mapping[str, str]) -> Iterator[None]:
+    """Set variables of the environment, which processes that are started inherit."""
+    before = {name: os.environ.get(name) for name in values}
+    os.environ.update(values)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+def _initialize(there: Connection) -> None:
+    """In a worker: leave Ctrl-C to the driver, and end with it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    tqdm.set_lock(threading.RLock())  # its own is a semaphore, which outlives a killed process
+    threading.Thread(target=_end_with, args=(there,), daemon=True).start()
+
+
+def _end_with(there: Connection) -> None:
+    try:
+        there.recv()
+    except (EOFError, OSError):
+        os._exit(1)
+
+
+@contextmanager
+def dask_workers(scheduler: str) -> Iterator[tuple[Executor, int]]:
+    """Connect to a running Dask scheduler; yield its executor and its number of threads.
+
+    Parameters
+    ----------
+    scheduler : str
+        Its address, as in tcp://127.0.0.1:8786.
+
+    Raises
+    ------
+    ValueError
+        Nothing answers there, it has no workers, or Dask is not installed.
+    """
+    distributed = _distributed()
+    try:
+        client = distributed.Client(scheduler, timeout=10)
+    except (OSError, ValueError) as error:
+        raise reject("scheduler", scheduler, f"a Dask scheduler's address ({error})") from None
+    with client:
+        threads = sum(client.nthreads().values())
+        if not threads:
+            raise reject("scheduler", scheduler, "that of a cluster with workers")
+        yield client.get_executor(), threads
+
+
+@contextmanager
+def local_cluster(workers: int | None = None, host: str = "127.0.0.1") -> Iterator[str]:
+    """Start a Dask cluster on this machine, a process and thread each worker; yield its address.
+
+    Whoever can reach a scheduler can have it run any code: it listens on the loopback interface
+    only, unless another `host` is given.
+    """
+    distributed = _distributed()
+    if workers is not None:
+        check_integer("workers", workers, at_least=1)
+    with distributed.LocalCluster(
+        n_workers=workers or os.cpu_count() or 1,
+        threads_per_worker=1,
+        host=host,
+        dashboard_address=None,
+        env=ONE_THREAD,
+    ) as cluster:
+        yield cluster.scheduler_address
+
+
+def _distributed() -> Any:
+    try:
+        import distributed
+    except ImportError:
+        raise ValueError("no Dask here: pip install magmotor[cluster]") from None
+    return distributed

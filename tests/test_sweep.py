@@ -1,0 +1,392 @@
+"""Sweeps: what they are made of, what they record, what they refuse."""
+
+import json
+import tracemalloc
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.stats import qmc
+from sweep_driver import contents
+
+import magmotor as mm
+from magmotor import threads
+from magmotor.sweep import Samples, Sweep
+from magmotor.sweep.case import canonical, case_of
+from magmotor.sweep.definition import sweep_from
+from magmotor.sweep.fields import full_name, numeric_fields
+
+DISK: dict[str, Any] = {
+    "scene": mm.Disk(),
+    "method": "variational/baoab",
+    "timestep": 0.05,
+    "duration": 5.0,
+    "measure": ["displacement", "temperature"],
+}
+NOISES = (1.0, 2.0, 4.0)
+
+
+@pytest.fixture
+def here():
+    """An executor within this process: what it computes is what processes compute."""
+    with ThreadPoolExecutor(1) as executor:
+        yield executor
+
+
+def test_the_cases_are_all_combinations_with_seeds_of_their_own():
+    sweep = Sweep(**DISK, vary={"noise": NOISES, ("x", "v"): (0.0, 0.5)}, seeds=range(5, 9))
+    assert (len(sweep), sweep.shape) == (24, (3, 2, 4))
+    told = [case.told for case in sweep]
+    fields = [t["scene_fields"] for t in told]
+    assert [(f["noise"], f["x"], f["v"]) for f in fields] == [
+        (n, x, x) for n in NOISES for x in (0.0, 0.5) for _ in range(4)
+    ]
+    for k, root in enumerate(range(5, 9)):
+        children = np.random.SeedSequence(root).spawn(6)
+        expected = [int(child.generate_state(1, np.uint64)[0]) >> 11 for child in children]
+        assert [t["seed"] for t in told[k::4]] == expected
+    assert len({t["seed"] for t in told}) == 24
+    assert sweep.label(4) == "noise = 1, x = 0.5, v = 0.5, seed = 5"
+
+
+def test_a_top_has_no_noise_and_so_no_seeds():
+    top = Sweep(scene=mm.Top(), vary={"tilt": (0, 0.1)}, seeds=8, measure=["max_spin"], duration=1)
+    assert top.shape == (2, 1)
+
+
+def test_every_number_of_every_scene_can_be_varied():
+    for scene in (mm.Top(), mm.Motor(position=(0.8, 0.0), axis=(0, 0, 1)), mm.Disk()):
+        for name, field in numeric_fields(scene).items():
+            value = getattr(scene, field.declared.name)
+            value = value if field.component is None else value[field.component]
+            value = (5e-5 if name.startswith("ball") else 3.0) if value is None else value
+            sweep = Sweep(
+                scene=scene,
+                vary={name: [value]},
+                measure=["trajectory"],
+                duration=1,
+                timestep=0.01,
+                method=mm.methods(scene)[0],
+            )
+            changed = mm.dataset.scene_from(
+                type(scene).__name__, sweep.case(0).told["scene_fields"]
+            )
+            told = getattr(changed, field.declared.name)
+            assert (told if field.component is None else told[field.component]) == value
+    assert {"position_y", "axis_z", "ring_dipoles"} <= numeric_fields(mm.Top()).keys()
+    assert not {"surface", "ring_script", "potential"} & numeric_fields(mm.Top()).keys()
+    assert full_name(mm.Top(), "height") == "ring_height"
+
+
+@pytest.mark.parametrize("design", ["sobol", "latin", "random"])
+def test_designs_are_those_of_scipy_and_numpy(design):
+    samples = Samples({"noise": (1, 3), "friction": (0.01, 1, True)}, 8, design, seed=4)
+    sweep = Sweep(**DISK, samples=samples, vary={"x": (0.0, 1.0)})
+    assert sweep.shape == (8, 2, 1)
+    if design == "random":
+        unit = np.random.default_rng(4).random((8, 2))
+    else:
+        kind = {"sobol": qmc.Sobol, "latin": qmc.LatinHypercube}[design]
+        unit = kind(2, rng=4).random(8)
+    expected = np.stack([1 + 2 * unit[:, 0], 0.01 * 100 ** unit[:, 1]], axis=1)
+    found = [(sweep.changes(2 * i)["noise"], sweep.changes(2 * i)["friction"]) for i in range(8)]
+    np.testing.assert_allclose(found, expected, rtol=1e-15)
+
+
+def test_a_sweep_is_made_again_from_what_it_tells():
+    samples = Samples({"v": (0, 1), "friction": (0.01, 1, True)}, 4, "latin", 3)
+    numerics = {"seeds": [4, 2], "replicas": 3, "record_interval": 5}
+    sweep = Sweep(**DISK, samples=samples, vary={("noise", "x"): NOISES}, **numerics)
+    again = sweep_from(json.loads(canonical(sweep.as_json())))
+    assert [*again] == [*sweep]
+    assert again.as_json() == sweep.as_json()
+    other = {**sweep.as_json(), "versions": {"magmotor": "0"}}
+    assert sweep_from(other).case(0).told["versions"] == {"magmotor": "0"}
+
+
+def test_a_million_cases_are_planned_without_being_held():
+    line = np.linspace(0.1, 4, 1000)
+    tracemalloc.start()
+    try:
+        sweep = Sweep(**DISK, vary={"noise": line, "friction": line})
+        for index in range(0, len(sweep), 200):
+            sweep.case(index)
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert len(sweep) == 10**6
+    assert peak < 1e6  # 3.4e5 bytes; 1e6 cases of 1 kB would be 1e9
+
+
+def test_the_key_is_of_all_that_makes_a_run():
+    told = Sweep(**DISK, vary={"noise": NOISES}).case(0).told
+    keys = {case_of(told).key}
+    other = {
+        "scene": "LangevinParticle",
+        "scene_fields": {**told["scene_fields"], "sigma": 0.6},
+        "method": "variational/euler",
+        "timestep": 0.025,
+        "duration": 6.0,
+        "record_interval": 2,
+        "replicas": 3,
+        "seed": told["seed"] + 1,
+        "versions": {**told["versions"], "numpy": "1.0"},
+    }
+    assert other.keys() == told.keys()
+    keys |= {case_of({**told, name: value}).key for name, value in other.items()}
+    assert len(keys) == 1 + len(other)
+
+
+def test_versions_are_those_that_matter():
+    engines = {"variational/baoab": set(), "mujoco/euler": {"mujoco"}}
+    for method, more in engines.items():
+        told = Sweep(**{**DISK, "method": method}, vary={"noise": NOISES}).case(0).told
+        assert told["versions"].keys() == {"magmotor", "numba", "numpy"} | more
+
+
+def test_results_are_those_of_simulate(tmp_path, here):
+    sweep = Sweep(**DISK, vary={"noise": NOISES, "v": (0.0, 1.0)}, seeds=2, replicas=3)
+    tally = mm.sweep.run(sweep, tmp_path / "s", executor=here, workers=1)
+    assert (tally.cases, tally.done, tally.failed, tally.computed) == (12, 12, 0, 12)
+    data = mm.sweep.combine(tmp_path / "s")
+    assert data.displacement.dims == ("noise", "v", "seed", "replica")
+    assert json.loads(data.attrs["axes"]) == ["noise", "v"]
+    assert data.noise.attrs["long_name"].startswith("noise alpha")
+    own = np.random.SeedSequence(1).spawn(6)[5].generate_state(1, np.uint64)[0] >> 11
+    run = mm.simulate(
+        mm.Disk(noise=4.0, v=1.0),
+        method="variational/baoab",
+        timestep=0.05,
+        duration=5.0,
+        seed=int(own),
+        replicas=3,
+    )
+    found = data.sel(noise=4.0, v=1.0, seed=1)
+    np.testing.assert_array_equal(found.displacement, run.x.isel(time=-1) - run.x.isel(time=0))
+    np.testing.assert_array_equal(found.temperature, (run.v**2).mean("time"))
+    data.to_netcdf(tmp_path / "s.nc")
+    xr.testing.assert_identical(xr.load_dataset(tmp_path / "s.nc"), data)
+
+
+def test_whole_runs_are_recorded(tmp_path, here):
+    arguments = {**DISK, "measure": ["trajectory"], "record_interval": 5}
+    sweep = Sweep(**arguments, vary={"noise": NOISES}, seeds=2)
+    mm.sweep.run(sweep, tmp_path / "s", executor=here)
+    data = mm.sweep.combine(tmp_path / "s")
+    assert data.x.dims == ("noise", "seed", "time")
+    case = sweep.case(3).told
+    names = ("method", "timestep", "duration", "record_interval", "seed")
+    run = mm.simulate(mm.Disk(noise=2.0), **{name: case[name] for name in names})
+    np.testing.assert_array_equal(data.omega.sel(noise=2.0, seed=1), run.omega)
+    assert data.x.attrs == run.x.attrs
+    files = sorted((tmp_path / "s" / "done").rglob("*.nc"))
+    assert len(files) == 6
+    kept = next(k for k in map(xr.load_dataset, files) if k.attrs["seed"] == case["seed"])
+    xr.testing.assert_identical(kept, run)
+
+
+def test_a_case_beyond_its_stability_limit_fails_by_name_and_stops_no_other(tmp_path, here):
+    arguments = {"duration": 1.0, "method": "variational/verlet", "timestep": 0.03}
+    vary = {"height": (0.3, 0.05), "tilt": (0.0, 0.1, 0.5)}
+    sweep = Sweep(scene=mm.Top(), vary=vary, measure=["max_spin"], **arguments)
+    tally = mm.sweep.run(sweep, tmp_path / "s", executor=here)
+    assert (tally.done, tally.failed) == (3, 3)
+    status = mm.sweep.status(tmp_path / "s")
+    assert (status.done, status.failed, status.missing) == (3, 3, 0)
+    told = {case: error for error, cases in status.errors.items() for case in cases}
+    assert told.keys() == {f"ring_height = 0.05, tilt = {t}" for t in ("0", "0.1", "0.5")}
+    assert told["ring_height = 0.05, tilt = 0"].startswith(
+        "timestep = 0.03: must be less than 0.01"
+    )
+    assert told["ring_height = 0.05, tilt = 0.5"].startswith("tilt = 0.5: must be less than 0.147")
+    data = mm.sweep.combine(tmp_path / "s")
+    np.testing.assert_array_equal(np.isnan(data.max_spin.values[..., 0]), [[0] * 3, [1] * 3])
+
+
+def test_a_run_that_diverges_keeps_what_it_recorded(tmp_path, here):
+    sweep = Sweep(
+        scene=mm.Top.si(),
+        vary={"tilt": (0.0, 0.1)},
+        measure=["trajectory"],
+        duration=60.0,
+        method="variational/verlet",
+        timestep=0.005,
+    )
+    assert mm.sweep.run(sweep, tmp_path / "s", executor=here).failed == 2
+    kept = [xr.load_dataset(path) for path in (tmp_path / "s" / "failed").glob("*.nc")]
+    assert {json.loads(run.attrs["scene_fields"])["tilt"] for run in kept} == {0, 0.1}
+    (error,) = {e.split(" stopped at")[0] for e in mm.sweep.status(tmp_path / "s").errors}
+    assert error == "variational/verlet with timestep 0.005 s"
+
+
+def test_a_measure_of_ones_own_and_its_mistakes(tmp_path, here):
+    vary = {"noise": (2.0, 3.0)}
+    sweep = Sweep(**{**DISK, "measure": ["sweep_measures:broken"]}, vary=vary)
+    mm.sweep.run(sweep, tmp_path / "s", executor=here)
+    data = mm.sweep.combine(tmp_path / "s")
+    np.testing.assert_array_equal(data["sweep_measures:broken"], [[-1.0], [np.nan]])
+    assert mm.sweep.status(tmp_path / "s").errors == {
+        "ZeroDivisionError: float division by zero": ["noise = 3"]
+    }
+    sweep = Sweep(**{**DISK, "measure": ["sweep_measures:table"]}, vary=vary)
+    mm.sweep.run(sweep, tmp_path / "t", executor=here)
+    (error,) = mm.sweep.status(tmp_path / "t").errors
+    assert error == "shape of a measure = (1, 1): must be () or (replicas,)"
+
+
+def test_failed_cases_are_run_again_on_demand_only(tmp_path, here, monkeypatch):
+    import sweep_measures
+
+    sweep = Sweep(**{**DISK, "measure": ["sweep_measures:broken"]}, vary={"noise": (*NOISES, 3.0)})
+    assert mm.sweep.run(sweep, tmp_path / "s", executor=here).failed == 1
+    again = mm.sweep.run(sweep, tmp_path / "s", executor=here)
+    assert (again.failed, again.computed) == (1, 0)
+    monkeypatch.setattr(sweep_measures, "broken", lambda run, scene: 7.0)
+    again = mm.sweep.run(sweep, tmp_path / "s", executor=here, retry=True)
+    assert (again.done, again.failed, again.computed) == (4, 0, 1)
+    assert mm.sweep.status(tmp_path / "s").errors == {}
+    assert not [*(tmp_path / "s" / "failed").iterdir()]
+
+
+def test_warnings_of_a_run_are_kept_with_it(tmp_path, here):
+    arguments = {**DISK, "timestep": 1.0, "scene": mm.Disk(noise=20.0)}
+    with pytest.warns(UserWarning, match="flights") as said:
+        mm.simulate(mm.Disk(noise=20.0), method="variational/baoab", timestep=1.0, duration=5.0)
+    mm.sweep.run(Sweep(**arguments, vary={"x": (0.0,)}), tmp_path / "s", executor=here)
+    (path,) = (tmp_path / "s" / "done").rglob("*.json")
+    assert json.loads(path.read_bytes())["warnings"] == [str(said[0].message)]
+
+
+def test_what_is_not_a_number_is_null_in_a_file_and_itself_when_combined():
+    from magmotor.sweep.work import decoded, encoded
+
+    values = [1.5, np.nan, np.inf, -np.inf]
+    assert json.loads(json.dumps(encoded(values), allow_nan=False)) == [1.5, None, "inf", "-inf"]
+    np.testing.assert_array_equal(decoded(encoded(values)), values)
+    assert np.isnan(decoded(encoded(np.nan)))
+
+
+@pytest.mark.parametrize(
+    ("changes", "line"),
+    [
+        ({"vary": {"nois": (1,)}}, r"field = 'nois': must be one of friction, noise.*'noise'"),
+        ({"vary": {"noise": ()}}, r"noise = \[\]: must be a range that is not empty"),
+        ({"vary": {"noise": (1, 1.0)}}, r"noise = .*: must be different values"),
+        ({"vary": {"noise": (-1,)}}, r"noise = -1: must be at least 0"),
+        ({"vary": {"noise": (1,), ("noise", "x"): (2,)}}, "field = 'noise': must be varied once"),
+        ({"vary": {"potential": (1,)}}, "field = 'potential': must be one of"),
+        ({"vary": {}}, "vary = {}: must be one field at least"),
+        ({"measure": []}, r"measure = \[\]: must be different names, one at least"),
+        ({"measure": ["temprature"]}, "measure = 'temprature': must be .*'temperature'"),
+        ({"measure": ["trajectory", "displacement"]}, "must be trajectory alone"),
+        ({"measure": ["nowhere:f"]}, "measure = 'nowhere:f': must be a function that can be imp"),
+        ({"measure": ["sweep_measures:f"]}, "must be a function that can be imported"),
+        ({"seeds": 0}, "seeds = 0: must be at least 1"),
+        ({"seeds": []}, r"seeds = \[\]: must be a range that is not empty"),
+        ({"seeds": [1, -1]}, "seed = -1: must be at least 0"),
+        ({"replicas": 0}, "replicas = 0: must be at least 1"),
+        ({"method": "baoab"}, "method = 'baoab': must be one of"),
+        ({"timestep": 0}, "timestep = 0: must be greater than 0"),
+        ({"duration": 0.01}, "duration = 0.01: must be at least 0.05"),
+        ({"record_interval": 0}, "record_interval = 0: must be at least 1"),
+        ({"samples": Samples({"x": (0, 1)}, 4), "vary": {"x": (1,)}}, "'x': must be varied once"),
+        ({"samples": Samples({"noise": (-1, 1)}, 4)}, "noise = -1: must be at least 0"),
+        (
+            {"scene": mm.Motor(), "vary": {"position_x": (0.1,)}, "measure": ["flights"]},
+            "position = None: must be given in the scene, for position_x to be varied",
+        ),
+    ],
+)
+def test_bad_input_is_refused_before_anything_runs(changes, line):
+    with pytest.raises(ValueError, match=line):
+        Sweep(**{**DISK, "vary": {"v": NOISES}, **changes})
+
+
+@pytest.mark.parametrize(
+    ("arguments", "line"),
+    [
+        (({}, 4), "ranges = {}: must be a range of one field at least"),
+        (({"x": (0, 1)}, 0), "size = 0: must be at least 1"),
+        (({"x": (0, 1)}, 100), "size = 100: must be a power of two, such as 128"),
+        (({"x": (0, 1)}, 8, "sobel"), "design = 'sobel': must be one of random, latin, sobol"),
+        (({"x": (1, 1)}, 8), "x, upper end = 1: must be greater than 1"),
+        (({"x": (0, 1, True)}, 8), "x, lower end = 0: must be greater than 0"),
+        (({"x": (0, 1)}, 8, "sobol", -1), "seed = -1: must be at least 0"),
+    ],
+)
+def test_bad_designs_are_refused(arguments, line):
+    with pytest.raises(ValueError, match=line):
+        Samples(*arguments)
+
+
+def test_integers_are_varied_on_grids_only():
+    top = {"scene": mm.Top(), "measure": ["max_spin"], "duration": 1.0, "timestep": 0.01}
+    sweep = Sweep(**top, vary={"ring_dipoles": np.linspace(5, 20, 4)})
+    assert [case.told["scene_fields"]["ring_dipoles"] for case in sweep] == [5, 10, 15, 20]
+    with pytest.raises(ValueError, match=r"ring_dipoles = 5.5: must be an integer"):
+        Sweep(**top, vary={"ring_dipoles": (5.5,)})
+    with pytest.raises(ValueError, match=r"field = 'ring_dipoles': must be one that takes all num"):
+        Sweep(**top, samples=Samples({"ring_dipoles": (5, 20)}, 4))
+
+
+def test_the_timestep_is_the_shortest_that_is_recommended_at_the_corners():
+    vary = {"tilt": (0.0, 0.1), "ring_height": (0.12, 0.4, 0.2)}
+    sweep = Sweep(scene=mm.Top(), vary=vary, measure=["max_spin"], duration=1.0)
+    assert sweep.method == mm.recommend(mm.Top()).method
+    corners = [mm.Top(tilt=tilt, ring_height=h) for tilt in (0.0, 0.1) for h in (0.12, 0.4)]
+    steps = [mm.recommend(corner, method=sweep.method).timestep for corner in corners]
+    assert sweep.timestep == min(steps)
+    assert len(set(steps)) > 1
+    with pytest.raises(ValueError, match=r"tilt = 1\.5: must be less than"):
+        Sweep(scene=mm.Top(), vary={"tilt": (1.5,)}, measure=["max_spin"], duration=1.0)
+
+
+def test_a_directory_of_something_else_is_refused_and_left(tmp_path, here):
+    sweep = Sweep(**DISK, vary={"noise": NOISES})
+    mm.sweep.run(sweep, tmp_path / "s", executor=here)
+    before = contents(tmp_path / "s")
+    other = Sweep(**{**DISK, "duration": 6.0}, vary={"v": NOISES})
+    with pytest.raises(
+        ValueError, match=r"s': must be empty.*it holds one with other duration, vary$"
+    ):
+        mm.sweep.run(other, tmp_path / "s", executor=here)
+    assert contents(tmp_path / "s") == before
+    (tmp_path / "notes").mkdir()
+    (tmp_path / "notes" / "mine.txt").write_text("mine")
+    for path, line in {
+        "notes": "must be empty, or this sweep's; it holds mine.txt",
+        "notes/mine.txt": "must be a directory",
+    }.items():
+        with pytest.raises(ValueError, match=line):
+            mm.sweep.run(sweep, tmp_path / path, executor=here)
+    for look in (mm.sweep.status, mm.sweep.combine):
+        with pytest.raises(ValueError, match=r"nowhere': must be a sweep's: it has no sweep\.json"):
+            look(tmp_path / "nowhere")
+
+
+def test_other_versions_do_not_mix(tmp_path, here):
+    sweep = Sweep(**DISK, vary={"noise": NOISES})
+    assert sweep.versions is not None
+    old = Sweep(**DISK, vary={"noise": NOISES}, versions={**sweep.versions, "numpy": "1.0"})
+    with pytest.raises(mm.sweep.OtherVersions, match=r"worker has .*, where the sweep has .*1\.0"):
+        mm.sweep.run(old, tmp_path / "s", executor=here)
+    with pytest.raises(ValueError, match="it holds one with other versions"):
+        mm.sweep.run(sweep, tmp_path / "s", executor=here)
+    assert mm.sweep.status(tmp_path / "s").missing == 3  # can be read as before
+
+
+def test_files_are_data(tmp_path, here):
+    """JSON or netCDF, readable without this package."""
+    mm.sweep.run(Sweep(**DISK, vary={"noise": NOISES}), tmp_path / "s", executor=here)
+    for name, content in contents(tmp_path / "s").items():
+        assert name.endswith(".json")
+        json.loads(content)
+
+
+@pytest.mark.parametrize(("told", "expected"), [("1", 1), ("3", 3), ("", 5), ("4,2", 5), ("0", 5)])
+def test_a_worker_takes_as_many_threads_as_it_is_told(monkeypatch, told, expected):
+    monkeypatch.setattr(threads.os, "cpu_count", lambda: 5)
+    monkeypatch.setenv("OMP_NUM_THREADS", told)
+    assert threads.thread_count() == expected

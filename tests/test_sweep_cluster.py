@@ -1,0 +1,74 @@
+"""Sweeps on a Dask cluster: two worker processes on the loopback interface."""
+
+import os
+import signal
+import socket
+
+import pytest
+from sweep_driver import SWEEP, contents, drive
+from test_sweep_resume import FEW, start, wait_for_results, whole
+
+import magmotor as mm
+from magmotor.sweep.workers import ONE_THREAD
+
+__all__ = ["whole"]
+
+pytest.importorskip("distributed")
+
+
+def environment():
+    return {name: os.environ.get(name) for name in ONE_THREAD}
+
+
+@pytest.fixture(scope="module")
+def scheduler():
+    with mm.sweep.local_cluster(2) as address:
+        yield address
+
+
+def test_the_same_files_as_without_it(scheduler, tmp_path, whole):
+    assert scheduler.startswith("tcp://127.0.0.1:")
+    with mm.sweep.dask_workers(scheduler) as (executor, workers):
+        assert workers == 2
+        assert executor.submit(environment).result() == ONE_THREAD
+    tally = drive(tmp_path / "s", scheduler=scheduler)
+    assert tally.computed == len(SWEEP)
+    assert contents(tmp_path / "s") == whole
+
+
+def test_a_killed_driver_leaves_whole_results_and_the_same_call_goes_on(scheduler, tmp_path, whole):
+    driver = start(tmp_path / "s", scheduler=scheduler)
+    wait_for_results(tmp_path / "s")
+    driver.kill()
+    driver.communicate()
+    kept = contents(tmp_path / "s")
+    assert FEW <= len([*(tmp_path / "s").glob("done/*/*")]) < len(SWEEP)
+    assert {k: v for k, v in kept.items() if not k.startswith("parts/")}.items() <= whole.items()
+    drive(tmp_path / "s", scheduler=scheduler)
+    assert contents(tmp_path / "s") == whole
+
+
+def test_a_killed_worker_costs_nothing_but_time(scheduler, tmp_path, whole):
+    driver = start(tmp_path / "s", scheduler=scheduler)
+    wait_for_results(tmp_path / "s")
+    with mm.sweep.dask_workers(scheduler) as (executor, _):
+        os.kill(executor.submit(os.getpid).result(), signal.SIGKILL)
+    said, errors = driver.communicate(timeout=120)
+    assert (driver.returncode, said) == (0, "24 24\n"), errors
+    assert contents(tmp_path / "s") == whole
+
+
+def test_where_no_scheduler_is(tmp_path):
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        address = f"tcp://127.0.0.1:{free.getsockname()[1]}"
+    with (
+        pytest.raises(ValueError, match=r"scheduler = 'tcp.*: must be a Dask scheduler's address"),
+        mm.sweep.dask_workers(address),
+    ):
+        pass
+    with (
+        pytest.raises(ValueError, match="scheduler = 'nonsense:'"),
+        mm.sweep.dask_workers("nonsense:"),
+    ):
+        pass

@@ -1,0 +1,215 @@
+"""Sweeps that are killed, crowded, or out of room: what they leave, and how they go on."""
+
+import errno
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+from sweep_driver import SWEEP, contents, drive
+
+import magmotor as mm
+from magmotor import whole_files
+from magmotor.sweep import Sweep
+from magmotor.sweep.run import DIED
+
+HERE = Path(__file__).parent
+FEW = 4
+"""Cases after which something happens, of 24."""
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """The files of the sweep that nothing has disturbed, made by one worker after the other."""
+    directory = tmp_path_factory.mktemp("whole") / "sweep"
+    with ThreadPoolExecutor(8) as executor:
+        mm.sweep.run(SWEEP, directory, workers=8, executor=executor)
+    files = contents(directory)
+    assert len(files) == 1 + len(SWEEP)
+    return files
+
+
+def start(directory, **options):
+    """A driver as a program of its own."""
+    command = [sys.executable, str(HERE / "sweep_driver.py"), str(directory), json.dumps(options)]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def wait_for_results(directory, number=FEW):
+    deadline = time.monotonic() + 120
+    while len([*directory.glob("done/*/*")]) < number:
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+
+
+def children(pid):
+    """Processes that a process has started, and that are workers."""
+    found = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
+    lines = {int(child): Path(f"/proc/{child}/cmdline").read_text() for child in found}
+    return [child for child, line in lines.items() if "spawn_main" in line]
+
+
+def alive(pid):
+    try:
+        state = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0]
+    except FileNotFoundError:
+        return False
+    return state != "Z"
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_killed_driver_leaves_whole_results_and_the_same_call_goes_on(workers, tmp_path, whole):
+    directory = tmp_path / "s"
+    driver = start(directory, workers=workers)
+    wait_for_results(directory)
+    hands = children(driver.pid)
+    assert len(hands) == workers
+    driver.kill()
+    driver.communicate()
+    deadline = time.monotonic() + 10
+    while any(map(alive, hands)):  # they end with the driver
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+    left = contents(directory)
+    kept = {name: content for name, content in left.items() if not name.startswith("parts/")}
+    assert FEW <= len(kept) - 1 < len(SWEEP)
+    assert kept.items() <= whole.items()
+    tally = drive(directory, workers=workers)
+    assert tally.computed == len(SWEEP) - (len(kept) - 1)
+    assert contents(directory) == whole
+
+
+def test_what_was_half_written_is_removed_and_never_read(tmp_path, whole):
+    directory = tmp_path / "s"
+    driver = start(directory)
+    wait_for_results(directory)
+    driver.kill()
+    driver.communicate()
+    name = next(name for name in whole if not (directory / name).exists())
+    (directory / "parts").mkdir(exist_ok=True)
+    part = directory / "parts" / f"{Path(name).name}.{os.uname().nodename}.{driver.pid}"
+    part.write_bytes(whole[name][:100])
+    assert mm.sweep.status(directory).done == len([*directory.glob("done/*/*")])
+    drive(directory)
+    assert contents(directory) == whole
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_killed_worker_costs_nothing_but_time(workers, tmp_path, whole):
+    directory = tmp_path / "s"
+    driver = start(directory, workers=workers)
+    wait_for_results(directory)
+    os.kill(children(driver.pid)[0], signal.SIGKILL)
+    said, errors = driver.communicate(timeout=120)
+    assert (driver.returncode, said, errors) == (0, "24 24\n", "")
+    assert contents(directory) == whole
+
+
+def test_a_case_that_kills_its_process_fails_alone(tmp_path):
+    sweep = Sweep(
+        scene=mm.Disk(),
+        vary={"noise": (1.0, 2.0, 3.0, 4.0)},
+        measure=["sweep_measures:fatal"],
+        method="variational/baoab",
+        timestep=0.05,
+        duration=5.0,
+    )
+    tally = mm.sweep.run(sweep, tmp_path / "s", workers=2)
+    assert (tally.done, tally.failed) == (3, 1)
+    assert mm.sweep.status(tmp_path / "s").errors == {DIED: ["noise = 3"]}
+
+
+def test_two_drivers_share_a_directory(tmp_path, whole):
+    directory = tmp_path / "s"
+    drivers = [start(directory, workers=1) for _ in range(2)]
+    said = [driver.communicate(timeout=120) for driver in drivers]
+    assert [driver.returncode for driver in drivers] == [0, 0], said
+    assert contents(directory) == whole
+    done, computed = np.array([list(map(int, out.split())) for out, _ in said]).T
+    np.testing.assert_array_equal(done, len(SWEEP))
+    # Both have the last few under way: 2 for each worker. Without looking they would do 48.
+    assert len(SWEEP) <= computed.sum() <= len(SWEEP) + 8  # 24 to 27
+
+
+NO_MAIN = """
+import sys
+import magmotor as mm
+from magmotor.sweep import Sweep
+sweep = Sweep(scene=mm.Disk(), vary={"noise": (1, 2)}, measure=["displacement"], duration=1.0,
+              method="variational/baoab", timestep=0.05)
+try:
+    mm.sweep.run(sweep, sys.argv[1], workers=1)
+except mm.sweep.CannotStart as error:
+    raise SystemExit(f"cannot: {error}")
+"""
+
+
+def test_a_script_without_a_main_is_told_so(tmp_path):
+    (tmp_path / "script.py").write_text(NO_MAIN)
+    command = [sys.executable, str(tmp_path / "script.py"), str(tmp_path / "s")]
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    assert ended.returncode == 1
+    assert ended.stderr.splitlines()[-1].startswith("cannot: worker processes die as soon as they")
+    assert 'below `if __name__ == "__main__":`' in ended.stderr
+    assert mm.sweep.status(tmp_path / "s").missing == 2  # none is blamed
+
+
+def test_a_full_disk_stops_the_sweep_and_loses_nothing(tmp_path, whole, monkeypatch):
+    directory, fsync, calls = tmp_path / "s", os.fsync, []
+
+    def full(descriptor):
+        calls.append(descriptor)
+        if len(calls) > 1 + FEW:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        fsync(descriptor)
+
+    with monkeypatch.context() as patch, ThreadPoolExecutor(2) as executor:
+        patch.setattr(whole_files.os, "fsync", full)
+        with pytest.raises(OSError, match="No space left on device"):
+            mm.sweep.run(SWEEP, directory, workers=2, executor=executor)
+    left = contents(directory)
+    assert len(left) == 1 + FEW
+    assert left.items() <= whole.items()
+    with ThreadPoolExecutor(8) as executor:
+        mm.sweep.run(SWEEP, directory, workers=8, executor=executor)
+    assert contents(directory) == whole
+
+
+SMALL_DISK = """
+mount -t tmpfs -o size=64k tmpfs "$1" || exit 99
+"$2" "$3" "$1/s" '{"workers": 2}'
+echo "ended $?"
+cp -r "$1/s" "$4/full"
+mount -o remount,size=8m "$1" || exit 99
+"$2" "$3" "$1/s" '{"workers": 2}'
+echo "ended $?"
+cp -r "$1/s" "$4/whole"
+"""
+
+
+def test_a_small_disk_fills_up(tmp_path, whole):
+    """A tmpfs of 64 kB, in a mount namespace of its own."""
+    own = ["unshare", "--mount", "--map-root-user"]
+    probe = [*own, "mount", "-t", "tmpfs", "tmpfs", str(tmp_path)]
+    if shutil.which("unshare") is None or subprocess.run(probe, capture_output=True).returncode:
+        pytest.skip("mount namespaces are not for this user here")
+    (tmp_path / "disk").mkdir()
+    paths = [tmp_path / "disk", sys.executable, HERE / "sweep_driver.py", tmp_path]
+    command = [*own, "sh", "-c", SMALL_DISK, "sh", *map(str, paths)]
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=200)
+    assert ended.returncode == 0, ended.stderr
+    first, second, third = ended.stdout.splitlines()
+    assert (first, second, third) == ("ended 1", "24 " + second.split()[1], "ended 0")
+    assert ended.stderr.splitlines() == ["OSError: No space left on device"]
+    left = contents(tmp_path / "full")
+    assert 1 < len(left) < 1 + len(SWEEP)
+    assert left.items() <= whole.items()
+    assert int(second.split()[1]) == len(SWEEP) - (len(left) - 1)
+    assert contents(tmp_path / "whole") == whole
