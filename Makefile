@@ -39,7 +39,7 @@ endif
 # Pictures need neither tests nor linters; where they are installed, they are kept.
 READY := $(firstword $(wildcard .venv/dev-ready) .venv/ready)
 
-.PHONY: help movie disk motor test lint bench charts compat clean redo
+.PHONY: help movie disk motor sweep studies test lint bench charts compat clean redo
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' Makefile
@@ -55,6 +55,14 @@ disk: $(READY)  ## the sliding disk's figures, with theory on top: out/disk*.png
 motor: $(READY)  ## the seven motors' figures: out/motor*.png, out/motor_*.nc
 	@echo "== motor: simulating and drawing into out/ (the first run also compiles the kernels)"
 	@$(PYTHON) scripts/motor.py $(ARGS)
+
+sweep: $(READY)  ## a parameter sweep: out/sweep/, out/sweep.png, .nc; ARGS="top --vary tilt=0:0.2:21"
+	@$(PYTHON) scripts/sweep.py $(or $(ARGS),top --vary tilt=0:0.2:21 --vary height=0.16:0.4:25)
+
+studies: $(READY)  ## where the top spins, how often the motor flies: out/study_*.png, .nc
+	@echo "== studies: simulating and drawing into out/; stopped, they go on next time"
+	@$(PYTHON) scripts/study.py spin $(ARGS)
+	@$(PYTHON) scripts/study.py flights $(ARGS)
 
 test: .venv/dev-ready  ## the tests
 	@echo "== test: running pytest (the first run also compiles the kernels)"

@@ -1,5 +1,6 @@
 """Running a sweep from the command line: who computes, what is said, how it ends."""
 
+import logging
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -11,7 +12,7 @@ import xarray as xr
 from command_line import DIVERGED, INTERRUPTED, UNWRITTEN, fail, written_whole
 
 import magmotor as mm
-from magmotor.sweep import CannotStart, OtherVersions, Sweep, SweepInterrupted
+from magmotor.sweep import NoWorkers, OtherVersions, Sweep, SweepInterrupted
 
 SHOWN = 5
 """Errors that are told at the end of a sweep; `sweep.py status` tells all."""
@@ -40,8 +41,8 @@ def run(plan: Sweep, folder: Path, options: RunOptions) -> mm.sweep.Tally:
     except OSError as error:
         why = f"cannot write to {folder}: {error.strerror or error}"
         fail(f"{why}; what is written is complete, and the same command goes on", UNWRITTEN)
-    except (CannotStart, OtherVersions) as error:
-        fail(str(error), DIVERGED)
+    except (NoWorkers, OtherVersions) as error:
+        fail(f"{error}; what is written is complete", DIVERGED)
     print(f"{tally}; {tally.computed} computed in {time.perf_counter() - began:.1f} s")
     return tally
 
@@ -52,6 +53,7 @@ def executor(options: RunOptions) -> Iterator[dict[str, Any]]:
         yield {"workers": options.workers}
         return
     with mm.sweep.dask_workers(options.scheduler) as (executor, workers):
+        logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # we say it in one line
         yield {"executor": executor, "workers": workers}
 
 

@@ -1,19 +1,21 @@
 """What the README shows works as it stands there."""
 
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
+EXAMPLES = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
 
 
 def test_python_examples_run():
-    simulate, ensemble, motor, magnetise, heat = re.findall(
-        r"```python\n(.*?)```", README, re.DOTALL
-    )
+    simulate, ensemble, motor, _, magnetise, heat = EXAMPLES
     namespace: dict = {}
     exec(simulate, namespace)
     assert np.abs(namespace["run"].momentum_map).max() == pytest.approx(1.858e-4, rel=1e-3)
@@ -47,6 +49,18 @@ def test_python_examples_run():
             squares.append(data.qvel[0] ** 2)
     # 2000 s are 6400 correlation times of the energy: standard error 1.8 %.
     assert model.dof_M0[0] * np.mean(squares) == pytest.approx(1e-6, rel=0.08)  # 0.97
+
+
+def test_the_sweep_runs_as_a_script(tmp_path):
+    (tmp_path / "noise.py").write_text(EXAMPLES[3] + "    data.to_netcdf('noise.nc')\n")
+    subprocess.run(
+        [sys.executable, "-W", "error", "noise.py"], cwd=tmp_path, check=True, timeout=120
+    )
+    data = xr.load_dataset(tmp_path / "noise.nc")
+    assert dict(data.sizes) == {"noise": 5, "seed": 4}
+    kT = data.noise**2 / (2 * 0.1)
+    # 1000 rate/2 = 150 independent squares in each run: standard error 0.06.
+    np.testing.assert_allclose((data.slip_temperature / kT).mean("seed"), 1, atol=0.3)  # 0.03
 
 
 def test_commands_and_files_exist():

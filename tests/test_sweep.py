@@ -2,7 +2,7 @@
 
 import json
 import tracemalloc
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -348,9 +348,8 @@ def test_a_directory_of_something_else_is_refused_and_left(tmp_path, here):
     mm.sweep.run(sweep, tmp_path / "s", executor=here)
     before = contents(tmp_path / "s")
     other = Sweep(**{**DISK, "duration": 6.0}, vary={"v": NOISES})
-    with pytest.raises(
-        ValueError, match=r"s': must be empty.*it holds one with other duration, vary$"
-    ):
+    differs = r"s': must be empty.*with other duration, vary: take another, or delete it$"
+    with pytest.raises(ValueError, match=differs):
         mm.sweep.run(other, tmp_path / "s", executor=here)
     assert contents(tmp_path / "s") == before
     (tmp_path / "notes").mkdir()
@@ -364,6 +363,18 @@ def test_a_directory_of_something_else_is_refused_and_left(tmp_path, here):
     for look in (mm.sweep.status, mm.sweep.combine):
         with pytest.raises(ValueError, match=r"nowhere': must be a sweep's: it has no sweep\.json"):
             look(tmp_path / "nowhere")
+
+
+def test_an_executor_that_drops_its_cases_ends_the_sweep(tmp_path):
+    class Gone(Executor):
+        def submit(self, fn, /, *args, **kwargs):
+            future = Future()
+            future.cancel()
+            return future
+
+    with pytest.raises(mm.sweep.NoWorkers, match="a case was dropped by those who had it"):
+        mm.sweep.run(Sweep(**DISK, vary={"noise": NOISES}), tmp_path / "s", executor=Gone())
+    assert mm.sweep.status(tmp_path / "s").missing == 3
 
 
 def test_other_versions_do_not_mix(tmp_path, here):

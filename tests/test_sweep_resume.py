@@ -146,7 +146,7 @@ sweep = Sweep(scene=mm.Disk(), vary={"noise": (1, 2)}, measure=["displacement"],
               method="variational/baoab", timestep=0.05)
 try:
     mm.sweep.run(sweep, sys.argv[1], workers=1)
-except mm.sweep.CannotStart as error:
+except mm.sweep.NoWorkers as error:
     raise SystemExit(f"cannot: {error}")
 """
 

@@ -10,6 +10,8 @@ from functools import cache
 from pathlib import Path
 from types import ModuleType
 
+from magmotor.models_folder import models_folder
+
 
 def code_version(*modules: ModuleType) -> int:
     """Checksum of the source of some modules."""
@@ -18,10 +20,6 @@ def code_version(*modules: ModuleType) -> int:
 
 @cache
 def package_checksum() -> int:
-    """Checksum of all of magmotor's code."""
-    return zlib.crc32(b"".join(file.read_bytes() for file in package_files()))
-
-
-def package_files() -> list[Path]:
-    """The files of magmotor's code."""
-    return sorted(Path(__file__).parent.rglob("*.py"))
+    """Checksum of all of magmotor's code and MJCF parts."""
+    files = [*Path(__file__).parent.rglob("*.py"), *models_folder().glob("*.xml")]
+    return zlib.crc32(b"".join(file.read_bytes() for file in sorted(files)))

@@ -17,11 +17,11 @@ from magmotor.checkpoint import Checkpoint
 from magmotor.devices import disk
 from magmotor.engines.variational.disk import pack, unpack
 from magmotor.engines.variational.lanes import LANES, kernel, law
-from magmotor.ensemble.interrupts import deferred
 from magmotor.ensemble.moments import POWERS, moments, quantities
 from magmotor.ensemble.plan import Plan
 from magmotor.ensemble.result import result
 from magmotor.ensemble.statistics import Statistics, accumulate, empty
+from magmotor.interrupts import deferred
 from magmotor.scenes import Disk, LangevinParticle
 from magmotor.simulation import SimulationDiverged, SimulationInterrupted
 from magmotor.states.disk import DiskStates

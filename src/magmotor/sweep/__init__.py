@@ -5,13 +5,13 @@ from magmotor.sweep.combine import combine
 from magmotor.sweep.definition import Sweep
 from magmotor.sweep.directory import sweep_of
 from magmotor.sweep.measures import measures
-from magmotor.sweep.run import CannotStart, SweepInterrupted, Tally, run
+from magmotor.sweep.run import NoWorkers, SweepInterrupted, Tally, run
 from magmotor.sweep.status import Status, status
 from magmotor.sweep.work import OtherVersions
 from magmotor.sweep.workers import dask_workers, local_cluster
 
 __all__ = [
-    "CannotStart",
+    "NoWorkers",
     "OtherVersions",
     "Range",
     "Samples",

@@ -15,7 +15,7 @@ from magmotor.sweep.work import decoded, measured
 
 
 def combine(directory: str | Path) -> xr.Dataset:
-    """The results of a sweep, also of one that is not finished.
+    """The results of a sweep, also of one that is not finished, all in memory.
 
     Parameters
     ----------

@@ -138,5 +138,6 @@ def check_same(path: Path, asked: dict[str, Any], there: dict[str, Any]) -> None
     """Check that a directory holds the sweep that is asked for; ValueError says what differs."""
     other = [name for name in {**there, **asked} if there.get(name) != asked.get(name)]
     if other:
-        bound = f"empty, or this sweep's; it holds one with other {', '.join(other)}"
+        holds = f"it holds one with other {', '.join(other)}"
+        bound = f"empty, or this sweep's; {holds}: take another, or delete it"
         raise reject("directory", str(path), bound)

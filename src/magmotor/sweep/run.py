@@ -11,6 +11,7 @@ from queue import SimpleQueue
 from tqdm import tqdm
 
 from magmotor.checks import check_integer
+from magmotor.interrupts import deferred
 from magmotor.sweep.case import Case
 from magmotor.sweep.definition import Sweep
 from magmotor.sweep.directory import Directory
@@ -54,8 +55,8 @@ class SweepInterrupted(KeyboardInterrupt):
     """Ctrl-C during a sweep; what was done is on disk, and the same call goes on."""
 
 
-class CannotStart(RuntimeError):
-    """No worker process stays alive, whatever it is given."""
+class NoWorkers(RuntimeError):
+    """Nobody takes the cases: processes die whatever they are given, or a cluster is gone."""
 
 
 def run(
@@ -96,8 +97,8 @@ def run(
         A result cannot be written; those before it are there.
     SweepInterrupted
         Ctrl-C.
-    CannotStart
-        Worker processes die as soon as they start.
+    NoWorkers
+        Worker processes die as soon as they start, or the executor drops cases.
     OtherVersions
         The workers compute with other versions than this process.
     """
@@ -110,7 +111,8 @@ def run(
         with driver.progress:
             driver.work()
     except BaseException as error:
-        driver.stop()
+        with deferred():  # a second Ctrl-C comes too late
+            driver.stop()
         if isinstance(error, KeyboardInterrupt):
             raise SweepInterrupted(f"sweep interrupted; {driver.tally}") from None
         raise
@@ -189,6 +191,8 @@ class _Driver:
     def _take(self, future: Future) -> None:
         """Keep what came of a case."""
         case = self.running.pop(future)
+        if future.cancelled():
+            raise NoWorkers("a case was dropped by those who had it: is the cluster gone?")
         error = future.exception()
         if isinstance(error, BrokenExecutor) and isinstance(self.workers, Pool):
             self.suspects.append(case)
@@ -230,7 +234,7 @@ class _Driver:
         try:
             self.workers.submit(os.getpid).result()
         except BrokenExecutor:
-            raise CannotStart(
+            raise NoWorkers(
                 "worker processes die as soon as they start; a script that runs a sweep must do so"
                 ' below `if __name__ == "__main__":`'
             ) from None

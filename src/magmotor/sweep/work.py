@@ -3,6 +3,7 @@
 import io
 import json
 import tempfile
+import threading
 import time
 import warnings
 from contextlib import redirect_stderr
@@ -21,6 +22,9 @@ from magmotor.sweep.measures import TRAJECTORY, measure_of
 from magmotor.sweep.versions import versions_that_matter
 
 ARGUMENTS = ("method", "timestep", "duration", "record_interval", "replicas", "seed")
+
+ALONE = threading.Lock()
+"""Held by the one case that a process runs: warnings and standard error are the process's."""
 
 
 class Outcome(NamedTuple):
@@ -61,7 +65,8 @@ def compute(case: Case, measure: tuple[str, ...]) -> Outcome:
 
 def _content(case: Case, measure: tuple[str, ...]) -> bytes:
     # Progress bars and recommendations of single cases are not for the sweep's terminal.
-    with redirect_stderr(io.StringIO()), warnings.catch_warnings(record=True) as caught:
+    quiet, recorded = redirect_stderr(io.StringIO()), warnings.catch_warnings(record=True)
+    with ALONE, quiet, recorded as caught:
         warnings.simplefilter("always")
         scene = scene_from(case.told["scene"], case.told["scene_fields"])
         run = simulate(scene, **{name: case.told[name] for name in ARGUMENTS})

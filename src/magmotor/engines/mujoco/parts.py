@@ -1,25 +1,17 @@
-"""MJCF parts: where they are, and what in them only eyes need."""
+"""MJCF parts: how they are read, and what in them only eyes need."""
 
 from copy import copy
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from magmotor.models_folder import models_folder
+
 Array = NDArray[np.float64]
 Element = Any
 """A PyMJCF element: its attributes are those of the MJCF schema, unknown to type checkers."""
-
-
-def models_folder() -> Path:
-    """The folder of MJCF parts: inside the installed package, or beside `src` in a checkout."""
-    package = Path(__file__).parents[2]
-    for folder in (package / "models", package.parents[1] / "models"):
-        if folder.is_dir():
-            return folder
-    raise FileNotFoundError(f"no folder models in {package} or {package.parents[1]}")
 
 
 def load(name: str, *, looks: bool) -> Element:
