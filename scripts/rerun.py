@@ -1,15 +1,15 @@
 """Run a dataset again from its own attributes, and see whether all comes out the same to the bit.
 
-What the file holds in single precision is compared in single precision, and of a run that ended
-early its records. Exit code 0: identical; 1: different, and what is.
+What the file holds in single precision is compared in single precision, of a run that ended early
+its records, of a sweep the cases that are there. Exit code 0: identical; 1: different, and what is.
 """
 
 import json
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
 import tyro
 import xarray as xr
 from command_line import MISTAKE, fail, run_script, warn_in_one_line, written_whole
@@ -22,7 +22,7 @@ DIFFERENT = 1
 @dataclass
 class Options:
     file: tyro.conf.Positional[Path]
-    """dataset of a run or of an ensemble (NetCDF)"""
+    """dataset of a run, an ensemble or a sweep (NetCDF)"""
     out: Path | None = None
     """file to write what comes out to"""
 
@@ -43,7 +43,10 @@ def main() -> None:
     if found:
         print("different:", "; ".join([*found, *other_versions(kept, again)]))
         raise SystemExit(DIFFERENT)
-    print(f"identical: {len(compared.data_vars)} variables, {compared.sizes['time']} records")
+    unit, records = "records", compared.sizes.get("time")
+    if "sweep" in kept.attrs:
+        unit, records = "cases", math.prod(compared.sizes.values())
+    print(f"identical: {len(compared.data_vars)} variables, {records} {unit}")
 
 
 def read(path: Path) -> xr.Dataset:
@@ -54,7 +57,7 @@ def read(path: Path) -> xr.Dataset:
 
 
 def comparable(kept: xr.Dataset, again: xr.Dataset) -> xr.Dataset:
-    """All of a run; of an ensemble that ended elsewhere the records, not what sums them up."""
+    """All that is there; of an ensemble that ended elsewhere records, not what sums them up."""
     if kept.attrs.get("time_reached") == again.attrs.get("time_reached"):
         return kept
     return kept[[name for name in kept.variables if "time" in kept[name].dims]]
@@ -62,19 +65,21 @@ def comparable(kept: xr.Dataset, again: xr.Dataset) -> xr.Dataset:
 
 def differences(kept: xr.Dataset, again: xr.Dataset) -> Iterator[str]:
     """What differs, by how much, and from when on."""
-    records = min(kept.sizes["time"], again.sizes["time"])
-    if records < kept.sizes["time"]:
+    if "sweep" in kept.attrs:
+        again = again.where(kept.notnull())
+    elif again.sizes["time"] < kept.sizes["time"]:
         yield f"it ends at t = {again.time[-1]:g}, not {kept.time[-1]:g}"
-    kept, again = (run.isel(time=slice(records)) for run in (kept, again))
+    times = range(min(kept.sizes.get("time", 0), again.sizes.get("time", 0)))
+    kept, again = (run.isel(time=times, missing_dims="ignore") for run in (kept, again))
     for name, values in kept.variables.items():
         anew = again.variables.get(name)
         if anew is None or anew.sizes != values.sizes:
             yield f"{name} ({'not there' if anew is None else 'of another shape'})"
         else:
-            yield from difference(str(name), values, anew.astype(values.dtype), kept.time.values)
+            yield from difference(str(name), values, anew.astype(values.dtype), kept)
 
 
-def difference(name: str, old: xr.Variable, new: xr.Variable, time: np.ndarray) -> Iterator[str]:
+def difference(name: str, old: xr.Variable, new: xr.Variable, kept: xr.Dataset) -> Iterator[str]:
     wrong = (old != new) & (old.notnull() | new.notnull())
     if not wrong.any():
         return
@@ -83,15 +88,21 @@ def difference(name: str, old: xr.Variable, new: xr.Variable, time: np.ndarray) 
         how += f" by at most {abs(old - new).values[wrong.values].max():.2g}"
     if "time" in old.dims:
         rows = wrong.any([dim for dim in old.dims if dim != "time"]).values
-        how += f" from t = {time[rows.argmax()]:g} on"
+        how += f" from t = {kept.time[rows.argmax()]:g} on"
     yield name + how
 
 
 def other_versions(kept: xr.Dataset, again: xr.Dataset) -> Iterator[str]:
-    then, now = (json.loads(run.attrs.get("versions", "{}")) for run in (kept, again))
+    then, now = (versions(run) for run in (kept, again))
     for name in now:
         if then.get(name) != now[name]:
             yield f"{name} was {then.get(name)}, is {now[name]}"
+
+
+def versions(run: xr.Dataset) -> dict[str, str]:
+    if "sweep" in run.attrs:
+        return json.loads(run.attrs["sweep"])["versions"]
+    return json.loads(run.attrs.get("versions", "{}"))
 
 
 if __name__ == "__main__":

@@ -1,6 +1,8 @@
 """Shared by all tests: where the helpers are, and runs that several tests look at."""
 
+import importlib
 import sys
+import warnings
 from pathlib import Path
 
 import pytest
@@ -8,6 +10,25 @@ import pytest
 import magmotor as mm
 
 sys.path.insert(0, str(Path(__file__).parent))
+
+
+@pytest.fixture
+def run_script(monkeypatch, capsys):
+    """Run a script in this process; its exit code, and what it said to stdout and stderr."""
+    monkeypatch.syspath_prepend(Path(__file__).parents[1] / "scripts")
+    monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)
+
+    def run(name, *arguments):
+        script = importlib.import_module(name)
+        monkeypatch.setattr(sys, "argv", [f"{name}.py", *map(str, arguments)])
+        code = 0
+        try:
+            script.main()
+        except SystemExit as stop:
+            code = stop.code
+        return code, *capsys.readouterr()
+
+    return run
 
 
 @pytest.fixture(scope="session")

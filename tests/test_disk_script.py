@@ -1,6 +1,5 @@
 """scripts/disk.py: what it writes and prints, its mistakes, and its theory of the mean."""
 
-import importlib
 import re
 import resource
 import subprocess
@@ -24,17 +23,12 @@ SHORT = ("--duration", "30", "--replicas", "256", "--timestep", "0.05", "--out")
 
 
 @pytest.fixture
-def disk(monkeypatch, capsys):
-    """Run the script in this process; its exit code and what it said to stderr."""
-    monkeypatch.syspath_prepend(SCRIPTS)
-    monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)
-    script = importlib.import_module("disk")
+def disk(run_script):
+    """Run the script; its exit code and what it said to stderr."""
 
     def run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["disk.py", *map(str, arguments)])
-        with pytest.raises(SystemExit) as stop:
-            script.main()
-        return stop.value.code, capsys.readouterr().err
+        code, _, errors = run_script("disk", *arguments)
+        return code, errors
 
     return run
 

@@ -1,9 +1,7 @@
 """scripts/motor.py: what it writes and prints, runs that lose their ring, and its mistakes."""
 
-import importlib
 import re
-import sys
-import warnings
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -20,22 +18,8 @@ PICTURES = {"motor.png", *(f"motor_{name}.png" for name in FIGURES)}
 
 
 @pytest.fixture
-def motor(monkeypatch, capsys):
-    """Run the script in this process; its exit code, and what it said to stdout and stderr."""
-    monkeypatch.syspath_prepend(SCRIPTS)
-    monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)
-    script = importlib.import_module("motor")
-
-    def run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["motor.py", *map(str, arguments)])
-        code = 0
-        try:
-            script.main()
-        except SystemExit as stop:
-            code = stop.code
-        return code, *capsys.readouterr()
-
-    return run
+def motor(run_script):
+    return partial(run_script, "motor")
 
 
 def test_all_runs_figures_and_numbers(motor, tmp_path):

@@ -2,8 +2,7 @@
 
 import importlib
 import json
-import sys
-import warnings
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -152,22 +151,8 @@ def test_what_is_no_run_s_beginning_is_refused(disk_run, change, message):
 
 
 @pytest.fixture
-def rerun(monkeypatch, capsys):
-    """Run the script in this process; its exit code, and what it said to stdout and stderr."""
-    monkeypatch.syspath_prepend(SCRIPTS)
-    monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)
-    script = importlib.import_module("rerun")
-
-    def run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["rerun.py", *map(str, arguments)])
-        code = 0
-        try:
-            script.main()
-        except SystemExit as stop:
-            code = stop.code
-        return code, *capsys.readouterr()
-
-    return run
+def rerun(run_script):
+    return partial(run_script, "rerun")
 
 
 @pytest.fixture

@@ -1,6 +1,5 @@
 """scripts/sweep.py and scripts/study.py: what they write and print, interrupts, mistakes."""
 
-import importlib
 import json
 import os
 import signal
@@ -24,9 +23,8 @@ QUICK = ("--method", "variational/verlet", "--timestep", "0.02")
 
 
 @pytest.fixture
-def script(monkeypatch, capsys):
-    """Run a script in this process, with a thread as worker; its exit code, and what it said."""
-    monkeypatch.syspath_prepend(SCRIPTS)
+def script(run_script, monkeypatch):
+    """Run a script with a thread as its worker."""
     execute = mm.sweep.run
 
     def run(sweep, folder, *, workers=None, executor=None, retry=False):
@@ -34,17 +32,7 @@ def script(monkeypatch, capsys):
             return execute(sweep, folder, executor=executor or thread, workers=1, retry=retry)
 
     monkeypatch.setattr(mm.sweep, "run", run)
-
-    def call(name, *arguments):
-        monkeypatch.setattr(sys, "argv", [f"{name}.py", *map(str, arguments)])
-        code = 0
-        try:
-            importlib.import_module(name).main()
-        except SystemExit as stop:
-            code = stop.code
-        return code, *capsys.readouterr()
-
-    return call
+    return run_script
 
 
 def test_a_sweep_its_dataset_and_its_picture(script, tmp_path):
@@ -76,6 +64,23 @@ def test_what_is_missing_is_said_and_left_blank(script, tmp_path):
     code, *_ = script("sweep", "combine", out)
     assert code == 0
     assert int(xr.load_dataset(tmp_path / "s.nc").max_spin.isnull().sum()) == 1
+
+
+def test_a_sweep_is_run_again_from_its_dataset(script, tmp_path):
+    out, file = tmp_path / "s", tmp_path / "s.nc"
+    script("sweep", *TOP, *QUICK, "--out", out)
+    assert script("rerun", file) == (0, "identical: 2 variables, 6 cases\n", "")
+    data = xr.load_dataset(file)
+    data.max_spin[1, 0] = np.nan
+    data.to_netcdf(file)
+    assert script("rerun", file) == (0, "identical: 2 variables, 6 cases\n", "")
+    data.max_spin[1, 1] += 0.5
+    told = json.loads(data.attrs["sweep"])
+    told["versions"]["numpy"] = "1.0"
+    data.assign_attrs(sweep=json.dumps(told)).to_netcdf(file)
+    code, said, _ = script("rerun", file)
+    assert code == 1
+    assert said.startswith("different: max_spin by at most 0.5; numpy was 1.0, is ")
 
 
 def test_failed_cases_are_told_and_the_code_is_1(script, tmp_path):

@@ -1,12 +1,16 @@
 """Any dataset made again, from its attributes and, where one was given, its initial state."""
 
+import json
 from collections.abc import Callable, Mapping
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from magmotor import sweep
 from magmotor.checks import reject
 from magmotor.dataset import scene_of
 from magmotor.ensemble import ensemble
@@ -36,11 +40,13 @@ def rerun(run: xr.Dataset) -> xr.Dataset:
     run : xarray.Dataset
         Of `simulate` or `ensemble`, also of one that was interrupted or diverged, or the beginning
         of one. It may be in single precision, unless `initial` was given: then it has to hold that.
+        Or of `sweep.combine`, which processes of this machine then compute.
 
     Returns
     -------
     xarray.Dataset
-        All of the run, also if it was interrupted; of one that diverges what was recorded.
+        All of the run or sweep, also if it was interrupted; of a run that diverges what was
+        recorded.
 
     Raises
     ------
@@ -50,6 +56,8 @@ def rerun(run: xr.Dataset) -> xr.Dataset:
         Ctrl-C; holds what was recorded.
     """
     told = {k: v.item() if isinstance(v, np.generic) else v for k, v in run.attrs.items()}
+    if "sweep" in told:
+        return _sweep(json.loads(told["sweep"]))
     of_many = "sample_interval" in told
     names = ENSEMBLE if of_many else RUN
     missing = [name for name in ("scene", "scene_fields", *names) if name not in told]
@@ -69,6 +77,13 @@ def rerun(run: xr.Dataset) -> xr.Dataset:
         return again(scene, **arguments)
     except SimulationDiverged as stop:
         return stop.dataset
+
+
+def _sweep(told: dict[str, Any]) -> xr.Dataset:
+    plan = sweep.sweep_from({**told, "versions": None})
+    with TemporaryDirectory() as folder:
+        sweep.run(plan, Path(folder) / "sweep")
+        return sweep.combine(Path(folder) / "sweep")
 
 
 def _check_dimensions(run: xr.Dataset, told: Mapping[str, Any]) -> None:

@@ -2,7 +2,7 @@
 
 from magmotor.sweep.axes import Range, Samples, Values
 from magmotor.sweep.combine import combine
-from magmotor.sweep.definition import Sweep
+from magmotor.sweep.definition import Sweep, sweep_from
 from magmotor.sweep.directory import sweep_of
 from magmotor.sweep.measures import measures
 from magmotor.sweep.run import NoWorkers, SweepInterrupted, Tally, run
@@ -26,5 +26,6 @@ __all__ = [
     "measures",
     "run",
     "status",
+    "sweep_from",
     "sweep_of",
 ]
