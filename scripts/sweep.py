@@ -115,12 +115,12 @@ def main() -> None:
 
 
 def sweep(scene: Any, options: Options) -> None:
-    told = varied(options.vary, options.design)
+    told, numbers = varied(options.vary, options.design), seeds(options.seeds)
     plan = Sweep(
         scene=scene,
         vary=told.vary,
         samples=told.samples,
-        seeds=seeds(options.seeds),
+        seeds=numbers,
         replicas=options.replicas,
         measure=options.measure.split(","),
         method=options.method,
@@ -128,6 +128,8 @@ def sweep(scene: Any, options: Options) -> None:
         duration=options.duration,
         record_interval=options.record_interval,
     )
+    if plan.shape[-1] < len(numbers):
+        print("a top has no noise: of its seeds only the first counts")
     tally = run(plan, options.out, options)
     combine(options.out)
     if tally.failed:

@@ -1,6 +1,7 @@
 """A driver of the tests' sweep, also as a program to be killed: DIRECTORY, options as JSON."""
 
 import json
+import os
 import sys
 from contextlib import nullcontext
 
@@ -8,6 +9,7 @@ import numpy as np
 
 import magmotor as mm
 from magmotor.sweep import Sweep
+from magmotor.sweep.workers import ONE_THREAD
 
 SWEEP = Sweep(
     scene=mm.Disk(),
@@ -24,6 +26,11 @@ def contents(directory):
     """All files in a sweep's directory, by name."""
     files = (path for path in directory.rglob("*") if path.is_file())
     return {str(path.relative_to(directory)): path.read_bytes() for path in files}
+
+
+def environment():
+    """How many threads this process is told to take."""
+    return {name: os.environ.get(name) for name in ONE_THREAD}
 
 
 def drive(directory, workers=2, scheduler=None):

@@ -56,6 +56,19 @@ def test_a_top_has_no_noise_and_so_no_seeds():
     assert top.shape == (2, 1)
 
 
+def test_numpy_s_numbers_do(tmp_path, here):
+    numbers = {"duration": np.float32(5), "timestep": np.float64(0.05), "replicas": np.int64(2)}
+    more = {
+        "seeds": np.arange(2),
+        "record_interval": np.int8(2),
+        "vary": {"noise": np.arange(1, 3)},
+    }
+    own = Sweep(**{**DISK, **numbers, **more})
+    plain = Sweep(**DISK, seeds=2, replicas=2, record_interval=2, vary={"noise": (1.0, 2.0)})
+    assert [*own] == [*plain]
+    assert mm.sweep.run(own, tmp_path / "s", executor=here).done == 4
+
+
 def test_every_number_of_every_scene_can_be_varied():
     for scene in (mm.Top(), mm.Motor(position=(0.8, 0.0), axis=(0, 0, 1)), mm.Disk()):
         for name, field in numeric_fields(scene).items():

@@ -5,7 +5,7 @@ import signal
 import socket
 
 import pytest
-from sweep_driver import SWEEP, contents, drive
+from sweep_driver import SWEEP, contents, drive, environment
 from test_sweep_resume import FEW, start, wait_for_results, whole
 
 import magmotor as mm
@@ -14,10 +14,6 @@ from magmotor.sweep.workers import ONE_THREAD
 __all__ = ["whole"]
 
 pytest.importorskip("distributed")
-
-
-def environment():
-    return {name: os.environ.get(name) for name in ONE_THREAD}
 
 
 @pytest.fixture(scope="module")

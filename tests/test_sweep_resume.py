@@ -13,12 +13,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from sweep_driver import SWEEP, contents, drive
+from sweep_driver import SWEEP, contents, drive, environment
 
 import magmotor as mm
 from magmotor import whole_files
 from magmotor.sweep import Sweep
 from magmotor.sweep.run import DIED
+from magmotor.sweep.workers import ONE_THREAD, Pool
 
 HERE = Path(__file__).parent
 FEW = 4
@@ -62,6 +63,16 @@ def alive(pid):
     except FileNotFoundError:
         return False
     return state != "Z"
+
+
+def test_workers_take_one_thread_each_and_leave_nothing_behind():
+    before = dict(os.environ)
+    pool = Pool(1)
+    assert pool.submit(environment).result() == ONE_THREAD
+    worker = pool.submit(os.getpid).result()
+    assert dict(os.environ) == before
+    pool.close()
+    assert not alive(worker)
 
 
 @pytest.mark.parametrize("workers", [1, 2])

@@ -37,10 +37,11 @@ def script(run_script, monkeypatch):
 
 def test_a_sweep_its_dataset_and_its_picture(script, tmp_path):
     out = tmp_path / "s"
-    code, said, errors = script("sweep", *TOP, *QUICK, "--out", out)
+    code, said, errors = script("sweep", *TOP, *QUICK, "--seeds", "0:8", "--out", out)
     assert (code, errors) == (0, "")
-    assert said.splitlines()[0] == "6 cases by variational/verlet, h = 0.02, T = 2"
-    assert said.splitlines()[1].startswith("6 cases: 6 done, 0 failed; 6 computed in ")
+    assert said.splitlines()[0] == "a top has no noise: of its seeds only the first counts"
+    assert said.splitlines()[1] == "6 cases by variational/verlet, h = 0.02, T = 2"
+    assert said.splitlines()[2].startswith("6 cases: 6 done, 0 failed; 6 computed in ")
     data = xr.load_dataset(tmp_path / "s.nc")
     assert dict(data.sizes) == {"tilt": 3, "ring_height": 2, "seed": 1}
     assert {*data.data_vars} == {"max_spin", "settling_radius"}

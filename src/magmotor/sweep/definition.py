@@ -13,17 +13,17 @@ import numpy as np
 from magmotor.checks import check_choice, check_integer, check_number, reject
 from magmotor.dataset import scene_from
 from magmotor.devices import Scene, device_of
-from magmotor.noise import check_seed
 from magmotor.recommendation import recommend
 from magmotor.scenes import Top
 from magmotor.sweep.axes import Samples, Values, samples_from, values_axis
 from magmotor.sweep.case import Case, case_of
 from magmotor.sweep.fields import changed, numeric_fields
 from magmotor.sweep.measures import TRAJECTORY, measure_of
+from magmotor.sweep.seeds import checked_seeds, child
 from magmotor.sweep.versions import versions_that_matter
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Sweep:
     """A parameter sweep: the cases are all combinations of its axes and seeds, made as needed.
 
@@ -76,8 +76,7 @@ class Sweep:
         methods = device_of(self.scene).methods(self.scene)
         if not self.vary and self.samples is None:
             raise reject("vary", dict(self.vary), "one field at least")
-        seeds = self.seeds if isinstance(self.seeds, Iterable) else self._numbered(self.seeds)
-        seeds = self._checked_seeds(seeds)
+        seeds = checked_seeds(self.seeds)
         self._set("seeds", seeds[:1] if isinstance(self.scene, Top) else seeds)
         self._set("measure", self._checked_measure(self.measure))
         if self.replicas is not None:
@@ -99,20 +98,6 @@ class Sweep:
 
     def _set(self, name: str, value: Any) -> None:
         object.__setattr__(self, name, value)
-
-    @staticmethod
-    def _numbered(count: Any) -> range:
-        check_integer("seeds", count, at_least=1)
-        return range(count)
-
-    @staticmethod
-    def _checked_seeds(seeds: Iterable[int]) -> tuple[int, ...]:
-        seeds = tuple(seeds)
-        for seed in seeds:
-            check_seed(seed)
-        if not seeds or len(set(seeds)) < len(seeds):
-            raise reject("seeds", [*seeds], "a range that is not empty, of different seeds")
-        return seeds
 
     def _checked_measure(self, names: Iterable[str]) -> tuple[str, ...]:
         names = tuple(names)
@@ -178,9 +163,16 @@ class Sweep:
     @cached_property
     def _common(self) -> dict[str, Any]:
         """What all cases have."""
-        names = ("method", "timestep", "duration", "record_interval", "replicas", "versions")
-        told = {name: getattr(self, name) for name in names}
-        return {"scene": type(self.scene).__name__, **told}
+        assert self.timestep is not None
+        return {
+            "scene": type(self.scene).__name__,
+            "method": self.method,
+            "timestep": float(self.timestep),
+            "duration": float(self.duration),
+            "record_interval": int(self.record_interval),
+            "replicas": None if self.replicas is None else int(self.replicas),
+            "versions": self.versions,
+        }
 
     def changes(self, index: int) -> dict[str, float | int]:
         """What a case has instead of the scene's own numbers."""
@@ -234,9 +226,3 @@ def sweep_from(told: dict[str, Any]) -> Sweep:
         samples=samples[0] if samples else None,
         **{name: told[name] for name in names},
     )
-
-
-def child(seed: int, point: int) -> int:
-    """Seed of a point: the child of that number that `SeedSequence(seed)` spawns, in 53 bits."""
-    spawned = np.random.SeedSequence(seed, spawn_key=(point,))
-    return int(spawned.generate_state(1, np.uint64)[0] >> 11)
