@@ -83,11 +83,12 @@ def test_a_killed_driver_leaves_whole_results_and_the_same_call_goes_on(workers,
     hands = children(driver.pid)
     assert len(hands) == workers
     driver.kill()
-    driver.communicate()
+    driver.wait()
     deadline = time.monotonic() + 10
     while any(map(alive, hands)):  # they end with the driver
         assert time.monotonic() < deadline
         time.sleep(0.01)
+    driver.communicate()
     left = contents(directory)
     kept = {name: content for name, content in left.items() if not name.startswith("parts/")}
     assert FEW <= len(kept) - 1 < len(SWEEP)
