@@ -18,6 +18,7 @@ from sweep_driver import SWEEP, contents, drive, environment
 import magmotor as mm
 from magmotor import whole_files
 from magmotor.sweep import Sweep
+from magmotor.sweep.directory import Directory
 from magmotor.sweep.run import DIED
 from magmotor.sweep.workers import ONE_THREAD, Pool
 
@@ -35,6 +36,11 @@ def whole(tmp_path_factory):
     files = contents(directory)
     assert len(files) == 1 + len(SWEEP)
     return files
+
+
+def results(files):
+    """What of a killed driver's files is for good."""
+    return {k: v for k, v in files.items() if not k.startswith(("parts/", "claims/"))}
 
 
 def start(directory, **options):
@@ -90,7 +96,7 @@ def test_a_killed_driver_leaves_whole_results_and_the_same_call_goes_on(workers,
         time.sleep(0.01)
     driver.communicate()
     left = contents(directory)
-    kept = {name: content for name, content in left.items() if not name.startswith("parts/")}
+    kept = results(left)
     assert FEW <= len(kept) - 1 < len(SWEEP)
     assert kept.items() <= whole.items()
     tally = drive(directory, workers=workers)
@@ -108,6 +114,7 @@ def test_what_was_half_written_is_removed_and_never_read(tmp_path, whole):
     (directory / "parts").mkdir(exist_ok=True)
     part = directory / "parts" / f"{Path(name).name}.{os.uname().nodename}.{driver.pid}"
     part.write_bytes(whole[name][:100])
+    assert [*directory.glob("claims/*")]
     assert mm.sweep.status(directory).done == len([*directory.glob("done/*/*")])
     drive(directory)
     assert contents(directory) == whole
@@ -146,8 +153,8 @@ def test_two_drivers_share_a_directory(tmp_path, whole):
     assert contents(directory) == whole
     done, computed = np.array([list(map(int, out.split())) for out, _ in said]).T
     np.testing.assert_array_equal(done, len(SWEEP))
-    # Both have the last few under way: 2 for each worker. Without looking they would do 48.
-    assert len(SWEEP) <= computed.sum() <= len(SWEEP) + 8  # 24 to 27
+    # At the end each may take what the other has under way, 2 cases. Without claims it would be 48.
+    assert len(SWEEP) <= computed.sum() <= len(SWEEP) + 4  # 24 to 27
 
 
 NO_MAIN = """
@@ -225,3 +232,34 @@ def test_a_small_disk_fills_up(tmp_path, whole):
     assert left.items() <= whole.items()
     assert int(second.split()[1]) == len(SWEEP) - (len(left) - 1)
     assert contents(tmp_path / "whole") == whole
+
+
+def test_claims_of_a_machine_that_is_gone_come_last(tmp_path, whole):
+    directory = tmp_path / "s"
+    Directory(directory, SWEEP)
+    lost = [case.key for case in [*SWEEP][:5]]
+    for key in lost:
+        (directory / "claims").mkdir(exist_ok=True)
+        (directory / "claims" / key).write_text("another-machine.1")
+    kept = []
+
+    class Watched(Directory):
+        def keep(self, case, outcome):
+            kept.append(case.key)
+            super().keep(case, outcome)
+
+    with pytest.MonkeyPatch.context() as patch, ThreadPoolExecutor(1) as executor:
+        patch.setattr(sys.modules["magmotor.sweep.run"], "Directory", Watched)
+        mm.sweep.run(SWEEP, directory, workers=1, executor=executor)
+    assert {*kept[-5:]} == {*lost}
+    assert contents(directory) == whole
+
+
+def test_an_interrupted_driver_takes_back_its_claims(tmp_path):
+    class Interrupted(ThreadPoolExecutor):
+        def submit(self, fn, /, *args, **kwargs):
+            raise KeyboardInterrupt
+
+    with pytest.raises(mm.sweep.SweepInterrupted), Interrupted(1) as executor:
+        mm.sweep.run(SWEEP, tmp_path / "s", executor=executor)
+    assert {*contents(tmp_path / "s")} == {"sweep.json"}

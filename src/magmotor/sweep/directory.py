@@ -2,12 +2,13 @@
 
 `sweep.json` tells what the sweep is; `done/ab/KEY.json` (`.nc` where whole runs are recorded) holds
 what was measured in the case of that key, `failed/KEY.json` why another failed. Files are written
-in `parts/` and take their names when they are on the disk.
+in `parts/` and take their names when they are on the disk. `claims/KEY` says who computes a case.
 """
 
 import json
 import os
 import socket
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,9 @@ from magmotor.sweep.work import Outcome
 from magmotor.whole_files import whole_file
 
 SWEEP = "sweep.json"
+
+ME = f"{socket.gethostname()}.{os.getpid()}"
+"""This driver among all that may work on a directory."""
 
 
 class Directory:
@@ -40,6 +44,7 @@ class Directory:
 
     def __init__(self, path: Path, sweep: Sweep):
         self.path, self.sweep = path, sweep
+        self.claims: set[Path] = set()
         self.suffix = ".nc" if sweep.measure == (TRAJECTORY,) else ".json"
         told = canonical(sweep.as_json())
         try:
@@ -54,7 +59,7 @@ class Directory:
             path.mkdir(parents=True, exist_ok=True)
             self._write(path / SWEEP, told)
         check_same(path, json.loads(told), read(path))
-        self._remove_dead_parts()
+        self._remove_what_the_dead_left()
 
     def found(self, case: Case) -> Path | None:
         """The result file of a case, if it is there."""
@@ -67,6 +72,23 @@ class Directory:
             return json.loads((self.path / "failed" / f"{case.key}.json").read_bytes())["error"]
         except FileNotFoundError:
             return None
+
+    def claim(self, case: Case) -> bool:
+        """Tell other drivers that a case is under way; False if another was first."""
+        claim = self.path / "claims" / case.key
+        claim.parent.mkdir(exist_ok=True)
+        try:
+            with claim.open("x") as file:
+                self.claims.add(claim)
+                file.write(ME)
+        except FileExistsError:
+            return False
+        return True
+
+    def take_back_claims(self) -> None:
+        """Leave to others what is not done."""
+        for claim in self.claims:
+            claim.unlink(missing_ok=True)
 
     def keep(self, case: Case, outcome: Outcome) -> None:
         """Write what came of a case.
@@ -81,31 +103,47 @@ class Directory:
             assert outcome.content is not None
             self._write(self._done(case), outcome.content)
             failed.unlink(missing_ok=True)
-            return
-        if outcome.content is not None:
-            self._write(failed.with_suffix(".nc"), outcome.content)
-        self._write(failed, canonical({"case": case.told, "error": outcome.error}) + b"\n")
+        else:
+            if outcome.content is not None:
+                self._write(failed.with_suffix(".nc"), outcome.content)
+            self._write(failed, canonical({"case": case.told, "error": outcome.error}) + b"\n")
+        claim = self.path / "claims" / case.key
+        claim.unlink(missing_ok=True)
+        self.claims.discard(claim)
 
     def _done(self, case: Case) -> Path:
         return self.path / "done" / case.key[:2] / f"{case.key}{self.suffix}"
 
     def _write(self, path: Path, content: bytes) -> None:
-        parts = self.path / "parts"
-        part = parts / f"{path.name}.{socket.gethostname()}.{os.getpid()}"
-        for folder in (parts, path.parent):
+        part = self.path / "parts" / f"{path.name}.{ME}"
+        for folder in (part.parent, path.parent):
             folder.mkdir(parents=True, exist_ok=True)
         with whole_file(path, part):
             part.write_bytes(content)
 
-    def _remove_dead_parts(self) -> None:
-        """Remove what drivers of this machine that were killed have left half written."""
-        for part in (self.path / "parts").glob(f"*.{socket.gethostname()}.*"):
-            try:
-                os.kill(int(part.name.rsplit(".", 1)[1]), 0)
-            except (ProcessLookupError, ValueError):
+    def _remove_what_the_dead_left(self) -> None:
+        """Remove half-written files and claims of this machine's drivers that were killed."""
+        for part in self.path.glob("parts/*"):
+            if _is_dead(part.name):
                 part.unlink(missing_ok=True)
-            except PermissionError:
-                pass  # alive, and another user's
+        for claim in self.path.glob("claims/*"):
+            with suppress(FileNotFoundError):
+                if _is_dead(claim.read_text()):
+                    claim.unlink()
+
+
+def _is_dead(driver: str) -> bool:
+    """Whether the driver whose name some text ends with was of this machine, and is gone."""
+    others, _, number = driver.rpartition(".")
+    if not others.endswith(socket.gethostname()) or not number.isdecimal():
+        return False
+    try:
+        os.kill(int(number), 0)
+    except ProcessLookupError:
+        return True
+    except PermissionError:
+        pass  # it is another user's
+    return False
 
 
 def open_directory(path: str | Path) -> Directory:

@@ -154,24 +154,40 @@ class _Driver:
             self.workers.kill()
         for future in self.running:
             future.cancel()
+        self.store.take_back_claims()
 
     def _cases(self) -> Iterator[Case]:
         """Those that nobody has done, in an order that soon covers the sweep, evenly.
 
-        Each call begins elsewhere, so that several on one directory seldom take the same.
+        Last come those that another driver had under way: it may have died.
         """
-        size = len(self.sweep)
-        stride, start = _stride(size), int.from_bytes(os.urandom(6)) % size
+        size, claimed = len(self.sweep), []
+        stride = _stride(size)
         for place in range(size):
-            case = self.sweep.case((start + place * stride) % size)
-            if self.store.found(case):
-                self.tally.done += 1
+            index = place * stride % size
+            case = self.sweep.case(index)
+            if self._is_done(case):
                 self._skip()
-            elif not self.retry and self.store.error(case) is not None:
-                self.tally.failed += 1
+            elif self.store.claim(case):
+                yield case
+            else:
+                claimed.append(index)
+        for index in claimed:
+            case = self.sweep.case(index)
+            if self._is_done(case):
                 self._skip()
             else:
                 yield case
+
+    def _is_done(self, case: Case) -> bool:
+        """Whether there is nothing left to do, which is counted."""
+        if self.store.found(case):
+            self.tally.done += 1
+        elif not self.retry and self.store.error(case) is not None:
+            self.tally.failed += 1
+        else:
+            return False
+        return True
 
     def _skip(self) -> None:
         """Count a case that costs nothing: it is no measure of the rate."""
