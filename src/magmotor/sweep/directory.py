@@ -17,7 +17,7 @@ from magmotor.sweep.case import Case, canonical
 from magmotor.sweep.definition import Sweep, sweep_from
 from magmotor.sweep.measures import TRAJECTORY
 from magmotor.sweep.work import Outcome
-from magmotor.whole_files import whole_file
+from magmotor.whole_files import write_whole
 
 SWEEP = "sweep.json"
 
@@ -45,6 +45,7 @@ class Directory:
     def __init__(self, path: Path, sweep: Sweep):
         self.path, self.sweep = path, sweep
         self.claims: set[Path] = set()
+        self._made: set[Path] = set()
         self.suffix = ".nc" if sweep.measure == (TRAJECTORY,) else ".json"
         told = canonical(sweep.as_json())
         try:
@@ -76,7 +77,7 @@ class Directory:
     def claim(self, case: Case) -> bool:
         """Tell other drivers that a case is under way; False if another was first."""
         claim = self.path / "claims" / case.key
-        claim.parent.mkdir(exist_ok=True)
+        self._make(claim.parent)
         try:
             with claim.open("x") as file:
                 self.claims.add(claim)
@@ -114,12 +115,16 @@ class Directory:
     def _done(self, case: Case) -> Path:
         return self.path / "done" / case.key[:2] / f"{case.key}{self.suffix}"
 
+    def _make(self, folder: Path) -> None:
+        if folder not in self._made:
+            folder.mkdir(parents=True, exist_ok=True)
+            self._made.add(folder)
+
     def _write(self, path: Path, content: bytes) -> None:
         part = self.path / "parts" / f"{path.name}.{ME}"
-        for folder in (part.parent, path.parent):
-            folder.mkdir(parents=True, exist_ok=True)
-        with whole_file(path, part):
-            part.write_bytes(content)
+        self._make(part.parent)
+        self._make(path.parent)
+        write_whole(path, content, part)
 
     def _remove_what_the_dead_left(self) -> None:
         """Remove half-written files and claims of this machine's drivers that were killed."""
