@@ -90,10 +90,11 @@ def _by_magpylib() -> Callable[[Any, Any], None]:
 
 
 def _in_reference(timestep: float, method: str) -> Found:
-    run = mm.simulate(SCENE, method=method, timestep=timestep, duration=DURATION)
+    numerics = {"method": method, "timestep": timestep, "allow_unstable": True}
+    run = mm.simulate(SCENE, duration=DURATION, **numerics)
     momentum = run.momentum_map.values[:: round(INTERVAL / timestep)][1:]
     steps = round(LONG / timestep)
-    simulate = partial(mm.simulate, SCENE, method=method, timestep=timestep, duration=LONG)
+    simulate = partial(mm.simulate, SCENE, duration=LONG, **numerics)
     return momentum_error(momentum, SCENE), _least(partial(simulate, record_interval=steps)) / LONG
 
 

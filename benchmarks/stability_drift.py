@@ -44,6 +44,7 @@ def measure(method: str, steps: int) -> Record:
             timestep=TIMESTEP,
             duration=steps * TIMESTEP,
             record_interval=steps // RECORDS,
+            allow_unstable=True,
         )
     except mm.SimulationDiverged as failure:
         run, failed = failure.dataset, {"failed": failure.reason}
