@@ -10,12 +10,15 @@ SHORT = 5_000
 """Steps of the run that shows what set-up takes."""
 
 
-def run_seconds(steps: int, scene: Any, method: str, timestep: float) -> float:
+def run_seconds(
+    steps: int, scene: Any, method: str, timestep: float, allow_unstable: bool = False
+) -> float:
     """Wall time of a run that keeps its last step."""
     begin = time.perf_counter()
     mm.simulate(
-        scene, method=method, timestep=timestep, duration=timestep * steps, record_interval=steps
-    )
+        scene, method=method, timestep=timestep, duration=timestep * steps, record_interval=steps,
+        allow_unstable=allow_unstable,
+    )  # fmt: skip
     return time.perf_counter() - begin
 
 
