@@ -45,7 +45,6 @@ class Directory:
     def __init__(self, path: Path, sweep: Sweep):
         self.path, self.sweep = path, sweep
         self.claims: set[Path] = set()
-        self._made: set[Path] = set()
         self.suffix = ".nc" if sweep.measure == (TRAJECTORY,) else ".json"
         told = canonical(sweep.as_json())
         try:
@@ -60,7 +59,6 @@ class Directory:
             path.mkdir(parents=True, exist_ok=True)
             self._write(path / SWEEP, told)
         check_same(path, json.loads(told), read(path))
-        self._remove_what_the_dead_left()
 
     def found(self, case: Case) -> Path | None:
         """The result file of a case, if it is there."""
@@ -77,7 +75,7 @@ class Directory:
     def claim(self, case: Case) -> bool:
         """Tell other drivers that a case is under way; False if another was first."""
         claim = self.path / "claims" / case.key
-        self._make(claim.parent)
+        claim.parent.mkdir(exist_ok=True)
         try:
             with claim.open("x") as file:
                 self.claims.add(claim)
@@ -115,18 +113,13 @@ class Directory:
     def _done(self, case: Case) -> Path:
         return self.path / "done" / case.key[:2] / f"{case.key}{self.suffix}"
 
-    def _make(self, folder: Path) -> None:
-        if folder not in self._made:
-            folder.mkdir(parents=True, exist_ok=True)
-            self._made.add(folder)
-
     def _write(self, path: Path, content: bytes) -> None:
         part = self.path / "parts" / f"{path.name}.{ME}"
-        self._make(part.parent)
-        self._make(path.parent)
+        for folder in (part.parent, path.parent):
+            folder.mkdir(parents=True, exist_ok=True)
         write_whole(path, content, part)
 
-    def _remove_what_the_dead_left(self) -> None:
+    def remove_what_the_dead_left(self) -> None:
         """Remove half-written files and claims of this machine's drivers that were killed."""
         for part in self.path.glob("parts/*"):
             if _is_dead(part.name):

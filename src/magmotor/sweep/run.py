@@ -105,6 +105,7 @@ def run(
     workers = (os.cpu_count() or 1) if workers is None else workers
     check_integer("workers", workers, at_least=1)
     store = Directory(Path(directory), sweep)
+    store.remove_what_the_dead_left()
     pool = Pool(workers) if executor is None else None
     driver = _Driver(sweep, store, pool or executor, workers, retry)
     try:
