@@ -68,3 +68,9 @@ def test_where_no_scheduler_is(tmp_path):
         mm.sweep.dask_workers("nonsense:"),
     ):
         pass
+
+
+def test_two_clusters_stand_side_by_side(scheduler):
+    with mm.sweep.local_cluster(1) as other:  # without a warning that a port is taken
+        assert other.startswith("tcp://127.0.0.1:")
+        assert other != scheduler

@@ -130,7 +130,7 @@ def local_cluster(workers: int | None = None, host: str = "127.0.0.1") -> Iterat
         n_workers=workers or os.cpu_count() or 1,
         threads_per_worker=1,
         host=host,
-        dashboard_address=None,
+        dashboard_address=f"{host}:0",  # two clusters cannot share a port
         env=ONE_THREAD,
     ) as cluster:
         yield cluster.scheduler_address
