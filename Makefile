@@ -16,6 +16,7 @@ export XDG_CACHE_HOME := $(CACHE)
 export PIP_CACHE_DIR := $(CACHE)/pip
 export MPLCONFIGDIR := $(CACHE)/matplotlib
 export IPYTHONDIR := $(CACHE)/ipython
+export JUPYTER_DATA_DIR := $(CACHE)/jupyter
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 export PYRIGHT_PYTHON_IGNORE_WARNINGS := 1
 unexport PYTHONHOME
@@ -39,7 +40,7 @@ endif
 # Pictures need neither tests nor linters; where they are installed, they are kept.
 READY := $(firstword $(wildcard .venv/dev-ready) .venv/ready)
 
-.PHONY: help movie disk motor sweep studies test lint bench charts compat clean redo
+.PHONY: help movie disk motor sweep studies figures examples test lint bench charts docs compat clean redo
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' Makefile
@@ -64,6 +65,16 @@ studies: $(READY)  ## where the top spins, how often the motor flies: out/study_
 	@$(PYTHON) scripts/study.py spin $(ARGS)
 	@$(PYTHON) scripts/study.py flights $(ARGS)
 
+figures: $(READY)  ## the paper's figures with their claims checked: out/figures/, docs/gallery.md
+	@echo "== figures: simulating, checking and drawing; eight minutes, ARGS=--quick: one or two"
+	@$(PYTHON) scripts/figures.py $(ARGS)
+
+examples: $(READY)  ## models of other kinds, magnetised: out/{compass_needles,magnetic_pendulum,...}.png
+	@echo "== examples: the pendulum's 40 000 runs take most of a minute"
+	@$(PYTHON) examples/compass_needles.py
+	@$(PYTHON) examples/someone_elses_model.py
+	@$(PYTHON) examples/magnetic_pendulum.py $(ARGS)
+
 test: .venv/dev-ready  ## the tests
 	@echo "== test: running pytest (the first run also compiles the kernels)"
 	@$(PYTHON) -m pytest -n logical --maxprocesses 4 $(ARGS)
@@ -85,6 +96,11 @@ charts: .venv/dev-ready  ## speed against accuracy, stability, detail: out/chart
 		echo "== charts: no .venv-bench, so diffrax and torchsde are left out"
 	@echo "== charts: measuring (leave the machine idle meanwhile; Ctrl-C, and it goes on next time)"
 	@$(PYTHON) benchmarks/charts.py $(ARGS)
+
+# Not --quiet, which hides warnings from --strict, too.
+docs: .venv/dev-ready  ## the documentation site: out/site/; opens from disk
+	@echo "== docs: building out/site/, where any warning is an error (the notebook runs, about a minute)"
+	@NO_MKDOCS_2_WARNING=1 $(PYTHON) -m mkdocs build --strict $(ARGS)
 
 compat: .venv-compat/ready  ## tests/test_compat.py on the oldest MuJoCo, 3.17
 	@.venv-compat/bin/python -c 'import mujoco; print("== compat: running pytest on mujoco", mujoco.__version__)'

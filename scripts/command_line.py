@@ -6,13 +6,16 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import Field, dataclass, field, fields, make_dataclass
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import Annotated, Any, NoReturn, TypeVar
 
 import tyro
+import xarray as xr
 
 import magmotor as mm
 from magmotor.checks import check_choice
 from magmotor.gl import PACKAGES
+from magmotor.interrupts import uninterrupted
 from magmotor.scenes.motor import PAPER as RUNS
 from magmotor.whole_files import whole_file
 
@@ -187,11 +190,23 @@ def fail(message: str, code: int) -> NoReturn:
     raise SystemExit(code)
 
 
+def make_folder(path: Path) -> None:
+    """Make a folder to write to, if it is not there; end the program where that cannot be."""
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        with TemporaryFile(dir=path):
+            pass
+    except FileExistsError:
+        fail(f"cannot write to {path}: it is a file, not a folder", 1)
+    except OSError as error:
+        fail(f"cannot write to {path}: {error.strerror or error}", 1)
+
+
 @contextmanager
 def written_whole(path: Path) -> Iterator[Path]:
     """A path to write to, which takes its name only when it is complete."""
+    make_folder(path.parent)
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
         with whole_file(path) as part:
             yield part
     except OSError as error:
@@ -200,6 +215,13 @@ def written_whole(path: Path) -> Iterator[Path]:
         if not str(error).startswith("NetCDF"):
             raise
         fail(f"cannot write {path}: {error}; is the disk full?", 1)
+
+
+def write_netcdf(data: xr.Dataset, path: Path, encoding: Any = None) -> None:
+    """Write a dataset whole; errors as of `written_whole`."""
+    # Broken off inside the lock of HDF5, xarray would wait for that lock for ever.
+    with uninterrupted(), written_whole(path) as part:
+        data.to_netcdf(part, encoding=encoding)
 
 
 @contextmanager

@@ -16,21 +16,23 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import xarray as xr
 from command_line import (
     DIVERGED,
     INTERRUPTED,
     MISTAKE,
     fail,
+    make_folder,
     parse_fields,
     run_script,
     warn_in_one_line,
+    write_netcdf,
     written_whole,
 )
 
 import magmotor as mm
 from magmotor.checks import check_integer, check_number
+from magmotor.figures.disk.systems import FULL, disk_scenes, simulate_system
 from magmotor.noise import check_seed
 from magmotor.plots.disk import FIGURES
 from magmotor.plots.disk_panels import System
@@ -84,10 +86,12 @@ def main() -> None:
     disk, options = parse_fields(mm.Disk(), ("sigma", "friction", "noise"), Options, __doc__ or "")
     try:
         plan = plan_of(options)
+        for folder in (plan.checkpoints, plan.out):
+            make_folder(folder)
         print(*announcement(plan, disk), sep="\n", flush=True)
         systems = [
             simulate(plan, name, scene, 8 * options.seed + 2 * number)  # all eight independent
-            for number, (name, scene) in enumerate(scenes(disk).items())
+            for number, (name, scene) in enumerate(disk_scenes(disk).items())
         ]
     except ValueError as error:
         hint = "; finish that run, or delete the file" if "checkpoint" in str(error) else ""
@@ -101,7 +105,7 @@ def main() -> None:
 
 
 def plan_of(options: Options) -> Plan:
-    duration, replicas = (50_000.0, 10_000) if options.full else (5000.0, 8192)
+    duration, replicas = (FULL["duration"], FULL["replicas"]) if options.full else (5000.0, 8192)
     numerics: dict[str, Any] = {
         "method": options.method,
         "timestep": options.timestep,
@@ -114,13 +118,9 @@ def plan_of(options: Options) -> Plan:
     check_number("duration", numerics["duration"], at_least=20 * max(1, options.timestep))
     check_integer("replicas", numerics["replicas"], at_least=2)  # one has no standard error
     check_seed(options.seed)
+    if options.threads is not None:
+        check_integer("threads", options.threads, at_least=1)
     return Plan(numerics, options.checkpoint or options.out, options.out)
-
-
-def scenes(disk: mm.Disk) -> dict[str, Scene]:
-    control = mm.LangevinParticle(friction=disk.friction, noise=disk.noise)
-    disks = {name: disk.replace(potential=name) for name in ("symmetric", "asymmetric", "flat")}
-    return {**disks, "control": control}
 
 
 def announcement(plan: Plan, disk: mm.Disk) -> Iterator[str]:
@@ -150,33 +150,17 @@ def _spoken(seconds: float) -> str:
 
 
 def simulate(plan: Plan, name: str, scene: Scene, seed: int) -> System:
+    def ensemble(kind: str, scene: Scene, **special: Any) -> xr.Dataset:
+        return run(plan, f"disk_{name}{kind}", scene, **special)
+
     duration, replicas = plan.numerics["duration"], plan.numerics["replicas"]
-    rest = run(
-        plan, f"disk_{name}", scene, seed=seed, burn_in=duration / 2, trajectories=replicas
-    )  # fmt: skip
-    initial = stationary_state(scene, replicas, seed)
-    system = System(
-        name, rest, run(plan, f"disk_{name}_stationary", scene, seed=seed + 1, initial=initial)
-    )
+    system = simulate_system(ensemble, name, scene, duration=duration, replicas=replicas, seed=seed)
     print(*summary(system), sep="\n", flush=True)
     return system
 
 
-def stationary_state(scene: Scene, replicas: int, seed: int) -> dict[str, np.ndarray]:
-    state = mm.gibbs(scene, replicas, seed=seed)
-    if isinstance(scene, mm.Disk) and not scene.coefficients:
-        d = scene.sigma * state["omega"] - state["v"]
-        state["v"] += d / (1 + scene.sigma)
-        state["omega"] -= d / (1 + scene.sigma)
-    return state
-
-
 def run(plan: Plan, stem: str, scene: Scene, **special: Any) -> xr.Dataset:
     checkpoint = plan.checkpoints / f"{stem}.npz"
-    try:
-        checkpoint.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        fail(f"cannot write to {checkpoint.parent}: {error.strerror or error}", 1)
     resumed = checkpoint.exists()
     plan.resumable.append(checkpoint)
     began = time.perf_counter()
@@ -196,35 +180,31 @@ def run(plan: Plan, stem: str, scene: Scene, **special: Any) -> xr.Dataset:
     if not resumed:
         plan.steps += data.sizes["replica"] * plan.numerics["duration"] / plan.numerics["timestep"]
         plan.seconds += spent
-    with written_whole(plan.out / f"{stem}.nc") as part:
-        data.to_netcdf(part)
+    write_netcdf(data, plan.out / f"{stem}.nc")
     return data
 
 
 def summary(system: System) -> Iterator[str]:
-    t, theory = system.end, system.theory
-    slope = mm.observables.local_slope(system.rest).isel(time=-1)
-    begin, end = float(slope.begin), float(slope.end)
-    expected = np.log(theory.mean_square(end) / theory.mean_square(begin)) / np.log(end / begin)
+    t, theory, slope = system.end, system.theory, system.last_slope
     square, error = system.x("mean_square")[-1], system.x("mean_square_error")[-1]
     yield (
         f"{system.name}: E x² = {square:.4g} ± {error:.2g} (theory: {theory.mean_square(t):.4g}),"
-        f" slope over t = {begin:g} to {end:g}: {float(slope.slope):.3f} ±"
-        f" {float(slope.slope_error):.3f} (theory: {expected:.3f})"
+        f" slope over t = {slope.begin:g} to {slope.end:g}: {slope.slope:.3f} ±"
+        f" {slope.error:.3f} (theory: {slope.expected:.3f})"
     )
     scene = theory.scene
     if not isinstance(scene, mm.Disk):
         return
-    y = system.rest.sel(quantity="y").isel(time=-1)
+    rate, error = system.rate("y")
     both = mm.theory.flat_variance_from_rest(scene, t, (1, 1)) / t
     yield (
-        f"  var(x + theta)/t = {float(y.mean_square - y['mean'] ** 2) / t:.4g} ±"
-        f" {float(y.mean_square_error) / t:.2g} (theory: {both:.4g}, in the limit"
+        f"  var(x + theta)/t = {rate:.4g} ± {error:.2g} (theory: {both:.4g}, in the limit"
         f" {mm.theory.y_diffusion(scene):.4g}; the paper: {mm.theory.paper_y_diffusion(scene):.4g})"
     )
     if not scene.coefficients:
+        rate, error = system.rate("x")
         yield (
-            f"  var(x)/t = {system.variance[-1] / t:.4g} ± {error / t:.2g}"
+            f"  var(x)/t = {rate:.4g} ± {error:.2g}"
             f" (theory: {theory.variance(t) / t:.4g}, in the limit"
             f" {mm.theory.flat_x_diffusion(scene):.4g};"
             f" the paper: {mm.theory.paper_flat_x_diffusion(scene):.4g})"

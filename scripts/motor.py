@@ -20,21 +20,20 @@ from command_line import (
     INTERRUPTED,
     MISTAKE,
     fail,
+    make_folder,
     parse_fields,
     run_script,
     warn_in_one_line,
+    write_netcdf,
     written_whole,
 )
 
 import magmotor as mm
 from magmotor.checks import check_choice, check_number
-from magmotor.devices.motor_guard import RING_LOST
+from magmotor.figures.motor.runs import RECORDS, simulate_run
 from magmotor.noise import check_seed
 from magmotor.plots.motor import FIGURES
 from magmotor.scenes.motor import PAPER
-
-RECORDS = 100
-"""The least for which there are averages."""
 
 
 @dataclass
@@ -69,6 +68,8 @@ def main() -> None:
     motor, options = parse_fields(mm.Motor(), names, Options, __doc__ or "")
     try:
         check(options)
+        for folder in (options.checkpoint or options.out, options.out):
+            make_folder(folder)
         print(*announcement(options), sep="\n", flush=True)
         runs = [
             simulate(name, mm.Motor.paper(name, **{k: getattr(motor, k) for k in names}), options)
@@ -106,11 +107,8 @@ def announcement(options: Options) -> Iterator[str]:
 def simulate(name: str, scene: mm.Motor, options: Options) -> mm.plots.MotorRun:
     checkpoint = options.checkpoint_of(name)
     try:
-        checkpoint.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        fail(f"cannot write to {checkpoint.parent}: {error.strerror or error}", 1)
-    try:
-        data = mm.simulate(
+        run = simulate_run(
+            name,
             scene,
             method=options.method,
             timestep=options.timestep,
@@ -120,9 +118,7 @@ def simulate(name: str, scene: mm.Motor, options: Options) -> mm.plots.MotorRun:
             checkpoint=checkpoint,
         )
     except mm.SimulationDiverged as stop:
-        if not stop.reason.startswith(RING_LOST) or stop.dataset.sizes["time"] < RECORDS:
-            fail(f"{name}: {stop}", DIVERGED)
-        data = stop.dataset.assign_attrs(stopped=f"at t = {stop.time:g} s: {stop.reason}")
+        fail(f"{name}: {stop}", DIVERGED)
     except mm.SimulationInterrupted as stop:
         before = options.runs[: options.runs.index(name)]
         done = ", ".join(f"motor_{run}.nc" for run in before) or "nothing"
@@ -131,8 +127,7 @@ def simulate(name: str, scene: mm.Motor, options: Options) -> mm.plots.MotorRun:
             f" {checkpoint}; written: {done}",
             INTERRUPTED,
         )
-    save(data, options.out / f"motor_{name}.nc")
-    run = mm.plots.MotorRun(name, data)
+    save(run.data, options.out / f"motor_{name}.nc")
     print(*summary(run), sep="\n", flush=True)
     return run
 
@@ -142,8 +137,7 @@ def save(data: xr.Dataset, path: Path) -> None:
         name: {"zlib": True, "complevel": 1, "dtype": "float32" if values.ndim > 1 else "float64"}
         for name, values in data.data_vars.items()
     }
-    with written_whole(path) as part:
-        data.to_netcdf(part, encoding=encoding)
+    write_netcdf(data, path, encoding)
 
 
 def summary(run: mm.plots.MotorRun) -> Iterator[str]:

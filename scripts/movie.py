@@ -23,12 +23,16 @@ from command_line import (
     UNWRITTEN,
     fail,
     film_written,
+    make_folder,
     parse,
     run_script,
+    write_netcdf,
     written_whole,
 )
+from PIL.Image import registered_extensions
 
 import magmotor as mm
+from magmotor.checks import check_number, reject
 
 PAPER = "the paper's parameters give 1.858e-04 kg m^2/s at 21.6 s"
 
@@ -75,6 +79,7 @@ def main() -> None:
     scene, options = parse(kinds, __doc__ or "", tuple(kinds))
     seconds: dict[str, float] = {}
     try:
+        check(options)
         if isinstance(options, FlightOptions):
             film_flight(scene, options, seconds)
         else:
@@ -82,6 +87,20 @@ def main() -> None:
     except ValueError as error:
         fail(str(error), MISTAKE)
     print("wall time:", ", ".join(f"{name} {spent:.1f} s" for name, spent in seconds.items()))
+
+
+def check(options: Options | FlightOptions) -> None:
+    """What else would be noticed after the run only."""
+    if options.seconds_per_second is not None:
+        check_number("seconds_per_second", options.seconds_per_second, above=0)
+    if options.still:
+        moment, path = options.still
+        if not 0 <= moment <= options.duration:
+            raise reject("still", moment, f"within the run: 0 to {options.duration:g} s")
+        if path.suffix.lower() not in registered_extensions():
+            raise reject("still", str(path), "the name of a picture, such as still.png")
+        make_folder(path.parent)
+    make_folder(options.out)
 
 
 @contextmanager
@@ -125,8 +144,7 @@ def summary(run: xr.Dataset, scene: mm.Top) -> Iterator[str]:
 
 
 def save(run: xr.Dataset, scene: mm.Top, out: Path) -> None:
-    with written_whole(out / "top.nc") as part:
-        run.to_netcdf(part)
+    write_netcdf(run, out / "top.nc")
     with written_whole(out / "top.png") as part:
         mm.plots.overview(run, scene, part)
     print(f"wrote {out / 'top.nc'} and {out / 'top.png'}")
@@ -150,8 +168,7 @@ def film_flight(scene: mm.Motor, options: FlightOptions, seconds: dict[str, floa
     ).assign_attrs(found=flight)
     out = options.out
     with timed(seconds, "plots"):
-        with written_whole(out / "motor_flight.nc") as part:
-            replay.to_netcdf(part)
+        write_netcdf(replay, out / "motor_flight.nc")
         with written_whole(out / "motor_flight.png") as part:
             mm.plots.motor_overview(shown, part)
     print(f"wrote {out / 'motor_flight.nc'} and {out / 'motor_flight.png'}")

@@ -12,9 +12,10 @@ from pathlib import Path
 
 import tyro
 import xarray as xr
-from command_line import MISTAKE, fail, run_script, warn_in_one_line, written_whole
+from command_line import MISTAKE, fail, run_script, warn_in_one_line, write_netcdf
 
 import magmotor as mm
+from magmotor.interrupts import uninterrupted
 
 DIFFERENT = 1
 
@@ -36,8 +37,7 @@ def main() -> None:
     except ValueError as error:
         fail(f"{options.file}: {error}", MISTAKE)
     if options.out:
-        with written_whole(options.out) as part:
-            again.to_netcdf(part)
+        write_netcdf(again, options.out)
     compared = comparable(kept, again)
     found = [*differences(compared, again)]
     if found:
@@ -51,7 +51,8 @@ def main() -> None:
 
 def read(path: Path) -> xr.Dataset:
     try:
-        return xr.load_dataset(path, engine="netcdf4")
+        with uninterrupted():
+            return xr.load_dataset(path, engine="netcdf4")
     except (OSError, RuntimeError, ValueError) as error:
         fail(f"cannot read {path}: {getattr(error, 'strerror', None) or error}", MISTAKE)
 

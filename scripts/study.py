@@ -15,6 +15,7 @@ from command_line import MISTAKE, fail, parse, run_script, written_whole
 from sweep_run import SHOWN, RunOptions, beside, combined, run, tell_status
 
 import magmotor as mm
+from magmotor.checks import check_integer, check_number
 from magmotor.sweep import Sweep
 
 
@@ -55,6 +56,8 @@ def main() -> None:
 
 
 def spin(options: Spin) -> None:
+    for number in options.points:
+        check_integer("points", number, at_least=1)
     tilts, heights = options.points
     scene = mm.Top.paper(4)
     plan = Sweep(
@@ -77,6 +80,8 @@ def spin(options: Spin) -> None:
 
 
 def flights(options: Flights) -> None:
+    check_integer("points", options.points, at_least=1)
+    check_number("duration", options.duration, above=0, unit="s")
     scene = mm.Motor()
     alphas = np.geomspace(5e-4, 2e-3, options.points)
     plan = Sweep(

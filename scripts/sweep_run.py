@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import xarray as xr
-from command_line import DIVERGED, INTERRUPTED, UNWRITTEN, fail, written_whole
+from command_line import DIVERGED, INTERRUPTED, UNWRITTEN, fail, write_netcdf
 
 import magmotor as mm
 from magmotor.sweep import NoWorkers, OtherVersions, Sweep, SweepInterrupted
@@ -71,8 +71,7 @@ def combined(folder: Path) -> xr.Dataset:
     """All results as one dataset, also written beside the folder."""
     data = mm.sweep.combine(folder)
     path = beside(folder, ".nc")
-    with written_whole(path) as part:
-        data.to_netcdf(part)
+    write_netcdf(data, path)
     print(f"wrote {path}")
     return data
 

@@ -1,6 +1,7 @@
 """Shared by all tests: where the helpers are, and runs that several tests look at."""
 
 import importlib
+import signal
 import sys
 import warnings
 from pathlib import Path
@@ -10,6 +11,9 @@ import pytest
 import magmotor as mm
 
 sys.path.insert(0, str(Path(__file__).parent))
+
+# Where a shell runs the tests in the background, Ctrl-C is ignored, also by what they start.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture
@@ -29,6 +33,19 @@ def run_script(monkeypatch, capsys):
         return code, *capsys.readouterr()
 
     return run
+
+
+@pytest.fixture(scope="session")
+def motor_replicas():
+    """Twelve runs of the motor, each long enough for stays and flights."""
+    return mm.simulate(
+        mm.Motor(),
+        method="variational/baoab",
+        timestep=0.1,
+        duration=1e5,
+        record_interval=50,
+        replicas=12,
+    )
 
 
 @pytest.fixture(scope="session")

@@ -3,12 +3,15 @@
 import json
 import os
 import sys
+import time
 from contextlib import nullcontext
+from pathlib import Path
 
 import numpy as np
 
 import magmotor as mm
 from magmotor.sweep import Sweep
+from magmotor.sweep.directory import Directory
 from magmotor.sweep.workers import ONE_THREAD
 
 SWEEP = Sweep(
@@ -20,6 +23,9 @@ SWEEP = Sweep(
     timestep=0.05,
     duration=5.0,
 )
+
+FEW = 4
+"""Results after which something happens, of 24."""
 
 
 def contents(directory):
@@ -40,9 +46,25 @@ def drive(directory, workers=2, scheduler=None):
         return mm.sweep.run(SWEEP, directory, workers=count, executor=executor)
 
 
+def hold(until):
+    """Have the driver wait after `FEW` results until a file is there."""
+    keep, kept = Directory.keep, []
+
+    def held(self, case, outcome):
+        keep(self, case, outcome)
+        kept.append(case)
+        while len(kept) >= FEW and not Path(until).exists():
+            time.sleep(0.01)
+
+    Directory.keep = held
+
+
 if __name__ == "__main__":
+    options = json.loads(sys.argv[2])
+    if until := options.pop("until", None):
+        hold(until)
     try:
-        tally = drive(sys.argv[1], **json.loads(sys.argv[2]))
+        tally = drive(sys.argv[1], **options)
     except OSError as error:
         raise SystemExit(f"OSError: {error.strerror}") from None
     print(tally.done, tally.computed)

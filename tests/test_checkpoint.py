@@ -8,6 +8,7 @@ from every_method import EVERY_METHOD, short
 
 import magmotor as mm
 from magmotor import checkpoint as checkpoints
+from magmotor import simulation
 from magmotor.devices import DEVICES
 from magmotor.engines import job as jobs
 
@@ -45,6 +46,33 @@ def stop_in_third_chunk(monkeypatch, scene, exception):
         return watched
 
     monkeypatch.setattr(device, "guard", guard)
+
+
+class _Interrupted(list):
+    """Records during whose third addition Ctrl-C comes."""
+
+    def append(self, item):
+        super().append(item)
+        if len(self) == 4:
+            raise KeyboardInterrupt
+
+
+def test_ctrl_c_after_the_records_and_before_the_state_is_kept(tmp_path, monkeypatch):
+    path = tmp_path / "run.npz"
+    whole = mm.simulate(mm.Disk(), **DISK)
+    resume = simulation._resume
+
+    def resumed(job, saved):
+        kept, rest = resume(job, saved)
+        return _Interrupted(kept), rest
+
+    with monkeypatch.context() as patch:
+        patch.setattr(simulation, "_resume", resumed)
+        with pytest.raises(mm.SimulationInterrupted) as stop:
+            mm.simulate(mm.Disk(), **DISK, checkpoint=path)
+    with np.load(path) as saved:
+        assert 1 < len(saved["time"]) < stop.value.dataset.sizes["time"]
+    assert mm.simulate(mm.Disk(), **DISK, checkpoint=path).identical(whole)
 
 
 @pytest.mark.parametrize(("scene", "method"), EVERY_METHOD)
@@ -108,3 +136,12 @@ def test_without_room_the_run_goes_on_with_a_warning(tmp_path):
     with pytest.warns(UserWarning, match="no checkpoint .*; the one before it stays"):
         run = mm.simulate(mm.Disk(), checkpoint=tmp_path / "missing" / "run.npz", **DISK)
     assert run.identical(mm.simulate(mm.Disk(), **DISK))
+
+
+def test_a_checkpoint_that_is_a_folder_is_refused(tmp_path):
+    with pytest.raises(ValueError, match=r"^checkpoint = .*: must be a file \(Is a directory\)$"):
+        mm.simulate(mm.Disk(), **DISK, checkpoint=tmp_path)
+    below_a_file = tmp_path / "file" / "run.npz"
+    below_a_file.parent.touch()
+    with pytest.raises(ValueError, match=r"must be a file \(Not a directory\)$"):
+        mm.simulate(mm.Disk(), **DISK, checkpoint=below_a_file)

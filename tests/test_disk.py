@@ -294,7 +294,7 @@ def test_stationary_law_is_gibbs(method, scene):
     for name, (samples, cdf) in laws.items():
         waves = (np.sin(samples), np.cos(samples)) if name == "x" else (samples,)
         size = min(effective_size(wave) for wave in waves)
-        assert size > 9e3  # 1.1e4 to 1.3e5
+        assert size > 5e3  # 1.1e4 to 1.3e5; 8.5e3 with the rounding of another processor
         distance = empirical_distance(samples, cdf)
         assert stats.kstwobign.sf(np.sqrt(size) * distance) > 1e-4, name  # 0.006 to 1
 

@@ -77,6 +77,7 @@ def test_all_figures_datasets_and_numbers(tmp_path):
         (("--replicas", "1"), "replicas = 1: must be at least 2"),
         (("--timestep", "0"), "timestep = 0.0: must be greater than 0"),
         (("--seed", "-1"), "seed = -1: must be at least 0"),
+        (("--threads", "-1"), "threads = -1: must be at least 1"),
         (("--sigma", "-1"), "sigma = -1.0: must be greater than 0"),
         (("--method", "euler"), "method = 'euler': must be one of variational/euler"),
     ],
@@ -138,7 +139,7 @@ def test_mean_from_rest_is_the_first_impulse(potential):
     )
     x = run.sel(quantity="x").isel(time=run.time >= 10)
     ratio = x["mean"].values / DiskTheory(scene).mean(x.time.values)
-    assert np.abs(ratio - 1).max() < 0.15  # 0.08, of which 0.04 is the standard error
+    assert np.abs(ratio - 1).max() < 0.2  # 0.08; in 24 other seeds up to 0.135
 
 
 def test_local_slope_of_a_power_and_of_brownian_motion():

@@ -11,6 +11,7 @@ import magmotor as mm
 from magmotor import checkpoint as checkpoints
 from magmotor import theory
 from magmotor.ensemble import march, statistics
+from magmotor.ensemble.result import _jackknife
 
 WARM = mm.Disk(sigma=0.5, friction=0.5, noise=1.0)
 ARGUMENTS: dict[str, Any] = {
@@ -87,6 +88,31 @@ def test_errors_of_the_correlations_are_those_of_repetitions():
     told = np.array([r.increment_correlation_error for r in runs])
     ratio = found.std(axis=0, ddof=1) / np.sqrt(np.mean(told**2, axis=0))
     assert (np.abs(ratio - 1) < 4 / np.sqrt(198)).all()  # 0.95 to 1.05
+
+
+@pytest.mark.parametrize(
+    "sizes", [(128, 1), (128, 22), (128, 128, 4), (128, 128, 128, 128, 128), (5, 9, 2, 40)]
+)
+def test_the_jackknife_of_unequal_groups_is_unbiased(sizes):
+    """Of a mean of n normal numbers, whose variance is 1/n; 4 standard errors of 1e5 draws."""
+    sizes = np.array(sizes)[:, np.newaxis]
+    sums = np.random.default_rng(1).normal(size=(len(sizes), 100_000)) * np.sqrt(sizes)
+    total, number = sums.sum(axis=0), sizes.sum()
+    told = _jackknife(total / number, (total - sums) / (number - sizes), sizes + 0 * sums)
+    ratio = number * np.mean(told**2)
+    assert abs(ratio - 1) < 4 * np.sqrt(2 / 1e5)  # 0.996 to 1.002
+
+
+def test_errors_of_the_correlations_with_a_last_group_of_few():
+    """As above; the errors of two groups scatter by 1/sqrt(2 * 100), too."""
+    runs = [
+        mm.ensemble(WARM, **(ARGUMENTS | {"seed": s, "replicas": 130, "burn_in": 5.0}))
+        for s in range(100)
+    ]
+    found = np.array([r.increment_correlation for r in runs])
+    told = np.array([r.increment_correlation_error for r in runs])
+    ratio = found.std(axis=0, ddof=1) / np.sqrt(np.mean(told**2, axis=0))
+    assert (np.abs(ratio - 1) < 4 / np.sqrt(100)).all()  # 1.09 to 1.18
 
 
 def test_densities_are_histograms(trajectories, whole):

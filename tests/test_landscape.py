@@ -35,6 +35,24 @@ def test_tilted_ring():
     assert math.atan2(*turned_low.position[::-1]) == pytest.approx(2.0, abs=0.02)
 
 
+@pytest.mark.parametrize(
+    "tilt", [0.0, 2e-4, 1e-3, *np.linspace(4.3e-3, 4.8e-3, 11), *np.linspace(0.01, 0.5, 15)]
+)
+def test_no_critical_point_is_missed(tilt):
+    """V_e rises outward: minima and maxima less saddles are one."""
+    kinds = [point.kind for point in observables.critical_points(mm.Top(tilt=float(tilt)))]
+    assert len(kinds) - 2 * kinds.count("saddle") == 1
+
+
+def test_a_minimum_near_its_saddles_is_found():
+    """On the mirror line of a tilted ring, two saddles 2 mm beside it."""
+    points = observables.critical_points(mm.Top(tilt=4.7e-3))
+    behind = sorted((p for p in points if p.position[0] < -0.2), key=lambda p: p.position[1])
+    assert [p.kind for p in behind] == ["saddle", "minimum", "saddle"]
+    assert behind[1].position == pytest.approx((-0.2762, 0.0), abs=1e-4)  # -0.27619, 4e-13
+    assert behind[2].position[1] == pytest.approx(-behind[0].position[1], abs=1e-6)  # 6e-13
+
+
 def test_a_high_ring_has_its_only_minimum_at_the_centre():
     scene = mm.Top(tilt=0.0, ring_height=0.6)
     (point,) = observables.critical_points(scene)

@@ -1,5 +1,7 @@
 """The compiled callback: same wrench as its NumPy twin, on any model, version and thread."""
 
+import os
+import re
 import subprocess
 import sys
 import textwrap
@@ -333,16 +335,99 @@ def test_blocks_may_overlap_in_threads():
     assert mujoco.get_mjcb_control() is None
 
 
-def test_a_model_on_which_nothing_acts_warns_once():
-    model = mujoco.MjModel.from_xml_string("<mujoco/>")
-    zero = mujoco.MjModel.from_xml_string(COMPASSES.replace('user="', 'user="0 '))
-    for each in (model, zero):
-        data = mujoco.MjData(each)
-        with warnings.catch_warnings(record=True) as caught, mm.magnetism():
-            warnings.simplefilter("always")
-            mujoco.mj_step(each, data, nstep=3)
-        assert [w.category for w in caught] == [UserWarning]
-        assert "nothing acts on this model" in str(caught[0].message)
+TWO_NEEDLES = """
+<mujoco>
+  <custom/>
+  <worldbody>
+    <site name="fixed" pos="0 0 1" user="1"/>
+    <body name="base"><geom size="0.1"/><site name="base" user="1"/></body>
+    <body name="needle" pos="1 0 0">
+      <freejoint/>
+      <geom size="0.1"/>
+      <site name="needle" zaxis="1 1 0" user="1"/>
+      <body name="tail" pos="0.5 0 0">
+        <geom size="0.1"/>
+        <site name="tail" zaxis="1 0 1" user="1"/>
+      </body>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+"""Of two rigid bodies, one of which can move, each with two bodies."""
+
+OFF = "".join(
+    f'<tuple name="coupling {a} {b}"><element objtype="body" objname="{a}"/>'
+    f'<element objtype="body" objname="{b}"/></tuple>'
+    for a in ("world", "base")
+    for b in ("needle", "tail")
+)
+"""Couplings of all that can act, without a factor."""
+
+
+@pytest.mark.parametrize(
+    ("xml", "why"),
+    [
+        ("<mujoco/>", "it has no dipole sites"),
+        (TWO_NEEDLES.replace('user="1"', 'user="0"'), "it has no dipole sites"),
+        (TWO_NEEDLES.replace("<freejoint/>", ""), "all on one rigid body"),
+        (
+            TWO_NEEDLES.replace('name="fixed" pos="0 0 1" user="1"', "").replace(
+                'name="base" user="1"', ""
+            ),
+            "all on one rigid body",
+        ),
+        (
+            TWO_NEEDLES.replace("<freejoint/>", "").replace(
+                '<body name="needle"', '<body mocap="true" name="needle"'
+            ),
+            "none of the bodies with dipole sites can move",
+        ),
+        (TWO_NEEDLES.replace("<custom/>", f"<custom>{OFF}</custom>"), "a missing prm means"),
+    ],
+)
+def test_a_model_on_which_nothing_acts_warns_once_and_says_why(xml, why):
+    model = mujoco.MjModel.from_xml_string(xml)
+    data = mujoco.MjData(model)
+    data.xfrc_applied[:] = 1.0
+    with warnings.catch_warnings(record=True) as caught, mm.magnetism():
+        warnings.simplefilter("always")
+        mujoco.mj_step(model, data, nstep=3)
+    assert [w.category for w in caught] == [UserWarning]
+    assert re.match(f"nothing acts on this model: .*{why}", str(caught[0].message))
+
+
+@pytest.mark.parametrize("left_out", ["", "world needle", "world tail", "base needle", "base tail"])
+def test_one_pair_that_acts_is_enough(left_out):
+    custom = re.sub(f'<tuple name="coupling {left_out}">.*?</tuple>', "", OFF) if left_out else ""
+    model = mujoco.MjModel.from_xml_string(TWO_NEEDLES.replace("<custom/>", custom and (
+        f"<custom>{custom}</custom>"
+    )))  # fmt: skip
+    data = mujoco.MjData(model)
+    with mm.magnetism():  # a warning is an error here
+        mujoco.mj_forward(model, data)
+    compiled, twin = wrenches(model, data)
+    assert np.abs(twin).max() > 1e-8  # N or N m; 2.5e-8 or more
+    assert apart(compiled, twin) < 1e-12  # 8e-16
+
+
+@pytest.mark.parametrize(
+    "numbers", [(0, 5, 0), (1, 5), (0, 0, 0, 1), (np.nan,), (0, np.nan), (np.inf,)]
+)
+def test_a_site_whose_numbers_are_no_moment_is_named(numbers):
+    xml = COMPASSES.replace("<worldbody>", f'<size nuser_site="{len(numbers)}"/><worldbody>', 1)
+    model = mujoco.MjModel.from_xml_string(xml)
+    model.site("needle").user[:] = numbers
+    data = mujoco.MjData(model)
+    with mm.magnetism(), pytest.raises(mujoco.FatalError, match=r"site 2 'needle': .*its moment"):
+        mujoco.mj_step(model, data)
+    assert data.pstack == 0
+
+
+def test_sites_may_have_room_for_more_numbers():
+    xml = COMPASSES.replace("<worldbody>", '<size nuser_site="6"/><worldbody>', 1)
+    plain, padded = (mujoco.MjModel.from_xml_string(each) for each in (COMPASSES, xml))
+    found, expected = (wrenches(each, mujoco.MjData(each))[0] for each in (padded, plain))
+    np.testing.assert_array_equal(found, expected)
 
 
 def test_coinciding_dipoles_are_named():
@@ -436,6 +521,7 @@ def test_rollout_follows_mj_step():
 
 def test_cache_key_follows_the_layout():
     """Other offsets must be compiled anew, never read from another version's cache."""
+    callback.compiled_callback()  # binds the symbols that the others need, too
     offsets = layout.current()
     first, same = (callback.compile_callback(offsets, 1) for _ in range(2))
     moved = callback.compile_callback(offsets._replace(xipos=offsets.xipos + 8), 1)
@@ -443,6 +529,7 @@ def test_cache_key_follows_the_layout():
     assert same.cache_hits == 1
     assert _key(first) == _key(same)
     assert len({_key(first), _key(moved), _key(edited)}) == 3
+    assert _index(first) == _index(edited) != _index(moved)
 
 
 def _key(compiled):
@@ -450,14 +537,19 @@ def _key(compiled):
     return compiled._cache._index_key(compiled._sig, codegen)
 
 
-def test_a_second_process_loads_the_callback_from_disk():
+def _index(compiled):
+    return compiled._cache._cache_file._index_path
+
+
+def test_a_second_process_loads_the_callback_from_disk(tmp_path):
     code = """
         from magmotor.engines.mujoco import callback
         print(callback.compiled_callback().cache_hits)
     """
     command = [sys.executable, "-c", textwrap.dedent(code)]
+    cache = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
     hits = [
-        subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
+        subprocess.run(command, capture_output=True, text=True, check=True, env=cache).stdout
         for _ in range(2)
     ]
-    assert hits[1] == "1"
+    assert hits == ["0\n", "1\n"]

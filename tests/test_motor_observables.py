@@ -114,6 +114,7 @@ def test_flights_and_stays_of_a_prescribed_path():
     found, rests = flights(run, SCENE), stays(run, SCENE)
     np.testing.assert_allclose(found.revolutions, [8.5 / 5, -3, 5.5 / 5], rtol=1e-12)
     np.testing.assert_allclose(found.begin, [1.6, 17.6, 34.1], atol=1e-9)
+    np.testing.assert_allclose(found.once, [6.6, 22.6, 39.1], atol=0.011)
     np.testing.assert_allclose(found.end, [10.5, 32.6, 39.6], atol=1e-9)
     assert found.censored.values.tolist() == [False, False, True]
     np.testing.assert_allclose(rests.begin, [0, 10.5, 32.6], atol=1e-9)

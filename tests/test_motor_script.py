@@ -9,6 +9,7 @@ import pytest
 import xarray as xr
 
 import magmotor as mm
+from magmotor.figures.motor import runs as motor_runs
 from magmotor.plots.motor import FIGURES
 from magmotor.scenes.motor import PAPER
 
@@ -91,7 +92,7 @@ def test_a_run_that_diverges_otherwise_is_code_1(motor, tmp_path, monkeypatch):
         raise mm.SimulationDiverged("its energy grew", 3.0, whole(scene, **numerics))
 
     whole = mm.simulate
-    monkeypatch.setattr(mm, "simulate", diverge)
+    monkeypatch.setattr(motor_runs, "simulate", diverge)
     code, _, error = motor(*SHORT, tmp_path, "--runs", "uniform-a")
     assert code == 1
     assert error.startswith("motor.py: uniform-a: variational/baoab with timestep 0.1 s stopped at")
@@ -110,7 +111,7 @@ def test_an_interrupted_run_goes_on_to_the_same_end(motor, tmp_path, monkeypatch
             raise mm.SimulationInterrupted(run)
         return run
 
-    monkeypatch.setattr(mm, "simulate", simulate)
+    monkeypatch.setattr(motor_runs, "simulate", simulate)
     code, _, error = motor(*SHORT, tmp_path / "out", *runs)
     assert code == 130
     assert error.count("\n") == 1

@@ -69,35 +69,27 @@ def temperatures(method, timestep, duration, *, seed):
 @pytest.mark.slow
 @pytest.mark.parametrize("method", ["variational/baoab", "mujoco/baoab"])
 def test_equipartition(method):
-    """Five modes within 2 % of kT at h = 0.1, and within 4 errors: false alarm 0.6 %."""
+    """Five modes within 2 % of kT at h = 0.1, and within 5 errors: false alarm 0.08 %."""
     found, error = temperatures(method, 0.1, 1.2e5, seed=11)
     assert error.max() < 0.008  # of ring_3, whose correlation time is the longest
     assert abs(found - 1).max() < 0.02
-    assert (abs(found - 1) < 4 * error).all()
+    assert (abs(found - 1) < 5 * error).all()
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("method", ["variational/euler", "variational/cayley", "mujoco/euler"])
 def test_euler_overheats_the_slip_as_predicted(method):
-    """By 1/(1 - 0.525 h): 5.5 % at h = 0.1, seen with an error of 0.3 %; false alarm 0.5 %."""
+    """By 1/(1 - 0.525 h): 5.5 % at h = 0.1, seen with an error of 0.3 %; false alarm 0.02 %."""
     found, error = temperatures(method, 0.1, 2.5e4, seed=12)
     slip, off = float(found.sel(mode="slip")), float(error.sel(mode="slip"))
     assert off < 0.004
-    assert slip == pytest.approx(euler_slip_overheating(mm.Motor(), 0.1), abs=3.3 * off)
+    assert slip == pytest.approx(euler_slip_overheating(mm.Motor(), 0.1), abs=5 * off)
 
 
 @pytest.mark.slow
-def test_stays_and_flights_both_occur():
+def test_stays_and_flights_both_occur(motor_replicas):
     """In four runs of 1e5 s; a stay lasts 1.6e4 s on the average, so that few have no flight."""
-    scene = mm.Motor()
-    run = mm.simulate(
-        scene,
-        method="variational/baoab",
-        timestep=0.1,
-        duration=1e5,
-        record_interval=50,
-        replicas=4,
-    )
+    scene, run = mm.Motor(), motor_replicas.isel(replica=slice(4))
     flights, stays = mm.observables.flights(run, scene), mm.observables.stays(run, scene)
     assert len(set(flights.replica.values)) >= 3  # 4
     assert len(set(stays.replica.values)) >= 3  # 4

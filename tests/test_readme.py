@@ -63,16 +63,6 @@ def test_the_sweep_runs_as_a_script(tmp_path):
     np.testing.assert_allclose((data.slip_temperature / kT).mean("seed"), 1, atol=0.3)  # 0.03
 
 
-def test_commands_and_files_exist():
-    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
-    for verb in re.findall(r"^make (\w+)|`make (\w+)`", README, re.MULTILINE):
-        assert re.search(rf"^{''.join(verb)}:", makefile, re.MULTILINE), verb
-    for path in re.findall(r"`((?:src|scripts|models|docs)/[\w./]*)", README):
-        assert (ROOT / path).exists(), path
-    for path in re.findall(r"\]\((docs/[^)]*)\)", README):
-        assert (ROOT / path).exists(), path
-
-
 def test_errata_name_tests_that_exist():
     errata = (ROOT / "docs" / "errata.md").read_text(encoding="utf-8")
     named = re.findall(r"`(?:(tests/\w+\.py))?::(test_\w+)`", errata)

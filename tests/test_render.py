@@ -10,6 +10,7 @@ import pytest
 
 import magmotor as mm
 from magmotor.engines.mujoco.coordinates import BallCoordinates
+from magmotor.render import views as views_module
 from magmotor.render.frames import Frames
 from magmotor.render.trail import Trail
 from magmotor.render.views import NoOpenGL, Views
@@ -173,3 +174,19 @@ def test_the_overview_is_drawn(scene, tmp_path):
     picture = mediapy.read_image(tmp_path / "top.png")
     assert min(picture.shape[:2]) > 500
     assert picture.std() > 10
+
+
+def test_opengl_that_failed_is_not_tried_again(monkeypatch):
+    tries = []
+
+    def fail(*_):
+        tries.append(1)
+        raise RuntimeError("no context")
+
+    monkeypatch.setattr(views_module, "_failures", [])
+    monkeypatch.setattr(views_module.mujoco, "Renderer", fail)
+    for _ in range(2):
+        with pytest.raises(NoOpenGL, match="MUJOCO_GL=") as stop:
+            Views(mm.Top(), {"front": SIZE})
+        assert str(stop.value.__cause__) == "no context"
+    assert len(tries) == 1

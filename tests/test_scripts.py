@@ -2,8 +2,10 @@
 
 import os
 import re
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import mujoco
@@ -54,6 +56,10 @@ def test_presets_and_fields_make_the_scene(tmp_path):
         (("--timestep", "0"), "movie.py: timestep = 0.0: must be greater than 0 s"),
         (("--method", "euler"), "movie.py: method = 'euler': must be one of variational/euler"),
         (("--preset", "paper5"), "movie.py: preset = 'paper5': must be one of paper1"),
+        (("--seconds-per-second", "0"), "movie.py: seconds_per_second = 0.0: must be greater than"),
+        (("--seconds-per-second", "nan"), "movie.py: seconds_per_second = nan: must be a finite"),
+        (("--still", "2", "x.png"), "movie.py: still = 2.0: must be within the run: 0 to 1 s"),
+        (("--still", "1", "x.foo"), "movie.py: still = 'x.foo': must be the name of a picture"),
     ],
 )
 def test_a_mistake_is_one_line_and_code_2(tmp_path, flags, line):
@@ -173,3 +179,46 @@ def test_a_file_that_cannot_be_written_is_one_line(tmp_path):
     assert done.returncode == 1
     assert done.stderr.startswith("export_mjcf.py: cannot write")
     assert done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize("name", ["movie", "disk", "motor"])
+def test_a_folder_that_cannot_be_is_one_line_before_the_work(run_script, tmp_path, name):
+    file = tmp_path / "file"
+    file.touch()
+    arguments = ["top"] if name == "movie" else []
+    code, said, error = run_script(name, *arguments, "--out", file)
+    assert (code, said) == (1, "")
+    assert error == f"{name}.py: cannot write to {file}: it is a file, not a folder\n"
+
+
+WRITER = """
+import sys
+from pathlib import Path
+import numpy as np, xarray as xr
+sys.argv, sys.path[:0] = ["writer.py"], [{scripts!r}]
+from command_line import run_script, write_netcdf
+noise = np.random.default_rng(0).random((10, 1000000))
+data = xr.Dataset({{f"x{{i}}": ("n", row) for i, row in enumerate(noise)}})
+encoding = {{name: {{"zlib": True, "complevel": 9}} for name in data}}
+run_script(lambda: write_netcdf(data, Path({path!r}), encoding))
+"""
+
+
+def test_an_interrupted_write_is_finished_and_no_other_file_is_left(tmp_path):
+    path = tmp_path / "run.nc"
+    code = WRITER.format(scripts=str(SCRIPTS), path=str(path))
+    writer = subprocess.Popen([sys.executable, "-c", code], stderr=subprocess.PIPE, text=True)
+    try:
+        deadline = time.monotonic() + 60
+        while not any(tmp_path.iterdir()):
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+        time.sleep(0.3)
+        writer.send_signal(signal.SIGINT)
+        _, error = writer.communicate(timeout=60)
+    finally:
+        writer.kill()
+    assert writer.returncode == 130
+    assert error == "writer.py: interrupted; what is said to be written is complete\n"
+    assert [*tmp_path.iterdir()] == [path]
+    assert len(xr.load_dataset(path)) == 10

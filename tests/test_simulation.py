@@ -2,6 +2,7 @@
 
 import json
 import pickle
+from contextlib import nullcontext
 from typing import Any, cast
 
 import mujoco
@@ -11,6 +12,7 @@ import xarray as xr
 
 import magmotor as mm
 from magmotor.engines.mujoco import run as mujoco_run
+from magmotor.engines.mujoco import stopwatch
 
 SHORT: dict[str, Any] = {"method": "mujoco/rk4", "timestep": 0.025, "duration": 1.0}
 
@@ -203,3 +205,41 @@ def test_ctrl_c_keeps_what_was_recorded(monkeypatch):
         mm.simulate(mm.Top(), **(SHORT | changes))
     assert caught.value.dataset.sizes["time"] == 20_001
     assert isinstance(caught.value, KeyboardInterrupt)
+
+
+def test_a_run_ends_with_the_last_record_that_fits():
+    run = mm.simulate(mm.Top(), method="variational/verlet", timestep=0.007, duration=0.01)
+    assert run.time.values.tolist() == [0, 0.007]
+
+
+@pytest.mark.parametrize("timestep", [1e-12, 5e-324])
+def test_records_that_no_memory_holds_are_refused(timestep, monkeypatch):
+    pages = {"SC_PAGE_SIZE": 4096, "SC_PHYS_PAGES": 2**22}
+    monkeypatch.setattr("os.sysconf", pages.__getitem__)
+    message = r"record_interval = 1: must be at least .*: the records would take .* bytes"
+    with pytest.raises(ValueError, match=message):
+        mm.simulate(mm.Top(), method="variational/verlet", timestep=timestep, duration=60.0)
+
+
+def test_records_up_to_the_memory_are_not_refused(monkeypatch):
+    row = 8 * (1 + 3 + 3 + 3 + 3 + 4)
+    for pages, fits in ((1000, True), (999, False)):
+        has = {"SC_PAGE_SIZE": row, "SC_PHYS_PAGES": pages}
+        monkeypatch.setattr("os.sysconf", has.__getitem__)
+        arguments = {"method": "variational/verlet", "timestep": 0.01, "duration": 10.0}
+        with nullcontext() if fits else pytest.raises(ValueError, match="at least 1"):
+            mm.simulate(mm.Top(), **arguments)
+
+
+def test_the_stopwatch_runs_again_after_runs_that_overlap():
+    model = mm.build(mm.Top())
+    data = mujoco.MjData(model)
+    first, second = stopwatch.stopped(), stopwatch.stopped()
+    first.__enter__()
+    second.__enter__()
+    first.__exit__(None, None, None)
+    mujoco.mj_step(model, data)
+    assert data.timer[mujoco.mjtTimer.mjTIMER_STEP].duration == 0
+    second.__exit__(None, None, None)
+    mujoco.mj_step(model, data)
+    assert data.timer[mujoco.mjtTimer.mjTIMER_STEP].duration > 0

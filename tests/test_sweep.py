@@ -243,10 +243,15 @@ def test_a_measure_of_ones_own_and_its_mistakes(tmp_path, here):
     assert mm.sweep.status(tmp_path / "s").errors == {
         "ZeroDivisionError: float division by zero": ["noise = 3"]
     }
-    sweep = Sweep(**{**DISK, "measure": ["sweep_measures:table"]}, vary=vary)
-    mm.sweep.run(sweep, tmp_path / "t", executor=here)
-    (error,) = mm.sweep.status(tmp_path / "t").errors
-    assert error == "shape of a measure = (1, 1): must be () or (replicas,)"
+    shape = "shape of a measure = (3,): must be ()"
+    for replicas, bound in (
+        (None, ": a run without replicas has one number"),
+        (2, " or (replicas,)"),
+    ):
+        own = {**DISK, "measure": ["sweep_measures:three"], "replicas": replicas}
+        sweep = Sweep(**own, vary=vary)
+        mm.sweep.run(sweep, tmp_path / f"{replicas}", executor=here)
+        assert [*mm.sweep.status(tmp_path / f"{replicas}").errors] == [shape + bound]
 
 
 def test_failed_cases_are_run_again_on_demand_only(tmp_path, here, monkeypatch):
@@ -256,6 +261,8 @@ def test_failed_cases_are_run_again_on_demand_only(tmp_path, here, monkeypatch):
     assert mm.sweep.run(sweep, tmp_path / "s", executor=here).failed == 1
     again = mm.sweep.run(sweep, tmp_path / "s", executor=here)
     assert (again.failed, again.computed) == (1, 0)
+    (failed,) = (tmp_path / "s" / "failed").iterdir()
+    failed.with_suffix(".nc").touch()  # as of a run that diverged
     monkeypatch.setattr(sweep_measures, "broken", lambda run, scene: 7.0)
     again = mm.sweep.run(sweep, tmp_path / "s", executor=here, retry=True)
     assert (again.done, again.failed, again.computed) == (4, 0, 1)
@@ -276,9 +283,14 @@ def test_what_is_not_a_number_is_null_in_a_file_and_itself_when_combined():
     from magmotor.sweep.work import decoded, encoded
 
     values = [1.5, np.nan, np.inf, -np.inf]
-    assert json.loads(json.dumps(encoded(values), allow_nan=False)) == [1.5, None, "inf", "-inf"]
-    np.testing.assert_array_equal(decoded(encoded(values)), values)
-    assert np.isnan(decoded(encoded(np.nan)))
+    assert json.loads(json.dumps(encoded(values, (4,)), allow_nan=False)) == [
+        1.5,
+        None,
+        "inf",
+        "-inf",
+    ]
+    np.testing.assert_array_equal(decoded(encoded(values, (4,))), values)
+    assert np.isnan(decoded(encoded(np.nan, ())))
 
 
 @pytest.mark.parametrize(

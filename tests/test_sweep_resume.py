@@ -13,18 +13,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from sweep_driver import SWEEP, contents, drive, environment
+from sweep_driver import FEW, SWEEP, contents, drive, environment
 
 import magmotor as mm
 from magmotor import whole_files
 from magmotor.sweep import Sweep
+from magmotor.sweep import directory as directory_module
 from magmotor.sweep.directory import Directory
 from magmotor.sweep.run import DIED
 from magmotor.sweep.workers import ONE_THREAD, Pool
 
 HERE = Path(__file__).parent
-FEW = 4
-"""Cases after which something happens, of 24."""
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +43,7 @@ def results(files):
 
 
 def start(directory, **options):
-    """A driver as a program of its own."""
+    """A driver as a program of its own; with `until` it waits after `FEW` results for that file."""
     command = [sys.executable, str(HERE / "sweep_driver.py"), str(directory), json.dumps(options)]
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
@@ -84,7 +83,7 @@ def test_workers_take_one_thread_each_and_leave_nothing_behind():
 @pytest.mark.parametrize("workers", [1, 2])
 def test_a_killed_driver_leaves_whole_results_and_the_same_call_goes_on(workers, tmp_path, whole):
     directory = tmp_path / "s"
-    driver = start(directory, workers=workers)
+    driver = start(directory, workers=workers, until=str(tmp_path / "never"))
     wait_for_results(directory)
     hands = children(driver.pid)
     assert len(hands) == workers
@@ -97,7 +96,7 @@ def test_a_killed_driver_leaves_whole_results_and_the_same_call_goes_on(workers,
     driver.communicate()
     left = contents(directory)
     kept = results(left)
-    assert FEW <= len(kept) - 1 < len(SWEEP)
+    assert len(kept) == 1 + FEW
     assert kept.items() <= whole.items()
     tally = drive(directory, workers=workers)
     assert tally.computed == len(SWEEP) - (len(kept) - 1)
@@ -106,15 +105,15 @@ def test_a_killed_driver_leaves_whole_results_and_the_same_call_goes_on(workers,
 
 def test_what_was_half_written_is_removed_and_never_read(tmp_path, whole):
     directory = tmp_path / "s"
-    driver = start(directory)
+    driver = start(directory, until=str(tmp_path / "never"))
     wait_for_results(directory)
     driver.kill()
     driver.communicate()
     name = next(name for name in whole if not (directory / name).exists())
     (directory / "parts").mkdir(exist_ok=True)
-    part = directory / "parts" / f"{Path(name).name}.{os.uname().nodename}.{driver.pid}"
-    part.write_bytes(whole[name][:100])
-    assert [*directory.glob("claims/*")]
+    killed = f"{os.uname().nodename}.{driver.pid}"
+    (directory / "parts" / f"{Path(name).name}.1@{killed}").write_bytes(whole[name][:100])
+    assert killed in {claim.read_text() for claim in directory.glob("claims/*")}
     assert mm.sweep.status(directory).done == len([*directory.glob("done/*/*")])
     drive(directory)
     assert contents(directory) == whole
@@ -123,9 +122,10 @@ def test_what_was_half_written_is_removed_and_never_read(tmp_path, whole):
 @pytest.mark.parametrize("workers", [1, 2])
 def test_a_killed_worker_costs_nothing_but_time(workers, tmp_path, whole):
     directory = tmp_path / "s"
-    driver = start(directory, workers=workers)
+    driver = start(directory, workers=workers, until=str(tmp_path / "killed"))
     wait_for_results(directory)
     os.kill(children(driver.pid)[0], signal.SIGKILL)
+    (tmp_path / "killed").touch()
     said, errors = driver.communicate(timeout=120)
     assert (driver.returncode, said, errors) == (0, "24 24\n", "")
     assert contents(directory) == whole
@@ -155,6 +155,77 @@ def test_two_drivers_share_a_directory(tmp_path, whole):
     np.testing.assert_array_equal(done, len(SWEEP))
     # At the end each may take what the other has under way, 2 cases. Without claims it would be 48.
     assert len(SWEEP) <= computed.sum() <= len(SWEEP) + 4  # 24 to 27
+
+
+def test_drivers_may_begin_a_directory_at_once(tmp_path, monkeypatch):
+    """Another driver begins while the first writes, then while the first looks at what is there."""
+    writes, looks = directory_module.write_whole, Path.iterdir
+
+    def written_meanwhile(path, content, part):
+        monkeypatch.setattr(directory_module, "write_whole", writes)
+        part.touch()
+        monkeypatch.setattr(directory_module, "this_driver", lambda: "another.1")
+        Directory(tmp_path / "first", SWEEP)
+        assert part.exists()
+        writes(path, content, part)
+
+    def begun_meanwhile(path):
+        monkeypatch.setattr(Path, "iterdir", looks)
+        path.mkdir()
+        (path / "claims").mkdir()
+        there = [*path.iterdir()]
+        (path / "sweep.json").write_bytes((tmp_path / "first" / "sweep.json").read_bytes())
+        return there
+
+    monkeypatch.setattr(directory_module, "write_whole", written_meanwhile)
+    Directory(tmp_path / "first", SWEEP)
+    monkeypatch.setattr(Path, "iterdir", begun_meanwhile)
+    Directory(tmp_path / "second", SWEEP)
+    assert {*contents(tmp_path / "second")} == {"sweep.json"}
+
+
+def test_a_driver_killed_at_the_beginning_leaves_a_directory_to_begin_in(tmp_path, whole):
+    directory = tmp_path / "s"
+    gone = subprocess.Popen([sys.executable, "-c", ""])
+    gone.wait()
+    (directory / "parts").mkdir(parents=True)
+    part = directory / "parts" / f"sweep.json.1@{os.uname().nodename}.{gone.pid}"
+    part.write_bytes(whole["sweep.json"][:10])
+    drive(directory)
+    assert contents(directory) == whole
+
+
+def test_files_of_drivers_of_other_machines_are_left(tmp_path):
+    """Also of one whose name ends with this one's."""
+    gone = subprocess.Popen([sys.executable, "-c", ""])
+    gone.wait()
+    store = Directory(tmp_path, SWEEP)
+    (tmp_path / "claims").mkdir()
+    names = [f"{host}{os.uname().nodename}.{gone.pid}" for host in ("gpu-", "a.", "")]
+    for name in names:
+        (tmp_path / "claims" / name).write_text(name)
+        (tmp_path / "parts" / f"1.json.1@{name}").touch()
+    store.remove_what_the_dead_left()
+    assert {path.name for path in tmp_path.glob("claims/*")} == {*names[:2]}
+    assert {path.name for path in tmp_path.glob("parts/*")} == {f"1.json.1@{n}" for n in names[:2]}
+
+
+def test_threads_of_a_driver_may_write_the_same_results(tmp_path, whole):
+    def work(_):
+        with ThreadPoolExecutor(4) as executor:
+            return mm.sweep.run(SWEEP, tmp_path / "s", workers=4, executor=executor)
+
+    with ThreadPoolExecutor(2) as drivers:
+        tallies = [*drivers.map(work, range(2))]
+    assert [tally.done for tally in tallies] == [len(SWEEP)] * 2
+    assert contents(tmp_path / "s") == whole
+
+
+def test_parts_of_something_else_are_left_alone(tmp_path):
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "mine.txt").touch()
+    with pytest.raises(ValueError, match="must be empty, or this sweep's; it holds parts"):
+        Directory(tmp_path, SWEEP)
 
 
 NO_MAIN = """

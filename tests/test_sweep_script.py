@@ -263,6 +263,23 @@ def test_interrupted_it_says_so_and_the_same_command_goes_on(tmp_path):
     assert (tmp_path / "s.png").exists()
 
 
+@pytest.mark.parametrize("seconds", [0.2, 1.5])
+def test_interrupted_while_its_workers_start_it_says_one_line(tmp_path, seconds):
+    """In the first seconds a worker imports what it needs."""
+    running = program("disk", "--vary", "noise=1:4:40", "--workers", "2", "--out", tmp_path / "s")
+    try:
+        assert running.stdout is not None
+        assert running.stdout.readline().startswith("40 cases by ")
+        time.sleep(seconds)
+        os.killpg(running.pid, signal.SIGINT)
+        _, errors = running.communicate(timeout=60)
+    finally:
+        running.kill()
+    assert running.returncode == 130
+    assert errors.startswith("sweep.py: sweep interrupted; 40 cases: ")
+    assert errors.count("\n") == 1
+
+
 def test_a_cluster_that_is_started_takes_a_sweep(tmp_path):
     cluster = program("cluster", "--workers", "1")
     try:
@@ -278,8 +295,17 @@ def test_a_cluster_that_is_started_takes_a_sweep(tmp_path):
         assert "2 cases: 2 done, 0 failed; 2 computed" in said
     finally:
         os.killpg(cluster.pid, signal.SIGINT)
-        cluster.communicate(timeout=60)
+        _, errors = cluster.communicate(timeout=60)
     assert cluster.returncode == 130
+    assert errors == "sweep.py: interrupted; what is said to be written is complete\n"
+
+
+def test_a_cluster_where_this_machine_is_not_is_a_mistake():
+    running = program("cluster", "--workers", "1", "--host", "203.0.113.7")
+    _, errors = running.communicate(timeout=60)
+    assert running.returncode == 2
+    assert errors.startswith("sweep.py: host = '203.0.113.7': must be an interface of this machine")
+    assert errors.count("\n") == 1
 
 
 def test_no_workers_is_a_mistake(tmp_path):
@@ -287,6 +313,20 @@ def test_no_workers_is_a_mistake(tmp_path):
     running = program(*vary, "--workers", "0", "--out", tmp_path / "s")
     _, errors = running.communicate(timeout=60)
     assert (running.returncode, errors) == (2, "sweep.py: workers = 0: must be at least 1\n")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "line"),
+    [
+        (("spin", "--points", "-1", "2"), "points = -1: must be at least 1"),
+        (("spin", "--points", "1", "0"), "points = 0: must be at least 1"),
+        (("flights", "--points", "0"), "points = 0: must be at least 1"),
+        (("flights", "--duration", "-5"), "duration = -5.0: must be greater than 0 s"),
+    ],
+)
+def test_a_study_that_cannot_be_is_one_line_and_code_2(script, tmp_path, arguments, line):
+    code, _, error = script("study", *arguments, "--out", tmp_path)
+    assert (code, error) == (2, f"study.py: {line}\n")
 
 
 def test_where_the_top_spins(script, tmp_path):

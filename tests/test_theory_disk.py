@@ -262,6 +262,20 @@ def test_constant_diffusion_is_ornstein_uhlenbeck():
     assert model.msd_from_rest(1e10) == pytest.approx(2e10 * model.x_diffusion, rel=1e-4)  # 4e-6
 
 
+def test_weak_friction_of_d_makes_long_superdiffusion_without_potential():
+    """Exact on flat U: largest slope from t = 10 on, and decades of a slope above 1.5."""
+    t = np.geomspace(10, 1e8, 2000)
+    width = np.log10(t[1] / t[0])
+    found = []
+    for ratio in (1, 0.1, 0.01, 1e-3, 1e-4, 1e-5):
+        square = theory.flat_variance_from_rest(Disk(potential="flat", friction_ratio=ratio), t)
+        slope = np.diff(np.log10(square)) / width
+        assert slope[-1] == pytest.approx(1, abs=0.02)  # 1.014 at 1e-5
+        found.append((slope.max(), width * np.count_nonzero(slope > 1.5)))
+    expected = [(1.40, 0), (2.19, 0.96), (2.49, 1.99), (2.75, 2.43), (2.89, 2.88), (2.96, 3.34)]
+    np.testing.assert_allclose(found, expected, atol=0.05)
+
+
 def test_flat_potential_conserves_d():
     scene = Disk(potential="flat")
     model = theory.ReducedDisk(scene, cells=100)

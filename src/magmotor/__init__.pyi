@@ -11,6 +11,7 @@ from .engines.mujoco.baoab import Baoab as Baoab
 from .engines.mujoco.build import build as build
 from .engines.mujoco.layout import LayoutError as LayoutError
 from .engines.mujoco.magnetism import magnetism as magnetism
+from .engines.mujoco.perturbation import apply_perturbation as apply_perturbation
 from .ensemble import ensemble as ensemble
 from .ensemble import gibbs as gibbs
 from .recommendation import Recommendation as Recommendation

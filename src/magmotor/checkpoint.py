@@ -79,14 +79,16 @@ def load(path: Path, task: dict[str, Any]) -> dict[str, NDArray] | None:
     Raises
     ------
     ValueError
-        The file is no checkpoint, or one of another task: names what differs.
+        It cannot be read, is no checkpoint, or one of another task: names what differs.
     """
-    if not path.exists():
-        return None
     try:
         with path.open("rb") as file, np.load(file) as saved:
             arrays = {name: saved[name] for name in saved.files}
         told = json.loads(str(arrays.pop("task")))
+    except FileNotFoundError:
+        return None
+    except OSError as error:
+        raise reject("checkpoint", str(path), f"a file ({error.strerror})") from None
     except (ValueError, KeyError, EOFError, zipfile.BadZipFile):
         raise reject("checkpoint", str(path), "a checkpoint, or no file") from None
     for name in {**told, **task}:

@@ -2,10 +2,13 @@
 
 Numba's keys hold a function's own bytecode and closure cells, but not the functions that are
 compiled into it from other modules: a checksum of these in a closure cell makes up for that.
+Numba locks no index while it adds an entry, so that two processes that do so at once may exchange
+their code: functions that differ in closure cells have an index each, by `specialised`.
 """
 
 import inspect
 import zlib
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from types import ModuleType
@@ -18,8 +21,24 @@ def code_version(*modules: ModuleType) -> int:
     return zlib.crc32("".join(inspect.getsource(module) for module in modules).encode())
 
 
+def specialised(*by: object) -> Callable[[Callable], Callable]:
+    """Give what is compiled for these closure cells an index of its own in Numba's disk cache.
+
+    Numba names the index by the function's qualified name. The checksum is not to be among `by`:
+    newer code is to replace older code's files.
+    """
+
+    def rename(function: Callable) -> Callable:
+        function.__qualname__ += f"_{zlib.crc32(repr(by).encode()):08x}"
+        return function
+
+    return rename
+
+
 @cache
 def package_checksum() -> int:
-    """Checksum of all of magmotor's code and MJCF parts."""
-    files = [*Path(__file__).parent.rglob("*.py"), *models_folder().glob("*.xml")]
-    return zlib.crc32(b"".join(file.read_bytes() for file in sorted(files)))
+    """Checksum of all of magmotor's code and MJCF parts, the same wherever it is installed."""
+    package, models = Path(__file__).parent, models_folder()
+    code = sorted(package.rglob("*.py"), key=lambda file: file.relative_to(package).parts)
+    parts = sorted(models.glob("*.xml"), key=lambda file: file.name)
+    return zlib.crc32(b"".join(file.read_bytes() for file in (*code, *parts)))

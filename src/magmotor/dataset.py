@@ -8,6 +8,7 @@ from typing import Any
 
 import xarray as xr
 
+from magmotor.checks import check_kind
 from magmotor.devices import DEVICES, Scene
 from magmotor.states import concatenate
 
@@ -74,8 +75,9 @@ def scene_of(run: xr.Dataset) -> Scene:
     Raises
     ------
     ValueError
-        The dataset names no scene that is known here.
+        It is no dataset, or names no scene that is known here.
     """
+    check_kind("run", run, xr.Dataset)
     name = run.attrs.get("scene")
     if name not in SCENES:
         raise ValueError(

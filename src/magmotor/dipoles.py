@@ -106,6 +106,12 @@ def field(points: ArrayLike, positions: ArrayLike, moments: ArrayLike) -> NDArra
     ------
     ValueError
         Wrong shape, a value that is not finite, or a point that coincides with a dipole.
+
+    Examples
+    --------
+    >>> import magmotor as mm
+    >>> mm.dipoles.field([0, 0, 0.1], positions=[[0, 0, 0]], moments=[[0, 0, 1]])
+    array([0.    , 0.    , 0.0002])
     """
     points = _vectors("points", points)
     return _evaluate("point", points, np.zeros_like(points), positions, moments)[..., 3:6]
@@ -132,6 +138,13 @@ def wrench(
     ------
     ValueError
         Wrong shape, a value that is not finite, or a dipole that coincides with a source.
+
+    Examples
+    --------
+    >>> import magmotor as mm
+    >>> force, torque = mm.dipoles.wrench([0, 0, 0.1], [1, 0, 0], [[0, 0, 0]], [[0, 0, 1]])
+    >>> print(force.round(6), torque.round(6))
+    [0.003 0.    0.   ] [ 0.     -0.0002  0.    ]
     """
     force, field = force_and_field(position, moment, positions, moments)
     return force, np.cross(np.asarray(moment), field)

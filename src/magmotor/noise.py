@@ -34,8 +34,13 @@ from magmotor.elementary import (
     sine_of_quarter,
 )
 
+__all__ = ["LARGEST_SEED", "BrownianPath"]
+
 LARGEST_SEED = 2**53
 """Seeds are less: the largest integer that a double, MuJoCo's only type for user data, holds."""
+
+FINEST = 31
+"""Largest level: how many times a path's own steps can be halved."""
 
 _PARITY = np.uint64(0x1BD11BDAA9FC1A22)
 _ONE = np.uint64(0x3FF0000000000000)
@@ -154,6 +159,13 @@ class BrownianPath:
         Of the increments, in s.
     factor, level : int
         How this view was made: by summing `factor` steps, or by halving `level` times.
+
+    Examples
+    --------
+    >>> import magmotor as mm
+    >>> fine = mm.noise.BrownianPath(seed=1, timestep=0.01)
+    >>> print(fine.increments(4).sum().round(12), *fine.coarsened(4).increments(1).round(12))
+    0.106231422153 0.106231422153
     """
 
     seed: int
@@ -169,12 +181,16 @@ class BrownianPath:
         ValueError
             Names the field, its value and the bound.
         """
-        check_seed(self.seed)
-        check_number("timestep", self.timestep, above=0, unit="s")
-        check_integer("factor", self.factor, at_least=1)
-        check_integer("level", self.level, at_least=0)
-        if self.level > 31:
-            raise reject("level", self.level, "at most 31")
+        checked = {
+            "seed": check_seed(self.seed),
+            "timestep": check_number("timestep", self.timestep, above=0, unit="s"),
+            "factor": check_integer("factor", self.factor, at_least=1),
+            "level": check_integer("level", self.level, at_least=0),
+        }
+        for name, value in checked.items():
+            object.__setattr__(self, name, value)
+        if self.level > FINEST:
+            raise reject("level", self.level, f"at most {FINEST}")
         if self.level and self.factor > 1:
             raise reject("factor", self.factor, "1 in a path that is refined")
 
@@ -186,7 +202,7 @@ class BrownianPath:
         ValueError
             `factor` is no power of 2 that undoes a refinement, or not at least 1.
         """
-        check_integer("factor", factor, at_least=1)
+        factor = check_integer("factor", factor, at_least=1)
         halvings = factor.bit_length() - 1
         if self.level and (factor != 1 << halvings or halvings > self.level):
             raise reject("factor", factor, f"a power of 2, at most 2^{self.level}, here")
@@ -202,7 +218,7 @@ class BrownianPath:
         ValueError
             The path is a sum of steps that cannot be halved so often.
         """
-        check_integer("halvings", halvings, at_least=0)
+        halvings = check_integer("halvings", halvings, at_least=0)
         timestep = self.timestep / 2**halvings
         if self.factor == 1:
             return replace(self, timestep=timestep, level=self.level + halvings)
@@ -216,7 +232,16 @@ class BrownianPath:
         """Increments W(t + h) - W(t) of `steps` steps from step `first` on, shape (steps,).
 
         Their variance is the timestep.
+
+        Raises
+        ------
+        ValueError
+            One of the numbers is no integer, or negative.
         """
+        for name, value in {
+            "steps": steps, "first": first, "replica": replica, "channel": channel
+        }.items():  # fmt: skip
+            check_integer(name, value, at_least=0)
         out = np.empty(steps)
         _fill_normals(out, self.seed, replica, first, channel, self.factor, self.level)
         return math.sqrt(self.timestep) * out
@@ -229,14 +254,15 @@ def path_of(attributes: Mapping[str, Any]) -> BrownianPath:
     return BrownianPath(int(attributes["seed"]), float(attributes["timestep"]))
 
 
-def check_seed(seed: int) -> None:
-    """Check that a seed is an integer that every engine can hold.
+def check_seed(seed: int) -> int:
+    """Return a seed if it is an integer that every engine can hold.
 
     Raises
     ------
     ValueError
         It is not, or it is negative, or not less than 2^53.
     """
-    check_integer("seed", seed, at_least=0)
-    if seed >= LARGEST_SEED:
+    number = check_integer("seed", seed, at_least=0)
+    if number >= LARGEST_SEED:
         raise reject("seed", seed, f"less than 2^53 = {LARGEST_SEED}")
+    return number

@@ -11,7 +11,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from magmotor import sweep
-from magmotor.checks import reject
+from magmotor.checks import check_kind, reject
 from magmotor.dataset import scene_of
 from magmotor.ensemble import ensemble
 from magmotor.ensemble.plan import plan
@@ -54,7 +54,15 @@ def rerun(run: xr.Dataset) -> xr.Dataset:
         Names what the dataset lacks, or why it is not the whole beginning of one run.
     SimulationInterrupted
         Ctrl-C; holds what was recorded.
+
+    Examples
+    --------
+    >>> import magmotor as mm
+    >>> run = mm.simulate(mm.Disk(), method="variational/baoab", timestep=0.02, duration=10.0)
+    >>> mm.rerun(run).identical(run)
+    True
     """
+    check_kind("run", run, xr.Dataset)
     told = {k: v.item() if isinstance(v, np.generic) else v for k, v in run.attrs.items()}
     if "sweep" in told:
         return _sweep(json.loads(told["sweep"]))

@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import os
 import sys
 from collections.abc import Callable, Mapping
 from importlib import import_module
@@ -62,7 +63,14 @@ class SimulationInterrupted(KeyboardInterrupt):
 
 
 def methods(scene: Scene) -> tuple[str, ...]:
-    """Names `engine/scheme` of the methods that a scene takes."""
+    """Names `engine/scheme` of the methods that a scene takes.
+
+    Examples
+    --------
+    >>> import magmotor as mm
+    >>> mm.methods(mm.LangevinParticle())
+    ('variational/euler', 'variational/verlet', 'variational/baoab', 'variational/middle')
+    """
     return device_of(scene).methods(scene)
 
 
@@ -92,13 +100,15 @@ def simulate(
         Step in seconds; for `scipy/dop853`, which chooses its own, the unit of recording. By
         default that of `path`, or as recommended.
     duration : float
-        In seconds; whole steps that fit into it are taken.
+        In seconds. The run takes the whole steps that fit into it, and ends with the last of them
+        that is recorded.
     seed : int
         Of the Brownian forces; kept with the run, without effect where a scene has no noise.
     replicas : int, optional
         Number of independent runs: only for scenes with noise.
     record_interval : int, optional
-        Record every n-th step (default: every step); the initial state is always recorded.
+        Record every n-th step (default: every step); the initial state is always recorded. All
+        records are held in memory.
     initial : mapping or dataset, optional
         Replaces parts of the scene's initial state, each as in the result: for the top
         `position`, `velocity`, `axis`, `angular_velocity` or `orientation`, for the motor besides
@@ -126,7 +136,8 @@ def simulate(
     Raises
     ------
     ValueError
-        Bad input, also a checkpoint of another task: names it, its value and the bound.
+        Bad input, also a checkpoint of another task, or more records than the machine has memory
+        for: names it, its value and the bound.
     SimulationDiverged
         The run is no longer finite, gained energy that it cannot have, the magnetic lift exceeds
         the weight of a ball that is held on its plane, or the motor's inner ring is tilted by more
@@ -138,6 +149,13 @@ def simulate(
     -----
     UserWarning
         The timestep is too long for the flights of the disk at its temperature.
+
+    Examples
+    --------
+    >>> import magmotor as mm
+    >>> run = mm.simulate(mm.Top(), method="variational/verlet", timestep=0.1, duration=30.0)
+    >>> print(f"{abs(run.momentum_map).max():.2e} {run.momentum_map.units}")
+    1.86e-04 kg m^2/s
     """
     interval = 1 if record_interval is None else record_interval
     device = device_of(scene)
@@ -147,12 +165,19 @@ def simulate(
         choice = recommend(scene, method=method, timestep=timestep)
         print(choice, file=sys.stderr)
         method, timestep = choice.method, choice.timestep
-    _check_arguments(scene, method, timestep, duration, seed, interval)
+    check_choice("method", method, methods(scene))
+    timestep = check_number("timestep", timestep, above=0, unit="s")
+    duration = check_number("duration", duration, at_least=timestep, unit="s (one timestep)")
+    seed, interval = check_seed(seed), check_integer("record_interval", interval, at_least=1)
+    if interval > duration / timestep * (1 + 1e-12):
+        raise reject("record_interval", interval, f"at most {int(duration / timestep)} steps")
     device.check_run(scene, method, timestep, replicas, allow_unstable)
-    followed = BrownianPath(seed, float(timestep)) if path is None else path
+    replicas = None if replicas is None else int(replicas)
+    followed = BrownianPath(seed, timestep) if path is None else path
     if abs(followed.timestep / timestep - 1) > 1e-12:
         raise reject("path.timestep", followed.timestep, f"{timestep:g}, the timestep")
     first = device.initial_state(scene, initial, replicas)
+    _check_memory(duration / timestep, interval, first)
     records = int(duration / timestep * (1 + 1e-12)) // interval
     engine, scheme = method.split("/")
     attributes = {
@@ -174,6 +199,17 @@ def simulate(
     return _collect(job, import_module(ENGINES[engine]).run, saved, attributes)
 
 
+def _check_memory(steps: float, interval: int, first: Any) -> None:
+    """Refuse what could only end when the system ends the process."""
+    if not hasattr(os, "sysconf"):  # Windows
+        return
+    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    needed = steps * sum(column.nbytes for column in first if column is not None)
+    if needed / interval > memory:
+        bound = f"at least {needed / memory:.3g}: the records would take {needed / interval:.3g}"
+        raise reject("record_interval", interval, f"{bound} bytes, the machine has {memory:.3g}")
+
+
 def _first_step(initial: Any, path: BrownianPath, method: str) -> int:
     """Where on its Brownian path a run begins that continues another."""
     if not isinstance(initial, xr.Dataset) or method.startswith("scipy"):
@@ -188,7 +224,7 @@ def _collect(job: Job, run: Callable, checkpoint: Checkpoint, attributes: dict) 
     """Assemble the chunks while they are good; when that ends early, raise with those that were."""
     guard = device_of(job.scene).guard(job.scene, job.initial)
     kept, job = _resume(job, checkpoint.load())
-    chunks, state = run(job), job.state
+    chunks, reached = run(job), (job.done + 1, job.state)
     unit = job.record_interval * job.timestep
     bar = "{l_bar}{bar}| {n:.0f}/{total:.0f} s [{elapsed}<{remaining}]"
     progress = tqdm(
@@ -202,12 +238,15 @@ def _collect(job: Job, run: Callable, checkpoint: Checkpoint, attributes: dict) 
             if reason:
                 time = float(states.time[good])
                 raise SimulationDiverged(reason, time, assemble(job.scene, kept, **attributes))
-            state = after
+            # One assignment: Ctrl-C may come between any two.
+            reached = reached[0] + len(states.time), after
             progress.update(states.time[-1] - progress.n)
             if checkpoint.due:
-                _save(checkpoint, kept, state)
+                _save(checkpoint, kept, *reached)
+        if job.done < job.records:
+            _save(checkpoint, kept, *reached)
     except KeyboardInterrupt:
-        _save(checkpoint, kept, state)
+        _save(checkpoint, kept, *reached)
         raise SimulationInterrupted(assemble(job.scene, kept, **attributes)) from None
     except ArithmeticError as failure:
         time = float(kept[-1].time[-1])
@@ -217,8 +256,6 @@ def _collect(job: Job, run: Callable, checkpoint: Checkpoint, attributes: dict) 
         # A suspended engine would keep its callback installed for as long as the error lives.
         chunks.close()
         progress.close()
-    if job.done < job.records:
-        _save(checkpoint, kept, state)
     return assemble(job.scene, kept, **attributes)
 
 
@@ -232,20 +269,10 @@ def _resume(job: Job, saved: dict[str, NDArray] | None) -> tuple[list[Any], Job]
     return [kept], job._replace(done=len(kept.time) - 1, state=state)
 
 
-def _save(checkpoint: Checkpoint, kept: list[Any], state: NDArray | None) -> None:
-    """Save the records and the engine's state after the last of them, if there is any."""
+def _save(checkpoint: Checkpoint, kept: list[Any], number: int, state: NDArray | None) -> None:
+    """Save so many records and the engine's state after the last of them, if there is any."""
     if state is None or checkpoint.path is None:
         return
     kept[:] = [concatenate(kept)]
-    columns = {k: v for k, v in kept[0]._asdict().items() if v is not None}
+    columns = {k: v[:number] for k, v in kept[0]._asdict().items() if v is not None}
     checkpoint.save({**columns, "engine_state": state})
-
-
-def _check_arguments(scene, method, timestep, duration, seed, interval) -> None:
-    check_choice("method", method, methods(scene))
-    check_number("timestep", timestep, above=0, unit="s")
-    check_number("duration", duration, at_least=timestep, unit="s (one timestep)")
-    check_seed(seed)
-    check_integer("record_interval", interval, at_least=1)
-    if interval > duration / timestep * (1 + 1e-12):
-        raise reject("record_interval", interval, f"at most {int(duration / timestep)} steps")

@@ -35,7 +35,7 @@ def gibbs(
     ValueError
         The scene has no temperature, or `replicas` is less than 1.
     """
-    check_integer("replicas", replicas, at_least=1)
+    replicas = check_integer("replicas", replicas, at_least=1)
     if not scene.noise:
         raise reject("noise", scene.noise, "positive: without it there is no temperature")
     random = np.random.default_rng(seed)

@@ -28,10 +28,10 @@ def plan(timestep: float, duration: float, sample_interval: int, burn_in: float)
     ValueError
         Names the argument, its value and the bound.
     """
-    check_number("timestep", timestep, above=0)
-    check_integer("sample_interval", sample_interval, at_least=1)
-    check_number("duration", duration, at_least=4 * sample_interval * timestep)
-    check_number("burn_in", burn_in, at_least=0)
+    timestep = check_number("timestep", timestep, above=0)
+    sample_interval = check_integer("sample_interval", sample_interval, at_least=1)
+    duration = check_number("duration", duration, at_least=4 * sample_interval * timestep)
+    burn_in = check_number("burn_in", burn_in, at_least=0)
     samples = int(duration / (sample_interval * timestep) * (1 + 1e-12))
     first = round(burn_in / (sample_interval * timestep))
     if samples - first < 4:

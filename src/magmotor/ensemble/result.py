@@ -85,9 +85,9 @@ def _correlations(statistics: Statistics) -> xr.Dataset:
     rho_without, square_without = _correlation(rest)
     columns = {
         "increment_correlation": rho,
-        "increment_correlation_error": _jackknife(rho_without),
+        "increment_correlation_error": _jackknife(rho, rho_without, sums[..., 0]),
         "mean_square_increment": square,
-        "mean_square_increment_error": _jackknife(square_without),
+        "mean_square_increment_error": _jackknife(square, square_without, sums[..., 0]),
     }
     return xr.Dataset({name: ("lag", values) for name, values in columns.items()})
 
@@ -99,11 +99,22 @@ def _correlation(sums: Array) -> tuple[Array, Array]:
         return (ab - a * b) / np.sqrt((aa - a**2) * (bb - b**2)), bb
 
 
-def _jackknife(without: Array) -> Array:
+def _jackknife(whole: Array, without: Array, sizes: Array) -> Array:
+    """Standard errors from the whole's estimate and those without one group, of unequal groups.
+
+    The delete-m_j jackknife of Busing, Meijer and van der Leeden, Statistics and Computing 9
+    (1999), which for equal groups is the ordinary one.
+    """
     groups = len(without)
     if groups < 2:
         return np.full(without.shape[1:], np.nan)
-    return np.sqrt((groups - 1) * np.var(without, axis=0))
+    rest = sizes.sum(axis=0) - sizes
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mean = np.mean(rest / rest.mean(axis=0) * without, axis=0)
+        ratio = rest / sizes
+        centre = mean + (ratio + 1 - groups) / ratio * (whole - mean)
+        scale = rest.mean(axis=0) / sizes.mean(axis=0)
+        return np.sqrt(scale * np.mean(ratio / scale * (without - centre) ** 2, axis=0))
 
 
 def _densities(scene: Any, statistics: Statistics, deviations: tuple[float, ...]) -> xr.Dataset:

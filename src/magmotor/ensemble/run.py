@@ -90,18 +90,27 @@ def ensemble(
     UserWarning
         The timestep is too long for the flights at this temperature, or a checkpoint could not be
         written: the one before it stays, and the run goes on.
+
+    Examples
+    --------
+    >>> import magmotor as mm
+    >>> many = mm.ensemble(
+    ...     mm.Disk(), method="variational/baoab", timestep=0.02, duration=100.0, replicas=500
+    ... )
+    >>> many.mean_square.dims
+    ('quantity', 'time')
     """
     check_choice("method", method, schemes.methods(schemes.DISK, noise=scene.noise > 0))
-    check_seed(seed)
-    check_integer("replicas", replicas, at_least=1)
-    check_integer("trajectories", trajectories, at_least=0)
+    seed = check_seed(seed)
+    replicas = check_integer("replicas", replicas, at_least=1)
+    trajectories = check_integer("trajectories", trajectories, at_least=0)
     if trajectories > replicas:
         raise reject("trajectories", trajectories, f"at most {replicas}, the replicas")
     if threads is not None:
-        check_integer("threads", threads, at_least=1)
+        threads = check_integer("threads", threads, at_least=1)
     if not scene.noise:
         raise reject("noise", scene.noise, "positive: all replicas would be the same")
-    check_number("timestep", timestep, above=0)
+    timestep = check_number("timestep", timestep, above=0)
     steps = max(1, round(1 / timestep)) if sample_interval is None else sample_interval
     when = plan(timestep, duration, steps, burn_in)
     disk.check_run(scene, method, timestep, replicas)
@@ -111,11 +120,11 @@ def ensemble(
         "scene_fields": json.dumps(dataclasses.asdict(scene)),
         "method": method,
         "timestep": timestep,
-        "duration": duration,
+        "duration": float(duration),
         "replicas": replicas,
         "seed": seed,
-        "sample_interval": steps,
-        "burn_in": burn_in,
+        "sample_interval": when.interval,
+        "burn_in": float(burn_in),
         "trajectories": trajectories,
         "version": version("magmotor"),
         "initial": None if initial is None else checksum(first),

@@ -2,6 +2,7 @@
 
 from magmotor.observables.disk import flight_survival, local_slope
 from magmotor.observables.disk_balance import disk_energy_balance
+from magmotor.observables.exponential_law import exponential_test, squared_variation
 from magmotor.observables.motion import (
     energy,
     energy_balance,
@@ -38,6 +39,7 @@ __all__ = [
     "efficiency",
     "energy",
     "energy_balance",
+    "exponential_test",
     "flight_survival",
     "flights",
     "friction_torque",
@@ -54,6 +56,7 @@ __all__ = [
     "ring_attitude",
     "saddle",
     "slip_velocity",
+    "squared_variation",
     "stays",
     "transitions",
     "valley_radius",

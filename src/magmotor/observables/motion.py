@@ -126,6 +126,13 @@ def momentum_balance(run: xr.Dataset, scene: Top) -> xr.Dataset:
 def energy_balance(run: xr.Dataset, scene: Top) -> xr.Dataset:
     """Theory's account of the energy with a ring at rest: dE/dt = -c |V_Q|^2.
 
+    Parameters
+    ----------
+    run : xarray.Dataset
+        Of a top, with every step recorded, or steps close enough for quintic splines.
+    scene : Top
+        Its scene.
+
     Returns
     -------
     xarray.Dataset

@@ -57,6 +57,13 @@ def efficiency(run: xr.Dataset, scene: Motor) -> xr.Dataset:
       zero, since no heat flows on the average between two bodies of one temperature. What the
       energy balance leaves as residual is in it, too.
 
+    Parameters
+    ----------
+    run : xarray.Dataset
+        Of a motor, recorded as often as its efficiency is wanted.
+    scene : Motor
+        Its scene.
+
     Returns
     -------
     xarray.Dataset

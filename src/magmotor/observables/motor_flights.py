@@ -39,8 +39,8 @@ def flights(run: xr.Dataset, scene: Motor) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        Over `flight`: `begin` and `end` in s, signed `revolutions`, `replica`, and `censored`: the
-        flight was still under way when the run ended.
+        Over `flight`: `begin` and `end` in s, `once`, when it has gone round once, signed
+        `revolutions`, `replica`, and `censored`: the flight was still under way when the run ended.
     """
     back = CORE * 2 * math.pi / scene.outer_dipoles
     rows = []
@@ -49,13 +49,15 @@ def flights(run: xr.Dataset, scene: Motor) -> xr.Dataset:
         for begin, end in itertools.pairwise(points):
             turns = (theta[end] - theta[begin]) / (2 * math.pi)
             if abs(turns) >= 1:
-                rows.append((replica, begin, end, turns, end == len(theta) - 1))
-    replica, begin, end, turns, cut = _columns(rows, 5)
+                once = begin + np.argmax(np.abs(theta[begin:] - theta[begin]) >= 2 * math.pi)
+                rows.append((replica, begin, once, end, turns, end == len(theta) - 1))
+    replica, begin, once, end, turns, cut = _columns(rows, 6)
     times = run.time.values
     return _table(
         "flight",
         replica=replica.astype(int),
         begin=times[begin.astype(int)],
+        once=times[once.astype(int)],
         end=times[end.astype(int)],
         revolutions=turns,
         censored=cut.astype(bool),
@@ -66,6 +68,13 @@ def stays(run: xr.Dataset, scene: Motor) -> xr.Dataset:
     """The times between flights, also those before the first and after the last of a run.
 
     Where one flight turns into another there is none.
+
+    Parameters
+    ----------
+    run : xarray.Dataset
+        Of a motor, with the ball moving by much less than half a turn between records.
+    scene : Motor
+        Its scene.
 
     Returns
     -------
@@ -94,6 +103,13 @@ def transitions(run: xr.Dataset, scene: Motor) -> xr.Dataset:
 
     The ball belongs to the well whose core, the middle half of its sector, it has visited last; a
     transition is a change of that, at the record at which the new core is reached.
+
+    Parameters
+    ----------
+    run : xarray.Dataset
+        Of a motor, with the ball moving by much less than half a turn between records.
+    scene : Motor
+        Its scene.
 
     Returns
     -------
@@ -130,12 +146,27 @@ def censored_mean(values: ArrayLike, censored: ArrayLike) -> CensoredMean:
     error, sqrt(sum (value - mean [completed])^2)/number, holds for any law as long as durations are
     independent.
 
+    Parameters
+    ----------
+    values : array_like, shape (N,)
+        Durations, in any unit; of those cut off as far as seen.
+    censored : array_like of bool, shape (N,)
+        Which were cut off.
+
+    Returns
+    -------
+    CensoredMean
+        `mean` and `error` in that unit, NaN if none was completed, and `completed`.
+
     Examples
     --------
-    Of stays, and of flights in revolutions, each of which has one at least:
+    Of flights, in revolutions of which each has one at least:
 
-    >>> censored_mean(stays.end - stays.begin, stays.censored)
-    >>> censored_mean(abs(flights.revolutions) - 1, flights.censored).mean + 1
+    >>> import magmotor as mm
+    >>> revolutions, censored = [1.5, -3.0, 2.5], [False, False, True]
+    >>> above_one = [abs(number) - 1 for number in revolutions]
+    >>> mm.observables.censored_mean(above_one, censored).mean + 1
+    3.0
     """
     values = np.asarray(values, dtype=float)
     completed = ~np.asarray(censored, dtype=bool)
@@ -174,7 +205,7 @@ def _columns(rows: list[Any], count: int) -> Array:
 
 
 def _table(dimension: str, **columns: NDArray[Any]) -> xr.Dataset:
-    units = {"begin": "s", "end": "s", "time": "s", "revolutions": "1"}
+    units = {"begin": "s", "once": "s", "end": "s", "time": "s", "revolutions": "1"}
     data = {
         name: (dimension, values, {"units": units[name]} if name in units else {})
         for name, values in columns.items()

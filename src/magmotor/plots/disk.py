@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from magmotor.plots import disk_panels as panels
 from magmotor.plots import style
 from magmotor.plots.disk_panels import System
+from magmotor.plots.small_png import save_small
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -45,7 +46,7 @@ FIGURES = {
     ),
     "slope": Figure(
         panels.draw_slope,
-        "Local slope of log E x² against log t, from rest",
+        "Local slope of log E[x²] against log t, from rest",
         FROM_REST,
         "the paper: 2; flat and control: 1",
     ),
@@ -87,7 +88,7 @@ def disk_overview(systems: Sequence[System], path: str | Path) -> None:
     systems : sequence of System
         The paper's four, or some of them.
     path : str or Path
-        The file to write; its suffix says in which format.
+        The .png to write.
     """
     with style.figure(17.0, 9.5) as figure:
         axes = figure.subplot_mosaic([list(row) for row in OVERVIEW])
@@ -98,7 +99,7 @@ def disk_overview(systems: Sequence[System], path: str | Path) -> None:
             "theory: reduced equation of d (symmetric, asymmetric), exact (flat), free particle"
         )
         _legend(figure, systems, theory, "the paper: ∝ t²; flat: {flat:.4g} t")
-        figure.savefig(path, dpi=120)
+        save_small(figure, path, dpi=90)
 
 
 def disk_figure(systems: Sequence[System], name: str, path: str | Path) -> None:
@@ -111,7 +112,7 @@ def disk_figure(systems: Sequence[System], name: str, path: str | Path) -> None:
     name : str
         Of `FIGURES`.
     path : str or Path
-        The file to write; its suffix says in which format.
+        The .png to write.
     """
     drawn = FIGURES[name]
     shown = [system for system in systems if system.wanders or name != "flights"]
@@ -127,7 +128,7 @@ def disk_figure(systems: Sequence[System], name: str, path: str | Path) -> None:
             if drawn.alone:
                 drawn.alone(panel, system)
         _legend(figure, shown, drawn.theory, drawn.paper)
-        figure.savefig(path, dpi=120)
+        save_small(figure, path, dpi=90)
 
 
 def _superpose(axes: "Axes", name: str, systems: Sequence[System]) -> None:

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -24,6 +24,16 @@ BEYOND = 20
 
 THEORY: dict[str, Any] = {"color": style.INK, "lw": 1.0, "ls": "--", "zorder": 4}
 PAPER: dict[str, Any] = {"color": style.GREY, "lw": 1.0, "ls": ":", "zorder": 3}
+
+
+class Slope(NamedTuple):
+    """A slope between two times, its standard error, and theory's."""
+
+    begin: float
+    end: float
+    slope: float
+    error: float
+    expected: float
 
 
 @dataclass(frozen=True)
@@ -65,6 +75,21 @@ class System:
         """Variance of x from rest, at `times`."""
         return self.x("mean_square") - self.x("mean") ** 2
 
+    @property
+    def last_slope(self) -> Slope:
+        """Local slope of log E[x^2] over log t, over the last factor of two in time."""
+        last = observables.local_slope(self.rest).isel(time=-1)
+        begin, end = float(last.begin), float(last.end)
+        grown = np.log(self.theory.mean_square(end) / self.theory.mean_square(begin))
+        expected = float(grown / np.log(end / begin))
+        return Slope(begin, end, float(last.slope), float(last.slope_error), expected)
+
+    def rate(self, quantity: str) -> tuple[float, float]:
+        """Variance over t at the end from rest, of x or y, and its standard error."""
+        last = self.rest.sel(quantity=quantity).isel(time=-1)
+        variance = float(last.mean_square - last["mean"] ** 2)
+        return variance / self.end, float(last.mean_square_error) / self.end
+
     @cached_property
     def later(self) -> Array:
         """Times for curves over logarithmic axes, four an octave, that go on beyond the run."""
@@ -83,18 +108,18 @@ class System:
 
 
 def draw_mean(axes: "Axes", system: System) -> None:
-    """E x(t) with a band of two standard errors."""
+    """E[x(t)] with a band of two standard errors."""
     colour, _ = style.SYSTEMS[system.name]
     mean, error = system.x("mean"), 2 * system.x("mean_error")
     band = {"color": colour, "alpha": 0.2, "lw": 0}
     axes.fill_between(system.times, mean - error, mean + error, **band)
     axes.plot(system.times, mean, color=colour)
     axes.plot(system.times, system.theory.mean(system.times), **THEORY)
-    axes.set(xlabel="t", ylabel="E x(t)", xlim=(0, system.end))
+    axes.set(xlabel="t", ylabel="E[x(t)]", xlim=(0, system.end))
 
 
 def draw_mean_square(axes: "Axes", system: System) -> None:
-    """E x(t)^2 over even times."""
+    """E[x(t)^2] over even times."""
     even = np.searchsorted(system.times, np.linspace(0, system.end, 21)[1:] * (1 - 1e-9))
     _draw_points(axes, system, system.times, system.x("mean_square"), _errors(system), even)
     t = np.linspace(0, system.end, 61)[1:]
@@ -103,11 +128,11 @@ def draw_mean_square(axes: "Axes", system: System) -> None:
         axes.plot(t, _ballistic(system, t), **PAPER)
     elif system.name == "flat":
         axes.plot(t, paper_flat(system) * t, **PAPER)
-    axes.set(xlabel="t", ylabel="E x(t)²", xlim=(0, 1.02 * system.end))
+    axes.set(xlabel="t", ylabel="E[x(t)²]", xlim=(0, 1.02 * system.end))
 
 
 def draw_msd(axes: "Axes", system: System) -> None:
-    """E x(t)^2, logarithmic."""
+    """E[x(t)^2], logarithmic."""
     chosen = _per_decade(system.times, 6)
     _draw_points(axes, system, system.times, system.x("mean_square"), _errors(system), chosen)
     t = system.later
@@ -117,7 +142,7 @@ def draw_msd(axes: "Axes", system: System) -> None:
         axes.plot(claimed, _ballistic(system, claimed), **PAPER)
     elif system.name == "flat":
         axes.plot(claimed, paper_flat(system) * claimed, **PAPER)
-    axes.set(xlabel="t", ylabel="E x(t)²", xscale="log", yscale="log")
+    axes.set(xlabel="t", ylabel="E[x(t)²]", xscale="log", yscale="log")
 
 
 def draw_slope(axes: "Axes", system: System) -> None:
@@ -129,7 +154,7 @@ def draw_slope(axes: "Axes", system: System) -> None:
     octave = np.log2(system.later_mean_square[4:] / system.later_mean_square[:-4])
     axes.plot(system.later[2:-2], octave, **THEORY)
     axes.axhline(2 if system.wanders else 1, **PAPER)
-    axes.set(xlabel="t", ylabel="d log E x² / d log t", xscale="log", ylim=(0.5, 3.2))
+    axes.set(xlabel="t", ylabel="d log E[x²] / d log t", xscale="log", ylim=(0.5, 3.2))
 
 
 def draw_correlation(axes: "Axes", system: System) -> None:
@@ -201,6 +226,9 @@ def draw_flights(axes: "Axes", system: System) -> None:
         t = anchor * np.array([begin, end])
         height = 1.25 * np.interp(anchor, times, survival)
         axes.plot(t, height * (t / anchor) ** power, **PAPER)
+        label = f"slope −{-power:.2g}"
+        begins = (t[0], height * (t[0] / anchor) ** power)
+        axes.annotate(label, begins, (5, 3), textcoords="offset points", fontsize="small")
     axes.set(xlabel="duration", ylabel="survival", xscale="log", yscale="log")
 
 

@@ -21,10 +21,13 @@ class Figure(NamedTuple):
 
 
 FIGURES = {
-    "energy": Figure(panels.draw_energy, "Total energy and the inner ring's, from the start"),
+    "energy": Figure(
+        panels.draw_energy,
+        "Total energy and the inner ring's, from the start; below, their difference",
+    ),
     "injected": Figure(panels.draw_injected, "Energy injected by the noise and dissipated"),
     "path": Figure(panels.draw_path, "Path of the ball from above"),
-    "xy": Figure(panels.draw_xy, "Position of the ball"),
+    "xy": Figure(panels.draw_xy, "Position of the ball: x above, y below"),
     "theta": Figure(panels.draw_theta, "Azimuth of the ball, and its flights"),
 }
 
@@ -101,9 +104,12 @@ def motor_overview(run: MotorRun, path: str | Path, others: Sequence[MotorRun] =
 def _legend(where: Any, axes: "Iterable[Axes]", **place: Any) -> None:
     """A legend of what is drawn in the panels, each label once, its lines thick enough to see."""
     handles: dict[str, Any] = {}
-    for panel in axes:
+    drawn: list[Any] = [part for each in axes for part in (each, *each.child_axes)]
+    for panel in drawn:
         for handle, label in zip(*panel.get_legend_handles_labels(), strict=True):
             handles.setdefault(label, handle)
+    if not handles:
+        return
     legend = where.legend([*handles.values()], [*handles], **place)
     for line in legend.get_lines():
         line.set_linewidth(max(1.6, line.get_linewidth()))

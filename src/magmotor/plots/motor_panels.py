@@ -25,7 +25,6 @@ BINS = 150
 THOUSAND = 1e-3
 """Seconds to the axes' unit."""
 
-THIN: dict[str, Any] = {"lw": 0.7}
 THEORY: dict[str, Any] = {"color": style.ORANGE, "ls": "--", "lw": 1.6}
 PLACE: dict[str, Any] = {"color": style.GREY, "lw": 0.8, "zorder": 1}
 
@@ -132,20 +131,23 @@ class MotorRun:
 
 
 def draw_energy(axes: "Axes", run: MotorRun) -> None:
-    """Total energy and the inner ring's, from the start."""
+    """Total energy and the inner ring's, from the start; below, their difference."""
     ring = run.data.ring_energy - run.data.ring_energy[0]
-    _draw_band(axes, run, run.balance.gain, style.GREEN, "total energy", lw=2.6)
-    _draw_band(axes, run, ring, style.BLUE, "inner ring's energy", lw=1.0)
-    axes.set(ylabel="energy gained (J)")
+    above, below = _halves(axes)
+    _draw_band(above, run, run.balance.gain, style.GREEN, "total energy", lw=2.6)
+    _draw_band(above, run, ring, style.INK, "inner ring's energy", lw=1.0, ls="--", band=False)
+    _draw_band(below, run, run.balance.gain - ring, style.BLUE, "difference: the ball's", lw=1.2)
+    above.set(ylabel="gained (J)", xlabel="")
+    below.set(ylabel="gained (J)")
 
 
 def draw_injected(axes: "Axes", run: MotorRun) -> None:
     """What the noise injects, in the mean and in fact, and what friction dissipates."""
     balance = run.balance
-    _draw_series(axes, run, balance.work, color=style.BLUE, label="work of the noise", lw=3)
-    _draw_series(axes, run, balance.heat, color=style.GREEN, label="dissipated by friction", lw=1.4)
+    _draw_series(axes, run, balance.work, color=style.BLUE, label="work of the noise", lw=4)
+    _draw_series(axes, run, balance.heat, color=style.GREEN, label="dissipated by friction", lw=2.2)
     label = "injected in the mean: theory"
-    _draw_series(axes, run, balance.injected, label=label, **THEORY)
+    _draw_series(axes, run, balance.injected, label=label, **THEORY | {"lw": 1.0})
     axes.set(ylabel="energy (J)")
 
 
@@ -168,11 +170,13 @@ def draw_path(axes: "Axes", run: MotorRun) -> None:
 
 
 def draw_xy(axes: "Axes", run: MotorRun) -> None:
-    """Coordinates x and y over time."""
-    for name, colour in (("x", style.GREEN), ("y", style.BLUE)):
-        values = run.data.position.sel(space=name)
-        _draw_series(axes, run, values, color=colour, label=name, **THIN)
-    axes.set(ylabel="x, y (m)")
+    """Coordinate x over time, and y below."""
+    above, below = _halves(axes)
+    for half, name, colour in ((above, "x", style.GREEN), (below, "y", style.BLUE)):
+        values = run.data.position.sel(space=name).values
+        half.plot(*extremes(run.times, values, 4 * BINS), color=colour, lw=0.5)
+        half.set(ylabel=f"{name} (m)", xlim=(run.times[0], run.times[-1]))
+    below.set(xlabel="t (1000 s)")
 
 
 def draw_theta(axes: "Axes", run: MotorRun) -> None:
@@ -230,32 +234,42 @@ def _draw_series(axes: "Axes", run: MotorRun, values: Any, **looks: Any) -> None
     axes.set(xlabel="t (1000 s)", xlim=(run.times[0], run.times[-1]))
 
 
+def _halves(axes: "Axes") -> "tuple[Axes, Axes]":
+    """Two panels in the place of one, whose title stays."""
+    axes.set_axis_off()
+    above, below = axes.inset_axes((0, 0.57, 1, 0.43)), axes.inset_axes((0, 0, 1, 0.43))
+    above.tick_params(labelbottom=False)
+    return above, below
+
+
 def _draw_band(
-    axes: "Axes", run: MotorRun, values: Any, colour: str, label: str, *, lw: float
-) -> None:
+    axes: "Axes", run: MotorRun, values: Any, colour: str, label: str, *, band: bool = True,
+    **looks: Any,
+) -> None:  # fmt: skip
     """Of each bin the mean, and a band from the least to the largest value."""
     values = np.asarray(values)
-    bins = _bins(len(values))
+    bins = _bins(len(values), BINS)
     times = np.array([run.times[part].mean() for part in bins])
     mean, low, high = (
         np.array([f(values[part]) for part in bins]) for f in (np.mean, np.min, np.max)
     )
-    axes.fill_between(times, low, high, color=colour, alpha=0.25, lw=0)
-    axes.plot(times, mean, color=colour, lw=lw, label=label)
+    if band:
+        axes.fill_between(times, low, high, color=colour, alpha=0.25, lw=0)
+    axes.plot(times, mean, color=colour, label=label, **looks)
     axes.set(xlabel="t (1000 s)", xlim=(run.times[0], run.times[-1]))
 
 
-def extremes(times: Array, values: Array) -> tuple[Array, Array]:
+def extremes(times: Array, values: Array, bins: int = BINS) -> tuple[Array, Array]:
     """The least and the largest values of a long series in each of many bins, as they come."""
     chosen = {0, len(times) - 1}
-    for part in _bins(len(times)):
+    for part in _bins(len(times), bins):
         chosen |= {part.start + int(values[part].argmin()), part.start + int(values[part].argmax())}
     kept = sorted(chosen)
     return times[kept], values[kept]
 
 
-def _bins(count: int) -> list[slice]:
-    length = -(-count // BINS)
+def _bins(count: int, bins: int) -> list[slice]:
+    length = -(-count // bins)
     return [slice(start, start + length) for start in range(0, count, length)]
 
 

@@ -83,6 +83,12 @@ def recommend(
     ValueError
         Bad input; a scene, an error or a timestep that the charts do not reach: names it, its value
         and the bound.
+
+    Examples
+    --------
+    >>> import magmotor as mm
+    >>> choice = mm.recommend(mm.Top(), error=1e-4)
+    >>> run = mm.simulate(mm.Top(), method=choice.method, timestep=choice.timestep, duration=60.0)
     """
     device = device_of(scene)
     known = device.methods(scene)

@@ -8,9 +8,10 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from magmotor.engines.mujoco.ball_motion import placed_ring
 from magmotor.engines.mujoco.build import build
 from magmotor.render.trail import Trail
-from magmotor.scenes import Motor, Top
+from magmotor.scenes import Disk, Motor, Top
 
 Image = NDArray[np.uint8]
 
@@ -24,10 +25,10 @@ class Views:
 
     Parameters
     ----------
-    scene : Top or Motor
+    scene : Top, Motor or Disk
     sizes : mapping of str to (int, int)
-        Height and width in pixels for the name of each camera that will be used: `front`, `top`
-        or `ball`.
+        Height and width in pixels for the name of each camera that will be used: `front`, `top`,
+        `ball` or `disk`.
 
     Raises
     ------
@@ -35,7 +36,7 @@ class Views:
         No OpenGL context can be made.
     """
 
-    def __init__(self, scene: Top | Motor, sizes: Mapping[str, tuple[int, int]]):
+    def __init__(self, scene: Top | Motor | Disk, sizes: Mapping[str, tuple[int, int]]):
         self.scene = scene
         self.model = build(scene, looks=True)
         self.data = mujoco.MjData(self.model)
@@ -51,9 +52,7 @@ class Views:
         """Put everything where it is at a time (s): joints, and the top's ring on its script."""
         self.data.qpos[:] = joints
         if isinstance(self.scene, Top):
-            height, tilt = self.scene.ring_pose(time)
-            self.data.mocap_pos[0] = 0.0, 0.0, height
-            self.data.mocap_quat[0] = self.scene.ring_quaternion(tilt)
+            self.data.mocap_pos[0], self.data.mocap_quat[0] = placed_ring(self.scene, time)
         mujoco.mj_kinematics(self.model, self.data)
         mujoco.mj_camlight(self.model, self.data)
 
@@ -71,13 +70,21 @@ class Views:
             renderer.close()
 
 
+_failures: list[Exception] = []
+"""Why there is no OpenGL, once that is known: a second try with GLFW would abort the process."""
+
+
 def _open_renderer(model: mujoco.MjModel, height: int, width: int) -> mujoco.Renderer:
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # GLFW warns of what is raised below
-            return mujoco.Renderer(model, height, width)
-    except (AttributeError, ImportError, RuntimeError, mujoco.FatalError) as error:
-        # With MUJOCO_GL=disable it is AttributeError; where EGL has no display, ImportError; where
-        # OSMesa has no context, RuntimeError; where GLFW finds no window system, FatalError.
-        asked = os.environ.get("MUJOCO_GL", "is not set")
-        raise NoOpenGL(f"MuJoCo finds no OpenGL to draw with (MUJOCO_GL={asked})") from error
+    if not _failures:
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # GLFW warns of what is raised below
+                return mujoco.Renderer(model, height, width)
+        except (AttributeError, ImportError, RuntimeError, mujoco.FatalError) as error:
+            # With MUJOCO_GL=disable it is AttributeError; where EGL has no display, ImportError;
+            # where OSMesa has no context, RuntimeError; where GLFW finds no window system,
+            # FatalError.
+            _failures.append(error)
+    asked = os.environ.get("MUJOCO_GL", "is not set")
+    reason = f"MuJoCo finds no OpenGL to draw with (MUJOCO_GL={asked})"
+    raise NoOpenGL(reason) from _failures[0]

@@ -28,7 +28,7 @@ def quantity(
 
 
 def check_fields(scene: Any) -> None:
-    """Check every declared field of a scene.
+    """Check every declared field of a scene, and make its numbers Python's own.
 
     Raises
     ------
@@ -36,11 +36,23 @@ def check_fields(scene: Any) -> None:
         Names the field, its value and the bound.
     """
     for field in dataclasses.fields(scene):
-        _check_field(field, getattr(scene, field.name))
+        object.__setattr__(scene, field.name, _checked(field, getattr(scene, field.name)))
 
 
-def check_value(field: dataclasses.Field, value: Any, name: str) -> None:
-    """Check a number, a field's own value or a component of it, against the field's bounds.
+def check_noise(name: str, noise: float) -> None:
+    """Check that a noise has a square, as its temperature has.
+
+    Raises
+    ------
+    ValueError
+        The square overflows, or a noise that is not zero has one that is.
+    """
+    if noise and not 1e-150 <= noise <= 1e150:
+        raise reject(name, noise, "zero, or from 1e-150 to 1e150: the temperature has its square")
+
+
+def check_value(field: dataclasses.Field, value: Any, name: str) -> float:
+    """Return a number, a field's own value or a component of it, if it is in the field's bounds.
 
     Raises
     ------
@@ -50,24 +62,22 @@ def check_value(field: dataclasses.Field, value: Any, name: str) -> None:
     names = ("above", "at_least", "below", "unit")
     bounds = {name: field.metadata[name] for name in names}
     if isinstance(field.default, int):
-        check_integer(name, value, at_least=int(bounds["at_least"]))
-    else:
-        check_number(name, value, **bounds)
+        return check_integer(name, value, at_least=int(bounds["at_least"]))
+    return check_number(name, value, **bounds)
 
 
-def _check_field(field: dataclasses.Field, value: Any) -> None:
+def _checked(field: dataclasses.Field, value: Any) -> Any:
     bounds = field.metadata
     if not bounds or (value is None and field.default is None):
-        return
-    size = bounds["size"]
+        return value
     if choices := bounds["choices"]:
         check_choice(field.name, value, choices)
-    elif isinstance(field.default, str):
-        return  # checked by the scene that has it
-    elif size is not None:
-        if not isinstance(value, tuple | list) or len(value) != size:
-            raise reject(field.name, value, f"{size} numbers")
-        for element in value:
-            check_value(field, element, field.name)
-    else:
-        check_value(field, value, field.name)
+        return value
+    if isinstance(field.default, str):
+        return value  # checked by the scene that has it
+    size = bounds["size"]
+    if size is None:
+        return check_value(field, value, field.name)
+    if not isinstance(value, tuple | list) or len(value) != size:
+        raise reject(field.name, value, f"{size} numbers")
+    return tuple(check_value(field, element, field.name) for element in value)

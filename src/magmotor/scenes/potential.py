@@ -36,9 +36,11 @@ def check_potential(potential: Any) -> str | Coefficients:
     for i, pair in enumerate(potential):
         if not isinstance(pair, tuple | list) or len(pair) != 2:
             raise reject(f"potential[{i}]", pair, f"a pair (a_{i + 1}, b_{i + 1}) of numbers")
-        for name, value in zip("ab", pair, strict=True):
+        a, b = (
             check_number(f"potential[{i}].{name}", value)
-        pairs.append((float(pair[0]), float(pair[1])))
+            for name, value in zip("ab", pair, strict=True)
+        )
+        pairs.append((a, b))
     while pairs and pairs[-1] == (0.0, 0.0):
         pairs.pop()
     return tuple(pairs)

@@ -46,11 +46,13 @@ def check_script(script: tuple[Waypoint, ...], lowest: float) -> tuple[Waypoint,
         name = f"ring_script[{i}]"
         if not isinstance(entry, tuple | list) or len(entry) != 3:
             raise reject(name, entry, "three numbers: time, height, tilt")
-        waypoint = Waypoint(*entry)
-        check_number(f"{name}.time", waypoint.time, unit="s")
-        check_number(f"{name}.height", waypoint.height, above=lowest, unit="m")
-        check_number(f"{name}.tilt", waypoint.tilt, at_least=0.0, below=math.pi / 2, unit="rad")
+        time, height, tilt = entry
+        waypoint = Waypoint(
+            check_number(f"{name}.time", time, unit="s"),
+            check_number(f"{name}.height", height, above=lowest, unit="m"),
+            check_number(f"{name}.tilt", tilt, at_least=0.0, below=math.pi / 2, unit="rad"),
+        )
         if checked and waypoint.time <= checked[-1].time:
-            raise reject(f"{name}.time", waypoint.time, f"greater than {checked[-1].time:g} s")
+            raise reject(f"{name}.time", time, f"greater than {checked[-1].time:g} s")
         checked.append(waypoint)
     return tuple(checked)

@@ -87,8 +87,6 @@ class Top:
         lowest = 2 * self.ball_radius
         script = check_script(self.ring_script, lowest)
         object.__setattr__(self, "ring_script", script)
-        for name in ("position", "velocity", "axis"):
-            object.__setattr__(self, name, tuple(float(x) for x in getattr(self, name)))
         if not script:
             check_number("ring_height", self.ring_height, above=lowest, unit="m (the ball's top)")
         for time in [entry.time for entry in script] or [0.0]:
@@ -202,10 +200,16 @@ class Top:
 
     def ring_sources(self, time: float = 0.0) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Positions (N, 3) in metres and moments (N, 3) in A m^2 of the ring at a time (s)."""
+        positions, directions = self.ring_dipole_frame()
+        return self.in_world(positions, self.moment * directions, time)
+
+    def in_world(
+        self, positions: NDArray[np.float64], moments: NDArray[np.float64], time: float = 0.0
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Positions (n, 3) in m and moments (n, 3) in the ring's own frame, in the world's."""
         height, tilt = self.ring_pose(time)
         turn = _rotation_matrix(self.ring_quaternion(tilt))
-        positions, directions = self.ring_dipole_frame()
-        return positions @ turn.T + [0.0, 0.0, height], self.moment * directions @ turn.T
+        return positions @ turn.T + [0.0, 0.0, height], moments @ turn.T
 
 
 def _rotation_matrix(quaternion: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from magmotor.interrupts import uninterrupted
 from magmotor.sweep.definition import Sweep
 from magmotor.sweep.directory import Directory, open_directory
 from magmotor.sweep.fields import numeric_fields
@@ -85,7 +86,7 @@ def _trajectories(store: Directory, dims: tuple[str, ...]) -> xr.Dataset:
         path = store.found(case)
         if path is None:
             continue
-        with xr.open_dataset(path) as run:
+        with uninterrupted(), xr.open_dataset(path) as run:
             if not columns:
                 data = run.load()
                 columns = {

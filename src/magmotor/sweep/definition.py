@@ -57,6 +57,18 @@ class Sweep:
     ------
     ValueError
         Names what is wrong, its value and the bound.
+
+    Examples
+    --------
+    >>> import magmotor as mm
+    >>> sweep = mm.sweep.Sweep(
+    ...     scene=mm.Top(),
+    ...     vary={"tilt": [0.02, 0.04], "friction": [0.1, 0.2, 0.3]},
+    ...     measure=["max_spin"],
+    ...     duration=60.0,
+    ... )
+    >>> sweep.shape  # tilt, friction, seed
+    (2, 3, 1)
     """
 
     scene: Scene

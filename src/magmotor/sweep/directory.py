@@ -8,6 +8,7 @@ in `parts/` and take their names when they are on the disk. `claims/KEY` says wh
 import json
 import os
 import socket
+import threading
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -21,8 +22,10 @@ from magmotor.whole_files import write_whole
 
 SWEEP = "sweep.json"
 
-ME = f"{socket.gethostname()}.{os.getpid()}"
-"""This driver among all that may work on a directory."""
+
+def this_driver() -> str:
+    """The name of this process among all that may work on a directory."""
+    return f"{socket.gethostname()}.{os.getpid()}"
 
 
 class Directory:
@@ -47,15 +50,12 @@ class Directory:
         self.claims: set[Path] = set()
         self.suffix = ".nc" if sweep.measure == (TRAJECTORY,) else ".json"
         told = canonical(sweep.as_json())
-        try:
-            there = sorted(file.name for file in path.iterdir())
-        except FileNotFoundError:
-            there = []
-        except NotADirectoryError:
-            raise reject("directory", str(path), "a directory") from None
-        if SWEEP not in there:
-            if there:
-                raise reject("directory", str(path), f"empty, or this sweep's; it holds {there[0]}")
+        others = _other_things(path)
+        if not (path / SWEEP).exists():  # asked last: another driver may have begun meanwhile
+            if others:
+                raise reject(
+                    "directory", str(path), f"empty, or this sweep's; it holds {others[0]}"
+                )
             path.mkdir(parents=True, exist_ok=True)
             self._write(path / SWEEP, told)
         check_same(path, json.loads(told), read(path))
@@ -79,7 +79,7 @@ class Directory:
         try:
             with claim.open("x") as file:
                 self.claims.add(claim)
-                file.write(ME)
+                file.write(this_driver())
         except FileExistsError:
             return False
         return True
@@ -101,7 +101,8 @@ class Directory:
         if outcome.error is None:
             assert outcome.content is not None
             self._write(self._done(case), outcome.content)
-            failed.unlink(missing_ok=True)
+            for old in (failed, failed.with_suffix(".nc")):
+                old.unlink(missing_ok=True)
         else:
             if outcome.content is not None:
                 self._write(failed.with_suffix(".nc"), outcome.content)
@@ -114,7 +115,8 @@ class Directory:
         return self.path / "done" / case.key[:2] / f"{case.key}{self.suffix}"
 
     def _write(self, path: Path, content: bytes) -> None:
-        part = self.path / "parts" / f"{path.name}.{ME}"
+        # Several threads of a driver may write the same file.
+        part = self.path / "parts" / f"{path.name}.{threading.get_ident()}@{this_driver()}"
         for folder in (part.parent, path.parent):
             folder.mkdir(parents=True, exist_ok=True)
         write_whole(path, content, part)
@@ -122,7 +124,7 @@ class Directory:
     def remove_what_the_dead_left(self) -> None:
         """Remove half-written files and claims of this machine's drivers that were killed."""
         for part in self.path.glob("parts/*"):
-            if _is_dead(part.name):
+            if _is_dead(part.name.rpartition("@")[2]):
                 part.unlink(missing_ok=True)
         for claim in self.path.glob("claims/*"):
             with suppress(FileNotFoundError):
@@ -130,10 +132,27 @@ class Directory:
                     claim.unlink()
 
 
+def _other_things(path: Path) -> list[str]:
+    """Names in a directory, if it is there, but for what drivers leave that begin a sweep in it."""
+    try:
+        return sorted(file.name for file in path.iterdir() if not _is_beginning(file))
+    except FileNotFoundError:
+        return []
+    except NotADirectoryError:
+        raise reject("directory", str(path), "a directory") from None
+
+
+def _is_beginning(file: Path) -> bool:
+    """Whether it is `parts/` of drivers that write `sweep.json`, or were killed at it."""
+    if file.name != "parts" or not file.is_dir():
+        return False
+    return all(part.name.startswith(f"{SWEEP}.") for part in file.iterdir())
+
+
 def _is_dead(driver: str) -> bool:
-    """Whether the driver whose name some text ends with was of this machine, and is gone."""
-    others, _, number = driver.rpartition(".")
-    if not others.endswith(socket.gethostname()) or not number.isdecimal():
+    """Whether a driver, by its name, was of this machine, and is gone."""
+    host, _, number = driver.rpartition(".")
+    if host != socket.gethostname() or not number.isdecimal():
         return False
     try:
         os.kill(int(number), 0)

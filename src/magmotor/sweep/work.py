@@ -72,7 +72,9 @@ def _content(case: Case, measure: tuple[str, ...]) -> bytes:
         run = simulate(scene, **{name: case.told[name] for name in ARGUMENTS})
         if measure == (TRAJECTORY,):
             return netcdf(run)
-        values = {name: encoded(measure_of(scene, name).function(run, scene)) for name in measure}
+        each = tuple(run.sizes[dim] for dim in run.dims if dim == "replica")
+        found = {name: measure_of(scene, name).function(run, scene) for name in measure}
+        values = {name: encoded(value, each) for name, value in found.items()}
     said = sorted({str(warning.message) for warning in caught})
     return canonical({"case": case.told, "values": values, "warnings": said}) + b"\n"
 
@@ -86,19 +88,27 @@ def netcdf(run: xr.Dataset) -> bytes:
         return path.read_bytes()
 
 
-def encoded(values: ArrayLike) -> Any:
+def encoded(values: ArrayLike, each: tuple[int, ...]) -> Any:
     """A number, or one of each replica, as JSON: null where it is not a number.
+
+    Parameters
+    ----------
+    values : array_like
+        Of shape () or `each`.
+    each : tuple of int
+        (replicas,) of a run with replicas, else ().
 
     Raises
     ------
     ValueError
-        It has more dimensions: a measure is a number.
+        It has another shape: a measure is a number.
     """
     array = np.asarray(values, dtype=float)
-    if array.ndim > 1:
-        raise reject("shape of a measure", array.shape, "() or (replicas,)")
-    if array.ndim == 1:
-        return [encoded(value) for value in array]
+    if array.shape not in ((), each):
+        bound = "() or (replicas,)" if each else "(): a run without replicas has one number"
+        raise reject("shape of a measure", array.shape, bound)
+    if array.ndim:
+        return [encoded(value, ()) for value in array]
     number = float(array)
     return number if np.isfinite(number) else None if np.isnan(number) else str(number)
 

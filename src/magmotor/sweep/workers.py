@@ -1,18 +1,21 @@
 """Workers: processes of this machine, or of a Dask cluster, as `concurrent.futures` has them."""
 
+import gc
+import logging
 import multiprocessing
 import os
-import signal
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from typing import Any
 
 from tqdm import tqdm
 
 from magmotor.checks import check_integer, reject
+from magmotor.interrupts import blocked
 
 ONE_THREAD: dict[str, str] = {
     f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "NUMBA")
@@ -42,7 +45,7 @@ class Pool:
 
     def submit(self, function: Callable[..., Any], *arguments: Any) -> Future:
         """As of an `Executor`."""
-        with _environment(ONE_THREAD):  # it may start a process
+        with _environment(ONE_THREAD), _deaf_children():  # it may start a process
             return self._executor.submit(function, *arguments)
 
     def restart(self) -> None:
@@ -62,6 +65,14 @@ class Pool:
 
 
 @contextmanager
+def _deaf_children() -> Iterator[None]:
+    """Have processes that are started leave Ctrl-C to this one."""
+    resource_tracker.ensure_running()  # its start lets Ctrl-C through
+    with blocked():
+        yield
+
+
+@contextmanager
 def _environment(values: Mapping[str, str]) -> Iterator[None]:
     """Set variables of the environment, which processes that are started inherit."""
     before = {name: os.environ.get(name) for name in values}
@@ -77,8 +88,7 @@ def _environment(values: Mapping[str, str]) -> Iterator[None]:
 
 
 def _initialize(there: Connection) -> None:
-    """In a worker: leave Ctrl-C to the driver, and end with it."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    """In a worker: end with the driver."""
     tqdm.set_lock(threading.RLock())  # its own is a semaphore, which outlives a killed process
     threading.Thread(target=_end_with, args=(there,), daemon=True).start()
 
@@ -104,16 +114,23 @@ def dask_workers(scheduler: str) -> Iterator[tuple[Executor, int]]:
     ValueError
         Nothing answers there, it has no workers, or Dask is not installed.
     """
-    distributed = _distributed()
-    try:
-        client = distributed.Client(scheduler, timeout=10)
-    except (OSError, ValueError) as error:
-        raise reject("scheduler", scheduler, f"a Dask scheduler's address ({error})") from None
-    with client:
+    with _connected(scheduler) as client:
         threads = sum(client.nthreads().values())
         if not threads:
             raise reject("scheduler", scheduler, "that of a cluster with workers")
         yield client.get_executor(), threads
+
+
+def _connected(scheduler: str) -> Any:
+    """A Dask client, to be closed."""
+    distributed = _distributed()
+    try:
+        return distributed.Client(scheduler, timeout=10)
+    except (OSError, ValueError) as error:
+        mistake = reject("scheduler", scheduler, f"a Dask scheduler's address ({error})")
+    # One that failed ends when it is collected, and waits for Dask's lock, which may then be held.
+    gc.collect()
+    raise mistake
 
 
 @contextmanager
@@ -122,17 +139,45 @@ def local_cluster(workers: int | None = None, host: str = "127.0.0.1") -> Iterat
 
     Whoever can reach a scheduler can have it run any code: it listens on the loopback interface
     only, unless another `host` is given.
+
+    Parameters
+    ----------
+    workers : int, optional
+        How many, by default one a core.
+    host : str
+        Address of the interface on which it listens.
+
+    Yields
+    ------
+    str
+        Address of the scheduler, for `dask_workers`.
+
+    Raises
+    ------
+    ValueError
+        `workers` is not a number of them, or `host` no interface of this machine.
     """
     distributed = _distributed()
     if workers is not None:
         check_integer("workers", workers, at_least=1)
-    with distributed.LocalCluster(
-        n_workers=workers or os.cpu_count() or 1,
-        threads_per_worker=1,
-        host=host,
-        dashboard_address=f"{host}:0",  # two clusters cannot share a port
-        env=ONE_THREAD,
-    ) as cluster:
+    with ExitStack() as stack:
+        try:
+            with _deaf_children():
+                cluster = stack.enter_context(
+                    distributed.LocalCluster(
+                        n_workers=workers or os.cpu_count() or 1,
+                        threads_per_worker=1,
+                        host=host,
+                        dashboard_address=f"{host}:0",  # two clusters cannot share a port
+                        env=ONE_THREAD,
+                        silence_logs=logging.ERROR,
+                    )
+                )
+        except RuntimeError as error:
+            if not isinstance(error.__cause__, OSError):
+                raise
+            bound = f"an interface of this machine ({error.__cause__.strerror})"
+            raise reject("host", host, bound) from None
         yield cluster.scheduler_address
 
 

@@ -6,7 +6,7 @@ V_e is the energy of a ball whose axis is aligned with the field; the paper writ
 
 import math
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,6 +24,13 @@ Sources = tuple[Array, Array]
 REACH = 1.5
 """How far from the centre critical points are sought, in ring radii."""
 
+FINENESS = (1, 1), (1, 8), (2, 8), (4, 8)
+"""Of the grid in which critical points are sought, and of each cell in which there may be one."""
+
+MANY = 4
+"""Critical points a dipole; a level ring has two. A valley that is flat to rounding is all of them,
+and no grid is fine enough for it."""
+
 
 class CriticalPoint(NamedTuple):
     """A point of the plane where V_e is stationary."""
@@ -31,7 +38,9 @@ class CriticalPoint(NamedTuple):
     kind: str
     """minimum, saddle or maximum"""
     position: tuple[float, float]
+    """On the plane, in metres."""
     energy: float
+    """V_e there, in joule."""
 
 
 def effective_potential(scene: Scene, points: ArrayLike, time: float = 0.0) -> Array:
@@ -49,22 +58,36 @@ def effective_potential(scene: Scene, points: ArrayLike, time: float = 0.0) -> A
     ndarray, shape (...)
         In joule.
     """
-    return _potential(scene, points, scene.ring_sources(time))
+    return aligned_energy(scene, points, scene.ring_sources(time))
 
 
 def critical_points(scene: Scene, time: float = 0.0) -> list[CriticalPoint]:
     """All critical points of V_e within 1.5 ring radii, deepest first.
 
     Newton's method starts at the centre and in every cell of a polar grid, of 160 sectors or
-    eight to a dipole, in which both components of the gradient change sign.
+    eight to a dipole, in which both components of the gradient change sign. Cells and grid are
+    made finer until minima and maxima less saddles are as many as the gradient turns round on the
+    circle of 1.5 ring radii (Poincare and Hopf). Then none is missed, unless in pairs; this is so
+    for rings that clear the ball and whose valley is not level to rounding.
+
+    Parameters
+    ----------
+    scene : Top or Motor
+    time : float
+        Of a scripted ring, in seconds.
+
+    Returns
+    -------
+    list of CriticalPoint
     """
-    found: list[CriticalPoint] = []
     sources = scene.ring_sources(time)
-    for start in _candidates(scene, sources):
-        point = _stationary(scene, start, sources)
-        near = 1e-5 * _radius(scene)
-        if point is not None and all(math.dist(point, p.position) > near for p in found):
-            found.append(_classify(scene, point, sources))
+    turns = _turns(scene, sources)
+    found: list[CriticalPoint] = []
+    for fineness, parts in FINENESS:
+        found = _converged(scene, _candidates(scene, sources, fineness, parts), sources)
+        index = sum(-1 if point.kind == "saddle" else 1 for point in found)
+        if index == turns or len(found) > MANY * len(sources[0]):
+            break
     return sorted(found, key=lambda point: point.energy)
 
 
@@ -72,16 +95,36 @@ def minimum(scene: Scene, time: float = 0.0) -> CriticalPoint:
     """The deepest minimum of V_e on the plane.
 
     Newton's method starts at the centre and at the deepest lows of a polar grid.
+
+    Parameters
+    ----------
+    scene : Top or Motor
+    time : float
+        Of a scripted ring, in seconds.
+
+    Returns
+    -------
+    CriticalPoint
     """
     sources = scene.ring_sources(time)
     starts = [np.zeros(2), *_lows(scene, sources)]
     points = [_stationary(scene, start, sources) for start in starts]
     found = [point for point in points if point is not None]
-    return _classify(scene, min(found, key=lambda p: _potential(scene, p, sources)), sources)
+    return _classify(scene, min(found, key=lambda p: aligned_energy(scene, p, sources)), sources)
 
 
 def saddle(scene: Top, time: float = 0.0) -> CriticalPoint:
     """The highest saddle of V_e: what a ball passes that goes all the way round the valley.
+
+    Parameters
+    ----------
+    scene : Top
+    time : float
+        Of a scripted ring, in seconds.
+
+    Returns
+    -------
+    CriticalPoint
 
     Raises
     ------
@@ -102,8 +145,8 @@ def valley_radius(scene: Scene, azimuth: float = 0.0, time: float = 0.0) -> floa
     """
     direction = np.array([math.cos(azimuth), math.sin(azimuth)])
     sources = scene.ring_sources(time)
-    result = minimize_scalar(
-        lambda radius: float(_potential(scene, radius * direction, sources)),
+    result: Any = minimize_scalar(
+        lambda radius: float(aligned_energy(scene, radius * direction, sources)),
         bounds=(0.0, 1.5 * _radius(scene)),
         method="bounded",
         options={"xatol": 1e-10 * _radius(scene)},
@@ -111,49 +154,118 @@ def valley_radius(scene: Scene, azimuth: float = 0.0, time: float = 0.0) -> floa
     return float(result.x)
 
 
+def valley(scene: Scene, azimuths: ArrayLike) -> Array:
+    """Where V_e is least in these directions (radians), shape (A,) -> (A, 2), in m."""
+    around = np.asarray(azimuths, dtype=float)
+    radius = np.array([valley_radius(scene, azimuth) for azimuth in around.tolist()])
+    return radius[:, np.newaxis] * np.stack([np.cos(around), np.sin(around)], axis=1)
+
+
+def aligned_energy(scene: Scene, points: ArrayLike, sources: Sources) -> Array:
+    """Energy -m |B| of a ball whose axis points along the field of these dipoles, in J.
+
+    The ball touches the plane at `points`, shape (..., 2), in m.
+    """
+    field = dipoles.field(on_plane(scene, points), *sources)
+    return -scene.moment * np.linalg.norm(field, axis=-1)
+
+
+def aligned_force(scene: Scene, points: ArrayLike) -> tuple[Array, Array]:
+    """Magnetic force on a ball whose axis points along the field, and its axis.
+
+    Parameters
+    ----------
+    points : array_like, shape (..., 2)
+        Where the ball touches the plane, in m.
+
+    Returns
+    -------
+    force, axis : ndarray, shape (..., 3)
+        In N; the axis is a unit vector.
+    """
+    force, field = _aligned(scene, points, scene.ring_sources())
+    return force, field / np.linalg.norm(field, axis=-1, keepdims=True)
+
+
 def _radius(scene: Scene) -> float:
     return scene.inner_radius if isinstance(scene, Motor) else scene.ring_radius
 
 
-def _lifted(scene: Scene, points: ArrayLike) -> Array:
+def on_plane(scene: Scene, points: ArrayLike) -> Array:
+    """Centres of a ball that touches the plane there, shape (..., 2) -> (..., 3), in m."""
     points = np.asarray(points, dtype=float)
     height = np.full((*points.shape[:-1], 1), scene.ball_radius)
     return np.concatenate([points, height], axis=-1)
 
 
-def _potential(scene: Scene, points: ArrayLike, sources: Sources) -> Array:
-    field = dipoles.field(_lifted(scene, points), *sources)
-    return -scene.moment * np.linalg.norm(field, axis=-1)
-
-
 def _gradient(scene: Scene, points: Array, sources: Sources) -> Array:
     """Gradient of V_e, minus the force on the aligned dipole; shapes (..., 2) -> (..., 2)."""
-    lifted = _lifted(scene, points)
-    field = dipoles.field(lifted, *sources)
-    aligned = scene.moment * field / np.linalg.norm(field, axis=-1, keepdims=True)
-    return -dipoles.force_and_field(lifted, aligned, *sources)[0][..., :2]
+    return -_aligned(scene, points, sources)[0][..., :2]
 
 
-def _grid(scene: Scene, sources: Sources, radii: int) -> Array:
-    """Points of a polar grid, shape (radii, sectors + 1, 2): the last sector is the first."""
-    sectors = max(160, 8 * len(sources[0]))
-    around = 2 * math.pi * np.arange(sectors + 1) / sectors
-    azimuth, radius = np.meshgrid(around + 0.1, _radius(scene) * np.linspace(0.01, REACH, radii))
+def _aligned(scene: Scene, points: ArrayLike, sources: Sources) -> tuple[Array, Array]:
+    """Force on the aligned dipole, and the field."""
+    centres = on_plane(scene, points)
+    field = dipoles.field(centres, *sources)
+    moment = scene.moment * field / np.linalg.norm(field, axis=-1, keepdims=True)
+    return dipoles.force_and_field(centres, moment, *sources)[0], field
+
+
+def _azimuths(sources: Sources, fineness: int) -> Array:
+    """Once round, both ends; the offset keeps dipoles and mirror lines off the grid."""
+    sectors = fineness * max(160, 8 * len(sources[0]))
+    return 0.1 + 2 * math.pi * np.arange(sectors + 1) / sectors
+
+
+def _polar(radius: Array, azimuth: Array) -> Array:
     return np.stack([radius * np.cos(azimuth), radius * np.sin(azimuth)], axis=-1)
 
 
-def _candidates(scene: Scene, sources: Sources) -> list[Array]:
-    points = _grid(scene, sources, 150)
-    positive = _gradient(scene, points, sources) > 0
-    corners = np.stack([positive[1:, 1:], positive[1:, :-1], positive[:-1, 1:], positive[:-1, :-1]])
-    changes = (corners.any(axis=0) & ~corners.all(axis=0)).all(axis=-1)
-    return [np.zeros(2), *points[:-1, :-1][changes]]
+def _candidates(scene: Scene, sources: Sources, fineness: int, parts: int) -> list[Array]:
+    radii = _radius(scene) * np.linspace(0.01, REACH, 150 * fineness)
+    around = _azimuths(sources, fineness)
+    radius, azimuth = np.meshgrid(radii, around, indexing="ij")
+    cells = _changes(_gradient(scene, _polar(radius, azimuth), sources))
+    part = np.arange(parts + 1) / parts
+    along, across = np.meshgrid(part, part, indexing="ij")
+    inner = radius[:-1, :-1][cells][:, None, None] + along * (radii[1] - radii[0])
+    turned = azimuth[:-1, :-1][cells][:, None, None] + across * (around[1] - around[0])
+    points = _polar(inner, turned)
+    return [np.zeros(2), *points[:, :-1, :-1][_changes(_gradient(scene, points, sources))]]
+
+
+def _changes(gradient: Array) -> NDArray[np.bool_]:
+    """Cells in which both components change sign, shape (..., n, m, 2) -> (..., n - 1, m - 1)."""
+    up = gradient > 0
+    ends = slice(None, -1), slice(1, None)
+    corners: Any = np.stack([up[..., i, j, :] for i in ends for j in ends])
+    return (corners.any(axis=0) & ~corners.all(axis=0)).all(axis=-1)
+
+
+def _turns(scene: Scene, sources: Sources) -> int:
+    """How often the gradient turns round on the circle that bounds the search."""
+    circle = _polar(np.array(REACH * _radius(scene)), _azimuths(sources, 10))
+    x, y = _gradient(scene, circle, sources).T
+    return round(float(np.diff(np.unwrap(np.arctan2(y, x))[[0, -1]])[0]) / (2 * math.pi))
+
+
+def _converged(scene: Scene, starts: list[Array], sources: Sources) -> list[CriticalPoint]:
+    """What Newton's method finds from these starts, each point once."""
+    found: list[CriticalPoint] = []
+    near = 1e-5 * _radius(scene)
+    for start in starts:
+        point = _stationary(scene, start, sources)
+        if point is not None and all(math.dist(point, p.position) > near for p in found):
+            found.append(_classify(scene, point, sources))
+    return found
 
 
 def _lows(scene: Scene, sources: Sources) -> Array:
-    """The ten deepest points of a grid that are no higher than those around them."""
-    points = _grid(scene, sources, 100)[:, :-1]
-    energy = _potential(scene, points, sources)
+    """The ten deepest points of a polar grid that are no higher than those around them."""
+    radii = _radius(scene) * np.linspace(0.01, REACH, 100)
+    radius, azimuth = np.meshgrid(radii, _azimuths(sources, 1)[:-1], indexing="ij")
+    points = _polar(radius, azimuth)
+    energy = aligned_energy(scene, points, sources)
     around = minimum_filter(np.pad(energy, ((0, 0), (1, 1)), mode="wrap"), 3)[:, 1:-1]
     low = (energy == around)[1:-1]
     return points[1:-1][low][np.argsort(energy[1:-1][low])[:10]]
@@ -176,7 +288,7 @@ def _classify(scene: Scene, point: Array, sources: Sources) -> CriticalPoint:
         for unit in np.eye(2)
     ]
     negative = int(np.sum(np.linalg.eigvalsh(np.array(rows) / (2 * step)) < 0))
-    energy = float(_potential(scene, point, sources))
+    energy = float(aligned_energy(scene, point, sources))
     return CriticalPoint(
         ("minimum", "saddle", "maximum")[negative], (float(point[0]), float(point[1])), energy
     )

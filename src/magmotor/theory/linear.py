@@ -118,9 +118,20 @@ def runge_kutta_step(motion: SmallMotion, h: Lengths) -> Matrix:
 
 
 def spectral_radius(motion: SmallMotion, step: Step, h: ArrayLike) -> NDArray[np.float64]:
-    """By how much a step of length h multiplies the small motion that grows fastest.
+    """By how much a step multiplies the small motion that grows fastest.
 
-    Shaped as h, of which each is a length in s.
+    Parameters
+    ----------
+    motion : SmallMotion
+    step : callable
+        The matrix by which a step of the method, of given lengths, changes (q, v).
+    h : array_like
+        Lengths of steps in s, any shape.
+
+    Returns
+    -------
+    ndarray
+        Shaped as `h`; more than 1 where the step is unstable.
     """
     lengths = np.asarray(h, dtype=float)[..., np.newaxis, np.newaxis]
     return np.abs(np.linalg.eigvals(step(motion, lengths))).max(axis=-1)

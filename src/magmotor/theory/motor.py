@@ -11,7 +11,10 @@ from magmotor.theory.landscape import effective_potential, valley_radius
 
 
 def slip_mobility(scene: Motor) -> float:
-    """A = 1/m + r^2/J_B in 1/kg: by how much a force on the contact point accelerates the slip."""
+    """A = 1/m + r^2/J_B in 1/kg: by how much a force on the contact point accelerates the slip.
+
+    Of a ball that turns freely; the field holds its axis, so that the slip decays more slowly.
+    """
     return 1 / scene.ball_mass + scene.ball_radius**2 / scene.ball_inertia
 
 

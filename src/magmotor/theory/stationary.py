@@ -89,7 +89,17 @@ def position_density(scene: Scene, x: ArrayLike) -> Array:
 def position_cdf(scene: Scene, x: ArrayLike) -> Array:
     """Probability that x mod 2 pi, in [0, 2 pi), is at most the given x mod 2 pi, under (kjhss).
 
-    A periodic quintic spline through the density, integrated; shaped as `x`.
+    A periodic quintic spline through the density, integrated.
+
+    Parameters
+    ----------
+    x : array_like
+        Positions, dimensionless, any shape.
+
+    Returns
+    -------
+    numpy.ndarray
+        Probability, shaped as `x`.
     """
     integral = _boltzmann(scene).antiderivative()
     return integral(np.mod(x, 2 * np.pi)) - integral(0.0)

@@ -29,7 +29,8 @@ def libration_frequency(scene: Top, field: float) -> float:
 def slip_relaxation_rate(scene: Top) -> float:
     """Rate c (1/m + r^2/I) in 1/s at which friction alone makes the slip velocity decay.
 
-    From equation (magtopnc): dV_Q/dt = -c V_Q/m + (torque r c V_Q)/I in the plane.
+    Of a ball that turns freely; one whose axis the field holds slips longer. From equation
+    (magtopnc): dV_Q/dt = -c V_Q/m + (torque r c V_Q)/I in the plane.
     """
     return scene.friction * (1 / scene.ball_mass + scene.ball_radius**2 / scene.inertia[0])
 

@@ -6,7 +6,14 @@ from numpy.typing import NDArray
 
 from magmotor.engines.job import Job
 from magmotor.engines.mujoco.coordinates import BallCoordinates
+from magmotor.scenes import Top
 from magmotor.states.ball import BallStates
+
+
+def placed_ring(scene: Top, time: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Position (3,) in m and orientation (4,) of the ring's mocap body at a time (s)."""
+    height, tilt = scene.ring_pose(time)
+    return np.array([0.0, 0.0, height]), scene.ring_quaternion(tilt)
 
 
 class BallMotion:
@@ -28,11 +35,8 @@ class BallMotion:
         """Position and orientation of a scripted ring, step by step; others stay where they are."""
         if not self.scene.ring_script:
             return None
-        poses = np.zeros((1, len(steps), 7))
-        for row, time in zip(poses[0], (steps + 0.5) * self.timestep, strict=True):
-            row[2], tilt = self.scene.ring_pose(time)
-            row[3:] = self.scene.ring_quaternion(tilt)
-        return poses
+        times = (steps + 0.5) * self.timestep
+        return np.array([[np.concatenate(placed_ring(self.scene, time)) for time in times]])
 
     def sums(self, before, paths, first) -> NDArray[np.float64]:
         """None."""

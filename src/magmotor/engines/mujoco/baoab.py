@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from magmotor.checks import check_integer, reject
+from magmotor.checks import check_integer, check_kind, reject
 from magmotor.engines.mujoco import fatal
 from magmotor.engines.mujoco.baoab_loop import compiled
 from magmotor.engines.mujoco.langevin_law import law
@@ -49,11 +49,18 @@ class Baoab:
 
     Examples
     --------
+    >>> import mujoco
+    >>> import magmotor as mm
+    >>> model = mm.build(mm.Motor())
+    >>> data = mujoco.MjData(model)
     >>> langevin = mm.Baoab(model)
     >>> langevin.step(data, nstep=1000)
+    >>> print(f"{data.time / model.opt.timestep:.0f}")
+    1000
     """
 
     def __init__(self, model: mujoco.MjModel):
+        check_kind("model", model, mujoco.MjModel)
         self.model = model
         self._law = law(langevin_model(model), model.opt.timestep)
         self._advance = compiled()
@@ -83,9 +90,10 @@ class Baoab:
         mujoco.FatalError
             As from `magnetism`.
         """
+        check_kind("data", data, mujoco.MjData)
         if data.model is not self.model:
             raise reject("data.model", data.model, "the model that is stepped")
-        check_integer("nstep", nstep, at_least=0)
+        nstep = check_integer("nstep", nstep, at_least=0)
         if not self._run(data, nstep, np.empty((0, 0))):
             raise FloatingPointError(
                 f"the state is not finite at t = {data.time:g}: the timestep is too long,"

@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit, types
 
 from magmotor import rotations
-from magmotor.code_version import code_version
+from magmotor.code_version import code_version, specialised
 from magmotor.engines.mujoco import callback, langevin_law, layout, memory
 from magmotor.engines.mujoco.brownian import chosen
 from magmotor.engines.mujoco.forces import apply_forces
@@ -189,6 +189,7 @@ def _compile(offsets: layout.Layout, checksum: int):
     """Compile the loop, or load it from Numba's disk cache; see `callback.compile_callback`."""
 
     @njit(cache=True, nogil=True, error_model="numpy")
+    @specialised(offsets)
     def advance(model, data, count, law, path, work):
         _ = checksum  # a part of the cache's key
         m = memory.words(model, memory.UNBOUNDED)

@@ -23,7 +23,13 @@ from numpy.typing import NDArray
 from magmotor.engines.job import Job
 from magmotor.engines.mujoco import memory
 from magmotor.engines.mujoco.step_number import step_number
-from magmotor.noise import normal
+from magmotor.noise import FINEST, LARGEST_SEED, normal
+
+CHOICES = 5
+"""Numbers of the user's data that choose the path."""
+
+LEVEL = 3
+"""The one of them that is a level."""
 
 
 def userdata(job: Job, replicas: int) -> NDArray[np.float64]:
@@ -37,29 +43,49 @@ def userdata(job: Job, replicas: int) -> NDArray[np.float64]:
 def clear_driven_bodies(m, d, offsets):
     """Set the wrench of each body with a channel to zero.
 
-    Raises MuJoCo's error when a row is cut short.
+    Raises MuJoCo's error when a row is cut short, or the user's data choose no path.
     """
     nuser = m[offsets.nuser_body // 8]
     bodies = m[offsets.nbody // 8]
     rows = memory.numbers(m[offsets.body_user // 8], bodies, nuser)
     applied = memory.numbers(d[offsets.xfrc_applied // 8], bodies, 6)
     whole = nuser - nuser % 6
+    driven = False
     for body in range(bodies):
         for start in range(0, whole, 6):
             if memory.any_number(rows, body, start, start + 6):
                 applied[body] = 0.0
+                driven = True
         for k in range(whole, nuser):
             if rows[body, k] != 0.0:
                 starts = memory.integers(m[offsets.name_bodyadr // 8], bodies)
                 memory.fatal_wrench(body, m[offsets.names // 8] + starts[body])
+    for k in range(min(CHOICES, m[offsets.nuserdata // 8]) if driven else 0):
+        value = _given(d, offsets, k)
+        if not _chooses(value, k):
+            memory.fatal_path(k, value)
+
+
+@njit(inline="always")
+def _given(d, offsets, k):
+    """Number k of the user's data."""
+    return memory.numbers(d[offsets.userdata // 8], 1, memory.UNBOUNDED)[0, k]
+
+
+@njit
+def _chooses(value, k):
+    """Whether number k of the user's data may have this value."""
+    largest = FINEST if k == LEVEL else LARGEST_SEED - 1
+    return 0.0 <= value <= largest and value == math.floor(value)
 
 
 @njit(inline="always")
 def chosen(d, m, offsets, k):
-    """Number k of the user's data as an integer; 0 if there are fewer."""
-    count = m[offsets.nuserdata // 8]
-    value = memory.numbers(d[offsets.userdata // 8], 1, memory.UNBOUNDED)
-    return int(value[0, k]) if k < count else 0
+    """Number k of the user's data as an integer; 0 if there are fewer, or it is none."""
+    if k >= m[offsets.nuserdata // 8]:
+        return 0
+    value = _given(d, offsets, k)
+    return int(value) if _chooses(value, k) else 0
 
 
 @njit(inline="always")

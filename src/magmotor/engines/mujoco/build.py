@@ -45,6 +45,12 @@ def build(scene: Top | Motor | Disk, *, looks: bool = False) -> mujoco.MjModel:
     ------
     ValueError
         There is no such scene in MuJoCo.
+
+    Examples
+    --------
+    >>> import magmotor as mm
+    >>> model = mm.build(mm.Disk())
+    >>> [model.joint(i).name for i in range(model.njnt)]
+    ['x', 'theta']
     """
-    root = compose(scene, looks=looks)
-    return mujoco.MjModel.from_xml_string(root.to_xml_string(), root.get_assets())
+    return parts.compiled(compose(scene, looks=looks))

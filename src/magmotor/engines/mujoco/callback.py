@@ -15,9 +15,10 @@ from functools import cache
 from numba import cfunc, types
 
 from magmotor import dipoles, elementary, noise
-from magmotor.code_version import code_version
+from magmotor.code_version import code_version, specialised
 from magmotor.engines.mujoco import (
     brownian,
+    dipole_sites,
     forces,
     layout,
     magnets,
@@ -26,6 +27,13 @@ from magmotor.engines.mujoco import (
     step_number,
 )
 from magmotor.engines.mujoco.brownian import add_brownian_wrenches
+from magmotor.engines.mujoco.dipole_sites import (
+    NO_DIPOLES,
+    NONE_MOVES,
+    ONE_RIGID_BODY,
+    SWITCHED_OFF,
+    why_inert,
+)
 from magmotor.engines.mujoco.forces import apply_forces
 
 _SIGNATURE = types.void(types.int64, types.int64)
@@ -34,6 +42,7 @@ COMPILED_IN = (
     elementary,
     noise,
     memory,
+    dipole_sites,
     magnets,
     step_number,
     brownian,
@@ -52,13 +61,15 @@ def compile_callback(offsets: layout.Layout, sources: int):
     """
 
     @cfunc(_SIGNATURE, cache=True, error_model="numpy")
+    @specialised(offsets)
     def callback(model, data):
         _ = sources  # a part of the cache's key
         acting = apply_forces(model, data, offsets)
-        if memory.words(model, memory.UNBOUNDED)[offsets.nuser_body // 8] > 0:
+        m = memory.words(model, memory.UNBOUNDED)
+        if m[offsets.nuser_body // 8] > 0:
             acting += add_brownian_wrenches(model, data, offsets)
         if acting == 0 and memory.inert_reported() == 0:
-            memory.report_inert()
+            memory.report_inert(why_inert(m, offsets))
 
     return callback
 
@@ -79,12 +90,19 @@ def report_again() -> None:
 _reported = ctypes.c_int64(0)
 
 
-@ctypes.CFUNCTYPE(None)
-def _report():
+_REASONS = {
+    NO_DIPOLES: 'it has no dipole sites (a site with user="MOMENT" in A m^2, along its z axis)',
+    ONE_RIGID_BODY: "its dipole sites are all on one rigid body, and there must be another",
+    NONE_MOVES: "none of the bodies with dipole sites can move: one must have a joint",
+    SWITCHED_OFF: "its couplings switch all magnetism off (prm 0, which a missing prm means, too)",
+}
+
+
+@ctypes.CFUNCTYPE(None, ctypes.c_int64)
+def _report(reason):
     _reported.value = 1
     warnings.warn(
-        'nothing acts on this model: it has no dipole sites (a site with user="MOMENT" in A m^2,'
-        " along its z axis), no Brownian wrenches (a body with rows of six user numbers) and no"
-        " periodic potentials (a joint with pairs of user numbers)",
+        f"nothing acts on this model: {_REASONS[reason]}; nor has it Brownian wrenches (a body with"
+        " rows of six user numbers) or periodic potentials (a joint with pairs of them)",
         stacklevel=2,
     )

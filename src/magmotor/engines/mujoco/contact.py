@@ -9,6 +9,7 @@ dry friction needs `impratio` 1, so there a second contact carries the viscous l
 smallest impedance (R = 1e4 A) and next to none of the load.
 
 Dry friction is regularised: it grows with the slip up to v* = mu N A/rate, where it saturates.
+A ball that it holds creeps by 1e-4 of that.
 MuJoCo's convex cone makes a slipping ball press harder, by a fraction of mu^2 V/v*, and hop a
 little; the mean friction over some steps stays mu m g.
 """
@@ -108,7 +109,7 @@ def calibrate_viscous(root: parts.Element, friction: float, inverse_inertia: flo
     pair = root.find("contact", "viscous")
     if pair is None:
         return
-    model = mujoco.MjModel.from_xml_string(root.to_xml_string(), root.get_assets())
+    model = parts.compiled(root)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     (contact,) = viscous_contacts(data)

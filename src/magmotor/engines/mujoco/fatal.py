@@ -11,11 +11,9 @@ from functools import cache
 
 import mujoco
 
+from magmotor.engines.mujoco.hooks import Hook
 from magmotor.engines.mujoco.memory import library
 
-_lock = threading.Lock()
-_depth = 0
-_previous: int | None = None
 _messages: dict[int, str] = {}
 
 
@@ -29,31 +27,26 @@ def raised() -> Iterator[None]:
     ------
     mujoco.FatalError
     """
-    _install()
     try:
-        yield
+        with _hook:
+            yield
     finally:
-        _uninstall()
         message = _messages.pop(threading.get_ident(), None)
     if message is not None:
         raise mujoco.FatalError(message)
 
 
-def _install() -> None:
-    global _depth, _previous
-    with _lock:
-        if _depth == 0:
-            _previous = _handler().value
-            _handler().value = ctypes.cast(_keep, ctypes.c_void_p).value
-        _depth += 1
+def _install() -> int | None:
+    previous = _handler().value
+    _handler().value = ctypes.cast(_keep, ctypes.c_void_p).value
+    return previous
 
 
-def _uninstall() -> None:
-    global _depth
-    with _lock:
-        _depth -= 1
-        if _depth == 0:
-            _handler().value = _previous
+def _restore(previous: int | None) -> None:
+    _handler().value = previous
+
+
+_hook = Hook(_install, _restore)
 
 
 @cache

@@ -1,19 +1,27 @@
 """The front door to the compiled callback: a block in which it acts on every model."""
 
 import ctypes
-import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 
 import mujoco
 
 from magmotor.engines.mujoco.callback import compiled_callback, report_again
+from magmotor.engines.mujoco.hooks import Hook
 
 _C_TYPE = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)
 
-_lock = threading.Lock()
-_depth = 0
-_previous = None
+
+def _install() -> Any:
+    function = _C_TYPE(compiled_callback().address or 0)
+    report_again()
+    previous = mujoco.get_mjcb_control()
+    mujoco.set_mjcb_control(function)
+    return previous
+
+
+_hook = Hook(_install, mujoco.set_mjcb_control)
 
 
 @contextmanager
@@ -22,13 +30,15 @@ def magnetism() -> Iterator[None]:
 
     They act on every MuJoCo model that declares them in its MJCF:
 
-    - a dipole is a site with `user="MOMENT"` in A m^2, along its z axis; dipoles of bodies welded
-      together do not act on one another, and those of two bodies that are the elements of a
-      `<custom>` tuple named `coupling...` act `prm` times as strongly (see Notes);
+    - a dipole is a site with `user="MOMENT"` in A m^2, along its z axis; dipoles of one rigid body
+      (a body and those on it without a joint, whatever an `<equality>` welds) do not act on one
+      another, and those of two bodies that are the elements of a `<custom>` tuple named
+      `coupling...` act `prm` times as strongly (see Notes);
     - Brownian wrenches are rows of six in a body's `user`: force x y z, torque x y z of each row
       in the world frame at the centre of mass, times its own white noise, in N sqrt(s) and
       N m sqrt(s). `mjData.userdata` holds, as far as the model has `nuserdata`, the seed, the
-      replica's number, factor and level of a `BrownianPath`, and the path's step at time 0;
+      replica's number, factor and level of a `BrownianPath`, and the path's step at time 0; see
+      Notes on rollouts and resets;
     - a periodic potential sum_k a_k sin kq + b_k cos kq, in J, of a slide or hinge joint is
       `user="a_1 b_1 a_2 b_2 ..."`; its force acts from outside on the joint's body, at the centre
       of mass along the axis.
@@ -38,28 +48,37 @@ def magnetism() -> Iterator[None]:
     The callback is installed as `mjcb_control`, for all models and threads of the process, and
     what was installed before is put back at the end. Blocks may be nested and may overlap in
     several threads. It works with `mj_step`, `mj_forward`, `mujoco.rollout`,
-    `mujoco.batch.Batch` and the viewer, without the GIL.
+    `mujoco.batch.Batch` and the viewer, without the GIL. There is but one such callback: what was
+    installed before does not run inside the block, and what `mujoco.set_mjcb_control` installs
+    there replaces ours, in silence.
+
+    After the block the last forces are still in `xfrc_applied`, and MuJoCo goes on applying them:
+    set it to zero. The viewer's `sync` does so after each step.
 
     Warns
     -----
     UserWarning
-        Once a block, when a model is stepped that has none of these.
+        Once a block, when a model is stepped that has none of these, or dipoles of which none acts
+        on another. It says why.
 
     Raises
     ------
     LayoutError
         This version of MuJoCo keeps its data in other places than it declares.
     mujoco.FatalError
-        While stepping, with names: two dipoles of different bodies coincide; a coupling's elements
-        are not two bodies with equal `prm`; a body's numbers are no rows of six, or a joint's no
-        pairs, or it is neither slide nor hinge. MuJoCo pads shorter lists to the longest in the
-        model with zeros, which are no error.
+        While stepping, with names: two dipoles of different bodies coincide; a site's numbers are
+        not one finite moment; a coupling's elements are not two bodies with equal `prm`; a body's
+        numbers are no rows of six, or a joint's no pairs, or it is neither slide nor hinge; a
+        number in `userdata` chooses no path. MuJoCo pads shorter lists to the longest in the model
+        with zeros, which are no error. On the threads of rollouts and batches MuJoCo prints the
+        error and ends the process; one `mj_forward` before them raises it.
 
     Notes
     -----
     Forces follow physics of point dipoles: F = grad(m.B), torque m x B. A coupling multiplies both
-    between the two bodies it names (`world` is one, too), not between those welded to them; 0 turns
-    them off, and the factors of several couplings of one pair multiply::
+    between the two bodies it names (`world` is one, too), not between those rigidly on them; 0
+    turns them off, which is what MuJoCo takes for a missing `prm`, and the factors of several
+    couplings of one pair multiply:
 
         <custom>
           <tuple name="coupling of ball and ring">
@@ -69,22 +88,44 @@ def magnetism() -> Iterator[None]:
         </custom>
 
     A step's noise is constant over the stages of RK4; `magmotor.engines.mujoco.step_number` tells
-    how steps are counted. Actuation must not be disabled by flag, since MuJoCo then skips the
+    how steps are counted. The count is time over timestep: noise repeats, or a part of it is left
+    out, where the timestep changes midway.
+
+    `mj_resetData` sets `userdata` to zero, and with it the seed. The state from which a rollout
+    starts has none: give each trajectory its own as a control, (seed, replica) with
+    `control_spec=mjSTATE_USERDATA`, or all that a thread runs have the noise of its `mjData`. A
+    `Batch` has an array `userdata`.
+
+    With noise alpha along a friction c of rate lambda = c/m, kT = alpha^2/(2c) at short steps. By
+    `mj_step` it is kT/(1 + lambda h/2) where MuJoCo damps implicitly: joints in Euler and
+    implicitfast, tendons in implicitfast. It is kT/(1 - lambda h/2), for lambda h < 2, in viscous
+    contacts, and of tendons in Euler; and about kT (1 - (lambda h)^2/12), for lambda h < 2.785,
+    with RK4. `Baoab` has kT at any step.
+
+    Actuation must not be disabled by flag, since MuJoCo then skips the
     callback.
+
+    Examples
+    --------
+    >>> import mujoco
+    >>> import magmotor as mm
+    >>> model = mujoco.MjModel.from_xml_string('''
+    ... <mujoco>
+    ...   <worldbody>
+    ...     <site pos="0 0.1 0" zaxis="0 1 0" user="5"/>
+    ...     <body>
+    ...       <joint type="hinge" axis="0 0 1" damping="1e-4"/>
+    ...       <geom type="capsule" fromto="-0.03 0 0 0.03 0 0" size="0.003"/>
+    ...       <site zaxis="1 0 0" user="0.2"/>
+    ...     </body>
+    ...   </worldbody>
+    ... </mujoco>
+    ... ''')
+    >>> data = mujoco.MjData(model)
+    >>> with mm.magnetism():
+    ...     mujoco.mj_step(model, data, nstep=5000)
+    >>> print(data.qpos.round(5))  # a quarter of a turn: the needle points at the magnet
+    [1.5708]
     """
-    global _depth, _previous
-    with _lock:
-        if _depth == 0:
-            function = _C_TYPE(compiled_callback().address or 0)
-            report_again()
-            _previous = mujoco.get_mjcb_control()
-            mujoco.set_mjcb_control(function)
-        _depth += 1
-    try:
+    with _hook:
         yield
-    finally:
-        with _lock:
-            _depth -= 1
-            if _depth == 0:
-                mujoco.set_mjcb_control(_previous)
-                _previous = None

@@ -1,8 +1,8 @@
 """Forces and torques on bodies with dipole sites, written into MuJoCo's own memory.
 
-A dipole is a site: its z axis is the dipole's direction, the first of its `user` numbers the
-moment in A m^2 (zero or none: not a dipole). The dipoles of one body are a magnet. Magnets of one
-rigid body (bodies welded together) do not act on one another.
+A dipole is a site: its z axis is the dipole's direction, its `user` number the moment in A m^2
+(zero or none: not a dipole). The dipoles of one body are a magnet. Magnets of one rigid body
+(bodies without a joint between them) do not act on one another.
 
 A tuple whose name starts with `coupling` and whose elements are two bodies says how strongly their
 magnets act on one another: `prm` times, the same in both elements. It holds for the very bodies
@@ -22,6 +22,7 @@ from numba import njit
 
 from magmotor.dipoles import COINCIDENCE_SQUARED, sum_over_sources
 from magmotor.engines.mujoco import memory
+from magmotor.engines.mujoco.dipole_sites import all_moments
 
 LABEL = 6
 """Row of the table below the dipoles' positions and moments: their rigid body."""
@@ -48,12 +49,12 @@ BODY_TYPE = 1
 
 @njit(inline="always")
 def set_magnetic_wrenches(m, d, offsets):
-    """Overwrite the wrench of each body that can move and has dipoles; return how many have any.
+    """Overwrite the wrench of each body that can move and has dipoles; return how many act.
 
     `m` and `d` are the words of mjModel and mjData, `offsets` their layout.
     """
     nsite = m[offsets.nsite // 8]
-    if nsite == 0 or m[offsets.nuser_site // 8] == 0:
+    if nsite == 0 or m[offsets.nuser_site // 8] == 0 or not all_moments(m, offsets):
         return 0
     ntuple = m[offsets.ntuple // 8]
     border = _filled(nsite) + LANES
@@ -69,18 +70,20 @@ def set_magnetic_wrenches(m, d, offsets):
         _report_coupling(-1 - count, m, offsets)
         return 0
     couplings = couplings[:count]
-    magnets, apart, end = _gather(table, border, couplings, m, d, offsets)
+    magnets, apart, end, mixed = _gather(table, border, couplings, m, d, offsets)
     centre = memory.numbers(d[offsets.xipos // 8], memory.UNBOUNDED, 3)
     applied = memory.numbers(d[offsets.xfrc_applied // 8], memory.UNBOUNDED, 6)
-    coincident = 0
+    coincident = acting = 0
     for k in range(magnets):
         together = table[FIRST, k] < border
-        if together and table[MOVES, k] > 0.0:
+        if together and mixed and table[MOVES, k] > 0.0:
             coincident += _act_together(table, k, end, centre, applied)
+            acting += 1
         for i in range(apart):
             other = int(table[APART, i])
-            if together or other > k:
+            if (together or other > k) and _act(table, k, other, couplings):
                 coincident += _interact(table, k, other, border, couplings, centre, applied)
+                acting += 1
     i = j = -1
     if coincident > 0:
         i, j = _find_coincidence(couplings, m, d, offsets)
@@ -89,7 +92,7 @@ def set_magnetic_wrenches(m, d, offsets):
         names = m[offsets.names // 8]
         place = memory.integers(m[offsets.name_siteadr // 8], nsite)
         memory.fatal_coincidence(i, names + place[i], j, names + place[j])
-    return magnets
+    return acting
 
 
 @njit(inline="always")
@@ -97,7 +100,8 @@ def _gather(table, after, couplings, m, d, offsets):
     """Fill the table and clear the wrenches of magnets that can move.
 
     Dipoles of magnets taken together start at column 0, those of each taken apart, filled up, at
-    `after`. Returns how many magnets there are, how many are apart, and the end of those together.
+    `after`. Returns how many magnets there are, how many are apart, the end of those together, and
+    whether these are of more than one rigid body.
     """
     nsite = m[offsets.nsite // 8]
     moment = memory.numbers(m[offsets.site_user // 8], nsite, m[offsets.nuser_site // 8])
@@ -108,6 +112,7 @@ def _gather(table, after, couplings, m, d, offsets):
     frame = memory.numbers(d[offsets.site_xmat // 8], nsite, 9)
     applied = memory.numbers(d[offsets.xfrc_applied // 8], memory.UNBOUNDED, 6)
     magnets = apart = end = site = 0
+    mixed = False
     while site < nsite:
         body = body_of[site]
         weld = weld_of[body]
@@ -136,11 +141,12 @@ def _gather(table, after, couplings, m, d, offsets):
                 after += _filled(j - first)
             else:
                 end = j
+                mixed = mixed or table[LABEL, 0] != weld
             magnets += 1
             if freedoms[weld] > 0:
                 applied[body] = 0.0
     _fill_up(table, end)
-    return magnets, apart, end
+    return magnets, apart, end, mixed
 
 
 @njit
@@ -161,14 +167,21 @@ def _fill_up(table, end):
 def _act_together(table, k, end, centre, applied):
     """Add to a magnet's wrench what all taken together do; return how many dipoles coincide."""
     coincident = 0
-    first, size = int(table[FIRST, k]), int(table[SIZE, k])
-    if size < end:
-        for i in range(first, first + size):
-            target = _dipole(table, i)
-            total = sum_over_sources(target, table[LABEL, i], table, _filled(end))
-            _add(int(table[BODY, k]), 1.0, target, total, centre, applied)
-            coincident += total[6]
+    first = int(table[FIRST, k])
+    for i in range(first, first + int(table[SIZE, k])):
+        target = _dipole(table, i)
+        total = sum_over_sources(target, table[LABEL, i], table, _filled(end))
+        _add(int(table[BODY, k]), 1.0, target, total, centre, applied)
+        coincident += total[6]
     return coincident
+
+
+@njit(inline="always")
+def _act(table, k, other, couplings):
+    """Whether two magnets act on one another."""
+    apart = table[LABEL, int(table[FIRST, k])] != table[LABEL, int(table[FIRST, other])]
+    moves = table[MOVES, k] + table[MOVES, other] > 0.0
+    return apart and moves and _factor(table[BODY, k], table[BODY, other], couplings) != 0.0
 
 
 @njit(inline="always")
@@ -183,19 +196,18 @@ def _interact(table, k, other, border, couplings, centre, applied):
     first, start = int(table[FIRST, k]), int(table[FIRST, other])
     body, source = int(table[BODY, k]), int(table[BODY, other])
     factor = _factor(body, source, couplings)
+    sources = memory.from_column(table, start)
+    count = int(table[SIZE, other])
+    count = count if start < border else _filled(count)
     coincident = 0
-    if (moves or reacts) and factor != 0.0:
-        sources = memory.from_column(table, start)
-        count = int(table[SIZE, other])
-        count = count if start < border else _filled(count)
-        for i in range(first, first + int(table[SIZE, k])):
-            target = _dipole(table, i)
-            total = sum_over_sources(target, table[LABEL, i], sources, count)
-            if moves:
-                _add(body, factor, target, total, centre, applied)
-            if reacts:
-                _add(source, -factor, target, total, centre, applied)
-            coincident += total[6]
+    for i in range(first, first + int(table[SIZE, k])):
+        target = _dipole(table, i)
+        total = sum_over_sources(target, table[LABEL, i], sources, count)
+        if moves:
+            _add(body, factor, target, total, centre, applied)
+        if reacts:
+            _add(source, -factor, target, total, centre, applied)
+        coincident += total[6]
     return coincident
 
 

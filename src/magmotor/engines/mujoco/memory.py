@@ -119,14 +119,19 @@ def any_number(array, row, first, last):
 
 def _error(context, builder, text, pairs):
     """Call MuJoCo's error with pairs of a number and the address of a C string."""
-    message = context.insert_const_string(builder.module, text)
-    kind = ir.FunctionType(ir.VoidType(), [cgutils.voidptr_t], var_arg=True)
-    function = cgutils.get_or_insert_function(builder.module, kind, "mju_error")
-    arguments = [message]
+    arguments = []
     for number, name in pairs:
         arguments.append(builder.trunc(number, ir.IntType(32)))
         arguments.append(builder.inttoptr(name, cgutils.voidptr_t))
-    builder.call(function, arguments)
+    return _call_error(context, builder, text, arguments)
+
+
+def _call_error(context, builder, text, arguments):
+    """Call MuJoCo's error with what its text formats."""
+    message = context.insert_const_string(builder.module, text)
+    kind = ir.FunctionType(ir.VoidType(), [cgutils.voidptr_t], var_arg=True)
+    function = cgutils.get_or_insert_function(builder.module, kind, "mju_error")
+    builder.call(function, [message, *arguments])
     return context.get_dummy_value()
 
 
@@ -141,53 +146,60 @@ def fatal_coincidence(typingctx, first, first_name, second, second_name):
     return types.void(first, first_name, second, second_name), codegen
 
 
+def _fatal(text):
+    """Raises MuJoCo's error, which has a number and a name; the name is the address of a C string.
+
+    For use in compiled code, with the two as arguments.
+    """
+
+    @intrinsic
+    def fatal(typingctx, number, name):
+        def codegen(context, builder, signature, args):
+            return _error(context, builder, text, (args,))
+
+        return types.void(number, name), codegen
+
+    return fatal
+
+
+fatal_coupling = _fatal("tuple %d '%s', a coupling: its elements must be two bodies with equal prm")
+fatal_wrench = _fatal("body %d '%s': its user numbers must be whole rows of six, Brownian wrenches")
+fatal_potential = _fatal(
+    "joint %d '%s': its user numbers must be pairs, the Fourier coefficients of a"
+    " potential, and the joint a slide or a hinge"
+)
+fatal_moment = _fatal(
+    "site %d '%s': its user numbers must be one, its moment in A m^2 along its z axis, and finite"
+)
+
+
 @intrinsic
-def fatal_coupling(typingctx, number, name):
-    """Raise MuJoCo's error that names a tuple; the name is the address of a C string."""
-
-    def codegen(context, builder, signature, args):
-        text = "tuple %d '%s', a coupling: its elements must be two bodies with equal prm"
-        return _error(context, builder, text, (args,))
-
-    return types.void(number, name), codegen
-
-
-@intrinsic
-def fatal_wrench(typingctx, body, name):
-    """Raise MuJoCo's error that names a body; the name is the address of a C string."""
-
-    def codegen(context, builder, signature, args):
-        text = "body %d '%s': its user numbers must be whole rows of six, Brownian wrenches"
-        return _error(context, builder, text, (args,))
-
-    return types.void(body, name), codegen
-
-
-@intrinsic
-def fatal_potential(typingctx, joint, name):
-    """Raise MuJoCo's error that names a joint; the name is the address of a C string."""
+def fatal_path(typingctx, place, value):
+    """Raise MuJoCo's error that names a number of the user's data and its value, a double."""
 
     def codegen(context, builder, signature, args):
         text = (
-            "joint %d '%s': its user numbers must be pairs, the Fourier coefficients of a"
-            " potential, and the joint a slide or a hinge"
+            "userdata[%d] = %g, which chooses the noise (seed, replica, factor, level, first step):"
+            " it must be an integer, at least 0 and less than 2^53, a level at most 31"
         )
-        return _error(context, builder, text, (args,))
+        return _call_error(
+            context, builder, text, [builder.trunc(args[0], ir.IntType(32)), args[1]]
+        )
 
-    return types.void(joint, name), codegen
+    return types.void(place, value), codegen
 
 
 @intrinsic
-def report_inert(typingctx):
+def report_inert(typingctx, reason):
     """Tell Python, through the bound hook, that a model on which nothing acts is being stepped."""
 
     def codegen(context, builder, signature, args):
-        kind = ir.FunctionType(ir.VoidType(), [])
+        kind = ir.FunctionType(ir.VoidType(), [ir.IntType(64)])
         function = cgutils.get_or_insert_function(builder.module, kind, "magmotor_report_inert")
-        builder.call(function, [])
+        builder.call(function, args)
         return context.get_dummy_value()
 
-    return types.void(), codegen
+    return types.void(types.int64), codegen
 
 
 @intrinsic

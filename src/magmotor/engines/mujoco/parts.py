@@ -4,6 +4,7 @@ from copy import copy
 from functools import cache
 from typing import Any
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,6 +13,11 @@ from magmotor.models_folder import models_folder
 Array = NDArray[np.float64]
 Element = Any
 """A PyMJCF element: its attributes are those of the MJCF schema, unknown to type checkers."""
+
+
+def compiled(root: Element) -> mujoco.MjModel:
+    """The model of a PyMJCF tree."""
+    return mujoco.MjModel.from_xml_string(root.to_xml_string(), root.get_assets())
 
 
 def load(name: str, *, looks: bool) -> Element:

@@ -10,6 +10,9 @@ C code that steps or calls `mj_forward` while it holds a piece of the stack itse
 later stage. In Python none does: `mj_step`, `mj_forward`, rollouts, batches and the viewer start
 from an empty stack, and `mjd_transitionFD`, which does not, refuses RK4. Other integrators call
 once a step, and the stack is not looked at.
+
+After an error in a later stage, MuJoCo's own or ours, MuJoCo leaves its stack as it was: before the
+same `mjData` takes further steps, `mj_resetData` empties it.
 """
 
 import math

@@ -3,16 +3,30 @@
 import ctypes
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
 
+from magmotor.engines.mujoco.hooks import Hook
 from magmotor.engines.mujoco.memory import library
 
 
 @contextmanager
 def stopped() -> Iterator[None]:
-    """Stop the stopwatch, which the Python bindings start whenever an MjData is made."""
-    clock = ctypes.c_void_p.in_dll(library(), "mjcb_time")
-    running, clock.value = clock.value, None
-    try:
+    """Stop the stopwatch, which the Python bindings start whenever an MjData is made.
+
+    Blocks may be nested and may overlap in several threads: the last that ends starts it again.
+    """
+    with _hook:
+        _clock().value = None
         yield
-    finally:
-        clock.value = running
+
+
+@cache
+def _clock() -> ctypes.c_void_p:
+    return ctypes.c_void_p.in_dll(library(), "mjcb_time")
+
+
+def _start(clock: int | None) -> None:
+    _clock().value = clock
+
+
+_hook = Hook(lambda: _clock().value, _start)

@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 
 from magmotor import elementary, noise
-from magmotor.code_version import code_version
+from magmotor.code_version import code_version, specialised
 from magmotor.elementary import FASTMATH, cosine, prefer_wide_vectors, sine
 from magmotor.engines import vectors
 from magmotor.engines.friction import friction_and_noise, response
@@ -101,7 +101,8 @@ def kernel(scene: Disk | LangevinParticle, scheme: str) -> Any:
     sines = all(b == 0 for _, b in scene.coefficients)
     parts = DISK[scheme].parts
     codes = tuple("ABOK".index(part) for part in parts)
-    return _compile(codes, kicks_that_evaluate(parts), sines, CHECKSUM)
+    shape = len(scene.coefficients), len(scene.slip_directions)
+    return _compile(codes, kicks_that_evaluate(parts), sines, shape, CHECKSUM)
 
 
 @njit(inline="always", fastmath=FASTMATH)
@@ -119,9 +120,16 @@ def _force(turns, force, sines):
 
 
 @cache
-def _compile(parts: tuple[int, ...], anew: tuple[bool, ...], sines: bool, checksum: int):
+def _compile(
+    parts: tuple[int, ...],
+    anew: tuple[bool, ...],
+    sines: bool,
+    shape: tuple[int, int],
+    checksum: int,
+):
     """Compile the kernel for a list of parts, or load it from Numba's disk cache.
 
+    `shape` are the lengths of the law's tuples, which are a part of the kernel's signature.
     The closure cells are the cache's key, so they are plain numbers; see the magnetism callback.
     """
     count = len(parts)
@@ -131,6 +139,7 @@ def _compile(parts: tuple[int, ...], anew: tuple[bool, ...], sines: bool, checks
     draws = sum(rubs)
 
     @njit(cache=True, nogil=True, fastmath=FASTMATH, error_model="numpy")
+    @specialised(parts, anew, sines, shape)
     def advance(states, recorded, first, interval, seed, replica, factor, level, law):
         _ = checksum  # a part of the cache's key
         prefer_wide_vectors()

@@ -20,7 +20,7 @@ from typing import Any
 from numba import njit
 
 from magmotor import dipoles, elementary, noise, rotations
-from magmotor.code_version import code_version
+from magmotor.code_version import code_version, specialised
 from magmotor.elementary import prefer_wide_vectors
 from magmotor.engines import books, vectors
 from magmotor.engines.variational import rigid_forces, rigid_law, rigid_momentum, rigid_steps
@@ -121,6 +121,7 @@ def _compile(splits: bool, by_cayley: bool, checksum: int):
     """
 
     @njit(cache=True, nogil=True, fastmath=FASTMATH, error_model="numpy")
+    @specialised(splits, by_cayley)
     def advance(states, recorded, rows, steps, path, bodies, magnets, law):
         _ = checksum  # a part of the cache's key
         prefer_wide_vectors()

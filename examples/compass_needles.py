@@ -1,0 +1,106 @@
+"""Two compass needles side by side, where the earth's field is horizontal.
+
+Let go, they settle between head to tail, as each wants the other, and north, as the earth wants
+both. Pushed by half a degree from there, they swing in step and against each other at frequencies
+that theory knows: with k = mu0 m²/(4 pi d³) for their moments m and distance d, inertia I and the
+earth's field B, they rest at sin a = m B/(3k) towards north, I w² = 3k cos² a in step and
+I w² = k (1 + 3 sin² a) against each other.
+"""
+
+from pathlib import Path
+
+import mujoco
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import ArrayLike, NDArray
+from program import run, save
+
+import magmotor as mm
+
+Array = NDArray[np.float64]
+
+MODES = {"in step": (1, 1), "against each other": (1, -1)}
+
+
+def load() -> mujoco.MjModel:
+    return mujoco.MjModel.from_xml_path(str(Path(__file__).with_suffix(".xml")))
+
+
+def swing(model: mujoco.MjModel, angles: ArrayLike, duration: float) -> tuple[Array, Array]:
+    """Times (s) and the two angles (radians north of east, shape (times, 2)) from rest at first."""
+    data = mujoco.MjData(model)
+    data.qpos[:] = angles
+    steps = round(duration / model.opt.timestep)
+    path = np.empty((steps + 1, 3))
+    with mm.magnetism():
+        for row in path:
+            row[:] = data.time, *data.qpos
+            mujoco.mj_step(model, data)
+    return path[:, 0], path[:, 1:]
+
+
+def rest_angle_and_frequencies(model: mujoco.MjModel) -> tuple[float, tuple[float, float]]:
+    """By theory: the angle of rest in radians, and the modes' angular frequencies in rad/s."""
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    moment = model.site("east").user[0]
+    earth = data.site("earth")
+    earth_moment = earth.xmat.reshape(3, 3)[:, 2] * model.site("earth").user[0]
+    _, north, _ = mm.dipoles.field(np.zeros(3), earth.xpos[None], earth_moment[None])
+    distance = data.site("east").xpos[0] - data.site("west").xpos[0]
+    k = mm.dipoles.PERMEABILITY_OVER_4PI * moment**2 / distance**3
+    sine = moment * north / (3 * k)
+    if sine >= 1:
+        raise ValueError(f"m B/(3k) = {sine:.3g}: must be less than 1, else both point north")
+    inertia, damping = model.dof_M0[0], model.dof_damping[0]
+    stiffness = np.array([3 * k * (1 - sine**2), k * (1 + 3 * sine**2)])
+    in_step, against = np.sqrt(stiffness / inertia - (damping / (2 * inertia)) ** 2)
+    return float(np.arcsin(sine)), (float(in_step), float(against))
+
+
+def frequency(time: Array, swings: Array) -> float:
+    """Angular frequency, from zero crossings, which are half a period apart."""
+    before = np.flatnonzero(swings[:-1] * swings[1:] < 0)
+    part = swings[before] / (swings[before] - swings[before + 1])
+    crossings = time[before] + part * (time[1] - time[0])
+    return np.pi * (len(crossings) - 1) / (crossings[-1] - crossings[0])
+
+
+def main(out: Path = Path("out/compass_needles.png"), duration: float = 10.0) -> None:
+    if not 2 <= duration <= 3600:
+        raise ValueError(f"duration = {duration}: must be between 2 and 3600 s")
+    model = load()
+    rest, frequencies = rest_angle_and_frequencies(model)
+    figure = Figure(figsize=(8, 6), layout="constrained")
+    let_go, pushed = figure.subplots(2, 1)
+
+    time, path = swing(model, np.radians((75, -60)), duration)
+    let_go.plot(time, np.degrees(path), label=["west needle", "east needle"])
+    let_go.axhline(np.degrees(rest), color="k", linestyle=":", label="theory: sin a = m B/(3k)")
+    let_go.set(xlabel="t (s)", ylabel="north of east (degrees)", title="Let go")
+    print(f"at rest: {np.degrees(path[-1].mean()):.2f} degrees north of east", end="")
+    print(f" (theory: {np.degrees(rest):.2f})")
+
+    decay = model.dof_damping[0] / (2 * model.dof_M0[0])
+    for (mode, signs), omega in zip(MODES.items(), frequencies, strict=True):
+        push = np.radians(0.5) * np.array(signs)
+        time, path = swing(model, rest + push, duration)
+        swings = path[:, 0] - rest
+        print(f"{mode}: {frequency(time, swings):.4f} rad/s (theory: {omega:.4f})")
+        pushed.plot(time, np.degrees(swings), label=mode)
+        phase = omega * time
+        theory = 0.5 * np.exp(-decay * time) * (np.cos(phase) + decay / omega * np.sin(phase))
+        pushed.plot(time, theory, "k:", label="theory" if mode == "in step" else None)
+    pushed.set(
+        xlabel="t (s)",
+        ylabel="west needle, from rest (degrees)",
+        title="Pushed by half a degree",
+        xlim=(0, min(duration, 5)),
+    )
+    for axes in (let_go, pushed):
+        axes.legend(loc="upper right")
+    save(figure, out)
+
+
+if __name__ == "__main__":
+    run(main)

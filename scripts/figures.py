@@ -1,0 +1,106 @@
+"""The paper's figures, each with a check of what it claims, and the prototype's questions.
+
+For each, in the folder `out`: `NAME.png`, and `NAME.json` with the claims. Made whole, they are
+copied to `docs/gallery/`, and the page `docs/gallery.md` is made of them.
+"""
+
+import shutil
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+from absl import logging
+from command_line import MISTAKE, NO_OPENGL, fail, run_script, warn_in_one_line, written_whole
+
+import magmotor as mm
+from magmotor.checks import check_choice
+from magmotor.figures.catalogue import FIGURES
+from magmotor.figures.claim import Claim
+from magmotor.figures.figure import Figure
+from magmotor.figures.gallery import gallery_page, save_claims, tally
+
+DOCS = Path(__file__).parents[1] / "docs"
+
+
+@dataclass
+class Options:
+    names: Annotated[tuple[str, ...], tyro.conf.Positional] = ()
+    """which figures; by default, all"""
+    quick: bool = False
+    """shorter runs, fewer realizations; nothing is copied"""
+    list: bool = False
+    """only say which figures there are"""
+    out: Path = Path("out/figures")
+    """folder to write to"""
+
+
+def main() -> None:
+    warn_in_one_line()
+    began = time.perf_counter()
+    options = tyro.cli(Options, description=__doc__)
+    if options.list:
+        print(*listing(), sep="\n")
+        return
+    names = options.names or tuple(FIGURES)
+    try:
+        for name in names:
+            check_choice("names", name, tuple(FIGURES))
+    except ValueError as error:
+        fail(str(error), MISTAKE)
+    logging.set_verbosity(logging.ERROR)  # not MuJoCo's lines of runs that are to diverge
+    claims: list[Claim] = []
+    undrawn = []
+    for number, name in enumerate(names, start=1):
+        print(f"== {name} ({number} of {len(names)}): {FIGURES[name].title}", flush=True)
+        try:
+            claims += make(FIGURES[name], options)
+        except mm.render.NoOpenGL as error:
+            print(f"not drawn: {error}")
+            undrawn.append(name)
+    print(f"{len(claims)} claims: {tally(claims)}; wall time {time.perf_counter() - began:.0f} s")
+    if undrawn:
+        fail(f"without OpenGL, not drawn: {', '.join(undrawn)}", NO_OPENGL)
+
+
+def listing() -> Iterator[str]:
+    for name, figure in FIGURES.items():
+        numbers = ", ".join(map(str, figure.numbers))
+        yield f"{name:32} {figure.title}" + (f" (paper: {numbers})" if numbers else "")
+
+
+def make(figure: Figure, options: Options) -> list[Claim]:
+    data = figure.compute(options.quick)
+    claims = figure.claims(data)
+    print(*lines(claims), sep="\n", flush=True)
+    picture, told = (options.out / f"{figure.name}{suffix}" for suffix in (".png", ".json"))
+    with written_whole(picture) as part:
+        figure.draw(data, part)
+    with written_whole(told) as part:
+        save_claims(claims, part)
+    print(f"wrote {picture}")
+    if not options.quick:
+        publish(picture, told)
+    return claims
+
+
+def lines(claims: list[Claim]) -> Iterator[str]:
+    for claim in claims:
+        yield f"  {claim.verdict}: {claim.says}"
+        yield f"      {claim.measured}"
+
+
+def publish(*made: Path) -> None:
+    """Copy to the documentation, and make its page anew."""
+    gallery = DOCS / "gallery"
+    for path in made:
+        with written_whole(gallery / path.name) as part:
+            shutil.copyfile(path, part)
+    with written_whole(gallery.with_suffix(".md")) as part:
+        part.write_text(gallery_page(gallery), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    run_script(main)

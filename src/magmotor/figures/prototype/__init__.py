@@ -1,0 +1,1 @@
+"""Figures that answer what a builder of the top would ask."""

@@ -1,0 +1,71 @@
+"""A scene's sliders in MuJoCo's viewer: actuators that exert nothing, read as numbers."""
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from magmotor.engines.mujoco import parts
+from magmotor.engines.mujoco.build import build, compose
+from magmotor.live.sliders import SMALLEST, scene_at, sliders_of
+from magmotor.scenes import Disk, Motor, Top
+
+MOVED = (
+    "body_pos",
+    "body_quat",
+    "body_user",
+    "dof_damping",
+    "tendon_damping",
+    "pair_solreffriction",
+)
+"""Arrays of a model in which scenes differ whose sliders do."""
+
+
+class Panel:
+    """The viewer shows a slider in its panel Control for each; they are the model's `ctrl`.
+
+    Parameters
+    ----------
+    scene : Top, Motor or Disk
+
+    Attributes
+    ----------
+    sliders : dict of str to Slider
+        By name, in the order of `ctrl`.
+    """
+
+    def __init__(self, scene: Top | Motor | Disk):
+        self.scene = scene
+        self.sliders = sliders_of(scene)
+
+    def model(self) -> mujoco.MjModel:
+        """The decorated scene with its sliders, which stand in keyframe 0 with the initial state.
+
+        Where friction or noise is none, it is next to none, so that the model can have more.
+        """
+        start = {name: slider.start for name, slider in self.sliders.items()}
+        kept = scene_at(self.scene, start) if SMALLEST in start.values() else self.scene
+        root = compose(kept, looks=True)
+        root.statistic.meansize = root.statistic.extent / 10  # the scale of the mouse's marks
+        joint = root.worldbody.find_all("joint")[0]
+        for name, slider in self.sliders.items():
+            ends = [slider.least, slider.largest]
+            root.actuator.add("general", name=name, joint=joint, gainprm=[0], ctrlrange=ends)
+        root.find("key", "start").ctrl = list(start.values())
+        return parts.compiled(root)
+
+    def values(self, ctrl: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Where the sliders are, within their ranges."""
+        least, largest = ([s[k] for s in self.sliders.values()] for k in (1, 2))
+        return np.clip(ctrl, least, largest)
+
+    def moved(self, values: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
+        """The arrays `MOVED` of the scene with its sliders at these values.
+
+        Raises
+        ------
+        ValueError
+            There is no such scene: names the field, its value and the bound.
+        """
+        named = dict(zip(self.sliders, map(float, values), strict=True))
+        model = build(scene_at(self.scene, named))
+        return {name: getattr(model, name) for name in MOVED}

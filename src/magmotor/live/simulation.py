@@ -1,0 +1,213 @@
+"""A simulation that one watches, and changes while it moves."""
+
+from contextlib import AbstractContextManager, nullcontext
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from magmotor.checks import reject
+from magmotor.devices.ball_guard import lifted
+from magmotor.engines.mujoco.ball_motion import placed_ring
+from magmotor.engines.mujoco.magnetism import magnetism
+from magmotor.engines.mujoco.perturbation import apply_perturbation
+from magmotor.live.panel import MOVED, Panel
+from magmotor.noise import check_seed
+from magmotor.scenes import Disk, Top
+
+SWITCHED = {"magnetism": "site_user", "noise": "body_user"}
+"""What the switches set to zero in a model."""
+
+BAD = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL,
+       mujoco.mjtWarning.mjWARN_BADQACC)  # fmt: skip
+"""MuJoCo's warnings that a state is not finite, or huge."""
+
+START = -0.0
+"""Time at the start, by its sign told from that after the viewer's own reset."""
+
+
+class StateLost(RuntimeError):
+    """The state is not finite, or none that the scene describes."""
+
+
+class LiveSimulation:
+    """A model and its data, stepped a frame at a time, with switches, sliders and a reset.
+
+    It starts at keyframe 0, if the model has any.
+
+    Parameters
+    ----------
+    model : mujoco.MjModel
+        Any. It is changed in place.
+    panel : Panel, optional
+        Of the scene, if the model is its `panel.model()`.
+    seed : int
+        Of the Brownian path; with `simulate`'s timestep it is `simulate`'s path.
+
+    Attributes
+    ----------
+    model : mujoco.MjModel
+    data : mujoco.MjData
+    notice : str
+        Why a slider went back, or what stopped the motion; empty if all is well.
+
+    Raises
+    ------
+    ValueError
+        The seed is none, or the model has no room for it.
+    mujoco.FatalError
+        The model declares what cannot act; see `magnetism`.
+
+    Warns
+    -----
+    UserWarning
+        Nothing acts on the model.
+    """
+
+    def __init__(self, model: mujoco.MjModel, *, panel: Panel | None = None, seed: int = 0):
+        check_seed(seed)
+        if seed and model.body_user.any() and not model.nuserdata:
+            raise reject("seed", seed, "0: the model has noise, but no nuserdata to hold a seed")
+        self.model, self.data = model, mujoco.MjData(model)
+        self.notice = ""
+        self._panel, self._seed = panel, seed
+        self._on = dict.fromkeys(SWITCHED, True)
+        names = dict.fromkeys((*MOVED, *SWITCHED.values()))
+        self._start = {name: getattr(model, name).copy() for name in names}
+        with magnetism():
+            mujoco.mj_forward(model, self.data)
+        self.reset()
+
+    @property
+    def declared(self) -> dict[str, bool]:
+        """Of magnetism and noise, whether the model has any."""
+        return {name: bool(self._start[array].any()) for name, array in SWITCHED.items()}
+
+    @property
+    def on(self) -> dict[str, bool]:
+        """Of magnetism and noise, whether they act."""
+        return {name: self._on[name] and found for name, found in self.declared.items()}
+
+    def switch(self, name: str) -> None:
+        """Turn magnetism or noise on or off; of friction nothing changes."""
+        self._on[name] = not self._on[name]
+        self._write()
+
+    def reset(self) -> None:
+        """Go back to the initial state, Brownian path and sliders; switches stay."""
+        self._arrays = self._start
+        self._write()
+        if self.model.nkey:
+            mujoco.mj_resetDataKeyframe(self.model, self.data, 0)
+        else:
+            mujoco.mj_resetData(self.model, self.data)
+        self.data.time = self.data.time or START
+        self.data.userdata[:1] = self._seed
+        self.notice = ""
+        self._values = self.data.ctrl.copy()
+        self._rest()
+
+    def advance(self, steps: int, perturb: mujoco.MjvPerturb | None = None) -> None:
+        """Take steps.
+
+        Parameters
+        ----------
+        steps : int
+        perturb : mujoco.MjvPerturb, optional
+            What the viewer's mouse does, see `apply_perturbation`.
+
+        Raises
+        ------
+        StateLost
+            The state is no longer finite, or huge, or the magnets lift the ball of a scene that
+            holds it on the plane.
+        mujoco.FatalError
+            As from `magnetism`.
+        """
+        model, data = self.model, self.data
+        data.xfrc_applied[:] = 0.0
+        with self._acting():
+            for _ in range(steps):
+                self._follow_script()
+                if perturb is not None:
+                    apply_perturbation(model, data, perturb)
+                mujoco.mj_step(model, data)
+        finite = np.isfinite(data.qpos).all() and np.isfinite(data.qvel).all()
+        if not finite or any(data.warning[bad].number for bad in BAD):
+            raise StateLost(f"the state is not finite at t = {abs(self._time):g}")
+        self._check_held()
+        self._time = data.time
+
+    def hold(self, perturb: mujoco.MjvPerturb) -> None:
+        """Take no step; the mouse moves bodies that hang on nothing."""
+        mujoco.mjv_applyPerturbPose(self.model, self.data, perturb, 1)
+        self._rest()
+
+    def heed(self) -> None:
+        """Do what was asked for in the viewer since the last step: its reset, and sliders."""
+        if self._was_reset():
+            self.reset()
+        elif self._panel:
+            self._heed_sliders(self._panel)
+
+    def _was_reset(self) -> bool:
+        """Whether the viewer has reset the data."""
+        return repr(self.data.time) != repr(self._time)
+
+    def _heed_sliders(self, panel: Panel) -> None:
+        values = panel.values(self.data.ctrl)
+        if not np.array_equal(values, self._values):
+            try:
+                self._move(panel.moved(values))
+            except ValueError as error:
+                self.notice = str(error)
+            else:
+                self._values, self.notice = values, ""
+        self.data.ctrl[:] = self._values
+
+    def _move(self, moved: dict[str, NDArray[np.float64]]) -> None:
+        """Write what sliders say into the model; a mocap body's place only if it is another."""
+        for body in np.flatnonzero(self.model.body_mocapid >= 0):
+            mocap = self.model.body_mocapid[body]
+            for place, name in (("mocap_pos", "body_pos"), ("mocap_quat", "body_quat")):
+                if not np.array_equal(moved[name][body], getattr(self.model, name)[body]):
+                    getattr(self.data, place)[mocap] = moved[name][body]
+        self._arrays = self._arrays | moved
+        self._write()
+
+    def _write(self) -> None:
+        """Write what sliders and switches say into the model."""
+        for name, array in self._arrays.items():
+            getattr(self.model, name)[:] = array
+        for name, array in SWITCHED.items():
+            if not self._on[name]:
+                getattr(self.model, array)[:] = 0.0
+
+    def _follow_script(self) -> None:
+        """Put a ring on a script where it is at the middle of the step, as a run does."""
+        scene = self._panel.scene if self._panel else None
+        if isinstance(scene, Top) and scene.ring_script:
+            middle = self.data.time + 0.5 * self.model.opt.timestep
+            self.data.mocap_pos[0], self.data.mocap_quat[0] = placed_ring(scene, middle)
+
+    def _check_held(self) -> None:
+        """Check that a planar scene's ball would stay on its plane."""
+        scene = self._panel.scene if self._panel else None
+        if scene is None or isinstance(scene, Disk) or scene.surface != "planar":
+            return
+        lift = self.data.xfrc_applied[self.model.body("ball").id, 2]
+        weight = scene.ball_mass * scene.gravity
+        if lift > weight:
+            raise StateLost(lifted(lift, weight))
+
+    def _rest(self) -> None:
+        """Find all that follows from the state."""
+        self._time = self.data.time
+        self.data.xfrc_applied[:] = 0.0
+        with self._acting():
+            mujoco.mj_forward(self.model, self.data)
+
+    def _acting(self) -> AbstractContextManager[None]:
+        """The block in which forces act; without any, MuJoCo alone, which needs no warning."""
+        waves = self.model.jnt_user.any()
+        return magnetism() if waves or any(self.on.values()) else nullcontext()

@@ -1,0 +1,51 @@
+"""The test of an exponential law: its statistic, its level and its power."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from magmotor.observables import exponential_test, squared_variation
+
+OTHERS = {"gamma": stats.gamma(2), "pareto": stats.lomax(2.5), "itself": stats.expon()}
+
+
+def cut(law, shape, limit, seed):
+    """Durations of mean 1, cut off at a limit; which; and the limits."""
+    drawn = law.rvs(size=shape, random_state=np.random.default_rng(seed)) / law.mean()
+    return np.minimum(drawn, limit), drawn > limit, np.full(shape, limit)
+
+
+def test_of_complete_durations_it_is_the_squared_coefficient_of_variation():
+    values = np.random.default_rng(1).gamma(3, size=(4, 50))
+    found = squared_variation(values, np.zeros_like(values, dtype=bool))
+    expected = values.var(axis=1) / values.mean(axis=1) ** 2
+    np.testing.assert_allclose(found, expected, rtol=1e-12)
+
+
+@pytest.mark.parametrize("limit", [1.0, 3.0, 100.0])
+def test_it_is_one_of_an_exponential_law_however_many_are_cut_off(limit):
+    exponential, gamma, pareto = (
+        squared_variation(*cut(law, (400, 1000), limit, 2)[:2]).mean()
+        for law in (stats.expon(), *list(OTHERS.values())[:2])
+    )
+    assert exponential == pytest.approx(1.0, abs=0.01)  # 0.002
+    assert gamma < 0.9  # 0.81, 0.54, 0.50
+    assert pareto > 1.05  # 1.11, 1.46, 3.6
+
+
+def test_level_and_power():
+    """As often rejected among 200 samples as it says."""
+    power = exponential_test(*cut(stats.expon(), 60, 3.0, 0), OTHERS).power
+    assert power["itself"] < 0.03  # 0.013
+    assert power["gamma"] > 0.5  # 0.66
+    for name, law in OTHERS.items():
+        samples = [cut(law, 60, 3.0, seed) for seed in range(200)]
+        rejected = [exponential_test(*sample, {}, draws=500).rejected for sample in samples]
+        assert np.mean(rejected) == pytest.approx(power[name], abs=0.12)  # 0.08
+
+
+def test_bad_durations_are_refused():
+    with pytest.raises(ValueError, match="number of durations completed = 1: must be at least"):
+        exponential_test([1.0, 2.0], [False, True], [3.0, 3.0], {})
+    with pytest.raises(ValueError, match=r"largest duration over its limit = 2\.0: must be at"):
+        exponential_test([1.0, 2.0], [False, False], [3.0, 1.0], {})

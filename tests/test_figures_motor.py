@@ -1,0 +1,126 @@
+"""The motor's figures: the tilted ring's energy, and verdicts that can fall either way."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import magmotor as mm
+from magmotor import dipoles
+from magmotor.figures.motor import device
+from magmotor.figures.motor.energies import claims_of_the_injection
+from magmotor.figures.motor.flight_law import Flights, claim_of_the_law
+from magmotor.figures.motor.runs import in_flight
+from magmotor.figures.motor.tilted_ring import tilted_ring
+from magmotor.observables.motor_energy import motor_energy
+from magmotor.plots import MotorRun
+from magmotor.states.ball import smallest_turn
+from magmotor.states.motor import start_motor
+
+
+def test_a_level_ring_has_the_energy_of_its_wells():
+    scene = mm.Motor()
+    found = tilted_ring(scene, 0.0, 0.3)
+    assert found.ball == pytest.approx(mm.observables.motor_wells(scene).energy, rel=1e-8)  # 1e-10
+    assert found.ball < tilted_ring(scene.replace(ball_ring_factor=1), 0.0, 0.3).ball
+
+
+def test_a_tilted_ring_has_the_least_energy_that_a_state_has():
+    scene, tilt, azimuth = mm.Motor(), 0.2, 0.4
+    found = tilted_ring(scene, tilt, azimuth)
+    turn = Rotation.from_euler("zyz", [azimuth, tilt, -azimuth])
+    frame, outward = scene.inner_dipole_frame()
+    places = turn.apply(frame) + np.array([0, 0, scene.inner_height])
+    moments = scene.ball_ring_factor * scene.moment * turn.apply(outward)
+    fixed = scene.outer_sources()
+    line = np.linspace(-0.8, 0.8, 81)
+    x, y = (each.ravel() for each in np.meshgrid(line, line))
+    centre = np.stack([x, y, np.full_like(x, scene.ball_radius)], axis=1)
+    field = dipoles.field(centre, np.vstack([places, fixed[0]]), np.vstack([moments, fixed[1]]))
+    start = start_motor(scene, len(centre))
+    states = start._replace(
+        position=centre[np.newaxis],
+        orientation=np.array([[smallest_turn(axis) for axis in field]]),
+        ring_orientation=np.tile(turn.as_quat(scalar_first=True), (1, len(centre), 1)),
+    )
+    energy = motor_energy(scene, states)
+    assert float(energy.ring[0, 0]) == pytest.approx(found.outer, rel=1e-12)  # 2e-15
+    least = float(energy.total.min())
+    assert sum(found) < least
+    assert sum(found) == pytest.approx(least, rel=1e-3)  # 1e-4
+
+
+def test_barriers_are_alike_on_all_sides(monkeypatch):
+    """The outer ring has five dipoles: the sides beyond 36 degrees are images of those before."""
+    monkeypatch.setattr(device, "TILTS", np.radians([0.0, 15.0]))
+    monkeypatch.setattr(device, "paper_runs", list)
+    monkeypatch.setattr(device, "AZIMUTHS", np.radians([9.0, 81.0, 63.0, 189.0]))
+    barriers = device.compute(True).barriers
+    np.testing.assert_allclose(barriers, barriers[0], rtol=2e-3)  # 6e-4
+
+
+def durations(law, count, mean=5000.0, limit=1e5):
+    lasts = mean * np.asarray(law(np.random.default_rng(4), count))
+    cut = lasts > limit
+    limits = np.full(count, limit)
+    return Flights("uniform-a", 1, np.minimum(lasts, limits), limits, cut)
+
+
+@pytest.mark.parametrize(
+    ("law", "count", "verdict"),
+    [
+        (lambda random, count: random.exponential(size=count), 300, "right"),
+        (lambda random, count: random.exponential(size=count), 16, "in part"),
+        (lambda random, count: random.gamma(2, 0.5, count), 300, "wrong"),
+        (lambda random, count: 1.5 * random.pareto(2.5, count), 300, "wrong"),
+        (lambda random, count: random.uniform(0, 2, count), 300, "wrong"),
+    ],
+)
+def test_the_law_of_flights_is_decided_where_there_are_enough(law, count, verdict):
+    claim = claim_of_the_law(durations(law, count), 4)
+    assert claim.verdict == verdict
+    assert ("not decided by 16 flights" in claim.measured) == (verdict == "in part")
+
+
+@pytest.fixture(scope="module")
+def runs():
+    """One of each kind, both made to go to and fro, round twice, and back a bit."""
+    made = []
+    for name in ("nonuniform-a", "uniform-a"):
+        scene = mm.Motor.paper(name)
+        data = mm.simulate(
+            scene, method="variational/baoab", timestep=0.1, duration=400, record_interval=10
+        )
+        turns = np.interp(data.time, [0, 50, 100, 300, 400], [0, 0.2, 0, 2, 1.8])
+        theta = 2 * math.pi * turns
+        path = np.stack([np.cos(theta), np.sin(theta)], axis=1)
+        data["position"][:, :2] = mm.observables.motor_wells(scene).radius * path
+        made.append(MotorRun(name, data))
+    return made
+
+
+def test_records_in_flight(runs):
+    for run in runs:
+        assert run.flights.sizes["flight"] == 1
+        time = run.data.time.values
+        np.testing.assert_array_equal(in_flight(run), (time >= 100) & (time <= 300))
+        assert not in_flight(MotorRun("", run.data.isel(time=slice(0, 50)))).any()
+
+
+def test_what_friction_takes_decides_whether_a_velocity_is_critical(runs):
+    def verdicts(runs):
+        return [claim.verdict for claim in claims_of_the_injection(runs)[1:3]]
+
+    def taking(*shares):
+        return [
+            MotorRun(run.name, run.data.assign(heat=run.balance.injected * share))
+            for run, share in zip(runs, shares, strict=True)
+        ]
+
+    assert verdicts(taking(0.3, 1.0)) == ["wrong", "in part"]
+    assert verdicts(taking(1.0, 0.5)) == ["right", "wrong"]
+    run = runs[1]
+    injected = run.balance.injected
+    only_flying = run.data.assign(heat=injected.clip(*injected.values[[100, 300]]))
+    assert verdicts([runs[0], MotorRun(run.name, only_flying)])[1] == "right"

@@ -1,0 +1,32 @@
+"""What is no model, no dataset at all is refused in one line, as `simulate` refuses no scene."""
+
+import mujoco
+import pytest
+
+import magmotor as mm
+
+
+@pytest.mark.parametrize("wrong", [None, "model.xml", 3])
+@pytest.mark.parametrize(
+    ("call", "told"),
+    [
+        (mm.Baoab, "model = .*: must be an object of mujoco.MjModel"),
+        (mm.Baoab(mm.build(mm.Disk())).step, "data = .*: must be an object of mujoco.MjData"),
+        (mm.scene_of, "run = .*: must be an object of xarray.Dataset"),
+        (mm.rerun, "run = .*: must be an object of xarray.Dataset"),
+        (mm.methods, "scene = .*: must be a scene, such as"),
+    ],
+)
+def test_another_kind_is_refused(call, told, wrong):
+    with pytest.raises(ValueError, match=f"^{told}"):
+        call(wrong)
+
+
+def test_what_a_refused_model_has_is_a_plain_number():
+    model = mujoco.MjModel.from_xml_string(
+        "<mujoco><worldbody><body><joint name='x' type='slide' axis='1 0 0'/>"
+        "<joint name='skew' type='slide' axis='1 1 0'/><geom size='1' mass='2'/></body></worldbody>"
+        "</mujoco>"
+    )
+    with pytest.raises(ValueError, match=r"inertia between .* = 1\.41\d*: must be zero"):
+        mm.Baoab(model)
