@@ -28,12 +28,13 @@ def by(number):
 """
 
 SAVE = """
-import sys, time
+import itertools, sys, time
 from pathlib import Path
 from numba.core.caching import IndexDataCacheFile as File
 import factory
 
 number, other = int(sys.argv[1]), 3 - int(sys.argv[1])
+reads = itertools.count()
 load, save_index, save_data = File._load_index, File._save_index, File._save_data
 
 def reached(what):
@@ -46,9 +47,9 @@ def wait(what):
         time.sleep(0.01)
 
 def both_have_read(self):
-    index = load(self)
-    reached("read")
-    wait("read")
+    index, what = load(self), f"read_{next(reads)}"
+    reached(what)
+    wait(what)
     return index
 
 def one_after_two(self, index):
