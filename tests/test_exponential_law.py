@@ -44,6 +44,13 @@ def test_level_and_power():
         assert np.mean(rejected) == pytest.approx(power[name], abs=0.12)  # 0.08
 
 
+def test_few_durations_of_which_a_draw_may_complete_none():
+    found = exponential_test([1.0, 2.0], [False, False], [2.5, 2.5], {"gamma": OTHERS["gamma"]})
+    assert 0.1 < found.p_value < 1  # 0.53
+    assert 0 <= found.power["gamma"] < 0.05  # 0.006
+    assert np.isnan(squared_variation([1.0, 2.0], [True, True]))
+
+
 def test_bad_durations_are_refused():
     with pytest.raises(ValueError, match="number of durations completed = 1: must be at least"):
         exponential_test([1.0, 2.0], [False, True], [3.0, 3.0], {})

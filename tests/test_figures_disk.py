@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from magmotor.figures.disk.flights import claim_of_the_tail
+import magmotor as mm
+from magmotor.figures.disk.flights import claim_of_the_tail, claim_of_the_theorem, slopes
 
 FLIGHTS = 100_000
 LAWS = {
@@ -23,3 +24,28 @@ def test_a_tail_is_heavy_only_if_it_is(law):
     counts = {"flights": ended, "unfinished_flights": np.zeros_like(ended)}
     run = xr.Dataset({name: ("flight_duration", values) for name, values in counts.items()})
     assert claim_of_the_tail(run.assign_coords(flight_duration=begins)).verdict == verdict
+
+
+@pytest.fixture(scope="module")
+def warm():
+    """An ensemble that begins in the invariant law, and so is stationary."""
+    scene = mm.Disk()
+    return mm.ensemble(
+        scene, method="variational/baoab", timestep=0.05, duration=500, replicas=1000, seed=2,
+        initial=mm.gibbs(scene, 1000, seed=1),
+    )  # fmt: skip
+
+
+def test_slopes_by_the_correlation_are_those_of_the_mean_squares(warm):
+    slope, error = slopes(warm)
+    by_squares = np.diff(np.log2(warm.mean_square_increment.values))
+    np.testing.assert_allclose(slope[:-1], by_squares, atol=0.02)  # 0.003
+    np.testing.assert_array_less(error, 0.03)  # 0.01
+
+
+@pytest.mark.parametrize(("rho", "verdict"), [(0.999, "right"), (0.96, "right"), (0.9, "wrong")])
+def test_the_theorem_holds_where_the_slope_may_be_two(warm, rho, verdict):
+    run = warm.copy(deep=True)
+    run["increment_correlation"] = xr.full_like(run.increment_correlation, rho)
+    run["increment_correlation_error"] = xr.full_like(run.increment_correlation, 0.015)
+    assert claim_of_the_theorem(run).verdict == verdict

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal
 
-Verdict = Literal["right", "in part", "wrong"]
+Verdict = Literal["right", "in part", "wrong", "not decided"]
 
 
 @dataclass(frozen=True)
@@ -16,7 +16,8 @@ class Claim:
         The claim, in the paper's words as far as possible.
     measured : str
         The number that decides, with unit, error and bound.
-    verdict : {"right", "in part", "wrong"}
+    verdict : {"right", "in part", "wrong", "not decided"}
+        The last where the sample is too small, as of some claims at reduced size.
     figures : tuple of int
         The paper's figures of which it is said, where the picture has others, too.
     """

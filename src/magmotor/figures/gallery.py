@@ -8,9 +8,10 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict
 from pathlib import Path
+from typing import get_args
 
 from magmotor.figures.catalogue import FIGURES, SECTIONS
-from magmotor.figures.claim import Claim
+from magmotor.figures.claim import Claim, Verdict
 from magmotor.figures.figure import Figure
 from magmotor.figures.paper_figures import PAPER_FIGURES
 
@@ -44,9 +45,9 @@ def load_claims(path: Path) -> list[Claim]:
 
 
 def tally(claims: Iterable[Claim]) -> str:
-    """How many claims are right, in part, wrong."""
+    """How many claims are right, in part, wrong, not decided."""
     counts = Counter(claim.verdict for claim in claims)
-    return ", ".join(f"{counts[v]} {v}" for v in ("right", "in part", "wrong") if counts[v])
+    return ", ".join(f"{counts[v]} {v}" for v in get_args(Verdict) if counts[v])
 
 
 def gallery_page(folder: Path) -> str:

@@ -46,9 +46,11 @@ def squared_variation(values: ArrayLike, censored: ArrayLike) -> NDArray[np.floa
     Returns
     -------
     ndarray, shape (...)
+        NaN where none was completed.
     """
     values, completed = np.asarray(values, dtype=float), ~np.asarray(censored, dtype=bool)
-    count = completed.sum(axis=-1)
+    number = completed.sum(axis=-1)
+    count = np.where(number, number, np.nan)
     y = values * (count / values.sum(axis=-1))[..., np.newaxis]
     return 1 + np.sum(y**2 - 2 * y * completed, axis=-1) / count
 
@@ -99,8 +101,9 @@ def exponential_test(
     shape = draws, len(values)
     found = float(squared_variation(values, censored))
     null = drawn(generator.exponential(mean, shape))
+    null = null[np.isfinite(null)]
     tail = min(np.sum(null <= found), np.sum(null >= found))
-    p_value = min(1.0, 2 * (tail + 1) / (draws + 1))
+    p_value = min(1.0, float(2 * (tail + 1) / (len(null) + 1)))
     low, high = np.quantile(null, [LEVEL / 2, 1 - LEVEL / 2])
     power = {}
     for name, law in alternatives.items():

@@ -80,7 +80,7 @@ def claims(paths: Paths) -> list[Claim]:
     """Of (fig:ballisticvsnormal) and the introduction."""
     reach = [float(np.abs(run.x).max()) for run in (paths.symmetric, paths.flat)]
     return [
-        _ballistic_under_mu(paths.flying),
+        claim_of_the_theorem(paths.flying),
         judged(
             "Numerically, flights are observed in the x-displacement",
             f"{PATHS} paths reach |x| = {reach[0]:.3g}, on flat U {reach[1]:.3g}",
@@ -91,11 +91,12 @@ def claims(paths: Paths) -> list[Claim]:
     ]
 
 
-def _ballistic_under_mu(run: xr.Dataset) -> Claim:
+def claim_of_the_theorem(run: xr.Dataset) -> Claim:
+    """Of a mean square displacement that is ballistic the slope tends to 2."""
     scene = scene_of(run)
     assert isinstance(scene, Disk)
-    slope, error = _slopes(run)
-    steepest = int(slope.argmax())
+    slope, error = slopes(run)
+    steepest, last = int(slope.argmax()), float(run.lag[-1])
     bound, square = theory.paper_lower_ballistic_bound(scene), ReducedDisk(scene).msd_from_gibbs
     crossing = root_scalar(
         lambda log: float(square(np.exp(log)) / np.exp(2 * log)) - bound, bracket=(7.0, 16.0)
@@ -105,7 +106,7 @@ def _ballistic_under_mu(run: xr.Dataset) -> Claim:
         "Theorem: if U is non-constant the mean squared displacement with respect to the invariant"
         " law is ballistic",
         f"its slope falls from {slope[steepest]:.2f} to {slope[-1]:.2f} ± {error[-1]:.2f} between"
-        f" lags of {run.lag.values[-2]:.0f} and {run.lag.values[-1]:.0f}; by theory the mean square"
+        f" lags of {last:.0f} and {2 * last:.0f}; by theory the mean square"
         f" is below the paper's bound from t = {below:.3g} on, and its slope tends to 1",
         slope[-1] + 4 * error[-1] > 2,
     )
@@ -141,7 +142,7 @@ def _normal_on_flat(paths: Paths) -> Claim:
     kurtosis = float(np.mean(x**4) / np.mean(x**2) ** 2)
     fluctuation = float(np.sqrt(24 / len(x)))
     last = paths.systems["flat"].last_slope
-    slope, error = _slopes(paths.frozen)
+    slope, error = slopes(paths.frozen)
     normal = abs(last.slope - 1) < 4 * last.error and abs(kurtosis - 3) < 4 * fluctuation
     return judged(
         "However, if U is constant this diffusion is normal, i.e., x behaves like Brownian motion",
@@ -154,15 +155,14 @@ def _normal_on_flat(paths: Paths) -> Claim:
     )
 
 
-def _slopes(run: xr.Dataset) -> tuple[Array, Array]:
-    """Slopes of the logarithmic mean square of increments from each lag to the next, and errors.
+def slopes(run: xr.Dataset) -> tuple[Array, Array]:
+    """Slopes of the logarithmic mean square of increments from each lag to twice it, and errors.
 
-    The errors are those of one of the two lags: their mean squares fluctuate together.
+    Of a stationary process the mean square at twice a lag is 2 (1 + rho) times that at the lag, rho
+    being the correlation of successive increments.
     """
-    square = run.mean_square_increment.values
-    width = np.diff(np.log(run.lag.values))
-    relative = run.mean_square_increment_error.values / square
-    return np.diff(np.log(square)) / width, np.maximum(relative[1:], relative[:-1]) / width
+    rho = run.increment_correlation.values
+    return 1 + np.log2(1 + rho), run.increment_correlation_error.values / ((1 + rho) * np.log(2))
 
 
 def draw(paths: Paths, path: Path) -> None:

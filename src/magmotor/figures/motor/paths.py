@@ -3,9 +3,11 @@
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from magmotor import observables
 from magmotor.figures.claim import Claim, judged
+from magmotor.figures.motor.many_runs import Motors
 from magmotor.figures.motor.runs import in_flight, of_temperature
 from magmotor.plots.motor_panels import MotorRun
 
@@ -13,18 +15,18 @@ WINDOW = 100
 """In s, over which the drift of the ball round the centre is taken."""
 
 
-def claims_of_the_path(runs: list[MotorRun]) -> list[Claim]:
+def claims_of_the_path(motors: Motors) -> list[Claim]:
     """Of (fig:nctmagmotorxyplot) and (fig:ctmagmotorxyplot), and of the text on the circle."""
     return [
-        _circle(of_temperature(runs, kind), figure)
+        _circle(of_temperature(motors.runs, kind), figure)
         for kind, figure in (("nonuniform", 26), ("uniform", 30))
     ]
 
 
-def claims_of_the_position(runs: list[MotorRun]) -> list[Claim]:
+def claims_of_the_position(motors: Motors) -> list[Claim]:
     """Of the two planar views."""
     return [
-        _transition(of_temperature(runs, kind), figure)
+        _transition(of_temperature(motors.runs, kind), figure)
         for kind, figure in (("nonuniform", 27), ("uniform", 31))
     ]
 
@@ -45,17 +47,21 @@ def _circle(runs: Sequence[MotorRun], figure: int) -> Claim:
 
 
 def _transition(runs: Sequence[MotorRun], figure: int) -> Claim:
-    ratios = []
-    for run in (run for run in runs if run.flights.sizes["flight"]):
-        stride = round(WINDOW / float(run.data.time[1] - run.data.time[0]))
-        drift = np.abs(np.diff(run.revolutions[::stride]))
-        flying = in_flight(run)[::stride][: len(drift)]
-        ratios.append(float(drift[flying].mean() / drift[~flying].mean()))
+    drifts, flying = (np.concatenate(several) for several in zip(*map(_drift, runs), strict=True))
+    ratio = float(drifts[flying].mean() / drifts[~flying].mean())
+    flown = sum(run.flights.sizes["flight"] > 0 for run in runs)
     return judged(
         "It is very clear from this plot that the motion transitions from noise driven to being"
         " inertia driven",
-        f"over {WINDOW} s the ball goes {min(ratios):.1f} to {max(ratios):.1f} times as far"
-        f" round in flights as in between ({len(ratios)} of {len(runs)} runs have flights)",
-        min(ratios) > 1.5,
+        f"over {WINDOW} s the ball goes {ratio:.1f} times as far round in flights as in between"
+        f" ({flown} of {len(runs)} runs have flights)",
+        ratio > 1.5,
         figures=(figure,),
     )
+
+
+def _drift(run: MotorRun) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Revolutions of the ball in each window, and whether that begins in flight."""
+    stride = round(WINDOW / float(run.data.time[1] - run.data.time[0]))
+    drift = np.abs(np.diff(run.revolutions[::stride]))
+    return drift, in_flight(run)[::stride][: len(drift)]

@@ -3,17 +3,16 @@
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from magmotor.figures.claim import Claim
 from magmotor.figures.figure import Figure
 from magmotor.figures.motor.energies import claims_of_the_energy, claims_of_the_injection
-from magmotor.figures.motor.flight_law import SETS
+from magmotor.figures.motor.many_runs import SETS, Motors, many_runs
 from magmotor.figures.motor.paths import claims_of_the_path, claims_of_the_position
 from magmotor.figures.motor.runs import DURATION, NUMERICS, paper_runs
-from magmotor.figures.motor.theta import Theta, claims_of_theta, compute_theta
+from magmotor.figures.motor.theta import claims_of_theta
 from magmotor.plots.motor import motor_figure
-from magmotor.plots.motor_panels import MotorRun
 from magmotor.scenes.motor import PAPER
 
 
@@ -21,9 +20,11 @@ class Series(NamedTuple):
     """What a figure of the paper's seven runs shows, and what it decides."""
 
     title: str
-    claims: Callable[[Any], list[Claim]]
+    claims: Callable[[Motors], list[Claim]]
     numbers: tuple[int, ...]
-    caption: str
+    caption: str = ""
+    sets: tuple[str, ...] = ()
+    """Names in `SETS` of further runs that the claims need."""
 
 
 def _strengths(kind: str) -> str:
@@ -41,13 +42,10 @@ RUNS = (
     " begins and ends where the ball turns."
 )
 
-STEPS, FULL, _ = zip(*SETS.values(), strict=True)
-
 SERIES = {
     "theta": Series(
         "angular position of the ball", claims_of_theta, (3, 4),
-        f"Of {FULL[0]} and {FULL[1]} more runs as {' and '.join(SETS)}, at h = {STEPS[0]:g} and"
-        f" {STEPS[1]:g} s, the flights are timed, from when they have gone once round.",
+        "Flights are timed from when they have gone once round.", tuple(SETS),
     ),
     "energy": Series(
         "total and inner ring energy", claims_of_the_energy, (24, 28),
@@ -59,27 +57,33 @@ SERIES = {
     "injected": Series(
         "energy injected and dissipated", claims_of_the_injection, (25, 29),
         "Friction acts on the ball's slip, the velocity of its contact point over the floor, and at"
-        " uniform temperature on the turning ring.",
+        " uniform temperature on the turning ring.", ("nonuniform-a",),
     ),
-    "path": Series("path of the ball from above", claims_of_the_path, (26, 30), ""),
-    "xy": Series("x and y of the ball", claims_of_the_position, (27, 31), ""),
+    "path": Series("path of the ball from above", claims_of_the_path, (26, 30)),
+    "xy": Series("x and y of the ball", claims_of_the_position, (27, 31)),
 }  # fmt: skip
 
 
-def _compute(_quick: bool) -> list[MotorRun]:
-    return paper_runs()
+def _compute(series: Series, quick: bool) -> Motors:
+    return Motors(paper_runs(), {name: many_runs(name, quick) for name in series.sets})
 
 
-def _draw(name: str, data: list[MotorRun] | Theta, path: Path) -> None:
-    motor_figure(data.runs if isinstance(data, Theta) else data, name, path)
+def _draw(name: str, motors: Motors, path: Path) -> None:
+    motor_figure(motors.runs, name, path)
+
+
+def _caption(series: Series) -> str:
+    sizes = [f"{SETS[name].full} as {name} (h = {SETS[name].timestep} s)" for name in series.sets]
+    further = f"Claims are judged by further runs, not shown: {', '.join(sizes)}." if sizes else ""
+    return " ".join(filter(None, (RUNS, series.caption, further)))
 
 
 FIGURES = [
     Figure(
         f"motor_{name}",
         f"Motor: {series.title}",
-        f"{RUNS} {series.caption}".rstrip(),
-        compute_theta if name == "theta" else _compute,
+        _caption(series),
+        partial(_compute, series),
         series.claims,
         partial(_draw, name),
         series.numbers,
