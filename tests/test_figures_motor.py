@@ -155,7 +155,8 @@ def test_a_run_without_a_flight_is_no_verdict(runs):
     still = MotorRun(hot.name, hot.data.copy(deep=True))
     still.data["position"][:, :2] = [0.59, 0.0]
     gained = hot.balance.gain[-1] / hot.balance.injected[-1]
-    claim = claims_of_the_energy(Motors([hot, still, warm], {}))[0]
+    many = {"nonuniform-a": collected("nonuniform-a", [hot])}
+    claim = claims_of_the_energy(Motors([hot, still, warm], many))[0]
     assert claim.measured.startswith(f"all runs have gained {gained:.2f} of what")
 
 

@@ -21,7 +21,8 @@ def claims_of_the_energy(motors: Motors) -> list[Claim]:
     )
     stays = max(float(np.abs(run.balance.gain).max() / run.balance.injected[-1]) for run in even)
     ratios = [float(run.balance.gain[-1] / run.balance.work[-1]) for run in hot]
-    books = added(map(books_of_flights, hot))
+    many = motors.many["nonuniform-a"]
+    books = added(many.books)
     share = books.fastest / books.work
     return [
         judged(
@@ -41,10 +42,10 @@ def claims_of_the_energy(motors: Motors) -> list[Claim]:
         judged(
             "The energy injected into the system by the white noise mainly adds to the speed of the"
             " top (in inertia-driven motion)",
-            f"in {books.spans} flights the noise does {1e3 * books.work:.2f} mJ of work; the"
-            f" ball's kinetic energy, where it is greatest in each flight, sums up to {share:.2f}"
-            f" of that; friction dissipates {books.heat / books.work:.2f}, the inner ring gains"
-            f" {books.ring / books.work:.2f}",
+            f"in {books.spans} flights of {many.runs} runs as {many.name} the noise does"
+            f" {1e3 * books.work:.2f} mJ of work; the ball's kinetic energy, where it is greatest"
+            f" in each flight, sums up to {share:.2f} of that; friction dissipates"
+            f" {books.heat / books.work:.2f}, the inner ring gains {books.ring / books.work:.2f}",
             share > 0.5,
             figures=(24,),
         ),

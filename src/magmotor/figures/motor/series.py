@@ -52,7 +52,7 @@ SERIES = {
         "Means over 1/150 of the time, and from the least to the largest value; below each, the"
         " difference of the two, which is what is the ball's: its kinetic energy and its energy in"
         " the field of both rings. It is near or below zero where the ring holds all that is"
-        " gained.",
+        " gained.", ("nonuniform-a",),
     ),
     "injected": Series(
         "energy injected and dissipated", claims_of_the_injection, (25, 29),

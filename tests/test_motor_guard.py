@@ -1,0 +1,37 @@
+"""Which recorded states of the motor end a run, and what is said of them."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import magmotor as mm
+from magmotor.devices.first_failure import ENERGY_GREW
+from magmotor.devices.motor_guard import RING_LOST, Guard
+from magmotor.states.motor import start_motor
+
+SCENE = mm.Motor.paper("nonuniform-a")
+
+
+def wrong(tilt, work):
+    """What is wrong with a state whose ring leans by so many degrees after work in J by noise."""
+    first = start_motor(SCENE)
+    ring = Rotation.from_euler("x", tilt, degrees=True).as_quat(scalar_first=True)
+    state = first._replace(
+        ring_orientation=np.broadcast_to(ring, first.ring_orientation.shape),
+        ring_work=np.full_like(first.ring_work, work),
+    )
+    return Guard(SCENE, first).first_wrong(state)
+
+
+@pytest.mark.parametrize(
+    ("tilt", "work", "rows", "reason"),
+    [
+        (10, 1, 1, ""),
+        (10, 0, 0, ENERGY_GREW),
+        (25, 1, 0, f"{RING_LOST}: it is tilted by 25.0 degrees, beyond 20"),
+        (25, 0, 0, f"{RING_LOST}: it is tilted by 25.0 degrees, beyond 20; {ENERGY_GREW}"),
+    ],
+)
+def test_a_ring_that_has_tipped_is_what_is_told_first(tilt, work, rows, reason):
+    """Between two records it may tip and, whirling, get more energy than a step can follow."""
+    assert wrong(tilt, work) == (rows, reason)
