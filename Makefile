@@ -66,7 +66,7 @@ studies: $(READY)  ## where the top spins, how often the motor flies: out/study_
 	@$(PYTHON) scripts/study.py flights $(ARGS)
 
 figures: $(READY)  ## the paper's figures with their claims checked: out/figures/, docs/gallery.md
-	@echo "== figures: simulating, checking and drawing; eight minutes, ARGS=--quick: one or two"
+	@echo "== figures: simulating, checking and drawing; ten minutes, ARGS=--quick: one or two"
 	@$(PYTHON) scripts/figures.py $(ARGS)
 
 examples: $(READY)  ## models of other kinds, magnetised: out/{compass_needles,magnetic_pendulum,...}.png

@@ -33,7 +33,10 @@ DIMENSIONS = {
 
 
 def rerun(run: xr.Dataset) -> xr.Dataset:
-    """Run a dataset again; on the same versions it is the same to the bit.
+    """Run a dataset again; on the same versions and kind of processor it is the same to the bit.
+
+    On a processor with wider vectors sums over dipoles are added in another order: what is chaotic
+    is then another realization of the same law.
 
     Parameters
     ----------
