@@ -102,10 +102,19 @@ def test_transitions_have_hysteresis():
 
 def test_turning_points_heed_only_what_is_far_enough():
     theta = np.array([0, 0.1, -0.1, 1, 0.8, 3, 2.6, 2.7, -1, -0.9, 5.0])
-    assert turning_points(theta, 0.3) == [0, 5, 8, 10]
-    assert turning_points(theta, 0.1999999) == [0, 3, 4, 5, 8, 10]
-    assert turning_points(-theta, 0.3) == [0, 5, 8, 10]
+    assert turning_points(theta, 0.3) == [0, 2, 5, 8, 10]
+    assert turning_points(theta, 0.1999999) == [0, 1, 2, 3, 4, 5, 8, 10]
+    assert turning_points(-theta, 0.3) == [0, 2, 5, 8, 10]
+    assert turning_points(theta[2:], 0.3) == [0, 3, 6, 8]
     assert turning_points(theta, 10.0) == [0, 10]
+
+
+def test_a_rest_that_a_run_begins_with_is_no_part_of_its_flight():
+    """However little the ball swings to and fro meanwhile."""
+    run = rolled(0, *[-0.05, 0.05] * 20, -0.1, 7)
+    found = flights(run, SCENE)
+    np.testing.assert_allclose(found.begin, [4.1], atol=1e-9)
+    np.testing.assert_allclose(stays(run, SCENE).end, [4.1], atol=1e-9)
 
 
 def test_flights_and_stays_of_a_prescribed_path():

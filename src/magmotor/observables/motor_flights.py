@@ -179,17 +179,19 @@ def censored_mean(values: ArrayLike, censored: ArrayLike) -> CensoredMean:
 
 
 def turning_points(theta: Array, back: float) -> list[int]:
-    """First and last index, and those between at which theta turns back by more than `back`."""
-    points, extreme, direction = [0], 0, 0
+    """First and last index, and those between where theta turns to go further than `back`."""
     angles = theta.tolist()
+    points, lowest, highest, extreme, direction = [0], 0, 0, 0, 0
     for i, angle in enumerate(angles):
-        ahead = angle - angles[extreme]
         if direction == 0:
-            if abs(ahead) > back:
-                extreme, direction = i, 1 if ahead > 0 else -1
-        elif ahead * direction > 0:
+            lowest = i if angle < angles[lowest] else lowest
+            highest = i if angle > angles[highest] else highest
+            if angles[highest] - angles[lowest] > back:
+                points += [min(lowest, highest)] if min(lowest, highest) else []
+                extreme, direction = i, 1 if i == highest else -1
+        elif (angle - angles[extreme]) * direction > 0:
             extreme = i
-        elif ahead * direction < -back:
+        elif (angle - angles[extreme]) * direction < -back:
             points.append(extreme)
             extreme, direction = i, -direction
     return [*points, len(angles) - 1]
