@@ -74,8 +74,8 @@ def _draw(name: str, motors: Motors, path: Path) -> None:
 
 def _caption(series: Series) -> str:
     sizes = [f"{SETS[name].full} as {name} (h = {SETS[name].timestep} s)" for name in series.sets]
-    further = f"Claims are judged by further runs, not shown: {', '.join(sizes)}." if sizes else ""
-    return " ".join(filter(None, (RUNS, series.caption, further)))
+    further = f"Some claims are judged by further runs, not shown: {', '.join(sizes)}."
+    return " ".join(filter(None, (RUNS, series.caption, further if sizes else "")))
 
 
 FIGURES = [
