@@ -15,10 +15,8 @@ from magmotor.scenes import Motor
 def claims_of_the_energy(motors: Motors) -> list[Claim]:
     """Of (fig:nctmagmotorenergy) and (fig:ctmagmotorenergy), and of the text on work."""
     hot, even = (of_temperature(motors.runs, kind) for kind in ("nonuniform", "uniform"))
-    gains, given = (
-        np.array([float(series[-1]) for series in several])
-        for several in zip(*((r.balance.gain, r.balance.injected) for r in hot), strict=True)
-    )
+    gains = np.array([float(run.balance.gain[-1]) for run in hot])
+    given = np.array([float(run.balance.injected[-1]) for run in hot])
     stays = max(float(np.abs(run.balance.gain).max() / run.balance.injected[-1]) for run in even)
     ratios = [float(run.balance.gain[-1] / run.balance.work[-1]) for run in hot]
     many = motors.many["nonuniform-a"]
