@@ -9,27 +9,41 @@ import operator
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
+
+SMALLEST, LARGEST = 1e-30, 1e30
+"""A number is zero or has a magnitude in this range, so that no formula overflows."""
+
+SHOWN = 200
+"""Letters of a value that a message shows."""
 
 
 def reject(name: str, value: Any, bound: str) -> ValueError:
     """The one form of the message for bad input."""
-    told = value.item() if isinstance(value, np.generic) else value
-    return ValueError(f"{name} = {told!r}: must be {bound}")
+    shown = " ".join(repr(value.item() if isinstance(value, np.generic) else value).split())
+    if len(shown) > SHOWN:
+        shown = f"{shown[: SHOWN - 3]}..."
+    return ValueError(f"{name} = {shown}: must be {bound}")
 
 
 def check_choice(name: str, value: Any, choices: tuple[str, ...]) -> None:
     """Check that a name is one of those known, and say which is nearest when it is not."""
-    if value not in choices:
+    if not isinstance(value, str) or value not in choices:
         near = difflib.get_close_matches(str(value), choices, n=1)
         hint = f" (did you mean {near[0]!r}?)" if near else ""
         raise reject(name, value, "one of " + ", ".join(choices) + hint)
 
 
-def check_kind(name: str, value: Any, kind: type) -> None:
-    """Check that a value is an object of a class, which is told with its package."""
-    if not isinstance(value, kind):
-        package = kind.__module__.split(".")[0]
-        raise reject(name, value, f"an object of {package}.{kind.__name__}")
+def check_kind(name: str, value: Any, *kinds: type) -> None:
+    """Check that a value is an object of one of these classes, which the message names."""
+    if not isinstance(value, kinds):
+        told = [kind.__qualname__ for kind in kinds]
+        packages = [kind.__module__.split(".")[0] for kind in kinds]
+        full = [
+            kind if package == "builtins" else f"{package}.{kind}"
+            for package, kind in zip(packages, told, strict=True)
+        ]
+        raise reject(name, value, f"an object of {' or '.join(full)}")
 
 
 def check_number(
@@ -41,14 +55,17 @@ def check_number(
     below: float = math.inf,
     unit: str = "",
 ) -> float:
-    """Return a value as a float if it is a finite number inside its bounds."""
+    """Return a value as a float if it is a finite number inside its bounds, neither tiny nor huge.
+
+    A number that is not zero has a magnitude from 1e-30 to 1e30.
+    """
     try:
         number = float(value)
     except OverflowError:
         number = math.inf
     except (TypeError, ValueError):
         number = None
-    if number is None or isinstance(value, str):
+    if number is None or isinstance(value, str | bytes | bytearray):
         raise reject(name, value, "a number")
     if isinstance(value, bool | np.bool_) or not math.isfinite(number):
         raise reject(name, value, "a finite number")
@@ -59,10 +76,13 @@ def check_number(
         raise reject(name, value, f"at least {at_least:g}{unit}")
     if number >= below:
         raise reject(name, value, f"less than {below:g}{unit}")
+    if number and not SMALLEST <= abs(number) <= LARGEST:
+        zero = "" if above >= 0 else "zero, or "
+        raise reject(name, value, f"{zero}from {SMALLEST:g} to {LARGEST:g} in magnitude")
     return number
 
 
-def check_integer(name: str, value: Any, *, at_least: int) -> int:
+def check_integer(name: str, value: Any, *, at_least: int = -(2**53), at_most: int = 2**53) -> int:
     """Return a value as an int if it is an integer, not a float that looks like one, in bounds."""
     try:
         number = operator.index(value)
@@ -72,4 +92,62 @@ def check_integer(name: str, value: Any, *, at_least: int) -> int:
         raise reject(name, value, "an integer")
     if number < at_least:
         raise reject(name, value, f"at least {at_least}")
+    if number > at_most:
+        raise reject(name, value, f"at most {at_most}")
     return number
+
+
+def check_array(name: str, value: Any, *shape: Any) -> NDArray[np.float64]:
+    """Return a value as an array of floats if it holds numbers of a magnitude up to 1e30 only.
+
+    Parameters
+    ----------
+    name : str
+    value : array_like
+    *shape : int, str or ...
+        Lengths of the axes; a name stands for any length from one on, `...` at the beginning for
+        any axes, also none. Without lengths, any shape, also an empty one.
+    """
+    array = _plain(name, value)
+    if array.dtype.kind not in "iuf" and array.size:
+        raise reject(name, value, "an array of numbers")
+    array = array.astype(float, copy=False)
+    _check_shape(name, array, shape)
+    if not (np.abs(array) <= LARGEST).all():
+        bad = array[~(np.abs(array) <= LARGEST)].flat[0]
+        raise ValueError(
+            f"{name} holds {bad}: every value must be finite, and at most {LARGEST:g} in magnitude"
+        )
+    return array
+
+
+def check_flags(name: str, value: Any, *shape: Any) -> NDArray[np.bool_]:
+    """Return a value as an array of booleans if it holds nothing else; see `check_array`."""
+    array = _plain(name, value)
+    if array.dtype.kind != "b" and array.size:
+        raise reject(name, value, "an array of booleans")
+    _check_shape(name, array, shape)
+    return array.astype(bool, copy=False)
+
+
+def _plain(name: str, value: Any) -> NDArray[Any]:
+    try:
+        return np.asarray(value)
+    except (TypeError, ValueError):  # ragged, or an object that refuses
+        raise reject(name, value, "an array of numbers") from None
+
+
+def _check_shape(name: str, array: NDArray[Any], shape: tuple[Any, ...]) -> None:
+    if not shape:
+        return
+    free = shape[0] is ...
+    wanted = shape[1:] if free else shape
+    found = array.shape[len(array.shape) - len(wanted) :] if free else array.shape
+    fits = len(found) == len(wanted) and all(
+        length > 0 if isinstance(size, str) else length == size
+        for length, size in zip(found, wanted, strict=True)
+    )
+    if not fits:
+        told = ", ".join("..." if size is ... else str(size) for size in shape)
+        told += "," * (len(shape) == 1)
+        raise ValueError(f"{name} has shape {array.shape}: must have shape ({told})")

@@ -6,6 +6,7 @@ from functools import cache
 from importlib.metadata import version
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
 from magmotor.checks import check_kind
@@ -34,7 +35,9 @@ def assemble(
     Returns
     -------
     xarray.Dataset
-        Dimensions time; replica; space (x, y, z) and component (of quaternions) for vectors.
+        Dimensions time; replica; space (x, y, z) and component (of quaternions) for vectors. The
+        coordinates `replica` and `step` number the replicas and the steps of the Brownian path, so
+        that a part of the dataset still tells which noise it had.
     """
     states = concatenate(chunks)
     columns = DEVICES[type(scene)].columns(scene, states, replicas)
@@ -47,6 +50,13 @@ def assemble(
         },
         coords={"time": time},
     )
+    if "replica" in data.dims:
+        data = data.assign_coords(replica=np.arange(data.sizes["replica"]))
+    if "record_interval" in attributes:
+        steps = attributes["record_interval"] * np.arange(len(states.time))
+        steps += attributes.get("first_step") or 0
+        label = "number of the step on the Brownian path"
+        data = data.assign_coords(step=("time", steps, {"units": "1", "long_name": label}))
     if "space" in data.dims:
         data = data.assign_coords(space=["x", "y", "z"])
     data.attrs = attributes_of(scene, replicas=replicas, **attributes)

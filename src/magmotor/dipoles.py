@@ -8,6 +8,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+from magmotor.checks import check_array
+
 PERMEABILITY_OVER_4PI = 1e-7
 """mu0/(4 pi) in T m/A; its measured value differs by 1.3e-10, less than its own uncertainty."""
 
@@ -105,7 +107,7 @@ def field(points: ArrayLike, positions: ArrayLike, moments: ArrayLike) -> NDArra
     Raises
     ------
     ValueError
-        Wrong shape, a value that is not finite, or a point that coincides with a dipole.
+        Wrong shape, a value that is not finite or exceeds 1e30, or a point that coincides with a dipole.
 
     Examples
     --------
@@ -137,7 +139,7 @@ def wrench(
     Raises
     ------
     ValueError
-        Wrong shape, a value that is not finite, or a dipole that coincides with a source.
+        Wrong shape, a value that is not finite or exceeds 1e30, or a dipole that coincides with a source.
 
     Examples
     --------
@@ -206,10 +208,4 @@ def _evaluate(name, position, moment, positions, moments):
 
 
 def _vectors(name: str, value: ArrayLike) -> NDArray[np.float64]:
-    array = np.asarray(value, dtype=float)
-    if array.ndim == 0 or array.shape[-1] != 3:
-        raise ValueError(f"{name} has shape {array.shape}: the last axis must have length 3")
-    if not np.isfinite(array).all():
-        bad = array[~np.isfinite(array)].flat[0]
-        raise ValueError(f"{name} holds {bad}: every value must be finite")
-    return array
+    return check_array(name, value, ..., 3)

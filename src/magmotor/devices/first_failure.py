@@ -31,7 +31,7 @@ class FirstFailure:
         """Number of rows before the first wrong one (all, if none is) and what is wrong with it."""
         good = finite(states)
         until = len(good) if good.all() else int(good.argmin())
-        failures = [(until, "" if until == len(good) else "a value is not finite")]
+        failures = [(until, "" if until == len(good) else "a value is not finite, or huge")]
         for wrong, reason in self._faults(rows(states, slice(until))):
             if wrong.any():
                 row = int(wrong.argmax())

@@ -4,6 +4,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from magmotor.analysis import analysis
 from magmotor.scenes import Disk, LangevinParticle
 from magmotor.scenes.potential import derivative
 
@@ -18,6 +19,7 @@ def energy(scene: Disk | LangevinParticle, x: Array, v: Array, omega: Array | No
     return kinetic + derivative(scene.coefficients, x)
 
 
+@analysis("flights", "unfinished_flights", of=Disk)
 def flight_survival(run: xr.Dataset) -> xr.Dataset:
     r"""Probability that a flight lasts at least so long, of an ensemble of the disk.
 
@@ -50,6 +52,7 @@ def flight_survival(run: xr.Dataset) -> xr.Dataset:
     )
 
 
+@analysis("path", of=(Disk, LangevinParticle), records=2)
 def local_slope(run: xr.Dataset, factor: float = 2.0) -> xr.Dataset:
     """Local slope d log MSD / d log t of x, between times that are about a factor apart.
 

@@ -1,15 +1,29 @@
 """Whether durations, some of which were cut off by the end of a run, are exponential in law."""
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from magmotor.arguments import Elapsed, Flags, checked, flags, integer, shaped
 from magmotor.checks import reject
 
 LEVEL = 0.01
 """Of significance, two-sided, at which the power is stated."""
+
+
+@runtime_checkable
+class Law(Protocol):
+    """A law of durations, such as those of `scipy.stats`."""
+
+    def rvs(self, size: Any, random_state: Any) -> Any:
+        """Draw durations."""
+        ...
+
+    def mean(self) -> Any:
+        """The mean duration."""
+        ...
 
 
 class ExponentialTest(NamedTuple):
@@ -29,7 +43,8 @@ class ExponentialTest(NamedTuple):
         return self.p_value < LEVEL
 
 
-def squared_variation(values: ArrayLike, censored: ArrayLike) -> NDArray[np.float64]:
+@checked(finite=False)
+def squared_variation(values: Elapsed, censored: Flags) -> NDArray[np.float64]:
     """Squared coefficient of variation of durations, of which some are cut off.
 
     With y = value/mean, the mean that of `censored_mean`, and n durations completed:
@@ -40,7 +55,7 @@ def squared_variation(values: ArrayLike, censored: ArrayLike) -> NDArray[np.floa
     Parameters
     ----------
     values : array_like, shape (..., N)
-        Durations, of those cut off as far as seen.
+        Elapsed, of those cut off as far as seen.
     censored : array_like of bool, shape (..., N)
 
     Returns
@@ -55,14 +70,15 @@ def squared_variation(values: ArrayLike, censored: ArrayLike) -> NDArray[np.floa
     return 1 + np.sum(y**2 - 2 * y * completed, axis=-1) / count
 
 
+@checked
 def exponential_test(
-    values: ArrayLike,
-    censored: ArrayLike,
-    limits: ArrayLike,
-    alternatives: Mapping[str, Any],
+    values: Annotated[ArrayLike, shaped("N")],
+    censored: Annotated[ArrayLike, flags("N")],
+    limits: Annotated[ArrayLike, shaped("N")],
+    alternatives: Mapping[str, Law],
     *,
-    draws: int = 2000,
-    seed: int = 0,
+    draws: Annotated[int, integer(at_least=100, at_most=10**6)] = 2000,
+    seed: Annotated[int, integer(at_least=0)] = 0,
 ) -> ExponentialTest:
     """Test of an exponential law by `squared_variation`, and its power.
 
@@ -87,6 +103,11 @@ def exponential_test(
     """
     values, limits = np.asarray(values, dtype=float), np.asarray(limits, dtype=float)
     censored = np.asarray(censored, dtype=bool)
+    if not len(values) == len(censored) == len(limits):
+        lengths = len(values), len(censored), len(limits)
+        raise reject("lengths of values, censored and limits", lengths, "equal")
+    if not (values >= 0).all() or not values.any():
+        raise reject("smallest duration", float(values.min()), "at least 0, and not all zero")
     completed = int(np.sum(~censored))
     if completed < max(2, len(values) / 2):
         raise reject("number of durations completed", completed, "at least half of all, and 2")

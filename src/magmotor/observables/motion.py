@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 from scipy.spatial.transform import Rotation
 
+from magmotor.analysis import OWN, analysis
+from magmotor.arguments import Vectors, checked
 from magmotor import dipoles
 from magmotor.scenes import Motor, Top
 from magmotor.states.ball import BallStates
@@ -26,7 +28,8 @@ class BallEnergy(NamedTuple):
     """Vertical magnetic force on the ball."""
 
 
-def slip_velocity(scene: Top | Motor, velocity: Array, angular_velocity: Array) -> Array:
+@checked
+def slip_velocity(scene: Top | Motor, velocity: Vectors, angular_velocity: Vectors) -> Array:
     """Slip velocity V_Q = v + omega x q of the contact point, q = -r e_z; equation (slip).
 
     Parameters
@@ -42,12 +45,14 @@ def slip_velocity(scene: Top | Motor, velocity: Array, angular_velocity: Array) 
     return velocity + np.cross(angular_velocity, [0.0, 0.0, -scene.ball_radius])
 
 
-def momentum_map(scene: Top, axis: Array, angular_velocity: Array) -> Array:
+@checked
+def momentum_map(scene: Top, axis: Vectors, angular_velocity: Vectors) -> Array:
     """Momentum map J = pi . xi_3 = I_3 omega . xi_3, in kg m^2/s; shapes (..., 3) -> (...)."""
     return scene.inertia[2] * np.sum(axis * angular_velocity, axis=-1)
 
 
-def friction_torque(scene: Top, axis: Array, slip: Array) -> Array:
+@checked
+def friction_torque(scene: Top, axis: Vectors, slip: Vectors) -> Array:
     """Torque c r xi_3 . (e_z x V_Q) of friction about the axis, in N m; shapes (..., 3) -> (...).
 
     The paper's equation (magtopnc) gives dJ/dt = this, since magnetism has no torque about xi_3.
@@ -56,13 +61,44 @@ def friction_torque(scene: Top, axis: Array, slip: Array) -> Array:
     return scene.friction * scene.ball_radius * turned
 
 
+@checked
 def magnetic_energy(scene: Top, states: BallStates) -> Array:
     """Energy -m . B of the ball in the ring's field, in J, shape (T,)."""
-    return magnetic_energy_and_lift(scene, states)[0]
+    return ball_energy(scene, states).magnetic
 
 
+@checked
 def magnetic_energy_and_lift(scene: Top, states: BallStates) -> tuple[Array, Array]:
     """Energy -m . B of the ball in the ring's field, in J, and vertical force on it, in N."""
+    found = ball_energy(scene, states)
+    return found.magnetic, found.lift
+
+
+@checked
+def kinetic_energy(scene: Top, states: BallStates) -> Array:
+    """Energy of translation and rotation, in J, shape (T,)."""
+    return ball_energy(scene, states).kinetic
+
+
+@checked
+def energy(scene: Top, states: BallStates) -> Array:
+    """Total energy in J, shape (T,); gravity counts from the ball's height on the plane."""
+    return ball_energy(scene, states).total
+
+
+def ball_energy(scene: Top, states: BallStates) -> BallEnergy:
+    """Energies, and the lift, from one evaluation of the field; what a guard asks of any states."""
+    across, _, axial = scene.inertia
+    spin = states.angular_velocity
+    about = np.sum(spin * states.axis, axis=-1)
+    turning = across * np.sum(spin**2, axis=-1) + (axial - across) * about**2
+    kinetic = 0.5 * (scene.ball_mass * np.sum(states.velocity**2, axis=-1) + turning)
+    magnetic, lift = _magnetic(scene, states)
+    raised = scene.ball_mass * scene.gravity * (states.position[:, 2] - scene.ball_radius)
+    return BallEnergy(kinetic + magnetic + raised, kinetic, magnetic, lift)
+
+
+def _magnetic(scene: Top, states: BallStates) -> tuple[Array, Array]:
     position, axis, sources = states.position, states.axis, scene.ring_sources()
     turn = None
     if scene.ring_script:  # in the ring's own frame, its dipoles rest
@@ -76,29 +112,8 @@ def magnetic_energy_and_lift(scene: Top, states: BallStates) -> tuple[Array, Arr
     return -scene.moment * np.sum(axis * field, axis=-1), lift
 
 
-def kinetic_energy(scene: Top, states: BallStates) -> Array:
-    """Energy of translation and rotation, in J, shape (T,)."""
-    across, _, axial = scene.inertia
-    spin = states.angular_velocity
-    about = np.sum(spin * states.axis, axis=-1)
-    turning = across * np.sum(spin**2, axis=-1) + (axial - across) * about**2
-    return 0.5 * (scene.ball_mass * np.sum(states.velocity**2, axis=-1) + turning)
-
-
-def energy(scene: Top, states: BallStates) -> Array:
-    """Total energy in J, shape (T,); gravity counts from the ball's height on the plane."""
-    return ball_energy(scene, states).total
-
-
-def ball_energy(scene: Top, states: BallStates) -> BallEnergy:
-    """Energies, and the lift, from one evaluation of the field."""
-    kinetic = kinetic_energy(scene, states)
-    magnetic, lift = magnetic_energy_and_lift(scene, states)
-    raised = scene.ball_mass * scene.gravity * (states.position[:, 2] - scene.ball_radius)
-    return BallEnergy(kinetic + magnetic + raised, kinetic, magnetic, lift)
-
-
-def momentum_balance(run: xr.Dataset, scene: Top) -> xr.Dataset:
+@analysis("axis", "slip_velocity", "momentum_map", of=Top, records=2, replicas=False)
+def momentum_balance(run: xr.Dataset, scene: Top = OWN) -> xr.Dataset:
     """Theory's account of J: the integral of friction's torque, and what it leaves unexplained.
 
     Friction is the paper's: viscous, and acting all the time, so that what dry friction does, or a
@@ -108,8 +123,8 @@ def momentum_balance(run: xr.Dataset, scene: Top) -> xr.Dataset:
     ----------
     run : xarray.Dataset
         With every step recorded, or steps close enough for quintic splines.
-    scene : Top
-        Its scene.
+    scene : Top, optional
+        Its scene; by default the one that the attributes of the run tell.
 
     Returns
     -------
@@ -123,15 +138,16 @@ def momentum_balance(run: xr.Dataset, scene: Top) -> xr.Dataset:
     return xr.Dataset({k: ("time", v) for k, v in columns.items()}, coords={"time": run.time})
 
 
-def energy_balance(run: xr.Dataset, scene: Top) -> xr.Dataset:
+@analysis("slip_velocity", "energy", of=Top, records=2, replicas=False)
+def energy_balance(run: xr.Dataset, scene: Top = OWN) -> xr.Dataset:
     """Theory's account of the energy with a ring at rest: dE/dt = -c |V_Q|^2.
 
     Parameters
     ----------
     run : xarray.Dataset
         Of a top, with every step recorded, or steps close enough for quintic splines.
-    scene : Top
-        Its scene.
+    scene : Top, optional
+        Its scene; by default the one that the attributes of the run tell.
 
     Returns
     -------

@@ -2,11 +2,13 @@
 
 import xarray as xr
 
+from magmotor.analysis import OWN, analysis
 from magmotor.scenes import Motor
 from magmotor.theory.motor import ball_injection_rate, ring_injection_rate
 
 
-def motor_energy_balance(run: xr.Dataset, scene: Motor) -> xr.Dataset:
+@analysis("energy", "heat", "work", of=Motor)
+def motor_energy_balance(run: xr.Dataset, scene: Motor = OWN) -> xr.Dataset:
     """Energy against heat and the work of the noise.
 
     The paper's remarks: dE = (-c_B |V_Q|^2 - c_R |omega_R|^2) dt + r dt + martingale, with the
@@ -17,30 +19,31 @@ def motor_energy_balance(run: xr.Dataset, scene: Motor) -> xr.Dataset:
     ----------
     run : xarray.Dataset
         From `simulate`, recorded however seldom.
-    scene : Motor
-        Its scene.
+    scene : Motor, optional
+        Its scene; by default the one that the attributes of the run tell.
 
     Returns
     -------
     xarray.Dataset
-        In J, from the start of the run: `gain` = E - E(0), `heat`, `work`, `injected` = r t,
+        In J, from the first record on: `gain` = E - E(0), `heat`, `work`, `injected` = r t,
         `martingale` = work - injected, and `residual` = gain + heat - work.
     """
     elapsed = run.time - run.time[0]
     rate = ball_injection_rate(scene) + ring_injection_rate(scene)
     injected = (rate * elapsed).broadcast_like(run.work).transpose(*run.work.dims)
-    gain = run.energy - run.energy.isel(time=0)
+    gain, heat, work = map(_since_start, (run.energy, run.heat, run.work))
     return _in_joule(
         gain=gain,
-        heat=run.heat,
-        work=run.work,
+        heat=heat,
+        work=work,
         injected=injected,
-        martingale=run.work - injected,
-        residual=gain + run.heat - run.work,
+        martingale=work - injected,
+        residual=gain + heat - work,
     )
 
 
-def efficiency(run: xr.Dataset, scene: Motor) -> xr.Dataset:
+@analysis("energy", "ring_energy", "heat", "ring_heat", "work", "ring_work", of=Motor, finite=False)
+def efficiency(run: xr.Dataset, scene: Motor = OWN) -> xr.Dataset:
     """The paper's efficiency: work transferred to the top over the work of the kicks on the ring.
 
     What the paper leaves open is read so:
@@ -61,24 +64,28 @@ def efficiency(run: xr.Dataset, scene: Motor) -> xr.Dataset:
     ----------
     run : xarray.Dataset
         Of a motor, recorded as often as its efficiency is wanted.
-    scene : Motor
-        Its scene.
+    scene : Motor, optional
+        Its scene; by default the one that the attributes of the run tell.
 
     Returns
     -------
     xarray.Dataset
-        In J, from the start of the run: `kicks`, the work on the ring, `transferred` = (E - E(0)) -
+        In J, from the first record on: `kicks`, the work on the ring, `transferred` = (E - E(0)) -
         (E_ring - E_ring(0)), and `reached` = transferred + the ball's heat - the work of its own
         noise; without unit `efficiency` = transferred/kicks and `share` = reached/kicks.
     """
-    kicks = run.ring_work
-    energy = run.energy - run.ring_energy
-    transferred = energy - energy.isel(time=0)
-    dissipated = (run.heat - run.ring_heat) - (run.work - run.ring_work)
+    kicks = _since_start(run.ring_work)
+    transferred = _since_start(run.energy - run.ring_energy)
+    dissipated = _since_start((run.heat - run.ring_heat) - (run.work - run.ring_work))
     reached = transferred + dissipated
     moved = kicks.where(kicks != 0)
     ratios = {"efficiency": transferred / moved, "share": reached / moved}
     return _in_joule(kicks=kicks, transferred=transferred, reached=reached).assign(ratios)
+
+
+def _since_start(values: xr.DataArray) -> xr.DataArray:
+    """What has been added since the first record."""
+    return values - values.isel(time=0, drop=True)
 
 
 def _in_joule(**values: xr.DataArray) -> xr.Dataset:

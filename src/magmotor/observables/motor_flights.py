@@ -8,12 +8,15 @@ ball turns. A stay is the time between two flights.
 import itertools
 import math
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
+from magmotor.analysis import OWN, analysis
+from magmotor.arguments import checked, flags, shaped
+from magmotor.checks import reject
 from magmotor.observables.motor import azimuth
 from magmotor.scenes import Motor
 
@@ -23,7 +26,8 @@ CORE = 0.25
 """Half-width of a well's core, in sectors; a sector is 2 pi/M wide."""
 
 
-def flights(run: xr.Dataset, scene: Motor) -> xr.Dataset:
+@analysis("position", of=Motor)
+def flights(run: xr.Dataset, scene: Motor = OWN) -> xr.Dataset:
     """The flights of a run, as this module defines them.
 
     Whether the ball turns back matters: a sequence of transitions in one direction may hold long
@@ -33,8 +37,8 @@ def flights(run: xr.Dataset, scene: Motor) -> xr.Dataset:
     ----------
     run : xarray.Dataset
         Of a `Motor`.
-    scene : Motor
-        Its scene.
+    scene : Motor, optional
+        Its scene; by default the one that the attributes of the run tell.
 
     Returns
     -------
@@ -44,7 +48,7 @@ def flights(run: xr.Dataset, scene: Motor) -> xr.Dataset:
     """
     back = CORE * 2 * math.pi / scene.outer_dipoles
     rows = []
-    for replica, theta in enumerate(_rows(run)):
+    for replica, theta in _rows(run):
         points = turning_points(theta, back)
         for begin, end in itertools.pairwise(points):
             turns = (theta[end] - theta[begin]) / (2 * math.pi)
@@ -64,7 +68,8 @@ def flights(run: xr.Dataset, scene: Motor) -> xr.Dataset:
     )
 
 
-def stays(run: xr.Dataset, scene: Motor) -> xr.Dataset:
+@analysis("position", of=Motor)
+def stays(run: xr.Dataset, scene: Motor = OWN) -> xr.Dataset:
     """The times between flights, also those before the first and after the last of a run.
 
     Where one flight turns into another there is none.
@@ -73,8 +78,8 @@ def stays(run: xr.Dataset, scene: Motor) -> xr.Dataset:
     ----------
     run : xarray.Dataset
         Of a motor, with the ball moving by much less than half a turn between records.
-    scene : Motor
-        Its scene.
+    scene : Motor, optional
+        Its scene; by default the one that the attributes of the run tell.
 
     Returns
     -------
@@ -84,7 +89,7 @@ def stays(run: xr.Dataset, scene: Motor) -> xr.Dataset:
     """
     found, rows = flights(run, scene), []
     first, last = run.time.values[[0, -1]]
-    for replica in range(run.sizes.get("replica", 1)):
+    for replica in _replicas(run):
         own = found.isel(flight=found.replica.values == replica)
         begins, ends = [first, *own.end.values], [*own.begin.values, last]
         rows += [
@@ -98,7 +103,8 @@ def stays(run: xr.Dataset, scene: Motor) -> xr.Dataset:
     )
 
 
-def transitions(run: xr.Dataset, scene: Motor) -> xr.Dataset:
+@analysis("position", of=Motor)
+def transitions(run: xr.Dataset, scene: Motor = OWN) -> xr.Dataset:
     """The ball's transitions between wells, with hysteresis.
 
     The ball belongs to the well whose core, the middle half of its sector, it has visited last; a
@@ -108,8 +114,8 @@ def transitions(run: xr.Dataset, scene: Motor) -> xr.Dataset:
     ----------
     run : xarray.Dataset
         Of a motor, with the ball moving by much less than half a turn between records.
-    scene : Motor
-        Its scene.
+    scene : Motor, optional
+        Its scene; by default the one that the attributes of the run tell.
 
     Returns
     -------
@@ -118,7 +124,7 @@ def transitions(run: xr.Dataset, scene: Motor) -> xr.Dataset:
         (at azimuth 2 pi well/M), `step`, +1 or -1 (more if it is recorded too seldom), `replica`.
     """
     rows = []
-    for replica, theta in enumerate(_rows(run)):
+    for replica, theta in _rows(run):
         sectors = theta * scene.outer_dipoles / (2 * math.pi)
         nearest = np.rint(sectors)
         in_core = np.abs(sectors - nearest) <= CORE
@@ -138,7 +144,10 @@ class CensoredMean(NamedTuple):
     completed: int
 
 
-def censored_mean(values: ArrayLike, censored: ArrayLike) -> CensoredMean:
+@checked(finite=False)
+def censored_mean(
+    values: Annotated[ArrayLike, shaped("N")], censored: Annotated[ArrayLike, flags("N")]
+) -> CensoredMean:
     """Mean of durations, some of which were cut off by the end of the observation.
 
     The sum of all over the number of those completed, the most likely mean of an exponential law:
@@ -170,6 +179,8 @@ def censored_mean(values: ArrayLike, censored: ArrayLike) -> CensoredMean:
     """
     values = np.asarray(values, dtype=float)
     completed = ~np.asarray(censored, dtype=bool)
+    if len(values) != len(completed):
+        raise reject("lengths of values and censored", (len(values), len(completed)), "equal")
     count = int(completed.sum())
     if not count:
         return CensoredMean(math.nan, math.nan, 0)
@@ -197,8 +208,15 @@ def turning_points(theta: Array, back: float) -> list[int]:
     return [*points, len(angles) - 1]
 
 
-def _rows(run: xr.Dataset) -> Iterator[Array]:
-    yield from np.atleast_2d(azimuth(run).values)
+def _rows(run: xr.Dataset) -> Iterator[tuple[int, Array]]:
+    yield from zip(_replicas(run), np.atleast_2d(azimuth(run).values), strict=True)
+
+
+def _replicas(run: xr.Dataset) -> list[int]:
+    """Numbers of the replicas in a run: its own, also where some were selected."""
+    if "replica" in run.coords:
+        return np.atleast_1d(run.replica.values).tolist()
+    return [*range(run.sizes.get("replica", 1))]
 
 
 def _columns(rows: list[Any], count: int) -> Array:

@@ -7,10 +7,18 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from magmotor.analysis import OWN, analysis
+from magmotor.arguments import NotNegative
+from magmotor.checks import reject
 from magmotor.scenes import Motor
 from magmotor.theory.motor import slip_mobility
 
 Array = NDArray[np.float64]
+
+NEEDS = (
+    *("position", "velocity", "slip_velocity", "momentum_map"),
+    *("ring_orientation", "ring_angular_velocity"),
+)
 
 BATCHES, MOST = 16, 8
 """Runs are cut into pieces, `BATCHES` in all but at most `MOST` of each, whose means are taken
@@ -22,7 +30,10 @@ to cut the sum then cuts it much too early.
 """
 
 
-def mode_temperatures(run: xr.Dataset, scene: Motor, burn_in: float = 0.0) -> xr.Dataset:
+@analysis(*NEEDS, of=Motor)
+def mode_temperatures(
+    run: xr.Dataset, scene: Motor = OWN, burn_in: NotNegative = 0.0
+) -> xr.Dataset:
     """Temperature of each mode, from its mean square velocity over times and replicas.
 
     At uniform temperature all are kT by Gibbs' law, whatever the potential:
@@ -41,8 +52,8 @@ def mode_temperatures(run: xr.Dataset, scene: Motor, burn_in: float = 0.0) -> xr
     ----------
     run : xarray.Dataset
         From `simulate`.
-    scene : Motor
-        Its scene.
+    scene : Motor, optional
+        Its scene; by default the one that the attributes of the run tell.
     burn_in : float
         Seconds to leave out at the beginning; rolling forgets a start from rest in some 2e4 s.
 
@@ -53,6 +64,9 @@ def mode_temperatures(run: xr.Dataset, scene: Motor, burn_in: float = 0.0) -> xr
         J, where the temperature is uniform.
     """
     late = run.isel(time=run.time >= run.time[0] + burn_in)
+    if late.sizes["time"] < BATCHES:
+        bound = f"such that at least {BATCHES} records are left"
+        raise reject("burn_in", burn_in, bound)
     found = {name: mean_and_error(series) for name, series in _squares(late, scene).items()}
     columns: dict[str, Any] = {
         "temperature": ("mode", [mean for mean, _ in found.values()], {"units": "J"}),
@@ -71,7 +85,7 @@ def mean_and_error(series: Array) -> tuple[float, float]:
     return float(rows.mean()), float(batches.std(ddof=1) / np.sqrt(batches.size))
 
 
-def _squares(run: xr.Dataset, scene: Motor) -> dict[str, Array]:
+def _squares(run: xr.Dataset, scene: Motor = OWN) -> dict[str, Array]:
     """For each mode, what has the mean kT at each record; shape (T,) or (replicas, T)."""
     position, velocity = run.position.values, run.velocity.values
     outward = position[..., :2] / np.linalg.norm(position[..., :2], axis=-1, keepdims=True)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.checks import reject
-from magmotor.scenes.fields import check_fields, check_noise, quantity
+from magmotor.scenes.fields import check_fields, quantity
 from magmotor.scenes.potential import NAMED, Coefficients, check_potential
 
 
@@ -33,7 +33,6 @@ class _Langevin:
     def __post_init__(self) -> None:
         """Check every field, alone and against the others."""
         check_fields(self)
-        check_noise("noise", self.noise)
         object.__setattr__(self, "potential", check_potential(self.potential))
         if self.noise > 0 and self.friction == 0:
             raise reject("friction", self.friction, "positive with noise: there is no temperature")

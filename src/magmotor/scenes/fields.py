@@ -6,6 +6,9 @@ from typing import Any
 
 from magmotor.checks import check_choice, check_integer, check_number, reject
 
+MOST = 10**5
+"""Of dipoles, the only things that are counted."""
+
 
 def quantity(
     default: Any,
@@ -39,18 +42,6 @@ def check_fields(scene: Any) -> None:
         object.__setattr__(scene, field.name, _checked(field, getattr(scene, field.name)))
 
 
-def check_noise(name: str, noise: float) -> None:
-    """Check that a noise has a square, as its temperature has.
-
-    Raises
-    ------
-    ValueError
-        The square overflows, or a noise that is not zero has one that is.
-    """
-    if noise and not 1e-150 <= noise <= 1e150:
-        raise reject(name, noise, "zero, or from 1e-150 to 1e150: the temperature has its square")
-
-
 def check_value(field: dataclasses.Field, value: Any, name: str) -> float:
     """Return a number, a field's own value or a component of it, if it is in the field's bounds.
 
@@ -62,7 +53,7 @@ def check_value(field: dataclasses.Field, value: Any, name: str) -> float:
     names = ("above", "at_least", "below", "unit")
     bounds = {name: field.metadata[name] for name in names}
     if isinstance(field.default, int):
-        return check_integer(name, value, at_least=int(bounds["at_least"]))
+        return check_integer(name, value, at_least=int(bounds["at_least"]), at_most=MOST)
     return check_number(name, value, **bounds)
 
 

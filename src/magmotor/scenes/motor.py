@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from magmotor.checks import check_choice, check_number, reject
 from magmotor.dipoles import PERMEABILITY_OVER_4PI
-from magmotor.scenes.fields import check_fields, check_noise, quantity
+from magmotor.scenes.fields import check_fields, quantity
 from magmotor.scenes.ring import ring_dipoles
 
 LARGEST_TILT = math.radians(20)
@@ -111,8 +111,6 @@ class Motor:
             if getattr(self, name) is None:
                 object.__setattr__(self, name, value)
         check_fields(self)
-        for name in ("alpha_ball", "alpha_ring"):
-            check_noise(name, getattr(self, name))
         if self.axis is not None and not any(self.axis):
             raise reject("axis", self.axis, "a direction: not all zero")
         self._check_rings()

@@ -11,6 +11,8 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from magmotor.checks import LARGEST
+
 Kind = TypeVar("Kind", bound=tuple[Any, ...])
 
 
@@ -21,9 +23,9 @@ def rows(states: Kind, chosen: slice) -> Kind:
 
 
 def finite(states: tuple[Any, ...]) -> NDArray[np.bool_]:
-    """Which rows hold finite values only."""
+    """Which rows hold finite values only, none of them huge."""
     columns = [c.reshape(len(c), -1) for c in states if c is not None]
-    return np.logical_and.reduce(np.isfinite(np.hstack(columns)), axis=1)
+    return np.logical_and.reduce(np.abs(np.hstack(columns)) <= LARGEST, axis=1)
 
 
 def checksum(states: tuple[Any, ...]) -> int:

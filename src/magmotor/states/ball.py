@@ -1,12 +1,15 @@
 """Recorded states of the ball."""
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
+from magmotor.arguments import shaped
 from magmotor.scenes import Top
+
+Rows = Annotated[NDArray[np.float64], shaped("T", 3)]
 
 
 class BallStates(NamedTuple):
@@ -15,12 +18,12 @@ class BallStates(NamedTuple):
     `orientation` (w, x, y, z) is None from engines that follow the axis alone.
     """
 
-    time: NDArray[np.float64]
-    position: NDArray[np.float64]
-    velocity: NDArray[np.float64]
-    axis: NDArray[np.float64]
-    angular_velocity: NDArray[np.float64]
-    orientation: NDArray[np.float64] | None
+    time: Annotated[NDArray[np.float64], shaped("T")]
+    position: Rows
+    velocity: Rows
+    axis: Rows
+    angular_velocity: Rows
+    orientation: Annotated[NDArray[np.float64], shaped("T", 4)] | None
 
 
 def start(scene: Top) -> BallStates:

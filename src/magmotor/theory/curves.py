@@ -4,9 +4,11 @@ import math
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from scipy.linalg import eigh_tridiagonal
 
+from magmotor.arguments import Times, checked
+from magmotor.checks import reject
 from magmotor.scenes import Disk, LangevinParticle
 from magmotor.theory.flat import (
     flat_mean_displacement,
@@ -31,26 +33,31 @@ class DiskTheory:
     scene : Disk or LangevinParticle
     """
 
+    @checked
     def __init__(self, scene: Disk | LangevinParticle) -> None:
         self.scene = scene
 
     @cached_property
     def reduced(self) -> ReducedDisk:
         """The reduced equation of the disk's d."""
-        assert isinstance(self.scene, Disk)
+        if not isinstance(self.scene, Disk):
+            raise reject("scene", self.scene, "a Disk: the reduced equation is of its d")
         return ReducedDisk(self.scene)
 
-    def mean_square(self, t: ArrayLike) -> Array:
+    @checked
+    def mean_square(self, t: Times) -> Array:
         """Mean square displacement from rest."""
         if isinstance(self.scene, LangevinParticle) or not self.scene.coefficients:
             return flat_variance_from_rest(self.scene, t)
         return self.reduced.msd_from_rest(t)
 
-    def variance(self, t: ArrayLike) -> Array:
+    @checked
+    def variance(self, t: Times) -> Array:
         """Variance of x from rest."""
         return self.mean_square(t) - self.mean(t) ** 2
 
-    def mean(self, t: ArrayLike) -> Array:
+    @checked
+    def mean(self, t: Times) -> Array:
         """Mean of x from rest at x = 0, beyond the time in which the noise carries x over U.
 
         The force -U'(0) acts on all replicas alike until then. Its impulse, at first order in U, is
@@ -72,7 +79,8 @@ class DiskTheory:
             for k, (a, _) in enumerate(self.scene.coefficients, start=1)
         )
 
-    def correlation(self, lag: ArrayLike) -> Array:
+    @checked
+    def correlation(self, lag: Times) -> Array:
         """Correlation of two successive increments of x in the stationary state; on flat U, d = 0.
 
         MSD(2 lag)/(2 MSD(lag)) - 1.

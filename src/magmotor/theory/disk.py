@@ -15,6 +15,8 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from magmotor.arguments import checked
+from magmotor.checks import check_array
 from magmotor.scenes import Disk, LangevinParticle
 from magmotor.theory.stationary import require_one_friction, temperature
 
@@ -22,6 +24,7 @@ Scene = Disk | LangevinParticle
 Array = NDArray[np.float64]
 
 
+@checked
 def y_diffusion(scene: Disk) -> float:
     """Limit alpha^2/c^2 of var(x + theta)/t, dimensionless, for *any* U: equation (kskjhs3).
 
@@ -32,6 +35,7 @@ def y_diffusion(scene: Disk) -> float:
     return (scene.noise / scene.friction) ** 2
 
 
+@checked
 def paper_y_diffusion(scene: Disk) -> float:
     """The paper's limit of var(x + theta)/t, 2 alpha^2 sigma^2/(c^2 (sigma^2 + 1)): (kskjhs3).
 
@@ -42,6 +46,7 @@ def paper_y_diffusion(scene: Disk) -> float:
     return 2 * (scene.noise * sigma / scene.friction) ** 2 / (sigma**2 + 1)
 
 
+@checked
 def flat_x_diffusion(scene: Disk) -> float:
     """Limit sigma^2 alpha^2/((1 + sigma)^2 c^2) of var(x)/t on flat U: second (kskjhs3).
 
@@ -50,6 +55,7 @@ def flat_x_diffusion(scene: Disk) -> float:
     return (scene.sigma / (1 + scene.sigma)) ** 2 * y_diffusion(scene)
 
 
+@checked
 def paper_flat_x_diffusion(scene: Disk) -> float:
     """The paper's limit of var(x)/t on flat U, `paper_y_diffusion`/(1 + sigma)^2: second (kskjhs3).
 
@@ -59,6 +65,7 @@ def paper_flat_x_diffusion(scene: Disk) -> float:
     return paper_y_diffusion(scene) / (1 + scene.sigma) ** 2
 
 
+@checked
 def velocity_noise_coefficient(scene: Disk) -> float:
     """Coefficient of int e^(-lambda (t - s)) dW_s in v_t: alpha, for any sigma (equation (eq:v)).
 
@@ -68,6 +75,7 @@ def velocity_noise_coefficient(scene: Disk) -> float:
     return scene.noise
 
 
+@checked
 def paper_velocity_noise_coefficient(scene: Disk) -> float:
     """The paper's coefficient in v_t, sqrt(2) alpha/sqrt(sigma^2 + 1): equation (eq:v).
 
@@ -77,6 +85,7 @@ def paper_velocity_noise_coefficient(scene: Disk) -> float:
     return math.sqrt(2) * scene.noise / math.hypot(scene.sigma, 1)
 
 
+@checked
 def ballistic_coefficient(scene: Disk) -> float:
     """MSD/t^2 = 1/(beta (1 + sigma)) of x under Gibbs' measure, for 1/lambda << t << `bulk_time`.
 
@@ -85,6 +94,7 @@ def ballistic_coefficient(scene: Disk) -> float:
     return temperature(scene) / (1 + scene.sigma)
 
 
+@checked
 def paper_upper_ballistic_bound(scene: Disk) -> float:
     """4/(beta (1 + sigma)), the paper's bound on lim sup var(x)/t^2: second (ksddssdkjhs3).
 
@@ -93,6 +103,7 @@ def paper_upper_ballistic_bound(scene: Disk) -> float:
     return 4 * ballistic_coefficient(scene)
 
 
+@checked
 def paper_lower_ballistic_bound(scene: Disk) -> float:
     """1/(4 beta (1 + sigma)), the paper's bound on lim inf var(x)/t^2: third (ksddssdkjhs3).
 
@@ -102,6 +113,7 @@ def paper_lower_ballistic_bound(scene: Disk) -> float:
     return ballistic_coefficient(scene) / 4
 
 
+@checked
 def heat_rate(scene: Scene, velocities: ArrayLike) -> Array:
     """Power c sum_j (w_j.u)^2 that friction takes: c (v + omega)^2 for the paper's disk.
 
@@ -117,10 +129,12 @@ def heat_rate(scene: Scene, velocities: ArrayLike) -> Array:
     numpy.ndarray
         Power, dimensionless, shape (...).
     """
-    slips = np.asarray(velocities, dtype=float) @ scene.slip_directions.T
+    velocities = check_array("velocities", velocities, ..., len(scene.masses))
+    slips = velocities @ scene.slip_directions.T
     return scene.friction * np.sum(slips**2, axis=-1)
 
 
+@checked
 def injection_rate(scene: Scene) -> float:
     """Mean power (alpha^2/2) tr(M^-1 sum_j w_j w_j^T) of the noise, dimensionless.
 

@@ -5,6 +5,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from magmotor.arguments import Elapsed, checked
 from magmotor.checks import reject
 from magmotor.scenes import Disk, LangevinParticle
 from magmotor.theory.stationary import friction_modes, temperature
@@ -13,7 +14,8 @@ Scene = Disk | LangevinParticle
 Array = NDArray[np.float64]
 
 
-def flat_mean_displacement(scene: Scene, t: ArrayLike, direction: ArrayLike | None = None) -> Array:
+@checked
+def flat_mean_displacement(scene: Scene, t: Elapsed, direction: ArrayLike | None = None) -> Array:
     """Mean displacement on flat U from the scene's initial velocities: equation (eq:v), integrated.
 
     Parameters
@@ -36,9 +38,8 @@ def flat_mean_displacement(scene: Scene, t: ArrayLike, direction: ArrayLike | No
     return sum((w * _decayed(r, t) for w, r in zip(weights, rates, strict=True)), np.zeros_like(t))
 
 
-def flat_variance_from_rest(
-    scene: Scene, t: ArrayLike, direction: ArrayLike | None = None
-) -> Array:
+@checked
+def flat_variance_from_rest(scene: Scene, t: Elapsed, direction: ArrayLike | None = None) -> Array:
     r"""Exact variance of the displacement on flat U, given the initial state.
 
     For the disk's x: D [t - 2 (1 - e^(-lambda t))/lambda + (1 - e^(-2 lambda t))/(2 lambda)] with
@@ -61,7 +62,8 @@ def flat_variance_from_rest(
     return _sum_over_modes(scene, t, direction, _from_rest)
 
 
-def flat_msd_from_gibbs(scene: Scene, t: ArrayLike, direction: ArrayLike | None = None) -> Array:
+@checked
+def flat_msd_from_gibbs(scene: Scene, t: Elapsed, direction: ArrayLike | None = None) -> Array:
     """Exact E_mu[(q_t - q_0)^2] on flat U, with velocities drawn from (kjhss).
 
     A mode of rate r adds 2 kT (r t - 1 + e^(-r t))/r^2 times its weight. The disk's d is then

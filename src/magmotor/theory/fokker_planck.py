@@ -11,12 +11,14 @@ that is ballistic for ever is the time that this equation needs to forget d.
 import math
 from collections.abc import Callable
 from functools import cached_property
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import solve_banded
 
-from magmotor.checks import check_integer, check_number
+from magmotor.arguments import Times, checked, integer
+from magmotor.checks import check_number, reject
 from magmotor.scenes import Disk
 from magmotor.theory.stationary import gibbs_mean_squares, slip_rate, temperature
 
@@ -26,10 +28,17 @@ Transform = Callable[[complex], complex]
 REACH = 9.0
 """Half-width of the grid, in standard deviations of d."""
 
+MOST_CELLS = 10**6
+Cells = Annotated[int, integer(at_least=10, at_most=MOST_CELLS)]
+
+MOST_TERMS = 10**9
+"""Terms of continued fractions, of all values of d together: some ten seconds."""
+
 TALBOT_POINTS = 24
 """Points on Talbot's contour, for an error of e^(-1.36 x 24) = 7e-15."""
 
 
+@checked
 def d_diffusion(scene: Disk, d: ArrayLike) -> Array:
     r"""Diffusion coefficient D(d) of d = -v + sigma omega at weak potential.
 
@@ -95,14 +104,16 @@ class ReducedDisk:
         Names the field, its value and the bound.
     """
 
-    def __init__(self, scene: Disk, cells: int | None = None) -> None:
+    @checked
+    def __init__(self, scene: Disk, cells: Cells | None = None) -> None:
         check_number("noise", scene.noise, above=0)
         self.scene = scene
         self.mean_square = gibbs_mean_squares(scene)["d"]
         """Stationary mean square of d, (1 + sigma)/beta."""
         if cells is None:
             cells = self._default_cells()
-        check_integer("cells", cells, at_least=10)
+        if cells > MOST_CELLS:
+            raise reject("scene", scene, f"one whose D(d) up to {MOST_CELLS} cells resolve")
         self.d = np.linspace(0, REACH * math.sqrt(self.mean_square), cells + 1)
         """Nodes, shape (cells + 1,)."""
         self.probability = self._equilibrium()
@@ -134,31 +145,38 @@ class ReducedDisk:
         slow = self.mean_square * self.correlation_time
         return (weight**2 / 2 + slow) / (1 + self.scene.sigma) ** 2
 
-    def d_correlation(self, t: ArrayLike) -> Array:
+    @checked
+    def d_correlation(self, t: Times) -> Array:
         """C_d(t) = E_mu[d_0 d_t], shaped as `t` (> 0)."""
         return _inverse_laplace(self._d_correlation, t)
 
-    def d_mean_square_from_rest(self, t: ArrayLike) -> Array:
+    @checked
+    def d_mean_square_from_rest(self, t: Times) -> Array:
         """E[d_t^2] from d_0 = 0, shaped as `t` (> 0)."""
         return _inverse_laplace(lambda p: self._solve_even(p, self.d**2)[0], t)
 
-    def msd_from_gibbs(self, t: ArrayLike) -> Array:
+    @checked
+    def msd_from_gibbs(self, t: Times) -> Array:
         """E_mu[(x_t - x_0)^2], shaped as `t` (> 0)."""
         return _inverse_laplace(self._msd_from_gibbs, t)
 
-    def msd_from_rest(self, t: ArrayLike) -> Array:
+    @checked
+    def msd_from_rest(self, t: Times) -> Array:
         """E[(x_t - x_0)^2] from rest, v_0 = omega_0 = 0, shaped as `t` (> 0)."""
         return _inverse_laplace(self._msd_from_rest, t)
 
-    def slope_from_gibbs(self, t: ArrayLike) -> Array:
+    @checked
+    def slope_from_gibbs(self, t: Times) -> Array:
         """Local slope d log MSD/d log t of `msd_from_gibbs`, shaped as `t` (> 0)."""
         return _log_slope(self._msd_from_gibbs, t)
 
-    def slope_from_rest(self, t: ArrayLike) -> Array:
+    @checked
+    def slope_from_rest(self, t: Times) -> Array:
         """Local slope d log MSD/d log t of `msd_from_rest`, shaped as `t` (> 0)."""
         return _log_slope(self._msd_from_rest, t)
 
-    def increment_correlation(self, lag: ArrayLike) -> Array:
+    @checked
+    def increment_correlation(self, lag: Times) -> Array:
         """Correlation of the next two increments of x, each over a time `lag`, under mu.
 
         MSD(2 lag)/(2 MSD(lag)) - 1: 1 for ballistic motion, 0 for diffusion. Shaped as `lag` (> 0).
@@ -237,6 +255,9 @@ def _line_shape(frequency: Array, width: float, rate: float) -> Array:
     # point, n = (frequency/(2 width))^2.
     turning = (np.max(np.abs(frequency), initial=0.0) / (2 * width)) ** 2
     depth = math.ceil(50 + (60 * width / rate) ** (2 / 3) + 2 * turning)
+    if depth * frequency.size > MOST_TERMS:
+        raise reject("terms of D(d)", depth * frequency.size, f"at most {MOST_TERMS}: d, noise or"
+                     " friction is too extreme")  # fmt: skip
     p = -1j * frequency
     tail = np.zeros_like(p)
     for n in range(depth, 0, -1):
@@ -255,8 +276,6 @@ def _inverse_laplace(transform: Transform, t: ArrayLike) -> Array:
     Midpoint rule on the modified Talbot contour, Trefethen, Weideman and Schmelzer, BIT 46 (2006).
     """
     times = np.asarray(t, dtype=float)
-    if not (times > 0).all():
-        check_number("t", float(times.min()), above=0)
     angle = (np.arange(TALBOT_POINTS // 2) + 0.5) * 2 * np.pi / TALBOT_POINTS
     half = 0.6407 * angle
     contour = TALBOT_POINTS * (0.5017 * angle / np.tan(half) - 0.6122 + 0.2645j * angle)

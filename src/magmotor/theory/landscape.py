@@ -6,13 +6,15 @@ V_e is the energy of a ball whose axis is aligned with the field; the paper writ
 
 import math
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import minimum_filter
 from scipy.optimize import minimize_scalar, root
 
+from magmotor.arguments import checked, shaped
+from magmotor.checks import reject
 from magmotor import dipoles
 from magmotor.scenes import Motor, Top
 
@@ -20,6 +22,8 @@ Scene = Top | Motor
 Array = NDArray[np.float64]
 Sources = tuple[Array, Array]
 """Positions (m) and moments (A m^2) of dipoles, each of shape (N, 3)."""
+
+Points = Annotated[ArrayLike, shaped(..., 2)]
 
 REACH = 1.5
 """How far from the centre critical points are sought, in ring radii."""
@@ -43,7 +47,8 @@ class CriticalPoint(NamedTuple):
     """V_e there, in joule."""
 
 
-def effective_potential(scene: Scene, points: ArrayLike, time: float = 0.0) -> Array:
+@checked
+def effective_potential(scene: Scene, points: Points, time: float = 0.0) -> Array:
     """V_e = -m |B| at the height of the ball's centre.
 
     Parameters
@@ -61,6 +66,7 @@ def effective_potential(scene: Scene, points: ArrayLike, time: float = 0.0) -> A
     return aligned_energy(scene, points, scene.ring_sources(time))
 
 
+@checked
 def critical_points(scene: Scene, time: float = 0.0) -> list[CriticalPoint]:
     """All critical points of V_e within 1.5 ring radii, deepest first.
 
@@ -91,6 +97,7 @@ def critical_points(scene: Scene, time: float = 0.0) -> list[CriticalPoint]:
     return sorted(found, key=lambda point: point.energy)
 
 
+@checked
 def minimum(scene: Scene, time: float = 0.0) -> CriticalPoint:
     """The deepest minimum of V_e on the plane.
 
@@ -105,14 +112,24 @@ def minimum(scene: Scene, time: float = 0.0) -> CriticalPoint:
     Returns
     -------
     CriticalPoint
+
+    Raises
+    ------
+    ValueError
+        V_e has no minimum within 1.5 ring radii, as under a tilted ring that is very high.
     """
     sources = scene.ring_sources(time)
     starts = [np.zeros(2), *_lows(scene, sources)]
     points = [_stationary(scene, start, sources) for start in starts]
     found = [point for point in points if point is not None]
+    if not found:
+        height = scene.inner_height if isinstance(scene, Motor) else scene.ring_pose(time)[0]
+        bound = f"such that V_e has a minimum within {REACH:g} ring radii of the centre"
+        raise reject("height of the ring", height, bound)
     return _classify(scene, min(found, key=lambda p: aligned_energy(scene, p, sources)), sources)
 
 
+@checked
 def saddle(scene: Top, time: float = 0.0) -> CriticalPoint:
     """The highest saddle of V_e: what a ball passes that goes all the way round the valley.
 
@@ -137,6 +154,7 @@ def saddle(scene: Top, time: float = 0.0) -> CriticalPoint:
     return saddles[-1]
 
 
+@checked
 @lru_cache
 def valley_radius(scene: Scene, azimuth: float = 0.0, time: float = 0.0) -> float:
     """Distance from the centre, in metres, at which V_e is least in one direction (radians).

@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import exprel
 
+from magmotor.arguments import Elapsed, checked
+
 Matrix = NDArray[np.float64]
 
 ROUNDING = 1e-6
@@ -117,7 +119,8 @@ def runge_kutta_step(motion: SmallMotion, h: Lengths) -> Matrix:
     return one + slope @ (one + slope / 2 @ (one + slope / 3 @ (one + slope / 4)))
 
 
-def spectral_radius(motion: SmallMotion, step: Step, h: ArrayLike) -> NDArray[np.float64]:
+@checked
+def spectral_radius(motion: SmallMotion, step: Step, h: Elapsed) -> NDArray[np.float64]:
     """By how much a step multiplies the small motion that grows fastest.
 
     Parameters
@@ -182,6 +185,7 @@ class StableSteps:
         return unstable
 
 
+@checked(finite=False)
 def largest_stable_step(motion: SmallMotion, step: Step) -> float:
     """The smallest step, in s, with a spectral radius above one; see `StableSteps`."""
     return StableSteps(motion, step).end()

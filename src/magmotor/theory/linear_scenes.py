@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from magmotor.arguments import checked
 from magmotor import dipoles
 from magmotor.scenes import Disk, LangevinParticle, Motor, Top
 from magmotor.scenes.potential import steepest_curvature
@@ -19,6 +20,7 @@ DISPLACEMENT = 1e-4
 """Of the differences that find a stiffness: an angle in rad, or a part of the ball's radius."""
 
 
+@checked
 @lru_cache
 def small_motion(scene: Top | Motor | Disk | LangevinParticle) -> SmallMotion:
     """A scene about rest: the ball in the deepest minimum of V_e with its axis along the field.
@@ -42,6 +44,7 @@ def poses(scene: Top) -> list[Top]:
     ] or [scene]
 
 
+@checked
 @lru_cache
 def resting_ball(scene: Top | Motor) -> tuple[Array, Array]:
     """Centre (m) and axis of a ball at rest in the deepest minimum of V_e, each of shape (3,).

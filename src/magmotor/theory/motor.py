@@ -6,10 +6,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from magmotor.arguments import checked
 from magmotor.scenes import Motor
 from magmotor.theory.landscape import effective_potential, valley_radius
 
 
+@checked
 def slip_mobility(scene: Motor) -> float:
     """A = 1/m + r^2/J_B in 1/kg: by how much a force on the contact point accelerates the slip.
 
@@ -18,11 +20,13 @@ def slip_mobility(scene: Motor) -> float:
     return 1 / scene.ball_mass + scene.ball_radius**2 / scene.ball_inertia
 
 
+@checked
 def ball_injection_rate(scene: Motor) -> float:
     """Mean power alpha_B^2 (1/m + r^2/J_B) of the ball's noise in W; remark after (kjhss)."""
     return scene.noises[0] ** 2 * slip_mobility(scene)
 
 
+@checked
 def ring_injection_rate(scene: Motor) -> float:
     """Mean power (alpha_R^2/2) tr(I_R^-1) of the inner ring's noise in W; both remarks on E."""
     return scene.noises[-1] ** 2 / 2 * sum(1 / moment for moment in scene.inner_moments)
@@ -41,6 +45,7 @@ class MotorWells(NamedTuple):
     """V_e between it and the next, at half their azimuth, less `energy`; in J."""
 
 
+@checked
 def motor_wells(scene: Motor) -> MotorWells:
     """The wells between which the ball goes round.
 

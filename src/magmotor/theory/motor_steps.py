@@ -2,19 +2,22 @@
 
 import numpy as np
 
+from magmotor.arguments import Positive, checked
 from magmotor.checks import check_number
 from magmotor.scenes import Motor
 from magmotor.theory.landscape import effective_potential, valley_radius
 from magmotor.theory.motor import slip_mobility
 
 
+@checked
 def libration_frequency(scene: Motor) -> float:
     """Angular frequency sqrt(|V_e|/J_B), in rad/s, at which xi_3 swings about B in the valley."""
     deepest = float(effective_potential(scene, [valley_radius(scene), 0.0]))
     return float(np.sqrt(-deepest / scene.ball_inertia))
 
 
-def euler_slip_overheating(scene: Motor, timestep: float) -> float:
+@checked
+def euler_slip_overheating(scene: Motor, timestep: Positive) -> float:
     """Factor 1/(1 - lambda h/2) by which explicit Euler overheats the slip, lambda = c_B A.
 
     That of the slip alone, V' = (1 - lambda h) V + alpha A sqrt(h) N(0, 1).

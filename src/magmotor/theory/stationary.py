@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from magmotor.arguments import checked
 from magmotor.checks import check_number, reject
 from magmotor.scenes import Disk, LangevinParticle
 from magmotor.scenes.potential import derivative, steepest_curvature
@@ -16,17 +17,23 @@ if TYPE_CHECKING:
 Scene = Disk | LangevinParticle
 Array = NDArray[np.float64]
 
+SHARPEST = 1e3
+"""Largest sqrt(beta max|U''|) of a density that is found on a grid."""
 
+
+@checked
 def temperature(scene: Scene) -> float:
     """Temperature kT = 1/beta = alpha^2/(2c), dimensionless; zero without noise (theorem 1)."""
     return scene.noise**2 / (2 * scene.friction) if scene.noise else 0.0
 
 
+@checked
 def slip_factor(scene: Disk) -> float:
     """Return gamma = (1 + sigma)/sigma, by which a force at the contact accelerates the slip."""
     return (1 + scene.sigma) / scene.sigma
 
 
+@checked
 def slip_rate(scene: Disk) -> float:
     """Rate lambda = c gamma at which the slip v + omega decays, dimensionless (equation (eq:2)).
 
@@ -35,6 +42,7 @@ def slip_rate(scene: Disk) -> float:
     return scene.friction * slip_factor(scene)
 
 
+@checked
 def friction_rates(scene: Scene) -> Array:
     """Eigenvalues of the friction c C M, ascending, M = diag(masses); shape (degrees of freedom,).
 
@@ -51,6 +59,7 @@ def friction_modes(scene: Scene) -> tuple[Array, Array]:
     return rates, modes
 
 
+@checked
 def gibbs_mean_squares(scene: Disk) -> dict[str, float]:
     """Mean squares of v, omega, slip = v + omega and d = -v + sigma omega under Gibbs' measure.
 
@@ -65,11 +74,13 @@ def gibbs_mean_squares(scene: Disk) -> dict[str, float]:
     }
 
 
+@checked
 def gibbs_deviations(scene: Scene) -> Array:
     """Standard deviations sqrt(kT/mass) of the velocities under (kjhss), shape (dof,)."""
     return np.sqrt(temperature(scene) / np.array(scene.masses))
 
 
+@checked
 def position_density(scene: Scene, x: ArrayLike) -> Array:
     """Density of x mod 2 pi under (kjhss), proportional to exp(-beta U(x)).
 
@@ -86,6 +97,7 @@ def position_density(scene: Scene, x: ArrayLike) -> Array:
     return _boltzmann(scene)(np.mod(x, 2 * np.pi))
 
 
+@checked
 def position_cdf(scene: Scene, x: ArrayLike) -> Array:
     """Probability that x mod 2 pi, in [0, 2 pi), is at most the given x mod 2 pi, under (kjhss).
 
@@ -110,6 +122,9 @@ def _boltzmann(scene: Scene) -> "BSpline":
 
     check_number("noise", scene.noise, above=0)
     sharpness = math.sqrt(scene.beta * steepest_curvature(scene.coefficients))
+    if sharpness > SHARPEST:
+        bound = f"so large that beta max|U''| is at most {SHARPEST**2:g}"
+        raise reject("noise", scene.noise, bound)
     x = np.linspace(0, 2 * np.pi, 1024 * math.ceil(2 + sharpness) + 1)
     energy = derivative(scene.coefficients, x)
     weight = np.exp(-scene.beta * (energy - energy.min()))

@@ -2,10 +2,12 @@
 
 import math
 
+from magmotor.arguments import NotNegative, checked
 from magmotor.dipoles import PERMEABILITY_OVER_4PI
 from magmotor.scenes import Top
 
 
+@checked
 def field_under_centre(scene: Top) -> float:
     """|B| in tesla at the ball's height under the centre of a level ring.
 
@@ -18,7 +20,8 @@ def field_under_centre(scene: Top) -> float:
     return 3 * strength * scene.ring_radius * abs(height) / distance**5
 
 
-def libration_frequency(scene: Top, field: float) -> float:
+@checked
+def libration_frequency(scene: Top, field: NotNegative) -> float:
     """Angular frequency sqrt(m |B|/I) in rad/s of the axis about a field (tesla) at rest.
 
     Linearised Lie-Poisson equation (magtopc) of a ball that does not spin.
@@ -26,6 +29,7 @@ def libration_frequency(scene: Top, field: float) -> float:
     return math.sqrt(scene.moment * field / scene.inertia[0])
 
 
+@checked
 def slip_relaxation_rate(scene: Top) -> float:
     """Rate c (1/m + r^2/I) in 1/s at which friction alone makes the slip velocity decay.
 
@@ -35,6 +39,7 @@ def slip_relaxation_rate(scene: Top) -> float:
     return scene.friction * (1 / scene.ball_mass + scene.ball_radius**2 / scene.inertia[0])
 
 
+@checked
 def highest_valley(scene: Top) -> float:
     """Height of a level ring, in m, above which the ball's place under its centre is stable.
 

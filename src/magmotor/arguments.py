@@ -1,0 +1,323 @@
+"""Public functions check their arguments by their own type hints.
+
+`checked` reads the hints of a function once, at its first call: a number, an integer, an array or
+an object of a class is checked as such, and what else an argument must be stands in the hint, too,
+as `Annotated[float, number(above=0)]`. So no function needs checks of its own for what its signature
+says.
+"""
+
+import inspect
+import math
+import os
+import types
+import typing
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache, partial, wraps
+from pathlib import Path
+from typing import Annotated, Any, ParamSpec, TypeVar, Union, overload
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from magmotor.checks import (
+    check_array,
+    check_choice,
+    check_flags,
+    check_integer,
+    check_kind,
+    check_number,
+    reject,
+)
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+Check = Callable[[str, Any], Any]
+"""Returns the value of a named argument, perhaps as another type, or raises ValueError."""
+
+
+def number(**bounds: Any) -> Check:
+    """A number inside the bounds of `check_number`."""
+    return partial(check_number, **bounds)
+
+
+def integer(**bounds: Any) -> Check:
+    """An integer inside the bounds of `check_integer`."""
+    return partial(check_integer, **bounds)
+
+
+def shaped(*shape: Any) -> Check:
+    """An array of numbers of a shape, as `check_array` has it."""
+    return lambda name, value: check_array(name, value, *shape)
+
+
+def flags(*shape: Any) -> Check:
+    """An array of booleans of a shape, as `check_array` has it."""
+    return lambda name, value: check_flags(name, value, *shape)
+
+
+def numbers(**bounds: Any) -> Check:
+    """An array of numbers, the smallest of which is inside the bounds of `check_number`."""
+
+    def check(name: str, value: Any) -> Any:
+        array = check_array(name, value)
+        if array.size:
+            check_number(f"smallest {name}", float(array.min()), **bounds)
+        return array
+
+    return check
+
+
+def output(*suffixes: str) -> Check:
+    """A path to which a file can be written, with one of these suffixes if any are given."""
+
+    def check(name: str, value: Any) -> Any:
+        path = Path(_check_path(name, value))
+        if suffixes and path.suffix.lower() not in suffixes:
+            raise reject(name, value, f"a file name that ends in {' or '.join(suffixes)}")
+        if path.is_dir():
+            raise reject(name, value, "a file: this is a directory")
+        if not path.parent.is_dir():
+            raise reject(name, value, "in a directory that exists")
+        return value
+
+    return check
+
+
+Positive = Annotated[float, number(above=0)]
+NotNegative = Annotated[float, number(at_least=0)]
+Count = Annotated[int, integer(at_least=1, at_most=10**8)]
+Times = Annotated[ArrayLike, numbers(above=0)]
+Elapsed = Annotated[ArrayLike, numbers(at_least=0)]
+Vectors = Annotated[NDArray[np.float64], shaped(..., 3)]
+Flags = Annotated[ArrayLike, check_flags]
+Picture = Annotated[str | Path, output()]
+"""A file that a picture is written to."""
+
+
+@overload
+def checked(function: Callable[P, R], /) -> Callable[P, R]: ...
+@overload
+def checked(*, finite: bool = True) -> Callable[[Callable[P, R]], Callable[P, R]]: ...
+def checked(function: Any = None, /, *, finite: bool = True) -> Any:
+    """Let a function check its arguments by its type hints, and its result by being finite.
+
+    Parameters
+    ----------
+    function : callable
+    finite : bool
+        The function's docstring says nothing of results that are infinite or not a number.
+
+    Returns
+    -------
+    callable
+        The same, with the same signature. It raises ValueError where an argument is not what its
+        hint says, and where numbers so large or small were given that the result is not finite.
+    """
+    if function is None:
+        return partial(checked, finite=finite)
+
+    @wraps(function)
+    def call(*args: Any, **kwargs: Any) -> Any:
+        args, kwargs = arguments_of(function, args, kwargs)
+        return guarded(function, finite, args, kwargs)
+
+    return call
+
+
+def guarded(function: Callable, finite: bool, args: tuple, kwargs: dict[str, Any]) -> Any:
+    """The result of a function, if it has one that is finite."""
+    try:
+        with np.errstate(all="ignore"):  # what is not finite is told below
+            result = function(*args, **kwargs)
+    except ArithmeticError as error:
+        raise beyond(function, str(error)) from error
+    if finite and not _is_finite(result):
+        raise beyond(function, "not finite")
+    return result
+
+
+def beyond(function: Callable, what: str) -> ValueError:
+    """What to raise where the arguments of a function are right one by one, but not together."""
+    names = ", ".join(inspect.signature(function).parameters)
+    return ValueError(
+        f"{function.__qualname__}({names}): the result is {what}: must be finite, with arguments"
+        " that are less extreme"
+    )
+
+
+def arguments_of(
+    function: Callable, args: tuple, kwargs: dict[str, Any]
+) -> tuple[tuple, dict[str, Any]]:
+    """The arguments of a call, each checked by its hint."""
+    positional, named = _checks(function)
+    values = [
+        value if check is None else check(value)
+        for check, value in zip(positional, args, strict=False)
+    ]
+    for name in kwargs:
+        if name in named:
+            kwargs[name] = named[name](kwargs[name])
+    return (*values, *args[len(values) :]), kwargs
+
+
+@cache
+def _checks(
+    function: Callable,
+) -> tuple[list[Callable[[Any], Any] | None], dict[str, Callable[[Any], Any]]]:
+    """The checks of a function's arguments, by place and by name."""
+    hints = typing.get_type_hints(function, include_extras=True)
+    positional: list[Callable[[Any], Any] | None] = []
+    named: dict[str, Callable[[Any], Any]] = {}
+    for name, parameter in inspect.signature(function).parameters.items():
+        check = check_of(hints.get(name, Any))
+        if check is not None and parameter.default is None:
+            check = _or_none(check)
+        if parameter.kind in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD):
+            continue
+        bound = None if check is None else partial(check, name)
+        if parameter.kind is not parameter.KEYWORD_ONLY:
+            positional.append(bound)
+        if bound is not None:
+            named[name] = bound
+    return positional, named
+
+
+@cache
+def check_of(hint: Any) -> Check | None:
+    """The check that a type hint stands for, if it stands for any."""
+    origin, arguments = typing.get_origin(hint), typing.get_args(hint)
+    if origin is Annotated:
+        return arguments[1]
+    if origin in (Union, types.UnionType):
+        return _check_of_union(arguments)
+    if origin is np.ndarray:
+        return (
+            check_flags if arguments[1:] == typing.get_args(NDArray[np.bool_])[1:] else check_array
+        )
+    if origin is typing.Literal:
+        return lambda name, value: _same(value, check_choice(name, value, arguments))
+    if origin is not None:
+        return _check_of_container(origin, arguments)
+    if hint in _SIMPLE:
+        return _SIMPLE[hint]
+    if not isinstance(hint, type) or hint in (Any, object):
+        return None
+    if issubclass(hint, tuple) and hasattr(hint, "_fields"):
+        return _check_of_record(hint)
+    return lambda name, value: _same(value, check_kind(name, value, hint))
+
+
+def _check_of_union(members: tuple[Any, ...]) -> Check | None:
+    rest = tuple(member for member in members if member is not type(None))
+    if len(rest) < len(members):
+        inner = check_of(Union[rest])  # noqa: UP007
+        return None if inner is None else _or_none(inner)
+    if {*members} == {*typing.get_args(ArrayLike)}:
+        return check_array
+    if {*members} == {str, Path}:
+        return _check_path
+    kinds = tuple(typing.get_origin(member) or member for member in members)
+    if not all(isinstance(kind, type) for kind in kinds):
+        return None
+    return lambda name, value: _same(value, check_kind(name, value, *kinds))
+
+
+def _check_of_container(origin: type, arguments: tuple[Any, ...]) -> Check | None:
+    if not isinstance(origin, type):
+        return None
+    if issubclass(origin, Callable):
+        return _check_callable
+    if issubclass(origin, Mapping):
+        keys, values = map(check_of, arguments)
+
+        def check_mapping(name: str, value: Any) -> Any:
+            check_kind(name, value, origin)
+            for key, element in value.items():
+                _passed(keys, f"key of {name}", key)
+                _passed(values, f"{name}[{key!r}]", element)
+            return value
+
+        return check_mapping
+    if issubclass(origin, Sequence) and len(arguments) == 1:
+        inner = check_of(arguments[0])
+
+        def check_sequence(name: str, value: Any) -> Any:
+            if isinstance(value, str | bytes):
+                raise reject(name, value, "a sequence, such as a list")
+            check_kind(name, value, origin)
+            return [_passed(inner, f"{name}[{i}]", element) for i, element in enumerate(value)]
+
+        return check_sequence
+    return lambda name, value: _same(value, check_kind(name, value, origin))
+
+
+def _check_of_record(kind: type) -> Check:
+    """Of a named tuple: an object of its class, whose fields are what their own hints say."""
+    hints = typing.get_type_hints(kind, include_extras=True)
+
+    def check(name: str, value: Any) -> Any:
+        check_kind(name, value, kind)
+        for field, hint in hints.items():
+            _passed(check_of(hint), f"{name}.{field}", getattr(value, field))
+        return value
+
+    return check
+
+
+def _or_none(check: Check) -> Check:
+    return lambda name, value: None if value is None else check(name, value)
+
+
+def _passed(check: Check | None, name: str, value: Any) -> Any:
+    return value if check is None else check(name, value)
+
+
+def _same(value: Any, _checked: None) -> Any:
+    return value
+
+
+def _check_flag(name: str, value: Any) -> bool:
+    if not isinstance(value, bool | np.bool_):
+        raise reject(name, value, "True or False")
+    return bool(value)
+
+
+def _check_text(name: str, value: Any) -> str:
+    if not isinstance(value, str):
+        raise reject(name, value, "text")
+    return value
+
+
+def _check_path(name: str, value: Any) -> Any:
+    text = os.fspath(value) if isinstance(value, str | os.PathLike) else None
+    if not isinstance(text, str) or not text or "\0" in text:
+        raise reject(name, value, "a path: text or pathlib.Path")
+    return value
+
+
+def _check_callable(name: str, value: Any) -> Any:
+    if not callable(value):
+        raise reject(name, value, "a function, or another object that can be called")
+    return value
+
+
+_SIMPLE: dict[Any, Check] = {
+    float: check_number,
+    int: check_integer,
+    bool: _check_flag,
+    str: _check_text,
+    Path: _check_path,
+}
+
+
+def _is_finite(result: Any) -> bool:
+    """Whether no number in a result is infinite or not a number."""
+    if isinstance(result, float):
+        return math.isfinite(result)
+    if isinstance(result, tuple | list):
+        return all(map(_is_finite, result))
+    if isinstance(result, Mapping):  # a dataset, too
+        return all(map(_is_finite, result.values()))
+    kind = getattr(getattr(result, "dtype", None), "kind", "")
+    return kind != "f" or bool(np.isfinite(result).all())
