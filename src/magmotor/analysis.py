@@ -26,13 +26,17 @@ INNER = {
 LENGTHS = {"space": 3, "component": 4}
 
 OF_ENSEMBLES = {
+    **dict.fromkeys(
+        ("mean", "mean_error", "mean_square", "mean_square_error"), ("quantity", "time")
+    ),
+    **dict.fromkeys(("increment_correlation", "mean_square_increment"), ("lag",)),
     "path": ("path_replica", "time"),
     "flights": ("flight_duration",),
     "unfinished_flights": ("flight_duration",),
 }
 """The dimensions of what only ensembles have."""
 
-ORDER = ("replica", "path_replica", "time", "space", "component")
+ORDER = ("replica", "path_replica", "quantity", "time", "space", "component")
 
 
 def analysis(
@@ -160,12 +164,12 @@ def _is_misordered(variable: xr.DataArray) -> bool:
 
 
 def _check_variable(name: str, variable: xr.DataArray) -> None:
-    short = name.split(".")[-1]
+    short = name.rpartition(".")[2]
     expected = OF_ENSEMBLES.get(short) or ("time", *INNER.get(short, ()))
     dims = variable.dims[1:] if variable.dims[:1] == ("replica",) else variable.dims
     if dims != expected:
         raise reject(f"dimensions of {name}", variable.dims, f"{expected}, of one run")
-    for dim in dims:
+    for dim in map(str, dims):
         if variable.sizes[dim] != LENGTHS.get(dim, variable.sizes[dim]):
             raise reject(f"length of {dim} in {name}", variable.sizes[dim], str(LENGTHS[dim]))
     if not variable.size:

@@ -1,9 +1,8 @@
 """Public functions check their arguments by their own type hints.
 
 `checked` reads the hints of a function once, at its first call: a number, an integer, an array or
-an object of a class is checked as such, and what else an argument must be stands in the hint, too,
-as `Annotated[float, number(above=0)]`. So no function needs checks of its own for what its signature
-says.
+an object of a class is checked as such. What else an argument must be stands in the hint, too, as
+`Annotated[float, number(above=0)]`, so that no function checks what its signature says.
 """
 
 import inspect
@@ -68,6 +67,19 @@ def numbers(**bounds: Any) -> Check:
     return check
 
 
+def several(kind: type) -> Check:
+    """A sequence of at least one object of a class."""
+
+    def check(name: str, value: Any) -> Any:
+        if not isinstance(value, Sequence) or isinstance(value, str | bytes) or not len(value):
+            raise reject(name, value, f"a sequence of at least one {kind.__name__}")
+        for i, element in enumerate(value):
+            check_kind(f"{name}[{i}]", element, kind)
+        return value
+
+    return check
+
+
 def output(*suffixes: str) -> Check:
     """A path to which a file can be written, with one of these suffixes if any are given."""
 
@@ -86,6 +98,7 @@ def output(*suffixes: str) -> Check:
 
 Positive = Annotated[float, number(above=0)]
 NotNegative = Annotated[float, number(at_least=0)]
+Seed = Annotated[int, integer(at_least=0)]
 Count = Annotated[int, integer(at_least=1, at_most=10**8)]
 Times = Annotated[ArrayLike, numbers(above=0)]
 Elapsed = Annotated[ArrayLike, numbers(at_least=0)]
@@ -155,10 +168,10 @@ def arguments_of(
         value if check is None else check(value)
         for check, value in zip(positional, args, strict=False)
     ]
-    for name in kwargs:
-        if name in named:
-            kwargs[name] = named[name](kwargs[name])
-    return (*values, *args[len(values) :]), kwargs
+    checked_by_name = {
+        name: named[name](value) if name in named else value for name, value in kwargs.items()
+    }
+    return (*values, *args[len(values) :]), checked_by_name
 
 
 @cache

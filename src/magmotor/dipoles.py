@@ -107,7 +107,8 @@ def field(points: ArrayLike, positions: ArrayLike, moments: ArrayLike) -> NDArra
     Raises
     ------
     ValueError
-        Wrong shape, a value that is not finite or exceeds 1e30, or a point that coincides with a dipole.
+        Wrong shape, a value that is not finite or exceeds 1e30, or a point that coincides with a
+        dipole.
 
     Examples
     --------
@@ -139,7 +140,8 @@ def wrench(
     Raises
     ------
     ValueError
-        Wrong shape, a value that is not finite or exceeds 1e30, or a dipole that coincides with a source.
+        Wrong shape, a value that is not finite or exceeds 1e30, or a dipole that coincides with a
+        source.
 
     Examples
     --------

@@ -13,6 +13,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from tqdm import tqdm
 
+from magmotor.arguments import checked
 from magmotor.checkpoint import Checkpoint
 from magmotor.checks import check_choice, check_integer, check_number, reject
 from magmotor.dataset import assemble, attributes_of
@@ -62,6 +63,7 @@ class SimulationInterrupted(KeyboardInterrupt):
         self.dataset = dataset
 
 
+@checked
 def methods(scene: Scene) -> tuple[str, ...]:
     """Names `engine/scheme` of the methods that a scene takes.
 
@@ -74,6 +76,7 @@ def methods(scene: Scene) -> tuple[str, ...]:
     return device_of(scene).methods(scene)
 
 
+@checked(finite=False)
 def simulate(
     scene: Scene,
     *,

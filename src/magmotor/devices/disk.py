@@ -9,7 +9,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from magmotor import theory
-from magmotor.checks import check_choice, check_integer, check_number, reject
+from magmotor.checks import check_array, check_choice, check_integer, reject
 from magmotor.devices.column import Column
 from magmotor.devices.disk_guard import Guard as guard
 from magmotor.devices.initial_parts import last_record
@@ -77,7 +77,7 @@ def check_run(
                 f"timestep = {timestep:g}: above {largest:.3g} = (pi/6) sqrt((1 + sigma) beta), the"
                 " largest safe one; long flights are aliased, since a step in which x moves by a"
                 " period of U looks like rest",
-                stacklevel=3,
+                stacklevel=5,
             )
 
 
@@ -103,10 +103,8 @@ def initial_state(
 def _row(name: str, value: Any, parts: list[str], replicas: int) -> NDArray[np.float64]:
     check_choice("initial", name, tuple(parts))
     label = f"initial[{name!r}]"
-    if np.ndim(value) == 0:
-        check_number(label, value)
-    row = np.asarray(value, dtype=float)
-    if row.shape not in {(), (replicas,)} or not np.isfinite(row).all():
+    row = check_array(label, value)
+    if row.shape not in {(), (replicas,)}:
         raise reject(label, value, f"a finite number or {replicas} of them")
     return np.broadcast_to(row, (1, replicas)).copy()
 

@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from magmotor.checks import check_choice, reject
+from magmotor.checks import check_array, check_choice, reject
 from magmotor.scenes import Motor, Top
 from magmotor.states.ball import axes, smallest_turn
 
@@ -79,11 +79,11 @@ def _check_no_twins(given: Mapping[str, Any]) -> None:
 def _rows(scene, name: str, value: Any, sizes: Mapping[str, int], replicas: int) -> Array:
     check_choice("initial", name, tuple(sizes))
     label, size = f"initial[{name!r}]", sizes[name]
-    rows = np.asarray(value, dtype=float)
+    rows = check_array(label, value)
     on_plane = {"position": scene.ball_radius, "velocity": 0.0}
     if name in on_plane and rows.shape in {(2,), (replicas, 2)}:
         rows = np.insert(rows, 2, on_plane[name], axis=-1)
-    if rows.shape not in {(size,), (replicas, size)} or not np.isfinite(rows).all():
+    if rows.shape not in {(size,), (replicas, size)}:
         each = f", or {replicas} times so many" if replicas > 1 else ""
         raise reject(label, value, f"{size} finite numbers{each}")
     rows = np.broadcast_to(rows, (replicas, size)).copy()

@@ -6,13 +6,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magmotor import theory
-from magmotor.checks import check_integer, reject
+from magmotor.arguments import Count, Seed, checked
+from magmotor.checks import reject
 from magmotor.scenes import Disk, LangevinParticle
 from magmotor.scenes.potential import derivative
 
 
+@checked
 def gibbs(
-    scene: Disk | LangevinParticle, replicas: int, *, seed: int = 0
+    scene: Disk | LangevinParticle, replicas: Count, *, seed: Seed = 0
 ) -> dict[str, NDArray[np.float64]]:
     """Independent states of the Gibbs measure exp(-beta E), equation (kjhss).
 
@@ -35,7 +37,6 @@ def gibbs(
     ValueError
         The scene has no temperature, or `replicas` is less than 1.
     """
-    replicas = check_integer("replicas", replicas, at_least=1)
     if not scene.noise:
         raise reject("noise", scene.noise, "positive: without it there is no temperature")
     random = np.random.default_rng(seed)

@@ -9,6 +9,7 @@ from pathlib import Path
 import xarray as xr
 from numpy.typing import ArrayLike
 
+from magmotor.arguments import checked
 from magmotor.checks import check_choice, check_integer, check_number, reject
 from magmotor.devices import disk
 from magmotor.engines.variational import schemes
@@ -20,6 +21,7 @@ from magmotor.states import checksum
 from magmotor.threads import thread_count
 
 
+@checked(finite=False)
 def ensemble(
     scene: Disk | LangevinParticle,
     *,

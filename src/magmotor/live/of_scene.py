@@ -1,6 +1,7 @@
 """The live simulation of a scene."""
 
-from magmotor.checks import check_choice, check_number
+from magmotor.arguments import Positive, checked
+from magmotor.checks import check_choice
 from magmotor.devices import device_of
 from magmotor.engines.mujoco.methods import METHODS
 from magmotor.engines.mujoco.run import INTEGRATORS
@@ -9,11 +10,12 @@ from magmotor.live.simulation import LiveSimulation
 from magmotor.scenes import Disk, Motor, Top
 
 
+@checked
 def live_scene(
     scene: Top | Motor | Disk,
     *,
     method: str = "mujoco/euler",
-    timestep: float,
+    timestep: Positive,
     seed: int = 0,
 ) -> LiveSimulation:
     """Make a scene live, with sliders for what it has of tilt, height, friction, temperature.
@@ -36,7 +38,6 @@ def live_scene(
         Names the argument, its value and the bound.
     """
     check_choice("method", method, METHODS)
-    check_number("timestep", timestep, above=0, unit="s")
     device_of(scene).check_run(scene, method, timestep, None)
     panel = Panel(scene)
     model = panel.model()

@@ -1,12 +1,14 @@
 """A simulation that one watches, and changes while it moves."""
 
 from contextlib import AbstractContextManager, nullcontext
+from typing import Annotated
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from magmotor.checks import reject
+from magmotor.arguments import checked, integer
+from magmotor.checks import check_choice, reject
 from magmotor.devices.ball_guard import lifted
 from magmotor.engines.mujoco.ball_motion import placed_ring
 from magmotor.engines.mujoco.magnetism import magnetism
@@ -14,6 +16,8 @@ from magmotor.engines.mujoco.perturbation import apply_perturbation
 from magmotor.live.panel import MOVED, Panel
 from magmotor.noise import check_seed
 from magmotor.scenes import Disk, Top
+
+Steps = Annotated[int, integer(at_least=0)]
 
 SWITCHED = {"magnetism": "site_user", "noise": "body_user"}
 """What the switches set to zero in a model."""
@@ -64,6 +68,7 @@ class LiveSimulation:
         Nothing acts on the model.
     """
 
+    @checked
     def __init__(self, model: mujoco.MjModel, *, panel: Panel | None = None, seed: int = 0):
         check_seed(seed)
         if seed and model.body_user.any() and not model.nuserdata:
@@ -88,8 +93,10 @@ class LiveSimulation:
         """Of magnetism and noise, whether they act."""
         return {name: self._on[name] and found for name, found in self.declared.items()}
 
+    @checked
     def switch(self, name: str) -> None:
         """Turn magnetism or noise on or off; of friction nothing changes."""
+        check_choice("name", name, tuple(SWITCHED))
         self._on[name] = not self._on[name]
         self._write()
 
@@ -107,7 +114,8 @@ class LiveSimulation:
         self._values = self.data.ctrl.copy()
         self._rest()
 
-    def advance(self, steps: int, perturb: mujoco.MjvPerturb | None = None) -> None:
+    @checked
+    def advance(self, steps: Steps, perturb: mujoco.MjvPerturb | None = None) -> None:
         """Take steps.
 
         Parameters
@@ -138,6 +146,7 @@ class LiveSimulation:
         self._check_held()
         self._time = data.time
 
+    @checked
     def hold(self, perturb: mujoco.MjvPerturb) -> None:
         """Take no step; the mouse moves bodies that hang on nothing."""
         mujoco.mjv_applyPerturbPose(self.model, self.data, perturb, 1)

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 from scipy.spatial.transform import Rotation
 
+from magmotor import dipoles
 from magmotor.analysis import OWN, analysis
 from magmotor.arguments import Vectors, checked
-from magmotor import dipoles
 from magmotor.scenes import Motor, Top
 from magmotor.states.ball import BallStates
 

@@ -1,9 +1,10 @@
 """The paper's figures of the sliding disk: its four systems, one by one and superposed."""
 
 from collections.abc import Callable, Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
+from magmotor.arguments import Picture, checked, several
+from magmotor.checks import check_choice
 from magmotor.plots import disk_panels as panels
 from magmotor.plots import style
 from magmotor.plots.disk_panels import System
@@ -12,6 +13,9 @@ from magmotor.plots.small_png import save_small
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.lines import Line2D
+
+
+Systems = Annotated[Sequence[System], several(System)]
 
 
 class Figure(NamedTuple):
@@ -80,7 +84,8 @@ OVERVIEW = (("mean", "msd", "slope"), ("correlation", "diffusion", "histogram"))
 BARS = "bars and bands: two standard errors"
 
 
-def disk_overview(systems: Sequence[System], path: str | Path) -> None:
+@checked
+def disk_overview(systems: Systems, path: Picture) -> None:
     """Write the overview: some of `FIGURES`, the systems superposed.
 
     Parameters
@@ -102,7 +107,8 @@ def disk_overview(systems: Sequence[System], path: str | Path) -> None:
         save_small(figure, path, dpi=90)
 
 
-def disk_figure(systems: Sequence[System], name: str, path: str | Path) -> None:
+@checked
+def disk_figure(systems: Systems, name: str, path: Picture) -> None:
     """Write one of `FIGURES`: the systems superposed, and each in its own panel.
 
     Parameters
@@ -114,6 +120,7 @@ def disk_figure(systems: Sequence[System], name: str, path: str | Path) -> None:
     path : str or Path
         The .png to write.
     """
+    check_choice("name", name, tuple(FIGURES))
     drawn = FIGURES[name]
     shown = [system for system in systems if system.wanders or name != "flights"]
     with style.figure(15.0, 9.0) as figure:

@@ -9,7 +9,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from magmotor import observables, theory
-from magmotor.dataset import scene_of
+from magmotor.analysis import checked_run, scene_of_run
+from magmotor.checks import check_choice
 from magmotor.plots import style
 from magmotor.scenes import Disk, LangevinParticle
 from magmotor.theory import DiskTheory
@@ -18,6 +19,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
+
+NEEDS = ("mean", "mean_error", "mean_square", "mean_square_error", "increment_correlation")
+"""What an ensemble must have."""
 
 BEYOND = 20
 """Theory and the paper's claims are drawn up to so many times the duration of the run."""
@@ -44,12 +48,19 @@ class System:
     rest: xr.Dataset
     stationary: xr.Dataset
 
+    def __post_init__(self) -> None:
+        """Check that both are ensembles of the system."""
+        check_choice("name", self.name, tuple(style.SYSTEMS))
+        for name in ("rest", "stationary"):
+            data = checked_run(
+                name, getattr(self, name), NEEDS, (Disk, LangevinParticle), records=3
+            )
+            scene_of_run(data, None, (Disk, LangevinParticle))
+
     @cached_property
     def theory(self) -> DiskTheory:
         """Theory of the scene in the dataset."""
-        scene = scene_of(self.rest)
-        assert isinstance(scene, Disk | LangevinParticle)
-        return DiskTheory(scene)
+        return DiskTheory(scene_of_run(self.rest, None, (Disk, LangevinParticle)))
 
     @property
     def wanders(self) -> bool:

@@ -1,9 +1,10 @@
 """The paper's figures of the motor, one panel a run, and one run at a glance."""
 
 from collections.abc import Callable, Iterable, Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
+from magmotor.arguments import Picture, checked, several
+from magmotor.checks import check_choice
 from magmotor.plots import motor_panels as panels
 from magmotor.plots import style
 from magmotor.plots.motor_panels import MotorRun
@@ -44,7 +45,10 @@ TEMPERATURES = ("nonuniform", "uniform")
 """The rows of a figure, if there are runs of both."""
 
 
-def motor_figure(runs: Sequence[MotorRun], name: str, path: str | Path) -> None:
+@checked
+def motor_figure(
+    runs: Annotated[Sequence[MotorRun], several(MotorRun)], name: str, path: Picture
+) -> None:
     """Write one of `FIGURES`, with a panel for each run and a row for each kind of temperature.
 
     Parameters
@@ -56,6 +60,7 @@ def motor_figure(runs: Sequence[MotorRun], name: str, path: str | Path) -> None:
     path : str or Path
         The .png to write.
     """
+    check_choice("name", name, tuple(FIGURES))
     kinds = [[run for run in runs if run.scene.temperature == kind] for kind in TEMPERATURES]
     rows = [row for row in kinds if row]
     width = max(len(row) for row in rows)
@@ -72,7 +77,8 @@ def motor_figure(runs: Sequence[MotorRun], name: str, path: str | Path) -> None:
         save_small(figure, path, dpi=90)
 
 
-def motor_overview(run: MotorRun, path: str | Path, others: Sequence[MotorRun] = ()) -> None:
+@checked
+def motor_overview(run: MotorRun, path: Picture, others: Sequence[MotorRun] = ()) -> None:
     """Write one picture of a run: its flights, where the longest begins, energy, temperatures.
 
     Parameters

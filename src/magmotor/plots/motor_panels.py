@@ -10,6 +10,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from magmotor import observables
+from magmotor.analysis import checked_run, scene_of_run
+from magmotor.checks import check_kind
 from magmotor.dataset import scene_of
 from magmotor.plots import style
 from magmotor.scenes import Motor
@@ -18,6 +20,12 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
+
+NEEDS = (
+    *("position", "velocity", "slip_velocity", "momentum_map", "ring_orientation"),
+    *("ring_angular_velocity", "energy", "ring_energy", "heat", "work"),
+)
+"""What a run must have."""
 
 BINS = 150
 """Of a long series, the least and the largest value in each of so many bins are drawn."""
@@ -53,6 +61,12 @@ class MotorRun:
 
     name: str
     data: xr.Dataset
+
+    def __post_init__(self) -> None:
+        """Check that the data are a run's."""
+        check_kind("name", self.name, str)
+        checked_run("data", self.data, NEEDS, (Motor,), records=2, replicas=False)
+        scene_of_run(self.data, None, (Motor,))
 
     @cached_property
     def scene(self) -> Motor:

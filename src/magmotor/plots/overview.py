@@ -1,12 +1,13 @@
 """A run of the top at a glance: its path over V_e, its J and its energy against theory."""
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
 
 from magmotor import observables
+from magmotor.analysis import analysis
+from magmotor.arguments import Picture
 from magmotor.plots import style
 from magmotor.plots.momentum import draw_momentum
 from magmotor.plots.path import draw_path
@@ -16,7 +17,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-def overview(run: xr.Dataset, scene: Top, path: str | Path) -> None:
+@analysis(
+    *("position", "axis", "slip_velocity", "momentum_map", "energy"),
+    of=Top, records=2, replicas=False,
+)  # fmt: skip
+def overview(run: xr.Dataset, scene: Top | None, path: Picture) -> None:
     """Write one picture of a run.
 
     Left the path over the effective potential, right J(t) against the integral of friction's
@@ -26,11 +31,12 @@ def overview(run: xr.Dataset, scene: Top, path: str | Path) -> None:
     ----------
     run : xarray.Dataset
         From `simulate`.
-    scene : Top
-        Its scene.
+    scene : Top or None
+        Its scene; None, the one that the attributes of the run tell.
     path : str or Path
         The file to write; its suffix says in which format.
     """
+    assert scene is not None  # the run's own by now
     with style.figure(12.0, 6.0) as figure:
         axes = figure.subplot_mosaic([["path", "momentum"], ["path", "energy"]])
         draw_path(axes["path"], run, scene)

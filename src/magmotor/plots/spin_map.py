@@ -1,10 +1,10 @@
 """Where the top spins: its largest spin and where it settles, over the ring's height and tilt."""
 
-from pathlib import Path
 from textwrap import fill
 
 import xarray as xr
 
+from magmotor.arguments import Picture, checked
 from magmotor.plots import style
 from magmotor.plots import sweep_panels as panels
 from magmotor.plots.small_png import save_small
@@ -15,7 +15,8 @@ from magmotor.theory.top import highest_valley
 LINE = "(H − r)/R = 0.980: above, a level ring keeps the ball under its centre"
 
 
-def spin_map(data: xr.Dataset, scene: Top, path: str | Path) -> None:
+@checked
+def spin_map(data: xr.Dataset, scene: Top, path: Picture) -> None:
     """Write the picture of a sweep of the top over `tilt` and `ring_height`.
 
     Parameters

@@ -1,11 +1,11 @@
 """Pictures of a parameter sweep: each measure over the one field or the two that were varied."""
 
-from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING
 
 import xarray as xr
 
+from magmotor.arguments import Picture, checked
 from magmotor.checks import reject
 from magmotor.plots import style
 from magmotor.plots import sweep_panels as panels
@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def sweep(data: xr.Dataset, path: str | Path) -> None:
+@checked
+def sweep(data: xr.Dataset, path: Picture) -> None:
     """Write one picture of a sweep, a panel for each measure.
 
     Over one field a curve, over a grid of two a map; a random design is drawn as points. Of

@@ -2,11 +2,12 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from magmotor.checks import check_choice, check_number, reject
+from magmotor.arguments import Positive, checked, number
+from magmotor.checks import check_choice, reject
 from magmotor.devices import Scene, device_of
 from magmotor.recommendation import charts
 from magmotor.recommendation.charts import Curve
@@ -43,13 +44,14 @@ class Recommendation:
         )
 
 
+@checked
 def recommend(
     scene: Scene,
     *,
-    error: float = 0.01,
+    error: Annotated[float, number(above=0, below=1)] = 0.01,
     quantity: str | None = None,
     method: str | None = None,
-    timestep: float | None = None,
+    timestep: Positive | None = None,
 ) -> Recommendation:
     """The cheapest method and timestep that reach an error, as measured by `make charts`.
 
@@ -92,9 +94,6 @@ def recommend(
     """
     device = device_of(scene)
     known = device.methods(scene)
-    check_number("error", error, above=0, below=1)
-    if timestep is not None:
-        check_number("timestep", timestep, above=0, unit=device.TIME_UNIT)
     if method is not None:
         check_choice("method", method, known)
     curves = _charted_curves(scene, known)

@@ -1,12 +1,14 @@
 """Contact sheets: movies of many runs side by side."""
 
 from collections.abc import Sequence
-from pathlib import Path
+from typing import Annotated
 
 import xarray as xr
 
-from magmotor.checks import check_integer, reject
-from magmotor.render.encoder import encode, frame_times, speed_in_words
+from magmotor.analysis import checked_run, scene_of_run
+from magmotor.arguments import Positive, checked, integer
+from magmotor.checks import reject
+from magmotor.render.encoder import Film, encode, frame_times, speed_in_words
 from magmotor.render.sheet import Sheet
 from magmotor.render.tile import GAUGES, Tile
 from magmotor.scenes import Motor, Top
@@ -15,14 +17,15 @@ COLUMNS, ROWS = 8, 5
 """At most so many, to see something in each tile."""
 
 
+@checked
 def contact_sheet(
     runs: Sequence[xr.Dataset],
-    scenes: Sequence[Top] | Sequence[Motor],
+    scenes: Sequence[Top] | Sequence[Motor] | None,
     labels: Sequence[str],
-    path: str | Path,
+    path: Film,
     *,
-    columns: int,
-    seconds_per_second: float = 1.0,
+    columns: Annotated[int, integer(at_least=1, at_most=COLUMNS)],
+    seconds_per_second: Positive = 1.0,
 ) -> None:
     """Write a movie of recorded runs side by side, each from above with the ball's trail.
 
@@ -35,8 +38,8 @@ def contact_sheet(
     runs : sequence of xarray.Dataset
         From `simulate` without replicas; of the top not by scipy/dop853, which has no orientation.
         Up to 40: 5 rows of 8.
-    scenes : sequence of Top or of Motor
-        Their scenes, of one kind.
+    scenes : sequence of Top or of Motor, or None
+        Their scenes, of one kind; None, those that the attributes of the runs tell.
     labels : sequence of str
         What is written in the corner of each tile, a line for each part between commas.
     path : str or Path
@@ -57,7 +60,14 @@ def contact_sheet(
     RuntimeError
         The encoder failed; its last words are in the message.
     """
-    _check(runs, scenes, labels, columns)
+    _check_lengths(runs, scenes, labels, columns)
+    given = scenes or [None] * len(runs)
+    kinds = tuple(GAUGES)
+    scenes = [scene_of_run(run, scene, kinds) for run, scene in zip(runs, given, strict=True)]
+    if len({type(scene) for scene in scenes}) > 1:
+        raise reject("scenes", sorted({type(s).__name__ for s in scenes}), "all Top or all Motor")
+    for i, (run, scene) in enumerate(zip(runs, scenes, strict=True)):
+        checked_run(f"runs[{i}]", run, GAUGES[type(scene)].needs, kinds, replicas=False)
     start = min(float(run.time[0]) for run in runs)
     end = max(float(run.time[-1]) for run in runs)
     times = frame_times(start, end, seconds_per_second)
@@ -67,15 +77,9 @@ def contact_sheet(
         encode(sheet.draw, len(times), path)
 
 
-def _check(runs: Sequence, scenes: Sequence, labels: Sequence, columns: int) -> None:
-    check_integer("columns", columns, at_least=1)
-    if columns > COLUMNS:
-        raise reject("columns", columns, f"at most {COLUMNS}")
+def _check_lengths(runs: Sequence, scenes: Sequence | None, labels: Sequence, columns: int) -> None:
     if not 1 <= len(runs) <= ROWS * columns:
         raise reject("len(runs)", len(runs), f"1 to {ROWS * columns}: {ROWS} rows of {columns}")
     for name, given in (("scenes", scenes), ("labels", labels)):
-        if len(given) != len(runs):
+        if given is not None and len(given) != len(runs):
             raise reject(f"len({name})", len(given), f"that of runs: {len(runs)}")
-    kinds = {type(scene) for scene in scenes}
-    if len(kinds) != 1 or not kinds <= {*GAUGES}:
-        raise reject("scenes", sorted(kind.__name__ for kind in kinds), "all Top or all Motor")

@@ -3,20 +3,27 @@
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from magmotor.checks import check_number
+from magmotor.arguments import output
+from magmotor.checks import reject
 from magmotor.render.frames import HEIGHT, WIDTH
 
 if TYPE_CHECKING:
     from mediapy import VideoWriter
 
+Film = Annotated[str | Path, output(".mp4")]
+"""A file that a movie is written to."""
+
 FRAME_RATE = 20
 """Frames a second."""
+
+MOST_FRAMES = 200_000
+"""Frames of a movie of nearly three hours."""
 
 ENCODING = (
     "-preset veryfast -movflags +faststart -vf scale=out_color_matrix=bt709"
@@ -31,9 +38,11 @@ def frame_times(start: float, end: float, seconds_per_second: float) -> NDArray[
     Raises
     ------
     ValueError
-        The speed is not positive.
+        The speed is so low that there are too many frames.
     """
-    check_number("seconds_per_second", seconds_per_second, above=0)
+    if (end - start) * FRAME_RATE > MOST_FRAMES * seconds_per_second:
+        bound = f"so large that there are at most {MOST_FRAMES} frames"
+        raise reject("seconds_per_second", seconds_per_second, bound)
     times = np.arange(start, end + 1e-9, seconds_per_second / FRAME_RATE)
     return np.minimum(times, end)  # rounding
 

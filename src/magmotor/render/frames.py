@@ -1,11 +1,12 @@
 """Frames: the whole scene, its ball from another place, and a curve, side by side."""
 
-from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
+from magmotor.analysis import checked_run
 from magmotor.checks import reject
 from magmotor.plots import style
 from magmotor.render.moments import joints
@@ -17,7 +18,7 @@ from magmotor.render.trail import Trail
 from magmotor.render.views import Views
 from magmotor.scenes import Motor, Top
 
-SUBJECTS: dict[type, Callable[..., Subject]] = {Top: TopSubject, Motor: MotorSubject}
+SUBJECTS: dict[type, type] = {Top: TopSubject, Motor: MotorSubject}
 
 HEIGHT, WIDTH = 720, 1280
 MAIN, SIDE = (HEIGHT, 800), (HEIGHT // 2, 480)
@@ -50,10 +51,12 @@ class Frames:
     def __init__(self, run: xr.Dataset, scene: Top | Motor, times: ArrayLike, note: str = ""):
         if type(scene) not in SUBJECTS:
             raise reject("scene", scene, "a scene that is filmed: Top or Motor")
+        kind: Any = SUBJECTS[type(scene)]
+        run = checked_run("run", run, kind.needs, (type(scene),), records=2, replicas=False)
         self.scene, self.note = scene, note
         self.times = np.asarray(times, dtype=float)
         self.joints = joints(run, scene, self.times)
-        self.subject = SUBJECTS[type(scene)](run, scene, self.times)
+        self.subject: Subject = kind(run, scene, self.times)
         width = self.subject.trail * scene.ball_radius
         self.trail = Trail(run.time.values, run.position.values, width)
         self.panel = Panel(self.subject.plot, run.time.values[[0, -1]], *SIDE)

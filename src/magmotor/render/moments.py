@@ -5,6 +5,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
+from magmotor.analysis import checked_run
 from magmotor.checks import reject
 from magmotor.scenes import Motor, Top
 
@@ -19,17 +20,16 @@ def joints(run: xr.Dataset, scene: Top | Motor, times: Array) -> Array:
     ValueError
         The run has replicas, or no orientation: its method follows the axis alone.
     """
-    if "replica" in run.dims:
-        raise reject("replicas", run.sizes["replica"], "one: run.isel(replica=0)")
     if "orientation" not in run:
         method = run.attrs.get("method")
         raise reject("method", method, "mujoco/* or variational/* to draw the ball's spin")
+    turning = tuple(name for name in ("orientation", "ring_orientation") if name in run)
+    run = checked_run("run", run, turning, (type(scene),), replicas=False)
     linear = 2 if scene.surface == "planar" else 3
     columns = [between(run, column, times) for column in run.position.values.T[:linear]]
-    for name in ("orientation", "ring_orientation"):
-        if name in run:
-            turns = Slerp(run.time.values, Rotation.from_quat(run[name], scalar_first=True))
-            columns += [*turns(times).as_quat(scalar_first=True).T]
+    for name in turning:
+        turns = Slerp(run.time.values, Rotation.from_quat(run[name], scalar_first=True))
+        columns += [*turns(times).as_quat(scalar_first=True).T]
     return np.stack(columns, axis=1)
 
 

@@ -20,6 +20,7 @@ class MotorSubject:
     """See `magmotor.render.subject.Subject`; the value is theta in revolutions."""
 
     near, trail = "top", 0.5
+    needs: tuple[str, ...] = ("position", "ring_axis", "ring_orientation")
 
     def __init__(self, run: xr.Dataset, scene: Motor, times: NDArray[np.float64]):
         self.time, self.revolutions = run.time.values, azimuth(run).values / (2 * np.pi)

@@ -1,17 +1,22 @@
 """Movies of a recorded run, and single frames of them."""
 
-from pathlib import Path
-
 import xarray as xr
 
+from magmotor.analysis import analysis
+from magmotor.arguments import Picture, Positive
 from magmotor.checks import reject
-from magmotor.render.encoder import encode, frame_times, speed_in_words
+from magmotor.render.encoder import Film, encode, frame_times, speed_in_words
 from magmotor.render.frames import Frames
 from magmotor.scenes import Motor, Top
 
 
+@analysis("position", of=(Top, Motor), records=2, replicas=False)
 def movie(
-    run: xr.Dataset, scene: Top | Motor, path: str | Path, *, seconds_per_second: float = 1.0
+    run: xr.Dataset,
+    scene: Top | Motor | None,
+    path: Film,
+    *,
+    seconds_per_second: Positive = 1.0,
 ) -> None:
     """Write the movie of a recorded run: the scene, the ball's trail, and a curve as it happens.
 
@@ -21,8 +26,8 @@ def movie(
     ----------
     run : xarray.Dataset
         From `simulate` without replicas; of the top not by scipy/dop853, which has no orientation.
-    scene : Top or Motor
-        Its scene.
+    scene : Top, Motor or None
+        Its scene; None, the one that the attributes of the run tell.
     path : str or Path
         The .mp4 file to write: H.264, 1280 x 720, 20 frames a second.
     seconds_per_second : float
@@ -38,14 +43,17 @@ def movie(
     RuntimeError
         The encoder failed; its last words are in the message.
     """
+    assert scene is not None  # the run's own by now
     start, end = run.time.values[[0, -1]]
     times = frame_times(start, end, seconds_per_second)
     with Frames(run, scene, times, speed_in_words(seconds_per_second)) as frames:
         encode(frames.draw, len(frames), path)
 
 
-def still(run: xr.Dataset, scene: Top | Motor, path: str | Path, time: float) -> None:
+@analysis("position", of=(Top, Motor), records=2, replicas=False)
+def still(run: xr.Dataset, scene: Top | Motor | None, path: Picture, time: float) -> None:
     """Write one frame of the movie, at a time in seconds; arguments and errors as in `movie`."""
+    assert scene is not None  # the run's own by now
     start, end = run.time.values[[0, -1]]
     if not start <= time <= end:
         raise reject("time", time, f"within the run: {start:g} to {end:g} s")

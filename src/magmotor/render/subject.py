@@ -19,12 +19,15 @@ class Subject(Protocol):
         The camera of the smaller view.
     trail : float
         Width of the trail in radii of the ball.
+    needs : tuple of str
+        The variables that a run must have.
     value : ndarray, shape (T,)
         What the panel's curve has reached in each frame.
     """
 
     near: str
     trail: float
+    needs: tuple[str, ...]
     value: NDArray[np.float64]
 
     def plot(self, axes: "Axes") -> list["Line2D"]:

@@ -27,16 +27,27 @@ REACHED, TRACK, BACKGROUND = "#a9cfe6", "#cdd3d8", 235
 
 
 class Gauge(NamedTuple):
-    """What the bar shows: name, unit, and its values at the records of a run."""
+    """What the bar shows: name, unit, what it needs of a run, and its values at the records."""
 
     name: str
     unit: str
+    needs: tuple[str, ...]
     values: Callable[[xr.Dataset, Top | Motor], NDArray[np.float64]]
 
 
 GAUGES = {
-    Top: Gauge("spin J/I₃", "rad/s", lambda run, scene: run.momentum_map.values / scene.inertia[2]),
-    Motor: Gauge("azimuth", "revolutions", lambda run, scene: azimuth(run).values / (2 * np.pi)),
+    Top: Gauge(
+        "spin J/I₃",
+        "rad/s",
+        ("position", "momentum_map"),
+        lambda run, scene: run.momentum_map.values / scene.inertia[2],
+    ),
+    Motor: Gauge(
+        "azimuth",
+        "revolutions",
+        ("position",),
+        lambda run, scene: azimuth(run).values / (2 * np.pi),
+    ),
 }
 
 

@@ -22,6 +22,7 @@ class TopSubject:
     """See `magmotor.render.subject.Subject`; the value is J."""
 
     near, trail = "ball", 0.25
+    needs: tuple[str, ...] = ("position", "axis", "slip_velocity", "momentum_map")
 
     def __init__(self, run: xr.Dataset, scene: Top, times: NDArray[np.float64]):
         self.run, self.scene, self.times = run, scene, times

@@ -243,6 +243,7 @@ class Motor:
 
         The inner ring's moments are multiplied by `ball_ring_factor`.
         """
+        check_number("time", time)
         positions, outward = self.inner_dipole_frame()
         counted = self.ball_ring_factor * self.moment * outward
         places, moments = self.outer_sources()

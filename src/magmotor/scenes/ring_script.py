@@ -41,6 +41,8 @@ def check_script(script: tuple[Waypoint, ...], lowest: float) -> tuple[Waypoint,
     ValueError
         Times that do not increase, a height not above `lowest`, a tilt outside [0, pi/2).
     """
+    if not isinstance(script, tuple | list):
+        raise reject("ring_script", script, "a tuple of waypoints")
     checked: list[Waypoint] = []
     for i, entry in enumerate(script):
         name = f"ring_script[{i}]"

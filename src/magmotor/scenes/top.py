@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from magmotor.checks import check_number, reject
+from magmotor.checks import check_array, check_integer, check_number, reject
 from magmotor.dipoles import PERMEABILITY_OVER_4PI
 from magmotor.scenes.fields import check_fields, quantity
 from magmotor.scenes.ring import ring_dipoles
@@ -124,9 +124,7 @@ class Top:
             3: {"tilt": 0.0, "friction": 0.3, "position": (0.01, 0.005)},
             4: {"tilt": PAPER_TILT, "friction": 0.3, "position": (-0.05, 0.02)},
         }
-        if case not in cases:
-            raise reject("case", case, "1, 2, 3 or 4")
-        return cls(**(cases[case] | changes))
+        return cls(**(cases[check_integer("case", case, at_least=1, at_most=4)] | changes))
 
     @classmethod
     def si(cls, **changes: Any) -> "Top":
@@ -180,11 +178,12 @@ class Top:
 
     def ring_pose(self, time: float = 0.0) -> tuple[float, float]:
         """Height (m) and tilt (rad) of the ring at a time (s)."""
+        time = check_number("time", time)
         return pose(self.ring_script, time) if self.ring_script else (self.ring_height, self.tilt)
 
     def ring_quaternion(self, tilt: float) -> NDArray[np.float64]:
         """Orientation (w, x, y, z) of the ring: turned by `tilt` about a horizontal axis."""
-        half = tilt / 2
+        half = check_number("tilt", tilt) / 2
         return np.array(
             [
                 math.cos(half),
@@ -207,6 +206,8 @@ class Top:
         self, positions: NDArray[np.float64], moments: NDArray[np.float64], time: float = 0.0
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Positions (n, 3) in m and moments (n, 3) in the ring's own frame, in the world's."""
+        positions = check_array("positions", positions, "n", 3)
+        moments = check_array("moments", moments, "n", 3)
         height, tilt = self.ring_pose(time)
         turn = _rotation_matrix(self.ring_quaternion(tilt))
         return positions @ turn.T + [0.0, 0.0, height], moments @ turn.T

@@ -13,9 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import minimum_filter
 from scipy.optimize import minimize_scalar, root
 
+from magmotor import dipoles
 from magmotor.arguments import checked, shaped
 from magmotor.checks import reject
-from magmotor import dipoles
 from magmotor.scenes import Motor, Top
 
 Scene = Top | Motor

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from magmotor.arguments import checked
 from magmotor import dipoles
+from magmotor.arguments import checked
 from magmotor.scenes import Disk, LangevinParticle, Motor, Top
 from magmotor.scenes.potential import steepest_curvature
 from magmotor.theory.landscape import minimum, valley_radius

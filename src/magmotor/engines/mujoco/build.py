@@ -2,6 +2,7 @@
 
 import mujoco
 
+from magmotor.arguments import checked
 from magmotor.checks import reject
 from magmotor.engines.mujoco import parts
 from magmotor.engines.mujoco.compose_disk import compose_disk
@@ -25,6 +26,7 @@ def compose(scene: Top | Motor | Disk, *, looks: bool) -> parts.Element:
     return COMPOSERS[type(scene)](scene, looks=looks)
 
 
+@checked
 def build(scene: Top | Motor | Disk, *, looks: bool = False) -> mujoco.MjModel:
     """Compile a scene.
 

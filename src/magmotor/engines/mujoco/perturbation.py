@@ -2,7 +2,10 @@
 
 import mujoco
 
+from magmotor.arguments import checked
 
+
+@checked
 def apply_perturbation(
     model: mujoco.MjModel, data: mujoco.MjData, perturb: mujoco.MjvPerturb
 ) -> None:
