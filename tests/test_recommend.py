@@ -112,10 +112,10 @@ BAD = [
     ({"quantity": "spin"}, "quantity = 'spin': must be one of momentum_map, position"),
     ({"method": "mujoco/rk45"}, r"method = 'mujoco/rk45': must be one of .* mean 'mujoco/rk4'"),
     ({"method": "mujoco/euler"}, r"method = 'mujoco/euler': must be one charted .*: variational"),
-    ({"timestep": 0}, "timestep = 0: must be greater than 0 s"),
+    ({"timestep": 0}, "timestep = 0: must be greater than 0"),
     ({"timestep": 0.11, "method": "mujoco/rk4"}, "timestep = 0.11: must be at most 0.1, the long"),
     ({"timestep": 0.05, "method": "variational/euler"}, "timestep = 0.05: must be at most 0.04"),
-    ({"scene": "top"}, "scene = 'top': must be a scene"),
+    ({"scene": "top"}, "scene = 'top': must be an object of magmotor.Top, "),
     ({"scene": mm.Disk(surface="plane")}, "surface = 'plane': must be one charted for a Disk"),
     ({"scene": mm.Motor()}, "surface = 'planar': must be one charted for a Motor"),
 ]

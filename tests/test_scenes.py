@@ -77,7 +77,7 @@ def test_presets_are_the_papers_cases():
         assert scene.inertia == pytest.approx([2.592e-5] * 3, rel=1e-14)
     assert mm.Top.si().moment == pytest.approx(100.0, rel=1e-14)
     assert mm.Top.paper(3, ring_dipoles=40).ring_dipoles == 40
-    with pytest.raises(ValueError, match="case = 5: must be 1, 2, 3 or 4"):
+    with pytest.raises(ValueError, match="case = 5: must be at most 4"):
         mm.Top.paper(5)
 
 

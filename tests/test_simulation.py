@@ -105,7 +105,7 @@ def test_the_spin_of_the_scene_is_about_its_axis():
 BAD = [
     ({"method": "mujoco/rk45"}, "method = 'mujoco/rk45': must be one of .*mujoco/euler.*scipy/dop"),
     ({"method": "euler"}, "method = 'euler': must be one of"),
-    ({"timestep": 0}, "timestep = 0: must be greater than 0 s"),
+    ({"timestep": 0}, "timestep = 0.0: must be greater than 0"),
     ({"timestep": float("nan")}, "timestep = nan: must be a finite number"),
     ({"duration": 0.01}, "duration = 0.01: must be at least 0.025 s"),
     ({"duration": float("inf")}, "duration = inf: must be a finite number"),
@@ -118,7 +118,7 @@ BAD = [
     ({"initial": {"position": (1,)}}, "initial.'position'. = .1,.: must be 3 finite"),
     ({"initial": {"velocity": (0, 0, 1)}}, "initial.'velocity'. = .*: must be 0 along z"),
     ({"initial": {"axis": (0, 0, 0)}}, "initial.'axis'. = .*: must be not all zero"),
-    ({"initial": {"position": (np.nan, 0)}}, "initial.'position'. = .*: must be 3 finite"),
+    ({"initial": {"position": (np.nan, 0)}}, "initial.'position'. holds nan"),
     ({"initial": {"axis": (0, 0, 1), "orientation": (1, 0, 0, 0)}}, "axis or orientation"),
 ]  # fmt: skip
 
@@ -130,7 +130,7 @@ def test_bad_arguments_are_named_with_value_and_bound(arguments, message):
 
 
 def test_a_scene_is_needed():
-    with pytest.raises(ValueError, match="scene = 'top': must be a scene"):
+    with pytest.raises(ValueError, match=r"scene = 'top': must be an object of magmotor\.Top, "):
         mm.simulate(cast(mm.Top, "top"), **SHORT)
 
 
@@ -212,7 +212,7 @@ def test_a_run_ends_with_the_last_record_that_fits():
     assert run.time.values.tolist() == [0, 0.007]
 
 
-@pytest.mark.parametrize("timestep", [1e-12, 5e-324])
+@pytest.mark.parametrize("timestep", [1e-12, 1e-30])
 def test_records_that_no_memory_holds_are_refused(timestep, monkeypatch):
     pages = {"SC_PAGE_SIZE": 4096, "SC_PHYS_PAGES": 2**22}
     monkeypatch.setattr("os.sysconf", pages.__getitem__)

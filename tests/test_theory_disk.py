@@ -139,7 +139,7 @@ def test_slip_variance_of_euler_against_iterated_covariance():
         covariance = step @ covariance @ step.T + h * noise @ noise.T
     expected = covariance.sum()
     assert theory.euler_slip_variance(PAPER, h) == pytest.approx(expected, rel=1e-10)  # 3e-16
-    with pytest.raises(ValueError, match=r"timestep = 7: must be less than 6.66667"):
+    with pytest.raises(ValueError, match=r"timestep = 7.0: must be less than 6.66667"):
         theory.euler_slip_variance(PAPER, 7)
 
 

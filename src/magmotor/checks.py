@@ -37,13 +37,9 @@ def check_choice(name: str, value: Any, choices: tuple[str, ...]) -> None:
 def check_kind(name: str, value: Any, *kinds: type) -> None:
     """Check that a value is an object of one of these classes, which the message names."""
     if not isinstance(value, kinds):
-        told = [kind.__qualname__ for kind in kinds]
-        packages = [kind.__module__.split(".")[0] for kind in kinds]
-        full = [
-            kind if package == "builtins" else f"{package}.{kind}"
-            for package, kind in zip(packages, told, strict=True)
-        ]
-        raise reject(name, value, f"an object of {' or '.join(full)}")
+        names = [f"{kind.__module__.partition('.')[0]}.{kind.__qualname__}" for kind in kinds]
+        *first, last = [name.removeprefix("builtins.") for name in names]
+        raise reject(name, value, f"an object of {', '.join(first)}{' or ' * bool(first)}{last}")
 
 
 def check_number(

@@ -9,6 +9,9 @@ from magmotor.checks import check_integer, check_number, reject
 
 RECORDS_PER_DECADE = 24
 
+MOST_STEPS = 2**53
+"""Of an ensemble: as many as a double can count."""
+
 
 class Plan(NamedTuple):
     """Steps between samples, and numbers of samples: in all, recorded, and before statistics."""
@@ -30,7 +33,8 @@ def plan(timestep: float, duration: float, sample_interval: int, burn_in: float)
     """
     timestep = check_number("timestep", timestep, above=0)
     sample_interval = check_integer("sample_interval", sample_interval, at_least=1)
-    duration = check_number("duration", duration, at_least=4 * sample_interval * timestep)
+    least, most = 4 * sample_interval * timestep, MOST_STEPS * timestep
+    duration = check_number("duration", duration, at_least=least, below=most)
     burn_in = check_number("burn_in", burn_in, at_least=0)
     samples = int(duration / (sample_interval * timestep) * (1 + 1e-12))
     first = round(burn_in / (sample_interval * timestep))

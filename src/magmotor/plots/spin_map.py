@@ -1,16 +1,20 @@
 """Where the top spins: its largest spin and where it settles, over the ring's height and tilt."""
 
+import json
 from textwrap import fill
 
 import xarray as xr
 
 from magmotor.arguments import Picture, checked
+from magmotor.checks import reject
 from magmotor.plots import style
 from magmotor.plots import sweep_panels as panels
 from magmotor.plots.small_png import save_small
 from magmotor.plots.sweep_axes import WRAP, meaning_of
 from magmotor.scenes import Top
 from magmotor.theory.top import highest_valley
+
+MEASURES, FIELDS = ("max_spin", "settling_radius"), ("tilt", "ring_height")
 
 LINE = "(H − r)/R = 0.980: above, a level ring keeps the ball under its centre"
 
@@ -27,7 +31,13 @@ def spin_map(data: xr.Dataset, scene: Top, path: Picture) -> None:
         What did not vary.
     path : str or Path
         The .png to write.
+
+    Raises
+    ------
+    ValueError
+        It is no such sweep, or that of another scene.
     """
+    _check(data, scene)
     with style.figure(9.6, 4.2) as figure:
         left, right = figure.subplots(1, 2)
         for axes, name in ((left, "max_spin"), (right, "settling_radius")):
@@ -38,3 +48,17 @@ def spin_map(data: xr.Dataset, scene: Top, path: Picture) -> None:
         legend = left.get_legend_handles_labels()
         figure.legend(*legend, loc="outside lower center", ncols=2)
         save_small(figure, path, dpi=100)
+
+
+def _check(data: xr.Dataset, scene: Top) -> None:
+    needs = *MEASURES, *FIELDS
+    missing = [name for name in needs if name not in data or data[name].dtype.kind not in "iuf"]
+    if missing or any(data[name].dims != (name,) for name in FIELDS):
+        bound = f"those of a sweep of {' and '.join(FIELDS)} that measures {' and '.join(MEASURES)}"
+        raise reject("variables of data", [*map(str, data.variables)], bound)
+    if "sweep" in data.attrs:
+        own = json.loads(data.attrs["sweep"]).get("scene_fields", {})
+        for name in ("ball_radius", "ring_radius"):
+            value = getattr(scene, name)
+            if own.get(name, value) != value:
+                raise reject(f"scene.{name}", value, f"{own[name]!r}, as in the sweep")

@@ -9,6 +9,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from magmotor.checks import check_array, reject
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
@@ -77,7 +79,7 @@ class Axis(NamedTuple):
 
 def varied_fields(data: xr.Dataset) -> list[str]:
     """Names of the fields with more than one value: of the axes, and of designs over `sample`."""
-    dims = [dim for dim in json.loads(data.attrs["axes"]) if data.sizes.get(dim, 1) > 1]
+    dims = [dim for dim in _axes(data) if data.sizes.get(dim, 1) > 1]
     over = [
         [dim] if dim in data.coords else [name for name in data.coords if data[name].dims == (dim,)]
         for dim in dims
@@ -85,10 +87,22 @@ def varied_fields(data: xr.Dataset) -> list[str]:
     return [str(name) for names in over for name in names]
 
 
+def _axes(data: xr.Dataset) -> list[str]:
+    try:
+        axes = json.loads(data.attrs["axes"])
+    except (KeyError, TypeError, ValueError):
+        axes = None
+    if not isinstance(axes, list) or not all(isinstance(name, str) for name in axes):
+        bound = "those of a combined sweep: axes is a JSON list of names"
+        raise reject("attributes", [*data.attrs], bound)
+    return axes
+
+
 def axis_of(field: xr.DataArray) -> Axis:
     """How an axis shows a field."""
+    values = check_array(str(field.name), field.values, "values")
     scale = "log" if _is_geometric(field.values) else "linear"
-    return Axis(field.values.astype(float), label_of(meaning_of(field), field), scale)
+    return Axis(values, label_of(meaning_of(field), field), scale)
 
 
 def label_of(name: str, quantity: xr.DataArray) -> str:

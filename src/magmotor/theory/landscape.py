@@ -290,7 +290,12 @@ def _lows(scene: Scene, sources: Sources) -> Array:
 
 
 def _stationary(scene: Scene, start: Array, sources: Sources):
-    solution = root(lambda point: _gradient(scene, point, sources), start, tol=1e-12)
+    far = 1e6 * _radius(scene)  # beyond which it looks for nothing
+
+    def gradient(point: Array) -> Array:
+        return _gradient(scene, np.clip(point, -far, far), sources)
+
+    solution = root(gradient, start, tol=1e-12)
     if np.hypot(*solution.x) > REACH * _radius(scene):
         return None
     scale = scene.coupling / _radius(scene) ** 4

@@ -1,0 +1,280 @@
+"""Every public function refuses what its arguments are not, by a ValueError that names them."""
+
+import inspect
+import math
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+import xarray as xr
+
+import magmotor as mm
+from magmotor import live
+from magmotor.plots.disk_panels import System
+from magmotor.states.ball import start
+from magmotor.theory import linear
+
+TOP, MOTOR, DISK, PARTICLE = mm.Top(), mm.Motor(), mm.Disk(), mm.LangevinParticle()
+MODEL = mm.build(DISK)
+
+
+def simulated(scene, **arguments):
+    return mm.simulate(scene, method="variational/baoab", **arguments)
+
+
+RUNS: dict[str, xr.Dataset] = {
+    "top": simulated(TOP, timestep=0.01, duration=0.3),
+    "motor": simulated(MOTOR, timestep=0.1, duration=10.0),
+    "disk": simulated(DISK, timestep=0.01, duration=0.3),
+    "ensemble": mm.ensemble(
+        DISK, method="variational/baoab", timestep=0.02, duration=20.0, replicas=8, trajectories=8
+    ),
+}
+
+WRONG = {
+    "an object": object(),
+    "bytes": b"1",
+    "an array of text": np.array("a"),
+    "a complex number": 1j,
+    "a scene of another kind": None,  # as the others take
+    "an empty dataset": xr.Dataset(),
+    "a run of another kind": None,
+}
+"""What no argument is."""
+
+PERHAPS = {
+    "nothing": None,
+    "a number": 3.5,
+    "text": "x",
+    "an empty list": [],
+    "not a number": math.nan,
+    "infinity": math.inf,
+    "a subnormal number": 5e-324,
+    "a huge number": 1e300,
+    "a huge integer": 2**70,
+}
+"""What some arguments are; others refuse it."""
+
+STATES = start(TOP)
+VECTOR, POINTS = [0.0, 0.0, 0.1], [[0.0, 0.0, 0.0]]
+SYSTEM = System("symmetric", RUNS["ensemble"], RUNS["ensemble"])
+MOTION = mm.theory.small_motion(DISK)
+LIVE = live.live_scene(DISK, timestep=0.02)
+SCENE_FUNCTIONS = {
+    TOP: "field_under_centre slip_relaxation_rate highest_valley resting_ball small_motion",
+    MOTOR: "ball_injection_rate ring_injection_rate slip_mobility",
+    DISK: "ballistic_coefficient flat_x_diffusion friction_rates friction_step_limit"
+    " gibbs_deviations gibbs_mean_squares injection_rate largest_timestep paper_flat_x_diffusion"
+    " paper_lower_ballistic_bound paper_upper_ballistic_bound paper_velocity_noise_coefficient"
+    " paper_y_diffusion potential_step_limit slip_factor slip_rate temperature"
+    " velocity_noise_coefficient y_diffusion DiskTheory ReducedDisk",
+}
+TOPS, MOTORS, DISKS = (
+    {"run": RUNS[name], "scene": scene}
+    for name, scene in (("top", TOP), ("motor", MOTOR), ("disk", DISK))
+)
+TURNING = {"scene": TOP, "angular_velocity": VECTOR}
+STEPS: dict[str, Any] = {"method": "variational/baoab", "timestep": 0.02}
+DIPOLES = {"position": VECTOR, "moment": VECTOR, "positions": POINTS, "moments": POINTS}
+TIMES = {"t": [1.0, 2.0]}
+
+CALLS: dict[Any, dict[str, Any]] = {
+    **{
+        getattr(mm.theory, name): {"scene": scene}
+        for scene, names in SCENE_FUNCTIONS.items()
+        for name in names.split()
+    },
+    mm.theory.alias_period: {"scene": DISK, "timestep": 0.1},
+    mm.theory.d_diffusion: {"scene": DISK, "d": [0.0, 1.0]},
+    mm.theory.euler_slip_variance: {"scene": DISK, "timestep": 0.1},
+    mm.theory.flat_mean_displacement: {"scene": DISK, **TIMES, "direction": [1.0, 1.0]},
+    mm.theory.flat_msd_from_gibbs: {"scene": DISK, **TIMES, "direction": [1.0, 1.0]},
+    mm.theory.flat_variance_from_rest: {"scene": DISK, **TIMES, "direction": [1.0, 1.0]},
+    mm.theory.heat_rate: {"scene": DISK, "velocities": [1.0, 2.0]},
+    mm.theory.largest_stable_step: {"motion": MOTION, "step": linear.euler_step},
+    mm.theory.spectral_radius: {"motion": MOTION, "step": linear.euler_step, "h": 0.1},
+    mm.theory.libration_frequency: {"scene": TOP, "field": 0.01},
+    mm.theory.position_cdf: {"scene": DISK, "x": [1.0]},
+    mm.theory.position_density: {"scene": DISK, "x": [1.0]},
+    **{
+        getattr(mm.theory.ReducedDisk(DISK), name): TIMES
+        for name in ("d_correlation", "d_mean_square_from_rest", "msd_from_gibbs", "msd_from_rest",
+                     "slope_from_gibbs", "slope_from_rest")
+    },
+    mm.theory.ReducedDisk(DISK).increment_correlation: {"lag": 1.0},
+    mm.theory.DiskTheory(PARTICLE).mean: TIMES,
+    mm.theory.DiskTheory(PARTICLE).mean_square: TIMES,
+    mm.theory.DiskTheory(PARTICLE).variance: TIMES,
+    mm.theory.DiskTheory(PARTICLE).correlation: {"lag": 1.0},
+    mm.observables.azimuth: {"run": RUNS["motor"]},
+    mm.observables.ring_attitude: {"run": RUNS["motor"]},
+    mm.observables.censored_mean: {"values": [1.0, 2.0], "censored": [False, True]},
+    mm.observables.squared_variation: {"values": [1.0, 2.0], "censored": [False, True]},
+    mm.observables.exponential_test: {
+        "values": [1.0, 2.0], "censored": [False, False], "limits": [3.0, 3.0],
+        "alternatives": {}, "draws": 100, "seed": 1,
+    },
+    mm.observables.critical_points: {"scene": TOP.replace(tilt=0.3), "time": 0.0},
+    mm.observables.minimum: {"scene": TOP, "time": 0.0},
+    mm.observables.saddle: {"scene": TOP.replace(tilt=0.3), "time": 0.0},
+    mm.observables.valley_radius: {"scene": TOP, "azimuth": 0.0, "time": 0.0},
+    mm.observables.effective_potential: {"scene": TOP, "points": [0.1, 0.0], "time": 0.0},
+    mm.observables.motor_wells: {"scene": MOTOR},
+    mm.observables.disk_energy_balance: DISKS,
+    mm.observables.efficiency: MOTORS,
+    mm.observables.motor_energy_balance: MOTORS,
+    mm.observables.flights: MOTORS,
+    mm.observables.stays: MOTORS,
+    mm.observables.transitions: MOTORS,
+    mm.observables.mode_temperatures: {**MOTORS, "burn_in": 1.0},
+    mm.observables.momentum_balance: TOPS,
+    mm.observables.energy_balance: TOPS,
+    mm.observables.energy: {"scene": TOP, "states": STATES},
+    mm.observables.kinetic_energy: {"scene": TOP, "states": STATES},
+    mm.observables.magnetic_energy: {"scene": TOP, "states": STATES},
+    mm.observables.magnetic_energy_and_lift: {"scene": TOP, "states": STATES},
+    mm.observables.momentum_map: {**TURNING, "axis": VECTOR},
+    mm.observables.slip_velocity: {**TURNING, "velocity": VECTOR},
+    mm.observables.friction_torque: {"scene": TOP, "axis": VECTOR, "slip": VECTOR},
+    mm.observables.flight_survival: {"run": RUNS["ensemble"]},
+    mm.observables.local_slope: {"run": RUNS["ensemble"], "factor": 2.0},
+    mm.dipoles.field: {"points": VECTOR, "positions": POINTS, "moments": POINTS},
+    mm.dipoles.wrench: DIPOLES,
+    mm.dipoles.energy: DIPOLES,
+    mm.dipoles.force_and_field: DIPOLES,
+    mm.noise.BrownianPath: {"seed": 1, "timestep": 0.1, "factor": 1, "level": 0},
+    mm.noise.BrownianPath(1, 0.1).coarsened: {"factor": 2},
+    mm.noise.BrownianPath(1, 0.1).refined: {"halvings": 1},
+    mm.noise.BrownianPath(1, 0.1).increments: {"steps": 2, "first": 0, "replica": 0, "channel": 0},
+    mm.gibbs: {"scene": DISK, "replicas": 3, "seed": 1},
+    mm.ensemble: {
+        "scene": DISK, **STEPS, "duration": 4.0, "replicas": 4, "seed": 1, "sample_interval": 10,
+        "burn_in": 0.0, "initial": {"x": 1.0}, "trajectories": 1, "threads": 1, "checkpoint": None,
+    },
+    mm.simulate: {
+        "scene": DISK, **STEPS, "duration": 1.0, "seed": 1, "replicas": 2, "record_interval": 5,
+        "initial": {"x": 1.0}, "path": mm.noise.BrownianPath(1, 0.02), "checkpoint": None,
+        "allow_unstable": False,
+    },
+    mm.recommend: {"scene": DISK, "error": 0.01, "quantity": "temperature", **STEPS},
+    mm.methods: {"scene": DISK},
+    mm.build: {"scene": DISK, "looks": False},
+    mm.scene_of: {"run": RUNS["disk"]},
+    mm.rerun: {"run": RUNS["disk"]},
+    mm.Baoab: {"model": MODEL},
+    mm.apply_perturbation: {
+        "model": MODEL, "data": mujoco.MjData(MODEL), "perturb": mujoco.MjvPerturb()
+    },
+    mm.plots.overview: {**TOPS, "path": "top.png"},
+    mm.plots.MotorRun: {"name": "run", "data": RUNS["motor"]},
+    mm.plots.disk_figure: {"systems": [SYSTEM], "name": "mean", "path": "disk.png"},
+    mm.plots.disk_overview: {"systems": [SYSTEM], "path": "disk.png"},
+    mm.plots.motor_figure: {
+        "runs": [mm.plots.MotorRun("run", RUNS["motor"])], "name": "xy", "path": "motor.png"
+    },
+    mm.plots.motor_overview: {
+        "run": mm.plots.MotorRun("run", RUNS["motor"]), "path": "motor.png", "others": []
+    },
+    mm.plots.spin_map: {"data": None, "scene": TOP, "path": "map.png"},
+    mm.plots.sweep: {"data": None, "path": "sweep.png"},
+    mm.render.movie: {**TOPS, "path": "top.mp4", "seconds_per_second": 1.0},
+    mm.render.still: {**TOPS, "path": "top.png", "time": 0.1},
+    mm.render.contact_sheet: {
+        "runs": [RUNS["top"]], "scenes": [TOP], "labels": ["a"], "path": "sheet.mp4", "columns": 1,
+        "seconds_per_second": 1.0,
+    },
+    live.live_scene: {"scene": DISK, "method": "mujoco/euler", "timestep": 0.02, "seed": 1},
+    live.LiveSimulation: {"model": MODEL, "panel": None, "seed": 0},
+    LIVE.switch: {"name": "noise"},
+    LIVE.advance: {"steps": 1, "perturb": None},
+    LIVE.hold: {"perturb": mujoco.MjvPerturb()},
+    live.Pace: {"speed": 1.0, "now": 0.0},
+    live.Pace(1.0, 0.0).steps: {"now": 1.0, "timestep": 0.1},
+    mm.Top.paper: {"case": 4},
+    mm.Motor.paper: {"run": "uniform-a"},
+    TOP.ring_pose: {"time": 0.0},
+    TOP.ring_sources: {"time": 0.0},
+    MOTOR.ring_sources: {"time": 0.0},
+    TOP.ring_quaternion: {"tilt": 0.1},
+    TOP.in_world: {"positions": POINTS, "moments": POINTS, "time": 0.0},
+    **{
+        kind: {field: getattr(kind(), field) for field in inspect.signature(kind).parameters}
+        for kind in (mm.Top, mm.Motor, mm.Disk, mm.LangevinParticle)
+    },
+}  # fmt: skip
+"""Right arguments; None of what a sweep would have to make, which other tests do."""
+
+RECORDS = {
+    mm.Waypoint, mm.Recommendation, mm.LayoutError, mm.SimulationDiverged,
+    mm.SimulationInterrupted, mm.observables.CriticalPoint, mm.observables.MotorWells,
+    mm.theory.SmallMotion, mm.render.NoOpenGL, live.StateLost, mm.magnetism,
+}  # fmt: skip
+"""What holds what it is given, as exceptions do, or is given nothing."""
+
+DRAWN = {getattr(module, name) for module in (mm.plots, mm.render) for name in module.__all__}
+"""What needs seconds or OpenGL to do its work."""
+
+
+RIGHT_ALL_THE_SAME = {
+    (mm.scene_of, "run", "a run of another kind"),
+    (mm.rerun, "run", "a run of another kind"),
+    (mm.observables.exponential_test, "alternatives", "an empty dataset"),
+}
+"""An empty dataset is an empty mapping, too."""
+
+
+def test_the_table_is_complete():
+    modules = (mm.dipoles, mm.noise, mm.observables, mm.plots, mm.render, mm.theory, live, mm)
+    found = set()
+    for module in modules:
+        names = getattr(module, "__all__", None) or ["field", "wrench", "energy", "force_and_field"]
+        found |= {getattr(module, name) for name in names if name != "LARGEST_SEED"}
+    found = {each for each in found if callable(each)}
+    assert not found - {*CALLS} - RECORDS
+
+
+def name_of(function):
+    return f"{function.__module__.removeprefix('magmotor.')}.{function.__qualname__}"
+
+
+@pytest.mark.parametrize("function", CALLS, ids=name_of)
+def test_what_an_argument_is_not(function, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    right = CALLS[function]
+    silent, raw = [], []
+    for name in right:
+        others = {
+            "a scene of another kind": other_scene(function),
+            "a run of another kind": RUNS[
+                "disk" if right.get("run") is not RUNS["disk"] else "top"
+            ],
+        }
+        for what, value in {**WRONG, **others, **PERHAPS}.items():
+            if (function, name, what) in RIGHT_ALL_THE_SAME or (
+                what in PERHAPS and is_right(function, value)
+            ):
+                continue
+            try:
+                function(**right | {name: value})
+            except (ValueError, OSError, mm.SimulationDiverged, mujoco.FatalError) as error:
+                if not str(error).strip():
+                    raw.append((name, what, repr(error)))
+            except Exception as error:
+                raw.append((name, what, repr(error)[:200]))
+            else:
+                if what not in PERHAPS:
+                    silent.append((name, what))
+    assert not raw
+    assert not silent
+
+
+def other_scene(function):
+    """A scene of a kind that the function does not take, or no scene if it takes all."""
+    hint = str(inspect.signature(function).parameters.get("scene", ""))
+    return next((s for s in (TOP, MOTOR, DISK) if f".{type(s).__name__}" not in hint), object())
+
+
+def is_right(function, value):
+    """Whether something might be drawn, which takes its time."""
+    return function in DRAWN and (value is None or isinstance(value, float | str))
