@@ -1,8 +1,8 @@
 """Runs that were stopped go on from their checkpoint, the same to the bit."""
 
+import json
 from typing import Any
 
-import numpy as np
 import pytest
 from every_method import EVERY_METHOD, short
 
@@ -48,6 +48,12 @@ def stop_in_third_chunk(monkeypatch, scene, exception):
     monkeypatch.setattr(device, "guard", guard)
 
 
+def head(path):
+    """What the first line of a checkpoint tells."""
+    line = path.read_bytes().split(b"\n")[0]
+    return json.loads(line[len(checkpoints.MARK) + 10 :])
+
+
 class _Interrupted(list):
     """Records during whose third addition Ctrl-C comes."""
 
@@ -70,8 +76,7 @@ def test_ctrl_c_after_the_records_and_before_the_state_is_kept(tmp_path, monkeyp
         patch.setattr(simulation, "_resume", resumed)
         with pytest.raises(mm.SimulationInterrupted) as stop:
             mm.simulate(mm.Disk(), **DISK, checkpoint=path)
-    with np.load(path) as saved:
-        assert 1 < len(saved["time"]) < stop.value.dataset.sizes["time"]
+    assert 0 < head(path)["done"] < stop.value.dataset.sizes["time"] - 1
     assert mm.simulate(mm.Disk(), **DISK, checkpoint=path).identical(whole)
 
 
@@ -100,8 +105,7 @@ def test_checkpoints_are_written_now_and_then(tmp_path, monkeypatch):
         stop_in_third_chunk(patch, mm.Disk(), MemoryError)
         with pytest.raises(MemoryError):
             mm.simulate(mm.Disk(), checkpoint=path, **DISK)
-    with np.load(path) as saved:
-        assert len(saved["time"]) > 1
+    assert head(path)["done"] > 0
     assert mm.simulate(mm.Disk(), checkpoint=path, **DISK).identical(mm.simulate(mm.Disk(), **DISK))
 
 
@@ -139,7 +143,7 @@ def test_without_room_the_run_goes_on_with_a_warning(tmp_path):
 
 
 def test_a_checkpoint_that_is_a_folder_is_refused(tmp_path):
-    with pytest.raises(ValueError, match=r"^checkpoint = .*: must be a file \(Is a directory\)$"):
+    with pytest.raises(ValueError, match=r"^checkpoint = .*: must be a file, or no file$"):
         mm.simulate(mm.Disk(), **DISK, checkpoint=tmp_path)
     below_a_file = tmp_path / "file" / "run.npz"
     below_a_file.parent.touch()

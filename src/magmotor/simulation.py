@@ -9,11 +9,12 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from magmotor.checkpoint import Checkpoint
+from magmotor.checkpoint import Checkpoint, Expected
 from magmotor.checks import check_choice, check_integer, check_number, reject
 from magmotor.dataset import assemble, attributes_of
 from magmotor.devices import Scene, device_of
@@ -21,6 +22,7 @@ from magmotor.engines.job import Job
 from magmotor.noise import BrownianPath, check_seed, path_of
 from magmotor.recommendation import recommend
 from magmotor.states import checksum, concatenate, rows
+from magmotor.states.ball import BallStates
 
 ENGINES = {
     "mujoco": "magmotor.engines.mujoco.run",
@@ -177,6 +179,8 @@ def simulate(
     if abs(followed.timestep / timestep - 1) > 1e-12:
         raise reject("path.timestep", followed.timestep, f"{timestep:g}, the timestep")
     first = device.initial_state(scene, initial, replicas)
+    if isinstance(first, BallStates) and method.startswith("scipy"):
+        first = first._replace(orientation=None)  # it follows the axis alone
     _check_memory(duration / timestep, interval, first)
     records = int(duration / timestep * (1 + 1e-12)) // interval
     engine, scheme = method.split("/")
@@ -195,8 +199,11 @@ def simulate(
         scene, scheme, timestep, records, interval, first, followed, attributes["first_step"] or 0
     )
     task = attributes_of(scene, **attributes) | {"initial": checksum(first)}
-    saved = Checkpoint(None if checkpoint is None else Path(checkpoint), task)
-    return _collect(job, import_module(ENGINES[engine]).run, saved, attributes)
+    integrator = import_module(ENGINES[engine])
+    saved = Checkpoint(
+        checkpoint, task, records, lambda done: _expected(job, integrator.start(job), done)
+    )
+    return _collect(job, integrator.run, saved, attributes)
 
 
 def _check_memory(steps: float, interval: int, first: Any) -> None:
@@ -224,7 +231,7 @@ def _collect(job: Job, run: Callable, checkpoint: Checkpoint, attributes: dict) 
     """Assemble the chunks while they are good; when that ends early, raise with those that were."""
     guard = device_of(job.scene).guard(job.scene, job.initial)
     kept, job = _resume(job, checkpoint.load())
-    chunks, reached = run(job), (job.done + 1, job.state)
+    chunks, reached = run(job), (job.done, job.state)
     unit = job.record_interval * job.timestep
     bar = "{l_bar}{bar}| {n:.0f}/{total:.0f} s [{elapsed}<{remaining}]"
     progress = tqdm(
@@ -259,20 +266,31 @@ def _collect(job: Job, run: Callable, checkpoint: Checkpoint, attributes: dict) 
     return assemble(job.scene, kept, **attributes)
 
 
-def _resume(job: Job, saved: dict[str, NDArray] | None) -> tuple[list[Any], Job]:
-    """What a checkpoint holds of the records, the initial state first, and the job that is left."""
+def _expected(job: Job, start: NDArray, done: int) -> dict[str, Expected]:
+    """What a checkpoint holds: the records after the initial state, and the engine's state.
+
+    The task tells the times.
+    """
+    columns = {k: v for k, v in job.initial._asdict().items() if v is not None and k != "time"}
+    rows = {k: np.broadcast_to(v[0], (done, *v.shape[1:])) for k, v in columns.items()}
+    return {k: Expected(v) for k, v in {**rows, "engine_state": start}.items()}
+
+
+def _resume(job: Job, saved: tuple[int, dict[str, NDArray]] | None) -> tuple[list[Any], Job]:
+    """The records there are, the initial state first, and the job that is left."""
     if saved is None:
         return [job.initial], job
-    state = saved.pop("engine_state")
-    columns: list[Any] = [saved.get(name) for name in job.initial._fields]
-    kept = type(job.initial)(*columns)
-    return [kept], job._replace(done=len(kept.time) - 1, state=state)
+    done, arrays = saved
+    state = arrays.pop("engine_state")
+    records = job.initial._replace(time=job.times(0, done), **arrays)
+    return [concatenate([job.initial, records])], job._replace(done=done, state=state)
 
 
-def _save(checkpoint: Checkpoint, kept: list[Any], number: int, state: NDArray | None) -> None:
+def _save(checkpoint: Checkpoint, kept: list[Any], done: int, state: NDArray | None) -> None:
     """Save so many records and the engine's state after the last of them, if there is any."""
     if state is None or checkpoint.path is None:
         return
     kept[:] = [concatenate(kept)]
-    columns = {k: v[:number] for k, v in kept[0]._asdict().items() if v is not None}
-    checkpoint.save({**columns, "engine_state": state})
+    columns = rows(kept[0], slice(1, done + 1))._asdict()
+    arrays = {k: v for k, v in columns.items() if v is not None and k != "time"}
+    checkpoint.save(done, {**arrays, "engine_state": state})

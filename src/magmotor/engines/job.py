@@ -16,7 +16,7 @@ class Job(NamedTuple):
     """A run: `records` states after the initial one, each `record_interval` steps apart.
 
     An engine's function `run(job)` yields them in chunks, each with an array that holds all the
-    engine needs to go on from its end. The first step is number `first_step` of the Brownian path,
+    engine needs to go on from its end; `start(job)` is that array at the beginning. The first step is number `first_step` of the Brownian path,
     whose timestep is the run's. A run that goes on has `done` records already, and the array that
     came with the last of them as its `state`: what follows is then the same to the bit.
     """
@@ -37,5 +37,9 @@ class Job(NamedTuple):
         size = max(1, CHUNK // (replicas * self.record_interval))
         for first in range(self.done, self.records, size):
             last = min(first + size, self.records)
-            steps = self.record_interval * np.arange(first + 1, last + 1, dtype=float)
-            yield first * self.record_interval, self.timestep * steps
+            yield first * self.record_interval, self.times(first, last)
+
+    def times(self, first: int, last: int) -> NDArray[np.float64]:
+        """The times of the records after number `first` up to number `last`."""
+        steps = self.record_interval * np.arange(first + 1, last + 1, dtype=float)
+        return self.timestep * steps
