@@ -16,9 +16,10 @@ class Job(NamedTuple):
     """A run: `records` states after the initial one, each `record_interval` steps apart.
 
     An engine's function `run(job)` yields them in chunks, each with an array that holds all the
-    engine needs to go on from its end; `start(job)` is that array at the beginning. The first step is number `first_step` of the Brownian path,
-    whose timestep is the run's. A run that goes on has `done` records already, and the array that
-    came with the last of them as its `state`: what follows is then the same to the bit.
+    engine needs to go on from its end; `start(job)` is that array at the beginning. The first step
+    is number `first_step` of the Brownian path, whose timestep is the run's. A run that goes on has
+    `done` records already, and the array that came with the last of them as its `state`: what
+    follows is then the same to the bit.
     """
 
     scene: Any

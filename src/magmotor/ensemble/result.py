@@ -34,7 +34,7 @@ def result(
     arrays: dict[str, NDArray],
     deviations: tuple[float, float, float],
 ) -> xr.Dataset:
-    """Make the dataset from all that was recorded until a sample, and the initial state if given."""
+    """Make the dataset from what was recorded until a sample, and the initial state if given."""
     unit, replicas = when.interval * task["timestep"], task["replicas"]
     statistics = Statistics(*[arrays[name] for name in Statistics._fields])
     done = when.records <= sample
