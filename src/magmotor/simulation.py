@@ -2,7 +2,6 @@
 
 import dataclasses
 import json
-import os
 import sys
 from collections.abc import Callable, Mapping
 from importlib import import_module
@@ -14,12 +13,14 @@ import xarray as xr
 from numpy.typing import NDArray
 from tqdm import tqdm
 
+from magmotor.attributes import as_told
 from magmotor.checkpoint import Checkpoint, Expected
-from magmotor.checks import check_choice, check_integer, check_number, reject
+from magmotor.checks import check_choice, check_integer, check_kind, check_number, reject
 from magmotor.dataset import assemble, attributes_of
 from magmotor.devices import Scene, device_of
 from magmotor.engines.job import Job
-from magmotor.noise import BrownianPath, check_seed, path_of
+from magmotor.machine import physical_memory
+from magmotor.noise import LARGEST_STEP, BrownianPath, check_seed, path_of
 from magmotor.recommendation import recommend
 from magmotor.states import checksum, concatenate, rows
 from magmotor.states.ball import BallStates
@@ -161,7 +162,7 @@ def simulate(
     """
     interval = 1 if record_interval is None else record_interval
     device = device_of(scene)
-    if timestep is None and path is not None:
+    if timestep is None and isinstance(path, BrownianPath):
         timestep = path.timestep
     if method is None or timestep is None:
         choice = recommend(scene, method=method, timestep=timestep)
@@ -175,14 +176,20 @@ def simulate(
         raise reject("record_interval", interval, f"at most {int(duration / timestep)} steps")
     device.check_run(scene, method, timestep, replicas, allow_unstable)
     replicas = None if replicas is None else int(replicas)
-    followed = BrownianPath(seed, timestep) if path is None else path
+    if path is not None:
+        check_kind("path", path, BrownianPath)
+    followed = path or BrownianPath(seed, timestep)
     if abs(followed.timestep / timestep - 1) > 1e-12:
         raise reject("path.timestep", followed.timestep, f"{timestep:g}, the timestep")
+    steps = duration / timestep
+    first_step = _first_step(initial, followed, method)
+    if (first_step + steps) * followed.factor > LARGEST_STEP:
+        raise reject("duration", duration, "such that the Brownian path has less than 2^53 steps")
     first = device.initial_state(scene, initial, replicas)
     if isinstance(first, BallStates) and method.startswith("scipy"):
         first = first._replace(orientation=None)  # it follows the axis alone
-    _check_memory(duration / timestep, interval, first)
-    records = int(duration / timestep * (1 + 1e-12)) // interval
+    _check_memory(steps, interval, first)
+    records = int(steps * (1 + 1e-12)) // interval
     engine, scheme = method.split("/")
     attributes = {
         "method": method,
@@ -191,13 +198,11 @@ def simulate(
         "record_interval": interval,
         "seed": followed.seed,
         "path": None if path is None else json.dumps(dataclasses.asdict(path)),
-        "first_step": _first_step(initial, followed, method) or None,
+        "first_step": first_step or None,
         "replicas": replicas,
         "initial": None if initial is None else "the first record",
     }
-    job = Job(
-        scene, scheme, timestep, records, interval, first, followed, attributes["first_step"] or 0
-    )
+    job = Job(scene, scheme, timestep, records, interval, first, followed, first_step)
     task = attributes_of(scene, **attributes) | {"initial": checksum(first)}
     integrator = import_module(ENGINES[engine])
     saved = Checkpoint(
@@ -208,9 +213,7 @@ def simulate(
 
 def _check_memory(steps: float, interval: int, first: Any) -> None:
     """Refuse what could only end when the system ends the process."""
-    if not hasattr(os, "sysconf"):  # Windows
-        return
-    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    memory = physical_memory()
     needed = steps * sum(column.nbytes for column in first if column is not None)
     if needed / interval > memory:
         bound = f"at least {needed / memory:.3g}: the records would take {needed / interval:.3g}"
@@ -221,10 +224,14 @@ def _first_step(initial: Any, path: BrownianPath, method: str) -> int:
     """Where on its Brownian path a run begins that continues another."""
     if not isinstance(initial, xr.Dataset) or method.startswith("scipy"):
         return 0
-    told = initial.attrs
+    told = as_told(initial.attrs)
     if "seed" not in told or path_of(told) != path:
         return 0
-    return int(told.get("first_step", 0)) + round(float(initial.time[-1]) / path.timestep)
+    first = check_integer("attributes['first_step']", told.get("first_step", 0), at_least=0)
+    if "time" not in initial.coords or not initial.time.size:
+        raise reject("initial", [*initial.coords], "a dataset that has time")
+    reached = check_number("initial.time", initial.time.values.flat[-1], at_least=0)
+    return first + round(min(reached / path.timestep, LARGEST_STEP))
 
 
 def _collect(job: Job, run: Callable, checkpoint: Checkpoint, attributes: dict) -> xr.Dataset:

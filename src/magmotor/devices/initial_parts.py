@@ -1,6 +1,6 @@
 """Parts of an initial state as a user gives them: vectors and orientations of rigid bodies."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,9 @@ from magmotor.scenes import Motor, Top
 from magmotor.states.ball import axes, smallest_turn
 
 Array = NDArray[np.float64]
+
+LARGEST = 1e50
+"""Numbers of an initial state are less, so that fourth powers are finite."""
 
 ROUNDING = 1e-14
 """Of the length of a direction or a quaternion that was of length 1."""
@@ -38,7 +41,7 @@ def given_parts(
         needed = [name for name in sizes if name in initial or _twin(name) not in initial]
         given = last_record(initial, needed)
     else:
-        given = dict(initial or {})
+        given = as_given(initial, sizes)
         _check_no_twins(given)
     parts = {k: _rows(scene, k, v, sizes, replicas) for k, v in given.items()}
     for name in {*parts} - {_twin(name) for name in parts}:
@@ -60,7 +63,46 @@ def last_record(run: xr.Dataset, names: Sequence[str]) -> dict[str, Array]:
     missing = [name for name in names if name not in run]
     if missing:
         raise reject("initial", [*run.data_vars], f"a dataset that has {', '.join(missing)}, too")
+    for name in names:
+        if not run[name].sizes.get("time"):
+            raise reject(f"initial.{name}", run[name].dims, "of a run, with a dimension time")
     return {name: run[name].isel(time=-1).values for name in names}
+
+
+def as_given(initial: Any, known: Iterable[str]) -> dict[str, Any]:
+    """The parts that a mapping names, or none.
+
+    Raises
+    ------
+    ValueError
+        It is no mapping, or names a part that is not known.
+    """
+    if initial is None:
+        return {}
+    if not isinstance(initial, Mapping):
+        raise reject("initial", initial, "a mapping or a dataset")
+    for name in initial:
+        check_choice("initial", name, tuple(known))
+    return dict(initial)
+
+
+def as_numbers(label: str, value: Any, bound: str) -> Array:
+    """A value as an array of numbers that a state may have.
+
+    Raises
+    ------
+    ValueError
+        It holds other things than finite numbers, or too large ones.
+    """
+    try:
+        rows = np.asarray(value)
+    except (TypeError, ValueError):  # rows of unequal lengths
+        raise reject(label, value, bound) from None
+    if rows.dtype.kind not in "iuf" or not np.isfinite(rows).all():
+        raise reject(label, value, bound)
+    if (np.abs(rows) >= LARGEST).any():
+        raise reject(label, value, f"less than {LARGEST:g} in size")
+    return rows.astype(float)
 
 
 def _twin(name: str) -> str:
@@ -77,15 +119,15 @@ def _check_no_twins(given: Mapping[str, Any]) -> None:
 
 
 def _rows(scene, name: str, value: Any, sizes: Mapping[str, int], replicas: int) -> Array:
-    check_choice("initial", name, tuple(sizes))
     label, size = f"initial[{name!r}]", sizes[name]
-    rows = np.asarray(value, dtype=float)
+    each = f", or {replicas} times so many" if replicas > 1 else ""
+    bound = f"{size} finite numbers{each}"
+    rows = as_numbers(label, value, bound)
     on_plane = {"position": scene.ball_radius, "velocity": 0.0}
     if name in on_plane and rows.shape in {(2,), (replicas, 2)}:
         rows = np.insert(rows, 2, on_plane[name], axis=-1)
-    if rows.shape not in {(size,), (replicas, size)} or not np.isfinite(rows).all():
-        each = f", or {replicas} times so many" if replicas > 1 else ""
-        raise reject(label, value, f"{size} finite numbers{each}")
+    if rows.shape not in {(size,), (replicas, size)}:
+        raise reject(label, value, bound)
     rows = np.broadcast_to(rows, (replicas, size)).copy()
     if name in on_plane and scene.surface == "planar" and (rows[:, 2] != on_plane[name]).any():
         raise reject(label, value, f"{on_plane[name]:g} along z on the plane")

@@ -35,7 +35,9 @@ class Job(NamedTuple):
 
     def chunks(self, replicas: int) -> Iterator[tuple[int, NDArray[np.float64]]]:
         """Of each chunk the first step, and the times of its records."""
-        size = max(1, CHUNK // (replicas * self.record_interval))
+        # Each of a coarse step's random numbers is a sum.
+        effort = replicas * self.record_interval * (1 + self.path.factor // 64)
+        size = max(1, CHUNK // effort)
         for first in range(self.done, self.records, size):
             last = min(first + size, self.records)
             yield first * self.record_interval, self.times(first, last)

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.checks import check_integer, check_number, reject
+from magmotor.noise import LARGEST_STEP
 
 RECORDS_PER_DECADE = 24
 
@@ -32,10 +33,12 @@ def plan(timestep: float, duration: float, sample_interval: int, burn_in: float)
     sample_interval = check_integer("sample_interval", sample_interval, at_least=1)
     duration = check_number("duration", duration, at_least=4 * sample_interval * timestep)
     burn_in = check_number("burn_in", burn_in, at_least=0)
+    if duration / timestep > LARGEST_STEP:
+        raise reject("duration", duration, "such that the Brownian path has less than 2^53 steps")
     samples = int(duration / (sample_interval * timestep) * (1 + 1e-12))
-    first = round(burn_in / (sample_interval * timestep))
-    if samples - first < 4:
+    if burn_in / (sample_interval * timestep) >= samples - 3.5:
         raise reject("burn_in", burn_in, f"at most {(samples - 4) * sample_interval * timestep:g}")
+    first = round(burn_in / (sample_interval * timestep))
     decades = np.log10(samples)
     logarithmic = np.logspace(0, decades, 1 + int(np.ceil(RECORDS_PER_DECADE * decades)))
     even = np.linspace(0, samples, 101)
