@@ -21,7 +21,7 @@ def read(path):
     return head, arrays
 
 
-def write(path, head, arrays, **other):
+def write(path, head, arrays, /, **other):
     """A file with right checksums; the first line tells what the arrays are, or other things."""
     content = b"".join(array.tobytes() for array in arrays.values())
     told = {

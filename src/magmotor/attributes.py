@@ -29,7 +29,8 @@ def fields_in(attributes: Mapping[str, Any], name: str) -> dict[str, Any]:
     except (ValueError, RecursionError):
         fields = None
     if not isinstance(fields, dict):
-        raise reject(f"attributes[{name!r}]", text, "a JSON object")
+        shown = text[:200] if isinstance(text, str) else text
+        raise reject(f"attributes[{name!r}]", shown, "a JSON object")
     return fields
 
 

@@ -15,7 +15,7 @@ from magmotor.checks import check_integer, check_kind, check_number, reject
 from magmotor.dataset import scene_of
 from magmotor.ensemble import ensemble
 from magmotor.ensemble.plan import plan
-from magmotor.noise import path_of
+from magmotor.noise import LARGEST_STEP, path_of
 from magmotor.simulation import SimulationDiverged, simulate
 
 RUN = ("method", "timestep", "duration", "record_interval", "seed")
@@ -75,6 +75,7 @@ def rerun(run: xr.Dataset) -> xr.Dataset:
     if missing:
         bound = f"those of a run or an ensemble, and {', '.join(missing)} among them"
         raise reject("attributes", [*told], bound)
+    check_kind("method", told["method"], str)
     scene = scene_of(run)
     _check_dimensions(run, told)
     arguments = {name: told[name] for name in names}
@@ -121,6 +122,8 @@ def _times(told: Mapping[str, Any], most: int) -> NDArray[np.float64]:
         when = plan(timestep, duration, told["sample_interval"], told["burn_in"])
         return timestep * when.interval * when.records[:most]
     interval = check_integer("record_interval", told["record_interval"], at_least=1)
+    if interval >= LARGEST_STEP:
+        raise reject("record_interval", interval, "less than 2^53")
     records = duration / timestep * (1 + 1e-12) // interval
     return timestep * interval * np.arange(min(most, 1 + records))
 

@@ -31,6 +31,8 @@ def plan(timestep: float, duration: float, sample_interval: int, burn_in: float)
     """
     timestep = check_number("timestep", timestep, above=0)
     sample_interval = check_integer("sample_interval", sample_interval, at_least=1)
+    if sample_interval >= LARGEST_STEP:
+        raise reject("sample_interval", sample_interval, "less than 2^53")
     duration = check_number("duration", duration, at_least=4 * sample_interval * timestep)
     burn_in = check_number("burn_in", burn_in, at_least=0)
     if duration / timestep > LARGEST_STEP:
