@@ -11,6 +11,12 @@ from magmotor.noise import BrownianPath
 CHUNK = 20_000
 """Steps after which an engine hands over what it has, about: some 0.1 s."""
 
+PIECE = 2**20
+"""Steps, of all replicas, after which compiled code is left so that Ctrl-C is heard, about."""
+
+FEWEST = 64
+"""Steps that compiled code takes at the least: its states then stay in the cache."""
+
 
 class Job(NamedTuple):
     """A run: `records` states after the initial one, each `record_interval` steps apart.
@@ -41,6 +47,18 @@ class Job(NamedTuple):
         for first in range(self.done, self.records, size):
             last = min(first + size, self.records)
             yield first * self.record_interval, self.times(first, last)
+
+    def pieces(self, step: int, records: int, replicas: int) -> Iterator[tuple[int, int]]:
+        """Of each call of compiled code for a chunk its first step, and the steps to a record.
+
+        A long way to a single record is cut; the record is then that of the last call.
+        """
+        piece = self.record_interval
+        if records == 1:
+            piece = max(FEWEST, PIECE // (replicas * (1 + self.path.factor // 64)))
+        for done in range(0, self.record_interval, piece):
+            first = self.first_step + step + done
+            yield first, min(piece, self.record_interval - done)
 
     def times(self, first: int, last: int) -> NDArray[np.float64]:
         """The times of the records after number `first` up to number `last`."""
