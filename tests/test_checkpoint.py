@@ -1,7 +1,10 @@
 """Runs that were stopped go on from their checkpoint, the same to the bit."""
 
+import os
+import zlib
 from typing import Any
 
+import checkpoint_files
 import numpy as np
 import pytest
 from every_method import EVERY_METHOD, short
@@ -12,6 +15,18 @@ from magmotor import simulation
 from magmotor.devices import DEVICES
 from magmotor.engines import job as jobs
 
+QUIET = mm.Disk(noise=0.0)
+ENGINES = [
+    pytest.param(mm.Disk(), "variational/baoab", id="lanes"),
+    pytest.param(mm.LangevinParticle(), "variational/euler", id="lanes of the particle"),
+    pytest.param(mm.Top(), "variational/verlet", id="rigid"),
+    pytest.param(mm.Motor(), "variational/baoab", id="rigid, replicas"),
+    pytest.param(QUIET, "mujoco/rk4", id="mujoco, disk"),
+    pytest.param(mm.Top(), "mujoco/euler", id="mujoco, top"),
+    pytest.param(mm.Motor(), "mujoco/baoab", id="mujoco, motor"),
+    pytest.param(QUIET, "scipy/dop853", id="scipy, disk"),
+    pytest.param(mm.Top(), "scipy/dop853", id="scipy, top"),
+]
 DISK: dict[str, Any] = {
     "method": "variational/baoab",
     "timestep": 0.05,
@@ -48,6 +63,11 @@ def stop_in_third_chunk(monkeypatch, scene, exception):
     monkeypatch.setattr(device, "guard", guard)
 
 
+def done(path):
+    """How many records a checkpoint has after the first."""
+    return checkpoint_files.read(path)[0]["done"]
+
+
 class _Interrupted(list):
     """Records during whose third addition Ctrl-C comes."""
 
@@ -70,8 +90,7 @@ def test_ctrl_c_after_the_records_and_before_the_state_is_kept(tmp_path, monkeyp
         patch.setattr(simulation, "_resume", resumed)
         with pytest.raises(mm.SimulationInterrupted) as stop:
             mm.simulate(mm.Disk(), **DISK, checkpoint=path)
-    with np.load(path) as saved:
-        assert 1 < len(saved["time"]) < stop.value.dataset.sizes["time"]
+    assert 0 < done(path) < stop.value.dataset.sizes["time"] - 1
     assert mm.simulate(mm.Disk(), **DISK, checkpoint=path).identical(whole)
 
 
@@ -100,8 +119,7 @@ def test_checkpoints_are_written_now_and_then(tmp_path, monkeypatch):
         stop_in_third_chunk(patch, mm.Disk(), MemoryError)
         with pytest.raises(MemoryError):
             mm.simulate(mm.Disk(), checkpoint=path, **DISK)
-    with np.load(path) as saved:
-        assert len(saved["time"]) > 1
+    assert done(path) > 0
     assert mm.simulate(mm.Disk(), checkpoint=path, **DISK).identical(mm.simulate(mm.Disk(), **DISK))
 
 
@@ -139,9 +157,228 @@ def test_without_room_the_run_goes_on_with_a_warning(tmp_path):
 
 
 def test_a_checkpoint_that_is_a_folder_is_refused(tmp_path):
-    with pytest.raises(ValueError, match=r"^checkpoint = .*: must be a file \(Is a directory\)$"):
+    with pytest.raises(ValueError, match=r"^checkpoint = .*: must be a file, or no file$"):
         mm.simulate(mm.Disk(), **DISK, checkpoint=tmp_path)
     below_a_file = tmp_path / "file" / "run.npz"
     below_a_file.parent.touch()
     with pytest.raises(ValueError, match=r"must be a file \(Not a directory\)$"):
         mm.simulate(mm.Disk(), **DISK, checkpoint=below_a_file)
+
+
+def cut(array):
+    return array[..., :-1].copy()
+
+
+def with_first(value):
+    def spoiled(array):
+        array = array.copy()
+        array.flat[0] = value
+        return array
+
+    return spoiled
+
+
+DAMAGES: dict[str, Any] = {
+    "cut": cut,
+    "an axis more": lambda array: array[np.newaxis],
+    "empty": lambda array: array[..., :0],
+    "a row more": lambda array: np.concatenate([array, array[-1:]]),
+    "flat": lambda array: array.ravel() if array.ndim > 1 else array[:, np.newaxis],
+    "single": lambda array: array.astype("f4"),
+    "swapped": lambda array: array.astype(">f8"),
+    "integers": lambda array: array.astype("i8"),
+    "complex": lambda array: array.astype("c16"),
+    "nan": with_first(np.nan),
+    "inf": with_first(-np.inf),
+}
+
+
+@pytest.mark.parametrize(("scene", "method"), ENGINES)
+def test_arrays_that_are_not_the_task_s_are_refused(scene, method, tmp_path):
+    """With right checksums, so that it is the arrays that are judged."""
+    path, arguments = tmp_path / "run", short(scene, method)
+    whole = mm.simulate(scene, checkpoint=path, **arguments)
+    head, arrays = checkpoint_files.read(path)
+
+    def refused(new, message=r"one with the arrays|finite and in bounds", **told):
+        checkpoint_files.write(path, head | told, new)
+        with pytest.raises(ValueError, match=f"checkpoint = .*run': must be .*({message})"):
+            mm.simulate(scene, checkpoint=path, **arguments)
+
+    for name, array in arrays.items():
+        for change in DAMAGES.values():
+            refused(arrays | {name: change(array)})
+        refused({k: v for k, v in arrays.items() if k != name})
+    refused(arrays | {"extra": np.zeros(1)})
+    refused({f"my_{name}": array for name, array in arrays.items()})
+    refused(dict(reversed(arrays.items())))
+    refused(arrays | {"engine_state": np.zeros((1, 3))})
+    refused(arrays, done=head["done"] - 1)
+    for number in (-1, head["done"] + 1, 2**70, True, 3.0, "3", None, [3]):
+        refused(arrays, "are done", done=number)
+    checkpoint_files.write(path, head, arrays)
+    assert mm.simulate(scene, checkpoint=path, **arguments).identical(whole)
+
+
+MANY: dict[str, Any] = {
+    "method": "variational/baoab",
+    "timestep": 0.05,
+    "duration": 10.0,
+    "replicas": 10,
+    "trajectories": 2,
+}
+
+
+def changed(arrays, name, index, value):
+    array = arrays[name].copy()
+    array[index] = value
+    return arrays | {name: array}
+
+
+def test_arrays_that_are_not_the_ensemble_s_are_refused(tmp_path):
+    """Some of them ended the process."""
+    path = tmp_path / "run"
+    whole = mm.ensemble(mm.Disk(), checkpoint=path, **MANY)
+    head, arrays = checkpoint_files.read(path)
+    assert head["done"] == 10
+
+    def refused(new, message=r"one with the arrays|finite and in bounds", **told):
+        checkpoint_files.write(path, head | told, new)
+        with pytest.raises(ValueError, match=f"checkpoint = .*run': must be .*({message})"):
+            mm.ensemble(mm.Disk(), checkpoint=path, **MANY)
+
+    for name, array in arrays.items():
+        for kind, change in DAMAGES.items():
+            integers = array.dtype == np.int64
+            if not (integers and kind in ("nan", "inf", "integers")):
+                refused(arrays | {name: change(array)})
+        refused({k: v for k, v in arrays.items() if k != name})
+    refused(arrays | {"last": np.zeros((50, 8))}, done=0)
+    refused(arrays | {"sums": np.zeros((0, 0, 6))})
+    for number in (-1, 11, 2**70, True, 3.0, "3", None):
+        refused(arrays, "are done", done=number)
+    bounds = "one whose {} is finite and in bounds; it has {}"
+    for name, index, value in [
+        ("counts", (0, 2, 119), -1),
+        ("counts", (0, 0, 0), 2**40),
+        ("flights", (0, 159), -1),
+        ("direction", 3, 2),
+        ("direction", 3, -2),
+        ("departure", 0, -1),
+        ("departure", 0, 11),
+        ("departure", 0, 2**63 - 1),
+        ("sums", (0, 0, 0), -1.0),
+        ("sums", (0, 1, 4), -1e-9),
+    ]:
+        refused(changed(arrays, name, index, value), bounds.format(name, value))
+    refused(changed(arrays, "departure", 0, 6), "departure is", done=5)
+    checkpoint_files.write(path, head, arrays)
+    assert mm.ensemble(mm.Disk(), checkpoint=path, **MANY).identical(whole)
+
+
+def test_states_of_any_size_end_no_process(tmp_path):
+    """Numbers that overflow at the first step: the statistics have to live with them."""
+    path = tmp_path / "run"
+    mm.ensemble(mm.Disk(), checkpoint=path, **MANY)
+    head, arrays = checkpoint_files.read(path)
+    arrays = {name: np.zeros_like(array) for name, array in arrays.items()}
+    arrays["states"][:] = 1e308
+    checkpoint_files.write(path, head | {"done": 0}, arrays)
+    with np.errstate(all="ignore"), pytest.raises(mm.SimulationDiverged):
+        mm.ensemble(mm.Disk(), checkpoint=path, **MANY)
+
+
+@pytest.fixture
+def small(tmp_path):
+    """A checkpoint of two arrays, and who loads it."""
+    like = {"x": np.arange(6.0).reshape(2, 3), "n": np.array([1, 2])}
+    wanted = {"x": checkpoints.Expected(like["x"]), "n": checkpoints.Expected(like["n"], 0, 9)}
+    path = tmp_path / "small"
+    mine = checkpoints.Checkpoint(path, {"seed": 1}, 5, lambda done: wanted)
+    mine.save(4, like)
+    done, found = mine.load()
+    assert done == 4
+    np.testing.assert_equal(found, like)
+    return mine
+
+
+def test_any_byte_that_changes_is_found(small):
+    content = small.path.read_bytes()
+    for place in range(len(content)):
+        for other in (content[place] ^ 1, content[place] ^ 32):
+            spoiled = bytearray(content)
+            spoiled[place] = other
+            if spoiled != content:
+                small.path.write_bytes(spoiled)
+                with pytest.raises(ValueError, match=r"must be (a checkpoint, or no|whole; this)"):
+                    small.load()
+
+
+def test_any_length_that_is_not_its_own_is_found(small):
+    content = small.path.read_bytes()
+    for length in range(len(content)):
+        small.path.write_bytes(content[:length])
+        with pytest.raises(ValueError, match=r"must be (a checkpoint, or no|whole; this)"):
+            small.load()
+    small.path.write_bytes(content + b"\0")
+    with pytest.raises(ValueError, match="whole; this one is damaged: it is too short or too long"):
+        small.load()
+
+
+@pytest.mark.parametrize("task", [{"seed": 1, "more": 2}, {}, {"seed": 2}, {"speed": 1}])
+def test_a_task_with_more_or_less_is_another(small, task):
+    head, arrays = checkpoint_files.read(small.path)
+    checkpoint_files.write(small.path, head | {"task": task}, arrays)
+    with pytest.raises(ValueError, match=r"checkpoint = .* must be one of \w+ = \w+; it has \w+$"):
+        small.load()
+
+
+def _crafted(**told):
+    def write(path):
+        checkpoint_files.write(path, *checkpoint_files.read(path), **told)
+
+    return write
+
+
+def _archive(path):
+    with path.open("wb") as file:
+        np.savez(file, x=np.zeros((2, 3)), n=np.array([1, 2]), task=np.array({"seed": 1}))
+
+
+def _deep(path):
+    text = b"[" * 100_000 + b"\n"
+    path.write_bytes(b"magmotor checkpoint %08x " % zlib.crc32(text) + text)
+
+
+@pytest.mark.parametrize(
+    "craft",
+    [
+        _crafted(arrays=[["x", "<f8", 10**6, 10**6], ["n", "<i8", 2]]),
+        _crafted(arrays=[["x", "<f8", 2, 3], ["n", "<i8", -2]]),
+        _crafted(arrays=[["x", "|O", 2, 3], ["n", "<i8", 2]]),
+        _crafted(arrays=None),
+        _crafted(checksum=None),
+        _crafted(task=[1]),
+        _crafted(done=10**400),
+        _archive,
+        _deep,
+    ],
+)
+def test_crafted_files_get_a_sentence(small, craft):
+    craft(small.path)
+    with pytest.raises(ValueError, match=r"checkpoint = .*small': must be "):
+        small.load()
+
+
+def test_what_is_no_path_is_refused():
+    wrong: Any = 7
+    with pytest.raises(ValueError, match="checkpoint = 7: must be a path, or None"):
+        mm.simulate(mm.Disk(), checkpoint=wrong, **DISK)
+
+
+def test_a_pipe_is_no_checkpoint(tmp_path):
+    """Opening one would wait for ever."""
+    path = tmp_path / "pipe"
+    os.mkfifo(path)
+    with pytest.raises(ValueError, match="must be a file, or no file"):
+        mm.simulate(mm.Disk(), checkpoint=path, **DISK)

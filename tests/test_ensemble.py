@@ -9,7 +9,7 @@ import pytest
 
 import magmotor as mm
 from magmotor import checkpoint as checkpoints
-from magmotor import theory
+from magmotor import theory, whole_files
 from magmotor.ensemble import march, statistics
 from magmotor.ensemble.result import _jackknife
 
@@ -204,9 +204,7 @@ def test_a_crash_loses_what_came_after_the_last_checkpoint(tmp_path, monkeypatch
         interrupt_after(patch, 30, crash)
         with pytest.raises(RuntimeError, match="crash"):
             mm.ensemble(WARM, **ARGUMENTS, trajectories=7, checkpoint=path)
-    with np.load(path) as saved:
-        reached = int(saved["sample"])
-    assert 0 < reached < 120
+    assert b'"done": 0,' not in path.read_bytes()[:5000]
     assert mm.ensemble(WARM, **ARGUMENTS, trajectories=7, checkpoint=path).identical(whole)
 
 
@@ -218,12 +216,11 @@ def test_a_full_disk_keeps_the_checkpoint_before(tmp_path, monkeypatch, whole):
             mm.ensemble(WARM, **ARGUMENTS, trajectories=7, checkpoint=path)
     before = path.read_bytes()
 
-    def full(file, **arrays):
-        file.write(b"the first part of it")
+    def full(number):
         raise OSError(errno.ENOSPC, "No space left on device")
 
     with monkeypatch.context() as patch:
-        patch.setattr(checkpoints.np, "savez", full)
+        patch.setattr(whole_files.os, "fsync", full)
         with pytest.warns(UserWarning, match="No space left on device; the one before it stays"):
             run = mm.ensemble(WARM, **ARGUMENTS, trajectories=7, checkpoint=path)
     assert run.identical(whole)
@@ -236,7 +233,7 @@ def test_a_checkpoint_of_another_task_is_refused(tmp_path):
     mm.ensemble(WARM, **ARGUMENTS, checkpoint=path)
     with pytest.raises(ValueError, match=r"checkpoint = .* must be one of seed = 3; it has 2"):
         mm.ensemble(WARM, **{**ARGUMENTS, "seed": 3}, checkpoint=path)
-    for content in (b"", b"not a checkpoint", path.read_bytes()[:2000]):
+    for content in (b"", b"not a checkpoint", path.read_bytes()[:200]):
         path.write_bytes(content)
         with pytest.raises(ValueError, match="must be a checkpoint, or no file"):
             mm.ensemble(WARM, **ARGUMENTS, checkpoint=path)

@@ -5,8 +5,11 @@ the standard error stands beside the measured value.
 """
 
 import copy
+import signal
 import subprocess
 import sys
+import threading
+import time
 from typing import Any
 
 import mujoco
@@ -17,6 +20,7 @@ from scipy.spatial.transform import Rotation
 
 import magmotor as mm
 from magmotor import noise, theory
+from magmotor.engines.mujoco import baoab
 
 BOTH = ("mujoco/baoab", "variational/baoab")
 
@@ -316,6 +320,38 @@ def test_neither_calls_nor_threads_nor_a_block_of_magnetism_change_a_bit():
     for path in paths:
         np.testing.assert_array_equal(path, simulated)
     np.testing.assert_array_equal(simulated[1, -1], end(data)[:4])
+
+
+@pytest.mark.parametrize("start", [0.0, 1e14], ids=["from 0", "where the time loses steps"])
+def test_looks_for_ctrl_c_change_no_bit(start, monkeypatch):
+    """A step is 0.09375 long where the numbers of a double are 1/64 apart."""
+    model, data = driven(noise.BrownianPath(4, 0.1))
+    data.time = start
+    langevin, ends = mm.Baoab(model), []
+    for first in (10**6, 1):
+        monkeypatch.setattr(baoab, "FIRST_STEPS", first)
+        monkeypatch.setattr(baoab, "SECONDS_BETWEEN_LOOKS", 0.0)
+        other = copy.copy(data)
+        langevin.step(other, 300)
+        ends.append(end(other))
+    assert start == 0 or abs(ends[0][-1] - start - 30) > 1
+    np.testing.assert_array_equal(*ends)
+
+
+def test_ctrl_c_is_heard_while_it_steps():
+    model, data = driven(noise.BrownianPath(4, 0.01))
+    langevin = mm.Baoab(model)
+    langevin.step(data, 1)
+    began = time.monotonic()
+    timer = threading.Timer(0.5, signal.raise_signal, [signal.SIGINT])
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        langevin.step(data, 2**53 - 1)
+    assert time.monotonic() - began < 10  # 0.6
+    reached = round(data.time / 0.01)
+    whole = driven(noise.BrownianPath(4, 0.01))[1]
+    mm.Baoab(whole.model).step(whole, reached)
+    np.testing.assert_array_equal(end(whole), end(data))
 
 
 @pytest.mark.parametrize("view", ["coarsened", "refined"])

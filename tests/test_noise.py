@@ -1,5 +1,6 @@
 """Brownian increments: the generator's known answers, moments, independence, and one path."""
 
+import signal
 from collections.abc import Callable
 from typing import Any
 
@@ -24,6 +25,7 @@ KNOWN_ANSWERS = [
 ]
 SAMPLES = 200_000
 FLOAT: Any = 1.5
+COARSE = BrownianPath(1, 1.0).coarsened(noise.COARSEST)
 
 
 @pytest.mark.parametrize(("counter_and_key", "answer"), KNOWN_ANSWERS)
@@ -133,6 +135,25 @@ def test_refined_increments_add_up_to_the_coarse(seed, first, level):
     assert fine.coarsened(1 << level) == path
 
 
+@settings(max_examples=40, deadline=None)
+@given(
+    seed=st.integers(0, noise.LARGEST_SEED - 1),
+    step=st.integers(0, noise.LARGEST_STEP - 1),
+    channel=st.integers(0, noise.BRIDGES - 1),
+    level=st.integers(1, noise.FINEST),
+)
+def test_a_refined_number_is_levy_s_construction(seed, step, channel, level):
+    """Half k of a step is (parent + bridge)/sqrt 2 or the difference, bridges from 2^32 k on."""
+    value = noise.normal(seed, 7, step >> level, channel, 1, 0)
+    for k in range(1, level + 1):
+        parent, right = divmod(step >> (level - k), 2)
+        bridge = noise.normal(seed, 7, parent, 2**32 * k + channel, 1, 0)
+        value = (value - bridge if right else value + bridge) / np.sqrt(2)
+    assert noise.normal(seed, 7, step, channel, 1, level) == pytest.approx(
+        value, abs=1e-13
+    )  # 2e-15
+
+
 def test_refinement_draws_what_no_channel_has():
     """Bridges of channel 0 against the numbers of channels 0 to 3; 4.5 sigma, false alarm 1e-4."""
     path, steps = BrownianPath(1, 1.0), 20_000
@@ -163,12 +184,43 @@ def test_views_of_a_path():
         (lambda: BrownianPath(1, 1.0).coarsened(0), "factor = 0: must be at least 1"),
         (lambda: BrownianPath(1, 1.0).coarsened(3).refined(), "halvings = 1: must be such that"),
         (lambda: BrownianPath(1, 1.0).refined(2).coarsened(3), "factor = 3: must be a power of 2"),
-        (lambda: BrownianPath(1, 1.0).refined(40), "level = 40: must be at most 31"),
+        (lambda: BrownianPath(1, 1.0).refined(40), "halvings = 40: must be at most 31"),
         (lambda: BrownianPath(1, 1.0).increments(-1), "steps = -1: must be at least 0"),
         (lambda: BrownianPath(1, 1.0).increments(FLOAT), "steps = 1.5: must be an integer"),
         (lambda: BrownianPath(1, 1.0).increments(1, first=-1), "first = -1: must be at least 0"),
+        (lambda: BrownianPath(1, 1.0).refined(2**63), "halvings = .*: must be at most 31"),
+        (lambda: BrownianPath(1, 1.0).refined(20).refined(20), "level = 40: must be at most 31"),
+        (lambda: BrownianPath(1, 1.0).coarsened(2**53), r"factor = .*: must be at most 2\^24"),
+        (lambda: BrownianPath(1, 1.0).coarsened(10**400), r"factor = .*: must be at most 2\^24"),
+        (lambda: COARSE.coarsened(2), r"factor = .*: must be at most 2\^24"),
+        (lambda: BrownianPath(1, 1e308).coarsened(8), "timestep = inf: must be a finite number"),
+        (lambda: BrownianPath(1, 5e-324).refined(), "timestep = 0.0: must be greater than 0"),
+        (lambda: BrownianPath(1, 1.0).increments(2**60), "steps = .*: must be so few"),
+        (lambda: BrownianPath(1, 1.0).increments(1, first=2**53), "first = .*: must be at most"),
+        (lambda: COARSE.increments(1, first=2**29), "first = .*: must be at most 536870911 for 1"),
+        (lambda: BrownianPath(1, 1.0).increments(1, replica=2**53), "replica = .*: must be less"),
+        (lambda: BrownianPath(1, 1.0).increments(1, channel=2**32), "channel = .*: must be less"),
     ],
 )
 def test_bad_paths_are_rejected(make, message):
     with pytest.raises(ValueError, match=message):
         make()
+
+
+def test_ctrl_c_is_heard_between_pieces_and_pieces_change_no_bit(monkeypatch):
+    path = BrownianPath(5, 0.1).coarsened(3)
+    whole = path.increments(100, first=7, replica=2, channel=1)
+    monkeypatch.setattr(noise, "PIECE", 12)
+    fill, calls = noise._fill_normals, []
+
+    def watched(*arguments):
+        calls.append(arguments)
+        fill(*arguments)
+        if len(calls) == 40:
+            signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr(noise, "_fill_normals", watched)
+    np.testing.assert_array_equal(path.increments(100, first=7, replica=2, channel=1), whole)
+    with pytest.raises(KeyboardInterrupt):
+        path.increments(100)
+    assert len(calls) == 25 + 15

@@ -2,10 +2,12 @@
 
 import lazy_loader
 
+from magmotor.cache_folder import choose_cache_folder
 from magmotor.gl import choose_gl_backend
 
 __version__ = "0.1.0"
 
+choose_cache_folder()
 choose_gl_backend()
 
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from magmotor.checks import check_kind
+from magmotor.attributes import check_fields, fields_in
+from magmotor.checks import check_kind, reject
 from magmotor.devices import DEVICES, Scene
 from magmotor.states import concatenate
 
@@ -85,20 +86,32 @@ def scene_of(run: xr.Dataset) -> Scene:
     Raises
     ------
     ValueError
-        It is no dataset, or names no scene that is known here.
+        It is no dataset, or names no scene that is known here, or one that cannot be.
     """
     check_kind("run", run, xr.Dataset)
     name = run.attrs.get("scene")
-    if name not in SCENES:
+    if not isinstance(name, str) or name not in SCENES:
         raise ValueError(
             f"scene = {name!r} in the dataset's attributes: must be one of {[*SCENES]}"
         )
-    return scene_from(name, json.loads(run.attrs["scene_fields"]))
+    return scene_from(name, fields_in(run.attrs, "scene_fields"))
 
 
 def scene_from(kind: str, fields: dict[str, Any]) -> Scene:
-    """The scene of a kind, a key of `SCENES`, with fields as JSON has them."""
-    return SCENES[kind](**{name: _as_tuples(value) for name, value in fields.items()})
+    """The scene of a kind, a key of `SCENES`, with all its fields as JSON has them.
+
+    Raises
+    ------
+    ValueError
+        A field is missing, unknown, or cannot have its value: names it.
+    """
+    known = {field.name: field for field in dataclasses.fields(SCENES[kind])}
+    check_fields("scene_fields", fields, known)
+    try:
+        return SCENES[kind](**{name: _as_tuples(value) for name, value in fields.items()})
+    except (ArithmeticError, AttributeError, LookupError, TypeError, RecursionError) as error:
+        bound = f"those of a {kind} ({error})"
+        raise reject("attributes['scene_fields']", fields, bound) from error
 
 
 def _as_tuples(value: Any) -> Any:

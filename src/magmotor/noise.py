@@ -12,7 +12,6 @@ conditionally on its own by Levy's construction of the Brownian bridge.
 # Numba's intrinsics hide their first parameter:
 # pyright: reportCallIssue=false, reportGeneralTypeIssues=false
 
-import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -23,6 +22,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from magmotor import elementary
+from magmotor.attributes import check_fields, fields_in
 from magmotor.checks import check_integer, check_number, reject
 from magmotor.code_version import code_version
 from magmotor.elementary import (
@@ -33,6 +33,7 @@ from magmotor.elementary import (
     logarithm,
     sine_of_quarter,
 )
+from magmotor.machine import physical_memory
 
 __all__ = ["LARGEST_SEED", "BrownianPath"]
 
@@ -41,6 +42,18 @@ LARGEST_SEED = 2**53
 
 FINEST = 31
 """Largest level: how many times a path's own steps can be halved."""
+
+COARSEST = 2**24
+"""Largest factor: how many of a path's own steps a step can be; its sum takes 0.1 s."""
+
+LARGEST_STEP = 2**53
+"""Steps of a path's own are counted up to less."""
+
+BRIDGES = 2**32
+"""Channels are less: those from there on are the bridges between refined steps."""
+
+PIECE = 2**22
+"""Random numbers that are drawn between two looks for Ctrl-C: some 0.05 s."""
 
 _PARITY = np.uint64(0x1BD11BDAA9FC1A22)
 _ONE = np.uint64(0x3FF0000000000000)
@@ -191,6 +204,8 @@ class BrownianPath:
             object.__setattr__(self, name, value)
         if self.level > FINEST:
             raise reject("level", self.level, f"at most {FINEST}")
+        if self.factor > COARSEST:
+            raise reject("factor", self.factor, f"at most 2^24 = {COARSEST}")
         if self.level and self.factor > 1:
             raise reject("factor", self.factor, "1 in a path that is refined")
 
@@ -200,9 +215,11 @@ class BrownianPath:
         Raises
         ------
         ValueError
-            `factor` is no power of 2 that undoes a refinement, or not at least 1.
+            `factor` is no power of 2 that undoes a refinement, not at least 1, or more than 2^24.
         """
         factor = check_integer("factor", factor, at_least=1)
+        if factor > max(COARSEST, 2**FINEST):
+            raise reject("factor", factor, f"at most 2^24 = {COARSEST}")
         halvings = factor.bit_length() - 1
         if self.level and (factor != 1 << halvings or halvings > self.level):
             raise reject("factor", factor, f"a power of 2, at most 2^{self.level}, here")
@@ -216,9 +233,12 @@ class BrownianPath:
         Raises
         ------
         ValueError
-            The path is a sum of steps that cannot be halved so often.
+            The path is a sum of steps that cannot be halved so often, or its own steps would be
+            halved more than 31 times.
         """
         halvings = check_integer("halvings", halvings, at_least=0)
+        if halvings > FINEST:
+            raise reject("halvings", halvings, f"at most {FINEST}")
         timestep = self.timestep / 2**halvings
         if self.factor == 1:
             return replace(self, timestep=timestep, level=self.level + halvings)
@@ -236,22 +256,44 @@ class BrownianPath:
         Raises
         ------
         ValueError
-            One of the numbers is no integer, or negative.
+            One of the numbers is no integer, negative, or larger than a path can count.
         """
-        for name, value in {
-            "steps": steps, "first": first, "replica": replica, "channel": channel
-        }.items():  # fmt: skip
-            check_integer(name, value, at_least=0)
+        steps = check_integer("steps", steps, at_least=0)
+        first = check_integer("first", first, at_least=0)
+        replica = check_integer("replica", replica, at_least=0)
+        channel = check_integer("channel", channel, at_least=0)
+        if 8 * steps > physical_memory():
+            raise reject("steps", steps, "so few that the machine has memory for them")
+        if (first + steps) * self.factor > LARGEST_STEP:
+            last = LARGEST_STEP // self.factor - steps
+            raise reject("first", first, f"at most {last} for {steps} steps of this path")
+        if replica >= LARGEST_SEED:
+            raise reject("replica", replica, f"less than 2^53 = {LARGEST_SEED}")
+        if channel >= BRIDGES:
+            raise reject("channel", channel, f"less than 2^32 = {BRIDGES}")
         out = np.empty(steps)
-        _fill_normals(out, self.seed, replica, first, channel, self.factor, self.level)
+        size = max(1, PIECE // (self.factor + self.level))
+        for start in range(0, steps, size):
+            piece = out[start : start + size]
+            of_path = channel, self.factor, self.level
+            _fill_normals(piece, self.seed, replica, first + start, *of_path)
         return math.sqrt(self.timestep) * out
 
 
 def path_of(attributes: Mapping[str, Any]) -> BrownianPath:
-    """The Brownian path that a run followed, as the attributes of its dataset tell."""
-    if "path" in attributes:
-        return BrownianPath(**json.loads(attributes["path"]))
-    return BrownianPath(int(attributes["seed"]), float(attributes["timestep"]))
+    """The Brownian path that a run followed, as the attributes of its dataset tell.
+
+    Raises
+    ------
+    ValueError
+        Names the attribute that is missing, or tells of no path.
+    """
+    if "path" not in attributes:
+        seed, timestep = (attributes.get(name) for name in ("seed", "timestep"))
+        return BrownianPath(seed, timestep)  # pyright: ignore[reportArgumentType]
+    fields = fields_in(attributes, "path")
+    check_fields("path", fields, BrownianPath.__dataclass_fields__)
+    return BrownianPath(**fields)
 
 
 def check_seed(seed: int) -> int:

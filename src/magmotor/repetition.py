@@ -1,6 +1,5 @@
 """Any dataset made again, from its attributes and, where one was given, its initial state."""
 
-import json
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -11,11 +10,12 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from magmotor import sweep
-from magmotor.checks import check_kind, reject
+from magmotor.attributes import as_told, fields_in
+from magmotor.checks import check_integer, check_kind, check_number, reject
 from magmotor.dataset import scene_of
 from magmotor.ensemble import ensemble
 from magmotor.ensemble.plan import plan
-from magmotor.noise import path_of
+from magmotor.noise import LARGEST_STEP, path_of
 from magmotor.simulation import SimulationDiverged, simulate
 
 RUN = ("method", "timestep", "duration", "record_interval", "seed")
@@ -66,15 +66,16 @@ def rerun(run: xr.Dataset) -> xr.Dataset:
     True
     """
     check_kind("run", run, xr.Dataset)
-    told = {k: v.item() if isinstance(v, np.generic) else v for k, v in run.attrs.items()}
+    told = as_told(run.attrs)
     if "sweep" in told:
-        return _sweep(json.loads(told["sweep"]))
+        return _sweep(fields_in(told, "sweep"))
     of_many = "sample_interval" in told
     names = ENSEMBLE if of_many else RUN
     missing = [name for name in ("scene", "scene_fields", *names) if name not in told]
     if missing:
         bound = f"those of a run or an ensemble, and {', '.join(missing)} among them"
         raise reject("attributes", [*told], bound)
+    check_kind("method", told["method"], str)
     scene = scene_of(run)
     _check_dimensions(run, told)
     arguments = {name: told[name] for name in names}
@@ -102,23 +103,29 @@ def _check_dimensions(run: xr.Dataset, told: Mapping[str, Any]) -> None:
     if unknown or not run.sizes.get("time"):
         raise reject("dimensions", [*run.dims], "those of one run")
     replicas, found = told.get("replicas"), run.sizes.get("replica")
-    if replicas != found:
+    if type(replicas) is not type(found) or replicas != found:
         raise reject("replica", found, f"all {replicas}, as `replicas` in the attributes says")
-    times, expected = run.time.values, _times(told)
-    whole = len(times) <= len(expected) and np.allclose(times, expected[: len(times)], atol=0)
-    if not whole:
+    times = run.time.values
+    if times.dtype.kind not in "iuf" or times.ndim != 1:
+        raise reject("time.dtype", str(times.dtype), "numbers, one for each record")
+    expected = _times(told, len(times))
+    if len(times) > len(expected) or not np.allclose(times, expected, atol=0):
         bound = "those of a run's records, all of them from the start on"
         raise reject("time", f"{times[0]:g} to {times[-1]:g}", bound)
 
 
-def _times(told: Mapping[str, Any]) -> NDArray[np.float64]:
-    """When there are records."""
-    timestep, duration = told["timestep"], told["duration"]
+def _times(told: Mapping[str, Any], most: int) -> NDArray[np.float64]:
+    """When there are records, so many at the most."""
+    timestep = check_number("timestep", told["timestep"], above=0)
+    duration = check_number("duration", told["duration"], at_least=timestep)
     if "sample_interval" in told:
         when = plan(timestep, duration, told["sample_interval"], told["burn_in"])
-        return timestep * when.interval * when.records
-    steps = int(duration / timestep * (1 + 1e-12))
-    return timestep * np.arange(0, steps + 1, told["record_interval"])
+        return timestep * when.interval * when.records[:most]
+    interval = check_integer("record_interval", told["record_interval"], at_least=1)
+    if interval >= LARGEST_STEP:
+        raise reject("record_interval", interval, "less than 2^53")
+    records = duration / timestep * (1 + 1e-12) // interval
+    return timestep * interval * np.arange(min(most, 1 + records))
 
 
 def _initial(run: xr.Dataset) -> xr.Dataset:

@@ -2,26 +2,29 @@
 
 import dataclasses
 import json
-import os
 import sys
 from collections.abc import Callable, Mapping
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 from tqdm import tqdm
 
 from magmotor.arguments import checked
-from magmotor.checkpoint import Checkpoint
-from magmotor.checks import check_choice, check_integer, check_number, reject
+from magmotor.attributes import as_told
+from magmotor.checkpoint import Checkpoint, Expected
+from magmotor.checks import check_choice, check_integer, check_kind, check_number, reject
 from magmotor.dataset import assemble, attributes_of
 from magmotor.devices import Scene, device_of
 from magmotor.engines.job import Job
-from magmotor.noise import BrownianPath, check_seed, path_of
+from magmotor.machine import physical_memory
+from magmotor.noise import LARGEST_STEP, BrownianPath, check_seed, path_of
 from magmotor.recommendation import recommend
 from magmotor.states import checksum, concatenate, rows
+from magmotor.states.ball import BallStates
 
 ENGINES = {
     "mujoco": "magmotor.engines.mujoco.run",
@@ -162,7 +165,7 @@ def simulate(
     """
     interval = 1 if record_interval is None else record_interval
     device = device_of(scene)
-    if timestep is None and path is not None:
+    if timestep is None and isinstance(path, BrownianPath):
         timestep = path.timestep
     if method is None or timestep is None:
         choice = recommend(scene, method=method, timestep=timestep)
@@ -176,12 +179,20 @@ def simulate(
         raise reject("record_interval", interval, f"at most {int(duration / timestep)} steps")
     device.check_run(scene, method, timestep, replicas, allow_unstable)
     replicas = None if replicas is None else int(replicas)
-    followed = BrownianPath(seed, timestep) if path is None else path
+    if path is not None:
+        check_kind("path", path, BrownianPath)
+    followed = path or BrownianPath(seed, timestep)
     if abs(followed.timestep / timestep - 1) > 1e-12:
         raise reject("path.timestep", followed.timestep, f"{timestep:g}, the timestep")
+    steps = duration / timestep
+    first_step = _first_step(initial, followed, method)
+    if (first_step + steps) * followed.factor > LARGEST_STEP:
+        raise reject("duration", duration, "such that the Brownian path has less than 2^53 steps")
     first = device.initial_state(scene, initial, replicas)
-    _check_memory(duration / timestep, interval, first)
-    records = int(duration / timestep * (1 + 1e-12)) // interval
+    if isinstance(first, BallStates) and method.startswith("scipy"):
+        first = first._replace(orientation=None)  # it follows the axis alone
+    _check_memory(steps, interval, first)
+    records = int(steps * (1 + 1e-12)) // interval
     engine, scheme = method.split("/")
     attributes = {
         "method": method,
@@ -190,23 +201,22 @@ def simulate(
         "record_interval": interval,
         "seed": followed.seed,
         "path": None if path is None else json.dumps(dataclasses.asdict(path)),
-        "first_step": _first_step(initial, followed, method) or None,
+        "first_step": first_step or None,
         "replicas": replicas,
         "initial": None if initial is None else "the first record",
     }
-    job = Job(
-        scene, scheme, timestep, records, interval, first, followed, attributes["first_step"] or 0
-    )
+    job = Job(scene, scheme, timestep, records, interval, first, followed, first_step)
     task = attributes_of(scene, **attributes) | {"initial": checksum(first)}
-    saved = Checkpoint(None if checkpoint is None else Path(checkpoint), task)
-    return _collect(job, import_module(ENGINES[engine]).run, saved, attributes)
+    integrator = import_module(ENGINES[engine])
+    saved = Checkpoint(
+        checkpoint, task, records, lambda done: _expected(job, integrator.start(job), done)
+    )
+    return _collect(job, integrator.run, saved, attributes)
 
 
 def _check_memory(steps: float, interval: int, first: Any) -> None:
     """Refuse what could only end when the system ends the process."""
-    if not hasattr(os, "sysconf"):  # Windows
-        return
-    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    memory = physical_memory()
     needed = steps * sum(column.nbytes for column in first if column is not None)
     if needed / interval > memory:
         bound = f"at least {needed / memory:.3g}: the records would take {needed / interval:.3g}"
@@ -217,17 +227,21 @@ def _first_step(initial: Any, path: BrownianPath, method: str) -> int:
     """Where on its Brownian path a run begins that continues another."""
     if not isinstance(initial, xr.Dataset) or method.startswith("scipy"):
         return 0
-    told = initial.attrs
+    told = as_told(initial.attrs)
     if "seed" not in told or path_of(told) != path:
         return 0
-    return int(told.get("first_step", 0)) + round(float(initial.time[-1]) / path.timestep)
+    first = check_integer("attributes['first_step']", told.get("first_step", 0), at_least=0)
+    if "time" not in initial.coords or not initial.time.size:
+        raise reject("initial", [*initial.coords], "a dataset that has time")
+    reached = check_number("initial.time", initial.time.values.flat[-1], at_least=0)
+    return first + round(min(reached / path.timestep, LARGEST_STEP))
 
 
 def _collect(job: Job, run: Callable, checkpoint: Checkpoint, attributes: dict) -> xr.Dataset:
     """Assemble the chunks while they are good; when that ends early, raise with those that were."""
     guard = device_of(job.scene).guard(job.scene, job.initial)
     kept, job = _resume(job, checkpoint.load())
-    chunks, reached = run(job), (job.done + 1, job.state)
+    chunks, reached = run(job), (job.done, job.state)
     unit = job.record_interval * job.timestep
     bar = "{l_bar}{bar}| {n:.0f}/{total:.0f} s [{elapsed}<{remaining}]"
     progress = tqdm(
@@ -262,20 +276,31 @@ def _collect(job: Job, run: Callable, checkpoint: Checkpoint, attributes: dict) 
     return assemble(job.scene, kept, **attributes)
 
 
-def _resume(job: Job, saved: dict[str, NDArray] | None) -> tuple[list[Any], Job]:
-    """What a checkpoint holds of the records, the initial state first, and the job that is left."""
+def _expected(job: Job, start: NDArray, done: int) -> dict[str, Expected]:
+    """What a checkpoint holds: the records after the initial state, and the engine's state.
+
+    The task tells the times.
+    """
+    columns = {k: v for k, v in job.initial._asdict().items() if v is not None and k != "time"}
+    rows = {k: np.broadcast_to(v[0], (done, *v.shape[1:])) for k, v in columns.items()}
+    return {k: Expected(v) for k, v in {**rows, "engine_state": start}.items()}
+
+
+def _resume(job: Job, saved: tuple[int, dict[str, NDArray]] | None) -> tuple[list[Any], Job]:
+    """The records there are, the initial state first, and the job that is left."""
     if saved is None:
         return [job.initial], job
-    state = saved.pop("engine_state")
-    columns: list[Any] = [saved.get(name) for name in job.initial._fields]
-    kept = type(job.initial)(*columns)
-    return [kept], job._replace(done=len(kept.time) - 1, state=state)
+    done, arrays = saved
+    state = arrays.pop("engine_state")
+    records = job.initial._replace(time=job.times(0, done), **arrays)
+    return [concatenate([job.initial, records])], job._replace(done=done, state=state)
 
 
-def _save(checkpoint: Checkpoint, kept: list[Any], number: int, state: NDArray | None) -> None:
+def _save(checkpoint: Checkpoint, kept: list[Any], done: int, state: NDArray | None) -> None:
     """Save so many records and the engine's state after the last of them, if there is any."""
     if state is None or checkpoint.path is None:
         return
     kept[:] = [concatenate(kept)]
-    columns = {k: v[:number] for k, v in kept[0]._asdict().items() if v is not None}
-    checkpoint.save({**columns, "engine_state": state})
+    columns = rows(kept[0], slice(1, done + 1))._asdict()
+    arrays = {k: v for k, v in columns.items() if v is not None and k != "time"}
+    checkpoint.save(done, {**arrays, "engine_state": state})

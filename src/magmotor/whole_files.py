@@ -1,9 +1,17 @@
-"""Files that are whole or not there."""
+"""Files that are whole or not there, and the processes that write them."""
 
+import glob
 import os
+import shutil
+import socket
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from tempfile import TemporaryDirectory
+
+STREAMS = {Path("/dev"), Path("/dev/fd"), Path("/proc/self/fd")}
+"""Folders whose entries are written to as they are, also where they lead to a file."""
 
 
 @contextmanager
@@ -14,14 +22,29 @@ def whole_file(path: Path) -> Iterator[Path]:
     ----------
     path : Path
         The file; one that is there stays until the new one is whole. Until then it is a hidden one
-        beside it.
+        beside it; those that killed processes of this machine left are removed. A symbolic link
+        stays, and what it leads to is replaced. A device or a pipe gets the whole content at the
+        end, copied from a temporary file, in which formats may seek.
 
     Raises
     ------
     OSError
         It cannot be written; the hidden file is gone.
     """
-    with _renamed(path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}"), path) as part:
+    if _is_stream(path):
+        with TemporaryDirectory() as folder:
+            part = Path(folder) / path.name
+            yield part
+            with part.open("rb") as content, path.open("ab") as stream:
+                shutil.copyfileobj(content, stream)
+        return
+    path = Path(os.path.realpath(path))
+    name = f".{path.stem[:40]}."  # a file's name has an end
+    for left in path.parent.glob(f"{glob.escape(name)}*@*{glob.escape(path.suffix)}"):
+        if is_dead(left.name.removesuffix(path.suffix).rpartition("@")[2]):
+            left.unlink(missing_ok=True)
+    own = f"{name}{threading.get_native_id()}@{this_driver()}{path.suffix}"
+    with _renamed(path.with_name(own), path) as part:
         yield part
         with part.open("rb") as file:
             os.fsync(file.fileno())
@@ -33,6 +56,30 @@ def write_whole(path: Path, content: bytes, part: Path) -> None:
         file.write(content)
         file.flush()
         os.fsync(file.fileno())
+
+
+def this_driver() -> str:
+    """The name of this process among all that may write to a directory."""
+    return f"{socket.gethostname()}.{os.getpid()}"
+
+
+def is_dead(driver: str) -> bool:
+    """Whether a process, by its name, was of this machine, and is gone."""
+    host, _, number = driver.rpartition(".")
+    if host != socket.gethostname() or not number.isdecimal():
+        return False
+    try:
+        os.kill(int(number), 0)
+    except (ProcessLookupError, OverflowError):
+        return True
+    except PermissionError:
+        pass  # it is another user's
+    return False
+
+
+def _is_stream(path: Path) -> bool:
+    """Whether something is there that is no file and no folder, or that a process has open."""
+    return path.exists() and not path.is_dir() and (path.parent in STREAMS or not path.is_file())
 
 
 @contextmanager

@@ -9,10 +9,10 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from magmotor import theory
-from magmotor.checks import check_array, check_choice, check_integer, reject
+from magmotor.checks import check_array, check_integer, reject
 from magmotor.devices.column import Column
 from magmotor.devices.disk_guard import Guard as guard
-from magmotor.devices.initial_parts import last_record
+from magmotor.devices.initial_parts import as_given, last_record
 from magmotor.devices.linear_limits import check_step_limit
 from magmotor.engines.mujoco.methods import METHODS as MUJOCO
 from magmotor.engines.mujoco.methods import PLANAR as MUJOCO_PLANAR
@@ -95,13 +95,13 @@ def initial_state(
     state = start_disk(scene, count)
     parts = [name for name in DiskStates._fields[1:] if getattr(state, name) is not None]
     if isinstance(initial, xr.Dataset):
-        initial = last_record(initial, parts)
-    given = {name: _row(name, value, parts, count) for name, value in (initial or {}).items()}
-    return state._replace(**given)
+        given = last_record(initial, parts)
+    else:
+        given = as_given(initial, parts)
+    return state._replace(**{name: _row(name, value, count) for name, value in given.items()})
 
 
-def _row(name: str, value: Any, parts: list[str], replicas: int) -> NDArray[np.float64]:
-    check_choice("initial", name, tuple(parts))
+def _row(name: str, value: Any, replicas: int) -> NDArray[np.float64]:
     label = f"initial[{name!r}]"
     row = check_array(label, value)
     if row.shape not in {(), (replicas,)}:

@@ -1,6 +1,6 @@
 """Parts of an initial state as a user gives them: vectors and orientations of rigid bodies."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -38,7 +38,7 @@ def given_parts(
         needed = [name for name in sizes if name in initial or _twin(name) not in initial]
         given = last_record(initial, needed)
     else:
-        given = dict(initial or {})
+        given = as_given(initial, sizes)
         _check_no_twins(given)
     parts = {k: _rows(scene, k, v, sizes, replicas) for k, v in given.items()}
     for name in {*parts} - {_twin(name) for name in parts}:
@@ -60,7 +60,27 @@ def last_record(run: xr.Dataset, names: Sequence[str]) -> dict[str, Array]:
     missing = [name for name in names if name not in run]
     if missing:
         raise reject("initial", [*run.data_vars], f"a dataset that has {', '.join(missing)}, too")
+    for name in names:
+        if not run[name].sizes.get("time"):
+            raise reject(f"initial.{name}", run[name].dims, "of a run, with a dimension time")
     return {name: run[name].isel(time=-1).values for name in names}
+
+
+def as_given(initial: Any, known: Iterable[str]) -> dict[str, Any]:
+    """The parts that a mapping names, or none.
+
+    Raises
+    ------
+    ValueError
+        It is no mapping, or names a part that is not known.
+    """
+    if initial is None:
+        return {}
+    if not isinstance(initial, Mapping):
+        raise reject("initial", initial, "a mapping or a dataset")
+    for name in initial:
+        check_choice("initial", name, tuple(known))
+    return dict(initial)
 
 
 def _twin(name: str) -> str:
@@ -77,7 +97,6 @@ def _check_no_twins(given: Mapping[str, Any]) -> None:
 
 
 def _rows(scene, name: str, value: Any, sizes: Mapping[str, int], replicas: int) -> Array:
-    check_choice("initial", name, tuple(sizes))
     label, size = f"initial[{name!r}]", sizes[name]
     rows = check_array(label, value)
     on_plane = {"position": scene.ball_radius, "velocity": 0.0}

@@ -13,14 +13,14 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from magmotor import theory
-from magmotor.checkpoint import Checkpoint
+from magmotor.checkpoint import Checkpoint, Expected
 from magmotor.devices import disk
 from magmotor.engines.variational.disk import pack, unpack
 from magmotor.engines.variational.lanes import LANES, kernel, law
 from magmotor.ensemble.moments import POWERS, moments, quantities
 from magmotor.ensemble.plan import Plan
 from magmotor.ensemble.result import result
-from magmotor.ensemble.statistics import Statistics, accumulate, empty
+from magmotor.ensemble.statistics import Statistics, accumulate, bounds, empty
 from magmotor.interrupts import deferred
 from magmotor.scenes import Disk, LangevinParticle
 from magmotor.simulation import SimulationDiverged, SimulationInterrupted
@@ -34,10 +34,10 @@ SECONDS_BETWEEN_LOOKS = 0.5
 
 
 class March:
-    """The state of an ensemble under way; everything that changes is in `arrays`."""
+    """The state of an ensemble under way: `sample` samples taken, and `arrays`."""
 
     def __init__(
-        self, scene, task: dict[str, Any], when: Plan, first: DiskStates, path: Path | None
+        self, scene, task: dict[str, Any], when: Plan, first: DiskStates, path: str | Path | None
     ):
         self.scene, self.task, self.when, self.first = scene, task, when, first
         scheme = task["method"].split("/")[1]
@@ -48,21 +48,20 @@ class March:
         self.replicas, self.groups = replicas, -(-padded // LANES)
         self.start = self._states(lanes)
         self.guard = disk.guard(scene, self.start)
-        self.checkpoint = Checkpoint(path, task)
-        saved = self.checkpoint.load()
-        self.arrays: dict[str, NDArray] = saved or {
-            "sample": np.zeros((), np.int64),
+        fresh: dict[str, NDArray] = {
             "states": lanes,
             "moments": np.zeros((len(when.records), len(quantities(scene)), len(POWERS))),
             "paths": np.zeros((len(when.records), task["trajectories"])),
             **empty(padded, when.levels)._asdict(),
         }
-        self.statistics = Statistics(*[self.arrays[name] for name in Statistics._fields])
 
-    @property
-    def sample(self) -> int:
-        """How many samples have been taken after the start."""
-        return int(self.arrays["sample"])
+        def expected(sample: int) -> dict[str, Expected]:
+            within = bounds(max(0, sample - when.burn_in))
+            return {k: Expected(v, *within.get(k, ())) for k, v in fresh.items()}
+
+        self.checkpoint = Checkpoint(path, task, when.samples, expected)
+        self.sample, self.arrays = self.checkpoint.load() or (0, fresh)
+        self.statistics = Statistics(*[self.arrays[name] for name in Statistics._fields])
 
     def to_the_end(self, threads: int) -> xr.Dataset:
         """Advance from record to record; see `ensemble` for how it may end."""
@@ -85,8 +84,8 @@ class March:
                 elapsed = max(time.monotonic() - began, 1e-6)
                 span = max(1, int(taken * SECONDS_BETWEEN_LOOKS / elapsed))
                 if self.checkpoint.due:
-                    self.checkpoint.save(self.arrays)
-            self.checkpoint.save(self.arrays)
+                    self.checkpoint.save(self.sample, self.arrays)
+            self.checkpoint.save(self.sample, self.arrays)
         if interrupted.is_set():
             raise SimulationInterrupted(self._result())
         return self._result()
@@ -113,7 +112,7 @@ class March:
 
         for job in [pool.submit(work) for _ in range(min(threads, self.groups))]:
             job.result()
-        self.arrays["sample"] = np.array(stop)
+        self.sample = stop
 
     def _advance_group(self, group: int, stop: int, room: NDArray) -> None:
         begin = group * LANES
@@ -157,7 +156,9 @@ class March:
 
     def _result(self) -> xr.Dataset:
         given = None if self.task["initial"] is None else self.first
-        return result(self.scene, self.task, self.when, given, self.arrays, self.deviations)
+        return result(
+            self.scene, self.task, self.when, given, self.sample, self.arrays, self.deviations
+        )
 
 
 def _deviations(scene: Disk | LangevinParticle) -> tuple[tuple[float, float, float], float]:

@@ -6,11 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.checks import check_integer, check_number, reject
+from magmotor.noise import LARGEST_STEP
 
 RECORDS_PER_DECADE = 24
-
-MOST_STEPS = 2**53
-"""Of an ensemble: as many as a double can count."""
 
 
 class Plan(NamedTuple):
@@ -33,13 +31,13 @@ def plan(timestep: float, duration: float, sample_interval: int, burn_in: float)
     """
     timestep = check_number("timestep", timestep, above=0)
     sample_interval = check_integer("sample_interval", sample_interval, at_least=1)
-    least, most = 4 * sample_interval * timestep, MOST_STEPS * timestep
+    least, most = 4 * sample_interval * timestep, LARGEST_STEP * timestep
     duration = check_number("duration", duration, at_least=least, below=most)
     burn_in = check_number("burn_in", burn_in, at_least=0)
     samples = int(duration / (sample_interval * timestep) * (1 + 1e-12))
-    first = round(burn_in / (sample_interval * timestep))
-    if samples - first < 4:
+    if burn_in / (sample_interval * timestep) >= samples - 3.5:
         raise reject("burn_in", burn_in, f"at most {(samples - 4) * sample_interval * timestep:g}")
+    first = round(burn_in / (sample_interval * timestep))
     decades = np.log10(samples)
     logarithmic = np.logspace(0, decades, 1 + int(np.ceil(RECORDS_PER_DECADE * decades)))
     even = np.linspace(0, samples, 101)

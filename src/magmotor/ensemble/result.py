@@ -30,15 +30,12 @@ def result(
     task: dict[str, Any],
     when: Plan,
     given: DiskStates | None,
+    sample: int,
     arrays: dict[str, NDArray],
     deviations: tuple[float, float, float],
 ) -> xr.Dataset:
-    """Make the dataset from all that was recorded until now, and the initial state if given."""
-    sample, unit, replicas = (
-        int(arrays["sample"]),
-        when.interval * task["timestep"],
-        task["replicas"],
-    )
+    """Make the dataset from what was recorded until a sample, and the initial state if given."""
+    unit, replicas = when.interval * task["timestep"], task["replicas"]
     statistics = Statistics(*[arrays[name] for name in Statistics._fields])
     done = when.records <= sample
     final = unpack(np.zeros(1), arrays["states"][np.newaxis, :, :replicas], isinstance(scene, Disk))

@@ -131,5 +131,5 @@ def ensemble(
         "version": version("magmotor"),
         "initial": None if initial is None else checksum(first),
     }
-    march = March(scene, task, when, first, None if checkpoint is None else Path(checkpoint))
+    march = March(scene, task, when, first, checkpoint)
     return march.to_the_end(threads or thread_count())

@@ -5,12 +5,13 @@ so that results depend neither on the number of threads nor on how the run is di
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from magmotor.checkpoint import LARGEST
 from magmotor.engines.variational.lanes import LANES, TURN
 
 BINS = 120
@@ -58,6 +59,18 @@ def empty(replicas: int, levels: int) -> Statistics:
     )
 
 
+def bounds(samples: int) -> dict[str, tuple[Any, Any]]:
+    """Least and largest values that accumulators can hold after so many samples."""
+    most = LANES * (samples + 1)
+    return {
+        "sums": (np.array([0, -LARGEST, -LARGEST, 0, 0, -LARGEST]), LARGEST),
+        "counts": (0, most),
+        "direction": (-1, 1),
+        "departure": (0, samples),
+        "flights": (0, most),
+    }
+
+
 def flight_bin_edges() -> NDArray[np.float64]:
     """Durations, in samples, at which the bins of flights begin, and the end of the last."""
     return 2.0 ** (np.arange(FLIGHT_BINS + 1) / BINS_PER_OCTAVE)
@@ -102,7 +115,7 @@ def accumulate(statistics, block, group, start, lanes, first_sample, deviations,
             )  # fmt: skip
         for i in range(lanes):
             x, v, omega = block[row, 0, i], block[row, 2, i], block[row, 3, i]
-            counts[group, 0, min(BINS - 1, int((x - math.floor(x)) * BINS))] += 1
+            counts[group, 0, max(0, min(BINS - 1, int((x - math.floor(x)) * BINS)))] += 1
             counts[group, 1, max(0, min(BINS - 1, int(v * per_v + BINS / 2)))] += 1
             counts[group, 2, max(0, min(BINS - 1, int(omega * per_omega + BINS / 2)))] += 1
             d = sigma * omega - v

@@ -6,8 +6,6 @@ in `parts/` and take their names when they are on the disk. `claims/KEY` says wh
 """
 
 import json
-import os
-import socket
 import threading
 from contextlib import suppress
 from pathlib import Path
@@ -18,14 +16,10 @@ from magmotor.sweep.case import Case, canonical
 from magmotor.sweep.definition import Sweep, sweep_from
 from magmotor.sweep.measures import TRAJECTORY
 from magmotor.sweep.work import Outcome
-from magmotor.whole_files import write_whole
+from magmotor.whole_files import is_dead as _is_dead
+from magmotor.whole_files import this_driver, write_whole
 
 SWEEP = "sweep.json"
-
-
-def this_driver() -> str:
-    """The name of this process among all that may work on a directory."""
-    return f"{socket.gethostname()}.{os.getpid()}"
 
 
 class Directory:
@@ -147,20 +141,6 @@ def _is_beginning(file: Path) -> bool:
     if file.name != "parts" or not file.is_dir():
         return False
     return all(part.name.startswith(f"{SWEEP}.") for part in file.iterdir())
-
-
-def _is_dead(driver: str) -> bool:
-    """Whether a driver, by its name, was of this machine, and is gone."""
-    host, _, number = driver.rpartition(".")
-    if host != socket.gethostname() or not number.isdecimal():
-        return False
-    try:
-        os.kill(int(number), 0)
-    except ProcessLookupError:
-        return True
-    except PermissionError:
-        pass  # it is another user's
-    return False
 
 
 def open_directory(path: str | Path) -> Directory:

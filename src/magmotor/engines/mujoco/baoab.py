@@ -6,6 +6,7 @@ which are also those of the next step's first B. It is of second order, and fric
 their temperature at any step. No constraint is solved.
 """
 
+import time
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 
@@ -15,11 +16,18 @@ from numpy.typing import NDArray
 
 from magmotor.checks import check_integer, check_kind, reject
 from magmotor.engines.mujoco import fatal
-from magmotor.engines.mujoco.baoab_loop import compiled
+from magmotor.engines.mujoco.baoab_loop import BY_TIME, compiled
 from magmotor.engines.mujoco.langevin_law import law
 from magmotor.engines.mujoco.langevin_model import langevin_model
+from magmotor.noise import LARGEST_STEP
 
 Array = NDArray[np.float64]
+
+FIRST_STEPS = 64
+"""How many are taken before it is known how long they last."""
+
+SECONDS_BETWEEN_LOOKS = 0.1
+"""How long compiled code steps before Ctrl-C is heard, about."""
 
 
 class Baoab:
@@ -71,7 +79,7 @@ class Baoab:
         They change `qpos`, `qvel` and `time`; frames of bodies, geoms and sites follow, and
         `xfrc_applied` holds the forces at the end, but for the Brownian ones. A call runs without
         the GIL, and needs no `magnetism` block. The same steps in several calls are the same to
-        the bit.
+        the bit. Ctrl-C is heard every 0.1 s or so, between two steps.
 
         Parameters
         ----------
@@ -79,12 +87,12 @@ class Baoab:
             Of this model. Its `userdata` chooses the Brownian path as in `magnetism`, and its
             `time` the step of that path.
         nstep : int
-            How many.
+            How many, less than 2^53.
 
         Raises
         ------
         ValueError
-            The data are another model's, the timestep was changed, or `nstep` is no integer.
+            The data are another model's, the timestep was changed, or `nstep` is no such integer.
         FloatingPointError
             The state is no longer finite.
         mujoco.FatalError
@@ -93,12 +101,23 @@ class Baoab:
         check_kind("data", data, mujoco.MjData)
         if data.model is not self.model:
             raise reject("data.model", data.model, "the model that is stepped")
-        nstep = check_integer("nstep", nstep, at_least=0)
-        if not self._run(data, nstep, np.empty((0, 0))):
-            raise FloatingPointError(
-                f"the state is not finite at t = {data.time:g}: the timestep is too long,"
-                " or dipoles came too near to each other"
-            )
+        left = check_integer("nstep", nstep, at_least=0)
+        if left >= LARGEST_STEP:
+            raise reject("nstep", nstep, f"less than 2^53 = {LARGEST_STEP}")
+        following, count = BY_TIME, min(left, FIRST_STEPS)
+        while True:
+            began = time.monotonic()
+            following = self._run(data, following, count, np.empty((0, 0)))
+            if following == BY_TIME:
+                raise FloatingPointError(
+                    f"the state is not finite at t = {data.time:g}: the timestep is too long,"
+                    " or dipoles came too near to each other"
+                )
+            left -= count
+            if not left:
+                return
+            elapsed = max(time.monotonic() - began, 1e-6)
+            count = min(left, 1 + int(count * SECONDS_BETWEEN_LOOKS / elapsed))
 
     def rollout(
         self,
@@ -137,17 +156,17 @@ class Baoab:
                 (used.time,), used.qpos[:], used.qvel[:] = (part[replica] for part in start)
                 if control is not None:
                     mujoco.mj_setState(self.model, used, control[replica, 0], control_spec)
-                self._run(used, nstep, paths[replica])
+                self._run(used, BY_TIME, nstep, paths[replica])
 
         with ThreadPoolExecutor(len(data)) as pool:
             list(pool.map(follow, range(len(data))))
         return paths
 
-    def _run(self, data: mujoco.MjData, nstep: int, path: Array) -> bool:
-        """Step, recording in `path` if it has rows; whether the state is finite at the end."""
+    def _run(self, data: mujoco.MjData, first: int, nstep: int, path: Array) -> int:
+        """Step, recording in `path` if it has rows; `first` and what returns are as in the loop."""
         if self.model.opt.timestep != self._law.timestep:
             raise reject("timestep", self.model.opt.timestep, f"{self._law.timestep:g}, as it was")
         work = np.empty(3 * len(self._law.kick) + self._law.channels)
         with fatal.raised():
             addresses = self.model._address, data._address
-            return self._advance(*addresses, nstep, self._law, path, work)
+            return self._advance(*addresses, first, nstep, self._law, path, work)

@@ -32,6 +32,9 @@ from magmotor.engines.mujoco.step_number import step_number
 from magmotor.noise import normal
 from magmotor.rotations import columns, dot, plus, product, scaled
 
+BY_TIME = -(2**63)
+"""Number of a step that is not known; the time of `mjData` tells it, but for 5e7 steps at most."""
+
 COMPILED_IN = (*callback.COMPILED_IN, callback, rotations, langevin_law)
 """Every module with code that becomes part of the loop."""
 
@@ -190,7 +193,11 @@ def _compile(offsets: layout.Layout, checksum: int):
 
     @njit(cache=True, nogil=True, error_model="numpy")
     @specialised(offsets)
-    def advance(model, data, count, law, path, work):
+    def advance(model, data, first, count, law, path, work):
+        """Take steps from number `first` on, or from where the time says if it is `BY_TIME`.
+
+        Returns the number of the step that follows, or `BY_TIME` if the state is not finite.
+        """
         _ = checksum  # a part of the cache's key
         m = memory.words(model, memory.UNBOUNDED)
         d = memory.words(data, memory.UNBOUNDED)
@@ -201,7 +208,8 @@ def _compile(offsets: layout.Layout, checksum: int):
         time = memory.numbers(data + offsets.time, 1, 1)[0]
         seed, replica = chosen(d, m, offsets, 0), chosen(d, m, offsets, 1)
         factor, level = max(1, chosen(d, m, offsets, 2)), chosen(d, m, offsets, 3)
-        first = chosen(d, m, offsets, 4) + step_number(model, data, offsets)
+        if first == BY_TIME:
+            first = chosen(d, m, offsets, 4) + step_number(model, data, offsets)
         force, change, whole = work[:n], work[n : 2 * n], work[2 * n :]
         noise = whole[n:]
         done = 0
@@ -218,9 +226,9 @@ def _compile(offsets: layout.Layout, checksum: int):
                     path[done - 1, :places] = qpos[:places]
                     path[done - 1, places:] = qvel
                 if not size < np.inf:
-                    return False
+                    return BY_TIME
             if done == count:
-                return True
+                return first + done
             for i in range(n):
                 qvel[i] += law.kick[i] * force[i]
             step = first + done

@@ -23,13 +23,13 @@ from numpy.typing import NDArray
 from magmotor.engines.job import Job
 from magmotor.engines.mujoco import memory
 from magmotor.engines.mujoco.step_number import step_number
-from magmotor.noise import FINEST, LARGEST_SEED, normal
+from magmotor.noise import COARSEST, FINEST, LARGEST_SEED, normal
 
 CHOICES = 5
 """Numbers of the user's data that choose the path."""
 
-LEVEL = 3
-"""The one of them that is a level."""
+FACTOR, LEVEL = 2, 3
+"""Those of them that are a factor and a level."""
 
 
 def userdata(job: Job, replicas: int) -> NDArray[np.float64]:
@@ -75,7 +75,11 @@ def _given(d, offsets, k):
 @njit
 def _chooses(value, k):
     """Whether number k of the user's data may have this value."""
-    largest = FINEST if k == LEVEL else LARGEST_SEED - 1
+    largest = LARGEST_SEED - 1
+    if k == FACTOR:
+        largest = COARSEST
+    elif k == LEVEL:
+        largest = FINEST
     return 0.0 <= value <= largest and value == math.floor(value)
 
 

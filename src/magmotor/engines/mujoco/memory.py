@@ -180,7 +180,8 @@ def fatal_path(typingctx, place, value):
     def codegen(context, builder, signature, args):
         text = (
             "userdata[%d] = %g, which chooses the noise (seed, replica, factor, level, first step):"
-            " it must be an integer, at least 0 and less than 2^53, a level at most 31"
+            " it must be an integer, at least 0 and less than 2^53, a factor at most 2^24,"
+            " a level at most 31"
         )
         return _call_error(
             context, builder, text, [builder.trunc(args[0], ir.IntType(32)), args[1]]

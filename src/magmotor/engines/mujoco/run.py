@@ -66,6 +66,11 @@ class Motion(Protocol):
 MOTIONS: dict[type, Any] = {Top: BallMotion, Motor: MotorMotion, Disk: DiskMotion}
 
 
+def start(job: Job) -> Array:
+    """The state that a run begins with; see `Job`."""
+    return MOTIONS[type(job.scene)](job).start
+
+
 def run(job: Job) -> Generator[tuple[Any, Array]]:
     """Yield the recorded states that follow the initial one, in chunks; see `Job`."""
     model = build(job.scene)

@@ -19,6 +19,11 @@ RELATIVE_TOLERANCE = 1e-12
 """Of each step's error; the absolute tolerance is as much of each variable's natural scale."""
 
 
+def start(job: Job) -> Array:
+    """The state that a run begins with; see `Job`."""
+    return EQUATIONS[type(job.scene)].problem(job.scene, job.initial)[1]
+
+
 def run(job: Job) -> Generator[tuple[Any, Array]]:
     """Yield the recorded states that follow the initial one, in chunks; see `Job`.
 

@@ -13,14 +13,14 @@ from magmotor.states.disk import DiskStates
 
 def run(job: Job) -> Generator[tuple[DiskStates, NDArray[np.float64]]]:
     """Yield the recorded states that follow the initial one, in chunks; see `Job`."""
-    scene, interval, path = job.scene, job.record_interval, job.path
+    scene, path = job.scene, job.path
     advance, rule = kernel(scene, job.scheme), law(scene, job.scheme, job.timestep)
     lanes = pack(job.initial) if job.state is None else job.state.copy()
     replicas = job.initial.x.shape[1]
     for step, times in job.chunks(replicas):
         recorded = np.empty((len(times), *lanes.shape))
-        first = job.first_step + step
-        advance(lanes, recorded, first, interval, path.seed, 0, path.factor, path.level, rule)
+        for first, interval in job.pieces(step, len(times), replicas):
+            advance(lanes, recorded, first, interval, path.seed, 0, path.factor, path.level, rule)
         yield unpack(times, recorded[..., :replicas], job.initial.theta is not None), lanes.copy()
 
 

@@ -34,13 +34,13 @@ def march(
     with ThreadPoolExecutor(threads) as pool:
         for step, times in job.chunks(len(states)):
             recorded = np.empty((len(times), *states.shape))
-            steps = job.first_step + step, job.record_interval
-            parts = [(states, recorded, rows, steps, path, *numbers) for rows in pairwise(ends)]
-            if threads == 1:
-                advance(*parts[0])  # a thread takes longer to start than many a run
-            else:
-                for part in [pool.submit(advance, *part) for part in parts]:
-                    part.result()
+            for steps in job.pieces(step, len(times), len(states)):
+                parts = [(states, recorded, rows, steps, path, *numbers) for rows in pairwise(ends)]
+                if threads == 1:
+                    advance(*parts[0])  # a thread takes longer to start than many a run
+                else:
+                    for part in [pool.submit(advance, *part) for part in parts]:
+                        part.result()
             yield times, recorded, states.copy()
 
 

@@ -3,11 +3,19 @@
 from collections.abc import Generator
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from magmotor.engines.job import Job
 from magmotor.engines.variational import disk, motor, top
 from magmotor.scenes import Disk, LangevinParticle, Motor, Top
 
 INTEGRATORS = {Disk: disk, LangevinParticle: disk, Motor: motor, Top: top}
+
+
+def start(job: Job) -> NDArray[np.float64]:
+    """The state that a run begins with; see `Job`."""
+    return INTEGRATORS[type(job.scene)].pack(job.initial)
 
 
 def run(job: Job) -> Generator[tuple[Any, Any]]:
