@@ -12,7 +12,7 @@ from table import Row, seconds, show
 
 import magmotor as mm
 from magmotor.sweep import Sweep
-from magmotor.sweep.workers import Pool
+from magmotor.sweep.pool import Pool
 
 CORES = 2
 CASES, TURNS = 500, 3

@@ -186,8 +186,13 @@ def warn_in_one_line() -> None:
 
 def fail(message: str, code: int) -> NoReturn:
     """End the program with a message on stderr and an exit code."""
-    print(f"{Path(sys.argv[0]).name}: {message}", file=sys.stderr)
+    print(f"{Path(sys.argv[0]).name}: {printable(message)}", file=sys.stderr)
     raise SystemExit(code)
+
+
+def printable(text: str) -> str:
+    """Text that may come from a file, without what a terminal would obey."""
+    return "".join(c if c.isprintable() or c == "\n" else repr(c)[1:-1] for c in text)
 
 
 def make_folder(path: Path) -> None:

@@ -7,8 +7,9 @@ its records, of a sweep the cases that are there. Exit code 0: identical; 1: dif
 import json
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Annotated, Any
 
 import tyro
 import xarray as xr
@@ -26,6 +27,9 @@ class Options:
     """dataset of a run, an ensemble or a sweep (NetCDF)"""
     out: Path | None = None
     """file to write what comes out to"""
+    allow_measure: Annotated[list[str], tyro.conf.UseAppendAction] = field(default_factory=list)
+    """MODULE:FUNCTION, a measure of a sweep that may be imported and called, once for each: a file
+    may be anybody's, and runs no code because it says so"""
 
 
 def main() -> None:
@@ -33,7 +37,7 @@ def main() -> None:
     options = tyro.cli(Options, description=__doc__)
     kept = read(options.file)
     try:
-        again = mm.rerun(kept)
+        again = mm.rerun(kept, measures=options.allow_measure)
     except ValueError as error:
         fail(f"{options.file}: {error}", MISTAKE)
     if options.out:
@@ -100,10 +104,14 @@ def other_versions(kept: xr.Dataset, again: xr.Dataset) -> Iterator[str]:
             yield f"{name} was {then.get(name)}, is {now[name]}"
 
 
-def versions(run: xr.Dataset) -> dict[str, str]:
-    if "sweep" in run.attrs:
-        return json.loads(run.attrs["sweep"])["versions"]
-    return json.loads(run.attrs.get("versions", "{}"))
+def versions(run: xr.Dataset) -> dict[str, Any]:
+    """Those that a dataset tells of; none where its attributes are odd."""
+    name = "sweep" if "sweep" in run.attrs else "versions"
+    try:
+        told = json.loads(run.attrs.get(name, "{}"))
+        return dict(told["versions"] if name == "sweep" else told)
+    except (TypeError, ValueError, KeyError, RecursionError):
+        return {}
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from command_line import MISTAKE, fail, parse, run_script, written_whole
+from command_line import MISTAKE, fail, parse, run_script, warn_in_one_line, written_whole
 from sweep_run import SHOWN, RunOptions, beside, combined, run, tell_status
 
 import magmotor as mm
@@ -44,6 +44,7 @@ class Flights(RunOptions):
 
 
 def main() -> None:
+    warn_in_one_line()
     studies = {"spin": Spin, "flights": Flights}
     _, options = parse(studies, __doc__ or "", tuple(studies))
     try:

@@ -6,12 +6,14 @@ dimensions, and `sweep.png` the picture, of one or two dimensions.
 """
 
 import signal
+import sys
 from dataclasses import dataclass, field
+from ipaddress import ip_address
 from pathlib import Path
 from typing import Annotated, Any
 
 import tyro
-from command_line import DIVERGED, MISTAKE, fail, parse, run_script, written_whole
+from command_line import DIVERGED, MISTAKE, fail, parse, run_script, warn_in_one_line, written_whole
 from sweep_movie import film
 from sweep_run import SHOWN, RunOptions, beside, combined, run, tell_status
 from sweep_text import seeds, varied
@@ -72,6 +74,8 @@ class Combine:
     """Dataset and picture of what is there of a sweep."""
 
     folder: tyro.conf.Positional[Path]
+    skip_damaged: bool = False
+    """go on without files that are damaged"""
 
 
 @dataclass
@@ -94,6 +98,7 @@ class Cluster:
 
 
 def main() -> None:
+    warn_in_one_line()
     kinds = {"top": Options, "disk": DiskOptions, "motor": MotorOptions}
     commands = {"status": Status, "combine": Combine, "movie": Movie, "cluster": Cluster}
     scene, options = parse({**kinds, **commands}, __doc__ or "", (*kinds, *commands))
@@ -102,7 +107,7 @@ def main() -> None:
             case Status():
                 tell_status(options.folder)
             case Combine():
-                combine(options.folder)
+                combine(options.folder, options.skip_damaged)
             case Movie():
                 plan = mm.sweep.sweep_of(options.folder)
                 film(plan, beside(options.folder, ".mp4"), options.seconds_per_second)
@@ -137,8 +142,8 @@ def sweep(scene: Any, options: Options) -> None:
         fail(f"{tally.failed} cases failed; --retry runs them again", DIVERGED)
 
 
-def combine(folder: Path) -> None:
-    data = combined(folder)
+def combine(folder: Path, skip_damaged: bool = False) -> None:
+    data = combined(folder, skip_damaged)
     picture = beside(folder, ".png")
     try:
         with written_whole(picture) as part:
@@ -151,8 +156,19 @@ def combine(folder: Path) -> None:
 
 def serve(options: Cluster) -> None:
     with mm.sweep.local_cluster(options.workers, options.host) as address:
+        if not loopback(options.host):
+            reach = f"whoever can reach {address} can run any code here, as you"
+            print(f"sweep.py: {reach}: trust everyone on that network", file=sys.stderr)
         print(f"--scheduler {address}; Ctrl-C ends it", flush=True)
         signal.pause()
+
+
+def loopback(host: str) -> bool:
+    """Whether only this machine can reach an address."""
+    try:
+        return host == "localhost" or ip_address(host.strip("[]")).is_loopback
+    except ValueError:
+        return False  # the name of some machine
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import xarray as xr
-from command_line import DIVERGED, INTERRUPTED, UNWRITTEN, fail, write_netcdf
+from command_line import DIVERGED, INTERRUPTED, UNWRITTEN, fail, printable, write_netcdf
 
 import magmotor as mm
 from magmotor.sweep import NoWorkers, OtherVersions, Sweep, SweepInterrupted
@@ -60,16 +60,20 @@ def executor(options: RunOptions) -> Iterator[dict[str, Any]]:
 def tell_status(folder: Path, most: int | None = None) -> None:
     found = mm.sweep.status(folder)
     print(f"{found.cases} cases: {found.done} done, {found.failed} failed, {found.missing} missing")
-    told = [f"  {case}: {error}" for error, cases in found.errors.items() for case in cases]
+    for damage in found.damaged:
+        print(f"  {printable(damage)}; the sweep, run again, mends it")
+    told = [
+        f"  {case}: {printable(error)}" for error, cases in found.errors.items() for case in cases
+    ]
     for line in told[:most]:
         print(line)
     if most is not None and len(told) > most:
         print(f"  ... and {len(told) - most} more: scripts/sweep.py status {folder}")
 
 
-def combined(folder: Path) -> xr.Dataset:
+def combined(folder: Path, skip_damaged: bool = False) -> xr.Dataset:
     """All results as one dataset, also written beside the folder."""
-    data = mm.sweep.combine(folder)
+    data = mm.sweep.combine(folder, skip_damaged=skip_damaged)
     path = beside(folder, ".nc")
     write_netcdf(data, path)
     print(f"wrote {path}")

@@ -1,11 +1,13 @@
 """A sweep's axes, seeds and measures as the command line has them."""
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from magmotor.checks import reject
 from magmotor.sweep import Range, Samples
+from magmotor.sweep.axes import MOST
 
 
 @dataclass
@@ -57,6 +59,10 @@ def _values(entry: str, text: str) -> list[float]:
     first, last = _number(entry, start), _number(entry, stop)
     if int(count) < 1:
         raise reject("vary", entry, "a range that is not empty")
+    if int(count) > MOST:
+        raise reject("vary", entry, f"of at most {MOST} values")
+    if not math.isfinite(first) or not math.isfinite(last):
+        raise reject("vary", entry, "of finite numbers")
     if not log:
         return np.linspace(first, last, int(count)).tolist()
     if min(first, last) <= 0:
@@ -87,11 +93,13 @@ def seeds(text: str) -> list[int]:
     try:
         if ":" in text:
             first, last = text.split(":")
-            found = [*range(int(first), int(last))]
+            found = [*range(int(first), int(last))[: MOST + 1]]
         else:
             found = [int(part) for part in text.split(",")]
     except ValueError:
         raise reject("seeds", text, "FIRST:LAST, or numbers with commas") from None
     if not found:
         raise reject("seeds", text, "a range that is not empty")
+    if len(found) > MOST:
+        raise reject("seeds", text, f"at most {MOST} seeds")
     return found

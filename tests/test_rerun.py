@@ -200,7 +200,7 @@ def test_a_nan_is_told_and_another_variable(rerun, disk_run, tmp_path):
 
 def test_a_run_now_ends_earlier(rerun, disk_run, tmp_path, monkeypatch):
     disk_run.to_netcdf(tmp_path / "run.nc")
-    monkeypatch.setattr(mm, "rerun", lambda run: run.isel(time=slice(4)))
+    monkeypatch.setattr(mm, "rerun", lambda run, **_: run.isel(time=slice(4)))
     code, said, _ = rerun(tmp_path / "run.nc")
     assert (code, said) == (1, "different: it ends at t = 0.45, not 4.95\n")
 

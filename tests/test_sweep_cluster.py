@@ -10,7 +10,7 @@ from sweep_driver import FEW, SWEEP, contents, drive, environment
 from test_sweep_resume import results, start, wait_for_results, whole
 
 import magmotor as mm
-from magmotor.sweep.workers import ONE_THREAD
+from magmotor.sweep.pool import ONE_THREAD
 
 __all__ = ["whole"]
 

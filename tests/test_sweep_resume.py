@@ -20,8 +20,8 @@ from magmotor import whole_files
 from magmotor.sweep import Sweep
 from magmotor.sweep import directory as directory_module
 from magmotor.sweep.directory import Directory
+from magmotor.sweep.pool import ONE_THREAD, Pool
 from magmotor.sweep.run import DIED
-from magmotor.sweep.workers import ONE_THREAD, Pool
 
 HERE = Path(__file__).parent
 
@@ -57,7 +57,8 @@ def wait_for_results(directory, number=FEW):
 
 def children(pid):
     """Processes that a process has started, and that are workers."""
-    found = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
+    threads = Path(f"/proc/{pid}/task").glob("*/children")
+    found = [child for thread in threads for child in thread.read_text().split()]
     lines = {int(child): Path(f"/proc/{child}/cmdline").read_text() for child in found}
     return [child for child, line in lines.items() if "spawn_main" in line]
 

@@ -1,6 +1,6 @@
 """Any dataset made again, from its attributes and, where one was given, its initial state."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -17,6 +17,8 @@ from magmotor.ensemble import ensemble
 from magmotor.ensemble.plan import plan
 from magmotor.noise import LARGEST_STEP, path_of
 from magmotor.simulation import SimulationDiverged, simulate
+from magmotor.sweep.definition import checked_names
+from magmotor.sweep.sealed import parsed
 
 RUN = ("method", "timestep", "duration", "record_interval", "seed")
 
@@ -32,7 +34,7 @@ DIMENSIONS = {
 }
 
 
-def rerun(run: xr.Dataset) -> xr.Dataset:
+def rerun(run: xr.Dataset, *, measures: Iterable[str] = ()) -> xr.Dataset:
     """Run a dataset again; on the same versions and kind of processor it is the same to the bit.
 
     On a processor with wider vectors sums over dipoles are added in another order: what is chaotic
@@ -44,6 +46,9 @@ def rerun(run: xr.Dataset) -> xr.Dataset:
         Of `simulate` or `ensemble`, also of one that was interrupted or diverged, or the beginning
         of one. It may be in single precision, unless `initial` was given: then it has to hold that.
         Or of `sweep.combine`, which processes of this machine then compute.
+    measures : iterable of str
+        Of a sweep, those of its measures `package.module:function` that may be imported and called.
+        A dataset may be anybody's: nothing is imported because it says so.
 
     Returns
     -------
@@ -54,7 +59,8 @@ def rerun(run: xr.Dataset) -> xr.Dataset:
     Raises
     ------
     ValueError
-        Names what the dataset lacks, or why it is not the whole beginning of one run.
+        Names what the dataset lacks, why it is not the whole beginning of one run, or a measure
+        that is not allowed.
     SimulationInterrupted
         Ctrl-C; holds what was recorded.
 
@@ -68,7 +74,9 @@ def rerun(run: xr.Dataset) -> xr.Dataset:
     check_kind("run", run, xr.Dataset)
     told = as_told(run.attrs)
     if "sweep" in told:
-        return _sweep(fields_in(told, "sweep"))
+        return _sweep(told["sweep"], measures)
+    if checked_names("measures", measures):
+        raise reject("measures", measures, "of a sweep, which this dataset is not")
     of_many = "sample_interval" in told
     names = ENSEMBLE if of_many else RUN
     missing = [name for name in ("scene", "scene_fields", *names) if name not in told]
@@ -91,8 +99,14 @@ def rerun(run: xr.Dataset) -> xr.Dataset:
         return stop.dataset
 
 
-def _sweep(told: dict[str, Any]) -> xr.Dataset:
-    plan = sweep.sweep_from({**told, "versions": None})
+def _sweep(text: Any, measures: Iterable[str]) -> xr.Dataset:
+    try:
+        told = parsed(text)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"sweep in the dataset's attributes: must be JSON ({error})") from None
+    if isinstance(told, dict):
+        told = {**told, "versions": None}
+    plan = sweep.sweep_from(told, measures=measures)
     with TemporaryDirectory() as folder:
         sweep.run(plan, Path(folder) / "sweep")
         return sweep.combine(Path(folder) / "sweep")

@@ -70,7 +70,7 @@ def is_dead(driver: str) -> bool:
         return False
     try:
         os.kill(int(number), 0)
-    except (ProcessLookupError, OverflowError):
+    except (ProcessLookupError, OverflowError, ValueError):  # or no number of a process
         return True
     except PermissionError:
         pass  # it is another user's

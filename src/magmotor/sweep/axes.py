@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import islice
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,12 +19,44 @@ from magmotor.sweep.fields import check_given, full_name, numeric_fields
 DESIGNS = ("random", "latin", "sobol")
 
 
+MOST = 2**20
+"""Values of an axis, points of a design, or seeds."""
+
+
+def listed(name: str, values: Any) -> tuple[Any, ...]:
+    """Return what is iterable, and no text, as a tuple; ValueError if it is not, or too long."""
+    if not isinstance(values, Iterable) or isinstance(values, str | bytes | bytearray):
+        raise reject(name, values, "a list of numbers")
+    found = tuple(islice(values, MOST + 1))
+    if len(found) > MOST:
+        raise reject(f"number of values of {name}", f"over {MOST}", f"at most {MOST}")
+    return found
+
+
+def checked_fields(names: Any) -> tuple[str, ...]:
+    """The name of a field, or several, as a tuple; ValueError if they are something else."""
+    found = (names,) if isinstance(names, str) else names
+    if not isinstance(found, tuple) or not all(isinstance(name, str) for name in found):
+        raise reject("field", names, "a name, or a tuple of names")
+    return found
+
+
 @dataclass(frozen=True)
 class Values:
     """Fields that take the same values together, one value after another."""
 
     fields: tuple[str, ...]
     values: tuple[float | int, ...]
+
+    def __post_init__(self) -> None:
+        """Check what needs no scene."""
+        fields, values = checked_fields(self.fields), listed("values", self.values)
+        for value in values:
+            check_number("value", value)
+        if not fields or not values:
+            raise reject("values", [*values], "one value at least, of one field at least")
+        object.__setattr__(self, "fields", fields)
+        object.__setattr__(self, "values", values)
 
     @property
     def name(self) -> str:
@@ -63,12 +96,16 @@ def values_axis(scene: Scene, names: str | tuple[str, ...], values: Iterable[flo
     ValueError
         Names an unknown field, a value out of its bounds, no value at all, or one twice.
     """
-    names = (names,) if isinstance(names, str) else names
-    fields = tuple(full_name(scene, name) for name in names)
+    fields = tuple(full_name(scene, name) for name in checked_fields(names))
+    if not fields:
+        raise reject("field", names, "one at least")
     known = numeric_fields(scene)
     for field in fields:
         check_given(scene, field)
-    checked = [[known[field].checked(field, value) for field in fields] for value in values]
+    checked = [
+        [known[field].checked(field, value) for field in fields]
+        for value in listed(fields[0], values)
+    ]
     if not checked:
         raise reject(fields[0], [], "a range that is not empty")
     taken = tuple(row[0] for row in checked)
@@ -89,6 +126,14 @@ class Range(NamedTuple):
         if self.log:
             return self.low * (self.high / self.low) ** unit
         return self.low + (self.high - self.low) * unit
+
+
+def _range(name: Any, bounds: Any) -> Range:
+    checked_fields(name)
+    kind = isinstance(bounds, tuple | list) and len(bounds) in (2, 3)
+    if not kind or (len(bounds) == 3 and not isinstance(bounds[2], bool)):
+        raise reject(f"range of {name}", bounds, "(low, high) or (low, high, log), log a bool")
+    return Range(*bounds)
 
 
 @dataclass(frozen=True)
@@ -121,9 +166,12 @@ class Samples:
     def __post_init__(self) -> None:
         """Check the parameters that need no scene."""
         check_choice("design", self.design, DESIGNS)
-        check_integer("size", self.size, at_least=1)
+        if check_integer("size", self.size, at_least=1) > MOST:
+            raise reject("size", self.size, f"at most {MOST}")
         check_seed(self.seed)
-        ranges = {name: Range(*bounds) for name, bounds in self.ranges.items()}
+        if not isinstance(self.ranges, Mapping):
+            raise reject("ranges", self.ranges, "a mapping of fields to (low, high) or Range")
+        ranges = {name: _range(name, bounds) for name, bounds in self.ranges.items()}
         if not ranges:
             raise reject("ranges", {}, "a range of one field at least")
         for name, (low, high, log) in ranges.items():
@@ -192,5 +240,5 @@ class Samples:
 
 def samples_from(told: dict[str, Any]) -> Samples:
     """The samples that `as_json` tells of."""
-    ranges = {name: Range(*bounds) for name, *bounds in told["ranges"]}
+    ranges = {name: bounds for name, *bounds in told["ranges"]}
     return Samples(ranges, told["size"], told["design"], told["seed"])

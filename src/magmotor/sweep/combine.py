@@ -1,27 +1,35 @@
 """All results of a sweep as one labelled dataset."""
 
 import json
+import math
+import os
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from magmotor.interrupts import uninterrupted
+from magmotor.sweep.case import Case
 from magmotor.sweep.definition import Sweep
 from magmotor.sweep.directory import Directory, open_directory
 from magmotor.sweep.fields import numeric_fields
 from magmotor.sweep.measures import TRAJECTORY, measure_of
-from magmotor.sweep.work import decoded, measured
+from magmotor.sweep.sealed import Damaged, naming
+from magmotor.sweep.work import decoded, recorded
+
+SHOWN = 5
+"""Damaged files that an error names; `status` names all."""
 
 
-def combine(directory: str | Path) -> xr.Dataset:
+def combine(directory: str | Path, *, skip_damaged: bool = False) -> xr.Dataset:
     """The results of a sweep, also of one that is not finished, all in memory.
 
     Parameters
     ----------
     directory : str or Path
         Of the sweep.
+    skip_damaged : bool
+        Go on without files that do not hold what was written to them.
 
     Returns
     -------
@@ -33,18 +41,34 @@ def combine(directory: str | Path) -> xr.Dataset:
     Raises
     ------
     ValueError
-        There is no sweep.
+        There is no sweep, files are damaged, which are named, or it is larger than the memory.
     """
     store = open_directory(directory)
-    sweep = store.sweep
+    sweep, damaged = store.sweep, []
     coordinates = _coordinates(sweep)
     read = _trajectories if sweep.measure == (TRAJECTORY,) else _measures
-    data = read(store, (*[axis.name for axis in sweep.axes], "seed")).assign_coords(coordinates)
+    data = read(store, (*[axis.name for axis in sweep.axes], "seed"), damaged)
+    if damaged and not skip_damaged:
+        more = f" and {len(damaged) - SHOWN} more" if len(damaged) > SHOWN else ""
+        raise ValueError(
+            f"{'; '.join(damaged[:SHOWN])}{more}: run the sweep in {str(directory)!r} again, which"
+            " computes these cases again, or leave them out by skip_damaged=True (--skip-damaged)"
+        )
+    data = data.assign_coords(coordinates)
     data.attrs = {
         "axes": json.dumps([axis.name for axis in sweep.axes]),
         "sweep": json.dumps(sweep.as_json()),
     }
     return data
+
+
+def _empty(shape: tuple[int, ...], columns: int) -> np.ndarray:
+    """NaN everywhere; ValueError if as many columns do not fit in this machine's memory."""
+    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    if (needed := 8 * columns * math.prod(shape)) > memory:
+        gigabytes = f"{needed / 1e9:.3g} GB in memory, where there are {memory / 1e9:.3g} GB"
+        raise ValueError(f"the sweep's results take {gigabytes}: read its files one by one")
+    return np.full(shape, np.nan)
 
 
 def _coordinates(sweep: Sweep) -> dict[str, Any]:
@@ -56,20 +80,25 @@ def _coordinates(sweep: Sweep) -> dict[str, Any]:
     return coordinates
 
 
-def _measures(store: Directory, dims: tuple[str, ...]) -> xr.Dataset:
+def _measures(store: Directory, dims: tuple[str, ...], damaged: list[str]) -> xr.Dataset:
     sweep = store.sweep
     each = () if sweep.replicas is None else (sweep.replicas,)
     dims += ("replica",) * len(each)
-    columns = {name: np.full((len(sweep), *each), np.nan) for name in sweep.measure}
+    names = tuple(sweep.measure)
+    columns = {name: _empty((len(sweep), *each), len(names)) for name in names}
     for index, case in enumerate(sweep):
-        if path := store.found(case):
-            for name, value in measured(path.read_bytes()).items():
-                columns[name][index] = decoded(value)
+        try:
+            row = _numbers(store, case, each)
+        except Damaged as damage:
+            damaged.append(str(damage))
+            continue
+        for name, value in row.items():
+            columns[name][index] = value
     told = {name: measure_of(sweep.scene, name) for name in sweep.measure}
     shape = (*sweep.shape, *each)
     return xr.Dataset(
         {
-            name: (
+            str(name): (
                 dims,
                 columns[name].reshape(shape),
                 {"units": measure.unit, "long_name": measure.label},
@@ -79,22 +108,40 @@ def _measures(store: Directory, dims: tuple[str, ...]) -> xr.Dataset:
     )
 
 
-def _trajectories(store: Directory, dims: tuple[str, ...]) -> xr.Dataset:
+def _numbers(store: Directory, case: Case, each: tuple[int, ...]) -> dict[str, Any]:
+    """A case's values by measure; none where there is no result."""
+    if (found := store.result(case)) is None:
+        return {}
+    with naming(store.done(case)):
+        values = found.get("values")
+        if not isinstance(values, dict) or values.keys() != {*store.sweep.measure}:
+            raise Damaged("it has other measures")
+        return {name: decoded(value, each) for name, value in values.items()}
+
+
+def _trajectories(store: Directory, dims: tuple[str, ...], damaged: list[str]) -> xr.Dataset:
     sweep, data = store.sweep, xr.Dataset()
     columns: dict[Any, np.ndarray] = {}
     for index, case in enumerate(sweep):
-        path = store.found(case)
-        if path is None:
+        try:
+            if (content := store.result(case)) is None:
+                continue
+            with naming(store.done(case)):
+                run = recorded(content)
+                row = {name: values.values for name, values in run.data_vars.items()}
+                shapes = {name: values.shape for name, values in row.items()}
+                if columns and shapes != {name: c.shape[1:] for name, c in columns.items()}:
+                    raise Damaged("it holds other quantities or records than the others")
+        except Damaged as damage:
+            damaged.append(str(damage))
             continue
-        with uninterrupted(), xr.open_dataset(path) as run:
-            if not columns:
-                data = run.load()
-                columns = {
-                    name: np.full((len(sweep), *values.shape), np.nan)
-                    for name, values in data.data_vars.items()
-                }
-            for name, column in columns.items():
-                column[index] = run[name].values
+        if not columns:
+            data = run
+            columns = {
+                name: _empty((len(sweep), *values.shape), len(row)) for name, values in row.items()
+            }
+        for name, column in columns.items():
+            column[index] = row[name]
     return xr.Dataset(
         {
             name: (

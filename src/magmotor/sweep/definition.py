@@ -3,6 +3,7 @@
 import dataclasses
 import itertools
 import json
+import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -11,16 +12,22 @@ from typing import Any
 import numpy as np
 
 from magmotor.checks import check_choice, check_integer, check_number, reject
-from magmotor.dataset import scene_from
+from magmotor.dataset import SCENES, scene_from
 from magmotor.devices import Scene, device_of
 from magmotor.recommendation import recommend
 from magmotor.scenes import Top
 from magmotor.sweep.axes import Samples, Values, samples_from, values_axis
 from magmotor.sweep.case import Case, case_of
 from magmotor.sweep.fields import changed, numeric_fields
-from magmotor.sweep.measures import TRAJECTORY, measure_of
+from magmotor.sweep.measures import TRAJECTORY, FromFile, imported, is_own, measure_of
 from magmotor.sweep.seeds import checked_seeds, child
 from magmotor.sweep.versions import versions_that_matter
+
+MOST_RUNS = 10**8
+"""Cases times replicas; a number of each is 0.8 GB."""
+
+MOST_FREE = 10
+"""Numbers that vary on their own, at whose 2^10 corners a timestep is recommended."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -56,7 +63,7 @@ class Sweep:
     Raises
     ------
     ValueError
-        Names what is wrong, its value and the bound.
+        Names what is wrong, its value and the bound; cases times replicas are at most 1e8.
 
     Examples
     --------
@@ -86,6 +93,10 @@ class Sweep:
     def __post_init__(self) -> None:
         """Check everything, and choose what is not given."""
         methods = device_of(self.scene).methods(self.scene)
+        if not isinstance(self.vary, Mapping):
+            raise reject("vary", self.vary, "a mapping of fields to their values")
+        if not isinstance(self.samples, Samples | None):
+            raise reject("samples", self.samples, "an object of magmotor.sweep.Samples, or None")
         if not self.vary and self.samples is None:
             raise reject("vary", dict(self.vary), "one field at least")
         seeds = checked_seeds(self.seeds)
@@ -93,6 +104,8 @@ class Sweep:
         self._set("measure", self._checked_measure(self.measure))
         if self.replicas is not None:
             check_integer("replicas", self.replicas, at_least=1)
+        if (runs := math.prod(self.shape) * (self.replicas or 1)) > MOST_RUNS:
+            raise reject("runs, cases times replicas", runs, f"at most {MOST_RUNS}")
         if self.method is not None:
             check_choice("method", self.method, methods)
         if self.timestep is not None:
@@ -107,12 +120,14 @@ class Sweep:
         check_number("duration", self.duration, at_least=self.timestep or 0.0)
         if self.versions is None:
             self._set("versions", versions_that_matter(self.method or ""))
+        elif not _is_of_text(self.versions):
+            raise reject("versions", self.versions, "a mapping of names to versions, both str")
 
     def _set(self, name: str, value: Any) -> None:
         object.__setattr__(self, name, value)
 
-    def _checked_measure(self, names: Iterable[str]) -> tuple[str, ...]:
-        names = tuple(names)
+    def _checked_measure(self, measure: Any) -> tuple[str, ...]:
+        names = checked_names("measure", measure)
         if not names or len(set(names)) < len(names):
             raise reject("measure", [*names], "different names, one at least")
         if TRAJECTORY in names and len(names) > 1:
@@ -120,6 +135,8 @@ class Sweep:
         for name in names:
             if name != TRAJECTORY:
                 measure_of(self.scene, name)
+            if is_own(name) and not isinstance(name, FromFile):
+                imported(name)
         return names
 
     def _choose(self) -> None:
@@ -129,6 +146,9 @@ class Sweep:
         if self.timestep is not None:
             return
         steps, mistake = [], None
+        free = sum(len(a.fields) if isinstance(a, Samples) else 1 for a in self.axes)
+        if free > MOST_FREE:
+            raise reject("timestep", None, f"given where more than {MOST_FREE} numbers vary")
         for corner in itertools.product(*[axis.ends for axis in self.axes]):
             changes = {name: value for part in corner for name, value in part.items()}
             try:
@@ -227,14 +247,80 @@ class Sweep:
         }
 
 
-def sweep_from(told: dict[str, Any]) -> Sweep:
-    """The sweep that `as_json` tells of."""
-    names = ("measure", "seeds", "replicas", "method", "timestep", "duration", "record_interval")
-    names += ("versions",)
-    samples = [samples_from(recipe) for recipe in told["samples"]]
-    return Sweep(
-        scene=scene_from(told["scene"], told["scene_fields"]),
-        vary={tuple(fields): values for fields, values in told["vary"]},
-        samples=samples[0] if samples else None,
-        **{name: told[name] for name in names},
-    )
+def checked_names(argument: str, names: Any) -> tuple[str, ...]:
+    """Names as a tuple; ValueError if they are no list of text."""
+    found = tuple(names) if isinstance(names, Iterable) and not isinstance(names, str) else None
+    if found is None or not all(isinstance(name, str) for name in found):
+        raise reject(argument, names, "a list of names")
+    return found
+
+
+def _is_of_text(versions: Any) -> bool:
+    if not isinstance(versions, Mapping):
+        return False
+    return all(isinstance(text, str) for pair in versions.items() for text in pair)
+
+
+def sweep_from(told: Mapping[str, Any], *, measures: Iterable[str] = ()) -> Sweep:
+    """The sweep that `as_json` tells of.
+
+    Parameters
+    ----------
+    told : mapping
+        May be anybody's: nothing is imported because its `measure` names it.
+    measures : iterable of str
+        Those of its measures `package.module:function` that may be imported, so that the sweep can
+        be run.
+
+    Raises
+    ------
+    ValueError
+        It tells of no sweep, or `measures` names what is not among its measures.
+    """
+    allowed = checked_names("measures", measures)
+    _check_told(told)
+    names = [FromFile(n) if is_own(n) and n not in allowed else n for n in told["measure"]]
+    for name in allowed:
+        check_choice("measures", name, tuple(filter(is_own, names)))
+    arguments = ("seeds", "replicas", "method", "timestep", "duration", "record_interval")
+    try:
+        samples = [samples_from(recipe) for recipe in told["samples"]]
+        return Sweep(
+            scene=scene_from(told["scene"], told["scene_fields"]),
+            vary={tuple(fields): values for fields, values in told["vary"]},
+            samples=samples[0] if samples else None,
+            measure=names,
+            versions=told["versions"],
+            **{name: told[name] for name in arguments},
+        )
+    except ValueError:
+        raise
+    except Exception as error:  # a file may hold anything
+        kind = type(error).__name__
+        raise ValueError(f"sweep: must be as a sweep tells it ({kind}: {error})") from None
+
+
+def _check_told(told: Any) -> None:
+    """Check what is told as far as `Sweep` would not, or would choose what is missing."""
+    if not isinstance(told, Mapping):
+        raise reject("sweep", told, "what a sweep tells, a mapping")
+    missing = sorted(TOLD - told.keys())
+    if missing:
+        raise reject("sweep", sorted(map(str, told)), f"with {', '.join(missing)}, too")
+    check_choice("scene", told["scene"], tuple(SCENES))
+    for name in ("method", "timestep"):
+        if told[name] is None:
+            raise reject(name, None, "given")
+    for name in ("measure", "vary", "samples", "seeds"):
+        if not isinstance(told[name], list):
+            raise reject(name, told[name], "a list")
+    if len(told["samples"]) > 1:
+        raise reject("samples", told["samples"], "one design at most")
+    checked_names("measure", told["measure"])
+
+
+TOLD = frozenset(
+    {"scene", "scene_fields", "method", "timestep", "duration", "record_interval", "replicas"}
+    | {"versions", "samples", "vary", "seeds", "measure"}
+)
+"""What `as_json` has."""

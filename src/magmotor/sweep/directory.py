@@ -1,12 +1,17 @@
 """The directory of a sweep: one file a case, each whole or not there.
 
 `sweep.json` tells what the sweep is; `done/ab/KEY.json` (`.nc` where whole runs are recorded) holds
-what was measured in the case of that key, `failed/KEY.json` why another failed. Files are written
-in `parts/` and take their names when they are on the disk. `claims/KEY` says who computes a case.
+what was measured in the case of that key, `failed/KEY.json` why another failed. Each file has a
+checksum, is written in `parts/`, and takes its name when it is on the disk. `claims/KEY` says who
+computes a case. What is read may be anybody's: no symbolic link is followed, no name is imported.
 """
 
 import json
+import os
+import stat
 import threading
+import warnings
+from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -15,9 +20,9 @@ from magmotor.checks import reject
 from magmotor.sweep.case import Case, canonical
 from magmotor.sweep.definition import Sweep, sweep_from
 from magmotor.sweep.measures import TRAJECTORY
+from magmotor.sweep.sealed import Damaged, naming, opened, opened_bytes, sealed
 from magmotor.sweep.work import Outcome
-from magmotor.whole_files import is_dead as _is_dead
-from magmotor.whole_files import this_driver, write_whole
+from magmotor.whole_files import is_dead, this_driver, write_whole
 
 SWEEP = "sweep.json"
 
@@ -43,7 +48,7 @@ class Directory:
         self.path, self.sweep = path, sweep
         self.claims: set[Path] = set()
         self.suffix = ".nc" if sweep.measure == (TRAJECTORY,) else ".json"
-        told = canonical(sweep.as_json())
+        told = json.loads(canonical(sweep.as_json()))
         others = _other_things(path)
         if not (path / SWEEP).exists():  # asked last: another driver may have begun meanwhile
             if others:
@@ -51,25 +56,57 @@ class Directory:
                     "directory", str(path), f"empty, or this sweep's; it holds {others[0]}"
                 )
             path.mkdir(parents=True, exist_ok=True)
-            self._write(path / SWEEP, told)
-        check_same(path, json.loads(told), read(path))
+            self._write(Path(SWEEP), sealed(told))
+        try:
+            there = _told(path)
+        except Damaged as damage:
+            # Results go by keys that hash all that makes them: none can be taken for another's.
+            warnings.warn(f"{damage}; it is written again", stacklevel=2)
+            self._write(Path(SWEEP), sealed(told))
+        else:
+            check_same(path, told, there)
 
-    def found(self, case: Case) -> Path | None:
-        """The result file of a case, if it is there."""
-        path = self._done(case)
-        return path if path.exists() else None
+    def result(self, case: Case) -> Any:
+        """What a case's result file holds, entries of JSON or bytes of netCDF; None without one.
+
+        Raises
+        ------
+        Damaged
+            The file is not what was written.
+        """
+        return self._opened(self.done(case), case)
 
     def error(self, case: Case) -> str | None:
-        """Why a case failed, if it did."""
-        try:
-            return json.loads((self.path / "failed" / f"{case.key}.json").read_bytes())["error"]
-        except FileNotFoundError:
-            return None
+        """Why a case failed, if it did.
+
+        Raises
+        ------
+        Damaged
+            The file that says so is not what was written.
+        """
+        found = self._opened(Path("failed", f"{case.key}.json"), case)
+        return None if found is None else str(found.get("error"))
+
+    def done(self, case: Case) -> Path:
+        """Where a case's result file is, below the directory."""
+        return Path("done", case.key[:2], f"{case.key}{self.suffix}")
+
+    def _opened(self, file: Path, case: Case) -> Any:
+        with naming(file):
+            try:
+                content = _content(self.path, file)
+            except FileNotFoundError:
+                return None
+            if file.suffix == ".nc":
+                return opened_bytes(content, case.key)
+            found = opened(content)
+            if found.get("case") != case.told:
+                raise Damaged("it is another case's")
+        return found
 
     def claim(self, case: Case) -> bool:
         """Tell other drivers that a case is under way; False if another was first."""
-        claim = self.path / "claims" / case.key
-        claim.parent.mkdir(exist_ok=True)
+        claim = self._place(Path("claims", case.key))
         try:
             with claim.open("x") as file:
                 self.claims.add(claim)
@@ -91,39 +128,76 @@ class Directory:
         OSError
             It cannot be written; all that was written before is there.
         """
-        failed = self.path / "failed" / f"{case.key}.json"
+        failed = Path("failed", f"{case.key}.json")
         if outcome.error is None:
             assert outcome.content is not None
-            self._write(self._done(case), outcome.content)
+            self._write(self.done(case), outcome.content)
             for old in (failed, failed.with_suffix(".nc")):
-                old.unlink(missing_ok=True)
+                (self.path / old).unlink(missing_ok=True)
         else:
             if outcome.content is not None:
                 self._write(failed.with_suffix(".nc"), outcome.content)
-            self._write(failed, canonical({"case": case.told, "error": outcome.error}) + b"\n")
+            self._write(failed, sealed({"case": case.told, "error": outcome.error}))
         claim = self.path / "claims" / case.key
         claim.unlink(missing_ok=True)
         self.claims.discard(claim)
 
-    def _done(self, case: Case) -> Path:
-        return self.path / "done" / case.key[:2] / f"{case.key}{self.suffix}"
+    def _place(self, file: Path) -> Path:
+        """The path of a file to be written, whose folder is made."""
+        _check_inside(self.path, file)
+        path = self.path / file
+        path.parent.mkdir(parents=True, exist_ok=True)
+        return path
 
-    def _write(self, path: Path, content: bytes) -> None:
+    def _write(self, file: Path, content: bytes) -> None:
         # Several threads of a driver may write the same file.
-        part = self.path / "parts" / f"{path.name}.{threading.get_ident()}@{this_driver()}"
-        for folder in (part.parent, path.parent):
-            folder.mkdir(parents=True, exist_ok=True)
-        write_whole(path, content, part)
+        name = f"{file.name}.{threading.get_ident()}@{this_driver()}"
+        part = self._place(Path("parts", name))
+        part.unlink(missing_ok=True)  # it may be a link
+        write_whole(self._place(file), content, part)
 
     def remove_what_the_dead_left(self) -> None:
         """Remove half-written files and claims of this machine's drivers that were killed."""
+        for name in ("parts", "claims"):
+            _check_inside(self.path, Path(name, "any"))
         for part in self.path.glob("parts/*"):
-            if _is_dead(part.name.rpartition("@")[2]):
-                part.unlink(missing_ok=True)
+            if is_dead(part.name.rpartition("@")[2]):
+                with suppress(OSError):
+                    part.unlink()
         for claim in self.path.glob("claims/*"):
-            with suppress(FileNotFoundError):
-                if _is_dead(claim.read_text()):
+            with suppress(OSError, ValueError):
+                if is_dead(_content(self.path, Path("claims", claim.name)).decode()):
                     claim.unlink()
+
+
+def _check_inside(root: Path, file: Path) -> None:
+    """Check that no symbolic link on the way to a file leads out of the sweep's directory."""
+    for folder in [*file.parents][:-1]:
+        if (root / folder).is_symlink():
+            bound = "a folder: a sweep follows no symbolic link out of its directory"
+            raise reject("directory", str(root / folder), bound)
+
+
+def _content(root: Path, file: Path) -> bytes:
+    """What a file of a sweep, named from its directory on, holds.
+
+    Raises
+    ------
+    FileNotFoundError
+        It is not there.
+    Damaged
+        It is no regular file, or cannot be read.
+    """
+    _check_inside(root, file)
+    path = root / file
+    try:
+        if not stat.S_ISREG(path.lstat().st_mode):
+            raise Damaged("it is no regular file")
+        return path.read_bytes()
+    except FileNotFoundError:
+        raise
+    except OSError as error:
+        raise Damaged(str(error.strerror)) from None
 
 
 def _other_things(path: Path) -> list[str]:
@@ -143,30 +217,47 @@ def _is_beginning(file: Path) -> bool:
     return all(part.name.startswith(f"{SWEEP}.") for part in file.iterdir())
 
 
+def _told(folder: Path) -> dict[str, Any]:
+    """What `sweep.json` tells; errors as of `_content`."""
+    with naming(Path(SWEEP)):
+        return opened(_content(folder, Path(SWEEP)))
+
+
+def folder_of(directory: Any) -> Path:
+    """A directory as a path; ValueError if it is no name of one."""
+    if not isinstance(directory, str | os.PathLike) or "\0" in str(directory):
+        raise reject("directory", directory, "the name of a directory")
+    return Path(directory)
+
+
 def open_directory(path: str | Path) -> Directory:
     """The directory of a sweep that is there; ValueError if there is none."""
-    return Directory(Path(path), sweep_of(path))
+    return Directory(folder_of(path), sweep_of(path))
 
 
-def sweep_of(path: str | Path) -> Sweep:
+def sweep_of(path: str | Path, *, measures: Iterable[str] = ()) -> Sweep:
     """The sweep whose results a directory holds.
+
+    Parameters
+    ----------
+    path : str or Path
+    measures : iterable of str
+        Those of its measures `package.module:function` that may be imported, so that the sweep can
+        be run. Nothing is imported because a file names it.
 
     Raises
     ------
     ValueError
-        It holds none.
+        The directory holds no sweep, or `measures` names what is not among its measures.
     """
-    return sweep_from(read(Path(path)))
-
-
-def read(path: Path) -> dict[str, Any]:
-    """What `sweep.json` tells."""
+    folder = folder_of(path)
     try:
-        return json.loads((path / SWEEP).read_bytes())
+        return sweep_from(_told(folder), measures=measures)
     except (FileNotFoundError, NotADirectoryError):
         raise reject("directory", str(path), f"a sweep's: it has no {SWEEP}") from None
-    except ValueError:
-        raise reject("directory", str(path), f"a sweep's: its {SWEEP} is no JSON") from None
+    except Damaged as damage:
+        bound = f"a sweep's: {damage}; the same sweep, run again, mends it"
+        raise reject("directory", str(path), bound) from None
 
 
 def check_same(path: Path, asked: dict[str, Any], there: dict[str, Any]) -> None:

@@ -3,7 +3,7 @@
 import dataclasses
 from typing import Any, NamedTuple
 
-from magmotor.checks import check_choice, reject
+from magmotor.checks import check_choice, check_number, reject
 from magmotor.devices import Scene
 from magmotor.scenes.fields import check_value
 
@@ -26,10 +26,9 @@ class NumericField(NamedTuple):
 
     def checked(self, name: str, value: Any) -> float | int:
         """Return a value as JSON has it; ValueError if it is out of the field's own bounds."""
-        if isinstance(self.declared.default, int) and float(value).is_integer():
+        if isinstance(self.declared.default, int) and check_number(name, value).is_integer():
             value = int(value)
-        check_value(self.declared, value, name)
-        return value if isinstance(value, int) else float(value)
+        return check_value(self.declared, value, name)
 
 
 def numeric_fields(scene: Scene) -> dict[str, NumericField]:

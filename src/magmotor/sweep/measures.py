@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from magmotor import observables
 from magmotor.checks import check_choice, reject
-from magmotor.devices import Scene
+from magmotor.devices import Scene, device_of
 from magmotor.scenes import Disk, LangevinParticle, Motor, Top
 from magmotor.theory.motor import slip_mobility
 
@@ -30,27 +30,66 @@ class Measure(NamedTuple):
 
 
 def measures(scene: Scene) -> dict[str, Measure]:
-    """The measures of a kind of scene, by name."""
+    """The measures of a kind of scene, by name.
+
+    Raises
+    ------
+    ValueError
+        It is no scene.
+    """
+    device_of(scene)
     return MEASURES[type(scene)]
 
 
+class FromFile(str):
+    """The name of a measure of a user's own that was read from a file: text, and never imported."""
+
+
+def is_own(name: str) -> bool:
+    """Whether a name is that of a function of the user's own, `package.module:function`."""
+    return ":" in name
+
+
 def measure_of(scene: Scene, name: str) -> Measure:
-    """A measure by its name, or one of the user's own as `package.module:function`.
+    """A measure by its name, or one of the user's own, which is imported when it is called.
 
     Raises
     ------
     ValueError
         There is none; lists those that there are.
     """
-    if ":" not in name:
+    if not is_own(name):
         known = measures(scene)
         check_choice("measure", name, (*known, TRAJECTORY))
         return known[name]
     module, function = name.split(":", 1)
+    if not all(map(str.isidentifier, [*module.split("."), function])):
+        raise reject("measure", str(name), "package.module:function")
+    return Measure(lambda run, scene: imported(name)(run, scene), "1", function)
+
+
+def imported(name: str) -> Callable[[xr.Dataset, Any], Any]:
+    """The function of the user's own that a name stands for; nothing else imports by name.
+
+    Raises
+    ------
+    ValueError
+        The name is a file's, and nobody has allowed it, or there is no such function.
+    """
+    if isinstance(name, FromFile):
+        bound = (
+            "allowed by whoever runs it: a file names it, and it would import a module and call"
+            f" its function; allow it by measures=[{str(name)!r}] (--allow-measure {name})"
+        )
+        raise reject("measure", str(name), bound)
+    module, function = name.split(":", 1)
     try:
-        return Measure(getattr(import_module(module), function), "1", function)
-    except (ImportError, AttributeError, ValueError) as error:
+        found = getattr(import_module(module), function)
+    except Exception as error:  # a module may raise anything
         raise reject("measure", name, f"a function that can be imported ({error})") from None
+    if not callable(found):
+        raise reject("measure", name, "a function that can be imported (it cannot be called)")
+    return found
 
 
 def _spin(run: xr.Dataset, scene: Top) -> xr.DataArray:

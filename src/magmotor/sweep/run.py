@@ -2,24 +2,36 @@
 
 import math
 import os
+import sys
+import time
+import warnings
 from collections.abc import Iterator
-from concurrent.futures import BrokenExecutor, Executor, Future
+from concurrent.futures import Executor, Future
 from dataclasses import dataclass
 from pathlib import Path
-from queue import SimpleQueue
+from queue import Empty, SimpleQueue
 
 from tqdm import tqdm
 
-from magmotor.checks import check_integer
+from magmotor.checks import check_integer, check_kind, reject
 from magmotor.interrupts import deferred
 from magmotor.sweep.case import Case
 from magmotor.sweep.definition import Sweep
-from magmotor.sweep.directory import Directory
+from magmotor.sweep.directory import Directory, folder_of
+from magmotor.sweep.measures import imported, is_own
+from magmotor.sweep.pool import NoWorkers, Pool, WorkerDied
+from magmotor.sweep.sealed import Damaged
 from magmotor.sweep.work import Outcome, compute
-from magmotor.sweep.workers import Pool
+from magmotor.sweep.workers import Cluster
 
 AHEAD = 2
 """Cases under way for each worker: one is computed, one waits."""
+
+LOOK_SECONDS = 5.0
+"""How often a cluster is looked at whether it has workers, while none of its cases ends."""
+
+LOST_SECONDS = 60.0
+"""How long a cluster may be without workers before the sweep ends."""
 
 DIED = "its worker process died (killed, or out of memory?)"
 
@@ -55,10 +67,6 @@ class SweepInterrupted(KeyboardInterrupt):
     """Ctrl-C during a sweep; what was done is on disk, and the same call goes on."""
 
 
-class NoWorkers(RuntimeError):
-    """Nobody takes the cases: processes die whatever they are given, or a cluster is gone."""
-
-
 def run(
     sweep: Sweep,
     directory: str | Path,
@@ -71,7 +79,8 @@ def run(
 
     A sweep that was stopped, in whatever way, goes on when it is run again: nothing is lost but the
     cases that were under way, and results are the same to the bit. Several calls, on one machine or
-    many, may work on one directory.
+    many, may work on one directory. A result that is damaged is computed again, with a warning. A
+    case whose worker process dies is tried once more, alone, and fails if the process dies again.
 
     Parameters
     ----------
@@ -92,19 +101,26 @@ def run(
     Raises
     ------
     ValueError
-        The directory holds another sweep.
+        The directory holds another sweep, or the sweep was read from a file and has a measure
+        `package.module:function` that nobody has allowed.
     OSError
         A result cannot be written; those before it are there.
     SweepInterrupted
         Ctrl-C.
     NoWorkers
-        Worker processes die as soon as they start, or the executor drops cases.
+        Worker processes die as soon as they start, the executor drops cases, or a Dask cluster has
+        had no workers for 60 s. What was done is on disk, and the same call goes on.
     OtherVersions
         The workers compute with other versions than this process.
     """
+    check_kind("sweep", sweep, Sweep)
     workers = (os.cpu_count() or 1) if workers is None else workers
-    check_integer("workers", workers, at_least=1)
-    store = Directory(Path(directory), sweep)
+    workers = check_integer("workers", workers, at_least=1)
+    if not (executor is None or callable(getattr(executor, "submit", None))):
+        raise reject("executor", executor, "a concurrent.futures.Executor, or None")
+    for name in filter(is_own, sweep.measure):
+        imported(name)
+    store = Directory(folder_of(directory), sweep)
     store.remove_what_the_dead_left()
     pool = Pool(workers) if executor is None else None
     driver = _Driver(sweep, store, pool or executor, workers, retry)
@@ -138,21 +154,21 @@ class _Driver:
         """Until all cases are done or failed."""
         cases = self._cases()
         exhausted = False
-        while not exhausted or self.running:
+        while not exhausted or self.running or self.suspects:
             while not (exhausted or self.suspects) and len(self.running) < self.window:
                 case = next(cases, None)
                 exhausted = case is None
                 if case is not None:
                     self._submit(case)
-            if self.running:
-                self._take(self.ended.get())
             if self.suspects and not self.running:
-                self._try_alone()
+                self._submit(self.suspects[0])
+            if self.running:
+                self._take(self._ended())
 
     def stop(self) -> None:
         """Drop the cases that are under way."""
         if isinstance(self.workers, Pool):
-            self.workers.kill()
+            self.workers.close()
         for future in self.running:
             future.cancel()
         self.store.take_back_claims()
@@ -182,11 +198,15 @@ class _Driver:
 
     def _is_done(self, case: Case) -> bool:
         """Whether there is nothing left to do, which is counted."""
-        if self.store.found(case):
-            self.tally.done += 1
-        elif not self.retry and self.store.error(case) is not None:
-            self.tally.failed += 1
-        else:
+        try:
+            if self.store.result(case) is not None:
+                self.tally.done += 1
+            elif not self.retry and self.store.error(case) is not None:
+                self.tally.failed += 1
+            else:
+                return False
+        except Damaged as damage:
+            warnings.warn(f"{damage}; the case is computed again", stacklevel=2)
             return False
         return True
 
@@ -197,31 +217,48 @@ class _Driver:
             self.progress.n += 1
 
     def _submit(self, case: Case) -> None:
-        try:
-            future = self.workers.submit(compute, case, self.sweep.measure)
-        except BrokenExecutor as error:
-            future = Future()
-            future.set_exception(error)
+        future = self.workers.submit(compute, case, self.sweep.measure)
         self.running[future] = case
         future.add_done_callback(self.ended.put)
 
+    def _ended(self) -> Future:
+        """The next to end; of a cluster, NoWorkers if it loses all its workers for long."""
+        lost = None
+        while True:
+            try:
+                cluster = isinstance(self.workers, Cluster)
+                return self.ended.get(timeout=LOOK_SECONDS if cluster else None)
+            except Empty:
+                now = time.monotonic()
+                if self.workers.threads():
+                    lost = None
+                elif lost is None:
+                    lost = now
+                    ends = f"the sweep ends if none comes back within {LOST_SECONDS:g} s"
+                    tqdm.write(f"the cluster has no workers left; {ends}", file=sys.stderr)
+                elif now - lost >= LOST_SECONDS:
+                    gone = f"the cluster has had no workers for {LOST_SECONDS:g} s"
+                    raise NoWorkers(f"{gone}; {self.tally}") from None
+
     def _take(self, future: Future) -> None:
-        """Keep what came of a case."""
+        """Keep what came of a case; one whose process died is tried once more, alone."""
         case = self.running.pop(future)
         if future.cancelled():
             raise NoWorkers("a case was dropped by those who had it: is the cluster gone?")
         error = future.exception()
-        if isinstance(error, BrokenExecutor) and isinstance(self.workers, Pool):
-            self.suspects.append(case)
-        elif error is None:
+        if error is None:
             self._keep(case, future.result())
-        elif type(error).__name__ == "KilledWorker":  # Dask's, which has tried it several times
+        elif isinstance(error, WorkerDied) and case.key not in [c.key for c in self.suspects]:
+            self.suspects.append(case)
+        # Dask has tried it several times.
+        elif isinstance(error, WorkerDied) or type(error).__name__ == "KilledWorker":
             self._keep(case, Outcome(None, DIED, 0.0))
         else:
             raise error
 
     def _keep(self, case: Case, outcome: Outcome) -> None:
         self.store.keep(case, outcome)
+        self.suspects = [suspect for suspect in self.suspects if suspect.key != case.key]
         self.tally.computed += 1
         self.tally.seconds += outcome.seconds
         if outcome.error is None:
@@ -230,31 +267,6 @@ class _Driver:
             self.tally.failed += 1
             self.progress.set_postfix(failed=self.tally.failed, refresh=False)
         self.progress.update()
-
-    def _try_alone(self) -> None:
-        """After a process died, give each case that was under way a pool of its own.
-
-        Which of them it was is then known, and it does not take others with it.
-        """
-        suspects, self.suspects = self.suspects, []
-        self._restart()
-        for case in suspects:
-            self._submit(case)
-            self._take(self.ended.get())
-            if self.suspects:
-                self.suspects = []
-                self._restart()
-                self._keep(case, Outcome(None, DIED, 0.0))
-
-    def _restart(self) -> None:
-        self.workers.restart()
-        try:
-            self.workers.submit(os.getpid).result()
-        except BrokenExecutor:
-            raise NoWorkers(
-                "worker processes die as soon as they start; a script that runs a sweep must do so"
-                ' below `if __name__ == "__main__":`'
-            ) from None
 
 
 def _stride(size: int) -> int:

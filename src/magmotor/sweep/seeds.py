@@ -7,17 +7,14 @@ import numpy as np
 
 from magmotor.checks import check_integer, reject
 from magmotor.noise import check_seed
+from magmotor.sweep.axes import listed
 
 
 def checked_seeds(seeds: Any) -> tuple[int, ...]:
     """Seeds as they are given, or how many of 0, 1, ...; ValueError if they are none."""
     if not isinstance(seeds, Iterable):
-        check_integer("seeds", seeds, at_least=1)
-        seeds = range(seeds)
-    found = []
-    for seed in seeds:
-        check_seed(seed)
-        found.append(int(seed))
+        seeds = range(check_integer("seeds", seeds, at_least=1))
+    found = [check_seed(seed) for seed in listed("seeds", seeds)]
     if not found or len(set(found)) < len(found):
         raise reject("seeds", found, "a range that is not empty, of different seeds")
     return tuple(found)

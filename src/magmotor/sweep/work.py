@@ -1,7 +1,6 @@
 """The work of a case, in a worker process: the run, its measures, and the bytes to be kept."""
 
 import io
-import json
 import tempfile
 import threading
 import time
@@ -16,15 +15,21 @@ from numpy.typing import ArrayLike, NDArray
 
 from magmotor.checks import reject
 from magmotor.dataset import scene_from
+from magmotor.interrupts import uninterrupted
 from magmotor.simulation import SimulationDiverged, simulate
-from magmotor.sweep.case import Case, canonical
+from magmotor.sweep.case import Case
 from magmotor.sweep.measures import TRAJECTORY, measure_of
+from magmotor.sweep.sealed import Damaged, sealed, sealed_bytes
 from magmotor.sweep.versions import versions_that_matter
 
 ARGUMENTS = ("method", "timestep", "duration", "record_interval", "replicas", "seed")
 
 ALONE = threading.Lock()
 """Held by the one case that a process runs: warnings and standard error are the process's."""
+
+
+DEFLATE = 1100
+"""Above the ratio to which the compression of netCDF can shrink anything."""
 
 
 class Outcome(NamedTuple):
@@ -56,8 +61,10 @@ def compute(case: Case, measure: tuple[str, ...]) -> Outcome:
         content = _content(case, measure)
     except SimulationDiverged as stop:
         error = str(stop)
-        content = netcdf(stop.dataset) if measure == (TRAJECTORY,) else None
-    except Exception as mistake:
+        content = None
+        if measure == (TRAJECTORY,):
+            content = sealed_bytes(netcdf(stop.dataset), case.key)
+    except (Exception, SystemExit) as mistake:
         kind = "" if isinstance(mistake, ValueError) else f"{type(mistake).__name__}: "
         error = f"{kind}{mistake}"
     return Outcome(content, error, time.perf_counter() - began)
@@ -71,12 +78,12 @@ def _content(case: Case, measure: tuple[str, ...]) -> bytes:
         scene = scene_from(case.told["scene"], case.told["scene_fields"])
         run = simulate(scene, **{name: case.told[name] for name in ARGUMENTS})
         if measure == (TRAJECTORY,):
-            return netcdf(run)
+            return sealed_bytes(netcdf(run), case.key)
         each = tuple(run.sizes[dim] for dim in run.dims if dim == "replica")
         found = {name: measure_of(scene, name).function(run, scene) for name in measure}
         values = {name: encoded(value, each) for name, value in found.items()}
     said = sorted({str(warning.message) for warning in caught})
-    return canonical({"case": case.told, "values": values, "warnings": said}) + b"\n"
+    return sealed({"case": case.told, "values": values, "warnings": said})
 
 
 def netcdf(run: xr.Dataset) -> bytes:
@@ -84,8 +91,26 @@ def netcdf(run: xr.Dataset) -> bytes:
     encoding: Any = {name: {"zlib": True, "complevel": 1} for name in run.data_vars}
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "run.nc"
-        run.to_netcdf(path, encoding=encoding)
+        run.to_netcdf(path, engine="netcdf4", encoding=encoding)
         return path.read_bytes()
+
+
+def recorded(content: bytes) -> xr.Dataset:
+    """The dataset that `netcdf` was given, all in memory; Damaged if it cannot have been."""
+    import netCDF4
+    from xarray.backends import NetCDF4DataStore
+
+    try:
+        with uninterrupted(), netCDF4.Dataset("run.nc", memory=content) as file:
+            run = xr.open_dataset(NetCDF4DataStore(file))
+            if run.nbytes > DEFLATE * len(content):
+                raise ValueError("it tells of more than it can hold")
+            run.load()
+    except (OSError, RuntimeError, ValueError, KeyError, TypeError, AttributeError) as error:
+        raise Damaged(f"it is no run in netCDF ({error})") from None
+    if any(values.dtype != np.float64 for values in run.values()):
+        raise Damaged("it holds other than numbers")
+    return run
 
 
 def encoded(values: ArrayLike, each: tuple[int, ...]) -> Any:
@@ -113,11 +138,12 @@ def encoded(values: ArrayLike, each: tuple[int, ...]) -> Any:
     return number if np.isfinite(number) else None if np.isnan(number) else str(number)
 
 
-def decoded(told: Any) -> NDArray[np.float64]:
-    """What `encoded` was given."""
-    return np.array(told, dtype=float)
-
-
-def measured(content: bytes) -> dict[str, Any]:
-    """The values in a result file, by measure, as `encoded` has them."""
-    return json.loads(content)["values"]
+def decoded(told: Any, each: tuple[int, ...]) -> NDArray[np.float64]:
+    """What `encoded` was given; Damaged if it cannot have been."""
+    try:
+        found = np.array(told, dtype=float)
+    except (TypeError, ValueError, OverflowError):
+        raise Damaged("a value is no number") from None
+    if found.shape not in ((), each):
+        raise Damaged(f"values have shape {found.shape}, not {each}")
+    return found

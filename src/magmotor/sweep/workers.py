@@ -1,103 +1,41 @@
-"""Workers: processes of this machine, or of a Dask cluster, as `concurrent.futures` has them."""
+"""Workers on a Dask cluster, of this machine or many, as an executor."""
 
 import gc
 import logging
-import multiprocessing
 import os
-import threading
-from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, Future
 from contextlib import ExitStack, contextmanager
-from multiprocessing import resource_tracker
-from multiprocessing.connection import Connection
 from typing import Any
 
-from tqdm import tqdm
-
 from magmotor.checks import check_integer, reject
-from magmotor.interrupts import blocked
-
-ONE_THREAD: dict[str, str] = {
-    f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "NUMBA")
-}
-"""A worker takes one core: the sweep, not the case, is what runs in parallel."""
+from magmotor.sweep.pool import ONE_THREAD, deaf_children
 
 
-class Pool:
-    """Processes of this machine, which end when the pool is closed or its own process dies.
+class Cluster(Executor):
+    """The workers of a Dask cluster, of which one can see whether there are any."""
 
-    Parameters
-    ----------
-    workers : int
-        How many.
-    """
+    def __init__(self, client: Any):
+        self._client = client
+        self._executor = client.get_executor()
 
-    def __init__(self, workers: int):
-        check_integer("workers", workers, at_least=1)
-        self.workers = workers
-        self._start()
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future:
+        """As of any executor."""
+        return self._executor.submit(fn, *args, **kwargs)
 
-    def _start(self) -> None:
-        context = multiprocessing.get_context("spawn")
-        # Nobody else has the end that is kept here: when it closes, the workers know.
-        there, self._here = context.Pipe(duplex=False)
-        self._executor = ProcessPoolExecutor(self.workers, context, _initialize, (there,))
-
-    def submit(self, function: Callable[..., Any], *arguments: Any) -> Future:
-        """As of an `Executor`."""
-        with _environment(ONE_THREAD), _deaf_children():  # it may start a process
-            return self._executor.submit(function, *arguments)
-
-    def restart(self) -> None:
-        """Begin with new processes."""
-        self.kill()
-        self._start()
-
-    def close(self) -> None:
-        """End the processes when they have nothing to do."""
-        self._executor.shutdown()
-        self._here.close()
-
-    def kill(self) -> None:
-        """End the processes, whatever they do."""
-        self._here.close()
-        self._executor.shutdown(cancel_futures=True)
+    def threads(self) -> int:
+        """How many threads the workers have now; 0 where no scheduler answers."""
+        try:
+            found = self._client.sync(
+                self._client.scheduler.ncores, callback_timeout=ANSWER_SECONDS
+            )
+        except Exception:  # Dask's own, of many kinds
+            return 0
+        return sum(found.values())
 
 
-@contextmanager
-def _deaf_children() -> Iterator[None]:
-    """Have processes that are started leave Ctrl-C to this one."""
-    resource_tracker.ensure_running()  # its start lets Ctrl-C through
-    with blocked():
-        yield
-
-
-@contextmanager
-def _environment(values: Mapping[str, str]) -> Iterator[None]:
-    """Set variables of the environment, which processes that are started inherit."""
-    before = {name: os.environ.get(name) for name in values}
-    os.environ.update(values)
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
-
-
-def _initialize(there: Connection) -> None:
-    """In a worker: end with the driver."""
-    tqdm.set_lock(threading.RLock())  # its own is a semaphore, which outlives a killed process
-    threading.Thread(target=_end_with, args=(there,), daemon=True).start()
-
-
-def _end_with(there: Connection) -> None:
-    try:
-        there.recv()
-    except (EOFError, OSError):
-        os._exit(1)
+ANSWER_SECONDS = 5.0
+"""How long a scheduler may take to answer."""
 
 
 @contextmanager
@@ -115,15 +53,18 @@ def dask_workers(scheduler: str) -> Iterator[tuple[Executor, int]]:
         Nothing answers there, it has no workers, or Dask is not installed.
     """
     with _connected(scheduler) as client:
-        threads = sum(client.nthreads().values())
+        cluster = Cluster(client)
+        threads = cluster.threads()
         if not threads:
             raise reject("scheduler", scheduler, "that of a cluster with workers")
-        yield client.get_executor(), threads
+        yield cluster, threads
 
 
 def _connected(scheduler: str) -> Any:
     """A Dask client, to be closed."""
     distributed = _distributed()
+    if not isinstance(scheduler, str):
+        raise reject("scheduler", scheduler, "a Dask scheduler's address, str")
     try:
         return distributed.Client(scheduler, timeout=10)
     except (OSError, ValueError) as error:
@@ -160,9 +101,11 @@ def local_cluster(workers: int | None = None, host: str = "127.0.0.1") -> Iterat
     distributed = _distributed()
     if workers is not None:
         check_integer("workers", workers, at_least=1)
+    if not isinstance(host, str):
+        raise reject("host", host, "an address of an interface of this machine, str")
     with ExitStack() as stack:
         try:
-            with _deaf_children():
+            with deaf_children():
                 cluster = stack.enter_context(
                     distributed.LocalCluster(
                         n_workers=workers or os.cpu_count() or 1,

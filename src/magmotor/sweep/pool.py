@@ -1,0 +1,225 @@
+"""Processes of this machine that take calls, each on a connection of its own.
+
+What one process does is nobody else's: if it dies, the call that it had is known to be lost, and
+no other; a new process takes its place.
+"""
+
+import multiprocessing
+import os
+import pickle
+import threading
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Future
+from contextlib import contextmanager
+from multiprocessing import resource_tracker
+from multiprocessing.connection import Connection, wait
+from queue import SimpleQueue
+from typing import Any
+
+from tqdm import tqdm
+
+from magmotor.checks import check_integer
+from magmotor.interrupts import blocked
+
+ONE_THREAD: dict[str, str] = {
+    f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "NUMBA")
+}
+"""A worker takes one core: the sweep, not the case, is what runs in parallel."""
+
+RESTARTS = 5
+"""Processes, beyond the first of each worker, that may die without a call between two that end."""
+
+_CONTEXT = multiprocessing.get_context("spawn")
+
+
+class WorkerDied(RuntimeError):
+    """The process that had a call died."""
+
+
+class NoWorkers(RuntimeError):
+    """Nobody takes the cases: processes die whatever they are given, or a cluster is gone."""
+
+
+class Pool:
+    """Processes of this machine, which end when the pool is closed or its own process dies.
+
+    Parameters
+    ----------
+    workers : int
+        How many at most; a process is started when there is a call for it.
+    """
+
+    def __init__(self, workers: int):
+        self._most = check_integer("workers", workers, at_least=1)
+        self._calls: deque[tuple[Future, tuple[Any, ...]]] = deque()
+        self._workers: list[_Worker] = []
+        self._deaths = 0
+        self._ending = False
+        self._woken, self._wake = _CONTEXT.Pipe(duplex=False)
+        self._thread = threading.Thread(target=self._serve, daemon=True)
+        self._thread.start()
+
+    def submit(self, function: Callable[..., Any], *arguments: Any) -> Future:
+        """As of an `Executor`; a call whose process dies ends in `WorkerDied`."""
+        future = Future()
+        self._calls.append((future, (function, *arguments)))
+        self._wake.send(None)
+        return future
+
+    def close(self) -> None:
+        """End the processes, whatever they do."""
+        self._ending = True
+        self._wake.send(None)
+        self._thread.join()
+
+    def _serve(self) -> None:
+        """Deal calls out, and take what comes back, until the pool is closed."""
+        try:
+            while not self._ending:
+                self._deal()
+                for ready in wait([self._woken, *(worker.here for worker in self._workers)]):
+                    if ready is self._woken:
+                        self._woken.recv()
+                    else:
+                        self._hear(next(w for w in self._workers if w.here is ready))
+        except BaseException as error:  # such as no more processes: whoever waits is to know
+            self._drop([future for future, _ in self._calls], error)
+            self._drop([w.future for w in self._workers if w.future is not None], error)
+        finally:
+            for worker in self._workers:
+                worker.end()
+
+    def _deal(self) -> None:
+        for worker in self._workers:
+            if self._calls and worker.is_idle and worker.take(*self._calls[0]):
+                self._calls.popleft()
+        starting = sum(not worker.is_ready for worker in self._workers)
+        for _ in range(min(len(self._calls) - starting, self._most - len(self._workers))):
+            self._workers.append(_Worker())
+
+    def _hear(self, worker: "_Worker") -> None:
+        if worker.hear():
+            self._deaths = 0
+        if not worker.is_dead:
+            return
+        self._workers.remove(worker)
+        worker.end()
+        if worker.future is not None:
+            worker.future.set_exception(WorkerDied("its process died"))
+            return
+        self._deaths += 1
+        if self._deaths >= self._most + RESTARTS:
+            self._deaths = 0
+            mistake = (
+                "worker processes die as soon as they start; a script that runs a sweep must do so"
+                ' below `if __name__ == "__main__":`'
+            )
+            self._drop([future for future, _ in self._calls], NoWorkers(mistake))
+            self._calls.clear()
+
+    def _drop(self, futures: list[Future], error: BaseException) -> None:
+        for future in futures:
+            future.set_exception(error)
+
+
+class _Worker:
+    """A process, and what it has to do."""
+
+    def __init__(self):
+        self.here, there = _CONTEXT.Pipe()
+        self.future: Future | None = None
+        self.is_ready = self.is_dead = False
+        self._process = _CONTEXT.Process(target=_work, args=(there,), daemon=True)
+        with _environment(ONE_THREAD), deaf_children():
+            self._process.start()
+        there.close()  # the process alone has it: when it dies, its connection ends
+
+    @property
+    def is_idle(self) -> bool:
+        """Whether it would take a call."""
+        return self.is_ready and self.future is None
+
+    def take(self, future: Future, call: tuple[Any, ...]) -> bool:
+        """Give it a call; False if it has died, which is heard next."""
+        try:
+            self.here.send(call)
+        except OSError:
+            self.is_ready = False
+            return False
+        self.future = future
+        return True
+
+    def hear(self) -> bool:
+        """Receive what it says: that it is ready, or what came of a call, which is told."""
+        try:
+            is_result, value = self.here.recv()
+        except (EOFError, OSError):
+            self.is_dead = True
+            return False
+        self.is_ready = True
+        if self.future is None:
+            return False
+        if is_result:
+            self.future.set_result(value)
+        else:
+            self.future.set_exception(value)
+        self.future = None
+        return True
+
+    def end(self) -> None:
+        """End the process, whatever it does."""
+        self._process.kill()
+        self._process.join()
+        self.here.close()
+
+
+@contextmanager
+def deaf_children() -> Iterator[None]:
+    """Have processes that are started leave Ctrl-C to this one."""
+    resource_tracker.ensure_running()  # its start lets Ctrl-C through
+    with blocked():
+        yield
+
+
+@contextmanager
+def _environment(values: Mapping[str, str]) -> Iterator[None]:
+    """Set variables of the environment, which processes that are started inherit."""
+    before = {name: os.environ.get(name) for name in values}
+    os.environ.update(values)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+def _work(there: Connection) -> None:
+    """In a worker: answer calls, until the driver ends."""
+    tqdm.set_lock(threading.RLock())  # its own is a semaphore, which outlives a killed process
+    calls: SimpleQueue[bytes] = SimpleQueue()
+    threading.Thread(target=_receive, args=(there, calls), daemon=True).start()
+    answer: tuple[bool, Any] = True, None  # that it is ready
+    while True:
+        try:
+            there.send(answer)
+        except OSError:
+            os._exit(1)
+        except Exception as error:
+            there.send((False, RuntimeError(f"an answer cannot be sent: {error}")))
+        try:
+            function, *arguments = pickle.loads(calls.get())
+            answer = True, function(*arguments)
+        except Exception as error:
+            answer = False, error
+
+
+def _receive(there: Connection, calls: "SimpleQueue[bytes]") -> None:
+    try:
+        while True:
+            calls.put(there.recv_bytes())
+    except (EOFError, OSError):
+        os._exit(1)  # whatever is being computed: nobody waits for it
