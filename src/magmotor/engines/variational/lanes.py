@@ -23,6 +23,7 @@ from magmotor.engines.friction import friction_and_noise, response
 from magmotor.engines.variational.schemes import DISK, kicks_that_evaluate
 from magmotor.engines.vectors import aligned
 from magmotor.noise import box_muller, normal, threefry
+from magmotor.reproducible import product
 from magmotor.scenes import Disk, LangevinParticle
 
 LANES = 128
@@ -76,7 +77,7 @@ def _part(scene: Disk | LangevinParticle, code: str, time: float, exact: bool) -
     n, wrenches = len(scene.masses), scene.slip_directions.T
     decrement, increment = np.zeros((2, 2)), np.zeros((2, scene.slip_directions.shape[0]))
     push = np.array([time, 0.0])
-    matrices = scene.masses, scene.friction * wrenches @ wrenches.T
+    matrices = scene.masses, scene.friction * product(wrenches, wrenches.T)
     if code in "OK":
         decrement[:n, :n], increment[:n] = friction_and_noise(
             *matrices, scene.noise * wrenches, time, exact=exact
