@@ -70,4 +70,4 @@ def orthonormal_rows(rows: Array) -> Array:
             best = best - np.sum(other * best) * other
         found.append(best / np.sqrt(np.sum(best * best)))
         left = [row - np.sum(found[-1] * row) * found[-1] for row in left]
-    return np.array(found).reshape(-1, rows.shape[1])
+    return np.array(found).reshape(len(found), rows.shape[1])
