@@ -1,14 +1,29 @@
 """Point dipoles: field, force, torque and energy.
 
-One formula (`pair`) and one loop over sources (`sum_over_sources`) serve the array functions below
-and MuJoCo's compiled callback. All quantities are SI: metres, A m^2, tesla, newton, joule.
+One loop over sources (`sum_over_sources`) serves the array functions below, the compiled kernels
+and MuJoCo's compiled callback; its sums have the same bits on every processor, see `eights`. All
+quantities are SI: metres, A m^2, tesla, newton, joule.
 """
 
 import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+from magmotor import eights
 from magmotor.checks import check_array
+from magmotor.code_version import code_version
+from magmotor.eights import (
+    COUNT,
+    counted,
+    fused,
+    least,
+    spread,
+    square_root,
+    taken,
+    total,
+    where_equal,
+    where_less,
+)
 
 PERMEABILITY_OVER_4PI = 1e-7
 """mu0/(4 pi) in T m/A; its measured value differs by 1.3e-10, less than its own uncertainty."""
@@ -18,75 +33,88 @@ COINCIDENCE = 1e-9
 
 COINCIDENCE_SQUARED = COINCIDENCE**2
 
-# Sums may be reordered and fused, which vectorises the loop; NaN and infinity keep their meaning.
-# (A minimum over the loop would need the promise of no NaN: hence the count of coincidences.)
-FASTMATH = {"reassoc", "contract", "nsz", "arcp"}
+NOBODY = -1.0
+"""Label of dipoles that fill up the last eight sources; no rigid body has it."""
 
 
-@njit(cache=True, fastmath=FASTMATH, inline="always")
-def pair(x, y, z, ax, ay, az, bx, by, bz, inverse):
-    """Force on dipole a in the field of b, and that field, without mu0/(4 pi).
-
-    (x, y, z) points from b to a and `inverse` is one over its square.
-    F = (3/r^5) [(a.r) b + (b.r) a + (a.b) r - 5 (a.r)(b.r) r/r^2],
-    B = (1/r^5) [3 (b.r) r - r^2 b].
-    """
-    radial_a = ax * x + ay * y + az * z
-    radial_b = bx * x + by * y + bz * z
-    cubed = inverse * np.sqrt(inverse)
-    scale = 3.0 * cubed * inverse
-    along = ax * bx + ay * by + az * bz - 5.0 * radial_a * radial_b * inverse
-    near = scale * radial_b
-    return (
-        scale * (radial_a * bx + radial_b * ax + along * x),
-        scale * (radial_a * by + radial_b * ay + along * y),
-        scale * (radial_a * bz + radial_b * az + along * z),
-        near * x - cubed * bx,
-        near * y - cubed * by,
-        near * z - cubed * bz,
-    )
+@njit(inline="always")
+def inner(ax, ay, az, bx, by, bz):
+    """Scalar products of vectors, of numbers or Eights."""
+    return fused(ax, bx, fused(ay, by, az * bz))
 
 
-@njit(cache=True, fastmath=FASTMATH, error_model="numpy")
+@njit(error_model="numpy")
 def sum_over_sources(target, label, sources, count):
     """Force on one dipole and field at it, from the first `count` sources of other rigid bodies.
 
     `target` is the tuple (x, y, z, mx, my, mz); `sources` has rows x, y, z, mx, my, mz and the
-    label of the rigid body; sources labelled as the target are left out. Returns the force, the
-    field and how many of the sources taken coincide with the target.
+    label of the rigid body, and as many columns as whole eights take; sources labelled as the
+    target are left out. Returns the force, the field and whether a source taken coincides with the
+    target.
+
+    With (x, y, z) from a source of moment b to the target of moment a,
+    F = (3/r^5) [(a.r) b + (b.r) a + (a.b) r - 5 (a.r)(b.r) r/r^2],
+    B = (1/r^5) [3 (b.r) r - r^2 b], times mu0/(4 pi).
+    Eight sources are taken at a time: each lane has its own partial sums.
     """
-    x, y, z, mx, my, mz = target
-    fx = fy = fz = bx = by = bz = 0.0
-    coincident = 0
-    for j in range(count):
-        dx, dy, dz = x - sources[0, j], y - sources[1, j], z - sources[2, j]
-        square = dx * dx + dy * dy + dz * dz
-        own = sources[6, j] == label
-        square = np.inf if own else square
-        coincident += square < COINCIDENCE_SQUARED
-        inverse = 1.0 / square
-        px, py, pz, qx, qy, qz = pair(
-            dx, dy, dz, mx, my, mz, sources[3, j], sources[4, j], sources[5, j], inverse
-        )
-        fx += px
-        fy += py
-        fz += pz
-        bx += qx
-        by += qy
-        bz += qz
-    k = PERMEABILITY_OVER_4PI
-    return k * fx, k * fy, k * fz, k * bx, k * by, k * bz, coincident
+    tx, ty, tz = spread(target[0]), spread(target[1]), spread(target[2])
+    ax, ay, az = spread(target[3]), spread(target[4]), spread(target[5])
+    own, end = spread(label), spread(float(count))
+    one, three, five = spread(1.0), spread(3.0), spread(-5.0)
+    none, far, step = spread(0.0), spread(np.inf), spread(float(COUNT))
+    fx = fy = fz = bx = by = bz = along = none
+    nearest, number = far, counted()
+    for j in range(0, count, COUNT):
+        x, y, z = tx - taken(sources, 0, j), ty - taken(sources, 1, j), tz - taken(sources, 2, j)
+        mx, my, mz = taken(sources, 3, j), taken(sources, 4, j), taken(sources, 5, j)
+        square = where_equal(taken(sources, 6, j), own, far, inner(x, y, z, x, y, z))
+        square = where_less(number, end, square, far)
+        number = number + step
+        nearest = where_less(square, nearest, square, nearest)
+        inverse = one / square
+        cubed = inverse * square_root(inverse)
+        scale = three * cubed * inverse
+        radial_a, radial_b = inner(ax, ay, az, x, y, z), inner(mx, my, mz, x, y, z)
+        near, cross = scale * radial_b, scale * radial_a
+        both = scale * fused(five * radial_a * inverse, radial_b, inner(ax, ay, az, mx, my, mz))
+        less = none - cubed
+        along = along + near
+        fx = fused(both, x, fused(cross, mx, fx))
+        fy = fused(both, y, fused(cross, my, fy))
+        fz = fused(both, z, fused(cross, mz, fz))
+        bx = fused(near, x, fused(less, mx, bx))
+        by = fused(near, y, fused(less, my, by))
+        bz = fused(near, z, fused(less, mz, bz))
+    k, coincident = PERMEABILITY_OVER_4PI, least(nearest) < COINCIDENCE_SQUARED
+    return (
+        k * total(fused(along, ax, fx)),
+        k * total(fused(along, ay, fy)),
+        k * total(fused(along, az, fz)),
+        k * total(bx),
+        k * total(by),
+        k * total(bz),
+        coincident,
+    )
 
 
-@njit(cache=True, nogil=True)
-def _force_and_field(targets, sources, out):
-    for i in range(len(targets)):
-        t = targets[i]
-        total = sum_over_sources(
-            (t[0], t[1], t[2], t[3], t[4], t[5]), -1.0, sources, sources.shape[1]
-        )
-        out[i, 0], out[i, 1], out[i, 2] = total[0], total[1], total[2]
-        out[i, 3], out[i, 4], out[i, 5], out[i, 6] = total[3], total[4], total[5], total[6]
+def _compile_force_and_field(checksum: int):
+    """Compile the loop over dipoles; `checksum` is a part of its cache's key."""
+
+    @njit(cache=True, nogil=True)
+    def force_and_field(targets, sources, out):
+        _ = checksum
+        for i in range(len(targets)):
+            t = targets[i]
+            both = sum_over_sources(
+                (t[0], t[1], t[2], t[3], t[4], t[5]), NOBODY, sources, sources.shape[1]
+            )
+            out[i, 0], out[i, 1], out[i, 2] = both[0], both[1], both[2]
+            out[i, 3], out[i, 4], out[i, 5], out[i, 6] = both[3], both[4], both[5], both[6]
+
+    return force_and_field
+
+
+_force_and_field = _compile_force_and_field(code_version(eights))
 
 
 def field(points: ArrayLike, positions: ArrayLike, moments: ArrayLike) -> NDArray[np.float64]:
@@ -182,7 +210,7 @@ def energy(
 
 
 def pack_sources(positions: ArrayLike, moments: ArrayLike) -> NDArray[np.float64]:
-    """Sources as `sum_over_sources` reads them: shape (7, N), no rigid body's label among them."""
+    """Sources as `sum_over_sources` reads them: shape (7, N) with N filled up to whole eights."""
     positions = _vectors("positions", positions)
     moments = _vectors("moments", moments)
     if positions.ndim != 2 or positions.shape != moments.shape:
@@ -190,7 +218,10 @@ def pack_sources(positions: ArrayLike, moments: ArrayLike) -> NDArray[np.float64
             f"positions and moments have shapes {positions.shape} and {moments.shape}:"
             " both must be (N, 3)"
         )
-    return np.vstack([positions.T, moments.T, np.zeros(len(positions))])
+    count = len(positions)
+    sources = np.zeros((7, -(-count // COUNT) * COUNT))
+    sources[:3, :count], sources[3:6, :count], sources[6, count:] = positions.T, moments.T, NOBODY
+    return sources
 
 
 def _evaluate(name, position, moment, positions, moments):
@@ -201,7 +232,8 @@ def _evaluate(name, position, moment, positions, moments):
     coincident = np.flatnonzero(out[:, 6])
     if coincident.size:
         first = coincident[0]
-        distance = np.linalg.norm(sources[:3].T - targets[first, :3], axis=1)
+        apart = sources[:3, sources[6] != NOBODY].T - targets[first, :3]
+        distance = np.linalg.norm(apart, axis=1)
         raise ValueError(
             f"{name} {first} coincides with dipole {distance.argmin()}"
             f" (distance {distance.min():.3g} m: must be at least {COINCIDENCE:g} m)"

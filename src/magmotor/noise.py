@@ -21,12 +21,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from magmotor import elementary
+from magmotor import eights, elementary
 from magmotor.attributes import check_fields, fields_in
 from magmotor.checks import check_integer, check_number, reject
 from magmotor.code_version import code_version
 from magmotor.elementary import (
-    FASTMATH,
     bits_as_float,
     cosine_of_quarter,
     float_as_bits,
@@ -85,7 +84,7 @@ def threefry(x, y, key0, key1):
     return _mix(x + key0, y + key1 + np.uint64(3), 16)
 
 
-@njit(inline="always", fastmath=FASTMATH)
+@njit(inline="always")
 def box_muller(x, y):
     """Two independent standard normal numbers from two words of 64 random bits.
 
@@ -109,7 +108,7 @@ def _normal(seed, replica, step, channel):
 def _compile_normal(checksum: int):
     """Compile `normal`; the checksum of what is compiled in is a part of its cache's key."""
 
-    @njit(cache=True, nogil=True, fastmath=FASTMATH)
+    @njit(cache=True, nogil=True)
     def normal(seed, replica, step, channel, factor, level):
         """Standard normal number of one step of a path that is coarsened or refined.
 
@@ -139,13 +138,13 @@ def _compile_normal(checksum: int):
     return normal
 
 
-normal = _compile_normal(code_version(elementary))
+normal = _compile_normal(code_version(eights, elementary))
 
 
 def _compile_fill(checksum: int):
     """Compile the loop over steps; see `_compile_normal`."""
 
-    @njit(cache=True, nogil=True, fastmath=FASTMATH)
+    @njit(cache=True, nogil=True)
     def fill(out, seed, replica, first, channel, factor, level):
         _ = checksum
         for i in range(out.size):
@@ -154,7 +153,7 @@ def _compile_fill(checksum: int):
     return fill
 
 
-_fill_normals = _compile_fill(code_version(elementary))
+_fill_normals = _compile_fill(code_version(eights, elementary))
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from magmotor import sweep
-from magmotor.attributes import as_told, fields_in
+from magmotor.attributes import as_told
 from magmotor.checks import check_integer, check_kind, check_number, reject
 from magmotor.dataset import scene_of
 from magmotor.ensemble import ensemble

@@ -11,6 +11,7 @@ import math
 
 from numba import njit
 
+from magmotor.eights import fused
 from magmotor.elementary import cosine, sine
 
 _PER_TURN = 0.5 / math.pi
@@ -24,16 +25,16 @@ SMALL_ANGLE = 0.25
 @njit(inline="always")
 def dot(a, b):
     """Scalar product of two vectors."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    return fused(a[0], b[0], fused(a[1], b[1], a[2] * b[2]))
 
 
 @njit(inline="always")
 def cross(a, b):
     """Vector product of two vectors."""
     return (
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
+        fused(a[1], b[2], -a[2] * b[1]),
+        fused(a[2], b[0], -a[0] * b[2]),
+        fused(a[0], b[1], -a[1] * b[0]),
     )
 
 
@@ -46,7 +47,7 @@ def scaled(s, a):
 @njit(inline="always")
 def plus(a, s, b):
     """The vector a + s b."""
-    return a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]
+    return fused(s, b[0], a[0]), fused(s, b[1], a[1]), fused(s, b[2], a[2])
 
 
 @njit(inline="always")
@@ -59,10 +60,10 @@ def stretched(a, axis, across, along):
 def product(p, q):
     """Quaternion of the rotation q followed by p."""
     return (
-        p[0] * q[0] - p[1] * q[1] - p[2] * q[2] - p[3] * q[3],
-        p[0] * q[1] + p[1] * q[0] + p[2] * q[3] - p[3] * q[2],
-        p[0] * q[2] - p[1] * q[3] + p[2] * q[0] + p[3] * q[1],
-        p[0] * q[3] + p[1] * q[2] - p[2] * q[1] + p[3] * q[0],
+        fused(p[0], q[0], -fused(p[1], q[1], fused(p[2], q[2], p[3] * q[3]))),
+        fused(p[0], q[1], fused(p[1], q[0], fused(p[2], q[3], -p[3] * q[2]))),
+        fused(p[0], q[2], fused(p[2], q[0], fused(p[3], q[1], -p[1] * q[3]))),
+        fused(p[0], q[3], fused(p[3], q[0], fused(p[1], q[2], -p[2] * q[1]))),
     )
 
 
@@ -72,8 +73,8 @@ def normalised(q):
 
     One that is nowhere near, as overflow leaves it, becomes NaN.
     """
-    square = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]
-    scale = 1.5 - 0.5 * square if abs(square - 1.0) < 0.5 else math.nan
+    square = fused(q[0], q[0], dot(q[1:], q[1:]))
+    scale = fused(-0.5, square, 1.5) if abs(square - 1.0) < 0.5 else math.nan
     return scale * q[0], scale * q[1], scale * q[2], scale * q[3]
 
 
@@ -82,9 +83,21 @@ def columns(q):
     """The body's three axes in the world frame: the columns of the rotation matrix."""
     w, x, y, z = q
     return (
-        (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)),
-        (2.0 * (x * y - w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z + w * x)),
-        (2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)),
+        (
+            fused(-2.0, fused(y, y, z * z), 1.0),
+            2.0 * fused(x, y, w * z),
+            2.0 * fused(x, z, -w * y),
+        ),
+        (
+            2.0 * fused(x, y, -w * z),
+            fused(-2.0, fused(x, x, z * z), 1.0),
+            2.0 * fused(y, z, w * x),
+        ),
+        (
+            2.0 * fused(x, z, w * y),
+            2.0 * fused(y, z, -w * x),
+            fused(-2.0, fused(x, x, y * y), 1.0),
+        ),
     )
 
 
@@ -114,7 +127,7 @@ def exponential(W):
 @njit(inline="always")
 def cayley(W):
     """cay(W) = (1 - W^/2)^-1 (1 + W^/2): the rotation by 2 atan(|W|/2) about W."""
-    w = 1.0 / math.sqrt(1.0 + 0.25 * dot(W, W))
+    w = 1.0 / math.sqrt(fused(0.25, dot(W, W), 1.0))
     return w, 0.5 * w * W[0], 0.5 * w * W[1], 0.5 * w * W[2]
 
 
@@ -149,10 +162,10 @@ def place_dipoles(placed, axes, centre, frame):
     ox, oy, oz = centre
     for j in range(frame.shape[1]):
         x, y, z = frame[0, j], frame[1, j], frame[2, j]
-        placed[0, j] = ox + ax * x + bx * y + cx * z
-        placed[1, j] = oy + ay * x + by * y + cy * z
-        placed[2, j] = oz + az * x + bz * y + cz * z
+        placed[0, j] = fused(ax, x, fused(bx, y, fused(cx, z, ox)))
+        placed[1, j] = fused(ay, x, fused(by, y, fused(cy, z, oy)))
+        placed[2, j] = fused(az, x, fused(bz, y, fused(cz, z, oz)))
         x, y, z = frame[3, j], frame[4, j], frame[5, j]
-        placed[3, j] = ax * x + bx * y + cx * z
-        placed[4, j] = ay * x + by * y + cy * z
-        placed[5, j] = az * x + bz * y + cz * z
+        placed[3, j] = fused(ax, x, fused(bx, y, cx * z))
+        placed[4, j] = fused(ay, x, fused(by, y, cy * z))
+        placed[5, j] = fused(az, x, fused(bz, y, cz * z))

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from magmotor import theory
 from magmotor.arguments import Count, Seed, checked
 from magmotor.checks import reject
+from magmotor.reproducible import applied
 from magmotor.scenes import Disk, LangevinParticle
 from magmotor.scenes.potential import derivative
 
@@ -55,6 +56,6 @@ def _positions(scene: Disk | LangevinParticle, replicas: int, random: np.random.
     kept = np.empty(0)
     while len(kept) < replicas:
         x = random.uniform(0, 2 * math.pi, replicas)
-        weight = np.exp(-scene.beta * (derivative(scene.coefficients, x) - lowest))
+        weight = applied(math.exp, -scene.beta * (derivative(scene.coefficients, x) - lowest))
         kept = np.append(kept, x[random.uniform(size=replicas) < weight])
     return kept[:replicas]

@@ -11,7 +11,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from magmotor import eights
 from magmotor.checkpoint import LARGEST
+from magmotor.code_version import code_version
+from magmotor.eights import COUNT, counted, fused, put, spread, taken, total, where_less
 from magmotor.engines.variational.lanes import LANES, TURN
 
 BINS = 120
@@ -82,73 +85,83 @@ def flight_bin(samples):
     return min(FLIGHT_BINS - 1, int(math.log2(samples) * BINS_PER_OCTAVE))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def accumulate(statistics, block, group, start, lanes, first_sample, deviations, sigma):
-    """Take in the samples of one group of replicas.
-
-    Parameters
-    ----------
-    statistics : Statistics
-    block : ndarray, shape (samples, 4, >= lanes)
-        Rows x in turns, theta, v, omega, as from the kernel.
-    group, start, lanes : int
-        Which group, its first replica, and how many replicas of it count: padding does not.
-    first_sample : int
-        Number of the block's first sample since the statistics began.
-    deviations : tuple of float
-        Standard deviations of v, omega and d.
-    sigma : float
-    """
-    last, increment, sums, counts, direction, departure, flights = statistics
-    levels = last.shape[0]
-    per_v = BINS / (2 * REACH * deviations[0])
-    per_omega = BINS / (2 * REACH * deviations[1])
-    threshold = HYSTERESIS * deviations[2]
-    for row in range(block.shape[0]):
-        sample = first_sample + row
-        for level in range(levels):
-            if sample & ((1 << level) - 1):
-                break
-            _correlate(
-                block[row, 0], last[level], increment[level], sums[group, level], start, lanes,
-                sample >> level,
-            )  # fmt: skip
-        for i in range(lanes):
-            x, v, omega = block[row, 0, i], block[row, 2, i], block[row, 3, i]
-            counts[group, 0, max(0, min(BINS - 1, int((x - math.floor(x)) * BINS)))] += 1
-            counts[group, 1, max(0, min(BINS - 1, int(v * per_v + BINS / 2)))] += 1
-            counts[group, 2, max(0, min(BINS - 1, int(omega * per_omega + BINS / 2)))] += 1
-            d = sigma * omega - v
-            now = int(d > threshold) - int(d < -threshold)
-            before = direction[start + i]
-            if now and now != before:
-                if before and departure[start + i]:
-                    flights[group, flight_bin(sample - departure[start + i])] += 1
-                direction[start + i] = now
-                # The flight under way when the samples begin has no beginning: it is not counted.
-                departure[start + i] = sample if before else 0
-
-
-@njit(inline="always", fastmath=True)
-def _correlate(turns, last, increment, sums, start, lanes, number):
-    a_sum, b_sum, aa, bb, ab = 0.0, 0.0, 0.0, 0.0, 0.0
-    for i in range(lanes):
-        x = TURN * turns[i]
-        a, b = increment[start + i], x - last[start + i]
-        a_sum += a
-        b_sum += b
-        aa += a * a
-        bb += b * b
-        ab += a * b
-        increment[start + i] = b
-        last[start + i] = x
+@njit(inline="always")
+def _correlate(states, last, increment, level, sums, start, lanes, number):
+    none, turn, end = spread(0.0), spread(TURN), spread(float(lanes))
+    a_sum = b_sum = aa = bb = ab = none
+    for i in range(0, lanes, COUNT):
+        here, lane = start + i, counted() + spread(float(i))
+        x = turn * taken(states, 0, i)
+        a, b = taken(increment, level, here), x - taken(last, level, here)
+        put(increment, level, here, b)
+        put(last, level, here, x)
+        # Of padding, nothing.
+        a, b = where_less(lane, end, a, none), where_less(lane, end, b, none)
+        a_sum, b_sum = a_sum + a, b_sum + b
+        aa, bb, ab = fused(a, a, aa), fused(b, b, bb), fused(a, b, ab)
     if number >= 2:
         sums[0] += lanes
-        sums[1] += a_sum
-        sums[2] += b_sum
-        sums[3] += aa
-        sums[4] += bb
-        sums[5] += ab
+        sums[1] += total(a_sum)
+        sums[2] += total(b_sum)
+        sums[3] += total(aa)
+        sums[4] += total(bb)
+        sums[5] += total(ab)
+
+
+def _compile_accumulate(checksum: int):
+    """Compile `accumulate`; `checksum` is a part of its cache's key."""
+
+    @njit(cache=True, nogil=True, error_model="numpy")
+    def accumulate(statistics, block, group, start, lanes, first_sample, deviations, sigma):
+        """Take in the samples of one group of replicas.
+
+        Parameters
+        ----------
+        statistics : Statistics
+        block : ndarray, shape (samples, 4, >= lanes)
+            Rows x in turns, theta, v, omega, as from the kernel.
+        group, start, lanes : int
+            Which group, its first replica, and how many replicas of it count: padding does not.
+        first_sample : int
+            Number of the block's first sample since the statistics began.
+        deviations : tuple of float
+            Standard deviations of v, omega and d.
+        sigma : float
+        """
+        _ = checksum
+        last, increment, sums, counts, direction, departure, flights = statistics
+        levels = last.shape[0]
+        per_v = BINS / (2 * REACH * deviations[0])
+        per_omega = BINS / (2 * REACH * deviations[1])
+        threshold = HYSTERESIS * deviations[2]
+        for row in range(block.shape[0]):
+            sample = first_sample + row
+            for level in range(levels):
+                if sample & ((1 << level) - 1):
+                    break
+                _correlate(
+                    block[row], last, increment, level, sums[group, level], start, lanes,
+                    sample >> level,
+                )  # fmt: skip
+            for i in range(lanes):
+                x, v, omega = block[row, 0, i], block[row, 2, i], block[row, 3, i]
+                counts[group, 0, max(0, min(BINS - 1, int((x - math.floor(x)) * BINS)))] += 1
+                counts[group, 1, max(0, min(BINS - 1, int(v * per_v + BINS / 2)))] += 1
+                counts[group, 2, max(0, min(BINS - 1, int(omega * per_omega + BINS / 2)))] += 1
+                d = sigma * omega - v
+                now = int(d > threshold) - int(d < -threshold)
+                before = direction[start + i]
+                if now and now != before:
+                    if before and departure[start + i]:
+                        flights[group, flight_bin(sample - departure[start + i])] += 1
+                    direction[start + i] = now
+                    # The flight under way when the samples begin has no beginning.
+                    departure[start + i] = sample if before else 0
+
+    return accumulate
+
+
+accumulate = _compile_accumulate(code_version(eights))
 
 
 def unfinished_flights(statistics: Statistics, replicas: int, sample: int) -> NDArray[np.int64]:

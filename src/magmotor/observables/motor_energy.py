@@ -7,8 +7,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from magmotor import dipoles, rotations
+from magmotor import dipoles, eights, rotations
 from magmotor.code_version import code_version
+from magmotor.dipoles import NOBODY
 from magmotor.engines.variational import rigid_forces
 from magmotor.engines.variational.motor import magnets
 from magmotor.engines.variational.rigid_forces import force_and_field
@@ -43,7 +44,7 @@ def motor_energy(scene: Motor, states: MotorStates) -> MotorEnergy:
     axis, ring_axis = axes(states.orientation), axes(states.ring_orientation)
     shape = states.position.shape[:-1]
     magnetic = np.empty((3, states.position[..., 0].size))
-    evaluate = _compile_magnetic(code_version(dipoles, rotations, rigid_forces))
+    evaluate = _compile_magnetic(code_version(dipoles, eights, rotations, rigid_forces))
     evaluate(
         magnetic,
         np.ascontiguousarray(states.position).reshape(-1, 3),
@@ -85,8 +86,8 @@ def _compile_magnetic(checksum: int):
             out[1, i] = 0.0
             out[2, i] = factor * near[2] + far[2]
             for j in range(fixed.shape[1]):
-                if fixed[6, j] != 0.0:
-                    x, y, z, mx, my, mz, _weight = fixed[:, j]
+                if fixed[6, j] != NOBODY:
+                    x, y, z, mx, my, mz, _label = fixed[:, j]
                     _force, field = force_and_field((x, y, z), (mx, my, mz), ring)
                     out[1, i] -= dot((mx, my, mz), field)
 

@@ -1,11 +1,13 @@
 """Periodic potentials of the sliding disk as Fourier coefficients, the paper's four by name."""
 
+import math
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from magmotor.checks import check_choice, check_number, reject
+from magmotor.reproducible import applied
 
 Coefficients = tuple[tuple[float, float], ...]
 
@@ -53,7 +55,9 @@ def derivative(coefficients: Coefficients, x: ArrayLike, order: int = 0) -> NDAr
     for k, (a, b) in enumerate(coefficients, start=1):
         # Each derivative turns sine and cosine by a quarter.
         phase = k * x + order * (np.pi / 2)
-        value += k**order * (a * np.sin(phase) + b * np.cos(phase))
+        for amplitude, wave in ((a, math.sin), (b, math.cos)):
+            if amplitude:
+                value += k**order * amplitude * applied(wave, phase)
     return value
 
 

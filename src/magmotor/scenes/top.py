@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from magmotor.checks import check_array, check_integer, check_number, reject
 from magmotor.dipoles import PERMEABILITY_OVER_4PI
+from magmotor.reproducible import product
 from magmotor.scenes.fields import check_fields, quantity
 from magmotor.scenes.ring import ring_dipoles
 from magmotor.scenes.ring_script import Waypoint, check_script, pose
@@ -210,7 +211,9 @@ class Top:
         moments = check_array("moments", moments, "n", 3)
         height, tilt = self.ring_pose(time)
         turn = _rotation_matrix(self.ring_quaternion(tilt))
-        return positions @ turn.T + [0.0, 0.0, height], moments @ turn.T
+        places = product(positions, turn.T)
+        places[:, 2] += height
+        return places, product(moments, turn.T)
 
 
 def _rotation_matrix(quaternion: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -1,10 +1,10 @@
 """Recorded states of the ball."""
 
+import math
 from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial.transform import Rotation
 
 from magmotor.arguments import shaped
 from magmotor.scenes import Top
@@ -28,7 +28,7 @@ class BallStates(NamedTuple):
 
 def start(scene: Top) -> BallStates:
     """The scene's own initial state, as one row."""
-    axis = np.array([scene.axis]) / np.linalg.norm(scene.axis)
+    axis = np.array([scene.axis]) / np.linalg.norm([scene.axis], axis=1)
     return BallStates(
         time=np.zeros(1),
         position=np.array([[*scene.position, scene.ball_radius]]),
@@ -41,8 +41,14 @@ def start(scene: Top) -> BallStates:
 
 def smallest_turn(axis: ArrayLike) -> NDArray[np.float64]:
     """Orientation (w, x, y, z) that brings e_z to `axis` by the smallest turn."""
-    rotation = Rotation.align_vectors([axis], [[0.0, 0.0, 1.0]])[0]
-    return rotation.as_quat(scalar_first=True)
+    x, y, z = np.asarray(axis, dtype=float) / np.linalg.norm([axis], axis=1)
+    across = math.sqrt(x * x + y * y)
+    if z >= 0:
+        half = math.sqrt(0.5 * (1.0 + z))  # the cosine of half the angle
+        return np.array([half, 0.0 - 0.5 * y / half, 0.5 * x / half, 0.0])  # no minus zero
+    half = math.sqrt(0.5 * (1.0 - z))  # its sine
+    along = (-y / across, x / across) if across else (1.0, 0.0)
+    return np.array([0.5 * across / half, half * along[0], half * along[1], 0.0])
 
 
 def axes(orientation: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -4,11 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from magmotor import dipoles
 from magmotor.scenes import Motor
-from magmotor.states.ball import smallest_turn
+from magmotor.states.ball import axes, smallest_turn
 from magmotor.theory.landscape import valley_radius
 
 
@@ -39,11 +38,10 @@ def start_motor(scene: Motor, replicas: int = 1) -> MotorStates:
     centre = np.array([*position, scene.ball_radius])
     axis = scene.axis or dipoles.field(centre, *scene.ring_sources())
     orientation = smallest_turn(axis)
-    upright = Rotation.from_quat(orientation, scalar_first=True).apply([0.0, 0.0, 1.0])
     state = {
         "position": centre,
         "velocity": [*scene.velocity, 0.0],
-        "angular_velocity": scene.spin * upright,
+        "angular_velocity": scene.spin * axes(orientation),
         "orientation": orientation,
         "ring_angular_velocity": [0.0, 0.0, 0.0],
         "ring_orientation": [1.0, 0.0, 0.0, 0.0],

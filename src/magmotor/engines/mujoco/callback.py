@@ -14,7 +14,7 @@ from functools import cache
 
 from numba import cfunc, types
 
-from magmotor import dipoles, elementary, noise
+from magmotor import dipoles, eights, elementary, noise
 from magmotor.code_version import code_version, specialised
 from magmotor.engines.mujoco import (
     brownian,
@@ -39,6 +39,7 @@ from magmotor.engines.mujoco.forces import apply_forces
 _SIGNATURE = types.void(types.int64, types.int64)
 COMPILED_IN = (
     dipoles,
+    eights,
     elementary,
     noise,
     memory,

@@ -4,12 +4,12 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import orth
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 from magmotor.engines.friction import friction_and_noise
 from magmotor.engines.mujoco.langevin_model import Ball, LangevinModel
+from magmotor.reproducible import orthonormal_rows, product
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -73,18 +73,18 @@ def _friction_and_noise(model: LangevinModel, timestep: float) -> csr_array:
         channels = np.flatnonzero(noise[dofs].any(axis=0))
         driven = noise[np.ix_(dofs, channels)]
         # The root of the covariance wants Brownian motions that differ in what they drive.
-        combinations = orth(driven.T)
-        if combinations.shape[1] == len(channels):
+        combinations = orthonormal_rows(driven)
+        if len(combinations) == len(channels):
             combinations = np.eye(len(channels))
         decrement, increment = friction_and_noise(
             model.masses[dofs],
             friction[np.ix_(dofs, dofs)],
-            driven @ combinations,
+            product(driven, combinations.T),
             timestep,
             exact=True,
         )
         matrix[np.ix_(dofs, dofs)] = decrement
-        matrix[np.ix_(dofs, n + channels)] = increment @ combinations.T
+        matrix[np.ix_(dofs, n + channels)] = product(increment, combinations)
     return csr_array(matrix)
 
 

@@ -20,6 +20,7 @@ from magmotor.engines.mujoco.langevin_checks import (
     disabled,
     label,
 )
+from magmotor.reproducible import product
 
 Array = NDArray[np.float64]
 
@@ -175,7 +176,7 @@ def _noise(model: mujoco.MjModel, wrenches: Array) -> Array:
     noise = np.zeros((model.nv, len(channels)))
     for channel, (body, row) in enumerate(channels):
         dofs = model.dof_bodyid == body
-        noise[dofs, channel] = wrenches[dofs] @ row
+        noise[dofs, channel] = product(wrenches[dofs], row[:, np.newaxis])[:, 0]
     return noise
 
 
@@ -219,7 +220,7 @@ def _viscous(model, data, contact: Any, name: str, masses: Array, body: int) -> 
     """Friction c T^T T, where T u is the slip velocity."""
     jacobian = np.empty((3, model.nv))
     mujoco.mj_jac(model, data, jacobian, None, contact.pos, body)
-    normal, *tangents = contact.frame.reshape(3, 3) @ jacobian
+    normal, *tangents = product(contact.frame.reshape(3, 3), jacobian)
     if abs(normal).max() > ROUNDING * np.abs(tangents).max():
         bound = "held at its height, where the contact bears no load"
         raise reject(f"{name}: {label(model, 'body', body)}", "free to leave the plane", bound)
@@ -229,4 +230,4 @@ def _viscous(model, data, contact: Any, name: str, masses: Array, body: int) -> 
     if regularisation < WEAKEST_REGULARISATION:
         bound = f"at least {WEAKEST_REGULARISATION:g}: a smaller impratio makes it larger"
         raise reject(f"{name}: R/A", regularisation, bound)
-    return viscous_friction(data, contact, inverse_inertia) * slip.T @ slip
+    return viscous_friction(data, contact, inverse_inertia) * product(slip.T, slip)

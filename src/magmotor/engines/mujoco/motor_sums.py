@@ -7,7 +7,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from magmotor import elementary, noise, rotations
+from magmotor import eights, elementary, noise, rotations
 from magmotor.code_version import code_version
 from magmotor.engines import books
 from magmotor.engines.books import heat_and_work
@@ -35,7 +35,7 @@ def heat_and_work_sums(job: Job, linear: int, before: Array, paths: Array, first
         In J.
     """
     scene, path = job.scene, job.path
-    advance = _compile_sums(code_version(elementary, noise, rotations, books))
+    advance = _compile_sums(code_version(eights, elementary, noise, rotations, books))
     sums = np.empty((*paths.shape[:2], 4))
     advance(
         sums,

@@ -7,9 +7,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from magmotor import dipoles
+from magmotor import dipoles, eights
 from magmotor.code_version import code_version
-from magmotor.dipoles import pack_sources, sum_over_sources
+from magmotor.dipoles import NOBODY, pack_sources, sum_over_sources
 from magmotor.scenes import Top
 from magmotor.states.ball import BallStates
 
@@ -22,7 +22,7 @@ def problem(scene: Top, initial: BallStates) -> tuple[Callable, Array, Array]:
     c, r, m, mu = scene.friction, scene.ball_radius, scene.ball_mass, scene.moment
     parameters = (c, r, m, inertia, axial, mu)
     fixed = pack_sources(*scene.ring_sources())
-    evaluate = _compile_derivative(code_version(dipoles))
+    evaluate = _compile_derivative(code_version(dipoles, eights))
 
     def derivative(t, y):
         sources = pack_sources(*scene.ring_sources(t)) if scene.ring_script else fixed
@@ -54,7 +54,7 @@ def _compile_derivative(checksum: int):
             (pz + along * az) / inertia,
         )
         fx, fy, _, bx, by, bz, _ = sum_over_sources(
-            (y[0], y[1], r, mu * ax, mu * ay, mu * az), -1.0, sources, sources.shape[1]
+            (y[0], y[1], r, mu * ax, mu * ay, mu * az), NOBODY, sources, sources.shape[1]
         )
         slip_x, slip_y = vx - r * wy, vy + r * wx
         return np.array(

@@ -5,6 +5,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from magmotor.reproducible import product
 from magmotor.scenes import Disk
 from magmotor.scenes.potential import derivative as potential
 from magmotor.states.disk import DiskStates
@@ -16,12 +17,12 @@ def problem(scene: Disk, initial: DiskStates) -> tuple[Callable, Array, Array]:
     """Right-hand side, initial state and scales of (x, theta, v, omega), replica by replica."""
     wrenches = scene.slip_directions.T
     masses = np.array(scene.masses)[:, np.newaxis]
-    friction = scene.friction * wrenches @ wrenches.T / masses
+    friction = scene.friction * product(wrenches, wrenches.T) / masses
 
     def derivative(t: float, y: Array) -> Array:
         x, _, v, omega = y.reshape(4, -1)
         velocities = np.stack([v, omega])
-        accelerations = -friction @ velocities
+        accelerations = -product(friction, velocities)
         accelerations[0] -= potential(scene.coefficients, x, 1)
         return np.concatenate([velocities, accelerations]).ravel()
 

@@ -7,7 +7,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from magmotor import dipoles, rotations
+from magmotor import dipoles, eights, rotations
 from magmotor.code_version import code_version
 from magmotor.engines.variational import rigid_forces, rigid_law
 from magmotor.engines.variational.motor import bodies, magnets, unpack
@@ -26,7 +26,9 @@ def problem(scene: Motor, initial: MotorStates) -> tuple[Callable, Array, Array]
     The state is place, velocity, orientation and angular velocity of the ball, orientation and
     angular momentum of the ring, and the heat of both.
     """
-    evaluate = _compile_derivative(code_version(dipoles, rotations, rigid_forces, rigid_law))
+    evaluate = _compile_derivative(
+        code_version(dipoles, eights, rotations, rigid_forces, rigid_law)
+    )
     numbers = bodies(scene), magnets(scene)
 
     def derivative(t, y):

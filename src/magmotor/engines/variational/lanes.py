@@ -14,14 +14,16 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import njit
 
-from magmotor import elementary, noise
+from magmotor import eights, elementary, noise
 from magmotor.code_version import code_version, specialised
-from magmotor.elementary import FASTMATH, cosine, prefer_wide_vectors, sine
+from magmotor.eights import fused
+from magmotor.elementary import cosine, prefer_wide_vectors, sine
 from magmotor.engines import vectors
 from magmotor.engines.friction import friction_and_noise, response
 from magmotor.engines.variational.schemes import DISK, kicks_that_evaluate
 from magmotor.engines.vectors import aligned
 from magmotor.noise import box_muller, normal, threefry
+from magmotor.reproducible import product
 from magmotor.scenes import Disk, LangevinParticle
 
 LANES = 128
@@ -29,7 +31,7 @@ LANES = 128
 
 TURN = 2 * np.pi
 
-CHECKSUM = code_version(elementary, noise, vectors)
+CHECKSUM = code_version(eights, elementary, noise, vectors)
 """Of the modules that are compiled into the kernel."""
 
 
@@ -75,7 +77,7 @@ def _part(scene: Disk | LangevinParticle, code: str, time: float, exact: bool) -
     n, wrenches = len(scene.masses), scene.slip_directions.T
     decrement, increment = np.zeros((2, 2)), np.zeros((2, scene.slip_directions.shape[0]))
     push = np.array([time, 0.0])
-    matrices = scene.masses, scene.friction * wrenches @ wrenches.T
+    matrices = scene.masses, scene.friction * product(wrenches, wrenches.T)
     if code in "OK":
         decrement[:n, :n], increment[:n] = friction_and_noise(
             *matrices, scene.noise * wrenches, time, exact=exact
@@ -105,18 +107,17 @@ def kernel(scene: Disk | LangevinParticle, scheme: str) -> Any:
     return _compile(codes, kicks_that_evaluate(parts), sines, shape, CHECKSUM)
 
 
-@njit(inline="always", fastmath=FASTMATH)
+@njit(inline="always")
 def _force(turns, force, sines):
     """Clenshaw's sum of the Fourier series of -U'; `sines`: the potential has no cosines."""
     c = cosine(turns)
     a1, a2, b1, b2 = 0.0, 0.0, 0.0, 0.0
     for k in range(len(force)):
-        a1, a2 = force[k][0] + 2 * c * a1 - a2, a1
+        a1, a2 = fused(2 * c, a1, force[k][0] - a2), a1
         if not sines:
-            b1, b2 = force[k][1] + 2 * c * b1 - b2, b1
-    if sines:
-        return c * a1 - a2
-    return c * a1 - a2 + sine(turns) * b1
+            b1, b2 = fused(2 * c, b1, force[k][1] - b2), b1
+    even = fused(c, a1, -a2)
+    return even if sines else fused(sine(turns), b1, even)
 
 
 @cache
@@ -138,7 +139,7 @@ def _compile(
     carried = not all(anew[i] for i in range(count) if kicks[i])
     draws = sum(rubs)
 
-    @njit(cache=True, nogil=True, fastmath=FASTMATH, error_model="numpy")
+    @njit(cache=True, nogil=True, error_model="numpy")
     @specialised(parts, anew, sines, shape)
     def advance(states, recorded, first, interval, seed, replica, factor, level, law):
         _ = checksum  # a part of the cache's key
@@ -184,24 +185,21 @@ def _compile(
                         for part in range(count):
                             rule = rules[part]
                             if parts[part] == 0:
-                                x_i += rule.turns * v_i
-                                theta_i += rule.angle * omega_i
+                                x_i = fused(rule.turns, v_i, x_i)
+                                theta_i = fused(rule.angle, omega_i, theta_i)
                             if anew[part]:
                                 force_i = _force(x_i, force, sines)
-                            dv, domega = 0.0, 0.0
                             if rubs[part]:
-                                dv = rule.friction[0] * v_i + rule.friction[1] * omega_i
-                                domega = rule.friction[2] * v_i + rule.friction[3] * omega_i
+                                dv = fused(rule.friction[0], v_i, rule.friction[1] * omega_i)
+                                domega = fused(rule.friction[2], v_i, rule.friction[3] * omega_i)
                                 for column in range(channels):
-                                    dv += rule.noise[column][0] * normals[row, i]
-                                    domega += rule.noise[column][1] * normals[row, i]
+                                    dv = fused(rule.noise[column][0], normals[row, i], dv)
+                                    domega = fused(rule.noise[column][1], normals[row, i], domega)
                                     row += 2
+                                v_i, omega_i = v_i + dv, omega_i + domega
                             if kicks[part]:
-                                dv += rule.push[0] * force_i
-                                domega += rule.push[1] * force_i
-                            if parts[part] != 0:
-                                v_i += dv
-                                omega_i += domega
+                                v_i = fused(rule.push[0], force_i, v_i)
+                                omega_i = fused(rule.push[1], force_i, omega_i)
                         x[i], theta[i], v[i], omega[i] = x_i, theta_i, v_i, omega_i
                         if carried:
                             forces[i] = force_i

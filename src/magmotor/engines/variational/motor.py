@@ -5,9 +5,10 @@ from collections.abc import Generator
 import numpy as np
 from numpy.typing import NDArray
 
+from magmotor.dipoles import pack_sources
 from magmotor.engines.job import Job
 from magmotor.engines.variational.rigid import march, on_plane
-from magmotor.engines.variational.rigid_forces import Magnets, pad
+from magmotor.engines.variational.rigid_forces import Magnets
 from magmotor.engines.variational.rigid_law import Bodies, floats
 from magmotor.scenes import Motor
 from magmotor.states.motor import MotorStates
@@ -44,8 +45,8 @@ def magnets(scene: Motor) -> Magnets:
     positions, outward = scene.inner_dipole_frame()
     found = Magnets(
         moment=scene.moment,
-        fixed=pad(*scene.outer_sources()),
-        frame=pad(positions, scene.moment * outward),
+        fixed=pack_sources(*scene.outer_sources()),
+        frame=pack_sources(positions, scene.moment * outward),
         height=scene.inner_height,
         factor=scene.ball_ring_factor,
     )

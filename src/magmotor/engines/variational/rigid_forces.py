@@ -4,15 +4,14 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from magmotor.dipoles import pack_sources, sum_over_sources
-from magmotor.engines.vectors import PADDING
+from magmotor.dipoles import NOBODY, sum_over_sources
 from magmotor.rotations import columns, cross, place_dipoles, plus, scaled, third_axis
 
 
 class Magnets(NamedTuple):
-    """The dipoles of a scene; arrays as `pad` makes them.
+    """The dipoles of a scene; arrays as `dipoles.pack_sources` makes them.
 
     `fixed` are those at rest, `frame` those of the ring in its own frame, whose origin is at
     `height` on the axis z; the ball has one, `moment` in A m^2. The interaction of ring and ball
@@ -26,21 +25,12 @@ class Magnets(NamedTuple):
     factor: float
 
 
-def pad(positions: ArrayLike, moments: ArrayLike) -> NDArray[np.float64]:
-    """Sources as `sum_over_sources` reads them, in whole vectors: the last may weigh nothing."""
-    sources = pack_sources(positions, moments)
-    count = sources.shape[1]
-    padded = np.zeros((7, -(-count // PADDING) * PADDING))
-    padded[:6, :count], padded[6, :count] = sources[:6], 1.0
-    return padded
-
-
 @njit(inline="always")
 def force_and_field(position, moment, sources):
     """Force on a dipole in the field of sources, and that field."""
     x, y, z = position
     mx, my, mz = moment
-    total = sum_over_sources((x, y, z, mx, my, mz), -1.0, sources, sources.shape[1])
+    total = sum_over_sources((x, y, z, mx, my, mz), NOBODY, sources, sources.shape[1])
     return (total[0], total[1], total[2]), (total[3], total[4], total[5])
 
 
@@ -59,7 +49,7 @@ def wrenches(place, ball, inner, ring, magnets):
     place, ball, inner
         Where the ball is, its orientation and that of the ring.
     ring : ndarray, shape of `magnets.frame`
-        Room for the ring's dipoles in the world frame; their weights are there already.
+        Room for the ring's dipoles in the world frame; their labels are there already.
 
     The torque on the ring is a reaction: about any point, what two bodies do to one another has no
     torque in total.
@@ -75,8 +65,8 @@ def wrenches(place, ball, inner, ring, magnets):
         on_ball = torque_about(centre, place, moment, near, nearby)
         reaction = scaled(magnets.factor, on_ball)
         for j in range(magnets.fixed.shape[1]):
-            x, y, z, mx, my, mz, weight = magnets.fixed[:, j]
-            if weight != 0.0:
+            x, y, z, mx, my, mz, label = magnets.fixed[:, j]
+            if label != NOBODY:
                 pull, there = force_and_field((x, y, z), (mx, my, mz), ring)
                 on_fixed = torque_about(centre, (x, y, z), (mx, my, mz), pull, there)
                 reaction = plus(reaction, 1.0, on_fixed)

@@ -19,7 +19,7 @@ from typing import Any
 
 from numba import njit
 
-from magmotor import dipoles, elementary, noise, rotations
+from magmotor import dipoles, eights, elementary, noise, rotations
 from magmotor.code_version import code_version, specialised
 from magmotor.elementary import prefer_wide_vectors
 from magmotor.engines import books, vectors
@@ -46,6 +46,7 @@ orientation and omega of the ring; heat of ball and ring, work on ball and ring.
 
 COMPILED_IN = (
     dipoles,
+    eights,
     elementary,
     noise,
     rotations,
@@ -59,9 +60,6 @@ COMPILED_IN = (
 """Every module with code or types that become part of the kernel."""
 
 CHECKSUM = code_version(*COMPILED_IN)
-
-FASTMATH = dipoles.FASTMATH - {"reassoc"}
-"""NaN keeps its meaning; see `magmotor.elementary` for `reassoc`."""
 
 
 def kernel(scheme: str) -> Any:
@@ -120,7 +118,7 @@ def _compile(splits: bool, by_cayley: bool, checksum: int):
     The closure cells are the cache's key, so they are plain numbers; see the magnetism callback.
     """
 
-    @njit(cache=True, nogil=True, fastmath=FASTMATH, error_model="numpy")
+    @njit(cache=True, nogil=True, error_model="numpy")
     @specialised(splits, by_cayley)
     def advance(states, recorded, rows, steps, path, bodies, magnets, law):
         _ = checksum  # a part of the cache's key

@@ -8,6 +8,7 @@ import math
 
 from numba import njit
 
+from magmotor.eights import fused
 from magmotor.engines.books import heat_and_work
 from magmotor.engines.variational.rigid_momentum import angular_velocity, discrete_momentum
 from magmotor.rotations import (
@@ -44,7 +45,7 @@ def read(numbers, part):
 def slip(ball, radius):
     """Velocity of the contact point."""
     _, v, _, omega = ball
-    return v[0] - radius * omega[1], v[1] + radius * omega[0]
+    return fused(-radius, omega[1], v[0]), fused(radius, omega[0], v[1])
 
 
 @njit(inline="always")
@@ -52,7 +53,7 @@ def kicked_ball(ball, time, force, torque, bodies):
     """The ball after a force and a torque have acted."""
     place, v, turn, omega = ball
     scale = time / bodies.mass
-    v = v[0] + scale * force[0], v[1] + scale * force[1]
+    v = fused(scale, force[0], v[0]), fused(scale, force[1], v[1])
     return place, v, turn, plus(omega, time / bodies.inertia, torque)
 
 
@@ -71,10 +72,10 @@ def friction_on_ball(ball, force, torque, xi, bodies, law):
     `law` is the triple of the slip; force and torque act meanwhile, at the centre.
     """
     u, r, (a, b, d) = slip(ball, bodies.radius), bodies.radius, law
-    arm = r / bodies.inertia
-    along = d / (1.0 / bodies.mass + r * arm)
-    x = a * u[0] + b * xi[0] + along * (force[0] / bodies.mass - arm * torque[1])
-    y = a * u[1] + b * xi[1] + along * (force[1] / bodies.mass + arm * torque[0])
+    light, arm = 1.0 / bodies.mass, r / bodies.inertia
+    along = d / fused(r, arm, light)
+    x = fused(along, fused(light, force[0], -arm * torque[1]), fused(a, u[0], b * xi[0]))
+    y = fused(along, fused(light, force[1], arm * torque[0]), fused(a, u[1], b * xi[1]))
     return (x, y, 0.0), (r * y, -r * x, 0.0)
 
 
@@ -94,7 +95,7 @@ def drifted_ball(ball, time, by_cayley):
     place, v, turn, omega = ball
     W = scaled(time, omega)
     by = cayley(W) if by_cayley else exponential(W)
-    place = place[0] + time * v[0], place[1] + time * v[1]
+    place = fused(time, v[0], place[0]), fused(time, v[1], place[1])
     return place, v, normalised(product(by, turn)), omega
 
 

@@ -5,9 +5,10 @@ from collections.abc import Generator
 import numpy as np
 from numpy.typing import NDArray
 
+from magmotor.dipoles import pack_sources
 from magmotor.engines.job import Job
 from magmotor.engines.variational.rigid import march, on_plane
-from magmotor.engines.variational.rigid_forces import Magnets, pad
+from magmotor.engines.variational.rigid_forces import Magnets
 from magmotor.engines.variational.rigid_kernel import SIZE
 from magmotor.engines.variational.rigid_law import Bodies, floats
 from magmotor.scenes import Top
@@ -44,8 +45,8 @@ def magnets(scene: Top) -> Magnets:
     none = np.zeros((0, 3))
     return Magnets(
         moment=scene.moment,
-        fixed=pad(*scene.ring_sources()),
-        frame=pad(none, none),
+        fixed=pack_sources(*scene.ring_sources()),
+        frame=pack_sources(none, none),
         height=0.0,
         factor=0.0,
     )
