@@ -24,15 +24,11 @@ class Call(NamedTuple):
     def __str__(self) -> str:
         """As one writes it."""
         last = self.target.rsplit(".", 1)[-1]
-        called = f"{self.receiver}.{last}" if self.receiver else _path(self.target)
+        called = f"{self.receiver}.{last}" if self.receiver else self.target
         if self.arguments is None:
             return called
         inside = ", ".join(f"{name}={text}" for name, text in self.arguments)
         return f"{called}({inside})"
-
-
-def _path(target: str) -> str:
-    return target if target.startswith("live.") else f"mm.{target}"
 
 
 @cache
@@ -77,16 +73,16 @@ def arguments(draw, target: Target):
     wrong = {draw(st.sampled_from(names)) for _ in range(count if names else 0)}
     receiver = None
     if target.kind == "of the class":
-        receiver = f"mm.{target.name.rsplit('.', 1)[0]}"
+        receiver = target.name.rsplit(".", 1)[0]
     elif target.owner:
         make = values.odd_instance if "receiver" in wrong else values.instance
         receiver = draw(make(target.owner, kind))
-    given = []
+    given, name = [], target.name.removeprefix("mm.")
     for parameter in target.parameters:
         if parameter.name in wrong:
-            given.append((parameter.name, draw(values.hostile(parameter, target.name, kind))))
+            given.append((parameter.name, draw(values.hostile(parameter, name, kind))))
         elif parameter.required or draw(st.sampled_from([False, False, False, True])):
             if parameter.metadata is not None and not parameter.required:
                 continue
-            given.append((parameter.name, draw(values.right(parameter, target.name, kind))))
+            given.append((parameter.name, draw(values.right(parameter, name, kind))))
     return receiver, None if target.kind == "property" else tuple(given)

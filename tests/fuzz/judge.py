@@ -78,10 +78,8 @@ def _called(call: Call, target: Target) -> Any:
             return getattr(receiver, last)
         function = getattr(receiver, last)
     else:
-        path = call.target if call.target.startswith("live.") else f"mm.{call.target}"
-        function = eval(path, dict(names))
-        if call.target == "magnetism":
-            function = material.stepped
+        acting = {"mm.magnetism": "stepped"}
+        function = eval(acting.get(call.target, call.target), dict(names))
     given = {name: eval(text, dict(names)) for name, text in call.arguments or ()}
     spoilt = [name for name, value in given.items() if isinstance(value, material.Spoilt)]
     for name in spoilt:
@@ -138,7 +136,7 @@ def _raising(filename: str) -> set[int]:
 
 def _raises(target: Target) -> set[str]:
     """Names of errors that the docstring has, or that come with what it takes."""
-    listed = set(re.findall(r"^\s*((?:\w+\.)*[A-Z]\w+)$", target.doc, re.M))
+    listed = set(re.findall(r"^\s*((?:\w+\.)*[A-Z]\w+)$", target.doc, re.MULTILINE))
     names = {name.rsplit(".", 1)[-1] for name in listed} | {"SimulationDiverged"}
     if any("Path" in str(p.hint) or p.name in ("path", "directory") for p in target.parameters):
         names.add("OSError")
@@ -175,7 +173,7 @@ def _not_finite(result: Any, doc: str, name: str = "result", depth: int = 0) -> 
     if isinstance(result, bool | str | bytes | int | None | type):
         return "", ""
     if isinstance(result, xr.Dataset):
-        parts = {**result.variables, **{k: v for k, v in result.attrs.items()}}
+        parts = {**result.variables, **result.attrs}
         return _first(parts, doc, name, depth)
     if isinstance(result, mujoco.MjData):
         return _first({"qpos": result.qpos, "qvel": result.qvel}, doc, name, depth)
@@ -208,4 +206,3 @@ def _first(parts: dict[Any, Any], doc: str, name: str, depth: int) -> tuple[str,
             if what:
                 return what, where
     return "", ""
-

@@ -6,26 +6,26 @@ An input is evaluated among these names, in a folder of its own.
 import itertools
 import json
 import shutil
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
-from datetime import datetime
-from decimal import Decimal
-from fractions import Fraction
+from concurrent.futures import Executor, Future
+from datetime import datetime  # noqa: F401
+from decimal import Decimal  # noqa: F401
+from fractions import Fraction  # noqa: F401
 from functools import cache
-from math import inf, nan
+from math import inf, nan  # noqa: F401
 from pathlib import Path
 from typing import Any
 
 import mujoco
 import numpy as np
-import pandas as pd
+import pandas as pd  # noqa: F401
 import xarray as xr
 
 import magmotor as mm
-from magmotor import live
+from magmotor import live  # noqa: F401
 from magmotor.live.panel import Panel
 from magmotor.plots.disk_panels import System
 from magmotor.states.ball import BallStates
-from magmotor.theory import linear
+from magmotor.theory import linear  # noqa: F401
 
 SHORT: dict[str, dict[str, Any]] = {
     "Top": {"method": "variational/verlet", "timestep": 0.01, "duration": 1.0},
@@ -366,7 +366,4 @@ def spread(array: Any) -> Any:
     return np.repeat(np.asarray(array), 2, axis=-1)[..., ::2] if np.ndim(array) else array
 
 
-NAMESPACE = {
-    name: value for name, value in globals().items() if not name.startswith("_")
-} | {"ThreadPoolExecutor": ThreadPoolExecutor, "datetime": datetime, "Decimal": Decimal,
-     "Fraction": Fraction, "inf": inf, "nan": nan, "pd": pd, "live": live, "linear": linear}  # fmt: skip
+NAMESPACE = {name: value for name, value in globals().items() if name[0] != "_"}

@@ -16,10 +16,10 @@ MODULES = (
 )
 
 EXCLUDED = {
-    "sweep.local_cluster": "starts a scheduler and workers",
-    "sweep.dask_workers": "waits for a scheduler",
-    "dataset.assemble": "the engines' own, with chunks of their kernels",
-    "dataset.attributes_of": "the engines' own, with any attributes",
+    "mm.sweep.local_cluster": "starts a scheduler and workers",
+    "mm.sweep.dask_workers": "waits for a scheduler",
+    "mm.dataset.assemble": "the engines' own, with chunks of their kernels",
+    "mm.dataset.attributes_of": "the engines' own, with any attributes",
 }
 
 
@@ -54,9 +54,9 @@ def targets() -> list[Target]:
     seen: set[int] = set()
     for module_name in MODULES:
         module = importlib.import_module(module_name)
+        prefix = "live" if module_name == "magmotor.live" else module_name.replace("magmotor", "mm")
         for name in _public(module):
-            value, full = getattr(module, name), f"{module_name}.{name}"
-            full = full.removeprefix("magmotor.")
+            value, full = getattr(module, name), f"{prefix}.{name}"
             if full in EXCLUDED or id(value) in seen:
                 continue
             seen.add(id(value))
@@ -65,8 +65,8 @@ def targets() -> list[Target]:
             elif callable(value) and not isinstance(value, CPUDispatcher):
                 found[full] = of_function(full, value)
     data = Parameter("data", mujoco.MjData, None, "", None)
-    acted = (*found["Baoab"].parameters, data)  # on what is stepped within it
-    found["magnetism"] = found["magnetism"]._replace(parameters=acted)
+    acted = (*found["mm.Baoab"].parameters, data)  # on what is stepped within it
+    found["mm.magnetism"] = found["mm.magnetism"]._replace(parameters=acted)
     return [found[name] for name in sorted(found)]
 
 
