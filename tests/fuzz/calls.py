@@ -1,0 +1,88 @@
+"""Inputs: which call a number and a seed stand for."""
+
+from functools import cache
+from typing import NamedTuple
+
+import hypothesis
+from hypothesis import strategies as st
+
+from . import values
+from .targets import Target, targets
+
+PLACES = ("receiver",)
+
+
+class Call(NamedTuple):
+    """An input, as text."""
+
+    number: int
+    target: str
+    receiver: str | None
+    arguments: tuple[tuple[str, str], ...] | None
+    """None of a property."""
+
+    def __str__(self) -> str:
+        """As one writes it."""
+        last = self.target.rsplit(".", 1)[-1]
+        called = f"{self.receiver}.{last}" if self.receiver else self.target
+        if self.arguments is None:
+            return called
+        inside = ", ".join(f"{name}={text}" for name, text in self.arguments)
+        return f"{called}({inside})"
+
+
+@cache
+def found() -> tuple[list[Target], list[st.SearchStrategy]]:
+    """All targets, and what draws their arguments."""
+    every = targets()
+    return every, [arguments(target) for target in every]
+
+
+def call(seed: int, number: int) -> Call:
+    """The input of a number: each target has its turn."""
+    every, strategies = found()
+    target = every[number % len(every)]
+    receiver, given = drawn(strategies[number % len(every)], f"{seed} {number}")
+    return Call(number, target.name, receiver, given)
+
+
+def drawn(strategy: st.SearchStrategy, seed: str):
+    """What hypothesis draws second with a seed; what it draws first is always the simplest."""
+    kept = []
+
+    @hypothesis.seed(seed)
+    @hypothesis.settings(
+        max_examples=2, phases=[hypothesis.Phase.generate], database=None, deadline=None,
+        suppress_health_check=list(hypothesis.HealthCheck),
+    )  # fmt: skip
+    @hypothesis.given(strategy)
+    def keep(value):
+        kept.append(value)
+
+    keep()
+    return kept[-1]
+
+
+@st.composite
+def arguments(draw, target: Target):
+    """Right arguments, but mostly one or two that are hostile."""
+    kind = draw(st.sampled_from(values.kinds(target.parameters, target.owner)))
+    names = [parameter.name for parameter in target.parameters]
+    names += PLACES if target.owner else ()
+    count = draw(st.sampled_from([0, 1, 1, 1, 1, 1, 2, 2]))
+    wrong = {draw(st.sampled_from(names)) for _ in range(count if names else 0)}
+    receiver = None
+    if target.kind == "of the class":
+        receiver = target.name.rsplit(".", 1)[0]
+    elif target.owner:
+        make = values.odd_instance if "receiver" in wrong else values.instance
+        receiver = draw(make(target.owner, kind))
+    given, name = [], target.name.removeprefix("mm.")
+    for parameter in target.parameters:
+        if parameter.name in wrong:
+            given.append((parameter.name, draw(values.hostile(parameter, name, kind))))
+        elif parameter.required or draw(st.sampled_from([False, False, False, True])):
+            if parameter.metadata is not None and not parameter.required:
+                continue
+            given.append((parameter.name, draw(values.right(parameter, name, kind))))
+    return receiver, None if target.kind == "property" else tuple(given)

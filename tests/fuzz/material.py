@@ -1,0 +1,369 @@
+"""What the sources of inputs name: runs, files and models that are right, and ways to damage them.
+
+An input is evaluated among these names, in a folder of its own.
+"""
+
+import itertools
+import json
+import shutil
+from concurrent.futures import Executor, Future
+from datetime import datetime  # noqa: F401
+from decimal import Decimal  # noqa: F401
+from fractions import Fraction  # noqa: F401
+from functools import cache
+from math import inf, nan  # noqa: F401
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+import pandas as pd  # noqa: F401
+import xarray as xr
+
+import magmotor as mm
+from magmotor import live  # noqa: F401
+from magmotor.live.panel import Panel
+from magmotor.plots.disk_panels import System
+from magmotor.states.ball import BallStates
+from magmotor.theory import linear  # noqa: F401
+
+SHORT: dict[str, dict[str, Any]] = {
+    "Top": {"method": "variational/verlet", "timestep": 0.01, "duration": 1.0},
+    "Motor": {"method": "variational/baoab", "timestep": 0.1, "duration": 2000.0},
+    "Disk": {"method": "variational/baoab", "timestep": 0.05, "duration": 50.0},
+    "LangevinParticle": {"method": "variational/baoab", "timestep": 0.05, "duration": 50.0},
+}
+MODELS = {
+    "pendulum": """<mujoco><worldbody><body pos="0 0 1"><joint axis="0 1 0" damping="0.1"/>
+        <geom size="0.1" pos="0 0 -0.5"/></body></worldbody></mujoco>""",
+    "empty": "<mujoco/>",
+    "free": """<mujoco><size nuser_site="3"/><worldbody>
+        <body><freejoint/><geom size="0.1"/><site user="0 0 1"/></body>
+        <body pos="0 0 1"><freejoint/><geom size="0.1"/><site user="0 1 0"/></body>
+        </worldbody></mujoco>""",
+    "coincident": """<mujoco><size nuser_site="3"/><worldbody>
+        <body><freejoint/><geom size="0.1"/><site user="0 0 1"/></body>
+        <body><freejoint/><geom size="0.1"/><site user="0 1 0"/></body>
+        </worldbody></mujoco>""",
+    "slides": """<mujoco><size nuser_body="6" nuserdata="2"/><option gravity="0 0 0"/><worldbody>
+        <body user="1 0 0 0 0 0"><joint type="slide" axis="1 0 0" damping="1"/>
+        <joint type="slide" axis="0 1 0" damping="1"/><geom size="1" mass="2"/></body>
+        </worldbody></mujoco>""",
+    "other people's": """<mujoco><worldbody><body user="1 2 3 4 5 6 7 8 9">
+        <joint type="slide" user="1123"/><geom size="1"/><site user="5"/></body></worldbody>
+        </mujoco>""",
+    "two on a chain": """<mujoco><worldbody><body><joint axis="0 1 0"/><geom size="0.1"/>
+        <body pos="0 0 1"><joint type="ball"/><geom size="0.1"/></body></body></worldbody>
+        </mujoco>""",
+}  # fmt: skip
+
+
+@cache
+def _run(kind: str, replicas: int | None) -> xr.Dataset:
+    interval = 50 if kind == "Motor" else None
+    scene = getattr(mm, kind)()
+    return mm.simulate(scene, **SHORT[kind], replicas=replicas, record_interval=interval)
+
+
+def run(kind: str, replicas: int | None = None) -> xr.Dataset:
+    """A run of a scene's defaults."""
+    return _run(kind, replicas).copy(deep=True)
+
+
+@cache
+def _many(kind: str) -> xr.Dataset:
+    arguments = {**SHORT[kind], "replicas": 20, "trajectories": 2}
+    return mm.ensemble(getattr(mm, kind)(), **arguments)
+
+
+def many(kind: str = "Disk") -> xr.Dataset:
+    """An ensemble."""
+    return _many(kind if kind in ("Disk", "LangevinParticle") else "Disk").copy(deep=True)
+
+
+def plan(kind: str, measure: str | None = None) -> mm.sweep.Sweep:
+    """A sweep of two cases."""
+    scene = getattr(mm, kind)()
+    field = "friction_ball" if kind == "Motor" else "friction"
+    measure = measure or next(iter(mm.sweep.measures(scene)))
+    few = {**SHORT[kind], "duration": 20 * SHORT[kind]["timestep"]}
+    return mm.sweep.Sweep(scene=scene, vary={field: [0.1, 0.2]}, measure=[measure], **few)
+
+
+class Here(Executor):
+    """Computes where it is asked."""
+
+    def submit(self, fn, /, *args, **kwargs):
+        future = Future()
+        try:
+            future.set_result(fn(*args, **kwargs))
+        except Exception as error:
+            future.set_exception(error)
+        return future
+
+
+@cache
+def _folder(kind: str, measure: str | None) -> Path:
+    path = Path("..").resolve() / f"sweep {kind} {measure}"
+    shutil.rmtree(path, ignore_errors=True)
+    mm.sweep.run(plan(kind, measure), path, executor=Here(), workers=1)
+    return path
+
+
+def folder(kind: str, measure: str | None = None) -> Path:
+    """The directory of a sweep that is done."""
+    copy = Path(f"sweep{next(_numbers)}")
+    shutil.copytree(_folder(kind, measure), copy)
+    return copy
+
+
+_numbers = itertools.count()
+
+
+@cache
+def _grid(kind: str) -> xr.Dataset:
+    return mm.sweep.combine(_folder(kind, None))
+
+
+def grid(kind: str) -> xr.Dataset:
+    """What a sweep found."""
+    return _grid(kind).copy(deep=True)
+
+
+def states(kind: str = "Top") -> BallStates:
+    """The states of a run of the top."""
+    found = run("Top")
+    return BallStates(*(found[name].values for name in BallStates._fields))
+
+
+def system(kind: str = "Disk") -> System:
+    """An ensemble from rest, and a stationary one."""
+    return System(kind, many(kind), many(kind))
+
+
+_models: dict[str, mujoco.MjModel] = {}
+
+
+def model(kind: str) -> mujoco.MjModel:
+    """A model, the same one wherever an input names it."""
+    if kind not in _models:
+        xml = MODELS.get(kind)
+        made = mujoco.MjModel.from_xml_string(xml) if xml else mm.build(getattr(mm, kind)())
+        _models[kind] = made
+    return _models[kind]
+
+
+def changed(thing: Any, name: str, value: Any) -> Any:
+    """A model or its data with the numbers of an array changed."""
+    owner, _, last = name.rpartition(".")
+    place = getattr(thing, owner) if owner else thing
+    if isinstance(array := getattr(place, last), np.ndarray):
+        array[...] = value
+    else:
+        setattr(place, last, value)
+    return thing
+
+
+def data(kind: str) -> mujoco.MjData:
+    """Data of a model."""
+    return mujoco.MjData(model(kind))
+
+
+def perturb(body: int = 1) -> mujoco.MjvPerturb:
+    """The mouse, pulling at a body."""
+    mouse = mujoco.MjvPerturb()
+    mouse.select, mouse.active = body, 1
+    return mouse
+
+
+def panel(kind: str) -> Panel:
+    """Sliders of a scene."""
+    return Panel(getattr(mm, kind)())
+
+
+def stepped(model: mujoco.MjModel, data: tuple[str, float] | None = None) -> mujoco.MjData:
+    """Data after some steps with magnetism, from numbers of one name that are changed before."""
+    moved = mujoco.MjData(model)
+    if data is not None:
+        changed(moved, *data)
+    with mm.magnetism():
+        mujoco.mj_forward(model, moved)
+        mujoco.mj_step(model, moved, 3)
+    return moved
+
+
+# Damage to datasets -------------------------------------------------------------------------
+
+
+def _name(dataset: xr.Dataset, place: int) -> Any:
+    names = [*dataset.variables]
+    return names[place % len(names)]
+
+
+def dropped(dataset: xr.Dataset, place: int) -> xr.Dataset:
+    """Without a variable."""
+    return dataset.drop_vars(_name(dataset, place))
+
+
+def renamed(dataset: xr.Dataset, place: int) -> xr.Dataset:
+    """With a variable of another name."""
+    return dataset.rename({_name(dataset, place): "other"})
+
+
+def recast(dataset: xr.Dataset, place: int, dtype: str) -> xr.Dataset:
+    """With a variable of another type."""
+    name = _name(dataset, place)
+    with np.errstate(all="ignore"):
+        values = dataset[name].values
+        if dtype.startswith(("datetime", "int", "bool")) and values.dtype.kind not in "biuf":
+            dtype = "object"
+        return dataset.assign_coords({name: (dataset[name].dims, values.astype(dtype))})
+
+
+def poisoned(dataset: xr.Dataset, place: int, value: Any, everywhere: bool = False) -> xr.Dataset:
+    """With a number that is none, or a huge one, in a variable."""
+    name = _name(dataset, place)
+    values = dataset[name].values.astype(float if dataset[name].dtype.kind in "biuf" else object)
+    values.reshape(-1)[slice(None) if everywhere else slice(values.size // 2, None, 10**6)] = value
+    return dataset.assign_coords({name: (dataset[name].dims, values)})
+
+
+def turned(dataset: xr.Dataset) -> xr.Dataset:
+    """Its dimensions the other way round."""
+    return dataset.transpose(*reversed([*dataset.dims]))
+
+
+def picked(dataset: xr.Dataset, place: int, index: Any) -> xr.Dataset:
+    """A part along a dimension, or without it."""
+    names = [*dataset.dims]
+    return dataset.isel({names[place % len(names)]: index})
+
+
+def told(dataset: xr.Dataset, place: int, value: Any) -> xr.Dataset:
+    """With one attribute of another value, or without it."""
+    names = [*dataset.attrs]
+    name = names[place % len(names)]
+    if value is dropped:
+        del dataset.attrs[name]
+        return dataset
+    return dataset.assign_attrs({name: value})
+
+
+def bare(dataset: xr.Dataset) -> xr.Dataset:
+    """Without attributes."""
+    return dataset.drop_attrs()
+
+
+# Damage to files ----------------------------------------------------------------------------
+
+
+class Spoilt:
+    """A checkpoint that the same call wrote and that was then damaged: see `made`."""
+
+    def __init__(self, how: str, place: float = 0.5, value: Any = None):
+        self.how, self.place, self.value = how, place, value
+
+    def made(self, path: Path) -> Path:
+        """The file, damaged."""
+        if self.how in ("cut", "flip", "empty"):
+            return spoilt(path, self.how, self.place)
+        with np.load(path) as saved:
+            arrays = {name: saved[name] for name in saved.files}
+        names = [*arrays]
+        name = names[int(self.place * len(names))]
+        if self.how == "drop":
+            del arrays[name]
+        elif self.how == "add":
+            arrays["other"] = np.zeros(3)
+        elif self.how == "halve":
+            arrays |= {k: v[: len(v) // 2] for k, v in arrays.items() if v.ndim and k != name}
+        elif self.how == "object":
+            arrays[name] = np.array([None], dtype=object)
+        else:
+            arrays[name] = np.asarray(self.value)
+        with path.open("wb") as file:
+            np.savez(file, **arrays)
+        return path
+
+
+def spoilt(path: Path, how: str, place: float = 0.5) -> Path:
+    """A file, or one of those in a folder, with a bit flipped, cut, emptied, or removed."""
+    file = path
+    if path.is_dir():
+        files = sorted(p for p in path.rglob("*") if p.is_file())
+        file = files[int(place * 997) % len(files)]
+    content = bytearray(file.read_bytes())
+    at = int(place * len(content))
+    if how == "remove":
+        file.unlink()
+    elif how == "folder":
+        file.unlink()
+        file.mkdir()
+    else:
+        if how == "flip":
+            content[at] ^= 1 << int(place * 7919) % 8
+        file.write_bytes({"flip": content, "cut": content[:at], "empty": b""}[how])
+    return path
+
+
+def rewritten(path: Path, place: int, value: Any) -> Path:
+    """A folder with another value somewhere in its `sweep.json`."""
+    file = path / "sweep.json"
+    try:
+        content = json.loads(file.read_text())
+    except ValueError:
+        return path
+    file.write_text(json.dumps(replaced(content, place, value)))
+    return path
+
+
+def replaced(content: Any, place: int, value: Any) -> Any:
+    """Nested lists and dictionaries with another value somewhere, or without it."""
+    places: list[tuple[Any, Any]] = []
+
+    def walk(part: Any) -> None:
+        items = part.items() if isinstance(part, dict) else enumerate(part)
+        for key, inner in items:
+            places.append((part, key))
+            if isinstance(inner, dict | list):
+                walk(inner)
+
+    content = json.loads(json.dumps(content))
+    walk(content)
+    owner, key = places[place % len(places)]
+    if value is dropped:
+        del owner[key]
+    else:
+        owner[key] = value
+    return content
+
+
+def full_disk() -> Path:
+    """A file that nothing can be written to; a link, as a file of ours may be replaced."""
+    Path("full").symlink_to("/dev/full")
+    return Path("full")
+
+
+# Damage to arrays ---------------------------------------------------------------------------
+
+
+def holding(array: Any, value: Any) -> Any:
+    """An array with one element of another value."""
+    copy = np.array(array, dtype=float if isinstance(value, int | float) else object)
+    copy.reshape(-1)[copy.size // 2 :: 10**6] = value
+    return copy
+
+
+def frozen(array: Any) -> Any:
+    """An array that nobody may write to."""
+    copy = np.array(array)
+    copy.flags.writeable = False
+    return copy
+
+
+def spread(array: Any) -> Any:
+    """An array that is not contiguous."""
+    return np.repeat(np.asarray(array), 2, axis=-1)[..., ::2] if np.ndim(array) else array
+
+
+NAMESPACE = {name: value for name, value in globals().items() if name[0] != "_"}

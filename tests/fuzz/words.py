@@ -1,0 +1,214 @@
+"""Words that inputs are made of: values right and wrong, as text; `material` says what they mean.
+
+Tables whose texts hold `{kind}`, `{bare}` or `{scene}` get the kind of scene that a call has.
+"""
+
+SCENES = {
+    "Top": ["mm.Top()", "mm.Top(surface='plane', coulomb_friction=0.1)", "mm.Top.experiment()"],
+    "Motor": ["mm.Motor()", "mm.Motor(alpha_ball=0.0, alpha_ring=0.0)", "mm.Motor.paper()"],
+    "Disk": ["mm.Disk()", "mm.Disk(potential='flat')", "mm.Disk(friction_ratio=0.5)",
+             "mm.Disk(noise=0.0)", "mm.Disk(potential='flat', noise=0.0)"],
+    "LangevinParticle": ["mm.LangevinParticle()", "mm.LangevinParticle(potential='flat')"],
+}  # fmt: skip
+
+JUNK = str.split("""
+None True '' 'nonsense' b'1.0' b'' 1j nan inf -inf 5e-324 1e-200 1e300 -1e300 0 -1 -0.0 0.5 3 10**6
+2**31 2**53 2**63 -2**63 10**400 [] () {} set() object() ... [None] ['a'] [[1.0],[1.0,2.0]] mm int
+datetime(2020,1,1) np.datetime64('2020') np.timedelta64(1,'s') Fraction(1,3) Decimal('NaN') '1.0'
+np.float32(0.1) np.float64(nan) np.int8(-1) np.uint8(3) np.bool_(True) np.str_('1') range(3) print
+np.zeros(0) np.zeros((0,3)) np.ones(3) np.ones((2,3)) np.ones((3,4,5)) np.full(3,nan) np.full(3,inf)
+np.full((4,3),1e300) np.full(3,5e-324) np.ones(3,complex) np.ones(3,object) np.array([None,1.0,2.0])
+np.array(['a','b','c']) np.array(2.0) np.ma.masked np.zeros(3,'M8[s]') np.zeros(2,[('a',float)])
+iter([]) iter([1.0,2.0]) memoryview(b'abc') bytearray(8) Path('x') '\\0' type
+xr.Dataset() xr.DataArray(1.0) xr.DataArray([1.0,nan]) pd.DataFrame() pd.Series([1.0]) mm.Disk()
+mm.Top() mm.Motor() mm.LangevinParticle() mm.Disk mm.simulate run('Top') run('Disk') run('Motor')
+many('Disk') grid('Disk') model('empty') {'x':nan} {None:1} {'friction':0.1} {'nonsense':1.0}
+{'x':'a'} {'x':[1.0,2.0]} {'scene':'Disk'} [run('Disk')] [mm.Disk()] np.array([mm.Disk()])
+""")  # fmt: skip
+
+NUMBERS = str.split("""
+nan inf -inf 0 0.0 -0.0 -1 -1e-9 5e-324 2.3e-308 1e-300 1e-200 1e-160 1e-30 1e-9 0.3 1 7 1e9 1e30
+1e100 1e150 1e160 1e200 1e300 1.7e308 2**31 2**53 2**62 2**63 2**64 10**400 -2**63 1e18
+np.float32(1e30) np.float16(6e4) np.int64(2) np.int8(127) np.float64(inf) np.longdouble('1e400')
+np.array(1.0) np.array([1.0]) np.array([[0.5]]) '1' b'1' True 1j None [1] Fraction(1,3)
+Decimal('0.1') np.datetime64('2020') np.bool_(False)
+""")  # fmt: skip
+
+PATHS = [
+    *("''", "'.'", "'..'", "'/'", "'missing/out.png'", "'out'", "'out.xyz'", "'out.'", "'.png'"),
+    *("'out\\0.png'", "'a' * 300 + '.png'", "b'out.png'", "full_disk()", "Path('.')", "3", "None"),
+    *("Path('/proc/none/out.png')", "'out.png/'", "'\\udcff.png'", "folder('Disk')", "print", "[]"),
+]
+
+ARRAYS = [
+    *("holding({}, nan)", "holding({}, inf)", "holding({}, -inf)", "holding({}, 'a')"),
+    *("holding({}, None)", "holding({}, 1e300)", "np.multiply({}, 1e300)"),
+    "np.multiply({}, 1e160)",
+    *("np.multiply({}, 5e-324)", "np.multiply({}, -1)", "np.multiply({}, 0)", "np.array({})[:0]"),
+    *("np.array({}, complex)", "np.array({}, object)", "np.array({}).astype(str)", "[{}]"),
+    *("np.array({}, '>f8')", "np.array({}, np.float16)", "np.array({}, np.longdouble)"),
+    *("np.array({}).T", "frozen({})", "spread({})", "np.array({})[..., None]"),
+    "list(np.ravel({}))",
+    *("np.array({}).tobytes()", "xr.DataArray({})", "np.ma.array({}, mask=True)"),
+    *("np.array({}).astype('m8[s]')", "np.array({}).astype(int)", "np.array({})[..., :-1]"),
+    *("np.full(np.shape({}), nan)", "np.array({}).astype(bool)", "np.array([{}, {}])"),
+]
+
+DAMAGES = [
+    *("dropped({}, {n})", "dropped({}, {n})", "renamed({}, {n})", "recast({}, {n}, 'float32')"),
+    *("recast({}, {n}, 'str')", "recast({}, {n}, 'complex')", "recast({}, {n}, 'object')"),
+    *("recast({}, {n}, 'int')", "recast({}, {n}, 'datetime64[s]')", "recast({}, {n}, 'bool')"),
+    *("poisoned({}, {n}, nan)", "poisoned({}, {n}, inf)", "poisoned({}, {n}, 1e300)"),
+    *("poisoned({}, {n}, nan, True)", "poisoned({}, {n}, 0.0, True)", "poisoned({}, {n}, None)"),
+    *("poisoned({}, {n}, -1.0, True)", "poisoned({}, {n}, 1e200, True)", "turned({})", "bare({})"),
+    *("picked({}, {n}, 0)", "picked({}, {n}, slice(0))", "picked({}, {n}, slice(1))"),
+    *("picked({}, {n}, slice(2))", "picked({}, {n}, slice(None, None, 10))", "{}.to_dataarray()"),
+    *("picked({}, {n}, slice(None, None, -1))", "picked({}, {n}, slice(5, None))", "{}.to_dict()"),
+    *("picked({}, {n}, [0, 0, 0])", "picked({}, {n}, [])", "{}.expand_dims(other=2)", "{}.attrs"),
+    *(
+        "{}.mean()",
+        "{}.drop_vars([*{}.data_vars])",
+        "{}.reset_coords(drop=True)",
+        "{}.astype('f4')",
+    ),
+    *("told({}, {n}, dropped)", "told({}, {n}, dropped)", "told({}, {n}, {value})"),
+    *("told({}, {n}, {value})", "told({}, {n}, {value})", "{}.stack(all=[...])", "{}.chunk"),
+]
+
+ATTRIBUTES = str.split("""
+None 'nonsense' '' -1 0 nan inf 1e300 10**30 -0.5 b'x' [] {} '{}' '[]' 'null' '[1]' '{"a":1}' True
+np.zeros(3) np.float32(0.5) '1e999' 'NaN' 2**53 '../../x' 'os:getcwd' 'Disk' 'mujoco/euler' '\\0'
+dropped object() '{"seed":-1,"timestep":1}' '9'*5000 '['*2000
+""")  # fmt: skip
+
+# What neither hints nor docstrings say. A word in braces is the kind of the scene.
+BY_NAME: dict[str, list[str]] = {
+    "timestep": ["SHORT[{kind}]['timestep']"],
+    "duration": ["10 * SHORT[{kind}]['timestep']"],
+    "method": ["SHORT[{kind}]['method']", "mm.methods(mm.{bare}())[0]"],
+    "live.live_scene.method": ["'mujoco/euler'", "'mujoco/rk4'"],
+    "vary": ["{{'friction_ball' if {kind} == 'Motor' else 'friction': [0.1, 0.2]}}"],
+    "samples": ["None"],
+    "ranges": ["{{'friction': (0.1, 0.3)}}", "{{'friction': mm.sweep.Range(0.1, 0.3, True)}}"],
+    "sweep.Samples.size": ["4"],
+    "measure": ["[*mm.sweep.measures(mm.{bare}())]", "['trajectory']"],
+    "executor": ["Here()"],
+    "workers": ["1", "2"],
+    "threads": ["1", "2"],
+    "draws": ["20"],
+    "told": ["plan({kind}).as_json()"],
+    "dataset.scene_from.kind": ["{kind}"],
+    "fields": ["{{}}", "{{'friction_ball' if {kind} == 'Motor' else 'friction': 0.2}}"],
+    "checkpoint": ["None", "'run.npz'"],
+    "initial": ["None", "{{'x': 0.1}}", "{{'velocity': (0.01, 0.02)}}", "run({kind})"],
+    "path": ["'out.png'", "Path('out.png')"],
+    "noise.BrownianPath.path": ["None"],
+    "simulate.path": ["None", "mm.noise.BrownianPath(1, SHORT[{kind}]['timestep'])"],
+    "render.movie.path": ["'out.mp4'"],
+    "render.contact_sheet.path": ["'out.mp4'"],
+    "directory": ["folder({kind})", "folder({kind}, 'trajectory')"],
+    "sweep.sweep_of.path": ["folder({kind})", "folder({kind}) / 'sweep.json'"],
+    "sweep.run.directory": ["'new'", "folder({kind})"],
+    "plots.sweep.data": ["grid({kind})"],
+    "plots.spin_map.data": ["grid({kind})"],
+    "plots.disk_figure.name": ["'histogram'", "'flights'"],
+    "plots.motor_figure.name": ["'revolutions'", "'flights'"],
+    "live.LiveSimulation.switch.name": ["'magnetism'", "'noise'"],
+    "live.LiveSimulation.panel": ["None"],
+    "labels": ["['a']", "['a', 'b']"],
+    "columns": ["1", "2"],
+    "runs": ["[run({kind})]"],
+    "scenes": ["[mm.{bare}()]"],
+    "seconds_per_second": ["5000.0"],
+    "states": ["states()"],
+    "step": ["linear.euler_step", "linear.runge_kutta_step"],
+    "values": ["[1.0, 2.0, 3.5, 0.3]"],
+    "censored": ["[False, False, True, False]"],
+    "limits": ["[9.0, 9.0, 9.0, 9.0]"],
+    "alternatives": ["{{}}"],
+    "inertia": ["np.eye(2)"], "stiffness": ["np.eye(2)"], "friction": ["np.eye(2)"],
+    "implicit": ["np.eye(2)"],
+    "direction": ["[1.0, 1.0]"],
+    "ring_script": ["()", "(mm.Waypoint(0.0, 0.2, 0.1), mm.Waypoint(9.0, 0.3, 0.2))"],
+    "moment": ["[0.0, 0.0, 1.0]"], "points": ["[0.1, 0.2, 0.3]", "np.ones((4, 3))"],
+    "positions": ["np.linspace(0.0, 1.0, 12).reshape(4, 3)"],
+    "moments": ["np.linspace(0.0, 1.0, 12).reshape(4, 3)"],
+    "magnetism.data": ["('qvel', 0.0)"],
+    "apply_perturbation.model": ["model('Disk')"],
+    "observables.effective_potential.points": ["[0.1, 0.2]", "np.ones((4, 2))"],
+    "initial_state": ["np.zeros((2, 5))"],
+    "Baoab.rollout.control": ["None"], "Baoab.rollout.control_spec": ["0"],
+    "Baoab.rollout.data": ["[data('Disk')]"],
+    "velocities": ["[0.1, 0.2]", "np.ones((4, 2))"],
+    "axis": ["np.ones((4, 3))"], "slip": ["np.ones((4, 3))"],
+    "angular_velocity": ["np.ones((4, 3))"], "velocity": ["np.ones((4, 3))"],
+    "position": ["[0.1, 0.2, 0.3]", "np.ones((4, 3))"],
+    "place": ["0", "1"], "index": ["0", "1"],
+    "halvings": ["1", "2"],
+}  # fmt: skip
+
+# What stands for an object of a class that its constructor alone does not make.
+BY_CLASS = {
+    "MjModel": [*(f"model({name!r})" for name in ("Top", "Motor", "Disk", "pendulum", "empty",
+                "free", "coincident", "slides", "other people's", "two on a chain"))],
+    "MjData": ["data('Disk')"],
+    "MjvPerturb": ["perturb()", "perturb(0)"],
+    "Baoab": ["mm.Baoab(model('Disk'))", "mm.Baoab(model('slides'))"],
+    "SmallMotion": ["mm.theory.small_motion({scene})"],
+    "BallStates": ["states()"],
+    "System": ["system('Disk')", "system('LangevinParticle')"],
+    "MotorRun": ["mm.plots.MotorRun('a', run('Motor'))"],
+    "Panel": ["panel('Disk')"],
+    "LiveSimulation": ["live.live_scene(mm.Disk(), timestep=0.01)",
+                       "live.live_scene(mm.Top(), timestep=0.001)",
+                       "live.LiveSimulation(model('free'))"],
+    "Pace": ["live.Pace(1.0, 0.0)"],
+    "Status": ["mm.sweep.status(folder({kind}))"],
+    "Range": ["mm.sweep.Range(0.1, 0.2)", "mm.sweep.Range(0.1, 0.2, True)"],
+    "Values": ["mm.sweep.Values(('friction',), (0.1, 0.2))"],
+    "Samples": ["mm.sweep.Samples({{'friction': (0.1, 0.3)}}, 4)",
+                "mm.sweep.Samples({{'friction': (0.1, 0.3)}}, 5, 'latin')"],
+    "Sweep": ["plan({kind})"],
+    "BrownianPath": ["mm.noise.BrownianPath(1, 0.1)", "mm.noise.BrownianPath(1, 0.1, factor=4)",
+                     "mm.noise.BrownianPath(1, 0.1, level=4)"],
+    "Executor": ["Here()"],
+    "DiskTheory": ["mm.theory.DiskTheory({scene})"],
+    "ReducedDisk": ["mm.theory.ReducedDisk({scene})"],
+}  # fmt: skip
+
+SPOILT_MODELS = [
+    f"changed({{}}, {name!r}, {value})"
+    for name in ("opt.timestep", "body_mass", "dof_damping", "site_user", "body_user", "qpos0",
+                 "opt.gravity", "body_inertia", "jnt_user", "opt.integrator")
+    for value in ("nan", "inf", "0", "-1", "1e300", "5e-324", "7")
+    if not (name == "opt.integrator" and value not in ("0", "7"))
+]  # fmt: skip
+SPOILT_DATA = [
+    f"changed({{}}, {name!r}, {value})"
+    for name in ("qpos", "qvel", "time", "userdata", "ctrl", "xfrc_applied")
+    for value in ("nan", "inf", "-1", "1e300", "2.0**53", "0.5")
+]
+SPOILT = [
+    *(f"Spoilt({how!r}, {place})" for how in ("cut", "flip", "drop", "halve", "object")
+      for place in (0.01, 0.2, 0.4, 0.6, 0.8, 0.99)),
+    *(f"Spoilt('replace', {place}, {value})" for place in (0.1, 0.2, 0.3, 0.45, 0.6, 0.7, 0.8, 0.95)
+      for value in ("np.zeros((50, 8))", "nan", "np.zeros((0, 0, 6))", "np.zeros((1, 3))", "'{}'",
+                    "np.int64(2**62)", "np.full((3, 4), nan)", "-1", "np.zeros(3, complex)")),
+    "Spoilt('empty')", "Spoilt('add')", "'.'", "'missing/run.npz'", "full_disk()", "b'x'", "3",
+]  # fmt: skip
+
+HOSTILE = {
+    "checkpoint": SPOILT,
+    "magnetism.data": [f"({name!r}, {value})" for name in ("qpos", "qvel", "time", "userdata")
+                       for value in ("nan", "inf", "-1", "1e300", "2.0**53", "0.5")],
+    "ring_script": [f"({first}, mm.Waypoint({second}))"
+                    for first in ("mm.Waypoint(0.0, 0.2, 0.1)", "(0.0, 0.2, 0.1)", "None")
+                    for second in ("0.0, 0.3, 0.1", "-1.0, 0.3, 0.1", "nan, 0.3, 0.1",
+                                   "1.0, nan, 0.1", "1.0, 1e300, 0.1", "5e-324, 0.3, 0.1",
+                                   "1.0, 0.3, -1.0", "1e300, 0.3, 0.1", "1.0, 5e-324, 1.0",
+                                   "'a', 0.3, 0.1", "1.0, 0.0, 0.0", "1.0, 0.3, 2.0")],
+}  # fmt: skip
+JSON = str.split("""
+None 'nonsense' '' -1 0 nan inf 1e300 10**30 [] {} [[]] [None] ['evil:go'] 'Disk' 'Top' True 0.5
+{'a':1} '../x' 2**53 '9'*5000 dropped
+""")  # fmt: skip
