@@ -19,3 +19,13 @@ def aligned(count):
     room = np.empty(count + 2 * PADDING)
     start = -(room.ctypes.data // 8) % PADDING
     return room[start : start + count]
+
+
+@njit(inline="always")
+def copy(target, source):
+    """Copy as many numbers as the target holds.
+
+    An assignment of arrays compiles Numba's message about shapes that differ, too, for seconds.
+    """
+    for i in range(len(target)):
+        target[i] = source[i]

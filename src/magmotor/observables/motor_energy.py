@@ -73,8 +73,7 @@ def _compile_magnetic(checksum: int):
     def magnetic(out, position, moment, ring_orientation, magnets):
         _ = checksum
         fixed, factor = magnets.fixed, magnets.factor
-        ring = np.empty_like(magnets.frame)
-        ring[6] = magnets.frame[6]
+        ring = magnets.frame.copy()
         for i in range(len(position)):
             w, x, y, z = ring_orientation[i]
             place_dipoles(ring, columns((w, x, y, z)), (0.0, 0.0, magnets.height), magnets.frame)

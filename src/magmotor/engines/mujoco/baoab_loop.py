@@ -15,6 +15,7 @@ from numba import njit, types
 
 from magmotor import rotations
 from magmotor.code_version import code_version, specialised
+from magmotor.engines import vectors
 from magmotor.engines.mujoco import callback, langevin_law, layout, memory
 from magmotor.engines.mujoco.brownian import chosen
 from magmotor.engines.mujoco.forces import apply_forces
@@ -29,13 +30,14 @@ from magmotor.engines.mujoco.langevin_law import (
     Law,
 )
 from magmotor.engines.mujoco.step_number import step_number
+from magmotor.engines.vectors import copy
 from magmotor.noise import normal
 from magmotor.rotations import columns, dot, plus, product, scaled
 
 BY_TIME = -(2**63)
 """Number of a step that is not known; the time of `mjData` tells it, but for 5e7 steps at most."""
 
-COMPILED_IN = (*callback.COMPILED_IN, callback, rotations, langevin_law)
+COMPILED_IN = (*callback.COMPILED_IN, callback, rotations, langevin_law, vectors)
 """Every module with code that becomes part of the loop."""
 
 _word, _number = types.int64, types.float64
@@ -170,7 +172,7 @@ def _twist(quaternion, momentum, axis, ratio, time):
 def _damp_and_drive(qpos, qvel, law, whole, change):
     """O: apply friction and noise; `whole` has room for the velocities, then the noise."""
     n = len(qvel)
-    whole[:n] = qvel
+    copy(whole[:n], qvel)
     for b in range(len(law.balls)):
         axes = _axes(qpos, law.balls[b, PLACE])
         if law.balls[b, ISOTROPIC]:
@@ -223,8 +225,8 @@ def _compile(offsets: layout.Layout, checksum: int):
                 time[0] += law.timestep
                 if len(path) > 0:
                     places = path.shape[1] - n
-                    path[done - 1, :places] = qpos[:places]
-                    path[done - 1, places:] = qvel
+                    copy(path[done - 1, :places], qpos)
+                    copy(path[done - 1, places:], qvel)
                 if not size < np.inf:
                     return BY_TIME
             if done == count:

@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 
 from magmotor import eights, elementary, noise, rotations
 from magmotor.code_version import code_version
-from magmotor.engines import books
+from magmotor.engines import books, vectors
 from magmotor.engines.books import heat_and_work
 from magmotor.engines.job import Job
+from magmotor.engines.vectors import copy
 from magmotor.noise import normal
 from magmotor.rotations import turned
 
@@ -35,7 +36,7 @@ def heat_and_work_sums(job: Job, linear: int, before: Array, paths: Array, first
         In J.
     """
     scene, path = job.scene, job.path
-    advance = _compile_sums(code_version(eights, elementary, noise, rotations, books))
+    advance = _compile_sums(code_version(eights, elementary, noise, rotations, books, vectors))
     sums = np.empty((*paths.shape[:2], 4))
     advance(
         sums,
@@ -82,7 +83,7 @@ def _compile_sums(checksum: int):
         root = math.sqrt(timestep)
         for replica in range(len(paths)):
             end = _velocities(before[replica], linear, radius)
-            total[:] = before[replica, -4:]
+            copy(total, before[replica, -4:])
             for i in range(paths.shape[1]):
                 start, end = end, _velocities(paths[replica, i], linear, radius)
                 for k in range(5):
@@ -96,6 +97,6 @@ def _compile_sums(checksum: int):
                     body = 0 if k < 2 else 1
                     total[body] += heat
                     total[2 + body] += work
-                sums[replica, i] = total
+                copy(sums[replica, i], total)
 
     return advance

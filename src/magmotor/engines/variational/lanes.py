@@ -21,7 +21,7 @@ from magmotor.elementary import cosine, prefer_wide_vectors, sine
 from magmotor.engines import vectors
 from magmotor.engines.friction import friction_and_noise, response
 from magmotor.engines.variational.schemes import DISK, kicks_that_evaluate
-from magmotor.engines.vectors import aligned
+from magmotor.engines.vectors import aligned, copy
 from magmotor.noise import box_muller, normal, threefry
 from magmotor.reproducible import product
 from magmotor.scenes import Disk, LangevinParticle
@@ -151,7 +151,8 @@ def _compile(
         words, normals = work[5:7].view(np.uint64), work[7:]
         for group in range(0, states.shape[1], LANES):
             lanes = min(LANES, states.shape[1] - group)
-            work[:4, :lanes] = states[:, group : group + lanes]
+            for row in range(4):
+                copy(work[row, :lanes], states[row, group:])
             if carried:
                 for i in range(lanes):
                     forces[i] = _force(x[i], force, sines)
@@ -204,7 +205,9 @@ def _compile(
                         if carried:
                             forces[i] = force_i
                     step += 1
-                recorded[record, :, group : group + lanes] = work[:4, :lanes]
-            states[:, group : group + lanes] = work[:4, :lanes]
+                for row in range(4):
+                    copy(recorded[record, row, group : group + lanes], work[row])
+            for row in range(4):
+                copy(states[row, group : group + lanes], work[row])
 
     return advance

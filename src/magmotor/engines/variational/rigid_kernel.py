@@ -37,7 +37,7 @@ from magmotor.engines.variational.rigid_steps import (
     slip,
 )
 from magmotor.engines.variational.schemes import RIGID
-from magmotor.engines.vectors import aligned
+from magmotor.engines.vectors import aligned, copy
 from magmotor.noise import normal
 
 SIZE = 22
@@ -128,7 +128,7 @@ def _compile(splits: bool, by_cayley: bool, checksum: int):
         c_ring, a_ring = bodies.ring_friction, bodies.ring_noise
         turns = magnets.frame.shape[1] > 0
         work = aligned(magnets.frame.size).reshape(magnets.frame.shape)
-        work[6] = magnets.frame[6]
+        copy(work[6], magnets.frame[6])
         for replica in range(rows[0], rows[1]):
             ball, ring, sums, ring_sums = _unpack(states[replica])
             force, torque, on_ring = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
@@ -167,6 +167,6 @@ def _compile(splits: bool, by_cayley: bool, checksum: int):
                 if (n + 1) % interval == 0:
                     record = recorded[(n + 1) // interval - 1, replica]
                     _pack(record, ball, ring, sums, ring_sums)
-            states[replica] = recorded[-1, replica]
+            copy(states[replica], recorded[-1, replica])
 
     return advance
