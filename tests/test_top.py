@@ -152,8 +152,8 @@ def test_under_a_leaning_ring_the_lift_is_the_gradient_of_the_energy():
     )
     for scene in (still, moving):
         up, down = (
-            magnetic_energy(scene, states._replace(position=states.position + [0, 0, step]))
-            for step in (1e-5, -1e-5)
+            magnetic_energy(scene, states._replace(position=states.position + step))
+            for step in np.array([(0, 0, 1e-5), (0, 0, -1e-5)])
         )
         _, lift = magnetic_energy_and_lift(scene, states)
         assert largest(lift + (up - down) / 2e-5) < 1e-7 * largest(lift)  # 5e-9
