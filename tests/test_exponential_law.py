@@ -44,6 +44,12 @@ def test_level_and_power():
         assert np.mean(rejected) == pytest.approx(power[name], abs=0.12)  # 0.08
 
 
+def test_p_values_of_an_exponential_law_have_the_mean_of_a_uniform_law():
+    samples = [cut(stats.expon(), 20, 3.0, seed) for seed in range(200)]
+    values = np.array([exponential_test(*sample, {}, draws=200).p_value for sample in samples])
+    assert np.mean(values) == pytest.approx(0.5, abs=0.06)  # 0.01
+
+
 def test_few_durations_of_which_a_draw_may_complete_none():
     found = exponential_test([1.0, 2.0], [False, False], [2.5, 2.5], {"gamma": OTHERS["gamma"]})
     assert 0.1 < found.p_value < 1  # 0.53

@@ -94,6 +94,8 @@ def test_another_temperature_brings_its_own_noise():
     other = uniform.replace(temperature="nonuniform")
     assert other == mm.Motor(temperature="nonuniform", ball_mass=0.4)
     assert other.replace(temperature="uniform") == uniform
+    strong = uniform.replace(temperature="nonuniform", alpha_ring=3e-4)
+    assert strong == mm.Motor(temperature="nonuniform", ball_mass=0.4, alpha_ring=3e-4)
     assert uniform.replace(ball_mass=0.5) == mm.Motor()
 
 

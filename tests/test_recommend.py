@@ -134,6 +134,8 @@ SCALED = {
     "none stays": ({"coupling": 1e-6, "friction": 0.0}, math.sqrt(10)),
     "mass": ({"ball_mass": 0.4}, math.sqrt(2)),  # of the libration; friction allows 2
     "spin": ({"spin": 1e6}, 17.79 / 1e6),
+    # A top's frequency is its spin times J_3/J, here 3/2.
+    "oblate": ({"spin": 1e6, "ball_axial_inertia": 0.6 * 0.2 * 0.018**2}, 17.79 / 1.5e6),
 }
 
 

@@ -94,9 +94,10 @@ def test_friction_closes_the_window_of_resonance():
     assert largest_stable_step(oscillator(frequency=1.0, friction=0.05), step) > 2 * math.pi  # 6.94
 
 
-def test_a_direction_that_is_unstable_in_truth_limits_no_step():
+@pytest.mark.parametrize("unstable", [-1.0, -100.0])
+def test_a_direction_that_is_unstable_in_truth_limits_no_step(unstable):
     none = np.zeros((2, 2))
-    motion = SmallMotion.of(np.eye(2), np.diag([9.0, -1.0]), none, none)
+    motion = SmallMotion.of(np.eye(2), np.diag([9.0, unstable]), none, none)
     assert largest_stable_step(motion, STEPS["euler"]) == pytest.approx(2 / 3, rel=1e-6)
 
 

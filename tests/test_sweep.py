@@ -364,6 +364,11 @@ def test_the_timestep_is_the_shortest_that_is_recommended_at_the_corners():
     steps = [mm.recommend(corner, method=sweep.method).timestep for corner in corners]
     assert sweep.timestep == min(steps)
     assert len(set(steps)) > 1
+    box = Samples({"coupling": (1e-6, 4e-5), "ring_height": (0.12, 0.4)}, 4)
+    drawn = Sweep(scene=mm.Top(), samples=box, measure=["max_spin"], duration=1.0)
+    corners = [mm.Top(coupling=c, ring_height=h) for c in (1e-6, 4e-5) for h in (0.12, 0.4)]
+    steps = [mm.recommend(corner, method=drawn.method).timestep for corner in corners]
+    assert drawn.timestep == min(steps) < min(steps[:2] + steps[3:])
     with pytest.raises(ValueError, match=r"tilt = 1\.5: must be less than"):
         Sweep(scene=mm.Top(), vary={"tilt": (1.5,)}, measure=["max_spin"], duration=1.0)
 

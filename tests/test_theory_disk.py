@@ -4,12 +4,13 @@ import math
 
 import numpy as np
 import pytest
-from scipy.integrate import quad
+from scipy.integrate import quad, simpson
 from scipy.linalg import eigh, expm
 from scipy.special import i0, roots_hermitenorm
 
 from magmotor import theory
 from magmotor.scenes import Disk, LangevinParticle
+from magmotor.theory import DiskTheory
 
 PAPER = Disk()
 OTHER = Disk(sigma=1.7, friction=0.3, noise=1.2, friction_ratio=0.2, v=0.4, omega=-1.1)
@@ -158,8 +159,9 @@ def test_energy_balance_rates():
 
 
 @pytest.mark.parametrize(
-    ("potential", "waves"), [("asymmetric", 1), (((0, 0), (1.0, 0.3)), 2)]
-)  # fmt: skip
+    ("potential", "waves"),
+    [("asymmetric", 1), ("cosine", 1), (((0, 0), (1.0, 0.3)), 2), (((0, 0), (0, 0.5)), 2)],
+)
 def test_alias_is_an_exact_symmetry_of_the_papers_scheme(potential, waves):
     scene, h, sigma = Disk(potential=potential), 0.5, 0.5
 
@@ -354,6 +356,28 @@ def test_reference_numbers_of_the_symmetric_potential():
     assert float(model.msd_from_gibbs(1e11)) == pytest.approx(
         2e11 * model.x_diffusion, rel=1e-3
     )  # 1e-4
+
+
+def test_diffusion_at_last_where_the_slip_counts_as_much_as_d():
+    """Where sigma is 1, friction on d leaves the slip alone: the flat law has the same limit."""
+    scene = Disk(potential="flat", sigma=1.0, friction_ratio=1.0)
+    once, twice = theory.flat_msd_from_gibbs(scene, [1e7, 2e7])
+    found = theory.ReducedDisk(scene).x_diffusion
+    assert found == pytest.approx((twice - once) / 2e7, rel=1e-14)  # 4e-16
+
+
+def test_first_impulse_against_quadrature_over_a_normal_law():
+    """Of x from rest, whose variance on flat U the matrix exponential tells."""
+    node, weight = roots_hermitenorm(200)
+    weight = weight / weight.sum()
+    t, step = np.linspace(0.0, 1.6, 81, retstep=True)
+    scene = Disk(potential=((0.8, -0.3), (0.5, 0.7), (0.2, 0.1)))
+    spread = [0.0, *(math.sqrt(van_loan(scene, float(s))[1][0, 0]) for s in t[1:])]
+    x = np.multiply.outer(spread, node)
+    slope = 0.8 * np.cos(x) + 0.3 * np.sin(x) + np.cos(2 * x) - 1.4 * np.sin(2 * x)
+    slope += 0.6 * np.cos(3 * x) - 0.3 * np.sin(3 * x)
+    expected = -simpson(slope @ weight, dx=step)
+    assert DiskTheory(scene).first_impulse == pytest.approx(expected, rel=4e-7)  # 1e-8
 
 
 def test_papers_lower_bound_fails_in_the_reduced_equation():
