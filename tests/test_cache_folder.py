@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from numba import config
 
 import magmotor
 from magmotor import cache_folder
@@ -26,12 +27,10 @@ def nowhere(monkeypatch, tmp_path):
 
 
 def test_a_private_folder_is_made_and_used(nowhere):
-    import numba
-
     for _ in range(2):
         os.environ.pop("NUMBA_CACHE_DIR", None)
         cache_folder.choose_cache_folder()
-        assert os.environ["NUMBA_CACHE_DIR"] == numba.config.CACHE_DIR == str(nowhere)
+        assert os.environ["NUMBA_CACHE_DIR"] == vars(config)["CACHE_DIR"] == str(nowhere)
     assert stat.S_IMODE(nowhere.stat().st_mode) == 0o700
 
 

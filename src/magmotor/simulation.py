@@ -279,8 +279,8 @@ def _expected(job: Job, start: NDArray, done: int) -> dict[str, Expected]:
     The task tells the times.
     """
     columns = {k: v for k, v in job.initial._asdict().items() if v is not None and k != "time"}
-    rows = {k: np.broadcast_to(v[0], (done, *v.shape[1:])) for k, v in columns.items()}
-    return {k: Expected(v) for k, v in {**rows, "engine_state": start}.items()}
+    like = {k: np.broadcast_to(v[0], (done, *v.shape[1:])) for k, v in columns.items()}
+    return {k: Expected(v) for k, v in {**like, "engine_state": start}.items()}
 
 
 def _resume(job: Job, saved: tuple[int, dict[str, NDArray]] | None) -> tuple[list[Any], Job]:
