@@ -625,6 +625,8 @@ def test_what_is_stepped_is_what_was_read():
         langevin.step(mujoco.MjData(mujoco.MjModel.from_xml_string(TWO_NEEDLES)))
     with pytest.raises(ValueError, match=r"nstep = 1.5: must be an integer"):
         langevin.step(mujoco.MjData(model), 1.5)  # pyright: ignore[reportArgumentType]
+    with pytest.raises(ValueError, match=r"nstep = 9007199254740992: must be less than 2\^53"):
+        langevin.step(mujoco.MjData(model), 2**53)
     model.opt.timestep = 0.01
     with pytest.raises(ValueError, match=r"timestep = 0.01: must be 0.002, as it was"):
         langevin.step(mujoco.MjData(model))

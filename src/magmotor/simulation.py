@@ -139,7 +139,7 @@ def simulate(
     Raises
     ------
     ValueError
-        Bad input, also a checkpoint of another task, or more records than the machine has memory
+        Bad input, also a checkpoint that is damaged or of another task, or more records than the machine has memory
         for: names it, its value and the bound.
     SimulationDiverged
         The run is no longer finite, gained energy that it cannot have, the magnetic lift exceeds
@@ -183,12 +183,12 @@ def simulate(
         raise reject("path.timestep", followed.timestep, f"{timestep:g}, the timestep")
     steps = duration / timestep
     first_step = _first_step(initial, followed, method)
-    if (first_step + steps) * followed.factor > LARGEST_STEP:
-        raise reject("duration", duration, "such that the Brownian path has less than 2^53 steps")
     first = device.initial_state(scene, initial, replicas)
     if isinstance(first, BallStates) and method.startswith("scipy"):
         first = first._replace(orientation=None)  # it follows the axis alone
     _check_memory(steps, interval, first)
+    if (first_step + steps) * followed.factor > LARGEST_STEP:
+        raise reject("duration", duration, "such that the Brownian path has less than 2^53 steps")
     records = int(steps * (1 + 1e-12)) // interval
     engine, scheme = method.split("/")
     attributes = {
