@@ -139,8 +139,8 @@ def simulate(
     Raises
     ------
     ValueError
-        Bad input, also a checkpoint that is damaged or of another task, or more records than the machine has memory
-        for: names it, its value and the bound.
+        Bad input, also a checkpoint that is damaged or of another task, or more records than the
+        machine has memory for: names it, its value and the bound.
     SimulationDiverged
         The run is no longer finite, gained energy that it cannot have, the magnetic lift exceeds
         the weight of a ball that is held on its plane, or the motor's inner ring is tilted by more
