@@ -3,6 +3,7 @@
 import json
 import re
 from types import FunctionType
+from typing import Any
 
 import numpy as np
 import pytest
@@ -183,12 +184,14 @@ def test_initial_parts_that_are_no_numbers_are_refused(scene):
         for value in WRONG:
             with pytest.raises(ValueError, match=rf"^initial\['{name}'\] = "):
                 mm.simulate(scene, initial={name: value}, duration=1, replicas=replicas, **NUMBERS)
-    for initial in (7, "x", [1.0], np.zeros(3), {3: 1.0}, {"wind": 1.0}, {None: 1}):
+    wrong: Any = (7, "x", [1.0], np.zeros(3), {3: 1.0}, {"wind": 1.0}, {None: 1})
+    for initial in wrong:
         with pytest.raises(ValueError, match=r"^initial = "):
             mm.simulate(scene, initial=initial, duration=1, replicas=replicas, **NUMBERS)
 
 
 def test_ensembles_refuse_them_too():
-    for initial in [{"x": value} for value in WRONG] + [7, "x", {"wind": 1.0}]:
+    wrong: Any = [{"x": value} for value in WRONG] + [7, "x", {"wind": 1.0}]
+    for initial in wrong:
         with pytest.raises(ValueError, match=r"^initial"):
             mm.ensemble(mm.Disk(), initial=initial, duration=10.0, replicas=4, **NUMBERS)

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from numba import config
 
 import magmotor
 from magmotor import cache_folder
@@ -26,12 +27,10 @@ def nowhere(monkeypatch, tmp_path):
 
 
 def test_a_private_folder_is_made_and_used(nowhere):
-    import numba
-
     for _ in range(2):
         os.environ.pop("NUMBA_CACHE_DIR", None)
         cache_folder.choose_cache_folder()
-        assert os.environ["NUMBA_CACHE_DIR"] == numba.config.CACHE_DIR == str(nowhere)
+        assert os.environ["NUMBA_CACHE_DIR"] == vars(config)["CACHE_DIR"] == str(nowhere)
     assert stat.S_IMODE(nowhere.stat().st_mode) == 0o700
 
 
@@ -75,7 +74,7 @@ def test_a_package_on_a_read_only_place_and_no_home(tmp_path):
     for folder in (copy, *copy.glob("**/")):
         folder.chmod(0o555)
     temporary.mkdir()
-    code = "import magmotor as mm; print(mm.__file__, mm.noise.BrownianPath(1, 1.0).increments(1))"
+    code = "import magmotor as mm; print(mm.__file__, mm.noise.normal(1, 0, 0, 0, 1, 0))"
     command = [sys.executable, "-B", "-c", code]
     if os.getuid() == 0:  # whom permissions do not bind
         mount = 'mount --bind "$0" "$0" && mount -o remount,ro,bind "$0" && exec "$@"'

@@ -296,7 +296,7 @@ def small(tmp_path):
     path = tmp_path / "small"
     mine = checkpoints.Checkpoint(path, {"seed": 1}, 5, lambda done: wanted)
     mine.save(4, like)
-    done, found = mine.load()
+    done, found = mine.load() or pytest.fail("nothing is there")
     assert done == 4
     np.testing.assert_equal(found, like)
     return mine
@@ -325,7 +325,9 @@ def test_any_length_that_is_not_its_own_is_found(small):
         small.load()
 
 
-@pytest.mark.parametrize("task", [{"seed": 1, "more": 2}, {}, {"seed": 2}, {"speed": 1}])
+@pytest.mark.parametrize(
+    "task", [{"seed": 1, "more": 2}, {"seed": 1, "more": None}, {}, {"seed": 2}, {"speed": 1}]
+)
 def test_a_task_with_more_or_less_is_another(small, task):
     head, arrays = checkpoint_files.read(small.path)
     checkpoint_files.write(small.path, head | {"task": task}, arrays)
@@ -371,9 +373,10 @@ def test_crafted_files_get_a_sentence(small, craft):
 
 
 def test_what_is_no_path_is_refused():
-    wrong: Any = 7
-    with pytest.raises(ValueError, match="checkpoint = 7: must be a path, or None"):
-        mm.simulate(mm.Disk(), checkpoint=wrong, **DISK)
+    wrong: list[Any] = [7, b"run", "a\0b", ["run"]]
+    for path in wrong:
+        with pytest.raises(ValueError, match=r"checkpoint = .*: must be a path, or None"):
+            mm.simulate(mm.Disk(), checkpoint=path, **DISK)
 
 
 def test_a_pipe_is_no_checkpoint(tmp_path):

@@ -63,7 +63,7 @@ class Checkpoint:
         total: int,
         expected: Callable[[int], Mapping[str, Expected]],
     ):
-        if not isinstance(path, str | os.PathLike | None):
+        if not isinstance(path, str | os.PathLike | None) or "\0" in str(path):
             raise reject("checkpoint", path, "a path, or None")
         self.path = None if path is None else Path(path)
         self.task, self.total, self.expected = task, total, expected
@@ -121,16 +121,13 @@ class Checkpoint:
         line = file.readline(LONGEST_LINE)
         text = line[len(_marked(b"")) :]
         try:
-            head = json.loads(text)
+            head = json.loads(text) if line == _marked(text) + text else {}
             told, done = dict(head["task"]), head["done"]
             given, checksum = head["arrays"], head["checksum"]
-            known = line == _marked(text) + text
         except (ValueError, TypeError, KeyError, RecursionError):
-            known = False
-        if not known:
-            raise self._reject("a checkpoint, or no file")
+            raise self._reject("a checkpoint, or no file") from None
         for name in {**told, **self.task}:
-            if told.get(name) != self.task.get(name):
+            if told.get(name, ...) != self.task.get(name, ...):
                 bound = f"one of {name} = {self.task.get(name)!r}; it has {told.get(name)!r}"
                 raise self._reject(bound)
         if type(done) is not int or not 0 <= done <= self.total:
@@ -143,7 +140,7 @@ class Checkpoint:
         if os.fstat(file.fileno()).st_size != len(line) + sum(sizes):
             raise self._reject("whole; this one is damaged: it is too short or too long")
         content = np.fromfile(file, np.uint8)
-        if zlib.crc32(content) != checksum:
+        if zlib.crc32(content.data) != checksum:
             raise self._reject("whole; this one is damaged: its checksum is another")
         pieces = np.split(content, np.cumsum(sizes)[:-1])
         return done, {
@@ -170,17 +167,21 @@ def save(path: Path, task: dict[str, Any], done: int, arrays: Arrays) -> None:
     """
     checksum = 0
     for array in arrays.values():
-        checksum = zlib.crc32(np.ascontiguousarray(array), checksum)
+        checksum = zlib.crc32(_bytes(array), checksum)
     head = {"task": task, "done": done, "arrays": _layout(arrays), "checksum": checksum}
     text = json.dumps(head).encode() + b"\n"
     with whole_file(path) as part, part.open("wb") as file:
         file.write(_marked(text) + text)
         for array in arrays.values():
-            file.write(np.ascontiguousarray(array))
+            file.write(_bytes(array))
 
 
 def _marked(text: bytes) -> bytes:
     return MARK + b" %08x " % zlib.crc32(text)
+
+
+def _bytes(array: NDArray) -> memoryview:
+    return np.ascontiguousarray(array).reshape(-1).view(np.uint8).data
 
 
 def _layout(arrays: Arrays) -> list[list]:

@@ -128,7 +128,7 @@ def _check_dimensions(run: xr.Dataset, told: Mapping[str, Any]) -> None:
         raise reject("time", f"{times[0]:g} to {times[-1]:g}", bound)
 
 
-def _times(told: Mapping[str, Any], most: int) -> NDArray[np.float64]:
+def _times(told: Mapping[str, Any], most: int) -> NDArray[np.floating]:
     """When there are records, so many at the most."""
     timestep = check_number("timestep", told["timestep"], above=0)
     duration = check_number("duration", told["duration"], at_least=timestep)

@@ -142,8 +142,8 @@ def simulate(
     Raises
     ------
     ValueError
-        Bad input, also a checkpoint of another task, or more records than the machine has memory
-        for: names it, its value and the bound.
+        Bad input, also a checkpoint that is damaged or of another task, or more records than the
+        machine has memory for: names it, its value and the bound.
     SimulationDiverged
         The run is no longer finite, gained energy that it cannot have, the magnetic lift exceeds
         the weight of a ball that is held on its plane, or the motor's inner ring is tilted by more
@@ -186,12 +186,12 @@ def simulate(
         raise reject("path.timestep", followed.timestep, f"{timestep:g}, the timestep")
     steps = duration / timestep
     first_step = _first_step(initial, followed, method)
-    if (first_step + steps) * followed.factor > LARGEST_STEP:
-        raise reject("duration", duration, "such that the Brownian path has less than 2^53 steps")
     first = device.initial_state(scene, initial, replicas)
     if isinstance(first, BallStates) and method.startswith("scipy"):
         first = first._replace(orientation=None)  # it follows the axis alone
     _check_memory(steps, interval, first)
+    if (first_step + steps) * followed.factor > LARGEST_STEP:
+        raise reject("duration", duration, "such that the Brownian path has less than 2^53 steps")
     records = int(steps * (1 + 1e-12)) // interval
     engine, scheme = method.split("/")
     attributes = {
@@ -282,8 +282,8 @@ def _expected(job: Job, start: NDArray, done: int) -> dict[str, Expected]:
     The task tells the times.
     """
     columns = {k: v for k, v in job.initial._asdict().items() if v is not None and k != "time"}
-    rows = {k: np.broadcast_to(v[0], (done, *v.shape[1:])) for k, v in columns.items()}
-    return {k: Expected(v) for k, v in {**rows, "engine_state": start}.items()}
+    like = {k: np.broadcast_to(v[0], (done, *v.shape[1:])) for k, v in columns.items()}
+    return {k: Expected(v) for k, v in {**like, "engine_state": start}.items()}
 
 
 def _resume(job: Job, saved: tuple[int, dict[str, NDArray]] | None) -> tuple[list[Any], Job]:

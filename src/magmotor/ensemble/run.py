@@ -81,7 +81,8 @@ def ensemble(
     Raises
     ------
     ValueError
-        Bad input, also a checkpoint of another task: names it, its value and the bound.
+        Bad input, also a checkpoint that is damaged or of another task: names it, its value and
+        the bound.
     SimulationDiverged
         A replica is no longer finite or has energy that it cannot have; holds what was recorded.
     SimulationInterrupted
