@@ -81,7 +81,11 @@ def arguments(draw, target: Target):
     for parameter in target.parameters:
         if parameter.name in wrong:
             given.append((parameter.name, draw(values.hostile(parameter, name, kind))))
-        elif parameter.required or draw(st.sampled_from([False, False, False, True])):
+        elif (
+            parameter.required
+            or parameter.name == "executor"
+            or draw(st.sampled_from([False, False, False, True]))
+        ):
             if parameter.metadata is not None and not parameter.required:
                 continue
             given.append((parameter.name, draw(values.right(parameter, name, kind))))

@@ -198,6 +198,7 @@ SPOILT = [
 ]  # fmt: skip
 
 HOSTILE = {
+    "executor": ["3", "'x'", "object()", "[]", "print", "Path('.')"],
     "checkpoint": SPOILT,
     "magnetism.data": [f"({name!r}, {value})" for name in ("qpos", "qvel", "time", "userdata")
                        for value in ("nan", "inf", "-1", "1e300", "2.0**53", "0.5")],
