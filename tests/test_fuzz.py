@@ -69,7 +69,7 @@ def judge_planted():
 
 def test_what_is_planted_is_found():
     given = [
-        Call(number, f"planted.planted_{name}", None, (("value", "-1"),))
+        Call(1, number, f"planted.planted_{name}", None, (("value", "-1"),))
         for number, name in enumerate(PLANTED)
     ]
     found = list(pool.judged(given, judge_planted, processes=1, limits=(1.0, 2.0, 1.0)))

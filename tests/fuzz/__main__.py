@@ -41,7 +41,7 @@ def report(verdicts: Iterable[tuple[Call, Verdict]], say: Callable = print) -> b
     for (target, kind, error, place), found in sorted(groups.items()):
         call, verdict = min(found, key=lambda pair: len(str(pair[0])))
         say(f"{target}: {kind}: {error} at {place} ({len(found)} times)")
-        say(f"    --only {call.number}: {shortened(str(call), 500)}")
+        say(f"    --seed {call.seed} --only {call.number}: {shortened(str(call), 500)}")
         if verdict.told:
             say(f"    {shortened(verdict.told, 300)}")
     told = ", ".join(f"{counts[kind]} {plural}" for kind, plural in FINDINGS.items())

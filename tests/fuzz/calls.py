@@ -18,6 +18,7 @@ SLOW = (hypothesis.HealthCheck.too_slow, hypothesis.HealthCheck.large_base_examp
 class Call(NamedTuple):
     """An input, as text."""
 
+    seed: int
     number: int
     target: str
     receiver: str | None
@@ -46,7 +47,7 @@ def call(seed: int, number: int) -> Call:
     every, strategies = found()
     target = every[number % len(every)]
     receiver, given = drawn(strategies[number % len(every)], f"{seed} {number}")
-    return Call(number, target.name, receiver, given)
+    return Call(seed, number, target.name, receiver, given)
 
 
 def drawn(strategy: st.SearchStrategy, seed: str):
