@@ -195,7 +195,7 @@ def damaged(dataset: Text) -> Text:
     """A dataset with something in it changed."""
     damages, attributes = st.sampled_from(DAMAGES), st.sampled_from(ATTRIBUTES)
     return st.tuples(damages, st.integers(0, 30), attributes, dataset).map(
-        lambda t: t[0].replace("{n}", str(t[1])).replace("{value}", t[2]).replace("{}", t[3])
+        lambda t: t[0].replace("{n}", str(t[1])).replace("{}", t[3]).replace("{value}", t[2])
     )
 
 

@@ -44,13 +44,18 @@ ARRAYS = [
     *("holding({}, nan)", "holding({}, inf)", "holding({}, -inf)", "holding({}, 'a')"),
     *("holding({}, None)", "holding({}, 1e300)", "np.multiply({}, 1e300)"),
     "np.multiply({}, 1e160)",
-    *("np.multiply({}, 5e-324)", "np.multiply({}, -1)", "np.multiply({}, 0)", "np.array({})[:0]"),
+    *(
+        "np.multiply({}, 5e-324)",
+        "np.multiply({}, -1)",
+        "np.multiply({}, 0)",
+        "np.atleast_1d({})[:0]",
+    ),
     *("np.array({}, complex)", "np.array({}, object)", "np.array({}).astype(str)", "[{}]"),
     *("np.array({}, '>f8')", "np.array({}, np.float16)", "np.array({}, np.longdouble)"),
     *("np.array({}).T", "frozen({})", "spread({})", "np.array({})[..., None]"),
     "list(np.ravel({}))",
     *("np.array({}).tobytes()", "xr.DataArray({})", "np.ma.array({}, mask=True)"),
-    *("np.array({}).astype('m8[s]')", "np.array({}).astype(int)", "np.array({})[..., :-1]"),
+    *("np.array({}).astype('m8[s]')", "np.array({}).astype(int)", "np.atleast_1d({})[..., :-1]"),
     *("np.full(np.shape({}), nan)", "np.array({}).astype(bool)", "np.array([{}, {}])"),
 ]
 
