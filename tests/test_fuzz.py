@@ -69,10 +69,10 @@ def judge_planted():
 
 def test_what_is_planted_is_found():
     given = [
-        Call(number, f"planted.planted_{name}", None, (("value", "-1"),))
+        Call(1, number, f"planted.planted_{name}", None, (("value", "-1"),))
         for number, name in enumerate(PLANTED)
     ]
-    found = list(pool.judged(given, judge_planted, limits=(1.0, 2.0, 1.0)))
+    found = list(pool.judged(given, judge_planted, processes=1, limits=(1.0, 2.0, 1.0)))
     told = {one.target: (verdict.kind, verdict.error) for one, verdict in found}
     assert told == {f"planted.planted_{name}": verdict for name, verdict in PLANTED.items()}
     where = {one.target: verdict.place for one, verdict in found}

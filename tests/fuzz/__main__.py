@@ -2,6 +2,8 @@
 
 import argparse
 import contextlib
+import itertools
+import re
 import sys
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable
@@ -39,7 +41,7 @@ def report(verdicts: Iterable[tuple[Call, Verdict]], say: Callable = print) -> b
     for (target, kind, error, place), found in sorted(groups.items()):
         call, verdict = min(found, key=lambda pair: len(str(pair[0])))
         say(f"{target}: {kind}: {error} at {place} ({len(found)} times)")
-        say(f"    --only {call.number}: {shortened(str(call), 500)}")
+        say(f"    --seed {call.seed} --only {call.number}: {shortened(str(call), 500)}")
         if verdict.told:
             say(f"    {shortened(verdict.told, 300)}")
     told = ", ".join(f"{counts[kind]} {plural}" for kind, plural in FINDINGS.items())
@@ -62,9 +64,16 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", type=int, metavar="NUMBER", help="this input alone")
     parser.add_argument("--first", type=int, default=0, metavar="NUMBER", help="begin with it")
+    parser.add_argument("--of", default="", metavar="REGEX", help="only callables of such names")
     parser.add_argument("--processes", type=int, default=2)
     told = parser.parse_args()
-    numbers = range(told.first, told.first + told.inputs)
+    names = [target.name for target in calls.found()[0]]
+    places = [place for place, name in enumerate(names) if re.search(told.of, name)]
+    if not places:
+        parser.error(f"--of {told.of}: no callable has such a name")
+    rounds = itertools.count(told.first // len(names))
+    fitting = (len(names) * lap + place for lap in rounds for place in places)
+    numbers = list(itertools.islice((n for n in fitting if n >= told.first), told.inputs))
     if told.only is not None:
         numbers = [told.only]
         print(calls.call(told.seed, told.only))

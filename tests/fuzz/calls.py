@@ -9,12 +9,16 @@ from hypothesis import strategies as st
 from . import values
 from .targets import Target, targets
 
-PLACES = ("receiver",)
+SELDOM = st.sampled_from([False, False, False, True])
+ALWAYS = ("executor", "seconds_per_second", "draws")
+"""Given though they have a default: processes, a long movie, a long test."""
+SLOW = (hypothesis.HealthCheck.too_slow, hypothesis.HealthCheck.large_base_example)
 
 
 class Call(NamedTuple):
     """An input, as text."""
 
+    seed: int
     number: int
     target: str
     receiver: str | None
@@ -43,7 +47,7 @@ def call(seed: int, number: int) -> Call:
     every, strategies = found()
     target = every[number % len(every)]
     receiver, given = drawn(strategies[number % len(every)], f"{seed} {number}")
-    return Call(number, target.name, receiver, given)
+    return Call(seed, number, target.name, receiver, given)
 
 
 def drawn(strategy: st.SearchStrategy, seed: str):
@@ -53,7 +57,7 @@ def drawn(strategy: st.SearchStrategy, seed: str):
     @hypothesis.seed(seed)
     @hypothesis.settings(
         max_examples=2, phases=[hypothesis.Phase.generate], database=None, deadline=None,
-        suppress_health_check=list(hypothesis.HealthCheck),
+        suppress_health_check=SLOW,
     )  # fmt: skip
     @hypothesis.given(strategy)
     def keep(value):
@@ -68,7 +72,7 @@ def arguments(draw, target: Target):
     """Right arguments, but mostly one or two that are hostile."""
     kind = draw(st.sampled_from(values.kinds(target.parameters, target.owner)))
     names = [parameter.name for parameter in target.parameters]
-    names += PLACES if target.owner else ()
+    names += ["receiver"] if target.owner else []
     count = draw(st.sampled_from([0, 1, 1, 1, 1, 1, 2, 2]))
     wrong = {draw(st.sampled_from(names)) for _ in range(count if names else 0)}
     receiver = None
@@ -81,8 +85,10 @@ def arguments(draw, target: Target):
     for parameter in target.parameters:
         if parameter.name in wrong:
             given.append((parameter.name, draw(values.hostile(parameter, name, kind))))
-        elif parameter.required or draw(st.sampled_from([False, False, False, True])):
-            if parameter.metadata is not None and not parameter.required:
-                continue
+        elif (
+            parameter.required
+            or parameter.name in ALWAYS
+            or (parameter.metadata is None and draw(SELDOM))
+        ):
             given.append((parameter.name, draw(values.right(parameter, name, kind))))
     return receiver, None if target.kind == "property" else tuple(given)

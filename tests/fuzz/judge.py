@@ -39,7 +39,15 @@ class Verdict(NamedTuple):
 def judge_targets() -> Callable[[Call], Verdict]:
     """What a worker does with a call."""
     every = {target.name: target for target in found()[0]}
-    return lambda call: judge(call, every[call.target])
+    told = {name: _with_those_named(target, every) for name, target in every.items()}
+    return lambda call: judge(call, told[call.target])
+
+
+def _with_those_named(target: Target, every: dict[str, Target]) -> Target:
+    """A target with the docstrings that its own refers to: errors and NaN may stand there."""
+    named = set(re.findall(r"`(?:\w+\.)*(\w+)`", target.doc))
+    others = [other.doc for name, other in every.items() if name.rsplit(".", 1)[-1] in named]
+    return target._replace(doc="\n".join([target.doc, *others]))
 
 
 def judge(call: Call, target: Target) -> Verdict:
@@ -179,10 +187,9 @@ def _not_finite(result: Any, doc: str, name: str = "result", depth: int = 0) -> 
         return _first({"qpos": result.qpos, "qvel": result.qvel}, doc, name, depth)
     if isinstance(result, dict):
         return _first(result, doc, name, depth)
-    if isinstance(result, tuple) and hasattr(result, "_asdict"):
-        return _first(result._asdict(), doc, name, depth)
     if isinstance(result, list | tuple):
-        return _first(dict(enumerate(result)), doc, name, depth)
+        names = getattr(result, "_fields", range(len(result)))
+        return _first(dict(zip(names, result, strict=True)), doc, name, depth)
     if dataclasses.is_dataclass(result):
         fields = {f.name: getattr(result, f.name) for f in dataclasses.fields(result)}
         return _first(fields, doc, name, depth)

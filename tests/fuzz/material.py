@@ -21,7 +21,10 @@ import pandas as pd  # noqa: F401
 import xarray as xr
 
 import magmotor as mm
-from magmotor import live  # noqa: F401
+from magmotor import (
+    checkpoint,
+    live,  # noqa: F401
+)
 from magmotor.live.panel import Panel
 from magmotor.plots.disk_panels import System
 from magmotor.states.ball import BallStates
@@ -155,6 +158,8 @@ def model(kind: str) -> mujoco.MjModel:
 
 def changed(thing: Any, name: str, value: Any) -> Any:
     """A model or its data with the numbers of an array changed."""
+    if isinstance(thing, list):
+        return [changed(thing[0], name, value), *thing[1:]]
     owner, _, last = name.rpartition(".")
     place = getattr(thing, owner) if owner else thing
     if isinstance(array := getattr(place, last), np.ndarray):
@@ -264,25 +269,30 @@ class Spoilt:
         self.how, self.place, self.value = how, place, value
 
     def made(self, path: Path) -> Path:
-        """The file, damaged."""
+        """The file, damaged; where arrays are others, its checksums are right."""
         if self.how in ("cut", "flip", "empty"):
             return spoilt(path, self.how, self.place)
-        with np.load(path) as saved:
-            arrays = {name: saved[name] for name in saved.files}
-        names = [*arrays]
-        name = names[int(self.place * len(names))]
+        line, _, content = path.read_bytes().partition(b"\n")
+        head = json.loads(line[line.index(b"{") :])
+        arrays, begin = {}, 0
+        for name, dtype, *shape in head["arrays"]:
+            size = np.dtype(dtype).itemsize * int(np.prod(shape))
+            arrays[name] = np.frombuffer(content[begin : begin + size], dtype).reshape(shape)
+            begin += size
+        name = [*arrays][int(self.place * len(arrays))]
+        done = head["done"]
         if self.how == "drop":
             del arrays[name]
         elif self.how == "add":
             arrays["other"] = np.zeros(3)
         elif self.how == "halve":
-            arrays |= {k: v[: len(v) // 2] for k, v in arrays.items() if v.ndim and k != name}
-        elif self.how == "object":
-            arrays[name] = np.array([None], dtype=object)
+            arrays[name] = arrays[name][: len(arrays[name]) // 2]
+        elif self.how == "done":
+            done = self.value
         else:
-            arrays[name] = np.asarray(self.value)
-        with path.open("wb") as file:
-            np.savez(file, **arrays)
+            shape = arrays[name].shape if self.how == "fill" else ()
+            arrays[name] = np.full(shape, self.value) if shape else np.asarray(self.value)
+        checkpoint.save(path, head["task"], done, arrays)
         return path
 
 

@@ -141,7 +141,7 @@ def _parameters(function: Any, owner: type | None) -> typing.Iterator[Parameter]
             continue
         if parameter.kind is parameter.VAR_KEYWORD:  # **changes of a scene
             own = typing.get_type_hints(owner) if owner else {}
-            for field in dataclasses.fields(fields):
+            for field in dataclasses.fields(fields) if dataclasses.is_dataclass(fields) else ():
                 described, bounds = own.get(field.name, Any), metadata.get(field.name)
                 yield Parameter(field.name, described, field.default, "", bounds)
             continue

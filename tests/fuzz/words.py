@@ -44,13 +44,18 @@ ARRAYS = [
     *("holding({}, nan)", "holding({}, inf)", "holding({}, -inf)", "holding({}, 'a')"),
     *("holding({}, None)", "holding({}, 1e300)", "np.multiply({}, 1e300)"),
     "np.multiply({}, 1e160)",
-    *("np.multiply({}, 5e-324)", "np.multiply({}, -1)", "np.multiply({}, 0)", "np.array({})[:0]"),
+    *(
+        "np.multiply({}, 5e-324)",
+        "np.multiply({}, -1)",
+        "np.multiply({}, 0)",
+        "np.atleast_1d({})[:0]",
+    ),
     *("np.array({}, complex)", "np.array({}, object)", "np.array({}).astype(str)", "[{}]"),
     *("np.array({}, '>f8')", "np.array({}, np.float16)", "np.array({}, np.longdouble)"),
     *("np.array({}).T", "frozen({})", "spread({})", "np.array({})[..., None]"),
     "list(np.ravel({}))",
     *("np.array({}).tobytes()", "xr.DataArray({})", "np.ma.array({}, mask=True)"),
-    *("np.array({}).astype('m8[s]')", "np.array({}).astype(int)", "np.array({})[..., :-1]"),
+    *("np.array({}).astype('m8[s]')", "np.array({}).astype(int)", "np.atleast_1d({})[..., :-1]"),
     *("np.full(np.shape({}), nan)", "np.array({}).astype(bool)", "np.array([{}, {}])"),
 ]
 
@@ -62,7 +67,7 @@ DAMAGES = [
     *("poisoned({}, {n}, nan, True)", "poisoned({}, {n}, 0.0, True)", "poisoned({}, {n}, None)"),
     *("poisoned({}, {n}, -1.0, True)", "poisoned({}, {n}, 1e200, True)", "turned({})", "bare({})"),
     *("picked({}, {n}, 0)", "picked({}, {n}, slice(0))", "picked({}, {n}, slice(1))"),
-    *("picked({}, {n}, slice(2))", "picked({}, {n}, slice(None, None, 10))", "{}.to_dataarray()"),
+    *("picked({}, {n}, slice(2))", "picked({}, {n}, slice(None, None, 10))", "{}[[*{}][0]]"),
     *("picked({}, {n}, slice(None, None, -1))", "picked({}, {n}, slice(5, None))", "{}.to_dict()"),
     *("picked({}, {n}, [0, 0, 0])", "picked({}, {n}, [])", "{}.expand_dims(other=2)", "{}.attrs"),
     *(
@@ -137,7 +142,7 @@ BY_NAME: dict[str, list[str]] = {
     "apply_perturbation.model": ["model('Disk')"],
     "observables.effective_potential.points": ["[0.1, 0.2]", "np.ones((4, 2))"],
     "initial_state": ["np.zeros((2, 5))"],
-    "Baoab.rollout.control": ["None"], "Baoab.rollout.control_spec": ["0"],
+    "Baoab.rollout.control": ["np.zeros((2, 1, 0))"], "Baoab.rollout.control_spec": ["0"],
     "Baoab.rollout.data": ["[data('Disk')]"],
     "velocities": ["[0.1, 0.2]", "np.ones((4, 2))"],
     "axis": ["np.ones((4, 3))"], "slip": ["np.ones((4, 3))"],
@@ -189,15 +194,19 @@ SPOILT_DATA = [
     for value in ("nan", "inf", "-1", "1e300", "2.0**53", "0.5")
 ]
 SPOILT = [
-    *(f"Spoilt({how!r}, {place})" for how in ("cut", "flip", "drop", "halve", "object")
+    *(f"Spoilt({how!r}, {place})" for how in ("cut", "flip", "drop", "halve")
       for place in (0.01, 0.2, 0.4, 0.6, 0.8, 0.99)),
     *(f"Spoilt('replace', {place}, {value})" for place in (0.1, 0.2, 0.3, 0.45, 0.6, 0.7, 0.8, 0.95)
       for value in ("np.zeros((50, 8))", "nan", "np.zeros((0, 0, 6))", "np.zeros((1, 3))", "'{}'",
                     "np.int64(2**62)", "np.full((3, 4), nan)", "-1", "np.zeros(3, complex)")),
+    *(f"Spoilt('fill', {place}, {value})" for place in (0.1, 0.2, 0.3, 0.45, 0.6, 0.7, 0.8, 0.95)
+      for value in ("nan", "inf", "1e300", "-1", "2.0**53")),
+    *(f"Spoilt('done', 0, {value})" for value in ("0", "1", "3", "-1", "2**62", "None", "0.5")),
     "Spoilt('empty')", "Spoilt('add')", "'.'", "'missing/run.npz'", "full_disk()", "b'x'", "3",
 ]  # fmt: skip
 
 HOSTILE = {
+    "executor": ["3", "'x'", "object()", "[]", "print", "Path('.')"],
     "checkpoint": SPOILT,
     "magnetism.data": [f"({name!r}, {value})" for name in ("qpos", "qvel", "time", "userdata")
                        for value in ("nan", "inf", "-1", "1e300", "2.0**53", "0.5")],
