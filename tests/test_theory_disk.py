@@ -394,7 +394,7 @@ def test_without_noise_nothing_moves_from_rest():
 
 
 def test_a_mode_without_friction_has_the_rate_zero_and_a_slow_one_its_own():
-    """The product of the rates is c^2 det: r (sigma + 1/sigma)^2 c^2/sigma, the sum nearly gamma c."""
+    """Of their product, c^2 r (sigma + 1/sigma)^2/sigma, one is nearly c gamma."""
     for sigma in (0.5, 0.3, 1 / 7):
         scene = PAPER.replace(sigma=sigma)
         assert theory.friction_rates(scene)[0] == 0.0
