@@ -1,5 +1,7 @@
 """Analyses of a run: parts of it, its own scene, and what they refuse."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -8,7 +10,7 @@ import magmotor as mm
 from magmotor.observables.motor_modes import mean_and_error
 
 DISK = mm.Disk(v=1.0)
-BAOAB = {"method": "variational/baoab"}
+BAOAB: dict[str, Any] = {"method": "variational/baoab"}
 
 
 @pytest.fixture(scope="module")

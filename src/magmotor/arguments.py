@@ -203,9 +203,7 @@ def check_of(hint: Any) -> Check | None:
     if origin in (Union, types.UnionType):
         return _check_of_union(arguments)
     if origin is np.ndarray:
-        return (
-            check_flags if arguments[1:] == typing.get_args(NDArray[np.bool_])[1:] else check_array
-        )
+        return check_array
     if origin is not None:
         return _check_of_container(origin, arguments)
     if hint in _SIMPLE:
