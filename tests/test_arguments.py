@@ -11,6 +11,7 @@ import xarray as xr
 
 import magmotor as mm
 from magmotor import live
+from magmotor.checks import check_array, check_integer, check_number
 from magmotor.plots.disk_panels import System
 from magmotor.states.ball import start
 from magmotor.theory import linear
@@ -242,13 +243,12 @@ def name_of(function):
 def test_what_an_argument_is_not(function, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     right = CALLS[function]
+    takes_disk = right.get("scene") is DISK or right.get("run") is RUNS["ensemble"]
     silent, raw = [], []
     for name in right:
         others = {
             "a scene of another kind": other_scene(function),
-            "a run of another kind": RUNS[
-                "disk" if right.get("run") is not RUNS["disk"] else "top"
-            ],
+            "a run of another kind": RUNS["top" if takes_disk else "disk"],
         }
         for what, value in {**WRONG, **others, **PERHAPS}.items():
             if (function, name, what) in RIGHT_ALL_THE_SAME or (
@@ -278,3 +278,98 @@ def other_scene(function):
 def is_right(function, value):
     """Whether something might be drawn, which takes its time."""
     return function in DRAWN and (value is None or isinstance(value, float | str))
+
+
+@pytest.mark.parametrize(
+    ("path", "message", "movie"),
+    [
+        ("folder.mp4", "a file: this is a directory", "a file: this is a directory"),
+        ("missing/top.mp4", "in a directory that exists", "in a directory that exists"),
+        ("top.xyz", "supported formats", "a file name that ends in .mp4"),
+    ],
+)
+def test_a_picture_is_written_where_it_can_be(path, message, movie, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "folder.mp4").mkdir()
+    with pytest.raises(ValueError, match=message):
+        mm.plots.overview(RUNS["top"], None, path)
+    with pytest.raises(ValueError, match=movie):
+        mm.render.movie(RUNS["top"], TOP, path)
+    assert [*tmp_path.iterdir()] == [tmp_path / "folder.mp4"]
+
+
+def test_a_picture_takes_the_runs_own_scene(tmp_path):
+    mm.plots.overview(RUNS["top"], None, tmp_path / "top.png")
+    assert (tmp_path / "top.png").stat().st_size > 10_000
+    with pytest.raises(ValueError, match=r"^scene\.friction = 0\.5: must be 0\.3, as in the run"):
+        mm.plots.overview(RUNS["top"], TOP.replace(friction=0.5), tmp_path / "other.png")
+
+
+EXTREMES = [
+    (lambda: mm.Disk(v=1e200), r"^v = 1e\+200: must be zero, or from 1e-30 to 1e\+30 in magnitude"),
+    (lambda: mm.Disk(sigma=5e-324), "^sigma = 5e-324: must be from 1e-30"),
+    (lambda: mm.Top(ball_axial_inertia=5e-324), "^ball_axial_inertia = 5e-324: must be from 1e-30"),
+    (lambda: mm.Top(ring_dipoles=10**6), "^ring_dipoles = 1000000: must be at most 100000"),
+    (lambda: mm.observables.minimum(mm.Top(ring_height=100.0)), "^height of the ring = 100"),
+    (lambda: mm.dipoles.field([1e300, 0, 0], POINTS, POINTS), r"^points holds 1e\+300"),
+    (lambda: mm.dipoles.wrench(VECTOR, [1e300, 0, 0], POINTS, POINTS), r"^moment holds 1e\+300"),
+    (lambda: mm.theory.y_diffusion(mm.Disk(friction=0.0, noise=0.0)), r"^y_diffusion\(scene\): "),
+    (lambda: mm.theory.ReducedDisk(mm.Disk(sigma=1e-20)), "^scene = .* cells resolve"),
+    (lambda: mm.theory.d_diffusion(DISK, 1e20), r"^terms of D\(d\) = "),
+    (lambda: mm.theory.position_density(mm.Disk(noise=1e-9), 1.0), "^noise = 1e-09: must be so"),
+    (lambda: mm.simulate(DISK, duration=1.0, initial={"x": b"1"}), r"^initial\['x'\] = b'1'"),
+]
+
+
+@pytest.mark.parametrize(("call", "message"), EXTREMES, ids=[m for _, m in EXTREMES])
+def test_extremes_are_named(call, message):
+    with pytest.raises(ValueError, match=message):
+        call()
+
+
+@pytest.mark.parametrize("field", ["friction", "noise", "sigma", "friction_ratio"])
+@pytest.mark.parametrize("value", [1e-30, 1e30])
+def test_at_the_ends_of_the_range_results_are_finite_or_refused(field, value):
+    scene = mm.Disk(**{field: value})
+    for name in SCENE_FUNCTIONS[DISK].split()[:-2]:
+        try:
+            found = getattr(mm.theory, name)(scene)
+        except ValueError:
+            continue
+        values = [*found.values()] if isinstance(found, dict) else found
+        assert np.isfinite(values).all() or name in ("friction_step_limit", "largest_timestep")
+
+
+def test_a_checked_function_keeps_its_face():
+    function = mm.theory.libration_frequency
+    assert function.__name__ == "libration_frequency"
+    assert [*inspect.signature(function).parameters] == ["scene", "field"]
+    assert "Angular frequency" in (inspect.getdoc(function) or "")
+    with pytest.raises(TypeError, match="missing 1 required positional argument: 'field'"):
+        function(TOP)  # pyright: ignore[reportCallIssue]
+
+
+@pytest.mark.parametrize(
+    ("value", "shape", "message"),
+    [
+        ([[1, 2], [3]], (), "must be an array of numbers"),
+        ([True], (), "must be an array of numbers"),
+        ([1, 2, 3, 4], (..., 3), r"has shape \(4,\): must have shape \(\.\.\., 3\)"),
+        ([], ("N",), r"has shape \(0,\): must have shape \(N,\)"),
+        ([[1, 2]], (2,), r"has shape \(1, 2\): must have shape \(2,\)"),
+        ([1, math.inf], (), "holds inf: every value must be finite"),
+        ([1e31], (), r"holds 1e\+31: every value must be finite, and at most 1e\+30"),
+    ],
+)
+def test_what_is_no_array(value, shape, message):
+    with pytest.raises(ValueError, match=f"^field.*{message}"):
+        check_array("field", value, *shape)
+
+
+def test_the_ends_of_ranges_belong_to_them():
+    assert check_number("field", 1e30) == 1e30
+    assert check_number("field", -1e-30) == -1e-30
+    assert check_integer("field", 2**53) == 2**53
+    assert check_array("field", [-1e30, 1e-300]).tolist() == [-1e30, 1e-300]
+    with pytest.raises(ValueError, match="at most 9007199254740992"):
+        check_integer("field", 2**53 + 1)

@@ -68,10 +68,10 @@ def decoded(path):
 
 def test_a_sheet_has_its_frames_and_size(opengl, runs, scenes, tmp_path):
     path = tmp_path / "sheet.mp4"
-    mm.render.contact_sheet(runs, scenes, "abc", path, columns=2, seconds_per_second=50.0)
+    mm.render.contact_sheet(runs, scenes, [*"abc"], path, columns=2, seconds_per_second=50.0)
     frames = decoded(path)
     assert len(frames) == 7  # every 2.5 s of 15 s
-    still, _ = drawn(runs, scenes, "abc", 2, frame_times(0.0, 15.0, 50.0))
+    still, _ = drawn(runs, scenes, [*"abc"], 2, frame_times(0.0, 15.0, 50.0))
     assert np.abs(frames[-1] - still[-1])[HEADER:].mean() < 3  # what the encoder loses: 1
     assert np.abs(frames[-1] - frames[0]).max() > 100
 
@@ -165,11 +165,11 @@ def test_ctrl_c_ends_a_sheet_as_ctrl_c(opengl, runs, scenes, tmp_path, monkeypat
 
     monkeypatch.setattr(Sheet, "draw", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        mm.render.contact_sheet(runs, scenes, "abc", tmp_path / "sheet.mp4", columns=3)
+        mm.render.contact_sheet(runs, scenes, [*"abc"], tmp_path / "sheet.mp4", columns=3)
 
 
 def test_what_cannot_be_shown_is_named(runs, scenes, tmp_path):
-    def refused(match, runs=runs, scenes=scenes, labels="abc", columns=3, **options):
+    def refused(match, runs=runs, scenes=scenes, labels=("a", "b", "c"), columns=3, **options):
         with pytest.raises(ValueError, match=match):
             mm.render.contact_sheet(
                 runs, scenes, labels, tmp_path / "sheet.mp4", columns=columns, **options
@@ -178,13 +178,13 @@ def test_what_cannot_be_shown_is_named(runs, scenes, tmp_path):
     refused(r"len\(runs\) = 0: must be 1 to 15", runs=[])
     refused(r"len\(runs\) = 6: must be 1 to 5: 5 rows of 1", runs=[*runs, *runs], columns=1)
     refused(r"len\(scenes\) = 2: must be that of runs: 3", scenes=scenes[:2])
-    refused(r"len\(labels\) = 2: must be that of runs: 3", labels="ab")
+    refused(r"len\(labels\) = 2: must be that of runs: 3", labels=["a", "b"])
     refused("columns = 0: must be at least 1", columns=0)
     refused("columns = 9: must be at most 8", columns=9)
     refused("columns = 1.5: must be an integer", columns=cast(Any, 1.5))
-    refused(r"scenes = \['Disk'\]: must be all Top or all Motor", scenes=[mm.Disk()] * 3)
+    refused(r"scene = Disk.*: must be an object of magmotor.Top", scenes=[mm.Disk()] * 3)
     mixed = [*scenes[:2], mm.Motor()]
-    refused(r"scenes = \['Motor', 'Top'\]: must be all Top or all Motor", scenes=mixed)
+    refused(r"scene = Motor.*: must be the run's own, a Top", scenes=mixed)
     refused(r"replicas = 2: must be one", runs=[*runs[:2], runs[2].expand_dims(replica=2)])
     refused(r"must be mujoco/\* or var", runs=[*runs[:2], runs[2].drop_vars("orientation")])
     refused("seconds_per_second = 0: must be greater than 0", seconds_per_second=0)

@@ -293,3 +293,14 @@ def test_a_diverging_ensemble_raises_with_what_it_has():
         )  # fmt: skip
     assert caught.value.dataset.sizes["time"] > 3
     assert 0 < caught.value.time < 1e6
+
+
+@pytest.mark.parametrize("noise", [0.3, 0.05])
+def test_a_cold_state_is_drawn_from_an_asymmetric_well(noise):
+    """Whose depth the sum of the coefficients overrates: by that bound hardly a try is kept."""
+    scene = mm.Disk(potential="asymmetric", noise=noise)
+    x = np.sort(mm.gibbs(scene, 2000, seed=1)["x"])
+    reached = np.abs(theory.position_cdf(scene, x) - np.arange(2000) / 2000).max()
+    assert reached < 0.044  # 0.019, 0.013; one in a thousand draws is beyond
+    with pytest.raises(ValueError, match=r"noise = 1e-05: must be so large that beta max|U''|"):
+        mm.gibbs(scene.replace(noise=1e-5), 1)

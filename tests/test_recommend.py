@@ -78,6 +78,17 @@ def test_each_surface_has_its_own_charts(table):
     assert (found.method, found.timestep, found.error) == ("mujoco/rk4", 0.05, 0.009)
 
 
+@pytest.mark.parametrize("rounding", [-1e-12, 0.0, 1e-12])
+def test_a_charted_step_is_itself_but_for_rounding(table, rounding):
+    """Not as inaccurate as the next longer one, which for a step that is longer by 1e-6 counts."""
+    asked = {"method": "variational/euler", "error": 1e-6}
+    for step, error, longer in ((0.01, 0.004, 0.008), (0.02, 0.008, 0.016)):
+        found = mm.recommend(mm.Top.paper(4), timestep=step * (1 + rounding), **asked)
+        assert found.error == error
+        assert found.seconds == pytest.approx(1e-6 / step)
+        assert mm.recommend(mm.Top.paper(4), timestep=step * (1 + 1e-6), **asked).error == longer
+
+
 def test_what_to_expect_of_a_recommendation(table):
     found = mm.recommend(mm.Top.paper(4), timestep=0.016)
     assert found.error == 0.008  # of the next longer step

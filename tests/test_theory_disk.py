@@ -415,3 +415,14 @@ def test_without_noise_nothing_moves_from_rest():
     assert theory.flat_variance_from_rest(scene, [0.0, 10.0]) == pytest.approx([0, 0])
     drifting = Disk(friction=0.0, noise=0.0, v=2.0)
     assert theory.flat_mean_displacement(drifting, [0.0, 10.0]) == pytest.approx([0, 20])
+
+
+def test_a_mode_without_friction_has_the_rate_zero_and_a_slow_one_its_own():
+    """Of their product, c^2 r (sigma + 1/sigma)^2/sigma, one is nearly c gamma."""
+    for sigma in (0.5, 0.3, 1 / 7):
+        scene = PAPER.replace(sigma=sigma)
+        assert theory.friction_rates(scene)[0] == 0.0
+        slow, fast = theory.friction_rates(scene.replace(friction_ratio=1e-12))
+        expected = scene.friction * 1e-12 * (sigma + 1 / sigma) ** 2 / (1 + sigma)
+        assert fast == pytest.approx(theory.slip_rate(scene), rel=1e-9)
+        assert slow == pytest.approx(expected, rel=2e-3)  # 7e-5, of rounding

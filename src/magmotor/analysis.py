@@ -79,8 +79,8 @@ def analysis(
                 scene = rest.pop(0) if rest else kwargs.pop("scene", None)
                 rest.insert(0, scene_of_run(run, scene, kinds))
             run = checked_run("run", run, needs, kinds, records=records, replicas=replicas)
-            args, kwargs = arguments_of(function, (run, *rest), kwargs)
-            return guarded(function, finite, args, kwargs)
+            values, named = arguments_of(function, (run, *rest), kwargs)
+            return guarded(function, finite, values, named)
 
         return call
 

@@ -20,7 +20,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from magmotor.checks import (
     check_array,
-    check_choice,
     check_flags,
     check_integer,
     check_kind,
@@ -132,18 +131,17 @@ def checked(function: Any = None, /, *, finite: bool = True) -> Any:
 
     @wraps(function)
     def call(*args: Any, **kwargs: Any) -> Any:
-        args, kwargs = arguments_of(function, args, kwargs)
-        return guarded(function, finite, args, kwargs)
+        values, named = arguments_of(function, args, kwargs)
+        return guarded(function, finite, values, named)
 
     return call
 
 
-def guarded(function: Callable, finite: bool, args: tuple, kwargs: dict[str, Any]) -> Any:
+def guarded(function: Callable, finite: bool, args: Sequence[Any], kwargs: dict[str, Any]) -> Any:
     """The result of a function, if it has one that is finite."""
     try:
-        with np.errstate(all="ignore"):  # what is not finite is told below
-            result = function(*args, **kwargs)
-    except ArithmeticError as error:
+        result = function(*args, **kwargs)
+    except (ArithmeticError, RuntimeWarning) as error:  # a warning where those are errors
         raise beyond(function, str(error)) from error
     if finite and not _is_finite(result):
         raise beyond(function, "not finite")
@@ -161,17 +159,17 @@ def beyond(function: Callable, what: str) -> ValueError:
 
 def arguments_of(
     function: Callable, args: tuple, kwargs: dict[str, Any]
-) -> tuple[tuple, dict[str, Any]]:
+) -> tuple[list[Any], dict[str, Any]]:
     """The arguments of a call, each checked by its hint."""
     positional, named = _checks(function)
     values = [
         value if check is None else check(value)
         for check, value in zip(positional, args, strict=False)
     ]
-    checked_by_name = {
-        name: named[name](value) if name in named else value for name, value in kwargs.items()
-    }
-    return (*values, *args[len(values) :]), checked_by_name
+    values += args[len(values) :]
+    if kwargs:
+        kwargs = {k: named[k](value) if k in named else value for k, value in kwargs.items()}
+    return values, kwargs
 
 
 @cache
@@ -205,11 +203,7 @@ def check_of(hint: Any) -> Check | None:
     if origin in (Union, types.UnionType):
         return _check_of_union(arguments)
     if origin is np.ndarray:
-        return (
-            check_flags if arguments[1:] == typing.get_args(NDArray[np.bool_])[1:] else check_array
-        )
-    if origin is typing.Literal:
-        return lambda name, value: _same(value, check_choice(name, value, arguments))
+        return check_array
     if origin is not None:
         return _check_of_container(origin, arguments)
     if hint in _SIMPLE:
@@ -218,7 +212,16 @@ def check_of(hint: Any) -> Check | None:
         return None
     if issubclass(hint, tuple) and hasattr(hint, "_fields"):
         return _check_of_record(hint)
-    return lambda name, value: _same(value, check_kind(name, value, hint))
+    return _check_of_kinds(hint)
+
+
+def _check_of_kinds(*kinds: type) -> Check:
+    def check(name: str, value: Any) -> Any:
+        if not isinstance(value, kinds):
+            check_kind(name, value, *kinds)
+        return value
+
+    return check
 
 
 def _check_of_union(members: tuple[Any, ...]) -> Check | None:
@@ -233,7 +236,7 @@ def _check_of_union(members: tuple[Any, ...]) -> Check | None:
     kinds = tuple(typing.get_origin(member) or member for member in members)
     if not all(isinstance(kind, type) for kind in kinds):
         return None
-    return lambda name, value: _same(value, check_kind(name, value, *kinds))
+    return _check_of_kinds(*kinds)
 
 
 def _check_of_container(origin: type, arguments: tuple[Any, ...]) -> Check | None:
@@ -262,17 +265,18 @@ def _check_of_container(origin: type, arguments: tuple[Any, ...]) -> Check | Non
             return [_passed(inner, f"{name}[{i}]", element) for i, element in enumerate(value)]
 
         return check_sequence
-    return lambda name, value: _same(value, check_kind(name, value, origin))
+    return _check_of_kinds(origin)
 
 
 def _check_of_record(kind: type) -> Check:
     """Of a named tuple: an object of its class, whose fields are what their own hints say."""
     hints = typing.get_type_hints(kind, include_extras=True)
+    fields = {field: check_of(hint) for field, hint in hints.items()}
 
     def check(name: str, value: Any) -> Any:
         check_kind(name, value, kind)
-        for field, hint in hints.items():
-            _passed(check_of(hint), f"{name}.{field}", getattr(value, field))
+        for field, inner in fields.items():
+            _passed(inner, f"{name}.{field}", getattr(value, field))
         return value
 
     return check
@@ -284,10 +288,6 @@ def _or_none(check: Check) -> Check:
 
 def _passed(check: Check | None, name: str, value: Any) -> Any:
     return value if check is None else check(name, value)
-
-
-def _same(value: Any, _checked: None) -> Any:
-    return value
 
 
 def _check_flag(name: str, value: Any) -> bool:

@@ -10,7 +10,13 @@ from magmotor.arguments import Count, Seed, checked
 from magmotor.checks import reject
 from magmotor.reproducible import applied
 from magmotor.scenes import Disk, LangevinParticle
-from magmotor.scenes.potential import derivative
+from magmotor.scenes.potential import derivative, steepest_curvature
+
+RARE = 1e-3
+"""Part of the tries that the simplest bound on U lets through, below which a closer one is used."""
+
+COLDEST = 1e6
+"""Largest beta max|U''|: of so deep a well one try in some thousand hits the bottom."""
 
 
 @checked
@@ -36,7 +42,7 @@ def gibbs(
     Raises
     ------
     ValueError
-        The scene has no temperature, or `replicas` is less than 1.
+        The scene has no temperature or one that is next to none, or `replicas` is less than 1.
     """
     if not scene.noise:
         raise reject("noise", scene.noise, "positive: without it there is no temperature")
@@ -52,10 +58,19 @@ def gibbs(
 
 def _positions(scene: Disk | LangevinParticle, replicas: int, random: np.random.Generator):
     """Rejection from the uniform law, which is exact for every potential."""
-    lowest = -sum(abs(a) + abs(b) for a, b in scene.coefficients)
+    lowest, tries = -sum(abs(a) + abs(b) for a, b in scene.coefficients), replicas
+    grid = np.linspace(0, 2 * math.pi, 4096, endpoint=False)
+    energy = derivative(scene.coefficients, grid)
+    if np.mean(np.exp(-scene.beta * (energy - lowest))) < RARE:
+        # Half a step from the grid U is not lower than this.
+        within = (math.pi / 4096) ** 2 * steepest_curvature(scene.coefficients)
+        lowest, tries = float(energy.min()) - within, max(replicas, 10**5)
+        if scene.beta * (steepest_curvature(scene.coefficients) + within) > COLDEST:
+            bound = f"so large that beta max|U''| is at most {COLDEST:g}"
+            raise reject("noise", scene.noise, bound)
     kept = np.empty(0)
     while len(kept) < replicas:
-        x = random.uniform(0, 2 * math.pi, replicas)
+        x = random.uniform(0, 2 * math.pi, tries)
         weight = applied(math.exp, -scene.beta * (derivative(scene.coefficients, x) - lowest))
-        kept = np.append(kept, x[random.uniform(size=replicas) < weight])
+        kept = np.append(kept, x[random.uniform(size=tries) < weight])
     return kept[:replicas]

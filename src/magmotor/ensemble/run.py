@@ -5,12 +5,13 @@ import json
 from collections.abc import Mapping
 from importlib.metadata import version
 from pathlib import Path
+from typing import Annotated
 
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from magmotor.arguments import checked
-from magmotor.checks import check_choice, check_integer, check_number, reject
+from magmotor.arguments import Count, NotNegative, Positive, Seed, checked, integer
+from magmotor.checks import check_choice, reject
 from magmotor.devices import disk
 from magmotor.engines.variational import schemes
 from magmotor.ensemble.march import March
@@ -26,15 +27,15 @@ def ensemble(
     scene: Disk | LangevinParticle,
     *,
     method: str,
-    timestep: float,
-    duration: float,
-    replicas: int,
-    seed: int = 0,
-    sample_interval: int | None = None,
-    burn_in: float = 0.0,
+    timestep: Positive,
+    duration: Positive,
+    replicas: Count,
+    seed: Seed = 0,
+    sample_interval: Count | None = None,
+    burn_in: NotNegative = 0.0,
     initial: Mapping[str, ArrayLike] | None = None,
-    trajectories: int = 0,
-    threads: int | None = None,
+    trajectories: Annotated[int, integer(at_least=0)] = 0,
+    threads: Count | None = None,
     checkpoint: str | Path | None = None,
 ) -> xr.Dataset:
     """Run many replicas, keeping statistics only.
@@ -105,15 +106,10 @@ def ensemble(
     """
     check_choice("method", method, schemes.methods(schemes.DISK, noise=scene.noise > 0))
     seed = check_seed(seed)
-    replicas = check_integer("replicas", replicas, at_least=1)
-    trajectories = check_integer("trajectories", trajectories, at_least=0)
     if trajectories > replicas:
         raise reject("trajectories", trajectories, f"at most {replicas}, the replicas")
-    if threads is not None:
-        threads = check_integer("threads", threads, at_least=1)
     if not scene.noise:
         raise reject("noise", scene.noise, "positive: all replicas would be the same")
-    timestep = check_number("timestep", timestep, above=0)
     steps = max(1, round(1 / timestep)) if sample_interval is None else sample_interval
     when = plan(timestep, duration, steps, burn_in)
     disk.check_run(scene, method, timestep, replicas)
@@ -123,11 +119,11 @@ def ensemble(
         "scene_fields": json.dumps(dataclasses.asdict(scene)),
         "method": method,
         "timestep": timestep,
-        "duration": float(duration),
+        "duration": duration,
         "replicas": replicas,
         "seed": seed,
         "sample_interval": when.interval,
-        "burn_in": float(burn_in),
+        "burn_in": burn_in,
         "trajectories": trajectories,
         "version": version("magmotor"),
         "initial": None if initial is None else checksum(first),

@@ -7,7 +7,6 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from magmotor.analysis import checked_run
-from magmotor.checks import reject
 from magmotor.plots import style
 from magmotor.render.moments import joints
 from magmotor.render.motor import MotorSubject
@@ -49,8 +48,6 @@ class Frames:
     """
 
     def __init__(self, run: xr.Dataset, scene: Top | Motor, times: ArrayLike, note: str = ""):
-        if type(scene) not in SUBJECTS:
-            raise reject("scene", scene, "a scene that is filmed: Top or Motor")
         kind: Any = SUBJECTS[type(scene)]
         run = checked_run("run", run, kind.needs, (type(scene),), records=2, replicas=False)
         self.scene, self.note = scene, note
