@@ -247,7 +247,7 @@ def test_a_script_without_a_main_is_told_so(tmp_path):
     command = [sys.executable, str(tmp_path / "script.py"), str(tmp_path / "s")]
     ended = subprocess.run(command, capture_output=True, text=True, timeout=120)
     assert ended.returncode == 1
-    assert ended.stderr.splitlines()[-1].startswith("cannot: worker processes die as soon as they")
+    assert ended.stderr.splitlines()[-1].startswith("cannot: worker processes end as soon as they")
     assert 'below `if __name__ == "__main__":`' in ended.stderr
     assert mm.sweep.status(tmp_path / "s").missing == 2  # none is blamed
 
