@@ -265,7 +265,8 @@ def test_odd_recipes_of_a_design_and_axes_are_refused(told):
     for value in ODD:
         for entry in (value, [value, [1.0]], [["x"], value], [[value], [1.0]], [["x"], [value]]):
             taken = not refused(mm.sweep.sweep_from, {**told, "vary": [entry]})
-            fine = entry in ([["x"], [n]] for n in (3, -1, 10**12, 1e300)) and value is not True
+            numbers = (1.0, 3, -1, 10**12, 1e300)
+            fine = entry in [[["x"], [n]] for n in numbers] and value is not True
             assert taken == fine, entry
 
 
