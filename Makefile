@@ -40,7 +40,7 @@ endif
 # Pictures need neither tests nor linters; where they are installed, they are kept.
 READY := $(firstword $(wildcard .venv/dev-ready) .venv/ready)
 
-.PHONY: help movie disk motor sweep studies figures examples test fuzz lint bench charts docs compat clean redo
+.PHONY: help movie disk motor sweep studies figures examples test fuzz torture lint bench charts docs compat clean redo
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' Makefile
@@ -88,6 +88,10 @@ lint: .venv/dev-ready  ## ruff (rules and format) and pyright
 	@$(PYTHON) -m ruff check
 	@$(PYTHON) -m ruff format --check
 	@$(PYTHON) -m pyright
+
+torture: .venv/dev-ready  ## kills at random times, all bytes compared; ARGS="1000 --seed 5"
+	@echo "== torture: killing runs, ensembles, sweeps, workers and clusters; some minutes"
+	@$(PYTHON) tests/torture.py $(ARGS)
 
 bench: .venv/dev-ready  ## the speed tables
 	@$(MAKE) --no-print-directory .venv-bench/ready || \

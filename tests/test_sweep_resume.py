@@ -8,7 +8,8 @@ import signal
 import subprocess
 import sys
 import time
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -19,9 +20,11 @@ import magmotor as mm
 from magmotor import whole_files
 from magmotor.sweep import Sweep
 from magmotor.sweep import directory as directory_module
+from magmotor.sweep import pool as pool_module
 from magmotor.sweep.directory import Directory
 from magmotor.sweep.pool import ONE_THREAD, Pool
 from magmotor.sweep.run import DIED
+from magmotor.sweep.workers import Cluster
 
 HERE = Path(__file__).parent
 
@@ -81,13 +84,13 @@ def test_workers_take_one_thread_each_and_leave_nothing_behind():
     assert not alive(worker)
 
 
-@pytest.mark.parametrize("workers", [1, 2])
-def test_a_killed_driver_leaves_whole_results_and_the_same_call_goes_on(workers, tmp_path, whole):
+def test_a_killed_driver_leaves_whole_results_and_the_same_call_goes_on(tmp_path, whole):
+    """What it had half written is removed, and never read."""
     directory = tmp_path / "s"
-    driver = start(directory, workers=workers, until=str(tmp_path / "never"))
+    driver = start(directory, workers=2, until=str(tmp_path / "never"))
     wait_for_results(directory)
     hands = children(driver.pid)
-    assert len(hands) == workers
+    assert len(hands) == 2
     driver.kill()
     driver.wait()
     deadline = time.monotonic() + 60
@@ -95,41 +98,73 @@ def test_a_killed_driver_leaves_whole_results_and_the_same_call_goes_on(workers,
         assert time.monotonic() < deadline
         time.sleep(0.01)
     driver.communicate()
-    left = contents(directory)
-    kept = results(left)
+    kept = results(contents(directory))
     assert len(kept) == 1 + FEW
     assert kept.items() <= whole.items()
-    tally = drive(directory, workers=workers)
-    assert tally.computed == len(SWEEP) - (len(kept) - 1)
-    assert contents(directory) == whole
-
-
-def test_what_was_half_written_is_removed_and_never_read(tmp_path, whole):
-    directory = tmp_path / "s"
-    driver = start(directory, until=str(tmp_path / "never"))
-    wait_for_results(directory)
-    driver.kill()
-    driver.communicate()
-    name = next(name for name in whole if not (directory / name).exists())
-    (directory / "parts").mkdir(exist_ok=True)
+    name = next(name for name in whole if name not in kept)
     killed = f"{os.uname().nodename}.{driver.pid}"
-    (directory / "parts" / f"{Path(name).name}.1@{killed}").write_bytes(whole[name][:100])
     assert killed in {claim.read_text() for claim in directory.glob("claims/*")}
-    assert mm.sweep.status(directory).done == len([*directory.glob("done/*/*")])
-    drive(directory)
+    (directory / "parts" / f"{Path(name).name}.1@{killed}").write_bytes(whole[name][:100])
+    assert mm.sweep.status(directory).done == FEW
+    tally = drive(directory, workers=2)
+    assert tally.computed == len(SWEEP) - FEW
     assert contents(directory) == whole
 
 
-@pytest.mark.parametrize("workers", [1, 2])
-def test_a_killed_worker_costs_nothing_but_time(workers, tmp_path, whole):
-    directory = tmp_path / "s"
-    driver = start(directory, workers=workers, until=str(tmp_path / "killed"))
-    wait_for_results(directory)
-    os.kill(children(driver.pid)[0], signal.SIGKILL)
-    (tmp_path / "killed").touch()
-    said, errors = driver.communicate(timeout=120)
-    assert (driver.returncode, said, errors) == (0, "24 24\n", "")
-    assert contents(directory) == whole
+def test_killed_workers_cost_nothing_but_time(tmp_path, whole, monkeypatch):
+    """One at work; then, twice in a row, those that start in its place."""
+    keep, kept = Directory.keep, []
+
+    def killing(self, case, outcome):
+        keep(self, case, outcome)
+        kept.append(case)
+        if len(kept) in (FEW, 2 * FEW):
+            for worker in children(os.getpid()):
+                os.kill(worker, signal.SIGKILL)
+            deadline = time.monotonic() + 60
+            while not (started := children(os.getpid())):
+                assert time.monotonic() < deadline
+            os.kill(started[0], signal.SIGKILL)
+
+    monkeypatch.setattr(Directory, "keep", killing)
+    tally = drive(tmp_path / "s", workers=2)
+    assert (tally.done, tally.failed) == (len(SWEEP), 0)
+    assert contents(tmp_path / "s") == whole
+
+
+def _spawned(monkeypatch, act):
+    """Have each worker process, once it is started, and not ready, be acted upon."""
+    make = pool_module._Worker.__init__
+
+    def made(self):
+        make(self)
+        act(self._process)
+
+    monkeypatch.setattr(pool_module._Worker, "__init__", made)
+
+
+def test_processes_killed_while_they_start_are_started_again(monkeypatch):
+    """As often as a pool allows before a call ends."""
+    killed = []
+
+    def kill(process):
+        if len(killed) < pool_module.RESTARTS:
+            killed.append(process.pid)
+            process.kill()
+
+    _spawned(monkeypatch, kill)
+    with closing(Pool(1)) as pool:
+        assert pool.submit(os.getpid).result(timeout=120) not in killed
+    assert len(killed) == pool_module.RESTARTS
+
+
+def test_processes_that_are_always_killed_are_no_workers(monkeypatch):
+    _spawned(monkeypatch, lambda process: process.kill())
+    with (
+        closing(Pool(1)) as pool,
+        pytest.raises(mm.sweep.NoWorkers, match=r"processes are killed as soon as they start$"),
+    ):
+        pool.submit(os.getpid).result(timeout=120)
 
 
 def test_a_case_that_kills_its_process_fails_alone(tmp_path):
@@ -192,7 +227,8 @@ def test_a_driver_killed_at_the_beginning_leaves_a_directory_to_begin_in(tmp_pat
     (directory / "parts").mkdir(parents=True)
     part = directory / "parts" / f"sweep.json.1@{os.uname().nodename}.{gone.pid}"
     part.write_bytes(whole["sweep.json"][:10])
-    drive(directory)
+    with ThreadPoolExecutor(8) as executor:
+        mm.sweep.run(SWEEP, directory, workers=8, executor=executor)
     assert contents(directory) == whole
 
 
@@ -247,7 +283,7 @@ def test_a_script_without_a_main_is_told_so(tmp_path):
     command = [sys.executable, str(tmp_path / "script.py"), str(tmp_path / "s")]
     ended = subprocess.run(command, capture_output=True, text=True, timeout=120)
     assert ended.returncode == 1
-    assert ended.stderr.splitlines()[-1].startswith("cannot: worker processes die as soon as they")
+    assert ended.stderr.splitlines()[-1].startswith("cannot: worker processes end as soon as they")
     assert 'below `if __name__ == "__main__":`' in ended.stderr
     assert mm.sweep.status(tmp_path / "s").missing == 2  # none is blamed
 
@@ -335,3 +371,65 @@ def test_an_interrupted_driver_takes_back_its_claims(tmp_path):
     with pytest.raises(mm.sweep.SweepInterrupted), Interrupted(1) as executor:
         mm.sweep.run(SWEEP, tmp_path / "s", executor=executor)
     assert {*contents(tmp_path / "s")} == {"sweep.json"}
+
+
+class Lost(Cluster):
+    """A cluster that has as many threads as a list says; its cases end when it has some again."""
+
+    def __init__(self, threads):
+        self._threads, self._given = threads, []
+
+    def submit(self, fn, /, *args, **kwargs):
+        self._given.append((future := Future(), fn, args))
+        if self._threads[0]:
+            self._work()
+        return future
+
+    def threads(self):
+        if len(self._threads) > 1:
+            self._threads.pop(0)
+        if self._threads[0]:
+            self._work()
+        return self._threads[0]
+
+    def _work(self):
+        while self._given:
+            future, fn, args = self._given.pop()
+            future.set_result(fn(*args))
+
+
+def test_a_cluster_without_workers_ends_the_sweep_or_comes_back(tmp_path, monkeypatch, capsys):
+    driver = sys.modules["magmotor.sweep.run"]
+    monkeypatch.setattr(driver, "LOOK_SECONDS", 0.02)
+    monkeypatch.setattr(driver, "LOST_SECONDS", 0.1)
+    sweep = Sweep(
+        scene=mm.Disk(), vary={"noise": (1.0, 2.0)}, measure=["temperature"], duration=1.0,
+        method="variational/baoab", timestep=0.05,
+    )  # fmt: skip
+    gone = "the cluster has had no workers for 0.1 s; 2 cases: 0 done, 0 failed, 2 missing$"
+    with pytest.raises(mm.sweep.NoWorkers, match=gone):
+        mm.sweep.run(sweep, tmp_path / "s", executor=Lost([0]))
+    said = "the cluster has no workers left; the sweep ends if none comes back within 0.1 s\n"
+    assert capsys.readouterr().err.split("\r")[-1] == said
+    assert {*contents(tmp_path / "s")} == {"sweep.json"}
+    monkeypatch.setattr(driver, "LOST_SECONDS", 60.0)
+    assert mm.sweep.run(sweep, tmp_path / "s", executor=Lost([0, 0, 0, 2])).done == 2
+
+
+TORTURE = [
+    sys.executable,
+    str(HERE / "torture.py"),
+    "9",
+    "--only",
+    "simulate",
+    "ensemble",
+    "driver",
+]
+
+
+def test_a_few_rounds_of_torture():
+    ended = subprocess.run(TORTURE, capture_output=True, text=True, timeout=300)
+    assert ended.returncode == 0, ended.stdout + ended.stderr
+    name, kills, _, lost, changed, failed = ended.stdout.splitlines()[-1].split()
+    assert (name, lost, changed, failed) == ("all", "0", "0", "0")
+    assert int(kills) >= 9

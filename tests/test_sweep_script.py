@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -65,6 +66,27 @@ def test_what_is_missing_is_said_and_left_blank(script, tmp_path):
     code, *_ = script("sweep", "combine", out)
     assert code == 0
     assert int(xr.load_dataset(tmp_path / "s.nc").max_spin.isnull().sum()) == 1
+
+
+def test_a_damaged_result_is_told_left_out_on_demand_and_mended(script, tmp_path):
+    out = tmp_path / "s"
+    script("sweep", *TOP, *QUICK, "--out", out)
+    file = next((out / "done").rglob("*.json"))
+    file.write_bytes(file.read_bytes().replace(b"max_spin", b"max_spun"))
+    name = file.relative_to(out)
+    code, said, _ = script("sweep", "status", out)
+    assert (code, said.splitlines()[0]) == (0, "6 cases: 5 done, 0 failed, 1 missing")
+    assert said.splitlines()[1].startswith(f"  {name} is damaged: its checksum differs; the sweep")
+    code, _, errors = script("sweep", "combine", out)
+    assert (code, errors.count("\n")) == (2, 1)
+    assert errors.startswith(f"sweep.py: {name} is damaged: ")
+    assert script("sweep", "combine", out, "--skip-damaged")[0] == 0
+    assert int(xr.load_dataset(tmp_path / "s.nc").max_spin.isnull().sum()) == 1
+    code, said, errors = script("sweep", *TOP, *QUICK, "--out", out)
+    assert (code, errors) == (
+        0, f"sweep.py: {name} is damaged: its checksum differs; the case is computed again\n",
+    )  # fmt: skip
+    assert "6 done, 0 failed; 1 computed" in said
 
 
 def test_a_sweep_is_run_again_from_its_dataset(script, tmp_path):
@@ -152,6 +174,10 @@ def test_more_than_two_dimensions_have_no_picture(script, tmp_path):
         (("--vary", "hight=0.1,0.2"), "field = 'hight': must be one of ball_mass, "),
         (("--vary", "tilt"), "vary = 'tilt': must be FIELD=START:STOP:COUNT"),
         (("--vary", "tilt=0:0.2"), "vary = 'tilt=0:0.2': must be FIELD=START:STOP:COUNT without"),
+        (("--vary", "tilt=0:0.2:99999999999"), "must be of at most 1048576 values"),
+        (("--vary", "tilt=0:inf:3"), "vary = 'tilt=0:inf:3': must be of finite numbers"),
+        (("--vary", "tilt=0,0.1", "--seeds", "0:99999999999"), "must be at most 1048576 seeds"),
+        (("--vary", "tilt=0,0.1", "--replicas", "1000000000000"), "replicas = 2000000000000: must"),
         (("--vary", "tilt=0:0.2:0"), "vary = 'tilt=0:0.2:0': must be a range that is not empty"),
         (
             ("--vary", "tilt=0:0.2:1.5"),
@@ -298,6 +324,22 @@ def test_a_cluster_that_is_started_takes_a_sweep(tmp_path):
         _, errors = cluster.communicate(timeout=60)
     assert cluster.returncode == 130
     assert errors == "sweep.py: interrupted; what is said to be written is complete\n"
+
+
+@pytest.mark.parametrize(
+    ("host", "warns"),
+    [
+        *((host, 1) for host in ("0.0.0.0", "192.0.2.1", "::", "box")),
+        *((host, 0) for host in ("127.0.0.1", "127.1.2.3", "localhost", "::1", "[::1]")),
+    ],
+)
+def test_a_cluster_that_others_can_reach_says_so(run_script, monkeypatch, host, warns):
+    monkeypatch.setattr(mm.sweep, "local_cluster", lambda *_: nullcontext("tcp://x:1"))
+    monkeypatch.setattr(signal, "pause", lambda: None)
+    code, said, errors = run_script("sweep", "cluster", "--host", host)
+    assert (code, said) == (0, "--scheduler tcp://x:1; Ctrl-C ends it\n")
+    assert errors.count("\n") == warns
+    assert ("can run any code here" in errors) == bool(warns)
 
 
 def test_a_cluster_where_this_machine_is_not_is_a_mistake():

@@ -314,6 +314,10 @@ def _check_told(told: Any) -> None:
     for name in ("measure", "vary", "samples", "seeds"):
         if not isinstance(told[name], list):
             raise reject(name, told[name], "a list")
+    for axis in told["vary"]:
+        pair = isinstance(axis, list) and len(axis) == 2
+        if not pair or not all(isinstance(part, list) for part in axis):
+            raise reject("vary", axis, "a list of fields and one of values")
     if len(told["samples"]) > 1:
         raise reject("samples", told["samples"], "one design at most")
     checked_names("measure", told["measure"])

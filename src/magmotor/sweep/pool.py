@@ -28,7 +28,10 @@ ONE_THREAD: dict[str, str] = {
 """A worker takes one core: the sweep, not the case, is what runs in parallel."""
 
 RESTARTS = 5
-"""Processes, beyond the first of each worker, that may die without a call between two that end."""
+"""Processes, beyond one of each worker, that may be killed without a call before a call ends."""
+
+DYING_SECONDS = 5.0
+"""How long a process may take to end once its connection has."""
 
 _CONTEXT = multiprocessing.get_context("spawn")
 
@@ -109,14 +112,18 @@ class Pool:
             worker.future.set_exception(WorkerDied("its process died"))
             return
         self._deaths += 1
-        if self._deaths >= self._most + RESTARTS:
-            self._deaths = 0
-            mistake = (
-                "worker processes die as soon as they start; a script that runs a sweep must do so"
+        if worker.was_killed and self._deaths < self._most + RESTARTS:
+            return
+        how = "are killed" if worker.was_killed else "end"
+        mistake = f"worker processes {how} as soon as they start"
+        if not worker.was_killed:
+            mistake += (
+                ", as they say above; a script that runs a sweep must do so"
                 ' below `if __name__ == "__main__":`'
             )
-            self._drop([future for future, _ in self._calls], NoWorkers(mistake))
-            self._calls.clear()
+        self._drop([future for future, _ in self._calls], NoWorkers(mistake))
+        self._calls.clear()
+        self._deaths = 0
 
     def _drop(self, futures: list[Future], error: BaseException) -> None:
         for future in futures:
@@ -139,6 +146,11 @@ class _Worker:
     def is_idle(self) -> bool:
         """Whether it would take a call."""
         return self.is_ready and self.future is None
+
+    @property
+    def was_killed(self) -> bool:
+        """Whether, now that it has ended, a signal ended it: of the out-of-memory killer, say."""
+        return (self._process.exitcode or 0) < 0
 
     def take(self, future: Future, call: tuple[Any, ...]) -> bool:
         """Give it a call; False if it has died, which is heard next."""
@@ -169,6 +181,8 @@ class _Worker:
 
     def end(self) -> None:
         """End the process, whatever it does."""
+        if self.is_dead:
+            self._process.join(DYING_SECONDS)  # so that its own exit code is known
         self._process.kill()
         self._process.join()
         self.here.close()

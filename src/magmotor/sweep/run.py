@@ -108,7 +108,7 @@ def run(
     SweepInterrupted
         Ctrl-C.
     NoWorkers
-        Worker processes die as soon as they start, the executor drops cases, or a Dask cluster has
+        Worker processes end as soon as they start, the executor drops cases, or a Dask cluster has
         had no workers for 60 s. What was done is on disk, and the same call goes on.
     OtherVersions
         The workers compute with other versions than this process.

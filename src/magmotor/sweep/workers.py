@@ -101,7 +101,7 @@ def local_cluster(workers: int | None = None, host: str = "127.0.0.1") -> Iterat
     distributed = _distributed()
     if workers is not None:
         check_integer("workers", workers, at_least=1)
-    if not isinstance(host, str):
+    if not isinstance(host, str) or not host:  # Dask would take none for all interfaces
         raise reject("host", host, "an address of an interface of this machine, str")
     with ExitStack() as stack:
         try:

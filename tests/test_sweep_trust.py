@@ -1,0 +1,342 @@
+"""What a sweep reads may be anybody's, or damaged: none of it runs, nothing is silently wrong."""
+
+import json
+import os
+import sys
+from concurrent.futures import Executor, Future
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from sweep_driver import contents
+
+import magmotor as mm
+from magmotor.sweep import Range, Samples, Sweep, Values
+from magmotor.sweep.directory import Directory
+from magmotor.sweep.sealed import opened, sealed
+
+DISK: dict[str, Any] = {
+    "scene": mm.Disk(),
+    "method": "variational/baoab",
+    "timestep": 0.05,
+    "duration": 1.0,
+}
+EVIL = "from pathlib import Path\nPath({marker!r}).touch()\ndef go(run, scene): return 7.0\n"
+
+
+class Here(Executor):
+    """Computes each case as it is given."""
+
+    def submit(self, fn, /, *args, **kwargs):
+        future = Future()
+        future.set_result(fn(*args, **kwargs))
+        return future
+
+
+def swept(folder, **changes):
+    """A folder of four cases, of which the last fails where none is a trajectory."""
+    own = {"measure": ["sweep_measures:broken", "temperature"], **DISK, **changes}
+    sweep = Sweep(**own, vary={"noise": (1.0, 2.0, 4.0, 3.0)})
+    mm.sweep.run(sweep, folder, executor=Here())
+    return sweep
+
+
+def rewrite(folder, **changes):
+    """Have sweep.json tell something else, with the checksum that belongs to it."""
+    told = opened((folder / "sweep.json").read_bytes()) | changes
+    (folder / "sweep.json").write_bytes(sealed(told))
+
+
+@pytest.fixture
+def evil(tmp_path, monkeypatch):
+    """A module in the working directory that leaves a marker when it is imported; the marker."""
+    marker = tmp_path / "marker"
+    (tmp_path / "evil.py").write_text(EVIL.format(marker=str(marker)))
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    yield marker
+    sys.modules.pop("evil", None)
+
+
+def test_no_file_has_a_module_imported(evil, tmp_path, run_script):
+    folder = tmp_path / "shared"
+    swept(folder, measure=["temperature"])
+    rewrite(folder, measure=["evil:go"])
+    for file in (folder / "done").glob("*/*.json"):  # results as of that measure
+        told = opened(file.read_bytes())
+        file.write_bytes(sealed({**told, "values": {"evil:go": 2.0}}))
+    plan = mm.sweep.sweep_of(folder)
+    assert mm.sweep.status(folder).done == 4
+    data = mm.sweep.combine(folder)
+    assert data["evil:go"].attrs == {"units": "1", "long_name": "go"}
+    mm.plots.sweep(data, tmp_path / "picture.png")
+    data.to_netcdf(tmp_path / "shared.nc")
+    asked = r"measure = 'evil:go': must be allowed .* by measures=\['evil:go'\] \(--allow-measure"
+    again = Sweep(**DISK, vary={"noise": (1.0,)}, measure=plan.measure)
+    for call in (
+        lambda: mm.rerun(xr.load_dataset(tmp_path / "shared.nc")),
+        lambda: mm.sweep.run(plan, tmp_path / "new", executor=Here()),
+        lambda: mm.sweep.run(again, tmp_path / "new", executor=Here()),
+    ):
+        with pytest.raises(ValueError, match=asked):
+            call()
+    assert not (tmp_path / "new").exists()
+    for arguments, code in {
+        ("sweep", "status", folder): 0,
+        ("sweep", "combine", folder): 0,
+        ("sweep", "movie", folder): 2,
+        ("rerun", tmp_path / "shared.nc"): 2,
+    }.items():
+        found, _, errors = run_script(*arguments)
+        assert (found, errors.count("\n")) == (code, code // 2)
+    assert "evil:go" in errors
+    assert not evil.exists()
+    with pytest.raises(ValueError, match="measures = 'evil:no': must be one of evil:go"):
+        mm.sweep.sweep_of(folder, measures=["evil:no"])
+    assert not evil.exists()
+    allowed = mm.sweep.sweep_of(folder, measures=["evil:go"])
+    mm.sweep.run(allowed, tmp_path / "new", executor=Here())
+    assert evil.exists()
+    np.testing.assert_array_equal(mm.sweep.combine(tmp_path / "new")["evil:go"], np.full((4, 1), 7))
+
+
+def test_what_the_caller_names_again_is_run(tmp_path, run_script, monkeypatch):
+    swept(tmp_path / "s")
+    execute = mm.sweep.run
+    monkeypatch.setattr(mm.sweep, "run", lambda *given: execute(*given, executor=Here()))
+    mm.sweep.combine(tmp_path / "s").to_netcdf(tmp_path / "s.nc")
+    allow = ("--allow-measure", "sweep_measures:broken")
+    assert run_script("rerun", tmp_path / "s.nc", *allow)[0] == 0
+    code, _, errors = run_script("rerun", tmp_path / "s.nc")
+    assert (code, errors.count("\n")) == (2, 1)
+    run = mm.simulate(**{k: v for k, v in DISK.items() if k != "measure"})
+    with pytest.raises(ValueError, match=r"measures = .*: must be of a sweep, which this dataset"):
+        mm.rerun(run, measures=["sweep_measures:broken"])
+
+
+@pytest.fixture(scope="module", params=["numbers", "trajectories"])
+def intact(request, tmp_path_factory):
+    """A folder of a sweep, and what is in it."""
+    folder = tmp_path_factory.mktemp(request.param) / "s"
+    own = {"measure": ["trajectory"]} if request.param == "trajectories" else {}
+    sweep = swept(folder, **own)
+    return sweep, folder, contents(folder), mm.sweep.combine(folder)
+
+
+def test_any_damaged_byte_is_seen_named_and_mended(intact):
+    """200 damages of one byte each: in results, numbers or whole runs, in errors, in the sweep."""
+    sweep, folder, whole, truth = intact
+    random = np.random.default_rng(5)
+    for turn in range(150 if sweep.measure != ("trajectory",) else 50):
+        name = sorted(whole)[turn % len(whole)]
+        content = bytearray(whole[name])
+        content[random.integers(len(content))] ^= random.integers(1, 256)
+        (folder / name).write_bytes(content)
+        if name == "sweep.json":
+            for read in (mm.sweep.status, mm.sweep.combine, mm.sweep.sweep_of):
+                with pytest.raises(ValueError, match=r"sweep\.json is damaged: its checksum diff"):
+                    read(folder)
+        else:
+            (damage,) = mm.sweep.status(folder).damaged
+            assert damage == f"{name} is damaged: its checksum differs"
+            found = mm.sweep.combine(folder, skip_damaged=True)
+            for variable in truth:
+                both = found[variable].notnull()
+                assert both.sum() <= truth[variable].notnull().sum()
+                assert (found[variable] == truth[variable]).where(both, True).all()
+        if name.startswith("done"):
+            assert not found.identical(truth)
+            with pytest.raises(ValueError, match=f"{name} is damaged.*by skip_damaged=True"):
+                mm.sweep.combine(folder)
+        if turn < len(whole):
+            with pytest.warns(UserWarning, match=f"{name} is damaged.* again"):
+                mm.sweep.run(sweep, folder, executor=Here())
+            assert contents(folder) == whole
+        (folder / name).write_bytes(whole[name])
+
+
+def test_a_result_of_another_case_is_damage(intact):
+    _, folder, whole, _ = intact
+    one, other, *_ = (name for name in whole if name.startswith("done"))
+    (folder / one).write_bytes(whole[other])
+    (damage,) = mm.sweep.status(folder).damaged
+    assert damage.startswith(f"{one} is damaged: ")
+    (folder / one).write_bytes(whole[one])
+
+
+@pytest.mark.parametrize("values", [{}, {"temperature": 1.0}, 3, None, "text"])
+def test_sealed_nonsense_is_damage(tmp_path, values):
+    swept(tmp_path / "s", measure=["temperature", "displacement"])
+    file = next((tmp_path / "s" / "done").glob("*/*.json"))
+    file.write_bytes(sealed({**opened(file.read_bytes()), "values": values}))
+    with pytest.raises(ValueError, match=f"{file.name} is damaged: it has other measures"):
+        mm.sweep.combine(tmp_path / "s")
+    odd = {"temperature": [[1.0]], "displacement": {"a": 1}}
+    file.write_bytes(sealed({**opened(file.read_bytes()), "values": odd}))
+    with pytest.raises(ValueError, match=f"{file.name} is damaged: "):
+        mm.sweep.combine(tmp_path / "s")
+
+
+@pytest.mark.parametrize("inside", ["done", "parts", "claims", "failed", "done/{}"])
+def test_nothing_is_written_or_read_through_a_link(tmp_path, inside):
+    elsewhere, folder = tmp_path / "elsewhere", tmp_path / "s"
+    elsewhere.mkdir()
+    (elsewhere / f"x@{os.uname().nodename}.999999999").touch()
+    sweep = Sweep(**DISK, vary={"noise": (1.0, -0.0)}, measure=["sweep_measures:three"])
+    store = Directory(folder, sweep)
+    link = folder / inside.format(store.done(sweep.case(0)).parent.name)
+    link.parent.mkdir(exist_ok=True)
+    if link.exists():
+        link.rmdir()
+    link.symlink_to(elsewhere)
+    with pytest.raises(ValueError, match="follows no symbolic link out of its directory"):
+        mm.sweep.run(sweep, folder, executor=Here())
+    assert len([*elsewhere.iterdir()]) == 1
+
+
+def test_a_file_that_is_a_link_or_a_pipe_is_damage(tmp_path):
+    sweep = swept(tmp_path / "s", measure=["temperature"])
+    whole = contents(tmp_path / "s")
+    first, second, *_ = (tmp_path / "s" / "done").glob("*/*")
+    first.replace(tmp_path / "mine.json")
+    first.symlink_to(tmp_path / "mine.json")
+    second.unlink()
+    os.mkfifo(second)
+    assert len(mm.sweep.status(tmp_path / "s").damaged) == 2
+    with pytest.warns(UserWarning, match="is no regular file; the case is computed again"):
+        mm.sweep.run(sweep, tmp_path / "s", executor=Here())
+    assert contents(tmp_path / "s") == whole
+    assert not first.is_symlink()
+
+
+ODD = (
+    None, True, 3, -1, 10**12, 1e300, float("nan"), "", "x", "\0", b"x", [], [3], [[]], ["x", "x"],
+    [["x", [1]]], [[["x"], 3]], {}, {"x": 3}, [{"size": 4}], [[None, None]], [None],
+)  # fmt: skip
+"""Values that a field of sweep.json, an attribute or an argument may have."""
+
+SWEEP_FIELDS = (
+    "duration", "measure", "method", "record_interval", "replicas", "samples", "scene",
+    "scene_fields", "seeds", "timestep", "vary", "versions",
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def told():
+    """What a sweep tells."""
+    samples = Samples({"v": (0.0, 1.0)}, 4)
+    sweep = Sweep(**DISK, measure=["temperature"], vary={"noise": (1.0, 2.0)}, samples=samples)
+    return json.loads(json.dumps(sweep.as_json()))
+
+
+def refused(function, *arguments, **named):
+    """Whether a call raises a ValueError, of a sentence; no other error passes."""
+    try:
+        function(*arguments, **named)
+    except ValueError as error:
+        return 10 < len(str(error)) < 2000
+    return False
+
+
+def entered(context, *arguments):
+    with context(*arguments):
+        pass
+
+
+@pytest.mark.parametrize("field", SWEEP_FIELDS)
+def test_odd_fields_of_a_sweep_are_refused_by_name(told, field):
+    odd = [value for value in ODD if value != told[field]]
+    accepted = [v for v in odd if not refused(mm.sweep.sweep_from, {**told, field: v})]
+    fine = {"replicas": [3], "record_interval": [3, 10**12], "seeds": [[3]], "samples": [[]]}
+    fine |= {"vary": [[]], "timestep": [], "duration": [3, 10**12, 1e300]}
+    fine |= {"versions": [None, {}], "scene_fields": [{}, {"x": 3}]}
+    assert accepted == fine.get(field, [])
+    assert refused(mm.sweep.sweep_from, {k: v for k, v in told.items() if k != field})
+
+
+def test_odd_recipes_of_a_design_and_axes_are_refused(told):
+    recipe = told["samples"][0]
+    for name in recipe:
+        for value in ODD:
+            samples = [{**recipe, name: value}]
+            taken = not refused(mm.sweep.sweep_from, {**told, "samples": samples})
+            assert not taken or (name, value) == ("seed", 3) or (name, value) == ("seed", 10**12)
+    for value in ODD:
+        for entry in (value, [value, [1.0]], [["x"], value], [[value], [1.0]], [["x"], [value]]):
+            taken = not refused(mm.sweep.sweep_from, {**told, "vary": [entry]})
+            numbers = (1.0, 3, -1, 10**12, 1e300)
+            fine = entry in [[["x"], [n]] for n in numbers] and value is not True
+            assert taken == fine, entry
+
+
+def test_wrong_kinds_of_arguments_raise_nothing_but_a_named_error():
+    own = {**DISK, "measure": ["temperature"], "vary": {"noise": (1.0,)}}
+    for value in (*ODD, object(), np.zeros((2, 2)), range(3), lambda: 1):
+        for name in (*SWEEP_FIELDS, "vary"):
+            if name != "scene_fields":
+                refused(Sweep, **{**own, name: value})
+        if not isinstance(value, list | dict | np.ndarray):
+            refused(Sweep, **{**own, "vary": {value: (1.0,)}})
+            refused(Samples, {value: (0, 1)}, 4)
+        refused(Sweep, **{**own, "vary": {"noise": value}})
+        refused(Samples, value, 4)
+        refused(Samples, {"v": value}, 4)
+        refused(Samples, {"v": (0, 1)}, value)
+        refused(Samples, {"v": (0, 1)}, 4, value)
+        refused(Samples, {"v": (0, 1)}, 4, "sobol", value)
+        refused(Samples, {"v": Range(value, value, value)}, 4)
+        refused(Values, value, (1.0,))
+        refused(Values, ("v",), value)
+
+
+def test_wrong_kinds_of_arguments_of_functions_are_refused(tmp_path):
+    plan = Sweep(**DISK, measure=["temperature"], vary={"noise": (1.0,)})
+    sweep = mm.sweep
+    for value in (*ODD, object(), np.zeros((2, 2)), range(3), lambda: 1):
+        assert refused(sweep.measures, value)
+        assert refused(sweep.sweep_from, value)
+        assert refused(sweep.run, value, tmp_path / "s")
+        if not isinstance(value, str) or value == "\0":
+            for call in (sweep.status, sweep.combine, sweep.sweep_of):
+                assert refused(call, value)
+            assert refused(sweep.run, plan, value)
+            assert refused(entered, sweep.dask_workers, value)
+            assert refused(entered, sweep.local_cluster, 1, value)
+        if value is not None:
+            assert refused(sweep.run, plan, tmp_path / "s", executor=value)
+            if not isinstance(value, int) or value is True or value < 1:
+                assert refused(sweep.run, plan, tmp_path / "s", workers=value)
+                assert refused(entered, sweep.local_cluster, value)
+    assert refused(entered, sweep.local_cluster, 1, "")  # Dask takes all interfaces
+    assert not (tmp_path / "s").exists()
+
+
+def test_a_sweep_too_large_is_refused_before_memory_is_taken():
+    own = {**DISK, "measure": ["temperature"]}
+    line = np.linspace(0.1, 4, 10_001)
+    with pytest.raises(ValueError, match=r"runs, cases times replicas = .*: must be at most 1000"):
+        Sweep(**own, vary={"noise": line, "x": line})
+    with pytest.raises(ValueError, match="runs, cases times replicas = 1000000000000: must be at"):
+        Sweep(**own, vary={"noise": (1.0,)}, replicas=10**12)
+    with pytest.raises(ValueError, match="size = 1099511627776: must be at most 1048576"):
+        Samples({"x": (0, 1)}, 2**40)
+    with pytest.raises(ValueError, match="number of values of seeds = 'over 1048576': must be"):
+        Sweep(**own, vary={"noise": (1.0,)}, seeds=10**15)
+    fields = "position_x position_y velocity_x velocity_y axis_x axis_y axis_z spin tilt coupling"
+    box = dict.fromkeys((*fields.split(), "friction"), (0.1, 0.2))
+    with pytest.raises(ValueError, match="timestep = None: must be given where more than 10 num"):
+        Sweep(scene=mm.Top(), measure=["max_spin"], duration=1, samples=Samples(box, 4))
+
+
+def test_odd_attributes_end_rerun_in_one_line(told, tmp_path, run_script, monkeypatch):
+    """Of a dataset of a sweep: text of any kind, arrays, and what JSON can hold."""
+    monkeypatch.setattr(mm.sweep, "run", lambda *_: pytest.fail("it runs"))
+    texts = ["", "x", "{}", "[]", "3", "null", "NaN", "[" * 10**5, '{"measure": 3}']
+    texts += [json.dumps({**told, name: 3}) for name in ("measure", "vary", "seeds", "scene")]
+    for odd in (*texts, 3, 2.5, np.arange(3), b"x"):
+        data = xr.Dataset({"temperature": ("noise", [1.0, 2.0])}, attrs={"sweep": odd})
+        data.to_netcdf(tmp_path / "odd.nc")
+        code, said, errors = run_script("rerun", tmp_path / "odd.nc")
+        assert (code, said, errors.count("\n")) == (2, "", 1)
+        assert errors.startswith(f"rerun.py: {tmp_path / 'odd.nc'}: ")
