@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import platform
 from functools import cache
 from importlib.metadata import version
 from typing import Any
@@ -9,6 +10,7 @@ from typing import Any
 import xarray as xr
 
 from magmotor.checks import check_kind
+from magmotor.code_version import machine_kind
 from magmotor.devices import DEVICES, Scene
 from magmotor.states import concatenate
 
@@ -66,7 +68,8 @@ def attributes_of(scene: Scene, **attributes: Any) -> dict[str, Any]:
 @cache
 def _versions() -> str:
     names = ("magmotor", "mujoco", "numba", "numpy", "scipy")
-    return json.dumps({name: version(name) for name in names})
+    machine = {"libc": " ".join(platform.libc_ver()).strip(), "machine": machine_kind()}
+    return json.dumps({name: version(name) for name in names} | machine)
 
 
 def scene_of(run: xr.Dataset) -> Scene:
