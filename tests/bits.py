@@ -1,90 +1,174 @@
-"""Checksums of runs by every kind of compiled code, as JSON; `test_bits` compares processors."""
+"""Checksums of runs by every kind of compiled code, and processors to compile it for.
+
+`python tests/bits.py --record` writes those of all processors to `bits.json`, if they agree;
+`python tests/bits.py [CASE ...]` prints those of this process as JSON.
+"""
 
 import json
+import os
+import platform
+import subprocess
 import sys
-import time
 import zlib
 from collections.abc import Callable
+from importlib.metadata import version
+from pathlib import Path
 from typing import Any
 
+import llvmlite.binding as llvm
 import mujoco
 import numpy as np
 import xarray as xr
+from numpy._core import _multiarray_umath
 
 import magmotor as mm
+from magmotor.noise import normal
 
-CHAIN = """
+RECORD = Path(__file__).with_suffix(".json")
+
+WIDE = [name for name in _multiarray_umath.__cpu_dispatch__ if "512" in name or name == "X86_V4"]
+NARROW = {
+    "NPY_DISABLE_CPU_FEATURES": " ".join(WIDE),
+    "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX512F,-AVX512VL,-AVX512BW,-AVX512DQ,-AVX512CD",
+}
+PROCESSORS = {
+    "haswell": {"OPENBLAS_CORETYPE": "Haswell", **NARROW},
+    "znver3": {"OPENBLAS_CORETYPE": "Zen", **NARROW},
+    "skylake-avx512": {"OPENBLAS_CORETYPE": "SkylakeX"},
+}
+"""What makes Numba, NumPy, OpenBLAS and the C library do what they do there."""
+
+MODEL = """
 <mujoco><size nuser_body="6" nuserdata="5" nuser_site="1" nuser_jnt="2"/><option gravity="0 0 0"/>
 <worldbody><site name="fixed" pos="0.4 0 0.1" user="3"/>
 <body name="wheel" user="0 0 0 0 0 0.1"><joint type="hinge" axis="0 0 1" damping="0.2"
  user="0.3 0.1"/><geom size="0.1" contype="0" conaffinity="0"/>
 <site name="a" pos="0.1 0 0" user="2"/><site name="b" pos="-0.1 0 0.02" user="1"/></body>
-<body name="stone" pos="0 0.5 0" user="0 0 0 0 0 0"><joint type="ball" damping="0.01"/>
+<body name="stone" pos="0 0.5 0"><joint type="ball" damping="0.01"/>
 <inertial pos="0 0 0" mass="1" diaginertia="0.01 0.02 0.025"/>
 <site name="c" pos="0 0 0.1" user="2"/></body></worldbody></mujoco>
 """
+"""A wheel in a potential, and a stone with three moments of inertia."""
+
+TOP = mm.Top(axis=(0.1, 0.2, 0.9), spin=1.0, tilt_azimuth=0.3)
+QUIET = mm.Motor(alpha_ball=0.0, alpha_ring=0.0, velocity=(0.01, 0.02))
+DISK = mm.Disk(potential=((1.0, 0.2), (0.4, 0.0)), friction_ratio=0.5)
+
+Result = xr.Dataset | np.ndarray
 
 
-def checksum(result: xr.Dataset | np.ndarray) -> int:
-    """Of all numbers."""
-    arrays = [result] if isinstance(result, np.ndarray) else [v.values for v in result.values()]
-    return zlib.crc32(b"".join(array.tobytes() for array in arrays if array.dtype.kind in "fiu"))
-
-
-def simulated(scene: Any, method: str, **arguments: Any) -> Callable[[], xr.Dataset]:
+def simulated(scene: Any, method: str, **arguments: Any) -> Callable[[], Result]:
     timestep = 0.002 if isinstance(scene, mm.Top) else 0.04
     numerics = {"timestep": timestep, "duration": 300 * timestep, "record_interval": 100}
     return lambda: mm.simulate(scene, method=method, **{**numerics, **arguments})
 
 
-def own_model() -> np.ndarray:
-    """A wheel with a potential and a stone of three moments of inertia, by the thermostat."""
-    model = mujoco.MjModel.from_xml_string(CHAIN)
+def own_model() -> Result:
+    model = mujoco.MjModel.from_xml_string(MODEL)
     model.opt.timestep = 0.01
     data = mujoco.MjData(model)
     mm.Baoab(model).step(data, 300)
     return np.concatenate([data.qpos, data.qvel])
 
 
-def dipoles() -> np.ndarray:
-    """Fields of 1 to 17 dipoles, so that every remainder of eight comes."""
-    numbers = np.random.default_rng(1).normal(size=(3, 17, 3))
-    points, places, moments = numbers
+def dipoles() -> Result:
+    """Of 1 to 17 sources, so that every remainder of eight comes."""
+    points, places, moments = np.random.default_rng(1).normal(size=(3, 17, 3))
     fields = [mm.dipoles.field(points, places[:n], moments[:n]) for n in range(1, 18)]
     return np.stack([*fields, *mm.dipoles.wrench(points, moments, places + 0.1, moments)])
 
 
-TOP = mm.Top(axis=(0.1, 0.2, 0.9), spin=1.0, tilt_azimuth=0.3)
-QUIET = mm.Motor(alpha_ball=0.0, alpha_ring=0.0, velocity=(0.01, 0.02))
-DISK = mm.Disk(potential=((1.0, 0.2), (0.4, 0.0)), friction_ratio=0.5)
+def noise() -> Result:
+    return np.array(
+        [normal(7, 1, step, 0, *view) for step in range(200) for view in ((1, 0), (1, 3), (3, 0))]
+    )
 
-CASES: dict[str, Callable[[], xr.Dataset | np.ndarray]] = {
+
+QUICK: dict[str, Callable[[], Result]] = {
     "dipoles": dipoles,
-    "noise": lambda: mm.noise.BrownianPath(7, 0.1).refined(4).increments(1000),
+    "noise": noise,
     "gibbs": lambda: mm.gibbs(DISK, 1000)["x"],
     "disk": simulated(DISK, "variational/baoab", replicas=3),
-    "disk in scipy": simulated(
-        mm.Disk(noise=0.0, v=1.0), "scipy/dop853", duration=0.4, record_interval=10
-    ),
     "ensemble": lambda: mm.ensemble(
         DISK, method="variational/baoab", timestep=0.04, duration=40.0, replicas=37
     ),
-    "top, euler": simulated(TOP, "variational/euler"),
     "top": simulated(TOP, "variational/baoab"),
     "motor": simulated(mm.Motor(), "variational/baoab", replicas=2),
+    "disk in scipy": simulated(
+        mm.Disk(noise=0.0, v=1.0), "scipy/dop853", duration=0.4, record_interval=10
+    ),
+}
+SLOW: dict[str, Callable[[], Result]] = {
+    "top, euler": simulated(TOP, "variational/euler"),
+    "top in scipy": simulated(TOP, "scipy/dop853", duration=0.02, record_interval=5),
+    "motor in scipy": simulated(QUIET, "scipy/dop853", duration=0.4, record_interval=5),
     "top in mujoco": simulated(TOP, "mujoco/rk4"),
     "motor in mujoco": simulated(mm.Motor(), "mujoco/euler", replicas=2),
     "disk in mujoco": simulated(DISK, "mujoco/euler", replicas=2),
-    "top in scipy": simulated(TOP, "scipy/dop853", duration=0.02, record_interval=5),
-    "motor in scipy": simulated(QUIET, "scipy/dop853", duration=0.4, record_interval=5),
     "motor, mujoco/baoab": simulated(mm.Motor(), "mujoco/baoab", replicas=2),
     "own model": own_model,
 }
+"""By code that takes long to compile."""
+
+CASES = {**QUICK, **SLOW}
+
+
+def checksum(result: Result) -> int:
+    """Of all numbers."""
+    arrays = [result] if isinstance(result, np.ndarray) else [v.values for v in result.values()]
+    return zlib.crc32(b"".join(array.tobytes() for array in arrays if array.dtype.kind in "fiu"))
+
+
+def checksums(*names: str) -> dict[str, int]:
+    return {name: checksum(CASES[name]()) for name in names}
+
+
+def start(processor: str, cache: Path, *names: str) -> subprocess.Popen:
+    """A process that prints the checksums of cases, by code for another processor."""
+    target = {"NUMBA_CPU_NAME": processor, "NUMBA_CPU_FEATURES": "", "NUMBA_CACHE_DIR": str(cache)}
+    return subprocess.Popen(
+        [sys.executable, __file__, *names],
+        env={**os.environ, **PROCESSORS[processor], **target},
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+
+
+def finish(process: subprocess.Popen) -> dict[str, int]:
+    said, _ = process.communicate()
+    assert process.returncode == 0
+    return json.loads(said)
+
+
+def runs_here(processor: str) -> bool:
+    """Whether this machine runs code for it."""
+    needed = ["fma", "avx2"] + (["avx512f", "avx512vl"] if "512" in processor else [])
+    features = llvm.get_host_cpu_features()
+    return platform.machine() == "x86_64" and all(features.get(name) for name in needed)
+
+
+def versions() -> dict[str, str]:
+    """Of all that the bits depend on, beside magmotor itself."""
+    names = ("llvmlite", "mujoco", "numba", "numpy", "scipy")
+    return {name: version(name) for name in names} | {"libc": " ".join(platform.libc_ver())}
+
+
+def record(cache: Path) -> None:
+    started = {name: start(name, cache, *CASES) for name in PROCESSORS if runs_here(name)}
+    found = {name: finish(process) for name, process in started.items()}
+    own = checksums(*CASES)
+    for name, theirs in found.items():
+        differ = [case for case in CASES if theirs[case] != own[case]]
+        print(f"{name}: {len(theirs)} checksums, {len(differ)} differ from this machine's", *differ)
+    if all(theirs == own for theirs in found.values()):
+        RECORD.write_text(json.dumps({"versions": versions(), "checksums": own}, indent=1) + "\n")
+
 
 if __name__ == "__main__":
-    told = {}
-    for name in sys.argv[1:] or CASES:
-        begin = time.process_time()
-        told[name] = checksum(CASES[name]())
-        print(f"{name}: {time.process_time() - begin:.1f} s", file=sys.stderr)
-    print(json.dumps(told))
+    if sys.argv[1:] == ["--record"]:
+        from tempfile import TemporaryDirectory
+
+        with TemporaryDirectory() as folder:
+            record(Path(folder))
+    else:
+        print(json.dumps(checksums(*(sys.argv[1:] or CASES))))

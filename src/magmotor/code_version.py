@@ -3,15 +3,21 @@
 Numba's keys hold a function's own bytecode and closure cells, but not the functions that are
 compiled into it from other modules: a checksum of these in a closure cell makes up for that.
 Numba locks no index while it adds an entry, so that two processes that do so at once may exchange
-their code: functions that differ in closure cells have an index each, by `specialised`.
+their code: functions that differ in closure cells have an index each, by `specialised`, and so has
+each processor. Else, of two machines with one home, one may get code that it cannot run.
 """
 
 import inspect
+import platform
 import zlib
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from types import ModuleType
+
+import llvmlite.binding as llvm
+from numba.core import config
+from numba.core.codegen import get_host_cpu_features
 
 from magmotor.models_folder import models_folder
 
@@ -21,15 +27,35 @@ def code_version(*modules: ModuleType) -> int:
     return zlib.crc32("".join(inspect.getsource(module) for module in modules).encode())
 
 
+def target() -> tuple[str, str]:
+    """Name and features of the processor that Numba compiles for."""
+    name, features = config.CPU_NAME, config.CPU_FEATURES
+    return name or llvm.get_host_cpu_name(), _host() if features is None else features
+
+
+_host = cache(get_host_cpu_features)
+
+
+def machine_kind() -> str:
+    """What results depend on: the architecture, and of x86-64 whether it multiplies and adds at once.
+
+    See `eights`.
+    """
+    kind = platform.machine()
+    features = llvm.get_host_cpu_features()
+    return f"{kind} with FMA" if features.get("fma") and features.get("avx2") else kind
+
+
 def specialised(*by: object) -> Callable[[Callable], Callable]:
     """Give what is compiled for these closure cells an index of its own in Numba's disk cache.
 
-    Numba names the index by the function's qualified name. The checksum is not to be among `by`:
-    newer code is to replace older code's files.
+    So has each processor that code is compiled for. Numba names the index by the function's
+    qualified name. The checksum is not to be among `by`: newer code is to replace older code's
+    files.
     """
 
     def rename(function: Callable) -> Callable:
-        function.__qualname__ += f"_{zlib.crc32(repr(by).encode()):08x}"
+        function.__qualname__ += f"_{zlib.crc32(repr((by, target())).encode()):08x}"
         return function
 
     return rename

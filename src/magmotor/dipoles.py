@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from magmotor import eights
 from magmotor.checks import check_array
-from magmotor.code_version import code_version
+from magmotor.code_version import code_version, specialised
 from magmotor.eights import (
     COUNT,
     counted,
@@ -101,6 +101,7 @@ def _compile_force_and_field(checksum: int):
     """Compile the loop over dipoles; `checksum` is a part of its cache's key."""
 
     @njit(cache=True, nogil=True)
+    @specialised()
     def force_and_field(targets, sources, out):
         _ = checksum
         for i in range(len(targets)):

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from magmotor import eights, elementary
 from magmotor.attributes import check_fields, fields_in
 from magmotor.checks import check_integer, check_number, reject
-from magmotor.code_version import code_version
+from magmotor.code_version import code_version, specialised
 from magmotor.elementary import (
     bits_as_float,
     cosine_of_quarter,
@@ -109,6 +109,7 @@ def _compile_normal(checksum: int):
     """Compile `normal`; the checksum of what is compiled in is a part of its cache's key."""
 
     @njit(cache=True, nogil=True)
+    @specialised()
     def normal(seed, replica, step, channel, factor, level):
         """Standard normal number of one step of a path that is coarsened or refined.
 
@@ -145,6 +146,7 @@ def _compile_fill(checksum: int):
     """Compile the loop over steps; see `_compile_normal`."""
 
     @njit(cache=True, nogil=True)
+    @specialised()
     def fill(out, seed, replica, first, channel, factor, level):
         _ = checksum
         for i in range(out.size):

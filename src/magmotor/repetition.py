@@ -35,10 +35,11 @@ DIMENSIONS = {
 
 
 def rerun(run: xr.Dataset, *, measures: Iterable[str] = ()) -> xr.Dataset:
-    """Run a dataset again; on the same versions and kind of processor it is the same to the bit.
+    """Run a dataset again; with the same versions and kind of machine it is the same to the bit.
 
-    On a processor with wider vectors sums over dipoles are added in another order: what is chaotic
-    is then another realization of the same law.
+    The attribute `versions` holds those of the packages and of the C library, and the kind of
+    machine: all x86-64 processors with AVX2 and FMA are of one kind. On another kind the last
+    digits differ, and what is chaotic is another realization of the same law.
 
     Parameters
     ----------

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from magmotor import eights
 from magmotor.checkpoint import LARGEST
-from magmotor.code_version import code_version
+from magmotor.code_version import code_version, specialised
 from magmotor.eights import COUNT, counted, fused, put, spread, taken, total, where_less
 from magmotor.engines.variational.lanes import LANES, TURN
 
@@ -112,6 +112,7 @@ def _compile_accumulate(checksum: int):
     """Compile `accumulate`; `checksum` is a part of its cache's key."""
 
     @njit(cache=True, nogil=True, error_model="numpy")
+    @specialised()
     def accumulate(statistics, block, group, start, lanes, first_sample, deviations, sigma):
         """Take in the samples of one group of replicas.
 

@@ -8,7 +8,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from magmotor import dipoles, eights, rotations
-from magmotor.code_version import code_version
+from magmotor.code_version import code_version, specialised
 from magmotor.dipoles import NOBODY
 from magmotor.engines.variational import rigid_forces
 from magmotor.engines.variational.motor import magnets
@@ -70,6 +70,7 @@ def _compile_magnetic(checksum: int):
     """Compile the loop over states; `checksum` is a part of its cache's key."""
 
     @njit(cache=True, nogil=True, error_model="numpy")
+    @specialised()
     def magnetic(out, position, moment, ring_orientation, magnets):
         _ = checksum
         fixed, factor = magnets.fixed, magnets.factor

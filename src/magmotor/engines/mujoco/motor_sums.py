@@ -8,7 +8,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from magmotor import eights, elementary, noise, rotations
-from magmotor.code_version import code_version
+from magmotor.code_version import code_version, specialised
 from magmotor.engines import books, vectors
 from magmotor.engines.books import heat_and_work
 from magmotor.engines.job import Job
@@ -75,6 +75,7 @@ def _compile_sums(checksum: int):
     """Compile the loop over replicas and steps; `checksum` is a part of its cache's key."""
 
     @njit(cache=True, nogil=True, error_model="numpy")
+    @specialised()
     def advance(sums, before, paths, linear, radius, laws, path, timestep, exact):
         _ = checksum
         frictions, noises, channels = laws

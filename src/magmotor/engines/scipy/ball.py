@@ -8,7 +8,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from magmotor import dipoles, eights
-from magmotor.code_version import code_version
+from magmotor.code_version import code_version, specialised
 from magmotor.dipoles import NOBODY, pack_sources, sum_over_sources
 from magmotor.scenes import Top
 from magmotor.states.ball import BallStates
@@ -41,6 +41,7 @@ def _compile_derivative(checksum: int):
     """Compile the right-hand side of (magtopnc); `checksum` is a part of its cache's key."""
 
     @njit(cache=True)
+    @specialised()
     def derivative(y, sources, parameters):
         _ = checksum
         c, r, m, inertia, axial, mu = parameters

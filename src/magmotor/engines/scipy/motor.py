@@ -8,7 +8,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from magmotor import dipoles, eights, rotations
-from magmotor.code_version import code_version
+from magmotor.code_version import code_version, specialised
 from magmotor.engines.variational import rigid_forces, rigid_law
 from magmotor.engines.variational.motor import bodies, magnets, unpack
 from magmotor.engines.variational.rigid_forces import wrenches
@@ -54,6 +54,7 @@ def _compile_derivative(checksum: int):
     """Compile the right-hand side; `checksum` is a part of its cache's key."""
 
     @njit(cache=True, error_model="numpy")
+    @specialised()
     def derivative(s, bodies, magnets):
         _ = checksum
         r, c, c_ring = bodies.radius, bodies.slip_friction, bodies.ring_friction

@@ -1,0 +1,101 @@
+"""The same bits on every processor: code for three kinds of them, and for this one, compared."""
+
+import json
+
+import numpy as np
+import pytest
+from bits import CASES, PROCESSORS, QUICK, RECORD, checksums, finish, runs_here, start, versions
+from numba import njit
+from numba.core import config
+
+import magmotor as mm
+from magmotor import code_version
+from magmotor.dipoles import pack_sources
+from magmotor.eights import COUNT, counted, fused, least, spread, taken, total, where_less
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory):
+    """Checksums by processor: all of them of AVX2 and of this one, of others the quick ones."""
+    cache = tmp_path_factory.mktemp("cache")
+    cases = {name: CASES if name == "haswell" else QUICK for name in PROCESSORS if runs_here(name)}
+    if not cases:
+        pytest.skip("no processor of x86-64-v3")
+    processes = {name: start(name, cache, *names) for name, names in cases.items()}
+    own = checksums(*CASES)
+    return {"this": own} | {name: finish(process) for name, process in processes.items()}
+
+
+def test_every_processor_computes_the_same_bits(found):
+    own = found.pop("this")
+    for name, theirs in found.items():
+        assert theirs == {case: own[case] for case in theirs}, name
+
+
+def test_the_bits_are_those_recorded(found):
+    told = json.loads(RECORD.read_text())
+    if told["versions"] != versions():
+        pytest.skip("recorded with other versions")
+    assert checksums(*CASES) == told["checksums"]  # by `python tests/bits.py --record`
+
+
+@njit
+def _sums(array, count):
+    sums, nearest = spread(0.0), spread(np.inf)
+    for j in range(0, count, COUNT):
+        inside = spread(float(count - j))
+        value = where_less(counted(), inside, taken(array, 0, j), spread(0.0))
+        sums = fused(value, taken(array, 1, j), sums)
+        nearest = where_less(value, nearest, value, nearest)
+    return total(sums), least(nearest)
+
+
+def test_an_eight_is_eight_doubles_added_by_a_fixed_tree():
+    numbers = np.random.default_rng(1).normal(size=(2, 8))
+    found, smallest = _sums(numbers, 8)
+    lanes = numbers[0] * numbers[1]
+    halves = lanes[:4] + lanes[4:]
+    quarters = halves[:2] + halves[2:]
+    assert found == quarters[0] + quarters[1]
+    assert smallest == numbers[0].min()
+    found, _ = _sums(numbers, 3)
+    assert found == pytest.approx((numbers[0] * numbers[1])[:3].sum(), rel=1e-14)
+
+
+def test_multiplication_and_addition_are_rounded_once():
+    @njit
+    def error(a, b):
+        return fused(a, b, -(a * b))
+
+    assert error(1 + 2.0**-30, 1 + 2.0**-30) == 2.0**-60
+
+
+def test_sources_are_whole_eights_of_which_the_last_are_nobody_s():
+    sources = pack_sources(np.ones((9, 3)), np.ones((9, 3)))
+    assert sources.shape == (7, 16)
+    np.testing.assert_array_equal(sources[6], [0] * 9 + [-1] * 7)
+
+
+def test_every_processor_has_its_own_index_in_the_cache(monkeypatch):
+    def name(processor):
+        def function(): ...
+
+        monkeypatch.setattr(config, "CPU_NAME", processor)
+        return code_version.specialised(1)(function).__qualname__
+
+    assert name("haswell") == name("haswell") != name("skylake-avx512")
+
+
+def test_the_motor_starts_where_the_slope_changes_its_sign():
+    scene = mm.Motor()
+    x = float(
+        mm.simulate(scene, method="variational/euler", timestep=0.1, duration=0.1).position[0, 0]
+    )
+
+    def slope(radius):
+        place = [radius, 0.0, scene.ball_radius]
+        field = mm.dipoles.field(place, *scene.ring_sources())
+        moment = scene.moment * field / np.linalg.norm(field)
+        return -mm.dipoles.wrench(place, moment, *scene.ring_sources())[0][0]
+
+    assert slope(x) <= 0 < slope(np.nextafter(x, 1))
