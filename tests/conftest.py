@@ -41,9 +41,9 @@ def motor_replicas():
     return mm.simulate(
         mm.Motor(),
         method="variational/baoab",
-        timestep=0.1,
+        timestep=0.5,
         duration=1e5,
-        record_interval=50,
+        record_interval=10,
         replicas=12,
     )
 

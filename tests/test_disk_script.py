@@ -49,11 +49,9 @@ def interrupt(monkeypatch, number):
 
 
 @pytest.mark.slow
-def test_all_figures_datasets_and_numbers(tmp_path):
-    command = [sys.executable, "-W", "error", SCRIPTS / "disk.py", *SHORT, tmp_path]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
-    assert done.returncode == 0, done.stderr
-    assert done.stderr == ""
+def test_all_figures_datasets_and_numbers(run_script, tmp_path):
+    code, said, errors = run_script("disk", *SHORT, tmp_path)
+    assert (code, errors) == (0, "")
     pictures = {"disk.png", *(f"disk_{name}.png" for name in FIGURES)}
     ensembles = {f"disk_{name}{kind}.nc" for name in SYSTEMS for kind in ("", "_stationary")}
     assert {path.name for path in tmp_path.iterdir()} == pictures | ensembles
@@ -61,11 +59,11 @@ def test_all_figures_datasets_and_numbers(tmp_path):
     assert mm.scene_of(flat) == mm.Disk(potential="flat")
     assert flat.sizes["replica"] == flat.sizes["path_replica"] == 256
     for text in ("in the limit 2500; the paper: 1000", "in the limit 277.8; the paper: 444.4"):
-        assert text in done.stdout
+        assert text in said
     number = r"([\d.e+]+)"
     for name in SYSTEMS:
-        found = re.search(rf"{name}: E x² = {number} ± {number} \(theory: {number}\)", done.stdout)
-        assert found, done.stdout
+        found = re.search(rf"{name}: E x² = {number} ± {number} \(theory: {number}\)", said)
+        assert found, said
         square, error, theory = map(float, found.groups())
         assert abs(square - theory) < 4 * error  # 1.5
 

@@ -1,5 +1,6 @@
 """scripts/motor.py: what it writes and prints, runs that lose their ring, and its mistakes."""
 
+import importlib
 import re
 from functools import partial
 from pathlib import Path
@@ -45,7 +46,12 @@ def test_all_runs_figures_and_numbers(motor, tmp_path):
     assert len(residuals) == 7
 
 
-def test_the_file_makes_its_run_again(motor, tmp_path):
+@pytest.fixture
+def no_pictures(monkeypatch):
+    monkeypatch.setattr(importlib.import_module("motor"), "draw", lambda *_: None)
+
+
+def test_the_file_makes_its_run_again(motor, tmp_path, no_pictures):
     motor(*SHORT, tmp_path, "--runs", "uniform-c", "--seed", "2")
     kept = xr.load_dataset(tmp_path / "motor_uniform-c.nc")
     told = {name: kept.attrs[name] for name in ("method", "timestep", "duration", "seed")}
@@ -99,7 +105,7 @@ def test_a_run_that_diverges_otherwise_is_code_1(motor, tmp_path, monkeypatch):
     assert error.count("\n") == 1
 
 
-def test_an_interrupted_run_goes_on_to_the_same_end(motor, tmp_path, monkeypatch):
+def test_an_interrupted_run_goes_on_to_the_same_end(motor, tmp_path, monkeypatch, no_pictures):
     runs = ("--runs", "uniform-a", "uniform-b")
     motor(*SHORT, tmp_path / "whole", *runs)
     whole, scenes = mm.simulate, []

@@ -45,8 +45,8 @@ def residuals(scene, method, duration, factors):
 @pytest.mark.parametrize("run", ["uniform-a", "nonuniform-c"])
 def test_energy_balance_pathwise(run, method, order):
     """At h = 0.0125 the balance is closed to 0.5 % of what is injected, along each path."""
-    largest, found = residuals(mm.Motor.paper(run), method, 2000.0, (1, 2, 4))
-    assert largest < 0.005
+    largest, found = residuals(mm.Motor.paper(run), method, 250.0, (1, 2, 4))
+    assert largest < 0.005  # 0.003; at uniform temperature 6e-5
     assert found == pytest.approx(order, abs=0.1)
 
 
@@ -67,12 +67,19 @@ def temperatures(method, timestep, duration, *, seed):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("method", ["variational/baoab", "mujoco/baoab"])
-def test_equipartition(method):
-    """Five modes within 2 % of kT at h = 0.1, and within 5 errors: false alarm 0.08 %."""
-    found, error = temperatures(method, 0.1, 1.2e5, seed=11)
-    assert error.max() < 0.008  # of ring_3, whose correlation time is the longest
-    assert abs(found - 1).max() < 0.02
+@pytest.mark.parametrize(
+    ("method", "duration", "largest"),
+    [("variational/baoab", 1.2e5, 0.008), ("mujoco/baoab", 2.5e4, 0.018)],
+)
+def test_equipartition(method, duration, largest):
+    """Five modes within 2 % of kT at h = 0.1, and within 5 errors: false alarm 0.08 %.
+
+    MuJoCo's splitting is ten times slower and is held to 4.5 %: along one path both agree to 1e-10,
+    see `test_mujoco_baoab.py`.
+    """
+    found, error = temperatures(method, 0.1, duration, seed=11)
+    assert error.max() < largest  # of ring_3, whose correlation time is the longest: 0.0077, 0.0137
+    assert abs(found - 1).max() < 2.5 * largest  # 0.0043, 0.018
     assert (abs(found - 1) < 5 * error).all()
 
 
@@ -80,9 +87,9 @@ def test_equipartition(method):
 @pytest.mark.parametrize("method", ["variational/euler", "variational/cayley", "mujoco/euler"])
 def test_euler_overheats_the_slip_as_predicted(method):
     """By 1/(1 - 0.525 h): 5.5 % at h = 0.1, seen with an error of 0.3 %; false alarm 0.02 %."""
-    found, error = temperatures(method, 0.1, 2.5e4, seed=12)
+    found, error = temperatures(method, 0.1, 1.4e4, seed=12)
     slip, off = float(found.sel(mode="slip")), float(error.sel(mode="slip"))
-    assert off < 0.004
+    assert off < 0.004  # 0.0029
     assert slip == pytest.approx(euler_slip_overheating(mm.Motor(), 0.1), abs=5 * off)
 
 

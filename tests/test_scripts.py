@@ -1,11 +1,13 @@
 """The scripts: what they write, their one-line errors, and their exit codes."""
 
+import importlib
 import os
 import re
 import signal
 import subprocess
 import sys
 import time
+from functools import partial
 from pathlib import Path
 
 import mujoco
@@ -19,19 +21,15 @@ SCRIPTS = Path(__file__).parents[1] / "scripts"
 SHORT = ("--duration", "1", "--timestep", "0.025")
 
 
-def script(name, *arguments, **environment):
-    return subprocess.run(
-        [sys.executable, "-W", "error", SCRIPTS / f"{name}.py", *map(str, arguments)],
+def test_without_opengl_all_but_the_movie_is_made(tmp_path):
+    done = subprocess.run(
+        [sys.executable, "-W", "error", SCRIPTS / "movie.py", "top", *SHORT, "--out", tmp_path],
         capture_output=True,
         text=True,
-        env=os.environ | environment,
-        timeout=120,
+        env=os.environ | {"MUJOCO_GL": "disable"},
+        timeout=300,
         check=False,
     )
-
-
-def test_without_opengl_all_but_the_movie_is_made(tmp_path):
-    done = script("movie", "top", *SHORT, "--out", tmp_path, MUJOCO_GL="disable")
     assert done.returncode == 3, done.stderr
     assert sorted(path.name for path in tmp_path.iterdir()) == ["top.nc", "top.png"]
     for package in ("libegl1", "mesa-libEGL"):
@@ -42,9 +40,16 @@ def test_without_opengl_all_but_the_movie_is_made(tmp_path):
     assert run.sizes["time"] == 41
 
 
-def test_presets_and_fields_make_the_scene(tmp_path):
+@pytest.fixture
+def movie(run_script, monkeypatch):
+    """Run scripts/movie.py in this process, without the movie."""
+    monkeypatch.setattr(importlib.import_module("movie"), "render", lambda *_: None)
+    return partial(run_script, "movie")
+
+
+def test_presets_and_fields_make_the_scene(movie, tmp_path):
     flags = ("--preset", "experiment", "--friction", "0.2", "--position", "0.03", "0.01")
-    script("movie", "top", *flags, *SHORT, "--out", tmp_path, MUJOCO_GL="disable")
+    assert movie("top", *flags, *SHORT, "--out", tmp_path)[0] == 0
     scene = mm.scene_of(xr.load_dataset(tmp_path / "top.nc"))
     assert scene == mm.Top.experiment(friction=0.2, position=(0.03, 0.01))
 
@@ -62,26 +67,26 @@ def test_presets_and_fields_make_the_scene(tmp_path):
         (("--still", "1", "x.foo"), "movie.py: still = 'x.foo': must be the name of a picture"),
     ],
 )
-def test_a_mistake_is_one_line_and_code_2(tmp_path, flags, line):
-    done = script("movie", "top", *SHORT, *flags, "--out", tmp_path)
-    assert done.returncode == 2
-    assert done.stderr.startswith(line)
-    assert done.stderr.count("\n") == 1
+def test_a_mistake_is_one_line_and_code_2(movie, tmp_path, flags, line):
+    code, _, error = movie("top", *SHORT, *flags, "--out", tmp_path)
+    assert code == 2
+    assert error.startswith(line)
+    assert error.count("\n") == 1
     assert not any(tmp_path.iterdir())
 
 
-def test_a_diverged_run_is_kept_and_code_1(tmp_path):
+def test_a_diverged_run_is_kept_and_code_1(movie, tmp_path):
     flags = ("--preset", "si", "--timestep", "0.001", "--duration", "1")
-    done = script("movie", "top", *flags, "--out", tmp_path)
-    assert done.returncode == 1
-    assert done.stderr.startswith("movie.py: mujoco/rk4 with timestep 0.001 s stopped at t = 0.277")
-    assert done.stderr.count("\n") == 1
+    code, _, error = movie("top", *flags, "--out", tmp_path)
+    assert code == 1
+    assert error.startswith("movie.py: mujoco/rk4 with timestep 0.001 s stopped at t = 0.277")
+    assert error.count("\n") == 1
     assert float(xr.load_dataset(tmp_path / "top.nc").time[-1]) == pytest.approx(0.276)
 
 
-def test_help_names_fields_with_units():
-    done = script("movie", "top", "--help")
-    assert done.returncode == 0
+def test_help_names_fields_with_units(movie):
+    code, said, _ = movie("top", "--help")
+    assert code == 0
     for text in (
         "--ring-height",
         "height H of the ring",
@@ -89,20 +94,20 @@ def test_help_names_fields_with_units():
         "--preset",
         "--seconds-per-second",
     ):
-        assert text in done.stdout
+        assert text in said
 
 
-def test_a_flight_of_the_motor_is_found_and_replayed(tmp_path):
+def test_a_flight_of_the_motor_is_found_and_replayed(movie, tmp_path):
     flags = ("--preset", "uniform-c", "--velocity", "0", "0.05", "--duration", "400", "--seed", "3")
-    done = script("movie", "motor", *flags, "--out", tmp_path, MUJOCO_GL="disable")
-    assert done.returncode == 3, done.stderr
+    code, said, error = movie("motor", *flags, "--out", tmp_path)
+    assert (code, error) == (0, "")
     names = sorted(path.name for path in tmp_path.iterdir())
     assert names == ["motor_flight.nc", "motor_flight.png"]
     replay = xr.load_dataset(tmp_path / "motor_flight.nc")
     scene = mm.Motor.paper("uniform-c", velocity=(0.0, 0.05))
     assert mm.scene_of(replay) == scene
-    found = re.match(r".* revolutions in .* filmed from t = (\d+) to (\d+) s\n", done.stdout)
-    assert found, done.stdout
+    found = re.match(r".* revolutions in .* filmed from t = (\d+) to (\d+) s\n", said)
+    assert found, said
     assert replay.attrs["found"] == found[0].strip()
     begin, end = map(int, found.groups())
     assert replay.time[-1] == end - begin
@@ -112,18 +117,18 @@ def test_a_flight_of_the_motor_is_found_and_replayed(tmp_path):
     np.testing.assert_allclose(replay.position, same, rtol=0, atol=1e-9)  # measured: 2e-15
 
 
-def test_no_flight_no_movie(tmp_path):
-    done = script("movie", "motor", "--duration", "100", "--out", tmp_path)
-    assert done.returncode == 4
-    assert done.stderr == "movie.py: no movie: no flight in 100 s; try another seed, or longer\n"
+def test_no_flight_no_movie(movie, tmp_path):
+    code, _, error = movie("motor", "--duration", "100", "--out", tmp_path)
+    assert code == 4
+    assert error == "movie.py: no movie: no flight in 100 s; try another seed, or longer\n"
     assert not any(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("surface", ["planar", "plane"])
-def test_exported_mjcf_stands_alone_and_moves_alike(tmp_path, surface):
+def test_exported_mjcf_stands_alone_and_moves_alike(run_script, tmp_path, surface):
     path = tmp_path / "sub" / "top.xml"
-    done = script("export_mjcf", "top", path, "--surface", surface, "--tilt", "0.1")
-    assert done.returncode == 0, done.stderr
+    code, *_ = run_script("export_mjcf", "top", path, "--surface", surface, "--tilt", "0.1")
+    assert code == 0
     assert [*path.parent.iterdir()] == [path]
     exported = mujoco.MjModel.from_xml_path(str(path))
     names = {
@@ -141,23 +146,23 @@ def test_exported_mjcf_stands_alone_and_moves_alike(tmp_path, surface):
     np.testing.assert_allclose(ends[0], ends[1], rtol=0, atol=1e-12)  # measured: 4e-16
 
 
-def test_exported_disk_has_its_noise_and_potential(tmp_path):
+def test_exported_disk_has_its_noise_and_potential(run_script, tmp_path):
     path = tmp_path / "disk.xml"
-    done = script("export_mjcf", "disk", path, "--potential", "asymmetric", "--noise", "2")
-    assert done.returncode == 0, done.stderr
+    flags = ("--potential", "asymmetric", "--noise", "2")
+    assert run_script("export_mjcf", "disk", path, *flags)[0] == 0
     model = mujoco.MjModel.from_xml_path(str(path))
     assert model.body("disk").user[0] == 2
     np.testing.assert_array_equal(model.joint("x").user, [1, 0, 0.4, 0])
-    wrong = script("export_mjcf", "disk", path, "--potential", "symetric")
-    assert wrong.returncode == 2
-    assert wrong.stderr.count("\n") == 1
-    assert "did you mean 'symmetric'" in wrong.stderr
+    code, _, error = run_script("export_mjcf", "disk", path, "--potential", "symetric")
+    assert code == 2
+    assert error.count("\n") == 1
+    assert "did you mean 'symmetric'" in error
 
 
-def test_exported_motor_is_the_presets(tmp_path):
+def test_exported_motor_is_the_presets(run_script, tmp_path):
     path = tmp_path / "motor.xml"
-    done = script("export_mjcf", "motor", path, "--preset", "nonuniform-c", "--inner-mass", "5")
-    assert done.returncode == 0, done.stderr
+    flags = ("--preset", "nonuniform-c", "--inner-mass", "5")
+    assert run_script("export_mjcf", "motor", path, *flags)[0] == 0
     model = mujoco.MjModel.from_xml_path(str(path))
     np.testing.assert_array_equal(model.body("inner_ring").user[:6], [0, 0, 0, 2.5e-4, 0, 0])
     assert not model.body("ball").user.any()
@@ -168,17 +173,17 @@ def test_exported_motor_is_the_presets(tmp_path):
         mujoco.mj_step(model, data, nstep=10)
     assert np.isfinite(data.qpos).all()
     assert data.joint("inner_ring").qvel.any()
-    wrong = script("export_mjcf", "motor", path, "--preset", "paper4")
-    assert wrong.returncode == 2
-    assert wrong.stderr.startswith("export_mjcf.py: preset = 'paper4': must be one of nonuniform-a")
+    code, _, error = run_script("export_mjcf", "motor", path, "--preset", "paper4")
+    assert code == 2
+    assert error.startswith("export_mjcf.py: preset = 'paper4': must be one of nonuniform-a")
 
 
-def test_a_file_that_cannot_be_written_is_one_line(tmp_path):
+def test_a_file_that_cannot_be_written_is_one_line(run_script, tmp_path):
     (tmp_path / "file").touch()
-    done = script("export_mjcf", "top", tmp_path / "file" / "top.xml")
-    assert done.returncode == 1
-    assert done.stderr.startswith("export_mjcf.py: cannot write")
-    assert done.stderr.count("\n") == 1
+    code, _, error = run_script("export_mjcf", "top", tmp_path / "file" / "top.xml")
+    assert code == 1
+    assert error.startswith("export_mjcf.py: cannot write")
+    assert error.count("\n") == 1
 
 
 @pytest.mark.parametrize("name", ["movie", "disk", "motor"])

@@ -167,3 +167,11 @@ def test_a_thrown_ball_keeps_its_energy():
     )
     assert run.position.sel(space="z").max() > 0.1  # 0.117
     assert np.ptp(run.energy.values) < 1e-10 * 0.5 * scene.ball_mass * 1.4**2  # 1e-12
+
+
+def test_a_model_is_its_owners_alone():
+    first = mm.build(mm.Top())
+    first.opt.timestep, first.body_mass[:] = 0.5, 9.0
+    second = mm.build(mm.Top())
+    assert second.opt.timestep == 0.002
+    assert second.body("ball").mass[0] == mm.Top().ball_mass

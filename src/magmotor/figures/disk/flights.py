@@ -63,7 +63,7 @@ def compute(quick: bool) -> Paths:
     systems = {system.name: system for system in paper_systems(quick)}
     flying = systems["symmetric"].stationary
     if quick:
-        flying = _under_mu("symmetric", duration=50_000.0, replicas=1500)
+        flying = _under_mu("symmetric", duration=50_000.0, replicas=500)
     frozen = _under_mu("flat", duration=1000.0, replicas=2000)
     return Paths(paths[0], paths[1], systems, flying, frozen)
 

@@ -16,7 +16,7 @@ Scene = Disk | LangevinParticle
 FULL = {"timestep": 0.01, "duration": 50_000.0, "replicas": 10_000}
 """The paper's timestep and duration; it does not tell how many realizations it averages."""
 
-QUICK = {"timestep": 0.02, "duration": 5000.0, "replicas": 2048}
+QUICK = {"timestep": 0.02, "duration": 5000.0, "replicas": 1024}
 
 
 def disk_scenes(disk: Disk) -> dict[str, Scene]:

@@ -23,9 +23,9 @@ class Size(NamedTuple):
 
 
 SETS = {
-    "nonuniform-a": Size(0.1, full=64, quick=16),
-    "uniform-a": Size(0.5, full=256, quick=32),
-    "uniform-d": Size(0.5, full=64, quick=16),
+    "nonuniform-a": Size(0.1, full=64, quick=8),
+    "uniform-a": Size(0.5, full=256, quick=16),
+    "uniform-d": Size(0.5, full=64, quick=8),
 }
 
 SEED = 1000

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -72,6 +73,7 @@ class Departure:
     """Angle of its axis from the field, in rad."""
 
 
+@cache
 def compute(quick: bool) -> LiftOff:
     """Scan height and coupling by statics and by runs on the plane."""
     scene = Top(surface="plane")
