@@ -173,3 +173,17 @@ def test_flight_survival_with_flights_that_did_not_end():
     wrong = found.survival - np.exp(-found.flight_duration / 10)
     assert (np.abs(wrong) < 4 * found.survival_error)[1:].all()
     assert float(found.survival_error.max()) < 0.006  # 0.0040
+
+
+def test_flights_last_seen_in_a_bin_count_for_half_of_it():
+    """As many as expected of exponential durations, mean 10, seen for such times, mean 20."""
+    edges = np.arange(0.0, 200.0, 2.0)
+    left = 1e9 * np.exp(-(1 / 10 + 1 / 20) * edges)
+    gone = -np.diff(left, append=0.0)
+    columns = {"flights": 2 / 3 * gone, "unfinished_flights": gone / 3}
+    run = xr.Dataset(
+        {name: ("flight_duration", np.rint(v)) for name, v in columns.items()},
+        {"flight_duration": edges},
+    )
+    survival = flight_survival(run).survival.values[:11]
+    np.testing.assert_allclose(survival, np.exp(-edges[:11] / 10), rtol=0.02)  # 0.008

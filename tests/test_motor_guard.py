@@ -7,6 +7,7 @@ from scipy.spatial.transform import Rotation
 import magmotor as mm
 from magmotor.devices.first_failure import ENERGY_GREW
 from magmotor.devices.motor_guard import RING_LOST, Guard
+from magmotor.observables.motor_energy import motor_energy
 from magmotor.states.motor import start_motor
 
 SCENE = mm.Motor.paper("nonuniform-a")
@@ -35,3 +36,21 @@ def wrong(tilt, work):
 def test_a_ring_that_has_tipped_is_what_is_told_first(tilt, work, rows, reason):
     """Between two records it may tip and, whirling, get more energy than a step can follow."""
     assert wrong(tilt, work) == (rows, reason)
+
+
+@pytest.mark.parametrize("factor", [1.0, 2.0])
+def test_the_lift_is_what_the_energy_falls_by_when_the_ball_rises(factor):
+    scene = mm.Motor(ball_ring_factor=factor, gravity=0.0)
+    random = np.random.default_rng(3)
+    states = start_motor(scene, 8)
+    states = states._replace(
+        position=states.position + random.uniform(-0.1, 0.1, (1, 8, 3)),
+        orientation=random.normal(size=(1, 8, 4)),
+        ring_orientation=Rotation.random(8, random_state=3).as_quat(scalar_first=True)[None],
+    )
+    lift = motor_energy(scene, states).lift
+    up, down = (
+        motor_energy(scene, states._replace(position=states.position + step)).total
+        for step in np.array([(0, 0, 1e-5), (0, 0, -1e-5)])
+    )
+    assert np.abs(lift + (up - down) / 2e-5).max() < 1e-6 * np.abs(lift).max()  # 6e-8

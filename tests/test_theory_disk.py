@@ -9,6 +9,7 @@ from scipy.linalg import eigh, expm
 from scipy.special import i0, roots_hermitenorm
 
 from magmotor import theory
+from magmotor.engines.friction import friction_and_noise
 from magmotor.scenes import Disk, LangevinParticle
 from magmotor.theory import DiskTheory
 
@@ -64,6 +65,19 @@ def test_flat_displacement_against_matrix_exponential(scene):
         exact = direction @ covariance[:dof, :dof] @ direction
         assert rest[i] == pytest.approx(exact, rel=1e-9)  # 4e-14
         assert gibbs[i] == pytest.approx(flow @ start @ flow + exact, rel=1e-9)  # 4e-14
+
+
+@pytest.mark.parametrize("t", [0.01, 1.0, 5.0])
+@pytest.mark.parametrize("scene", [PAPER, OTHER])
+def test_friction_and_noise_of_a_step_against_matrix_exponential(scene, t):
+    """Also where friction in two directions couples velocities of unequal inertia."""
+    wrenches = scene.slip_directions.T
+    friction, noise = scene.friction * wrenches @ wrenches.T, scene.noise * wrenches
+    decrement, driven = friction_and_noise(scene.masses, friction, noise, t, exact=True)
+    transition, covariance = van_loan(scene, t)
+    np.testing.assert_allclose(np.eye(2) + decrement, transition[2:, 2:], rtol=4e-13)  # 2e-14
+    error = np.abs(driven @ driven.T - covariance[2:, 2:]).max()
+    assert error < 4e-13 * np.abs(covariance[2:, 2:]).max()  # 2e-14
 
 
 def test_flat_variance_is_the_papers_reference_form():

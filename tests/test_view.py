@@ -220,6 +220,22 @@ def test_the_mouse_pulls_a_body_on_which_nothing_else_acts_once():
     assert data.qacc[0] == pytest.approx(force / model.body_mass[1])
 
 
+def test_the_mouse_pulls_a_body_at_its_center_of_mass():
+    """As MuJoCo does with the same force in `xfrc_applied`."""
+    body = "<body><freejoint/><geom size='0.1' pos='0.3 0.2 0'/></body>"
+    text = f"<mujoco><option gravity='0 0 0'/><worldbody>{body}</worldbody></mujoco>"
+    model = mujoco.MjModel.from_xml_string(text)
+    plain, moved, perturb = mujoco.MjData(model), mujoco.MjData(model), mujoco.MjvPerturb()
+    perturb.select, perturb.localmass, perturb.active = 1, 2.0, 1
+    perturb.refselpos[:] = [0.5, 0.0, 0.3]
+    for data, apply in ((plain, mujoco.mjv_applyPerturbForce), (moved, mm.apply_perturbation)):
+        mujoco.mj_forward(model, data)
+        apply(model, data, perturb)
+        mujoco.mj_forward(model, data)
+    assert np.abs(plain.qacc).min() > 0.1
+    np.testing.assert_allclose(moved.qacc, plain.qacc, rtol=1e-12)
+
+
 def test_any_model_starts_at_its_keyframe_and_is_magnetic():
     simulation = LiveSimulation(mujoco.MjModel.from_xml_string(NEEDLE), seed=4)
     assert simulation.declared == {"magnetism": True, "noise": True}
