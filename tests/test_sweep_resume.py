@@ -427,6 +427,20 @@ TORTURE = [
 ]
 
 
+def test_an_error_of_a_cluster_s_own_is_no_case_s(tmp_path):
+    class Confused(Lost):
+        def submit(self, fn, /, *args, **kwargs):
+            future = Future()
+            future.set_exception(AttributeError("'NoneType' object has no attribute"))
+            return future
+
+    with pytest.raises(
+        mm.sweep.NoWorkers, match=r"gave a case back undone \(AttributeError: 'None"
+    ):
+        mm.sweep.run(SWEEP, tmp_path / "s", executor=Confused([1]))
+    assert mm.sweep.status(tmp_path / "s").missing == len(SWEEP)
+
+
 def test_a_few_rounds_of_torture():
     ended = subprocess.run(TORTURE, capture_output=True, text=True, timeout=300)
     assert ended.returncode == 0, ended.stdout + ended.stderr

@@ -329,7 +329,19 @@ def test_a_sweep_too_large_is_refused_before_memory_is_taken():
         Sweep(scene=mm.Top(), measure=["max_spin"], duration=1, samples=Samples(box, 4))
 
 
-def test_odd_attributes_end_rerun_in_one_line(told, tmp_path, run_script, monkeypatch):
+@pytest.mark.filterwarnings("ignore:.*:RuntimeWarning")
+def test_odd_attributes_of_a_run_end_rerun_in_one_line(tmp_path, run_script):
+    run = mm.simulate(**DISK)
+    for name in ("method", "timestep", "duration", "seed", "path", "versions", "time_reached"):
+        for odd in ("", "[]", "[" * 10**4, 2.5, np.arange(3), b"x", 10**15):
+            run.assign_attrs({name: odd}).to_netcdf(tmp_path / "odd.nc")
+            code, said, errors = run_script("rerun", tmp_path / "odd.nc")
+            assert (code == 2, errors.count("\n")) in ((True, 1), (False, 0)), (name, odd)
+            assert code in (0, 1, 2)
+            assert bool(said) == (code != 2)
+
+
+def test_odd_attributes_of_a_sweep_end_rerun_in_one_line(told, tmp_path, run_script, monkeypatch):
     """Of a dataset of a sweep: text of any kind, arrays, and what JSON can hold."""
     monkeypatch.setattr(mm.sweep, "run", lambda *_: pytest.fail("it runs"))
     texts = ["", "x", "{}", "[]", "3", "null", "NaN", "[" * 10**5, '{"measure": 3}']
