@@ -21,7 +21,7 @@ from magmotor.sweep.directory import Directory, folder_of
 from magmotor.sweep.measures import imported, is_own
 from magmotor.sweep.pool import NoWorkers, Pool, WorkerDied
 from magmotor.sweep.sealed import Damaged
-from magmotor.sweep.work import Outcome, OtherVersions, compute
+from magmotor.sweep.work import OtherVersions, Outcome, compute
 from magmotor.sweep.workers import Cluster
 
 AHEAD = 2
