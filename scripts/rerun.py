@@ -38,8 +38,9 @@ def main() -> None:
     kept = read(options.file)
     try:
         again = mm.rerun(kept, measures=options.allow_measure)
-    except ValueError as error:
-        fail(f"{options.file}: {error}", MISTAKE)
+    except Exception as error:  # its attributes may hold anything
+        kind = "" if isinstance(error, ValueError) else f"{type(error).__name__}: "
+        fail(f"{options.file}: {kind}{' '.join(str(error).split())}", MISTAKE)
     if options.out:
         write_netcdf(again, options.out)
     compared = comparable(kept, again)
@@ -63,7 +64,7 @@ def read(path: Path) -> xr.Dataset:
 
 def comparable(kept: xr.Dataset, again: xr.Dataset) -> xr.Dataset:
     """All that is there; of an ensemble that ended elsewhere records, not what sums them up."""
-    if kept.attrs.get("time_reached") == again.attrs.get("time_reached"):
+    if str(kept.attrs.get("time_reached")) == str(again.attrs.get("time_reached")):
         return kept
     return kept[[name for name in kept.variables if "time" in kept[name].dims]]
 

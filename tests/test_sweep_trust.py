@@ -210,11 +210,13 @@ def test_a_file_that_is_a_link_or_a_pipe_is_damage(tmp_path):
     assert not first.is_symlink()
 
 
-ODD = (
+ODD: tuple[Any, ...] = (
     None, True, 3, -1, 10**12, 1e300, float("nan"), "", "x", "\0", b"x", [], [3], [[]], ["x", "x"],
     [["x", [1]]], [[["x"], 3]], {}, {"x": 3}, [{"size": 4}], [[None, None]], [None],
 )  # fmt: skip
 """Values that a field of sweep.json, an attribute or an argument may have."""
+
+WRONG: tuple[Any, ...] = (*ODD, object(), np.zeros((2, 2)), range(3), len)
 
 SWEEP_FIELDS = (
     "duration", "measure", "method", "record_interval", "replicas", "samples", "scene",
@@ -272,7 +274,7 @@ def test_odd_recipes_of_a_design_and_axes_are_refused(told):
 
 def test_wrong_kinds_of_arguments_raise_nothing_but_a_named_error():
     own = {**DISK, "measure": ["temperature"], "vary": {"noise": (1.0,)}}
-    for value in (*ODD, object(), np.zeros((2, 2)), range(3), lambda: 1):
+    for value in WRONG:
         for name in (*SWEEP_FIELDS, "vary"):
             if name != "scene_fields":
                 refused(Sweep, **{**own, name: value})
@@ -293,7 +295,7 @@ def test_wrong_kinds_of_arguments_raise_nothing_but_a_named_error():
 def test_wrong_kinds_of_arguments_of_functions_are_refused(tmp_path):
     plan = Sweep(**DISK, measure=["temperature"], vary={"noise": (1.0,)})
     sweep = mm.sweep
-    for value in (*ODD, object(), np.zeros((2, 2)), range(3), lambda: 1):
+    for value in WRONG:
         assert refused(sweep.measures, value)
         assert refused(sweep.sweep_from, value)
         assert refused(sweep.run, value, tmp_path / "s")
@@ -324,12 +326,24 @@ def test_a_sweep_too_large_is_refused_before_memory_is_taken():
     with pytest.raises(ValueError, match="number of values of seeds = 'over 1048576': must be"):
         Sweep(**own, vary={"noise": (1.0,)}, seeds=10**15)
     fields = "position_x position_y velocity_x velocity_y axis_x axis_y axis_z spin tilt coupling"
-    box = dict.fromkeys((*fields.split(), "friction"), (0.1, 0.2))
+    box: dict[str, Any] = dict.fromkeys((*fields.split(), "friction"), (0.1, 0.2))
     with pytest.raises(ValueError, match="timestep = None: must be given where more than 10 num"):
         Sweep(scene=mm.Top(), measure=["max_spin"], duration=1, samples=Samples(box, 4))
 
 
-def test_odd_attributes_end_rerun_in_one_line(told, tmp_path, run_script, monkeypatch):
+@pytest.mark.filterwarnings("ignore:.*:RuntimeWarning")
+def test_odd_attributes_of_a_run_end_rerun_in_one_line(tmp_path, run_script):
+    run = mm.simulate(**DISK)
+    for name in ("method", "timestep", "duration", "seed", "path", "versions", "time_reached"):
+        for odd in ("", "[]", "[" * 10**4, 2.5, np.arange(3), b"x", 10**15):
+            run.assign_attrs({name: odd}).to_netcdf(tmp_path / "odd.nc")
+            code, said, errors = run_script("rerun", tmp_path / "odd.nc")
+            assert (code == 2, errors.count("\n")) in ((True, 1), (False, 0)), (name, odd)
+            assert code in (0, 1, 2)
+            assert bool(said) == (code != 2)
+
+
+def test_odd_attributes_of_a_sweep_end_rerun_in_one_line(told, tmp_path, run_script, monkeypatch):
     """Of a dataset of a sweep: text of any kind, arrays, and what JSON can hold."""
     monkeypatch.setattr(mm.sweep, "run", lambda *_: pytest.fail("it runs"))
     texts = ["", "x", "{}", "[]", "3", "null", "NaN", "[" * 10**5, '{"measure": 3}']

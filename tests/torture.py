@@ -307,8 +307,9 @@ class ClusterTorture(Torture):
             if name not in self.parts or self.parts[name].poll() is not None:
                 more = () if program == "scheduler" else ("--nthreads", "1")
                 line = [sys.executable, "-m", f"distributed.cli.dask_{program}", *rest, *more]
-                quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-                self.parts[name] = subprocess.Popen([*line, "--no-dashboard"], **quiet)
+                self.parts[name] = subprocess.Popen(
+                    [*line, "--no-dashboard"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+                )
         deadline = time.monotonic() + PATIENCE
         while waited(forked(self._found), PATIENCE) != 0:
             if time.monotonic() > deadline:
@@ -357,7 +358,7 @@ KINDS: dict[str, tuple[type[Torture], Callable[..., None], float]] = {
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("kills", type=int, nargs="?", default=100)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--only", nargs="+", choices=KINDS, default=[*KINDS])

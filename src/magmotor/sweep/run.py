@@ -21,7 +21,7 @@ from magmotor.sweep.directory import Directory, folder_of
 from magmotor.sweep.measures import imported, is_own
 from magmotor.sweep.pool import NoWorkers, Pool, WorkerDied
 from magmotor.sweep.sealed import Damaged
-from magmotor.sweep.work import Outcome, compute
+from magmotor.sweep.work import OtherVersions, Outcome, compute
 from magmotor.sweep.workers import Cluster
 
 AHEAD = 2
@@ -253,6 +253,9 @@ class _Driver:
         # Dask has tried it several times.
         elif isinstance(error, WorkerDied) or type(error).__name__ == "KilledWorker":
             self._keep(case, Outcome(None, DIED, 0.0))
+        elif isinstance(self.workers, Cluster) and not isinstance(error, OtherVersions):
+            kind = type(error).__name__  # Dask's, some of them raised by mistakes of its own
+            raise NoWorkers(f"the cluster gave a case back undone ({kind}: {error})") from error
         else:
             raise error
 
