@@ -19,14 +19,14 @@ import llvmlite.binding as llvm
 import mujoco
 import numpy as np
 import xarray as xr
-from numpy._core import _multiarray_umath
 
 import magmotor as mm
 from magmotor.noise import normal
 
 RECORD = Path(__file__).with_suffix(".json")
 
-WIDE = [name for name in _multiarray_umath.__cpu_dispatch__ if "512" in name or name == "X86_V4"]
+FOUND = np.show_config(mode="dicts")["SIMD Extensions"]["found"]  # type: ignore[index]
+WIDE = [name for name in FOUND if "512" in name or name == "X86_V4"]
 NARROW = {
     "NPY_DISABLE_CPU_FEATURES": " ".join(WIDE),
     "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX512F,-AVX512VL,-AVX512BW,-AVX512DQ,-AVX512CD",

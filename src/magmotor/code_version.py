@@ -14,6 +14,7 @@ from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import llvmlite.binding as llvm
 from numba.core import config
@@ -29,7 +30,8 @@ def code_version(*modules: ModuleType) -> int:
 
 def target() -> tuple[str, str]:
     """Name and features of the processor that Numba compiles for."""
-    name, features = config.CPU_NAME, config.CPU_FEATURES
+    settings: Any = config
+    name, features = settings.CPU_NAME, settings.CPU_FEATURES
     return name or llvm.get_host_cpu_name(), _host() if features is None else features
 
 
@@ -37,7 +39,7 @@ _host = cache(get_host_cpu_features)
 
 
 def machine_kind() -> str:
-    """What results depend on: the architecture, and of x86-64 whether it multiplies and adds at once.
+    """What results depend on: the architecture, and whether an x86-64 is of the third level.
 
     See `eights`.
     """

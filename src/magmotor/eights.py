@@ -8,20 +8,20 @@ multiplication and addition are one operation where `fused` says so, nowhere els
 A processor without a fused multiply-add (x86-64 before its third level) rounds the product, too.
 """
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
-
 import operator
 from collections.abc import Callable
+from typing import Any
 
 from llvmlite import ir
-from numba import types
+from numba import extending, types
 from numba.core import cgutils
 from numba.core.typing.templates import ConcreteTemplate, infer_global, signature
-from numba.extending import intrinsic, lower_builtin, models, register_model
+from numba.extending import lower_builtin, models, register_model
 
 COUNT = 8
 """Doubles in an Eight: those of the widest vector, and of a cache line."""
+
+intrinsic: Any = extending.intrinsic  # which hides the first parameter of what it decorates
 
 _VECTOR = ir.VectorType(ir.DoubleType(), COUNT)
 _WORD = ir.IntType(32)
@@ -37,7 +37,7 @@ class Eight(types.Type):
 EIGHT = Eight()
 
 
-@register_model(Eight)
+@register_model(Eight)  # type: ignore[reportOptionalCall]
 class _Model(models.PrimitiveModel):
     def __init__(self, manager, kind):
         super().__init__(manager, kind, _VECTOR)

@@ -6,8 +6,7 @@
 import numpy as np
 from numba import njit
 
-PADDING = 8
-"""Doubles in the widest vector, and in a cache line."""
+from magmotor.eights import COUNT
 
 
 @njit(inline="always")
@@ -16,8 +15,8 @@ def aligned(count):
 
     Vectors across two lines are slow, and so is a line that two threads use.
     """
-    room = np.empty(count + 2 * PADDING)
-    start = -(room.ctypes.data // 8) % PADDING
+    room = np.empty(count + 2 * COUNT)
+    start = -(room.ctypes.data // 8) % COUNT
     return room[start : start + count]
 
 

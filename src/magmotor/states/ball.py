@@ -41,7 +41,8 @@ def start(scene: Top) -> BallStates:
 
 def smallest_turn(axis: ArrayLike) -> NDArray[np.float64]:
     """Orientation (w, x, y, z) that brings e_z to `axis` by the smallest turn."""
-    x, y, z = np.asarray(axis, dtype=float) / np.linalg.norm([axis], axis=1)
+    vector = np.asarray(axis, dtype=float)
+    x, y, z = vector / np.linalg.norm(vector, axis=-1)
     across = math.sqrt(x * x + y * y)
     if z >= 0:
         half = math.sqrt(0.5 * (1.0 + z))  # the cosine of half the angle

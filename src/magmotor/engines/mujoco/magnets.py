@@ -21,6 +21,7 @@ import numpy as np
 from numba import njit
 
 from magmotor.dipoles import COINCIDENCE_SQUARED, sum_over_sources
+from magmotor.eights import COUNT
 from magmotor.engines.mujoco import memory
 from magmotor.engines.mujoco.dipole_sites import all_moments
 
@@ -35,9 +36,6 @@ The last row lists the magnets that are taken apart.
 
 LONG = 16
 """Sites that make a body's magnet long."""
-
-LANES = 8
-"""Sources are filled up to a multiple of this, since a loop's remainder is not vectorised."""
 
 FAR = 1e150
 """Coordinates in metres of what fills them up; their square is still a number."""
@@ -57,8 +55,8 @@ def set_magnetic_wrenches(m, d, offsets):
     if nsite == 0 or m[offsets.nuser_site // 8] == 0 or not all_moments(m, offsets):
         return 0
     ntuple = m[offsets.ntuple // 8]
-    border = _filled(nsite) + LANES
-    columns = border + (2 if ntuple == 0 else LANES) * border
+    border = _filled(nsite) + COUNT
+    columns = border + (2 if ntuple == 0 else COUNT) * border
     stack = d.ctypes.data
     memory.mark_stack(stack)
     room = memory.allocate(stack, 8 * (ROWS * columns + 3 * ntuple), 64)
@@ -151,15 +149,15 @@ def _gather(table, after, couplings, m, d, offsets):
 
 @njit
 def _filled(size):
-    """Number of sources, filled up."""
-    return (size + LANES - 1) // LANES * LANES
+    """Number of sources, filled up to whole eights."""
+    return (size + COUNT - 1) // COUNT * COUNT
 
 
 @njit
 def _fill_up(table, end):
     """Put sources without a moment at `end`, as many as it may take."""
     for row in range(FIRST):
-        for j in range(LANES):
+        for j in range(COUNT):
             table[row, end + j] = FAR if row < 3 else 0.0
 
 

@@ -5,9 +5,9 @@ from collections.abc import Generator
 import numpy as np
 from numpy.typing import NDArray
 
+from magmotor.eights import COUNT
 from magmotor.engines.job import Job
 from magmotor.engines.variational.lanes import TURN, kernel, law
-from magmotor.engines.vectors import PADDING
 from magmotor.states.disk import DiskStates
 
 
@@ -27,7 +27,7 @@ def run(job: Job) -> Generator[tuple[DiskStates, NDArray[np.float64]]]:
 def pack(states: DiskStates) -> NDArray[np.float64]:
     """The last of the states as the kernel takes it: padded, and x in turns."""
     replicas = states.x.shape[1]
-    lanes = np.zeros((4, -(-replicas // PADDING) * PADDING))
+    lanes = np.zeros((4, -(-replicas // COUNT) * COUNT))
     lanes[0, :replicas], lanes[2, :replicas] = states.x[-1] / TURN, states.v[-1]
     if states.theta is not None and states.omega is not None:
         lanes[1, :replicas], lanes[3, :replicas] = states.theta[-1], states.omega[-1]

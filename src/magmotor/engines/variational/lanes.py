@@ -96,7 +96,7 @@ def _part(scene: Disk | LangevinParticle, code: str, time: float, exact: bool) -
 def kernel(scene: Disk | LangevinParticle, scheme: str) -> Any:
     """The function advance(states, recorded, first, interval, seed, replica, factor, level, law).
 
-    It takes states, shape (4, R) with rows x in turns, theta, v, omega and R a multiple of PADDING,
+    It takes states, shape (4, R) with rows x in turns, theta, v, omega and R a multiple of eight,
     from step `first` on for `interval` steps to each of `recorded`, shape (records, 4, R); column 0
     is replica number `replica`. The states are those of the last record afterwards.
     """
