@@ -199,3 +199,28 @@ def test_a_run_must_have_what_is_read(top_run):
     for message, run in wrong.items():
         with pytest.raises(ValueError, match=message):
             mm.observables.momentum_balance(run)
+
+
+@pytest.fixture(scope="module")
+def ensemble():
+    return mm.ensemble(
+        mm.Disk(), timestep=0.02, duration=200, replicas=64, trajectories=64, **BAOAB
+    )
+
+
+def test_what_counts_from_the_start_needs_the_start(ensemble):
+    slope = mm.observables.local_slope(ensemble)
+    some = mm.observables.local_slope(ensemble.isel(time=slice(None, None, 2)))
+    shared = np.isin(some.begin, slope.begin)
+    assert shared.all()
+    with pytest.raises(ValueError, match=r"first time in run = .*: must be 0"):
+        mm.observables.local_slope(ensemble.isel(time=slice(5, None)))
+    with pytest.raises(ValueError, match=r"factor = 1000.0: must be at most"):
+        mm.observables.local_slope(ensemble, 1000)
+
+
+def test_flights_survive_by_all_their_bins(ensemble):
+    whole = mm.observables.flight_survival(ensemble)
+    assert whole.survival[0] == 1
+    with pytest.raises(ValueError, match=r"flight_duration = .*: must be that of an ens"):
+        mm.observables.flight_survival(ensemble.isel(flight_duration=slice(None, None, 2)))

@@ -355,7 +355,7 @@ def test_a_checked_function_keeps_its_face():
         ([[1, 2], [3]], (), "must be an array of numbers"),
         ([True], (), "must be an array of numbers"),
         ([1, 2, 3, 4], (..., 3), r"has shape \(4,\): must have shape \(\.\.\., 3\)"),
-        ([], ("N",), r"has shape \(0,\): must have shape \(N,\)"),
+        (1.0, ("N",), r"has shape \(\): must have shape \(N,\)"),
         ([[1, 2]], (2,), r"has shape \(1, 2\): must have shape \(2,\)"),
         ([1, math.inf], (), "holds inf: every value must be finite"),
         ([1e31], (), r"holds 1e\+31: every value must be finite, and at most 1e\+30"),

@@ -101,8 +101,8 @@ def check_array(name: str, value: Any, *shape: Any) -> NDArray[np.float64]:
     name : str
     value : array_like
     *shape : int, str or ...
-        Lengths of the axes; a name stands for any length from one on, `...` at the beginning for
-        any axes, also none. Without lengths, any shape, also an empty one.
+        Lengths of the axes; a name stands for any length, `...` at the beginning for any axes,
+        also none. Without lengths, any shape.
     """
     array = _plain(name, value)
     if array.dtype.kind not in "iuf" and array.size:
@@ -140,8 +140,7 @@ def _check_shape(name: str, array: NDArray[Any], shape: tuple[Any, ...]) -> None
     wanted = shape[1:] if free else shape
     found = array.shape[len(array.shape) - len(wanted) :] if free else array.shape
     fits = len(found) == len(wanted) and all(
-        length > 0 if isinstance(size, str) else length == size
-        for length, size in zip(found, wanted, strict=True)
+        isinstance(size, str) or length == size for length, size in zip(found, wanted, strict=True)
     )
     if not fits:
         told = ", ".join("..." if size is ... else str(size) for size in shape)

@@ -1,10 +1,14 @@
 """Observables of the sliding disk and of the Langevin particle."""
 
+from typing import Annotated
+
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
 from magmotor.analysis import analysis
+from magmotor.arguments import number
+from magmotor.checks import reject
 from magmotor.scenes import Disk, LangevinParticle
 from magmotor.scenes.potential import derivative
 
@@ -38,7 +42,18 @@ def flight_survival(run: xr.Dataset) -> xr.Dataset:
     xarray.Dataset
         `survival` and its standard error `survival_error` (Greenwood's formula) over
         `flight_duration`, the durations at which the bins begin, up to the last flight's.
+
+    Raises
+    ------
+    ValueError
+        Some of the bins between the first and the last are missing.
     """
+    durations = run.flight_duration.values
+    even = np.allclose(durations[1:], 2**0.25 * durations[:-1], rtol=1e-6)
+    if "sample_interval" in run.attrs and not even:
+        raise reject(
+            "flight_duration", durations.tolist(), "that of an ensemble, with all its bins"
+        )
     ended, unfinished = run.flights.values, run.unfinished_flights.values
     at_risk = np.cumsum((ended + unfinished)[::-1])[::-1]
     seen = at_risk > 0
@@ -48,12 +63,12 @@ def flight_survival(run: xr.Dataset) -> xr.Dataset:
     terms = np.append(0.0, ended / (at_risk * left))[:-1]
     values = {"survival": survival, "survival_error": survival * np.sqrt(np.cumsum(terms))}
     return xr.Dataset({name: ("flight_duration", value) for name, value in values.items()}).assign(
-        {"flight_duration": run.flight_duration.values[seen]}
+        {"flight_duration": durations[seen]}
     )
 
 
 @analysis("path", of=(Disk, LangevinParticle), records=2)
-def local_slope(run: xr.Dataset, factor: float = 2.0) -> xr.Dataset:
+def local_slope(run: xr.Dataset, factor: Annotated[float, number(above=1)] = 2.0) -> xr.Dataset:
     """Local slope d log MSD / d log t of x, between times that are about a factor apart.
 
     Its error is that of the difference of two logarithms of means over the *same* replicas, to
@@ -64,18 +79,29 @@ def local_slope(run: xr.Dataset, factor: float = 2.0) -> xr.Dataset:
     run : xarray.Dataset
         From `ensemble`, with all replicas among its `trajectories`.
     factor : float
-        The later time over the earlier, but for the times that were recorded.
+        The later time over the earlier, more than 1, but for the times that were recorded.
 
     Returns
     -------
     xarray.Dataset
         `slope` and its standard error `slope_error`, and the two times `begin` and `end`, over
         `time`, their geometric mean.
+
+    Raises
+    ------
+    ValueError
+        The first record is not the start, or the factor is larger than any between two records.
     """
+    if run.time.values[0] != 0:
+        raise reject(
+            "first time in run", float(run.time[0]), "0: displacements count from the start"
+        )
     square = (run.path.values - run.path.values[:, :1]) ** 2
     times = run.time.values
     end = np.searchsorted(times, factor * times[1:] * (1 - 1e-9))
     begin = np.flatnonzero(end < len(times)) + 1
+    if not len(begin):
+        raise reject("factor", factor, "at most the last recorded time over the first after zero")
     end = end[begin - 1]
     mean = square.mean(axis=0)
     width = np.log(times[end] / times[begin])

@@ -11,6 +11,8 @@ from magmotor.reproducible import applied
 
 Coefficients = tuple[tuple[float, float], ...]
 
+MOST_WAVES = 100
+
 NAMED: dict[str, Coefficients] = {
     "symmetric": ((1.0, 0.0),),
     "asymmetric": ((1.0, 0.0), (0.4, 0.0)),
@@ -26,7 +28,7 @@ def check_potential(potential: Any) -> str | Coefficients:
     Raises
     ------
     ValueError
-        An unknown name, or coefficients that are not pairs of finite numbers.
+        An unknown name, or coefficients that are not at most 100 pairs of finite numbers.
     """
     if isinstance(potential, str):
         check_choice("potential", potential, tuple(NAMED))
@@ -34,6 +36,8 @@ def check_potential(potential: Any) -> str | Coefficients:
     if not isinstance(potential, tuple | list):
         bound = "one of " + ", ".join(NAMED) + ", or pairs (a_k, b_k) of Fourier coefficients"
         raise reject("potential", potential, bound)
+    if len(potential) > MOST_WAVES:
+        raise reject("number of pairs in potential", len(potential), f"at most {MOST_WAVES}")
     pairs: list[tuple[float, float]] = []
     for i, pair in enumerate(potential):
         if not isinstance(pair, tuple | list) or len(pair) != 2:
