@@ -319,6 +319,10 @@ def test_what_is_not_a_number_is_null_in_a_file_and_itself_when_combined():
         ({"samples": Samples({"x": (0, 1)}, 4), "vary": {"x": (1,)}}, "'x': must be varied once"),
         ({"samples": Samples({"noise": (-1, 1)}, 4)}, "noise = -1: must be at least 0"),
         (
+            {"scene": mm.Top(), "vary": {}, "samples": Samples({"tilt": (0.1, 2)}, 4)},
+            "tilt = 2: must be less than 1.5708",
+        ),
+        (
             {"scene": mm.Motor(), "vary": {"position_x": (0.1,)}, "measure": ["flights"]},
             "position = None: must be given in the scene, for position_x to be varied",
         ),
