@@ -13,15 +13,15 @@ from magmotor.states.motor import start_motor
 SCENE = mm.Motor.paper("nonuniform-a")
 
 
-def wrong(tilt, work):
+def wrong(tilt, work, scene=SCENE):
     """What is wrong with a state whose ring leans by so many degrees after work in J by noise."""
-    first = start_motor(SCENE)
+    first = start_motor(scene)
     ring = Rotation.from_euler("x", tilt, degrees=True).as_quat(scalar_first=True)
     state = first._replace(
         ring_orientation=np.broadcast_to(ring, first.ring_orientation.shape),
         ring_work=np.full_like(first.ring_work, work),
     )
-    return Guard(SCENE, first).first_wrong(state)
+    return Guard(scene, first).first_wrong(state)
 
 
 @pytest.mark.parametrize(
@@ -36,6 +36,11 @@ def wrong(tilt, work):
 def test_a_ring_that_has_tipped_is_what_is_told_first(tilt, work, rows, reason):
     """Between two records it may tip and, whirling, get more energy than a step can follow."""
     assert wrong(tilt, work) == (rows, reason)
+
+
+def test_a_warm_motor_has_no_more_energy_for_the_work_that_its_noise_has_done():
+    assert wrong(0, 1, mm.Motor()) == (1, "")
+    assert wrong(10, 1, mm.Motor()) == (0, ENERGY_GREW)
 
 
 @pytest.mark.parametrize("factor", [1.0, 2.0])
