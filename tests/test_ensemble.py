@@ -62,12 +62,12 @@ def test_moments_are_those_of_the_trajectories(trajectories, whole):
         np.testing.assert_allclose(found.mean_square_error, square_error, rtol=1e-6, atol=1e-7)
 
 
-@pytest.mark.parametrize("burn_in", [0.0, 7.5])
-def test_increment_correlations_are_those_of_the_trajectories(trajectories, burn_in):
+@pytest.mark.parametrize(("burn_in", "lags"), [(0.0, 5), (7.5, 5), (45.0, 3)])
+def test_increment_correlations_are_those_of_the_trajectories(trajectories, burn_in, lags):
     run = mm.ensemble(WARM, **ARGUMENTS, burn_in=burn_in)
     x = trajectories.x.values[:, round(burn_in / 0.5) :]
     assert run.lag[0] == 0.5
-    assert run.sizes["lag"] == 5
+    assert run.sizes["lag"] == lags
     for level, (found, square) in enumerate(
         zip(run.increment_correlation, run.mean_square_increment, strict=True)
     ):
@@ -128,9 +128,11 @@ def test_densities_are_histograms(trajectories, whole):
         assert float(whole[f"density_{name}"].sum()) * width == pytest.approx(1)
 
 
-def test_flights_are_those_of_the_trajectories(trajectories, whole):
+@pytest.mark.parametrize("burn_in", [0.0, 30.0])
+def test_flights_are_those_of_the_trajectories(trajectories, burn_in):
     """A flight by the definition, with Python's loops."""
-    d = (WARM.sigma * trajectories.omega - trajectories.v).values
+    whole = mm.ensemble(WARM, **ARGUMENTS, burn_in=burn_in)
+    d = (WARM.sigma * trajectories.omega - trajectories.v).values[:, round(burn_in / 0.5) :]
     threshold = 0.1 * np.sqrt(theory.gibbs_mean_squares(WARM)["d"])
     finished, unfinished = [], []
     for row in d:

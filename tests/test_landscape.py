@@ -7,6 +7,7 @@ import pytest
 
 import magmotor as mm
 from magmotor import observables, theory
+from magmotor.theory.landscape import effective_potential, valley
 
 
 def test_level_ring():
@@ -42,6 +43,15 @@ def test_no_critical_point_is_missed(tilt):
     """V_e rises outward: minima and maxima less saddles are one."""
     kinds = [point.kind for point in observables.critical_points(mm.Top(tilt=float(tilt)))]
     assert len(kinds) - 2 * kinds.count("saddle") == 1
+
+
+def test_the_saddle_is_the_highest_point_of_the_valley():
+    """Of five, each between two dipoles; 120 azimuths miss its top by little."""
+    scene = mm.Top(ring_dipoles=5, tilt=0.05, tilt_azimuth=0.3)
+    around = np.linspace(0, 2 * np.pi, 120, endpoint=False)
+    along = effective_potential(scene, valley(scene, around))
+    found = observables.saddle(scene).energy
+    assert found - 2e-6 < along.max() < found  # 6.7e-7 J; the next saddle is 3.4e-5 J lower
 
 
 def test_a_minimum_near_its_saddles_is_found():

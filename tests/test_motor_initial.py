@@ -52,6 +52,10 @@ def test_a_run_goes_on_from_another():
     [
         ({"speed": 1.0}, "initial = 'speed': must be one of position"),
         ({"ring_axis": (0.4, 0, 1)}, r"initial\['ring_axis'\] = .*: must be within 20 degrees"),
+        (
+            {"ring_axis": ((0, 0, 1), (0.4, 0, 1))},
+            r"\['ring_axis'\] = .*: must be within 20 degrees",
+        ),
         ({"ring_orientation": (0, 1, 0, 0)}, r"initial\['ring_axis'\] = .*: must be within 20"),
         ({"ring_axis": (0, 0, 0)}, r"initial\['ring_axis'\] = .*: must be not all zero"),
         (
@@ -60,6 +64,10 @@ def test_a_run_goes_on_from_another():
         ),
         ({"axis": (0, 0, 1), "orientation": (1, 0, 0, 0)}, "given with axis or orientation"),
         ({"position": (0.5, 0.0, 0.1)}, r"initial\['position'\] = .*: must be 0.04 along z"),
+        (
+            {"position": ((0.5, 0, 0.04), (0.5, 0, 0.1))},
+            r"\['position'\] = .*: must be 0.04 along z",
+        ),
         ({"velocity": (0.0, 0.0, 0.1)}, r"initial\['velocity'\] = .*: must be 0 along z"),
         ({"velocity": (0.0,)}, r"initial\['velocity'\] = .*: must be 3 finite numbers, or 2 times"),
         ({"angular_velocity": (0, np.nan, 0)}, r"initial\['angular_velocity'\] holds nan"),

@@ -109,6 +109,11 @@ def test_a_sampled_error_is_no_smaller_than_its_floor(table):
     assert mm.recommend(mm.Disk(), error=0.0049, quantity="path").error == 0.001
 
 
+def test_a_longer_step_errs_no_less_as_far_as_a_shorter_is_above_its_floor():
+    errors, floors = np.array([[0.010, 0.002, 0.001, 0.02], [0.008, 0.001, 0.003, 0.001]])
+    np.testing.assert_allclose(charts.expected(errors, floors), [0.010, 0.002, 0.003, 0.02])
+
+
 def test_quantities_by_default(table):
     assert mm.recommend(mm.Disk()).quantity == "temperature"
     assert mm.recommend(mm.Disk(noise=0.0)).quantity == "path"

@@ -237,3 +237,9 @@ def test_a_mistake_is_one_line_and_code_2(rerun, disk_run, tmp_path, break_it, l
     assert (code, said) == (2, "")
     assert errors.startswith(f"rerun.py: {line.format(path)}")
     assert errors.count("\n") == 1
+
+
+def test_a_duration_that_is_a_whole_number_of_steps_but_for_rounding():
+    run = mm.simulate(mm.Disk(), method="variational/baoab", timestep=0.01, duration=0.29)
+    assert run.sizes["time"] == 30  # 0.29/0.01 is less than 29
+    assert_made_again(run)

@@ -431,15 +431,6 @@ def test_threads_chunks_and_resuming_change_no_bit(scheme, monkeypatch):
     assert np.array_equal(resumed[0][0].position, expected.position[12:16])
 
 
-def test_a_run_continues_another_along_its_path():
-    how = {"method": "variational/baoab", "timestep": 0.1, "seed": 4}
-    whole = mm.simulate(mm.Motor(), **how, duration=5)
-    first = mm.simulate(mm.Motor(), **how, duration=3)
-    rest = mm.simulate(mm.Motor(), **how, duration=2, initial=first)
-    for name in ("position", "ring_angular_velocity"):
-        np.testing.assert_array_equal(rest[name].values, whole[name].values[30:])
-
-
 def test_a_spherical_ring_turns_uniformly_in_any_step():
     """Its discrete momentum by exp is I omega: nothing is solved."""
     sphere = mm.Motor(**QUIET, coupling=1e-40, inner_inertia=3.0, inner_axial_inertia=3.0)

@@ -190,6 +190,21 @@ def test_the_motors_stiffness_is_the_curvature_of_its_energy(factor):
     assert error < 1e-4 * found.max()  # 1.1e-5
 
 
+def test_the_slip_of_a_leaning_ball_decays_by_all_of_its_moments():
+    """The slip that unit forces along x and y at the contact point bring about, in its own axes."""
+    scene = mm.Top(ball_inertia=2e-5, ball_axial_inertia=3.9e-5)
+    _, axis = resting_ball(scene)
+    own = Rotation.align_vectors([axis], [[0.0, 0.0, 1.0]])[0]
+    arm, slips = np.array([0.0, 0.0, -scene.ball_radius]), []
+    for force in np.eye(2, 3):
+        spin = own.apply(own.apply(np.cross(arm, force), inverse=True) / [2e-5, 2e-5, 3.9e-5])
+        slips.append((force / scene.ball_mass + np.cross(spin, arm))[:2])
+    expected = scene.friction * np.linalg.eigvals(slips)
+    found = np.sort(small_motion(scene).decay)[-2:]
+    assert expected.max() > 1.1 * expected.min()
+    np.testing.assert_allclose(found, np.sort(expected), rtol=1e-12)
+
+
 def test_a_scripted_ring_has_the_limit_of_its_stiffest_waypoint():
     script = tuple(mm.Waypoint(*way, 0.0) for way in [(0, 0.6), (5, 0.1), (9, 0.4)])
     low = step_limit(mm.Top(ring_height=0.1, tilt=0.0), "mujoco/euler")

@@ -119,6 +119,15 @@ def test_a_sweep_is_made_again_from_what_it_tells():
     assert sweep_from(other).case(0).told["versions"] == {"magmotor": "0"}
 
 
+def test_the_cases_leave_the_scene_that_they_vary_as_it_is():
+    sweep = Sweep(
+        scene=mm.Top(), vary={"position_x": (0.0, 0.01)}, measure=["max_spin"], duration=1.0
+    )
+    before = json.dumps(sweep.as_json())
+    assert [case.told["scene_fields"]["position"] for case in sweep] == [[0.0, 0.02], [0.01, 0.02]]
+    assert json.dumps(sweep.as_json()) == before
+
+
 def test_a_million_cases_are_planned_without_being_held():
     line = np.linspace(0.1, 4, 1000)
     tracemalloc.start()
@@ -318,6 +327,11 @@ def test_what_is_not_a_number_is_null_in_a_file_and_itself_when_combined():
         ({"record_interval": 0}, "record_interval = 0: must be at least 1"),
         ({"samples": Samples({"x": (0, 1)}, 4), "vary": {"x": (1,)}}, "'x': must be varied once"),
         ({"samples": Samples({"noise": (-1, 1)}, 4)}, "noise = -1: must be at least 0"),
+        (
+            {"scene": mm.Top(), "measure": ["max_spin"], "samples": Samples({"tilt": (0.1, 2)}, 4)}
+            | {"vary": {}},
+            "tilt = 2: must be less than 1.5708",
+        ),
         (
             {"scene": mm.Motor(), "vary": {"position_x": (0.1,)}, "measure": ["flights"]},
             "position = None: must be given in the scene, for position_x to be varied",

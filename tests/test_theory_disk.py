@@ -201,6 +201,12 @@ def test_alias_is_an_exact_symmetry_of_the_papers_scheme(potential, waves):
     assert theory.alias_period(Disk(potential="flat"), h) == math.inf
 
 
+def test_the_steepest_curvature_may_be_that_of_a_maximum():
+    """Of -U'' = cos x + 2 cos 2x, which is 3 at x = 0 and falls to -2.06."""
+    scene = Disk(potential=((0.0, 1.0), (0.0, 0.5)))
+    assert theory.potential_step_limit(scene) == pytest.approx(2 / math.sqrt(3), rel=1e-12)
+
+
 def test_position_law_against_bessel_and_quadrature():
     x = np.array([0.0, 0.7, 3.0, 6.2])
     cold = Disk(potential="cosine", friction=1.0, noise=0.5)  # beta = 8
