@@ -79,15 +79,15 @@ def test_increment_correlations_are_those_of_the_trajectories(trajectories, burn
 
 
 def test_errors_of_the_correlations_are_those_of_repetitions():
-    """The jackknife's error against the scatter of 50 seeds; its own scatter is 1/sqrt(98)."""
+    """The jackknife's error against the scatter of 100 seeds; its own scatter is 1/sqrt(198)."""
     runs = [
         mm.ensemble(WARM, **(ARGUMENTS | {"seed": s, "replicas": 640, "burn_in": 5.0}))
-        for s in range(50)
+        for s in range(100)
     ]
     found = np.array([r.increment_correlation for r in runs])
     told = np.array([r.increment_correlation_error for r in runs])
     ratio = found.std(axis=0, ddof=1) / np.sqrt(np.mean(told**2, axis=0))
-    assert (np.abs(ratio - 1) < 4 / np.sqrt(98)).all()  # 0.95 to 1.05
+    assert (np.abs(ratio - 1) < 4 / np.sqrt(198)).all()  # 0.95 to 1.05
 
 
 @pytest.mark.parametrize(
