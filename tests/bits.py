@@ -51,7 +51,6 @@ MODEL = """
 """A wheel in a potential, and a stone with three moments of inertia."""
 
 TOP = mm.Top(axis=(0.1, 0.2, 0.9), spin=1.0, tilt_azimuth=0.3)
-QUIET = mm.Motor(alpha_ball=0.0, alpha_ring=0.0, velocity=(0.01, 0.02))
 DISK = mm.Disk(potential=((1.0, 0.2), (0.4, 0.0)), friction_ratio=0.5)
 
 Result = xr.Dataset | np.ndarray
@@ -89,19 +88,15 @@ QUICK: dict[str, Callable[[], Result]] = {
     "noise": noise,
     "gibbs": lambda: mm.gibbs(DISK, 1000)["x"],
     "disk": simulated(DISK, "variational/baoab", replicas=3),
+    "particle": simulated(mm.LangevinParticle(), "variational/baoab", replicas=3),
     "ensemble": lambda: mm.ensemble(
         DISK, method="variational/baoab", timestep=0.04, duration=40.0, replicas=37
     ),
     "top": simulated(TOP, "variational/baoab"),
     "motor": simulated(mm.Motor(), "variational/baoab", replicas=2),
-    "disk in scipy": simulated(
-        mm.Disk(noise=0.0, v=1.0), "scipy/dop853", duration=0.4, record_interval=10
-    ),
 }
 SLOW: dict[str, Callable[[], Result]] = {
     "top, euler": simulated(TOP, "variational/euler"),
-    "top in scipy": simulated(TOP, "scipy/dop853", duration=0.02, record_interval=5),
-    "motor in scipy": simulated(QUIET, "scipy/dop853", duration=0.4, record_interval=5),
     "top in mujoco": simulated(TOP, "mujoco/rk4"),
     "motor in mujoco": simulated(mm.Motor(), "mujoco/euler", replicas=2),
     "disk in mujoco": simulated(DISK, "mujoco/euler", replicas=2),

@@ -165,7 +165,7 @@ def test_versions_are_those_that_matter():
     engines = {"variational/baoab": set(), "mujoco/euler": {"mujoco"}}
     for method, more in engines.items():
         told = Sweep(**{**DISK, "method": method}, vary={"noise": NOISES}).case(0).told
-        assert told["versions"].keys() == {"magmotor", "numba", "numpy"} | more
+        assert told["versions"].keys() == {"magmotor", "numba", "numpy", "libc", "machine"} | more
 
 
 def test_results_are_those_of_simulate(tmp_path, here):

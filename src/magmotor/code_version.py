@@ -38,14 +38,15 @@ def target() -> tuple[str, str]:
 _host = cache(get_host_cpu_features)
 
 
-def machine_kind() -> str:
-    """What results depend on: the architecture, and whether an x86-64 is of the third level.
+def machine() -> dict[str, str]:
+    """What of a machine results depend on: its C library, and its kind of processor.
 
-    See `eights`.
+    The kind is the architecture, and whether an x86-64 is of the third level; see `eights`.
     """
-    kind = platform.machine()
-    features = llvm.get_host_cpu_features()
-    return f"{kind} with FMA" if features.get("fma") and features.get("avx2") else kind
+    kind, features = platform.machine(), llvm.get_host_cpu_features()
+    if features.get("fma") and features.get("avx2"):
+        kind += " with FMA"
+    return {"libc": " ".join(platform.libc_ver()).strip(), "machine": kind}
 
 
 def specialised(*by: object) -> Callable[[Callable], Callable]:

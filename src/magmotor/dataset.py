@@ -2,7 +2,6 @@
 
 import dataclasses
 import json
-import platform
 from functools import cache
 from importlib.metadata import version
 from typing import Any
@@ -12,7 +11,7 @@ import xarray as xr
 
 from magmotor.attributes import check_fields, fields_in
 from magmotor.checks import check_kind, reject
-from magmotor.code_version import machine_kind
+from magmotor.code_version import machine
 from magmotor.devices import DEVICES, Scene
 from magmotor.states import concatenate
 
@@ -79,8 +78,7 @@ def attributes_of(scene: Scene, **attributes: Any) -> dict[str, Any]:
 @cache
 def _versions() -> str:
     names = ("magmotor", "mujoco", "numba", "numpy", "scipy")
-    machine = {"libc": " ".join(platform.libc_ver()).strip(), "machine": machine_kind()}
-    return json.dumps({name: version(name) for name in names} | machine)
+    return json.dumps({name: version(name) for name in names} | machine())
 
 
 def scene_of(run: xr.Dataset) -> Scene:

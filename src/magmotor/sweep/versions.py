@@ -3,7 +3,7 @@
 from functools import cache
 from importlib.metadata import version
 
-from magmotor.code_version import package_checksum
+from magmotor.code_version import machine, package_checksum
 
 NEEDED = {
     "mujoco": ("mujoco", "numba", "numpy"),
@@ -15,7 +15,10 @@ NEEDED = {
 
 @cache
 def versions_that_matter(method: str) -> dict[str, str]:
-    """Versions of what a method computes with; of magmotor also a checksum of its code."""
+    """Versions of what a method computes with, and the kind of machine.
+
+    Of magmotor there is also a checksum of its code.
+    """
     own = f"{version('magmotor')}+{package_checksum():08x}"
     engine = method.partition("/")[0]
-    return {"magmotor": own} | {name: version(name) for name in NEEDED[engine]}
+    return {"magmotor": own} | {name: version(name) for name in NEEDED[engine]} | machine()

@@ -1,14 +1,14 @@
-"""Steps of DOP853, which end at recorded times."""
+"""Steps of SciPy's DOP853, which end at recorded times."""
 
 from collections.abc import Generator
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.integrate import DOP853
 
 from magmotor.engines.job import Job
 from magmotor.engines.scipy import ball, disk, motor
-from magmotor.engines.scipy.dop853 import Integrator
 from magmotor.scenes import Disk, Motor, Top
 
 Array = NDArray[np.float64]
@@ -17,9 +17,6 @@ EQUATIONS = {Top: ball, Motor: motor, Disk: disk}
 
 RELATIVE_TOLERANCE = 1e-12
 """Of each step's error; the absolute tolerance is as much of each variable's natural scale."""
-
-FIRST_STEP = 1e-3
-"""Part of the time between records that the first step takes; the error decides on the others."""
 
 
 def start(job: Job) -> Array:
@@ -39,10 +36,16 @@ def run(job: Job) -> Generator[tuple[Any, Array]]:
     tolerance = RELATIVE_TOLERANCE * scales
     for first, times in job.chunks(1):
         begin = first * job.timestep
-        first_step = FIRST_STEP * job.timestep * job.record_interval
-        solver = Integrator(
-            derivative, begin, state, first_step, relative=RELATIVE_TOLERANCE, absolute=tolerance
-        )
-        rows = np.array([solver.advance(time) for time in times])
+        solver = DOP853(derivative, begin, state, np.inf, rtol=RELATIVE_TOLERANCE, atol=tolerance)
+        rows = np.array([_advance(solver, time) for time in times])
         state = rows[-1]
         yield equation.states(job.scene, times, rows), state
+
+
+def _advance(solver: DOP853, time: float) -> Array:
+    solver.t_bound, solver.status = time, "running"
+    while solver.status == "running":
+        failure = solver.step()
+        if failure:
+            raise ArithmeticError(f"dop853 stopped at t = {solver.t:g} s: {failure}")
+    return solver.y.copy()
