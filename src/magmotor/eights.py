@@ -37,7 +37,7 @@ class Eight(types.Type):
 EIGHT = Eight()
 
 
-@register_model(Eight)  # type: ignore[reportOptionalCall]
+@register_model(Eight)
 class _Model(models.PrimitiveModel):
     def __init__(self, manager, kind):
         super().__init__(manager, kind, _VECTOR)
@@ -46,7 +46,7 @@ class _Model(models.PrimitiveModel):
 def _let(operation: Callable, instruction: str) -> None:
     """Compile a Python operator on two Eights as an instruction of LLVM."""
 
-    @infer_global(operation)
+    @infer_global(operation)  # pyright: ignore[reportOptionalCall]
     class _Typing(ConcreteTemplate):
         cases = [signature(EIGHT, EIGHT, EIGHT)]  # noqa: RUF012
 
