@@ -160,7 +160,7 @@ def simulate(plan: Plan, name: str, scene: Scene, seed: int) -> System:
 
 
 def run(plan: Plan, stem: str, scene: Scene, **special: Any) -> xr.Dataset:
-    checkpoint = plan.checkpoints / f"{stem}.npz"
+    checkpoint = plan.checkpoints / f"{stem}.checkpoint"
     resumed = checkpoint.exists()
     plan.resumable.append(checkpoint)
     began = time.perf_counter()

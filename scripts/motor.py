@@ -58,7 +58,7 @@ class Options:
         return max(1, round(1 / self.timestep))
 
     def checkpoint_of(self, name: str) -> Path:
-        return (self.checkpoint or self.out) / f"motor_{name}.npz"
+        return (self.checkpoint or self.out) / f"motor_{name}.checkpoint"
 
 
 def main() -> None:

@@ -8,7 +8,12 @@ import numpy as np
 
 def read(path):
     """The first line, and the arrays."""
-    line, _, content = path.read_bytes().partition(b"\n")
+    return parsed(path.read_bytes())
+
+
+def parsed(whole):
+    """What `read` gives, of a file's bytes."""
+    line, _, content = whole.partition(b"\n")
     mark, checksum, text = line[:19], line[20:28], line[29:]
     assert mark == b"magmotor checkpoint"
     assert int(checksum, 16) == zlib.crc32(text + b"\n")

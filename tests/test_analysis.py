@@ -33,6 +33,8 @@ def residual(balance, scale):
     return float(abs(balance.residual).max() / abs(balance[scale]).max())
 
 
+OF_A_DISK = mm.simulate(DISK, method="variational/euler", timestep=0.01, duration=0.01).attrs
+
 PARTS = {
     "one replica": {"replica": 2},
     "two replicas": {"replica": [2, 0]},
@@ -190,9 +192,7 @@ def test_a_run_must_have_what_is_read(top_run):
         "dimensions of run.axis = ..space": top_run.isel(time=0),
         "run.time must hold finite times that increase": top_run.isel(time=slice(None, None, -1)),
         r"replicas = 2: must be one: run\.isel": xr.concat([top_run, top_run], "replica"),
-        "of a Disk'?: must be of a Top": top_run.assign_attrs(
-            scene="Disk", scene_fields="{}"
-        ),
+        "of a Disk'?: must be of a Top": top_run.assign_attrs(OF_A_DISK),
         "run.time = None: must be a coordinate": top_run.drop_vars("time"),
         "an object of xarray.Dataset": position,
     }  # fmt: skip

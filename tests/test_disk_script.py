@@ -93,12 +93,12 @@ def test_an_interrupted_run_says_what_is_written_and_goes_on(disk, tmp_path, mon
     code, error = disk(*SHORT, tmp_path)
     assert code == 130
     assert error.count("\n") == 1
-    assert f"goes on from {tmp_path / 'disk_symmetric_stationary.npz'}" in error
+    assert f"goes on from {tmp_path / 'disk_symmetric_stationary.checkpoint'}" in error
     assert error.endswith("written: disk_symmetric.nc\n")
     assert {path.name for path in tmp_path.iterdir()} == {
         "disk_symmetric.nc",
-        "disk_symmetric.npz",
-        "disk_symmetric_stationary.npz",
+        "disk_symmetric.checkpoint",
+        "disk_symmetric_stationary.checkpoint",
     }
     code, error = disk(*SHORT, tmp_path, "--seed", "1")  # not the same command
     assert code == 2
@@ -115,7 +115,7 @@ def test_a_full_disk_is_one_line(tmp_path):
     assert done.returncode == 1, done.stderr
     assert "Traceback" not in done.stderr
     first, *_, last = done.stderr.splitlines()
-    assert f"no checkpoint {tmp_path / 'disk_symmetric.npz'}: File too large" in first
+    assert f"no checkpoint {tmp_path / 'disk_symmetric.checkpoint'}: File too large" in first
     assert f"cannot write {tmp_path / 'disk_symmetric.nc'}" in last
     assert not [*tmp_path.iterdir()]
 

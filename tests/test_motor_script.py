@@ -121,14 +121,14 @@ def test_an_interrupted_run_goes_on_to_the_same_end(motor, tmp_path, monkeypatch
     code, _, error = motor(*SHORT, tmp_path / "out", *runs)
     assert code == 130
     assert error.count("\n") == 1
-    assert f"goes on from {tmp_path / 'out' / 'motor_uniform-b.npz'}" in error
+    assert f"goes on from {tmp_path / 'out' / 'motor_uniform-b.checkpoint'}" in error
     assert error.endswith("written: motor_uniform-a.nc\n")
     code, _, error = motor(*SHORT, tmp_path / "out", *runs, "--seed", "1")  # not the same command
     assert code == 2
     assert "must be one of seed = 8; it has 1; finish that run, or delete the file" in error
     code, *_ = motor(*SHORT, tmp_path / "out", *runs)
     assert code == 0
-    assert not [*tmp_path.glob("out/*.npz")]
+    assert not [*tmp_path.glob("out/*.checkpoint")]
     for name in ("motor_uniform-a.nc", "motor_uniform-b.nc"):
         ends = (xr.load_dataset(tmp_path / folder / name) for folder in ("whole", "out"))
         xr.testing.assert_identical(*ends)

@@ -30,7 +30,7 @@ def _narrow(value: float) -> Any:
 def test_arguments_of_simulate(name, tmp_path):
     expected = mm.simulate(mm.Disk(), **RUN)
     numpys = RUN | {name: _narrow(RUN[name])}
-    run = mm.simulate(mm.Disk(), **numpys, checkpoint=tmp_path / "checkpoint.npz")
+    run = mm.simulate(mm.Disk(), **numpys, checkpoint=tmp_path / "checkpoint.checkpoint")
     assert run.identical(expected)
     assert type(run.attrs[name]) is type(RUN[name])
 
@@ -39,7 +39,7 @@ def test_arguments_of_simulate(name, tmp_path):
 def test_arguments_of_ensembles(name, tmp_path):
     expected = mm.ensemble(mm.Disk(), **MANY)
     numpys = MANY | {name: _narrow(MANY[name])}
-    many = mm.ensemble(mm.Disk(), **numpys, checkpoint=tmp_path / "checkpoint.npz")
+    many = mm.ensemble(mm.Disk(), **numpys, checkpoint=tmp_path / "checkpoint.checkpoint")
     assert many.identical(expected)
 
 

@@ -200,7 +200,7 @@ def test_every_method_that_takes_noise_has_a_strong_order(name):
 def along_the_path(method, name, factor):
     """A run that sees every `factor`-th point of the finest Brownian paths."""
     subject = NOISY[name]
-    path = BrownianPath(1, 2.0**-9).coarsened(factor)
+    path = BrownianPath(1, 2.0**-10).coarsened(factor)
     return mm.simulate(
         subject.scene, method=method, timestep=path.timestep, duration=subject.duration,
         replicas=REPLICAS[name], path=path, initial=subject.initial,

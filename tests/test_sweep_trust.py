@@ -252,8 +252,8 @@ def test_odd_fields_of_a_sweep_are_refused_by_name(told, field):
     odd = [value for value in ODD if value != told[field]]
     accepted = [v for v in odd if not refused(mm.sweep.sweep_from, {**told, field: v})]
     fine = {"replicas": [3], "record_interval": [3, 10**12], "seeds": [[3]], "samples": [[]]}
-    fine |= {"vary": [[]], "timestep": [], "duration": [3, 10**12, 1e300]}
-    fine |= {"versions": [None, {}], "scene_fields": [{}, {"x": 3}]}
+    fine |= {"vary": [[]], "timestep": [], "duration": [3, 10**12]}
+    fine |= {"versions": [None, {}]}
     assert accepted == fine.get(field, [])
     assert refused(mm.sweep.sweep_from, {k: v for k, v in told.items() if k != field})
 
@@ -268,7 +268,7 @@ def test_odd_recipes_of_a_design_and_axes_are_refused(told):
     for value in ODD:
         for entry in (value, [value, [1.0]], [["x"], value], [[value], [1.0]], [["x"], [value]]):
             taken = not refused(mm.sweep.sweep_from, {**told, "vary": [entry]})
-            numbers = (1.0, 3, -1, 10**12, 1e300)
+            numbers = (1.0, 3, -1, 10**12)
             fine = entry in [[["x"], [n]] for n in numbers] and value is not True
             assert taken == fine, entry
 
@@ -288,7 +288,8 @@ def test_wrong_kinds_of_arguments_raise_nothing_but_a_named_error():
         refused(Samples, {"v": (0, 1)}, value)
         refused(Samples, {"v": (0, 1)}, 4, value)
         refused(Samples, {"v": (0, 1)}, 4, "sobol", value)
-        refused(Samples, {"v": Range(*[value] * 3)}, 4)
+        bad: Any = value
+        refused(Samples, {"v": Range(bad, bad, bad)}, 4)
         refused(Values, value, (1.0,))
         refused(Values, ("v",), value)
 

@@ -35,6 +35,7 @@ for name in ("OMP", "OPENBLAS", "MKL", "NUMBA"):
 
 import numpy as np  # noqa: E402
 import tqdm  # noqa: E402
+from checkpoint_files import parsed  # noqa: E402
 
 import magmotor as mm  # noqa: E402
 from magmotor import checkpoint as checkpoints  # noqa: E402
@@ -56,7 +57,7 @@ def simulate(folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     run = mm.simulate(
         mm.Motor(), method="variational/baoab", timestep=0.1, duration=4000.0, record_interval=20,
-        replicas=2, seed=3, checkpoint=folder / "checkpoint.npz",
+        replicas=2, seed=3, checkpoint=folder / "run.checkpoint",
     )  # fmt: skip
     (folder / "run.nc").write_bytes(netcdf(run))
 
@@ -66,7 +67,7 @@ def ensemble(folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     run = mm.ensemble(
         mm.Disk(), **NUMERICS, duration=4000.0, replicas=200, sample_interval=20, seed=4,
-        checkpoint=folder / "checkpoint.npz", threads=1,
+        checkpoint=folder / "run.checkpoint", threads=1,
     )  # fmt: skip
     (folder / "run.nc").write_bytes(netcdf(run))
 
@@ -223,7 +224,7 @@ class Torture:
             if len(self.row.failed) > 10:
                 raise SystemExit("\n".join(self.row.failed))
         left = results(place)
-        names = {name for name in {*left, *self.truth} if not name.endswith(".npz")}
+        names = {name for name in {*left, *self.truth} if not name.endswith(".checkpoint")}
         self.row.lost += [f"{place}/{name}" for name in sorted(names - left.keys())]
         both = names & left.keys()
         self.row.changed += [f"{place}/{n}" for n in sorted(both) if left[n] != self.truth.get(n)]
@@ -255,12 +256,13 @@ class Torture:
         after = results(place) if place.exists() else {}
         self.row.lost += [f"{place}/{name}" for name in before if name not in after]
         for name, content in after.items():
-            if name.endswith(".npz"):
+            if name.endswith(".checkpoint"):
                 try:
-                    with np.load(place / name) as saved:
-                        _ = [saved[entry] for entry in saved.files]
-                except (OSError, ValueError) as error:
-                    self.row.lost.append(f"{place}/{name}: {error}")
+                    done = parsed(content)[0]["done"]
+                    if name in before and done < parsed(before[name])[0]["done"]:
+                        self.row.lost.append(f"{place}/{name}: it went back to record {done}")
+                except (ValueError, AssertionError) as error:
+                    self.row.lost.append(f"{place}/{name}: {error!r}")
             elif name != "run.nc" and content != self.truth.get(name):
                 self.row.changed.append(f"{place}/{name}")
 

@@ -198,15 +198,11 @@ class BrownianPath:
         checked = {
             "seed": check_seed(self.seed),
             "timestep": check_number("timestep", self.timestep, above=0, unit="s"),
-            "factor": check_integer("factor", self.factor, at_least=1),
-            "level": check_integer("level", self.level, at_least=0),
+            "factor": check_integer("factor", self.factor, at_least=1, at_most=COARSEST),
+            "level": check_integer("level", self.level, at_least=0, at_most=FINEST),
         }
         for name, value in checked.items():
             object.__setattr__(self, name, value)
-        if self.level > FINEST:
-            raise reject("level", self.level, f"at most {FINEST}")
-        if self.factor > COARSEST:
-            raise reject("factor", self.factor, f"at most 2^24 = {COARSEST}")
         if self.level and self.factor > 1:
             raise reject("factor", self.factor, "1 in a path that is refined")
 
@@ -218,9 +214,7 @@ class BrownianPath:
         ValueError
             `factor` is no power of 2 that undoes a refinement, not at least 1, or more than 2^24.
         """
-        factor = check_integer("factor", factor, at_least=1)
-        if factor > max(COARSEST, 2**FINEST):
-            raise reject("factor", factor, f"at most 2^24 = {COARSEST}")
+        factor = check_integer("factor", factor, at_least=1, at_most=max(COARSEST, 2**FINEST))
         halvings = factor.bit_length() - 1
         if self.level and (factor != 1 << halvings or halvings > self.level):
             raise reject("factor", factor, f"a power of 2, at most 2^{self.level}, here")
@@ -237,9 +231,7 @@ class BrownianPath:
             The path is a sum of steps that cannot be halved so often, or its own steps would be
             halved more than 31 times.
         """
-        halvings = check_integer("halvings", halvings, at_least=0)
-        if halvings > FINEST:
-            raise reject("halvings", halvings, f"at most {FINEST}")
+        halvings = check_integer("halvings", halvings, at_least=0, at_most=FINEST)
         timestep = self.timestep / 2**halvings
         if self.factor == 1:
             return replace(self, timestep=timestep, level=self.level + halvings)
@@ -261,17 +253,13 @@ class BrownianPath:
         """
         steps = check_integer("steps", steps, at_least=0)
         first = check_integer("first", first, at_least=0)
-        replica = check_integer("replica", replica, at_least=0)
-        channel = check_integer("channel", channel, at_least=0)
+        replica = check_integer("replica", replica, at_least=0, at_most=LARGEST_SEED - 1)
+        channel = check_integer("channel", channel, at_least=0, at_most=BRIDGES - 1)
         if 8 * steps > physical_memory():
             raise reject("steps", steps, "so few that the machine has memory for them")
         if (first + steps) * self.factor > LARGEST_STEP:
             last = LARGEST_STEP // self.factor - steps
             raise reject("first", first, f"at most {last} for {steps} steps of this path")
-        if replica >= LARGEST_SEED:
-            raise reject("replica", replica, f"less than 2^53 = {LARGEST_SEED}")
-        if channel >= BRIDGES:
-            raise reject("channel", channel, f"less than 2^32 = {BRIDGES}")
         out = np.empty(steps)
         size = max(1, PIECE // (self.factor + self.level))
         for start in range(0, steps, size):
