@@ -2,6 +2,7 @@
 
 import os
 import socket
+import stat
 import subprocess
 import sys
 import threading
@@ -84,13 +85,24 @@ def test_a_link_stays_and_leads_to_the_new_file(tmp_path):
     assert sorted(file.name for file in tmp_path.rglob("*")) == ["elsewhere", "link.nc", "run.nc"]
 
 
+def device(folder, minor):
+    """One that takes all (3) or is full (7); for root, who could destroy the real one, another."""
+    name = {3: os.devnull, 7: "/dev/full"}[minor]
+    if os.getuid() != 0:
+        return whole_files.Path(name)
+    path = folder / str(minor)
+    os.mknod(path, stat.S_IFCHR | 0o666, os.makedev(1, minor))
+    return path
+
+
 def test_devices_stay_what_they_are(tmp_path):
-    null = tmp_path / "null"
-    null.symlink_to(os.devnull)
-    for path in (whole_files.Path(os.devnull), null):
+    null = device(tmp_path, 3)
+    link = tmp_path / "link"
+    link.symlink_to(null)
+    for path in (null, link):
         put(path)
         assert path.is_char_device()
-    full = whole_files.Path("/dev/full")
+    full = device(tmp_path, 7)
     if full.exists():
         with pytest.raises(OSError, match="No space left on device"):
             put(full)
