@@ -91,7 +91,10 @@ def device(folder, minor):
     if os.getuid() != 0:
         return whole_files.Path(name)
     path = folder / str(minor)
-    os.mknod(path, stat.S_IFCHR | 0o666, os.makedev(1, minor))
+    try:
+        os.mknod(path, stat.S_IFCHR | 0o666, os.makedev(1, minor))
+    except PermissionError:
+        pytest.skip("root may make no devices here")
     return path
 
 
