@@ -16,6 +16,7 @@ from sweep_run import SHOWN, RunOptions, beside, combined, run, tell_status
 
 import magmotor as mm
 from magmotor.checks import check_integer, check_number
+from magmotor.reproducible import geometric
 from magmotor.sweep import Sweep
 
 
@@ -84,7 +85,7 @@ def flights(options: Flights) -> None:
     check_integer("points", options.points, at_least=1)
     check_number("duration", options.duration, above=0, unit="s")
     scene = mm.Motor()
-    alphas = np.geomspace(5e-4, 2e-3, options.points)
+    alphas = geometric(5e-4, 2e-3, options.points)
     plan = Sweep(
         scene=scene,
         vary={("alpha_ball", "alpha_ring"): alphas},

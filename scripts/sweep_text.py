@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from magmotor.checks import reject
+from magmotor.reproducible import geometric
 from magmotor.sweep import Range, Samples
 from magmotor.sweep.axes import MOST
 
@@ -67,7 +68,7 @@ def _values(entry: str, text: str) -> list[float]:
         return np.linspace(first, last, int(count)).tolist()
     if min(first, last) <= 0:
         raise reject("vary", entry, "of positive numbers, where it is logarithmic")
-    return np.geomspace(first, last, int(count)).tolist()
+    return geometric(first, last, int(count))
 
 
 def _number(entry: str, text: str) -> float:

@@ -180,20 +180,24 @@ def test_sealed_nonsense_is_damage(tmp_path, values):
 
 
 @pytest.mark.parametrize("inside", ["done", "parts", "claims", "failed", "done/{}"])
-def test_nothing_is_written_or_read_through_a_link(tmp_path, inside):
+@pytest.mark.parametrize("retry", [False, True])
+def test_nothing_is_written_read_or_removed_through_a_link(tmp_path, inside, retry):
     elsewhere, folder = tmp_path / "elsewhere", tmp_path / "s"
     elsewhere.mkdir()
     (elsewhere / f"x@{os.uname().nodename}.999999999").touch()
     sweep = Sweep(**DISK, vary={"noise": (1.0, -0.0)}, measure=["sweep_measures:three"])
     store = Directory(folder, sweep)
+    for case in sweep:
+        for name in (case.key, f"{case.key}.json", f"{case.key}.nc"):
+            (elsewhere / name).touch()
     link = folder / inside.format(store.done(sweep.case(0)).parent.name)
     link.parent.mkdir(exist_ok=True)
     if link.exists():
         link.rmdir()
     link.symlink_to(elsewhere)
     with pytest.raises(ValueError, match="follows no symbolic link out of its directory"):
-        mm.sweep.run(sweep, folder, executor=Here())
-    assert len([*elsewhere.iterdir()]) == 1
+        mm.sweep.run(sweep, folder, executor=Here(), retry=retry)
+    assert len([*elsewhere.iterdir()]) == 1 + 3 * len(sweep)
 
 
 def test_a_file_that_is_a_link_or_a_pipe_is_damage(tmp_path):

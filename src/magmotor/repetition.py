@@ -38,8 +38,9 @@ def rerun(run: xr.Dataset, *, measures: Iterable[str] = ()) -> xr.Dataset:
     """Run a dataset again; with the same versions and kind of machine it is the same to the bit.
 
     The attribute `versions` holds those of the packages and of the C library, and the kind of
-    machine: all x86-64 processors with AVX2 and FMA are of one kind. On another kind the last
-    digits differ, and what is chaotic is another realization of the same law.
+    machine: all x86-64 processors with AVX2 and FMA are of one kind. On another kind, and with
+    `scipy/dop853` on another processor, the last digits differ, and what is chaotic is another
+    realization of the same law.
 
     Parameters
     ----------

@@ -7,6 +7,7 @@ the functions below, of arithmetic element by element, and of sums along an axis
 
 import math
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -25,6 +26,12 @@ def applied(function: Callable[[float], float], x: ArrayLike) -> Array:
     x = np.asarray(x, dtype=float)
     finite = np.where(np.isfinite(x), x, math.nan)
     return np.fromiter(map(function, finite.ravel().tolist()), float, x.size).reshape(x.shape)
+
+
+def geometric(first: float, last: float, count: int) -> list[float]:
+    """So many numbers, each the same multiple of the one before it, with both ends."""
+    powers = applied(partial(math.pow, last / first), np.linspace(0, 1, count))
+    return [first, *(first * powers[1:-1]).tolist(), last][:count]
 
 
 def product(first: ArrayLike, second: ArrayLike) -> Array:

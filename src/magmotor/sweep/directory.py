@@ -106,9 +106,9 @@ class Directory:
 
     def claim(self, case: Case) -> bool:
         """Tell other drivers that a case is under way; False if another was first."""
-        claim = self._place(Path("claims", case.key))
+        claim = Path("claims", case.key)
         try:
-            with claim.open("x") as file:
+            with self._place(claim).open("x") as file:
                 self.claims.add(claim)
                 file.write(this_driver())
         except FileExistsError:
@@ -118,7 +118,7 @@ class Directory:
     def take_back_claims(self) -> None:
         """Leave to others what is not done."""
         for claim in self.claims:
-            claim.unlink(missing_ok=True)
+            self._remove(claim)
 
     def keep(self, case: Case, outcome: Outcome) -> None:
         """Write what came of a case.
@@ -133,14 +133,19 @@ class Directory:
             assert outcome.content is not None
             self._write(self.done(case), outcome.content)
             for old in (failed, failed.with_suffix(".nc")):
-                (self.path / old).unlink(missing_ok=True)
+                self._remove(old)
         else:
             if outcome.content is not None:
                 self._write(failed.with_suffix(".nc"), outcome.content)
             self._write(failed, sealed({"case": case.told, "error": outcome.error}))
-        claim = self.path / "claims" / case.key
-        claim.unlink(missing_ok=True)
+        claim = Path("claims", case.key)
+        self._remove(claim)
         self.claims.discard(claim)
+
+    def _remove(self, file: Path) -> None:
+        """Remove a file, if it is there."""
+        _check_inside(self.path, file)
+        (self.path / file).unlink(missing_ok=True)
 
     def _place(self, file: Path) -> Path:
         """The path of a file to be written, whose folder is made."""
