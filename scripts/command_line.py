@@ -1,5 +1,6 @@
 """What the scripts share: a scene from typed flags, files written whole, and errors in one line."""
 
+import os
 import sys
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -170,6 +171,9 @@ def run_script(main: Callable[[], None]) -> None:
         main()
     except KeyboardInterrupt:
         fail("interrupted; what is said to be written is complete", INTERRUPTED)
+    except BrokenPipeError:  # nobody reads what is printed any more
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise SystemExit(UNWRITTEN) from None
 
 
 def warn_in_one_line() -> None:

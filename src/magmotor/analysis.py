@@ -119,7 +119,7 @@ def scene_of_run(run: Any, scene: Any, kinds: tuple[type, ...]) -> Any:
 def _check_kind_of_run(name: str, own: Any, kinds: tuple[type, ...]) -> None:
     if not isinstance(own, kinds):
         known = " or ".join(kind.__name__ for kind in kinds)
-        raise reject(name, f"of a {type(own).__name__}", f"of a {known}")
+        raise ValueError(f"{name} is of a {type(own).__name__}: must be of a {known}")
 
 
 def checked_run(
@@ -141,7 +141,7 @@ def checked_run(
     check_kind(name, run, xr.Dataset)
     if "scene" in run.attrs and run.attrs["scene"] not in [kind.__name__ for kind in kinds]:
         known = " or ".join(kind.__name__ for kind in kinds)
-        raise reject(name, f"of a {run.attrs['scene']}", f"of a {known}")
+        raise ValueError(f"{name} is of a {run.attrs['scene']!s:.40}: must be of a {known}")
     missing = [needed for needed in needs if needed not in run.data_vars]
     if missing:
         bound = f"a dataset that has {', '.join(missing)}, too"

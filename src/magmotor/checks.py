@@ -6,6 +6,7 @@ Numbers come back as Python's own: NumPy's wrap around when they are small, and 
 import difflib
 import math
 import operator
+import sys
 from typing import Any
 
 import numpy as np
@@ -37,9 +38,18 @@ def check_choice(name: str, value: Any, choices: tuple[str, ...]) -> None:
 def check_kind(name: str, value: Any, *kinds: type) -> None:
     """Check that a value is an object of one of these classes, which the message names."""
     if not isinstance(value, kinds):
-        names = [f"{kind.__module__.partition('.')[0]}.{kind.__qualname__}" for kind in kinds]
-        *first, last = [name.removeprefix("builtins.") for name in names]
+        *first, last = map(_public_name, kinds)
         raise reject(name, value, f"an object of {', '.join(first)}{' or ' * bool(first)}{last}")
+
+
+def _public_name(kind: type) -> str:
+    """The name by which users import a class: xarray.Dataset, magmotor.Top, magmotor.noise.X."""
+    package = kind.__module__.partition(".")[0]
+    short = f"{package}.{kind.__qualname__}".removeprefix("builtins.")
+    exported = getattr(sys.modules[package], "__all__", None)
+    if package != "magmotor" or exported is None or kind.__qualname__ in exported:
+        return short
+    return ".".join([*kind.__module__.split(".")[:2], kind.__qualname__])
 
 
 def check_number(

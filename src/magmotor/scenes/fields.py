@@ -4,6 +4,8 @@ import dataclasses
 import math
 from typing import Any
 
+import numpy as np
+
 from magmotor.checks import check_choice, check_integer, check_number, reject
 
 MOST = 10**5
@@ -69,6 +71,8 @@ def _checked(field: dataclasses.Field, value: Any) -> Any:
     size = bounds["size"]
     if size is None:
         return check_value(field, value, field.name)
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
     if not isinstance(value, tuple | list) or len(value) != size:
         raise reject(field.name, value, f"{size} numbers")
     return tuple(check_value(field, element, field.name) for element in value)

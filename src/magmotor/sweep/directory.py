@@ -25,6 +25,7 @@ from magmotor.sweep.work import Outcome
 from magmotor.whole_files import is_dead, this_driver, write_whole
 
 SWEEP = "sweep.json"
+FOLDERS = {"parts", "claims", "done", "failed"}
 
 
 class Directory:
@@ -206,20 +207,16 @@ def _content(root: Path, file: Path) -> bytes:
 
 
 def _other_things(path: Path) -> list[str]:
-    """Names in a directory, if it is there, but for what drivers leave that begin a sweep in it."""
+    """Names in a directory, if it is there, but for those of a sweep that has lost `sweep.json`.
+
+    Results go by keys that hash all that makes them, so that none can be taken for another's.
+    """
     try:
-        return sorted(file.name for file in path.iterdir() if not _is_beginning(file))
+        return sorted({file.name for file in path.iterdir()} - FOLDERS)
     except FileNotFoundError:
         return []
     except NotADirectoryError:
         raise reject("directory", str(path), "a directory") from None
-
-
-def _is_beginning(file: Path) -> bool:
-    """Whether it is `parts/` of drivers that write `sweep.json`, or were killed at it."""
-    if file.name != "parts" or not file.is_dir():
-        return False
-    return all(part.name.startswith(f"{SWEEP}.") for part in file.iterdir())
 
 
 def _told(folder: Path) -> dict[str, Any]:

@@ -78,8 +78,8 @@ def imported(name: str) -> Callable[[xr.Dataset, Any], Any]:
     """
     if isinstance(name, FromFile):
         bound = (
-            "allowed by whoever runs it: a file names it, and it would import a module and call"
-            f" its function; allow it by measures=[{str(name)!r}] (--allow-measure {name})"
+            "allowed by whoever runs it, since a file names it and it would run code: sweep_of and"
+            f" rerun take measures=[{str(name)!r}], scripts/rerun.py --allow-measure {name}"
         )
         raise reject("measure", str(name), bound)
     module, function = name.split(":", 1)
