@@ -103,9 +103,6 @@ def exponential_test(
     """
     values, limits = np.asarray(values, dtype=float), np.asarray(limits, dtype=float)
     censored = np.asarray(censored, dtype=bool)
-    if not len(values) == len(censored) == len(limits):
-        lengths = len(values), len(censored), len(limits)
-        raise reject("lengths of values, censored and limits", lengths, "equal")
     if not (values >= 0).all() or not values.any():
         raise reject("smallest duration", float(values.min()), "at least 0, and not all zero")
     completed = int(np.sum(~censored))

@@ -70,14 +70,18 @@ class DiskTheory:
         return self.first_impulse * moved
 
     @cached_property
+    @checked
     def first_impulse(self) -> float:
         """Mean momentum -int E[U'(x_t)] dt that U gives x from rest at x = 0, at first order."""
         from scipy.integrate import quad
 
-        return -sum(
-            k * a * quad(lambda t, k=k: self._phase(k, t), 0, math.inf)[0]
-            for k, (a, _) in enumerate(self.scene.coefficients, start=1)
-        )
+        def duration(k: int) -> float:
+            """Integral of E[cos k x_t], in units of the time in which it decays."""
+            unit = self._decay_time(k)
+            return unit * quad(lambda t: self._phase(k, unit * t), 0, math.inf)[0]
+
+        pairs = enumerate(self.scene.coefficients, start=1)
+        return -sum(k * a * duration(k) for k, (a, _) in pairs if a)
 
     @checked
     def correlation(self, lag: Times) -> Array:
@@ -96,6 +100,13 @@ class DiskTheory:
             flat_msd_from_gibbs(self.scene, n * lag, direction=direction) for n in (1, 2)
         )
         return twice / (2 * once) - 1
+
+    def _decay_time(self, k: int) -> float:
+        """A power of two of about the time t at which the variance of k x_t reaches one."""
+        for exponent in range(-99, 100):
+            if k**2 * flat_variance_from_rest(self.scene, 2.0**exponent) > 1:
+                return 2.0**exponent
+        raise reject("noise", self.scene.noise, "enough for x to forget the phase of U")
 
     def _phase(self, k: int, t: float) -> float:
         """E[cos k x_t] from rest on flat U."""
