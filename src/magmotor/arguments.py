@@ -22,6 +22,7 @@ from magmotor.checks import (
     check_array,
     check_choice,
     check_flags,
+    check_floats,
     check_integer,
     check_kind,
     check_number,
@@ -63,6 +64,11 @@ class Shaped(NamedTuple):
 def shaped(*shape: Any) -> Check:
     """An array of numbers of a shape, as `check_array` has it."""
     return Shaped(shape, check_array)
+
+
+def floats(*shape: Any) -> Check:
+    """An array of numbers of a shape, finite or not, as `check_floats` has it."""
+    return Shaped(shape, check_floats)
 
 
 def positive_definite(*shape: Any) -> Check:
@@ -245,8 +251,9 @@ def _checks(function: Callable) -> tuple[list[str], dict[str, Check], dict[str, 
     shapes: dict[str, tuple[Any, ...]] = {}
     for name, parameter in inspect.signature(function).parameters.items():
         check = check_of(hints.get(name, Any))
-        if isinstance(check, Shaped):
-            shapes[name] = check.shape
+        for part in map(check_of, _parts(hints.get(name, Any))):
+            if isinstance(part, Shaped):
+                shapes[name] = part.shape
         if check is not None and parameter.default is None:
             check = _or_none(check)
         if parameter.kind in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD):
@@ -256,6 +263,12 @@ def _checks(function: Callable) -> tuple[list[str], dict[str, Check], dict[str, 
         if check is not None:
             checks[name] = check
     return positional, checks, shapes
+
+
+def _parts(hint: Any) -> tuple[Any, ...]:
+    """The members of a union; of another hint, itself."""
+    union = typing.get_origin(hint) in (Union, types.UnionType)
+    return typing.get_args(hint) if union else (hint,)
 
 
 @cache

@@ -115,17 +115,22 @@ def check_array(name: str, value: Any, *shape: Any) -> NDArray[np.float64]:
         Lengths of the axes; a name stands for any length, the same wherever it stands, `...` at the
         beginning for any axes, also none. Without lengths, any shape.
     """
-    array = _plain(name, value)
-    if array.dtype.kind not in "iuf" and array.size:
-        raise reject(name, value, "an array of numbers")
-    array = array.astype(float, copy=False)
-    _check_shape(name, array, shape)
+    array = check_floats(name, value, *shape)
     if not (np.abs(array) <= LARGEST).all():
         bad = array[~(np.abs(array) <= LARGEST)].flat[0]
         raise ValueError(
             f"{name} holds {bad}: every value must be finite, and at most {LARGEST:g} in magnitude"
         )
     return array
+
+
+def check_floats(name: str, value: Any, *shape: Any) -> NDArray[np.float64]:
+    """Return a value as an array of floats, which need not be finite; see `check_array`."""
+    array = _plain(name, value)
+    if array.dtype.kind not in "iuf" and array.size:
+        raise reject(name, value, "an array of numbers")
+    _check_shape(name, array, shape)
+    return array.astype(float, copy=False)
 
 
 def check_flags(name: str, value: Any, *shape: Any) -> NDArray[np.bool_]:

@@ -9,6 +9,7 @@ from scipy.linalg import eigh_tridiagonal
 
 from magmotor.arguments import Times, checked
 from magmotor.checks import reject
+from magmotor.machine import physical_memory
 from magmotor.scenes import Disk, LangevinParticle
 from magmotor.theory.flat import (
     flat_mean_displacement,
@@ -120,6 +121,9 @@ class DiskTheory:
     @cached_property
     def _relaxation(self) -> tuple[Array, Array]:
         """Rates and weights of E[d_t]/d_0: the reduced equation's modes that are odd in d."""
+        cells = len(self.reduced.d)
+        if 16 * cells**2 > physical_memory():
+            raise reject("scene", self.scene, f"one that needs fewer than {cells} cells in D(d)")
         up, down, d = self.reduced.up[1:], self.reduced.down[1:], self.reduced.d[1:]
         rates, modes = eigh_tridiagonal(up + down, -np.sqrt(up[:-1] * down[1:]))
         root = np.sqrt(self.reduced.probability[1:])

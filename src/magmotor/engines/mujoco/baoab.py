@@ -15,8 +15,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from magmotor.arguments import Count, checked, integer, several, shaped
-from magmotor.checks import check_array, check_integer, check_kind, reject
+from magmotor.arguments import Count, checked, floats, integer, several
+from magmotor.checks import check_floats, check_integer, check_kind, reject
 from magmotor.engines.mujoco import fatal
 from magmotor.engines.mujoco.baoab_loop import BY_TIME, compiled
 from magmotor.engines.mujoco.langevin_law import law
@@ -128,8 +128,8 @@ class Baoab:
     def rollout(
         self,
         data: Annotated[Sequence[mujoco.MjData], several(mujoco.MjData)],
-        initial_state: Annotated[Array, shaped("replicas", "1 + nq + nv")],
-        control: Annotated[Array, shaped("replicas", 1, "k")] | None,
+        initial_state: Annotated[Array, floats("replicas", "1 + nq + nv")],
+        control: Annotated[Array, floats("replicas", 1, "k")] | None,
         *,
         control_spec: Annotated[int, integer(at_least=0, at_most=ALL_OF_STATE)],
         nstep: Count,
@@ -164,10 +164,10 @@ class Baoab:
         for used in data:
             self._check_data(used)
         width = 1 + self.model.nq + self.model.nv
-        check_array("initial_state", initial_state, "replicas", width)
+        check_floats("initial_state", initial_state, "replicas", width)
         size = mujoco.mj_stateSize(self.model, control_spec)
         if control is not None:
-            check_array("control", control, "replicas", 1, size)
+            check_floats("control", control, "replicas", 1, size)
         room = physical_memory() / (8 * max(1, len(initial_state) * (width - 1)))
         if nstep > room:
             raise reject("nstep", nstep, f"at most {int(room)}, for which there is memory")
