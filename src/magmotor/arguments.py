@@ -89,17 +89,17 @@ def flags(*shape: Any) -> Check:
     return Shaped(shape, check_flags)
 
 
-def numbers(**bounds: Any) -> Check:
-    """An array of numbers, all of which are inside the bounds of `check_number`."""
+def numbers(*shape: Any, **bounds: Any) -> Check:
+    """An array of numbers, of a shape if one is given, all inside the bounds of `check_number`."""
 
-    def check(name: str, value: Any) -> Any:
-        array = check_array(name, value)
+    def check(name: str, value: Any, *shape: Any) -> Any:
+        array = check_array(name, value, *shape)
         if array.size:
             check_number(f"smallest {name}", float(array.min()), **bounds)
             check_number(f"largest {name}", float(array.max()), **bounds)
         return array
 
-    return check
+    return Shaped(shape, check) if shape else check
 
 
 def choice(*choices: str) -> Check:

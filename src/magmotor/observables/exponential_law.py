@@ -6,7 +6,7 @@ from typing import Annotated, Any, NamedTuple, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from magmotor.arguments import Elapsed, Flags, checked, flags, integer, shaped
+from magmotor.arguments import checked, flags, integer, numbers, shaped
 from magmotor.checks import reject
 
 LEVEL = 0.01
@@ -44,7 +44,10 @@ class ExponentialTest(NamedTuple):
 
 
 @checked(finite=False)
-def squared_variation(values: Elapsed, censored: Flags) -> NDArray[np.float64]:
+def squared_variation(
+    values: Annotated[ArrayLike, numbers(..., "N", at_least=0)],
+    censored: Annotated[ArrayLike, flags(..., "N")],
+) -> NDArray[np.float64]:
     """Squared coefficient of variation of durations, of which some are cut off.
 
     With y = value/mean, the mean that of `censored_mean`, and n durations completed:

@@ -183,6 +183,7 @@ class Samples:
             raise reject("size", self.size, f"a power of two, such as {near}, for design 'sobol'")
         object.__setattr__(self, "ranges", ranges)
 
+    @checked
     def of(self, scene: Scene) -> "Samples":
         """The same with full names of fields; ValueError if the scene cannot have such values."""
         known, ranges = numeric_fields(scene), {}
