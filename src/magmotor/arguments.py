@@ -151,7 +151,6 @@ Vectors = Annotated[NDArray[np.float64], shaped(..., 3)]
 Fractions = Annotated[NDArray[np.float64], numbers(at_least=0, below=1)]
 Square = Annotated[NDArray[np.float64], shaped("n", "n")]
 Inertia = Annotated[NDArray[np.float64], positive_definite("n", "n")]
-Flags = Annotated[ArrayLike, check_flags]
 Picture = Annotated[str | Path, output()]
 """A file that a picture is written to."""
 
