@@ -18,6 +18,9 @@ from magmotor.theory import linear
 
 TOP, MOTOR, DISK, PARTICLE = mm.Top(), mm.Motor(), mm.Disk(), mm.LangevinParticle()
 MODEL = mm.build(DISK)
+SWEEP = mm.sweep.Sweep(
+    scene=DISK, vary={"noise": [1.0, 2.0]}, measure=["temperature"], duration=1.0, timestep=0.02
+)
 
 
 def simulated(scene, **arguments):
@@ -305,6 +308,8 @@ def test_a_picture_takes_the_runs_own_scene(tmp_path):
         mm.plots.overview(RUNS["top"], TOP.replace(friction=0.5), tmp_path / "other.png")
 
 
+HOSTILE: dict[str, Any] = {"masked": np.ma.masked, "half": 0.5, "list": []}
+
 EXTREMES = [
     (lambda: mm.Disk(v=1e200), r"^v = 1e\+200: must be zero, or from 1e-30 to 1e\+30 in magnitude"),
     (lambda: mm.Disk(sigma=5e-324), "^sigma = 5e-324: must be from 1e-30"),
@@ -318,6 +323,33 @@ EXTREMES = [
     (lambda: mm.theory.d_diffusion(DISK, 1e20), r"^terms of D\(d\) = "),
     (lambda: mm.theory.position_density(mm.Disk(noise=1e-9), 1.0), "^noise = 1e-09: must be so"),
     (lambda: mm.simulate(DISK, duration=1.0, initial={"x": b"1"}), r"^initial\['x'\] = b'1'"),
+    (lambda: mm.Disk(noise=HOSTILE["masked"]), "^noise = .*: must be a number"),
+    (
+        lambda: mm.observables.momentum_map(mm.Top(), np.ones((5, 3)), np.ones((4, 3))),
+        r"^shape of angular_velocity = \(4, 3\): must be .* broadcast with \(5,\), those of axis",
+    ),
+    (
+        lambda: mm.theory.SmallMotion.of(np.eye(2), np.eye(2), np.eye(3), np.eye(2)),
+        "^length n of friction = 3: must be 2, as that of inertia",
+    ),
+    (
+        lambda: mm.theory.SmallMotion.of(-np.eye(2), np.eye(2), np.eye(2), np.eye(2)),
+        "^smallest eigenvalue of inertia = -1.0: must be greater than 0",
+    ),
+    (lambda: SWEEP.case(2), "^index = 2: must be at most 1"),
+    (lambda: SWEEP.changes(-1), "^index = -1: must be at least 0"),
+    (lambda: SWEEP.axes[0].at(HOSTILE["half"]), "^place = 0.5: must be an integer"),
+    (lambda: mm.sweep.Range(0.1, 0.2).stretch(np.ones(1)), "^smallest unit = 1.0: must be less"),
+    (lambda: mm.dataset.scene_from("Pendulum", {}), "^kind = 'Pendulum': must be one of"),
+    (
+        lambda: mm.dataset.scene_from("Disk", HOSTILE["list"]),
+        r"^fields = \[\]: must be an object of dict",
+    ),
+    (
+        lambda: mm.rerun(RUNS["disk"], measures=np.array(2.0)),
+        "^measures = .*: must be a list of names",
+    ),
+    (lambda: mm.theory.DiskTheory(mm.Disk(noise=0.0)).first_impulse, "^noise = 0.0: must be enou"),
 ]
 
 
@@ -358,6 +390,8 @@ def test_a_checked_function_keeps_its_face():
         (1.0, ("N",), r"has shape \(\): must have shape \(N,\)"),
         ([[1, 2]], (2,), r"has shape \(1, 2\): must have shape \(2,\)"),
         ([1, math.inf], (), "holds inf: every value must be finite"),
+        (np.ma.array([1.0, 2.0], mask=[False, True]), (), "must be an array without masked values"),
+        (np.ones((2, 3)), ("n", "n"), r"has shape \(2, 3\): must have shape \(n, n\)"),
         ([1e31], (), r"holds 1e\+31: every value must be finite, and at most 1e\+30"),
     ],
 )

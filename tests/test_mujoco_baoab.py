@@ -632,6 +632,42 @@ def test_what_is_stepped_is_what_was_read():
         langevin.step(mujoco.MjData(model))
 
 
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"data": []}, r"data = \[\]: must be a sequence of at least one MjData"),
+        ({"initial_state": np.zeros((2, 4))}, r"initial_state has shape \(2, 4\): must .*, 5\)"),
+        ({"control": np.zeros((3, 1, 0))}, "length replicas of control = 3: must be 2"),
+        ({"control": np.zeros((2, 1, 7))}, r"control has shape \(2, 1, 7\): must .*, 1, 0\)"),
+        ({"control_spec": 2**63}, "control_spec = 9223372036854775808: must be at most"),
+        ({"nstep": 10**9}, "nstep = 1000000000: must be at most"),
+    ],
+)
+def test_a_rollout_is_of_this_model(change, message):
+    model = mujoco.MjModel.from_xml_string(TWO_NEEDLES)
+    given = {"data": [mujoco.MjData(model)], "initial_state": np.zeros((2, 5)), "control": None}
+    with pytest.raises(ValueError, match=f"^{message}"):
+        mm.Baoab(model).rollout(**given | {"control_spec": 0, "nstep": 1} | change)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        ("timestep", -1.0, "timestep = -1.0: must be greater than 0"),
+        ("body_mass", np.inf, "body_mass of the model holds inf"),
+        ("dof_damping", np.nan, "dof_damping of the model holds nan"),
+    ],
+)
+def test_a_model_holds_numbers_that_a_step_can_have(name, value, message):
+    model = mujoco.MjModel.from_xml_string(TWO_NEEDLES)
+    if name == "timestep":
+        model.opt.timestep = value
+    else:
+        getattr(model, name)[:] = value
+    with pytest.raises(ValueError, match=f"^{message}"):
+        mm.Baoab(model)
+
+
 def test_another_process_compiles_nothing():
     program = (
         "import mujoco, magmotor as mm; from magmotor.engines.mujoco.baoab_loop import compiled;"

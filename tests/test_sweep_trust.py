@@ -72,7 +72,9 @@ def test_no_file_has_a_module_imported(evil, tmp_path, run_script):
     assert data["evil:go"].attrs == {"units": "1", "long_name": "go"}
     mm.plots.sweep(data, tmp_path / "picture.png")
     data.to_netcdf(tmp_path / "shared.nc")
-    asked = r"measure = 'evil:go': must be allowed .* measures=\['evil:go'\], scripts/rerun.py --allow-measure"
+    asked = (
+        r"measure = .evil:go.: must be allowed .* measures=\[.evil:go.\], .* --allow-measure evil"
+    )
     again = Sweep(**DISK, vary={"noise": (1.0,)}, measure=plan.measure)
     for call in (
         lambda: mm.rerun(xr.load_dataset(tmp_path / "shared.nc")),

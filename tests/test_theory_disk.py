@@ -386,6 +386,14 @@ def test_diffusion_at_last_where_the_slip_counts_as_much_as_d():
     assert found == pytest.approx((twice - once) / 2e7, rel=1e-14)  # 4e-16
 
 
+def test_first_impulse_of_weak_noise_is_that_of_diffusion():
+    scene = LangevinParticle(noise=1e-9)
+    (a, _), *_ = scene.coefficients
+    diffusion = (scene.noise / scene.friction) ** 2
+    found = DiskTheory(scene).first_impulse
+    assert found == pytest.approx(-2 * a / diffusion, rel=1e-12)  # 1e-15
+
+
 def test_first_impulse_against_quadrature_over_a_normal_law():
     """Of x from rest, whose variance on flat U the matrix exponential tells."""
     node, weight = roots_hermitenorm(200)

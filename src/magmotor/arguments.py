@@ -13,14 +13,16 @@ import typing
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache, partial, wraps
 from pathlib import Path
-from typing import Annotated, Any, ParamSpec, TypeVar, Union, overload
+from typing import Annotated, Any, NamedTuple, ParamSpec, TypeVar, Union, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from magmotor.checks import (
     check_array,
+    check_choice,
     check_flags,
+    check_floats,
     check_integer,
     check_kind,
     check_number,
@@ -44,24 +46,68 @@ def integer(**bounds: Any) -> Check:
     return partial(check_integer, **bounds)
 
 
+class Shaped(NamedTuple):
+    """A check of an array's shape; the shapes of all arguments of a call must agree.
+
+    The name of a length stands for the same length in each, and the axes in the place of `...` must
+    broadcast.
+    """
+
+    shape: tuple[Any, ...]
+    of_kind: Callable[..., Any]
+
+    def __call__(self, name: str, value: Any) -> Any:
+        """Return the array; ValueError if it is none of this shape."""
+        return self.of_kind(name, value, *self.shape)
+
+
 def shaped(*shape: Any) -> Check:
     """An array of numbers of a shape, as `check_array` has it."""
-    return lambda name, value: check_array(name, value, *shape)
+    return Shaped(shape, check_array)
+
+
+def floats(*shape: Any) -> Check:
+    """An array of numbers of a shape, finite or not, as `check_floats` has it."""
+    return Shaped(shape, check_floats)
+
+
+def positive_definite(*shape: Any) -> Check:
+    """A matrix of such a shape, whose eigenvalues are positive."""
+
+    def check(name: str, value: Any, *shape: Any) -> Any:
+        matrix = check_array(name, value, *shape)
+        if not matrix.size:
+            raise reject(f"shape of {name}", matrix.shape, "of a matrix that is not empty")
+        check_number(f"smallest eigenvalue of {name}", np.linalg.eigvalsh(matrix)[0], above=0)
+        return matrix
+
+    return Shaped(shape, check)
 
 
 def flags(*shape: Any) -> Check:
     """An array of booleans of a shape, as `check_array` has it."""
-    return lambda name, value: check_flags(name, value, *shape)
+    return Shaped(shape, check_flags)
 
 
-def numbers(**bounds: Any) -> Check:
-    """An array of numbers, the smallest of which is inside the bounds of `check_number`."""
+def numbers(*shape: Any, **bounds: Any) -> Check:
+    """An array of numbers, of a shape if one is given, all inside the bounds of `check_number`."""
 
-    def check(name: str, value: Any) -> Any:
-        array = check_array(name, value)
+    def check(name: str, value: Any, *shape: Any) -> Any:
+        array = check_array(name, value, *shape)
         if array.size:
             check_number(f"smallest {name}", float(array.min()), **bounds)
+            check_number(f"largest {name}", float(array.max()), **bounds)
         return array
+
+    return Shaped(shape, check) if shape else check
+
+
+def choice(*choices: str) -> Check:
+    """One of some names."""
+
+    def check(name: str, value: Any) -> Any:
+        check_choice(name, value, choices)
+        return value
 
     return check
 
@@ -102,7 +148,9 @@ Count = Annotated[int, integer(at_least=1, at_most=10**8)]
 Times = Annotated[ArrayLike, numbers(above=0)]
 Elapsed = Annotated[ArrayLike, numbers(at_least=0)]
 Vectors = Annotated[NDArray[np.float64], shaped(..., 3)]
-Flags = Annotated[ArrayLike, check_flags]
+Fractions = Annotated[NDArray[np.float64], numbers(at_least=0, below=1)]
+Square = Annotated[NDArray[np.float64], shaped("n", "n")]
+Inertia = Annotated[NDArray[np.float64], positive_definite("n", "n")]
 Picture = Annotated[str | Path, output()]
 """A file that a picture is written to."""
 
@@ -160,38 +208,66 @@ def beyond(function: Callable, what: str) -> ValueError:
 def arguments_of(
     function: Callable, args: tuple, kwargs: dict[str, Any]
 ) -> tuple[list[Any], dict[str, Any]]:
-    """The arguments of a call, each checked by its hint."""
-    positional, named = _checks(function)
+    """The arguments of a call, each checked by its hint, and their shapes against each other."""
+    names, checks, shapes = _checks(function)
     values = [
-        value if check is None else check(value)
-        for check, value in zip(positional, args, strict=False)
+        _passed(checks.get(name), name, value) for name, value in zip(names, args, strict=False)
     ]
     values += args[len(values) :]
     if kwargs:
-        kwargs = {k: named[k](value) if k in named else value for k, value in kwargs.items()}
+        kwargs = {name: _passed(checks.get(name), name, value) for name, value in kwargs.items()}
+    if len(shapes) > 1:
+        given = dict(zip(names, values, strict=False)) | kwargs
+        _check_agreement({k: (given[k], shapes[k]) for k in shapes if given.get(k) is not None})
     return values, kwargs
 
 
+def _check_agreement(arrays: dict[str, tuple[NDArray[Any], tuple[Any, ...]]]) -> None:
+    """Check that arrays with their shapes, as `Shaped` has them, agree."""
+    lengths: dict[str, tuple[str, int]] = {}
+    axes, first = (), ""
+    for name, (array, shape) in arrays.items():
+        fixed = shape[shape[:1] == (...,) :]
+        split = array.ndim - len(fixed)
+        for size, length in zip(fixed, array.shape[split:], strict=True):
+            other, known = lengths.setdefault(size, (name, length))
+            if isinstance(size, str) and length != known:
+                raise reject(f"length {size} of {name}", length, f"{known}, as that of {other}")
+        try:
+            axes = np.broadcast_shapes(axes, array.shape[:split])
+        except ValueError:
+            bound = f"such that its axes before the last broadcast with {axes}, those of {first}"
+            raise reject(f"shape of {name}", array.shape, bound) from None
+        first = first or name
+
+
 @cache
-def _checks(
-    function: Callable,
-) -> tuple[list[Callable[[Any], Any] | None], dict[str, Callable[[Any], Any]]]:
-    """The checks of a function's arguments, by place and by name."""
+def _checks(function: Callable) -> tuple[list[str], dict[str, Check], dict[str, tuple[Any, ...]]]:
+    """Names of a function's arguments by place, their checks, and the shapes of arrays."""
     hints = typing.get_type_hints(function, include_extras=True)
-    positional: list[Callable[[Any], Any] | None] = []
-    named: dict[str, Callable[[Any], Any]] = {}
+    positional: list[str] = []
+    checks: dict[str, Check] = {}
+    shapes: dict[str, tuple[Any, ...]] = {}
     for name, parameter in inspect.signature(function).parameters.items():
         check = check_of(hints.get(name, Any))
+        for part in map(check_of, _parts(hints.get(name, Any))):
+            if isinstance(part, Shaped):
+                shapes[name] = part.shape
         if check is not None and parameter.default is None:
             check = _or_none(check)
         if parameter.kind in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD):
             continue
-        bound = None if check is None else partial(check, name)
         if parameter.kind is not parameter.KEYWORD_ONLY:
-            positional.append(bound)
-        if bound is not None:
-            named[name] = bound
-    return positional, named
+            positional.append(name)
+        if check is not None:
+            checks[name] = check
+    return positional, checks, shapes
+
+
+def _parts(hint: Any) -> tuple[Any, ...]:
+    """The members of a union; of another hint, itself."""
+    union = typing.get_origin(hint) in (Union, types.UnionType)
+    return typing.get_args(hint) if union else (hint,)
 
 
 @cache

@@ -7,6 +7,7 @@ import difflib
 import math
 import operator
 import sys
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -52,6 +53,16 @@ def _public_name(kind: type) -> str:
     return ".".join([*kind.__module__.split(".")[:2], kind.__qualname__])
 
 
+def elements(name: str, values: Any, bound: str) -> Iterator[Any]:
+    """What is iterable, and no text, as an iterator."""
+    try:
+        if not isinstance(values, str | bytes | bytearray):
+            return iter(values)
+    except TypeError:
+        pass
+    raise reject(name, values, bound)
+
+
 def check_number(
     name: str,
     value: Any,
@@ -66,7 +77,7 @@ def check_number(
     A number that is not zero has a magnitude from 1e-30 to 1e30.
     """
     try:
-        number = float(value)
+        number = None if np.ma.is_masked(value) else float(value)
     except OverflowError:
         number = math.inf
     except (TypeError, ValueError):
@@ -111,20 +122,25 @@ def check_array(name: str, value: Any, *shape: Any) -> NDArray[np.float64]:
     name : str
     value : array_like
     *shape : int, str or ...
-        Lengths of the axes; a name stands for any length, `...` at the beginning for any axes,
-        also none. Without lengths, any shape.
+        Lengths of the axes; a name stands for any length, the same wherever it stands, `...` at the
+        beginning for any axes, also none. Without lengths, any shape.
     """
-    array = _plain(name, value)
-    if array.dtype.kind not in "iuf" and array.size:
-        raise reject(name, value, "an array of numbers")
-    array = array.astype(float, copy=False)
-    _check_shape(name, array, shape)
+    array = check_floats(name, value, *shape)
     if not (np.abs(array) <= LARGEST).all():
         bad = array[~(np.abs(array) <= LARGEST)].flat[0]
         raise ValueError(
             f"{name} holds {bad}: every value must be finite, and at most {LARGEST:g} in magnitude"
         )
     return array
+
+
+def check_floats(name: str, value: Any, *shape: Any) -> NDArray[np.float64]:
+    """Return a value as an array of floats, which need not be finite; see `check_array`."""
+    array = _plain(name, value)
+    if array.dtype.kind not in "iuf" and array.size:
+        raise reject(name, value, "an array of numbers")
+    _check_shape(name, array, shape)
+    return array.astype(float, copy=False)
 
 
 def check_flags(name: str, value: Any, *shape: Any) -> NDArray[np.bool_]:
@@ -138,9 +154,12 @@ def check_flags(name: str, value: Any, *shape: Any) -> NDArray[np.bool_]:
 
 def _plain(name: str, value: Any) -> NDArray[Any]:
     try:
-        return np.asarray(value)
+        array = np.asanyarray(value)
     except (TypeError, ValueError):  # ragged, or an object that refuses
         raise reject(name, value, "an array of numbers") from None
+    if np.ma.is_masked(array):
+        raise reject(name, value, "an array without masked values")
+    return np.asarray(array)
 
 
 def _check_shape(name: str, array: NDArray[Any], shape: tuple[Any, ...]) -> None:
@@ -149,8 +168,10 @@ def _check_shape(name: str, array: NDArray[Any], shape: tuple[Any, ...]) -> None
     free = shape[0] is ...
     wanted = shape[1:] if free else shape
     found = array.shape[len(array.shape) - len(wanted) :] if free else array.shape
+    named = dict(zip(wanted, found, strict=False))
     fits = len(found) == len(wanted) and all(
-        isinstance(size, str) or length == size for length, size in zip(found, wanted, strict=True)
+        length == (named[size] if isinstance(size, str) else size)
+        for length, size in zip(found, wanted, strict=True)
     )
     if not fits:
         told = ", ".join("..." if size is ... else str(size) for size in shape)

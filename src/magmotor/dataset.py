@@ -4,11 +4,12 @@ import dataclasses
 import json
 from functools import cache
 from importlib.metadata import version
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
 
+from magmotor.arguments import checked, choice
 from magmotor.attributes import check_fields, fields_in
 from magmotor.checks import check_kind, reject
 from magmotor.code_version import machine
@@ -98,7 +99,8 @@ def scene_of(run: xr.Dataset) -> Scene:
     return scene_from(name, fields_in(run.attrs, "scene_fields"))
 
 
-def scene_from(kind: str, fields: dict[str, Any]) -> Scene:
+@checked
+def scene_from(kind: Annotated[str, choice(*SCENES)], fields: dict[str, Any]) -> Scene:
     """The scene of a kind, a key of `SCENES`, with all its fields as JSON has them.
 
     Raises

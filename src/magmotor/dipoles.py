@@ -10,6 +10,7 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from magmotor import eights
+from magmotor.arguments import Vectors, checked
 from magmotor.checks import check_array
 from magmotor.code_version import code_version, specialised
 from magmotor.eights import (
@@ -183,19 +184,19 @@ def wrench(
     return force, np.cross(np.asarray(moment), field)
 
 
+@checked
 def force_and_field(
-    position: ArrayLike, moment: ArrayLike, positions: ArrayLike, moments: ArrayLike
+    position: Vectors, moment: Vectors, positions: ArrayLike, moments: ArrayLike
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Force grad(m.B) on a dipole, in N, and the others' field B at it, in T; see `wrench`."""
-    position, moment = np.broadcast_arrays(
-        _vectors("position", position), _vectors("moment", moment)
-    )
+    position, moment = np.broadcast_arrays(position, moment)
     both = _evaluate("position", position, moment, positions, moments)
     return both[..., 0:3], both[..., 3:6]
 
 
+@checked
 def energy(
-    position: ArrayLike, moment: ArrayLike, positions: ArrayLike, moments: ArrayLike
+    position: Vectors, moment: Vectors, positions: ArrayLike, moments: ArrayLike
 ) -> NDArray[np.float64]:
     """Energy -m.B of a dipole in the field of other dipoles.
 
@@ -206,7 +207,6 @@ def energy(
     ndarray, shape (...)
         In joule.
     """
-    moment = _vectors("moment", moment)
     return -np.sum(moment * field(position, positions, moments), axis=-1)
 
 

@@ -205,6 +205,12 @@ def _name(dataset: xr.Dataset, place: int) -> Any:
     return names[place % len(names)]
 
 
+def _holding(dataset: xr.Dataset, name: Any, values: Any) -> xr.Dataset:
+    """With other values of a variable, which stays one, or of a coordinate."""
+    assign = dataset.assign_coords if name in dataset.coords else dataset.assign
+    return assign({name: (dataset[name].dims, values)})
+
+
 def dropped(dataset: xr.Dataset, place: int) -> xr.Dataset:
     """Without a variable."""
     return dataset.drop_vars(_name(dataset, place))
@@ -220,9 +226,9 @@ def recast(dataset: xr.Dataset, place: int, dtype: str) -> xr.Dataset:
     name = _name(dataset, place)
     with np.errstate(all="ignore"):
         values = dataset[name].values
-        if dtype.startswith(("datetime", "int", "bool")) and values.dtype.kind not in "biuf":
+        if dtype != "str" and values.dtype.kind not in "biuf":
             dtype = "object"
-        return dataset.assign_coords({name: (dataset[name].dims, values.astype(dtype))})
+        return _holding(dataset, name, values.astype(dtype))
 
 
 def poisoned(dataset: xr.Dataset, place: int, value: Any, everywhere: bool = False) -> xr.Dataset:
@@ -230,7 +236,7 @@ def poisoned(dataset: xr.Dataset, place: int, value: Any, everywhere: bool = Fal
     name = _name(dataset, place)
     values = dataset[name].values.astype(float if dataset[name].dtype.kind in "biuf" else object)
     values.reshape(-1)[slice(None) if everywhere else slice(values.size // 2, None, 10**6)] = value
-    return dataset.assign_coords({name: (dataset[name].dims, values)})
+    return _holding(dataset, name, values)
 
 
 def turned(dataset: xr.Dataset) -> xr.Dataset:

@@ -137,7 +137,7 @@ def _parameters(function: Any, owner: type | None) -> typing.Iterator[Parameter]
         hints = {}
     doc = _docs(plain)
     for name, parameter in inspect.signature(plain).parameters.items():
-        if name == "self":
+        if name in ("self", "cls"):
             continue
         if parameter.kind is parameter.VAR_KEYWORD:  # **changes of a scene
             own = typing.get_type_hints(owner) if owner else {}

@@ -76,8 +76,9 @@ def ensemble(
         x(t + 2 lag) - x(t + lag) and x(t + lag) - x(t), `mean_square_increment`, and their errors.
         `density` of x mod 2 pi, v and omega over `bin`; `flights` and `unfinished_flights` by
         `flight_duration`, the number of times between changes of sign of d with a hysteresis of
-        0.1 standard deviations, seen at the samples. Final `x`, `v`, `theta`, `omega` by `replica`,
-        and `initial_x` and so on where `initial` was given.
+        0.1 standard deviations, seen at the samples. Correlations and errors are NaN at lags where
+        there are too few samples or replicas for them. Final `x`, `v`, `theta`, `omega` by
+        `replica`, and `initial_x` and so on where `initial` was given.
 
     Raises
     ------

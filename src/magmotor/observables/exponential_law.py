@@ -6,7 +6,7 @@ from typing import Annotated, Any, NamedTuple, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from magmotor.arguments import Elapsed, Flags, checked, flags, integer, shaped
+from magmotor.arguments import checked, flags, integer, numbers, shaped
 from magmotor.checks import reject
 
 LEVEL = 0.01
@@ -44,7 +44,10 @@ class ExponentialTest(NamedTuple):
 
 
 @checked(finite=False)
-def squared_variation(values: Elapsed, censored: Flags) -> NDArray[np.float64]:
+def squared_variation(
+    values: Annotated[ArrayLike, numbers(..., "N", at_least=0)],
+    censored: Annotated[ArrayLike, flags(..., "N")],
+) -> NDArray[np.float64]:
     """Squared coefficient of variation of durations, of which some are cut off.
 
     With y = value/mean, the mean that of `censored_mean`, and n durations completed:
@@ -103,9 +106,6 @@ def exponential_test(
     """
     values, limits = np.asarray(values, dtype=float), np.asarray(limits, dtype=float)
     censored = np.asarray(censored, dtype=bool)
-    if not len(values) == len(censored) == len(limits):
-        lengths = len(values), len(censored), len(limits)
-        raise reject("lengths of values, censored and limits", lengths, "equal")
     if not (values >= 0).all() or not values.any():
         raise reject("smallest duration", float(values.min()), "at least 0, and not all zero")
     completed = int(np.sum(~censored))

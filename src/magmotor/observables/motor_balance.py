@@ -72,7 +72,8 @@ def efficiency(run: xr.Dataset, scene: Motor = OWN) -> xr.Dataset:
     xarray.Dataset
         In J, from the first record on: `kicks`, the work on the ring, `transferred` = (E - E(0)) -
         (E_ring - E_ring(0)), and `reached` = transferred + the ball's heat - the work of its own
-        noise; without unit `efficiency` = transferred/kicks and `share` = reached/kicks.
+        noise; without unit `efficiency` = transferred/kicks and `share` = reached/kicks, NaN where
+        the work on the ring is zero, as in the first record.
     """
     kicks = _since_start(run.ring_work)
     transferred = _since_start(run.energy - run.ring_energy)

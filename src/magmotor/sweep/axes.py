@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import qmc
 
-from magmotor.checks import check_choice, check_integer, check_number, reject
+from magmotor.arguments import Fractions, checked
+from magmotor.checks import check_choice, check_integer, check_number, elements, reject
 from magmotor.devices import Scene
 from magmotor.noise import check_seed
 from magmotor.reproducible import applied
@@ -26,9 +27,7 @@ MOST = 2**20
 
 def listed(name: str, values: Any) -> tuple[Any, ...]:
     """Return what is iterable, and no text, as a tuple; ValueError if it is not, or too long."""
-    if not isinstance(values, Iterable) or isinstance(values, str | bytes | bytearray):
-        raise reject(name, values, "a list of numbers")
-    found = tuple(islice(values, MOST + 1))
+    found = tuple(islice(elements(name, values, "a list of numbers"), MOST + 1))
     if len(found) > MOST:
         raise reject(f"number of values of {name}", f"over {MOST}", f"at most {MOST}")
     return found
@@ -69,7 +68,8 @@ class Values:
         return len(self.values)
 
     def at(self, place: int) -> dict[str, float | int]:
-        """The value of each field at one place."""
+        """The value of each field at one place, which counts from zero."""
+        check_integer("place", place, at_least=0, at_most=len(self) - 1)
         return dict.fromkeys(self.fields, self.values[place])
 
     @property
@@ -122,7 +122,8 @@ class Range(NamedTuple):
     high: float
     log: bool = False
 
-    def stretch(self, unit: NDArray[np.float64]) -> NDArray[np.float64]:
+    @checked
+    def stretch(self, unit: Fractions) -> NDArray[np.float64]:
         """Map numbers in [0, 1) to the range."""
         if self.log:
             return self.low * applied(partial(math.pow, self.high / self.low), unit)
@@ -183,6 +184,7 @@ class Samples:
             raise reject("size", self.size, f"a power of two, such as {near}, for design 'sobol'")
         object.__setattr__(self, "ranges", ranges)
 
+    @checked
     def of(self, scene: Scene) -> "Samples":
         """The same with full names of fields; ValueError if the scene cannot have such values."""
         known, ranges = numeric_fields(scene), {}
@@ -206,7 +208,8 @@ class Samples:
         return tuple(self.ranges)
 
     def at(self, place: int) -> dict[str, float | int]:
-        """The value of each field at one point."""
+        """The value of each field at one point, which counts from zero."""
+        check_integer("place", place, at_least=0, at_most=len(self) - 1)
         return dict(zip(self.fields, self._points[place].tolist(), strict=True))
 
     @property

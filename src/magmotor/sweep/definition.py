@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from magmotor.checks import check_choice, check_integer, check_number, reject
+from magmotor.checks import check_choice, check_integer, check_number, elements, reject
 from magmotor.dataset import SCENES, scene_from
 from magmotor.devices import Scene, device_of
 from magmotor.recommendation import recommend
@@ -209,6 +209,7 @@ class Sweep:
     def changes(self, index: int) -> dict[str, float | int]:
         """What a case has instead of the scene's own numbers."""
         found = {}
+        index = check_integer("index", index, at_least=0, at_most=len(self) - 1)
         index //= len(self._seeds)
         for axis in reversed(self.axes):
             index, place = divmod(index, len(axis))
@@ -217,8 +218,8 @@ class Sweep:
 
     def case(self, index: int) -> Case:
         """One of the cases, seeds running fastest."""
-        point, own = divmod(index, len(self._seeds))
         fields = changed(self._fields, self._known, self.changes(index))
+        point, own = divmod(index, len(self._seeds))
         told = {"scene_fields": fields, "seed": child(self._seeds[own], point)}
         return case_of({**self._common, **told})
 
@@ -249,8 +250,8 @@ class Sweep:
 
 def checked_names(argument: str, names: Any) -> tuple[str, ...]:
     """Names as a tuple; ValueError if they are no list of text."""
-    found = tuple(names) if isinstance(names, Iterable) and not isinstance(names, str) else None
-    if found is None or not all(isinstance(name, str) for name in found):
+    found = tuple(elements(argument, names, "a list of names"))
+    if not all(isinstance(name, str) for name in found):
         raise reject(argument, names, "a list of names")
     return found
 

@@ -112,6 +112,11 @@ def run(
         had no workers for 60 s. What was done is on disk, and the same call goes on.
     OtherVersions
         The workers compute with other versions than this process.
+
+    Warns
+    -----
+    UserWarning
+        A file is damaged and is written again.
     """
     check_kind("sweep", sweep, Sweep)
     workers = (os.cpu_count() or 1) if workers is None else workers

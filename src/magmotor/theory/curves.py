@@ -9,6 +9,7 @@ from scipy.linalg import eigh_tridiagonal
 
 from magmotor.arguments import Times, checked
 from magmotor.checks import reject
+from magmotor.machine import physical_memory
 from magmotor.scenes import Disk, LangevinParticle
 from magmotor.theory.flat import (
     flat_mean_displacement,
@@ -70,14 +71,18 @@ class DiskTheory:
         return self.first_impulse * moved
 
     @cached_property
+    @checked
     def first_impulse(self) -> float:
         """Mean momentum -int E[U'(x_t)] dt that U gives x from rest at x = 0, at first order."""
         from scipy.integrate import quad
 
-        return -sum(
-            k * a * quad(lambda t, k=k: self._phase(k, t), 0, math.inf)[0]
-            for k, (a, _) in enumerate(self.scene.coefficients, start=1)
-        )
+        def duration(k: int) -> float:
+            """Integral of E[cos k x_t], in units of the time in which it decays."""
+            unit = self._decay_time(k)
+            return unit * quad(lambda t: self._phase(k, unit * t), 0, math.inf)[0]
+
+        pairs = enumerate(self.scene.coefficients, start=1)
+        return -sum(k * a * duration(k) for k, (a, _) in pairs if a)
 
     @checked
     def correlation(self, lag: Times) -> Array:
@@ -97,6 +102,13 @@ class DiskTheory:
         )
         return twice / (2 * once) - 1
 
+    def _decay_time(self, k: int) -> float:
+        """A power of two of about the time t at which the variance of k x_t reaches one."""
+        for exponent in range(-99, 100):
+            if k**2 * flat_variance_from_rest(self.scene, 2.0**exponent) > 1:
+                return 2.0**exponent
+        raise reject("noise", self.scene.noise, "enough for x to forget the phase of U")
+
     def _phase(self, k: int, t: float) -> float:
         """E[cos k x_t] from rest on flat U."""
         return math.exp(-(k**2) * float(flat_variance_from_rest(self.scene, t)) / 2)
@@ -109,6 +121,9 @@ class DiskTheory:
     @cached_property
     def _relaxation(self) -> tuple[Array, Array]:
         """Rates and weights of E[d_t]/d_0: the reduced equation's modes that are odd in d."""
+        cells = len(self.reduced.d)
+        if 16 * cells**2 > physical_memory():
+            raise reject("scene", self.scene, f"one that needs fewer than {cells} cells in D(d)")
         up, down, d = self.reduced.up[1:], self.reduced.down[1:], self.reduced.d[1:]
         rates, modes = eigh_tridiagonal(up + down, -np.sqrt(up[:-1] * down[1:]))
         root = np.sqrt(self.reduced.probability[1:])

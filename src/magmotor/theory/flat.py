@@ -115,9 +115,9 @@ def _from_gibbs(z: Array) -> Array:
 
 def _from_rest(z: Array) -> Array:
     """2 (z - 2 (1 - e^(-z)) + (1 - e^(-2z))/2)/z^2, about 2z/3 at 0."""
-    series = np.zeros_like(z)
+    series, small = np.zeros_like(z), np.minimum(z, 0.03)
     for k in range(3, 10):
-        series += (4 - 2.0**k) / math.factorial(k) * (-1) ** k * z ** (k - 2)
+        series += (4 - 2.0**k) / math.factorial(k) * (-1) ** k * small ** (k - 2)
     safe = np.maximum(z, 0.03)
     closed = 2 * (safe + 2 * np.expm1(-safe) - np.expm1(-2 * safe) / 2) / safe**2
     return np.where(z < 0.03, series, closed)

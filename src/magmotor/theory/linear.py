@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import exprel
 
-from magmotor.arguments import Elapsed, checked
+from magmotor.arguments import Elapsed, Inertia, Square, checked
 
 Matrix = NDArray[np.float64]
 
@@ -37,10 +37,11 @@ class SmallMotion(NamedTuple):
     implicit: Matrix
 
     @classmethod
+    @checked
     def of(
-        cls, inertia: Matrix, stiffness: Matrix, friction: Matrix, implicit: Matrix
+        cls, inertia: Inertia, stiffness: Square, friction: Square, implicit: Square
     ) -> "SmallMotion":
-        """That of M q'' = -K q - C q' in any coordinates.
+        """That of M q'' = -K q - C q' in any coordinates; M is positive definite.
 
         Negative parts of K count as none: rest is unstable there in truth, by no method's fault.
         """

@@ -38,14 +38,26 @@ def euler_slip_variance(scene: Disk, timestep: Positive) -> float:
 
 @checked(finite=False)
 def friction_step_limit(scene: Scene) -> float:
-    """Step 2/(largest of `friction_rates`) beyond which explicit friction, (eq:svi), diverges."""
+    """Step 2/(largest of `friction_rates`) beyond which explicit friction, (eq:svi), diverges.
+
+    Returns
+    -------
+    float
+        Dimensionless; infinite if there is no friction.
+    """
     fastest = friction_rates(scene)[-1]
     return 2 / float(fastest) if fastest else math.inf
 
 
 @checked(finite=False)
 def potential_step_limit(scene: Scene) -> float:
-    """Step 2/sqrt(max |U''|) beyond which a kick-type scheme is linearly unstable in a well."""
+    """Step 2/sqrt(max |U''|) beyond which a kick-type scheme is linearly unstable in a well.
+
+    Returns
+    -------
+    float
+        Dimensionless; infinite if U is flat.
+    """
     curvature = steepest_curvature(scene.coefficients)
     return 2 / math.sqrt(curvature) if curvature else math.inf
 
@@ -55,7 +67,12 @@ def alias_period(scene: Disk, timestep: Positive) -> float:
     """Shift 2 pi (1 + sigma)/h of d = -v + sigma omega that a kick-type scheme cannot see.
 
     x then moves by one more period of U each step. So d of such a scheme wanders over copies of
-    the line for ever, and the scheme has no invariant probability. Infinite on flat U.
+    the line for ever, and the scheme has no invariant probability.
+
+    Returns
+    -------
+    float
+        Dimensionless; infinite if U is flat.
     """
     waves = _common_waves(scene)
     return 2 * math.pi * (1 + scene.sigma) / (waves * timestep) if waves else math.inf
@@ -66,6 +83,11 @@ def largest_timestep(scene: Disk, deviations: Positive = 6.0) -> float:
     """Step that keeps half an `alias_period` at so many standard deviations of d.
 
     (pi/6) sqrt((1 + sigma) beta) by default, for a U of period 2 pi: the binding limit on h.
+
+    Returns
+    -------
+    float
+        Dimensionless; infinite if U is flat or there is no noise.
     """
     reach = deviations * math.sqrt(gibbs_mean_squares(scene)["d"])
     return alias_period(scene, 1.0) / (2 * reach) if reach else math.inf

@@ -9,19 +9,25 @@ their temperature at any step. No constraint is solved.
 import time
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from typing import Annotated
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from magmotor.checks import check_integer, check_kind, reject
+from magmotor.arguments import Count, checked, floats, integer, several
+from magmotor.checks import check_floats, check_integer, check_kind, reject
 from magmotor.engines.mujoco import fatal
 from magmotor.engines.mujoco.baoab_loop import BY_TIME, compiled
 from magmotor.engines.mujoco.langevin_law import law
 from magmotor.engines.mujoco.langevin_model import langevin_model
+from magmotor.machine import physical_memory
 from magmotor.noise import LARGEST_STEP
 
 Array = NDArray[np.float64]
+
+ALL_OF_STATE = 2 ** int(mujoco.mjtState.mjNSTATE) - 1
+"""All bits of `mjtState`."""
 
 FIRST_STEPS = 64
 """How many are taken before it is known how long they last."""
@@ -99,8 +105,7 @@ class Baoab:
             As from `magnetism`.
         """
         check_kind("data", data, mujoco.MjData)
-        if data.model is not self.model:
-            raise reject("data.model", data.model, "the model that is stepped")
+        self._check_data(data)
         left = check_integer("nstep", nstep, at_least=0)
         if left >= LARGEST_STEP:
             raise reject("nstep", nstep, f"less than 2^53 = {LARGEST_STEP}")
@@ -119,14 +124,15 @@ class Baoab:
             elapsed = max(time.monotonic() - began, 1e-6)
             count = min(left, 1 + int(count * SECONDS_BETWEEN_LOOKS / elapsed))
 
+    @checked(finite=False)
     def rollout(
         self,
-        data: Sequence[mujoco.MjData],
-        initial_state: Array,
-        control: Array | None,
+        data: Annotated[Sequence[mujoco.MjData], several(mujoco.MjData)],
+        initial_state: Annotated[Array, floats("replicas", "1 + nq + nv")],
+        control: Annotated[Array, floats("replicas", 1, "k")] | None,
         *,
-        control_spec: int,
-        nstep: int,
+        control_spec: Annotated[int, integer(at_least=0, at_most=ALL_OF_STATE)],
+        nstep: Count,
     ) -> Array:
         """Run replicas, on as many threads as there are data; see `mujoco.rollout.rollout`.
 
@@ -146,7 +152,25 @@ class Baoab:
         -------
         ndarray, shape (replicas, nstep, nq + nv)
             `qpos` and `qvel` after each step, NaN from where they are no longer finite.
+
+        Raises
+        ------
+        ValueError
+            The data are another model's, an array has another shape than this model's state, or
+            there are more steps than fit in memory.
+        mujoco.FatalError
+            As from `magnetism`.
         """
+        for used in data:
+            self._check_data(used)
+        width = 1 + self.model.nq + self.model.nv
+        check_floats("initial_state", initial_state, "replicas", width)
+        size = mujoco.mj_stateSize(self.model, control_spec)
+        if control is not None:
+            check_floats("control", control, "replicas", 1, size)
+        room = physical_memory() / (8 * max(1, len(initial_state) * (width - 1)))
+        if nstep > room:
+            raise reject("nstep", nstep, f"at most {int(room)}, for which there is memory")
         start = np.split(initial_state, [1, 1 + self.model.nq], axis=1)
         paths = np.full((len(initial_state), nstep, initial_state.shape[1] - 1), np.nan)
 
@@ -161,6 +185,10 @@ class Baoab:
         with ThreadPoolExecutor(len(data)) as pool:
             list(pool.map(follow, range(len(data))))
         return paths
+
+    def _check_data(self, data: mujoco.MjData) -> None:
+        if data.model is not self.model:
+            raise reject("data.model", data.model, "the model that is stepped")
 
     def _run(self, data: mujoco.MjData, first: int, nstep: int, path: Array) -> int:
         """Step, recording in `path` if it has rows; `first` and what returns are as in the loop."""

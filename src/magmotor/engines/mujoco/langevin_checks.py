@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from magmotor.checks import reject
+from magmotor.checks import check_array, check_number, reject
 from magmotor.engines.mujoco.contact import ALWAYS_IN_CONE
 
 HINGE, SLIDE = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)
@@ -18,6 +18,9 @@ ROUNDING = 1e-9
 
 NONE_OF = {"nactuator": "actuators", "nflex": "flexes", "nplugin": "plugins", "neq": "equalities"}
 """Counts in the model that must be zero."""
+
+NUMBERS = ("qpos0", "body_mass", "body_inertia", "body_pos", "body_user", "dof_damping")
+"""Arrays in the model that are read."""
 
 SWITCHED_OFF_BY = {
     "jnt_stiffness": "spring",
@@ -43,6 +46,10 @@ def check_model(model: mujoco.MjModel) -> None:
     ValueError
         Names the body, joint or other thing that is in the way, and what must hold.
     """
+    check_number("timestep", model.opt.timestep, above=0)
+    for field in NUMBERS:
+        check_array(f"{field} of the model", getattr(model, field))
+    check_array("gravity of the model", model.opt.gravity)
     _check_options(model)
     _check_joints_and_tendons(model)
     for body in np.flatnonzero(_moving(model)):

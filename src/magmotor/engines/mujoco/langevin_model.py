@@ -11,6 +11,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from magmotor.arguments import numbers
 from magmotor.checks import reject
 from magmotor.engines.mujoco.contact import viscous_contacts, viscous_friction
 from magmotor.engines.mujoco.langevin_checks import (
@@ -119,7 +120,7 @@ def _masses(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
     inertia = np.empty((model.nv, model.nv))
     for row, unit in zip(inertia, np.eye(model.nv), strict=True):
         mujoco.mj_mulM(model, data, row, unit)
-    masses = np.diagonal(inertia)
+    masses = numbers(above=0)("inertia of joints", np.diagonal(inertia))
     coupled = np.triu(abs(inertia) > ROUNDING * np.sqrt(np.outer(masses, masses)), 1)
     for one, other in np.argwhere(coupled):
         joints = {label(model, "joint", model.dof_jntid[i]): None for i in (one, other)}
@@ -177,6 +178,7 @@ def _noise(model: mujoco.MjModel, wrenches: Array) -> Array:
     for channel, (body, row) in enumerate(channels):
         dofs = model.dof_bodyid == body
         noise[dofs, channel] = product(wrenches[dofs], row[:, np.newaxis])[:, 0]
+    numbers(above=0)("noise of user", abs(noise[noise != 0]))
     return noise
 
 

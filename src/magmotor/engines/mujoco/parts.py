@@ -16,8 +16,13 @@ Element = Any
 
 
 def compiled(root: Element) -> mujoco.MjModel:
-    """The model of a PyMJCF tree."""
-    return mujoco.MjModel.from_xml_string(root.to_xml_string(), root.get_assets())
+    """The model of a PyMJCF tree; ValueError if MuJoCo does not take its numbers."""
+    try:
+        return mujoco.MjModel.from_xml_string(root.to_xml_string(), root.get_assets())
+    except ValueError as error:
+        raise ValueError(
+            f"scene: must be one that MuJoCo takes ({' '.join(str(error).split())})"
+        ) from error
 
 
 def load(name: str, *, looks: bool) -> Element:
