@@ -106,6 +106,8 @@ SLOW: dict[str, Callable[[], Result]] = {
 """By code that takes long to compile."""
 
 CASES = {**QUICK, **SLOW}
+SUMS = ("dipoles", "gibbs", "disk", "ensemble", "top", "motor")
+"""Quick ones whose code adds in eights, draws noise or calls NumPy: it holds that of the others."""
 
 
 def checksum(result: Result) -> int:
@@ -118,9 +120,12 @@ def checksums(*names: str) -> dict[str, int]:
     return {name: checksum(CASES[name]()) for name in names}
 
 
-def start(processor: str, cache: Path, *names: str) -> subprocess.Popen:
-    """A process that prints the checksums of cases, by code for another processor."""
-    target = {"NUMBA_CPU_NAME": processor, "NUMBA_CPU_FEATURES": "", "NUMBA_CACHE_DIR": str(cache)}
+def start(processor: str, *names: str) -> subprocess.Popen:
+    """A process that prints the checksums of cases, by code for another processor.
+
+    In Numba's cache this code has indexes of its own, see `magmotor.code_version`.
+    """
+    target = {"NUMBA_CPU_NAME": processor, "NUMBA_CPU_FEATURES": ""}
     return subprocess.Popen(
         [sys.executable, __file__, *names],
         env={**os.environ, **PROCESSORS[processor], **target},
@@ -148,8 +153,8 @@ def versions() -> dict[str, str]:
     return {name: version(name) for name in names} | {"libc": " ".join(platform.libc_ver())}
 
 
-def record(cache: Path) -> None:
-    started = {name: start(name, cache, *CASES) for name in PROCESSORS if runs_here(name)}
+def record() -> None:
+    started = {name: start(name, *CASES) for name in PROCESSORS if runs_here(name)}
     found = {name: finish(process) for name, process in started.items()}
     own = checksums(*CASES)
     for name, theirs in found.items():
@@ -161,9 +166,6 @@ def record(cache: Path) -> None:
 
 if __name__ == "__main__":
     if sys.argv[1:] == ["--record"]:
-        from tempfile import TemporaryDirectory
-
-        with TemporaryDirectory() as folder:
-            record(Path(folder))
+        record()
     else:
         print(json.dumps(checksums(*(sys.argv[1:] or CASES))))

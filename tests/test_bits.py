@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from bits import CASES, PROCESSORS, QUICK, RECORD, checksums, finish, runs_here, start, versions
+from bits import CASES, PROCESSORS, RECORD, SUMS, checksums, finish, runs_here, start, versions
 from numba import njit
 from numba.core import config
 
@@ -16,13 +16,12 @@ from magmotor.states.motor import start_motor
 
 
 @pytest.fixture(scope="module")
-def found(tmp_path_factory):
-    """Checksums by processor: all of them of AVX2 and of this one, of others the quick ones."""
-    cache = tmp_path_factory.mktemp("cache")
-    cases = {name: CASES if name == "haswell" else QUICK for name in PROCESSORS if runs_here(name)}
+def found():
+    """Checksums by processor: all of them of AVX2 and of this one, of others those of sums."""
+    cases = {name: CASES if name == "haswell" else SUMS for name in PROCESSORS if runs_here(name)}
     if not cases:
         pytest.skip("no processor of x86-64-v3")
-    processes = {name: start(name, cache, *names) for name, names in cases.items()}
+    processes = {name: start(name, *names) for name, names in cases.items()}
     own = checksums(*CASES)
     return {"this": own} | {name: finish(process) for name, process in processes.items()}
 

@@ -34,6 +34,8 @@ class Cluster(Executor):
         return sum(found.values())
 
 
+CONNECT_SECONDS = 10.0
+"""How long connecting to a scheduler may take."""
 ANSWER_SECONDS = 5.0
 """How long a scheduler may take to answer."""
 
@@ -66,7 +68,7 @@ def _connected(scheduler: str) -> Any:
     if not isinstance(scheduler, str):
         raise reject("scheduler", scheduler, "a Dask scheduler's address, str")
     try:
-        return distributed.Client(scheduler, timeout=10)
+        return distributed.Client(scheduler, timeout=CONNECT_SECONDS)
     except (OSError, ValueError) as error:
         mistake = reject("scheduler", scheduler, f"a Dask scheduler's address ({error})")
     # One that failed ends when it is collected, and waits for Dask's lock, which may then be held.

@@ -58,7 +58,7 @@ def compiled():
     return _compile(layout.current(), code_version(*COMPILED_IN))
 
 
-@njit(inline="always")
+@njit(forceinline=True)
 def _borrowed(law):
     """The law with views of its arrays, see `memory.borrowed`."""
     return Law(
@@ -76,13 +76,13 @@ def _borrowed(law):
     )
 
 
-@njit(inline="always")
+@njit(forceinline=True)
 def _axes(qpos, place):
     """The axes of a body, as it would see those of its reference attitude."""
     return columns((qpos[place], qpos[place + 1], qpos[place + 2], qpos[place + 3]))
 
 
-@njit(inline="always")
+@njit(forceinline=True)
 def _to_body(array, first, axes):
     """Bring a vector in an array from the frame of the reference attitude to the body's."""
     v = array[first], array[first + 1], array[first + 2]
@@ -90,7 +90,7 @@ def _to_body(array, first, axes):
     array[first], array[first + 1], array[first + 2] = seen
 
 
-@njit(inline="always")
+@njit(forceinline=True)
 def _to_reference(array, first, axes):
     """Bring a vector in an array from the body's frame to that of its reference attitude."""
     x, y, z = array[first], array[first + 1], array[first + 2]
@@ -104,7 +104,7 @@ def _apply_forces(model, data, offsets):
     apply_forces(model, data, offsets)
 
 
-@njit(inline="always")
+@njit(forceinline=True)
 def _find_forces(model, data, offsets, law, force):
     """Forces on the velocities where the bodies are now."""
     d = memory.words(data, memory.UNBOUNDED)
@@ -124,7 +124,7 @@ def _find_forces(model, data, offsets, law, force):
                 force[dof + k] += frames[body, 3 * j + k] * applied[body, 3 + j]
 
 
-@njit(inline="always")
+@njit(forceinline=True)
 def _drift(model, qpos, qvel, law):
     """A: move freely for half a step.
 
@@ -150,7 +150,7 @@ def _drift(model, qpos, qvel, law):
                 momentum[k] /= law.ratios[b, k]
 
 
-@njit(inline="always")
+@njit(forceinline=True)
 def _twist(quaternion, momentum, axis, ratio, time):
     """Turn a body about its own axis by what its moment of inertia there, over the median, adds.
 
@@ -168,7 +168,7 @@ def _twist(quaternion, momentum, axis, ratio, time):
         momentum[i], momentum[j] = cosine * x + sine * y, cosine * y - sine * x
 
 
-@njit(inline="always")
+@njit(forceinline=True)
 def _damp_and_drive(qpos, qvel, law, whole, change):
     """O: apply friction and noise; `whole` has room for the velocities, then the noise."""
     n = len(qvel)

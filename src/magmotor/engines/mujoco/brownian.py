@@ -39,7 +39,7 @@ def userdata(job: Job, replicas: int) -> NDArray[np.float64]:
     return np.stack(np.broadcast_arrays(*chosen), axis=-1).astype(float)
 
 
-@njit(inline="always")
+@njit(forceinline=True)
 def clear_driven_bodies(m, d, offsets):
     """Set the wrench of each body with a channel to zero.
 
@@ -66,7 +66,7 @@ def clear_driven_bodies(m, d, offsets):
             memory.fatal_path(k, value)
 
 
-@njit(inline="always")
+@njit(forceinline=True)
 def _given(d, offsets, k):
     """Number k of the user's data."""
     return memory.numbers(d[offsets.userdata // 8], 1, memory.UNBOUNDED)[0, k]
@@ -83,7 +83,7 @@ def _chooses(value, k):
     return 0.0 <= value <= largest and value == math.floor(value)
 
 
-@njit(inline="always")
+@njit(forceinline=True)
 def chosen(d, m, offsets, k):
     """Number k of the user's data as an integer; 0 if there are fewer, or it is none."""
     if k >= m[offsets.nuserdata // 8]:
@@ -92,7 +92,7 @@ def chosen(d, m, offsets, k):
     return int(value) if _chooses(value, k) else 0
 
 
-@njit(inline="always")
+@njit(forceinline=True)
 def add_brownian_wrenches(model, data, offsets):
     """Add to the wrenches of bodies what their channels apply in this step; return how many."""
     m = memory.words(model, memory.UNBOUNDED)

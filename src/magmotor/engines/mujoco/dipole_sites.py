@@ -17,7 +17,7 @@ NO_DIPOLES, ONE_RIGID_BODY, NONE_MOVES, SWITCHED_OFF = range(4)
 """Why no dipole acts on any other."""
 
 
-@njit(inline="always")
+@njit(forceinline=True)
 def all_moments(m, offsets):
     """Whether the numbers of all sites are a finite moment each; else raise MuJoCo's error."""
     nsite, nuser = m[offsets.nsite // 8], m[offsets.nuser_site // 8]

@@ -11,7 +11,7 @@ from magmotor.engines.mujoco.magnets import set_magnetic_wrenches
 from magmotor.engines.mujoco.potential import add_potential_wrenches, clear_bodies_in_potentials
 
 
-@njit(inline="always")
+@njit(forceinline=True)
 def apply_forces(model, data, offsets):
     """Overwrite the wrenches of bodies with what acts on them but noise; return how much acts.
 

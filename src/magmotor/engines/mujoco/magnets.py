@@ -45,7 +45,7 @@ BODY_TYPE = 1
 """mjOBJ_BODY."""
 
 
-@njit(inline="always")
+@njit(forceinline=True)
 def set_magnetic_wrenches(m, d, offsets):
     """Overwrite the wrench of each body that can move and has dipoles; return how many act.
 
@@ -93,7 +93,7 @@ def set_magnetic_wrenches(m, d, offsets):
     return acting
 
 
-@njit(inline="always")
+@njit(forceinline=True)
 def _gather(table, after, couplings, m, d, offsets):
     """Fill the table and clear the wrenches of magnets that can move.
 
@@ -161,7 +161,7 @@ def _fill_up(table, end):
             table[row, end + j] = FAR if row < 3 else 0.0
 
 
-@njit(inline="always")
+@njit(forceinline=True)
 def _act_together(table, k, end, centre, applied):
     """Add to a magnet's wrench what all taken together do; return how many dipoles coincide."""
     coincident = 0
@@ -174,7 +174,7 @@ def _act_together(table, k, end, centre, applied):
     return coincident
 
 
-@njit(inline="always")
+@njit(forceinline=True)
 def _act(table, k, other, couplings):
     """Whether two magnets act on one another."""
     apart = table[LABEL, int(table[FIRST, k])] != table[LABEL, int(table[FIRST, other])]
@@ -182,7 +182,7 @@ def _act(table, k, other, couplings):
     return apart and moves and _factor(table[BODY, k], table[BODY, other], couplings) != 0.0
 
 
-@njit(inline="always")
+@njit(forceinline=True)
 def _interact(table, k, other, border, couplings, centre, applied):
     """Add to two magnets' wrenches what they do to one another; return how many dipoles coincide.
 

@@ -68,13 +68,13 @@ def _pointer(typingctx, address):
     return types.voidptr(address), codegen
 
 
-@njit(inline="always")
+@njit(forceinline=True)
 def words(address, count):
     """`count` 64-bit integers at an address."""
     return carray(_pointer(address), (count,), np.int64)
 
 
-@njit(inline="always")
+@njit(forceinline=True)
 def integers(address, count):
     """`count` C ints at an address."""
     return carray(_pointer(address), (count,), np.uint32)
@@ -90,25 +90,25 @@ def starts_with(address, prefix):
     return k == len(prefix)
 
 
-@njit(inline="always")
+@njit(forceinline=True)
 def numbers(address, rows, columns):
     """A `rows` x `columns` array of doubles at an address."""
     return carray(_pointer(address), (rows, columns), np.float64)
 
 
-@njit(inline="always")
+@njit(forceinline=True)
 def borrowed(array):
     """A view of a caller's array without a count of references, which costs loops much time."""
     return carray(_pointer(array.ctypes.data), array.shape, array.dtype)
 
 
-@njit(inline="always")
+@njit(forceinline=True)
 def from_column(array, first):
     """A two-dimensional array from one of its columns on; unlike a slice it is of the same type."""
     return numbers(array.ctypes.data + 8 * first, array.shape[0], array.shape[1])
 
 
-@njit(inline="always")
+@njit(forceinline=True)
 def any_number(array, row, first, last):
     """Whether a row has numbers other than zero from column `first` to before `last`."""
     present = False

@@ -20,7 +20,7 @@ SLIDE, HINGE = 2, 3
 """mjJNT_SLIDE and mjJNT_HINGE."""
 
 
-@njit(inline="always")
+@njit(forceinline=True)
 def clear_bodies_in_potentials(m, d, offsets):
     """Set the wrench of each body to zero that has a joint with a potential.
 
@@ -41,7 +41,7 @@ def clear_bodies_in_potentials(m, d, offsets):
                 memory.fatal_potential(joint, m[offsets.names // 8] + starts[joint])
 
 
-@njit(inline="always")
+@njit(forceinline=True)
 def add_potential_wrenches(m, d, offsets):
     """Add to the wrenches of bodies what the potentials of their joints apply; return how many."""
     nuser = m[offsets.nuser_jnt // 8]

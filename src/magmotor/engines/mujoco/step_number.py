@@ -25,7 +25,7 @@ RK4 = 1
 """mjINT_RK4."""
 
 
-@njit(inline="always")
+@njit(forceinline=True)
 def step_number(model, data, offsets):
     """Number of the step that begins at the time of `mjData`, or that this is a stage of."""
     timestep = memory.numbers(model + offsets.timestep, 1, 1)[0, 0]
