@@ -72,7 +72,7 @@ def test_where_the_noise_is_not_known_there_is_no_balance(disk_run):
     refused = {
         "steps between two records = 10: must be 1": disk_run.isel(time=slice(None, None, 10)),
         "coordinates = .*: must be those of simulate, with step": disk_run.drop_vars("step"),
-        "coordinates = .*: must be those of simulate, with replica": disk_run.drop_vars("replica"),
+        "run.replica = None: must be a coordinate": disk_run.drop_vars("replica"),
         "number of records in run = 1": disk_run.isel(time=[0]),
         "a dataset that has omega, too": disk_run.drop_vars("omega"),
     }
@@ -224,3 +224,39 @@ def test_flights_survive_by_all_their_bins(ensemble):
     assert whole.survival[0] == 1
     with pytest.raises(ValueError, match=r"flight_duration = .*: must be that of an ens"):
         mm.observables.flight_survival(ensemble.isel(flight_duration=slice(None, None, 2)))
+
+
+def test_runs_that_are_joined_or_averaged_are_refused(disk_run):
+    balance = mm.observables.disk_energy_balance
+    other = mm.simulate(DISK, timestep=0.01, duration=30, replicas=3, seed=6, **BAOAB)
+    for run, message in (
+        (xr.concat([disk_run, other], "replica"), "run.replica = .*: must be different numbers"),
+        (disk_run.assign_coords(replica=[0, 1, 7]), "run.replica = .*: must be different numbers"),
+        (disk_run.mean("replica", keep_attrs=True), "run.replica = None: must be a coordinate"),
+        (disk_run.isel(time=slice(-1)).coarsen(time=2).mean(keep_attrs=True), "run.step = 'float"),
+        (
+            xr.concat([disk_run, disk_run.assign_coords(time=disk_run.time + 31)], "time"),
+            "run.step",
+        ),
+    ):
+        with pytest.raises(ValueError, match=message):
+            balance(run)
+
+
+def test_a_survival_needs_the_first_and_the_last_bin(ensemble):
+    survival = mm.observables.flight_survival
+    assert survival(ensemble).sizes["flight_duration"] > 8
+    for part in (slice(1, None), slice(-1)):
+        with pytest.raises(ValueError, match="flight_duration = .* with all its bins"):
+            survival(ensemble.isel(flight_duration=part))
+
+
+def test_a_path_goes_on_by_its_steps_in_all_replicas(disk_run):
+    half = disk_run.isel(time=slice(1001))
+    rest = {"timestep": 0.01, "duration": 20, "seed": 5, **BAOAB}
+    shifted = mm.simulate(DISK, **rest, replicas=3, initial=half.assign_coords(time=half.time + 9))
+    assert shifted.attrs["first_step"] == 1000
+    whole = disk_run.x.isel(time=slice(1000, None))
+    np.testing.assert_allclose(shifted.x, whole, rtol=1e-13)  # 3e-16: x is kept in turns
+    with pytest.raises(ValueError, match=r"initial.replica = \[1, 2\]: must be 0, 1, 2"):
+        mm.simulate(DISK, **rest, replicas=2, initial=half.isel(replica=[1, 2]))

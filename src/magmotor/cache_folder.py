@@ -36,11 +36,15 @@ def choose_cache_folder() -> None:
 
 
 def _can_hold(folder: str) -> bool:
-    """Whether a folder can be written to, or made."""
+    """Whether this user can write to a folder, or make it, and no stranger has or can."""
     folder = os.path.abspath(folder)  # noqa: PTH100
     while not os.path.lexists(folder):
         folder = os.path.dirname(folder)  # noqa: PTH120
-    return os.path.isdir(folder) and os.access(folder, os.W_OK | os.X_OK)  # noqa: PTH112
+    if not os.path.isdir(folder) or not os.access(folder, os.W_OK | os.X_OK):  # noqa: PTH112
+        return False
+    found = os.stat(folder)  # noqa: PTH116
+    others = 0o002 if found.st_gid == os.getgid() else 0o022
+    return found.st_uid in (0, os.getuid()) and not found.st_mode & others
 
 
 def _private_folder() -> str:

@@ -233,6 +233,14 @@ def _first_step(initial: Any, path: BrownianPath, method: str) -> int:
     first = check_integer("attributes['first_step']", told.get("first_step", 0), at_least=0)
     if "time" not in initial.coords or not initial.time.size:
         raise reject("initial", [*initial.coords], "a dataset that has time")
+    if "replica" in initial.coords:
+        numbers = np.atleast_1d(initial.replica.values).tolist()
+        if numbers != [*range(len(numbers))]:
+            bound = "0, 1, 2, ... for their Brownian paths to go on: take all, or another seed"
+            raise reject("initial.replica", numbers, bound)
+    if "step" in initial.coords:
+        step = initial.step.values.flat[-1]
+        return check_integer("initial.step", step, at_least=0, at_most=LARGEST_STEP)
     reached = check_number("initial.time", initial.time.values.flat[-1], at_least=0)
     return first + round(min(reached / path.timestep, LARGEST_STEP))
 

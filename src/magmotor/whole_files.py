@@ -45,6 +45,7 @@ def whole_file(path: Path) -> Iterator[Path]:
             left.unlink(missing_ok=True)
     own = f"{name}{threading.get_native_id()}@{this_driver()}{path.suffix}"
     with _renamed(path.with_name(own), path) as part:
+        part.unlink(missing_ok=True)  # it may be a link
         yield part
         with part.open("rb") as file:
             os.fsync(file.fileno())

@@ -1,6 +1,6 @@
 """Observables of the sliding disk and of the Langevin particle."""
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from magmotor.analysis import analysis
 from magmotor.arguments import number
+from magmotor.attributes import as_told
 from magmotor.checks import reject
 from magmotor.scenes import Disk, LangevinParticle
 from magmotor.scenes.potential import derivative
@@ -46,11 +47,10 @@ def flight_survival(run: xr.Dataset) -> xr.Dataset:
     Raises
     ------
     ValueError
-        Some of the bins between the first and the last are missing.
+        Some of the ensemble's bins are missing.
     """
     durations = run.flight_duration.values
-    even = np.allclose(durations[1:], 2**0.25 * durations[:-1], rtol=1e-6)
-    if "sample_interval" in run.attrs and not even:
+    if "sample_interval" in run.attrs and not _has_all_bins(durations, as_told(run.attrs)):
         raise reject(
             "flight_duration", durations.tolist(), "that of an ensemble, with all its bins"
         )
@@ -65,6 +65,15 @@ def flight_survival(run: xr.Dataset) -> xr.Dataset:
     return xr.Dataset({name: ("flight_duration", value) for name, value in values.items()}).assign(
         {"flight_duration": durations[seen]}
     )
+
+
+def _has_all_bins(durations: NDArray[np.float64], told: dict[str, Any]) -> bool:
+    """Whether durations are those of all bins, from one sample to the longest that was seen."""
+    sample = told["sample_interval"] * told["timestep"]
+    seen = told["time_reached"] - told["burn_in"]
+    ratio = 2**0.25
+    even = np.allclose(durations[1:], ratio * durations[:-1], rtol=1e-6)
+    return bool(even and np.isclose(durations[0], sample) and durations[-1] * ratio > seen)
 
 
 @analysis("path", of=(Disk, LangevinParticle), records=2)

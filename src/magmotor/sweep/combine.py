@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from magmotor.states.disk import DiskStates
 from magmotor.sweep.case import Case
 from magmotor.sweep.definition import Sweep
 from magmotor.sweep.directory import Directory, open_directory
@@ -35,7 +36,8 @@ def combine(directory: str | Path, *, skip_damaged: bool = False) -> xr.Dataset:
     -------
     xarray.Dataset
         A variable for each measure, or of whole runs for each recorded quantity, over the sweep's
-        axes, `seed` and `replica`; NaN where a case failed or is missing. In the attributes `axes`,
+        axes, `seed` and `replica`; NaN where a case failed or is missing. The axis of a field that
+        whole runs record, too, is `initial_x` and so on. In the attributes `axes`,
         the names of what varies, and `sweep`, all that tells it, both JSON.
 
     Raises
@@ -47,7 +49,8 @@ def combine(directory: str | Path, *, skip_damaged: bool = False) -> xr.Dataset:
     sweep, damaged = store.sweep, []
     coordinates = _coordinates(sweep)
     read = _trajectories if sweep.measure == (TRAJECTORY,) else _measures
-    data = read(store, (*[axis.name for axis in sweep.axes], "seed"), damaged)
+    axes = [_name(sweep, axis.name) for axis in sweep.axes]
+    data = read(store, (*axes, "seed"), damaged)
     if damaged and not skip_damaged:
         more = f" and {len(damaged) - SHOWN} more" if len(damaged) > SHOWN else ""
         raise ValueError(
@@ -56,7 +59,7 @@ def combine(directory: str | Path, *, skip_damaged: bool = False) -> xr.Dataset:
         )
     data = data.assign_coords(coordinates)
     data.attrs = {
-        "axes": json.dumps([axis.name for axis in sweep.axes]),
+        "axes": json.dumps(axes),
         "sweep": json.dumps(sweep.as_json()),
     }
     return data
@@ -76,8 +79,15 @@ def _coordinates(sweep: Sweep) -> dict[str, Any]:
     coordinates: dict[str, Any] = {"seed": ("seed", np.array(sweep.seeds), {"units": "1"})}
     for axis in sweep.axes:
         for field, column in axis.columns().items():
-            coordinates[field] = (axis.name, column, known[field].attributes)
+            place = _name(sweep, axis.name)
+            coordinates[_name(sweep, field)] = (place, column, known[field].attributes)
     return coordinates
+
+
+def _name(sweep: Sweep, field: str) -> str:
+    """Of a field's dimension or coordinate: where runs record a quantity of that name, another."""
+    recorded = sweep.measure == (TRAJECTORY,) and field in DiskStates._fields
+    return f"initial_{field}" if recorded else field
 
 
 def _measures(store: Directory, dims: tuple[str, ...], damaged: list[str]) -> xr.Dataset:

@@ -217,7 +217,10 @@ def _work(there: Connection) -> None:
     calls: SimpleQueue[bytes] = SimpleQueue()
     threading.Thread(target=_receive, args=(there, calls), daemon=True).start()
     answer: tuple[bool, Any] = True, None  # that it is ready
+    own = os.getpid()
     while True:
+        if os.getpid() != own:  # a measure has forked: its child has nothing to answer
+            os._exit(0)
         try:
             there.send(answer)
         except OSError:

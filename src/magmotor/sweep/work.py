@@ -28,10 +28,6 @@ ALONE = threading.Lock()
 """Held by the one case that a process runs: warnings and standard error are the process's."""
 
 
-DEFLATE = 1100
-"""Above the ratio to which the compression of netCDF can shrink anything."""
-
-
 class Outcome(NamedTuple):
     """What came of a case: a file's content, or an error and what was recorded until then."""
 
@@ -65,9 +61,17 @@ def compute(case: Case, measure: tuple[str, ...]) -> Outcome:
         if measure == (TRAJECTORY,):
             content = sealed_bytes(netcdf(stop.dataset), case.key)
     except (Exception, SystemExit) as mistake:
-        kind = "" if isinstance(mistake, ValueError) else f"{type(mistake).__name__}: "
-        error = f"{kind}{mistake}"
+        error = _told(mistake)
     return Outcome(content, error, time.perf_counter() - began)
+
+
+def _told(mistake: BaseException) -> str:
+    """An error in words, whatever it does when it is asked for them."""
+    kind = type(mistake).__name__
+    try:
+        return str(mistake) if isinstance(mistake, ValueError) else f"{kind}: {mistake}"
+    except Exception:
+        return kind
 
 
 def _content(case: Case, measure: tuple[str, ...]) -> bytes:
@@ -86,12 +90,22 @@ def _content(case: Case, measure: tuple[str, ...]) -> bytes:
     return sealed({"case": case.told, "values": values, "warnings": said})
 
 
+CLASSIC = b"CDF\x05"
+"""How a file of the classic format of netCDF begins, whose data are inside it.
+
+A file of netCDF-4 may have them in any other file that the reader can read.
+"""
+
+COUNTED = ("step", "replica")
+"""Coordinates that are integers, which xarray writes to the classic format as doubles only."""
+
+
 def netcdf(run: xr.Dataset) -> bytes:
-    """A dataset as a file of netCDF."""
-    encoding: Any = {name: {"zlib": True, "complevel": 1} for name in run.data_vars}
+    """A dataset as a file of netCDF, in its classic format."""
+    run = run.assign_coords({name: run[name].astype(float) for name in COUNTED if name in run})
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "run.nc"
-        run.to_netcdf(path, engine="netcdf4", encoding=encoding)
+        run.to_netcdf(path, engine="netcdf4", format="NETCDF3_64BIT_DATA")
         return path.read_bytes()
 
 
@@ -100,17 +114,22 @@ def recorded(content: bytes) -> xr.Dataset:
     import netCDF4
     from xarray.backends import NetCDF4DataStore
 
+    if not content.startswith(CLASSIC):
+        raise Damaged("it is no run in netCDF's classic format")
     try:
         with uninterrupted(), netCDF4.Dataset("run.nc", memory=content) as file:
             run = xr.open_dataset(NetCDF4DataStore(file))
-            if run.nbytes > DEFLATE * len(content):
+            if run.nbytes > len(content):
                 raise ValueError("it tells of more than it can hold")
             run.load()
     except (OSError, RuntimeError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise Damaged(f"it is no run in netCDF ({error})") from None
     if any(values.dtype != np.float64 for values in run.values()):
         raise Damaged("it holds other than numbers")
-    return run
+    counted = [name for name in COUNTED if name in run]
+    if not all(run[name].dtype.kind == "f" and np.isfinite(run[name]).all() for name in counted):
+        raise Damaged(f"its {' or '.join(counted)} is not finite")
+    return run.assign_coords({name: run[name].astype(int) for name in counted})
 
 
 def encoded(values: ArrayLike, each: tuple[int, ...]) -> Any:
@@ -128,7 +147,9 @@ def encoded(values: ArrayLike, each: tuple[int, ...]) -> Any:
     ValueError
         It has another shape: a measure is a number.
     """
-    array = np.asarray(values, dtype=float)
+    array = np.asarray(values)
+    if array.dtype.kind not in "biuf":
+        raise reject("value of a measure", values, "a number, or one of each replica")
     if array.shape not in ((), each):
         bound = "() or (replicas,)" if each else "(): a run without replicas has one number"
         raise reject("shape of a measure", array.shape, bound)
