@@ -14,6 +14,7 @@ from scipy.stats import qmc
 from magmotor.checks import check_choice, check_integer, check_number, reject
 from magmotor.devices import Scene
 from magmotor.noise import check_seed
+from magmotor.reproducible import applied
 from magmotor.sweep.fields import check_given, full_name, numeric_fields
 
 DESIGNS = ("random", "latin", "sobol")
@@ -124,7 +125,7 @@ class Range(NamedTuple):
     def stretch(self, unit: NDArray[np.float64]) -> NDArray[np.float64]:
         """Map numbers in [0, 1) to the range."""
         if self.log:
-            return self.low * (self.high / self.low) ** unit
+            return self.low * applied(lambda u: math.pow(self.high / self.low, u), unit)
         return self.low + (self.high - self.low) * unit
 
 
