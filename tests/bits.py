@@ -22,6 +22,7 @@ import xarray as xr
 
 import magmotor as mm
 from magmotor.noise import normal
+from magmotor.sweep import Samples, Sweep
 
 RECORD = Path(__file__).with_suffix(".json")
 
@@ -77,6 +78,15 @@ def dipoles() -> Result:
     return np.stack([*fields, *mm.dipoles.wrench(points, moments, places + 0.1, moments)])
 
 
+def sampled() -> Result:
+    """Keys of the cases of a sweep of a hundred points drawn evenly in logarithms."""
+    ranges = {"noise": (0.1, 4.0, True), "friction": (1e-3, 0.7, True)}
+    numerics = {"method": "variational/baoab", "timestep": 0.05, "duration": 1.0, "versions": {}}
+    samples = Samples(ranges, 100, "random", seed=1)
+    cases = Sweep(scene=DISK, measure=["temperature"], samples=samples, **numerics)
+    return np.array([int(case.key[:15], 16) for case in cases])
+
+
 def noise() -> Result:
     return np.array(
         [normal(7, 1, step, 0, *view) for step in range(200) for view in ((1, 0), (1, 3), (3, 0))]
@@ -86,6 +96,7 @@ def noise() -> Result:
 QUICK: dict[str, Callable[[], Result]] = {
     "dipoles": dipoles,
     "noise": noise,
+    "sampled": sampled,
     "gibbs": lambda: mm.gibbs(DISK, 1000)["x"],
     "disk": simulated(DISK, "variational/baoab", replicas=3),
     "particle": simulated(mm.LangevinParticle(), "variational/baoab", replicas=3),
@@ -112,7 +123,11 @@ SUMS = ("dipoles", "gibbs", "disk", "ensemble", "top", "motor")
 
 def checksum(result: Result) -> int:
     """Of all numbers."""
-    arrays = [result] if isinstance(result, np.ndarray) else [v.values for v in result.values()]
+    arrays = (
+        [result]
+        if isinstance(result, np.ndarray)
+        else [v.values for v in result.variables.values()]
+    )
     return zlib.crc32(b"".join(array.tobytes() for array in arrays if array.dtype.kind in "fiu"))
 
 

@@ -2,6 +2,7 @@
 
 import inspect
 import math
+import warnings
 from typing import Any
 
 import mujoco
@@ -11,6 +12,7 @@ import xarray as xr
 
 import magmotor as mm
 from magmotor import live
+from magmotor.arguments import checked
 from magmotor.checks import check_array, check_integer, check_number
 from magmotor.plots.disk_panels import System
 from magmotor.states.ball import start
@@ -407,3 +409,19 @@ def test_the_ends_of_ranges_belong_to_them():
     assert check_array("field", [-1e30, 1e-300]).tolist() == [-1e30, 1e-300]
     with pytest.raises(ValueError, match="at most 9007199254740992"):
         check_integer("field", 2**53 + 1)
+
+
+@pytest.mark.parametrize("warned", ["error", "always"])
+@pytest.mark.parametrize("value", [0.0, 1e-320])
+def test_what_numpy_warns_of_is_an_error_whether_warnings_are_or_not(warned, value):
+    """Also where the result is finite all the same: 1/inf is 0."""
+
+    def harmonic(x):
+        return float(1 / (1 / np.float64(x)))
+
+    with warnings.catch_warnings(record=True) as seen:
+        warnings.simplefilter(warned)
+        with pytest.raises(ValueError, match=r"harmonic\(x\): the result is .* encountered"):
+            checked(harmonic)(value)
+        assert checked(finite=False)(harmonic)(value) == 0
+    assert not seen

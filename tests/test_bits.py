@@ -1,6 +1,7 @@
 """The same bits on every processor: code for three kinds of them, and for this one, compared."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -50,15 +51,27 @@ def _sums(array, count):
 
 
 def test_an_eight_is_eight_doubles_added_by_a_fixed_tree():
-    numbers = np.random.default_rng(1).normal(size=(2, 8))
-    found, smallest = _sums(numbers, 8)
-    lanes = numbers[0] * numbers[1]
+    rows = np.random.default_rng(1).normal(size=(100, 2, 8))
+    found, smallest = np.array([_sums(row, 8) for row in rows]).T
+    lanes = (rows[:, 0] * rows[:, 1]).T
     halves = lanes[:4] + lanes[4:]
     quarters = halves[:2] + halves[2:]
-    assert found == quarters[0] + quarters[1]
-    assert smallest == numbers[0].min()
-    found, _ = _sums(numbers, 3)
-    assert found == pytest.approx((numbers[0] * numbers[1])[:3].sum(), rel=1e-14)
+    np.testing.assert_array_equal(found, quarters[0] + quarters[1])
+    np.testing.assert_array_equal(smallest, rows[:, 0].min(axis=1))
+    neighbors = lanes[::2] + lanes[1::2]
+    neighbors = neighbors[::2] + neighbors[1::2]
+    assert (found != neighbors[0] + neighbors[1]).any()  # 51 rows
+    assert (found != sum(lanes)).any()  # 52
+    found = np.array([_sums(row, 3)[0] for row in rows])
+    np.testing.assert_array_equal(found, (lanes[0] + lanes[2]) + lanes[1])
+
+
+def test_no_compiled_function_may_reorder_sums():
+    package = Path(code_version.__file__).parent
+    texts = {file.name: file.read_text() for file in package.rglob("*.py")}
+    assert "eights.py" in texts
+    for word in ("fastmath", "reassoc", '"contract"', '"fast"'):
+        assert not [name for name, text in texts.items() if word in text]
 
 
 def test_multiplication_and_addition_are_rounded_once():

@@ -1,15 +1,19 @@
 """Checksums of source code, and which code Numba's disk cache gives to whom."""
 
 import os
+import platform
 import shutil
 import subprocess
 import sys
 from pathlib import Path
 from typing import Any
 
+import llvmlite.binding as llvm
+import pytest
+
 import magmotor as mm
 from magmotor import code_version, models_folder
-from magmotor.code_version import package_checksum
+from magmotor.code_version import machine_versions, package_checksum
 from magmotor.engines.variational import lanes, rigid_kernel
 
 FACTORY = """
@@ -122,3 +126,18 @@ def test_the_checksum_is_that_of_the_bytes_wherever_they_are(tmp_path, monkeypat
     assert package_checksum.__wrapped__() == here
     (installed / "models" / "added.xml").write_text("<mujoco/>")
     assert package_checksum.__wrapped__() != here
+
+
+@pytest.mark.parametrize(
+    ("kind", "features", "told"),
+    [
+        ("x86_64", {"fma": True, "avx2": True}, "x86_64 with FMA"),
+        ("x86_64", {"fma": True, "avx2": False}, "x86_64"),
+        ("x86_64", {"fma": False, "avx2": True}, "x86_64"),
+        ("arm64", {"neon": True}, "arm64"),
+    ],
+)
+def test_a_kind_of_machine_is_one_that_rounds_alike(kind, features, told, monkeypatch):
+    monkeypatch.setattr(platform, "machine", lambda: kind)
+    monkeypatch.setattr(llvm, "get_host_cpu_features", lambda: features)
+    assert machine_versions()["machine"] == told

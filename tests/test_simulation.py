@@ -105,7 +105,7 @@ def test_the_spin_of_the_scene_is_about_its_axis():
 BAD = [
     ({"method": "mujoco/rk45"}, "method = 'mujoco/rk45': must be one of .*mujoco/euler.*scipy/dop"),
     ({"method": "euler"}, "method = 'euler': must be one of"),
-    ({"timestep": 0}, "timestep = 0.0: must be greater than 0"),
+    ({"timestep": 0}, "timestep = 0: must be greater than 0 s"),
     ({"timestep": float("nan")}, "timestep = nan: must be a finite number"),
     ({"duration": 0.01}, "duration = 0.01: must be at least 0.025 s"),
     ({"duration": float("inf")}, "duration = inf: must be a finite number"),

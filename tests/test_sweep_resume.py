@@ -22,7 +22,7 @@ from magmotor.sweep import Sweep
 from magmotor.sweep import directory as directory_module
 from magmotor.sweep import pool as pool_module
 from magmotor.sweep.directory import Directory
-from magmotor.sweep.pool import ONE_THREAD, Pool
+from magmotor.sweep.pool import ONE_THREAD, Pool, WorkerDied
 from magmotor.sweep.run import DIED
 from magmotor.sweep.workers import Cluster
 
@@ -111,21 +111,19 @@ def test_a_killed_driver_leaves_whole_results_and_the_same_call_goes_on(tmp_path
     assert contents(directory) == whole
 
 
-def test_killed_workers_cost_nothing_but_time(tmp_path, whole, monkeypatch):
-    """All of them, at work."""
-    keep, kept = Directory.keep, []
-
-    def killing(self, case, outcome):
-        keep(self, case, outcome)
-        kept.append(case)
-        if len(kept) == FEW:
-            for worker in children(os.getpid()):
-                os.kill(worker, signal.SIGKILL)
-
-    monkeypatch.setattr(Directory, "keep", killing)
-    tally = drive(tmp_path / "s", workers=2)
-    assert (tally.done, tally.failed) == (len(SWEEP), 0)
-    assert contents(tmp_path / "s") == whole
+def test_killed_workers_cost_nothing_but_time(tmp_path, whole):
+    """All of them, at work; the driver, and Python at its end, say nothing of it."""
+    directory = tmp_path / "s"
+    driver = start(directory, workers=2, until=str(tmp_path / "killed"))
+    wait_for_results(directory)
+    workers = children(driver.pid)
+    assert len(workers) == 2
+    for worker in workers:
+        os.kill(worker, signal.SIGKILL)
+    (tmp_path / "killed").touch()
+    said, errors = driver.communicate(timeout=120)
+    assert (driver.returncode, said, errors) == (0, "24 24\n", "")
+    assert contents(directory) == whole
 
 
 def _spawned(monkeypatch, act):
@@ -140,18 +138,22 @@ def _spawned(monkeypatch, act):
 
 
 def test_processes_killed_while_they_start_are_started_again(monkeypatch):
-    """As often as a pool allows before a call ends."""
-    killed = []
+    """As often as a pool allows before a call ends, and as often again after it."""
+    killed, spared = [], []
 
     def kill(process):
-        if len(killed) < pool_module.RESTARTS:
+        if len(killed) < pool_module.RESTARTS * (1 + len(spared)):
             killed.append(process.pid)
             process.kill()
 
     _spawned(monkeypatch, kill)
     with closing(Pool(1)) as pool:
-        assert pool.submit(os.getpid).result(timeout=120) not in killed
-    assert len(killed) == pool_module.RESTARTS
+        for _ in range(2):
+            spared.append(pool.submit(os.getpid).result(timeout=120))
+            with pytest.raises(WorkerDied):
+                pool.submit(os._exit, 0).result(timeout=120)
+    assert not {*spared} & {*killed}
+    assert len(killed) == 2 * pool_module.RESTARTS
 
 
 def test_processes_that_are_always_killed_are_no_workers(monkeypatch):

@@ -200,6 +200,12 @@ def test_nothing_is_written_read_or_removed_through_a_link(tmp_path, inside, ret
     assert len([*elsewhere.iterdir()]) == 1 + 3 * len(sweep)
 
 
+def test_results_are_combined_where_the_system_does_not_tell_its_memory(tmp_path, monkeypatch):
+    swept(tmp_path / "s", measure=["temperature"])
+    monkeypatch.delattr(os, "sysconf")  # as on Windows
+    assert mm.sweep.combine(tmp_path / "s").temperature.notnull().all()
+
+
 def test_a_file_that_is_a_link_or_a_pipe_is_damage(tmp_path):
     sweep = swept(tmp_path / "s", measure=["temperature"])
     whole = contents(tmp_path / "s")

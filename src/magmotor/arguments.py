@@ -142,6 +142,7 @@ def output(*suffixes: str) -> Check:
 
 
 Positive = Annotated[float, number(above=0)]
+Seconds = Annotated[float, number(above=0, unit="s")]
 NotNegative = Annotated[float, number(at_least=0)]
 Seed = Annotated[int, integer(at_least=0)]
 Count = Annotated[int, integer(at_least=1, at_most=10**8)]
@@ -186,10 +187,15 @@ def checked(function: Any = None, /, *, finite: bool = True) -> Any:
 
 
 def guarded(function: Callable, finite: bool, args: Sequence[Any], kwargs: dict[str, Any]) -> Any:
-    """The result of a function, if it has one that is finite."""
+    """The result of a function, if it has one that is finite.
+
+    NumPy's warnings of overflow, division by zero and invalid operations are errors in a function
+    whose result must be finite, and are not shown otherwise.
+    """
     try:
-        result = function(*args, **kwargs)
-    except (ArithmeticError, RuntimeWarning) as error:  # a warning where those are errors
+        with np.errstate(all="raise" if finite else "ignore", under="ignore"):
+            result = function(*args, **kwargs)
+    except ArithmeticError as error:
         raise beyond(function, str(error)) from error
     if finite and not _is_finite(result):
         raise beyond(function, "not finite")

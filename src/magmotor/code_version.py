@@ -38,7 +38,7 @@ def target() -> tuple[str, str]:
 _host = cache(get_host_cpu_features)
 
 
-def machine() -> dict[str, str]:
+def machine_versions() -> dict[str, str]:
     """What of a machine results depend on: its C library, and its kind of processor.
 
     The kind is the architecture, and whether an x86-64 is of the third level; see `eights`.

@@ -12,7 +12,7 @@ import xarray as xr
 from magmotor.arguments import checked, choice
 from magmotor.attributes import check_fields, fields_in
 from magmotor.checks import check_kind, reject
-from magmotor.code_version import machine
+from magmotor.code_version import machine_versions
 from magmotor.devices import DEVICES, Scene
 from magmotor.states import concatenate
 
@@ -79,7 +79,7 @@ def attributes_of(scene: Scene, **attributes: Any) -> dict[str, Any]:
 @cache
 def _versions() -> str:
     names = ("magmotor", "mujoco", "numba", "numpy", "scipy")
-    return json.dumps({name: version(name) for name in names} | machine())
+    return json.dumps({name: version(name) for name in names} | machine_versions())
 
 
 def scene_of(run: xr.Dataset) -> Scene:

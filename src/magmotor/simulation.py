@@ -13,7 +13,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from magmotor.arguments import checked
+from magmotor.arguments import Seconds, checked
 from magmotor.attributes import as_told
 from magmotor.checkpoint import Checkpoint, Expected
 from magmotor.checks import check_choice, check_integer, check_kind, check_number, reject
@@ -84,8 +84,8 @@ def simulate(
     scene: Scene,
     *,
     method: str | None = None,
-    timestep: float | None = None,
-    duration: float,
+    timestep: Seconds | None = None,
+    duration: Seconds,
     seed: int = 0,
     replicas: int | None = None,
     record_interval: int | None = None,
@@ -172,7 +172,6 @@ def simulate(
         print(choice, file=sys.stderr)
         method, timestep = choice.method, choice.timestep
     check_choice("method", method, methods(scene))
-    timestep = check_number("timestep", timestep, above=0, unit="s")
     duration = check_number("duration", duration, at_least=timestep, unit="s (one timestep)")
     seed, interval = check_seed(seed), check_integer("record_interval", interval, at_least=1)
     if interval > duration / timestep * (1 + 1e-12):

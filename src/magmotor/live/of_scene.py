@@ -1,6 +1,6 @@
 """The live simulation of a scene."""
 
-from magmotor.arguments import Positive, checked
+from magmotor.arguments import Seconds, checked
 from magmotor.checks import check_choice
 from magmotor.devices import device_of
 from magmotor.engines.mujoco.methods import METHODS
@@ -15,7 +15,7 @@ def live_scene(
     scene: Top | Motor | Disk,
     *,
     method: str = "mujoco/euler",
-    timestep: Positive,
+    timestep: Seconds,
     seed: int = 0,
 ) -> LiveSimulation:
     """Make a scene live, with sliders for what it has of tilt, height, friction, temperature.

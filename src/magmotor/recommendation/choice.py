@@ -6,7 +6,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from magmotor.arguments import Positive, checked, number
+from magmotor.arguments import Seconds, checked, number
 from magmotor.checks import check_choice, reject
 from magmotor.devices import Scene, device_of
 from magmotor.recommendation import charts
@@ -51,7 +51,7 @@ def recommend(
     error: Annotated[float, number(above=0, below=1)] = 0.01,
     quantity: str | None = None,
     method: str | None = None,
-    timestep: Positive | None = None,
+    timestep: Seconds | None = None,
 ) -> Recommendation:
     """The cheapest method and timestep that reach an error, as measured by `make charts`.
 

@@ -2,13 +2,13 @@
 
 import json
 import math
-import os
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
+from magmotor.machine import physical_memory
 from magmotor.states.disk import DiskStates
 from magmotor.sweep.case import Case
 from magmotor.sweep.definition import Sweep
@@ -67,7 +67,7 @@ def combine(directory: str | Path, *, skip_damaged: bool = False) -> xr.Dataset:
 
 def _empty(shape: tuple[int, ...], columns: int) -> np.ndarray:
     """NaN everywhere; ValueError if as many columns do not fit in this machine's memory."""
-    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    memory = physical_memory()
     if (needed := 8 * columns * math.prod(shape)) > memory:
         gigabytes = f"{needed / 1e9:.3g} GB in memory, where there are {memory / 1e9:.3g} GB"
         raise ValueError(f"the sweep's results take {gigabytes}: read its files one by one")

@@ -3,7 +3,7 @@
 from functools import cache
 from importlib.metadata import version
 
-from magmotor.code_version import machine, package_checksum
+from magmotor.code_version import machine_versions, package_checksum
 
 NEEDED = {
     "mujoco": ("mujoco", "numba", "numpy"),
@@ -21,4 +21,4 @@ def versions_that_matter(method: str) -> dict[str, str]:
     """
     own = f"{version('magmotor')}+{package_checksum():08x}"
     engine = method.partition("/")[0]
-    return {"magmotor": own} | {name: version(name) for name in NEEDED[engine]} | machine()
+    return {"magmotor": own} | {name: version(name) for name in NEEDED[engine]} | machine_versions()

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from magmotor.arguments import Positive, checked
+from magmotor.arguments import Seconds, checked
 from magmotor.checks import check_number
 from magmotor.scenes import Motor
 from magmotor.theory.landscape import effective_potential, valley_radius
@@ -17,7 +17,7 @@ def libration_frequency(scene: Motor) -> float:
 
 
 @checked
-def euler_slip_overheating(scene: Motor, timestep: Positive) -> float:
+def euler_slip_overheating(scene: Motor, timestep: Seconds) -> float:
     """Factor 1/(1 - lambda h/2) by which explicit Euler overheats the slip, lambda = c_B A.
 
     That of the slip alone, V' = (1 - lambda h) V + alpha A sqrt(h) N(0, 1).
