@@ -164,14 +164,16 @@ def _check_replicas(name: str, run: xr.Dataset) -> None:
     """Check that records and replicas are a run's own: not joined of several runs, nor means."""
     known = run.attrs.get("replicas")
     if "replica" in run.coords and isinstance(known, int | np.integer):
-        numbers = np.atleast_1d(run.replica.values).tolist()
-        if len({*numbers}) < len(numbers) or not {*numbers} <= {*range(known)}:
-            raise reject(f"{name}.replica", numbers, f"different numbers, each less than {known}")
+        numbers = np.atleast_1d(run.replica.values)
+        own = numbers.dtype.kind in "iu" and len(np.unique(numbers)) == len(numbers)
+        if not own or not ((numbers >= 0) & (numbers < known)).all():
+            bound = f"different numbers, each less than {known}"
+            raise reject(f"{name}.replica", numbers.tolist(), bound)
     if known is not None and "sample_interval" not in run.attrs and "replica" not in run.coords:
         raise reject(f"{name}.replica", None, "a coordinate with the numbers of the replicas")
     if "step" in run.coords and run.step.dtype.kind not in "iu":
         raise reject(f"{name}.step", str(run.step.dtype), "integers: records of a run, not means")
-    if "step" in run.coords and not (np.diff(np.atleast_1d(run.step.values)) > 0).all():
+    if "step" in run.coords and not (np.diff(run.step.values.ravel().astype(int)) > 0).all():
         raise ValueError(f"{name}.step must increase, as in one run")
 
 

@@ -10,7 +10,7 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from magmotor import eights
-from magmotor.arguments import Vectors, checked
+from magmotor.arguments import Points, checked
 from magmotor.checks import check_array
 from magmotor.code_version import code_version, specialised
 from magmotor.eights import (
@@ -186,7 +186,7 @@ def wrench(
 
 @checked
 def force_and_field(
-    position: Vectors, moment: Vectors, positions: ArrayLike, moments: ArrayLike
+    position: Points, moment: Points, positions: ArrayLike, moments: ArrayLike
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Force grad(m.B) on a dipole, in N, and the others' field B at it, in T; see `wrench`."""
     position, moment = np.broadcast_arrays(position, moment)
@@ -196,7 +196,7 @@ def force_and_field(
 
 @checked
 def energy(
-    position: Vectors, moment: Vectors, positions: ArrayLike, moments: ArrayLike
+    position: Points, moment: Points, positions: ArrayLike, moments: ArrayLike
 ) -> NDArray[np.float64]:
     """Energy -m.B of a dipole in the field of other dipoles.
 
@@ -207,7 +207,8 @@ def energy(
     ndarray, shape (...)
         In joule.
     """
-    return -np.sum(moment * field(position, positions, moments), axis=-1)
+    there = field(position, positions, moments)
+    return -np.sum(np.multiply(moment, there), axis=-1)
 
 
 def pack_sources(positions: ArrayLike, moments: ArrayLike) -> NDArray[np.float64]:

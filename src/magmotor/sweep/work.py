@@ -90,6 +90,7 @@ def _content(case: Case, measure: tuple[str, ...]) -> bytes:
     return sealed({"case": case.told, "values": values, "warnings": said})
 
 
+FORMAT: Any = "NETCDF3_64BIT_DATA"  # which xarray's own hints lack
 CLASSIC = b"CDF\x05"
 """How a file of the classic format of netCDF begins, whose data are inside it.
 
@@ -105,7 +106,7 @@ def netcdf(run: xr.Dataset) -> bytes:
     run = run.assign_coords({name: run[name].astype(float) for name in COUNTED if name in run})
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "run.nc"
-        run.to_netcdf(path, engine="netcdf4", format="NETCDF3_64BIT_DATA")
+        run.to_netcdf(path, engine="netcdf4", format=FORMAT)
         return path.read_bytes()
 
 
