@@ -320,6 +320,8 @@ EXTREMES = [
     (lambda: mm.theory.d_diffusion(DISK, 1e20), r"^terms of D\(d\) = "),
     (lambda: mm.theory.position_density(mm.Disk(noise=1e-9), 1.0), "^noise = 1e-09: must be so"),
     (lambda: mm.simulate(DISK, duration=1.0, initial={"x": b"1"}), r"^initial\['x'\] = b'1'"),
+    (lambda: mm.simulate(DISK, duration=0), "^duration = 0: must be greater than 0 s$"),
+    (lambda: live.live_scene(DISK, timestep=0), "^timestep = 0: must be greater than 0 s$"),
 ]
 
 
