@@ -352,6 +352,8 @@ EXTREMES = [
         "^measures = .*: must be a list of names",
     ),
     (lambda: mm.theory.DiskTheory(mm.Disk(noise=0.0)).first_impulse, "^noise = 0.0: must be enou"),
+    (lambda: mm.simulate(DISK, duration=0), "^duration = 0: must be greater than 0 s$"),
+    (lambda: live.live_scene(DISK, timestep=0), "^timestep = 0: must be greater than 0 s$"),
 ]
 
 
