@@ -136,7 +136,7 @@ def test_path_of_names_the_attribute(run):
 
 @pytest.mark.parametrize("value", ["x", -1, 1.5, [], 2**53, 10**30])
 def test_a_run_that_goes_on_names_where_it_cannot_begin(run, value):
-    before = run.assign_attrs(first_step=value)
+    before = run.drop_vars("step").assign_attrs(first_step=value)
     path = path_of(run.attrs)
     with pytest.raises(ValueError, match=r"first_step|2\^53"):
         mm.simulate(mm.Disk(), initial=before, path=path, replicas=2, duration=1.0, **NUMBERS)
@@ -148,9 +148,10 @@ NO_RUNS = [
     lambda run: run.isel(time=slice(0)),
     lambda run: run.isel(replica=[0]),
     lambda run: run.drop_vars("time"),
-    lambda run: run.assign_coords(time=run.time * np.nan),
-    lambda run: run.assign_coords(time=-run.time),
-    lambda run: run.assign_coords(time=run.time.astype(str)),
+    lambda run: run.drop_vars("step").assign_coords(time=run.time * np.nan),
+    lambda run: run.drop_vars("step").assign_coords(time=-run.time),
+    lambda run: run.assign_coords(step=-run.step - 1),
+    lambda run: run.drop_vars("step").assign_coords(time=run.time.astype(str)),
     lambda run: run.assign(x=run.x * np.nan),
     lambda run: run.assign(v=run.v * 1e300),
     lambda run: run.astype("c16"),

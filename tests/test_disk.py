@@ -454,7 +454,6 @@ print(sum(kernel(mm.Disk(), "baoab").stats.cache_hits.values()))
 
 
 def test_the_kernel_is_compiled_once_for_all_processes():
-    mm.simulate(mm.Disk(), method="variational/baoab", timestep=0.01, duration=1)
     command = [sys.executable, "-c", KERNEL_IN_A_PROCESS]
-    second = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert int(second.stdout) == 1
+    runs = [subprocess.run(command, capture_output=True, text=True, check=True) for _ in range(2)]
+    assert int(runs[1].stdout) == 1

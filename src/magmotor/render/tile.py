@@ -73,7 +73,9 @@ class Tile:
     def __init__(self, run: xr.Dataset, scene: Top | Motor, label: str, times: NDArray[np.float64]):
         if run.sizes["time"] == 1:
             moment = run.time.values[0] + np.array([0.0, 1e-9])
-            run = run.isel(time=[0, 0]).assign_coords(time=moment)
+            run = (
+                run.isel(time=[0, 0]).drop_vars("step", errors="ignore").assign_coords(time=moment)
+            )
         self.scene, self.label, self.gauge = scene, label.replace(", ", "\n"), GAUGES[type(scene)]
         self.end = float(run.time[-1])
         self.stopped = times > self.end + float(run.time[-1] - run.time[-2])

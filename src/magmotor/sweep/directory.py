@@ -212,7 +212,8 @@ def _other_things(path: Path) -> list[str]:
     Results go by keys that hash all that makes them, so that none can be taken for another's.
     """
     try:
-        return sorted({file.name for file in path.iterdir()} - FOLDERS)
+        found = [file.name for file in path.iterdir() if file.name not in FOLDERS]
+        return sorted(found + [file.name for file in path.glob("parts/*") if "@" not in file.name])
     except FileNotFoundError:
         return []
     except NotADirectoryError:

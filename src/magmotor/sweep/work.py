@@ -1,6 +1,7 @@
 """The work of a case, in a worker process: the run, its measures, and the bytes to be kept."""
 
 import io
+import json
 import tempfile
 import threading
 import time
@@ -13,6 +14,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
+from magmotor.attributes import fields_in
 from magmotor.checks import reject
 from magmotor.dataset import scene_from
 from magmotor.interrupts import uninterrupted
@@ -104,6 +106,7 @@ COUNTED = ("step", "replica")
 def netcdf(run: xr.Dataset) -> bytes:
     """A dataset as a file of netCDF, in its classic format."""
     run = run.assign_coords({name: run[name].astype(float) for name in COUNTED if name in run})
+    run.attrs = {"attributes": json.dumps(run.attrs)}  # where integers are of any size
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "run.nc"
         run.to_netcdf(path, engine="netcdf4", format=FORMAT)
@@ -123,6 +126,7 @@ def recorded(content: bytes) -> xr.Dataset:
             if run.nbytes > len(content):
                 raise ValueError("it tells of more than it can hold")
             run.load()
+        run.attrs = fields_in(run.attrs, "attributes")
     except (OSError, RuntimeError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise Damaged(f"it is no run in netCDF ({error})") from None
     if any(values.dtype != np.float64 for values in run.values()):
