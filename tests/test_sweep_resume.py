@@ -259,7 +259,7 @@ def test_threads_of_a_driver_may_write_the_same_results(tmp_path, whole):
 def test_parts_of_something_else_are_left_alone(tmp_path):
     (tmp_path / "parts").mkdir()
     (tmp_path / "parts" / "mine.txt").touch()
-    with pytest.raises(ValueError, match="must be empty, or this sweep's; it holds mine.txt"):
+    with pytest.raises(ValueError, match=r"must be empty, or this sweep's; it holds mine\.txt"):
         Directory(tmp_path, SWEEP)
 
 

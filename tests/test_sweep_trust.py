@@ -373,7 +373,7 @@ def test_a_run_cannot_tell_of_other_files(tmp_path):
     sweep = swept(tmp_path / "s", measure=["trajectory"])
     path = next((tmp_path / "s" / "done").glob("*/*.nc"))
     assert path.read_bytes().startswith(b"CDF\x05")
-    run = mm.simulate(mm.Disk(), method="variational/euler", timestep=0.5, duration=1.0)
+    run = mm.simulate(mm.Disk(), method="variational/euler", timestep=0.05, duration=1.0)
     run.to_netcdf(tmp_path / "run.nc", engine="netcdf4")
     path.write_bytes(sealed_bytes((tmp_path / "run.nc").read_bytes(), path.stem))
     with pytest.raises(ValueError, match="is damaged: it is no run in netCDF's classic format"):

@@ -1,7 +1,6 @@
 """The work of a case, in a worker process: the run, its measures, and the bytes to be kept."""
 
 import io
-import json
 import tempfile
 import threading
 import time
@@ -14,7 +13,6 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from magmotor.attributes import fields_in
 from magmotor.checks import reject
 from magmotor.dataset import scene_from
 from magmotor.interrupts import uninterrupted
@@ -105,11 +103,15 @@ COUNTED = ("step", "replica")
 
 def netcdf(run: xr.Dataset) -> bytes:
     """A dataset as a file of netCDF, in its classic format."""
+    import netCDF4
+
     run = run.assign_coords({name: run[name].astype(float) for name in COUNTED if name in run})
-    run.attrs = {"attributes": json.dumps(run.attrs)}  # where integers are of any size
+    attributes, run.attrs = run.attrs, {}
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "run.nc"
         run.to_netcdf(path, engine="netcdf4", format=FORMAT)
+        with netCDF4.Dataset(path, "a") as file:  # xarray would cut seeds down to 32 bits
+            file.setncatts(attributes)
         return path.read_bytes()
 
 
@@ -126,7 +128,6 @@ def recorded(content: bytes) -> xr.Dataset:
             if run.nbytes > len(content):
                 raise ValueError("it tells of more than it can hold")
             run.load()
-        run.attrs = fields_in(run.attrs, "attributes")
     except (OSError, RuntimeError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise Damaged(f"it is no run in netCDF ({error})") from None
     if any(values.dtype != np.float64 for values in run.values()):
