@@ -177,6 +177,14 @@ def _check_replicas(name: str, run: xr.Dataset) -> None:
         raise ValueError(f"{name}.step must increase, as in one run")
 
 
+def _check_orientation(name: str, variable: xr.DataArray) -> None:
+    """Check that quaternions are of length 1, but for the rounding of single precision."""
+    lengths = np.linalg.norm(variable.values, axis=-1)
+    if not (np.abs(lengths - 1) < 1e-3).all():
+        worst = float(lengths.flat[np.abs(lengths - 1).argmax()])
+        raise reject(f"length of a quaternion in {name}", worst, "1")
+
+
 def _is_misordered(variable: xr.DataArray) -> bool:
     return variable.dims != tuple(dim for dim in ORDER if dim in variable.dims)
 
@@ -196,6 +204,8 @@ def _check_variable(name: str, variable: xr.DataArray) -> None:
         raise reject(f"dtype of {name}", str(variable.dtype), "a number's")
     if not (np.abs(variable.values) <= LARGEST).all():
         raise ValueError(f"{name} holds values that are not finite or exceed {LARGEST:g}")
+    if short.endswith("orientation"):
+        _check_orientation(name, variable)
 
 
 def _check_time(name: str, run: xr.Dataset, records: int) -> None:

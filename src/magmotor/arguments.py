@@ -153,7 +153,8 @@ Vectors = Annotated[NDArray[np.float64], shaped(..., 3)]
 Fractions = Annotated[NDArray[np.float64], numbers(at_least=0, below=1)]
 Square = Annotated[NDArray[np.float64], shaped("n", "n")]
 Inertia = Annotated[NDArray[np.float64], positive_definite("n", "n")]
-Picture = Annotated[str | Path, output()]
+PICTURES = (".eps", ".jpeg", ".jpg", ".pdf", ".png", ".svg", ".tif", ".tiff", ".webp")
+Picture = Annotated[str | Path, output(*PICTURES)]
 """A file that a picture is written to."""
 
 
@@ -373,7 +374,8 @@ def _passed(check: Check | None, name: str, value: Any) -> Any:
     return value if check is None else check(name, value)
 
 
-def _check_flag(name: str, value: Any) -> bool:
+def check_flag(name: str, value: Any) -> bool:
+    """Return a value as a bool if it is True or False."""
     if not isinstance(value, bool | np.bool_):
         raise reject(name, value, "True or False")
     return bool(value)
@@ -393,7 +395,7 @@ def _check_path(name: str, value: Any) -> Any:
 
 
 def _check_callable(name: str, value: Any) -> Any:
-    if not callable(value):
+    if not callable(value) or isinstance(value, type):
         raise reject(name, value, "a function, or another object that can be called")
     return value
 
@@ -401,7 +403,7 @@ def _check_callable(name: str, value: Any) -> Any:
 _SIMPLE: dict[Any, Check] = {
     float: check_number,
     int: check_integer,
-    bool: _check_flag,
+    bool: check_flag,
     str: _check_text,
     Path: _check_path,
 }

@@ -4,6 +4,7 @@ from functools import cache
 from typing import NamedTuple
 
 import hypothesis
+import numpy as np
 from hypothesis import strategies as st
 
 from . import values
@@ -67,6 +68,14 @@ def drawn(strategy: st.SearchStrategy, seed: str):
     return kept[-1]
 
 
+def is_no_long_movie(text: str) -> bool:
+    """Whether a speed is refused, or so high that a movie is drawn in seconds."""
+    try:
+        return not 0 < float(eval(text, {"np": np})) < 100
+    except Exception:
+        return True
+
+
 @st.composite
 def arguments(draw, target: Target):
     """Right arguments, but mostly one or two that are hostile."""
@@ -84,7 +93,10 @@ def arguments(draw, target: Target):
     given, name = [], target.name.removeprefix("mm.")
     for parameter in target.parameters:
         if parameter.name in wrong:
-            given.append((parameter.name, draw(values.hostile(parameter, name, kind))))
+            hostile = values.hostile(parameter, name, kind)
+            if parameter.name == "seconds_per_second":
+                hostile = hostile.filter(is_no_long_movie)
+            given.append((parameter.name, draw(hostile)))
         elif (
             parameter.required
             or parameter.name in ALWAYS

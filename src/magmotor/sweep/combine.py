@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from magmotor.arguments import check_flag
 from magmotor.machine import physical_memory
 from magmotor.states.disk import DiskStates
 from magmotor.sweep.case import Case
@@ -45,6 +46,7 @@ def combine(directory: str | Path, *, skip_damaged: bool = False) -> xr.Dataset:
     ValueError
         There is no sweep, files are damaged, which are named, or it is larger than the memory.
     """
+    skip_damaged = check_flag("skip_damaged", skip_damaged)
     store = open_directory(directory)
     sweep, damaged = store.sweep, []
     coordinates = _coordinates(sweep)

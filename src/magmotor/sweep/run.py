@@ -13,6 +13,7 @@ from queue import Empty, SimpleQueue
 
 from tqdm import tqdm
 
+from magmotor.arguments import check_flag
 from magmotor.checks import check_integer, check_kind, reject
 from magmotor.interrupts import deferred
 from magmotor.sweep.case import Case
@@ -119,6 +120,7 @@ def run(
         A file is damaged and is written again.
     """
     check_kind("sweep", sweep, Sweep)
+    retry = check_flag("retry", retry)
     workers = (os.cpu_count() or 1) if workers is None else workers
     workers = check_integer("workers", workers, at_least=1)
     if not (executor is None or callable(getattr(executor, "submit", None))):

@@ -31,6 +31,9 @@ REACH = 9.0
 MOST_CELLS = 10**6
 Cells = Annotated[int, integer(at_least=10, at_most=MOST_CELLS)]
 
+ONE_BY_ONE = 100
+"""Frequencies that take as long as one, in a loop of Python."""
+
 MOST_TERMS = 10**9
 """Terms of continued fractions, of all values of d together: some ten seconds."""
 
@@ -255,9 +258,10 @@ def _line_shape(frequency: Array, width: float, rate: float) -> Array:
     # point, n = (frequency/(2 width))^2.
     turning = (np.max(np.abs(frequency), initial=0.0) / (2 * width)) ** 2
     depth = math.ceil(50 + (60 * width / rate) ** (2 / 3) + 2 * turning)
-    if depth * frequency.size > MOST_TERMS:
-        raise reject("terms of D(d)", depth * frequency.size, f"at most {MOST_TERMS}: d, noise or"
-                     " friction is too extreme")  # fmt: skip
+    terms = depth * max(frequency.size, ONE_BY_ONE)
+    if terms > MOST_TERMS:
+        bound = f"at most {MOST_TERMS}: d, noise or friction is too extreme"
+        raise reject("terms of D(d)", terms, bound)
     p = -1j * frequency
     tail = np.zeros_like(p)
     for n in range(depth, 0, -1):

@@ -31,6 +31,9 @@ REACH = 1.5
 SMALLEST = 1e-15
 """Distance from the centre, in ring radii, that is none."""
 
+MOST_DIPOLES = 500
+"""Of rings whose critical points are looked for, which takes seconds."""
+
 FINENESS = (1, 1), (1, 8), (2, 8), (4, 8)
 """Of the grid in which critical points are sought, and of each cell in which there may be one."""
 
@@ -88,8 +91,15 @@ def critical_points(scene: Scene, time: float = 0.0) -> list[CriticalPoint]:
     Returns
     -------
     list of CriticalPoint
+
+    Raises
+    ------
+    ValueError
+        The rings have more than 500 dipoles: the grid would grow with their square.
     """
     sources = scene.ring_sources(time)
+    if len(sources[0]) > MOST_DIPOLES:
+        raise reject("dipoles of the rings", len(sources[0]), f"at most {MOST_DIPOLES}")
     turns = _turns(scene, sources)
     found: list[CriticalPoint] = []
     for fineness, parts in FINENESS:
