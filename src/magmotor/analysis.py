@@ -106,7 +106,7 @@ def scene_of_run(run: Any, scene: Any, kinds: tuple[type, ...]) -> Any:
     from magmotor.dataset import scene_of  # which knows all devices, and so all analyses
 
     own = scene_of(run)
-    _check_kind_of_run("run", own, kinds)
+    _check_kind_of_run("run", type(own).__name__, kinds)
     if scene is None or scene == own:
         return own
     if type(scene) is not type(own):
@@ -116,10 +116,10 @@ def scene_of_run(run: Any, scene: Any, kinds: tuple[type, ...]) -> Any:
     raise reject(f"scene.{name}", getattr(scene, name), f"{getattr(own, name)!r}, as in the run")
 
 
-def _check_kind_of_run(name: str, own: Any, kinds: tuple[type, ...]) -> None:
-    if not isinstance(own, kinds):
-        known = " or ".join(kind.__name__ for kind in kinds)
-        raise ValueError(f"{name} is of a {type(own).__name__}: must be of a {known}")
+def _check_kind_of_run(name: str, told: Any, kinds: tuple[type, ...]) -> None:
+    names = [kind.__name__ for kind in kinds]
+    if told not in names:
+        raise ValueError(f"{name} is of a {told!s:.40}: must be of a {' or '.join(names)}")
 
 
 def checked_run(
@@ -139,9 +139,8 @@ def checked_run(
         Names what is missing, of other dimensions, no number or not finite.
     """
     check_kind(name, run, xr.Dataset)
-    if "scene" in run.attrs and run.attrs["scene"] not in [kind.__name__ for kind in kinds]:
-        known = " or ".join(kind.__name__ for kind in kinds)
-        raise ValueError(f"{name} is of a {run.attrs['scene']!s:.40}: must be of a {known}")
+    if "scene" in run.attrs:
+        _check_kind_of_run(name, run.attrs["scene"], kinds)
     missing = [needed for needed in needs if needed not in run.data_vars]
     if missing:
         bound = f"a dataset that has {', '.join(missing)}, too"
