@@ -137,8 +137,10 @@ def check_array(name: str, value: Any, *shape: Any) -> NDArray[np.float64]:
 def check_floats(name: str, value: Any, *shape: Any) -> NDArray[np.float64]:
     """Return a value as an array of floats, which need not be finite; see `check_array`."""
     array = _plain(name, value)
-    if array.dtype.kind not in "iuf" and array.size:
-        raise reject(name, value, "an array of numbers")
+    if array.dtype.kind not in "iuf":
+        if array.size:
+            raise reject(name, value, "an array of numbers")
+        array = np.empty(array.shape)
     _check_shape(name, array, shape)
     return array.astype(float, copy=False)
 

@@ -17,7 +17,7 @@ from magmotor.live.panel import MOVED, Panel
 from magmotor.noise import check_seed
 from magmotor.scenes import Disk, Top
 
-Steps = Annotated[int, integer(at_least=0)]
+Steps = Annotated[int, integer(at_least=0, at_most=10**6)]
 
 SWITCHED = {"magnetism": "site_user", "noise": "body_user"}
 """What the switches set to zero in a model."""

@@ -168,8 +168,7 @@ class Samples:
     def __post_init__(self) -> None:
         """Check the parameters that need no scene."""
         check_choice("design", self.design, DESIGNS)
-        if check_integer("size", self.size, at_least=1) > MOST:
-            raise reject("size", self.size, f"at most {MOST}")
+        object.__setattr__(self, "size", check_integer("size", self.size, at_least=1, at_most=MOST))
         check_seed(self.seed)
         if not isinstance(self.ranges, Mapping):
             raise reject("ranges", self.ranges, "a mapping of fields to (low, high) or Range")
