@@ -45,23 +45,26 @@ def assemble(
     states = concatenate(chunks)
     columns = DEVICES[type(scene)].columns(scene, states, replicas)
     unit = DEVICES[type(scene)].TIME_UNIT
-    time = ("time", states.time, {"units": unit, "long_name": "time"})
+    coordinates: dict[str, Any] = {
+        "time": ("time", states.time, {"units": unit, "long_name": "time"})
+    }
+    dimensions = {dim for column in columns.values() for dim in column.dimensions}
+    if "replica" in dimensions:
+        coordinates["replica"] = np.arange(replicas or 1)
+    if "record_interval" in attributes:
+        steps = attributes["record_interval"] * np.arange(len(states.time))
+        steps += attributes.get("first_step") or 0
+        label = "number of the step on the Brownian path"
+        coordinates["step"] = ("time", steps, {"units": "1", "long_name": label})
+    if "space" in dimensions:
+        coordinates["space"] = ["x", "y", "z"]
     data = xr.Dataset(
         {
             name: (dims, values, {"units": unit, "long_name": label})
             for name, (dims, values, unit, label) in columns.items()
         },
-        coords={"time": time},
+        coords=coordinates,
     )
-    if "replica" in data.dims:
-        data = data.assign_coords(replica=np.arange(data.sizes["replica"]))
-    if "record_interval" in attributes:
-        steps = attributes["record_interval"] * np.arange(len(states.time))
-        steps += attributes.get("first_step") or 0
-        label = "number of the step on the Brownian path"
-        data = data.assign_coords(step=("time", steps, {"units": "1", "long_name": label}))
-    if "space" in data.dims:
-        data = data.assign_coords(space=["x", "y", "z"])
     data.attrs = attributes_of(scene, replicas=replicas, **attributes)
     return data
 

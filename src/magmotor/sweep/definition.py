@@ -9,8 +9,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-import numpy as np
-
 from magmotor.checks import check_choice, check_integer, check_number, elements, reject
 from magmotor.dataset import SCENES, scene_from
 from magmotor.devices import Scene, device_of
@@ -173,7 +171,7 @@ class Sweep:
 
     def __len__(self) -> int:
         """How many cases."""
-        return int(np.prod(self.shape, dtype=object))
+        return math.prod(self.shape)
 
     @property
     def _seeds(self) -> tuple[int, ...]:

@@ -8,6 +8,7 @@ import multiprocessing
 import os
 import pickle
 import threading
+import time
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future
@@ -29,6 +30,9 @@ ONE_THREAD: dict[str, str] = {
 
 RESTARTS = 5
 """Processes, beyond one of each worker, that may be killed without a call before a call ends."""
+
+SHORT = 0.1
+"""Time (s) of a call behind which another may wait: while it is sent, nothing would be computed."""
 
 DYING_SECONDS = 5.0
 """How long a process may take to end once its connection has."""
@@ -88,15 +92,17 @@ class Pool:
                         self._hear(next(w for w in self._workers if w.here is ready))
         except BaseException as error:  # such as no more processes: whoever waits is to know
             self._drop([future for future, _ in self._calls], error)
-            self._drop([w.future for w in self._workers if w.future is not None], error)
+            self._drop([future for w in self._workers for future, _ in w.calls], error)
         finally:
             for worker in self._workers:
                 worker.end()
 
     def _deal(self) -> None:
-        for worker in self._workers:
-            if self._calls and worker.is_idle and worker.take(*self._calls[0]):
-                self._calls.popleft()
+        """Give calls to those who have none, then one ahead to those whose calls are short."""
+        for ahead in (False, True):
+            for worker in self._workers:
+                if self._calls and worker.has_room(ahead) and worker.take(*self._calls[0]):
+                    self._calls.popleft()
         starting = sum(not worker.is_ready for worker in self._workers)
         for _ in range(min(len(self._calls) - starting, self._most - len(self._workers))):
             self._workers.append(_Worker())
@@ -108,8 +114,10 @@ class Pool:
             return
         self._workers.remove(worker)
         worker.end()
-        if worker.future is not None:
-            worker.future.set_exception(WorkerDied("its process died"))
+        if worker.calls:
+            future, _ = worker.calls.popleft()
+            self._calls.extendleft(reversed(worker.calls))  # which it had not begun
+            future.set_exception(WorkerDied("its process died"))
             return
         self._deaths += 1
         if worker.was_killed and self._deaths < self._most + RESTARTS:
@@ -135,17 +143,17 @@ class _Worker:
 
     def __init__(self):
         self.here, there = _CONTEXT.Pipe()
-        self.future: Future | None = None
-        self.is_ready = self.is_dead = False
+        self.calls: deque[tuple[Future, tuple[Any, ...]]] = deque()
+        self.is_ready = self.is_dead = self._is_quick = False
+        self._since = 0.0
         self._process = _CONTEXT.Process(target=_work, args=(there,), daemon=True)
         with _environment(ONE_THREAD), deaf_children():
             self._process.start()
         there.close()  # the process alone has it: when it dies, its connection ends
 
-    @property
-    def is_idle(self) -> bool:
-        """Whether it would take a call."""
-        return self.is_ready and self.future is None
+    def has_room(self, ahead: bool) -> bool:
+        """Whether it would take a call, or one that waits until it has answered another."""
+        return self.is_ready and len(self.calls) <= (ahead and self._is_quick)
 
     @property
     def was_killed(self) -> bool:
@@ -159,7 +167,9 @@ class _Worker:
         except OSError:
             self.is_ready = False
             return False
-        self.future = future
+        if not self.calls:
+            self._since = time.monotonic()
+        self.calls.append((future, call))
         return True
 
     def hear(self) -> bool:
@@ -170,13 +180,15 @@ class _Worker:
             self.is_dead = True
             return False
         self.is_ready = True
-        if self.future is None:
+        if not self.calls:
             return False
+        future, _ = self.calls.popleft()
+        now = time.monotonic()
+        self._is_quick, self._since = now - self._since < SHORT, now
         if is_result:
-            self.future.set_result(value)
+            future.set_result(value)
         else:
-            self.future.set_exception(value)
-        self.future = None
+            future.set_exception(value)
         return True
 
     def end(self) -> None:

@@ -28,6 +28,9 @@ Points = Annotated[ArrayLike, shaped(..., 2)]
 REACH = 1.5
 """How far from the centre critical points are sought, in ring radii."""
 
+SECTIONS = 128
+"""Into so many parts a search cuts an interval: together they cost hardly more than one point."""
+
 SMALLEST = 1e-15
 """Distance from the centre, in ring radii, that is none."""
 
@@ -172,19 +175,21 @@ def saddle(scene: Top, time: float = 0.0) -> CriticalPoint:
 def valley_radius(scene: Scene, azimuth: float = 0.0, time: float = 0.0) -> float:
     """Distance from the centre, in metres, at which V_e is least in one direction (radians).
 
-    For a level ring this is the radius of the ring of minima. Bisection of the slope between
-    neighbors of the lowest of some points finds it to the last bit, the same on any machine.
+    For a level ring this is the radius of the ring of minima. The slope changes its sign between it
+    and the next larger number, the same on any machine.
     """
     direction = np.array([math.cos(azimuth), math.sin(azimuth)])
     sources, unit = scene.ring_sources(time), _radius(scene)
     radii = unit * np.linspace(0.0, REACH, 301)
     lowest = int(aligned_energy(scene, radii[:, np.newaxis] * direction, sources).argmin())
     low, high = float(radii[max(0, lowest - 1)]), float(radii[min(300, lowest + 1)])
-    while low < (middle := 0.5 * (low + high)) < high and high > SMALLEST * unit:
-        if np.sum(_gradient(scene, middle * direction, sources) * direction) > 0:
-            high = middle
-        else:
-            low = middle
+    while low < 0.5 * (low + high) < high and high > SMALLEST * unit:
+        between = np.linspace(low, high, SECTIONS + 1)[1:-1]
+        slopes = _gradient(scene, between[:, np.newaxis] * direction, sources)
+        rising = np.append(np.sum(slopes * direction, axis=1) > 0, True)
+        first = int(rising.argmax())
+        ends = np.array([low, *between, high])
+        low, high = float(ends[first]), float(ends[first + 1])
     return low
 
 
