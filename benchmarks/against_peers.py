@@ -7,7 +7,7 @@ import peers_top
 from case import Case, Record
 from machine import sign
 
-from magmotor.plots import style
+from magmotor.common import style
 
 
 def cases(quick: bool) -> list[Case]:

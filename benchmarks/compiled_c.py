@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from magmotor.engines.variational.lanes import Law
+from magmotor.devices.disk.reference import Law
 
 SOURCE = Path(__file__).parent / "peers" / "disk.c"
 FLAGS = ["-O3", "-march=native", "-ffast-math", "-fopenmp-simd"]

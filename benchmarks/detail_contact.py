@@ -17,8 +17,8 @@ from detail_plain import plain_top
 from markdown_table import cost_cells, number, table
 
 import magmotor as mm
-from magmotor.engines.mujoco import contact
-from magmotor.engines.mujoco.build import compose
+from magmotor.mjcf import viscous_contact as contact
+from magmotor.run.in_mujoco import compose
 
 SCENE = mm.Top.paper(4)
 PLANE = SCENE.replace(surface="plane")

@@ -11,7 +11,7 @@ import numpy as np
 from case import Record
 from machine import sign
 
-from magmotor.plots import style
+from magmotor.common import style
 
 LOOKS = ((style.BLUE, "o"), (style.PURPLE, "D"), (style.ORANGE, "s"), (style.GREEN, "^"))
 COLOURS = {"top": style.BLUE, "contact": style.ORANGE, "motor": style.GREEN}

@@ -15,9 +15,9 @@ from markdown_table import cost_cells, number, table
 from numpy.typing import NDArray
 
 import magmotor as mm
-from magmotor.engines.mujoco import stopwatch
-from magmotor.engines.mujoco.build import compose
-from magmotor.scenes.motor import LARGEST_TILT
+from magmotor.devices.motor.scene import LARGEST_TILT
+from magmotor.mjcf import hooks as stopwatch
+from magmotor.run.in_mujoco import compose
 
 Array = NDArray[np.float64]
 MOTOR = mm.Motor()

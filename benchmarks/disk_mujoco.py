@@ -9,10 +9,11 @@ from numba import njit
 from table import Row, in_turns, show
 
 import magmotor as mm
-from magmotor.engines.job import Job
-from magmotor.engines.mujoco import memory, stopwatch
-from magmotor.engines.variational.disk import run
-from magmotor.states.disk import start_disk
+from magmotor.device.job import Job
+from magmotor.devices.disk.reference import run
+from magmotor.devices.disk.states import start_disk
+from magmotor.mjcf import hooks as stopwatch
+from magmotor.mjcf import memory
 
 TIMESTEP = 0.01
 STEPS = 20_000

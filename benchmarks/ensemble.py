@@ -15,7 +15,7 @@ from peers import disk_numpy, disk_scalar
 from table import Row, in_turns, show
 
 import magmotor as mm
-from magmotor.engines.variational.lanes import kernel, law
+from magmotor.devices.disk.reference import kernel, law
 
 SCENE, H, SEED = mm.Disk(), 0.01, 7
 REPLICAS, STEPS = 4096, 2000

@@ -3,7 +3,7 @@
 from matplotlib.figure import Figure
 from store import machine, versions
 
-from magmotor.plots import style
+from magmotor.common import style
 
 
 def sign(figure: Figure) -> None:

@@ -8,7 +8,7 @@ from stepping import Stepper
 from table import Row, in_turns, show
 
 import magmotor as mm
-from magmotor.engines.mujoco.build import compose
+from magmotor.run.in_mujoco import compose
 
 SCENE = mm.Top()
 DEFAULTS = mujoco.MjOption()

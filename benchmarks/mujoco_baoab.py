@@ -9,7 +9,8 @@ from numba import njit
 from table import Row, in_turns, show
 
 import magmotor as mm
-from magmotor.engines.mujoco import memory, stopwatch
+from magmotor.mjcf import hooks as stopwatch
+from magmotor.mjcf import memory
 from magmotor.noise import BrownianPath
 
 STEPS, TURNS = 3000, 40

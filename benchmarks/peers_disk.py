@@ -12,7 +12,7 @@ from case import Case, Record
 from markdown_table import number, table
 from table import in_turns, seconds
 
-from magmotor.plots import style
+from magmotor.common import style
 
 OURS = "variational/euler, 32 lanes"
 

@@ -33,9 +33,9 @@ from scipy.integrate import solve_ivp
 from table import seconds
 
 import magmotor as mm
-from magmotor.devices.ball_initial import initial_state
-from magmotor.engines.scipy import ball
-from magmotor.plots import style
+from magmotor.common import style
+from magmotor.devices.top import ode as ball
+from magmotor.devices.top.device import initial_state
 
 SCENE = mm.Top.paper(4)
 WANTED = 0.01

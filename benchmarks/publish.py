@@ -12,7 +12,7 @@ DOCUMENTS = ("README.md", "docs/methods.md")
 COLOURS = 128
 """Of pictures in documents, which keeps them small."""
 
-FRONT = "src/magmotor/front.json"
+FRONT = "src/magmotor/run/front.json"
 TABLE = re.compile(r"(<!-- charts: (.+?) -->\n).*?(<!-- end of charts -->)", re.DOTALL)
 PICTURE = re.compile(r"!\[[^]]*\]\((?:docs/)?([\w-]+\.png)\)")
 

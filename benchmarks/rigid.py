@@ -7,9 +7,12 @@ import numpy as np
 from table import Row, in_turns, show
 
 import magmotor as mm
-from magmotor.devices import ball_initial, motor_initial
-from magmotor.engines.job import Job
-from magmotor.engines.variational import motor, rigid, top
+from magmotor.device.job import Job
+from magmotor.devices.ball import rigid_kernel as rigid
+from magmotor.devices.motor import device as motor_initial
+from magmotor.devices.motor import reference as motor
+from magmotor.devices.top import device as ball_initial
+from magmotor.devices.top import reference as top
 from magmotor.noise import BrownianPath
 
 STEPS, REPLICAS = 200_000, 8

@@ -15,8 +15,8 @@ from speed_accuracy_subjects import DISK, MOTOR, SUBJECTS
 from speed_accuracy_tables import tabulate
 from store import machine, versions
 
+from magmotor.devices.motor.theory import euler_slip_overheating
 from magmotor.theory import euler_slip_variance, gibbs_mean_squares
-from magmotor.theory.motor_steps import euler_slip_overheating
 
 PARTS = (
     speed_accuracy_cost,

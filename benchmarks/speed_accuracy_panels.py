@@ -9,7 +9,7 @@ from machine import small_print
 from matplotlib.markers import CARETLEFTBASE
 from speed_accuracy_points import USELESS, Point, by_method, chosen, front
 
-from magmotor.plots.style import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, figure
+from magmotor.common.style import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

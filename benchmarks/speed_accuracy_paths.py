@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from speed_accuracy_subjects import DISK, MOTOR, SUBJECTS, record_of, stepping_methods
 
 import magmotor as mm
-from magmotor.ensemble import gibbs
+from magmotor.devices.disk.gibbs import gibbs
 from magmotor.noise import BrownianPath
 from magmotor.observables import mode_temperatures
 from magmotor.theory import gibbs_mean_squares

@@ -18,7 +18,7 @@ from speed_accuracy_points import (
 )
 from speed_accuracy_subjects import SUBJECTS
 
-from magmotor.engines.variational.schemes import RIGID, kicks_that_evaluate
+from magmotor.numerics.splittings import RIGID, kicks_that_evaluate
 
 LEVELS = {"10 %": 0.1, "1 %": 0.01, "0.1 %": 1e-3, "1e-4": 1e-4, "1e-6": 1e-6}
 QUANTITIES = {

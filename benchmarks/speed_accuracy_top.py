@@ -11,7 +11,7 @@ from case import Case, Record
 from speed_accuracy_subjects import SUBJECTS, record_of, stepping_methods
 
 import magmotor as mm
-from magmotor.engines.scipy import run as dop853
+from magmotor.run import in_scipy as dop853
 
 QUICK_NUMBERS = sorted({2**k for k in range(8)} | {500})
 NUMBERS = sorted({*QUICK_NUMBERS, 256, 512} | {round(2 ** (k / 3)) for k in range(17)})

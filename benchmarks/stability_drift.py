@@ -9,7 +9,7 @@ from machine import sign
 from markdown_table import number, table
 
 import magmotor as mm
-from magmotor.plots import style
+from magmotor.common import style
 
 SCENE = mm.Top.paper(1)
 TIMESTEP = 0.025

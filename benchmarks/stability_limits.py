@@ -12,9 +12,9 @@ from machine import sign
 from markdown_table import table
 
 import magmotor as mm
-from magmotor.devices.linear_limits import step_limit
-from magmotor.engines.variational.schemes import DISK, kicks_that_evaluate
-from magmotor.plots import style
+from magmotor.common import style
+from magmotor.numerics.splittings import DISK, kicks_that_evaluate
+from magmotor.run.step_limits import step_limit
 from magmotor.theory import resting_ball
 
 SCENES = {

@@ -6,7 +6,7 @@ from contextlib import ExitStack
 import mujoco
 
 import magmotor as mm
-from magmotor.engines.mujoco import stopwatch
+from magmotor.mjcf import hooks as stopwatch
 
 TIMESTEP = 0.025
 STEPS = 2000

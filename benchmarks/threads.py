@@ -11,7 +11,7 @@ from stepping import TIMESTEP
 from table import Row, in_turns, show
 
 import magmotor as mm
-from magmotor.engines.mujoco import stopwatch
+from magmotor.mjcf import hooks as stopwatch
 
 COPIES, STEPS = 256, 200
 SCENES = {"a top's step": mm.Top(), "a motor's step": mm.Motor()}

@@ -20,10 +20,10 @@ from step_cost import run_seconds, seconds_a_step
 from tried_splittings import SPLITTINGS, offered
 
 import magmotor as mm
-from magmotor.devices import ball_initial
-from magmotor.engines.variational import top
-from magmotor.plots import style
-from magmotor.states.ball import axes
+from magmotor.common import style
+from magmotor.devices.ball.states import axes
+from magmotor.devices.top import device as ball_initial
+from magmotor.devices.top import reference as top
 
 Array = NDArray[np.float64]
 

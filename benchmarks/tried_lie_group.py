@@ -9,9 +9,17 @@ from typing import Any
 
 from numba import njit
 
-from magmotor.engines.variational.rigid_forces import force_and_field
-from magmotor.engines.variational.rigid_steps import friction_on_ball
-from magmotor.rotations import cross, exponential, normalised, plus, product, scaled, third_axis
+from magmotor.devices.ball.rigid_forces import force_and_field
+from magmotor.devices.ball.rigid_steps import friction_on_ball
+from magmotor.numerics.rotations import (
+    cross,
+    exponential,
+    normalised,
+    plus,
+    product,
+    scaled,
+    third_axis,
+)
 
 
 @njit(inline="always")

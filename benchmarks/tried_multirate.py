@@ -9,9 +9,9 @@ import math
 
 from numba import njit
 
+from magmotor.devices.ball.rigid_steps import drifted_ball, friction_on_ball, kicked_ball
 from magmotor.dipoles import PERMEABILITY_OVER_4PI
-from magmotor.engines.variational.rigid_steps import drifted_ball, friction_on_ball, kicked_ball
-from magmotor.rotations import cross, plus, scaled, third_axis
+from magmotor.numerics.rotations import cross, plus, scaled, third_axis
 
 
 @njit(inline="always")

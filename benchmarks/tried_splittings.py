@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from unittest.mock import patch
 
-from magmotor.engines.variational import schemes
-from magmotor.engines.variational.schemes import Scheme, evenly, palindrome
+from magmotor.numerics import splittings as schemes
+from magmotor.numerics.splittings import Scheme, evenly, palindrome
 
 
 def composed(*weights: float) -> Scheme:

@@ -14,11 +14,11 @@ import tyro
 import xarray as xr
 
 import magmotor as mm
-from magmotor.checks import check_choice
-from magmotor.gl import PACKAGES
-from magmotor.interrupts import uninterrupted
-from magmotor.scenes.motor import PAPER as RUNS
-from magmotor.whole_files import whole_file
+from magmotor.common.checks import check_choice
+from magmotor.common.environment import PACKAGES
+from magmotor.common.files import whole_file
+from magmotor.common.interrupts import uninterrupted
+from magmotor.devices.motor.scene import PAPER as RUNS
 
 DIVERGED, MISTAKE, NO_OPENGL, UNWRITTEN, INTERRUPTED = 1, 2, 3, 4, 130
 """Exit codes."""

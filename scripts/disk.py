@@ -31,11 +31,11 @@ from command_line import (
 )
 
 import magmotor as mm
-from magmotor.checks import check_integer, check_number
-from magmotor.figures.disk.systems import FULL, disk_scenes, simulate_system
+from magmotor.common.checks import check_integer, check_number
+from magmotor.devices.disk.panels import System
+from magmotor.devices.disk.plots import FIGURES
 from magmotor.noise import check_seed
-from magmotor.plots.disk import FIGURES
-from magmotor.plots.disk_panels import System
+from paper.disk.systems import FULL, disk_scenes, simulate_system
 
 Scene = mm.Disk | mm.LangevinParticle
 

@@ -20,7 +20,7 @@ class Options:
 
 def main() -> None:
     scene, options = parse(Options, __doc__ or "", ("top", "motor", "disk"))
-    from magmotor.engines.mujoco.build import compose
+    from magmotor.run.in_mujoco import compose
 
     text = plain(compose(scene, looks=True).to_xml_string())
     with written_whole(options.path) as part:

@@ -5,6 +5,7 @@ copied to `docs/gallery/`, and the page `docs/gallery.md` is made of them.
 """
 
 import shutil
+import sys
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -16,11 +17,14 @@ from absl import logging
 from command_line import MISTAKE, NO_OPENGL, fail, run_script, warn_in_one_line, written_whole
 
 import magmotor as mm
-from magmotor.checks import check_choice
-from magmotor.figures.catalogue import FIGURES
-from magmotor.figures.claim import Claim
-from magmotor.figures.figure import Figure
-from magmotor.figures.gallery import gallery_page, save_claims, tally
+from magmotor.common.checks import check_choice
+
+sys.path.insert(0, str(Path(__file__).parents[1]))  # where the folder paper is
+
+from paper.catalogue import FIGURES
+from paper.claim import Claim
+from paper.figure import Figure
+from paper.gallery import gallery_page, save_claims, tally
 
 DOCS = Path(__file__).parents[1] / "docs"
 

@@ -29,11 +29,11 @@ from command_line import (
 )
 
 import magmotor as mm
-from magmotor.checks import check_choice, check_number
-from magmotor.figures.motor.runs import RECORDS, simulate_run
+from magmotor.common.checks import check_choice, check_number
+from magmotor.devices.motor.plots import FIGURES
+from magmotor.devices.motor.scene import PAPER
 from magmotor.noise import check_seed
-from magmotor.plots.motor import FIGURES
-from magmotor.scenes.motor import PAPER
+from paper.motor.runs import RECORDS, simulate_run
 
 
 @dataclass

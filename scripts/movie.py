@@ -32,7 +32,7 @@ from command_line import (
 from PIL.Image import registered_extensions
 
 import magmotor as mm
-from magmotor.checks import check_number, reject
+from magmotor.common.checks import check_number, reject
 
 PAPER = "the paper's parameters give 1.858e-04 kg m^2/s at 21.6 s"
 

@@ -16,7 +16,7 @@ import xarray as xr
 from command_line import MISTAKE, fail, run_script, warn_in_one_line, write_netcdf
 
 import magmotor as mm
-from magmotor.interrupts import uninterrupted
+from magmotor.common.interrupts import uninterrupted
 
 DIFFERENT = 1
 

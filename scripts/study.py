@@ -15,8 +15,8 @@ from command_line import MISTAKE, fail, parse, run_script, warn_in_one_line, wri
 from sweep_run import SHOWN, RunOptions, beside, combined, run, tell_status
 
 import magmotor as mm
-from magmotor.checks import check_integer, check_number
-from magmotor.reproducible import geometric
+from magmotor.common.checks import check_integer, check_number
+from magmotor.numerics.reproducible import geometric
 from magmotor.sweep import Sweep
 
 

@@ -8,9 +8,9 @@ from command_line import film_written
 from tqdm import tqdm
 
 import magmotor as mm
-from magmotor.checks import reject
-from magmotor.dataset import scene_from
+from magmotor.common.checks import reject
 from magmotor.render.encoder import FRAME_RATE
+from magmotor.run.dataset import scene_from
 from magmotor.sweep import Sweep, Values
 from magmotor.sweep.work import ARGUMENTS
 

@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from magmotor.checks import reject
-from magmotor.reproducible import geometric
+from magmotor.common.checks import reject
+from magmotor.numerics.reproducible import geometric
 from magmotor.sweep import Range, Samples
 from magmotor.sweep.axes import MOST
 

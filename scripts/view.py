@@ -31,8 +31,8 @@ from command_line import (
 )
 from mujoco import FatalError, MjModel, MjvPerturb, mjtCamera, mjtRndFlag, set_mju_user_warning
 
-from magmotor.checks import check_number, reject
-from magmotor.interrupts import deferred
+from magmotor.common.checks import check_number, reject
+from magmotor.common.interrupts import deferred
 from magmotor.live import LiveSimulation, Pace, StateLost, live_scene
 
 HELP = """\

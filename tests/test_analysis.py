@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 import magmotor as mm
-from magmotor.observables.motor_modes import mean_and_error
+from magmotor.devices.motor.modes import mean_and_error
 
 DISK = mm.Disk(v=1.0)
 BAOAB: dict[str, Any] = {"method": "variational/baoab"}

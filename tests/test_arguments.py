@@ -12,11 +12,12 @@ import xarray as xr
 
 import magmotor as mm
 from magmotor import live
-from magmotor.arguments import checked
-from magmotor.checks import check_array, check_integer, check_number
-from magmotor.plots.disk_panels import System
-from magmotor.states.ball import start
-from magmotor.theory import linear
+from magmotor.common.arguments import checked
+from magmotor.common.checks import check_array, check_integer, check_number
+from magmotor.devices.ball.states import start
+from magmotor.devices.disk.panels import System
+from magmotor.numerics import small_motion as linear
+from magmotor.run import dataset
 
 TOP, MOTOR, DISK, PARTICLE = mm.Top(), mm.Motor(), mm.Disk(), mm.LangevinParticle()
 MODEL = mm.build(DISK)
@@ -345,9 +346,9 @@ EXTREMES = [
     (lambda: SWEEP.changes(-1), "^index = -1: must be at least 0"),
     (lambda: SWEEP.axes[0].at(HOSTILE["half"]), "^place = 0.5: must be an integer"),
     (lambda: mm.sweep.Range(0.1, 0.2).stretch(np.ones(1)), "^smallest unit = 1.0: must be less"),
-    (lambda: mm.dataset.scene_from("Pendulum", {}), "^kind = 'Pendulum': must be one of"),
+    (lambda: dataset.scene_from("Pendulum", {}), "^kind = 'Pendulum': must be one of"),
     (
-        lambda: mm.dataset.scene_from("Disk", HOSTILE["list"]),
+        lambda: dataset.scene_from("Disk", HOSTILE["list"]),
         r"^fields = \[\]: must be an object of dict",
     ),
     (

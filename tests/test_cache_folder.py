@@ -11,7 +11,7 @@ import pytest
 from numba import config
 
 import magmotor
-from magmotor import cache_folder
+from magmotor.common import environment as cache_folder
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="there is always a home")
 

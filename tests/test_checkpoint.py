@@ -10,10 +10,10 @@ import pytest
 from every_method import EVERY_METHOD, short
 
 import magmotor as mm
-from magmotor import checkpoint as checkpoints
-from magmotor import simulation
+from magmotor.device import job as jobs
 from magmotor.devices import DEVICES
-from magmotor.engines import job as jobs
+from magmotor.run import checkpoint as checkpoints
+from magmotor.run import simulate as simulation
 
 QUIET = mm.Disk(noise=0.0)
 ENGINES = [

@@ -12,23 +12,23 @@ import llvmlite.binding as llvm
 import pytest
 
 import magmotor as mm
-from magmotor import code_version, models_folder
-from magmotor.code_version import machine_versions, package_checksum
-from magmotor.engines.variational import lanes, rigid_kernel
+from magmotor.common import environment as models_folder
+from magmotor.devices.ball import rigid_kernel
+from magmotor.devices.disk import reference as lanes
+from magmotor.mjcf import magnetism
+from magmotor.numerics import compiled
+from magmotor.run import versions
+from magmotor.run.versions import machine_versions, package_checksum
 
 FACTORY = """
-from numba import njit
-from magmotor.code_version import specialised
+from magmotor.numerics.compiled import compiled_once
 
-def made(number):
-    @njit(cache=True)
-    @specialised(*by(number))
+@compiled_once()
+def made(checksum, number):
     def told():
+        _ = checksum
         return number
     return told
-
-def by(number):
-    return {by}
 """
 
 SAVE = """
@@ -81,10 +81,10 @@ def _python(folder: Path, *arguments: str) -> subprocess.Popen:
     return subprocess.Popen(command, cwd=folder, env=environment, stdout=subprocess.PIPE, text=True)
 
 
-def _told(folder: Path, by: str) -> list[str]:
+def _told(folder: Path, source: str) -> list[str]:
     """What two processes tell that load what two others saved at once."""
     folder.mkdir()
-    (folder / "factory.py").write_text(FACTORY.format(by=by))
+    (folder / "factory.py").write_text(source)
     (folder / "save.py").write_text(SAVE)
     at_once = [_python(folder, number, "at once") for number in "12"]
     assert [process.communicate()[0].strip() for process in at_once] == ["1", "2"]
@@ -92,37 +92,82 @@ def _told(folder: Path, by: str) -> list[str]:
 
 
 def test_processes_that_compile_at_once_do_not_exchange_their_code(tmp_path):
-    assert _told(tmp_path / "one_index", "()") == ["2", "2"]  # Numba's own fault: 1 got 2's code
-    assert _told(tmp_path / "own_index", "(number,)") == ["1", "2"]
+    shared = FACTORY.replace(
+        "compiled_once()", "lambda define: lambda number: njit(cache=True)(define(0, number))"
+    )
+    shared = shared.replace(
+        "from magmotor.numerics.compiled import compiled_once", "from numba import njit"
+    )
+    assert _told(tmp_path / "one_index", shared) == ["2", "2"]  # Numba's own fault: 1 got 2's code
+    assert _told(tmp_path / "own_index", FACTORY) == ["1", "2"]
 
 
 def test_every_specialisation_of_a_kernel_has_its_own_index():
-    compiled: list[Any] = [
+    kernels: list[Any] = [
         *(lanes.kernel(mm.Disk(), scheme) for scheme in ("euler", "baoab")),
         *(lanes.kernel(mm.Disk(potential=U), "baoab") for U in ("cosine", "asymmetric")),
         lanes.kernel(mm.Disk(friction_ratio=1.0), "baoab"),
         *(rigid_kernel.kernel(scheme) for scheme in ("euler", "cayley", "baoab")),
     ]
-    indices = {function._cache._cache_file._index_path for function in compiled}
-    assert len(indices) == len(compiled)
+    indices = {function._cache._cache_file._index_path for function in kernels}
+    assert len(indices) == len(kernels)
 
 
-def test_newer_code_replaces_the_files_of_older_code():
-    compiled: list[Any] = [
-        lanes._compile((1, 0), (True, False), True, (1, 1), checksum) for checksum in (1, 2)
-    ]
-    older, newer = (function._cache._cache_file._index_path for function in compiled)
-    assert older == newer
+def test_newer_code_replaces_the_files_of_older_code(monkeypatch):
+    monkeypatch.setattr(compiled, "checksum_of", lambda function: checksum)
+    found = []
+    for checksum in (1, 2):
+        decorate = compiled.compiled_once()
+        found.append(decorate(_defined)(3))
+    older, newer = found
+    assert older._cache._cache_file._index_path == newer._cache._cache_file._index_path
+    cells = [sorted(cell.cell_contents for cell in f.py_func.__closure__) for f in found]
+    assert cells == [[1, 3], [2, 3]]
+
+
+def _defined(checksum, number):
+    def function(x):
+        _ = checksum
+        return x + number
+
+    return function
+
+
+def test_a_function_that_does_not_name_its_checksum_is_refused():
+    def forgetful(checksum):
+        def function(x):
+            return x
+
+        return function
+
+    with pytest.raises(TypeError, match="function does not name its checksum"):
+        compiled.compiled_once()(forgetful)()
+
+
+def test_the_modules_of_a_kernel_are_those_that_it_reaches():
+    """By hand: what is called, what defines the types of arguments, and whose constants count."""
+    of_rigid_bodies = {"dipoles", "noise", "devices.ball.rigid_kernel", "devices.ball.rigid_steps"}
+    of_rigid_bodies |= {"devices.ball.rigid_forces"}
+    of_rigid_bodies |= {
+        f"numerics.{name}" for name in ("compiled", "eights", "elementary", "rotations")
+    }
+    modules, constants = compiled.reached(rigid_kernel._advance.__wrapped__)
+    assert modules == {f"magmotor.{name}" for name in of_rigid_bodies}
+    assert "NOBODY = -1" in constants
+    modules, _ = compiled.reached(magnetism._callback.__wrapped__)
+    assert {
+        f"magmotor.mjcf.{name}" for name in ("magnets", "dipole_sites", "memory", "brownian")
+    } <= modules
 
 
 def test_the_checksum_is_that_of_the_bytes_wherever_they_are(tmp_path, monkeypatch):
-    package = Path(code_version.__file__).parent
+    package = Path(mm.__file__).parent
     here = package_checksum()
     ignore = shutil.ignore_patterns("__pycache__", "models")
     installed = shutil.copytree(package, tmp_path / "zebra" / "magmotor", ignore=ignore)
     shutil.copytree(models_folder.models_folder(), installed / "models")
-    monkeypatch.setattr(code_version, "__file__", str(installed / "code_version.py"))
-    monkeypatch.setattr(code_version, "models_folder", lambda: installed / "models")
+    monkeypatch.setattr(versions, "__file__", str(installed / "run" / "versions.py"))
+    monkeypatch.setattr(versions, "models_folder", lambda: installed / "models")
     assert package_checksum.__wrapped__() == here
     (installed / "models" / "added.xml").write_text("<mujoco/>")
     assert package_checksum.__wrapped__() != here

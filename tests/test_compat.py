@@ -6,7 +6,7 @@ import pytest
 from numpy_twin import apply_magnetism
 
 import magmotor as mm
-from magmotor.engines.mujoco import layout
+from magmotor.mjcf import layout
 
 RK4_ORDER = 4 if int(mujoco.__version__.split(".")[0]) >= 4 else 2
 

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 import magmotor as mm
-from magmotor.engines.mujoco.coordinates import BallCoordinates
-from magmotor.states.ball import start
+from magmotor.devices.ball.coordinates import BallCoordinates
+from magmotor.devices.ball.states import start
 
 
 def contact_force(scene, velocity, angular_velocity, timestep):

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 import magmotor as mm
+from magmotor.render.contact_sheet import Sheet, Tile
 from magmotor.render.encoder import frame_times
-from magmotor.render.sheet import Sheet
-from magmotor.render.tile import Tile
 from magmotor.render.views import NoOpenGL, Views
 
 HEADER = 36

@@ -14,8 +14,8 @@ from scipy import stats
 
 import magmotor as mm
 from magmotor import theory
-from magmotor.engines.variational.schemes import DISK
 from magmotor.noise import BrownianPath
+from magmotor.numerics.splittings import DISK
 
 PAPER = mm.Disk()
 WARM = mm.Disk(sigma=0.5, friction=0.5, noise=1.0)
@@ -447,7 +447,7 @@ def test_aliased_flights_end_in_a_divergence(method):
 
 KERNEL_IN_A_PROCESS = """
 import magmotor as mm
-from magmotor.engines.variational.lanes import kernel
+from magmotor.devices.disk.reference import kernel
 mm.simulate(mm.Disk(), method="variational/baoab", timestep=0.01, duration=1)
 print(sum(kernel(mm.Disk(), "baoab").stats.cache_hits.values()))
 """

@@ -12,8 +12,8 @@ from numpy_twin import apply_magnetism
 
 import magmotor as mm
 from magmotor import noise
-from magmotor.engines.mujoco import run as mujoco_run
-from magmotor.engines.mujoco.build import compose
+from magmotor.run import in_mujoco as mujoco_run
+from magmotor.run.in_mujoco import compose
 
 EULER = ("mujoco/euler", "variational/euler")
 PAPER: dict[str, Any] = {"timestep": 0.01, "duration": 50.0}

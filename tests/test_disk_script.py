@@ -13,8 +13,8 @@ import pytest
 import xarray as xr
 
 import magmotor as mm
+from magmotor.devices.disk.plots import FIGURES
 from magmotor.observables import flight_survival, local_slope
-from magmotor.plots.disk import FIGURES
 from magmotor.theory import DiskTheory
 
 SCRIPTS = Path(__file__).parents[1] / "scripts"

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 import magmotor as mm
-from magmotor import checkpoint as checkpoints
-from magmotor import theory, whole_files
-from magmotor.ensemble import march, statistics
-from magmotor.ensemble.result import _jackknife
+from magmotor import theory
+from magmotor.common import files as whole_files
+from magmotor.devices.disk.ensemble import march, statistics
+from magmotor.devices.disk.ensemble.result import _jackknife
+from magmotor.run import checkpoint as checkpoints
 
 WARM = mm.Disk(sigma=0.5, friction=0.5, noise=1.0)
 ARGUMENTS: dict[str, Any] = {

@@ -12,10 +12,12 @@ import numpy as np
 import pytest
 
 import magmotor as mm
-from magmotor.devices import ball_initial, motor_initial
-from magmotor.engines.scipy import ball, motor
-from magmotor.scenes.top import PAPER_TILT
-from magmotor.theory.motor import ball_injection_rate
+from magmotor.devices.motor import device as motor_initial
+from magmotor.devices.motor import ode as motor
+from magmotor.devices.motor.theory import ball_injection_rate
+from magmotor.devices.top import device as ball_initial
+from magmotor.devices.top import ode as ball
+from magmotor.devices.top.scene import PAPER_TILT
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
 diffusion = import_module("speed_accuracy_diffusion").diffusion

@@ -9,11 +9,11 @@ import pytest
 from PIL import Image
 
 import magmotor as mm
-from magmotor.figures.catalogue import FIGURES
-from magmotor.figures.claim import Claim, judged
-from magmotor.figures.figure import Figure
-from magmotor.figures.gallery import gallery_page, load_claims, save_claims, tally
-from magmotor.figures.paper_figures import PAPER_FIGURES
+from paper.catalogue import FIGURES
+from paper.claim import Claim, judged
+from paper.figure import Figure
+from paper.gallery import gallery_page, load_claims, save_claims, tally
+from paper.paper_figures import PAPER_FIGURES
 
 DOCS = Path(__file__).parents[1] / "docs"
 GALLERY = DOCS / "gallery"

@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 import magmotor as mm
-from magmotor.figures.disk.flights import claim_of_the_tail, claim_of_the_theorem, slopes
+from paper.disk.flights import claim_of_the_tail, claim_of_the_theorem, slopes
 
 FLIGHTS = 100_000
 LAWS = {

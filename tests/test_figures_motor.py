@@ -8,18 +8,18 @@ from scipy.spatial.transform import Rotation
 
 import magmotor as mm
 from magmotor import dipoles
-from magmotor.figures.motor import device
-from magmotor.figures.motor.energies import claims_of_the_energy, claims_of_the_injection
-from magmotor.figures.motor.flight_law import claim_of_the_law
-from magmotor.figures.motor.many_runs import SETS, Flights, ManyRuns, Motors, collected
-from magmotor.figures.motor.paths import claims_of_the_position
-from magmotor.figures.motor.runs import in_flight
-from magmotor.figures.motor.theta import claims_of_theta
-from magmotor.figures.motor.tilted_ring import tilted_ring
-from magmotor.observables.motor_energy import motor_energy
+from magmotor.devices.ball.states import smallest_turn
+from magmotor.devices.motor.energy import motor_energy
+from magmotor.devices.motor.states import start_motor
 from magmotor.plots import MotorRun
-from magmotor.states.ball import smallest_turn
-from magmotor.states.motor import start_motor
+from paper.motor import device
+from paper.motor.energies import claims_of_the_energy, claims_of_the_injection
+from paper.motor.flight_law import claim_of_the_law
+from paper.motor.many_runs import SETS, Flights, ManyRuns, Motors, collected
+from paper.motor.paths import claims_of_the_position
+from paper.motor.runs import in_flight
+from paper.motor.theta import claims_of_theta
+from paper.motor.tilted_ring import tilted_ring
 
 
 def test_a_level_ring_has_the_energy_of_its_wells():

@@ -10,16 +10,10 @@ from PIL import Image
 
 import magmotor as mm
 from magmotor import dipoles
-from magmotor.figures.prototype import (
-    dry_friction,
-    finite_magnets,
-    finite_ring,
-    lift_off,
-    magnet_shapes,
-)
-from magmotor.figures.prototype.bracket import bracket
-from magmotor.figures.prototype.dry_friction_limits import held_axis, hertz_torsional_coefficient
-from magmotor.figures.prototype.lift import any_axis, critical_height, largest_lift, lift_map
+from paper.prototype import dry_friction, finite_magnets, finite_ring, lift_off, magnet_shapes
+from paper.prototype.bracket import bracket
+from paper.prototype.dry_friction_limits import held_axis, hertz_torsional_coefficient
+from paper.prototype.lift import any_axis, critical_height, largest_lift, lift_map
 
 MU0 = 4e-7 * math.pi
 RNG = np.random.default_rng(5)

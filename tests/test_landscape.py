@@ -7,7 +7,7 @@ import pytest
 
 import magmotor as mm
 from magmotor import observables, theory
-from magmotor.theory.landscape import effective_potential, valley
+from magmotor.devices.ball.landscape import effective_potential, valley
 
 
 def test_level_ring():

@@ -2,7 +2,7 @@
 
 import pytest
 
-from magmotor.engines.mujoco import layout
+from magmotor.mjcf import layout
 
 
 def test_offsets_of_the_running_version_are_verified():

@@ -16,7 +16,9 @@ from numba.core.ccallback import CFunc
 from numpy_twin import apply_magnetism
 
 import magmotor as mm
-from magmotor.engines.mujoco import callback, layout
+from magmotor.mjcf import layout
+from magmotor.mjcf import magnetism as callback
+from magmotor.numerics import compiled as numba_cache
 
 COMPASSES = """
 <mujoco>
@@ -526,12 +528,20 @@ def test_cache_key_follows_the_layout(monkeypatch):
     """
     monkeypatch.setattr(CFunc, "compile", lambda self: None)
     offsets = layout.current()
-    first, same = (callback.compile_callback(offsets, 1) for _ in range(2))
-    moved = callback.compile_callback(offsets._replace(xipos=offsets.xipos + 8), 1)
-    edited = callback.compile_callback(offsets, 2)
+    moved = offsets._replace(xipos=offsets.xipos + 8)
+    first, same, moved, edited = (
+        _compiled(*one, monkeypatch)
+        for one in ((offsets, 1), (offsets, 1), (moved, 1), (offsets, 2))
+    )
     assert _key(first) == _key(same)
     assert len({_key(first), _key(moved), _key(edited)}) == 3
     assert _index(first) == _index(edited) != _index(moved)
+
+
+def _compiled(offsets, checksum, monkeypatch):
+    monkeypatch.setattr(numba_cache, "checksum_of", lambda function: checksum)
+    again = numba_cache.compiled_once(callback._SIGNATURE, error_model="numpy")
+    return again(callback._callback.__wrapped__)(offsets)
 
 
 def _key(compiled):

@@ -5,10 +5,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import magmotor as mm
-from magmotor.devices.first_failure import ENERGY_GREW
-from magmotor.devices.motor_guard import RING_LOST, Guard
-from magmotor.observables.motor_energy import motor_energy
-from magmotor.states.motor import start_motor
+from magmotor.device.guard import ENERGY_GREW
+from magmotor.devices.motor.device import RING_LOST, Guard
+from magmotor.devices.motor.energy import motor_energy
+from magmotor.devices.motor.states import start_motor
 
 SCENE = mm.Motor.paper("nonuniform-a")
 

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import magmotor as mm
-from magmotor.devices.motor_initial import initial_state
+from magmotor.devices.motor.device import initial_state
 
 SHORT = {"method": "variational/baoab", "timestep": 0.1, "duration": 1.0}
 

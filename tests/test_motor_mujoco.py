@@ -10,10 +10,10 @@ from scipy.spatial.transform import Rotation
 
 import magmotor as mm
 from magmotor import noise
-from magmotor.engines.mujoco.build import compose
-from magmotor.engines.mujoco.coordinates import MotorCoordinates
-from magmotor.observables.motor_energy import motor_energy
-from magmotor.states.motor import start_motor
+from magmotor.devices.ball.coordinates import MotorCoordinates
+from magmotor.devices.motor.energy import motor_energy
+from magmotor.devices.motor.states import start_motor
+from magmotor.run.in_mujoco import compose
 
 QUIET: dict[str, Any] = {"temperature": "nonuniform", "alpha_ring": 0.0, "friction_ball": 0.0}
 """Neither friction nor noise."""

@@ -11,6 +11,8 @@ import xarray as xr
 from scipy.spatial.transform import Rotation
 
 import magmotor as mm
+from magmotor.devices.motor.flights import turning_points
+from magmotor.devices.motor.modes import mean_and_error
 from magmotor.observables import (
     azimuth,
     censored_mean,
@@ -23,8 +25,6 @@ from magmotor.observables import (
     stays,
     transitions,
 )
-from magmotor.observables.motor_flights import turning_points
-from magmotor.observables.motor_modes import mean_and_error
 
 SCENE = mm.Motor()
 SECTOR = 2 * math.pi / 5

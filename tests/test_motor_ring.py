@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 import magmotor as mm
-from magmotor.devices.motor_initial import initial_state
-from magmotor.observables.motor_energy import motor_energy
+from magmotor.devices.motor.device import initial_state
+from magmotor.devices.motor.energy import motor_energy
 
 FAR = {"position": (3.0, 0.0), "alpha_ball": 0.0, "alpha_ring": 0.0, "friction_ball": 0.0}
 """The ball out of the way, and nothing that drives or brakes."""

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import magmotor as mm
-from magmotor.devices.motor import check_run
-from magmotor.scenes.motor import PAPER
-from magmotor.theory import motor_steps
-from magmotor.theory.motor import slip_mobility
+from magmotor.devices.motor import theory as motor_steps
+from magmotor.devices.motor.device import check_run
+from magmotor.devices.motor.scene import PAPER
+from magmotor.devices.motor.theory import slip_mobility
 
 BAD = [
     ({"temperature": "unifrom"}, "temperature = 'unifrom': must be one of .*'uniform'"),
@@ -106,7 +106,7 @@ def test_inertia_is_the_papers():
 
 
 def test_a_motor_comes_back_from_json_like_attributes():
-    from magmotor.dataset import attributes_of, scene_of
+    from magmotor.run.dataset import attributes_of, scene_of
 
     for scene in (mm.Motor(position=(0.5, 0.1)), mm.Motor.paper("nonuniform-c")):
         import xarray as xr

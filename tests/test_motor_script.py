@@ -10,9 +10,9 @@ import pytest
 import xarray as xr
 
 import magmotor as mm
-from magmotor.figures.motor import runs as motor_runs
-from magmotor.plots.motor import FIGURES
-from magmotor.scenes.motor import PAPER
+from magmotor.devices.motor.plots import FIGURES
+from magmotor.devices.motor.scene import PAPER
+from paper.motor import runs as motor_runs
 
 SCRIPTS = Path(__file__).parents[1] / "scripts"
 SHORT = ("--duration", "1500", "--out")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import magmotor as mm
-from magmotor.theory.motor_steps import euler_slip_overheating
+from magmotor.devices.motor.theory import euler_slip_overheating
 
 MODES = ["radial", "slip", "ring_1", "ring_2", "ring_3"]
 """Those that forget their past within 100 s; rolling and spin take 1e4 s."""

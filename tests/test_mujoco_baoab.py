@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation
 
 import magmotor as mm
 from magmotor import noise, theory
-from magmotor.engines.mujoco import baoab
+from magmotor.mjcf import langevin as baoab
 
 BOTH = ("mujoco/baoab", "variational/baoab")
 
@@ -376,8 +376,8 @@ def test_a_run_continues_another(scene, monkeypatch):
     """The same, whatever the chunks, and where another run stopped."""
     settings: dict[str, Any] = {"method": "mujoco/baoab", "timestep": 0.01, "replicas": 2}
     whole = mm.simulate(scene, duration=3, **settings)
-    monkeypatch.setattr("magmotor.engines.mujoco.run.CHUNK", 38)
-    monkeypatch.setattr("magmotor.engines.job.CHUNK", 100)
+    monkeypatch.setattr("magmotor.run.in_mujoco.CHUNK", 38)
+    monkeypatch.setattr("magmotor.device.job.CHUNK", 100)
     chopped = mm.simulate(scene, duration=3, **settings)
     name = "x" if isinstance(scene, mm.Disk) else "position"
     np.testing.assert_array_equal(chopped[name], whole[name])
@@ -670,7 +670,7 @@ def test_a_model_holds_numbers_that_a_step_can_have(name, value, message):
 
 def test_another_process_compiles_nothing():
     program = (
-        "import mujoco, magmotor as mm; from magmotor.engines.mujoco.baoab_loop import compiled;"
+        "import mujoco, magmotor as mm; from magmotor.mjcf.langevin_loop import compiled;"
         " model = mm.build(mm.Disk()); mm.Baoab(model).step(mujoco.MjData(model));"
         " print(sum(compiled().stats.cache_misses.values()))"
     )

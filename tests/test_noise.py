@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy import stats
 
-from magmotor import elementary, noise
+from magmotor import noise
 from magmotor.noise import BrownianPath
+from magmotor.numerics import elementary
 
 MAX = 2**64 - 1
 KNOWN_ANSWERS = [

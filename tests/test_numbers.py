@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import magmotor as mm
-from magmotor.checks import check_integer, check_number
+from magmotor.common.checks import check_integer, check_number
 
 RUN: dict[str, Any] = {
     "method": "variational/baoab", "timestep": 0.03125, "duration": 8.0, "seed": 3, "replicas": 100,

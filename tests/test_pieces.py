@@ -5,7 +5,7 @@ import signal
 import pytest
 
 import magmotor as mm
-from magmotor.engines import job as jobs
+from magmotor.device import job as jobs
 from magmotor.noise import BrownianPath
 
 PATHS = {"own": lambda p: p, "coarse": lambda p: p.coarsened(3), "fine": lambda p: p.refined(2)}

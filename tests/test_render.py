@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 import magmotor as mm
-from magmotor.engines.mujoco.coordinates import BallCoordinates
+from magmotor.devices.ball.coordinates import BallCoordinates
+from magmotor.devices.ball.states import start
 from magmotor.render import views as views_module
 from magmotor.render.frames import Frames
 from magmotor.render.trail import Trail
 from magmotor.render.views import NoOpenGL, Views
-from magmotor.states.ball import start
 
 SIZE = (180, 240)
 CAMERAS = ("front", "top", "ball")

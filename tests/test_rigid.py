@@ -10,18 +10,18 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 import magmotor as mm
-from magmotor.devices.motor_initial import initial_state
-from magmotor.engines import job as jobs
-from magmotor.engines.job import Job
-from magmotor.engines.variational import motor, rigid
-from magmotor.engines.variational.rigid_forces import wrenches
-from magmotor.engines.variational.rigid_kernel import kernel
-from magmotor.engines.variational.rigid_law import law
-from magmotor.engines.variational.rigid_momentum import angular_velocity
-from magmotor.engines.variational.rigid_momentum import discrete_momentum as momentum_of
-from magmotor.engines.variational.schemes import RIGID
+from magmotor.device import job as jobs
+from magmotor.device.job import Job
+from magmotor.devices.ball import rigid_kernel as rigid
+from magmotor.devices.ball.rigid_forces import law, wrenches
+from magmotor.devices.ball.rigid_kernel import kernel
+from magmotor.devices.ball.rigid_steps import angular_velocity
+from magmotor.devices.ball.rigid_steps import discrete_momentum as momentum_of
+from magmotor.devices.motor import reference as motor
+from magmotor.devices.motor.device import initial_state
+from magmotor.devices.motor.energy import motor_energy
 from magmotor.noise import BrownianPath
-from magmotor.observables.motor_energy import motor_energy
+from magmotor.numerics.splittings import RIGID
 
 METHODS = (
     "variational/euler",
@@ -497,7 +497,7 @@ def test_methods_of_the_top():
 
 KERNEL_IN_A_PROCESS = """
 import magmotor as mm
-from magmotor.engines.variational.rigid_kernel import kernel
+from magmotor.devices.ball.rigid_kernel import kernel
 mm.simulate(mm.Motor(), method="variational/baoab", timestep=0.1, duration=1)
 mm.simulate(mm.Motor(ball_mass=1), method="variational/baoab", timestep=1, duration=1)
 mm.simulate(mm.Top(), method="variational/baoab", timestep=0.01, duration=1)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from magmotor import rotations as r
+from magmotor.numerics import rotations as r
 
 VECTORS = np.random.default_rng(3).normal(size=(5, 3)) * [[1e-9], [1e-3], [0.1], [0.3], [1.0]]
 """Rotation vectors: some within the reach of the series, some not."""

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import magmotor as mm
-from magmotor.scenes.ring_script import Waypoint, pose
+from magmotor.devices.top.scene import Waypoint, pose
 
 BAD = [
     ({"ball_mass": -1}, "ball_mass = -1: must be greater than 0 kg"),

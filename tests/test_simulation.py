@@ -11,8 +11,8 @@ import pytest
 import xarray as xr
 
 import magmotor as mm
-from magmotor.engines.mujoco import run as mujoco_run
-from magmotor.engines.mujoco import stopwatch
+from magmotor.mjcf import hooks as stopwatch
+from magmotor.run import in_mujoco as mujoco_run
 
 SHORT: dict[str, Any] = {"method": "mujoco/rk4", "timestep": 0.025, "duration": 1.0}
 

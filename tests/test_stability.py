@@ -7,12 +7,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import magmotor as mm
-from magmotor.devices import linear_limits
-from magmotor.devices.linear_limits import SLACK, STEPS, check_step_limit, step_limit
-from magmotor.devices.motor_initial import initial_state
-from magmotor.observables.motor_energy import motor_energy
-from magmotor.states.ball import smallest_turn
-from magmotor.theory.linear import (
+from magmotor.devices.ball.states import smallest_turn
+from magmotor.devices.motor.device import initial_state
+from magmotor.devices.motor.energy import motor_energy
+from magmotor.numerics.small_motion import (
     FACTOR,
     LONGEST,
     ROUNDING,
@@ -22,7 +20,15 @@ from magmotor.theory.linear import (
     largest_stable_step,
     spectral_radius,
 )
-from magmotor.theory.linear_scenes import resting_ball, small_motion
+from magmotor.run import step_limits as linear_limits
+from magmotor.run.step_limits import (
+    SLACK,
+    STEPS,
+    check_step_limit,
+    resting_ball,
+    small_motion,
+    step_limit,
+)
 
 NUDGE, SMALL = 1e-5, 1e-6
 """Initial velocities, and changes for differences, in SI units: small for linear theory."""

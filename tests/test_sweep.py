@@ -12,11 +12,12 @@ from scipy.stats import qmc
 from sweep_driver import contents
 
 import magmotor as mm
-from magmotor import threads
+from magmotor.common import environment as threads
+from magmotor.run import dataset
 from magmotor.sweep import Samples, Sweep
+from magmotor.sweep.axes import full_name, numeric_fields
 from magmotor.sweep.case import canonical, case_of
 from magmotor.sweep.definition import sweep_from
-from magmotor.sweep.fields import full_name, numeric_fields
 
 DISK: dict[str, Any] = {
     "scene": mm.Disk(),
@@ -83,9 +84,7 @@ def test_every_number_of_every_scene_can_be_varied():
                 timestep=0.01,
                 method=mm.methods(scene)[0],
             )
-            changed = mm.dataset.scene_from(
-                type(scene).__name__, sweep.case(0).told["scene_fields"]
-            )
+            changed = dataset.scene_from(type(scene).__name__, sweep.case(0).told["scene_fields"])
             told = getattr(changed, field.declared.name)
             assert (told if field.component is None else told[field.component]) == value
     assert {"position_y", "axis_z", "ring_dipoles"} <= numeric_fields(mm.Top()).keys()

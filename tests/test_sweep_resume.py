@@ -17,7 +17,7 @@ import pytest
 from sweep_driver import FEW, SWEEP, contents, drive, environment
 
 import magmotor as mm
-from magmotor import whole_files
+from magmotor.common import files as whole_files
 from magmotor.sweep import Sweep
 from magmotor.sweep import directory as directory_module
 from magmotor.sweep import pool as pool_module

@@ -9,8 +9,8 @@ from scipy.linalg import eigh, expm
 from scipy.special import i0, roots_hermitenorm
 
 from magmotor import theory
-from magmotor.engines.friction import friction_and_noise
-from magmotor.scenes import Disk, LangevinParticle
+from magmotor.devices.disk.scene import Disk, LangevinParticle
+from magmotor.numerics.splittings import friction_and_noise
 from magmotor.theory import DiskTheory
 
 PAPER = Disk()

@@ -9,8 +9,8 @@ import threading
 
 import pytest
 
-from magmotor import whole_files
-from magmotor.whole_files import whole_file
+from magmotor.common import files as whole_files
+from magmotor.common.files import whole_file
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="devices, pipes and links")
 
@@ -54,7 +54,7 @@ def test_a_killed_writer_s_part_is_gone_after_the_next_run(tmp_path):
     path = tmp_path / "run [1].npz"
     code = (
         "import os, signal, sys; from pathlib import Path\n"
-        "from magmotor.whole_files import whole_file\n"
+        "from magmotor.common.files import whole_file\n"
         "with whole_file(Path(sys.argv[1])) as part:\n"
         "    part.write_bytes(b'half')\n"
         "    os.kill(os.getpid(), signal.SIGKILL)\n"
@@ -130,7 +130,7 @@ def test_a_pipe_gets_the_whole(tmp_path):
 @pytest.mark.parametrize("redirected", [True, False])
 def test_standard_output_is_written_to_as_it_is(tmp_path, redirected):
     code = (
-        "import sys; from pathlib import Path; from magmotor.whole_files import whole_file\n"
+        "import sys; from pathlib import Path; from magmotor.common.files import whole_file\n"
         "print('before', flush=True)\n"
         "with whole_file(Path('/dev/stdout')) as part: part.write_text('content')\n"
     )

@@ -2,8 +2,7 @@
 
 import lazy_loader
 
-from magmotor.cache_folder import choose_cache_folder
-from magmotor.gl import choose_gl_backend
+from magmotor.common.environment import choose_cache_folder, choose_gl_backend
 
 __version__ = "0.1.0"
 

@@ -5,15 +5,16 @@ and MuJoCo's compiled callback; its sums have the same bits on every processor, 
 quantities are SI: metres, A m^2, tesla, newton, joule.
 """
 
+import math
+
 import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from magmotor import eights
-from magmotor.arguments import Points, checked
-from magmotor.checks import check_array
-from magmotor.code_version import code_version, specialised
-from magmotor.eights import (
+from magmotor.common.arguments import Points, checked
+from magmotor.common.checks import check_array
+from magmotor.numerics.compiled import compiled_once
+from magmotor.numerics.eights import (
     COUNT,
     counted,
     fused,
@@ -25,6 +26,7 @@ from magmotor.eights import (
     where_equal,
     where_less,
 )
+from magmotor.numerics.reproducible import applied
 
 PERMEABILITY_OVER_4PI = 1e-7
 """mu0/(4 pi) in T m/A; its measured value differs by 1.3e-10, less than its own uncertainty."""
@@ -98,11 +100,10 @@ def sum_over_sources(target, label, sources, count):
     )
 
 
-def _compile_force_and_field(checksum: int):
-    """Compile the loop over dipoles; `checksum` is a part of its cache's key."""
+@compiled_once(nogil=True)
+def _force_and_field(checksum: int):
+    """The loop over dipoles."""
 
-    @njit(cache=True, nogil=True)
-    @specialised()
     def force_and_field(targets, sources, out):
         _ = checksum
         for i in range(len(targets)):
@@ -114,9 +115,6 @@ def _compile_force_and_field(checksum: int):
             out[i, 3], out[i, 4], out[i, 5], out[i, 6] = both[3], both[4], both[5], both[6]
 
     return force_and_field
-
-
-_force_and_field = _compile_force_and_field(code_version(eights))
 
 
 def field(points: ArrayLike, positions: ArrayLike, moments: ArrayLike) -> NDArray[np.float64]:
@@ -230,7 +228,7 @@ def _evaluate(name, position, moment, positions, moments):
     sources = pack_sources(positions, moments)
     targets = np.concatenate([position, moment], axis=-1).reshape(-1, 6)
     out = np.empty((len(targets), 7))
-    _force_and_field(targets, sources, out)
+    _force_and_field()(targets, sources, out)
     coincident = np.flatnonzero(out[:, 6])
     if coincident.size:
         first = coincident[0]
@@ -245,3 +243,12 @@ def _evaluate(name, position, moment, positions, moments):
 
 def _vectors(name: str, value: ArrayLike) -> NDArray[np.float64]:
     return check_array(name, value, ..., 3)
+
+
+def ring_dipoles(count: int, radius: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Positions (N, 3) and outward directions (N, 3) of equally spaced dipoles, first along x."""
+    azimuth = 2 * np.pi * np.arange(count) / count
+    outward = np.stack(
+        [applied(math.cos, azimuth), applied(math.sin, azimuth), np.zeros_like(azimuth)], axis=1
+    )
+    return radius * outward, outward

@@ -21,18 +21,17 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from magmotor import eights, elementary
-from magmotor.attributes import check_fields, fields_in
-from magmotor.checks import check_integer, check_number, reject
-from magmotor.code_version import code_version, specialised
-from magmotor.elementary import (
+from magmotor.common.checks import check_integer, check_number, reject
+from magmotor.common.environment import physical_memory
+from magmotor.common.files import check_fields, fields_in
+from magmotor.numerics.compiled import compiled_once
+from magmotor.numerics.elementary import (
     bits_as_float,
     cosine_of_quarter,
     float_as_bits,
     logarithm,
     sine_of_quarter,
 )
-from magmotor.machine import physical_memory
 
 __all__ = ["LARGEST_SEED", "BrownianPath"]
 
@@ -105,11 +104,10 @@ def _normal(seed, replica, step, channel):
     return odd if step & 1 else even
 
 
-def _compile_normal(checksum: int):
-    """Compile `normal`; the checksum of what is compiled in is a part of its cache's key."""
+@compiled_once(nogil=True)
+def _compiled_normal(checksum: int):
+    """The function `normal`."""
 
-    @njit(cache=True, nogil=True)
-    @specialised()
     def normal(seed, replica, step, channel, factor, level):
         """Standard normal number of one step of a path that is coarsened or refined.
 
@@ -139,23 +137,19 @@ def _compile_normal(checksum: int):
     return normal
 
 
-normal = _compile_normal(code_version(eights, elementary))
+normal = _compiled_normal()
 
 
-def _compile_fill(checksum: int):
-    """Compile the loop over steps; see `_compile_normal`."""
+@compiled_once(nogil=True)
+def _fill_normals(checksum: int):
+    """The loop over steps."""
 
-    @njit(cache=True, nogil=True)
-    @specialised()
     def fill(out, seed, replica, first, channel, factor, level):
         _ = checksum
         for i in range(out.size):
             out[i] = normal(seed, replica, first + i, channel, factor, level)
 
     return fill
-
-
-_fill_normals = _compile_fill(code_version(eights, elementary))
 
 
 @dataclass(frozen=True)
@@ -265,7 +259,7 @@ class BrownianPath:
         for start in range(0, steps, size):
             piece = out[start : start + size]
             of_path = channel, self.factor, self.level
-            _fill_normals(piece, self.seed, replica, first + start, *of_path)
+            _fill_normals()(piece, self.seed, replica, first + start, *of_path)
         return math.sqrt(self.timestep) * out
 
 

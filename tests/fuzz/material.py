@@ -21,14 +21,10 @@ import pandas as pd  # noqa: F401
 import xarray as xr
 
 import magmotor as mm
-from magmotor import (
-    checkpoint,
-    live,  # noqa: F401
-)
+from magmotor.devices.ball.states import BallStates
+from magmotor.devices.disk.panels import System
 from magmotor.live.panel import Panel
-from magmotor.plots.disk_panels import System
-from magmotor.states.ball import BallStates
-from magmotor.theory import linear  # noqa: F401
+from magmotor.run import checkpoint
 
 SHORT: dict[str, dict[str, Any]] = {
     "Top": {"method": "variational/verlet", "timestep": 0.01, "duration": 1.0},

@@ -12,14 +12,20 @@ from numba.core.registry import CPUDispatcher
 
 MODULES = (
     *("magmotor", "magmotor.theory", "magmotor.observables", "magmotor.plots", "magmotor.render"),
-    *("magmotor.sweep", "magmotor.noise", "magmotor.dipoles", "magmotor.dataset", "magmotor.live"),
+    *(
+        "magmotor.sweep",
+        "magmotor.noise",
+        "magmotor.dipoles",
+        "magmotor.run.dataset",
+        "magmotor.live",
+    ),
 )
 
 EXCLUDED = {
     "mm.sweep.local_cluster": "starts a scheduler and workers",
     "mm.sweep.dask_workers": "waits for a scheduler",
-    "mm.dataset.assemble": "the engines' own, with chunks of their kernels",
-    "mm.dataset.attributes_of": "the engines' own, with any attributes",
+    "mm.run.dataset.assemble": "the engines' own, with chunks of their kernels",
+    "mm.run.dataset.attributes_of": "the engines' own, with any attributes",
 }
 
 

@@ -5,9 +5,13 @@ Each has the functions `methods`, `check_run`, `initial_state`, `guard` and `col
 
 from types import ModuleType
 
-from magmotor.checks import reject
-from magmotor.devices import ball, disk, motor
-from magmotor.scenes import Disk, LangevinParticle, Motor, Top
+from magmotor.common.checks import reject
+from magmotor.devices.disk import device as disk
+from magmotor.devices.disk.scene import Disk, LangevinParticle
+from magmotor.devices.motor import device as motor
+from magmotor.devices.motor.scene import Motor
+from magmotor.devices.top import device as ball
+from magmotor.devices.top.scene import Top
 
 Scene = Top | Motor | Disk | LangevinParticle
 

@@ -4,10 +4,12 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from magmotor.engines.mujoco import parts
-from magmotor.engines.mujoco.build import build, compose
+from magmotor.device import mjcf_parts as parts
+from magmotor.devices.disk.scene import Disk
+from magmotor.devices.motor.scene import Motor
+from magmotor.devices.top.scene import Top
 from magmotor.live.sliders import SMALLEST, scene_at, sliders_of
-from magmotor.scenes import Disk, Motor, Top
+from magmotor.run.in_mujoco import build, compose
 
 MOVED = (
     "body_pos",

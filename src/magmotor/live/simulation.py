@@ -7,15 +7,19 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from magmotor.arguments import checked, integer
-from magmotor.checks import check_choice, reject
-from magmotor.devices.ball_guard import lifted
-from magmotor.engines.mujoco.ball_motion import placed_ring
-from magmotor.engines.mujoco.magnetism import magnetism
-from magmotor.engines.mujoco.perturbation import apply_perturbation
+from magmotor.common.arguments import NotNegative, Positive, Seconds, checked, integer
+from magmotor.common.checks import check_choice, reject
+from magmotor.device.job import METHODS
+from magmotor.devices import device_of
+from magmotor.devices.disk.scene import Disk
+from magmotor.devices.motor.scene import Motor
+from magmotor.devices.top.device import lifted
+from magmotor.devices.top.mjcf import placed_ring
+from magmotor.devices.top.scene import Top
 from magmotor.live.panel import MOVED, Panel
+from magmotor.mjcf.magnetism import apply_perturbation, magnetism
 from magmotor.noise import check_seed
-from magmotor.scenes import Disk, Top
+from magmotor.run.in_mujoco import INTEGRATORS
 
 Steps = Annotated[int, integer(at_least=0, at_most=10**6)]
 
@@ -220,3 +224,68 @@ class LiveSimulation:
         """The block in which forces act; without any, MuJoCo alone, which needs no warning."""
         waves = self.model.jnt_user.any()
         return magnetism() if waves or any(self.on.values()) else nullcontext()
+
+
+LONGEST_FRAME = 0.2
+"""Wall time (s) of a frame that is made up for; what a slow machine is further behind is lost."""
+
+
+class Pace:
+    """Simulated seconds owed to the wall's.
+
+    Parameters
+    ----------
+    speed : float
+        Simulated seconds in a second; may be changed.
+    now : float
+        Time (s) on the wall.
+    """
+
+    @checked
+    def __init__(self, speed: NotNegative, now: float):
+        self.speed, self._then, self._owed = speed, now, 0.0
+
+    @checked
+    def steps(self, now: float, timestep: Positive) -> int:
+        """How many whole steps (s) are due at a time (s) on the wall; they count as taken."""
+        self._owed += self.speed * min(now - self._then, LONGEST_FRAME)
+        self._then = now
+        due = int(self._owed / timestep)
+        self._owed -= due * timestep
+        return due
+
+
+@checked
+def live_scene(
+    scene: Top | Motor | Disk,
+    *,
+    method: str = "mujoco/euler",
+    timestep: Seconds,
+    seed: int = 0,
+) -> LiveSimulation:
+    """Make a scene live, with sliders for what it has of tilt, height, friction, temperature.
+
+    Untouched, it moves as `simulate` says.
+
+    Parameters
+    ----------
+    scene : Top, Motor or Disk
+    method : str
+        `mujoco/euler`, `mujoco/implicitfast` or `mujoco/rk4`.
+    timestep : float
+        In seconds; of the disk dimensionless.
+    seed : int
+        Of the Brownian forces.
+
+    Raises
+    ------
+    ValueError
+        Names the argument, its value and the bound.
+    """
+    check_choice("method", method, METHODS)
+    device_of(scene).check_run(scene, method, timestep, None)
+    panel = Panel(scene)
+    model = panel.model()
+    model.opt.timestep = timestep
+    model.opt.integrator = INTEGRATORS[method.split("/")[1]]
+    return LiveSimulation(model, panel=panel, seed=seed)

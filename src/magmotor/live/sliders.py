@@ -5,7 +5,9 @@ from collections.abc import Mapping
 from functools import singledispatch
 from typing import Any, NamedTuple
 
-from magmotor.scenes import Disk, Motor, Top
+from magmotor.devices.disk.scene import Disk
+from magmotor.devices.motor.scene import Motor
+from magmotor.devices.top.scene import Top
 
 SMALLEST = 1e-24
 """What friction and temperature are instead of zero, so that the model keeps both."""

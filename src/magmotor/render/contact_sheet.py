@@ -1,17 +1,233 @@
 """Contact sheets: movies of many runs side by side."""
 
-from collections.abc import Sequence
-from typing import Annotated
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack, closing
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
+import mujoco
+import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
-from magmotor.analysis import checked_run, scene_of_run
-from magmotor.arguments import Positive, checked, integer
-from magmotor.checks import reject
+from magmotor.common import style
+from magmotor.common.arguments import Positive, checked, integer
+from magmotor.common.checks import reject
+from magmotor.device.analysis import checked_run, scene_of_run
+from magmotor.devices.motor.observables import azimuth
+from magmotor.devices.motor.scene import Motor
+from magmotor.devices.top.scene import Top
 from magmotor.render.encoder import Film, encode, frame_times, speed_in_words
-from magmotor.render.sheet import Sheet
-from magmotor.render.tile import GAUGES, Tile
-from magmotor.scenes import Motor, Top
+from magmotor.render.frames import HEIGHT, WIDTH
+from magmotor.render.trail import Trail
+from magmotor.render.views import Image, Views, between, joints
+
+if TYPE_CHECKING:
+    from PIL.ImageDraw import ImageDraw
+
+
+CAMERA = "top"
+
+TRAIL = 0.7
+"""Width of the trail in radii of the ball."""
+
+REACHED, TRACK, BACKGROUND = "#a9cfe6", "#cdd3d8", 235
+"""Colours of what a bar has reached so far and of the rest of it; what stopped tiles fade to."""
+
+
+class Gauge(NamedTuple):
+    """What the bar shows: name, unit, what it needs of a run, and its values at the records."""
+
+    name: str
+    unit: str
+    needs: tuple[str, ...]
+    values: Callable[[xr.Dataset, Top | Motor], NDArray[np.float64]]
+
+
+GAUGES = {
+    Top: Gauge(
+        "spin J/I₃",
+        "rad/s",
+        ("position", "momentum_map"),
+        lambda run, scene: run.momentum_map.values / scene.inertia[2],
+    ),
+    Motor: Gauge(
+        "azimuth",
+        "revolutions",
+        ("position",),
+        lambda run, scene: azimuth(run).values / (2 * np.pi),
+    ),
+}
+
+
+class Tile:
+    """One run, at the times of a sheet's frames.
+
+    Parameters
+    ----------
+    run : xarray.Dataset
+        With orientations, and without replicas.
+    scene : Top or Motor
+    label : str
+        A line for each part between commas.
+    times : ndarray, shape (T,)
+        In seconds; from its end on the run stands still.
+
+    Raises
+    ------
+    ValueError
+        The run has replicas or no orientation.
+    """
+
+    def __init__(self, run: xr.Dataset, scene: Top | Motor, label: str, times: NDArray[np.float64]):
+        if run.sizes["time"] == 1:
+            moment = run.time.values[0] + np.array([0.0, 1e-9])
+            run = (
+                run.isel(time=[0, 0]).drop_vars("step", errors="ignore").assign_coords(time=moment)
+            )
+        self.scene, self.label, self.gauge = scene, label.replace(", ", "\n"), GAUGES[type(scene)]
+        self.end = float(run.time[-1])
+        self.stopped = times > self.end + float(run.time[-1] - run.time[-2])
+        self.times = np.clip(times, *run.time.values[[0, -1]])
+        self.drawn = (np.nan, np.empty((0, 0, 3), np.uint8))
+        self.joints = joints(run, scene, self.times)
+        self.trail = Trail(run.time.values, run.position.values, TRAIL * scene.ball_radius)
+        self.value = between(run, self.gauge.values(run, scene), self.times)
+        self.least = np.minimum.accumulate(np.minimum(self.value, 0))
+        self.largest = np.maximum.accumulate(np.maximum(self.value, 0))
+
+    def draw(self, views: Views, i: int) -> Image:
+        """The picture of frame i, faded if the run has stopped by then."""
+        if self.times[i] != self.drawn[0]:
+            views.scene = self.scene
+            views.pose(self.joints[i], self.times[i])
+            self.drawn = self.times[i], views.draw(CAMERA, self.trail, self.times[i])
+        picture = self.drawn[1]
+        return picture // 3 + np.uint8(2 * BACKGROUND // 3) if self.stopped[i] else picture
+
+    def write(self, pen: "ImageDraw", box: tuple[int, int, int, int], i: int, scale: float) -> None:
+        """Write label, value and bar of frame i into a box of left, top, right, bottom."""
+        left, top, right, bottom = box
+        font = style.pillow_font(13 if right - left >= 300 else 11)
+        pen.text((left + 7, top + 5), self.label, style.INK, font, spacing=2)
+        if self.stopped[i]:
+            place = ((left + right) / 2, (top + bottom) / 2)
+            pen.text(place, f"stopped at t = {self.end:.1f} s", style.INK, font, "mm")
+        told = f"{self.value[i]:+z.2f} {self.gauge.unit}".replace("-", "−")
+        pen.text((right - 7, bottom - 7), told, style.INK, font, "rs")
+        middle, reach = (top + bottom) / 2 - 6, 0.34 * (bottom - top)
+        for low, high, colour in (
+            (-scale, scale, TRACK),
+            (self.least[i], self.largest[i], REACHED),
+            (*sorted((0.0, self.value[i])), style.BLUE),
+        ):
+            upper, lower = (middle - reach * level / scale for level in (high, low))
+            pen.rectangle((right - 15, upper, right - 9, lower), colour)
+        pen.line((right - 18, middle, right - 6, middle), style.INK)
+
+
+HEADER = 36
+"""Height in pixels of the line above the tiles."""
+
+BALL = (0.13, 0.16, 0.18, 1.0)
+"""Its colour, RGBA: a pattern would be too small to be seen."""
+
+SEEN = (
+    *("ball_radius", "surface", "ring_dipoles", "ring_radius"),
+    *("inner_dipoles", "inner_radius", "inner_height"),
+    *("outer_dipoles", "outer_radius", "outer_height"),
+)
+"""Fields of tops and motors without which two scenes are drawn alike, but for a pose."""
+
+
+class Sheet:
+    """Frames of several runs, each drawn when it is asked for.
+
+    They are drawn inside a `with` block, which holds OpenGL contexts: one for all scenes that look
+    alike, since opening one takes as long as drawing a hundred tiles.
+
+    Parameters
+    ----------
+    tiles : sequence of Tile
+        Of one kind of scene; row by row from the upper left corner.
+    times : ndarray, shape (T,)
+        Of the frames, in seconds.
+    columns : int
+    note : str
+        Said beside the time.
+    """
+
+    def __init__(
+        self, tiles: Sequence[Tile], times: NDArray[np.float64], columns: int, note: str = ""
+    ):
+        self.tiles, self.times, self.note = tiles, times, note
+        gauge = tiles[0].gauge
+        largest = max(float(np.abs(tile.value).max()) for tile in tiles)
+        self.scale = max(largest, style.NO_SPIN)
+        self.legend = (
+            f"bars: {gauge.name}, from −{self.scale:.3g} to {self.scale:.3g} {gauge.unit};"
+            " pale: reached so far"
+        )
+        rows = -(-len(tiles) // columns)
+        width, height = WIDTH // columns, (HEIGHT - HEADER) // rows
+        self.width, self.height = min(width, 2 * height), min(height, 3 * width // 4)
+        left = (WIDTH - columns * self.width) // 2
+        top = (HEIGHT + HEADER - rows * self.height) // 2
+        corners = [
+            (left + column * self.width, top + row * self.height)
+            for row in range(rows)
+            for column in range(columns)
+        ]
+        self.boxes = [(x, y, x + self.width, y + self.height) for x, y in corners]
+
+    def __enter__(self) -> "Sheet":
+        """Open the views."""
+        with ExitStack() as stack:
+            self.views: dict[Any, Views] = {}
+            # The camera is as far away as the highest ring of those that look alike needs.
+            for tile in sorted(self.tiles, key=lambda tile: -_height(tile.scene)):
+                if _look(tile.scene) not in self.views:
+                    views = Views(tile.scene, {CAMERA: (self.height, self.width)})
+                    ball = views.model.geom("ball")
+                    ball.matid, ball.rgba = -1, BALL
+                    self.views[_look(tile.scene)] = stack.enter_context(closing(views))
+                    # From above shadows tell nothing, and cost more than all the rest.
+                    views.renderers[CAMERA].scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = False
+            self.opened = stack.pop_all()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        """Close the views."""
+        self.opened.close()
+        del self.views
+
+    def draw(self, i: int) -> NDArray[np.uint8]:
+        """Frame i, shape (720, 1280, 3)."""
+        from PIL import Image, ImageDraw
+
+        sheet = np.full((HEIGHT, WIDTH, 3), 255, np.uint8)
+        for tile, (left, top, right, bottom) in zip(self.tiles, self.boxes, strict=False):
+            picture = tile.draw(self.views[_look(tile.scene)], i)
+            sheet[top : bottom - 1, left : right - 1] = picture[:-1, :-1]
+        image = Image.fromarray(sheet)
+        pen = ImageDraw.Draw(image)
+        for tile, box in zip(self.tiles, self.boxes, strict=False):
+            tile.write(pen, box, i, self.scale)
+        pen.text((12, 26), f"t = {self.times[i]:.1f} s", style.INK, style.pillow_font(22), "ls")
+        pen.text((190, 26), self.note, style.INK, style.pillow_font(14), "ls")
+        pen.text((WIDTH - 12, 26), self.legend, style.INK, style.pillow_font(14), "rs")
+        return np.asarray(image)
+
+
+def _look(scene: Top | Motor) -> tuple[Any, ...]:
+    return tuple(getattr(scene, name, None) for name in SEEN)
+
+
+def _height(scene: Top | Motor) -> float:
+    """Height in m of the top's ring where it is highest; the motor's rings have their own look."""
+    if isinstance(scene, Motor):
+        return 0.0
+    return max([height for _, height, _ in scene.ring_script] or [scene.ring_height])
+
 
 COLUMNS, ROWS = 8, 5
 """At most so many, to see something in each tile."""

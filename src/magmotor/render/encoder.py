@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from magmotor.arguments import output
-from magmotor.checks import reject
+from magmotor.common.arguments import output
+from magmotor.common.checks import reject
 from magmotor.render.frames import HEIGHT, WIDTH
 
 if TYPE_CHECKING:

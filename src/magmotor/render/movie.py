@@ -2,12 +2,13 @@
 
 import xarray as xr
 
-from magmotor.analysis import analysis
-from magmotor.arguments import Picture, Positive
-from magmotor.checks import reject
+from magmotor.common.arguments import Picture, Positive
+from magmotor.common.checks import reject
+from magmotor.device.analysis import analysis
+from magmotor.devices.motor.scene import Motor
+from magmotor.devices.top.scene import Top
 from magmotor.render.encoder import Film, encode, frame_times, speed_in_words
 from magmotor.render.frames import Frames
-from magmotor.scenes import Motor, Top
 
 
 @analysis("position", of=(Top, Motor), records=2, replicas=False)

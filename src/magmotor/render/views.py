@@ -6,12 +6,18 @@ from collections.abc import Mapping
 
 import mujoco
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation, Slerp
 
-from magmotor.engines.mujoco.ball_motion import placed_ring
-from magmotor.engines.mujoco.build import build
+from magmotor.common.checks import reject
+from magmotor.device.analysis import checked_run
+from magmotor.devices.disk.scene import Disk
+from magmotor.devices.motor.scene import Motor
+from magmotor.devices.top.mjcf import placed_ring
+from magmotor.devices.top.scene import Top
 from magmotor.render.trail import Trail
-from magmotor.scenes import Disk, Motor, Top
+from magmotor.run.in_mujoco import build
 
 Image = NDArray[np.uint8]
 
@@ -88,3 +94,32 @@ def _open_renderer(model: mujoco.MjModel, height: int, width: int) -> mujoco.Ren
     asked = os.environ.get("MUJOCO_GL", "is not set")
     reason = f"MuJoCo finds no OpenGL to draw with (MUJOCO_GL={asked})"
     raise NoOpenGL(reason) from _failures[0]
+
+
+Array = NDArray[np.float64]
+
+
+def joints(run: xr.Dataset, scene: Top | Motor, times: Array) -> Array:
+    """MuJoCo's joint coordinates at some times (s), shape (T, nq): orientations turn evenly.
+
+    Raises
+    ------
+    ValueError
+        The run has replicas, or no orientation: its method follows the axis alone.
+    """
+    if "orientation" not in run:
+        method = run.attrs.get("method")
+        raise reject("method", method, "mujoco/* or variational/* to draw the ball's spin")
+    turning = tuple(name for name in ("orientation", "ring_orientation") if name in run)
+    run = checked_run("run", run, turning, (type(scene),), replicas=False)
+    linear = 2 if scene.surface == "planar" else 3
+    columns = [between(run, column, times) for column in run.position.values.T[:linear]]
+    for name in turning:
+        turns = Slerp(run.time.values, Rotation.from_quat(run[name], scalar_first=True))
+        columns += [*turns(times).as_quat(scalar_first=True).T]
+    return np.stack(columns, axis=1)
+
+
+def between(run: xr.Dataset, values: Array, times: Array) -> Array:
+    """Values of a run's records at other times (s), by linear interpolation."""
+    return np.interp(times, run.time.values, values)

@@ -3,10 +3,9 @@
 from magmotor.sweep.axes import Range, Samples, Values
 from magmotor.sweep.combine import combine
 from magmotor.sweep.definition import Sweep, sweep_from
-from magmotor.sweep.directory import sweep_of
+from magmotor.sweep.directory import Status, status, sweep_of
 from magmotor.sweep.measures import measures
 from magmotor.sweep.run import NoWorkers, SweepInterrupted, Tally, run
-from magmotor.sweep.status import Status, status
 from magmotor.sweep.work import OtherVersions
 from magmotor.sweep.workers import dask_workers, local_cluster
 

@@ -1,5 +1,6 @@
 """Axes of a sweep: the values that fields take, on a grid, in a list, or by a random design."""
 
+import dataclasses
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -11,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import qmc
 
-from magmotor.arguments import Fractions, checked
-from magmotor.checks import check_choice, check_integer, check_number, elements, reject
+from magmotor.common.arguments import Fractions, checked
+from magmotor.common.checks import check_choice, check_integer, check_number, elements, reject
+from magmotor.device.fields import check_value
 from magmotor.devices import Scene
 from magmotor.noise import check_seed
-from magmotor.reproducible import applied
-from magmotor.sweep.fields import check_given, full_name, numeric_fields
+from magmotor.numerics.reproducible import applied
 
 DESIGNS = ("random", "latin", "sobol")
 
@@ -245,3 +246,78 @@ def samples_from(told: dict[str, Any]) -> Samples:
     """The samples that `as_json` tells of."""
     ranges = {name: bounds for name, *bounds in told["ranges"]}
     return Samples(ranges, told["size"], told["design"], told["seed"])
+
+
+COMPONENTS = "xyz"
+
+
+class NumericField(NamedTuple):
+    """A number in a scene: a field, or a component of one that is a vector."""
+
+    declared: dataclasses.Field
+    component: int | None
+
+    @property
+    def attributes(self) -> dict[str, str]:
+        """Unit and description, as datasets have them."""
+        label = self.declared.metadata["doc"]
+        if self.component is not None:
+            label += f", {COMPONENTS[self.component]}"
+        return {"units": self.declared.metadata["unit"], "long_name": label}
+
+    def checked(self, name: str, value: Any) -> float | int:
+        """Return a value as JSON has it; ValueError if it is out of the field's own bounds."""
+        if isinstance(self.declared.default, int) and check_number(name, value).is_integer():
+            value = int(value)
+        return check_value(self.declared, value, name)
+
+
+def numeric_fields(scene: Scene) -> dict[str, NumericField]:
+    """All numbers of a scene by name: `tilt`, and of vectors `position_x`."""
+    found = {}
+    for field in dataclasses.fields(scene):
+        if not field.metadata or field.metadata["choices"] or isinstance(field.default, str):
+            continue
+        size = field.metadata["size"]
+        if size is None:
+            found[field.name] = NumericField(field, None)
+        else:
+            found |= {f"{field.name}_{COMPONENTS[i]}": NumericField(field, i) for i in range(size)}
+    return found
+
+
+def full_name(scene: Scene, name: str) -> str:
+    """The name of a numeric field, of which the last words will do where they tell it: `height`.
+
+    Raises
+    ------
+    ValueError
+        There is no such field, or more than one; lists those that there are.
+    """
+    known = numeric_fields(scene)
+    ending = [field for field in known if field.endswith(f"_{name}")]
+    if name not in known and len(ending) == 1:
+        return ending[0]
+    check_choice("field", name, tuple(known))
+    return name
+
+
+def changed(fields: dict[str, Any], known: dict[str, NumericField], changes: dict[str, Any]):
+    """Return a scene's fields, as JSON has them, with some numbers replaced."""
+    fields = dict(fields)
+    for name, value in changes.items():
+        field = known[name]
+        if field.component is None:
+            fields[name] = value
+        else:
+            vector = list(fields[field.declared.name])
+            vector[field.component] = value
+            fields[field.declared.name] = vector
+    return fields
+
+
+def check_given(scene: Scene, name: str) -> None:
+    """Check that the vector of which a component is to change has a value; else ValueError."""
+    field, component = numeric_fields(scene)[name]
+    if component is not None and getattr(scene, field.name) is None:
+        raise reject(field.name, None, f"given in the scene, for {name} to be varied")

@@ -2,7 +2,14 @@
 
 import hashlib
 import json
+from collections.abc import Iterable
 from typing import Any, NamedTuple
+
+import numpy as np
+
+from magmotor.common.checks import check_integer, reject
+from magmotor.noise import check_seed
+from magmotor.sweep.axes import listed
 
 
 class Case(NamedTuple):
@@ -24,3 +31,19 @@ def case_of(told: dict[str, Any]) -> Case:
 def canonical(told: Any) -> bytes:
     """JSON in the one form in which equal things have equal bytes."""
     return json.dumps(told, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()
+
+
+def checked_seeds(seeds: Any) -> tuple[int, ...]:
+    """Seeds as they are given, or how many of 0, 1, ...; ValueError if they are none."""
+    if not isinstance(seeds, Iterable):
+        seeds = range(check_integer("seeds", seeds, at_least=1))
+    found = [check_seed(seed) for seed in listed("seeds", seeds)]
+    if not found or len(set(found)) < len(found):
+        raise reject("seeds", found, "a range that is not empty, of different seeds")
+    return tuple(found)
+
+
+def child(seed: int, point: int) -> int:
+    """Seed of a point: the child of that number that `SeedSequence(seed)` spawns, in 53 bits."""
+    spawned = np.random.SeedSequence(seed, spawn_key=(point,))
+    return int(spawned.generate_state(1, np.uint64)[0] >> 11)

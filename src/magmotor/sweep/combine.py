@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from magmotor.arguments import check_flag
-from magmotor.machine import physical_memory
-from magmotor.states.disk import DiskStates
+from magmotor.common.arguments import check_flag
+from magmotor.common.environment import physical_memory
+from magmotor.devices.disk.states import DiskStates
+from magmotor.sweep.axes import numeric_fields
 from magmotor.sweep.case import Case
 from magmotor.sweep.definition import Sweep
 from magmotor.sweep.directory import Directory, open_directory
-from magmotor.sweep.fields import numeric_fields
 from magmotor.sweep.measures import TRAJECTORY, measure_of
 from magmotor.sweep.sealed import Damaged, naming
 from magmotor.sweep.work import decoded, recorded

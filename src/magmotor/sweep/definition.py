@@ -9,17 +9,15 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from magmotor.checks import check_choice, check_integer, check_number, elements, reject
-from magmotor.dataset import SCENES, scene_from
+from magmotor.common.checks import check_choice, check_integer, check_number, elements, reject
 from magmotor.devices import Scene, device_of
-from magmotor.recommendation import recommend
-from magmotor.scenes import Top
-from magmotor.sweep.axes import Samples, Values, samples_from, values_axis
-from magmotor.sweep.case import Case, case_of
-from magmotor.sweep.fields import changed, numeric_fields
+from magmotor.devices.top.scene import Top
+from magmotor.run.dataset import SCENES, scene_from
+from magmotor.run.recommend import recommend
+from magmotor.run.versions import versions_that_matter
+from magmotor.sweep.axes import Samples, Values, changed, numeric_fields, samples_from, values_axis
+from magmotor.sweep.case import Case, case_of, checked_seeds, child
 from magmotor.sweep.measures import TRAJECTORY, FromFile, imported, is_own, measure_of
-from magmotor.sweep.seeds import checked_seeds, child
-from magmotor.sweep.versions import versions_that_matter
 
 MOST_RUNS = 10**8
 """Cases times replicas; a number of each is 0.8 GB."""

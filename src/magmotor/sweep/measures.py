@@ -8,11 +8,15 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from magmotor import observables
-from magmotor.checks import check_choice, reject
+from magmotor.common.checks import check_choice, reject
 from magmotor.devices import Scene, device_of
-from magmotor.scenes import Disk, LangevinParticle, Motor, Top
-from magmotor.theory.motor import slip_mobility
+from magmotor.devices.disk.scene import Disk, LangevinParticle
+from magmotor.devices.motor.flights import flights, transitions
+from magmotor.devices.motor.observables import azimuth
+from magmotor.devices.motor.scene import Motor
+from magmotor.devices.motor.theory import slip_mobility
+from magmotor.devices.top.observables import momentum_balance
+from magmotor.devices.top.scene import Top
 
 TRAJECTORY = "trajectory"
 """The measure that is the whole run; it stands alone."""
@@ -111,7 +115,7 @@ def _speed(run: xr.Dataset) -> xr.DataArray:
 
 
 def _momentum_residual(run: xr.Dataset, scene: Top) -> float:
-    residual = np.abs(observables.momentum_balance(run, scene).residual).max()
+    residual = np.abs(momentum_balance(run, scene).residual).max()
     largest = np.abs(run.momentum_map).max()
     return float(residual / largest) if largest else 0.0
 
@@ -123,28 +127,28 @@ def _each_replica(run: xr.Dataset, replica: NDArray[Any], values: NDArray[Any]) 
 
 
 def _flights(run: xr.Dataset, scene: Motor) -> Any:
-    found = observables.flights(run, scene)
+    found = flights(run, scene)
     return _each_replica(run, found.replica.values, np.ones(found.sizes["flight"]))
 
 
 def _flown(run: xr.Dataset, scene: Motor) -> Any:
-    found = observables.flights(run, scene)
+    found = flights(run, scene)
     return _each_replica(run, found.replica.values, np.abs(found.revolutions.values))
 
 
 def _flying(run: xr.Dataset, scene: Motor) -> Any:
-    found = observables.flights(run, scene)
+    found = flights(run, scene)
     lasting = (found.end - found.begin).values
     return _each_replica(run, found.replica.values, lasting / float(run.time[-1]))
 
 
 def _transitions(run: xr.Dataset, scene: Motor) -> Any:
-    found = observables.transitions(run, scene)
+    found = transitions(run, scene)
     return _each_replica(run, found.replica.values, np.ones(found.sizes["transition"]))
 
 
 def _revolutions(run: xr.Dataset, scene: Motor) -> xr.DataArray:
-    angle = observables.azimuth(run)
+    angle = azimuth(run)
     return (angle.isel(time=-1) - angle.isel(time=0)) / (2 * np.pi)
 
 

@@ -20,8 +20,8 @@ from typing import Any
 
 from tqdm import tqdm
 
-from magmotor.checks import check_integer
-from magmotor.interrupts import blocked
+from magmotor.common.checks import check_integer
+from magmotor.common.interrupts import blocked
 
 ONE_THREAD: dict[str, str] = {
     f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "NUMBA")

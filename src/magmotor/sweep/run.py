@@ -13,9 +13,9 @@ from queue import Empty, SimpleQueue
 
 from tqdm import tqdm
 
-from magmotor.arguments import check_flag
-from magmotor.checks import check_integer, check_kind, reject
-from magmotor.interrupts import deferred
+from magmotor.common.arguments import check_flag
+from magmotor.common.checks import check_integer, check_kind, reject
+from magmotor.common.interrupts import deferred
 from magmotor.sweep.case import Case
 from magmotor.sweep.definition import Sweep
 from magmotor.sweep.directory import Directory, folder_of

@@ -13,14 +13,14 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from magmotor.checks import reject
-from magmotor.dataset import scene_from
-from magmotor.interrupts import uninterrupted
-from magmotor.simulation import SimulationDiverged, simulate
+from magmotor.common.checks import reject
+from magmotor.common.interrupts import uninterrupted
+from magmotor.run.dataset import scene_from
+from magmotor.run.simulate import SimulationDiverged, simulate
+from magmotor.run.versions import versions_that_matter
 from magmotor.sweep.case import Case
 from magmotor.sweep.measures import TRAJECTORY, measure_of
 from magmotor.sweep.sealed import Damaged, sealed, sealed_bytes
-from magmotor.sweep.versions import versions_that_matter
 
 ARGUMENTS = ("method", "timestep", "duration", "record_interval", "replicas", "seed")
 

@@ -8,7 +8,7 @@ from concurrent.futures import Executor, Future
 from contextlib import ExitStack, contextmanager
 from typing import Any
 
-from magmotor.checks import check_integer, reject
+from magmotor.common.checks import check_integer, reject
 from magmotor.sweep.pool import ONE_THREAD, deaf_children
 
 

@@ -1,0 +1,103 @@
+"""The ballistic pendulum: a disk on U = cos x, which without friction is a pendulum."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy.special import ellipk
+
+from magmotor.common import style
+from magmotor.common.style import save_small
+from magmotor.devices.disk.scene import Disk
+from magmotor.run.simulate import simulate
+from paper.claim import Claim, judged
+from paper.figure import Figure
+
+AMPLITUDES = (0.5, 1.5, 2.5, 3.0)
+"""About the bottom at x = pi, in rad."""
+
+FRICTION = 0.1
+
+
+@dataclass(frozen=True)
+class Swings:
+    """Without friction from rest at each amplitude, and with it from the last."""
+
+    free: list[xr.Dataset]
+    rubbed: xr.Dataset
+
+    @property
+    def periods(self) -> NDArray[np.float64]:
+        """Measured periods, shape (4,): the mean of whole swings."""
+        return np.array([_period(run) for run in self.free])
+
+
+def _period(run: xr.Dataset) -> float:
+    t, v = run.time.values, run.v.values
+    up = np.flatnonzero((v[1:-1] <= 0) & (v[2:] > 0)) + 1
+    crossings = t[up] - v[up] * (t[up + 1] - t[up]) / (v[up + 1] - v[up])
+    return float(np.diff(crossings).mean())
+
+
+def compute(_quick: bool) -> Swings:
+    """Swings without noise."""
+    numerics = {"method": "scipy/dop853", "timestep": 0.05}
+    still = Disk(potential="cosine", noise=0.0, friction=0.0)
+    free = [simulate(still.replace(x=np.pi - a), duration=80.0, **numerics) for a in AMPLITUDES]
+    rubbed = still.replace(x=np.pi - AMPLITUDES[-1], friction=FRICTION)
+    return Swings(free, simulate(rubbed, duration=200.0, **numerics))
+
+
+def claims(swings: Swings) -> list[Claim]:
+    """Of (fig:ballisticpendulum)."""
+    expected = 4 * ellipk(np.sin(np.array(AMPLITUDES) / 2) ** 2)
+    difference = float(np.abs(swings.periods / expected - 1).max())
+    told = ", ".join(f"{period:.4f}" for period in swings.periods)
+    end = swings.rubbed.isel(time=slice(-400, None))
+    slip = float(np.abs(end.v + end.omega).max())
+    return [
+        judged(
+            "If U = cos(x), the sliding disk is simply a pendulum",
+            f"without friction and noise, periods {told} at amplitudes of"
+            f" {', '.join(map(str, AMPLITUDES))} rad: 4K(sin²(a/2)) to {difference:.0e}",
+            difference < 1e-5,
+        ),
+        judged(
+            "... in which the bob is replaced by a disk (which turns, and is braked by slip alone)",
+            f"with c = {FRICTION} it swings down to {float(np.abs(end.x - np.pi).max()):.1e} rad"
+            f" within 200, its slip is {slip:.0e} then",
+            float(np.abs(end.x - np.pi).max()) < 0.1 and slip < 0.1,
+        ),
+    ]
+
+
+def draw(swings: Swings, path: Path) -> None:
+    """The phase portrait, and the swing that friction damps."""
+    colours = (style.BLUE, style.ORANGE, style.GREEN, style.PURPLE)
+    with style.figure(11.0, 4.2) as figure:
+        left, right = figure.subplots(1, 2)
+        for run, amplitude, colour in zip(swings.free, AMPLITUDES, colours, strict=True):
+            left.plot(run.x - np.pi, run.v, color=colour, label=f"amplitude {amplitude:g}")
+        left.set(xlabel="x − π", ylabel="v", title="Without friction and noise: a pendulum")
+        left.set_ylim(-2.3, 3.1)
+        left.legend(loc="upper center", ncols=2)
+        run = swings.rubbed
+        right.plot(run.time, run.x - np.pi, color=style.BLUE, label="x − π")
+        right.plot(run.time, run.v + run.omega, color=style.ORANGE, lw=0.9, label="slip v + ω")
+        right.set(xlabel="t", title=f"With friction of the slip, c = {FRICTION}")
+        right.legend(loc="upper right")
+        save_small(figure, path, dpi=90)
+
+
+FIGURE = Figure(
+    "ballistic_pendulum",
+    "Ballistic pendulum",
+    "The disk on U = cos x by `scipy/dop853`, without noise: its phase portrait without friction,"
+    " and its swing with friction on the slip v + ω.",
+    compute,
+    claims,
+    draw,
+    (7,),
+)

@@ -1,0 +1,49 @@
+"""The sliding disk as a MuJoCo model."""
+
+from pathlib import Path
+
+import mujoco
+
+from magmotor.common import style
+from magmotor.devices.disk.scene import Disk
+from magmotor.run.in_mujoco import build
+from paper.claim import Claim, judged
+from paper.device_view import draw_device
+from paper.figure import Figure
+
+
+def compute(_quick: bool) -> mujoco.MjModel:
+    """The compiled model."""
+    return build(Disk())
+
+
+def claims(model: mujoco.MjModel) -> list[Claim]:
+    """Of (fig:slidingdisk)."""
+    kinds = [mujoco.mjtJoint(kind) for kind in model.jnt_type]
+    names = " and ".join(kind.name.removeprefix("mjJNT_").lower() for kind in kinds)
+    return [
+        judged(
+            "With the surface constraint the configuration space is just R × SO(2)",
+            f"the model has {model.nv} degrees of freedom: {names}",
+            kinds == [mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_HINGE],
+        )
+    ]
+
+
+def draw(_model: mujoco.MjModel, path: Path) -> None:
+    """The disk on its surface."""
+    with style.figure(7.0, 5.2) as figure:
+        draw_device(figure.subplots(), Disk(), "disk")
+        figure.savefig(path, dpi=100)
+
+
+FIGURE = Figure(
+    "disk_device",
+    "The sliding disk",
+    "The MuJoCo model of the disk: it slides and turns, and friction and noise act on the slip of"
+    " its lowest point.",
+    compute,
+    claims,
+    draw,
+    (5,),
+)

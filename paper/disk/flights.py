@@ -1,0 +1,198 @@
+"""Ballistic against normal diffusion: paths of the disk, and how long its flights last."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy.optimize import root_scalar
+
+from magmotor import observables, theory
+from magmotor.common import style
+from magmotor.common.style import save_small
+from magmotor.devices.disk.ensemble import ensemble
+from magmotor.devices.disk.gibbs import gibbs
+from magmotor.devices.disk.panels import System, draw_flights
+from magmotor.devices.disk.scene import Disk
+from magmotor.run.dataset import scene_of
+from magmotor.run.simulate import simulate
+from magmotor.theory import ReducedDisk
+from paper.claim import Claim, judged
+from paper.disk.systems import FULL, QUICK, paper_systems
+from paper.figure import Figure
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Array = NDArray[np.float64]
+
+PATHS = 4
+
+LASTING = (2500.0, 5000.0, 10_000.0)
+"""Of flights that last so long it is asked how many last twice as long."""
+
+
+COLOURS = (style.BLUE, style.ORANGE, style.GREEN, style.PURPLE)
+
+
+@dataclass(frozen=True)
+class Paths:
+    """Some paths on U = sin x and on flat U, the ensembles of both, and two under mu."""
+
+    symmetric: xr.Dataset
+    flat: xr.Dataset
+    systems: dict[str, System]
+    flying: xr.Dataset
+    """on U = sin x, for long"""
+    frozen: xr.Dataset
+    """on flat U"""
+
+
+def compute(quick: bool) -> Paths:
+    """Paths from rest at the paper's parameters."""
+    numerics = QUICK if quick else FULL
+    times = {name: numerics[name] for name in ("timestep", "duration")}
+    paths = [
+        simulate(
+            Disk(potential=name), method="variational/euler", replicas=PATHS,
+            record_interval=round(numerics["duration"] / numerics["timestep"] / 1000), **times,
+        )
+        for name in ("symmetric", "flat")
+    ]  # fmt: skip
+    systems = {system.name: system for system in paper_systems(quick)}
+    flying = systems["symmetric"].stationary
+    if quick:
+        flying = _under_mu("symmetric", duration=50_000.0, replicas=500)
+    frozen = _under_mu("flat", duration=1000.0, replicas=2000)
+    return Paths(paths[0], paths[1], systems, flying, frozen)
+
+
+def _under_mu(potential: str, *, duration: float, replicas: int) -> xr.Dataset:
+    scene = Disk(potential=potential)
+    return ensemble(
+        scene, method="variational/baoab", timestep=0.05, duration=duration, replicas=replicas,
+        seed=2, initial=gibbs(scene, replicas, seed=1),
+    )  # fmt: skip
+
+
+def claims(paths: Paths) -> list[Claim]:
+    """Of (fig:ballisticvsnormal) and the introduction."""
+    reach = [float(np.abs(run.x).max()) for run in (paths.symmetric, paths.flat)]
+    return [
+        claim_of_the_theorem(paths.flying),
+        judged(
+            "Numerically, flights are observed in the x-displacement",
+            f"{PATHS} paths reach |x| = {reach[0]:.3g}, on flat U {reach[1]:.3g}",
+            reach[0] > 3 * reach[1],
+        ),
+        claim_of_the_tail(paths.flying),
+        _normal_on_flat(paths),
+    ]
+
+
+def claim_of_the_theorem(run: xr.Dataset) -> Claim:
+    """Of a mean square displacement that is ballistic the slope tends to 2."""
+    scene = scene_of(run)
+    assert isinstance(scene, Disk)
+    slope, error = slopes(run)
+    steepest, last = int(slope.argmax()), float(run.lag[-1])
+    bound, square = theory.paper_lower_ballistic_bound(scene), ReducedDisk(scene).msd_from_gibbs
+    crossing = root_scalar(
+        lambda log: float(square(np.exp(log)) / np.exp(2 * log)) - bound, bracket=(7.0, 16.0)
+    )
+    below = np.exp(crossing.root)
+    return judged(
+        "Theorem: if U is non-constant the mean squared displacement with respect to the invariant"
+        " law is ballistic",
+        f"its slope falls from {slope[steepest]:.2f} to {slope[-1]:.2f} ± {error[-1]:.2f} between"
+        f" lags of {last:.0f} and {2 * last:.0f}; by theory the mean square"
+        f" is below the paper's bound from t = {below:.3g} on, and its slope tends to 1",
+        slope[-1] + 4 * error[-1] > 2,
+    )
+
+
+def claim_of_the_tail(run: xr.Dataset) -> Claim:
+    """Of an exponential law, S(2t)/S(t) would be squared each time that t doubles."""
+    shares, errors = zip(*(_lasting_twice(run, t) for t in LASTING), strict=True)
+    exponential = shares[0] ** (LASTING[-1] / LASTING[0])
+    told = ", ".join(f"{share:.3f}" for share in shares)
+    return judged(
+        "The probability distributions of the flight-durations have a heavy tail (introduction)",
+        f"of those that last t = {', '.join(f'{t:g}' for t in LASTING)}, {told} last 2t (the last ±"
+        f" {errors[-1]:.3f}); from the first, an exponential law would have {exponential:.3f} at"
+        " the end",
+        shares[-1] - 4 * errors[-1] > 2 * exponential,
+    )
+
+
+def _lasting_twice(run: xr.Dataset, t: float) -> tuple[float, float]:
+    """How many of the flights that last t last 2t, and its standard error."""
+    found = observables.flight_survival(run).isel(flight_duration=slice(1, None))
+    log = np.log(found.flight_duration.values)
+    once, twice = (np.interp(np.log(q), log, np.log(found.survival.values)) for q in (t, 2 * t))
+    relative = (found.survival_error / found.survival).values
+    before, after = (np.interp(np.log(q), log, relative) for q in (t, 2 * t))
+    share = float(np.exp(twice - once))
+    return share, share * float(np.sqrt(after**2 - before**2))
+
+
+def _normal_on_flat(paths: Paths) -> Claim:
+    x = paths.systems["flat"].rest.x.values
+    kurtosis = float(np.mean(x**4) / np.mean(x**2) ** 2)
+    fluctuation = float(np.sqrt(24 / len(x)))
+    last = paths.systems["flat"].last_slope
+    slope, error = slopes(paths.frozen)
+    normal = abs(last.slope - 1) < 4 * last.error and abs(kurtosis - 3) < 4 * fluctuation
+    return judged(
+        "However, if U is constant this diffusion is normal, i.e., x behaves like Brownian motion",
+        f"from rest: slope {last.slope:.2f} ± {last.error:.2f}, kurtosis {kurtosis:.2f} ±"
+        f" {fluctuation:.2f} (Gaussian: 3). With respect to the invariant law, of which it is said,"
+        f" d is frozen: slope {slope[-1]:.2f} ± {error[-1]:.2f}, ballistic for ever, unless"
+        " E[x(t) given the start] is subtracted",
+        normal and slope[-1] + 4 * error[-1] < 1.5,
+        otherwise="in part" if normal else "wrong",
+    )
+
+
+def slopes(run: xr.Dataset) -> tuple[Array, Array]:
+    """Slopes of the logarithmic mean square of increments from each lag to twice it, and errors.
+
+    Of a stationary process the mean square at twice a lag is 2 (1 + rho) times that at the lag, rho
+    being the correlation of successive increments.
+    """
+    rho = run.increment_correlation.values
+    return 1 + np.log2(1 + rho), run.increment_correlation_error.values / ((1 + rho) * np.log(2))
+
+
+def draw(paths: Paths, path: Path) -> None:
+    """Paths on both potentials, and the survival of flights."""
+    with style.figure(13.0, 4.2) as figure:
+        left, middle, right = figure.subplots(1, 3)
+        _draw_paths(left, paths.symmetric, "U = sin x: flights")
+        _draw_paths(middle, paths.flat, "U = 0: Brownian motion")
+        draw_flights(right, paths.systems["symmetric"])
+        right.set_title("Probability that a flight lasts longer")
+        right.set_xlabel("duration")
+        save_small(figure, path, dpi=90)
+
+
+def _draw_paths(axes: "Axes", run: xr.Dataset, title: str) -> None:
+    for x, colour in zip(run.x.transpose("replica", "time").values, COLOURS, strict=True):
+        axes.plot(run.time, x, color=colour, lw=0.9)
+    axes.set(xlabel="t", ylabel="x(t)", title=title, xlim=(0, float(run.time[-1])))
+
+
+FIGURE = Figure(
+    "disk_flights",
+    "Ballistic against normal diffusion",
+    f"Four paths each on U = sin x and on flat U (mind the scales), from rest, σ = 1/2, α = 5,"
+    f" c = 0.1, h = {FULL['timestep']}, T = {FULL['duration']:g}. A flight is the time between two"
+    " changes of sign of d = σω − v, each by a tenth of its standard deviation, d being looked at"
+    " once in a unit of time; right, how many last longer, under the invariant law.",
+    compute,
+    claims,
+    draw,
+    (6,),
+)

@@ -1,0 +1,285 @@
+"""The paper's statistics of the sliding disk, with theory on top."""
+
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from magmotor import observables, theory
+from magmotor.devices.disk.panels import System, paper_flat
+from magmotor.devices.disk.plots import disk_figure
+from magmotor.devices.disk.scene import Disk
+from paper.claim import Claim, judged
+from paper.disk.systems import FULL, paper_systems
+from paper.figure import Figure
+
+MANY = 4
+"""So many standard errors are no accident: one in 16 000."""
+
+WAITED = 30
+"""Correlations are looked at for lags of so many times 1/lambda."""
+
+
+UNEVEN, EVEN = ("symmetric", "asymmetric"), ("flat", "control")
+"""Systems on which d changes, and those on which it does not or is not there."""
+
+
+def _named(systems: list[System]) -> dict[str, System]:
+    return {system.name: system for system in systems}
+
+
+def _pair(systems: list[System], names: tuple[str, str]) -> list[System]:
+    return [_named(systems)[name] for name in names]
+
+
+def _slopes(system: System) -> str:
+    slope = system.last_slope
+    return f"{system.name} {slope.slope:.3f} ± {slope.error:.3f}"
+
+
+def claims_of_the_mean(systems: list[System]) -> list[Claim]:
+    """Of (fig:meanX)."""
+    moved = _pair(systems, UNEVEN)
+    means = [float(system.x("mean")[-1]) for system in moved]
+    errors = [float(system.x("mean_error")[-1]) for system in moved]
+    spreads = [float(np.sqrt(system.variance[-1])) for system in moved]
+    pushes = [float(system.theory.mean(system.end)) for system in moved]
+    told = [
+        f"{system.name} {mean:.0f} ± {error:.0f} ({push:.0f})"
+        for system, mean, error, push in zip(moved, means, errors, pushes, strict=True)
+    ]
+    largest = max(
+        float(np.abs(system.x("mean")[-1] / system.x("mean_error")[-1]))
+        for system in _pair(systems, EVEN)
+    )
+    return [
+        judged(
+            "The means are very small compared with the spread",
+            f"t = {moved[0].end:g}: "
+            + ", ".join(
+                f"{system.name} {mean:.0f} against {spread:.3g}"
+                for system, mean, spread in zip(moved, means, spreads, strict=True)
+            ),
+            all(abs(m) < 0.1 * spread for m, spread in zip(means, spreads, strict=True)),
+        ),
+        judged(
+            "When U is non-constant, directed motion is possible",
+            f"the means are {', '.join(told)}; in brackets, by theory, what remains of the first"
+            " push at x = 0, which at x = π has the other sign: no more is seen",
+            any(
+                abs(mean - push) > MANY * error
+                for mean, push, error in zip(means, pushes, errors, strict=True)
+            ),
+            otherwise="in part",
+        ),
+        judged(
+            "U flat and control do not show such behavior",
+            f"their means are within {largest:.1f} standard errors of 0",
+            largest < MANY,
+        ),
+    ]
+
+
+def claims_of_the_logarithmic_mean_square(systems: list[System]) -> list[Claim]:
+    """Of (fig:loglogX2)."""
+    moved, skewed = _pair(systems, UNEVEN)
+    flat, control = _pair(systems, EVEN)
+    anomalous = [moved.last_slope, skewed.last_slope]
+    normal, last = [flat.last_slope, control.last_slope], moved.last_slope
+    everywhere = observables.local_slope(moved.rest)
+    late = everywhere.sel(time=everywhere.time > WAITED)
+    steepest = late.isel(time=int(late.slope.values.argmax()))
+    return [
+        judged(
+            "Anomalous diffusion when U is symmetric or asymmetric",
+            f"slope over the last octave to t = {moved.end:g}: {_slopes(moved)}, {_slopes(skewed)}",
+            all(found.slope > 1 + MANY * found.error for found in anomalous),
+        ),
+        judged(
+            "In the control and flat U cases the diffusion is normal",
+            f"slope {_slopes(flat)}, {_slopes(control)}",
+            all(abs(found.slope - 1) < MANY * found.error for found in normal),
+        ),
+        judged(
+            "E[x²] grows like t² as soon as U is non-constant (also the theorem, for ever)",
+            f"slope {float(steepest.slope):.2f} ± {float(steepest.slope_error):.2f} at t ="
+            f" {float(steepest.time):.0f} falls to {last.slope:.2f} at the end (theory:"
+            f" {last.expected:.2f}) and, by theory, to 1: a crossover",
+            float(late.slope.max() - late.slope.min()) < 0.3,
+        ),
+    ]
+
+
+def claims_of_the_correlation(systems: list[System]) -> list[Claim]:
+    """Of (fig:corX): stationary, and late in the runs from rest, as the paper has it."""
+    moved, still = _pair(systems, UNEVEN), _pair(systems, EVEN)
+    scene = moved[0].theory.scene
+    assert isinstance(scene, Disk)
+    waited = WAITED / theory.slip_rate(scene)
+    kept = [
+        _correlations(run, waited) for system in moved for run in (system.rest, system.stationary)
+    ]
+    lost = [_correlations(system.rest, waited) for system in still]
+    lag = float(kept[0].lag[0])
+    first = [float(found[0]) for found in kept]
+    last = [float(found[-1]) for found in kept]
+    largest = max(float(np.abs(found).max()) for found in lost)
+    return [
+        judged(
+            "With U symmetric or asymmetric the correlation is nonzero for longer than the"
+            " time-scales of U and of friction",
+            f"{min(first):.2f} to {max(first):.2f} at s = {lag:.0f}, {WAITED} times 1/λ (λ: the"
+            f" slip's rate of forgetting); {min(last):.2f} to {max(last):.2f} at s ="
+            f" {float(kept[0].lag[-1]):.0f}",
+            min(first) > 0.5,
+        ),
+        judged(
+            "In the other cases the correlation is negligible",
+            f"at most {largest:.3f} from the same lag on, from rest, as in the paper (on flat U"
+            " under the invariant law it would tend to 1)",
+            largest < 0.1,
+        ),
+    ]
+
+
+def _correlations(run: xr.Dataset, waited: float) -> xr.DataArray:
+    """Correlations of increments at lags of at least a time."""
+    return run.increment_correlation.sel(lag=run.lag >= waited)
+
+
+def claims_of_the_mean_square(systems: list[System]) -> list[Claim]:
+    """Of (fig:meanX2), and of (kskjhs3) for x + theta."""
+    moved, flat = _pair(systems, UNEVEN), _named(systems)["flat"]
+    grown = {system.name: 2**system.last_slope.slope for system in (*moved, flat)}
+    told = ", ".join(f"{name} {factor:.2f}" for name, factor in grown.items())
+    scene = flat.theory.scene
+    assert isinstance(scene, Disk)
+    rate, error = flat.rate("y")
+    right, paper = theory.y_diffusion(scene), theory.paper_y_diffusion(scene)
+    return [
+        judged(
+            "The mean squared displacement is ballistic: it grows fourfold as t doubles",
+            f"{told} times as t doubles to {flat.end:g}",
+            all(abs(grown[system.name] - 4) < 0.2 for system in moved),
+        ),
+        judged(
+            f"var(x + θ)/t tends to 2α²σ²/(c²(σ² + 1)) = {paper:.0f}",
+            f"{rate:.0f} ± {error:.0f} (flat); correct is α²/c² = {right:.0f}",
+            abs(rate - paper) < MANY * error,
+        ),
+    ]
+
+
+def claims_of_the_diffusion(systems: list[System]) -> list[Claim]:
+    """Of (fig:diffusionX), and of the theorem for flat U."""
+    moved, still = _pair(systems, UNEVEN), _pair(systems, EVEN)
+    flat = still[0]
+    rates = [system.rate("x") for system in still]
+    expected = [float(system.theory.variance(system.end) / system.end) for system in still]
+    told = ", ".join(
+        f"{system.name} {rate:.1f} ± {error:.1f} ({exact:.1f})"
+        for system, (rate, error), exact in zip(still, rates, expected, strict=True)
+    )
+    scene = flat.theory.scene
+    assert isinstance(scene, Disk)
+    paper, right = paper_flat(flat), theory.flat_x_diffusion(scene)
+    slopes = [system.last_slope for system in moved]
+    doubled = ", ".join(f"{2 ** (slope.slope - 1):.2f}" for slope in slopes)
+    return [
+        judged(
+            "For the cases when U is flat and the control, the diffusion is normal",
+            f"var(x)/t at t = {flat.end:g}, in brackets the exact one: {told}",
+            all(
+                abs(rate - exact) < MANY * error
+                for (rate, error), exact in zip(rates, expected, strict=True)
+            ),
+        ),
+        judged(
+            f"... with var(x)/t → 2α²σ²/(c²(σ² + 1)(σ + 1)²) = {paper:.1f}",
+            f"{rates[0][0]:.1f} ± {rates[0][1]:.1f}; correct is σ²α²/((1 + σ)²c²) = {right:.1f}",
+            abs(rates[0][0] - paper) < MANY * rates[0][1],
+        ),
+        judged(
+            "Whereas in the other cases the diffusion is ballistic",
+            f"var(x)/t grows {doubled} times as t doubles to {flat.end:g} (symmetric, asymmetric),"
+            " not twice; by theory it tends to a constant",
+            all(abs(slope.slope - 2) < 0.07 for slope in slopes),
+        ),
+    ]
+
+
+def claims_of_the_histogram(systems: list[System]) -> list[Claim]:
+    """Of (fig:histX)."""
+    by_name = _named(systems)
+    spread = {name: float(np.sqrt(system.variance[-1])) for name, system in by_name.items()}
+    told = ", ".join(f"{name} {value:.3g}" for name, value in spread.items())
+    return [
+        judged(
+            "A wider spread when U is symmetric or asymmetric",
+            f"standard deviations of x at t = {systems[0].end:g}: {told}",
+            min(spread[name] for name in UNEVEN) > 2 * max(spread[name] for name in EVEN),
+        )
+    ]
+
+
+def _draw(name: str, systems: list[System], path: Path) -> None:
+    disk_figure(systems, name, path)
+
+
+PARAMETERS = (
+    f"σ = 1/2, α = 5, c = 0.1, h = {FULL['timestep']}, T = {FULL['duration']:g},"
+    f" {FULL['replicas']} realizations from rest at x = 0, by `variational/euler`."
+)
+
+DRAWN = {
+    "mean": (
+        "mean of the x-displacement",
+        "E[x(t)] with a band of two standard errors; dashed, theory.",
+        claims_of_the_mean,
+        8,
+    ),
+    "msd": (
+        "mean squared displacement, logarithmic",
+        "E[x(t)²] with theory's continuation (dashed) beyond the paper's T, and its t² (dotted).",
+        claims_of_the_logarithmic_mean_square,
+        9,
+    ),
+    "correlation": (
+        "correlation of the x-displacement",
+        "Correlation of successive increments of length s, stationary and late in a run from rest.",
+        claims_of_the_correlation,
+        10,
+    ),
+    "mean_square": (
+        "mean squared position",
+        "E[x(t)²] over t; dashed, theory; dotted, the paper's claim.",
+        claims_of_the_mean_square,
+        11,
+    ),
+    "diffusion": (
+        "“diffusion” of the x-displacement",
+        "var x(t) / t; dashed, theory; dotted, the paper's claim.",
+        claims_of_the_diffusion,
+        12,
+    ),
+    "histogram": (
+        "histogram of the x-displacement",
+        "Density of x at the end, with the Gaussian of theory's variance.",
+        claims_of_the_histogram,
+        13,
+    ),
+}
+
+FIGURES = [
+    Figure(
+        f"disk_{name}",
+        f"Sliding disk: {title}",
+        f"{caption} {PARAMETERS}",
+        paper_systems,
+        claims,
+        partial(_draw, name),
+        (number,),
+    )
+    for name, (title, caption, claims, number) in DRAWN.items()
+]

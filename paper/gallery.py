@@ -1,0 +1,101 @@
+"""The gallery: a page of all figures with their claims, made from what `make figures` wrote.
+
+In its folder there are, for each figure, NAME.png and NAME.json, the claims.
+"""
+
+import json
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from dataclasses import asdict
+from pathlib import Path
+from typing import get_args
+
+from paper.catalogue import FIGURES, SECTIONS
+from paper.claim import Claim, Verdict
+from paper.figure import Figure
+from paper.paper_figures import PAPER_FIGURES
+
+INTRODUCTION = """\
+# Gallery
+
+Every figure of N. Bou-Rabee and H. Owhadi, *Ballistic transport at uniform temperature*, made anew,
+and three that answer what a builder of the device would ask. Each stands beside what its caption,
+or the text around it, says, what was measured, and a verdict. `make figures` makes all of this
+page, `make figures ARGS="nonconservative_tilted"` one figure. What is wrong in the paper, and why,
+is told in the [errata](errata.md). Where one picture stands for two figures of the paper, a claim
+of only one begins with its number; what begins with *Ours* the paper does not say.
+
+{count}
+
+| figure of the paper | counterpart | verdicts |
+|---|---|---|
+"""
+
+
+def save_claims(claims: Iterable[Claim], path: Path) -> None:
+    """Write claims as JSON."""
+    text = json.dumps([asdict(claim) for claim in claims], indent=1, ensure_ascii=False)
+    path.write_text(text + "\n", encoding="utf-8")
+
+
+def load_claims(path: Path) -> list[Claim]:
+    """Claims as `save_claims` wrote them."""
+    told = json.loads(path.read_text(encoding="utf-8"))
+    return [Claim(**fields | {"figures": tuple(fields["figures"])}) for fields in told]
+
+
+def tally(claims: Iterable[Claim]) -> str:
+    """How many claims are right, in part, wrong, not decided."""
+    counts = Counter(claim.verdict for claim in claims)
+    return ", ".join(f"{counts[v]} {v}" for v in get_args(Verdict) if counts[v])
+
+
+def gallery_page(folder: Path) -> str:
+    """The page, in Markdown, of the figures whose claims are in a folder beside it."""
+    claims = {
+        name: load_claims(folder / f"{name}.json")
+        for name in FIGURES
+        if (folder / f"{name}.json").exists()
+    }
+    every = [claim for found in claims.values() for claim in found]
+    lines = [
+        INTRODUCTION.format(count=f"{len(every)} claims: {tally(every)}.")
+        + "\n".join(_index(claims))
+    ]
+    for section, figures in SECTIONS.items():
+        shown = [figure for figure in figures if figure.name in claims]
+        lines += ["", f"## {section}"] if shown else []
+        for figure in shown:
+            lines += ["", *_entry(figure, claims[figure.name], folder.name)]
+    return "\n".join(lines) + "\n"
+
+
+def _index(claims: dict[str, list[Claim]]) -> Iterator[str]:
+    by_number = {number: figure for figure in FIGURES.values() for number in figure.numbers}
+    for number, title in PAPER_FIGURES.items():
+        figure = by_number[number]
+        if figure.name in claims:
+            of_it = [c for c in claims[figure.name] if not c.figures or number in c.figures]
+            verdicts = tally(of_it)
+            yield f"| {number}. {title} | [{figure.title}](#{figure.name}) | {verdicts} |"
+
+
+def _entry(figure: Figure, claims: list[Claim], folder: str) -> Iterator[str]:
+    several = "s" if len(figure.numbers) > 1 else ""
+    numbers = " and ".join(map(str, figure.numbers))
+    whose = f"*Figure{several} {numbers} of the paper.* " if figure.numbers else ""
+    yield f'<a id="{figure.name}"></a>'
+    yield ""
+    yield f"### {figure.title}"
+    yield ""
+    yield f"![{figure.title}]({folder}/{figure.name}.png)"
+    yield ""
+    yield f"{whose}{figure.caption}"
+    yield ""
+    yield "| claim | measured | verdict |"
+    yield "|---|---|---|"
+    for claim in claims:
+        says, measured = (text.replace("|", "\\|") for text in (claim.says, claim.measured))
+        which = " and ".join(map(str, claim.figures))
+        says = f"(figure {which}) {says}" if claim.figures else says.replace("Ours:", "*Ours:*")
+        yield f"| {says} | {measured} | **{claim.verdict}** |"

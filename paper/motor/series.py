@@ -1,0 +1,92 @@
+"""The paper's figures of the motor, at nonuniform temperature and at uniform."""
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple
+
+from magmotor.devices.motor.plots import motor_figure
+from magmotor.devices.motor.scene import PAPER
+from paper.claim import Claim
+from paper.figure import Figure
+from paper.motor.energies import claims_of_the_energy, claims_of_the_injection
+from paper.motor.many_runs import SETS, Motors, many_runs
+from paper.motor.paths import claims_of_the_path, claims_of_the_position
+from paper.motor.runs import DURATION, NUMERICS, paper_runs
+from paper.motor.theta import claims_of_theta
+
+
+class Series(NamedTuple):
+    """What a figure of the paper's seven runs shows, and what it decides."""
+
+    title: str
+    claims: Callable[[Motors], list[Claim]]
+    numbers: tuple[int, ...]
+    caption: str = ""
+    sets: tuple[str, ...] = ()
+    """Names in `SETS` of further runs that the claims need."""
+
+
+def _strengths(kind: str) -> str:
+    strengths = [f"{alpha:g}" for own, alpha, _ in PAPER.values() if own == kind]
+    return f"({kind}-a, b, ... with α = {', '.join(strengths)})"
+
+
+RUNS = (
+    f"Above noise on the inner ring alone {_strengths('nonuniform')}, below uniform temperature"
+    f" {_strengths('uniform')}; `{NUMERICS['method']}` at h = {NUMERICS['timestep']} s, up to"
+    f" T = {DURATION:g} s or until the inner ring tips over. The paper's parameters but for the"
+    " ball's start, which is along the field instead of upright (see Start in the"
+    " [errata](errata.md#the-fluctuation-driven-motor)). Realizations of our own. A *flight* goes"
+    " round at least once without ever turning back by more than a quarter of a well's sector, and"
+    " begins and ends where the ball turns."
+)
+
+SERIES = {
+    "theta": Series(
+        "angular position of the ball", claims_of_theta, (3, 4),
+        "Flights are timed from when they have gone once round.", tuple(SETS),
+    ),
+    "energy": Series(
+        "total and inner ring energy", claims_of_the_energy, (24, 28),
+        "Means over 1/150 of the time, and from the least to the largest value; below each, the"
+        " difference of the two, which is what is the ball's: its kinetic energy and its energy in"
+        " the field of both rings. It is near or below zero where the ring holds all that is"
+        " gained.", ("nonuniform-a",),
+    ),
+    "injected": Series(
+        "energy injected and dissipated", claims_of_the_injection, (25, 29),
+        "Friction acts on the ball's slip, the velocity of its contact point over the floor, and at"
+        " uniform temperature on the turning ring.", ("nonuniform-a",),
+    ),
+    "path": Series("path of the ball from above", claims_of_the_path, (26, 30)),
+    "xy": Series("x and y of the ball", claims_of_the_position, (27, 31)),
+}  # fmt: skip
+
+
+def _compute(series: Series, quick: bool) -> Motors:
+    return Motors(paper_runs(), {name: many_runs(name, quick) for name in series.sets})
+
+
+def _draw(name: str, motors: Motors, path: Path) -> None:
+    motor_figure(motors.runs, name, path)
+
+
+def _caption(series: Series) -> str:
+    sizes = [f"{SETS[name].full} as {name} (h = {SETS[name].timestep} s)" for name in series.sets]
+    further = f"Some claims are judged by further runs, not shown: {', '.join(sizes)}."
+    return " ".join(filter(None, (RUNS, series.caption, further if sizes else "")))
+
+
+FIGURES = [
+    Figure(
+        f"motor_{name}",
+        f"Motor: {series.title}",
+        _caption(series),
+        partial(_compute, series),
+        series.claims,
+        partial(_draw, name),
+        series.numbers,
+    )
+    for name, series in SERIES.items()
+]

@@ -1,0 +1,312 @@
+"""Up to which dry friction the top still acquires spin."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from magmotor.common import style
+from magmotor.common.style import save_small
+from magmotor.devices.ball.landscape import valley
+from magmotor.devices.top.scene import SMALLEST_DRY_FRICTION, Top
+from magmotor.run.simulate import simulate
+from paper.claim import Claim, judged
+from paper.figure import Figure
+from paper.prototype.bracket import bracket
+from paper.prototype.dry_friction_limits import (
+    Rolling,
+    hertz_torsional_coefficient,
+    rolling,
+    spin_per_coulomb,
+    stopping_coefficients,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Bracket = tuple[float, float]
+
+METHOD, TIMESTEP = "mujoco/euler", 0.004
+"""The longest step, in s, that dry friction allows is 0.005."""
+
+HALF, TWENTIETH, HUNDREDTH = 0.5, 0.05, 0.01
+"""Levels of the spin, over that of the paper's fourth case."""
+
+STUCK = 1e-3
+"""A slip, in m/s, that a ball which sticks does not reach; the fourth case's is 0.04."""
+
+STEEL_ON_STEEL, HERTZ_FRICTION = 1.1e11, 0.3
+"""E* in Pa, and the coefficient within a dry contact."""
+
+WEAK = 1e-3
+"""A Coulomb coefficient beside which F = -c V_Q is still the larger friction."""
+
+AFTER = 1e-4
+"""A friction torque over load, in m, at which the ball no longer moves in the valley."""
+
+
+def _beside(coefficient: float) -> Top:
+    return Top(surface="plane", coulomb_friction=coefficient)
+
+
+def _instead(coefficient: float) -> Top:
+    return _beside(coefficient).replace(friction=0.0)
+
+
+def _torsional(coefficient: float) -> Top:
+    return _beside(SMALLEST_DRY_FRICTION).replace(torsional_friction=coefficient)
+
+
+def _rolling(coefficient: float) -> Top:
+    return _torsional(SMALLEST_DRY_FRICTION).replace(rolling_friction=coefficient)
+
+
+KINDS: dict[str, tuple[Callable[[float], Top], float]] = {
+    "beside": (_beside, 1.0),
+    "instead": (_instead, 1.0),
+    "torsional": (_torsional, 1e-3),
+    "rolling": (_rolling, 1e-3),
+}
+"""Scenes by a coefficient, and the largest that is tried; the smallest is MuJoCo's."""
+
+DECADES: dict[tuple[str, float], Bracket] = {
+    ("instead", HALF): (1e-3, 1e-4),
+    ("instead", HUNDREDTH): (1e-4, 1e-5),
+    ("torsional", HALF): (1e-5, 1e-4),
+    ("torsional", TWENTIETH): (1e-5, 1e-4),
+    ("torsional", HUNDREDTH): (1e-5, 1e-4),
+    ("rolling", HALF): (1e-5, 1e-4),
+    ("rolling", TWENTIETH): (1e-5, 1e-4),
+    ("rolling", HUNDREDTH): (1e-4, 1e-3),
+}
+"""Between which coefficients the spin passes a level, from above it to below."""
+
+
+@dataclass(frozen=True)
+class DryFriction:
+    """Spins in rad/s; coefficients are numbers (Coulomb's) or in m."""
+
+    viscous: float
+    """Spin without dry friction."""
+    spins: dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]]
+    """Coefficients, and the spin with each, by the kind of friction."""
+    thresholds: dict[tuple[str, float], Bracket]
+    """By kind and level: the coefficients with which the spin is above the level, and below."""
+    sticking: Bracket
+    """Coulomb coefficients, without viscous friction, with which the ball slips, and does not."""
+    reach: float
+    """Largest distance, in m, of the ball that sticks from the centre."""
+    valley: float
+    """Largest distance, in m, of the valley from the centre."""
+    stuck: Rolling
+    """What energy and statics say of it."""
+    slope: float
+    """First-order estimate of the spin over a Coulomb coefficient that is small."""
+    stopping: tuple[float, float]
+    """Torsional and rolling coefficient that hold the ball in the valley, by statics."""
+    hertz: float
+    """Torsional coefficient of a hard contact."""
+    step_error: float
+    """Largest change of a spin at half the step, over the spin."""
+
+
+def compute(quick: bool) -> DryFriction:
+    """Scan and bracket the coefficients."""
+    duration, ratio, points = (60.0, 1.2, 3) if quick else (100.0, 1.02, 16)
+    viscous = _spin(Top(surface="plane"), duration)
+    spins = {}
+    for kind, (scene_of, largest) in KINDS.items():
+        coefficients = np.geomspace(SMALLEST_DRY_FRICTION, largest, points)
+        values = [_spin(scene_of(float(b)), duration) for b in coefficients]
+        spins[kind] = coefficients, np.array(values)
+    thresholds = {}
+    for (kind, level), ends in DECADES.items():
+
+        def above(b: float, scene_of=KINDS[kind][0], level=level) -> bool:
+            return _spin(scene_of(b), duration) > level * viscous
+
+        thresholds[kind, level] = bracket(above, *ends, ratio)
+    sticking = bracket(lambda mu: _slip(_run(_instead(mu), duration)) > STUCK, 1e-3, 0.1, ratio)
+    held = _run(_instead(0.3), duration).position.values[:, :2]
+    probes = [_beside(0.3), _instead(1e-3), _torsional(2e-5), _rolling(2e-5)]
+    pairs = [[_spin(scene, duration, h) for h in (TIMESTEP, TIMESTEP / 2)] for scene in probes]
+    return DryFriction(
+        viscous,
+        spins,
+        thresholds,
+        sticking,
+        float(np.hypot(*held.T).max()),
+        float(np.hypot(*valley(Top(), np.linspace(0.0, 2 * np.pi, 181)).T).max()),
+        rolling(Top(surface="plane")),
+        spin_per_coulomb(Top(), 30.0),
+        stopping_coefficients(Top()),
+        hertz_torsional_coefficient(Top(), HERTZ_FRICTION, STEEL_ON_STEEL),
+        max(abs(whole / half - 1) for whole, half in pairs),
+    )
+
+
+@cache
+def _spin(scene: Top, duration: float, timestep: float = TIMESTEP) -> float:
+    """Largest |J|/I_3, in rad/s."""
+    momentum = _run(scene, duration, timestep).momentum_map
+    return float(np.abs(momentum).max()) / scene.inertia[2]
+
+
+def _slip(run: xr.Dataset) -> float:
+    """Largest slip along the plane, in m/s."""
+    return float(np.linalg.norm(run.slip_velocity.values[:, :2], axis=1).max())
+
+
+def _run(scene: Top, duration: float, timestep: float = TIMESTEP) -> xr.Dataset:
+    interval = round(0.02 / timestep)
+    return simulate(
+        scene, method=METHOD, timestep=timestep, duration=duration, record_interval=interval
+    )
+
+
+def claims(data: DryFriction) -> list[Claim]:
+    """What the scans decide."""
+    half, hundredth = data.thresholds["instead", HALF], data.thresholds["instead", HUNDREDTH]
+    least = float(data.spins["beside"][1].min())
+    strong = float(data.spins["instead"][1][-1])
+    torsional, stops = (data.thresholds["torsional", level] for level in (HALF, HUNDREDTH))
+    by_torsion, by_rolling = data.stopping
+    coefficients, beside = data.spins["beside"]
+    changed = float(np.abs(beside[coefficients <= WEAK] / data.viscous - 1).max())
+    left = {kind: np.interp(AFTER, *data.spins[kind]) for kind in ("torsional", "rolling")}
+    return [
+        judged(
+            "the magnetic top exhibits this curious rotation even on oily surfaces",
+            f"with Coulomb friction alone the spin is half of the viscous case's"
+            f" {data.viscous:.3g} rad/s at μ {_between(half)}, 1 % of it at {_between(hundredth)}"
+            f" (first order: {HALF * data.viscous / data.slope:.1e},"
+            f" {HUNDREDTH * data.viscous / data.slope:.1e})",
+            half[0] < 0.01,
+        ),
+        judged(
+            "Coulomb friction, however large, does not hinder the spin",
+            f"beside the viscous friction the spin is at least {least:.3g} rad/s for all"
+            f" μ ≤ 1; alone, with μ = 1, it is {strong:.4g} rad/s, by rolling"
+            f" (energy: {data.stuck.spin:.4g} rad/s)",
+            min(least, strong) > 0.9 * data.viscous,
+        ),
+        judged(
+            "[F = -c V_Q] is reasonable on very slippery surfaces where static friction is"
+            " negligible",
+            f"where it is, μ ≤ {WEAK:g}, Coulomb friction beside F = -c V_Q changes the spin by"
+            f" {100 * changed:.2g} % at the most; where it is not, the law fails: from"
+            f" μ {_between(data.sticking)} on Coulomb friction alone holds the contact (statics:"
+            f" {data.stuck.coulomb:.3g}, or {data.stuck.coulomb_librating:.3g} while the axis"
+            f" librates), and the ball rolls in a closed curve within {data.reach:.3f} m of the"
+            f" centre, while F = -c V_Q takes it to the valley at {data.valley:.3f} m",
+            changed < 0.1 and data.sticking[0] < 0.1 and data.reach < 0.9 * data.valley,
+        ),
+        judged(
+            "A more refined model of friction would include rotational torque",
+            f"torsional friction halves the spin at {_millimetres(torsional)} and leaves 1 % at"
+            f" {_millimetres(stops)} (statics: it holds the ball from {1e3 * by_torsion:.3f} mm"
+            f" on); a Hertzian contact of steel with μ = {HERTZ_FRICTION} has"
+            f" {1e3 * data.hertz:.3f} mm",
+            stops[0] < 1e-4,
+        ),
+        judged(
+            "Rolling friction stops the top as torsional friction does",
+            "rolling and torsional friction leave half the spin at"
+            f" {_against(data, HALF)}, 5 % at {_against(data, TWENTIETH)} (statics:"
+            f" {1e3 * by_rolling:.3f} against {1e3 * by_torsion:.3f} mm), but 1 % at"
+            f" {_against(data, HUNDREDTH)}: at {1e3 * AFTER:g} mm {left['rolling']:.2f} against"
+            f" {left['torsional']:.2f} rad/s are left, which the ball got on its way to the valley",
+            _alike(data, HALF) and _alike(data, TWENTIETH) and _alike(data, HUNDREDTH),
+            otherwise="in part" if _alike(data, HALF) and _alike(data, TWENTIETH) else "wrong",
+        ),
+        judged(
+            "The step does not decide these spins",
+            f"half the step changes them by {100 * data.step_error:.2g} % at the most",
+            data.step_error < 0.02,
+        ),
+    ]
+
+
+def _between(limits: Bracket) -> str:
+    low, high = sorted(limits)
+    return f"{low:.3g} to {high:.3g}"
+
+
+def _alike(data: DryFriction, level: float) -> bool:
+    """Whether rolling and torsional friction pass a level within a factor of two."""
+    rolls, turns = (data.thresholds[kind, level][0] for kind in ("rolling", "torsional"))
+    return 0.5 < rolls / turns < 2
+
+
+def _against(data: DryFriction, level: float) -> str:
+    rolls, turns = (1e3 * data.thresholds[kind, level][0] for kind in ("rolling", "torsional"))
+    return f"{rolls:.2g} against {turns:.2g} mm"
+
+
+def _millimetres(limits: Bracket) -> str:
+    low, high = (1e3 * value for value in sorted(limits))
+    return f"{low:.3g} to {high:.3g} mm"
+
+
+def draw(data: DryFriction, path: Path) -> None:
+    """Spin over Coulomb's coefficient, and over those that resist spinning and rolling."""
+    with style.figure(9.0, 4.6) as figure:
+        left, right = figure.subplots(1, 2, sharey=True)
+        _draw_coulomb(left, data)
+        _draw_torques(right, data)
+        for axes in (left, right):
+            axes.axhline(data.viscous, color=style.GREY, lw=1)
+            axes.set(xscale="log", yscale="log", ylim=(1e-2, 40))
+            axes.legend(loc="lower right" if axes is left else "upper right")
+        note = f"viscous alone: {data.viscous:.2f} rad/s"
+        left.annotate(note, (1.0, data.viscous), (0, -13), textcoords="offset points", ha="right")
+        left.set(ylabel="largest spin (rad/s)")
+        save_small(figure, path, dpi=110)
+
+
+def _draw_coulomb(axes: "Axes", data: DryFriction) -> None:
+    small, one = np.array([1e-5, 1e-3]), np.array([data.stuck.coulomb, 1.0])
+    marks = (("beside", style.BLUE, "o", "beside viscous friction"),
+             ("instead", style.GREEN, "s", "instead of it"))  # fmt: skip
+    for kind, colour, marker, label in marks:
+        axes.plot(*data.spins[kind], marker=marker, ms=4, color=colour, label=label)
+    label = "theory: weak friction, pure rolling"
+    axes.plot(small, data.slope * small, "--", color=style.ORANGE, label=label)
+    axes.plot(one, np.full(2, data.stuck.spin), "--", color=style.ORANGE)
+    axes.set(title="Coulomb friction", xlabel="coefficient μ")
+
+
+def _draw_torques(axes: "Axes", data: DryFriction) -> None:
+    marks = (("torsional", style.BLUE, "o", data.stopping[0]),
+             ("rolling", style.PURPLE, "D", data.stopping[1]))  # fmt: skip
+    for kind, colour, marker, stop in marks:
+        coefficients, spins = data.spins[kind]
+        axes.plot(1e3 * coefficients, spins, marker=marker, ms=4, color=colour, label=kind)
+        label = "statics: held in the valley" if kind == "torsional" else None
+        axes.axvline(1e3 * stop, color=style.ORANGE, ls="--", label=label)
+    axes.set(title="Friction torques, beside viscous friction", xlabel="torque over load (mm)")
+
+
+FIGURE = Figure(
+    name="dry_friction",
+    title="The top under dry friction",
+    caption=(
+        "Largest spin |J|/I₃, about the ball's axis ξ₃, within 100 s of the paper's fourth case"
+        " (N = 20, H = 20 cm, θ_R = π/64, c = 0.3 kg/s or, where said so, 0) on a plane that bears"
+        " the ball, against"
+        " the coefficients of Coulomb, torsional and rolling friction. MuJoCo has torsional and"
+        " rolling friction only with the others above them, here at its smallest coefficient,"
+        " 10⁻⁵. V_Q is the velocity of the contact point over the floor; the valley is the ring on"
+        " which the magnetic energy is least, seen from the centre. The axis follows the field, so"
+        " the ball can spin about it alone. Coulomb friction makes it roll and hence spin; what"
+        " resists the spin itself is the torque of a contact that is no point."
+    ),
+    compute=compute,
+    claims=claims,
+    draw=draw,
+)

@@ -1,0 +1,150 @@
+"""What statics and energy say of the top under dry friction, without a simulation of it.
+
+The field pins the ball's axis n, so that the ball can spin about n only. It then rolls along
+n x e_z, across the horizontal part of n, and slides in the direction of that part.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+from magmotor import dipoles
+from magmotor.devices.ball.landscape import aligned_force, on_plane, valley
+from magmotor.devices.top.scene import Top
+from magmotor.run.simulate import simulate
+
+Array = NDArray[np.float64]
+
+ITERATIONS = 10
+"""Of the axis of a ball that friction holds; each leaves less than a tenth of the error."""
+
+
+class Rolling(NamedTuple):
+    """A ball that only rolls."""
+
+    spin: float
+    """The largest that energy allows on its way, in rad/s."""
+    coulomb: float
+    """Coulomb coefficient that holds it, its axis at rest, anywhere on its way."""
+    coulomb_librating: float
+    """The same while its axis swings, from where it starts on, with a constant action."""
+    path: Array
+    """Its way, in m, shape (P, 2)."""
+
+
+def rolling(scene: Top) -> Rolling:
+    """A ball that starts at rest and never slips, on its closed way around the centre.
+
+    With the angular velocity s n + n x dn/dt, no slip means
+    v = r s (n x e_z) + r (n_z dn/dt - n dn_z/dt), where dn/dt is the derivative of n along v.
+    The energy I_3 s^2/2 + I |dn/dt|^2/2 + m v^2/2 - m_ball n.B is conserved.
+    """
+
+    def along(_: float, point: Array) -> Array:
+        velocity = _rolling_velocity(scene, point)[0][:2]
+        return velocity / np.hypot(*velocity)
+
+    span = (0.0, 1.5 * np.pi * scene.ring_radius)
+    path = solve_ivp(along, span, scene.position, max_step=0.01, rtol=1e-8).y.T
+    axis, force, potential = held_axis(scene, path)
+    moving = np.array([_rolling_velocity(scene, point) for point in path])
+    squares = np.sum(moving**2, axis=-1)
+    inertia = scene.inertia[2] + squares @ [scene.ball_mass, scene.inertia[0]]
+    energy = np.maximum(potential[0] - potential, 0.0)
+    load = _load(scene, force)
+    pull = np.hypot(force[:, 0], force[:, 1]) / load
+    swing = np.linalg.norm(np.cross(scene.axis, axis[0])) / np.linalg.norm(scene.axis)
+    torque = swing * np.abs(potential[0]) ** 0.25 * np.abs(potential) ** 0.75
+    return Rolling(
+        float(np.sqrt(2 * energy / inertia).max()),
+        float(pull.max()),
+        float((pull + torque / scene.ball_radius / load).max()),
+        path,
+    )
+
+
+def _rolling_velocity(scene: Top, point: Array) -> tuple[Array, Array]:
+    """Velocity of a ball that rolls, and dn/dt, both over the spin, shape (3,)."""
+    step = 1e-5 * scene.ring_radius
+    around = point + step * np.array([[0.0, 0.0], [1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
+    axis = held_axis(scene, around)[0]
+    n = axis[0]
+    gradient = np.stack([axis[1] - axis[2], axis[3] - axis[4]], axis=1) / (2 * step)
+    carried = n[2] * gradient[:2] - np.outer(n[:2], gradient[2])
+    matrix = np.eye(2) - scene.ball_radius * carried
+    velocity = np.linalg.solve(matrix, scene.ball_radius * np.array([n[1], -n[0]]))
+    return np.append(velocity, 0.0), gradient @ velocity
+
+
+def held_axis(scene: Top, points: Array) -> tuple[Array, Array, Array]:
+    """Axis of a ball that friction holds, magnetic force on it (N) and its energy (J).
+
+    No torque about the contact point turns the axis where it is along
+    m B + r (n_z F - (n.F) e_z), solved by iteration.
+    """
+    sources = scene.ring_sources()
+    centre = on_plane(scene, points)
+    field = scene.moment * dipoles.field(centre, *sources)
+    axis = force = field / np.linalg.norm(field, axis=1, keepdims=True)
+    for _ in range(ITERATIONS):
+        force = dipoles.force_and_field(centre, scene.moment * axis, *sources)[0]
+        torque = axis[:, 2:] * force
+        torque[:, 2] -= np.sum(axis * force, axis=1)
+        axis = field + scene.ball_radius * torque
+        axis /= np.linalg.norm(axis, axis=1, keepdims=True)
+    return axis, force, -np.sum(axis * field, axis=1)
+
+
+def stopping_coefficients(scene: Top) -> tuple[float, float]:
+    """Torsional and rolling coefficient, in m, that hold a ball anywhere in the valley.
+
+    The power of the force, r F.(n x e_z) a unit of spin, is less than that of friction, load times
+    the coefficient times the spin's vertical or horizontal part.
+    """
+    force, axis = aligned_force(scene, valley(scene, np.linspace(0.0, 2 * np.pi, 181)))
+    along = np.stack([axis[:, 1], -axis[:, 0]], axis=1)
+    power = scene.ball_radius * np.abs(np.sum(force[:, :2] * along, axis=1)) / _load(scene, force)
+    level = np.hypot(axis[:, 0], axis[:, 1])
+    return float((power / np.abs(axis[:, 2])).max()), float((power / level).max())
+
+
+def spin_per_coulomb(scene: Top, duration: float) -> float:
+    """Largest spin over the Coulomb coefficient, in rad/s, where friction hardly acts.
+
+    The torque of a friction of constant size against the slip, along the motion without friction.
+    """
+    smooth = scene.replace(friction=0.0, surface="planar")
+    interval = 0.02
+    run = simulate(smooth, method="scipy/dop853", timestep=interval, duration=duration)
+    slip, axis = run.slip_velocity.values, run.axis.values
+    speed = np.maximum(np.linalg.norm(slip, axis=1), 1e-12)
+    sideways = (slip[:, 0] * axis[:, 1] - slip[:, 1] * axis[:, 0]) / speed
+    load = scene.ball_mass * scene.gravity
+    torque = load * scene.ball_radius * sideways
+    return float(np.abs(np.cumsum(torque)).max() * interval / scene.inertia[2])
+
+
+def hertz_torsional_coefficient(scene: Top, coulomb: float, modulus: float) -> float:
+    """Torsional coefficient, in m, of an elastic ball on an elastic plane.
+
+    The contact's radius is a = (3 N r/(4 E*))^(1/3); sliding all over it under Hertz's pressure
+    takes the torque (3 pi/16) mu N a. K. L. Johnson, *Contact mechanics* (1985), chapters 4 and 8.
+
+    Parameters
+    ----------
+    scene : Top
+    coulomb : float
+        Coefficient mu within the contact.
+    modulus : float
+        E* in Pa: 1/E* is the sum of (1 - nu^2)/E of both.
+    """
+    load = scene.ball_mass * scene.gravity
+    radius = (0.75 * load * scene.ball_radius / modulus) ** (1 / 3)
+    return 3 * np.pi / 16 * coulomb * radius
+
+
+def _load(scene: Top, force: Array) -> Array:
+    """Weight less lift, in N."""
+    return scene.ball_mass * scene.gravity - force[:, 2]

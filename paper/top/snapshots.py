@@ -1,0 +1,86 @@
+"""Snapshots of the fourth case: the top aligns with the field, leaves its place, and spins."""
+
+from pathlib import Path
+
+import numpy as np
+
+from magmotor import observables
+from magmotor.common import style
+from magmotor.render.trail import Trail
+from magmotor.render.views import Views, between, joints
+from paper.claim import Claim, judged
+from paper.figure import Figure
+from paper.top.cases import run_case
+from paper.top.spin_mechanism import DURATION, Torques, compute
+
+TIMES = np.array([0.0, 1.0, 3.0, 6.0, 9.0, 14.0, 21.6, 28.0, DURATION])
+"""Of the nine pictures, in s."""
+
+WHOLE, NEAR = (300, 400), (96, 112)
+"""Height and width in pixels of each, and of the ball seen from near in its corner."""
+
+
+def claims(torques: Torques) -> list[Claim]:
+    """Of (fig:snapshots)."""
+    scene, run = torques.scene, run_case(4).mujoco
+    first, later = torques.misalignment[0], torques.misalignment[torques.run.time.values > 10]
+    start = observables.effective_potential(scene, [scene.position])[0]
+    end = run.energy.values[-1]
+    depth = observables.minimum(scene).energy
+    way = (end - start) / (depth - start)
+    spin = np.abs(torques.spin).max()
+    return [
+        judged(
+            "The axis of symmetry then aligns with the ambient magnetic field",
+            f"{first:.1f}° off at the start, {later.max():.1f}° at most after 10 s",
+            later.max() < first,
+        ),
+        judged(
+            "The state is not a minimum of V_e, and hence unstable",
+            f"V_e = {1e3 * start:.2f} mJ there, {1e3 * depth:.2f} mJ at the minimum",
+            start > depth + 1e-3,
+        ),
+        judged(
+            "The top moves towards a state that minimizes its energy, and acquires spin",
+            f"energy {1e3 * end:.2f} mJ after {run.time[-1]:.0f} s, {100 * way:.0f} % of the way;"
+            f" spin up to {spin:.2f} rad/s",
+            way > 0.9 and spin > 1,
+        ),
+    ]
+
+
+def draw(torques: Torques, path: Path) -> None:
+    """Nine pictures of the ball, its trail and the ring."""
+    run, scene = torques.run, torques.scene
+    poses = joints(run, scene, TIMES)
+    spins = between(run, torques.spin, TIMES)
+    trail = Trail(run.time.values, run.position.values, 0.35 * scene.ball_radius)
+    views = Views(scene, {"front": WHOLE, "ball": NEAR})
+    try:
+        with style.figure(12.0, 9.6) as figure:
+            panels = figure.subplots(3, 3).flat
+            for axes, pose, time, spin in zip(panels, poses, TIMES, spins, strict=True):
+                views.pose(pose, time)
+                picture = views.draw("front", trail, time)
+                picture[: NEAR[0] + 2, -NEAR[1] - 2 :] = 255
+                picture[: NEAR[0], -NEAR[1] :] = views.draw("ball", trail, time)
+                axes.imshow(picture)
+                axes.set_axis_off()
+                axes.set_title(f"t = {time:g} s, spin {spin:+z.2f} rad/s".replace("-", "−"))
+            figure.savefig(path, dpi=70)
+    finally:
+        views.close()
+
+
+FIGURE = Figure(
+    "snapshots",
+    "Snapshots of the nonconservative tilted simulation",
+    "The fourth case by `mujoco/rk4`, rendered by MuJoCo: the ball (its dipole, along its"
+    " axis ξ₃, is the red arrow; the yellow spot on its equator shows how it turns),"
+    " the trail of its contact point, the tilted ring"
+    " with its dipoles; in the corners the ball from near.",
+    compute,
+    claims,
+    draw,
+    (2,),
+)

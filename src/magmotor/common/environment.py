@@ -1,0 +1,106 @@
+"""The machine: which library draws, where compiled code is kept, memory, threads, MJCF parts."""
+
+import ctypes.util
+import math
+import os
+import stat
+import sys
+from pathlib import Path
+
+PACKAGES = {
+    "Debian or Ubuntu": "sudo apt-get install libegl1 libgl1",
+    "Fedora": "sudo dnf install mesa-libEGL mesa-libGL mesa-dri-drivers",
+}
+
+
+def choose_gl_backend() -> None:
+    """On Linux, set MUJOCO_GL to EGL, OSMesa or, where neither is found, to none, unless it is set.
+
+    With none, MuJoCo and dm_control import and simulate without a word, and only drawing fails.
+    """
+    if sys.platform != "linux" or "MUJOCO_GL" in os.environ or "mujoco" in sys.modules:
+        return
+    found = ctypes.util.find_library
+    if found("EGL") and (found("GL") or found("OpenGL")):
+        os.environ["MUJOCO_GL"] = "egl"
+    elif found("OSMesa"):
+        os.environ["MUJOCO_GL"] = "osmesa"
+    else:
+        os.environ["MUJOCO_GL"] = "disable"
+
+
+def choose_cache_folder() -> None:
+    """Set NUMBA_CACHE_DIR to a private folder in the temporary one where Numba would find none.
+
+    Numba looks in the folders of the package, then in the user's cache; with neither, it raises.
+    What lies in a cache is run: a folder that others own or can write to is never used.
+
+    Raises
+    ------
+    RuntimeError
+        There is no such folder, and none can be made.
+    """
+    chosen = os.environ.keys() & {"NUMBA_CACHE_DIR", "NUMBA_CACHE_LOCATOR_CLASSES"}
+    if chosen or not hasattr(os, "getuid"):  # on Windows, there is always a home
+        return
+    package = os.path.dirname(os.path.dirname(__file__))  # noqa: PTH120
+    home = os.environ.get("XDG_CACHE_HOME", os.path.expanduser("~/.cache"))  # noqa: PTH111
+    if _can_hold(f"{package}/__pycache__") or _can_hold(f"{home}/numba"):
+        return
+    try:
+        folder = _private_folder()
+    except OSError as error:
+        raise RuntimeError(
+            f"no place for compiled code: {package} and {home} cannot be written to, nor can a"
+            f" private folder be made ({error}); set NUMBA_CACHE_DIR to a folder of your own"
+        ) from None
+    os.environ["NUMBA_CACHE_DIR"] = folder
+    if "numba" in sys.modules:
+        sys.modules["numba"].config.CACHE_DIR = folder
+
+
+def _can_hold(folder: str) -> bool:
+    """Whether this user can write to a folder, or make it, and no stranger has or can."""
+    folder = os.path.abspath(folder)  # noqa: PTH100
+    while not os.path.lexists(folder):
+        folder = os.path.dirname(folder)  # noqa: PTH120
+    if not os.path.isdir(folder) or not os.access(folder, os.W_OK | os.X_OK):  # noqa: PTH112
+        return False
+    found = os.stat(folder)  # noqa: PTH116
+    others = 0o002 if found.st_gid == os.getgid() else 0o022
+    return found.st_uid in (0, os.getuid()) and not found.st_mode & others
+
+
+def _private_folder() -> str:
+    """A folder of this user's in the temporary one, which nobody else can write to."""
+    import tempfile
+
+    folder = f"{tempfile.gettempdir()}/magmotor-{os.getuid()}"
+    os.makedirs(folder, mode=0o700, exist_ok=True)  # noqa: PTH103
+    found = os.lstat(folder)
+    private = stat.S_ISDIR(found.st_mode) and not found.st_mode & 0o022
+    if not private or found.st_uid != os.getuid():
+        raise PermissionError(f"{folder} is another user's, or others can write to it")
+    return folder
+
+
+def physical_memory() -> float:
+    """In bytes; infinite where the system does not say."""
+    if not hasattr(os, "sysconf"):  # Windows
+        return math.inf
+    return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
+
+
+def thread_count() -> int:
+    """OMP_NUM_THREADS, by which workers and clusters share out processors, else all of them."""
+    told = os.environ.get("OMP_NUM_THREADS", "")
+    return int(told) if told.isdecimal() and int(told) > 0 else os.cpu_count() or 1
+
+
+def models_folder() -> Path:
+    """The folder of MJCF parts: inside the installed package, or beside `src` in a checkout."""
+    package = Path(__file__).parents[1]
+    for folder in (package / "models", package.parents[1] / "models"):
+        if folder.is_dir():
+            return folder
+    raise FileNotFoundError(f"no folder models in {package} or {package.parents[1]}")

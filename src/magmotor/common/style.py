@@ -1,0 +1,99 @@
+"""The one style of all figures: colours that the colour-blind can tell apart, and how to use it."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache
+from io import BytesIO
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from PIL.ImageFont import FreeTypeFont
+
+
+BLUE, ORANGE, GREEN, INK, GREY = "#0072b2", "#e69f00", "#009e73", "#22282e", "#8a9299"
+"""What was simulated, what theory says, a third thing, text, and what is in the background."""
+
+PURPLE = "#cc79a7"
+"""A fourth thing."""
+
+SYSTEMS = {
+    "symmetric": (BLUE, "o"),
+    "asymmetric": (ORANGE, "s"),
+    "flat": (GREEN, "^"),
+    "control": (PURPLE, "D"),
+}
+"""Colour and marker of the disk's four systems, the same in all figures."""
+
+LANDSCAPE = ("#7f8d9b", "#f8f9fa")
+"""From the deepest potential to the highest: pale, so that paths stand out."""
+
+NO_SPIN = 1e-3
+"""In rad/s: less is drawn as none, so that rounding does not fill the axes."""
+
+FONT = "DejaVu Sans"
+
+RC: dict[Any, Any] = {
+    "figure.facecolor": "white",
+    "font.family": FONT,
+    "font.size": 10,
+    "text.color": INK,
+    "axes.labelcolor": INK,
+    "axes.edgecolor": GREY,
+    "axes.titlesize": 10,
+    "axes.titlelocation": "left",
+    "axes.spines.top": False,
+    "axes.linewidth": 0.8,
+    "axes.formatter.use_mathtext": True,
+    "axes.formatter.limits": (-3, 4),
+    "axes.grid": True,
+    "grid.color": "#e4e7ea",
+    "grid.linewidth": 0.8,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "lines.linewidth": 1.6,
+    "legend.framealpha": 0.8,
+    "legend.edgecolor": "none",
+    "legend.fontsize": 9,
+}
+
+
+@contextmanager
+def figure(width: float, height: float) -> Iterator["Figure"]:
+    """A figure (inches) in this style; pyplot, its backend and its open figures stay untouched."""
+    import matplotlib
+    from matplotlib.figure import Figure
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
+
+    with matplotlib.rc_context(RC):
+        layout = ConstrainedLayoutEngine(w_pad=0.1, h_pad=0.1)
+        yield Figure(figsize=(width, height), layout=layout, dpi=100)
+
+
+@cache
+def pillow_font(size: int) -> "FreeTypeFont":
+    """The figures' font for Pillow, at a size in pixels; Matplotlib ships its file."""
+    import matplotlib
+    from PIL import ImageFont
+
+    fonts = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
+    return ImageFont.truetype(str(fonts / f"{FONT.replace(' ', '')}.ttf"), size)
+
+
+def save_small(figure: "Figure", path: str | Path, dpi: int, *, shaded: bool = False) -> None:
+    """Save with few colours, which halves the file.
+
+    Maximum coverage keeps the colours of thin lines; median cut, for pictures with shaded areas,
+    those of the areas.
+    """
+    from PIL import Image
+
+    buffer = BytesIO()
+    figure.savefig(buffer, dpi=dpi)
+    picture = Image.open(buffer).convert("RGB")
+    if shaded:
+        few = picture.quantize(128, Image.Quantize.MEDIANCUT, kmeans=3)
+    else:
+        few = picture.quantize(128, Image.Quantize.MAXCOVERAGE)
+    few.save(path, "png", optimize=True)

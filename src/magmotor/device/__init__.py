@@ -1,0 +1,1 @@
+"""What a device is: its protocol, and what all devices share."""

@@ -1,0 +1,72 @@
+"""The ball on its plane as MJCF, with a scene's parameters; top and motor have it."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from magmotor.device import mjcf_parts as parts
+from magmotor.devices.motor.scene import Motor
+from magmotor.devices.top.scene import Top
+
+
+def add_ball(root: parts.Element, scene: Top | Motor, inertia: Sequence[float]) -> None:
+    """Give the ball its mass, size, moment and joints; `inertia` in kg m^2."""
+    root.option.gravity = [0.0, 0.0, -scene.gravity]
+    _resize(root, scene.ball_radius)
+    body = root.find("body", "ball")
+    body.pos = [0.0, 0.0, scene.ball_radius]
+    body.add("inertial", pos=[0, 0, 0], mass=scene.ball_mass, diaginertia=inertia)
+    root.find("site", "ball").user = [scene.moment]
+    if scene.surface == "plane":
+        body.add("freejoint", name="free")
+    else:
+        body.add("joint", name="x", type="slide", axis=[1, 0, 0])
+        body.add("joint", name="y", type="slide", axis=[0, 1, 0])
+        body.add("joint", name="orientation", type="ball")
+
+
+def _resize(root: parts.Element, radius: float) -> None:
+    """Scale the sphere, what decorates it, and the camera that follows it."""
+    body = root.find("body", "ball")
+    scale = radius / root.find("geom", "ball").size[0]
+    for element in [*body.geom, *body.camera]:
+        if element.pos is not None:
+            element.pos = scale * element.pos
+        if element.tag == "geom" and element.size is not None:
+            element.size = scale * element.size
+        if element.tag == "geom" and element.mesh is not None:
+            element.mesh.scale *= scale
+    root.find("geom", "ball").size = [radius]  # to the bit
+
+
+def size_arrows(root: parts.Element, scale: float) -> None:
+    """Scale the arrows of all rings."""
+    for name in ("ring_shaft", "ring_tip"):
+        root.find("mesh", name).scale *= scale
+
+
+def draw_ring(root: parts.Element, name: str, positions: np.ndarray, outward: np.ndarray) -> None:
+    """Draw the ring that a body is, in the material of its name; dipoles (N, 3) in its frame."""
+    body = root.find("body", name)
+    radius = float(np.linalg.norm(positions[0]))
+    vertices, faces = _hoop(radius, 0.01 * radius)
+    hoop = root.asset.add("mesh", name=name, vertex=vertices, face=faces, smoothnormal=True)
+    body.add("geom", name=name, dclass="visual", type="mesh", mesh=hoop, material=name)
+    shaft, tip = root.find("mesh", "ring_shaft"), root.find("mesh", "ring_tip")
+    for position, direction in zip(positions, outward, strict=True):
+        body.add("geom", dclass="arrow", mesh=shaft, pos=position, zaxis=direction)
+        end = position + (shaft.scale[2] + tip.scale[2] / 2) * direction
+        body.add("geom", dclass="arrow", mesh=tip, pos=end, zaxis=direction)
+
+
+def _hoop(radius: float, thickness: float) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices and triangles of a thin torus, with far fewer of them than MuJoCo's own."""
+    around, across = np.indices((96, 6))
+    u, v = 2 * np.pi * around / 96, 2 * np.pi * across / 6
+    outward = radius + thickness * np.cos(v)
+    points = np.stack([outward * np.cos(u), outward * np.sin(u), thickness * np.sin(v)], axis=-1)
+    index = np.arange(96 * 6).reshape(96, 6)
+    ahead, up = np.roll(index, -1, axis=0), np.roll(index, -1, axis=1)
+    both = np.roll(ahead, -1, axis=1)
+    triangles = np.stack([index, ahead, both, index, both, up], axis=-1)
+    return points.ravel(), triangles.ravel()

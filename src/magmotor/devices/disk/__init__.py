@@ -1,0 +1,1 @@
+"""The sliding disk, and the Langevin particle beside it."""

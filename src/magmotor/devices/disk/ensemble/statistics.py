@@ -1,0 +1,217 @@
+"""On-line statistics of sampled states: increment correlations, histograms, flights.
+
+Every array has an axis of replicas, or of groups of replicas that are summed in order at the end,
+so that results depend neither on the number of threads nor on how the run is divided.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from magmotor.devices.disk.observables import energy
+from magmotor.devices.disk.reference import LANES, TURN
+from magmotor.devices.disk.scene import Disk, LangevinParticle
+from magmotor.devices.disk.states import DiskStates
+from magmotor.numerics.compiled import compiled_once
+from magmotor.numerics.eights import COUNT, counted, fused, put, spread, taken, total, where_less
+from magmotor.run.checkpoint import LARGEST
+
+BINS = 120
+REACH = 6.0
+"""Histograms of velocities have so many bins over so many standard deviations to either side."""
+
+HYSTERESIS = 0.1
+"""Of a flight: d changes its sign when it passes zero by this part of its standard deviation."""
+
+BINS_PER_OCTAVE = 4
+FLIGHT_BINS = 4 * 40
+
+_SUMS = 6
+
+
+class Statistics(NamedTuple):
+    """Accumulators; G groups of LANES replicas, R replicas with padding, L levels of lags.
+
+    The lag of level j is 2^j samples. `sums` holds the number of pairs of successive increments
+    a, b and their sums of a, b, a^2, b^2 and ab; `counts` the histograms of x mod 2 pi, v and
+    omega; `flights` the durations of whole flights, then of flights that did not end, by
+    logarithmic bins.
+    """
+
+    last: NDArray[np.float64]  # (L, R)
+    increment: NDArray[np.float64]  # (L, R)
+    sums: NDArray[np.float64]  # (G, L, 6)
+    counts: NDArray[np.int64]  # (G, 3, BINS)
+    direction: NDArray[np.int64]  # (R,)
+    departure: NDArray[np.int64]  # (R,)
+    flights: NDArray[np.int64]  # (G, FLIGHT_BINS)
+
+
+def empty(replicas: int, levels: int) -> Statistics:
+    """Accumulators that have seen nothing; `replicas` counts padding."""
+    groups = -(-replicas // LANES)
+    return Statistics(
+        last=np.zeros((levels, replicas)),
+        increment=np.zeros((levels, replicas)),
+        sums=np.zeros((groups, levels, _SUMS)),
+        counts=np.zeros((groups, 3, BINS), np.int64),
+        direction=np.zeros(replicas, np.int64),
+        departure=np.zeros(replicas, np.int64),
+        flights=np.zeros((groups, FLIGHT_BINS), np.int64),
+    )
+
+
+def bounds(samples: int) -> dict[str, tuple[Any, Any]]:
+    """Least and largest values that accumulators can hold after so many samples."""
+    most = LANES * (samples + 1)
+    return {
+        "sums": (np.array([0, -LARGEST, -LARGEST, 0, 0, -LARGEST]), LARGEST),
+        "counts": (0, most),
+        "direction": (-1, 1),
+        "departure": (0, samples),
+        "flights": (0, most),
+    }
+
+
+def flight_bin_edges() -> NDArray[np.float64]:
+    """Durations, in samples, at which the bins of flights begin, and the end of the last."""
+    return 2.0 ** (np.arange(FLIGHT_BINS + 1) / BINS_PER_OCTAVE)
+
+
+@njit(inline="always")
+def flight_bin(samples):
+    """The bin of a duration in samples, at least 1."""
+    return min(FLIGHT_BINS - 1, int(math.log2(samples) * BINS_PER_OCTAVE))
+
+
+@njit(inline="always")
+def _correlate(states, last, increment, level, sums, start, lanes, number):
+    none, turn, end = spread(0.0), spread(TURN), spread(float(lanes))
+    a_sum = b_sum = aa = bb = ab = none
+    for i in range(0, lanes, COUNT):
+        here, lane = start + i, counted() + spread(float(i))
+        x = turn * taken(states, 0, i)
+        a, b = taken(increment, level, here), x - taken(last, level, here)
+        put(increment, level, here, b)
+        put(last, level, here, x)
+        # Of padding, nothing.
+        a, b = where_less(lane, end, a, none), where_less(lane, end, b, none)
+        a_sum, b_sum = a_sum + a, b_sum + b
+        aa, bb, ab = fused(a, a, aa), fused(b, b, bb), fused(a, b, ab)
+    if number >= 2:
+        sums[0] += lanes
+        sums[1] += total(a_sum)
+        sums[2] += total(b_sum)
+        sums[3] += total(aa)
+        sums[4] += total(bb)
+        sums[5] += total(ab)
+
+
+@compiled_once(nogil=True, error_model="numpy")
+def _compiled_accumulate(checksum: int):
+    """The function `accumulate`."""
+
+    def accumulate(statistics, block, group, start, lanes, first_sample, deviations, sigma):
+        """Take in the samples of one group of replicas.
+
+        Parameters
+        ----------
+        statistics : Statistics
+        block : ndarray, shape (samples, 4, >= lanes)
+            Rows x in turns, theta, v, omega, as from the kernel.
+        group, start, lanes : int
+            Which group, its first replica, and how many replicas of it count: padding does not.
+        first_sample : int
+            Number of the block's first sample since the statistics began.
+        deviations : tuple of float
+            Standard deviations of v, omega and d.
+        sigma : float
+        """
+        _ = checksum
+        last, increment, sums, counts, direction, departure, flights = statistics
+        levels = last.shape[0]
+        per_v = BINS / (2 * REACH * deviations[0])
+        per_omega = BINS / (2 * REACH * deviations[1])
+        threshold = HYSTERESIS * deviations[2]
+        for row in range(block.shape[0]):
+            sample = first_sample + row
+            for level in range(levels):
+                if sample & ((1 << level) - 1):
+                    break
+                _correlate(
+                    block[row], last, increment, level, sums[group, level], start, lanes,
+                    sample >> level,
+                )  # fmt: skip
+            for i in range(lanes):
+                x, v, omega = block[row, 0, i], block[row, 2, i], block[row, 3, i]
+                counts[group, 0, max(0, min(BINS - 1, int((x - math.floor(x)) * BINS)))] += 1
+                counts[group, 1, max(0, min(BINS - 1, int(v * per_v + BINS / 2)))] += 1
+                counts[group, 2, max(0, min(BINS - 1, int(omega * per_omega + BINS / 2)))] += 1
+                d = sigma * omega - v
+                now = int(d > threshold) - int(d < -threshold)
+                before = direction[start + i]
+                if now and now != before:
+                    if before and departure[start + i]:
+                        flights[group, flight_bin(sample - departure[start + i])] += 1
+                    direction[start + i] = now
+                    # The flight under way when the samples begin has no beginning.
+                    departure[start + i] = sample if before else 0
+
+    return accumulate
+
+
+accumulate = _compiled_accumulate()
+
+
+def unfinished_flights(statistics: Statistics, replicas: int, sample: int) -> NDArray[np.int64]:
+    """Durations, in samples, of the flights under way at a sample, counted like `flights`."""
+    began = statistics.departure[:replicas]
+    lasting = sample - began[began > 0]
+    counts = np.zeros(FLIGHT_BINS, np.int64)
+    for duration in lasting[lasting > 0]:
+        counts[flight_bin(duration)] += 1
+    return counts
+
+
+POWERS = (1, 2, 4)
+"""Of which moments are taken; the fourth gives the standard error of the second."""
+
+
+def quantities(scene: Disk | LangevinParticle) -> dict[str, str]:
+    """Names and descriptions of what moments are taken of."""
+    common = {
+        "x": "displacement since the start",
+        "v": "velocity",
+        "energy": "total energy",
+    }
+    if isinstance(scene, LangevinParticle):
+        return common
+    return common | {
+        "omega": "angular velocity",
+        "slip": "slip velocity v + omega",
+        "d": "-v + sigma omega, which friction and noise leave alone",
+        "y": "displacement of x + theta since the start",
+    }
+
+
+def moments(
+    scene: Disk | LangevinParticle, states: DiskStates, start: DiskStates
+) -> NDArray[np.float64]:
+    """Means of the powers of each of `quantities` in the last row, shape (quantities, powers)."""
+    x, v, omega = states.x[-1], states.v[-1], None
+    moved = x - start.x[-1]
+    columns = [moved, v]
+    if isinstance(scene, Disk):
+        assert states.theta is not None
+        assert states.omega is not None
+        assert start.theta is not None
+        omega = states.omega[-1]
+        turned = states.theta[-1] - start.theta[-1]
+        columns += [omega, v + omega, scene.sigma * omega - v, moved + turned]
+    columns.insert(2, energy(scene, x, v, omega))
+    squares = [column * column for column in columns]
+    fourth = [square * square for square in squares]
+    return np.array([np.mean(powers, axis=1) for powers in (columns, squares, fourth)]).T

@@ -1,0 +1,119 @@
+"""The sliding disk as MJCF, with a scene's parameters.
+
+The disk slides along x and turns about -y, so that the point at its bottom moves with v + omega. A
+planar disk feels friction as the damping of fixed tendons: the length of tendon j changes at the
+rate w_j . u. On the plane it is the viscous contact's, of a sphere as large as the disk.
+"""
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from magmotor.device import mjcf_parts as parts
+from magmotor.device.job import Job
+from magmotor.device.mjcf_parts import fit_stage
+from magmotor.devices.disk.scene import Disk
+from magmotor.devices.disk.states import DiskStates, start_disk
+from magmotor.mjcf import viscous_contact as contact
+from magmotor.mjcf.brownian import userdata
+
+
+def joints(states: DiskStates) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """`qpos` and `qvel` of the last of the states, shape (replicas, 2)."""
+    assert states.theta is not None, "a disk turns"
+    assert states.omega is not None, "a disk turns"
+    place = np.stack([states.x[-1], states.theta[-1]], axis=-1)
+    return place, np.stack([states.v[-1], states.omega[-1]], axis=-1)
+
+
+def disk_states(
+    time: NDArray[np.float64], qpos: NDArray[np.float64], qvel: NDArray[np.float64]
+) -> DiskStates:
+    """The disk's states from joint coordinates, shape (replicas, T, 2)."""
+    (x, theta), (v, omega) = qpos.T, qvel.T
+    return DiskStates(time, x, v, theta, omega)
+
+
+class DiskMotion:
+    """See `magmotor.run.in_mujoco.Motion`."""
+
+    control = int(mujoco.mjtState.mjSTATE_USERDATA)
+
+    def __init__(self, job: Job):
+        self.driven = job.scene.noise > 0 or len(job.scene.coefficients) > 0
+        self.start = np.hstack(joints(job.initial))
+        self.userdata = userdata(job, len(self.start))
+
+    def controls(self, steps: NDArray[np.int64]) -> NDArray[np.float64]:
+        """What the Brownian wrenches are told, the same in each step."""
+        return self.userdata[:, np.newaxis]
+
+    def sums(self, before, paths, first) -> NDArray[np.float64]:
+        """None."""
+        return paths[..., :0]
+
+    def states(self, time, qpos, qvel, sums) -> DiskStates:
+        """The disk's states from joint coordinates, shape (replicas, T, 2)."""
+        return disk_states(time, qpos, qvel)
+
+
+TENDONS = ("slip", "across")
+
+
+def compose_disk(scene: Disk, *, looks: bool) -> parts.Element:
+    """The disk as one PyMJCF tree, without decoration unless `looks`."""
+    root = parts.load("disk", looks=looks)
+    root.option.gravity = [0, 0, 0]
+    if looks:
+        _lay_out(root)
+    _shape_disk(root.find("body", "disk"), scene)
+    _drive(root, scene)
+    _brake(root, scene)
+    if not looks:
+        parts.disable_unused(root, keep=("damper",) if root.tendon.fixed else ())
+        if root.find("contact", "viscous") is None:
+            root.option.flag.set_attributes(constraint="disable", contact="disable")
+        else:
+            contact.solve_in_one_step(root)
+    qpos, qvel = joints(start_disk(scene))
+    root.keyframe.add("key", name="start", qpos=qpos[0], qvel=qvel[0])
+    contact.calibrate_viscous(root, scene.friction, 1 + 1 / scene.sigma)
+    return root
+
+
+def _lay_out(root: parts.Element) -> None:
+    """Fit the stage; its floor has no end, since the disk goes far."""
+    fit_stage(root, [0, 0, 1], 3.0)
+    root.find("geom", "floor").size = [0, 0, 0.5]
+    root.find("material", "grid").texrepeat = [2, 2]
+
+
+def _shape_disk(body: parts.Element, scene: Disk) -> None:
+    mass, inertia = scene.masses
+    across = inertia / 2  # a thin disk's; nothing depends on it
+    body.add("inertial", pos=[0, 0, 0], mass=mass, diaginertia=[across, inertia, across])
+
+
+def _drive(root: parts.Element, scene: Disk) -> None:
+    """Write noise and potential where the compiled callback reads them."""
+    if scene.noise > 0:
+        rows = [(force, 0, 0, 0, -torque, 0) for force, torque in scene.slip_directions]
+        root.find("body", "disk").user = scene.noise * np.ravel(rows)
+    if scene.coefficients:
+        root.find("joint", "x").user = np.ravel(scene.coefficients)
+
+
+def _brake(root: parts.Element, scene: Disk) -> None:
+    planar = scene.surface == "planar"
+    directions = scene.slip_directions if planar and scene.friction > 0 else []
+    for name, wrench in zip(TENDONS, directions, strict=False):
+        tendon = root.find("tendon", name)
+        tendon.damping = scene.friction
+        for joint, coefficient in zip(tendon.joint, wrench, strict=True):
+            joint.coef = coefficient
+    for name in TENDONS[len(directions) :]:
+        root.find("tendon", name).remove()
+    if planar:
+        root.find("geom", "rim").remove()
+    elif scene.friction > 0:
+        contact.add_viscous(root, "rim")

@@ -1,0 +1,125 @@
+"""Observables of the sliding disk and of the Langevin particle."""
+
+from typing import Annotated, Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from magmotor.common.arguments import number
+from magmotor.common.checks import reject
+from magmotor.common.files import as_told
+from magmotor.device.analysis import analysis
+from magmotor.devices.disk.scene import Disk, LangevinParticle, derivative
+
+Array = NDArray[np.float64]
+
+
+def energy(scene: Disk | LangevinParticle, x: Array, v: Array, omega: Array | None = None) -> Array:
+    """Energy E = v^2/2 + sigma omega^2/2 + U(x), equation (slidingdiskE); any shape."""
+    kinetic = 0.5 * v**2
+    if isinstance(scene, Disk) and omega is not None:
+        kinetic = kinetic + 0.5 * scene.sigma * omega**2
+    return kinetic + derivative(scene.coefficients, x)
+
+
+@analysis("flights", "unfinished_flights", of=Disk)
+def flight_survival(run: xr.Dataset) -> xr.Dataset:
+    r"""Probability that a flight lasts at least so long, of an ensemble of the disk.
+
+    The product-limit estimate of Kaplan and Meier, S(t) = prod (1 - e_j/n_j) over the bins j of
+    durations below t: n_j flights are known to have lasted to bin j, and e_j of them end in it.
+    Flights still under way at the end of the run count among the n_j as long as they were seen, and
+    for half of the bin in which they were last seen. A flight is what `ensemble` says it is.
+
+    Parameters
+    ----------
+    run : xarray.Dataset
+        From `ensemble`, of a `Disk`.
+
+    Returns
+    -------
+    xarray.Dataset
+        `survival` and its standard error `survival_error` (Greenwood's formula) over
+        `flight_duration`, the durations at which the bins begin, up to the last flight's.
+
+    Raises
+    ------
+    ValueError
+        Some of the ensemble's bins are missing.
+    """
+    durations = run.flight_duration.values
+    if "sample_interval" in run.attrs and not _has_all_bins(durations, as_told(run.attrs)):
+        raise reject(
+            "flight_duration", durations.tolist(), "that of an ensemble, with all its bins"
+        )
+    ended, unfinished = run.flights.values, run.unfinished_flights.values
+    at_risk = np.cumsum((ended + unfinished)[::-1])[::-1]
+    seen = at_risk > 0
+    ended, at_risk = ended[seen], (at_risk - unfinished / 2)[seen]
+    survival = np.cumprod(np.append(1.0, 1 - ended / at_risk))[:-1]
+    left = np.maximum(at_risk - ended, 0.5)  # none are left only in the last bin, which is not used
+    terms = np.append(0.0, ended / (at_risk * left))[:-1]
+    values = {"survival": survival, "survival_error": survival * np.sqrt(np.cumsum(terms))}
+    return xr.Dataset({name: ("flight_duration", value) for name, value in values.items()}).assign(
+        {"flight_duration": durations[seen]}
+    )
+
+
+def _has_all_bins(durations: NDArray[np.float64], told: dict[str, Any]) -> bool:
+    """Whether durations are those of all bins, from one sample to the longest that was seen."""
+    sample = told["sample_interval"] * told["timestep"]
+    seen = told["time_reached"] - told["burn_in"]
+    ratio = 2**0.25
+    even = np.allclose(durations[1:], ratio * durations[:-1], rtol=1e-6)
+    return bool(even and np.isclose(durations[0], sample) and durations[-1] * ratio > seen)
+
+
+@analysis("path", of=(Disk, LangevinParticle), records=2)
+def local_slope(run: xr.Dataset, factor: Annotated[float, number(above=1)] = 2.0) -> xr.Dataset:
+    """Local slope d log MSD / d log t of x, between times that are about a factor apart.
+
+    Its error is that of the difference of two logarithms of means over the *same* replicas, to
+    first order: the two fluctuate together, so that the errors of the MSD alone would mislead.
+
+    Parameters
+    ----------
+    run : xarray.Dataset
+        From `ensemble`, with all replicas among its `trajectories`.
+    factor : float
+        The later time over the earlier, more than 1, but for the times that were recorded.
+
+    Returns
+    -------
+    xarray.Dataset
+        `slope` and its standard error `slope_error`, and the two times `begin` and `end`, over
+        `time`, their geometric mean.
+
+    Raises
+    ------
+    ValueError
+        The first record is not the start, or the factor is larger than any between two records.
+    """
+    if run.time.values[0] != 0:
+        raise reject(
+            "first time in run", float(run.time[0]), "0: displacements count from the start"
+        )
+    square = (run.path.values - run.path.values[:, :1]) ** 2
+    times = run.time.values
+    end = np.searchsorted(times, factor * times[1:] * (1 - 1e-9))
+    begin = np.flatnonzero(end < len(times)) + 1
+    if not len(begin):
+        raise reject("factor", factor, "at most the last recorded time over the first after zero")
+    end = end[begin - 1]
+    mean = square.mean(axis=0)
+    width = np.log(times[end] / times[begin])
+    scatter = np.std(square[:, end] / mean[end] - square[:, begin] / mean[begin], axis=0)
+    columns = {
+        "slope": np.log(mean[end] / mean[begin]) / width,
+        "slope_error": scatter / width / np.sqrt(len(square)),
+        "begin": times[begin],
+        "end": times[end],
+    }
+    return xr.Dataset({name: ("time", values) for name, values in columns.items()}).assign_coords(
+        time=np.sqrt(times[begin] * times[end])
+    )

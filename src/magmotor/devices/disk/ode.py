@@ -1,0 +1,39 @@
+"""The sliding disk without noise, equation (slidingdisk)."""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from magmotor.devices.disk.scene import Disk
+from magmotor.devices.disk.scene import derivative as potential
+from magmotor.devices.disk.states import DiskStates
+from magmotor.numerics.reproducible import product
+
+Array = NDArray[np.float64]
+
+
+def problem(scene: Disk, initial: DiskStates) -> tuple[Callable, Array, Array]:
+    """Right-hand side, initial state and scales of (x, theta, v, omega), replica by replica."""
+    wrenches = scene.slip_directions.T
+    masses = np.array(scene.masses)[:, np.newaxis]
+    friction = scene.friction * product(wrenches, wrenches.T) / masses
+
+    def derivative(t: float, y: Array) -> Array:
+        x, _, v, omega = y.reshape(4, -1)
+        velocities = np.stack([v, omega])
+        accelerations = -product(friction, velocities)
+        accelerations[0] -= potential(scene.coefficients, x, 1)
+        return np.concatenate([velocities, accelerations]).ravel()
+
+    assert initial.theta is not None, "the disk turns"
+    assert initial.omega is not None, "the disk turns"
+    columns = [initial.x[-1], initial.theta[-1], initial.v[-1], initial.omega[-1]]
+    state = np.concatenate(columns)
+    return derivative, state, np.ones_like(state)
+
+
+def states(scene: Disk, time: Array, rows: Array) -> DiskStates:
+    """Recorded states from rows of the solution."""
+    x, theta, v, omega = rows.reshape(len(rows), 4, -1).transpose(1, 0, 2)
+    return DiskStates(time, x, v, theta, omega)

@@ -1,0 +1,165 @@
+"""The paper's figures of the sliding disk: its four systems, one by one and superposed."""
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+
+from magmotor.common import style
+from magmotor.common.arguments import Picture, checked, several
+from magmotor.common.checks import check_choice
+from magmotor.common.style import save_small
+from magmotor.devices.disk import panels
+from magmotor.devices.disk.panels import System
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.lines import Line2D
+
+
+Systems = Annotated[Sequence[System], several(System)]
+
+
+class Figure(NamedTuple):
+    """What a figure draws, what its two kinds of line are, and what a panel of one system adds."""
+
+    draw: "Callable[[Axes, System], None]"
+    title: str
+    theory: str
+    paper: str = ""
+    alone: "Callable[[Axes, System], None] | None" = None
+
+
+FROM_REST = "theory: reduced equation of d; exact if flat; free particle"
+
+FIGURES = {
+    "mean": Figure(
+        panels.draw_mean,
+        "Mean of x, from rest at x = 0",
+        "theory: impulse of the first push −U′(0), as long as d keeps it",
+    ),
+    "mean_square": Figure(
+        panels.draw_mean_square,
+        "Mean square of x, from rest",
+        FROM_REST,
+        "the paper: ∝ t²; flat: {flat:.4g} t",
+    ),
+    "msd": Figure(
+        panels.draw_msd,
+        "Mean square of x, from rest, logarithmic",
+        FROM_REST,
+        "the paper: ∝ t²; flat: {flat:.4g} t",
+    ),
+    "slope": Figure(
+        panels.draw_slope,
+        "Local slope of log E[x²] against log t, from rest",
+        FROM_REST,
+        "the paper: 2; flat and control: 1",
+    ),
+    "correlation": Figure(
+        panels.draw_correlation,
+        "Correlation of x(t+2s) − x(t+s), x(t+s) − x(t), stationary",
+        "theory, stationary: reduced equation of d; exact if flat (there d = 0); free particle",
+        alone=panels.draw_correlation_from_rest,
+    ),
+    "diffusion": Figure(
+        panels.draw_diffusion,
+        "Variance of x over t, from rest",
+        FROM_REST,
+        "the paper: ∝ t; flat: {flat:.4g}",
+    ),
+    "histogram": Figure(
+        panels.draw_histogram,
+        "Density of x at the end, from rest",
+        "Gaussian of theory's variance",
+    ),
+    "flights": Figure(
+        panels.draw_flights,
+        "Flights: probability that d keeps its sign for so long, stationary",
+        "",
+        "slopes −1/2 and −1.9",
+    ),
+}
+
+OVERVIEW = (("mean", "msd", "slope"), ("correlation", "diffusion", "histogram"))
+
+BARS = "bars and bands: two standard errors"
+
+
+@checked
+def disk_overview(systems: Systems, path: Picture) -> None:
+    """Write the overview: some of `FIGURES`, the systems superposed.
+
+    Parameters
+    ----------
+    systems : sequence of System
+        The paper's four, or some of them.
+    path : str or Path
+        The .png to write.
+    """
+    with style.figure(17.0, 9.5) as figure:
+        axes = figure.subplot_mosaic([list(row) for row in OVERVIEW])
+        for name, panel in axes.items():
+            _superpose(panel, name, systems)
+            panel.set_title(FIGURES[name].title)
+        theory = (
+            "theory: reduced equation of d (symmetric, asymmetric), exact (flat), free particle"
+        )
+        _legend(figure, systems, theory, "the paper: ∝ t²; flat: {flat:.4g} t")
+        save_small(figure, path, dpi=90)
+
+
+@checked
+def disk_figure(systems: Systems, name: str, path: Picture) -> None:
+    """Write one of `FIGURES`: the systems superposed, and each in its own panel.
+
+    Parameters
+    ----------
+    systems : sequence of System
+        The paper's four, or some of them.
+    name : str
+        Of `FIGURES`.
+    path : str or Path
+        The .png to write.
+    """
+    check_choice("name", name, tuple(FIGURES))
+    drawn = FIGURES[name]
+    shown = [system for system in systems if system.wanders or name != "flights"]
+    with style.figure(15.0, 9.0) as figure:
+        rows: list[Any] = [["all"] * len(shown), [system.name for system in shown]]
+        axes = figure.subplot_mosaic(rows, height_ratios=(1.5, 1))
+        _superpose(axes["all"], name, shown)
+        axes["all"].set_title(drawn.title)
+        for system in shown:
+            panel = axes[system.name]
+            drawn.draw(panel, system)
+            panel.set_title(system.name)
+            if drawn.alone:
+                drawn.alone(panel, system)
+        _legend(figure, shown, drawn.theory, drawn.paper)
+        save_small(figure, path, dpi=90)
+
+
+def _superpose(axes: "Axes", name: str, systems: Sequence[System]) -> None:
+    for system in systems:
+        FIGURES[name].draw(axes, system)
+    if name == "histogram":
+        axes.set_yscale("log")
+
+
+def _legend(figure: Any, systems: Sequence[System], theory: str, paper: str) -> None:
+    """The colours of the systems and the two kinds of line, below all panels."""
+    from matplotlib.lines import Line2D
+
+    def line(label: str, **looks: Any) -> "Line2D":
+        return Line2D([], [], label=label, **looks)
+
+    handles = []
+    for system in systems:
+        colour, marker = style.SYSTEMS[system.name]
+        handles.append(line(system.name, color=colour, marker=marker, ms=4.5))
+    if theory:
+        handles.append(line(theory, **panels.THEORY))
+    if paper:
+        flat = next((panels.paper_flat(s) for s in systems if s.name == "flat"), 0.0)
+        handles.append(line(paper.format(flat=flat), **panels.PAPER))
+    handles.append(line(BARS, ls=""))
+    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))

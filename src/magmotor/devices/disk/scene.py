@@ -1,0 +1,191 @@
+"""The sliding disk in a periodic potential, and the ordinary Langevin particle beside it."""
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from magmotor.common.checks import check_choice, check_number, reject
+from magmotor.device.fields import check_fields, quantity
+from magmotor.numerics.reproducible import applied
+
+Coefficients = tuple[tuple[float, float], ...]
+
+MOST_WAVES = 100
+
+NAMED: dict[str, Coefficients] = {
+    "symmetric": ((1.0, 0.0),),
+    "asymmetric": ((1.0, 0.0), (0.4, 0.0)),
+    "flat": (),
+    "cosine": ((0.0, 1.0),),
+}
+"""The paper's sin x, sin x + 0.4 sin 2x, 0, and cos x (its ballistic pendulum)."""
+
+
+def check_potential(potential: Any) -> str | Coefficients:
+    """Return a name as it is, coefficients as tuples of floats.
+
+    Raises
+    ------
+    ValueError
+        An unknown name, or coefficients that are not at most 100 pairs of finite numbers.
+    """
+    if isinstance(potential, str):
+        check_choice("potential", potential, tuple(NAMED))
+        return potential
+    if not isinstance(potential, tuple | list):
+        bound = "one of " + ", ".join(NAMED) + ", or pairs (a_k, b_k) of Fourier coefficients"
+        raise reject("potential", potential, bound)
+    if len(potential) > MOST_WAVES:
+        raise reject("number of pairs in potential", len(potential), f"at most {MOST_WAVES}")
+    pairs: list[tuple[float, float]] = []
+    for i, pair in enumerate(potential):
+        if not isinstance(pair, tuple | list) or len(pair) != 2:
+            raise reject(f"potential[{i}]", pair, f"a pair (a_{i + 1}, b_{i + 1}) of numbers")
+        a, b = (
+            check_number(f"potential[{i}].{name}", value)
+            for name, value in zip("ab", pair, strict=True)
+        )
+        pairs.append((a, b))
+    while pairs and pairs[-1] == (0.0, 0.0):
+        pairs.pop()
+    return tuple(pairs)
+
+
+def derivative(coefficients: Coefficients, x: ArrayLike, order: int = 0) -> NDArray[np.float64]:
+    """U or one of its derivatives, of the given order; U = sum_k a_k sin kx + b_k cos kx."""
+    x = np.asarray(x, dtype=float)
+    value = np.zeros_like(x)
+    for k, (a, b) in enumerate(coefficients, start=1):
+        # Each derivative turns sine and cosine by a quarter.
+        phase = k * x + order * (np.pi / 2)
+        for amplitude, wave in ((a, math.sin), (b, math.cos)):
+            if amplitude:
+                value += k**order * amplitude * applied(wave, phase)
+    return value
+
+
+def steepest_curvature(coefficients: Coefficients) -> float:
+    """Max |U''|, from a grid of a thousand points to the shortest wave, then a parabola's top."""
+    if not coefficients:
+        return 0.0
+    x = np.linspace(0, 2 * np.pi, 1000 * len(coefficients), endpoint=False)
+    return float(np.abs(derivative(coefficients, x, 2)).max())
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Langevin:
+    """What both scenes have: friction and noise at one temperature, and a potential on x."""
+
+    friction: float = quantity(
+        0.1, "1", "friction c: force = -c times the velocity it acts on", at_least=0
+    )
+    noise: float = quantity(
+        5.0, "1", "noise alpha: force = alpha dW/dt, along the friction", at_least=0
+    )
+    potential: str | tuple[tuple[float, float], ...] = quantity(
+        "symmetric",
+        "1",
+        "symmetric, asymmetric, flat, cosine, or pairs: U = sum a_k sin kx + b_k cos kx",
+    )
+    x: float = quantity(0.0, "1", "initial displacement")
+    v: float = quantity(0.0, "1", "initial velocity")
+
+    def __post_init__(self) -> None:
+        """Check every field, alone and against the others."""
+        check_fields(self)
+        object.__setattr__(self, "potential", check_potential(self.potential))
+        if self.noise > 0 and self.friction == 0:
+            raise reject("friction", self.friction, "positive with noise: there is no temperature")
+
+    def replace(self, **changes: Any) -> Self:
+        """A copy with some fields changed, checked anew."""
+        return replace(self, **changes)
+
+    @property
+    def coefficients(self) -> Coefficients:
+        """Pairs (a_k, b_k) of U = sum_k a_k sin kx + b_k cos kx."""
+        return NAMED[self.potential] if isinstance(self.potential, str) else self.potential
+
+    @property
+    def beta(self) -> float:
+        """Inverse temperature 2c/alpha^2; infinite without noise."""
+        return 2 * self.friction / self.noise**2 if self.noise else math.inf
+
+
+@dataclass(frozen=True, kw_only=True)
+class Disk(_Langevin):
+    """The paper's sliding disk, dimensionless; the defaults are its numerical example.
+
+    A disk slides along x and turns by theta; friction -c s and one white noise act on its slip
+    velocity s = v + omega at the contact point, the potential U on x (equation (slidingdisk)).
+
+    Raises
+    ------
+    ValueError
+        Names the field, its value and the bound.
+    """
+
+    sigma: float = quantity(0.5, "1", "moment of inertia over m r^2", above=0)
+    friction_ratio: float = quantity(
+        0.0,
+        "1",
+        "eigenvalue of the friction matrix C on its second direction, over the first",
+        at_least=0,
+    )
+    theta: float = quantity(0.0, "1", "initial angle")
+    omega: float = quantity(0.0, "1", "initial angular velocity")
+    surface: str = quantity(
+        "planar",
+        "",
+        "planar: friction acts on the slip itself; plane: by contact with a floor (MuJoCo only)",
+        choices=("planar", "plane"),
+    )
+
+    def __post_init__(self) -> None:
+        """Check every field, alone and against the others."""
+        super().__post_init__()
+        if self.surface == "plane" and self.friction_ratio > 0:
+            raise reject("friction_ratio", self.friction_ratio, "zero when surface = 'plane'")
+
+    @property
+    def masses(self) -> tuple[float, float]:
+        """Inertia of x and of theta."""
+        return 1.0, self.sigma
+
+    @property
+    def slip_directions(self) -> NDArray[np.float64]:
+        """Wrenches (force on x, torque on theta) that friction and noise act along, shape (1|2, 2).
+
+        Row j is the wrench w_j: friction is -c sum_j w_j (w_j . u), noise alpha sum_j w_j dW_j/dt.
+        Since the paper's C = n n^T + ratio m m^T acts on momenta, w = diag(1, sigma) n or m with
+        n = (1, 1/sigma) and m = (1/sigma, -1) across it.
+        """
+        rows = [(1.0, 1.0)]
+        if self.friction_ratio > 0:
+            root = math.sqrt(self.friction_ratio)
+            rows.append((root / self.sigma, -root * self.sigma))
+        return np.array(rows)
+
+
+@dataclass(frozen=True, kw_only=True)
+class LangevinParticle(_Langevin):
+    """The paper's control: dX = V dt, dV = -c V dt - U'(X) dt + alpha dB, at the same temperature.
+
+    Raises
+    ------
+    ValueError
+        Names the field, its value and the bound.
+    """
+
+    @property
+    def masses(self) -> tuple[float]:
+        """Inertia of x."""
+        return (1.0,)
+
+    @property
+    def slip_directions(self) -> NDArray[np.float64]:
+        """The force that friction and noise act along, shape (1, 1); see `Disk`."""
+        return np.array([[1.0]])

@@ -1,0 +1,30 @@
+"""Recorded states of the sliding disk, and of the Langevin particle, which has no angle."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from magmotor.devices.disk.scene import Disk, LangevinParticle
+
+
+class DiskStates(NamedTuple):
+    """Recorded states, shape (T, replicas) but for time, which is (T,); dimensionless."""
+
+    time: NDArray[np.float64]
+    x: NDArray[np.float64]
+    v: NDArray[np.float64]
+    theta: NDArray[np.float64] | None
+    omega: NDArray[np.float64] | None
+
+
+def start_disk(scene: Disk | LangevinParticle, replicas: int = 1) -> DiskStates:
+    """The scene's own initial state, the same in each replica."""
+    turns = isinstance(scene, Disk)
+    return DiskStates(
+        time=np.zeros(1),
+        x=np.full((1, replicas), scene.x),
+        v=np.full((1, replicas), scene.v),
+        theta=np.full((1, replicas), scene.theta) if turns else None,
+        omega=np.full((1, replicas), scene.omega) if turns else None,
+    )

@@ -1,0 +1,1 @@
+"""Closed forms and reduced equations of the sliding disk."""

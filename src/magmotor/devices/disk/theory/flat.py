@@ -1,0 +1,123 @@
+"""Displacements on flat U, exact, also of any `friction_ratio`."""
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from magmotor.common.arguments import Elapsed, checked
+from magmotor.common.checks import reject
+from magmotor.devices.disk.scene import Disk, LangevinParticle
+from magmotor.devices.disk.theory.stationary import friction_modes, temperature
+
+Scene = Disk | LangevinParticle
+Array = NDArray[np.float64]
+
+
+@checked
+def flat_mean_displacement(scene: Scene, t: Elapsed, direction: ArrayLike | None = None) -> Array:
+    """Mean displacement on flat U from the scene's initial velocities: equation (eq:v), integrated.
+
+    Parameters
+    ----------
+    t : array_like
+        Times, dimensionless, any shape.
+    direction : array_like, optional
+        Coefficients of (x, theta) in the displacement; x alone by default, (1, 1) for x + theta.
+
+    Returns
+    -------
+    numpy.ndarray
+        Mean of direction.(q_t - q_0), shaped as `t`. The potential is taken as flat.
+    """
+    t = np.asarray(t, dtype=float)
+    rates, modes = friction_modes(scene)
+    root = np.sqrt(scene.masses)
+    velocities = (scene.v, scene.omega) if isinstance(scene, Disk) else (scene.v,)
+    weights = (modes.T @ (_direction(scene, direction) / root)) * (modes.T @ (root * velocities))
+    return sum((w * _decayed(r, t) for w, r in zip(weights, rates, strict=True)), np.zeros_like(t))
+
+
+@checked
+def flat_variance_from_rest(scene: Scene, t: Elapsed, direction: ArrayLike | None = None) -> Array:
+    r"""Exact variance of the displacement on flat U, given the initial state.
+
+    For the disk's x: D [t - 2 (1 - e^(-lambda t))/lambda + (1 - e^(-2 lambda t))/(2 lambda)] with
+    D = `flat_x_diffusion`, and the same for x + theta with D = `y_diffusion`; for the Langevin
+    particle lambda = c and D = alpha^2/c^2, which it follows in any potential when kT >> max U.
+    With `friction_ratio` > 0 it is the sum of two such terms.
+
+    Parameters
+    ----------
+    t : array_like
+        Times, dimensionless, any shape.
+    direction : array_like, optional
+        Coefficients of (x, theta) in the displacement; x alone by default, (1, 1) for x + theta.
+
+    Returns
+    -------
+    numpy.ndarray
+        E[(q_t - E[q_t])^2], dimensionless, shaped as `t`; from rest it is E[(q_t - q_0)^2].
+    """
+    return _sum_over_modes(scene, t, direction, _from_rest)
+
+
+@checked
+def flat_msd_from_gibbs(scene: Scene, t: Elapsed, direction: ArrayLike | None = None) -> Array:
+    """Exact E_mu[(q_t - q_0)^2] on flat U, with velocities drawn from (kjhss).
+
+    A mode of rate r adds 2 kT (r t - 1 + e^(-r t))/r^2 times its weight. The disk's d is then
+    conserved, r = 0: x gains t^2/(beta (1 + sigma)), ballistic for ever *without* any potential.
+
+    Parameters
+    ----------
+    t : array_like
+        Times, dimensionless, any shape.
+    direction : array_like, optional
+        Coefficients of (x, theta) in the displacement; x alone by default, (1, 1) for x + theta.
+
+    Returns
+    -------
+    numpy.ndarray
+        Mean squared displacement, dimensionless, shaped as `t`.
+    """
+    return _sum_over_modes(scene, t, direction, _from_gibbs)
+
+
+def _direction(scene: Scene, direction: ArrayLike | None) -> Array:
+    if direction is None:
+        return np.eye(len(scene.masses))[0]
+    vector = np.asarray(direction, dtype=float)
+    if vector.shape != (len(scene.masses),):
+        raise reject("direction", direction, f"{len(scene.masses)} numbers")
+    return vector
+
+
+def _sum_over_modes(scene: Scene, t: ArrayLike, direction: ArrayLike | None, term) -> Array:
+    t = np.asarray(t, dtype=float)
+    rates, modes = friction_modes(scene)
+    weights = (modes.T @ (_direction(scene, direction) / np.sqrt(scene.masses))) ** 2
+    terms = (w * term(r * t) for w, r in zip(weights, rates, strict=True))
+    return temperature(scene) * t**2 * sum(terms, np.zeros_like(t))
+
+
+def _decayed(rate: float, t: Array) -> Array:
+    """Integral of e^(-rate t)."""
+    return -np.expm1(-rate * t) / rate if rate else t
+
+
+def _from_gibbs(z: Array) -> Array:
+    """2 (z - 1 + e^(-z))/z^2, which is 1 at 0."""
+    series = 1 - z / 3 * (1 - z / 4 * (1 - z / 5 * (1 - z / 6)))
+    safe = np.maximum(z, 1e-3)
+    return np.where(z < 1e-3, series, 2 * (safe + np.expm1(-safe)) / safe**2)
+
+
+def _from_rest(z: Array) -> Array:
+    """2 (z - 2 (1 - e^(-z)) + (1 - e^(-2z))/2)/z^2, about 2z/3 at 0."""
+    series, small = np.zeros_like(z), np.minimum(z, 0.03)
+    for k in range(3, 10):
+        series += (4 - 2.0**k) / math.factorial(k) * (-1) ** k * small ** (k - 2)
+    safe = np.maximum(z, 0.03)
+    closed = 2 * (safe + 2 * np.expm1(-safe) - np.expm1(-2 * safe) / 2) / safe**2
+    return np.where(z < 0.03, series, closed)

@@ -1,0 +1,139 @@
+"""The disk's and the particle's temperature, friction rates, and stationary law."""
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from magmotor.common.arguments import checked
+from magmotor.common.checks import check_number, reject
+from magmotor.devices.disk.scene import Disk, LangevinParticle, derivative, steepest_curvature
+
+if TYPE_CHECKING:
+    from scipy.interpolate import BSpline
+
+Scene = Disk | LangevinParticle
+Array = NDArray[np.float64]
+
+SHARPEST = 1e3
+"""Largest sqrt(beta max|U''|) of a density that is found on a grid."""
+
+
+@checked
+def temperature(scene: Scene) -> float:
+    """Temperature kT = 1/beta = alpha^2/(2c), dimensionless; zero without noise (theorem 1)."""
+    return scene.noise**2 / (2 * scene.friction) if scene.noise else 0.0
+
+
+@checked
+def slip_factor(scene: Disk) -> float:
+    """Return gamma = (1 + sigma)/sigma, by which a force at the contact accelerates the slip."""
+    return (1 + scene.sigma) / scene.sigma
+
+
+@checked
+def slip_rate(scene: Disk) -> float:
+    """Rate lambda = c gamma at which the slip v + omega decays, dimensionless (equation (eq:2)).
+
+    For one direction of friction; `friction_rates` holds for any `friction_ratio`.
+    """
+    return scene.friction * slip_factor(scene)
+
+
+@checked
+def friction_rates(scene: Scene) -> Array:
+    """Eigenvalues of the friction c C M, ascending, M = diag(masses); shape (degrees of freedom,).
+
+    The disk's are 0 (of d) and lambda (of the slip) while `friction_ratio` is 0.
+    """
+    return friction_modes(scene)[0]
+
+
+def friction_modes(scene: Scene) -> tuple[Array, Array]:
+    """Rates and orthonormal modes of the friction on velocities weighted by sqrt(mass)."""
+    directions = scene.slip_directions / np.sqrt(scene.masses)
+    rates, modes = np.linalg.eigh(scene.friction * directions.T @ directions)
+    rates[rates < 1e-14 * rates[-1]] = 0.0  # of a mode without friction, but for rounding
+    return rates, modes
+
+
+@checked
+def gibbs_mean_squares(scene: Disk) -> dict[str, float]:
+    """Mean squares of v, omega, slip = v + omega and d = -v + sigma omega under Gibbs' measure.
+
+    kT, kT/sigma, gamma kT and (1 + sigma) kT, dimensionless: the measure of (kjhss).
+    """
+    kT = temperature(scene)
+    return {
+        "v": kT,
+        "omega": kT / scene.sigma,
+        "slip": slip_factor(scene) * kT,
+        "d": (1 + scene.sigma) * kT,
+    }
+
+
+@checked
+def gibbs_deviations(scene: Scene) -> Array:
+    """Standard deviations sqrt(kT/mass) of the velocities under (kjhss), shape (dof,)."""
+    return np.sqrt(temperature(scene) / np.array(scene.masses))
+
+
+@checked
+def position_density(scene: Scene, x: ArrayLike) -> Array:
+    """Density of x mod 2 pi under (kjhss), proportional to exp(-beta U(x)).
+
+    Parameters
+    ----------
+    x : array_like
+        Positions, dimensionless, any shape; the density has period 2 pi.
+
+    Returns
+    -------
+    numpy.ndarray
+        Density, shaped as `x`; its integral over one period is 1.
+    """
+    return _boltzmann(scene)(np.mod(x, 2 * np.pi))
+
+
+@checked
+def position_cdf(scene: Scene, x: ArrayLike) -> Array:
+    """Probability that x mod 2 pi, in [0, 2 pi), is at most the given x mod 2 pi, under (kjhss).
+
+    A periodic quintic spline through the density, integrated.
+
+    Parameters
+    ----------
+    x : array_like
+        Positions, dimensionless, any shape.
+
+    Returns
+    -------
+    numpy.ndarray
+        Probability, shaped as `x`.
+    """
+    integral = _boltzmann(scene).antiderivative()
+    return integral(np.mod(x, 2 * np.pi)) - integral(0.0)
+
+
+def _boltzmann(scene: Scene) -> "BSpline":
+    from scipy.interpolate import make_interp_spline
+
+    check_number("noise", scene.noise, above=0)
+    sharpness = math.sqrt(scene.beta * steepest_curvature(scene.coefficients))
+    if sharpness > SHARPEST:
+        bound = f"so large that beta max|U''| is at most {SHARPEST**2:g}"
+        raise reject("noise", scene.noise, bound)
+    x = np.linspace(0, 2 * np.pi, 1024 * math.ceil(2 + sharpness) + 1)
+    energy = derivative(scene.coefficients, x)
+    weight = np.exp(-scene.beta * (energy - energy.min()))
+    weight[-1] = weight[0]  # the spline wants them equal to the last bit
+    spline = make_interp_spline(x, weight, k=5, bc_type="periodic")
+    spline.c /= spline.integrate(0, 2 * np.pi)
+    return spline
+
+
+def require_one_friction(scene: Disk) -> None:
+    """Refuse scenes with friction on the second direction, too."""
+    if scene.friction_ratio > 0:
+        raise reject("friction_ratio", scene.friction_ratio, "zero for this closed form")

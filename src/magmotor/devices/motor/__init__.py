@@ -1,0 +1,1 @@
+"""The fluctuation-driven motor: a ball and two rings."""

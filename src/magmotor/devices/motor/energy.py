@@ -1,0 +1,176 @@
+"""The motor's energy, and the magnetic lift on its ball, by compiled loops over the states."""
+
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from magmotor.device.analysis import OWN, analysis
+from magmotor.devices.ball.rigid_forces import force_and_field
+from magmotor.devices.ball.states import axes
+from magmotor.devices.motor.reference import magnets
+from magmotor.devices.motor.scene import Motor
+from magmotor.devices.motor.states import MotorStates
+from magmotor.devices.motor.theory import ball_injection_rate, ring_injection_rate
+from magmotor.dipoles import NOBODY
+from magmotor.numerics.compiled import compiled_once
+from magmotor.numerics.rotations import columns, dot, place_dipoles
+
+Array = NDArray[np.float64]
+
+
+class MotorEnergy(NamedTuple):
+    """Energies in J and a force in N, each of shape (T, replicas).
+
+    `ring` is the inner ring's own: its kinetic energy and its energy in the outer ring's field;
+    `wobble` is that part of its kinetic energy which is not of the turning about its axis.
+    """
+
+    total: Array
+    ring: Array
+    wobble: Array
+    lift: Array
+    """Vertical magnetic force on the ball."""
+
+
+def motor_energy(scene: Motor, states: MotorStates) -> MotorEnergy:
+    """Total energy E, the inner ring's, and the lift; the paper's E with its Lagrangian's U.
+
+    Ball and inner ring count `ball_ring_factor` times; gravity counts from the ball's height on
+    the plane.
+    """
+    axis, ring_axis = axes(states.orientation), axes(states.ring_orientation)
+    shape = states.position.shape[:-1]
+    magnetic = np.empty((3, states.position[..., 0].size))
+    _magnetic()(
+        magnetic,
+        np.ascontiguousarray(states.position).reshape(-1, 3),
+        scene.moment * axis.reshape(-1, 3),
+        np.ascontiguousarray(states.ring_orientation).reshape(-1, 4),
+        magnets(scene),
+    )
+    on_ball, on_ring, lift = magnetic.reshape(3, *shape)
+    across, _, axial = scene.inner_moments
+    spin = states.ring_angular_velocity
+    about = np.sum(spin * ring_axis, axis=-1)
+    wobble = 0.5 * across * (np.sum(spin**2, axis=-1) - about**2)
+    ring = wobble + 0.5 * axial * about**2 + on_ring
+    translation = scene.ball_mass * np.sum(states.velocity**2, axis=-1)
+    rotation = scene.ball_inertia * np.sum(states.angular_velocity**2, axis=-1)
+    height = states.position[..., 2] - scene.ball_radius
+    ball = 0.5 * (translation + rotation) + scene.ball_mass * scene.gravity * height
+    return MotorEnergy(ball + on_ball + ring, ring, wobble, lift)
+
+
+@compiled_once(nogil=True, error_model="numpy")
+def _magnetic(checksum: int):
+    """The loop over states."""
+
+    def magnetic(out, position, moment, ring_orientation, magnets):
+        _ = checksum
+        fixed, factor = magnets.fixed, magnets.factor
+        ring = magnets.frame.copy()
+        for i in range(len(position)):
+            w, x, y, z = ring_orientation[i]
+            place_dipoles(ring, columns((w, x, y, z)), (0.0, 0.0, magnets.height), magnets.frame)
+            place = position[i, 0], position[i, 1], position[i, 2]
+            m = moment[i, 0], moment[i, 1], moment[i, 2]
+            near, nearby = force_and_field(place, m, ring)
+            far, far_field = force_and_field(place, m, fixed)
+            out[0, i] = -factor * dot(m, nearby) - dot(m, far_field)
+            out[1, i] = 0.0
+            out[2, i] = factor * near[2] + far[2]
+            for j in range(fixed.shape[1]):
+                if fixed[6, j] != NOBODY:
+                    x, y, z, mx, my, mz, _label = fixed[:, j]
+                    _force, field = force_and_field((x, y, z), (mx, my, mz), ring)
+                    out[1, i] -= dot((mx, my, mz), field)
+
+    return magnetic
+
+
+@analysis("energy", "heat", "work", of=Motor)
+def motor_energy_balance(run: xr.Dataset, scene: Motor = OWN) -> xr.Dataset:
+    """Energy against heat and the work of the noise.
+
+    The paper's remarks: dE = (-c_B |V_Q|^2 - c_R |omega_R|^2) dt + r dt + martingale, with the
+    rate r = alpha_B^2 (1/m + r^2/J_B) + (alpha_R^2/2) tr(I_R^-1); at non-uniform temperature c_R
+    and alpha_B are zero. The last two terms together are the Stratonovich work of the noise.
+
+    Parameters
+    ----------
+    run : xarray.Dataset
+        From `simulate`, recorded however seldom.
+    scene : Motor, optional
+        Its scene; by default the one that the attributes of the run tell.
+
+    Returns
+    -------
+    xarray.Dataset
+        In J, from the first record on: `gain` = E - E(0), `heat`, `work`, `injected` = r t,
+        `martingale` = work - injected, and `residual` = gain + heat - work.
+    """
+    elapsed = run.time - run.time[0]
+    rate = ball_injection_rate(scene) + ring_injection_rate(scene)
+    injected = (rate * elapsed).broadcast_like(run.work).transpose(*run.work.dims)
+    gain, heat, work = map(_since_start, (run.energy, run.heat, run.work))
+    return _in_joule(
+        gain=gain,
+        heat=heat,
+        work=work,
+        injected=injected,
+        martingale=work - injected,
+        residual=gain + heat - work,
+    )
+
+
+@analysis("energy", "ring_energy", "heat", "ring_heat", "work", "ring_work", of=Motor, finite=False)
+def efficiency(run: xr.Dataset, scene: Motor = OWN) -> xr.Dataset:
+    """The paper's efficiency: work transferred to the top over the work of the kicks on the ring.
+
+    What the paper leaves open is read so:
+
+    - The work of the kicks is the integral of alpha dW . omega_R, alpha once (the paper's formula
+      has it in T_R and before the integral), and in the sense of Stratonovich.
+    - The ring's energy is what it has without the ball: its kinetic energy, and its energy in the
+      outer ring's field. Total less ring energy is what ball and inner ring have by each other.
+    - That the work of T_R is the change of the total energy holds without friction only. The work
+      transferred as the paper writes it, a change of energy, leaves out what the ball's friction
+      has dissipated meanwhile, which over long times is nearly all of it. `share` counts that in:
+      it is the part of the kicks' work that has reached the ball. At uniform temperature it leaves
+      out what the noise on the ball itself has brought; it then may have either sign, and tends to
+      zero, since no heat flows on the average between two bodies of one temperature. What the
+      energy balance leaves as residual is in it, too.
+
+    Parameters
+    ----------
+    run : xarray.Dataset
+        Of a motor, recorded as often as its efficiency is wanted.
+    scene : Motor, optional
+        Its scene; by default the one that the attributes of the run tell.
+
+    Returns
+    -------
+    xarray.Dataset
+        In J, from the first record on: `kicks`, the work on the ring, `transferred` = (E - E(0)) -
+        (E_ring - E_ring(0)), and `reached` = transferred + the ball's heat - the work of its own
+        noise; without unit `efficiency` = transferred/kicks and `share` = reached/kicks, NaN where
+        the work on the ring is zero, as in the first record.
+    """
+    kicks = _since_start(run.ring_work)
+    transferred = _since_start(run.energy - run.ring_energy)
+    dissipated = _since_start((run.heat - run.ring_heat) - (run.work - run.ring_work))
+    reached = transferred + dissipated
+    moved = kicks.where(kicks != 0)
+    ratios = {"efficiency": transferred / moved, "share": reached / moved}
+    return _in_joule(kicks=kicks, transferred=transferred, reached=reached).assign(ratios)
+
+
+def _since_start(values: xr.DataArray) -> xr.DataArray:
+    """What has been added since the first record."""
+    return values - values.isel(time=0, drop=True)
+
+
+def _in_joule(**values: xr.DataArray) -> xr.Dataset:
+    return xr.Dataset({k: v.assign_attrs(units="J") for k, v in values.items()})

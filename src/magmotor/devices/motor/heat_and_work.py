@@ -1,0 +1,96 @@
+"""Heat and work along a run of the motor in MuJoCo, by a compiled loop over its steps."""
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from magmotor.device.job import Job
+from magmotor.devices.ball.rigid_steps import heat_and_work
+from magmotor.noise import normal
+from magmotor.numerics.compiled import compiled_once, copy
+from magmotor.numerics.rotations import turned
+
+Array = NDArray[np.float64]
+
+
+def heat_and_work_sums(job: Job, linear: int, before: Array, paths: Array, first: int) -> Array:
+    """Heat of ball and ring, then work on them, after each step; see `run.Motion.sums`.
+
+    Parameters
+    ----------
+    job : Job
+    linear : int
+        Number of the ball's translational coordinates.
+    before, paths, first
+        As in `run.Motion.sums`.
+
+    Returns
+    -------
+    ndarray, shape (replicas, steps, 4)
+        In J.
+    """
+    scene, path = job.scene, job.path
+    sums = np.empty((*paths.shape[:2], 4))
+    _sums()(
+        sums,
+        before,
+        paths,
+        linear,
+        scene.ball_radius,
+        (np.array(scene.frictions), np.array(scene.noises), _channels(scene.noises)),
+        (path.seed, job.first_step + first, path.factor, path.level),
+        job.timestep,
+        job.scheme == "baoab",
+    )
+    return sums
+
+
+def _channels(noises: tuple[float, ...]) -> NDArray[np.int64]:
+    """Which channel drives each velocity; the callback counts only noises that are not zero."""
+    driven = np.array(noises) > 0
+    return np.where(driven, np.cumsum(driven) - 1, 0)
+
+
+@njit(inline="always")
+def _velocities(row, linear, radius):
+    """Slip V_x, V_y and spin of the ring, in the world frame, from joint coordinates."""
+    ball, ring = row[linear : linear + 4], row[linear + 4 : linear + 8]
+    v = row[linear + 8 :]
+    spin, ring_spin = v[linear : linear + 3], v[linear + 3 : linear + 6]
+    x, y, _ = turned((ball[0], ball[1], ball[2], ball[3]), (spin[0], spin[1], spin[2]))
+    q = (ring[0], ring[1], ring[2], ring[3])
+    turning = turned(q, (ring_spin[0], ring_spin[1], ring_spin[2]))
+    return v[0] - radius * y, v[1] + radius * x, turning[0], turning[1], turning[2]
+
+
+@compiled_once(nogil=True, error_model="numpy")
+def _sums(checksum: int):
+    """The loop over replicas and steps."""
+
+    def advance(sums, before, paths, linear, radius, laws, path, timestep, exact):
+        _ = checksum
+        frictions, noises, channels = laws
+        seed, first, factor, level = path
+        total = np.empty(4)
+        root = math.sqrt(timestep)
+        for replica in range(len(paths)):
+            end = _velocities(before[replica], linear, radius)
+            copy(total, before[replica, -4:])
+            for i in range(paths.shape[1]):
+                start, end = end, _velocities(paths[replica, i], linear, radius)
+                for k in range(5):
+                    increment = 0.0
+                    if noises[k] > 0.0:
+                        xi = normal(seed, replica, first + i, channels[k], factor, level)
+                        increment = root * xi
+                    heat, work = heat_and_work(
+                        start[k], end[k], frictions[k], noises[k], increment, timestep, exact
+                    )
+                    body = 0 if k < 2 else 1
+                    total[body] += heat
+                    total[2 + body] += work
+                copy(sums[replica, i], total)
+
+    return advance

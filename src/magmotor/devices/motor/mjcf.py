@@ -1,0 +1,118 @@
+"""The motor as MJCF: ball, two rings and stage, with a scene's parameters."""
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from magmotor.device import mjcf_parts as parts
+from magmotor.device.job import Job
+from magmotor.device.mjcf_parts import fit_stage
+from magmotor.devices.ball.coordinates import MotorCoordinates
+from magmotor.devices.ball.mjcf import add_ball, draw_ring, size_arrows
+from magmotor.devices.motor.heat_and_work import heat_and_work_sums
+from magmotor.devices.motor.scene import Motor
+from magmotor.devices.motor.states import MotorStates, start_motor
+from magmotor.devices.motor.theory import slip_mobility
+from magmotor.dipoles import ring_dipoles
+from magmotor.mjcf import viscous_contact as contact
+from magmotor.mjcf.brownian import userdata
+
+
+def decorate(root: parts.Element, scene: Motor) -> None:
+    """Draw the rings and fit lights and cameras to a scene."""
+    size_arrows(root, scene.inner_radius * min(1.0, 20 / scene.inner_dipoles))
+    draw_ring(root, "inner_ring", *scene.inner_dipole_frame())
+    outer = ring_dipoles(scene.outer_dipoles, scene.outer_radius)
+    draw_ring(root, "outer_ring", *outer)
+    _mark(root, scene.inner_radius)
+    highest = max(scene.inner_height, scene.outer_height)
+    widest = max(scene.inner_radius, scene.outer_radius)
+    extent = np.hypot(1.15 * widest, 0.5 * highest)
+    fit_stage(root, [0.0, 0.0, highest / 2], extent)
+
+
+def _mark(root: parts.Element, radius: float) -> None:
+    """Mark the inner ring's first dipole, so that its yaw is seen."""
+    bead = root.find("geom", "inner_mark")
+    bead.pos, bead.size = [radius, 0.0, 0.0], radius * bead.size
+
+
+Array = NDArray[np.float64]
+
+
+class MotorMotion:
+    """See `magmotor.run.in_mujoco.Motion`; the sums are heat of ball and ring, then work."""
+
+    control = int(mujoco.mjtState.mjSTATE_USERDATA)
+    driven = True
+
+    def __init__(self, job: Job):
+        self.job = job
+        self.coordinates = MotorCoordinates(job.scene)
+        first = job.initial
+        sums = [first.ball_heat[-1], first.ring_heat[-1], first.ball_work[-1], first.ring_work[-1]]
+        self.start = np.hstack([*self.coordinates.joints(first), np.stack(sums, axis=-1)])
+        self.userdata = userdata(job, len(self.start))
+
+    def controls(self, steps: NDArray[np.int64]) -> Array:
+        """What the Brownian wrenches are told, the same in each step."""
+        return self.userdata[:, np.newaxis]
+
+    def sums(self, before: Array, paths: Array, first: int) -> Array:
+        """Heat and work after each step."""
+        return heat_and_work_sums(self.job, self.coordinates.ball.linear, before, paths, first)
+
+    def states(self, time: Array, qpos: Array, qvel: Array, sums: Array) -> MotorStates:
+        """The motor's states from joint coordinates and sums, shape (replicas, T, n)."""
+        return self.coordinates.states(time, qpos, qvel, sums)
+
+
+def compose_motor(scene: Motor, *, looks: bool) -> parts.Element:
+    """The motor as one PyMJCF tree, without decoration unless `looks`."""
+    root = parts.load("motor", looks=looks)
+    if looks:
+        decorate(root, scene)
+    add_ball(root, scene, 3 * [scene.ball_inertia])
+    _hang_rings(root, scene)
+    _couple(root, scene.ball_ring_factor)
+    _drive(root, scene)
+    contact.add_contacts(root, scene.surface, scene.gravity, scene.friction_ball)
+    if not looks:
+        parts.disable_unused(root, keep=("damper",) if scene.friction_ring else ())
+        contact.tune_solver(root, scene.surface, scene.friction_ball)
+    qpos, qvel = MotorCoordinates(scene).joints(start_motor(scene))
+    root.keyframe.add("key", name="start", qpos=qpos[0], qvel=qvel[0])
+    contact.calibrate_viscous(root, scene.friction_ball, slip_mobility(scene))
+    return root
+
+
+def _hang_rings(root: parts.Element, scene: Motor) -> None:
+    inner, outer = (root.find("body", name) for name in ("inner_ring", "outer_ring"))
+    inner.pos = [0.0, 0.0, scene.inner_height]
+    outer.pos = [0.0, 0.0, scene.outer_height]
+    inner.add("inertial", pos=[0, 0, 0], mass=scene.inner_mass, diaginertia=scene.inner_moments)
+    root.find("joint", "inner_ring").damping = scene.friction_ring or None
+    parts.add_dipoles(inner, scene.moment, *scene.inner_dipole_frame())
+    parts.add_dipoles(outer, scene.moment, *ring_dipoles(scene.outer_dipoles, scene.outer_radius))
+
+
+def _couple(root: parts.Element, factor: float) -> None:
+    """Have ball and inner ring act on one another `factor` times."""
+    if factor != 1:
+        pair = root.custom.add("tuple", name="coupling_ball_inner_ring")
+        for body in ("ball", "inner_ring"):
+            pair.add("element", objtype="body", objname=body, prm=factor)
+
+
+def _drive(root: parts.Element, scene: Motor) -> None:
+    """Write the noise where the compiled callback reads it.
+
+    The ball's acts at the point that slips: the force comes with the torque -r e_z x force.
+    """
+    force, torque = np.eye(2, 3), np.eye(3)
+    slip = np.hstack([force, np.cross([0.0, 0.0, -scene.ball_radius], force)])
+    turn = np.hstack([np.zeros((3, 3)), torque])
+    if scene.alpha_ball:
+        root.find("body", "ball").user = scene.alpha_ball * slip.ravel()
+    if scene.alpha_ring:
+        root.find("body", "inner_ring").user = scene.alpha_ring * turn.ravel()

@@ -1,0 +1,41 @@
+"""The motor in a movie: how far the ball has gone round, and how the inner ring is turned."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from magmotor.common import style
+from magmotor.devices.motor.observables import azimuth, ring_attitude
+from magmotor.devices.motor.scene import Motor
+from magmotor.render.views import between
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.lines import Line2D
+
+
+class MotorSubject:
+    """See `magmotor.render.frames.Subject`; the value is theta in revolutions."""
+
+    near, trail = "top", 0.5
+    needs: tuple[str, ...] = ("position", "ring_axis", "ring_orientation")
+
+    def __init__(self, run: xr.Dataset, scene: Motor, times: NDArray[np.float64]):
+        self.time, self.revolutions = run.time.values, azimuth(run).values / (2 * np.pi)
+        self.value = between(run, self.revolutions, times)
+        attitude = np.degrees(ring_attitude(run))
+        self.tilt, self.yaw = (between(run, attitude[k].values, times) for k in ("tilt", "yaw"))
+
+    def plot(self, axes: "Axes") -> list["Line2D"]:
+        """The azimuth over time."""
+        axes.set(xlabel="t (s)", ylabel="θ (revolutions)")
+        return axes.plot(self.time, self.revolutions, color=style.BLUE, label="azimuth of the ball")
+
+    def lines(self, i: int) -> list[str]:
+        """Azimuth of the ball, tilt and yaw of the ring."""
+        return [
+            f"ball  θ {self.value[i]:+z.2f} revolutions",
+            f"ring  tilt {self.tilt[i]:.1f}°, yaw {self.yaw[i]:+z.0f}°",
+        ]

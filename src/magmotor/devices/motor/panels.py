@@ -1,0 +1,295 @@
+"""One run of the motor in one panel."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from magmotor.common import style
+from magmotor.common.checks import check_kind
+from magmotor.device.analysis import checked_run, scene_of_run
+from magmotor.devices.motor.energy import motor_energy_balance
+from magmotor.devices.motor.flights import flights, stays
+from magmotor.devices.motor.modes import mode_temperatures
+from magmotor.devices.motor.observables import azimuth
+from magmotor.devices.motor.scene import Motor
+from magmotor.run.dataset import scene_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Array = NDArray[np.float64]
+
+NEEDS = (
+    *("position", "velocity", "slip_velocity", "momentum_map", "ring_orientation"),
+    *("ring_angular_velocity", "energy", "ring_energy", "heat", "work"),
+)
+"""What a run must have."""
+
+BINS = 150
+"""Of a long series, the least and the largest value in each of so many bins are drawn."""
+
+THOUSAND = 1e-3
+"""Seconds to the axes' unit."""
+
+THEORY: dict[str, Any] = {"color": style.ORANGE, "ls": "--", "lw": 1.6}
+PLACE: dict[str, Any] = {"color": style.GREY, "lw": 0.8, "zorder": 1}
+
+MODES = {
+    "radial": "ball, radial",
+    "slip": "ball, slip",
+    "rolling": "ball, rolling round",
+    "spin": "ball, about its dipole",
+    "ring_1": "ring, across, 1",
+    "ring_2": "ring, across, 2",
+    "ring_3": "ring, about its axis",
+}
+"""What the modes are called in figures, from top to bottom."""
+
+
+@dataclass(frozen=True)
+class MotorRun:
+    """A run and what is read off it.
+
+    Parameters
+    ----------
+    name : str
+    data : xarray.Dataset
+        From `simulate`, without replicas; where its attribute `stopped` says why, it ended early.
+    """
+
+    name: str
+    data: xr.Dataset
+
+    def __post_init__(self) -> None:
+        """Check that the data are a run's."""
+        check_kind("name", self.name, str)
+        checked_run("data", self.data, NEEDS, (Motor,), records=2, replicas=False)
+        scene_of_run(self.data, None, (Motor,))
+
+    @cached_property
+    def scene(self) -> Motor:
+        """The scene in the dataset."""
+        scene = scene_of(self.data)
+        assert isinstance(scene, Motor)
+        return scene
+
+    @property
+    def title(self) -> str:
+        """Name, strength of the noise, and the end if it was early."""
+        early = f", ended at {self.data.time[-1]:.0f} s" if "stopped" in self.data.attrs else ""
+        return f"{self.name}: α = {self.scene.noises[-1]:g}{early}"
+
+    @property
+    def times(self) -> Array:
+        """The recorded times in 1000 s."""
+        return THOUSAND * self.data.time.values
+
+    @cached_property
+    def revolutions(self) -> Array:
+        """Azimuth of the ball in revolutions."""
+        return azimuth(self.data).values / (2 * np.pi)
+
+    @cached_property
+    def flights(self) -> xr.Dataset:
+        """Its flights."""
+        return flights(self.data, self.scene)
+
+    @cached_property
+    def stays(self) -> xr.Dataset:
+        """Its stays."""
+        return stays(self.data, self.scene)
+
+    @cached_property
+    def balance(self) -> xr.Dataset:
+        """Its energy balance."""
+        return motor_energy_balance(self.data, self.scene)
+
+    @cached_property
+    def temperatures(self) -> xr.Dataset:
+        """Temperatures of its modes over the second half."""
+        burn_in = self.middle - float(self.data.time[0])
+        return mode_temperatures(self.data, self.scene, burn_in=burn_in)
+
+    @property
+    def middle(self) -> float:
+        """The time in s at which the second half begins."""
+        return float(self.data.time[[0, -1]].mean())
+
+    @property
+    def longest(self) -> xr.Dataset | None:
+        """The flight of most revolutions, if there is any."""
+        turns = np.abs(self.flights.revolutions.values)
+        return self.flights.isel(flight=int(turns.argmax())) if len(turns) else None
+
+    @property
+    def longest_turns(self) -> float:
+        """Its revolutions, without sign; 0 if there is none."""
+        return 0.0 if self.longest is None else abs(float(self.longest.revolutions))
+
+    @property
+    def flights_in_words(self) -> str:
+        """How many flights, and how long the longest is."""
+        count, longest = self.flights.sizes["flight"], self.longest
+        if longest is None:
+            return "no flight"
+        which = "one flight" if count == 1 else f"{count} flights, the longest"
+        lasts = float(longest.end - longest.begin)
+        return f"{which} of {self.longest_turns:.1f} revolutions in {lasts:.0f} s"
+
+    @property
+    def residual(self) -> float:
+        """Largest residual of the energy balance, as a part of what is injected in the mean."""
+        return float(abs(self.balance.residual).max() / self.balance.injected[-1])
+
+
+def draw_energy(axes: "Axes", run: MotorRun) -> None:
+    """Total energy and the inner ring's, from the start; below, their difference."""
+    ring = run.data.ring_energy - run.data.ring_energy[0]
+    above, below = _halves(axes)
+    _draw_band(above, run, run.balance.gain, style.GREEN, "total energy", lw=2.6)
+    _draw_band(above, run, ring, style.INK, "inner ring's energy", lw=1.0, ls="--", band=False)
+    _draw_band(below, run, run.balance.gain - ring, style.BLUE, "difference: the ball's", lw=1.2)
+    above.set(ylabel="gained (J)", xlabel="")
+    below.set(ylabel="gained (J)")
+
+
+def draw_injected(axes: "Axes", run: MotorRun) -> None:
+    """What the noise injects, in the mean and in fact, and what friction dissipates."""
+    balance = run.balance
+    _draw_series(axes, run, balance.work, color=style.BLUE, label="work of the noise", lw=4)
+    _draw_series(axes, run, balance.heat, color=style.GREEN, label="dissipated by friction", lw=2.2)
+    label = "injected in the mean: theory"
+    _draw_series(axes, run, balance.injected, label=label, **THEORY | {"lw": 1.0})
+    axes.set(ylabel="energy (J)")
+
+
+def draw_path(axes: "Axes", run: MotorRun) -> None:
+    """The ball's path from above, under the two rings."""
+    scene = run.scene
+    x, y = _thinned(run.data.position.values, 8000)[:, :2].T
+    around = np.linspace(0, 2 * np.pi, 181)
+    rings = (("inner ring", scene.inner_radius, "--"), ("outer ring", scene.outer_radius, "-"))
+    for name, radius, looks in rings:
+        circle = radius * np.cos(around), radius * np.sin(around)
+        axes.plot(*circle, ls=looks, label=name, **PLACE)
+    dipoles = scene.outer_sources()[0][:, :2]
+    axes.plot(*dipoles.T, "o", color=style.ORANGE, ms=6, label="its dipoles", zorder=3)
+    axes.plot(x, y, color=style.BLUE, lw=0.4, label="path of the ball", zorder=2)
+    reach = 1.08 * max(scene.outer_radius, np.abs(x).max(), np.abs(y).max())
+    axes.set(xlabel="x (m)", ylabel="y (m)", xlim=(-reach, reach), ylim=(-reach, reach))
+    axes.set_aspect("equal")
+    axes.grid(visible=False)
+
+
+def draw_xy(axes: "Axes", run: MotorRun) -> None:
+    """Coordinate x over time, and y below."""
+    above, below = _halves(axes)
+    for half, name, colour in ((above, "x", style.GREEN), (below, "y", style.BLUE)):
+        values = run.data.position.sel(space=name).values
+        half.plot(*extremes(run.times, values, 4 * BINS), color=colour, lw=0.5)
+        half.set(ylabel=f"{name} (m)", xlim=(run.times[0], run.times[-1]))
+    below.set(xlabel="t (1000 s)")
+
+
+def draw_theta(axes: "Axes", run: MotorRun) -> None:
+    """Azimuth over time, flights shaded."""
+    _draw_series(axes, run, run.revolutions, color=style.BLUE, label="azimuth of the ball")
+    for flight in range(run.flights.sizes["flight"]):
+        begin, end = (run.flights[name].values[flight] for name in ("begin", "end"))
+        axes.axvspan(
+            THOUSAND * begin, THOUSAND * end, color=style.GREEN, alpha=0.18, lw=0, label="flight"
+        )
+    axes.set(ylabel="azimuth (revolutions)")
+
+
+def draw_onset(axes: "Axes", run: MotorRun) -> None:
+    """The azimuth where the longest flight begins, among the wells; all of it if there is none."""
+    times, turns = run.times, run.revolutions
+    first, last = 0, len(times)
+    if run.longest is not None:
+        begin = int(np.searchsorted(run.data.time.values, float(run.longest.begin)))
+        round_once = begin + int(np.argmax(np.abs(turns[begin:] - turns[begin]) >= 1))
+        first, last = max(0, 2 * begin - round_once), round_once
+    shown = slice(first, last)
+    wells = run.scene.outer_dipoles * np.array([turns[shown].min(), turns[shown].max()])
+    wells = np.arange(np.floor(wells[0]), np.ceil(wells[1]) + 1) / run.scene.outer_dipoles
+    axes.hlines(wells, times[first], times[last - 1], label="wells", **PLACE)
+    axes.plot(*extremes(times[shown], turns[shown]), color=style.BLUE)
+    axes.grid(visible=False)
+    axes.set(xlabel="t (1000 s)", ylabel="azimuth (revolutions)")
+
+
+def draw_temperatures(axes: "Axes", run: MotorRun, others: Sequence[MotorRun]) -> None:
+    """Temperature of each mode with two standard errors, also of other runs, beside theory's."""
+    rows = np.arange(len(MODES))[::-1]
+    uniform = run.scene.temperature == "uniform"
+    runs = [run, *(other for other in others if other.scene.temperature == run.scene.temperature)]
+    labels = ["this run, ± 2 standard errors", "other runs", *[None] * len(runs)]
+    for number, (each, label) in enumerate(zip(runs, labels, strict=False)):
+        found = each.temperatures.sel(mode=[*MODES])
+        unit = each.scene.kT if uniform else 1e-6
+        axes.errorbar(
+            found.temperature / unit, rows - 0.15 * number, xerr=2 * found.temperature_error / unit,
+            fmt="o", color=style.GREY if number else style.BLUE, ms=4, label=label,
+        )  # fmt: skip
+    if uniform:
+        axes.axvline(1, label="theory", **THEORY)
+    else:
+        axes.set_xscale("log")
+    axes.set_yticks(rows, list(MODES.values()))
+    label = "temperature / kT, kT = α²/2c" if uniform else "temperature (µJ)"
+    axes.set(xlabel=label, ylim=(-2.2, len(MODES) - 0.4))
+
+
+def _draw_series(axes: "Axes", run: MotorRun, values: Any, **looks: Any) -> None:
+    axes.plot(*extremes(run.times, np.asarray(values)), **looks)
+    axes.set(xlabel="t (1000 s)", xlim=(run.times[0], run.times[-1]))
+
+
+def _halves(axes: "Axes") -> "tuple[Axes, Axes]":
+    """Two panels in the place of one, whose title stays."""
+    axes.set_axis_off()
+    above, below = axes.inset_axes((0, 0.57, 1, 0.43)), axes.inset_axes((0, 0, 1, 0.43))
+    above.tick_params(labelbottom=False)
+    return above, below
+
+
+def _draw_band(
+    axes: "Axes", run: MotorRun, values: Any, colour: str, label: str, *, band: bool = True,
+    **looks: Any,
+) -> None:  # fmt: skip
+    """Of each bin the mean, and a band from the least to the largest value."""
+    values = np.asarray(values)
+    bins = _bins(len(values), BINS)
+    times = np.array([run.times[part].mean() for part in bins])
+    mean, low, high = (
+        np.array([f(values[part]) for part in bins]) for f in (np.mean, np.min, np.max)
+    )
+    if band:
+        axes.fill_between(times, low, high, color=colour, alpha=0.25, lw=0)
+    axes.plot(times, mean, color=colour, label=label, **looks)
+    axes.set(xlabel="t (1000 s)", xlim=(run.times[0], run.times[-1]))
+
+
+def extremes(times: Array, values: Array, bins: int = BINS) -> tuple[Array, Array]:
+    """The least and the largest values of a long series in each of many bins, as they come."""
+    chosen = {0, len(times) - 1}
+    for part in _bins(len(times), bins):
+        chosen |= {part.start + int(values[part].argmin()), part.start + int(values[part].argmax())}
+    kept = sorted(chosen)
+    return times[kept], values[kept]
+
+
+def _bins(count: int, bins: int) -> list[slice]:
+    length = -(-count // bins)
+    return [slice(start, start + length) for start in range(0, count, length)]
+
+
+def _thinned(values: Array, count: int) -> Array:
+    """About so many of the values, evenly."""
+    return values[:: max(1, len(values) // count)]

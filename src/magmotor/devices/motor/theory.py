@@ -1,0 +1,89 @@
+"""Closed forms of the motor: what its noise injects, and its wells."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from magmotor.common.arguments import Seconds, checked
+from magmotor.common.checks import check_number
+from magmotor.devices.ball.landscape import effective_potential, valley_radius
+from magmotor.devices.motor.scene import Motor
+
+
+@checked
+def slip_mobility(scene: Motor) -> float:
+    """A = 1/m + r^2/J_B in 1/kg: by how much a force on the contact point accelerates the slip.
+
+    Of a ball that turns freely; the field holds its axis, so that the slip decays more slowly.
+    """
+    return 1 / scene.ball_mass + scene.ball_radius**2 / scene.ball_inertia
+
+
+@checked
+def ball_injection_rate(scene: Motor) -> float:
+    """Mean power alpha_B^2 (1/m + r^2/J_B) of the ball's noise in W; remark after (kjhss)."""
+    return scene.noises[0] ** 2 * slip_mobility(scene)
+
+
+@checked
+def ring_injection_rate(scene: Motor) -> float:
+    """Mean power (alpha_R^2/2) tr(I_R^-1) of the inner ring's noise in W; both remarks on E."""
+    return scene.noises[-1] ** 2 / 2 * sum(1 / moment for moment in scene.inner_moments)
+
+
+class MotorWells(NamedTuple):
+    """The wells of V_e under the outer dipoles, in the valley under a level inner ring."""
+
+    azimuth: NDArray[np.float64]
+    """Of each, 2 pi k/M in rad."""
+    radius: float
+    """Distance of the first from the centre, in m."""
+    energy: float
+    """V_e in the first, in J."""
+    barrier: float
+    """V_e between it and the next, at half their azimuth, less `energy`; in J."""
+
+
+@checked
+def motor_wells(scene: Motor) -> MotorWells:
+    """The wells between which the ball goes round.
+
+    The inner ring has its first dipole under the outer ring's first. Turned it has another ripple,
+    which matters little if its dipoles are many.
+    """
+    azimuth = 2 * math.pi * np.arange(scene.outer_dipoles) / scene.outer_dipoles
+    well, saddle = 0.0, math.pi / scene.outer_dipoles
+    radius = valley_radius(scene, well)
+    energy, top = (_valley_energy(scene, angle) for angle in (well, saddle))
+    return MotorWells(azimuth, radius, energy, top - energy)
+
+
+def _valley_energy(scene: Motor, azimuth: float) -> float:
+    radius = valley_radius(scene, azimuth)
+    point = radius * np.array([math.cos(azimuth), math.sin(azimuth)])
+    return float(effective_potential(scene, point))
+
+
+@checked
+def libration_frequency(scene: Motor) -> float:
+    """Angular frequency sqrt(|V_e|/J_B), in rad/s, at which xi_3 swings about B in the valley."""
+    deepest = float(effective_potential(scene, [valley_radius(scene), 0.0]))
+    return float(np.sqrt(-deepest / scene.ball_inertia))
+
+
+@checked
+def euler_slip_overheating(scene: Motor, timestep: Seconds) -> float:
+    """Factor 1/(1 - lambda h/2) by which explicit Euler overheats the slip, lambda = c_B A.
+
+    That of the slip alone, V' = (1 - lambda h) V + alpha A sqrt(h) N(0, 1).
+
+    Raises
+    ------
+    ValueError
+        A step that is not in (0, 2/lambda).
+    """
+    rate = scene.friction_ball * slip_mobility(scene)
+    check_number("timestep", timestep, above=0, below=2 / rate if rate else np.inf, unit="s")
+    return 1 / (1 - rate * timestep / 2)

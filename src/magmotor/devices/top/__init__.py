@@ -1,0 +1,1 @@
+"""Hamel's top: a magnetic ball under a tilted ring."""

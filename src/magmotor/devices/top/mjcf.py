@@ -1,0 +1,86 @@
+"""Hamel's top as MJCF: ball, ring and stage, with a scene's parameters."""
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from magmotor.device import mjcf_parts as parts
+from magmotor.device.job import Job
+from magmotor.device.mjcf_parts import fit_stage
+from magmotor.devices.ball.coordinates import BallCoordinates
+from magmotor.devices.ball.mjcf import add_ball, draw_ring, size_arrows
+from magmotor.devices.ball.states import BallStates, start
+from magmotor.devices.top.scene import Top
+from magmotor.mjcf import viscous_contact as contact
+
+
+def decorate(root: parts.Element, scene: Top) -> None:
+    """Draw the ring and fit lights and cameras to a scene."""
+    size_arrows(root, scene.ring_radius * min(1.0, 20 / scene.ring_dipoles))
+    draw_ring(root, "ring", *scene.ring_dipole_frame())
+    highest = max([height for _, height, _ in scene.ring_script] or [scene.ring_height])
+    extent = np.hypot(1.15 * scene.ring_radius, 0.5 * highest)
+    fit_stage(root, [0.0, 0.0, highest / 2], extent)
+
+
+def placed_ring(scene: Top, time: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Position (3,) in m and orientation (4,) of the ring's mocap body at a time (s)."""
+    height, tilt = scene.ring_pose(time)
+    return np.array([0.0, 0.0, height]), scene.ring_quaternion(tilt)
+
+
+class BallMotion:
+    """See `magmotor.run.in_mujoco.Motion`.
+
+    A scripted ring stands still within a step, where its script has it at the middle of the step:
+    an error of second order.
+    """
+
+    control = int(mujoco.mjtState.mjSTATE_MOCAP_POS) | int(mujoco.mjtState.mjSTATE_MOCAP_QUAT)
+    driven = True
+
+    def __init__(self, job: Job):
+        self.scene, self.timestep = job.scene, job.timestep
+        self.coordinates = BallCoordinates(job.scene.surface, job.scene.ball_radius)
+        self.start = np.concatenate(self.coordinates.joints(job.initial))[np.newaxis]
+
+    def controls(self, steps: NDArray[np.int64]) -> NDArray[np.float64] | None:
+        """Position and orientation of a scripted ring, step by step; others stay where they are."""
+        if not self.scene.ring_script:
+            return None
+        times = (steps + 0.5) * self.timestep
+        return np.array([[np.concatenate(placed_ring(self.scene, time)) for time in times]])
+
+    def sums(self, before, paths, first) -> NDArray[np.float64]:
+        """None."""
+        return paths[..., :0]
+
+    def states(self, time, qpos, qvel, sums) -> BallStates:
+        """The ball's states from joint coordinates, shape (1, T, n)."""
+        return self.coordinates.states(time, qpos[0], qvel[0])
+
+
+def compose_top(scene: Top, *, looks: bool) -> parts.Element:
+    """The top as one PyMJCF tree, without decoration unless `looks`."""
+    root = parts.load("top", looks=looks)
+    if looks:
+        decorate(root, scene)
+    add_ball(root, scene, scene.inertia)
+    _place_ring(root.find("body", "ring"), scene)
+    contact.add_contacts(root, scene.surface, scene.gravity, scene.friction, scene.dry_friction)
+    if not looks:
+        parts.disable_unused(root)
+        contact.tune_solver(root, scene.surface, scene.friction)
+    coordinates = BallCoordinates(scene.surface, scene.ball_radius)
+    qpos, qvel = coordinates.joints(start(scene))
+    root.keyframe.add("key", name="start", qpos=qpos, qvel=qvel)
+    inverse_inertia = 1 / scene.ball_mass + scene.ball_radius**2 / scene.inertia[0]
+    contact.calibrate_viscous(root, scene.friction, inverse_inertia)
+    return root
+
+
+def _place_ring(body: parts.Element, scene: Top) -> None:
+    height, tilt = scene.ring_pose(0.0)
+    body.pos = [0.0, 0.0, height]
+    body.quat = scene.ring_quaternion(tilt)
+    parts.add_dipoles(body, scene.moment, *scene.ring_dipole_frame())

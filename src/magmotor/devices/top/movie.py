@@ -1,0 +1,45 @@
+"""The top in a movie: its spin, and J(t) beside theory."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from magmotor.common import style
+from magmotor.devices.top.plots import draw_momentum
+from magmotor.devices.top.scene import Top
+from magmotor.render.views import between
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.lines import Line2D
+
+TYPESET = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+class TopSubject:
+    """See `magmotor.render.frames.Subject`; the value is J."""
+
+    near, trail = "ball", 0.25
+    needs: tuple[str, ...] = ("position", "axis", "slip_velocity", "momentum_map")
+
+    def __init__(self, run: xr.Dataset, scene: Top, times: NDArray[np.float64]):
+        self.run, self.scene, self.times = run, scene, times
+        self.value = between(run, run.momentum_map.values, times)
+        largest = np.abs(run.momentum_map.values).max()
+        self.exponent = int(np.floor(np.log10(max(largest, style.NO_SPIN * scene.inertia[2]))))
+
+    def plot(self, axes: "Axes") -> list["Line2D"]:
+        """J and the integral of friction's torque."""
+        return draw_momentum(axes, self.run, self.scene)[0]
+
+    def lines(self, i: int) -> list[str]:
+        """Spin, J, and the pose of a ring that moves."""
+        momentum, power = self.value[i], str(self.exponent).translate(TYPESET)
+        spin, size = momentum / self.scene.inertia[2], momentum / 10.0**self.exponent
+        told = [f"spin  {spin:+z.2f} rad/s", f"J  {size:+z.2f} × 10{power} kg m²/s"]
+        if self.scene.ring_script:
+            height, tilt = self.scene.ring_pose(float(self.times[i]))
+            told.append(f"ring  {100 * height:.1f} cm high, tilt {np.degrees(tilt):.1f}°")
+        return told

@@ -1,0 +1,177 @@
+"""Observables of the ball's motion: slip velocity, momentum map, energy, and their balances."""
+
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy.interpolate import make_interp_spline
+from scipy.spatial.transform import Rotation
+
+from magmotor import dipoles
+from magmotor.common.arguments import Vectors, checked
+from magmotor.device.analysis import OWN, analysis
+from magmotor.devices.ball.states import BallStates
+from magmotor.devices.motor.scene import Motor
+from magmotor.devices.top.scene import Top
+
+Array = NDArray[np.float64]
+
+
+class BallEnergy(NamedTuple):
+    """Energies in J and a force in N, each of shape (T,)."""
+
+    total: Array
+    """With gravity, from the ball's height on the plane."""
+    kinetic: Array
+    magnetic: Array
+    lift: Array
+    """Vertical magnetic force on the ball."""
+
+
+@checked
+def slip_velocity(scene: Top | Motor, velocity: Vectors, angular_velocity: Vectors) -> Array:
+    """Slip velocity V_Q = v + omega x q of the contact point, q = -r e_z; equation (slip).
+
+    Parameters
+    ----------
+    velocity, angular_velocity : ndarray, shape (..., 3)
+        In m/s and rad/s, in the world frame.
+
+    Returns
+    -------
+    ndarray, shape (..., 3)
+        In m/s.
+    """
+    return velocity + np.cross(angular_velocity, [0.0, 0.0, -scene.ball_radius])
+
+
+@checked
+def momentum_map(scene: Top, axis: Vectors, angular_velocity: Vectors) -> Array:
+    """Momentum map J = pi . xi_3 = I_3 omega . xi_3, in kg m^2/s; shapes (..., 3) -> (...)."""
+    return scene.inertia[2] * np.sum(axis * angular_velocity, axis=-1)
+
+
+@checked
+def friction_torque(scene: Top, axis: Vectors, slip: Vectors) -> Array:
+    """Torque c r xi_3 . (e_z x V_Q) of friction about the axis, in N m; shapes (..., 3) -> (...).
+
+    The paper's equation (magtopnc) gives dJ/dt = this, since magnetism has no torque about xi_3.
+    """
+    turned = slip[..., 0] * axis[..., 1] - slip[..., 1] * axis[..., 0]
+    return scene.friction * scene.ball_radius * turned
+
+
+@checked
+def magnetic_energy(scene: Top, states: BallStates) -> Array:
+    """Energy -m . B of the ball in the ring's field, in J, shape (T,)."""
+    return ball_energy(scene, states).magnetic
+
+
+@checked
+def magnetic_energy_and_lift(scene: Top, states: BallStates) -> tuple[Array, Array]:
+    """Energy -m . B of the ball in the ring's field, in J, and vertical force on it, in N."""
+    found = ball_energy(scene, states)
+    return found.magnetic, found.lift
+
+
+@checked
+def kinetic_energy(scene: Top, states: BallStates) -> Array:
+    """Energy of translation and rotation, in J, shape (T,)."""
+    return ball_energy(scene, states).kinetic
+
+
+@checked
+def energy(scene: Top, states: BallStates) -> Array:
+    """Total energy in J, shape (T,); gravity counts from the ball's height on the plane."""
+    return ball_energy(scene, states).total
+
+
+def ball_energy(scene: Top, states: BallStates) -> BallEnergy:
+    """Energies, and the lift, from one evaluation of the field; what a guard asks of any states."""
+    across, _, axial = scene.inertia
+    spin = states.angular_velocity
+    about = np.sum(spin * states.axis, axis=-1)
+    turning = across * np.sum(spin**2, axis=-1) + (axial - across) * about**2
+    kinetic = 0.5 * (scene.ball_mass * np.sum(states.velocity**2, axis=-1) + turning)
+    magnetic, lift = _magnetic(scene, states)
+    raised = scene.ball_mass * scene.gravity * (states.position[:, 2] - scene.ball_radius)
+    return BallEnergy(kinetic + magnetic + raised, kinetic, magnetic, lift)
+
+
+def _magnetic(scene: Top, states: BallStates) -> tuple[Array, Array]:
+    position, axis, sources = states.position, states.axis, scene.ring_sources()
+    turn = None
+    if scene.ring_script:  # in the ring's own frame, its dipoles rest
+        height, turn = _ring_frame(scene, states.time)
+        position = turn.apply(position - height, inverse=True)
+        axis = turn.apply(axis, inverse=True)
+        places, outward = scene.ring_dipole_frame()
+        sources = places, scene.moment * outward
+    force, field = dipoles.force_and_field(position, scene.moment * axis, *sources)
+    lift = (force if turn is None else turn.apply(force))[:, 2]
+    return -scene.moment * np.sum(axis * field, axis=-1), lift
+
+
+@analysis("axis", "slip_velocity", "momentum_map", of=Top, records=2, replicas=False)
+def momentum_balance(run: xr.Dataset, scene: Top = OWN) -> xr.Dataset:
+    """Theory's account of J: the integral of friction's torque, and what it leaves unexplained.
+
+    Friction is the paper's: viscous, and acting all the time, so that what dry friction does, or a
+    ball that leaves the plane, is left unexplained.
+
+    Parameters
+    ----------
+    run : xarray.Dataset
+        With every step recorded, or steps close enough for quintic splines.
+    scene : Top, optional
+        Its scene; by default the one that the attributes of the run tell.
+
+    Returns
+    -------
+    xarray.Dataset
+        `torque` (N m), `integral` = J(0) + int torque dt and `residual` = J - integral (kg m^2/s).
+    """
+    torque = friction_torque(scene, run.axis.values, run.slip_velocity.values)
+    integral = run.momentum_map.values[0] + _integrate(run.time.values, torque)
+    residual = run.momentum_map.values - integral
+    columns = {"torque": torque, "integral": integral, "residual": residual}
+    return xr.Dataset({k: ("time", v) for k, v in columns.items()}, coords={"time": run.time})
+
+
+@analysis("slip_velocity", "energy", of=Top, records=2, replicas=False)
+def energy_balance(run: xr.Dataset, scene: Top = OWN) -> xr.Dataset:
+    """Theory's account of the energy with a ring at rest: dE/dt = -c |V_Q|^2.
+
+    Parameters
+    ----------
+    run : xarray.Dataset
+        Of a top, with every step recorded, or steps close enough for quintic splines.
+    scene : Top, optional
+        Its scene; by default the one that the attributes of the run tell.
+
+    Returns
+    -------
+    xarray.Dataset
+        `heat` = int c |V_Q|^2 dt and `residual` = E - E(0) + heat, in J.
+    """
+    power = scene.friction * np.sum(run.slip_velocity.values**2, axis=-1)
+    heat = _integrate(run.time.values, power)
+    residual = run.energy.values - run.energy.values[0] + heat
+    columns = {"heat": heat, "residual": residual}
+    return xr.Dataset({k: ("time", v) for k, v in columns.items()}, coords={"time": run.time})
+
+
+def _integrate(time: Array, values: Array) -> Array:
+    """Running integral by splines of sixth order, so that quadrature is no part of the error."""
+    degree = min(5, len(time) - 1)
+    spline = make_interp_spline(time, values, k=degree).antiderivative()
+    return spline(time) - spline(time[0])
+
+
+def _ring_frame(scene: Top, times: Array) -> tuple[Array, Rotation]:
+    """The ring's centre at each time, and the rotation from its frame to the world's."""
+    poses = np.array([scene.ring_pose(time) for time in times])
+    centre = poses[:, :1] * [0.0, 0.0, 1.0]
+    quaternions = [scene.ring_quaternion(tilt) for tilt in poses[:, 1]]
+    return centre, Rotation.from_quat(quaternions, scalar_first=True)

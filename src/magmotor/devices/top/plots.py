@@ -1,0 +1,151 @@
+"""A run of the top at a glance: its path over V_e, its J and its energy against theory."""
+
+import json
+from textwrap import fill
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from magmotor.common import style
+from magmotor.common.arguments import Picture, checked
+from magmotor.common.checks import reject
+from magmotor.common.style import save_small
+from magmotor.device.analysis import analysis
+from magmotor.devices.ball.plots import draw_path
+from magmotor.devices.top.observables import energy_balance, momentum_balance
+from magmotor.devices.top.scene import Top
+from magmotor.devices.top.theory import highest_valley
+from magmotor.sweep import plots as panels
+from magmotor.sweep.plots import WRAP, meaning_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.lines import Line2D
+
+
+@analysis(
+    *("position", "axis", "slip_velocity", "momentum_map", "energy"),
+    of=Top, records=2, replicas=False,
+)  # fmt: skip
+def overview(run: xr.Dataset, scene: Top | None, path: Picture) -> None:
+    """Write one picture of a run.
+
+    Left the path over the effective potential, right J(t) against the integral of friction's
+    torque c r xi_3 . (e_z x V_Q), and the energy against the heat.
+
+    Parameters
+    ----------
+    run : xarray.Dataset
+        From `simulate`.
+    scene : Top or None
+        Its scene; None, the one that the attributes of the run tell.
+    path : str or Path
+        The file to write; its suffix says in which format.
+    """
+    assert scene is not None  # the run's own by now
+    with style.figure(12.0, 6.0) as figure:
+        axes = figure.subplot_mosaic([["path", "momentum"], ["path", "energy"]])
+        draw_path(axes["path"], run, scene)
+        _draw_momentum(axes["momentum"], run, scene)
+        _draw_energy(axes["energy"], run, scene)
+        figure.savefig(path, dpi=150)
+
+
+def _draw_momentum(axes: "Axes", run: xr.Dataset, scene: Top) -> None:
+    _, residual = draw_momentum(axes, run, scene)
+    axes.set(title=f"J against the torque of friction: largest difference {residual:.1e} kg m²/s")
+    axes.legend()
+
+
+def _draw_energy(axes: "Axes", run: xr.Dataset, scene: Top) -> None:
+    balance = energy_balance(run, scene)
+    gain = 1e3 * (run.energy - run.energy[0])
+    axes.plot(run.time, gain, color=style.BLUE, lw=3, label="$E(t) - E(0)$, simulated")
+    label = r"$-\int c\,|V_Q|^2\,dt$, the heat"
+    axes.plot(run.time, -1e3 * balance.heat, "--", color=style.ORANGE, label=label)
+    if scene.ring_script:
+        work = 1e3 * balance.residual
+        axes.plot(run.time, work, ":", color=style.GREEN, label="their difference: the ring's work")
+        bottom, top = axes.get_ylim()
+        axes.set_ylim(bottom, top + 0.4 * (top - bottom))  # room for three lines of legend
+        axes.set(title="Energy against heat, and the work of moving the ring")
+    else:
+        largest = float(1e3 * np.abs(balance.residual).max())
+        axes.set(title=f"Energy against heat: largest difference {largest:.1e} mJ")
+    axes.set(xlabel="t (s)", ylabel="energy (mJ)")
+    axes.legend()
+
+
+def draw_momentum(axes: "Axes", run: xr.Dataset, scene: Top) -> tuple[list["Line2D"], float]:
+    """Draw J as simulated and as the integral of friction's torque.
+
+    Returns
+    -------
+    lines : list of Line2D
+    residual : float
+        Their largest difference, in kg m^2/s.
+    """
+    balance = momentum_balance(run, scene)
+    lines = axes.plot(run.time, run.momentum_map, color=style.BLUE, lw=3, label="simulated")
+    label = r"theory: $J(0) + \int c\,r\,\xi_3\cdot(e_z\times V_Q)\,dt$"
+    lines += axes.plot(run.time, balance.integral, "--", color=style.ORANGE, label=label)
+    axes.set(xlabel="t (s)", ylabel="J (kg m²/s)")
+    inertia = scene.inertia[2]
+    least = style.NO_SPIN * inertia
+    if np.abs(run.momentum_map).max() < least:
+        axes.set_ylim(-least, least)
+    to_spin = (lambda J: np.asarray(J) / inertia, lambda spin: np.asarray(spin) * inertia)
+    spin = axes.secondary_yaxis("right", functions=to_spin)
+    spin.set_ylabel("spin (rad/s)")
+    return lines, float(np.abs(balance.residual).max())
+
+
+MEASURES, FIELDS = ("max_spin", "settling_radius"), ("tilt", "ring_height")
+
+LINE = "(H − r)/R = 0.980: above, a level ring keeps the ball under its centre"
+
+
+@checked
+def spin_map(data: xr.Dataset, scene: Top, path: Picture) -> None:
+    """Write the picture of a sweep of the top over `tilt` and `ring_height`.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        The combined sweep, with the measures `max_spin` and `settling_radius`.
+    scene : Top
+        What did not vary.
+    path : str or Path
+        The .png to write.
+
+    Raises
+    ------
+    ValueError
+        It is no such sweep, or that of another scene.
+    """
+    _check(data, scene)
+    with style.figure(9.6, 4.2) as figure:
+        left, right = figure.subplots(1, 2)
+        for axes, name in ((left, "max_spin"), (right, "settling_radius")):
+            axes.set_title(fill(meaning_of(data[name]), WRAP))
+            shown = panels.averaged(data[name])
+            panels.draw_map(axes, shown, data.tilt, data.ring_height)
+            axes.axhline(highest_valley(scene), color=style.ORANGE, ls="--", label=LINE)
+        legend = left.get_legend_handles_labels()
+        figure.legend(*legend, loc="outside lower center", ncols=2)
+        save_small(figure, path, dpi=100)
+
+
+def _check(data: xr.Dataset, scene: Top) -> None:
+    needs = *MEASURES, *FIELDS
+    missing = [name for name in needs if name not in data or data[name].dtype.kind not in "iuf"]
+    if missing or any(data[name].dims != (name,) for name in FIELDS):
+        bound = f"those of a sweep of {' and '.join(FIELDS)} that measures {' and '.join(MEASURES)}"
+        raise reject("variables of data", [*map(str, data.variables)], bound)
+    if "sweep" in data.attrs:
+        own = json.loads(data.attrs["sweep"]).get("scene_fields", {})
+        for name in ("ball_radius", "ring_radius"):
+            value = getattr(scene, name)
+            if own.get(name, value) != value:
+                raise reject(f"scene.{name}", value, f"{own[name]!r}, as in the sweep")

@@ -1,0 +1,72 @@
+"""Runs of Hamel's top by the kernel of rigid bodies: no noise, and a ring that stands still."""
+
+from collections.abc import Generator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from magmotor.device.job import Job
+from magmotor.devices.ball.rigid_forces import Bodies, Magnets, floats
+from magmotor.devices.ball.rigid_kernel import SIZE, march, on_plane
+from magmotor.devices.ball.states import BallStates, axes
+from magmotor.devices.top.scene import Top
+from magmotor.dipoles import pack_sources
+
+Array = NDArray[np.float64]
+
+
+def run(job: Job) -> Generator[tuple[BallStates, Array]]:
+    """Yield the recorded states that follow the initial one, in chunks; see `Job`."""
+    scene = job.scene
+    for times, records, last in march(job, bodies(scene), magnets(scene), pack(job.initial)):
+        yield unpack(times, records[:, 0], scene.ball_radius), last
+
+
+def bodies(scene: Top) -> Bodies:
+    """Masses and friction; of a ring that nothing turns."""
+    found = Bodies(
+        mass=scene.ball_mass,
+        radius=scene.ball_radius,
+        inertia=scene.inertia[0],
+        across=1.0,
+        axial=1.0,
+        slip_friction=scene.friction,
+        slip_noise=0.0,
+        ring_friction=0.0,
+        ring_noise=0.0,
+    )
+    return floats(found)
+
+
+def magnets(scene: Top) -> Magnets:
+    """Dipoles of the ball and of the ring; none that turn."""
+    none = np.zeros((0, 3))
+    return Magnets(
+        moment=scene.moment,
+        fixed=pack_sources(*scene.ring_sources()),
+        frame=pack_sources(none, none),
+        height=0.0,
+        factor=0.0,
+    )
+
+
+def pack(states: BallStates) -> Array:
+    """The last of the states as the kernel takes it."""
+    assert states.orientation is not None, "initial states always have orientations"
+    packed = np.zeros((1, SIZE))
+    packed[0, 0:2], packed[0, 2:4] = states.position[-1, :2], states.velocity[-1, :2]
+    packed[0, 4:8], packed[0, 8:11] = states.orientation[-1], states.angular_velocity[-1]
+    packed[0, 11] = 1.0
+    return packed
+
+
+def unpack(time: Array, records: Array, radius: float) -> BallStates:
+    """Recorded states from the kernel's."""
+    return BallStates(
+        time=time,
+        position=on_plane(records[:, 0:2], radius),
+        velocity=on_plane(records[:, 2:4], 0.0),
+        axis=axes(records[:, 4:8]),
+        angular_velocity=records[:, 8:11],
+        orientation=records[:, 4:8],
+    )

@@ -1,0 +1,275 @@
+"""Hamel's magnetic top: a magnetised ball on a plane under a ring of dipoles."""
+
+import math
+from bisect import bisect_right
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from magmotor.common.checks import check_array, check_integer, check_number, reject
+from magmotor.device.fields import check_fields, quantity
+from magmotor.dipoles import PERMEABILITY_OVER_4PI, ring_dipoles
+from magmotor.numerics.reproducible import product
+
+
+class Waypoint(NamedTuple):
+    """Where the ring is at one time; between two waypoints it moves smoothly, at rest at both."""
+
+    time: float
+    height: float
+    tilt: float
+
+
+def pose(script: tuple[Waypoint, ...], time: float) -> tuple[float, float]:
+    """Height (m) and tilt (rad) at a time; before the first waypoint and after the last, constant.
+
+    The interpolation is 6 s^5 - 15 s^4 + 10 s^3: velocity and acceleration are continuous.
+    """
+    after = bisect_right(script, time, key=lambda waypoint: waypoint.time)
+    if after == 0 or after == len(script):
+        _, height, tilt = script[0 if after == 0 else -1]
+        return height, tilt
+    start, end = script[after - 1], script[after]
+    s = (time - start.time) / (end.time - start.time)
+    s = s**3 * (10 + s * (6 * s - 15))
+    return (
+        start.height + s * (end.height - start.height),
+        start.tilt + s * (end.tilt - start.tilt),
+    )
+
+
+def check_script(script: tuple[Waypoint, ...], lowest: float) -> tuple[Waypoint, ...]:
+    """Return the script as waypoints.
+
+    Raises
+    ------
+    ValueError
+        Times that do not increase, a height not above `lowest`, a tilt outside [0, pi/2).
+    """
+    if not isinstance(script, tuple | list):
+        raise reject("ring_script", script, "a tuple of waypoints")
+    checked: list[Waypoint] = []
+    for i, entry in enumerate(script):
+        name = f"ring_script[{i}]"
+        if not isinstance(entry, tuple | list) or len(entry) != 3:
+            raise reject(name, entry, "three numbers: time, height, tilt")
+        time, height, tilt = entry
+        waypoint = Waypoint(
+            check_number(f"{name}.time", time, unit="s"),
+            check_number(f"{name}.height", height, above=lowest, unit="m"),
+            check_number(f"{name}.tilt", tilt, at_least=0.0, below=math.pi / 2, unit="rad"),
+        )
+        if checked and waypoint.time <= checked[-1].time:
+            raise reject(f"{name}.time", time, f"greater than {checked[-1].time:g} s")
+        checked.append(waypoint)
+    return tuple(checked)
+
+
+PAPER_TILT = math.pi / 64
+SMALLEST_DRY_FRICTION = 1e-5
+DRY_FRICTION_RATE = 200.0
+"""Rate (1/s) at which dry friction that is not saturated stops a slip; a step must be shorter."""
+CONTACT_RATE = 20.0
+"""Rate (1/s) at which a ball that the plane bears comes to rest on it, critically damped."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Top:
+    """Hamel's top; the defaults are the paper's fourth case, the one that acquires spin.
+
+    Angles are in radians, lengths in metres; see `unit` and `doc` in each field's metadata.
+
+    Raises
+    ------
+    ValueError
+        Names the field, its value and the bound.
+    """
+
+    ball_mass: float = quantity(0.2, "kg", "mass of the ball", above=0)
+    ball_radius: float = quantity(0.018, "m", "radius of the ball", above=0)
+    ball_inertia: float | None = quantity(
+        None, "kg m^2", "moment of inertia across the axis xi_3 (none: 2/5 m r^2)", above=0
+    )
+    ball_axial_inertia: float | None = quantity(
+        None, "kg m^2", "moment of inertia about the axis xi_3 (none: 2/5 m r^2)", above=0
+    )
+    friction: float = quantity(0.3, "kg/s", "viscous friction c: force = -c V_Q", at_least=0)
+    position: tuple[float, float] = quantity((-0.05, 0.02), "m", "where the ball starts")
+    velocity: tuple[float, float] = quantity((0.0, 0.0), "m/s", "the ball's initial velocity")
+    axis: tuple[float, float, float] = quantity(
+        (0.0, 0.0, 1.0), "1", "initial direction of the dipole xi_3, of any length"
+    )
+    spin: float = quantity(0.0, "rad/s", "initial angular velocity about xi_3")
+    ring_dipoles: int = quantity(20, "1", "number of dipoles N on the ring", at_least=1)
+    ring_radius: float = quantity(0.34, "m", "radius of the ring", above=0)
+    ring_height: float = quantity(0.2, "m", "height H of the ring's centre", above=0)
+    tilt: float = quantity(
+        PAPER_TILT,
+        "rad",
+        "angle of the ring's normal from the vertical",
+        at_least=0,
+        below=math.pi / 2,
+    )
+    tilt_azimuth: float = quantity(0.0, "rad", "direction into which the ring's normal leans")
+    ring_script: tuple[Waypoint, ...] = field(default=())
+    """(time, height, tilt) waypoints that the ring follows instead of standing still."""
+    coupling: float = quantity(
+        1e-5, "J m^3", "mu0 m_ball m_ring/(4 pi) of a pair of dipoles", above=0
+    )
+    gravity: float = quantity(9.81, "m/s^2", "gravitational acceleration", at_least=0)
+    surface: str = quantity(
+        "planar",
+        "",
+        "planar: held at z = r, the paper's constraint; plane: gravity and unilateral contact",
+        choices=("planar", "plane"),
+    )
+    coulomb_friction: float = quantity(
+        0.0, "1", "dry friction coefficient (surface plane)", at_least=0
+    )
+    torsional_friction: float = quantity(
+        0.0, "m", "dry friction torque about the normal, over load (surface plane)", at_least=0
+    )
+    rolling_friction: float = quantity(
+        0.0, "m", "dry rolling friction torque, over load (surface plane)", at_least=0
+    )
+
+    def __post_init__(self) -> None:
+        """Check every field, alone and against the others."""
+        check_fields(self)
+        lowest = 2 * self.ball_radius
+        script = check_script(self.ring_script, lowest)
+        object.__setattr__(self, "ring_script", script)
+        if not script:
+            check_number("ring_height", self.ring_height, above=lowest, unit="m (the ball's top)")
+        for time in [entry.time for entry in script] or [0.0]:
+            height, tilt = self.ring_pose(time)
+            if height <= self.ring_radius * math.sin(tilt):
+                bound = f"less than {math.asin(height / self.ring_radius):.4g} rad (the floor)"
+                raise reject("tilt", tilt, bound)
+        if not any(self.axis):
+            raise reject("axis", self.axis, "a direction: not all zero")
+        if self.inertia[2] > 2 * self.inertia[0]:
+            bound = f"at most twice the moment across it, {2 * self.inertia[0]:g} kg m^2"
+            raise reject("ball_axial_inertia", self.inertia[2], bound)
+        self._check_dry_friction()
+        if self.surface == "plane" and self.gravity == 0:
+            raise reject("gravity", self.gravity, "positive when surface = 'plane'")
+
+    def _check_dry_friction(self) -> None:
+        """MuJoCo offers rolling friction only with torsional, and that only with Coulomb's."""
+        names = ("coulomb_friction", "torsional_friction", "rolling_friction")
+        for i, (name, value) in enumerate(zip(names, self.dry_friction, strict=True)):
+            if value > 0 and self.surface == "planar":
+                raise reject(name, value, "zero unless surface = 'plane'")
+            needed = value > 0 or any(self.dry_friction[i:])
+            if needed and value < SMALLEST_DRY_FRICTION:
+                bound = f"at least {SMALLEST_DRY_FRICTION:g}, MuJoCo's smallest,"
+                others = " or ".join(names[i:])
+                raise reject(name, value, f"{bound} when {others} is positive")
+
+    @classmethod
+    def paper(cls, case: int = 4, **changes: Any) -> "Top":
+        """One of the paper's four simulations; `changes` replace fields."""
+        cases: dict[int, dict[str, Any]] = {
+            1: {"tilt": 0.0, "friction": 0.0, "position": (0.01, 0.005)},
+            2: {"tilt": PAPER_TILT, "friction": 0.0, "position": (0.01, 0.005)},
+            3: {"tilt": 0.0, "friction": 0.3, "position": (0.01, 0.005)},
+            4: {"tilt": PAPER_TILT, "friction": 0.3, "position": (-0.05, 0.02)},
+        }
+        return cls(**(cases[check_integer("case", case, at_least=1, at_most=4)] | changes))
+
+    @classmethod
+    def si(cls, **changes: Any) -> "Top":
+        """The fourth case with the paper's moments read in SI: the coupling is 100 times larger.
+
+        On its way out the magnetic lift then exceeds the ball's weight, where a planar run stops:
+        hold the ball down with a larger `gravity`, or, with `surface="plane"`, watch it leave the
+        plane, until it falls into a dipole.
+        """
+        reading: dict[str, Any] = {"coupling": 1e-3}
+        return cls(**(reading | changes))
+
+    @classmethod
+    def experiment(cls, **changes: Any) -> "Top":
+        """The experiment as the paper tells it: lower the ring over the resting ball, then tilt it.
+
+        The ring comes down from 0.6 m, where the ball's place under the centre is stable, to the
+        paper's height; the ball rolls out to the ring of minima, then the tilt makes it roll along
+        that ring, and spin.
+        """
+        script = (
+            Waypoint(0.0, 0.6, 0.0),
+            Waypoint(5.0, 0.2, 0.0),
+            Waypoint(12.0, 0.2, 0.0),
+            Waypoint(14.0, 0.2, PAPER_TILT),
+        )
+        start = {"position": (-0.01, 0.006), "ring_script": script}
+        return cls(**(start | changes))
+
+    def replace(self, **changes) -> "Top":
+        """A copy with some fields changed, checked anew."""
+        return replace(self, **changes)
+
+    @property
+    def inertia(self) -> tuple[float, float, float]:
+        """Principal moments of inertia (I, I, I_3) in kg m^2."""
+        sphere = 0.4 * self.ball_mass * self.ball_radius**2
+        across = sphere if self.ball_inertia is None else self.ball_inertia
+        axial = sphere if self.ball_axial_inertia is None else self.ball_axial_inertia
+        return across, across, axial
+
+    @property
+    def dry_friction(self) -> tuple[float, float, float]:
+        """Coefficients of Coulomb (1), torsional (m) and rolling (m) friction."""
+        return self.coulomb_friction, self.torsional_friction, self.rolling_friction
+
+    @property
+    def moment(self) -> float:
+        """Magnetic moment of the ball and of each dipole of the ring, in A m^2."""
+        return math.sqrt(self.coupling / PERMEABILITY_OVER_4PI)
+
+    def ring_pose(self, time: float = 0.0) -> tuple[float, float]:
+        """Height (m) and tilt (rad) of the ring at a time (s)."""
+        time = check_number("time", time)
+        return pose(self.ring_script, time) if self.ring_script else (self.ring_height, self.tilt)
+
+    def ring_quaternion(self, tilt: float) -> NDArray[np.float64]:
+        """Orientation (w, x, y, z) of the ring: turned by `tilt` about a horizontal axis."""
+        half = check_number("tilt", tilt) / 2
+        return np.array(
+            [
+                math.cos(half),
+                -math.sin(half) * math.sin(self.tilt_azimuth),
+                math.sin(half) * math.cos(self.tilt_azimuth),
+                0.0,
+            ]
+        )
+
+    def ring_dipole_frame(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Positions (N, 3) and outward directions (N, 3) of the dipoles in the ring's own frame."""
+        return ring_dipoles(self.ring_dipoles, self.ring_radius)
+
+    def ring_sources(self, time: float = 0.0) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Positions (N, 3) in metres and moments (N, 3) in A m^2 of the ring at a time (s)."""
+        positions, directions = self.ring_dipole_frame()
+        return self.in_world(positions, self.moment * directions, time)
+
+    def in_world(
+        self, positions: NDArray[np.float64], moments: NDArray[np.float64], time: float = 0.0
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Positions (n, 3) in m and moments (n, 3) in the ring's own frame, in the world's."""
+        positions = check_array("positions", positions, "n", 3)
+        moments = check_array("moments", moments, "n", 3)
+        height, tilt = self.ring_pose(time)
+        turn = _rotation_matrix(self.ring_quaternion(tilt))
+        places = product(positions, turn.T)
+        places[:, 2] += height
+        return places, product(moments, turn.T)
+
+
+def _rotation_matrix(quaternion: NDArray[np.float64]) -> NDArray[np.float64]:
+    from scipy.spatial.transform import Rotation
+
+    return Rotation.from_quat(quaternion, scalar_first=True).as_matrix()

@@ -1,1 +1,0 @@
-"""Engines: each runs a scene with the schemes it has, and knows nothing of the others."""

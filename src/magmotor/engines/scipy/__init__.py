@@ -1,1 +1,0 @@
-"""The deterministic truth: ordinary differential equations integrated by SciPy's DOP853."""

@@ -1,1 +1,0 @@
-"""The reference engine: variational integrators and splittings, which use no MuJoCo."""

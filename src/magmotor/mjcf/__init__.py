@@ -1,0 +1,1 @@
+"""For any MuJoCo model: magnetism, Brownian forces, viscous contact, the thermostat."""

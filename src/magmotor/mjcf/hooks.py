@@ -1,0 +1,114 @@
+"""Hooks of MuJoCo's, of which a process has one each, for all models and threads."""
+
+import ctypes
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import cache
+from typing import Any
+
+import mujoco
+
+from magmotor.mjcf.memory import library
+
+
+class Hook:
+    """A `with` block in which a hook is ours; at the end it is again what it was.
+
+    Blocks may be nested and may overlap in several threads: the first installs, the last restores.
+
+    Parameters
+    ----------
+    install : callable
+        `install()` makes the hook ours and returns what it was.
+    restore : callable
+        `restore(previous)` undoes that.
+    """
+
+    def __init__(self, install: Callable[[], Any], restore: Callable[[Any], object]):
+        self._install, self._restore = install, restore
+        self._lock = threading.Lock()
+        self._depth = 0
+        self._previous: Any = None
+
+    def __enter__(self) -> None:
+        with self._lock:
+            if self._depth == 0:
+                self._previous = self._install()
+            self._depth += 1
+
+    def __exit__(self, *_: object) -> None:
+        with self._lock:
+            self._depth -= 1
+            if self._depth == 0:
+                self._restore(self._previous)
+                self._previous = None
+
+
+_messages: dict[int, str] = {}
+
+
+@contextmanager
+def raised() -> Iterator[None]:
+    """Raise, at the end of the block, the first error that C code reported in its thread.
+
+    The code that reported it goes on, as if it had not.
+
+    Raises
+    ------
+    mujoco.FatalError
+    """
+    try:
+        with _error_hook:
+            yield
+    finally:
+        message = _messages.pop(threading.get_ident(), None)
+    if message is not None:
+        raise mujoco.FatalError(message)
+
+
+def _install() -> int | None:
+    previous = _handler().value
+    _handler().value = ctypes.cast(_keep, ctypes.c_void_p).value
+    return previous
+
+
+def _restore(previous: int | None) -> None:
+    _handler().value = previous
+
+
+_error_hook = Hook(_install, _restore)
+
+
+@cache
+def _handler() -> ctypes.c_void_p:
+    """The user's handler of errors, MuJoCo's last resort before it ends the process."""
+    return ctypes.c_void_p.in_dll(library(), "mju_user_error")
+
+
+@ctypes.CFUNCTYPE(None, ctypes.c_char_p)
+def _keep(message: bytes) -> None:
+    _messages.setdefault(threading.get_ident(), message.decode())
+
+
+@contextmanager
+def stopped() -> Iterator[None]:
+    """Stop the stopwatch, which the Python bindings start whenever an MjData is made.
+
+    Blocks may be nested and may overlap in several threads: the last that ends starts it again.
+    """
+    with _clock_hook:
+        _clock().value = None
+        yield
+
+
+@cache
+def _clock() -> ctypes.c_void_p:
+    return ctypes.c_void_p.in_dll(library(), "mjcb_time")
+
+
+def _start(clock: int | None) -> None:
+    _clock().value = clock
+
+
+_clock_hook = Hook(lambda: _clock().value, _start)

@@ -1,0 +1,184 @@
+"""What the splitting BAOAB requires of a model: constant linear maps for friction and noise.
+
+That holds if each body that moves hangs on the world by joints at its centre of mass, and if
+nothing else than friction proportional to velocities, noise and forces from outside acts on it.
+"""
+
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from magmotor.common.checks import check_array, check_number, reject
+from magmotor.mjcf.viscous_contact import ALWAYS_IN_CONE
+
+HINGE, SLIDE = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)
+ROUNDING = 1e-9
+
+NONE_OF = {"nactuator": "actuators", "nflex": "flexes", "nplugin": "plugins", "neq": "equalities"}
+"""Counts in the model that must be zero."""
+
+NUMBERS = ("qpos0", "body_mass", "body_inertia", "body_pos", "body_user", "dof_damping")
+"""Arrays in the model that are read."""
+
+SWITCHED_OFF_BY = {
+    "jnt_stiffness": "spring",
+    "jnt_stiffnesspoly": "spring",
+    "jnt_limited": "limit",
+    "dof_dampingpoly": "damper",
+    "dof_frictionloss": "frictionloss",
+    "tendon_stiffness": "spring",
+    "tendon_stiffnesspoly": "spring",
+    "tendon_limited": "limit",
+    "tendon_dampingpoly": "damper",
+    "tendon_frictionloss": "frictionloss",
+    "tendon_armature": None,
+}
+"""Fields of joints and tendons that must be zero, and the flag that makes MuJoCo ignore them."""
+
+
+def check_model(model: mujoco.MjModel) -> None:
+    """Check that a model can be stepped by the splitting.
+
+    Raises
+    ------
+    ValueError
+        Names the body, joint or other thing that is in the way, and what must hold.
+    """
+    check_number("timestep", model.opt.timestep, above=0)
+    for field in NUMBERS:
+        check_array(f"{field} of the model", getattr(model, field))
+    check_array("gravity of the model", model.opt.gravity)
+    _check_options(model)
+    _check_joints_and_tendons(model)
+    for body in np.flatnonzero(_moving(model)):
+        _check_body(model, int(body))
+    _check_contacts(model)
+
+
+def disabled(model: mujoco.MjModel, flag: str) -> bool:
+    """Whether a feature is switched off, by its own flag or by that of all constraints."""
+    flags = {flag}
+    if flag in {"equality", "frictionloss", "limit", "contact"}:
+        flags.add("constraint")
+    bits = (getattr(mujoco.mjtDisableBit, f"mjDSBL_{name.upper()}") for name in flags)
+    return any(model.opt.disableflags & bit for bit in bits)
+
+
+def label(model: mujoco.MjModel, kind: str, number: Any) -> str:
+    """How to name a thing in a message."""
+    name = mujoco.mj_id2name(model, getattr(mujoco.mjtObj, f"mjOBJ_{kind.upper()}"), int(number))
+    return f"{kind} {name!r}" if name else f"{kind} {number}"
+
+
+def _moving(model: mujoco.MjModel) -> NDArray[np.bool_]:
+    """Which bodies move by joints."""
+    return model.body_dofnum[model.body_weldid] > 0
+
+
+def _check_options(model: mujoco.MjModel) -> None:
+    for field, what in NONE_OF.items():
+        count = getattr(model, field)
+        if count and not (field == "neq" and disabled(model, "equality")):
+            raise reject(f"number of {what}", count, "zero: the splitting has none")
+    for field in ("density", "viscosity"):
+        if getattr(model.opt, field):
+            raise reject(f"option {field}", getattr(model.opt, field), "zero: no fluid")
+    if model.opt.enableflags & mujoco.mjtEnableBit.mjENBL_SLEEP:
+        raise reject("flag sleep", "enable", "disable")
+
+
+def _check_joints_and_tendons(model: mujoco.MjModel) -> None:
+    for field, flag in SWITCHED_OFF_BY.items():
+        if flag and disabled(model, flag):
+            continue
+        for i, value in enumerate(getattr(model, field)):
+            if not value.any():
+                continue
+            prefix, name = field.split("_")
+            kind = "tendon" if prefix == "tendon" else "joint"
+            owner = label(model, kind, model.dof_jntid[i] if prefix == "dof" else i)
+            way_out = f", or switched off by the flag {flag}" if flag else ""
+            raise reject(f"{owner}: {name}", value.tolist(), f"zero{way_out}")
+    fixed = model.wrap_type[model.tendon_adr] == int(mujoco.mjtWrap.mjWRAP_JOINT)
+    for i in np.flatnonzero(model.tendon_damping * ~fixed):
+        bound = "zero unless it is a fixed tendon"
+        raise reject(f"{label(model, 'tendon', i)}: damping", float(model.tendon_damping[i]), bound)
+
+
+def _check_body(model: mujoco.MjModel, body: int) -> None:
+    name, parent = label(model, "body", body), int(model.body_parentid[body])
+    if model.body_weldid[parent] != 0:
+        raise reject(f"{name}: parent", label(model, "body", parent), "the world, or fixed to it")
+    joints = model.body_jntadr[body] + np.arange(model.body_jntnum[body])
+    kinds = model.jnt_type[joints]
+    if (kinds[:-1] != SLIDE).any():
+        told = [mujoco.mjtJoint(kind).name[6:].lower() for kind in kinds]
+        raise reject(f"{name}: joints", told, "slides first, then at most one that turns")
+    if kinds[-1] == SLIDE:
+        return
+    last = joints[-1]
+    turning = model.jnt_dofadr[last] + np.arange(model.body_dofnum[body] - len(kinds) + 1)
+    arm = model.jnt_pos[last] - model.body_ipos[body]
+    if model.body_mass[body] * arm @ arm > ROUNDING * model.dof_M0[turning[-3:]].min():
+        bound = f"the centre of mass, {model.body_ipos[body].tolist()}"
+        owner = label(model, "joint", last)
+        raise reject(f"{owner}: pos", model.jnt_pos[last].tolist(), bound)
+    if kinds[-1] != HINGE and model.dof_armature[turning].any():
+        bound = "zero: it does not turn with the body"
+        owner = label(model, "joint", last)
+        raise reject(f"{owner}: armature", float(model.dof_armature[turning].max()), bound)
+
+
+def _check_contacts(model: mujoco.MjModel) -> None:
+    if disabled(model, "contact"):
+        return
+    for pair in range(model.npair):
+        if model.pair_friction[pair, 0] != ALWAYS_IN_CONE:
+            bound = f"{ALWAYS_IN_CONE:g}, as in a viscous contact, the only kind of contact"
+            value = float(model.pair_friction[pair, 0])
+            raise reject(f"{label(model, 'pair', pair)}: friction", value, bound)
+    types, affinities = model.geom_contype, model.geom_conaffinity
+    bodies = model.body_weldid[model.geom_bodyid]
+    moves = model.body_dofnum[bodies] > 0
+    meets = types[:, np.newaxis] & affinities
+    collide = np.triu(meets | meets.T, 1).astype(bool) & (bodies[:, np.newaxis] != bodies)
+    collide &= moves[:, np.newaxis] | moves
+    for one, other in np.argwhere(collide):
+        both = " and ".join(label(model, "geom", i) for i in (one, other))
+        value = types[[one, other]].tolist()
+        raise reject(f"{both}: contype", value, "zero, as conaffinity: they must not collide")
+
+
+def check_viscous(model: mujoco.MjModel, contact: Any) -> int:
+    """Check that a viscous contact is that of a sphere, about its body's centre, on a fixed plane.
+
+    Returns
+    -------
+    int
+        The sphere's body.
+
+    Raises
+    ------
+    ValueError
+        Names the geom, and what must hold.
+    """
+    plane, sphere = contact.geom
+    body = int(model.geom_bodyid[sphere])
+    names = [label(model, "geom", geom) for geom in (plane, sphere)]
+    kinds = [mujoco.mjtGeom(model.geom_type[geom]).name[7:].lower() for geom in (plane, sphere)]
+    fixed = model.body_weldid[model.geom_bodyid[plane]] == 0
+    if kinds != ["plane", "sphere"] or not fixed:
+        raise reject(f"{' and '.join(names)}: types", kinds, "a fixed plane and a sphere")
+    off = np.linalg.norm(model.geom_pos[sphere] - model.body_ipos[body])
+    if off > ROUNDING * model.geom_size[sphere, 0]:
+        bound = f"its body's centre of mass, {model.body_ipos[body].tolist()}"
+        raise reject(f"{names[1]}: pos", model.geom_pos[sphere].tolist(), bound)
+    elliptic = model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC
+    reference, damping = contact.solreffriction
+    if contact.dim != 3 or not elliptic or reference != 0 or damping >= 0:
+        law = f"condim {contact.dim}, solreffriction {contact.solreffriction.tolist()}"
+        bound = 'condim 3 and solreffriction "0 -b", in an elliptic cone'
+        raise reject(f"contact of {' and '.join(names)}", law, bound)
+    return body

@@ -1,0 +1,1 @@
+"""Numbers only: what knows no model, no scene and no file."""

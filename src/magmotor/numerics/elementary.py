@@ -1,0 +1,116 @@
+"""Branch-free elementary functions, which the compiler can run on all lanes of a vector at once.
+
+Angles are in turns, so that their range is reduced without rounding. The polynomials are Chebyshev
+interpolants; the functions are good to a few units in the last place, and have the same bits on
+every processor, see `eights`.
+"""
+
+# Numba's intrinsics hide their first parameter:
+# pyright: reportCallIssue=false
+
+import math
+
+import numpy as np
+from llvmlite import ir
+from numba import njit, types
+from numba.extending import intrinsic
+
+from magmotor.numerics.eights import fused
+
+_LN2 = 0.6931471805599453
+_SQRT_HALF_BITS = np.int64(0x3FE6A09E667F3BCD)
+
+
+@intrinsic
+def bits_as_float(typingctx, bits):
+    """The double that 64 bits stand for."""
+
+    def codegen(context, builder, signature, args):
+        return builder.bitcast(args[0], ir.DoubleType())
+
+    return types.float64(types.uint64), codegen
+
+
+@intrinsic
+def float_as_bits(typingctx, number):
+    """The 64 bits of a double."""
+
+    def codegen(context, builder, signature, args):
+        return builder.bitcast(args[0], ir.IntType(64))
+
+    return types.uint64(types.float64), codegen
+
+
+@intrinsic
+def nearest_integer(typingctx, number):
+    """The nearest integer, as a double."""
+
+    def codegen(context, builder, signature, args):
+        function = builder.module.declare_intrinsic("llvm.rint", [ir.DoubleType()])
+        return builder.call(function, [args[0]])
+
+    return types.float64(types.float64), codegen
+
+
+@intrinsic
+def prefer_wide_vectors(typingctx):
+    """Have LLVM use 512-bit vectors in the calling function, where the processor has them.
+
+    By default it uses 256 bits on many such processors, at half the speed.
+    """
+
+    def codegen(context, builder, signature, args):
+        # llvmlite checks names against a list that lacks this one.
+        set.add(builder.function.attributes, '"prefer-vector-width"="512"')
+        return context.get_dummy_value()
+
+    return types.void(), codegen
+
+
+@njit(inline="always")
+def sine_of_quarter(q):
+    """sin(2 pi q) for |q| <= 1/4."""
+    y = q * q
+    p = fused(y, 0.10089695501646812, -0.7177337921413454)
+    p = fused(y, fused(y, p, 3.8199280942271643), -15.0946416761179)
+    p = fused(y, fused(y, p, 42.058693925428685), -76.70585975282492)
+    p = fused(y, fused(y, p, 81.60524927607362), -41.341702240399755)
+    return q * fused(y, p, 6.283185307179586)
+
+
+@njit(inline="always")
+def cosine_of_quarter(q):
+    """cos(2 pi q) for |q| <= 1/4."""
+    y = q * q
+    p = fused(y, 0.2719458494999813, -1.7132184107005932)
+    p = fused(y, fused(y, p, 7.903462492085097), -26.426254066690255)
+    p = fused(y, fused(y, p, 60.24464131316041), -85.45681720598061)
+    p = fused(y, fused(y, p, 64.93939402266395), -19.739208802178705)
+    return fused(y, p, 1.0)
+
+
+@njit(inline="always")
+def cosine(turns):
+    """cos(2 pi turns) of any number."""
+    return sine_of_quarter(0.25 - abs(turns - nearest_integer(turns)))
+
+
+@njit(inline="always")
+def sine(turns):
+    """sin(2 pi turns) of any number."""
+    r = turns - nearest_integer(turns)
+    return sine_of_quarter(math.copysign(min(abs(r), 0.5 - abs(r)), r))
+
+
+@njit(inline="always")
+def logarithm(number):
+    """Natural logarithm of a positive, normal double: 2^k z with z near 1, by the area tangent."""
+    bits = np.int64(float_as_bits(number))
+    k = (bits - _SQRT_HALF_BITS) >> np.int64(52)
+    z = bits_as_float(np.uint64(bits - (k << np.int64(52))))
+    s = (z - 1.0) / (z + 1.0)
+    y = s * s
+    p = fused(y, 0.14616449685043406, 0.15331721600556042)
+    p = fused(y, fused(y, p, 0.18182889125261723), 0.2222221113479508)
+    p = fused(y, fused(y, p, 0.28571428625975487), 0.39999999999899505)
+    return fused(float(k), _LN2, s * fused(y, fused(y, p, 0.666666666666667), 2.0))

@@ -1,0 +1,1 @@
+"""Runs of any device: simulate, datasets, checkpoints, advice."""

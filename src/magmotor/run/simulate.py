@@ -1,0 +1,313 @@
+"""The front door: one call runs any scene with any method and returns a dataset."""
+
+import dataclasses
+import json
+import sys
+from collections.abc import Callable, Mapping
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from tqdm import tqdm
+
+from magmotor.common.arguments import Seconds, checked
+from magmotor.common.checks import check_choice, check_integer, check_kind, check_number, reject
+from magmotor.common.environment import physical_memory
+from magmotor.common.files import as_told
+from magmotor.device.job import Job
+from magmotor.device.states import checksum, concatenate, rows
+from magmotor.devices import Scene, device_of
+from magmotor.devices.ball.states import BallStates
+from magmotor.noise import LARGEST_STEP, BrownianPath, check_seed, path_of
+from magmotor.run.checkpoint import Checkpoint, Expected
+from magmotor.run.dataset import assemble, attributes_of
+from magmotor.run.recommend import recommend
+
+ENGINES = {
+    "mujoco": "magmotor.run.in_mujoco",
+    "scipy": "magmotor.run.in_scipy",
+    "variational": "magmotor.run.in_reference",
+}
+
+
+class SimulationDiverged(RuntimeError):
+    """A run left what its method or model can follow; nothing recorded is lost.
+
+    Attributes
+    ----------
+    time : float
+        When, in seconds: the first recorded time that is not in `dataset`.
+    method : str
+    timestep : float
+    dataset : xarray.Dataset
+        What was recorded until then.
+    """
+
+    def __init__(self, reason: str, time: float, dataset: xr.Dataset):
+        self.reason, self.time, self.dataset = reason, time, dataset
+        self.method, self.timestep = dataset.attrs["method"], dataset.attrs["timestep"]
+        super().__init__(
+            f"{self.method} with timestep {self.timestep:g} s stopped at t = {time:g} s: {reason}"
+        )
+
+    def __reduce__(self):
+        """Pickle whole, as worker processes need."""
+        return type(self), (self.reason, self.time, self.dataset)
+
+
+class SimulationInterrupted(KeyboardInterrupt):
+    """Ctrl-C during a run; `dataset` holds what was recorded until then."""
+
+    def __init__(self, dataset: xr.Dataset):
+        super().__init__("simulation interrupted")
+        self.dataset = dataset
+
+
+@checked
+def methods(scene: Scene) -> tuple[str, ...]:
+    """Names `engine/scheme` of the methods that a scene takes.
+
+    Examples
+    --------
+    >>> import magmotor as mm
+    >>> mm.methods(mm.LangevinParticle())
+    ('variational/euler', 'variational/verlet', 'variational/baoab', 'variational/middle')
+    """
+    return device_of(scene).methods(scene)
+
+
+@checked(finite=False)
+def simulate(
+    scene: Scene,
+    *,
+    method: str | None = None,
+    timestep: Seconds | None = None,
+    duration: Seconds,
+    seed: int = 0,
+    replicas: int | None = None,
+    record_interval: int | None = None,
+    initial: Mapping[str, Any] | xr.Dataset | None = None,
+    path: BrownianPath | None = None,
+    checkpoint: str | Path | None = None,
+    allow_unstable: bool = False,
+) -> xr.Dataset:
+    """Run a scene.
+
+    Parameters
+    ----------
+    scene : Top, Motor, Disk or LangevinParticle
+        What to run.
+    method : str, optional
+        One of `methods(scene)`; by default as `recommend` says, which is printed.
+    timestep : float, optional
+        Step in seconds; for `scipy/dop853`, which chooses its own, the unit of recording. By
+        default that of `path`, or as recommended.
+    duration : float
+        In seconds. The run takes the whole steps that fit into it, and ends with the last of them
+        that is recorded.
+    seed : int
+        Of the Brownian forces; kept with the run, without effect where a scene has no noise.
+    replicas : int, optional
+        Number of independent runs: only for scenes with noise.
+    record_interval : int, optional
+        Record every n-th step (default: every step); the initial state is always recorded. All
+        records are held in memory.
+    initial : mapping or dataset, optional
+        Replaces parts of the scene's initial state, each as in the result: for the top
+        `position`, `velocity`, `axis`, `angular_velocity` or `orientation`, for the motor besides
+        `ring_axis` or `ring_orientation` and `ring_angular_velocity`, for the disk `x`, `v`,
+        `theta`, `omega`; of all replicas alike, or of each. Of a dataset the last time; where seed
+        and timestep are the same, the Brownian path goes on from there.
+    path : BrownianPath, optional
+        The Brownian path to follow, instead of the one that seed and timestep have: a coarser or
+        finer view of another run's.
+    checkpoint : str or Path, optional
+        File to save all to, every half minute and at the end, and to go on from if it is there:
+        the result is the same to the bit.
+    allow_unstable : bool
+        Take a timestep at which theory says that the method fails, so that one can watch it fail.
+
+    Returns
+    -------
+    xarray.Dataset
+        Of the top `time`, `position`, `velocity`, `axis`, `angular_velocity`, `slip_velocity`,
+        `momentum_map`, `energy` and, but from `scipy/dop853`, `orientation`; of the motor besides
+        `ring_axis`, `ring_orientation`, `ring_angular_velocity`, `ring_energy`, and from the start
+        of the run `heat`, `work`, `ring_heat`, `ring_work`; of the disk `time`, `x`, `v`, `theta`,
+        `omega`, `energy`. Units in their attributes; dimension `replica` where asked for.
+
+    Raises
+    ------
+    ValueError
+        Bad input, also a checkpoint that is damaged or of another task, or more records than the
+        machine has memory for: names it, its value and the bound.
+    SimulationDiverged
+        The run is no longer finite, gained energy that it cannot have, the magnetic lift exceeds
+        the weight of a ball that is held on its plane, or the motor's inner ring is tilted by more
+        than 20 degrees; holds what was recorded.
+    SimulationInterrupted
+        Ctrl-C; holds what was recorded.
+
+    Warns
+    -----
+    UserWarning
+        The timestep is too long for the flights of the disk at its temperature.
+
+    Examples
+    --------
+    >>> import magmotor as mm
+    >>> run = mm.simulate(mm.Top(), method="variational/verlet", timestep=0.1, duration=30.0)
+    >>> print(f"{abs(run.momentum_map).max():.2e} {run.momentum_map.units}")
+    1.86e-04 kg m^2/s
+    """
+    interval = 1 if record_interval is None else record_interval
+    device = device_of(scene)
+    if timestep is None and isinstance(path, BrownianPath):
+        timestep = path.timestep
+    if method is None or timestep is None:
+        choice = recommend(scene, method=method, timestep=timestep)
+        print(choice, file=sys.stderr)
+        method, timestep = choice.method, choice.timestep
+    check_choice("method", method, methods(scene))
+    duration = check_number("duration", duration, at_least=timestep, unit="s (one timestep)")
+    seed, interval = check_seed(seed), check_integer("record_interval", interval, at_least=1)
+    if interval > duration / timestep * (1 + 1e-12):
+        raise reject("record_interval", interval, f"at most {int(duration / timestep)} steps")
+    device.check_run(scene, method, timestep, replicas, allow_unstable)
+    replicas = None if replicas is None else int(replicas)
+    if path is not None:
+        check_kind("path", path, BrownianPath)
+    followed = path or BrownianPath(seed, timestep)
+    if abs(followed.timestep / timestep - 1) > 1e-12:
+        raise reject("path.timestep", followed.timestep, f"{timestep:g}, the timestep")
+    steps = duration / timestep
+    first_step = _first_step(initial, followed, method)
+    first = device.initial_state(scene, initial, replicas)
+    if isinstance(first, BallStates) and method.startswith("scipy"):
+        first = first._replace(orientation=None)  # it follows the axis alone
+    _check_memory(steps, interval, first)
+    if (first_step + steps) * followed.factor > LARGEST_STEP:
+        raise reject("duration", duration, "such that the Brownian path has less than 2^53 steps")
+    records = int(steps * (1 + 1e-12)) // interval
+    engine, scheme = method.split("/")
+    attributes = {
+        "method": method,
+        "timestep": timestep,
+        "duration": duration,
+        "record_interval": interval,
+        "seed": followed.seed,
+        "path": None if path is None else json.dumps(dataclasses.asdict(path)),
+        "first_step": first_step or None,
+        "replicas": replicas,
+        "initial": None if initial is None else "the first record",
+    }
+    job = Job(scene, scheme, timestep, records, interval, first, followed, first_step)
+    task = attributes_of(scene, **attributes) | {"initial": checksum(first)}
+    integrator = import_module(ENGINES[engine])
+    saved = Checkpoint(
+        checkpoint, task, records, lambda done: _expected(job, integrator.start(job), done)
+    )
+    return _collect(job, integrator.run, saved, attributes)
+
+
+def _check_memory(steps: float, interval: int, first: Any) -> None:
+    """Refuse what could only end when the system ends the process."""
+    memory = physical_memory()
+    needed = steps * sum(column.nbytes for column in first if column is not None)
+    if needed / interval > memory:
+        bound = f"at least {needed / memory:.3g}: the records would take {needed / interval:.3g}"
+        raise reject("record_interval", interval, f"{bound} bytes, the machine has {memory:.3g}")
+
+
+def _first_step(initial: Any, path: BrownianPath, method: str) -> int:
+    """Where on its Brownian path a run begins that continues another."""
+    if not isinstance(initial, xr.Dataset) or method.startswith("scipy"):
+        return 0
+    told = as_told(initial.attrs)
+    if "seed" not in told or path_of(told) != path:
+        return 0
+    first = check_integer("attributes['first_step']", told.get("first_step", 0), at_least=0)
+    if "time" not in initial.coords or not initial.time.size:
+        raise reject("initial", [*initial.coords], "a dataset that has time")
+    if "replica" in initial.coords:
+        numbers = np.atleast_1d(initial.replica.values).tolist()
+        if numbers != [*range(len(numbers))]:
+            bound = "0, 1, 2, ... for their Brownian paths to go on: take all, or another seed"
+            raise reject("initial.replica", numbers, bound)
+    if "step" in initial.coords:
+        step = initial.step.values.flat[-1]
+        return check_integer("initial.step", step, at_least=0, at_most=LARGEST_STEP)
+    reached = check_number("initial.time", initial.time.values.flat[-1], at_least=0)
+    return first + round(min(reached / path.timestep, LARGEST_STEP))
+
+
+def _collect(job: Job, run: Callable, checkpoint: Checkpoint, attributes: dict) -> xr.Dataset:
+    """Assemble the chunks while they are good; when that ends early, raise with those that were."""
+    guard = device_of(job.scene).guard(job.scene, job.initial)
+    kept, job = _resume(job, checkpoint.load())
+    chunks, reached = run(job), (job.done, job.state)
+    unit = job.record_interval * job.timestep
+    bar = "{l_bar}{bar}| {n:.0f}/{total:.0f} s [{elapsed}<{remaining}]"
+    progress = tqdm(
+        total=job.records * unit, initial=job.done * unit, desc="simulate",
+        bar_format=bar, delay=2, disable=None,
+    )  # fmt: skip
+    try:
+        for states, after in chunks:
+            good, reason = guard.first_wrong(states)
+            kept.append(rows(states, slice(good)))
+            if reason:
+                time = float(states.time[good])
+                raise SimulationDiverged(reason, time, assemble(job.scene, kept, **attributes))
+            # One assignment: Ctrl-C may come between any two.
+            reached = reached[0] + len(states.time), after
+            progress.update(states.time[-1] - progress.n)
+            if checkpoint.due:
+                _save(checkpoint, kept, *reached)
+        if job.done < job.records:
+            _save(checkpoint, kept, *reached)
+    except KeyboardInterrupt:
+        _save(checkpoint, kept, *reached)
+        raise SimulationInterrupted(assemble(job.scene, kept, **attributes)) from None
+    except ArithmeticError as failure:
+        time = float(kept[-1].time[-1])
+        partial = assemble(job.scene, kept, **attributes)
+        raise SimulationDiverged(str(failure), time, partial) from failure
+    finally:
+        # A suspended engine would keep its callback installed for as long as the error lives.
+        chunks.close()
+        progress.close()
+    return assemble(job.scene, kept, **attributes)
+
+
+def _expected(job: Job, start: NDArray, done: int) -> dict[str, Expected]:
+    """What a checkpoint holds: the records after the initial state, and the engine's state.
+
+    The task tells the times.
+    """
+    columns = {k: v for k, v in job.initial._asdict().items() if v is not None and k != "time"}
+    like = {k: np.broadcast_to(v[0], (done, *v.shape[1:])) for k, v in columns.items()}
+    return {k: Expected(v) for k, v in {**like, "engine_state": start}.items()}
+
+
+def _resume(job: Job, saved: tuple[int, dict[str, NDArray]] | None) -> tuple[list[Any], Job]:
+    """The records there are, the initial state first, and the job that is left."""
+    if saved is None:
+        return [job.initial], job
+    done, arrays = saved
+    state = arrays.pop("engine_state")
+    records = job.initial._replace(time=job.times(0, done), **arrays)
+    return [concatenate([job.initial, records])], job._replace(done=done, state=state)
+
+
+def _save(checkpoint: Checkpoint, kept: list[Any], done: int, state: NDArray | None) -> None:
+    """Save so many records and the engine's state after the last of them, if there is any."""
+    if state is None or checkpoint.path is None:
+        return
+    kept[:] = [concatenate(kept)]
+    columns = rows(kept[0], slice(1, done + 1))._asdict()
+    arrays = {k: v for k, v in columns.items() if v is not None and k != "time"}
+    checkpoint.save(done, {**arrays, "engine_state": state})

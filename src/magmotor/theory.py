@@ -1,0 +1,93 @@
+"""Theory: closed forms of the scenes, and the reduced equation of the sliding disk."""
+
+from magmotor.devices.disk.theory.coefficients import (
+    ballistic_coefficient,
+    flat_x_diffusion,
+    heat_rate,
+    injection_rate,
+    paper_flat_x_diffusion,
+    paper_lower_ballistic_bound,
+    paper_upper_ballistic_bound,
+    paper_velocity_noise_coefficient,
+    paper_y_diffusion,
+    velocity_noise_coefficient,
+    y_diffusion,
+)
+from magmotor.devices.disk.theory.curves import DiskTheory
+from magmotor.devices.disk.theory.flat import (
+    flat_mean_displacement,
+    flat_msd_from_gibbs,
+    flat_variance_from_rest,
+)
+from magmotor.devices.disk.theory.fokker_planck import ReducedDisk, d_diffusion
+from magmotor.devices.disk.theory.stationary import (
+    friction_rates,
+    gibbs_deviations,
+    gibbs_mean_squares,
+    position_cdf,
+    position_density,
+    slip_factor,
+    slip_rate,
+    temperature,
+)
+from magmotor.devices.disk.theory.steps import (
+    alias_period,
+    euler_slip_variance,
+    friction_step_limit,
+    largest_timestep,
+    potential_step_limit,
+)
+from magmotor.devices.motor.theory import ball_injection_rate, ring_injection_rate, slip_mobility
+from magmotor.devices.top.theory import (
+    field_under_centre,
+    highest_valley,
+    libration_frequency,
+    slip_relaxation_rate,
+)
+from magmotor.numerics.small_motion import SmallMotion, largest_stable_step, spectral_radius
+from magmotor.run.step_limits import resting_ball, small_motion
+
+__all__ = [
+    "DiskTheory",
+    "ReducedDisk",
+    "SmallMotion",
+    "alias_period",
+    "ball_injection_rate",
+    "ballistic_coefficient",
+    "d_diffusion",
+    "euler_slip_variance",
+    "field_under_centre",
+    "flat_mean_displacement",
+    "flat_msd_from_gibbs",
+    "flat_variance_from_rest",
+    "flat_x_diffusion",
+    "friction_rates",
+    "friction_step_limit",
+    "gibbs_deviations",
+    "gibbs_mean_squares",
+    "heat_rate",
+    "highest_valley",
+    "injection_rate",
+    "largest_stable_step",
+    "largest_timestep",
+    "libration_frequency",
+    "paper_flat_x_diffusion",
+    "paper_lower_ballistic_bound",
+    "paper_upper_ballistic_bound",
+    "paper_velocity_noise_coefficient",
+    "paper_y_diffusion",
+    "position_cdf",
+    "position_density",
+    "potential_step_limit",
+    "resting_ball",
+    "ring_injection_rate",
+    "slip_factor",
+    "slip_mobility",
+    "slip_rate",
+    "slip_relaxation_rate",
+    "small_motion",
+    "spectral_radius",
+    "temperature",
+    "velocity_noise_coefficient",
+    "y_diffusion",
+]
