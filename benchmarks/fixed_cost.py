@@ -9,7 +9,6 @@ from step_cost import run_seconds
 from table import Row, in_turns, show
 
 import magmotor as mm
-from magmotor.devices import device_of
 
 DURATION, TURNS = 60.0, 20
 CASES = {
@@ -38,7 +37,7 @@ def _rows(name: str, method: str, scene: Callable[[float], Any], timestep: float
     def check() -> float:
         fresh = scene(1e-6 * next(_new))
         begin = time.perf_counter()
-        device_of(fresh).check_run(fresh, method, timestep, None)
+        fresh.device.check_run(fresh, method, timestep, None)
         return time.perf_counter() - begin
 
     cases = {"call": lambda: run(1), "long": lambda: run(int(DURATION / timestep)), "check": check}

@@ -35,7 +35,7 @@ from table import seconds
 import magmotor as mm
 from magmotor.common import style
 from magmotor.devices.top import ode as ball
-from magmotor.devices.top.device import initial_state
+from magmotor.devices.top.device import TOP
 
 SCENE = mm.Top.paper(4)
 WANTED = 0.01
@@ -99,7 +99,7 @@ def _in_reference(timestep: float, method: str) -> Found:
 
 
 def _in_scipy(tolerance: float, method: str, compiled: bool) -> Found:
-    derivative, start, scales = ball.problem(SCENE, initial_state(SCENE, None))
+    derivative, start, scales = ball.problem(SCENE, TOP.initial_state(SCENE, None, None))
     if not compiled:
         derivative, start = top_numpy.problem(SCENE)
     times = INTERVAL * np.arange(1, round(DURATION / INTERVAL) + 1)

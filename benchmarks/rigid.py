@@ -9,10 +9,10 @@ from table import Row, in_turns, show
 import magmotor as mm
 from magmotor.device.job import Job
 from magmotor.devices.ball import rigid_kernel as rigid
-from magmotor.devices.motor import device as motor_initial
 from magmotor.devices.motor import reference as motor
-from magmotor.devices.top import device as ball_initial
+from magmotor.devices.motor.device import MOTOR as motor_initial
 from magmotor.devices.top import reference as top
+from magmotor.devices.top.device import TOP as ball_initial
 from magmotor.noise import BrownianPath
 
 STEPS, REPLICAS = 200_000, 8
@@ -65,7 +65,7 @@ def _motor(scheme: str, threads: int = 0) -> float:
 
 def _top(scheme: str) -> float:
     scene, h = mm.Top.paper(4), 0.0125
-    first = ball_initial.initial_state(scene, None)
+    first = ball_initial.initial_state(scene, None, None)
     job = Job(scene, scheme, h, 1, STEPS, first, BrownianPath(1, h), 0)
     return _seconds(job, (top.bodies(scene), top.magnets(scene), top.pack(first)), 1)
 

@@ -8,8 +8,8 @@ import numpy as np
 from case import Record
 from speed_accuracy_subjects import SUBJECTS
 
+from magmotor.device.step_limits import step_limit
 from magmotor.run.charts import expected
-from magmotor.run.step_limits import step_limit
 
 USELESS = 1.0
 """Relative error from which on a result says nothing: as good as a failed step."""

@@ -13,8 +13,8 @@ from markdown_table import table
 
 import magmotor as mm
 from magmotor.common import style
+from magmotor.device.step_limits import step_limit
 from magmotor.numerics.splittings import DISK, kicks_that_evaluate
-from magmotor.run.step_limits import step_limit
 from magmotor.theory import resting_ball
 
 SCENES = {

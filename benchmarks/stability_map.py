@@ -13,7 +13,7 @@ from stability_limits import GROWN, nudged
 
 import magmotor as mm
 from magmotor.common import style
-from magmotor.run.step_limits import step_limit
+from magmotor.device.step_limits import step_limit
 
 SCENE = mm.Top.paper(4, gravity=1e4)
 """So heavy that the magnetic lift is not what fails."""

@@ -22,8 +22,8 @@ from tried_splittings import SPLITTINGS, offered
 import magmotor as mm
 from magmotor.common import style
 from magmotor.devices.ball.states import axes
-from magmotor.devices.top import device as ball_initial
 from magmotor.devices.top import reference as top
+from magmotor.devices.top.device import TOP as ball_initial
 
 Array = NDArray[np.float64]
 
@@ -184,7 +184,7 @@ def _path(scene: mm.Top, name: str, count: int, duration: int) -> dict[str, Arra
 
 
 def _start(scene: mm.Top):
-    row = top.pack(ball_initial.initial_state(scene, None))[0]
+    row = top.pack(ball_initial.initial_state(scene, None, None))[0]
     return tuple(tuple(row[a:b].tolist()) for a, b in ((0, 2), (2, 4), (4, 8), (8, 11)))
 
 

@@ -20,6 +20,8 @@ from magmotor.common.files import whole_file
 from magmotor.common.interrupts import uninterrupted
 from magmotor.devices.motor.scene import PAPER as RUNS
 
+sys.path.insert(0, str(Path(__file__).parents[1]))  # where the folder paper is
+
 DIVERGED, MISTAKE, NO_OPENGL, UNWRITTEN, INTERRUPTED = 1, 2, 3, 4, 130
 """Exit codes."""
 

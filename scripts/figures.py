@@ -5,7 +5,6 @@ copied to `docs/gallery/`, and the page `docs/gallery.md` is made of them.
 """
 
 import shutil
-import sys
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -18,9 +17,6 @@ from command_line import MISTAKE, NO_OPENGL, fail, run_script, warn_in_one_line,
 
 import magmotor as mm
 from magmotor.common.checks import check_choice
-
-sys.path.insert(0, str(Path(__file__).parents[1]))  # where the folder paper is
-
 from paper.catalogue import FIGURES
 from paper.claim import Claim
 from paper.figure import Figure

@@ -14,8 +14,8 @@ import magmotor as mm
 from magmotor import live
 from magmotor.common.arguments import checked
 from magmotor.common.checks import check_array, check_integer, check_number
-from magmotor.devices.ball.states import start
 from magmotor.devices.disk.panels import System
+from magmotor.devices.top.states import start
 from magmotor.numerics import small_motion as linear
 from magmotor.run import dataset
 

@@ -11,7 +11,6 @@ from every_method import EVERY_METHOD, short
 
 import magmotor as mm
 from magmotor.device import job as jobs
-from magmotor.devices import DEVICES
 from magmotor.run import checkpoint as checkpoints
 from magmotor.run import simulate as simulation
 
@@ -44,7 +43,7 @@ def short_chunks(monkeypatch):
 
 def stop_in_third_chunk(monkeypatch, scene, exception):
     """Have the device's guard raise while it looks at the third chunk."""
-    device = DEVICES[type(scene)]
+    device = scene.device
     real = device.guard
 
     def guard(scene, first):

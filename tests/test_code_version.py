@@ -1,5 +1,6 @@
 """Checksums of source code, and which code Numba's disk cache gives to whom."""
 
+import inspect
 import os
 import platform
 import shutil
@@ -114,11 +115,9 @@ def test_every_specialisation_of_a_kernel_has_its_own_index():
 
 
 def test_newer_code_replaces_the_files_of_older_code(monkeypatch):
-    monkeypatch.setattr(compiled, "checksum_of", lambda function: checksum)
-    found = []
-    for checksum in (1, 2):
-        decorate = compiled.compiled_once()
-        found.append(decorate(_defined)(3))
+    checksums = iter((1, 2))
+    monkeypatch.setattr(compiled, "checksum_of", lambda function: next(checksums))
+    found = [compiled.compiled_once()(_defined)(3) for _ in range(2)]
     older, newer = found
     assert older._cache._cache_file._index_path == newer._cache._cache_file._index_path
     cells = [sorted(cell.cell_contents for cell in f.py_func.__closure__) for f in found]
@@ -151,10 +150,10 @@ def test_the_modules_of_a_kernel_are_those_that_it_reaches():
     of_rigid_bodies |= {
         f"numerics.{name}" for name in ("compiled", "eights", "elementary", "rotations")
     }
-    modules, constants = compiled.reached(rigid_kernel._advance.__wrapped__)
+    modules, constants = compiled.reached(inspect.unwrap(rigid_kernel._advance))
     assert modules == {f"magmotor.{name}" for name in of_rigid_bodies}
     assert "NOBODY = -1" in constants
-    modules, _ = compiled.reached(magnetism._callback.__wrapped__)
+    modules, _ = compiled.reached(inspect.unwrap(magnetism._callback))
     assert {
         f"magmotor.mjcf.{name}" for name in ("magnets", "dipole_sites", "memory", "brownian")
     } <= modules

@@ -6,7 +6,7 @@ import pytest
 
 import magmotor as mm
 from magmotor.devices.ball.coordinates import BallCoordinates
-from magmotor.devices.ball.states import start
+from magmotor.devices.top.states import start
 
 
 def contact_force(scene, velocity, angular_velocity, timestep):

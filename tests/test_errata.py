@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 
 import magmotor as mm
-from magmotor.devices.motor import device as motor_initial
 from magmotor.devices.motor import ode as motor
+from magmotor.devices.motor.device import MOTOR as motor_initial
 from magmotor.devices.motor.theory import ball_injection_rate
-from magmotor.devices.top import device as ball_initial
 from magmotor.devices.top import ode as ball
+from magmotor.devices.top.device import TOP as ball_initial
 from magmotor.devices.top.scene import PAPER_TILT
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
@@ -70,7 +70,7 @@ def at_rest(scene, axis=None):
     place = [*scene.position, scene.ball_radius]
     field = mm.dipoles.field(place, *scene.ring_sources())
     scene = scene.replace(axis=tuple(field if axis is None else axis * field))
-    derivative, state, _ = ball.problem(scene, ball_initial.initial_state(scene, None))
+    derivative, state, _ = ball.problem(scene, ball_initial.initial_state(scene, None, None))
     return derivative, np.asarray(state)
 
 
@@ -225,7 +225,7 @@ def test_only_the_field_aligned_attitude_is_stable():
 def test_a_ball_that_spins_in_place_rests_too():
     """A fixed point of (magtopnc) in (x, v, xi_3, pi) need not have omega = 0."""
     spinning = mm.Top(tilt=0.0, position=(0.0, 0.0), spin=30.0)
-    derivative, state, _ = ball.problem(spinning, ball_initial.initial_state(spinning, None))
+    derivative, state, _ = ball.problem(spinning, ball_initial.initial_state(spinning, None, None))
     assert largest(derivative(0, np.asarray(state))) < 1e-15  # 2e-17
     for friction, rests in ((0.0, True), (0.3, False)):
         derivative, state = at_rest(mm.Top.paper(4, friction=friction))

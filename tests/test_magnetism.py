@@ -1,5 +1,6 @@
 """The compiled callback: same wrench as its NumPy twin, on any model, version and thread."""
 
+import inspect
 import re
 import subprocess
 import sys
@@ -541,7 +542,7 @@ def test_cache_key_follows_the_layout(monkeypatch):
 def _compiled(offsets, checksum, monkeypatch):
     monkeypatch.setattr(numba_cache, "checksum_of", lambda function: checksum)
     again = numba_cache.compiled_once(callback._SIGNATURE, error_model="numpy")
-    return again(callback._callback.__wrapped__)(offsets)
+    return again(inspect.unwrap(callback._callback))(offsets)
 
 
 def _key(compiled):

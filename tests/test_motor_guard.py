@@ -6,8 +6,8 @@ from scipy.spatial.transform import Rotation
 
 import magmotor as mm
 from magmotor.device.guard import ENERGY_GREW
-from magmotor.devices.motor.device import RING_LOST, Guard
 from magmotor.devices.motor.energy import motor_energy
+from magmotor.devices.motor.guard import RING_LOST, MotorGuard
 from magmotor.devices.motor.states import start_motor
 
 SCENE = mm.Motor.paper("nonuniform-a")
@@ -21,7 +21,7 @@ def wrong(tilt, work, scene=SCENE):
         ring_orientation=np.broadcast_to(ring, first.ring_orientation.shape),
         ring_work=np.full_like(first.ring_work, work),
     )
-    return Guard(scene, first).first_wrong(state)
+    return MotorGuard(scene, first).first_wrong(state)
 
 
 @pytest.mark.parametrize(

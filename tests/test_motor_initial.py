@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import magmotor as mm
-from magmotor.devices.motor.device import initial_state
+from magmotor.devices.motor.device import MOTOR
 
 SHORT = {"method": "variational/baoab", "timestep": 0.1, "duration": 1.0}
 
@@ -13,7 +13,7 @@ SHORT = {"method": "variational/baoab", "timestep": 0.1, "duration": 1.0}
 @pytest.mark.parametrize("factor", [1.0, 2.0])
 def test_by_itself_it_is_at_rest_in_the_first_well(factor):
     still = mm.Motor(ball_ring_factor=factor, alpha_ball=0.0, alpha_ring=0.0)
-    state = initial_state(still, None, None)
+    state = MOTOR.initial_state(still, None, None)
     radius = 0.5906 if factor == 2 else 0.5997
     assert np.hypot(*state.position[0, 0, :2]) == pytest.approx(radius, abs=5e-5)
     run = mm.simulate(still, method="scipy/dop853", timestep=1.0, duration=30.0)
@@ -23,7 +23,7 @@ def test_by_itself_it_is_at_rest_in_the_first_well(factor):
 
 def test_orientations_follow_axes_and_axes_orientations():
     ring = Rotation.from_euler("xyz", [0.1, -0.05, 0.8]).as_quat(scalar_first=True)
-    state = initial_state(mm.Motor(), {"ring_orientation": 3 * ring, "axis": (0, 1, 1)}, 2)
+    state = MOTOR.initial_state(mm.Motor(), {"ring_orientation": 3 * ring, "axis": (0, 1, 1)}, 2)
     np.testing.assert_allclose(state.ring_orientation, np.broadcast_to(ring, (1, 2, 4)))
     turn = Rotation.from_quat(state.orientation[0, 1], scalar_first=True)
     np.testing.assert_allclose(turn.apply([0, 0, 1]), [0, 0.5**0.5, 0.5**0.5])

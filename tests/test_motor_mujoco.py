@@ -10,8 +10,8 @@ from scipy.spatial.transform import Rotation
 
 import magmotor as mm
 from magmotor import noise
-from magmotor.devices.ball.coordinates import MotorCoordinates
 from magmotor.devices.motor.energy import motor_energy
+from magmotor.devices.motor.mjcf import MotorCoordinates
 from magmotor.devices.motor.states import start_motor
 from magmotor.run.in_mujoco import compose
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import magmotor as mm
-from magmotor.devices.motor.device import initial_state
+from magmotor.devices.motor.device import MOTOR
 from magmotor.devices.motor.energy import motor_energy
 
 FAR = {"position": (3.0, 0.0), "alpha_ball": 0.0, "alpha_ring": 0.0, "friction_ball": 0.0}
@@ -21,7 +21,7 @@ def tilted(angle, azimuth=0.0):
 
 
 def energy(angle, azimuth):
-    state = initial_state(ALONE, tilted(angle, azimuth), None)
+    state = MOTOR.initial_state(ALONE, tilted(angle, azimuth), None)
     return motor_energy(ALONE, state).total.item()
 
 

@@ -8,7 +8,7 @@ import pytest
 
 import magmotor as mm
 from magmotor.devices.motor import theory as motor_steps
-from magmotor.devices.motor.device import check_run
+from magmotor.devices.motor.device import MOTOR
 from magmotor.devices.motor.scene import PAPER
 from magmotor.devices.motor.theory import slip_mobility
 
@@ -127,9 +127,9 @@ def test_a_motor_comes_back_from_json_like_attributes():
 )
 def test_timesteps_beyond_the_linear_limits_are_refused(method, limit):
     scene = mm.Motor()
-    check_run(scene, method, limit - 0.002, None)
+    MOTOR.check_run(scene, method, limit - 0.002, None)
     with pytest.raises(ValueError, match=f"less than {limit}, the linear limit"):
-        check_run(scene, method, limit + 0.002, None)
+        MOTOR.check_run(scene, method, limit + 0.002, None)
 
 
 def test_the_reference_rates():

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import magmotor as mm
+from magmotor.device.step_limits import step_limit
 from magmotor.run import charts
-from magmotor.run.step_limits import step_limit
 
 # Of each method (h, error, wall seconds a step); simulated seconds cost seconds / h.
 TOP = {

@@ -10,7 +10,7 @@ import pytest
 
 import magmotor as mm
 from magmotor.devices.ball.coordinates import BallCoordinates
-from magmotor.devices.ball.states import start
+from magmotor.devices.top.states import start
 from magmotor.render import views as views_module
 from magmotor.render.frames import Frames
 from magmotor.render.trail import Trail

@@ -18,7 +18,7 @@ from magmotor.devices.ball.rigid_kernel import kernel
 from magmotor.devices.ball.rigid_steps import angular_velocity
 from magmotor.devices.ball.rigid_steps import discrete_momentum as momentum_of
 from magmotor.devices.motor import reference as motor
-from magmotor.devices.motor.device import initial_state
+from magmotor.devices.motor.device import MOTOR
 from magmotor.devices.motor.energy import motor_energy
 from magmotor.noise import BrownianPath
 from magmotor.numerics.splittings import RIGID
@@ -70,7 +70,7 @@ def momentum(scene, run):
 
 def at_rest(scene, place, ball, ring):
     """Motor states of given positions and orientations without motion."""
-    state = initial_state(scene, None, 1)
+    state = MOTOR.initial_state(scene, None, 1)
     still = np.zeros((1, 1, 3))
     return state._replace(
         position=place[None, None],
@@ -402,7 +402,7 @@ def test_steps_are_those_of_a_slow_twin(method, noise):
 def test_replicas_are_the_single_runs_of_their_numbers():
     scene, h = mm.Motor(), 0.1
     path = BrownianPath(4, h)
-    run = Job(scene, "baoab", h, 50, 2, initial_state(scene, TILTED, 5), path, 0)
+    run = Job(scene, "baoab", h, 50, 2, MOTOR.initial_state(scene, TILTED, 5), path, 0)
     ((_, last),) = motor.run(run)
     for number in range(5):
         alone = motor.pack(run.initial)
@@ -416,7 +416,8 @@ def test_replicas_are_the_single_runs_of_their_numbers():
 @pytest.mark.parametrize("scheme", RIGID)
 def test_threads_chunks_and_resuming_change_no_bit(scheme, monkeypatch):
     scene, h = mm.Motor() if RIGID[scheme].takes_noise else mm.Motor(**QUIET), 0.1
-    whole = Job(scene, scheme, h, 40, 3, initial_state(scene, TILTED, 5), BrownianPath(4, h), 7)
+    start, path = MOTOR.initial_state(scene, TILTED, 5), BrownianPath(4, h)
+    whole = Job(scene, scheme, h, 40, 3, start, path, 7)
     ((expected, last),) = motor.run(whole)
     monkeypatch.setattr(rigid, "thread_count", lambda: 3)
     monkeypatch.setattr(jobs, "CHUNK", 60)
@@ -454,7 +455,7 @@ def test_quaternions_keep_their_length(method):
 def test_the_ball_librates_about_the_field(factor, expected):
     """Slightly turned away from B, in the valley under a ring too heavy to tilt."""
     scene = mm.Motor(**QUIET, friction_ball=0.0, ball_ring_factor=factor, inner_mass=6e9)
-    start = initial_state(scene, None, 1)
+    start = MOTOR.initial_state(scene, None, 1)
     turned = (Rotation.from_rotvec([0, 0.01, 0]) * turns(start.orientation[0, 0])).as_quat(
         scalar_first=True
     )

@@ -7,8 +7,17 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import magmotor as mm
+from magmotor.device import step_limits as linear_limits
+from magmotor.device.step_limits import (
+    SLACK,
+    STEPS,
+    check_step_limit,
+    small_motion,
+    step_limit,
+)
+from magmotor.devices.ball.small_motion import resting_ball
 from magmotor.devices.ball.states import smallest_turn
-from magmotor.devices.motor.device import initial_state
+from magmotor.devices.motor.device import MOTOR
 from magmotor.devices.motor.energy import motor_energy
 from magmotor.numerics.small_motion import (
     FACTOR,
@@ -19,15 +28,6 @@ from magmotor.numerics.small_motion import (
     StableSteps,
     largest_stable_step,
     spectral_radius,
-)
-from magmotor.run import step_limits as linear_limits
-from magmotor.run.step_limits import (
-    SLACK,
-    STEPS,
-    check_step_limit,
-    resting_ball,
-    small_motion,
-    step_limit,
 )
 
 NUDGE, SMALL = 1e-5, 1e-6
@@ -178,7 +178,7 @@ def test_the_motors_stiffness_is_the_curvature_of_its_energy(factor):
             "orientation": (Rotation.from_rotvec(q[2:5]) * upright).as_quat(scalar_first=True),
             "ring_orientation": Rotation.from_rotvec(q[5:8]).as_quat(scalar_first=True),
         }
-        return float(motor_energy(scene, initial_state(scene, initial, None)).total[0, 0])
+        return float(motor_energy(scene, MOTOR.initial_state(scene, initial, None)).total[0, 0])
 
     changes = 1e-3 * np.diag([scene.ball_radius] * 2 + [1.0] * 6)
     curvature = [

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 import magmotor as mm
-from magmotor.devices.ball.states import start
 from magmotor.devices.top.observables import magnetic_energy, magnetic_energy_and_lift
+from magmotor.devices.top.states import start
 
 RK4_ORDER = 4 if int(mujoco.__version__.split(".")[0]) >= 4 else 2
 

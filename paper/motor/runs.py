@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from magmotor.devices.motor.device import RING_LOST
+from magmotor.devices.motor.guard import RING_LOST
 from magmotor.devices.motor.panels import MotorRun
 from magmotor.devices.motor.scene import PAPER, Motor
 from magmotor.run.simulate import SimulationDiverged, simulate

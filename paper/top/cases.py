@@ -12,8 +12,7 @@ from magmotor import observables
 from magmotor.common import style
 from magmotor.common.style import save_small
 from magmotor.devices.ball.landscape import valley
-from magmotor.devices.ball.plots import draw_path
-from magmotor.devices.top.plots import draw_momentum
+from magmotor.devices.top.plots import draw_momentum, draw_path
 from magmotor.devices.top.scene import Top
 from magmotor.run.simulate import simulate
 from paper.claim import Claim, judged

@@ -6,8 +6,9 @@ import numpy as np
 
 from magmotor import observables
 from magmotor.common import style
+from magmotor.device.movie import between
 from magmotor.render.trail import Trail
-from magmotor.render.views import Views, between, joints
+from magmotor.render.views import Views
 from paper.claim import Claim, judged
 from paper.figure import Figure
 from paper.top.cases import run_case
@@ -52,7 +53,7 @@ def claims(torques: Torques) -> list[Claim]:
 def draw(torques: Torques, path: Path) -> None:
     """Nine pictures of the ball, its trail and the ring."""
     run, scene = torques.run, torques.scene
-    poses = joints(run, scene, TIMES)
+    poses = scene.device.joints(run, scene, TIMES)
     spins = between(run, torques.spin, TIMES)
     trail = Trail(run.time.values, run.position.values, 0.35 * scene.ball_radius)
     views = Views(scene, {"front": WHOLE, "ball": NEAR})

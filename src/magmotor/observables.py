@@ -8,6 +8,7 @@ from magmotor.devices.ball.landscape import (
     saddle,
     valley_radius,
 )
+from magmotor.devices.ball.slip import slip_velocity
 from magmotor.devices.disk.energy_balance import disk_energy_balance
 from magmotor.devices.disk.observables import flight_survival, local_slope
 from magmotor.devices.motor.energy import efficiency, motor_energy_balance
@@ -25,7 +26,6 @@ from magmotor.devices.top.observables import (
     magnetic_energy_and_lift,
     momentum_balance,
     momentum_map,
-    slip_velocity,
 )
 
 __all__ = [

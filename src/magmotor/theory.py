@@ -1,5 +1,7 @@
 """Theory: closed forms of the scenes, and the reduced equation of the sliding disk."""
 
+from magmotor.device.step_limits import small_motion
+from magmotor.devices.ball.small_motion import resting_ball
 from magmotor.devices.disk.theory.coefficients import (
     ballistic_coefficient,
     flat_x_diffusion,
@@ -45,7 +47,6 @@ from magmotor.devices.top.theory import (
     slip_relaxation_rate,
 )
 from magmotor.numerics.small_motion import SmallMotion, largest_stable_step, spectral_radius
-from magmotor.run.step_limits import resting_ball, small_motion
 
 __all__ = [
     "DiskTheory",

@@ -21,8 +21,8 @@ import pandas as pd  # noqa: F401
 import xarray as xr
 
 import magmotor as mm
-from magmotor.devices.ball.states import BallStates
 from magmotor.devices.disk.panels import System
+from magmotor.devices.top.states import BallStates
 from magmotor.live.panel import Panel
 from magmotor.run import checkpoint
 

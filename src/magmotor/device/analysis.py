@@ -9,6 +9,7 @@ import xarray as xr
 
 from magmotor.common.arguments import arguments_of, guarded
 from magmotor.common.checks import LARGEST, check_kind, reject
+from magmotor.device.device import KINDS
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -117,7 +118,7 @@ def scene_of_run(run: Any, scene: Any, kinds: tuple[type, ...]) -> Any:
 
 
 def _check_kind_of_run(name: str, told: Any, kinds: tuple[type, ...]) -> None:
-    names = [kind.__name__ for kind in kinds]
+    names = [known for known, kind in KINDS.items() if issubclass(kind, kinds)]
     if told not in names:
         raise ValueError(f"{name} is of a {told!s:.40}: must be of a {' or '.join(names)}")
 

@@ -20,8 +20,12 @@ in the paper's cases, up to the limits, 0.05. Beyond them what chaos adds is 0.4
 """
 
 
-class FirstFailure:
-    """Finds the first wrong row among recorded states; a guard says what is wrong in `_faults`."""
+LARGEST_FLUCTUATION = 200.0
+"""Energy, in kT, that the noise never gives: the probability is e^-200 a sample."""
+
+
+class Guard:
+    """Finds the first wrong row among recorded states; a device says what is wrong in `_faults`."""
 
     def _faults(self, states: Any) -> Iterable[Fault]:
         """What may be wrong; asked about the rows before the first that is not finite."""

@@ -4,11 +4,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from magmotor.device import mjcf_parts as parts
-from magmotor.devices.disk.scene import Disk
-from magmotor.devices.motor.scene import Motor
-from magmotor.devices.top.scene import Top
-from magmotor.live.sliders import SMALLEST, scene_at, sliders_of
+from magmotor.device.device import Scene
+from magmotor.device.sliders import SMALLEST
+from magmotor.mjcf import parts
 from magmotor.run.in_mujoco import build, compose
 
 MOVED = (
@@ -35,9 +33,9 @@ class Panel:
         By name, in the order of `ctrl`.
     """
 
-    def __init__(self, scene: Top | Motor | Disk):
+    def __init__(self, scene: Scene):
         self.scene = scene
-        self.sliders = sliders_of(scene)
+        self.sliders = scene.device.sliders(scene)
 
     def model(self) -> mujoco.MjModel:
         """The decorated scene with its sliders, which stand in keyframe 0 with the initial state.
@@ -45,7 +43,11 @@ class Panel:
         Where friction or noise is none, it is next to none, so that the model can have more.
         """
         start = {name: slider.start for name, slider in self.sliders.items()}
-        kept = scene_at(self.scene, start) if SMALLEST in start.values() else self.scene
+        kept = (
+            self.scene.device.scene_at(self.scene, start)
+            if SMALLEST in start.values()
+            else self.scene
+        )
         root = compose(kept, looks=True)
         root.statistic.meansize = root.statistic.extent / 10  # the scale of the mouse's marks
         joint = root.worldbody.find_all("joint")[0]
@@ -69,5 +71,5 @@ class Panel:
             There is no such scene: names the field, its value and the bound.
         """
         named = dict(zip(self.sliders, map(float, values), strict=True))
-        model = build(scene_at(self.scene, named))
+        model = build(self.scene.device.scene_at(self.scene, named))
         return {name: getattr(model, name) for name in MOVED}

@@ -9,13 +9,8 @@ from numpy.typing import NDArray
 
 from magmotor.common.arguments import NotNegative, Positive, Seconds, checked, integer
 from magmotor.common.checks import check_choice, reject
+from magmotor.device.device import Scene
 from magmotor.device.job import METHODS
-from magmotor.devices import device_of
-from magmotor.devices.disk.scene import Disk
-from magmotor.devices.motor.scene import Motor
-from magmotor.devices.top.device import lifted
-from magmotor.devices.top.mjcf import placed_ring
-from magmotor.devices.top.scene import Top
 from magmotor.live.panel import MOVED, Panel
 from magmotor.mjcf.magnetism import apply_perturbation, magnetism
 from magmotor.noise import check_seed
@@ -197,21 +192,19 @@ class LiveSimulation:
                 getattr(self.model, array)[:] = 0.0
 
     def _follow_script(self) -> None:
-        """Put a ring on a script where it is at the middle of the step, as a run does."""
+        """Put what moves on a script where it is at the middle of the step, as a run does."""
         scene = self._panel.scene if self._panel else None
-        if isinstance(scene, Top) and scene.ring_script:
+        if scene is not None and scene.device.has_script(scene):
             middle = self.data.time + 0.5 * self.model.opt.timestep
-            self.data.mocap_pos[0], self.data.mocap_quat[0] = placed_ring(scene, middle)
+            scene.device.place(scene, self.data, middle)
 
     def _check_held(self) -> None:
-        """Check that a planar scene's ball would stay on its plane."""
-        scene = self._panel.scene if self._panel else None
-        if scene is None or isinstance(scene, Disk) or scene.surface != "planar":
-            return
-        lift = self.data.xfrc_applied[self.model.body("ball").id, 2]
-        weight = scene.ball_mass * scene.gravity
-        if lift > weight:
-            raise StateLost(lifted(lift, weight))
+        """Check that the state is one that the scene describes."""
+        if self._panel is not None:
+            scene = self._panel.scene
+            reason = scene.device.why_lost(scene, self.model, self.data)
+            if reason:
+                raise StateLost(reason)
 
     def _rest(self) -> None:
         """Find all that follows from the state."""
@@ -257,7 +250,7 @@ class Pace:
 
 @checked
 def live_scene(
-    scene: Top | Motor | Disk,
+    scene: Scene,
     *,
     method: str = "mujoco/euler",
     timestep: Seconds,
@@ -283,7 +276,7 @@ def live_scene(
         Names the argument, its value and the bound.
     """
     check_choice("method", method, METHODS)
-    device_of(scene).check_run(scene, method, timestep, None)
+    scene.device.check_run(scene, method, timestep, None)
     panel = Panel(scene)
     model = panel.model()
     model.opt.timestep = timestep

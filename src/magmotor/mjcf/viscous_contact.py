@@ -14,12 +14,22 @@ MuJoCo's convex cone makes a slipping ball press harder, by a fraction of mu^2 V
 little; the mean friction over some steps stays mu m g.
 """
 
+import math
 from typing import Any
 
 import mujoco
 
-from magmotor.device import mjcf_parts as parts
-from magmotor.devices.top.scene import CONTACT_RATE, DRY_FRICTION_RATE
+from magmotor.common.checks import check_number
+from magmotor.mjcf import parts
+
+DRY_FRICTION_RATE = 200.0
+"""Rate (1/s) at which dry friction that is not saturated stops a slip; a step must be shorter."""
+
+CONTACT_RATE = 20.0
+"""Rate (1/s) at which a ball that the plane bears comes to rest on it, critically damped."""
+
+BEARING = {"rk4": 2.785 / CONTACT_RATE}
+"""Step (s) at which the bearing contact of a plane becomes unstable; else (2 sqrt 2 - 2)/rate."""
 
 STIFF, SOFT = 0.9999, 0.0001
 """MuJoCo's largest and smallest impedance d."""
@@ -143,3 +153,20 @@ def _resting_depth(gravity: float) -> float:
 
 def _constant(impedance: float) -> list[float]:
     return [impedance, impedance, 0.001, 0.5, 2.0]
+
+
+def bearing_limit(method: str) -> float:
+    """Step, in s, at which the contact that bears a ball on a plane becomes unstable."""
+    return BEARING.get(method.split("/")[1], (2 * math.sqrt(2) - 2) / CONTACT_RATE)
+
+
+def check_bearing_limit(method: str, timestep: float) -> None:
+    """Check a timestep against the contact that bears a ball on a plane.
+
+    Raises
+    ------
+    ValueError
+        Names the timestep and the limit.
+    """
+    limit = bearing_limit(method)
+    check_number("timestep", timestep, below=limit, unit="s on a plane that bears the ball")

@@ -1,8 +1,8 @@
 """Contact sheets: movies of many runs side by side."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import ExitStack, closing
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any
 
 import mujoco
 import numpy as np
@@ -13,13 +13,12 @@ from magmotor.common import style
 from magmotor.common.arguments import Positive, checked, integer
 from magmotor.common.checks import reject
 from magmotor.device.analysis import checked_run, scene_of_run
-from magmotor.devices.motor.observables import azimuth
-from magmotor.devices.motor.scene import Motor
-from magmotor.devices.top.scene import Top
+from magmotor.device.device import Scene
+from magmotor.device.movie import Gauge, between
 from magmotor.render.encoder import Film, encode, frame_times, speed_in_words
 from magmotor.render.frames import HEIGHT, WIDTH
 from magmotor.render.trail import Trail
-from magmotor.render.views import Image, Views, between, joints
+from magmotor.render.views import Image, Views
 
 if TYPE_CHECKING:
     from PIL.ImageDraw import ImageDraw
@@ -32,31 +31,6 @@ TRAIL = 0.7
 
 REACHED, TRACK, BACKGROUND = "#a9cfe6", "#cdd3d8", 235
 """Colours of what a bar has reached so far and of the rest of it; what stopped tiles fade to."""
-
-
-class Gauge(NamedTuple):
-    """What the bar shows: name, unit, what it needs of a run, and its values at the records."""
-
-    name: str
-    unit: str
-    needs: tuple[str, ...]
-    values: Callable[[xr.Dataset, Top | Motor], NDArray[np.float64]]
-
-
-GAUGES = {
-    Top: Gauge(
-        "spin J/I₃",
-        "rad/s",
-        ("position", "momentum_map"),
-        lambda run, scene: run.momentum_map.values / scene.inertia[2],
-    ),
-    Motor: Gauge(
-        "azimuth",
-        "revolutions",
-        ("position",),
-        lambda run, scene: azimuth(run).values / (2 * np.pi),
-    ),
-}
 
 
 class Tile:
@@ -78,18 +52,18 @@ class Tile:
         The run has replicas or no orientation.
     """
 
-    def __init__(self, run: xr.Dataset, scene: Top | Motor, label: str, times: NDArray[np.float64]):
+    def __init__(self, run: xr.Dataset, scene: Any, label: str, times: NDArray[np.float64]):
         if run.sizes["time"] == 1:
             moment = run.time.values[0] + np.array([0.0, 1e-9])
             run = (
                 run.isel(time=[0, 0]).drop_vars("step", errors="ignore").assign_coords(time=moment)
             )
-        self.scene, self.label, self.gauge = scene, label.replace(", ", "\n"), GAUGES[type(scene)]
+        self.scene, self.label, self.gauge = scene, label.replace(", ", "\n"), _gauge(scene)
         self.end = float(run.time[-1])
         self.stopped = times > self.end + float(run.time[-1] - run.time[-2])
         self.times = np.clip(times, *run.time.values[[0, -1]])
         self.drawn = (np.nan, np.empty((0, 0, 3), np.uint8))
-        self.joints = joints(run, scene, self.times)
+        self.joints = scene.device.joints(run, scene, self.times)
         self.trail = Trail(run.time.values, run.position.values, TRAIL * scene.ball_radius)
         self.value = between(run, self.gauge.values(run, scene), self.times)
         self.least = np.minimum.accumulate(np.minimum(self.value, 0))
@@ -130,13 +104,6 @@ HEADER = 36
 
 BALL = (0.13, 0.16, 0.18, 1.0)
 """Its colour, RGBA: a pattern would be too small to be seen."""
-
-SEEN = (
-    *("ball_radius", "surface", "ring_dipoles", "ring_radius"),
-    *("inner_dipoles", "inner_radius", "inner_height"),
-    *("outer_dipoles", "outer_radius", "outer_height"),
-)
-"""Fields of tops and motors without which two scenes are drawn alike, but for a pose."""
 
 
 class Sheet:
@@ -218,15 +185,18 @@ class Sheet:
         return np.asarray(image)
 
 
-def _look(scene: Top | Motor) -> tuple[Any, ...]:
-    return tuple(getattr(scene, name, None) for name in SEEN)
+def _gauge(scene: Scene) -> Gauge:
+    if scene.device.gauge is None:
+        raise reject("scene", scene, "a scene of which there are contact sheets")
+    return scene.device.gauge
 
 
-def _height(scene: Top | Motor) -> float:
-    """Height in m of the top's ring where it is highest; the motor's rings have their own look."""
-    if isinstance(scene, Motor):
-        return 0.0
-    return max([height for _, height, _ in scene.ring_script] or [scene.ring_height])
+def _look(scene: Any) -> tuple[Any, ...]:
+    return tuple(getattr(scene, name) for name in _gauge(scene).alike)
+
+
+def _height(scene: Any) -> float:
+    return _gauge(scene).height(scene)
 
 
 COLUMNS, ROWS = 8, 5
@@ -236,7 +206,7 @@ COLUMNS, ROWS = 8, 5
 @checked
 def contact_sheet(
     runs: Sequence[xr.Dataset],
-    scenes: Sequence[Top] | Sequence[Motor] | None,
+    scenes: Sequence[Scene] | None,
     labels: Sequence[str],
     path: Film,
     *,
@@ -278,12 +248,11 @@ def contact_sheet(
     """
     _check_lengths(runs, scenes, labels, columns)
     given = scenes or [None] * len(runs)
-    kinds = tuple(GAUGES)
-    scenes = [scene_of_run(run, scene, kinds) for run, scene in zip(runs, given, strict=True)]
+    scenes = [scene_of_run(run, scene, (Scene,)) for run, scene in zip(runs, given, strict=True)]
     if len({type(scene) for scene in scenes}) > 1:
-        raise reject("scenes", sorted({type(s).__name__ for s in scenes}), "all Top or all Motor")
+        raise reject("scenes", sorted({type(s).__name__ for s in scenes}), "all of one kind")
     for i, (run, scene) in enumerate(zip(runs, scenes, strict=True)):
-        checked_run(f"runs[{i}]", run, GAUGES[type(scene)].needs, kinds, replicas=False)
+        checked_run(f"runs[{i}]", run, _gauge(scene).needs, (type(scene),), replicas=False)
     start = min(float(run.time[0]) for run in runs)
     end = max(float(run.time[-1]) for run in runs)
     times = frame_times(start, end, seconds_per_second)

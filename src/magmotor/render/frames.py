@@ -1,20 +1,18 @@
 """Frames: the whole scene, its ball from another place, and a curve, side by side."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from magmotor.common import style
+from magmotor.common.checks import reject
 from magmotor.device.analysis import checked_run
-from magmotor.devices.motor.movie import MotorSubject
-from magmotor.devices.motor.scene import Motor
-from magmotor.devices.top.movie import TopSubject
-from magmotor.devices.top.scene import Top
+from magmotor.device.movie import Subject
 from magmotor.render.trail import Trail
-from magmotor.render.views import Views, joints
+from magmotor.render.views import Views
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -85,37 +83,6 @@ def _pixels(figure: "Figure") -> NDArray[np.uint8]:
     return np.array(canvas.buffer_rgba())[:, :, :3]
 
 
-class Subject(Protocol):
-    """What the frames must know of a scene; it is made from run, scene and the frames' times.
-
-    Attributes
-    ----------
-    near : str
-        The camera of the smaller view.
-    trail : float
-        Width of the trail in radii of the ball.
-    needs : tuple of str
-        The variables that a run must have.
-    value : ndarray, shape (T,)
-        What the panel's curve has reached in each frame.
-    """
-
-    near: str
-    trail: float
-    needs: tuple[str, ...]
-    value: NDArray[np.float64]
-
-    def plot(self, axes: "Axes") -> list["Line2D"]:
-        """Draw the panel's curves over the whole run."""
-        ...
-
-    def lines(self, i: int) -> list[str]:
-        """The numbers of frame i, as lines of text."""
-        ...
-
-
-SUBJECTS: dict[type, type] = {Top: TopSubject, Motor: MotorSubject}
-
 HEIGHT, WIDTH = 720, 1280
 MAIN, SIDE = (HEIGHT, 800), (HEIGHT // 2, 480)
 """Height and width in pixels of the large view, and of the near view and the panel below it."""
@@ -144,12 +111,14 @@ class Frames:
         On entering: no OpenGL context can be made.
     """
 
-    def __init__(self, run: xr.Dataset, scene: Top | Motor, times: ArrayLike, note: str = ""):
-        kind: Any = SUBJECTS[type(scene)]
+    def __init__(self, run: xr.Dataset, scene: Any, times: ArrayLike, note: str = ""):
+        kind = scene.device.subject
+        if kind is None:
+            raise reject("scene", scene, "a scene of which there are movies")
         run = checked_run("run", run, kind.needs, (type(scene),), records=2, replicas=False)
         self.scene, self.note = scene, note
         self.times = np.asarray(times, dtype=float)
-        self.joints = joints(run, scene, self.times)
+        self.joints = scene.device.joints(run, scene, self.times)
         self.subject: Subject = kind(run, scene, self.times)
         width = self.subject.trail * scene.ball_radius
         self.trail = Trail(run.time.values, run.position.values, width)

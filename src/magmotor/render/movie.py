@@ -5,16 +5,15 @@ import xarray as xr
 from magmotor.common.arguments import Picture, Positive
 from magmotor.common.checks import reject
 from magmotor.device.analysis import analysis
-from magmotor.devices.motor.scene import Motor
-from magmotor.devices.top.scene import Top
+from magmotor.device.device import Scene
 from magmotor.render.encoder import Film, encode, frame_times, speed_in_words
 from magmotor.render.frames import Frames
 
 
-@analysis("position", of=(Top, Motor), records=2, replicas=False)
+@analysis("position", of=Scene, records=2, replicas=False)
 def movie(
     run: xr.Dataset,
-    scene: Top | Motor | None,
+    scene: Scene | None,
     path: Film,
     *,
     seconds_per_second: Positive = 1.0,
@@ -51,8 +50,8 @@ def movie(
         encode(frames.draw, len(frames), path)
 
 
-@analysis("position", of=(Top, Motor), records=2, replicas=False)
-def still(run: xr.Dataset, scene: Top | Motor | None, path: Picture, time: float) -> None:
+@analysis("position", of=Scene, records=2, replicas=False)
+def still(run: xr.Dataset, scene: Scene | None, path: Picture, time: float) -> None:
     """Write one frame of the movie, at a time in seconds; arguments and errors as in `movie`."""
     assert scene is not None  # the run's own by now
     start, end = run.time.values[[0, -1]]

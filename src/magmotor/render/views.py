@@ -6,16 +6,9 @@ from collections.abc import Mapping
 
 import mujoco
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation, Slerp
 
-from magmotor.common.checks import reject
-from magmotor.device.analysis import checked_run
-from magmotor.devices.disk.scene import Disk
-from magmotor.devices.motor.scene import Motor
-from magmotor.devices.top.mjcf import placed_ring
-from magmotor.devices.top.scene import Top
+from magmotor.device.device import Scene
 from magmotor.render.trail import Trail
 from magmotor.run.in_mujoco import build
 
@@ -42,7 +35,7 @@ class Views:
         No OpenGL context can be made.
     """
 
-    def __init__(self, scene: Top | Motor | Disk, sizes: Mapping[str, tuple[int, int]]):
+    def __init__(self, scene: Scene, sizes: Mapping[str, tuple[int, int]]):
         self.scene = scene
         self.model = build(scene, looks=True)
         self.data = mujoco.MjData(self.model)
@@ -55,10 +48,9 @@ class Views:
             self.renderers[camera] = renderer
 
     def pose(self, joints: NDArray[np.float64], time: float = 0.0) -> None:
-        """Put everything where it is at a time (s): joints, and the top's ring on its script."""
+        """Put everything where it is at a time (s): joints, and what moves on a script."""
         self.data.qpos[:] = joints
-        if isinstance(self.scene, Top):
-            self.data.mocap_pos[0], self.data.mocap_quat[0] = placed_ring(self.scene, time)
+        self.scene.device.place(self.scene, self.data, time)
         mujoco.mj_kinematics(self.model, self.data)
         mujoco.mj_camlight(self.model, self.data)
 
@@ -94,32 +86,3 @@ def _open_renderer(model: mujoco.MjModel, height: int, width: int) -> mujoco.Ren
     asked = os.environ.get("MUJOCO_GL", "is not set")
     reason = f"MuJoCo finds no OpenGL to draw with (MUJOCO_GL={asked})"
     raise NoOpenGL(reason) from _failures[0]
-
-
-Array = NDArray[np.float64]
-
-
-def joints(run: xr.Dataset, scene: Top | Motor, times: Array) -> Array:
-    """MuJoCo's joint coordinates at some times (s), shape (T, nq): orientations turn evenly.
-
-    Raises
-    ------
-    ValueError
-        The run has replicas, or no orientation: its method follows the axis alone.
-    """
-    if "orientation" not in run:
-        method = run.attrs.get("method")
-        raise reject("method", method, "mujoco/* or variational/* to draw the ball's spin")
-    turning = tuple(name for name in ("orientation", "ring_orientation") if name in run)
-    run = checked_run("run", run, turning, (type(scene),), replicas=False)
-    linear = 2 if scene.surface == "planar" else 3
-    columns = [between(run, column, times) for column in run.position.values.T[:linear]]
-    for name in turning:
-        turns = Slerp(run.time.values, Rotation.from_quat(run[name], scalar_first=True))
-        columns += [*turns(times).as_quat(scalar_first=True).T]
-    return np.stack(columns, axis=1)
-
-
-def between(run: xr.Dataset, values: Array, times: Array) -> Array:
-    """Values of a run's records at other times (s), by linear interpolation."""
-    return np.interp(times, run.time.values, values)

@@ -1,7 +1,6 @@
 """What the charts have measured, and how much longer a step another scene bears."""
 
 import json
-import math
 import warnings
 from collections.abc import Container
 from functools import cache, lru_cache
@@ -11,13 +10,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from magmotor.devices import Scene, device_of
-from magmotor.devices.disk.scene import Disk, LangevinParticle, derivative
-from magmotor.devices.disk.theory.stationary import position_density
-from magmotor.devices.disk.theory.steps import largest_timestep
-from magmotor.devices.motor.scene import Motor
-from magmotor.devices.top.scene import Top
-from magmotor.run.step_limits import poses, small_motion, step_limit
+from magmotor.common.checks import reject
+from magmotor.device.device import Scene
+from magmotor.device.step_limits import step_limit
 
 Array = NDArray[np.float64]
 
@@ -67,11 +62,19 @@ def _curve(points: list[dict[str, Any]]) -> Curve:
     return Curve(steps, expected(errors, floors), seconds)
 
 
-def charted_scene(scene: Scene) -> Top | Motor | Disk:
-    """The scene of the charts that is of the same kind."""
-    if isinstance(scene, Top):
-        return Top.paper(4)
-    return Motor() if isinstance(scene, Motor) else Disk()
+def charted_scene(scene: Scene) -> Scene:
+    """The scene of the charts that is of the same kind.
+
+    Raises
+    ------
+    ValueError
+        There is none.
+    """
+    charted = scene.device.charted
+    if charted is None:
+        bound = "one of a kind that is charted: give simulate a method and a timestep"
+        raise reject("scene", scene, bound)
+    return charted
 
 
 def fit(scene: Scene, method: str, charted: Curve) -> Curve:
@@ -96,8 +99,8 @@ def _scale(scene: Scene) -> float:
     These are swing and friction; of the disk also the swing in the well as its temperature samples
     it, and the longest flights. Where nothing moves, it is 1.
     """
-    charted = _fastest_rates(charted_scene(scene))
-    rates = _fastest_rates(scene)
+    charted = _rates(charted_scene(scene))
+    rates = _rates(scene)
     return min([a / b for a, b in zip(charted, rates, strict=True) if b > 0], default=1.0)
 
 
@@ -124,42 +127,12 @@ def _is_taken(scene: Scene, method: str, timestep: float) -> bool:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         try:
-            device_of(scene).check_run(scene, method, timestep, None)
+            scene.device.check_run(scene, method, timestep, None)
         except (ValueError, UserWarning):
             return False
     return True
 
 
 @lru_cache
-def _fastest_rates(scene: Scene) -> tuple[float, ...]:
-    """Rates, over the scene's unit of time, that steps must be short against; 0 of what is not."""
-    if isinstance(scene, Top):
-        across, _, axial = scene.inertia
-        swing = max(_swing(pose) for pose in poses(scene))
-        return _split_by(scene.spin * axial / across, swing), _decay(scene)
-    if isinstance(scene, Motor):
-        return _split_by(scene.spin, _swing(scene)), _decay(scene)
-    flights = 1 / largest_timestep(scene) if isinstance(scene, Disk) else 0.0
-    return _swing(scene), _decay(scene), _thermal_swing(scene), flights
-
-
-def _swing(scene: Scene) -> float:
-    return math.sqrt(np.linalg.eigvalsh(small_motion(scene).stiffness)[-1])
-
-
-def _decay(scene: Scene) -> float:
-    return float(small_motion(scene).decay.max())
-
-
-def _split_by(spin: float, swing: float) -> float:
-    """The faster of the two frequencies into which a spin, times J_3/J, splits a swing."""
-    return abs(spin) / 2 + math.hypot(spin / 2, swing)
-
-
-def _thermal_swing(scene: Disk | LangevinParticle) -> float:
-    """Root of <U''> = beta <U'^2> under Gibbs' measure: (h times it)^2 is how temperatures err."""
-    if not (scene.noise and scene.coefficients):
-        return 0.0
-    x = np.linspace(0, 2 * np.pi, 4096, endpoint=False)
-    squares = derivative(scene.coefficients, x, 1) ** 2
-    return math.sqrt(scene.beta * np.average(squares, weights=position_density(scene, x)))
+def _rates(scene: Scene) -> tuple[float, ...]:
+    return scene.device.rates(scene)

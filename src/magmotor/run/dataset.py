@@ -4,19 +4,18 @@ import dataclasses
 import json
 from functools import cache
 from importlib.metadata import version
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from magmotor.common.arguments import checked, choice
-from magmotor.common.checks import check_kind, reject
+import magmotor.devices  # noqa: F401  (datasets may name its scenes)
+from magmotor.common.arguments import checked
+from magmotor.common.checks import check_choice, check_kind, reject
 from magmotor.common.files import check_fields, fields_in
+from magmotor.device.device import KINDS, Scene
 from magmotor.device.states import concatenate
-from magmotor.devices import DEVICES, Scene
 from magmotor.run.versions import machine_versions
-
-SCENES = {kind.__name__: kind for kind in DEVICES}
 
 
 def assemble(
@@ -43,8 +42,8 @@ def assemble(
         that a part of the dataset still tells which noise it had.
     """
     states = concatenate(chunks)
-    columns = DEVICES[type(scene)].columns(scene, states, replicas)
-    unit = DEVICES[type(scene)].TIME_UNIT
+    columns = scene.device.columns(scene, states, replicas)
+    unit = scene.device.time_unit
     coordinates: dict[str, Any] = {
         "time": ("time", states.time, {"units": unit, "long_name": "time"})
     }
@@ -95,26 +94,26 @@ def scene_of(run: xr.Dataset) -> Scene:
     """
     check_kind("run", run, xr.Dataset)
     name = run.attrs.get("scene")
-    if not isinstance(name, str) or name not in SCENES:
-        raise ValueError(
-            f"scene = {name!r} in the dataset's attributes: must be one of {[*SCENES]}"
-        )
+    if not isinstance(name, str) or name not in KINDS:
+        raise ValueError(f"scene = {name!r} in the dataset's attributes: must be one of {[*KINDS]}")
     return scene_from(name, fields_in(run.attrs, "scene_fields"))
 
 
 @checked
-def scene_from(kind: Annotated[str, choice(*SCENES)], fields: dict[str, Any]) -> Scene:
-    """The scene of a kind, a key of `SCENES`, with all its fields as JSON has them.
+def scene_from(kind: str, fields: dict[str, Any]) -> Scene:
+    """The scene of a kind, a key of `KINDS`, with all its fields as JSON has them.
 
     Raises
     ------
     ValueError
         A field is missing, unknown, or cannot have its value: names it.
     """
-    known = {field.name: field for field in dataclasses.fields(SCENES[kind])}
+    check_choice("kind", kind, tuple(KINDS))
+    scene: Any = KINDS[kind]
+    known = {field.name: field for field in dataclasses.fields(scene)}
     check_fields("scene_fields", fields, known)
     try:
-        return SCENES[kind](**{name: _as_tuples(value) for name, value in fields.items()})
+        return scene(**{name: _as_tuples(value) for name, value in fields.items()})
     except (ArithmeticError, AttributeError, LookupError, TypeError, RecursionError) as error:
         bound = f"those of a {kind} ({error})"
         raise reject("attributes['scene_fields']", fields, bound) from error

@@ -4,7 +4,7 @@ from collections.abc import Generator
 from contextlib import nullcontext
 from copy import copy
 from functools import lru_cache
-from typing import Any, Protocol
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -12,17 +12,11 @@ from mujoco.rollout import rollout
 from numpy.typing import NDArray
 
 from magmotor.common.arguments import checked
-from magmotor.common.checks import reject
 from magmotor.common.environment import thread_count
-from magmotor.device import mjcf_parts as parts
+from magmotor.device.device import Motion, Scene
 from magmotor.device.job import CHUNK, Job
-from magmotor.devices.disk.mjcf import DiskMotion, compose_disk
-from magmotor.devices.disk.scene import Disk
-from magmotor.devices.motor.mjcf import MotorMotion, compose_motor
-from magmotor.devices.motor.scene import Motor
-from magmotor.devices.top.mjcf import BallMotion, compose_top
-from magmotor.devices.top.scene import Top
 from magmotor.mjcf import hooks as stopwatch
+from magmotor.mjcf import parts
 from magmotor.mjcf.langevin import Baoab
 from magmotor.mjcf.magnetism import magnetism
 
@@ -35,46 +29,9 @@ INTEGRATORS = {
 }
 
 
-class Motion(Protocol):
-    """What a run must know of a device; it is made from the job.
-
-    Attributes
-    ----------
-    start : ndarray, shape (replicas, nq + nv + k)
-        Joint coordinates of the initial states, and k running sums.
-    driven : bool
-        Whether anything acts through the compiled callback.
-    control : int
-        What `controls` holds, as bits of `mjtState`.
-    """
-
-    start: Array
-    driven: bool
-    control: int
-
-    def controls(self, steps: NDArray[np.int64]) -> Array | None:
-        """What MuJoCo is given in these steps, shape (replicas, steps or 1, n)."""
-        ...
-
-    def sums(self, before: Array, paths: Array, first: int) -> Array:
-        """Running sums after each step, shape (replicas, steps, k).
-
-        `before` (replicas, nq + nv + k) is the state before step number `first` of the run,
-        `paths` (replicas, steps, nq + nv) the states after it and those that follow.
-        """
-        ...
-
-    def states(self, time: Array, qpos: Array, qvel: Array, sums: Array) -> Any:
-        """States from joint coordinates and sums, shape (replicas, T, nq, nv or k)."""
-        ...
-
-
-MOTIONS: dict[type, Any] = {Top: BallMotion, Motor: MotorMotion, Disk: DiskMotion}
-
-
 def start(job: Job) -> Array:
     """The state that a run begins with; see `Job`."""
-    return MOTIONS[type(job.scene)](job).start
+    return job.scene.device.motion(job).start
 
 
 def run(job: Job) -> Generator[tuple[Any, Array]]:
@@ -84,7 +41,7 @@ def run(job: Job) -> Generator[tuple[Any, Array]]:
     splitting = Baoab(model) if job.scheme == "baoab" else None
     if splitting is None:
         model.opt.integrator = INTEGRATORS[job.scheme]
-    motion: Motion = MOTIONS[type(job.scene)](job)
+    motion = job.scene.device.motion(job)
     state = motion.start if job.state is None else job.state
     replicas = len(state)
     data = [mujoco.MjData(model) for _ in range(min(replicas, thread_count()))]
@@ -119,10 +76,7 @@ def _advance(model, splitting, data, motion: Motion, state: Array, steps) -> Arr
     return paths[..., 1:]
 
 
-COMPOSERS = {Top: compose_top, Motor: compose_motor, Disk: compose_disk}
-
-
-def compose(scene: Top | Motor | Disk, *, looks: bool) -> parts.Element:
+def compose(scene: Scene, *, looks: bool) -> parts.Element:
     """The scene as a PyMJCF tree, with lights, cameras and decoration if `looks`.
 
     Raises
@@ -130,12 +84,11 @@ def compose(scene: Top | Motor | Disk, *, looks: bool) -> parts.Element:
     ValueError
         There is no such scene in MuJoCo.
     """
-    _check(scene)
-    return COMPOSERS[type(scene)](scene, looks=looks)
+    return scene.device.compose(scene, looks=looks)
 
 
 @checked
-def build(scene: Top | Motor | Disk, *, looks: bool = False) -> mujoco.MjModel:
+def build(scene: Scene, *, looks: bool = False) -> mujoco.MjModel:
     """Compile a scene.
 
     Parameters
@@ -163,16 +116,10 @@ def build(scene: Top | Motor | Disk, *, looks: bool = False) -> mujoco.MjModel:
     >>> [model.joint(i).name for i in range(model.njnt)]
     ['x', 'theta']
     """
-    _check(scene)
     return copy(_compiled(scene, looks))
 
 
 @lru_cache(maxsize=8)
-def _compiled(scene: Top | Motor | Disk, looks: bool) -> mujoco.MjModel:
+def _compiled(scene: Scene, looks: bool) -> mujoco.MjModel:
     """The model of which each caller has a copy: that takes a hundredth of the time."""
     return parts.compiled(compose(scene, looks=looks))
-
-
-def _check(scene: Top | Motor | Disk) -> None:
-    if type(scene) not in COMPOSERS:
-        raise reject("scene", scene, "a scene that MuJoCo has: Top, Motor or Disk")

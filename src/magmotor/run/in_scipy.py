@@ -8,16 +8,8 @@ from numpy.typing import NDArray
 from scipy.integrate import DOP853
 
 from magmotor.device.job import Job
-from magmotor.devices.disk import ode as disk
-from magmotor.devices.disk.scene import Disk
-from magmotor.devices.motor import ode as motor
-from magmotor.devices.motor.scene import Motor
-from magmotor.devices.top import ode as ball
-from magmotor.devices.top.scene import Top
 
 Array = NDArray[np.float64]
-
-EQUATIONS = {Top: ball, Motor: motor, Disk: disk}
 
 RELATIVE_TOLERANCE = 1e-12
 """Of each step's error; the absolute tolerance is as much of each variable's natural scale."""
@@ -25,7 +17,7 @@ RELATIVE_TOLERANCE = 1e-12
 
 def start(job: Job) -> Array:
     """The state that a run begins with; see `Job`."""
-    return EQUATIONS[type(job.scene)].problem(job.scene, job.initial)[1]
+    return job.scene.device.equation.problem(job.scene, job.initial)[1]
 
 
 def run(job: Job) -> Generator[tuple[Any, Array]]:
@@ -34,7 +26,7 @@ def run(job: Job) -> Generator[tuple[Any, Array]]:
     The steps are the integrator's own, but for those that end at a recorded time, where an
     interpolated state would be less accurate; the job's timestep says when to record.
     """
-    equation = EQUATIONS[type(job.scene)]
+    equation = job.scene.device.equation
     derivative, state, scales = equation.problem(job.scene, job.initial)
     state = state if job.state is None else job.state
     tolerance = RELATIVE_TOLERANCE * scales

@@ -9,9 +9,7 @@ from numpy.typing import NDArray
 
 from magmotor.common.arguments import Seconds, checked, number
 from magmotor.common.checks import check_choice, reject
-from magmotor.devices import Scene, device_of
-from magmotor.devices.motor.scene import Motor
-from magmotor.devices.top.scene import Top
+from magmotor.device.device import Scene
 from magmotor.run.charts import Curve, charted_scene, curves, fit, load
 
 Array = NDArray[np.float64]
@@ -95,13 +93,15 @@ def recommend(
     >>> choice = mm.recommend(mm.Top(), error=1e-4)
     >>> run = mm.simulate(mm.Top(), method=choice.method, timestep=choice.timestep, duration=60.0)
     """
-    device = device_of(scene)
+    device = scene.device
     known = device.methods(scene)
     if method is not None:
         check_choice("method", method, known)
     curves = _charted_curves(scene, known)
     if quantity is None:
-        quantity = next(name for name in (*_preferred(scene), *curves) if name in curves)
+        quantity = next(
+            name for name in (*scene.device.quantities(scene), *curves) if name in curves
+        )
     check_choice("quantity", quantity, tuple(curves))
     choices = curves[quantity]
     if method is not None:
@@ -123,7 +123,7 @@ def recommend(
         raise reject("error", error, f"{bound} at a timestep of {best.timestep:g}")
     machine = load()["machine"]
     return Recommendation(
-        quantity=quantity, machine=machine, time_unit=device.TIME_UNIT, **best._asdict()
+        quantity=quantity, machine=machine, time_unit=device.time_unit, **best._asdict()
     )
 
 
@@ -143,14 +143,6 @@ def _charted_curves(scene: Scene, known: tuple[str, ...]) -> dict[str, dict[str,
         bound = f"one charted for a {kind}; on this one give simulate a method and a timestep"
         raise reject("surface", surface, bound)
     return found
-
-
-def _preferred(scene: Scene) -> tuple[str, ...]:
-    """The quantities of which the first that is charted is the default."""
-    if isinstance(scene, Top):
-        return ("momentum_map",)
-    noisy = any(scene.noises) if isinstance(scene, Motor) else scene.noise > 0
-    return ("temperature",) if noisy else ("position", "path")
 
 
 def _points(curves: Mapping[str, Curve], timestep: float | None) -> Iterator[_Point]:

@@ -4,7 +4,6 @@ import dataclasses
 import json
 import sys
 from collections.abc import Callable, Mapping
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -17,20 +16,13 @@ from magmotor.common.arguments import Seconds, checked
 from magmotor.common.checks import check_choice, check_integer, check_kind, check_number, reject
 from magmotor.common.environment import physical_memory
 from magmotor.common.files import as_told
+from magmotor.device.device import Engine, Scene
 from magmotor.device.job import Job
 from magmotor.device.states import checksum, concatenate, rows
-from magmotor.devices import Scene, device_of
-from magmotor.devices.ball.states import BallStates
 from magmotor.noise import LARGEST_STEP, BrownianPath, check_seed, path_of
 from magmotor.run.checkpoint import Checkpoint, Expected
 from magmotor.run.dataset import assemble, attributes_of
 from magmotor.run.recommend import recommend
-
-ENGINES = {
-    "mujoco": "magmotor.run.in_mujoco",
-    "scipy": "magmotor.run.in_scipy",
-    "variational": "magmotor.run.in_reference",
-}
 
 
 class SimulationDiverged(RuntimeError):
@@ -76,7 +68,7 @@ def methods(scene: Scene) -> tuple[str, ...]:
     >>> mm.methods(mm.LangevinParticle())
     ('variational/euler', 'variational/verlet', 'variational/baoab', 'variational/middle')
     """
-    return device_of(scene).methods(scene)
+    return scene.device.methods(scene)
 
 
 @checked(finite=False)
@@ -164,7 +156,7 @@ def simulate(
     1.86e-04 kg m^2/s
     """
     interval = 1 if record_interval is None else record_interval
-    device = device_of(scene)
+    device = scene.device
     if timestep is None and isinstance(path, BrownianPath):
         timestep = path.timestep
     if method is None or timestep is None:
@@ -185,9 +177,7 @@ def simulate(
         raise reject("path.timestep", followed.timestep, f"{timestep:g}, the timestep")
     steps = duration / timestep
     first_step = _first_step(initial, followed, method)
-    first = device.initial_state(scene, initial, replicas)
-    if isinstance(first, BallStates) and method.startswith("scipy"):
-        first = first._replace(orientation=None)  # it follows the axis alone
+    first = device.followed(device.initial_state(scene, initial, replicas), method)
     _check_memory(steps, interval, first)
     if (first_step + steps) * followed.factor > LARGEST_STEP:
         raise reject("duration", duration, "such that the Brownian path has less than 2^53 steps")
@@ -206,11 +196,23 @@ def simulate(
     }
     job = Job(scene, scheme, timestep, records, interval, first, followed, first_step)
     task = attributes_of(scene, **attributes) | {"initial": checksum(first)}
-    integrator = import_module(ENGINES[engine])
+    integrator = _engine(scene, engine)
     saved = Checkpoint(
         checkpoint, task, records, lambda done: _expected(job, integrator.start(job), done)
     )
     return _collect(job, integrator.run, saved, attributes)
+
+
+def _engine(scene: Scene, name: str) -> Engine:
+    if name == "mujoco":
+        from magmotor.run import in_mujoco
+
+        return in_mujoco
+    if name == "scipy":
+        from magmotor.run import in_scipy
+
+        return in_scipy
+    return scene.device.reference
 
 
 def _check_memory(steps: float, interval: int, first: Any) -> None:
@@ -246,7 +248,7 @@ def _first_step(initial: Any, path: BrownianPath, method: str) -> int:
 
 def _collect(job: Job, run: Callable, checkpoint: Checkpoint, attributes: dict) -> xr.Dataset:
     """Assemble the chunks while they are good; when that ends early, raise with those that were."""
-    guard = device_of(job.scene).guard(job.scene, job.initial)
+    guard = job.scene.device.guard(job.scene, job.initial)
     kept, job = _resume(job, checkpoint.load())
     chunks, reached = run(job), (job.done, job.state)
     unit = job.record_interval * job.timestep

@@ -14,8 +14,8 @@ from scipy.stats import qmc
 
 from magmotor.common.arguments import Fractions, checked
 from magmotor.common.checks import check_choice, check_integer, check_number, elements, reject
+from magmotor.device.device import Scene
 from magmotor.device.fields import check_value
-from magmotor.devices import Scene
 from magmotor.noise import check_seed
 from magmotor.numerics.reproducible import applied
 

@@ -10,9 +10,8 @@ from functools import cached_property
 from typing import Any
 
 from magmotor.common.checks import check_choice, check_integer, check_number, elements, reject
-from magmotor.devices import Scene, device_of
-from magmotor.devices.top.scene import Top
-from magmotor.run.dataset import SCENES, scene_from
+from magmotor.device.device import KINDS, Scene
+from magmotor.run.dataset import scene_from
 from magmotor.run.recommend import recommend
 from magmotor.run.versions import versions_that_matter
 from magmotor.sweep.axes import Samples, Values, changed, numeric_fields, samples_from, values_axis
@@ -88,7 +87,7 @@ class Sweep:
 
     def __post_init__(self) -> None:
         """Check everything, and choose what is not given."""
-        methods = device_of(self.scene).methods(self.scene)
+        methods = self.scene.device.methods(self.scene)
         if not isinstance(self.vary, Mapping):
             raise reject("vary", self.vary, "a mapping of fields to their values")
         if not isinstance(self.samples, Samples | None):
@@ -96,7 +95,7 @@ class Sweep:
         if not self.vary and self.samples is None:
             raise reject("vary", dict(self.vary), "one field at least")
         seeds = checked_seeds(self.seeds)
-        self._set("seeds", seeds[:1] if isinstance(self.scene, Top) else seeds)
+        self._set("seeds", seeds if self.scene.device.is_random else seeds[:1])
         self._set("measure", self._checked_measure(self.measure))
         if self.replicas is not None:
             check_integer("replicas", self.replicas, at_least=1)
@@ -304,7 +303,7 @@ def _check_told(told: Any) -> None:
     missing = sorted(TOLD - told.keys())
     if missing:
         raise reject("sweep", sorted(map(str, told)), f"with {', '.join(missing)}, too")
-    check_choice("scene", told["scene"], tuple(SCENES))
+    check_choice("scene", told["scene"], tuple(KINDS))
     for name in ("method", "timestep"):
         if told[name] is None:
             raise reject(name, None, "given")

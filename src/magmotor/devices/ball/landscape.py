@@ -16,10 +16,8 @@ from scipy.optimize import root
 from magmotor import dipoles
 from magmotor.common.arguments import checked, shaped
 from magmotor.common.checks import reject
-from magmotor.devices.motor.scene import Motor
-from magmotor.devices.top.scene import Top
+from magmotor.devices.ball.scene import BallScene
 
-Scene = Top | Motor
 Array = NDArray[np.float64]
 Sources = tuple[Array, Array]
 """Positions (m) and moments (A m^2) of dipoles, each of shape (N, 3)."""
@@ -58,7 +56,7 @@ class CriticalPoint(NamedTuple):
 
 
 @checked
-def effective_potential(scene: Scene, points: Points, time: float = 0.0) -> Array:
+def effective_potential(scene: BallScene, points: Points, time: float = 0.0) -> Array:
     """V_e = -m |B| at the height of the ball's centre.
 
     Parameters
@@ -77,7 +75,7 @@ def effective_potential(scene: Scene, points: Points, time: float = 0.0) -> Arra
 
 
 @checked
-def critical_points(scene: Scene, time: float = 0.0) -> list[CriticalPoint]:
+def critical_points(scene: BallScene, time: float = 0.0) -> list[CriticalPoint]:
     """All critical points of V_e within 1.5 ring radii, deepest first.
 
     Newton's method starts at the centre and in every cell of a polar grid, of 160 sectors or
@@ -115,7 +113,7 @@ def critical_points(scene: Scene, time: float = 0.0) -> list[CriticalPoint]:
 
 
 @checked
-def minimum(scene: Scene, time: float = 0.0) -> CriticalPoint:
+def minimum(scene: BallScene, time: float = 0.0) -> CriticalPoint:
     """The deepest minimum of V_e on the plane.
 
     Newton's method starts at the centre and at the deepest lows of a polar grid.
@@ -140,19 +138,19 @@ def minimum(scene: Scene, time: float = 0.0) -> CriticalPoint:
     points = [_stationary(scene, start, sources) for start in starts]
     found = [point for point in points if point is not None]
     if not found:
-        height = scene.inner_height if isinstance(scene, Motor) else scene.ring_pose(time)[0]
+        _, height = scene.near_ring(time)
         bound = f"such that V_e has a minimum within {REACH:g} ring radii of the centre"
         raise reject("height of the ring", height, bound)
     return _classify(scene, min(found, key=lambda p: aligned_energy(scene, p, sources)), sources)
 
 
 @checked
-def saddle(scene: Top, time: float = 0.0) -> CriticalPoint:
+def saddle(scene: BallScene, time: float = 0.0) -> CriticalPoint:
     """The highest saddle of V_e: what a ball passes that goes all the way round the valley.
 
     Parameters
     ----------
-    scene : Top
+    scene : Top or Motor
     time : float
         Of a scripted ring, in seconds.
 
@@ -167,13 +165,13 @@ def saddle(scene: Top, time: float = 0.0) -> CriticalPoint:
     """
     saddles = [p for p in critical_points(scene, time) if p.kind == "saddle"]
     if not saddles:
-        raise ValueError(f"ring_height = {scene.ring_pose(time)[0]}: V_e has no saddle so high up")
+        raise ValueError(f"ring_height = {scene.near_ring(time)[1]}: V_e has no saddle so high up")
     return saddles[-1]
 
 
 @checked
 @lru_cache
-def valley_radius(scene: Scene, azimuth: float = 0.0, time: float = 0.0) -> float:
+def valley_radius(scene: BallScene, azimuth: float = 0.0, time: float = 0.0) -> float:
     """Distance from the centre, in metres, at which V_e is least in one direction (radians).
 
     For a level ring this is the radius of the ring of minima. The slope changes its sign between it
@@ -194,14 +192,14 @@ def valley_radius(scene: Scene, azimuth: float = 0.0, time: float = 0.0) -> floa
     return low
 
 
-def valley(scene: Scene, azimuths: ArrayLike) -> Array:
+def valley(scene: BallScene, azimuths: ArrayLike) -> Array:
     """Where V_e is least in these directions (radians), shape (A,) -> (A, 2), in m."""
     around = np.asarray(azimuths, dtype=float)
     radius = np.array([valley_radius(scene, azimuth) for azimuth in around.tolist()])
     return radius[:, np.newaxis] * np.stack([np.cos(around), np.sin(around)], axis=1)
 
 
-def aligned_energy(scene: Scene, points: ArrayLike, sources: Sources) -> Array:
+def aligned_energy(scene: BallScene, points: ArrayLike, sources: Sources) -> Array:
     """Energy -m |B| of a ball whose axis points along the field of these dipoles, in J.
 
     The ball touches the plane at `points`, shape (..., 2), in m.
@@ -210,7 +208,7 @@ def aligned_energy(scene: Scene, points: ArrayLike, sources: Sources) -> Array:
     return -scene.moment * np.linalg.norm(field, axis=-1)
 
 
-def aligned_force(scene: Scene, points: ArrayLike) -> tuple[Array, Array]:
+def aligned_force(scene: BallScene, points: ArrayLike) -> tuple[Array, Array]:
     """Magnetic force on a ball whose axis points along the field, and its axis.
 
     Parameters
@@ -227,23 +225,23 @@ def aligned_force(scene: Scene, points: ArrayLike) -> tuple[Array, Array]:
     return force, field / np.linalg.norm(field, axis=-1, keepdims=True)
 
 
-def _radius(scene: Scene) -> float:
-    return scene.inner_radius if isinstance(scene, Motor) else scene.ring_radius
+def _radius(scene: BallScene) -> float:
+    return scene.near_ring()[0]
 
 
-def on_plane(scene: Scene, points: ArrayLike) -> Array:
+def on_plane(scene: BallScene, points: ArrayLike) -> Array:
     """Centres of a ball that touches the plane there, shape (..., 2) -> (..., 3), in m."""
     points = np.asarray(points, dtype=float)
     height = np.full((*points.shape[:-1], 1), scene.ball_radius)
     return np.concatenate([points, height], axis=-1)
 
 
-def _gradient(scene: Scene, points: Array, sources: Sources) -> Array:
+def _gradient(scene: BallScene, points: Array, sources: Sources) -> Array:
     """Gradient of V_e, minus the force on the aligned dipole; shapes (..., 2) -> (..., 2)."""
     return -_aligned(scene, points, sources)[0][..., :2]
 
 
-def _aligned(scene: Scene, points: ArrayLike, sources: Sources) -> tuple[Array, Array]:
+def _aligned(scene: BallScene, points: ArrayLike, sources: Sources) -> tuple[Array, Array]:
     """Force on the aligned dipole, and the field."""
     centres = on_plane(scene, points)
     field = dipoles.field(centres, *sources)
@@ -261,7 +259,7 @@ def _polar(radius: Array, azimuth: Array) -> Array:
     return np.stack([radius * np.cos(azimuth), radius * np.sin(azimuth)], axis=-1)
 
 
-def _candidates(scene: Scene, sources: Sources, fineness: int, parts: int) -> list[Array]:
+def _candidates(scene: BallScene, sources: Sources, fineness: int, parts: int) -> list[Array]:
     radii = _radius(scene) * np.linspace(0.01, REACH, 150 * fineness)
     around = _azimuths(sources, fineness)
     radius, azimuth = np.meshgrid(radii, around, indexing="ij")
@@ -282,14 +280,14 @@ def _changes(gradient: Array) -> NDArray[np.bool_]:
     return (corners.any(axis=0) & ~corners.all(axis=0)).all(axis=-1)
 
 
-def _turns(scene: Scene, sources: Sources) -> int:
+def _turns(scene: BallScene, sources: Sources) -> int:
     """How often the gradient turns round on the circle that bounds the search."""
     circle = _polar(np.array(REACH * _radius(scene)), _azimuths(sources, 10))
     x, y = _gradient(scene, circle, sources).T
     return round(float(np.diff(np.unwrap(np.arctan2(y, x))[[0, -1]])[0]) / (2 * math.pi))
 
 
-def _converged(scene: Scene, starts: list[Array], sources: Sources) -> list[CriticalPoint]:
+def _converged(scene: BallScene, starts: list[Array], sources: Sources) -> list[CriticalPoint]:
     """What Newton's method finds from these starts, each point once."""
     found: list[CriticalPoint] = []
     near = 1e-5 * _radius(scene)
@@ -300,7 +298,7 @@ def _converged(scene: Scene, starts: list[Array], sources: Sources) -> list[Crit
     return found
 
 
-def _lows(scene: Scene, sources: Sources) -> Array:
+def _lows(scene: BallScene, sources: Sources) -> Array:
     """The ten deepest points of a polar grid that are no higher than those around them."""
     radii = _radius(scene) * np.linspace(0.01, REACH, 100)
     radius, azimuth = np.meshgrid(radii, _azimuths(sources, 1)[:-1], indexing="ij")
@@ -311,7 +309,7 @@ def _lows(scene: Scene, sources: Sources) -> Array:
     return points[1:-1][low][np.argsort(energy[1:-1][low])[:10]]
 
 
-def _stationary(scene: Scene, start: Array, sources: Sources):
+def _stationary(scene: BallScene, start: Array, sources: Sources):
     far = 1e6 * _radius(scene)  # beyond which it looks for nothing
 
     def gradient(point: Array) -> Array:
@@ -325,7 +323,7 @@ def _stationary(scene: Scene, start: Array, sources: Sources):
     return solution.x if small else None
 
 
-def _classify(scene: Scene, point: Array, sources: Sources) -> CriticalPoint:
+def _classify(scene: BallScene, point: Array, sources: Sources) -> CriticalPoint:
     step = 1e-4 * _radius(scene)
     rows = [
         _gradient(scene, point + step * unit, sources)

@@ -4,12 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from magmotor.device import mjcf_parts as parts
-from magmotor.devices.motor.scene import Motor
-from magmotor.devices.top.scene import Top
+from magmotor.devices.ball.scene import BallScene
+from magmotor.mjcf import parts
 
 
-def add_ball(root: parts.Element, scene: Top | Motor, inertia: Sequence[float]) -> None:
+def add_ball(root: parts.Element, scene: BallScene, inertia: Sequence[float]) -> None:
     """Give the ball its mass, size, moment and joints; `inertia` in kg m^2."""
     root.option.gravity = [0.0, 0.0, -scene.gravity]
     _resize(root, scene.ball_radius)

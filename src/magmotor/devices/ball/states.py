@@ -1,42 +1,88 @@
-"""Recorded states of the ball."""
+"""Vectors and orientations of a ball and a ring, as users give them and as states have them."""
 
 import math
-from typing import Annotated, NamedTuple
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
+import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from magmotor.common.arguments import shaped
-from magmotor.devices.top.scene import Top
+from magmotor.common.checks import check_array, reject
+from magmotor.device.initial import as_given, last_record
+from magmotor.devices.ball.scene import BallScene
 
-Rows = Annotated[NDArray[np.float64], shaped("T", 3)]
+Array = NDArray[np.float64]
+
+ROUNDING = 1e-14
+"""Of the length of a direction or a quaternion that was of length 1."""
 
 
-class BallStates(NamedTuple):
-    """Recorded states, one row a time; vectors are in the world frame.
+def given_parts(
+    scene: BallScene,
+    sizes: Mapping[str, int],
+    initial: Mapping[str, Any] | xr.Dataset | None,
+    replicas: int,
+) -> dict[str, Array]:
+    """The parts of the initial state that are given, by name, each of shape (replicas, size).
 
-    `orientation` (w, x, y, z) is None from engines that follow the axis alone.
+    An axis brings an orientation with it, and an orientation an axis: `axis` and `orientation`,
+    `ring_axis` and `ring_orientation`. A dataset tells every part, to the bit. `sizes` says how
+    many numbers each part has.
+
+    Raises
+    ------
+    ValueError
+        Names the part, its value and the bound.
     """
+    if isinstance(initial, xr.Dataset):
+        needed = [name for name in sizes if name in initial or _twin(name) not in initial]
+        given = last_record(initial, needed)
+    else:
+        given = as_given(initial, sizes)
+        _check_no_twins(given)
+    parts = {k: _rows(scene, k, v, sizes, replicas) for k, v in given.items()}
+    for name in {*parts} - {_twin(name) for name in parts}:
+        if name.endswith("orientation"):
+            parts[_twin(name)] = axes(parts[name])
+        else:
+            parts[_twin(name)] = np.array([smallest_turn(axis) for axis in parts[name]])
+    return parts
 
-    time: Annotated[NDArray[np.float64], shaped("T")]
-    position: Rows
-    velocity: Rows
-    axis: Rows
-    angular_velocity: Rows
-    orientation: Annotated[NDArray[np.float64], shaped("T", 4)] | None
+
+def _twin(name: str) -> str:
+    """Of an axis the orientation, of an orientation the axis, of others themselves."""
+    if name.endswith("axis"):
+        return name.replace("axis", "orientation")
+    return name.replace("orientation", "axis")
 
 
-def start(scene: Top) -> BallStates:
-    """The scene's own initial state, as one row."""
-    axis = np.array([scene.axis]) / np.linalg.norm([scene.axis], axis=1)
-    return BallStates(
-        time=np.zeros(1),
-        position=np.array([[*scene.position, scene.ball_radius]]),
-        velocity=np.array([[*scene.velocity, 0.0]]),
-        axis=axis,
-        angular_velocity=scene.spin * axis,
-        orientation=smallest_turn(axis[0])[np.newaxis],
-    )
+def _check_no_twins(given: Mapping[str, Any]) -> None:
+    for name in given:
+        if name != _twin(name) and _twin(name) in given:
+            raise reject("initial", [*given], f"given with {name} or {_twin(name)}, not both")
+
+
+def _rows(
+    scene: BallScene, name: str, value: Any, sizes: Mapping[str, int], replicas: int
+) -> Array:
+    label, size = f"initial[{name!r}]", sizes[name]
+    rows = check_array(label, value)
+    on_plane = {"position": scene.ball_radius, "velocity": 0.0}
+    if name in on_plane and rows.shape in {(2,), (replicas, 2)}:
+        rows = np.insert(rows, 2, on_plane[name], axis=-1)
+    if rows.shape not in {(size,), (replicas, size)}:
+        each = f", or {replicas} times so many" if replicas > 1 else ""
+        raise reject(label, value, f"{size} finite numbers{each}")
+    rows = np.broadcast_to(rows, (replicas, size)).copy()
+    if name in on_plane and scene.surface == "planar" and (rows[:, 2] != on_plane[name]).any():
+        raise reject(label, value, f"{on_plane[name]:g} along z on the plane")
+    if name.endswith(("axis", "orientation")):
+        if not rows.any(axis=1).all():
+            raise reject(label, value, "not all zero")
+        lengths = np.linalg.norm(rows, axis=1, keepdims=True)
+        rows /= np.where(abs(lengths - 1) < ROUNDING, 1.0, lengths)
+    return rows
 
 
 def smallest_turn(axis: ArrayLike) -> NDArray[np.float64]:

@@ -1,61 +1,34 @@
-"""What the front door knows of the sliding disk and of the Langevin particle."""
+"""The devices of the sliding disk and of the Langevin particle beside it."""
 
+import math
 import warnings
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
 from magmotor.common.checks import check_array, check_integer, reject
-from magmotor.device.guard import ENERGY_GREW, LARGEST_ERROR, Fault, FirstFailure
+from magmotor.device.device import Device, Engine, Equation, Motion
 from magmotor.device.initial import as_given, last_record
 from magmotor.device.job import METHODS as MUJOCO
 from magmotor.device.job import PLANAR as MUJOCO_PLANAR
+from magmotor.device.job import Job
+from magmotor.device.sliders import Slider, noise_at, positive
 from magmotor.device.states import Column
+from magmotor.device.step_limits import check_step_limit, small_motion
+from magmotor.devices.disk.guard import DiskGuard
+from magmotor.devices.disk.measures import OF_DISK, OF_LANGEVIN
 from magmotor.devices.disk.observables import energy
-from magmotor.devices.disk.scene import Disk, LangevinParticle
+from magmotor.devices.disk.scene import Disk, LangevinParticle, derivative
 from magmotor.devices.disk.states import DiskStates, start_disk
-from magmotor.devices.disk.theory.stationary import temperature
-from magmotor.devices.disk.theory.steps import largest_timestep
-from magmotor.numerics import splittings as schemes
-from magmotor.run.step_limits import check_step_limit
+from magmotor.devices.disk.theory import steps
+from magmotor.devices.disk.theory.stationary import position_density
+from magmotor.numerics import splittings
+from magmotor.numerics.small_motion import SmallMotion
 
-LARGEST_FLUCTUATION = 200.0
-"""Energy, in kT, that the noise never gives: the probability is e^-200 a sample."""
-
-
-class Guard(FirstFailure):
-    """Finds the first wrong row among recorded states of a scene.
-
-    Parameters
-    ----------
-    scene : Disk or LangevinParticle
-    first : DiskStates
-        The initial state; it sets the energy that the motion may have.
-    """
-
-    def __init__(self, scene: Disk | LangevinParticle, first: DiskStates):
-        self.scene = scene
-        self.depth = sum(abs(a) + abs(b) for a, b in scene.coefficients)
-        self.start = energy(scene, first.x, first.v, first.omega).max()
-        self.largest_fluctuation = LARGEST_FLUCTUATION * temperature(scene)
-
-    def _faults(self, states: DiskStates) -> Iterator[Fault]:
-        found = energy(self.scene, states.x, states.v, states.omega)
-        in_play = found + 2 * self.depth  # at least the kinetic energy and the well's depth
-        allowed = np.maximum(self.largest_fluctuation, LARGEST_ERROR * in_play)
-        yield (found > self.start + allowed).any(axis=1), lambda _: ENERGY_GREW
-
-
-guard = Guard
-
-__all__ = ["check_run", "columns", "guard", "initial_state", "methods"]
-
-Scene = Disk | LangevinParticle
-
-TIME_UNIT = "1"
+S = TypeVar("S", Disk, LangevinParticle)
 
 LABELS = {
     "x": "displacement",
@@ -66,42 +39,135 @@ LABELS = {
 }
 
 
-def methods(scene: Scene) -> tuple[str, ...]:
-    """Names of the methods that the scene takes."""
-    variational = schemes.methods(schemes.DISK, noise=scene.noise > 0)
-    if isinstance(scene, LangevinParticle):
-        return variational
-    if scene.surface == "plane":
-        return MUJOCO
-    return (*variational, *MUJOCO_PLANAR, *(() if scene.noise else ("scipy/dop853",)))
+class LangevinDevice(Device[S, DiskStates], Generic[S]):
+    """See `magmotor.device.device.Device`; of the particle, and what the disk shares with it."""
+
+    time_unit = "1"
+    measures = OF_LANGEVIN
+
+    def methods(self, scene: S) -> tuple[str, ...]:
+        """Names of the methods that the scene takes."""
+        return splittings.methods(splittings.DISK, noise=scene.noise > 0)
+
+    def check_run(
+        self,
+        scene: S,
+        method: str,
+        timestep: float,
+        replicas: int | None,
+        allow_unstable: bool = False,
+    ) -> None:
+        """Check what depends on the scene; of the timestep nothing if it may be unstable.
+
+        Raises
+        ------
+        ValueError
+            A timestep at which the method is linearly unstable.
+        """
+        if replicas is not None:
+            check_integer("replicas", replicas, at_least=1)
+        if allow_unstable or method == "scipy/dop853":
+            return
+        check_step_limit(scene, method, timestep)
+
+    def initial_state(
+        self, scene: S, initial: Mapping[str, Any] | xr.Dataset | None, replicas: int | None
+    ) -> DiskStates:
+        """The state that a run starts from, one row of all replicas; see `simulate` for `initial`.
+
+        Raises
+        ------
+        ValueError
+            Names the part, its value and the bound.
+        """
+        count = replicas or 1
+        state = start_disk(scene, count)
+        parts = [name for name in DiskStates._fields[1:] if getattr(state, name) is not None]
+        if isinstance(initial, xr.Dataset):
+            given = last_record(initial, parts)
+        else:
+            given = as_given(initial, parts)
+        return state._replace(**{name: _row(name, value, count) for name, value in given.items()})
+
+    def guard(self, scene: S, first: DiskStates) -> DiskGuard:
+        """See `DiskGuard`."""
+        return DiskGuard(scene, first)
+
+    def columns(self, scene: S, states: DiskStates, replicas: int | None) -> dict[str, Column]:
+        """The variables of a run's dataset."""
+        values = {name: column for name, column in states._asdict().items() if column is not None}
+        del values["time"]
+        values["energy"] = energy(scene, states.x, states.v, states.omega)
+        if replicas is None:
+            return {k: Column(("time",), v[:, 0], "1", LABELS[k]) for k, v in values.items()}
+        return {k: Column(("replica", "time"), v.T, "1", LABELS[k]) for k, v in values.items()}
+
+    @property
+    def reference(self) -> Engine:
+        """The reference integrators."""
+        from magmotor.devices.disk import reference
+
+        return reference
+
+    def small_motion(self, scene: S) -> SmallMotion:
+        """The disk where U is steepest."""
+        return steps.small_motion(scene)
+
+    @property
+    def charted(self) -> Disk:
+        """The paper's disk, for the particle, too."""
+        return Disk()
+
+    def rates(self, scene: S) -> tuple[float, ...]:
+        """Of swing and friction, of the swing as temperature samples it, and of flights."""
+        motion = small_motion(scene)
+        decay = float(motion.decay.max())
+        return motion.frequency, decay, _thermal_swing(scene), self._flights(scene)
+
+    def _flights(self, scene: S) -> float:
+        return 0.0
+
+    def quantities(self, scene: S) -> tuple[str, ...]:
+        """With noise temperature, without the path."""
+        return ("temperature",) if scene.noise > 0 else ("position", "path")
 
 
-def check_run(
-    scene: Scene,
-    method: str,
-    timestep: float,
-    replicas: int | None,
-    allow_unstable: bool = False,
-) -> None:
-    """Check what depends on the scene; of the timestep nothing if it may be unstable.
+class DiskDevice(LangevinDevice[Disk]):
+    """See `magmotor.device.device.Device`."""
 
-    Raises
-    ------
-    ValueError
-        A timestep at which the method is linearly unstable.
+    measures = OF_DISK
 
-    Warns
-    -----
-    UserWarning
-        A timestep at which the flights that the temperature allows are aliased.
-    """
-    if replicas is not None:
-        check_integer("replicas", replicas, at_least=1)
-    if allow_unstable or method == "scipy/dop853":
-        return
-    check_step_limit(scene, method, timestep)
-    if isinstance(scene, Disk) and scene.coefficients and scene.noise:
-        largest = largest_timestep(scene)
+    def methods(self, scene: Disk) -> tuple[str, ...]:
+        """Names of the methods that the scene takes."""
+        if scene.surface == "plane":
+            return MUJOCO
+        exact = () if scene.noise else ("scipy/dop853",)
+        return (*super().methods(scene), *MUJOCO_PLANAR, *exact)
+
+    def check_run(
+        self,
+        scene: Disk,
+        method: str,
+        timestep: float,
+        replicas: int | None,
+        allow_unstable: bool = False,
+    ) -> None:
+        """Check what depends on the scene; of the timestep nothing if it may be unstable.
+
+        Raises
+        ------
+        ValueError
+            A timestep at which the method is linearly unstable.
+
+        Warns
+        -----
+        UserWarning
+            A timestep at which the flights that the temperature allows are aliased.
+        """
+        super().check_run(scene, method, timestep, replicas, allow_unstable)
+        if allow_unstable or method == "scipy/dop853" or not (scene.coefficients and scene.noise):
+            return
+        largest = steps.largest_timestep(scene)
         if timestep > largest:
             warnings.warn(
                 f"timestep = {timestep:g}: above {largest:.3g} = (pi/6) sqrt((1 + sigma) beta), the"
@@ -110,25 +176,43 @@ def check_run(
                 stacklevel=5,
             )
 
+    @property
+    def equation(self) -> Equation:
+        """Equation (slidingdisk) without noise."""
+        from magmotor.devices.disk import ode
 
-def initial_state(
-    scene: Scene, initial: Mapping[str, Any] | xr.Dataset | None, replicas: int | None
-) -> DiskStates:
-    """The state that a run starts from, as one row of all replicas; see `simulate` for `initial`.
+        return ode
 
-    Raises
-    ------
-    ValueError
-        Names the part, its value and the bound.
-    """
-    count = replicas or 1
-    state = start_disk(scene, count)
-    parts = [name for name in DiskStates._fields[1:] if getattr(state, name) is not None]
-    if isinstance(initial, xr.Dataset):
-        given = last_record(initial, parts)
-    else:
-        given = as_given(initial, parts)
-    return state._replace(**{name: _row(name, value, count) for name, value in given.items()})
+    def compose(self, scene: Disk, *, looks: bool) -> Any:
+        """The disk as a PyMJCF tree."""
+        from magmotor.devices.disk.mjcf import compose_disk
+
+        return compose_disk(scene, looks=looks)
+
+    def motion(self, job: Job) -> Motion:
+        """What is particular to a run in MuJoCo."""
+        from magmotor.devices.disk.mjcf import DiskMotion
+
+        return DiskMotion(job)
+
+    def _flights(self, scene: Disk) -> float:
+        return 1 / steps.largest_timestep(scene)
+
+    def sliders(self, scene: Disk) -> dict[str, Slider]:
+        """Friction and temperature."""
+        return {
+            "friction": positive(scene.friction, Disk().friction),
+            "temperature": positive(1 / scene.beta, 1 / Disk().beta),
+        }
+
+    def scene_at(self, scene: Disk, values: Mapping[str, float]) -> Disk:
+        """The scene with its sliders at these values."""
+        friction = values["friction"]
+        return scene.replace(friction=friction, noise=noise_at(friction, values["temperature"]))
+
+
+DISK = DiskDevice()
+LANGEVIN: LangevinDevice[LangevinParticle] = LangevinDevice()
 
 
 def _row(name: str, value: Any, replicas: int) -> NDArray[np.float64]:
@@ -139,11 +223,10 @@ def _row(name: str, value: Any, replicas: int) -> NDArray[np.float64]:
     return np.broadcast_to(row, (1, replicas)).copy()
 
 
-def columns(scene: Scene, states: DiskStates, replicas: int | None) -> dict[str, Column]:
-    """The variables of a run's dataset."""
-    values = {name: column for name, column in states._asdict().items() if column is not None}
-    del values["time"]
-    values["energy"] = energy(scene, states.x, states.v, states.omega)
-    if replicas is None:
-        return {k: Column(("time",), v[:, 0], "1", LABELS[k]) for k, v in values.items()}
-    return {k: Column(("replica", "time"), v.T, "1", LABELS[k]) for k, v in values.items()}
+def _thermal_swing(scene: Disk | LangevinParticle) -> float:
+    """Root of <U''> = beta <U'^2> under Gibbs' measure: (h times it)^2 is how temperatures err."""
+    if not (scene.noise and scene.coefficients):
+        return 0.0
+    x = np.linspace(0, 2 * np.pi, 4096, endpoint=False)
+    squares = derivative(scene.coefficients, x, 1) ** 2
+    return math.sqrt(scene.beta * np.average(squares, weights=position_density(scene, x)))

@@ -9,13 +9,13 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from magmotor.device import mjcf_parts as parts
 from magmotor.device.job import Job
-from magmotor.device.mjcf_parts import fit_stage
 from magmotor.devices.disk.scene import Disk
 from magmotor.devices.disk.states import DiskStates, start_disk
+from magmotor.mjcf import parts
 from magmotor.mjcf import viscous_contact as contact
 from magmotor.mjcf.brownian import userdata
+from magmotor.mjcf.parts import fit_stage
 
 
 def joints(states: DiskStates) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -206,6 +206,11 @@ def _advance(
     return advance
 
 
+def start(job: Job) -> NDArray[np.float64]:
+    """The state that a run begins with; see `Job`."""
+    return pack(job.initial)
+
+
 def run(job: Job) -> Generator[tuple[DiskStates, NDArray[np.float64]]]:
     """Yield the recorded states that follow the initial one, in chunks; see `Job`."""
     scene, path = job.scene, job.path

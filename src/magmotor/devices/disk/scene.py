@@ -1,15 +1,19 @@
 """The sliding disk in a periodic potential, and the ordinary Langevin particle beside it."""
 
 import math
-from dataclasses import dataclass, replace
-from typing import Any, Self
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from magmotor.common.checks import check_choice, check_number, reject
+from magmotor.device.device import Scene
 from magmotor.device.fields import check_fields, quantity
 from magmotor.numerics.reproducible import applied
+
+if TYPE_CHECKING:
+    from magmotor.devices.disk.device import DiskDevice, LangevinDevice
 
 Coefficients = tuple[tuple[float, float], ...]
 
@@ -76,7 +80,7 @@ def steepest_curvature(coefficients: Coefficients) -> float:
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Langevin:
+class _Langevin(Scene):
     """What both scenes have: friction and noise at one temperature, and a potential on x."""
 
     friction: float = quantity(
@@ -99,10 +103,6 @@ class _Langevin:
         object.__setattr__(self, "potential", check_potential(self.potential))
         if self.noise > 0 and self.friction == 0:
             raise reject("friction", self.friction, "positive with noise: there is no temperature")
-
-    def replace(self, **changes: Any) -> Self:
-        """A copy with some fields changed, checked anew."""
-        return replace(self, **changes)
 
     @property
     def coefficients(self) -> Coefficients:
@@ -151,6 +151,13 @@ class Disk(_Langevin):
             raise reject("friction_ratio", self.friction_ratio, "zero when surface = 'plane'")
 
     @property
+    def device(self) -> "DiskDevice":
+        """The device."""
+        from magmotor.devices.disk.device import DISK
+
+        return DISK
+
+    @property
     def masses(self) -> tuple[float, float]:
         """Inertia of x and of theta."""
         return 1.0, self.sigma
@@ -179,6 +186,13 @@ class LangevinParticle(_Langevin):
     ValueError
         Names the field, its value and the bound.
     """
+
+    @property
+    def device(self) -> "LangevinDevice[LangevinParticle]":
+        """The device."""
+        from magmotor.devices.disk.device import LANGEVIN
+
+        return LANGEVIN
 
     @property
     def masses(self) -> tuple[float]:

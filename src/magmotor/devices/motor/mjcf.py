@@ -4,18 +4,18 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from magmotor.device import mjcf_parts as parts
 from magmotor.device.job import Job
-from magmotor.device.mjcf_parts import fit_stage
-from magmotor.devices.ball.coordinates import MotorCoordinates
+from magmotor.devices.ball.coordinates import BallCoordinates, conjugate, turned
 from magmotor.devices.ball.mjcf import add_ball, draw_ring, size_arrows
+from magmotor.devices.ball.slip import mobility
 from magmotor.devices.motor.heat_and_work import heat_and_work_sums
 from magmotor.devices.motor.scene import Motor
 from magmotor.devices.motor.states import MotorStates, start_motor
-from magmotor.devices.motor.theory import slip_mobility
 from magmotor.dipoles import ring_dipoles
+from magmotor.mjcf import parts
 from magmotor.mjcf import viscous_contact as contact
 from magmotor.mjcf.brownian import userdata
+from magmotor.mjcf.parts import fit_stage
 
 
 def decorate(root: parts.Element, scene: Motor) -> None:
@@ -38,6 +38,37 @@ def _mark(root: parts.Element, radius: float) -> None:
 
 
 Array = NDArray[np.float64]
+
+
+class MotorCoordinates:
+    """The ball's joints, and after them the inner ring's, a ball joint."""
+
+    def __init__(self, scene: Motor):
+        self.ball = BallCoordinates(scene.surface, scene.ball_radius)
+
+    def joints(self, states: MotorStates) -> tuple[Array, Array]:
+        """`qpos` and `qvel` of the last of the states, shapes (replicas, nq) and (replicas, nv)."""
+        qpos, qvel = self.ball.joints(states)
+        orientation = states.ring_orientation[-1]
+        spin = turned(conjugate(orientation), states.ring_angular_velocity[-1])
+        whole = np.concatenate([qpos, orientation], axis=-1)
+        return whole, np.concatenate([qvel, spin], axis=-1)
+
+    def states(self, time: Array, qpos: Array, qvel: Array, sums: Array) -> MotorStates:
+        """The motor's states from joint coordinates and sums, shape (replicas, T, n)."""
+        qpos, qvel, sums = (np.swapaxes(rows, 0, 1) for rows in (qpos, qvel, sums))
+        orientation = qpos[..., -4:]
+        ball_heat, ring_heat, ball_work, ring_work = np.moveaxis(sums, -1, 0)
+        return MotorStates(
+            time=time,
+            **self.ball.vectors(qpos[..., :-4], qvel[..., :-3]),
+            ring_angular_velocity=turned(orientation, qvel[..., -3:]),
+            ring_orientation=orientation,
+            ball_heat=ball_heat,
+            ring_heat=ring_heat,
+            ball_work=ball_work,
+            ring_work=ring_work,
+        )
 
 
 class MotorMotion:
@@ -82,7 +113,9 @@ def compose_motor(scene: Motor, *, looks: bool) -> parts.Element:
         contact.tune_solver(root, scene.surface, scene.friction_ball)
     qpos, qvel = MotorCoordinates(scene).joints(start_motor(scene))
     root.keyframe.add("key", name="start", qpos=qpos[0], qvel=qvel[0])
-    contact.calibrate_viscous(root, scene.friction_ball, slip_mobility(scene))
+    contact.calibrate_viscous(
+        root, scene.friction_ball, mobility(scene.ball_mass, scene.ball_radius, scene.ball_inertia)
+    )
     return root
 
 

@@ -7,9 +7,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from magmotor.common import style
+from magmotor.device.movie import Gauge, between
 from magmotor.devices.motor.observables import azimuth, ring_attitude
 from magmotor.devices.motor.scene import Motor
-from magmotor.render.views import between
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class MotorSubject:
-    """See `magmotor.render.frames.Subject`; the value is theta in revolutions."""
+    """See `magmotor.device.movie.Subject`; the value is theta in revolutions."""
 
     near, trail = "top", 0.5
     needs: tuple[str, ...] = ("position", "ring_axis", "ring_orientation")
@@ -39,3 +39,16 @@ class MotorSubject:
             f"ball  θ {self.value[i]:+z.2f} revolutions",
             f"ring  tilt {self.tilt[i]:.1f}°, yaw {self.yaw[i]:+z.0f}°",
         ]
+
+
+GAUGE = Gauge(
+    name="azimuth",
+    unit="revolutions",
+    needs=("position",),
+    values=lambda run, scene: azimuth(run).values / (2 * np.pi),
+    alike=(
+        *("ball_radius", "surface", "inner_dipoles", "inner_radius", "inner_height"),
+        *("outer_dipoles", "outer_radius", "outer_height"),
+    ),
+    height=lambda scene: scene.outer_height,
+)

@@ -8,14 +8,14 @@ from numpy.typing import NDArray
 
 from magmotor.common.checks import reject
 from magmotor.device.analysis import analysis
+from magmotor.devices.ball.scene import BallScene
 from magmotor.devices.motor.scene import Motor
-from magmotor.devices.top.scene import Top
 
 LARGEST_TURN = math.pi / 2
 """By how much (rad) the ball may go round between two records, for its turns to be counted."""
 
 
-@analysis("position", of=(Motor, Top))
+@analysis("position", of=BallScene)
 def azimuth(run: xr.Dataset) -> xr.DataArray:
     """Angle theta in rad by which the ball has gone round the centre, from the x axis, unwrapped.
 

@@ -15,6 +15,11 @@ from magmotor.dipoles import pack_sources
 Array = NDArray[np.float64]
 
 
+def start(job: Job) -> NDArray[np.float64]:
+    """The state that a run begins with; see `Job`."""
+    return pack(job.initial)
+
+
 def run(job: Job) -> Generator[tuple[MotorStates, Array]]:
     """Yield the recorded states that follow the initial one, in chunks; see `Job`."""
     scene = job.scene

@@ -2,14 +2,18 @@
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.common.checks import check_choice, check_number, reject
 from magmotor.device.fields import check_fields, quantity
+from magmotor.devices.ball.scene import BallScene
 from magmotor.dipoles import PERMEABILITY_OVER_4PI, ring_dipoles
+
+if TYPE_CHECKING:
+    from magmotor.devices.motor.device import MotorDevice
 
 LARGEST_TILT = math.radians(20)
 """Tilt of the inner ring (rad) beyond which it is taken as lost: it snaps onto the ball."""
@@ -33,7 +37,7 @@ PAPER = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class Motor:
+class Motor(BallScene):
     """The paper's motor; the defaults are its simulation at uniform temperature, alpha = 1e-3.
 
     Ball, inner and outer ring carry dipoles; the inner ring turns freely about its fixed centre,
@@ -163,6 +167,13 @@ class Motor:
         reading: dict[str, Any] = {"coupling": 4e-5}
         return cls(**(reading | changes))
 
+    @property
+    def device(self) -> "MotorDevice":
+        """The device."""
+        from magmotor.devices.motor.device import MOTOR
+
+        return MOTOR
+
     def replace(self, **changes: Any) -> "Motor":
         """A copy with some fields changed, checked anew.
 
@@ -236,6 +247,17 @@ class Motor:
         """Positions (M, 3) in m and moments (M, 3) in A m^2 of the outer ring."""
         positions, outward = ring_dipoles(self.outer_dipoles, self.outer_radius)
         return positions + np.array([0.0, 0.0, self.outer_height]), self.moment * outward
+
+    def near_ring(self, time: float = 0.0) -> tuple[float, float]:
+        """Radius and height of the inner ring, in m."""
+        check_number("time", time)
+        return self.inner_radius, self.inner_height
+
+    def resting_place(self) -> tuple[float, float]:
+        """Where on the plane, in m, the ball rests under the first outer dipole."""
+        from magmotor.devices.ball.landscape import valley_radius
+
+        return valley_radius(self), 0.0
 
     def ring_sources(self, time: float = 0.0) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Positions and moments of all that act on the ball while the inner ring is level.

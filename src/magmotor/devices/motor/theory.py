@@ -5,11 +5,18 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
+from magmotor import dipoles
 from magmotor.common.arguments import Seconds, checked
 from magmotor.common.checks import check_number
 from magmotor.devices.ball.landscape import effective_potential, valley_radius
+from magmotor.devices.ball.slip import mobility
+from magmotor.devices.ball.small_motion import moved, resting_ball, scales, slip_friction, stiffness
 from magmotor.devices.motor.scene import Motor
+from magmotor.numerics.small_motion import SmallMotion
+
+Array = NDArray[np.float64]
 
 
 @checked
@@ -18,7 +25,7 @@ def slip_mobility(scene: Motor) -> float:
 
     Of a ball that turns freely; the field holds its axis, so that the slip decays more slowly.
     """
-    return 1 / scene.ball_mass + scene.ball_radius**2 / scene.ball_inertia
+    return mobility(scene.ball_mass, scene.ball_radius, scene.ball_inertia)
 
 
 @checked
@@ -87,3 +94,30 @@ def euler_slip_overheating(scene: Motor, timestep: Seconds) -> float:
     rate = scene.friction_ball * slip_mobility(scene)
     check_number("timestep", timestep, above=0, below=2 / rate if rate else np.inf, unit="s")
     return 1 / (1 - rate * timestep / 2)
+
+
+def small_motion(scene: Motor) -> SmallMotion:
+    """Ball and ring at rest: x, y, turns of the ball, then of the ring, about x, y, z."""
+    place, axis = resting_ball(scene)
+    centre = np.array([0.0, 0.0, scene.inner_height])
+    arms, outward = scene.inner_dipole_frame()
+    ring, outer = (arms, scene.ball_ring_factor * scene.moment * outward), scene.outer_sources()
+
+    def force(q: Array) -> Array:
+        ball, moment = moved(scene, place, axis, q)
+        turn = Rotation.from_rotvec(q[:, 5:8])
+        back, turned = turn.inv(), turn.as_matrix().swapaxes(1, 2)
+        by_ring = dipoles.wrench(back.apply(ball - centre), back.apply(moment), *ring)
+        push, twist = (turn.apply(part) for part in by_ring)
+        on_ring = -np.cross(ball - centre, push) - twist
+        inner_arms, inner_moments = arms @ turned, scene.moment * outward @ turned
+        pushes, twists = dipoles.wrench(inner_arms + centre, inner_moments, *outer)
+        on_ring += np.sum(np.cross(inner_arms, pushes) + twists, axis=1)
+        outer_push, outer_twist = dipoles.wrench(ball, moment, *outer)
+        return np.hstack([(push + outer_push)[:, :2], twist + outer_twist, on_ring])
+
+    sphere = scene.ball_inertia
+    inertia = np.diag([scene.ball_mass, scene.ball_mass, *3 * [sphere], *scene.inner_moments])
+    damper = np.diag([0.0] * 5 + [scene.frictions[-1]] * 3)
+    friction = slip_friction(scene.friction_ball, scene.ball_radius, 8) + damper
+    return SmallMotion.of(inertia, stiffness(force, scales(scene, 8)), friction, damper)

@@ -1,159 +1,204 @@
-"""What the front door knows of the ball under its ring."""
+"""The device of Hamel's top."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import xarray as xr
-from numpy.typing import NDArray
 
 from magmotor.common.checks import check_integer, check_number, reject
-from magmotor.device.guard import ENERGY_GREW, LARGEST_ERROR, Fault, FirstFailure
-from magmotor.device.initial import given_parts
+from magmotor.device.device import Engine, Equation, Motion
 from magmotor.device.job import METHODS as MUJOCO
 from magmotor.device.job import PLANAR as MUJOCO_PLANAR
+from magmotor.device.job import Job
+from magmotor.device.sliders import Slider, positive
 from magmotor.device.states import Column
-from magmotor.devices.ball.states import BallStates, start
-from magmotor.devices.top.observables import (
-    BallEnergy,
-    ball_energy,
-    energy,
-    momentum_map,
-    slip_velocity,
-)
-from magmotor.devices.top.scene import DRY_FRICTION_RATE, Top
-from magmotor.numerics import splittings as schemes
-from magmotor.run.step_limits import check_bearing_limit, check_step_limit
+from magmotor.device.step_limits import check_step_limit, small_motion
+from magmotor.devices.ball.device import BallDevice
+from magmotor.devices.ball.slip import slip_velocity
+from magmotor.devices.ball.small_motion import split_by
+from magmotor.devices.ball.states import given_parts
+from magmotor.devices.top import theory
+from magmotor.devices.top.guard import TopGuard
+from magmotor.devices.top.measures import MEASURES
+from magmotor.devices.top.movie import GAUGE, TopSubject
+from magmotor.devices.top.observables import energy, momentum_map
+from magmotor.devices.top.scene import Top
+from magmotor.devices.top.states import BallStates, start
+from magmotor.mjcf.viscous_contact import DRY_FRICTION_RATE, check_bearing_limit
+from magmotor.numerics import splittings
+from magmotor.numerics.small_motion import SmallMotion
 
 SIZES = {"position": 3, "velocity": 3, "axis": 3, "angular_velocity": 3, "orientation": 4}
 
 
-def initial_state(
-    scene: Top, initial: Mapping[str, Any] | xr.Dataset | None, replicas: None = None
-) -> BallStates:
-    """The state that a run starts from, as one row; see `simulate` for `initial`.
+class TopDevice(BallDevice[Top, BallStates]):
+    """See `magmotor.device.device.Device`."""
 
-    Raises
-    ------
-    ValueError
-        Names the part, its value and the bound.
-    """
-    return start(scene)._replace(**given_parts(scene, SIZES, initial, 1))
+    is_random = False
+    measures = MEASURES
+    subject = TopSubject
+    gauge = GAUGE
+
+    def methods(self, scene: Top) -> tuple[str, ...]:
+        """Names of the methods that the scene takes."""
+        if scene.surface == "plane":
+            return MUJOCO
+        if scene.ring_script or scene.inertia[0] != scene.inertia[2]:
+            return (*MUJOCO, "scipy/dop853")
+        return (*splittings.methods(splittings.RIGID, noise=False), *MUJOCO_PLANAR, "scipy/dop853")
+
+    def check_run(
+        self,
+        scene: Top,
+        method: str,
+        timestep: float,
+        replicas: int | None,
+        allow_unstable: bool = False,
+    ) -> None:
+        """Check what depends on the scene; of the timestep nothing if it may be unstable.
+
+        Raises
+        ------
+        ValueError
+            Replicas, or a timestep at which dry friction, the plane or the method is unstable.
+        """
+        if replicas is not None:
+            check_integer("replicas", replicas, at_least=1)
+            raise reject(
+                "replicas", replicas, "None: this scene has no noise, all would be the same"
+            )
+        if allow_unstable:
+            return
+        if method in MUJOCO and any(scene.dry_friction):
+            check_number(
+                "timestep", timestep, below=1 / DRY_FRICTION_RATE, unit="s with dry friction"
+            )
+        if scene.surface == "plane":
+            check_bearing_limit(method, timestep)
+        if method != "scipy/dop853":
+            check_step_limit(scene, method, timestep)
+
+    def initial_state(
+        self, scene: Top, initial: Mapping[str, Any] | xr.Dataset | None, replicas: int | None
+    ) -> BallStates:
+        """The state that a run starts from, as one row; see `simulate` for `initial`.
+
+        Raises
+        ------
+        ValueError
+            Names the part, its value and the bound.
+        """
+        return start(scene)._replace(**given_parts(scene, SIZES, initial, 1))
+
+    def followed(self, first: BallStates, method: str) -> BallStates:
+        """The initial state without its orientation, of which SciPy's solver follows the axis."""
+        return first._replace(orientation=None) if method.startswith("scipy") else first
+
+    def guard(self, scene: Top, first: BallStates) -> TopGuard:
+        """See `TopGuard`."""
+        return TopGuard(scene, first)
+
+    def columns(self, scene: Top, states: BallStates, replicas: int | None) -> dict[str, Column]:
+        """The variables of a run's dataset."""
+        spin = states.angular_velocity
+        values = {
+            "position": (states.position, "m", "position of the ball's centre"),
+            "velocity": (states.velocity, "m/s", "velocity of the ball's centre"),
+            "axis": (states.axis, "1", "axis xi_3 of the ball, the direction of its dipole"),
+            "angular_velocity": (spin, "rad/s", "angular velocity in the world frame"),
+            "slip_velocity": (
+                slip_velocity(scene, states.velocity, spin),
+                "m/s",
+                "slip velocity V_Q of the contact point",
+            ),
+            "momentum_map": (
+                momentum_map(scene, states.axis, spin),
+                "kg m^2/s",
+                "momentum map J = pi . xi_3",
+            ),
+            "energy": (energy(scene, states), "J", "total energy"),
+        }
+        found = {k: Column(("time", "space")[: v[0].ndim], *v) for k, v in values.items()}
+        if states.orientation is not None:
+            label = "orientation of the ball, unit quaternion (w, x, y, z)"
+            found["orientation"] = Column(("time", "component"), states.orientation, "1", label)
+        return found
+
+    @property
+    def reference(self) -> Engine:
+        """The reference integrators."""
+        from magmotor.devices.top import reference
+
+        return reference
+
+    @property
+    def equation(self) -> Equation:
+        """The paper's ODE."""
+        from magmotor.devices.top import ode
+
+        return ode
+
+    def compose(self, scene: Top, *, looks: bool) -> Any:
+        """The top as a PyMJCF tree."""
+        from magmotor.devices.top.mjcf import compose_top
+
+        return compose_top(scene, looks=looks)
+
+    def motion(self, job: Job) -> Motion:
+        """The ball, and the ring on its script."""
+        from magmotor.devices.top.mjcf import BallMotion
+
+        return BallMotion(job)
+
+    def poses(self, scene: Top) -> list[Top]:
+        """The scene with its ring at rest, at each of its script's waypoints if it has one."""
+        return theory.poses(scene)
+
+    def small_motion(self, scene: Top) -> SmallMotion:
+        """The ball in the deepest minimum of V_e, its axis along the field."""
+        return theory.small_motion(scene)
+
+    @property
+    def charted(self) -> Top:
+        """The paper's fourth case."""
+        return Top.paper(4)
+
+    def rates(self, scene: Top) -> tuple[float, ...]:
+        """Of the swing of a ball that spins, at the stiffest waypoint, and of friction."""
+        across, _, axial = scene.inertia
+        swing = max(small_motion(pose).frequency for pose in self.poses(scene))
+        spinning = split_by(scene.spin * axial / across, swing)
+        return spinning, float(small_motion(scene).decay.max())
+
+    def quantities(self, scene: Top) -> tuple[str, ...]:
+        """The momentum map."""
+        return ("momentum_map",)
+
+    def has_script(self, scene: Top) -> bool:
+        """Whether the ring moves."""
+        return bool(scene.ring_script)
+
+    def place(self, scene: Top, data: Any, time: float) -> None:
+        """Put the ring where it is at a time (s)."""
+        from magmotor.devices.top.mjcf import placed_ring
+
+        data.mocap_pos[0], data.mocap_quat[0] = placed_ring(scene, time)
+
+    def sliders(self, scene: Top) -> dict[str, Slider]:
+        """Friction, and of a ring without a script tilt and height."""
+        friction = {"friction": positive(scene.friction, Top().friction)}
+        if scene.ring_script:
+            return friction
+        ring = {
+            "tilt": Slider(scene.tilt, 0.0, max(0.4, scene.tilt)),
+            "height": Slider(scene.ring_height, 0.5 * scene.ring_height, 2 * scene.ring_height),
+        }
+        return ring | friction
+
+    def scene_at(self, scene: Top, values: Mapping[str, float]) -> Top:
+        """The scene with its sliders at these values."""
+        fields = {"ring_height" if name == "height" else name: x for name, x in values.items()}
+        return scene.replace(**fields)
 
 
-LARGEST_WORK = 10.0
-"""Energy that a ring which moves may add, over what is in play at the start."""
-
-
-class Guard(FirstFailure):
-    """Finds the first wrong row among recorded states of a scene.
-
-    Parameters
-    ----------
-    scene : Top
-    first : BallStates
-        The initial state; it sets the energy that the motion may have.
-    """
-
-    def __init__(self, scene: Top, first: BallStates):
-        self.scene = scene
-        start = ball_energy(scene, first)
-        # A ring at rest does no work, and friction only takes.
-        work = LARGEST_WORK if scene.ring_script else 0.0
-        self.largest_energy = float((start.total + work * _in_play(start))[0])
-
-    def _faults(self, states: BallStates) -> Iterator[Fault]:
-        found = ball_energy(self.scene, states)
-        error = LARGEST_ERROR * _in_play(found)
-        yield found.total > self.largest_energy + error, lambda _: ENERGY_GREW
-        if self.scene.surface == "planar":
-            weight = self.scene.ball_mass * self.scene.gravity
-            yield found.lift > weight, lambda row: lifted(found.lift[row], weight)
-
-
-def _in_play(energy: BallEnergy) -> NDArray:
-    return energy.kinetic + abs(energy.magnetic)
-
-
-def lifted(lift: float, weight: float) -> str:
-    """What to say of a lift and a weight, both in N."""
-    return (
-        f"the magnetic lift, {lift:.3g} N, exceeds the ball's weight, {weight:.3g} N, and the"
-        " plane cannot hold it down: use a larger gravity or surface = 'plane'"
-    )
-
-
-guard = Guard
-
-__all__ = ["check_run", "columns", "guard", "initial_state", "methods", "states_of"]
-
-TIME_UNIT = "s"
-
-
-def methods(scene: Top) -> tuple[str, ...]:
-    """Names of the methods that the scene takes."""
-    if scene.surface == "plane":
-        return MUJOCO
-    if scene.ring_script or scene.inertia[0] != scene.inertia[2]:
-        return (*MUJOCO, "scipy/dop853")
-    return (*schemes.methods(schemes.RIGID, noise=False), *MUJOCO_PLANAR, "scipy/dop853")
-
-
-def check_run(
-    scene: Top,
-    method: str,
-    timestep: float,
-    replicas: int | None,
-    allow_unstable: bool = False,
-) -> None:
-    """Check what depends on the scene; of the timestep nothing if it may be unstable.
-
-    Raises
-    ------
-    ValueError
-        Replicas, or a timestep at which dry friction, the plane or the method is unstable.
-    """
-    if replicas is not None:
-        check_integer("replicas", replicas, at_least=1)
-        raise reject("replicas", replicas, "None: this scene has no noise, all would be the same")
-    if allow_unstable:
-        return
-    if method in MUJOCO and any(scene.dry_friction):
-        check_number("timestep", timestep, below=1 / DRY_FRICTION_RATE, unit="s with dry friction")
-    if scene.surface == "plane":
-        check_bearing_limit(method, timestep)
-    if method != "scipy/dop853":
-        check_step_limit(scene, method, timestep)
-
-
-def columns(scene: Top, states: BallStates, replicas: int | None) -> dict[str, Column]:
-    """The variables of a run's dataset."""
-    spin = states.angular_velocity
-    values = {
-        "position": (states.position, "m", "position of the ball's centre"),
-        "velocity": (states.velocity, "m/s", "velocity of the ball's centre"),
-        "axis": (states.axis, "1", "axis xi_3 of the ball, the direction of its dipole"),
-        "angular_velocity": (spin, "rad/s", "angular velocity in the world frame"),
-        "slip_velocity": (
-            slip_velocity(scene, states.velocity, spin),
-            "m/s",
-            "slip velocity V_Q of the contact point",
-        ),
-        "momentum_map": (
-            momentum_map(scene, states.axis, spin),
-            "kg m^2/s",
-            "momentum map J = pi . xi_3",
-        ),
-        "energy": (energy(scene, states), "J", "total energy"),
-    }
-    found = {k: Column(("time", "space")[: v[0].ndim], *v) for k, v in values.items()}
-    if states.orientation is not None:
-        label = "orientation of the ball, unit quaternion (w, x, y, z)"
-        found["orientation"] = Column(("time", "component"), states.orientation, "1", label)
-    return found
-
-
-def states_of(run: xr.Dataset) -> BallStates:
-    """The recorded states in a dataset."""
-    orientation = run["orientation"].values if "orientation" in run else None
-    known = [run[name].values for name in BallStates._fields[:-1]]
-    return BallStates(*known, orientation=orientation)
+TOP = TopDevice()

@@ -4,14 +4,16 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from magmotor.device import mjcf_parts as parts
 from magmotor.device.job import Job
-from magmotor.device.mjcf_parts import fit_stage
 from magmotor.devices.ball.coordinates import BallCoordinates
 from magmotor.devices.ball.mjcf import add_ball, draw_ring, size_arrows
-from magmotor.devices.ball.states import BallStates, start
+from magmotor.devices.ball.slip import mobility
+from magmotor.devices.ball.states import axes
 from magmotor.devices.top.scene import Top
+from magmotor.devices.top.states import BallStates, start
+from magmotor.mjcf import parts
 from magmotor.mjcf import viscous_contact as contact
+from magmotor.mjcf.parts import fit_stage
 
 
 def decorate(root: parts.Element, scene: Top) -> None:
@@ -57,7 +59,8 @@ class BallMotion:
 
     def states(self, time, qpos, qvel, sums) -> BallStates:
         """The ball's states from joint coordinates, shape (1, T, n)."""
-        return self.coordinates.states(time, qpos[0], qvel[0])
+        vectors = self.coordinates.vectors(qpos[0], qvel[0])
+        return BallStates(time=time, axis=axes(vectors["orientation"]), **vectors)
 
 
 def compose_top(scene: Top, *, looks: bool) -> parts.Element:
@@ -74,8 +77,8 @@ def compose_top(scene: Top, *, looks: bool) -> parts.Element:
     coordinates = BallCoordinates(scene.surface, scene.ball_radius)
     qpos, qvel = coordinates.joints(start(scene))
     root.keyframe.add("key", name="start", qpos=qpos, qvel=qvel)
-    inverse_inertia = 1 / scene.ball_mass + scene.ball_radius**2 / scene.inertia[0]
-    contact.calibrate_viscous(root, scene.friction, inverse_inertia)
+    slip_mobility = mobility(scene.ball_mass, scene.ball_radius, scene.inertia[0])
+    contact.calibrate_viscous(root, scene.friction, slip_mobility)
     return root
 
 

@@ -7,9 +7,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from magmotor.common import style
+from magmotor.device.movie import Gauge, between
 from magmotor.devices.top.plots import draw_momentum
 from magmotor.devices.top.scene import Top
-from magmotor.render.views import between
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,7 +19,7 @@ TYPESET = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 class TopSubject:
-    """See `magmotor.render.frames.Subject`; the value is J."""
+    """See `magmotor.device.movie.Subject`; the value is J."""
 
     near, trail = "ball", 0.25
     needs: tuple[str, ...] = ("position", "axis", "slip_velocity", "momentum_map")
@@ -43,3 +43,13 @@ class TopSubject:
             height, tilt = self.scene.ring_pose(float(self.times[i]))
             told.append(f"ring  {100 * height:.1f} cm high, tilt {np.degrees(tilt):.1f}°")
         return told
+
+
+GAUGE = Gauge(
+    name="spin J/I₃",
+    unit="rad/s",
+    needs=("position", "momentum_map"),
+    values=lambda run, scene: run.momentum_map.values / scene.inertia[2],
+    alike=("ball_radius", "surface", "ring_dipoles", "ring_radius"),
+    height=lambda scene: max([h for _, h, _ in scene.ring_script] or [scene.ring_height]),
+)

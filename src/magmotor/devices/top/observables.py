@@ -11,9 +11,8 @@ from scipy.spatial.transform import Rotation
 from magmotor import dipoles
 from magmotor.common.arguments import Vectors, checked
 from magmotor.device.analysis import OWN, analysis
-from magmotor.devices.ball.states import BallStates
-from magmotor.devices.motor.scene import Motor
 from magmotor.devices.top.scene import Top
+from magmotor.devices.top.states import BallStates
 
 Array = NDArray[np.float64]
 
@@ -27,23 +26,6 @@ class BallEnergy(NamedTuple):
     magnetic: Array
     lift: Array
     """Vertical magnetic force on the ball."""
-
-
-@checked
-def slip_velocity(scene: Top | Motor, velocity: Vectors, angular_velocity: Vectors) -> Array:
-    """Slip velocity V_Q = v + omega x q of the contact point, q = -r e_z; equation (slip).
-
-    Parameters
-    ----------
-    velocity, angular_velocity : ndarray, shape (..., 3)
-        In m/s and rad/s, in the world frame.
-
-    Returns
-    -------
-    ndarray, shape (..., 3)
-        In m/s.
-    """
-    return velocity + np.cross(angular_velocity, [0.0, 0.0, -scene.ball_radius])
 
 
 @checked

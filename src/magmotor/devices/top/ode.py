@@ -5,8 +5,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from magmotor.devices.ball.states import BallStates
 from magmotor.devices.top.scene import Top
+from magmotor.devices.top.states import BallStates
 from magmotor.dipoles import NOBODY, pack_sources, sum_over_sources
 from magmotor.numerics.compiled import compiled_once
 

@@ -8,11 +8,17 @@ from numpy.typing import NDArray
 from magmotor.device.job import Job
 from magmotor.devices.ball.rigid_forces import Bodies, Magnets, floats
 from magmotor.devices.ball.rigid_kernel import SIZE, march, on_plane
-from magmotor.devices.ball.states import BallStates, axes
+from magmotor.devices.ball.states import axes
 from magmotor.devices.top.scene import Top
+from magmotor.devices.top.states import BallStates
 from magmotor.dipoles import pack_sources
 
 Array = NDArray[np.float64]
+
+
+def start(job: Job) -> NDArray[np.float64]:
+    """The state that a run begins with; see `Job`."""
+    return pack(job.initial)
 
 
 def run(job: Job) -> Generator[tuple[BallStates, Array]]:

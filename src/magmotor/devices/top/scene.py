@@ -2,16 +2,20 @@
 
 import math
 from bisect import bisect_right
-from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.common.checks import check_array, check_integer, check_number, reject
 from magmotor.device.fields import check_fields, quantity
+from magmotor.devices.ball.scene import BallScene
 from magmotor.dipoles import PERMEABILITY_OVER_4PI, ring_dipoles
 from magmotor.numerics.reproducible import product
+
+if TYPE_CHECKING:
+    from magmotor.devices.top.device import TopDevice
 
 
 class Waypoint(NamedTuple):
@@ -69,14 +73,10 @@ def check_script(script: tuple[Waypoint, ...], lowest: float) -> tuple[Waypoint,
 
 PAPER_TILT = math.pi / 64
 SMALLEST_DRY_FRICTION = 1e-5
-DRY_FRICTION_RATE = 200.0
-"""Rate (1/s) at which dry friction that is not saturated stops a slip; a step must be shorter."""
-CONTACT_RATE = 20.0
-"""Rate (1/s) at which a ball that the plane bears comes to rest on it, critically damped."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Top:
+class Top(BallScene):
     """Hamel's top; the defaults are the paper's fourth case, the one that acquires spin.
 
     Angles are in radians, lengths in metres; see `unit` and `doc` in each field's metadata.
@@ -208,9 +208,12 @@ class Top:
         start = {"position": (-0.01, 0.006), "ring_script": script}
         return cls(**(start | changes))
 
-    def replace(self, **changes) -> "Top":
-        """A copy with some fields changed, checked anew."""
-        return replace(self, **changes)
+    @property
+    def device(self) -> "TopDevice":
+        """The device."""
+        from magmotor.devices.top.device import TOP
+
+        return TOP
 
     @property
     def inertia(self) -> tuple[float, float, float]:
@@ -234,6 +237,16 @@ class Top:
         """Height (m) and tilt (rad) of the ring at a time (s)."""
         time = check_number("time", time)
         return pose(self.ring_script, time) if self.ring_script else (self.ring_height, self.tilt)
+
+    def near_ring(self, time: float = 0.0) -> tuple[float, float]:
+        """Radius and height of the ring, in m, at a time (s)."""
+        return self.ring_radius, self.ring_pose(time)[0]
+
+    def resting_place(self) -> tuple[float, float]:
+        """Where on the plane, in m, the ball rests in the deepest minimum of V_e."""
+        from magmotor.devices.ball.landscape import minimum
+
+        return minimum(self).position
 
     def ring_quaternion(self, tilt: float) -> NDArray[np.float64]:
         """Orientation (w, x, y, z) of the ring: turned by `tilt` about a horizontal axis."""

@@ -2,9 +2,18 @@
 
 import math
 
+import numpy as np
+from numpy.typing import NDArray
+
+from magmotor import dipoles
 from magmotor.common.arguments import NotNegative, checked
+from magmotor.devices.ball.slip import mobility
+from magmotor.devices.ball.small_motion import moved, resting_ball, scales, slip_friction, stiffness
 from magmotor.devices.top.scene import Top
 from magmotor.dipoles import PERMEABILITY_OVER_4PI
+from magmotor.numerics.small_motion import SmallMotion
+
+Array = NDArray[np.float64]
 
 
 @checked
@@ -36,7 +45,7 @@ def slip_relaxation_rate(scene: Top) -> float:
     Of a ball that turns freely; one whose axis the field holds slips longer. From equation
     (magtopnc): dV_Q/dt = -c V_Q/m + (torque r c V_Q)/I in the plane.
     """
-    return scene.friction * (1 / scene.ball_mass + scene.ball_radius**2 / scene.inertia[0])
+    return scene.friction * mobility(scene.ball_mass, scene.ball_radius, scene.inertia[0])
 
 
 @checked
@@ -48,3 +57,27 @@ def highest_valley(scene: Top) -> float:
     `field_under_centre`; the bracket vanishes at (H - r)/R = sqrt((11 + sqrt(145))/24) = 0.980.
     """
     return scene.ball_radius + math.sqrt((11 + math.sqrt(145)) / 24) * scene.ring_radius
+
+
+def small_motion(scene: Top) -> SmallMotion:
+    """The ball at rest in the deepest minimum of V_e: x, y, and turns about x, y, z."""
+    across, _, axial = scene.inertia
+    place, axis = resting_ball(scene)
+    sources = scene.ring_sources()
+
+    def force(q: Array) -> Array:
+        push, twist = dipoles.wrench(*moved(scene, place, axis, q), *sources)
+        return np.hstack([push[:, :2], twist])
+
+    inertia = scene.ball_mass * np.eye(5)
+    inertia[2:, 2:] = across * np.eye(3) + (axial - across) * np.outer(axis, axis)
+    friction = slip_friction(scene.friction, scene.ball_radius, 5)
+    return SmallMotion.of(inertia, stiffness(force, scales(scene, 5)), friction, np.zeros((5, 5)))
+
+
+def poses(scene: Top) -> list[Top]:
+    """The scene with its ring at rest, at each of its script's waypoints if it has one."""
+    return [
+        scene.replace(ring_script=(), ring_height=height, tilt=tilt)
+        for _, height, tilt in scene.ring_script
+    ] or [scene]

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from magmotor.common.interrupts import deferred
-from magmotor.devices.disk import device as disk
 from magmotor.devices.disk.ensemble.result import Plan, result
 from magmotor.devices.disk.ensemble.statistics import (
     POWERS,
@@ -52,7 +51,7 @@ class March:
         replicas, padded = task["replicas"], lanes.shape[1]
         self.replicas, self.groups = replicas, -(-padded // LANES)
         self.start = self._states(lanes)
-        self.guard = disk.guard(scene, self.start)
+        self.guard = scene.device.guard(scene, self.start)
         fresh: dict[str, NDArray] = {
             "states": lanes,
             "moments": np.zeros((len(when.records), len(quantities(scene)), len(POWERS))),

@@ -5,7 +5,7 @@ import json
 from collections.abc import Mapping
 from importlib.metadata import version
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import xarray as xr
 from numpy.typing import ArrayLike
@@ -14,7 +14,6 @@ from magmotor.common.arguments import Count, NotNegative, Positive, Seed, checke
 from magmotor.common.checks import check_choice, reject
 from magmotor.common.environment import thread_count
 from magmotor.device.states import checksum
-from magmotor.devices.disk import device as disk
 from magmotor.devices.disk.ensemble.march import March
 from magmotor.devices.disk.ensemble.result import plan
 from magmotor.devices.disk.scene import Disk, LangevinParticle
@@ -113,8 +112,9 @@ def ensemble(
         raise reject("noise", scene.noise, "positive: all replicas would be the same")
     steps = max(1, round(1 / timestep)) if sample_interval is None else sample_interval
     when = plan(timestep, duration, steps, burn_in)
-    disk.check_run(scene, method, timestep, replicas)
-    first = disk.initial_state(scene, initial, replicas)
+    device: Any = scene.device
+    device.check_run(scene, method, timestep, replicas)
+    first = device.initial_state(scene, initial, replicas)
     task = {
         "scene": type(scene).__name__,
         "scene_fields": json.dumps(dataclasses.asdict(scene)),

@@ -14,6 +14,7 @@ from magmotor.devices.disk.theory.stationary import (
     require_one_friction,
     slip_rate,
 )
+from magmotor.numerics.small_motion import SmallMotion
 
 Scene = Disk | LangevinParticle
 Array = NDArray[np.float64]
@@ -95,3 +96,15 @@ def largest_timestep(scene: Disk, deviations: Positive = 6.0) -> float:
 def _common_waves(scene: Disk) -> int:
     """Number of periods of U in 2 pi; 0 if it is flat."""
     return math.gcd(*(k for k, pair in enumerate(scene.coefficients, start=1) if any(pair)))
+
+
+def small_motion(scene: Scene) -> SmallMotion:
+    """The disk where U is steepest: x and theta."""
+    wrenches = scene.slip_directions
+    friction = scene.friction * wrenches.T @ wrenches
+    stiffness = np.zeros_like(friction)
+    stiffness[0, 0] = steepest_curvature(scene.coefficients)
+    # Of a tendon's damping MuJoCo's implicit integrator sees what a joint does to itself.
+    on_floor = isinstance(scene, Disk) and scene.surface == "plane"
+    implicit = np.zeros_like(friction) if on_floor else np.diag(np.diag(friction))
+    return SmallMotion.of(np.diag(scene.masses), stiffness, friction, implicit)

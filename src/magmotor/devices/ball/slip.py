@@ -1,0 +1,31 @@
+"""The slip of a ball on its plane."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from magmotor.common.arguments import Vectors, checked
+from magmotor.devices.ball.scene import BallScene
+
+Array = NDArray[np.float64]
+
+
+@checked
+def slip_velocity(scene: BallScene, velocity: Vectors, angular_velocity: Vectors) -> Array:
+    """Slip velocity V_Q = v + omega x q of the contact point, q = -r e_z; equation (slip).
+
+    Parameters
+    ----------
+    velocity, angular_velocity : ndarray, shape (..., 3)
+        In m/s and rad/s, in the world frame.
+
+    Returns
+    -------
+    ndarray, shape (..., 3)
+        In m/s.
+    """
+    return velocity + np.cross(angular_velocity, [0.0, 0.0, -scene.ball_radius])
+
+
+def mobility(mass: float, radius: float, inertia: float) -> float:
+    """A = 1/m + r^2/I in 1/kg: by how much a force on the contact point accelerates the slip."""
+    return 1 / mass + radius**2 / inertia

@@ -1,0 +1,40 @@
+"""The guard on a run of the disk: which recorded states no accurate solution can have."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from magmotor.device.guard import (
+    ENERGY_GREW,
+    LARGEST_ERROR,
+    LARGEST_FLUCTUATION,
+    Fault,
+    Guard,
+)
+from magmotor.devices.disk.observables import energy
+from magmotor.devices.disk.scene import Disk, LangevinParticle
+from magmotor.devices.disk.states import DiskStates
+from magmotor.devices.disk.theory.stationary import temperature
+
+
+class DiskGuard(Guard):
+    """Finds the first wrong row among recorded states of a scene.
+
+    Parameters
+    ----------
+    scene : Disk or LangevinParticle
+    first : DiskStates
+        The initial state; it sets the energy that the motion may have.
+    """
+
+    def __init__(self, scene: Disk | LangevinParticle, first: DiskStates):
+        self.scene = scene
+        self.depth = sum(abs(a) + abs(b) for a, b in scene.coefficients)
+        self.start = energy(scene, first.x, first.v, first.omega).max()
+        self.largest_fluctuation = LARGEST_FLUCTUATION * temperature(scene)
+
+    def _faults(self, states: DiskStates) -> Iterator[Fault]:
+        found = energy(self.scene, states.x, states.v, states.omega)
+        in_play = found + 2 * self.depth  # at least the kinetic energy and the well's depth
+        allowed = np.maximum(self.largest_fluctuation, LARGEST_ERROR * in_play)
+        yield (found > self.start + allowed).any(axis=1), lambda _: ENERGY_GREW

@@ -1,0 +1,70 @@
+"""The guard on a run of the motor: which recorded states the model does not describe."""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from magmotor.device.guard import (
+    ENERGY_GREW,
+    LARGEST_ERROR,
+    LARGEST_FLUCTUATION,
+    Fault,
+    Guard,
+)
+from magmotor.devices.ball.device import lifted
+from magmotor.devices.ball.states import axes
+from magmotor.devices.motor.energy import motor_energy
+from magmotor.devices.motor.scene import LARGEST_TILT, Motor
+from magmotor.devices.motor.states import MotorStates
+
+ROUNDING = 1e-9
+"""Of energies, over a long run."""
+
+RING_LOST = "the inner ring is lost"
+"""How the reason begins that a run ends for whose ring has tipped over."""
+
+
+class MotorGuard(Guard):
+    """Finds the first wrong row among recorded states of a scene.
+
+    Parameters
+    ----------
+    scene : Motor
+    first : MotorStates
+        The initial state; it sets the energy that the motion may have.
+    """
+
+    def __init__(self, scene: Motor, first: MotorStates):
+        self.scene = scene
+        start = motor_energy(scene, first)
+        self.start, self.ring = start.total[0], start.ring[0]
+        warm = scene.temperature == "uniform"
+        self.largest_fluctuation = LARGEST_FLUCTUATION * scene.kT if warm else 0.0
+        # What heats the motion without cooling it; a warm one forgets what it was given.
+        self.heated = any(scene.noises) and not warm
+
+    def _faults(self, states: MotorStates) -> Iterator[Fault]:
+        found = motor_energy(self.scene, states)
+        work = states.ball_work + states.ring_work if self.heated else 0.0
+        # A ring that only turns about its axis has energy that no method touches.
+        ring = np.abs(found.ring - self.ring) + found.wobble
+        in_play = np.abs(found.total - found.ring) + ring
+        allowed = np.maximum(self.largest_fluctuation, LARGEST_ERROR * in_play)
+        allowed += ROUNDING * np.abs(found.total)
+        grew = np.any(found.total > self.start + work + allowed, axis=1)
+        upright = axes(states.ring_orientation)[..., 2]
+        lost = np.any(upright < math.cos(LARGEST_TILT), axis=1)
+        yield grew & ~lost, lambda _: ENERGY_GREW
+        # A ring that tips between two records may have driven a method beyond its limit meanwhile.
+        yield lost, lambda row: _tipped(upright[row]) + (f"; {ENERGY_GREW}" if grew[row] else "")
+        if self.scene.surface == "planar":
+            weight = self.scene.weight
+            lift = found.lift.max(axis=1)
+            yield lift > weight, lambda row: lifted(lift[row], weight)
+
+
+def _tipped(upright) -> str:
+    tilt = math.degrees(math.acos(max(-1.0, upright.min())))
+    limit = math.degrees(LARGEST_TILT)
+    return f"{RING_LOST}: it is tilted by {tilt:.1f} degrees, beyond {limit:g}"

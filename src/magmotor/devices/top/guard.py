@@ -1,0 +1,44 @@
+"""The guard on a run of the top: which recorded states no accurate solution can have."""
+
+from collections.abc import Iterator
+
+from numpy.typing import NDArray
+
+from magmotor.device.guard import ENERGY_GREW, LARGEST_ERROR, Fault, Guard
+from magmotor.devices.ball.device import lifted
+from magmotor.devices.top.observables import BallEnergy, ball_energy
+from magmotor.devices.top.scene import Top
+from magmotor.devices.top.states import BallStates
+
+LARGEST_WORK = 10.0
+"""Energy that a ring which moves may add, over what is in play at the start."""
+
+
+class TopGuard(Guard):
+    """Finds the first wrong row among recorded states of a scene.
+
+    Parameters
+    ----------
+    scene : Top
+    first : BallStates
+        The initial state; it sets the energy that the motion may have.
+    """
+
+    def __init__(self, scene: Top, first: BallStates):
+        self.scene = scene
+        start = ball_energy(scene, first)
+        # A ring at rest does no work, and friction only takes.
+        work = LARGEST_WORK if scene.ring_script else 0.0
+        self.largest_energy = float((start.total + work * _in_play(start))[0])
+
+    def _faults(self, states: BallStates) -> Iterator[Fault]:
+        found = ball_energy(self.scene, states)
+        error = LARGEST_ERROR * _in_play(found)
+        yield found.total > self.largest_energy + error, lambda _: ENERGY_GREW
+        if self.scene.surface == "planar":
+            weight = self.scene.weight
+            yield found.lift > weight, lambda row: lifted(found.lift[row], weight)
+
+
+def _in_play(energy: BallEnergy) -> NDArray:
+    return energy.kinetic + abs(energy.magnetic)
