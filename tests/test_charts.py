@@ -156,7 +156,7 @@ def test_a_document_that_asks_for_an_unknown_table_is_named():
 
 def test_publishing_writes_tables_shown_pictures_and_the_front(tmp_path):
     root, drawn = tmp_path / "root", tmp_path / "drawn"
-    for folder in (drawn, root / "docs", root / "src" / "magmotor"):
+    for folder in (drawn, root / "docs", root / "src" / "magmotor" / "run"):
         folder.mkdir(parents=True)
     colours = {"shown": (7, 8, 9), "below": (1, 2, 3), "hidden": (4, 5, 6)}
     for name, colour in colours.items():
@@ -167,11 +167,11 @@ def test_publishing_writes_tables_shown_pictures_and_the_front(tmp_path):
     front = {"machine": "abacus", "points": points}
     written = publishing.publish({"speeds": "new"}, front, drawn, root)
     names = {str(path.relative_to(root)) for path in written}
-    assert names == {"README.md", "docs/shown.png", "docs/below.png", "src/magmotor/front.json"}
+    assert names == {"README.md", "docs/shown.png", "docs/below.png", "src/magmotor/run/front.json"}
     with Image.open(root / "docs" / "below.png") as copy:
         assert (copy.size, copy.convert("RGB").getpixel((1, 1))) == ((4, 3), colours["below"])
     assert "new" in (root / "README.md").read_text()
-    assert json.loads((root / "src" / "magmotor" / "front.json").read_text()) == front
+    assert json.loads((root / "src" / "magmotor" / "run" / "front.json").read_text()) == front
 
 
 def point(name, timestep, error, seconds, floor=0.0):

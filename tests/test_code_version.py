@@ -152,7 +152,7 @@ def test_the_modules_of_a_kernel_are_those_that_it_reaches():
     }
     modules, constants = compiled.reached(inspect.unwrap(rigid_kernel._advance))
     assert modules == {f"magmotor.{name}" for name in of_rigid_bodies}
-    assert "NOBODY = -1" in constants
+    assert "NOBODY = -1.0" in constants
     modules, _ = compiled.reached(inspect.unwrap(magnetism._callback))
     assert {
         f"magmotor.mjcf.{name}" for name in ("magnets", "dipole_sites", "memory", "brownian")

@@ -14,7 +14,7 @@ import magmotor as mm
         (mm.Baoab(mm.build(mm.Disk())).step, "data = .*: must be an object of mujoco.MjData"),
         (mm.scene_of, "run = .*: must be an object of xarray.Dataset"),
         (mm.rerun, "run = .*: must be an object of xarray.Dataset"),
-        (mm.methods, "scene = .*: must be an object of magmotor.Top, magmotor.Motor, "),
+        (mm.methods, "scene = .*: must be an object of magmotor.Disk, magmotor.LangevinParticle, "),
     ],
 )
 def test_another_kind_is_refused(call, told, wrong):

@@ -557,7 +557,7 @@ def _index(compiled):
 def test_a_second_process_loads_the_callback_from_disk():
     callback.compiled_callback()
     code = """
-        from magmotor.engines.mujoco import callback
+        from magmotor.mjcf import magnetism as callback
         print(callback.compiled_callback().cache_hits)
     """
     command = [sys.executable, "-c", textwrap.dedent(code)]

@@ -130,7 +130,7 @@ def test_bad_arguments_are_named_with_value_and_bound(arguments, message):
 
 
 def test_a_scene_is_needed():
-    with pytest.raises(ValueError, match=r"scene = 'top': must be an object of magmotor\.Top, "):
+    with pytest.raises(ValueError, match=r"scene = 'top': must be an object of magmotor\.Disk, "):
         mm.simulate(cast(mm.Top, "top"), **SHORT)
 
 

@@ -5,8 +5,6 @@ and MuJoCo's compiled callback; its sums have the same bits on every processor, 
 quantities are SI: metres, A m^2, tesla, newton, joule.
 """
 
-import math
-
 import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
@@ -26,7 +24,6 @@ from magmotor.numerics.eights import (
     where_equal,
     where_less,
 )
-from magmotor.numerics.reproducible import applied
 
 PERMEABILITY_OVER_4PI = 1e-7
 """mu0/(4 pi) in T m/A; its measured value differs by 1.3e-10, less than its own uncertainty."""
@@ -101,7 +98,7 @@ def sum_over_sources(target, label, sources, count):
 
 
 @compiled_once(nogil=True)
-def _force_and_field(checksum: int):
+def _compiled_force_and_field(checksum: int):
     """The loop over dipoles."""
 
     def force_and_field(targets, sources, out):
@@ -115,6 +112,9 @@ def _force_and_field(checksum: int):
             out[i, 3], out[i, 4], out[i, 5], out[i, 6] = both[3], both[4], both[5], both[6]
 
     return force_and_field
+
+
+_force_and_field = _compiled_force_and_field()
 
 
 def field(points: ArrayLike, positions: ArrayLike, moments: ArrayLike) -> NDArray[np.float64]:
@@ -228,7 +228,7 @@ def _evaluate(name, position, moment, positions, moments):
     sources = pack_sources(positions, moments)
     targets = np.concatenate([position, moment], axis=-1).reshape(-1, 6)
     out = np.empty((len(targets), 7))
-    _force_and_field()(targets, sources, out)
+    _force_and_field(targets, sources, out)
     coincident = np.flatnonzero(out[:, 6])
     if coincident.size:
         first = coincident[0]
@@ -243,12 +243,3 @@ def _evaluate(name, position, moment, positions, moments):
 
 def _vectors(name: str, value: ArrayLike) -> NDArray[np.float64]:
     return check_array(name, value, ..., 3)
-
-
-def ring_dipoles(count: int, radius: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Positions (N, 3) and outward directions (N, 3) of equally spaced dipoles, first along x."""
-    azimuth = 2 * np.pi * np.arange(count) / count
-    outward = np.stack(
-        [applied(math.cos, azimuth), applied(math.sin, azimuth), np.zeros_like(azimuth)], axis=1
-    )
-    return radius * outward, outward

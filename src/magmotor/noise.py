@@ -141,7 +141,7 @@ normal = _compiled_normal()
 
 
 @compiled_once(nogil=True)
-def _fill_normals(checksum: int):
+def _compiled_fill(checksum: int):
     """The loop over steps."""
 
     def fill(out, seed, replica, first, channel, factor, level):
@@ -150,6 +150,9 @@ def _fill_normals(checksum: int):
             out[i] = normal(seed, replica, first + i, channel, factor, level)
 
     return fill
+
+
+_fill_normals = _compiled_fill()
 
 
 @dataclass(frozen=True)
@@ -259,7 +262,7 @@ class BrownianPath:
         for start in range(0, steps, size):
             piece = out[start : start + size]
             of_path = channel, self.factor, self.level
-            _fill_normals()(piece, self.seed, replica, first + start, *of_path)
+            _fill_normals(piece, self.seed, replica, first + start, *of_path)
         return math.sqrt(self.timestep) * out
 
 

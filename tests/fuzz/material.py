@@ -21,9 +21,11 @@ import pandas as pd  # noqa: F401
 import xarray as xr
 
 import magmotor as mm
+from magmotor import live  # noqa: F401
 from magmotor.devices.disk.panels import System
 from magmotor.devices.top.states import BallStates
 from magmotor.live.panel import Panel
+from magmotor.numerics import small_motion as linear  # noqa: F401
 from magmotor.run import checkpoint
 
 SHORT: dict[str, dict[str, Any]] = {

@@ -39,7 +39,8 @@ def check_choice(name: str, value: Any, choices: tuple[str, ...]) -> None:
 def check_kind(name: str, value: Any, *kinds: type) -> None:
     """Check that a value is an object of one of these classes, which the message names."""
     if not isinstance(value, kinds):
-        *first, last = map(_public_name, kinds)
+        concrete = [one for kind in kinds for one in getattr(kind, "kinds", lambda: ())() or [kind]]
+        *first, last = map(_public_name, concrete)
         raise reject(name, value, f"an object of {', '.join(first)}{' or ' * bool(first)}{last}")
 
 

@@ -9,7 +9,7 @@ import xarray as xr
 
 from magmotor.common.arguments import arguments_of, guarded
 from magmotor.common.checks import LARGEST, check_kind, reject
-from magmotor.device.device import KINDS
+from magmotor.device.device import Scene
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -41,7 +41,7 @@ ORDER = ("replica", "path_replica", "quantity", "time", "space", "component")
 
 
 def analysis(
-    *needs: str, of: type | tuple[type, ...], records: int = 1, replicas: bool = True,
+    *needs: str, of: type[Scene] | tuple[type[Scene], ...], records: int = 1, replicas: bool = True,
     finite: bool = True,
 ) -> Callable[[Callable[P, R]], Callable[P, R]]:  # fmt: skip
     """Let an analysis of a run check it, its scene, and its other arguments by their hints.
@@ -88,7 +88,7 @@ def analysis(
     return decorate
 
 
-def scene_of_run(run: Any, scene: Any, kinds: tuple[type, ...]) -> Any:
+def scene_of_run(run: Any, scene: Any, kinds: tuple[type[Scene], ...]) -> Any:
     """The scene of a run: that in its attributes, or where they have none the one that is given.
 
     Raises
@@ -117,8 +117,8 @@ def scene_of_run(run: Any, scene: Any, kinds: tuple[type, ...]) -> Any:
     raise reject(f"scene.{name}", getattr(scene, name), f"{getattr(own, name)!r}, as in the run")
 
 
-def _check_kind_of_run(name: str, told: Any, kinds: tuple[type, ...]) -> None:
-    names = [known for known, kind in KINDS.items() if issubclass(kind, kinds)]
+def _check_kind_of_run(name: str, told: Any, kinds: tuple[type[Scene], ...]) -> None:
+    names = [known.__name__ for kind in kinds for known in kind.kinds()]
     if told not in names:
         raise ValueError(f"{name} is of a {told!s:.40}: must be of a {' or '.join(names)}")
 
@@ -127,7 +127,7 @@ def checked_run(
     name: str,
     run: Any,
     needs: tuple[str, ...],
-    kinds: tuple[type, ...],
+    kinds: tuple[type[Scene], ...],
     *,
     records: int = 1,
     replicas: bool = True,

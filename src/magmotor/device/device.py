@@ -33,14 +33,19 @@ class Scene:
     """What is simulated; a kind of scene is a frozen dataclass with fields made by `quantity`."""
 
     def __init_subclass__(cls, **arguments: Any) -> None:
-        """Keep the kind under its name; one that begins with an underscore is none."""
+        """Keep the kind under its name, if it names its device: others are only bases."""
         super().__init_subclass__(**arguments)
-        if cls.__name__.startswith("_"):
+        if "device" not in vars(cls):
             return
         known = KINDS.setdefault(cls.__name__, cls)
         if known.__module__ != cls.__module__:
             raise TypeError(f"{cls.__name__} is the name of a scene in {known.__module__}, too")
         KINDS[cls.__name__] = cls
+
+    @classmethod
+    def kinds(cls) -> list[type["Scene"]]:
+        """The kinds of scenes of this class, as far as they have been imported."""
+        return [kind for kind in KINDS.values() if issubclass(kind, cls)]
 
     @property
     def device(self) -> "Device[Any, Any]":
@@ -211,7 +216,8 @@ class Device(ABC, Generic[S, T]):
         ValueError
             There is no such scene in MuJoCo.
         """
-        raise reject("scene", scene, "a scene that MuJoCo has: Top, Motor or Disk")
+        kind = type(scene).__name__
+        raise reject("scene", scene, f"of a kind that has a MuJoCo model, which {kind} has not")
 
     def motion(self, job: Job) -> Motion:
         """What is particular to a run in MuJoCo."""

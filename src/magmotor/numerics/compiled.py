@@ -51,18 +51,6 @@ def compiled_once(signature: Any = None, **options: Any) -> Callable[[Callable],
     ------
     TypeError
         When it is called: the function that is defined does not name `checksum`.
-
-    Examples
-    --------
-    >>> @compiled_once(nogil=True)
-    ... def power(checksum, exponent):
-    ...     def power(x):
-    ...         _ = checksum
-    ...         return x**exponent
-    ...
-    ...     return power
-    >>> power(3)(2.0)
-    8.0
     """
     options["cache"] = True
     compiler: Any = njit(**options) if signature is None else cfunc(signature, **options)

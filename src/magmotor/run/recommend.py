@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from magmotor.common.arguments import Seconds, checked, number
 from magmotor.common.checks import check_choice, reject
 from magmotor.device.device import Scene
-from magmotor.run.charts import Curve, charted_scene, curves, fit, load
+from magmotor.run import charts
+from magmotor.run.charts import Curve, charted_scene, fit
 
 Array = NDArray[np.float64]
 
@@ -121,7 +122,7 @@ def recommend(
         smallest = float(f"{1.005 * best.error:.2e}")
         bound = f"at least {smallest:g}, the least charted for {quantity}, by {best.method}"
         raise reject("error", error, f"{bound} at a timestep of {best.timestep:g}")
-    machine = load()["machine"]
+    machine = charts.load()["machine"]
     return Recommendation(
         quantity=quantity, machine=machine, time_unit=device.time_unit, **best._asdict()
     )
@@ -138,7 +139,7 @@ def _charted_curves(scene: Scene, known: tuple[str, ...]) -> dict[str, dict[str,
     """What the charts show of the scene's kind and surface, by quantity and method."""
     kind = type(charted_scene(scene)).__name__
     surface = getattr(scene, "surface", "planar")
-    found = curves(kind, surface, known)
+    found = charts.curves(kind, surface, known)
     if not found:
         bound = f"one charted for a {kind}; on this one give simulate a method and a timestep"
         raise reject("surface", surface, bound)

@@ -9,7 +9,14 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from magmotor.common.checks import check_choice, check_integer, check_number, elements, reject
+from magmotor.common.checks import (
+    check_choice,
+    check_integer,
+    check_kind,
+    check_number,
+    elements,
+    reject,
+)
 from magmotor.device.device import KINDS, Scene
 from magmotor.run.dataset import scene_from
 from magmotor.run.recommend import recommend
@@ -87,6 +94,7 @@ class Sweep:
 
     def __post_init__(self) -> None:
         """Check everything, and choose what is not given."""
+        check_kind("scene", self.scene, Scene)
         methods = self.scene.device.methods(self.scene)
         if not isinstance(self.vary, Mapping):
             raise reject("vary", self.vary, "a mapping of fields to their values")

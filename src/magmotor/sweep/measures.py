@@ -6,6 +6,7 @@ from typing import Any
 
 import xarray as xr
 
+from magmotor.common.arguments import checked
 from magmotor.common.checks import check_choice, reject
 from magmotor.device.device import Measure, Scene
 
@@ -13,6 +14,7 @@ TRAJECTORY = "trajectory"
 """The measure that is the whole run; it stands alone."""
 
 
+@checked
 def measures(scene: Scene) -> dict[str, Measure]:
     """The measures of a kind of scene, by name.
 

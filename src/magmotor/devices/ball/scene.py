@@ -1,9 +1,12 @@
 """What top and motor have in common: a magnetic ball on a plane, under a ring of dipoles."""
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.device.device import Scene
+from magmotor.numerics.reproducible import applied
 
 Array = NDArray[np.float64]
 
@@ -48,3 +51,12 @@ class BallScene(Scene):
     def weight(self) -> float:
         """Of the ball, in N."""
         return self.ball_mass * self.gravity
+
+
+def ring_dipoles(count: int, radius: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Positions (N, 3) and outward directions (N, 3) of equally spaced dipoles, first along x."""
+    azimuth = 2 * np.pi * np.arange(count) / count
+    outward = np.stack(
+        [applied(math.cos, azimuth), applied(math.sin, azimuth), np.zeros_like(azimuth)], axis=1
+    )
+    return radius * outward, outward

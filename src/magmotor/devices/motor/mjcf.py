@@ -7,11 +7,11 @@ from numpy.typing import NDArray
 from magmotor.device.job import Job
 from magmotor.devices.ball.coordinates import BallCoordinates, conjugate, turned
 from magmotor.devices.ball.mjcf import add_ball, draw_ring, size_arrows
+from magmotor.devices.ball.scene import ring_dipoles
 from magmotor.devices.ball.slip import mobility
 from magmotor.devices.motor.heat_and_work import heat_and_work_sums
 from magmotor.devices.motor.scene import Motor
 from magmotor.devices.motor.states import MotorStates, start_motor
-from magmotor.dipoles import ring_dipoles
 from magmotor.mjcf import parts
 from magmotor.mjcf import viscous_contact as contact
 from magmotor.mjcf.brownian import userdata

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from magmotor.common.checks import check_choice, check_number, reject
 from magmotor.device.fields import check_fields, quantity
-from magmotor.devices.ball.scene import BallScene
-from magmotor.dipoles import PERMEABILITY_OVER_4PI, ring_dipoles
+from magmotor.devices.ball.scene import BallScene, ring_dipoles
+from magmotor.dipoles import PERMEABILITY_OVER_4PI
 
 if TYPE_CHECKING:
     from magmotor.devices.motor.device import MotorDevice
