@@ -48,9 +48,9 @@ PROGRAMS = (
     "disk.py --duration 200 --replicas 64",
     "motor.py --duration 200",
     "movie.py top --duration 0.4",
-    "export_mjcf.py top --out top.xml",
-    "export_mjcf.py motor --out motor.xml",
-    "export_mjcf.py disk --out disk.xml",
+    "export_mjcf.py top top.xml",
+    "export_mjcf.py motor motor.xml",
+    "export_mjcf.py disk disk.xml",
     "sweep.py top --vary tilt=0:0.2:4 --duration 2",
     "sweep.py disk --vary noise=1:5:3 --replicas 8 --duration 20",
     "figures.py --quick --out figures",
@@ -136,14 +136,13 @@ def programs() -> Iterator[tuple[str, str]]:
             script, *arguments = line.split()
             command = [sys.executable, str(ROOT / "scripts" / script), *arguments]
             subprocess.run(command, cwd=folder, check=True, capture_output=True)
-            for path in sorted(Path(folder).rglob("*")):
-                if path.is_file() and path.suffix in {".png", ".nc", ".xml", ".json"}:
-                    name = f"{line}: {path.relative_to(folder)}"
-                    if path.suffix == ".nc" and "sweep" not in path.parts[-2:-1]:
-                        with xr.open_dataset(path) as run:
-                            yield name, of_dataset(run)
-                    elif "sweep" not in path.parts[:-1] and path.name != "timing.json":
-                        yield name, digest(path.read_bytes())
+            for path in sorted(Path(folder).rglob("*.*")):
+                name = f"{line}: {path.relative_to(folder)}"
+                if path.suffix == ".nc":
+                    with xr.open_dataset(path) as run:
+                        yield name, of_dataset(run)
+                elif path.suffix in {".png", ".xml"} or path.parent.name == "figures":
+                    yield name, digest(path.read_bytes())
 
 
 def main() -> int:

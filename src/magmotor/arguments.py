@@ -136,7 +136,7 @@ def output(*suffixes: str) -> Check:
             raise reject(name, value, "a file: this is a directory")
         if not path.parent.is_dir():
             raise reject(name, value, "in a directory that exists")
-        return value
+        return path  # without a slash at its end, which others take for an extension
 
     return check
 
