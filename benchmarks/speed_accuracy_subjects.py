@@ -54,5 +54,5 @@ def record_of(
         warnings.filterwarnings("ignore", message="timestep = .*: above", category=UserWarning)
         try:
             return {**told, "errors": errors()}
-        except mm.SimulationDiverged as failure:
+        except mm.SimulationStopped as failure:
             return {**told, "failed": failure.reason, "time": failure.time}

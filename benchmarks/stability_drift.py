@@ -46,7 +46,7 @@ def measure(method: str, steps: int) -> Record:
             record_interval=steps // RECORDS,
             allow_unstable=True,
         )
-    except mm.SimulationDiverged as failure:
+    except mm.SimulationStopped as failure:
         run, failed = failure.dataset, {"failed": failure.reason}
     energy, momentum = run.energy.values, run.momentum_map.values
     largest = np.maximum.accumulate(abs(energy / energy[0] - 1))

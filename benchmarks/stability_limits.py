@@ -95,7 +95,7 @@ def grows(name: str, method: str, h: float) -> bool:
     """Whether a nudge of the resting scene grows."""
     try:
         run = nudged(SCENES[name], method, h, STEPS)
-    except mm.SimulationDiverged:
+    except mm.SimulationStopped:
         return True
     names = {"velocity", "angular_velocity", "v", "omega"} & run.data_vars.keys()
     return max(float(abs(run[name]).max()) for name in names) > GROWN
@@ -128,7 +128,7 @@ def aliases(name: str, method: str, h: float) -> bool:
             initial=start,
             allow_unstable=True,
         )
-    except mm.SimulationDiverged:
+    except mm.SimulationStopped:
         return True
     d = abs(scene.sigma * run.omega - run.v).values
     third = len(d) // 3

@@ -52,7 +52,7 @@ def lasted(scene: mm.Top, method: str, h: float) -> int:
     """Steps until a nudge of the resting ball has grown; `STEPS` if it does not."""
     try:
         run = nudged(scene, method, h, STEPS)
-    except mm.SimulationDiverged as failure:
+    except mm.SimulationStopped as failure:
         run = failure.dataset
         grown = np.append(_grown(run), True)
     else:

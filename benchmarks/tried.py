@@ -137,7 +137,7 @@ def _error(subject: str, name: str, count: int) -> Record:
     described = SUBJECTS[subject]
     try:
         found = _path(described.scene, name, count, described.duration)[described.quantity]
-    except mm.SimulationDiverged as failure:
+    except mm.SimulationStopped as failure:
         return {"number": count, "failed": failure.reason}
     error = _distance(subject, found)
     if not math.isfinite(error):

@@ -166,7 +166,7 @@ def run(plan: Plan, stem: str, scene: Scene, **special: Any) -> xr.Dataset:
     began = time.perf_counter()
     try:
         data = mm.ensemble(scene, checkpoint=checkpoint, **plan.numerics, **special)
-    except mm.SimulationDiverged as stop:
+    except mm.SimulationStopped as stop:
         fail(f"{stem}: {stop}", DIVERGED)
     except mm.SimulationInterrupted as stop:
         reached = float(stop.dataset.attrs["time_reached"])

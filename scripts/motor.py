@@ -117,7 +117,7 @@ def simulate(name: str, scene: mm.Motor, options: Options) -> mm.plots.MotorRun:
             seed=len(PAPER) * options.seed + PAPER[name][2],
             checkpoint=checkpoint,
         )
-    except mm.SimulationDiverged as stop:
+    except mm.SimulationStopped as stop:
         fail(f"{name}: {stop}", DIVERGED)
     except mm.SimulationInterrupted as stop:
         before = options.runs[: options.runs.index(name)]

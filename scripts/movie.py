@@ -117,7 +117,7 @@ def film_top(scene: mm.Top, options: Options, seconds: dict[str, float]) -> None
             run = mm.simulate(
                 scene, method=options.method, timestep=options.timestep, duration=options.duration
             )
-        except mm.SimulationDiverged as stop:
+        except mm.SimulationStopped as stop:
             run, ending = stop.dataset, (str(stop), DIVERGED)
         except mm.SimulationInterrupted as stop:
             run, ending = stop.dataset, (f"{stop} at t = {stop.dataset.time[-1]:g} s", INTERRUPTED)
@@ -182,7 +182,7 @@ def long_run(scene: mm.Motor, options: FlightOptions, numerics: dict[str, Any]) 
     interval = records_per(1.0, options.timestep)
     try:
         return mm.simulate(scene, duration=options.duration, record_interval=interval, **numerics)
-    except mm.SimulationDiverged as stop:
+    except mm.SimulationStopped as stop:
         print(stop)  # a ring that is lost may have let the ball fly before
         return stop.dataset.assign_attrs(stopped=str(stop))
     except mm.SimulationInterrupted as stop:

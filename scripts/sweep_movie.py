@@ -72,5 +72,5 @@ def again(told: dict, seconds: float):
     arguments["record_interval"] = max(1, round(seconds / told["timestep"]))
     try:
         return scene, mm.simulate(scene, **arguments)
-    except mm.SimulationDiverged as stop:
+    except mm.SimulationStopped as stop:
         return scene, stop.dataset

@@ -86,7 +86,7 @@ def runs() -> Iterator[tuple[str, str]]:
                     scene, record_interval=20, replicas=replicas, allow_unstable=True, **numerics
                 )
                 more = mm.simulate(scene, initial=run, replicas=replicas, **numerics)
-            except mm.SimulationDiverged as diverged:
+            except mm.SimulationStopped as diverged:
                 run = more = diverged.dataset
             yield f"simulate: {name}, {method}", of_dataset(run)
             yield f"simulate: {name}, {method}, going on", of_dataset(more)

@@ -213,8 +213,8 @@ CALLS: dict[Any, dict[str, Any]] = {
 """Right arguments; None of what a sweep would have to make, which other tests do."""
 
 RECORDS = {
-    mm.Waypoint, mm.Recommendation, mm.LayoutError, mm.SimulationDiverged,
-    mm.SimulationInterrupted, mm.observables.CriticalPoint, mm.observables.MotorWells,
+    mm.Waypoint, mm.Recommendation, mm.LayoutError, mm.SimulationStopped, mm.SimulationDiverged,
+    mm.PhysicalEvent, mm.SimulationInterrupted, mm.observables.CriticalPoint, mm.observables.MotorWells,
     mm.theory.SmallMotion, mm.render.NoOpenGL, live.StateLost, mm.magnetism,
 }  # fmt: skip
 """What holds what it is given, as exceptions do, or is given nothing."""
@@ -263,7 +263,7 @@ def test_what_an_argument_is_not(function, tmp_path, monkeypatch):
                 continue
             try:
                 function(**right | {name: value})
-            except (ValueError, OSError, mm.SimulationDiverged, mujoco.FatalError) as error:
+            except (ValueError, OSError, mm.SimulationStopped, mujoco.FatalError) as error:
                 if not str(error).strip():
                     raw.append((name, what, repr(error)))
             except Exception as error:

@@ -152,20 +152,23 @@ def test_the_plane_takes_no_planar_ode():
 
 
 @pytest.mark.parametrize(
-    ("scene", "timestep", "reason"),
+    ("scene", "timestep", "event", "reason"),
     [
-        (mm.Top.paper(4), 0.25, "energy grew"),
-        (mm.Top.si(gravity=1e3), 0.025, "energy grew"),
-        (mm.Top.si(), 0.001, "magnetic lift, .* exceeds the ball's weight, 1.96 N"),
+        (mm.Top.paper(4), 0.25, "", "energy grew"),
+        (mm.Top.si(gravity=1e3), 0.025, "", "energy grew"),
+        (mm.Top.si(), 0.001, "ball lifted", "magnetic lift, .* exceeds the ball's weight, 1.96 N"),
     ],
     ids=["step", "coupling", "lift"],
 )
 @pytest.mark.parametrize("method", ["mujoco/euler", "mujoco/rk4"])
-def test_divergence_raises_with_what_was_recorded(scene, timestep, reason, method):
+def test_a_run_that_stops_raises_with_what_was_recorded(scene, timestep, event, reason, method):
     numerics = {"method": method, "timestep": timestep, "duration": 60}
-    with pytest.raises(mm.SimulationDiverged, match=reason) as caught:
+    with pytest.raises(mm.SimulationStopped, match=reason) as caught:
         mm.simulate(scene, **numerics, allow_unstable=True)
     error = caught.value
+    assert type(error) is (mm.PhysicalEvent if event else mm.SimulationDiverged)
+    assert getattr(error, "event", "") == event
+    assert str(pickle.loads(pickle.dumps(error))) == str(error)
     assert (error.method, error.timestep) == (method, timestep)
     kept = error.dataset
     assert error.time == pytest.approx(float(kept.time[-1]) + timestep)

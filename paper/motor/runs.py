@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from magmotor.devices.motor.guard import RING_LOST
+from magmotor.device.stops import PhysicalEvent
+from magmotor.devices.motor.guard import TIPPED
 from magmotor.devices.motor.panels import MotorRun
 from magmotor.devices.motor.scene import PAPER, Motor
-from magmotor.run.simulate import SimulationDiverged, simulate
+from magmotor.run.simulate import simulate
 
 RECORDS = 100
 """The least for which there are averages."""
@@ -27,8 +28,8 @@ def simulate_run(name: str, scene: Motor, **arguments: Any) -> MotorRun:
     """
     try:
         data = simulate(scene, **arguments)
-    except SimulationDiverged as stop:
-        if not stop.reason.startswith(RING_LOST) or stop.dataset.sizes["time"] < RECORDS:
+    except PhysicalEvent as stop:
+        if stop.event != TIPPED or stop.dataset.sizes["time"] < RECORDS:
             raise
         data = stop.dataset.assign_attrs(stopped=f"at t = {stop.time:g} s: {stop.reason}")
     return MotorRun(name, data)

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from magmotor.common import style
 from magmotor.common.style import save_small
+from magmotor.device.stops import SimulationStopped
 from magmotor.devices.top.scene import Top
-from magmotor.run.simulate import SimulationDiverged, simulate
+from magmotor.run.simulate import simulate
 from paper.claim import Claim, judged
 from paper.figure import Figure
 from paper.prototype.bracket import bracket
@@ -130,7 +131,7 @@ def departure(scene: Top) -> Departure | None:
     """Where and when the ball leaves the plane; none if it stays for a minute."""
     try:
         run = simulate(scene, method=METHOD, timestep=TIMESTEP, duration=DURATION)
-    except SimulationDiverged as fell_into_a_dipole:
+    except SimulationStopped as fell_into_a_dipole:
         run = fell_into_a_dipole.dataset
     off = np.flatnonzero(run.position.values[:, 2] > scene.ball_radius + OFF)
     if not off.size:

@@ -5,6 +5,10 @@ from . import plots as plots
 from . import render as render
 from . import sweep as sweep
 from . import theory as theory
+from .device.stops import PhysicalEvent as PhysicalEvent
+from .device.stops import SimulationDiverged as SimulationDiverged
+from .device.stops import SimulationInterrupted as SimulationInterrupted
+from .device.stops import SimulationStopped as SimulationStopped
 from .devices.disk.ensemble import ensemble as ensemble
 from .devices.disk.gibbs import gibbs as gibbs
 from .devices.disk.scene import Disk as Disk
@@ -21,8 +25,6 @@ from .run.in_mujoco import build as build
 from .run.recommend import Recommendation as Recommendation
 from .run.recommend import recommend as recommend
 from .run.rerun import rerun as rerun
-from .run.simulate import SimulationDiverged as SimulationDiverged
-from .run.simulate import SimulationInterrupted as SimulationInterrupted
 from .run.simulate import methods as methods
 from .run.simulate import simulate as simulate
 

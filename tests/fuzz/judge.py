@@ -145,7 +145,7 @@ def _raising(filename: str) -> set[int]:
 def _raises(target: Target) -> set[str]:
     """Names of errors that the docstring has, or that come with what it takes."""
     listed = set(re.findall(r"^\s*((?:\w+\.)*[A-Z]\w+)$", target.doc, re.MULTILINE))
-    names = {name.rsplit(".", 1)[-1] for name in listed} | {"SimulationDiverged"}
+    names = {name.rsplit(".", 1)[-1] for name in listed} | {"SimulationDiverged", "PhysicalEvent"}
     if any("Path" in str(p.hint) or p.name in ("path", "directory") for p in target.parameters):
         names.add("OSError")
     if "magnetism" in target.doc or "FatalError" in target.doc or "MjModel" in str(target):

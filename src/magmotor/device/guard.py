@@ -1,14 +1,23 @@
 """What all guards share: the search for the first wrong row among recorded states."""
 
 from collections.abc import Callable, Iterable
-from typing import Any
+from typing import Any, NamedTuple
 
 from numpy.typing import NDArray
 
 from magmotor.device.states import finite, rows
 
-Fault = tuple[NDArray, Callable[[int], str]]
-"""Which rows have it, and what to say of one of them."""
+
+class Fault(NamedTuple):
+    """What may be wrong with a state."""
+
+    wrong: NDArray
+    """Which rows have it."""
+    reason: Callable[[int], str]
+    """What to say of one of them."""
+    event: str = ""
+    """Its name if it is physical, and no failure of the method."""
+
 
 ENERGY_GREW = "energy grew beyond what the motion can have"
 
@@ -31,13 +40,16 @@ class Guard:
         """What may be wrong; asked about the rows before the first that is not finite."""
         raise NotImplementedError
 
-    def first_wrong(self, states: Any) -> tuple[int, str]:
-        """Number of rows before the first wrong one (all, if none is) and what is wrong with it."""
+    def first_wrong(self, states: Any) -> tuple[int, tuple[str, str] | None]:
+        """Number of rows before the first wrong one, and the reason and event of that.
+
+        All rows, and None, if none is wrong.
+        """
         good = finite(states)
         until = len(good) if good.all() else int(good.argmin())
-        failures = [(until, "" if until == len(good) else "a value is not finite, or huge")]
-        for wrong, reason in self._faults(rows(states, slice(until))):
+        failures = [] if until == len(good) else [(until, ("a value is not finite, or huge", ""))]
+        for wrong, reason, event in self._faults(rows(states, slice(until))):
             if wrong.any():
                 row = int(wrong.argmax())
-                failures.append((row, reason(row)))
-        return min(failures)
+                failures.append((row, (reason(row), event)))
+        return min(failures, default=(until, None))

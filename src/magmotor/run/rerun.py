@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 from magmotor import sweep
 from magmotor.common.checks import check_integer, check_kind, check_number, reject
 from magmotor.common.files import as_told
+from magmotor.device.stops import SimulationStopped
 from magmotor.devices.disk.ensemble import ensemble
 from magmotor.devices.disk.ensemble.result import plan
 from magmotor.noise import LARGEST_STEP, path_of
 from magmotor.run.dataset import scene_of
-from magmotor.run.simulate import SimulationDiverged, simulate
+from magmotor.run.simulate import simulate
 from magmotor.sweep.definition import checked_names
 from magmotor.sweep.sealed import parsed
 
@@ -97,7 +98,7 @@ def rerun(run: xr.Dataset, *, measures: Iterable[str] = ()) -> xr.Dataset:
     again: Callable[..., xr.Dataset] = ensemble if of_many else simulate
     try:
         return again(scene, **arguments)
-    except SimulationDiverged as stop:
+    except SimulationStopped as stop:
         return stop.dataset
 
 

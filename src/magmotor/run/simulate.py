@@ -19,43 +19,11 @@ from magmotor.common.files import as_told
 from magmotor.device.device import Engine, Scene
 from magmotor.device.job import Job
 from magmotor.device.states import checksum, concatenate, rows
+from magmotor.device.stops import SimulationDiverged, SimulationInterrupted, stopped
 from magmotor.noise import LARGEST_STEP, BrownianPath, check_seed, path_of
 from magmotor.run.checkpoint import Checkpoint, Expected
 from magmotor.run.dataset import assemble, attributes_of
 from magmotor.run.recommend import recommend
-
-
-class SimulationDiverged(RuntimeError):
-    """A run left what its method or model can follow; nothing recorded is lost.
-
-    Attributes
-    ----------
-    time : float
-        When, in seconds: the first recorded time that is not in `dataset`.
-    method : str
-    timestep : float
-    dataset : xarray.Dataset
-        What was recorded until then.
-    """
-
-    def __init__(self, reason: str, time: float, dataset: xr.Dataset):
-        self.reason, self.time, self.dataset = reason, time, dataset
-        self.method, self.timestep = dataset.attrs["method"], dataset.attrs["timestep"]
-        super().__init__(
-            f"{self.method} with timestep {self.timestep:g} s stopped at t = {time:g} s: {reason}"
-        )
-
-    def __reduce__(self):
-        """Pickle whole, as worker processes need."""
-        return type(self), (self.reason, self.time, self.dataset)
-
-
-class SimulationInterrupted(KeyboardInterrupt):
-    """Ctrl-C during a run; `dataset` holds what was recorded until then."""
-
-    def __init__(self, dataset: xr.Dataset):
-        super().__init__("simulation interrupted")
-        self.dataset = dataset
 
 
 @checked
@@ -137,9 +105,10 @@ def simulate(
         Bad input, also a checkpoint that is damaged or of another task, or more records than the
         machine has memory for: names it, its value and the bound.
     SimulationDiverged
-        The run is no longer finite, gained energy that it cannot have, the magnetic lift exceeds
-        the weight of a ball that is held on its plane, or the motor's inner ring is tilted by more
-        than 20 degrees; holds what was recorded.
+        The run is no longer finite, or gained energy that it cannot have; holds what was recorded.
+    PhysicalEvent
+        The magnetic lift exceeds the weight of a ball that is held on its plane, or the motor's
+        inner ring is tilted by more than 20 degrees; holds what was recorded.
     SimulationInterrupted
         Ctrl-C; holds what was recorded.
 
@@ -259,11 +228,11 @@ def _collect(job: Job, run: Callable, checkpoint: Checkpoint, attributes: dict) 
     )  # fmt: skip
     try:
         for states, after in chunks:
-            good, reason = guard.first_wrong(states)
+            good, failure = guard.first_wrong(states)
             kept.append(rows(states, slice(good)))
-            if reason:
+            if failure is not None:
                 time = float(states.time[good])
-                raise SimulationDiverged(reason, time, assemble(job.scene, kept, **attributes))
+                raise stopped(failure, time, assemble(job.scene, kept, **attributes))
             # One assignment: Ctrl-C may come between any two.
             reached = reached[0] + len(states.time), after
             progress.update(states.time[-1] - progress.n)

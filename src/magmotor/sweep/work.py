@@ -15,8 +15,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from magmotor.common.checks import reject
 from magmotor.common.interrupts import uninterrupted
+from magmotor.device.stops import SimulationStopped
 from magmotor.run.dataset import scene_from
-from magmotor.run.simulate import SimulationDiverged, simulate
+from magmotor.run.simulate import simulate
 from magmotor.run.versions import versions_that_matter
 from magmotor.sweep.case import Case
 from magmotor.sweep.measures import TRAJECTORY, measure_of
@@ -55,7 +56,7 @@ def compute(case: Case, measure: tuple[str, ...]) -> Outcome:
     content = error = None
     try:
         content = _content(case, measure)
-    except SimulationDiverged as stop:
+    except SimulationStopped as stop:
         error = str(stop)
         content = None
         if measure == (TRAJECTORY,):

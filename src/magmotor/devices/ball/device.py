@@ -53,7 +53,11 @@ class BallDevice(Device[S, T], Generic[S, T]):
         return ""
 
 
-def lifted(lift: float, weight: float) -> str:
+LIFTED = "ball lifted"
+"""The event that ends a run whose magnets lift a ball that the scene holds on its plane."""
+
+
+def lifted(lift: Any, weight: float) -> str:
     """What to say of a lift and a weight, both in N."""
     return (
         f"the magnetic lift, {lift:.3g} N, exceeds the ball's weight, {weight:.3g} N, and the"

@@ -37,4 +37,4 @@ class DiskGuard(Guard):
         found = energy(self.scene, states.x, states.v, states.omega)
         in_play = found + 2 * self.depth  # at least the kinetic energy and the well's depth
         allowed = np.maximum(self.largest_fluctuation, LARGEST_ERROR * in_play)
-        yield (found > self.start + allowed).any(axis=1), lambda _: ENERGY_GREW
+        yield Fault((found > self.start + allowed).any(axis=1), lambda _: ENERGY_GREW)

@@ -12,7 +12,7 @@ from magmotor.device.guard import (
     Fault,
     Guard,
 )
-from magmotor.devices.ball.device import lifted
+from magmotor.devices.ball.device import LIFTED, lifted
 from magmotor.devices.ball.states import axes
 from magmotor.devices.motor.energy import motor_energy
 from magmotor.devices.motor.scene import LARGEST_TILT, Motor
@@ -21,8 +21,8 @@ from magmotor.devices.motor.states import MotorStates
 ROUNDING = 1e-9
 """Of energies, over a long run."""
 
-RING_LOST = "the inner ring is lost"
-"""How the reason begins that a run ends for whose ring has tipped over."""
+TIPPED = "ring tipped"
+"""The event that ends a run whose inner ring has tipped over."""
 
 
 class MotorGuard(Guard):
@@ -55,16 +55,17 @@ class MotorGuard(Guard):
         grew = np.any(found.total > self.start + work + allowed, axis=1)
         upright = axes(states.ring_orientation)[..., 2]
         lost = np.any(upright < math.cos(LARGEST_TILT), axis=1)
-        yield grew & ~lost, lambda _: ENERGY_GREW
+        yield Fault(grew & ~lost, lambda _: ENERGY_GREW)
         # A ring that tips between two records may have driven a method beyond its limit meanwhile.
-        yield lost, lambda row: _tipped(upright[row]) + (f"; {ENERGY_GREW}" if grew[row] else "")
+        also = f"; {ENERGY_GREW}"
+        yield Fault(lost, lambda row: _tipped(upright[row]) + also * bool(grew[row]), TIPPED)
         if self.scene.surface == "planar":
             weight = self.scene.weight
             lift = found.lift.max(axis=1)
-            yield lift > weight, lambda row: lifted(lift[row], weight)
+            yield Fault(lift > weight, lambda row: lifted(lift[row], weight), LIFTED)
 
 
 def _tipped(upright) -> str:
     tilt = math.degrees(math.acos(max(-1.0, upright.min())))
     limit = math.degrees(LARGEST_TILT)
-    return f"{RING_LOST}: it is tilted by {tilt:.1f} degrees, beyond {limit:g}"
+    return f"the inner ring is lost: it is tilted by {tilt:.1f} degrees, beyond {limit:g}"

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from numpy.typing import NDArray
 
 from magmotor.device.guard import ENERGY_GREW, LARGEST_ERROR, Fault, Guard
-from magmotor.devices.ball.device import lifted
+from magmotor.devices.ball.device import LIFTED, lifted
 from magmotor.devices.top.observables import BallEnergy, ball_energy
 from magmotor.devices.top.scene import Top
 from magmotor.devices.top.states import BallStates
@@ -34,10 +34,10 @@ class TopGuard(Guard):
     def _faults(self, states: BallStates) -> Iterator[Fault]:
         found = ball_energy(self.scene, states)
         error = LARGEST_ERROR * _in_play(found)
-        yield found.total > self.largest_energy + error, lambda _: ENERGY_GREW
+        yield Fault(found.total > self.largest_energy + error, lambda _: ENERGY_GREW)
         if self.scene.surface == "planar":
             weight = self.scene.weight
-            yield found.lift > weight, lambda row: lifted(found.lift[row], weight)
+            yield Fault(found.lift > weight, lambda row: lifted(found.lift[row], weight), LIFTED)
 
 
 def _in_play(energy: BallEnergy) -> NDArray:

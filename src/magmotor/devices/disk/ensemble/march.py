@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from magmotor.common.interrupts import deferred
+from magmotor.device.stops import SimulationInterrupted, stopped
 from magmotor.devices.disk.ensemble.result import Plan, result
 from magmotor.devices.disk.ensemble.statistics import (
     POWERS,
@@ -28,7 +29,6 @@ from magmotor.devices.disk.scene import Disk, LangevinParticle
 from magmotor.devices.disk.states import DiskStates
 from magmotor.devices.disk.theory.stationary import gibbs_deviations, gibbs_mean_squares
 from magmotor.run.checkpoint import Checkpoint, Expected
-from magmotor.run.simulate import SimulationDiverged, SimulationInterrupted
 
 BLOCK = 64
 """Samples that the kernel hands to the statistics at a time, in the second-level cache."""
@@ -144,11 +144,11 @@ class March:
     def _record(self) -> None:
         """Check the states, and take their moments if this sample is recorded."""
         states = self._states(self.arrays["states"])
-        _, reason = self.guard.first_wrong(states)
+        _, failure = self.guard.first_wrong(states)
         row = int(np.searchsorted(self.when.records, self.sample))
-        if reason:
+        if failure is not None:
             reached = self.sample * self.when.interval * self.task["timestep"]
-            raise SimulationDiverged(reason, reached, self._result().isel(time=slice(row)))
+            raise stopped(failure, reached, self._result().isel(time=slice(row)))
         if self.when.records[row] == self.sample:
             self.arrays["moments"][row] = moments(self.scene, states, self.start)
             kept = self.arrays["paths"].shape[1]
