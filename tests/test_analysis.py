@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from PIL import Image
 
 import magmotor as mm
 from magmotor.devices.motor.modes import mean_and_error
@@ -45,17 +46,17 @@ PARTS = {
 
 @pytest.mark.parametrize("part", PARTS)
 def test_the_disks_balance_holds_of_a_part_of_a_run(disk_run, part):
-    whole = residual(mm.observables.disk_energy_balance(disk_run), "injected")
-    found = mm.observables.disk_energy_balance(disk_run.isel(PARTS[part]))
+    whole = residual(mm.observables.energy_balance(disk_run), "injected")
+    found = mm.observables.energy_balance(disk_run.isel(PARTS[part]))
     assert whole < 2e-4  # 6.9e-6
     assert residual(found, "injected") < 30 * whole  # 1.2 at the most; 1.4 with another's noise
 
 
 def test_the_disks_balance_is_that_of_the_parts(disk_run):
-    whole = mm.observables.disk_energy_balance(disk_run)
-    turned = mm.observables.disk_energy_balance(disk_run.transpose("time", "replica"))
+    whole = mm.observables.energy_balance(disk_run)
+    turned = mm.observables.energy_balance(disk_run.transpose("time", "replica"))
     assert turned.identical(whole)
-    late = mm.observables.disk_energy_balance(disk_run.isel(time=slice(500, None)))
+    late = mm.observables.energy_balance(disk_run.isel(time=slice(500, None)))
     for name in ("heat", "injected", "martingale"):
         expected = whole[name].values[:, 500:] - whole[name].values[:, 500:501]
         np.testing.assert_allclose(late[name], expected, rtol=0, atol=1e-9)  # 5e-12
@@ -64,7 +65,7 @@ def test_the_disks_balance_is_that_of_the_parts(disk_run):
 @pytest.mark.parametrize("scene", [DISK.replace(friction_ratio=0.5), mm.LangevinParticle(v=1.0)])
 def test_the_balance_has_a_noise_for_each_slip(scene):
     run = mm.simulate(scene, timestep=0.01, duration=30, replicas=2, **BAOAB)
-    found = mm.observables.disk_energy_balance(run)
+    found = mm.observables.energy_balance(run)
     assert residual(found, "injected") < 5e-4  # 4e-6, 1.7e-5; 0.1 without the second noise
 
 
@@ -78,7 +79,7 @@ def test_where_the_noise_is_not_known_there_is_no_balance(disk_run):
     }
     for message, run in refused.items():
         with pytest.raises(ValueError, match=message):
-            mm.observables.disk_energy_balance(run)
+            mm.observables.energy_balance(run)
 
 
 def test_the_steps_of_a_run_that_goes_on_are_numbered_on():
@@ -90,7 +91,7 @@ def test_the_steps_of_a_run_that_goes_on_are_numbered_on():
 
 def test_the_motors_books_are_right_of_a_part_of_a_run(motor_run):
     for analysis, names in (
-        (mm.observables.motor_energy_balance, ("gain", "heat", "work", "injected", "residual")),
+        (mm.observables.energy_balance, ("gain", "heat", "work", "injected", "residual")),
         (mm.observables.efficiency, ("kicks", "transferred", "reached")),
     ):
         whole = analysis(motor_run)
@@ -149,22 +150,22 @@ def test_modes_need_records_for_their_errors(motor_run):
         mm.observables.mode_temperatures(motor_run, burn_in=59.5)
 
 
-OWN = {
-    "momentum_balance": "top_run",
-    "energy_balance": "top_run",
-    "disk_energy_balance": "disk_run",
-    "motor_energy_balance": "motor_run",
-    "efficiency": "motor_run",
-    "flights": "motor_run",
-    "stays": "motor_run",
-    "transitions": "motor_run",
-    "mode_temperatures": "motor_run",
-}
+OWN = [
+    ("momentum_balance", "top_run"),
+    ("energy_balance", "top_run"),
+    ("energy_balance", "disk_run"),
+    ("energy_balance", "motor_run"),
+    ("efficiency", "motor_run"),
+    ("flights", "motor_run"),
+    ("stays", "motor_run"),
+    ("transitions", "motor_run"),
+    ("mode_temperatures", "motor_run"),
+]
 
 
-@pytest.mark.parametrize("name", OWN)
-def test_the_scene_is_the_runs_own(name, request):
-    analyse, run = getattr(mm.observables, name), request.getfixturevalue(OWN[name])
+@pytest.mark.parametrize(("name", "made"), OWN)
+def test_the_scene_is_the_runs_own(name, made, request):
+    analyse, run = getattr(mm.observables, name), request.getfixturevalue(made)
     scene = mm.scene_of(run)
     expected = analyse(run)
     assert analyse(run, scene).identical(expected)
@@ -177,6 +178,15 @@ def test_the_scene_is_the_runs_own(name, request):
         analyse(run, scene.replace(**{field: 0.5}))
     with pytest.raises(ValueError, match=r"^scene = None: must be given, since the run"):
         analyse(bare)
+
+
+@pytest.mark.parametrize("made", ["top_run", "disk_run", "motor_run"])
+def test_every_run_has_an_overview_of_its_own(made, request, tmp_path):
+    run, drawn = request.getfixturevalue(made), tmp_path / "drawn.png"
+    mm.plots.overview(run, None, drawn)
+    with Image.open(drawn) as picture:
+        assert picture.size[0] >= 1200
+        assert len(picture.getcolors(2**24)) > 50
 
 
 def test_a_run_must_have_what_is_read(top_run):
@@ -227,7 +237,7 @@ def test_flights_survive_by_all_their_bins(ensemble):
 
 
 def test_runs_that_are_joined_or_averaged_are_refused(disk_run):
-    balance = mm.observables.disk_energy_balance
+    balance = mm.observables.energy_balance
     other = mm.simulate(DISK, timestep=0.01, duration=30, replicas=3, seed=6, **BAOAB)
     again: Any = xr.concat([disk_run, disk_run.assign_coords(time=disk_run.time + 31)], "time")
     for run, message in (

@@ -128,9 +128,9 @@ CALLS: dict[Any, dict[str, Any]] = {
     mm.observables.valley_radius: {"scene": TOP, "azimuth": 0.0, "time": 0.0},
     mm.observables.effective_potential: {"scene": TOP, "points": [0.1, 0.0], "time": 0.0},
     mm.observables.motor_wells: {"scene": MOTOR},
-    mm.observables.disk_energy_balance: DISKS,
+    mm.observables.energy_balance: DISKS,
     mm.observables.efficiency: MOTORS,
-    mm.observables.motor_energy_balance: MOTORS,
+    mm.observables.energy_balance: MOTORS,
     mm.observables.flights: MOTORS,
     mm.observables.stays: MOTORS,
     mm.observables.transitions: MOTORS,
@@ -214,7 +214,8 @@ CALLS: dict[Any, dict[str, Any]] = {
 
 RECORDS = {
     mm.Waypoint, mm.Recommendation, mm.LayoutError, mm.SimulationStopped, mm.SimulationDiverged,
-    mm.PhysicalEvent, mm.SimulationInterrupted, mm.observables.CriticalPoint, mm.observables.MotorWells,
+    mm.PhysicalEvent, mm.SimulationInterrupted,
+    mm.observables.CriticalPoint, mm.observables.MotorWells,
     mm.theory.SmallMotion, mm.render.NoOpenGL, live.StateLost, mm.magnetism,
 }  # fmt: skip
 """What holds what it is given, as exceptions do, or is given nothing."""

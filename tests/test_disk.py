@@ -208,7 +208,7 @@ def test_energy_balance_pathwise(method, bound):
     steps = (0.04, 0.02, 0.01)
     for h in steps:
         run = mm.simulate(PAPER, method=method, timestep=h, duration=50, replicas=50, seed=1)
-        balance = mm.observables.disk_energy_balance(run, PAPER)
+        balance = mm.observables.energy_balance(run, PAPER)
         injected = float(balance.injected[0, -1])
         assert injected == pytest.approx(theory.injection_rate(PAPER) * 50)
         residuals.append(float(np.abs(balance.residual).max("time").mean()) / injected)
@@ -227,7 +227,7 @@ def test_energy_balance_follows_the_path_of_the_run():
     first = mm.simulate(PAPER, duration=20, **arguments)
     second = mm.simulate(PAPER, duration=20, initial=first, **arguments)
     for run in (first, second):
-        balance = mm.observables.disk_energy_balance(run, PAPER)
+        balance = mm.observables.energy_balance(run, PAPER)
         assert np.abs(balance.residual).max() < 1e-5 * float(balance.injected[-1])  # 6e-6
 
 

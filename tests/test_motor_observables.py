@@ -17,9 +17,9 @@ from magmotor.observables import (
     azimuth,
     censored_mean,
     efficiency,
+    energy_balance,
     flights,
     mode_temperatures,
-    motor_energy_balance,
     motor_wells,
     ring_attitude,
     stays,
@@ -243,7 +243,7 @@ def books(replicas=None):
 @pytest.mark.parametrize("replicas", [None, 3])
 def test_energy_balance(replicas):
     run = books(replicas)
-    found = motor_energy_balance(run, SCENE)
+    found = energy_balance(run, SCENE)
     assert found.residual.dims == run.work.dims
     np.testing.assert_allclose(found.gain - run.energy, -run.energy.isel(time=[0] * 50), atol=1e-15)
     heat, work = (run[name] - run[name].isel(time=0) for name in ("heat", "work"))
@@ -253,7 +253,7 @@ def test_energy_balance(replicas):
     last = found.injected.isel(time=-1)
     np.testing.assert_allclose(last, 24.5 * (7e-6 + 2.5e-6 / 3.375), rtol=1e-12)
     cold = mm.Motor(temperature="nonuniform")
-    injected = motor_energy_balance(run, cold).injected.isel(time=-1)
+    injected = energy_balance(run, cold).injected.isel(time=-1)
     np.testing.assert_allclose(injected, 24.5 * 2e-4**2 * 2.5 / 3.375, rtol=1e-12)
 
 

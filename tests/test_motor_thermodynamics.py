@@ -24,7 +24,7 @@ def residuals(scene, method, duration, factors):
             path=path.coarsened(factor),
             replicas=4,
         )
-        balance = mm.observables.motor_energy_balance(run, scene)
+        balance = mm.observables.energy_balance(run, scene)
         injected = float(balance.injected[0, -1])
         found.append((float(abs(balance.residual).max()) / injected,
                       float(np.sqrt((balance.residual**2).mean())) / injected))  # fmt: skip

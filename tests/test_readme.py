@@ -33,7 +33,7 @@ def test_python_examples_run():
     namespace = {}
     exec(motor, namespace)
     mm, run, scene = (namespace[name] for name in ("mm", "run", "motor"))
-    balance = mm.observables.motor_energy_balance(run, scene)
+    balance = mm.observables.energy_balance(run, scene)
     assert abs(balance.residual[-1]) < 0.002 * balance.injected[-1]  # 5e-4
     modes = mm.observables.mode_temperatures(run, scene, burn_in=2000)
     assert modes.temperature.sel(mode="slip") == pytest.approx(scene.kT, rel=0.05)  # 5 errors

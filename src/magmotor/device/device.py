@@ -8,6 +8,7 @@ import dataclasses
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Mapping
+from pathlib import Path
 from typing import Any, ClassVar, Generic, NamedTuple, Protocol, Self, TypeVar
 
 import numpy as np
@@ -18,6 +19,7 @@ from magmotor.common.checks import reject
 from magmotor.device.guard import Guard
 from magmotor.device.job import Job
 from magmotor.device.movie import Gauge, Subject
+from magmotor.device.overview import draw_variables
 from magmotor.device.sliders import Slider
 from magmotor.device.states import Column
 from magmotor.numerics.small_motion import SmallMotion
@@ -248,6 +250,16 @@ class Device(ABC, Generic[S, T]):
     def quantities(self, scene: S) -> tuple[str, ...]:
         """Of what an error is to be, by default: the first of these that is charted."""
         return ("position",)
+
+    def energy_balance(self, run: xr.Dataset, scene: S) -> xr.Dataset:
+        """Energy of a run against heat and work; see `magmotor.observables.energy_balance`."""
+        raise reject(
+            "scene", scene, f"of a kind that has an energy balance: not {type(scene).__name__}"
+        )
+
+    def overview(self, run: xr.Dataset, scene: S, path: str | Path) -> None:
+        """Write one picture of a run; see `magmotor.plots.overview`."""
+        draw_variables(run, path)
 
     def joints(self, run: xr.Dataset, scene: S, times: Array) -> Array:
         """MuJoCo's joint coordinates at some times (s), shape (T, nq)."""

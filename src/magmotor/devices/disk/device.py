@@ -18,6 +18,7 @@ from magmotor.device.job import Job
 from magmotor.device.sliders import Slider, noise_at, positive
 from magmotor.device.states import Column
 from magmotor.device.step_limits import check_step_limit, small_motion
+from magmotor.devices.disk.energy_balance import disk_energy_balance
 from magmotor.devices.disk.guard import DiskGuard
 from magmotor.devices.disk.measures import OF_DISK, OF_LANGEVIN
 from magmotor.devices.disk.observables import energy
@@ -101,6 +102,10 @@ class LangevinDevice(Device[S, DiskStates], Generic[S]):
         if replicas is None:
             return {k: Column(("time",), v[:, 0], "1", LABELS[k]) for k, v in values.items()}
         return {k: Column(("replica", "time"), v.T, "1", LABELS[k]) for k, v in values.items()}
+
+    def energy_balance(self, run: xr.Dataset, scene: S) -> xr.Dataset:
+        """Energy of a run against heat and work."""
+        return disk_energy_balance(run, scene)
 
     @property
     def reference(self) -> Engine:

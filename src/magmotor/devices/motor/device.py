@@ -1,6 +1,7 @@
 """The device of the fluctuation-driven motor."""
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,10 +20,12 @@ from magmotor.devices.ball.slip import slip_velocity
 from magmotor.devices.ball.small_motion import split_by
 from magmotor.devices.ball.states import axes, given_parts
 from magmotor.devices.motor import theory
-from magmotor.devices.motor.energy import motor_energy
+from magmotor.devices.motor.energy import motor_energy, motor_energy_balance
 from magmotor.devices.motor.guard import MotorGuard
 from magmotor.devices.motor.measures import MEASURES
 from magmotor.devices.motor.movie import GAUGE, MotorSubject
+from magmotor.devices.motor.panels import MotorRun
+from magmotor.devices.motor.plots import motor_overview
 from magmotor.devices.motor.scene import LARGEST_TILT, Motor
 from magmotor.devices.motor.states import MotorStates, start_motor
 from magmotor.mjcf.viscous_contact import check_bearing_limit
@@ -142,6 +145,14 @@ class MotorDevice(BallDevice[Motor, MotorStates]):
             ),
         }
         return {name: _column(replicas, *value) for name, value in values.items()}
+
+    def energy_balance(self, run: xr.Dataset, scene: Motor) -> xr.Dataset:
+        """Energy of a run against heat and work."""
+        return motor_energy_balance(run, scene)
+
+    def overview(self, run: xr.Dataset, scene: Motor, path: str | Path) -> None:
+        """Its flights, where the longest begins, energy, temperatures."""
+        motor_overview(MotorRun("motor", run), path)
 
     @property
     def reference(self) -> Engine:

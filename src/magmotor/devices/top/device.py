@@ -1,6 +1,7 @@
 """The device of Hamel's top."""
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import xarray as xr
@@ -21,7 +22,8 @@ from magmotor.devices.top import theory
 from magmotor.devices.top.guard import TopGuard
 from magmotor.devices.top.measures import MEASURES
 from magmotor.devices.top.movie import GAUGE, TopSubject
-from magmotor.devices.top.observables import energy, momentum_map
+from magmotor.devices.top.observables import energy, momentum_map, top_energy_balance
+from magmotor.devices.top.plots import top_overview
 from magmotor.devices.top.scene import Top
 from magmotor.devices.top.states import BallStates, start
 from magmotor.mjcf.viscous_contact import DRY_FRICTION_RATE, check_bearing_limit
@@ -123,6 +125,14 @@ class TopDevice(BallDevice[Top, BallStates]):
             label = "orientation of the ball, unit quaternion (w, x, y, z)"
             found["orientation"] = Column(("time", "component"), states.orientation, "1", label)
         return found
+
+    def energy_balance(self, run: xr.Dataset, scene: Top) -> xr.Dataset:
+        """Energy of a run against heat and work."""
+        return top_energy_balance(run, scene)
+
+    def overview(self, run: xr.Dataset, scene: Top, path: str | Path) -> None:
+        """Its path over V_e, J and energy against theory."""
+        top_overview(run, scene, path)
 
     @property
     def reference(self) -> Engine:

@@ -122,7 +122,7 @@ def momentum_balance(run: xr.Dataset, scene: Top = OWN) -> xr.Dataset:
 
 
 @analysis("slip_velocity", "energy", of=Top, records=2, replicas=False)
-def energy_balance(run: xr.Dataset, scene: Top = OWN) -> xr.Dataset:
+def top_energy_balance(run: xr.Dataset, scene: Top = OWN) -> xr.Dataset:
     """Theory's account of the energy with a ring at rest: dE/dt = -c |V_Q|^2.
 
     Parameters

@@ -13,7 +13,7 @@ from magmotor.common.checks import reject
 from magmotor.common.style import save_small
 from magmotor.device.analysis import analysis
 from magmotor.devices.ball.landscape import critical_points, effective_potential, valley
-from magmotor.devices.top.observables import energy_balance, momentum_balance
+from magmotor.devices.top.observables import momentum_balance, top_energy_balance
 from magmotor.devices.top.scene import Top
 from magmotor.devices.top.theory import highest_valley
 from magmotor.sweep import plots as panels
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     *("position", "axis", "slip_velocity", "momentum_map", "energy"),
     of=Top, records=2, replicas=False,
 )  # fmt: skip
-def overview(run: xr.Dataset, scene: Top | None, path: Picture) -> None:
+def top_overview(run: xr.Dataset, scene: Top | None, path: Picture) -> None:
     """Write one picture of a run.
 
     Left the path over the effective potential, right J(t) against the integral of friction's
@@ -59,7 +59,7 @@ def _draw_momentum(axes: "Axes", run: xr.Dataset, scene: Top) -> None:
 
 
 def _draw_energy(axes: "Axes", run: xr.Dataset, scene: Top) -> None:
-    balance = energy_balance(run, scene)
+    balance = top_energy_balance(run, scene)
     gain = 1e3 * (run.energy - run.energy[0])
     axes.plot(run.time, gain, color=style.BLUE, lw=3, label="$E(t) - E(0)$, simulated")
     label = r"$-\int c\,|V_Q|^2\,dt$, the heat"
