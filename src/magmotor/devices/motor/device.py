@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from magmotor.common.checks import check_integer, reject
+from magmotor.device.analysis import checked_run
 from magmotor.device.device import Engine, Equation, Motion
 from magmotor.device.job import METHODS as MUJOCO
 from magmotor.device.job import PLANAR as MUJOCO_PLANAR
@@ -152,6 +153,7 @@ class MotorDevice(BallDevice[Motor, MotorStates]):
 
     def overview(self, run: xr.Dataset, scene: Motor, path: str | Path) -> None:
         """Its flights, where the longest begins, energy, temperatures."""
+        run = checked_run("run", run, (), (Motor,), replicas=False)
         motor_overview(MotorRun("motor", run), path)
 
     @property
