@@ -12,7 +12,7 @@ from pathlib import Path
 
 from case import Case, Record
 
-from magmotor.run.versions import package_checksum
+from magmotor.common.versions import package_checksum
 
 
 def machine() -> str:

@@ -9,8 +9,8 @@ from tqdm import tqdm
 
 import magmotor as mm
 from magmotor.common.checks import reject
+from magmotor.device.recorded import scene_from
 from magmotor.render.encoder import FRAME_RATE
-from magmotor.run.dataset import scene_from
 from magmotor.sweep import Sweep, Values
 from magmotor.sweep.work import ARGUMENTS
 

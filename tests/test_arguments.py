@@ -14,10 +14,10 @@ import magmotor as mm
 from magmotor import live
 from magmotor.common.arguments import checked
 from magmotor.common.checks import check_array, check_integer, check_number
+from magmotor.device import recorded
 from magmotor.devices.disk.panels import System
 from magmotor.devices.top.states import start
 from magmotor.numerics import small_motion as linear
-from magmotor.run import dataset
 
 TOP, MOTOR, DISK, PARTICLE = mm.Top(), mm.Motor(), mm.Disk(), mm.LangevinParticle()
 MODEL = mm.build(DISK)
@@ -351,9 +351,9 @@ EXTREMES = [
     (lambda: SWEEP.changes(-1), "^index = -1: must be at least 0"),
     (lambda: SWEEP.axes[0].at(HOSTILE["half"]), "^place = 0.5: must be an integer"),
     (lambda: mm.sweep.Range(0.1, 0.2).stretch(np.ones(1)), "^smallest unit = 1.0: must be less"),
-    (lambda: dataset.scene_from("Pendulum", {}), "^kind = 'Pendulum': must be one of"),
+    (lambda: recorded.scene_from("Pendulum", {}), "^kind = 'Pendulum': must be one of"),
     (
-        lambda: dataset.scene_from("Disk", HOSTILE["list"]),
+        lambda: recorded.scene_from("Disk", HOSTILE["list"]),
         r"^fields = \[\]: must be an object of dict",
     ),
     (

@@ -10,8 +10,8 @@ import pytest
 from every_method import EVERY_METHOD, short
 
 import magmotor as mm
+from magmotor.device import checkpoint as checkpoints
 from magmotor.device import job as jobs
-from magmotor.run import checkpoint as checkpoints
 from magmotor.run import simulate as simulation
 
 QUIET = mm.Disk(noise=0.0)

@@ -14,12 +14,12 @@ import pytest
 
 import magmotor as mm
 from magmotor.common import environment as models_folder
+from magmotor.common import versions
+from magmotor.common.versions import machine_versions, package_checksum
 from magmotor.devices.ball import rigid_kernel
 from magmotor.devices.disk import reference as lanes
 from magmotor.mjcf import magnetism
 from magmotor.numerics import compiled
-from magmotor.run import versions
-from magmotor.run.versions import machine_versions, package_checksum
 
 FACTORY = """
 from magmotor.numerics.compiled import compiled_once

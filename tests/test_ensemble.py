@@ -10,9 +10,9 @@ import pytest
 import magmotor as mm
 from magmotor import theory
 from magmotor.common import files as whole_files
+from magmotor.device import checkpoint as checkpoints
 from magmotor.devices.disk.ensemble import march, statistics
 from magmotor.devices.disk.ensemble.result import _jackknife
-from magmotor.run import checkpoint as checkpoints
 
 WARM = mm.Disk(sigma=0.5, friction=0.5, noise=1.0)
 ARGUMENTS: dict[str, Any] = {

@@ -13,7 +13,7 @@ from sweep_driver import contents
 
 import magmotor as mm
 from magmotor.common import environment as threads
-from magmotor.run import dataset
+from magmotor.device import recorded
 from magmotor.sweep import Samples, Sweep
 from magmotor.sweep.axes import full_name, numeric_fields
 from magmotor.sweep.case import canonical, case_of
@@ -84,7 +84,7 @@ def test_every_number_of_every_scene_can_be_varied():
                 timestep=0.01,
                 method=mm.methods(scene)[0],
             )
-            changed = dataset.scene_from(type(scene).__name__, sweep.case(0).told["scene_fields"])
+            changed = recorded.scene_from(type(scene).__name__, sweep.case(0).told["scene_fields"])
             told = getattr(changed, field.declared.name)
             assert (told if field.component is None else told[field.component]) == value
     assert {"position_y", "axis_z", "ring_dipoles"} <= numeric_fields(mm.Top()).keys()

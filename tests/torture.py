@@ -38,9 +38,9 @@ import tqdm  # noqa: E402
 from checkpoint_files import parsed  # noqa: E402
 
 import magmotor as mm  # noqa: E402
+from magmotor.device import checkpoint as checkpoints  # noqa: E402
 from magmotor.device import job as jobs  # noqa: E402
 from magmotor.devices.disk.ensemble import march  # noqa: E402
-from magmotor.run import checkpoint as checkpoints  # noqa: E402
 from magmotor.sweep.work import netcdf  # noqa: E402
 
 tqdm.tqdm.monitor_interval = 0  # which would be a thread

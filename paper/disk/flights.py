@@ -12,11 +12,11 @@ from scipy.optimize import root_scalar
 from magmotor import observables, theory
 from magmotor.common import style
 from magmotor.common.style import save_small
+from magmotor.device.recorded import scene_of
 from magmotor.devices.disk.ensemble import ensemble
 from magmotor.devices.disk.gibbs import gibbs
 from magmotor.devices.disk.panels import System, draw_flights
 from magmotor.devices.disk.scene import Disk
-from magmotor.run.dataset import scene_of
 from magmotor.run.simulate import simulate
 from magmotor.theory import ReducedDisk
 from paper.claim import Claim, judged

@@ -5,6 +5,7 @@ from . import plots as plots
 from . import render as render
 from . import sweep as sweep
 from . import theory as theory
+from .device.recorded import scene_of as scene_of
 from .device.stops import PhysicalEvent as PhysicalEvent
 from .device.stops import SimulationDiverged as SimulationDiverged
 from .device.stops import SimulationInterrupted as SimulationInterrupted
@@ -20,7 +21,6 @@ from .mjcf.langevin import Baoab as Baoab
 from .mjcf.layout import LayoutError as LayoutError
 from .mjcf.magnetism import apply_perturbation as apply_perturbation
 from .mjcf.magnetism import magnetism as magnetism
-from .run.dataset import scene_of as scene_of
 from .run.in_mujoco import build as build
 from .run.recommend import Recommendation as Recommendation
 from .run.recommend import recommend as recommend

@@ -10,6 +10,7 @@ import xarray as xr
 from magmotor.common.arguments import arguments_of, guarded
 from magmotor.common.checks import LARGEST, check_kind, reject
 from magmotor.device.device import Scene
+from magmotor.device.recorded import scene_of
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -104,8 +105,6 @@ def scene_of_run(run: Any, scene: Any, kinds: tuple[type[Scene], ...]) -> Any:
         if scene is None:
             raise reject("scene", None, "given, since the run's attributes do not tell it")
         return scene
-    from magmotor.run.dataset import scene_of
-
     own = scene_of(run)
     _check_kind_of_run("run", type(own).__name__, kinds)
     if scene is None or scene == own:

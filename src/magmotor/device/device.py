@@ -27,32 +27,25 @@ from magmotor.numerics.small_motion import SmallMotion
 Array = NDArray[np.float64]
 
 KINDS: dict[str, type["Scene"]] = {}
-"""The kinds of scenes that have been imported, by name: datasets name theirs."""
+"""The kinds of scenes that have a device, by name: datasets name theirs."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Scene:
-    """What is simulated; a kind of scene is a frozen dataclass with fields made by `quantity`."""
+    """What is simulated; a kind of scene is a frozen dataclass with fields made by `quantity`.
 
-    def __init_subclass__(cls, **arguments: Any) -> None:
-        """Keep the kind under its name, if it names its device: others are only bases."""
-        super().__init_subclass__(**arguments)
-        if "device" not in vars(cls):
-            return
-        known = KINDS.setdefault(cls.__name__, cls)
-        if known.__module__ != cls.__module__:
-            raise TypeError(f"{cls.__name__} is the name of a scene in {known.__module__}, too")
-        KINDS[cls.__name__] = cls
+    Attributes
+    ----------
+    device : Device
+        The one that was registered for scenes of this kind.
+    """
+
+    device: ClassVar["Device[Any, Any]"]
 
     @classmethod
     def kinds(cls) -> list[type["Scene"]]:
-        """The kinds of scenes of this class, as far as they have been imported."""
+        """The kinds of scenes of this class that have a device."""
         return [kind for kind in KINDS.values() if issubclass(kind, cls)]
-
-    @property
-    def device(self) -> "Device[Any, Any]":
-        """The device that scenes of this kind describe."""
-        raise NotImplementedError(f"{type(self).__name__} names no device")
 
     def replace(self, **changes: Any) -> Self:
         """A copy with some fields changed, checked anew."""
@@ -289,3 +282,19 @@ class Device(ABC, Generic[S, T]):
             Names the field, its value and the bound.
         """
         return scene
+
+
+def register(device: Device[Any, Any], kind: type[Scene]) -> None:
+    """Make a device that of a kind of scenes, which datasets and sweeps name from then on.
+
+    Raises
+    ------
+    ValueError
+        There is another kind of scenes of that name.
+    """
+    known = KINDS.setdefault(kind.__name__, kind)
+    if known.__module__ != kind.__module__:
+        bound = f"another: there is one in {known.__module__}"
+        raise reject("name of a kind of scenes", kind.__name__, bound)
+    KINDS[kind.__name__] = kind
+    kind.device = device

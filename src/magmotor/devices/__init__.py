@@ -1,7 +1,7 @@
-"""The paper's devices, and the scenes that describe them."""
+"""The paper's devices, which register themselves, and the scenes that describe them."""
 
-from magmotor.devices.disk.scene import Disk, LangevinParticle
-from magmotor.devices.motor.scene import Motor
-from magmotor.devices.top.scene import Top, Waypoint
+from magmotor.devices.disk.device import Disk, LangevinParticle
+from magmotor.devices.motor.device import Motor
+from magmotor.devices.top.device import Top
 
-__all__ = ["Disk", "LangevinParticle", "Motor", "Top", "Waypoint"]
+__all__ = ["Disk", "LangevinParticle", "Motor", "Top"]

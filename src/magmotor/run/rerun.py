@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from magmotor import sweep
 from magmotor.common.checks import check_integer, check_kind, check_number, reject
 from magmotor.common.files import as_told
+from magmotor.device.recorded import scene_of
 from magmotor.device.stops import SimulationStopped
 from magmotor.devices.disk.ensemble import ensemble
 from magmotor.devices.disk.ensemble.result import plan
 from magmotor.noise import LARGEST_STEP, path_of
-from magmotor.run.dataset import scene_of
 from magmotor.run.simulate import simulate
 from magmotor.sweep.definition import checked_names
 from magmotor.sweep.sealed import parsed

@@ -16,13 +16,14 @@ from magmotor.common.arguments import Seconds, checked
 from magmotor.common.checks import check_choice, check_integer, check_kind, check_number, reject
 from magmotor.common.environment import physical_memory
 from magmotor.common.files import as_told
+from magmotor.device.checkpoint import Checkpoint, Expected
 from magmotor.device.device import Engine, Scene
 from magmotor.device.job import Job
+from magmotor.device.recorded import attributes_of
 from magmotor.device.states import checksum, concatenate, rows
 from magmotor.device.stops import SimulationDiverged, SimulationInterrupted, stopped
 from magmotor.noise import LARGEST_STEP, BrownianPath, check_seed, path_of
-from magmotor.run.checkpoint import Checkpoint, Expected
-from magmotor.run.dataset import assemble, attributes_of
+from magmotor.run.dataset import assemble
 from magmotor.run.recommend import recommend
 
 

@@ -17,10 +17,10 @@ from magmotor.common.checks import (
     elements,
     reject,
 )
+from magmotor.common.versions import versions_that_matter
 from magmotor.device.device import KINDS, Scene
-from magmotor.run.dataset import scene_from
+from magmotor.device.recorded import scene_from
 from magmotor.run.recommend import recommend
-from magmotor.run.versions import versions_that_matter
 from magmotor.sweep.axes import Samples, Values, changed, numeric_fields, samples_from, values_axis
 from magmotor.sweep.case import Case, case_of, checked_seeds, child
 from magmotor.sweep.measures import TRAJECTORY, FromFile, imported, is_own, measure_of

@@ -15,10 +15,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from magmotor.common.checks import reject
 from magmotor.common.interrupts import uninterrupted
+from magmotor.common.versions import versions_that_matter
+from magmotor.device.recorded import scene_from
 from magmotor.device.stops import SimulationStopped
-from magmotor.run.dataset import scene_from
 from magmotor.run.simulate import simulate
-from magmotor.run.versions import versions_that_matter
 from magmotor.sweep.case import Case
 from magmotor.sweep.measures import TRAJECTORY, measure_of
 from magmotor.sweep.sealed import Damaged, sealed, sealed_bytes

@@ -10,7 +10,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from magmotor.common.checks import check_array, check_integer, reject
-from magmotor.device.device import Device, Engine, Equation, Motion
+from magmotor.device.device import Device, Engine, Equation, Motion, register
 from magmotor.device.initial import as_given, last_record
 from magmotor.device.job import METHODS as MUJOCO
 from magmotor.device.job import PLANAR as MUJOCO_PLANAR
@@ -218,6 +218,8 @@ class DiskDevice(LangevinDevice[Disk]):
 
 DISK = DiskDevice()
 LANGEVIN: LangevinDevice[LangevinParticle] = LangevinDevice()
+register(DISK, Disk)
+register(LANGEVIN, LangevinParticle)
 
 
 def _row(name: str, value: Any, replicas: int) -> NDArray[np.float64]:

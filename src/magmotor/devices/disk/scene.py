@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,9 +11,6 @@ from magmotor.common.checks import check_choice, check_number, reject
 from magmotor.device.device import Scene
 from magmotor.device.fields import check_fields, quantity
 from magmotor.numerics.reproducible import applied
-
-if TYPE_CHECKING:
-    from magmotor.devices.disk.device import DiskDevice, LangevinDevice
 
 Coefficients = tuple[tuple[float, float], ...]
 
@@ -151,13 +148,6 @@ class Disk(_Langevin):
             raise reject("friction_ratio", self.friction_ratio, "zero when surface = 'plane'")
 
     @property
-    def device(self) -> "DiskDevice":
-        """The device."""
-        from magmotor.devices.disk.device import DISK
-
-        return DISK
-
-    @property
     def masses(self) -> tuple[float, float]:
         """Inertia of x and of theta."""
         return 1.0, self.sigma
@@ -186,13 +176,6 @@ class LangevinParticle(_Langevin):
     ValueError
         Names the field, its value and the bound.
     """
-
-    @property
-    def device(self) -> "LangevinDevice[LangevinParticle]":
-        """The device."""
-        from magmotor.devices.disk.device import LANGEVIN
-
-        return LANGEVIN
 
     @property
     def masses(self) -> tuple[float]:

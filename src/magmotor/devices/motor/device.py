@@ -9,7 +9,7 @@ import xarray as xr
 
 from magmotor.common.checks import check_integer, reject
 from magmotor.device.analysis import checked_run
-from magmotor.device.device import Engine, Equation, Motion
+from magmotor.device.device import Engine, Equation, Motion, register
 from magmotor.device.job import METHODS as MUJOCO
 from magmotor.device.job import PLANAR as MUJOCO_PLANAR
 from magmotor.device.job import Job
@@ -222,6 +222,7 @@ class MotorDevice(BallDevice[Motor, MotorStates]):
 
 
 MOTOR = MotorDevice()
+register(MOTOR, Motor)
 
 
 def _column(replicas: int | None, values, unit: str, label: str) -> Column:

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from magmotor.common import style
 from magmotor.common.checks import check_kind
 from magmotor.device.analysis import checked_run, scene_of_run
+from magmotor.device.recorded import scene_of
 from magmotor.devices.motor.energy import motor_energy_balance
 from magmotor.devices.motor.flights import flights, stays
 from magmotor.devices.motor.modes import mode_temperatures
 from magmotor.devices.motor.observables import azimuth
 from magmotor.devices.motor.scene import Motor
-from magmotor.run.dataset import scene_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

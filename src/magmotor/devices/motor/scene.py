@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,9 +11,6 @@ from magmotor.common.checks import check_choice, check_number, reject
 from magmotor.device.fields import check_fields, quantity
 from magmotor.devices.ball.scene import BallScene, ring_dipoles
 from magmotor.dipoles import PERMEABILITY_OVER_4PI
-
-if TYPE_CHECKING:
-    from magmotor.devices.motor.device import MotorDevice
 
 LARGEST_TILT = math.radians(20)
 """Tilt of the inner ring (rad) beyond which it is taken as lost: it snaps onto the ball."""
@@ -166,13 +163,6 @@ class Motor(BallScene):
         """
         reading: dict[str, Any] = {"coupling": 4e-5}
         return cls(**(reading | changes))
-
-    @property
-    def device(self) -> "MotorDevice":
-        """The device."""
-        from magmotor.devices.motor.device import MOTOR
-
-        return MOTOR
 
     def replace(self, **changes: Any) -> "Motor":
         """A copy with some fields changed, checked anew.

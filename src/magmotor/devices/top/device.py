@@ -7,7 +7,7 @@ from typing import Any
 import xarray as xr
 
 from magmotor.common.checks import check_integer, check_number, reject
-from magmotor.device.device import Engine, Equation, Motion
+from magmotor.device.device import Engine, Equation, Motion, register
 from magmotor.device.job import METHODS as MUJOCO
 from magmotor.device.job import PLANAR as MUJOCO_PLANAR
 from magmotor.device.job import Job
@@ -212,3 +212,4 @@ class TopDevice(BallDevice[Top, BallStates]):
 
 
 TOP = TopDevice()
+register(TOP, Top)

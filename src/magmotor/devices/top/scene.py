@@ -3,7 +3,7 @@
 import math
 from bisect import bisect_right
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,9 +13,6 @@ from magmotor.device.fields import check_fields, quantity
 from magmotor.devices.ball.scene import BallScene, ring_dipoles
 from magmotor.dipoles import PERMEABILITY_OVER_4PI
 from magmotor.numerics.reproducible import product
-
-if TYPE_CHECKING:
-    from magmotor.devices.top.device import TopDevice
 
 
 class Waypoint(NamedTuple):
@@ -207,13 +204,6 @@ class Top(BallScene):
         )
         start = {"position": (-0.01, 0.006), "ring_script": script}
         return cls(**(start | changes))
-
-    @property
-    def device(self) -> "TopDevice":
-        """The device."""
-        from magmotor.devices.top.device import TOP
-
-        return TOP
 
     @property
     def inertia(self) -> tuple[float, float, float]:

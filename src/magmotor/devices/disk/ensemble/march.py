@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from magmotor.common.interrupts import deferred
+from magmotor.device.checkpoint import Checkpoint, Expected
 from magmotor.device.stops import SimulationInterrupted, stopped
 from magmotor.devices.disk.ensemble.result import Plan, result
 from magmotor.devices.disk.ensemble.statistics import (
@@ -28,7 +29,6 @@ from magmotor.devices.disk.reference import LANES, kernel, law, pack, unpack
 from magmotor.devices.disk.scene import Disk, LangevinParticle
 from magmotor.devices.disk.states import DiskStates
 from magmotor.devices.disk.theory.stationary import gibbs_deviations, gibbs_mean_squares
-from magmotor.run.checkpoint import Checkpoint, Expected
 
 BLOCK = 64
 """Samples that the kernel hands to the statistics at a time, in the second-level cache."""

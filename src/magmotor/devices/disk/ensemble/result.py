@@ -7,6 +7,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from magmotor.common.checks import check_integer, check_number, reject
+from magmotor.device.recorded import attributes_of
 from magmotor.devices.disk.ensemble.statistics import (
     BINS,
     HYSTERESIS,
@@ -20,7 +21,6 @@ from magmotor.devices.disk.reference import TURN, unpack
 from magmotor.devices.disk.scene import Disk, LangevinParticle
 from magmotor.devices.disk.states import DiskStates
 from magmotor.noise import LARGEST_STEP
-from magmotor.run.dataset import attributes_of
 
 RECORDS_PER_DECADE = 24
 
