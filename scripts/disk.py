@@ -35,6 +35,7 @@ from magmotor.common.checks import check_integer, check_number
 from magmotor.devices.disk.panels import System
 from magmotor.devices.disk.plots import FIGURES
 from magmotor.noise import check_seed
+from paper import errata
 from paper.disk.systems import FULL, disk_scenes, simulate_system
 
 Scene = mm.Disk | mm.LangevinParticle
@@ -199,7 +200,7 @@ def summary(system: System) -> Iterator[str]:
     both = mm.theory.flat_variance_from_rest(scene, t, (1, 1)) / t
     yield (
         f"  var(x + theta)/t = {rate:.4g} ± {error:.2g} (theory: {both:.4g}, in the limit"
-        f" {mm.theory.y_diffusion(scene):.4g}; the paper: {mm.theory.paper_y_diffusion(scene):.4g})"
+        f" {mm.theory.y_diffusion(scene):.4g}; the paper: {errata.y_diffusion(scene):.4g})"
     )
     if not scene.coefficients:
         rate, error = system.rate("x")
@@ -207,16 +208,16 @@ def summary(system: System) -> Iterator[str]:
             f"  var(x)/t = {rate:.4g} ± {error:.2g}"
             f" (theory: {theory.variance(t) / t:.4g}, in the limit"
             f" {mm.theory.flat_x_diffusion(scene):.4g};"
-            f" the paper: {mm.theory.paper_flat_x_diffusion(scene):.4g})"
+            f" the paper: {errata.flat_x_diffusion(scene):.4g})"
         )
 
 
 def draw(systems: list[System], out: Path) -> None:
     with written_whole(out / "disk.png") as part:
-        mm.plots.disk_overview(systems, part)
+        mm.plots.disk_overview(systems, part, guide=errata.paper_lines(systems, "overview"))
     for name in FIGURES:
         with written_whole(out / f"disk_{name}.png") as part:
-            mm.plots.disk_figure(systems, name, part)
+            mm.plots.disk_figure(systems, name, part, guide=errata.paper_lines(systems, name))
     print(f"wrote {out / 'disk.png'}, {out}/disk_{{{','.join(FIGURES)}}}.png and disk_*.nc")
 
 

@@ -9,7 +9,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.optimize import root_scalar
 
-from magmotor import observables, theory
+from magmotor import observables
 from magmotor.common import style
 from magmotor.common.style import save_small
 from magmotor.devices.disk.ensemble import ensemble
@@ -19,6 +19,7 @@ from magmotor.devices.disk.scene import Disk
 from magmotor.run.dataset import scene_of
 from magmotor.run.simulate import simulate
 from magmotor.theory import ReducedDisk
+from paper import errata
 from paper.claim import Claim, judged
 from paper.disk.systems import FULL, QUICK, paper_systems
 from paper.figure import Figure
@@ -98,7 +99,7 @@ def claim_of_the_theorem(run: xr.Dataset) -> Claim:
     assert isinstance(scene, Disk)
     slope, error = slopes(run)
     steepest, last = int(slope.argmax()), float(run.lag[-1])
-    bound, square = theory.paper_lower_ballistic_bound(scene), ReducedDisk(scene).msd_from_gibbs
+    bound, square = errata.lower_ballistic_bound(scene), ReducedDisk(scene).msd_from_gibbs
     crossing = root_scalar(
         lambda log: float(square(np.exp(log)) / np.exp(2 * log)) - bound, bracket=(7.0, 16.0)
     )

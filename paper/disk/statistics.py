@@ -7,9 +7,10 @@ import numpy as np
 import xarray as xr
 
 from magmotor import observables, theory
-from magmotor.devices.disk.panels import System, paper_flat
+from magmotor.devices.disk.panels import System
 from magmotor.devices.disk.plots import disk_figure
 from magmotor.devices.disk.scene import Disk
+from paper import errata
 from paper.claim import Claim, judged
 from paper.disk.systems import FULL, paper_systems
 from paper.figure import Figure
@@ -156,7 +157,7 @@ def claims_of_the_mean_square(systems: list[System]) -> list[Claim]:
     scene = flat.theory.scene
     assert isinstance(scene, Disk)
     rate, error = flat.rate("y")
-    right, paper = theory.y_diffusion(scene), theory.paper_y_diffusion(scene)
+    right, paper = theory.y_diffusion(scene), errata.y_diffusion(scene)
     return [
         judged(
             "The mean squared displacement is ballistic: it grows fourfold as t doubles",
@@ -183,7 +184,7 @@ def claims_of_the_diffusion(systems: list[System]) -> list[Claim]:
     )
     scene = flat.theory.scene
     assert isinstance(scene, Disk)
-    paper, right = paper_flat(flat), theory.flat_x_diffusion(scene)
+    paper, right = errata.flat_x_diffusion(scene), theory.flat_x_diffusion(scene)
     slopes = [system.last_slope for system in moved]
     doubled = ", ".join(f"{2 ** (slope.slope - 1):.2f}" for slope in slopes)
     return [
@@ -224,7 +225,7 @@ def claims_of_the_histogram(systems: list[System]) -> list[Claim]:
 
 
 def _draw(name: str, systems: list[System], path: Path) -> None:
-    disk_figure(systems, name, path)
+    disk_figure(systems, name, path, guide=errata.paper_lines(systems, name))
 
 
 PARAMETERS = (
