@@ -11,6 +11,7 @@ from magmotor import dipoles
 from magmotor.devices.ball.states import smallest_turn
 from magmotor.devices.motor.energy import motor_energy
 from magmotor.devices.motor.states import start_motor
+from magmotor.devices.motor.tilted_ring import tilted_ring
 from magmotor.plots import MotorRun
 from paper.motor import device
 from paper.motor.energies import claims_of_the_energy, claims_of_the_injection
@@ -19,7 +20,6 @@ from paper.motor.many_runs import SETS, Flights, ManyRuns, Motors, collected
 from paper.motor.paths import claims_of_the_position
 from paper.motor.runs import in_flight
 from paper.motor.theta import claims_of_theta
-from paper.motor.tilted_ring import tilted_ring
 
 
 def test_a_level_ring_has_the_energy_of_its_wells():

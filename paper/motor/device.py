@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 from magmotor.common import style
 from magmotor.devices.motor.panels import MotorRun
 from magmotor.devices.motor.scene import Motor
+from magmotor.devices.motor.tilted_ring import tilted_ring
 from paper.claim import Claim, judged
 from paper.device_view import draw_device
 from paper.figure import Figure
 from paper.motor.runs import paper_runs
-from paper.motor.tilted_ring import tilted_ring
 
 TILTS = np.radians(np.linspace(0, 24, 25))
 """Of the inner ring, in rad."""

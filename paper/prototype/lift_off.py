@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from magmotor.common import style
 from magmotor.common.style import save_small
+from magmotor.devices.top.lift import Lift, critical_height, largest_lift, lift_map
 from magmotor.devices.top.scene import Top
 from magmotor.run.simulate import SimulationDiverged, simulate
+from paper.bracket import bracket
 from paper.claim import Claim, judged
 from paper.figure import Figure
-from paper.prototype.bracket import bracket
-from paper.prototype.lift import Lift, critical_height, largest_lift, lift_map
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

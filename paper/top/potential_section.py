@@ -9,9 +9,9 @@ from magmotor import observables
 from magmotor.common import style
 from magmotor.common.style import save_small
 from magmotor.devices.top.scene import PAPER_TILT, Top
+from paper.bracket import bracket
 from paper.claim import Claim, judged
 from paper.figure import Figure
-from paper.prototype.bracket import bracket
 from paper.top.landscape import Landscape, landscape
 
 X = np.linspace(-0.5, 0.5, 401)
