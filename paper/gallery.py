@@ -10,10 +10,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import get_args
 
-from paper.catalogue import FIGURES, SECTIONS
-from paper.claim import Claim, Verdict
-from paper.figure import Figure
-from paper.paper_figures import PAPER_FIGURES
+from paper.catalogue import FIGURES, PAPER_FIGURES, SECTIONS
+from paper.figure import Claim, Figure, Verdict
 
 INTRODUCTION = """\
 # Gallery

@@ -1,5 +1,8 @@
 """The paper's four sliding disks: all its figures of them with theory on top, and the numbers.
 
+This is a program of the paper's wing: `paper/` has the four disks, and the lines that the paper
+expects, which are drawn dotted.
+
 Each system runs twice: from rest, as in the paper, and in its stationary state, for the correlation
 of increments "for t large" and the flights. On flat U that state has d = -v + sigma omega = 0, as
 from rest: nothing changes d there.

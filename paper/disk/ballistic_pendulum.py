@@ -12,8 +12,7 @@ from magmotor.common import style
 from magmotor.common.style import save_small
 from magmotor.devices.disk.scene import Disk
 from magmotor.run.simulate import simulate
-from paper.claim import Claim, judged
-from paper.figure import Figure
+from paper.figure import Claim, Figure, judged
 
 AMPLITUDES = (0.5, 1.5, 2.5, 3.0)
 """About the bottom at x = pi, in rad."""

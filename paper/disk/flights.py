@@ -20,9 +20,8 @@ from magmotor.run.dataset import scene_of
 from magmotor.run.simulate import simulate
 from magmotor.theory import ReducedDisk
 from paper import errata
-from paper.claim import Claim, judged
 from paper.disk.systems import FULL, QUICK, paper_systems
-from paper.figure import Figure
+from paper.figure import Claim, Figure, judged
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -11,9 +11,8 @@ from magmotor.devices.disk.panels import System
 from magmotor.devices.disk.plots import disk_figure
 from magmotor.devices.disk.scene import Disk
 from paper import errata
-from paper.claim import Claim, judged
 from paper.disk.systems import FULL, paper_systems
-from paper.figure import Figure
+from paper.figure import Claim, Figure, judged
 
 MANY = 4
 """So many standard errors are no accident: one in 16 000."""

@@ -23,8 +23,7 @@ from magmotor.devices.top.dry_friction import (
 from magmotor.devices.top.scene import SMALLEST_DRY_FRICTION, Top
 from magmotor.run.simulate import simulate
 from paper.bracket import bracket
-from paper.claim import Claim, judged
-from paper.figure import Figure
+from paper.figure import Claim, Figure, judged
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -21,8 +21,7 @@ from magmotor.mjcf.magnetism import magnetism
 from magmotor.numerics.magnet_shapes import Cloud, ball, cuboid, cylinder
 from magmotor.run.in_mujoco import build
 from paper.bracket import bracket
-from paper.claim import Claim, judged
-from paper.figure import Figure
+from paper.figure import Claim, Figure, judged
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

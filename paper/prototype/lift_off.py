@@ -15,8 +15,7 @@ from magmotor.devices.top.lift import Lift, critical_height, largest_lift, lift_
 from magmotor.devices.top.scene import Top
 from magmotor.run.simulate import SimulationDiverged, simulate
 from paper.bracket import bracket
-from paper.claim import Claim, judged
-from paper.figure import Figure
+from paper.figure import Claim, Figure, judged
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

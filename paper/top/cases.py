@@ -15,8 +15,7 @@ from magmotor.devices.ball.landscape import valley
 from magmotor.devices.top.plots import draw_momentum, draw_path
 from magmotor.devices.top.scene import Top
 from magmotor.run.simulate import simulate
-from paper.claim import Claim, judged
-from paper.figure import Figure
+from paper.figure import Claim, Figure, judged
 
 TIMESTEP, DURATION = 0.025, 500.0
 """The paper's, in seconds."""

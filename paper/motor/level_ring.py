@@ -10,9 +10,8 @@ from magmotor.common import style
 from magmotor.devices.motor.panels import MotorRun
 from magmotor.devices.motor.scene import Motor
 from magmotor.devices.motor.tilted_ring import tilted_ring
-from paper.claim import Claim, judged
 from paper.device_view import draw_device
-from paper.figure import Figure
+from paper.figure import Claim, Figure, judged
 from paper.motor.runs import paper_runs
 
 TILTS = np.radians(np.linspace(0, 24, 25))
