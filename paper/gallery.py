@@ -38,8 +38,8 @@ def save_claims(claims: Iterable[Claim], path: Path) -> None:
 
 def load_claims(path: Path) -> list[Claim]:
     """Claims as `save_claims` wrote them."""
-    told = json.loads(path.read_text(encoding="utf-8"))
-    return [Claim(**fields | {"figures": tuple(fields["figures"])}) for fields in told]
+    saved = json.loads(path.read_text(encoding="utf-8"))
+    return [Claim(**fields | {"figures": tuple(fields["figures"])}) for fields in saved]
 
 
 def tally(claims: Iterable[Claim]) -> str:

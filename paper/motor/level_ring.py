@@ -68,7 +68,7 @@ def claims(found: Stability) -> list[Claim]:
         ]
         for kind in ("nonuniform", "uniform")
     }
-    told = "; ".join(
+    tipping = "; ".join(
         f"of the runs at {kind} temperature {len(names)} tip over"
         + (f" ({', '.join(names)})" if names else "")
         for kind, names in tipped.items()
@@ -88,7 +88,7 @@ def claims(found: Stability) -> list[Claim]:
             f" {np.degrees(TILTS[-1]):.0f}°; with it level is stable behind a barrier of"
             f" {1e6 * barriers.min():.0f} to {1e6 * barriers.max():.0f} µJ, as the side to which it"
             f" leans, the least at {np.degrees(TILTS[top]):.0f}° and"
-            f" {barriers.min() / motor.kT:.0f} kT at uniform temperature, α = 0.001; {told}",
+            f" {barriers.min() / motor.kT:.0f} kT at uniform temperature, α = 0.001; {tipping}",
             stable and not any(tipped.values()),
             otherwise="in part" if stable else "wrong",
         ),

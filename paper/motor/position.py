@@ -75,7 +75,7 @@ ENOUGH = 0.9
 
 
 def claim_of_the_law(found: ManyRuns, figure: int) -> Claim:
-    """That flights are exponential in law, and which alternatives the test would have told."""
+    """That flights are exponential in law, and how well the test tells other laws from it."""
     lasts, limits, censored = found.flights
     test = exponential_test(lasts, censored, limits, ALTERNATIVES)
     mean = censored_mean(lasts, censored)
