@@ -117,10 +117,10 @@ def claim_of_the_tail(run: xr.Dataset) -> Claim:
     """Of an exponential law, S(2t)/S(t) would be squared each time that t doubles."""
     shares, errors = zip(*(_lasting_twice(run, t) for t in LASTING), strict=True)
     exponential = shares[0] ** (LASTING[-1] / LASTING[0])
-    lasts = ", ".join(f"{share:.3f}" for share in shares)
+    part = ", ".join(f"{share:.3f}" for share in shares)
     return judged(
         "The probability distributions of the flight-durations have a heavy tail (introduction)",
-        f"of those that last t = {', '.join(f'{t:g}' for t in LASTING)}, {lasts} last 2t (the last ±"
+        f"of those that last t = {', '.join(f'{t:g}' for t in LASTING)}, {part} last 2t (the last ±"
         f" {errors[-1]:.3f}); from the first, an exponential law would have {exponential:.3f} at"
         " the end",
         shares[-1] - 4 * errors[-1] > 2 * exponential,
