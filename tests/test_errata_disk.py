@@ -6,6 +6,7 @@ from matplotlib.figure import Figure
 
 import magmotor as mm
 from magmotor import theory
+from magmotor.devices.disk import plots
 from magmotor.devices.disk.panels import System
 from magmotor.devices.disk.plots import FIGURES
 from paper import errata
@@ -46,7 +47,7 @@ def systems():
     for name in ("symmetric", "flat"):
         run = mm.ensemble(
             mm.Disk(potential=name), method="variational/baoab", timestep=0.05, duration=50,
-            replicas=4, sample_interval=20,
+            replicas=4, sample_interval=20, trajectories=4,
         )  # fmt: skip
         made.append(System(name, run, run))
     return made
@@ -79,3 +80,22 @@ def test_lines_are_of_the_papers_growth(systems):
     assert overview is not None
     assert overview.label == "the paper: ∝ t²; flat: 444.4 t"
     assert not drawn(overview, "mean", uneven)
+
+
+def test_the_library_draws_them_only_if_they_are_passed_in(systems, tmp_path, monkeypatch):
+    figures: list[Figure] = []
+    monkeypatch.setattr(plots, "save_small", lambda figure, *_, **__: figures.append(figure))
+    path = tmp_path / "disk.png"
+    for name in ("diffusion", "overview"):
+        for guide in (None, errata.paper_lines(systems, name)):
+            if name == "overview":
+                mm.plots.disk_overview(systems, path, guide=guide)
+            else:
+                mm.plots.disk_figure(systems, name, path, guide=guide)
+    labels = [[text.get_text() for text in figure.legends[0].get_texts()] for figure in figures]
+    assert [any("paper" in label for label in some) for some in labels] == [False, True] * 2
+    dotted = [
+        sum(line.get_linestyle() == ":" for axes in figure.axes for line in axes.lines)
+        for figure in figures
+    ]
+    assert dotted == [0, 4, 0, 6]  # both panels of each system; three panels of the overview
