@@ -13,6 +13,17 @@ from magmotor.observables import censored_mean, exponential_test
 from paper.figure import Claim, Verdict, judged
 from paper.motor.runs import DURATION, ManyRuns, Motors, in_flight, of_temperature
 
+LONG = 6000.0
+"""In s; were they exponential, those that have lasted for so long had as much left as at first."""
+
+ALTERNATIVES = {"gamma, shape 2": stats.gamma(2), "Pareto tail of power 2.5": stats.lomax(2.5)}
+
+ENOUGH = 0.9
+"""The power for which an exponential law that is not rejected is taken as found."""
+
+WINDOW = 100
+"""In s, over which the drift of the ball round the centre is taken."""
+
 
 def claims_of_theta(motors: Motors) -> list[Claim]:
     """Of (fig:nctmagmotortheta) and (fig:ctmagmotortheta), and of the text on them."""
@@ -28,20 +39,20 @@ def claims_of_theta(motors: Motors) -> list[Claim]:
         judged(
             "The plots show the magnetic ball transition between two metastable states:"
             " noise-driven and inertia-driven motion",
-            _told(hot, many_hot),
+            _flown(hot, many_hot),
             _mostly(many_hot),
             figures=(3,),
         ),
         judged(
             "The same, of (a) and (b) (α = 0.001; the caption gives the α of the other figure)",
-            _told(warm, many_warm),
+            _flown(warm, many_warm),
             _mostly(many_warm),
             figures=(4,),
         ),
         judged(
             "Realization (d) never transitions to a metastable state of the second kind"
             " (α = 0.00075)",
-            f"{_told(cool, many_cool)} within {DURATION:g} s, half of them before {wait:.0f} s: it"
+            f"{_flown(cool, many_cool)} within {DURATION:g} s, half of them before {wait:.0f} s: it"
             " depends on the duration, which is not told",
             not _mostly(many_cool),
             otherwise="in part",
@@ -52,7 +63,7 @@ def claims_of_theta(motors: Motors) -> list[Claim]:
     ]
 
 
-def _told(runs: list[MotorRun], many: ManyRuns) -> str:
+def _flown(runs: list[MotorRun], many: ManyRuns) -> str:
     counts = ", ".join(f"{run.name[-1]}: {run.flights.sizes['flight']}" for run in runs)
     longest = max(runs, key=lambda run: run.longest_turns)
     return (
@@ -63,15 +74,6 @@ def _told(runs: list[MotorRun], many: ManyRuns) -> str:
 
 def _mostly(many: ManyRuns) -> bool:
     return many.flying > many.runs / 2
-
-
-LONG = 6000.0
-"""In s; were they exponential, those that have lasted for so long had as much left as at first."""
-
-ALTERNATIVES = {"gamma, shape 2": stats.gamma(2), "Pareto tail of power 2.5": stats.lomax(2.5)}
-
-ENOUGH = 0.9
-"""The power for which an exponential law that is not rejected is taken as found."""
 
 
 def claim_of_the_law(found: ManyRuns, figure: int) -> Claim:
@@ -97,10 +99,6 @@ def claim_of_the_law(found: ManyRuns, figure: int) -> Claim:
         verdict,
         (figure,),
     )
-
-
-WINDOW = 100
-"""In s, over which the drift of the ball round the centre is taken."""
 
 
 def claims_of_the_path(motors: Motors) -> list[Claim]:
