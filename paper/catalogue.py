@@ -1,38 +1,35 @@
-"""All figures, in the order of the gallery."""
+"""All figures, in the order of the gallery, and the paper's of which they are counterparts."""
 
-from paper.disk import ballistic_pendulum, flights, statistics
-from paper.disk import device as disk_device
+from paper.disk import ballistic_pendulum, flights, model, statistics
 from paper.figure import Figure
-from paper.motor import device as motor_device
-from paper.motor import series
+from paper.motor import figures as motor_figures
+from paper.motor import level_ring
 from paper.prototype import dry_friction, finite_magnets, lift_off
 from paper.top import (
     cases,
+    effective_potential,
+    experiment,
     field_lines,
-    potential_section,
-    potential_surface,
     snapshots,
     spin_mechanism,
 )
-from paper.top import device as top_device
 
 SECTIONS: dict[str, list[Figure]] = {
     "Hamel's top": [
-        top_device.FIGURE,
+        experiment.FIGURE,
         field_lines.FIGURE,
-        potential_section.FIGURE,
-        potential_surface.FIGURE,
+        *effective_potential.FIGURES,
         *cases.FIGURES,
         snapshots.FIGURE,
         spin_mechanism.FIGURE,
     ],
     "The sliding disk": [
-        disk_device.FIGURE,
+        model.FIGURE,
         ballistic_pendulum.FIGURE,
         flights.FIGURE,
         *statistics.FIGURES,
     ],
-    "The fluctuation-driven motor": [motor_device.FIGURE, *series.FIGURES],
+    "The fluctuation-driven motor": [level_ring.FIGURE, *motor_figures.FIGURES],
     "Questions to a physical prototype": [
         dry_friction.FIGURE,
         lift_off.FIGURE,
@@ -41,3 +38,38 @@ SECTIONS: dict[str, list[Figure]] = {
 }
 
 FIGURES = {figure.name: figure for section in SECTIONS.values() for figure in section}
+
+PAPER_FIGURES = {
+    1: "Picture of mechanical system",
+    2: "Snapshots of nonconservative tilted simulation",
+    3: "Angular-position of magnetic ball (non-uniform temperature)",
+    4: "Angular-position of magnetic ball (uniform temperature)",
+    5: "Sliding disk",
+    6: "Ballistic vs. normal diffusion",
+    7: "Ballistic pendulum",
+    8: "Sliding disk: mean of the x-displacement",
+    9: "Sliding disk: log-log plot of the mean squared displacement",
+    10: "Sliding disk: correlation of the x-displacement",
+    11: "Sliding disk: mean squared position",
+    12: "Sliding disk: “diffusion” of the x-displacement",
+    13: "Sliding disk: histogram of the x-displacement",
+    14: "Cross-section of potential energy surface",
+    15: "Mechanism behind spin",
+    16: "Illustration of magnetized rigid ball and ring",
+    17: "Illustration of magnetized ring and its magnetic field",
+    18: "Surface plot of V_e",
+    19: "Conservative axisymmetric",
+    20: "Conservative tilted",
+    21: "Nonconservative axisymmetric",
+    22: "Nonconservative tilted",
+    23: "Illustration of magnetized rings and magnetic top",
+    24: "Total and inner ring energy (non-uniform temperature)",
+    25: "Energy injected and dissipated (non-uniform temperature)",
+    26: "xy-position of magnetic ball (non-uniform temperature)",
+    27: "xy-position of magnetic ball, planar view (non-uniform temperature)",
+    28: "Total and inner ring energy (uniform temperature)",
+    29: "Energy injected and dissipated (uniform temperature)",
+    30: "xy-position of magnetic ball (uniform temperature)",
+    31: "xy-position of magnetic ball, planar view (uniform temperature)",
+}
+"""The paper's figures, counted as they come, by the first words of their captions."""

@@ -10,10 +10,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import get_args
 
-from paper.catalogue import FIGURES, SECTIONS
-from paper.claim import Claim, Verdict
-from paper.figure import Figure
-from paper.paper_figures import PAPER_FIGURES
+from paper.catalogue import FIGURES, PAPER_FIGURES, SECTIONS
+from paper.figure import Claim, Figure, Verdict
 
 INTRODUCTION = """\
 # Gallery
@@ -40,8 +38,8 @@ def save_claims(claims: Iterable[Claim], path: Path) -> None:
 
 def load_claims(path: Path) -> list[Claim]:
     """Claims as `save_claims` wrote them."""
-    told = json.loads(path.read_text(encoding="utf-8"))
-    return [Claim(**fields | {"figures": tuple(fields["figures"])}) for fields in told]
+    saved = json.loads(path.read_text(encoding="utf-8"))
+    return [Claim(**fields | {"figures": tuple(fields["figures"])}) for fields in saved]
 
 
 def tally(claims: Iterable[Claim]) -> str:

@@ -1,5 +1,8 @@
 """The paper's four sliding disks: all its figures of them with theory on top, and the numbers.
 
+This is a program of the paper's wing: `paper/` has the four disks, and the lines that the paper
+expects, which are drawn dotted.
+
 Each system runs twice: from rest, as in the paper, and in its stationary state, for the correlation
 of increments "for t large" and the flights. On flat U that state has d = -v + sigma omega = 0, as
 from rest: nothing changes d there.
@@ -35,6 +38,7 @@ from magmotor.common.checks import check_integer, check_number
 from magmotor.devices.disk.panels import System
 from magmotor.devices.disk.plots import FIGURES
 from magmotor.noise import check_seed
+from paper import errata
 from paper.disk.systems import FULL, disk_scenes, simulate_system
 
 Scene = mm.Disk | mm.LangevinParticle
@@ -199,7 +203,7 @@ def summary(system: System) -> Iterator[str]:
     both = mm.theory.flat_variance_from_rest(scene, t, (1, 1)) / t
     yield (
         f"  var(x + theta)/t = {rate:.4g} ± {error:.2g} (theory: {both:.4g}, in the limit"
-        f" {mm.theory.y_diffusion(scene):.4g}; the paper: {mm.theory.paper_y_diffusion(scene):.4g})"
+        f" {mm.theory.y_diffusion(scene):.4g}; the paper: {errata.y_diffusion(scene):.4g})"
     )
     if not scene.coefficients:
         rate, error = system.rate("x")
@@ -207,16 +211,16 @@ def summary(system: System) -> Iterator[str]:
             f"  var(x)/t = {rate:.4g} ± {error:.2g}"
             f" (theory: {theory.variance(t) / t:.4g}, in the limit"
             f" {mm.theory.flat_x_diffusion(scene):.4g};"
-            f" the paper: {mm.theory.paper_flat_x_diffusion(scene):.4g})"
+            f" the paper: {errata.flat_x_diffusion(scene):.4g})"
         )
 
 
 def draw(systems: list[System], out: Path) -> None:
     with written_whole(out / "disk.png") as part:
-        mm.plots.disk_overview(systems, part)
+        mm.plots.disk_overview(systems, part, guide=errata.paper_lines(systems, "overview"))
     for name in FIGURES:
         with written_whole(out / f"disk_{name}.png") as part:
-            mm.plots.disk_figure(systems, name, part)
+            mm.plots.disk_figure(systems, name, part, guide=errata.paper_lines(systems, name))
     print(f"wrote {out / 'disk.png'}, {out}/disk_{{{','.join(FIGURES)}}}.png and disk_*.nc")
 
 

@@ -1,5 +1,7 @@
 """The paper's seven motors: its figures of them, the numbers, and one of them at a glance.
 
+This is a program of the paper's wing: how its runs begin and end is in `paper/motor/runs.py`.
+
 Three have noise on the inner ring alone (nonuniform temperature) and end when it tips over; four
 have one temperature. The paper does not tell its duration, which here is long enough for flights.
 

@@ -72,9 +72,8 @@ SCENE_FUNCTIONS = {
     TOP: "field_under_centre slip_relaxation_rate highest_valley resting_ball small_motion",
     MOTOR: "ball_injection_rate ring_injection_rate slip_mobility",
     DISK: "ballistic_coefficient flat_x_diffusion friction_rates friction_step_limit"
-    " gibbs_deviations gibbs_mean_squares injection_rate largest_timestep paper_flat_x_diffusion"
-    " paper_lower_ballistic_bound paper_upper_ballistic_bound paper_velocity_noise_coefficient"
-    " paper_y_diffusion potential_step_limit slip_factor slip_rate temperature"
+    " gibbs_deviations gibbs_mean_squares injection_rate largest_timestep potential_step_limit"
+    " slip_factor slip_rate temperature"
     " velocity_noise_coefficient y_diffusion DiskTheory ReducedDisk",
 }
 TOPS, MOTORS, DISKS = (

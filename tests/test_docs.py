@@ -24,7 +24,7 @@ MAKEFILE = (ROOT / "Makefile").read_text(encoding="utf-8")
 
 PROGRAMS = [
     path.relative_to(ROOT).as_posix()
-    for folder in ("src", "scripts", "examples", "benchmarks", "tests")
+    for folder in ("src", "paper", "scripts", "examples", "benchmarks", "tests")
     for path in (ROOT / folder).rglob("*.py")
 ]
 
@@ -91,7 +91,9 @@ def anchors(page):
 
 @pytest.mark.parametrize("page", named(PAGES))
 def test_files_that_are_named_exist(page):
-    for path in re.findall(r"`((?:src|scripts|models|docs|tests|examples)/[\w./]*)", TEXT[page]):
+    for path in re.findall(
+        r"`((?:src|paper|scripts|models|docs|tests|examples)/[\w./]*)", TEXT[page]
+    ):
         assert (ROOT / path).exists(), path
     for path in re.findall(r"`([\w/]+\.py)\b", TEXT[page]):
         assert any(f"/{known}".endswith(f"/{path}") for known in PROGRAMS), path

@@ -9,11 +9,9 @@ import pytest
 from PIL import Image
 
 import magmotor as mm
-from paper.catalogue import FIGURES
-from paper.claim import Claim, judged
-from paper.figure import Figure
+from paper.catalogue import FIGURES, PAPER_FIGURES
+from paper.figure import Claim, Figure, judged
 from paper.gallery import gallery_page, load_claims, save_claims, tally
-from paper.paper_figures import PAPER_FIGURES
 
 DOCS = Path(__file__).parents[1] / "docs"
 GALLERY = DOCS / "gallery"

@@ -11,15 +11,12 @@ from magmotor import dipoles
 from magmotor.devices.ball.states import smallest_turn
 from magmotor.devices.motor.energy import motor_energy
 from magmotor.devices.motor.states import start_motor
+from magmotor.devices.motor.tilted_ring import tilted_ring
 from magmotor.plots import MotorRun
-from paper.motor import device
-from paper.motor.energies import claims_of_the_energy, claims_of_the_injection
-from paper.motor.flight_law import claim_of_the_law
-from paper.motor.many_runs import SETS, Flights, ManyRuns, Motors, collected
-from paper.motor.paths import claims_of_the_position
-from paper.motor.runs import in_flight
-from paper.motor.theta import claims_of_theta
-from paper.motor.tilted_ring import tilted_ring
+from paper.motor import level_ring
+from paper.motor.energy import claims_of_the_energy, claims_of_the_injection
+from paper.motor.position import claim_of_the_law, claims_of_the_position, claims_of_theta
+from paper.motor.runs import SETS, Flights, ManyRuns, Motors, collected, in_flight
 
 
 def test_a_level_ring_has_the_energy_of_its_wells():
@@ -56,10 +53,10 @@ def test_a_tilted_ring_has_the_least_energy_that_a_state_has():
 
 def test_barriers_are_alike_on_all_sides(monkeypatch):
     """The outer ring has five dipoles: the sides beyond 36 degrees are images of those before."""
-    monkeypatch.setattr(device, "TILTS", np.radians([0.0, 15.0]))
-    monkeypatch.setattr(device, "paper_runs", list)
-    monkeypatch.setattr(device, "AZIMUTHS", np.radians([9.0, 81.0, 63.0, 189.0]))
-    barriers = device.compute(True).barriers
+    monkeypatch.setattr(level_ring, "TILTS", np.radians([0.0, 15.0]))
+    monkeypatch.setattr(level_ring, "paper_runs", list)
+    monkeypatch.setattr(level_ring, "AZIMUTHS", np.radians([9.0, 81.0, 63.0, 189.0]))
+    barriers = level_ring.compute(True).barriers
     np.testing.assert_allclose(barriers, barriers[0], rtol=2e-3)  # 6e-4
 
 
@@ -124,8 +121,8 @@ def test_what_is_kept_of_many_runs(runs):
     np.testing.assert_array_equal(found.flights.censored, [False, False])
     assert np.all(found.flights.lasts < 200)  # from once round; the flight lasts 200 s
     np.testing.assert_allclose(found.flights.limits - found.flights.lasts, 100)
-    assert [books.spans for books in found.books] == [1, 0, 1]
-    assert found.books[1].injected == 0
+    assert [spent.spans for spent in found.heat_and_work] == [1, 0, 1]
+    assert found.heat_and_work[1].injected == 0
     assert found.reach == pytest.approx(mm.observables.motor_wells(hot.scene).radius)
 
 

@@ -106,24 +106,12 @@ def test_noise_of_the_paper_by_matrix_square_root(sigma):
     # What multiplies e^(-lambda (t - s)) in the velocities is the drift's part of that eigenvalue.
     velocity_kick = np.linalg.norm((drift / -rate @ noise)[0])
     assert velocity_kick == pytest.approx(theory.velocity_noise_coefficient(scene))
-    right_only_at_one = [
-        theory.paper_velocity_noise_coefficient(scene) / theory.velocity_noise_coefficient(scene),
-        theory.paper_y_diffusion(scene) / theory.y_diffusion(scene),
-        theory.paper_flat_x_diffusion(scene) / theory.flat_x_diffusion(scene),
-    ]
-    for ratio in right_only_at_one:
-        assert (abs(ratio - 1) < 1e-12) == (sigma == 1)  # 0.6, 0.4, 1.6 at sigma = 1/2
 
 
 def test_papers_numbers():
     assert theory.y_diffusion(PAPER) == pytest.approx(2500)
-    assert theory.paper_y_diffusion(PAPER) == pytest.approx(1000)
     assert theory.flat_x_diffusion(PAPER) == pytest.approx(277.78, abs=0.01)
-    assert theory.paper_flat_x_diffusion(PAPER) == pytest.approx(444.44, abs=0.01)
-    assert theory.paper_velocity_noise_coefficient(PAPER) == pytest.approx(6.325, abs=1e-3)
     assert theory.ballistic_coefficient(PAPER) == pytest.approx(83.33, abs=0.01)
-    assert theory.paper_upper_ballistic_bound(PAPER) == pytest.approx(333.3, abs=0.1)
-    assert theory.paper_lower_ballistic_bound(PAPER) == pytest.approx(20.83, abs=0.01)
     assert theory.temperature(PAPER) == pytest.approx(125)
     assert theory.friction_step_limit(PAPER) == pytest.approx(2 / 0.3)
     assert theory.potential_step_limit(PAPER) == pytest.approx(2, abs=1e-5)
@@ -406,16 +394,6 @@ def test_first_impulse_against_quadrature_over_a_normal_law():
     slope += 0.6 * np.cos(3 * x) - 0.3 * np.sin(3 * x)
     expected = -simpson(slope @ weight, dx=step)
     assert DiskTheory(scene).first_impulse == pytest.approx(expected, rel=4e-7)  # 1e-8
-
-
-def test_papers_lower_bound_fails_in_the_reduced_equation():
-    model, bound = theory.ReducedDisk(PAPER), theory.paper_lower_ballistic_bound(PAPER)
-    t = np.array([1e3, 1e4, 1e5, 1e6, 1e9])
-    above = model.msd_from_gibbs(t) / t**2 / bound
-    assert above[:2].min() > 2  # 2.35
-    assert above[2] < 1  # 0.853
-    assert above[3] < 0.25  # 0.231
-    assert above[4] < 1e-3  # 5e-4
 
 
 @pytest.mark.parametrize(

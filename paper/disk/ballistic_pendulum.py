@@ -12,8 +12,7 @@ from magmotor.common import style
 from magmotor.common.style import save_small
 from magmotor.devices.disk.scene import Disk
 from magmotor.run.simulate import simulate
-from paper.claim import Claim, judged
-from paper.figure import Figure
+from paper.figure import Claim, Figure, judged
 
 AMPLITUDES = (0.5, 1.5, 2.5, 3.0)
 """About the bottom at x = pi, in rad."""
@@ -26,7 +25,7 @@ class Swings:
     """Without friction from rest at each amplitude, and with it from the last."""
 
     free: list[xr.Dataset]
-    rubbed: xr.Dataset
+    damped: xr.Dataset
 
     @property
     def periods(self) -> NDArray[np.float64]:
@@ -46,21 +45,21 @@ def compute(_quick: bool) -> Swings:
     numerics = {"method": "scipy/dop853", "timestep": 0.05}
     still = Disk(potential="cosine", noise=0.0, friction=0.0)
     free = [simulate(still.replace(x=np.pi - a), duration=80.0, **numerics) for a in AMPLITUDES]
-    rubbed = still.replace(x=np.pi - AMPLITUDES[-1], friction=FRICTION)
-    return Swings(free, simulate(rubbed, duration=200.0, **numerics))
+    damped = still.replace(x=np.pi - AMPLITUDES[-1], friction=FRICTION)
+    return Swings(free, simulate(damped, duration=200.0, **numerics))
 
 
 def claims(swings: Swings) -> list[Claim]:
     """Of (fig:ballisticpendulum)."""
     expected = 4 * ellipk(np.sin(np.array(AMPLITUDES) / 2) ** 2)
     difference = float(np.abs(swings.periods / expected - 1).max())
-    told = ", ".join(f"{period:.4f}" for period in swings.periods)
-    end = swings.rubbed.isel(time=slice(-400, None))
+    listed = ", ".join(f"{period:.4f}" for period in swings.periods)
+    end = swings.damped.isel(time=slice(-400, None))
     slip = float(np.abs(end.v + end.omega).max())
     return [
         judged(
             "If U = cos(x), the sliding disk is simply a pendulum",
-            f"without friction and noise, periods {told} at amplitudes of"
+            f"without friction and noise, periods {listed} at amplitudes of"
             f" {', '.join(map(str, AMPLITUDES))} rad: 4K(sin²(a/2)) to {difference:.0e}",
             difference < 1e-5,
         ),
@@ -83,7 +82,7 @@ def draw(swings: Swings, path: Path) -> None:
         left.set(xlabel="x − π", ylabel="v", title="Without friction and noise: a pendulum")
         left.set_ylim(-2.3, 3.1)
         left.legend(loc="upper center", ncols=2)
-        run = swings.rubbed
+        run = swings.damped
         right.plot(run.time, run.x - np.pi, color=style.BLUE, label="x − π")
         right.plot(run.time, run.v + run.omega, color=style.ORANGE, lw=0.9, label="slip v + ω")
         right.set(xlabel="t", title=f"With friction of the slip, c = {FRICTION}")

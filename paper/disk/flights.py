@@ -9,7 +9,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.optimize import root_scalar
 
-from magmotor import observables, theory
+from magmotor import observables
 from magmotor.common import style
 from magmotor.common.style import save_small
 from magmotor.device.recorded import scene_of
@@ -19,9 +19,9 @@ from magmotor.devices.disk.panels import System, draw_flights
 from magmotor.devices.disk.scene import Disk
 from magmotor.run.simulate import simulate
 from magmotor.theory import ReducedDisk
-from paper.claim import Claim, judged
+from paper import errata
 from paper.disk.systems import FULL, QUICK, paper_systems
-from paper.figure import Figure
+from paper.figure import Claim, Figure, judged
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -98,7 +98,7 @@ def claim_of_the_theorem(run: xr.Dataset) -> Claim:
     assert isinstance(scene, Disk)
     slope, error = slopes(run)
     steepest, last = int(slope.argmax()), float(run.lag[-1])
-    bound, square = theory.paper_lower_ballistic_bound(scene), ReducedDisk(scene).msd_from_gibbs
+    bound, square = errata.lower_ballistic_bound(scene), ReducedDisk(scene).msd_from_gibbs
     crossing = root_scalar(
         lambda log: float(square(np.exp(log)) / np.exp(2 * log)) - bound, bracket=(7.0, 16.0)
     )
@@ -117,10 +117,10 @@ def claim_of_the_tail(run: xr.Dataset) -> Claim:
     """Of an exponential law, S(2t)/S(t) would be squared each time that t doubles."""
     shares, errors = zip(*(_lasting_twice(run, t) for t in LASTING), strict=True)
     exponential = shares[0] ** (LASTING[-1] / LASTING[0])
-    told = ", ".join(f"{share:.3f}" for share in shares)
+    part = ", ".join(f"{share:.3f}" for share in shares)
     return judged(
         "The probability distributions of the flight-durations have a heavy tail (introduction)",
-        f"of those that last t = {', '.join(f'{t:g}' for t in LASTING)}, {told} last 2t (the last ±"
+        f"of those that last t = {', '.join(f'{t:g}' for t in LASTING)}, {part} last 2t (the last ±"
         f" {errors[-1]:.3f}); from the first, an exponential law would have {exponential:.3f} at"
         " the end",
         shares[-1] - 4 * errors[-1] > 2 * exponential,

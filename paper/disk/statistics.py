@@ -7,12 +7,12 @@ import numpy as np
 import xarray as xr
 
 from magmotor import observables, theory
-from magmotor.devices.disk.panels import System, paper_flat
+from magmotor.devices.disk.panels import System
 from magmotor.devices.disk.plots import disk_figure
 from magmotor.devices.disk.scene import Disk
-from paper.claim import Claim, judged
+from paper import errata
 from paper.disk.systems import FULL, paper_systems
-from paper.figure import Figure
+from paper.figure import Claim, Figure, judged
 
 MANY = 4
 """So many standard errors are no accident: one in 16 000."""
@@ -45,7 +45,7 @@ def claims_of_the_mean(systems: list[System]) -> list[Claim]:
     errors = [float(system.x("mean_error")[-1]) for system in moved]
     spreads = [float(np.sqrt(system.variance[-1])) for system in moved]
     pushes = [float(system.theory.mean(system.end)) for system in moved]
-    told = [
+    listed = [
         f"{system.name} {mean:.0f} ± {error:.0f} ({push:.0f})"
         for system, mean, error, push in zip(moved, means, errors, pushes, strict=True)
     ]
@@ -65,7 +65,7 @@ def claims_of_the_mean(systems: list[System]) -> list[Claim]:
         ),
         judged(
             "When U is non-constant, directed motion is possible",
-            f"the means are {', '.join(told)}; in brackets, by theory, what remains of the first"
+            f"the means are {', '.join(listed)}; in brackets, by theory, what remains of the first"
             " push at x = 0, which at x = π has the other sign: no more is seen",
             any(
                 abs(mean - push) > MANY * error
@@ -152,15 +152,15 @@ def claims_of_the_mean_square(systems: list[System]) -> list[Claim]:
     """Of (fig:meanX2), and of (kskjhs3) for x + theta."""
     moved, flat = _pair(systems, UNEVEN), _named(systems)["flat"]
     grown = {system.name: 2**system.last_slope.slope for system in (*moved, flat)}
-    told = ", ".join(f"{name} {factor:.2f}" for name, factor in grown.items())
+    listed = ", ".join(f"{name} {factor:.2f}" for name, factor in grown.items())
     scene = flat.theory.scene
     assert isinstance(scene, Disk)
     rate, error = flat.rate("y")
-    right, paper = theory.y_diffusion(scene), theory.paper_y_diffusion(scene)
+    right, paper = theory.y_diffusion(scene), errata.y_diffusion(scene)
     return [
         judged(
             "The mean squared displacement is ballistic: it grows fourfold as t doubles",
-            f"{told} times as t doubles to {flat.end:g}",
+            f"{listed} times as t doubles to {flat.end:g}",
             all(abs(grown[system.name] - 4) < 0.2 for system in moved),
         ),
         judged(
@@ -177,19 +177,19 @@ def claims_of_the_diffusion(systems: list[System]) -> list[Claim]:
     flat = still[0]
     rates = [system.rate("x") for system in still]
     expected = [float(system.theory.variance(system.end) / system.end) for system in still]
-    told = ", ".join(
+    listed = ", ".join(
         f"{system.name} {rate:.1f} ± {error:.1f} ({exact:.1f})"
         for system, (rate, error), exact in zip(still, rates, expected, strict=True)
     )
     scene = flat.theory.scene
     assert isinstance(scene, Disk)
-    paper, right = paper_flat(flat), theory.flat_x_diffusion(scene)
+    paper, right = errata.flat_x_diffusion(scene), theory.flat_x_diffusion(scene)
     slopes = [system.last_slope for system in moved]
     doubled = ", ".join(f"{2 ** (slope.slope - 1):.2f}" for slope in slopes)
     return [
         judged(
             "For the cases when U is flat and the control, the diffusion is normal",
-            f"var(x)/t at t = {flat.end:g}, in brackets the exact one: {told}",
+            f"var(x)/t at t = {flat.end:g}, in brackets the exact one: {listed}",
             all(
                 abs(rate - exact) < MANY * error
                 for (rate, error), exact in zip(rates, expected, strict=True)
@@ -213,18 +213,18 @@ def claims_of_the_histogram(systems: list[System]) -> list[Claim]:
     """Of (fig:histX)."""
     by_name = _named(systems)
     spread = {name: float(np.sqrt(system.variance[-1])) for name, system in by_name.items()}
-    told = ", ".join(f"{name} {value:.3g}" for name, value in spread.items())
+    listed = ", ".join(f"{name} {value:.3g}" for name, value in spread.items())
     return [
         judged(
             "A wider spread when U is symmetric or asymmetric",
-            f"standard deviations of x at t = {systems[0].end:g}: {told}",
+            f"standard deviations of x at t = {systems[0].end:g}: {listed}",
             min(spread[name] for name in UNEVEN) > 2 * max(spread[name] for name in EVEN),
         )
     ]
 
 
 def _draw(name: str, systems: list[System], path: Path) -> None:
-    disk_figure(systems, name, path)
+    disk_figure(systems, name, path, guide=errata.paper_lines(systems, name))
 
 
 PARAMETERS = (

@@ -1,11 +1,12 @@
 """What finite magnets on the ring change, against dipoles of the same moment."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
@@ -14,21 +15,21 @@ from magmotor import dipoles
 from magmotor.common import style
 from magmotor.common.style import save_small
 from magmotor.devices.ball.landscape import aligned_force, on_plane
+from magmotor.devices.top.finite_ring import build_finite_ring, finite_ring_sources
 from magmotor.devices.top.scene import Top
+from magmotor.mjcf.magnetism import magnetism
+from magmotor.numerics.magnet_shapes import Cloud, ball, cuboid, cylinder
 from magmotor.run.in_mujoco import build
-from paper.claim import Claim, judged
-from paper.figure import Figure
-from paper.prototype import finite_ring
-from paper.prototype.bracket import bracket
-from paper.prototype.magnet_shapes import SHAPES, ball
+from paper.bracket import bracket
+from paper.figure import Claim, Figure, judged
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 
-DURATION = 60.0
-"""Of runs, in s."""
+TIMESTEP, INTERVAL, DURATION = 0.025, 0.1, 60.0
+"""Of runs, in s: the step, the time between two records, and the whole."""
 
 MAGNETISATION = 1.3 / (4e-7 * np.pi)
 """Of NdFeB with a remanence of 1.3 T, in A/m."""
@@ -39,6 +40,33 @@ DISC = 0.3
 
 EXAMPLE = 0.06
 """Size, in m, of the magnets with which J(t) is drawn."""
+
+
+def cube(edge: float) -> Cloud:
+    """A cube; its first correction to a dipole is of the fourth order in edge over distance."""
+    return cuboid((edge, edge, edge))
+
+
+def rod(edge: float) -> Cloud:
+    """A cylinder as long, along x, as it is wide."""
+    length = edge * (4 / np.pi) ** (1 / 3)
+    return cylinder(length, length / 2)
+
+
+def plate(edge: float) -> Cloud:
+    """A cuboid four times as wide as it is thick, along x."""
+    width = edge * 4 ** (1 / 3)
+    return cuboid((width / 4, width, width))
+
+
+def bar(edge: float) -> Cloud:
+    """A cuboid four times as long, along x, as it is wide."""
+    width = edge / 4 ** (1 / 3)
+    return cuboid((4 * width, width, width))
+
+
+SHAPES: dict[str, Callable[[float], Cloud]] = {"cube": cube, "rod": rod, "plate": plate, "bar": bar}
+"""By the edge, in m, of a cube of the same volume; the moment is along x."""
 
 
 @dataclass(frozen=True)
@@ -103,9 +131,21 @@ def compute(quick: bool) -> FiniteMagnets:
 def _momentum(scene: Top, kind: str, edge: float) -> Array:
     """J of a run with a ring of dipoles, or of magnets of a shape."""
     if kind == "dipole":
-        return finite_ring.momentum(scene, build(scene), DURATION)
-    model = finite_ring.build(scene, SHAPES[kind](edge))
-    return finite_ring.momentum(scene, model, DURATION)
+        return momentum(scene, build(scene))
+    return momentum(scene, build_finite_ring(scene, SHAPES[kind](edge)))
+
+
+def momentum(scene: Top, model: mujoco.MjModel, duration: float = DURATION) -> Array:
+    """J in kg m^2/s at each record of a run by RK4, shape (T,)."""
+    model.opt.timestep, model.opt.integrator = TIMESTEP, mujoco.mjtIntegrator.mjINT_RK4
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    spin = np.zeros(round(duration / INTERVAL) + 1)
+    with magnetism():
+        for n in range(1, len(spin)):
+            mujoco.mj_step(model, data, nstep=round(INTERVAL / TIMESTEP))
+            spin[n] = data.qvel[-1]
+    return scene.inertia[2] * spin
 
 
 def _ball_force(scene: Top) -> float:
@@ -125,7 +165,7 @@ def _field(scene: Top, shape: str, edge: float) -> float:
     points = np.stack([*np.meshgrid(side, side), np.full((41, 41), scene.ball_radius)], axis=-1)
     points = points[np.hypot(points[..., 0], points[..., 1]) <= DISC]
     field = dipoles.field(points, *scene.ring_sources())
-    finite = dipoles.field(points, *finite_ring.sources(scene, SHAPES[shape](edge)))
+    finite = dipoles.field(points, *finite_ring_sources(scene, SHAPES[shape](edge)))
     relative = np.linalg.norm(finite - field, axis=1) / np.linalg.norm(field, axis=1)
     return float(relative.max())
 
@@ -134,7 +174,7 @@ def _valley(scene: Top, kind: str) -> float:
     """Where on the low side, y = 0, the field at the height of the ball's centre is strongest."""
     sources = scene.ring_sources()
     if kind != "dipole":
-        sources = finite_ring.sources(scene, SHAPES[kind](EXAMPLE))
+        sources = finite_ring_sources(scene, SHAPES[kind](EXAMPLE))
 
     def weakness(x: float) -> float:
         return -float(np.linalg.norm(dipoles.field([x, 0.0, scene.ball_radius], *sources)))
@@ -244,7 +284,7 @@ def _draw_changes(axes: "Axes", data: FiniteMagnets) -> None:
 
 def _draw_spin(axes: "Axes", data: FiniteMagnets) -> None:
     for kind, spin in data.examples.items():
-        time = finite_ring.INTERVAL * np.arange(len(spin))
+        time = INTERVAL * np.arange(len(spin))
         width, dashes = {"dipole": (4, "-"), "rod": (1.6, "--")}.get(kind, (1.6, "-"))
         axes.plot(time, spin, dashes, color=LOOKS[kind][0], lw=width, label=f"{kind}s")
     axes.set(xlabel="t (s)", ylabel="spin J/I₃ (rad/s)")

@@ -12,12 +12,11 @@ from numpy.typing import NDArray
 from magmotor.common import style
 from magmotor.common.style import save_small
 from magmotor.device.stops import SimulationStopped
+from magmotor.devices.top.lift import Lift, critical_height, largest_lift, lift_map
 from magmotor.devices.top.scene import Top
 from magmotor.run.simulate import simulate
-from paper.claim import Claim, judged
-from paper.figure import Figure
-from paper.prototype.bracket import bracket
-from paper.prototype.lift import Lift, critical_height, largest_lift, lift_map
+from paper.bracket import bracket
+from paper.figure import Claim, Figure, judged
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -15,8 +15,7 @@ from magmotor.devices.ball.landscape import valley
 from magmotor.devices.top.plots import draw_momentum, draw_path
 from magmotor.devices.top.scene import Top
 from magmotor.run.simulate import simulate
-from paper.claim import Claim, judged
-from paper.figure import Figure
+from paper.figure import Claim, Figure, judged
 
 TIMESTEP, DURATION = 0.025, 500.0
 """The paper's, in seconds."""
@@ -124,11 +123,11 @@ def _erratic(run: Run) -> tuple[bool, str]:
     thousandfold, parted = (
         float(run.mujoco.time[int(np.argmax(apart > far))]) for far in (1e3 * NEARBY, 0.01)
     )
-    told = (
+    measured = (
         f"starts 1 nm apart are 1 µm apart at t = {thousandfold:.0f} s, 1 cm at {parted:.0f} s,"
         f" and up to {apart.max():.1f} m in the end"
     )
-    return bool(apart.max() > 0.5 * run.scene.ring_radius), told
+    return bool(apart.max() > 0.5 * run.scene.ring_radius), measured
 
 
 def claims_of_case_1(run: Run) -> list[Claim]:
@@ -136,7 +135,7 @@ def claims_of_case_1(run: Run) -> list[Claim]:
     circle = observables.valley_radius(run.scene, 0.0)
     reach = f"ρ from {run.radius.min():.3f} to {run.radius.max():.3f} m, valley at {circle:.3f} m"
     crossed = run.radius.max() > 1.1 * circle
-    erratic, told = _erratic(run)
+    erratic, measured = _erratic(run)
     return [
         _preserved(run, "J(t) is preserved; no curious rotation"),
         judged(
@@ -145,13 +144,13 @@ def claims_of_case_1(run: Run) -> list[Claim]:
             not crossed,
             otherwise="in part",
         ),
-        judged("The top undergoes what appears to be chaotic motion", told, erratic),
+        judged("The top undergoes what appears to be chaotic motion", measured, erratic),
     ]
 
 
 def claims_of_case_2(run: Run) -> list[Claim]:
     """Of (fig:contilt)."""
-    erratic, told = _erratic(run)
+    erratic, measured = _erratic(run)
     energy = float(run.mujoco.energy[0])
     (x, across), outer = forbidden_hole(run.scene, energy)
     later = run.radius[run.mujoco.time.values > 5]
@@ -164,7 +163,7 @@ def claims_of_case_2(run: Run) -> list[Claim]:
             f"its energy, {1e3 * energy:.3f} mJ, keeps it out of a hole about the maximum,"
             f" x from {x[0]:.3f} to {x[1]:.3f} m and |y| ≤ {across:.3f} m, and within ρ ="
             f" {outer:.3f} m; after 5 s its ρ is {later.min():.3f} to {later.max():.3f} m, in"
-            f" {len(sectors)} of 36 directions; {told}",
+            f" {len(sectors)} of 36 directions; {measured}",
             erratic and x[0] < 0 < x[1] and later.max() <= outer and len(sectors) == 36,
         ),
     ]

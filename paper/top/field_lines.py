@@ -12,8 +12,7 @@ from magmotor import dipoles
 from magmotor.common import style
 from magmotor.common.style import save_small
 from magmotor.devices.top.scene import Top
-from paper.claim import Claim, judged
-from paper.figure import Figure
+from paper.figure import Claim, Figure, judged
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -9,8 +9,7 @@ from magmotor.common import style
 from magmotor.device.movie import between
 from magmotor.render.trail import Trail
 from magmotor.render.views import Views
-from paper.claim import Claim, judged
-from paper.figure import Figure
+from paper.figure import Claim, Figure, judged
 from paper.top.cases import run_case
 from paper.top.spin_mechanism import DURATION, Torques, compute
 

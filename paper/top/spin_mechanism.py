@@ -14,8 +14,7 @@ from magmotor.common import style
 from magmotor.common.style import save_small
 from magmotor.devices.top.scene import Top
 from magmotor.run.simulate import simulate
-from paper.claim import Claim, judged
-from paper.figure import Figure
+from paper.figure import Claim, Figure, judged
 
 Array = NDArray[np.float64]
 

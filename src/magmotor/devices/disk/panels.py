@@ -1,5 +1,6 @@
 """One system of the disk in one panel: what was simulated, and theory on top of it."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -13,7 +14,6 @@ from magmotor.common.checks import check_choice
 from magmotor.device.analysis import checked_run, scene_of_run
 from magmotor.devices.disk.observables import flight_survival, local_slope
 from magmotor.devices.disk.scene import Disk, LangevinParticle
-from magmotor.devices.disk.theory.coefficients import paper_flat_x_diffusion
 from magmotor.devices.disk.theory.curves import DiskTheory
 
 if TYPE_CHECKING:
@@ -25,10 +25,27 @@ NEEDS = ("mean", "mean_error", "mean_square", "mean_square_error", "increment_co
 """What an ensemble must have."""
 
 BEYOND = 20
-"""Theory and the paper's claims are drawn up to so many times the duration of the run."""
+"""Theory is drawn up to so many times the duration of the run."""
 
 THEORY: dict[str, Any] = {"color": style.INK, "lw": 1.0, "ls": "--", "zorder": 4}
-PAPER: dict[str, Any] = {"color": style.GREY, "lw": 1.0, "ls": ":", "zorder": 3}
+GUIDE: dict[str, Any] = {"color": style.GREY, "lw": 1.0, "ls": ":", "zorder": 3}
+
+
+@dataclass(frozen=True)
+class Guide:
+    """Further lines to compare each system with, dotted and gray.
+
+    Parameters
+    ----------
+    label : str
+        For the legend.
+    draw : callable
+        `draw(axes, name, system)` draws them for a system into the panel of this name, with the
+        style `GUIDE`.
+    """
+
+    label: str
+    draw: "Callable[[Axes, str, System], None]"
 
 
 class Slope(NamedTuple):
@@ -136,10 +153,6 @@ def draw_mean_square(axes: "Axes", system: System) -> None:
     _draw_points(axes, system, system.times, system.x("mean_square"), _errors(system), even)
     t = np.linspace(0, system.end, 61)[1:]
     axes.plot(t, system.theory.mean_square(t), **THEORY)
-    if system.wanders:
-        axes.plot(t, _ballistic(system, t), **PAPER)
-    elif system.name == "flat":
-        axes.plot(t, paper_flat(system) * t, **PAPER)
     axes.set(xlabel="t", ylabel="E[x(t)²]", xlim=(0, 1.02 * system.end))
 
 
@@ -147,13 +160,7 @@ def draw_msd(axes: "Axes", system: System) -> None:
     """E[x(t)^2], logarithmic."""
     chosen = _per_decade(system.times, 6)
     _draw_points(axes, system, system.times, system.x("mean_square"), _errors(system), chosen)
-    t = system.later
-    axes.plot(t, system.later_mean_square, **THEORY)
-    claimed = t[t > system.end / 30]
-    if system.wanders:
-        axes.plot(claimed, _ballistic(system, claimed), **PAPER)
-    elif system.name == "flat":
-        axes.plot(claimed, paper_flat(system) * claimed, **PAPER)
+    axes.plot(system.later, system.later_mean_square, **THEORY)
     axes.set(xlabel="t", ylabel="E[x(t)²]", xscale="log", yscale="log")
 
 
@@ -165,7 +172,6 @@ def draw_slope(axes: "Axes", system: System) -> None:
     _draw_points(axes, system, times, found.slope.values, 2 * found.slope_error.values, chosen)
     octave = np.log2(system.later_mean_square[4:] / system.later_mean_square[:-4])
     axes.plot(system.later[2:-2], octave, **THEORY)
-    axes.axhline(2 if system.wanders else 1, **PAPER)
     axes.set(xlabel="t", ylabel="d log E[x²] / d log t", xscale="log", ylim=(0.5, 3.2))
 
 
@@ -195,13 +201,7 @@ def draw_diffusion(axes: "Axes", system: System) -> None:
     chosen = _per_decade(system.times, 6)
     error = _errors(system) / system.times
     _draw_points(axes, system, system.times, system.variance / system.times, error, chosen)
-    t = system.later
-    axes.plot(t, system.later_variance / t, **THEORY)
-    if system.wanders:
-        claimed = t[t > system.end / 30]
-        axes.plot(claimed, _ballistic(system, claimed) / claimed, **PAPER)
-    elif system.name == "flat":
-        axes.axhline(paper_flat(system), **PAPER)
+    axes.plot(system.later, system.later_variance / system.later, **THEORY)
     axes.set(xlabel="t", ylabel="var x(t) / t", xscale="log", yscale="log")
 
 
@@ -237,7 +237,7 @@ def draw_flights(axes: "Axes", system: System) -> None:
     for power, anchor, begin, end in ((-0.5, middle, 0.15, 3.0), (-1.9, last, 0.4, 2.5)):
         t = anchor * np.array([begin, end])
         height = 1.25 * np.interp(anchor, times, survival)
-        axes.plot(t, height * (t / anchor) ** power, **PAPER)
+        axes.plot(t, height * (t / anchor) ** power, **GUIDE)
         label = f"slope −{-power:.2g}"
         begins = (t[0], height * (t[0] / anchor) ** power)
         axes.annotate(label, begins, (5, 3), textcoords="offset points", fontsize="small")
@@ -261,15 +261,3 @@ def _per_decade(t: Array, count: int) -> NDArray[np.int64]:
     """Indices of about so many times a decade, back from the last."""
     wanted = np.arange(np.log10(t[-1]), np.log10(t[0]) - 1e-9, -1 / count)
     return np.unique(np.abs(np.log10(t) - wanted[:, np.newaxis]).argmin(axis=1))
-
-
-def _ballistic(system: System, t: Array) -> Array:
-    """The paper's t^2 through theory at the end of the run."""
-    return float(system.theory.mean_square(system.end)) * (t / system.end) ** 2
-
-
-def paper_flat(system: System) -> float:
-    """The paper's var(x)/t of the flat disk."""
-    scene = system.theory.scene
-    assert isinstance(scene, Disk)
-    return paper_flat_x_diffusion(scene)

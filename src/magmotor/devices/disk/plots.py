@@ -1,4 +1,4 @@
-"""The paper's figures of the sliding disk: its four systems, one by one and superposed."""
+"""Figures of the sliding disk: its four systems, one by one and superposed."""
 
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
@@ -8,7 +8,7 @@ from magmotor.common.arguments import Picture, checked, several
 from magmotor.common.checks import check_choice
 from magmotor.common.style import save_small
 from magmotor.devices.disk import panels
-from magmotor.devices.disk.panels import System
+from magmotor.devices.disk.panels import Guide, System
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,12 +19,12 @@ Systems = Annotated[Sequence[System], several(System)]
 
 
 class Figure(NamedTuple):
-    """What a figure draws, what its two kinds of line are, and what a panel of one system adds."""
+    """What a figure draws, what its lines are, and what a panel of one system adds."""
 
     draw: "Callable[[Axes, System], None]"
     title: str
     theory: str
-    paper: str = ""
+    guides: str = ""
     alone: "Callable[[Axes, System], None] | None" = None
 
 
@@ -40,19 +40,16 @@ FIGURES = {
         panels.draw_mean_square,
         "Mean square of x, from rest",
         FROM_REST,
-        "the paper: ∝ t²; flat: {flat:.4g} t",
     ),
     "msd": Figure(
         panels.draw_msd,
         "Mean square of x, from rest, logarithmic",
         FROM_REST,
-        "the paper: ∝ t²; flat: {flat:.4g} t",
     ),
     "slope": Figure(
         panels.draw_slope,
         "Local slope of log E[x²] against log t, from rest",
         FROM_REST,
-        "the paper: 2; flat and control: 1",
     ),
     "correlation": Figure(
         panels.draw_correlation,
@@ -64,7 +61,6 @@ FIGURES = {
         panels.draw_diffusion,
         "Variance of x over t, from rest",
         FROM_REST,
-        "the paper: ∝ t; flat: {flat:.4g}",
     ),
     "histogram": Figure(
         panels.draw_histogram,
@@ -85,7 +81,7 @@ BARS = "bars and bands: two standard errors"
 
 
 @checked
-def disk_overview(systems: Systems, path: Picture) -> None:
+def disk_overview(systems: Systems, path: Picture, *, guide: Guide | None = None) -> None:
     """Write the overview: some of `FIGURES`, the systems superposed.
 
     Parameters
@@ -94,21 +90,23 @@ def disk_overview(systems: Systems, path: Picture) -> None:
         The paper's four, or some of them.
     path : str or Path
         The .png to write.
+    guide : Guide, optional
+        Further lines to compare the systems with.
     """
     with style.figure(17.0, 9.5) as figure:
         axes = figure.subplot_mosaic([list(row) for row in OVERVIEW])
         for name, panel in axes.items():
-            _superpose(panel, name, systems)
+            _superpose(panel, name, systems, guide)
             panel.set_title(FIGURES[name].title)
         theory = (
             "theory: reduced equation of d (symmetric, asymmetric), exact (flat), free particle"
         )
-        _legend(figure, systems, theory, "the paper: ∝ t²; flat: {flat:.4g} t")
+        _legend(figure, systems, theory, "", guide)
         save_small(figure, path, dpi=90)
 
 
 @checked
-def disk_figure(systems: Systems, name: str, path: Picture) -> None:
+def disk_figure(systems: Systems, name: str, path: Picture, *, guide: Guide | None = None) -> None:
     """Write one of `FIGURES`: the systems superposed, and each in its own panel.
 
     Parameters
@@ -119,6 +117,8 @@ def disk_figure(systems: Systems, name: str, path: Picture) -> None:
         Of `FIGURES`.
     path : str or Path
         The .png to write.
+    guide : Guide, optional
+        Further lines to compare the systems with.
     """
     check_choice("name", name, tuple(FIGURES))
     drawn = FIGURES[name]
@@ -126,27 +126,35 @@ def disk_figure(systems: Systems, name: str, path: Picture) -> None:
     with style.figure(15.0, 9.0) as figure:
         rows: list[Any] = [["all"] * len(shown), [system.name for system in shown]]
         axes = figure.subplot_mosaic(rows, height_ratios=(1.5, 1))
-        _superpose(axes["all"], name, shown)
+        _superpose(axes["all"], name, shown, guide)
         axes["all"].set_title(drawn.title)
         for system in shown:
             panel = axes[system.name]
-            drawn.draw(panel, system)
+            _draw(panel, name, system, guide)
             panel.set_title(system.name)
             if drawn.alone:
                 drawn.alone(panel, system)
-        _legend(figure, shown, drawn.theory, drawn.paper)
+        _legend(figure, shown, drawn.theory, drawn.guides, guide)
         save_small(figure, path, dpi=90)
 
 
-def _superpose(axes: "Axes", name: str, systems: Sequence[System]) -> None:
+def _superpose(axes: "Axes", name: str, systems: Sequence[System], guide: Guide | None) -> None:
     for system in systems:
-        FIGURES[name].draw(axes, system)
+        _draw(axes, name, system, guide)
     if name == "histogram":
         axes.set_yscale("log")
 
 
-def _legend(figure: Any, systems: Sequence[System], theory: str, paper: str) -> None:
-    """The colours of the systems and the two kinds of line, below all panels."""
+def _draw(axes: "Axes", name: str, system: System, guide: Guide | None) -> None:
+    FIGURES[name].draw(axes, system)
+    if guide:
+        guide.draw(axes, name, system)
+
+
+def _legend(
+    figure: Any, systems: Sequence[System], theory: str, guides: str, guide: Guide | None
+) -> None:
+    """The colors of the systems and the kinds of line, below all panels."""
     from matplotlib.lines import Line2D
 
     def line(label: str, **looks: Any) -> "Line2D":
@@ -158,8 +166,6 @@ def _legend(figure: Any, systems: Sequence[System], theory: str, paper: str) -> 
         handles.append(line(system.name, color=colour, marker=marker, ms=4.5))
     if theory:
         handles.append(line(theory, **panels.THEORY))
-    if paper:
-        flat = next((panels.paper_flat(s) for s in systems if s.name == "flat"), 0.0)
-        handles.append(line(paper.format(flat=flat), **panels.PAPER))
+    handles += [line(label, **panels.GUIDE) for label in (guides, guide and guide.label) if label]
     handles.append(line(BARS, ls=""))
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))

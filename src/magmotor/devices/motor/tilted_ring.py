@@ -1,4 +1,4 @@
-"""Energy of the motor's inner ring while it is held tilted, the ball where it is deepest."""
+"""Energy of the motor while its inner ring is held tilted and the ball is where it is deepest."""
 
 import math
 from typing import NamedTuple
@@ -15,20 +15,20 @@ from magmotor.devices.motor.scene import Motor
 Array = NDArray[np.float64]
 
 RADII, SECTORS = 30, 120
-"""Of the polar grid on which the ball's deepest place is looked for first."""
+"""Of the polar grid on which the search for the ball's deepest place begins."""
 
 
 class TiltedRing(NamedTuple):
-    """Parts of the energy in J; the ball's axis is along the field."""
+    """Parts of the energy in J, whose sum is the energy; the ball's axis is along the field."""
 
     ball: float
-    """of the ball, in the field of both rings"""
+    """Of the ball, in the field of both rings."""
     outer: float
-    """of the inner ring in the field of the outer one"""
+    """Of the inner ring in the field of the outer one."""
 
 
 def tilted_ring(motor: Motor, tilt: float, azimuth: float, *, outer: bool = True) -> TiltedRing:
-    """The energy of ring and ball; that of both is the sum.
+    """Energy of the ball and of an inner ring that is held tilted.
 
     Parameters
     ----------
@@ -40,6 +40,10 @@ def tilted_ring(motor: Motor, tilt: float, azimuth: float, *, outer: bool = True
         Of the side to which the normal leans, in rad.
     outer : bool
         False leaves out the outer ring.
+
+    Returns
+    -------
+    TiltedRing
     """
     across = np.array([-math.sin(azimuth), math.cos(azimuth), 0.0])
     turn = Rotation.from_rotvec(tilt * across)

@@ -7,9 +7,8 @@ import mujoco
 from magmotor.common import style
 from magmotor.devices.disk.scene import Disk
 from magmotor.run.in_mujoco import build
-from paper.claim import Claim, judged
 from paper.device_view import draw_device
-from paper.figure import Figure
+from paper.figure import Claim, Figure, judged
 
 
 def compute(_quick: bool) -> mujoco.MjModel:

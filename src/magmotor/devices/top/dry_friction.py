@@ -1,4 +1,4 @@
-"""What statics and energy say of the top under dry friction, without a simulation of it.
+"""What statics and energy say of the top under dry friction, without simulating that friction.
 
 The field pins the ball's axis n, so that the ball can spin about n only. It then rolls along
 n x e_z, across the horizontal part of n, and slides in the direction of that part.
@@ -7,18 +7,18 @@ n x e_z, across the horizontal part of n, and slides in the direction of that pa
 from typing import NamedTuple
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from magmotor import dipoles
 from magmotor.devices.ball.landscape import aligned_force, on_plane, valley
 from magmotor.devices.top.scene import Top
-from magmotor.run.simulate import simulate
 
 Array = NDArray[np.float64]
 
 ITERATIONS = 10
-"""Of the axis of a ball that friction holds; each leaves less than a tenth of the error."""
+"""For the axis of a ball that friction holds; each leaves less than a tenth of the error."""
 
 
 class Rolling(NamedTuple):
@@ -35,11 +35,20 @@ class Rolling(NamedTuple):
 
 
 def rolling(scene: Top) -> Rolling:
-    """A ball that starts at rest and never slips, on its closed way around the centre.
+    """Motion of a ball that starts at rest and never slips, on its closed way around the center.
 
     With the angular velocity s n + n x dn/dt, no slip means
     v = r s (n x e_z) + r (n_z dn/dt - n dn_z/dt), where dn/dt is the derivative of n along v.
     The energy I_3 s^2/2 + I |dn/dt|^2/2 + m v^2/2 - m_ball n.B is conserved.
+
+    Parameters
+    ----------
+    scene : Top
+        Its friction does not matter.
+
+    Returns
+    -------
+    Rolling
     """
 
     def along(_: float, point: Array) -> Array:
@@ -79,10 +88,25 @@ def _rolling_velocity(scene: Top, point: Array) -> tuple[Array, Array]:
 
 
 def held_axis(scene: Top, points: Array) -> tuple[Array, Array, Array]:
-    """Axis of a ball that friction holds, magnetic force on it (N) and its energy (J).
+    """Axis at rest of a ball whose contact point friction holds.
 
-    No torque about the contact point turns the axis where it is along
-    m B + r (n_z F - (n.F) e_z), solved by iteration.
+    No torque about the contact point turns the axis n where n is along
+    m B + r (n_z F - (n.F) e_z), which is solved by iteration.
+
+    Parameters
+    ----------
+    scene : Top
+    points : ndarray, shape (P, 2)
+        Where the ball touches the plane, in m.
+
+    Returns
+    -------
+    axis : ndarray, shape (P, 3)
+        Unit vectors.
+    force : ndarray, shape (P, 3)
+        Magnetic force on the ball, in N.
+    energy : ndarray, shape (P,)
+        Its magnetic energy, in J.
     """
     sources = scene.ring_sources()
     centre = on_plane(scene, points)
@@ -98,10 +122,19 @@ def held_axis(scene: Top, points: Array) -> tuple[Array, Array, Array]:
 
 
 def stopping_coefficients(scene: Top) -> tuple[float, float]:
-    """Torsional and rolling coefficient, in m, that hold a ball anywhere in the valley.
+    """Least torsional and rolling coefficients that hold a ball anywhere in the valley.
 
-    The power of the force, r F.(n x e_z) a unit of spin, is less than that of friction, load times
-    the coefficient times the spin's vertical or horizontal part.
+    There, the power of the magnetic force per unit of spin, r F.(n x e_z), is at most that of
+    friction: load times coefficient times the vertical or horizontal part of n.
+
+    Parameters
+    ----------
+    scene : Top
+
+    Returns
+    -------
+    torsional, rolling : float
+        In m.
     """
     force, axis = aligned_force(scene, valley(scene, np.linspace(0.0, 2 * np.pi, 181)))
     along = np.stack([axis[:, 1], -axis[:, 0]], axis=1)
@@ -110,14 +143,24 @@ def stopping_coefficients(scene: Top) -> tuple[float, float]:
     return float((power / np.abs(axis[:, 2])).max()), float((power / level).max())
 
 
-def spin_per_coulomb(scene: Top, duration: float) -> float:
-    """Largest spin over the Coulomb coefficient, in rad/s, where friction hardly acts.
+def spin_per_coulomb(run: xr.Dataset, scene: Top) -> float:
+    """Largest spin over the Coulomb coefficient, to first order in the coefficient.
 
-    The torque of a friction of constant size against the slip, along the motion without friction.
+    It is the spin that the torque of a friction of constant size, against the slip, would give
+    along a motion without friction.
+
+    Parameters
+    ----------
+    run : xarray.Dataset
+        Of a planar scene without friction, finely recorded.
+    scene : Top
+
+    Returns
+    -------
+    float
+        In rad/s.
     """
-    smooth = scene.replace(friction=0.0, surface="planar")
-    interval = 0.02
-    run = simulate(smooth, method="scipy/dop853", timestep=interval, duration=duration)
+    interval = float(run.time[1] - run.time[0])
     slip, axis = run.slip_velocity.values, run.axis.values
     speed = np.maximum(np.linalg.norm(slip, axis=1), 1e-12)
     sideways = (slip[:, 0] * axis[:, 1] - slip[:, 1] * axis[:, 0]) / speed
@@ -127,10 +170,11 @@ def spin_per_coulomb(scene: Top, duration: float) -> float:
 
 
 def hertz_torsional_coefficient(scene: Top, coulomb: float, modulus: float) -> float:
-    """Torsional coefficient, in m, of an elastic ball on an elastic plane.
+    """Torsional coefficient of an elastic ball on an elastic plane.
 
-    The contact's radius is a = (3 N r/(4 E*))^(1/3); sliding all over it under Hertz's pressure
-    takes the torque (3 pi/16) mu N a. K. L. Johnson, *Contact mechanics* (1985), chapters 4 and 8.
+    The radius of the contact is a = (3 N r/(4 E*))^(1/3). Sliding all over it under Hertz's
+    pressure takes the torque (3 pi/16) mu N a. K. L. Johnson, *Contact Mechanics* (1985), chapters
+    4 and 8.
 
     Parameters
     ----------
@@ -138,7 +182,12 @@ def hertz_torsional_coefficient(scene: Top, coulomb: float, modulus: float) -> f
     coulomb : float
         Coefficient mu within the contact.
     modulus : float
-        E* in Pa: 1/E* is the sum of (1 - nu^2)/E of both.
+        E* in Pa: 1/E* is the sum of (1 - nu^2)/E of both bodies.
+
+    Returns
+    -------
+    float
+        Torque over load, in m.
     """
     load = scene.ball_mass * scene.gravity
     radius = (0.75 * load * scene.ball_radius / modulus) ** (1 / 3)

@@ -9,11 +9,10 @@ from numpy.typing import NDArray
 from magmotor.common import style
 from magmotor.devices.motor.panels import MotorRun
 from magmotor.devices.motor.scene import Motor
-from paper.claim import Claim, judged
+from magmotor.devices.motor.tilted_ring import tilted_ring
 from paper.device_view import draw_device
-from paper.figure import Figure
+from paper.figure import Claim, Figure, judged
 from paper.motor.runs import paper_runs
-from paper.motor.tilted_ring import tilted_ring
 
 TILTS = np.radians(np.linspace(0, 24, 25))
 """Of the inner ring, in rad."""
@@ -69,7 +68,7 @@ def claims(found: Stability) -> list[Claim]:
         ]
         for kind in ("nonuniform", "uniform")
     }
-    told = "; ".join(
+    tipping = "; ".join(
         f"of the runs at {kind} temperature {len(names)} tip over"
         + (f" ({', '.join(names)})" if names else "")
         for kind, names in tipped.items()
@@ -89,7 +88,7 @@ def claims(found: Stability) -> list[Claim]:
             f" {np.degrees(TILTS[-1]):.0f}°; with it level is stable behind a barrier of"
             f" {1e6 * barriers.min():.0f} to {1e6 * barriers.max():.0f} µJ, as the side to which it"
             f" leans, the least at {np.degrees(TILTS[top]):.0f}° and"
-            f" {barriers.min() / motor.kT:.0f} kT at uniform temperature, α = 0.001; {told}",
+            f" {barriers.min() / motor.kT:.0f} kT at uniform temperature, α = 0.001; {tipping}",
             stable and not any(tipped.values()),
             otherwise="in part" if stable else "wrong",
         ),

@@ -6,10 +6,15 @@ import numpy as np
 
 from magmotor.devices.motor.panels import MotorRun
 from magmotor.devices.motor.scene import Motor
-from paper.claim import Claim, Verdict, judged
-from paper.motor.books import added, books_of_all, books_of_flights
-from paper.motor.many_runs import ManyRuns, Motors
-from paper.motor.runs import of_temperature
+from paper.figure import Claim, Verdict, judged
+from paper.motor.runs import (
+    ManyRuns,
+    Motors,
+    added,
+    heat_and_work_in_flights,
+    heat_and_work_of,
+    of_temperature,
+)
 
 
 def claims_of_the_energy(motors: Motors) -> list[Claim]:
@@ -20,8 +25,8 @@ def claims_of_the_energy(motors: Motors) -> list[Claim]:
     stays = max(float(np.abs(run.balance.gain).max() / run.balance.injected[-1]) for run in even)
     ratios = [float(run.balance.gain[-1] / run.balance.work[-1]) for run in hot]
     many = motors.many["nonuniform-a"]
-    books = added(many.books)
-    share = books.fastest / books.work
+    total = added(many.heat_and_work)
+    share = total.fastest / total.work
     return [
         judged(
             "Although there is dissipation, the thermal fluctuations inject energy into the system",
@@ -40,10 +45,10 @@ def claims_of_the_energy(motors: Motors) -> list[Claim]:
         judged(
             "The energy injected into the system by the white noise mainly adds to the speed of the"
             " top (in inertia-driven motion)",
-            f"in {books.spans} flights of {many.runs} runs as {many.name} the noise does"
-            f" {1e3 * books.work:.2f} mJ of work; the ball's kinetic energy, where it is greatest"
+            f"in {total.spans} flights of {many.runs} runs as {many.name} the noise does"
+            f" {1e3 * total.work:.2f} mJ of work; the ball's kinetic energy, where it is greatest"
             f" in each flight, sums up to {share:.2f} of that; friction dissipates"
-            f" {books.heat / books.work:.2f}, the inner ring gains {books.ring / books.work:.2f}",
+            f" {total.heat / total.work:.2f}, the inner ring gains {total.ring / total.work:.2f}",
             share > 0.5,
             figures=(24,),
         ),
@@ -90,15 +95,15 @@ CRITICAL = (
 
 
 def _critical_velocity(many: ManyRuns) -> Claim:
-    books = added(many.books)
-    ratio = books.heat / books.injected
+    total = added(many.heat_and_work)
+    ratio = total.heat / total.injected
     # The standard error of a ratio of sums over independent runs.
-    error = np.sqrt(sum((run.heat - ratio * run.injected) ** 2 for run in many.books))
+    error = np.sqrt(sum((run.heat - ratio * run.injected) ** 2 for run in many.heat_and_work))
     away = Motor.paper(many.name).outer_radius
     return judged(
         CRITICAL,
-        f"in {books.spans} flights of {many.runs} runs as {many.name} friction dissipates"
-        f" {ratio:.2f} ± {error / books.injected:.2f} of what the noise injects in the mean, and"
+        f"in {total.spans} flights of {many.runs} runs as {many.name} friction dissipates"
+        f" {ratio:.2f} ± {error / total.injected:.2f} of what the noise injects in the mean, and"
         f" the ball stays within ρ = {many.reach:.2f} m (outer ring: {away:g} m); it is the ring on"
         f" its side that ends {many.tipped} of the runs",
         abs(ratio - 1) < 0.1 or many.reach > away,
@@ -108,7 +113,8 @@ def _critical_velocity(many: ManyRuns) -> Claim:
 
 def _at_uniform_temperature(runs: Sequence[MotorRun]) -> Claim:
     """An equality that holds at any velocity is not of a critical one."""
-    flying, every = added(map(books_of_flights, runs)), added(map(books_of_all, runs))
+    flying = added(map(heat_and_work_in_flights, runs))
+    every = added(map(heat_and_work_of, runs))
     ratios = (
         flying.heat / flying.injected,
         (every.heat - flying.heat) / (every.injected - flying.injected),

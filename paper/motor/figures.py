@@ -7,13 +7,10 @@ from typing import NamedTuple
 
 from magmotor.devices.motor.plots import motor_figure
 from magmotor.devices.motor.scene import PAPER
-from paper.claim import Claim
-from paper.figure import Figure
-from paper.motor.energies import claims_of_the_energy, claims_of_the_injection
-from paper.motor.many_runs import SETS, Motors, many_runs
-from paper.motor.paths import claims_of_the_path, claims_of_the_position
-from paper.motor.runs import DURATION, NUMERICS, paper_runs
-from paper.motor.theta import claims_of_theta
+from paper.figure import Claim, Figure
+from paper.motor.energy import claims_of_the_energy, claims_of_the_injection
+from paper.motor.position import claims_of_the_path, claims_of_the_position, claims_of_theta
+from paper.motor.runs import DURATION, NUMERICS, SETS, Motors, many_runs, paper_runs
 
 
 class Series(NamedTuple):

@@ -9,9 +9,8 @@ from magmotor import theory
 from magmotor.common import style
 from magmotor.devices.top.scene import Top
 from magmotor.run.simulate import simulate
-from paper.claim import Claim, judged
 from paper.device_view import draw_device
-from paper.figure import Figure
+from paper.figure import Claim, Figure, judged
 
 SCENE = Top.experiment()
 

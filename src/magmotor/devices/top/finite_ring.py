@@ -1,0 +1,52 @@
+"""The top with finite magnets in place of the dipoles on its ring: field sources and model."""
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from magmotor.devices.top.mjcf import compose_top
+from magmotor.devices.top.scene import Top
+from magmotor.numerics.magnet_shapes import Cloud, as_dipoles
+
+Array = NDArray[np.float64]
+
+
+def finite_ring_sources(scene: Top, magnet: Cloud) -> tuple[Array, Array]:
+    """Dipoles that stand for the magnets on the ring, in the world frame.
+
+    Parameters
+    ----------
+    scene : Top
+        Its ring has as many magnets as dipoles, each with the moment of one.
+    magnet : tuple of ndarray
+        See `magmotor.numerics.magnet_shapes`. The magnet's x axis points outward, its z axis along
+        the ring's.
+
+    Returns
+    -------
+    positions : ndarray, shape (N, 3)
+        In m.
+    moments : ndarray, shape (N, 3)
+        In A m^2.
+    """
+    return scene.in_world(*_on_ring(scene, magnet))
+
+
+def build_finite_ring(scene: Top, magnet: Cloud) -> mujoco.MjModel:
+    """Compile the scene's model with finite magnets on its ring; see `finite_ring_sources`."""
+    spec = mujoco.MjSpec.from_string(compose_top(scene, looks=False).to_xml_string())
+    ring, kind = spec.body("ring"), spec.find_default("dipole")
+    for site in ring.sites:
+        spec.delete(site)
+    for position, moment in zip(*_on_ring(scene, magnet), strict=True):
+        size = float(np.linalg.norm(moment))
+        site = ring.add_site(kind, pos=position, userdata=[size])
+        site.alt.type = mujoco.mjtOrientation.mjORIENTATION_ZAXIS
+        site.alt.zaxis = moment / size
+    return spec.compile()
+
+
+def _on_ring(scene: Top, magnet: Cloud) -> tuple[Array, Array]:
+    """Positions (N, 3) in m and moments (N, 3) in A m^2 in the ring's own frame."""
+    places, outward = scene.ring_dipole_frame()
+    return as_dipoles(magnet, scene.moment, places, outward, [0.0, 0.0, 1.0])

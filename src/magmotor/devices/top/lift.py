@@ -1,0 +1,121 @@
+"""The upward magnetic force on the top's ball over its weight, and where the ring lifts it.
+
+Statics only: the ball is at rest on the plane, and leaves it where the lift exceeds 1.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import minimize, root_scalar
+
+from magmotor import dipoles
+from magmotor.devices.ball.landscape import aligned_force, on_plane
+from magmotor.devices.top.scene import Top
+
+Array = NDArray[np.float64]
+
+
+class Lift(NamedTuple):
+    """The largest lift on the plane, over the weight."""
+
+    aligned: float
+    """Of a ball whose axis points along the field."""
+    place: Array
+    """Where that is, in m, shape (2,)."""
+    any_axis: float
+    """Of a ball whose axis points where it is lifted most."""
+
+
+def lift_map(scene: Top, points: ArrayLike) -> tuple[Array, Array]:
+    """Lift of a ball whose axis points along the field.
+
+    Parameters
+    ----------
+    scene : Top
+    points : array_like, shape (..., 2)
+        Where the ball touches the plane, in m.
+
+    Returns
+    -------
+    lift : ndarray, shape (...)
+        Vertical magnetic force over the weight.
+    axis : ndarray, shape (..., 3)
+        Unit vector.
+    """
+    force, axis = aligned_force(scene, points)
+    return force[..., 2] / (scene.ball_mass * scene.gravity), axis
+
+
+def largest_lift_map(scene: Top, points: ArrayLike) -> Array:
+    """Lift of a ball whose axis points where it is lifted most.
+
+    It is the length of m dB/dz over the weight, whose components are the lifts of dipoles along the
+    coordinate axes.
+
+    Parameters
+    ----------
+    scene : Top
+    points : array_like, shape (..., 2)
+        Where the ball touches the plane, in m.
+
+    Returns
+    -------
+    ndarray, shape (...)
+        Vertical magnetic force over the weight.
+    """
+    center = on_plane(scene, points)
+    sources = scene.ring_sources()
+    units = scene.moment * np.eye(3)
+    lifts = [dipoles.force_and_field(center, unit, *sources)[0][..., 2] for unit in units]
+    return np.linalg.norm(lifts, axis=0) / (scene.ball_mass * scene.gravity)
+
+
+def largest_lift(scene: Top) -> Lift:
+    """Largest lift on the plane: the best points of a grid, each improved by a search.
+
+    Parameters
+    ----------
+    scene : Top
+
+    Returns
+    -------
+    Lift
+    """
+    aligned, place = _largest(scene, lambda points: lift_map(scene, points)[0])
+    return Lift(aligned, place, _largest(scene, lambda points: largest_lift_map(scene, points))[0])
+
+
+def critical_height(scene: Top) -> float:
+    """Height of the ring, in m, at which the largest lift of an aligned ball is its weight.
+
+    Parameters
+    ----------
+    scene : Top
+        Its own height of the ring does not matter.
+
+    Raises
+    ------
+    ValueError
+        There is no such height between 2.5 ball radii and two ring radii.
+    """
+
+    def excess(height: float) -> float:
+        return np.log(largest_lift(scene.replace(ring_height=height)).aligned)
+
+    ends = 2.5 * scene.ball_radius, 2 * scene.ring_radius
+    return float(root_scalar(excess, bracket=ends, rtol=1e-4).root)
+
+
+def _largest(scene: Top, lift: Callable[[Array], Array]) -> tuple[float, Array]:
+    side = 1.3 * scene.ring_radius * np.linspace(-1, 1, 121)
+    grid = np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2)
+    best = grid[np.argsort(lift(grid))[-3:]]
+    options = {"xatol": 1e-6, "fatol": 1e-9}
+    found = [
+        minimize(lambda point: -float(lift(point)), start, method="Nelder-Mead", options=options)
+        for start in best
+    ]
+    highest = min(found, key=lambda result: result.fun)
+    return -float(highest.fun), highest.x

@@ -1,0 +1,102 @@
+"""Magnets as clouds of dipoles against magpylib, and a ring of them in MuJoCo."""
+
+import math
+
+import magpylib
+import mujoco
+import numpy as np
+import pytest
+
+import magmotor as mm
+from magmotor import dipoles
+from magmotor.devices.top.finite_ring import build_finite_ring, finite_ring_sources
+from magmotor.numerics.magnet_shapes import ball, cuboid, cylinder
+
+MU0 = 4e-7 * math.pi
+RNG = np.random.default_rng(5)
+
+
+EDGES = {"cube": (0.02, 0.02, 0.02), "plate": (0.01, 0.04, 0.04), "bar": (0.06, 0.015, 0.015)}
+LENGTH = 0.024
+
+
+def magnet(shape, moment=10.0):
+    """The same magnet by magpylib, its moment along x."""
+    if shape == "cylinder":
+        polarization = MU0 * moment / (math.pi / 4 * LENGTH**3)
+        body = magpylib.magnet.Cylinder(
+            dimension=(LENGTH, LENGTH), polarization=(0, 0, polarization)
+        )
+        return body.rotate_from_angax(90, "y")
+    polarization = MU0 * moment / math.prod(EDGES[shape])
+    return magpylib.magnet.Cuboid(dimension=EDGES[shape], polarization=(polarization, 0, 0))
+
+
+def directions(count=100):
+    points = RNG.normal(size=(count, 3))
+    return points / np.linalg.norm(points, axis=1, keepdims=True)
+
+
+@pytest.mark.parametrize(
+    ("shape", "bound"), [("cube", 3e-10), ("cylinder", 4e-9), ("plate", 3e-8), ("bar", 1e-6)]
+)  # 1.5e-11, 2.2e-10, 1.6e-9, 7e-8
+def test_shapes_against_magpylib(shape, bound):
+    points = 0.2 * directions()
+    true = magnet(shape).getB(points)
+    cloud = cylinder(LENGTH, LENGTH / 2) if shape == "cylinder" else cuboid(EDGES[shape])
+    found = dipoles.field(points, cloud[0], np.outer(cloud[1], [10.0, 0.0, 0.0]))
+    assert np.abs(found - true).max() < bound * np.abs(true).max()
+    dipole = dipoles.field(points, [[0.0, 0.0, 0.0]], [[10.0, 0.0, 0.0]])
+    assert np.abs(dipole - true).max() > 1e-5 * np.abs(true).max()  # 2.2e-5 to 4e-2
+
+
+def test_a_magnetized_ball_is_a_dipole():
+    radius, points = 0.018, 0.05 * directions()
+    moment = np.array([1.0, -2.0, 0.5])
+    polarization = MU0 * moment / (4 / 3 * math.pi * radius**3)
+    true = magpylib.magnet.Sphere(diameter=2 * radius, polarization=polarization).getB(points)
+    dipole = dipoles.field(points, [[0.0, 0.0, 0.0]], [moment])
+    assert np.abs(dipole - true).max() < 1e-12 * np.abs(true).max()  # 9e-16
+    positions, parts = ball(radius)
+    found = dipoles.field(points, positions, np.outer(parts, moment))
+    assert np.abs(found - true).max() < 1e-5 * np.abs(true).max()  # 1.2e-6
+
+
+def test_a_cylinder_of_the_right_length_has_no_second_order():
+    points = 0.3 * directions()
+    dipole = dipoles.field(points, [[0.0, 0.0, 0.0]], [[1.0, 0.0, 0.0]])
+
+    def difference(radius):
+        positions, parts = cylinder(math.sqrt(3) * radius, radius)
+        field = dipoles.field(points, positions, np.outer(parts, [1.0, 0.0, 0.0]))
+        return np.abs(field - dipole).max()
+
+    order = math.log2(difference(0.02) / difference(0.01))
+    assert order == pytest.approx(4.0, abs=0.05)  # 4.00
+
+
+def test_magnets_in_mujoco_are_those_of_the_ring():
+    scene = mm.Top()
+    cloud = cuboid(EDGES["bar"])
+    model = build_finite_ring(scene, cloud)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    on_ring = model.site_bodyid == model.body("ring").id
+    positions, moments = finite_ring_sources(scene, cloud)
+    assert np.abs(data.site_xpos[on_ring] - positions).max() < 1e-12  # 3e-17
+    axes = data.site_xmat[on_ring].reshape(-1, 3, 3)[:, :, 2]
+    sized = model.site_user[on_ring, :1] * axes
+    assert np.abs(sized - moments).max() < 1e-12  # 1e-16
+
+
+def test_a_tilted_ring_of_cubes_against_magpylib():
+    scene = mm.Top()
+    points = np.insert(RNG.uniform(-0.2, 0.2, (50, 2)), 2, scene.ball_radius, axis=1)
+    normal = np.array([math.sin(scene.tilt), 0.0, math.cos(scene.tilt)])
+    field = np.zeros((50, 3))
+    for position, moment in zip(*scene.ring_sources(), strict=True):
+        outward = moment / scene.moment
+        turn = np.stack([outward, np.cross(normal, outward), normal], axis=1)
+        field += magnet("cube").getB((points - position) @ turn) @ turn.T
+    found = dipoles.field(points, *finite_ring_sources(scene, cuboid(EDGES["cube"])))
+    assert np.abs(found - field).max() < 6e-11 * np.abs(field).max()  # 3e-12
