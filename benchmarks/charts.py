@@ -32,7 +32,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--quick", action="store_true", help="fewer points, in out/charts-quick/")
     parser.add_argument("--only", nargs="+", choices=TOPICS, help="topics; publishes nothing")
     options = parser.parse_args(arguments)
-    print(f"magmotor {mm.__version__}", file=sys.stderr)
     began = time.perf_counter()
     folder = ROOT / "out" / ("charts-quick" if options.quick else "charts")
     topics = {name: import_module(TOPICS[name]) for name in options.only or TOPICS}
@@ -60,7 +59,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             print(f"charts.py: all is measured and drawn, not published: {error}", file=sys.stderr)
             return MISTAKE
     print(*(path.relative_to(ROOT) for path in written), sep="\n")
-    print(f"{time.perf_counter() - began:.0f} s in all")
+    print(f"{time.perf_counter() - began:.0f} s in all, of magmotor {mm.__version__}")
     return 0
 
 

@@ -128,6 +128,7 @@ CALLS: dict[Any, dict[str, Any]] = {
     mm.observables.valley_radius: {"scene": TOP, "azimuth": 0.0, "time": 0.0},
     mm.observables.effective_potential: {"scene": TOP, "points": [0.1, 0.0], "time": 0.0},
     mm.observables.motor_wells: {"scene": MOTOR},
+    mm.observables.d_diffusion: DISKS,
     mm.observables.disk_energy_balance: DISKS,
     mm.observables.efficiency: MOTORS,
     mm.observables.motor_energy_balance: MOTORS,
@@ -154,7 +155,7 @@ CALLS: dict[Any, dict[str, Any]] = {
     mm.noise.BrownianPath(1, 0.1).coarsened: {"factor": 2},
     mm.noise.BrownianPath(1, 0.1).refined: {"halvings": 1},
     mm.noise.BrownianPath(1, 0.1).increments: {"steps": 2, "first": 0, "replica": 0, "channel": 0},
-    mm.gibbs: {"scene": DISK, "replicas": 3, "seed": 1},
+    mm.gibbs: {"scene": DISK, "replicas": 3, "seed": 1, "d": 1.0},
     mm.ensemble: {
         "scene": DISK, **STEPS, "duration": 4.0, "replicas": 4, "seed": 1, "sample_interval": 10,
         "burn_in": 0.0, "initial": {"x": 1.0}, "trajectories": 1, "threads": 1, "checkpoint": None,

@@ -1,20 +1,19 @@
 """Error of the disk's diffusion coefficient D(d) at three standard deviations of d.
 
-Replicas start from one d, anywhere in the well and with Gibbs' slip; the variance of d then grows
-by 2 D a unit of time, once what oscillates with the potential has settled.
+Replicas start from one d; once what oscillates with the potential has settled, the variance of d
+grows by 2 D a unit of time.
 """
 
 from functools import cache, partial
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+import xarray as xr
 
 import magmotor as mm
 from benchmarks.accuracy.subjects import DISK, record_of, stepping_methods
 from benchmarks.harness.records import Case, Record
 from magmotor.theory import gibbs_mean_squares
-
-Array = NDArray[np.float64]
 
 SETTLED, DURATION = 20.0, 200.0
 STEPS = (1 / 60, 1 / 40, 1 / 30, 1 / 20, 1 / 15, 1 / 10, 1 / 8, 1 / 5)
@@ -51,59 +50,34 @@ def _measure(method: str, timestep: float, replicas: int, truth: tuple) -> Recor
 
 
 def _errors(method: str, timestep: float, replicas: int, truth: tuple) -> dict[str, list[float]]:
-    found, deviation = diffusion(method, timestep, replicas)
-    true, its_deviation = _truth(*truth)
-    return {"diffusion": [abs(found / true - 1), 2 * float(np.hypot(deviation, its_deviation))]}
+    found, true = diffusion(method, timestep, replicas), _truth(*truth)
+    deviations = [float(run.diffusion_error / run.diffusion) for run in (found, true)]
+    error = abs(float(found.diffusion / true.diffusion) - 1)
+    return {"diffusion": [error, 2 * float(np.hypot(*deviations))]}
 
 
 @cache
-def _truth(method: str, timestep: float, replicas: int) -> tuple[float, float]:
+def _truth(method: str, timestep: float, replicas: int) -> xr.Dataset:
     return diffusion(method, timestep, replicas)
 
 
-def diffusion(method: str, timestep: float, replicas: int) -> tuple[float, float]:
-    """D(d) and its relative standard error, from so many replicas.
+def diffusion(method: str, timestep: float, replicas: int) -> xr.Dataset:
+    """`diffusion` and `diffusion_error`, from so many replicas.
 
-    That error is from the scatter of squares: a few replicas whose slip brings x to rest are
-    scattered far.
+    That error is large for its number: a few replicas whose slip brings x to rest are scattered
+    far.
     """
-    after = _after if method.startswith("variational") else _after_in_mujoco
-    early, late = (d - d.mean() for d in after(method, timestep, replicas))
-    grown = late**2 - early**2
-    found = float(grown.mean())
-    error = float(grown.std()) / replicas**0.5
-    return found / (2 * (DURATION - SETTLED)), error / found
-
-
-def _start(replicas: int) -> dict[str, Array]:
-    """Prepared states; v and omega from the slip s = v + omega and d = -v + sigma omega."""
-    squares, sigma = gibbs_mean_squares(DISK), DISK.sigma
-    random = np.random.default_rng(1)
-    slip = squares["slip"] ** 0.5 * random.standard_normal(replicas)
-    d = 3 * squares["d"] ** 0.5
-    return {
-        "x": random.uniform(0, 2 * np.pi, replicas),
-        "v": (sigma * slip - d) / (1 + sigma),
-        "omega": (slip + d) / (1 + sigma),
-    }
-
-
-def _after(method: str, timestep: float, replicas: int) -> list[Array]:
-    """Return d of each replica after both times."""
-    runs = [
-        mm.ensemble(
-            DISK, method=method, timestep=timestep, duration=duration, replicas=replicas, seed=1,
-            sample_interval=round(SETTLED / 4 / timestep), initial=_start(replicas),
-        )
-        for duration in (SETTLED, DURATION)
-    ]  # fmt: skip
-    return [DISK.sigma * run.omega.values - run.v.values for run in runs]
-
-
-def _after_in_mujoco(method: str, timestep: float, replicas: int) -> list[Array]:
-    run = mm.simulate(
-        DISK, method=method, timestep=timestep, duration=DURATION, replicas=replicas, seed=1,
-        record_interval=round(SETTLED / timestep), initial=_start(replicas),
-    )  # fmt: skip
-    d = (DISK.sigma * run.omega - run.v).sel(time=[SETTLED, DURATION], method="nearest")
-    return [*d.values.T]
+    start = mm.gibbs(DISK, replicas, seed=1, d=3 * gibbs_mean_squares(DISK)["d"] ** 0.5)
+    numerics: dict[str, Any] = {
+        "method": method, "timestep": timestep, "replicas": replicas, "seed": 1, "initial": start,
+    }  # fmt: skip
+    settled = round(SETTLED / timestep)
+    if method.startswith("mujoco"):
+        run = mm.simulate(DISK, duration=DURATION, record_interval=settled, **numerics)
+        return mm.observables.d_diffusion(run.isel(time=slice(1, None)))
+    last = [
+        mm.ensemble(DISK, duration=time, sample_interval=settled // 4, **numerics)[["v", "omega"]]
+        for time in (SETTLED, DURATION)
+    ]
+    times = xr.Variable("time", [SETTLED, DURATION])
+    return mm.observables.d_diffusion(xr.concat(last, times, combine_attrs="override"))

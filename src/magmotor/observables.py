@@ -10,7 +10,7 @@ from magmotor.devices.ball.landscape import (
 )
 from magmotor.devices.ball.slip import slip_velocity
 from magmotor.devices.disk.energy_balance import disk_energy_balance
-from magmotor.devices.disk.observables import flight_survival, local_slope
+from magmotor.devices.disk.observables import d_diffusion, flight_survival, local_slope
 from magmotor.devices.motor.energy import efficiency, motor_energy_balance
 from magmotor.devices.motor.exponential_law import exponential_test, squared_variation
 from magmotor.devices.motor.flights import censored_mean, flights, stays, transitions
@@ -34,6 +34,7 @@ __all__ = [
     "azimuth",
     "censored_mean",
     "critical_points",
+    "d_diffusion",
     "disk_energy_balance",
     "effective_potential",
     "efficiency",
