@@ -30,11 +30,9 @@ def run(monkeypatch, capsys):
         package = path.name == "__main__.py"
         monkeypatch.syspath_prepend(path.parents[1] if package else path.parent)
         monkeypatch.setattr(sys, "argv", [path.name, *arguments])
+        execute = runpy.run_module if package else runpy.run_path
         with pytest.raises(SystemExit) as stop:
-            if package:
-                runpy.run_module(path.parent.name, run_name="__main__")
-            else:
-                runpy.run_path(str(path), run_name="__main__")
+            execute(path.parent.name if package else str(path), run_name="__main__")
         return stop.value.code or 0, *capsys.readouterr()
 
     return run
@@ -42,14 +40,8 @@ def run(monkeypatch, capsys):
 
 def test_the_programs_are_found():
     found = {Path(program).name for program in PROGRAMS}
-    assert {
-        "run.py",
-        "charts.py",
-        "sweep.py",
-        "compass_needles.py",
-        "bits.py",
-        "__main__.py",
-    } < found
+    some = {"run.py", "charts.py", "sweep.py", "compass_needles.py", "bits.py", "__main__.py"}
+    assert some < found
 
 
 @pytest.mark.parametrize("program", PROGRAMS)

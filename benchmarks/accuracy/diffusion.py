@@ -4,10 +4,10 @@ Replicas start from one d; once what oscillates with the potential has settled, 
 grows by 2 D a unit of time.
 """
 
+import math
 from functools import cache, partial
 from typing import Any
 
-import numpy as np
 import xarray as xr
 
 import magmotor as mm
@@ -53,7 +53,7 @@ def _errors(method: str, timestep: float, replicas: int, truth: tuple) -> dict[s
     found, true = diffusion(method, timestep, replicas), _truth(*truth)
     deviations = [float(run.diffusion_error / run.diffusion) for run in (found, true)]
     error = abs(float(found.diffusion / true.diffusion) - 1)
-    return {"diffusion": [error, 2 * float(np.hypot(*deviations))]}
+    return {"diffusion": [error, 2 * math.hypot(*deviations)]}
 
 
 @cache
