@@ -27,7 +27,7 @@ LOOKS = {
     "blanes-moan6": ("#882255", "h"),
     "dop853": (GREY, "*"),
 }
-"""Colour and marker of each scheme; MuJoCo's are filled, the others open."""
+"""Color and marker of each scheme; MuJoCo's are filled, the others open."""
 
 OTHERS = (("#999933", ">"), ("#332288", "<"))
 """Of schemes that have no look of their own."""
@@ -107,16 +107,16 @@ def draw_panel(ax: "Axes", points: Sequence[Point], panel: Panel) -> None:
 
 
 def _draw_method(ax: "Axes", method: str, curve: Sequence[Point], look: tuple[str, str]) -> None:
-    colour, marker = look
-    face = colour if method.startswith("mujoco") else "white"
+    color, marker = look
+    face = color if method.startswith("mujoco") else "white"
     good = sorted((p for p in curve if p.error < USELESS), key=lambda p: (p.timestep, p.error))
     x, y = np.array([(p.bound, p.seconds) for p in good]).reshape(-1, 2).T
-    ax.plot(x, y, lw=1, label=method, marker=marker, mfc=face, ms=5, mew=1.1, color=colour)
+    ax.plot(x, y, lw=1, label=method, marker=marker, mfc=face, ms=5, mew=1.1, color=color)
     below = [p for p in good if p.error < p.floor]
     ax.plot([p.floor for p in below], [p.seconds for p in below], ls="", marker=CARETLEFTBASE,
-            ms=8, color=colour)  # fmt: skip
+            ms=8, color=color)  # fmt: skip
     bad = [p.seconds for p in curve if p.error >= USELESS]
-    ax.plot([EDGE] * len(bad), bad, ls="", marker="x", ms=5, color=colour)
+    ax.plot([EDGE] * len(bad), bad, ls="", marker="x", ms=5, color=color)
 
 
 def _draw_theory(ax: "Axes", points: Sequence[Point], error: Callable[[float], float]) -> None:
@@ -126,7 +126,7 @@ def _draw_theory(ax: "Axes", points: Sequence[Point], error: Callable[[float], f
 
 
 def looks_of(methods: Iterable[str]) -> Mapping[str, tuple[str, str]]:
-    """Colour and marker of each method."""
+    """Color and marker of each method."""
     schemes = {method: method.split("/")[1] for method in sorted(set(methods))}
     unknown = sorted(set(schemes.values()) - LOOKS.keys())
     looks = LOOKS | {name: OTHERS[i % len(OTHERS)] for i, name in enumerate(unknown)}

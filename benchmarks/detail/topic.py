@@ -12,7 +12,7 @@ from magmotor.common import style
 
 PARTS = {"top": top, "contact": contact, "ring": ring, "motor": motor}
 LOOKS = ((style.BLUE, "o"), (style.PURPLE, "D"), (style.ORANGE, "s"), (style.GREEN, "^"))
-COLOURS = {"top": style.BLUE, "contact": style.ORANGE, "motor": style.GREEN}
+COLORS = {"top": style.BLUE, "contact": style.ORANGE, "motor": style.GREEN}
 LEAST, MOST = 1e-12, 20.0
 """Between these changes are drawn; those below as the least, what failed at the most."""
 
@@ -47,13 +47,13 @@ def _draw_parts(records: dict[str, Record], path: Path) -> None:
     with style.figure(11, 0.235 * len(rows) + 1.3) as figure:
         cost, change = figure.subplots(1, 2, sharey=True, width_ratios=(1, 1.6))
         for y, (group, _, record, quantity) in enumerate(rows):
-            colour = COLOURS[group]
-            _bar(cost, y, 1.0, record["ratio"], colour)
+            color = COLORS[group]
+            _bar(cost, y, 1.0, record["ratio"], color)
             if "failed" in record:
                 change.plot(MOST / 2, y, "x", color=style.INK)
                 change.text(MOST / 5, y, record["failed"], ha="right", va="center", fontsize=9)
             else:
-                _bar(change, y, LEAST, max(record[quantity], LEAST), colour)
+                _bar(change, y, LEAST, max(record[quantity], LEAST), color)
         edges = np.cumsum([len(names) for _, names, *_ in GROUPS])[:-1] - 0.5
         for axes in (cost, change):
             for edge in edges:
@@ -69,9 +69,9 @@ def _draw_parts(records: dict[str, Record], path: Path) -> None:
         figure.savefig(path)
 
 
-def _bar(axes: Any, y: float, start: float, end: float, colour: str) -> None:
-    axes.plot([start, end], [y, y], color=colour, linewidth=2.5, alpha=0.35)
-    axes.plot(end, y, "o", color=colour, markersize=5)
+def _bar(axes: Any, y: float, start: float, end: float, color: str) -> None:
+    axes.plot([start, end], [y, y], color=color, linewidth=2.5, alpha=0.35)
+    axes.plot(end, y, "o", color=color, markersize=5)
 
 
 def _draw_rings(records: dict[str, Record], path: Path) -> None:
@@ -80,8 +80,8 @@ def _draw_rings(records: dict[str, Record], path: Path) -> None:
     rings = [records[f"detail/ring/{n}"] for n in numbers]
     with style.figure(10, 4.4) as figure:
         errors, cost = figure.subplots(1, 2, width_ratios=(1.7, 1))
-        for (name, label), (colour, marker) in zip(ring.QUANTITIES.items(), LOOKS, strict=True):
-            errors.semilogy(numbers, [r[name] for r in rings], marker, color=colour, label=label)
+        for (name, label), (color, marker) in zip(ring.QUANTITIES.items(), LOOKS, strict=True):
+            errors.semilogy(numbers, [r[name] for r in rings], marker, color=color, label=label)
         fine = np.linspace(5, 62, 100)
         law = np.sqrt(fine) * np.exp(-ring.decay_rate() * (fine - 20))
         law *= records["detail/ring/20"]["potential"] / np.sqrt(20)
@@ -90,12 +90,12 @@ def _draw_rings(records: dict[str, Record], path: Path) -> None:
         errors.set_title("error, relative")
         errors.axvline(20, color=style.GREY, linewidth=0.8, zorder=0)
         errors.legend(loc="lower left")
-        for engine, label, colour in (
+        for engine, label, color in (
             ("mujoco", "mujoco/euler", style.BLUE),
             ("kernel", "variational/baoab", style.ORANGE),
         ):
             ratios = [r[engine]["ratio"] for r in rings]
-            cost.plot(numbers, ratios, "o-", color=colour, label=label, markersize=4)
+            cost.plot(numbers, ratios, "o-", color=color, label=label, markersize=4)
         cost.set(xlabel="dipoles N", ylim=(0, None))
         cost.set_title("a step's cost, over that with 20 dipoles")
         cost.axvline(20, color=style.GREY, linewidth=0.8, zorder=0)

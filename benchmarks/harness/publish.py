@@ -9,7 +9,7 @@ from typing import Any
 from PIL import Image
 
 DOCUMENTS = ("README.md", "docs/methods.md")
-COLOURS = 128
+COLORS = 128
 """Of pictures in documents, which keeps them small."""
 
 FRONT = "src/magmotor/run/front.json"
@@ -55,7 +55,7 @@ def publish(
     for name in drawn:
         written.append(root / "docs" / name)
         with Image.open(folder / name) as picture:
-            picture.quantize(COLOURS).save(written[-1], optimize=True)
+            picture.quantize(COLORS).save(written[-1], optimize=True)
     written[0].write_text(compact(front), encoding="utf-8")
     return written
 

@@ -18,7 +18,7 @@ WARM_UP = 100
 class Stepper:
     """Times `mj_step(model, data, nstep=2000)`, always from the same state, in motion.
 
-    That state is the model's own after 100 magnetised steps from its start, or another stepper's;
+    That state is the model's own after 100 magnetized steps from its start, or another stepper's;
     its `xfrc_applied` stays, as a constant wrench, where magnetism is off.
     """
 

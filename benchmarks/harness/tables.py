@@ -50,10 +50,10 @@ class Row:
 
 def show(title: str, note: str, columns: tuple[str, str, str], rows: list[Row]) -> None:
     """Print a table; `columns` name the time, what it is compared with, and their ratio."""
-    table = [["", *columns, "target", "verdict"], *(row.cells() for row in rows)]
-    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+    lines = [["", *columns, "target", "verdict"], *(row.cells() for row in rows)]
+    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
     print(f"\n{title}\n")
-    for name, *cells in table:
+    for name, *cells in lines:
         line = [name.ljust(widths[0])]
         line += [cell.rjust(width) for cell, width in zip(cells, widths[1:], strict=True)]
         print("  " + "  ".join(line).rstrip())

@@ -78,13 +78,13 @@ def tabulate(records: dict[str, Record]) -> str:
 
 
 def bars(records: dict[str, Record]) -> list[tuple[str, float | None, str, str]]:
-    """Name, length, text beside it and colour of each bar."""
+    """Name, length, text beside it and color of each bar."""
     found = []
     for name, record in _rows(records).items():
-        colour = style.BLUE if name.startswith("variational") else style.GREY
+        color = style.BLUE if name.startswith("variational") else style.GREY
         if "failed" in record:
-            found.append((name, None, record["failed"], colour))
+            found.append((name, None, record["failed"], color))
         else:
             text = f"{seconds(record['seconds'])}, ×{number(record['ratio'])}"
-            found.append((name, 1e9 * record["seconds"], text, colour))
+            found.append((name, 1e9 * record["seconds"], text, color))
     return found

@@ -45,14 +45,14 @@ def by_numpy() -> Cases:
     cases: Cases = {}
     for name, bits in generators.items():
         rng = np.random.Generator(bits(SEED))
-        runs = {n: partial(_vectorised, rng, n) for n in NUMPY_REPLICAS}
+        runs = {n: partial(_vectorized, rng, n) for n in NUMPY_REPLICAS}
         times = in_turns(runs, turns=3)
         best = min(times, key=lambda n: min(times[n]))
         cases[f"{name} ({best})"] = runs[best]
     return cases
 
 
-def _vectorised(rng: np.random.Generator, replicas: int) -> float:
+def _vectorized(rng: np.random.Generator, replicas: int) -> float:
     steps = 1_000_000 // replicas
     states = np.zeros((4, replicas))
     run = partial(disk_numpy.advance, states, steps, rng, SCENE, H)

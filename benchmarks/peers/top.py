@@ -167,17 +167,17 @@ def tabulate(records: dict[str, Record]) -> str:
 
 
 def bars(records: dict[str, Record]) -> list[tuple[str, float | None, str, str]]:
-    """Name, length, text beside it and colour of each bar."""
+    """Name, length, text beside it and color of each bar."""
     found = []
     for name in (*CHOSEN, *STATED):
         record = records[f"peers/top/{name}"]
         own = name.startswith(("variational", "mujoco")) and "callback" not in name
-        colour = style.BLUE if own else style.GREY
+        color = style.BLUE if own else style.GREY
         if record.get("error", 0.0) > WANTED:
-            colour = style.ORANGE
+            color = style.ORANGE
         if "failed" in record:
-            found.append((name, None, record["failed"], colour))
+            found.append((name, None, record["failed"], color))
             continue
         text = f"{seconds(record['seconds'])}, {number(100 * record['error'])} %"
-        found.append((f"{name} ({record['setting']})", record["seconds"], text, colour))
+        found.append((f"{name} ({record['setting']})", record["seconds"], text, color))
     return found

@@ -26,11 +26,11 @@ def draw(records: dict[str, Record], folder: Path) -> None:
     with style.figure(10, 0.28 * sum(map(len, rows)) + 1.8) as figure:
         both = figure.subplots(2, 1, height_ratios=[len(bars) for bars in rows])
         for axes, title, bars in zip(both, panels, rows, strict=True):
-            for y, (_, value, text, colour) in enumerate(bars):
+            for y, (_, value, text, color) in enumerate(bars):
                 if value is None:
                     axes.text(0.01, y, text, va="center", transform=axes.get_yaxis_transform())
                     continue
-                axes.barh(y, value, color=colour, height=0.65)
+                axes.barh(y, value, color=color, height=0.65)
                 axes.text(1.1 * value, y, text, va="center", fontsize=9)
             values = [value for _, value, *_ in bars if value is not None]
             axes.set_xscale("log")

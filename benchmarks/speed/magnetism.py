@@ -32,4 +32,4 @@ def main() -> None:
     }
     times = in_turns(cases, turns=60)
     rows = [Row(name, times[name, True], times[name, False], AT_MOST.get(name)) for name in SCENES]
-    show("Magnetised step against bare step", NOTE, ("magnetised", "bare", "ratio"), rows)
+    show("Magnetized step against bare step", NOTE, ("magnetized", "bare", "ratio"), rows)

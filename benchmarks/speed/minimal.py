@@ -15,7 +15,7 @@ SCENE = mm.Top()
 DEFAULTS = mujoco.MjOption()
 SOLVERS = ("PGS", "CG", "NEWTON")
 SURFACES_NOTE = """\
-Magnetised steps, MuJoCo's stopwatch off. With friction both models pay for finding, setting up and
+Magnetized steps, MuJoCo's stopwatch off. With friction both models pay for finding, setting up and
   solving one frictional contact; without it the planar model has no contact."""
 CHANGES_NOTE = """\
 Bare steps of the planar top with friction under the constant wrench of one state. A ratio above 1

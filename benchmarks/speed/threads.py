@@ -32,7 +32,7 @@ def main() -> None:
             raise AssertionError(f"{name}: one thread and two led to different states")
         rows.append(Row(name, times[name, 1], times[name, 2], at_least=1.8))
     note = f"""\
-{COPIES} planar models from as many starting points, {STEPS} magnetised steps in one call of
+{COPIES} planar models from as many starting points, {STEPS} magnetized steps in one call of
   mujoco.batch.Batch.step; the final states are the same to the last bit. The target is for two
   idle cores: of this machine's the two threads got {cores:.1f}."""
     show("mujoco.batch on two threads", note, ("one thread", "two", "ratio"), rows)

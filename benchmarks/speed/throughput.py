@@ -23,7 +23,7 @@ def main() -> None:
         for n in INTERVALS
     ]
     note = f"""\
-A step's share of {STEPS} steps of the planar top, against a magnetised step inside one mj_step with
+A step's share of {STEPS} steps of the planar top, against a magnetized step inside one mj_step with
   the stopwatch off. Besides, each call of simulate takes {seconds(once)} once, mostly to build."""
     show("simulate", note, ("simulate", "mj_step", "ratio"), rows)
 

@@ -1,4 +1,4 @@
-"""Long-time behaviour: energy, momentum map and quaternion of a top without friction."""
+"""Long-time behavior: energy, momentum map and quaternion of a top without friction."""
 
 from functools import partial
 from pathlib import Path

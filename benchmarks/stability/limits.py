@@ -138,20 +138,20 @@ def aliases(name: str, method: str, h: float) -> bool:
 def draw(records: dict[str, Record], folder: Path) -> None:
     """Measured over predicted limits, a row for each scene."""
     everyone = _methods_of(SCENES)
-    colours = [style.BLUE, style.ORANGE, style.GREEN, style.PURPLE, style.INK, style.GREY]
+    colors = [style.BLUE, style.ORANGE, style.GREEN, style.PURPLE, style.INK, style.GREY]
     with style.figure(9, 5) as figure:
         axes = figure.subplots()
         axes.axvspan(0.95, 1.05, color=style.GREY, alpha=0.15, lw=0, label="within 5 %")
         for i, method in enumerate(everyone):
-            marker, colour = "osD"[i // len(colours)], colours[i % len(colours)]
-            axes.plot([], [], marker, color=colour, label=method)
+            marker, color = "osD"[i // len(colors)], colors[i % len(colors)]
+            axes.plot([], [], marker, color=color, label=method)
             for y, name in enumerate(SCENES):
                 record = records.get(_key(name, method))
                 place = y + 0.6 * (i / (len(everyone) - 1) - 0.5)
                 if record and "measured" in record:
-                    axes.plot(record["measured"] / record["predicted"], place, marker, color=colour)
+                    axes.plot(record["measured"] / record["predicted"], place, marker, color=color)
                 elif record:
-                    axes.text(LARGEST, place, "none ", color=colour, ha="right", va="center")
+                    axes.text(LARGEST, place, "none ", color=color, ha="right", va="center")
         axes.set_yticks(range(len(SCENES)), [*SCENES])
         axes.set_ylim(len(SCENES) - 0.5, -0.5)
         axes.set_xlim(2 - LARGEST, LARGEST)

@@ -23,7 +23,7 @@ UNIT, SI, PAPER_STEP = 1e-5, 1e-3, 0.025
 COUPLINGS = np.geomspace(UNIT, SI, 9)
 SHORTEST, LONGEST, ACROSS = 4e-3, 0.25, 25
 STEPS = 1000
-COLOURS = "YlOrRd_r"
+COLORS = "YlOrRd_r"
 
 QUICK = 4
 """With --quick every so manyth coupling and step."""
@@ -75,7 +75,7 @@ def draw(records: dict[str, Record], folder: Path) -> None:
             axes.set_title(method)
         panels[0].set_ylabel("timestep (s)")
         panels[0].legend(loc="lower left")
-        bar = ScalarMappable(norm, COLOURS)
+        bar = ScalarMappable(norm, COLORS)
         figure.colorbar(bar, ax=panels, label="steps until a nudge has grown (white: never)")
         figure.suptitle("The top at rest: the paper's step in the unit and in the SI reading")
         sign(figure)
@@ -87,7 +87,7 @@ def _draw_panel(axes: Axes, found: dict[float, Record], norm: LogNorm) -> None:
     lasted = np.array([record["lasted"] for record in found.values()]).T
     grown = np.ma.masked_greater_equal(lasted, STEPS)
     axes.grid(False)
-    axes.pcolormesh(couplings, steps, grown, cmap=COLOURS, norm=norm, shading="nearest")
+    axes.pcolormesh(couplings, steps, grown, cmap=COLORS, norm=norm, shading="nearest")
     predicted = [record["predicted"] for record in found.values()]
     axes.plot(couplings, predicted, color=style.BLUE, label="linear theory")
     for coupling, name in ((UNIT, "unit"), (SI, "SI")):
