@@ -93,7 +93,7 @@ torture: .venv/dev-ready  ## kills at random times, all bytes compared; ARGS="10
 	@echo "== torture: killing runs, ensembles, sweeps, workers and clusters; some minutes"
 	@$(PYTHON) tests/torture.py $(ARGS)
 
-bench: .venv/dev-ready  ## the speed tables
+bench: .venv/dev-ready  ## the speed tables; ARGS="ensemble sweeps": only some
 	@$(MAKE) --no-print-directory .venv-bench/ready || \
 		echo "== bench: no .venv-bench, so diffrax and torchsde are left out"
 	@echo "== bench: measuring (leave the machine idle meanwhile)"
@@ -155,5 +155,5 @@ endef
 	$(call install,.venv-compat,/^mujoco/d,-e '.[test]' 'mujoco==3.17.*',once: 1.2 GB and about a minute,dm-control)
 
 # Its versions stand in the requirements themselves; sed's d empties the constraints.
-.venv-bench/ready: benchmarks/requirements-peers.txt $(REDO_BENCH)
+.venv-bench/ready: benchmarks/peers/requirements.txt $(REDO_BENCH)
 	$(call install,.venv-bench,d,-r $<,once: 1.5 GB and about a minute; 5 GB if PyPI has no torch without CUDA)

@@ -2,52 +2,42 @@
 
 import os
 import platform
+import sys
 import time
+from collections.abc import Sequence
+from importlib import import_module
+from importlib.metadata import version
+from pathlib import Path
 
-import magmotor as mm
+sys.path.insert(0, str(Path(__file__).parents[1]))  # where the folder benchmarks is
 
-# isort: split
-# Above, magmotor chose who draws, as it can until MuJoCo is imported.
-import anatomy
-import callback
-import disk_mujoco
-import ensemble
-import fixed_cost
-import magnetised
-import minimal
-import mujoco
-import mujoco_baoab
-import rigid
-import startup
-import sweeps
-import threads
-import throughput
+import magmotor as mm  # chooses who draws, as it can until a topic imports MuJoCo
+from benchmarks.harness.command_line import Parser
 
 TOPICS = (
-    magnetised,
-    callback,
-    minimal,
-    anatomy,
-    threads,
-    startup,
-    fixed_cost,
-    throughput,
-    disk_mujoco,
-    mujoco_baoab,
-    ensemble,
-    rigid,
-    sweeps,
-)
+    "magnetism", "callback", "minimal", "anatomy", "threads", "startup", "fixed_cost", "throughput",
+    "disk_mujoco", "mujoco_baoab", "ensemble", "rigid", "sweeps",
+)  # fmt: skip
+"""Modules of the folder speed."""
 
 
-def main() -> None:
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the program."""
+    parser = Parser(prog="run.py", description=__doc__)
+    parser.add_argument(
+        "topics", nargs="*", metavar="TOPIC", help=f"all by default, or some of {', '.join(TOPICS)}"
+    )
+    topics = parser.parse_args(arguments).topics or TOPICS
+    for name in topics:
+        if name not in TOPICS:
+            parser.error(f"unknown topic {name!r}: known are {', '.join(TOPICS)}")
     begin = time.perf_counter()
-    python, cpus, load = platform.python_version(), os.cpu_count(), os.getloadavg()[0]
-    print(f"magmotor {mm.__version__}, MuJoCo {mujoco.__version__}, Python {python}.")
-    print(f"{cpus} CPUs, of which {load:.1f} were busy in the last minute.")
+    load, python = os.getloadavg()[0], platform.python_version()
+    print(f"magmotor {mm.__version__}, MuJoCo {version('mujoco')}, Python {python}.")
+    print(f"{os.cpu_count()} CPUs, of which {load:.1f} were busy in the last minute.")
     print("Times are minima over turns: what disturbs only adds. Noisy rows want another run.")
-    for topic in TOPICS:
-        topic.main()
+    for name in topics:
+        import_module(f"benchmarks.speed.{name}").main()
     print(f"\n{time.perf_counter() - begin:.0f} s in all")
 
 

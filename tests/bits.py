@@ -4,6 +4,7 @@
 `python tests/bits.py [CASE ...]` prints those of this process as JSON.
 """
 
+import argparse
 import json
 import os
 import platform
@@ -179,8 +180,19 @@ def record() -> None:
         RECORD.write_text(json.dumps({"versions": versions(), "checksums": own}, indent=1) + "\n")
 
 
-if __name__ == "__main__":
-    if sys.argv[1:] == ["--record"]:
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("cases", nargs="*", metavar="CASE", help=f"of {'; '.join(CASES)}")
+    parser.add_argument("--record", action="store_true", help="for all processors, to bits.json")
+    options = parser.parse_args()
+    for name in options.cases:
+        if name not in CASES:
+            parser.error(f"unknown case {name!r}: known are {'; '.join(CASES)}")
+    if options.record:
         record()
     else:
-        print(json.dumps(checksums(*(sys.argv[1:] or CASES))))
+        print(json.dumps(checksums(*(options.cases or CASES))))
+
+
+if __name__ == "__main__":
+    main()

@@ -2,7 +2,6 @@
 
 import json
 import sys
-from importlib import import_module
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -10,13 +9,13 @@ import pytest
 from PIL import Image
 
 import magmotor as mm
+from benchmarks import charts
+from benchmarks.accuracy import points as charted
+from benchmarks.harness import publish as publishing
+from benchmarks.harness import records as storage
+from benchmarks.harness import timing
+from benchmarks.harness.records import Case, Store, measure
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
-
-case, measuring, publishing, storage, charted, costs = map(
-    import_module, ("case", "measure", "publish", "store", "speed_accuracy_points", "step_cost")
-)
-measure, Store = measuring.measure, storage.Store
 CONFTEST = Path(__file__).with_name("conftest.py")
 
 
@@ -34,7 +33,7 @@ class Counted:
             self.runs.append(key)
             return {"value": len(key)}
 
-        return case.Case(key, run)
+        return Case(key, run)
 
 
 def test_what_was_measured_is_not_measured_again(tmp_path):
@@ -84,7 +83,7 @@ def test_a_mistake_in_a_case_names_it(tmp_path):
         raise ZeroDivisionError
 
     with pytest.raises(ZeroDivisionError) as caught:
-        measure([case.Case("this/one", run)], Store(tmp_path / "records.jsonl"))
+        measure([Case("this/one", run)], Store(tmp_path / "records.jsonl"))
     assert caught.value.__notes__ == ["in the case this/one"]
 
 
@@ -97,13 +96,15 @@ def test_two_cases_with_one_key_are_refused(tmp_path):
 @pytest.fixture
 def program(tmp_path, monkeypatch):
     """The program with one topic, whose second case is interrupted the first time."""
-    charts, counted = import_module("charts"), Counted(interrupted="bb")
+    counted = Counted(interrupted="bb")
     topic = SimpleNamespace(
         cases=lambda quick: [counted.case(key) for key in (["a", "bb"] if quick else ["a"])],
         draw=lambda records, folder: (folder / "picture.png").write_text(str(records)),
         tables=lambda records: {"values": str(records["a"]["value"])},
+        front=lambda records: {"points": []},
     )
-    monkeypatch.setattr(charts, "TOPICS", {"topic": topic})
+    monkeypatch.setitem(sys.modules, "made.up", topic)
+    monkeypatch.setattr(charts, "TOPICS", {"accuracy": "made.up"})
     monkeypatch.setattr(charts, "ROOT", tmp_path)
     return charts.main, counted
 
@@ -129,7 +130,7 @@ def test_what_cannot_be_published_is_told_in_one_line(program, capsys):
 
 def test_one_topic_publishes_nothing(tmp_path, program):
     main, _ = program
-    assert main(["--only", "topic"]) == 0
+    assert main(["--only", "accuracy"]) == 0
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
 
 
@@ -156,7 +157,8 @@ def test_a_document_that_asks_for_an_unknown_table_is_named():
 
 def test_publishing_writes_tables_shown_pictures_and_the_front(tmp_path):
     root, drawn = tmp_path / "root", tmp_path / "drawn"
-    for folder in (drawn, root / "docs", root / "src" / "magmotor" / "run"):
+    kept = root / publishing.FRONT
+    for folder in (drawn, root / "docs", kept.parent):
         folder.mkdir(parents=True)
     colours = {"shown": (7, 8, 9), "below": (1, 2, 3), "hidden": (4, 5, 6)}
     for name, colour in colours.items():
@@ -167,11 +169,11 @@ def test_publishing_writes_tables_shown_pictures_and_the_front(tmp_path):
     front = {"machine": "abacus", "points": points}
     written = publishing.publish({"speeds": "new"}, front, drawn, root)
     names = {str(path.relative_to(root)) for path in written}
-    assert names == {"README.md", "docs/shown.png", "docs/below.png", "src/magmotor/run/front.json"}
+    assert names == {"README.md", "docs/shown.png", "docs/below.png", publishing.FRONT}
     with Image.open(root / "docs" / "below.png") as copy:
         assert (copy.size, copy.convert("RGB").getpixel((1, 1))) == ((4, 3), colours["below"])
     assert "new" in (root / "README.md").read_text()
-    assert json.loads((root / "src" / "magmotor" / "run" / "front.json").read_text()) == front
+    assert json.loads(kept.read_text()) == front
 
 
 def point(name, timestep, error, seconds, floor=0.0):
@@ -220,14 +222,14 @@ def test_the_cost_of_a_step_leaves_out_setting_up_and_disturbances():
     def seconds(steps):
         return 1.0 + 2e-6 * steps + next(disturbances, 0.0)
 
-    assert costs.seconds_a_step({"a": seconds}, {"a": 400_000}, 2) == {"a": pytest.approx(2e-6)}
+    assert timing.seconds_a_step({"a": seconds}, {"a": 400_000}, 2) == {"a": pytest.approx(2e-6)}
 
 
 def test_the_cost_of_a_step_is_measured_until_it_is_positive():
     short = iter([0.0, 9.0, 9.0, 1.0])
 
     def seconds(steps):
-        return next(short) if steps == costs.SHORT else 3.0
+        return next(short) if steps == timing.SHORT else 3.0
 
-    found = costs.seconds_a_step({"a": seconds}, {"a": costs.SHORT + 100}, 1)
+    found = timing.seconds_a_step({"a": seconds}, {"a": timing.SHORT + 100}, 1)
     assert found == {"a": pytest.approx(0.02)}

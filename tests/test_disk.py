@@ -399,6 +399,7 @@ def anything(value) -> Any:
         (lambda: mm.Disk(surface="ice"), "surface = 'ice': must be one of planar, plane"),
         (lambda: mm.LangevinParticle(friction=-1), "friction = -1: must be at least 0"),
         (lambda: mm.gibbs(mm.Disk(noise=0.0), 3), "noise = 0.0: must be positive"),
+        (lambda: mm.gibbs(mm.LangevinParticle(), 3, d=1.0), "d = 1.0: must be None"),
     ],
 )
 def test_bad_scenes_are_named_with_value_and_bound(make, message):

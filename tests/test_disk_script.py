@@ -14,7 +14,7 @@ import xarray as xr
 
 import magmotor as mm
 from magmotor.devices.disk.plots import FIGURES
-from magmotor.observables import flight_survival, local_slope
+from magmotor.observables import d_diffusion, flight_survival, local_slope
 from magmotor.theory import DiskTheory
 
 SCRIPTS = Path(__file__).parents[1] / "scripts"
@@ -152,6 +152,22 @@ def test_local_slope_of_a_power_and_of_brownian_motion():
     assert (np.abs(found.slope - 1) < 4 * found.slope_error).all()
     ballistic = run.assign(path=run.path * 0 + run.time)
     np.testing.assert_allclose(local_slope(ballistic).slope, 2, rtol=1e-12)
+
+
+def test_d_diffusion_of_brownian_motion():
+    """Whose D is 3, of d alone: the slip v + omega of each replica stays as it is."""
+    scene, random = mm.Disk(sigma=0.7), np.random.default_rng(1)
+    steps = random.normal(0, np.sqrt(6), (40000, 5))
+    d, slip = 40 + steps.cumsum(axis=1), 10 * random.standard_normal((40000, 1))
+    columns = {"v": (scene.sigma * slip - d) / 1.7, "omega": (slip + d) / 1.7}
+    run = xr.Dataset({name: (("replica", "time"), v) for name, v in columns.items()})
+    found = d_diffusion(run.assign_coords(time=np.arange(5.0)), scene)
+    # Of d(4)^2 - d(0)^2, for variances 30 and 6, the variance is 2 (30^2 + 6^2 - 2 6^2).
+    expected = np.sqrt(2 * (30**2 - 6**2) / 40000) / 8
+    np.testing.assert_allclose(found.diffusion_error, expected, rtol=0.03)  # 0.006
+    assert abs(float(found.diffusion) - 3) < 3 * expected  # 1.2 of them
+    with pytest.raises(ValueError, match="replicas = 1: must be at least 2"):
+        d_diffusion(run.assign_coords(time=np.arange(5.0)).isel(replica=0), scene)
 
 
 def test_flight_survival_with_flights_that_did_not_end():

@@ -298,6 +298,16 @@ def test_a_diverging_ensemble_raises_with_what_it_has():
     assert 0 < caught.value.time < 1e6
 
 
+def test_states_of_one_d_have_the_slip_of_all():
+    scene = mm.Disk(sigma=0.7)
+    state = mm.gibbs(scene, 40_000, seed=1, d=30.0)
+    d, slip = scene.sigma * state["omega"] - state["v"], state["v"] + state["omega"]
+    np.testing.assert_allclose(d, 30.0, rtol=2e-14)  # 7e-16
+    expected = theory.gibbs_mean_squares(scene)["slip"]
+    assert (slip**2).mean() == pytest.approx(expected, rel=0.03)  # 0.008, one deviation: 0.007
+    assert abs(slip.mean()) < 0.02 * expected**0.5  # 0.003, one deviation: 0.005
+
+
 @pytest.mark.parametrize("noise", [0.3, 0.05])
 def test_a_cold_state_is_drawn_from_an_asymmetric_well(noise):
     """Whose depth the sum of the coefficients overrates: by that bound hardly a try is kept."""

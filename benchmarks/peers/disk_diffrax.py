@@ -13,7 +13,6 @@ if hasattr(os, "sched_setaffinity"):
 import diffrax  # pyright: ignore[reportMissingImports]
 import jax  # pyright: ignore[reportMissingImports]
 import jax.numpy as jnp  # pyright: ignore[reportMissingImports]
-from turns import serve
 
 SIGMA, FRICTION, NOISE, H = 0.5, 0.1, 5.0, 0.01
 STEPS = 500
@@ -57,11 +56,9 @@ def by_jax(keys):
 keys_of = cache(lambda replicas: jax.random.split(jax.random.key(0), replicas))
 diffrax_run, jax_run = jax.jit(jax.vmap(by_diffrax)), jax.jit(by_jax)
 
-if __name__ == "__main__":
-    sizes = (1024, 4096, 16384)
-    serve(
-        {
-            "diffrax": (lambda n: jax.block_until_ready(diffrax_run(keys_of(n))), sizes, STEPS),
-            "JAX scan": (lambda n: jax.block_until_ready(jax_run(keys_of(n))), sizes, STEPS),
-        }
-    )
+SIZES = (1024, 4096, 16384)
+PEERS = {
+    "diffrax": (lambda n: jax.block_until_ready(diffrax_run(keys_of(n))), SIZES, STEPS),
+    "JAX scan": (lambda n: jax.block_until_ready(jax_run(keys_of(n))), SIZES, STEPS),
+}
+"""See turns.py."""

@@ -1,4 +1,4 @@
-"""The disk's stochastic variational Euler scheme in vectorised NumPy, without temporaries."""
+"""The disk's stochastic variational Euler scheme in vectorized NumPy, without temporaries."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -4,7 +4,10 @@ import warnings
 
 import torch  # pyright: ignore[reportMissingImports]
 import torchsde  # pyright: ignore[reportMissingImports]
-from turns import serve
+
+torch.set_num_threads(1)
+torch.set_default_dtype(torch.float64)
+warnings.simplefilter("ignore")  # the last step ends by rounding beyond the path's end
 
 SIGMA, FRICTION, NOISE, H = 0.5, 0.1, 5.0, 0.01
 STEPS = 200
@@ -35,8 +38,5 @@ def run(replicas: int):
     return torchsde.sdeint(Disk(replicas), start, times, bm=path, method="euler", dt=H)
 
 
-if __name__ == "__main__":
-    torch.set_num_threads(1)
-    torch.set_default_dtype(torch.float64)
-    warnings.simplefilter("ignore")  # the last step ends by rounding beyond the path's end
-    serve({"torchsde": (run, (4096, 8192, 16384), STEPS)})
+PEERS = {"torchsde": (run, (4096, 8192, 16384), STEPS)}
+"""See turns.py."""

@@ -13,7 +13,7 @@ from magmotor.devices.ball.landscape import (
     valley_radius,
 )
 from magmotor.devices.ball.slip import slip_velocity
-from magmotor.devices.disk.observables import flight_survival, local_slope
+from magmotor.devices.disk.observables import d_diffusion, flight_survival, local_slope
 from magmotor.devices.motor.energy import efficiency
 from magmotor.devices.motor.exponential_law import exponential_test, squared_variation
 from magmotor.devices.motor.flights import censored_mean, flights, stays, transitions
@@ -36,6 +36,7 @@ __all__ = [
     "azimuth",
     "censored_mean",
     "critical_points",
+    "d_diffusion",
     "effective_potential",
     "efficiency",
     "energy",

@@ -1,11 +1,12 @@
 """Initial states drawn from the Gibbs measure."""
 
 import math
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
-from magmotor.common.arguments import Count, Seed, checked
+from magmotor.common.arguments import Count, Seed, checked, number
 from magmotor.common.checks import reject
 from magmotor.devices.disk.scene import Disk, LangevinParticle, derivative, steepest_curvature
 from magmotor.devices.disk.theory.stationary import gibbs_deviations
@@ -20,7 +21,11 @@ COLDEST = 1e6
 
 @checked
 def gibbs(
-    scene: Disk | LangevinParticle, replicas: Count, *, seed: Seed = 0
+    scene: Disk | LangevinParticle,
+    replicas: Count,
+    *,
+    seed: Seed = 0,
+    d: Annotated[float, number()] | None = None,
 ) -> dict[str, NDArray[np.float64]]:
     """Independent states of the Gibbs measure exp(-beta E), equation (kjhss).
 
@@ -31,6 +36,9 @@ def gibbs(
         How many.
     seed : int
         Of NumPy's generator; it has nothing to do with the Brownian paths of the same seed.
+    d : float, optional
+        Of a disk, the measure given that sigma omega - v has this value, dimensionless. The
+        position and the slip v + omega, which are independent of it, are distributed as without.
 
     Returns
     -------
@@ -41,10 +49,13 @@ def gibbs(
     Raises
     ------
     ValueError
-        The scene has no temperature or one that is next to none, or `replicas` is less than 1.
+        The scene has no temperature or one that is next to none, `replicas` is less than 1, or
+        `d` is given for a Langevin particle.
     """
     if not scene.noise:
         raise reject("noise", scene.noise, "positive: without it there is no temperature")
+    if d is not None and not isinstance(scene, Disk):
+        raise reject("d", d, "None: a Langevin particle has no disk that rotates")
     random = np.random.default_rng(seed)
     x = _positions(scene, replicas, random)
     v, *omega = gibbs_deviations(scene)
@@ -52,6 +63,10 @@ def gibbs(
     if isinstance(scene, Disk):
         state["theta"] = random.uniform(0, 2 * math.pi, replicas)
         state["omega"] = omega[0] * random.standard_normal(replicas)
+        if d is not None:
+            change = (d - scene.sigma * state["omega"] + state["v"]) / (1 + scene.sigma)
+            state["v"] -= change
+            state["omega"] += change
     return state
 
 

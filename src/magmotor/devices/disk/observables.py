@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from magmotor.common.arguments import number
 from magmotor.common.checks import reject
 from magmotor.common.files import as_told
-from magmotor.device.analysis import analysis
+from magmotor.device.analysis import OWN, analysis
 from magmotor.devices.disk.scene import Disk, LangevinParticle, derivative
 
 Array = NDArray[np.float64]
@@ -73,6 +73,44 @@ def _has_all_bins(durations: NDArray[np.float64], told: dict[str, Any]) -> bool:
     ratio = 2**0.25
     even = np.allclose(durations[1:], ratio * durations[:-1], rtol=1e-6)
     return bool(even and np.isclose(durations[0], sample) and durations[-1] * ratio > seen)
+
+
+@analysis("v", "omega", of=Disk, records=2)
+def d_diffusion(run: xr.Dataset, scene: Disk = OWN) -> xr.Dataset:
+    r"""Diffusion coefficient D(d) of d = -v + sigma omega, of replicas that started from one d.
+
+    Einstein's relation: the variance of d over the replicas grows by 2 D a unit of time, between
+    the first record of the run and its last. At first d oscillates with the potential, too: leave
+    out those records, as in ``d_diffusion(run.sel(time=slice(20, None)))``. The last record must
+    come before d has moved to where D is another; `magmotor.theory.d_diffusion` is the theory.
+
+    Parameters
+    ----------
+    run : xarray.Dataset
+        From `simulate`, of a `Disk`, with replicas from ``gibbs(scene, replicas, d=d)``; or the
+        final states of ensembles of different durations, joined along `time`.
+    scene : Disk, optional
+        By default, the run's own.
+
+    Returns
+    -------
+    xarray.Dataset
+        `diffusion`, dimensionless (d^2 over time), and its standard error `diffusion_error`, from
+        the scatter of the replicas' squares.
+
+    Raises
+    ------
+    ValueError
+        There are fewer than two records or replicas.
+    """
+    replicas = run.sizes.get("replica", 1)
+    if replicas < 2:
+        raise reject("replicas", replicas, "at least 2: their scatter grows")
+    d = (scene.sigma * run.omega - run.v).values
+    early, late = (column - column.mean() for column in (d[:, 0], d[:, -1]))
+    grown = (late**2 - early**2) / (2 * float(run.time[-1] - run.time[0]))
+    error = grown.std() / replicas**0.5
+    return xr.Dataset({"diffusion": grown.mean(), "diffusion_error": error})
 
 
 @analysis("path", of=(Disk, LangevinParticle), records=2)

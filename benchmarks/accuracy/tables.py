@@ -1,0 +1,154 @@
+"""Tables of the cheapest methods, of what each owns of the front, of orders and costs."""
+
+from collections.abc import Callable, Mapping, Sequence
+from math import inf
+
+import numpy as np
+
+from benchmarks.accuracy.points import (
+    SAME,
+    USELESS,
+    Point,
+    by_method,
+    cheapest,
+    chosen,
+    points_of,
+    step_costs,
+)
+from benchmarks.accuracy.subjects import SUBJECTS
+from benchmarks.harness.records import Record
+from benchmarks.harness.tables import number, table
+from magmotor.numerics.splittings import RIGID, kicks_that_evaluate
+
+LEVELS = {"10 %": 0.1, "1 %": 0.01, "0.1 %": 1e-3, "1e-4": 1e-4, "1e-6": 1e-6}
+QUANTITIES = {
+    ("top", "momentum_map"): "top, case 4: J over 60 s",
+    ("top", "position"): "top, case 4: position at 20 s",
+    ("free top", "position"): "top, case 2: position at 20 s",
+    ("free top", "energy"): "top, case 2: energy over 500 s",
+    ("top on a plane", "momentum_map"): "top on a plane: J over 60 s",
+    ("motor", "path"): "motor: position at 20 s on a path",
+    ("motor", "temperature"): "motor: temperatures",
+    ("disk", "path"): "disk: x at t = 10 on a path",
+    ("disk", "temperature"): "disk: temperature",
+    ("disk", "diffusion"): "disk: diffusion of d",
+}
+DEFAULT, DEFAULT_STEP, PAPER = "mujoco/euler", 0.002, "variational/euler"
+GAIN_LEVEL = "1 %"
+
+ORDER_OF = "top", "position"
+"""What orders are measured by: where no noise, friction, and symmetry of the motion help."""
+ROUNDING, SHORTEST = 1e-9, 3
+"""Errors above this one and so many of the shortest steps show it."""
+
+IN_MUJOCO = {"rk4": 4}
+"""Evaluations of the forces a step, of MuJoCo's methods that take several."""
+
+Curves = Mapping[str, Sequence[Point]]
+"""Points by what the rows are called."""
+
+
+def tabulate(records: Mapping[str, Record]) -> dict[str, str]:
+    """All tables, by name."""
+    points, costs = points_of(records), step_costs(records)
+    curves = {title: chosen(points, *of) for of, title in QUANTITIES.items()}
+    in_mujoco = {
+        title: [point for point in curve if point.method.startswith("mujoco")]
+        for title, curve in curves.items()
+    }
+    return {
+        "cheapest": _cheapest(curves),
+        "cheapest_mujoco": _cheapest(in_mujoco),
+        "gains": _gains(curves, in_mujoco, costs),
+        "front_shares": _front_shares(curves),
+        "methods": _methods(chosen(points, *ORDER_OF), costs),
+    }
+
+
+def _cheapest(curves: Curves) -> str:
+    """By quantity and error: method, step in s, and microseconds of a simulated second."""
+    rows = [
+        [title, *(_told(cheapest(curve, error)) for error in LEVELS.values())]
+        for title, curve in curves.items()
+    ]
+    return table(["largest error", *LEVELS], rows)
+
+
+def _told(point: Point | None) -> str:
+    if point is None:
+        return "-"
+    return f"`{point.method}` {point.timestep:.2g}: {number(1e6 * point.seconds)} µs"
+
+
+def _gains(curves: Curves, in_mujoco: Curves, costs: Mapping[tuple[str, str], float]) -> str:
+    """How many times cheaper than what one pays now."""
+    rows = []
+    for (subject, _), title in QUANTITIES.items():
+        curve, error = curves[title], LEVELS[GAIN_LEVEL]
+        if "top" in subject:
+            name, usual = "MuJoCo's Euler at 2 ms", costs[subject, DEFAULT] / DEFAULT_STEP
+        else:
+            paper = cheapest([point for point in curve if point.method == PAPER], error)
+            name, usual = "the paper's scheme", paper.seconds if paper else inf
+        best = (cheapest(curve, error), cheapest(in_mujoco[title], error))
+        cells = [number(usual / p.seconds) if p and usual < inf else "-" for p in best]
+        rows.append([title, name, number(1e6 * usual) if usual < inf else "-", *cells])
+    columns = [f"error {GAIN_LEVEL}", "now", "µs", "gain of the best", "of MuJoCo's best"]
+    return table(columns, rows)
+
+
+def _front_shares(curves: Curves) -> str:
+    """Least cost of each method over that of the others at no larger error."""
+    found = {title: by_method(curve) for title, curve in curves.items()}
+    return _by_method(found, _share)
+
+
+def _share(curves: Mapping[str, Sequence[Point]], method: str) -> str:
+    good = {name: [p for p in curve if p.stable] for name, curve in curves.items()}
+    others = [point for name, curve in good.items() if name != method for point in curve]
+    ratios = [
+        point.seconds
+        / min((p.seconds for p in others if p.bound <= SAME * point.bound), default=inf)
+        for point in good[method]
+        if point.bound < USELESS
+    ]
+    return "alone" if 0 in ratios else number(min(ratios, default=None))
+
+
+def _methods(order_curve: Sequence[Point], costs: Mapping[tuple[str, str], float]) -> str:
+    """Measured order, evaluations of the forces a step, and microseconds a step."""
+    orders = {method: _order(curve) for method, curve in by_method(order_curve).items()}
+    columns = {
+        "order": {method: f"{order:.2f}" for method, order in orders.items() if order},
+        "evaluations": {method: f"{_evaluations(method)}" for _, method in costs},
+    }
+    for name in SUBJECTS:
+        found = {method: cost for (of, method), cost in costs.items() if of == name}
+        columns[f"{name}, µs"] = {m: f"{1e6 * cost:.2g}" for m, cost in found.items()}
+    return _by_method(columns, lambda column, method: column[method])
+
+
+def _order(curve: Sequence[Point]) -> float | None:
+    """The exponent of the step in the error, by regression over the shortest steps."""
+    good = [p for p in curve if p.error > ROUNDING and p.stable][:SHORTEST]
+    steps, errors = ([getattr(p, name) for p in good] for name in ("timestep", "error"))
+    if len(set(steps)) < 2:  # of an adaptive method there is one
+        return None
+    return float(np.polyfit(np.log(steps), np.log(errors), 1)[0])
+
+
+def _evaluations(method: str) -> int:
+    engine, scheme = method.split("/")
+    if engine == "mujoco":
+        return IN_MUJOCO.get(scheme, 1)
+    return sum(kicks_that_evaluate(RIGID[scheme].parts))
+
+
+def _by_method(columns: Mapping[str, Mapping[str, object]], cell: Callable[..., str]) -> str:
+    """A row a method, a column a mapping from methods."""
+    methods = dict.fromkeys(method for column in columns.values() for method in column)
+    rows = [
+        [f"`{method}`", *(cell(c, method) if method in c else "" for c in columns.values())]
+        for method in methods
+    ]
+    return table(["", *columns], rows)

@@ -1,0 +1,98 @@
+"""Errors of the top, which has no noise: against SciPy's DOP853 with the paper's equations."""
+
+import time
+from collections.abc import Mapping
+from functools import cache, partial
+from unittest.mock import patch
+
+import numpy as np
+import xarray as xr
+
+import magmotor as mm
+from benchmarks.accuracy.subjects import SUBJECTS, record_of, stepping_methods
+from benchmarks.harness.records import Case, Record
+from magmotor.run import in_scipy as dop853
+
+QUICK_NUMBERS = sorted({2**k for k in range(8)} | {500})
+NUMBERS = sorted({*QUICK_NUMBERS, 256, 512} | {round(2 ** (k / 3)) for k in range(17)})
+"""Of steps in a second, so that every run has the same records; 500 is MuJoCo's default."""
+
+TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-8, 1e-10, 1e-12)
+TRUTH = 1e-13
+
+QUANTITIES = {
+    "top": ("position", "momentum_map", "momentum_map_20"),
+    "free top": ("position", "momentum_map", "energy"),
+    "top on a plane": ("position", "momentum_map", "momentum_map_20"),
+}
+DURATIONS = {"top": 60, "free top": 500, "top on a plane": 60}
+REACH = 20
+"""When positions are compared, in s: within the free top's Lyapunov time of 20 to 40 s."""
+
+
+def cases(quick: bool) -> list[Case]:
+    """One for each subject, method and step, or tolerance."""
+    numbers = QUICK_NUMBERS if quick else NUMBERS
+    stepping = [
+        Case(f"error/{name}/{method}/{number}", partial(_step, name, method, number), cost)
+        for name in DURATIONS
+        for method in stepping_methods(name)
+        for number in numbers
+        for cost in [0.05 + DURATIONS[name] * number * (6e-6 if "rk4" in method else 1e-6)]
+    ]
+    adaptive = [
+        Case(f"error/top/scipy/dop853/{tolerance:g}", partial(_adapt, "top", tolerance), 0.1)
+        for tolerance in TOLERANCES
+    ]
+    return stepping + adaptive
+
+
+def _step(name: str, method: str, number: int) -> Record:
+    def errors() -> dict[str, list[float]]:
+        return _errors(name, _run(name, method, number))
+
+    return record_of(name, method, 1 / number, QUANTITIES[name], errors)
+
+
+def _run(name: str, method: str, number: int) -> xr.Dataset:
+    return mm.simulate(
+        SUBJECTS[name].scene, method=method, timestep=1 / number, duration=DURATIONS[name],
+        record_interval=number, allow_unstable=True,
+    )  # fmt: skip
+
+
+def _adapt(name: str, tolerance: float) -> Record:
+    """An adaptive method has a tolerance instead of a step, and its cost varies with that."""
+    begin = time.perf_counter()
+    run = _solution(name, tolerance)
+    seconds = (time.perf_counter() - begin) / DURATIONS[name]
+    record = record_of(name, "scipy/dop853", 1.0, QUANTITIES[name], lambda: _errors(name, run))
+    return {**record, "tolerance": tolerance, "seconds": seconds}
+
+
+def _solution(name: str, tolerance: float, duration: int = 0) -> xr.Dataset:
+    scene, duration = SUBJECTS[name].scene, duration or DURATIONS[name]
+    with patch.object(dop853, "RELATIVE_TOLERANCE", tolerance):
+        return mm.simulate(scene, method="scipy/dop853", timestep=1.0, duration=duration)
+
+
+@cache
+def _truth(name: str) -> xr.Dataset:
+    return _solution(name, TRUTH, REACH if name == "free top" else DURATIONS[name])
+
+
+def _errors(name: str, run: xr.Dataset) -> dict[str, list[float]]:
+    truth = _truth("free top" if name == "free top" else "top")
+    distance = np.linalg.norm((run.position - truth.position).sel(time=REACH)[:2])
+    far = np.linalg.norm(truth.position[:, :2], axis=1).max()
+    found: Mapping[str, float] = {"position": float(distance / far)}
+    if name == "free top":
+        found |= {n: _largest_change(run[n].values) for n in ("momentum_map", "energy")}
+    else:
+        gap = np.abs(run.momentum_map - truth.momentum_map) / np.abs(truth.momentum_map).max()
+        found |= {"momentum_map": float(gap.max()), "momentum_map_20": float(gap.sel(time=REACH))}
+    return {quantity: [error, 0.0] for quantity, error in found.items()}
+
+
+def _largest_change(values: np.ndarray) -> float:
+    return float(np.abs(values / values[0] - 1).max())

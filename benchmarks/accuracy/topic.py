@@ -1,0 +1,112 @@
+"""Speed against accuracy: every method of every scene at many steps, and which is the cheapest."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from benchmarks.accuracy import cost, diffusion, paths, top
+from benchmarks.accuracy.panels import Mark, Panel, draw_panels
+from benchmarks.accuracy.points import points_of
+from benchmarks.accuracy.subjects import DISK, MOTOR, SUBJECTS
+from benchmarks.accuracy.tables import tabulate
+from benchmarks.harness.machine import machine, versions
+from benchmarks.harness.records import Case, Record
+from magmotor.devices.motor.theory import euler_slip_overheating
+from magmotor.theory import euler_slip_variance, gibbs_mean_squares
+
+PARTS = (cost, top, paths, diffusion)
+
+
+def _disk_overheating(timestep: float) -> float:
+    return euler_slip_variance(DISK, timestep) / gibbs_mean_squares(DISK)["slip"] - 1
+
+
+def _motor_overheating(timestep: float) -> float:
+    return euler_slip_overheating(MOTOR, timestep) - 1
+
+
+DEFAULT = Mark("mujoco/euler", 1 / 500, "MuJoCo's default")
+SPIN = Panel("top", "momentum_map", "Top, case 4: J over 60 s", mark=DEFAULT)
+HEAT = Panel("motor", "temperature", "Motor: temperature of slip and ring", _motor_overheating)
+FLIGHT = Panel("disk", "diffusion", "Disk: diffusion of d at three deviations")
+PICTURES = {
+    "speed_accuracy": ([SPIN, HEAT, FLIGHT], 3),
+    "speed_accuracy_top": (
+        [
+            SPIN,
+            Panel("top", "momentum_map_20", "Top, case 4: J at 20 s"),
+            Panel("top", "position", "Top, case 4: position at 20 s"),
+            Panel("top on a plane", "momentum_map", "Case 4 on a plane: J over 60 s"),
+            Panel("free top", "position", "Without friction, case 2: position at 20 s"),
+            Panel("free top", "energy", "Case 2: energy kept over 500 s"),
+            Panel("free top", "momentum_map", "Case 2: J kept over 500 s"),
+            Panel("top on a plane", "position", "Case 4 on a plane: position at 20 s"),
+        ],
+        4,
+    ),
+    "speed_accuracy_disk": (
+        [
+            Panel("disk", "path", "Disk: x at t = 10 along a Brownian path"),
+            Panel("disk", "temperature", "Disk: slip's temperature", _disk_overheating),
+            FLIGHT,
+        ],
+        3,
+    ),
+    "speed_accuracy_motor": (
+        [
+            Panel("motor", "path", "Motor: position at 20 s along a Brownian path"),
+            Panel("motor", "slip_path", "Motor: slip at 20 s along a Brownian path"),
+            Panel("motor", "ring_path", "Motor: ring's axis at 20 s along a Brownian path"),
+            Panel("motor", "slip_temperature", "Motor: slip's temperature", _motor_overheating),
+            Panel("motor", "ring_temperature", "Motor: ring's temperature"),
+            HEAT,
+        ],
+        3,
+    ),
+}  # fmt: skip
+"""Panels of each, and how many stand in a row."""
+
+NOTE = (
+    "Lower left is better; the broad line joins the best of the stable. Filled: MuJoCo. Crosses at"
+    " the right: failed, or off by more than 100 %.\nGrey, and points with arrows: at most twice"
+    " the standard error of sampling. Errors below 1e-10 are drawn there."
+)
+
+FRONT = {
+    "top": ("momentum_map", "position"),
+    "free top": ("energy",),
+    "top on a plane": ("momentum_map", "position"),
+    "disk": ("path", "temperature", "diffusion"),
+    "motor": ("path", "temperature"),
+}
+"""Quantities that `magmotor.recommend` knows, by the subject that they were measured on."""
+
+
+def cases(quick: bool) -> list[Case]:
+    """Everything that is measured."""
+    return [case for part in PARTS for case in part.cases(quick)]
+
+
+def draw(records: Mapping[str, Record], folder: Path) -> None:
+    """Draw all pictures."""
+    points = points_of(records)
+    for name, (panels, columns) in PICTURES.items():
+        draw_panels(points, panels, columns, folder / f"{name}.png", NOTE)
+
+
+def tables(records: Mapping[str, Record]) -> dict[str, str]:
+    """All tables, in Markdown."""
+    return tabulate(records)
+
+
+def front(records: Mapping[str, Record]) -> dict[str, Any]:
+    """What `magmotor.recommend` reads: the points that did not fail, by scene and surface."""
+    found = []
+    for point in points_of(records):
+        stepping = point.method != "scipy/dop853"
+        if point.quantity in FRONT[point.subject] and point.error < float("inf") and stepping:
+            scene = SUBJECTS[point.subject].scene
+            where = {"scene": type(scene).__name__, "surface": scene.surface}
+            found.append({**where, **point._asdict()})
+            del found[-1]["subject"]
+    return {"machine": machine(), "versions": versions(), "points": found}

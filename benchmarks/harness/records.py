@@ -1,0 +1,121 @@
+"""Records of measurements: one case is one record, a line of JSON on disk.
+
+A program that was stopped goes on with the cases that have no record yet.
+"""
+
+import json
+import os
+import zlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache
+from inspect import getsourcefile
+from pathlib import Path
+from typing import Any
+
+from tqdm import tqdm
+
+from benchmarks.harness.machine import machine, versions
+from magmotor.common.versions import package_checksum
+
+BAR = "{l_bar}{bar}| {elapsed}<{remaining} {postfix}"
+
+Record = dict[str, Any]
+"""Plain numbers, strings and lists; `failed` says why there is no result."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A measurement: its key among all, what makes the record, and about how long that takes."""
+
+    key: str
+    run: Callable[[], Record]
+    seconds: float = 1.0
+
+
+class Store:
+    """The records in a file, by their cases' keys.
+
+    Those are known that were made on this machine, by these versions and this code: magmotor's and
+    that of the module which holds the case's function.
+
+    Parameters
+    ----------
+    path : Path
+        Made, with its folder, when the first record is kept.
+    """
+
+    def __init__(self, path: Path):
+        self.path = path
+        self._checksum = cache(_checksum)  # a file that is edited meanwhile is not what runs
+        self._maker = {"machine": machine(), **versions(), "code": package_checksum()}
+        self._lines = self._read()
+
+    def find(self, case: Case) -> Record | None:
+        """Return the record of a case, if there is one."""
+        line = self._lines.get(case.key)
+        if line is None or line["maker"] != self._maker_of(case):
+            return None
+        return line["record"]
+
+    def keep(self, case: Case, record: Record) -> None:
+        """Append the record of a case; it is on the disk when this returns."""
+        line = {"key": case.key, "maker": self._maker_of(case), "record": record}
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        with self.path.open("a", encoding="utf-8") as file:
+            file.write(json.dumps(line, allow_nan=False) + "\n")
+            file.flush()
+            os.fsync(file.fileno())
+        self._lines[case.key] = line
+
+    def _maker_of(self, case: Case) -> dict[str, str | int]:
+        return {**self._maker, "case": self._checksum((_source(case.run),))}
+
+    def _read(self) -> dict[str, dict]:
+        """Return the last line of each key; a torn last line is cut off for good."""
+        if not self.path.exists():
+            return {}
+        text = self.path.read_bytes()
+        whole = text[: text.rfind(b"\n") + 1]
+        if whole != text:
+            os.truncate(self.path, len(whole))
+        lines = [json.loads(line) for line in whole.splitlines()]
+        return {line["key"]: line for line in lines}
+
+
+def measure(cases: Sequence[Case], store: Store) -> dict[str, Record]:
+    """Return the records of all cases by key, after making and keeping those that are missing.
+
+    Raises
+    ------
+    ValueError
+        Two cases have the same key.
+    """
+    records = {case.key: store.find(case) for case in cases}
+    if len(records) < len(cases):
+        raise ValueError("two cases have the same key")
+    missing = [case for case in cases if records[case.key] is None]
+    total = sum(case.seconds for case in missing)
+    title = f"{len(missing)} of {len(cases)} cases"
+    with tqdm(total=total, bar_format=BAR, desc=title, disable=None) as progress:
+        for case in missing:
+            progress.set_postfix_str(case.key)
+            try:
+                records[case.key] = record = case.run()
+            except Exception as error:
+                error.add_note(f"in the case {case.key}")
+                raise
+            store.keep(case, record)
+            progress.update(case.seconds)
+    return {key: record for key, record in records.items() if record is not None}
+
+
+def _source(run: Callable[[], Record]) -> Path:
+    function = getattr(run, "func", run)  # what a partial calls
+    found = getsourcefile(function)
+    assert found, "the functions of cases are written in Python"
+    return Path(found)
+
+
+def _checksum(files: tuple[Path, ...]) -> int:
+    return zlib.crc32(b"".join(file.read_bytes() for file in files))

@@ -1,0 +1,90 @@
+"""The disk's ensemble by other means: what a step of one of many replicas costs, on one thread.
+
+The paper's disk by its own scheme, or Euler's where that is what there is, at h = 0.01.
+"""
+
+from collections.abc import Callable
+from contextlib import ExitStack
+from functools import partial
+
+from benchmarks.harness.records import Case, Record
+from benchmarks.harness.tables import number, seconds, table
+from benchmarks.harness.timing import in_turns
+from benchmarks.peers import ensembles
+from magmotor.common import style
+
+OURS = "variational/euler, 32 lanes"
+
+
+def _ours(left_out: list[str], stack: ExitStack) -> ensembles.Cases:
+    return {"variational/baoab, 32 lanes": partial(ensembles.by_kernel, "baoab")}
+
+
+def _compiled(left_out: list[str], stack: ExitStack) -> ensembles.Cases:
+    return {"compiled scalar loop": ensembles.by_scalar_loop}
+
+
+GROUPS: dict[str, Callable[[list[str], ExitStack], ensembles.Cases]] = {
+    "ours": _ours,
+    "C": lambda left_out, stack: ensembles.by_c(left_out),
+    "loop": _compiled,
+    "NumPy": lambda left_out, stack: ensembles.by_numpy(),
+    "diffrax": partial(ensembles.elsewhere, programs=["disk_diffrax"]),
+    "torchsde": partial(ensembles.elsewhere, programs=["disk_torchsde"]),
+}
+
+
+SLOW = ("diffrax", "torchsde")
+"""Left out with --quick."""
+
+
+def cases(quick: bool) -> list[Case]:
+    turns = 3 if quick else 10
+    return [
+        Case(f"peers/disk/{name}", partial(_measure, name, turns), 12 if name in SLOW else 4)
+        for name in GROUPS
+        if not (quick and name in SLOW)
+    ]
+
+
+def _measure(name: str, turns: int) -> Record:
+    left_out: list[str] = []
+    with ExitStack() as stack:
+        group = GROUPS[name](left_out, stack)
+        if not group:
+            return {"failed": "not installed: " + ", ".join(left_out)}
+        both = {OURS: partial(ensembles.by_kernel, "euler")} | group
+        least = {other: min(times) for other, times in in_turns(both, turns).items()}
+    return {other: {"seconds": wall, "ratio": wall / least[OURS]} for other, wall in least.items()}
+
+
+def _rows(records: dict[str, Record]) -> dict[str, Record]:
+    """What was measured, by name."""
+    found: dict[str, Record] = {OURS: {}}
+    for name in GROUPS:
+        record = records.get(f"peers/disk/{name}", {})
+        found |= {name: record} if "failed" in record else record
+    found[OURS] = records["peers/disk/ours"][OURS]
+    return found
+
+
+def tabulate(records: dict[str, Record]) -> str:
+    rows = []
+    for name, record in _rows(records).items():
+        known = "failed" not in record
+        costs = [seconds(record["seconds"]), number(record["ratio"])] if known else ["", ""]
+        rows.append([name if known else f"{name} ({record['failed']})", *costs])
+    return table(["the disk", "a step of a replica", "over ours"], rows)
+
+
+def bars(records: dict[str, Record]) -> list[tuple[str, float | None, str, str]]:
+    """Name, length, text beside it and color of each bar."""
+    found = []
+    for name, record in _rows(records).items():
+        color = style.BLUE if name.startswith("variational") else style.GREY
+        if "failed" in record:
+            found.append((name, None, record["failed"], color))
+        else:
+            text = f"{seconds(record['seconds'])}, ×{number(record['ratio'])}"
+            found.append((name, 1e9 * record["seconds"], text, color))
+    return found

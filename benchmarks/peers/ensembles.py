@@ -1,0 +1,109 @@
+"""The disk's ensemble by the kernel and by other means: seconds that a step of a replica takes.
+
+The paper's disk by its own scheme, in batches of many replicas on one thread.
+"""
+
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+import magmotor as mm
+from benchmarks.harness.timing import in_turns, seconds_of
+from benchmarks.peers import disk_numpy, disk_scalar
+from benchmarks.peers.compiled_c import CDisk, NotBuilt
+from benchmarks.peers.other_environment import NotThere, Peer
+from magmotor.devices.disk.reference import kernel, law
+
+SCENE, H, SEED = mm.Disk(), 0.01, 7
+REPLICAS, STEPS = 4096, 2000
+PART = 256
+"""Replicas that a thread takes at a time, so that neither waits for the other in the end."""
+
+PROGRAMS = ("disk_diffrax", "disk_torchsde")
+NUMPY_REPLICAS = (4096, 16384, 65536)
+Cases = dict[str, Callable[[], float]]
+
+
+def by_kernel(scheme: str, steps: int = STEPS, threads: int = 1) -> float:
+    advance, rule = kernel(SCENE, scheme), law(SCENE, scheme, H)
+
+    def work(first: int) -> None:
+        advance(np.zeros((4, PART)), np.empty((1, 4, PART)), 0, steps, SEED, first, 1, 0, rule)
+
+    with ThreadPoolExecutor(threads) as pool:
+        run = partial(pool.map, work, range(0, REPLICAS, PART))
+        return seconds_of(lambda: list(run())) / REPLICAS / steps
+
+
+def by_numpy() -> Cases:
+    """With the generator that NumPy gives by default, and with its fastest."""
+    generators = {"NumPy": np.random.PCG64, "NumPy, SFC64": np.random.SFC64}
+    cases: Cases = {}
+    for name, bits in generators.items():
+        rng = np.random.Generator(bits(SEED))
+        runs = {n: partial(_vectorized, rng, n) for n in NUMPY_REPLICAS}
+        times = in_turns(runs, turns=3)
+        best = min(times, key=lambda n: min(times[n]))
+        cases[f"{name} ({best})"] = runs[best]
+    return cases
+
+
+def _vectorized(rng: np.random.Generator, replicas: int) -> float:
+    steps = 1_000_000 // replicas
+    states = np.zeros((4, replicas))
+    run = partial(disk_numpy.advance, states, steps, rng, SCENE, H)
+    return seconds_of(run) / replicas / steps
+
+
+def by_scalar_loop(replicas: int = 16, steps: int = 50_000) -> float:
+    rng, states = np.random.default_rng(SEED), np.zeros((4, replicas))
+    numbers = SCENE.sigma, SCENE.friction, SCENE.noise, H
+    return seconds_of(partial(disk_scalar.advance, states, steps, rng, *numbers)) / replicas / steps
+
+
+def by_c(left_out: list[str]) -> Cases:
+    try:
+        same, other = CDisk(), CDisk("XOSHIRO")
+    except NotBuilt as error:
+        left_out.append(f"C, {error}")
+        return {}
+    _check(same)
+    return {
+        "C, the same algorithm": partial(_compiled, same),
+        "C, xoshiro256++": partial(_compiled, other),
+    }
+
+
+def _compiled(c: CDisk) -> float:
+    states, rule = np.zeros((4, REPLICAS)), law(SCENE, "euler", H)
+    return seconds_of(partial(c.advance, states, STEPS, SEED, rule)) / REPLICAS / STEPS
+
+
+def _check(c: CDisk) -> None:
+    """After 100 steps C and the kernel are at the same states."""
+    rule = law(SCENE, "euler", H)
+    ours: NDArray[np.float64] = np.zeros((4, 256))
+    theirs = ours.copy()
+    kernel(SCENE, "euler")(ours, np.empty((1, 4, 256)), 0, 100, SEED, 0, 1, 0, rule)
+    c.advance(theirs, 100, SEED, rule)
+    apart = np.abs(ours - theirs).max()
+    if not apart < 1e-9:
+        raise AssertionError(f"after 100 steps C is {apart} from the kernel")
+
+
+def elsewhere(left_out: list[str], stack: ExitStack, programs: Iterable[str] = PROGRAMS) -> Cases:
+    cases: Cases = {}
+    for program in programs:
+        try:
+            peer = Peer(program)
+        except NotThere as error:
+            left_out.append(f"{program}, {error}")
+            continue
+        stack.callback(peer.close)
+        for name, replicas in peer.replicas.items():
+            cases[f"{name} ({replicas})"] = partial(peer.seconds, name)
+    return cases

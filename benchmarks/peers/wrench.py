@@ -1,0 +1,35 @@
+"""The magnetism callback by other means: in NumPy, and by magpylib."""
+
+import runpy
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import magpylib
+
+import magmotor as mm
+
+Callback = Callable[[Any, Any], None]
+TESTS = Path(__file__).parents[2] / "tests"
+
+
+def in_numpy() -> Callback:
+    """The twin by which the tests judge the compiled callback."""
+    (twin,) = TESTS.rglob("numpy_twin.py")
+    return runpy.run_path(str(twin))["apply_magnetism"]
+
+
+def by_magpylib(scene: mm.Top) -> Callback:
+    """Of the top's ball, from a collection of the ring's dipoles."""
+    sources = zip(*scene.ring_sources(), strict=True)
+    ring = magpylib.Collection(
+        *(magpylib.misc.Dipole(position=place, moment=moment) for place, moment in sources)
+    )
+    ball = magpylib.misc.Dipole(moment=(0, 0, scene.moment))
+
+    def apply(model: Any, data: Any) -> None:
+        body = data.body("ball")
+        ball.position, ball.moment = body.xpos, scene.moment * body.xmat[2::3]
+        body.xfrc_applied[:3], body.xfrc_applied[3:] = magpylib.getFT(ring, ball)
+
+    return apply
