@@ -110,9 +110,9 @@ docs: .venv/dev-ready  ## the documentation site: out/site/; opens from disk
 	@echo "== docs: building out/site/, where any warning is an error (the notebook runs, about a minute)"
 	@NO_MKDOCS_2_WARNING=1 $(PYTHON) -m mkdocs build --strict $(ARGS)
 
-compat: .venv-compat/ready  ## tests/test_compat.py on the oldest MuJoCo, 3.17
+compat: .venv-compat/ready  ## tests/programs/test_compat.py on the oldest MuJoCo, 3.17
 	@.venv-compat/bin/python -c 'import mujoco; print("== compat: running pytest on mujoco", mujoco.__version__)'
-	@.venv-compat/bin/python -m pytest tests/test_compat.py $(ARGS)
+	@.venv-compat/bin/python -m pytest tests/programs/test_compat.py $(ARGS)
 
 clean:  ## removes environments and caches; out/ stays
 	rm -rf .venv .venv-compat .venv-bench .cache .hypothesis .pytest_cache .ruff_cache build dist

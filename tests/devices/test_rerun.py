@@ -13,7 +13,7 @@ from every_method import EVERY_METHOD, SCENES, short
 
 import magmotor as mm
 
-SCRIPTS = Path(__file__).parents[1] / "scripts"
+SCRIPTS = Path(__file__).parents[2] / "scripts"
 BALL = {"axis": (0.3, -0.2, 0.8), "angular_velocity": (1.0, 0.2, -3.0), "velocity": (0.01, 0.02)}
 GIVEN: dict[type, dict[str, Any]] = {
     mm.Top: BALL,

@@ -18,7 +18,7 @@ from sweep_driver import contents
 import magmotor as mm
 from magmotor import theory
 
-SCRIPTS = Path(__file__).parents[1] / "scripts"
+SCRIPTS = Path(__file__).parents[2] / "scripts"
 TOP = ("top", "--vary", "tilt=0:0.2:3", "--vary", "height=0.2:0.4:2", "--duration", "2")
 QUICK = ("--method", "variational/verlet", "--timestep", "0.02")
 

@@ -17,7 +17,7 @@ from magmotor.devices.disk.plots import FIGURES
 from magmotor.observables import flight_survival, local_slope
 from magmotor.theory import DiskTheory
 
-SCRIPTS = Path(__file__).parents[1] / "scripts"
+SCRIPTS = Path(__file__).parents[2] / "scripts"
 SYSTEMS = ("symmetric", "asymmetric", "flat", "control")
 SHORT = ("--duration", "30", "--replicas", "256", "--timestep", "0.05", "--out")
 

@@ -18,7 +18,7 @@ import magmotor as mm
 from magmotor.live import LiveSimulation, Pace, StateLost, live_scene
 from magmotor.live.panel import Panel
 
-SCRIPT = Path(__file__).parents[1] / "scripts" / "view.py"
+SCRIPT = Path(__file__).parents[2] / "scripts" / "view.py"
 METHOD = "mujoco/euler"
 STEPS = 300
 NEEDLE = """

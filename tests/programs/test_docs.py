@@ -16,7 +16,7 @@ import pytest
 import magmotor as mm
 from magmotor.render import NoOpenGL
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 PAGES = [ROOT / "README.md", *sorted(DOCS.glob("**/*.md"))]
 TEXT = {page: page.read_text(encoding="utf-8") for page in PAGES}

@@ -10,7 +10,7 @@ import pytest
 
 import magmotor as mm
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
+sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 contact, flight, ring = map(import_module, ("detail_contact", "detail_flight", "detail_ring"))
 
 NUMBERS = np.array([12, 16, 20, 24, 28, 32, 36, 40])

@@ -19,7 +19,7 @@ from magmotor.devices.top import ode as ball
 from magmotor.devices.top.device import TOP as ball_initial
 from magmotor.devices.top.scene import PAPER_TILT
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
+sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 diffusion = import_module("speed_accuracy_diffusion").diffusion
 
 UNIT = np.eye(3)

@@ -26,7 +26,7 @@ from magmotor.sweep.pool import ONE_THREAD, Pool, WorkerDied
 from magmotor.sweep.run import DIED
 from magmotor.sweep.workers import Cluster
 
-HERE = Path(__file__).parent
+TESTS = Path(__file__).parents[1]
 
 
 @pytest.fixture(scope="module")
@@ -47,7 +47,7 @@ def results(files):
 
 def start(directory, **options):
     """A driver as a program of its own; with `until` it waits after `FEW` results for that file."""
-    command = [sys.executable, str(HERE / "sweep_driver.py"), str(directory), json.dumps(options)]
+    command = [sys.executable, str(TESTS / "sweep_driver.py"), str(directory), json.dumps(options)]
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
@@ -326,7 +326,7 @@ def test_a_small_disk_fills_up(tmp_path, whole):
     if shutil.which("unshare") is None or subprocess.run(probe, capture_output=True).returncode:
         pytest.skip("mount namespaces are not for this user here")
     (tmp_path / "disk").mkdir()
-    paths = [tmp_path / "disk", sys.executable, HERE / "sweep_driver.py", tmp_path]
+    paths = [tmp_path / "disk", sys.executable, TESTS / "sweep_driver.py", tmp_path]
     command = [*own, "sh", "-c", SMALL_DISK, "sh", *map(str, paths)]
     ended = subprocess.run(command, capture_output=True, text=True, timeout=200)
     assert ended.returncode == 0, ended.stderr
@@ -416,7 +416,7 @@ def test_a_cluster_without_workers_ends_the_sweep_or_comes_back(tmp_path, monkey
 
 TORTURE = [
     sys.executable,
-    str(HERE / "torture.py"),
+    str(TESTS / "torture.py"),
     "9",
     "--only",
     "simulate",

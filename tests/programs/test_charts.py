@@ -11,13 +11,13 @@ from PIL import Image
 
 import magmotor as mm
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
+sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 
 case, measuring, publishing, storage, charted, costs = map(
     import_module, ("case", "measure", "publish", "store", "speed_accuracy_points", "step_cost")
 )
 measure, Store = measuring.measure, storage.Store
-CONFTEST = Path(__file__).with_name("conftest.py")
+CONFTEST = Path(__file__).parents[1] / "conftest.py"
 
 
 class Counted:

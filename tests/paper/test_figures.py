@@ -15,7 +15,7 @@ from paper.figure import Figure
 from paper.gallery import gallery_page, load_claims, save_claims, tally
 from paper.paper_figures import PAPER_FIGURES
 
-DOCS = Path(__file__).parents[1] / "docs"
+DOCS = Path(__file__).parents[2] / "docs"
 GALLERY = DOCS / "gallery"
 CHEAP = "spin_mechanism"
 

@@ -14,7 +14,7 @@ from magmotor.devices.motor.plots import FIGURES
 from magmotor.devices.motor.scene import PAPER
 from paper.motor import runs as motor_runs
 
-SCRIPTS = Path(__file__).parents[1] / "scripts"
+SCRIPTS = Path(__file__).parents[2] / "scripts"
 SHORT = ("--duration", "1500", "--out")
 PICTURES = {"motor.png", *(f"motor_{name}.png" for name in FIGURES)}
 

@@ -17,7 +17,7 @@ import xarray as xr
 
 import magmotor as mm
 
-SCRIPTS = Path(__file__).parents[1] / "scripts"
+SCRIPTS = Path(__file__).parents[2] / "scripts"
 SHORT = ("--duration", "1", "--timestep", "0.025")
 
 
