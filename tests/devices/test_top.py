@@ -8,7 +8,7 @@ import magmotor as mm
 from magmotor.devices.top.observables import magnetic_energy, magnetic_energy_and_lift
 from magmotor.devices.top.states import start
 
-RK4_ORDER = 4 if int(mujoco.__version__.split(".")[0]) >= 4 else 2
+LEAST_RK4_ORDER = 4 if int(mujoco.__version__.split(".")[0]) >= 4 else 2
 
 
 def largest(values):
@@ -74,7 +74,7 @@ def test_rk4_agrees_with_dop853_over_60_s(case4_truth):
         mm.Top.paper(4), method="mujoco/rk4", timestep=0.0125, duration=60, record_interval=8
     )
     error = largest(run.momentum_map.values - case4_truth.momentum_map.values)
-    bound = 1e-6 if RK4_ORDER == 4 else 1e-4
+    bound = 1e-6 if LEAST_RK4_ORDER == 4 else 1e-4
     assert error < bound * largest(case4_truth.momentum_map)  # measured: 4.1e-8
 
 
@@ -85,7 +85,10 @@ def test_dop853_has_the_reference_values(case4_truth):
 
 @pytest.mark.parametrize(
     ("method", "steps", "orders"),
-    [("mujoco/euler", (4, 8, 16, 32), (1, 1)), ("mujoco/rk4", (8, 12, 16, 24), (4, RK4_ORDER))],
+    [
+        ("mujoco/euler", (4, 8, 16, 32), (1, 1)),
+        ("mujoco/rk4", (8, 12, 16, 24), (4, LEAST_RK4_ORDER)),
+    ],
 )
 def test_balances_of_momentum_and_energy(method, steps, orders):
     """J is the integral of friction's torque, and the energy lost is the heat."""
@@ -98,8 +101,8 @@ def test_balances_of_momentum_and_energy(method, steps, orders):
         energy.append(largest(balance.residual))
         assert float(balance.heat[-1]) == pytest.approx(2.070e-3, rel=1e-3)
     # Measured: Euler 1.00, 0.96; RK4 4.04, 3.92 (MuJoCo 4) or 3.78, 2.03 (3.17).
-    assert abs(slope(steps, momentum) - orders[0]) < 0.25
-    assert abs(slope(steps, energy) - orders[1]) < 0.15
+    assert slope(steps, momentum) > orders[0] - 0.25
+    assert slope(steps, energy) > orders[1] - 0.15
     # Measured at the largest step: Euler 1.1e-3 and 1.4e-3; RK4 2e-6 and 2e-7 (MuJoCo 4).
     bound = 3e-3 if method == "mujoco/euler" else 1e-5
     assert momentum[0] < bound * 1.858e-4
@@ -110,7 +113,7 @@ def test_an_unequal_moment_of_inertia_follows_the_papers_ode():
     scene = mm.Top.paper(4, ball_inertia=2.5e-5, ball_axial_inertia=3.5e-5, spin=2.0)
     truth = mm.simulate(scene, method="scipy/dop853", timestep=0.1, duration=20)
     run = mm.simulate(scene, method="mujoco/rk4", timestep=0.00625, duration=20, record_interval=16)
-    bound = 1e-6 if RK4_ORDER == 4 else 1e-3
+    bound = 1e-6 if LEAST_RK4_ORDER == 4 else 1e-3
     for name in ("momentum_map", "position", "axis", "angular_velocity", "energy"):
         error = largest(run[name].values - truth[name].values)
         assert error < bound * largest(truth[name].values), name  # measured: 1e-9 to 3.7e-7

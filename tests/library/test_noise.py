@@ -37,7 +37,7 @@ def test_threefry_gives_the_published_vectors(counter_and_key, answer):
 
 
 def test_a_normal_number_is_box_muller_of_threefry():
-    """An independent computation with Python's integers and libm's functions."""
+    """By NumPy's functions, of Threefry's words, whose known answers are those above."""
     seed, replica, step, channel = 12345, 67, 8, 9
     words = noise.threefry(*np.array([step // 2, channel, seed, replica], np.uint64))
     x, y = (int(word) for word in words)
