@@ -47,7 +47,7 @@ PARTS = {
 def test_the_disks_balance_holds_of_a_part_of_a_run(disk_run, part):
     whole = residual(mm.observables.disk_energy_balance(disk_run), "injected")
     found = mm.observables.disk_energy_balance(disk_run.isel(PARTS[part]))
-    assert whole < 2e-4  # 6.9e-6
+    assert whole < 1e-4  # 6.9e-6
     assert residual(found, "injected") < 30 * whole  # 1.2 at the most; 1.4 with another's noise
 
 
@@ -58,14 +58,14 @@ def test_the_disks_balance_is_that_of_the_parts(disk_run):
     late = mm.observables.disk_energy_balance(disk_run.isel(time=slice(500, None)))
     for name in ("heat", "injected", "martingale"):
         expected = whole[name].values[:, 500:] - whole[name].values[:, 500:501]
-        np.testing.assert_allclose(late[name], expected, rtol=0, atol=1e-9)  # 5e-12
+        np.testing.assert_allclose(late[name], expected, rtol=0, atol=1e-10)  # 5e-12
 
 
 @pytest.mark.parametrize("scene", [DISK.replace(friction_ratio=0.5), mm.LangevinParticle(v=1.0)])
 def test_the_balance_has_a_noise_for_each_slip(scene):
     run = mm.simulate(scene, timestep=0.01, duration=30, replicas=2, **BAOAB)
     found = mm.observables.disk_energy_balance(run)
-    assert residual(found, "injected") < 5e-4  # 4e-6, 1.7e-5; 0.1 without the second noise
+    assert residual(found, "injected") < 4e-4  # 4e-6, 1.7e-5; 0.1 without the second noise
 
 
 def test_where_the_noise_is_not_known_there_is_no_balance(disk_run):
@@ -98,7 +98,7 @@ def test_the_motors_books_are_right_of_a_part_of_a_run(motor_run):
         for name in names:
             expected = whole[name].isel(replica=1, time=slice(100, None, 10))
             expected = expected - expected.isel(time=0)
-            np.testing.assert_allclose(part[name], expected, rtol=0, atol=1e-15)  # J; 2e-17
+            np.testing.assert_allclose(part[name], expected, rtol=0, atol=1e-18)  # J; 5e-20
 
 
 def test_flights_know_their_replica():
@@ -141,7 +141,7 @@ def test_an_error_of_a_mean_counts_one_degree_of_freedom_less():
     """Of 0, 1 ... 7, each a batch: their variance is 42/7 = 6, that of the mean 6/8."""
     mean, error = mean_and_error(np.arange(8.0))
     assert mean == 3.5
-    assert error == pytest.approx(np.sqrt(6 / 8), rel=1e-14)  # 0
+    assert error == pytest.approx(np.sqrt(6 / 8), rel=1e-15, abs=0)  # 0, or rounding
 
 
 def test_modes_need_records_for_their_errors(motor_run):
@@ -255,6 +255,6 @@ def test_a_path_goes_on_by_its_steps_in_all_replicas(disk_run):
     shifted = mm.simulate(DISK, **rest, replicas=3, initial=half.assign_coords(time=half.time + 9))
     assert shifted.attrs["first_step"] == 1000
     whole = disk_run.x.isel(time=slice(1000, None))
-    np.testing.assert_allclose(shifted.x, whole, rtol=1e-13)  # 3e-16: x is kept in turns
+    np.testing.assert_allclose(shifted.x, whole, rtol=5e-15)  # 3e-16: x is kept in turns
     with pytest.raises(ValueError, match=r"initial.replica = \[1, 2\]: must be 0, 1, 2"):
         mm.simulate(DISK, **rest, replicas=2, initial=half.isel(replica=[1, 2]))

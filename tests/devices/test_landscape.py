@@ -60,7 +60,7 @@ def test_a_minimum_near_its_saddles_is_found():
     behind = sorted((p for p in points if p.position[0] < -0.2), key=lambda p: p.position[1])
     assert [p.kind for p in behind] == ["saddle", "minimum", "saddle"]
     assert behind[1].position == pytest.approx((-0.2762, 0.0), abs=1e-4)  # -0.27619, 4e-13
-    assert behind[2].position[1] == pytest.approx(-behind[0].position[1], abs=1e-6)  # 6e-13
+    assert behind[2].position[1] == pytest.approx(-behind[0].position[1], abs=1e-11)  # 6e-13
 
 
 def test_a_high_ring_has_its_only_minimum_at_the_centre():
@@ -100,7 +100,7 @@ def test_the_minimum_is_the_deepest_critical_point(seed):
     )
     found, deepest = observables.minimum(scene), observables.critical_points(scene)[0]
     assert found.kind == "minimum"
-    assert found.energy == pytest.approx(deepest.energy, rel=1e-12)  # 1.2e-15
+    assert found.energy == pytest.approx(deepest.energy, rel=2e-14, abs=0)  # 1.2e-15
 
 
 @pytest.mark.parametrize(("ratio", "kind"), [(0.979, "maximum"), (0.981, "minimum")])

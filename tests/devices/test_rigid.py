@@ -131,7 +131,7 @@ def test_a_free_ring_keeps_its_angular_momentum(method):
     discrete = partial(discrete_momentum, method, -h)
     both = zip(run.ring_angular_velocity.values, pi, strict=True)
     mu = np.array([discrete(omega, p) for omega, p in both])
-    assert largest(mu - mu[0]) < 1e-13 * largest(mu)  # 3e-15
+    assert largest(mu - mu[0]) < 1e-13 * largest(mu)  # 6e-15
     assert largest(pi - pi[0]) > 1e-3 * largest(pi)  # 5e-3
 
 
@@ -156,7 +156,7 @@ def test_without_friction_the_tops_momentum_map_is_constant(method, case):
         omega = run.angular_velocity.values
         scale = 1 + 0.025**2 * np.sum(omega**2, axis=-1) / 4
         change = largest(scale * run.momentum_map / (scale[0] * run.momentum_map[0]) - 1)
-    assert change < 1e-11  # 2.5e-13
+    assert change < 5e-12  # 2.5e-13
 
 
 def test_euler_is_mujocos():
@@ -164,8 +164,8 @@ def test_euler_is_mujocos():
     ours = mm.simulate(scene, method="variational/euler", **arguments)
     theirs = mm.simulate(scene, method="mujoco/euler", **arguments)
     for name in ("position", "velocity", "orientation", "angular_velocity"):
-        assert largest(ours[name] - theirs[name]) < 1e-11 * largest(ours[name])  # 3e-14
-    assert largest(ours.momentum_map - theirs.momentum_map) < 1e-15  # 3e-19 of 1.8e-4
+        assert largest(ours[name] - theirs[name]) < 1e-12 * largest(ours[name])  # 3.8e-14
+    assert largest(ours.momentum_map - theirs.momentum_map) < 5e-18  # 3e-19 of 1.8e-4
 
 
 @pytest.mark.parametrize("method", ALL_METHODS)
@@ -179,7 +179,7 @@ def test_energy_has_no_drift_without_friction_and_noise(method):
     change = (run.energy - run.energy[0]).values
     assert largest(change) < 1e-3 * largest(run.energy)  # 1.9e-4 (first order) to 3.9e-6
     drift = np.polyfit(run.time.values, change, 1)[0] * 1e4
-    assert abs(drift) < 0.1 * change.std()  # 8e-4
+    assert abs(drift) < 0.02 * change.std()  # 8e-4
 
 
 @pytest.mark.parametrize(
@@ -211,7 +211,7 @@ def test_retractions_differ_in_second_order():
             for m in METHODS[:2]
         ]
         apart.append(largest(runs[0].ring_orientation - runs[1].ring_orientation))
-    assert abs(order(steps, apart) - 2) < 0.1  # 2.000
+    assert abs(order(steps, apart) - 2) < 0.004  # 2e-4
 
 
 def hat(W):
@@ -438,9 +438,9 @@ def test_a_spherical_ring_turns_uniformly_in_any_step():
     start = {"ring_angular_velocity": [0.1, -0.05, 2.0]}
     run = mm.simulate(sphere, method="variational/euler", timestep=0.5, duration=50, initial=start)
     omega = run.ring_angular_velocity.values
-    assert largest(omega - omega[0]) < 1e-14  # 0
+    assert largest(omega - omega[0]) < 1e-15  # 0, or rounding
     exact = Rotation.from_rotvec(run.time.values[:, None] * omega[0])
-    assert (turns(run.ring_orientation.values) * exact.inv()).magnitude().max() < 1e-12  # 3e-14
+    assert (turns(run.ring_orientation.values) * exact.inv()).magnitude().max() < 5e-13  # 3e-14
 
 
 @pytest.mark.parametrize("method", ALL_METHODS)

@@ -61,10 +61,10 @@ def test_flat_displacement_against_matrix_exponential(scene):
     for i, t in enumerate(TIMES):
         transition, covariance = van_loan(scene, float(t))
         flow = direction @ transition[:dof, dof:]
-        assert mean[i] == pytest.approx(flow @ velocities, rel=1e-9)  # 1e-15
+        assert mean[i] == pytest.approx(flow @ velocities, rel=3e-14, abs=0)  # 1e-15
         exact = direction @ covariance[:dof, :dof] @ direction
-        assert rest[i] == pytest.approx(exact, rel=1e-9)  # 4e-14
-        assert gibbs[i] == pytest.approx(flow @ start @ flow + exact, rel=1e-9)  # 4e-14
+        assert rest[i] == pytest.approx(exact, rel=1e-12, abs=0)  # 4e-14
+        assert gibbs[i] == pytest.approx(flow @ start @ flow + exact, rel=1e-12, abs=0)  # 4e-14
 
 
 @pytest.mark.parametrize("t", [0.01, 1.0, 5.0])
@@ -84,7 +84,7 @@ def test_flat_variance_is_the_papers_reference_form():
     t, rate = np.array([0.1, 3.0, 500.0]), theory.slip_rate(PAPER)
     decay = np.exp(-rate * t)
     expected = 2500 / 9 * (t - 2 * (1 - decay) / rate + (1 - decay**2) / (2 * rate))
-    assert theory.flat_variance_from_rest(PAPER, t) == pytest.approx(expected, rel=1e-9)  # 6e-12
+    assert theory.flat_variance_from_rest(PAPER, t) == pytest.approx(expected, rel=1e-10)  # 6e-12
     assert theory.flat_variance_from_rest(PAPER, t, (1, 1)) == pytest.approx(9 * expected)
     assert theory.flat_variance_from_rest(PAPER, 1e9) == pytest.approx(277.77777777e9, rel=1e-8)
     decay = np.exp(-0.1 * t)
@@ -153,7 +153,8 @@ def test_slip_variance_of_euler_against_iterated_covariance():
     for _ in range(200):
         covariance = step @ covariance @ step.T + h * noise @ noise.T
     expected = covariance.sum()
-    assert theory.euler_slip_variance(PAPER, h) == pytest.approx(expected, rel=1e-10)  # 3e-16
+    found = theory.euler_slip_variance(PAPER, h)
+    assert found == pytest.approx(expected, rel=5e-15, abs=0)  # 3e-16
     with pytest.raises(ValueError, match=r"timestep = 7.0: must be less than 6.66667"):
         theory.euler_slip_variance(PAPER, 7)
 
@@ -197,7 +198,7 @@ def test_alias_is_an_exact_symmetry_of_the_papers_scheme(potential, waves):
     assert shift == pytest.approx(2 * np.pi * 1.5 / h / waves)
     moved = path(1.0 + shift) - path(1.0)
     expected = -2 * np.pi / waves * np.arange(1, 21)
-    assert np.abs(moved - expected).max() < 1e-10  # 1e-13
+    assert np.abs(moved - expected).max() < 2e-12  # 1e-13
     assert theory.alias_period(Disk(potential="flat"), h) == math.inf
 
 
@@ -215,9 +216,9 @@ def test_position_law_against_bessel_and_quadrature():
     for scene in (cold, Disk(potential="asymmetric", friction=1.0)):
         for end in x:
             part = quad(lambda u, s=scene: theory.position_density(s, u), 0, end, epsabs=1e-13)[0]
-            assert theory.position_cdf(scene, end) == pytest.approx(part, abs=1e-11)  # 1e-14
+            assert theory.position_cdf(scene, end) == pytest.approx(part, abs=2e-13)  # 1e-14
     half = theory.position_cdf(cold, np.pi)
-    assert half == pytest.approx(0.5, abs=1e-12)  # 3e-16
+    assert half == pytest.approx(0.5, abs=5e-15)  # 3e-16
 
 
 def d_diffusion_by_quadrature(scene, d):
@@ -253,7 +254,7 @@ def test_d_diffusion_against_quadrature(scene):
     for deviations in (0.0, 0.5, 1.5, 3.0):
         value = float(theory.d_diffusion(scene, deviations * rms))
         exact = d_diffusion_by_quadrature(scene, deviations * rms)
-        assert value == pytest.approx(exact, abs=1e-13, rel=1e-10)  # 2e-16, 6e-12
+        assert value == pytest.approx(exact, abs=5e-15, rel=1e-10)  # 2e-16, 6e-12
 
 
 def test_finite_volumes_keep_probability_and_detailed_balance():
@@ -261,9 +262,9 @@ def test_finite_volumes_keep_probability_and_detailed_balance():
     p = model.probability
     assert p.sum() == pytest.approx(1, abs=1e-14)
     flux = p[:-1] * model.up[:-1], p[1:] * model.down[1:]
-    assert flux[0] == pytest.approx(flux[1], rel=1e-10)  # 6e-16
+    assert flux[0] == pytest.approx(flux[1], rel=1e-14, abs=0)  # 6e-16
     assert model.up[-1] == model.down[0] == 0
-    assert p @ model.d**2 == pytest.approx(1.5 * 125, rel=1e-10)  # 2e-16
+    assert p @ model.d**2 == pytest.approx(1.5 * 125, rel=5e-15, abs=0)  # 2e-16
 
 
 def test_constant_diffusion_is_ornstein_uhlenbeck():
@@ -303,8 +304,8 @@ def test_flat_potential_conserves_d():
     model = theory.ReducedDisk(scene, cells=100)
     t = np.array([0.01, 1.0, 1e4])
     gibbs, rest = theory.flat_msd_from_gibbs(scene, t), theory.flat_variance_from_rest(scene, t)
-    assert model.msd_from_gibbs(t) == pytest.approx(gibbs, rel=1e-8)  # 2e-10
-    assert model.msd_from_rest(t) == pytest.approx(rest, rel=1e-7)  # 4e-9
+    assert model.msd_from_gibbs(t) == pytest.approx(gibbs, rel=5e-9, abs=0)  # 2e-10
+    assert model.msd_from_rest(t) == pytest.approx(rest, rel=1e-7, abs=0)  # 4e-9
     assert model.bulk_time == model.correlation_time == model.x_diffusion == math.inf
 
 
@@ -326,7 +327,7 @@ def test_moments_from_rest_against_matrix_exponential_on_the_whole_line():
     assert float(model.d_mean_square_from_rest(t)) == pytest.approx(d_square, rel=1e-8)  # 6e-10
     y = theory.flat_variance_from_rest(PAPER, t)
     expected = float(y) + z_square / 1.5**2
-    assert float(model.msd_from_rest(t)) == pytest.approx(expected, rel=1e-8)  # 4e-11
+    assert float(model.msd_from_rest(t)) == pytest.approx(expected, rel=1e-9, abs=0)  # 4e-11
 
 
 def test_correlation_against_hermite_galerkin():
@@ -342,7 +343,7 @@ def test_correlation_against_hermite_galerkin():
     rates, vectors = eigh((slopes * diffusion) @ slopes.T)
     t = np.array([100.0, 1000.0, 1e4])
     expected = 187.5 * np.exp(-np.outer(t, rates)) @ vectors[0] ** 2
-    assert theory.ReducedDisk(PAPER).d_correlation(t) == pytest.approx(expected, rel=1e-3)  # 3e-5
+    assert theory.ReducedDisk(PAPER).d_correlation(t) == pytest.approx(expected, rel=5e-4)  # 3e-5
 
 
 def test_grid_converges_at_second_order():
@@ -391,7 +392,7 @@ def test_first_impulse_of_weak_noise_is_that_of_diffusion():
     (a, _), *_ = scene.coefficients
     diffusion = (scene.noise / scene.friction) ** 2
     found = DiskTheory(scene).first_impulse
-    assert found == pytest.approx(-2 * a / diffusion, rel=1e-12)  # 1e-15
+    assert found == pytest.approx(-2 * a / diffusion, rel=2e-14, abs=0)  # 1e-15
 
 
 def test_first_impulse_against_quadrature_over_a_normal_law():
@@ -405,7 +406,7 @@ def test_first_impulse_against_quadrature_over_a_normal_law():
     slope = 0.8 * np.cos(x) + 0.3 * np.sin(x) + np.cos(2 * x) - 1.4 * np.sin(2 * x)
     slope += 0.6 * np.cos(3 * x) - 0.3 * np.sin(3 * x)
     expected = -simpson(slope @ weight, dx=step)
-    assert DiskTheory(scene).first_impulse == pytest.approx(expected, rel=4e-7)  # 1e-8
+    assert DiskTheory(scene).first_impulse == pytest.approx(expected, rel=2e-7, abs=0)  # 1e-8
 
 
 def test_papers_lower_bound_fails_in_the_reduced_equation():
@@ -453,4 +454,4 @@ def test_a_mode_without_friction_has_the_rate_zero_and_a_slow_one_its_own():
         slow, fast = theory.friction_rates(scene.replace(friction_ratio=1e-12))
         expected = scene.friction * 1e-12 * (sigma + 1 / sigma) ** 2 / (1 + sigma)
         assert fast == pytest.approx(theory.slip_rate(scene), rel=1e-9)
-        assert slow == pytest.approx(expected, rel=2e-3)  # 7e-5, of rounding
+        assert slow == pytest.approx(expected, rel=2e-3, abs=0)  # 7e-5, of rounding

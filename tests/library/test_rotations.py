@@ -70,7 +70,7 @@ def test_stretching_is_a_matrix():
     a, outer = rng.normal(size=3), np.outer(axis, axis)
     expected = (2.0 * (np.eye(3) - outer) + 5.0 * outer) @ a
     found = r.stretched(tuple(a), tuple(axis), 2.0, 5.0)
-    assert np.abs(found - expected).max() < 1e-14  # 2e-16
+    assert np.abs(found - expected).max() < 5e-15  # 2e-16
 
 
 @pytest.mark.parametrize("name", MAPS)
@@ -84,7 +84,7 @@ def test_momenta_are_adjoints_of_inverse_tangents(name, W):
         ends = [rotation(tau(tuple(W + s * e * V))) for s in (1, -1)]
         columns.append((ends[0] * ends[1].inv()).as_rotvec() / (2 * e))
     expected = np.linalg.solve(np.array(columns), pi)  # the transpose of dtau
-    assert np.abs(np.array(momentum(tuple(W), tuple(pi))) - expected).max() < 1e-8  # 1e-9
+    assert np.abs(np.array(momentum(tuple(W), tuple(pi))) - expected).max() < 5e-9  # 1e-9
 
 
 @pytest.mark.parametrize("name", MAPS)

@@ -104,7 +104,7 @@ def test_the_rings_formula_wants_unit_vectors():
         fields = [paper_field(a, b) for a, b in zip(r, moments, strict=True)]
         return 1e-7 * np.sum(fields, axis=0)
 
-    assert largest(paper(location / scene.ring_radius) - ours) < 1e-14 * largest(ours)  # 2e-16
+    assert largest(paper(location / scene.ring_radius) - ours) < 5e-15 * largest(ours)  # 2e-16
     assert largest(paper(location) - ours) > 0.1 * largest(ours)  # 2.5
 
 
@@ -124,7 +124,7 @@ def test_at_the_minimum_the_field_lifts_and_leans(tilt, lift, lean):
         field = mm.dipoles.field(place, *scene.ring_sources())
         axis = field / np.linalg.norm(field)
         force, _ = mm.dipoles.wrench(place, scene.moment * axis, *scene.ring_sources())
-        assert largest(force[:2]) < 1e-9 * force[2]  # 6e-17
+        assert largest(force[:2]) < 5e-15 * force[2]  # 3e-16
         assert scale * force[2] == pytest.approx(lift, abs=5e-3)  # 6.606, 8.598 N
         assert np.degrees(np.arccos(axis[2])) == pytest.approx(lean, abs=0.05)  # 43.78, 47.34
 
@@ -133,9 +133,9 @@ def test_the_si_reading_is_the_unit_reading_ten_times_faster():
     fast = mm.Top.si(friction=3.0, gravity=1e3)
     si = mm.simulate(fast, method="scipy/dop853", timestep=0.01, duration=2)
     unit = mm.simulate(mm.Top.paper(4), method="scipy/dop853", timestep=0.1, duration=20)
-    assert largest(si.position.values - unit.position.values) < 1e-11  # 2.7e-15 m
+    assert largest(si.position.values - unit.position.values) < 5e-14  # 2.7e-15 m
     J = unit.momentum_map.values
-    assert largest(si.momentum_map.values / 10 - J) < 1e-9 * largest(J)  # 4.6e-15
+    assert largest(si.momentum_map.values / 10 - J) < 1e-13 * largest(J)  # 5.9e-15
 
 
 @pytest.mark.parametrize(
@@ -157,7 +157,7 @@ def test_the_papers_step_in_the_si_reading(method, stands):
 
     if stands:
         lowest = mm.observables.minimum(scene).energy
-        assert float(simulate().energy[-1]) == pytest.approx(lowest, rel=1e-9)  # 1e-16
+        assert float(simulate().energy[-1]) == pytest.approx(lowest, rel=3e-15, abs=0)  # 1e-16
     else:
         with pytest.raises(mm.SimulationDiverged):
             simulate()
@@ -179,7 +179,7 @@ def test_lie_poisson_equation_becomes_the_tops(moments):
         return 0.5 * omega @ Q @ inertia @ Q.T @ omega + Q[:, 2] @ B
 
     change = gradient(lagrangian) - np.cross(pi, omega)
-    assert largest(change - np.cross(R[:, 2], B)) < 1e-14  # 1e-16
+    assert largest(change - np.cross(R[:, 2], B)) < 2e-15  # 1e-16
 
 
 @pytest.mark.parametrize(("moments", "kept"), [((2.0, 2.0, 3.0), True), ((1.9, 2.1, 3.0), False)])
@@ -188,7 +188,7 @@ def test_the_momentum_map_is_constant_if_two_moments_are_equal(moments, kept):
     R, omega, B = rotation(rng), rng.normal(size=3), rng.normal(size=3)
     pi, axis = R @ np.diag(moments) @ R.T @ omega, R[:, 2]
     rate = np.cross(axis, B) @ axis + pi @ np.cross(omega, axis)
-    assert (abs(rate) < 1e-14) == kept  # 2e-16; 0.015
+    assert (abs(rate) < 5e-15) == kept  # 2e-16; 0.015
     across, axial = moments[0], moments[2]
     found = (pi + (across - axial) / axial * (pi @ axis) * axis) / across  # (spatiallt)
     assert (largest(found - omega) < 1e-14) == kept  # 7e-16; 0.0065
@@ -204,11 +204,11 @@ def test_friction_acts_on_the_slip_over_the_floor():
     for velocity, right in ((slip, True), (np.cross(omega, q), False)):
         force = -c * velocity
         power = np.sum(force * v, -1) + np.sum(np.cross(q, force) * omega, -1)
-        assert (largest(power + c * np.sum(velocity**2, -1)) < 1e-12) == right  # 9e-16; 2.5
+        assert (largest(power + c * np.sum(velocity**2, -1)) < 2e-14) == right  # 9e-16; 2.5
         assert (power <= 0).all() == right
         assert largest(force[:, 2]) == 0  # none along the normal
     printed = c * 0.018 * np.cross(UNIT[2], v + 0.018 * np.cross(UNIT[2], omega))  # (magtopnc)
-    assert largest(printed - np.cross(q, -c * slip)) < 1e-15  # 3e-18
+    assert largest(printed - np.cross(q, -c * slip)) < 5e-17  # 3e-18
 
 
 def test_only_the_field_aligned_attitude_is_stable():
@@ -216,7 +216,7 @@ def test_only_the_field_aligned_attitude_is_stable():
     scene = mm.Top.paper(4)
     for sign, stable in ((1, True), (-1, False)):
         derivative, state = at_rest(scene, sign)
-        assert largest(derivative(0, state)) < 1e-10  # 7e-17
+        assert largest(derivative(0, state)) < 2e-15  # 7e-17
         assert (growth_rates(derivative, state).real.max() < 1e-6) == stable  # 0; 17.1
     fields = [mm.observables.critical_points(mm.Top(tilt=0.0))[k].energy for k in (0, -1)]
     assert fields[0] / fields[1] > 1.5  # 1.65: kappa_2 is no constant
@@ -226,11 +226,11 @@ def test_a_ball_that_spins_in_place_rests_too():
     """A fixed point of (magtopnc) in (x, v, xi_3, pi) need not have omega = 0."""
     spinning = mm.Top(tilt=0.0, position=(0.0, 0.0), spin=30.0)
     derivative, state, _ = ball.problem(spinning, ball_initial.initial_state(spinning, None, None))
-    assert largest(derivative(0, np.asarray(state))) < 1e-15  # 2e-17
+    assert largest(derivative(0, np.asarray(state))) < 5e-16  # 2e-17
     for friction, rests in ((0.0, True), (0.3, False)):
         derivative, state = at_rest(mm.Top.paper(4, friction=friction))
         state[7:] = 1e-4 * state[4:7]
-        assert (largest(derivative(0, state)) < 1e-10) == rests  # 7e-17; 0.077
+        assert (largest(derivative(0, state)) < 1e-15) == rests  # 7e-17; 0.077
 
 
 def test_the_minimum_is_unique_only_with_tilt_enough():
@@ -428,7 +428,7 @@ def test_the_appendix_is_the_gradient_of_the_lagrangian(factor):
         gradient(lambda q: motor.lagrangian(none, none, q)),
     ]
     for ours, theirs in zip(motor.appendix(), expected, strict=True):
-        assert largest(ours - theirs) < 1e-12 * largest(theirs)  # 9e-16
+        assert largest(ours - theirs) < 2e-14 * largest(theirs)  # 9e-16
 
 
 def test_the_dissipation_matrix_is_the_friction_of_the_text():
@@ -447,11 +447,11 @@ def test_the_dissipation_matrix_is_the_friction_of_the_text():
     for J, right in ((J_B, True), (scene.inner_moments[0], False)):
         mass = np.array([m, m, J, J])
         found = -dissipation(J) @ (mass * [*v[:2], *omega[:2]])
-        assert (largest(found - expected) < 1e-12 * largest(expected)) == right  # 1e-15; 1
+        assert (largest(found - expected) < 2e-14 * largest(expected)) == right  # 1e-15; 1
     C, mass = dissipation(J_B), np.diag([m, m, J_B, J_B])
     assert np.linalg.matrix_rank(C) == 2
     G = np.array([[1 / m, 0], [0, 1 / m], [0, r / J_B], [-r / J_B, 0]])
-    assert largest(G @ G.T - C) < 1e-12 * largest(C)  # 0
+    assert largest(G @ G.T - C) < 1e-15 * largest(C)  # 0, or rounding
     ito = 0.5 * scene.noises[0] ** 2 * np.trace(mass @ C)
     assert ito == pytest.approx(ball_injection_rate(scene), rel=1e-12)
 

@@ -95,7 +95,7 @@ def test_coulomb_friction_is_stiction():
                 mujoco.mj_step(model, data, nstep=50)
                 spin.append(abs(data.qvel[-1]))
         largest.append(max(spin))
-    assert largest[1] == pytest.approx(largest[0], rel=1e-3)  # 2e-6
+    assert largest[1] == pytest.approx(largest[0], rel=5e-5)  # 2e-6
 
 
 def test_no_torque_turns_the_axis_of_a_ball_that_friction_holds():
@@ -118,7 +118,7 @@ def test_torque_of_a_hertzian_contact_that_slides():
     pressure = 1.5 * load / (math.pi * radius**2) * np.sqrt(1 - r**2)
     torque = friction * np.mean(pressure * radius * r * 2 * math.pi * r) * radius**2
     coefficient = hertz_torsional_coefficient(scene, friction, modulus)
-    assert coefficient == pytest.approx(torque / load, rel=1e-6)  # 1e-8
+    assert coefficient == pytest.approx(torque / load, rel=2e-7)  # 1e-8
 
 
 @pytest.fixture(scope="module")
@@ -144,7 +144,7 @@ def test_lift_is_the_gradient_of_the_energy():
     )
     weight = scene.ball_mass * scene.gravity
     expected = (down - up) / (2 * step) / weight
-    assert np.abs(lift - expected).max() < 1e-6 * np.abs(lift).max()  # 7e-11
+    assert np.abs(lift - expected).max() < 1e-9 * np.abs(lift).max()  # 7e-11
 
 
 def test_no_axis_is_lifted_more_than_the_bound():
@@ -223,7 +223,7 @@ def test_a_magnetised_ball_is_a_dipole():
     polarization = MU0 * moment / (4 / 3 * math.pi * radius**3)
     ball = magpylib.magnet.Sphere(diameter=2 * radius, polarization=polarization)
     true = dipoles.field(points, [[0.0, 0.0, 0.0]], [moment])
-    assert np.abs(ball.getB(points) - true).max() < 1e-12 * np.abs(true).max()  # 9e-16
+    assert np.abs(ball.getB(points) - true).max() < 2e-14 * np.abs(true).max()  # 9e-16
 
 
 def test_a_cylinder_of_the_right_length_has_no_second_order():
@@ -247,10 +247,10 @@ def test_magnets_in_mujoco_are_those_of_the_ring():
     mujoco.mj_forward(model, data)
     on_ring = model.site_bodyid == model.body("ring").id
     positions, moments = finite_ring.sources(scene, cloud)
-    assert np.abs(data.site_xpos[on_ring] - positions).max() < 1e-12  # 3e-17
+    assert np.abs(data.site_xpos[on_ring] - positions).max() < 5e-16  # 3e-17
     axes = data.site_xmat[on_ring].reshape(-1, 3, 3)[:, :, 2]
     sized = model.site_user[on_ring, :1] * axes
-    assert np.abs(sized - moments).max() < 1e-12  # 1e-16
+    assert np.abs(sized - moments).max() < 2e-15  # 1e-16
 
 
 def test_one_point_a_magnet_is_the_scene():
@@ -260,9 +260,9 @@ def test_one_point_a_magnet_is_the_scene():
         finite_ring.momentum(scene, model, 5.0)
         for model in (finite_ring.build(scene, point), mm.build(scene))
     ]
-    assert np.abs(runs[0] - runs[1]).max() < 1e-12 * np.abs(runs[1]).max()  # 9e-16
+    assert np.abs(runs[0] - runs[1]).max() < 5e-15 * np.abs(runs[1]).max()  # 9e-16
     run = mm.simulate(scene, method="mujoco/rk4", timestep=0.025, duration=5, record_interval=4)
-    assert np.abs(runs[1] - run.momentum_map.values).max() < 1e-12 * np.abs(runs[1]).max()  # 2e-16
+    assert np.abs(runs[1] - run.momentum_map.values).max() < 5e-15 * np.abs(runs[1]).max()  # 2e-16
 
 
 @pytest.fixture(scope="module")
@@ -273,7 +273,7 @@ def finite():
 def test_finite_magnets_figure(finite, tmp_path):
     claims = drawn(finite_magnets.FIGURE, finite, tmp_path)
     assert verdicts(claims) == ["right", "wrong", "right", "in part", "in part"]
-    assert finite.ball_force < 1e-12  # 9e-15
+    assert finite.ball_force < 2e-13  # 9e-15
 
 
 def test_orders_in_the_size_of_the_magnets(finite):

@@ -55,7 +55,7 @@ def test_needles_come_to_rest_between_head_to_tail_and_north(example):
     rest, _ = needles.rest_angle_and_frequencies(model)
     _, path = needles.swing(model, np.radians((75, -60)), 40.0)
     assert 0.4 < rest < 0.5  # 0.432: neither
-    assert path[-1] == pytest.approx(rest, abs=1e-5)  # 3e-7
+    assert path[-1] == pytest.approx(rest, abs=5e-6)  # 3e-7
 
 
 def test_needles_without_the_earth_swing_with_ratio_of_root_three(example):
@@ -67,7 +67,7 @@ def test_needles_without_the_earth_swing_with_ratio_of_root_three(example):
     assert rest == 0
     swings = [needles.swing(model, np.multiply(1e-3, signs), 5.0) for signs in ((1, 1), (1, -1))]
     in_step, against = (needles.frequency(time, path[:, 0]) for time, path in swings)
-    assert abs(in_step / against / np.sqrt(3) - 1) < 1e-8  # 7e-11
+    assert abs(in_step / against / np.sqrt(3) - 1) < 2e-9  # 7e-11
 
 
 def test_basins_have_the_symmetry_of_the_magnets(example, pendulum):
@@ -107,7 +107,7 @@ def test_energy_of_the_pendulum_only_falls_and_it_stays_where_it_is_said_to_end(
     data = mujoco.MjData(pendulum.model)
     data.qpos[:] = pendulum.orientations(x, y)[0]
     mujoco.mj_kinematics(pendulum.model, data)
-    assert data.site("bob").xpos[:2] == pytest.approx([0.21, 0.13], abs=1e-12)  # 0
+    assert data.site("bob").xpos[:2] == pytest.approx([0.21, 0.13], abs=1e-15)  # 0, or rounding
     energies = []
     with mm.magnetism():
         for _ in range(6000):
@@ -133,11 +133,11 @@ def test_someone_elses_pole_stays_where_the_torques_balance(example):
     expected = pole.equilibrium(model)
     with mm.magnetism():
         _, angle = pole.swing(model, 80.0)
-    assert angle[-1] == pytest.approx(expected, abs=1e-6)  # 1e-8
+    assert angle[-1] == pytest.approx(expected, abs=2e-7)  # 1e-8
     assert pole.torque(model, expected - 0.01) > 1  # 8.2 N m: it is stable
     assert pole.torque(model, expected + 0.01) < -1  # -7.4 N m
     _, angle = pole.swing(pole.load(magnetised=False), 80.0)
-    assert angle[-1] == pytest.approx(np.pi, abs=1e-5)  # 3e-7
+    assert angle[-1] == pytest.approx(np.pi, abs=5e-6)  # 3e-7
 
 
 @pytest.mark.parametrize(

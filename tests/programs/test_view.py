@@ -99,7 +99,7 @@ def test_sliders_make_the_scene_that_they_say(case):
     assert simulation.notice == ""
     expected = np.atleast_1d(simulated(said, seed=3))
     error = np.abs(simulation.data.qpos[: len(expected)] - expected).max()
-    assert error < 1e-12  # 0, or 1e-17
+    assert error < 3e-16  # 0, or 1e-17
 
 
 @pytest.mark.parametrize("case", ["friction", "tilt and height", "disk's temperature", "motor"])
@@ -153,13 +153,13 @@ def test_noise_off_is_none():
     simulation.advance(STEPS)
     still = simulated(mm.Disk(noise=0))
     error = abs(simulation.data.qpos[0] - still)
-    assert error < 1e-12  # 0
+    assert error < 1e-15  # 0, or rounding
     assert abs(still - simulated(DISK)) > 0.1  # 0.44
     put(simulation, temperature=50)
     simulation.reset()
     simulation.switch("noise")
     simulation.advance(STEPS)
-    assert abs(simulation.data.qpos[0] - simulated(DISK)) < 1e-12  # 0
+    assert abs(simulation.data.qpos[0] - simulated(DISK)) < 1e-15  # 0, or rounding
 
 
 def test_magnetism_off_leaves_the_ball_at_rest():
@@ -170,7 +170,7 @@ def test_magnetism_off_leaves_the_ball_at_rest():
     np.testing.assert_array_equal(whole(simulation), start)
     simulation.switch("magnetism")
     simulation.advance(STEPS)
-    assert np.abs(simulation.data.qpos[:2] - simulated(TOP)).max() < 1e-12  # 0
+    assert np.abs(simulation.data.qpos[:2] - simulated(TOP)).max() < 3e-16  # 1e-17
 
 
 @pytest.mark.parametrize("way", ["mjPERT_TRANSLATE", "mjPERT_ROTATE"])
@@ -197,7 +197,7 @@ def test_the_mouse_moves_the_magnetic_ball_as_the_same_force_does(way):
             mujoco.mj_step(model, data)
     np.testing.assert_array_equal(whole(lived), whole(moved))
     error = np.abs(whole(moved) - whole(forced)).max()
-    assert error < 1e-12  # 1e-14
+    assert error < 2e-13  # 1e-14
     free.advance(100)
     assert np.abs(whole(moved) - whole(free)).max() > 0.1  # 0.35, rotated
     perturb.active = 0
