@@ -187,7 +187,7 @@ def test_without_userdata_the_path_is_the_first():
     with mm.magnetism():
         mujoco.mj_forward(model, data)
     (rise,) = noise.BrownianPath(6, 0.002).increments(1)
-    assert data.xfrc_applied[1, 0] == pytest.approx(rise / 0.002, rel=1e-14)
+    assert data.xfrc_applied[1, 0] == pytest.approx(rise / 0.002, rel=1e-14, abs=0)
 
 
 def recorded_by_stage(model, data, steps):
@@ -236,9 +236,7 @@ def test_rk4_of_a_free_body_is_exact():
     with mm.magnetism():
         mujoco.mj_step(model, data, nstep=100)
     kicks = 3 / 2 * noise.BrownianPath(0, 0.1).increments(100)
-    assert data.qvel[0] == pytest.approx(
-        kicks.sum(), rel=1e-14, abs=0
-    )  # 0, or sums in another order
+    assert data.qvel[0] == pytest.approx(kicks.sum(), rel=1e-14, abs=0)  # 0, or rounding
     before = np.cumsum(kicks) - kicks
     place = 0.1 * np.sum(before + kicks / 2)
     assert data.qpos[0] == pytest.approx(place, rel=1e-14, abs=0)  # measured: 6e-16

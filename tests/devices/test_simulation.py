@@ -91,7 +91,7 @@ def test_initial_state_replaces_parts_of_the_scenes():
                           initial=initial)  # fmt: skip
         np.testing.assert_allclose(run.position[0], [0.1, 0.2, 0.018])
         np.testing.assert_allclose(run.velocity[0], [0.3, 0.4, 0])
-        np.testing.assert_allclose(run.axis[0], [0, 0.6, 0.8], atol=1e-15)
+        np.testing.assert_allclose(run.axis[0], [0, 0.6, 0.8], rtol=0, atol=1e-15)
         np.testing.assert_allclose(run.angular_velocity[0], [0, 0, 1])
         assert np.abs(run.position[1] - run.position[0]).max() < 0.01
 

@@ -453,7 +453,7 @@ def test_the_dissipation_matrix_is_the_friction_of_the_text():
     G = np.array([[1 / m, 0], [0, 1 / m], [0, r / J_B], [-r / J_B, 0]])
     assert largest(G @ G.T - C) < 1e-15 * largest(C)  # 0, or rounding
     ito = 0.5 * scene.noises[0] ** 2 * np.trace(mass @ C)
-    assert ito == pytest.approx(ball_injection_rate(scene), rel=1e-12)
+    assert ito == pytest.approx(ball_injection_rate(scene), rel=1e-12, abs=0)
 
 
 def test_the_motors_ball_creeps_in_its_well():
