@@ -40,10 +40,10 @@ endif
 # Pictures need neither tests nor linters; where they are installed, they are kept.
 READY := $(firstword $(wildcard .venv/dev-ready) .venv/ready)
 
-.PHONY: help movie disk motor sweep studies figures examples test fuzz torture lint bench charts docs compat clean redo
+.PHONY: help movie disk motor sweep studies figures examples test test-quick fuzz torture lint bench charts docs compat clean redo
 
 help:  ## this list
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' Makefile
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
 
 movie: $(READY)  ## Hamel's top acquires spin: out/top.mp4, out/top.nc, out/top.png
 	@echo "== movie: simulating and rendering into out/ (the first run also compiles the kernels)"
@@ -79,6 +79,10 @@ test: .venv/dev-ready  ## the tests
 	@echo "== test: running pytest (the first run also compiles the kernels)"
 	@$(PYTHON) -m pytest -n logical --maxprocesses 4 $(ARGS)
 
+test-quick: .venv/dev-ready  ## those of the library and the devices, in three minutes
+	@echo "== test-quick: running pytest (the first run also compiles the kernels)"
+	@$(PYTHON) -m pytest -n logical --maxprocesses 4 tests/library tests/devices $(ARGS)
+
 fuzz: .venv/dev-ready  ## hostile input to all that is public; ARGS="--inputs 100000 --seed 7"
 	@echo "== fuzz: a call that crashes, hangs or ends in a raw error is named with its number"
 	@PYTHONPATH=tests $(PYTHON) -m fuzz $(ARGS)
@@ -110,9 +114,9 @@ docs: .venv/dev-ready  ## the documentation site: out/site/; opens from disk
 	@echo "== docs: building out/site/, where any warning is an error (the notebook runs, about a minute)"
 	@NO_MKDOCS_2_WARNING=1 $(PYTHON) -m mkdocs build --strict $(ARGS)
 
-compat: .venv-compat/ready  ## tests/test_compat.py on the oldest MuJoCo, 3.17
+compat: .venv-compat/ready  ## tests/programs/test_compat.py on the oldest MuJoCo, 3.17
 	@.venv-compat/bin/python -c 'import mujoco; print("== compat: running pytest on mujoco", mujoco.__version__)'
-	@.venv-compat/bin/python -m pytest tests/test_compat.py $(ARGS)
+	@.venv-compat/bin/python -m pytest tests/programs/test_compat.py $(ARGS)
 
 clean:  ## removes environments and caches; out/ stays
 	rm -rf .venv .venv-compat .venv-bench .cache .hypothesis .pytest_cache .ruff_cache build dist

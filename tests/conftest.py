@@ -10,16 +10,23 @@ import pytest
 
 import magmotor as mm
 
-sys.path.insert(0, str(Path(__file__).parent))
+TESTS = Path(__file__).parent
+sys.path.insert(0, str(TESTS))
 
 # Where a shell runs the tests in the background, Ctrl-C is ignored, also by what they start.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
+def pytest_collection_modifyitems(items):
+    """Mark each test with the name of its folder."""
+    for item in items:
+        item.add_marker(item.path.relative_to(TESTS).parts[0])
+
+
 @pytest.fixture
 def run_script(monkeypatch, capsys):
     """Run a script in this process; its exit code, and what it said to stdout and stderr."""
-    monkeypatch.syspath_prepend(Path(__file__).parents[1] / "scripts")
+    monkeypatch.syspath_prepend(TESTS.parent / "scripts")
     monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)
 
     def run(name, *arguments):

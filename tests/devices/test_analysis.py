@@ -1,0 +1,274 @@
+"""Analyses of a run: parts of it, its own scene, and what they refuse."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from PIL import Image
+
+import magmotor as mm
+from magmotor.devices.motor.modes import mean_and_error
+
+DISK = mm.Disk(v=1.0)
+BAOAB: dict[str, Any] = {"method": "variational/baoab"}
+
+
+@pytest.fixture(scope="module")
+def disk_run():
+    return mm.simulate(DISK, timestep=0.01, duration=30, replicas=3, seed=5, **BAOAB)
+
+
+@pytest.fixture(scope="module")
+def motor_run():
+    return mm.simulate(mm.Motor(), timestep=0.1, duration=60, replicas=3, seed=5, **BAOAB)
+
+
+@pytest.fixture(scope="module")
+def top_run():
+    """A ball that spins from the start: J(0) is three quarters of the largest J."""
+    return mm.simulate(mm.Top.paper(4, spin=3.0), timestep=0.01, duration=20.0, **BAOAB)
+
+
+def residual(balance, scale):
+    return float(abs(balance.residual).max() / abs(balance[scale]).max())
+
+
+OF_A_DISK = mm.simulate(DISK, method="variational/euler", timestep=0.01, duration=0.01).attrs
+
+PARTS = {
+    "one replica": {"replica": 2},
+    "two replicas": {"replica": [2, 0]},
+    "a late slice": {"time": slice(1000, None)},
+    "a slice of one replica": {"replica": 1, "time": slice(700, 2500)},
+}
+
+
+@pytest.mark.parametrize("part", PARTS)
+def test_the_disks_balance_holds_of_a_part_of_a_run(disk_run, part):
+    whole = residual(mm.observables.energy_balance(disk_run), "injected")
+    found = mm.observables.energy_balance(disk_run.isel(PARTS[part]))
+    assert whole < 1e-4  # 6.9e-6
+    assert residual(found, "injected") < 30 * whole  # 1.2 at the most; 1.4 with another's noise
+
+
+def test_the_disks_balance_is_that_of_the_parts(disk_run):
+    whole = mm.observables.energy_balance(disk_run)
+    turned = mm.observables.energy_balance(disk_run.transpose("time", "replica"))
+    assert turned.identical(whole)
+    late = mm.observables.energy_balance(disk_run.isel(time=slice(500, None)))
+    for name in ("heat", "injected", "martingale"):
+        expected = whole[name].values[:, 500:] - whole[name].values[:, 500:501]
+        np.testing.assert_allclose(late[name], expected, rtol=0, atol=1e-10)  # 5e-12
+
+
+@pytest.mark.parametrize("scene", [DISK.replace(friction_ratio=0.5), mm.LangevinParticle(v=1.0)])
+def test_the_balance_has_a_noise_for_each_slip(scene):
+    run = mm.simulate(scene, timestep=0.01, duration=30, replicas=2, **BAOAB)
+    found = mm.observables.energy_balance(run)
+    assert residual(found, "injected") < 4e-4  # 4e-6, 1.7e-5; 0.1 without the second noise
+
+
+def test_where_the_noise_is_not_known_there_is_no_balance(disk_run):
+    refused = {
+        "steps between two records = 10: must be 1": disk_run.isel(time=slice(None, None, 10)),
+        "coordinates = .*: must be those of simulate, with step": disk_run.drop_vars("step"),
+        "run.replica = None: must be a coordinate": disk_run.drop_vars("replica"),
+        "number of records in run = 1": disk_run.isel(time=[0]),
+        "a dataset that has omega, too": disk_run.drop_vars("omega"),
+    }
+    for message, run in refused.items():
+        with pytest.raises(ValueError, match=message):
+            mm.observables.energy_balance(run)
+
+
+def test_the_steps_of_a_run_that_goes_on_are_numbered_on():
+    first = mm.simulate(DISK, timestep=0.01, duration=3, **BAOAB)
+    second = mm.simulate(DISK, timestep=0.01, duration=3, initial=first, record_interval=7, **BAOAB)
+    assert second.step.values.tolist() == [300 + 7 * i for i in range(43)]
+    assert "replica" not in second.coords
+
+
+def test_the_motors_books_are_right_of_a_part_of_a_run(motor_run):
+    for analysis, names in (
+        (mm.observables.energy_balance, ("gain", "heat", "work", "injected", "residual")),
+        (mm.observables.efficiency, ("kicks", "transferred", "reached")),
+    ):
+        whole = analysis(motor_run)
+        part = analysis(motor_run.isel(replica=1, time=slice(100, None, 10)))
+        for name in names:
+            expected = whole[name].isel(replica=1, time=slice(100, None, 10))
+            expected = expected - expected.isel(time=0)
+            np.testing.assert_allclose(part[name], expected, rtol=0, atol=1e-18)  # J; 5e-20
+
+
+def test_flights_know_their_replica():
+    """One that goes round in the replica numbered 3, of which only that and number 7 are left."""
+    theta = np.stack([np.zeros(200), np.linspace(0, 15, 200)])
+    position = np.stack([0.6 * np.cos(theta), 0.6 * np.sin(theta), 0.04 + 0 * theta], axis=-1)
+    run = xr.Dataset(
+        {"position": (("replica", "time", "space"), position)},
+        {"replica": [7, 3], "time": np.arange(200.0), "space": ["x", "y", "z"]},
+    )
+    scene = mm.Motor()
+    assert mm.observables.flights(run, scene).replica.values.tolist() == [3]
+    assert mm.observables.stays(run, scene).replica.values.tolist() == [7]
+    alone = run.isel(replica=1)
+    assert {*mm.observables.transitions(alone, scene).replica.values} == {3}
+
+
+def test_a_ring_that_turns_too_far_between_records_has_no_yaw(motor_run):
+    half = motor_run.ring_orientation.values.copy()
+    half[:, 1::2] = [0.0, 0.0, 0.0, 1.0]  # upside down, and back
+    turned = motor_run.assign(ring_orientation=(motor_run.ring_orientation.dims, half))
+    with pytest.raises(ValueError, match=r"largest turn between two records = 3\.1\d: must be"):
+        mm.observables.ring_attitude(turned)
+
+
+def test_momentum_counts_from_what_there_was(top_run):
+    """J(0) is a part of the integral; also of a late slice, in which J begins elsewhere."""
+    largest = float(abs(top_run.momentum_map).max())
+    start = float(top_run.momentum_map[0])
+    assert start > 0.3 * largest  # 0.79
+    for run in (top_run, top_run.isel(time=slice(700, None))):
+        balance = mm.observables.momentum_balance(run)
+        assert float(balance.integral[0]) == float(run.momentum_map[0])
+        assert abs(balance.residual).max() < 5e-3 * largest  # 1.7e-4, 4.9e-5
+        energy = mm.observables.energy_balance(run)
+        assert residual(energy, "heat") < 5e-3  # 2.1e-4
+
+
+def test_an_error_of_a_mean_counts_one_degree_of_freedom_less():
+    """Of 0, 1 ... 7, each a batch: their variance is 42/7 = 6, that of the mean 6/8."""
+    mean, error = mean_and_error(np.arange(8.0))
+    assert mean == 3.5
+    assert error == pytest.approx(np.sqrt(6 / 8), rel=1e-15, abs=0)  # 0, or rounding
+
+
+def test_modes_need_records_for_their_errors(motor_run):
+    with pytest.raises(ValueError, match=r"burn_in = 59\.5: must be such that at least 16 records"):
+        mm.observables.mode_temperatures(motor_run, burn_in=59.5)
+
+
+OWN = [
+    ("momentum_balance", "top_run"),
+    ("energy_balance", "top_run"),
+    ("energy_balance", "disk_run"),
+    ("energy_balance", "motor_run"),
+    ("efficiency", "motor_run"),
+    ("flights", "motor_run"),
+    ("stays", "motor_run"),
+    ("transitions", "motor_run"),
+    ("mode_temperatures", "motor_run"),
+]
+
+
+@pytest.mark.parametrize(("name", "made"), OWN)
+def test_the_scene_is_the_runs_own(name, made, request):
+    analyse, run = getattr(mm.observables, name), request.getfixturevalue(made)
+    scene = mm.scene_of(run)
+    expected = analyse(run)
+    assert analyse(run, scene).identical(expected)
+    assert analyse(run=run, scene=scene).identical(expected)
+    bare = run.copy()
+    bare.attrs = {k: v for k, v in run.attrs.items() if not k.startswith("scene")}
+    assert analyse(bare, scene).identical(expected)
+    field = "gravity" if hasattr(scene, "gravity") else "x"
+    with pytest.raises(ValueError, match=rf"^scene\.{field} = 0\.5: must be .*, as in the run$"):
+        analyse(run, scene.replace(**{field: 0.5}))
+    with pytest.raises(ValueError, match=r"^scene = None: must be given, since the run"):
+        analyse(bare)
+
+
+@pytest.mark.parametrize("made", ["top_run", "disk_run", "motor_run"])
+def test_every_run_has_an_overview_of_its_own(made, request, tmp_path):
+    run, drawn = request.getfixturevalue(made), tmp_path / "drawn.png"
+    if made == "motor_run":
+        with pytest.raises(ValueError, match=r"replicas = 3: must be one: run.isel\(replica=0\)"):
+            mm.plots.overview(run, None, drawn)
+        run = run.isel(replica=0)
+    mm.plots.overview(run, None, drawn)
+    with Image.open(drawn) as picture:
+        assert picture.size[0] >= 1200
+        assert len(picture.getcolors(2**24) or ()) > 50
+
+
+def test_a_run_must_have_what_is_read(top_run):
+    position = top_run.position
+    wrong = {
+        "a dataset that has slip_velocity, too": top_run.drop_vars("slip_velocity"),
+        "dtype of run.axis = 'complex128'": top_run.assign(axis=top_run.axis + 0j),
+        "run.axis holds values that are not finite": top_run.assign(axis=top_run.axis * np.nan),
+        "dimensions of run.axis": top_run.isel(space=0),
+        "run.space = .*: must be x, y, z": top_run.isel(space=[1, 0, 2]),
+        "length of space in run.axis = 2: must be 3": top_run.isel(space=[0, 1]),
+        "shape of run.axis": top_run.isel(time=[]),
+        "dimensions of run.axis = ..space": top_run.isel(time=0),
+        "run.time must hold finite times that increase": top_run.isel(time=slice(None, None, -1)),
+        r"replicas = 2: must be one: run\.isel": xr.concat([top_run, top_run], "replica"),
+        "of a Disk'?: must be of a Top": top_run.assign_attrs(OF_A_DISK),
+        "run.time = None: must be a coordinate": top_run.drop_vars("time"),
+        "an object of xarray.Dataset": position,
+    }  # fmt: skip
+    for message, run in wrong.items():
+        with pytest.raises(ValueError, match=message):
+            mm.observables.momentum_balance(run)
+
+
+@pytest.fixture(scope="module")
+def ensemble():
+    return mm.ensemble(
+        mm.Disk(), timestep=0.02, duration=200, replicas=64, trajectories=64, **BAOAB
+    )
+
+
+def test_what_counts_from_the_start_needs_the_start(ensemble):
+    slope = mm.observables.local_slope(ensemble)
+    some = mm.observables.local_slope(ensemble.isel(time=slice(None, None, 2)))
+    shared = np.isin(some.begin, slope.begin)
+    assert shared.all()
+    with pytest.raises(ValueError, match=r"first time in run = .*: must be 0"):
+        mm.observables.local_slope(ensemble.isel(time=slice(5, None)))
+    with pytest.raises(ValueError, match=r"factor = 1000.0: must be at most"):
+        mm.observables.local_slope(ensemble, 1000)
+
+
+def test_flights_survive_by_all_their_bins(ensemble):
+    whole = mm.observables.flight_survival(ensemble)
+    assert whole.survival[0] == 1
+    with pytest.raises(ValueError, match=r"flight_duration = .*: must be that of an ens"):
+        mm.observables.flight_survival(ensemble.isel(flight_duration=slice(None, None, 2)))
+
+
+def test_runs_that_are_joined_or_averaged_are_refused(disk_run):
+    balance = mm.observables.energy_balance
+    other = mm.simulate(DISK, timestep=0.01, duration=30, replicas=3, seed=6, **BAOAB)
+    again: Any = xr.concat([disk_run, disk_run.assign_coords(time=disk_run.time + 31)], "time")
+    for run, message in (
+        (xr.concat([disk_run, other], "replica"), "run.replica = .*: must be different numbers"),
+        (disk_run.assign_coords(replica=[0, 1, 7]), "run.replica = .*: must be different numbers"),
+        (disk_run.mean("replica", keep_attrs=True), "run.replica = None: must be a coordinate"),
+        (disk_run.isel(time=slice(-1)).coarsen(time=2).mean(keep_attrs=True), "run.step = 'float"),
+        (again, "run.step must increase"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            balance(run)
+
+
+def test_a_survival_needs_the_first_and_the_last_bin(ensemble):
+    survival = mm.observables.flight_survival
+    assert survival(ensemble).sizes["flight_duration"] > 8
+    for part in (slice(1, None), slice(-1)):
+        with pytest.raises(ValueError, match=r"flight_duration = .* with all its bins"):
+            survival(ensemble.isel(flight_duration=part))
+
+
+def test_a_path_goes_on_by_its_steps_in_all_replicas(disk_run):
+    half = disk_run.isel(time=slice(1001))
+    rest = {"timestep": 0.01, "duration": 20, "seed": 5, **BAOAB}
+    shifted = mm.simulate(DISK, **rest, replicas=3, initial=half.assign_coords(time=half.time + 9))
+    assert shifted.attrs["first_step"] == 1000
+    whole = disk_run.x.isel(time=slice(1000, None))
+    np.testing.assert_allclose(shifted.x, whole, rtol=5e-15)  # 3e-16: x is kept in turns
+    with pytest.raises(ValueError, match=r"initial.replica = \[1, 2\]: must be 0, 1, 2"):
+        mm.simulate(DISK, **rest, replicas=2, initial=half.isel(replica=[1, 2]))

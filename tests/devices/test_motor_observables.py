@@ -1,0 +1,275 @@
+"""The motor's observables on paths and series with known answers."""
+
+import itertools
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.spatial.transform import Rotation
+
+import magmotor as mm
+from magmotor.devices.motor.flights import turning_points
+from magmotor.devices.motor.modes import mean_and_error
+from magmotor.observables import (
+    azimuth,
+    censored_mean,
+    efficiency,
+    energy_balance,
+    flights,
+    mode_temperatures,
+    motor_wells,
+    ring_attitude,
+    stays,
+    transitions,
+)
+
+SCENE = mm.Motor()
+SECTOR = 2 * math.pi / 5
+
+
+def rolled(*sectors, step=0.01):
+    """A run on which theta goes from one of these sectors to the next, one sector a second."""
+    pieces = [
+        np.arange(round(abs(b - a) / step)) * math.copysign(step, b - a) + a
+        for a, b in itertools.pairwise(sectors)
+    ]
+    return path_of(SECTOR * np.append(np.concatenate(pieces), sectors[-1]), step)
+
+
+def path_of(theta, step=1.0):
+    position = np.stack([np.cos(theta), np.sin(theta), np.full_like(theta, 0.04)], axis=-1)
+    dims = ("replica", "time", "space")[3 - position.ndim :]
+    time = step * np.arange(theta.shape[-1])
+    return xr.Dataset({"position": (dims, position)}, {"time": time, "space": ["x", "y", "z"]})
+
+
+def test_azimuth_is_unwrapped_and_refuses_to_guess():
+    theta = np.array([np.linspace(0.3, 40, 100), np.linspace(-3, -70, 100)])
+    found = azimuth(path_of(theta))
+    assert found.dims == ("replica", "time")
+    assert found.attrs["units"] == "rad"
+    np.testing.assert_allclose(found, theta, rtol=1e-13)
+    np.testing.assert_allclose(azimuth(path_of(theta[0])), theta[0], rtol=1e-13)
+    with pytest.raises(ValueError, match=r"largest turn between two records = 1\.6: must be"):
+        azimuth(path_of(np.array([0.0, 1.6])))
+
+
+def test_ring_attitude_tells_twist_from_swing():
+    """However large the tilt, towards any side, and for both signs of the quaternion."""
+    random = np.random.default_rng(1)
+    tilt, yaw = random.uniform(0, 1.2, 300), np.cumsum(random.uniform(-0.5, 1.5, 300))
+    side = random.uniform(0, 2 * math.pi, 300)
+    swing = tilt * np.array([-np.sin(side), np.cos(side), 0 * side])
+    turn = Rotation.from_rotvec(swing.T) * Rotation.from_euler("z", yaw[:, np.newaxis])
+    orientation = turn.as_quat(scalar_first=True) * random.choice([-1, 1], (300, 1))
+    columns = {
+        "ring_orientation": (("time", "component"), orientation),
+        "ring_axis": (("time", "space"), turn.apply([0.0, 0.0, 1.0])),
+    }
+    run = xr.Dataset(columns, {"time": np.arange(300.0)})
+    found = ring_attitude(run)
+    np.testing.assert_allclose(found.tilt, tilt, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(found.yaw - found.yaw[0], yaw - yaw[0], rtol=0, atol=1e-12)
+    both = xr.concat([run] * 2, "replica")
+    np.testing.assert_array_equal(ring_attitude(both).yaw[1], found.yaw)
+
+
+@pytest.mark.parametrize(("factor", "radius", "barrier"), [(2, 0.5906, 0.587), (1, 0.5997, 0.665)])
+def test_wells_and_their_barrier(factor, radius, barrier):
+    scene = mm.Motor(ball_ring_factor=factor)
+    wells = motor_wells(scene)
+    assert wells.radius == pytest.approx(radius, abs=1e-4)
+    assert wells.barrier / scene.kT == pytest.approx(barrier, abs=1e-3)
+    np.testing.assert_allclose(wells.azimuth, SECTOR * np.arange(5))
+    points = mm.observables.critical_points(scene)
+    for kind, energy in (("minimum", wells.energy), ("saddle", wells.energy + wells.barrier)):
+        nearest = min((p for p in points if p.kind == kind), key=lambda p: abs(p.energy - energy))
+        assert nearest.energy == pytest.approx(energy, rel=1e-9)
+
+
+def test_transitions_have_hysteresis():
+    """Between two cores nothing happens, however often the ball passes the top between wells."""
+    run = rolled(0, 0.7, 0.3, 0.74, 0.26, 0.76, 0.26, 0.24, -0.3, -1)
+    found = transitions(run, SCENE)
+    assert found.well.values.tolist() == [1, 0, -1]
+    assert found.step.values.tolist() == [1, -1, -1]
+    assert found.time.values[0] == pytest.approx(0.7 + 0.4 + 0.44 + 0.48 + 0.5 - 0.01, abs=0.011)
+    between = rolled(0.4, 0.6, 0.4)
+    assert not transitions(between, SCENE).sizes["transition"]
+
+
+def test_turning_points_heed_only_what_is_far_enough():
+    theta = np.array([0, 0.1, -0.1, 1, 0.8, 3, 2.6, 2.7, -1, -0.9, 5.0])
+    assert turning_points(theta, 0.3) == [0, 2, 5, 8, 10]
+    assert turning_points(theta, 0.1999999) == [0, 1, 2, 3, 4, 5, 8, 10]
+    assert turning_points(-theta, 0.3) == [0, 2, 5, 8, 10]
+    assert turning_points(theta[2:], 0.3) == [0, 3, 6, 8]
+    assert turning_points(theta, 10.0) == [0, 10]
+
+
+def test_a_rest_that_a_run_begins_with_is_no_part_of_its_flight():
+    """However little the ball swings to and fro meanwhile."""
+    run = rolled(0, *[-0.05, 0.05] * 20, -0.1, 7)
+    found = flights(run, SCENE)
+    np.testing.assert_allclose(found.begin, [4.1], atol=1e-9)
+    np.testing.assert_allclose(stays(run, SCENE).end, [4.1], atol=1e-9)
+
+
+def test_flights_and_stays_of_a_prescribed_path():
+    """To and fro, round once and a half, not quite round, back thrice, and under way at the end."""
+    run = rolled(0, 0.6, -0.4, 7.1, 6.9, 8.1, 5, 9, -6, -5, -5.5, 0)
+    found, rests = flights(run, SCENE), stays(run, SCENE)
+    np.testing.assert_allclose(found.revolutions, [8.5 / 5, -3, 5.5 / 5], rtol=1e-12)
+    np.testing.assert_allclose(found.begin, [1.6, 17.6, 34.1], atol=1e-9)
+    np.testing.assert_allclose(found.once, [6.6, 22.6, 39.1], atol=0.011)
+    np.testing.assert_allclose(found.end, [10.5, 32.6, 39.6], atol=1e-9)
+    assert found.censored.values.tolist() == [False, False, True]
+    np.testing.assert_allclose(rests.begin, [0, 10.5, 32.6], atol=1e-9)
+    np.testing.assert_allclose(rests.end, [1.6, 17.6, 34.1], atol=1e-9)
+    assert rests.censored.values.tolist() == [False, False, False]
+
+
+def test_a_run_without_a_flight_is_one_stay_and_replicas_are_told_apart():
+    quiet, fast = (path_of(theta) for theta in (np.zeros(99), np.linspace(0, 9, 99)))
+    assert flights(quiet, SCENE).sizes["flight"] == 0
+    assert transitions(quiet, SCENE).sizes["transition"] == 0
+    assert stays(quiet, SCENE).to_dict(data="list")["data_vars"]["end"]["data"] == [98]
+    both = xr.concat([fast, quiet, fast], "replica")
+    found, rests = flights(both, SCENE), stays(both, SCENE)
+    assert found.replica.values.tolist() == [0, 2]
+    assert found.censored.values.all()
+    assert rests.replica.values.tolist() == [1]
+    assert rests.censored.values.all()
+    assert transitions(both, SCENE).replica.values.tolist() == [0] * 7 + [2] * 7
+
+
+def test_mean_of_durations_that_were_cut_off():
+    """By hand, and exponential ones: mean and error, over 400 repetitions."""
+    assert censored_mean([3, 5, 4], [False, False, True]) == (6.0, math.sqrt(9 + 1 + 16) / 2, 2)
+    assert math.isnan(censored_mean([3], [True]).mean)
+    random = np.random.default_rng(3)
+    duration, seen = random.exponential(7, (400, 100)), random.exponential(14, (400, 100))
+    means = [
+        censored_mean(np.minimum(*pair), pair[0] > pair[1])
+        for pair in zip(duration, seen, strict=True)
+    ]
+    assert np.mean([m.mean for m in means]) == pytest.approx(7, abs=0.15)  # 0.05 is one error
+    wrong = np.array([(m.mean - 7) / m.error for m in means])
+    assert np.std(wrong) == pytest.approx(1, abs=0.15)
+    assert np.mean([m.completed for m in means]) == pytest.approx(200 / 3, rel=0.03)
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.9])
+def test_error_of_the_mean_of_a_correlated_series(memory):
+    """That of an autoregressive series has a closed form."""
+    random = np.random.default_rng(4)
+    series = np.empty((40, 20000))
+    series[:, 0] = random.standard_normal(40)
+    kicks = math.sqrt(1 - memory**2) * random.standard_normal(series.shape)
+    for i in range(1, 20000):
+        series[:, i] = memory * series[:, i - 1] + kicks[:, i]
+    variance = (1 + memory) / (1 - memory)
+    mean, error = mean_and_error(3 + series)
+    assert error == pytest.approx(math.sqrt(variance / series.size), rel=0.16)  # 4 %: one sigma
+    assert abs(mean - 3) < 4 * error
+    single = [mean_and_error(row)[1] for row in series]
+    assert np.mean(np.square(single)) == pytest.approx(variance / 20000, rel=0.35)  # 8 %
+
+
+def gibbs(scene, replicas, count):
+    """Independent states of Gibbs' law, with the slow modes as fast as the others."""
+    random = np.random.default_rng(5)
+    shape = (replicas, count)
+
+    def normal(inertia, *size):
+        return np.sqrt(scene.kT / inertia) * random.standard_normal((*shape, *size))
+
+    velocity = normal(scene.ball_mass, 3) * [1, 1, 0]
+    spin, body = normal(scene.ball_inertia, 3), normal(np.array(scene.inner_moments), 3)
+    turn = Rotation.random(replicas * count, rng=random)
+    angle = random.uniform(0, 7, shape)
+    position = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1)
+    slip = velocity + np.cross(spin, [0, 0, -scene.ball_radius])
+    vectors = {
+        "position": 0.6 * position,
+        "velocity": velocity,
+        "angular_velocity": spin,
+        "slip_velocity": slip,
+        "ring_angular_velocity": turn.apply(body.reshape(-1, 3)).reshape(body.shape),
+    }
+    dims = ("replica", "time", "space")
+    data: dict[str, Any] = {name: (dims, values) for name, values in vectors.items()}
+    quaternion = turn.as_quat(scalar_first=True).reshape(*shape, 4)
+    data["ring_orientation"] = (("replica", "time", "component"), quaternion)
+    data["momentum_map"] = (("replica", "time"), scene.ball_inertia * spin[..., 2])
+    return xr.Dataset(data, {"time": np.arange(count), "space": ["x", "y", "z"]})
+
+
+def test_each_mode_has_the_temperature_of_gibbs_law():
+    run = gibbs(SCENE, 8, 20000)
+    # The modes are not one another's: with other moments of inertia only the ring's are colder.
+    for scene, ring in ((SCENE, 1.0), (replace(SCENE, inner_mass=3.0, inner_axial_inertia=2.0), 0)):
+        found = mode_temperatures(run, scene)
+        assert float(found.theory) == scene.kT
+        for mode in found.mode.values:
+            own = found.sel(mode=mode)
+            expected = scene.kT
+            if mode.startswith("ring") and not ring:
+                i = int(mode[-1]) - 1
+                expected *= scene.inner_moments[i] / SCENE.inner_moments[i]
+            assert abs(own.temperature - expected) < 4 * own.temperature_error
+            # The slip has two squares of variance 2, and the error of a mean of independent ones.
+            relative = math.sqrt((1 if mode == "slip" else 2) / 160_000)
+            assert own.temperature_error == pytest.approx(relative * expected, rel=0.35)  # 9 %
+    one = mode_temperatures(run.isel(replica=0), SCENE, burn_in=10000)
+    by_hand = SCENE.ball_inertia * np.mean(run.angular_velocity[0, 10000:, 2] ** 2)
+    assert float(one.temperature.sel(mode="spin")) == pytest.approx(
+        float(by_hand), rel=1e-12, abs=0
+    )
+    assert "theory" not in mode_temperatures(run, mm.Motor(temperature="nonuniform"))
+
+
+def books(replicas=None):
+    """Energies that grow as they like: the identities must hold for any."""
+    random = np.random.default_rng(7)
+    dims = ("time",) if replicas is None else ("replica", "time")
+    shape = (50,) if replicas is None else (replicas, 50)
+    names = ("energy", "ring_energy", "heat", "work", "ring_heat", "ring_work")
+    data = {name: (dims, 1e-3 * random.standard_normal(shape).cumsum(-1)) for name in names}
+    return xr.Dataset(data, {"time": 5 + 0.5 * np.arange(50)})
+
+
+@pytest.mark.parametrize("replicas", [None, 3])
+def test_energy_balance(replicas):
+    run = books(replicas)
+    found = energy_balance(run, SCENE)
+    assert found.residual.dims == run.work.dims
+    np.testing.assert_allclose(
+        found.gain - run.energy, -run.energy.isel(time=[0] * 50), rtol=0, atol=1e-15
+    )
+    heat, work = (run[name] - run[name].isel(time=0) for name in ("heat", "work"))
+    np.testing.assert_allclose(found.residual, found.gain + heat - work, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(found.injected + found.martingale, work, rtol=0, atol=1e-15)
+    # alpha_B^2 (1/m + r^2/J_B) = 1e-6 (2 + 5), and alpha_R^2/2 (2 * 2 + 1)/J_3, J_3 = 3.375.
+    last = found.injected.isel(time=-1)
+    np.testing.assert_allclose(last, 24.5 * (7e-6 + 2.5e-6 / 3.375), rtol=1e-12)
+    cold = mm.Motor(temperature="nonuniform")
+    injected = energy_balance(run, cold).injected.isel(time=-1)
+    np.testing.assert_allclose(injected, 24.5 * 2e-4**2 * 2.5 / 3.375, rtol=1e-12)
+
+
+def test_efficiency_of_made_up_books():
+    """Of 10 J of kicks the ring keeps 2 and dissipates 1; of the 7 the ball dissipates 4."""
+    values = {"energy": 5, "ring_energy": 2, "heat": 5, "ring_heat": 1, "work": 10, "ring_work": 10}
+    run = xr.Dataset({k: ("time", [0.0, v]) for k, v in values.items()}, {"time": [0.0, 1.0]})
+    found = efficiency(run + 0, SCENE).isel(time=1)
+    assert float(found.transferred) == 3
+    assert float(found.efficiency) == pytest.approx(0.3)
+    assert float(found.reached) == 7
+    assert float(found.share) == pytest.approx(0.7)
+    noisy = run.assign(work=run.work * 1.5)  # the ball's own noise has done 5 J of it
+    assert float(efficiency(noisy, SCENE).share[1]) == pytest.approx(0.2)
+    assert np.isnan(efficiency(run, SCENE).share[0])

@@ -1,0 +1,115 @@
+"""Every field of the top is checked, and its presets are the paper's."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+import magmotor as mm
+from magmotor.devices.top.scene import Waypoint, pose
+
+BAD = [
+    ({"ball_mass": -1}, "ball_mass = -1: must be greater than 0 kg"),
+    ({"ball_mass": math.nan}, "ball_mass = nan: must be a finite number"),
+    ({"ball_mass": "heavy"}, "ball_mass = 'heavy': must be a number"),
+    ({"ball_radius": 0}, "ball_radius = 0: must be greater than 0 m"),
+    ({"ball_inertia": -1e-5}, "ball_inertia = -1e-05: must be greater than 0"),
+    ({"ball_axial_inertia": 1e-3}, "ball_axial_inertia = 0.001: must be at most twice"),
+    ({"friction": -0.1}, "friction = -0.1: must be at least 0 kg/s"),
+    ({"friction": math.inf}, "friction = inf: must be a finite number"),
+    ({"position": (0.0,)}, r"position = \(0.0,\): must be 2 numbers"),
+    ({"position": (0.0, math.nan)}, "position = nan: must be a finite number"),
+    ({"velocity": 3}, "velocity = 3: must be 2 numbers"),
+    ({"axis": (0, 0, 0)}, "axis = .*: must be a direction"),
+    ({"spin": math.nan}, "spin = nan"),
+    ({"ring_dipoles": 0}, "ring_dipoles = 0: must be at least 1"),
+    ({"ring_dipoles": 2.5}, "ring_dipoles = 2.5: must be an integer"),
+    ({"ring_dipoles": True}, "ring_dipoles = True: must be an integer"),
+    ({"ring_radius": 0}, "ring_radius = 0: must be greater than 0 m"),
+    ({"ring_height": 0.03}, "ring_height = 0.03: must be greater than 0.036 m"),
+    ({"tilt": -0.1}, "tilt = -0.1: must be at least 0 rad"),
+    ({"tilt": 3.0}, "tilt = 3.0: must be less than 1.5708 rad"),
+    ({"tilt": 1.0}, r"tilt = 1.0: must be less than 0.6289 rad \(the floor\)"),
+    ({"tilt_azimuth": math.inf}, "tilt_azimuth = inf"),
+    ({"ring_script": ((0, 0.2, 0), (0, 0.3, 0))}, r"ring_script\[1\].time = 0: must be greater"),
+    ({"ring_script": ((0, 0.01, 0),)}, r"ring_script\[0\].height = 0.01: must be greater"),
+    ({"ring_script": ((0, 0.2, 0), (1, 0.3, 0.7), (2, 0.2, 0.7))}, r"tilt = 0.7: .*the floor"),
+    ({"ring_script": ((0, 0.2),)}, r"ring_script\[0\] = .*: must be three numbers"),
+    ({"coupling": 0}, "coupling = 0: must be greater than 0 J m"),
+    ({"gravity": -9.81}, "gravity = -9.81: must be at least 0"),
+    ({"surface": "plan"}, "surface = 'plan': must be one of planar, plane .*'plane'"),
+    ({"surface": "plane", "gravity": 0.0}, "gravity = 0.0: must be positive when surface"),
+    ({"coulomb_friction": 0.1}, "coulomb_friction = 0.1: must be zero unless surface = 'plane'"),
+    ({"surface": "plane", "rolling_friction": 1e-4}, "coulomb_friction = 0.0: must be at least"),
+    ({"surface": "plane", "coulomb_friction": 1e-7}, "coulomb_friction = 1e-07: must be at least"),
+    ({"surface": "plane", "coulomb_friction": -1.0}, "coulomb_friction = -1.0: must be at least 0"),
+]
+
+
+@pytest.mark.parametrize(("fields", "message"), BAD, ids=[str(f) for f, _ in BAD])
+def test_bad_fields_are_named_with_value_and_bound(fields, message):
+    with pytest.raises(ValueError, match=message):
+        mm.Top(**fields)
+
+
+def test_every_field_has_a_unit_a_doc_and_a_bad_value_among_the_tests():
+    tried = {name for fields, _ in BAD for name in fields}
+    for field in dataclasses.fields(mm.Top):
+        if field.name != "torsional_friction":
+            assert field.name in tried, field.name
+        if field.name != "ring_script":
+            assert {"unit", "doc"} <= field.metadata.keys()
+
+
+def test_presets_are_the_papers_cases():
+    assert mm.Top.paper() == mm.Top.paper(4) == mm.Top()
+    table = {
+        1: (0.0, 0.0, (0.01, 0.005)),
+        2: (math.pi / 64, 0.0, (0.01, 0.005)),
+        3: (0.0, 0.3, (0.01, 0.005)),
+        4: (math.pi / 64, 0.3, (-0.05, 0.02)),
+    }
+    for case, (tilt, friction, position) in table.items():
+        scene = mm.Top.paper(case)
+        assert (scene.tilt, scene.friction, scene.position) == (tilt, friction, position)
+        assert (scene.ball_mass, scene.ball_radius) == (0.2, 0.018)
+        assert (scene.ring_dipoles, scene.ring_radius, scene.ring_height) == (20, 0.34, 0.2)
+        assert scene.moment == pytest.approx(10.0, rel=1e-14)
+        assert scene.inertia == pytest.approx([2.592e-5] * 3, rel=1e-14, abs=0)
+    assert mm.Top.si().moment == pytest.approx(100.0, rel=1e-14)
+    assert mm.Top.paper(3, ring_dipoles=40).ring_dipoles == 40
+    with pytest.raises(ValueError, match="case = 5: must be at most 4"):
+        mm.Top.paper(5)
+
+
+def test_the_ring_leans_into_its_azimuth_and_points_outward():
+    scene = mm.Top(tilt=0.1, tilt_azimuth=0.7, ring_dipoles=12)
+    positions, moments = scene.ring_sources()
+    normal = np.array([np.sin(0.1) * np.cos(0.7), np.sin(0.1) * np.sin(0.7), np.cos(0.1)])
+    centre = np.array([0.0, 0.0, scene.ring_height])
+    np.testing.assert_allclose((positions - centre) @ normal, 0, atol=1e-16)
+    outward = (positions - centre) / scene.ring_radius
+    np.testing.assert_allclose(moments, scene.moment * outward, rtol=0, atol=1e-14)
+    low_side = positions[np.argmin(positions[:, 2])] - centre
+    assert low_side[:2] @ [np.cos(0.7), np.sin(0.7)] > 0
+
+
+def test_the_script_passes_its_waypoints_at_rest():
+    script = (Waypoint(1.0, 0.5, 0.0), Waypoint(3.0, 0.2, 0.0), Waypoint(4.0, 0.2, 0.1))
+    assert pose(script, -5.0) == (0.5, 0.0)
+    assert pose(script, 9.0) == (0.2, 0.1)
+    for waypoint in script:
+        assert pose(script, waypoint.time) == pytest.approx((waypoint.height, waypoint.tilt))
+        before, after = (pose(script, waypoint.time + s)[0] for s in (-1e-4, 1e-4))
+        assert abs(after - before) < 1e-9
+    assert pose(script, 2.0)[0] == pytest.approx(0.35)
+
+
+def test_the_experiment_lowers_the_ring_then_tilts_it():
+    scene = mm.Top.experiment()
+    heights, tilts = zip(*(scene.ring_pose(t) for t in (0.0, 3.0, 8.0, 20.0)), strict=True)
+    assert heights[0] > heights[1] > heights[2] == heights[3] == 0.2
+    assert tilts[2] == 0.0
+    assert tilts[3] == math.pi / 64
+    assert scene == mm.Top(**dataclasses.asdict(scene))

@@ -1,0 +1,176 @@
+"""Checksums of source code, and which code Numba's disk cache gives to whom."""
+
+import inspect
+import os
+import platform
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import llvmlite.binding as llvm
+import pytest
+
+import magmotor as mm
+from magmotor.common import environment as models_folder
+from magmotor.common import versions
+from magmotor.common.versions import machine_versions, package_checksum
+from magmotor.devices.ball import rigid_kernel
+from magmotor.devices.disk import reference as lanes
+from magmotor.mjcf import magnetism
+from magmotor.numerics import compiled
+
+FACTORY = """
+from magmotor.numerics.compiled import compiled_once
+
+@compiled_once()
+def made(checksum, number):
+    def told():
+        _ = checksum
+        return number
+    return told
+"""
+
+SAVE = """
+import itertools, sys, time
+from pathlib import Path
+from numba.core.caching import IndexDataCacheFile as File
+import factory
+
+number, other = int(sys.argv[1]), 3 - int(sys.argv[1])
+reads = itertools.count()
+load, save_index, save_data = File._load_index, File._save_index, File._save_data
+
+def reached(what):
+    Path(f"{what}_{number}").touch()
+
+def wait(what):
+    until = time.monotonic() + 60
+    while not Path(f"{what}_{other}").exists():
+        assert time.monotonic() < until, what
+        time.sleep(0.01)
+
+def both_have_read(self):
+    index, what = load(self), f"read_{next(reads)}"
+    reached(what)
+    wait(what)
+    return index
+
+def one_after_two(self, index):
+    if number == 1:
+        wait("index")
+    save_index(self, index)
+    reached("index")
+
+def two_after_one(self, name, data):
+    if number == 2:
+        wait("data")
+    save_data(self, name, data)
+    reached("data")
+
+if len(sys.argv) > 2:
+    File._load_index, File._save_index = both_have_read, one_after_two
+    File._save_data = two_after_one
+print(factory.made(number)())
+"""
+
+
+def _python(folder: Path, *arguments: str) -> subprocess.Popen:
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(folder / "cache")}
+    command = [sys.executable, "save.py", *arguments]
+    return subprocess.Popen(command, cwd=folder, env=environment, stdout=subprocess.PIPE, text=True)
+
+
+def test_processes_that_compile_at_once_do_not_exchange_their_code(tmp_path):
+    """Of two that share an index, the one that saves last would give its code to the other."""
+    (tmp_path / "factory.py").write_text(FACTORY)
+    (tmp_path / "save.py").write_text(SAVE)
+    at_once = [_python(tmp_path, number, "at once") for number in "12"]
+    assert [process.communicate()[0].strip() for process in at_once] == ["1", "2"]
+    later = [_python(tmp_path, number).communicate()[0].strip() for number in "12"]
+    assert later == ["1", "2"]
+
+
+def test_every_specialisation_of_a_kernel_has_its_own_index():
+    kernels: list[Any] = [
+        *(lanes.kernel(mm.Disk(), scheme) for scheme in ("euler", "baoab")),
+        *(lanes.kernel(mm.Disk(potential=U), "baoab") for U in ("cosine", "asymmetric")),
+        lanes.kernel(mm.Disk(friction_ratio=1.0), "baoab"),
+        *(rigid_kernel.kernel(scheme) for scheme in ("euler", "cayley", "baoab")),
+    ]
+    indices = {function._cache._cache_file._index_path for function in kernels}
+    assert len(indices) == len(kernels)
+
+
+def test_newer_code_replaces_the_files_of_older_code(monkeypatch):
+    checksums = iter((1, 2))
+    monkeypatch.setattr(compiled, "checksum_of", lambda function: next(checksums))
+    found = [compiled.compiled_once()(_defined)(3) for _ in range(2)]
+    older, newer = found
+    assert older._cache._cache_file._index_path == newer._cache._cache_file._index_path
+    cells = [sorted(cell.cell_contents for cell in f.py_func.__closure__) for f in found]
+    assert cells == [[1, 3], [2, 3]]
+
+
+def _defined(checksum, number):
+    def function(x):
+        _ = checksum
+        return x + number
+
+    return function
+
+
+def test_a_function_that_does_not_name_its_checksum_is_refused():
+    def forgetful(checksum):
+        def function(x):
+            return x
+
+        return function
+
+    with pytest.raises(TypeError, match="function does not name its checksum"):
+        compiled.compiled_once()(forgetful)()
+
+
+def test_the_modules_of_a_kernel_are_those_that_it_reaches():
+    """By hand: what is called, what defines the types of arguments, and whose constants count."""
+    of_rigid_bodies = {"dipoles", "noise", "devices.ball.rigid_kernel", "devices.ball.rigid_steps"}
+    of_rigid_bodies |= {"devices.ball.rigid_forces"}
+    of_rigid_bodies |= {
+        f"numerics.{name}" for name in ("compiled", "eights", "elementary", "rotations")
+    }
+    modules, constants = compiled.reached(inspect.unwrap(rigid_kernel._advance))
+    assert modules == {f"magmotor.{name}" for name in of_rigid_bodies}
+    assert "NOBODY = -1.0" in constants
+    modules, _ = compiled.reached(inspect.unwrap(magnetism._callback))
+    assert {
+        f"magmotor.mjcf.{name}" for name in ("magnets", "dipole_sites", "memory", "brownian")
+    } <= modules
+
+
+def test_the_checksum_is_that_of_the_bytes_wherever_they_are(tmp_path, monkeypatch):
+    package = Path(mm.__file__).parent
+    here = package_checksum()
+    ignore = shutil.ignore_patterns("__pycache__", "models")
+    installed = shutil.copytree(package, tmp_path / "zebra" / "magmotor", ignore=ignore)
+    shutil.copytree(models_folder.models_folder(), installed / "models")
+    monkeypatch.setattr(versions, "__file__", str(installed / "run" / "versions.py"))
+    monkeypatch.setattr(versions, "models_folder", lambda: installed / "models")
+    assert package_checksum.__wrapped__() == here
+    (installed / "models" / "added.xml").write_text("<mujoco/>")
+    assert package_checksum.__wrapped__() != here
+
+
+@pytest.mark.parametrize(
+    ("kind", "features", "told"),
+    [
+        ("x86_64", {"fma": True, "avx2": True}, "x86_64 with FMA"),
+        ("x86_64", {"fma": True, "avx2": False}, "x86_64"),
+        ("x86_64", {"fma": False, "avx2": True}, "x86_64"),
+        ("arm64", {"neon": True}, "arm64"),
+    ],
+)
+def test_a_kind_of_machine_is_one_that_rounds_alike(kind, features, told, monkeypatch):
+    monkeypatch.setattr(platform, "machine", lambda: kind)
+    monkeypatch.setattr(llvm, "get_host_cpu_features", lambda: features)
+    assert machine_versions()["machine"] == told

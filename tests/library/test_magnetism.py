@@ -1,0 +1,565 @@
+"""The compiled callback: same wrench as its NumPy twin, on any model, version and thread."""
+
+import inspect
+import re
+import subprocess
+import sys
+import textwrap
+import threading
+import warnings
+
+import mujoco
+import mujoco.batch
+import mujoco.rollout
+import numpy as np
+import pytest
+from numba.core.ccallback import CFunc
+from numpy_twin import apply_magnetism
+
+import magmotor as mm
+from magmotor.mjcf import layout
+from magmotor.mjcf import magnetism as callback
+from magmotor.numerics import compiled as numba_cache
+
+COMPASSES = """
+<mujoco>
+  <option gravity="0 0 0"/>
+  <worldbody>
+    <site name="plain" pos="1 0 0"/>
+    <site name="fixed" pos="0.3 0.1 0.2" zaxis="1 2 3" user="7"/>
+    <body name="needle" pos="0 0.1 0">
+      <joint type="hinge" axis="0 0 1"/>
+      <geom type="box" size="0.1 0.01 0.01" pos="0.02 0 0"/>
+      <site name="needle" pos="0.05 0 0" zaxis="1 0 0" user="4"/>
+      <body name="tail" pos="-0.1 0 0">
+        <geom size="0.01"/>
+        <site name="tail" zaxis="0 1 1" user="-2"/>
+      </body>
+      <body name="arm" pos="0.2 0 0">
+        <joint type="ball"/>
+        <geom type="capsule" size="0.01 0.05"/>
+        <site name="arm" pos="0 0 0.05" user="3"/>
+      </body>
+    </body>
+    <body name="free" pos="0 -0.2 0.1">
+      <freejoint/>
+      <geom size="0.05"/>
+      <site name="unused" user="0"/>
+      <site name="free" pos="0.01 0.02 0" zaxis="-1 0 1" user="5"/>
+    </body>
+    <body name="ring" mocap="true" pos="0 0 0.3">
+      <site name="ring0" pos="0.2 0 0" user="2"/>
+      <site name="ring1" pos="-0.2 0 0" user="2"/>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+
+
+def chain(count):
+    """A model of `count` fixed dipoles and three free ones."""
+    rng = np.random.default_rng(count)
+    fixed = "".join(
+        f'<site pos="{x} {y} {z}" zaxis="{a} {b} 1" user="3"/>'
+        for x, y, z, a, b in rng.normal(size=(count, 5))
+    )
+    free = "".join(
+        f'<body pos="{i} 3 0"><freejoint/><geom size="0.1"/><site user="2" pos="0 0.1 0"/></body>'
+        for i in range(3)
+    )
+    return f"<mujoco><worldbody>{fixed}{free}</worldbody></mujoco>"
+
+
+def coupling(name, *bodies, prm=(2, 2), objtype="body"):
+    """A tuple of bodies, with a factor each."""
+    elements = "".join(
+        f'<element objtype="{objtype}" objname="{body}" prm="{factor}"/>'
+        for body, factor in zip(bodies, prm, strict=False)
+    )
+    return f'<custom><tuple name="{name}">{elements}</tuple></custom>'
+
+
+def motor(custom=""):
+    """A ball above a plane, and two rings of dipoles, of which one turns about its centre."""
+
+    def ring(name, count, radius):
+        return "".join(
+            f'<site name="{name}{i}" pos="{radius * x} {radius * y} 0" zaxis="{x} {y} 0.3"'
+            ' user="1"/>'
+            for i in range(count)
+            for x, y in [(np.cos(2 * np.pi * i / count), np.sin(2 * np.pi * i / count))]
+        )
+
+    return f"""
+    <mujoco>
+      {custom}
+      <worldbody>
+        <body name="ball" pos="0.1 0.05 -0.7">
+          <joint type="slide" axis="1 0 0"/>
+          <joint type="slide" axis="0 1 0"/>
+          <joint type="ball"/>
+          <geom size="0.3"/>
+          <site name="ball" user="1"/>
+        </body>
+        <body name="ring" euler="10 20 0">
+          <joint type="ball"/>
+          <inertial pos="0 0 0.1" mass="3" diaginertia="1.6875 1.6875 3.375"/>
+          {ring("ring", 20, 1.0)}
+        </body>
+        <body name="outer">{ring("outer", 5, 1.6)}</body>
+      </worldbody>
+    </mujoco>"""
+
+
+def random_tree(seed, isolated=False):
+    """Bodies with 0 to 40 dipoles each; some welded to their parents, some unable to move.
+
+    Sites of a rigid body do not follow each other where a jointed child comes between. All bodies
+    are free and nothing else is there if `isolated`.
+    """
+    rng = np.random.default_rng(seed)
+    names = ["world"]
+
+    def sites():
+        count = rng.choice([0, 1, 1, 2, 5, 8, 15, 16, 17, 24, 40])
+        return "".join(
+            f'<site pos="{x} {y} {z}" zaxis="{a} {b} {c}" user="{m}"/>'
+            for x, y, z, a, b, c, m in rng.normal(size=(count, 7)) * np.repeat([0.5, 1], [3, 4])
+        )
+
+    def body(depth):
+        names.append(f"body{len(names)}")
+        head = f'<body name="{names[-1]}" pos="{" ".join(map(str, rng.normal(size=3)))}">'
+        joints = ["<freejoint/>"] if isolated else ["", "", '<joint type="ball"/>']
+        joint = rng.choice(joints if depth or isolated else [*joints, "<freejoint/>"])
+        children = (
+            "" if isolated else "".join(body(depth + 1) for _ in range(rng.poisson(0.9**depth)))
+        )
+        return f'{head}{joint}<geom size="0.1" pos="0.1 0 0.2"/>{sites()}{children}</body>'
+
+    bodies = "".join(body(0) for _ in range(7))
+    pairs = rng.choice(names[isolated:], size=(12, 2))
+    factors = rng.choice([0, 0.5, -1.5, 2], size=12)
+    custom = "".join(
+        coupling(f"coupling{k}", *pair, prm=(factor, factor))
+        for k, (pair, factor) in enumerate(zip(pairs, factors, strict=True))
+    )
+    fixed = "" if isolated else sites()
+    custom = custom if seed % 2 else ""
+    return f"<mujoco>{custom}<worldbody>{fixed}{bodies}</worldbody></mujoco>"
+
+
+def wrenches(model, data):
+    """By the callback and by the twin, in the same state."""
+    with mm.magnetism():
+        mujoco.mj_forward(model, data)
+    compiled = data.xfrc_applied.copy()
+    apply_magnetism(model, data)
+    return compiled, data.xfrc_applied.copy()
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_any_model_gets_the_wrench_of_the_twin(seed):
+    model = mujoco.MjModel.from_xml_string(COMPASSES)
+    data = mujoco.MjData(model)
+    rng = np.random.default_rng(seed)
+    data.qpos[:] += 0.1 * rng.normal(size=model.nq)
+    data.qvel[:] = rng.normal(size=model.nv)
+    compiled, twin = wrenches(model, data)
+    assert np.abs(twin).max() > 0
+    assert apart(compiled, twin) < 2e-14  # measured: 1.2e-15
+    still = [model.body(name).id for name in ("world", "ring")]
+    assert not compiled[still].any()
+    data.xfrc_applied[still] = 1
+    assert (wrenches(model, data)[0][still] == 1).all()
+
+
+def apart(wrench, twin):
+    """Largest difference of forces or torques, relative to the largest."""
+    forces, torques = (
+        np.abs(wrench - twin)[:, part].max() / np.abs(twin[:, part]).max()
+        for part in (slice(0, 3), slice(3, 6))
+    )
+    return max(forces, torques)
+
+
+@pytest.mark.parametrize("count", [1, 7, 8, 15, 16, 17, 61, 128, 200])
+def test_any_number_of_dipoles(count):
+    model = mujoco.MjModel.from_xml_string(chain(count))
+    compiled, twin = wrenches(model, mujoco.MjData(model))
+    assert apart(compiled, twin) < 5e-14  # measured: 2e-15
+
+
+def test_a_dipole_may_lie_at_the_origin():
+    model = mujoco.MjModel.from_xml_string(chain(17))
+    data = mujoco.MjData(model)
+    data.qpos[:3] = 0, -0.1, 0
+    compiled, twin = wrenches(model, data)
+    assert apart(compiled, twin) < 5e-15  # measured: 3e-16
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_any_tree_of_bodies(seed):
+    """With couplings if the seed is odd."""
+    model = mujoco.MjModel.from_xml_string(random_tree(seed))
+    compiled, twin = wrenches(model, mujoco.MjData(model))
+    assert np.count_nonzero(model.site_user) > 64
+    assert apart(compiled, twin) < 5e-14  # measured: 2.3e-15
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_total_wrench_of_an_isolated_system_vanishes(seed):
+    """Newton's third law, and its like for torques; with couplings if the seed is odd."""
+    model = mujoco.MjModel.from_xml_string(random_tree(seed, isolated=True))
+    data = mujoco.MjData(model)
+    with mm.magnetism():
+        mujoco.mj_forward(model, data)
+    force, torque = data.xfrc_applied[:, :3], data.xfrc_applied[:, 3:]
+    about = torque + np.cross(data.xipos, force)
+    assert np.abs(force.sum(axis=0)).max() < 2e-14 * np.abs(force).max()  # measured: 9e-16
+    assert np.abs(about.sum(axis=0)).max() < 2e-14 * np.abs(about).max()  # measured: 1.3e-15
+
+
+@pytest.mark.parametrize("pair", [("ball", "ring"), ("outer", "ring"), ("ball", "outer")])
+@pytest.mark.parametrize("factor", [0.0, 1.0, 2.0])
+def test_a_coupling_scales_what_two_bodies_do_to_one_another(pair, factor):
+    plain, none, coupled = (
+        mujoco.MjModel.from_xml_string(motor(custom))
+        for custom in (
+            "",
+            coupling("coupling of two", *pair, prm=(0, 0)),
+            coupling("coupling of two", *pair, prm=(factor, factor)),
+        )
+    )
+    data = mujoco.MjData(plain)
+    compiled, twin = wrenches(coupled, data)
+    assert apart(compiled, twin) < 2e-14  # measured: 1e-15
+    without, full = wrenches(none, data)[0], wrenches(plain, data)[0]
+    assert np.abs(full - without).max() > 1e-8  # N; measured: 7e-8 or more
+    assert apart(compiled, without + factor * (full - without)) < 5e-15  # measured: 3e-16
+
+
+def test_a_coupling_may_name_the_world():
+    custom = coupling("coupling", "world", "needle", prm=(3, 3))
+    model = mujoco.MjModel.from_xml_string(COMPASSES.replace("<worldbody>", custom + "<worldbody>"))
+    data = mujoco.MjData(model)
+    plain = wrenches(mujoco.MjModel.from_xml_string(COMPASSES), data)[0]
+    compiled, twin = wrenches(model, data)
+    assert apart(compiled, twin) < 2e-14  # measured: 9e-16
+    changed = np.flatnonzero((abs(compiled - plain) > 1e-12 * abs(plain).max()).any(axis=1))
+    assert changed.tolist() == [model.body("needle").id]  # not the tail that is welded to it
+
+
+@pytest.mark.parametrize(
+    "custom",
+    [
+        coupling("coupling#", "ball"),
+        coupling("coupling#", "ball", "ring", "outer", prm=(2, 2, 2)),
+        coupling("coupling#", "ball", "ring", prm=(2, 3)),
+        coupling("coupling#", "ball", "ring", prm=("nan", "nan")),
+        coupling("coupling#", "ring0", "ring1", objtype="site"),
+        coupling("coupling#", "ball", "ring", objtype="xbody"),
+        coupling("coupling#", "ball", "ring").replace("body", "xbody", 1),
+        coupling("coupling#", "ring", "ball").replace('body" objname="ball', 'site" objname="ball'),
+    ],
+)
+def test_a_coupling_that_is_not_of_two_bodies_is_named(custom):
+    first = coupling("coupling", "ball", "outer")
+    model = mujoco.MjModel.from_xml_string(motor(first + custom))
+    data = mujoco.MjData(model)
+    with (
+        mm.magnetism(),
+        pytest.raises(mujoco.FatalError, match=r"tuple 1 'coupling#'.* two bodies with equal prm"),
+    ):
+        mujoco.mj_step(model, data)
+    assert data.pstack == 0
+
+
+@pytest.mark.parametrize("name", ["couplin", "Coupling", "my coupling", "c"])
+def test_tuples_of_other_names_are_ignored(name):
+    plain, other = (
+        mujoco.MjModel.from_xml_string(motor(custom))
+        for custom in ("", coupling(name, "ball", "ring", prm=(2, 3)) + coupling("x", "ring"))
+    )
+    found, expected = (wrenches(model, mujoco.MjData(model))[0] for model in (other, plain))
+    np.testing.assert_array_equal(found, expected)
+
+
+@pytest.mark.parametrize("surface", ["planar", "plane"])
+def test_the_top_gets_the_wrench_of_the_twin(surface):
+    model = mm.build(mm.Top(surface=surface))
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    compiled, twin = wrenches(model, data)
+    assert np.abs(compiled - twin).max() <= 1e-12 * np.abs(twin).max()
+
+
+def test_what_was_installed_is_restored():
+    def mine(model, data):
+        pass
+
+    mujoco.set_mjcb_control(mine)
+    try:
+        with mm.magnetism():
+            with mm.magnetism():
+                assert mujoco.get_mjcb_control() is not mine
+            assert mujoco.get_mjcb_control() is not mine
+        assert mujoco.get_mjcb_control() is mine
+        with pytest.raises(KeyError), mm.magnetism():
+            raise KeyError
+        assert mujoco.get_mjcb_control() is mine
+    finally:
+        mujoco.set_mjcb_control(None)
+
+
+def test_blocks_may_overlap_in_threads():
+    first_in, second_in, first_out = (threading.Event() for _ in range(3))
+    seen = []
+
+    def first():
+        with mm.magnetism():
+            first_in.set()
+            second_in.wait(10)
+        first_out.set()
+
+    def second():
+        first_in.wait(10)
+        with mm.magnetism():
+            second_in.set()
+            first_out.wait(10)
+            seen.append(mujoco.get_mjcb_control())
+
+    threads = [threading.Thread(target=f) for f in (first, second)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert seen[0] is not None
+    assert mujoco.get_mjcb_control() is None
+
+
+TWO_NEEDLES = """
+<mujoco>
+  <custom/>
+  <worldbody>
+    <site name="fixed" pos="0 0 1" user="1"/>
+    <body name="base"><geom size="0.1"/><site name="base" user="1"/></body>
+    <body name="needle" pos="1 0 0">
+      <freejoint/>
+      <geom size="0.1"/>
+      <site name="needle" zaxis="1 1 0" user="1"/>
+      <body name="tail" pos="0.5 0 0">
+        <geom size="0.1"/>
+        <site name="tail" zaxis="1 0 1" user="1"/>
+      </body>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+"""Of two rigid bodies, one of which can move, each with two bodies."""
+
+OFF = "".join(
+    f'<tuple name="coupling {a} {b}"><element objtype="body" objname="{a}"/>'
+    f'<element objtype="body" objname="{b}"/></tuple>'
+    for a in ("world", "base")
+    for b in ("needle", "tail")
+)
+"""Couplings of all that can act, without a factor."""
+
+
+@pytest.mark.parametrize(
+    ("xml", "why"),
+    [
+        ("<mujoco/>", "it has no dipole sites"),
+        (TWO_NEEDLES.replace('user="1"', 'user="0"'), "it has no dipole sites"),
+        (TWO_NEEDLES.replace("<freejoint/>", ""), "all on one rigid body"),
+        (
+            TWO_NEEDLES.replace('name="fixed" pos="0 0 1" user="1"', "").replace(
+                'name="base" user="1"', ""
+            ),
+            "all on one rigid body",
+        ),
+        (
+            TWO_NEEDLES.replace("<freejoint/>", "").replace(
+                '<body name="needle"', '<body mocap="true" name="needle"'
+            ),
+            "none of the bodies with dipole sites can move",
+        ),
+        (TWO_NEEDLES.replace("<custom/>", f"<custom>{OFF}</custom>"), "a missing prm means"),
+    ],
+)
+def test_a_model_on_which_nothing_acts_warns_once_and_says_why(xml, why):
+    model = mujoco.MjModel.from_xml_string(xml)
+    data = mujoco.MjData(model)
+    data.xfrc_applied[:] = 1.0
+    with warnings.catch_warnings(record=True) as caught, mm.magnetism():
+        warnings.simplefilter("always")
+        mujoco.mj_step(model, data, nstep=3)
+    assert [w.category for w in caught] == [UserWarning]
+    assert re.match(f"nothing acts on this model: .*{why}", str(caught[0].message))
+
+
+@pytest.mark.parametrize("left_out", ["", "world needle", "world tail", "base needle", "base tail"])
+def test_one_pair_that_acts_is_enough(left_out):
+    custom = re.sub(f'<tuple name="coupling {left_out}">.*?</tuple>', "", OFF) if left_out else ""
+    model = mujoco.MjModel.from_xml_string(TWO_NEEDLES.replace("<custom/>", custom and (
+        f"<custom>{custom}</custom>"
+    )))  # fmt: skip
+    data = mujoco.MjData(model)
+    with mm.magnetism():  # a warning is an error here
+        mujoco.mj_forward(model, data)
+    compiled, twin = wrenches(model, data)
+    assert np.abs(twin).max() > 1e-8  # N or N m; 2.5e-8 or more
+    assert apart(compiled, twin) < 2e-14  # 8e-16
+
+
+@pytest.mark.parametrize(
+    "numbers", [(0, 5, 0), (1, 5), (0, 0, 0, 1), (np.nan,), (0, np.nan), (np.inf,)]
+)
+def test_a_site_whose_numbers_are_no_moment_is_named(numbers):
+    xml = COMPASSES.replace("<worldbody>", f'<size nuser_site="{len(numbers)}"/><worldbody>', 1)
+    model = mujoco.MjModel.from_xml_string(xml)
+    model.site("needle").user[:] = numbers
+    data = mujoco.MjData(model)
+    with mm.magnetism(), pytest.raises(mujoco.FatalError, match=r"site 2 'needle': .*its moment"):
+        mujoco.mj_step(model, data)
+    assert data.pstack == 0
+
+
+def test_sites_may_have_room_for_more_numbers():
+    xml = COMPASSES.replace("<worldbody>", '<size nuser_site="6"/><worldbody>', 1)
+    plain, padded = (mujoco.MjModel.from_xml_string(each) for each in (COMPASSES, xml))
+    found, expected = (wrenches(each, mujoco.MjData(each))[0] for each in (padded, plain))
+    np.testing.assert_array_equal(found, expected)
+
+
+def test_coinciding_dipoles_are_named():
+    model = mujoco.MjModel.from_xml_string(
+        """<mujoco><worldbody><site name="left" pos="0 0 1" user="1"/>
+        <body><freejoint/><geom size="0.1"/><site name="right" user="1"/></body>
+        </worldbody></mujoco>"""
+    )
+    data = mujoco.MjData(model)
+    with mm.magnetism():
+        mujoco.mj_step(model, data)
+        data.qpos[:3] = 0, 0, 1
+        with pytest.raises(mujoco.FatalError, match=r"'right'.*'left' coincide"):
+            mujoco.mj_step(model, data)
+    assert data.pstack == 0
+
+
+def test_dipoles_that_coincide_must_act_on_one_another():
+    """The ball's meets one of the ring's twenty, and two that cannot move meet before them."""
+    twins = '<body mocap="true"><site name="t{0}" pos="9 9 9" user="1"/></body>'
+    twins = "<worldbody>" + twins.format(0) + twins.format(1)
+    for custom in ("", coupling("coupling", "ball", "ring", prm=(0, 0))):
+        model = mujoco.MjModel.from_xml_string(motor(custom).replace("<worldbody>", twins))
+        data = mujoco.MjData(model)
+        mujoco.mj_kinematics(model, data)
+        model.body("ball").pos = data.site("ring3").xpos
+        with mm.magnetism():
+            if custom:
+                mujoco.mj_forward(model, data)
+                assert np.isfinite(data.xfrc_applied).all()
+            else:
+                with pytest.raises(mujoco.FatalError, match=r"'ring3'.*'ball' coincide"):
+                    mujoco.mj_forward(model, data)
+
+
+def test_rk4_stages_see_their_own_forces():
+    """A compass needle's libration: RK4 must converge at fourth order."""
+    model = mujoco.MjModel.from_xml_string(
+        """<mujoco><option integrator="RK4" gravity="0 0 0"/><worldbody>
+        <site pos="0 0.2 0" zaxis="0 1 0" user="10"/>
+        <body><joint type="hinge" axis="0 0 1"/>
+        <inertial pos="0 0 0" mass="1" diaginertia="1e-3 1e-3 1e-3"/>
+        <site zaxis="1 0 0" user="10"/></body></worldbody></mujoco>"""
+    )
+    final = []
+    with mm.magnetism():
+        for n in (50, 100, 200, 400):
+            model.opt.timestep = 1.0 / n
+            data = mujoco.MjData(model)
+            data.qvel[0] = 0.5
+            mujoco.mj_step(model, data, nstep=n)
+            final.append(data.qpos[0])
+    errors = np.abs(np.diff(final))
+    orders = np.log2(errors[:-1] / errors[1:])
+    assert np.abs(orders - 4).max() < 0.15  # measured: 0.012
+
+
+def batch_states(nthread):
+    model = mm.build(mm.Top())
+    model.opt.timestep = 0.01
+    start = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, start, 0)
+    with mm.magnetism():
+        batch = mujoco.batch.Batch(model, 64, nthread)
+        batch.qpos[:] = start.qpos
+        batch.qpos[:, 0] += np.linspace(0, 0.1, 64)
+        batch.step(nstep=200)
+        return batch.qpos.copy()
+
+
+def test_batch_is_bit_identical_on_any_number_of_threads():
+    one, two = batch_states(1), batch_states(2)
+    np.testing.assert_array_equal(one, two)
+    assert np.ptp(one[:, 2:]) > 0.1
+
+
+def test_rollout_follows_mj_step():
+    model = mm.build(mm.Top())
+    model.opt.timestep = 0.01
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    kind = mujoco.mjtState.mjSTATE_FULLPHYSICS
+    initial = np.empty(mujoco.mj_stateSize(model, kind))
+    mujoco.mj_getState(model, data, initial, kind)
+    with mm.magnetism():
+        states, _ = mujoco.rollout.rollout(model, data, initial, nstep=100)
+        mujoco.mj_resetDataKeyframe(model, data, 0)
+        mujoco.mj_step(model, data, nstep=100)
+    np.testing.assert_array_equal(states[0, -1, 1 : 1 + model.nq], data.qpos)
+
+
+def test_cache_key_follows_the_layout(monkeypatch):
+    """Other offsets must be compiled anew, never read from another version's cache.
+
+    Keys are known before anything is compiled, which takes seconds.
+    """
+    monkeypatch.setattr(CFunc, "compile", lambda self: None)
+    offsets = layout.current()
+    moved = offsets._replace(xipos=offsets.xipos + 8)
+    first, same, moved, edited = (
+        _compiled(*one, monkeypatch)
+        for one in ((offsets, 1), (offsets, 1), (moved, 1), (offsets, 2))
+    )
+    assert _key(first) == _key(same)
+    assert len({_key(first), _key(moved), _key(edited)}) == 3
+    assert _index(first) == _index(edited) != _index(moved)
+
+
+def _compiled(offsets, checksum, monkeypatch):
+    monkeypatch.setattr(numba_cache, "checksum_of", lambda function: checksum)
+    again = numba_cache.compiled_once(callback._SIGNATURE, error_model="numpy")
+    return again(inspect.unwrap(callback._callback))(offsets)
+
+
+def _key(compiled):
+    codegen = compiled._compiler.targetdescr.target_context.codegen()
+    return compiled._cache._index_key(compiled._sig, codegen)
+
+
+def _index(compiled):
+    return compiled._cache._cache_file._index_path
+
+
+def test_a_second_process_loads_the_callback_from_disk():
+    callback.compiled_callback()
+    code = """
+        from magmotor.mjcf import magnetism as callback
+        print(callback.compiled_callback().cache_hits)
+    """
+    command = [sys.executable, "-c", textwrap.dedent(code)]
+    second = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert second.stdout == "1\n"

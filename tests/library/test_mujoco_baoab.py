@@ -1,0 +1,674 @@
+"""The splitting BAOAB in MuJoCo: against the variational engine and closed forms.
+
+Statistical tests have fixed seeds; their bounds are 4 standard errors (false alarm rate 6e-5), and
+the standard error stands beside the measured value.
+"""
+
+import copy
+import signal
+import subprocess
+import sys
+import threading
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.spatial.transform import Rotation
+
+import magmotor as mm
+from magmotor import noise, theory
+from magmotor.mjcf import langevin as baoab
+
+BOTH = ("mujoco/baoab", "variational/baoab")
+
+
+def apart(run, other, name):
+    """Largest difference of two runs, relative to the largest value."""
+    return float(abs(run[name] - other[name]).max() / abs(other[name]).max())
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        mm.Disk(),
+        mm.Disk(potential="asymmetric", sigma=2.0),
+        mm.Disk(friction_ratio=0.5),
+        mm.Disk(potential="flat"),
+    ],
+    ids=["symmetric", "asymmetric", "two frictions", "flat"],
+)
+def test_the_disk_follows_the_variational_baoab(scene):
+    """Along one noise path; what rounding leaves, the unstable equilibria of U amplify."""
+    run, twin = (
+        mm.simulate(scene, method=m, timestep=0.01, duration=50, seed=2, replicas=4) for m in BOTH
+    )
+    assert float(abs(twin.x).max()) > 50
+    bound = 1e-13 if scene.potential == "flat" else 1e-8
+    for name in ("x", "v", "theta", "omega"):
+        assert apart(run, twin, name) < bound  # measured: 6.4e-11; flat 1.1e-14
+
+
+@pytest.mark.parametrize("view", ["coarsened", "refined"])
+def test_the_path_may_be_coarsened_or_refined(view):
+    path = noise.BrownianPath(5, 0.01)
+    path = path.coarsened(4) if view == "coarsened" else path.refined(2)
+    run, twin = (
+        mm.simulate(mm.Disk(), method=m, timestep=path.timestep, duration=20, path=path)
+        for m in BOTH
+    )
+    assert apart(run, twin, "x") < 2e-12  # 1e-13, 5e-14
+
+
+def test_the_top_follows_the_variational_baoab():
+    run, twin = (mm.simulate(mm.Top.paper(4), method=m, timestep=0.0125, duration=20) for m in BOTH)
+    for name in ("position", "axis", "angular_velocity", "momentum_map"):
+        assert apart(run, twin, name) < 2e-13  # measured: 1e-14
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        mm.Motor(),
+        mm.Motor(ball_ring_factor=1.0),
+        mm.Motor(temperature="nonuniform"),
+        mm.Motor(inner_inertia=2.5),
+    ],
+    ids=["uniform", "physical", "nonuniform", "another inertia"],
+)
+def test_the_motor_follows_the_variational_baoab(scene):
+    """Ball and ring, heat and work; the ring tumbles a little, which only its exact flow does."""
+    spinning = {"ring_angular_velocity": (0.002, 0.001, 0.3)}
+    run, twin = (
+        mm.simulate(
+            scene, method=m, timestep=0.05, duration=50, seed=3, replicas=2, initial=spinning
+        )
+        for m in BOTH
+    )
+    for name in ("position", "axis", "ring_axis", "ring_angular_velocity", "heat", "work"):
+        assert apart(run, twin, name) < 5e-12  # 2.5e-13
+
+
+WARM = mm.Disk(sigma=0.5, friction=0.5, noise=1.0, potential="flat")
+"""kT = 1."""
+
+H = 0.5
+
+
+def slip_variance_by_diagonal_damping():
+    """MuJoCo's implicitfast, which solves implicitly for the diagonal of the damping alone."""
+    c, k = WARM.friction, sum(1 / (mass + H * WARM.friction) for mass in WARM.masses)
+    return WARM.noise**2 * k / (c * (2 - H * c * k))
+
+
+@pytest.mark.parametrize(
+    ("scheme", "expected"),
+    [
+        ("baoab", theory.gibbs_mean_squares(WARM)["slip"]),
+        ("euler", theory.euler_slip_variance(WARM, H)),
+        ("implicitfast", slip_variance_by_diagonal_damping()),
+    ],
+)
+def test_slip_temperature_at_a_large_step(scheme, expected):
+    """lambda h = 0.75: Euler is 60 % too hot, implicitfast 3 % too cold; 4e5 samples."""
+    run = mm.simulate(
+        WARM, method=f"mujoco/{scheme}", timestep=H, duration=1000, seed=1, replicas=200
+    )
+    square = ((run.v + run.omega) ** 2).values[:, 20:].mean(axis=1)
+    error = square.std(ddof=1) / np.sqrt(len(square))
+    assert error < 0.004 * expected  # 0.0025, 0.0021, 0.0025 of it
+    assert abs(square.mean() - expected) < 4 * error  # 0.5, 0.7, 0.5 errors
+
+
+KT = 1e-6
+
+
+def alpha(damping):
+    """The noise that gives a damper the temperature KT."""
+    return np.sqrt(2 * damping * KT)
+
+
+def rows(strength, *wrenches):
+    """Rows of six, for a body's user numbers."""
+    return " ".join(map(str, strength * np.eye(6)[list(wrenches)].ravel()))
+
+
+WARM_BODIES = f"""
+<mujoco>
+  <option timestep="0.05" gravity="0 0 -9.81"/>
+  <size nuserdata="1"/>
+  <worldbody>
+    <body name="needle" user="{rows(alpha(2e-3), 5)}">
+      <joint type="hinge" axis="0 0 1" damping="2e-3" user="0 0 0 -3e-2"/>
+      <inertial pos="0 0 0" mass="0.01" diaginertia="1e-3 1e-3 3e-4"/>
+    </body>
+    <body name="cart" pos="1 0 0" euler="20 30 40" gravcomp="1" user="{rows(alpha(1.0), 0, 1, 2)}">
+      <joint type="slide" axis="3 4 0" damping="1" armature="0.4"/>
+      <inertial pos="0.1 0 0" mass="0.1" diaginertia="1e-3 1e-3 1e-3"/>
+    </body>
+    <body name="ball" pos="0 1 0" euler="20 30 40" gravcomp="1"
+          user="{rows(alpha(0.5), 0, 1, 2, 3, 4, 5)}">
+      <joint type="free" damping="0.5"/>
+      <inertial pos="0 0 0" mass="2" diaginertia="0.1 0.1 0.1"/>
+    </body>
+    <body name="ring" pos="0 2 0" euler="20 30 40" user="{rows(alpha(0.5), 3, 4, 5)}">
+      <joint type="ball" damping="0.5"/>
+      <inertial pos="0 0 0" mass="2" diaginertia="0.2 0.1 0.2"/>
+    </body>
+    <body name="brick" pos="0 3 0" user="{rows(alpha(0.5), 3, 4, 5)}">
+      <joint type="ball" damping="0.5"/>
+      <inertial pos="0 0 0" mass="2" diaginertia="0.2 0.1 0.25"/>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+"""The cart's slide sees one part in three of three noises; the needle has omega h = 1."""
+
+
+def test_a_users_model_has_its_temperature():
+    """Variances of all velocities, and of the oscillator's angle, from 40 000 samples."""
+    model = mujoco.MjModel.from_xml_string(WARM_BODIES)
+    data = mujoco.MjData(model)
+    data.userdata[0] = 7
+    langevin = mm.Baoab(model)
+    langevin.step(data, 2000)
+    samples = []
+    for _ in range(40_000):
+        langevin.step(data, 10)
+        samples.append([data.qpos[0], *data.qvel])
+    blocks = np.square(samples).reshape(100, -1, 1 + model.nv).mean(axis=1)
+    masses = [3e-4, 0.5, 2, 2, 2, 0.1, 0.1, 0.1, 0.2, 0.1, 0.2, 0.2, 0.1, 0.25]
+    expected = KT / np.array([4 * 3e-2, *masses])
+    expected[1] *= 1 - (20 * model.opt.timestep) ** 2 / 4  # of the velocity, the scheme's own
+    ratio = blocks.mean(axis=0) / expected
+    error = blocks.std(axis=0, ddof=1) / 10 / expected
+    assert error.max() < 0.03  # 0.006 to 0.022
+    assert (abs(ratio - 1) < 4 * error).all()  # 0.965 to 1.006, at most 2.4 errors
+
+
+def test_bodies_that_differ_in_attitude_follow_one_path():
+    """A body's frame does not matter where friction and noise are the same in all directions."""
+    text = WARM_BODIES.replace("0.1 0.1 0.1", "0.2 0.2 0.2").replace("0.2 0.1 0.2", "0.2 0.2 0.2")
+    turned = text.replace('pos="0 2 0" euler="20 30 40"', 'pos="0 2 0" euler="80 -30 10"')
+    spins = []
+    for xml in (text, turned):
+        model = mujoco.MjModel.from_xml_string(xml)
+        data = mujoco.MjData(model)
+        mm.Baoab(model).step(data, 500)
+        spins.append(data.body("ring").xmat.reshape(3, 3) @ data.joint(3).qvel)
+    assert np.abs(spins[0] - spins[1]).max() < 2e-14 * np.abs(spins[0]).max()  # measured: 7e-16
+
+
+def tumbler(moments, timestep):
+    """A free body that turns about no axis of its own, and its model."""
+    model = mujoco.MjModel.from_xml_string(
+        f"""<mujoco><option gravity="0 0 0" timestep="{timestep}"/><worldbody><body>
+        <joint type="ball"/><inertial pos="0 0 0" mass="1" diaginertia="{moments}"/>
+        </body></worldbody></mujoco>"""
+    )
+    data = mujoco.MjData(model)
+    data.qpos[:] = np.array([0.5, 0.1, -0.7, 0.5])
+    data.qvel[:] = 0.4, 0.5, 2.0
+    return model, data
+
+
+def exact_tumble(model, data, duration):
+    """Quaternion and angular velocity by DOP853 on Euler's equations."""
+    inertia = model.body_inertia[1]
+
+    def rate(_, state):
+        w = state[4:]
+        turn = np.zeros(4)
+        mujoco.mju_mulQuat(turn, state[:4], np.array([0.0, *w]))
+        return np.concatenate([turn / 2, np.cross(inertia * w, w) / inertia])
+
+    start = np.concatenate([data.qpos / np.linalg.norm(data.qpos), data.qvel])
+    end = solve_ivp(rate, (0, duration), start, method="DOP853", rtol=1e-13, atol=1e-13)
+    return end.y[:, -1]
+
+
+def angular_momentum(model, data):
+    turn = Rotation.from_quat(data.qpos, scalar_first=True)
+    return turn.apply(model.body_inertia[1] * data.qvel)
+
+
+@pytest.mark.parametrize("moments", ["1 1 1", "1 1 1.7", "0.3 1 1", "1 0.2 1"])
+def test_a_free_symmetric_body_moves_exactly(moments):
+    model, data = tumbler(moments, timestep=3.0)
+    exact, before = exact_tumble(model, data, 30.0), angular_momentum(model, data)
+    energy = model.body_inertia[1] @ data.qvel**2
+    langevin = mm.Baoab(model)
+    langevin.step(data, 10)
+    found = np.concatenate([data.qpos, data.qvel])
+    assert np.abs(found - exact).max() < 1e-11  # measured: 6e-13
+    langevin.step(data, 1000)
+    assert np.abs(angular_momentum(model, data) - before).max() < 5e-12  # measured: 2.2e-13, of 3
+    found = model.body_inertia[1] @ data.qvel**2
+    assert found == pytest.approx(energy, rel=5e-12, abs=0)  # 2.7e-13
+
+
+def test_a_free_asymmetric_body_keeps_its_momentum_and_converges_at_second_order():
+    steps, errors = (100, 200, 400, 800), []
+    for n in steps:
+        model, data = tumbler("0.7 1 1.4", timestep=10 / n)
+        exact, before = exact_tumble(model, data, 10.0), angular_momentum(model, data)
+        mm.Baoab(model).step(data, n)
+        errors.append(np.abs(np.concatenate([data.qpos, data.qvel]) - exact).max())
+        assert np.abs(angular_momentum(model, data) - before).max() < 5e-13  # measured: 2.6e-14
+    order = -np.polyfit(np.log(steps), np.log(errors), 1)[0]
+    assert abs(order - 2) < 0.01  # 4e-4
+
+
+def test_constant_forces_are_exact():
+    """Gravity, `qfrc_applied` and the `xfrc_applied` of a body on which nothing else acts."""
+    model = mujoco.MjModel.from_xml_string(
+        """<mujoco><option timestep="0.5"/><worldbody><body><freejoint/>
+        <inertial pos="0 0 0" mass="2" diaginertia="1 2 2"/></body></worldbody></mujoco>"""
+    )
+    data = mujoco.MjData(model)
+    data.qfrc_applied[0], data.xfrc_applied[1, 1], data.xfrc_applied[1, 3] = 3.0, 5.0, 0.1
+    mm.Baoab(model).step(data, 20)
+    np.testing.assert_allclose(data.qpos[:3], 50 * np.array([1.5, 2.5, -9.81]), rtol=1e-14)
+    assert data.qvel[3] == pytest.approx(1.0, rel=1e-14)
+    np.testing.assert_allclose(data.xpos[1], data.qpos[:3], rtol=0, atol=0)
+
+
+def driven(path):
+    """The paper's disk, and data that choose the replica 1 of a path."""
+    model = mm.build(mm.Disk())
+    model.opt.timestep = path.timestep
+    data = mujoco.MjData(model)
+    data.userdata[:] = path.seed, 1, path.factor, path.level, 0
+    return model, data
+
+
+def end(data):
+    return np.array([*data.qpos, *data.qvel, data.time])
+
+
+def test_neither_calls_nor_threads_nor_a_block_of_magnetism_change_a_bit():
+    model, data = driven(noise.BrownianPath(4, 0.01))
+    fresh = copy.copy(data)
+    langevin = mm.Baoab(model)
+    langevin.step(data, 300)
+    ends = []
+    for pieces in ((151, 148, 1), (300,)):
+        other = copy.copy(fresh)
+        with mm.magnetism():
+            for steps in pieces:
+                langevin.step(other, steps)
+        ends.append(end(other))
+    start = np.zeros((5, 5))
+    chosen = np.zeros((5, 1, 5))
+    chosen[:, 0, :2] = np.stack([np.full(5, 4), np.arange(5)], axis=-1)
+    spec = int(mujoco.mjtState.mjSTATE_USERDATA)
+    paths = [
+        langevin.rollout(
+            [mujoco.MjData(model) for _ in range(threads)], start, chosen,
+            control_spec=spec, nstep=300,
+        )
+        for threads in (1, 2, 3)
+    ]  # fmt: skip
+    run = mm.simulate(
+        mm.Disk(), method="mujoco/baoab", timestep=0.01, duration=3, seed=4, replicas=5
+    )
+    simulated = np.stack([run.x, run.theta, run.v, run.omega], axis=-1)[:, 1:]
+    assert abs(data.qpos[0]) > 1
+    for other in ends:
+        np.testing.assert_array_equal(other, end(data))
+    for path in paths:
+        np.testing.assert_array_equal(path, simulated)
+    np.testing.assert_array_equal(simulated[1, -1], end(data)[:4])
+
+
+@pytest.mark.parametrize("start", [0.0, 1e14], ids=["from 0", "where the time loses steps"])
+def test_looks_for_ctrl_c_change_no_bit(start, monkeypatch):
+    """A step is 0.09375 long where the numbers of a double are 1/64 apart."""
+    model, data = driven(noise.BrownianPath(4, 0.1))
+    data.time = start
+    langevin, ends = mm.Baoab(model), []
+    for first in (10**6, 1):
+        monkeypatch.setattr(baoab, "FIRST_STEPS", first)
+        monkeypatch.setattr(baoab, "SECONDS_BETWEEN_LOOKS", 0.0)
+        other = copy.copy(data)
+        langevin.step(other, 300)
+        ends.append(end(other))
+    assert start == 0 or abs(ends[0][-1] - start - 30) > 1
+    np.testing.assert_array_equal(*ends)
+
+
+def test_ctrl_c_is_heard_while_it_steps():
+    model, data = driven(noise.BrownianPath(4, 0.01))
+    langevin = mm.Baoab(model)
+    ctrl_c = threading.Timer(0.3, signal.raise_signal, [signal.SIGINT])
+    ctrl_c.start()
+    with pytest.raises(KeyboardInterrupt):
+        langevin.step(data, 2**53 - 1)
+    ctrl_c.join()
+    whole = driven(noise.BrownianPath(4, 0.01))[1]
+    mm.Baoab(whole.model).step(whole, round(data.time / 0.01))
+    np.testing.assert_array_equal(end(whole), end(data))
+
+
+@pytest.mark.parametrize("view", ["coarsened", "refined"])
+def test_user_data_choose_the_path(view):
+    path = noise.BrownianPath(4, 0.01)
+    path = path.coarsened(3) if view == "coarsened" else path.refined(1)
+    model, data = driven(path)
+    mm.Baoab(model).step(data, 100)
+    run = mm.simulate(
+        mm.Disk(), method="mujoco/baoab", timestep=path.timestep, duration=100 * path.timestep,
+        replicas=2, path=path,
+    )  # fmt: skip
+    np.testing.assert_array_equal([run.x[1, -1], run.omega[1, -1]], end(data)[[0, 3]])
+
+
+@pytest.mark.parametrize("scene", [mm.Disk(), mm.Motor()])
+def test_a_run_continues_another(scene, monkeypatch):
+    """The same, whatever the chunks, and where another run stopped."""
+    settings: dict[str, Any] = {"method": "mujoco/baoab", "timestep": 0.01, "replicas": 2}
+    whole = mm.simulate(scene, duration=3, **settings)
+    monkeypatch.setattr("magmotor.run.in_mujoco.CHUNK", 38)
+    monkeypatch.setattr("magmotor.device.job.CHUNK", 100)
+    chopped = mm.simulate(scene, duration=3, **settings)
+    name = "x" if isinstance(scene, mm.Disk) else "position"
+    np.testing.assert_array_equal(chopped[name], whole[name])
+    if isinstance(scene, mm.Disk):
+        first = mm.simulate(scene, duration=1, **settings)
+        rest = mm.simulate(scene, duration=2, initial=first, **settings)
+        np.testing.assert_array_equal(rest.x, whole.x[:, 100:])
+
+
+def test_noise_is_that_of_the_package_to_the_bit():
+    """What a slide without friction does from rest."""
+    model = mujoco.MjModel.from_xml_string(
+        """<mujoco><option gravity="0 0 0" timestep="1"/><size nuserdata="5"/><worldbody>
+        <body user="0 0 0 0 0 0  1 0 0 0 0 0"><joint type="slide" axis="1 0 0"/>
+        <inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/></body></worldbody></mujoco>"""
+    )
+    langevin = mm.Baoab(model)
+    for first in (0, 5):
+        data = mujoco.MjData(model)
+        data.userdata[:] = 3, 2, 1, 0, first
+        rises = noise.BrownianPath(3, 1.0).increments(7, first=first, replica=2)
+        for rise in rises:
+            data.qvel[0] = 0.0
+            langevin.step(data)
+            assert data.qvel[0] == rise
+        data.time = 0.0
+        data.qvel[0] = 0.0
+        langevin.step(data, 7)
+        assert data.qvel[0] == pytest.approx(rises.sum(), rel=1e-14, abs=0)
+
+
+@pytest.mark.parametrize("scene", [mm.Disk(), mm.Disk(surface="plane"), mm.Top(), mm.Motor()])
+def test_the_decorated_model_moves_as_the_plain_one(scene):
+    ends = []
+    for looks in (False, True):
+        model = mm.build(scene, looks=looks)
+        model.opt.timestep = 0.01
+        data = mujoco.MjData(model)
+        mujoco.mj_resetDataKeyframe(model, data, 0)
+        mm.Baoab(model).step(data, 500)
+        ends.append(end(data))
+    np.testing.assert_allclose(ends[1], ends[0], rtol=1e-9, atol=1e-12)
+
+
+MODEL = """
+<mujoco>
+  <option cone="elliptic" impratio="1e-14" gravity="0 0 -1"/>
+  <size nuserdata="1"/>
+  <default>
+    <geom contype="0" conaffinity="0" size="0.1 0.1 0.1"/>
+  </default>
+  <worldbody>
+    <geom name="floor" type="plane" size="1 1 1"/>
+    <body name="post" pos="3 0 0"><geom name="post"/></body>
+    <body name="lamp" mocap="true"/>
+    <body name="disk" pos="0 0 0.1" user="1 0 0 0 -0.1 0">
+      <joint name="x" type="slide" axis="1 0 0"/>
+      <joint name="turn" type="hinge" axis="0 -1 0"/>
+      <geom name="rim"/>
+    </body>
+    <body name="top" pos="5 0 0.1" user="0 0 0 1 0 0  0 0 0 0 1 0  0 0 0 0 0 1">
+      <joint name="spin" type="ball" damping="0.1"/>
+      <inertial pos="0 0 0" mass="1" diaginertia="1 1 1.5"/>
+      <geom name="head"/>
+    </body>
+  </worldbody>
+  <contact>
+    <pair name="slip" geom1="floor" geom2="rim" condim="3" margin="1e-3"
+          friction="1e6 1e6 0 0 0" solref="-400 -40" solimp="1e-4 1e-4 0.001 0.5 2"
+          solreffriction="0 -1e12"/>
+  </contact>
+  <tendon>
+    <fixed name="rope"><joint joint="x" coef="1"/><joint joint="turn" coef="0.5"/></fixed>
+  </tendon>
+</mujoco>
+"""
+
+REFUSED = [
+    ("</mujoco>", '<actuator><motor joint="x"/></actuator></mujoco>', "number of actuators = 1"),
+    ("</mujoco>", '<equality><joint joint1="x"/></equality></mujoco>', "number of equalities = 1"),
+    ("<option", '<option density="1"', "option density = 1.0"),
+    ("<option", '<option viscosity="1"', "option viscosity = 1.0"),
+    ("/>\n  <size", '><flag sleep="enable"/></option>\n  <size', "flag sleep = 'enable'"),
+    ('name="x"', 'name="x" stiffness="2"', r"joint 'x': stiffness = 2.0: .* by the flag spring"),
+    ('name="x"', 'name="x" damping="1 2"', r"joint 'x': dampingpoly"),
+    ('name="x"', 'name="x" range="0 1" limited="true"', r"joint 'x': limited = True"),
+    ('name="turn"', 'name="turn" frictionloss="2"', r"joint 'turn': frictionloss = 2.0"),
+    ('name="rope"', 'name="rope" stiffness="2"', r"tendon 'rope': stiffness = 2.0"),
+    ('name="rope"', 'name="rope" frictionloss="2"', r"tendon 'rope': frictionloss = 2.0"),
+    ('name="rope"', 'name="rope" armature="2"', r"tendon 'rope': armature = 2.0"),
+    ('name="rope"', 'name="rope" limited="true" range="0 1"', r"tendon 'rope': limited"),
+    (
+        "</tendon>",
+        '<spatial name="wire" damping="1"><site site="a"/><site site="b"/></spatial></tendon>',
+        r"tendon 'wire': damping = 1.0: must be zero unless it is a fixed tendon",
+    ),
+    (
+        '<geom name="head"/>',
+        '<body name="hat"><joint type="hinge"/><geom/></body>',
+        r"body 'hat': parent = \"body 'top'\": must be the world",
+    ),
+    (
+        '<geom name="head"/>',
+        '<body name="hat"><geom/></body>',
+        r"body 'hat': parent = \"body 'top'\": must be the world",
+    ),
+    (
+        'mocap="true"/>',
+        'mocap="true"><body name="fly"><joint/><geom/></body></body>',
+        r"body 'fly': parent = \"body 'lamp'\": must be the world, or fixed",
+    ),
+    (
+        '<joint name="turn"',
+        '<joint name="up" type="hinge" axis="0 0 1"/><joint name="turn"',
+        r"body 'disk': joints = \['slide', 'hinge', 'hinge'\]: must be slides first",
+    ),
+    (
+        '<geom name="rim"/>',
+        '<joint name="y" type="slide" axis="0 1 0"/><geom name="rim"/>',
+        r"body 'disk': joints = \['slide', 'hinge', 'slide'\]: must be slides first",
+    ),
+    (
+        'axis="0 -1 0"/>',
+        'axis="0 -1 0" pos="0 0 0.01"/>',
+        r"joint 'turn': pos = \[0.0, 0.0, 0.01\]: must be the centre of mass, \[0.0, 0.0, 0.0\]",
+    ),
+    (
+        'pos="0 0 0" mass="1"',
+        'pos="0 0 0.1" mass="1"',
+        r"joint 'spin': pos = .* must be the centre of mass, \[0.0, 0.0, 0.1\]",
+    ),
+    ('name="spin"', 'name="spin" armature="1"', r"joint 'spin': armature = 1.0: must be zero"),
+    (
+        'diaginertia="1 1 1.5"',
+        'fullinertia="1 1 1.5 0.1 0 0"',
+        r"inertia between joint 'spin' = .* principal axes",
+    ),
+    (
+        '<joint name="turn"',
+        '<joint name="skew" type="slide" axis="1 1 0"/><joint name="turn"',
+        r"inertia between joint 'x' and joint 'skew' = .* right angles",
+    ),
+    (
+        "0 0 0 1 0 0  0 0 0 0 1 0  0 0 0 0 0 1",
+        "0 0 0 1 0 0  0 0 0 0 2 0  0 0 0 0 0 1",
+        r"body 'top': user = .* must be equal torques about x, y and z alone",
+    ),
+    (
+        "0 0 0 1 0 0  0 0 0 0 1 0  0 0 0 0 0 1",
+        "1 0 0 1 0 0  0 0 0 0 1 0  0 0 0 0 0 1",
+        r"body 'top': user = .* must be equal torques about x, y and z alone",
+    ),
+    ("1e6 1e6 0", "1 1 0", r"pair 'slip': friction = 1.0: must be 1e\+06, as in a viscous contact"),
+    ('condim="3"', 'condim="4"', r"contact of geom 'floor' and geom 'rim' = 'condim 4"),
+    ('cone="elliptic"', 'cone="pyramidal"', r"must be condim 3 .* in an elliptic cone"),
+    ('"0 -1e12"', '"-1 -1e12"', r"must be condim 3 and solreffriction"),
+    ('impratio="1e-14"', 'impratio="1"', r"pair 'slip': R/A = .* a smaller impratio"),
+    ('pos="0 0 0.1"', 'pos="0 0 0.2"', r"pair 'slip': active contacts at qpos0 = 0: must be one"),
+    (
+        '<joint name="x" type="slide" axis="1 0 0"/>',
+        '<joint name="x" type="slide" axis="1 0 1"/>',
+        r"pair 'slip': body 'disk' = .* held at its height",
+    ),
+    (
+        'name="rim"',
+        'name="rim" pos="0 0.01 0" mass="0"/><geom mass="1"',
+        r"geom 'rim': pos = .* must be its body's centre of mass",
+    ),
+    (
+        'name="rim"',
+        'name="rim" type="capsule"',
+        r"geom 'floor' and geom 'rim': types = \['plane', 'capsule'\]: must be a fixed plane",
+    ),
+    (
+        'geom2="rim"',
+        'geom2="head"',
+        r"body 'top': moments of inertia = .* must be equal, since pair 'slip' acts on it",
+    ),
+    (
+        'contype="0" conaffinity="0"',
+        'contype="1" conaffinity="1"',
+        r"geom 'floor' and geom 'rim': contype = \[1, 1\]: must be zero, .* must not collide",
+    ),
+]
+
+
+def test_a_model_like_those_refused_is_taken():
+    model = mujoco.MjModel.from_xml_string(MODEL)
+    data = mujoco.MjData(model)
+    mm.Baoab(model).step(data, 10)
+    assert np.isfinite(data.qpos).all()
+
+
+@pytest.mark.parametrize(("old", "new", "match"), REFUSED)
+def test_what_the_splitting_cannot_have_is_named(old, new, match):
+    assert MODEL.count(old) == 1
+    sites = '<site name="a"/><site name="b" pos="1 0 0"/>'
+    text = MODEL.replace(old, new).replace("<worldbody>", f"<worldbody>{sites}")
+    model = mujoco.MjModel.from_xml_string(text)
+    with pytest.raises(ValueError, match=match):
+        mm.Baoab(model)
+
+
+TWO_NEEDLES = """
+<mujoco>
+  <worldbody>
+    <body name="left"><joint name="a" type="slide" axis="1 0 0"/><inertial pos="0 0 0" mass="1"
+      diaginertia="1 1 1"/><site name="north" user="1" zaxis="1 0 0"/></body>
+    <body name="right"><joint name="b" type="slide" axis="1 0 0"/><inertial pos="0 0 0" mass="1"
+      diaginertia="1 1 1"/><site name="south" user="1" zaxis="1 0 0"/></body>
+  </worldbody>
+</mujoco>
+"""
+
+
+def test_mujocos_errors_are_raised_and_do_not_end_the_process():
+    model = mujoco.MjModel.from_xml_string(TWO_NEEDLES)
+    langevin = mm.Baoab(model)
+    for _ in range(2):
+        with pytest.raises(mujoco.FatalError, match=r"'south' and 0 'north' coincide"):
+            langevin.step(mujoco.MjData(model), 5)
+    data = mujoco.MjData(model)
+    data.qpos[0] = 0.5
+    langevin.step(data, 5)  # nothing is left of the error
+    assert data.qvel[0] == -data.qvel[1] != 0
+
+
+def test_a_state_that_is_not_finite_is_told():
+    model = mujoco.MjModel.from_xml_string(TWO_NEEDLES)
+    data = mujoco.MjData(model)
+    data.qpos[0], data.qvel[0] = 0.5, np.inf
+    with pytest.raises(FloatingPointError, match=r"not finite at t = 0.002"):
+        mm.Baoab(model).step(data, 5)
+    model, data = driven(noise.BrownianPath(1, 0.01))
+    start = np.array([[0.0, 0.0, 0.0, 1.0, 1.0], [0.0, 0.0, 0.0, np.nan, 1.0]])
+    paths = mm.Baoab(model).rollout([data], start, None, control_spec=0, nstep=5)
+    assert np.isfinite(paths[0]).all()
+    assert np.isnan(paths[1, 1:]).all()
+
+
+def test_what_is_stepped_is_what_was_read():
+    model = mujoco.MjModel.from_xml_string(TWO_NEEDLES)
+    langevin = mm.Baoab(model)
+    with pytest.raises(ValueError, match=r"data.model = .* must be the model that is stepped"):
+        langevin.step(mujoco.MjData(mujoco.MjModel.from_xml_string(TWO_NEEDLES)))
+    with pytest.raises(ValueError, match=r"nstep = 1.5: must be an integer"):
+        langevin.step(mujoco.MjData(model), 1.5)  # pyright: ignore[reportArgumentType]
+    with pytest.raises(ValueError, match=r"nstep = 9007199254740992: must be less than 2\^53"):
+        langevin.step(mujoco.MjData(model), 2**53)
+    model.opt.timestep = 0.01
+    with pytest.raises(ValueError, match=r"timestep = 0.01: must be 0.002, as it was"):
+        langevin.step(mujoco.MjData(model))
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"data": []}, r"data = \[\]: must be a sequence of at least one MjData"),
+        ({"initial_state": np.zeros((2, 4))}, r"initial_state has shape \(2, 4\): must .*, 5\)"),
+        ({"control": np.zeros((3, 1, 0))}, "length replicas of control = 3: must be 2"),
+        ({"control": np.zeros((2, 1, 7))}, r"control has shape \(2, 1, 7\): must .*, 1, 0\)"),
+        ({"control_spec": 2**63}, "control_spec = 9223372036854775808: must be at most"),
+        ({"nstep": 10**9}, "nstep = 1000000000: must be at most"),
+    ],
+)
+def test_a_rollout_is_of_this_model(change, message):
+    model = mujoco.MjModel.from_xml_string(TWO_NEEDLES)
+    given = {"data": [mujoco.MjData(model)], "initial_state": np.zeros((2, 5)), "control": None}
+    with pytest.raises(ValueError, match=f"^{message}"):
+        mm.Baoab(model).rollout(**given | {"control_spec": 0, "nstep": 1} | change)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        ("timestep", -1.0, "timestep = -1.0: must be greater than 0"),
+        ("body_mass", np.inf, "body_mass of the model holds inf"),
+        ("dof_damping", np.nan, "dof_damping of the model holds nan"),
+    ],
+)
+def test_a_model_holds_numbers_that_a_step_can_have(name, value, message):
+    model = mujoco.MjModel.from_xml_string(TWO_NEEDLES)
+    if name == "timestep":
+        model.opt.timestep = value
+    else:
+        getattr(model, name)[:] = value
+    with pytest.raises(ValueError, match=f"^{message}"):
+        mm.Baoab(model)
+
+
+def test_another_process_compiles_nothing():
+    program = (
+        "import mujoco, magmotor as mm; from magmotor.mjcf.langevin_loop import compiled;"
+        " model = mm.build(mm.Disk()); mm.Baoab(model).step(mujoco.MjData(model));"
+        " print(sum(compiled().stats.cache_misses.values()))"
+    )
+    model, data = driven(noise.BrownianPath(1, 0.01))
+    mm.Baoab(model).step(data)
+    command = [sys.executable, "-c", program]
+    second = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert second.stdout.split()[-1] == "0"

@@ -1,0 +1,177 @@
+"""The motor's figures: the tilted ring's energy, and verdicts that can fall either way."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import magmotor as mm
+from magmotor import dipoles
+from magmotor.devices.ball.states import smallest_turn
+from magmotor.devices.motor.energy import motor_energy
+from magmotor.devices.motor.states import start_motor
+from magmotor.devices.motor.tilted_ring import tilted_ring
+from magmotor.plots import MotorRun
+from paper.motor import level_ring
+from paper.motor.energy import claims_of_the_energy, claims_of_the_injection
+from paper.motor.position import claim_of_the_law, claims_of_the_position, claims_of_theta
+from paper.motor.runs import SETS, Flights, ManyRuns, Motors, collected, in_flight
+
+
+def test_a_level_ring_has_the_energy_of_its_wells():
+    scene = mm.Motor()
+    found = tilted_ring(scene, 0.0, 0.3)
+    expected = mm.observables.motor_wells(scene).energy
+    assert found.ball == pytest.approx(expected, rel=2e-9, abs=0)  # 1e-10
+    assert found.ball < tilted_ring(scene.replace(ball_ring_factor=1), 0.0, 0.3).ball
+
+
+def test_a_tilted_ring_has_the_least_energy_that_a_state_has():
+    scene, tilt, azimuth = mm.Motor(), 0.2, 0.4
+    found = tilted_ring(scene, tilt, azimuth)
+    turn = Rotation.from_euler("zyz", [azimuth, tilt, -azimuth])
+    frame, outward = scene.inner_dipole_frame()
+    places = turn.apply(frame) + np.array([0, 0, scene.inner_height])
+    moments = scene.ball_ring_factor * scene.moment * turn.apply(outward)
+    fixed = scene.outer_sources()
+    line = np.linspace(-0.8, 0.8, 81)
+    x, y = (each.ravel() for each in np.meshgrid(line, line))
+    centre = np.stack([x, y, np.full_like(x, scene.ball_radius)], axis=1)
+    field = dipoles.field(centre, np.vstack([places, fixed[0]]), np.vstack([moments, fixed[1]]))
+    start = start_motor(scene, len(centre))
+    states = start._replace(
+        position=centre[np.newaxis],
+        orientation=np.array([[smallest_turn(axis) for axis in field]]),
+        ring_orientation=np.tile(turn.as_quat(scalar_first=True), (1, len(centre), 1)),
+    )
+    energy = motor_energy(scene, states)
+    assert float(energy.ring[0, 0]) == pytest.approx(found.outer, rel=5e-14, abs=0)  # 2e-15
+    least = float(energy.total.min())
+    assert sum(found) < least
+    assert sum(found) == pytest.approx(least, rel=1e-3)  # 1e-4
+
+
+def test_barriers_are_alike_on_all_sides(monkeypatch):
+    """The outer ring has five dipoles: the sides beyond 36 degrees are images of those before."""
+    monkeypatch.setattr(level_ring, "TILTS", np.radians([0.0, 15.0]))
+    monkeypatch.setattr(level_ring, "paper_runs", list)
+    monkeypatch.setattr(level_ring, "AZIMUTHS", np.radians([9.0, 81.0, 63.0, 189.0]))
+    barriers = level_ring.compute(True).barriers
+    np.testing.assert_allclose(barriers, barriers[0], rtol=2e-3)  # 6e-4
+
+
+def durations(law, count, mean=5000.0, limit=1e5):
+    lasts = mean * np.asarray(law(np.random.default_rng(4), count))
+    cut = lasts > limit
+    limits = np.full(count, limit)
+    flights = Flights(np.minimum(lasts, limits), limits, cut)
+    return ManyRuns("uniform-a", flights, np.zeros(1), [], 0.0, 0)
+
+
+@pytest.mark.parametrize(
+    ("law", "count", "verdict"),
+    [
+        (lambda random, count: random.exponential(size=count), 300, "right"),
+        (lambda random, count: random.exponential(size=count), 16, "not decided"),
+        (lambda random, count: random.gamma(2, 0.5, count), 300, "wrong"),
+        (lambda random, count: 1.5 * random.pareto(2.5, count), 300, "wrong"),
+        (lambda random, count: random.uniform(0, 2, count), 300, "wrong"),
+    ],
+)
+def test_the_law_of_flights_is_decided_where_there_are_enough(law, count, verdict):
+    assert claim_of_the_law(durations(law, count), 4).verdict == verdict
+
+
+@pytest.fixture(scope="module")
+def runs():
+    """One of each kind, both made to go to and fro, round twice, and back a bit."""
+    made = []
+    for name in ("nonuniform-a", "uniform-a"):
+        scene = mm.Motor.paper(name)
+        data = mm.simulate(
+            scene, method="variational/baoab", timestep=0.1, duration=400, record_interval=10
+        )
+        turns = np.interp(data.time, [0, 50, 100, 300, 400], [0, 0.2, 0.1, 2, 1.8])
+        theta = 2 * math.pi * turns
+        path = np.stack([np.cos(theta), np.sin(theta)], axis=1)
+        data["position"][:, :2] = mm.observables.motor_wells(scene).radius * path
+        made.append(MotorRun(name, data))
+    return made
+
+
+def test_records_in_flight(runs):
+    for run in runs:
+        assert run.flights.sizes["flight"] == 1
+        time = run.data.time.values
+        np.testing.assert_array_equal(in_flight(run), (time >= 100) & (time <= 300))
+        assert not in_flight(MotorRun("", run.data.isel(time=slice(0, 50)))).any()
+
+
+def resting(run):
+    """The run up to its flight."""
+    return MotorRun(run.name, run.data.isel(time=slice(0, 100)))
+
+
+def test_what_is_kept_of_many_runs(runs):
+    hot = runs[0]
+    ended = MotorRun(hot.name, hot.data.assign_attrs(stopped="at t = 400 s"))
+    found = collected("nonuniform-a", [hot, resting(hot), ended])
+    assert (found.runs, found.flying, found.tipped) == (3, 2, 1)
+    np.testing.assert_array_equal(found.first, [100, np.inf, 100])
+    np.testing.assert_array_equal(found.flights.censored, [False, False])
+    assert np.all(found.flights.lasts < 200)  # from once round; the flight lasts 200 s
+    np.testing.assert_allclose(found.flights.limits - found.flights.lasts, 100)
+    assert [spent.spans for spent in found.heat_and_work] == [1, 0, 1]
+    assert found.heat_and_work[1].injected == 0
+    assert found.reach == pytest.approx(mm.observables.motor_wells(hot.scene).radius)
+
+
+@pytest.mark.parametrize(
+    ("flying", "verdicts"), [(4, ["right", "right", "in part"]), (2, ["wrong", "wrong", "right"])]
+)
+def test_whether_most_of_many_fly_decides_what_the_plots_show(runs, flying, verdicts):
+    """Of the paper's few runs one may have no flight by chance."""
+    hot, warm = runs
+    cool_scene = mm.simulate(
+        mm.Motor.paper("uniform-d"), method="variational/baoab", timestep=0.1, duration=1
+    ).attrs["scene_fields"]
+    cool = MotorRun("uniform-d", warm.data.assign_attrs(scene_fields=cool_scene))
+    many = {
+        name: collected(name, [run] * flying + [resting(run)] * (6 - flying))
+        for name, run in zip(SETS, (hot, warm, cool), strict=True)
+    }
+    claims = claims_of_theta(Motors([hot, warm, cool], many))
+    assert [claim.verdict for claim in claims[:3]] == verdicts
+
+
+def test_a_run_without_a_flight_is_no_verdict(runs):
+    hot, warm = runs
+    motors = Motors([hot, resting(hot), warm], {})
+    assert [claim.verdict for claim in claims_of_the_position(motors)] == ["right", "right"]
+    assert "(1 of 2 runs have flights)" in claims_of_the_position(motors)[0].measured
+    still = MotorRun(hot.name, hot.data.copy(deep=True))
+    still.data["position"][:, :2] = [0.59, 0.0]
+    gained = hot.balance.gain[-1] / hot.balance.injected[-1]
+    many = {"nonuniform-a": collected("nonuniform-a", [hot])}
+    claim = claims_of_the_energy(Motors([hot, still, warm], many))[0]
+    assert claim.measured.startswith(f"all runs have gained {gained:.2f} of what")
+
+
+def test_what_friction_takes_decides_whether_a_velocity_is_critical(runs):
+    def verdicts(hot, even):
+        motors = Motors([hot, even], {"nonuniform-a": collected("nonuniform-a", [hot])})
+        return [claim.verdict for claim in claims_of_the_injection(motors)[1:3]]
+
+    def taking(*shares):
+        return [
+            MotorRun(run.name, run.data.assign(heat=run.balance.injected * share))
+            for run, share in zip(runs, shares, strict=True)
+        ]
+
+    assert verdicts(*taking(0.3, 1.0)) == ["wrong", "in part"]
+    assert verdicts(*taking(1.0, 0.5)) == ["right", "wrong"]
+    run = runs[1]
+    injected = run.balance.injected
+    only_flying = run.data.assign(heat=injected.clip(*injected.values[[100, 300]]))
+    assert verdicts(runs[0], MotorRun(run.name, only_flying))[1] == "right"

@@ -1,0 +1,181 @@
+"""What README, site and docstrings show runs and prints what it shows; what they name exists."""
+
+import doctest
+import importlib
+import json
+import re
+import runpy
+import shlex
+import sys
+import warnings
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+import magmotor as mm
+from magmotor.render import NoOpenGL
+
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+PAGES = [ROOT / "README.md", *sorted(DOCS.glob("**/*.md"))]
+TEXT = {page: page.read_text(encoding="utf-8") for page in PAGES}
+MAKEFILE = (ROOT / "Makefile").read_text(encoding="utf-8")
+
+PROGRAMS = [
+    path.relative_to(ROOT).as_posix()
+    for folder in ("src", "paper", "scripts", "examples", "benchmarks", "tests")
+    for path in (ROOT / folder).rglob("*.py")
+]
+
+PYTHON = re.compile(r"^```python\n(.*?)^```$(?:\n\n```text\n(.*?)^```$)?", re.DOTALL | re.MULTILINE)
+"""A block of Python, and what it prints, if that stands below it."""
+
+FENCED = re.compile(r"^```(\w*)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
+LINK = re.compile(r"\]\((?!https?:)([^)\s#]*)(?:#([^)\s]+))?\)")
+WHOLE = {"tutorial.md", "how_it_works.md"}
+"""Pages all of whose blocks run; test_readme.py and test_examples.py have those of others."""
+
+MODULES = [
+    ".".join(path.relative_to(ROOT / "src").with_suffix("").parts)
+    for path in sorted((ROOT / "src").rglob("*.py"))
+    if re.search(r">>> (?!.*\+SKIP)", path.read_text(encoding="utf-8"))
+]
+
+
+def named(pages):
+    return [pytest.param(page, id=str(page.relative_to(ROOT))) for page in pages]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", named([page for page in PAGES if page.name in WHOLE]))
+def test_blocks_run_and_print_what_is_shown(page, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    namespace = {"__name__": "__main__"}
+    for found in PYTHON.finditer(TEXT[page]):
+        line = TEXT[page].count("\n", 0, found.start(1))
+        try:
+            exec(compile("\n" * line + found[1], page, "exec"), namespace)
+        except NoOpenGL as reason:
+            pytest.skip(str(reason))
+        printed = capsys.readouterr().out
+        if found[2] is not None:
+            assert printed == found[2], f"{page.name}:{line}"
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_docstring_examples(module):
+    said: list[str] = []
+    runner = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE)
+    for example in doctest.DocTestFinder().find(importlib.import_module(module), globs={}):
+        runner.run(example, out=said.append)
+    assert runner.tries > 0
+    assert runner.failures == 0, "".join(said)
+
+
+@pytest.mark.parametrize("page", named(PAGES))
+def test_links_and_pictures_point_to_something(page):
+    for path, anchor in LINK.findall(FENCED.sub("", TEXT[page])):
+        target = (page.parent / path).resolve() if path else page
+        assert target.exists(), path
+        if anchor:
+            assert anchor in anchors(target), f"{path}#{anchor}"
+
+
+def anchors(page):
+    """Those given, and those of a page's headings, as GitHub and the site make them."""
+    given = re.findall(r'id="([\w-]+)"', TEXT[page])
+    headings = re.findall(r"^#+ (.*)$", FENCED.sub("", TEXT[page]), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", name.lower()).replace(" ", "-") for name in headings + given}
+
+
+@pytest.mark.parametrize("page", named(PAGES))
+def test_files_that_are_named_exist(page):
+    for path in re.findall(
+        r"`((?:src|paper|scripts|models|docs|tests|examples)/[\w./]*)", TEXT[page]
+    ):
+        assert (ROOT / path).exists(), path
+    for path in re.findall(r"`([\w/]+\.py)\b", TEXT[page]):
+        assert any(f"/{known}".endswith(f"/{path}") for known in PROGRAMS), path
+
+
+def commands():
+    """Commands with flags of all pages: lines of shell, and what stands in backticks.
+
+    A flag that stands alone is of the program named last.
+    """
+    for page, text in TEXT.items():
+        program = None
+        for found in re.finditer(r"^```sh\n(.*?)^```$|`([^`\n]+)`", text, re.DOTALL | re.MULTILINE):
+            for line in (found[1] or found[2]).splitlines():
+                if re.match(
+                    r"make \S|--\w|(\S*python )?(scripts|examples|benchmarks)/\w+\.py\b", line
+                ):
+                    words = program_of(shlex.split(line, comments=True), program)
+                    program = words[0] if words else program
+                    yield pytest.param(words, id=f"{page.name}: {line}")
+
+
+def program_of(words, last):
+    """A command as program and arguments; none if it is a verb of make that runs none of ours."""
+    if words[0] == "make":
+        given = dict(word.split("=", 1) for word in words[1:] if "=" in word)
+        (verb,) = [word for word in words[1:] if "=" not in word]
+        recipe = re.search(rf"^{verb}:.*\n((?:\t.*\n)*)", MAKEFILE, re.MULTILINE)
+        if not recipe:
+            return [f"verb {verb} of the Makefile"]
+        program = re.search(r"(?:scripts|benchmarks)/\w+\.py", recipe[1])
+        return [program[0], *shlex.split(given.get("ARGS", ""))] if program else []
+    if words[0].startswith("--"):
+        return [last, "any", words[0]] if last else []
+    return words[1:] if words[0].endswith("python") else words
+
+
+@pytest.mark.parametrize("words", [*commands()])
+def test_commands_and_their_flags_exist(words, help_of):
+    assert not words or (ROOT / words[0]).exists()
+    for flag in re.findall(r"(?<!\S)--[\w-]+", " ".join(words)):
+        assert re.search(rf"{flag}\b", help_of(*words[:2]))
+
+
+@pytest.fixture
+def help_of(monkeypatch, capsys):
+    """What --help says of a program, or of the subcommand that a word may be; of any, of all."""
+    monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)  # scripts set it
+
+    def said(program, *words):
+        path = ROOT / program
+        monkeypatch.syspath_prepend(path.parent)
+        monkeypatch.setattr(sys, "argv", [path.name, *words, "--help"])
+        with pytest.raises(SystemExit, check=lambda stop: not stop.code):
+            runpy.run_path(str(path), run_name="__main__")
+        return capsys.readouterr().out
+
+    def help_of(program, word):
+        whole = said(program)
+        choices = re.match(r"usage: .*\{([\w,]+)\}", whole)
+        subcommands = choices[1].split(",") if choices else []
+        if word == "any":
+            return whole + "".join(said(program, name) for name in subcommands)
+        return said(program, word) if word in subcommands else whole
+
+    return help_of
+
+
+def test_api_pages_name_all_that_is_public():
+    pages = "".join(text for page, text in TEXT.items() if page.parent.name == "api")
+    for name in vars(mm)["__all__"]:
+        module = isinstance(getattr(mm, name), ModuleType)
+        assert module or re.search(rf"\bmagmotor\.{name}\b", pages), name
+    for package in ("observables", "plots", "render", "sweep", "theory"):
+        whole = f"::: magmotor.{package}\n" in pages
+        # What is named like its module is hidden by it from what makes the pages.
+        for name in getattr(mm, package).__all__:
+            hidden = (ROOT / "src" / "magmotor" / package / f"{name}.py").exists()
+            assert (whole and not hidden) or f"magmotor.{package}.{name}" in pages, name
+
+
+def test_notebook_holds_no_outputs():
+    for cell in json.loads((DOCS / "tour.ipynb").read_text(encoding="utf-8"))["cells"]:
+        assert not cell.get("outputs")
+        assert cell.get("execution_count") is None

@@ -1,0 +1,234 @@
+"""The examples: their physics against theory, their pictures, and what the documentation quotes."""
+
+import importlib
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from PIL import Image
+
+import magmotor as mm
+
+ROOT = Path(__file__).parents[2]
+EXAMPLES = ROOT / "examples"
+PAGE = (ROOT / "docs" / "examples.md").read_text(encoding="utf-8")
+
+
+@pytest.fixture
+def example(monkeypatch):
+    monkeypatch.syspath_prepend(EXAMPLES)
+    return importlib.import_module
+
+
+@pytest.fixture
+def pendulum(example):
+    return example("magnetic_pendulum").Pendulum()
+
+
+def colours(path):
+    with Image.open(path) as picture:
+        return np.unique(np.asarray(picture.convert("RGB")).reshape(-1, 3), axis=0)
+
+
+@pytest.mark.parametrize(("mode", "signs"), [(0, (1, 1)), (1, (1, -1))])
+def test_needles_swing_at_the_frequencies_of_theory(example, mode, signs):
+    needles = example("compass_needles")
+    model = needles.load()
+    rest, frequencies = needles.rest_angle_and_frequencies(model)
+    errors = []
+    for push in (1e-2, 1e-3):
+        time, path = needles.swing(model, rest + push * np.array(signs), 5.0)
+        measured = needles.frequency(time, path[:, 0] - rest)
+        errors.append(abs(measured / frequencies[mode] - 1))
+    assert errors[0] < 2e-4  # 8.3e-5, 8.6e-5: swings of finite width
+    assert errors[1] < 2e-5  # 9.3e-6, 8.1e-6
+
+
+def test_needles_come_to_rest_between_head_to_tail_and_north(example):
+    needles = example("compass_needles")
+    model = needles.load()
+    rest, _ = needles.rest_angle_and_frequencies(model)
+    _, path = needles.swing(model, np.radians((75, -60)), 40.0)
+    assert 0.4 < rest < 0.5  # 0.432: neither
+    assert path[-1] == pytest.approx(rest, abs=5e-6)  # 3e-7
+
+
+def test_needles_without_the_earth_swing_with_ratio_of_root_three(example):
+    needles = example("compass_needles")
+    model = needles.load()
+    model.site("earth").user[0] = 0
+    model.dof_damping[:] = 0
+    rest, _ = needles.rest_angle_and_frequencies(model)
+    assert rest == 0
+    swings = [needles.swing(model, np.multiply(1e-3, signs), 5.0) for signs in ((1, 1), (1, -1))]
+    in_step, against = (needles.frequency(time, path[:, 0]) for time, path in swings)
+    assert abs(in_step / against / np.sqrt(3) - 1) < 2e-9  # 7e-11
+
+
+def test_basins_have_the_symmetry_of_the_magnets(example, pendulum):
+    x, y = np.random.default_rng(1).uniform(-0.2, 0.2, (2, 400))
+    turn = np.exp(2j * np.pi / 3 * np.arange(3))[:, None] * (x + 1j * y)
+    ends = example("magnetic_pendulum").release(pendulum, turn.real.ravel(), turn.imag.ravel())
+    assert (ends.magnet >= 0).all()
+    turned_back = (ends.magnet.reshape(3, -1) - np.arange(3)[:, None]) % 3
+    agree = np.mean((turned_back == turned_back[0]).all(axis=0))
+    assert agree > 0.98  # 1.0
+    mirrored = example("magnetic_pendulum").release(pendulum, x, -y)
+    agree = np.mean(mirrored.magnet == -ends.magnet[:400] % 3)
+    assert agree > 0.98  # 1.0
+    shares = np.bincount(turned_back[0], minlength=3) / 400
+    assert shares.min() > 0.2  # 0.28: no magnet is left out
+
+
+def test_basins_are_the_same_on_any_number_of_threads(example, pendulum):
+    module = example("magnetic_pendulum")
+    one, two = (module.release(pendulum, *module.grid(16, 0.3), threads=n) for n in (1, 2))
+    np.testing.assert_array_equal(one.magnet, two.magnet)
+    np.testing.assert_array_equal(one.time, two.time)
+
+
+def test_basins_hardly_change_with_half_the_timestep(example, pendulum):
+    module = example("magnetic_pendulum")
+    coarse = module.release(pendulum, *module.grid(30, 0.3))
+    pendulum.model.opt.timestep /= 2
+    fine = module.release(pendulum, *module.grid(30, 0.3))
+    changed = np.mean(coarse.magnet != fine.magnet)
+    assert changed < 0.02  # 0.0044
+
+
+def test_energy_of_the_pendulum_only_falls_and_it_stays_where_it_is_said_to_end(example, pendulum):
+    x, y = np.array([0.21]), np.array([0.13])
+    ends = example("magnetic_pendulum").release(pendulum, x, y)
+    data = mujoco.MjData(pendulum.model)
+    data.qpos[:] = pendulum.orientations(x, y)[0]
+    mujoco.mj_kinematics(pendulum.model, data)
+    assert data.site("bob").xpos[:2] == pytest.approx([0.21, 0.13], abs=1e-15)  # 0, or rounding
+    energies = []
+    with mm.magnetism():
+        for _ in range(6000):
+            mujoco.mj_forward(pendulum.model, data)
+            bob = data.site("bob").xpos[None]
+            energies.append(data.energy.sum() + pendulum.magnetic_energy(bob)[0])
+            mujoco.mj_step(pendulum.model, data)
+    energies = np.array(energies)
+    lost = energies[0] - energies[-1]
+    assert lost > 0.01  # 0.022 J
+    assert np.diff(energies).max() < 1e-14  # -1e-12 J
+    caught = round(ends.time[0] / pendulum.model.opt.timestep)
+    assert energies[caught] < pendulum.barrier() < energies[caught - 11]
+    magnet = pendulum.magnets[ends.magnet[0], :2]
+    assert (
+        np.linalg.norm(data.site("bob").xpos[:2] - magnet) < 0.03
+    )  # 0.0165: gravity pulls it inwards
+
+
+def test_someone_elses_pole_stays_where_the_torques_balance(example):
+    pole = example("someone_elses_model")
+    model = pole.load()
+    expected = pole.equilibrium(model)
+    with mm.magnetism():
+        _, angle = pole.swing(model, 80.0)
+    assert angle[-1] == pytest.approx(expected, abs=2e-7)  # 1e-8
+    assert pole.torque(model, expected - 0.01) > 1  # 8.2 N m: it is stable
+    assert pole.torque(model, expected + 0.01) < -1  # -7.4 N m
+    _, angle = pole.swing(pole.load(magnetised=False), 80.0)
+    assert angle[-1] == pytest.approx(np.pi, abs=5e-6)  # 3e-7
+
+
+@pytest.mark.parametrize(
+    ("name", "numerics"),
+    [
+        ("compass_needles", {"duration": 4.0}),
+        ("magnetic_pendulum", {"pixels": 12}),
+        ("someone_elses_model", {"duration": 4.0}),
+    ],
+)
+def test_pictures_are_written_and_not_blank(example, tmp_path, capsys, name, numerics):
+    out = tmp_path / "new" / "picture.png"
+    example(name).main(out=out, **numerics)
+    assert f"wrote {out}" in capsys.readouterr().out
+    assert len(colours(out)) > 50  # 150 or more
+
+
+def test_the_picture_has_a_colour_for_each_magnet_and_black_for_none(example):
+    module = example("magnetic_pendulum")
+    ends = module.Ends(np.array([0, 1, 2, -1]), np.array([1.0, 1.0, 1.0, np.nan]))
+    red, green, blue, black = module.picture(ends, 2).reshape(4, 3)
+    for number, colour in enumerate((red, green, blue)):
+        assert colour.argmax() == number
+    assert not black.any()
+
+
+def test_a_name_without_a_suffix_is_that_of_a_png(example, tmp_path, capsys):
+    (tmp_path / "so").mkdir()
+    example("program").save(Figure(), tmp_path / "so")
+    assert capsys.readouterr().out == f"wrote {tmp_path / 'so.png'}\n"
+    assert len(colours(tmp_path / "so.png")) == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "flags", "line"),
+    [
+        ("magnetic_pendulum", ("--pixels", "1"), "pixels = 1: must be between 2 and 10000"),
+        ("magnetic_pendulum", ("--extent", "nan"), "extent = nan: must be between 0.01 and 0.6"),
+        ("compass_needles", ("--duration", "1"), "duration = 1.0: must be between 2 and 3600 s"),
+        (
+            "someone_elses_model",
+            ("--duration", "inf"),
+            "duration = inf: must be between 1 and 3600 s",
+        ),
+    ],
+)
+def test_a_mistake_is_one_line_and_code_2(example, monkeypatch, capsys, name, flags, line):
+    monkeypatch.setattr(sys, "argv", [f"{name}.py", *flags])
+    with pytest.raises(SystemExit) as stop:
+        example("program").run(example(name).main)
+    assert stop.value.code == 2
+    assert capsys.readouterr().err == f"{name}.py: {line}\n"
+
+
+def test_ctrl_c_is_one_line_and_nothing_is_left(example, monkeypatch, capsys, tmp_path):
+    module = example("magnetic_pendulum")
+
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(module.Batch, "step", interrupted)
+    monkeypatch.setattr(sys, "argv", ["magnetic_pendulum.py", "--out", str(tmp_path / "out.png")])
+    with pytest.raises(SystemExit) as stop:
+        example("program").run(module.main)
+    assert stop.value.code == 130
+    assert capsys.readouterr().err == "magnetic_pendulum.py: interrupted, nothing written\n"
+    assert not any(tmp_path.iterdir())
+    assert mujoco.get_mjcb_control() is None
+
+
+def test_an_example_runs_as_a_program(tmp_path):
+    out = tmp_path / "picture.png"
+    command = [sys.executable, "-W", "error", EXAMPLES / "compass_needles.py", "--out", out]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "theory: 24.77" in done.stdout
+    assert out.exists()
+
+
+def test_what_the_page_quotes_stands_in_the_examples():
+    files = [path.read_text(encoding="utf-8") for path in EXAMPLES.iterdir() if path.is_file()]
+    quoted = re.findall(r"<!-- from examples -->\n```\w+\n(.*?)```", PAGE, re.DOTALL)
+    assert len(quoted) == 5
+    for excerpt in quoted:
+        lines = [line.strip() for line in excerpt.splitlines()]
+        assert any("\n".join(lines) in "\n".join(map(str.strip, f.splitlines())) for f in files)
+
+
+def test_the_ten_lines_of_the_page_run():
+    (lines,) = re.findall(r"<!-- runs -->\n```python\n(.*?)```", PAGE, re.DOTALL)
+    namespace: dict = {}
+    exec(lines, namespace)
+    data = namespace["data"]
+    assert data.qpos[0] == pytest.approx(np.pi / 2, abs=1e-3)

@@ -1,0 +1,73 @@
+"""What the README shows works as it stands there."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+ROOT = Path(__file__).parents[2]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+EXAMPLES = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
+
+
+def test_python_examples_run():
+    simulate, ensemble, motor, _, magnetise, heat = EXAMPLES
+    namespace: dict = {}
+    exec(simulate, namespace)
+    assert np.abs(namespace["run"].momentum_map).max() == pytest.approx(1.858e-4, rel=1e-3)
+    namespace = {}
+    exec(ensemble, namespace)
+    fine, same, coarse = (namespace[name] for name in ("fine", "same", "coarse"))
+    reach = float(np.abs(fine.x).max())
+    assert np.abs(same.x - fine.x).max() < 1e-10 * reach  # 4e-12
+    early = np.abs(coarse.x - fine.x).sel(time=slice(0, 10))
+    assert early.sizes["time"] > 200
+    assert early.max() < 0.5  # 0.12, of 112
+    square = namespace["many"].sel(quantity="x").isel(time=-1)
+    theory = namespace["mm"].theory.ReducedDisk(namespace["disk"]).msd_from_rest(1000.0)
+    assert abs(square.mean_square - theory) < 4 * square.mean_square_error
+    namespace = {}
+    exec(motor, namespace)
+    mm, run, scene = (namespace[name] for name in ("mm", "run", "motor"))
+    balance = mm.observables.energy_balance(run, scene)
+    assert abs(balance.residual[-1]) < 0.002 * balance.injected[-1]  # 5e-4
+    modes = mm.observables.mode_temperatures(run, scene, burn_in=2000)
+    assert modes.temperature.sel(mode="slip") == pytest.approx(scene.kT, rel=0.05)  # 5 errors
+    namespace = {}
+    exec(magnetise, namespace)
+    assert namespace["data"].qpos[0] == pytest.approx(np.pi / 2, abs=1e-6)
+    exec(heat, namespace)
+    model, data = namespace["model"], namespace["data"]
+    squares = []
+    with namespace["mm"].magnetism():
+        for _ in range(20_000):
+            namespace["mujoco"].mj_step(model, data, nstep=50)
+            squares.append(data.qvel[0] ** 2)
+    # 2000 s are 6400 correlation times of the energy: standard error 1.8 %.
+    assert model.dof_M0[0] * np.mean(squares) == pytest.approx(1e-6, rel=0.08)  # 0.97
+
+
+def test_the_sweep_runs_as_a_script(tmp_path):
+    (tmp_path / "noise.py").write_text(EXAMPLES[3] + "    data.to_netcdf('noise.nc')\n")
+    subprocess.run(
+        [sys.executable, "-W", "error", "noise.py"], cwd=tmp_path, check=True, timeout=120
+    )
+    data = xr.load_dataset(tmp_path / "noise.nc")
+    assert dict(data.sizes) == {"noise": 5, "seed": 4}
+    kT = data.noise**2 / (2 * 0.1)
+    # 1000 rate/2 = 150 independent squares in each run: standard error 0.06.
+    np.testing.assert_allclose((data.slip_temperature / kT).mean("seed"), 1, atol=0.3)  # 0.03
+
+
+def test_errata_name_tests_that_exist():
+    errata = (ROOT / "docs" / "errata.md").read_text(encoding="utf-8")
+    named = re.findall(r"`(?:(tests/\w+/\w+\.py))?::(test_\w+)`", errata)
+    assert len(named) > 15
+    file = ""
+    for path, name in named:
+        file = path or file
+        assert f"def {name}(" in (ROOT / file).read_text(encoding="utf-8"), (file, name)

@@ -1,0 +1,229 @@
+"""The scripts: what they write, their one-line errors, and their exit codes."""
+
+import importlib
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from functools import partial
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+import xarray as xr
+
+import magmotor as mm
+
+SCRIPTS = Path(__file__).parents[2] / "scripts"
+SHORT = ("--duration", "1", "--timestep", "0.025")
+
+
+def test_without_opengl_all_but_the_movie_is_made(tmp_path):
+    done = subprocess.run(
+        [sys.executable, "-W", "error", SCRIPTS / "movie.py", "top", *SHORT, "--out", tmp_path],
+        capture_output=True,
+        text=True,
+        env=os.environ | {"MUJOCO_GL": "disable"},
+        timeout=300,
+        check=False,
+    )
+    assert done.returncode == 3, done.stderr
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["top.nc", "top.png"]
+    for package in ("libegl1", "mesa-libEGL"):
+        assert package in done.stderr
+    assert "Traceback" not in done.stderr
+    run = xr.load_dataset(tmp_path / "top.nc")
+    assert mm.scene_of(run) == mm.Top()
+    assert run.sizes["time"] == 41
+
+
+@pytest.fixture
+def movie(run_script, monkeypatch):
+    """Run scripts/movie.py in this process, without the movie."""
+    monkeypatch.setattr(importlib.import_module("movie"), "render", lambda *_: None)
+    return partial(run_script, "movie")
+
+
+def test_presets_and_fields_make_the_scene(movie, tmp_path):
+    flags = ("--preset", "experiment", "--friction", "0.2", "--position", "0.03", "0.01")
+    assert movie("top", *flags, *SHORT, "--out", tmp_path)[0] == 0
+    scene = mm.scene_of(xr.load_dataset(tmp_path / "top.nc"))
+    assert scene == mm.Top.experiment(friction=0.2, position=(0.03, 0.01))
+
+
+@pytest.mark.parametrize(
+    ("flags", "line"),
+    [
+        (("--ball-mass", "-1"), "movie.py: ball_mass = -1.0: must be greater than 0 kg"),
+        (("--timestep", "0"), "movie.py: timestep = 0.0: must be greater than 0 s"),
+        (("--method", "euler"), "movie.py: method = 'euler': must be one of variational/euler"),
+        (("--preset", "paper5"), "movie.py: preset = 'paper5': must be one of paper1"),
+        (("--seconds-per-second", "0"), "movie.py: seconds_per_second = 0.0: must be greater than"),
+        (("--seconds-per-second", "nan"), "movie.py: seconds_per_second = nan: must be a finite"),
+        (("--still", "2", "x.png"), "movie.py: still = 2.0: must be within the run: 0 to 1 s"),
+        (("--still", "1", "x.foo"), "movie.py: still = 'x.foo': must be the name of a picture"),
+    ],
+)
+def test_a_mistake_is_one_line_and_code_2(movie, tmp_path, flags, line):
+    code, _, error = movie("top", *SHORT, *flags, "--out", tmp_path)
+    assert code == 2
+    assert error.startswith(line)
+    assert error.count("\n") == 1
+    assert not any(tmp_path.iterdir())
+
+
+def test_a_diverged_run_is_kept_and_code_1(movie, tmp_path):
+    flags = ("--preset", "si", "--timestep", "0.001", "--duration", "1")
+    code, _, error = movie("top", *flags, "--out", tmp_path)
+    assert code == 1
+    assert error.startswith("movie.py: mujoco/rk4 with timestep 0.001 s stopped at t = 0.277")
+    assert error.count("\n") == 1
+    assert float(xr.load_dataset(tmp_path / "top.nc").time[-1]) == pytest.approx(0.276)
+
+
+def test_help_names_fields_with_units(movie):
+    code, said, _ = movie("top", "--help")
+    assert code == 0
+    for text in (
+        "--ring-height",
+        "height H of the ring",
+        "(m)",
+        "--preset",
+        "--seconds-per-second",
+    ):
+        assert text in said
+
+
+def test_a_flight_of_the_motor_is_found_and_replayed(movie, tmp_path):
+    flags = ("--preset", "uniform-c", "--velocity", "0", "0.05", "--duration", "400", "--seed", "3")
+    code, said, error = movie("motor", *flags, "--out", tmp_path)
+    assert (code, error) == (0, "")
+    names = sorted(path.name for path in tmp_path.iterdir())
+    assert names == ["motor_flight.nc", "motor_flight.png"]
+    replay = xr.load_dataset(tmp_path / "motor_flight.nc")
+    scene = mm.Motor.paper("uniform-c", velocity=(0.0, 0.05))
+    assert mm.scene_of(replay) == scene
+    found = re.match(r".* revolutions in .* filmed from t = (\d+) to (\d+) s\n", said)
+    assert found, said
+    assert replay.attrs["found"] == found[0].strip()
+    begin, end = map(int, found.groups())
+    assert replay.time[-1] == end - begin
+    numerics = {"method": "variational/baoab", "timestep": 0.1, "seed": 3}
+    run = mm.simulate(scene, duration=end, record_interval=5, **numerics)
+    same = run.position.sel(time=slice(begin, end))
+    np.testing.assert_allclose(replay.position, same, rtol=0, atol=1e-9)  # measured: 2e-15
+
+
+def test_no_flight_no_movie(movie, tmp_path):
+    code, _, error = movie("motor", "--duration", "100", "--out", tmp_path)
+    assert code == 4
+    assert error == "movie.py: no movie: no flight in 100 s; try another seed, or longer\n"
+    assert not any(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("surface", ["planar", "plane"])
+def test_exported_mjcf_stands_alone_and_moves_alike(run_script, tmp_path, surface):
+    path = tmp_path / "sub" / "top.xml"
+    code, *_ = run_script("export_mjcf", "top", path, "--surface", surface, "--tilt", "0.1")
+    assert code == 0
+    assert [*path.parent.iterdir()] == [path]
+    exported = mujoco.MjModel.from_xml_path(str(path))
+    names = {
+        mujoco.mj_id2name(exported, mujoco.mjtObj.mjOBJ_CAMERA, i) for i in range(exported.ncam)
+    }
+    assert names == {"front", "top", "ball"}
+    ends = []
+    for model in (exported, mm.build(mm.Top(surface=surface, tilt=0.1))):
+        model.opt.timestep = 0.01
+        data = mujoco.MjData(model)
+        mujoco.mj_resetDataKeyframe(model, data, 0)
+        with mm.magnetism():
+            mujoco.mj_step(model, data, nstep=300)
+        ends.append(np.concatenate([data.qpos, data.qvel]))
+    np.testing.assert_allclose(ends[0], ends[1], rtol=0, atol=1e-12)  # measured: 4e-16
+
+
+def test_exported_disk_has_its_noise_and_potential(run_script, tmp_path):
+    path = tmp_path / "disk.xml"
+    flags = ("--potential", "asymmetric", "--noise", "2")
+    assert run_script("export_mjcf", "disk", path, *flags)[0] == 0
+    model = mujoco.MjModel.from_xml_path(str(path))
+    assert model.body("disk").user[0] == 2
+    np.testing.assert_array_equal(model.joint("x").user, [1, 0, 0.4, 0])
+    code, _, error = run_script("export_mjcf", "disk", path, "--potential", "symetric")
+    assert code == 2
+    assert error.count("\n") == 1
+    assert "did you mean 'symmetric'" in error
+
+
+def test_exported_motor_is_the_presets(run_script, tmp_path):
+    path = tmp_path / "motor.xml"
+    flags = ("--preset", "nonuniform-c", "--inner-mass", "5")
+    assert run_script("export_mjcf", "motor", path, *flags)[0] == 0
+    model = mujoco.MjModel.from_xml_path(str(path))
+    np.testing.assert_array_equal(model.body("inner_ring").user[:6], [0, 0, 0, 2.5e-4, 0, 0])
+    assert not model.body("ball").user.any()
+    assert model.body("inner_ring").mass == 5
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    with mm.magnetism():
+        mujoco.mj_step(model, data, nstep=10)
+    assert np.isfinite(data.qpos).all()
+    assert data.joint("inner_ring").qvel.any()
+    code, _, error = run_script("export_mjcf", "motor", path, "--preset", "paper4")
+    assert code == 2
+    assert error.startswith("export_mjcf.py: preset = 'paper4': must be one of nonuniform-a")
+
+
+def test_a_file_that_cannot_be_written_is_one_line(run_script, tmp_path):
+    (tmp_path / "file").touch()
+    code, _, error = run_script("export_mjcf", "top", tmp_path / "file" / "top.xml")
+    assert code == 1
+    assert error.startswith("export_mjcf.py: cannot write")
+    assert error.count("\n") == 1
+
+
+@pytest.mark.parametrize("name", ["movie", "disk", "motor"])
+def test_a_folder_that_cannot_be_is_one_line_before_the_work(run_script, tmp_path, name):
+    file = tmp_path / "file"
+    file.touch()
+    arguments = ["top"] if name == "movie" else []
+    code, said, error = run_script(name, *arguments, "--out", file)
+    assert (code, said) == (1, "")
+    assert error == f"{name}.py: cannot write to {file}: it is a file, not a folder\n"
+
+
+WRITER = """
+import sys
+from pathlib import Path
+import numpy as np, xarray as xr
+sys.argv, sys.path[:0] = ["writer.py"], [{scripts!r}]
+from command_line import run_script, write_netcdf
+noise = np.random.default_rng(0).random((10, 1000000))
+data = xr.Dataset({{f"x{{i}}": ("n", row) for i, row in enumerate(noise)}})
+encoding = {{name: {{"zlib": True, "complevel": 9}} for name in data}}
+run_script(lambda: write_netcdf(data, Path({path!r}), encoding))
+"""
+
+
+def test_an_interrupted_write_is_finished_and_no_other_file_is_left(tmp_path):
+    path = tmp_path / "run.nc"
+    code = WRITER.format(scripts=str(SCRIPTS), path=str(path))
+    writer = subprocess.Popen([sys.executable, "-c", code], stderr=subprocess.PIPE, text=True)
+    try:
+        deadline = time.monotonic() + 60
+        while not any(tmp_path.iterdir()):
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+        time.sleep(0.3)
+        writer.send_signal(signal.SIGINT)
+        _, error = writer.communicate(timeout=60)
+    finally:
+        writer.kill()
+    assert writer.returncode == 130
+    assert error == "writer.py: interrupted; what is said to be written is complete\n"
+    assert [*tmp_path.iterdir()] == [path]
+    assert len(xr.load_dataset(path)) == 10

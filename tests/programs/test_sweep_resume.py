@@ -1,0 +1,447 @@
+"""Sweeps that are killed, crowded, or out of room: what they leave, and how they go on."""
+
+import errno
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import closing
+from pathlib import Path
+
+import numpy as np
+import pytest
+from sweep_driver import FEW, SWEEP, contents, drive, environment
+
+import magmotor as mm
+from magmotor.common import files as whole_files
+from magmotor.sweep import Sweep
+from magmotor.sweep import directory as directory_module
+from magmotor.sweep import pool as pool_module
+from magmotor.sweep.directory import Directory
+from magmotor.sweep.pool import ONE_THREAD, Pool, WorkerDied
+from magmotor.sweep.run import DIED
+from magmotor.sweep.workers import Cluster
+
+TESTS = Path(__file__).parents[1]
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """The files of the sweep that nothing has disturbed, made by one worker after the other."""
+    directory = tmp_path_factory.mktemp("whole") / "sweep"
+    with ThreadPoolExecutor(8) as executor:
+        mm.sweep.run(SWEEP, directory, workers=8, executor=executor)
+    files = contents(directory)
+    assert len(files) == 1 + len(SWEEP)
+    return files
+
+
+def results(files):
+    """What of a killed driver's files is for good."""
+    return {k: v for k, v in files.items() if not k.startswith(("parts/", "claims/"))}
+
+
+def start(directory, **options):
+    """A driver as a program of its own; with `until` it waits after `FEW` results for that file."""
+    command = [sys.executable, str(TESTS / "sweep_driver.py"), str(directory), json.dumps(options)]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def wait_for_results(directory, number=FEW):
+    deadline = time.monotonic() + 120
+    while len([*directory.glob("done/*/*")]) < number:
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+
+
+def children(pid):
+    """Processes that a process has started, and that are workers."""
+    threads = Path(f"/proc/{pid}/task").glob("*/children")
+    found = [child for thread in threads for child in thread.read_text().split()]
+    lines = {int(child): Path(f"/proc/{child}/cmdline").read_text() for child in found}
+    return [child for child, line in lines.items() if "spawn_main" in line]
+
+
+def alive(pid):
+    try:
+        state = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0]
+    except FileNotFoundError:
+        return False
+    return state != "Z"
+
+
+def test_workers_take_one_thread_each_and_leave_nothing_behind():
+    before = dict(os.environ)
+    pool = Pool(1)
+    assert pool.submit(environment).result() == ONE_THREAD
+    worker = pool.submit(os.getpid).result()
+    assert dict(os.environ) == before
+    pool.close()
+    assert not alive(worker)
+
+
+def test_a_killed_driver_leaves_whole_results_and_the_same_call_goes_on(tmp_path, whole):
+    """What it had half written is removed, and never read."""
+    directory = tmp_path / "s"
+    driver = start(directory, workers=2, until=str(tmp_path / "never"))
+    wait_for_results(directory)
+    hands = children(driver.pid)
+    assert len(hands) == 2
+    driver.kill()
+    driver.wait()
+    deadline = time.monotonic() + 60
+    while any(map(alive, hands)):  # they end with the driver
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+    driver.communicate()
+    kept = results(contents(directory))
+    assert len(kept) == 1 + FEW
+    assert kept.items() <= whole.items()
+    name = next(name for name in whole if name not in kept)
+    killed = f"{os.uname().nodename}.{driver.pid}"
+    assert killed in {claim.read_text() for claim in directory.glob("claims/*")}
+    (directory / "parts" / f"{Path(name).name}.1@{killed}").write_bytes(whole[name][:100])
+    assert mm.sweep.status(directory).done == FEW
+    tally = drive(directory, workers=2)
+    assert tally.computed == len(SWEEP) - FEW
+    assert contents(directory) == whole
+
+
+def test_killed_workers_cost_nothing_but_time(tmp_path, whole):
+    """All of them, at work; the driver, and Python at its end, say nothing of it."""
+    directory = tmp_path / "s"
+    driver = start(directory, workers=2, until=str(tmp_path / "killed"))
+    wait_for_results(directory)
+    workers = children(driver.pid)
+    assert len(workers) == 2
+    for worker in workers:
+        os.kill(worker, signal.SIGKILL)
+    (tmp_path / "killed").touch()
+    said, errors = driver.communicate(timeout=120)
+    assert (driver.returncode, said, errors) == (0, "24 24\n", "")
+    assert contents(directory) == whole
+
+
+def _spawned(monkeypatch, act):
+    """Have each worker process, once it is started, and not ready, be acted upon."""
+    make = pool_module._Worker.__init__
+
+    def made(self):
+        make(self)
+        act(self._process)
+
+    monkeypatch.setattr(pool_module._Worker, "__init__", made)
+
+
+def test_processes_killed_while_they_start_are_started_again(monkeypatch):
+    """As often as a pool allows before a call ends, and as often again after it."""
+    killed, spared = [], []
+
+    def kill(process):
+        if len(killed) < pool_module.RESTARTS * (1 + len(spared)):
+            killed.append(process.pid)
+            process.kill()
+
+    _spawned(monkeypatch, kill)
+    with closing(Pool(1)) as pool:
+        for _ in range(2):
+            spared.append(pool.submit(os.getpid).result(timeout=120))
+            with pytest.raises(WorkerDied):
+                pool.submit(os._exit, 0).result(timeout=120)
+    assert not {*spared} & {*killed}
+    assert len(killed) == 2 * pool_module.RESTARTS
+
+
+def test_processes_that_are_always_killed_are_no_workers(monkeypatch):
+    _spawned(monkeypatch, lambda process: process.kill())
+    with (
+        closing(Pool(1)) as pool,
+        pytest.raises(mm.sweep.NoWorkers, match=r"processes are killed as soon as they start$"),
+    ):
+        pool.submit(os.getpid).result(timeout=120)
+
+
+def test_a_case_that_kills_its_process_fails_alone(tmp_path):
+    sweep = Sweep(
+        scene=mm.Disk(),
+        vary={"noise": (1.0, 2.0, 3.0, 4.0)},
+        measure=["sweep_measures:fatal"],
+        method="variational/baoab",
+        timestep=0.05,
+        duration=5.0,
+    )
+    tally = mm.sweep.run(sweep, tmp_path / "s", workers=2)
+    assert (tally.done, tally.failed) == (3, 1)
+    assert mm.sweep.status(tmp_path / "s").errors == {DIED: ["noise = 3"]}
+
+
+def test_two_drivers_share_a_directory(tmp_path, whole):
+    directory = tmp_path / "s"
+    drivers = [start(directory, workers=1) for _ in range(2)]
+    said = [driver.communicate(timeout=120) for driver in drivers]
+    assert [driver.returncode for driver in drivers] == [0, 0], said
+    assert contents(directory) == whole
+    done, computed = np.array([list(map(int, out.split())) for out, _ in said]).T
+    np.testing.assert_array_equal(done, len(SWEEP))
+    # At the end each may take what the other has under way, 2 cases. Without claims it would be 48.
+    assert len(SWEEP) <= computed.sum() <= len(SWEEP) + 4  # 24 to 27
+
+
+def test_drivers_may_begin_a_directory_at_once(tmp_path, monkeypatch):
+    """Another driver begins while the first writes, then while the first looks at what is there."""
+    writes, looks = directory_module.write_whole, Path.iterdir
+
+    def written_meanwhile(path, content, part):
+        monkeypatch.setattr(directory_module, "write_whole", writes)
+        part.touch()
+        monkeypatch.setattr(directory_module, "this_driver", lambda: "another.1")
+        Directory(tmp_path / "first", SWEEP)
+        assert part.exists()
+        writes(path, content, part)
+
+    def begun_meanwhile(path):
+        monkeypatch.setattr(Path, "iterdir", looks)
+        path.mkdir()
+        (path / "claims").mkdir()
+        there = [*path.iterdir()]
+        (path / "sweep.json").write_bytes((tmp_path / "first" / "sweep.json").read_bytes())
+        return there
+
+    monkeypatch.setattr(directory_module, "write_whole", written_meanwhile)
+    Directory(tmp_path / "first", SWEEP)
+    monkeypatch.setattr(Path, "iterdir", begun_meanwhile)
+    Directory(tmp_path / "second", SWEEP)
+    assert {*contents(tmp_path / "second")} == {"sweep.json"}
+
+
+def test_a_driver_killed_at_the_beginning_leaves_a_directory_to_begin_in(tmp_path, whole):
+    directory = tmp_path / "s"
+    gone = subprocess.Popen([sys.executable, "-c", ""])
+    gone.wait()
+    (directory / "parts").mkdir(parents=True)
+    part = directory / "parts" / f"sweep.json.1@{os.uname().nodename}.{gone.pid}"
+    part.write_bytes(whole["sweep.json"][:10])
+    with ThreadPoolExecutor(8) as executor:
+        mm.sweep.run(SWEEP, directory, workers=8, executor=executor)
+    assert contents(directory) == whole
+
+
+def test_files_of_drivers_of_other_machines_are_left(tmp_path):
+    """Also of one whose name ends with this one's."""
+    gone = subprocess.Popen([sys.executable, "-c", ""])
+    gone.wait()
+    store = Directory(tmp_path, SWEEP)
+    (tmp_path / "claims").mkdir()
+    names = [f"{host}{os.uname().nodename}.{gone.pid}" for host in ("gpu-", "a.", "")]
+    for name in names:
+        (tmp_path / "claims" / name).write_text(name)
+        (tmp_path / "parts" / f"1.json.1@{name}").touch()
+    store.remove_what_the_dead_left()
+    assert {path.name for path in tmp_path.glob("claims/*")} == {*names[:2]}
+    assert {path.name for path in tmp_path.glob("parts/*")} == {f"1.json.1@{n}" for n in names[:2]}
+
+
+def test_threads_of_a_driver_may_write_the_same_results(tmp_path, whole):
+    def work(_):
+        with ThreadPoolExecutor(4) as executor:
+            return mm.sweep.run(SWEEP, tmp_path / "s", workers=4, executor=executor)
+
+    with ThreadPoolExecutor(2) as drivers:
+        tallies = [*drivers.map(work, range(2))]
+    assert [tally.done for tally in tallies] == [len(SWEEP)] * 2
+    assert contents(tmp_path / "s") == whole
+
+
+def test_parts_of_something_else_are_left_alone(tmp_path):
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "mine.txt").touch()
+    with pytest.raises(ValueError, match=r"must be empty, or this sweep's; it holds mine\.txt"):
+        Directory(tmp_path, SWEEP)
+
+
+NO_MAIN = """
+import sys
+import magmotor as mm
+from magmotor.sweep import Sweep
+sweep = Sweep(scene=mm.Disk(), vary={"noise": (1, 2)}, measure=["displacement"], duration=1.0,
+              method="variational/baoab", timestep=0.05)
+try:
+    mm.sweep.run(sweep, sys.argv[1], workers=1)
+except mm.sweep.NoWorkers as error:
+    raise SystemExit(f"cannot: {error}")
+"""
+
+
+def test_a_script_without_a_main_is_told_so(tmp_path):
+    (tmp_path / "script.py").write_text(NO_MAIN)
+    command = [sys.executable, str(tmp_path / "script.py"), str(tmp_path / "s")]
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    assert ended.returncode == 1
+    assert ended.stderr.splitlines()[-1].startswith("cannot: worker processes end as soon as they")
+    assert 'below `if __name__ == "__main__":`' in ended.stderr
+    assert mm.sweep.status(tmp_path / "s").missing == 2  # none is blamed
+
+
+def test_a_full_disk_stops_the_sweep_and_loses_nothing(tmp_path, whole, monkeypatch):
+    directory, fsync, calls = tmp_path / "s", os.fsync, []
+
+    def full(descriptor):
+        calls.append(descriptor)
+        if len(calls) > 1 + FEW:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        fsync(descriptor)
+
+    with monkeypatch.context() as patch, ThreadPoolExecutor(2) as executor:
+        patch.setattr(whole_files.os, "fsync", full)
+        with pytest.raises(OSError, match="No space left on device"):
+            mm.sweep.run(SWEEP, directory, workers=2, executor=executor)
+    left = contents(directory)
+    assert len(left) == 1 + FEW
+    assert left.items() <= whole.items()
+    with ThreadPoolExecutor(8) as executor:
+        mm.sweep.run(SWEEP, directory, workers=8, executor=executor)
+    assert contents(directory) == whole
+
+
+SMALL_DISK = """
+mount -t tmpfs -o size=64k tmpfs "$1" || exit 99
+"$2" "$3" "$1/s" '{"workers": 2}'
+echo "ended $?"
+cp -r "$1/s" "$4/full"
+mount -o remount,size=8m "$1" || exit 99
+"$2" "$3" "$1/s" '{"workers": 2}'
+echo "ended $?"
+cp -r "$1/s" "$4/whole"
+"""
+
+
+def test_a_small_disk_fills_up(tmp_path, whole):
+    """A tmpfs of 64 kB, in a mount namespace of its own."""
+    own = ["unshare", "--mount", "--map-root-user"]
+    probe = [*own, "mount", "-t", "tmpfs", "tmpfs", str(tmp_path)]
+    if shutil.which("unshare") is None or subprocess.run(probe, capture_output=True).returncode:
+        pytest.skip("mount namespaces are not for this user here")
+    (tmp_path / "disk").mkdir()
+    paths = [tmp_path / "disk", sys.executable, TESTS / "sweep_driver.py", tmp_path]
+    command = [*own, "sh", "-c", SMALL_DISK, "sh", *map(str, paths)]
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=200)
+    assert ended.returncode == 0, ended.stderr
+    first, second, third = ended.stdout.splitlines()
+    assert (first, second, third) == ("ended 1", "24 " + second.split()[1], "ended 0")
+    assert ended.stderr.splitlines() == ["OSError: No space left on device"]
+    left = contents(tmp_path / "full")
+    assert 1 < len(left) < 1 + len(SWEEP)
+    assert left.items() <= whole.items()
+    assert int(second.split()[1]) == len(SWEEP) - (len(left) - 1)
+    assert contents(tmp_path / "whole") == whole
+
+
+def test_claims_of_a_machine_that_is_gone_come_last(tmp_path, whole):
+    directory = tmp_path / "s"
+    Directory(directory, SWEEP)
+    lost = [case.key for case in [*SWEEP][:5]]
+    for key in lost:
+        (directory / "claims").mkdir(exist_ok=True)
+        (directory / "claims" / key).write_text("another-machine.1")
+    kept = []
+
+    class Watched(Directory):
+        def keep(self, case, outcome):
+            kept.append(case.key)
+            super().keep(case, outcome)
+
+    with pytest.MonkeyPatch.context() as patch, ThreadPoolExecutor(1) as executor:
+        patch.setattr(sys.modules["magmotor.sweep.run"], "Directory", Watched)
+        mm.sweep.run(SWEEP, directory, workers=1, executor=executor)
+    assert {*kept[-5:]} == {*lost}
+    assert contents(directory) == whole
+
+
+def test_an_interrupted_driver_takes_back_its_claims(tmp_path):
+    class Interrupted(ThreadPoolExecutor):
+        def submit(self, fn, /, *args, **kwargs):
+            raise KeyboardInterrupt
+
+    with pytest.raises(mm.sweep.SweepInterrupted), Interrupted(1) as executor:
+        mm.sweep.run(SWEEP, tmp_path / "s", executor=executor)
+    assert {*contents(tmp_path / "s")} == {"sweep.json"}
+
+
+class Lost(Cluster):
+    """A cluster that has as many threads as a list says; its cases end when it has some again."""
+
+    def __init__(self, threads):
+        self._threads, self._given = threads, []
+
+    def submit(self, fn, /, *args, **kwargs):
+        self._given.append((future := Future(), fn, args))
+        if self._threads[0]:
+            self._work()
+        return future
+
+    def threads(self):
+        if len(self._threads) > 1:
+            self._threads.pop(0)
+        if self._threads[0]:
+            self._work()
+        return self._threads[0]
+
+    def _work(self):
+        while self._given:
+            future, fn, args = self._given.pop()
+            future.set_result(fn(*args))
+
+
+def test_a_cluster_without_workers_ends_the_sweep_or_comes_back(tmp_path, monkeypatch, capsys):
+    driver = sys.modules["magmotor.sweep.run"]
+    monkeypatch.setattr(driver, "LOOK_SECONDS", 0.02)
+    monkeypatch.setattr(driver, "LOST_SECONDS", 0.1)
+    sweep = Sweep(
+        scene=mm.Disk(), vary={"noise": (1.0, 2.0)}, measure=["temperature"], duration=1.0,
+        method="variational/baoab", timestep=0.05,
+    )  # fmt: skip
+    gone = "the cluster has had no workers for 0.1 s; 2 cases: 0 done, 0 failed, 2 missing$"
+    with pytest.raises(mm.sweep.NoWorkers, match=gone):
+        mm.sweep.run(sweep, tmp_path / "s", executor=Lost([0]))
+    said = "the cluster has no workers left; the sweep ends if none comes back within 0.1 s\n"
+    assert capsys.readouterr().err.split("\r")[-1] == said
+    assert {*contents(tmp_path / "s")} == {"sweep.json"}
+    monkeypatch.setattr(driver, "LOST_SECONDS", 60.0)
+    assert mm.sweep.run(sweep, tmp_path / "s", executor=Lost([0, 0, 0, 2])).done == 2
+
+
+TORTURE = [
+    sys.executable,
+    str(TESTS / "torture.py"),
+    "9",
+    "--only",
+    "simulate",
+    "ensemble",
+    "driver",
+]
+
+
+def test_an_error_of_a_cluster_s_own_is_no_case_s(tmp_path):
+    class Confused(Lost):
+        def submit(self, fn, /, *args, **kwargs):
+            future = Future()
+            future.set_exception(AttributeError("'NoneType' object has no attribute"))
+            return future
+
+    with pytest.raises(
+        mm.sweep.NoWorkers, match=r"gave a case back undone \(AttributeError: 'None"
+    ):
+        mm.sweep.run(SWEEP, tmp_path / "s", executor=Confused([1]))
+    assert mm.sweep.status(tmp_path / "s").missing == len(SWEEP)
+
+
+def test_a_few_rounds_of_torture():
+    ended = subprocess.run(TORTURE, capture_output=True, text=True, timeout=300)
+    assert ended.returncode == 0, ended.stdout + ended.stderr
+    name, kills, _, lost, changed, failed = ended.stdout.splitlines()[-1].split()
+    assert (name, lost, changed, failed) == ("all", "0", "0", "0")
+    assert int(kills) >= 9

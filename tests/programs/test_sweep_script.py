@@ -1,0 +1,400 @@
+"""scripts/sweep.py and scripts/study.py: what they write and print, interrupts, mistakes."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import nullcontext
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from sweep_driver import contents
+
+import magmotor as mm
+from magmotor import theory
+
+SCRIPTS = Path(__file__).parents[2] / "scripts"
+TOP = ("top", "--vary", "tilt=0:0.2:3", "--vary", "height=0.2:0.4:2", "--duration", "2")
+QUICK = ("--method", "variational/verlet", "--timestep", "0.02")
+
+
+@pytest.fixture
+def script(run_script, monkeypatch):
+    """Run a script with a thread as its worker."""
+    execute = mm.sweep.run
+
+    def run(sweep, folder, *, workers=None, executor=None, retry=False):
+        with ThreadPoolExecutor(1) as thread:
+            return execute(sweep, folder, executor=executor or thread, workers=1, retry=retry)
+
+    monkeypatch.setattr(mm.sweep, "run", run)
+    return run_script
+
+
+def test_a_sweep_its_dataset_and_its_picture(script, tmp_path):
+    out = tmp_path / "s"
+    code, said, errors = script("sweep", *TOP, *QUICK, "--seeds", "0:8", "--out", out)
+    assert (code, errors) == (0, "")
+    assert said.splitlines()[0] == "a top has no noise: of its seeds only the first counts"
+    assert said.splitlines()[1] == "6 cases by variational/verlet, h = 0.02, T = 2"
+    assert said.splitlines()[2].startswith("6 cases: 6 done, 0 failed; 6 computed in ")
+    data = xr.load_dataset(tmp_path / "s.nc")
+    assert dict(data.sizes) == {"tilt": 3, "ring_height": 2, "seed": 1}
+    assert {*data.data_vars} == {"max_spin", "settling_radius"}
+    assert data.max_spin.notnull().all()
+    assert 5_000 < (tmp_path / "s.png").stat().st_size < 200_000
+    before = contents(tmp_path)
+    code, said, errors = script("sweep", *TOP, *QUICK, "--out", out)
+    assert (code, errors) == (0, "")
+    assert "6 done, 0 failed; 0 computed" in said
+    assert contents(out) == {k[2:]: v for k, v in before.items() if k.startswith("s/")}
+    code, said, _ = script("sweep", "status", out)
+    assert (code, said) == (0, "6 cases: 6 done, 0 failed, 0 missing\n")
+
+
+def test_what_is_missing_is_said_and_left_blank(script, tmp_path):
+    out = tmp_path / "s"
+    script("sweep", *TOP, *QUICK, "--out", out)
+    next((out / "done").rglob("*.json")).unlink()
+    code, said, _ = script("sweep", "status", out)
+    assert (code, said) == (0, "6 cases: 5 done, 0 failed, 1 missing\n")
+    code, *_ = script("sweep", "combine", out)
+    assert code == 0
+    assert int(xr.load_dataset(tmp_path / "s.nc").max_spin.isnull().sum()) == 1
+
+
+@pytest.mark.filterwarnings("default:.*is damaged:UserWarning")
+def test_a_damaged_result_is_told_left_out_on_demand_and_mended(script, tmp_path):
+    out = tmp_path / "s"
+    script("sweep", *TOP, *QUICK, "--out", out)
+    file = next((out / "done").rglob("*.json"))
+    file.write_bytes(file.read_bytes().replace(b"max_spin", b"max_spun"))
+    name = file.relative_to(out)
+    code, said, _ = script("sweep", "status", out)
+    assert (code, said.splitlines()[0]) == (0, "6 cases: 5 done, 0 failed, 1 missing")
+    assert said.splitlines()[1].startswith(f"  {name} is damaged: its checksum differs; the sweep")
+    code, _, errors = script("sweep", "combine", out)
+    assert (code, errors.count("\n")) == (2, 1)
+    assert errors.startswith(f"sweep.py: {name} is damaged: ")
+    assert script("sweep", "combine", out, "--skip-damaged")[0] == 0
+    assert int(xr.load_dataset(tmp_path / "s.nc").max_spin.isnull().sum()) == 1
+    code, said, errors = script("sweep", *TOP, *QUICK, "--out", out)
+    line = f"{name} is damaged: its checksum differs; the case is computed again"
+    assert (code, errors) == (0, f"sweep.py: {line}\n")
+    assert "6 done, 0 failed; 1 computed" in said
+
+
+def test_a_sweep_is_run_again_from_its_dataset(script, tmp_path):
+    out, file = tmp_path / "s", tmp_path / "s.nc"
+    script("sweep", *TOP, *QUICK, "--out", out)
+    assert script("rerun", file) == (0, "identical: 2 variables, 6 cases\n", "")
+    data = xr.load_dataset(file)
+    data.max_spin[1, 0] = np.nan
+    data.to_netcdf(file)
+    assert script("rerun", file) == (0, "identical: 2 variables, 6 cases\n", "")
+    data.max_spin[1, 1] += 0.5
+    told = json.loads(data.attrs["sweep"])
+    told["versions"]["numpy"] = "1.0"
+    data.assign_attrs(sweep=json.dumps(told)).to_netcdf(file)
+    code, said, _ = script("rerun", file)
+    assert code == 1
+    assert said.startswith("different: max_spin by at most 0.5; numpy was 1.0, is ")
+
+
+def test_failed_cases_are_told_and_the_code_is_1(script, tmp_path):
+    out = tmp_path / "s"
+    vary = ("top", "--vary", "height=0.05:0.3:8", "--duration", "1", *QUICK)
+    code, said, errors = script("sweep", *vary, "--out", out)
+    assert code == 1
+    assert errors == "sweep.py: 1 cases failed; --retry runs them again\n"
+    assert "  ring_height = 0.05: timestep = 0.02: must be less than 0.0" in said
+    code, again, _ = script("sweep", *vary, "--out", out)
+    assert "0 computed" in again
+    code, again, _ = script("sweep", *vary, "--retry", "--out", out)
+    assert "1 computed" in again
+    assert (tmp_path / "s.png").exists()
+
+
+@pytest.mark.parametrize(
+    ("flags", "changes"),
+    [
+        (("--vary", "noise=1:4:3:log"), [{"noise": n} for n in (1, 2, 4)]),
+        (("--vary", "noise=1:3:3"), [{"noise": n} for n in (1, 2, 3)]),
+        (("--vary", "noise=1,3.5"), [{"noise": n} for n in (1, 3.5)]),
+        (("--vary", "x,v=0,0.5"), [{"x": x, "v": x} for x in (0, 0.5)]),
+        (("--vary", "v=-0.5:0.5:2"), [{"v": v} for v in (-0.5, 0.5)]),
+        (
+            ("--vary", "v=0,1", "--vary", "noise=2,3"),
+            [{"v": v, "noise": n} for v in (0, 1) for n in (2, 3)],
+        ),
+    ],
+)
+def test_what_vary_means(script, tmp_path, flags, changes):
+    quick = ("--duration", "1", "--timestep", "0.1", "--method", "variational/baoab")
+    script("sweep", "disk", *flags, *quick, "--out", tmp_path / "s")
+    sweep = mm.sweep.sweep_of(tmp_path / "s")
+    found = [sweep.changes(i) for i in range(len(sweep))]
+    assert [f.keys() for f in found] == [c.keys() for c in changes]
+    for one, other in zip(found, changes, strict=True):
+        np.testing.assert_allclose([*one.values()], [*other.values()], rtol=1e-15)
+
+
+def test_a_design_with_seeds_and_replicas(script, tmp_path):
+    design = ("--design", "sobol:4:7", "--vary", "noise=1:3", "--vary", "friction=0.05:0.5:log")
+    runs = ("--seeds", "3:5", "--replicas", "2", "--duration", "1", "--timestep", "0.05")
+    numerics = ("--method", "variational/baoab", "--measure", "displacement,temperature")
+    code, *_ = script("sweep", "disk", *design, *runs, *numerics, "--out", tmp_path / "s")
+    assert code == 0
+    data = xr.load_dataset(tmp_path / "s.nc")
+    assert data.displacement.sizes == {"sample": 4, "seed": 2, "replica": 2}
+    assert data.noise.dims == ("sample",)
+    samples = mm.sweep.Samples({"noise": (1, 3), "friction": (0.05, 0.5, True)}, 4, "sobol", 7)
+    np.testing.assert_array_equal(data.friction, samples.columns()["friction"])
+    assert (tmp_path / "s.png").exists()
+
+
+def test_more_than_two_dimensions_have_no_picture(script, tmp_path):
+    vary = [flag for name in ("x", "v", "theta") for flag in ("--vary", f"{name}=0,1")]
+    quick = ("--duration", "1", "--timestep", "0.05", "--method", "variational/baoab")
+    code, said, _ = script("sweep", "disk", *vary, *quick, "--out", tmp_path / "s")
+    assert code == 0
+    assert "no picture: axes = " in said
+    assert not (tmp_path / "s.png").exists()
+
+
+@pytest.mark.parametrize(
+    ("flags", "line"),
+    [
+        ((), "vary = {}: must be one field at least"),
+        (("--vary", "hight=0.1,0.2"), "field = 'hight': must be one of ball_mass, "),
+        (("--vary", "tilt"), "vary = 'tilt': must be FIELD=START:STOP:COUNT"),
+        (("--vary", "tilt=0:0.2"), "vary = 'tilt=0:0.2': must be FIELD=START:STOP:COUNT without"),
+        (("--vary", "tilt=0:0.2:99999999999"), "must be of at most 1048576 values"),
+        (("--vary", "tilt=0:inf:3"), "vary = 'tilt=0:inf:3': must be of finite numbers"),
+        (("--vary", "tilt=0,0.1", "--seeds", "0:99999999999"), "must be at most 1048576 seeds"),
+        (("--vary", "tilt=0,0.1", "--replicas", "1000000000000"), "replicas = 2000000000000: must"),
+        (("--vary", "tilt=0:0.2:0"), "vary = 'tilt=0:0.2:0': must be a range that is not empty"),
+        (
+            ("--vary", "tilt=0:0.2:1.5"),
+            "vary = 'tilt=0:0.2:1.5': must be FIELD=START:STOP:COUNT or",
+        ),
+        (("--vary", "tilt=0:0.2:3:log"), "must be of positive numbers, where it is logarithmic"),
+        (("--vary", "tilt=a,b"), "vary = 'tilt=a,b': must be of numbers, which 'a' is not"),
+        (
+            ("--vary", "tilt=0,0.1", "--seeds", "3:3"),
+            "seeds = '3:3': must be a range that is not e",
+        ),
+        (("--vary", "tilt=0,0.1", "--seeds", "x"), "seeds = 'x': must be FIRST:LAST, or numbers"),
+        (
+            ("--vary", "tilt=0,0.1", "--measure", "spin"),
+            "measure = 'spin': must be one of max_spin",
+        ),
+        (("--vary", "tilt=0:0.1", "--design", "sobol"), "design = 'sobol': must be KIND:SIZE"),
+        (("--vary", "tilt=0,0.1", "--design", "sobol:8"), "vary = []: must be FIELD=LOW:HIGH"),
+        (("--vary", "tilt=0:0.1", "--design", "grid:8"), "design = 'grid': must be one of random"),
+        (
+            ("--vary", "tilt,spin=0:0.1", "--design", "latin:8"),
+            "must be of one field with --design",
+        ),
+        (
+            ("--vary", "tilt=0,0.1", "--scheduler", "nowhere:"),
+            "scheduler = 'nowhere:': must be a D",
+        ),
+    ],
+)
+def test_a_mistake_is_one_line_and_code_2(script, tmp_path, flags, line):
+    code, _, error = script("sweep", "top", *flags, *QUICK, "--out", tmp_path / "s")
+    assert code == 2
+    assert error.startswith("sweep.py: ")
+    assert line in error
+    assert error.count("\n") == 1
+    assert not (tmp_path / "s").exists()
+
+
+def test_mistakes_about_folders(script, tmp_path):
+    out = tmp_path / "s"
+    script("sweep", *TOP, *QUICK, "--out", out)
+    for arguments, line in {
+        ("status", tmp_path): "must be a sweep's: it has no sweep.json",
+        ("combine", tmp_path / "no"): "must be a sweep's: it has no sweep.json",
+        ("movie", tmp_path / "no"): "must be a sweep's: it has no sweep.json",
+        (*TOP, *QUICK, "--friction", "0.2", "--out", out): "holds one with other scene_fields",
+        (*TOP, *QUICK, "--out", tmp_path): "must be empty, or this sweep's; it holds s",
+    }.items():
+        code, _, error = script("sweep", *arguments)
+        assert code == 2
+        assert line in error
+        assert error.count("\n") == 1
+
+
+def test_a_movie_of_a_sweep(script, tmp_path, monkeypatch):
+    drawn = {}
+
+    def contact_sheet(runs, scenes, labels, path, **options):
+        drawn.update(options, runs=runs, scenes=scenes, labels=labels)
+        path.write_bytes(b"movie")
+
+    monkeypatch.setattr(mm.render, "contact_sheet", contact_sheet)
+    vary = ("top", "--vary", "tilt=0:0.2:9", "--vary", "height=0.2:0.4:3", "--duration", "2")
+    script("sweep", *vary, *QUICK, "--out", tmp_path / "s")
+    code, said, errors = script("sweep", "movie", tmp_path / "s")
+    assert (code, said, errors) == (0, f"wrote {tmp_path / 's.mp4'}\n", "")
+    assert (drawn["columns"], drawn["seconds_per_second"]) == (6, 1)
+    tilts = np.array([scene.tilt for scene in drawn["scenes"]]).reshape(3, 6)
+    heights = np.array([scene.ring_height for scene in drawn["scenes"]]).reshape(3, 6)
+    assert (tilts == tilts[0]).all()
+    np.testing.assert_allclose(tilts[0, [0, -1]], [0, 0.2])
+    np.testing.assert_allclose(heights, np.repeat([[0.4], [0.3], [0.2]], 6, axis=1))
+    assert drawn["labels"][0] == "tilt 0, ring_height 0.4"
+    assert drawn["runs"][0].sizes["time"] == 1 + 2 / 0.04  # every second step: 1/20 s at most
+    code, _, error = script("sweep", "disk", "--vary", "v=0,1", "--out", tmp_path / "d")
+    code, _, error = script("sweep", "movie", tmp_path / "d")
+    assert (code, error) == (2, "sweep.py: scene = 'Disk': must be Top or Motor, to be filmed\n")
+
+
+def program(*arguments):
+    command = [sys.executable, str(SCRIPTS / "sweep.py"), *map(str, arguments)]
+    return subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+
+
+def test_interrupted_it_says_so_and_the_same_command_goes_on(tmp_path):
+    """Ctrl-C reaches the driver and its workers, as from a terminal."""
+    out = tmp_path / "s"
+    vary = ("disk", "--vary", "noise=1:4:40", "--duration", "5000", "--timestep", "0.01")
+    command = (*vary, "--method", "variational/euler", "--workers", "2", "--out", out)
+    running = program(*command)
+    deadline = time.monotonic() + 120
+    while len([*out.glob("done/*/*")]) < 3:
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+    os.killpg(running.pid, signal.SIGINT)
+    _, errors = running.communicate(timeout=60)
+    assert running.returncode == 130
+    assert errors.startswith("sweep.py: sweep interrupted; 40 cases: ")
+    assert errors.endswith(" missing; the same command goes on\n")
+    assert errors.count("\n") == 1
+    done = len([*out.glob("done/*/*")])
+    assert done < 40
+    running = program(*command)
+    said, errors = running.communicate(timeout=120)
+    assert (running.returncode, errors) == (0, "")
+    assert f"40 cases: 40 done, 0 failed; {40 - done} computed in" in said
+    assert (tmp_path / "s.png").exists()
+
+
+@pytest.mark.parametrize("seconds", [0.2, 1.5])
+def test_interrupted_while_its_workers_start_it_says_one_line(tmp_path, seconds):
+    """In the first seconds a worker imports what it needs."""
+    running = program("disk", "--vary", "noise=1:4:40", "--workers", "2", "--out", tmp_path / "s")
+    try:
+        assert running.stdout is not None
+        assert running.stdout.readline().startswith("40 cases by ")
+        time.sleep(seconds)
+        os.killpg(running.pid, signal.SIGINT)
+        _, errors = running.communicate(timeout=60)
+    finally:
+        running.kill()
+    assert running.returncode == 130
+    assert errors.startswith("sweep.py: sweep interrupted; 40 cases: ")
+    assert errors.count("\n") == 1
+
+
+def test_a_cluster_that_is_started_takes_a_sweep(tmp_path):
+    cluster = program("cluster", "--workers", "1")
+    try:
+        assert cluster.stdout is not None
+        line = cluster.stdout.readline()
+        assert line.startswith("--scheduler tcp://127.0.0.1:")
+        address = line.split()[1].rstrip(";")
+        vary = ("disk", "--vary", "noise=1,2", "--duration", "1", "--timestep", "0.05")
+        out = ("--scheduler", address, "--out", tmp_path / "s")
+        running = program(*vary, "--method", "variational/euler", *out)
+        said, errors = running.communicate(timeout=120)
+        assert running.returncode == 0, errors
+        assert "2 cases: 2 done, 0 failed; 2 computed" in said
+    finally:
+        os.killpg(cluster.pid, signal.SIGINT)
+        _, errors = cluster.communicate(timeout=60)
+    assert cluster.returncode == 130
+    assert errors == "sweep.py: interrupted; what is said to be written is complete\n"
+
+
+@pytest.mark.parametrize(
+    ("host", "warns"),
+    [
+        *((host, 1) for host in ("0.0.0.0", "192.0.2.1", "::", "box")),
+        *((host, 0) for host in ("127.0.0.1", "127.1.2.3", "localhost", "::1", "[::1]")),
+    ],
+)
+def test_a_cluster_that_others_can_reach_says_so(run_script, monkeypatch, host, warns):
+    monkeypatch.setattr(mm.sweep, "local_cluster", lambda *_: nullcontext("tcp://x:1"))
+    monkeypatch.setattr(signal, "pause", lambda: None)
+    code, said, errors = run_script("sweep", "cluster", "--host", host)
+    assert (code, said) == (0, "--scheduler tcp://x:1; Ctrl-C ends it\n")
+    assert errors.count("\n") == warns
+    assert ("can run any code here" in errors) == bool(warns)
+
+
+def test_a_cluster_where_this_machine_is_not_is_a_mistake():
+    running = program("cluster", "--workers", "1", "--host", "203.0.113.7")
+    _, errors = running.communicate(timeout=60)
+    assert running.returncode == 2
+    assert errors.startswith("sweep.py: host = '203.0.113.7': must be an interface of this machine")
+    assert errors.count("\n") == 1
+
+
+def test_no_workers_is_a_mistake(tmp_path):
+    vary = ("disk", "--vary", "noise=1,2", "--duration", "1", "--timestep", "0.05")
+    running = program(*vary, "--workers", "0", "--out", tmp_path / "s")
+    _, errors = running.communicate(timeout=60)
+    assert (running.returncode, errors) == (2, "sweep.py: workers = 0: must be at least 1\n")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "line"),
+    [
+        (("spin", "--points", "-1", "2"), "points = -1: must be at least 1"),
+        (("spin", "--points", "1", "0"), "points = 0: must be at least 1"),
+        (("flights", "--points", "0"), "points = 0: must be at least 1"),
+        (("flights", "--duration", "-5"), "duration = -5.0: must be greater than 0 s"),
+    ],
+)
+def test_a_study_that_cannot_be_is_one_line_and_code_2(script, tmp_path, arguments, line):
+    code, _, error = script("study", *arguments, "--out", tmp_path)
+    assert (code, error) == (2, f"study.py: {line}\n")
+
+
+def test_where_the_top_spins(script, tmp_path):
+    code, said, _ = script("study", "spin", "--points", "3", "4", "--out", tmp_path)
+    assert code == 0
+    assert "12 cases: " in said
+    data = xr.load_dataset(tmp_path / "study_spin.nc").isel(seed=0)
+    assert 5_000 < (tmp_path / "study_spin.png").stat().st_size < 200_000
+    low = data.sel(ring_height=slice(0.2, 0.3))
+    assert float(low.max_spin.isel(tilt=0).max()) < 0.05  # 0.012 rad/s without tilt
+    assert float(low.max_spin.isel(tilt=1).min()) > 1  # 5.1
+    limit = theory.highest_valley(mm.Top())
+    settled = data.settling_radius.isel(tilt=0)
+    assert (settled.where(settled.ring_height > limit, drop=True) < 0.02).all()  # 0.011
+    assert (settled.where(settled.ring_height < limit, drop=True) > 0.05).all()  # 0.083
+
+
+def test_how_often_the_motor_flies(script, tmp_path):
+    few = ("--points", "3", "--seeds", "2", "--duration", "2000")
+    code, said, errors = script("study", "flights", *few, "--out", tmp_path)
+    assert (code, errors) == (0, "")
+    assert "6 cases: 6 done" in said
+    assert (tmp_path / "study_flights.png").stat().st_size < 200_000
+    data = xr.load_dataset(tmp_path / "study_flights.nc")
+    told = json.loads(data.attrs["sweep"])
+    assert told["vary"][0][0] == ["alpha_ball", "alpha_ring"]
+    kT = data.alpha_ball**2 / (2 * 0.15)
+    relative = (data.slip_temperature / kT).mean("seed")
+    np.testing.assert_allclose(relative, 1, atol=0.1)  # 0.02; 2000 s: 1/sqrt(4000) each

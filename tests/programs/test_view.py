@@ -1,0 +1,504 @@
+"""The viewer: live simulations without a window, and scripts/view.py in a virtual display."""
+
+import importlib
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any, cast
+
+import mujoco
+import numpy as np
+import pytest
+
+import magmotor as mm
+from magmotor.live import LiveSimulation, Pace, StateLost, live_scene
+from magmotor.live.panel import Panel
+
+SCRIPT = Path(__file__).parents[2] / "scripts" / "view.py"
+METHOD = "mujoco/euler"
+STEPS = 300
+NEEDLE = """
+<mujoco>
+  <size nuserdata="1"/>
+  <worldbody>
+    <site name="north" pos="0 0.1 0" zaxis="0 1 0" user="5"/>
+    <body name="needle" user="0 0 0 0 0 2e-6">
+      <joint type="hinge" axis="0 0 1" damping="1e-4"/>
+      <geom type="capsule" fromto="-0.03 0 0 0.03 0 0" size="0.003"/>
+      <site name="needle" zaxis="1 0 0" user="0.2"/>
+    </body>
+  </worldbody>
+  <keyframe><key qpos="0.3" time="2"/></keyframe>
+</mujoco>
+"""
+
+
+def live(scene, seed=0):
+    return live_scene(scene, method=METHOD, timestep=0.01, seed=seed)
+
+
+def put(simulation, **sliders):
+    """Move sliders as the viewer does."""
+    for name, value in sliders.items():
+        simulation.data.actuator(name).ctrl = value
+    simulation.heed()
+
+
+def whole(simulation):
+    return np.concatenate([simulation.data.qpos, simulation.data.qvel])
+
+
+def simulated(scene, seed=0):
+    """Position (or x) after the steps by `simulate`."""
+    duration = STEPS * 0.01
+    run = mm.simulate(scene, method=METHOD, timestep=0.01, duration=duration, seed=seed)
+    end = run.isel(time=-1)
+    return end.x.values if isinstance(scene, mm.Disk) else end.position.values[:2]
+
+
+TOP, DISK, MOTOR = mm.Top(), mm.Disk(), mm.Motor(velocity=(0.0, 0.05))
+HOT = {"alpha_ball": np.sqrt(2 * 0.3 * 1e-5), "alpha_ring": np.sqrt(2 * 0.1 * 1e-5)}
+CASES = {
+    "untouched": (TOP, {}, TOP),
+    "friction": (TOP, {"friction": 0.5}, mm.Top(friction=0.5)),
+    "tilt and height": (
+        TOP,
+        {"tilt": 0.1, "height": 0.25},
+        mm.Top(tilt=0.1, ring_height=0.25),
+    ),
+    "plane": (mm.Top(surface="plane"), {"friction": 0.5}, mm.Top(surface="plane", friction=0.5)),
+    "from no friction": (mm.Top.paper(2), {"friction": 0.5}, mm.Top.paper(2, friction=0.5)),
+    "script": (mm.Top.experiment(), {}, mm.Top.experiment()),
+    "disk": (DISK, {}, DISK),
+    "disk's friction": (DISK, {"friction": 0.2}, mm.Disk(friction=0.2, noise=np.sqrt(50))),
+    "disk's temperature": (DISK, {"temperature": 20}, mm.Disk(noise=2)),
+    "from no noise": (mm.Disk(noise=0), {"temperature": 20}, mm.Disk(noise=2)),
+    "motor": (
+        MOTOR,
+        {"friction_ball": 0.3, "friction_ring": 0.1, "temperature": 1e-5},
+        MOTOR.replace(friction_ball=0.3, friction_ring=0.1, **HOT),
+    ),
+    "nonuniform motor": (
+        mm.Motor.paper("nonuniform-a"),
+        {"alpha_ring": 3e-4},
+        mm.Motor.paper("nonuniform-a", alpha_ring=3e-4),
+    ),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_sliders_make_the_scene_that_they_say(case):
+    scene, sliders, said = CASES[case]
+    simulation = live(scene, seed=3)
+    put(simulation, **sliders)
+    simulation.advance(STEPS)
+    assert simulation.notice == ""
+    expected = np.atleast_1d(simulated(said, seed=3))
+    error = np.abs(simulation.data.qpos[: len(expected)] - expected).max()
+    assert error < 3e-16  # 0, or 1e-17
+
+
+@pytest.mark.parametrize("case", ["friction", "tilt and height", "disk's temperature", "motor"])
+def test_a_slider_that_is_not_moved_is_another_scene(case):
+    scene, _, said = CASES[case]
+    change = np.abs(simulated(scene, seed=3) - simulated(said, seed=3)).max()
+    assert change > 1e-3  # 8e-3 of the motor
+
+
+@pytest.mark.parametrize("scene", [TOP, mm.Top.experiment(), DISK, MOTOR], ids=type)
+@pytest.mark.parametrize("steps", [0, 50])
+def test_the_viewers_reset_restores_the_start_to_the_bit(scene, steps):
+    simulation, fresh = live(scene, seed=5), live(scene, seed=5)
+    put(simulation, friction_ball=0.3) if scene is MOTOR else put(simulation, friction=0.2)
+    simulation.advance(steps)
+    mujoco.mj_resetData(simulation.model, simulation.data)  # as the viewer does
+    simulation.heed()
+    np.testing.assert_array_equal(simulation.data.ctrl, fresh.data.ctrl)
+    for _ in range(2):
+        np.testing.assert_array_equal(whole(simulation), whole(fresh))
+        simulation.advance(100)
+        fresh.advance(100)
+
+
+def test_a_slider_out_of_bounds_goes_back_and_says_why():
+    simulation = live(TOP)
+    put(simulation, height=0.1)
+    put(simulation, tilt=0.4)
+    assert "tilt = 0.4: must be less than 0.2985 rad (the floor)" in simulation.notice
+    assert simulation.data.actuator("tilt").ctrl == TOP.tilt
+    assert simulation.data.actuator("height").ctrl == 0.1
+    put(simulation, tilt=0.2)
+    assert simulation.notice == ""
+
+
+def test_a_slider_leaves_a_ring_that_the_mouse_moved_where_it_is():
+    simulation = live(TOP)
+    simulation.data.mocap_pos[0] = [0.1, 0.0, 0.3]
+    put(simulation, friction=0.5)
+    np.testing.assert_array_equal(simulation.data.mocap_pos[0], [0.1, 0.0, 0.3])
+    put(simulation, height=0.25)
+    np.testing.assert_array_equal(simulation.data.mocap_pos[0], [0.0, 0.0, 0.25])
+
+
+def test_noise_off_is_none():
+    simulation = live(DISK)
+    simulation.advance(10)
+    simulation.switch("noise")
+    assert simulation.on == {"magnetism": False, "noise": False}
+    simulation.reset()
+    simulation.advance(STEPS)
+    still = simulated(mm.Disk(noise=0))
+    error = abs(simulation.data.qpos[0] - still)
+    assert error < 1e-15  # 0, or rounding
+    assert abs(still - simulated(DISK)) > 0.1  # 0.44
+    put(simulation, temperature=50)
+    simulation.reset()
+    simulation.switch("noise")
+    simulation.advance(STEPS)
+    assert abs(simulation.data.qpos[0] - simulated(DISK)) < 1e-15  # 0, or rounding
+
+
+def test_magnetism_off_leaves_the_ball_at_rest():
+    simulation = live(TOP)
+    simulation.switch("magnetism")
+    start = whole(simulation)
+    simulation.advance(STEPS)
+    np.testing.assert_array_equal(whole(simulation), start)
+    simulation.switch("magnetism")
+    simulation.advance(STEPS)
+    assert np.abs(simulation.data.qpos[:2] - simulated(TOP)).max() < 3e-16  # 1e-17
+
+
+@pytest.mark.parametrize("way", ["mjPERT_TRANSLATE", "mjPERT_ROTATE"])
+def test_the_mouse_moves_the_magnetic_ball_as_the_same_force_does(way):
+    lived, moved, forced, free = (live(TOP) for _ in range(4))
+    perturb, ball = mujoco.MjvPerturb(), lived.model.body("ball").id
+    perturb.select, perturb.localmass = ball, 0.2
+    perturb.active = int(getattr(mujoco.mjtPertBit, way))
+    perturb.refselpos[:] = [0.1, 0.1, 0.0]
+    perturb.refquat[:] = [np.cos(0.5), 0.0, np.sin(0.5), 0.0]
+    model, data = forced.model, forced.data
+    for _ in range(100):
+        lived.advance(1, perturb)
+        moved.data.xfrc_applied[ball] = 7.0  # as if left there by the viewer's sync
+        mm.apply_perturbation(moved.model, moved.data, perturb)
+        data.xfrc_applied[:] = 0
+        mujoco.mjv_applyPerturbForce(model, data, perturb)
+        wrench = data.xfrc_applied[ball].copy()
+        jacobian = np.zeros((6, model.nv))
+        mujoco.mj_jacBodyCom(model, data, jacobian[:3], jacobian[3:], ball)
+        data.qfrc_applied[:] = jacobian.T @ wrench
+        with mm.magnetism():
+            mujoco.mj_step(moved.model, moved.data)
+            mujoco.mj_step(model, data)
+    np.testing.assert_array_equal(whole(lived), whole(moved))
+    error = np.abs(whole(moved) - whole(forced)).max()
+    assert error < 2e-13  # 1e-14
+    free.advance(100)
+    assert np.abs(whole(moved) - whole(free)).max() > 0.1  # 0.35, rotated
+    perturb.active = 0
+    moved.advance(1, perturb)
+    assert not moved.data.qfrc_applied.any()
+
+
+def test_the_mouse_pulls_a_body_on_which_nothing_else_acts_once():
+    body = "<body><freejoint/><geom size='1'/></body>"
+    text = f"<mujoco><option gravity='0 0 0'/><worldbody>{body}</worldbody></mujoco>"
+    model = mujoco.MjModel.from_xml_string(text)
+    data, perturb = mujoco.MjData(model), mujoco.MjvPerturb()
+    mujoco.mj_forward(model, data)
+    perturb.select, perturb.localmass, perturb.active = 1, 2.0, 1
+    perturb.refselpos[:] = [0.5, 0.0, 0.0]
+    data.xfrc_applied[1, 0] = 100.0
+    mm.apply_perturbation(model, data, perturb)
+    mujoco.mj_step(model, data)
+    force = model.vis.map.stiffness * 2.0 * 0.5
+    assert data.qacc[0] == pytest.approx(force / model.body_mass[1])
+
+
+def test_the_mouse_pulls_a_body_at_its_center_of_mass():
+    """As MuJoCo does with the same force in `xfrc_applied`."""
+    body = "<body><freejoint/><geom size='0.1' pos='0.3 0.2 0'/></body>"
+    text = f"<mujoco><option gravity='0 0 0'/><worldbody>{body}</worldbody></mujoco>"
+    model = mujoco.MjModel.from_xml_string(text)
+    plain, moved, perturb = mujoco.MjData(model), mujoco.MjData(model), mujoco.MjvPerturb()
+    perturb.select, perturb.localmass, perturb.active = 1, 2.0, 1
+    perturb.refselpos[:] = [0.5, 0.0, 0.3]
+    for data, apply in ((plain, mujoco.mjv_applyPerturbForce), (moved, mm.apply_perturbation)):
+        mujoco.mj_forward(model, data)
+        apply(model, data, perturb)
+        mujoco.mj_forward(model, data)
+    assert np.abs(plain.qacc).min() > 0.1
+    np.testing.assert_allclose(moved.qacc, plain.qacc, rtol=1e-12)
+
+
+def test_any_model_starts_at_its_keyframe_and_is_magnetic():
+    simulation = LiveSimulation(mujoco.MjModel.from_xml_string(NEEDLE), seed=4)
+    assert simulation.declared == {"magnetism": True, "noise": True}
+    assert (simulation.data.qpos[0], simulation.data.userdata[0]) == (0.3, 4)
+    simulation.advance(200)
+    model = mujoco.MjModel.from_xml_string(NEEDLE)
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    data.userdata[0] = 4
+    with mm.magnetism():
+        mujoco.mj_step(model, data, nstep=200)
+    assert simulation.data.qpos[0] == data.qpos[0] != 0.3
+    mujoco.mj_resetData(simulation.model, simulation.data)
+    simulation.heed()
+    assert (simulation.data.qpos[0], simulation.data.time) == (0.3, 2)
+
+
+def test_a_model_on_which_nothing_acts_is_said_once():
+    model = mujoco.MjModel.from_xml_string("<mujoco><worldbody/></mujoco>")
+    with pytest.warns(UserWarning, match="nothing acts on this model"):
+        simulation = LiveSimulation(model)
+    simulation.advance(10)  # where another warning would be an error
+    assert simulation.data.time == pytest.approx(10 * model.opt.timestep)
+
+
+def test_a_lost_state_is_reported():
+    simulation = live(TOP)
+    simulation.advance(10)
+    simulation.data.qvel[0] = np.nan
+    with pytest.raises(StateLost, match=r"the state is not finite at t = 0\.1"):
+        simulation.advance(1)
+    simulation.reset()
+    simulation.advance(10)
+
+
+def test_a_ball_that_is_lifted_off_a_planar_scene_is_reported():
+    """Of SI moments: simulate's guard stops at t = 0.28 s; on a plane the ball leaves it."""
+    planar, plane = live(mm.Top.si()), live(mm.Top.si(surface="plane"))
+    planar.advance(20)
+    with pytest.raises(StateLost, match=r"lift, 2\.\d* N, exceeds the ball's weight, 1\.96 N"):
+        planar.advance(10)
+    plane.advance(30)
+
+
+def test_a_seed_without_room_is_a_mistake():
+    model = mujoco.MjModel.from_xml_string(NEEDLE.replace('nuserdata="1"', ""))
+    LiveSimulation(model)
+    with pytest.raises(ValueError, match="seed = 3: must be 0: the model has noise"):
+        LiveSimulation(model, seed=3)
+
+
+def test_a_scene_that_mujoco_has_not_is_a_mistake():
+    with pytest.raises(ValueError, match=r"scene = Langevin.*: must be of a kind that has a"):
+        live_scene(cast(Any, mm.LangevinParticle()), timestep=0.01)
+
+
+def test_a_model_with_sliders_is_the_scene_otherwise():
+    plain, slid = mm.build(MOTOR, looks=True), Panel(MOTOR).model()
+    assert (plain.nu, slid.nu) == (0, 3)
+    np.testing.assert_array_equal(slid.body_user, plain.body_user)
+    np.testing.assert_array_equal(slid.key_qpos, plain.key_qpos)
+
+
+def test_the_pace_is_the_walls():
+    pace = Pace(2.0, now=10.0)
+    taken = sum(pace.steps(10.0 + 0.016 * k, 0.01) for k in range(1, 101))
+    assert taken in (319, 320)  # 1.6 s at speed 2; 320
+    assert pace.steps(100.0, 0.01) == 40  # the longest frame, 0.2 s, and no more
+
+
+@pytest.mark.parametrize(
+    ("arguments", "line"),
+    [
+        (("--method", "mujoco/baoab"), "method = 'mujoco/baoab': must be one of mujoco/euler"),
+        (("--timestep", "1"), "timestep = 1.0: must be less than"),
+        (("--speed", "0"), "speed = 0.0: must be greater than 0"),
+        (("--seed", "-1"), "seed = -1: must be at least 0"),
+        (("--tilt", "1.5"), "tilt = 1.5: must be less than 0.6289 rad (the floor)"),
+    ],
+)
+def test_a_mistake_is_one_line_and_code_2(run_script, arguments, line):
+    code, _, error = run_script("view", "top", *arguments)
+    assert code == 2
+    assert error.startswith(f"view.py: {line}")
+    assert error.count("\n") == 1
+
+
+@pytest.mark.parametrize("text", [None, "<mujoco", '<mujoco><worldbody><body name="a"'])
+def test_a_wrong_file_is_one_line_and_code_2(run_script, tmp_path, text):
+    path = tmp_path / "model.xml"
+    if text:
+        path.write_text(text)
+    code, _, error = run_script("view", "model", path)
+    assert code == 2
+    assert error.startswith("view.py: ")
+    assert error.count("\n") == 1
+
+
+def test_a_folder_is_no_model(run_script, tmp_path):
+    code, _, error = run_script("view", "model", tmp_path)
+    assert (code, error) == (2, f"view.py: path = '{tmp_path}': must be a file\n")
+
+
+@pytest.fixture
+def loop_of(monkeypatch):
+    """The loop of the script round a simulation, at speed 1."""
+    monkeypatch.syspath_prepend(SCRIPT.parent)
+    return lambda simulation: importlib.import_module("view").Loop(simulation, 1.0)
+
+
+def test_keys_switch_pause_and_change_the_speed(loop_of):
+    loop, perturb = loop_of(live(DISK)), mujoco.MjvPerturb()
+    assert loop.texts()[0].split("\n") == ["time", "6, 7: speed", "8: noise", "space", "Backspace"]
+    for key in "87 ":
+        loop.press(ord(key))
+    assert loop.texts()[1].split("\n") == ["0.0", "2", "off", "paused", "reset"]
+    loop.step(time.perf_counter() + 1, perturb)
+    assert loop.simulation.data.time == 0
+    loop.press(ord(" "))
+    loop.step(time.perf_counter() + 2, perturb)
+    assert loop.simulation.data.time == pytest.approx(0.4)  # the longest frame at speed 2
+
+
+def test_a_lost_state_starts_again_paused(loop_of, capsys):
+    loop = loop_of(live(TOP))
+    loop.simulation.data.qvel[0] = np.inf
+    loop.step(time.perf_counter() + 1, mujoco.MjvPerturb())
+    assert loop.paused
+    assert "the state is not finite at t = 0: reset; space to go on" in loop.texts()[0]
+    np.testing.assert_array_equal(whole(loop.simulation), whole(live(TOP)))
+    assert capsys.readouterr().err.endswith("the state is not finite at t = 0: reset and paused\n")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="X11 is Linux's")
+def test_without_a_display_it_is_one_line_and_code_3():
+    environment = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
+    done = subprocess.run(
+        [sys.executable, SCRIPT, "top"],
+        env=environment, capture_output=True, text=True, timeout=120, check=False,
+    )  # fmt: skip
+    assert done.returncode == 3
+    assert done.stderr.startswith("view.py: no window: ")
+    assert done.stderr.count("\n") == 1
+
+
+DRIVER = """
+import sys, threading
+from types import SimpleNamespace
+sys.argv = {arguments!r}
+sys.path.insert(0, {folder!r})
+import mujoco.viewer
+import view
+launch, step = mujoco.viewer.launch_passive, view.Loop.step
+seen = SimpleNamespace(frames=0)
+
+def launch_passive(*arguments, key_callback, **options):
+    seen.viewer, seen.press = launch(*arguments, key_callback=key_callback, **options), key_callback
+    return seen.viewer
+
+def stepped(loop, now, perturb):
+    data = loop.simulation.data
+    frame, seen.frames = seen.frames, seen.frames + 1
+    pair = loop.simulation.model.pair_solreffriction[0, 1]
+    if frame == 0:
+        seen.pair = pair
+    if frame == 5:
+        data.actuator("friction").ctrl = 0.5
+    if frame == 10:
+        perturb.select = loop.simulation.model.body("ball").id
+        perturb.active, perturb.localmass = 1, 0.2
+        perturb.refselpos[:] = [0.0, 0.3, 0.0]
+        seen.before = data.qpos[1]
+    step(loop, now, perturb)
+    if frame == 20:
+        perturb.active = 0
+        print("pulled", data.qpos[1] - seen.before)
+        print("friction", pair / seen.pair)
+        seen.press(ord(" "))
+    if frame == 25:
+        print(loop.texts()[1].split()[3], seen.viewer.viewport.width > 100)
+        seen.viewer.close()
+
+mujoco.viewer.launch_passive, view.Loop.step = launch_passive, stepped
+view.main()
+print("closed", threading.active_count())
+"""
+
+
+@pytest.fixture(scope="module")
+def display():
+    """A virtual display, where Xvfb is installed."""
+    if shutil.which("Xvfb") is None:
+        pytest.skip("no Xvfb: install xvfb (Debian) or xorg-x11-server-Xvfb (Fedora)")
+    read, write = os.pipe()
+    command = ["Xvfb", "-displayfd", str(write), "-screen", "0", "900x600x24"]
+    server = subprocess.Popen(command, pass_fds=[write], stderr=subprocess.DEVNULL)
+    os.close(write)
+    with os.fdopen(read) as told:
+        number = told.readline().strip()
+    yield f":{number}"
+    server.terminate()
+    server.wait(60)
+
+
+@pytest.mark.slow
+def test_in_a_window_sliders_keys_and_mouse_act_and_it_closes(display):
+    arguments = ["view.py", "top", "--position", "-0.1", "-0.05"]
+    driver = DRIVER.format(arguments=arguments, folder=str(SCRIPT.parent))
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", driver],
+        env=os.environ | {"DISPLAY": display}, capture_output=True, text=True, timeout=120,
+        check=False,
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (0, "")
+    told = dict(line.split(maxsplit=1) for line in done.stdout.splitlines()[-4:])
+    assert float(told["pulled"]) > 0.01
+    assert float(told["friction"]) == pytest.approx(5 / 3)
+    assert (told["paused"], told["closed"]) == ("True", "1")
+
+
+SHOWN = """
+import sys, threading
+sys.argv = {arguments!r}
+sys.path.insert(0, {folder!r})
+import view
+step = view.Loop.step
+
+def stepped(loop, now, perturb):
+    view.Loop.step = step
+    print("shown", flush=True)
+    step(loop, now, perturb)
+
+view.Loop.step = stepped
+try:
+    view.run_script(view.main)
+finally:
+    print("threads", threading.active_count())
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("kind", "line", "seconds"),
+    [("top", "keys: ", 0), ("disk", "keys: ", 0.3), ("motor", "shown", 0), ("model", "shown", 0.5)],
+)
+def test_a_window_that_is_interrupted_closes_with_one_line(display, tmp_path, kind, line, seconds):
+    """So many seconds after a line: when there is no window yet, while it opens, and later."""
+    needle = tmp_path / "needle.xml"
+    needle.write_text(NEEDLE)
+    arguments = ["view.py", kind, *([str(needle)] if kind == "model" else [])]
+    driver = SHOWN.format(arguments=arguments, folder=str(SCRIPT.parent))
+    window = subprocess.Popen(
+        [sys.executable, "-W", "error", "-c", driver],
+        env=os.environ | {"DISPLAY": display}, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        text=True,
+    )  # fmt: skip
+    try:
+        assert window.stdout is not None
+        assert any(said.startswith(line) for said in window.stdout)
+        time.sleep(seconds)
+        window.send_signal(signal.SIGINT)
+        said, error = window.communicate(timeout=60)
+    finally:
+        window.kill()
+    assert said.endswith("threads 1\n")
+    assert (window.returncode, error) == (130, "view.py: interrupted\n")
