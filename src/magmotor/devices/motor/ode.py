@@ -1,17 +1,29 @@
-"""The motor without noise: the paper's equations, with orientations as quaternions."""
+"""The motor without noise: the paper's equations, with orientations as quaternions.
+
+The forces are summed here, apart from those of the integrators that this solution judges.
+"""
 
 from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from magmotor.devices.ball.rigid_forces import wrenches
 from magmotor.devices.ball.states import axes
-from magmotor.devices.motor.reference import bodies, magnets, unpack
 from magmotor.devices.motor.scene import Motor
 from magmotor.devices.motor.states import MotorStates
+from magmotor.dipoles import NOBODY, pack_sources, sum_over_sources
 from magmotor.numerics.compiled import compiled_once
-from magmotor.numerics.rotations import product, scaled, stretched, third_axis
+from magmotor.numerics.eights import COUNT
+from magmotor.numerics.rotations import (
+    columns,
+    cross,
+    place_dipoles,
+    plus,
+    product,
+    scaled,
+    stretched,
+    third_axis,
+)
 
 Array = NDArray[np.float64]
 
@@ -22,13 +34,24 @@ def problem(scene: Motor, initial: MotorStates) -> tuple[Callable, Array, Array]
     The state is place, velocity, orientation and angular velocity of the ball, orientation and
     angular momentum of the ring, and the heat of both.
     """
+    across, _, axial = scene.inner_moments
+    arms, outward = scene.inner_dipole_frame()
     evaluate = _derivative()
-    numbers = bodies(scene), magnets(scene)
+    numbers = (
+        (scene.ball_mass, scene.ball_radius, scene.ball_inertia, across, axial),
+        (float(scene.frictions[0]), float(scene.frictions[-1])),
+        scene.moment,
+        (
+            pack_sources(*scene.outer_sources()),
+            pack_sources(arms, scene.moment * outward),
+            scene.inner_height,
+            float(scene.ball_ring_factor),
+        ),
+    )
 
     def derivative(t, y):
         return evaluate(y, *numbers)
 
-    across, _, axial = scene.inner_moments
     first = MotorStates(*[column[-1] for column in initial])
     turn, spin = first.ring_orientation[0], first.ring_angular_velocity[0]
     axis = axes(turn)
@@ -45,26 +68,46 @@ def problem(scene: Motor, initial: MotorStates) -> tuple[Callable, Array, Array]
 
 @compiled_once(error_model="numpy")
 def _derivative(checksum: int):
-    """The right-hand side."""
+    """The right-hand side; the torque on the ring is the sum of those on its dipoles."""
 
-    def derivative(s, bodies, magnets):
+    def derivative(s, masses, frictions, moment, magnets):
         _ = checksum
-        r, c, c_ring = bodies.radius, bodies.slip_friction, bodies.ring_friction
+        mass, r, inertia, across, axial = masses
+        c, c_ring = frictions
+        outer, frame, height, factor = magnets
         ball, omega = (s[4], s[5], s[6], s[7]), (s[8], s[9], s[10])
         ring, pi = (s[11], s[12], s[13], s[14]), (s[15], s[16], s[17])
-        work = np.empty_like(magnets.frame)
-        work[6] = magnets.frame[6]
-        force, torque, on_ring = wrenches((s[0], s[1], r), ball, ring, work, magnets)
-        spin = stretched(pi, third_axis(ring), 1.0 / bodies.across, 1.0 / bodies.axial)
+        axis, centre = scaled(moment, third_axis(ball)), (0.0, 0.0, height)
+        inner = frame.copy()
+        place_dipoles(inner, columns(ring), centre, frame)
+        on_ball = (s[0], s[1], r, axis[0], axis[1], axis[2])
+        near = sum_over_sources(on_ball, NOBODY, inner, inner.shape[1])
+        far = sum_over_sources(on_ball, NOBODY, outer, outer.shape[1])
+        force_x, force_y = far[0] + factor * near[0], far[1] + factor * near[1]
+        field = plus((far[3], far[4], far[5]), factor, (near[3], near[4], near[5]))
+        torque = cross(axis, field)
+        source = np.full((7, COUNT), NOBODY)
+        source[:6, 0] = s[0], s[1], r, factor * axis[0], factor * axis[1], factor * axis[2]
+        source[6, 0] = 0.0
+        on_ring = (0.0, 0.0, 0.0)
+        for k in range(frame.shape[1]):
+            x, y, z, mx, my, mz, label = inner[:, k]
+            if label != NOBODY:
+                arm, dipole = plus((x, y, z), -1.0, centre), (mx, my, mz)
+                target = (x, y, z, mx, my, mz)
+                for sources in (outer, source):
+                    by = sum_over_sources(target, NOBODY, sources, sources.shape[1])
+                    on_ring = plus(on_ring, 1.0, cross(arm, (by[0], by[1], by[2])))
+                    on_ring = plus(on_ring, 1.0, cross(dipole, (by[3], by[4], by[5])))
+        spin = stretched(pi, third_axis(ring), 1.0 / across, 1.0 / axial)
         slip_x, slip_y = s[2] - r * omega[1], s[3] + r * omega[0]
         out = np.empty(20)
         out[0], out[1] = s[2], s[3]
-        out[2] = (force[0] - c * slip_x) / bodies.mass
-        out[3] = (force[1] - c * slip_y) / bodies.mass
+        out[2], out[3] = (force_x - c * slip_x) / mass, (force_y - c * slip_y) / mass
         out[4], out[5], out[6], out[7] = product((0.0, *scaled(0.5, omega)), ball)
-        out[8] = (torque[0] - r * c * slip_y) / bodies.inertia
-        out[9] = (torque[1] + r * c * slip_x) / bodies.inertia
-        out[10] = torque[2] / bodies.inertia
+        out[8] = (torque[0] - r * c * slip_y) / inertia
+        out[9] = (torque[1] + r * c * slip_x) / inertia
+        out[10] = torque[2] / inertia
         out[11], out[12], out[13], out[14] = product((0.0, *scaled(0.5, spin)), ring)
         for k in range(3):
             out[15 + k] = on_ring[k] - c_ring * spin[k]
@@ -82,6 +125,17 @@ def states(scene: Motor, time: Array, rows: Array) -> MotorStates:
     axis = axes(turn)
     along = np.sum(momentum * axis, axis=1, keepdims=True)
     spin = momentum / across + (1 / axial - 1 / across) * along * axis
-    none = np.zeros((len(rows), 2))
-    whole = np.hstack([rows[:, :15], spin, rows[:, 18:], none])
-    return unpack(time, whole[:, np.newaxis], scene.ball_radius)
+    flat, none = np.zeros((len(rows), 1)), np.zeros(len(rows))
+    found = {
+        "position": np.hstack([rows[:, 0:2], flat + scene.ball_radius]),
+        "velocity": np.hstack([rows[:, 2:4], flat]),
+        "orientation": rows[:, 4:8],
+        "angular_velocity": rows[:, 8:11],
+        "ring_orientation": turn,
+        "ring_angular_velocity": spin,
+        "ball_heat": rows[:, 18],
+        "ring_heat": rows[:, 19],
+        "ball_work": none,
+        "ring_work": none,
+    }
+    return MotorStates(time=time, **{name: c[:, np.newaxis] for name, c in found.items()})
