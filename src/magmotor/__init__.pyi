@@ -16,6 +16,7 @@ from .mjcf.langevin import Baoab as Baoab
 from .mjcf.layout import LayoutError as LayoutError
 from .mjcf.magnetism import apply_perturbation as apply_perturbation
 from .mjcf.magnetism import magnetism as magnetism
+from .mjcf.viscous_contact import ViscousContact as ViscousContact
 from .run.dataset import scene_of as scene_of
 from .run.in_mujoco import build as build
 from .run.recommend import Recommendation as Recommendation

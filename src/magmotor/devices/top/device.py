@@ -13,6 +13,7 @@ from magmotor.device.job import Job
 from magmotor.device.sliders import Slider, positive
 from magmotor.device.states import Column
 from magmotor.device.step_limits import check_step_limit, small_motion
+from magmotor.devices.ball.contacts import DRY_FRICTION_RATE, check_contact_limit
 from magmotor.devices.ball.device import BallDevice
 from magmotor.devices.ball.slip import slip_velocity
 from magmotor.devices.ball.small_motion import split_by
@@ -24,7 +25,6 @@ from magmotor.devices.top.movie import GAUGE, TopSubject
 from magmotor.devices.top.observables import energy, momentum_map
 from magmotor.devices.top.scene import Top
 from magmotor.devices.top.states import BallStates, start
-from magmotor.mjcf.viscous_contact import DRY_FRICTION_RATE, check_bearing_limit
 from magmotor.numerics import splittings
 from magmotor.numerics.small_motion import SmallMotion
 
@@ -73,8 +73,7 @@ class TopDevice(BallDevice[Top, BallStates]):
             check_number(
                 "timestep", timestep, below=1 / DRY_FRICTION_RATE, unit="s with dry friction"
             )
-        if scene.surface == "plane":
-            check_bearing_limit(method, timestep)
+        check_contact_limit(scene, method, timestep)
         if method != "scipy/dop853":
             check_step_limit(scene, method, timestep)
 
