@@ -75,24 +75,23 @@ class ViscousContact:
 
     Notes
     -----
-    The law takes R >> A = 1/m + r^2/I, m being the mass of the sphere's body, I its moment of
-    inertia and R the regularization of MuJoCo's contact. The model's options decide that:
+    The law needs R >> A = 1/m + r^2/I, where m is the mass of the sphere's body, I its moment of
+    inertia and R the regularization of MuJoCo's contact. Two options of the model decide that:
 
     - `cone="elliptic"`;
-    - `impratio` no larger than 1e-8 m A in a contact that bears the load, about. The devices have
-      1e-14. This weakens the Coulomb friction of all other contacts of the model. A contact that
-      bears no load does with `impratio` 1.
+    - `impratio`, tiny in a contact that bears the load: the devices have 1e-14. This takes away the
+      Coulomb friction of the model's other contacts. A contact that bears no load does with 1.
 
-    The force is right up to A/R of what the sphere would feel if it were held fast against its
-    other accelerations, and so is c if the sphere's body is not free, its moments of inertia
-    differ, or the sphere is not about its center of mass. A/R is about 3e-10 with load and 3e-18
-    without at `impratio` 1e-14, 3e-4 without load at 1. `calibrate` refuses more than 1e-2.
+    Friction also takes the fraction A/R off the slip's other accelerations, and c is right up to
+    A/R if the sphere's body is not free, its moments of inertia differ, or its center of mass is
+    not the sphere's; else it is exact. For a solid ball A/R is 3.5e4 `impratio` with load, and
+    3.5e-4 at `impratio` 1 without. `calibrate` refuses more than 0.01.
 
-    A sphere that the contact bears is held critically damped at a rate of 20/s, rests with its
-    center at the height of its radius if its body is free, and leaves the plane when it is pulled
-    up. The step must be shorter than `bearing_limit`: 0.041 s, or 0.139 s with RK4. All contact
-    forces are explicit, so that the slip's rate c A and the step h also need c A h < 2, or 2.785
-    with RK4.
+    A sphere that the contact bears is held critically damped, at a rate of 20/s. Under gravity
+    alone a free body rests with the sphere's center one radius above the plane; pulled up, it
+    leaves the plane. The step must be shorter than 0.041 s, or 0.139 s with RK4
+    (`magmotor.mjcf.viscous_contact.bearing_limit`). MuJoCo treats the force explicitly in every
+    integrator: a step h also needs c A h < 2, or 2.785 with RK4.
 
     Examples
     --------
@@ -189,7 +188,8 @@ class ViscousContact:
     def complete(self, description: mujoco.MjSpec | parts.Element) -> None:
         """Write the numbers that `calibrate` sets into a description that has the pair.
 
-        It is compiled once for that. Models compiled from it afterwards, and its XML, have them.
+        It is compiled once for that. Models compiled from it afterwards, and its XML, have them;
+        `MjSpec.to_xml` prints six digits.
 
         Parameters
         ----------
@@ -298,9 +298,10 @@ def check_pair(model: mujoco.MjModel, pair: int) -> int:
             f"{field} {getattr(model, f'pair_{array}')[pair].tolist()}"
             for field, array in (("condim", "dim"), *((name, name) for name in LAW))
         ]
+        told.append(f"cone {mujoco.mjtCone(model.opt.cone).name[7:].lower()}")
         bound = (
-            f'condim 3, friction {ALWAYS_IN_CONE:g}, solreffriction "0 -b" and a constant solimp,'
-            " in an elliptic cone"
+            f'condim 3 and solreffriction "0 -b", friction {ALWAYS_IN_CONE:g} and a constant'
+            " solimp, in an elliptic cone"
         )
         raise reject(f"contact of {names}", ", ".join(told), bound)
     return sphere
