@@ -41,9 +41,6 @@ FILM = 1e-3
 LEAST_REGULARIZATION = 100.0
 """R over A, below which the second term of the force is too large."""
 
-LAW = ("friction", "solimp", "solreffriction")
-"""What of a pair makes it viscous, beside its dimension."""
-
 ANY_DISTANCE = mujoco.mjMAXVAL
 """Margin (m) with which a contact is active wherever the sphere is."""
 
@@ -75,8 +72,8 @@ class ViscousContact:
 
     Notes
     -----
-    The law needs R >> A = 1/m + r^2/I, where m is the mass of the sphere's body, I its moment of
-    inertia and R the regularization of MuJoCo's contact. Two options of the model decide that:
+    The law needs R >> A = 1/m + r^2/I, where m is the mass of the sphere's body, I its (smallest)
+    moment of inertia and R the regularization of MuJoCo's contact. Two options of the model decide:
 
     - `cone="elliptic"`;
     - `impratio`, tiny in a contact that bears the load: the devices have 1e-14. This takes away the
@@ -149,19 +146,17 @@ class ViscousContact:
             It is no such description, or has a pair of this name already.
         """
         numbers = {
+            "name": self.name,
             "condim": 3,
             "friction": [ALWAYS_IN_CONE, ALWAYS_IN_CONE, 0.005, 0.0001, 0.0001],
             "solreffriction": [0.0, -1.0],
             **(bearing(0.0) if self.bears_load else _normal(SOFT, FILM)),
         }
         if isinstance(description, mujoco.MjSpec):
-            description.add_pair(
-                name=self.name, geomname1=self.plane, geomname2=self.sphere, **numbers
-            )
+            description.add_pair(geomname1=self.plane, geomname2=self.sphere, **numbers)
         else:
-            _root(description).contact.add(
-                "pair", name=self.name, geom1=self.plane, geom2=self.sphere, **numbers
-            )
+            pairs = _root(description).contact
+            pairs.add("pair", geom1=self.plane, geom2=self.sphere, **numbers)
 
     def calibrate(self, model: mujoco.MjModel) -> None:
         """Set the pair's numbers in a compiled model, so that its force is -c V.
@@ -240,8 +235,8 @@ class ViscousContact:
             )
         geoms = {model.pair_geom1[pair], model.pair_geom2[pair]}
         if geoms != {number_of(model, "geom", name) for name in (self.sphere, self.plane)}:
-            told = " and ".join(label(model, "geom", geom) for geom in sorted(geoms))
-            raise reject(f"pair {self.name!r}", told, f"of {self.sphere!r} and {self.plane!r}")
+            own = " and ".join(label(model, "geom", geom) for geom in sorted(geoms))
+            raise reject(f"pair {self.name!r}", own, f"of {self.sphere!r} and {self.plane!r}")
         sphere = check_pair(model, pair)
         if disabled(model, "contact"):
             raise reject("flag contact", "disable", "enable, as the flag constraint")
@@ -249,12 +244,17 @@ class ViscousContact:
         near.pair_margin[pair] = ANY_DISTANCE
         data = mujoco.MjData(near)
         mujoco.mj_fwdPosition(near, data)
-        for contact in data.contact:
-            if contact.includemargin == ANY_DISTANCE and contact.efc_address >= 0:
-                inverse_inertia = _inverse_inertia(model, sphere)
-                _check_regularization(model, data, contact, inverse_inertia)
-                return pair, contact, resistance(data, contact, inverse_inertia)
-        raise reject(f"body of sphere {self.sphere!r}", "fixed", "one that moves")
+        active = [c for c in data.contact if c.includemargin == ANY_DISTANCE and c.efc_address >= 0]
+        if not active:
+            raise reject(f"body of sphere {self.sphere!r}", "fixed", "one that moves")
+        inverse_inertia = _inverse_inertia(model, sphere)
+        ratio = resistance(data, active[0], inverse_inertia)
+        regularization = ratio / (active[0].solimp[0] * inverse_inertia) - 1
+        if regularization < LEAST_REGULARIZATION:
+            largest = model.opt.impratio * regularization / LEAST_REGULARIZATION
+            bound = f"at most {largest:.2g}, where R is {LEAST_REGULARIZATION:g} A"
+            raise reject("option impratio", model.opt.impratio, bound)
+        return pair, active[0], ratio
 
 
 def viscous_contacts(data: mujoco.MjData) -> list[Any]:
@@ -264,7 +264,8 @@ def viscous_contacts(data: mujoco.MjData) -> list[Any]:
 
 def resistance(data: mujoco.MjData, contact: Any, inverse_inertia: float) -> float:
     """How many times larger than its c the b of a viscous contact is: d (A + R)."""
-    return contact.solimp[0] * (inverse_inertia + _regularization(data, contact))
+    regularization = float(data.efc_R[contact.efc_address + 1])
+    return contact.solimp[0] * (inverse_inertia + regularization)
 
 
 def check_pair(model: mujoco.MjModel, pair: int) -> int:
@@ -287,23 +288,17 @@ def check_pair(model: mujoco.MjModel, pair: int) -> int:
     fixed = model.body_weldid[model.geom_bodyid[plane]] == 0
     if kinds != ["plane", "sphere"] or not fixed:
         raise reject(f"{names}: types", kinds, "a fixed plane and a sphere")
-    reference, damping = model.pair_solreffriction[pair]
-    first, last = model.pair_solimp[pair, :2]
-    in_cone = (
-        model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC
-        and model.pair_friction[pair, 0] == ALWAYS_IN_CONE
-    )
-    if model.pair_dim[pair] != 3 or not in_cone or first != last or reference or damping >= 0:
-        told = [
-            f"{field} {getattr(model, f'pair_{array}')[pair].tolist()}"
-            for field, array in (("condim", "dim"), *((name, name) for name in LAW))
-        ]
-        told.append(f"cone {mujoco.mjtCone(model.opt.cone).name[7:].lower()}")
+    dimension, friction = int(model.pair_dim[pair]), float(model.pair_friction[pair, 0])
+    solimp, damped = model.pair_solimp[pair].tolist(), model.pair_solreffriction[pair].tolist()
+    cone = mujoco.mjtCone(model.opt.cone).name[7:].lower()
+    in_cone = (dimension, friction, cone) == (3, ALWAYS_IN_CONE, "elliptic")
+    if not in_cone or solimp[0] != solimp[1] or damped[0] != 0 or damped[1] >= 0:
+        law = f"condim {dimension}, friction {friction:g}, solimp {solimp}, solreffriction {damped}"
         bound = (
             f'condim 3 and solreffriction "0 -b", friction {ALWAYS_IN_CONE:g} and a constant'
             " solimp, in an elliptic cone"
         )
-        raise reject(f"contact of {names}", ", ".join(told), bound)
+        raise reject(f"contact of {names}", f"{law}, cone {cone}", bound)
     return sphere
 
 
@@ -342,26 +337,13 @@ def _load(model: mujoco.MjModel, contact: Any) -> float:
 
 
 def _inverse_inertia(model: mujoco.MjModel, sphere: int) -> float:
-    """A = 1/m + r^2/I of the sphere's body, as if it were free."""
+    """A = 1/m + r^2/I of the sphere's body as if it were free, I the median of its moments."""
     body = model.geom_bodyid[sphere]
     offset = float(np.linalg.norm(model.geom_pos[sphere] - model.body_ipos[body]))
     mass, inertia = float(model.body_mass[body]), float(np.median(model.body_inertia[body]))
     if not (mass > 0 and inertia > 0):
         raise reject(f"mass of {label(model, 'body', body)}", mass, "greater than 0")
     return 1 / mass + (float(model.geom_size[sphere, 0]) + offset) ** 2 / inertia
-
-
-def _check_regularization(model, data, contact: Any, inverse_inertia: float) -> None:
-    ratio = _regularization(data, contact) / inverse_inertia
-    if ratio < LEAST_REGULARIZATION:
-        largest = model.opt.impratio * ratio / LEAST_REGULARIZATION
-        bound = f"at most {largest:.2g}, where R is {LEAST_REGULARIZATION:g} A"
-        raise reject("option impratio", model.opt.impratio, bound)
-
-
-def _regularization(data: mujoco.MjData, contact: Any) -> float:
-    """R of the friction."""
-    return float(data.efc_R[contact.efc_address + 1])
 
 
 def _root(description: Any) -> parts.Element:

@@ -17,7 +17,6 @@ from magmotor.devices.motor.flights import flights, stays
 from magmotor.devices.motor.modes import mode_temperatures
 from magmotor.devices.motor.observables import azimuth
 from magmotor.devices.motor.scene import Motor
-from magmotor.run.dataset import scene_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -74,9 +73,7 @@ class MotorRun:
     @cached_property
     def scene(self) -> Motor:
         """The scene in the dataset."""
-        scene = scene_of(self.data)
-        assert isinstance(scene, Motor)
-        return scene
+        return scene_of_run(self.data, None, (Motor,))
 
     @property
     def title(self) -> str:

@@ -10,14 +10,13 @@ import xarray as xr
 from magmotor.common import style
 from magmotor.common.arguments import Picture, checked
 from magmotor.common.checks import reject
+from magmotor.common.panels import WRAP, averaged, draw_map, meaning_of
 from magmotor.common.style import save_small
 from magmotor.device.analysis import analysis
 from magmotor.devices.ball.landscape import critical_points, effective_potential, valley
 from magmotor.devices.top.observables import energy_balance, momentum_balance
 from magmotor.devices.top.scene import Top
 from magmotor.devices.top.theory import highest_valley
-from magmotor.sweep import plots as panels
-from magmotor.sweep.plots import WRAP, meaning_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -129,8 +128,8 @@ def spin_map(data: xr.Dataset, scene: Top, path: Picture) -> None:
         left, right = figure.subplots(1, 2)
         for axes, name in ((left, "max_spin"), (right, "settling_radius")):
             axes.set_title(fill(meaning_of(data[name]), WRAP))
-            shown = panels.averaged(data[name])
-            panels.draw_map(axes, shown, data.tilt, data.ring_height)
+            shown = averaged(data[name])
+            draw_map(axes, shown, data.tilt, data.ring_height)
             axes.axhline(highest_valley(scene), color=style.ORANGE, ls="--", label=LINE)
         legend = left.get_legend_handles_labels()
         figure.legend(*legend, loc="outside lower center", ncols=2)
