@@ -4,10 +4,8 @@ A contact with an elliptic cone that is never reached, and friction rows that ar
 (`solreffriction="0 -b"`), has the friction force f = -(b/d) V/(A + R) - a0/(A + R): V is the slip
 velocity, a0 the slip acceleration without friction, A = 1/m + r^2/I the inverse inertia at the
 contact, d the impedance and R the regularization. Where R >> A the second term is negligible, and
-b = c d (A + R) gives f = -c V. A tiny `impratio` makes R huge.
-
-A contact that bears no load may have the smallest impedance, for which R = 1e4 A even at
-`impratio` 1, which dry friction in another contact needs.
+b = c d (A + R) gives f = -c V. A tiny `impratio` makes R huge, as the smallest impedance does in a
+contact that bears no load.
 """
 
 import math
@@ -211,10 +209,6 @@ class ViscousContact:
         Parameters
         ----------
         model : mujoco.MjModel
-
-        Returns
-        -------
-        float
 
         Raises
         ------
