@@ -334,9 +334,10 @@ def _inverse_inertia(model: mujoco.MjModel, sphere: int) -> float:
     """A = 1/m + r^2/I of the sphere's body as if it were free, I the median of its moments."""
     body = model.geom_bodyid[sphere]
     offset = float(np.linalg.norm(model.geom_pos[sphere] - model.body_ipos[body]))
-    mass, inertia = float(model.body_mass[body]), float(np.median(model.body_inertia[body]))
-    if not (mass > 0 and inertia > 0):
-        raise reject(f"mass of {label(model, 'body', body)}", mass, "greater than 0")
+    name = label(model, "body", body)
+    mass = check_number(f"{name}: mass", model.body_mass[body], above=0, unit="kg")
+    moment = float(np.median(model.body_inertia[body]))
+    inertia = check_number(f"{name}: moment of inertia", moment, above=0, unit="kg m^2")
     return 1 / mass + (float(model.geom_size[sphere, 0]) + offset) ** 2 / inertia
 
 
