@@ -87,11 +87,12 @@ fuzz: .venv/dev-ready  ## hostile input to all that is public; ARGS="--inputs 10
 	@echo "== fuzz: a call that crashes, hangs or ends in a raw error is named with its number"
 	@PYTHONPATH=tests $(PYTHON) -m fuzz $(ARGS)
 
-lint: .venv/dev-ready  ## ruff (rules and format) and pyright
-	@echo "== lint: ruff check, ruff format --check, pyright"
+lint: .venv/dev-ready  ## ruff (rules and format), pyright, and who may import whom
+	@echo "== lint: ruff check, ruff format --check, pyright, lint-imports"
 	@$(PYTHON) -m ruff check
 	@$(PYTHON) -m ruff format --check
 	@$(PYTHON) -m pyright
+	@.venv/bin/lint-imports --no-cache --no-logo
 
 torture: .venv/dev-ready  ## kills at random times, all bytes compared; ARGS="1000 --seed 5"
 	@echo "== torture: killing runs, ensembles, sweeps, workers and clusters; some minutes"

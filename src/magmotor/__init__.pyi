@@ -21,11 +21,12 @@ from .mjcf.langevin import Baoab as Baoab
 from .mjcf.layout import LayoutError as LayoutError
 from .mjcf.magnetism import apply_perturbation as apply_perturbation
 from .mjcf.magnetism import magnetism as magnetism
+from .mjcf.viscous_contact import ViscousContact as ViscousContact
 from .run.in_mujoco import build as build
 from .run.recommend import Recommendation as Recommendation
 from .run.recommend import recommend as recommend
-from .run.rerun import rerun as rerun
 from .run.simulate import methods as methods
 from .run.simulate import simulate as simulate
+from .sweep.rerun import rerun as rerun
 
 __version__: str

@@ -145,6 +145,11 @@ def system(kind: str = "Disk") -> System:
 _models: dict[str, mujoco.MjModel] = {}
 
 
+def specification(kind: str) -> mujoco.MjSpec:
+    """Someone's model that is not yet compiled."""
+    return mujoco.MjSpec.from_string(MODELS[kind])
+
+
 def model(kind: str) -> mujoco.MjModel:
     """A model, the same one wherever an input names it."""
     if kind not in _models:

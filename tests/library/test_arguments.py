@@ -21,6 +21,7 @@ from magmotor.numerics import small_motion as linear
 
 TOP, MOTOR, DISK, PARTICLE = mm.Top(), mm.Motor(), mm.Disk(), mm.LangevinParticle()
 MODEL = mm.build(DISK)
+CONTACT = mm.ViscousContact(0.3, "ball", "floor", bears_load=False)
 SWEEP = mm.sweep.Sweep(
     scene=DISK, vary={"noise": [1.0, 2.0]}, measure=["temperature"], duration=1.0, timestep=0.02
 )
@@ -168,6 +169,12 @@ CALLS: dict[Any, dict[str, Any]] = {
     mm.scene_of: {"run": RUNS["disk"]},
     mm.rerun: {"run": RUNS["disk"]},
     mm.Baoab: {"model": MODEL},
+    mm.ViscousContact: {
+        "damping": 0.3, "sphere": "ball", "plane": "floor", "bears_load": True, "name": "slip",
+    },
+    CONTACT.add_to: {"description": mujoco.MjSpec()},
+    CONTACT.calibrate: {"model": mm.build(TOP)},
+    CONTACT.damping_of: {"model": mm.build(TOP)},
     mm.apply_perturbation: {
         "model": MODEL, "data": mujoco.MjData(MODEL), "perturb": mujoco.MjvPerturb()
     },

@@ -3,6 +3,7 @@
 import mujoco
 import numpy as np
 import pytest
+from dm_control.mjcf import from_xml_string
 
 import magmotor as mm
 from magmotor.devices.ball.coordinates import BallCoordinates
@@ -154,3 +155,239 @@ def test_dry_friction_needs_a_short_step():
     scene = mm.Top(surface="plane", coulomb_friction=0.1)
     with pytest.raises(ValueError, match=r"timestep = 0.025: must be less than 0.005 s with dry"):
         mm.simulate(scene, method="mujoco/rk4", timestep=0.025, duration=1)
+
+
+FLOOR = """
+<mujoco>
+  <option cone="elliptic" impratio="1e-14" timestep="0.005" integrator="RK4"/>
+  <worldbody>
+    <geom name="floor" type="plane" size="9 9 1"/>
+    <body name="ball" pos="0 0 0.03">
+      <freejoint/>
+      <geom name="ball" size="0.03" density="2500"/>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+MASS = 2500 * 4 / 3 * np.pi * 0.03**3
+GIVEN = '<inertial pos="0 0 0" mass="0.5" diaginertia="3e-4 3e-4 3e-4"/>'
+
+
+def model_of(*contacts, xml=FLOOR, calibrate=True, **fields):
+    spec = mujoco.MjSpec.from_string(xml)
+    for contact in contacts:
+        contact.add_to(spec)
+    model = spec.compile()
+    for name, value in fields.items():
+        getattr(model.opt, name)[:] = value
+    for contact in contacts if calibrate else ():
+        contact.calibrate(model)
+    return model
+
+
+def slips(model, velocity, steps=400):
+    """Times, and along x the velocity and the slip of balls that slide without turning at first."""
+    data = mujoco.MjData(model)
+    data.qvel.reshape(-1, 6)[:, 0] = velocity
+    rows = []
+    for _ in range(steps):
+        mujoco.mj_step(model, data)
+        speed = data.qvel.reshape(-1, 6)
+        radius = model.geom_size[model.geom_type == mujoco.mjtGeom.mjGEOM_SPHERE, 0]
+        rows.append((data.time, speed[:, 0].copy(), speed[:, 0] - radius * speed[:, 4]))
+    return map(np.array, zip(*rows, strict=True))
+
+
+def decay_error(model, mass, inertia, radius, c):
+    """Of v and V over the start's 0.3 m/s: dV/dt = -c A V, dv/dt = -c V/m."""
+    time, speed, slip = slips(model, 0.3)
+    mobility = 1 / mass + radius**2 / inertia
+    left = np.exp(-c * mobility * time)[:, np.newaxis]
+    lost = (1 - left) / (mass * mobility)
+    return max(np.abs(slip / 0.3 - left).max(), np.abs(speed / 0.3 - 1 + lost).max())
+
+
+SOLID = (FLOOR, MASS, 0.4 * MASS * 0.03**2, 0.03)
+SMALL = (FLOOR.replace("0.03", "0.004").replace("2500", "7800"), None, None, 0.004)
+small = 7800 * 4 / 3 * np.pi * 0.004**3
+BALLS = {
+    "solid": SOLID,
+    "small and heavy": (SMALL[0], small, 0.4 * small * 0.004**2, 0.004),
+    "inertial given": (FLOOR.replace("<freejoint/>", GIVEN + "<freejoint/>"), 0.5, 3e-4, 0.03),
+}
+
+
+@pytest.mark.parametrize("name", BALLS)
+@pytest.mark.parametrize("rate", [0.5, 5.0])
+def test_slip_on_anyones_plane_decays_by_the_closed_form(name, rate):
+    xml, mass, inertia, radius = BALLS[name]
+    c = rate / (1 / mass + radius**2 / inertia)
+    contact = mm.ViscousContact(c, "ball", "floor")
+    model = model_of(contact, xml=xml)
+    # 8e-11, 4.5e-9: the step's
+    assert decay_error(model, mass, inertia, radius, c) < (1e-9 if rate < 1 else 5e-8)
+    assert contact.damping_of(model) == pytest.approx(c, rel=1e-14)
+
+
+@pytest.mark.parametrize("b", [None, "c"])
+def test_a_contact_that_is_not_calibrated_fails_that(b):
+    _, mass, inertia, radius = SOLID
+    contact = mm.ViscousContact(0.2, "ball", "floor")
+    model = model_of(contact, calibrate=False)
+    if b == "c":
+        model.pair_solreffriction[0, 1] = -0.2
+    assert decay_error(model, mass, inertia, radius, 0.2) > 0.5
+    assert contact.damping_of(model) < 1e-9
+
+
+def test_a_ball_ends_rolling_at_five_sevenths():
+    model = model_of(mm.ViscousContact(0.5, "ball", "floor"))
+    _, speed, slip = slips(model, 0.7, steps=1500)
+    assert abs(slip[-1]) < 1e-15  # 0
+    assert speed[-1] == pytest.approx(0.5, rel=2e-14)  # 1.6e-15
+
+
+@pytest.mark.parametrize("tilted", ["gravity", "plane"])
+def test_a_ball_slips_down_a_tilted_plane_by_the_closed_form(tilted):
+    """dV/dt = g sin a - c A V from rest; the ball stays at its radius above the plane."""
+    angle, c, rate = 0.3, 0.2, 0.2 * 3.5 / MASS
+    along, normal = np.array([np.cos(angle), 0, -np.sin(angle)]), [np.sin(angle), 0, np.cos(angle)]
+    spec = mujoco.MjSpec.from_string(FLOOR)
+    if tilted == "plane":
+        spec.geom("floor").quat = np.array([np.cos(angle / 2), 0, np.sin(angle / 2), 0])
+        spec.body("ball").pos = 0.03 * np.array(normal)
+    else:
+        spec.option.gravity = 9.81 * np.array([np.sin(angle), 0, -np.cos(angle)])
+        along, normal = np.array([1, 0, 0]), [0, 0, 1]
+    contact = mm.ViscousContact(c, "ball", "floor")
+    contact.add_to(spec)
+    model = spec.compile()
+    contact.calibrate(model)
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, nstep=200)
+    slip = data.qvel[:3] @ along - 0.03 * data.qvel[4]
+    law = 9.81 * np.sin(angle) / rate * (1 - np.exp(-rate * data.time))
+    assert slip == pytest.approx(law, rel=3e-8)  # 2.8e-9
+    assert abs(data.qpos[:3] @ normal - 0.03) < 2e-15  # 2.5e-16
+
+
+def test_two_balls_have_their_own_damping():
+    big = '<body pos="0 2 0.05"><freejoint/><geom name="big" size="0.05" mass="1"/></body>'
+    other = FLOOR.replace("</worldbody>", big + "</worldbody>")
+    contacts = (
+        mm.ViscousContact(0.2, "ball", "floor"),
+        mm.ViscousContact(0.7, "big", "floor", name="viscous of big"),
+    )
+    model = model_of(*contacts, xml=other)
+    time, _, slip = slips(model, (0.3, 0.1))
+    rates = np.array([0.2 * 3.5 / MASS, 0.7 * 3.5])
+    left = np.exp(-rates * time[:, np.newaxis])
+    assert np.abs(slip / (0.3, 0.1) - left).max() < 1e-7  # 9.5e-9: the solver's tolerance
+    for contact in contacts:
+        assert contact.damping_of(model) == pytest.approx(contact.damping, rel=1e-14)
+
+
+HELD = FLOOR.replace("1e-14", "1").replace(
+    "<freejoint/>",
+    '<joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 1 0"/><joint type="ball"/>',
+)
+HELD_FIRMLY = HELD.replace('impratio="1"', 'impratio="1e-14"')
+ROD = FLOOR.replace(
+    "<freejoint/>",
+    '<joint type="hinge" axis="0 0 1" pos="0 0.4 0"/><joint type="hinge" axis="0 1 0"/>'
+    '<geom type="capsule" fromto="0 0 0 0 0.4 0.1" size="0.01" contype="0" conaffinity="0"/>',
+)
+
+
+@pytest.mark.parametrize(("xml", "bound"), [(HELD, 1e-15), (HELD_FIRMLY, 5e-15), (ROD, 5e-15)])
+def test_a_contact_that_bears_no_load_has_the_law_on_other_joints(xml, bound):
+    """With `impratio` 1, A is 3.5e-4 of R; of a mechanism, A is not known, and must not matter."""
+    contact = mm.ViscousContact(0.2, "ball", "floor", bears_load=False)
+    model = model_of(contact, xml=xml, gravity=0.0)
+    data = mujoco.MjData(model)
+    data.qvel[:] = 0.3 * np.arange(1, model.nv + 1)
+    mujoco.mj_forward(model, data)
+    jacobian = np.empty((3, model.nv))
+    (touching,) = data.contact
+    mujoco.mj_jac(model, data, jacobian, None, touching.pos, model.body("ball").id)
+    force = np.empty(6)
+    mujoco.mj_contactForce(model, data, 0, force)
+    along = touching.frame.reshape(3, 3).T @ force[:3]
+    slip = jacobian @ data.qvel
+    # 0, 2e-16, 2e-16
+    assert np.abs(along + 0.2 * slip)[:2].max() < bound * np.abs(0.2 * slip).max()
+
+
+def test_a_description_is_completed_and_its_xml_has_the_numbers():
+    contact = mm.ViscousContact(0.2, "ball", "floor")
+    spec, tree = mujoco.MjSpec.from_string(FLOOR), from_xml_string(FLOOR)
+    calibrated = model_of(contact)
+    for description in (spec, tree):
+        contact.add_to(description)
+        contact.complete(description)
+    from_tree = mujoco.MjModel.from_xml_string(tree.to_xml_string())
+    for model in (spec.compile(), from_tree):
+        for name in ("pair_solreffriction", "pair_margin", "pair_friction", "pair_solimp"):
+            np.testing.assert_array_equal(getattr(model, name), getattr(calibrated, name))
+    from_spec = mujoco.MjModel.from_xml_string(spec.to_xml())
+    assert contact.damping_of(from_spec) == pytest.approx(0.2, rel=5e-6)  # 4e-7: six digits
+
+
+def test_the_damping_of_a_model_tells_of_changes_after_the_calibration():
+    contact = mm.ViscousContact(0.2, "ball", "floor", bears_load=False)
+    model = model_of(contact, xml=HELD)
+    model.pair_solreffriction *= 2
+    assert contact.damping_of(model) == pytest.approx(0.4, rel=1e-14)
+    model.opt.impratio = 0.1
+    assert contact.damping_of(model) == pytest.approx(0.04, rel=1e-3)  # 3.1e-4, the A in A + R
+    contact.calibrate(model)
+    assert contact.damping_of(model) == pytest.approx(0.2, rel=1e-14)
+
+
+OFF = '<option><flag {}="disable"/></option>'
+NOT_VISCOUS = [
+    ('cone="elliptic"', "", "cone pyramidal': must be condim 3 .* in an elliptic cone"),
+    ("1e-14", "1e-4", r"option impratio = 0.0001: must be at most 2.9e-07, where R is 100 A"),
+    ('"ball" size="0.03', '"ball" type="box" size="1 1 1', r"= ..plane', 'box'.: must be a"),
+    ('<geom name="floor"', '<body mocap="true"><geom name="floor"', "must be a fixed plane"),
+    ("<freejoint/>", "", "body of sphere 'ball' = 'fixed': must be one that moves"),
+    ("<worldbody>", OFF.format("contact") + "<worldbody>", "flag contact = 'disable': must be en"),
+    ("<worldbody>", OFF.format("constraint") + "<worldbody>", "flag contact = 'disable': must be"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("old", "new", "match"), NOT_VISCOUS)
+def test_a_model_that_cannot_have_the_law_is_refused(old, new, match):
+    xml = FLOOR.replace(old, new)
+    if "<body" in new:
+        xml = xml.replace('size="9 9 1"/>', 'size="9 9 1"/></body>')
+    contact = mm.ViscousContact(0.2, "ball", "floor")
+    model = model_of(contact, xml=xml, calibrate=False)
+    for use in (contact.calibrate, contact.damping_of):
+        with pytest.raises(ValueError, match=match):
+            use(model)
+
+
+def test_a_pair_that_is_not_the_contacts_is_refused():
+    model = model_of(mm.ViscousContact(0.2, "ball", "floor"))
+    with pytest.raises(ValueError, match="pair 'slip' is not in the model: add it"):
+        mm.ViscousContact(0.2, "ball", "floor", name="slip").calibrate(model)
+    with pytest.raises(
+        ValueError, match="pair 'viscous' = \"geom 'floor' and geom 'ball'\": must be"
+    ):
+        mm.ViscousContact(0.2, "cue", "floor").calibrate(model)
+    model.pair_friction[0, 0] = 1.0
+    with pytest.raises(ValueError, match=r"friction 1, .* must be condim 3 .* friction 1e\+06"):
+        mm.ViscousContact(0.2, "ball", "floor").calibrate(model)
+    with pytest.raises(ValueError, match=r"description = .* must be a mujoco.MjSpec or the root"):
+        mm.ViscousContact(0.2, "ball", "floor").add_to(model)
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [("damping", 0.0), ("damping", np.nan), ("sphere", 1), ("plane", None), ("bears_load", 1)],
+)
+def test_what_no_contact_can_be_is_refused(field, value):
+    fields = {"damping": 0.2, "sphere": "ball", "plane": "floor", field: value}
+    with pytest.raises(ValueError, match=f"^{field} = "):
+        mm.ViscousContact(**fields)

@@ -11,7 +11,7 @@ from PIL import Image
 from scipy.stats import qmc, sem
 
 import magmotor as mm
-from magmotor.sweep.plots import axis_of
+from magmotor.common.panels import axis_of
 
 NAMES = {"tilt": ("rad", "angle"), "height": ("m", "height"), "friction": ("kg/s", "friction")}
 

@@ -20,9 +20,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from magmotor.device.job import Job
 from magmotor.mjcf import memory
-from magmotor.noise import COARSEST, FINEST, LARGEST_SEED, normal
+from magmotor.noise import COARSEST, FINEST, LARGEST_SEED, BrownianPath, normal
 
 CHOICES = 5
 """Numbers of the user's data that choose the path."""
@@ -30,11 +29,16 @@ CHOICES = 5
 FACTOR, LEVEL = 2, 3
 """Those of them that are a factor and a level."""
 
+RK4 = 1
+"""mjINT_RK4."""
 
-def userdata(job: Job, replicas: int) -> NDArray[np.float64]:
-    """What `mjData.userdata` has to hold in each replica of a run, shape (replicas, 5)."""
-    path = job.path
-    chosen = (path.seed, np.arange(replicas), path.factor, path.level, job.first_step)
+
+def userdata(path: BrownianPath, first_step: int, replicas: int) -> NDArray[np.float64]:
+    """What `mjData.userdata` has to hold in each replica of a run, shape (replicas, 5).
+
+    At time 0 the run takes step number `first_step` of the path.
+    """
+    chosen = (path.seed, np.arange(replicas), path.factor, path.level, first_step)
     return np.stack(np.broadcast_arrays(*chosen), axis=-1).astype(float)
 
 
@@ -66,32 +70,6 @@ def clear_driven_bodies(m, d, offsets):
 
 
 @njit(forceinline=True)
-def _given(d, offsets, k):
-    """Number k of the user's data."""
-    return memory.numbers(d[offsets.userdata // 8], 1, memory.UNBOUNDED)[0, k]
-
-
-@njit
-def _chooses(value, k):
-    """Whether number k of the user's data may have this value."""
-    largest = LARGEST_SEED - 1
-    if k == FACTOR:
-        largest = COARSEST
-    elif k == LEVEL:
-        largest = FINEST
-    return 0.0 <= value <= largest and value == math.floor(value)
-
-
-@njit(forceinline=True)
-def chosen(d, m, offsets, k):
-    """Number k of the user's data as an integer; 0 if there are fewer, or it is none."""
-    if k >= m[offsets.nuserdata // 8]:
-        return 0
-    value = _given(d, offsets, k)
-    return int(value) if _chooses(value, k) else 0
-
-
-@njit(forceinline=True)
 def add_brownian_wrenches(model, data, offsets):
     """Add to the wrenches of bodies what their channels apply in this step; return how many."""
     m = memory.words(model, memory.UNBOUNDED)
@@ -115,10 +93,6 @@ def add_brownian_wrenches(model, data, offsets):
     return channel
 
 
-RK4 = 1
-"""mjINT_RK4."""
-
-
 @njit(forceinline=True)
 def step_number(model, data, offsets):
     """Number of the step that begins at the time of `mjData`, or that this is a stage of."""
@@ -129,3 +103,29 @@ def step_number(model, data, offsets):
         # n + 1/2 and n + 1 are n, with room for rounding on both sides.
         return math.ceil(steps - 0.25) - 1
     return math.floor(steps + 0.5)
+
+
+@njit(forceinline=True)
+def chosen(d, m, offsets, k):
+    """Number k of the user's data as an integer; 0 if there are fewer, or it is none."""
+    if k >= m[offsets.nuserdata // 8]:
+        return 0
+    value = _given(d, offsets, k)
+    return int(value) if _chooses(value, k) else 0
+
+
+@njit(forceinline=True)
+def _given(d, offsets, k):
+    """Number k of the user's data."""
+    return memory.numbers(d[offsets.userdata // 8], 1, memory.UNBOUNDED)[0, k]
+
+
+@njit
+def _chooses(value, k):
+    """Whether number k of the user's data may have this value."""
+    largest = LARGEST_SEED - 1
+    if k == FACTOR:
+        largest = COARSEST
+    elif k == LEVEL:
+        largest = FINEST
+    return 0.0 <= value <= largest and value == math.floor(value)

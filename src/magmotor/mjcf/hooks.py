@@ -1,4 +1,8 @@
-"""Hooks of MuJoCo's, of which a process has one each, for all models and threads."""
+"""Hooks of MuJoCo, of which a process has one each, for all models and threads.
+
+`Hook` takes any of them for the length of a `with` block. Two blocks are made of it here: `raised`
+takes the handler of errors, `stopped` the stopwatch; `magmotor.mjcf.magnetism` takes the callback.
+"""
 
 import ctypes
 import threading
@@ -45,9 +49,6 @@ class Hook:
                 self._previous = None
 
 
-_messages: dict[int, str] = {}
-
-
 @contextmanager
 def raised() -> Iterator[None]:
     """Raise, at the end of the block, the first error that C code reported in its thread.
@@ -67,17 +68,13 @@ def raised() -> Iterator[None]:
         raise mujoco.FatalError(message)
 
 
-def _install() -> int | None:
-    previous = _handler().value
-    _handler().value = ctypes.cast(_keep, ctypes.c_void_p).value
-    return previous
+_messages: dict[int, str] = {}
+"""The first error of each thread."""
 
 
-def _restore(previous: int | None) -> None:
-    _handler().value = previous
-
-
-_error_hook = Hook(_install, _restore)
+@ctypes.CFUNCTYPE(None, ctypes.c_char_p)
+def _keep(message: bytes) -> None:
+    _messages.setdefault(threading.get_ident(), message.decode())
 
 
 @cache
@@ -86,9 +83,17 @@ def _handler() -> ctypes.c_void_p:
     return ctypes.c_void_p.in_dll(library(), "mju_user_error")
 
 
-@ctypes.CFUNCTYPE(None, ctypes.c_char_p)
-def _keep(message: bytes) -> None:
-    _messages.setdefault(threading.get_ident(), message.decode())
+def _keep_errors() -> int | None:
+    previous = _handler().value
+    _set_handler(ctypes.cast(_keep, ctypes.c_void_p).value)
+    return previous
+
+
+def _set_handler(handler: int | None) -> None:
+    _handler().value = handler
+
+
+_error_hook = Hook(_keep_errors, _set_handler)
 
 
 @contextmanager
@@ -97,18 +102,18 @@ def stopped() -> Iterator[None]:
 
     Blocks may be nested and may overlap in several threads: the last that ends starts it again.
     """
-    with _clock_hook:
-        _clock().value = None
+    with _stopwatch_hook:
+        _stopwatch().value = None
         yield
 
 
 @cache
-def _clock() -> ctypes.c_void_p:
+def _stopwatch() -> ctypes.c_void_p:
     return ctypes.c_void_p.in_dll(library(), "mjcb_time")
 
 
 def _start(clock: int | None) -> None:
-    _clock().value = clock
+    _stopwatch().value = clock
 
 
-_clock_hook = Hook(lambda: _clock().value, _start)
+_stopwatch_hook = Hook(lambda: _stopwatch().value, _start)

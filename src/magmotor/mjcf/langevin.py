@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from magmotor.common.arguments import Count, checked, floats, integer, several
 from magmotor.common.checks import check_floats, check_integer, check_kind, reject
 from magmotor.common.environment import physical_memory
-from magmotor.mjcf import hooks as fatal
+from magmotor.mjcf import hooks
 from magmotor.mjcf.langevin_loop import BY_TIME, compiled, law
 from magmotor.mjcf.langevin_model import langevin_model
 from magmotor.noise import LARGEST_STEP
@@ -194,6 +194,6 @@ class Baoab:
         if self.model.opt.timestep != self._law.timestep:
             raise reject("timestep", self.model.opt.timestep, f"{self._law.timestep:g}, as it was")
         work = np.empty(3 * len(self._law.kick) + self._law.channels)
-        with fatal.raised():
+        with hooks.raised():
             addresses = self.model._address, data._address
             return self._advance(*addresses, first, nstep, self._law, path, work)

@@ -4,14 +4,13 @@ That holds if each body that moves hangs on the world by joints at its centre of
 nothing else than friction proportional to velocities, noise and forces from outside acts on it.
 """
 
-from typing import Any
-
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.common.checks import check_array, check_number, reject
-from magmotor.mjcf.viscous_contact import ALWAYS_IN_CONE
+from magmotor.mjcf.lookup import disabled, label
+from magmotor.mjcf.viscous_contact import ALWAYS_IN_CONE, check_pair
 
 HINGE, SLIDE = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)
 ROUNDING = 1e-9
@@ -55,21 +54,6 @@ def check_model(model: mujoco.MjModel) -> None:
     for body in np.flatnonzero(_moving(model)):
         _check_body(model, int(body))
     _check_contacts(model)
-
-
-def disabled(model: mujoco.MjModel, flag: str) -> bool:
-    """Whether a feature is switched off, by its own flag or by that of all constraints."""
-    flags = {flag}
-    if flag in {"equality", "frictionloss", "limit", "contact"}:
-        flags.add("constraint")
-    bits = (getattr(mujoco.mjtDisableBit, f"mjDSBL_{name.upper()}") for name in flags)
-    return any(model.opt.disableflags & bit for bit in bits)
-
-
-def label(model: mujoco.MjModel, kind: str, number: Any) -> str:
-    """How to name a thing in a message."""
-    name = mujoco.mj_id2name(model, getattr(mujoco.mjtObj, f"mjOBJ_{kind.upper()}"), int(number))
-    return f"{kind} {name!r}" if name else f"{kind} {number}"
 
 
 def _moving(model: mujoco.MjModel) -> NDArray[np.bool_]:
@@ -151,8 +135,8 @@ def _check_contacts(model: mujoco.MjModel) -> None:
         raise reject(f"{both}: contype", value, "zero, as conaffinity: they must not collide")
 
 
-def check_viscous(model: mujoco.MjModel, contact: Any) -> int:
-    """Check that a viscous contact is that of a sphere, about its body's centre, on a fixed plane.
+def check_viscous(model: mujoco.MjModel, pair: int) -> int:
+    """Check that a pair is a viscous contact of a sphere about its body's centre of mass.
 
     Returns
     -------
@@ -164,21 +148,11 @@ def check_viscous(model: mujoco.MjModel, contact: Any) -> int:
     ValueError
         Names the geom, and what must hold.
     """
-    plane, sphere = contact.geom
+    sphere = check_pair(model, pair)
     body = int(model.geom_bodyid[sphere])
-    names = [label(model, "geom", geom) for geom in (plane, sphere)]
-    kinds = [mujoco.mjtGeom(model.geom_type[geom]).name[7:].lower() for geom in (plane, sphere)]
-    fixed = model.body_weldid[model.geom_bodyid[plane]] == 0
-    if kinds != ["plane", "sphere"] or not fixed:
-        raise reject(f"{' and '.join(names)}: types", kinds, "a fixed plane and a sphere")
     off = np.linalg.norm(model.geom_pos[sphere] - model.body_ipos[body])
     if off > ROUNDING * model.geom_size[sphere, 0]:
         bound = f"its body's centre of mass, {model.body_ipos[body].tolist()}"
-        raise reject(f"{names[1]}: pos", model.geom_pos[sphere].tolist(), bound)
-    elliptic = model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC
-    reference, damping = contact.solreffriction
-    if contact.dim != 3 or not elliptic or reference != 0 or damping >= 0:
-        law = f"condim {contact.dim}, solreffriction {contact.solreffriction.tolist()}"
-        bound = 'condim 3 and solreffriction "0 -b", in an elliptic cone'
-        raise reject(f"contact of {' and '.join(names)}", law, bound)
+        name = label(model, "geom", sphere)
+        raise reject(f"{name}: pos", model.geom_pos[sphere].tolist(), bound)
     return body

@@ -135,6 +135,59 @@ def compiled():
     return _advance(layout.current())
 
 
+@compiled_once(nogil=True, error_model="numpy")
+def _advance(checksum: int, offsets: layout.Layout):
+    """The loop for one layout of the structs."""
+
+    def advance(model, data, first, count, law, path, work):
+        """Take steps from number `first` on, or from where the time says if it is `BY_TIME`.
+
+        Returns the number of the step that follows, or `BY_TIME` if the state is not finite.
+        """
+        _ = checksum
+        m = memory.words(model, memory.UNBOUNDED)
+        d = memory.words(data, memory.UNBOUNDED)
+        law, path, work = _borrowed(law), memory.borrowed(path), memory.borrowed(work)
+        n, channels = len(law.kick), law.channels
+        qvel = memory.numbers(d[offsets.qvel // 8], 1, n)[0]
+        qpos = memory.numbers(d[offsets.qpos // 8], 1, memory.UNBOUNDED)[0]
+        time = memory.numbers(data + offsets.time, 1, 1)[0]
+        seed, replica = chosen(d, m, offsets, 0), chosen(d, m, offsets, 1)
+        factor, level = max(1, chosen(d, m, offsets, 2)), chosen(d, m, offsets, 3)
+        if first == BY_TIME:
+            first = chosen(d, m, offsets, 4) + step_number(model, data, offsets)
+        force, change, whole = work[:n], work[n : 2 * n], work[2 * n :]
+        noise = whole[n:]
+        done = 0
+        while True:
+            _find_forces(model, data, offsets, law, force)
+            if done > 0:
+                size = 0.0
+                for i in range(n):
+                    qvel[i] += law.kick[i] * force[i]
+                    size += abs(qvel[i])
+                time[0] += law.timestep
+                if len(path) > 0:
+                    places = path.shape[1] - n
+                    copy(path[done - 1, :places], qpos)
+                    copy(path[done - 1, places:], qvel)
+                if not size < np.inf:
+                    return BY_TIME
+            if done == count:
+                return first + done
+            for i in range(n):
+                qvel[i] += law.kick[i] * force[i]
+            step = first + done
+            _drift(model, qpos, qvel, law)
+            for channel in range(channels):
+                noise[channel] = normal(seed, replica, step, channel, factor, level)
+            _damp_and_drive(qpos, qvel, law, whole, change)
+            _drift(model, qpos, qvel, law)
+            done += 1
+
+    return advance
+
+
 @njit(forceinline=True)
 def _borrowed(law):
     """The law with views of its arrays, see `memory.borrowed`."""
@@ -151,34 +204,6 @@ def _borrowed(law):
         memory.borrowed(law.balls),
         memory.borrowed(law.ratios),
     )
-
-
-@njit(forceinline=True)
-def _axes(qpos, place):
-    """The axes of a body, as it would see those of its reference attitude."""
-    return columns((qpos[place], qpos[place + 1], qpos[place + 2], qpos[place + 3]))
-
-
-@njit(forceinline=True)
-def _to_body(array, first, axes):
-    """Bring a vector in an array from the frame of the reference attitude to the body's."""
-    v = array[first], array[first + 1], array[first + 2]
-    seen = dot(axes[0], v), dot(axes[1], v), dot(axes[2], v)
-    array[first], array[first + 1], array[first + 2] = seen
-
-
-@njit(forceinline=True)
-def _to_reference(array, first, axes):
-    """Bring a vector in an array from the body's frame to that of its reference attitude."""
-    x, y, z = array[first], array[first + 1], array[first + 2]
-    v = plus(plus(scaled(x, axes[0]), y, axes[1]), z, axes[2])
-    array[first], array[first + 1], array[first + 2] = v
-
-
-@njit(error_model="numpy")
-def _apply_forces(model, data, offsets):
-    """Not inlined, unlike what it calls, since this shortens compilation."""
-    apply_forces(model, data, offsets)
 
 
 @njit(forceinline=True)
@@ -199,6 +224,12 @@ def _find_forces(model, data, offsets, law, force):
         for k in range(3):
             for j in range(3):
                 force[dof + k] += frames[body, 3 * j + k] * applied[body, 3 + j]
+
+
+@njit(error_model="numpy")
+def _apply_forces(model, data, offsets):
+    """Not inlined, unlike what it calls, since this shortens compilation."""
+    apply_forces(model, data, offsets)
 
 
 @njit(forceinline=True)
@@ -267,54 +298,23 @@ def _damp_and_drive(qpos, qvel, law, whole, change):
         qvel[i] += change[i]
 
 
-@compiled_once(nogil=True, error_model="numpy")
-def _advance(checksum: int, offsets: layout.Layout):
-    """The loop for one layout of the structs."""
+@njit(forceinline=True)
+def _axes(qpos, place):
+    """The axes of a body, as it would see those of its reference attitude."""
+    return columns((qpos[place], qpos[place + 1], qpos[place + 2], qpos[place + 3]))
 
-    def advance(model, data, first, count, law, path, work):
-        """Take steps from number `first` on, or from where the time says if it is `BY_TIME`.
 
-        Returns the number of the step that follows, or `BY_TIME` if the state is not finite.
-        """
-        _ = checksum
-        m = memory.words(model, memory.UNBOUNDED)
-        d = memory.words(data, memory.UNBOUNDED)
-        law, path, work = _borrowed(law), memory.borrowed(path), memory.borrowed(work)
-        n, channels = len(law.kick), law.channels
-        qvel = memory.numbers(d[offsets.qvel // 8], 1, n)[0]
-        qpos = memory.numbers(d[offsets.qpos // 8], 1, memory.UNBOUNDED)[0]
-        time = memory.numbers(data + offsets.time, 1, 1)[0]
-        seed, replica = chosen(d, m, offsets, 0), chosen(d, m, offsets, 1)
-        factor, level = max(1, chosen(d, m, offsets, 2)), chosen(d, m, offsets, 3)
-        if first == BY_TIME:
-            first = chosen(d, m, offsets, 4) + step_number(model, data, offsets)
-        force, change, whole = work[:n], work[n : 2 * n], work[2 * n :]
-        noise = whole[n:]
-        done = 0
-        while True:
-            _find_forces(model, data, offsets, law, force)
-            if done > 0:
-                size = 0.0
-                for i in range(n):
-                    qvel[i] += law.kick[i] * force[i]
-                    size += abs(qvel[i])
-                time[0] += law.timestep
-                if len(path) > 0:
-                    places = path.shape[1] - n
-                    copy(path[done - 1, :places], qpos)
-                    copy(path[done - 1, places:], qvel)
-                if not size < np.inf:
-                    return BY_TIME
-            if done == count:
-                return first + done
-            for i in range(n):
-                qvel[i] += law.kick[i] * force[i]
-            step = first + done
-            _drift(model, qpos, qvel, law)
-            for channel in range(channels):
-                noise[channel] = normal(seed, replica, step, channel, factor, level)
-            _damp_and_drive(qpos, qvel, law, whole, change)
-            _drift(model, qpos, qvel, law)
-            done += 1
+@njit(forceinline=True)
+def _to_body(array, first, axes):
+    """Bring a vector in an array from the frame of the reference attitude to the body's."""
+    v = array[first], array[first + 1], array[first + 2]
+    seen = dot(axes[0], v), dot(axes[1], v), dot(axes[2], v)
+    array[first], array[first + 1], array[first + 2] = seen
 
-    return advance
+
+@njit(forceinline=True)
+def _to_reference(array, first, axes):
+    """Bring a vector in an array from the body's frame to that of its reference attitude."""
+    x, y, z = array[first], array[first + 1], array[first + 2]
+    v = plus(plus(scaled(x, axes[0]), y, axes[1]), z, axes[2])
+    array[first], array[first + 1], array[first + 2] = v

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 from magmotor.common.arguments import numbers
 from magmotor.common.checks import reject
-from magmotor.mjcf.langevin_checks import ROUNDING, check_model, check_viscous, disabled, label
-from magmotor.mjcf.viscous_contact import viscous_contacts, viscous_friction
+from magmotor.mjcf.langevin_checks import ROUNDING, check_model, check_viscous
+from magmotor.mjcf.lookup import disabled, label
+from magmotor.mjcf.viscous_contact import resistance, viscous_contacts
 from magmotor.numerics.reproducible import product
 
 Array = NDArray[np.float64]
@@ -203,7 +204,7 @@ def _viscous_contacts(
         found = [c for c in active if set(c.geom.tolist()) == geoms and c.efc_address >= 0]
         if len(found) != 1:
             raise reject(f"{name}: active contacts at qpos0", len(found), "one")
-        body = check_viscous(model, found[0])
+        body = check_viscous(model, pair)
         if any(ball.body == body and not ball.isotropic for ball in balls):
             moments = model.body_inertia[body].tolist()
             bound = f"equal, since {name} acts on it"
@@ -226,4 +227,5 @@ def _viscous(model, data, contact: Any, name: str, masses: Array, body: int) -> 
     if regularisation < WEAKEST_REGULARISATION:
         bound = f"at least {WEAKEST_REGULARISATION:g}: a smaller impratio makes it larger"
         raise reject(f"{name}: R/A", regularisation, bound)
-    return viscous_friction(data, contact, inverse_inertia) * product(slip.T, slip)
+    damping = -contact.solreffriction[1] / resistance(data, contact, inverse_inertia)
+    return damping * product(slip.T, slip)

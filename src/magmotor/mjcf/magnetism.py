@@ -1,4 +1,8 @@
-"""The front door to the compiled callback: a block in which it acts on every model."""
+"""A block in which dipoles, noise and potentials act on every model, by a compiled callback.
+
+First what users call; then how the callback is installed; then the callback itself, which reads
+what a model declares.
+"""
 
 # Numba's intrinsics hide their first parameter:
 # pyright: reportCallIssue=false
@@ -27,134 +31,6 @@ from magmotor.mjcf.hooks import Hook
 from magmotor.mjcf.magnets import set_magnetic_wrenches
 from magmotor.mjcf.potential import add_potential_wrenches, clear_bodies_in_potentials
 from magmotor.numerics.compiled import compiled_once
-
-_SIGNATURE = types.void(types.int64, types.int64)
-
-
-@compiled_once(_SIGNATURE, error_model="numpy")
-def _callback(checksum: int, offsets: layout.Layout):
-    """The callback for one layout of the structs.
-
-    The offsets are a closure cell, and plain numbers: a compiled function among the cells would be
-    a new key of Numba's cache in every process.
-    """
-
-    def callback(model, data):
-        _ = checksum
-        acting = apply_forces(model, data, offsets)
-        m = memory.words(model, memory.UNBOUNDED)
-        if m[offsets.nuser_body // 8] > 0:
-            acting += add_brownian_wrenches(model, data, offsets)
-        if acting == 0 and memory.inert_reported() == 0:
-            memory.report_inert(why_inert(m, offsets))
-
-    return callback
-
-
-@cache
-def compiled_callback():
-    """The callback for the MuJoCo that is running, compiled once a process at the most."""
-    memory.bind_function("magmotor_report_inert", _report)
-    memory.bind_variable("magmotor_inert_reported", _reported)
-    return _callback(layout.current())
-
-
-def report_again() -> None:
-    """Have the next step of a model on which nothing acts be reported."""
-    _reported.value = 0
-
-
-_reported = ctypes.c_int64(0)
-
-
-_REASONS = {
-    NO_DIPOLES: 'it has no dipole sites (a site with user="MOMENT" in A m^2, along its z axis)',
-    ONE_RIGID_BODY: "its dipole sites are all on one rigid body, and there must be another",
-    NONE_MOVES: "none of the bodies with dipole sites can move: one must have a joint",
-    SWITCHED_OFF: "its couplings switch all magnetism off (prm 0, which a missing prm means, too)",
-}
-
-
-@ctypes.CFUNCTYPE(None, ctypes.c_int64)
-def _report(reason):
-    _reported.value = 1
-    warnings.warn(
-        f"nothing acts on this model: {_REASONS[reason]}; nor has it Brownian wrenches (a body with"
-        " rows of six user numbers) or periodic potentials (a joint with pairs of them)",
-        stacklevel=2,
-    )
-
-
-@njit(forceinline=True)
-def apply_forces(model, data, offsets):
-    """Overwrite the wrenches of bodies with what acts on them but noise; return how much acts.
-
-    `model` and `data` are the addresses of mjModel and mjData, `offsets` their layout.
-    """
-    m = memory.words(model, memory.UNBOUNDED)
-    d = memory.words(data, memory.UNBOUNDED)
-    in_potentials = m[offsets.nuser_jnt // 8] > 0
-    if m[offsets.nuser_body // 8] > 0:
-        clear_driven_bodies(m, d, offsets)
-    if in_potentials:
-        clear_bodies_in_potentials(m, d, offsets)
-    acting = set_magnetic_wrenches(m, d, offsets)
-    if in_potentials:
-        acting += add_potential_wrenches(m, d, offsets)
-    return acting
-
-
-@checked
-def apply_perturbation(
-    model: mujoco.MjModel, data: mujoco.MjData, perturb: mujoco.MjvPerturb
-) -> None:
-    """Apply the force of the mouse in MuJoCo's viewer, before a step.
-
-    The viewer writes it to `xfrc_applied`, which `magnetism` overwrites where dipoles, noise or
-    potentials act. Here it is a generalised force, on any body.
-
-    Parameters
-    ----------
-    model : mujoco.MjModel
-    data : mujoco.MjData
-        Its `qfrc_applied` becomes the force, zero while nothing is pulled: call this first, then
-        add forces of your own by `+=`. The `xfrc_applied` of
-        the selected body, where the viewer's `sync` has left the same force, becomes zero.
-    perturb : mujoco.MjvPerturb
-        What the mouse does: the attribute `perturb` of the viewer's handle.
-
-    Examples
-    --------
-    >>> with mm.magnetism(), mujoco.viewer.launch_passive(model, data) as viewer:  # doctest: +SKIP
-    ...     while viewer.is_running():
-    ...         mm.apply_perturbation(model, data, viewer.perturb)
-    ...         mujoco.mj_step(model, data)
-    ...         viewer.sync()
-    """
-    data.qfrc_applied[:] = 0.0
-    body = perturb.select
-    if not 0 < body < model.nbody:
-        return
-    wrench = data.xfrc_applied[body]
-    wrench[:] = 0.0
-    mujoco.mjv_applyPerturbForce(model, data, perturb)
-    place, force = data.xipos[body], data.qfrc_applied
-    mujoco.mj_applyFT(model, data, wrench[:3], wrench[3:], place, body, force)
-    wrench[:] = 0.0
-
-
-_C_TYPE = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)
-
-
-def _install() -> Any:
-    function = _C_TYPE(compiled_callback().address or 0)
-    report_again()
-    previous = mujoco.get_mjcb_control()
-    mujoco.set_mjcb_control(function)
-    return previous
-
-
-_hook = Hook(_install, mujoco.set_mjcb_control)
 
 
 @contextmanager
@@ -262,3 +138,127 @@ def magnetism() -> Iterator[None]:
     """
     with _hook:
         yield
+
+
+@checked
+def apply_perturbation(
+    model: mujoco.MjModel, data: mujoco.MjData, perturb: mujoco.MjvPerturb
+) -> None:
+    """Apply the force of the mouse in MuJoCo's viewer, before a step.
+
+    The viewer writes it to `xfrc_applied`, which `magnetism` overwrites where dipoles, noise or
+    potentials act. Here it is a generalised force, on any body.
+
+    Parameters
+    ----------
+    model : mujoco.MjModel
+    data : mujoco.MjData
+        Its `qfrc_applied` becomes the force, zero while nothing is pulled: call this first, then
+        add forces of your own by `+=`. The `xfrc_applied` of
+        the selected body, where the viewer's `sync` has left the same force, becomes zero.
+    perturb : mujoco.MjvPerturb
+        What the mouse does: the attribute `perturb` of the viewer's handle.
+
+    Examples
+    --------
+    >>> with mm.magnetism(), mujoco.viewer.launch_passive(model, data) as viewer:  # doctest: +SKIP
+    ...     while viewer.is_running():
+    ...         mm.apply_perturbation(model, data, viewer.perturb)
+    ...         mujoco.mj_step(model, data)
+    ...         viewer.sync()
+    """
+    data.qfrc_applied[:] = 0.0
+    body = perturb.select
+    if not 0 < body < model.nbody:
+        return
+    wrench = data.xfrc_applied[body]
+    wrench[:] = 0.0
+    mujoco.mjv_applyPerturbForce(model, data, perturb)
+    place, force = data.xipos[body], data.qfrc_applied
+    mujoco.mj_applyFT(model, data, wrench[:3], wrench[3:], place, body, force)
+    wrench[:] = 0.0
+
+
+_C_TYPE = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)
+
+
+def _install() -> Any:
+    function = _C_TYPE(compiled_callback().address or 0)
+    _reported.value = 0
+    previous = mujoco.get_mjcb_control()
+    mujoco.set_mjcb_control(function)
+    return previous
+
+
+_hook = Hook(_install, mujoco.set_mjcb_control)
+
+
+@cache
+def compiled_callback():
+    """The callback for the MuJoCo that is running, compiled once a process at the most."""
+    memory.bind_function("magmotor_report_inert", _report)
+    memory.bind_variable("magmotor_inert_reported", _reported)
+    return _callback(layout.current())
+
+
+_SIGNATURE = types.void(types.int64, types.int64)
+
+
+@compiled_once(_SIGNATURE, error_model="numpy")
+def _callback(checksum: int, offsets: layout.Layout):
+    """The callback for one layout of the structs.
+
+    The offsets are a closure cell, and plain numbers: a compiled function among the cells would be
+    a new key of Numba's cache in every process.
+    """
+
+    def callback(model, data):
+        _ = checksum
+        acting = apply_forces(model, data, offsets)
+        m = memory.words(model, memory.UNBOUNDED)
+        if m[offsets.nuser_body // 8] > 0:
+            acting += add_brownian_wrenches(model, data, offsets)
+        if acting == 0 and memory.inert_reported() == 0:
+            memory.report_inert(why_inert(m, offsets))
+
+    return callback
+
+
+@njit(forceinline=True)
+def apply_forces(model, data, offsets):
+    """Overwrite the wrenches of bodies with what acts on them but noise; return how much acts.
+
+    `model` and `data` are the addresses of mjModel and mjData, `offsets` their layout.
+    """
+    m = memory.words(model, memory.UNBOUNDED)
+    d = memory.words(data, memory.UNBOUNDED)
+    in_potentials = m[offsets.nuser_jnt // 8] > 0
+    if m[offsets.nuser_body // 8] > 0:
+        clear_driven_bodies(m, d, offsets)
+    if in_potentials:
+        clear_bodies_in_potentials(m, d, offsets)
+    acting = set_magnetic_wrenches(m, d, offsets)
+    if in_potentials:
+        acting += add_potential_wrenches(m, d, offsets)
+    return acting
+
+
+_reported = ctypes.c_int64(0)
+"""Whether a model on which nothing acts was reported since the callback was installed."""
+
+_REASONS = {
+    NO_DIPOLES: 'it has no dipole sites (a site with user="MOMENT" in A m^2, along its z axis)',
+    ONE_RIGID_BODY: "its dipole sites are all on one rigid body, and there must be another",
+    NONE_MOVES: "none of the bodies with dipole sites can move: one must have a joint",
+    SWITCHED_OFF: "its couplings switch all magnetism off (prm 0, which a missing prm means, too)",
+}
+
+
+@ctypes.CFUNCTYPE(None, ctypes.c_int64)
+def _report(reason):
+    _reported.value = 1
+    warnings.warn(
+        f"nothing acts on this model: {_REASONS[reason]}; nor has it Brownian wrenches (a body with"
+        " rows of six user numbers) or periodic potentials (a joint with pairs of them)",
+        stacklevel=2,
+    )

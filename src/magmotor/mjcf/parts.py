@@ -62,6 +62,15 @@ def add_dipoles(body: Element, moment: float, positions: Array, directions: Arra
         body.add("site", name=f"{body.name}{i}", dclass="dipole", user=[moment], **place)
 
 
+def solve_in_one_step(root: Element) -> None:
+    """Take one step of conjugate gradients: enough for viscous contacts that bear no load.
+
+    It is exact with R >> A and no normal dynamics. The tolerance is zero, so that it is taken at
+    any slip.
+    """
+    root.option.set_attributes(solver="CG", iterations=1, ls_iterations=1, tolerance=0)
+
+
 UNUSED = (
     "island", "equality", "frictionloss", "limit", "clampctrl", "eulerdamp", "sensor", "spring",
     "damper", "filterparent", "nativeccd", "warmstart",

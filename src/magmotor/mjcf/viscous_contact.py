@@ -1,40 +1,33 @@
-"""The paper's viscous slip law realised by a frictional contact, and dry friction beside it.
+"""Viscous slip f = -c V of a sphere on a plane, realised by a frictional contact.
 
 A contact with an elliptic cone that is never reached, and friction rows that are purely damped
 (`solreffriction="0 -b"`), has the friction force f = -(b/d) V/(A + R) - a0/(A + R): V is the slip
 velocity, a0 the slip acceleration without friction, A = 1/m + r^2/I the inverse inertia at the
-contact, d the impedance and R the regularisation. Where R >> A the second term is negligible, and
-b = c d (A + R) gives f = -c V. A tiny `impratio` makes R huge in a contact that bears the load;
-dry friction needs `impratio` 1, so there a second contact carries the viscous law, with the
-smallest impedance (R = 1e4 A) and next to none of the load.
-
-Dry friction is regularised: it grows with the slip up to v* = mu N A/rate, where it saturates.
-A ball that it holds creeps by 1e-4 of that.
-MuJoCo's convex cone makes a slipping ball press harder, by a fraction of mu^2 V/v*, and hop a
-little; the mean friction over some steps stays mu m g.
+contact, d the impedance and R the regularization. Where R >> A the second term is negligible, and
+b = c d (A + R) gives f = -c V. A tiny `impratio` makes R huge, as the smallest impedance does in a
+contact that bears no load.
 """
 
 import math
+from copy import copy
+from dataclasses import dataclass
 from typing import Any
 
 import mujoco
+import numpy as np
 
-from magmotor.common.checks import check_number
+from magmotor.common.arguments import check_flag
+from magmotor.common.checks import check_kind, check_number, reject
 from magmotor.mjcf import parts
-
-DRY_FRICTION_RATE = 200.0
-"""Rate (1/s) at which dry friction that is not saturated stops a slip; a step must be shorter."""
+from magmotor.mjcf.lookup import disabled, label, number_of
 
 CONTACT_RATE = 20.0
-"""Rate (1/s) at which a ball that the plane bears comes to rest on it, critically damped."""
-
-BEARING = {"rk4": 2.785 / CONTACT_RATE}
-"""Step (s) at which the bearing contact of a plane becomes unstable; else (2 sqrt 2 - 2)/rate."""
+"""Rate (1/s) at which a sphere that the plane bears comes to rest on it, critically damped."""
 
 STIFF, SOFT = 0.9999, 0.0001
 """MuJoCo's largest and smallest impedance d."""
 
-STIFFNESS, DAMPING = CONTACT_RATE**2, 2 * CONTACT_RATE
+STIFFNESS, NORMAL_DAMPING = CONTACT_RATE**2, 2 * CONTACT_RATE
 """Of the contact's normal, over mass, in 1/s^2 and 1/s."""
 
 ALWAYS_IN_CONE = 1e6
@@ -43,87 +36,219 @@ ALWAYS_IN_CONE = 1e6
 FILM = 1e-3
 """Margin (m) within which a contact that need not bear the load is active, its point at -r e_z."""
 
+LEAST_REGULARIZATION = 100.0
+"""R over A, below which the second term of the force is too large."""
 
-def add_contacts(
-    root: parts.Element,
-    surface: str,
-    gravity: float,
-    friction: float,
-    dry_friction: tuple[float, float, float] = (0.0, 0.0, 0.0),
-) -> None:
-    """Add the contact pairs of the ball on the floor; `calibrate_viscous` completes them."""
-    dry = any(dry_friction)
-    viscous_bears_load = surface == "plane" and not dry
-    root.option.impratio = 1.0 if dry else 1e-14
-    bearing = {"solimp": _constant(STIFF), "margin": _resting_depth(gravity)}
-    common = {"geom1": "floor", "geom2": "ball", "solref": [-STIFFNESS, -DAMPING], **bearing}
-    if dry:
-        slide, turn, roll = dry_friction
-        root.contact.add(
-            "pair",
-            name="dry",
-            condim=6 if roll else 4 if turn else 3,
-            friction=[slide, slide, turn, roll, roll],
-            solreffriction=[0.0, -DRY_FRICTION_RATE],
-            **common,
-        )
-    elif friction == 0 and surface == "plane":
-        root.contact.add("pair", name="smooth", condim=1, **common)
-    if friction > 0:
-        add_viscous(root, "ball", **(bearing if viscous_bears_load else {}))
+ANY_DISTANCE = mujoco.mjMAXVAL
+"""Margin (m) with which a contact is active wherever the sphere is."""
 
 
-def add_viscous(root: parts.Element, geom: str, **bearing: Any) -> None:
-    """Add the viscous contact of a geom with the floor, bearing no load unless told how."""
-    film = {"solimp": _constant(SOFT), "margin": FILM}
-    root.contact.add(
-        "pair",
-        name="viscous",
-        geom1="floor",
-        geom2=geom,
-        condim=3,
-        friction=[ALWAYS_IN_CONE, ALWAYS_IN_CONE, 0.005, 0.0001, 0.0001],
-        solref=[-STIFFNESS, -DAMPING],
-        solreffriction=[0.0, -1.0],
-        **(bearing or film),
-    )
+@dataclass(frozen=True)
+class ViscousContact:
+    """Viscous slip: the force on a sphere's contact point is -c V, V its slip velocity on a plane.
 
+    It is a contact pair of the model. `add_to` adds the pair to a description of the model, and
+    `calibrate` sets its numbers in the compiled model, or `complete` in the description. The pair
+    takes the place of the contact that the two geoms would have otherwise.
 
-def tune_solver(root: parts.Element, surface: str, friction: float) -> None:
-    """Have the solver do no more than the ball's contacts need.
+    Parameters
+    ----------
+    damping : float
+        c in kg/s.
+    sphere, plane : str
+        Names of the geoms. The plane must not move.
+    bears_load : bool
+        Whether the contact also keeps the sphere from sinking into the plane. If not, joints or
+        another contact pair must hold the sphere within 1 mm above the plane.
+    name : str
+        Of the pair. Several viscous contacts in one model need different names.
 
-    On the plane, Newton's first step along each line is as good as those that its line search
-    would add.
+    Raises
+    ------
+    ValueError
+        `damping` is no positive number, or another argument has the wrong type.
+
+    Notes
+    -----
+    The law needs R >> A = 1/m + r^2/I, where m is the mass of the sphere's body, I its (smallest)
+    moment of inertia and R the regularization of MuJoCo's contact. Two options of the model decide:
+
+    - `cone="elliptic"`;
+    - `impratio`, tiny in a contact that bears the load: the devices have 1e-14. This takes away the
+      Coulomb friction of the model's other contacts. A contact that bears no load does with 1.
+
+    Friction also takes the fraction A/R off the slip's other accelerations, and c is right up to
+    A/R if the sphere's body is not free, its moments of inertia differ, or its center of mass is
+    not the sphere's; else it is exact. For a solid ball A/R is 3.5e4 `impratio` with load, and
+    3.5e-4 at `impratio` 1 without. `calibrate` refuses more than 0.01.
+
+    A sphere that the contact bears is held critically damped, at a rate of 20/s. Under gravity
+    alone a free body rests with the sphere's center one radius above the plane; pulled up, it
+    leaves the plane. The step must be shorter than 0.041 s, or 0.139 s with RK4
+    (`magmotor.mjcf.viscous_contact.bearing_limit`). MuJoCo treats the force explicitly in every
+    integrator: a step h also needs c A h < 2, or 2.785 with RK4.
+
+    Examples
+    --------
+    A ball slides on a table, and begins to roll as its slip decays.
+
+    >>> import mujoco
+    >>> import magmotor as mm
+    >>> spec = mujoco.MjSpec.from_string('''
+    ... <mujoco>
+    ...   <option cone="elliptic" impratio="1e-14"/>
+    ...   <worldbody>
+    ...     <geom name="table" type="plane" size="1 1 1"/>
+    ...     <body pos="0 0 0.05">
+    ...       <freejoint/>
+    ...       <geom name="ball" size="0.05" mass="0.2"/>
+    ...     </body>
+    ...   </worldbody>
+    ... </mujoco>
+    ... ''')
+    >>> contact = mm.ViscousContact(damping=0.3, sphere="ball", plane="table")
+    >>> contact.add_to(spec)
+    >>> model = spec.compile()
+    >>> contact.calibrate(model)
+    >>> print(f"{contact.damping_of(model):.6f}")
+    0.300000
+    >>> data = mujoco.MjData(model)
+    >>> data.qvel[0] = 0.7
+    >>> mujoco.mj_step(model, data, nstep=5000)
+    >>> print(data.qvel[[0, 4]].round(4))  # v = 5/7 of 0.7 m/s, omega = v/r
+    [ 0.5 10. ]
     """
-    if surface == "plane":
-        root.option.ls_tolerance = 1e6
-    elif friction == 0:
-        root.option.flag.constraint = "disable"
-    else:
-        solve_in_one_step(root)
 
+    damping: float
+    sphere: str
+    plane: str
+    bears_load: bool = True
+    name: str = "viscous"
 
-def solve_in_one_step(root: parts.Element) -> None:
-    """Take one step of conjugate gradients: exact with R >> A and no normal dynamics.
+    def __post_init__(self) -> None:
+        check_number("damping", self.damping, above=0, unit="kg/s")
+        for field in ("sphere", "plane", "name"):
+            check_kind(field, getattr(self, field), str)
+        check_flag("bears_load", self.bears_load)
 
-    The tolerance is zero, so that it is taken at any slip.
-    """
-    root.option.set_attributes(solver="CG", iterations=1, ls_iterations=1, tolerance=0)
+    def add_to(self, description: mujoco.MjSpec | parts.Element) -> None:
+        """Add the contact pair, not yet calibrated, to a description of a model.
 
+        Parameters
+        ----------
+        description : mujoco.MjSpec or dm_control.mjcf.RootElement
 
-def calibrate_viscous(root: parts.Element, friction: float, inverse_inertia: float) -> None:
-    """Set b so that the viscous contact's force is -c V, c = `friction` and A = `inverse_inertia`.
+        Raises
+        ------
+        ValueError
+            It is no such description, or has a pair of this name already.
+        """
+        numbers = {
+            "name": self.name,
+            "condim": 3,
+            "friction": [ALWAYS_IN_CONE, ALWAYS_IN_CONE, 0.005, 0.0001, 0.0001],
+            "solreffriction": [0.0, -1.0],
+            **(bearing(0.0) if self.bears_load else _normal(SOFT, FILM)),
+        }
+        if isinstance(description, mujoco.MjSpec):
+            description.add_pair(geomname1=self.plane, geomname2=self.sphere, **numbers)
+        else:
+            pairs = _root(description).contact
+            pairs.add("pair", geom1=self.plane, geom2=self.sphere, **numbers)
 
-    R is read from the compiled model.
-    """
-    pair = root.find("contact", "viscous")
-    if pair is None:
-        return
-    model = parts.compiled(root)
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
-    (contact,) = viscous_contacts(data)
-    pair.solreffriction = [0.0, -friction * _resistance(data, contact, inverse_inertia)]
+    def calibrate(self, model: mujoco.MjModel) -> None:
+        """Set the pair's numbers in a compiled model, so that its force is -c V.
+
+        They are `pair_solreffriction`, (0, -b) with b = c d (A + R), and, if the contact bears the
+        load, the `pair_margin` at which the sphere rests at its radius under the model's gravity.
+        Calibrate again after a change of masses, sizes, gravity or `impratio`.
+
+        Parameters
+        ----------
+        model : mujoco.MjModel
+
+        Raises
+        ------
+        ValueError
+            The model has no such pair or cannot realise its law. Names what is in the way, and
+            what must hold.
+        """
+        pair, contact, ratio = self._in(model)
+        model.pair_solreffriction[pair] = 0.0, -self.damping * ratio
+        if self.bears_load:
+            model.pair_margin[pair] = _resting_depth(_load(model, contact))
+
+    def complete(self, description: mujoco.MjSpec | parts.Element) -> None:
+        """Write the numbers that `calibrate` sets into a description that has the pair.
+
+        It is compiled once for that. Models compiled from it afterwards, and its XML, have them;
+        `MjSpec.to_xml` prints six digits.
+
+        Parameters
+        ----------
+        description : mujoco.MjSpec or dm_control.mjcf.RootElement
+
+        Raises
+        ------
+        ValueError
+            As `calibrate`, or the description does not compile.
+        """
+        if isinstance(description, mujoco.MjSpec):
+            model, pair = description.compile(), description.pair(self.name)
+        else:
+            root = _root(description)
+            model, pair = parts.compiled(root), root.find("contact", self.name)
+        self.calibrate(model)
+        number = number_of(model, "pair", self.name)
+        pair.solreffriction = model.pair_solreffriction[number]
+        pair.margin = model.pair_margin[number]
+
+    def damping_of(self, model: mujoco.MjModel) -> float:
+        """The c, in kg/s, that the contact has in a compiled model as it now is.
+
+        Parameters
+        ----------
+        model : mujoco.MjModel
+
+        Raises
+        ------
+        ValueError
+            As `calibrate`.
+        """
+        pair, _, ratio = self._in(model)
+        return float(-model.pair_solreffriction[pair, 1] / ratio)
+
+    def _in(self, model: mujoco.MjModel) -> tuple[int, Any, float]:
+        """The number of the pair, its contact at the model's reference configuration, and b/c."""
+        check_kind("model", model, mujoco.MjModel)
+        pair = number_of(model, "pair", self.name)
+        if pair < 0:
+            raise ValueError(
+                f"pair {self.name!r} is not in the model: add it to the description by `add_to`"
+                " before the model is compiled"
+            )
+        geoms = {model.pair_geom1[pair], model.pair_geom2[pair]}
+        if geoms != {number_of(model, "geom", name) for name in (self.sphere, self.plane)}:
+            own = " and ".join(label(model, "geom", geom) for geom in sorted(geoms))
+            raise reject(f"pair {self.name!r}", own, f"of {self.sphere!r} and {self.plane!r}")
+        sphere = check_pair(model, pair)
+        if disabled(model, "contact"):
+            raise reject("flag contact", "disable", "enable, as the flag constraint")
+        near = copy(model)
+        near.pair_margin[pair] = ANY_DISTANCE
+        data = mujoco.MjData(near)
+        mujoco.mj_fwdPosition(near, data)
+        active = [c for c in data.contact if c.includemargin == ANY_DISTANCE and c.efc_address >= 0]
+        if not active:
+            raise reject(f"body of sphere {self.sphere!r}", "fixed", "one that moves")
+        inverse_inertia = _inverse_inertia(model, sphere)
+        ratio = resistance(data, active[0], inverse_inertia)
+        regularization = ratio / (active[0].solimp[0] * inverse_inertia) - 1
+        if regularization < LEAST_REGULARIZATION:
+            largest = model.opt.impratio * regularization / LEAST_REGULARIZATION
+            bound = f"at most {largest:.2g}, where R is {LEAST_REGULARIZATION:g} A"
+            raise reject("option impratio", model.opt.impratio, bound)
+        return pair, active[0], ratio
 
 
 def viscous_contacts(data: mujoco.MjData) -> list[Any]:
@@ -131,42 +256,93 @@ def viscous_contacts(data: mujoco.MjData) -> list[Any]:
     return [contact for contact in data.contact if contact.friction[0] == ALWAYS_IN_CONE]
 
 
-def viscous_friction(data: mujoco.MjData, contact: Any, inverse_inertia: float) -> float:
-    """The c of a viscous contact, whose force is -c V; see `calibrate_viscous`."""
-    return -contact.solreffriction[1] / _resistance(data, contact, inverse_inertia)
-
-
-def _resistance(data: mujoco.MjData, contact: Any, inverse_inertia: float) -> float:
+def resistance(data: mujoco.MjData, contact: Any, inverse_inertia: float) -> float:
     """How many times larger than its c the b of a viscous contact is: d (A + R)."""
-    regularisation = data.efc_R[contact.efc_address + 1]
-    return contact.solimp[0] * (inverse_inertia + regularisation)
+    regularization = float(data.efc_R[contact.efc_address + 1])
+    return contact.solimp[0] * (inverse_inertia + regularization)
 
 
-def _resting_depth(gravity: float) -> float:
-    """How far a resting ball sinks in, so that a margin of this depth lets it rest at z = r.
+def check_pair(model: mujoco.MjModel, pair: int) -> int:
+    """Check that a pair is a viscous contact of a sphere on a plane that does not move.
 
-    At rest the constraint's reference acceleration k (depth) is g (1 - d)/d, and k is the
-    stiffness over d.
-    """
-    return gravity * (1 - STIFF) / STIFFNESS
-
-
-def _constant(impedance: float) -> list[float]:
-    return [impedance, impedance, 0.001, 0.5, 2.0]
-
-
-def bearing_limit(method: str) -> float:
-    """Step, in s, at which the contact that bears a ball on a plane becomes unstable."""
-    return BEARING.get(method.split("/")[1], (2 * math.sqrt(2) - 2) / CONTACT_RATE)
-
-
-def check_bearing_limit(method: str, timestep: float) -> None:
-    """Check a timestep against the contact that bears a ball on a plane.
+    Returns
+    -------
+    int
+        The sphere's geom.
 
     Raises
     ------
     ValueError
-        Names the timestep and the limit.
+        Names the geoms, and what must hold.
     """
-    limit = bearing_limit(method)
-    check_number("timestep", timestep, below=limit, unit="s on a plane that bears the ball")
+    geoms = [int(model.pair_geom1[pair]), int(model.pair_geom2[pair])]
+    plane, sphere = sorted(geoms, key=lambda geom: model.geom_type[geom])
+    names = " and ".join(label(model, "geom", geom) for geom in (plane, sphere))
+    kinds = [mujoco.mjtGeom(model.geom_type[geom]).name[7:].lower() for geom in (plane, sphere)]
+    fixed = model.body_weldid[model.geom_bodyid[plane]] == 0
+    if kinds != ["plane", "sphere"] or not fixed:
+        raise reject(f"{names}: types", kinds, "a fixed plane and a sphere")
+    dimension, friction = int(model.pair_dim[pair]), float(model.pair_friction[pair, 0])
+    solimp, damped = model.pair_solimp[pair].tolist(), model.pair_solreffriction[pair].tolist()
+    cone = mujoco.mjtCone(model.opt.cone).name[7:].lower()
+    in_cone = (dimension, friction, cone) == (3, ALWAYS_IN_CONE, "elliptic")
+    if not in_cone or solimp[0] != solimp[1] or damped[0] != 0 or damped[1] >= 0:
+        law = f"condim {dimension}, friction {friction:g}, solimp {solimp}, solreffriction {damped}"
+        bound = (
+            f'condim 3 and solreffriction "0 -b", friction {ALWAYS_IN_CONE:g} and a constant'
+            " solimp, in an elliptic cone"
+        )
+        raise reject(f"contact of {names}", f"{law}, cone {cone}", bound)
+    return sphere
+
+
+def bearing(load: float) -> dict[str, Any]:
+    """The normal of a contact on which a free body rests with its weight `load`, in m/s^2."""
+    return _normal(STIFF, _resting_depth(load))
+
+
+def bearing_limit(integrator: str) -> float:
+    """Step, in s, at which a contact that bears a body becomes unstable; "rk4" or another."""
+    return (2.785 if integrator == "rk4" else 2 * math.sqrt(2) - 2) / CONTACT_RATE
+
+
+def _normal(impedance: float, margin: float) -> dict[str, Any]:
+    return {
+        "solref": [-STIFFNESS, -NORMAL_DAMPING],
+        "solimp": [impedance, impedance, 0.001, 0.5, 2.0],
+        "margin": margin,
+    }
+
+
+def _resting_depth(load: float) -> float:
+    """How far a resting body sinks in, so that a margin of this depth lets it rest at z = r.
+
+    At rest the constraint's reference acceleration k (depth) is g (1 - d)/d, and k is the
+    stiffness over d.
+    """
+    return load * (1 - STIFF) / STIFFNESS
+
+
+def _load(model: mujoco.MjModel, contact: Any) -> float:
+    """The part of gravity, in m/s^2, that presses the sphere on the plane."""
+    if disabled(model, "gravity"):
+        return 0.0
+    return max(0.0, float(-(model.opt.gravity @ contact.frame[:3])))
+
+
+def _inverse_inertia(model: mujoco.MjModel, sphere: int) -> float:
+    """A = 1/m + r^2/I of the sphere's body as if it were free, I the median of its moments."""
+    body = model.geom_bodyid[sphere]
+    offset = float(np.linalg.norm(model.geom_pos[sphere] - model.body_ipos[body]))
+    name = label(model, "body", body)
+    mass = check_number(f"{name}: mass", model.body_mass[body], above=0, unit="kg")
+    moment = float(np.median(model.body_inertia[body]))
+    inertia = check_number(f"{name}: moment of inertia", moment, above=0, unit="kg m^2")
+    return 1 / mass + (float(model.geom_size[sphere, 0]) + offset) ** 2 / inertia
+
+
+def _root(description: Any) -> parts.Element:
+    """A PyMJCF tree."""
+    if not hasattr(description, "contact"):
+        raise reject("description", description, "a mujoco.MjSpec or the root of a PyMJCF tree")
+    return description

@@ -11,8 +11,8 @@ from magmotor.common.checks import reject
 from magmotor.device.analysis import checked_run
 from magmotor.device.device import Device
 from magmotor.device.movie import between
+from magmotor.devices.ball import contacts
 from magmotor.devices.ball.scene import BallScene
-from magmotor.mjcf.viscous_contact import bearing_limit
 
 S = TypeVar("S", bound=BallScene)
 T = TypeVar("T", bound=tuple[Any, ...])
@@ -23,7 +23,7 @@ class BallDevice(Device[S, T], Generic[S, T]):
 
     def contact_limit(self, scene: S, method: str) -> float:
         """Timestep (s) at which the contact that bears the ball is unstable, if one does."""
-        return bearing_limit(method) if scene.surface == "plane" else np.inf
+        return contacts.contact_limit(scene, method)
 
     def joints(self, run: xr.Dataset, scene: S, times: NDArray[np.float64]) -> NDArray[np.float64]:
         """MuJoCo's joint coordinates at some times (s), shape (T, nq): orientations turn evenly.

@@ -13,9 +13,9 @@ from magmotor.device.job import Job
 from magmotor.devices.disk.scene import Disk
 from magmotor.devices.disk.states import DiskStates, start_disk
 from magmotor.mjcf import parts
-from magmotor.mjcf import viscous_contact as contact
 from magmotor.mjcf.brownian import userdata
 from magmotor.mjcf.parts import fit_stage
+from magmotor.mjcf.viscous_contact import ViscousContact
 
 
 def joints(states: DiskStates) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -42,7 +42,7 @@ class DiskMotion:
     def __init__(self, job: Job):
         self.driven = job.scene.noise > 0 or len(job.scene.coefficients) > 0
         self.start = np.hstack(joints(job.initial))
-        self.userdata = userdata(job, len(self.start))
+        self.userdata = userdata(job.path, job.first_step, len(self.start))
 
     def controls(self, steps: NDArray[np.int64]) -> NDArray[np.float64]:
         """What the Brownian wrenches are told, the same in each step."""
@@ -74,10 +74,9 @@ def compose_disk(scene: Disk, *, looks: bool) -> parts.Element:
         if root.find("contact", "viscous") is None:
             root.option.flag.set_attributes(constraint="disable", contact="disable")
         else:
-            contact.solve_in_one_step(root)
+            parts.solve_in_one_step(root)
     qpos, qvel = joints(start_disk(scene))
     root.keyframe.add("key", name="start", qpos=qpos[0], qvel=qvel[0])
-    contact.calibrate_viscous(root, scene.friction, 1 + 1 / scene.sigma)
     return root
 
 
@@ -116,4 +115,6 @@ def _brake(root: parts.Element, scene: Disk) -> None:
     if planar:
         root.find("geom", "rim").remove()
     elif scene.friction > 0:
-        contact.add_viscous(root, "rim")
+        viscous = ViscousContact(scene.friction, "rim", "floor", bears_load=False)
+        viscous.add_to(root)
+        viscous.complete(root)

@@ -16,6 +16,7 @@ from magmotor.device.job import Job
 from magmotor.device.sliders import Slider, noise_at, positive
 from magmotor.device.states import Column
 from magmotor.device.step_limits import check_step_limit, small_motion
+from magmotor.devices.ball.contacts import check_contact_limit
 from magmotor.devices.ball.device import BallDevice
 from magmotor.devices.ball.slip import slip_velocity
 from magmotor.devices.ball.small_motion import split_by
@@ -29,7 +30,6 @@ from magmotor.devices.motor.panels import MotorRun
 from magmotor.devices.motor.plots import motor_overview
 from magmotor.devices.motor.scene import LARGEST_TILT, Motor
 from magmotor.devices.motor.states import MotorStates, start_motor
-from magmotor.mjcf.viscous_contact import check_bearing_limit
 from magmotor.numerics import splittings
 from magmotor.numerics.small_motion import SmallMotion
 
@@ -81,8 +81,7 @@ class MotorDevice(BallDevice[Motor, MotorStates]):
                 raise reject("replicas", replicas, "None: without noise all would be the same")
         if allow_unstable or method == "scipy/dop853":
             return
-        if scene.surface == "plane":
-            check_bearing_limit(method, timestep)
+        check_contact_limit(scene, method, timestep)
         check_step_limit(scene, method, timestep)
 
     def initial_state(

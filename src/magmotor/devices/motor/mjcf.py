@@ -5,15 +5,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.device.job import Job
+from magmotor.devices.ball.contacts import add_contacts, tune_solver
 from magmotor.devices.ball.coordinates import BallCoordinates, conjugate, turned
 from magmotor.devices.ball.mjcf import add_ball, draw_ring, size_arrows
 from magmotor.devices.ball.scene import ring_dipoles
-from magmotor.devices.ball.slip import mobility
 from magmotor.devices.motor.heat_and_work import heat_and_work_sums
 from magmotor.devices.motor.scene import Motor
 from magmotor.devices.motor.states import MotorStates, start_motor
 from magmotor.mjcf import parts
-from magmotor.mjcf import viscous_contact as contact
 from magmotor.mjcf.brownian import userdata
 from magmotor.mjcf.parts import fit_stage
 
@@ -83,7 +82,7 @@ class MotorMotion:
         first = job.initial
         sums = [first.ball_heat[-1], first.ring_heat[-1], first.ball_work[-1], first.ring_work[-1]]
         self.start = np.hstack([*self.coordinates.joints(first), np.stack(sums, axis=-1)])
-        self.userdata = userdata(job, len(self.start))
+        self.userdata = userdata(job.path, job.first_step, len(self.start))
 
     def controls(self, steps: NDArray[np.int64]) -> Array:
         """What the Brownian wrenches are told, the same in each step."""
@@ -107,15 +106,12 @@ def compose_motor(scene: Motor, *, looks: bool) -> parts.Element:
     _hang_rings(root, scene)
     _couple(root, scene.ball_ring_factor)
     _drive(root, scene)
-    contact.add_contacts(root, scene.surface, scene.gravity, scene.friction_ball)
     if not looks:
         parts.disable_unused(root, keep=("damper",) if scene.friction_ring else ())
-        contact.tune_solver(root, scene.surface, scene.friction_ball)
+        tune_solver(root, scene.surface, scene.friction_ball)
     qpos, qvel = MotorCoordinates(scene).joints(start_motor(scene))
     root.keyframe.add("key", name="start", qpos=qpos[0], qvel=qvel[0])
-    contact.calibrate_viscous(
-        root, scene.friction_ball, mobility(scene.ball_mass, scene.ball_radius, scene.ball_inertia)
-    )
+    add_contacts(root, scene, scene.friction_ball)
     return root
 
 

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from magmotor.common import style
 from magmotor.common.checks import check_kind
 from magmotor.device.analysis import checked_run, scene_of_run
-from magmotor.device.recorded import scene_of
 from magmotor.devices.motor.energy import motor_energy_balance
 from magmotor.devices.motor.flights import flights, stays
 from magmotor.devices.motor.modes import mode_temperatures
@@ -74,9 +73,7 @@ class MotorRun:
     @cached_property
     def scene(self) -> Motor:
         """The scene in the dataset."""
-        scene = scene_of(self.data)
-        assert isinstance(scene, Motor)
-        return scene
+        return scene_of_run(self.data, None, (Motor,))
 
     @property
     def title(self) -> str:

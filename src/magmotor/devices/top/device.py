@@ -14,6 +14,7 @@ from magmotor.device.job import Job
 from magmotor.device.sliders import Slider, positive
 from magmotor.device.states import Column
 from magmotor.device.step_limits import check_step_limit, small_motion
+from magmotor.devices.ball.contacts import DRY_FRICTION_RATE, check_contact_limit
 from magmotor.devices.ball.device import BallDevice
 from magmotor.devices.ball.slip import slip_velocity
 from magmotor.devices.ball.small_motion import split_by
@@ -26,7 +27,6 @@ from magmotor.devices.top.observables import energy, momentum_map, top_energy_ba
 from magmotor.devices.top.plots import top_overview
 from magmotor.devices.top.scene import Top
 from magmotor.devices.top.states import BallStates, start
-from magmotor.mjcf.viscous_contact import DRY_FRICTION_RATE, check_bearing_limit
 from magmotor.numerics import splittings
 from magmotor.numerics.small_motion import SmallMotion
 
@@ -75,8 +75,7 @@ class TopDevice(BallDevice[Top, BallStates]):
             check_number(
                 "timestep", timestep, below=1 / DRY_FRICTION_RATE, unit="s with dry friction"
             )
-        if scene.surface == "plane":
-            check_bearing_limit(method, timestep)
+        check_contact_limit(scene, method, timestep)
         if method != "scipy/dop853":
             check_step_limit(scene, method, timestep)
 

@@ -5,14 +5,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.device.job import Job
+from magmotor.devices.ball.contacts import add_contacts, tune_solver
 from magmotor.devices.ball.coordinates import BallCoordinates
 from magmotor.devices.ball.mjcf import add_ball, draw_ring, size_arrows
-from magmotor.devices.ball.slip import mobility
 from magmotor.devices.ball.states import axes
 from magmotor.devices.top.scene import Top
 from magmotor.devices.top.states import BallStates, start
 from magmotor.mjcf import parts
-from magmotor.mjcf import viscous_contact as contact
 from magmotor.mjcf.parts import fit_stage
 
 
@@ -70,15 +69,13 @@ def compose_top(scene: Top, *, looks: bool) -> parts.Element:
         decorate(root, scene)
     add_ball(root, scene, scene.inertia)
     _place_ring(root.find("body", "ring"), scene)
-    contact.add_contacts(root, scene.surface, scene.gravity, scene.friction, scene.dry_friction)
     if not looks:
         parts.disable_unused(root)
-        contact.tune_solver(root, scene.surface, scene.friction)
+        tune_solver(root, scene.surface, scene.friction)
     coordinates = BallCoordinates(scene.surface, scene.ball_radius)
     qpos, qvel = coordinates.joints(start(scene))
     root.keyframe.add("key", name="start", qpos=qpos, qvel=qvel)
-    slip_mobility = mobility(scene.ball_mass, scene.ball_radius, scene.inertia[0])
-    contact.calibrate_viscous(root, scene.friction, slip_mobility)
+    add_contacts(root, scene, scene.friction, scene.dry_friction)
     return root
 
 
