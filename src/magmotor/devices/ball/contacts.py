@@ -9,12 +9,9 @@ MuJoCo's convex cone makes a slipping ball press harder, by a fraction of mu^2 V
 little; the mean friction over some steps stays mu m g.
 """
 
-import numpy as np
-
-from magmotor.common.checks import check_number
 from magmotor.devices.ball.scene import BallScene
 from magmotor.mjcf import parts
-from magmotor.mjcf.viscous_contact import ViscousContact, bearing, bearing_limit
+from magmotor.mjcf.viscous_contact import ViscousContact, bearing
 
 DRY_FRICTION_RATE = 200.0
 """Rate (1/s) at which dry friction that is not saturated stops a slip; a step must be shorter."""
@@ -60,20 +57,3 @@ def tune_solver(root: parts.Element, surface: str, friction: float) -> None:
         root.option.flag.constraint = "disable"
     else:
         parts.solve_in_one_step(root)
-
-
-def contact_limit(scene: BallScene, method: str) -> float:
-    """Step, in s, at which the contact that bears the ball becomes unstable, if one does."""
-    return bearing_limit(method.split("/")[1]) if scene.surface == "plane" else np.inf
-
-
-def check_contact_limit(scene: BallScene, method: str, timestep: float) -> None:
-    """Check a timestep against the contact that bears the ball, if one does.
-
-    Raises
-    ------
-    ValueError
-        Names the timestep and the limit.
-    """
-    limit = contact_limit(scene, method)
-    check_number("timestep", timestep, below=limit, unit="s on a plane that bears the ball")

@@ -7,11 +7,10 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
-from magmotor.common.checks import reject
+from magmotor.common.checks import check_number, reject
 from magmotor.device.analysis import checked_run
 from magmotor.device.device import Device
 from magmotor.device.movie import between
-from magmotor.devices.ball import contacts
 from magmotor.devices.ball.scene import BallScene
 
 S = TypeVar("S", bound=BallScene)
@@ -23,7 +22,22 @@ class BallDevice(Device[S, T], Generic[S, T]):
 
     def contact_limit(self, scene: S, method: str) -> float:
         """Timestep (s) at which the contact that bears the ball is unstable, if one does."""
-        return contacts.contact_limit(scene, method)
+        if scene.surface != "plane":
+            return np.inf
+        from magmotor.mjcf.viscous_contact import bearing_limit
+
+        return bearing_limit(method.split("/")[1])
+
+    def check_contact(self, scene: S, method: str, timestep: float) -> None:
+        """Check a timestep against the contact that bears the ball, if one does.
+
+        Raises
+        ------
+        ValueError
+            Names the timestep and the limit.
+        """
+        limit = self.contact_limit(scene, method)
+        check_number("timestep", timestep, below=limit, unit="s on a plane that bears the ball")
 
     def joints(self, run: xr.Dataset, scene: S, times: NDArray[np.float64]) -> NDArray[np.float64]:
         """MuJoCo's joint coordinates at some times (s), shape (T, nq): orientations turn evenly.

@@ -16,7 +16,6 @@ from magmotor.device.job import Job
 from magmotor.device.sliders import Slider, noise_at, positive
 from magmotor.device.states import Column
 from magmotor.device.step_limits import check_step_limit, small_motion
-from magmotor.devices.ball.contacts import check_contact_limit
 from magmotor.devices.ball.device import BallDevice
 from magmotor.devices.ball.slip import slip_velocity
 from magmotor.devices.ball.small_motion import split_by
@@ -81,7 +80,7 @@ class MotorDevice(BallDevice[Motor, MotorStates]):
                 raise reject("replicas", replicas, "None: without noise all would be the same")
         if allow_unstable or method == "scipy/dop853":
             return
-        check_contact_limit(scene, method, timestep)
+        self.check_contact(scene, method, timestep)
         check_step_limit(scene, method, timestep)
 
     def initial_state(

@@ -14,7 +14,6 @@ from magmotor.device.job import Job
 from magmotor.device.sliders import Slider, positive
 from magmotor.device.states import Column
 from magmotor.device.step_limits import check_step_limit, small_motion
-from magmotor.devices.ball.contacts import DRY_FRICTION_RATE, check_contact_limit
 from magmotor.devices.ball.device import BallDevice
 from magmotor.devices.ball.slip import slip_velocity
 from magmotor.devices.ball.small_motion import split_by
@@ -72,10 +71,12 @@ class TopDevice(BallDevice[Top, BallStates]):
         if allow_unstable:
             return
         if method in MUJOCO and any(scene.dry_friction):
+            from magmotor.devices.ball.contacts import DRY_FRICTION_RATE
+
             check_number(
                 "timestep", timestep, below=1 / DRY_FRICTION_RATE, unit="s with dry friction"
             )
-        check_contact_limit(scene, method, timestep)
+        self.check_contact(scene, method, timestep)
         if method != "scipy/dop853":
             check_step_limit(scene, method, timestep)
 
