@@ -1,5 +1,6 @@
 """Every program answers --help in a paragraph and does nothing else, and refuses other flags."""
 
+import os
 import runpy
 import sys
 import warnings
@@ -24,18 +25,22 @@ PROGRAMS = [
 def run(monkeypatch, capsys):
     """Run a program in this process; its exit code, and what it said to stdout and stderr."""
     monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)  # scripts set it
+    before = dict(os.environ)  # some choose how many threads there are
 
     def run(program, *arguments):
         path = ROOT / program
         package = path.name == "__main__.py"
         monkeypatch.syspath_prepend(path.parents[1] if package else path.parent)
         monkeypatch.setattr(sys, "argv", [path.name, *arguments])
+        monkeypatch.delitem(sys.modules, f"{path.parent.name}.__main__", raising=False)
         execute = runpy.run_module if package else runpy.run_path
         with pytest.raises(SystemExit) as stop:
             execute(path.parent.name if package else str(path), run_name="__main__")
         return stop.value.code or 0, *capsys.readouterr()
 
-    return run
+    yield run
+    os.environ.clear()
+    os.environ.update(before)
 
 
 def test_the_programs_are_found():
