@@ -73,6 +73,7 @@ examples: $(READY)  ## models of other kinds, magnetised: out/{compass_needles,m
 	@echo "== examples: the pendulum's 40 000 runs take most of a minute"
 	@$(PYTHON) examples/compass_needles.py
 	@$(PYTHON) examples/someone_elses_model.py
+	@$(PYTHON) examples/rotor.py
 	@$(PYTHON) examples/magnetic_pendulum.py $(ARGS)
 
 test: .venv/dev-ready  ## the tests

@@ -13,10 +13,10 @@ from magmotor import observables
 from magmotor.common import style
 from magmotor.common.style import save_small
 from magmotor.device.recorded import scene_of
-from magmotor.devices.disk.ensemble import ensemble
 from magmotor.devices.disk.gibbs import gibbs
 from magmotor.devices.disk.panels import System, draw_flights
 from magmotor.devices.disk.scene import Disk
+from magmotor.run.ensemble import ensemble
 from magmotor.run.simulate import simulate
 from magmotor.theory import ReducedDisk
 from paper import errata

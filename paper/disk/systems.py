@@ -7,10 +7,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from magmotor.devices.disk.ensemble import ensemble
 from magmotor.devices.disk.gibbs import gibbs
 from magmotor.devices.disk.panels import System
 from magmotor.devices.disk.scene import Disk, LangevinParticle
+from magmotor.run.ensemble import ensemble
 
 Scene = Disk | LangevinParticle
 

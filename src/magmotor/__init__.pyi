@@ -10,7 +10,6 @@ from .device.stops import PhysicalEvent as PhysicalEvent
 from .device.stops import SimulationDiverged as SimulationDiverged
 from .device.stops import SimulationInterrupted as SimulationInterrupted
 from .device.stops import SimulationStopped as SimulationStopped
-from .devices.disk.ensemble import ensemble as ensemble
 from .devices.disk.gibbs import gibbs as gibbs
 from .devices.disk.scene import Disk as Disk
 from .devices.disk.scene import LangevinParticle as LangevinParticle
@@ -22,6 +21,7 @@ from .mjcf.layout import LayoutError as LayoutError
 from .mjcf.magnetism import apply_perturbation as apply_perturbation
 from .mjcf.magnetism import magnetism as magnetism
 from .mjcf.viscous_contact import ViscousContact as ViscousContact
+from .run.ensemble import ensemble as ensemble
 from .run.in_mujoco import build as build
 from .run.recommend import Recommendation as Recommendation
 from .run.recommend import recommend as recommend

@@ -204,7 +204,9 @@ class Device(ABC, Generic[S, T]):
         raise NotImplementedError
 
     def compose(self, scene: S, *, looks: bool) -> Any:
-        """The scene as a PyMJCF tree, with lights, cameras and decoration if `looks`.
+        """The scene as a PyMJCF tree or an MjSpec, with lights, cameras, decoration if `looks`.
+
+        Its keyframe 0 is the scene's initial state.
 
         Raises
         ------
@@ -213,6 +215,10 @@ class Device(ABC, Generic[S, T]):
         """
         kind = type(scene).__name__
         raise reject("scene", scene, f"of a kind that has a MuJoCo model, which {kind} has not")
+
+    def ensemble(self, scene: S) -> Callable[..., xr.Dataset] | None:
+        """What makes ensembles, with the arguments of `mm.ensemble`; None for moments alone."""
+        return None
 
     def motion(self, job: Job) -> Motion:
         """What is particular to a run in MuJoCo."""
@@ -246,9 +252,8 @@ class Device(ABC, Generic[S, T]):
 
     def energy_balance(self, run: xr.Dataset, scene: S) -> xr.Dataset:
         """Energy of a run against heat and work; see `magmotor.observables.energy_balance`."""
-        raise reject(
-            "scene", scene, f"of a kind that has an energy balance: not {type(scene).__name__}"
-        )
+        kind = type(scene).__name__
+        raise reject("scene", scene, f"of a kind that has an energy balance, which {kind} has not")
 
     def overview(self, run: xr.Dataset, scene: S, path: str | Path) -> None:
         """Write one picture of a run; see `magmotor.plots.overview`."""

@@ -21,8 +21,10 @@ class Subject(Protocol):
     ----------
     near : str
         The camera of the smaller view.
+    path : ndarray, shape (n, 3)
+        Where the trail leads, at the n times of the run, in m.
     trail : float
-        Width of the trail in radii of the ball.
+        Width of the trail, in m.
     needs : tuple of str
         The variables that a run must have.
     value : ndarray, shape (T,)
@@ -30,8 +32,9 @@ class Subject(Protocol):
     """
 
     near: str
-    trail: float
     needs: tuple[str, ...]
+    path: Array
+    trail: float
     value: Array
 
     def __init__(self, run: xr.Dataset, scene: Any, times: Array): ...

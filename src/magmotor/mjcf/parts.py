@@ -16,8 +16,10 @@ Element = Any
 
 
 def compiled(root: Element) -> mujoco.MjModel:
-    """The model of a PyMJCF tree; ValueError if MuJoCo does not take its numbers."""
+    """The model of a PyMJCF tree or an MjSpec; ValueError if MuJoCo does not take its numbers."""
     try:
+        if isinstance(root, mujoco.MjSpec):
+            return root.compile()
         return mujoco.MjModel.from_xml_string(root.to_xml_string(), root.get_assets())
     except ValueError as error:
         raise ValueError(

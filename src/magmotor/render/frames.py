@@ -1,7 +1,7 @@
 """Frames: the whole scene, its ball from another place, and a curve, side by side."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from magmotor.common import style
 from magmotor.common.checks import reject
 from magmotor.device.analysis import checked_run
+from magmotor.device.device import Scene
 from magmotor.device.movie import Subject
 from magmotor.render.trail import Trail
 from magmotor.render.views import Views
@@ -88,6 +89,20 @@ MAIN, SIDE = (HEIGHT, 800), (HEIGHT // 2, 480)
 """Height and width in pixels of the large view, and of the near view and the panel below it."""
 
 
+def subject_of(scene: Scene) -> type[Subject]:
+    """What movies tell of runs of such a scene; ValueError if there are none."""
+    if scene.device.subject is None:
+        kind = type(scene).__name__
+        raise reject("scene", scene, f"of a kind of which there are movies, which {kind} is not")
+    return scene.device.subject
+
+
+def filmed(run: xr.Dataset, scene: Scene) -> xr.Dataset:
+    """The run, if it has what its movie needs; otherwise ValueError names what is missing."""
+    needs = subject_of(scene).needs
+    return checked_run("run", run, needs, (type(scene),), records=2, replicas=False)
+
+
 class Frames:
     """The frames of a run's movie, each drawn when it is asked for.
 
@@ -111,17 +126,14 @@ class Frames:
         On entering: no OpenGL context can be made.
     """
 
-    def __init__(self, run: xr.Dataset, scene: Any, times: ArrayLike, note: str = ""):
-        kind = scene.device.subject
-        if kind is None:
-            raise reject("scene", scene, "a scene of which there are movies")
-        run = checked_run("run", run, kind.needs, (type(scene),), records=2, replicas=False)
+    def __init__(self, run: xr.Dataset, scene: Scene, times: ArrayLike, note: str = ""):
+        kind = subject_of(scene)
+        run = filmed(run, scene)
         self.scene, self.note = scene, note
         self.times = np.asarray(times, dtype=float)
         self.joints = scene.device.joints(run, scene, self.times)
         self.subject: Subject = kind(run, scene, self.times)
-        width = self.subject.trail * scene.ball_radius
-        self.trail = Trail(run.time.values, run.position.values, width)
+        self.trail = Trail(run.time.values, self.subject.path, self.subject.trail)
         self.panel = Panel(self.subject.plot, run.time.values[[0, -1]], *SIDE)
 
     def __len__(self) -> int:

@@ -7,10 +7,10 @@ from magmotor.common.checks import reject
 from magmotor.device.analysis import analysis
 from magmotor.device.device import Scene
 from magmotor.render.encoder import Film, encode, frame_times, speed_in_words
-from magmotor.render.frames import Frames
+from magmotor.render.frames import Frames, filmed
 
 
-@analysis("position", of=Scene, records=2, replicas=False)
+@analysis(of=Scene, records=2, replicas=False)
 def movie(
     run: xr.Dataset,
     scene: Scene | None,
@@ -44,16 +44,18 @@ def movie(
         The encoder failed; its last words are in the message.
     """
     assert scene is not None  # the run's own by now
+    run = filmed(run, scene)
     start, end = run.time.values[[0, -1]]
     times = frame_times(start, end, seconds_per_second)
     with Frames(run, scene, times, speed_in_words(seconds_per_second)) as frames:
         encode(frames.draw, len(frames), path)
 
 
-@analysis("position", of=Scene, records=2, replicas=False)
+@analysis(of=Scene, records=2, replicas=False)
 def still(run: xr.Dataset, scene: Scene | None, path: Picture, time: float) -> None:
     """Write one frame of the movie, at a time in seconds; arguments and errors as in `movie`."""
     assert scene is not None  # the run's own by now
+    run = filmed(run, scene)
     start, end = run.time.values[[0, -1]]
     if not start <= time <= end:
         raise reject("time", time, f"within the run: {start:g} to {end:g} s")

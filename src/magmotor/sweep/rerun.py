@@ -14,9 +14,9 @@ from magmotor.common.checks import check_integer, check_kind, check_number, reje
 from magmotor.common.files import as_told
 from magmotor.device.recorded import scene_of
 from magmotor.device.stops import SimulationStopped
-from magmotor.devices.disk.ensemble import ensemble
 from magmotor.devices.disk.ensemble.result import plan
 from magmotor.noise import LARGEST_STEP, path_of
+from magmotor.run.ensemble import ensemble
 from magmotor.run.simulate import simulate
 from magmotor.sweep.definition import checked_names
 from magmotor.sweep.sealed import parsed

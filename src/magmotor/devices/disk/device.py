@@ -2,7 +2,7 @@
 
 import math
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, Generic, TypeVar
 
 import numpy as np
@@ -113,6 +113,12 @@ class LangevinDevice(Device[S, DiskStates], Generic[S]):
         from magmotor.devices.disk import reference
 
         return reference
+
+    def ensemble(self, scene: S) -> Callable[..., xr.Dataset]:
+        """Of disk and particle, with statistics of their own."""
+        from magmotor.devices.disk.ensemble.run import ensemble
+
+        return ensemble
 
     def small_motion(self, scene: S) -> SmallMotion:
         """The disk where U is steepest."""

@@ -19,11 +19,12 @@ if TYPE_CHECKING:
 class MotorSubject:
     """See `magmotor.device.movie.Subject`; the value is theta in revolutions."""
 
-    near, trail = "top", 0.5
+    near = "top"
     needs: tuple[str, ...] = ("position", "ring_axis", "ring_orientation")
 
     def __init__(self, run: xr.Dataset, scene: Motor, times: NDArray[np.float64]):
         self.time, self.revolutions = run.time.values, azimuth(run).values / (2 * np.pi)
+        self.path, self.trail = run.position.values, 0.5 * scene.ball_radius
         self.value = between(run, self.revolutions, times)
         attitude = np.degrees(ring_attitude(run))
         self.tilt, self.yaw = (between(run, attitude[k].values, times) for k in ("tilt", "yaw"))

@@ -21,11 +21,12 @@ TYPESET = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 class TopSubject:
     """See `magmotor.device.movie.Subject`; the value is J."""
 
-    near, trail = "ball", 0.25
+    near = "ball"
     needs: tuple[str, ...] = ("position", "axis", "slip_velocity", "momentum_map")
 
     def __init__(self, run: xr.Dataset, scene: Top, times: NDArray[np.float64]):
         self.run, self.scene, self.times = run, scene, times
+        self.path, self.trail = run.position.values, 0.25 * scene.ball_radius
         self.value = between(run, run.momentum_map.values, times)
         largest = np.abs(run.momentum_map.values).max()
         self.exponent = int(np.floor(np.log10(max(largest, style.NO_SPIN * scene.inertia[2]))))
