@@ -15,7 +15,7 @@ EXAMPLES = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
 
 
 def test_python_examples_run():
-    simulate, ensemble, motor, _, magnetise, heat = EXAMPLES
+    simulate, ensemble, motor, _, magnetise, heat, slip = EXAMPLES
     namespace: dict = {}
     exec(simulate, namespace)
     assert np.abs(namespace["run"].momentum_map).max() == pytest.approx(1.858e-4, rel=1e-3)
@@ -49,6 +49,12 @@ def test_python_examples_run():
             squares.append(data.qvel[0] ** 2)
     # 2000 s are 6400 correlation times of the energy: standard error 1.8 %.
     assert model.dof_M0[0] * np.mean(squares) == pytest.approx(1e-6, rel=0.08)  # 0.97
+    exec(slip, namespace)
+    model, mujoco = namespace["model"], namespace["mujoco"]
+    data = mujoco.MjData(model)
+    data.qvel[0] = 0.7
+    mujoco.mj_step(model, data, nstep=5000)
+    assert data.qvel[[0, 4]] == pytest.approx([0.5, 10.0], rel=2e-13, abs=0)  # 1.1e-14
 
 
 def test_the_sweep_runs_as_a_script(tmp_path):
