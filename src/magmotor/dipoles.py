@@ -9,8 +9,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from magmotor.common.arguments import Points, checked
+from magmotor.common.arguments import checked
 from magmotor.common.checks import check_array
+from magmotor.common.hints import Points
 from magmotor.numerics.compiled import compiled_once
 from magmotor.numerics.eights import (
     COUNT,

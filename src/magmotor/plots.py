@@ -2,7 +2,7 @@
 
 import xarray as xr
 
-from magmotor.common.arguments import Picture
+from magmotor.common.hints import Picture
 from magmotor.device.analysis import analysis
 from magmotor.device.device import Scene
 from magmotor.devices.disk.plots import disk_figure, disk_overview

@@ -7,8 +7,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from magmotor.common.arguments import NotNegative, Positive, Seconds, checked, integer
+from magmotor.common.arguments import checked
 from magmotor.common.checks import check_choice, reject
+from magmotor.common.hints import NotNegative, Positive, Seconds, integer
 from magmotor.device.device import Scene
 from magmotor.device.job import METHODS
 from magmotor.live.panel import MOVED, Panel

@@ -15,9 +15,10 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from magmotor.common.arguments import Count, checked, floats, integer, several
+from magmotor.common.arguments import checked
 from magmotor.common.checks import check_floats, check_integer, check_kind, reject
 from magmotor.common.environment import physical_memory
+from magmotor.common.hints import Count, floats, integer, several
 from magmotor.mjcf import hooks
 from magmotor.mjcf.langevin_loop import BY_TIME, compiled, law
 from magmotor.mjcf.langevin_model import langevin_model

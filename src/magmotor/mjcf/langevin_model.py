@@ -11,8 +11,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from magmotor.common.arguments import numbers
 from magmotor.common.checks import reject
+from magmotor.common.hints import numbers
 from magmotor.mjcf.langevin_checks import ROUNDING, check_model, check_viscous
 from magmotor.mjcf.lookup import disabled, label
 from magmotor.mjcf.viscous_contact import resistance, viscous_contacts

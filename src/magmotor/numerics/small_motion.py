@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import exprel
 
-from magmotor.common.arguments import Elapsed, Inertia, Square, checked
+from magmotor.common.arguments import checked
+from magmotor.common.hints import Elapsed, Inertia, Square
 
 Matrix = NDArray[np.float64]
 

@@ -10,8 +10,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from magmotor.common import style
-from magmotor.common.arguments import Positive, checked, integer
+from magmotor.common.arguments import checked
 from magmotor.common.checks import reject
+from magmotor.common.hints import Positive, integer
 from magmotor.device.analysis import checked_run, scene_of_run
 from magmotor.device.device import Scene
 from magmotor.device.movie import Gauge, between

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from magmotor.common.arguments import output
 from magmotor.common.checks import reject
+from magmotor.common.hints import output
 from magmotor.render.frames import HEIGHT, WIDTH
 
 if TYPE_CHECKING:

@@ -2,8 +2,8 @@
 
 import xarray as xr
 
-from magmotor.common.arguments import Picture, Positive
 from magmotor.common.checks import reject
+from magmotor.common.hints import Picture, Positive
 from magmotor.device.analysis import analysis
 from magmotor.device.device import Scene
 from magmotor.render.encoder import Film, encode, frame_times, speed_in_words

@@ -8,8 +8,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from magmotor.common.arguments import Count, NotNegative, Positive, Seed, checked, integer
+from magmotor.common.arguments import checked
 from magmotor.common.checks import check_choice, check_number, reject
+from magmotor.common.hints import Count, NotNegative, Positive, Seed, integer
 from magmotor.device.device import Scene
 from magmotor.device.recorded import attributes_of
 from magmotor.run.simulate import simulate

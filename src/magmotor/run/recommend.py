@@ -7,8 +7,9 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from magmotor.common.arguments import Seconds, checked, number
+from magmotor.common.arguments import checked
 from magmotor.common.checks import check_choice, reject
+from magmotor.common.hints import Seconds, number
 from magmotor.device.device import Scene
 from magmotor.run import charts
 from magmotor.run.charts import Curve, charted_scene, fit

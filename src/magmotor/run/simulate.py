@@ -12,10 +12,11 @@ import xarray as xr
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from magmotor.common.arguments import Seconds, checked
+from magmotor.common.arguments import checked
 from magmotor.common.checks import check_choice, check_integer, check_kind, check_number, reject
 from magmotor.common.environment import physical_memory
 from magmotor.common.files import as_told
+from magmotor.common.hints import Seconds
 from magmotor.device.checkpoint import Checkpoint, Expected
 from magmotor.device.device import Engine, Scene
 from magmotor.device.job import Job

@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import qmc
 
-from magmotor.common.arguments import Fractions, checked
+from magmotor.common.arguments import checked
 from magmotor.common.checks import check_choice, check_integer, check_number, elements, reject
+from magmotor.common.hints import Fractions
 from magmotor.device.device import Scene
 from magmotor.device.fields import check_value
 from magmotor.noise import check_seed

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 import xarray as xr
 
 from magmotor.common import style
-from magmotor.common.arguments import Picture, checked
+from magmotor.common.arguments import checked
 from magmotor.common.checks import reject
+from magmotor.common.hints import Picture
 from magmotor.common.panels import (
     REPEATS,
     WRAP,

@@ -14,8 +14,9 @@ from scipy.ndimage import minimum_filter
 from scipy.optimize import root
 
 from magmotor import dipoles
-from magmotor.common.arguments import checked, shaped
+from magmotor.common.arguments import checked
 from magmotor.common.checks import reject
+from magmotor.common.hints import shaped
 from magmotor.devices.ball.scene import BallScene
 
 Array = NDArray[np.float64]

@@ -3,7 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from magmotor.common.arguments import Vectors, checked
+from magmotor.common.arguments import checked
+from magmotor.common.hints import Vectors
 from magmotor.devices.ball.scene import BallScene
 
 Array = NDArray[np.float64]

@@ -6,8 +6,9 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import NDArray
 
-from magmotor.common.arguments import Count, Seed, checked, number
+from magmotor.common.arguments import checked
 from magmotor.common.checks import reject
+from magmotor.common.hints import Count, Seed, number
 from magmotor.devices.disk.scene import Disk, LangevinParticle, derivative, steepest_curvature
 from magmotor.devices.disk.theory.stationary import gibbs_deviations
 from magmotor.numerics.reproducible import applied

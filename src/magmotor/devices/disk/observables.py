@@ -6,9 +6,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from magmotor.common.arguments import number
 from magmotor.common.checks import reject
 from magmotor.common.files import as_told
+from magmotor.common.hints import number
 from magmotor.device.analysis import OWN, analysis
 from magmotor.devices.disk.scene import Disk, LangevinParticle, derivative
 

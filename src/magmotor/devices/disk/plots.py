@@ -4,8 +4,9 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 from magmotor.common import style
-from magmotor.common.arguments import Picture, checked, several
+from magmotor.common.arguments import checked
 from magmotor.common.checks import check_choice
+from magmotor.common.hints import Picture, several
 from magmotor.common.style import save_small
 from magmotor.devices.disk import panels
 from magmotor.devices.disk.panels import Guide, System

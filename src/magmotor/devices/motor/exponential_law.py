@@ -6,8 +6,9 @@ from typing import Annotated, Any, NamedTuple, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from magmotor.common.arguments import checked, flags, integer, numbers, shaped
+from magmotor.common.arguments import checked
 from magmotor.common.checks import reject
+from magmotor.common.hints import flags, integer, numbers, shaped
 
 LEVEL = 0.01
 """Of significance, two-sided, at which the power is stated."""

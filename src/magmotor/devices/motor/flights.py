@@ -14,8 +14,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from magmotor.common.arguments import checked, flags, shaped
+from magmotor.common.arguments import checked
 from magmotor.common.checks import reject
+from magmotor.common.hints import flags, shaped
 from magmotor.device.analysis import OWN, analysis
 from magmotor.devices.motor.observables import azimuth
 from magmotor.devices.motor.scene import Motor

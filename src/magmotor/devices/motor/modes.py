@@ -7,8 +7,8 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from magmotor.common.arguments import NotNegative
 from magmotor.common.checks import reject
+from magmotor.common.hints import NotNegative
 from magmotor.device.analysis import OWN, analysis
 from magmotor.devices.motor.scene import Motor
 from magmotor.devices.motor.theory import slip_mobility

@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from magmotor import dipoles
-from magmotor.common.arguments import Seconds, checked
+from magmotor.common.arguments import checked
 from magmotor.common.checks import check_number
+from magmotor.common.hints import Seconds
 from magmotor.devices.ball.landscape import effective_potential, valley_radius
 from magmotor.devices.ball.slip import mobility
 from magmotor.devices.ball.small_motion import moved, resting_ball, scales, slip_friction, stiffness

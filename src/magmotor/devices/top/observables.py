@@ -9,7 +9,8 @@ from scipy.interpolate import make_interp_spline
 from scipy.spatial.transform import Rotation
 
 from magmotor import dipoles
-from magmotor.common.arguments import Vectors, checked
+from magmotor.common.arguments import checked
+from magmotor.common.hints import Vectors
 from magmotor.device.analysis import OWN, analysis
 from magmotor.devices.top.scene import Top
 from magmotor.devices.top.states import BallStates

@@ -8,8 +8,9 @@ import numpy as np
 import xarray as xr
 
 from magmotor.common import style
-from magmotor.common.arguments import Picture, checked
+from magmotor.common.arguments import checked
 from magmotor.common.checks import reject
+from magmotor.common.hints import Picture
 from magmotor.common.panels import WRAP, averaged, draw_map, meaning_of
 from magmotor.common.style import save_small
 from magmotor.device.analysis import analysis

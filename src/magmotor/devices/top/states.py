@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from magmotor.common.arguments import shaped
+from magmotor.common.hints import shaped
 from magmotor.devices.ball.states import smallest_turn
 from magmotor.devices.top.scene import Top
 

@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magmotor import dipoles
-from magmotor.common.arguments import NotNegative, checked
+from magmotor.common.arguments import checked
+from magmotor.common.hints import NotNegative
 from magmotor.devices.ball.slip import mobility
 from magmotor.devices.ball.small_motion import moved, resting_ball, scales, slip_friction, stiffness
 from magmotor.devices.top.scene import Top

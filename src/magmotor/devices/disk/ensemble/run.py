@@ -10,9 +10,9 @@ from typing import Annotated, Any
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from magmotor.common.arguments import Count, NotNegative, Positive, Seed, integer
 from magmotor.common.checks import check_choice, reject
 from magmotor.common.environment import thread_count
+from magmotor.common.hints import Count, NotNegative, Positive, Seed, integer
 from magmotor.device.states import checksum
 from magmotor.devices.disk.ensemble.march import March
 from magmotor.devices.disk.ensemble.result import plan

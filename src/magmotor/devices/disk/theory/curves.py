@@ -7,9 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh_tridiagonal
 
-from magmotor.common.arguments import Times, checked
+from magmotor.common.arguments import checked
 from magmotor.common.checks import reject
 from magmotor.common.environment import physical_memory
+from magmotor.common.hints import Times
 from magmotor.devices.disk.scene import Disk, LangevinParticle
 from magmotor.devices.disk.theory.flat import (
     flat_mean_displacement,

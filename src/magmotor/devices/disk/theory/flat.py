@@ -5,8 +5,9 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from magmotor.common.arguments import Elapsed, checked
+from magmotor.common.arguments import checked
 from magmotor.common.checks import reject
+from magmotor.common.hints import Elapsed
 from magmotor.devices.disk.scene import Disk, LangevinParticle
 from magmotor.devices.disk.theory.stationary import friction_modes, temperature
 

@@ -5,8 +5,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from magmotor.common.arguments import Positive, checked
+from magmotor.common.arguments import checked
 from magmotor.common.checks import check_number
+from magmotor.common.hints import Positive
 from magmotor.devices.disk.scene import Disk, LangevinParticle, steepest_curvature
 from magmotor.devices.disk.theory.stationary import (
     friction_rates,
