@@ -44,8 +44,7 @@ def test_it_has_the_temperature_of_its_oil(rotor):
     assert float(found.mean_square_error[-1] * scene.inertia / scene.kT) < 0.05  # 0.031
 
 
-def test_its_ensemble_is_the_mean_of_its_runs(rotor, monkeypatch):
-    monkeypatch.setattr("magmotor.run.ensemble.RECORDS", 7)
+def test_its_ensemble_is_the_mean_of_its_runs(rotor):
     scene = rotor.Rotor()
     found = mm.ensemble(scene, **REFERENCE, replicas=5, sample_interval=10)
     run = mm.simulate(scene, **REFERENCE, replicas=5, record_interval=10)
@@ -57,6 +56,17 @@ def test_its_ensemble_is_the_mean_of_its_runs(rotor, monkeypatch):
         np.testing.assert_allclose(one.mean_error, deviation, rtol=1e-14, atol=0)  # 0 here
     with pytest.raises(ValueError, match=r"burn_in = 1\.0: must be left out: ensembles of a Rotor"):
         mm.ensemble(scene, **REFERENCE, replicas=5, burn_in=1.0)
+
+
+def test_an_ensemble_counts_heat_from_the_start_and_is_made_again(rotor):
+    numerics = {**REFERENCE, "timestep": 0.1, "duration": 30.0, "replicas": 2}
+    found = mm.ensemble(mm.Motor(), **numerics, sample_interval=1)
+    run = mm.simulate(mm.Motor(), **numerics)
+    np.testing.assert_array_equal(found["mean"].sel(quantity="heat"), run.heat.mean("replica"))
+    assert mm.rerun(found).identical(found)
+    own = mm.ensemble(rotor.Rotor(), **REFERENCE, replicas=2, initial={"theta": 0.5})
+    with pytest.raises(ValueError, match="initial"):
+        mm.rerun(own)
 
 
 def test_it_goes_on_from_a_checkpoint_and_is_made_again(rotor, tmp_path):

@@ -2,21 +2,18 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from magmotor.common.arguments import checked
-from magmotor.common.checks import check_choice, check_number, reject
+from magmotor.common.checks import reject
 from magmotor.common.hints import Count, NotNegative, Positive, Seed, integer
 from magmotor.device.device import Scene
 from magmotor.device.recorded import attributes_of
 from magmotor.run.simulate import simulate
-
-RECORDS = 200
-"""Times, at the most, of which the replicas are in memory at once."""
 
 
 @checked(finite=False)
@@ -39,7 +36,7 @@ def ensemble(
 
     A replica's path is the one that `simulate` gives it, number for number. The disk and the
     Langevin particle have a kernel and statistics of their own; of every other device that has
-    noise, the moments of its numbers are taken.
+    noise, the moments of its numbers are taken, at the end: until then all samples are in memory.
 
     Parameters
     ----------
@@ -78,8 +75,8 @@ def ensemble(
         `density` of x mod 2 pi, v and omega over `bin`; `flights` and `unfinished_flights` by
         `flight_duration`, the number of times between changes of sign of d with a hysteresis of
         0.1 standard deviations, seen at the samples. Correlations and errors are NaN at lags where
-        there are too few samples or replicas for them. Final `x`, `v`, `theta`, `omega` by
-        `replica`, and `initial_x` and so on where `initial` was given.
+        there are too few samples or replicas for them. By `replica`, the numbers at the end (`x`,
+        `v`, `theta`, `omega`), and `initial_x` and so on where `initial` was given.
 
     Raises
     ------
@@ -114,7 +111,6 @@ def ensemble(
             burn_in=burn_in, initial=initial, trajectories=trajectories, threads=threads,
             checkpoint=checkpoint,
         )  # fmt: skip
-    check_choice("method", method, scene.device.methods(scene))
     given = {"burn_in": burn_in, "trajectories": trajectories}
     given |= {"threads": threads, "checkpoint": checkpoint}
     for name, value in given.items():
@@ -122,32 +118,12 @@ def ensemble(
             kind = type(scene).__name__
             raise reject(name, value, f"left out: ensembles of a {kind} know moments only")
     interval = max(1, round(1 / timestep)) if sample_interval is None else sample_interval
-    duration = check_number("duration", duration, at_least=interval * timestep)
-    return _moments(scene, numerics, replicas, interval, initial)
-
-
-def _moments(
-    scene: Scene, numerics: dict[str, Any], replicas: int, interval: int, initial: Any
-) -> xr.Dataset:
-    """Simulate piece by piece along each replica's own path, and reduce each piece."""
-    unit = interval * numerics["timestep"]
-    samples = int(numerics["duration"] / unit * (1 + 1e-12))
-    found, begun = [], initial
-    for first in range(0, samples, RECORDS):
-        pieces = min(RECORDS, samples - first)
-        run = simulate(
-            scene, **{**numerics, "duration": pieces * unit}, replicas=replicas,
-            record_interval=interval, initial=begun,
-        )  # fmt: skip
-        begun = run.isel(time=[-1]).copy()
-        begun.attrs = run.attrs
-        found.append(_reduced(run).isel(time=slice(first > 0, None)))
-    whole: Any = xr.concat(found, "time")
-    steps = interval * np.arange(samples + 1)
-    whole = whole.assign_coords(time=("time", numerics["timestep"] * steps, whole.time.attrs))
-    given = {"replicas": replicas, "sample_interval": interval, "first_step": None}
-    whole.attrs = attributes_of(scene, **numerics, **given)
-    return whole
+    run = simulate(
+        scene, **numerics, replicas=replicas, record_interval=interval, initial=initial
+    )  # fmt: skip
+    told = {"replicas": replicas, "sample_interval": interval, **given}
+    kept = None if initial is None else "not kept"
+    return _reduced(run).assign_attrs(attributes_of(scene, **numerics, **told, initial=kept))
 
 
 def _reduced(run: xr.Dataset) -> xr.Dataset:
@@ -158,7 +134,9 @@ def _reduced(run: xr.Dataset) -> xr.Dataset:
         moments[name] = powers.mean(axis=1)
         moments[f"{name}_error"] = _standard_error(powers)
     columns = {name: (("quantity", "time"), value) for name, value in moments.items()}
-    return xr.Dataset(columns, {"quantity": [*map(str, names)], "time": run.time})
+    final = run[names].isel(time=-1, drop=True)
+    coordinates = {"quantity": [*map(str, names)], "time": run.time, "replica": run.replica}
+    return xr.Dataset({**columns, **final.data_vars}, coordinates)
 
 
 def _standard_error(values: NDArray[np.float64]) -> NDArray[np.float64]:

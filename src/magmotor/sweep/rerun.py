@@ -88,7 +88,8 @@ def rerun(run: xr.Dataset, *, measures: Iterable[str] = ()) -> xr.Dataset:
         raise reject("attributes", [*told], bound)
     check_kind("method", told["method"], str)
     scene = scene_of(run)
-    _check_dimensions(run, told)
+    planned = of_many and scene.device.ensemble(scene) is not None
+    _check_dimensions(run, told, planned)
     arguments = {name: told[name] for name in names}
     arguments["initial"] = _initial(run) if "initial" in told else None
     if not of_many:
@@ -115,7 +116,7 @@ def _sweep(text: Any, measures: Iterable[str]) -> xr.Dataset:
         return sweep.combine(Path(folder) / "sweep")
 
 
-def _check_dimensions(run: xr.Dataset, told: Mapping[str, Any]) -> None:
+def _check_dimensions(run: xr.Dataset, told: Mapping[str, Any], planned: bool) -> None:
     unknown = sorted({*map(str, run.dims)} - DIMENSIONS)
     if unknown or not run.sizes.get("time"):
         raise reject("dimensions", [*run.dims], "those of one run")
@@ -125,22 +126,23 @@ def _check_dimensions(run: xr.Dataset, told: Mapping[str, Any]) -> None:
     times = run.time.values
     if times.dtype.kind not in "iuf" or times.ndim != 1:
         raise reject("time.dtype", str(times.dtype), "numbers, one for each record")
-    expected = _times(told, len(times))
+    expected = _times(told, planned, len(times))
     if len(times) > len(expected) or not np.allclose(times, expected, atol=0):
         bound = "those of a run's records, all of them from the start on"
         raise reject("time", f"{times[0]:g} to {times[-1]:g}", bound)
 
 
-def _times(told: Mapping[str, Any], most: int) -> NDArray[np.floating]:
-    """When there are records, so many at the most."""
+def _times(told: Mapping[str, Any], planned: bool, most: int) -> NDArray[np.floating]:
+    """When there are records, so many at the most: as ensembles plan them, or evenly."""
     timestep = check_number("timestep", told["timestep"], above=0)
     duration = check_number("duration", told["duration"], at_least=timestep)
-    if "sample_interval" in told:
+    if planned:
         when = plan(timestep, duration, told["sample_interval"], told["burn_in"])
         return timestep * when.interval * when.records[:most]
-    interval = check_integer("record_interval", told["record_interval"], at_least=1)
+    name = "sample_interval" if "sample_interval" in told else "record_interval"
+    interval = check_integer(name, told[name], at_least=1)
     if interval >= LARGEST_STEP:
-        raise reject("record_interval", interval, "less than 2^53")
+        raise reject(name, interval, "less than 2^53")
     records = duration / timestep * (1 + 1e-12) // interval
     return timestep * interval * np.arange(min(most, 1 + records))
 

@@ -1,18 +1,17 @@
-"""The front door of ensembles: what is asked for, checked."""
+"""Ensembles of disk and particle: what is asked for, against the scene."""
 
 import dataclasses
 import json
 from collections.abc import Mapping
 from importlib.metadata import version
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import xarray as xr
 from numpy.typing import ArrayLike
 
 from magmotor.common.checks import check_choice, reject
 from magmotor.common.environment import thread_count
-from magmotor.common.hints import Count, NotNegative, Positive, Seed, integer
 from magmotor.device.states import checksum
 from magmotor.devices.disk.ensemble.march import March
 from magmotor.devices.disk.ensemble.result import plan
@@ -25,18 +24,18 @@ def ensemble(
     scene: Disk | LangevinParticle,
     *,
     method: str,
-    timestep: Positive,
-    duration: Positive,
-    replicas: Count,
-    seed: Seed = 0,
-    sample_interval: Count | None = None,
-    burn_in: NotNegative = 0.0,
-    initial: Mapping[str, ArrayLike] | None = None,
-    trajectories: Annotated[int, integer(at_least=0)] = 0,
-    threads: Count | None = None,
-    checkpoint: str | Path | None = None,
+    timestep: float,
+    duration: float,
+    replicas: int,
+    seed: int,
+    sample_interval: int | None,
+    burn_in: float,
+    initial: Mapping[str, ArrayLike] | None,
+    trajectories: int,
+    threads: int | None,
+    checkpoint: str | Path | None,
 ) -> xr.Dataset:
-    """Ensembles of disk and particle; see `mm.ensemble`."""
+    """Ensembles of disk and particle; `mm.ensemble` tells the arguments, and has checked them."""
     check_choice("method", method, schemes.methods(schemes.DISK, noise=scene.noise > 0))
     seed = check_seed(seed)
     if trajectories > replicas:
