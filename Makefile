@@ -69,11 +69,11 @@ figures: $(READY)  ## the paper's figures with their claims checked: out/figures
 	@echo "== figures: simulating, checking and drawing; ten minutes, ARGS=--quick: one or two"
 	@$(PYTHON) scripts/figures.py $(ARGS)
 
-examples: $(READY)  ## models of other kinds, magnetised: out/{compass_needles,magnetic_pendulum,...}.png
+examples: $(READY)  ## models of other kinds, magnetized: out/{compass_needles,magnetic_pendulum,...}.png
 	@echo "== examples: the pendulum's 40 000 runs take most of a minute"
 	@$(PYTHON) examples/compass_needles.py
 	@$(PYTHON) examples/someone_elses_model.py
-	@$(PYTHON) examples/rotor.py
+	@$(PYTHON) examples/own_device.py
 	@$(PYTHON) examples/magnetic_pendulum.py $(ARGS)
 
 test: .venv/dev-ready  ## the tests

@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
-from program import run, save
+from support import run, save
 
 import magmotor as mm
 

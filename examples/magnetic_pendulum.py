@@ -1,6 +1,6 @@
 """A magnetic pendulum over three magnets: at which it ends, by where it is let go.
 
-Every pixel is a pendulum let go from rest there, and takes the colour of its magnet, the darker the
+Every pixel is a pendulum let go from rest there, and takes the color of its magnet, the darker the
 longer it takes. A pendulum is at its magnet as soon as its energy, which only falls, is too low to
 cross the lines between the magnets.
 """
@@ -15,14 +15,14 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from mujoco.batch import Batch
 from numpy.typing import NDArray
-from program import run, save
+from support import run, save
 from tqdm import tqdm
 
 import magmotor as mm
 
 Array = NDArray[np.float64]
 
-COLOURS = np.array([to_rgb(name) for name in ("#f2674a", "#2fa37a", "#3f7de0")])
+COLORS = np.array([to_rgb(name) for name in ("#f2674a", "#2fa37a", "#3f7de0")])
 LOOK_EVERY = 10
 """steps"""
 
@@ -78,7 +78,7 @@ class Ends:
 def release(
     pendulum: Pendulum, x: Array, y: Array, *, threads: int = 0, duration: float = 60.0
 ) -> Ends:
-    """Let pendulums go from rest above (x, y), each of shape (n,) in metres."""
+    """Let pendulums go from rest above (x, y), each of shape (n,) in meters."""
     ends = Ends(np.full(len(x), -1), np.full(len(x), np.nan))
     barrier = pendulum.barrier()
     batch = Batch(pendulum.model, len(x), threads)
@@ -106,17 +106,17 @@ def release(
 
 
 def grid(pixels: int, extent: float) -> tuple[Array, Array]:
-    """Centres x and y of the pixels, shape (pixels²,), row by row from below, in metres."""
-    centres = extent * ((2 * np.arange(pixels) + 1) / pixels - 1)
-    x, y = np.meshgrid(centres, centres)
+    """Centers x and y of the pixels, shape (pixels²,), row by row from below, in meters."""
+    centers = extent * ((2 * np.arange(pixels) + 1) / pixels - 1)
+    x, y = np.meshgrid(centers, centers)
     return x.ravel(), y.ravel()
 
 
 def picture(ends: Ends, pixels: int) -> Array:
-    """Colours, shape (pixels, pixels, 3); black where a pendulum was still on its way."""
+    """Colors, shape (pixels, pixels, 3); black where a pendulum was still on its way."""
     late = np.nan_to_num(ends.time / np.nanmedian(ends.time))
     shade = np.where(ends.magnet < 0, 0, 1 / (1 + 0.25 * late**2))
-    return (shade[:, None] * COLOURS[ends.magnet]).reshape(pixels, pixels, 3)
+    return (shade[:, None] * COLORS[ends.magnet]).reshape(pixels, pixels, 3)
 
 
 def main(
@@ -161,7 +161,7 @@ def main(
     side = 100 * extent
     axes.imshow(picture(ends, pixels), origin="lower", extent=(-side, side, -side, side))
     axes.scatter(
-        *(100 * pendulum.magnets[:, :2].T), c=COLOURS, edgecolors="white", linewidths=1.5, s=60
+        *(100 * pendulum.magnets[:, :2].T), c=COLORS, edgecolors="white", linewidths=1.5, s=60
     )
     axes.set(
         xlabel="x (cm)", ylabel="y (cm)", title="Let go here, the pendulum ends at this magnet"

@@ -1,4 +1,4 @@
-"""Magnetise a model that somebody else wrote: dm_control's pendulum, whose file stays as it is.
+"""Magnetize a model that somebody else wrote: dm_control's pendulum, whose file stays as it is.
 
 Its pole stands on its hinge and falls over. Two sites make a magnet of its bob and put another
 beside it: the pole stays up there, leaning, where the magnets' torque balances gravity's.
@@ -11,8 +11,8 @@ import mujoco
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from program import run, save
 from scipy.optimize import root_scalar
+from support import run, save
 
 import magmotor as mm
 
@@ -28,10 +28,10 @@ START = 0.5
 """angle from the upright, in radians, from where the pole is let go"""
 
 
-def load(magnetised: bool = True) -> mujoco.MjModel:
+def load(magnetized: bool = True) -> mujoco.MjModel:
     with as_file(files("dm_control") / "suite") as folder:
         spec = mujoco.MjSpec.from_file(str(folder / "pendulum.xml"))
-    if magnetised:
+    if magnetized:
         spec.body("pole").add_site(name="bob", pos=BOB, userdata=[MOMENT])
         spec.worldbody.add_site(name="magnet", pos=MAGNET, userdata=[MOMENT])
     return spec.compile()
@@ -70,14 +70,14 @@ def main(out: Path = Path("out/someone_elses_model.png"), duration: float = 30.0
     expected = equilibrium(model)
     figure = Figure(figsize=(8, 4), layout="constrained")
     axes = figure.subplots()
-    swings = {"as it comes": swing(load(magnetised=False), duration)}
+    swings = {"as it comes": swing(load(magnetized=False), duration)}
     with mm.magnetism():
-        swings["magnetised"] = swing(model, duration)
+        swings["magnetized"] = swing(model, duration)
     for name, (time, angle) in swings.items():
         axes.plot(time, np.degrees(angle), label=name)
         print(f"{name}: {np.degrees(angle[-1]):.3f} degrees from the upright", end=" ")
         print(f"after {time[-1]:g} s")
-    print(f"theory: {np.degrees(expected):.3f} degrees, magnetised")
+    print(f"theory: {np.degrees(expected):.3f} degrees, magnetized")
     axes.axhline(np.degrees(expected), color="k", linestyle=":", label="theory: no torque")
     axes.set(
         xlabel="t (s)", ylabel="angle from the upright (degrees)", title="dm_control's pendulum"

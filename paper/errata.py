@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magmotor import theory
-from magmotor.devices.disk.panels import GUIDE, Guide, System
+from magmotor.devices.disk.plot_panels import GUIDE, Guide, System
 from magmotor.devices.disk.scene import Disk
 
 if TYPE_CHECKING:

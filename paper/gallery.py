@@ -10,7 +10,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import get_args
 
-from paper.catalogue import FIGURES, PAPER_FIGURES, SECTIONS
+from paper.catalog import FIGURES, PAPER_FIGURES, SECTIONS
 from paper.figure import Claim, Figure, Verdict
 
 INTRODUCTION = """\

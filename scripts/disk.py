@@ -35,7 +35,7 @@ from command_line import (
 
 import magmotor as mm
 from magmotor.common.checks import check_integer, check_number
-from magmotor.devices.disk.panels import System
+from magmotor.devices.disk.plot_panels import System
 from magmotor.devices.disk.plots import FIGURES
 from magmotor.noise import check_seed
 from paper import errata

@@ -22,7 +22,7 @@ def main() -> None:
     scene, options = parse(Options, __doc__ or "", ("top", "motor", "disk"))
     from magmotor.run.in_mujoco import compose
 
-    text = plain(compose(scene, looks=True).to_xml_string())
+    text = plain(compose(scene, visual=True).to_xml_string())
     with written_whole(options.path) as part:
         part.write_text(text)
     print(f"wrote {options.path}")

@@ -17,7 +17,7 @@ from command_line import MISTAKE, NO_OPENGL, fail, run_script, warn_in_one_line,
 
 import magmotor as mm
 from magmotor.common.checks import check_choice
-from paper.catalogue import FIGURES
+from paper.catalog import FIGURES
 from paper.figure import Claim, Figure
 from paper.gallery import gallery_page, save_claims, tally
 

@@ -146,7 +146,7 @@ def summary(run: mm.plots.MotorRun) -> Iterator[str]:
     scene, stopped = run.scene, run.data.attrs.get("stopped")
     uniform = scene.temperature == "uniform"
     kT = f", kT = {scene.kT:.3g} J" if uniform else ""
-    yield f"{run.name}: alpha = {scene.noises[-1]:g}{kT}; {run.flights_in_words}; {stays(run)}"
+    yield f"{run.name}: alpha = {scene.noises[-1]:g}{kT}; {run.flights_in_words}; {mean_dwell(run)}"
     if stopped:
         yield f"  ended {stopped}"
     balance = run.balance.isel(time=-1)
@@ -164,10 +164,12 @@ def summary(run: mm.plots.MotorRun) -> Iterator[str]:
         yield f"  temperatures over kT, second half: {shown}"
 
 
-def stays(run: mm.plots.MotorRun) -> str:
-    found = run.stays
+def mean_dwell(run: mm.plots.MotorRun) -> str:
+    found = run.dwell_times
     mean = mm.observables.censored_mean(found.end - found.begin, found.censored)
-    return f"mean stay {mean.mean:.0f} ± {mean.error:.0f} s" if mean.completed else "one stay"
+    return (
+        f"mean dwell time {mean.mean:.0f} ± {mean.error:.0f} s" if mean.completed else "one dwell"
+    )
 
 
 def draw(runs: list[mm.plots.MotorRun], out: Path) -> None:

@@ -9,10 +9,10 @@ from tqdm import tqdm
 
 import magmotor as mm
 from magmotor.common.checks import reject
-from magmotor.device.recorded import scene_from
+from magmotor.device.provenance import scene_from
 from magmotor.render.encoder import FRAME_RATE
 from magmotor.sweep import Sweep, Values
-from magmotor.sweep.work import ARGUMENTS
+from magmotor.sweep.worker import ARGUMENTS
 
 COLUMNS, ROWS = 6, 5
 """At most so many tiles."""
@@ -34,7 +34,7 @@ def film(sweep: Sweep, path: Path, speed: float | None) -> None:
         index = place * sweep.shape[-1]
         label = sweep.label(index)
         try:
-            scene, run = again(sweep.case(index).told, speed / FRAME_RATE)
+            scene, run = again(sweep.case(index).spec, speed / FRAME_RATE)
         except ValueError as error:
             print(f"left out: {label}: {error}")
             continue

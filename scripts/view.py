@@ -81,12 +81,12 @@ class ModelOptions:
     """of the Brownian path, if the model has nuserdata"""
 
 
-KINDS = {"top": Options, "disk": Options, "motor": MotorOptions, "model": ModelOptions}
+SCENES = {"top": Options, "disk": Options, "motor": MotorOptions, "model": ModelOptions}
 
 
 def main() -> None:
     warn_in_one_line()
-    scene, options = parse(KINDS, __doc__ or "", tuple(KINDS))
+    scene, options = parse(SCENES, __doc__ or "", tuple(SCENES))
     try:
         check_number("speed", options.speed, above=0)
         simulation = make(scene, options)

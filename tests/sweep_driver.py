@@ -12,7 +12,7 @@ import numpy as np
 import magmotor as mm
 from magmotor.sweep import Sweep
 from magmotor.sweep.directory import Directory
-from magmotor.sweep.pool import ONE_THREAD
+from magmotor.sweep.process_pool import ONE_THREAD
 
 SWEEP = Sweep(
     scene=mm.Disk(),

@@ -40,8 +40,8 @@ from checkpoint_files import parsed  # noqa: E402
 import magmotor as mm  # noqa: E402
 from magmotor.device import checkpoint as checkpoints  # noqa: E402
 from magmotor.device import job as jobs  # noqa: E402
-from magmotor.devices.disk.ensemble import march  # noqa: E402
-from magmotor.sweep.work import netcdf  # noqa: E402
+from magmotor.devices.disk.ensemble import run as ensembles  # noqa: E402
+from magmotor.sweep.worker import netcdf  # noqa: E402
 
 tqdm.tqdm.monitor_interval = 0  # which would be a thread
 
@@ -126,7 +126,7 @@ def forked(command: Callable[..., None], *arguments: Any) -> int:
     code = 1
     try:
         signal.signal(signal.SIGINT, signal.default_int_handler)
-        jobs.CHUNK, checkpoints.SECONDS_BETWEEN, march.SECONDS_BETWEEN_LOOKS = 2000, 0.0, 0.005
+        jobs.CHUNK, checkpoints.SECONDS_BETWEEN, ensembles.SECONDS_BETWEEN_LOOKS = 2000, 0.0, 0.005
         command(*arguments)
         code = 0
     except KeyboardInterrupt:
@@ -349,7 +349,7 @@ class ClusterTorture(Torture):
             part.wait()
 
 
-KINDS: dict[str, tuple[type[Torture], Callable[..., None], float]] = {
+SCENES: dict[str, tuple[type[Torture], Callable[..., None], float]] = {
     "simulate": (Torture, simulate, 0.25),
     "ensemble": (Torture, ensemble, 0.2),
     "driver": (Torture, driver, 0.25),
@@ -363,18 +363,18 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("kills", type=int, nargs="?", default=100)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--only", nargs="+", choices=KINDS, default=[*KINDS])
+    parser.add_argument("--only", nargs="+", choices=SCENES, default=[*SCENES])
     parser.add_argument("--folder", type=Path, help="to work in; by default a temporary one")
     options = parser.parse_args()
     warnings.simplefilter("ignore")
-    total = sum(KINDS[kind][2] for kind in options.only)
+    total = sum(SCENES[kind][2] for kind in options.only)
     rows = {}
     with ExitStack() as stack:
         folder = options.folder or Path(stack.enter_context(tempfile.TemporaryDirectory()))
         _warm(folder / "warm")
         for kind in options.only:
             begin = time.monotonic()
-            cls, command, part = KINDS[kind]
+            cls, command, part = SCENES[kind]
             torture = cls(kind, command, folder / kind, options.seed)
             if isinstance(torture, ClusterTorture):
                 stack.enter_context(closing(torture))

@@ -9,7 +9,7 @@ from matplotlib.markers import CARETLEFTBASE
 
 from benchmarks.accuracy.points import USELESS, Point, by_method, chosen, front
 from benchmarks.harness.machine import small_print
-from magmotor.common.style import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, figure
+from magmotor.common.style import BLUE, GRAY, GREEN, INK, ORANGE, PURPLE, figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -25,7 +25,7 @@ LOOKS = {
     "middle": ("#117733", "p"),
     "blanes-moan4": (PURPLE, "X"),
     "blanes-moan6": ("#882255", "h"),
-    "dop853": (GREY, "*"),
+    "dop853": (GRAY, "*"),
 }
 """Color and marker of each scheme; MuJoCo's are filled, the others open."""
 
@@ -77,7 +77,7 @@ def draw_panels(
             [handles[label] for label in sorted(handles)], sorted(handles),
             loc="outside lower center", ncols=min(6, 2 * columns), frameon=False,
         )  # fmt: skip
-        drawing.suptitle(f"{note}\n{small_print()}".strip(), fontsize=8, color=GREY, ha="center")
+        drawing.suptitle(f"{note}\n{small_print()}".strip(), fontsize=8, color=GRAY, ha="center")
         drawing.savefig(path)
 
 
@@ -93,7 +93,7 @@ def draw_panel(ax: "Axes", points: Sequence[Point], panel: Panel) -> None:
         _draw_method(ax, method, curve, looks[method])
     floors = [point.floor for point in points if point.floor > 0]
     if floors:
-        ax.axvspan(LEAST / 2, min(floors), color=GREY, alpha=0.12, lw=0)
+        ax.axvspan(LEAST / 2, min(floors), color=GRAY, alpha=0.12, lw=0)
     shown = [point.bound for point in points if point.bound < USELESS]
     left = min(shown, default=USELESS) / 2
     if panel.theory:
@@ -102,7 +102,7 @@ def draw_panel(ax: "Axes", points: Sequence[Point], panel: Panel) -> None:
         if panel.mark and (p.method, p.timestep) == panel.mark[:2]:
             ax.annotate(panel.mark.text, (p.bound, p.seconds), (-8, 12), ha="right", fontsize=8,
                         textcoords="offset points", arrowprops={"arrowstyle": "-"})  # fmt: skip
-    ax.axvline(USELESS, color=GREY, lw=0.8)
+    ax.axvline(USELESS, color=GRAY, lw=0.8)
     ax.set_xlim(left, 2 * EDGE)
 
 

@@ -68,7 +68,7 @@ PICTURES = {
 
 NOTE = (
     "Lower left is better; the broad line joins the best of the stable. Filled: MuJoCo. Crosses at"
-    " the right: failed, or off by more than 100 %.\nGrey, and points with arrows: at most twice"
+    " the right: failed, or off by more than 100 %.\nGray, and points with arrows: at most twice"
     " the standard error of sampling. Errors below 1e-10 are drawn there."
 )
 

@@ -28,7 +28,7 @@ SLIP = 0.03
 
 def ours(scene: mm.Top = PLANE, pair: dict[str, Any] | None = None, **options: Any):
     """Our model with other options, and other attributes of its contact."""
-    root = compose(scene, looks=False)
+    root = compose(scene, visual=False)
     root.option.set_attributes(**options)
     root.find("contact", "viscous").set_attributes(**(pair or {}))
     model = mujoco.MjModel.from_xml_string(root.to_xml_string())

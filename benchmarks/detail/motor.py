@@ -38,7 +38,7 @@ def _thinned(count: int) -> mujoco.MjModel:
 
 
 def _rings_apart() -> mujoco.MjModel:
-    root = compose(MOTOR, looks=False)
+    root = compose(MOTOR, visual=False)
     pair = root.custom.add("tuple", name="coupling_of_rings")
     for body in ("inner_ring", "outer_ring"):
         pair.add("element", objtype="body", objname=body, prm=0)
@@ -61,7 +61,7 @@ PARTS: dict[str, Callable[[], mujoco.MjModel]] = {
     "without what the rings do to one another": _rings_apart,
     "without noise": partial(mm.build, MOTOR.replace(alpha_ball=0.0, alpha_ring=0.0)),
     "sparse Jacobian": _sparse,
-    "with lights, cameras and decoration": partial(mm.build, MOTOR, looks=True),
+    "with lights, cameras and decoration": partial(mm.build, MOTOR, visual=True),
 }
 RUNS = {
     "mujoco/baoab by `simulate`, each step kept": ("mujoco/baoab", 1, "mujoco/baoab"),

@@ -1,4 +1,4 @@
-"""What the top's surface, friction and looks cost and change."""
+"""What the top's surface, friction and visual cost and change."""
 
 from functools import partial
 
@@ -30,8 +30,8 @@ def cases(quick: bool) -> list[Case]:
 
 
 def _measure(name: str, turns: int) -> Record:
-    scene, looks = PARTS[name]
-    model, planar = mm.build(scene, looks=looks), scene.replace(surface="planar")
+    scene, visual = PARTS[name]
+    model, planar = mm.build(scene, visual=visual), scene.replace(surface="planar")
     record = cost(model, mm.build(ROLLING), turns)
     with mm.magnetism():
         flight = fly(model, scene)

@@ -57,11 +57,11 @@ def _draw_parts(records: dict[str, Record], path: Path) -> None:
         edges = np.cumsum([len(names) for _, names, *_ in GROUPS])[:-1] - 0.5
         for axes in (cost, change):
             for edge in edges:
-                axes.axhline(edge, color=style.GREY, linewidth=0.8)
+                axes.axhline(edge, color=style.GRAY, linewidth=0.8)
         cost.set_yticks(range(len(rows)), [f"{row[0]}: {row[1]}".replace("`", "") for row in rows])
         cost.set_ylim(len(rows) - 0.4, -0.6)
         cost.set_title("a step's cost, as a multiple")
-        cost.axvline(1.0, color=style.GREY)
+        cost.axvline(1.0, color=style.GRAY)
         change.set_xscale("log")
         change.set_xlim(LEAST / 2, MOST)
         change.set_title("change, relative: of J in 60 s; of the motor's ball in 500 s")
@@ -88,7 +88,7 @@ def _draw_rings(records: dict[str, Record], path: Path) -> None:
         errors.semilogy(fine, law, color=style.INK, linewidth=1, label="√N exp(-ηN)")
         errors.set(xlabel="dipoles N, as strong together as 20", ylim=(1e-16, 10))
         errors.set_title("error, relative")
-        errors.axvline(20, color=style.GREY, linewidth=0.8, zorder=0)
+        errors.axvline(20, color=style.GRAY, linewidth=0.8, zorder=0)
         errors.legend(loc="lower left")
         for engine, label, color in (
             ("mujoco", "mujoco/euler", style.BLUE),
@@ -98,7 +98,7 @@ def _draw_rings(records: dict[str, Record], path: Path) -> None:
             cost.plot(numbers, ratios, "o-", color=color, label=label, markersize=4)
         cost.set(xlabel="dipoles N", ylim=(0, None))
         cost.set_title("a step's cost, over that with 20 dipoles")
-        cost.axvline(20, color=style.GREY, linewidth=0.8, zorder=0)
+        cost.axvline(20, color=style.GRAY, linewidth=0.8, zorder=0)
         cost.legend(loc="lower right")
         sign(figure)
         figure.savefig(path)

@@ -36,4 +36,4 @@ def small_print() -> str:
 
 def sign(figure: "Figure") -> None:
     """Put the small print below a figure."""
-    figure.supxlabel(small_print(), fontsize=7, color=style.GREY)
+    figure.supxlabel(small_print(), fontsize=7, color=style.GRAY)

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from magmotor.devices.disk.reference import Law
+from magmotor.devices.disk.variational import StepCoefficients
 
 SOURCE = Path(__file__).with_name("disk.c")
 FLAGS = ["-O3", "-march=native", "-ffast-math", "-fopenmp-simd"]
@@ -43,10 +43,12 @@ class CDisk:
         self._advance.argtypes = [pointer, integer, integer, integer, pointer]
         self._advance.restype = None
 
-    def advance(self, states: NDArray[np.float64], steps: int, seed: int, law: Law) -> None:
+    def advance(
+        self, states: NDArray[np.float64], steps: int, seed: int, coefficients: StepCoefficients
+    ) -> None:
         """Take the states as the kernel has them, shape (4, R), through `steps` from step 0 on."""
-        rub, kick, drift = law.parts
-        numbers = [*rub.friction, *rub.noise[0], kick.push[0] * law.force[0][0]]
+        o_part, kick, drift = coefficients.parts
+        numbers = [*o_part.friction, *o_part.noise[0], kick.push[0] * coefficients.force[0][0]]
         numbers += [drift.turns, drift.angle]
         array = np.array(numbers)
         if states.shape[1] % GROUP or not states.flags.c_contiguous:

@@ -81,7 +81,7 @@ def bars(records: dict[str, Record]) -> list[tuple[str, float | None, str, str]]
     """Name, length, text beside it and color of each bar."""
     found = []
     for name, record in _rows(records).items():
-        color = style.BLUE if name.startswith("variational") else style.GREY
+        color = style.BLUE if name.startswith("variational") else style.GRAY
         if "failed" in record:
             found.append((name, None, record["failed"], color))
         else:

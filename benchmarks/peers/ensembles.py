@@ -16,7 +16,7 @@ from benchmarks.harness.timing import in_turns, seconds_of
 from benchmarks.peers import disk_numpy, disk_scalar
 from benchmarks.peers.compiled_c import CDisk, NotBuilt
 from benchmarks.peers.other_environment import NotThere, Peer
-from magmotor.devices.disk.reference import kernel, law
+from magmotor.devices.disk.variational import kernel, step_coefficients
 
 SCENE, H, SEED = mm.Disk(), 0.01, 7
 REPLICAS, STEPS = 4096, 2000
@@ -29,7 +29,7 @@ Cases = dict[str, Callable[[], float]]
 
 
 def by_kernel(scheme: str, steps: int = STEPS, threads: int = 1) -> float:
-    advance, rule = kernel(SCENE, scheme), law(SCENE, scheme, H)
+    advance, rule = kernel(SCENE, scheme), step_coefficients(SCENE, scheme, H)
 
     def work(first: int) -> None:
         advance(np.zeros((4, PART)), np.empty((1, 4, PART)), 0, steps, SEED, first, 1, 0, rule)
@@ -79,13 +79,13 @@ def by_c(left_out: list[str]) -> Cases:
 
 
 def _compiled(c: CDisk) -> float:
-    states, rule = np.zeros((4, REPLICAS)), law(SCENE, "euler", H)
+    states, rule = np.zeros((4, REPLICAS)), step_coefficients(SCENE, "euler", H)
     return seconds_of(partial(c.advance, states, STEPS, SEED, rule)) / REPLICAS / STEPS
 
 
 def _check(c: CDisk) -> None:
     """After 100 steps C and the kernel are at the same states."""
-    rule = law(SCENE, "euler", H)
+    rule = step_coefficients(SCENE, "euler", H)
     ours: NDArray[np.float64] = np.zeros((4, 256))
     theirs = ours.copy()
     kernel(SCENE, "euler")(ours, np.empty((1, 4, 256)), 0, 100, SEED, 0, 1, 0, rule)

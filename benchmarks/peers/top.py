@@ -172,7 +172,7 @@ def bars(records: dict[str, Record]) -> list[tuple[str, float | None, str, str]]
     for name in (*CHOSEN, *STATED):
         record = records[f"peers/top/{name}"]
         own = name.startswith(("variational", "mujoco")) and "callback" not in name
-        color = style.BLUE if own else style.GREY
+        color = style.BLUE if own else style.GRAY
         if record.get("error", 0.0) > WANTED:
             color = style.ORANGE
         if "failed" in record:

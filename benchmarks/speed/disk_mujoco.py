@@ -10,8 +10,8 @@ import magmotor as mm
 from benchmarks.harness.tables import Row, show
 from benchmarks.harness.timing import in_turns, seconds_of
 from magmotor.device.job import Job
-from magmotor.devices.disk.reference import run
 from magmotor.devices.disk.states import start_disk
+from magmotor.devices.disk.variational import run
 from magmotor.mjcf import hooks as stopwatch
 from magmotor.mjcf import memory
 

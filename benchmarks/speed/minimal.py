@@ -66,7 +66,7 @@ def _changed_models() -> Iterator[tuple[str, mujoco.MjModel]]:
     for name, bit in disabled.items():
         yield f"flag {name} on", _enable(bit)
     yield "all these flags on", _enable(sum(disabled.values()))
-    decorated = mm.build(SCENE, looks=True)
+    decorated = mm.build(SCENE, visual=True)
     decorated.opt.disableflags = plain.opt.disableflags
     yield "lights, cameras, decoration", decorated
     for solver in SOLVERS:
@@ -74,7 +74,7 @@ def _changed_models() -> Iterator[tuple[str, mujoco.MjModel]]:
     sparse = mm.build(SCENE)
     sparse.opt.jacobian = mujoco.mjtJacobian.mjJAC_SPARSE
     yield "sparse Jacobian", sparse
-    root = compose(SCENE, looks=False)
+    root = compose(SCENE, visual=False)
     ring = root.find("body", "ring")
     ring.mocap = None
     yield "ring fixed, not mocap", mujoco.MjModel.from_xml_string(root.to_xml_string())

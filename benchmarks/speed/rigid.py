@@ -9,9 +9,9 @@ from benchmarks.harness.tables import Row, show
 from benchmarks.harness.timing import in_turns, seconds_of
 from magmotor.device.job import Job
 from magmotor.devices.ball import rigid_kernel as rigid
-from magmotor.devices.motor import reference as motor
+from magmotor.devices.motor import variational as motor
 from magmotor.devices.motor.device import MOTOR as motor_initial
-from magmotor.devices.top import reference as top
+from magmotor.devices.top import variational as top
 from magmotor.devices.top.device import TOP as ball_initial
 from magmotor.noise import BrownianPath
 
@@ -70,5 +70,5 @@ def _top(scheme: str) -> float:
 
 def _seconds(job: Job, numbers: tuple, threads: int) -> float:
     """Per step of one replica."""
-    seconds = seconds_of(lambda: list(rigid.march(job, *numbers, threads=threads)))
+    seconds = seconds_of(lambda: list(rigid.recorded_chunks(job, *numbers, threads=threads)))
     return seconds / job.record_interval / len(numbers[-1])

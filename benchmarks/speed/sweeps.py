@@ -12,7 +12,7 @@ import numpy as np
 import magmotor as mm
 from benchmarks.harness.tables import Row, seconds, show
 from magmotor.sweep import Sweep
-from magmotor.sweep.pool import Pool
+from magmotor.sweep.process_pool import Pool
 
 CORES = 2
 CASES, TURNS = 500, 3

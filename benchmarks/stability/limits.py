@@ -138,10 +138,10 @@ def aliases(name: str, method: str, h: float) -> bool:
 def draw(records: dict[str, Record], folder: Path) -> None:
     """Measured over predicted limits, a row for each scene."""
     everyone = _methods_of(SCENES)
-    colors = [style.BLUE, style.ORANGE, style.GREEN, style.PURPLE, style.INK, style.GREY]
+    colors = [style.BLUE, style.ORANGE, style.GREEN, style.PURPLE, style.INK, style.GRAY]
     with style.figure(9, 5) as figure:
         axes = figure.subplots()
-        axes.axvspan(0.95, 1.05, color=style.GREY, alpha=0.15, lw=0, label="within 5 %")
+        axes.axvspan(0.95, 1.05, color=style.GRAY, alpha=0.15, lw=0, label="within 5 %")
         for i, method in enumerate(everyone):
             marker, color = "osD"[i // len(colors)], colors[i % len(colors)]
             axes.plot([], [], marker, color=color, label=method)

@@ -74,11 +74,11 @@ def claims(swings: Swings) -> list[Claim]:
 
 def draw(swings: Swings, path: Path) -> None:
     """The phase portrait, and the swing that friction damps."""
-    colours = (style.BLUE, style.ORANGE, style.GREEN, style.PURPLE)
+    colors = (style.BLUE, style.ORANGE, style.GREEN, style.PURPLE)
     with style.figure(11.0, 4.2) as figure:
         left, right = figure.subplots(1, 2)
-        for run, amplitude, colour in zip(swings.free, AMPLITUDES, colours, strict=True):
-            left.plot(run.x - np.pi, run.v, color=colour, label=f"amplitude {amplitude:g}")
+        for run, amplitude, color in zip(swings.free, AMPLITUDES, colors, strict=True):
+            left.plot(run.x - np.pi, run.v, color=color, label=f"amplitude {amplitude:g}")
         left.set(xlabel="x − π", ylabel="v", title="Without friction and noise: a pendulum")
         left.set_ylim(-2.3, 3.1)
         left.legend(loc="upper center", ncols=2)

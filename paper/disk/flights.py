@@ -12,9 +12,9 @@ from scipy.optimize import root_scalar
 from magmotor import observables
 from magmotor.common import style
 from magmotor.common.style import save_small
-from magmotor.device.recorded import scene_of
+from magmotor.device.provenance import scene_of
 from magmotor.devices.disk.gibbs import gibbs
-from magmotor.devices.disk.panels import System, draw_flights
+from magmotor.devices.disk.plot_panels import System, draw_flights
 from magmotor.devices.disk.scene import Disk
 from magmotor.run.ensemble import ensemble
 from magmotor.run.simulate import simulate
@@ -34,7 +34,7 @@ LASTING = (2500.0, 5000.0, 10_000.0)
 """Of flights that last so long it is asked how many last twice as long."""
 
 
-COLOURS = (style.BLUE, style.ORANGE, style.GREEN, style.PURPLE)
+COLORS = (style.BLUE, style.ORANGE, style.GREEN, style.PURPLE)
 
 
 @dataclass(frozen=True)
@@ -179,8 +179,8 @@ def draw(paths: Paths, path: Path) -> None:
 
 
 def _draw_paths(axes: "Axes", run: xr.Dataset, title: str) -> None:
-    for x, colour in zip(run.x.transpose("replica", "time").values, COLOURS, strict=True):
-        axes.plot(run.time, x, color=colour, lw=0.9)
+    for x, color in zip(run.x.transpose("replica", "time").values, COLORS, strict=True):
+        axes.plot(run.time, x, color=color, lw=0.9)
     axes.set(xlabel="t", ylabel="x(t)", title=title, xlim=(0, float(run.time[-1])))
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from magmotor import observables, theory
-from magmotor.devices.disk.panels import System
+from magmotor.devices.disk.plot_panels import System
 from magmotor.devices.disk.plots import disk_figure
 from magmotor.devices.disk.scene import Disk
 from paper import errata

@@ -8,7 +8,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from magmotor.devices.disk.gibbs import gibbs
-from magmotor.devices.disk.panels import System
+from magmotor.devices.disk.plot_panels import System
 from magmotor.devices.disk.scene import Disk, LangevinParticle
 from magmotor.run.ensemble import ensemble
 

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from magmotor.devices.motor.panels import MotorRun
+from magmotor.devices.motor.plot_panels import MotorRun
 from magmotor.devices.motor.scene import Motor
 from paper.figure import Claim, Verdict, judged
 from paper.motor.runs import (

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.common import style
-from magmotor.devices.motor.panels import MotorRun
+from magmotor.devices.motor.plot_panels import MotorRun
 from magmotor.devices.motor.scene import Motor
 from magmotor.devices.motor.tilted_ring import tilted_ring
 from paper.device_view import draw_device
@@ -103,13 +103,13 @@ def draw(found: Stability, path: Path) -> None:
         left, right = figure.subplots(1, 2, width_ratios=(1, 1.1))
         draw_device(left, Motor(), "front")
         left.set_title("Ball, inner ring (free to turn), outer ring (fixed)")
-        for values, colour, line, label in (
+        for values, color, line, label in (
             (ball, style.BLUE, "--", "ball, where it is deepest, in the field of both rings"),
             (outer, style.ORANGE, "-.", "inner ring in the field of the outer one"),
             (ball + outer, style.INK, "-", "both"),
         ):
             energy = 1e6 * (values - values[0])
-            right.plot(np.degrees(TILTS), energy, color=colour, ls=line, label=label)
+            right.plot(np.degrees(TILTS), energy, color=color, ls=line, label=label)
         right.set(xlabel="tilt of the inner ring (°)", ylabel="energy gained (µJ)")
         right.set_title("What keeps the inner ring level")
         right.legend()

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from magmotor import observables
-from magmotor.devices.motor.exponential_law import LEVEL
-from magmotor.devices.motor.panels import MotorRun
+from magmotor.devices.motor.exponential_test import LEVEL
+from magmotor.devices.motor.plot_panels import MotorRun
 from magmotor.observables import censored_mean, exponential_test
 from paper.figure import Claim, Verdict, judged
 from paper.motor.runs import DURATION, ManyRuns, Motors, in_flight, of_temperature
@@ -22,7 +22,7 @@ ENOUGH = 0.9
 """The power for which an exponential law that is not rejected is taken as found."""
 
 WINDOW = 100
-"""In s, over which the drift of the ball round the centre is taken."""
+"""In s, over which the drift of the ball round the center is taken."""
 
 
 def claims_of_theta(motors: Motors) -> list[Claim]:

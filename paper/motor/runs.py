@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from magmotor.device.stops import PhysicalEvent
 from magmotor.devices.motor.guard import TIPPED
-from magmotor.devices.motor.panels import MotorRun
+from magmotor.devices.motor.plot_panels import MotorRun
 from magmotor.devices.motor.scene import PAPER, Motor
 from magmotor.run.simulate import simulate
 

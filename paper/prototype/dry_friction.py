@@ -65,7 +65,7 @@ def _rolling(coefficient: float) -> Top:
     return _torsional(SMALLEST_DRY_FRICTION).replace(rolling_friction=coefficient)
 
 
-KINDS: dict[str, tuple[Callable[[float], Top], float]] = {
+SCENES: dict[str, tuple[Callable[[float], Top], float]] = {
     "beside": (_beside, 1.0),
     "instead": (_instead, 1.0),
     "torsional": (_torsional, 1e-3),
@@ -99,9 +99,9 @@ class DryFriction:
     sticking: Bracket
     """Coulomb coefficients, without viscous friction, with which the ball slips, and does not."""
     reach: float
-    """Largest distance, in m, of the ball that sticks from the centre."""
+    """Largest distance, in m, of the ball that sticks from the center."""
     valley: float
-    """Largest distance, in m, of the valley from the centre."""
+    """Largest distance, in m, of the valley from the center."""
     stuck: Rolling
     """What energy and statics say of it."""
     slope: float
@@ -119,14 +119,14 @@ def compute(quick: bool) -> DryFriction:
     duration, ratio, points = (60.0, 1.2, 3) if quick else (100.0, 1.02, 16)
     viscous = _spin(Top(surface="plane"), duration)
     spins = {}
-    for kind, (scene_of, largest) in KINDS.items():
+    for kind, (scene_of, largest) in SCENES.items():
         coefficients = np.geomspace(SMALLEST_DRY_FRICTION, largest, points)
         values = [_spin(scene_of(float(b)), duration) for b in coefficients]
         spins[kind] = coefficients, np.array(values)
     thresholds = {}
     for (kind, level), ends in DECADES.items():
 
-        def above(b: float, scene_of=KINDS[kind][0], level=level) -> bool:
+        def above(b: float, scene_of=SCENES[kind][0], level=level) -> bool:
             return _spin(scene_of(b), duration) > level * viscous
 
         thresholds[kind, level] = bracket(above, *ends, ratio)
@@ -208,13 +208,13 @@ def claims(data: DryFriction) -> list[Claim]:
             f" μ {_between(data.sticking)} on Coulomb friction alone holds the contact (statics:"
             f" {data.stuck.coulomb:.3g}, or {data.stuck.coulomb_librating:.3g} while the axis"
             f" librates), and the ball rolls in a closed curve within {data.reach:.3f} m of the"
-            f" centre, while F = -c V_Q takes it to the valley at {data.valley:.3f} m",
+            f" center, while F = -c V_Q takes it to the valley at {data.valley:.3f} m",
             changed < 0.1 and data.sticking[0] < 0.1 and data.reach < 0.9 * data.valley,
         ),
         judged(
             "A more refined model of friction would include rotational torque",
-            f"torsional friction halves the spin at {_millimetres(torsional)} and leaves 1 % at"
-            f" {_millimetres(stops)} (statics: it holds the ball from {1e3 * by_torsion:.3f} mm"
+            f"torsional friction halves the spin at {_millimeters(torsional)} and leaves 1 % at"
+            f" {_millimeters(stops)} (statics: it holds the ball from {1e3 * by_torsion:.3f} mm"
             f" on); a Hertzian contact of steel with μ = {HERTZ_FRICTION} has"
             f" {1e3 * data.hertz:.3f} mm",
             stops[0] < 1e-4,
@@ -253,7 +253,7 @@ def _against(data: DryFriction, level: float) -> str:
     return f"{rolls:.2g} against {turns:.2g} mm"
 
 
-def _millimetres(limits: Bracket) -> str:
+def _millimeters(limits: Bracket) -> str:
     low, high = (1e3 * value for value in sorted(limits))
     return f"{low:.3g} to {high:.3g} mm"
 
@@ -265,7 +265,7 @@ def draw(data: DryFriction, path: Path) -> None:
         _draw_coulomb(left, data)
         _draw_torques(right, data)
         for axes in (left, right):
-            axes.axhline(data.viscous, color=style.GREY, lw=1)
+            axes.axhline(data.viscous, color=style.GRAY, lw=1)
             axes.set(xscale="log", yscale="log", ylim=(1e-2, 40))
             axes.legend(loc="lower right" if axes is left else "upper right")
         note = f"viscous alone: {data.viscous:.2f} rad/s"
@@ -278,8 +278,8 @@ def _draw_coulomb(axes: "Axes", data: DryFriction) -> None:
     small, one = np.array([1e-5, 1e-3]), np.array([data.stuck.coulomb, 1.0])
     marks = (("beside", style.BLUE, "o", "beside viscous friction"),
              ("instead", style.GREEN, "s", "instead of it"))  # fmt: skip
-    for kind, colour, marker, label in marks:
-        axes.plot(*data.spins[kind], marker=marker, ms=4, color=colour, label=label)
+    for kind, color, marker, label in marks:
+        axes.plot(*data.spins[kind], marker=marker, ms=4, color=color, label=label)
     label = "theory: weak friction, pure rolling"
     axes.plot(small, data.slope * small, "--", color=style.ORANGE, label=label)
     axes.plot(one, np.full(2, data.stuck.spin), "--", color=style.ORANGE)
@@ -289,9 +289,9 @@ def _draw_coulomb(axes: "Axes", data: DryFriction) -> None:
 def _draw_torques(axes: "Axes", data: DryFriction) -> None:
     marks = (("torsional", style.BLUE, "o", data.stopping[0]),
              ("rolling", style.PURPLE, "D", data.stopping[1]))  # fmt: skip
-    for kind, colour, marker, stop in marks:
+    for kind, color, marker, stop in marks:
         coefficients, spins = data.spins[kind]
-        axes.plot(1e3 * coefficients, spins, marker=marker, ms=4, color=colour, label=kind)
+        axes.plot(1e3 * coefficients, spins, marker=marker, ms=4, color=color, label=kind)
         label = "statics: held in the valley" if kind == "torsional" else None
         axes.axvline(1e3 * stop, color=style.ORANGE, ls="--", label=label)
     axes.set(title="Friction torques, beside viscous friction", xlabel="torque over load (mm)")
@@ -307,7 +307,7 @@ FIGURE = Figure(
         " the coefficients of Coulomb, torsional and rolling friction. MuJoCo has torsional and"
         " rolling friction only with the others above them, here at its smallest coefficient,"
         " 10⁻⁵. V_Q is the velocity of the contact point over the floor; the valley is the ring on"
-        " which the magnetic energy is least, seen from the centre. The axis follows the field, so"
+        " which the magnetic energy is least, seen from the center. The axis follows the field, so"
         " the ball can spin about it alone. Coulomb friction makes it roll and hence spin; what"
         " resists the spin itself is the torque of a contact that is no point."
     ),

@@ -77,7 +77,7 @@ class FiniteMagnets:
     edge: float
     """Of a cube of NdFeB that has the moment of the scene's dipoles."""
     ball_force: float
-    """Difference of the force on a magnetised ball from that on a dipole at its centre, over it."""
+    """Difference of the force on a magnetized ball from that on a dipole at its center, over it."""
     edges: Array
     """Sizes, shape (E,)."""
     fields: dict[str, Array]
@@ -89,7 +89,7 @@ class FiniteMagnets:
     thresholds: dict[str, tuple[float, float]]
     """Sizes at which J changes by less than 1 %, and by more."""
     valleys: dict[str, float]
-    """Distance, in m, of the valley's lowest point from the centre, at the size of examples."""
+    """Distance, in m, of the valley's lowest point from the center, at the size of examples."""
     examples: dict[str, Array]
     """Spin J/I_3 in rad/s with dipoles, and with magnets of the examples' size."""
 
@@ -149,7 +149,7 @@ def momentum(scene: Top, model: mujoco.MjModel, duration: float = DURATION) -> A
 
 
 def _ball_force(scene: Top) -> float:
-    """At the lowest point of the valley, of a ball that is magnetised along the field."""
+    """At the lowest point of the valley, of a ball that is magnetized along the field."""
     lowest = [_valley(scene, "dipole"), 0.0]
     force, axis = aligned_force(scene, lowest)
     points, parts = ball(scene.ball_radius)
@@ -160,7 +160,7 @@ def _ball_force(scene: Top) -> float:
 
 
 def _field(scene: Top, shape: str, edge: float) -> float:
-    """Largest relative difference of the field on the disc at the height of the ball's centre."""
+    """Largest relative difference of the field on the disc at the height of the ball's center."""
     side = DISC * np.linspace(-1, 1, 41)
     points = np.stack([*np.meshgrid(side, side), np.full((41, 41), scene.ball_radius)], axis=-1)
     points = points[np.hypot(points[..., 0], points[..., 1]) <= DISC]
@@ -171,7 +171,7 @@ def _field(scene: Top, shape: str, edge: float) -> float:
 
 
 def _valley(scene: Top, kind: str) -> float:
-    """Where on the low side, y = 0, the field at the height of the ball's centre is strongest."""
+    """Where on the low side, y = 0, the field at the height of the ball's center is strongest."""
     sources = scene.ring_sources()
     if kind != "dipole":
         sources = finite_ring_sources(scene, SHAPES[kind](EXAMPLE))
@@ -197,7 +197,7 @@ def claims(data: FiniteMagnets) -> list[Claim]:
     return [
         judged(
             "a magnetic dipole fixed at the ball's centroid",
-            "the force on a ball magnetised throughout differs from that on a dipole by"
+            "the force on a ball magnetized throughout differs from that on a dipole by"
             f" {data.ball_force:.0e} of it (mean values of harmonic functions); it takes"
             f" {needed / 1e6:.2f} MA/m, of which NdFeB has {MAGNETISATION / 1e6:.2f}",
             data.ball_force < 1e-9 and needed < MAGNETISATION,
@@ -212,14 +212,14 @@ def claims(data: FiniteMagnets) -> list[Claim]:
             "a magnetic ring consisting of N magnetic dipoles (cubes instead)",
             f"cubes of NdFeB have edges of {100 * data.edge:.2f} cm and change J by"
             f" {data.at_edge['cube']:.0e} of its largest; the field by order {orders['cube']:.2f}"
-            f" in the edge; 1 % of J at {_centimetres(data.thresholds['cube'])}",
+            f" in the edge; 1 % of J at {_centimeters(data.thresholds['cube'])}",
             data.at_edge["cube"] < ONE_PER_CENT,
         ),
         judged(
             "a magnetic ring consisting of N magnetic dipoles (magnets of other shapes)",
             "; ".join(
                 f"{shape}: {100 * data.at_edge[shape]:.2g} % at the volume of that cube, order"
-                f" {orders[shape]:.2f}, 1 % at {_centimetres(data.thresholds[shape])}"
+                f" {orders[shape]:.2f}, 1 % at {_centimeters(data.thresholds[shape])}"
                 for shape in others
             ),
             max(data.at_edge[shape] for shape in others) < ONE_PER_CENT,
@@ -229,14 +229,14 @@ def claims(data: FiniteMagnets) -> list[Claim]:
             "Magnets of another shape leave the ball's place and the size of its spin as they are",
             f"bodies of the volume of a {100 * EXAMPLE:.0f} cm cube, in place of dipoles: largest"
             f" spin {_listed({k: float(np.abs(s).max()) for k, s in data.examples.items()})} rad/s;"
-            f" the valley's lowest point {_listed(data.valleys)} m from the centre",
+            f" the valley's lowest point {_listed(data.valleys)} m from the center",
             _spread(np.abs(spin).max() for spin in data.examples.values()) < 0.01,
             otherwise="in part",
         ),
     ]
 
 
-def _centimetres(limits: tuple[float, float]) -> str:
+def _centimeters(limits: tuple[float, float]) -> str:
     return f"{100 * limits[0]:.2f} to {100 * limits[1]:.2f} cm"
 
 
@@ -256,7 +256,7 @@ LOOKS = {
     "plate": (style.ORANGE, "D"),
     "bar": (style.PURPLE, "^"),
 }
-"""Colour and marker."""
+"""Color and marker."""
 
 
 def draw(data: FiniteMagnets, path: Path) -> None:
@@ -271,10 +271,10 @@ def draw(data: FiniteMagnets, path: Path) -> None:
 def _draw_changes(axes: "Axes", data: FiniteMagnets) -> None:
     sizes = 100 * data.edges
     for shape, changes in data.changes.items():
-        colour, marker = LOOKS[shape]
-        axes.plot(sizes, changes, marker=marker, ms=5, color=colour, label=f"{shape}s")
-    axes.axhline(ONE_PER_CENT, color=style.GREY, lw=1)
-    axes.axvline(100 * data.edge, color=style.GREY, ls=":", label="cube of NdFeB")
+        color, marker = LOOKS[shape]
+        axes.plot(sizes, changes, marker=marker, ms=5, color=color, label=f"{shape}s")
+    axes.axhline(ONE_PER_CENT, color=style.GRAY, lw=1)
+    axes.axvline(100 * data.edge, color=style.GRAY, ls=":", label="cube of NdFeB")
     axes.set(xscale="log", yscale="log", title="Largest change of J over largest |J|")
     axes.set(xlabel="edge of a cube of the same volume (cm)", ylabel="relative change")
     axes.set_xticks([1, 2, 3, 5, 9], labels=["1", "2", "3", "5", "9"])
@@ -297,14 +297,14 @@ FIGURE = Figure(
     title="Finite magnets instead of dipoles",
     caption=(
         "The paper's fourth case (N = 20, H = 20 cm, r_ring = 34 cm, θ_R = π/64, c = 0.3 kg/s) with"
-        " uniformly magnetised bodies of the same moment, 10 A m², on the ring, each a few dozen"
+        " uniformly magnetized bodies of the same moment, 10 A m², on the ring, each a few dozen"
         " dipoles at the points of a quadrature, run by MuJoCo. Rods are cylinders as long as wide,"
-        " plates four times as wide as thick, bars four times as long as wide, all magnetised"
+        " plates four times as wide as thick, bars four times as long as wide, all magnetized"
         " along the radius. A cube's first correction to its dipole is of the fourth order in size"
         " over distance, and so is that of a cylinder whose length is √3 radii; of all other shapes"
         " here it is of the second. The moments are those of the unit reading of the paper's"
         " parameters; in the SI reading every dipole has 100 A m²."
-        " Plates of more than 6.5 cm would touch their neighbours."
+        " Plates of more than 6.5 cm would touch their neighbors."
     ),
     compute=compute,
     claims=claims,

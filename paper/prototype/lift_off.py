@@ -121,7 +121,7 @@ def _critical_coupling(height: float, ratio: float) -> Bracket:
 
 
 def _is_caught(scene: Top) -> bool:
-    """Whether the ball, within a minute, stays on the side of the centre on which it starts."""
+    """Whether the ball, within a minute, stays on the side of the center on which it starts."""
     run = simulate(scene, method=METHOD, timestep=TIMESTEP, duration=DURATION)
     return bool((run.position.values[:, 0] < 0).all())
 
@@ -233,7 +233,7 @@ def _draw_coupling(axes: "Axes", data: LiftOff) -> None:
         (Top.si().coupling, "SI", 0.045, "left"),
     )
     for coupling, name, x, side in readings:
-        axes.axhline(coupling, color=style.GREY, lw=1)
+        axes.axhline(coupling, color=style.GRAY, lw=1)
         axes.annotate(f"{name} reading", (x, coupling), (0, 3), ha=side,
                       textcoords="offset points")  # fmt: skip
     axes.plot(data.scene.ring_height, data.scene.coupling, "*", color=style.INK, ms=10)

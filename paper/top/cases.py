@@ -62,7 +62,7 @@ class Run:
 
     @property
     def radius(self) -> np.ndarray:
-        """Distance of the ball from the centre, in m."""
+        """Distance of the ball from the center, in m."""
         return np.hypot(*self.place.T)
 
 
@@ -177,7 +177,7 @@ def forbidden_hole(scene: Top, energy: float) -> tuple[tuple[np.ndarray, float],
     hole : tuple
         Its least and largest x, shape (2,), and its largest abs(y), all zero if there is none.
     outer : float
-        The largest distance from the centre, in m, that the energy allows.
+        The largest distance from the center, in m, that the energy allows.
     """
     highest = [p for p in observables.critical_points(scene) if p.kind == "maximum"]
     grid = np.linspace(-1.5 * scene.ring_radius, 1.5 * scene.ring_radius, 1021)  # every mm
@@ -270,11 +270,11 @@ def arcs(run: Run) -> tuple[float, float, int]:
     Returns
     -------
     radius : float
-        Mean distance of the valley from the centre, in m.
+        Mean distance of the valley from the center, in m.
     part : float
         Part of the length of the path with a radius of curvature within a quarter of that.
     turns : int
-        How often the sense of rotation about the centre changes.
+        How often the sense of rotation about the center changes.
     """
     radius = float(np.hypot(*valley(run.scene, np.linspace(0, 2 * np.pi, 181)).T).mean())
     late = run.mujoco.time.values > SETTLED
@@ -322,7 +322,7 @@ def _caption(case: int) -> str:
         f" e_z; h = {TIMESTEP:g} s, T = {DURATION:g} s. Left the path over the levels of V_e, right"
         " J(t) by `mujoco/rk4`, by the paper's integrator (`variational/cayley`), and as the"
         " integral of friction's torque. Here ξ₃ is the ball's axis, J/I₃ its spin about it, ρ the"
-        " distance from the centre, V_e = -m|B| the magnetic energy of a ball whose axis is along"
+        " distance from the center, V_e = -m|B| the magnetic energy of a ball whose axis is along"
         " the field; V_Q is the velocity of the contact point."
         + (" How large the spin is depends on the start." if case == 4 else "")
     )

@@ -95,14 +95,14 @@ def draw_sections(sections: list[Landscape], path: Path) -> None:
     markers = {"minimum": "v", "saddle": "X", "maximum": "^"}
     with style.figure(7.5, 4.6) as figure:
         axes = figure.subplots()
-        for section, colour in zip(sections, (style.BLUE, style.ORANGE), strict=True):
+        for section, color in zip(sections, (style.BLUE, style.ORANGE), strict=True):
             tilted = section.scene.tilt > 0
             label = f"tilt {math.degrees(section.scene.tilt):.3g}°" if tilted else "no tilt"
-            axes.plot(X, 1e3 * section.values, color=colour, label=label)
+            axes.plot(X, 1e3 * section.values, color=color, label=label)
             for point in section.points if tilted else ():
                 if abs(point.position[1]) < 1e-6:
                     place = point.position[0], 1e3 * point.energy
-                    axes.plot(*place, markers[point.kind], color=colour, ms=9, mec="white")
+                    axes.plot(*place, markers[point.kind], color=color, ms=9, mec="white")
                     axes.annotate(
                         point.kind, place, (0, -16 if point.kind == "minimum" else 10),
                         textcoords="offset points", ha="center",
@@ -118,7 +118,7 @@ SECTION = Figure(
     "Cross-section of the potential energy surface",
     "V_e = -m|B|, the magnetic energy of a ball whose axis is along the field, on the line y = 0"
     " under the top's ring, level and tilted by π/64 (2.8°), with the paper's parameters; ρ is the"
-    " distance from the centre.",
+    " distance from the center.",
     compute_sections,
     claims_of_the_sections,
     draw_sections,
@@ -153,14 +153,14 @@ def claims_of_the_surfaces(surfaces: list[Landscape]) -> list[Claim]:
     minima, saddles, deepest = level.of("minimum"), level.of("saddle"), tilted.of("minimum")
     depth = -minima[0].energy
     ripple = (max(point.energy for point in saddles) + depth) / depth
-    centre = min(level.points, key=lambda point: math.hypot(*point.position))
+    center = min(level.points, key=lambda point: math.hypot(*point.position))
     x, y = deepest[0].position
     deeper = -deepest[0].energy / depth - 1
     return [
         judged(
             "Axisymmetric, the origin is an unstable critical point, a local maximum",
-            f"the critical point at the origin is a {centre.kind}",
-            centre.kind == "maximum" and math.hypot(*centre.position) < 1e-6,
+            f"the critical point at the origin is a {center.kind}",
+            center.kind == "maximum" and math.hypot(*center.position) < 1e-6,
         ),
         judged(
             "The other critical points are a circle, unstable along it",

@@ -41,7 +41,7 @@ def claims(run: xr.Dataset) -> list[Claim]:
         ),
         judged(
             "When one lowers the ring to within a certain range of heights",
-            f"the place under its centre is unstable below H = {highest:.3f} m; the ring comes from"
+            f"the place under its center is unstable below H = {highest:.3f} m; the ring comes from"
             f" {first:g} m down to {last:g} m",
             last < highest < first,
             figures=(1,),
@@ -75,7 +75,7 @@ FIGURE = Figure(
     "top_device",
     "The top under its ring",
     "The MuJoCo model of the top (the ball's dipole is its red arrow, along its axis ξ₃; the"
-    " yellow spot on its equator shows how it turns; grey, the ring's shadow), and"
+    " yellow spot on its equator shows how it turns; gray, the ring's shadow), and"
     " the experiment as the paper tells it, `Top.experiment()`: the ring comes down from 0.6 m to"
     " 0.2 m, then it is tilted by π/64.",
     compute,

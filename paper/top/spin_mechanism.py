@@ -184,7 +184,7 @@ FIGURE = Figure(
     "Mechanism behind spin",
     "The fourth case (c = 0.3 kg/s, tilt π/64) by `mujoco/rk4` at h = 0.0125 s: angular velocity,"
     " angle between axis and field, and friction's torque q × F, along and across ξ₃. Here ξ₃ is"
-    " the ball's axis, q the arm from its centre to its contact point, F friction's force, B the"
+    " the ball's axis, q the arm from its center to its contact point, F friction's force, B the"
     " field. In place of the paper's sketch, its forces as measured.",
     compute,
     claims,

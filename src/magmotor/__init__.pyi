@@ -5,7 +5,7 @@ from . import plots as plots
 from . import render as render
 from . import sweep as sweep
 from . import theory as theory
-from .device.recorded import scene_of as scene_of
+from .device.provenance import scene_of as scene_of
 from .device.stops import PhysicalEvent as PhysicalEvent
 from .device.stops import SimulationDiverged as SimulationDiverged
 from .device.stops import SimulationInterrupted as SimulationInterrupted
@@ -16,7 +16,7 @@ from .devices.disk.scene import LangevinParticle as LangevinParticle
 from .devices.motor.scene import Motor as Motor
 from .devices.top.scene import Top as Top
 from .devices.top.scene import Waypoint as Waypoint
-from .mjcf.langevin import Baoab as Baoab
+from .mjcf.langevin.baoab import Baoab as Baoab
 from .mjcf.layout import LayoutError as LayoutError
 from .mjcf.magnetism import apply_perturbation as apply_perturbation
 from .mjcf.magnetism import magnetism as magnetism

@@ -2,7 +2,7 @@
 
 One loop over sources (`sum_over_sources`) serves the array functions below, the compiled kernels
 and MuJoCo's compiled callback; its sums have the same bits on every processor, see `eights`. All
-quantities are SI: metres, A m^2, tesla, newton, joule.
+quantities are SI: meters, A m^2, tesla, newton, joule.
 """
 
 import numpy as np
@@ -30,7 +30,7 @@ PERMEABILITY_OVER_4PI = 1e-7
 """mu0/(4 pi) in T m/A; its measured value differs by 1.3e-10, less than its own uncertainty."""
 
 COINCIDENCE = 1e-9
-"""Dipoles nearer to each other than this (metres) are taken to coincide."""
+"""Dipoles nearer to each other than this (meters) are taken to coincide."""
 
 COINCIDENCE_SQUARED = COINCIDENCE**2
 
@@ -49,7 +49,7 @@ def sum_over_sources(target, label, sources, count):
     """Force on one dipole and field at it, from the first `count` sources of other rigid bodies.
 
     `target` is the tuple (x, y, z, mx, my, mz); `sources` has rows x, y, z, mx, my, mz and the
-    label of the rigid body, and as many columns as whole eights take; sources labelled as the
+    label of the rigid body, and as many columns as whole eights take; sources labeled as the
     target are left out. Returns the force, the field and whether a source taken coincides with the
     target.
 
@@ -124,9 +124,9 @@ def field(points: ArrayLike, positions: ArrayLike, moments: ArrayLike) -> NDArra
     Parameters
     ----------
     points : array_like, shape (P, 3) or (3,)
-        Where the field is wanted, in metres.
+        Where the field is wanted, in meters.
     positions, moments : array_like, shape (N, 3)
-        The dipoles' positions in metres and moments in A m^2.
+        The dipoles' positions in meters and moments in A m^2.
 
     Returns
     -------
@@ -157,7 +157,7 @@ def wrench(
     Parameters
     ----------
     position, moment : array_like, shape (..., 3)
-        The dipole (or several, each taken alone) in metres and A m^2.
+        The dipole (or several, each taken alone) in meters and A m^2.
     positions, moments : array_like, shape (N, 3)
         The sources of the field.
 

@@ -15,8 +15,8 @@ from magmotor.devices.ball.landscape import (
 from magmotor.devices.ball.slip import slip_velocity
 from magmotor.devices.disk.observables import d_diffusion, flight_survival, local_slope
 from magmotor.devices.motor.energy import efficiency
-from magmotor.devices.motor.exponential_law import exponential_test, squared_variation
-from magmotor.devices.motor.flights import censored_mean, flights, stays, transitions
+from magmotor.devices.motor.exponential_test import exponential_test, squared_variation
+from magmotor.devices.motor.flights import censored_mean, dwell_times, flights, transitions
 from magmotor.devices.motor.modes import mode_temperatures
 from magmotor.devices.motor.observables import azimuth, ring_attitude
 from magmotor.devices.motor.theory import MotorWells, motor_wells
@@ -37,6 +37,7 @@ __all__ = [
     "censored_mean",
     "critical_points",
     "d_diffusion",
+    "dwell_times",
     "effective_potential",
     "efficiency",
     "energy",
@@ -58,7 +59,6 @@ __all__ = [
     "saddle",
     "slip_velocity",
     "squared_variation",
-    "stays",
     "transitions",
     "valley_radius",
 ]

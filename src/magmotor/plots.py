@@ -6,7 +6,7 @@ from magmotor.common.hints import Picture
 from magmotor.device.analysis import analysis
 from magmotor.device.device import Scene
 from magmotor.devices.disk.plots import disk_figure, disk_overview
-from magmotor.devices.motor.panels import MotorRun
+from magmotor.devices.motor.plot_panels import MotorRun
 from magmotor.devices.motor.plots import motor_figure, motor_overview
 from magmotor.devices.top.plots import spin_map
 from magmotor.sweep.plots import sweep

@@ -1,7 +1,7 @@
 """Theory: closed forms of the scenes, and the reduced equation of the sliding disk."""
 
 from magmotor.device.step_limits import small_motion
-from magmotor.devices.ball.small_motion import resting_ball
+from magmotor.devices.ball.resting import resting_ball
 from magmotor.devices.disk.theory.coefficients import (
     ballistic_coefficient,
     flat_x_diffusion,
@@ -27,7 +27,7 @@ from magmotor.devices.disk.theory.stationary import (
     slip_rate,
     temperature,
 )
-from magmotor.devices.disk.theory.steps import (
+from magmotor.devices.disk.theory.timesteps import (
     alias_period,
     euler_slip_variance,
     friction_step_limit,
@@ -36,12 +36,12 @@ from magmotor.devices.disk.theory.steps import (
 )
 from magmotor.devices.motor.theory import ball_injection_rate, ring_injection_rate, slip_mobility
 from magmotor.devices.top.theory import (
-    field_under_centre,
+    field_under_center,
     highest_valley,
     libration_frequency,
     slip_relaxation_rate,
 )
-from magmotor.numerics.small_motion import SmallMotion, largest_stable_step, spectral_radius
+from magmotor.numerics.linear_stability import SmallMotion, largest_stable_step, spectral_radius
 
 __all__ = [
     "DiskTheory",
@@ -52,7 +52,7 @@ __all__ = [
     "ballistic_coefficient",
     "d_diffusion",
     "euler_slip_variance",
-    "field_under_centre",
+    "field_under_center",
     "flat_mean_displacement",
     "flat_msd_from_gibbs",
     "flat_variance_from_rest",

@@ -112,7 +112,7 @@ def test_flights_know_their_replica():
     )
     scene = mm.Motor()
     assert mm.observables.flights(run, scene).replica.values.tolist() == [3]
-    assert mm.observables.stays(run, scene).replica.values.tolist() == [7]
+    assert mm.observables.dwell_times(run, scene).replica.values.tolist() == [7]
     alone = run.isel(replica=1)
     assert {*mm.observables.transitions(alone, scene).replica.values} == {3}
 
@@ -157,7 +157,7 @@ OWN = [
     ("energy_balance", "motor_run"),
     ("efficiency", "motor_run"),
     ("flights", "motor_run"),
-    ("stays", "motor_run"),
+    ("dwell_times", "motor_run"),
     ("transitions", "motor_run"),
     ("mode_temperatures", "motor_run"),
 ]
@@ -165,19 +165,19 @@ OWN = [
 
 @pytest.mark.parametrize(("name", "made"), OWN)
 def test_the_scene_is_the_runs_own(name, made, request):
-    analyse, run = getattr(mm.observables, name), request.getfixturevalue(made)
+    analyze, run = getattr(mm.observables, name), request.getfixturevalue(made)
     scene = mm.scene_of(run)
-    expected = analyse(run)
-    assert analyse(run, scene).identical(expected)
-    assert analyse(run=run, scene=scene).identical(expected)
+    expected = analyze(run)
+    assert analyze(run, scene).identical(expected)
+    assert analyze(run=run, scene=scene).identical(expected)
     bare = run.copy()
     bare.attrs = {k: v for k, v in run.attrs.items() if not k.startswith("scene")}
-    assert analyse(bare, scene).identical(expected)
+    assert analyze(bare, scene).identical(expected)
     field = "gravity" if hasattr(scene, "gravity") else "x"
     with pytest.raises(ValueError, match=rf"^scene\.{field} = 0\.5: must be .*, as in the run$"):
-        analyse(run, scene.replace(**{field: 0.5}))
+        analyze(run, scene.replace(**{field: 0.5}))
     with pytest.raises(ValueError, match=r"^scene = None: must be given, since the run"):
-        analyse(bare)
+        analyze(bare)
 
 
 @pytest.mark.parametrize("made", ["top_run", "disk_run", "motor_run"])

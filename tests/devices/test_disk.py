@@ -448,7 +448,7 @@ def test_aliased_flights_end_in_a_divergence(method):
 
 KERNEL_IN_A_PROCESS = """
 import magmotor as mm
-from magmotor.devices.disk.reference import kernel
+from magmotor.devices.disk.variational import kernel
 mm.simulate(mm.Disk(), method="variational/baoab", timestep=0.01, duration=1)
 print(sum(kernel(mm.Disk(), "baoab").stats.cache_hits.values()))
 """

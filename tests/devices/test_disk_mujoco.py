@@ -50,7 +50,7 @@ def test_euler_is_the_variational_euler(scene):
 
 @pytest.mark.parametrize("surface", ["planar", "plane"])
 def test_without_potential_only_rounding_is_left(surface):
-    """The contact's regularisation, A/R = 1e-17, included."""
+    """The contact's regularization, A/R = 1e-17, included."""
     scene = mm.Disk(potential="flat", surface=surface)
     run = mm.simulate(scene, method="mujoco/euler", **PAPER)
     twin = mm.simulate(scene.replace(surface="planar"), method="variational/euler", **PAPER)
@@ -298,7 +298,7 @@ def test_shorter_lists_are_padded_with_zeros():
 def test_standalone_mjcf_moves_the_same(tmp_path, surface):
     """Noise, potential and friction are all in the file, with the looks."""
     scene = mm.Disk(potential="asymmetric", surface=surface, v=1.0)
-    (tmp_path / "disk.xml").write_text(compose(scene, looks=True).to_xml_string())
+    (tmp_path / "disk.xml").write_text(compose(scene, visual=True).to_xml_string())
     model = mujoco.MjModel.from_xml_path(str(tmp_path / "disk.xml"))
     model.opt.timestep = 0.01
     data = mujoco.MjData(model)

@@ -11,7 +11,8 @@ import magmotor as mm
 from magmotor import theory
 from magmotor.common import files as whole_files
 from magmotor.device import checkpoint as checkpoints
-from magmotor.devices.disk.ensemble import march, statistics
+from magmotor.devices.disk.ensemble import run as ensembles
+from magmotor.devices.disk.ensemble import statistics
 from magmotor.devices.disk.ensemble.result import _jackknife
 
 WARM = mm.Disk(sigma=0.5, friction=0.5, noise=1.0)
@@ -172,7 +173,7 @@ def crash():
 
 def interrupt_after(monkeypatch, calls, event):
     """Have something happen in a segment of an ensemble, before all groups are done."""
-    advance = march.March._advance_group
+    advance = ensembles.EnsembleRun._advance_group
     done = []
 
     def broken(self, group, *arguments):
@@ -182,7 +183,7 @@ def interrupt_after(monkeypatch, calls, event):
                 event()
         advance(self, group, *arguments)
 
-    monkeypatch.setattr(march.March, "_advance_group", broken)
+    monkeypatch.setattr(ensembles.EnsembleRun, "_advance_group", broken)
 
 
 @pytest.mark.parametrize("calls", [1, 20, 60])

@@ -63,7 +63,7 @@ def test_a_minimum_near_its_saddles_is_found():
     assert behind[2].position[1] == pytest.approx(-behind[0].position[1], abs=1e-11)  # 6e-13
 
 
-def test_a_high_ring_has_its_only_minimum_at_the_centre():
+def test_a_high_ring_has_its_only_minimum_at_the_center():
     scene = mm.Top(tilt=0.0, ring_height=0.6)
     (point,) = observables.critical_points(scene)
     assert point.kind == "minimum"
@@ -104,11 +104,11 @@ def test_the_minimum_is_the_deepest_critical_point(seed):
 
 
 @pytest.mark.parametrize(("ratio", "kind"), [(0.979, "maximum"), (0.981, "minimum")])
-def test_the_centre_is_a_maximum_only_while_the_ring_is_low(ratio, kind):
+def test_the_center_is_a_maximum_only_while_the_ring_is_low(ratio, kind):
     scene = mm.Top(tilt=0.0, ring_height=0.018 + 0.34 * ratio, ring_dipoles=40)
-    centre = min(observables.critical_points(scene), key=lambda p: np.hypot(*p.position))
-    assert np.hypot(*centre.position) < 1e-6
-    assert centre.kind == kind
+    center = min(observables.critical_points(scene), key=lambda p: np.hypot(*p.position))
+    assert np.hypot(*center.position) < 1e-6
+    assert center.kind == kind
 
 
 def test_effective_potential_takes_any_shape_and_is_minus_m_b():
@@ -122,7 +122,7 @@ def test_effective_potential_takes_any_shape_and_is_minus_m_b():
 
 def test_closed_forms():
     scene = mm.Top(tilt=0.0)
-    under = theory.field_under_centre(scene)
+    under = theory.field_under_center(scene)
     numeric = mm.dipoles.field([0, 0, scene.ball_radius], *scene.ring_sources())
     assert numeric == pytest.approx([0, 0, under], abs=1e-17)
     assert theory.libration_frequency(scene, under) == pytest.approx(12.96, abs=0.005)
@@ -139,7 +139,7 @@ def test_the_axis_librates_at_the_predicted_frequency():
     exact = [times[i] - values[i] * (times[i + 1] - times[i]) / (values[i + 1] - values[i])
              for i in crossings]  # fmt: skip
     frequency = math.pi / np.mean(np.diff(exact))
-    expected = theory.libration_frequency(scene, theory.field_under_centre(scene))
+    expected = theory.libration_frequency(scene, theory.field_under_center(scene))
     assert frequency == pytest.approx(expected, rel=1e-3)
 
 

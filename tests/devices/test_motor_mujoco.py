@@ -42,17 +42,17 @@ def test_the_model_is_the_scene():
     np.testing.assert_array_equal(model.tuple("coupling_ball_inner_ring").objprm, 2)
 
 
-@pytest.mark.parametrize("looks", [False, True])
-def test_a_scene_leaves_no_trace_in_the_next(looks):
+@pytest.mark.parametrize("visual", [False, True])
+def test_a_scene_leaves_no_trace_in_the_next(visual):
     """Although their MJCF is read once."""
-    before = compose(mm.Motor(), looks=looks).to_xml_string()
-    compose(mm.Motor(ball_radius=0.03, inner_dipoles=7, coupling=1e-5), looks=looks)
-    assert compose(mm.Motor(), looks=looks).to_xml_string() == before
+    before = compose(mm.Motor(), visual=visual).to_xml_string()
+    compose(mm.Motor(ball_radius=0.03, inner_dipoles=7, coupling=1e-5), visual=visual)
+    assert compose(mm.Motor(), visual=visual).to_xml_string() == before
 
 
-@pytest.mark.parametrize("looks", [False, True])
-def test_damping_is_explicit(looks):
-    model = mm.build(mm.Motor(), looks=looks)
+@pytest.mark.parametrize("visual", [False, True])
+def test_damping_is_explicit(visual):
+    model = mm.build(mm.Motor(), visual=visual)
     assert model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_EULERDAMP
 
 
@@ -308,7 +308,7 @@ def test_a_lost_ring_ends_the_run(surface):
 def test_the_exported_motor_moves_alike(surface):
     """Its MJCF alone, decorated and with all of MuJoCo's features, takes the same steps."""
     scene = mm.Motor(surface=surface)
-    root = compose(scene, looks=True)
+    root = compose(scene, visual=True)
     ends = []
     for model in (
         mujoco.MjModel.from_xml_string(root.to_xml_string(), root.get_assets()),

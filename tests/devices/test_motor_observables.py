@@ -16,13 +16,13 @@ from magmotor.devices.motor.modes import mean_and_error
 from magmotor.observables import (
     azimuth,
     censored_mean,
+    dwell_times,
     efficiency,
     energy_balance,
     flights,
     mode_temperatures,
     motor_wells,
     ring_attitude,
-    stays,
     transitions,
 )
 
@@ -115,13 +115,13 @@ def test_a_rest_that_a_run_begins_with_is_no_part_of_its_flight():
     run = rolled(0, *[-0.05, 0.05] * 20, -0.1, 7)
     found = flights(run, SCENE)
     np.testing.assert_allclose(found.begin, [4.1], atol=1e-9)
-    np.testing.assert_allclose(stays(run, SCENE).end, [4.1], atol=1e-9)
+    np.testing.assert_allclose(dwell_times(run, SCENE).end, [4.1], atol=1e-9)
 
 
 def test_flights_and_stays_of_a_prescribed_path():
     """To and fro, round once and a half, not quite round, back thrice, and under way at the end."""
     run = rolled(0, 0.6, -0.4, 7.1, 6.9, 8.1, 5, 9, -6, -5, -5.5, 0)
-    found, rests = flights(run, SCENE), stays(run, SCENE)
+    found, rests = flights(run, SCENE), dwell_times(run, SCENE)
     np.testing.assert_allclose(found.revolutions, [8.5 / 5, -3, 5.5 / 5], rtol=1e-12)
     np.testing.assert_allclose(found.begin, [1.6, 17.6, 34.1], atol=1e-9)
     np.testing.assert_allclose(found.once, [6.6, 22.6, 39.1], atol=0.011)
@@ -136,9 +136,9 @@ def test_a_run_without_a_flight_is_one_stay_and_replicas_are_told_apart():
     quiet, fast = (path_of(theta) for theta in (np.zeros(99), np.linspace(0, 9, 99)))
     assert flights(quiet, SCENE).sizes["flight"] == 0
     assert transitions(quiet, SCENE).sizes["transition"] == 0
-    assert stays(quiet, SCENE).to_dict(data="list")["data_vars"]["end"]["data"] == [98]
+    assert dwell_times(quiet, SCENE).to_dict(data="list")["data_vars"]["end"]["data"] == [98]
     both = xr.concat([fast, quiet, fast], "replica")
-    found, rests = flights(both, SCENE), stays(both, SCENE)
+    found, rests = flights(both, SCENE), dwell_times(both, SCENE)
     assert found.replica.values.tolist() == [0, 2]
     assert found.censored.values.all()
     assert rests.replica.values.tolist() == [1]

@@ -106,7 +106,7 @@ def test_inertia_is_the_papers():
 
 
 def test_a_motor_comes_back_from_json_like_attributes():
-    from magmotor.device.recorded import attributes_of, scene_of
+    from magmotor.device.provenance import attributes_of, scene_of
 
     for scene in (mm.Motor(position=(0.5, 0.1)), mm.Motor.paper("nonuniform-c")):
         import xarray as xr

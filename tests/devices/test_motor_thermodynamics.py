@@ -97,7 +97,7 @@ def test_euler_overheats_the_slip_as_predicted(method):
 def test_stays_and_flights_both_occur(motor_replicas):
     """In four runs of 1e5 s; a stay lasts 1.6e4 s on the average, so that few have no flight."""
     scene, run = mm.Motor(), motor_replicas.isel(replica=slice(4))
-    flights, stays = mm.observables.flights(run, scene), mm.observables.stays(run, scene)
+    flights, stays = mm.observables.flights(run, scene), mm.observables.dwell_times(run, scene)
     assert len(set(flights.replica.values)) >= 3  # 4
     assert len(set(stays.replica.values)) >= 3  # 4
     assert abs(flights.revolutions).max() > 3

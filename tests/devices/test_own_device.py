@@ -17,8 +17,8 @@ REFERENCE = {"method": "variational/baoab", "timestep": 0.01, "duration": 2.0}
 @pytest.fixture
 def rotor(monkeypatch):
     monkeypatch.syspath_prepend(EXAMPLES)
-    module = importlib.import_module("rotor")
-    monkeypatch.setitem(protocol.KINDS, "Rotor", module.Rotor)
+    module = importlib.import_module("own_device")
+    monkeypatch.setitem(protocol.SCENES, "Rotor", module.Rotor)
     return module
 
 
@@ -87,7 +87,7 @@ def test_a_sweep_takes_it(rotor):
         scene=rotor.Rotor(), vary={"kT": [cold, warm]}, measure=["turns", "temperature"],
         replicas=2, **REFERENCE,
     )  # fmt: skip
-    compute = importlib.import_module("magmotor.sweep.work").compute
+    compute = importlib.import_module("magmotor.sweep.worker").compute
     outcomes = [compute(case, sweep.measure) for case in sweep]
     assert [outcome.error for outcome in outcomes] == [None, None]
     assert [*mm.sweep.measures(rotor.Rotor())] == ["turns", "temperature"]

@@ -13,11 +13,11 @@ import magmotor as mm
 from magmotor.device import job as jobs
 from magmotor.device.job import Job
 from magmotor.devices.ball import rigid_kernel as rigid
-from magmotor.devices.ball.rigid_forces import law, wrenches
+from magmotor.devices.ball.rigid_forces import step_coefficients, wrenches
 from magmotor.devices.ball.rigid_kernel import kernel
 from magmotor.devices.ball.rigid_steps import angular_velocity
 from magmotor.devices.ball.rigid_steps import discrete_momentum as momentum_of
-from magmotor.devices.motor import reference as motor
+from magmotor.devices.motor import variational as motor
 from magmotor.devices.motor.device import MOTOR
 from magmotor.devices.motor.energy import motor_energy
 from magmotor.noise import BrownianPath
@@ -235,14 +235,14 @@ def twin_wrenches(scene, place, ball, ring):
     """Force and torque on the ball and torque on the ring, pair by pair, each from its own end."""
     mu = scene.moment
     inner, outward = scene.inner_dipole_frame()
-    centre = np.array([0, 0, scene.inner_height])
+    center = np.array([0, 0, scene.inner_height])
     inner, outward = ring.apply(inner), ring.apply(mu * outward)
     outer, fixed = scene.outer_sources()
     m = mu * ball.as_matrix()[:, 2]
     factor = scene.ball_ring_factor
     force, torque, on_ring = np.zeros(3), np.zeros(3), np.zeros(3)
     for x, n, weight in (
-        *((centre + x, n, factor) for x, n in zip(inner, outward, strict=True)),
+        *((center + x, n, factor) for x, n in zip(inner, outward, strict=True)),
         *((x, n, 1.0) for x, n in zip(outer, fixed, strict=True)),
     ):
         f, b = twin_pair(place - x, m, n)
@@ -251,7 +251,7 @@ def twin_wrenches(scene, place, ball, ring):
         for y, other, weight in (
             (place, m, factor), *((y, o, 1.0) for y, o in zip(outer, fixed, strict=True))
         ):  # fmt: skip
-            f, b = twin_pair(centre + x - y, n, other)
+            f, b = twin_pair(center + x - y, n, other)
             on_ring = on_ring + weight * (np.cross(x, f) + np.cross(n, b))
     return force, torque, on_ring
 
@@ -323,14 +323,14 @@ def twin_splitting(scene, method, h, state, xi):
             y[4:],
         )
 
-    def act(place, v, R, omega, R_ring, body, time, rubs):
-        """Forces for so long; with `rubs` friction and noise for the whole step."""
+    def act(place, v, R, omega, R_ring, body, time, o_part):
+        """Forces for so long; with `o_part` friction and noise for the whole step."""
         force, torque, on_ring = twin_wrenches(scene, place, R, R_ring)
         force, on_ring = np.append(force[:2], 0.0), R_ring.inv().apply(on_ring)
         v, omega = v + time * force / m, omega + time * torque / J
         slip_mass = 1 / (1 / m + r * r / J)
         along = (force / m + np.cross(torque / J, arm))[:2]
-        if not rubs:
+        if not o_part:
             return place, v, R, omega, R_ring, body + time * on_ring / moments
         slip = (v + np.cross(omega, arm))[:2] - time * along
         before = slip + time * along
@@ -408,7 +408,7 @@ def test_replicas_are_the_single_runs_of_their_numbers():
         alone = motor.pack(run.initial)
         numbers = motor.bodies(scene), motor.magnets(scene)
         recorded = np.empty((50, *alone.shape))
-        rule = law(numbers[0], RIGID["baoab"], h)
+        rule = step_coefficients(numbers[0], RIGID["baoab"], h)
         kernel("baoab")(alone, recorded, (number, number + 1), (0, 2), (4, 1, 0), *numbers, rule)
         assert np.array_equal(alone[number], last[number])
 

@@ -87,11 +87,11 @@ def test_the_ring_leans_into_its_azimuth_and_points_outward():
     scene = mm.Top(tilt=0.1, tilt_azimuth=0.7, ring_dipoles=12)
     positions, moments = scene.ring_sources()
     normal = np.array([np.sin(0.1) * np.cos(0.7), np.sin(0.1) * np.sin(0.7), np.cos(0.1)])
-    centre = np.array([0.0, 0.0, scene.ring_height])
-    np.testing.assert_allclose((positions - centre) @ normal, 0, atol=1e-16)
-    outward = (positions - centre) / scene.ring_radius
+    center = np.array([0.0, 0.0, scene.ring_height])
+    np.testing.assert_allclose((positions - center) @ normal, 0, atol=1e-16)
+    outward = (positions - center) / scene.ring_radius
     np.testing.assert_allclose(moments, scene.moment * outward, rtol=0, atol=1e-14)
-    low_side = positions[np.argmin(positions[:, 2])] - centre
+    low_side = positions[np.argmin(positions[:, 2])] - center
     assert low_side[:2] @ [np.cos(0.7), np.sin(0.7)] > 0
 
 

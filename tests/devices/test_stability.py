@@ -15,11 +15,11 @@ from magmotor.device.step_limits import (
     small_motion,
     step_limit,
 )
-from magmotor.devices.ball.small_motion import resting_ball
+from magmotor.devices.ball.resting import resting_ball
 from magmotor.devices.ball.states import smallest_turn
 from magmotor.devices.motor.device import MOTOR
 from magmotor.devices.motor.energy import motor_energy
-from magmotor.numerics.small_motion import (
+from magmotor.numerics.linear_stability import (
     FACTOR,
     LONGEST,
     ROUNDING,
@@ -334,7 +334,7 @@ def test_the_energy_error_of_stable_steps_is_allowed(case, method):
 
 
 def test_an_unstable_motor_that_noise_does_not_heat_is_stopped():
-    """Its booked work grows without bound then, and does not excuse the energy."""
+    """Its add_heat_and_work work grows without bound then, and does not excuse the energy."""
     scene = SCENES["motor"]
     h = 1.1 * step_limit(scene, "variational/baoab")
     start = at_rest(scene)

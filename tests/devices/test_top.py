@@ -29,7 +29,7 @@ def test_without_friction_the_momentum_map_is_constant(case):
 def test_without_friction_the_ball_keeps_moving(case):
     run = mm.simulate(mm.Top.paper(case), method="mujoco/euler", timestep=0.025, duration=500)
     radius = np.hypot(*run.position[:, :2].values.T)
-    assert radius[800:].min() < 0.1  # returns to the centre after 20 s; 0.012 and 0.018
+    assert radius[800:].min() < 0.1  # returns to the center after 20 s; 0.012 and 0.018
     assert radius[-2000:].max() > 0.3  # crosses the ring of minima to the end
     tail = run.energy[-2000:] - run.energy[0]
     assert largest(tail) < 1.5e-4  # of 4.3e-3 J; measured: 4.7e-5 and 7.0e-5

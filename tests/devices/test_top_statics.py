@@ -17,8 +17,8 @@ def test_no_torque_turns_the_axis_of_a_ball_that_friction_holds():
     scene = mm.Top()
     points = RNG.uniform(-0.2, 0.2, (20, 2))
     axis, force, energy = held_axis(scene, points)
-    centre = np.insert(points, 2, scene.ball_radius, axis=1)
-    pull, torque = dipoles.wrench(centre, scene.moment * axis, *scene.ring_sources())
+    center = np.insert(points, 2, scene.ball_radius, axis=1)
+    pull, torque = dipoles.wrench(center, scene.moment * axis, *scene.ring_sources())
     about = torque + np.cross([0.0, 0.0, scene.ball_radius], pull)
     across = about - np.sum(about * axis, axis=1, keepdims=True) * axis
     assert np.abs(across).max() < 1e-10 * np.abs(energy).max()  # 1e-11
@@ -57,8 +57,8 @@ def test_no_axis_is_lifted_more_than_the_bound():
     bound = largest_lift_map(scene, points)
     axes = RNG.normal(size=(2000, 1, 3))
     axes /= np.linalg.norm(axes, axis=-1, keepdims=True)
-    centre = np.insert(points, 2, scene.ball_radius, axis=1)
-    force = dipoles.wrench(centre, scene.moment * axes, *scene.ring_sources())[0][..., 2]
+    center = np.insert(points, 2, scene.ball_radius, axis=1)
+    force = dipoles.wrench(center, scene.moment * axes, *scene.ring_sources())[0][..., 2]
     lifts = force.max(axis=0) / (scene.ball_mass * scene.gravity)
     assert np.all(lifts <= bound * (1 + 1e-12))
     assert np.all(lifts > 0.97 * bound)  # 0.99: one of 2000 is near the best

@@ -23,10 +23,10 @@ import xarray as xr
 import magmotor as mm
 from magmotor import live  # noqa: F401
 from magmotor.device import checkpoint
-from magmotor.devices.disk.panels import System
+from magmotor.devices.disk.plot_panels import System
 from magmotor.devices.top.states import BallStates
 from magmotor.live.panel import Panel
-from magmotor.numerics import small_motion as linear  # noqa: F401
+from magmotor.numerics import linear_stability as linear  # noqa: F401
 
 SHORT: dict[str, dict[str, Any]] = {
     "Top": {"method": "variational/verlet", "timestep": 0.01, "duration": 1.0},

@@ -16,7 +16,7 @@ MODULES = (
         "magmotor.sweep",
         "magmotor.noise",
         "magmotor.dipoles",
-        "magmotor.device.recorded",
+        "magmotor.device.provenance",
         "magmotor.live",
     ),
 )
@@ -24,8 +24,8 @@ MODULES = (
 EXCLUDED = {
     "mm.sweep.local_cluster": "starts a scheduler and workers",
     "mm.sweep.dask_workers": "waits for a scheduler",
-    "mm.device.recorded.assemble": "the engines' own, with chunks of their kernels",
-    "mm.device.recorded.attributes_of": "the engines' own, with any attributes",
+    "mm.device.provenance.assemble": "the engines' own, with chunks of their kernels",
+    "mm.device.provenance.attributes_of": "the engines' own, with any attributes",
 }
 
 

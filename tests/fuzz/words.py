@@ -102,7 +102,7 @@ BY_NAME: dict[str, list[str]] = {
     "threads": ["1", "2"],
     "draws": ["20"],
     "told": ["plan({kind}).as_json()"],
-    "device.recorded.scene_from.kind": ["{kind}"],
+    "device.provenance.scene_from.kind": ["{kind}"],
     "fields": ["{{}}", "{{'friction_ball' if {kind} == 'Motor' else 'friction': 0.2}}"],
     "checkpoint": ["None", "'run.npz'"],
     "initial": ["None", "{{'x': 0.1}}", "{{'velocity': (0.01, 0.02)}}", "run({kind})"],

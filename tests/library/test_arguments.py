@@ -14,10 +14,10 @@ import magmotor as mm
 from magmotor import live
 from magmotor.common.arguments import checked
 from magmotor.common.checks import check_array, check_integer, check_number
-from magmotor.device import recorded
-from magmotor.devices.disk.panels import System
+from magmotor.device import provenance
+from magmotor.devices.disk.plot_panels import System
 from magmotor.devices.top.states import start
-from magmotor.numerics import small_motion as linear
+from magmotor.numerics import linear_stability as linear
 
 TOP, MOTOR, DISK, PARTICLE = mm.Top(), mm.Motor(), mm.Disk(), mm.LangevinParticle()
 MODEL = mm.build(DISK)
@@ -70,7 +70,7 @@ SYSTEM = System("symmetric", RUNS["ensemble"], RUNS["ensemble"])
 MOTION = mm.theory.small_motion(DISK)
 LIVE = live.live_scene(DISK, timestep=0.02)
 SCENE_FUNCTIONS = {
-    TOP: "field_under_centre slip_relaxation_rate highest_valley resting_ball small_motion",
+    TOP: "field_under_center slip_relaxation_rate highest_valley resting_ball small_motion",
     MOTOR: "ball_injection_rate ring_injection_rate slip_mobility",
     DISK: "ballistic_coefficient flat_x_diffusion friction_rates friction_step_limit"
     " gibbs_deviations gibbs_mean_squares injection_rate largest_timestep potential_step_limit"
@@ -131,7 +131,7 @@ CALLS: dict[Any, dict[str, Any]] = {
     mm.observables.d_diffusion: DISKS,
     mm.observables.efficiency: MOTORS,
     mm.observables.flights: MOTORS,
-    mm.observables.stays: MOTORS,
+    mm.observables.dwell_times: MOTORS,
     mm.observables.transitions: MOTORS,
     mm.observables.mode_temperatures: {**MOTORS, "burn_in": 1.0},
     mm.observables.momentum_balance: TOPS,
@@ -165,7 +165,7 @@ CALLS: dict[Any, dict[str, Any]] = {
     },
     mm.recommend: {"scene": DISK, "error": 0.01, "quantity": "temperature", **STEPS},
     mm.methods: {"scene": DISK},
-    mm.build: {"scene": DISK, "looks": False},
+    mm.build: {"scene": DISK, "visual": False},
     mm.scene_of: {"run": RUNS["disk"]},
     mm.rerun: {"run": RUNS["disk"]},
     mm.Baoab: {"model": MODEL},
@@ -356,9 +356,9 @@ EXTREMES = [
     (lambda: SWEEP.changes(-1), "^index = -1: must be at least 0"),
     (lambda: SWEEP.axes[0].at(HOSTILE["half"]), "^place = 0.5: must be an integer"),
     (lambda: mm.sweep.Range(0.1, 0.2).stretch(np.ones(1)), "^smallest unit = 1.0: must be less"),
-    (lambda: recorded.scene_from("Pendulum", {}), "^kind = 'Pendulum': must be one of"),
+    (lambda: provenance.scene_from("Pendulum", {}), "^kind = 'Pendulum': must be one of"),
     (
-        lambda: recorded.scene_from("Disk", HOSTILE["list"]),
+        lambda: provenance.scene_from("Disk", HOSTILE["list"]),
         r"^fields = \[\]: must be an object of dict",
     ),
     (

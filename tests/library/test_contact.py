@@ -1,4 +1,4 @@
-"""The viscous slip law and dry friction, realised by contacts."""
+"""The viscous slip law and dry friction, realized by contacts."""
 
 import mujoco
 import numpy as np
@@ -11,7 +11,7 @@ from magmotor.devices.top.states import start
 
 
 def contact_force(scene, velocity, angular_velocity, timestep):
-    """Friction force on the ball and torque about its centre, in the world frame, and V_Q."""
+    """Friction force on the ball and torque about its center, in the world frame, and V_Q."""
     model = mm.build(scene)
     model.opt.timestep = timestep
     data = mujoco.MjData(model)

@@ -129,7 +129,7 @@ def test_bad_input_is_named(arguments, message):
 
 
 @pytest.mark.parametrize("along", np.eye(3))
-def test_dipoles_coincide_that_are_nearer_than_a_nanometre(along):
+def test_dipoles_coincide_that_are_nearer_than_a_nanometer(along):
     positions = [[9.0, 9.0, 9.0], [0.0, 0.0, 0.0]]
     field = mm.dipoles.field(1.1e-9 * along, positions, np.eye(3)[:2])
     assert np.isfinite(field).all()

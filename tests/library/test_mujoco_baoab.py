@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation
 
 import magmotor as mm
 from magmotor import noise, theory
-from magmotor.mjcf import langevin as baoab
+from magmotor.mjcf.langevin import baoab
 
 BOTH = ("mujoco/baoab", "variational/baoab")
 
@@ -405,8 +405,8 @@ def test_noise_is_that_of_the_package_to_the_bit():
 @pytest.mark.parametrize("scene", [mm.Disk(), mm.Disk(surface="plane"), mm.Top(), mm.Motor()])
 def test_the_decorated_model_moves_as_the_plain_one(scene):
     ends = []
-    for looks in (False, True):
-        model = mm.build(scene, looks=looks)
+    for visual in (False, True):
+        model = mm.build(scene, visual=visual)
         model.opt.timestep = 0.01
         data = mujoco.MjData(model)
         mujoco.mj_resetDataKeyframe(model, data, 0)
@@ -495,12 +495,12 @@ REFUSED = [
     (
         'axis="0 -1 0"/>',
         'axis="0 -1 0" pos="0 0 0.01"/>',
-        r"joint 'turn': pos = \[0.0, 0.0, 0.01\]: must be the centre of mass, \[0.0, 0.0, 0.0\]",
+        r"joint 'turn': pos = \[0.0, 0.0, 0.01\]: must be the center of mass, \[0.0, 0.0, 0.0\]",
     ),
     (
         'pos="0 0 0" mass="1"',
         'pos="0 0 0.1" mass="1"',
-        r"joint 'spin': pos = .* must be the centre of mass, \[0.0, 0.0, 0.1\]",
+        r"joint 'spin': pos = .* must be the center of mass, \[0.0, 0.0, 0.1\]",
     ),
     ('name="spin"', 'name="spin" armature="1"', r"joint 'spin': armature = 1.0: must be zero"),
     (
@@ -537,7 +537,7 @@ REFUSED = [
     (
         'name="rim"',
         'name="rim" pos="0 0.01 0" mass="0"/><geom mass="1"',
-        r"geom 'rim': pos = .* must be its body's centre of mass",
+        r"geom 'rim': pos = .* must be its body's center of mass",
     ),
     (
         'name="rim"',
@@ -663,7 +663,7 @@ def test_a_model_holds_numbers_that_a_step_can_have(name, value, message):
 
 def test_another_process_compiles_nothing():
     program = (
-        "import mujoco, magmotor as mm; from magmotor.mjcf.langevin_loop import compiled;"
+        "import mujoco, magmotor as mm; from magmotor.mjcf.langevin.loop import compiled;"
         " model = mm.build(mm.Disk()); mm.Baoab(model).step(mujoco.MjData(model));"
         " print(sum(compiled().stats.cache_misses.values()))"
     )

@@ -93,7 +93,7 @@ def test_numbers_are_normal_and_independent_along_each_index(stream):
 
 
 def test_no_two_indices_are_correlated():
-    """Products between neighbours in every pair of indices; 4.5 sigma, false alarm 3e-5 a pair."""
+    """Products between neighbors in every pair of indices; 4.5 sigma, false alarm 3e-5 a pair."""
     steps = 20_000
     rows = np.array(
         [

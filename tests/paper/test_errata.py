@@ -22,7 +22,7 @@ TINY = 1e-30
 """Complex step: derivatives without differences, hence without rounding."""
 
 STRONGEST_MAGNET = 1.2e6
-"""Magnetisation in A/m of neodymium-iron-boron, remanence 1.5 T, rounded up."""
+"""Magnetization in A/m of neodymium-iron-boron, remanence 1.5 T, rounded up."""
 
 
 def largest(values):
@@ -70,7 +70,7 @@ def at_rest(scene, axis=None):
 
 
 def growth_rates(derivative, state):
-    """Eigenvalues in 1/s of the linearised motion."""
+    """Eigenvalues in 1/s of the linearized motion."""
     e = 1e-6
     columns = [
         (derivative(0, state + e * u) - derivative(0, state - e * u)) / (2 * e)
@@ -190,7 +190,7 @@ def test_the_momentum_map_is_constant_if_two_moments_are_equal(moments, kept):
 
 
 def test_friction_acts_on_the_slip_over_the_floor():
-    """Power of F and tau is -c |V_Q|^2; with the velocity relative to the centre it can be > 0."""
+    """Power of F and tau is -c |V_Q|^2; with the velocity relative to the center it can be > 0."""
     rng = np.random.default_rng(3)
     q, c = np.array([0, 0, -0.018]), 0.3
     v = rng.normal(size=(100, 3)) * [1, 1, 0]
@@ -254,7 +254,7 @@ def test_without_friction_the_ball_crosses_the_circle_of_minima():
 
 @pytest.mark.parametrize("case", [1, 2])
 def test_without_friction_the_motion_is_chaotic(case):
-    """Starts a nanometre apart are centimetres apart within 500 s."""
+    """Starts a nanometer apart are centimeters apart within 500 s."""
     runs = []
     for nudge in (0.0, 1e-9):
         scene = mm.Top.paper(case, position=(0.01 + nudge, 0.005))
@@ -494,7 +494,7 @@ def test_an_upright_start_is_forgotten_in_20_seconds():
 def test_stays_and_flights_of_the_motor_have_no_heavy_tail(motor_replicas):
     """Standard deviation over mean: 1 if exponential; errors about 0.1."""
     scene, run = mm.Motor(), motor_replicas
-    for found in (mm.observables.flights(run, scene), mm.observables.stays(run, scene)):
+    for found in (mm.observables.flights(run, scene), mm.observables.dwell_times(run, scene)):
         lasted = found.end - found.begin
         assert lasted.size > 30  # 42, 48
         assert 0.5 < float(lasted.std() / lasted.mean()) < 1.2  # 0.99, 0.98

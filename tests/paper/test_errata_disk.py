@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 import magmotor as mm
 from magmotor import theory
 from magmotor.devices.disk import plots
-from magmotor.devices.disk.panels import System
+from magmotor.devices.disk.plot_panels import System
 from magmotor.devices.disk.plots import FIGURES
 from paper import errata
 

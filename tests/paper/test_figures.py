@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 import magmotor as mm
-from paper.catalogue import FIGURES, PAPER_FIGURES
+from paper.catalog import FIGURES, PAPER_FIGURES
 from paper.figure import Claim, Figure, judged
 from paper.gallery import gallery_page, load_claims, save_claims, tally
 

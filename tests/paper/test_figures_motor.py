@@ -37,13 +37,13 @@ def test_a_tilted_ring_has_the_least_energy_that_a_state_has():
     fixed = scene.outer_sources()
     line = np.linspace(-0.8, 0.8, 81)
     x, y = (each.ravel() for each in np.meshgrid(line, line))
-    centre = np.stack([x, y, np.full_like(x, scene.ball_radius)], axis=1)
-    field = dipoles.field(centre, np.vstack([places, fixed[0]]), np.vstack([moments, fixed[1]]))
-    start = start_motor(scene, len(centre))
+    center = np.stack([x, y, np.full_like(x, scene.ball_radius)], axis=1)
+    field = dipoles.field(center, np.vstack([places, fixed[0]]), np.vstack([moments, fixed[1]]))
+    start = start_motor(scene, len(center))
     states = start._replace(
-        position=centre[np.newaxis],
+        position=center[np.newaxis],
         orientation=np.array([[smallest_turn(axis) for axis in field]]),
-        ring_orientation=np.tile(turn.as_quat(scalar_first=True), (1, len(centre), 1)),
+        ring_orientation=np.tile(turn.as_quat(scalar_first=True), (1, len(center), 1)),
     )
     energy = motor_energy(scene, states)
     assert float(energy.ring[0, 0]) == pytest.approx(found.outer, rel=5e-14, abs=0)  # 2e-15

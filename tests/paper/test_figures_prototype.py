@@ -76,7 +76,7 @@ def test_friction_torques_stop_the_ball_where_statics_says(dry):
 
 
 def test_coulomb_friction_is_stiction():
-    """MuJoCo's solver without regularisation has the same spin."""
+    """MuJoCo's solver without regularization has the same spin."""
     scene = mm.Top(surface="plane", friction=0.0, coulomb_friction=0.3)
     largest = []
     for iterations in (0, 20):

@@ -160,9 +160,9 @@ def test_publishing_writes_tables_shown_pictures_and_the_front(tmp_path):
     kept = root / publishing.FRONT
     for folder in (drawn, root / "docs", kept.parent):
         folder.mkdir(parents=True)
-    colours = {"shown": (7, 8, 9), "below": (1, 2, 3), "hidden": (4, 5, 6)}
-    for name, colour in colours.items():
-        Image.new("RGB", (4, 3), colour).save(drawn / f"{name}.png")
+    colors = {"shown": (7, 8, 9), "below": (1, 2, 3), "hidden": (4, 5, 6)}
+    for name, color in colors.items():
+        Image.new("RGB", (4, 3), color).save(drawn / f"{name}.png")
     (root / "README.md").write_text("![a chart](docs/shown.png) ![else](docs/else.png)\n" + MARKED)
     (root / "docs" / "methods.md").write_text("![another](below.png)\n")
     points = [{"method": "one"}, {"method": "two"}]
@@ -171,7 +171,7 @@ def test_publishing_writes_tables_shown_pictures_and_the_front(tmp_path):
     names = {str(path.relative_to(root)) for path in written}
     assert names == {"README.md", "docs/shown.png", "docs/below.png", publishing.FRONT}
     with Image.open(root / "docs" / "below.png") as copy:
-        assert (copy.size, copy.convert("RGB").getpixel((1, 1))) == ((4, 3), colours["below"])
+        assert (copy.size, copy.convert("RGB").getpixel((1, 1))) == ((4, 3), colors["below"])
     assert "new" in (root / "README.md").read_text()
     assert json.loads(kept.read_text()) == front
 

@@ -54,8 +54,8 @@ def test_plane_follows_planar():
 
 def test_decorated_model_moves_as_the_plain_one():
     states = []
-    for looks in (False, True):
-        model = mm.build(mm.Top(), looks=looks)
+    for visual in (False, True):
+        model = mm.build(mm.Top(), visual=visual)
         model.opt.timestep = 0.01
         data = mujoco.MjData(model)
         mujoco.mj_resetDataKeyframe(model, data, 0)

@@ -55,7 +55,7 @@ def cut(frames, box):
 
 
 def dark(pictures):
-    """Which pixels have the dark grey of the ball and of text."""
+    """Which pixels have the dark gray of the ball and of text."""
     return pictures.max(axis=-1) < 75
 
 
@@ -84,11 +84,11 @@ def test_every_ball_goes_its_own_way(opengl, runs, scenes):
         balls = (dark(before) & ~dark(after), dark(after) & ~dark(before))
         places = [np.argwhere(ball[60:260, 80:340]).mean(axis=0) for ball in balls]
         moved = run.position.values[-1, :2] - run.position.values[0, :2]
-        metre = (places[1] - places[0]) / [-moved[1], moved[0]]
+        meter = (places[1] - places[0]) / [-moved[1], moved[0]]
         seen = (
             2 * 1.231 * np.tan(np.pi / 8)
-        )  # metres from lower to upper edge, at the ball's height
-        assert metre == pytest.approx(np.full(2, 319 / seen), rel=0.03)  # 1.3e-2 at most
+        )  # meters from lower to upper edge, at the ball's height
+        assert meter == pytest.approx(np.full(2, 319 / seen), rel=0.03)  # 1.3e-2 at most
     blue = [(tile[..., 2] > tile[..., 0] + 80)[:, :380].sum() for tile in first + last]
     assert max(blue[:3]) == 0
     assert min(blue[3:]) > 200  # 252

@@ -61,7 +61,7 @@ def test_in_mujocos_default_contact_a_large_slip_decays_by_coulombs_law():
     force = 0.01 * contact.SCENE.ball_mass * contact.SCENE.gravity
     for slip in (0.1, 1.0):
         law = (1 - math.exp(-1)) * slip / (contact.MOBILITY * force)
-        # 0.6 % and 0.02 %: the last of the slip is regularised.
+        # 0.6 % and 0.02 %: the last of the slip is regularized.
         assert slip_time("defaults, slide friction 0.01", slip) == pytest.approx(law, rel=0.01)
 
 

@@ -30,7 +30,7 @@ def pendulum(example):
     return example("magnetic_pendulum").Pendulum()
 
 
-def colours(path):
+def colors(path):
     with Image.open(path) as picture:
         return np.unique(np.asarray(picture.convert("RGB")).reshape(-1, 3), axis=0)
 
@@ -136,7 +136,7 @@ def test_someone_elses_pole_stays_where_the_torques_balance(example):
     assert angle[-1] == pytest.approx(expected, abs=2e-7)  # 1e-8
     assert pole.torque(model, expected - 0.01) > 1  # 8.2 N m: it is stable
     assert pole.torque(model, expected + 0.01) < -1  # -7.4 N m
-    _, angle = pole.swing(pole.load(magnetised=False), 80.0)
+    _, angle = pole.swing(pole.load(magnetized=False), 80.0)
     assert angle[-1] == pytest.approx(np.pi, abs=5e-6)  # 3e-7
 
 
@@ -152,23 +152,23 @@ def test_pictures_are_written_and_not_blank(example, tmp_path, capsys, name, num
     out = tmp_path / "new" / "picture.png"
     example(name).main(out=out, **numerics)
     assert f"wrote {out}" in capsys.readouterr().out
-    assert len(colours(out)) > 50  # 150 or more
+    assert len(colors(out)) > 50  # 150 or more
 
 
-def test_the_picture_has_a_colour_for_each_magnet_and_black_for_none(example):
+def test_the_picture_has_a_color_for_each_magnet_and_black_for_none(example):
     module = example("magnetic_pendulum")
     ends = module.Ends(np.array([0, 1, 2, -1]), np.array([1.0, 1.0, 1.0, np.nan]))
     red, green, blue, black = module.picture(ends, 2).reshape(4, 3)
-    for number, colour in enumerate((red, green, blue)):
-        assert colour.argmax() == number
+    for number, color in enumerate((red, green, blue)):
+        assert color.argmax() == number
     assert not black.any()
 
 
 def test_a_name_without_a_suffix_is_that_of_a_png(example, tmp_path, capsys):
     (tmp_path / "so").mkdir()
-    example("program").save(Figure(), tmp_path / "so")
+    example("support").save(Figure(), tmp_path / "so")
     assert capsys.readouterr().out == f"wrote {tmp_path / 'so.png'}\n"
-    assert len(colours(tmp_path / "so.png")) == 1
+    assert len(colors(tmp_path / "so.png")) == 1
 
 
 @pytest.mark.parametrize(
@@ -187,7 +187,7 @@ def test_a_name_without_a_suffix_is_that_of_a_png(example, tmp_path, capsys):
 def test_a_mistake_is_one_line_and_code_2(example, monkeypatch, capsys, name, flags, line):
     monkeypatch.setattr(sys, "argv", [f"{name}.py", *flags])
     with pytest.raises(SystemExit) as stop:
-        example("program").run(example(name).main)
+        example("support").run(example(name).main)
     assert stop.value.code == 2
     assert capsys.readouterr().err == f"{name}.py: {line}\n"
 
@@ -201,7 +201,7 @@ def test_ctrl_c_is_one_line_and_nothing_is_left(example, monkeypatch, capsys, tm
     monkeypatch.setattr(module.Batch, "step", interrupted)
     monkeypatch.setattr(sys, "argv", ["magnetic_pendulum.py", "--out", str(tmp_path / "out.png")])
     with pytest.raises(SystemExit) as stop:
-        example("program").run(module.main)
+        example("support").run(module.main)
     assert stop.value.code == 130
     assert capsys.readouterr().err == "magnetic_pendulum.py: interrupted, nothing written\n"
     assert not any(tmp_path.iterdir())

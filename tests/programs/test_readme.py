@@ -15,7 +15,7 @@ EXAMPLES = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
 
 
 def test_python_examples_run():
-    simulate, ensemble, motor, _, magnetise, heat, slip = EXAMPLES
+    simulate, ensemble, motor, _, magnetize, heat, slip = EXAMPLES
     namespace: dict = {}
     exec(simulate, namespace)
     assert np.abs(namespace["run"].momentum_map).max() == pytest.approx(1.858e-4, rel=1e-3)
@@ -38,7 +38,7 @@ def test_python_examples_run():
     modes = mm.observables.mode_temperatures(run, scene, burn_in=2000)
     assert modes.temperature.sel(mode="slip") == pytest.approx(scene.kT, rel=0.05)  # 5 errors
     namespace = {}
-    exec(magnetise, namespace)
+    exec(magnetize, namespace)
     assert namespace["data"].qpos[0] == pytest.approx(np.pi / 2, abs=1e-6)
     exec(heat, namespace)
     model, data = namespace["model"], namespace["data"]

@@ -13,7 +13,7 @@ from sweep_driver import contents
 
 import magmotor as mm
 from magmotor.common import environment as threads
-from magmotor.device import recorded
+from magmotor.device import provenance
 from magmotor.sweep import Samples, Sweep
 from magmotor.sweep.axes import full_name, numeric_fields
 from magmotor.sweep.case import canonical, case_of
@@ -39,7 +39,7 @@ def here():
 def test_the_cases_are_all_combinations_with_seeds_of_their_own():
     sweep = Sweep(**DISK, vary={"noise": NOISES, ("x", "v"): (0.0, 0.5)}, seeds=range(5, 9))
     assert (len(sweep), sweep.shape) == (24, (3, 2, 4))
-    told = [case.told for case in sweep]
+    told = [case.spec for case in sweep]
     fields = [t["scene_fields"] for t in told]
     assert [(f["noise"], f["x"], f["v"]) for f in fields] == [
         (n, x, x) for n in NOISES for x in (0.0, 0.5) for _ in range(4)
@@ -84,7 +84,9 @@ def test_every_number_of_every_scene_can_be_varied():
                 timestep=0.01,
                 method=mm.methods(scene)[0],
             )
-            changed = recorded.scene_from(type(scene).__name__, sweep.case(0).told["scene_fields"])
+            changed = provenance.scene_from(
+                type(scene).__name__, sweep.case(0).spec["scene_fields"]
+            )
             told = getattr(changed, field.declared.name)
             assert (told if field.component is None else told[field.component]) == value
     assert {"position_y", "axis_z", "ring_dipoles"} <= numeric_fields(mm.Top()).keys()
@@ -115,7 +117,7 @@ def test_a_sweep_is_made_again_from_what_it_tells():
     assert [*again] == [*sweep]
     assert again.as_json() == sweep.as_json()
     other = {**sweep.as_json(), "versions": {"magmotor": "0"}}
-    assert sweep_from(other).case(0).told["versions"] == {"magmotor": "0"}
+    assert sweep_from(other).case(0).spec["versions"] == {"magmotor": "0"}
 
 
 def test_the_cases_leave_the_scene_that_they_vary_as_it_is():
@@ -123,7 +125,7 @@ def test_the_cases_leave_the_scene_that_they_vary_as_it_is():
         scene=mm.Top(), vary={"position_x": (0.0, 0.01)}, measure=["max_spin"], duration=1.0
     )
     before = json.dumps(sweep.as_json())
-    assert [case.told["scene_fields"]["position"] for case in sweep] == [[0.0, 0.02], [0.01, 0.02]]
+    assert [case.spec["scene_fields"]["position"] for case in sweep] == [[0.0, 0.02], [0.01, 0.02]]
     assert json.dumps(sweep.as_json()) == before
 
 
@@ -142,7 +144,7 @@ def test_a_million_cases_are_planned_without_being_held():
 
 
 def test_the_key_is_of_all_that_makes_a_run():
-    told = Sweep(**DISK, vary={"noise": NOISES}).case(0).told
+    told = Sweep(**DISK, vary={"noise": NOISES}).case(0).spec
     keys = {case_of(told).key}
     other = {
         "scene": "LangevinParticle",
@@ -163,7 +165,7 @@ def test_the_key_is_of_all_that_makes_a_run():
 def test_versions_are_those_that_matter():
     engines = {"variational/baoab": set(), "mujoco/euler": {"mujoco"}}
     for method, more in engines.items():
-        told = Sweep(**{**DISK, "method": method}, vary={"noise": NOISES}).case(0).told
+        told = Sweep(**{**DISK, "method": method}, vary={"noise": NOISES}).case(0).spec
         assert told["versions"].keys() == {"magmotor", "numba", "numpy", "libc", "machine"} | more
 
 
@@ -197,7 +199,7 @@ def test_whole_runs_are_recorded(tmp_path, here):
     mm.sweep.run(sweep, tmp_path / "s", executor=here)
     data = mm.sweep.combine(tmp_path / "s")
     assert data.x.dims == ("noise", "seed", "time")
-    case = sweep.case(3).told
+    case = sweep.case(3).spec
     names = ("method", "timestep", "duration", "record_interval", "seed")
     run = mm.simulate(mm.Disk(noise=2.0), **{name: case[name] for name in names})
     np.testing.assert_array_equal(data.omega.sel(noise=2.0, seed=1), run.omega)
@@ -288,7 +290,7 @@ def test_warnings_of_a_run_are_kept_with_it(tmp_path, here):
 
 
 def test_what_is_not_a_number_is_null_in_a_file_and_itself_when_combined():
-    from magmotor.sweep.work import decoded, encoded
+    from magmotor.sweep.worker import decoded, encoded
 
     values = [1.5, np.nan, np.inf, -np.inf]
     assert json.loads(json.dumps(encoded(values, (4,)), allow_nan=False)) == [
@@ -362,7 +364,7 @@ def test_bad_designs_are_refused(arguments, line):
 def test_integers_are_varied_on_grids_only():
     top = {"scene": mm.Top(), "measure": ["max_spin"], "duration": 1.0, "timestep": 0.01}
     sweep = Sweep(**top, vary={"ring_dipoles": np.linspace(5, 20, 4)})
-    assert [case.told["scene_fields"]["ring_dipoles"] for case in sweep] == [5, 10, 15, 20]
+    assert [case.spec["scene_fields"]["ring_dipoles"] for case in sweep] == [5, 10, 15, 20]
     with pytest.raises(ValueError, match=r"ring_dipoles = 5.5: must be an integer"):
         Sweep(**top, vary={"ring_dipoles": (5.5,)})
     with pytest.raises(ValueError, match=r"field = 'ring_dipoles': must be one that takes all num"):

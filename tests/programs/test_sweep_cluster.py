@@ -10,8 +10,8 @@ from sweep_driver import FEW, SWEEP, contents, drive, environment
 from test_sweep_resume import results, start, wait_for_results, whole
 
 import magmotor as mm
-from magmotor.sweep import workers
-from magmotor.sweep.pool import ONE_THREAD
+from magmotor.sweep import dask_cluster
+from magmotor.sweep.process_pool import ONE_THREAD
 
 __all__ = ["whole"]
 
@@ -58,7 +58,7 @@ def test_a_killed_worker_costs_nothing_but_time(scheduler, tmp_path, whole):
 
 
 def test_where_no_scheduler_is(monkeypatch):
-    monkeypatch.setattr(workers, "CONNECT_SECONDS", 1.0)
+    monkeypatch.setattr(dask_cluster, "CONNECT_SECONDS", 1.0)
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         address = f"tcp://127.0.0.1:{free.getsockname()[1]}"

@@ -11,7 +11,7 @@ from PIL import Image
 from scipy.stats import qmc, sem
 
 import magmotor as mm
-from magmotor.common.panels import axis_of
+from magmotor.common.measure_panels import axis_of
 
 NAMES = {"tilt": ("rad", "angle"), "height": ("m", "height"), "friction": ("kg/s", "friction")}
 
@@ -113,7 +113,7 @@ def test_a_map_has_each_value_in_its_own_cell(picture):
     right, up = corners[0, :, 0], corners[:, 0, 1]
     assert (right[:-1] < x).all()
     assert (x < right[1:]).all()
-    np.testing.assert_allclose(x, np.sqrt(right[1:] * right[:-1]))  # centres of a logarithmic axis
+    np.testing.assert_allclose(x, np.sqrt(right[1:] * right[:-1]))  # centers of a logarithmic axis
     assert (up[:-1] < np.sort(y)).all()
     assert (np.sort(y) < up[1:]).all()
     values = mesh.get_array().reshape(4, 13)
@@ -134,7 +134,7 @@ def test_missing_cells_are_hatched(picture):
     hole = pixels[len(pixels) - high[1] : len(pixels) - low[1], low[0] : high[0]]
     white = (hole.min(axis=-1) > 250).mean()
     assert 0.3 < white < 0.9  # 0.56: lines on white
-    assert np.ptp(hole, axis=-1).max() < 30  # 15: no colour
+    assert np.ptp(hole, axis=-1).max() < 30  # 15: no color
 
 
 def test_both_signs_are_told_apart_about_zero(picture):
@@ -168,7 +168,7 @@ def test_a_design_of_one_field_is_points(picture):
     assert len(line.get_xdata()) == 64
 
 
-def test_a_design_of_two_fields_is_coloured_points(picture):
+def test_a_design_of_two_fields_is_colored_points(picture):
     data = design(64, "tilt", "friction")
     data.momentum[:5] = np.nan
     figure, _ = picture(data)
@@ -215,7 +215,7 @@ def test_a_large_design_is_a_small_file(picture):
     for k in range(5):
         data[f"more_{k}"] = data.momentum * np.cos(k * data.tilt)
     figure, _ = picture(data)
-    assert len(figure.axes) == 12  # with their colour bars
+    assert len(figure.axes) == 12  # with their color bars
 
 
 def test_what_cannot_be_drawn_is_named(tmp_path):

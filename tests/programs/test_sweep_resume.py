@@ -20,11 +20,11 @@ import magmotor as mm
 from magmotor.common import files as whole_files
 from magmotor.sweep import Sweep
 from magmotor.sweep import directory as directory_module
-from magmotor.sweep import pool as pool_module
+from magmotor.sweep import process_pool as pool_module
+from magmotor.sweep.dask_cluster import Cluster
 from magmotor.sweep.directory import Directory
-from magmotor.sweep.pool import ONE_THREAD, Pool, WorkerDied
+from magmotor.sweep.process_pool import ONE_THREAD, Pool, WorkerDied
 from magmotor.sweep.run import DIED
-from magmotor.sweep.workers import Cluster
 
 TESTS = Path(__file__).parents[1]
 

@@ -293,7 +293,7 @@ def test_a_scene_that_mujoco_has_not_is_a_mistake():
 
 
 def test_a_model_with_sliders_is_the_scene_otherwise():
-    plain, slid = mm.build(MOTOR, looks=True), Panel(MOTOR).model()
+    plain, slid = mm.build(MOTOR, visual=True), Panel(MOTOR).model()
     assert (plain.nu, slid.nu) == (0, 3)
     np.testing.assert_array_equal(slid.body_user, plain.body_user)
     np.testing.assert_array_equal(slid.key_qpos, plain.key_qpos)

@@ -20,8 +20,8 @@ from numpy.typing import ArrayLike, NDArray
 from magmotor.common.checks import (
     check_array,
     check_integer,
-    check_kind,
     check_number,
+    check_type,
     reject,
 )
 from magmotor.common.hints import (
@@ -178,7 +178,7 @@ def check_of(hint: Any) -> Check | None:
 def _check_of_kinds(*kinds: type) -> Check:
     def check(name: str, value: Any) -> Any:
         if not isinstance(value, kinds):
-            check_kind(name, value, *kinds)
+            check_type(name, value, *kinds)
         return value
 
     return check
@@ -208,7 +208,7 @@ def _check_of_container(origin: type, arguments: tuple[Any, ...]) -> Check | Non
         keys, values = map(check_of, arguments)
 
         def check_mapping(name: str, value: Any) -> Any:
-            check_kind(name, value, origin)
+            check_type(name, value, origin)
             for key, element in value.items():
                 _passed(keys, f"key of {name}", key)
                 _passed(values, f"{name}[{key!r}]", element)
@@ -221,7 +221,7 @@ def _check_of_container(origin: type, arguments: tuple[Any, ...]) -> Check | Non
         def check_sequence(name: str, value: Any) -> Any:
             if isinstance(value, str | bytes):
                 raise reject(name, value, "a sequence, such as a list")
-            check_kind(name, value, origin)
+            check_type(name, value, origin)
             return [_passed(inner, f"{name}[{i}]", element) for i, element in enumerate(value)]
 
         return check_sequence
@@ -234,7 +234,7 @@ def _check_of_record(kind: type) -> Check:
     fields = {field: check_of(hint) for field, hint in hints.items()}
 
     def check(name: str, value: Any) -> Any:
-        check_kind(name, value, kind)
+        check_type(name, value, kind)
         for field, inner in fields.items():
             _passed(inner, f"{name}.{field}", getattr(value, field))
         return value

@@ -4,6 +4,7 @@ Numbers come back as Python's own: NumPy's wrap around when they are small, and 
 """
 
 import difflib
+import itertools
 import math
 import operator
 import sys
@@ -36,11 +37,11 @@ def check_choice(name: str, value: Any, choices: tuple[str, ...]) -> None:
         raise reject(name, value, "one of " + ", ".join(choices) + hint)
 
 
-def check_kind(name: str, value: Any, *kinds: type) -> None:
+def check_type(name: str, value: Any, *kinds: type) -> None:
     """Check that a value is an object of one of these classes, which the message names."""
     if not isinstance(value, kinds):
-        concrete = [one for kind in kinds for one in getattr(kind, "kinds", lambda: ())() or [kind]]
-        *first, last = map(_public_name, concrete)
+        known = [getattr(kind, "registered", lambda: ())() or [kind] for kind in kinds]
+        *first, last = map(_public_name, itertools.chain(*known))
         raise reject(name, value, f"an object of {', '.join(first)}{' or ' * bool(first)}{last}")
 
 

@@ -102,7 +102,7 @@ def _renamed(part: Path, path: Path) -> Iterator[Path]:
         raise
 
 
-def as_told(attributes: Mapping[Any, Any]) -> dict[str, Any]:
+def parsed_attributes(attributes: Mapping[Any, Any]) -> dict[str, Any]:
     """The attributes with NumPy's numbers and arrays as Python's own."""
     numpys = np.generic | np.ndarray
     return {k: v.tolist() if isinstance(v, numpys) else v for k, v in attributes.items()}

@@ -18,8 +18,8 @@ from magmotor.common.checks import (
     check_flags,
     check_floats,
     check_integer,
-    check_kind,
     check_number,
+    check_type,
     reject,
 )
 
@@ -110,7 +110,7 @@ def several(kind: type) -> Check:
         if not isinstance(value, Sequence) or isinstance(value, str | bytes) or not len(value):
             raise reject(name, value, f"a sequence of at least one {kind.__name__}")
         for i, element in enumerate(value):
-            check_kind(f"{name}[{i}]", element, kind)
+            check_type(f"{name}[{i}]", element, kind)
         return value
 
     return check

@@ -1,4 +1,4 @@
-"""The one style of all figures: colours that the colour-blind can tell apart, and how to use it."""
+"""The one style of all figures: colors that the color-blind can tell apart, and how to use it."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from PIL.ImageFont import FreeTypeFont
 
 
-BLUE, ORANGE, GREEN, INK, GREY = "#0072b2", "#e69f00", "#009e73", "#22282e", "#8a9299"
+BLUE, ORANGE, GREEN, INK, GRAY = "#0072b2", "#e69f00", "#009e73", "#22282e", "#8a9299"
 """What was simulated, what theory says, a third thing, text, and what is in the background."""
 
 PURPLE = "#cc79a7"
@@ -24,7 +24,7 @@ SYSTEMS = {
     "flat": (GREEN, "^"),
     "control": (PURPLE, "D"),
 }
-"""Colour and marker of the disk's four systems, the same in all figures."""
+"""Color and marker of the disk's four systems, the same in all figures."""
 
 LANDSCAPE = ("#7f8d9b", "#f8f9fa")
 """From the deepest potential to the highest: pale, so that paths stand out."""
@@ -40,7 +40,7 @@ RC: dict[Any, Any] = {
     "font.size": 10,
     "text.color": INK,
     "axes.labelcolor": INK,
-    "axes.edgecolor": GREY,
+    "axes.edgecolor": GRAY,
     "axes.titlesize": 10,
     "axes.titlelocation": "left",
     "axes.spines.top": False,
@@ -82,9 +82,9 @@ def pillow_font(size: int) -> "FreeTypeFont":
 
 
 def save_small(figure: "Figure", path: str | Path, dpi: int, *, shaded: bool = False) -> None:
-    """Save with few colours, which halves the file.
+    """Save with few colors, which halves the file.
 
-    Maximum coverage keeps the colours of thin lines; median cut, for pictures with shaded areas,
+    Maximum coverage keeps the colors of thin lines; median cut, for pictures with shaded areas,
     those of the areas.
     """
     from PIL import Image

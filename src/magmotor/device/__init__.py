@@ -1,14 +1,14 @@
 """What a device is: its protocol, and what all devices share.
 
-Who writes a device takes all from here; `examples/rotor.py` is one.
+Who writes a device takes all from here; `examples/own_device.py` is one.
 """
 
-from magmotor.device.device import Device, Engine, Measure, Motion, Scene, register
-from magmotor.device.fields import check_fields, quantity
+from magmotor.device.device import Device, Engine, Measure, MujocoAdapter, Scene, register
 from magmotor.device.guard import ENERGY_GREW, LARGEST_ERROR, LARGEST_FLUCTUATION, Fault, Guard
 from magmotor.device.initial import as_given, last_record
 from magmotor.device.job import Job
-from magmotor.device.movie import Gauge, Subject, between
+from magmotor.device.movie import Gauge, MovieContent, between
+from magmotor.device.quantities import check_fields, quantity
 from magmotor.device.sliders import Slider
 from magmotor.device.states import Column
 from magmotor.device.step_limits import check_step_limit
@@ -25,10 +25,10 @@ __all__ = [
     "Guard",
     "Job",
     "Measure",
-    "Motion",
+    "MovieContent",
+    "MujocoAdapter",
     "Scene",
     "Slider",
-    "Subject",
     "as_given",
     "between",
     "check_fields",

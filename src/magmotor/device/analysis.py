@@ -8,9 +8,9 @@ import numpy as np
 import xarray as xr
 
 from magmotor.common.arguments import arguments_of, guarded
-from magmotor.common.checks import LARGEST, check_kind, reject
+from magmotor.common.checks import LARGEST, check_type, reject
 from magmotor.device.device import Scene
-from magmotor.device.recorded import scene_of
+from magmotor.device.provenance import scene_of
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -98,9 +98,9 @@ def scene_of_run(run: Any, scene: Any, kinds: tuple[type[Scene], ...]) -> Any:
         The run's own scene is of another kind or differs from the one that is given; the message
         names the field that differs. Or there is none at all.
     """
-    check_kind("run", run, xr.Dataset)
+    check_type("run", run, xr.Dataset)
     if scene is not None:
-        check_kind("scene", scene, *kinds)
+        check_type("scene", scene, *kinds)
     if "scene" not in run.attrs:
         if scene is None:
             raise reject("scene", None, "given, since the run's attributes do not tell it")
@@ -117,7 +117,7 @@ def scene_of_run(run: Any, scene: Any, kinds: tuple[type[Scene], ...]) -> Any:
 
 
 def _check_kind_of_run(name: str, told: Any, kinds: tuple[type[Scene], ...]) -> None:
-    names = [known.__name__ for kind in kinds for known in kind.kinds()]
+    names = [known.__name__ for kind in kinds for known in kind.registered()]
     if told not in names:
         raise ValueError(f"{name} is of a {told!s:.40}: must be of a {' or '.join(names)}")
 
@@ -138,7 +138,7 @@ def checked_run(
     ValueError
         Names what is missing, of other dimensions, no number or not finite.
     """
-    check_kind(name, run, xr.Dataset)
+    check_type(name, run, xr.Dataset)
     if "scene" in run.attrs:
         _check_kind_of_run(name, run.attrs["scene"], kinds)
     missing = [needed for needed in needs if needed not in run.data_vars]

@@ -18,15 +18,15 @@ from numpy.typing import NDArray
 from magmotor.common.checks import reject
 from magmotor.device.guard import Guard
 from magmotor.device.job import Job
-from magmotor.device.movie import Gauge, Subject
+from magmotor.device.movie import Gauge, MovieContent
 from magmotor.device.overview import draw_variables
 from magmotor.device.sliders import Slider
 from magmotor.device.states import Column
-from magmotor.numerics.small_motion import SmallMotion
+from magmotor.numerics.linear_stability import SmallMotion
 
 Array = NDArray[np.float64]
 
-KINDS: dict[str, type["Scene"]] = {}
+SCENES: dict[str, type["Scene"]] = {}
 """The kinds of scenes that have a device, by name: datasets name theirs."""
 
 
@@ -43,9 +43,9 @@ class Scene:
     device: ClassVar["Device[Any, Any]"]
 
     @classmethod
-    def kinds(cls) -> list[type["Scene"]]:
+    def registered(cls) -> list[type["Scene"]]:
         """The kinds of scenes of this class that have a device."""
-        return [kind for kind in KINDS.values() if issubclass(kind, cls)]
+        return [kind for kind in SCENES.values() if issubclass(kind, cls)]
 
     def replace(self, **changes: Any) -> Self:
         """A copy with some fields changed, checked anew."""
@@ -80,7 +80,7 @@ class Equation(Protocol):
         ...
 
 
-class Motion(Protocol):
+class MujocoAdapter(Protocol):
     """What a run in MuJoCo must know of a device; it is made from the job.
 
     Attributes
@@ -136,7 +136,7 @@ class Device(ABC, Generic[S, T]):
         Whether a scene of this kind can have noise.
     measures : mapping of str to Measure
         What a sweep can record.
-    subject : type, optional
+    movie_content : type, optional
         What movies tell of a run beside its pictures.
     gauge : Gauge, optional
         What a contact sheet shows of a run.
@@ -145,7 +145,7 @@ class Device(ABC, Generic[S, T]):
     time_unit: ClassVar[str] = "s"
     is_random: ClassVar[bool] = True
     measures: ClassVar[Mapping[str, Measure]] = {}
-    subject: ClassVar[type[Subject] | None] = None
+    movie_content: ClassVar[type[MovieContent] | None] = None
     gauge: ClassVar[Gauge | None] = None
 
     @abstractmethod
@@ -194,17 +194,17 @@ class Device(ABC, Generic[S, T]):
         """The variables of a run's dataset."""
 
     @property
-    def reference(self) -> Engine:
+    def variational(self) -> Engine:
         """The reference integrators, of the methods `variational/...`."""
         raise NotImplementedError
 
     @property
-    def equation(self) -> Equation:
+    def ode(self) -> Equation:
         """The equation that `scipy/dop853` solves."""
         raise NotImplementedError
 
-    def compose(self, scene: S, *, looks: bool) -> Any:
-        """The scene as a PyMJCF tree or an MjSpec, with lights, cameras, decoration if `looks`.
+    def compose(self, scene: S, *, visual: bool) -> Any:
+        """The scene as a PyMJCF tree or an MjSpec, with lights, cameras, decoration if `visual`.
 
         Its keyframe 0 is the scene's initial state.
 
@@ -220,7 +220,7 @@ class Device(ABC, Generic[S, T]):
         """What makes ensembles, with the arguments of `mm.ensemble`; None for moments alone."""
         return None
 
-    def motion(self, job: Job) -> Motion:
+    def mujoco(self, job: Job) -> MujocoAdapter:
         """What is particular to a run in MuJoCo."""
         raise NotImplementedError
 
@@ -297,9 +297,9 @@ def register(device: Device[Any, Any], kind: type[Scene]) -> None:
     ValueError
         There is another kind of scenes of that name.
     """
-    known = KINDS.setdefault(kind.__name__, kind)
+    known = SCENES.setdefault(kind.__name__, kind)
     if known.__module__ != kind.__module__:
         bound = f"another: there is one in {known.__module__}"
         raise reject("name of a kind of scenes", kind.__name__, bound)
-    KINDS[kind.__name__] = kind
+    SCENES[kind.__name__] = kind
     kind.device = device

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
-class Subject(Protocol):
+class MovieContent(Protocol):
     """What the frames must know of a run; it is made from run, scene and the frames' times.
 
     Attributes

@@ -6,7 +6,7 @@ from functools import lru_cache
 from magmotor.common.arguments import checked
 from magmotor.common.checks import reject
 from magmotor.device.device import Scene
-from magmotor.numerics.small_motion import (
+from magmotor.numerics.linear_stability import (
     SmallMotion,
     StableSteps,
     Step,

@@ -48,7 +48,7 @@ class Panel:
             if SMALLEST in start.values()
             else self.scene
         )
-        root = compose(kept, looks=True)
+        root = compose(kept, visual=True)
         root.statistic.meansize = root.statistic.extent / 10  # the scale of the mouse's marks
         joint = root.worldbody.find_all("joint")[0]
         for name, slider in self.sliders.items():

@@ -19,17 +19,17 @@ from numba import njit, types
 
 from magmotor.common.arguments import checked
 from magmotor.mjcf import layout, memory
-from magmotor.mjcf.brownian import add_brownian_wrenches, clear_driven_bodies
-from magmotor.mjcf.dipole_sites import (
+from magmotor.mjcf.forces.brownian import add_brownian_wrenches, clear_driven_bodies
+from magmotor.mjcf.forces.dipole_sites import (
     NO_DIPOLES,
     NONE_MOVES,
     ONE_RIGID_BODY,
     SWITCHED_OFF,
     why_inert,
 )
+from magmotor.mjcf.forces.magnets import set_magnetic_wrenches
+from magmotor.mjcf.forces.potential import add_potential_wrenches, clear_bodies_in_potentials
 from magmotor.mjcf.hooks import Hook
-from magmotor.mjcf.magnets import set_magnetic_wrenches
-from magmotor.mjcf.potential import add_potential_wrenches, clear_bodies_in_potentials
 from magmotor.numerics.compiled import compiled_once
 
 
@@ -44,12 +44,12 @@ def magnetism() -> Iterator[None]:
       another, and those of two bodies that are the elements of a `<custom>` tuple named
       `coupling...` act `prm` times as strongly (see Notes);
     - Brownian wrenches are rows of six in a body's `user`: force x y z, torque x y z of each row
-      in the world frame at the centre of mass, times its own white noise, in N sqrt(s) and
+      in the world frame at the center of mass, times its own white noise, in N sqrt(s) and
       N m sqrt(s). `mjData.userdata` holds, as far as the model has `nuserdata`, the seed, the
       replica's number, factor and level of a `BrownianPath`, and the path's step at time 0; see
       Notes on rollouts and resets;
     - a periodic potential sum_k a_k sin kq + b_k cos kq, in J, of a slide or hinge joint is
-      `user="a_1 b_1 a_2 b_2 ..."`; its force acts from outside on the joint's body, at the centre
+      `user="a_1 b_1 a_2 b_2 ..."`; its force acts from outside on the joint's body, at the center
       of mass along the axis.
 
     They give the wrench `xfrc_applied` of the bodies that have any of these, which is overwritten.
@@ -96,7 +96,7 @@ def magnetism() -> Iterator[None]:
           </tuple>
         </custom>
 
-    A step's noise is constant over the stages of RK4; `magmotor.mjcf.brownian` tells
+    A step's noise is constant over the stages of RK4; `magmotor.mjcf.forces.brownian` tells
     how steps are counted. The count is time over timestep: noise repeats, or a part of it is left
     out, where the timestep changes midway.
 
@@ -147,7 +147,7 @@ def apply_perturbation(
     """Apply the force of the mouse in MuJoCo's viewer, before a step.
 
     The viewer writes it to `xfrc_applied`, which `magnetism` overwrites where dipoles, noise or
-    potentials act. Here it is a generalised force, on any body.
+    potentials act. Here it is a generalized force, on any body.
 
     Parameters
     ----------

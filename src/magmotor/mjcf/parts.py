@@ -27,13 +27,13 @@ def compiled(root: Element) -> mujoco.MjModel:
         ) from error
 
 
-def load(name: str, *, looks: bool) -> Element:
-    """A scene's MJCF as a PyMJCF tree of its own, without what only eyes need unless `looks`."""
-    return copy(_read(name, looks))
+def load(name: str, *, visual: bool) -> Element:
+    """A scene's MJCF as a PyMJCF tree of its own, without what only eyes need unless `visual`."""
+    return copy(_read(name, visual))
 
 
 @cache
-def _read(name: str, looks: bool) -> Element:
+def _read(name: str, visual: bool) -> Element:
     """The tree of a scene's MJCF with the parts that it includes; copies take a third as long."""
     try:
         from dm_control import mjcf
@@ -44,7 +44,7 @@ def _read(name: str, looks: bool) -> Element:
         ) from missing
 
     root = mjcf.from_path(str(models_folder() / f"{name}.xml"))
-    if not looks:
+    if not visual:
         _strip(root)
     return root
 
@@ -88,13 +88,13 @@ def disable_unused(root: Element, *, keep: tuple[str, ...] = ()) -> None:
     root.option.flag.set_attributes(**{flag: "disable" for flag in UNUSED if flag not in keep})
 
 
-def fit_stage(root: Element, centre: ArrayLike, extent: float) -> None:
+def fit_stage(root: Element, center: ArrayLike, extent: float) -> None:
     """Have the stage's cameras and lights see a region as they saw the one it was made for."""
-    centre = np.asarray(centre)
+    center = np.asarray(center)
     statistic, world = root.statistic, root.worldbody
     zoom = extent / statistic.extent
     for element in [*world.light, *world.camera]:
-        element.pos = centre + zoom * (element.pos - statistic.center)
+        element.pos = center + zoom * (element.pos - statistic.center)
     floor = root.find("geom", "floor")
     floor.size = zoom * floor.size
-    statistic.center, statistic.extent = centre, extent
+    statistic.center, statistic.extent = center, extent

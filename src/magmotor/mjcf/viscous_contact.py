@@ -1,4 +1,4 @@
-"""Viscous slip f = -c V of a sphere on a plane, realised by a frictional contact.
+"""Viscous slip f = -c V of a sphere on a plane, realized by a frictional contact.
 
 A contact with an elliptic cone that is never reached, and friction rows that are purely damped
 (`solreffriction="0 -b"`), has the friction force f = -(b/d) V/(A + R) - a0/(A + R): V is the slip
@@ -17,7 +17,7 @@ import mujoco
 import numpy as np
 
 from magmotor.common.arguments import check_flag
-from magmotor.common.checks import check_kind, check_number, reject
+from magmotor.common.checks import check_number, check_type, reject
 from magmotor.mjcf import parts
 from magmotor.mjcf.lookup import disabled, label, number_of
 
@@ -128,7 +128,7 @@ class ViscousContact:
     def __post_init__(self) -> None:
         check_number("damping", self.damping, above=0, unit="kg/s")
         for field in ("sphere", "plane", "name"):
-            check_kind(field, getattr(self, field), str)
+            check_type(field, getattr(self, field), str)
         check_flag("bears_load", self.bears_load)
 
     def add_to(self, description: mujoco.MjSpec | parts.Element) -> None:
@@ -170,7 +170,7 @@ class ViscousContact:
         Raises
         ------
         ValueError
-            The model has no such pair or cannot realise its law. Names what is in the way, and
+            The model has no such pair or cannot realize its law. Names what is in the way, and
             what must hold.
         """
         pair, contact, ratio = self._in(model)
@@ -220,7 +220,7 @@ class ViscousContact:
 
     def _in(self, model: mujoco.MjModel) -> tuple[int, Any, float]:
         """The number of the pair, its contact at the model's reference configuration, and b/c."""
-        check_kind("model", model, mujoco.MjModel)
+        check_type("model", model, mujoco.MjModel)
         pair = number_of(model, "pair", self.name)
         if pair < 0:
             raise ValueError(

@@ -4,7 +4,8 @@ Numba's keys hold a function's own bytecode and closure cells, but neither what 
 constants that it reads: a checksum of these in a closure cell makes up for that. Numba locks no
 index while it adds an entry, so that two processes that do so at once may exchange their code:
 functions that differ in closure cells have an index each, and so has each processor. Otherwise, of
-two machines that share a home, one may get code that it cannot run.
+two machines that share a home, one may get code that it cannot run. Nor does Numba survive an index
+that names a type which newer code lacks: that of older code is never opened.
 """
 
 # Numba's intrinsics hide their first parameter:
@@ -58,10 +59,11 @@ def compiled_once(signature: Any = None, **options: Any) -> Callable[[Callable],
     def decorate(define: Callable) -> Callable:
         @cache
         def compiled(*by: Any) -> Any:
-            function = define(checksum_of(define), *by)
+            checksum = checksum_of(define)
+            function = define(checksum, *by)
             if "checksum" not in function.__code__.co_freevars:
                 raise TypeError(f"{function.__qualname__} does not name its checksum")
-            function.__qualname__ += f"_{zlib.crc32(repr((by, target())).encode()):08x}"
+            function.__qualname__ += f"_{zlib.crc32(repr((checksum, by, target())).encode()):08x}"
             return compiler(function)
 
         return update_wrapper(compiled, define)

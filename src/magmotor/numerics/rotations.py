@@ -2,7 +2,7 @@
 
 Vectors are tuples of three numbers in the world frame, quaternions tuples (w, x, y, z) that take a
 body's own frame to the world's. A retraction tau takes a rotation vector W, in rad, to a rotation;
-exp and Cayley's are offered. `(dtau^-1_W)* pi`, the adjoint of its inverse right-trivialised
+exp and Cayley's are offered. `(dtau^-1_W)* pi`, the adjoint of its inverse right-trivialized
 tangent, is what takes an angular momentum to a discrete one (Bou-Rabee and Marsden,
 *Hamilton-Pontryagin integrators on Lie groups*, 2009).
 """
@@ -57,7 +57,7 @@ def stretched(a, axis, across, along):
 
 
 @njit(inline="always")
-def product(p, q):
+def mul_quat(p, q):
     """Quaternion of the rotation q followed by p."""
     return (
         fused(p[0], q[0], -fused(p[1], q[1], fused(p[2], q[2], p[3] * q[3]))),
@@ -68,7 +68,7 @@ def product(p, q):
 
 
 @njit(inline="always")
-def normalised(q):
+def normalized(q):
     """A quaternion whose length is 1 but for rounding, brought back to 1: no root, no division.
 
     One that is nowhere near, as overflow leaves it, becomes NaN.
@@ -102,7 +102,7 @@ def columns(q):
 
 
 @njit(inline="always")
-def turned(q, a):
+def rot_vec_quat(q, a):
     """A vector turned by a quaternion."""
     u = q[1], q[2], q[3]
     t = scaled(2.0, cross(u, a))
@@ -152,14 +152,14 @@ def cayley_momentum(W, pi):
 
 
 @njit(inline="always")
-def place_dipoles(placed, axes, centre, frame):
+def place_dipoles(placed, axes, center, frame):
     """Write positions and moments of a rigid body's dipoles in the world frame.
 
     `placed` and `frame` have rows x, y, z, mx, my, mz, `frame` in the body's own frame, whose
-    `axes` are `columns` of its orientation and whose origin is at `centre`.
+    `axes` are `columns` of its orientation and whose origin is at `center`.
     """
     (ax, ay, az), (bx, by, bz), (cx, cy, cz) = axes
-    ox, oy, oz = centre
+    ox, oy, oz = center
     for j in range(frame.shape[1]):
         x, y, z = frame[0, j], frame[1, j], frame[2, j]
         placed[0, j] = fused(ax, x, fused(bx, y, fused(cx, z, ox)))

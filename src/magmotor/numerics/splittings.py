@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from magmotor.numerics.reproducible import applied, product, symmetric_modes
 
-DRIFTS, KICKS, RUBS = "AE", "BKE", "OKE"
+DRIFTS, KICKS, O_PARTS = "AE", "BKE", "OKE"
 """Parts that move, in which forces act, and in which friction and noise do."""
 
 
@@ -31,7 +31,7 @@ class Scheme(NamedTuple):
     @property
     def takes_noise(self) -> bool:
         """Whether noise may act: it comes once in a step."""
-        return sum(part in RUBS for part in self.parts) == 1
+        return sum(part in O_PARTS for part in self.parts) == 1
 
 
 def evenly(parts: str, *, exact: bool = True) -> Scheme:

@@ -31,7 +31,7 @@ TRAIL = 0.7
 """Width of the trail in radii of the ball."""
 
 REACHED, TRACK, BACKGROUND = "#a9cfe6", "#cdd3d8", 235
-"""Colours of what a bar has reached so far and of the rest of it; what stopped tiles fade to."""
+"""Colors of what a bar has reached so far and of the rest of it; what stopped tiles fade to."""
 
 
 class Tile:
@@ -90,13 +90,13 @@ class Tile:
         told = f"{self.value[i]:+z.2f} {self.gauge.unit}".replace("-", "−")
         pen.text((right - 7, bottom - 7), told, style.INK, font, "rs")
         middle, reach = (top + bottom) / 2 - 6, 0.34 * (bottom - top)
-        for low, high, colour in (
+        for low, high, color in (
             (-scale, scale, TRACK),
             (self.least[i], self.largest[i], REACHED),
             (*sorted((0.0, self.value[i])), style.BLUE),
         ):
             upper, lower = (middle - reach * level / scale for level in (high, low))
-            pen.rectangle((right - 15, upper, right - 9, lower), colour)
+            pen.rectangle((right - 15, upper, right - 9, lower), color)
         pen.line((right - 18, middle, right - 6, middle), style.INK)
 
 
@@ -104,7 +104,7 @@ HEADER = 36
 """Height in pixels of the line above the tiles."""
 
 BALL = (0.13, 0.16, 0.18, 1.0)
-"""Its colour, RGBA: a pattern would be too small to be seen."""
+"""Its color, RGBA: a pattern would be too small to be seen."""
 
 
 class Sheet:

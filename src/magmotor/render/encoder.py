@@ -29,7 +29,7 @@ ENCODING = (
     "-preset veryfast -movflags +faststart -vf scale=out_color_matrix=bt709"
     " -colorspace bt709 -color_primaries bt709 -color_trc bt709"
 )
-"""Quick to write and to start in a browser, with the colours of high-definition video."""
+"""Quick to write and to start in a browser, with the colors of high-definition video."""
 
 
 def frame_times(start: float, end: float, seconds_per_second: float) -> NDArray[np.float64]:

@@ -11,7 +11,7 @@ from magmotor.common import style
 from magmotor.common.checks import reject
 from magmotor.device.analysis import checked_run
 from magmotor.device.device import Scene
-from magmotor.device.movie import Subject
+from magmotor.device.movie import MovieContent
 from magmotor.render.trail import Trail
 from magmotor.render.views import Views
 
@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from matplotlib.lines import Line2D
 
 
-DOT, COLOUR = 5.0, np.frombuffer(bytes.fromhex(style.BLUE[1:]), np.uint8)
-"""Radius in pixels of the dot at the present, and its colour, RGB."""
+DOT, COLOR = 5.0, np.frombuffer(bytes.fromhex(style.BLUE[1:]), np.uint8)
+"""Radius in pixels of the dot at the present, and its color, RGB."""
 
 
 class Panel:
@@ -67,13 +67,13 @@ class Panel:
 
 
 def _dot(picture: NDArray[np.uint8], x: float, y: float) -> None:
-    """Draw a dot with a smooth edge, centred at a point in pixels from the upper left corner."""
+    """Draw a dot with a smooth edge, centered at a point in pixels from the upper left corner."""
     top, left = max(0, int(y - DOT - 1)), max(0, int(x - DOT - 1))
     patch = picture[top : int(y + DOT + 2), left : int(x + DOT + 2)]
     rows, columns = np.indices(patch.shape[:2])
     distance = np.hypot(rows + top + 0.5 - y, columns + left + 0.5 - x)
     cover = np.clip(DOT + 0.5 - distance, 0, 1)[..., np.newaxis]
-    patch[:] = cover * COLOUR + (1 - cover) * patch
+    patch[:] = cover * COLOR + (1 - cover) * patch
 
 
 def _pixels(figure: "Figure") -> NDArray[np.uint8]:
@@ -89,17 +89,17 @@ MAIN, SIDE = (HEIGHT, 800), (HEIGHT // 2, 480)
 """Height and width in pixels of the large view, and of the near view and the panel below it."""
 
 
-def subject_of(scene: Scene) -> type[Subject]:
+def movie_content_of(scene: Scene) -> type[MovieContent]:
     """What movies tell of runs of such a scene; ValueError if there are none."""
-    if scene.device.subject is None:
+    if scene.device.movie_content is None:
         kind = type(scene).__name__
         raise reject("scene", scene, f"of a kind of which there are movies, which {kind} is not")
-    return scene.device.subject
+    return scene.device.movie_content
 
 
 def filmed(run: xr.Dataset, scene: Scene) -> xr.Dataset:
     """The run, if it has what its movie needs; otherwise ValueError names what is missing."""
-    needs = subject_of(scene).needs
+    needs = movie_content_of(scene).needs
     return checked_run("run", run, needs, (type(scene),), records=2, replicas=False)
 
 
@@ -127,14 +127,14 @@ class Frames:
     """
 
     def __init__(self, run: xr.Dataset, scene: Scene, times: ArrayLike, note: str = ""):
-        kind = subject_of(scene)
+        kind = movie_content_of(scene)
         run = filmed(run, scene)
         self.scene, self.note = scene, note
         self.times = np.asarray(times, dtype=float)
         self.joints = scene.device.joints(run, scene, self.times)
-        self.subject: Subject = kind(run, scene, self.times)
-        self.trail = Trail(run.time.values, self.subject.path, self.subject.trail)
-        self.panel = Panel(self.subject.plot, run.time.values[[0, -1]], *SIDE)
+        self.movie_content: MovieContent = kind(run, scene, self.times)
+        self.trail = Trail(run.time.values, self.movie_content.path, self.movie_content.trail)
+        self.panel = Panel(self.movie_content.plot, run.time.values[[0, -1]], *SIDE)
 
     def __len__(self) -> int:
         """How many there are."""
@@ -142,7 +142,7 @@ class Frames:
 
     def __enter__(self) -> "Frames":
         """Open the views."""
-        self.views = Views(self.scene, {"front": MAIN, self.subject.near: SIDE})
+        self.views = Views(self.scene, {"front": MAIN, self.movie_content.near: SIDE})
         return self
 
     def __exit__(self, *error: object) -> None:
@@ -155,14 +155,14 @@ class Frames:
         time = float(self.times[i])
         self.views.pose(self.joints[i], time)
         main, near = (self.views.draw(camera, self.trail, time) for camera in self.views.renderers)
-        side = np.concatenate([near, self.panel.draw(time, self.subject.value[i])])
+        side = np.concatenate([near, self.panel.draw(time, self.movie_content.value[i])])
         side[:, 0] = side[len(near) - 1] = 255
         return np.concatenate([self._write_on(main, i), side], axis=1)
 
     def _write_on(self, picture: NDArray[np.uint8], i: int) -> NDArray[np.uint8]:
         from PIL import Image, ImageDraw
 
-        lines = self.subject.lines(i) + [self.note] * bool(self.note)
+        lines = self.movie_content.lines(i) + [self.note] * bool(self.note)
         image = Image.fromarray(picture)
         pen = ImageDraw.Draw(image)
         top = HEIGHT - 24 - 24 * len(lines)

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 OLD, NEW = np.array([0.80, 0.85, 0.90, 1.0]), np.array([0.0, 0.45, 0.70, 1.0])
-"""Colours, RGBA: it fades to nearly the floor's."""
+"""Colors, RGBA: it fades to nearly the floor's."""
 
 LENGTH = 400
 """Segments at most; older ones are no longer drawn."""
@@ -21,9 +21,9 @@ class Trail:
     time : array_like, shape (T,)
         In seconds.
     position : array_like, shape (T, 2 or more)
-        Of the ball, in metres.
+        Of the ball, in meters.
     width : float
-        In metres; a segment is twice as long.
+        In meters; a segment is twice as long.
     """
 
     def __init__(self, time: ArrayLike, position: ArrayLike, width: float):

@@ -37,7 +37,7 @@ class Views:
 
     def __init__(self, scene: Scene, sizes: Mapping[str, tuple[int, int]]):
         self.scene = scene
-        self.model = build(scene, looks=True)
+        self.model = build(scene, visual=True)
         self.data = mujoco.MjData(self.model)
         self.renderers: dict[str, mujoco.Renderer] = {}
         buffer = self.model.vis.global_

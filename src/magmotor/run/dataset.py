@@ -1,4 +1,4 @@
-"""A run as a labelled dataset that says, in its attributes, how to make it again."""
+"""A run as a labeled dataset that says, in its attributes, how to make it again."""
 
 from typing import Any
 
@@ -7,7 +7,7 @@ import xarray as xr
 
 import magmotor.devices  # noqa: F401  (datasets may name its scenes)
 from magmotor.device.device import Scene
-from magmotor.device.recorded import attributes_of
+from magmotor.device.provenance import attributes_of
 from magmotor.device.states import concatenate
 
 

@@ -12,7 +12,7 @@ from magmotor.common.arguments import checked
 from magmotor.common.checks import reject
 from magmotor.common.hints import Count, NotNegative, Positive, Seed, integer
 from magmotor.device.device import Scene
-from magmotor.device.recorded import attributes_of
+from magmotor.device.provenance import attributes_of
 from magmotor.run.simulate import simulate
 
 

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from magmotor.common.arguments import checked
 from magmotor.common.environment import thread_count
-from magmotor.device.device import Motion, Scene
+from magmotor.device.device import MujocoAdapter, Scene
 from magmotor.device.job import CHUNK, Job
 from magmotor.mjcf import hooks as stopwatch
 from magmotor.mjcf import parts
-from magmotor.mjcf.langevin import Baoab
+from magmotor.mjcf.langevin.baoab import Baoab
 from magmotor.mjcf.magnetism import magnetism
 
 Array = NDArray[np.float64]
@@ -31,7 +31,7 @@ INTEGRATORS = {
 
 def start(job: Job) -> Array:
     """The state that a run begins with; see `Job`."""
-    return job.scene.device.motion(job).start
+    return job.scene.device.mujoco(job).start
 
 
 def run(job: Job) -> Generator[tuple[Any, Array]]:
@@ -41,7 +41,7 @@ def run(job: Job) -> Generator[tuple[Any, Array]]:
     splitting = Baoab(model) if job.scheme == "baoab" else None
     if splitting is None:
         model.opt.integrator = INTEGRATORS[job.scheme]
-    motion = job.scene.device.motion(job)
+    motion = job.scene.device.mujoco(job)
     state = motion.start if job.state is None else job.state
     replicas = len(state)
     data = [mujoco.MjData(model) for _ in range(min(replicas, thread_count()))]
@@ -62,7 +62,7 @@ def run(job: Job) -> Generator[tuple[Any, Array]]:
             yield motion.states(times, *columns), state
 
 
-def _advance(model, splitting, data, motion: Motion, state: Array, steps) -> Array:
+def _advance(model, splitting, data, motion: MujocoAdapter, state: Array, steps) -> Array:
     """Joint coordinates after each of these steps, shape (replicas, steps, nq + nv)."""
     whole = np.empty((len(state), 1 + model.nq + model.nv))
     whole[:, 0] = steps[0] * model.opt.timestep  # the sum of timesteps would drift
@@ -76,26 +76,26 @@ def _advance(model, splitting, data, motion: Motion, state: Array, steps) -> Arr
     return paths[..., 1:]
 
 
-def compose(scene: Scene, *, looks: bool) -> parts.Element:
-    """The scene as a PyMJCF tree, with lights, cameras and decoration if `looks`.
+def compose(scene: Scene, *, visual: bool) -> parts.Element:
+    """The scene as a PyMJCF tree, with lights, cameras and decoration if `visual`.
 
     Raises
     ------
     ValueError
         There is no such scene in MuJoCo.
     """
-    return scene.device.compose(scene, looks=looks)
+    return scene.device.compose(scene, visual=visual)
 
 
 @checked
-def build(scene: Scene, *, looks: bool = False) -> mujoco.MjModel:
+def build(scene: Scene, *, visual: bool = False) -> mujoco.MjModel:
     """Compile a scene.
 
     Parameters
     ----------
     scene : Top, Motor or Disk
         What to build. Dipoles, noise and potential act on the model inside `magnetism()`.
-    looks : bool
+    visual : bool
         Add lights, cameras, materials and decoration, which cost time in every step and change
         nothing in the dynamics.
 
@@ -116,10 +116,10 @@ def build(scene: Scene, *, looks: bool = False) -> mujoco.MjModel:
     >>> [model.joint(i).name for i in range(model.njnt)]
     ['x', 'theta']
     """
-    return copy(_compiled(scene, looks))
+    return copy(_compiled(scene, visual))
 
 
 @lru_cache(maxsize=8)
-def _compiled(scene: Scene, looks: bool) -> mujoco.MjModel:
+def _compiled(scene: Scene, visual: bool) -> mujoco.MjModel:
     """The model of which each caller has a copy: that takes a hundredth of the time."""
-    return parts.compiled(compose(scene, looks=looks))
+    return parts.compiled(compose(scene, visual=visual))

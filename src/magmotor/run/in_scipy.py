@@ -17,7 +17,7 @@ RELATIVE_TOLERANCE = 1e-12
 
 def start(job: Job) -> Array:
     """The state that a run begins with; see `Job`."""
-    return job.scene.device.equation.problem(job.scene, job.initial)[1]
+    return job.scene.device.ode.problem(job.scene, job.initial)[1]
 
 
 def run(job: Job) -> Generator[tuple[Any, Array]]:
@@ -26,7 +26,7 @@ def run(job: Job) -> Generator[tuple[Any, Array]]:
     The steps are the integrator's own, but for those that end at a recorded time, where an
     interpolated state would be less accurate; the job's timestep says when to record.
     """
-    equation = job.scene.device.equation
+    equation = job.scene.device.ode
     derivative, state, scales = equation.problem(job.scene, job.initial)
     state = state if job.state is None else job.state
     tolerance = RELATIVE_TOLERANCE * scales

@@ -13,14 +13,14 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from magmotor.common.arguments import checked
-from magmotor.common.checks import check_choice, check_integer, check_kind, check_number, reject
+from magmotor.common.checks import check_choice, check_integer, check_number, check_type, reject
 from magmotor.common.environment import physical_memory
-from magmotor.common.files import as_told
+from magmotor.common.files import parsed_attributes
 from magmotor.common.hints import Seconds
 from magmotor.device.checkpoint import Checkpoint, Expected
 from magmotor.device.device import Engine, Scene
 from magmotor.device.job import Job
-from magmotor.device.recorded import attributes_of
+from magmotor.device.provenance import attributes_of
 from magmotor.device.states import checksum, concatenate, rows
 from magmotor.device.stops import SimulationDiverged, SimulationInterrupted, stopped
 from magmotor.noise import LARGEST_STEP, BrownianPath, check_seed, path_of
@@ -142,7 +142,7 @@ def simulate(
     device.check_run(scene, method, timestep, replicas, allow_unstable)
     replicas = None if replicas is None else int(replicas)
     if path is not None:
-        check_kind("path", path, BrownianPath)
+        check_type("path", path, BrownianPath)
     followed = path or BrownianPath(seed, timestep)
     if abs(followed.timestep / timestep - 1) > 1e-12:
         raise reject("path.timestep", followed.timestep, f"{timestep:g}, the timestep")
@@ -183,7 +183,7 @@ def _engine(scene: Scene, name: str) -> Engine:
         from magmotor.run import in_scipy
 
         return in_scipy
-    return scene.device.reference
+    return scene.device.variational
 
 
 def _check_memory(steps: float, interval: int, first: Any) -> None:
@@ -199,10 +199,10 @@ def _first_step(initial: Any, path: BrownianPath, method: str) -> int:
     """Where on its Brownian path a run begins that continues another."""
     if not isinstance(initial, xr.Dataset) or method.startswith("scipy"):
         return 0
-    told = as_told(initial.attrs)
-    if "seed" not in told or path_of(told) != path:
+    attributes = parsed_attributes(initial.attrs)
+    if "seed" not in attributes or path_of(attributes) != path:
         return 0
-    first = check_integer("attributes['first_step']", told.get("first_step", 0), at_least=0)
+    first = check_integer("attributes['first_step']", attributes.get("first_step", 0), at_least=0)
     if "time" not in initial.coords or not initial.time.size:
         raise reject("initial", [*initial.coords], "a dataset that has time")
     if "replica" in initial.coords:

@@ -16,7 +16,7 @@ from magmotor.common.arguments import checked
 from magmotor.common.checks import check_choice, check_integer, check_number, elements, reject
 from magmotor.common.hints import Fractions
 from magmotor.device.device import Scene
-from magmotor.device.fields import check_value
+from magmotor.device.quantities import check_value
 from magmotor.noise import check_seed
 from magmotor.numerics.reproducible import applied
 
@@ -243,10 +243,10 @@ class Samples:
         return np.stack([bounds.stretch(column) for bounds, column in ranges], axis=1)
 
 
-def samples_from(told: dict[str, Any]) -> Samples:
+def samples_from(spec: dict[str, Any]) -> Samples:
     """The samples that `as_json` tells of."""
-    ranges = {name: bounds for name, *bounds in told["ranges"]}
-    return Samples(ranges, told["size"], told["design"], told["seed"])
+    ranges = {name: bounds for name, *bounds in spec["ranges"]}
+    return Samples(ranges, spec["size"], spec["design"], spec["seed"])
 
 
 COMPONENTS = "xyz"

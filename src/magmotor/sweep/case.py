@@ -1,4 +1,4 @@
-"""A case of a sweep: one run, told completely, under the hash of what tells it."""
+"""A case of a sweep: one run, spec completely, under the hash of what tells it."""
 
 import hashlib
 import json
@@ -15,22 +15,22 @@ from magmotor.sweep.axes import listed
 class Case(NamedTuple):
     """A run to be made.
 
-    `told` is JSON: scene, scene_fields, method, timestep, duration, record_interval, replicas,
+    `spec` is JSON: scene, scene_fields, method, timestep, duration, record_interval, replicas,
     seed, versions; `key` is its hash.
     """
 
     key: str
-    told: dict[str, Any]
+    spec: dict[str, Any]
 
 
-def case_of(told: dict[str, Any]) -> Case:
-    """The case that is told so."""
-    return Case(hashlib.sha256(canonical(told)).hexdigest()[:32], told)
+def case_of(spec: dict[str, Any]) -> Case:
+    """The case that is spec so."""
+    return Case(hashlib.sha256(canonical(spec)).hexdigest()[:32], spec)
 
 
-def canonical(told: Any) -> bytes:
+def canonical(spec: Any) -> bytes:
     """JSON in the one form in which equal things have equal bytes."""
-    return json.dumps(told, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()
+    return json.dumps(spec, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()
 
 
 def checked_seeds(seeds: Any) -> tuple[int, ...]:

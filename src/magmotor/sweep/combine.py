@@ -1,4 +1,4 @@
-"""All results of a sweep as one labelled dataset."""
+"""All results of a sweep as one labeled dataset."""
 
 import json
 import math
@@ -17,7 +17,7 @@ from magmotor.sweep.definition import Sweep
 from magmotor.sweep.directory import Directory, open_directory
 from magmotor.sweep.measures import TRAJECTORY, measure_of
 from magmotor.sweep.sealed import Damaged, naming
-from magmotor.sweep.work import decoded, recorded
+from magmotor.sweep.worker import decoded, recorded
 
 SHOWN = 5
 """Damaged files that an error names; `status` names all."""

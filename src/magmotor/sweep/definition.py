@@ -12,14 +12,14 @@ from typing import Any
 from magmotor.common.checks import (
     check_choice,
     check_integer,
-    check_kind,
     check_number,
+    check_type,
     elements,
     reject,
 )
 from magmotor.common.versions import versions_that_matter
-from magmotor.device.device import KINDS, Scene
-from magmotor.device.recorded import scene_from
+from magmotor.device.device import SCENES, Scene
+from magmotor.device.provenance import scene_from
 from magmotor.run.recommend import recommend
 from magmotor.sweep.axes import Samples, Values, changed, numeric_fields, samples_from, values_axis
 from magmotor.sweep.case import Case, case_of, checked_seeds, child
@@ -94,7 +94,7 @@ class Sweep:
 
     def __post_init__(self) -> None:
         """Check everything, and choose what is not given."""
-        check_kind("scene", self.scene, Scene)
+        check_type("scene", self.scene, Scene)
         methods = self.scene.device.methods(self.scene)
         if not isinstance(self.vary, Mapping):
             raise reject("vary", self.vary, "a mapping of fields to their values")
@@ -223,8 +223,8 @@ class Sweep:
         """One of the cases, seeds running fastest."""
         fields = changed(self._fields, self._known, self.changes(index))
         point, own = divmod(index, len(self._seeds))
-        told = {"scene_fields": fields, "seed": child(self._seeds[own], point)}
-        return case_of({**self._common, **told})
+        spec = {"scene_fields": fields, "seed": child(self._seeds[own], point)}
+        return case_of({**self._common, **spec})
 
     def label(self, index: int) -> str:
         """A case in words: what varies."""
@@ -265,12 +265,12 @@ def _is_of_text(versions: Any) -> bool:
     return all(isinstance(text, str) for pair in versions.items() for text in pair)
 
 
-def sweep_from(told: Mapping[str, Any], *, measures: Iterable[str] = ()) -> Sweep:
+def sweep_from(spec: Mapping[str, Any], *, measures: Iterable[str] = ()) -> Sweep:
     """The sweep that `as_json` tells of.
 
     Parameters
     ----------
-    told : mapping
+    spec : mapping
         May be anybody's: nothing is imported because its `measure` names it.
     measures : iterable of str
         Those of its measures `package.module:function` that may be imported, so that the sweep can
@@ -282,20 +282,20 @@ def sweep_from(told: Mapping[str, Any], *, measures: Iterable[str] = ()) -> Swee
         It tells of no sweep, or `measures` names what is not among its measures.
     """
     allowed = checked_names("measures", measures)
-    _check_told(told)
-    names = [FromFile(n) if is_own(n) and n not in allowed else n for n in told["measure"]]
+    _check_spec(spec)
+    names = [FromFile(n) if is_own(n) and n not in allowed else n for n in spec["measure"]]
     for name in allowed:
         check_choice("measures", name, tuple(filter(is_own, names)))
     arguments = ("seeds", "replicas", "method", "timestep", "duration", "record_interval")
     try:
-        samples = [samples_from(recipe) for recipe in told["samples"]]
+        samples = [samples_from(recipe) for recipe in spec["samples"]]
         return Sweep(
-            scene=scene_from(told["scene"], told["scene_fields"]),
-            vary={tuple(fields): values for fields, values in told["vary"]},
+            scene=scene_from(spec["scene"], spec["scene_fields"]),
+            vary={tuple(fields): values for fields, values in spec["vary"]},
             samples=samples[0] if samples else None,
             measure=names,
-            versions=told["versions"],
-            **{name: told[name] for name in arguments},
+            versions=spec["versions"],
+            **{name: spec[name] for name in arguments},
         )
     except ValueError:
         raise
@@ -304,30 +304,30 @@ def sweep_from(told: Mapping[str, Any], *, measures: Iterable[str] = ()) -> Swee
         raise ValueError(f"sweep: must be as a sweep tells it ({kind}: {error})") from None
 
 
-def _check_told(told: Any) -> None:
-    """Check what is told as far as `Sweep` would not, or would choose what is missing."""
-    if not isinstance(told, Mapping):
-        raise reject("sweep", told, "what a sweep tells, a mapping")
-    missing = sorted(TOLD - told.keys())
+def _check_spec(spec: Any) -> None:
+    """Check what is spec as far as `Sweep` would not, or would choose what is missing."""
+    if not isinstance(spec, Mapping):
+        raise reject("sweep", spec, "what a sweep tells, a mapping")
+    missing = sorted(SPEC_ENTRIES - spec.keys())
     if missing:
-        raise reject("sweep", sorted(map(str, told)), f"with {', '.join(missing)}, too")
-    check_choice("scene", told["scene"], tuple(KINDS))
+        raise reject("sweep", sorted(map(str, spec)), f"with {', '.join(missing)}, too")
+    check_choice("scene", spec["scene"], tuple(SCENES))
     for name in ("method", "timestep"):
-        if told[name] is None:
+        if spec[name] is None:
             raise reject(name, None, "given")
     for name in ("measure", "vary", "samples", "seeds"):
-        if not isinstance(told[name], list):
-            raise reject(name, told[name], "a list")
-    for axis in told["vary"]:
+        if not isinstance(spec[name], list):
+            raise reject(name, spec[name], "a list")
+    for axis in spec["vary"]:
         pair = isinstance(axis, list) and len(axis) == 2
         if not pair or not all(isinstance(part, list) for part in axis):
             raise reject("vary", axis, "a list of fields and one of values")
-    if len(told["samples"]) > 1:
-        raise reject("samples", told["samples"], "one design at most")
-    checked_names("measure", told["measure"])
+    if len(spec["samples"]) > 1:
+        raise reject("samples", spec["samples"], "one design at most")
+    checked_names("measure", spec["measure"])
 
 
-TOLD = frozenset(
+SPEC_ENTRIES = frozenset(
     {"scene", "scene_fields", "method", "timestep", "duration", "record_interval", "replicas"}
     | {"versions", "samples", "vary", "seeds", "measure"}
 )

@@ -23,7 +23,7 @@ from magmotor.sweep.case import Case, canonical
 from magmotor.sweep.definition import Sweep, sweep_from
 from magmotor.sweep.measures import TRAJECTORY
 from magmotor.sweep.sealed import Damaged, naming, opened, opened_bytes, sealed
-from magmotor.sweep.work import Outcome
+from magmotor.sweep.worker import Outcome
 
 SWEEP = "sweep.json"
 FOLDERS = {"parts", "claims", "done", "failed"}
@@ -102,7 +102,7 @@ class Directory:
             if file.suffix == ".nc":
                 return opened_bytes(content, case.key)
             found = opened(content)
-            if found.get("case") != case.told:
+            if found.get("case") != case.spec:
                 raise Damaged("it is another case's")
         return found
 
@@ -139,7 +139,7 @@ class Directory:
         else:
             if outcome.content is not None:
                 self._write(failed.with_suffix(".nc"), outcome.content)
-            self._write(failed, sealed({"case": case.told, "error": outcome.error}))
+            self._write(failed, sealed({"case": case.spec, "error": outcome.error}))
         claim = Path("claims", case.key)
         self._remove(claim)
         self.claims.discard(claim)

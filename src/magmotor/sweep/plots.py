@@ -10,7 +10,7 @@ from magmotor.common import style
 from magmotor.common.arguments import checked
 from magmotor.common.checks import reject
 from magmotor.common.hints import Picture
-from magmotor.common.panels import (
+from magmotor.common.measure_panels import (
     REPEATS,
     WRAP,
     averaged,
@@ -83,7 +83,7 @@ def _draw(axes: "Axes", measure: xr.DataArray, fields: list[str]) -> None:
     axes.set_title(fill(meaning_of(measure), WRAP))
     shown = averaged(measure)
     if shown.mean.isnull().all():
-        axes.text(0.5, 0.5, "nothing yet", transform=axes.transAxes, ha="center", color=style.GREY)
+        axes.text(0.5, 0.5, "nothing yet", transform=axes.transAxes, ha="center", color=style.GRAY)
         axes.set_axis_off()
     elif len(fields) == 1:
         draw_curve(axes, shown, measure[fields[0]])

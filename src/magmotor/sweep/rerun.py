@@ -10,9 +10,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from magmotor import sweep
-from magmotor.common.checks import check_integer, check_kind, check_number, reject
-from magmotor.common.files import as_told
-from magmotor.device.recorded import scene_of
+from magmotor.common.checks import check_integer, check_number, check_type, reject
+from magmotor.common.files import parsed_attributes
+from magmotor.device.provenance import scene_of
 from magmotor.device.stops import SimulationStopped
 from magmotor.devices.disk.ensemble.result import plan
 from magmotor.noise import LARGEST_STEP, path_of
@@ -74,28 +74,28 @@ def rerun(run: xr.Dataset, *, measures: Iterable[str] = ()) -> xr.Dataset:
     >>> mm.rerun(run).identical(run)
     True
     """
-    check_kind("run", run, xr.Dataset)
-    told = as_told(run.attrs)
-    if "sweep" in told:
-        return _sweep(told["sweep"], measures)
+    check_type("run", run, xr.Dataset)
+    attributes = parsed_attributes(run.attrs)
+    if "sweep" in attributes:
+        return _sweep(attributes["sweep"], measures)
     if checked_names("measures", measures):
         raise reject("measures", measures, "of a sweep, which this dataset is not")
-    of_many = "sample_interval" in told
+    of_many = "sample_interval" in attributes
     names = ENSEMBLE if of_many else RUN
-    missing = [name for name in ("scene", "scene_fields", *names) if name not in told]
+    missing = [name for name in ("scene", "scene_fields", *names) if name not in attributes]
     if missing:
         bound = f"those of a run or an ensemble, and {', '.join(missing)} among them"
-        raise reject("attributes", [*told], bound)
-    check_kind("method", told["method"], str)
+        raise reject("attributes", [*attributes], bound)
+    check_type("method", attributes["method"], str)
     scene = scene_of(run)
     planned = of_many and scene.device.ensemble(scene) is not None
-    _check_dimensions(run, told, planned)
-    arguments = {name: told[name] for name in names}
-    arguments["initial"] = _initial(run) if "initial" in told else None
+    _check_dimensions(run, attributes, planned)
+    arguments = {name: attributes[name] for name in names}
+    arguments["initial"] = _initial(run) if "initial" in attributes else None
     if not of_many:
         # What was allowed then is allowed now.
-        arguments |= {"replicas": told.get("replicas"), "allow_unstable": True}
-        arguments["path"] = path_of(told) if "path" in told else None
+        arguments |= {"replicas": attributes.get("replicas"), "allow_unstable": True}
+        arguments["path"] = path_of(attributes) if "path" in attributes else None
     again: Callable[..., xr.Dataset] = ensemble if of_many else simulate
     try:
         return again(scene, **arguments)
@@ -105,42 +105,42 @@ def rerun(run: xr.Dataset, *, measures: Iterable[str] = ()) -> xr.Dataset:
 
 def _sweep(text: Any, measures: Iterable[str]) -> xr.Dataset:
     try:
-        told = parsed(text)
+        attributes = parsed(text)
     except (TypeError, ValueError) as error:
         raise ValueError(f"sweep in the dataset's attributes: must be JSON ({error})") from None
-    if isinstance(told, dict):
-        told = {**told, "versions": None}
-    plan = sweep.sweep_from(told, measures=measures)
+    if isinstance(attributes, dict):
+        attributes = {**attributes, "versions": None}
+    plan = sweep.sweep_from(attributes, measures=measures)
     with TemporaryDirectory() as folder:
         sweep.run(plan, Path(folder) / "sweep")
         return sweep.combine(Path(folder) / "sweep")
 
 
-def _check_dimensions(run: xr.Dataset, told: Mapping[str, Any], planned: bool) -> None:
+def _check_dimensions(run: xr.Dataset, attributes: Mapping[str, Any], planned: bool) -> None:
     unknown = sorted({*map(str, run.dims)} - DIMENSIONS)
     if unknown or not run.sizes.get("time"):
         raise reject("dimensions", [*run.dims], "those of one run")
-    replicas, found = told.get("replicas"), run.sizes.get("replica")
+    replicas, found = attributes.get("replicas"), run.sizes.get("replica")
     if type(replicas) is not type(found) or replicas != found:
         raise reject("replica", found, f"all {replicas}, as `replicas` in the attributes says")
     times = run.time.values
     if times.dtype.kind not in "iuf" or times.ndim != 1:
         raise reject("time.dtype", str(times.dtype), "numbers, one for each record")
-    expected = _times(told, planned, len(times))
+    expected = _times(attributes, planned, len(times))
     if len(times) > len(expected) or not np.allclose(times, expected, atol=0):
         bound = "those of a run's records, all of them from the start on"
         raise reject("time", f"{times[0]:g} to {times[-1]:g}", bound)
 
 
-def _times(told: Mapping[str, Any], planned: bool, most: int) -> NDArray[np.floating]:
+def _times(attributes: Mapping[str, Any], planned: bool, most: int) -> NDArray[np.floating]:
     """When there are records, so many at the most: as ensembles plan them, or evenly."""
-    timestep = check_number("timestep", told["timestep"], above=0)
-    duration = check_number("duration", told["duration"], at_least=timestep)
+    timestep = check_number("timestep", attributes["timestep"], above=0)
+    duration = check_number("duration", attributes["duration"], at_least=timestep)
     if planned:
-        when = plan(timestep, duration, told["sample_interval"], told["burn_in"])
+        when = plan(timestep, duration, attributes["sample_interval"], attributes["burn_in"])
         return timestep * when.interval * when.records[:most]
-    name = "sample_interval" if "sample_interval" in told else "record_interval"
-    interval = check_integer(name, told[name], at_least=1)
+    name = "sample_interval" if "sample_interval" in attributes else "record_interval"
+    interval = check_integer(name, attributes[name], at_least=1)
     if interval >= LARGEST_STEP:
         raise reject(name, interval, "less than 2^53")
     records = duration / timestep * (1 + 1e-12) // interval

@@ -14,16 +14,16 @@ from queue import Empty, SimpleQueue
 from tqdm import tqdm
 
 from magmotor.common.arguments import check_flag
-from magmotor.common.checks import check_integer, check_kind, reject
+from magmotor.common.checks import check_integer, check_type, reject
 from magmotor.common.interrupts import deferred
 from magmotor.sweep.case import Case
+from magmotor.sweep.dask_cluster import Cluster
 from magmotor.sweep.definition import Sweep
 from magmotor.sweep.directory import Directory, folder_of
 from magmotor.sweep.measures import imported, is_own
-from magmotor.sweep.pool import NoWorkers, Pool, WorkerDied
+from magmotor.sweep.process_pool import NoWorkers, Pool, WorkerDied
 from magmotor.sweep.sealed import Damaged
-from magmotor.sweep.work import OtherVersions, Outcome, compute
-from magmotor.sweep.workers import Cluster
+from magmotor.sweep.worker import OtherVersions, Outcome, compute
 
 AHEAD = 2
 """Cases under way for each worker: one is computed, one waits."""
@@ -119,7 +119,7 @@ def run(
     UserWarning
         A file is damaged and is written again.
     """
-    check_kind("sweep", sweep, Sweep)
+    check_type("sweep", sweep, Sweep)
     retry = check_flag("retry", retry)
     workers = (os.cpu_count() or 1) if workers is None else workers
     workers = check_integer("workers", workers, at_least=1)

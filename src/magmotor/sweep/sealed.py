@@ -35,9 +35,9 @@ def parsed(content: str | bytes) -> Any:
         raise ValueError("it is nested too deeply") from None
 
 
-def sealed(told: dict[str, Any]) -> bytes:
+def sealed(entries: dict[str, Any]) -> bytes:
     """A file of JSON with a checksum of all its entries."""
-    return canonical({**told, SUM: hashlib.sha256(canonical(told)).hexdigest()}) + b"\n"
+    return canonical({**entries, SUM: hashlib.sha256(canonical(entries)).hexdigest()}) + b"\n"
 
 
 def opened(content: bytes) -> dict[str, Any]:
@@ -49,10 +49,10 @@ def opened(content: bytes) -> dict[str, Any]:
         Any byte is another.
     """
     try:
-        told = parsed(content)
-        del told[SUM]
-        if sealed(told) == content:
-            return told
+        entries = parsed(content)
+        del entries[SUM]
+        if sealed(entries) == content:
+            return entries
     except (ValueError, TypeError, KeyError):
         pass
     raise Damaged("its checksum differs")

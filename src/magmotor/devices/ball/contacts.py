@@ -3,7 +3,7 @@
 The plane bears the ball by one contact: dry friction, else viscous slip, else a smooth contact. Dry
 friction needs `impratio` 1; there the viscous contact bears next to none of the load.
 
-Dry friction is regularised: it grows with the slip up to v* = mu N A/rate, where it saturates.
+Dry friction is regularized: it grows with the slip up to v* = mu N A/rate, where it saturates.
 A ball that it holds creeps by 1e-4 of that.
 MuJoCo's convex cone makes a slipping ball press harder, by a fraction of mu^2 V/v*, and hop a
 little; the mean friction over some steps stays mu m g.

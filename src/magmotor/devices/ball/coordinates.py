@@ -26,7 +26,7 @@ class BallCoordinates:
         n = self.linear
         assert states.orientation is not None, "engine states always have orientations here"
         orientation = states.orientation[-1]
-        spin = turned(conjugate(orientation), states.angular_velocity[-1])
+        spin = rot_vec_quat(neg_quat(orientation), states.angular_velocity[-1])
         qpos = np.concatenate([states.position[-1][..., :n], orientation], axis=-1)
         return qpos, np.concatenate([states.velocity[-1][..., :n], spin], axis=-1)
 
@@ -37,7 +37,7 @@ class BallCoordinates:
         velocity = np.zeros_like(position)
         position[..., :n], velocity[..., :n] = qpos[..., :n], qvel[..., :n]
         orientation = qpos[..., n:]
-        spin = turned(orientation, qvel[..., n:])
+        spin = rot_vec_quat(orientation, qvel[..., n:])
         return {
             "position": position,
             "velocity": velocity,
@@ -46,7 +46,7 @@ class BallCoordinates:
         }
 
 
-def turned(orientation: Array, vector: Array) -> Array:
+def rot_vec_quat(orientation: Array, vector: Array) -> Array:
     """Vectors (..., 3) turned by unit quaternions (..., 4); of what is not finite, NaN."""
     w, u = orientation[..., :1], orientation[..., 1:]
     with np.errstate(invalid="ignore"):
@@ -54,6 +54,6 @@ def turned(orientation: Array, vector: Array) -> Array:
         return vector + w * across + np.cross(u, across)
 
 
-def conjugate(orientation: Array) -> Array:
+def neg_quat(orientation: Array) -> Array:
     """The inverse of unit quaternions (..., 4)."""
     return orientation * [1.0, -1.0, -1.0, -1.0]

@@ -26,13 +26,13 @@ Sources = tuple[Array, Array]
 Points = Annotated[ArrayLike, shaped(..., 2)]
 
 REACH = 1.5
-"""How far from the centre critical points are sought, in ring radii."""
+"""How far from the center critical points are sought, in ring radii."""
 
 SECTIONS = 128
 """Into so many parts a search cuts an interval: together they cost hardly more than one point."""
 
 SMALLEST = 1e-15
-"""Distance from the centre, in ring radii, that is none."""
+"""Distance from the center, in ring radii, that is none."""
 
 MOST_DIPOLES = 500
 """Of rings whose critical points are looked for, which takes seconds."""
@@ -51,19 +51,19 @@ class CriticalPoint(NamedTuple):
     kind: str
     """minimum, saddle or maximum"""
     position: tuple[float, float]
-    """On the plane, in metres."""
+    """On the plane, in meters."""
     energy: float
     """V_e there, in joule."""
 
 
 @checked
 def effective_potential(scene: BallScene, points: Points, time: float = 0.0) -> Array:
-    """V_e = -m |B| at the height of the ball's centre.
+    """V_e = -m |B| at the height of the ball's center.
 
     Parameters
     ----------
     points : array_like, shape (..., 2)
-        In metres on the plane.
+        In meters on the plane.
     time : float
         Of a scripted ring, in seconds.
 
@@ -79,7 +79,7 @@ def effective_potential(scene: BallScene, points: Points, time: float = 0.0) -> 
 def critical_points(scene: BallScene, time: float = 0.0) -> list[CriticalPoint]:
     """All critical points of V_e within 1.5 ring radii, deepest first.
 
-    Newton's method starts at the centre and in every cell of a polar grid, of 160 sectors or
+    Newton's method starts at the center and in every cell of a polar grid, of 160 sectors or
     eight to a dipole, in which both components of the gradient change sign. Cells and grid are
     made finer until minima and maxima less saddles are as many as the gradient turns round on the
     circle of 1.5 ring radii (Poincare and Hopf). Then none is missed, unless in pairs; this is so
@@ -117,7 +117,7 @@ def critical_points(scene: BallScene, time: float = 0.0) -> list[CriticalPoint]:
 def minimum(scene: BallScene, time: float = 0.0) -> CriticalPoint:
     """The deepest minimum of V_e on the plane.
 
-    Newton's method starts at the centre and at the deepest lows of a polar grid.
+    Newton's method starts at the center and at the deepest lows of a polar grid.
 
     Parameters
     ----------
@@ -140,7 +140,7 @@ def minimum(scene: BallScene, time: float = 0.0) -> CriticalPoint:
     found = [point for point in points if point is not None]
     if not found:
         _, height = scene.near_ring(time)
-        bound = f"such that V_e has a minimum within {REACH:g} ring radii of the centre"
+        bound = f"such that V_e has a minimum within {REACH:g} ring radii of the center"
         raise reject("height of the ring", height, bound)
     return _classify(scene, min(found, key=lambda p: aligned_energy(scene, p, sources)), sources)
 
@@ -173,7 +173,7 @@ def saddle(scene: BallScene, time: float = 0.0) -> CriticalPoint:
 @checked
 @lru_cache
 def valley_radius(scene: BallScene, azimuth: float = 0.0, time: float = 0.0) -> float:
-    """Distance from the centre, in metres, at which V_e is least in one direction (radians).
+    """Distance from the center, in meters, at which V_e is least in one direction (radians).
 
     For a level ring this is the radius of the ring of minima. The slope changes its sign between it
     and the next larger number, the same on any machine.
@@ -231,7 +231,7 @@ def _radius(scene: BallScene) -> float:
 
 
 def on_plane(scene: BallScene, points: ArrayLike) -> Array:
-    """Centres of a ball that touches the plane there, shape (..., 2) -> (..., 3), in m."""
+    """Centers of a ball that touches the plane there, shape (..., 2) -> (..., 3), in m."""
     points = np.asarray(points, dtype=float)
     height = np.full((*points.shape[:-1], 1), scene.ball_radius)
     return np.concatenate([points, height], axis=-1)
@@ -244,10 +244,10 @@ def _gradient(scene: BallScene, points: Array, sources: Sources) -> Array:
 
 def _aligned(scene: BallScene, points: ArrayLike, sources: Sources) -> tuple[Array, Array]:
     """Force on the aligned dipole, and the field."""
-    centres = on_plane(scene, points)
-    field = dipoles.field(centres, *sources)
+    centers = on_plane(scene, points)
+    field = dipoles.field(centers, *sources)
     moment = scene.moment * field / np.linalg.norm(field, axis=-1, keepdims=True)
-    return dipoles.force_and_field(centres, moment, *sources)[0], field
+    return dipoles.force_and_field(centers, moment, *sources)[0], field
 
 
 def _azimuths(sources: Sources, fineness: int) -> Array:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from magmotor.dipoles import NOBODY, sum_over_sources
 from magmotor.numerics.rotations import columns, cross, place_dipoles, plus, scaled, third_axis
-from magmotor.numerics.splittings import DRIFTS, KICKS, RUBS, Scheme, kicks_that_evaluate
+from magmotor.numerics.splittings import DRIFTS, KICKS, O_PARTS, Scheme, kicks_that_evaluate
 
 
 class Magnets(NamedTuple):
@@ -37,14 +37,14 @@ def force_and_field(position, moment, sources):
 
 
 @njit(inline="always")
-def torque_about(centre, position, moment, force, field):
+def torque_about(center, position, moment, force, field):
     """Torque about a point of what acts on a dipole."""
-    return plus(cross(plus(position, -1.0, centre), force), 1.0, cross(moment, field))
+    return plus(cross(plus(position, -1.0, center), force), 1.0, cross(moment, field))
 
 
 @njit(inline="always")
 def wrenches(place, ball, inner, ring, magnets):
-    """Force and torque on the ball, and torque on the ring about its centre.
+    """Force and torque on the ball, and torque on the ring about its center.
 
     Parameters
     ----------
@@ -60,17 +60,17 @@ def wrenches(place, ball, inner, ring, magnets):
     force, field = force_and_field(place, moment, magnets.fixed)
     reaction = (0.0, 0.0, 0.0)
     if ring.shape[1]:
-        centre = (0.0, 0.0, magnets.height)
-        place_dipoles(ring, columns(inner), centre, magnets.frame)
+        center = (0.0, 0.0, magnets.height)
+        place_dipoles(ring, columns(inner), center, magnets.frame)
         near, nearby = force_and_field(place, moment, ring)
         force, field = plus(force, magnets.factor, near), plus(field, magnets.factor, nearby)
-        on_ball = torque_about(centre, place, moment, near, nearby)
+        on_ball = torque_about(center, place, moment, near, nearby)
         reaction = scaled(magnets.factor, on_ball)
         for j in range(magnets.fixed.shape[1]):
             x, y, z, mx, my, mz, label = magnets.fixed[:, j]
             if label != NOBODY:
                 pull, there = force_and_field((x, y, z), (mx, my, mz), ring)
-                on_fixed = torque_about(centre, (x, y, z), (mx, my, mz), pull, there)
+                on_fixed = torque_about(center, (x, y, z), (mx, my, mz), pull, there)
                 reaction = plus(reaction, 1.0, on_fixed)
     return force, cross(moment, field), scaled(-1.0, reaction)
 
@@ -108,7 +108,7 @@ def floats(numbers: Numbers) -> Numbers:
     return type(numbers)(*values)
 
 
-class Law(NamedTuple):
+class StepCoefficients(NamedTuple):
     """A timestep, and what happens in the parts of a step.
 
     The rows of `kinds` say what a part of the scheme does: drift, kick, rub (friction and noise),
@@ -127,7 +127,7 @@ class Law(NamedTuple):
     numbers: NDArray[np.float64]
 
 
-def law(bodies: Bodies, scheme: Scheme, timestep: float) -> Law:
+def step_coefficients(bodies: Bodies, scheme: Scheme, timestep: float) -> StepCoefficients:
     """The numbers of a scheme."""
     velocities = (
         (bodies.slip_mass, bodies.slip_friction, bodies.slip_noise),
@@ -136,7 +136,7 @@ def law(bodies: Bodies, scheme: Scheme, timestep: float) -> Law:
     )
     anew = kicks_that_evaluate(scheme.parts)
     kinds = [
-        (part in DRIFTS, part in KICKS, part in RUBS, new)
+        (part in DRIFTS, part in KICKS, part in O_PARTS, new)
         for part, new in zip(scheme.parts, anew, strict=True)
     ]
     numbers = []
@@ -145,7 +145,9 @@ def law(bodies: Bodies, scheme: Scheme, timestep: float) -> Law:
         triples = [_impulse(*velocity, time, scheme.exact) for velocity in velocities]
         numbers.append([time, *(number for triple in triples for number in triple)])
     carried = scheme.parts[0] in KICKS and not anew[0]
-    return Law(float(timestep), -1 if carried else 0, np.array(kinds), np.array(numbers))
+    return StepCoefficients(
+        float(timestep), -1 if carried else 0, np.array(kinds), np.array(numbers)
+    )
 
 
 def _impulse(inertia: float, friction: float, noise: float, time: float, exact: bool) -> Triple:

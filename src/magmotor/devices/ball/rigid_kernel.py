@@ -25,11 +25,11 @@ from numpy.typing import NDArray
 
 from magmotor.common.environment import thread_count
 from magmotor.device.job import Job
-from magmotor.devices.ball.rigid_forces import Bodies, Magnets, law, wrenches
+from magmotor.devices.ball.rigid_forces import Bodies, Magnets, step_coefficients, wrenches
 from magmotor.devices.ball.rigid_steps import (
     acted_on_ball,
     acted_on_ring,
-    booked,
+    add_heat_and_work,
     drifted_ball,
     drifted_ring,
     euler_ball,
@@ -48,7 +48,7 @@ orientation and omega of the ring; heat of ball and ring, work on ball and ring.
 
 
 def kernel(scheme: str) -> Any:
-    """The function advance(states, recorded, rows, steps, path, bodies, magnets, law).
+    """The function advance(states, recorded, rows, steps, path, bodies, magnets, coefficients).
 
     It takes the rows from `rows[0]` to before `rows[1]` of states, shape (R, SIZE), each a replica
     with the row's number, from step `steps[0]` on for `steps[1]` steps to each of `recorded`, shape
@@ -100,10 +100,11 @@ def _normals(replica, step, path, bodies):
 def _advance(checksum: int, splits: bool, by_cayley: bool):
     """The kernel of all splittings, or of Euler's scheme."""
 
-    def advance(states, recorded, rows, steps, path, bodies, magnets, law):
+    def advance(states, recorded, rows, steps, path, bodies, magnets, coefficients):
         _ = checksum
         prefer_wide_vectors()
         first, interval = steps
+        kinds = coefficients.kinds
         c, a = bodies.slip_friction, bodies.slip_noise
         c_ring, a_ring = bodies.ring_friction, bodies.ring_noise
         turns = magnets.frame.shape[1] > 0
@@ -112,37 +113,39 @@ def _advance(checksum: int, splits: bool, by_cayley: bool):
         for replica in range(rows[0], rows[1]):
             ball, ring, sums, ring_sums = _unpack(states[replica])
             force, torque, on_ring = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
-            for n in range(law.before, recorded.shape[0] * interval):
+            for n in range(coefficients.before, recorded.shape[0] * interval):
                 u, u_ring = slip(ball, bodies.radius), ring[1]
                 xi, xi_ring = _normals(replica, first + n, path, bodies)
-                for part in range(0 if n >= 0 else len(law.kinds) - 1, len(law.kinds)):
-                    if law.kinds[part, 3]:
+                for part in range(0 if n >= 0 else len(kinds) - 1, len(kinds)):
+                    if kinds[part, 3]:
                         # Nowhere else: another copy of this code might round otherwise.
                         place = ball[0][0], ball[0][1], bodies.radius
                         force, torque, on_ring = wrenches(place, ball[2], ring[0], work, magnets)
                     if n < 0:
                         continue
-                    drifts, kicks, rubs = law.kinds[part, 0], law.kinds[part, 1], law.kinds[part, 2]
+                    drifts, kicks, o_part = kinds[part, 0], kinds[part, 1], kinds[part, 2]
                     if not splits:
-                        ball = euler_ball(ball, force, torque, xi, bodies, law, by_cayley)
+                        ball = euler_ball(ball, force, torque, xi, bodies, coefficients, by_cayley)
                         if turns:
-                            ring = euler_ring(ring, on_ring, xi_ring, bodies, law, by_cayley)
+                            ring = euler_ring(
+                                ring, on_ring, xi_ring, bodies, coefficients, by_cayley
+                            )
                     elif drifts:
-                        ball = drifted_ball(ball, law.numbers[part, 0], False)
+                        ball = drifted_ball(ball, coefficients.numbers[part, 0], False)
                         if turns:
-                            ring = drifted_ring(ring, law.numbers[part, 0], bodies)
+                            ring = drifted_ring(ring, coefficients.numbers[part, 0], bodies)
                     else:
-                        row = read(law.numbers, part)
-                        ball = acted_on_ball(ball, row, kicks, rubs, force, torque, xi, bodies)
+                        row = read(coefficients.numbers, part)
+                        ball = acted_on_ball(ball, row, kicks, o_part, force, torque, xi, bodies)
                         if turns:
-                            ring = acted_on_ring(ring, row, kicks, rubs, on_ring, xi_ring, bodies)
+                            ring = acted_on_ring(ring, row, kicks, o_part, on_ring, xi_ring, bodies)
                 if n < 0:
                     continue
                 after = slip(ball, bodies.radius)
-                sums = booked(sums, u, after, xi, law, c, a, splits)
+                sums = add_heat_and_work(sums, u, after, xi, coefficients, c, a, splits)
                 if turns:
-                    ring_sums = booked(
-                        ring_sums, u_ring, ring[1], xi_ring, law, c_ring, a_ring, splits
+                    ring_sums = add_heat_and_work(
+                        ring_sums, u_ring, ring[1], xi_ring, coefficients, c_ring, a_ring, splits
                     )
                 if (n + 1) % interval == 0:
                     record = recorded[(n + 1) // interval - 1, replica]
@@ -155,7 +158,7 @@ def _advance(checksum: int, splits: bool, by_cayley: bool):
 Array = NDArray[np.float64]
 
 
-def march(
+def recorded_chunks(
     job: Job, bodies: Bodies, magnets: Magnets, start: Array, threads: int | None = None
 ) -> Generator[tuple[Array, Array, Array]]:
     """Yield times, records of shape (T, R, SIZE) and the states that came last, in chunks.
@@ -164,7 +167,7 @@ def march(
     `thread_count()` if not given.
     """
     advance = kernel(job.scheme)
-    numbers = bodies, magnets, law(bodies, RIGID[job.scheme], job.timestep)
+    numbers = bodies, magnets, step_coefficients(bodies, RIGID[job.scheme], job.timestep)
     path = job.path.seed, job.path.factor, job.path.level
     states = (start if job.state is None else job.state).copy()
     threads = min(len(states), threads or thread_count())

@@ -16,9 +16,9 @@ from magmotor.numerics.rotations import (
     dot,
     exponential,
     exponential_momentum,
-    normalised,
+    mul_quat,
+    normalized,
     plus,
-    product,
     scaled,
     stretched,
     third_axis,
@@ -68,7 +68,7 @@ def heat_and_work(before, after, friction, noise, increment, timestep, exact):
 
 @njit(inline="always")
 def read(numbers, part):
-    """A row of `Law.numbers` in registers: an array of it would be counted, which takes time."""
+    """A row of `StepCoefficients.numbers` in registers, which is faster than an array of it."""
     return (
         numbers[part, 0],
         numbers[part, 1],
@@ -108,12 +108,13 @@ def kicked_ring(ring, impulse, bodies):
 
 
 @njit(inline="always")
-def friction_on_ball(ball, force, torque, xi, bodies, law):
+def friction_on_ball(ball, force, torque, xi, bodies, triple):
     """Impulse of friction and noise at the contact point, and its angular impulse.
 
-    `law` is the triple of the slip; force and torque act meanwhile, at the centre.
+    `triple` (a, b, d) is that of the slip in `StepCoefficients`; force and torque act meanwhile, at
+    the center.
     """
-    u, r, (a, b, d) = slip(ball, bodies.radius), bodies.radius, law
+    u, r, (a, b, d) = slip(ball, bodies.radius), bodies.radius, triple
     light, arm = 1.0 / bodies.mass, r / bodies.inertia
     along = d / fused(r, arm, light)
     x = fused(along, fused(light, force[0], -arm * torque[1]), fused(a, u[0], b * xi[0]))
@@ -138,7 +139,7 @@ def drifted_ball(ball, time, by_cayley):
     W = scaled(time, omega)
     by = cayley(W) if by_cayley else exponential(W)
     place = fused(time, v[0], place[0]), fused(time, v[1], place[1])
-    return place, v, normalised(product(by, turn)), omega
+    return place, v, normalized(mul_quat(by, turn)), omega
 
 
 @njit(inline="always")
@@ -152,15 +153,15 @@ def drifted_ring(ring, time, bodies):
     axis = third_axis(turn)
     pi = stretched(omega, axis, across, axial)
     about = (0.0, 0.0, time * (1.0 / axial - 1.0 / across) * dot(pi, axis))
-    turn = product(exponential(scaled(time / across, pi)), product(turn, exponential(about)))
-    turn = normalised(turn)
+    turn = mul_quat(exponential(scaled(time / across, pi)), mul_quat(turn, exponential(about)))
+    turn = normalized(turn)
     return turn, stretched(pi, third_axis(turn), 1.0 / across, 1.0 / axial)
 
 
 @njit(inline="always")
-def euler_ball(ball, force, torque, xi, bodies, law, by_cayley):
+def euler_ball(ball, force, torque, xi, bodies, coefficients, by_cayley):
     """The ball after a step of the variational Euler scheme."""
-    h, row = law.timestep, read(law.numbers, 0)
+    h, row = coefficients.timestep, read(coefficients.numbers, 0)
     push, twist = friction_on_ball(ball, force, torque, xi, bodies, (row[1], row[2], 0.0))
     impulse, turning = plus(push, h, force), plus(twist, h, torque)
     place, v, turn, omega = kicked_ball(ball, 1.0, impulse, turning, bodies)
@@ -172,25 +173,25 @@ def euler_ball(ball, force, torque, xi, bodies, law, by_cayley):
 
 
 @njit(inline="always")
-def euler_ring(ring, torque, xi, bodies, law, by_cayley):
+def euler_ring(ring, torque, xi, bodies, coefficients, by_cayley):
     """The ring after a step of the variational Euler scheme."""
-    h, row = law.timestep, read(law.numbers, 0)
+    h, row = coefficients.timestep, read(coefficients.numbers, 0)
     turn, omega = ring
     axis, inertia = third_axis(turn), (bodies.across, bodies.axial)
     mu = discrete_momentum(omega, axis, inertia, -h, by_cayley)
     across, axial = (row[4], row[5], 0.0), (row[7], row[8], 0.0)
-    rubbed = friction_on_ring(ring, torque, xi, across, axial)
-    mu = plus(plus(mu, h, torque), 1.0, rubbed)
+    after_friction = friction_on_ring(ring, torque, xi, across, axial)
+    mu = plus(plus(mu, h, torque), 1.0, after_friction)
     omega = angular_velocity(mu, axis, inertia, h, by_cayley)
     W = scaled(h, omega)
-    return normalised(product(cayley(W) if by_cayley else exponential(W), turn)), omega
+    return normalized(mul_quat(cayley(W) if by_cayley else exponential(W), turn)), omega
 
 
 @njit(inline="always")
-def acted_on_ball(ball, row, kicks, rubs, force, torque, xi, bodies):
-    """The ball after a part of a splitting: kicked, rubbed by friction and noise, or both."""
+def acted_on_ball(ball, row, kicks, o_part, force, torque, xi, bodies):
+    """The ball after a part of a splitting: a kick, friction and noise, or both."""
     push, twist = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
-    if rubs:
+    if o_part:
         triple = row[1], row[2], row[3] if kicks else 0.0
         push, twist = friction_on_ball(ball, force, torque, xi, bodies, triple)
     if kicks:
@@ -199,10 +200,10 @@ def acted_on_ball(ball, row, kicks, rubs, force, torque, xi, bodies):
 
 
 @njit(inline="always")
-def acted_on_ring(ring, row, kicks, rubs, torque, xi, bodies):
+def acted_on_ring(ring, row, kicks, o_part, torque, xi, bodies):
     """The ring likewise."""
     impulse = (0.0, 0.0, 0.0)
-    if rubs:
+    if o_part:
         across = row[4], row[5], row[6] if kicks else 0.0
         axial = row[7], row[8], row[9] if kicks else 0.0
         impulse = friction_on_ring(ring, torque, xi, across, axial)
@@ -212,10 +213,10 @@ def acted_on_ring(ring, row, kicks, rubs, torque, xi, bodies):
 
 
 @njit(inline="always")
-def booked(sums, before, after, xi, law, friction, noise, exact):
+def add_heat_and_work(sums, before, after, xi, coefficients, friction, noise, exact):
     """Running sums of heat and work with those of a step added; see `books`."""
     heat, work = sums
-    h, root = law.timestep, math.sqrt(law.timestep)
+    h, root = coefficients.timestep, math.sqrt(coefficients.timestep)
     for k in range(len(before)):
         increment = root * xi[k]
         taken, given = heat_and_work(before[k], after[k], friction, noise, increment, h, exact)

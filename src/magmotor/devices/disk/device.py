@@ -10,7 +10,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from magmotor.common.checks import check_array, check_integer, reject
-from magmotor.device.device import Device, Engine, Equation, Motion, register
+from magmotor.device.device import Device, Engine, Equation, MujocoAdapter, register
 from magmotor.device.initial import as_given, last_record
 from magmotor.device.job import METHODS as MUJOCO
 from magmotor.device.job import PLANAR as MUJOCO_PLANAR
@@ -24,10 +24,10 @@ from magmotor.devices.disk.measures import OF_DISK, OF_LANGEVIN
 from magmotor.devices.disk.observables import energy
 from magmotor.devices.disk.scene import Disk, LangevinParticle, derivative
 from magmotor.devices.disk.states import DiskStates, start_disk
-from magmotor.devices.disk.theory import steps
+from magmotor.devices.disk.theory import timesteps
 from magmotor.devices.disk.theory.stationary import position_density
 from magmotor.numerics import splittings
-from magmotor.numerics.small_motion import SmallMotion
+from magmotor.numerics.linear_stability import SmallMotion
 
 S = TypeVar("S", Disk, LangevinParticle)
 
@@ -108,11 +108,11 @@ class LangevinDevice(Device[S, DiskStates], Generic[S]):
         return disk_energy_balance(run, scene)
 
     @property
-    def reference(self) -> Engine:
+    def variational(self) -> Engine:
         """The reference integrators."""
-        from magmotor.devices.disk import reference
+        from magmotor.devices.disk import variational
 
-        return reference
+        return variational
 
     def ensemble(self, scene: S) -> Callable[..., xr.Dataset]:
         """Of disk and particle, with statistics of their own."""
@@ -122,7 +122,7 @@ class LangevinDevice(Device[S, DiskStates], Generic[S]):
 
     def small_motion(self, scene: S) -> SmallMotion:
         """The disk where U is steepest."""
-        return steps.small_motion(scene)
+        return timesteps.small_motion(scene)
 
     @property
     def charted(self) -> Disk:
@@ -178,7 +178,7 @@ class DiskDevice(LangevinDevice[Disk]):
         super().check_run(scene, method, timestep, replicas, allow_unstable)
         if allow_unstable or method == "scipy/dop853" or not (scene.coefficients and scene.noise):
             return
-        largest = steps.largest_timestep(scene)
+        largest = timesteps.largest_timestep(scene)
         if timestep > largest:
             warnings.warn(
                 f"timestep = {timestep:g}: above {largest:.3g} = (pi/6) sqrt((1 + sigma) beta), the"
@@ -188,26 +188,26 @@ class DiskDevice(LangevinDevice[Disk]):
             )
 
     @property
-    def equation(self) -> Equation:
+    def ode(self) -> Equation:
         """Equation (slidingdisk) without noise."""
         from magmotor.devices.disk import ode
 
         return ode
 
-    def compose(self, scene: Disk, *, looks: bool) -> Any:
+    def compose(self, scene: Disk, *, visual: bool) -> Any:
         """The disk as a PyMJCF tree."""
         from magmotor.devices.disk.mjcf import compose_disk
 
-        return compose_disk(scene, looks=looks)
+        return compose_disk(scene, visual=visual)
 
-    def motion(self, job: Job) -> Motion:
+    def mujoco(self, job: Job) -> MujocoAdapter:
         """What is particular to a run in MuJoCo."""
-        from magmotor.devices.disk.mjcf import DiskMotion
+        from magmotor.devices.disk.mjcf import DiskAdapter
 
-        return DiskMotion(job)
+        return DiskAdapter(job)
 
     def _flights(self, scene: Disk) -> float:
-        return 1 / steps.largest_timestep(scene)
+        return 1 / timesteps.largest_timestep(scene)
 
     def sliders(self, scene: Disk) -> dict[str, Slider]:
         """Friction and temperature."""

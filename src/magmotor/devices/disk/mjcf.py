@@ -13,7 +13,7 @@ from magmotor.device.job import Job
 from magmotor.devices.disk.scene import Disk
 from magmotor.devices.disk.states import DiskStates, start_disk
 from magmotor.mjcf import parts
-from magmotor.mjcf.brownian import userdata
+from magmotor.mjcf.forces.brownian import userdata
 from magmotor.mjcf.parts import fit_stage
 from magmotor.mjcf.viscous_contact import ViscousContact
 
@@ -34,8 +34,8 @@ def disk_states(
     return DiskStates(time, x, v, theta, omega)
 
 
-class DiskMotion:
-    """See `magmotor.run.in_mujoco.Motion`."""
+class DiskAdapter:
+    """See `magmotor.run.in_mujoco.MujocoAdapter`."""
 
     control = int(mujoco.mjtState.mjSTATE_USERDATA)
 
@@ -60,16 +60,16 @@ class DiskMotion:
 TENDONS = ("slip", "across")
 
 
-def compose_disk(scene: Disk, *, looks: bool) -> parts.Element:
-    """The disk as one PyMJCF tree, without decoration unless `looks`."""
-    root = parts.load("disk", looks=looks)
+def compose_disk(scene: Disk, *, visual: bool) -> parts.Element:
+    """The disk as one PyMJCF tree, without decoration unless `visual`."""
+    root = parts.load("disk", visual=visual)
     root.option.gravity = [0, 0, 0]
-    if looks:
+    if visual:
         _lay_out(root)
     _shape_disk(root.find("body", "disk"), scene)
     _drive(root, scene)
     _brake(root, scene)
-    if not looks:
+    if not visual:
         parts.disable_unused(root, keep=("damper",) if root.tendon.fixed else ())
         if root.find("contact", "viscous") is None:
             root.option.flag.set_attributes(constraint="disable", contact="disable")

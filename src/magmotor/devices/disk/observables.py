@@ -7,7 +7,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from magmotor.common.checks import reject
-from magmotor.common.files import as_told
+from magmotor.common.files import parsed_attributes
 from magmotor.common.hints import number
 from magmotor.device.analysis import OWN, analysis
 from magmotor.devices.disk.scene import Disk, LangevinParticle, derivative
@@ -49,7 +49,9 @@ def flight_survival(run: xr.Dataset) -> xr.Dataset:
         Some of the ensemble's bins are missing.
     """
     durations = run.flight_duration.values
-    if "sample_interval" in run.attrs and not _has_all_bins(durations, as_told(run.attrs)):
+    if "sample_interval" in run.attrs and not _has_all_bins(
+        durations, parsed_attributes(run.attrs)
+    ):
         raise reject(
             "flight_duration", durations.tolist(), "that of an ensemble, with all its bins"
         )

@@ -8,8 +8,8 @@ from magmotor.common.arguments import checked
 from magmotor.common.checks import check_choice
 from magmotor.common.hints import Picture, several
 from magmotor.common.style import save_small
-from magmotor.devices.disk import panels
-from magmotor.devices.disk.panels import Guide, System
+from magmotor.devices.disk import plot_panels
+from magmotor.devices.disk.plot_panels import Guide, System
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -33,43 +33,43 @@ FROM_REST = "theory: reduced equation of d; exact if flat; free particle"
 
 FIGURES = {
     "mean": Figure(
-        panels.draw_mean,
+        plot_panels.draw_mean,
         "Mean of x, from rest at x = 0",
         "theory: impulse of the first push −U′(0), as long as d keeps it",
     ),
     "mean_square": Figure(
-        panels.draw_mean_square,
+        plot_panels.draw_mean_square,
         "Mean square of x, from rest",
         FROM_REST,
     ),
     "msd": Figure(
-        panels.draw_msd,
+        plot_panels.draw_msd,
         "Mean square of x, from rest, logarithmic",
         FROM_REST,
     ),
     "slope": Figure(
-        panels.draw_slope,
+        plot_panels.draw_slope,
         "Local slope of log E[x²] against log t, from rest",
         FROM_REST,
     ),
     "correlation": Figure(
-        panels.draw_correlation,
+        plot_panels.draw_correlation,
         "Correlation of x(t+2s) − x(t+s), x(t+s) − x(t), stationary",
         "theory, stationary: reduced equation of d; exact if flat (there d = 0); free particle",
-        alone=panels.draw_correlation_from_rest,
+        alone=plot_panels.draw_correlation_from_rest,
     ),
     "diffusion": Figure(
-        panels.draw_diffusion,
+        plot_panels.draw_diffusion,
         "Variance of x over t, from rest",
         FROM_REST,
     ),
     "histogram": Figure(
-        panels.draw_histogram,
+        plot_panels.draw_histogram,
         "Density of x at the end, from rest",
         "Gaussian of theory's variance",
     ),
     "flights": Figure(
-        panels.draw_flights,
+        plot_panels.draw_flights,
         "Flights: probability that d keeps its sign for so long, stationary",
         "",
         "slopes −1/2 and −1.9",
@@ -158,15 +158,17 @@ def _legend(
     """The colors of the systems and the kinds of line, below all panels."""
     from matplotlib.lines import Line2D
 
-    def line(label: str, **looks: Any) -> "Line2D":
-        return Line2D([], [], label=label, **looks)
+    def line(label: str, **style_of: Any) -> "Line2D":
+        return Line2D([], [], label=label, **style_of)
 
     handles = []
     for system in systems:
-        colour, marker = style.SYSTEMS[system.name]
-        handles.append(line(system.name, color=colour, marker=marker, ms=4.5))
+        color, marker = style.SYSTEMS[system.name]
+        handles.append(line(system.name, color=color, marker=marker, ms=4.5))
     if theory:
-        handles.append(line(theory, **panels.THEORY))
-    handles += [line(label, **panels.GUIDE) for label in (guides, guide and guide.label) if label]
+        handles.append(line(theory, **plot_panels.THEORY))
+    handles += [
+        line(label, **plot_panels.GUIDE) for label in (guides, guide and guide.label) if label
+    ]
     handles.append(line(BARS, ls=""))
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from magmotor.common.checks import check_choice, check_number, reject
 from magmotor.device.device import Scene
-from magmotor.device.fields import check_fields, quantity
+from magmotor.device.quantities import check_fields, quantity
 from magmotor.numerics.reproducible import applied
 
 Coefficients = tuple[tuple[float, float], ...]

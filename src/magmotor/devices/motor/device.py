@@ -9,7 +9,7 @@ import xarray as xr
 
 from magmotor.common.checks import check_integer, reject
 from magmotor.device.analysis import checked_run
-from magmotor.device.device import Engine, Equation, Motion, register
+from magmotor.device.device import Engine, Equation, MujocoAdapter, register
 from magmotor.device.job import METHODS as MUJOCO
 from magmotor.device.job import PLANAR as MUJOCO_PLANAR
 from magmotor.device.job import Job
@@ -17,20 +17,20 @@ from magmotor.device.sliders import Slider, noise_at, positive
 from magmotor.device.states import Column
 from magmotor.device.step_limits import check_step_limit, small_motion
 from magmotor.devices.ball.device import BallDevice
+from magmotor.devices.ball.resting import split_by
 from magmotor.devices.ball.slip import slip_velocity
-from magmotor.devices.ball.small_motion import split_by
 from magmotor.devices.ball.states import axes, given_parts
 from magmotor.devices.motor import theory
 from magmotor.devices.motor.energy import motor_energy, motor_energy_balance
 from magmotor.devices.motor.guard import MotorGuard
 from magmotor.devices.motor.measures import MEASURES
-from magmotor.devices.motor.movie import GAUGE, MotorSubject
-from magmotor.devices.motor.panels import MotorRun
+from magmotor.devices.motor.movie import GAUGE, MotorMovieContent
+from magmotor.devices.motor.plot_panels import MotorRun
 from magmotor.devices.motor.plots import motor_overview
 from magmotor.devices.motor.scene import LARGEST_TILT, Motor
 from magmotor.devices.motor.states import MotorStates, start_motor
 from magmotor.numerics import splittings
-from magmotor.numerics.small_motion import SmallMotion
+from magmotor.numerics.linear_stability import SmallMotion
 
 SIZES = {
     "position": 3,
@@ -48,7 +48,7 @@ class MotorDevice(BallDevice[Motor, MotorStates]):
     """See `magmotor.device.device.Device`."""
 
     measures = MEASURES
-    subject = MotorSubject
+    movie_content = MotorMovieContent
     gauge = GAUGE
 
     def methods(self, scene: Motor) -> tuple[str, ...]:
@@ -114,8 +114,8 @@ class MotorDevice(BallDevice[Motor, MotorStates]):
         momentum = scene.ball_inertia * np.sum(axis * spin, axis=-1)
         quaternion = "unit quaternion (w, x, y, z)"
         values = {
-            "position": (states.position, "m", "position of the ball's centre"),
-            "velocity": (states.velocity, "m/s", "velocity of the ball's centre"),
+            "position": (states.position, "m", "position of the ball's center"),
+            "velocity": (states.velocity, "m/s", "velocity of the ball's center"),
             "axis": (axis, "1", "axis xi_3 of the ball, the direction of its dipole"),
             "angular_velocity": (spin, "rad/s", "angular velocity of the ball in the world frame"),
             "slip_velocity": (slip, "m/s", "slip velocity V_Q of the contact point"),
@@ -155,30 +155,30 @@ class MotorDevice(BallDevice[Motor, MotorStates]):
         motor_overview(MotorRun("motor", run), path)
 
     @property
-    def reference(self) -> Engine:
+    def variational(self) -> Engine:
         """The reference integrators."""
-        from magmotor.devices.motor import reference
+        from magmotor.devices.motor import variational
 
-        return reference
+        return variational
 
     @property
-    def equation(self) -> Equation:
+    def ode(self) -> Equation:
         """The equations without noise."""
         from magmotor.devices.motor import ode
 
         return ode
 
-    def compose(self, scene: Motor, *, looks: bool) -> Any:
+    def compose(self, scene: Motor, *, visual: bool) -> Any:
         """The motor as a PyMJCF tree."""
         from magmotor.devices.motor.mjcf import compose_motor
 
-        return compose_motor(scene, looks=looks)
+        return compose_motor(scene, visual=visual)
 
-    def motion(self, job: Job) -> Motion:
+    def mujoco(self, job: Job) -> MujocoAdapter:
         """What is particular to a run in MuJoCo."""
-        from magmotor.devices.motor.mjcf import MotorMotion
+        from magmotor.devices.motor.mjcf import MotorAdapter
 
-        return MotorMotion(job)
+        return MotorAdapter(job)
 
     def small_motion(self, scene: Motor) -> SmallMotion:
         """The ball under the first outer dipole, the inner ring level."""

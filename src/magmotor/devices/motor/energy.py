@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from magmotor.device.analysis import OWN, analysis
 from magmotor.devices.ball.rigid_forces import force_and_field
 from magmotor.devices.ball.states import axes
-from magmotor.devices.motor.reference import magnets
 from magmotor.devices.motor.scene import Motor
 from magmotor.devices.motor.states import MotorStates
 from magmotor.devices.motor.theory import ball_injection_rate, ring_injection_rate
+from magmotor.devices.motor.variational import magnets
 from magmotor.dipoles import NOBODY
 from magmotor.numerics.compiled import compiled_once
 from magmotor.numerics.rotations import columns, dot, place_dipoles

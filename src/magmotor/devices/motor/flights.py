@@ -1,8 +1,8 @@
-"""The motor's flights round the rings, the stays between them, and what both last on the average.
+"""The motor's flights around the rings, the dwells between them, and the mean durations of both.
 
 A flight is a piece of the path on which the ball goes round at least once without ever turning back
 by more than a quarter of a well's sector, the half-width of its core. It begins and ends where the
-ball turns. A stay is the time between two flights.
+ball turns. A dwell is the time between two flights.
 """
 
 import itertools
@@ -70,7 +70,7 @@ def flights(run: xr.Dataset, scene: Motor = OWN) -> xr.Dataset:
 
 
 @analysis("position", of=Motor)
-def stays(run: xr.Dataset, scene: Motor = OWN) -> xr.Dataset:
+def dwell_times(run: xr.Dataset, scene: Motor = OWN) -> xr.Dataset:
     """The times between flights, also those before the first and after the last of a run.
 
     Where one flight turns into another there is none.
@@ -85,8 +85,8 @@ def stays(run: xr.Dataset, scene: Motor = OWN) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        Over `stay`: `begin` and `end` in s, `replica`, and `censored`: the stay had not ended when
-        the run did.
+        Over `dwell`: `begin` and `end` in s, `replica`, and `censored`: the dwell had not
+        ended when the run did.
     """
     found, rows = flights(run, scene), []
     first, last = run.time.values[[0, -1]]
@@ -100,7 +100,7 @@ def stays(run: xr.Dataset, scene: Motor = OWN) -> xr.Dataset:
         ]
     replica, begin, end, cut = _columns(rows, 4)
     return _table(
-        "stay", replica=replica.astype(int), begin=begin, end=end, censored=cut.astype(bool)
+        "dwell", replica=replica.astype(int), begin=begin, end=end, censored=cut.astype(bool)
     )
 
 

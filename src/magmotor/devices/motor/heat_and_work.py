@@ -10,13 +10,13 @@ from magmotor.device.job import Job
 from magmotor.devices.ball.rigid_steps import heat_and_work
 from magmotor.noise import normal
 from magmotor.numerics.compiled import compiled_once, copy
-from magmotor.numerics.rotations import turned
+from magmotor.numerics.rotations import rot_vec_quat
 
 Array = NDArray[np.float64]
 
 
 def heat_and_work_sums(job: Job, linear: int, before: Array, paths: Array, first: int) -> Array:
-    """Heat of ball and ring, then work on them, after each step; see `run.Motion.sums`.
+    """Heat of ball and ring, then work on them, after each step; see `run.MujocoAdapter.sums`.
 
     Parameters
     ----------
@@ -24,7 +24,7 @@ def heat_and_work_sums(job: Job, linear: int, before: Array, paths: Array, first
     linear : int
         Number of the ball's translational coordinates.
     before, paths, first
-        As in `run.Motion.sums`.
+        As in `run.MujocoAdapter.sums`.
 
     Returns
     -------
@@ -59,9 +59,9 @@ def _velocities(row, linear, radius):
     ball, ring = row[linear : linear + 4], row[linear + 4 : linear + 8]
     v = row[linear + 8 :]
     spin, ring_spin = v[linear : linear + 3], v[linear + 3 : linear + 6]
-    x, y, _ = turned((ball[0], ball[1], ball[2], ball[3]), (spin[0], spin[1], spin[2]))
+    x, y, _ = rot_vec_quat((ball[0], ball[1], ball[2], ball[3]), (spin[0], spin[1], spin[2]))
     q = (ring[0], ring[1], ring[2], ring[3])
-    turning = turned(q, (ring_spin[0], ring_spin[1], ring_spin[2]))
+    turning = rot_vec_quat(q, (ring_spin[0], ring_spin[1], ring_spin[2]))
     return v[0] - radius * y, v[1] + radius * x, turning[0], turning[1], turning[2]
 
 
@@ -69,9 +69,9 @@ def _velocities(row, linear, radius):
 def _sums(checksum: int):
     """The loop over replicas and steps."""
 
-    def advance(sums, before, paths, linear, radius, laws, path, timestep, exact):
+    def advance(sums, before, paths, linear, radius, coefficients, path, timestep, exact):
         _ = checksum
-        frictions, noises, channels = laws
+        frictions, noises, channels = coefficients
         seed, first, factor, level = path
         total = np.empty(4)
         root = math.sqrt(timestep)

@@ -6,14 +6,14 @@ from numpy.typing import NDArray
 
 from magmotor.device.job import Job
 from magmotor.devices.ball.contacts import add_contacts, tune_solver
-from magmotor.devices.ball.coordinates import BallCoordinates, conjugate, turned
+from magmotor.devices.ball.coordinates import BallCoordinates, neg_quat, rot_vec_quat
 from magmotor.devices.ball.mjcf import add_ball, draw_ring, size_arrows
 from magmotor.devices.ball.scene import ring_dipoles
 from magmotor.devices.motor.heat_and_work import heat_and_work_sums
 from magmotor.devices.motor.scene import Motor
 from magmotor.devices.motor.states import MotorStates, start_motor
 from magmotor.mjcf import parts
-from magmotor.mjcf.brownian import userdata
+from magmotor.mjcf.forces.brownian import userdata
 from magmotor.mjcf.parts import fit_stage
 
 
@@ -49,7 +49,7 @@ class MotorCoordinates:
         """`qpos` and `qvel` of the last of the states, shapes (replicas, nq) and (replicas, nv)."""
         qpos, qvel = self.ball.joints(states)
         orientation = states.ring_orientation[-1]
-        spin = turned(conjugate(orientation), states.ring_angular_velocity[-1])
+        spin = rot_vec_quat(neg_quat(orientation), states.ring_angular_velocity[-1])
         whole = np.concatenate([qpos, orientation], axis=-1)
         return whole, np.concatenate([qvel, spin], axis=-1)
 
@@ -61,7 +61,7 @@ class MotorCoordinates:
         return MotorStates(
             time=time,
             **self.ball.vectors(qpos[..., :-4], qvel[..., :-3]),
-            ring_angular_velocity=turned(orientation, qvel[..., -3:]),
+            ring_angular_velocity=rot_vec_quat(orientation, qvel[..., -3:]),
             ring_orientation=orientation,
             ball_heat=ball_heat,
             ring_heat=ring_heat,
@@ -70,8 +70,8 @@ class MotorCoordinates:
         )
 
 
-class MotorMotion:
-    """See `magmotor.run.in_mujoco.Motion`; the sums are heat of ball and ring, then work."""
+class MotorAdapter:
+    """See `magmotor.run.in_mujoco.MujocoAdapter`; the sums are heat of ball and ring, then work."""
 
     control = int(mujoco.mjtState.mjSTATE_USERDATA)
     driven = True
@@ -97,16 +97,16 @@ class MotorMotion:
         return self.coordinates.states(time, qpos, qvel, sums)
 
 
-def compose_motor(scene: Motor, *, looks: bool) -> parts.Element:
-    """The motor as one PyMJCF tree, without decoration unless `looks`."""
-    root = parts.load("motor", looks=looks)
-    if looks:
+def compose_motor(scene: Motor, *, visual: bool) -> parts.Element:
+    """The motor as one PyMJCF tree, without decoration unless `visual`."""
+    root = parts.load("motor", visual=visual)
+    if visual:
         decorate(root, scene)
     add_ball(root, scene, 3 * [scene.ball_inertia])
     _hang_rings(root, scene)
     _couple(root, scene.ball_ring_factor)
     _drive(root, scene)
-    if not looks:
+    if not visual:
         parts.disable_unused(root, keep=("damper",) if scene.friction_ring else ())
         tune_solver(root, scene.surface, scene.friction_ball)
     qpos, qvel = MotorCoordinates(scene).joints(start_motor(scene))

@@ -38,7 +38,7 @@ def mode_temperatures(
 
     At uniform temperature all are kT by Gibbs' law, whatever the potential:
 
-    - radial: m <v_rho^2>, of the ball's motion to and from the centre;
+    - radial: m <v_rho^2>, of the ball's motion to and from the center;
     - slip: <|V_Q|^2>/(2 A), A = 1/m + r^2/J_B, of the only motion that friction damps directly;
     - rolling: (m + J_B/r^2) <u_theta^2>, of the ball going round, where u = (m v + (J_B/r) omega x
       e_z)/(m + J_B/r^2), its velocity once slip has died out, has no friction: it is slow;

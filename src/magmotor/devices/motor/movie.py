@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from matplotlib.lines import Line2D
 
 
-class MotorSubject:
-    """See `magmotor.device.movie.Subject`; the value is theta in revolutions."""
+class MotorMovieContent:
+    """See `magmotor.device.movie.MovieContent`; the value is theta in revolutions."""
 
     near = "top"
     needs: tuple[str, ...] = ("position", "ring_axis", "ring_orientation")

@@ -17,7 +17,7 @@ LARGEST_TURN = math.pi / 2
 
 @analysis("position", of=BallScene)
 def azimuth(run: xr.Dataset) -> xr.DataArray:
-    """Angle theta in rad by which the ball has gone round the centre, from the x axis, unwrapped.
+    """Angle theta in rad by which the ball has gone round the center, from the x axis, unwrapped.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ def azimuth(run: xr.Dataset) -> xr.DataArray:
     """
     x, y = run.position.sel(space="x"), run.position.sel(space="y")
     theta = np.unwrap(np.arctan2(y.values, x.values))
-    _check_turns(theta, "or the ball went through the centre")
+    _check_turns(theta, "or the ball went through the center")
     return _angle(theta, x, "azimuth of the ball, unwrapped")
 
 

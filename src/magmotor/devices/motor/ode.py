@@ -17,9 +17,9 @@ from magmotor.numerics.eights import COUNT
 from magmotor.numerics.rotations import (
     columns,
     cross,
+    mul_quat,
     place_dipoles,
     plus,
-    product,
     scaled,
     stretched,
     third_axis,
@@ -77,9 +77,9 @@ def _derivative(checksum: int):
         outer, frame, height, factor = magnets
         ball, omega = (s[4], s[5], s[6], s[7]), (s[8], s[9], s[10])
         ring, pi = (s[11], s[12], s[13], s[14]), (s[15], s[16], s[17])
-        axis, centre = scaled(moment, third_axis(ball)), (0.0, 0.0, height)
+        axis, center = scaled(moment, third_axis(ball)), (0.0, 0.0, height)
         inner = frame.copy()
-        place_dipoles(inner, columns(ring), centre, frame)
+        place_dipoles(inner, columns(ring), center, frame)
         on_ball = (s[0], s[1], r, axis[0], axis[1], axis[2])
         near = sum_over_sources(on_ball, NOBODY, inner, inner.shape[1])
         far = sum_over_sources(on_ball, NOBODY, outer, outer.shape[1])
@@ -93,7 +93,7 @@ def _derivative(checksum: int):
         for k in range(frame.shape[1]):
             x, y, z, mx, my, mz, label = inner[:, k]
             if label != NOBODY:
-                arm, dipole = plus((x, y, z), -1.0, centre), (mx, my, mz)
+                arm, dipole = plus((x, y, z), -1.0, center), (mx, my, mz)
                 target = (x, y, z, mx, my, mz)
                 for sources in (outer, source):
                     by = sum_over_sources(target, NOBODY, sources, sources.shape[1])
@@ -104,11 +104,11 @@ def _derivative(checksum: int):
         out = np.empty(20)
         out[0], out[1] = s[2], s[3]
         out[2], out[3] = (force_x - c * slip_x) / mass, (force_y - c * slip_y) / mass
-        out[4], out[5], out[6], out[7] = product((0.0, *scaled(0.5, omega)), ball)
+        out[4], out[5], out[6], out[7] = mul_quat((0.0, *scaled(0.5, omega)), ball)
         out[8] = (torque[0] - r * c * slip_y) / inertia
         out[9] = (torque[1] + r * c * slip_x) / inertia
         out[10] = torque[2] / inertia
-        out[11], out[12], out[13], out[14] = product((0.0, *scaled(0.5, spin)), ring)
+        out[11], out[12], out[13], out[14] = mul_quat((0.0, *scaled(0.5, spin)), ring)
         for k in range(3):
             out[15 + k] = on_ring[k] - c_ring * spin[k]
         out[18] = c * (slip_x * slip_x + slip_y * slip_y)

@@ -8,8 +8,8 @@ from magmotor.common.arguments import checked
 from magmotor.common.checks import check_choice
 from magmotor.common.hints import Picture, several
 from magmotor.common.style import save_small
-from magmotor.devices.motor import panels
-from magmotor.devices.motor.panels import MotorRun
+from magmotor.devices.motor import plot_panels
+from magmotor.devices.motor.plot_panels import MotorRun
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,13 +24,13 @@ class Figure(NamedTuple):
 
 FIGURES = {
     "energy": Figure(
-        panels.draw_energy,
+        plot_panels.draw_energy,
         "Total energy and the inner ring's, from the start; below, their difference",
     ),
-    "injected": Figure(panels.draw_injected, "Energy injected by the noise and dissipated"),
-    "path": Figure(panels.draw_path, "Path of the ball from above"),
-    "xy": Figure(panels.draw_xy, "Position of the ball: x above, y below"),
-    "theta": Figure(panels.draw_theta, "Azimuth of the ball, and its flights"),
+    "injected": Figure(plot_panels.draw_injected, "Energy injected by the noise and dissipated"),
+    "path": Figure(plot_panels.draw_path, "Path of the ball from above"),
+    "xy": Figure(plot_panels.draw_xy, "Position of the ball: x above, y below"),
+    "theta": Figure(plot_panels.draw_theta, "Azimuth of the ball, and its flights"),
 }
 
 PLACES = {
@@ -93,15 +93,15 @@ def motor_overview(run: MotorRun, path: Picture, others: Sequence[MotorRun] = ()
     layout: list[Any] = [["theta"] * 4, ["onset", "path", "injected", "temperatures"]]
     with style.figure(18.0, 9.0) as figure:
         axes = figure.subplot_mosaic(layout, width_ratios=(1.1, 1, 1, 1))
-        panels.draw_theta(axes["theta"], run)
+        plot_panels.draw_theta(axes["theta"], run)
         axes["theta"].set_title(f"{run.title}; {run.flights_in_words}")
-        panels.draw_onset(axes["onset"], run)
+        plot_panels.draw_onset(axes["onset"], run)
         axes["onset"].set_title("Where the longest flight begins")
-        panels.draw_path(axes["path"], run)
+        plot_panels.draw_path(axes["path"], run)
         axes["path"].set_title("Path of the ball from above")
-        panels.draw_injected(axes["injected"], run)
+        plot_panels.draw_injected(axes["injected"], run)
         axes["injected"].set_title(f"Energy: residual {run.residual:.0e} of what is injected")
-        panels.draw_temperatures(axes["temperatures"], run, others)
+        plot_panels.draw_temperatures(axes["temperatures"], run, others)
         axes["temperatures"].set_title("Temperature of each mode, second half")
         for name, place in PLACES.items():
             _legend(axes[name], [axes[name]], loc=place, fontsize=8)

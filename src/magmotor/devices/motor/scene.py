@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.common.checks import check_choice, check_number, reject
-from magmotor.device.fields import check_fields, quantity
+from magmotor.device.quantities import check_fields, quantity
 from magmotor.devices.ball.scene import BallScene, ring_dipoles
 from magmotor.dipoles import PERMEABILITY_OVER_4PI
 
@@ -37,7 +37,7 @@ PAPER = {
 class Motor(BallScene):
     """The paper's motor; the defaults are its simulation at uniform temperature, alpha = 1e-3.
 
-    Ball, inner and outer ring carry dipoles; the inner ring turns freely about its fixed centre,
+    Ball, inner and outer ring carry dipoles; the inner ring turns freely about its fixed center,
     the outer ring is fixed. With `temperature` uniform, friction and noise act on the slip of the
     ball's contact point and on the inner ring, in the ratio of one temperature; with nonuniform,
     they are what they are given as: in the paper noise on the ring alone, friction on the ball.
@@ -74,7 +74,7 @@ class Motor(BallScene):
     ball_radius: float = quantity(0.04, "m", "radius of the ball", above=0)
     inner_dipoles: int = quantity(20, "1", "number of dipoles N on the inner ring", at_least=1)
     inner_radius: float = quantity(0.75, "m", "radius of the inner ring", above=0)
-    inner_height: float = quantity(0.48, "m", "height of the inner ring's centre", above=0)
+    inner_height: float = quantity(0.48, "m", "height of the inner ring's center", above=0)
     inner_mass: float = quantity(6.0, "kg", "mass of the inner ring", above=0)
     inner_inertia: float | None = quantity(
         None, "kg m^2", "inner ring's moment of inertia across its axis (none: J_3/2)", above=0
@@ -84,7 +84,7 @@ class Motor(BallScene):
     )
     outer_dipoles: int = quantity(5, "1", "number of dipoles M on the outer ring", at_least=1)
     outer_radius: float = quantity(0.98, "m", "radius of the outer ring", above=0)
-    outer_height: float = quantity(0.48, "m", "height of the outer ring's centre", above=0)
+    outer_height: float = quantity(0.48, "m", "height of the outer ring's center", above=0)
     position: tuple[float, float] | None = quantity(
         None,
         "m",
@@ -258,5 +258,5 @@ class Motor(BallScene):
         positions, outward = self.inner_dipole_frame()
         counted = self.ball_ring_factor * self.moment * outward
         places, moments = self.outer_sources()
-        centre = np.array([0.0, 0.0, self.inner_height])
-        return np.vstack([positions + centre, places]), np.vstack([counted, moments])
+        center = np.array([0.0, 0.0, self.inner_height])
+        return np.vstack([positions + center, places]), np.vstack([counted, moments])

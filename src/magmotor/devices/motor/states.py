@@ -35,11 +35,11 @@ class MotorStates(NamedTuple):
 def start_motor(scene: Motor, replicas: int = 1) -> MotorStates:
     """The scene's own initial state, the same in each replica: the ring level and at rest."""
     position = scene.position or (valley_radius(scene), 0.0)
-    centre = np.array([*position, scene.ball_radius])
-    axis = scene.axis or dipoles.field(centre, *scene.ring_sources())
+    center = np.array([*position, scene.ball_radius])
+    axis = scene.axis or dipoles.field(center, *scene.ring_sources())
     orientation = smallest_turn(axis)
     state = {
-        "position": centre,
+        "position": center,
         "velocity": [*scene.velocity, 0.0],
         "angular_velocity": scene.spin * axes(orientation),
         "orientation": orientation,

@@ -12,10 +12,10 @@ from magmotor.common.arguments import checked
 from magmotor.common.checks import check_number
 from magmotor.common.hints import Seconds
 from magmotor.devices.ball.landscape import effective_potential, valley_radius
+from magmotor.devices.ball.resting import moved, resting_ball, scales, slip_friction, stiffness
 from magmotor.devices.ball.slip import mobility
-from magmotor.devices.ball.small_motion import moved, resting_ball, scales, slip_friction, stiffness
 from magmotor.devices.motor.scene import Motor
-from magmotor.numerics.small_motion import SmallMotion
+from magmotor.numerics.linear_stability import SmallMotion
 
 Array = NDArray[np.float64]
 
@@ -47,7 +47,7 @@ class MotorWells(NamedTuple):
     azimuth: NDArray[np.float64]
     """Of each, 2 pi k/M in rad."""
     radius: float
-    """Distance of the first from the centre, in m."""
+    """Distance of the first from the center, in m."""
     energy: float
     """V_e in the first, in J."""
     barrier: float
@@ -100,7 +100,7 @@ def euler_slip_overheating(scene: Motor, timestep: Seconds) -> float:
 def small_motion(scene: Motor) -> SmallMotion:
     """Ball and ring at rest: x, y, turns of the ball, then of the ring, about x, y, z."""
     place, axis = resting_ball(scene)
-    centre = np.array([0.0, 0.0, scene.inner_height])
+    center = np.array([0.0, 0.0, scene.inner_height])
     arms, outward = scene.inner_dipole_frame()
     ring, outer = (arms, scene.ball_ring_factor * scene.moment * outward), scene.outer_sources()
 
@@ -108,11 +108,11 @@ def small_motion(scene: Motor) -> SmallMotion:
         ball, moment = moved(scene, place, axis, q)
         turn = Rotation.from_rotvec(q[:, 5:8])
         back, turned = turn.inv(), turn.as_matrix().swapaxes(1, 2)
-        by_ring = dipoles.wrench(back.apply(ball - centre), back.apply(moment), *ring)
+        by_ring = dipoles.wrench(back.apply(ball - center), back.apply(moment), *ring)
         push, twist = (turn.apply(part) for part in by_ring)
-        on_ring = -np.cross(ball - centre, push) - twist
+        on_ring = -np.cross(ball - center, push) - twist
         inner_arms, inner_moments = arms @ turned, scene.moment * outward @ turned
-        pushes, twists = dipoles.wrench(inner_arms + centre, inner_moments, *outer)
+        pushes, twists = dipoles.wrench(inner_arms + center, inner_moments, *outer)
         on_ring += np.sum(np.cross(inner_arms, pushes) + twists, axis=1)
         outer_push, outer_twist = dipoles.wrench(ball, moment, *outer)
         return np.hstack([(push + outer_push)[:, :2], twist + outer_twist, on_ring])

@@ -7,7 +7,7 @@ from typing import Any
 import xarray as xr
 
 from magmotor.common.checks import check_integer, check_number, reject
-from magmotor.device.device import Engine, Equation, Motion, register
+from magmotor.device.device import Engine, Equation, MujocoAdapter, register
 from magmotor.device.job import METHODS as MUJOCO
 from magmotor.device.job import PLANAR as MUJOCO_PLANAR
 from magmotor.device.job import Job
@@ -15,19 +15,19 @@ from magmotor.device.sliders import Slider, positive
 from magmotor.device.states import Column
 from magmotor.device.step_limits import check_step_limit, small_motion
 from magmotor.devices.ball.device import BallDevice
+from magmotor.devices.ball.resting import split_by
 from magmotor.devices.ball.slip import slip_velocity
-from magmotor.devices.ball.small_motion import split_by
 from magmotor.devices.ball.states import given_parts
 from magmotor.devices.top import theory
 from magmotor.devices.top.guard import TopGuard
 from magmotor.devices.top.measures import MEASURES
-from magmotor.devices.top.movie import GAUGE, TopSubject
+from magmotor.devices.top.movie import GAUGE, TopMovieContent
 from magmotor.devices.top.observables import energy, momentum_map, top_energy_balance
 from magmotor.devices.top.plots import top_overview
 from magmotor.devices.top.scene import Top
 from magmotor.devices.top.states import BallStates, start
 from magmotor.numerics import splittings
-from magmotor.numerics.small_motion import SmallMotion
+from magmotor.numerics.linear_stability import SmallMotion
 
 SIZES = {"position": 3, "velocity": 3, "axis": 3, "angular_velocity": 3, "orientation": 4}
 
@@ -37,7 +37,7 @@ class TopDevice(BallDevice[Top, BallStates]):
 
     is_random = False
     measures = MEASURES
-    subject = TopSubject
+    movie_content = TopMovieContent
     gauge = GAUGE
 
     def methods(self, scene: Top) -> tuple[str, ...]:
@@ -104,8 +104,8 @@ class TopDevice(BallDevice[Top, BallStates]):
         """The variables of a run's dataset."""
         spin = states.angular_velocity
         values = {
-            "position": (states.position, "m", "position of the ball's centre"),
-            "velocity": (states.velocity, "m/s", "velocity of the ball's centre"),
+            "position": (states.position, "m", "position of the ball's center"),
+            "velocity": (states.velocity, "m/s", "velocity of the ball's center"),
             "axis": (states.axis, "1", "axis xi_3 of the ball, the direction of its dipole"),
             "angular_velocity": (spin, "rad/s", "angular velocity in the world frame"),
             "slip_velocity": (
@@ -135,30 +135,30 @@ class TopDevice(BallDevice[Top, BallStates]):
         top_overview(run, scene, path)
 
     @property
-    def reference(self) -> Engine:
+    def variational(self) -> Engine:
         """The reference integrators."""
-        from magmotor.devices.top import reference
+        from magmotor.devices.top import variational
 
-        return reference
+        return variational
 
     @property
-    def equation(self) -> Equation:
+    def ode(self) -> Equation:
         """The paper's ODE."""
         from magmotor.devices.top import ode
 
         return ode
 
-    def compose(self, scene: Top, *, looks: bool) -> Any:
+    def compose(self, scene: Top, *, visual: bool) -> Any:
         """The top as a PyMJCF tree."""
         from magmotor.devices.top.mjcf import compose_top
 
-        return compose_top(scene, looks=looks)
+        return compose_top(scene, visual=visual)
 
-    def motion(self, job: Job) -> Motion:
+    def mujoco(self, job: Job) -> MujocoAdapter:
         """The ball, and the ring on its script."""
-        from magmotor.devices.top.mjcf import BallMotion
+        from magmotor.devices.top.mjcf import BallAdapter
 
-        return BallMotion(job)
+        return BallAdapter(job)
 
     def poses(self, scene: Top) -> list[Top]:
         """The scene with its ring at rest, at each of its script's waypoints if it has one."""

@@ -109,11 +109,11 @@ def held_axis(scene: Top, points: Array) -> tuple[Array, Array, Array]:
         Its magnetic energy, in J.
     """
     sources = scene.ring_sources()
-    centre = on_plane(scene, points)
-    field = scene.moment * dipoles.field(centre, *sources)
+    center = on_plane(scene, points)
+    field = scene.moment * dipoles.field(center, *sources)
     axis = force = field / np.linalg.norm(field, axis=1, keepdims=True)
     for _ in range(ITERATIONS):
-        force = dipoles.force_and_field(centre, scene.moment * axis, *sources)[0]
+        force = dipoles.force_and_field(center, scene.moment * axis, *sources)[0]
         torque = axis[:, 2:] * force
         torque[:, 2] -= np.sum(axis * force, axis=1)
         axis = field + scene.ball_radius * torque

@@ -34,7 +34,7 @@ def finite_ring_sources(scene: Top, magnet: Cloud) -> tuple[Array, Array]:
 
 def build_finite_ring(scene: Top, magnet: Cloud) -> mujoco.MjModel:
     """Compile the scene's model with finite magnets on its ring; see `finite_ring_sources`."""
-    spec = mujoco.MjSpec.from_string(compose_top(scene, looks=False).to_xml_string())
+    spec = mujoco.MjSpec.from_string(compose_top(scene, visual=False).to_xml_string())
     ring, kind = spec.body("ring"), spec.find_default("dipole")
     for site in ring.sites:
         spec.delete(site)

@@ -48,7 +48,7 @@ MEASURES: dict[str, Measure] = {
     "settling_radius": Measure(
         lambda run, scene: _radius(_late(run)).mean("time"),
         "m",
-        "mean distance from the centre in the last tenth of the run",
+        "mean distance from the center in the last tenth of the run",
     ),
     "settling_speed": Measure(
         lambda run, scene: _speed(_late(run)).mean("time"),

@@ -30,8 +30,8 @@ def placed_ring(scene: Top, time: float) -> tuple[NDArray[np.float64], NDArray[n
     return np.array([0.0, 0.0, height]), scene.ring_quaternion(tilt)
 
 
-class BallMotion:
-    """See `magmotor.run.in_mujoco.Motion`.
+class BallAdapter:
+    """See `magmotor.run.in_mujoco.MujocoAdapter`.
 
     A scripted ring stands still within a step, where its script has it at the middle of the step:
     an error of second order.
@@ -62,14 +62,14 @@ class BallMotion:
         return BallStates(time=time, axis=axes(vectors["orientation"]), **vectors)
 
 
-def compose_top(scene: Top, *, looks: bool) -> parts.Element:
-    """The top as one PyMJCF tree, without decoration unless `looks`."""
-    root = parts.load("top", looks=looks)
-    if looks:
+def compose_top(scene: Top, *, visual: bool) -> parts.Element:
+    """The top as one PyMJCF tree, without decoration unless `visual`."""
+    root = parts.load("top", visual=visual)
+    if visual:
         decorate(root, scene)
     add_ball(root, scene, scene.inertia)
     _place_ring(root.find("body", "ring"), scene)
-    if not looks:
+    if not visual:
         parts.disable_unused(root)
         tune_solver(root, scene.surface, scene.friction)
     coordinates = BallCoordinates(scene.surface, scene.ball_radius)

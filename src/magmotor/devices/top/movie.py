@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 TYPESET = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
-class TopSubject:
-    """See `magmotor.device.movie.Subject`; the value is J."""
+class TopMovieContent:
+    """See `magmotor.device.movie.MovieContent`; the value is J."""
 
     near = "ball"
     needs: tuple[str, ...] = ("position", "axis", "slip_velocity", "momentum_map")

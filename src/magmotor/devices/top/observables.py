@@ -153,8 +153,8 @@ def _integrate(time: Array, values: Array) -> Array:
 
 
 def _ring_frame(scene: Top, times: Array) -> tuple[Array, Rotation]:
-    """The ring's centre at each time, and the rotation from its frame to the world's."""
+    """The ring's center at each time, and the rotation from its frame to the world's."""
     poses = np.array([scene.ring_pose(time) for time in times])
-    centre = poses[:, :1] * [0.0, 0.0, 1.0]
+    center = poses[:, :1] * [0.0, 0.0, 1.0]
     quaternions = [scene.ring_quaternion(tilt) for tilt in poses[:, 1]]
-    return centre, Rotation.from_quat(quaternions, scalar_first=True)
+    return center, Rotation.from_quat(quaternions, scalar_first=True)

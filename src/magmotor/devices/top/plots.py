@@ -11,7 +11,7 @@ from magmotor.common import style
 from magmotor.common.arguments import checked
 from magmotor.common.checks import reject
 from magmotor.common.hints import Picture
-from magmotor.common.panels import WRAP, averaged, draw_map, meaning_of
+from magmotor.common.measure_panels import WRAP, averaged, draw_map, meaning_of
 from magmotor.common.style import save_small
 from magmotor.device.analysis import analysis
 from magmotor.devices.ball.landscape import critical_points, effective_potential, valley
@@ -103,7 +103,7 @@ def draw_momentum(axes: "Axes", run: xr.Dataset, scene: Top) -> tuple[list["Line
 
 MEASURES, FIELDS = ("max_spin", "settling_radius"), ("tilt", "ring_height")
 
-LINE = "(H − r)/R = 0.980: above, a level ring keeps the ball under its centre"
+LINE = "(H − r)/R = 0.980: above, a level ring keeps the ball under its center"
 
 
 @checked

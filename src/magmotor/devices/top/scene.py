@@ -1,4 +1,4 @@
-"""Hamel's magnetic top: a magnetised ball on a plane under a ring of dipoles."""
+"""Hamel's magnetic top: a magnetized ball on a plane under a ring of dipoles."""
 
 import math
 from bisect import bisect_right
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.common.checks import check_array, check_integer, check_number, reject
-from magmotor.device.fields import check_fields, quantity
+from magmotor.device.quantities import check_fields, quantity
 from magmotor.devices.ball.scene import BallScene, ring_dipoles
 from magmotor.dipoles import PERMEABILITY_OVER_4PI
 from magmotor.numerics.reproducible import product
@@ -76,7 +76,7 @@ SMALLEST_DRY_FRICTION = 1e-5
 class Top(BallScene):
     """Hamel's top; the defaults are the paper's fourth case, the one that acquires spin.
 
-    Angles are in radians, lengths in metres; see `unit` and `doc` in each field's metadata.
+    Angles are in radians, lengths in meters; see `unit` and `doc` in each field's metadata.
 
     Raises
     ------
@@ -101,7 +101,7 @@ class Top(BallScene):
     spin: float = quantity(0.0, "rad/s", "initial angular velocity about xi_3")
     ring_dipoles: int = quantity(20, "1", "number of dipoles N on the ring", at_least=1)
     ring_radius: float = quantity(0.34, "m", "radius of the ring", above=0)
-    ring_height: float = quantity(0.2, "m", "height H of the ring's centre", above=0)
+    ring_height: float = quantity(0.2, "m", "height H of the ring's center", above=0)
     tilt: float = quantity(
         PAPER_TILT,
         "rad",
@@ -192,7 +192,7 @@ class Top(BallScene):
     def experiment(cls, **changes: Any) -> "Top":
         """The experiment as the paper tells it: lower the ring over the resting ball, then tilt it.
 
-        The ring comes down from 0.6 m, where the ball's place under the centre is stable, to the
+        The ring comes down from 0.6 m, where the ball's place under the center is stable, to the
         paper's height; the ball rolls out to the ring of minima, then the tilt makes it roll along
         that ring, and spin.
         """
@@ -255,7 +255,7 @@ class Top(BallScene):
         return ring_dipoles(self.ring_dipoles, self.ring_radius)
 
     def ring_sources(self, time: float = 0.0) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Positions (N, 3) in metres and moments (N, 3) in A m^2 of the ring at a time (s)."""
+        """Positions (N, 3) in meters and moments (N, 3) in A m^2 of the ring at a time (s)."""
         positions, directions = self.ring_dipole_frame()
         return self.in_world(positions, self.moment * directions, time)
 

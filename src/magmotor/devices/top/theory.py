@@ -8,18 +8,18 @@ from numpy.typing import NDArray
 from magmotor import dipoles
 from magmotor.common.arguments import checked
 from magmotor.common.hints import NotNegative
+from magmotor.devices.ball.resting import moved, resting_ball, scales, slip_friction, stiffness
 from magmotor.devices.ball.slip import mobility
-from magmotor.devices.ball.small_motion import moved, resting_ball, scales, slip_friction, stiffness
 from magmotor.devices.top.scene import Top
 from magmotor.dipoles import PERMEABILITY_OVER_4PI
-from magmotor.numerics.small_motion import SmallMotion
+from magmotor.numerics.linear_stability import SmallMotion
 
 Array = NDArray[np.float64]
 
 
 @checked
-def field_under_centre(scene: Top) -> float:
-    """|B| in tesla at the ball's height under the centre of a level ring.
+def field_under_center(scene: Top) -> float:
+    """|B| in tesla at the ball's height under the center of a level ring.
 
     B_z = 3 N (mu0 m/(4 pi)) R h/(R^2 + h^2)^(5/2), h = H - r: the sum of (magneticfield) over the
     ring, exact for any number N of dipoles.
@@ -34,7 +34,7 @@ def field_under_centre(scene: Top) -> float:
 def libration_frequency(scene: Top, field: NotNegative) -> float:
     """Angular frequency sqrt(m |B|/I) in rad/s of the axis about a field (tesla) at rest.
 
-    Linearised Lie-Poisson equation (magtopc) of a ball that does not spin.
+    Linearized Lie-Poisson equation (magtopc) of a ball that does not spin.
     """
     return math.sqrt(scene.moment * field / scene.inertia[0])
 
@@ -51,11 +51,11 @@ def slip_relaxation_rate(scene: Top) -> float:
 
 @checked
 def highest_valley(scene: Top) -> float:
-    """Height of a level ring, in m, above which the ball's place under its centre is stable.
+    """Height of a level ring, in m, above which the ball's place under its center is stable.
 
     Below, the effective potential has a maximum there and a circular valley around it. Near the
     axis B.B = f^2 + rho^2 (f'^2/4 - f f''/2) with f = B_z on the axis, the field of
-    `field_under_centre`; the bracket vanishes at (H - r)/R = sqrt((11 + sqrt(145))/24) = 0.980.
+    `field_under_center`; the bracket vanishes at (H - r)/R = sqrt((11 + sqrt(145))/24) = 0.980.
     """
     return scene.ball_radius + math.sqrt((11 + math.sqrt(145)) / 24) * scene.ring_radius
 

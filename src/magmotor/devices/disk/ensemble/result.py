@@ -1,4 +1,4 @@
-"""What an ensemble has found, as a labelled dataset."""
+"""What an ensemble has found, as a labeled dataset."""
 
 from typing import Any, NamedTuple
 
@@ -7,7 +7,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from magmotor.common.checks import check_integer, check_number, reject
-from magmotor.device.recorded import attributes_of
+from magmotor.device.provenance import attributes_of
 from magmotor.devices.disk.ensemble.statistics import (
     BINS,
     HYSTERESIS,
@@ -17,9 +17,9 @@ from magmotor.devices.disk.ensemble.statistics import (
     quantities,
     unfinished_flights,
 )
-from magmotor.devices.disk.reference import TURN, unpack
 from magmotor.devices.disk.scene import Disk, LangevinParticle
 from magmotor.devices.disk.states import DiskStates
+from magmotor.devices.disk.variational import TURN, unpack
 from magmotor.noise import LARGEST_STEP
 
 RECORDS_PER_DECADE = 24
@@ -148,9 +148,9 @@ def _jackknife(whole: Array, without: Array, sizes: Array) -> Array:
     with np.errstate(invalid="ignore", divide="ignore"):
         mean = np.mean(rest / rest.mean(axis=0) * without, axis=0)
         ratio = rest / sizes
-        centre = mean + (ratio + 1 - groups) / ratio * (whole - mean)
+        center = mean + (ratio + 1 - groups) / ratio * (whole - mean)
         scale = rest.mean(axis=0) / sizes.mean(axis=0)
-        return np.sqrt(scale * np.mean(ratio / scale * (without - centre) ** 2, axis=0))
+        return np.sqrt(scale * np.mean(ratio / scale * (without - center) ** 2, axis=0))
 
 
 def _densities(scene: Any, statistics: Statistics, deviations: tuple[float, ...]) -> xr.Dataset:
@@ -165,8 +165,8 @@ def _densities(scene: Any, statistics: Statistics, deviations: tuple[float, ...]
         total = max(count.sum(), 1) * np.diff(edge)
         label = f"stationary density of {name}" + (" mod 2 pi" if name == "x" else "")
         parts[f"density_{name}"] = (f"{name}_bin", count / total, {"long_name": label})
-    centres = {f"{name}_bin": (edge[:-1] + edge[1:]) / 2 for name, edge in edges.items()}
-    return xr.Dataset(parts).assign_coords(centres)
+    centers = {f"{name}_bin": (edge[:-1] + edge[1:]) / 2 for name, edge in edges.items()}
+    return xr.Dataset(parts).assign_coords(centers)
 
 
 def _flights(statistics: Statistics, replicas: int, sample: int, unit: float) -> xr.Dataset:

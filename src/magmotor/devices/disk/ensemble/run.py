@@ -1,23 +1,49 @@
-"""Ensembles of disk and particle: what is asked for, against the scene."""
+"""Runs of ensembles of the disk and the particle: threads, progress, checkpoints, interrupts."""
 
 import dataclasses
 import json
+import math
+import threading
+import time
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
+from tqdm import tqdm
 
 from magmotor.common.checks import check_choice, reject
 from magmotor.common.environment import thread_count
+from magmotor.common.interrupts import deferred
+from magmotor.device.checkpoint import Checkpoint, Expected
 from magmotor.device.states import checksum
-from magmotor.devices.disk.ensemble.march import March
-from magmotor.devices.disk.ensemble.result import plan
+from magmotor.device.stops import SimulationInterrupted, stopped
+from magmotor.devices.disk.ensemble.result import Plan, plan, result
+from magmotor.devices.disk.ensemble.statistics import (
+    POWERS,
+    Statistics,
+    accumulate,
+    bounds,
+    empty,
+    moments,
+    quantities,
+)
 from magmotor.devices.disk.scene import Disk, LangevinParticle
+from magmotor.devices.disk.states import DiskStates
+from magmotor.devices.disk.theory.stationary import gibbs_deviations, gibbs_mean_squares
+from magmotor.devices.disk.variational import LANES, kernel, pack, step_coefficients, unpack
 from magmotor.noise import check_seed
 from magmotor.numerics import splittings as schemes
+
+BLOCK = 64
+"""Samples that the kernel hands to the statistics at a time, in the second-level cache."""
+
+SECONDS_BETWEEN_LOOKS = 0.5
+"""How long the threads work before progress is shown and an interrupt is heard, about."""
 
 
 def ensemble(
@@ -61,5 +87,146 @@ def ensemble(
         "version": version("magmotor"),
         "initial": None if initial is None else checksum(first),
     }
-    march = March(scene, task, when, first, checkpoint)
-    return march.to_the_end(threads or thread_count())
+    run = EnsembleRun(scene, task, when, first, checkpoint)
+    return run.to_the_end(threads or thread_count())
+
+
+class EnsembleRun:
+    """The state of an ensemble under way: `sample` samples taken, and `arrays`."""
+
+    def __init__(
+        self, scene, task: dict[str, Any], when: Plan, first: DiskStates, path: str | Path | None
+    ):
+        self.scene, self.task, self.when, self.first = scene, task, when, first
+        scheme = task["method"].split("/")[1]
+        self.advance, self.coefficients = (
+            kernel(scene, scheme),
+            step_coefficients(scene, scheme, task["timestep"]),
+        )
+        self.deviations, self.sigma = _deviations(scene)
+        lanes = pack(first)
+        replicas, padded = task["replicas"], lanes.shape[1]
+        self.replicas, self.groups = replicas, -(-padded // LANES)
+        self.start = self._states(lanes)
+        self.guard = scene.device.guard(scene, self.start)
+        fresh: dict[str, NDArray] = {
+            "states": lanes,
+            "moments": np.zeros((len(when.records), len(quantities(scene)), len(POWERS))),
+            "paths": np.zeros((len(when.records), task["trajectories"])),
+            **empty(padded, when.levels)._asdict(),
+        }
+
+        def expected(sample: int) -> dict[str, Expected]:
+            within = bounds(max(0, sample - when.burn_in))
+            return {k: Expected(v, *within.get(k, ())) for k, v in fresh.items()}
+
+        self.checkpoint = Checkpoint(path, task, when.samples, expected)
+        self.sample, self.arrays = self.checkpoint.load() or (0, fresh)
+        self.statistics = Statistics(*[self.arrays[name] for name in Statistics._fields])
+
+    def to_the_end(self, threads: int) -> xr.Dataset:
+        """Advance from record to record; see `ensemble` for how it may end."""
+        unit = self.when.interval * self.task["timestep"]
+        bar = "{l_bar}{bar}| t = {n:.0f} of {total:.0f} [{elapsed}<{remaining}]"
+        progress = tqdm(
+            total=self.when.samples * unit, initial=self.sample * unit, desc="ensemble",
+            bar_format=bar, delay=2, disable=None,
+        )  # fmt: skip
+        with deferred() as interrupted, ThreadPoolExecutor(threads) as pool, progress:
+            self._record()
+            span = 1
+            while self.sample < self.when.samples and not interrupted.is_set():
+                began = time.monotonic()
+                stop = self._next_stop(span)
+                taken = stop - self.sample
+                self._advance_to(stop, pool, threads)
+                self._record()
+                progress.update(self.sample * unit - progress.n)
+                elapsed = max(time.monotonic() - began, 1e-6)
+                span = max(1, int(taken * SECONDS_BETWEEN_LOOKS / elapsed))
+                if self.checkpoint.due:
+                    self.checkpoint.save(self.sample, self.arrays)
+            self.checkpoint.save(self.sample, self.arrays)
+        if interrupted.is_set():
+            raise SimulationInterrupted(self._result())
+        return self._result()
+
+    def _next_stop(self, span: int) -> int:
+        """The next record, or as far as `span` samples."""
+        records = self.when.records
+        following = int(records[np.searchsorted(records, self.sample, "right")])
+        return min(following, self.sample + span)
+
+    def _advance_to(self, stop: int, pool: ThreadPoolExecutor, threads: int) -> None:
+        """Have the threads take one group after another from here to `stop`."""
+        waiting = iter(range(self.groups))
+        lock = threading.Lock()
+
+        def work() -> None:
+            room = np.empty(BLOCK * 4 * LANES)
+            while True:
+                with lock:
+                    group = next(waiting, None)
+                if group is None:
+                    return
+                self._advance_group(group, stop, room)
+
+        for job in [pool.submit(work) for _ in range(min(threads, self.groups))]:
+            job.result()
+        self.sample = stop
+
+    def _advance_group(self, group: int, stop: int, room: NDArray) -> None:
+        begin = group * LANES
+        # Contiguous, as `simulate` has them: another layout would be another compilation.
+        states = self.arrays["states"][:, begin : begin + LANES].copy()
+        lanes = min(LANES, self.replicas - begin)
+        interval, burn_in, seed = self.when.interval, self.when.burn_in, self.task["seed"]
+        sample = self.sample
+        if sample == 0 and burn_in == 0:
+            self._accumulate(states[np.newaxis], group, lanes, 0)
+        while sample < stop:
+            count = min(BLOCK, stop - sample)
+            block = room[: count * states.size].reshape(count, *states.shape)
+            self.advance(
+                states, block, sample * interval, interval, seed, begin, 1, 0, self.coefficients
+            )
+            if sample + count >= burn_in:
+                skipped = max(0, burn_in - sample - 1)
+                self._accumulate(block[skipped:], group, lanes, sample + 1 + skipped - burn_in)
+            sample += count
+        self.arrays["states"][:, begin : begin + LANES] = states
+
+    def _accumulate(self, block: NDArray, group: int, lanes: int, first: int) -> None:
+        start = group * LANES
+        accumulate(self.statistics, block, group, start, lanes, first, self.deviations, self.sigma)
+
+    def _record(self) -> None:
+        """Check the states, and take their moments if this sample is recorded."""
+        states = self._states(self.arrays["states"])
+        _, failure = self.guard.first_wrong(states)
+        row = int(np.searchsorted(self.when.records, self.sample))
+        if failure is not None:
+            reached = self.sample * self.when.interval * self.task["timestep"]
+            raise stopped(failure, reached, self._result().isel(time=slice(row)))
+        if self.when.records[row] == self.sample:
+            self.arrays["moments"][row] = moments(self.scene, states, self.start)
+            kept = self.arrays["paths"].shape[1]
+            self.arrays["paths"][row] = self.arrays["states"][0, :kept]
+
+    def _states(self, lanes: NDArray) -> DiskStates:
+        one = lanes[np.newaxis, :, : self.replicas]
+        return unpack(np.zeros(1), one.copy(), isinstance(self.scene, Disk))
+
+    def _result(self) -> xr.Dataset:
+        given = None if self.task["initial"] is None else self.first
+        return result(
+            self.scene, self.task, self.when, given, self.sample, self.arrays, self.deviations
+        )
+
+
+def _deviations(scene: Disk | LangevinParticle) -> tuple[tuple[float, float, float], float]:
+    """Standard deviations of v, omega and d, and sigma; those that are not there are 1."""
+    v, *omega = gibbs_deviations(scene)
+    if isinstance(scene, LangevinParticle):
+        return (v, 1.0, 1.0), 1.0
+    return (v, *omega, math.sqrt(gibbs_mean_squares(scene)["d"])), scene.sigma

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from magmotor.device.checkpoint import LARGEST
 from magmotor.devices.disk.observables import energy
-from magmotor.devices.disk.reference import LANES, TURN
 from magmotor.devices.disk.scene import Disk, LangevinParticle
 from magmotor.devices.disk.states import DiskStates
+from magmotor.devices.disk.variational import LANES, TURN
 from magmotor.numerics.compiled import compiled_once
 from magmotor.numerics.eights import COUNT, counted, fused, put, spread, taken, total, where_less
 

@@ -131,8 +131,8 @@ class ReducedDisk:
 
         It is shorter than the true correlation time, as D falls with |d|.
         """
-        centre = float(d_diffusion(self.scene, 0.0))
-        return self.mean_square / centre if centre else math.inf
+        center = float(d_diffusion(self.scene, 0.0))
+        return self.mean_square / center if center else math.inf
 
     @cached_property
     def correlation_time(self) -> float:

@@ -23,7 +23,7 @@ import mujoco
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from program import run
+from support import run
 
 from magmotor.device import (
     ENERGY_GREW,
@@ -44,7 +44,7 @@ from magmotor.device import (
     quantity,
     register,
 )
-from magmotor.mjcf.brownian import userdata
+from magmotor.mjcf.forces.brownian import userdata
 from magmotor.theory import SmallMotion
 
 Array = NDArray[np.float64]
@@ -166,10 +166,10 @@ SURROUNDINGS = """
     <camera name="above" pos="0 0.05 0.5"/>"""
 
 
-def compose(scene: Rotor, *, looks: bool) -> mujoco.MjSpec:
+def compose(scene: Rotor, *, visual: bool) -> mujoco.MjSpec:
     """The needle on its axle, and the magnet; the oil is damping and a Brownian torque."""
     numbers = {name: repr(getattr(scene, name)) for name in (*vars(scene), "noise")}
-    needle, surroundings = (NEEDLE, SURROUNDINGS.format(**numbers)) if looks else ("", "")
+    needle, surroundings = (NEEDLE, SURROUNDINGS.format(**numbers)) if visual else ("", "")
     text = MODEL.format(**numbers, needle=needle, surroundings=surroundings)
     return mujoco.MjSpec.from_string(text)
 
@@ -193,7 +193,7 @@ def energy(scene: Rotor, states: RotorStates) -> Array:
     return 0.5 * scene.inertia * states.omega**2 - scene.torque * np.cos(states.theta)
 
 
-class RotorMovie:
+class RotorMovieContent:
     """The angle over time; the tip of the needle leaves a trail."""
 
     near, trail = "above", 0.002
@@ -229,7 +229,7 @@ MEASURES = {
 class RotorDevice(Device[Rotor, RotorStates]):
     """All that the programs must know of rotors."""
 
-    subject = RotorMovie
+    movie_content = RotorMovieContent
     measures = MEASURES
 
     def methods(self, scene: Rotor) -> tuple[str, ...]:
@@ -275,13 +275,13 @@ class RotorDevice(Device[Rotor, RotorStates]):
         return {k: Column(dims, v.T, unit, label) for k, (v, unit, label) in found.items()}
 
     @property
-    def reference(self) -> Reference:
+    def variational(self) -> Reference:
         return Reference()
 
-    def compose(self, scene: Rotor, *, looks: bool) -> mujoco.MjSpec:
-        return compose(scene, looks=looks)
+    def compose(self, scene: Rotor, *, visual: bool) -> mujoco.MjSpec:
+        return compose(scene, visual=visual)
 
-    def motion(self, job: Job) -> InMuJoCo:
+    def mujoco(self, job: Job) -> InMuJoCo:
         return InMuJoCo(job)
 
     def small_motion(self, scene: Rotor) -> SmallMotion:

@@ -22,7 +22,7 @@ from numba import njit
 
 from magmotor.dipoles import COINCIDENCE_SQUARED, sum_over_sources
 from magmotor.mjcf import memory
-from magmotor.mjcf.dipole_sites import all_moments
+from magmotor.mjcf.forces.dipole_sites import all_moments
 from magmotor.numerics.eights import COUNT
 
 LABEL = 6
@@ -38,7 +38,7 @@ LONG = 16
 """Sites that make a body's magnet long."""
 
 FAR = 1e150
-"""Coordinates in metres of what fills them up; their square is still a number."""
+"""Coordinates in meters of what fills them up; their square is still a number."""
 
 COUPLING = tuple(b"coupling")
 BODY_TYPE = 1
@@ -69,18 +69,18 @@ def set_magnetic_wrenches(m, d, offsets):
         return 0
     couplings = couplings[:count]
     magnets, apart, end, mixed = _gather(table, border, couplings, m, d, offsets)
-    centre = memory.numbers(d[offsets.xipos // 8], memory.UNBOUNDED, 3)
+    center = memory.numbers(d[offsets.xipos // 8], memory.UNBOUNDED, 3)
     applied = memory.numbers(d[offsets.xfrc_applied // 8], memory.UNBOUNDED, 6)
     coincident = acting = 0
     for k in range(magnets):
         together = table[FIRST, k] < border
         if together and mixed and table[MOVES, k] > 0.0:
-            coincident += _act_together(table, k, end, centre, applied)
+            coincident += _act_together(table, k, end, center, applied)
             acting += 1
         for i in range(apart):
             other = int(table[APART, i])
             if (together or other > k) and _act(table, k, other, couplings):
-                coincident += _interact(table, k, other, border, couplings, centre, applied)
+                coincident += _interact(table, k, other, border, couplings, center, applied)
                 acting += 1
     i = j = -1
     if coincident > 0:
@@ -162,14 +162,14 @@ def _fill_up(table, end):
 
 
 @njit(forceinline=True)
-def _act_together(table, k, end, centre, applied):
+def _act_together(table, k, end, center, applied):
     """Add to a magnet's wrench what all taken together do; return how many dipoles coincide."""
     coincident = 0
     first = int(table[FIRST, k])
     for i in range(first, first + int(table[SIZE, k])):
         target = _dipole(table, i)
         total = sum_over_sources(target, table[LABEL, i], table, _filled(end))
-        _add(int(table[BODY, k]), 1.0, target, total, centre, applied)
+        _add(int(table[BODY, k]), 1.0, target, total, center, applied)
         coincident += total[6]
     return coincident
 
@@ -183,7 +183,7 @@ def _act(table, k, other, couplings):
 
 
 @njit(forceinline=True)
-def _interact(table, k, other, border, couplings, centre, applied):
+def _interact(table, k, other, border, couplings, center, applied):
     """Add to two magnets' wrenches what they do to one another; return how many dipoles coincide.
 
     It all follows from the field of the longer one.
@@ -202,9 +202,9 @@ def _interact(table, k, other, border, couplings, centre, applied):
         target = _dipole(table, i)
         total = sum_over_sources(target, table[LABEL, i], sources, count)
         if moves:
-            _add(body, factor, target, total, centre, applied)
+            _add(body, factor, target, total, center, applied)
         if reacts:
-            _add(source, -factor, target, total, centre, applied)
+            _add(source, -factor, target, total, center, applied)
         coincident += total[6]
     return coincident
 
@@ -216,13 +216,13 @@ def _dipole(table, i):
 
 
 @njit
-def _add(body, factor, target, total, centre, applied):
+def _add(body, factor, target, total, center, applied):
     """Add to a body's wrench the force and torque on a dipole, times a factor."""
     x, y, z, mx, my, mz = target
     fx, fy, fz, bx, by, bz, _ = total
-    x -= centre[body, 0]
-    y -= centre[body, 1]
-    z -= centre[body, 2]
+    x -= center[body, 0]
+    y -= center[body, 1]
+    z -= center[body, 2]
     applied[body, 0] += factor * fx
     applied[body, 1] += factor * fy
     applied[body, 2] += factor * fz

@@ -21,7 +21,7 @@ DISPLACEMENT = 1e-4
 @checked
 @lru_cache
 def resting_ball(scene: BallScene) -> tuple[Array, Array]:
-    """Centre (m) and axis of a ball at rest in the deepest minimum of V_e, each of shape (3,).
+    """Center (m) and axis of a ball at rest in the deepest minimum of V_e, each of shape (3,).
 
     The motor's is under the first outer dipole, with the inner ring level.
     """

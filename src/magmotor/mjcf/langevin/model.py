@@ -1,4 +1,4 @@
-"""What friction, noise and inertia do to the velocities of a model, read from the model itself.
+"""What damping, noise and inertia do to the velocities of a model, read from the model itself.
 
 The velocities are `qvel`, whose angular velocities of a ball or free joint are in the body's frame.
 Friction and noise are constant there, or in the world's frame: such a body must have three equal
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from magmotor.common.checks import reject
 from magmotor.common.hints import numbers
-from magmotor.mjcf.langevin_checks import ROUNDING, check_model, check_viscous
+from magmotor.mjcf.langevin.checks import ROUNDING, check_model, check_viscous
 from magmotor.mjcf.lookup import disabled, label
 from magmotor.mjcf.viscous_contact import resistance, viscous_contacts
 from magmotor.numerics.reproducible import product
@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 FREE, BALL = int(mujoco.mjtJoint.mjJNT_FREE), int(mujoco.mjtJoint.mjJNT_BALL)
 
-WEAKEST_REGULARISATION = 1e6
+WEAKEST_REGULARIZATION = 1e6
 """R over A of a viscous contact, below which its force is not yet -c V."""
 
 
@@ -51,15 +51,15 @@ class Ball(NamedTuple):
 
 
 class LangevinModel(NamedTuple):
-    """Equation masses du/dt = force - friction u + noise dW/dt, in the reference attitude.
+    """Equation masses du/dt = force - damping u + noise dW/dt, in the reference attitude.
 
     `force` (nv,) holds what is constant, gravity; `wrenches` (nv, 6) what a wrench on the body of
-    each degree of freedom, `bodies` (nv,), at its centre of mass and in the world frame, does to
+    each degree of freedom, `bodies` (nv,), at its center of mass and in the world frame, does to
     that.
     """
 
     masses: Array
-    friction: Array
+    damping: Array
     noise: Array
     force: Array
     bodies: NDArray[np.int64]
@@ -73,7 +73,7 @@ def langevin_model(model: mujoco.MjModel) -> LangevinModel:
     Raises
     ------
     ValueError
-        Its friction and noise are not constant linear maps, or something else acts than they,
+        Its damping and noise are not constant linear maps, or something else acts than they,
         constant forces and what the compiled callback applies. Names what is in the way.
     """
     check_model(model)
@@ -81,10 +81,10 @@ def langevin_model(model: mujoco.MjModel) -> LangevinModel:
     masses = _masses(model, data)
     wrenches = _wrenches(model, data)
     balls = tuple(_balls(model, masses))
-    friction = _dampers(model) + _viscous_contacts(model, data, masses, balls)
+    damping = _dampers(model) + _viscous_contacts(model, data, masses, balls)
     return LangevinModel(
         masses,
-        friction,
+        damping,
         _noise(model, wrenches),
         data.qfrc_passive - data.qfrc_bias,
         model.dof_bodyid.astype(np.int64),
@@ -143,7 +143,7 @@ def _balls(model: mujoco.MjModel, masses: Array):
 
 
 def _channels(model: mujoco.MjModel) -> list[tuple[int, Array]]:
-    """Body and wrench of each Brownian motion; see `magmotor.mjcf.brownian`."""
+    """Body and wrench of each Brownian motion; see `magmotor.mjcf.forces.brownian`."""
     whole = model.nuser_body - model.nuser_body % 6
     rows = model.body_user[:, :whole].reshape(model.nbody, -1, 6)
     return [(body, row) for body in range(model.nbody) for row in rows[body] if row.any()]
@@ -181,22 +181,22 @@ def _dampers(model: mujoco.MjModel) -> Array:
     """Friction of joints and of fixed tendons."""
     if disabled(model, "damper"):
         return np.zeros((model.nv, model.nv))
-    friction = np.diag(model.dof_damping)
+    damping = np.diag(model.dof_damping)
     for tendon in np.flatnonzero(model.tendon_damping):
         parts = model.tendon_adr[tendon] + np.arange(model.tendon_num[tendon])
         row = np.zeros(model.nv)
         row[model.jnt_dofadr[model.wrap_objid[parts]]] = model.wrap_prm[parts]
-        friction += model.tendon_damping[tendon] * np.outer(row, row)
-    return friction
+        damping += model.tendon_damping[tendon] * np.outer(row, row)
+    return damping
 
 
 def _viscous_contacts(
     model: mujoco.MjModel, data: mujoco.MjData, masses: Array, balls: tuple[Ball, ...]
 ) -> Array:
     """Friction of viscous contacts."""
-    friction = np.zeros((model.nv, model.nv))
+    damping = np.zeros((model.nv, model.nv))
     if disabled(model, "contact"):
-        return friction
+        return damping
     active = viscous_contacts(data)
     for pair in range(model.npair):
         name = label(model, "pair", pair)
@@ -209,8 +209,8 @@ def _viscous_contacts(
             moments = model.body_inertia[body].tolist()
             bound = f"equal, since {name} acts on it"
             raise reject(f"{label(model, 'body', body)}: moments of inertia", moments, bound)
-        friction += _viscous(model, data, found[0], name, masses, body)
-    return friction
+        damping += _viscous(model, data, found[0], name, masses, body)
+    return damping
 
 
 def _viscous(model, data, contact: Any, name: str, masses: Array, body: int) -> Array:
@@ -223,9 +223,9 @@ def _viscous(model, data, contact: Any, name: str, masses: Array, body: int) -> 
         raise reject(f"{name}: {label(model, 'body', body)}", "free to leave the plane", bound)
     slip = np.array(tangents)
     inverse_inertia = float(np.max(np.sum(slip**2 / masses, axis=1)))
-    regularisation = data.efc_R[contact.efc_address + 1] / inverse_inertia
-    if regularisation < WEAKEST_REGULARISATION:
-        bound = f"at least {WEAKEST_REGULARISATION:g}: a smaller impratio makes it larger"
-        raise reject(f"{name}: R/A", regularisation, bound)
+    regularization = data.efc_R[contact.efc_address + 1] / inverse_inertia
+    if regularization < WEAKEST_REGULARIZATION:
+        bound = f"at least {WEAKEST_REGULARIZATION:g}: a smaller impratio makes it larger"
+        raise reject(f"{name}: R/A", regularization, bound)
     damping = -contact.solreffriction[1] / resistance(data, contact, inverse_inertia)
     return damping * product(slip.T, slip)

@@ -1,4 +1,4 @@
-"""The compiled loop of the splitting BAOAB; see `magmotor.mjcf.langevin`.
+"""The compiled loop of the splitting BAOAB; see `magmotor.mjcf.langevin.baoab`.
 
 It calls MuJoCo's C functions for the places (`mj_integratePos`) and for the bodies and sites there
 (`mj_kinematics`). Forces are found in one place, at the loop's top, which shortens compilation.
@@ -18,27 +18,26 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 from magmotor.mjcf import layout, memory
-from magmotor.mjcf.brownian import chosen, step_number
-from magmotor.mjcf.langevin_model import Ball, LangevinModel
+from magmotor.mjcf.forces.brownian import chosen, step_number
+from magmotor.mjcf.langevin.model import Ball, LangevinModel
 from magmotor.mjcf.magnetism import apply_forces
 from magmotor.noise import normal
 from magmotor.numerics.compiled import compiled_once, copy
 from magmotor.numerics.reproducible import orthonormal_rows, product
-from magmotor.numerics.rotations import columns, dot, plus, scaled
-from magmotor.numerics.rotations import product as mul_quat
+from magmotor.numerics.rotations import columns, dot, mul_quat, plus, scaled
 from magmotor.numerics.splittings import friction_and_noise
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 BODY, PLACE, DOF, CHANNEL, ISOTROPIC, TWIST, LAST_TWIST = 0, 1, 2, 3, 4, 5, 7
-"""Columns of `Law.balls`: those of `Ball`, whether it is isotropic, and the axes of its twists."""
+"""Columns of `StepCoefficients.balls`: those of `Ball`, whether isotropic, and its twists' axes."""
 
 
-class Law(NamedTuple):
+class StepCoefficients(NamedTuple):
     """What acts on n velocities in the parts of a step.
 
-    The rows of the sparse matrix (D L), as `starts`, `columns` and `values`, are what friction and
+    The rows of the sparse matrix (D L), as `starts`, `columns` and `values`, are what damping and
     noise add to each velocity.
     """
 
@@ -57,14 +56,14 @@ class Law(NamedTuple):
     ratios: Array
 
 
-def law(model: LangevinModel, timestep: float) -> Law:
+def step_coefficients(model: LangevinModel, timestep: float) -> StepCoefficients:
     """The numbers of a model and a timestep."""
-    matrix = _friction_and_noise(model, timestep)
+    matrix = _damping_and_noise(model, timestep)
     wrenches = model.wrenches.copy()
     for ball in model.balls:
         wrenches[ball.dof : ball.dof + 3] = 0.0
     balls = [(*ball[:4], ball.isotropic, *_twists(ball)) for ball in model.balls]
-    return Law(
+    return StepCoefficients(
         timestep,
         0.5 * timestep / model.masses,
         model.force,
@@ -79,12 +78,12 @@ def law(model: LangevinModel, timestep: float) -> Law:
     )
 
 
-def _friction_and_noise(model: LangevinModel, timestep: float) -> csr_array:
-    """The matrix (D L), group by group of velocities that friction or noise couple."""
-    friction, noise = model.friction, model.noise
-    n = len(friction)
+def _damping_and_noise(model: LangevinModel, timestep: float) -> csr_array:
+    """The matrix (D L), group by group of velocities that damping or noise couple."""
+    damping, noise = model.damping, model.noise
+    n = len(damping)
     matrix = np.zeros((n, n + noise.shape[1]))
-    groups, group = connected_components(csr_array(abs(friction) + abs(noise) @ abs(noise.T)))
+    groups, group = connected_components(csr_array(abs(damping) + abs(noise) @ abs(noise.T)))
     for number in range(groups):
         dofs = np.flatnonzero(group == number)
         channels = np.flatnonzero(noise[dofs].any(axis=0))
@@ -95,7 +94,7 @@ def _friction_and_noise(model: LangevinModel, timestep: float) -> csr_array:
             combinations = np.eye(len(channels))
         decrement, increment = friction_and_noise(
             model.masses[dofs],
-            friction[np.ix_(dofs, dofs)],
+            damping[np.ix_(dofs, dofs)],
             product(driven, combinations.T),
             timestep,
             exact=True,
@@ -139,7 +138,7 @@ def compiled():
 def _advance(checksum: int, offsets: layout.Layout):
     """The loop for one layout of the structs."""
 
-    def advance(model, data, first, count, law, path, work):
+    def advance(model, data, first, count, coefficients, path, work):
         """Take steps from number `first` on, or from where the time says if it is `BY_TIME`.
 
         Returns the number of the step that follows, or `BY_TIME` if the state is not finite.
@@ -147,8 +146,12 @@ def _advance(checksum: int, offsets: layout.Layout):
         _ = checksum
         m = memory.words(model, memory.UNBOUNDED)
         d = memory.words(data, memory.UNBOUNDED)
-        law, path, work = _borrowed(law), memory.borrowed(path), memory.borrowed(work)
-        n, channels = len(law.kick), law.channels
+        coefficients, path, work = (
+            _borrowed(coefficients),
+            memory.borrowed(path),
+            memory.borrowed(work),
+        )
+        n, channels = len(coefficients.kick), coefficients.channels
         qvel = memory.numbers(d[offsets.qvel // 8], 1, n)[0]
         qpos = memory.numbers(d[offsets.qpos // 8], 1, memory.UNBOUNDED)[0]
         time = memory.numbers(data + offsets.time, 1, 1)[0]
@@ -160,13 +163,13 @@ def _advance(checksum: int, offsets: layout.Layout):
         noise = whole[n:]
         done = 0
         while True:
-            _find_forces(model, data, offsets, law, force)
+            _find_forces(model, data, offsets, coefficients, force)
             if done > 0:
                 size = 0.0
                 for i in range(n):
-                    qvel[i] += law.kick[i] * force[i]
+                    qvel[i] += coefficients.kick[i] * force[i]
                     size += abs(qvel[i])
-                time[0] += law.timestep
+                time[0] += coefficients.timestep
                 if len(path) > 0:
                     places = path.shape[1] - n
                     copy(path[done - 1, :places], qpos)
@@ -176,38 +179,38 @@ def _advance(checksum: int, offsets: layout.Layout):
             if done == count:
                 return first + done
             for i in range(n):
-                qvel[i] += law.kick[i] * force[i]
+                qvel[i] += coefficients.kick[i] * force[i]
             step = first + done
-            _drift(model, qpos, qvel, law)
+            _drift(model, qpos, qvel, coefficients)
             for channel in range(channels):
                 noise[channel] = normal(seed, replica, step, channel, factor, level)
-            _damp_and_drive(qpos, qvel, law, whole, change)
-            _drift(model, qpos, qvel, law)
+            _damp_and_drive(qpos, qvel, coefficients, whole, change)
+            _drift(model, qpos, qvel, coefficients)
             done += 1
 
     return advance
 
 
 @njit(forceinline=True)
-def _borrowed(law):
-    """The law with views of its arrays, see `memory.borrowed`."""
-    return Law(
-        law.timestep,
-        memory.borrowed(law.kick),
-        memory.borrowed(law.force),
-        memory.borrowed(law.bodies),
-        memory.borrowed(law.wrenches),
-        memory.borrowed(law.starts),
-        memory.borrowed(law.columns),
-        memory.borrowed(law.values),
-        law.channels,
-        memory.borrowed(law.balls),
-        memory.borrowed(law.ratios),
+def _borrowed(coefficients):
+    """The coefficients with views of its arrays, see `memory.borrowed`."""
+    return StepCoefficients(
+        coefficients.timestep,
+        memory.borrowed(coefficients.kick),
+        memory.borrowed(coefficients.force),
+        memory.borrowed(coefficients.bodies),
+        memory.borrowed(coefficients.wrenches),
+        memory.borrowed(coefficients.starts),
+        memory.borrowed(coefficients.columns),
+        memory.borrowed(coefficients.values),
+        coefficients.channels,
+        memory.borrowed(coefficients.balls),
+        memory.borrowed(coefficients.ratios),
     )
 
 
 @njit(forceinline=True)
-def _find_forces(model, data, offsets, law, force):
+def _find_forces(model, data, offsets, coefficients, force):
     """Forces on the velocities where the bodies are now."""
     d = memory.words(data, memory.UNBOUNDED)
     _update_kinematics(model, data)
@@ -216,11 +219,11 @@ def _find_forces(model, data, offsets, law, force):
     frames = memory.numbers(d[offsets.xmat // 8], memory.UNBOUNDED, 9)
     direct = memory.numbers(d[offsets.qfrc_applied // 8], 1, memory.UNBOUNDED)
     for i in range(len(force)):
-        force[i] = law.force[i] + direct[0, i]
+        force[i] = coefficients.force[i] + direct[0, i]
         for k in range(6):
-            force[i] += law.wrenches[i, k] * applied[law.bodies[i], k]
-    for b in range(len(law.balls)):
-        body, dof = law.balls[b, BODY], law.balls[b, DOF]
+            force[i] += coefficients.wrenches[i, k] * applied[coefficients.bodies[i], k]
+    for b in range(len(coefficients.balls)):
+        body, dof = coefficients.balls[b, BODY], coefficients.balls[b, DOF]
         for k in range(3):
             for j in range(3):
                 force[dof + k] += frames[body, 3 * j + k] * applied[body, 3 + j]
@@ -233,29 +236,29 @@ def _apply_forces(model, data, offsets):
 
 
 @njit(forceinline=True)
-def _drift(model, qpos, qvel, law):
+def _drift(model, qpos, qvel, coefficients):
     """A: move freely for half a step.
 
     A body turns at a constant angular velocity if its moments of inertia are equal. Otherwise they
     are taken as their median first; what this leaves are twists about two of its own axes. A
     symmetric body has but one of them, and that is exact.
     """
-    time = 0.5 * law.timestep
-    for b in range(len(law.balls)):
-        if not law.balls[b, ISOTROPIC]:
+    time = 0.5 * coefficients.timestep
+    for b in range(len(coefficients.balls)):
+        if not coefficients.balls[b, ISOTROPIC]:
             for k in range(3):
-                qvel[law.balls[b, DOF] + k] *= law.ratios[b, k]
+                qvel[coefficients.balls[b, DOF] + k] *= coefficients.ratios[b, k]
     _move_places(model, qpos.ctypes.data, qvel.ctypes.data, time)
-    for b in range(len(law.balls)):
-        if not law.balls[b, ISOTROPIC]:
-            place, dof = law.balls[b, PLACE], law.balls[b, DOF]
+    for b in range(len(coefficients.balls)):
+        if not coefficients.balls[b, ISOTROPIC]:
+            place, dof = coefficients.balls[b, PLACE], coefficients.balls[b, DOF]
             quaternion, momentum = qpos[place : place + 4], qvel[dof : dof + 3]
             for twist in range(TWIST, LAST_TWIST + 1):
-                axis = law.balls[b, twist]
+                axis = coefficients.balls[b, twist]
                 span = 0.5 * time if twist in (TWIST, LAST_TWIST) else time
-                _twist(quaternion, momentum, axis, law.ratios[b, axis], span)
+                _twist(quaternion, momentum, axis, coefficients.ratios[b, axis], span)
             for k in range(3):
-                momentum[k] /= law.ratios[b, k]
+                momentum[k] /= coefficients.ratios[b, k]
 
 
 @njit(forceinline=True)
@@ -277,23 +280,23 @@ def _twist(quaternion, momentum, axis, ratio, time):
 
 
 @njit(forceinline=True)
-def _damp_and_drive(qpos, qvel, law, whole, change):
-    """O: apply friction and noise; `whole` has room for the velocities, then the noise."""
+def _damp_and_drive(qpos, qvel, coefficients, whole, change):
+    """O: apply damping and noise; `whole` has room for the velocities, then the noise."""
     n = len(qvel)
     copy(whole[:n], qvel)
-    for b in range(len(law.balls)):
-        axes = _axes(qpos, law.balls[b, PLACE])
-        if law.balls[b, ISOTROPIC]:
-            _to_reference(whole, law.balls[b, DOF], axes)
-        elif law.balls[b, CHANNEL] >= 0:
-            _to_body(whole, n + law.balls[b, CHANNEL], axes)
+    for b in range(len(coefficients.balls)):
+        axes = _axes(qpos, coefficients.balls[b, PLACE])
+        if coefficients.balls[b, ISOTROPIC]:
+            _to_reference(whole, coefficients.balls[b, DOF], axes)
+        elif coefficients.balls[b, CHANNEL] >= 0:
+            _to_body(whole, n + coefficients.balls[b, CHANNEL], axes)
     for i in range(n):
         change[i] = 0.0
-        for k in range(law.starts[i], law.starts[i + 1]):
-            change[i] += law.values[k] * whole[law.columns[k]]
-    for b in range(len(law.balls)):
-        if law.balls[b, ISOTROPIC]:
-            _to_body(change, law.balls[b, DOF], _axes(qpos, law.balls[b, PLACE]))
+        for k in range(coefficients.starts[i], coefficients.starts[i + 1]):
+            change[i] += coefficients.values[k] * whole[coefficients.columns[k]]
+    for b in range(len(coefficients.balls)):
+        if coefficients.balls[b, ISOTROPIC]:
+            _to_body(change, coefficients.balls[b, DOF], _axes(qpos, coefficients.balls[b, PLACE]))
     for i in range(n):
         qvel[i] += change[i]
 

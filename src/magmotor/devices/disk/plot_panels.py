@@ -28,7 +28,7 @@ BEYOND = 20
 """Theory is drawn up to so many times the duration of the run."""
 
 THEORY: dict[str, Any] = {"color": style.INK, "lw": 1.0, "ls": "--", "zorder": 4}
-GUIDE: dict[str, Any] = {"color": style.GREY, "lw": 1.0, "ls": ":", "zorder": 3}
+GUIDE: dict[str, Any] = {"color": style.GRAY, "lw": 1.0, "ls": ":", "zorder": 3}
 
 
 @dataclass(frozen=True)
@@ -138,11 +138,11 @@ class System:
 
 def draw_mean(axes: "Axes", system: System) -> None:
     """E[x(t)] with a band of two standard errors."""
-    colour, _ = style.SYSTEMS[system.name]
+    color, _ = style.SYSTEMS[system.name]
     mean, error = system.x("mean"), 2 * system.x("mean_error")
-    band = {"color": colour, "alpha": 0.2, "lw": 0}
+    band = {"color": color, "alpha": 0.2, "lw": 0}
     axes.fill_between(system.times, mean - error, mean + error, **band)
-    axes.plot(system.times, mean, color=colour)
+    axes.plot(system.times, mean, color=color)
     axes.plot(system.times, system.theory.mean(system.times), **THEORY)
     axes.set(xlabel="t", ylabel="E[x(t)]", xlim=(0, system.end))
 
@@ -188,9 +188,9 @@ def draw_correlation(axes: "Axes", system: System) -> None:
 
 def draw_correlation_from_rest(axes: "Axes", system: System) -> None:
     """The same in the second half of the run from rest, as the paper has it."""
-    rest, (colour, marker) = system.rest, style.SYSTEMS[system.name]
+    rest, (color, marker) = system.rest, style.SYSTEMS[system.name]
     points = axes.errorbar(
-        rest.lag, rest.increment_correlation, 2 * rest.increment_correlation_error, color=colour,
+        rest.lag, rest.increment_correlation, 2 * rest.increment_correlation_error, color=color,
         fmt=marker, ms=6.5, mfc="none", lw=0.8, zorder=1,
     )  # fmt: skip
     axes.legend([points], [f"from rest, t > {system.end / 2:g}"])
@@ -213,10 +213,10 @@ def draw_histogram(axes: "Axes", system: System) -> None:
     edges = reach * np.linspace(-1, 1, 41)
     counts = np.histogram(x, edges)[0]
     scale = 1 / (len(x) * (edges[1] - edges[0]))
-    centres = (edges[:-1] + edges[1:]) / 2
+    centers = (edges[:-1] + edges[1:]) / 2
     # Two standard errors of a small count would reach below zero, which has no logarithm.
     errors = scale * np.array([np.minimum(2 * counts**0.5, 0.8 * counts), 2 * counts**0.5])
-    _draw_points(axes, system, centres, scale * counts, errors, np.flatnonzero(counts))
+    _draw_points(axes, system, centers, scale * counts, errors, np.flatnonzero(counts))
     fine = deviation * np.linspace(-4, 4, 201)
     gaussian = np.exp(-0.5 * (fine / deviation) ** 2) / (deviation * np.sqrt(2 * np.pi))
     axes.plot(fine, gaussian, **THEORY)
@@ -245,9 +245,9 @@ def draw_flights(axes: "Axes", system: System) -> None:
 
 
 def _draw_points(axes: "Axes", system: System, t, values, errors, chosen) -> None:
-    colour, marker = style.SYSTEMS[system.name]
+    color, marker = style.SYSTEMS[system.name]
     axes.errorbar(
-        t[chosen], values[chosen], errors[..., chosen], color=colour, fmt=marker, ms=4.5, lw=1.2,
+        t[chosen], values[chosen], errors[..., chosen], color=color, fmt=marker, ms=4.5, lw=1.2,
         zorder=2,
     )  # fmt: skip
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from magmotor.device.job import Job
 from magmotor.devices.ball.rigid_forces import Bodies, Magnets, floats
-from magmotor.devices.ball.rigid_kernel import SIZE, march, on_plane
+from magmotor.devices.ball.rigid_kernel import SIZE, on_plane, recorded_chunks
 from magmotor.devices.ball.states import axes
 from magmotor.devices.top.scene import Top
 from magmotor.devices.top.states import BallStates
@@ -24,7 +24,9 @@ def start(job: Job) -> NDArray[np.float64]:
 def run(job: Job) -> Generator[tuple[BallStates, Array]]:
     """Yield the recorded states that follow the initial one, in chunks; see `Job`."""
     scene = job.scene
-    for times, records, last in march(job, bodies(scene), magnets(scene), pack(job.initial)):
+    for times, records, last in recorded_chunks(
+        job, bodies(scene), magnets(scene), pack(job.initial)
+    ):
         yield unpack(times, records[:, 0], scene.ball_radius), last
 
 

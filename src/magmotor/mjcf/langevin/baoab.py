@@ -16,12 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.common.arguments import checked
-from magmotor.common.checks import check_floats, check_integer, check_kind, reject
+from magmotor.common.checks import check_floats, check_integer, check_type, reject
 from magmotor.common.environment import physical_memory
 from magmotor.common.hints import Count, floats, integer, several
 from magmotor.mjcf import hooks
-from magmotor.mjcf.langevin_loop import BY_TIME, compiled, law
-from magmotor.mjcf.langevin_model import langevin_model
+from magmotor.mjcf.langevin.loop import BY_TIME, compiled, step_coefficients
+from magmotor.mjcf.langevin.model import langevin_model
 from magmotor.noise import LARGEST_STEP
 
 Array = NDArray[np.float64]
@@ -47,7 +47,7 @@ class Baoab:
     ----------
     model : mujoco.MjModel
         It is read once, and must not be changed afterwards. Each body that moves hangs on the
-        world, by slides and at most one hinge, ball or free joint at its centre of mass. Friction
+        world, by slides and at most one hinge, ball or free joint at its center of mass. Friction
         is `damping` of joints and fixed tendons, or a viscous contact such as that of `build`'s
         planar scenes. A body on a ball or free joint whose moments of inertia differ may have
         damping, and three equal Brownian torques about x, y and z. The options of the integrator
@@ -74,9 +74,9 @@ class Baoab:
     """
 
     def __init__(self, model: mujoco.MjModel):
-        check_kind("model", model, mujoco.MjModel)
+        check_type("model", model, mujoco.MjModel)
         self.model = model
-        self._law = law(langevin_model(model), model.opt.timestep)
+        self._coefficients = step_coefficients(langevin_model(model), model.opt.timestep)
         self._advance = compiled()
 
     def step(self, data: mujoco.MjData, nstep: int = 1) -> None:
@@ -104,7 +104,7 @@ class Baoab:
         mujoco.FatalError
             As from `magnetism`.
         """
-        check_kind("data", data, mujoco.MjData)
+        check_type("data", data, mujoco.MjData)
         self._check_data(data)
         left = check_integer("nstep", nstep, at_least=0)
         if left >= LARGEST_STEP:
@@ -192,9 +192,11 @@ class Baoab:
 
     def _run(self, data: mujoco.MjData, first: int, nstep: int, path: Array) -> int:
         """Step, recording in `path` if it has rows; `first` and what returns are as in the loop."""
-        if self.model.opt.timestep != self._law.timestep:
-            raise reject("timestep", self.model.opt.timestep, f"{self._law.timestep:g}, as it was")
-        work = np.empty(3 * len(self._law.kick) + self._law.channels)
+        if self.model.opt.timestep != self._coefficients.timestep:
+            raise reject(
+                "timestep", self.model.opt.timestep, f"{self._coefficients.timestep:g}, as it was"
+            )
+        work = np.empty(3 * len(self._coefficients.kick) + self._coefficients.channels)
         with hooks.raised():
             addresses = self.model._address, data._address
-            return self._advance(*addresses, first, nstep, self._law, path, work)
+            return self._advance(*addresses, first, nstep, self._coefficients, path, work)

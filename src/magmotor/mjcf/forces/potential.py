@@ -2,9 +2,9 @@
 
 The `user` numbers (a_1, b_1, a_2, b_2, ...) of a slide or hinge joint are the Fourier coefficients
 of U(q) = sum_k a_k sin kq + b_k cos kq, in J. The joint's body gets the force (slide, at the
-centre of mass) or torque (hinge) -U'(q) along the joint's axis. It comes from outside: nothing
+center of mass) or torque (hinge) -U'(q) along the joint's axis. It comes from outside: nothing
 acts back on the parent. So U is the energy of a body whose parent stands still, on a slide if the
-centre of mass moves by q.
+center of mass moves by q.
 """
 
 # Numba's intrinsics hide their first parameter:

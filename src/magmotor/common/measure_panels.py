@@ -34,14 +34,14 @@ DOTS = 1000
 """More single values than that are not drawn."""
 
 SIGNED_PART = 0.05
-"""A map in which either sign has at least this part of the largest size is centred on zero."""
+"""A map in which either sign has at least this part of the largest size is centered on zero."""
 
 PALE = "#dfe3e7"
 """Zero between two signs, to be told from missing cells and from the background."""
 
 LACKING: dict[str, Any] = {"label": "missing or failed"}
-HATCHED: dict[str, Any] = {"fc": "white", "ec": style.GREY, "hatch": "////", "lw": 0} | LACKING
-CROSSED: dict[str, Any] = {"marker": "x", "color": style.GREY, "s": 16, "lw": 1.0} | LACKING
+HATCHED: dict[str, Any] = {"fc": "white", "ec": style.GRAY, "hatch": "////", "lw": 0} | LACKING
+CROSSED: dict[str, Any] = {"marker": "x", "color": style.GRAY, "s": 16, "lw": 1.0} | LACKING
 
 
 class Axis(NamedTuple):
@@ -152,14 +152,14 @@ def draw_curve(axes: "Axes", shown: Averaged, field: xr.DataArray) -> None:
     The points are joined unless they are a design's.
     """
     x = axis_of(field)
-    looks: dict[str, Any] = {"color": style.BLUE, "marker": "o", "ms": 4}
-    looks["ls"] = "-" if field.name in field.dims else ""
+    style_of: dict[str, Any] = {"color": style.BLUE, "marker": "o", "ms": 4}
+    style_of["ls"] = "-" if field.name in field.dims else ""
     if shown.error.notnull().any():
-        looks |= {"label": "mean, ± 2 standard errors", "elinewidth": 1.2, "capsize": 2}
+        style_of |= {"label": "mean, ± 2 standard errors", "elinewidth": 1.2, "capsize": 2}
         if shown.single.size <= DOTS:
             place, single = _flat(x.over(field), shown.single)
             axes.scatter(place, single, 12, style.BLUE, lw=0, alpha=0.25, label="single run")
-    axes.errorbar(x.values, shown.mean.values, 2 * shown.error.values, **looks)
+    axes.errorbar(x.values, shown.mean.values, 2 * shown.error.values, **style_of)
     missing = x.values[shown.mean.isnull()]
     if len(missing):
         foot = np.full(len(missing), 0.03)
@@ -169,7 +169,7 @@ def draw_curve(axes: "Axes", shown: Averaged, field: xr.DataArray) -> None:
 
 
 def draw_map(axes: "Axes", shown: Averaged, *fields: xr.DataArray) -> None:
-    """Over a grid of two fields: the mean in colours, missing cells hatched."""
+    """Over a grid of two fields: the mean in colors, missing cells hatched."""
     from matplotlib.patches import Rectangle
 
     x, y = map(axis_of, fields)
@@ -177,19 +177,19 @@ def draw_map(axes: "Axes", shown: Averaged, *fields: xr.DataArray) -> None:
     if np.isnan(mean).any():
         axes.add_patch(Rectangle((0, 0), 1, 1, transform=axes.transAxes, **HATCHED))
     right, up = x.edges(), y.edges()
-    mesh = axes.pcolormesh(right, up, mean, **_colours(mean))
+    mesh = axes.pcolormesh(right, up, mean, **_colors(mean))
     axes.set(xlim=right[[0, -1]], ylim=up[[0, -1]])
     _finish(axes, mesh, shown, x, y)
 
 
 def draw_points(axes: "Axes", shown: Averaged, *fields: xr.DataArray) -> None:
-    """Over a design of two fields: the mean in the colours of points, missing ones as crosses."""
+    """Over a design of two fields: the mean in the colors of points, missing ones as crosses."""
     x, y = map(axis_of, fields)
     right, up, mean = _flat(x.over(fields[0]), y.over(fields[1]), shown.mean)
     there = np.isfinite(mean)
     size = np.clip(12000 / len(mean), 8, 50)
-    looks = {"lw": 0, "antialiased": len(mean) < DOTS} | _colours(mean)
-    points = axes.scatter(right[there], up[there], size, mean[there], **looks)
+    style_of = {"lw": 0, "antialiased": len(mean) < DOTS} | _colors(mean)
+    points = axes.scatter(right[there], up[there], size, mean[there], **style_of)
     if not there.all():
         axes.scatter(right[~there], up[~there], **CROSSED)
     _finish(axes, points, shown, x, y)
@@ -200,8 +200,8 @@ def _flat(*quantities: xr.DataArray) -> list[Array]:
     return [quantity.values.ravel() for quantity in xr.broadcast(*quantities)]
 
 
-def _colours(mean: Array) -> dict[str, Any]:
-    """From the least to the largest, or centred on zero where both signs are there."""
+def _colors(mean: Array) -> dict[str, Any]:
+    """From the least to the largest, or centered on zero where both signs are there."""
     from matplotlib.colors import LinearSegmentedColormap
 
     least, largest = float(np.nanmin(mean)), float(np.nanmax(mean))

@@ -9,10 +9,10 @@ from typing import Any
 import xarray as xr
 
 from magmotor.common.arguments import checked
-from magmotor.common.checks import check_choice, check_kind, reject
+from magmotor.common.checks import check_choice, check_type, reject
 from magmotor.common.files import check_fields, fields_in
 from magmotor.common.versions import machine_versions
-from magmotor.device.device import KINDS, Scene
+from magmotor.device.device import SCENES, Scene
 
 
 def attributes_of(scene: Scene, **attributes: Any) -> dict[str, Any]:
@@ -39,24 +39,26 @@ def scene_of(run: xr.Dataset) -> Scene:
     ValueError
         It is no dataset, or names no scene that is known here, or one that cannot be.
     """
-    check_kind("run", run, xr.Dataset)
+    check_type("run", run, xr.Dataset)
     name = run.attrs.get("scene")
-    if not isinstance(name, str) or name not in KINDS:
-        raise ValueError(f"scene = {name!r} in the dataset's attributes: must be one of {[*KINDS]}")
+    if not isinstance(name, str) or name not in SCENES:
+        raise ValueError(
+            f"scene = {name!r} in the dataset's attributes: must be one of {[*SCENES]}"
+        )
     return scene_from(name, fields_in(run.attrs, "scene_fields"))
 
 
 @checked
 def scene_from(kind: str, fields: dict[str, Any]) -> Scene:
-    """The scene of a kind, a key of `KINDS`, with all its fields as JSON has them.
+    """The scene of a kind, a key of `SCENES`, with all its fields as JSON has them.
 
     Raises
     ------
     ValueError
         A field is missing, unknown, or cannot have its value: names it.
     """
-    check_choice("kind", kind, tuple(KINDS))
-    scene: Any = KINDS[kind]
+    check_choice("kind", kind, tuple(SCENES))
+    scene: Any = SCENES[kind]
     known = {field.name: field for field in dataclasses.fields(scene)}
     check_fields("scene_fields", fields, known)
     try:

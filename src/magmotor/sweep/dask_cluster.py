@@ -9,7 +9,7 @@ from contextlib import ExitStack, contextmanager
 from typing import Any
 
 from magmotor.common.checks import check_integer, reject
-from magmotor.sweep.pool import ONE_THREAD, deaf_children
+from magmotor.sweep.process_pool import ONE_THREAD, deaf_children
 
 
 class Cluster(Executor):

@@ -15,7 +15,7 @@ from magmotor.devices.disk.theory.stationary import (
     require_one_friction,
     slip_rate,
 )
-from magmotor.numerics.small_motion import SmallMotion
+from magmotor.numerics.linear_stability import SmallMotion
 
 Scene = Disk | LangevinParticle
 Array = NDArray[np.float64]

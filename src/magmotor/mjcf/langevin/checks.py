@@ -1,6 +1,6 @@
 """What the splitting BAOAB requires of a model: constant linear maps for friction and noise.
 
-That holds if each body that moves hangs on the world by joints at its centre of mass, and if
+That holds if each body that moves hangs on the world by joints at its center of mass, and if
 nothing else than friction proportional to velocities, noise and forces from outside acts on it.
 """
 
@@ -106,7 +106,7 @@ def _check_body(model: mujoco.MjModel, body: int) -> None:
     turning = model.jnt_dofadr[last] + np.arange(model.body_dofnum[body] - len(kinds) + 1)
     arm = model.jnt_pos[last] - model.body_ipos[body]
     if model.body_mass[body] * arm @ arm > ROUNDING * model.dof_M0[turning[-3:]].min():
-        bound = f"the centre of mass, {model.body_ipos[body].tolist()}"
+        bound = f"the center of mass, {model.body_ipos[body].tolist()}"
         owner = label(model, "joint", last)
         raise reject(f"{owner}: pos", model.jnt_pos[last].tolist(), bound)
     if kinds[-1] != HINGE and model.dof_armature[turning].any():
@@ -136,7 +136,7 @@ def _check_contacts(model: mujoco.MjModel) -> None:
 
 
 def check_viscous(model: mujoco.MjModel, pair: int) -> int:
-    """Check that a pair is a viscous contact of a sphere about its body's centre of mass.
+    """Check that a pair is a viscous contact of a sphere about its body's center of mass.
 
     Returns
     -------
@@ -152,7 +152,7 @@ def check_viscous(model: mujoco.MjModel, pair: int) -> int:
     body = int(model.geom_bodyid[sphere])
     off = np.linalg.norm(model.geom_pos[sphere] - model.body_ipos[body])
     if off > ROUNDING * model.geom_size[sphere, 0]:
-        bound = f"its body's centre of mass, {model.body_ipos[body].tolist()}"
+        bound = f"its body's center of mass, {model.body_ipos[body].tolist()}"
         name = label(model, "geom", sphere)
         raise reject(f"{name}: pos", model.geom_pos[sphere].tolist(), bound)
     return body

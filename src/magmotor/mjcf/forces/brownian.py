@@ -1,6 +1,6 @@
 """Brownian wrenches on bodies, written into MuJoCo's own memory.
 
-A body's `user` numbers are rows of six, each a wrench w in the world frame, at the centre of mass:
+A body's `user` numbers are rows of six, each a wrench w in the world frame, at the center of mass:
 force x y z in N sqrt(s), torque x y z in N m sqrt(s). Each row is a channel: a Brownian motion W
 of its own drives it, w dW/dt. Its increment is spread evenly over the step, so that the body gets
 w xi/sqrt(h) in all stages of a step h. Channels count the rows that are not zero, in the order of

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from magmotor.device.job import Job
 from magmotor.devices.ball.rigid_forces import Bodies, Magnets, floats
-from magmotor.devices.ball.rigid_kernel import march, on_plane
+from magmotor.devices.ball.rigid_kernel import on_plane, recorded_chunks
 from magmotor.devices.motor.scene import Motor
 from magmotor.devices.motor.states import MotorStates
 from magmotor.dipoles import pack_sources
@@ -23,7 +23,9 @@ def start(job: Job) -> NDArray[np.float64]:
 def run(job: Job) -> Generator[tuple[MotorStates, Array]]:
     """Yield the recorded states that follow the initial one, in chunks; see `Job`."""
     scene = job.scene
-    for times, records, last in march(job, bodies(scene), magnets(scene), pack(job.initial)):
+    for times, records, last in recorded_chunks(
+        job, bodies(scene), magnets(scene), pack(job.initial)
+    ):
         yield unpack(times, records, scene.ball_radius), last
 
 

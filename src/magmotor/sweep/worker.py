@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from magmotor.common.checks import reject
 from magmotor.common.interrupts import uninterrupted
 from magmotor.common.versions import versions_that_matter
-from magmotor.device.recorded import scene_from
+from magmotor.device.provenance import scene_from
 from magmotor.device.stops import SimulationStopped
 from magmotor.run.simulate import simulate
 from magmotor.sweep.case import Case
@@ -49,9 +49,9 @@ def compute(case: Case, measure: tuple[str, ...]) -> Outcome:
     OtherVersions
         This process has other versions than the case asks for.
     """
-    own = versions_that_matter(case.told["method"])
-    if own != case.told["versions"]:
-        raise OtherVersions(f"a worker has {own}, where the sweep has {case.told['versions']}")
+    own = versions_that_matter(case.spec["method"])
+    if own != case.spec["versions"]:
+        raise OtherVersions(f"a worker has {own}, where the sweep has {case.spec['versions']}")
     began = time.perf_counter()
     content = error = None
     try:
@@ -80,15 +80,15 @@ def _content(case: Case, measure: tuple[str, ...]) -> bytes:
     quiet, recorded = redirect_stderr(io.StringIO()), warnings.catch_warnings(record=True)
     with ALONE, quiet, recorded as caught:
         warnings.simplefilter("always")
-        scene = scene_from(case.told["scene"], case.told["scene_fields"])
-        run = simulate(scene, **{name: case.told[name] for name in ARGUMENTS})
+        scene = scene_from(case.spec["scene"], case.spec["scene_fields"])
+        run = simulate(scene, **{name: case.spec[name] for name in ARGUMENTS})
         if measure == (TRAJECTORY,):
             return sealed_bytes(netcdf(run), case.key)
         each = tuple(run.sizes[dim] for dim in run.dims if dim == "replica")
         found = {name: measure_of(scene, name).function(run, scene) for name in measure}
         values = {name: encoded(value, each) for name, value in found.items()}
     said = sorted({str(warning.message) for warning in caught})
-    return sealed({"case": case.told, "values": values, "warnings": said})
+    return sealed({"case": case.spec, "values": values, "warnings": said})
 
 
 FORMAT: Any = "NETCDF3_64BIT_DATA"  # which xarray's own hints lack
@@ -166,10 +166,10 @@ def encoded(values: ArrayLike, each: tuple[int, ...]) -> Any:
     return number if np.isfinite(number) else None if np.isnan(number) else str(number)
 
 
-def decoded(told: Any, each: tuple[int, ...]) -> NDArray[np.float64]:
+def decoded(content: Any, each: tuple[int, ...]) -> NDArray[np.float64]:
     """What `encoded` was given; Damaged if it cannot have been."""
     try:
-        found = np.array(told, dtype=float)
+        found = np.array(content, dtype=float)
     except (TypeError, ValueError, OverflowError):
         raise Damaged("a value is no number") from None
     if found.shape not in ((), each):

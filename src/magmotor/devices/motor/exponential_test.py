@@ -15,7 +15,7 @@ LEVEL = 0.01
 
 
 @runtime_checkable
-class Law(Protocol):
+class Distribution(Protocol):
     """A law of durations, such as those of `scipy.stats`."""
 
     def rvs(self, size: Any, random_state: Any) -> Any:
@@ -54,7 +54,7 @@ def squared_variation(
     With y = value/mean, the mean that of `censored_mean`, and n durations completed:
     1 + (sum y^2 - 2 sum_completed y)/n. If none is cut off this is Greenwood's statistic, the
     squared coefficient of variation. The bracket over 2 is the score, at the exponential law, of
-    the generalised Pareto law's shape.
+    the generalized Pareto law's shape.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def exponential_test(
     values: Annotated[ArrayLike, shaped("N")],
     censored: Annotated[ArrayLike, flags("N")],
     limits: Annotated[ArrayLike, shaped("N")],
-    alternatives: Mapping[str, Law],
+    alternatives: Mapping[str, Distribution],
     *,
     draws: Annotated[int, integer(at_least=100, at_most=10**6)] = 2000,
     seed: Annotated[int, integer(at_least=0)] = 0,

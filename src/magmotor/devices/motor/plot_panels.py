@@ -10,10 +10,10 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from magmotor.common import style
-from magmotor.common.checks import check_kind
+from magmotor.common.checks import check_type
 from magmotor.device.analysis import checked_run, scene_of_run
 from magmotor.devices.motor.energy import motor_energy_balance
-from magmotor.devices.motor.flights import flights, stays
+from magmotor.devices.motor.flights import dwell_times, flights
 from magmotor.devices.motor.modes import mode_temperatures
 from magmotor.devices.motor.observables import azimuth
 from magmotor.devices.motor.scene import Motor
@@ -36,7 +36,7 @@ THOUSAND = 1e-3
 """Seconds to the axes' unit."""
 
 THEORY: dict[str, Any] = {"color": style.ORANGE, "ls": "--", "lw": 1.6}
-PLACE: dict[str, Any] = {"color": style.GREY, "lw": 0.8, "zorder": 1}
+PLACE: dict[str, Any] = {"color": style.GRAY, "lw": 0.8, "zorder": 1}
 
 MODES = {
     "radial": "ball, radial",
@@ -66,7 +66,7 @@ class MotorRun:
 
     def __post_init__(self) -> None:
         """Check that the data are a run's."""
-        check_kind("name", self.name, str)
+        check_type("name", self.name, str)
         checked_run("data", self.data, NEEDS, (Motor,), records=2, replicas=False)
         scene_of_run(self.data, None, (Motor,))
 
@@ -97,9 +97,9 @@ class MotorRun:
         return flights(self.data, self.scene)
 
     @cached_property
-    def stays(self) -> xr.Dataset:
-        """Its stays."""
-        return stays(self.data, self.scene)
+    def dwell_times(self) -> xr.Dataset:
+        """Its dwell_times."""
+        return dwell_times(self.data, self.scene)
 
     @cached_property
     def balance(self) -> xr.Dataset:
@@ -171,9 +171,9 @@ def draw_path(axes: "Axes", run: MotorRun) -> None:
     x, y = _thinned(run.data.position.values, 8000)[:, :2].T
     around = np.linspace(0, 2 * np.pi, 181)
     rings = (("inner ring", scene.inner_radius, "--"), ("outer ring", scene.outer_radius, "-"))
-    for name, radius, looks in rings:
+    for name, radius, style_of in rings:
         circle = radius * np.cos(around), radius * np.sin(around)
-        axes.plot(*circle, ls=looks, label=name, **PLACE)
+        axes.plot(*circle, ls=style_of, label=name, **PLACE)
     dipoles = scene.outer_sources()[0][:, :2]
     axes.plot(*dipoles.T, "o", color=style.ORANGE, ms=6, label="its dipoles", zorder=3)
     axes.plot(x, y, color=style.BLUE, lw=0.4, label="path of the ball", zorder=2)
@@ -186,9 +186,9 @@ def draw_path(axes: "Axes", run: MotorRun) -> None:
 def draw_xy(axes: "Axes", run: MotorRun) -> None:
     """Coordinate x over time, and y below."""
     above, below = _halves(axes)
-    for half, name, colour in ((above, "x", style.GREEN), (below, "y", style.BLUE)):
+    for half, name, color in ((above, "x", style.GREEN), (below, "y", style.BLUE)):
         values = run.data.position.sel(space=name).values
-        half.plot(*extremes(run.times, values, 4 * BINS), color=colour, lw=0.5)
+        half.plot(*extremes(run.times, values, 4 * BINS), color=color, lw=0.5)
         half.set(ylabel=f"{name} (m)", xlim=(run.times[0], run.times[-1]))
     below.set(xlabel="t (1000 s)")
 
@@ -232,7 +232,7 @@ def draw_temperatures(axes: "Axes", run: MotorRun, others: Sequence[MotorRun]) -
         unit = each.scene.kT if uniform else 1e-6
         axes.errorbar(
             found.temperature / unit, rows - 0.15 * number, xerr=2 * found.temperature_error / unit,
-            fmt="o", color=style.GREY if number else style.BLUE, ms=4, label=label,
+            fmt="o", color=style.GRAY if number else style.BLUE, ms=4, label=label,
         )  # fmt: skip
     if uniform:
         axes.axvline(1, label="theory", **THEORY)
@@ -243,13 +243,13 @@ def draw_temperatures(axes: "Axes", run: MotorRun, others: Sequence[MotorRun]) -
     axes.set(xlabel=label, ylim=(-2.2, len(MODES) - 0.4))
 
 
-def _draw_series(axes: "Axes", run: MotorRun, values: Any, **looks: Any) -> None:
-    axes.plot(*extremes(run.times, np.asarray(values)), **looks)
+def _draw_series(axes: "Axes", run: MotorRun, values: Any, **style_of: Any) -> None:
+    axes.plot(*extremes(run.times, np.asarray(values)), **style_of)
     axes.set(xlabel="t (1000 s)", xlim=(run.times[0], run.times[-1]))
 
 
 def _halves(axes: "Axes") -> "tuple[Axes, Axes]":
-    """Two panels in the place of one, whose title stays."""
+    """Two panels in the place of one, whose title dwell_times."""
     axes.set_axis_off()
     above, below = axes.inset_axes((0, 0.57, 1, 0.43)), axes.inset_axes((0, 0, 1, 0.43))
     above.tick_params(labelbottom=False)
@@ -257,8 +257,8 @@ def _halves(axes: "Axes") -> "tuple[Axes, Axes]":
 
 
 def _draw_band(
-    axes: "Axes", run: MotorRun, values: Any, colour: str, label: str, *, band: bool = True,
-    **looks: Any,
+    axes: "Axes", run: MotorRun, values: Any, color: str, label: str, *, band: bool = True,
+    **style_of: Any,
 ) -> None:  # fmt: skip
     """Of each bin the mean, and a band from the least to the largest value."""
     values = np.asarray(values)
@@ -268,8 +268,8 @@ def _draw_band(
         np.array([f(values[part]) for part in bins]) for f in (np.mean, np.min, np.max)
     )
     if band:
-        axes.fill_between(times, low, high, color=colour, alpha=0.25, lw=0)
-    axes.plot(times, mean, color=colour, label=label, **looks)
+        axes.fill_between(times, low, high, color=color, alpha=0.25, lw=0)
+    axes.plot(times, mean, color=color, label=label, **style_of)
     axes.set(xlabel="t (1000 s)", xlim=(run.times[0], run.times[-1]))
 
 

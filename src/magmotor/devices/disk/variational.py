@@ -1,6 +1,6 @@
 """The compiled stepping kernel: many replicas at once, as lanes of the processor's vectors.
 
-All schemes and potentials come from this one kernel, specialised by the list of parts and the
+All schemes and potentials come from this one kernel, specialized by the list of parts and the
 number of Fourier coefficients. A replica's path is the same number for number with any
 number of replicas beside it, on any thread, and with any division of the run into calls.
 """
@@ -47,7 +47,7 @@ class Part(NamedTuple):
     push: tuple[float, float]
 
 
-class Law(NamedTuple):
+class StepCoefficients(NamedTuple):
     """What the kernel applies in each part of a step.
 
     `force` are the coefficients (-k a_k, k b_k) of -U' = sum -k a_k cos kx + k b_k sin kx from the
@@ -58,12 +58,14 @@ class Law(NamedTuple):
     force: tuple[tuple[float, float], ...]
 
 
-def law(scene: Disk | LangevinParticle, scheme: str, timestep: float) -> Law:
+def step_coefficients(
+    scene: Disk | LangevinParticle, scheme: str, timestep: float
+) -> StepCoefficients:
     """The numbers of a scene, a scheme and a timestep."""
     found = DISK[scheme]
     parts = zip(found.parts, found.fractions, strict=True)
     waves = [(-k * a, k * b) for k, (a, b) in enumerate(scene.coefficients, start=1)]
-    return Law(
+    return StepCoefficients(
         tuple(_part(scene, code, fraction * timestep, found.exact) for code, fraction in parts),
         tuple(reversed(waves or [(0.0, 0.0)])),
     )
@@ -90,11 +92,13 @@ def _part(scene: Disk | LangevinParticle, code: str, time: float, exact: bool) -
 
 
 def kernel(scene: Disk | LangevinParticle, scheme: str) -> Any:
-    """The function advance(states, recorded, first, interval, seed, replica, factor, level, law).
+    """The compiled function that advances many replicas at once.
 
-    It takes states, shape (4, R) with rows x in turns, theta, v, omega and R a multiple of eight,
-    from step `first` on for `interval` steps to each of `recorded`, shape (records, 4, R); column 0
-    is replica number `replica`. The states are those of the last record afterwards.
+    Its parameters are (states, recorded, first, interval, seed, replica, factor, level,
+    coefficients). It takes the states, shape (4, R) with rows x in turns, theta, v and omega and
+    with R a multiple of eight, from step `first` through `interval` steps to each of `recorded`,
+    shape (records, 4, R); column 0 is replica number `replica`. Afterwards the states are those of
+    the last record.
     """
     sines = all(b == 0 for _, b in scene.coefficients)
     parts = DISK[scheme].parts
@@ -126,18 +130,18 @@ def _advance(
 ):
     """The kernel for a list of parts.
 
-    `shape` are the lengths of the law's tuples, which are a part of the kernel's signature.
+    `shape` are the lengths of the tuples of `StepCoefficients`, part of the kernel's signature.
     """
     count = len(parts)
     kicks = tuple(part in (1, 3) for part in parts)
-    rubs = tuple(part in (2, 3) for part in parts)
+    o_part = tuple(part in (2, 3) for part in parts)
     carried = not all(anew[i] for i in range(count) if kicks[i])
-    draws = sum(rubs)
+    draws = sum(o_part)
 
-    def advance(states, recorded, first, interval, seed, replica, factor, level, law):
+    def advance(states, recorded, first, interval, seed, replica, factor, level, coefficients):
         _ = checksum
         prefer_wide_vectors()
-        rules, force = law
+        rules, force = coefficients
         channels = len(rules[0].noise)
         work = aligned((7 + 2 * channels * draws) * LANES).reshape(-1, LANES)
         x, theta, v, omega, forces = work[0], work[1], work[2], work[3], work[4]
@@ -183,7 +187,7 @@ def _advance(
                                 theta_i = fused(rule.angle, omega_i, theta_i)
                             if anew[part]:
                                 force_i = _force(x_i, force, sines)
-                            if rubs[part]:
+                            if o_part[part]:
                                 dv = fused(rule.friction[0], v_i, rule.friction[1] * omega_i)
                                 domega = fused(rule.friction[2], v_i, rule.friction[3] * omega_i)
                                 for column in range(channels):
@@ -214,7 +218,7 @@ def start(job: Job) -> NDArray[np.float64]:
 def run(job: Job) -> Generator[tuple[DiskStates, NDArray[np.float64]]]:
     """Yield the recorded states that follow the initial one, in chunks; see `Job`."""
     scene, path = job.scene, job.path
-    advance, rule = kernel(scene, job.scheme), law(scene, job.scheme, job.timestep)
+    advance, rule = kernel(scene, job.scheme), step_coefficients(scene, job.scheme, job.timestep)
     lanes = pack(job.initial) if job.state is None else job.state.copy()
     replicas = job.initial.x.shape[1]
     for step, times in job.chunks(replicas):

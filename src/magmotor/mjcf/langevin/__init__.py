@@ -1,0 +1,1 @@
+"""The Langevin splitting BAOAB, with MuJoCo as its engine."""
