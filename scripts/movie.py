@@ -96,9 +96,9 @@ def check(options: Options | FlightOptions) -> None:
     if options.still:
         moment, path = options.still
         if not 0 <= moment <= options.duration:
-            raise reject("still", moment, f"within the run: 0 to {options.duration:g} s")
+            raise reject("still", moment, f"must be within the run: 0 to {options.duration:g} s")
         if path.suffix.lower() not in registered_extensions():
-            raise reject("still", str(path), "the name of a picture, such as still.png")
+            raise reject("still", str(path), "must be the name of a picture, such as still.png")
         make_folder(path.parent)
     make_folder(options.out)
 

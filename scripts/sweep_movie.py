@@ -24,9 +24,9 @@ SECONDS = 20.0
 def film(sweep: Sweep, path: Path, speed: float | None) -> None:
     """Write a movie; each run is of the first seed."""
     if not isinstance(sweep.scene, mm.Top | mm.Motor):
-        raise reject("scene", type(sweep.scene).__name__, "Top or Motor, to be filmed")
+        raise reject("scene", type(sweep.scene).__name__, "must be Top or Motor, to be filmed")
     if sweep.replicas is not None:
-        raise reject("replicas", sweep.replicas, "None, to be filmed")
+        raise reject("replicas", sweep.replicas, "must be None, to be filmed")
     places, columns = shown(sweep)
     speed = speed or max(1.0, math.ceil(sweep.duration / SECONDS))
     scenes, runs, labels = [], [], []

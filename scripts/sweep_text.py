@@ -25,15 +25,15 @@ def varied(entries: list[str], design: str | None) -> Varied:
     for entry in entries:
         names, equals, text = entry.partition("=")
         if not (names and equals and text):
-            raise reject("vary", entry, "FIELD=START:STOP:COUNT, FIELD=VALUE,VALUE,...")
+            raise reject("vary", entry, "must be FIELD=START:STOP:COUNT, FIELD=VALUE,VALUE,...")
         fields = tuple(names.split(","))
         bounds = _range(entry, text)
         if bounds is None:
             found.vary[fields] = _values(entry, text)
         elif design is None:
-            raise reject("vary", entry, "FIELD=START:STOP:COUNT without --design")
+            raise reject("vary", entry, "must be FIELD=START:STOP:COUNT without --design")
         elif len(fields) > 1:
-            raise reject("vary", entry, "of one field with --design")
+            raise reject("vary", entry, "must be of one field with --design")
         else:
             ranges[names] = bounds
     if design is not None:
@@ -56,18 +56,18 @@ def _values(entry: str, text: str) -> list[float]:
         return [_number(entry, part) for part in text.split(",")]
     start, stop, count, *log = text.split(":")
     if log not in ([], ["log"]) or not count.isdecimal():
-        raise reject("vary", entry, "FIELD=START:STOP:COUNT or FIELD=START:STOP:COUNT:log")
+        raise reject("vary", entry, "must be FIELD=START:STOP:COUNT or FIELD=START:STOP:COUNT:log")
     first, last = _number(entry, start), _number(entry, stop)
     if int(count) < 1:
-        raise reject("vary", entry, "a range that is not empty")
+        raise reject("vary", entry, "must be a range that is not empty")
     if int(count) > MOST:
-        raise reject("vary", entry, f"of at most {MOST} values")
+        raise reject("vary", entry, f"must be of at most {MOST} values")
     if not math.isfinite(first) or not math.isfinite(last):
-        raise reject("vary", entry, "of finite numbers")
+        raise reject("vary", entry, "must be of finite numbers")
     if not log:
         return np.linspace(first, last, int(count)).tolist()
     if min(first, last) <= 0:
-        raise reject("vary", entry, "of positive numbers, where it is logarithmic")
+        raise reject("vary", entry, "must be of positive numbers, where it is logarithmic")
     return geometric(first, last, int(count))
 
 
@@ -75,16 +75,16 @@ def _number(entry: str, text: str) -> float:
     try:
         return float(text)
     except ValueError:
-        raise reject("vary", entry, f"of numbers, which {text!r} is not") from None
+        raise reject("vary", entry, f"must be of numbers, which {text!r} is not") from None
 
 
 def _samples(design: str, ranges: dict[str, Range]) -> Samples:
     """KIND:SIZE or KIND:SIZE:SEED."""
     kind, *numbers = design.split(":")
     if len(numbers) not in (1, 2) or not all(number.isdecimal() for number in numbers):
-        raise reject("design", design, "KIND:SIZE or KIND:SIZE:SEED, such as sobol:256")
+        raise reject("design", design, "must be KIND:SIZE or KIND:SIZE:SEED, such as sobol:256")
     if not ranges:
-        raise reject("vary", [], "FIELD=LOW:HIGH of one field at least with --design")
+        raise reject("vary", [], "must be FIELD=LOW:HIGH of one field at least with --design")
     size, seed = (*map(int, numbers), 0)[:2]
     return Samples(ranges, size, kind, seed)
 
@@ -98,9 +98,9 @@ def seeds(text: str) -> list[int]:
         else:
             found = [int(part) for part in text.split(",")]
     except ValueError:
-        raise reject("seeds", text, "FIRST:LAST, or numbers with commas") from None
+        raise reject("seeds", text, "must be FIRST:LAST, or numbers with commas") from None
     if not found:
-        raise reject("seeds", text, "a range that is not empty")
+        raise reject("seeds", text, "must be a range that is not empty")
     if len(found) > MOST:
-        raise reject("seeds", text, f"at most {MOST} seeds")
+        raise reject("seeds", text, f"must be at most {MOST} seeds")
     return found

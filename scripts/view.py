@@ -107,7 +107,7 @@ def main() -> None:
 def make(scene: Any, options: Any) -> LiveSimulation:
     if isinstance(options, ModelOptions):
         if options.path.is_dir():
-            raise reject("path", str(options.path), "a file")
+            raise reject("path", str(options.path), "must be a file")
         model = MjModel.from_xml_path(str(options.path))
         return LiveSimulation(model, seed=options.seed)
     numerics = {"method": options.method, "timestep": options.timestep, "seed": options.seed}

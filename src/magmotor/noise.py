@@ -201,7 +201,7 @@ class BrownianPath:
         for name, value in checked.items():
             object.__setattr__(self, name, value)
         if self.level and self.factor > 1:
-            raise reject("factor", self.factor, "1 in a path that is refined")
+            raise reject("factor", self.factor, "must be 1 in a path that is refined")
 
     def coarsened(self, factor: int) -> "BrownianPath":
         """The same path at a timestep `factor` times longer.
@@ -214,7 +214,7 @@ class BrownianPath:
         factor = check_integer("factor", factor, at_least=1, at_most=max(COARSEST, 2**FINEST))
         halvings = factor.bit_length() - 1
         if self.level and (factor != 1 << halvings or halvings > self.level):
-            raise reject("factor", factor, f"a power of 2, at most 2^{self.level}, here")
+            raise reject("factor", factor, f"must be a power of 2, at most 2^{self.level}, here")
         if self.level:
             return replace(self, timestep=factor * self.timestep, level=self.level - halvings)
         return replace(self, timestep=factor * self.timestep, factor=self.factor * factor)
@@ -233,7 +233,9 @@ class BrownianPath:
         if self.factor == 1:
             return replace(self, timestep=timestep, level=self.level + halvings)
         if self.factor % 2**halvings:
-            raise reject("halvings", halvings, f"such that 2^halvings divides {self.factor}")
+            raise reject(
+                "halvings", halvings, f"must be such that 2^halvings divides {self.factor}"
+            )
         return replace(self, timestep=timestep, factor=self.factor >> halvings)
 
     def increments(
@@ -253,10 +255,10 @@ class BrownianPath:
         replica = check_integer("replica", replica, at_least=0, at_most=LARGEST_SEED - 1)
         channel = check_integer("channel", channel, at_least=0, at_most=BRIDGES - 1)
         if 8 * steps > physical_memory():
-            raise reject("steps", steps, "so few that the machine has memory for them")
+            raise reject("steps", steps, "must be so few that the machine has memory for them")
         if (first + steps) * self.factor > LARGEST_STEP:
             last = LARGEST_STEP // self.factor - steps
-            raise reject("first", first, f"at most {last} for {steps} steps of this path")
+            raise reject("first", first, f"must be at most {last} for {steps} steps of this path")
         out = np.empty(steps)
         size = max(1, PIECE // (self.factor + self.level))
         for start in range(0, steps, size):
@@ -292,5 +294,5 @@ def check_seed(seed: int) -> int:
     """
     number = check_integer("seed", seed, at_least=0)
     if number >= LARGEST_SEED:
-        raise reject("seed", seed, f"less than 2^53 = {LARGEST_SEED}")
+        raise reject("seed", seed, f"must be less than 2^53 = {LARGEST_SEED}")
     return number

@@ -116,12 +116,14 @@ def _check_agreement(arrays: dict[str, tuple[NDArray[Any], tuple[Any, ...]]]) ->
         for size, length in zip(fixed, array.shape[split:], strict=True):
             other, known = lengths.setdefault(size, (name, length))
             if isinstance(size, str) and length != known:
-                raise reject(f"length {size} of {name}", length, f"{known}, as that of {other}")
+                raise reject(
+                    f"length {size} of {name}", length, f"must be {known}, as that of {other}"
+                )
         try:
             axes = np.broadcast_shapes(axes, array.shape[:split])
         except ValueError:
-            bound = f"such that its axes before the last broadcast with {axes}, those of {first}"
-            raise reject(f"shape of {name}", array.shape, bound) from None
+            sentence = f"its axes before the last must broadcast with {axes}, those of {first}"
+            raise reject(f"shape of {name}", array.shape, sentence) from None
         first = first or name
 
 
@@ -220,7 +222,7 @@ def _check_of_container(origin: type, arguments: tuple[Any, ...]) -> Check | Non
 
         def check_sequence(name: str, value: Any) -> Any:
             if isinstance(value, str | bytes):
-                raise reject(name, value, "a sequence, such as a list")
+                raise reject(name, value, "must be a sequence, such as a list")
             check_type(name, value, origin)
             return [_passed(inner, f"{name}[{i}]", element) for i, element in enumerate(value)]
 
@@ -253,19 +255,19 @@ def _passed(check: Check | None, name: str, value: Any) -> Any:
 def check_flag(name: str, value: Any) -> bool:
     """Return a value as a bool if it is True or False."""
     if not isinstance(value, bool | np.bool_):
-        raise reject(name, value, "True or False")
+        raise reject(name, value, "must be True or False")
     return bool(value)
 
 
 def _check_text(name: str, value: Any) -> str:
     if not isinstance(value, str):
-        raise reject(name, value, "text")
+        raise reject(name, value, "must be text")
     return value
 
 
 def _check_callable(name: str, value: Any) -> Any:
     if not callable(value) or isinstance(value, type):
-        raise reject(name, value, "a function, or another object that can be called")
+        raise reject(name, value, "must be a function, or another object that can be called")
     return value
 
 

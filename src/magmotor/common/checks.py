@@ -21,12 +21,12 @@ SHOWN = 200
 """Letters of a value that a message shows."""
 
 
-def reject(name: str, value: Any, bound: str) -> ValueError:
-    """The one form of the message for bad input."""
+def reject(name: str, value: Any, sentence: str) -> ValueError:
+    """The error for bad input: a name, its value, and a sentence that says what is allowed."""
     shown = " ".join(repr(value.item() if isinstance(value, np.generic) else value).split())
     if len(shown) > SHOWN:
         shown = f"{shown[: SHOWN - 3]}..."
-    return ValueError(f"{name} = {shown}: must be {bound}")
+    return ValueError(f"{name} = {shown}: {sentence}")
 
 
 def check_choice(name: str, value: Any, choices: tuple[str, ...]) -> None:
@@ -34,7 +34,7 @@ def check_choice(name: str, value: Any, choices: tuple[str, ...]) -> None:
     if not isinstance(value, str) or value not in choices:
         near = difflib.get_close_matches(str(value), choices, n=1)
         hint = f" (did you mean {near[0]!r}?)" if near else ""
-        raise reject(name, value, "one of " + ", ".join(choices) + hint)
+        raise reject(name, value, "must be one of " + ", ".join(choices) + hint)
 
 
 def check_type(name: str, value: Any, *kinds: type) -> None:
@@ -42,7 +42,9 @@ def check_type(name: str, value: Any, *kinds: type) -> None:
     if not isinstance(value, kinds):
         known = [getattr(kind, "registered", lambda: ())() or [kind] for kind in kinds]
         *first, last = map(_public_name, itertools.chain(*known))
-        raise reject(name, value, f"an object of {', '.join(first)}{' or ' * bool(first)}{last}")
+        raise reject(
+            name, value, f"must be an object of {', '.join(first)}{' or ' * bool(first)}{last}"
+        )
 
 
 def _public_name(kind: type) -> str:
@@ -55,14 +57,14 @@ def _public_name(kind: type) -> str:
     return ".".join([*kind.__module__.split(".")[:2], kind.__qualname__])
 
 
-def elements(name: str, values: Any, bound: str) -> Iterator[Any]:
+def elements(name: str, values: Any, sentence: str) -> Iterator[Any]:
     """What is iterable, and no text, as an iterator."""
     try:
         if not isinstance(values, str | bytes | bytearray):
             return iter(values)
     except TypeError:
         pass
-    raise reject(name, values, bound)
+    raise reject(name, values, sentence)
 
 
 def check_number(
@@ -85,19 +87,19 @@ def check_number(
     except (TypeError, ValueError):
         number = None
     if number is None or isinstance(value, str | bytes | bytearray):
-        raise reject(name, value, "a number")
+        raise reject(name, value, "must be a number")
     if isinstance(value, bool | np.bool_) or not math.isfinite(number):
-        raise reject(name, value, "a finite number")
+        raise reject(name, value, "must be a finite number")
     unit = f" {unit}" if unit not in ("", "1") else ""
     if number <= above:
-        raise reject(name, value, f"greater than {above:g}{unit}")
+        raise reject(name, value, f"must be greater than {above:g}{unit}")
     if number < at_least:
-        raise reject(name, value, f"at least {at_least:g}{unit}")
+        raise reject(name, value, f"must be at least {at_least:g}{unit}")
     if number >= below:
-        raise reject(name, value, f"less than {below:g}{unit}")
+        raise reject(name, value, f"must be less than {below:g}{unit}")
     if number and not SMALLEST <= abs(number) <= LARGEST:
         zero = "" if above >= 0 else "zero, or "
-        raise reject(name, value, f"{zero}from {SMALLEST:g} to {LARGEST:g} in magnitude")
+        raise reject(name, value, f"must be {zero}from {SMALLEST:g} to {LARGEST:g} in magnitude")
     return number
 
 
@@ -106,13 +108,13 @@ def check_integer(name: str, value: Any, *, at_least: int = -(2**53), at_most: i
     try:
         number = operator.index(value)
     except TypeError:
-        raise reject(name, value, "an integer") from None
+        raise reject(name, value, "must be an integer") from None
     if isinstance(value, bool):
-        raise reject(name, value, "an integer")
+        raise reject(name, value, "must be an integer")
     if number < at_least:
-        raise reject(name, value, f"at least {at_least}")
+        raise reject(name, value, f"must be at least {at_least}")
     if number > at_most:
-        raise reject(name, value, f"at most {at_most}")
+        raise reject(name, value, f"must be at most {at_most}")
     return number
 
 
@@ -141,7 +143,7 @@ def check_floats(name: str, value: Any, *shape: Any) -> NDArray[np.float64]:
     array = _plain(name, value)
     if array.dtype.kind not in "iuf":
         if array.size:
-            raise reject(name, value, "an array of numbers")
+            raise reject(name, value, "must be an array of numbers")
         array = np.empty(array.shape)
     _check_shape(name, array, shape)
     return array.astype(float, copy=False)
@@ -151,7 +153,7 @@ def check_flags(name: str, value: Any, *shape: Any) -> NDArray[np.bool_]:
     """Return a value as an array of booleans if it holds nothing else; see `check_array`."""
     array = _plain(name, value)
     if array.dtype.kind != "b" and array.size:
-        raise reject(name, value, "an array of booleans")
+        raise reject(name, value, "must be an array of booleans")
     _check_shape(name, array, shape)
     return array.astype(bool, copy=False)
 
@@ -160,9 +162,9 @@ def _plain(name: str, value: Any) -> NDArray[Any]:
     try:
         array = np.asanyarray(value)
     except (TypeError, ValueError):  # ragged, or an object that refuses
-        raise reject(name, value, "an array of numbers") from None
+        raise reject(name, value, "must be an array of numbers") from None
     if np.ma.is_masked(array):
-        raise reject(name, value, "an array without masked values")
+        raise reject(name, value, "must be an array without masked values")
     return np.asarray(array)
 
 

@@ -123,7 +123,7 @@ def fields_in(attributes: Mapping[str, Any], name: str) -> dict[str, Any]:
         fields = None
     if not isinstance(fields, dict):
         shown = text[:200] if isinstance(text, str) else text
-        raise reject(f"attributes[{name!r}]", shown, "a JSON object")
+        raise reject(f"attributes[{name!r}]", shown, "must be a JSON object")
     return fields
 
 
@@ -137,7 +137,9 @@ def check_fields(attribute: str, fields: Mapping[str, Any], known: Mapping[str, 
     """
     for name in {**fields, **known}:
         if name not in fields:
-            raise reject(f"attributes[{attribute!r}]", fields, f"an object with a field {name!r}")
+            raise reject(
+                f"attributes[{attribute!r}]", fields, f"must be an object with a field {name!r}"
+            )
         if name not in known:
-            bound = f"one of {', '.join(known)}"
-            raise reject(f"a field in attributes[{attribute!r}]", name, bound)
+            sentence = f"must be one of {', '.join(known)}"
+            raise reject(f"a field in attributes[{attribute!r}]", name, sentence)

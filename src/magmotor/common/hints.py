@@ -68,7 +68,7 @@ def positive_definite(*shape: Any) -> Check:
     def check(name: str, value: Any, *shape: Any) -> Any:
         matrix = check_array(name, value, *shape)
         if not matrix.size:
-            raise reject(f"shape of {name}", matrix.shape, "of a matrix that is not empty")
+            raise reject(f"shape of {name}", matrix.shape, "must be of a matrix that is not empty")
         check_number(f"smallest eigenvalue of {name}", np.linalg.eigvalsh(matrix)[0], above=0)
         return matrix
 
@@ -108,7 +108,7 @@ def several(kind: type) -> Check:
 
     def check(name: str, value: Any) -> Any:
         if not isinstance(value, Sequence) or isinstance(value, str | bytes) or not len(value):
-            raise reject(name, value, f"a sequence of at least one {kind.__name__}")
+            raise reject(name, value, f"must be a sequence of at least one {kind.__name__}")
         for i, element in enumerate(value):
             check_type(f"{name}[{i}]", element, kind)
         return value
@@ -122,11 +122,11 @@ def output(*suffixes: str) -> Check:
     def check(name: str, value: Any) -> Any:
         path = Path(check_path(name, value))
         if suffixes and path.suffix.lower() not in suffixes:
-            raise reject(name, value, f"a file name that ends in {' or '.join(suffixes)}")
+            raise reject(name, value, f"must be a file name that ends in {' or '.join(suffixes)}")
         if path.is_dir():
-            raise reject(name, value, "a file: this is a directory")
+            raise reject(name, value, "must be a file: this is a directory")
         if not path.parent.is_dir():
-            raise reject(name, value, "in a directory that exists")
+            raise reject(name, value, "must be in a directory that exists")
         return path  # without a slash at its end, which others take for an extension
 
     return check
@@ -153,5 +153,5 @@ def check_path(name: str, value: Any) -> Any:
     """Return a value if it is a path: text or a `pathlib.Path`; ValueError if it is none."""
     text = os.fspath(value) if isinstance(value, str | os.PathLike) else None
     if not isinstance(text, str) or not text or "\0" in text:
-        raise reject(name, value, "a path: text or pathlib.Path")
+        raise reject(name, value, "must be a path: text or pathlib.Path")
     return value

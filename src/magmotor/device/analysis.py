@@ -103,17 +103,19 @@ def scene_of_run(run: Any, scene: Any, kinds: tuple[type[Scene], ...]) -> Any:
         check_type("scene", scene, *kinds)
     if "scene" not in run.attrs:
         if scene is None:
-            raise reject("scene", None, "given, since the run's attributes do not tell it")
+            raise reject("scene", None, "must be given, since the run's attributes do not tell it")
         return scene
     own = scene_of(run)
     _check_kind_of_run("run", type(own).__name__, kinds)
     if scene is None or scene == own:
         return own
     if type(scene) is not type(own):
-        raise reject("scene", scene, f"the run's own, a {type(own).__name__}")
+        raise reject("scene", scene, f"must be the run's own, a {type(own).__name__}")
     fields = [name for name in vars(own) if getattr(scene, name) != getattr(own, name)]
     name = fields[0]
-    raise reject(f"scene.{name}", getattr(scene, name), f"{getattr(own, name)!r}, as in the run")
+    raise reject(
+        f"scene.{name}", getattr(scene, name), f"must be {getattr(own, name)!r}, as in the run"
+    )
 
 
 def _check_kind_of_run(name: str, told: Any, kinds: tuple[type[Scene], ...]) -> None:
@@ -143,10 +145,10 @@ def checked_run(
         _check_kind_of_run(name, run.attrs["scene"], kinds)
     missing = [needed for needed in needs if needed not in run.data_vars]
     if missing:
-        bound = f"a dataset that has {', '.join(missing)}, too"
-        raise reject(name, [*map(str, run.data_vars)], bound)
+        sentence = f"must be a dataset that has {', '.join(missing)}, too"
+        raise reject(name, [*map(str, run.data_vars)], sentence)
     if not replicas and "replica" in run.dims:
-        raise reject("replicas", run.sizes["replica"], f"one: {name}.isel(replica=0)")
+        raise reject("replicas", run.sizes["replica"], f"must be one: {name}.isel(replica=0)")
     if any(_is_misordered(run[needed]) for needed in needs):
         run = run.transpose(*ORDER, ..., missing_dims="ignore")
     for needed in needs:
@@ -155,7 +157,7 @@ def checked_run(
         _check_time(name, run, records)
     _check_replicas(name, run)
     if "space" in run.coords and [*run.space.values] != ["x", "y", "z"]:
-        raise reject(f"{name}.space", [*map(str, run.space.values)], "x, y, z")
+        raise reject(f"{name}.space", [*map(str, run.space.values)], "must be x, y, z")
     return run
 
 
@@ -166,12 +168,16 @@ def _check_replicas(name: str, run: xr.Dataset) -> None:
         numbers = np.atleast_1d(run.replica.values)
         own = numbers.dtype.kind in "iu" and len(np.unique(numbers)) == len(numbers)
         if not own or not ((numbers >= 0) & (numbers < known)).all():
-            bound = f"different numbers, each less than {known}"
-            raise reject(f"{name}.replica", numbers.tolist(), bound)
+            sentence = f"must be different numbers, each less than {known}"
+            raise reject(f"{name}.replica", numbers.tolist(), sentence)
     if known is not None and "sample_interval" not in run.attrs and "replica" not in run.coords:
-        raise reject(f"{name}.replica", None, "a coordinate with the numbers of the replicas")
+        raise reject(
+            f"{name}.replica", None, "must be a coordinate with the numbers of the replicas"
+        )
     if "step" in run.coords and run.step.dtype.kind not in "iu":
-        raise reject(f"{name}.step", str(run.step.dtype), "integers: records of a run, not means")
+        raise reject(
+            f"{name}.step", str(run.step.dtype), "must be integers: records of a run, not means"
+        )
     if "step" in run.coords and not (np.diff(run.step.values.ravel().astype(int)) > 0).all():
         raise ValueError(f"{name}.step must increase, as in one run")
 
@@ -181,7 +187,7 @@ def _check_orientation(name: str, variable: xr.DataArray) -> None:
     lengths = np.linalg.norm(variable.values, axis=-1)
     if not (np.abs(lengths - 1) < 1e-3).all():
         worst = float(lengths.flat[np.abs(lengths - 1).argmax()])
-        raise reject(f"length of a quaternion in {name}", worst, "1")
+        raise reject(f"length of a quaternion in {name}", worst, "must be 1")
 
 
 def _is_misordered(variable: xr.DataArray) -> bool:
@@ -193,14 +199,16 @@ def _check_variable(name: str, variable: xr.DataArray) -> None:
     expected = OF_ENSEMBLES.get(short) or ("time", *INNER.get(short, ()))
     dims = variable.dims[1:] if variable.dims[:1] == ("replica",) else variable.dims
     if dims != expected:
-        raise reject(f"dimensions of {name}", variable.dims, f"{expected}, of one run")
+        raise reject(f"dimensions of {name}", variable.dims, f"must be {expected}, of one run")
     for dim in map(str, dims):
         if variable.sizes[dim] != LENGTHS.get(dim, variable.sizes[dim]):
-            raise reject(f"length of {dim} in {name}", variable.sizes[dim], str(LENGTHS[dim]))
+            raise reject(
+                f"length of {dim} in {name}", variable.sizes[dim], f"must be {LENGTHS[dim]}"
+            )
     if not variable.size:
-        raise reject(f"shape of {name}", variable.shape, "of an array that is not empty")
+        raise reject(f"shape of {name}", variable.shape, "must be of an array that is not empty")
     if variable.dtype.kind not in "iuf":
-        raise reject(f"dtype of {name}", str(variable.dtype), "a number's")
+        raise reject(f"dtype of {name}", str(variable.dtype), "must be a number's")
     if not (np.abs(variable.values) <= LARGEST).all():
         raise ValueError(f"{name} holds values that are not finite or exceed {LARGEST:g}")
     if short.endswith("orientation"):
@@ -209,9 +217,9 @@ def _check_variable(name: str, variable: xr.DataArray) -> None:
 
 def _check_time(name: str, run: xr.Dataset, records: int) -> None:
     if "time" not in run.coords or run.time.dtype.kind not in "iuf":
-        raise reject(f"{name}.time", None, "a coordinate of numbers")
+        raise reject(f"{name}.time", None, "must be a coordinate of numbers")
     times = run.time.values
     if not (np.abs(times) <= LARGEST).all() or not (np.diff(times) > 0).all():
         raise ValueError(f"{name}.time must hold finite times that increase")
     if len(times) < records:
-        raise reject(f"number of records in {name}", len(times), f"at least {records}")
+        raise reject(f"number of records in {name}", len(times), f"must be at least {records}")

@@ -64,7 +64,7 @@ class Checkpoint:
         expected: Callable[[int], Mapping[str, Expected]],
     ):
         if not isinstance(path, str | os.PathLike | None) or "\0" in str(path):
-            raise reject("checkpoint", path, "a path, or None")
+            raise reject("checkpoint", path, "must be a path, or None")
         self.path = None if path is None else Path(path)
         self.task, self.total, self.expected = task, total, expected
         self.saved_at = time.monotonic()
@@ -106,42 +106,46 @@ class Checkpoint:
             return None
         try:
             if not stat.S_ISREG(self.path.stat().st_mode):
-                raise self._reject("a file, or no file")
+                raise self._reject("must be a file, or no file")
             with self.path.open("rb") as file:
                 return self._read(file)
         except FileNotFoundError:
             return None
         except OSError as error:
-            raise self._reject(f"a file ({error.strerror})") from None
+            raise self._reject(f"must be a file ({error.strerror})") from None
 
-    def _reject(self, bound: str) -> ValueError:
-        return reject("checkpoint", str(self.path), bound)
+    def _reject(self, sentence: str) -> ValueError:
+        return reject("checkpoint", str(self.path), sentence)
 
     def _read(self, file: Any) -> tuple[int, dict[str, NDArray]]:
         line = file.readline(LONGEST_LINE)
         text = line[len(_marked(b"")) :]
         try:
             head = json.loads(text) if line == _marked(text) + text else {}
-            told, done = dict(head["task"]), head["done"]
+            recorded, done = dict(head["task"]), head["done"]
             given, checksum = head["arrays"], head["checksum"]
         except (ValueError, TypeError, KeyError, RecursionError):
-            raise self._reject("a checkpoint, or no file") from None
-        for name in {**told, **self.task}:
-            if told.get(name, ...) != self.task.get(name, ...):
-                bound = f"one of {name} = {self.task.get(name)!r}; it has {told.get(name)!r}"
-                raise self._reject(bound)
+            raise self._reject("must be a checkpoint, or no file") from None
+        for name in {**recorded, **self.task}:
+            if recorded.get(name, ...) != self.task.get(name, ...):
+                sentence = (
+                    f"its {name} is {recorded.get(name)!r}, and must be {self.task.get(name)!r}"
+                )
+                raise self._reject(sentence)
         if type(done) is not int or not 0 <= done <= self.total:
-            raise self._reject(f"one of which 0 to {self.total} records are done; it has {done!r}")
+            raise self._reject(
+                f"must be one of which 0 to {self.total} records are done; it has {done!r}"
+            )
         expected = self.expected(done)
         wanted = _layout({name: array.like for name, array in expected.items()})
         if given != wanted:
-            raise self._reject(f"one with the arrays {wanted}; it has {given!r:.1000}")
+            raise self._reject(f"must be one with the arrays {wanted}; it has {given!r:.1000}")
         sizes = [array.like.nbytes for array in expected.values()]
         if os.fstat(file.fileno()).st_size != len(line) + sum(sizes):
-            raise self._reject("whole; this one is damaged: it is too short or too long")
+            raise self._reject("must be whole; this one is damaged: it is too short or too long")
         content = np.fromfile(file, np.uint8)
         if zlib.crc32(content.data) != checksum:
-            raise self._reject("whole; this one is damaged: its checksum is another")
+            raise self._reject("must be whole; this one is damaged: its checksum is another")
         pieces = np.split(content, np.cumsum(sizes)[:-1])
         return done, {
             name: self._checked(name, piece, array)
@@ -152,8 +156,8 @@ class Checkpoint:
         values = piece.view(array.like.dtype).reshape(array.like.shape)
         wrong = ~((array.least <= values) & (values <= array.most))  # NaN is
         if wrong.any():
-            bound = f"one whose {name} is finite and in bounds; it has {values[wrong].flat[0]}"
-            raise self._reject(bound)
+            sentence = f"its {name} must be finite and in bounds, and holds {values[wrong].flat[0]}"
+            raise self._reject(sentence)
         return values
 
 

@@ -214,7 +214,9 @@ class Device(ABC, Generic[S, T]):
             There is no such scene in MuJoCo.
         """
         kind = type(scene).__name__
-        raise reject("scene", scene, f"of a kind that has a MuJoCo model, which {kind} has not")
+        raise reject(
+            "scene", scene, f"must be of a kind that has a MuJoCo model, which {kind} has not"
+        )
 
     def ensemble(self, scene: S) -> Callable[..., xr.Dataset] | None:
         """What makes ensembles, with the arguments of `mm.ensemble`; None for moments alone."""
@@ -253,7 +255,9 @@ class Device(ABC, Generic[S, T]):
     def energy_balance(self, run: xr.Dataset, scene: S) -> xr.Dataset:
         """Energy of a run against heat and work; see `magmotor.observables.energy_balance`."""
         kind = type(scene).__name__
-        raise reject("scene", scene, f"of a kind that has an energy balance, which {kind} has not")
+        raise reject(
+            "scene", scene, f"must be of a kind that has an energy balance, which {kind} has not"
+        )
 
     def overview(self, run: xr.Dataset, scene: S, path: str | Path) -> None:
         """Write one picture of a run; see `magmotor.plots.overview`."""
@@ -299,7 +303,7 @@ def register(device: Device[Any, Any], kind: type[Scene]) -> None:
     """
     known = SCENES.setdefault(kind.__name__, kind)
     if known.__module__ != kind.__module__:
-        bound = f"another: there is one in {known.__module__}"
-        raise reject("name of a kind of scenes", kind.__name__, bound)
+        sentence = f"must be another: there is one in {known.__module__}"
+        raise reject("name of a kind of scenes", kind.__name__, sentence)
     SCENES[kind.__name__] = kind
     kind.device = device

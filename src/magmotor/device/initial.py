@@ -22,10 +22,14 @@ def last_record(run: xr.Dataset, names: Sequence[str]) -> dict[str, Array]:
     """
     missing = [name for name in names if name not in run]
     if missing:
-        raise reject("initial", [*run.data_vars], f"a dataset that has {', '.join(missing)}, too")
+        raise reject(
+            "initial", [*run.data_vars], f"must be a dataset that has {', '.join(missing)}, too"
+        )
     for name in names:
         if not run[name].sizes.get("time"):
-            raise reject(f"initial.{name}", run[name].dims, "of a run, with a dimension time")
+            raise reject(
+                f"initial.{name}", run[name].dims, "must be of a run, with a dimension time"
+            )
     return {name: run[name].isel(time=-1).values for name in names}
 
 
@@ -40,7 +44,7 @@ def as_given(initial: Any, known: Iterable[str]) -> dict[str, Any]:
     if initial is None:
         return {}
     if not isinstance(initial, Mapping):
-        raise reject("initial", initial, "a mapping or a dataset")
+        raise reject("initial", initial, "must be a mapping or a dataset")
     for name in initial:
         check_choice("initial", name, tuple(known))
     return dict(initial)

@@ -64,8 +64,8 @@ def scene_from(kind: str, fields: dict[str, Any]) -> Scene:
     try:
         return scene(**{name: _as_tuples(value) for name, value in fields.items()})
     except (ArithmeticError, AttributeError, LookupError, TypeError, RecursionError) as error:
-        bound = f"those of a {kind} ({error})"
-        raise reject("attributes['scene_fields']", fields, bound) from error
+        sentence = f"must be those of a {kind} ({error})"
+        raise reject("attributes['scene_fields']", fields, sentence) from error
 
 
 def _as_tuples(value: Any) -> Any:

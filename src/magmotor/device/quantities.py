@@ -74,5 +74,5 @@ def _checked(field: dataclasses.Field, value: Any) -> Any:
     if isinstance(value, np.ndarray):
         value = value.tolist()
     if not isinstance(value, tuple | list) or len(value) != size:
-        raise reject(field.name, value, f"{size} numbers")
+        raise reject(field.name, value, f"must be {size} numbers")
     return tuple(check_value(field, element, field.name) for element in value)

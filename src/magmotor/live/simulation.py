@@ -72,7 +72,9 @@ class LiveSimulation:
     def __init__(self, model: mujoco.MjModel, *, panel: Panel | None = None, seed: int = 0):
         check_seed(seed)
         if seed and model.body_user.any() and not model.nuserdata:
-            raise reject("seed", seed, "0: the model has noise, but no nuserdata to hold a seed")
+            raise reject(
+                "seed", seed, "must be 0: the model has noise, but no nuserdata to hold a seed"
+            )
         self.model, self.data = model, mujoco.MjData(model)
         self.notice = ""
         self._panel, self._seed = panel, seed

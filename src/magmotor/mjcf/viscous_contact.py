@@ -230,24 +230,26 @@ class ViscousContact:
         geoms = {model.pair_geom1[pair], model.pair_geom2[pair]}
         if geoms != {number_of(model, "geom", name) for name in (self.sphere, self.plane)}:
             own = " and ".join(label(model, "geom", geom) for geom in sorted(geoms))
-            raise reject(f"pair {self.name!r}", own, f"of {self.sphere!r} and {self.plane!r}")
+            raise reject(
+                f"pair {self.name!r}", own, f"must be of {self.sphere!r} and {self.plane!r}"
+            )
         sphere = check_pair(model, pair)
         if disabled(model, "contact"):
-            raise reject("flag contact", "disable", "enable, as the flag constraint")
+            raise reject("flag contact", "disable", "must be enable, as the flag constraint")
         near = copy(model)
         near.pair_margin[pair] = ANY_DISTANCE
         data = mujoco.MjData(near)
         mujoco.mj_fwdPosition(near, data)
         active = [c for c in data.contact if c.includemargin == ANY_DISTANCE and c.efc_address >= 0]
         if not active:
-            raise reject(f"body of sphere {self.sphere!r}", "fixed", "one that moves")
+            raise reject(f"body of sphere {self.sphere!r}", "fixed", "must be one that moves")
         inverse_inertia = _inverse_inertia(model, sphere)
         ratio = resistance(data, active[0], inverse_inertia)
         regularization = ratio / (active[0].solimp[0] * inverse_inertia) - 1
         if regularization < LEAST_REGULARIZATION:
             largest = model.opt.impratio * regularization / LEAST_REGULARIZATION
-            bound = f"at most {largest:.2g}, where R is {LEAST_REGULARIZATION:g} A"
-            raise reject("option impratio", model.opt.impratio, bound)
+            sentence = f"must be at most {largest:.2g}, where R is {LEAST_REGULARIZATION:g} A"
+            raise reject("option impratio", model.opt.impratio, sentence)
         return pair, active[0], ratio
 
 
@@ -281,18 +283,18 @@ def check_pair(model: mujoco.MjModel, pair: int) -> int:
     kinds = [mujoco.mjtGeom(model.geom_type[geom]).name[7:].lower() for geom in (plane, sphere)]
     fixed = model.body_weldid[model.geom_bodyid[plane]] == 0
     if kinds != ["plane", "sphere"] or not fixed:
-        raise reject(f"{names}: types", kinds, "a fixed plane and a sphere")
+        raise reject(f"{names}: types", kinds, "must be a fixed plane and a sphere")
     dimension, friction = int(model.pair_dim[pair]), float(model.pair_friction[pair, 0])
     solimp, damped = model.pair_solimp[pair].tolist(), model.pair_solreffriction[pair].tolist()
     cone = mujoco.mjtCone(model.opt.cone).name[7:].lower()
     in_cone = (dimension, friction, cone) == (3, ALWAYS_IN_CONE, "elliptic")
     if not in_cone or solimp[0] != solimp[1] or damped[0] != 0 or damped[1] >= 0:
         law = f"condim {dimension}, friction {friction:g}, solimp {solimp}, solreffriction {damped}"
-        bound = (
-            f'condim 3 and solreffriction "0 -b", friction {ALWAYS_IN_CONE:g} and a constant'
+        sentence = (
+            f'must be condim 3, friction {ALWAYS_IN_CONE:g}, solreffriction "0 -b" and a constant'
             " solimp, in an elliptic cone"
         )
-        raise reject(f"contact of {names}", f"{law}, cone {cone}", bound)
+        raise reject(f"contact of {names}", f"{law}, cone {cone}", sentence)
     return sphere
 
 
@@ -344,5 +346,7 @@ def _inverse_inertia(model: mujoco.MjModel, sphere: int) -> float:
 def _root(description: Any) -> parts.Element:
     """A PyMJCF tree."""
     if not hasattr(description, "contact"):
-        raise reject("description", description, "a mujoco.MjSpec or the root of a PyMJCF tree")
+        raise reject(
+            "description", description, "must be a mujoco.MjSpec or the root of a PyMJCF tree"
+        )
     return description

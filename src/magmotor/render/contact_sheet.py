@@ -188,7 +188,7 @@ class Sheet:
 
 def _gauge(scene: Scene) -> Gauge:
     if scene.device.gauge is None:
-        raise reject("scene", scene, "a scene of which there are contact sheets")
+        raise reject("scene", scene, "must be a scene of which there are contact sheets")
     return scene.device.gauge
 
 
@@ -251,7 +251,9 @@ def contact_sheet(
     given = scenes or [None] * len(runs)
     scenes = [scene_of_run(run, scene, (Scene,)) for run, scene in zip(runs, given, strict=True)]
     if len({type(scene) for scene in scenes}) > 1:
-        raise reject("scenes", sorted({type(s).__name__ for s in scenes}), "all of one kind")
+        raise reject(
+            "scenes", sorted({type(s).__name__ for s in scenes}), "must be all of one kind"
+        )
     for i, (run, scene) in enumerate(zip(runs, scenes, strict=True)):
         checked_run(f"runs[{i}]", run, _gauge(scene).needs, (type(scene),), replicas=False)
     start = min(float(run.time[0]) for run in runs)
@@ -265,7 +267,9 @@ def contact_sheet(
 
 def _check_lengths(runs: Sequence, scenes: Sequence | None, labels: Sequence, columns: int) -> None:
     if not 1 <= len(runs) <= ROWS * columns:
-        raise reject("len(runs)", len(runs), f"1 to {ROWS * columns}: {ROWS} rows of {columns}")
+        raise reject(
+            "len(runs)", len(runs), f"must be 1 to {ROWS * columns}: {ROWS} rows of {columns}"
+        )
     for name, given in (("scenes", scenes), ("labels", labels)):
         if given is not None and len(given) != len(runs):
-            raise reject(f"len({name})", len(given), f"that of runs: {len(runs)}")
+            raise reject(f"len({name})", len(given), f"must be that of runs: {len(runs)}")

@@ -41,8 +41,8 @@ def frame_times(start: float, end: float, seconds_per_second: float) -> NDArray[
         The speed is so low that there are too many frames.
     """
     if (end - start) * FRAME_RATE > MOST_FRAMES * seconds_per_second:
-        bound = f"so large that there are at most {MOST_FRAMES} frames"
-        raise reject("seconds_per_second", seconds_per_second, bound)
+        sentence = f"must be so large that there are at most {MOST_FRAMES} frames"
+        raise reject("seconds_per_second", seconds_per_second, sentence)
     times = np.arange(start, end + 1e-9, seconds_per_second / FRAME_RATE)
     return np.minimum(times, end)  # rounding
 

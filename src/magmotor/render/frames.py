@@ -93,7 +93,9 @@ def movie_content_of(scene: Scene) -> type[MovieContent]:
     """What movies tell of runs of such a scene; ValueError if there are none."""
     if scene.device.movie_content is None:
         kind = type(scene).__name__
-        raise reject("scene", scene, f"of a kind of which there are movies, which {kind} is not")
+        raise reject(
+            "scene", scene, f"must be of a kind of which there are movies, which {kind} is not"
+        )
     return scene.device.movie_content
 
 

@@ -58,7 +58,7 @@ def still(run: xr.Dataset, scene: Scene | None, path: Picture, time: float) -> N
     run = filmed(run, scene)
     start, end = run.time.values[[0, -1]]
     if not start <= time <= end:
-        raise reject("time", time, f"within the run: {start:g} to {end:g} s")
+        raise reject("time", time, f"must be within the run: {start:g} to {end:g} s")
     from PIL import Image
 
     with Frames(run, scene, [time]) as frames:

@@ -72,8 +72,8 @@ def charted_scene(scene: Scene) -> Scene:
     """
     charted = scene.device.charted
     if charted is None:
-        bound = "one of a kind that is charted: give simulate a method and a timestep"
-        raise reject("scene", scene, bound)
+        sentence = "must be one of a kind that is charted: give simulate a method and a timestep"
+        raise reject("scene", scene, sentence)
     return charted
 
 

@@ -116,7 +116,7 @@ def ensemble(
     for name, value in given.items():
         if value:
             kind = type(scene).__name__
-            raise reject(name, value, f"left out: ensembles of a {kind} know moments only")
+            raise reject(name, value, f"must be left out: ensembles of a {kind} know moments only")
     interval = max(1, round(1 / timestep)) if sample_interval is None else sample_interval
     run = simulate(
         scene, **numerics, replicas=replicas, record_interval=interval, initial=initial

@@ -108,13 +108,17 @@ def recommend(
     choices = curves[quantity]
     if method is not None:
         if method not in choices:
-            raise reject("method", method, f"one charted for {quantity}: {', '.join(choices)}")
+            raise reject(
+                "method", method, f"must be one charted for {quantity}: {', '.join(choices)}"
+            )
         choices = {method: choices[method]}
     fitted = {name: fit(scene, name, curve) for name, curve in choices.items()}
     points = [*_points(fitted, timestep)]
     if not points:
         longest = max(curve.steps[-1] for curve in fitted.values())
-        raise reject("timestep", timestep, f"at most {longest:g}, the longest that the charts bear")
+        raise reject(
+            "timestep", timestep, f"must be at most {longest:g}, the longest that the charts bear"
+        )
     longest_within = {point.method: point for point in points if point.error <= error}
     best = min(points, key=lambda point: point.error)
     if longest_within:
@@ -122,7 +126,7 @@ def recommend(
     elif timestep is None:
         smallest = float(f"{1.005 * best.error:.2e}")
         bound = f"at least {smallest:g}, the least charted for {quantity}, by {best.method}"
-        raise reject("error", error, f"{bound} at a timestep of {best.timestep:g}")
+        raise reject("error", error, f"must be {bound} at a timestep of {best.timestep:g}")
     machine = charts.load()["machine"]
     return Recommendation(
         quantity=quantity, machine=machine, time_unit=device.time_unit, **best._asdict()
@@ -142,8 +146,10 @@ def _charted_curves(scene: Scene, known: tuple[str, ...]) -> dict[str, dict[str,
     surface = getattr(scene, "surface", "planar")
     found = charts.curves(kind, surface, known)
     if not found:
-        bound = f"one charted for a {kind}; on this one give simulate a method and a timestep"
-        raise reject("surface", surface, bound)
+        sentence = (
+            f"must be one charted for a {kind}; on this one give simulate a method and a timestep"
+        )
+        raise reject("surface", surface, sentence)
     return found
 
 

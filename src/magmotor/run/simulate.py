@@ -138,20 +138,24 @@ def simulate(
     duration = check_number("duration", duration, at_least=timestep, unit="s (one timestep)")
     seed, interval = check_seed(seed), check_integer("record_interval", interval, at_least=1)
     if interval > duration / timestep * (1 + 1e-12):
-        raise reject("record_interval", interval, f"at most {int(duration / timestep)} steps")
+        raise reject(
+            "record_interval", interval, f"must be at most {int(duration / timestep)} steps"
+        )
     device.check_run(scene, method, timestep, replicas, allow_unstable)
     replicas = None if replicas is None else int(replicas)
     if path is not None:
         check_type("path", path, BrownianPath)
     followed = path or BrownianPath(seed, timestep)
     if abs(followed.timestep / timestep - 1) > 1e-12:
-        raise reject("path.timestep", followed.timestep, f"{timestep:g}, the timestep")
+        raise reject("path.timestep", followed.timestep, f"must be {timestep:g}, the timestep")
     steps = duration / timestep
     first_step = _first_step(initial, followed, method)
     first = device.followed(device.initial_state(scene, initial, replicas), method)
     _check_memory(steps, interval, first)
     if (first_step + steps) * followed.factor > LARGEST_STEP:
-        raise reject("duration", duration, "such that the Brownian path has less than 2^53 steps")
+        raise reject(
+            "duration", duration, "must be such that the Brownian path has less than 2^53 steps"
+        )
     records = int(steps * (1 + 1e-12)) // interval
     engine, scheme = method.split("/")
     attributes = {
@@ -192,7 +196,9 @@ def _check_memory(steps: float, interval: int, first: Any) -> None:
     needed = steps * sum(column.nbytes for column in first if column is not None)
     if needed / interval > memory:
         bound = f"at least {needed / memory:.3g}: the records would take {needed / interval:.3g}"
-        raise reject("record_interval", interval, f"{bound} bytes, the machine has {memory:.3g}")
+        raise reject(
+            "record_interval", interval, f"must be {bound} bytes, the machine has {memory:.3g}"
+        )
 
 
 def _first_step(initial: Any, path: BrownianPath, method: str) -> int:
@@ -204,12 +210,14 @@ def _first_step(initial: Any, path: BrownianPath, method: str) -> int:
         return 0
     first = check_integer("attributes['first_step']", attributes.get("first_step", 0), at_least=0)
     if "time" not in initial.coords or not initial.time.size:
-        raise reject("initial", [*initial.coords], "a dataset that has time")
+        raise reject("initial", [*initial.coords], "must be a dataset that has time")
     if "replica" in initial.coords:
         numbers = np.atleast_1d(initial.replica.values).tolist()
         if numbers != [*range(len(numbers))]:
-            bound = "0, 1, 2, ... for their Brownian paths to go on: take all, or another seed"
-            raise reject("initial.replica", numbers, bound)
+            sentence = (
+                "must be 0, 1, 2, ... for their Brownian paths to go on: take all, or another seed"
+            )
+            raise reject("initial.replica", numbers, sentence)
     if "step" in initial.coords:
         step = initial.step.values.flat[-1]
         return check_integer("initial.step", step, at_least=0, at_most=LARGEST_STEP)

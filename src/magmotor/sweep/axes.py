@@ -29,9 +29,9 @@ MOST = 2**20
 
 def listed(name: str, values: Any) -> tuple[Any, ...]:
     """Return what is iterable, and no text, as a tuple; ValueError if it is not, or too long."""
-    found = tuple(islice(elements(name, values, "a list of numbers"), MOST + 1))
+    found = tuple(islice(elements(name, values, "must be a list of numbers"), MOST + 1))
     if len(found) > MOST:
-        raise reject(f"number of values of {name}", f"over {MOST}", f"at most {MOST}")
+        raise reject(f"number of values of {name}", f"over {MOST}", f"must be at most {MOST}")
     return found
 
 
@@ -39,7 +39,7 @@ def checked_fields(names: Any) -> tuple[str, ...]:
     """The name of a field, or several, as a tuple; ValueError if they are something else."""
     found = (names,) if isinstance(names, str) else names
     if not isinstance(found, tuple) or not all(isinstance(name, str) for name in found):
-        raise reject("field", names, "a name, or a tuple of names")
+        raise reject("field", names, "must be a name, or a tuple of names")
     return found
 
 
@@ -56,7 +56,7 @@ class Values:
         for value in values:
             check_number("value", value)
         if not fields or not values:
-            raise reject("values", [*values], "one value at least, of one field at least")
+            raise reject("values", [*values], "must be one value at least, of one field at least")
         object.__setattr__(self, "fields", fields)
         object.__setattr__(self, "values", values)
 
@@ -101,7 +101,7 @@ def values_axis(scene: Scene, names: str | tuple[str, ...], values: Iterable[flo
     """
     fields = tuple(full_name(scene, name) for name in checked_fields(names))
     if not fields:
-        raise reject("field", names, "one at least")
+        raise reject("field", names, "must be one at least")
     known = numeric_fields(scene)
     for field in fields:
         check_given(scene, field)
@@ -110,10 +110,10 @@ def values_axis(scene: Scene, names: str | tuple[str, ...], values: Iterable[flo
         for value in listed(fields[0], values)
     ]
     if not checked:
-        raise reject(fields[0], [], "a range that is not empty")
+        raise reject(fields[0], [], "must be a range that is not empty")
     taken = tuple(row[0] for row in checked)
     if len(set(taken)) < len(taken):
-        raise reject(fields[0], taken, "different values")
+        raise reject(fields[0], taken, "must be different values")
     return Values(fields, taken)
 
 
@@ -136,7 +136,9 @@ def _range(name: Any, bounds: Any) -> Range:
     checked_fields(name)
     kind = isinstance(bounds, tuple | list) and len(bounds) in (2, 3)
     if not kind or (len(bounds) == 3 and not isinstance(bounds[2], bool)):
-        raise reject(f"range of {name}", bounds, "(low, high) or (low, high, log), log a bool")
+        raise reject(
+            f"range of {name}", bounds, "must be (low, high) or (low, high, log), log a bool"
+        )
     return Range(*bounds)
 
 
@@ -173,16 +175,20 @@ class Samples:
         object.__setattr__(self, "size", check_integer("size", self.size, at_least=1, at_most=MOST))
         check_seed(self.seed)
         if not isinstance(self.ranges, Mapping):
-            raise reject("ranges", self.ranges, "a mapping of fields to (low, high) or Range")
+            raise reject(
+                "ranges", self.ranges, "must be a mapping of fields to (low, high) or Range"
+            )
         ranges = {name: _range(name, bounds) for name, bounds in self.ranges.items()}
         if not ranges:
-            raise reject("ranges", {}, "a range of one field at least")
+            raise reject("ranges", {}, "must be a range of one field at least")
         for name, (low, high, log) in ranges.items():
             check_number(f"{name}, lower end", low, above=0.0 if log else -math.inf)
             check_number(f"{name}, upper end", high, above=low)
         if self.design == "sobol" and self.size & (self.size - 1):
             near = 1 << self.size.bit_length()
-            raise reject("size", self.size, f"a power of two, such as {near}, for design 'sobol'")
+            raise reject(
+                "size", self.size, f"must be a power of two, such as {near}, for design 'sobol'"
+            )
         object.__setattr__(self, "ranges", ranges)
 
     @checked
@@ -193,7 +199,9 @@ class Samples:
             field = full_name(scene, name)
             check_given(scene, field)
             if isinstance(known[field].declared.default, int):
-                raise reject("field", field, "one that takes all numbers: give it a list of values")
+                raise reject(
+                    "field", field, "must be one that takes all numbers: give it a list of values"
+                )
             for end in (bounds.low, bounds.high):
                 known[field].checked(field, end)
             ranges[field] = bounds
@@ -321,4 +329,4 @@ def check_given(scene: Scene, name: str) -> None:
     """Check that the vector of which a component is to change has a value; else ValueError."""
     field, component = numeric_fields(scene)[name]
     if component is not None and getattr(scene, field.name) is None:
-        raise reject(field.name, None, f"given in the scene, for {name} to be varied")
+        raise reject(field.name, None, f"must be given in the scene, for {name} to be varied")

@@ -39,7 +39,7 @@ def checked_seeds(seeds: Any) -> tuple[int, ...]:
         seeds = range(check_integer("seeds", seeds, at_least=1))
     found = [check_seed(seed) for seed in listed("seeds", seeds)]
     if not found or len(set(found)) < len(found):
-        raise reject("seeds", found, "a range that is not empty, of different seeds")
+        raise reject("seeds", found, "must be a range that is not empty, of different seeds")
     return tuple(found)
 
 

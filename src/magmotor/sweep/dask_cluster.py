@@ -58,7 +58,7 @@ def dask_workers(scheduler: str) -> Iterator[tuple[Executor, int]]:
         cluster = Cluster(client)
         threads = cluster.threads()
         if not threads:
-            raise reject("scheduler", scheduler, "that of a cluster with workers")
+            raise reject("scheduler", scheduler, "must be that of a cluster with workers")
         yield cluster, threads
 
 
@@ -66,11 +66,11 @@ def _connected(scheduler: str) -> Any:
     """A Dask client, to be closed."""
     distributed = _distributed()
     if not isinstance(scheduler, str):
-        raise reject("scheduler", scheduler, "a Dask scheduler's address, str")
+        raise reject("scheduler", scheduler, "must be a Dask scheduler's address, str")
     try:
         return distributed.Client(scheduler, timeout=CONNECT_SECONDS)
     except (OSError, ValueError) as error:
-        mistake = reject("scheduler", scheduler, f"a Dask scheduler's address ({error})")
+        mistake = reject("scheduler", scheduler, f"must be a Dask scheduler's address ({error})")
     # One that failed ends when it is collected, and waits for Dask's lock, which may then be held.
     gc.collect()
     raise mistake
@@ -104,7 +104,7 @@ def local_cluster(workers: int | None = None, host: str = "127.0.0.1") -> Iterat
     if workers is not None:
         check_integer("workers", workers, at_least=1)
     if not isinstance(host, str) or not host:  # Dask would take none for all interfaces
-        raise reject("host", host, "an address of an interface of this machine, str")
+        raise reject("host", host, "must be an address of an interface of this machine, str")
     with ExitStack() as stack:
         try:
             with deaf_children():
@@ -121,8 +121,8 @@ def local_cluster(workers: int | None = None, host: str = "127.0.0.1") -> Iterat
         except RuntimeError as error:
             if not isinstance(error.__cause__, OSError):
                 raise
-            bound = f"an interface of this machine ({error.__cause__.strerror})"
-            raise reject("host", host, bound) from None
+            sentence = f"must be an interface of this machine ({error.__cause__.strerror})"
+            raise reject("host", host, sentence) from None
         yield cluster.scheduler_address
 
 

@@ -97,18 +97,20 @@ class Sweep:
         check_type("scene", self.scene, Scene)
         methods = self.scene.device.methods(self.scene)
         if not isinstance(self.vary, Mapping):
-            raise reject("vary", self.vary, "a mapping of fields to their values")
+            raise reject("vary", self.vary, "must be a mapping of fields to their values")
         if not isinstance(self.samples, Samples | None):
-            raise reject("samples", self.samples, "an object of magmotor.sweep.Samples, or None")
+            raise reject(
+                "samples", self.samples, "must be an object of magmotor.sweep.Samples, or None"
+            )
         if not self.vary and self.samples is None:
-            raise reject("vary", dict(self.vary), "one field at least")
+            raise reject("vary", dict(self.vary), "must be one field at least")
         seeds = checked_seeds(self.seeds)
         self._set("seeds", seeds if self.scene.device.is_random else seeds[:1])
         self._set("measure", self._checked_measure(self.measure))
         if self.replicas is not None:
             check_integer("replicas", self.replicas, at_least=1)
         if (runs := math.prod(self.shape) * (self.replicas or 1)) > MOST_RUNS:
-            raise reject("runs, cases times replicas", runs, f"at most {MOST_RUNS}")
+            raise reject("runs, cases times replicas", runs, f"must be at most {MOST_RUNS}")
         if self.method is not None:
             check_choice("method", self.method, methods)
         if self.timestep is not None:
@@ -117,14 +119,16 @@ class Sweep:
         fields = [field for axis in self.axes for field in axis.fields]
         for field in fields:
             if fields.count(field) > 1:
-                raise reject("field", field, "varied once")
+                raise reject("field", field, "must be varied once")
         if self.method is None or self.timestep is None:
             self._choose()
         check_number("duration", self.duration, at_least=self.timestep or 0.0)
         if self.versions is None:
             self._set("versions", versions_that_matter(self.method or ""))
         elif not _is_of_text(self.versions):
-            raise reject("versions", self.versions, "a mapping of names to versions, both str")
+            raise reject(
+                "versions", self.versions, "must be a mapping of names to versions, both str"
+            )
 
     def _set(self, name: str, value: Any) -> None:
         object.__setattr__(self, name, value)
@@ -132,9 +136,9 @@ class Sweep:
     def _checked_measure(self, measure: Any) -> tuple[str, ...]:
         names = checked_names("measure", measure)
         if not names or len(set(names)) < len(names):
-            raise reject("measure", [*names], "different names, one at least")
+            raise reject("measure", [*names], "must be different names, one at least")
         if TRAJECTORY in names and len(names) > 1:
-            raise reject("measure", [*names], f"{TRAJECTORY} alone, or other names")
+            raise reject("measure", [*names], f"must be {TRAJECTORY} alone, or other names")
         for name in names:
             if name != TRAJECTORY:
                 measure_of(self.scene, name)
@@ -151,7 +155,9 @@ class Sweep:
         steps, mistake = [], None
         free = sum(len(a.fields) if isinstance(a, Samples) else 1 for a in self.axes)
         if free > MOST_FREE:
-            raise reject("timestep", None, f"given where more than {MOST_FREE} numbers vary")
+            raise reject(
+                "timestep", None, f"must be given where more than {MOST_FREE} numbers vary"
+            )
         for corner in itertools.product(*[axis.ends for axis in self.axes]):
             changes = {name: value for part in corner for name, value in part.items()}
             try:
@@ -253,9 +259,9 @@ class Sweep:
 
 def checked_names(argument: str, names: Any) -> tuple[str, ...]:
     """Names as a tuple; ValueError if they are no list of text."""
-    found = tuple(elements(argument, names, "a list of names"))
+    found = tuple(elements(argument, names, "must be a list of names"))
     if not all(isinstance(name, str) for name in found):
-        raise reject(argument, names, "a list of names")
+        raise reject(argument, names, "must be a list of names")
     return found
 
 
@@ -307,23 +313,23 @@ def sweep_from(spec: Mapping[str, Any], *, measures: Iterable[str] = ()) -> Swee
 def _check_spec(spec: Any) -> None:
     """Check what is spec as far as `Sweep` would not, or would choose what is missing."""
     if not isinstance(spec, Mapping):
-        raise reject("sweep", spec, "what a sweep tells, a mapping")
+        raise reject("sweep", spec, "must be what a sweep tells, a mapping")
     missing = sorted(SPEC_ENTRIES - spec.keys())
     if missing:
-        raise reject("sweep", sorted(map(str, spec)), f"with {', '.join(missing)}, too")
+        raise reject("sweep", sorted(map(str, spec)), f"must be with {', '.join(missing)}, too")
     check_choice("scene", spec["scene"], tuple(SCENES))
     for name in ("method", "timestep"):
         if spec[name] is None:
-            raise reject(name, None, "given")
+            raise reject(name, None, "must be given")
     for name in ("measure", "vary", "samples", "seeds"):
         if not isinstance(spec[name], list):
-            raise reject(name, spec[name], "a list")
+            raise reject(name, spec[name], "must be a list")
     for axis in spec["vary"]:
         pair = isinstance(axis, list) and len(axis) == 2
         if not pair or not all(isinstance(part, list) for part in axis):
-            raise reject("vary", axis, "a list of fields and one of values")
+            raise reject("vary", axis, "must be a list of fields and one of values")
     if len(spec["samples"]) > 1:
-        raise reject("samples", spec["samples"], "one design at most")
+        raise reject("samples", spec["samples"], "must be one design at most")
     checked_names("measure", spec["measure"])
 
 

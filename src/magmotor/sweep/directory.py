@@ -55,7 +55,7 @@ class Directory:
         if not (path / SWEEP).exists():  # asked last: another driver may have begun meanwhile
             if others:
                 raise reject(
-                    "directory", str(path), f"empty, or this sweep's; it holds {others[0]}"
+                    "directory", str(path), f"must be empty, or this sweep's; it holds {others[0]}"
                 )
             path.mkdir(parents=True, exist_ok=True)
             self._write(Path(SWEEP), sealed(told))
@@ -181,8 +181,8 @@ def _check_inside(root: Path, file: Path) -> None:
     """Check that no symbolic link on the way to a file leads out of the sweep's directory."""
     for folder in [*file.parents][:-1]:
         if (root / folder).is_symlink():
-            bound = "a folder: a sweep follows no symbolic link out of its directory"
-            raise reject("directory", str(root / folder), bound)
+            sentence = "must be a folder: a sweep follows no symbolic link out of its directory"
+            raise reject("directory", str(root / folder), sentence)
 
 
 def _content(root: Path, file: Path) -> bytes:
@@ -218,7 +218,7 @@ def _other_things(path: Path) -> list[str]:
     except FileNotFoundError:
         return []
     except NotADirectoryError:
-        raise reject("directory", str(path), "a directory") from None
+        raise reject("directory", str(path), "must be a directory") from None
 
 
 def _told(folder: Path) -> dict[str, Any]:
@@ -230,7 +230,7 @@ def _told(folder: Path) -> dict[str, Any]:
 def folder_of(directory: Any) -> Path:
     """A directory as a path; ValueError if it is no name of one."""
     if not isinstance(directory, str | os.PathLike) or "\0" in str(directory):
-        raise reject("directory", directory, "the name of a directory")
+        raise reject("directory", directory, "must be the name of a directory")
     return Path(directory)
 
 
@@ -258,10 +258,10 @@ def sweep_of(path: str | Path, *, measures: Iterable[str] = ()) -> Sweep:
     try:
         return sweep_from(_told(folder), measures=measures)
     except (FileNotFoundError, NotADirectoryError):
-        raise reject("directory", str(path), f"a sweep's: it has no {SWEEP}") from None
+        raise reject("directory", str(path), f"must be a sweep's: it has no {SWEEP}") from None
     except Damaged as damage:
-        bound = f"a sweep's: {damage}; the same sweep, run again, mends it"
-        raise reject("directory", str(path), bound) from None
+        sentence = f"must be a sweep's: {damage}; the same sweep, run again, mends it"
+        raise reject("directory", str(path), sentence) from None
 
 
 def check_same(path: Path, asked: dict[str, Any], there: dict[str, Any]) -> None:
@@ -269,8 +269,8 @@ def check_same(path: Path, asked: dict[str, Any], there: dict[str, Any]) -> None
     other = [name for name in {**there, **asked} if there.get(name) != asked.get(name)]
     if other:
         holds = f"it holds one with other {', '.join(other)}"
-        bound = f"empty, or this sweep's; {holds}: take another, or delete it"
-        raise reject("directory", str(path), bound)
+        sentence = f"must be empty, or this sweep's; {holds}: take another, or delete it"
+        raise reject("directory", str(path), sentence)
 
 
 @dataclass

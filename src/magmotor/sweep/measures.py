@@ -49,7 +49,7 @@ def measure_of(scene: Scene, name: str) -> Measure:
         return known[name]
     module, function = name.split(":", 1)
     if not all(map(str.isidentifier, [*module.split("."), function])):
-        raise reject("measure", str(name), "package.module:function")
+        raise reject("measure", str(name), "must be package.module:function")
     return Measure(lambda run, scene: imported(name)(run, scene), "1", function)
 
 
@@ -62,16 +62,21 @@ def imported(name: str) -> Callable[[xr.Dataset, Any], Any]:
         The name is a file's, and nobody has allowed it, or there is no such function.
     """
     if isinstance(name, FromFile):
-        bound = (
-            "allowed by whoever runs it, since a file names it and it would run code: sweep_of and"
-            f" rerun take measures=[{str(name)!r}], scripts/rerun.py --allow-measure {name}"
+        sentence = (
+            "a file names this function, which would run code; whoever runs it must allow it:"
+            f" sweep_of and rerun take measures=[{str(name)!r}], scripts/rerun.py --allow-measure"
+            f" {name}"
         )
-        raise reject("measure", str(name), bound)
+        raise reject("measure", str(name), sentence)
     module, function = name.split(":", 1)
     try:
         found = getattr(import_module(module), function)
     except Exception as error:  # a module may raise anything
-        raise reject("measure", name, f"a function that can be imported ({error})") from None
+        raise reject(
+            "measure", name, f"must be a function that can be imported ({error})"
+        ) from None
     if not callable(found):
-        raise reject("measure", name, "a function that can be imported (it cannot be called)")
+        raise reject(
+            "measure", name, "must be a function that can be imported (it cannot be called)"
+        )
     return found

@@ -50,11 +50,13 @@ def sweep(data: xr.Dataset, path: Picture) -> None:
     """
     fields = varied_fields(data)
     if len(fields) not in (1, 2):
-        bound = "one or two fields with several values: select one value of each other (isel, sel)"
-        raise reject("axes", fields, bound)
+        sentence = "must be one or two fields that vary: select one value of each other (isel, sel)"
+        raise reject("axes", fields, sentence)
     measures = _measures(data, fields)
     if not measures:
-        raise reject("measures", [*map(str, data)], f"at least one number for each of {fields}")
+        raise reject(
+            "measures", [*map(str, data)], f"must be at least one number for each of {fields}"
+        )
     columns = 2 if len(measures) in (2, 4) else min(3, len(measures))
     rows = -(-len(measures) // columns)
     with style.figure(max(6.4, 4.6 * columns), 0.3 + 3.6 * rows) as figure:
@@ -120,6 +122,6 @@ def _axes(data: xr.Dataset) -> list[str]:
     except (KeyError, TypeError, ValueError):
         axes = None
     if not isinstance(axes, list) or not all(isinstance(name, str) for name in axes):
-        bound = "those of a combined sweep: axes is a JSON list of names"
-        raise reject("attributes", [*data.attrs], bound)
+        sentence = "must be those of a combined sweep: axes is a JSON list of names"
+        raise reject("attributes", [*data.attrs], sentence)
     return axes

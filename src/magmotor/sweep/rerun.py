@@ -79,13 +79,13 @@ def rerun(run: xr.Dataset, *, measures: Iterable[str] = ()) -> xr.Dataset:
     if "sweep" in attributes:
         return _sweep(attributes["sweep"], measures)
     if checked_names("measures", measures):
-        raise reject("measures", measures, "of a sweep, which this dataset is not")
+        raise reject("measures", measures, "must be of a sweep, which this dataset is not")
     of_many = "sample_interval" in attributes
     names = ENSEMBLE if of_many else RUN
     missing = [name for name in ("scene", "scene_fields", *names) if name not in attributes]
     if missing:
-        bound = f"those of a run or an ensemble, and {', '.join(missing)} among them"
-        raise reject("attributes", [*attributes], bound)
+        sentence = f"must be those of a run or an ensemble, and {', '.join(missing)} among them"
+        raise reject("attributes", [*attributes], sentence)
     check_type("method", attributes["method"], str)
     scene = scene_of(run)
     planned = of_many and scene.device.ensemble(scene) is not None
@@ -119,17 +119,19 @@ def _sweep(text: Any, measures: Iterable[str]) -> xr.Dataset:
 def _check_dimensions(run: xr.Dataset, attributes: Mapping[str, Any], planned: bool) -> None:
     unknown = sorted({*map(str, run.dims)} - DIMENSIONS)
     if unknown or not run.sizes.get("time"):
-        raise reject("dimensions", [*run.dims], "those of one run")
+        raise reject("dimensions", [*run.dims], "must be those of one run")
     replicas, found = attributes.get("replicas"), run.sizes.get("replica")
     if type(replicas) is not type(found) or replicas != found:
-        raise reject("replica", found, f"all {replicas}, as `replicas` in the attributes says")
+        raise reject(
+            "replica", found, f"must be all {replicas}, as `replicas` in the attributes says"
+        )
     times = run.time.values
     if times.dtype.kind not in "iuf" or times.ndim != 1:
-        raise reject("time.dtype", str(times.dtype), "numbers, one for each record")
+        raise reject("time.dtype", str(times.dtype), "must be numbers, one for each record")
     expected = _times(attributes, planned, len(times))
     if len(times) > len(expected) or not np.allclose(times, expected, atol=0):
-        bound = "those of a run's records, all of them from the start on"
-        raise reject("time", f"{times[0]:g} to {times[-1]:g}", bound)
+        sentence = "must be those of a run's records, all of them from the start on"
+        raise reject("time", f"{times[0]:g} to {times[-1]:g}", sentence)
 
 
 def _times(attributes: Mapping[str, Any], planned: bool, most: int) -> NDArray[np.floating]:
@@ -142,7 +144,7 @@ def _times(attributes: Mapping[str, Any], planned: bool, most: int) -> NDArray[n
     name = "sample_interval" if "sample_interval" in attributes else "record_interval"
     interval = check_integer(name, attributes[name], at_least=1)
     if interval >= LARGEST_STEP:
-        raise reject(name, interval, "less than 2^53")
+        raise reject(name, interval, "must be less than 2^53")
     records = duration / timestep * (1 + 1e-12) // interval
     return timestep * interval * np.arange(min(most, 1 + records))
 
@@ -156,6 +158,8 @@ def _initial(run: xr.Dataset) -> xr.Dataset:
         first = xr.Dataset(parts).expand_dims(time=1)
     for name, values in first.items():
         if values.dtype != np.float64:
-            bound = "float64, since the run did not start from the scene's own initial state"
-            raise reject(f"{name}.dtype", str(values.dtype), bound)
+            sentence = (
+                "must be float64, since the run did not start from the scene's own initial state"
+            )
+            raise reject(f"{name}.dtype", str(values.dtype), sentence)
     return first

@@ -124,7 +124,7 @@ def run(
     workers = (os.cpu_count() or 1) if workers is None else workers
     workers = check_integer("workers", workers, at_least=1)
     if not (executor is None or callable(getattr(executor, "submit", None))):
-        raise reject("executor", executor, "a concurrent.futures.Executor, or None")
+        raise reject("executor", executor, "must be a concurrent.futures.Executor, or None")
     for name in filter(is_own, sweep.measure):
         imported(name)
     store = Directory(folder_of(directory), sweep)

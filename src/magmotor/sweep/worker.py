@@ -156,10 +156,14 @@ def encoded(values: ArrayLike, each: tuple[int, ...]) -> Any:
     """
     array = np.asarray(values)
     if array.dtype.kind not in "biuf":
-        raise reject("value of a measure", values, "a number, or one of each replica")
+        raise reject("value of a measure", values, "must be a number, or one of each replica")
     if array.shape not in ((), each):
-        bound = "() or (replicas,)" if each else "(): a run without replicas has one number"
-        raise reject("shape of a measure", array.shape, bound)
+        sentence = (
+            "must be () or (replicas,)"
+            if each
+            else "must be (): a run without replicas has one number"
+        )
+        raise reject("shape of a measure", array.shape, sentence)
     if array.ndim:
         return [encoded(value, ()) for value in array]
     number = float(array)

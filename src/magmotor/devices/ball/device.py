@@ -49,7 +49,9 @@ class BallDevice(Device[S, T], Generic[S, T]):
         """
         if "orientation" not in run:
             method = run.attrs.get("method")
-            raise reject("method", method, "mujoco/* or variational/* to draw the ball's spin")
+            raise reject(
+                "method", method, "must be mujoco/* or variational/* to draw the ball's spin"
+            )
         turning = tuple(name for name in ("orientation", "ring_orientation") if name in run)
         run = checked_run("run", run, turning, (type(scene),), replicas=False)
         linear = 2 if scene.surface == "planar" else 3

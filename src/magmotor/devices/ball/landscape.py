@@ -102,7 +102,7 @@ def critical_points(scene: BallScene, time: float = 0.0) -> list[CriticalPoint]:
     """
     sources = scene.ring_sources(time)
     if len(sources[0]) > MOST_DIPOLES:
-        raise reject("dipoles of the rings", len(sources[0]), f"at most {MOST_DIPOLES}")
+        raise reject("dipoles of the rings", len(sources[0]), f"must be at most {MOST_DIPOLES}")
     turns = _turns(scene, sources)
     found: list[CriticalPoint] = []
     for fineness, parts in FINENESS:
@@ -140,8 +140,8 @@ def minimum(scene: BallScene, time: float = 0.0) -> CriticalPoint:
     found = [point for point in points if point is not None]
     if not found:
         _, height = scene.near_ring(time)
-        bound = f"such that V_e has a minimum within {REACH:g} ring radii of the center"
-        raise reject("height of the ring", height, bound)
+        sentence = f"must be such that V_e has a minimum within {REACH:g} ring radii of the center"
+        raise reject("height of the ring", height, sentence)
     return _classify(scene, min(found, key=lambda p: aligned_energy(scene, p, sources)), sources)
 
 

@@ -60,7 +60,9 @@ def _twin(name: str) -> str:
 def _check_no_twins(given: Mapping[str, Any]) -> None:
     for name in given:
         if name != _twin(name) and _twin(name) in given:
-            raise reject("initial", [*given], f"given with {name} or {_twin(name)}, not both")
+            raise reject(
+                "initial", [*given], f"must be given with {name} or {_twin(name)}, not both"
+            )
 
 
 def _rows(
@@ -73,13 +75,13 @@ def _rows(
         rows = np.insert(rows, 2, on_plane[name], axis=-1)
     if rows.shape not in {(size,), (replicas, size)}:
         each = f", or {replicas} times so many" if replicas > 1 else ""
-        raise reject(label, value, f"{size} finite numbers{each}")
+        raise reject(label, value, f"must be {size} finite numbers{each}")
     rows = np.broadcast_to(rows, (replicas, size)).copy()
     if name in on_plane and scene.surface == "planar" and (rows[:, 2] != on_plane[name]).any():
-        raise reject(label, value, f"{on_plane[name]:g} along z on the plane")
+        raise reject(label, value, f"must be {on_plane[name]:g} along z on the plane")
     if name.endswith(("axis", "orientation")):
         if not rows.any(axis=1).all():
-            raise reject(label, value, "not all zero")
+            raise reject(label, value, "must be not all zero")
         lengths = np.linalg.norm(rows, axis=1, keepdims=True)
         rows /= np.where(abs(lengths - 1) < ROUNDING, 1.0, lengths)
     return rows

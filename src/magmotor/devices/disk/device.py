@@ -232,7 +232,7 @@ def _row(name: str, value: Any, replicas: int) -> NDArray[np.float64]:
     label = f"initial[{name!r}]"
     row = check_array(label, value)
     if row.shape not in {(), (replicas,)}:
-        raise reject(label, value, f"a finite number or {replicas} of them")
+        raise reject(label, value, f"must be a finite number or {replicas} of them")
     return np.broadcast_to(row, (1, replicas)).copy()
 
 

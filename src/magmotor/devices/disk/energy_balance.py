@@ -73,14 +73,18 @@ def _first_step(run: xr.Dataset) -> int:
     """Number of the run's first step on its Brownian path, if it holds all that follow."""
     if "step" not in run.coords or run.step.dims != ("time",) or run.step.dtype.kind not in "iu":
         raise reject(
-            "coordinates", [*map(str, run.coords)], "those of simulate, with step over time"
+            "coordinates", [*map(str, run.coords)], "must be those of simulate, with step over time"
         )
     if not {"seed", "timestep"} <= {*run.attrs}:
-        raise reject("attributes", [*run.attrs], "those of simulate, with seed and timestep")
+        raise reject(
+            "attributes", [*run.attrs], "must be those of simulate, with seed and timestep"
+        )
     apart = np.diff(run.step.values)
     if (apart != 1).any():
         worst = int(apart[apart != 1][0])
-        raise reject("steps between two records", worst, "1: the noise of every step is needed")
+        raise reject(
+            "steps between two records", worst, "must be 1: the noise of every step is needed"
+        )
     return int(run.step.values[0])
 
 
@@ -89,5 +93,7 @@ def _replicas(run: xr.Dataset) -> list[int]:
     if "replicas" not in run.attrs:
         return [0]
     if "replica" not in run.coords or run.replica.dtype.kind not in "iu":
-        raise reject("coordinates", [*map(str, run.coords)], "those of simulate, with replica")
+        raise reject(
+            "coordinates", [*map(str, run.coords)], "must be those of simulate, with replica"
+        )
     return np.atleast_1d(run.replica.values).tolist()

@@ -54,9 +54,9 @@ def gibbs(
         `d` is given for a Langevin particle.
     """
     if not scene.noise:
-        raise reject("noise", scene.noise, "positive: without it there is no temperature")
+        raise reject("noise", scene.noise, "must be positive: without it there is no temperature")
     if d is not None and not isinstance(scene, Disk):
-        raise reject("d", d, "None: a Langevin particle has no disk that rotates")
+        raise reject("d", d, "must be None: a Langevin particle has no disk that rotates")
     random = np.random.default_rng(seed)
     x = _positions(scene, replicas, random)
     v, *omega = gibbs_deviations(scene)
@@ -81,8 +81,8 @@ def _positions(scene: Disk | LangevinParticle, replicas: int, random: np.random.
         within = (math.pi / 4096) ** 2 * steepest_curvature(scene.coefficients)
         lowest, tries = float(energy.min()) - within, max(replicas, 10**5)
         if scene.beta * (steepest_curvature(scene.coefficients) + within) > COLDEST:
-            bound = f"so large that beta max|U''| is at most {COLDEST:g}"
-            raise reject("noise", scene.noise, bound)
+            sentence = f"must be so large that beta max|U''| is at most {COLDEST:g}"
+            raise reject("noise", scene.noise, sentence)
     kept = np.empty(0)
     while len(kept) < replicas:
         x = random.uniform(0, 2 * math.pi, tries)

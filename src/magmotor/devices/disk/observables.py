@@ -53,7 +53,7 @@ def flight_survival(run: xr.Dataset) -> xr.Dataset:
         durations, parsed_attributes(run.attrs)
     ):
         raise reject(
-            "flight_duration", durations.tolist(), "that of an ensemble, with all its bins"
+            "flight_duration", durations.tolist(), "must be that of an ensemble, with all its bins"
         )
     ended, unfinished = run.flights.values, run.unfinished_flights.values
     at_risk = np.cumsum((ended + unfinished)[::-1])[::-1]
@@ -107,7 +107,7 @@ def d_diffusion(run: xr.Dataset, scene: Disk = OWN) -> xr.Dataset:
     """
     replicas = run.sizes.get("replica", 1)
     if replicas < 2:
-        raise reject("replicas", replicas, "at least 2: their scatter grows")
+        raise reject("replicas", replicas, "must be at least 2: their scatter grows")
     d = (scene.sigma * run.omega - run.v).values
     early, late = (column - column.mean() for column in (d[:, 0], d[:, -1]))
     grown = (late**2 - early**2) / (2 * float(run.time[-1] - run.time[0]))
@@ -142,14 +142,16 @@ def local_slope(run: xr.Dataset, factor: Annotated[float, number(above=1)] = 2.0
     """
     if run.time.values[0] != 0:
         raise reject(
-            "first time in run", float(run.time[0]), "0: displacements count from the start"
+            "first time in run", float(run.time[0]), "must be 0: displacements count from the start"
         )
     square = (run.path.values - run.path.values[:, :1]) ** 2
     times = run.time.values
     end = np.searchsorted(times, factor * times[1:] * (1 - 1e-9))
     begin = np.flatnonzero(end < len(times)) + 1
     if not len(begin):
-        raise reject("factor", factor, "at most the last recorded time over the first after zero")
+        raise reject(
+            "factor", factor, "must be at most the last recorded time over the first after zero"
+        )
     end = end[begin - 1]
     mean = square.mean(axis=0)
     width = np.log(times[end] / times[begin])

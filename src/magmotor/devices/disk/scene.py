@@ -37,14 +37,20 @@ def check_potential(potential: Any) -> str | Coefficients:
         check_choice("potential", potential, tuple(NAMED))
         return potential
     if not isinstance(potential, tuple | list):
-        bound = "one of " + ", ".join(NAMED) + ", or pairs (a_k, b_k) of Fourier coefficients"
-        raise reject("potential", potential, bound)
+        sentence = (
+            "must be one of " + ", ".join(NAMED) + ", or pairs (a_k, b_k) of Fourier coefficients"
+        )
+        raise reject("potential", potential, sentence)
     if len(potential) > MOST_WAVES:
-        raise reject("number of pairs in potential", len(potential), f"at most {MOST_WAVES}")
+        raise reject(
+            "number of pairs in potential", len(potential), f"must be at most {MOST_WAVES}"
+        )
     pairs: list[tuple[float, float]] = []
     for i, pair in enumerate(potential):
         if not isinstance(pair, tuple | list) or len(pair) != 2:
-            raise reject(f"potential[{i}]", pair, f"a pair (a_{i + 1}, b_{i + 1}) of numbers")
+            raise reject(
+                f"potential[{i}]", pair, f"must be a pair (a_{i + 1}, b_{i + 1}) of numbers"
+            )
         a, b = (
             check_number(f"potential[{i}].{name}", value)
             for name, value in zip("ab", pair, strict=True)
@@ -99,7 +105,9 @@ class _Langevin(Scene):
         check_fields(self)
         object.__setattr__(self, "potential", check_potential(self.potential))
         if self.noise > 0 and self.friction == 0:
-            raise reject("friction", self.friction, "positive with noise: there is no temperature")
+            raise reject(
+                "friction", self.friction, "must be positive with noise: there is no temperature"
+            )
 
     @property
     def coefficients(self) -> Coefficients:
@@ -145,7 +153,9 @@ class Disk(_Langevin):
         """Check every field, alone and against the others."""
         super().__post_init__()
         if self.surface == "plane" and self.friction_ratio > 0:
-            raise reject("friction_ratio", self.friction_ratio, "zero when surface = 'plane'")
+            raise reject(
+                "friction_ratio", self.friction_ratio, "must be zero when surface = 'plane'"
+            )
 
     @property
     def masses(self) -> tuple[float, float]:

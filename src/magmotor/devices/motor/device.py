@@ -77,7 +77,9 @@ class MotorDevice(BallDevice[Motor, MotorStates]):
         if replicas is not None:
             check_integer("replicas", replicas, at_least=1)
             if not any(scene.noises):
-                raise reject("replicas", replicas, "None: without noise all would be the same")
+                raise reject(
+                    "replicas", replicas, "must be None: without noise all would be the same"
+                )
         if allow_unstable or method == "scipy/dop853":
             return
         self.check_contact(scene, method, timestep)
@@ -91,13 +93,13 @@ class MotorDevice(BallDevice[Motor, MotorStates]):
         Raises
         ------
         ValueError
-            Names the part, its value and the bound.
+            Names the part, its value and the sentence.
         """
         state = start_motor(scene, replicas or 1)
         parts = given_parts(scene, SIZES, initial, replicas or 1)
         if "ring_axis" in parts and (parts["ring_axis"][:, 2] < np.cos(LARGEST_TILT)).any():
-            bound = f"within {np.degrees(LARGEST_TILT):g} degrees of the vertical"
-            raise reject("initial['ring_axis']", parts["ring_axis"].tolist(), bound)
+            sentence = f"must be within {np.degrees(LARGEST_TILT):g} degrees of the vertical"
+            raise reject("initial['ring_axis']", parts["ring_axis"].tolist(), sentence)
         kept = {name: part[np.newaxis] for name, part in parts.items() if name in state._fields}
         return state._replace(**kept)
 

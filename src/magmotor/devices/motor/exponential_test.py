@@ -108,12 +108,18 @@ def exponential_test(
     values, limits = np.asarray(values, dtype=float), np.asarray(limits, dtype=float)
     censored = np.asarray(censored, dtype=bool)
     if not (values >= 0).all() or not values.any():
-        raise reject("smallest duration", float(values.min()), "at least 0, and not all zero")
+        raise reject(
+            "smallest duration", float(values.min()), "must be at least 0, and not all zero"
+        )
     completed = int(np.sum(~censored))
     if completed < max(2, len(values) / 2):
-        raise reject("number of durations completed", completed, "at least half of all, and 2")
+        raise reject(
+            "number of durations completed", completed, "must be at least half of all, and 2"
+        )
     if np.any(values > limits):
-        raise reject("largest duration over its limit", (values / limits).max(), "at most 1")
+        raise reject(
+            "largest duration over its limit", (values / limits).max(), "must be at most 1"
+        )
     generator = np.random.default_rng(seed)
     mean = values.sum() / completed
 

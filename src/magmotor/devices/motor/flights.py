@@ -181,7 +181,9 @@ def censored_mean(
     values = np.asarray(values, dtype=float)
     completed = ~np.asarray(censored, dtype=bool)
     if len(values) != len(completed):
-        raise reject("lengths of values and censored", (len(values), len(completed)), "equal")
+        raise reject(
+            "lengths of values and censored", (len(values), len(completed)), "must be equal"
+        )
     count = int(completed.sum())
     if not count:
         return CensoredMean(math.nan, math.nan, 0)

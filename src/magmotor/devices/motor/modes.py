@@ -65,8 +65,8 @@ def mode_temperatures(
     """
     late = run.isel(time=run.time >= run.time[0] + burn_in)
     if late.sizes["time"] < BATCHES:
-        bound = f"such that at least {BATCHES} records are left"
-        raise reject("burn_in", burn_in, bound)
+        sentence = f"must be such that at least {BATCHES} records are left"
+        raise reject("burn_in", burn_in, sentence)
     found = {name: mean_and_error(series) for name, series in _squares(late, scene).items()}
     columns: dict[str, Any] = {
         "temperature": ("mode", [mean for mean, _ in found.values()], {"units": "J"}),

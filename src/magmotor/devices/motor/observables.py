@@ -68,8 +68,8 @@ def ring_attitude(run: xr.Dataset) -> xr.Dataset:
 def _check_turns(angle: NDArray[np.float64], other: str) -> None:
     turn = float(np.abs(np.diff(angle)).max(initial=0.0))
     if turn > LARGEST_TURN:
-        bound = f"at most 1.57 rad: record more often, {other}"
-        raise reject("largest turn between two records", round(turn, 2), bound)
+        sentence = f"must be at most 1.57 rad: record more often, {other}"
+        raise reject("largest turn between two records", round(turn, 2), sentence)
 
 
 def _angle(values, like: xr.DataArray, label: str) -> xr.DataArray:

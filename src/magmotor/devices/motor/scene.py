@@ -112,11 +112,11 @@ class Motor(BallScene):
                 object.__setattr__(self, name, value)
         check_fields(self)
         if self.axis is not None and not any(self.axis):
-            raise reject("axis", self.axis, "a direction: not all zero")
+            raise reject("axis", self.axis, "must be a direction: not all zero")
         self._check_rings()
         self._check_temperature()
         if self.surface == "plane" and self.gravity == 0:
-            raise reject("gravity", self.gravity, "positive when surface = 'plane'")
+            raise reject("gravity", self.gravity, "must be positive when surface = 'plane'")
 
     def _check_rings(self) -> None:
         top, reach = 2 * self.ball_radius, self.inner_radius * math.sin(LARGEST_TILT)
@@ -125,25 +125,29 @@ class Motor(BallScene):
         check_number("outer_height", self.outer_height, above=top, unit="m (the ball's top)")
         clear = math.hypot(self.outer_radius, self.outer_height - self.inner_height)
         if clear <= self.inner_radius:
-            bound = f"less than {clear:g} m: the rings overlap, the inner one cannot turn"
-            raise reject("inner_radius", self.inner_radius, bound)
+            sentence = (
+                f"must be less than {clear:g} m: the rings overlap, the inner one cannot turn"
+            )
+            raise reject("inner_radius", self.inner_radius, sentence)
         across, _, axial = self.inner_moments
         if axial > 2 * across:
-            bound = f"at most twice the moment across it, {2 * across:g} kg m^2"
-            raise reject("inner_axial_inertia", axial, bound)
+            sentence = f"must be at most twice the moment across it, {2 * across:g} kg m^2"
+            raise reject("inner_axial_inertia", axial, sentence)
 
     def _check_temperature(self) -> None:
         for noise, friction in (("alpha_ball", "friction_ball"), ("alpha_ring", "friction_ring")):
             needed = self.temperature == "uniform" and getattr(self, noise) > 0
             if needed and getattr(self, friction) == 0:
-                raise reject(friction, 0.0, f"positive with {noise} at a uniform temperature")
+                raise reject(
+                    friction, 0.0, f"must be positive with {noise} at a uniform temperature"
+                )
         ball, ring = (
             friction / alpha**2 if alpha else math.inf
             for friction, alpha in zip(self.frictions[1:3], self.noises[1:3], strict=True)
         )
         if self.temperature == "uniform" and not math.isclose(ball, ring, rel_tol=1e-9):
-            bound = f"friction_ball/alpha_ball^2 = {ball:g} when temperature = 'uniform'"
-            raise reject("friction_ring/alpha_ring^2", ring, bound)
+            sentence = f"must be friction_ball/alpha_ball^2 = {ball:g} when temperature = 'uniform'"
+            raise reject("friction_ring/alpha_ring^2", ring, sentence)
 
     @classmethod
     def paper(cls, run: str = "uniform-a", **changes: Any) -> "Motor":
@@ -183,7 +187,7 @@ class Motor(BallScene):
             The temperature is not uniform.
         """
         if self.temperature != "uniform":
-            raise reject("temperature", self.temperature, "uniform: else there is no kT")
+            raise reject("temperature", self.temperature, "must be uniform: else there is no kT")
         if not self.alpha_ring:
             return 0.0
         return self.noises[-1] ** 2 / (2 * self.frictions[-1])

@@ -66,7 +66,7 @@ class TopDevice(BallDevice[Top, BallStates]):
         if replicas is not None:
             check_integer("replicas", replicas, at_least=1)
             raise reject(
-                "replicas", replicas, "None: this scene has no noise, all would be the same"
+                "replicas", replicas, "must be None: this scene has no noise, all would be the same"
             )
         if allow_unstable:
             return

@@ -141,14 +141,15 @@ def _check(data: xr.Dataset, scene: Top) -> None:
     needs = *MEASURES, *FIELDS
     missing = [name for name in needs if name not in data or data[name].dtype.kind not in "iuf"]
     if missing or any(data[name].dims != (name,) for name in FIELDS):
-        bound = f"those of a sweep of {' and '.join(FIELDS)} that measures {' and '.join(MEASURES)}"
-        raise reject("variables of data", [*map(str, data.variables)], bound)
+        swept, measured = " and ".join(FIELDS), " and ".join(MEASURES)
+        sentence = f"must be those of a sweep of {swept} that measures {measured}"
+        raise reject("variables of data", [*map(str, data.variables)], sentence)
     if "sweep" in data.attrs:
         own = json.loads(data.attrs["sweep"]).get("scene_fields", {})
         for name in ("ball_radius", "ring_radius"):
             value = getattr(scene, name)
             if own.get(name, value) != value:
-                raise reject(f"scene.{name}", value, f"{own[name]!r}, as in the sweep")
+                raise reject(f"scene.{name}", value, f"must be {own[name]!r}, as in the sweep")
 
 
 FLAT = 1e-3

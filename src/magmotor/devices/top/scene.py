@@ -50,12 +50,12 @@ def check_script(script: tuple[Waypoint, ...], lowest: float) -> tuple[Waypoint,
         Times that do not increase, a height not above `lowest`, a tilt outside [0, pi/2).
     """
     if not isinstance(script, tuple | list):
-        raise reject("ring_script", script, "a tuple of waypoints")
+        raise reject("ring_script", script, "must be a tuple of waypoints")
     checked: list[Waypoint] = []
     for i, entry in enumerate(script):
         name = f"ring_script[{i}]"
         if not isinstance(entry, tuple | list) or len(entry) != 3:
-            raise reject(name, entry, "three numbers: time, height, tilt")
+            raise reject(name, entry, "must be three numbers: time, height, tilt")
         time, height, tilt = entry
         waypoint = Waypoint(
             check_number(f"{name}.time", time, unit="s"),
@@ -63,7 +63,7 @@ def check_script(script: tuple[Waypoint, ...], lowest: float) -> tuple[Waypoint,
             check_number(f"{name}.tilt", tilt, at_least=0.0, below=math.pi / 2, unit="rad"),
         )
         if checked and waypoint.time <= checked[-1].time:
-            raise reject(f"{name}.time", time, f"greater than {checked[-1].time:g} s")
+            raise reject(f"{name}.time", time, f"must be greater than {checked[-1].time:g} s")
         checked.append(waypoint)
     return tuple(checked)
 
@@ -143,28 +143,30 @@ class Top(BallScene):
         for time in [entry.time for entry in script] or [0.0]:
             height, tilt = self.ring_pose(time)
             if height <= self.ring_radius * math.sin(tilt):
-                bound = f"less than {math.asin(height / self.ring_radius):.4g} rad (the floor)"
-                raise reject("tilt", tilt, bound)
+                sentence = (
+                    f"must be less than {math.asin(height / self.ring_radius):.4g} rad (the floor)"
+                )
+                raise reject("tilt", tilt, sentence)
         if not any(self.axis):
-            raise reject("axis", self.axis, "a direction: not all zero")
+            raise reject("axis", self.axis, "must be a direction: not all zero")
         if self.inertia[2] > 2 * self.inertia[0]:
-            bound = f"at most twice the moment across it, {2 * self.inertia[0]:g} kg m^2"
-            raise reject("ball_axial_inertia", self.inertia[2], bound)
+            sentence = f"must be at most twice the moment across it, {2 * self.inertia[0]:g} kg m^2"
+            raise reject("ball_axial_inertia", self.inertia[2], sentence)
         self._check_dry_friction()
         if self.surface == "plane" and self.gravity == 0:
-            raise reject("gravity", self.gravity, "positive when surface = 'plane'")
+            raise reject("gravity", self.gravity, "must be positive when surface = 'plane'")
 
     def _check_dry_friction(self) -> None:
         """MuJoCo offers rolling friction only with torsional, and that only with Coulomb's."""
         names = ("coulomb_friction", "torsional_friction", "rolling_friction")
         for i, (name, value) in enumerate(zip(names, self.dry_friction, strict=True)):
             if value > 0 and self.surface == "planar":
-                raise reject(name, value, "zero unless surface = 'plane'")
+                raise reject(name, value, "must be zero unless surface = 'plane'")
             needed = value > 0 or any(self.dry_friction[i:])
             if needed and value < SMALLEST_DRY_FRICTION:
                 bound = f"at least {SMALLEST_DRY_FRICTION:g}, MuJoCo's smallest,"
                 others = " or ".join(names[i:])
-                raise reject(name, value, f"{bound} when {others} is positive")
+                raise reject(name, value, f"must be {bound} when {others} is positive")
 
     @classmethod
     def paper(cls, case: int = 4, **changes: Any) -> "Top":

@@ -108,7 +108,7 @@ class Baoab:
         self._check_data(data)
         left = check_integer("nstep", nstep, at_least=0)
         if left >= LARGEST_STEP:
-            raise reject("nstep", nstep, f"less than 2^53 = {LARGEST_STEP}")
+            raise reject("nstep", nstep, f"must be less than 2^53 = {LARGEST_STEP}")
         following, count = BY_TIME, min(left, FIRST_STEPS)
         while True:
             began = time.monotonic()
@@ -170,7 +170,7 @@ class Baoab:
             check_floats("control", control, "replicas", 1, size)
         room = physical_memory() / (8 * max(1, len(initial_state) * (width - 1)))
         if nstep > room:
-            raise reject("nstep", nstep, f"at most {int(room)}, for which there is memory")
+            raise reject("nstep", nstep, f"must be at most {int(room)}, for which there is memory")
         start = np.split(initial_state, [1, 1 + self.model.nq], axis=1)
         paths = np.full((len(initial_state), nstep, initial_state.shape[1] - 1), np.nan)
 
@@ -188,13 +188,15 @@ class Baoab:
 
     def _check_data(self, data: mujoco.MjData) -> None:
         if data.model is not self.model:
-            raise reject("data.model", data.model, "the model that is stepped")
+            raise reject("data.model", data.model, "must be the model that is stepped")
 
     def _run(self, data: mujoco.MjData, first: int, nstep: int, path: Array) -> int:
         """Step, recording in `path` if it has rows; `first` and what returns are as in the loop."""
         if self.model.opt.timestep != self._coefficients.timestep:
             raise reject(
-                "timestep", self.model.opt.timestep, f"{self._coefficients.timestep:g}, as it was"
+                "timestep",
+                self.model.opt.timestep,
+                f"must be {self._coefficients.timestep:g}, as it was",
             )
         work = np.empty(3 * len(self._coefficients.kick) + self._coefficients.channels)
         with hooks.raised():

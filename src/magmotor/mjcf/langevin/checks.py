@@ -65,12 +65,12 @@ def _check_options(model: mujoco.MjModel) -> None:
     for field, what in NONE_OF.items():
         count = getattr(model, field)
         if count and not (field == "neq" and disabled(model, "equality")):
-            raise reject(f"number of {what}", count, "zero: the splitting has none")
+            raise reject(f"number of {what}", count, "must be zero: the splitting has none")
     for field in ("density", "viscosity"):
         if getattr(model.opt, field):
-            raise reject(f"option {field}", getattr(model.opt, field), "zero: no fluid")
+            raise reject(f"option {field}", getattr(model.opt, field), "must be zero: no fluid")
     if model.opt.enableflags & mujoco.mjtEnableBit.mjENBL_SLEEP:
-        raise reject("flag sleep", "enable", "disable")
+        raise reject("flag sleep", "enable", "must be disable")
 
 
 def _check_joints_and_tendons(model: mujoco.MjModel) -> None:
@@ -84,35 +84,39 @@ def _check_joints_and_tendons(model: mujoco.MjModel) -> None:
             kind = "tendon" if prefix == "tendon" else "joint"
             owner = label(model, kind, model.dof_jntid[i] if prefix == "dof" else i)
             way_out = f", or switched off by the flag {flag}" if flag else ""
-            raise reject(f"{owner}: {name}", value.tolist(), f"zero{way_out}")
+            raise reject(f"{owner}: {name}", value.tolist(), f"must be zero{way_out}")
     fixed = model.wrap_type[model.tendon_adr] == int(mujoco.mjtWrap.mjWRAP_JOINT)
     for i in np.flatnonzero(model.tendon_damping * ~fixed):
-        bound = "zero unless it is a fixed tendon"
-        raise reject(f"{label(model, 'tendon', i)}: damping", float(model.tendon_damping[i]), bound)
+        sentence = "must be zero unless it is a fixed tendon"
+        raise reject(
+            f"{label(model, 'tendon', i)}: damping", float(model.tendon_damping[i]), sentence
+        )
 
 
 def _check_body(model: mujoco.MjModel, body: int) -> None:
     name, parent = label(model, "body", body), int(model.body_parentid[body])
     if model.body_weldid[parent] != 0:
-        raise reject(f"{name}: parent", label(model, "body", parent), "the world, or fixed to it")
+        raise reject(
+            f"{name}: parent", label(model, "body", parent), "must be the world, or fixed to it"
+        )
     joints = model.body_jntadr[body] + np.arange(model.body_jntnum[body])
     kinds = model.jnt_type[joints]
     if (kinds[:-1] != SLIDE).any():
         told = [mujoco.mjtJoint(kind).name[6:].lower() for kind in kinds]
-        raise reject(f"{name}: joints", told, "slides first, then at most one that turns")
+        raise reject(f"{name}: joints", told, "must be slides first, then at most one that turns")
     if kinds[-1] == SLIDE:
         return
     last = joints[-1]
     turning = model.jnt_dofadr[last] + np.arange(model.body_dofnum[body] - len(kinds) + 1)
     arm = model.jnt_pos[last] - model.body_ipos[body]
     if model.body_mass[body] * arm @ arm > ROUNDING * model.dof_M0[turning[-3:]].min():
-        bound = f"the center of mass, {model.body_ipos[body].tolist()}"
+        sentence = f"must be the center of mass, {model.body_ipos[body].tolist()}"
         owner = label(model, "joint", last)
-        raise reject(f"{owner}: pos", model.jnt_pos[last].tolist(), bound)
+        raise reject(f"{owner}: pos", model.jnt_pos[last].tolist(), sentence)
     if kinds[-1] != HINGE and model.dof_armature[turning].any():
-        bound = "zero: it does not turn with the body"
+        sentence = "must be zero: it does not turn with the body"
         owner = label(model, "joint", last)
-        raise reject(f"{owner}: armature", float(model.dof_armature[turning].max()), bound)
+        raise reject(f"{owner}: armature", float(model.dof_armature[turning].max()), sentence)
 
 
 def _check_contacts(model: mujoco.MjModel) -> None:
@@ -120,9 +124,11 @@ def _check_contacts(model: mujoco.MjModel) -> None:
         return
     for pair in range(model.npair):
         if model.pair_friction[pair, 0] != ALWAYS_IN_CONE:
-            bound = f"{ALWAYS_IN_CONE:g}, as in a viscous contact, the only kind of contact"
+            sentence = (
+                f"must be {ALWAYS_IN_CONE:g}, as in a viscous contact, the only kind of contact"
+            )
             value = float(model.pair_friction[pair, 0])
-            raise reject(f"{label(model, 'pair', pair)}: friction", value, bound)
+            raise reject(f"{label(model, 'pair', pair)}: friction", value, sentence)
     types, affinities = model.geom_contype, model.geom_conaffinity
     bodies = model.body_weldid[model.geom_bodyid]
     moves = model.body_dofnum[bodies] > 0
@@ -132,7 +138,9 @@ def _check_contacts(model: mujoco.MjModel) -> None:
     for one, other in np.argwhere(collide):
         both = " and ".join(label(model, "geom", i) for i in (one, other))
         value = types[[one, other]].tolist()
-        raise reject(f"{both}: contype", value, "zero, as conaffinity: they must not collide")
+        raise reject(
+            f"{both}: contype", value, "must be zero, as conaffinity: they must not collide"
+        )
 
 
 def check_viscous(model: mujoco.MjModel, pair: int) -> int:
@@ -152,7 +160,7 @@ def check_viscous(model: mujoco.MjModel, pair: int) -> int:
     body = int(model.geom_bodyid[sphere])
     off = np.linalg.norm(model.geom_pos[sphere] - model.body_ipos[body])
     if off > ROUNDING * model.geom_size[sphere, 0]:
-        bound = f"its body's center of mass, {model.body_ipos[body].tolist()}"
+        sentence = f"must be its body's center of mass, {model.body_ipos[body].tolist()}"
         name = label(model, "geom", sphere)
-        raise reject(f"{name}: pos", model.geom_pos[sphere].tolist(), bound)
+        raise reject(f"{name}: pos", model.geom_pos[sphere].tolist(), sentence)
     return body

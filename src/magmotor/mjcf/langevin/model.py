@@ -119,8 +119,10 @@ def _masses(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
     coupled = np.triu(abs(inertia) > ROUNDING * np.sqrt(np.outer(masses, masses)), 1)
     for one, other in np.argwhere(coupled):
         joints = {label(model, "joint", model.dof_jntid[i]): None for i in (one, other)}
-        bound = "zero: slides at right angles, and balls on a body whose frame has principal axes"
-        raise reject(f"inertia between {' and '.join(joints)}", inertia[one, other], bound)
+        sentence = (
+            "must be zero: put slides at right angles, and balls on bodies in their principal frame"
+        )
+        raise reject(f"inertia between {' and '.join(joints)}", inertia[one, other], sentence)
     return masses.copy()
 
 
@@ -159,11 +161,11 @@ def _turning_channel(model: mujoco.MjModel, body: int) -> int:
     first, strength = turning[0], rows[0, 3]
     equal = np.hstack([np.zeros((3, 3)), strength * np.eye(3)])
     if turning != [first, first + 1, first + 2] or not np.array_equal(rows, equal):
-        bound = (
-            "equal torques about x, y and z alone, three rows (0 0 0 a 0 0, 0 0 0 0 a 0,"
+        sentence = (
+            "must be equal torques about x, y and z alone, three rows (0 0 0 a 0 0, 0 0 0 0 a 0,"
             " 0 0 0 0 0 a), since its moments of inertia differ"
         )
-        raise reject(f"{label(model, 'body', body)}: user", rows.tolist(), bound)
+        raise reject(f"{label(model, 'body', body)}: user", rows.tolist(), sentence)
     return first
 
 
@@ -203,12 +205,12 @@ def _viscous_contacts(
         geoms = {int(model.pair_geom1[pair]), int(model.pair_geom2[pair])}
         found = [c for c in active if set(c.geom.tolist()) == geoms and c.efc_address >= 0]
         if len(found) != 1:
-            raise reject(f"{name}: active contacts at qpos0", len(found), "one")
+            raise reject(f"{name}: active contacts at qpos0", len(found), "must be one")
         body = check_viscous(model, pair)
         if any(ball.body == body and not ball.isotropic for ball in balls):
             moments = model.body_inertia[body].tolist()
-            bound = f"equal, since {name} acts on it"
-            raise reject(f"{label(model, 'body', body)}: moments of inertia", moments, bound)
+            sentence = f"must be equal, since {name} acts on it"
+            raise reject(f"{label(model, 'body', body)}: moments of inertia", moments, sentence)
         damping += _viscous(model, data, found[0], name, masses, body)
     return damping
 
@@ -219,13 +221,15 @@ def _viscous(model, data, contact: Any, name: str, masses: Array, body: int) -> 
     mujoco.mj_jac(model, data, jacobian, None, contact.pos, body)
     normal, *tangents = product(contact.frame.reshape(3, 3), jacobian)
     if abs(normal).max() > ROUNDING * np.abs(tangents).max():
-        bound = "held at its height, where the contact bears no load"
-        raise reject(f"{name}: {label(model, 'body', body)}", "free to leave the plane", bound)
+        sentence = "must be held at its height, where the contact bears no load"
+        raise reject(f"{name}: {label(model, 'body', body)}", "free to leave the plane", sentence)
     slip = np.array(tangents)
     inverse_inertia = float(np.max(np.sum(slip**2 / masses, axis=1)))
     regularization = data.efc_R[contact.efc_address + 1] / inverse_inertia
     if regularization < WEAKEST_REGULARIZATION:
-        bound = f"at least {WEAKEST_REGULARIZATION:g}: a smaller impratio makes it larger"
-        raise reject(f"{name}: R/A", regularization, bound)
+        sentence = (
+            f"must be at least {WEAKEST_REGULARIZATION:g}: a smaller impratio makes it larger"
+        )
+        raise reject(f"{name}: R/A", regularization, sentence)
     damping = -contact.solreffriction[1] / resistance(data, contact, inverse_inertia)
     return damping * product(slip.T, slip)

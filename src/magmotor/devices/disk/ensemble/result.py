@@ -50,7 +50,9 @@ def plan(timestep: float, duration: float, sample_interval: int, burn_in: float)
     burn_in = check_number("burn_in", burn_in, at_least=0)
     samples = int(duration / (sample_interval * timestep) * (1 + 1e-12))
     if burn_in / (sample_interval * timestep) >= samples - 3.5:
-        raise reject("burn_in", burn_in, f"at most {(samples - 4) * sample_interval * timestep:g}")
+        raise reject(
+            "burn_in", burn_in, f"must be at most {(samples - 4) * sample_interval * timestep:g}"
+        )
     first = round(burn_in / (sample_interval * timestep))
     decades = np.log10(samples)
     logarithmic = np.logspace(0, decades, 1 + int(np.ceil(RECORDS_PER_DECADE * decades)))

@@ -65,9 +65,9 @@ def ensemble(
     check_choice("method", method, schemes.methods(schemes.DISK, noise=scene.noise > 0))
     seed = check_seed(seed)
     if trajectories > replicas:
-        raise reject("trajectories", trajectories, f"at most {replicas}, the replicas")
+        raise reject("trajectories", trajectories, f"must be at most {replicas}, the replicas")
     if not scene.noise:
-        raise reject("noise", scene.noise, "positive: all replicas would be the same")
+        raise reject("noise", scene.noise, "must be positive: all replicas would be the same")
     steps = max(1, round(1 / timestep)) if sample_interval is None else sample_interval
     when = plan(timestep, duration, steps, burn_in)
     device: Any = scene.device

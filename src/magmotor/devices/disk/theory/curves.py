@@ -43,7 +43,7 @@ class DiskTheory:
     def reduced(self) -> ReducedDisk:
         """The reduced equation of the disk's d."""
         if not isinstance(self.scene, Disk):
-            raise reject("scene", self.scene, "a Disk: the reduced equation is of its d")
+            raise reject("scene", self.scene, "must be a Disk: the reduced equation is of its d")
         return ReducedDisk(self.scene)
 
     @checked
@@ -108,7 +108,7 @@ class DiskTheory:
         for exponent in range(-99, 100):
             if k**2 * flat_variance_from_rest(self.scene, 2.0**exponent) > 1:
                 return 2.0**exponent
-        raise reject("noise", self.scene.noise, "enough for x to forget the phase of U")
+        raise reject("noise", self.scene.noise, "must be enough for x to forget the phase of U")
 
     def _phase(self, k: int, t: float) -> float:
         """E[cos k x_t] from rest on flat U."""
@@ -124,7 +124,9 @@ class DiskTheory:
         """Rates and weights of E[d_t]/d_0: the reduced equation's modes that are odd in d."""
         cells = len(self.reduced.d)
         if 16 * cells**2 > physical_memory():
-            raise reject("scene", self.scene, f"one that needs fewer than {cells} cells in D(d)")
+            raise reject(
+                "scene", self.scene, f"must be one that needs fewer than {cells} cells in D(d)"
+            )
         up, down, d = self.reduced.up[1:], self.reduced.down[1:], self.reduced.d[1:]
         rates, modes = eigh_tridiagonal(up + down, -np.sqrt(up[:-1] * down[1:]))
         root = np.sqrt(self.reduced.probability[1:])

@@ -90,7 +90,7 @@ def _direction(scene: Scene, direction: ArrayLike | None) -> Array:
         return np.eye(len(scene.masses))[0]
     vector = np.asarray(direction, dtype=float)
     if vector.shape != (len(scene.masses),):
-        raise reject("direction", direction, f"{len(scene.masses)} numbers")
+        raise reject("direction", direction, f"must be {len(scene.masses)} numbers")
     return vector
 
 

@@ -117,7 +117,7 @@ class ReducedDisk:
         if cells is None:
             cells = self._default_cells()
         if cells > MOST_CELLS:
-            raise reject("scene", scene, f"one whose D(d) up to {MOST_CELLS} cells resolve")
+            raise reject("scene", scene, f"must be one whose D(d) up to {MOST_CELLS} cells resolve")
         self.d = np.linspace(0, REACH * math.sqrt(self.mean_square), cells + 1)
         """Nodes, shape (cells + 1,)."""
         self.probability = self._equilibrium()
@@ -261,8 +261,8 @@ def _line_shape(frequency: Array, width: float, rate: float) -> Array:
     depth = math.ceil(50 + (60 * width / rate) ** (2 / 3) + 2 * turning)
     terms = depth * max(frequency.size, ONE_BY_ONE)
     if terms > MOST_TERMS:
-        bound = f"at most {MOST_TERMS}: d, noise or friction is too extreme"
-        raise reject("terms of D(d)", terms, bound)
+        sentence = f"must be at most {MOST_TERMS}: d, noise or friction is too extreme"
+        raise reject("terms of D(d)", terms, sentence)
     p = -1j * frequency
     tail = np.zeros_like(p)
     for n in range(depth, 0, -1):

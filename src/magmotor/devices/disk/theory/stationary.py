@@ -122,8 +122,8 @@ def _boltzmann(scene: Scene) -> "BSpline":
     check_number("noise", scene.noise, above=0)
     sharpness = math.sqrt(scene.beta * steepest_curvature(scene.coefficients))
     if sharpness > SHARPEST:
-        bound = f"so large that beta max|U''| is at most {SHARPEST**2:g}"
-        raise reject("noise", scene.noise, bound)
+        sentence = f"must be so large that beta max|U''| is at most {SHARPEST**2:g}"
+        raise reject("noise", scene.noise, sentence)
     x = np.linspace(0, 2 * np.pi, 1024 * math.ceil(2 + sharpness) + 1)
     energy = derivative(scene.coefficients, x)
     weight = np.exp(-scene.beta * (energy - energy.min()))
@@ -136,4 +136,4 @@ def _boltzmann(scene: Scene) -> "BSpline":
 def require_one_friction(scene: Disk) -> None:
     """Refuse scenes with friction on the second direction, too."""
     if scene.friction_ratio > 0:
-        raise reject("friction_ratio", scene.friction_ratio, "zero for this closed form")
+        raise reject("friction_ratio", scene.friction_ratio, "must be zero for this closed form")
