@@ -40,7 +40,7 @@ endif
 # Pictures need neither tests nor linters; where they are installed, they are kept.
 READY := $(firstword $(wildcard .venv/dev-ready) .venv/ready)
 
-.PHONY: help movie disk motor sweep studies figures examples test test-quick fuzz torture lint bench charts docs compat clean redo
+.PHONY: help movie disk motor sweep studies figures examples models test test-quick fuzz torture lint bench charts docs compat clean redo
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
@@ -75,6 +75,13 @@ examples: $(READY)  ## models of other kinds, magnetized: out/{compass_needles,m
 	@$(PYTHON) examples/someone_elses_model.py
 	@$(PYTHON) examples/own_device.py
 	@$(PYTHON) examples/magnetic_pendulum.py $(ARGS)
+
+models: $(READY)  ## the complete scenes of models/, composed of models/parts/
+	@$(PYTHON) scripts/export_mjcf.py disk models/disk.xml
+	@$(PYTHON) scripts/export_mjcf.py top models/top.xml
+	@$(PYTHON) scripts/export_mjcf.py top models/top_plane.xml --surface plane
+	@$(PYTHON) scripts/export_mjcf.py motor models/motor.xml
+	@$(PYTHON) scripts/export_mjcf.py motor models/motor_plane.xml --surface plane
 
 test: .venv/dev-ready  ## the tests
 	@echo "== test: running pytest (the first run also compiles the kernels)"

@@ -1,5 +1,6 @@
 """MJCF parts: how they are read, and what in them only eyes need."""
 
+import re
 from copy import copy
 from functools import cache
 from typing import Any
@@ -20,11 +21,16 @@ def compiled(root: Element) -> mujoco.MjModel:
     try:
         if isinstance(root, mujoco.MjSpec):
             return root.compile()
-        return mujoco.MjModel.from_xml_string(root.to_xml_string(), root.get_assets())
+        return mujoco.MjModel.from_xml_string(xml_of(root), root.get_assets())
     except ValueError as error:
         raise ValueError(
             f"scene: must be one that MuJoCo takes ({' '.join(str(error).split())})"
         ) from error
+
+
+def xml_of(root: Element) -> str:
+    """The MJCF of a PyMJCF tree, without the names that PyMJCF gives to what has none."""
+    return re.sub(r' name="//unnamed[^"]*"', "", root.to_xml_string())
 
 
 def load(name: str, *, visual: bool) -> Element:
@@ -43,7 +49,7 @@ def _read(name: str, visual: bool) -> Element:
             " be installed on Python 3.13 and newer, for which labmaze has no wheel)"
         ) from missing
 
-    root = mjcf.from_path(str(models_folder() / f"{name}.xml"))
+    root = mjcf.from_path(str(models_folder() / "parts" / f"{name}.xml"))
     if not visual:
         _strip(root)
     return root
