@@ -13,16 +13,18 @@ import numpy as np
 from mujoco.introspect import ast_nodes
 from mujoco.introspect.structs import STRUCTS
 
+from magmotor.mjcf import plugin
+
 MODEL_FIELDS = (
     "nbody", "njnt", "nsite", "ntuple", "nuser_body", "nuser_jnt", "nuser_site", "nuserdata",
     "body_weldid", "body_dofnum", "body_user", "jnt_type", "jnt_bodyid", "jnt_qposadr", "jnt_user",
     "site_bodyid", "site_user", "tuple_adr", "tuple_size", "tuple_objtype", "tuple_objid",
-    "tuple_objprm", "name_bodyadr", "name_jntadr", "name_siteadr", "name_tupleadr", "names",
+    "tuple_objprm", "name_bodyadr", "name_jntadr", "name_siteadr", "name_tupleadr", "names", "plugin",
 )  # fmt: skip
 OPTION_FIELDS = ("timestep", "integrator")
 DATA_FIELDS = (
     "site_xpos", "site_xmat", "xmat", "xipos", "xaxis", "xfrc_applied", "qfrc_applied", "qpos",
-    "qvel", "userdata", "time", "pstack",
+    "qvel", "qfrc_passive", "userdata", "time", "pstack",
 )  # fmt: skip
 
 _SCALARS = {
@@ -39,6 +41,7 @@ _SCALARS = {
 
 _PROBE = """
 <mujoco>
+  <extension><plugin plugin="magmotor.forces"><instance name="probe"/></plugin></extension>
   <option timestep="0.0625" integrator="implicitfast"/>
   <size nuserdata="17" nuser_body="11" nuser_jnt="13"/>
   <custom>
@@ -99,6 +102,7 @@ class Layout(NamedTuple):
     name_siteadr: int
     name_tupleadr: int
     names: int
+    plugin: int
     timestep: int
     integrator: int
     site_xpos: int
@@ -110,6 +114,7 @@ class Layout(NamedTuple):
     qfrc_applied: int
     qpos: int
     qvel: int
+    qfrc_passive: int
     userdata: int
     time: int
     pstack: int
@@ -149,6 +154,7 @@ def verify(layout: Layout) -> None:
     """
     if mujoco.MjModel.from_xml_string("<mujoco/>").qpos0.dtype != np.float64:
         raise LayoutError("MuJoCo was built in single precision: double is needed")
+    plugin.register()
     model = mujoco.MjModel.from_xml_string(_PROBE)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)

@@ -19,7 +19,7 @@ from numba import njit, types
 
 from magmotor.common.arguments import checked
 from magmotor.mjcf import layout, memory
-from magmotor.mjcf.forces.brownian import add_brownian_wrenches, clear_driven_bodies
+from magmotor.mjcf.forces.brownian import add_brownian_wrenches, clear_driven_bodies, step_number
 from magmotor.mjcf.forces.dipole_sites import (
     NO_DIPOLES,
     NONE_MOVES,
@@ -201,6 +201,55 @@ def compiled_callback():
     return _callback(layout.current())
 
 
+@cache
+def compiled_plugin():
+    """The plugin's function for the MuJoCo that is running."""
+    memory.bind_function("mj_applyFT", memory.library().mj_applyFT)
+    compiled_callback()
+    return _plugin(layout.current())
+
+
+_PLUGIN_SIGNATURE = types.void(types.int64, types.int64, types.int32, types.int32)
+_word = types.int64
+_apply_wrench = types.ExternalFunction(
+    "mj_applyFT", types.void(_word, _word, _word, _word, _word, types.int32, _word)
+)
+
+
+@compiled_once(_PLUGIN_SIGNATURE, error_model="numpy")
+def _plugin(checksum: int, offsets: layout.Layout):
+    def compute(model, data, instance, capability):
+        _ = checksum
+        m = memory.words(model, memory.UNBOUNDED)
+        d = memory.words(data, memory.UNBOUNDED)
+        slots = memory.integers(m[offsets.plugin // 8], memory.UNBOUNDED)
+        for other in range(instance):
+            if slots[other] == slots[instance]:
+                return
+        step = step_number(model, data, offsets)  # which our own use of the stack would change
+        bodies = m[offsets.nbody // 8]
+        stack = d.ctypes.data
+        memory.mark_stack(stack)
+        room = memory.allocate(stack, 48 * bodies, 8)
+        applied = memory.numbers(room, bodies, 6)
+        for body in range(bodies):
+            for k in range(6):
+                applied[body, k] = 0.0
+        apply_forces(model, data, offsets, applied)
+        if m[offsets.nuser_body // 8] > 0:
+            add_brownian_wrenches(model, data, offsets, step, applied)
+        for body in range(1, bodies):
+            if memory.any_number(applied, body, 0, 6):
+                wrench = room + 48 * body
+                center = d[offsets.xipos // 8] + 24 * body
+                _apply_wrench(
+                    model, data, wrench, wrench + 24, center, body, d[offsets.qfrc_passive // 8]
+                )
+        memory.free_stack(stack)
+
+    return compute
+
+
 _SIGNATURE = types.void(types.int64, types.int64)
 
 
@@ -214,10 +263,13 @@ def _callback(checksum: int, offsets: layout.Layout):
 
     def callback(model, data):
         _ = checksum
-        acting = apply_forces(model, data, offsets)
         m = memory.words(model, memory.UNBOUNDED)
+        d = memory.words(data, memory.UNBOUNDED)
+        applied = memory.numbers(d[offsets.xfrc_applied // 8], memory.UNBOUNDED, 6)
+        acting = apply_forces(model, data, offsets, applied)
         if m[offsets.nuser_body // 8] > 0:
-            acting += add_brownian_wrenches(model, data, offsets)
+            step = step_number(model, data, offsets)
+            acting += add_brownian_wrenches(model, data, offsets, step, applied)
         if acting == 0 and memory.inert_reported() == 0:
             memory.report_inert(why_inert(m, offsets))
 
@@ -225,21 +277,22 @@ def _callback(checksum: int, offsets: layout.Layout):
 
 
 @njit(forceinline=True)
-def apply_forces(model, data, offsets):
+def apply_forces(model, data, offsets, applied):
     """Overwrite the wrenches of bodies with what acts on them but noise; return how much acts.
 
-    `model` and `data` are the addresses of mjModel and mjData, `offsets` their layout.
+    `model` and `data` are the addresses of mjModel and mjData, `offsets` their layout, `applied`
+    (nbody, 6) the wrenches.
     """
     m = memory.words(model, memory.UNBOUNDED)
     d = memory.words(data, memory.UNBOUNDED)
     in_potentials = m[offsets.nuser_jnt // 8] > 0
     if m[offsets.nuser_body // 8] > 0:
-        clear_driven_bodies(m, d, offsets)
+        clear_driven_bodies(m, d, offsets, applied)
     if in_potentials:
-        clear_bodies_in_potentials(m, d, offsets)
-    acting = set_magnetic_wrenches(m, d, offsets)
+        clear_bodies_in_potentials(m, d, offsets, applied)
+    acting = set_magnetic_wrenches(m, d, offsets, applied)
     if in_potentials:
-        acting += add_potential_wrenches(m, d, offsets)
+        acting += add_potential_wrenches(m, d, offsets, applied)
     return acting
 
 

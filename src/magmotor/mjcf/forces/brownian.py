@@ -43,7 +43,7 @@ def userdata(path: BrownianPath, first_step: int, replicas: int) -> NDArray[np.f
 
 
 @njit(forceinline=True)
-def clear_driven_bodies(m, d, offsets):
+def clear_driven_bodies(m, d, offsets, applied):
     """Set the wrench of each body with a channel to zero.
 
     Raises MuJoCo's error when a row is cut short, or the user's data choose no path.
@@ -51,7 +51,6 @@ def clear_driven_bodies(m, d, offsets):
     nuser = m[offsets.nuser_body // 8]
     bodies = m[offsets.nbody // 8]
     rows = memory.numbers(m[offsets.body_user // 8], bodies, nuser)
-    applied = memory.numbers(d[offsets.xfrc_applied // 8], bodies, 6)
     whole = nuser - nuser % 6
     driven = False
     for body in range(bodies):
@@ -70,17 +69,16 @@ def clear_driven_bodies(m, d, offsets):
 
 
 @njit(forceinline=True)
-def add_brownian_wrenches(model, data, offsets):
+def add_brownian_wrenches(model, data, offsets, step, applied):
     """Add to the wrenches of bodies what their channels apply in this step; return how many."""
     m = memory.words(model, memory.UNBOUNDED)
     d = memory.words(data, memory.UNBOUNDED)
     nuser = m[offsets.nuser_body // 8]
     bodies = m[offsets.nbody // 8]
     rows = memory.numbers(m[offsets.body_user // 8], bodies, nuser)
-    applied = memory.numbers(d[offsets.xfrc_applied // 8], bodies, 6)
     seed, replica = chosen(d, m, offsets, 0), chosen(d, m, offsets, 1)
     factor, level = max(1, chosen(d, m, offsets, 2)), chosen(d, m, offsets, 3)
-    step = chosen(d, m, offsets, 4) + step_number(model, data, offsets)
+    step += chosen(d, m, offsets, 4)
     rate = 1.0 / math.sqrt(memory.numbers(model + offsets.timestep, 1, 1)[0, 0])
     channel = 0
     for body in range(bodies):

@@ -46,10 +46,11 @@ BODY_TYPE = 1
 
 
 @njit(forceinline=True)
-def set_magnetic_wrenches(m, d, offsets):
+def set_magnetic_wrenches(m, d, offsets, applied):
     """Overwrite the wrench of each body that can move and has dipoles; return how many act.
 
-    `m` and `d` are the words of mjModel and mjData, `offsets` their layout.
+    `m` and `d` are the words of mjModel and mjData, `offsets` their layout, `applied` (nbody, 6)
+    the wrenches.
     """
     nsite = m[offsets.nsite // 8]
     if nsite == 0 or m[offsets.nuser_site // 8] == 0 or not all_moments(m, offsets):
@@ -68,9 +69,8 @@ def set_magnetic_wrenches(m, d, offsets):
         _report_coupling(-1 - count, m, offsets)
         return 0
     couplings = couplings[:count]
-    magnets, apart, end, mixed = _gather(table, border, couplings, m, d, offsets)
+    magnets, apart, end, mixed = _gather(table, border, couplings, m, d, offsets, applied)
     center = memory.numbers(d[offsets.xipos // 8], memory.UNBOUNDED, 3)
-    applied = memory.numbers(d[offsets.xfrc_applied // 8], memory.UNBOUNDED, 6)
     coincident = acting = 0
     for k in range(magnets):
         together = table[FIRST, k] < border
@@ -94,7 +94,7 @@ def set_magnetic_wrenches(m, d, offsets):
 
 
 @njit(forceinline=True)
-def _gather(table, after, couplings, m, d, offsets):
+def _gather(table, after, couplings, m, d, offsets, applied):
     """Fill the table and clear the wrenches of magnets that can move.
 
     Dipoles of magnets taken together start at column 0, those of each taken apart, filled up, at
@@ -108,7 +108,6 @@ def _gather(table, after, couplings, m, d, offsets):
     freedoms = memory.integers(m[offsets.body_dofnum // 8], memory.UNBOUNDED)
     position = memory.numbers(d[offsets.site_xpos // 8], nsite, 3)
     frame = memory.numbers(d[offsets.site_xmat // 8], nsite, 9)
-    applied = memory.numbers(d[offsets.xfrc_applied // 8], memory.UNBOUNDED, 6)
     magnets = apart = end = site = 0
     mixed = False
     while site < nsite:

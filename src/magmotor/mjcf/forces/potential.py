@@ -21,7 +21,7 @@ SLIDE, HINGE = 2, 3
 
 
 @njit(forceinline=True)
-def clear_bodies_in_potentials(m, d, offsets):
+def clear_bodies_in_potentials(m, d, offsets, applied):
     """Set the wrench of each body to zero that has a joint with a potential.
 
     Raises MuJoCo's error when the numbers are no potential, or the joint cannot have one.
@@ -31,7 +31,6 @@ def clear_bodies_in_potentials(m, d, offsets):
     waves = memory.numbers(m[offsets.jnt_user // 8], joints, nuser)
     kind = memory.integers(m[offsets.jnt_type // 8], joints)
     body_of = memory.integers(m[offsets.jnt_bodyid // 8], joints)
-    applied = memory.numbers(d[offsets.xfrc_applied // 8], memory.UNBOUNDED, 6)
     for joint in range(joints):
         if memory.any_number(waves, joint, 0, nuser):
             applied[body_of[joint]] = 0.0
@@ -42,7 +41,7 @@ def clear_bodies_in_potentials(m, d, offsets):
 
 
 @njit(forceinline=True)
-def add_potential_wrenches(m, d, offsets):
+def add_potential_wrenches(m, d, offsets, applied):
     """Add to the wrenches of bodies what the potentials of their joints apply; return how many."""
     nuser = m[offsets.nuser_jnt // 8]
     joints = m[offsets.njnt // 8]
@@ -52,7 +51,6 @@ def add_potential_wrenches(m, d, offsets):
     place = memory.integers(m[offsets.jnt_qposadr // 8], joints)
     qpos = memory.numbers(d[offsets.qpos // 8], 1, memory.UNBOUNDED)
     axis = memory.numbers(d[offsets.xaxis // 8], joints, 3)
-    applied = memory.numbers(d[offsets.xfrc_applied // 8], memory.UNBOUNDED, 6)
     count = 0
     for joint in range(joints):
         if memory.any_number(waves, joint, 0, nuser):

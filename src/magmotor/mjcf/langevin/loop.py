@@ -214,8 +214,8 @@ def _find_forces(model, data, offsets, coefficients, force):
     """Forces on the velocities where the bodies are now."""
     d = memory.words(data, memory.UNBOUNDED)
     _update_kinematics(model, data)
-    _apply_forces(model, data, offsets)
     applied = memory.numbers(d[offsets.xfrc_applied // 8], memory.UNBOUNDED, 6)
+    _apply_forces(model, data, offsets, applied)
     frames = memory.numbers(d[offsets.xmat // 8], memory.UNBOUNDED, 9)
     direct = memory.numbers(d[offsets.qfrc_applied // 8], 1, memory.UNBOUNDED)
     for i in range(len(force)):
@@ -230,9 +230,9 @@ def _find_forces(model, data, offsets, coefficients, force):
 
 
 @njit(error_model="numpy")
-def _apply_forces(model, data, offsets):
+def _apply_forces(model, data, offsets, applied):
     """Not inlined, unlike what it calls, since this shortens compilation."""
-    apply_forces(model, data, offsets)
+    apply_forces(model, data, offsets, applied)
 
 
 @njit(forceinline=True)
