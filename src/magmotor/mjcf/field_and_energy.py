@@ -1,0 +1,111 @@
+"""Field and magnetic energy of a model's dipoles in a state, for pictures, sensors and checks."""
+
+import mujoco
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from magmotor import dipoles
+from magmotor.common.arguments import checked
+from magmotor.common.hints import Points
+
+Array = NDArray[np.float64]
+
+
+@checked
+def field(model: mujoco.MjModel, data: mujoco.MjData, points: Points) -> Array:
+    """Compute the magnetic field of all dipole sites of a model.
+
+    Parameters
+    ----------
+    model : mujoco.MjModel
+    data : mujoco.MjData
+        Its site positions and orientations must be up to date, as after `mj_step`, `mj_forward` or
+        `mj_kinematics`.
+    points : array_like, shape (..., 3)
+        World coordinates in m.
+
+    Returns
+    -------
+    ndarray, shape (..., 3)
+        Magnetic flux density in T.
+
+    Raises
+    ------
+    ValueError
+        A point coincides with a dipole.
+
+    Examples
+    --------
+    >>> import mujoco
+    >>> import magmotor as mm
+    >>> model = mujoco.MjModel.from_xml_string('''
+    ... <mujoco><worldbody><site user="1"/></worldbody></mujoco>''')
+    >>> data = mujoco.MjData(model)
+    >>> mujoco.mj_forward(model, data)
+    >>> mm.field(model, data, [0, 0, 0.1])
+    array([0.    , 0.    , 0.0002])
+    """
+    positions, moments, _ = dipole_sites(model, data)
+    return dipoles.field(points, positions, moments)
+
+
+@checked
+def magnetic_energy(model: mujoco.MjModel, data: mujoco.MjData) -> float:
+    """Compute the energy of the dipoles of different rigid bodies in one another's field.
+
+    It is the sum of -c m_i . B_j(x_i) over all pairs of dipoles that act on one another, where c is
+    the factor of their bodies' coupling; the forces of `magnetism` are its negative gradient.
+
+    Parameters
+    ----------
+    model : mujoco.MjModel
+    data : mujoco.MjData
+        Its site positions and orientations must be up to date, as after `mj_forward`.
+
+    Returns
+    -------
+    float
+        In J.
+
+    Raises
+    ------
+    ValueError
+        Two dipoles that act on one another coincide.
+    """
+    positions, moments, bodies = dipole_sites(model, data)
+    factors = coupling_factors(model)
+    magnets = np.unique(bodies)
+    energy = 0.0
+    for k, body in enumerate(magnets):
+        own = bodies == body
+        for other in magnets[:k]:
+            if factor := factors(int(body), int(other)):
+                source = bodies == other
+                there = dipoles.field(positions[own], positions[source], moments[source])
+                energy -= factor * float(np.sum(moments[own] * there))
+    return energy
+
+
+def dipole_sites(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Array, Array, NDArray]:
+    """Positions (n, 3) in m, moments (n, 3) in A m^2 and bodies (n,) of the sites with a moment."""
+    strengths = model.site_user[:, 0] if model.nuser_site else np.zeros(model.nsite)
+    sites = np.flatnonzero(strengths)
+    axes = data.site_xmat[sites].reshape(-1, 3, 3)[..., 2]
+    return data.site_xpos[sites], strengths[sites, np.newaxis] * axes, model.site_bodyid[sites]
+
+
+def coupling_factors(model: mujoco.MjModel):
+    """The function that says how strongly the dipoles of two bodies act on one another."""
+    factors: dict[frozenset[int], float] = {}
+    for k in range(model.ntuple):
+        if model.tuple(k).name.startswith("coupling"):
+            first = model.tuple_adr[k]
+            pair = frozenset(model.tuple_objid[first : first + 2].tolist())
+            factors[pair] = factors.get(pair, 1.0) * float(model.tuple_objprm[first])
+
+    def factor(body: int, other: int) -> float:
+        one, two = int(model.body_weldid[body]), int(model.body_weldid[other])
+        still = model.body_dofnum[one] + model.body_dofnum[two] == 0
+        return 0.0 if one == two or still else factors.get(frozenset({body, other}), 1.0)
+
+    return factor
