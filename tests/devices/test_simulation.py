@@ -118,7 +118,7 @@ BAD = [
     ({"initial": {"position": (1,)}}, "initial.'position'. = .1,.: must be 3 finite"),
     ({"initial": {"velocity": (0, 0, 1)}}, "initial.'velocity'. = .*: must be 0 along z"),
     ({"initial": {"axis": (0, 0, 0)}}, "initial.'axis'. = .*: must be not all zero"),
-    ({"initial": {"position": (np.nan, 0)}}, "initial.'position'. holds nan"),
+    ({"initial": {"position": (np.nan, 0)}}, "initial.'position'. contains nan"),
     ({"initial": {"axis": (0, 0, 1), "orientation": (1, 0, 0, 0)}}, "axis or orientation"),
 ]  # fmt: skip
 
@@ -130,7 +130,7 @@ def test_bad_arguments_are_named_with_value_and_bound(arguments, message):
 
 
 def test_a_scene_is_needed():
-    with pytest.raises(ValueError, match=r"scene = 'top': must be an object of magmotor\.Disk, "):
+    with pytest.raises(ValueError, match=r"scene = 'top': must be an instance of magmotor\.Disk, "):
         mm.simulate(cast(mm.Top, "top"), **SHORT)
 
 

@@ -119,7 +119,7 @@ def test_arrays_of_dipoles_are_taken_one_by_one():
     [
         (([0, 0], [[1, 0, 0]], [[1, 0, 0]]), "points has shape"),
         (([0, 0, 0], [[1, 0, 0]], [[1, 0, 0], [0, 1, 0]]), "both must be"),
-        (([0, 0, float("nan")], [[1, 0, 0]], [[1, 0, 0]]), "points holds nan"),
+        (([0, 0, float("nan")], [[1, 0, 0]], [[1, 0, 0]]), "points contains nan"),
         (([[5, 5, 5], [1, 0, 0]], [[0, 1, 0], [1, 0, 0]], [[1, 0, 0]] * 2), "point 1 .* dipole 1"),
     ],
 )

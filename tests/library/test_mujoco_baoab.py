@@ -647,8 +647,8 @@ def test_a_rollout_is_of_this_model(change, message):
     ("name", "value", "message"),
     [
         ("timestep", -1.0, "timestep = -1.0: must be greater than 0"),
-        ("body_mass", np.inf, "body_mass of the model holds inf"),
-        ("dof_damping", np.nan, "dof_damping of the model holds nan"),
+        ("body_mass", np.inf, "body_mass of the model contains inf"),
+        ("dof_damping", np.nan, "dof_damping of the model contains nan"),
     ],
 )
 def test_a_model_holds_numbers_that_a_step_can_have(name, value, message):
