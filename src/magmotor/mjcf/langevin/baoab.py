@@ -199,6 +199,6 @@ class Baoab:
                 f"must be {self._coefficients.timestep:g}, as it was",
             )
         work = np.empty(3 * len(self._coefficients.kick) + self._coefficients.channels)
-        with hooks.raised():
+        with hooks.errors_raised():
             addresses = self.model._address, data._address
             return self._advance(*addresses, first, nstep, self._coefficients, path, work)
