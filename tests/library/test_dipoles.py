@@ -133,5 +133,7 @@ def test_dipoles_coincide_that_are_nearer_than_a_nanometer(along):
     positions = [[9.0, 9.0, 9.0], [0.0, 0.0, 0.0]]
     field = mm.dipoles.field(1.1e-9 * along, positions, np.eye(3)[:2])
     assert np.isfinite(field).all()
-    with pytest.raises(ValueError, match=r"point 0 coincides with dipole 1 \(the distance is 9e-10"):
+    with pytest.raises(
+        ValueError, match=r"point 0 coincides with dipole 1 \(the distance is 9e-10"
+    ):
         mm.dipoles.field(0.9e-9 * along, positions, np.eye(3)[:2])

@@ -269,7 +269,9 @@ def test_a_coupling_that_is_not_of_two_bodies_is_named(custom):
     data = mujoco.MjData(model)
     with (
         mm.magnetism(),
-        pytest.raises(mujoco.FatalError, match=r"coupling tuple 1 'coupling#'.* two bodies with equal prm"),
+        pytest.raises(
+            mujoco.FatalError, match=r"coupling tuple 1 'coupling#'.* two bodies with equal prm"
+        ),
     ):
         mujoco.mj_step(model, data)
     assert data.pstack == 0
