@@ -15,12 +15,12 @@ from magmotor.common.hints import Points
 from magmotor.numerics.compiled import compiled_once
 from magmotor.numerics.eights import (
     COUNT,
-    counted,
+    broadcast,
     fused,
-    least,
-    spread,
+    lane_numbers,
+    load,
+    minimum,
     square_root,
-    taken,
     total,
     where_equal,
     where_less,
@@ -58,17 +58,17 @@ def sum_over_sources(target, label, sources, count):
     B = mu0/(4 pi) (1/r^5) [3 (b.r) r - r^2 b].
     The loop handles eight sources at a time, with a partial sum in each lane.
     """
-    tx, ty, tz = spread(target[0]), spread(target[1]), spread(target[2])
-    ax, ay, az = spread(target[3]), spread(target[4]), spread(target[5])
-    own, end = spread(label), spread(float(count))
-    one, three, five = spread(1.0), spread(3.0), spread(-5.0)
-    none, far, step = spread(0.0), spread(np.inf), spread(float(COUNT))
-    fx = fy = fz = bx = by = bz = along = none
-    nearest, number = far, counted()
+    tx, ty, tz = broadcast(target[0]), broadcast(target[1]), broadcast(target[2])
+    ax, ay, az = broadcast(target[3]), broadcast(target[4]), broadcast(target[5])
+    own, end = broadcast(label), broadcast(float(count))
+    one, three, five = broadcast(1.0), broadcast(3.0), broadcast(-5.0)
+    zero, far, step = broadcast(0.0), broadcast(np.inf), broadcast(float(COUNT))
+    fx = fy = fz = bx = by = bz = along = zero
+    nearest, number = far, lane_numbers()
     for j in range(0, count, COUNT):
-        x, y, z = tx - taken(sources, 0, j), ty - taken(sources, 1, j), tz - taken(sources, 2, j)
-        mx, my, mz = taken(sources, 3, j), taken(sources, 4, j), taken(sources, 5, j)
-        square = where_equal(taken(sources, 6, j), own, far, inner(x, y, z, x, y, z))
+        x, y, z = tx - load(sources, 0, j), ty - load(sources, 1, j), tz - load(sources, 2, j)
+        mx, my, mz = load(sources, 3, j), load(sources, 4, j), load(sources, 5, j)
+        square = where_equal(load(sources, 6, j), own, far, inner(x, y, z, x, y, z))
         square = where_less(number, end, square, far)
         number = number + step
         nearest = where_less(square, nearest, square, nearest)
@@ -78,7 +78,7 @@ def sum_over_sources(target, label, sources, count):
         radial_a, radial_b = inner(ax, ay, az, x, y, z), inner(mx, my, mz, x, y, z)
         near, cross = scale * radial_b, scale * radial_a
         both = scale * fused(five * radial_a * inverse, radial_b, inner(ax, ay, az, mx, my, mz))
-        less = none - cubed
+        less = zero - cubed
         along = along + near
         fx = fused(both, x, fused(cross, mx, fx))
         fy = fused(both, y, fused(cross, my, fy))
@@ -86,7 +86,7 @@ def sum_over_sources(target, label, sources, count):
         bx = fused(near, x, fused(less, mx, bx))
         by = fused(near, y, fused(less, my, by))
         bz = fused(near, z, fused(less, mz, bz))
-    k, coincident = PERMEABILITY_OVER_4PI, least(nearest) < COINCIDENCE_SQUARED
+    k, coincident = PERMEABILITY_OVER_4PI, minimum(nearest) < COINCIDENCE_SQUARED
     return (
         k * total(fused(along, ax, fx)),
         k * total(fused(along, ay, fy)),

@@ -1,7 +1,7 @@
 """MuJoCo's global hooks, each of which is shared by all models and threads of a process.
 
 `Hook` replaces one for the duration of a `with` block. `errors_raised` replaces the error handler
-and `stopped` the timer; `magmotor.mjcf.magnetism` replaces the control callback.
+and `without_stopwatch` the stopwatch; `magmotor.mjcf.magnetism` replaces the control callback.
 """
 
 import ctypes
@@ -98,23 +98,23 @@ _error_hook = Hook(_keep_errors, _set_handler)
 
 
 @contextmanager
-def stopped() -> Iterator[None]:
-    """Stop MuJoCo's timer, which the Python bindings start whenever they create an MjData.
+def without_stopwatch() -> Iterator[None]:
+    """Stop the stopwatch that the Python bindings start whenever they create an MjData.
 
-    Blocks may be nested and may overlap in several threads; the last one restarts the timer.
+    Blocks may be nested and may overlap in several threads; the last one restarts the stopwatch.
     """
-    with _timer_hook:
-        _timer().value = None
+    with _stopwatch_hook:
+        _stopwatch().value = None
         yield
 
 
 @cache
-def _timer() -> ctypes.c_void_p:
+def _stopwatch() -> ctypes.c_void_p:
     return ctypes.c_void_p.in_dll(library(), "mjcb_time")
 
 
-def _set_timer(clock: int | None) -> None:
-    _timer().value = clock
+def _set_stopwatch(clock: int | None) -> None:
+    _stopwatch().value = clock
 
 
-_timer_hook = Hook(lambda: _timer().value, _set_timer)
+_stopwatch_hook = Hook(lambda: _stopwatch().value, _set_stopwatch)

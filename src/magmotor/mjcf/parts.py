@@ -23,7 +23,7 @@ def compiled(root: Element) -> mujoco.MjModel:
         return mujoco.MjModel.from_xml_string(root.to_xml_string(), root.get_assets())
     except ValueError as error:
         raise ValueError(
-            f"scene: MuJoCo cannot compile its model ({' '.join(str(error).split())})"
+            f"MuJoCo cannot compile the model: {' '.join(str(error).split())}"
         ) from error
 
 

@@ -95,7 +95,7 @@ def square_root(typingctx, eight):
 
 
 @intrinsic
-def spread(typingctx, number):
+def broadcast(typingctx, number):
     """Return an Eight whose elements all equal a number."""
 
     def codegen(context, builder, signature, args):
@@ -106,7 +106,7 @@ def spread(typingctx, number):
 
 
 @intrinsic
-def counted(typingctx):
+def lane_numbers(typingctx):
     """Return the Eight of the numbers 0 to 7."""
 
     def codegen(context, builder, signature, args):
@@ -125,7 +125,7 @@ def _address(context, builder, signature, args):
 
 
 @intrinsic
-def taken(typingctx, array, row, first):
+def load(typingctx, array, row, first):
     """Read eight numbers of a row of a C-contiguous matrix, starting at column `first`."""
 
     def codegen(context, builder, signature, args):
@@ -136,8 +136,8 @@ def taken(typingctx, array, row, first):
 
 
 @intrinsic
-def put(typingctx, array, row, first, eight):
-    """Write eight numbers to where `taken` reads them."""
+def store(typingctx, array, row, first, eight):
+    """Write eight numbers to where `load` reads them."""
 
     def codegen(context, builder, signature, args):
         builder.store(args[3], _address(context, builder, signature, args), align=8)
@@ -187,5 +187,5 @@ def _folded(by: Callable):
 total = _folded(lambda builder, a, b: builder.fadd(a, b))
 """Sum of an Eight's elements: its halves are added, then the halves of that, then the last two."""
 
-least = _folded(lambda builder, a, b: builder.select(builder.fcmp_ordered("<", a, b), a, b))
+minimum = _folded(lambda builder, a, b: builder.select(builder.fcmp_ordered("<", a, b), a, b))
 """Smallest element of an Eight without NaN."""

@@ -49,10 +49,10 @@ class SmallMotion(NamedTuple):
         values, vectors = np.linalg.eigh(inertia)
         root = vectors / np.sqrt(values) @ vectors.T
         _, modes = np.linalg.eigh(root @ friction @ root)
-        turn = root @ modes
-        values, vectors = np.linalg.eigh(turn.T @ stiffness @ turn)
+        basis = root @ modes
+        values, vectors = np.linalg.eigh(basis.T @ stiffness @ basis)
         restoring = vectors * np.maximum(values, 0.0) @ vectors.T
-        return cls(restoring, *(turn.T @ part @ turn for part in (friction, implicit)))
+        return cls(restoring, *(basis.T @ part @ basis for part in (friction, implicit)))
 
     @property
     def decay(self) -> Matrix:
