@@ -13,7 +13,16 @@ import magmotor as mm
 from magmotor.devices.motor.states import start_motor
 from magmotor.dipoles import pack_sources
 from magmotor.numerics.compiled import compiled_once
-from magmotor.numerics.eights import COUNT, counted, fused, least, spread, taken, total, where_less
+from magmotor.numerics.eights import (
+    COUNT,
+    broadcast,
+    fused,
+    lane_numbers,
+    load,
+    minimum,
+    total,
+    where_less,
+)
 
 
 @pytest.fixture(scope="module")
@@ -41,13 +50,13 @@ def test_the_bits_are_those_recorded(found):
 
 @njit
 def _sums(array, count):
-    sums, nearest = spread(0.0), spread(np.inf)
+    sums, nearest = broadcast(0.0), broadcast(np.inf)
     for j in range(0, count, COUNT):
-        inside = spread(float(count - j))
-        value = where_less(counted(), inside, taken(array, 0, j), spread(0.0))
-        sums = fused(value, taken(array, 1, j), sums)
+        inside = broadcast(float(count - j))
+        value = where_less(lane_numbers(), inside, load(array, 0, j), broadcast(0.0))
+        sums = fused(value, load(array, 1, j), sums)
         nearest = where_less(value, nearest, value, nearest)
-    return total(sums), least(nearest)
+    return total(sums), minimum(nearest)
 
 
 def test_an_eight_is_eight_doubles_added_by_a_fixed_tree():

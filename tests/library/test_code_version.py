@@ -129,7 +129,7 @@ def test_a_function_that_does_not_name_its_checksum_is_refused():
 
         return function
 
-    with pytest.raises(TypeError, match="function does not name its checksum"):
+    with pytest.raises(TypeError, match="function does not refer to its checksum"):
         compiled.compiled_once()(forgetful)()
 
 

@@ -119,7 +119,7 @@ def test_arrays_of_dipoles_are_taken_one_by_one():
     [
         (([0, 0], [[1, 0, 0]], [[1, 0, 0]]), "points has shape"),
         (([0, 0, 0], [[1, 0, 0]], [[1, 0, 0], [0, 1, 0]]), "both must be"),
-        (([0, 0, float("nan")], [[1, 0, 0]], [[1, 0, 0]]), "points holds nan"),
+        (([0, 0, float("nan")], [[1, 0, 0]], [[1, 0, 0]]), "points contains nan"),
         (([[5, 5, 5], [1, 0, 0]], [[0, 1, 0], [1, 0, 0]], [[1, 0, 0]] * 2), "point 1 .* dipole 1"),
     ],
 )
@@ -133,5 +133,7 @@ def test_dipoles_coincide_that_are_nearer_than_a_nanometer(along):
     positions = [[9.0, 9.0, 9.0], [0.0, 0.0, 0.0]]
     field = mm.dipoles.field(1.1e-9 * along, positions, np.eye(3)[:2])
     assert np.isfinite(field).all()
-    with pytest.raises(ValueError, match=r"point 0 coincides with dipole 1 \(distance 9e-10 m"):
+    with pytest.raises(
+        ValueError, match=r"point 0 coincides with dipole 1 \(the distance is 9e-10"
+    ):
         mm.dipoles.field(0.9e-9 * along, positions, np.eye(3)[:2])

@@ -10,11 +10,14 @@ import magmotor as mm
 @pytest.mark.parametrize(
     ("call", "told"),
     [
-        (mm.Baoab, "model = .*: must be an object of mujoco.MjModel"),
-        (mm.Baoab(mm.build(mm.Disk())).step, "data = .*: must be an object of mujoco.MjData"),
-        (mm.scene_of, "run = .*: must be an object of xarray.Dataset"),
-        (mm.rerun, "run = .*: must be an object of xarray.Dataset"),
-        (mm.methods, "scene = .*: must be an object of magmotor.Disk, magmotor.LangevinParticle, "),
+        (mm.Baoab, "model = .*: must be an instance of mujoco.MjModel"),
+        (mm.Baoab(mm.build(mm.Disk())).step, "data = .*: must be an instance of mujoco.MjData"),
+        (mm.scene_of, "run = .*: must be an instance of xarray.Dataset"),
+        (mm.rerun, "run = .*: must be an instance of xarray.Dataset"),
+        (
+            mm.methods,
+            "scene = .*: must be an instance of magmotor.Disk, magmotor.LangevinParticle, ",
+        ),
     ],
 )
 def test_another_kind_is_refused(call, told, wrong):

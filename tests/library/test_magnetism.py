@@ -269,7 +269,9 @@ def test_a_coupling_that_is_not_of_two_bodies_is_named(custom):
     data = mujoco.MjData(model)
     with (
         mm.magnetism(),
-        pytest.raises(mujoco.FatalError, match=r"tuple 1 'coupling#'.* two bodies with equal prm"),
+        pytest.raises(
+            mujoco.FatalError, match=r"coupling tuple 1 'coupling#'.* two bodies with equal prm"
+        ),
     ):
         mujoco.mj_step(model, data)
     assert data.pstack == 0
@@ -385,7 +387,7 @@ OFF = "".join(
             ),
             "none of the bodies with dipole sites can move",
         ),
-        (TWO_NEEDLES.replace("<custom/>", f"<custom>{OFF}</custom>"), "a missing prm means"),
+        (TWO_NEEDLES.replace("<custom/>", f"<custom>{OFF}</custom>"), "prm is 0, the default"),
     ],
 )
 def test_a_model_on_which_nothing_acts_warns_once_and_says_why(xml, why):

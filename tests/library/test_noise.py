@@ -183,7 +183,10 @@ def test_views_of_a_path():
         (lambda: BrownianPath(FLOAT, 1.0), "seed = 1.5: must be an integer"),
         (lambda: BrownianPath(1, 0.0), "timestep = 0.0: must be greater than 0"),
         (lambda: BrownianPath(1, 1.0).coarsened(0), "factor = 0: must be at least 1"),
-        (lambda: BrownianPath(1, 1.0).coarsened(3).refined(), "halvings = 1: must be such that"),
+        (
+            lambda: BrownianPath(1, 1.0).coarsened(3).refined(),
+            r"halvings = 1: 2\^halvings must divide 3",
+        ),
         (lambda: BrownianPath(1, 1.0).refined(2).coarsened(3), "factor = 3: must be a power of 2"),
         (lambda: BrownianPath(1, 1.0).refined(40), "halvings = 40: must be at most 31"),
         (lambda: BrownianPath(1, 1.0).increments(-1), "steps = -1: must be at least 0"),
@@ -196,7 +199,7 @@ def test_views_of_a_path():
         (lambda: COARSE.coarsened(2), "factor = .*: must be at most 16777216"),
         (lambda: BrownianPath(1, 1e30).coarsened(8), "timestep = 8e\\+30: must be from 1e-30"),
         (lambda: BrownianPath(1, 1e-30).refined(), "timestep = 5e-31: must be from 1e-30"),
-        (lambda: BrownianPath(1, 1.0).increments(2**50), "steps = .*: must be so few"),
+        (lambda: BrownianPath(1, 1.0).increments(2**50), "steps = .*: the increments do not fit"),
         (lambda: BrownianPath(1, 1.0).increments(1, first=2**53), "first = .*: must be at most"),
         (lambda: COARSE.increments(1, first=2**29), "first = .*: must be at most 536870911 for 1"),
         (

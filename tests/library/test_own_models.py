@@ -104,7 +104,7 @@ def test_numbers_that_choose_no_path_are_named(place, value):
     model = needle(5)
     data = mujoco.MjData(model)
     data.userdata[place] = value
-    named = rf"userdata\[{place}\] = {value:g}, which chooses the noise"
+    named = rf"userdata\[{place}\] = {value:g}: the numbers that select the noise"
     with mm.magnetism(), pytest.raises(mujoco.FatalError, match=named.replace("+", r"\+")):
         mujoco.mj_step(model, data)
     with pytest.raises(mujoco.FatalError, match=named.replace("+", r"\+")):

@@ -2,7 +2,7 @@
 
 import mujoco
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from magmotor import dipoles
 from magmotor.common.arguments import checked
