@@ -19,7 +19,8 @@ MODEL_FIELDS = (
     "nbody", "njnt", "nsite", "ntuple", "nuser_body", "nuser_jnt", "nuser_site", "nuserdata",
     "body_weldid", "body_dofnum", "body_user", "jnt_type", "jnt_bodyid", "jnt_qposadr", "jnt_user",
     "site_bodyid", "site_user", "tuple_adr", "tuple_size", "tuple_objtype", "tuple_objid",
-    "tuple_objprm", "name_bodyadr", "name_jntadr", "name_siteadr", "name_tupleadr", "names", "plugin",
+    "tuple_objprm", "ntext", "text_adr", "text_data", "name_bodyadr", "name_jntadr", "name_siteadr",
+    "name_tupleadr", "name_textadr", "names", "nplugin", "plugin", "plugin_attr", "plugin_attradr",
 )  # fmt: skip
 OPTION_FIELDS = ("timestep", "integrator")
 DATA_FIELDS = (
@@ -41,10 +42,15 @@ _SCALARS = {
 
 _PROBE = """
 <mujoco>
-  <extension><plugin plugin="magmotor.forces"><instance name="probe"/></plugin></extension>
+  <extension>
+    <plugin plugin="magmotor.forces">
+      <instance name="probe"><config key="act" value="all"/></instance>
+    </plugin>
+  </extension>
   <option timestep="0.0625" integrator="implicitfast"/>
   <size nuserdata="17" nuser_body="11" nuser_jnt="13"/>
   <custom>
+    <text name="probe" data="some words"/>
     <tuple name="pair">
       <element objtype="body" objname="world" prm="2"/>
       <element objtype="site" objname="fixed" prm="3"/>
@@ -97,12 +103,19 @@ class Layout(NamedTuple):
     tuple_objtype: int
     tuple_objid: int
     tuple_objprm: int
+    ntext: int
+    text_adr: int
+    text_data: int
     name_bodyadr: int
     name_jntadr: int
     name_siteadr: int
     name_tupleadr: int
+    name_textadr: int
     names: int
+    nplugin: int
     plugin: int
+    plugin_attr: int
+    plugin_attradr: int
     timestep: int
     integrator: int
     site_xpos: int

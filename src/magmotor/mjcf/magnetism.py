@@ -28,6 +28,7 @@ from magmotor.mjcf.forces.dipole_sites import (
     why_inert,
 )
 from magmotor.mjcf.forces.magnets import set_magnetic_wrenches
+from magmotor.mjcf.forces.marks import DIPOLES, NOISE, POTENTIALS, forces_of, plugin_instance
 from magmotor.mjcf.forces.potential import add_potential_wrenches, clear_bodies_in_potentials
 from magmotor.mjcf.hooks import Hook
 from magmotor.numerics.compiled import compiled_once
@@ -220,10 +221,9 @@ def _plugin(checksum: int, offsets: layout.Layout):
         _ = checksum
         m = memory.words(model, memory.UNBOUNDED)
         d = memory.words(data, memory.UNBOUNDED)
-        slots = memory.integers(m[offsets.plugin // 8], memory.UNBOUNDED)
-        for other in range(instance):
-            if slots[other] == slots[instance]:
-                return
+        if instance != plugin_instance(m, offsets):
+            return  # only one of several instances acts
+        kinds = forces_of(m, offsets)
         step = step_number(model, data, offsets)  # which our own use of the stack would change
         bodies = m[offsets.nbody // 8]
         stack = d.ctypes.data
@@ -233,8 +233,8 @@ def _plugin(checksum: int, offsets: layout.Layout):
         for body in range(bodies):
             for k in range(6):
                 applied[body, k] = 0.0
-        apply_forces(model, data, offsets, applied)
-        if m[offsets.nuser_body // 8] > 0:
+        apply_forces(model, data, offsets, kinds, applied)
+        if kinds > 0 and kinds & NOISE and m[offsets.nuser_body // 8] > 0:
             add_brownian_wrenches(model, data, offsets, step, applied)
         for body in range(1, bodies):
             if memory.any_number(applied, body, 0, 6):
@@ -263,9 +263,12 @@ def _callback(checksum: int, offsets: layout.Layout):
         _ = checksum
         m = memory.words(model, memory.UNBOUNDED)
         d = memory.words(data, memory.UNBOUNDED)
+        if plugin_instance(m, offsets) >= 0:
+            return
+        kinds = forces_of(m, offsets)
         applied = memory.numbers(d[offsets.xfrc_applied // 8], memory.UNBOUNDED, 6)
-        acting = apply_forces(model, data, offsets, applied)
-        if m[offsets.nuser_body // 8] > 0:
+        acting = apply_forces(model, data, offsets, kinds, applied)
+        if kinds > 0 and kinds & NOISE and m[offsets.nuser_body // 8] > 0:
             step = step_number(model, data, offsets)
             acting += add_brownian_wrenches(model, data, offsets, step, applied)
         if acting == 0 and memory.inert_reported() == 0:
@@ -275,20 +278,25 @@ def _callback(checksum: int, offsets: layout.Layout):
 
 
 @njit(forceinline=True)
-def apply_forces(model, data, offsets, applied):
+def apply_forces(model, data, offsets, kinds, applied):
     """Overwrite the wrenches of bodies with all forces except noise; return how many act.
 
-    `model` and `data` are the addresses of mjModel and mjData, `offsets` is their layout, and
-    `applied` (nbody, 6) receives the wrenches.
+    `model` and `data` are the addresses of mjModel and mjData, `offsets` is their layout,
+    `kinds` are the bits of `forces_of`, and `applied` (nbody, 6) receives the wrenches.
     """
     m = memory.words(model, memory.UNBOUNDED)
     d = memory.words(data, memory.UNBOUNDED)
-    in_potentials = m[offsets.nuser_jnt // 8] > 0
-    if m[offsets.nuser_body // 8] > 0:
+    if kinds < 0:
+        memory.fatal_mark(kinds, 0)
+        return 0
+    in_potentials = kinds & POTENTIALS and m[offsets.nuser_jnt // 8] > 0
+    if kinds & NOISE and m[offsets.nuser_body // 8] > 0:
         clear_driven_bodies(m, d, offsets, applied)
     if in_potentials:
         clear_bodies_in_potentials(m, d, offsets, applied)
-    acting = set_magnetic_wrenches(m, d, offsets, applied)
+    acting = 0
+    if kinds & DIPOLES:
+        acting = set_magnetic_wrenches(m, d, offsets, kinds, applied)
     if in_potentials:
         acting += add_potential_wrenches(m, d, offsets, applied)
     return acting

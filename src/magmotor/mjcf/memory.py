@@ -19,6 +19,8 @@ from numba import carray, njit, types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
+from magmotor.mjcf import plugin
+
 UNBOUNDED = 1 << 30
 """Length of arrays whose actual length is not looked up."""
 
@@ -45,6 +47,9 @@ def library() -> ctypes.CDLL:
 
 for _name in ("mju_error", "mj_markStack", "mj_stackAllocByte", "mj_freeStack"):
     bind_function(_name, getattr(library(), _name))
+
+_slot = ctypes.c_int64(plugin.register())
+bind_variable("magmotor_plugin_slot", _slot)
 
 mark_stack = types.ExternalFunction("mj_markStack", types.void(types.int64))
 """Mark the top of the stack of an mjData."""
@@ -162,6 +167,10 @@ def _fatal(text):
     return fatal
 
 
+fatal_mark = _fatal(
+    "custom text 'magmotor' or plugin config 'act' (error %d): must be words out of dipoles,"
+    " couplings, noise, potentials, all, and the same in both%.0s"
+)
 fatal_coupling = _fatal("coupling tuple %d '%s': its elements must be two bodies with equal prm")
 fatal_wrench = _fatal("body %d '%s': its user numbers must be rows of six, the Brownian wrenches")
 fatal_potential = _fatal(
@@ -203,14 +212,24 @@ def report_inert(typingctx, reason):
     return types.void(types.int64), codegen
 
 
-@intrinsic
-def inert_reported(typingctx):
-    """Whether this has already been reported."""
+def _variable(name):
+    """An intrinsic that reads a 64-bit integer, bound by `bind_variable`."""
 
-    def codegen(context, builder, signature, args):
-        word = ir.IntType(64)
-        name = "magmotor_inert_reported"
-        symbol = builder.module.globals.get(name) or ir.GlobalVariable(builder.module, word, name)
-        return builder.load(symbol, typ=word)
+    @intrinsic
+    def variable(typingctx):
+        def codegen(context, builder, signature, args):
+            word = ir.IntType(64)
+            place = builder.module.globals.get(name)
+            place = place or ir.GlobalVariable(builder.module, word, name)
+            return builder.load(place, typ=word)
 
-    return types.int64(), codegen
+        return types.int64(), codegen
+
+    return variable
+
+
+inert_reported = _variable("magmotor_inert_reported")
+"""Whether a model on which nothing acts has been reported."""
+
+plugin_slot = _variable("magmotor_plugin_slot")
+"""Slot of the plugin in MuJoCo's table."""

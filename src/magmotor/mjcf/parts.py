@@ -73,6 +73,11 @@ def add_dipoles(body: Element, moment: float, positions: Array, directions: Arra
         body.add("site", name=f"{body.name}{i}", dclass="dipole", user=[moment], **pose)
 
 
+def mark(root: Element, kinds: str) -> None:
+    """Declare which of a model's user numbers and tuples are magnetic; see `magnetism`."""
+    root.custom.add("text", name="magmotor", data=kinds)
+
+
 def solve_in_one_step(root: Element) -> None:
     """Make the solver take one conjugate gradient step.
 

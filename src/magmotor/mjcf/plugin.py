@@ -12,6 +12,7 @@ from functools import cache
 from typing import Any
 
 NAME = b"magmotor.forces"
+ATTRIBUTES = (ctypes.c_char_p * 1)(b"act")
 PASSIVE = 1 << 2
 """mjPLUGIN_PASSIVE."""
 
@@ -90,6 +91,7 @@ def register() -> int:
     plugin = Plugin()
     mujoco.mjp_defaultPlugin(ctypes.byref(plugin))
     plugin.name, plugin.capabilityflags = NAME, PASSIVE
+    plugin.nattribute, plugin.attributes = 1, ATTRIBUTES
     for member, function in (
         ("nstate", _no_state), ("init", _load), ("reset", _reset), ("compute", _compute),
     ):  # fmt: skip

@@ -68,6 +68,7 @@ def compose_disk(scene: Disk, *, visual: bool) -> parts.Element:
         _lay_out(root)
     _shape_disk(root.find("body", "disk"), scene)
     _drive(root, scene)
+    parts.mark(root, "noise potentials")
     _brake(root, scene)
     if not visual:
         parts.disable_unused(root, keep=("damper",) if root.tendon.fixed else ())

@@ -106,6 +106,7 @@ def compose_motor(scene: Motor, *, visual: bool) -> parts.Element:
     _hang_rings(root, scene)
     _couple(root, scene.ball_ring_factor)
     _drive(root, scene)
+    parts.mark(root, "dipoles couplings noise")
     if not visual:
         parts.disable_unused(root, keep=("damper",) if scene.friction_ring else ())
         tune_solver(root, scene.surface, scene.friction_ball)

@@ -68,6 +68,7 @@ def compose_top(scene: Top, *, visual: bool) -> parts.Element:
     if visual:
         decorate(root, scene)
     add_ball(root, scene, scene.inertia)
+    parts.mark(root, "dipoles")
     _place_ring(root.find("body", "ring"), scene)
     if not visual:
         parts.disable_unused(root)

@@ -23,6 +23,7 @@ from numba import njit
 from magmotor.dipoles import COINCIDENCE_SQUARED, sum_over_sources
 from magmotor.mjcf import memory
 from magmotor.mjcf.forces.dipole_sites import all_moments
+from magmotor.mjcf.forces.marks import COUPLINGS
 from magmotor.numerics.eights import COUNT
 
 LABEL = 6
@@ -46,16 +47,17 @@ BODY_TYPE = 1
 
 
 @njit(forceinline=True)
-def set_magnetic_wrenches(m, d, offsets, applied):
+def set_magnetic_wrenches(m, d, offsets, kinds, applied):
     """Overwrite the wrench of each body that can move and has dipoles.
 
-    `m` and `d` are the words of mjModel and mjData, `offsets` is their layout, and `applied` (nbody,
-    6) receives the wrenches. Returns the number of interactions.
+    `m` and `d` are the words of mjModel and mjData, `offsets` is their layout, `kinds` are the bits
+    of `forces_of`, and `applied` (nbody, 6) receives the wrenches. Returns the number of
+    interactions.
     """
     nsite = m[offsets.nsite // 8]
     if nsite == 0 or m[offsets.nuser_site // 8] == 0 or not all_moments(m, offsets):
         return 0
-    ntuple = m[offsets.ntuple // 8]
+    ntuple = m[offsets.ntuple // 8] if kinds & COUPLINGS else 0
     boundary = _padded(nsite) + COUNT
     columns = boundary + (2 if ntuple == 0 else COUNT) * boundary
     stack = d.ctypes.data

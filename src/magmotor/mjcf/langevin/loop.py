@@ -20,6 +20,7 @@ from scipy.sparse.csgraph import connected_components
 
 from magmotor.mjcf import layout, memory
 from magmotor.mjcf.forces.brownian import chosen, step_number
+from magmotor.mjcf.forces.marks import forces_of
 from magmotor.mjcf.langevin.model import Ball, LangevinModel
 from magmotor.mjcf.magnetism import apply_forces
 from magmotor.noise import normal
@@ -245,7 +246,8 @@ def _compute_forces(model, data, offsets, coefficients, force):
     d = memory.words(data, memory.UNBOUNDED)
     _update_kinematics(model, data)
     applied = memory.numbers(d[offsets.xfrc_applied // 8], memory.UNBOUNDED, 6)
-    _apply_forces(model, data, offsets, applied)
+    kinds = forces_of(memory.words(model, memory.UNBOUNDED), offsets)
+    _apply_forces(model, data, offsets, kinds, applied)
     frames = memory.numbers(d[offsets.xmat // 8], memory.UNBOUNDED, 9)
     direct = memory.numbers(d[offsets.qfrc_applied // 8], 1, memory.UNBOUNDED)
     for i in range(len(force)):
@@ -260,9 +262,9 @@ def _compute_forces(model, data, offsets, coefficients, force):
 
 
 @njit(error_model="numpy")
-def _apply_forces(model, data, offsets, applied):
+def _apply_forces(model, data, offsets, kinds, applied):
     """Call `magmotor.mjcf.magnetism.apply_forces` without inlining, to shorten compilation."""
-    apply_forces(model, data, offsets, applied)
+    apply_forces(model, data, offsets, kinds, applied)
 
 
 @njit(forceinline=True)

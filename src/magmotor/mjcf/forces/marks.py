@@ -1,0 +1,137 @@
+"""Which of a model's `user` numbers and tuples are magnetic: the mark that it carries.
+
+A model is marked by a text, `<custom><text name="magmotor" data="dipoles noise"/></custom>`, or by
+the configuration of the plugin. Its words name what acts; `all` is all of them. In a model without
+a mark only dipole sites act, and only if no body, joint or further number of a site has `user`
+numbers, and those of the sites do not just count them.
+"""
+
+# Numba's intrinsics hide their first parameter:
+# pyright: reportCallIssue=false
+
+import math
+
+from numba import njit
+
+from magmotor.mjcf import memory
+
+DIPOLES, COUPLINGS, NOISE, POTENTIALS, UNMARKED = 1, 2, 4, 8, 16
+"""Bits for what acts, and for a model that does not say so."""
+
+WRONG, CONTRADICTION = -1, -2
+"""A mark with a word that is unknown or without any, and two marks that differ."""
+
+WORDS = {
+    "dipoles": DIPOLES,
+    "couplings": COUPLINGS,
+    "noise": NOISE,
+    "potentials": POTENTIALS,
+    "all": DIPOLES | COUPLINGS | NOISE | POTENTIALS,
+}
+
+NAME = (*b"magmotor", 0)
+_CODED = tuple((tuple(word.encode()), bits) for word, bits in WORDS.items())
+_DIPOLES, _COUPLINGS, _NOISE, _POTENTIALS, _ALL = _CODED
+
+
+@njit
+def forces_of(m, offsets):
+    """Bits of what acts on a model, by its marks or, without one, by what speaks for itself."""
+    by_text = by_plugin = 0
+    names, first = m[offsets.names // 8], m[offsets.text_data // 8]
+    count = m[offsets.ntext // 8]
+    name_of = memory.integers(m[offsets.name_textadr // 8], count)
+    start = memory.integers(m[offsets.text_adr // 8], count)
+    for k in range(count):
+        if memory.starts_with(names + name_of[k], NAME):
+            by_text = bits_of(first + start[k])
+    instance = plugin_instance(m, offsets)
+    if instance >= 0:
+        count = m[offsets.nplugin // 8]
+        start = memory.integers(m[offsets.plugin_attradr // 8], count)
+        config = m[offsets.plugin_attr // 8] + start[instance]
+        if memory.starts_with(config, (0,)):
+            by_plugin = by_text if by_text != 0 else _ALL[1]
+        else:
+            by_plugin = bits_of(config)
+    if by_text != 0 and by_plugin != 0 and by_text != by_plugin:
+        return CONTRADICTION
+    if by_text != 0 or by_plugin != 0:
+        return by_text if by_text != 0 else by_plugin
+    return (DIPOLES if _is_plainly_magnetic(m, offsets) else 0) | UNMARKED
+
+
+@njit
+def plugin_instance(m, offsets):
+    """Number of the first instance of our plugin in a model; -1 if there is none."""
+    count = m[offsets.nplugin // 8]
+    slots = memory.integers(m[offsets.plugin // 8], count)
+    for k in range(count):
+        if slots[k] == memory.plugin_slot():
+            return k
+    return -1
+
+
+@njit
+def bits_of(text):
+    """Bits of the words of a C string; `WRONG` if one is unknown or none is there."""
+    bits, place = 0, text
+    while True:
+        while memory.starts_with(place, (32,)):
+            place += 1
+        if memory.starts_with(place, (0,)):
+            return bits if bits > 0 else WRONG
+        found, length = _word(place)
+        if found == 0:
+            return WRONG
+        bits |= found
+        place += length
+
+
+@njit
+def _word(place):
+    """Bits of the word at an address, and its length; 0 if it is unknown."""
+    found, length = 0, 0
+    if memory.starts_with(place, _DIPOLES[0]):
+        found, length = _DIPOLES[1], len(_DIPOLES[0])
+    elif memory.starts_with(place, _COUPLINGS[0]):
+        found, length = _COUPLINGS[1], len(_COUPLINGS[0])
+    elif memory.starts_with(place, _NOISE[0]):
+        found, length = _NOISE[1], len(_NOISE[0])
+    elif memory.starts_with(place, _POTENTIALS[0]):
+        found, length = _POTENTIALS[1], len(_POTENTIALS[0])
+    elif memory.starts_with(place, _ALL[0]):
+        found, length = _ALL[1], len(_ALL[0])
+    end = place + length
+    whole = memory.starts_with(end, (32,)) or memory.starts_with(end, (0,))
+    return (found, length) if whole else (0, 0)
+
+
+@njit
+def _is_plainly_magnetic(m, offsets):
+    """Whether the `user` numbers of an unmarked model can be nothing but moments of sites."""
+    nsite, nuser = m[offsets.nsite // 8], m[offsets.nuser_site // 8]
+    if nsite == 0 or nuser == 0:
+        return False
+    moment = memory.numbers(m[offsets.site_user // 8], nsite, nuser)
+    counted = nsite > 2
+    for site in range(nsite):
+        if not math.isfinite(moment[site, 0]) or memory.any_number(moment, site, 1, nuser):
+            return False
+        counted = counted and moment[site, 0] - moment[0, 0] == site
+    return not (
+        counted
+        or _has_numbers(m, offsets.nbody, offsets.nuser_body, offsets.body_user)
+        or _has_numbers(m, offsets.njnt, offsets.nuser_jnt, offsets.jnt_user)
+    )
+
+
+@njit
+def _has_numbers(m, count, nuser, user):
+    """Whether any `user` number of a type of element is not zero."""
+    rows, columns = m[count // 8], m[nuser // 8]
+    given = memory.numbers(m[user // 8], rows, columns)
+    present = False
+    for row in range(rows):
+        present = present or memory.any_number(given, row, 0, columns)
+    return present
