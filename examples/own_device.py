@@ -35,6 +35,7 @@ from magmotor.device import (
     Guard,
     Job,
     Measure,
+    Observable,
     Scene,
     as_given,
     between,
@@ -212,11 +213,13 @@ class RotorMovieContent:
         return [f"θ {self.value[i]:+.0f}°"]
 
 
+ROTATION = Observable(
+    lambda run, scene: abs(run.theta - scene.angle), "rad", "rotation from the initial angle"
+)
+
 MEASURES = {
-    "turns": Measure(
-        lambda run, scene: abs(run.theta - scene.angle).max("time") / (2 * np.pi),
-        "1",
-        "largest number of turns from the start",
+    "turns": ROTATION.measure(
+        "largest {} in turns", lambda angle: angle.max("time") / (2 * np.pi), unit="1"
     ),
     "temperature": Measure(
         lambda run, scene: scene.inertia * (run.omega**2).mean("time"),

@@ -121,7 +121,7 @@ def test_a_ring_that_turns_too_far_between_records_has_no_yaw(motor_run):
     half = motor_run.ring_orientation.values.copy()
     half[:, 1::2] = [0.0, 0.0, 0.0, 1.0]  # upside down, and back
     turned = motor_run.assign(ring_orientation=(motor_run.ring_orientation.dims, half))
-    with pytest.raises(ValueError, match=r"largest turn between two records = 3\.1\d: must be"):
+    with pytest.raises(ValueError, match=r"largest rotation between two records = 3\.1\d: must be"):
         mm.observables.ring_attitude(turned)
 
 

@@ -53,7 +53,7 @@ def test_azimuth_is_unwrapped_and_refuses_to_guess():
     assert found.attrs["units"] == "rad"
     np.testing.assert_allclose(found, theta, rtol=1e-13)
     np.testing.assert_allclose(azimuth(path_of(theta[0])), theta[0], rtol=1e-13)
-    with pytest.raises(ValueError, match=r"largest turn between two records = 1\.6: must be"):
+    with pytest.raises(ValueError, match=r"largest rotation between two records = 1\.6: must be"):
         azimuth(path_of(np.array([0.0, 1.6])))
 
 

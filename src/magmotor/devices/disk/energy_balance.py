@@ -5,9 +5,17 @@ import xarray as xr
 
 from magmotor.common.checks import reject
 from magmotor.device.analysis import OWN, analysis, checked_run
+from magmotor.device.labels import labeled
 from magmotor.devices.disk.scene import Disk, LangevinParticle
 from magmotor.devices.disk.theory.coefficients import injection_rate
 from magmotor.noise import path_of
+
+LABELS = {
+    "heat": ("1", "heat dissipated by friction"),
+    "injected": ("1", "mean work of the noise"),
+    "martingale": ("1", "work of the noise minus its mean"),
+    "residual": ("1", "residual of the energy balance"),
+}
 
 
 @analysis("v", "energy", of=(Disk, LangevinParticle), records=2)
@@ -66,7 +74,8 @@ def disk_energy_balance(run: xr.Dataset, scene: Disk | LangevinParticle = OWN) -
         "residual": gain + heat - work,
     }
     columns = {k: np.pad(v, ((0, 0), (1, 0))).reshape(run.v.shape) for k, v in columns.items()}
-    return xr.Dataset({k: (run.v.dims, v) for k, v in columns.items()}, coords={"time": run.time})
+    data = {k: (run.v.dims, v) for k, v in columns.items()}
+    return labeled(xr.Dataset(data, coords={"time": run.time}), LABELS)
 
 
 def _first_step(run: xr.Dataset) -> int:

@@ -10,9 +10,23 @@ from magmotor.common.checks import reject
 from magmotor.common.files import parsed_attributes
 from magmotor.common.hints import number
 from magmotor.device.analysis import OWN, analysis
+from magmotor.device.labels import labeled
 from magmotor.devices.disk.scene import Disk, LangevinParticle, derivative
 
 Array = NDArray[np.float64]
+
+LABELS = {
+    "survival": ("1", "probability that a flight lasts longer"),
+    "survival_error": ("1", "standard error of the survival probability"),
+    "flight_duration": ("1", "duration of flights"),
+    "diffusion": ("1", "diffusion coefficient of d"),
+    "diffusion_error": ("1", "standard error of the diffusion coefficient"),
+    "slope": ("1", "local slope of log MSD over log t"),
+    "slope_error": ("1", "standard error of the slope"),
+    "begin": ("1", "earlier time"),
+    "end": ("1", "later time"),
+    "time": ("1", "geometric mean of the two times"),
+}
 
 
 def energy(scene: Disk | LangevinParticle, x: Array, v: Array, omega: Array | None = None) -> Array:
@@ -63,9 +77,8 @@ def flight_survival(run: xr.Dataset) -> xr.Dataset:
     left = np.maximum(at_risk - ended, 0.5)  # none are left only in the last bin, which is not used
     terms = np.append(0.0, ended / (at_risk * left))[:-1]
     values = {"survival": survival, "survival_error": survival * np.sqrt(np.cumsum(terms))}
-    return xr.Dataset({name: ("flight_duration", value) for name, value in values.items()}).assign(
-        {"flight_duration": durations[seen]}
-    )
+    data = {name: ("flight_duration", value) for name, value in values.items()}
+    return labeled(xr.Dataset(data, {"flight_duration": durations[seen]}), LABELS)
 
 
 def _has_all_bins(durations: NDArray[np.float64], told: dict[str, Any]) -> bool:
@@ -112,7 +125,8 @@ def d_diffusion(run: xr.Dataset, scene: Disk = OWN) -> xr.Dataset:
     early, late = (column - column.mean() for column in (d[:, 0], d[:, -1]))
     grown = (late**2 - early**2) / (2 * float(run.time[-1] - run.time[0]))
     error = grown.std() / replicas**0.5
-    return xr.Dataset({"diffusion": grown.mean(), "diffusion_error": error})
+    data = xr.Dataset({"diffusion": grown.mean(), "diffusion_error": error})
+    return labeled(data, LABELS)
 
 
 @analysis("path", of=(Disk, LangevinParticle), records=2)
@@ -162,6 +176,5 @@ def local_slope(run: xr.Dataset, factor: Annotated[float, number(above=1)] = 2.0
         "begin": times[begin],
         "end": times[end],
     }
-    return xr.Dataset({name: ("time", values) for name, values in columns.items()}).assign_coords(
-        time=np.sqrt(times[begin] * times[end])
-    )
+    data = {name: ("time", values) for name, values in columns.items()}
+    return labeled(xr.Dataset(data, {"time": np.sqrt(times[begin] * times[end])}), LABELS)

@@ -7,6 +7,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from magmotor.device.analysis import OWN, analysis
+from magmotor.device.labels import labeled
 from magmotor.devices.ball.rigid_forces import force_and_field
 from magmotor.devices.ball.states import axes
 from magmotor.devices.motor.scene import Motor
@@ -18,6 +19,21 @@ from magmotor.numerics.compiled import compiled_once
 from magmotor.numerics.rotations import columns, dot, place_dipoles
 
 Array = NDArray[np.float64]
+
+LABELS = {
+    "gain": ("J", "change of the total energy"),
+    "heat": ("J", "heat dissipated by friction"),
+    "work": ("J", "work of the noise"),
+    "injected": ("J", "mean work of the noise"),
+    "martingale": ("J", "work of the noise minus its mean"),
+    "residual": ("J", "residual of the energy balance"),
+    "kicks": ("J", "work of the noise on the ring"),
+    "transferred": ("J", "work transferred to the ball"),
+    "reached": ("J", "work that has reached the ball"),
+    "efficiency": ("1", "efficiency"),
+    "share": ("1", "share of the work on the ring that has reached the ball"),
+}
+"""Units and labels of the variables of `motor_energy_balance` and `efficiency`."""
 
 
 class MotorEnergy(NamedTuple):
@@ -115,14 +131,15 @@ def motor_energy_balance(run: xr.Dataset, scene: Motor = OWN) -> xr.Dataset:
     rate = ball_injection_rate(scene) + ring_injection_rate(scene)
     injected = (rate * elapsed).broadcast_like(run.work).transpose(*run.work.dims)
     gain, heat, work = map(_since_start, (run.energy, run.heat, run.work))
-    return _in_joule(
-        gain=gain,
-        heat=heat,
-        work=work,
-        injected=injected,
-        martingale=work - injected,
-        residual=gain + heat - work,
-    )
+    data = {
+        "gain": gain,
+        "heat": heat,
+        "work": work,
+        "injected": injected,
+        "martingale": work - injected,
+        "residual": gain + heat - work,
+    }
+    return labeled(xr.Dataset(data), LABELS)
 
 
 @analysis("energy", "ring_energy", "heat", "ring_heat", "work", "ring_work", of=Motor, finite=False)
@@ -163,14 +180,16 @@ def efficiency(run: xr.Dataset, scene: Motor = OWN) -> xr.Dataset:
     dissipated = _since_start((run.heat - run.ring_heat) - (run.work - run.ring_work))
     reached = transferred + dissipated
     moved = kicks.where(kicks != 0)
-    ratios = {"efficiency": transferred / moved, "share": reached / moved}
-    return _in_joule(kicks=kicks, transferred=transferred, reached=reached).assign(ratios)
+    data = {
+        "kicks": kicks,
+        "transferred": transferred,
+        "reached": reached,
+        "efficiency": transferred / moved,
+        "share": reached / moved,
+    }
+    return labeled(xr.Dataset(data), LABELS)
 
 
 def _since_start(values: xr.DataArray) -> xr.DataArray:
     """What has been added since the first record."""
     return values - values.isel(time=0, drop=True)
-
-
-def _in_joule(**values: xr.DataArray) -> xr.Dataset:
-    return xr.Dataset({k: v.assign_attrs(units="J") for k, v in values.items()})

@@ -18,6 +18,7 @@ from magmotor.common.arguments import checked
 from magmotor.common.checks import reject
 from magmotor.common.hints import flags, shaped
 from magmotor.device.analysis import OWN, analysis
+from magmotor.device.labels import labeled
 from magmotor.devices.motor.observables import azimuth
 from magmotor.devices.motor.scene import Motor
 
@@ -25,6 +26,18 @@ Array = NDArray[np.float64]
 
 CORE = 0.25
 """Half-width of a well's core, in sectors; a sector is 2 pi/M wide."""
+
+LABELS = {
+    "replica": ("1", "number of the replica"),
+    "begin": ("s", "time at which it begins"),
+    "once": ("s", "time at which the ball has gone around once"),
+    "end": ("s", "time at which it ends"),
+    "revolutions": ("1", "revolutions of the ball"),
+    "censored": ("1", "whether the run ended first"),
+    "time": ("s", "time of the transition"),
+    "well": ("1", "number of the well that is reached"),
+    "step": ("1", "change of the well's number"),
+}
 
 
 @analysis("position", of=Motor)
@@ -228,9 +241,5 @@ def _columns(rows: list[Any], count: int) -> Array:
 
 
 def _table(dimension: str, **columns: NDArray[Any]) -> xr.Dataset:
-    units = {"begin": "s", "once": "s", "end": "s", "time": "s", "revolutions": "1"}
-    data = {
-        name: (dimension, values, {"units": units[name]} if name in units else {})
-        for name, values in columns.items()
-    }
-    return xr.Dataset(data)
+    data = {name: (dimension, values) for name, values in columns.items()}
+    return labeled(xr.Dataset(data), LABELS)

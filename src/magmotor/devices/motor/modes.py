@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 from magmotor.common.checks import reject
 from magmotor.common.hints import NotNegative
 from magmotor.device.analysis import OWN, analysis
+from magmotor.device.labels import labeled
 from magmotor.devices.motor.scene import Motor
 from magmotor.devices.motor.theory import slip_mobility
 
@@ -28,6 +29,12 @@ A summed autocorrelation would tell the error of the fast modes more precisely. 
 ones oscillates, with the ball in its well, long before it decays, and every rule that tells where
 to cut the sum then cuts it much too early.
 """
+
+LABELS = {
+    "temperature": ("J", "temperature of the mode"),
+    "temperature_error": ("J", "standard error of the temperature"),
+    "theory": ("J", "temperature kT of Gibbs' law"),
+}
 
 
 @analysis(*NEEDS, of=Motor)
@@ -69,12 +76,12 @@ def mode_temperatures(
         raise reject("burn_in", burn_in, sentence)
     found = {name: mean_and_error(series) for name, series in _squares(late, scene).items()}
     columns: dict[str, Any] = {
-        "temperature": ("mode", [mean for mean, _ in found.values()], {"units": "J"}),
-        "temperature_error": ("mode", [error for _, error in found.values()], {"units": "J"}),
+        "temperature": ("mode", [mean for mean, _ in found.values()]),
+        "temperature_error": ("mode", [error for _, error in found.values()]),
     }
     if scene.temperature == "uniform":
-        columns["theory"] = ((), scene.kT, {"units": "J"})
-    return xr.Dataset(columns, {"mode": [*found]})
+        columns["theory"] = ((), scene.kT)
+    return labeled(xr.Dataset(columns, {"mode": [*found]}), LABELS)
 
 
 def mean_and_error(series: Array) -> tuple[float, float]:

@@ -22,7 +22,12 @@ from magmotor.devices.top import theory
 from magmotor.devices.top.guard import TopGuard
 from magmotor.devices.top.measures import MEASURES
 from magmotor.devices.top.movie import GAUGE, TopMovieContent
-from magmotor.devices.top.observables import energy, momentum_map, top_energy_balance
+from magmotor.devices.top.observables import (
+    MOMENTUM_MAP,
+    energy,
+    momentum_map,
+    top_energy_balance,
+)
 from magmotor.devices.top.plots import top_overview
 from magmotor.devices.top.scene import Top
 from magmotor.devices.top.states import BallStates, start
@@ -115,8 +120,8 @@ class TopDevice(BallDevice[Top, BallStates]):
             ),
             "momentum_map": (
                 momentum_map(scene, states.axis, spin),
-                "kg m^2/s",
-                "momentum map J = pi . xi_3",
+                MOMENTUM_MAP.unit,
+                f"{MOMENTUM_MAP.label} = pi . xi_3",
             ),
             "energy": (energy(scene, states), "J", "total energy"),
         }

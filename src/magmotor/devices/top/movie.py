@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from magmotor.common import style
 from magmotor.device.movie import Gauge, between
+from magmotor.devices.top.observables import SPIN
 from magmotor.devices.top.plots import draw_momentum
 from magmotor.devices.top.scene import Top
 
@@ -48,9 +49,9 @@ class TopMovieContent:
 
 GAUGE = Gauge(
     name="spin J/I₃",
-    unit="rad/s",
+    unit=SPIN.unit,
     needs=("position", "momentum_map"),
-    values=lambda run, scene: run.momentum_map.values / scene.inertia[2],
+    values=lambda run, scene: SPIN(run, scene).values,
     alike=("ball_radius", "surface", "ring_dipoles", "ring_radius"),
     height=lambda scene: max([h for _, h, _ in scene.ring_script] or [scene.ring_height]),
 )

@@ -12,10 +12,23 @@ from magmotor import dipoles
 from magmotor.common.arguments import checked
 from magmotor.common.hints import Vectors
 from magmotor.device.analysis import OWN, analysis
+from magmotor.device.device import Observable
+from magmotor.device.labels import labeled
 from magmotor.devices.top.scene import Top
 from magmotor.devices.top.states import BallStates
 
 Array = NDArray[np.float64]
+
+MOMENTUM_MAP = Observable(lambda run, scene: run.momentum_map, "kg m^2/s", "momentum map J")
+SPIN = Observable(lambda run, scene: run.momentum_map / scene.inertia[2], "rad/s", "spin J/I_3")
+DISTANCE = Observable(
+    lambda run, scene: np.hypot(run.position.sel(space="x"), run.position.sel(space="y")),
+    "m",
+    "distance of the ball from the center",
+)
+SPEED = Observable(
+    lambda run, scene: np.sqrt((run.velocity**2).sum("space")), "m/s", "speed of the ball"
+)
 
 
 class BallEnergy(NamedTuple):
@@ -119,7 +132,13 @@ def momentum_balance(run: xr.Dataset, scene: Top = OWN) -> xr.Dataset:
     integral = run.momentum_map.values[0] + _integrate(run.time.values, torque)
     residual = run.momentum_map.values - integral
     columns = {"torque": torque, "integral": integral, "residual": residual}
-    return xr.Dataset({k: ("time", v) for k, v in columns.items()}, coords={"time": run.time})
+    data = {k: ("time", v) for k, v in columns.items()}
+    labels = {
+        "torque": ("N m", "torque of friction about the axis"),
+        "integral": (MOMENTUM_MAP.unit, "J(0) plus the integral of the torque"),
+        "residual": (MOMENTUM_MAP.unit, "residual of the momentum balance"),
+    }
+    return labeled(xr.Dataset(data, coords={"time": run.time}), labels)
 
 
 @analysis("slip_velocity", "energy", of=Top, records=2, replicas=False)
@@ -141,8 +160,12 @@ def top_energy_balance(run: xr.Dataset, scene: Top = OWN) -> xr.Dataset:
     power = scene.friction * np.sum(run.slip_velocity.values**2, axis=-1)
     heat = _integrate(run.time.values, power)
     residual = run.energy.values - run.energy.values[0] + heat
-    columns = {"heat": heat, "residual": residual}
-    return xr.Dataset({k: ("time", v) for k, v in columns.items()}, coords={"time": run.time})
+    data = {"heat": ("time", heat), "residual": ("time", residual)}
+    labels = {
+        "heat": ("J", "heat dissipated by friction"),
+        "residual": ("J", "residual of the energy balance"),
+    }
+    return labeled(xr.Dataset(data, coords={"time": run.time}), labels)
 
 
 def _integrate(time: Array, values: Array) -> Array:
