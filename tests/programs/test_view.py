@@ -128,7 +128,7 @@ def test_a_slider_out_of_bounds_goes_back_and_says_why():
     simulation = live(TOP)
     put(simulation, height=0.1)
     put(simulation, tilt=0.4)
-    assert "tilt = 0.4: must be less than 0.2985 rad (the floor)" in simulation.notice
+    assert "tilt = 0.4: must be less than 0.2985 rad, where the ring" in simulation.notice
     assert simulation.data.actuator("tilt").ctrl == TOP.tilt
     assert simulation.data.actuator("height").ctrl == 0.1
     put(simulation, tilt=0.2)
@@ -313,7 +313,7 @@ def test_the_pace_is_the_walls():
         (("--timestep", "1"), "timestep = 1.0: must be less than"),
         (("--speed", "0"), "speed = 0.0: must be greater than 0"),
         (("--seed", "-1"), "seed = -1: must be at least 0"),
-        (("--tilt", "1.5"), "tilt = 1.5: must be less than 0.6289 rad (the floor)"),
+        (("--tilt", "1.5"), "tilt = 1.5: must be less than 0.6289 rad, where the ring"),
     ],
 )
 def test_a_mistake_is_one_line_and_code_2(run_script, arguments, line):
