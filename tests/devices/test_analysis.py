@@ -146,7 +146,7 @@ def test_an_error_of_a_mean_counts_one_degree_of_freedom_less():
 
 
 def test_modes_need_records_for_their_errors(motor_run):
-    with pytest.raises(ValueError, match=r"burn_in = 59\.5: must be such that at least 16 records"):
+    with pytest.raises(ValueError, match=r"burn_in = 59\.5: must leave at least 16 records"):
         mm.observables.mode_temperatures(motor_run, burn_in=59.5)
 
 

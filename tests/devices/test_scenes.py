@@ -34,7 +34,10 @@ BAD = [
     ({"tilt_azimuth": math.inf}, "tilt_azimuth = inf"),
     ({"ring_script": ((0, 0.2, 0), (0, 0.3, 0))}, r"ring_script\[1\].time = 0: must be greater"),
     ({"ring_script": ((0, 0.01, 0),)}, r"ring_script\[0\].height = 0.01: must be greater"),
-    ({"ring_script": ((0, 0.2, 0), (1, 0.3, 0.7), (2, 0.2, 0.7))}, r"tilt = 0.7: .*the floor"),
+    (
+        {"ring_script": ((0, 0.2, 0), (1, 0.3, 0.7), (2, 0.2, 0.7))},
+        r"tilt = 0.7: .*touches the floor",
+    ),
     ({"ring_script": ((0, 0.2),)}, r"ring_script\[0\] = .*: must be three numbers"),
     ({"coupling": 0}, "coupling = 0: must be greater than 0 J m"),
     ({"gravity": -9.81}, "gravity = -9.81: must be at least 0"),
