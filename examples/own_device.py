@@ -158,6 +158,7 @@ MODEL = """
   <keyframe><key name="start" qpos="{angle}" qvel="{rate}"/></keyframe>
 </mujoco>
 """
+"""Sites with a `user` value are dipoles with that moment; that of a body is its noise."""
 
 NEEDLE = """
       <geom type="capsule" fromto="0 -0.05 0 0 0 0" size="0.006" rgba="0.85 0.87 0.9 1"
@@ -189,9 +190,9 @@ class RotorGuard(Guard):
 
     def _faults(self, states: RotorStates) -> list[Fault]:
         energies = energy(self.scene, states)
-        in_play = energies + 2 * self.scene.torque
-        allowed = np.maximum(LARGEST_FLUCTUATION * self.scene.kT, LARGEST_ERROR * in_play)
-        grew = (energies > self.initial_energy + allowed).any(axis=1)
+        fluctuation = LARGEST_FLUCTUATION * self.scene.kT
+        error = LARGEST_ERROR * (energies + 2 * self.scene.torque)
+        grew = (energies > self.initial_energy + np.maximum(fluctuation, error)).any(axis=1)
         return [Fault(grew, lambda _: ENERGY_GREW)]
 
 
@@ -207,8 +208,8 @@ class RotorMovieContent:
     needs: tuple[str, ...] = ("theta", "omega")
 
     def __init__(self, run: xr.Dataset, scene: Rotor, times: Array):
-        self.run, self.value = run, np.degrees(between(run, run.theta.values, times))
         theta = run.theta.values
+        self.run, self.value = run, np.degrees(between(run, theta, times))
         self.path = 0.05 * np.stack([-np.sin(theta), np.cos(theta), 0 * theta], axis=-1)
 
     def plot(self, axes: Any) -> list[Any]:
