@@ -63,9 +63,9 @@ def imported(name: str) -> Callable[[xr.Dataset, Any], Any]:
     """
     if isinstance(name, FromFile):
         sentence = (
-            "this name is from a file, and code from files must be allowed explicitly: with"
-            f" measures=[{str(name)!r}] in sweep_of or rerun, or with --allow-measure {name} in"
-            " scripts/rerun.py"
+            "must be allowed explicitly, since its name is from a file: pass"
+            f" measures=[{str(name)!r}] to sweep_of or rerun, or run scripts/rerun.py"
+            f" --allow-measure {name}"
         )
         raise reject("measure", str(name), sentence)
     module, function = name.split(":", 1)
