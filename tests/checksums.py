@@ -130,7 +130,7 @@ def models() -> Iterator[tuple[str, str]]:
 
 
 def programs() -> Iterator[tuple[str, str]]:
-    """Checksums of all files that each program writes, and of its output."""
+    """Checksums of all files that each program writes."""
     for line in PROGRAMS:
         with tempfile.TemporaryDirectory() as folder:
             script, *arguments = line.split()
