@@ -56,7 +56,7 @@ def test_a_folder_of_another_user_is_never_used(nowhere, monkeypatch):
     other = os.getuid() + 1
     nowhere.rename(nowhere.with_name(f"magmotor-{other}"))
     monkeypatch.setattr(os, "getuid", lambda: other)
-    with pytest.raises(RuntimeError, match="is another user's"):
+    with pytest.raises(RuntimeError, match="belongs to another user"):
         cache_folder.choose_cache_folder()
 
 

@@ -237,10 +237,11 @@ def _borrowed(coefficients):
 
 @njit(forceinline=True)
 def _compute_forces(model, data, offsets, coefficients, force):
-    """Write the generalized forces at the current configuration, without damping and noise.
+    """Compute the generalized forces at the current configuration, without damping and noise.
 
-    They are the constant forces, `qfrc_applied`, and the wrenches `xfrc_applied` on the bodies,
-    which include dipoles and potentials.
+    This updates the frames of bodies and sites, and `xfrc_applied` by the forces of dipoles and
+    potentials. `force` receives the sum of the constant forces, `qfrc_applied`, and the wrenches
+    `xfrc_applied` on the bodies.
     """
     d = memory.words(data, memory.UNBOUNDED)
     _update_kinematics(model, data)
