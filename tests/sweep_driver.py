@@ -1,4 +1,4 @@
-"""Driver of a test sweep, also as a program that tests kill: DIRECTORY, options as JSON."""
+"""A driver of the tests' sweep, also as a program to be killed: DIRECTORY, options as JSON."""
 
 import json
 import os
@@ -25,7 +25,7 @@ SWEEP = Sweep(
 )
 
 FEW = 4
-"""Number of results, out of 24, after which the driver waits."""
+"""Results after which something happens, of 24."""
 
 
 def contents(directory):
@@ -35,7 +35,7 @@ def contents(directory):
 
 
 def environment():
-    """The number of threads that this process is configured to use."""
+    """How many threads this process is told to take."""
     return {name: os.environ.get(name) for name in ONE_THREAD}
 
 
@@ -47,7 +47,7 @@ def drive(directory, workers=2, scheduler=None):
 
 
 def hold(until):
-    """Make the driver wait after `FEW` results until a file exists."""
+    """Have the driver wait after `FEW` results until a file is there."""
     keep, kept = Directory.keep, []
 
     def held(self, case, outcome):

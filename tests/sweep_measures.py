@@ -1,17 +1,17 @@
-"""User-defined measures for tests of sweeps, which wait or kill their process."""
+"""Measures of users' own, for the tests of sweeps: they wait, or kill their process."""
 
 import os
 import time
 
 
 def waited(run, scene):
-    """The final displacement, after waiting for 0.1 s."""
+    """0.1 s of work that needs no processor; the final displacement."""
     time.sleep(0.1)
     return float(run.x[-1])
 
 
 def fatal(run, scene):
-    """Simulate a case that runs out of memory, if the noise is 3."""
+    """What a case does that runs out of memory, where the noise is 3."""
     if scene.noise == 3:
         os._exit(9)
     return float(run.x[-1])

@@ -1,15 +1,14 @@
-"""Kill computations at random times, continue them, and compare all bytes at the end.
+"""Kill what computes at random times, let the same command go on, and compare all bytes at the end.
 
     python tests/torture.py [KILLS] [--seed SEED] [--only KIND ...] [--folder FOLDER]
 
-The victims are runs and ensembles with checkpoints, drivers of sweeps, their worker processes, and
-the driver, workers and scheduler of a Dask cluster. Most kills are SIGKILL, some are SIGTERM,
-SIGINT, or two signals in a row. A table lists the number of kills, the files that were lost (they
-existed before a kill but not after it) or changed (their bytes differ from those of a run without
-kills), and how often a command failed otherwise.
+Killed are runs and ensembles with checkpoints, drivers of sweeps, their worker processes, and
+driver, worker and scheduler of a Dask cluster. Most kills are SIGKILL, some SIGTERM, SIGINT, or two
+signals in a row. A table tells how many there were, what was lost (there before a kill, and not
+after it), changed (other bytes than without kills), and how often a command failed otherwise.
 
-Programs are forks of this process, which has imported and compiled everything, so that a kill costs
-milliseconds. Workers start as usual.
+Programs are forks of this process, which has imported and compiled everything: a kill costs
+milliseconds. Workers start as they always do.
 """
 
 import argparse
@@ -48,7 +47,7 @@ tqdm.tqdm.monitor_interval = 0  # which would be a thread
 
 ENDED_BY_INTERRUPT = 130
 PATIENCE = 300.0
-"""Seconds after which a command counts as hanging."""
+"""Seconds after which a command hangs."""
 
 NUMERICS: dict[str, Any] = {"method": "variational/baoab", "timestep": 0.05}
 
@@ -64,7 +63,7 @@ def simulate(folder: Path) -> None:
 
 
 def ensemble(folder: Path) -> None:
-    """An ensemble of disks with a checkpoint at each check."""
+    """An ensemble of disks with a checkpoint at each look."""
     folder.mkdir(parents=True, exist_ok=True)
     run = mm.ensemble(
         mm.Disk(), **NUMERICS, duration=4000.0, replicas=200, sample_interval=20, seed=4,
@@ -82,7 +81,7 @@ def sweep_of(measure: str, cases: int, duration: float) -> mm.sweep.Sweep:
 
 
 def driver(folder: Path) -> None:
-    """A driver that computes cases in its own threads."""
+    """A driver whose cases threads of its own compute."""
     with ThreadPoolExecutor(2) as executor:
         ran(folder / "numbers", "temperature", 40, executor=executor, workers=2)
         ran(folder / "runs", "trajectory", 12, executor=executor, workers=2)
@@ -94,13 +93,13 @@ def workers(folder: Path) -> None:
 
 
 def cluster(folder: Path, address: str) -> None:
-    """A driver that computes cases on a Dask cluster."""
+    """A driver whose cases a Dask cluster computes."""
     with mm.sweep.dask_workers(address) as (executor, threads):
         ran(folder / "numbers", "temperature", 60, executor=executor, workers=threads)
 
 
 def ran(folder: Path, measure: str, cases: int, duration: float = 200.0, **by: Any) -> None:
-    """Run a sweep, and repeat cases that died twice with their worker."""
+    """Run a sweep, and also again what died twice with its worker."""
     sweep = sweep_of(measure, cases, duration)
     for _ in range(2):
         if not mm.sweep.run(sweep, folder, retry=True, **by).failed:
@@ -110,7 +109,7 @@ def ran(folder: Path, measure: str, cases: int, duration: float = 200.0, **by: A
 
 @dataclass
 class Row:
-    """The outcome for one kind of victim."""
+    """What came of one kind of victim."""
 
     kills: int = 0
     whole: int = 0
@@ -120,7 +119,7 @@ class Row:
 
 
 def forked(command: Callable[..., None], *arguments: Any) -> int:
-    """Start a command in a fork of this process, and return its process id."""
+    """Start a command in a fork of this process; its process id."""
     sys.stdout.flush()
     if pid := os.fork():
         return pid
@@ -142,7 +141,7 @@ def forked(command: Callable[..., None], *arguments: Any) -> int:
 
 
 def waited(pid: int, seconds: float) -> int | None:
-    """Exit code of a process, or minus the number of a signal; None if it has not ended by then."""
+    """Exit code of a process, negative of a signal; None if it has not ended until then."""
     deadline = time.monotonic() + seconds
     while True:
         ended, status = os.waitpid(pid, os.WNOHANG)
@@ -154,14 +153,14 @@ def waited(pid: int, seconds: float) -> int | None:
 
 
 def results(folder: Path) -> dict[str, bytes]:
-    """The permanent files in a folder."""
+    """What is for good in a folder."""
     ours = (p for p in folder.rglob("*") if p.is_file() and not p.name.startswith("."))
     files = {str(p.relative_to(folder)): p for p in ours}
     return {k: p.read_bytes() for k, p in files.items() if not {"parts", "claims"} & {*p.parts}}
 
 
 def children(pid: int) -> list[int]:
-    """Worker processes of a process."""
+    """Worker processes that a process has started."""
     found = []
     for thread in Path(f"/proc/{pid}/task").glob("*/children"):
         with suppress(OSError):
@@ -177,7 +176,7 @@ def _is_worker(pid: str) -> bool:
 
 
 class Torture:
-    """Kills of one kind of victim, at times that a seed determines.
+    """Kills of one kind of victim, with times that follow from a seed.
 
     Parameters
     ----------
@@ -200,7 +199,7 @@ class Torture:
         self.truth = results(folder / "truth")
 
     def kill(self, kills: int) -> Row:
-        """Kill a number of times, and continue each victim until it has finished."""
+        """Kill so often, and let each victim go on until it has done all."""
         while self.row.kills < kills:
             self._round(self.folder / f"{self.row.whole}", kills)
             self.row.whole += 1
@@ -232,7 +231,7 @@ class Torture:
         shutil.rmtree(place)
 
     def _disturb(self, pid: int, place: Path) -> int | None:
-        """Let the victim work for a while, then kill it; return its exit code."""
+        """Let it work for a while, then end it; its exit code."""
         code = waited(pid, self.random.uniform(0, self.lasting / 2))
         if code is not None:
             return code
@@ -253,7 +252,7 @@ class Torture:
             self.row.kills += 1
 
     def _look(self, place: Path, before: dict[str, bytes]) -> None:
-        """Check that all earlier files still exist, and that checkpoints can be read."""
+        """See whether all is there that was there, and checkpoints can be read."""
         after = results(place) if place.exists() else {}
         self.row.lost += [f"{place}/{name}" for name in before if name not in after]
         for name, content in after.items():
@@ -269,7 +268,7 @@ class Torture:
 
 
 class WorkerTorture(Torture):
-    """Kills of worker processes, one or two in a row, while the driver continues."""
+    """Kills of worker processes, one or two in a row, while the driver goes on."""
 
     def _disturb(self, pid: int, place: Path) -> int | None:
         for _ in range(3):
@@ -285,7 +284,7 @@ class WorkerTorture(Torture):
 
 
 class ClusterTorture(Torture):
-    """Kills of a cluster's driver, workers and scheduler, which are restarted."""
+    """Kills of a cluster's driver, workers and scheduler, which are started again."""
 
     def __init__(self, kind: str, command: Callable[..., None], folder: Path, seed: int):
         with socket.socket() as free:
@@ -301,7 +300,7 @@ class ClusterTorture(Torture):
             raise
 
     def _start(self) -> None:
-        """Start the processes that are not running, and wait for workers."""
+        """Start what does not run, and wait until workers are there."""
         asked = {
             "scheduler": ("scheduler", "--host", "127.0.0.1", "--port", str(self.port)),
             **dict.fromkeys(("one", "other"), ("worker", self.address, "--no-nanny")),
@@ -357,7 +356,7 @@ SCENES: dict[str, tuple[type[Torture], Callable[..., None], float]] = {
     "workers": (WorkerTorture, workers, 0.2),
     "cluster": (ClusterTorture, cluster, 0.1),
 }
-"""The class that kills each kind of victim, the victim's command, and its share of the kills."""
+"""How each kind of victim is killed, what it does, and its part of the kills."""
 
 
 def main() -> None:
@@ -400,7 +399,7 @@ def _sum(rows: dict[str, Row]) -> Row:
 
 
 def _warm(folder: Path) -> None:
-    """Import and compile everything that the forks use."""
+    """Import and compile in this process all that its forks use."""
     simulate_warm = {"duration": 10.0, "method": "variational/baoab", "timestep": 0.1}
     run = mm.simulate(mm.Motor(), replicas=2, **simulate_warm)
     netcdf(run)

@@ -100,7 +100,7 @@ class Sweep:
             raise reject("vary", self.vary, "must be a mapping of fields to their values")
         if not isinstance(self.samples, Samples | None):
             raise reject(
-                "samples", self.samples, "must be an instance of magmotor.sweep.Samples, or None"
+                "samples", self.samples, "must be an object of magmotor.sweep.Samples, or None"
             )
         if not self.vary and self.samples is None:
             raise reject("vary", dict(self.vary), "must be one field at least")

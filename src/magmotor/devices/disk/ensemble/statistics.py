@@ -98,16 +98,16 @@ def flight_bin(samples):
 
 @njit(inline="always")
 def _correlate(states, last, increment, level, sums, start, lanes, number):
-    none, turn, end = broadcast(0.0), broadcast(TURN), broadcast(float(lanes))
-    a_sum = b_sum = aa = bb = ab = none
+    zero, period, end = broadcast(0.0), broadcast(TURN), broadcast(float(lanes))
+    a_sum = b_sum = aa = bb = ab = zero
     for i in range(0, lanes, COUNT):
         here, lane = start + i, lane_numbers() + broadcast(float(i))
-        x = turn * load(states, 0, i)
+        x = period * load(states, 0, i)
         a, b = load(increment, level, here), x - load(last, level, here)
         store(increment, level, here, b)
         store(last, level, here, x)
-        # Of padding, nothing.
-        a, b = where_less(lane, end, a, none), where_less(lane, end, b, none)
+        # Padding does not count.
+        a, b = where_less(lane, end, a, zero), where_less(lane, end, b, zero)
         a_sum, b_sum = a_sum + a, b_sum + b
         aa, bb, ab = fused(a, a, aa), fused(b, b, bb), fused(a, b, ab)
     if number >= 2:
