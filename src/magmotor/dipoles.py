@@ -1,8 +1,8 @@
 """Point dipoles: field, force, torque and energy.
 
 One loop over sources (`sum_over_sources`) serves the array functions below, the compiled kernels
-and MuJoCo's compiled callback; its sums have the same bits on every processor, see `eights`. All
-quantities are SI: meters, A m^2, tesla, newton, joule.
+and MuJoCo's compiled callback. Its sums have the same bits on every processor; see
+`magmotor.numerics.eights`. All quantities are in SI units: m, A m^2, T, N, J.
 """
 
 import numpy as np
@@ -15,60 +15,60 @@ from magmotor.common.hints import Points
 from magmotor.numerics.compiled import compiled_once
 from magmotor.numerics.eights import (
     COUNT,
-    counted,
+    broadcast,
     fused,
-    least,
-    spread,
+    lane_numbers,
+    load,
+    minimum,
     square_root,
-    taken,
     total,
     where_equal,
     where_less,
 )
 
 PERMEABILITY_OVER_4PI = 1e-7
-"""mu0/(4 pi) in T m/A; its measured value differs by 1.3e-10, less than its own uncertainty."""
+"""mu0/(4 pi) in T m/A; the measured value differs by 1.3e-10, less than its own uncertainty."""
 
 COINCIDENCE = 1e-9
-"""Dipoles nearer to each other than this (meters) are taken to coincide."""
+"""Distance (m) below which two dipoles coincide."""
 
 COINCIDENCE_SQUARED = COINCIDENCE**2
 
 NOBODY = -1.0
-"""Label of dipoles that fill up the last eight sources; no rigid body has it."""
+"""Label of the dipoles that pad the sources to a multiple of eight; no rigid body has it."""
 
 
 @njit(inline="always")
 def inner(ax, ay, az, bx, by, bz):
-    """Scalar products of vectors, of numbers or Eights."""
+    """Return the scalar product of two vectors, whose components are doubles or Eights."""
     return fused(ax, bx, fused(ay, by, az * bz))
 
 
 @njit(error_model="numpy")
 def sum_over_sources(target, label, sources, count):
-    """Force on one dipole and field at it, from the first `count` sources of other rigid bodies.
+    """Sum the force on a dipole, and the field at it, over sources on other rigid bodies.
 
-    `target` is the tuple (x, y, z, mx, my, mz); `sources` has rows x, y, z, mx, my, mz and the
-    label of the rigid body, and as many columns as whole eights take; sources labeled as the
-    target are left out. Returns the force, the field and whether a source taken coincides with the
-    target.
+    `target` is the tuple (x, y, z, mx, my, mz). `sources` has rows x, y, z, mx, my, mz and the
+    label of the rigid body; the number of its columns is a multiple of eight. The sum is over the
+    first `count` columns whose label differs from the target's. Returns the force, the field and
+    whether one of these sources coincides with the target.
 
-    With (x, y, z) from a source of moment b to the target of moment a,
-    F = (3/r^5) [(a.r) b + (b.r) a + (a.b) r - 5 (a.r)(b.r) r/r^2],
-    B = (1/r^5) [3 (b.r) r - r^2 b], times mu0/(4 pi).
-    Eight sources are taken at a time: each lane has its own partial sums.
+    With r from a source of moment b to the target of moment a,
+    F = mu0/(4 pi) (3/r^5) [(a.r) b + (b.r) a + (a.b) r - 5 (a.r)(b.r) r/r^2],
+    B = mu0/(4 pi) (1/r^5) [3 (b.r) r - r^2 b].
+    The loop handles eight sources at a time, with a partial sum in each lane.
     """
-    tx, ty, tz = spread(target[0]), spread(target[1]), spread(target[2])
-    ax, ay, az = spread(target[3]), spread(target[4]), spread(target[5])
-    own, end = spread(label), spread(float(count))
-    one, three, five = spread(1.0), spread(3.0), spread(-5.0)
-    none, far, step = spread(0.0), spread(np.inf), spread(float(COUNT))
-    fx = fy = fz = bx = by = bz = along = none
-    nearest, number = far, counted()
+    tx, ty, tz = broadcast(target[0]), broadcast(target[1]), broadcast(target[2])
+    ax, ay, az = broadcast(target[3]), broadcast(target[4]), broadcast(target[5])
+    own, end = broadcast(label), broadcast(float(count))
+    one, three, five = broadcast(1.0), broadcast(3.0), broadcast(-5.0)
+    zero, far, step = broadcast(0.0), broadcast(np.inf), broadcast(float(COUNT))
+    fx = fy = fz = bx = by = bz = along = zero
+    nearest, number = far, lane_numbers()
     for j in range(0, count, COUNT):
-        x, y, z = tx - taken(sources, 0, j), ty - taken(sources, 1, j), tz - taken(sources, 2, j)
-        mx, my, mz = taken(sources, 3, j), taken(sources, 4, j), taken(sources, 5, j)
-        square = where_equal(taken(sources, 6, j), own, far, inner(x, y, z, x, y, z))
+        x, y, z = tx - load(sources, 0, j), ty - load(sources, 1, j), tz - load(sources, 2, j)
+        mx, my, mz = load(sources, 3, j), load(sources, 4, j), load(sources, 5, j)
+        square = where_equal(load(sources, 6, j), own, far, inner(x, y, z, x, y, z))
         square = where_less(number, end, square, far)
         number = number + step
         nearest = where_less(square, nearest, square, nearest)
@@ -78,7 +78,7 @@ def sum_over_sources(target, label, sources, count):
         radial_a, radial_b = inner(ax, ay, az, x, y, z), inner(mx, my, mz, x, y, z)
         near, cross = scale * radial_b, scale * radial_a
         both = scale * fused(five * radial_a * inverse, radial_b, inner(ax, ay, az, mx, my, mz))
-        less = none - cubed
+        less = zero - cubed
         along = along + near
         fx = fused(both, x, fused(cross, mx, fx))
         fy = fused(both, y, fused(cross, my, fy))
@@ -86,7 +86,7 @@ def sum_over_sources(target, label, sources, count):
         bx = fused(near, x, fused(less, mx, bx))
         by = fused(near, y, fused(less, my, by))
         bz = fused(near, z, fused(less, mz, bz))
-    k, coincident = PERMEABILITY_OVER_4PI, least(nearest) < COINCIDENCE_SQUARED
+    k, coincident = PERMEABILITY_OVER_4PI, minimum(nearest) < COINCIDENCE_SQUARED
     return (
         k * total(fused(along, ax, fx)),
         k * total(fused(along, ay, fy)),
@@ -100,7 +100,7 @@ def sum_over_sources(target, label, sources, count):
 
 @compiled_once(nogil=True)
 def _compiled_force_and_field(checksum: int):
-    """The loop over dipoles."""
+    """Define the loop over target dipoles."""
 
     def force_and_field(targets, sources, out):
         _ = checksum
@@ -119,24 +119,24 @@ _force_and_field = _compiled_force_and_field()
 
 
 def field(points: ArrayLike, positions: ArrayLike, moments: ArrayLike) -> NDArray[np.float64]:
-    """Magnetic field of point dipoles, paper's equation (magneticfield).
+    """Compute the magnetic field of point dipoles, the paper's equation (magneticfield).
 
     Parameters
     ----------
     points : array_like, shape (P, 3) or (3,)
-        Where the field is wanted, in meters.
+        Points at which to compute the field, in m.
     positions, moments : array_like, shape (N, 3)
-        The dipoles' positions in meters and moments in A m^2.
+        The dipoles' positions in m and moments in A m^2.
 
     Returns
     -------
-    ndarray, shape of `points`
-        Magnetic flux density in tesla.
+    ndarray, same shape as `points`
+        Magnetic flux density in T.
 
     Raises
     ------
     ValueError
-        Wrong shape, a value that is not finite or exceeds 1e30, or a point that coincides with a
+        A shape is wrong, a value is not finite or exceeds 1e30, or a point coincides with a
         dipole.
 
     Examples
@@ -152,24 +152,24 @@ def field(points: ArrayLike, positions: ArrayLike, moments: ArrayLike) -> NDArra
 def wrench(
     position: ArrayLike, moment: ArrayLike, positions: ArrayLike, moments: ArrayLike
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Force grad(m.B) on a dipole and torque m x B about it, in the field of other dipoles.
+    """Compute the force grad(m.B) on a dipole and the torque m x B in the field of other dipoles.
 
     Parameters
     ----------
     position, moment : array_like, shape (..., 3)
-        The dipole (or several, each taken alone) in meters and A m^2.
+        Position in m and moment in A m^2 of the dipole. Several dipoles do not act on each other.
     positions, moments : array_like, shape (N, 3)
-        The sources of the field.
+        Positions in m and moments in A m^2 of the sources of the field.
 
     Returns
     -------
     force, torque : ndarray, shape (..., 3)
-        In N and N m; the torque is about the dipole's own position.
+        In N and N m; the torque is about the dipole's position.
 
     Raises
     ------
     ValueError
-        Wrong shape, a value that is not finite or exceeds 1e30, or a dipole that coincides with a
+        A shape is wrong, a value is not finite or exceeds 1e30, or the dipole coincides with a
         source.
 
     Examples
@@ -187,7 +187,7 @@ def wrench(
 def force_and_field(
     position: Points, moment: Points, positions: ArrayLike, moments: ArrayLike
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Force grad(m.B) on a dipole, in N, and the others' field B at it, in T; see `wrench`."""
+    """Compute the force grad(m.B) on a dipole, in N, and the field B at it, in T; see `wrench`."""
     position, moment = np.broadcast_arrays(position, moment)
     both = _evaluate("position", position, moment, positions, moments)
     return both[..., 0:3], both[..., 3:6]
@@ -197,21 +197,21 @@ def force_and_field(
 def energy(
     position: Points, moment: Points, positions: ArrayLike, moments: ArrayLike
 ) -> NDArray[np.float64]:
-    """Energy -m.B of a dipole in the field of other dipoles.
+    """Compute the energy -m.B of a dipole in the field of other dipoles.
 
-    Parameters and errors are those of `wrench`.
+    The parameters and errors are those of `wrench`.
 
     Returns
     -------
     ndarray, shape (...)
-        In joule.
+        In J.
     """
-    there = field(position, positions, moments)
-    return -np.sum(np.multiply(moment, there), axis=-1)
+    magnetic_field = field(position, positions, moments)
+    return -np.sum(np.multiply(moment, magnetic_field), axis=-1)
 
 
 def pack_sources(positions: ArrayLike, moments: ArrayLike) -> NDArray[np.float64]:
-    """Sources as `sum_over_sources` reads them: shape (7, N) with N filled up to whole eights."""
+    """Return sources in the layout of `sum_over_sources`: (7, N), N padded to whole eights."""
     positions = _vectors("positions", positions)
     moments = _vectors("moments", moments)
     if positions.ndim != 2 or positions.shape != moments.shape:
@@ -233,11 +233,11 @@ def _evaluate(name, position, moment, positions, moments):
     coincident = np.flatnonzero(out[:, 6])
     if coincident.size:
         first = coincident[0]
-        apart = sources[:3, sources[6] != NOBODY].T - targets[first, :3]
-        distance = np.linalg.norm(apart, axis=1)
+        separation = sources[:3, sources[6] != NOBODY].T - targets[first, :3]
+        distance = np.linalg.norm(separation, axis=1)
         raise ValueError(
             f"{name} {first} coincides with dipole {distance.argmin()}"
-            f" (distance {distance.min():.3g} m: must be at least {COINCIDENCE:g} m)"
+            f" (the distance is {distance.min():.3g} m and must be at least {COINCIDENCE:g} m)"
         )
     return out.reshape(*position.shape[:-1], 7)
 

@@ -1,12 +1,12 @@
 """Brownian increments as a pure function of (seed, replica, step, channel).
 
 The generator is counter-based: Threefry-2x64 with 13 rounds (Salmon, Moraes, Dror and Shaw,
-*Parallel random numbers: as easy as 1, 2, 3*, 2011), which passes the batteries of TestU01. There
-is no state to keep or to restore: any thread, method, or resumed run finds the same numbers. Normal
-numbers come from it by the Box-Muller transform, a pair from a block, for two steps.
+*Parallel random numbers: as easy as 1, 2, 3*, 2011), which passes the TestU01 batteries. It has no
+state to save or restore: every thread, method and resumed run obtains the same numbers. The
+Box-Muller transform turns each block into two normal numbers, which serve two consecutive steps.
 
-A path is known at its own timestep; coarser increments are sums of its own, finer ones are drawn
-conditionally on its own by Levy's construction of the Brownian bridge.
+A path has increments at its own timestep. Coarser increments are sums of these; finer ones are
+drawn conditionally on them by Levy's construction of the Brownian bridge.
 """
 
 # Numba's intrinsics hide their first parameter:
@@ -36,22 +36,22 @@ from magmotor.numerics.elementary import (
 __all__ = ["LARGEST_SEED", "BrownianPath"]
 
 LARGEST_SEED = 2**53
-"""Seeds are less: the largest integer that a double, MuJoCo's only type for user data, holds."""
+"""Upper bound (exclusive) of seeds, since MuJoCo stores user data as doubles."""
 
 FINEST = 31
-"""Largest level: how many times a path's own steps can be halved."""
+"""Largest level: the number of times that a path's own steps can be halved."""
 
 COARSEST = 2**24
-"""Largest factor: how many of a path's own steps a step can be; its sum takes 0.1 s."""
+"""Largest factor: the number of a path's own steps in one coarse step, whose sum takes 0.1 s."""
 
 LARGEST_STEP = 2**53
-"""Steps of a path's own are counted up to less."""
+"""Upper bound (exclusive) of the numbers of a path's own steps."""
 
 BRIDGES = 2**32
-"""Channels are less: those from there on are the bridges between refined steps."""
+"""Upper bound (exclusive) of channels; larger ones are the bridges between refined steps."""
 
 PIECE = 2**22
-"""Random numbers that are drawn between two looks for Ctrl-C: some 0.05 s."""
+"""Random numbers drawn between two checks for Ctrl-C, which takes about 0.05 s."""
 
 _PARITY = np.uint64(0x1BD11BDAA9FC1A22)
 _ONE = np.uint64(0x3FF0000000000000)
@@ -66,7 +66,7 @@ def _mix(x, y, rotation):
 
 @njit(inline="always")
 def threefry(x, y, key0, key1):
-    """Encrypt the counter (x, y) with 13 rounds of Threefry-2x64; all are uint64."""
+    """Encrypt the counter (x, y) with 13 rounds of Threefry-2x64; all arguments are uint64."""
     key2 = _PARITY ^ key0 ^ key1
     x, y = _mix(x + key0, y + key1, 16)
     x, y = _mix(x, y, 42)
@@ -85,10 +85,9 @@ def threefry(x, y, key0, key1):
 
 @njit(inline="always")
 def box_muller(x, y):
-    """Two independent standard normal numbers from two words of 64 random bits.
+    """Return two independent standard normal numbers from two words of 64 random bits.
 
-    The radius comes from 52 bits (at most 8.49), the angle from 52 bits, within half a turn, and a
-    sign.
+    The radius (at most 8.49) uses 52 bits; the angle uses 52 bits for half a turn, and a sign bit.
     """
     radius = math.sqrt(-2.0 * logarithm(2.0 - bits_as_float((x >> np.uint64(12)) | _ONE)))
     angle = 0.5 * (bits_as_float((y >> np.uint64(12)) | _ONE) - 1.5)
@@ -98,7 +97,7 @@ def box_muller(x, y):
 
 @njit(inline="always")
 def _normal(seed, replica, step, channel):
-    """Standard normal number of a step; two steps share a block."""
+    """Return the standard normal number of a step; two steps share a block."""
     x, y = threefry(np.uint64(step >> 1), np.uint64(channel), np.uint64(seed), np.uint64(replica))
     even, odd = box_muller(x, y)
     return odd if step & 1 else even
@@ -106,18 +105,18 @@ def _normal(seed, replica, step, channel):
 
 @compiled_once(nogil=True)
 def _compiled_normal(checksum: int):
-    """The function `normal`."""
+    """Define the function `normal`."""
 
     def normal(seed, replica, step, channel, factor, level):
-        """Standard normal number of one step of a path that is coarsened or refined.
+        """Return the standard normal number of one step of a coarsened or refined path.
 
         Parameters
         ----------
         seed, replica, step, channel : int
         factor : int
-            The step is as long as so many steps of the seed's own path ...
+            Length of the step in steps of the path itself.
         level : int
-            ... or, if `factor` is 1, as one of its own halved so many times.
+            If `factor` is 1, the number of times that the path's own step is halved.
         """
         _ = checksum
         if level == 0:
@@ -125,7 +124,7 @@ def _compiled_normal(checksum: int):
             for k in range(factor):
                 total += _normal(seed, replica, step * factor + k, channel)
             return total / math.sqrt(factor)
-        # In units of its own step's root, each half is (parent +- bridge)/sqrt 2.
+        # In units of the root of its length, each half is (parent +- bridge)/sqrt 2.
         value = _normal(seed, replica, step >> level, channel)
         for k in range(1, level + 1):
             parent = step >> (level - k + 1)
@@ -142,7 +141,7 @@ normal = _compiled_normal()
 
 @compiled_once(nogil=True)
 def _compiled_fill(checksum: int):
-    """The loop over steps."""
+    """Define the loop over steps."""
 
     def fill(out, seed, replica, first, channel, factor, level):
         _ = checksum
@@ -157,19 +156,20 @@ _fill_normals = _compiled_fill()
 
 @dataclass(frozen=True)
 class BrownianPath:
-    """A Brownian path in any number of channels and replicas, seen at some timestep.
+    """A Brownian path with any number of channels and replicas, sampled at a timestep.
 
-    Two methods, or two timesteps, follow the same path if they are given coarser or finer views of
-    one: ``fine = BrownianPath(seed=1, timestep=0.01)`` and ``fine.coarsened(4)``.
+    To make runs with different methods or timesteps follow the same path, pass them coarser or
+    finer views of one path, for example ``fine = BrownianPath(seed=1, timestep=0.01)`` and
+    ``fine.coarsened(4)``.
 
     Parameters
     ----------
     seed : int
-        At least 0, less than 2^53.
+        At least 0 and less than 2^53.
     timestep : float
-        Of the increments, in s.
+        Timestep of the increments, in s.
     factor, level : int
-        How this view was made: by summing `factor` steps, or by halving `level` times.
+        How this view was derived: by summing `factor` steps, or by halving steps `level` times.
 
     Examples
     --------
@@ -190,7 +190,7 @@ class BrownianPath:
         Raises
         ------
         ValueError
-            Names the field, its value and the bound.
+            A field is invalid. The message names the field, its value and the bound.
         """
         checked = {
             "seed": check_seed(self.seed),
@@ -201,61 +201,61 @@ class BrownianPath:
         for name, value in checked.items():
             object.__setattr__(self, name, value)
         if self.level and self.factor > 1:
-            raise reject("factor", self.factor, "must be 1 in a path that is refined")
+            raise reject("factor", self.factor, "must be 1 if the level is not 0")
 
     def coarsened(self, factor: int) -> "BrownianPath":
-        """The same path at a timestep `factor` times longer.
+        """Return the same path at a timestep `factor` times longer.
 
         Raises
         ------
         ValueError
-            `factor` is no power of 2 that undoes a refinement, not at least 1, or more than 2^24.
+            `factor` is less than 1 or more than 2^24, or the path is refined and `factor` is not a
+            power of 2 that undoes a refinement.
         """
         factor = check_integer("factor", factor, at_least=1, at_most=max(COARSEST, 2**FINEST))
         halvings = factor.bit_length() - 1
         if self.level and (factor != 1 << halvings or halvings > self.level):
-            raise reject("factor", factor, f"must be a power of 2, at most 2^{self.level}, here")
+            sentence = f"must be a power of 2 up to 2^{self.level} for this refined path"
+            raise reject("factor", factor, sentence)
         if self.level:
             return replace(self, timestep=factor * self.timestep, level=self.level - halvings)
         return replace(self, timestep=factor * self.timestep, factor=self.factor * factor)
 
     def refined(self, halvings: int = 1) -> "BrownianPath":
-        """The same path at a timestep halved so many times.
+        """Return the same path at a timestep that is halved `halvings` times.
 
         Raises
         ------
         ValueError
-            The path is a sum of steps that cannot be halved so often, or its own steps would be
-            halved more than 31 times.
+            The path is coarsened by a factor that 2^halvings does not divide, or its own steps
+            would be halved more than 31 times.
         """
         halvings = check_integer("halvings", halvings, at_least=0, at_most=FINEST)
         timestep = self.timestep / 2**halvings
         if self.factor == 1:
             return replace(self, timestep=timestep, level=self.level + halvings)
         if self.factor % 2**halvings:
-            raise reject(
-                "halvings", halvings, f"must be such that 2^halvings divides {self.factor}"
-            )
+            raise reject("halvings", halvings, f"2^halvings must divide {self.factor}")
         return replace(self, timestep=timestep, factor=self.factor >> halvings)
 
     def increments(
         self, steps: int, *, first: int = 0, replica: int = 0, channel: int = 0
     ) -> NDArray[np.float64]:
-        """Increments W(t + h) - W(t) of `steps` steps from step `first` on, shape (steps,).
+        """Return the increments W(t + h) - W(t) of `steps` steps, starting with step `first`.
 
-        Their variance is the timestep.
+        Their variance is the timestep; the shape is (steps,).
 
         Raises
         ------
         ValueError
-            One of the numbers is no integer, negative, or larger than a path can count.
+            A number is not an integer, is negative, or is too large.
         """
         steps = check_integer("steps", steps, at_least=0)
         first = check_integer("first", first, at_least=0)
         replica = check_integer("replica", replica, at_least=0, at_most=LARGEST_SEED - 1)
         channel = check_integer("channel", channel, at_least=0, at_most=BRIDGES - 1)
         if 8 * steps > physical_memory():
-            raise reject("steps", steps, "must be so few that the machine has memory for them")
+            raise reject("steps", steps, "the increments do not fit in memory")
         if (first + steps) * self.factor > LARGEST_STEP:
             last = LARGEST_STEP // self.factor - steps
             raise reject("first", first, f"must be at most {last} for {steps} steps of this path")
@@ -263,18 +263,18 @@ class BrownianPath:
         size = max(1, PIECE // (self.factor + self.level))
         for start in range(0, steps, size):
             piece = out[start : start + size]
-            of_path = channel, self.factor, self.level
-            _fill_normals(piece, self.seed, replica, first + start, *of_path)
+            view = channel, self.factor, self.level
+            _fill_normals(piece, self.seed, replica, first + start, *view)
         return math.sqrt(self.timestep) * out
 
 
 def path_of(attributes: Mapping[str, Any]) -> BrownianPath:
-    """The Brownian path that a run followed, as the attributes of its dataset tell.
+    """Return the Brownian path of a run from the attributes of its dataset.
 
     Raises
     ------
     ValueError
-        Names the attribute that is missing, or tells of no path.
+        An attribute is missing or invalid. The message names it.
     """
     if "path" not in attributes:
         seed, timestep = (attributes.get(name) for name in ("seed", "timestep"))
@@ -285,12 +285,12 @@ def path_of(attributes: Mapping[str, Any]) -> BrownianPath:
 
 
 def check_seed(seed: int) -> int:
-    """Return a seed if it is an integer that every engine can hold.
+    """Return a seed if it is a valid one for every engine.
 
     Raises
     ------
     ValueError
-        It is not, or it is negative, or not less than 2^53.
+        The seed is not an integer from 0 to 2^53 - 1.
     """
     number = check_integer("seed", seed, at_least=0)
     if number >= LARGEST_SEED:

@@ -208,7 +208,7 @@ def test_a_run_must_have_what_is_read(top_run):
         r"replicas = 2: must be one: run\.isel": xr.concat([top_run, top_run], "replica"),
         "of a Disk'?: must be of a Top": top_run.assign_attrs(OF_A_DISK),
         "run.time = None: must be a coordinate": top_run.drop_vars("time"),
-        "an object of xarray.Dataset": position,
+        "an instance of xarray.Dataset": position,
     }  # fmt: skip
     for message, run in wrong.items():
         with pytest.raises(ValueError, match=message):

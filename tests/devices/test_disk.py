@@ -417,7 +417,7 @@ BAD_RUNS = [
     (PAPER, {"replicas": 0}, "replicas = 0: must be at least 1"),
     (PAPER, {"initial": {"z": 1.0}}, "initial = 'z': must be one of x, v, theta, omega"),
     (PAPER, {"initial": {"x": (1.0, 2.0)}}, r"initial\['x'\] = .* a finite number or 1 of them"),
-    (PAPER, {"initial": {"v": np.nan}}, r"initial\['v'\] holds nan: every value must be finite"),
+    (PAPER, {"initial": {"v": np.nan}}, r"initial\['v'\] contains nan: every value must be finite"),
     (PAPER, {"method": "scipy/dop853"}, "method = 'scipy/dop853': must be one of variational"),
 ]
 

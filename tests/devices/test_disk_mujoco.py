@@ -273,7 +273,7 @@ def test_threads_do_not_change_a_bit(scheme):
 @pytest.mark.parametrize(
     ("old", "new", "match"),
     [
-        ("0 0 -2 0 0 0", " ".join(["1"] * 20), r"body 3 'turned': its user numbers must be whole"),
+        ("0 0 -2 0 0 0", " ".join(["1"] * 20), r"body 3 'turned': its user numbers must be rows"),
         ('user="0 2"', 'user="0 2 0 0 1"', r"joint 3 'slide': its user numbers must be pairs"),
         ("<freejoint/>\n", '<joint type="free" name="f" user="1"/>', r"'f'.*a slide or a hinge"),
     ],

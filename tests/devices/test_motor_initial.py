@@ -70,7 +70,7 @@ def test_a_run_continues_another():
         ),
         ({"velocity": (0.0, 0.0, 0.1)}, r"initial\['velocity'\] = .*: must be 0 along z"),
         ({"velocity": (0.0,)}, r"initial\['velocity'\] = .*: must be 3 finite numbers, or 2 times"),
-        ({"angular_velocity": (0, np.nan, 0)}, r"initial\['angular_velocity'\] holds nan"),
+        ({"angular_velocity": (0, np.nan, 0)}, r"initial\['angular_velocity'\] contains nan"),
         ({"velocity": np.zeros((3, 3))}, r"initial\['velocity'\]"),
     ],
 )

@@ -131,7 +131,7 @@ BAD = [
     ({"timestep": 0}, "timestep = 0: must be greater than 0 s"),
     ({"timestep": 0.11, "method": "mujoco/rk4"}, "timestep = 0.11: must be at most 0.1, the long"),
     ({"timestep": 0.05, "method": "variational/euler"}, "timestep = 0.05: must be at most 0.04"),
-    ({"scene": "top"}, "scene = 'top': must be an object of magmotor.Disk, "),
+    ({"scene": "top"}, "scene = 'top': must be an instance of magmotor.Disk, "),
     ({"scene": mm.Disk(surface="plane")}, "surface = 'plane': must be one charted for a Disk"),
     ({"scene": mm.Motor()}, "surface = 'planar': must be one charted for a Motor"),
 ]

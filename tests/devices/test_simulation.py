@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 
 import magmotor as mm
-from magmotor.mjcf import hooks as stopwatch
+from magmotor.mjcf.hooks import without_stopwatch
 from magmotor.run import in_mujoco as mujoco_run
 
 SHORT: dict[str, Any] = {"method": "mujoco/rk4", "timestep": 0.025, "duration": 1.0}
@@ -118,7 +118,7 @@ BAD = [
     ({"initial": {"position": (1,)}}, "initial.'position'. = .1,.: must be 3 finite"),
     ({"initial": {"velocity": (0, 0, 1)}}, "initial.'velocity'. = .*: must be 0 along z"),
     ({"initial": {"axis": (0, 0, 0)}}, "initial.'axis'. = .*: must be not all zero"),
-    ({"initial": {"position": (np.nan, 0)}}, "initial.'position'. holds nan"),
+    ({"initial": {"position": (np.nan, 0)}}, "initial.'position'. contains nan"),
     ({"initial": {"axis": (0, 0, 1), "orientation": (1, 0, 0, 0)}}, "axis or orientation"),
 ]  # fmt: skip
 
@@ -130,7 +130,7 @@ def test_bad_arguments_are_named_with_value_and_bound(arguments, message):
 
 
 def test_a_scene_is_needed():
-    with pytest.raises(ValueError, match=r"scene = 'top': must be an object of magmotor\.Disk, "):
+    with pytest.raises(ValueError, match=r"scene = 'top': must be an instance of magmotor\.Disk, "):
         mm.simulate(cast(mm.Top, "top"), **SHORT)
 
 
@@ -237,7 +237,7 @@ def test_records_up_to_the_memory_are_not_refused(monkeypatch):
 def test_the_stopwatch_runs_again_after_runs_that_overlap():
     model = mm.build(mm.Top())
     data = mujoco.MjData(model)
-    first, second = stopwatch.stopped(), stopwatch.stopped()
+    first, second = without_stopwatch(), without_stopwatch()
     first.__enter__()
     second.__enter__()
     first.__exit__(None, None, None)

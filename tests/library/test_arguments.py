@@ -1,4 +1,4 @@
-"""Every public function refuses what its arguments are not, by a ValueError that names them."""
+"""Every public function rejects invalid arguments by a ValueError that names them."""
 
 import inspect
 import math
@@ -45,11 +45,11 @@ WRONG = {
     "bytes": b"1",
     "an array of text": np.array("a"),
     "a complex number": 1j,
-    "a scene of another kind": None,  # as the others take
+    "a scene of another class": None,  # depends on the function
     "an empty dataset": xr.Dataset(),
-    "a run of another kind": None,
+    "a run of another scene": None,
 }
-"""What no argument is."""
+"""Values that no argument may have."""
 
 PERHAPS = {
     "nothing": None,
@@ -62,7 +62,7 @@ PERHAPS = {
     "a huge number": 1e300,
     "a huge integer": 2**70,
 }
-"""What some arguments are; others refuse it."""
+"""Values that only some arguments may have."""
 
 STATES = start(TOP)
 VECTOR, POINTS = [0.0, 0.0, 0.1], [[0.0, 0.0, 0.0]]
@@ -215,7 +215,7 @@ CALLS: dict[Any, dict[str, Any]] = {
         for kind in (mm.Top, mm.Motor, mm.Disk, mm.LangevinParticle)
     },
 }  # fmt: skip
-"""Right arguments; None of what a sweep would have to make, which other tests do."""
+"""Valid arguments; None stands for results of sweeps, which other tests create."""
 
 RECORDS = {
     mm.Waypoint, mm.Recommendation, mm.LayoutError, mm.SimulationStopped, mm.SimulationDiverged,
@@ -223,18 +223,18 @@ RECORDS = {
     mm.observables.CriticalPoint, mm.observables.MotorWells,
     mm.theory.SmallMotion, mm.render.NoOpenGL, live.StateLost, mm.magnetism,
 }  # fmt: skip
-"""What holds what it is given, as exceptions do, or is given nothing."""
+"""Callables that store their arguments unchecked, as exceptions do, or take none."""
 
 DRAWN = {getattr(module, name) for module in (mm.plots, mm.render) for name in module.__all__}
-"""What needs seconds or OpenGL to do its work."""
+"""Functions that need seconds or OpenGL."""
 
 
 RIGHT_ALL_THE_SAME = {
-    (mm.scene_of, "run", "a run of another kind"),
-    (mm.rerun, "run", "a run of another kind"),
+    (mm.scene_of, "run", "a run of another scene"),
+    (mm.rerun, "run", "a run of another scene"),
     (mm.observables.exponential_test, "alternatives", "an empty dataset"),
 }
-"""An empty dataset is an empty mapping, too."""
+"""Valid after all; an empty dataset is also an empty mapping."""
 
 
 def test_the_table_is_complete():
@@ -259,8 +259,8 @@ def test_what_an_argument_is_not(function, tmp_path, monkeypatch):
     silent, raw = [], []
     for name in right:
         others = {
-            "a scene of another kind": other_scene(function),
-            "a run of another kind": RUNS["top" if takes_disk else "disk"],
+            "a scene of another class": other_scene(function),
+            "a run of another scene": RUNS["top" if takes_disk else "disk"],
         }
         for what, value in {**WRONG, **others, **PERHAPS}.items():
             if (function, name, what) in RIGHT_ALL_THE_SAME or (
@@ -282,7 +282,7 @@ def test_what_an_argument_is_not(function, tmp_path, monkeypatch):
 
 
 def other_scene(function):
-    """A scene of a kind that the function does not take, or no scene if it takes all."""
+    """A scene of a class that the function does not accept; an object if it accepts all."""
     hint = str(inspect.signature(function).parameters.get("scene", ""))
     if "BallScene" in hint:
         return DISK
@@ -292,15 +292,15 @@ def other_scene(function):
 
 
 def is_right(function, value):
-    """Whether something might be drawn, which takes its time."""
+    """Whether the function might draw something, which is slow."""
     return function in DRAWN and (value is None or isinstance(value, float | str))
 
 
 @pytest.mark.parametrize(
     ("path", "message"),
     [
-        ("folder", "a file: this is a directory"),
-        ("missing/top", "in a directory that exists"),
+        ("folder", "a file, not a directory"),
+        ("missing/top", "in an existing directory"),
         ("top.xyz", "a file name that ends in"),
     ],
 )
@@ -327,13 +327,13 @@ def test_a_picture_takes_the_runs_own_scene(tmp_path):
 HOSTILE: dict[str, Any] = {"masked": np.ma.masked, "half": 0.5, "list": []}
 
 EXTREMES = [
-    (lambda: mm.Disk(v=1e200), r"^v = 1e\+200: must be zero, or from 1e-30 to 1e\+30 in magnitude"),
+    (lambda: mm.Disk(v=1e200), r"^v = 1e\+200: must be zero or from 1e-30 to 1e\+30 in magnitude"),
     (lambda: mm.Disk(sigma=5e-324), "^sigma = 5e-324: must be from 1e-30"),
     (lambda: mm.Top(ball_axial_inertia=5e-324), "^ball_axial_inertia = 5e-324: must be from 1e-30"),
     (lambda: mm.Top(ring_dipoles=10**6), "^ring_dipoles = 1000000: must be at most 100000"),
     (lambda: mm.observables.minimum(mm.Top(ring_height=100.0)), "^height of the ring = 100"),
-    (lambda: mm.dipoles.field([1e300, 0, 0], POINTS, POINTS), r"^points holds 1e\+300"),
-    (lambda: mm.dipoles.wrench(VECTOR, [1e300, 0, 0], POINTS, POINTS), r"^moment holds 1e\+300"),
+    (lambda: mm.dipoles.field([1e300, 0, 0], POINTS, POINTS), r"^points contains 1e\+300"),
+    (lambda: mm.dipoles.wrench(VECTOR, [1e300, 0, 0], POINTS, POINTS), r"^moment contains 1e\+300"),
     (lambda: mm.theory.y_diffusion(mm.Disk(friction=0.0, noise=0.0)), r"^y_diffusion\(scene\): "),
     (lambda: mm.theory.ReducedDisk(mm.Disk(sigma=1e-20)), "^scene = .* cells resolve"),
     (lambda: mm.theory.d_diffusion(DISK, 1e20), r"^terms of D\(d\) = "),
@@ -342,11 +342,11 @@ EXTREMES = [
     (lambda: mm.Disk(noise=HOSTILE["masked"]), "^noise = .*: must be a number"),
     (
         lambda: mm.observables.momentum_map(mm.Top(), np.ones((5, 3)), np.ones((4, 3))),
-        r"^shape of angular_velocity = \(4, 3\): must be .* broadcast with \(5,\), those of axis",
+        r"^shape of angular_velocity = \(4, 3\): .* broadcast with \(5,\), the .* of axis",
     ),
     (
         lambda: mm.theory.SmallMotion.of(np.eye(2), np.eye(2), np.eye(3), np.eye(2)),
-        "^length n of friction = 3: must be 2, as that of inertia",
+        "^length n of friction = 3: must be 2, as in inertia",
     ),
     (
         lambda: mm.theory.SmallMotion.of(-np.eye(2), np.eye(2), np.eye(2), np.eye(2)),
@@ -359,7 +359,7 @@ EXTREMES = [
     (lambda: provenance.scene_from("Pendulum", {}), "^kind = 'Pendulum': must be one of"),
     (
         lambda: provenance.scene_from("Disk", HOSTILE["list"]),
-        r"^fields = \[\]: must be an object of dict",
+        r"^fields = \[\]: must be an instance of dict",
     ),
     (
         lambda: mm.rerun(RUNS["disk"], measures=np.array(2.0)),
@@ -390,7 +390,7 @@ def test_at_the_ends_of_the_range_results_are_finite_or_refused(field, value):
         assert np.isfinite(values).all() or name in ("friction_step_limit", "largest_timestep")
 
 
-def test_a_checked_function_keeps_its_face():
+def test_a_checked_function_keeps_its_name_signature_and_docstring():
     function = mm.theory.libration_frequency
     assert function.__name__ == "libration_frequency"
     assert [*inspect.signature(function).parameters] == ["scene", "field"]
@@ -407,10 +407,10 @@ def test_a_checked_function_keeps_its_face():
         ([1, 2, 3, 4], (..., 3), r"has shape \(4,\): must have shape \(\.\.\., 3\)"),
         (1.0, ("N",), r"has shape \(\): must have shape \(N,\)"),
         ([[1, 2]], (2,), r"has shape \(1, 2\): must have shape \(2,\)"),
-        ([1, math.inf], (), "holds inf: every value must be finite"),
+        ([1, math.inf], (), "contains inf: every value must be finite"),
         (np.ma.array([1.0, 2.0], mask=[False, True]), (), "must be an array without masked values"),
         (np.ones((2, 3)), ("n", "n"), r"has shape \(2, 3\): must have shape \(n, n\)"),
-        ([1e31], (), r"holds 1e\+31: every value must be finite, and at most 1e\+30"),
+        ([1e31], (), r"contains 1e\+31: every value must be finite and at most 1e\+30"),
     ],
 )
 def test_what_is_no_array(value, shape, message):
@@ -430,14 +430,14 @@ def test_the_ends_of_ranges_belong_to_them():
 @pytest.mark.parametrize("warned", ["error", "always"])
 @pytest.mark.parametrize("value", [0.0, 1e-320])
 def test_what_numpy_warns_of_is_an_error_whether_warnings_are_or_not(warned, value):
-    """Also where the result is finite all the same: 1/inf is 0."""
+    """Even if the result is finite: 1/inf is 0."""
 
     def harmonic(x):
         return float(1 / (1 / np.float64(x)))
 
     with warnings.catch_warnings(record=True) as seen:
         warnings.simplefilter(warned)
-        with pytest.raises(ValueError, match=r"harmonic\(x\): the result is .* encountered"):
+        with pytest.raises(ValueError, match=r"harmonic\(x\): .* encountered"):
             checked(harmonic)(value)
         assert checked(finite=False)(harmonic)(value) == 0
     assert not seen

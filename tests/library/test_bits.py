@@ -1,4 +1,4 @@
-"""The same bits on every processor: code for three kinds of them, and for this one, compared."""
+"""The same bits on every processor: code for three types of processors and for this one."""
 
 import json
 from pathlib import Path
@@ -13,12 +13,21 @@ import magmotor as mm
 from magmotor.devices.motor.states import start_motor
 from magmotor.dipoles import pack_sources
 from magmotor.numerics.compiled import compiled_once
-from magmotor.numerics.eights import COUNT, counted, fused, least, spread, taken, total, where_less
+from magmotor.numerics.eights import (
+    COUNT,
+    broadcast,
+    fused,
+    lane_numbers,
+    load,
+    minimum,
+    total,
+    where_less,
+)
 
 
 @pytest.fixture(scope="module")
 def found():
-    """Checksums by processor: all of them of AVX2 and of this one, of others those of sums."""
+    """Checksums by processor: all for AVX2 and this one, and those of sums for the others."""
     cases = {name: CASES if name == "haswell" else SUMS for name in PROCESSORS if runs_here(name)}
     if not cases:
         pytest.skip("no processor of x86-64-v3")
@@ -33,21 +42,21 @@ def test_every_processor_computes_the_same_bits(found):
 
 
 def test_the_bits_are_those_recorded(found):
-    told = json.loads(RECORD.read_text())
-    if told["versions"] != versions():
+    record = json.loads(RECORD.read_text())
+    if record["versions"] != versions():
         pytest.skip("recorded with other versions")
-    assert found["this"] == told["checksums"]  # by `python tests/bits.py --record`
+    assert found["this"] == record["checksums"]  # written by `python tests/bits.py --record`
 
 
 @njit
 def _sums(array, count):
-    sums, nearest = spread(0.0), spread(np.inf)
+    sums, nearest = broadcast(0.0), broadcast(np.inf)
     for j in range(0, count, COUNT):
-        inside = spread(float(count - j))
-        value = where_less(counted(), inside, taken(array, 0, j), spread(0.0))
-        sums = fused(value, taken(array, 1, j), sums)
+        inside = broadcast(float(count - j))
+        value = where_less(lane_numbers(), inside, load(array, 0, j), broadcast(0.0))
+        sums = fused(value, load(array, 1, j), sums)
         nearest = where_less(value, nearest, value, nearest)
-    return total(sums), least(nearest)
+    return total(sums), minimum(nearest)
 
 
 def test_an_eight_is_eight_doubles_added_by_a_fixed_tree():
@@ -82,7 +91,7 @@ def test_multiplication_and_addition_are_rounded_once():
     assert error(1 + 2.0**-30, 1 + 2.0**-30) == 2.0**-60
 
 
-def test_sources_are_whole_eights_of_which_the_last_are_nobody_s():
+def test_sources_are_padded_to_whole_eights():
     sources = pack_sources(np.ones((9, 3)), np.ones((9, 3)))
     assert sources.shape == (7, 16)
     np.testing.assert_array_equal(sources[6], [0] * 9 + [-1] * 7)

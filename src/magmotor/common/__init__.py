@@ -1,1 +1,1 @@
-"""What every part uses: checks of arguments, files, the machine, the style of pictures."""
+"""Shared utilities: argument checks, files, the environment, and the style of figures."""

@@ -1,8 +1,8 @@
-"""Public functions check their arguments by their own type hints.
+"""Argument checks derived from type hints.
 
-`checked` reads the hints of a function once, at its first call: a number, an integer, an array or
-an object of a class is checked as such. What else an argument must be stands in the hint, too, as
-`Annotated[float, number(above=0)]`, so that no function checks what its signature says.
+`checked` reads the hints of a function once, at its first call, and checks numbers, integers,
+arrays and instances of classes accordingly. Further requirements are part of the hint, as in
+`Annotated[float, number(above=0)]`, so that no function repeats in code what its signature states.
 """
 
 import inspect
@@ -39,19 +39,19 @@ def checked(function: Callable[P, R], /) -> Callable[P, R]: ...
 @overload
 def checked(*, finite: bool = True) -> Callable[[Callable[P, R]], Callable[P, R]]: ...
 def checked(function: Any = None, /, *, finite: bool = True) -> Any:
-    """Let a function check its arguments by its type hints, and its result by being finite.
+    """Make a function check its arguments against its type hints, and that its result is finite.
 
     Parameters
     ----------
     function : callable
     finite : bool
-        The function's docstring says nothing of results that are infinite or not a number.
+        Whether to check the result. Use False if the function documents infinite or NaN results.
 
     Returns
     -------
     callable
-        The same, with the same signature. It raises ValueError where an argument is not what its
-        hint says, and where numbers so large or small were given that the result is not finite.
+        A function with the same signature. It raises ValueError if an argument does not match its
+        hint, or if the arguments are so large or so small that the result is not finite.
     """
     if function is None:
         return partial(checked, finite=finite)
@@ -65,41 +65,43 @@ def checked(function: Any = None, /, *, finite: bool = True) -> Any:
 
 
 def guarded(function: Callable, finite: bool, args: Sequence[Any], kwargs: dict[str, Any]) -> Any:
-    """The result of a function, if it has one that is finite.
+    """Call a function and return its result; raise ValueError unless that is finite, if required.
 
-    NumPy's warnings of overflow, division by zero and invalid operations are errors in a function
-    whose result must be finite, and are not shown otherwise.
+    If the result must be finite, NumPy's overflow, division-by-zero and invalid-operation warnings
+    are errors. Otherwise they are suppressed.
     """
     try:
         with np.errstate(all="raise" if finite else "ignore", under="ignore"):
             result = function(*args, **kwargs)
     except ArithmeticError as error:
-        raise beyond(function, str(error)) from error
+        raise _extreme(function, str(error)) from error
     if finite and not _is_finite(result):
-        raise beyond(function, "not finite")
+        raise _extreme(function, "the result is not finite")
     return result
 
 
-def beyond(function: Callable, what: str) -> ValueError:
-    """What to raise where the arguments of a function are right one by one, but not together."""
+def _extreme(function: Callable, reason: str) -> ValueError:
+    """Return the error for arguments that are valid one by one, but too extreme together."""
     names = ", ".join(inspect.signature(function).parameters)
     return ValueError(
-        f"{function.__qualname__}({names}): the result is {what}: must be finite, with arguments"
-        " that are less extreme"
+        f"{function.__qualname__}({names}): {reason}; the arguments must be less extreme"
     )
 
 
 def arguments_of(
     function: Callable, args: tuple, kwargs: dict[str, Any]
 ) -> tuple[list[Any], dict[str, Any]]:
-    """The arguments of a call, each checked by its hint, and their shapes against each other."""
+    """Check the arguments of a call against their hints, and their shapes against each other.
+
+    Returns the checked positional and keyword arguments.
+    """
     names, checks, shapes = _checks(function)
     values = [
-        _passed(checks.get(name), name, value) for name, value in zip(names, args, strict=False)
+        _apply(checks.get(name), name, value) for name, value in zip(names, args, strict=False)
     ]
     values += args[len(values) :]
     if kwargs:
-        kwargs = {name: _passed(checks.get(name), name, value) for name, value in kwargs.items()}
+        kwargs = {name: _apply(checks.get(name), name, value) for name, value in kwargs.items()}
     if len(shapes) > 1:
         given = dict(zip(names, values, strict=False)) | kwargs
         _check_agreement({k: (given[k], shapes[k]) for k in shapes if given.get(k) is not None})
@@ -107,7 +109,7 @@ def arguments_of(
 
 
 def _check_agreement(arrays: dict[str, tuple[NDArray[Any], tuple[Any, ...]]]) -> None:
-    """Check that arrays with their shapes, as `Shaped` has them, agree."""
+    """Check that the shapes of arrays are consistent; `arrays` holds (array, `Shaped.shape`)."""
     lengths: dict[str, tuple[str, int]] = {}
     axes, first = (), ""
     for name, (array, shape) in arrays.items():
@@ -116,20 +118,18 @@ def _check_agreement(arrays: dict[str, tuple[NDArray[Any], tuple[Any, ...]]]) ->
         for size, length in zip(fixed, array.shape[split:], strict=True):
             other, known = lengths.setdefault(size, (name, length))
             if isinstance(size, str) and length != known:
-                raise reject(
-                    f"length {size} of {name}", length, f"must be {known}, as that of {other}"
-                )
+                raise reject(f"length {size} of {name}", length, f"must be {known}, as in {other}")
         try:
             axes = np.broadcast_shapes(axes, array.shape[:split])
         except ValueError:
-            sentence = f"its axes before the last must broadcast with {axes}, those of {first}"
+            sentence = f"the leading axes must broadcast with {axes}, the leading axes of {first}"
             raise reject(f"shape of {name}", array.shape, sentence) from None
         first = first or name
 
 
 @cache
 def _checks(function: Callable) -> tuple[list[str], dict[str, Check], dict[str, tuple[Any, ...]]]:
-    """Names of a function's arguments by place, their checks, and the shapes of arrays."""
+    """Return a function's positional argument names, its checks, and the shapes of its arrays."""
     hints = typing.get_type_hints(function, include_extras=True)
     positional: list[str] = []
     checks: dict[str, Check] = {}
@@ -151,14 +151,14 @@ def _checks(function: Callable) -> tuple[list[str], dict[str, Check], dict[str, 
 
 
 def _parts(hint: Any) -> tuple[Any, ...]:
-    """The members of a union; of another hint, itself."""
+    """Return the members of a union, or any other hint as its only member."""
     union = typing.get_origin(hint) in (Union, types.UnionType)
     return typing.get_args(hint) if union else (hint,)
 
 
 @cache
 def check_of(hint: Any) -> Check | None:
-    """The check that a type hint stands for, if it stands for any."""
+    """Return the check that a type hint implies, or None if it implies none."""
     origin, arguments = typing.get_origin(hint), typing.get_args(hint)
     if origin is Annotated:
         return arguments[1]
@@ -173,14 +173,14 @@ def check_of(hint: Any) -> Check | None:
     if not isinstance(hint, type) or hint in (Any, object):
         return None
     if issubclass(hint, tuple) and hasattr(hint, "_fields"):
-        return _check_of_record(hint)
-    return _check_of_kinds(hint)
+        return _check_of_named_tuple(hint)
+    return _check_of_classes(hint)
 
 
-def _check_of_kinds(*kinds: type) -> Check:
+def _check_of_classes(*classes: type) -> Check:
     def check(name: str, value: Any) -> Any:
-        if not isinstance(value, kinds):
-            check_type(name, value, *kinds)
+        if not isinstance(value, classes):
+            check_type(name, value, *classes)
         return value
 
     return check
@@ -195,10 +195,10 @@ def _check_of_union(members: tuple[Any, ...]) -> Check | None:
         return check_array
     if {*members} == {str, Path}:
         return check_path
-    kinds = tuple(typing.get_origin(member) or member for member in members)
-    if not all(isinstance(kind, type) for kind in kinds):
+    classes = tuple(typing.get_origin(member) or member for member in members)
+    if not all(isinstance(each, type) for each in classes):
         return None
-    return _check_of_kinds(*kinds)
+    return _check_of_classes(*classes)
 
 
 def _check_of_container(origin: type, arguments: tuple[Any, ...]) -> Check | None:
@@ -212,8 +212,8 @@ def _check_of_container(origin: type, arguments: tuple[Any, ...]) -> Check | Non
         def check_mapping(name: str, value: Any) -> Any:
             check_type(name, value, origin)
             for key, element in value.items():
-                _passed(keys, f"key of {name}", key)
-                _passed(values, f"{name}[{key!r}]", element)
+                _apply(keys, f"key of {name}", key)
+                _apply(values, f"{name}[{key!r}]", element)
             return value
 
         return check_mapping
@@ -222,23 +222,23 @@ def _check_of_container(origin: type, arguments: tuple[Any, ...]) -> Check | Non
 
         def check_sequence(name: str, value: Any) -> Any:
             if isinstance(value, str | bytes):
-                raise reject(name, value, "must be a sequence, such as a list")
+                raise reject(name, value, "must be a list or another sequence, not a string")
             check_type(name, value, origin)
-            return [_passed(inner, f"{name}[{i}]", element) for i, element in enumerate(value)]
+            return [_apply(inner, f"{name}[{i}]", element) for i, element in enumerate(value)]
 
         return check_sequence
-    return _check_of_kinds(origin)
+    return _check_of_classes(origin)
 
 
-def _check_of_record(kind: type) -> Check:
-    """Of a named tuple: an object of its class, whose fields are what their own hints say."""
-    hints = typing.get_type_hints(kind, include_extras=True)
+def _check_of_named_tuple(record: type) -> Check:
+    """Return a check for instances of a named tuple, whose fields must match their own hints."""
+    hints = typing.get_type_hints(record, include_extras=True)
     fields = {field: check_of(hint) for field, hint in hints.items()}
 
     def check(name: str, value: Any) -> Any:
-        check_type(name, value, kind)
+        check_type(name, value, record)
         for field, inner in fields.items():
-            _passed(inner, f"{name}.{field}", getattr(value, field))
+            _apply(inner, f"{name}.{field}", getattr(value, field))
         return value
 
     return check
@@ -248,7 +248,7 @@ def _or_none(check: Check) -> Check:
     return lambda name, value: None if value is None else check(name, value)
 
 
-def _passed(check: Check | None, name: str, value: Any) -> Any:
+def _apply(check: Check | None, name: str, value: Any) -> Any:
     return value if check is None else check(name, value)
 
 
@@ -261,13 +261,13 @@ def check_flag(name: str, value: Any) -> bool:
 
 def _check_text(name: str, value: Any) -> str:
     if not isinstance(value, str):
-        raise reject(name, value, "must be text")
+        raise reject(name, value, "must be a string")
     return value
 
 
 def _check_callable(name: str, value: Any) -> Any:
     if not callable(value) or isinstance(value, type):
-        raise reject(name, value, "must be a function, or another object that can be called")
+        raise reject(name, value, "must be a function or another callable object")
     return value
 
 
@@ -281,12 +281,12 @@ _SIMPLE: dict[Any, Check] = {
 
 
 def _is_finite(result: Any) -> bool:
-    """Whether no number in a result is infinite or not a number."""
+    """Whether a result contains neither infinities nor NaN."""
     if isinstance(result, float):
         return math.isfinite(result)
     if isinstance(result, tuple | list):
         return all(map(_is_finite, result))
-    if isinstance(result, Mapping):  # a dataset, too
+    if isinstance(result, Mapping):  # including datasets
         return all(map(_is_finite, result.values()))
     kind = getattr(getattr(result, "dtype", None), "kind", "")
     return kind != "f" or bool(np.isfinite(result).all())

@@ -1,6 +1,6 @@
-"""Checks of input, and the one form of their message.
+"""Input checks and their common error message.
 
-Numbers come back as Python's own: NumPy's wrap around when they are small, and JSON has none.
+The checks return Python's own numbers, since small NumPy integers overflow and JSON supports none.
 """
 
 import difflib
@@ -15,14 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 SMALLEST, LARGEST = 1e-30, 1e30
-"""A number is zero or has a magnitude in this range, so that no formula overflows."""
+"""Range of magnitudes of nonzero numbers, chosen so that no formula overflows."""
 
 SHOWN = 200
-"""Letters of a value that a message shows."""
+"""Maximum number of characters of a value that a message shows."""
 
 
 def reject(name: str, value: Any, sentence: str) -> ValueError:
-    """The error for bad input: a name, its value, and a sentence that says what is allowed."""
+    """Return the error for bad input: its name, its value, and a sentence on what is allowed."""
     shown = " ".join(repr(value.item() if isinstance(value, np.generic) else value).split())
     if len(shown) > SHOWN:
         shown = f"{shown[: SHOWN - 3]}..."
@@ -30,35 +30,35 @@ def reject(name: str, value: Any, sentence: str) -> ValueError:
 
 
 def check_choice(name: str, value: Any, choices: tuple[str, ...]) -> None:
-    """Check that a name is one of those known, and say which is nearest when it is not."""
+    """Check that a name is one of `choices`; the error suggests the closest match."""
     if not isinstance(value, str) or value not in choices:
         near = difflib.get_close_matches(str(value), choices, n=1)
         hint = f" (did you mean {near[0]!r}?)" if near else ""
         raise reject(name, value, "must be one of " + ", ".join(choices) + hint)
 
 
-def check_type(name: str, value: Any, *kinds: type) -> None:
-    """Check that a value is an object of one of these classes, which the message names."""
-    if not isinstance(value, kinds):
-        known = [getattr(kind, "registered", lambda: ())() or [kind] for kind in kinds]
+def check_type(name: str, value: Any, *classes: type) -> None:
+    """Check that a value is an instance of one of these classes, which the message lists."""
+    if not isinstance(value, classes):
+        known = [getattr(each, "registered", lambda: ())() or [each] for each in classes]
         *first, last = map(_public_name, itertools.chain(*known))
         raise reject(
-            name, value, f"must be an object of {', '.join(first)}{' or ' * bool(first)}{last}"
+            name, value, f"must be an instance of {', '.join(first)}{' or ' * bool(first)}{last}"
         )
 
 
-def _public_name(kind: type) -> str:
-    """The name by which users import a class: xarray.Dataset, magmotor.Top, magmotor.noise.X."""
-    package = kind.__module__.partition(".")[0]
-    short = f"{package}.{kind.__qualname__}".removeprefix("builtins.")
+def _public_name(cls: type) -> str:
+    """Return the name by which users import a class: xarray.Dataset, magmotor.noise.X."""
+    package = cls.__module__.partition(".")[0]
+    short = f"{package}.{cls.__qualname__}".removeprefix("builtins.")
     exported = getattr(sys.modules[package], "__all__", None)
-    if package != "magmotor" or exported is None or kind.__qualname__ in exported:
+    if package != "magmotor" or exported is None or cls.__qualname__ in exported:
         return short
-    return ".".join([*kind.__module__.split(".")[:2], kind.__qualname__])
+    return ".".join([*cls.__module__.split(".")[:2], cls.__qualname__])
 
 
 def elements(name: str, values: Any, sentence: str) -> Iterator[Any]:
-    """What is iterable, and no text, as an iterator."""
+    """Return an iterator over any iterable other than a string; reject others with `sentence`."""
     try:
         if not isinstance(values, str | bytes | bytearray):
             return iter(values)
@@ -76,9 +76,9 @@ def check_number(
     below: float = math.inf,
     unit: str = "",
 ) -> float:
-    """Return a value as a float if it is a finite number inside its bounds, neither tiny nor huge.
+    """Return a value as a float if it is a finite number inside its bounds.
 
-    A number that is not zero has a magnitude from 1e-30 to 1e30.
+    The magnitude of a nonzero number must be from 1e-30 to 1e30.
     """
     try:
         number = None if np.ma.is_masked(value) else float(value)
@@ -98,13 +98,13 @@ def check_number(
     if number >= below:
         raise reject(name, value, f"must be less than {below:g}{unit}")
     if number and not SMALLEST <= abs(number) <= LARGEST:
-        zero = "" if above >= 0 else "zero, or "
+        zero = "" if above >= 0 else "zero or "
         raise reject(name, value, f"must be {zero}from {SMALLEST:g} to {LARGEST:g} in magnitude")
     return number
 
 
 def check_integer(name: str, value: Any, *, at_least: int = -(2**53), at_most: int = 2**53) -> int:
-    """Return a value as an int if it is an integer, not a float that looks like one, in bounds."""
+    """Return a value as an int if it is an integer (not a float) inside its bounds."""
     try:
         number = operator.index(value)
     except TypeError:
@@ -119,27 +119,28 @@ def check_integer(name: str, value: Any, *, at_least: int = -(2**53), at_most: i
 
 
 def check_array(name: str, value: Any, *shape: Any) -> NDArray[np.float64]:
-    """Return a value as an array of floats if it holds numbers of a magnitude up to 1e30 only.
+    """Return a value as an array of floats if all its numbers are finite and at most 1e30 in size.
 
     Parameters
     ----------
     name : str
     value : array_like
     *shape : int, str or ...
-        Lengths of the axes; a name stands for any length, the same wherever it stands, `...` at the
-        beginning for any axes, also none. Without lengths, any shape.
+        Lengths of the axes. A name stands for any length, the same wherever the name is repeated;
+        a leading `...` stands for any number of axes. Without lengths, any shape is allowed.
     """
     array = check_floats(name, value, *shape)
     if not (np.abs(array) <= LARGEST).all():
         bad = array[~(np.abs(array) <= LARGEST)].flat[0]
         raise ValueError(
-            f"{name} holds {bad}: every value must be finite, and at most {LARGEST:g} in magnitude"
+            f"{name} contains {bad}: every value must be finite and at most {LARGEST:g} in"
+            " magnitude"
         )
     return array
 
 
 def check_floats(name: str, value: Any, *shape: Any) -> NDArray[np.float64]:
-    """Return a value as an array of floats, which need not be finite; see `check_array`."""
+    """Return a value as an array of floats, finite or not; see `check_array` for `shape`."""
     array = _plain(name, value)
     if array.dtype.kind not in "iuf":
         if array.size:
@@ -150,7 +151,7 @@ def check_floats(name: str, value: Any, *shape: Any) -> NDArray[np.float64]:
 
 
 def check_flags(name: str, value: Any, *shape: Any) -> NDArray[np.bool_]:
-    """Return a value as an array of booleans if it holds nothing else; see `check_array`."""
+    """Return a value as an array if all elements are booleans; see `check_array` for `shape`."""
     array = _plain(name, value)
     if array.dtype.kind != "b" and array.size:
         raise reject(name, value, "must be an array of booleans")
@@ -161,7 +162,7 @@ def check_flags(name: str, value: Any, *shape: Any) -> NDArray[np.bool_]:
 def _plain(name: str, value: Any) -> NDArray[Any]:
     try:
         array = np.asanyarray(value)
-    except (TypeError, ValueError):  # ragged, or an object that refuses
+    except (TypeError, ValueError):  # a ragged array, or an object that cannot be converted
         raise reject(name, value, "must be an array of numbers") from None
     if np.ma.is_masked(array):
         raise reject(name, value, "must be an array without masked values")
@@ -180,6 +181,6 @@ def _check_shape(name: str, array: NDArray[Any], shape: tuple[Any, ...]) -> None
         for length, size in zip(found, wanted, strict=True)
     )
     if not fits:
-        told = ", ".join("..." if size is ... else str(size) for size in shape)
-        told += "," * (len(shape) == 1)
-        raise ValueError(f"{name} has shape {array.shape}: must have shape ({told})")
+        lengths = ", ".join("..." if size is ... else str(size) for size in shape)
+        lengths += "," * (len(shape) == 1)
+        raise ValueError(f"{name} has shape {array.shape}: must have shape ({lengths})")

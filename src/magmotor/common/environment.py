@@ -1,4 +1,4 @@
-"""The machine: which library draws, where compiled code is kept, memory, threads, MJCF parts."""
+"""The environment: OpenGL backend, cache for compiled code, memory, threads, MJCF folder."""
 
 import ctypes.util
 import math
@@ -14,9 +14,9 @@ PACKAGES = {
 
 
 def choose_gl_backend() -> None:
-    """On Linux, set MUJOCO_GL to EGL, OSMesa or, where neither is found, to none, unless it is set.
+    """On Linux, set MUJOCO_GL to `egl`, `osmesa` or, if neither is found, `disable`, unless set.
 
-    With none, MuJoCo and dm_control import and simulate without a word, and only drawing fails.
+    With `disable`, MuJoCo and dm_control import and simulate silently; only rendering fails.
     """
     if sys.platform != "linux" or "MUJOCO_GL" in os.environ or "mujoco" in sys.modules:
         return
@@ -30,18 +30,18 @@ def choose_gl_backend() -> None:
 
 
 def choose_cache_folder() -> None:
-    """Set NUMBA_CACHE_DIR to a private folder in the temporary one where Numba would find none.
+    """Set NUMBA_CACHE_DIR to a private temporary folder if Numba's default ones cannot be used.
 
-    Numba looks in the folders of the package, then in the user's cache; with neither, it raises.
-    What lies in a cache is run: a folder that others own or can write to is never used.
+    Numba tries the package's folders, then the user's cache, and raises if both fail. Cached code
+    is executed, so a folder that others own or can write to is never used.
 
     Raises
     ------
     RuntimeError
-        There is no such folder, and none can be made.
+        No such folder exists, and none can be created.
     """
     chosen = os.environ.keys() & {"NUMBA_CACHE_DIR", "NUMBA_CACHE_LOCATOR_CLASSES"}
-    if chosen or not hasattr(os, "getuid"):  # on Windows, there is always a home
+    if chosen or not hasattr(os, "getuid"):  # Windows always has a home directory
         return
     package = os.path.dirname(os.path.dirname(__file__))  # noqa: PTH120
     home = os.environ.get("XDG_CACHE_HOME", os.path.expanduser("~/.cache"))  # noqa: PTH111
@@ -51,8 +51,8 @@ def choose_cache_folder() -> None:
         folder = _private_folder()
     except OSError as error:
         raise RuntimeError(
-            f"no place for compiled code: {package} and {home} cannot be written to, nor can a"
-            f" private folder be made ({error}); set NUMBA_CACHE_DIR to a folder of your own"
+            f"no place for compiled code: {package} and {home} are not writable, and no private"
+            f" folder can be created ({error}); set NUMBA_CACHE_DIR to a folder of your own"
         ) from None
     os.environ["NUMBA_CACHE_DIR"] = folder
     if "numba" in sys.modules:
@@ -60,7 +60,7 @@ def choose_cache_folder() -> None:
 
 
 def _can_hold(folder: str) -> bool:
-    """Whether this user can write to a folder, or make it, and no stranger has or can."""
+    """Whether this user can write to a folder or create it, and other users cannot write to it."""
     folder = os.path.abspath(folder)  # noqa: PTH100
     while not os.path.lexists(folder):
         folder = os.path.dirname(folder)  # noqa: PTH120
@@ -72,7 +72,7 @@ def _can_hold(folder: str) -> bool:
 
 
 def _private_folder() -> str:
-    """A folder of this user's in the temporary one, which nobody else can write to."""
+    """Create a temporary folder that only this user can write to, and return its path."""
     import tempfile
 
     folder = f"{tempfile.gettempdir()}/magmotor-{os.getuid()}"
@@ -80,27 +80,27 @@ def _private_folder() -> str:
     found = os.lstat(folder)
     private = stat.S_ISDIR(found.st_mode) and not found.st_mode & 0o022
     if not private or found.st_uid != os.getuid():
-        raise PermissionError(f"{folder} is another user's, or others can write to it")
+        raise PermissionError(f"{folder} belongs to another user, or others can write to it")
     return folder
 
 
 def physical_memory() -> float:
-    """In bytes; infinite where the system does not say."""
+    """Physical memory in bytes; infinite if the system does not report it."""
     if not hasattr(os, "sysconf"):  # Windows
         return math.inf
     return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
 
 
 def thread_count() -> int:
-    """OMP_NUM_THREADS, by which workers and clusters share out processors, else all of them."""
-    told = os.environ.get("OMP_NUM_THREADS", "")
-    return int(told) if told.isdecimal() and int(told) > 0 else os.cpu_count() or 1
+    """OMP_NUM_THREADS, by which workers and clusters divide processors, or else all processors."""
+    setting = os.environ.get("OMP_NUM_THREADS", "")
+    return int(setting) if setting.isdecimal() and int(setting) > 0 else os.cpu_count() or 1
 
 
 def models_folder() -> Path:
-    """The folder of MJCF parts: inside the installed package, or beside `src` in a checkout."""
+    """Return the folder of MJCF parts: in the installed package, or next to `src` in a checkout."""
     package = Path(__file__).parents[1]
     for folder in (package / "models", package.parents[1] / "models"):
         if folder.is_dir():
             return folder
-    raise FileNotFoundError(f"no folder models in {package} or {package.parents[1]}")
+    raise FileNotFoundError(f"no folder named models in {package} or {package.parents[1]}")

@@ -1,4 +1,4 @@
-"""Files that are whole or not there, and the processes that write them."""
+"""Files that are written atomically, the processes that write them, and dataset attributes."""
 
 import glob
 import json
@@ -17,25 +17,25 @@ import numpy as np
 from magmotor.common.checks import reject
 
 STREAMS = {Path("/dev"), Path("/dev/fd"), Path("/proc/self/fd")}
-"""Folders whose entries are written to as they are, also where they lead to a file."""
+"""Folders whose entries are written to directly, even if they are links to a file."""
 
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
-    """A path to write to, which takes its name only when it is complete and on the disk.
+    """Write a file atomically: yield a temporary path that is renamed once it is complete.
 
     Parameters
     ----------
     path : Path
-        The file; one that is there stays until the new one is whole. Until then it is a hidden one
-        beside it; those that killed processes of this machine left are removed. A symbolic link
-        stays, and what it leads to is replaced. A device or a pipe gets the whole content at the
-        end, copied from a temporary file, in which formats may seek.
+        The file. An existing one stays until the new one is complete and on the disk. Until then
+        the content is in a hidden file next to it; hidden files that killed processes of this
+        machine left behind are removed. A symbolic link stays, and its target is replaced. A device
+        or a pipe receives the whole content at the end, from a temporary file that allows seeking.
 
     Raises
     ------
     OSError
-        It cannot be written; the hidden file is gone.
+        The file cannot be written. The hidden file has been removed.
     """
     if _is_stream(path):
         with TemporaryDirectory() as folder:
@@ -45,7 +45,7 @@ def whole_file(path: Path) -> Iterator[Path]:
                 shutil.copyfileobj(content, stream)
         return
     path = Path(os.path.realpath(path))
-    name = f".{path.stem[:40]}."  # a file's name has an end
+    name = f".{path.stem[:40]}."  # the length of file names is limited
     for left in path.parent.glob(f"{glob.escape(name)}*@*{glob.escape(path.suffix)}"):
         if is_dead(left.name.removesuffix(path.suffix).rpartition("@")[2]):
             left.unlink(missing_ok=True)
@@ -58,7 +58,10 @@ def whole_file(path: Path) -> Iterator[Path]:
 
 
 def write_whole(path: Path, content: bytes, part: Path) -> None:
-    """Write bytes by way of a part, a path on the same file system; errors as of `whole_file`."""
+    """Write bytes atomically by way of `part`, a path on the same file system.
+
+    Raises the errors of `whole_file`.
+    """
     with _renamed(part, path), part.open("wb") as file:
         file.write(content)
         file.flush()
@@ -66,28 +69,28 @@ def write_whole(path: Path, content: bytes, part: Path) -> None:
 
 
 def this_driver() -> str:
-    """The name of this process among all that may write to a directory."""
+    """Return a name of this process that is unique among those that may write to a directory."""
     return f"{socket.gethostname()}.{os.getpid()}"
 
 
 def is_dead(driver: str) -> bool:
-    """Whether a process, by its name, was of this machine, and is gone."""
-    if os.name == "nt":  # where to ask is to interrupt
+    """Whether `driver` names a process of this machine that no longer runs."""
+    if os.name == "nt":  # where os.kill(..., 0) interrupts the process
         return False
     host, _, number = driver.rpartition(".")
     if host != socket.gethostname() or not number.isdecimal():
         return False
     try:
         os.kill(int(number), 0)
-    except (ProcessLookupError, OverflowError, ValueError):  # or no number of a process
+    except (ProcessLookupError, OverflowError, ValueError):  # or not a valid process number
         return True
     except PermissionError:
-        pass  # it is another user's
+        pass  # it belongs to another user
     return False
 
 
 def _is_stream(path: Path) -> bool:
-    """Whether something is there that is no file and no folder, or that a process has open."""
+    """Whether a path is a device, a pipe, or an open file of a process."""
     return path.exists() and not path.is_dir() and (path.parent in STREAMS or not path.is_file())
 
 
@@ -103,18 +106,18 @@ def _renamed(part: Path, path: Path) -> Iterator[Path]:
 
 
 def parsed_attributes(attributes: Mapping[Any, Any]) -> dict[str, Any]:
-    """The attributes with NumPy's numbers and arrays as Python's own."""
+    """Return attributes with NumPy scalars and arrays converted to Python numbers and lists."""
     numpys = np.generic | np.ndarray
     return {k: v.tolist() if isinstance(v, numpys) else v for k, v in attributes.items()}
 
 
 def fields_in(attributes: Mapping[str, Any], name: str) -> dict[str, Any]:
-    """What an attribute tells as a JSON object.
+    """Parse an attribute that holds a JSON object.
 
     Raises
     ------
     ValueError
-        It is not there, or no JSON object: names it.
+        The attribute is missing or is not a JSON object. The message names it.
     """
     text = attributes.get(name)
     try:
@@ -128,17 +131,17 @@ def fields_in(attributes: Mapping[str, Any], name: str) -> dict[str, Any]:
 
 
 def check_fields(attribute: str, fields: Mapping[str, Any], known: Mapping[str, Any]) -> None:
-    """Check that what an attribute tells are all the fields there are, and no others.
+    """Check that an attribute has exactly the known fields.
 
     Raises
     ------
     ValueError
-        Names the attribute and the first field that is missing or unknown.
+        A field is missing or unknown. The message names the attribute and the first such field.
     """
     for name in {**fields, **known}:
         if name not in fields:
             raise reject(
-                f"attributes[{attribute!r}]", fields, f"must be an object with a field {name!r}"
+                f"attributes[{attribute!r}]", fields, f"must be an object with the field {name!r}"
             )
         if name not in known:
             sentence = f"must be one of {', '.join(known)}"

@@ -1,4 +1,4 @@
-"""What type hints say of arguments beyond their types: bounds, shapes, choices, files.
+"""Annotations for type hints: bounds, shapes, choices and files.
 
 `magmotor.common.arguments` reads them from the signatures of public functions.
 """
@@ -24,7 +24,7 @@ from magmotor.common.checks import (
 )
 
 Check = Callable[[str, Any], Any]
-"""Returns the value of a named argument, perhaps as another type, or raises ValueError."""
+"""Returns the value of a named argument, perhaps converted, or raises ValueError."""
 
 
 def number(**bounds: Any) -> Check:
@@ -38,37 +38,37 @@ def integer(**bounds: Any) -> Check:
 
 
 class Shaped(NamedTuple):
-    """A check of an array's shape; the shapes of all arguments of a call must agree.
+    """A check of an array and its shape; the shapes of all arguments of a call must be consistent.
 
-    The name of a length stands for the same length in each, and the axes in the place of `...` must
+    A named length must be the same in all arguments, and the axes that `...` stands for must
     broadcast.
     """
 
     shape: tuple[Any, ...]
-    of_kind: Callable[..., Any]
+    check: Callable[..., Any]
 
     def __call__(self, name: str, value: Any) -> Any:
-        """Return the array; ValueError if it is none of this shape."""
-        return self.of_kind(name, value, *self.shape)
+        """Return the array; raise ValueError if the check fails."""
+        return self.check(name, value, *self.shape)
 
 
 def shaped(*shape: Any) -> Check:
-    """An array of numbers of a shape, as `check_array` has it."""
+    """An array of finite numbers; see `check_array` for `shape`."""
     return Shaped(shape, check_array)
 
 
 def floats(*shape: Any) -> Check:
-    """An array of numbers of a shape, finite or not, as `check_floats` has it."""
+    """An array of numbers, finite or not; see `check_array` for `shape`."""
     return Shaped(shape, check_floats)
 
 
 def positive_definite(*shape: Any) -> Check:
-    """A matrix of such a shape, whose eigenvalues are positive."""
+    """A symmetric matrix whose eigenvalues are positive; see `check_array` for `shape`."""
 
     def check(name: str, value: Any, *shape: Any) -> Any:
         matrix = check_array(name, value, *shape)
         if not matrix.size:
-            raise reject(f"shape of {name}", matrix.shape, "must be of a matrix that is not empty")
+            raise reject(f"shape of {name}", matrix.shape, "the matrix must not be empty")
         check_number(f"smallest eigenvalue of {name}", np.linalg.eigvalsh(matrix)[0], above=0)
         return matrix
 
@@ -76,12 +76,12 @@ def positive_definite(*shape: Any) -> Check:
 
 
 def flags(*shape: Any) -> Check:
-    """An array of booleans of a shape, as `check_array` has it."""
+    """An array of booleans; see `check_array` for `shape`."""
     return Shaped(shape, check_flags)
 
 
 def numbers(*shape: Any, **bounds: Any) -> Check:
-    """An array of numbers, of a shape if one is given, all inside the bounds of `check_number`."""
+    """An array of numbers inside the bounds of `check_number`, of any shape unless one is given."""
 
     def check(name: str, value: Any, *shape: Any) -> Any:
         array = check_array(name, value, *shape)
@@ -94,7 +94,7 @@ def numbers(*shape: Any, **bounds: Any) -> Check:
 
 
 def choice(*choices: str) -> Check:
-    """One of some names."""
+    """One of the given names."""
 
     def check(name: str, value: Any) -> Any:
         check_choice(name, value, choices)
@@ -103,31 +103,31 @@ def choice(*choices: str) -> Check:
     return check
 
 
-def several(kind: type) -> Check:
-    """A sequence of at least one object of a class."""
+def several(cls: type) -> Check:
+    """A sequence of at least one instance of a class."""
 
     def check(name: str, value: Any) -> Any:
         if not isinstance(value, Sequence) or isinstance(value, str | bytes) or not len(value):
-            raise reject(name, value, f"must be a sequence of at least one {kind.__name__}")
+            raise reject(name, value, f"must be a sequence of at least one {cls.__name__}")
         for i, element in enumerate(value):
-            check_type(f"{name}[{i}]", element, kind)
+            check_type(f"{name}[{i}]", element, cls)
         return value
 
     return check
 
 
 def output(*suffixes: str) -> Check:
-    """A path to which a file can be written, with one of these suffixes if any are given."""
+    """A path to which a file can be written, ending in one of the suffixes if any are given."""
 
     def check(name: str, value: Any) -> Any:
         path = Path(check_path(name, value))
         if suffixes and path.suffix.lower() not in suffixes:
             raise reject(name, value, f"must be a file name that ends in {' or '.join(suffixes)}")
         if path.is_dir():
-            raise reject(name, value, "must be a file: this is a directory")
+            raise reject(name, value, "must be a file, not a directory")
         if not path.parent.is_dir():
-            raise reject(name, value, "must be in a directory that exists")
-        return path  # without a slash at its end, which others take for an extension
+            raise reject(name, value, "must be in an existing directory")
+        return path  # without a trailing slash, which others take for an extension
 
     return check
 
@@ -146,12 +146,12 @@ Square = Annotated[NDArray[np.float64], shaped("n", "n")]
 Inertia = Annotated[NDArray[np.float64], positive_definite("n", "n")]
 PICTURES = (".eps", ".jpeg", ".jpg", ".pdf", ".png", ".svg", ".tif", ".tiff", ".webp")
 Picture = Annotated[str | Path, output(*PICTURES)]
-"""A file that a picture is written to."""
+"""The file to which a picture is written."""
 
 
 def check_path(name: str, value: Any) -> Any:
-    """Return a value if it is a path: text or a `pathlib.Path`; ValueError if it is none."""
+    """Return a value if it is a path: a string or a `pathlib.Path`; else raise ValueError."""
     text = os.fspath(value) if isinstance(value, str | os.PathLike) else None
     if not isinstance(text, str) or not text or "\0" in text:
-        raise reject(name, value, "must be a path: text or pathlib.Path")
+        raise reject(name, value, "must be a path: a string or a pathlib.Path")
     return value

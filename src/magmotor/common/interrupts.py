@@ -1,4 +1,4 @@
-"""Interrupts that are heard when it suits."""
+"""Context managers that postpone Ctrl-C."""
 
 import signal
 import threading
@@ -8,28 +8,27 @@ from contextlib import contextmanager
 
 @contextmanager
 def deferred() -> Iterator[threading.Event]:
-    """Turn Ctrl-C inside a `with` block into an event, which is set from then on.
+    """Make Ctrl-C inside a `with` block set an event instead of raising KeyboardInterrupt.
 
-    Nothing is then broken off halfway. Threads but the main one get no signals: there, nothing
-    changes.
+    Only the main thread receives signals; in other threads, the event is never set.
     """
-    heard = threading.Event()
+    interrupted = threading.Event()
     if threading.current_thread() is not threading.main_thread():
-        yield heard
+        yield interrupted
         return
-    before = signal.signal(signal.SIGINT, lambda *_: heard.set())
+    before = signal.signal(signal.SIGINT, lambda *_: interrupted.set())
     try:
-        yield heard
+        yield interrupted
     finally:
         signal.signal(signal.SIGINT, before)
 
 
 @contextmanager
 def blocked() -> Iterator[None]:
-    """Let no Ctrl-C through to this thread inside a `with` block, at whose end it comes.
+    """Block Ctrl-C for this thread inside a `with` block, and deliver it at the end.
 
-    Threads and processes that are started there never hear any: they inherit that. Windows, where
-    nothing can be blocked, lets all through.
+    Threads and processes that are started in the block inherit this and never receive Ctrl-C. On
+    Windows, signals cannot be blocked, and this does nothing.
     """
     if not hasattr(signal, "pthread_sigmask"):
         yield
@@ -43,14 +42,14 @@ def blocked() -> Iterator[None]:
 
 @contextmanager
 def uninterrupted() -> Iterator[None]:
-    """Hold Ctrl-C back inside a `with` block, at whose end it comes.
+    """Postpone Ctrl-C to the end of a `with` block.
 
     Raises
     ------
     KeyboardInterrupt
-        At the end, if Ctrl-C was heard.
+        At the end, if Ctrl-C was pressed.
     """
-    with deferred() as heard:
+    with deferred() as interrupted:
         yield
-    if heard.is_set():
+    if interrupted.is_set():
         raise KeyboardInterrupt

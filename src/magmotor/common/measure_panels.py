@@ -1,6 +1,6 @@
-"""Panels of a picture: a measure drawn over one field or two, which need not be a sweep's.
+"""Figure panels that show a measure as a function of one or two fields.
 
-Both are data arrays; their names, units and meanings stand in their attributes.
+Measures and fields are data arrays with the attributes `units` and `long_name`.
 """
 
 import re
@@ -20,28 +20,28 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 WRAP = 38
-"""Letters in a line of a label."""
+"""Maximum number of characters in a line of a label."""
 
 FEW = 8
-"""An axis has its ticks at the values if each is further from the next than 1/8 of its length."""
+"""Ticks are at the values if all gaps between these exceed 1/8 of the axis."""
 
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 REPEATS = ("seed", "replica")
 """Dimensions over which a measure is averaged."""
 
-DOTS = 1000
-"""More single values than that are not drawn."""
+MOST_DOTS = 1000
+"""Single values are drawn if there are at most this many."""
 
-SIGNED_PART = 0.05
-"""A map in which either sign has at least this part of the largest size is centered on zero."""
+SIGNED_FRACTION = 0.05
+"""Maps whose values of both signs reach this fraction of the largest size center on zero."""
 
 PALE = "#dfe3e7"
-"""Zero between two signs, to be told from missing cells and from the background."""
+"""Color of zero in a map with both signs, unlike that of missing cells and the background."""
 
-LACKING: dict[str, Any] = {"label": "missing or failed"}
-HATCHED: dict[str, Any] = {"fc": "white", "ec": style.GRAY, "hatch": "////", "lw": 0} | LACKING
-CROSSED: dict[str, Any] = {"marker": "x", "color": style.GRAY, "s": 16, "lw": 1.0} | LACKING
+MISSING: dict[str, Any] = {"label": "missing or failed"}
+HATCHED: dict[str, Any] = {"fc": "white", "ec": style.GRAY, "hatch": "////", "lw": 0} | MISSING
+CROSSED: dict[str, Any] = {"marker": "x", "color": style.GRAY, "s": 16, "lw": 1.0} | MISSING
 
 
 class Axis(NamedTuple):
@@ -49,12 +49,12 @@ class Axis(NamedTuple):
 
     Attributes
     ----------
-    values : ndarray
-        Of the field, shape (N,).
+    values : ndarray, shape (N,)
+        Values of the field.
     label : str
         Name and unit.
     scale : str
-        linear, or log where the values are spaced more evenly by ratio.
+        "log" if the ratios of the values are more even than their differences, else "linear".
     """
 
     values: Array
@@ -81,11 +81,14 @@ class Axis(NamedTuple):
                 axis.set_major_locator(LogLocator(subs=(1, 2, 3, 5)))
 
     def over(self, field: xr.DataArray) -> xr.DataArray:
-        """Its values over the field's dimension."""
+        """Return the values as an array over the field's dimensions."""
         return xr.DataArray(self.values, dims=field.dims)
 
     def edges(self) -> Array:
-        """Edges of cells about N rising values, shape (N + 1,), halfway on the axis's scale."""
+        """Return the edges of cells around N increasing values, halfway on the axis's scale.
+
+        The shape is (N + 1,).
+        """
         values = self._even(self.values)
         middle = (values[1:] + values[:-1]) / 2
         ends = values[[0, -1]] + (values[[0, -1]] - middle[[0, -1]])
@@ -97,26 +100,26 @@ class Axis(NamedTuple):
 
 
 def axis_of(field: xr.DataArray) -> Axis:
-    """How an axis shows a field."""
+    """Return the axis that shows a field."""
     values = check_array(str(field.name), field.values, "values")
     scale = "log" if _is_geometric(field.values) else "linear"
     return Axis(values, label_of(meaning_of(field), field), scale)
 
 
 def label_of(name: str, quantity: xr.DataArray) -> str:
-    """A name of a field or measure, with its unit."""
+    """Return the label of a field or measure: `name`, with the unit of `quantity`."""
     unit = quantity.attrs.get("units", "1")
     raised = re.sub(r"\^(-?\d+)", lambda power: power[1].translate(SUPERSCRIPTS), unit)
     return fill(name if unit == "1" else f"{name} ({raised})", WRAP)
 
 
 def meaning_of(quantity: xr.DataArray) -> str:
-    """What a field or measure is, in words."""
+    """Return the description of a field or measure, or else its name."""
     return str(quantity.attrs.get("long_name", quantity.name))
 
 
 def _is_geometric(values: Array) -> bool:
-    """Whether the logarithms of some values are spaced at least twice as evenly as the values."""
+    """Whether the logarithms of the values are spaced at least twice as evenly as the values."""
     values = np.unique(values)
     if len(values) < 3 or values[0] <= 0:
         return False
@@ -125,9 +128,9 @@ def _is_geometric(values: Array) -> bool:
 
 
 class Averaged(NamedTuple):
-    """A measure, its mean over seeds and replicas, and that mean's standard error.
+    """A measure, its mean over seeds and replicas, and the standard error of the mean.
 
-    The error is NaN where there are fewer than two values, the mean where there is none.
+    The error is NaN where there are fewer than two values, and the mean where there are none.
     """
 
     single: xr.DataArray
@@ -136,7 +139,7 @@ class Averaged(NamedTuple):
 
 
 def averaged(measure: xr.DataArray) -> Averaged:
-    """The mean over seeds and replicas of those values that there are."""
+    """Average a measure over seeds and replicas, ignoring missing values."""
     single = measure.astype(float)
     single = single.where(np.isfinite(single))
     over = [dim for dim in REPEATS if dim in single.dims]
@@ -147,29 +150,29 @@ def averaged(measure: xr.DataArray) -> Averaged:
 
 
 def draw_curve(axes: "Axes", shown: Averaged, field: xr.DataArray) -> None:
-    """Over one field: the mean with two standard errors, and single values as faint dots.
+    """Draw the mean with two standard errors over one field, and single values as faint dots.
 
-    The points are joined unless they are a design's.
+    A line joins the points unless they belong to a design of several fields.
     """
     x = axis_of(field)
-    style_of: dict[str, Any] = {"color": style.BLUE, "marker": "o", "ms": 4}
-    style_of["ls"] = "-" if field.name in field.dims else ""
+    look: dict[str, Any] = {"color": style.BLUE, "marker": "o", "ms": 4}
+    look["ls"] = "-" if field.name in field.dims else ""
     if shown.error.notnull().any():
-        style_of |= {"label": "mean, ± 2 standard errors", "elinewidth": 1.2, "capsize": 2}
-        if shown.single.size <= DOTS:
-            place, single = _flat(x.over(field), shown.single)
-            axes.scatter(place, single, 12, style.BLUE, lw=0, alpha=0.25, label="single run")
-    axes.errorbar(x.values, shown.mean.values, 2 * shown.error.values, **style_of)
+        look |= {"label": "mean, ± 2 standard errors", "elinewidth": 1.2, "capsize": 2}
+        if shown.single.size <= MOST_DOTS:
+            abscissa, single = _flat(x.over(field), shown.single)
+            axes.scatter(abscissa, single, 12, style.BLUE, lw=0, alpha=0.25, label="single run")
+    axes.errorbar(x.values, shown.mean.values, 2 * shown.error.values, **look)
     missing = x.values[shown.mean.isnull()]
     if len(missing):
-        foot = np.full(len(missing), 0.03)
-        axes.scatter(missing, foot, transform=axes.get_xaxis_transform(), **CROSSED)
+        bottom = np.full(len(missing), 0.03)
+        axes.scatter(missing, bottom, transform=axes.get_xaxis_transform(), **CROSSED)
     axes.set_ylabel(label_of(str(shown.single.name), shown.single))
     x.show(axes, "x")
 
 
 def draw_map(axes: "Axes", shown: Averaged, *fields: xr.DataArray) -> None:
-    """Over a grid of two fields: the mean in colors, missing cells hatched."""
+    """Draw the mean over a grid of two fields as a color map, with missing cells hatched."""
     from matplotlib.patches import Rectangle
 
     x, y = map(axis_of, fields)
@@ -183,30 +186,30 @@ def draw_map(axes: "Axes", shown: Averaged, *fields: xr.DataArray) -> None:
 
 
 def draw_points(axes: "Axes", shown: Averaged, *fields: xr.DataArray) -> None:
-    """Over a design of two fields: the mean in the colors of points, missing ones as crosses."""
+    """Draw the mean over a design of two fields as colored points, with missing ones as crosses."""
     x, y = map(axis_of, fields)
     right, up, mean = _flat(x.over(fields[0]), y.over(fields[1]), shown.mean)
-    there = np.isfinite(mean)
+    found = np.isfinite(mean)
     size = np.clip(12000 / len(mean), 8, 50)
-    style_of = {"lw": 0, "antialiased": len(mean) < DOTS} | _colors(mean)
-    points = axes.scatter(right[there], up[there], size, mean[there], **style_of)
-    if not there.all():
-        axes.scatter(right[~there], up[~there], **CROSSED)
+    look = {"lw": 0, "antialiased": len(mean) < MOST_DOTS} | _colors(mean)
+    points = axes.scatter(right[found], up[found], size, mean[found], **look)
+    if not found.all():
+        axes.scatter(right[~found], up[~found], **CROSSED)
     _finish(axes, points, shown, x, y)
 
 
 def _flat(*quantities: xr.DataArray) -> list[Array]:
-    """Quantities over all the dimensions that any of them has, as vectors."""
+    """Broadcast quantities against each other and return them as vectors."""
     return [quantity.values.ravel() for quantity in xr.broadcast(*quantities)]
 
 
 def _colors(mean: Array) -> dict[str, Any]:
-    """From the least to the largest, or centered on zero where both signs are there."""
+    """Return a colormap and its range, centered on zero if both signs occur."""
     from matplotlib.colors import LinearSegmentedColormap
 
     least, largest = float(np.nanmin(mean)), float(np.nanmax(mean))
     reach = max(-least, largest)
-    if min(-least, largest) < SIGNED_PART * reach:
+    if min(-least, largest) < SIGNED_FRACTION * reach:
         return {"cmap": "viridis", "vmin": least, "vmax": largest}
     signed = LinearSegmentedColormap.from_list("signed", (style.BLUE, PALE, style.ORANGE))
     return {"cmap": signed, "vmin": -reach, "vmax": reach}

@@ -1,4 +1,4 @@
-"""The one style of all figures: colors that the color-blind can tell apart, and how to use it."""
+"""The common style of all figures, with colors that color-blind readers can distinguish."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,10 +13,10 @@ if TYPE_CHECKING:
 
 
 BLUE, ORANGE, GREEN, INK, GRAY = "#0072b2", "#e69f00", "#009e73", "#22282e", "#8a9299"
-"""What was simulated, what theory says, a third thing, text, and what is in the background."""
+"""Colors of simulations, theory, a third kind of data, text, and the background."""
 
 PURPLE = "#cc79a7"
-"""A fourth thing."""
+"""Color of a fourth kind of data."""
 
 SYSTEMS = {
     "symmetric": (BLUE, "o"),
@@ -27,10 +27,10 @@ SYSTEMS = {
 """Color and marker of the disk's four systems, the same in all figures."""
 
 LANDSCAPE = ("#7f8d9b", "#f8f9fa")
-"""From the deepest potential to the highest: pale, so that paths stand out."""
+"""Colors of the lowest and the highest potential, pale so that paths stand out."""
 
 NO_SPIN = 1e-3
-"""In rad/s: less is drawn as none, so that rounding does not fill the axes."""
+"""Spin (rad/s) below which zero is drawn, so that rounding errors do not fill the axes."""
 
 FONT = "DejaVu Sans"
 
@@ -61,7 +61,7 @@ RC: dict[Any, Any] = {
 
 @contextmanager
 def figure(width: float, height: float) -> Iterator["Figure"]:
-    """A figure (inches) in this style; pyplot, its backend and its open figures stay untouched."""
+    """Create a figure in this style, without pyplot; width and height are in inches."""
     import matplotlib
     from matplotlib.figure import Figure
     from matplotlib.layout_engine import ConstrainedLayoutEngine
@@ -73,7 +73,7 @@ def figure(width: float, height: float) -> Iterator["Figure"]:
 
 @cache
 def pillow_font(size: int) -> "FreeTypeFont":
-    """The figures' font for Pillow, at a size in pixels; Matplotlib ships its file."""
+    """Return the figures' font, which Matplotlib ships, for Pillow; `size` is in pixels."""
     import matplotlib
     from PIL import ImageFont
 
@@ -82,10 +82,10 @@ def pillow_font(size: int) -> "FreeTypeFont":
 
 
 def save_small(figure: "Figure", path: str | Path, dpi: int, *, shaded: bool = False) -> None:
-    """Save with few colors, which halves the file.
+    """Save a figure with few colors, which halves the size of the file.
 
-    Maximum coverage keeps the colors of thin lines; median cut, for pictures with shaded areas,
-    those of the areas.
+    Maximum coverage preserves the colors of thin lines; median cut, for figures with shaded areas,
+    preserves the colors of the areas.
     """
     from PIL import Image
 

@@ -1,4 +1,4 @@
-"""Versions: of magmotor, the packages that it computes with, and the machine."""
+"""Versions of magmotor, of the packages that it computes with, and of the machine."""
 
 import platform
 import zlib
@@ -10,29 +10,32 @@ import llvmlite.binding as llvm
 
 from magmotor.common.environment import models_folder
 
-NEEDED = {
+PACKAGES = {
     "mujoco": ("mujoco", "numba", "numpy"),
     "variational": ("numba", "numpy"),
     "scipy": ("numba", "numpy", "scipy"),
 }
-"""Beside magmotor itself, by engine."""
+"""Packages that affect results, by engine."""
 
 
 @cache
 def versions_that_matter(method: str) -> dict[str, str]:
-    """Versions of what a method computes with, and the kind of machine.
+    """Return the versions of all software that affects a method's results, and of the machine.
 
-    Of magmotor there is also a checksum of its code.
+    The version of magmotor includes a checksum of its code.
     """
     own = f"{version('magmotor')}+{package_checksum():08x}"
     engine = method.partition("/")[0]
-    return {"magmotor": own} | {name: version(name) for name in NEEDED[engine]} | machine_versions()
+    return (
+        {"magmotor": own} | {name: version(name) for name in PACKAGES[engine]} | machine_versions()
+    )
 
 
 def machine_versions() -> dict[str, str]:
-    """What of a machine results depend on: its C library, and its kind of processor.
+    """Return the properties of the machine that affect results: C library and processor type.
 
-    The kind is the architecture, and whether an x86-64 is of the third level; see `eights`.
+    The type is the architecture and, for x86-64, whether the processor has AVX2 and FMA; see
+    `magmotor.numerics.eights`.
     """
     kind, features = platform.machine(), llvm.get_host_cpu_features()
     if features.get("fma") and features.get("avx2"):
@@ -42,7 +45,7 @@ def machine_versions() -> dict[str, str]:
 
 @cache
 def package_checksum() -> int:
-    """Checksum of all of magmotor's code and MJCF parts, the same wherever it is installed."""
+    """Return a checksum of magmotor's code and MJCF parts, which does not depend on the path."""
     package, models = Path(__file__).parents[1], models_folder()
     code = sorted(package.rglob("*.py"), key=lambda file: file.relative_to(package).parts)
     parts = sorted(models.glob("*.xml"), key=lambda file: file.name)

@@ -1,1 +1,1 @@
-"""For any MuJoCo model: magnetism, Brownian forces, viscous contact, the thermostat."""
+"""Physics for any MuJoCo model: magnetism, Brownian forces, viscous contact, a thermostat."""

@@ -1,7 +1,7 @@
-"""Hooks of MuJoCo, of which a process has one each, for all models and threads.
+"""MuJoCo's global hooks, each of which is shared by all models and threads of a process.
 
-`Hook` takes any of them for the length of a `with` block. Two blocks are made of it here: `raised`
-takes the handler of errors, `stopped` the stopwatch; `magmotor.mjcf.magnetism` takes the callback.
+`Hook` replaces one for the duration of a `with` block. `errors_raised` replaces the error handler
+and `without_stopwatch` the stopwatch; `magmotor.mjcf.magnetism` replaces the control callback.
 """
 
 import ctypes
@@ -17,16 +17,17 @@ from magmotor.mjcf.memory import library
 
 
 class Hook:
-    """A `with` block in which a hook is ours; at the end it is again what it was.
+    """Context manager that installs a hook, and restores the previous one at the end.
 
-    Blocks may be nested and may overlap in several threads: the first installs, the last restores.
+    Blocks may be nested and may overlap in several threads: the first one installs the hook, and
+    the last one restores it.
 
     Parameters
     ----------
     install : callable
-        `install()` makes the hook ours and returns what it was.
+        `install()` installs the hook and returns the previous one.
     restore : callable
-        `restore(previous)` undoes that.
+        `restore(previous)` restores the previous hook.
     """
 
     def __init__(self, install: Callable[[], Any], restore: Callable[[Any], object]):
@@ -50,10 +51,10 @@ class Hook:
 
 
 @contextmanager
-def raised() -> Iterator[None]:
-    """Raise, at the end of the block, the first error that C code reported in its thread.
+def errors_raised() -> Iterator[None]:
+    """Raise the first error that C code reported in this thread, at the end of the block.
 
-    The code that reported it goes on, as if it had not.
+    The C code continues after reporting an error.
 
     Raises
     ------
@@ -69,7 +70,7 @@ def raised() -> Iterator[None]:
 
 
 _messages: dict[int, str] = {}
-"""The first error of each thread."""
+"""First error of each thread."""
 
 
 @ctypes.CFUNCTYPE(None, ctypes.c_char_p)
@@ -79,7 +80,7 @@ def _keep(message: bytes) -> None:
 
 @cache
 def _handler() -> ctypes.c_void_p:
-    """The user's handler of errors, MuJoCo's last resort before it ends the process."""
+    """Return MuJoCo's pointer to the user's error handler; without one, errors end the process."""
     return ctypes.c_void_p.in_dll(library(), "mju_user_error")
 
 
@@ -97,10 +98,10 @@ _error_hook = Hook(_keep_errors, _set_handler)
 
 
 @contextmanager
-def stopped() -> Iterator[None]:
-    """Stop the stopwatch, which the Python bindings start whenever an MjData is made.
+def without_stopwatch() -> Iterator[None]:
+    """Stop the stopwatch that the Python bindings start whenever they create an MjData.
 
-    Blocks may be nested and may overlap in several threads: the last that ends starts it again.
+    Blocks may be nested and may overlap in several threads; the last one restarts the stopwatch.
     """
     with _stopwatch_hook:
         _stopwatch().value = None
@@ -112,8 +113,8 @@ def _stopwatch() -> ctypes.c_void_p:
     return ctypes.c_void_p.in_dll(library(), "mjcb_time")
 
 
-def _start(clock: int | None) -> None:
+def _set_stopwatch(clock: int | None) -> None:
     _stopwatch().value = clock
 
 
-_stopwatch_hook = Hook(lambda: _stopwatch().value, _start)
+_stopwatch_hook = Hook(lambda: _stopwatch().value, _set_stopwatch)

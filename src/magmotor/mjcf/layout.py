@@ -1,7 +1,7 @@
-"""Where the fields that the callback reads lie inside MuJoCo's C structs.
+"""Offsets of fields in MuJoCo's C structs.
 
-The offsets come from the declarations that MuJoCo ships (`mujoco.introspect`) and are checked
-against the addresses of the NumPy views of a small model before anything is read through them.
+The offsets come from the declarations that MuJoCo ships (`mujoco.introspect`). Before use, they are
+verified against the addresses of the NumPy views of a small model.
 """
 
 import ctypes
@@ -61,16 +61,16 @@ _PROBE = """
   </worldbody>
 </mujoco>
 """
-_CONSPICUOUS = 0x5A5A40
-"""What the top of the stack is said to be while its place is verified."""
+_PROBE_PSTACK = 0x5A5A40
+"""Conspicuous value of `pstack` while its offset is verified."""
 
 
 class LayoutError(RuntimeError):
-    """MuJoCo's structs are not laid out as its own declarations say."""
+    """The layout of MuJoCo's structs differs from MuJoCo's own declarations."""
 
 
 class Layout(NamedTuple):
-    """Byte offsets in mjModel (those of its options among them) and in mjData, by field."""
+    """Byte offsets of fields in mjModel, including its options, and in mjData."""
 
     nbody: int
     njnt: int
@@ -117,12 +117,12 @@ class Layout(NamedTuple):
 
 @cache
 def current() -> Layout:
-    """Offsets for the MuJoCo that is running, verified.
+    """Return the verified offsets for the running MuJoCo.
 
     Raises
     ------
     LayoutError
-        The declarations are missing or disagree with the running library.
+        Declarations are missing or differ from the running library.
     """
     try:
         model, option, data = map(_structure, ("mjModel", "mjOption", "mjData"))
@@ -132,7 +132,7 @@ def current() -> Layout:
         offsets |= {name: getattr(data, name).offset for name in DATA_FIELDS}
     except (KeyError, AttributeError) as missing:
         raise LayoutError(
-            f"MuJoCo {mujoco.__version__} declares no {missing}: this version is not supported"
+            f"MuJoCo {mujoco.__version__} does not declare {missing}: this version is not supported"
         ) from missing
     layout = Layout(**offsets)
     verify(layout)
@@ -140,44 +140,45 @@ def current() -> Layout:
 
 
 def verify(layout: Layout) -> None:
-    """Read a probe model through `layout` and compare with MuJoCo's own NumPy views.
+    """Read a probe model through `layout`, and compare with MuJoCo's NumPy views.
 
     Raises
     ------
     LayoutError
-        Names the fields that disagree.
+        Offsets are wrong. The message names the fields.
     """
     if mujoco.MjModel.from_xml_string("<mujoco/>").qpos0.dtype != np.float64:
-        raise LayoutError("MuJoCo was built in single precision: double is needed")
+        raise LayoutError("MuJoCo was built in single precision, but double precision is required")
     model = mujoco.MjModel.from_xml_string(_PROBE)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    data.time, data.pstack = 0.375, _CONSPICUOUS
+    data.time, data.pstack = 0.375, _PROBE_PSTACK
     wrong = []
     owners = ((MODEL_FIELDS, model, model), (OPTION_FIELDS, model, model.opt))
     for fields, struct, owner in (*owners, (DATA_FIELDS, data, data)):
         for name in fields:
-            place = struct._address + getattr(layout, name)
+            address = struct._address + getattr(layout, name)
             expected = getattr(owner, name)
             if isinstance(expected, bytes):
-                # A pointer is followed only once all before it have proved right.
+                # Follow this pointer only if all offsets before it are right.
                 agrees = not wrong and (
-                    ctypes.string_at(_read(ctypes.c_void_p, place) or 0, len(expected)) == expected
+                    ctypes.string_at(_read(ctypes.c_void_p, address) or 0, len(expected))
+                    == expected
                 )
             elif isinstance(expected, np.ndarray):
-                agrees = _read(ctypes.c_void_p, place) == expected.ctypes.data
+                agrees = _read(ctypes.c_void_p, address) == expected.ctypes.data
             elif isinstance(expected, float):
-                agrees = _read(ctypes.c_double, place) == expected
+                agrees = _read(ctypes.c_double, address) == expected
             else:
                 kind = ctypes.c_int if fields is OPTION_FIELDS else ctypes.c_int64
-                agrees = _read(kind, place) == expected
+                agrees = _read(kind, address) == expected
             if not agrees:
                 wrong.append(name)
     data.pstack = 0
     if wrong:
         raise LayoutError(
-            f"MuJoCo {mujoco.__version__} does not keep {', '.join(wrong)} where its declarations"
-            " say: this version is not supported"
+            f"MuJoCo {mujoco.__version__} does not keep {', '.join(wrong)} at the declared offsets:"
+            " this version is not supported"
         )
 
 

@@ -1,4 +1,4 @@
-"""What a compiled model calls its parts, and which features it has switched off."""
+"""Names of the elements of a compiled model, and its disabled features."""
 
 from typing import Any
 
@@ -6,7 +6,7 @@ import mujoco
 
 
 def disabled(model: mujoco.MjModel, flag: str) -> bool:
-    """Whether a feature is switched off, by its own flag or by that of all constraints."""
+    """Whether a feature is disabled, by its own flag or by the flag for all constraints."""
     flags = {flag}
     if flag in {"equality", "frictionloss", "limit", "contact"}:
         flags.add("constraint")
@@ -15,13 +15,13 @@ def disabled(model: mujoco.MjModel, flag: str) -> bool:
 
 
 def label(model: mujoco.MjModel, kind: str, number: Any) -> str:
-    """How to name a part in a message."""
+    """Return the name of an element for a message, such as "body 'ball'"; else its number."""
     name = mujoco.mj_id2name(model, _object_type(kind), int(number))
     return f"{kind} {name!r}" if name else f"{kind} {number}"
 
 
 def number_of(model: mujoco.MjModel, kind: str, name: str) -> int:
-    """The number of a part with a name; -1 if there is none."""
+    """Return the number of a named element; -1 if there is none."""
     return mujoco.mj_name2id(model, _object_type(kind), name)
 
 

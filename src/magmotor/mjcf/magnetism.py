@@ -1,7 +1,7 @@
-"""A block in which dipoles, noise and potentials act on every model, by a compiled callback.
+"""A `with` block in which dipoles, noise and potentials act on every model.
 
-First what users call; then how the callback is installed; then the callback itself, which reads
-what a model declares.
+The module contains the public functions, the installation of the callback, and the compiled
+callback itself.
 """
 
 # Numba's intrinsics hide their first parameter:
@@ -35,59 +35,59 @@ from magmotor.numerics.compiled import compiled_once
 
 @contextmanager
 def magnetism() -> Iterator[None]:
-    """Make magnetism, Brownian wrenches and periodic potentials act inside a `with` block.
+    """Apply magnetism, Brownian wrenches and periodic potentials inside a `with` block.
 
     They act on every MuJoCo model that declares them in its MJCF:
 
-    - a dipole is a site with `user="MOMENT"` in A m^2, along its z axis; dipoles of one rigid body
-      (a body and those on it without a joint, whatever an `<equality>` welds) do not act on one
-      another, and those of two bodies that are the elements of a `<custom>` tuple named
-      `coupling...` act `prm` times as strongly (see Notes);
-    - Brownian wrenches are rows of six in a body's `user`: force x y z, torque x y z of each row
-      in the world frame at the center of mass, times its own white noise, in N sqrt(s) and
-      N m sqrt(s). `mjData.userdata` holds, as far as the model has `nuserdata`, the seed, the
-      replica's number, factor and level of a `BrownianPath`, and the path's step at time 0; see
-      Notes on rollouts and resets;
-    - a periodic potential sum_k a_k sin kq + b_k cos kq, in J, of a slide or hinge joint is
-      `user="a_1 b_1 a_2 b_2 ..."`; its force acts from outside on the joint's body, at the center
-      of mass along the axis.
+    - A dipole is a site with `user="MOMENT"`, in A m^2 along the site's z axis. Dipoles of one
+      rigid body (a body and the bodies attached to it without a joint, regardless of any
+      `<equality>`) do not act on each other. A `<custom>` tuple named `coupling...` scales the
+      interaction of two bodies (see Notes).
+    - Brownian wrenches are rows of six numbers in a body's `user`: force x y z in N sqrt(s) and
+      torque x y z in N m sqrt(s), in the world frame at the center of mass. Independent white
+      noise multiplies each row. `mjData.userdata` contains, up to the model's `nuserdata`, the
+      seed, the replica, the factor and level of a `BrownianPath`, and the path's step at time 0.
+      See Notes on rollouts and resets.
+    - A periodic potential sum_k a_k sin kq + b_k cos kq, in J, of a slide or hinge joint is
+      `user="a_1 b_1 a_2 b_2 ..."`. Its force is external and acts on the joint's body, at the
+      center of mass along the axis.
 
-    They give the wrench `xfrc_applied` of the bodies that have any of these, which is overwritten.
+    The sum of these overwrites `xfrc_applied` of the bodies on which any of them act.
 
-    The callback is installed as `mjcb_control`, for all models and threads of the process, and
-    what was installed before is put back at the end. Blocks may be nested and may overlap in
-    several threads. It works with `mj_step`, `mj_forward`, `mujoco.rollout`,
-    `mujoco.batch.Batch` and the viewer, without the GIL. There is but one such callback: what was
-    installed before does not run inside the block, and what `mujoco.set_mjcb_control` installs
-    there replaces ours, in silence.
+    The callback is installed as `mjcb_control` for all models and threads of the process, and the
+    previous callback is restored at the end. Blocks may be nested and may overlap in several
+    threads. The callback works with `mj_step`, `mj_forward`, `mujoco.rollout`,
+    `mujoco.batch.Batch` and the viewer, without the GIL. MuJoCo has only one control callback: a
+    previously installed one does not run inside the block, and calling `mujoco.set_mjcb_control`
+    inside the block silently replaces this one.
 
-    After the block the last forces are still in `xfrc_applied`, and MuJoCo goes on applying them:
-    set it to zero. The viewer's `sync` does so after each step.
+    After the block, `xfrc_applied` still contains the last forces, and MuJoCo continues to apply
+    them; set it to zero. The viewer's `sync` does this after each step.
 
     Warns
     -----
     UserWarning
-        Once a block, when a model is stepped that has none of these, or dipoles of which none acts
-        on another. It says why.
+        Once per block, when a model is stepped on which nothing acts. The warning states the
+        reason.
 
     Raises
     ------
     LayoutError
-        This version of MuJoCo keeps its data in other places than it declares.
+        This version of MuJoCo lays out its structs differently than it declares.
     mujoco.FatalError
-        While stepping, with names: two dipoles of different bodies coincide; a site's numbers are
-        not one finite moment; a coupling's elements are not two bodies with equal `prm`; a body's
-        numbers are no rows of six, or a joint's no pairs, or it is neither slide nor hinge; a
-        number in `userdata` chooses no path. MuJoCo pads shorter lists to the longest in the model
-        with zeros, which are no error. On the threads of rollouts and batches MuJoCo prints the
-        error and ends the process; one `mj_forward` before them raises it.
+        While stepping: two dipoles of different bodies coincide; the `user` numbers of a site are
+        not one finite moment, those of a body not rows of six, or those of a joint not pairs; a
+        joint with a potential is neither slide nor hinge; the elements of a coupling are not two
+        bodies with equal `prm`; or a number in `userdata` is invalid. MuJoCo pads all lists to the
+        longest in the model with zeros, which are ignored. On the threads of rollouts and batches,
+        MuJoCo prints the error and ends the process; call `mj_forward` before to raise it.
 
     Notes
     -----
-    Forces follow physics of point dipoles: F = grad(m.B), torque m x B. A coupling multiplies both
-    between the two bodies it names (`world` is one, too), not between those rigidly on them; 0
-    turns them off, which is what MuJoCo takes for a missing `prm`, and the factors of several
-    couplings of one pair multiply:
+    The forces are those of point dipoles: F = grad(m.B), torque m x B. A coupling multiplies both
+    by `prm` between the two bodies that it names (one may be `world`), but not between bodies
+    attached to these. A factor of 0, MuJoCo's default for `prm`, turns them off. The factors of
+    several couplings of one pair multiply:
 
         <custom>
           <tuple name="coupling of ball and ring">
@@ -96,23 +96,21 @@ def magnetism() -> Iterator[None]:
           </tuple>
         </custom>
 
-    A step's noise is constant over the stages of RK4; `magmotor.mjcf.forces.brownian` tells
-    how steps are counted. The count is time over timestep: noise repeats, or a part of it is left
-    out, where the timestep changes midway.
+    The noise of a step is constant over the stages of RK4. The number of a step is the time over
+    the timestep, so that noise repeats or is skipped if the timestep changes during a run.
 
-    `mj_resetData` sets `userdata` to zero, and with it the seed. The state from which a rollout
-    starts has none: give each trajectory its own as a control, (seed, replica) with
-    `control_spec=mjSTATE_USERDATA`, or all that a thread runs have the noise of its `mjData`. A
-    `Batch` has an array `userdata`.
+    `mj_resetData` sets `userdata`, and thus the seed, to zero. The initial state of a rollout does
+    not include `userdata`: pass (seed, replica) of each trajectory as a control with
+    `control_spec=mjSTATE_USERDATA`, or else all trajectories of a thread have the noise of its
+    `mjData`. A `Batch` has an array `userdata`.
 
-    With noise alpha along a friction c of rate lambda = c/m, kT = alpha^2/(2c) at short steps. By
-    `mj_step` it is kT/(1 + lambda h/2) where MuJoCo damps implicitly: joints in Euler and
-    implicitfast, tendons in implicitfast. It is kT/(1 - lambda h/2), for lambda h < 2, in viscous
-    contacts, and of tendons in Euler; and about kT (1 - (lambda h)^2/12), for lambda h < 2.785,
-    with RK4. `Baoab` has kT at any step.
+    With noise alpha and damping c, of rate lambda = c/m, the temperature for small steps h is
+    kT = alpha^2/(2c). With `mj_step`, it is kT/(1 + lambda h/2) where MuJoCo's damping is implicit:
+    joints in Euler and implicitfast, tendons in implicitfast. It is kT/(1 - lambda h/2), for
+    lambda h < 2, for viscous contacts, and for tendons in Euler. With RK4 it is about
+    kT (1 - (lambda h)^2/12), for lambda h < 2.785. With `Baoab` it is kT for any step.
 
-    Actuation must not be disabled by flag, since MuJoCo then skips the
-    callback.
+    The flag `actuation` must not be disabled, since MuJoCo would then skip the callback.
 
     Examples
     --------
@@ -144,20 +142,20 @@ def magnetism() -> Iterator[None]:
 def apply_perturbation(
     model: mujoco.MjModel, data: mujoco.MjData, perturb: mujoco.MjvPerturb
 ) -> None:
-    """Apply the force of the mouse in MuJoCo's viewer, before a step.
+    """Apply the mouse force of MuJoCo's viewer; call this before each step.
 
-    The viewer writes it to `xfrc_applied`, which `magnetism` overwrites where dipoles, noise or
-    potentials act. Here it is a generalized force, on any body.
+    The viewer writes the force to `xfrc_applied`, which `magnetism` overwrites where dipoles, noise
+    or potentials act. This function applies it as a generalized force instead, to any body.
 
     Parameters
     ----------
     model : mujoco.MjModel
     data : mujoco.MjData
-        Its `qfrc_applied` becomes the force, zero while nothing is pulled: call this first, then
-        add forces of your own by `+=`. The `xfrc_applied` of
-        the selected body, where the viewer's `sync` has left the same force, becomes zero.
+        `qfrc_applied` is set to the force, or to zero while nothing is pulled; add forces of your
+        own by `+=` afterwards. `xfrc_applied` of the selected body, where the viewer's `sync` has
+        written the same force, is set to zero.
     perturb : mujoco.MjvPerturb
-        What the mouse does: the attribute `perturb` of the viewer's handle.
+        State of the mouse: the attribute `perturb` of the viewer's handle.
 
     Examples
     --------
@@ -174,8 +172,8 @@ def apply_perturbation(
     wrench = data.xfrc_applied[body]
     wrench[:] = 0.0
     mujoco.mjv_applyPerturbForce(model, data, perturb)
-    place, force = data.xipos[body], data.qfrc_applied
-    mujoco.mj_applyFT(model, data, wrench[:3], wrench[3:], place, body, force)
+    center, force = data.xipos[body], data.qfrc_applied
+    mujoco.mj_applyFT(model, data, wrench[:3], wrench[3:], center, body, force)
     wrench[:] = 0.0
 
 
@@ -195,7 +193,7 @@ _hook = Hook(_install, mujoco.set_mjcb_control)
 
 @cache
 def compiled_callback():
-    """The callback for the MuJoCo that is running, compiled once a process at the most."""
+    """Return the callback for the running MuJoCo, compiled at most once per process."""
     memory.bind_function("magmotor_report_inert", _report)
     memory.bind_variable("magmotor_inert_reported", _reported)
     return _callback(layout.current())
@@ -206,10 +204,10 @@ _SIGNATURE = types.void(types.int64, types.int64)
 
 @compiled_once(_SIGNATURE, error_model="numpy")
 def _callback(checksum: int, offsets: layout.Layout):
-    """The callback for one layout of the structs.
+    """Define the callback for one layout of the structs.
 
-    The offsets are a closure cell, and plain numbers: a compiled function among the cells would be
-    a new key of Numba's cache in every process.
+    The offsets are plain numbers in a closure cell. A compiled function in a closure cell would
+    give a different key of Numba's cache in every process.
     """
 
     def callback(model, data):
@@ -226,9 +224,9 @@ def _callback(checksum: int, offsets: layout.Layout):
 
 @njit(forceinline=True)
 def apply_forces(model, data, offsets):
-    """Overwrite the wrenches of bodies with what acts on them but noise; return how much acts.
+    """Overwrite the wrenches of bodies with all forces except noise; return how many act.
 
-    `model` and `data` are the addresses of mjModel and mjData, `offsets` their layout.
+    `model` and `data` are the addresses of mjModel and mjData, and `offsets` is their layout.
     """
     m = memory.words(model, memory.UNBOUNDED)
     d = memory.words(data, memory.UNBOUNDED)
@@ -244,13 +242,13 @@ def apply_forces(model, data, offsets):
 
 
 _reported = ctypes.c_int64(0)
-"""Whether a model on which nothing acts was reported since the callback was installed."""
+"""Whether a model on which nothing acts has been reported since the callback was installed."""
 
 _REASONS = {
     NO_DIPOLES: 'it has no dipole sites (a site with user="MOMENT" in A m^2, along its z axis)',
-    ONE_RIGID_BODY: "its dipole sites are all on one rigid body, and there must be another",
-    NONE_MOVES: "none of the bodies with dipole sites can move: one must have a joint",
-    SWITCHED_OFF: "its couplings switch all magnetism off (prm 0, which a missing prm means, too)",
+    ONE_RIGID_BODY: "its dipole sites are all on one rigid body, so that none acts on another",
+    NONE_MOVES: "none of the bodies with dipole sites can move (they have no joints)",
+    SWITCHED_OFF: "its couplings turn all magnetism off (prm is 0, the default)",
 }
 
 
@@ -258,7 +256,8 @@ _REASONS = {
 def _report(reason):
     _reported.value = 1
     warnings.warn(
-        f"nothing acts on this model: {_REASONS[reason]}; nor has it Brownian wrenches (a body with"
-        " rows of six user numbers) or periodic potentials (a joint with pairs of them)",
+        f"nothing acts on this model: {_REASONS[reason]}; it also has no Brownian wrenches (rows of"
+        " six user numbers of a body) and no periodic potentials (pairs of user numbers of a"
+        " joint)",
         stacklevel=2,
     )

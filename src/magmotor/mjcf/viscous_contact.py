@@ -1,11 +1,11 @@
 """Viscous slip f = -c V of a sphere on a plane, realized by a frictional contact.
 
-A contact with an elliptic cone that is never reached, and friction rows that are purely damped
-(`solreffriction="0 -b"`), has the friction force f = -(b/d) V/(A + R) - a0/(A + R): V is the slip
+If the elliptic cone of a contact is never reached and its friction rows are purely damped
+(`solreffriction="0 -b"`), the friction force is f = -(b/d) V/(A + R) - a0/(A + R). V is the slip
 velocity, a0 the slip acceleration without friction, A = 1/m + r^2/I the inverse inertia at the
-contact, d the impedance and R the regularization. Where R >> A the second term is negligible, and
-b = c d (A + R) gives f = -c V. A tiny `impratio` makes R huge, as the smallest impedance does in a
-contact that bears no load.
+contact, d the impedance and R the regularization. For R >> A, the second term is negligible, and
+b = c d (A + R) gives f = -c V. A tiny `impratio` makes R huge, and so does the smallest impedance
+in a contact that bears no load.
 """
 
 import math
@@ -22,34 +22,34 @@ from magmotor.mjcf import parts
 from magmotor.mjcf.lookup import disabled, label, number_of
 
 CONTACT_RATE = 20.0
-"""Rate (1/s) at which a sphere that the plane bears comes to rest on it, critically damped."""
+"""Rate (1/s) at which a sphere settles on a plane that bears it, critically damped."""
 
 STIFF, SOFT = 0.9999, 0.0001
 """MuJoCo's largest and smallest impedance d."""
 
 STIFFNESS, NORMAL_DAMPING = CONTACT_RATE**2, 2 * CONTACT_RATE
-"""Of the contact's normal, over mass, in 1/s^2 and 1/s."""
+"""Stiffness and damping of the contact's normal direction, per mass, in 1/s^2 and 1/s."""
 
 ALWAYS_IN_CONE = 1e6
 """Friction coefficient of the viscous contact, so large that its cone is never reached."""
 
 FILM = 1e-3
-"""Margin (m) within which a contact that need not bear the load is active, its point at -r e_z."""
+"""Margin (m) within which a contact that bears no load is active, with its point at -r e_z."""
 
 LEAST_REGULARIZATION = 100.0
-"""R over A, below which the second term of the force is too large."""
+"""Ratio R/A below which the second term of the force is too large."""
 
 ANY_DISTANCE = mujoco.mjMAXVAL
-"""Margin (m) with which a contact is active wherever the sphere is."""
+"""Margin (m) with which a contact is active at any distance."""
 
 
 @dataclass(frozen=True)
 class ViscousContact:
-    """Viscous slip: the force on a sphere's contact point is -c V, V its slip velocity on a plane.
+    """Viscous slip of a sphere on a plane: the force at the contact is -c V, V the slip velocity.
 
-    It is a contact pair of the model. `add_to` adds the pair to a description of the model, and
-    `calibrate` sets its numbers in the compiled model, or `complete` in the description. The pair
-    takes the place of the contact that the two geoms would have otherwise.
+    The contact is a contact pair of the model. `add_to` adds the pair to a description of the
+    model. `calibrate` sets its numbers in the compiled model, and `complete` in the description.
+    The pair replaces the contact that the two geoms would otherwise have.
 
     Parameters
     ----------
@@ -59,34 +59,35 @@ class ViscousContact:
         Names of the geoms. The plane must not move.
     bears_load : bool
         Whether the contact also keeps the sphere from sinking into the plane. If not, joints or
-        another contact pair must hold the sphere within 1 mm above the plane.
+        another contact pair must keep the sphere within 1 mm above the plane.
     name : str
-        Of the pair. Several viscous contacts in one model need different names.
+        Name of the pair. Several viscous contacts in one model need different names.
 
     Raises
     ------
     ValueError
-        `damping` is no positive number, or another argument has the wrong type.
+        `damping` is not a positive number, or another argument has the wrong type.
 
     Notes
     -----
-    The law needs R >> A = 1/m + r^2/I, where m is the mass of the sphere's body, I its (smallest)
-    moment of inertia and R the regularization of MuJoCo's contact. Two options of the model decide:
+    The law requires R >> A = 1/m + r^2/I, where m is the mass of the sphere's body, I its
+    (smallest) moment of inertia and R the regularization of MuJoCo's contact. Two options of the
+    model must be set:
 
     - `cone="elliptic"`;
-    - `impratio`, tiny in a contact that bears the load: the devices have 1e-14. This takes away the
-      Coulomb friction of the model's other contacts. A contact that bears no load does with 1.
+    - `impratio`, tiny if the contact bears the load; the devices use 1e-14. This removes the
+      Coulomb friction of the model's other contacts. For a contact that bears no load, 1 suffices.
 
-    Friction also takes the fraction A/R off the slip's other accelerations, and c is right up to
-    A/R if the sphere's body is not free, its moments of inertia differ, or its center of mass is
-    not the sphere's; else it is exact. For a solid ball A/R is 3.5e4 `impratio` with load, and
-    3.5e-4 at `impratio` 1 without. `calibrate` refuses more than 0.01.
+    The contact also reduces the other accelerations of the slip by the fraction A/R. The error of c
+    is up to A/R if the sphere's body is not free, its moments of inertia differ, or its center of
+    mass is not the sphere's center; otherwise c is exact. For a solid ball, A/R is 3.5e4 `impratio`
+    with load, and 3.5e-4 for `impratio` 1 without. `calibrate` rejects more than 0.01.
 
-    A sphere that the contact bears is held critically damped, at a rate of 20/s. Under gravity
-    alone a free body rests with the sphere's center one radius above the plane; pulled up, it
-    leaves the plane. The step must be shorter than 0.041 s, or 0.139 s with RK4
-    (`magmotor.mjcf.viscous_contact.bearing_limit`). MuJoCo treats the force explicitly in every
-    integrator: a step h also needs c A h < 2, or 2.785 with RK4.
+    A sphere that the contact bears settles critically damped, at a rate of 20/s. Under gravity
+    alone, a free body rests with the sphere's center one radius above the plane; pulled up, it
+    leaves the plane. The timestep must be shorter than 0.041 s, or 0.139 s with RK4
+    (`magmotor.mjcf.viscous_contact.bearing_limit`). All of MuJoCo's integrators treat the force
+    explicitly, so that a timestep h also requires c A h < 2, or 2.785 with RK4.
 
     Examples
     --------
@@ -141,7 +142,7 @@ class ViscousContact:
         Raises
         ------
         ValueError
-            It is no such description, or has a pair of this name already.
+            The description has the wrong type, or already has a pair of this name.
         """
         numbers = {
             "name": self.name,
@@ -159,9 +160,10 @@ class ViscousContact:
     def calibrate(self, model: mujoco.MjModel) -> None:
         """Set the pair's numbers in a compiled model, so that its force is -c V.
 
-        They are `pair_solreffriction`, (0, -b) with b = c d (A + R), and, if the contact bears the
-        load, the `pair_margin` at which the sphere rests at its radius under the model's gravity.
-        Calibrate again after a change of masses, sizes, gravity or `impratio`.
+        This sets `pair_solreffriction` to (0, -b) with b = c d (A + R). If the contact bears the
+        load, it also sets `pair_margin` such that the resting sphere's center is one radius above
+        the plane under the model's gravity. Calibrate again after changing masses, sizes, gravity
+        or `impratio`.
 
         Parameters
         ----------
@@ -170,8 +172,8 @@ class ViscousContact:
         Raises
         ------
         ValueError
-            The model has no such pair or cannot realize its law. Names what is in the way, and
-            what must hold.
+            The model has no such pair or cannot realize its law. The message names the element and
+            the requirement.
         """
         pair, contact, ratio = self._in(model)
         model.pair_solreffriction[pair] = 0.0, -self.damping * ratio
@@ -181,8 +183,8 @@ class ViscousContact:
     def complete(self, description: mujoco.MjSpec | parts.Element) -> None:
         """Write the numbers that `calibrate` sets into a description that has the pair.
 
-        It is compiled once for that. Models compiled from it afterwards, and its XML, have them;
-        `MjSpec.to_xml` prints six digits.
+        The description is compiled once to compute them. Its XML, and models compiled from it
+        later, contain the numbers; `MjSpec.to_xml` prints six digits.
 
         Parameters
         ----------
@@ -191,7 +193,7 @@ class ViscousContact:
         Raises
         ------
         ValueError
-            As `calibrate`, or the description does not compile.
+            As for `calibrate`, or the description does not compile.
         """
         if isinstance(description, mujoco.MjSpec):
             model, pair = description.compile(), description.pair(self.name)
@@ -204,7 +206,7 @@ class ViscousContact:
         pair.margin = model.pair_margin[number]
 
     def damping_of(self, model: mujoco.MjModel) -> float:
-        """The c, in kg/s, that the contact has in a compiled model as it now is.
+        """Return the damping c, in kg/s, of the contact in a compiled model in its current state.
 
         Parameters
         ----------
@@ -213,53 +215,53 @@ class ViscousContact:
         Raises
         ------
         ValueError
-            As `calibrate`.
+            As for `calibrate`.
         """
         pair, _, ratio = self._in(model)
         return float(-model.pair_solreffriction[pair, 1] / ratio)
 
     def _in(self, model: mujoco.MjModel) -> tuple[int, Any, float]:
-        """The number of the pair, its contact at the model's reference configuration, and b/c."""
+        """Return the number of the pair, its contact at `qpos0`, and b/c."""
         check_type("model", model, mujoco.MjModel)
         pair = number_of(model, "pair", self.name)
         if pair < 0:
             raise ValueError(
-                f"pair {self.name!r} is not in the model: add it to the description by `add_to`"
-                " before the model is compiled"
+                f"pair {self.name!r} is not in the model: add it to the description with `add_to`"
+                " before compiling the model"
             )
         geoms = {model.pair_geom1[pair], model.pair_geom2[pair]}
         if geoms != {number_of(model, "geom", name) for name in (self.sphere, self.plane)}:
             own = " and ".join(label(model, "geom", geom) for geom in sorted(geoms))
-            raise reject(
-                f"pair {self.name!r}", own, f"must be of {self.sphere!r} and {self.plane!r}"
-            )
+            sentence = f"must be the pair of {self.sphere!r} and {self.plane!r}"
+            raise reject(f"pair {self.name!r}", own, sentence)
         sphere = check_pair(model, pair)
         if disabled(model, "contact"):
-            raise reject("flag contact", "disable", "must be enable, as the flag constraint")
+            sentence = "the flags contact and constraint must be 'enable'"
+            raise reject("flag contact", "disable", sentence)
         near = copy(model)
         near.pair_margin[pair] = ANY_DISTANCE
         data = mujoco.MjData(near)
         mujoco.mj_fwdPosition(near, data)
         active = [c for c in data.contact if c.includemargin == ANY_DISTANCE and c.efc_address >= 0]
         if not active:
-            raise reject(f"body of sphere {self.sphere!r}", "fixed", "must be one that moves")
+            raise reject(f"body of sphere {self.sphere!r}", "fixed", "must be able to move")
         inverse_inertia = _inverse_inertia(model, sphere)
         ratio = resistance(data, active[0], inverse_inertia)
         regularization = ratio / (active[0].solimp[0] * inverse_inertia) - 1
         if regularization < LEAST_REGULARIZATION:
             largest = model.opt.impratio * regularization / LEAST_REGULARIZATION
-            sentence = f"must be at most {largest:.2g}, where R is {LEAST_REGULARIZATION:g} A"
+            sentence = f"must be at most {largest:.2g}, so that R >= {LEAST_REGULARIZATION:g} A"
             raise reject("option impratio", model.opt.impratio, sentence)
         return pair, active[0], ratio
 
 
 def viscous_contacts(data: mujoco.MjData) -> list[Any]:
-    """The viscous ones among the contacts that are active."""
+    """Return the active viscous contacts."""
     return [contact for contact in data.contact if contact.friction[0] == ALWAYS_IN_CONE]
 
 
 def resistance(data: mujoco.MjData, contact: Any, inverse_inertia: float) -> float:
-    """How many times larger than its c the b of a viscous contact is: d (A + R)."""
+    """Return the ratio b/c = d (A + R) of a viscous contact."""
     regularization = float(data.efc_R[contact.efc_address + 1])
     return contact.solimp[0] * (inverse_inertia + regularization)
 
@@ -275,7 +277,7 @@ def check_pair(model: mujoco.MjModel, pair: int) -> int:
     Raises
     ------
     ValueError
-        Names the geoms, and what must hold.
+        It is not. The message names the geoms and the requirement.
     """
     geoms = [int(model.pair_geom1[pair]), int(model.pair_geom2[pair])]
     plane, sphere = sorted(geoms, key=lambda geom: model.geom_type[geom])
@@ -285,26 +287,29 @@ def check_pair(model: mujoco.MjModel, pair: int) -> int:
     if kinds != ["plane", "sphere"] or not fixed:
         raise reject(f"{names}: types", kinds, "must be a fixed plane and a sphere")
     dimension, friction = int(model.pair_dim[pair]), float(model.pair_friction[pair, 0])
-    solimp, damped = model.pair_solimp[pair].tolist(), model.pair_solreffriction[pair].tolist()
+    solimp, solref = model.pair_solimp[pair].tolist(), model.pair_solreffriction[pair].tolist()
     cone = mujoco.mjtCone(model.opt.cone).name[7:].lower()
     in_cone = (dimension, friction, cone) == (3, ALWAYS_IN_CONE, "elliptic")
-    if not in_cone or solimp[0] != solimp[1] or damped[0] != 0 or damped[1] >= 0:
-        law = f"condim {dimension}, friction {friction:g}, solimp {solimp}, solreffriction {damped}"
+    if not in_cone or solimp[0] != solimp[1] or solref[0] != 0 or solref[1] >= 0:
+        law = f"condim {dimension}, friction {friction:g}, solimp {solimp}, solreffriction {solref}"
         sentence = (
-            f'must be condim 3, friction {ALWAYS_IN_CONE:g}, solreffriction "0 -b" and a constant'
-            " solimp, in an elliptic cone"
+            f"a viscous contact must have condim 3, friction {ALWAYS_IN_CONE:g}, solreffriction"
+            ' "0 -b", a constant solimp and an elliptic cone'
         )
         raise reject(f"contact of {names}", f"{law}, cone {cone}", sentence)
     return sphere
 
 
 def bearing(load: float) -> dict[str, Any]:
-    """The normal of a contact on which a free body rests with its weight `load`, in m/s^2."""
+    """Return the normal parameters of a contact that bears a free body of weight `load`, in m/s^2.
+
+    They are `solref`, `solimp` and `margin`.
+    """
     return _normal(STIFF, _resting_depth(load))
 
 
 def bearing_limit(integrator: str) -> float:
-    """Step, in s, at which a contact that bears a body becomes unstable; "rk4" or another."""
+    """Return the timestep, in s, at which a contact that bears a body becomes unstable."""
     return (2.785 if integrator == "rk4" else 2 * math.sqrt(2) - 2) / CONTACT_RATE
 
 
@@ -317,23 +322,23 @@ def _normal(impedance: float, margin: float) -> dict[str, Any]:
 
 
 def _resting_depth(load: float) -> float:
-    """How far a resting body sinks in, so that a margin of this depth lets it rest at z = r.
+    """Return how far a resting body sinks in; with a margin of this depth, it rests at z = r.
 
-    At rest the constraint's reference acceleration k (depth) is g (1 - d)/d, and k is the
+    At rest, the constraint's reference acceleration k (depth) is g (1 - d)/d, where k is the
     stiffness over d.
     """
     return load * (1 - STIFF) / STIFFNESS
 
 
 def _load(model: mujoco.MjModel, contact: Any) -> float:
-    """The part of gravity, in m/s^2, that presses the sphere on the plane."""
+    """Return the component of gravity, in m/s^2, that presses the sphere onto the plane."""
     if disabled(model, "gravity"):
         return 0.0
     return max(0.0, float(-(model.opt.gravity @ contact.frame[:3])))
 
 
 def _inverse_inertia(model: mujoco.MjModel, sphere: int) -> float:
-    """A = 1/m + r^2/I of the sphere's body as if it were free, I the median of its moments."""
+    """Return A = 1/m + r^2/I of the sphere's body as if it were free, with I its median moment."""
     body = model.geom_bodyid[sphere]
     offset = float(np.linalg.norm(model.geom_pos[sphere] - model.body_ipos[body]))
     name = label(model, "body", body)
@@ -344,7 +349,7 @@ def _inverse_inertia(model: mujoco.MjModel, sphere: int) -> float:
 
 
 def _root(description: Any) -> parts.Element:
-    """A PyMJCF tree."""
+    """Check that a description is the root of a PyMJCF tree, and return it."""
     if not hasattr(description, "contact"):
         raise reject(
             "description", description, "must be a mujoco.MjSpec or the root of a PyMJCF tree"

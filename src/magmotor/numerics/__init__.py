@@ -1,1 +1,1 @@
-"""Numbers only: what knows no model, no scene and no file."""
+"""Numerical methods that are independent of models, scenes and files."""

@@ -1,11 +1,11 @@
-"""Functions that are compiled once a process, and kept in Numba's disk cache.
+"""Functions that are compiled once per process and kept in Numba's disk cache.
 
-Numba's keys hold a function's own bytecode and closure cells, but neither what it calls nor the
-constants that it reads: a checksum of these in a closure cell makes up for that. Numba locks no
-index while it adds an entry, so that two processes that do so at once may exchange their code:
-functions that differ in closure cells have an index each, and so has each processor. Otherwise, of
-two machines that share a home, one may get code that it cannot run. Nor does Numba survive an index
-that names a type which newer code lacks: that of older code is never opened.
+Numba's cache keys contain the bytecode and the closure cells of a function, but neither the
+functions that it calls nor the constants that it reads. A checksum of these in a closure cell fills
+that gap. Each combination of closure cells and processor has a cache index of its own, for three
+reasons. Numba does not lock an index while adding an entry, so that two processes that share one
+could swap their code. Of two machines that share a home directory, one could load code that it
+cannot run. And Numba fails on an index that names a type which newer code lacks.
 """
 
 # Numba's intrinsics hide their first parameter:
@@ -28,30 +28,30 @@ from numba.core.codegen import get_host_cpu_features
 from magmotor.numerics.eights import COUNT
 
 CONSTANTS = (bool, int, float, complex, str, bytes, tuple, frozenset, np.generic, np.ndarray)
-"""Kinds of global values that Numba freezes into the code."""
+"""Types of global values that Numba freezes into the code."""
 
 
 def compiled_once(signature: Any = None, **options: Any) -> Callable[[Callable], Callable]:
-    """Turn a function that defines another one into one that compiles it, once a process.
+    """Turn a function that defines another one into one that compiles it, once per process.
 
     Parameters
     ----------
     signature : optional
-        Compile a C function of this signature (`numba.cfunc`); by default `numba.njit`.
+        Signature of a C function to compile by `numba.cfunc`; by default, `numba.njit` compiles.
     **options
-        Of Numba's decorator.
+        Options of Numba's decorator.
 
     Returns
     -------
     callable
-        Decorates a function of `checksum`, and of whatever else the code is specialized by: plain
-        numbers, strings or tuples. The function that it defines and returns names these, and
-        `checksum` in the statement `_ = checksum`, so that they are its closure cells.
+        Decorator for a function whose arguments are `checksum` and whatever the code is
+        specialized by: plain numbers, strings or tuples. The function that it defines and returns
+        must refer to these, and to `checksum` by `_ = checksum`, to make them its closure cells.
 
     Raises
     ------
     TypeError
-        When it is called: the function that is defined does not name `checksum`.
+        When called, if the defined function does not refer to `checksum`.
     """
     options["cache"] = True
     compiler: Any = njit(**options) if signature is None else cfunc(signature, **options)
@@ -62,7 +62,7 @@ def compiled_once(signature: Any = None, **options: Any) -> Callable[[Callable],
             checksum = checksum_of(define)
             function = define(checksum, *by)
             if "checksum" not in function.__code__.co_freevars:
-                raise TypeError(f"{function.__qualname__} does not name its checksum")
+                raise TypeError(f"{function.__qualname__} does not refer to its checksum")
             function.__qualname__ += f"_{zlib.crc32(repr((checksum, by, target())).encode()):08x}"
             return compiler(function)
 
@@ -72,16 +72,17 @@ def compiled_once(signature: Any = None, **options: Any) -> Callable[[Callable],
 
 
 def checksum_of(function: Callable) -> int:
-    """Checksum of the modules that hold what a function reaches, and of the constants."""
+    """Return a checksum of the modules and constants that a function depends on."""
     modules, constants = reached(function)
     sources = [inspect.getsource(sys.modules[name]) for name in sorted(modules)]
     return zlib.crc32("".join([*sources, *sorted(constants)]).encode())
 
 
 def reached(function: Callable) -> tuple[set[str], set[str]]:
-    """Names of modules with code or types that a function uses, itself or through others.
+    """Return the modules and constants that a function depends on, directly or indirectly.
 
-    Besides, the constants that it reads, as text. Of other packages, nothing counts.
+    The modules are names of those with code or types that it uses; the constants are text. Only
+    magmotor and the function's own package are considered.
     """
     packages = {"magmotor", function.__module__.partition(".")[0]}
     modules, constants, seen, pending = set(), set(), set(), [function]
@@ -103,7 +104,7 @@ def reached(function: Callable) -> tuple[set[str], set[str]]:
 
 
 def _globals(function: Any) -> Iterator[tuple[str, Any]]:
-    """The global values that a function names, also those within modules that it names."""
+    """Yield the global values that a function refers to, including those of modules."""
     names = set(_names(function.__code__))
     for name in names & function.__globals__.keys():
         value = function.__globals__[name]
@@ -121,7 +122,7 @@ def _names(code: CodeType) -> Iterator[str]:
 
 
 def target() -> tuple[str, str]:
-    """Name and features of the processor that Numba compiles for."""
+    """Return the name and the features of the processor that Numba compiles for."""
     settings: Any = config
     name, features = settings.CPU_NAME, settings.CPU_FEATURES
     return name or llvm.get_host_cpu_name(), _host() if features is None else features
@@ -132,9 +133,9 @@ _host = cache(get_host_cpu_features)
 
 @njit(inline="always")
 def aligned(count):
-    """Room for so many doubles, from the start of a cache line on and shared with nobody.
+    """Return an uninitialized array of doubles that starts a cache line and shares none.
 
-    Vectors across two lines are slow, and so is a line that two threads use.
+    Vectors that straddle two cache lines are slow, and so is a line that two threads use.
     """
     room = np.empty(count + 2 * COUNT)
     start = -(room.ctypes.data // 8) % COUNT
@@ -143,9 +144,9 @@ def aligned(count):
 
 @njit(inline="always")
 def copy(target, source):
-    """Copy as many numbers as the target holds.
+    """Copy numbers until the target is full.
 
-    An assignment of arrays compiles Numba's message about shapes that differ, too, for seconds.
+    It compiles seconds faster than an array assignment, which includes an error about shapes.
     """
     for i in range(len(target)):
         target[i] = source[i]

@@ -1,11 +1,11 @@
-"""Eight doubles as one value of compiled code, with sums whose order nobody may choose.
+"""Vectors of eight doubles in compiled code, whose sums have a fixed order.
 
-Left to itself, LLVM adds a loop's terms in as many partial sums as the processor's vectors hold, so
+By default, LLVM sums a loop's terms in as many partial sums as fit in the processor's vectors, so
 that the last digits depend on the processor. An `Eight` is one vector of AVX-512, two of AVX or
-four of SSE and NEON, with the same bits: every operation is rounded as IEEE 754 says, and
-multiplication and addition are one operation where `fused` says so, nowhere else.
+four of SSE and NEON, and gives the same bits on all of these: every operation is rounded according
+to IEEE 754, and multiplication and addition are fused only by `fused`.
 
-A processor without a fused multiply-add (x86-64 before its third level) rounds the product, too.
+A processor without a fused multiply-add (x86-64 below level v3) also rounds the product.
 """
 
 import operator
@@ -19,16 +19,16 @@ from numba.core.typing.templates import ConcreteTemplate, infer_global, signatur
 from numba.extending import lower_builtin, models, register_model
 
 COUNT = 8
-"""Doubles in an Eight: those of the widest vector, and of a cache line."""
+"""Number of doubles in an Eight, in the widest vector and in a cache line."""
 
-intrinsic: Any = extending.intrinsic  # which hides the first parameter of what it decorates
+intrinsic: Any = extending.intrinsic  # which hides the first parameter of the decorated function
 
 _VECTOR = ir.VectorType(ir.DoubleType(), COUNT)
 _WORD = ir.IntType(32)
 
 
 class Eight(types.Type):
-    """Numba's type of eight doubles; they add, subtract, multiply and divide one by one."""
+    """Numba type of eight doubles with elementwise arithmetic."""
 
     def __init__(self):
         super().__init__(name="Eight")
@@ -43,8 +43,8 @@ class _Model(models.PrimitiveModel):
         super().__init__(manager, kind, _VECTOR)
 
 
-def _let(operation: Callable, instruction: str) -> None:
-    """Compile a Python operator on two Eights as an instruction of LLVM."""
+def _define_operator(operation: Callable, instruction: str) -> None:
+    """Compile a Python operator on two Eights as an LLVM instruction."""
 
     @infer_global(operation)  # pyright: ignore[reportOptionalCall]
     class _Typing(ConcreteTemplate):
@@ -61,11 +61,11 @@ for _operation, _instruction in (
     (operator.mul, "fmul"),
     (operator.truediv, "fdiv"),
 ):
-    _let(_operation, _instruction)
+    _define_operator(_operation, _instruction)
 
 
 def _call(builder, name: str, args):
-    """Call an intrinsic function of LLVM on doubles or Eights."""
+    """Call an LLVM intrinsic function on doubles or Eights."""
     kind = args[0].type
     suffix = "f64" if isinstance(kind, ir.DoubleType) else f"v{COUNT}f64"
     function = ir.FunctionType(kind, [kind] * len(args))
@@ -75,7 +75,7 @@ def _call(builder, name: str, args):
 
 @intrinsic
 def fused(typingctx, a, b, c):
-    """The number a b + c, or Eight, rounded once where the processor can."""
+    """Return a b + c for doubles or Eights, rounded once if the processor supports it."""
     kind = EIGHT if a is EIGHT else types.float64
 
     def codegen(context, builder, signature, args):
@@ -86,7 +86,7 @@ def fused(typingctx, a, b, c):
 
 @intrinsic
 def square_root(typingctx, eight):
-    """The square root of each."""
+    """Return the square root of each element."""
 
     def codegen(context, builder, signature, args):
         return _call(builder, "sqrt", args)
@@ -95,8 +95,8 @@ def square_root(typingctx, eight):
 
 
 @intrinsic
-def spread(typingctx, number):
-    """Eight times the same number."""
+def broadcast(typingctx, number):
+    """Return an Eight whose elements all equal a number."""
 
     def codegen(context, builder, signature, args):
         first = builder.insert_element(ir.Constant(_VECTOR, ir.Undefined), args[0], _WORD(0))
@@ -106,8 +106,8 @@ def spread(typingctx, number):
 
 
 @intrinsic
-def counted(typingctx):
-    """The numbers 0 to 7."""
+def lane_numbers(typingctx):
+    """Return the Eight of the numbers 0 to 7."""
 
     def codegen(context, builder, signature, args):
         return ir.Constant(_VECTOR, [float(k) for k in range(COUNT)])
@@ -115,32 +115,32 @@ def counted(typingctx):
     return EIGHT(), codegen
 
 
-def _place(context, builder, signature, args):
-    """Pointer to an Eight in an array."""
+def _address(context, builder, signature, args):
+    """Return the address of an Eight in an array."""
     kind = signature.args[0]
     assert (kind.ndim, kind.layout) == (2, "C")
     view = context.make_array(kind)(context, builder, args[0])
-    place = cgutils.get_item_pointer(context, builder, kind, view, args[1:3], wraparound=False)
-    return builder.bitcast(place, _VECTOR.as_pointer())
+    item = cgutils.get_item_pointer(context, builder, kind, view, args[1:3], wraparound=False)
+    return builder.bitcast(item, _VECTOR.as_pointer())
 
 
 @intrinsic
-def taken(typingctx, array, row, first):
-    """Eight numbers of a row of a two-dimensional array in C's order, from column `first` on."""
+def load(typingctx, array, row, first):
+    """Read eight numbers of a row of a C-contiguous matrix, starting at column `first`."""
 
     def codegen(context, builder, signature, args):
-        place = _place(context, builder, signature, args)
-        return builder.load(place, align=8, typ=_VECTOR)
+        address = _address(context, builder, signature, args)
+        return builder.load(address, align=8, typ=_VECTOR)
 
     return EIGHT(array, types.intp, types.intp), codegen
 
 
 @intrinsic
-def put(typingctx, array, row, first, eight):
-    """Write eight numbers where `taken` would read them."""
+def store(typingctx, array, row, first, eight):
+    """Write eight numbers to where `load` reads them."""
 
     def codegen(context, builder, signature, args):
-        builder.store(args[3], _place(context, builder, signature, args), align=8)
+        builder.store(args[3], _address(context, builder, signature, args), align=8)
         return context.get_dummy_value()
 
     return types.void(array, types.intp, types.intp, EIGHT), codegen
@@ -158,7 +158,7 @@ def _where(predicate: str):
 
 
 where_equal, where_less = _where("=="), _where("<")
-"""Functions of (a, b, x, y): x where a equals, or is less than, b, and y elsewhere."""
+"""Functions of (a, b, x, y) that return x where a == b, or a < b, and y elsewhere."""
 
 
 def _folded(by: Callable):
@@ -169,10 +169,10 @@ def _folded(by: Callable):
             half = COUNT
             while half > 1:
                 half //= 2
-                places = ir.VectorType(_WORD, half)
+                indices = ir.VectorType(_WORD, half)
                 parts = [
                     builder.shuffle_vector(
-                        value, value, ir.Constant(places, [*range(start, start + half)])
+                        value, value, ir.Constant(indices, [*range(start, start + half)])
                     )
                     for start in (0, half)
                 ]
@@ -185,7 +185,7 @@ def _folded(by: Callable):
 
 
 total = _folded(lambda builder, a, b: builder.fadd(a, b))
-"""Their sum: of the halves, then of the halves of that, then of the last two."""
+"""Sum of an Eight's elements: its halves are added, then the halves of that, then the last two."""
 
-least = _folded(lambda builder, a, b: builder.select(builder.fcmp_ordered("<", a, b), a, b))
-"""The least of numbers that are not NaN."""
+minimum = _folded(lambda builder, a, b: builder.select(builder.fcmp_ordered("<", a, b), a, b))
+"""Smallest element of an Eight without NaN."""

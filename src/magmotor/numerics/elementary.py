@@ -1,8 +1,8 @@
-"""Branch-free elementary functions, which the compiler can run on all lanes of a vector at once.
+"""Elementary functions without branches, which the compiler can vectorize.
 
-Angles are in turns, so that their range is reduced without rounding. The polynomials are Chebyshev
-interpolants; the functions are good to a few units in the last place, and have the same bits on
-every processor, see `eights`.
+Angles are in turns, so that range reduction is exact. The polynomials are Chebyshev interpolants.
+The functions are accurate to a few units in the last place and have the same bits on every
+processor; see `magmotor.numerics.eights`.
 """
 
 # Numba's intrinsics hide their first parameter:
@@ -23,7 +23,7 @@ _SQRT_HALF_BITS = np.int64(0x3FE6A09E667F3BCD)
 
 @intrinsic
 def bits_as_float(typingctx, bits):
-    """The double that 64 bits stand for."""
+    """Reinterpret 64 bits as a double."""
 
     def codegen(context, builder, signature, args):
         return builder.bitcast(args[0], ir.DoubleType())
@@ -33,7 +33,7 @@ def bits_as_float(typingctx, bits):
 
 @intrinsic
 def float_as_bits(typingctx, number):
-    """The 64 bits of a double."""
+    """Reinterpret a double as 64 bits."""
 
     def codegen(context, builder, signature, args):
         return builder.bitcast(args[0], ir.IntType(64))
@@ -43,7 +43,7 @@ def float_as_bits(typingctx, number):
 
 @intrinsic
 def nearest_integer(typingctx, number):
-    """The nearest integer, as a double."""
+    """Round to the nearest integer, as a double."""
 
     def codegen(context, builder, signature, args):
         function = builder.module.declare_intrinsic("llvm.rint", [ir.DoubleType()])
@@ -54,9 +54,9 @@ def nearest_integer(typingctx, number):
 
 @intrinsic
 def prefer_wide_vectors(typingctx):
-    """Have LLVM use 512-bit vectors in the calling function, where the processor has them.
+    """Make LLVM use 512-bit vectors in the calling function if the processor supports them.
 
-    By default it uses 256 bits on many such processors, at half the speed.
+    By default, LLVM uses 256 bits on many such processors, at half the speed.
     """
 
     def codegen(context, builder, signature, args):
@@ -91,20 +91,20 @@ def cosine_of_quarter(q):
 
 @njit(inline="always")
 def cosine(turns):
-    """cos(2 pi turns) of any number."""
+    """cos(2 pi turns) for any number."""
     return sine_of_quarter(0.25 - abs(turns - nearest_integer(turns)))
 
 
 @njit(inline="always")
 def sine(turns):
-    """sin(2 pi turns) of any number."""
+    """sin(2 pi turns) for any number."""
     r = turns - nearest_integer(turns)
     return sine_of_quarter(math.copysign(min(abs(r), 0.5 - abs(r)), r))
 
 
 @njit(inline="always")
 def logarithm(number):
-    """Natural logarithm of a positive, normal double: 2^k z with z near 1, by the area tangent."""
+    """Natural logarithm of a positive, normal double: k log 2 + 2 artanh((z-1)/(z+1)), z near 1."""
     bits = np.int64(float_as_bits(number))
     k = (bits - _SQRT_HALF_BITS) >> np.int64(52)
     z = bits_as_float(np.uint64(bits - (k << np.int64(52))))

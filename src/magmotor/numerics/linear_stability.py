@@ -1,4 +1,4 @@
-"""Linear stability: what one step of each method does to small motions about rest."""
+"""Linear stability of integrators for small motions about an equilibrium."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -14,23 +14,23 @@ from magmotor.common.hints import Elapsed, Inertia, Square
 Matrix = NDArray[np.float64]
 
 ROUNDING = 1e-6
-"""By how much it may lift the spectral radius of a neutral step: free drifts are defective."""
+"""Largest rounding error of the spectral radius of a neutral step; free drifts are defective."""
 
 SHORTEST, LONGEST, FACTOR = 1.0, 30.0, 1.008
-"""First, last and ratio of the steps among which an unstable one is sought.
+"""First, last and ratio of the timesteps that are tested for stability.
 
-The first is over the motion's largest rate, the last over its largest frequency.
+The first is divided by the motion's largest rate, the last by its largest frequency.
 """
 
 BATCH = 16
-"""How many of these steps are tried in one call."""
+"""Number of timesteps that are tested in one call."""
 
 
 class SmallMotion(NamedTuple):
-    """Small motions about rest, q'' = -K q - C q'; each matrix has shape (n, n).
+    """Small motions about an equilibrium, q'' = -K q - C q'; each matrix has shape (n, n).
 
-    The coordinates q have unit masses, and the friction C is diagonal; `implicit` is that part of
-    it which MuJoCo's implicit integrators treat so.
+    The coordinates q have unit masses, and the friction matrix C is diagonal; `implicit` is the
+    part of it that MuJoCo's implicit integrators treat implicitly.
     """
 
     stiffness: Matrix
@@ -42,30 +42,30 @@ class SmallMotion(NamedTuple):
     def of(
         cls, inertia: Inertia, stiffness: Square, friction: Square, implicit: Square
     ) -> "SmallMotion":
-        """That of M q'' = -K q - C q' in any coordinates; M is positive definite.
+        """Return the motion for M q'' = -K q - C q' in any coordinates; M is positive definite.
 
-        Negative parts of K count as none: rest is unstable there in truth, by no method's fault.
+        Negative eigenvalues of K are set to zero, since there the equilibrium itself is unstable.
         """
         values, vectors = np.linalg.eigh(inertia)
         root = vectors / np.sqrt(values) @ vectors.T
         _, modes = np.linalg.eigh(root @ friction @ root)
-        turn = root @ modes
-        values, vectors = np.linalg.eigh(turn.T @ stiffness @ turn)
+        basis = root @ modes
+        values, vectors = np.linalg.eigh(basis.T @ stiffness @ basis)
         restoring = vectors * np.maximum(values, 0.0) @ vectors.T
-        return cls(restoring, *(turn.T @ part @ turn for part in (friction, implicit)))
+        return cls(restoring, *(basis.T @ part @ basis for part in (friction, implicit)))
 
     @property
     def decay(self) -> Matrix:
-        """Rates of friction on the velocities, in 1/s, shape (n,)."""
+        """Decay rates of the velocities by friction, in 1/s, shape (n,)."""
         return np.diag(self.friction)
 
     @property
     def frequency(self) -> float:
-        """The largest angular frequency without friction, in rad/s."""
+        """Largest angular frequency without friction, in rad/s."""
         return math.sqrt(abs(np.linalg.eigvalsh(self.stiffness)[-1]))
 
     def generators(self) -> dict[str, Matrix]:
-        """Of (q, v): A that of the drift, B of the kick, O of friction, K of kick and friction."""
+        """Return the generators on (q, v): A drift, B kick, O friction, K kick and friction."""
         n = len(self.stiffness)
         drift, kick, friction = np.zeros((3, 2 * n, 2 * n))
         drift[:n, n:], kick[n:, :n] = np.eye(n), -self.stiffness
@@ -74,17 +74,17 @@ class SmallMotion(NamedTuple):
 
 
 Lengths = float | Matrix
-"""One length, in s, or several, shape (..., 1, 1)."""
+"""One timestep, in s, or several, shape (..., 1, 1)."""
 
 Step = Callable[[SmallMotion, Lengths], Matrix]
-"""The matrix by which a step of this length changes (q, v), shape (..., 2n, 2n)."""
+"""Returns the matrix that takes (q, v) through one step, shape (..., 2n, 2n)."""
 
 
 def splitting_step(parts: str, fractions: Sequence[float], *, exact: bool) -> Step:
-    """The product of the parts of a step, each of which acts for its fraction of it.
+    """Return the step of a splitting method, the product of its parts.
 
-    The parts are those of `SmallMotion.generators`; friction is the exact flow, or Euler's explicit
-    step.
+    Each part acts for its fraction of the timestep. Its letters are the keys of
+    `SmallMotion.generators`. Friction is integrated exactly, or by an explicit Euler step.
     """
 
     def step(motion: SmallMotion, h: Lengths) -> Matrix:
@@ -102,11 +102,11 @@ def splitting_step(parts: str, fractions: Sequence[float], *, exact: bool) -> St
 
 
 euler_step = splitting_step("KA", (1.0, 1.0), exact=False)
-"""Kick with all friction explicit, then drift: the variational Euler scheme and MuJoCo's."""
+"""Kick with explicit friction, then drift: the variational Euler scheme and MuJoCo's Euler."""
 
 
 def implicit_step(motion: SmallMotion, h: Lengths) -> Matrix:
-    """Kick with part D of friction implicit, then drift: (1 + h D) (v' - v) = -h (K q + C v)."""
+    """Kick with the part D of friction implicit, then drift: (1 + hD)(v' - v) = -h(K q + C v)."""
     K, C, D = motion
     one = np.eye(len(K))
     kick = np.linalg.solve(one + h * D, -h * np.hstack([K, C])) + np.eye(len(K), 2 * len(K), len(K))
@@ -115,7 +115,7 @@ def implicit_step(motion: SmallMotion, h: Lengths) -> Matrix:
 
 
 def runge_kutta_step(motion: SmallMotion, h: Lengths) -> Matrix:
-    """The polynomial of the classical Runge-Kutta method of fourth order."""
+    """Return the step of the classical Runge-Kutta method of fourth order."""
     parts = motion.generators()
     slope, one = h * (parts["A"] + parts["K"]), np.eye(2 * len(motion.stiffness))
     return one + slope @ (one + slope / 2 @ (one + slope / 3 @ (one + slope / 4)))
@@ -123,31 +123,32 @@ def runge_kutta_step(motion: SmallMotion, h: Lengths) -> Matrix:
 
 @checked
 def spectral_radius(motion: SmallMotion, step: Step, h: Elapsed) -> NDArray[np.float64]:
-    """By how much a step multiplies the small motion that grows fastest.
+    """Compute the spectral radius of a step, the growth factor of the fastest-growing small motion.
 
     Parameters
     ----------
     motion : SmallMotion
     step : callable
-        The matrix by which a step of the method, of given lengths, changes (q, v).
+        Function of a motion and timesteps that returns the matrices that take (q, v) through a step
+        of the method.
     h : array_like
-        Lengths of steps in s, any shape.
+        Timesteps in s, any shape.
 
     Returns
     -------
-    ndarray
-        Shaped as `h`; more than 1 where the step is unstable.
+    ndarray, same shape as `h`
+        Greater than 1 where the step is unstable.
     """
     lengths = np.asarray(h, dtype=float)[..., np.newaxis, np.newaxis]
     return np.abs(np.linalg.eigvals(step(motion, lengths))).max(axis=-1)
 
 
 class StableSteps:
-    """The steps of a method at which small motions stay small, up to the first unstable one.
+    """Search for the smallest unstable timestep of a method.
 
-    That is sought among steps 0.8 % apart, then bisected: schemes with several kicks in a step have
-    windows of resonance, of which a narrower one may be missed. It is sought no further than was
-    asked for; the next time, from there.
+    Timesteps 0.8 % apart are tested, and the first unstable one is refined by bisection. Schemes
+    with several kicks per step have resonance windows; narrower ones may be missed. The search
+    extends only as far as requested, and a later call continues it.
     """
 
     def __init__(self, motion: SmallMotion, step: Step):
@@ -156,12 +157,12 @@ class StableSteps:
         self._end: float | None = None
 
     def end(self, enough: float = math.inf) -> float:
-        """The smallest unstable step, in s, infinite if there is none.
+        """Return the smallest unstable timestep, in s; infinite if there is none.
 
-        Where it is longer than `enough`, a stable step that is longer, too, may stand for it.
+        If that exceeds `enough`, the result may instead be a stable timestep longer than `enough`.
         """
         while self._end is None and self._trials[self._stable] <= enough:
-            stable = self._stable  # another thread may go on meanwhile
+            stable = self._stable  # another thread may change it meanwhile
             batch = self._trials[stable + 1 :][:BATCH]
             batch = batch[: np.searchsorted(batch, enough, side="right") + 1]
             unstable = self._unstable(batch)
@@ -189,12 +190,12 @@ class StableSteps:
 
 @checked(finite=False)
 def largest_stable_step(motion: SmallMotion, step: Step) -> float:
-    """The smallest step, in s, with a spectral radius above one; see `StableSteps`."""
+    """Return the smallest timestep, in s, with a spectral radius above 1; see `StableSteps`."""
     return StableSteps(motion, step).end()
 
 
 def _trials(motion: SmallMotion) -> NDArray[np.float64]:
-    """Zero and the steps among which an unstable one is sought."""
+    """Return zero and the timesteps to test."""
     frequency, decay = motion.frequency, float(motion.decay.max())
     if frequency == decay == 0:
         return np.zeros(1)

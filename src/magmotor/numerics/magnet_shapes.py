@@ -1,7 +1,7 @@
-"""Uniformly magnetized bodies as clouds of point dipoles: a quadrature over the body.
+"""Uniformly magnetized bodies as clouds of point dipoles, by quadrature over the body.
 
-Outside the body, its field is the mean of the fields of dipoles that have the moment of the whole
-and lie anywhere in it. With Gauss points of order n along an axis, the mean is exact for all
+The field outside the body is the mean, over all points of the body, of the field of a dipole with
+the total moment at that point. With n Gauss points along each axis, the mean is exact for all
 multipoles below order 2n + 1.
 """
 
@@ -10,26 +10,26 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 Cloud = tuple[Array, Array]
-"""Points (P, 3) in m, and each point's part of the moment (P,); the parts sum to 1."""
+"""Points (P, 3) in m, and each point's fraction of the moment (P,); the fractions sum to 1."""
 
 ORDER = 4
 """Gauss points along each axis."""
 
 
 def cuboid(edges: tuple[float, float, float]) -> Cloud:
-    """Cuboid about the origin.
+    """Return a cuboid centered at the origin.
 
     Parameters
     ----------
     edges : tuple of float
-        Along x, y and z, in m.
+        Lengths along x, y and z, in m.
 
     Returns
     -------
     points : ndarray, shape (64, 3)
         In m.
     parts : ndarray, shape (64,)
-        Of the moment; their sum is 1.
+        Fractions of the moment; their sum is 1.
     """
     points, weights = _gauss(ORDER)
     grid = np.stack(np.meshgrid(points, points, points, indexing="ij"), axis=-1).reshape(-1, 3)
@@ -38,7 +38,7 @@ def cuboid(edges: tuple[float, float, float]) -> Cloud:
 
 
 def cylinder(length: float, radius: float) -> Cloud:
-    """Cylinder about the origin, with its axis along x.
+    """Return a cylinder centered at the origin, with its axis along x.
 
     Parameters
     ----------
@@ -50,10 +50,10 @@ def cylinder(length: float, radius: float) -> Cloud:
     points : ndarray, shape (64, 3)
         In m.
     parts : ndarray, shape (64,)
-        Of the moment; their sum is 1.
+        Fractions of the moment; their sum is 1.
     """
     along, along_weights = _gauss(ORDER)
-    square, square_weights = _gauss(ORDER // 2)  # of the squared radius, in which area is uniform
+    square, square_weights = _gauss(ORDER // 2)  # in the squared radius, for uniform area
     angle = np.pi / ORDER * np.arange(2 * ORDER)
     x, s, phi = np.meshgrid(length * along, square + 0.5, angle, indexing="ij")
     distance = radius * np.sqrt(s)
@@ -63,10 +63,10 @@ def cylinder(length: float, radius: float) -> Cloud:
 
 
 def ball(radius: float) -> Cloud:
-    """Ball about the origin, as points on its surface.
+    """Return a ball centered at the origin, as points on its surface.
 
-    The field outside a ball and the force on it are means over any sphere about its center, since
-    the fields are harmonic functions.
+    The field outside a ball, and the force on it, are means over any concentric sphere, since the
+    fields are harmonic functions.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def ball(radius: float) -> Cloud:
     points : ndarray, shape (128, 3)
         In m.
     parts : ndarray, shape (128,)
-        Of the moment; their sum is 1.
+        Fractions of the moment; their sum is 1.
     """
     height, parts = np.polynomial.legendre.leggauss(2 * ORDER)
     angle = np.pi / (2 * ORDER) * np.arange(4 * ORDER)
@@ -89,17 +89,17 @@ def ball(radius: float) -> Cloud:
 
 
 def as_dipoles(
-    magnet: Cloud, moment: float, places: ArrayLike, directions: ArrayLike, normal: ArrayLike
+    magnet: Cloud, moment: float, centers: ArrayLike, directions: ArrayLike, normal: ArrayLike
 ) -> tuple[Array, Array]:
-    """Point dipoles that stand for copies of a magnet.
+    """Return the point dipoles that represent copies of a magnet.
 
     Parameters
     ----------
     magnet : tuple of ndarray
-        Points and parts of the moment, as `cuboid`, `cylinder` and `ball` return them.
+        Points and fractions of the moment, as `cuboid`, `cylinder` and `ball` return them.
     moment : float
-        Of each copy, in A m^2, along its own x axis.
-    places : array_like, shape (N, 3)
+        Moment of each copy, in A m^2, along its own x axis.
+    centers : array_like, shape (N, 3)
         Centers of the copies, in m.
     directions : array_like, shape (N, 3)
         Unit vectors along the x axes of the copies.
@@ -114,15 +114,15 @@ def as_dipoles(
         In A m^2.
     """
     points, parts = magnet
-    places, directions = np.asarray(places), np.asarray(directions)
+    centers, directions = np.asarray(centers), np.asarray(directions)
     axis = np.broadcast_to(normal, directions.shape)
-    turns = np.stack([directions, np.cross(axis, directions), axis], axis=1)
-    positions = places[:, None] + points @ turns
+    rotations = np.stack([directions, np.cross(axis, directions), axis], axis=1)
+    positions = centers[:, None] + points @ rotations
     moments = moment * parts[:, None] * directions[:, None]
     return positions.reshape(-1, 3), moments.reshape(-1, 3)
 
 
 def _gauss(order: int) -> Cloud:
-    """Gauss-Legendre points and weights of the interval from -1/2 to 1/2."""
+    """Return the Gauss-Legendre points and weights on the interval from -1/2 to 1/2."""
     points, weights = np.polynomial.legendre.leggauss(order)
     return points / 2, weights / 2

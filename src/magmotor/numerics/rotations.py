@@ -1,9 +1,9 @@
-"""Rotations: maps from angular velocities to unit quaternions, and what they do to momenta.
+"""Rotations: unit quaternions, retractions, and the maps of angular momenta that belong to them.
 
-Vectors are tuples of three numbers in the world frame, quaternions tuples (w, x, y, z) that take a
-body's own frame to the world's. A retraction tau takes a rotation vector W, in rad, to a rotation;
-exp and Cayley's are offered. `(dtau^-1_W)* pi`, the adjoint of its inverse right-trivialized
-tangent, is what takes an angular momentum to a discrete one (Bou-Rabee and Marsden,
+Vectors are tuples of three numbers in the world frame; quaternions are tuples (w, x, y, z) that
+rotate the body frame to the world frame. A retraction tau, here exp or the Cayley map, takes a
+rotation vector W, in rad, to a rotation. The adjoint of its inverse right-trivialized tangent,
+`(dtau^-1_W)* pi`, maps an angular momentum to a discrete one (Bou-Rabee and Marsden,
 *Hamilton-Pontryagin integrators on Lie groups*, 2009).
 """
 
@@ -16,21 +16,21 @@ from magmotor.numerics.elementary import cosine, sine
 
 _PER_TURN = 0.5 / math.pi
 TINY = 1e-300
-"""Added to squares, so that the vector zero makes no exception."""
+"""Added to squares, so that the zero vector needs no special case."""
 
 SMALL_ANGLE = 0.25
-"""Angle (rad) below which a series replaces what cancels."""
+"""Angle (rad) below which a series avoids cancellation."""
 
 
 @njit(inline="always")
 def dot(a, b):
-    """Scalar product of two vectors."""
+    """Return the scalar product of two vectors."""
     return fused(a[0], b[0], fused(a[1], b[1], a[2] * b[2]))
 
 
 @njit(inline="always")
 def cross(a, b):
-    """Vector product of two vectors."""
+    """Return the cross product of two vectors."""
     return (
         fused(a[1], b[2], -a[2] * b[1]),
         fused(a[2], b[0], -a[0] * b[2]),
@@ -40,25 +40,25 @@ def cross(a, b):
 
 @njit(inline="always")
 def scaled(s, a):
-    """The vector s a."""
+    """Return the vector s a."""
     return s * a[0], s * a[1], s * a[2]
 
 
 @njit(inline="always")
 def plus(a, s, b):
-    """The vector a + s b."""
+    """Return the vector a + s b."""
     return fused(s, b[0], a[0]), fused(s, b[1], a[1]), fused(s, b[2], a[2])
 
 
 @njit(inline="always")
 def stretched(a, axis, across, along):
-    """A vector's part along an axis times one number, and what is across times another."""
+    """Scale the component of a vector along an axis by `along`, and the rest by `across`."""
     return plus(scaled(across, a), (along - across) * dot(a, axis), axis)
 
 
 @njit(inline="always")
 def mul_quat(p, q):
-    """Quaternion of the rotation q followed by p."""
+    """Multiply two quaternions: the rotation q followed by the rotation p."""
     return (
         fused(p[0], q[0], -fused(p[1], q[1], fused(p[2], q[2], p[3] * q[3]))),
         fused(p[0], q[1], fused(p[1], q[0], fused(p[2], q[3], -p[3] * q[2]))),
@@ -69,9 +69,9 @@ def mul_quat(p, q):
 
 @njit(inline="always")
 def normalized(q):
-    """A quaternion whose length is 1 but for rounding, brought back to 1: no root, no division.
+    """Normalize a quaternion whose length is 1 up to rounding, without a root or a division.
 
-    One that is nowhere near, as overflow leaves it, becomes NaN.
+    A quaternion of a very different length, as after an overflow, becomes NaN.
     """
     square = fused(q[0], q[0], dot(q[1:], q[1:]))
     scale = fused(-0.5, square, 1.5) if abs(square - 1.0) < 0.5 else math.nan
@@ -80,7 +80,7 @@ def normalized(q):
 
 @njit(inline="always")
 def columns(q):
-    """The body's three axes in the world frame: the columns of the rotation matrix."""
+    """Return the body's three axes in the world frame, the columns of the rotation matrix."""
     w, x, y, z = q
     return (
         (
@@ -103,7 +103,7 @@ def columns(q):
 
 @njit(inline="always")
 def rot_vec_quat(q, a):
-    """A vector turned by a quaternion."""
+    """Rotate a vector by a quaternion."""
     u = q[1], q[2], q[3]
     t = scaled(2.0, cross(u, a))
     return plus(plus(a, q[0], t), 1.0, cross(u, t))
@@ -111,13 +111,13 @@ def rot_vec_quat(q, a):
 
 @njit(inline="always")
 def third_axis(q):
-    """The body's z axis in the world frame."""
+    """Return the body's z axis in the world frame."""
     return columns(q)[2]
 
 
 @njit(inline="always")
 def exponential(W):
-    """exp(W): the rotation by |W| about W."""
+    """Return exp(W), the rotation by |W| about W."""
     angle = math.sqrt(dot(W, W) + TINY)
     turns = 0.5 * _PER_TURN * angle
     scale = sine(turns) / angle
@@ -126,7 +126,7 @@ def exponential(W):
 
 @njit(inline="always")
 def cayley(W):
-    """cay(W) = (1 - W^/2)^-1 (1 + W^/2): the rotation by 2 atan(|W|/2) about W."""
+    """Return cay(W) = (1 - W^/2)^-1 (1 + W^/2), the rotation by 2 atan(|W|/2) about W."""
     w = 1.0 / math.sqrt(fused(0.25, dot(W, W), 1.0))
     return w, 0.5 * w * W[0], 0.5 * w * W[1], 0.5 * w * W[2]
 
@@ -153,10 +153,10 @@ def cayley_momentum(W, pi):
 
 @njit(inline="always")
 def place_dipoles(placed, axes, center, frame):
-    """Write positions and moments of a rigid body's dipoles in the world frame.
+    """Transform the dipoles of a rigid body from its own frame to the world frame.
 
-    `placed` and `frame` have rows x, y, z, mx, my, mz, `frame` in the body's own frame, whose
-    `axes` are `columns` of its orientation and whose origin is at `center`.
+    `frame` (input, body frame) and `placed` (output, world frame) have rows x, y, z, mx, my, mz.
+    `axes` are the `columns` of the body's orientation, and `center` is the origin of its frame.
     """
     (ax, ay, az), (bx, by, bz), (cx, cy, cz) = axes
     ox, oy, oz = center

@@ -1,8 +1,7 @@
-"""Schemes as lists of their parts, each of which is solved exactly or explicitly.
+"""Splitting schemes, as sequences of parts that are integrated exactly or explicitly.
 
-The parts of one step, in the order in which they act: A drifts with the velocity, B kicks with the
-force of the potential, O applies friction and noise, K does both at once: friction and noise under
-a force that stays. E is all of a step at once.
+A drifts with the velocity, B kicks with the force of the potential, and O applies friction and
+noise. K applies a constant force together with friction and noise. E is an entire step in one part.
 """
 
 import math
@@ -15,13 +14,13 @@ from numpy.typing import ArrayLike, NDArray
 from magmotor.numerics.reproducible import applied, product, symmetric_modes
 
 DRIFTS, KICKS, O_PARTS = "AE", "BKE", "OKE"
-"""Parts that move, in which forces act, and in which friction and noise do."""
+"""Parts that change positions, that apply forces, and that apply friction and noise."""
 
 
 class Scheme(NamedTuple):
-    """A splitting: its parts, and for which fraction of the step each acts.
+    """A splitting: its parts in order, and the fraction of the timestep for which each acts.
 
-    With `exact` friction and noise act as in truth, else by Euler's explicit step.
+    If `exact`, friction and noise are integrated exactly, else by an explicit Euler step.
     """
 
     parts: str
@@ -30,17 +29,17 @@ class Scheme(NamedTuple):
 
     @property
     def takes_noise(self) -> bool:
-        """Whether noise may act: it comes once in a step."""
+        """Whether the scheme supports noise, which must act exactly once per step."""
         return sum(part in O_PARTS for part in self.parts) == 1
 
 
 def evenly(parts: str, *, exact: bool = True) -> Scheme:
-    """A scheme in which a part that comes n times acts for an nth of the step each."""
+    """Return the scheme in which a part that occurs n times acts for 1/n of the step each time."""
     return Scheme(parts, tuple(1 / parts.count(part) for part in parts), exact)
 
 
 def palindrome(*half: float) -> Scheme:
-    """AKA...KA, from the fractions of what comes before its middle part, which has the rest."""
+    """Return the symmetric scheme AKA...KA whose parts before the middle have these fractions."""
     middle = 1 - 2 * sum(half[len(half) % 2 :: 2])
     fractions = (*half, middle, *reversed(half))
     return Scheme("".join("AK"[i % 2] for i in range(len(fractions))), fractions)
@@ -58,7 +57,7 @@ SPLITTINGS = {
         -0.0420650803577195,
         0.434336666566456,
     ),
-    "blanes-moan6": palindrome(  # of sixth order, S10, there
+    "blanes-moan6": palindrome(  # of sixth order, S10, ibid.
         0.0502627644003922,
         0.148816447901042,
         0.413514300428344,
@@ -73,27 +72,27 @@ SPLITTINGS = {
 }
 
 DISK = {"euler": evenly("OBA", exact=False), **SPLITTINGS}
-"""Schemes of the disk: Euler's is the paper's stochastic variational one, (svi)."""
+"""Schemes of the disk; "euler" is the paper's stochastic variational integrator (svi)."""
 
 RIGID = {
     "euler": evenly("E", exact=False),
     "cayley": evenly("E", exact=False),
     **SPLITTINGS,
 }
-"""Schemes of rigid bodies: Euler's, in one part, comes by the exponential and by the Cayley map."""
+"""Schemes of rigid bodies; the one-part Euler scheme uses the exponential or the Cayley map."""
 
 
 def methods(schemes: Mapping[str, Scheme], *, noise: bool) -> tuple[str, ...]:
-    """Names of the methods that serve a scene with noise, or without."""
+    """Return the names of the methods for a scene with or without noise."""
     found = (name for name, scheme in schemes.items() if scheme.takes_noise or not noise)
     return tuple(f"variational/{name}" for name in found)
 
 
 def kicks_that_evaluate(parts: str) -> tuple[bool, ...]:
-    """For each part, whether it is a kick that needs the force anew.
+    """Return, for each part, whether it is a kick that must evaluate the force.
 
-    A kick after which the position has not moved has the force of the kick before, across the end
-    of a step, too.
+    If the position has not changed since the previous kick, possibly in the step before, a kick
+    reuses the force of that kick.
     """
     kicks = [part in KICKS for part in parts]
     anew = [False] * len(parts)
@@ -111,26 +110,28 @@ Matrix = NDArray[np.float64]
 def friction_and_noise(
     masses: ArrayLike, friction: Matrix, noise: Matrix, time: float, *, exact: bool
 ) -> tuple[Matrix, Matrix]:
-    """Matrices D and L of the map u -> u + D u + L xi of friction and noise during `time`.
+    """Compute the matrices D and L of the map u -> u + D u + L xi of friction and noise.
 
     Parameters
     ----------
     masses : array_like, shape (n,)
         Inertia of each velocity u.
     friction : ndarray, shape (n, n)
-        Force -friction u; symmetric.
+        Symmetric matrix of the force -friction u.
     noise : ndarray, shape (n, channels)
-        Force noise dW/dt.
+        Matrix of the force noise dW/dt.
     time : float
-        How long they act; negative only without noise.
+        Duration for which they act, in s; may be negative only without noise.
     exact : bool
-        The exact flow, whose noise has the exact covariance and follows the Brownian path as
-        closely as that allows; else Euler's explicit step.
+        If true, the exact flow: the noise has the exact covariance, and follows the Brownian path
+        as closely as that allows. If false, an explicit Euler step.
 
     Returns
     -------
     decrement : ndarray, shape (n, n)
-    noise : ndarray, shape (n, channels)
+        D.
+    increment : ndarray, shape (n, channels)
+        L; the numbers xi are standard normal, W(time)/sqrt(time).
     """
     inverse_mass = 1 / np.asarray(masses, dtype=float)[:, np.newaxis]
     increment = inverse_mass * noise
@@ -148,34 +149,34 @@ def friction_and_noise(
 
 
 def response(masses: ArrayLike, friction: Matrix, time: float) -> Matrix:
-    """The matrix R, in s: a constant acceleration a adds R a to the velocities under friction.
+    """Compute the matrix R, in s: with friction, a constant acceleration a adds R a to velocities.
 
-    R is the integral of exp(-rates s) over the time, with rates and arguments as in
-    `friction_and_noise`; without friction it is the time.
+    R is the integral of exp(-rates s) over `time`, with the arguments of `friction_and_noise`;
+    without friction, R is `time` times the identity.
     """
     root, rates, modes = _modes(masses, friction)
     return _in_velocities(time * _mean_decay(rates * time), modes, root)
 
 
 def _modes(masses: ArrayLike, friction: Matrix) -> tuple[Matrix, Matrix, Matrix]:
-    """Roots of the masses, shape (n, 1), rates of the modes and the orthogonal matrix Q."""
+    """Return the roots of the masses, shape (n, 1), the decay rates, and the modes in columns."""
     root = np.sqrt(np.asarray(masses, dtype=float))[:, np.newaxis]
     rates, modes = symmetric_modes(friction / (root * root.T))
     return root, np.maximum(rates, 0.0), modes
 
 
 def _in_velocities(numbers: Matrix, modes: Matrix, root: Matrix) -> Matrix:
-    """The matrix that multiplies each mode by its number."""
+    """Return the matrix on velocities that multiplies each mode by its number."""
     return product(modes * numbers, modes.T) / root * root.T
 
 
 def _mean_decay(x: Matrix) -> Matrix:
-    """(1 - exp(-x))/x, the mean of exp(-x s) over s from 0 to 1."""
+    """Return (1 - exp(-x))/x, the mean of exp(-x s) over s from 0 to 1."""
     return np.where(x == 0, 1.0, -applied(math.expm1, -x) / np.where(x == 0, 1.0, x))
 
 
 def _nearest_root(driven: Matrix, covariance: Matrix) -> Matrix:
-    """Of all roots of the covariance, in the range of `driven`, the one nearest to that."""
+    """Return the root of the covariance, in the range of `driven`, that is nearest to `driven`."""
     lengths = np.sqrt(np.sum(driven * driven, axis=0))
     directions = driven / lengths
     squares, axes = symmetric_modes(product(directions.T, directions))

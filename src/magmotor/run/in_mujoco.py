@@ -15,8 +15,8 @@ from magmotor.common.arguments import checked
 from magmotor.common.environment import thread_count
 from magmotor.device.device import MujocoAdapter, Scene
 from magmotor.device.job import CHUNK, Job
-from magmotor.mjcf import hooks as stopwatch
 from magmotor.mjcf import parts
+from magmotor.mjcf.hooks import without_stopwatch
 from magmotor.mjcf.langevin.baoab import Baoab
 from magmotor.mjcf.magnetism import magnetism
 
@@ -47,7 +47,7 @@ def run(job: Job) -> Generator[tuple[Any, Array]]:
     data = [mujoco.MjData(model) for _ in range(min(replicas, thread_count()))]
     piece = max(1, CHUNK // replicas)
     called_back = motion.driven and splitting is None
-    with magnetism() if called_back else nullcontext(), stopwatch.stopped():
+    with magnetism() if called_back else nullcontext(), without_stopwatch():
         for begin, times in job.chunks(replicas):
             records, end = [], begin + len(times) * job.record_interval
             for first in range(begin, end, piece):

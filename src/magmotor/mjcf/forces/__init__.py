@@ -1,1 +1,1 @@
-"""What acts on the bodies of a model; the callback in `mjcf/magnetism.py` calls each source."""
+"""Forces on the bodies of a model, which the callback in `mjcf/magnetism.py` applies."""

@@ -1,14 +1,14 @@
-"""Brownian wrenches on bodies, written into MuJoCo's own memory.
+"""Brownian wrenches on bodies, written into MuJoCo's memory.
 
-A body's `user` numbers are rows of six, each a wrench w in the world frame, at the center of mass:
-force x y z in N sqrt(s), torque x y z in N m sqrt(s). Each row is a channel: a Brownian motion W
-of its own drives it, w dW/dt. Its increment is spread evenly over the step, so that the body gets
-w xi/sqrt(h) in all stages of a step h. Channels count the rows that are not zero, in the order of
-the bodies; MuJoCo pads shorter lists with zeros.
+A body's `user` numbers are rows of six, each a wrench w in the world frame at the center of mass:
+force x y z in N sqrt(s), torque x y z in N m sqrt(s). Each row is a channel with an independent
+Brownian motion W, which applies w dW/dt. The increment is spread evenly over the step: in all
+stages of a step h, the body's wrench is w xi/sqrt(h). The channels are the nonzero rows, numbered
+in the order of the bodies; MuJoCo pads shorter lists with zeros.
 
-The numbers xi are those of `magmotor.noise`. `mjData.userdata` chooses them, with as many numbers
-as the model has: seed, replica, factor, level, first step; missing ones are 0, 0, 1, 0, 0, as is a
-factor of 0.
+The standard normal numbers xi come from `magmotor.noise`. `mjData.userdata` selects the path by
+seed, replica, factor, level and first step. Numbers beyond the model's `nuserdata` default to
+0, 0, 1, 0, 0, and a factor of 0 means 1.
 """
 
 # Numba's intrinsics hide their first parameter:
@@ -23,30 +23,30 @@ from numpy.typing import NDArray
 from magmotor.mjcf import memory
 from magmotor.noise import COARSEST, FINEST, LARGEST_SEED, BrownianPath, normal
 
-CHOICES = 5
-"""Numbers of the user's data that choose the path."""
+PATH_NUMBERS = 5
+"""Number of elements of `userdata` that select the path."""
 
 FACTOR, LEVEL = 2, 3
-"""Those of them that are a factor and a level."""
+"""Indices of the factor and the level."""
 
 RK4 = 1
 """mjINT_RK4."""
 
 
 def userdata(path: BrownianPath, first_step: int, replicas: int) -> NDArray[np.float64]:
-    """What `mjData.userdata` has to hold in each replica of a run, shape (replicas, 5).
+    """Return `mjData.userdata` for each replica of a run, shape (replicas, 5).
 
-    At time 0 the run takes step number `first_step` of the path.
+    At time 0, the run takes step `first_step` of the path.
     """
-    chosen = (path.seed, np.arange(replicas), path.factor, path.level, first_step)
-    return np.stack(np.broadcast_arrays(*chosen), axis=-1).astype(float)
+    selection = (path.seed, np.arange(replicas), path.factor, path.level, first_step)
+    return np.stack(np.broadcast_arrays(*selection), axis=-1).astype(float)
 
 
 @njit(forceinline=True)
 def clear_driven_bodies(m, d, offsets):
-    """Set the wrench of each body with a channel to zero.
+    """Set the wrench of each body that has a Brownian channel to zero.
 
-    Raises MuJoCo's error when a row is cut short, or the user's data choose no path.
+    Raises MuJoCo's error if a row is incomplete or `userdata` is invalid.
     """
     nuser = m[offsets.nuser_body // 8]
     bodies = m[offsets.nbody // 8]
@@ -63,15 +63,15 @@ def clear_driven_bodies(m, d, offsets):
             if rows[body, k] != 0.0:
                 starts = memory.integers(m[offsets.name_bodyadr // 8], bodies)
                 memory.fatal_wrench(body, m[offsets.names // 8] + starts[body])
-    for k in range(min(CHOICES, m[offsets.nuserdata // 8]) if driven else 0):
-        value = _given(d, offsets, k)
-        if not _chooses(value, k):
+    for k in range(min(PATH_NUMBERS, m[offsets.nuserdata // 8]) if driven else 0):
+        value = _userdata(d, offsets, k)
+        if not _is_valid(value, k):
             memory.fatal_path(k, value)
 
 
 @njit(forceinline=True)
 def add_brownian_wrenches(model, data, offsets):
-    """Add to the wrenches of bodies what their channels apply in this step; return how many."""
+    """Add the Brownian wrenches of this step to the bodies; return the number of channels."""
     m = memory.words(model, memory.UNBOUNDED)
     d = memory.words(data, memory.UNBOUNDED)
     nuser = m[offsets.nuser_body // 8]
@@ -95,34 +95,34 @@ def add_brownian_wrenches(model, data, offsets):
 
 @njit(forceinline=True)
 def step_number(model, data, offsets):
-    """Number of the step that begins at the time of `mjData`, or that this is a stage of."""
+    """Return the number of the step that starts at the time of `mjData`, or contains this stage."""
     timestep = memory.numbers(model + offsets.timestep, 1, 1)[0, 0]
     steps = memory.numbers(data + offsets.time, 1, 1)[0, 0] / timestep
     in_stage = memory.words(data + offsets.pstack, 1)[0] != 0
     if in_stage and memory.integers(model + offsets.integrator, 1)[0] == RK4:
-        # n + 1/2 and n + 1 are n, with room for rounding on both sides.
+        # Times of n + 1/2 and n + 1 steps belong to step n; 1/4 leaves room for rounding.
         return math.ceil(steps - 0.25) - 1
     return math.floor(steps + 0.5)
 
 
 @njit(forceinline=True)
 def chosen(d, m, offsets, k):
-    """Number k of the user's data as an integer; 0 if there are fewer, or it is none."""
+    """Return element k of `userdata` as an integer; 0 if it is missing or invalid."""
     if k >= m[offsets.nuserdata // 8]:
         return 0
-    value = _given(d, offsets, k)
-    return int(value) if _chooses(value, k) else 0
+    value = _userdata(d, offsets, k)
+    return int(value) if _is_valid(value, k) else 0
 
 
 @njit(forceinline=True)
-def _given(d, offsets, k):
-    """Number k of the user's data."""
+def _userdata(d, offsets, k):
+    """Return element k of `userdata`."""
     return memory.numbers(d[offsets.userdata // 8], 1, memory.UNBOUNDED)[0, k]
 
 
 @njit
-def _chooses(value, k):
-    """Whether number k of the user's data may have this value."""
+def _is_valid(value, k):
+    """Whether element k of `userdata` may have this value."""
     largest = LARGEST_SEED - 1
     if k == FACTOR:
         largest = COARSEST

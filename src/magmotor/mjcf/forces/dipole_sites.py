@@ -1,7 +1,7 @@
-"""What is declared of dipole sites: whether it can be read, and why nothing may come of it.
+"""Checks of dipole sites: whether their moments are valid, and why no dipole acts on another.
 
-A site's `user` numbers are its moment, alone. More numbers, a vector for example, would be ignored
-in silence.
+A site's only `user` number is its moment. Without the check, further numbers, as of a vector, would
+be ignored silently.
 """
 
 # Numba's intrinsics hide their first parameter:
@@ -14,25 +14,25 @@ from numba import njit
 from magmotor.mjcf import memory
 
 NO_DIPOLES, ONE_RIGID_BODY, NONE_MOVES, SWITCHED_OFF = range(4)
-"""Why no dipole acts on any other."""
+"""Reasons why no dipole acts on another."""
 
 
 @njit(forceinline=True)
 def all_moments(m, offsets):
-    """Whether the numbers of all sites are a finite moment each; else raise MuJoCo's error."""
+    """Check that each site's `user` numbers are one finite moment; else raise MuJoCo's error."""
     nsite, nuser = m[offsets.nsite // 8], m[offsets.nuser_site // 8]
     given = memory.numbers(m[offsets.site_user // 8], nsite, nuser)
     for site in range(nsite):
         if not math.isfinite(given[site, 0]) or memory.any_number(given, site, 1, nuser):
-            place = memory.integers(m[offsets.name_siteadr // 8], nsite)
-            memory.fatal_moment(site, m[offsets.names // 8] + place[site])
+            name_start = memory.integers(m[offsets.name_siteadr // 8], nsite)
+            memory.fatal_moment(site, m[offsets.names // 8] + name_start[site])
             return False
     return True
 
 
 @njit
 def why_inert(m, offsets):
-    """Why no dipole acts on any other, when none does."""
+    """Return the reason why no dipole acts on another, in a model in which none does."""
     nsite, nuser = m[offsets.nsite // 8], m[offsets.nuser_site // 8]
     moment = memory.numbers(m[offsets.site_user // 8], nsite, nuser)
     body_of = memory.integers(m[offsets.site_bodyid // 8], nsite)

@@ -1,17 +1,17 @@
-"""Forces and torques on bodies with dipole sites, written into MuJoCo's own memory.
+"""Magnetic forces and torques on bodies with dipole sites, written into MuJoCo's memory.
 
-A dipole is a site: its z axis is the dipole's direction, its `user` number the moment in A m^2
-(zero or none: not a dipole). The dipoles of one body are a magnet. Magnets of one rigid body
-(bodies without a joint between them) do not act on one another.
+A dipole is a site: the site's z axis is the dipole's direction, and its `user` number is the moment
+in A m^2 (if missing or zero, the site is not a dipole). The dipoles of one body form a magnet.
+Magnets of one rigid body (bodies without a joint between them) do not act on each other.
 
-A tuple whose name starts with `coupling` and whose elements are two bodies says how strongly their
-magnets act on one another: `prm` times, the same in both elements. It holds for the very bodies
-named, not for those welded to them. The factors of several tuples for one pair multiply.
+A tuple whose name starts with `coupling` and whose elements are two bodies scales the interaction
+of their magnets by `prm`, which must be the same for both elements. It applies to the named bodies
+only, not to bodies welded to them. The factors of several tuples for one pair multiply.
 
-Most magnets are sources all together, in one loop for each dipole of a magnet that can move. Those
-that are long or coupled are taken apart: pair by pair, with the longer as the source, so that the
-loops are long, and from the field at the shorter follow both wrenches, which cancel about any one
-point.
+Most magnets are grouped: one loop over all their dipoles computes the force on a dipole of a magnet
+that can move. Magnets that are large or coupled are evaluated pairwise, with the larger one as the
+source, which makes the loops long. The field at the smaller magnet determines both wrenches, which
+are opposite about any common point.
 """
 
 # Numba's intrinsics hide their first parameter:
@@ -26,19 +26,19 @@ from magmotor.mjcf.forces.dipole_sites import all_moments
 from magmotor.numerics.eights import COUNT
 
 LABEL = 6
-"""Row of the table below the dipoles' positions and moments: their rigid body."""
+"""Row of the table with the dipoles' rigid bodies, after positions and moments."""
 
-FIRST, SIZE, BODY, MOVES, APART, ROWS = 7, 8, 9, 10, 11, 12
-"""Rows by magnet: its first dipole, their number, its body, whether that can move.
+FIRST, SIZE, BODY, MOVES, PAIRWISE, ROWS = 7, 8, 9, 10, 11, 12
+"""Rows by magnet: first dipole, number of dipoles, body, and whether the body can move.
 
-The last row lists the magnets that are taken apart.
+The last row lists the magnets that are evaluated pairwise.
 """
 
-LONG = 16
-"""Sites that make a body's magnet long."""
+LARGE = 16
+"""Number of sites that makes a body's magnet large."""
 
 FAR = 1e150
-"""Coordinates in meters of what fills them up; their square is still a number."""
+"""Coordinates (m) of padding dipoles; their square does not overflow."""
 
 COUPLING = tuple(b"coupling")
 BODY_TYPE = 1
@@ -47,40 +47,43 @@ BODY_TYPE = 1
 
 @njit(forceinline=True)
 def set_magnetic_wrenches(m, d, offsets):
-    """Overwrite the wrench of each body that can move and has dipoles; return how many act.
+    """Overwrite the wrench of each body that can move and has dipoles.
 
-    `m` and `d` are the words of mjModel and mjData, `offsets` their layout.
+    `m` and `d` are the words of mjModel and mjData, and `offsets` is their layout. Returns the
+    number of interactions.
     """
     nsite = m[offsets.nsite // 8]
     if nsite == 0 or m[offsets.nuser_site // 8] == 0 or not all_moments(m, offsets):
         return 0
     ntuple = m[offsets.ntuple // 8]
-    border = _filled(nsite) + COUNT
-    columns = border + (2 if ntuple == 0 else COUNT) * border
+    boundary = _padded(nsite) + COUNT
+    columns = boundary + (2 if ntuple == 0 else COUNT) * boundary
     stack = d.ctypes.data
     memory.mark_stack(stack)
-    room = memory.allocate(stack, 8 * (ROWS * columns + 3 * ntuple), 64)
-    table = memory.numbers(room, ROWS, columns)
-    couplings = memory.numbers(room + 8 * ROWS * columns, ntuple, 3)
+    block = memory.allocate(stack, 8 * (ROWS * columns + 3 * ntuple), 64)
+    table = memory.numbers(block, ROWS, columns)
+    couplings = memory.numbers(block + 8 * ROWS * columns, ntuple, 3)
     count = _read_couplings(couplings, m, offsets) if ntuple > 0 else 0
     if count < 0:
         memory.free_stack(stack)
         _report_coupling(-1 - count, m, offsets)
         return 0
     couplings = couplings[:count]
-    magnets, apart, end, mixed = _gather(table, border, couplings, m, d, offsets)
+    magnets, pairwise, end, mixed = _gather(table, boundary, couplings, m, d, offsets)
     center = memory.numbers(d[offsets.xipos // 8], memory.UNBOUNDED, 3)
     applied = memory.numbers(d[offsets.xfrc_applied // 8], memory.UNBOUNDED, 6)
     coincident = acting = 0
     for k in range(magnets):
-        together = table[FIRST, k] < border
-        if together and mixed and table[MOVES, k] > 0.0:
-            coincident += _act_together(table, k, end, center, applied)
+        grouped = table[FIRST, k] < boundary
+        if grouped and mixed and table[MOVES, k] > 0.0:
+            coincident += _add_group_wrench(table, k, end, center, applied)
             acting += 1
-        for i in range(apart):
-            other = int(table[APART, i])
-            if (together or other > k) and _act(table, k, other, couplings):
-                coincident += _interact(table, k, other, border, couplings, center, applied)
+        for i in range(pairwise):
+            other = int(table[PAIRWISE, i])
+            if (grouped or other > k) and _interact(table, k, other, couplings):
+                coincident += _add_pair_wrenches(
+                    table, k, other, boundary, couplings, center, applied
+                )
                 acting += 1
     i = j = -1
     if coincident > 0:
@@ -88,18 +91,18 @@ def set_magnetic_wrenches(m, d, offsets):
     memory.free_stack(stack)
     if i >= 0:
         names = m[offsets.names // 8]
-        place = memory.integers(m[offsets.name_siteadr // 8], nsite)
-        memory.fatal_coincidence(i, names + place[i], j, names + place[j])
+        start = memory.integers(m[offsets.name_siteadr // 8], nsite)
+        memory.fatal_coincidence(i, names + start[i], j, names + start[j])
     return acting
 
 
 @njit(forceinline=True)
 def _gather(table, after, couplings, m, d, offsets):
-    """Fill the table and clear the wrenches of magnets that can move.
+    """Fill the table, and clear the wrenches of magnets that can move.
 
-    Dipoles of magnets taken together start at column 0, those of each taken apart, filled up, at
-    `after`. Returns how many magnets there are, how many are apart, the end of those together, and
-    whether these are of more than one rigid body.
+    The dipoles of grouped magnets start at column 0, and those of pairwise magnets, each padded, at
+    column `after`. Returns the number of magnets, the number of pairwise ones, the end of the
+    grouped dipoles, and whether these belong to more than one rigid body.
     """
     nsite = m[offsets.nsite // 8]
     moment = memory.numbers(m[offsets.site_user // 8], nsite, m[offsets.nuser_site // 8])
@@ -109,13 +112,13 @@ def _gather(table, after, couplings, m, d, offsets):
     position = memory.numbers(d[offsets.site_xpos // 8], nsite, 3)
     frame = memory.numbers(d[offsets.site_xmat // 8], nsite, 9)
     applied = memory.numbers(d[offsets.xfrc_applied // 8], memory.UNBOUNDED, 6)
-    magnets = apart = end = site = 0
+    magnets = pairwise = end = site = 0
     mixed = False
     while site < nsite:
         body = body_of[site]
         weld = weld_of[body]
-        long = site + LONG <= nsite and body_of[site + LONG - 1] == body
-        separate = long or _is_coupled(body, couplings)
+        large = site + LARGE <= nsite and body_of[site + LARGE - 1] == body
+        separate = large or _is_coupled(body, couplings)
         first = after if separate else end
         j = first
         while site < nsite and body_of[site] == body:
@@ -133,60 +136,60 @@ def _gather(table, after, couplings, m, d, offsets):
             table[BODY, magnets] = body
             table[MOVES, magnets] = freedoms[weld]
             if separate:
-                table[APART, apart] = magnets
-                apart += 1
-                _fill_up(table, j)
-                after += _filled(j - first)
+                table[PAIRWISE, pairwise] = magnets
+                pairwise += 1
+                _pad(table, j)
+                after += _padded(j - first)
             else:
                 end = j
                 mixed = mixed or table[LABEL, 0] != weld
             magnets += 1
             if freedoms[weld] > 0:
                 applied[body] = 0.0
-    _fill_up(table, end)
-    return magnets, apart, end, mixed
+    _pad(table, end)
+    return magnets, pairwise, end, mixed
 
 
 @njit
-def _filled(size):
-    """Number of sources, filled up to whole eights."""
+def _padded(size):
+    """Round a number of sources up to a multiple of eight."""
     return (size + COUNT - 1) // COUNT * COUNT
 
 
 @njit
-def _fill_up(table, end):
-    """Put sources without a moment at `end`, as many as it may take."""
+def _pad(table, end):
+    """Write eight sources without a moment at column `end`."""
     for row in range(FIRST):
         for j in range(COUNT):
             table[row, end + j] = FAR if row < 3 else 0.0
 
 
 @njit(forceinline=True)
-def _act_together(table, k, end, center, applied):
-    """Add to a magnet's wrench what all taken together do; return how many dipoles coincide."""
+def _add_group_wrench(table, k, end, center, applied):
+    """Add the wrench of all grouped magnets on magnet k; return how many dipoles coincide."""
     coincident = 0
     first = int(table[FIRST, k])
     for i in range(first, first + int(table[SIZE, k])):
         target = _dipole(table, i)
-        total = sum_over_sources(target, table[LABEL, i], table, _filled(end))
-        _add(int(table[BODY, k]), 1.0, target, total, center, applied)
+        total = sum_over_sources(target, table[LABEL, i], table, _padded(end))
+        _add_wrench(int(table[BODY, k]), 1.0, target, total, center, applied)
         coincident += total[6]
     return coincident
 
 
 @njit(forceinline=True)
-def _act(table, k, other, couplings):
-    """Whether two magnets act on one another."""
-    apart = table[LABEL, int(table[FIRST, k])] != table[LABEL, int(table[FIRST, other])]
+def _interact(table, k, other, couplings):
+    """Whether two magnets act on each other."""
+    distinct = table[LABEL, int(table[FIRST, k])] != table[LABEL, int(table[FIRST, other])]
     moves = table[MOVES, k] + table[MOVES, other] > 0.0
-    return apart and moves and _factor(table[BODY, k], table[BODY, other], couplings) != 0.0
+    return distinct and moves and _factor(table[BODY, k], table[BODY, other], couplings) != 0.0
 
 
 @njit(forceinline=True)
-def _interact(table, k, other, border, couplings, center, applied):
-    """Add to two magnets' wrenches what they do to one another; return how many dipoles coincide.
+def _add_pair_wrenches(table, k, other, boundary, couplings, center, applied):
+    """Add the wrenches of two magnets on each other; return how many dipoles coincide.
 
-    It all follows from the field of the longer one.
+    Both follow from the field of the larger one.
     """
     if table[SIZE, k] > table[SIZE, other]:
         k, other = other, k
@@ -196,28 +199,28 @@ def _interact(table, k, other, border, couplings, center, applied):
     factor = _factor(body, source, couplings)
     sources = memory.from_column(table, start)
     count = int(table[SIZE, other])
-    count = count if start < border else _filled(count)
+    count = count if start < boundary else _padded(count)
     coincident = 0
     for i in range(first, first + int(table[SIZE, k])):
         target = _dipole(table, i)
         total = sum_over_sources(target, table[LABEL, i], sources, count)
         if moves:
-            _add(body, factor, target, total, center, applied)
+            _add_wrench(body, factor, target, total, center, applied)
         if reacts:
-            _add(source, -factor, target, total, center, applied)
+            _add_wrench(source, -factor, target, total, center, applied)
         coincident += total[6]
     return coincident
 
 
 @njit
 def _dipole(table, i):
-    """Position and moment of a dipole."""
+    """Return the position and the moment of dipole i."""
     return table[0, i], table[1, i], table[2, i], table[3, i], table[4, i], table[5, i]
 
 
 @njit
-def _add(body, factor, target, total, center, applied):
-    """Add to a body's wrench the force and torque on a dipole, times a factor."""
+def _add_wrench(body, factor, target, total, center, applied):
+    """Add the force and torque on a dipole, times a factor, to a body's wrench."""
     x, y, z, mx, my, mz = target
     fx, fy, fz, bx, by, bz, _ = total
     x -= center[body, 0]
@@ -233,7 +236,7 @@ def _add(body, factor, target, total, center, applied):
 
 @njit
 def _is_coupled(body, couplings):
-    """Whether a coupling names the body."""
+    """Whether any coupling names the body."""
     coupled = False
     for k in range(len(couplings)):
         coupled = coupled or couplings[k, 0] == body or couplings[k, 1] == body
@@ -242,7 +245,7 @@ def _is_coupled(body, couplings):
 
 @njit
 def _factor(body, other, couplings):
-    """How many times as strongly the magnets of two bodies act on one another."""
+    """Return the factor by which couplings scale the interaction of two bodies."""
     factor = 1.0
     for k in range(len(couplings)):
         a, b = couplings[k, 0], couplings[k, 1]
@@ -253,9 +256,9 @@ def _factor(body, other, couplings):
 
 @njit
 def _read_couplings(couplings, m, offsets):
-    """Write the couplings in rows: two bodies and a factor.
+    """Write one row for each coupling: two bodies and a factor.
 
-    Returns how many there are, or -1 - k when tuple k should be one and is not of two bodies.
+    Returns the number of couplings, or -1 - k if tuple k is an invalid coupling.
     """
     ntuple = len(couplings)
     size = memory.integers(m[offsets.tuple_size // 8], ntuple)
@@ -263,10 +266,10 @@ def _read_couplings(couplings, m, offsets):
     kind = memory.integers(m[offsets.tuple_objtype // 8], memory.UNBOUNDED)
     element = memory.integers(m[offsets.tuple_objid // 8], memory.UNBOUNDED)
     strength = memory.numbers(m[offsets.tuple_objprm // 8], 1, memory.UNBOUNDED)
-    place = memory.integers(m[offsets.name_tupleadr // 8], ntuple)
+    name_start = memory.integers(m[offsets.name_tupleadr // 8], ntuple)
     count = 0
     for k in range(ntuple):
-        if memory.starts_with(m[offsets.names // 8] + place[k], COUPLING):
+        if memory.starts_with(m[offsets.names // 8] + name_start[k], COUPLING):
             i, j = start[k], start[k] + 1
             bodies = size[k] == 2 and kind[i] == BODY_TYPE and kind[j] == BODY_TYPE
             if not (bodies and strength[0, i] == strength[0, j]):
@@ -279,14 +282,14 @@ def _read_couplings(couplings, m, offsets):
 
 @njit
 def _report_coupling(k, m, offsets):
-    """Raise MuJoCo's error that names a tuple."""
-    place = memory.integers(m[offsets.name_tupleadr // 8], memory.UNBOUNDED)
-    memory.fatal_coupling(k, m[offsets.names // 8] + place[k])
+    """Raise MuJoCo's error for tuple k, an invalid coupling."""
+    name_start = memory.integers(m[offsets.name_tupleadr // 8], memory.UNBOUNDED)
+    memory.fatal_coupling(k, m[offsets.names // 8] + name_start[k])
 
 
 @njit
 def _find_coincidence(couplings, m, d, offsets):
-    """Two dipole sites that coincide and act on one another; -1, -1 if there are none."""
+    """Find two dipole sites that coincide and act on each other; -1, -1 if there are none."""
     nsite = m[offsets.nsite // 8]
     moment = memory.numbers(m[offsets.site_user // 8], nsite, m[offsets.nuser_site // 8])
     body_of = memory.integers(m[offsets.site_bodyid // 8], nsite)

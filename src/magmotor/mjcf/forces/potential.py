@@ -1,9 +1,9 @@
-"""Periodic potentials of joints, as forces written into MuJoCo's own memory.
+"""Periodic potentials of joints, as forces written into MuJoCo's memory.
 
 The `user` numbers (a_1, b_1, a_2, b_2, ...) of a slide or hinge joint are the Fourier coefficients
-of U(q) = sum_k a_k sin kq + b_k cos kq, in J. The joint's body gets the force (slide, at the
-center of mass) or torque (hinge) -U'(q) along the joint's axis. It comes from outside: nothing
-acts back on the parent. So U is the energy of a body whose parent stands still, on a slide if the
+of U(q) = sum_k a_k sin kq + b_k cos kq, in J. The force (slide, at the center of mass) or torque
+(hinge) -U'(q) acts along the joint's axis on the joint's body. It is external: there is no reaction
+on the parent body. Hence U is the potential energy if the parent is at rest and, for a slide, the
 center of mass moves by q.
 """
 
@@ -22,9 +22,9 @@ SLIDE, HINGE = 2, 3
 
 @njit(forceinline=True)
 def clear_bodies_in_potentials(m, d, offsets):
-    """Set the wrench of each body to zero that has a joint with a potential.
+    """Set the wrench of each body that has a joint with a potential to zero.
 
-    Raises MuJoCo's error when the numbers are no potential, or the joint cannot have one.
+    Raises MuJoCo's error if the numbers are not pairs, or if the joint is neither slide nor hinge.
     """
     nuser = m[offsets.nuser_jnt // 8]
     joints = m[offsets.njnt // 8]
@@ -43,22 +43,22 @@ def clear_bodies_in_potentials(m, d, offsets):
 
 @njit(forceinline=True)
 def add_potential_wrenches(m, d, offsets):
-    """Add to the wrenches of bodies what the potentials of their joints apply; return how many."""
+    """Add the forces of joint potentials to the wrenches of bodies; return their number."""
     nuser = m[offsets.nuser_jnt // 8]
     joints = m[offsets.njnt // 8]
     waves = memory.numbers(m[offsets.jnt_user // 8], joints, nuser)
     kind = memory.integers(m[offsets.jnt_type // 8], joints)
     body_of = memory.integers(m[offsets.jnt_bodyid // 8], joints)
-    place = memory.integers(m[offsets.jnt_qposadr // 8], joints)
+    qpos_start = memory.integers(m[offsets.jnt_qposadr // 8], joints)
     qpos = memory.numbers(d[offsets.qpos // 8], 1, memory.UNBOUNDED)
     axis = memory.numbers(d[offsets.xaxis // 8], joints, 3)
     applied = memory.numbers(d[offsets.xfrc_applied // 8], memory.UNBOUNDED, 6)
     count = 0
     for joint in range(joints):
         if memory.any_number(waves, joint, 0, nuser):
-            q = qpos[0, place[joint]]
+            q = qpos[0, qpos_start[joint]]
             cosine, sine = math.cos(q), math.sin(q)
-            # Of kq, by turning it on by q.
+            # cos kq and sin kq, by the addition theorem.
             c, s = 1.0, 0.0
             force = 0.0
             for k in range(nuser // 2):

@@ -1,1 +1,1 @@
-"""The Langevin splitting BAOAB, with MuJoCo as its engine."""
+"""The Langevin splitting BAOAB for MuJoCo models."""

@@ -1,9 +1,9 @@
-"""The Langevin splitting BAOAB, with MuJoCo as its engine.
+"""The Langevin splitting BAOAB for MuJoCo models (Leimkuhler and Matthews, 2013).
 
-A step h (Leimkuhler and Matthews, 2013): B kicks with the forces for h/2, A moves freely for h/2, O
-applies friction and noise for h, exactly; then A, the forces at the new place, and B with them,
-which are also those of the next step's first B. It is of second order, and friction and noise have
-their temperature at any step. No constraint is solved.
+A step h consists of B, a kick by the forces for h/2; A, free motion for h/2; O, exact integration
+of damping and noise for h; A again; and B with the forces at the new configuration, which also
+serve the first B of the next step. The method is of second order, and damping and noise have the
+exact temperature for any h. No constraints are solved.
 """
 
 import time
@@ -30,36 +30,37 @@ ALL_OF_STATE = 2 ** int(mujoco.mjtState.mjNSTATE) - 1
 """All bits of `mjtState`."""
 
 FIRST_STEPS = 64
-"""How many are taken before it is known how long they last."""
+"""Number of steps taken before their duration is known."""
 
-SECONDS_BETWEEN_LOOKS = 0.1
-"""How long compiled code steps before Ctrl-C is heard, about."""
+SECONDS_BETWEEN_CHECKS = 0.1
+"""Approximate time between two checks for Ctrl-C."""
 
 
 class Baoab:
-    """Langevin dynamics of a model by the splitting BAOAB: second order, forces once a step.
+    """Langevin dynamics of a MuJoCo model by the BAOAB splitting.
 
-    What acts on the model is what `magnetism` describes: dipoles, Brownian wrenches of bodies,
-    periodic potentials of joints; and gravity, `xfrc_applied` and `qfrc_applied`. Friction and
-    noise are solved exactly, so that their temperature does not depend on the timestep.
+    The method is of second order and evaluates forces once per step. The forces are those that
+    `magnetism` describes (dipoles, Brownian wrenches of bodies, periodic potentials of joints),
+    gravity, `xfrc_applied` and `qfrc_applied`. Damping and noise are integrated exactly, so that
+    their temperature does not depend on the timestep.
 
     Parameters
     ----------
     model : mujoco.MjModel
-        It is read once, and must not be changed afterwards. Each body that moves hangs on the
-        world, by slides and at most one hinge, ball or free joint at its center of mass. Friction
-        is `damping` of joints and fixed tendons, or a viscous contact such as that of `build`'s
-        planar scenes. A body on a ball or free joint whose moments of inertia differ may have
-        damping, and three equal Brownian torques about x, y and z. The options of the integrator
-        and of the solver do not matter.
+        Read once; do not change it afterwards. The parent of each moving body must be the world or
+        a body fixed to it. Its joints must be slides followed by at most one hinge, ball or free
+        joint at the center of mass. Damping is `damping` of joints and fixed tendons, or a viscous
+        contact like that of the planar scenes of `build`. A body with a ball or free joint and
+        unequal moments of inertia may have damping, and three equal Brownian torques about x, y
+        and z. The options of the integrator and of the solver have no effect.
 
     Raises
     ------
     ValueError
-        Something else acts, or friction and noise are no constant linear map of the velocities.
-        Names what is in the way, and what must hold.
+        The model has other forces or constraints, or damping and noise are not constant linear
+        maps of the velocities. The message names the element and the requirement.
     LayoutError
-        This version of MuJoCo keeps its data in other places than it declares.
+        This version of MuJoCo lays out its structs differently than it declares.
 
     Examples
     --------
@@ -80,49 +81,49 @@ class Baoab:
         self._advance = compiled()
 
     def step(self, data: mujoco.MjData, nstep: int = 1) -> None:
-        """Take steps, each of the model's timestep.
+        """Advance the state by steps of the model's timestep.
 
-        They change `qpos`, `qvel` and `time`; frames of bodies, geoms and sites follow, and
-        `xfrc_applied` holds the forces at the end, but for the Brownian ones. A call runs without
-        the GIL, and needs no `magnetism` block. The same steps in several calls are the same to
-        the bit. Ctrl-C is heard every 0.1 s or so, between two steps.
+        This changes `qpos`, `qvel`, `time`, the frames of bodies, geoms and sites, and
+        `xfrc_applied`, which then contains the final forces except the Brownian ones. It runs
+        without the GIL and needs no `magnetism` block. The result has the same bits if the steps
+        are divided among several calls. Ctrl-C is checked about every 0.1 s, between two steps.
 
         Parameters
         ----------
         data : mujoco.MjData
-            Of this model. Its `userdata` chooses the Brownian path as in `magnetism`, and its
-            `time` the step of that path.
+            Data of this model. `userdata` selects the Brownian path, as in `magnetism`, and `time`
+            the step of that path.
         nstep : int
-            How many, less than 2^53.
+            Number of steps, less than 2^53.
 
         Raises
         ------
         ValueError
-            The data are another model's, the timestep was changed, or `nstep` is no such integer.
+            The data belong to another model, the timestep was changed, or `nstep` is invalid.
         FloatingPointError
             The state is no longer finite.
         mujoco.FatalError
-            As from `magnetism`.
+            The same errors as in `magnetism`.
         """
         check_type("data", data, mujoco.MjData)
         self._check_data(data)
-        left = check_integer("nstep", nstep, at_least=0)
-        if left >= LARGEST_STEP:
+        remaining = check_integer("nstep", nstep, at_least=0)
+        if remaining >= LARGEST_STEP:
             raise reject("nstep", nstep, f"must be less than 2^53 = {LARGEST_STEP}")
-        following, count = BY_TIME, min(left, FIRST_STEPS)
+        following, count = BY_TIME, min(remaining, FIRST_STEPS)
         while True:
-            began = time.monotonic()
+            start = time.monotonic()
             following = self._run(data, following, count, np.empty((0, 0)))
             if following == BY_TIME:
                 raise FloatingPointError(
                     f"the state is not finite at t = {data.time:g}: the timestep is too long,"
-                    " or dipoles came too near to each other"
+                    " or dipoles came too close to each other"
                 )
-            left -= count
-            if not left:
+            remaining -= count
+            if not remaining:
                 return
-            elapsed = max(time.monotonic() - began, 1e-6)
-            count = min(left, 1 + int(count * SECONDS_BETWEEN_LOOKS / elapsed))
+            elapsed = max(time.monotonic() - start, 1e-6)
+            count = min(remaining, 1 + int(count * SECONDS_BETWEEN_CHECKS / elapsed))
 
     @checked(finite=False)
     def rollout(
@@ -134,32 +135,33 @@ class Baoab:
         control_spec: Annotated[int, integer(at_least=0, at_most=ALL_OF_STATE)],
         nstep: Count,
     ) -> Array:
-        """Run replicas, on as many threads as there are data; see `mujoco.rollout.rollout`.
+        """Run replicas in parallel, as `mujoco.rollout.rollout` does.
 
         Parameters
         ----------
         data : sequence of mujoco.MjData
+            Data of this model, one for each thread.
         initial_state : ndarray, shape (replicas, 1 + nq + nv)
-            Time, `qpos` and `qvel` of each.
+            `time`, `qpos` and `qvel` of each replica.
         control : ndarray, shape (replicas, 1, k), optional
-            What else each is given, the same in all steps ...
+            Further elements of each replica's state, constant during the run.
         control_spec : int
-            ... as bits of `mjtState`.
+            The elements in `control`, as bits of `mjtState`.
         nstep : int
-            How many steps.
+            Number of steps.
 
         Returns
         -------
         ndarray, shape (replicas, nstep, nq + nv)
-            `qpos` and `qvel` after each step, NaN from where they are no longer finite.
+            `qpos` and `qvel` after each step; NaN once they are no longer finite.
 
         Raises
         ------
         ValueError
-            The data are another model's, an array has another shape than this model's state, or
-            there are more steps than fit in memory.
+            The data belong to another model, the shape of an array does not match the model, or
+            the result does not fit in memory.
         mujoco.FatalError
-            As from `magnetism`.
+            The same errors as in `magnetism`.
         """
         for used in data:
             self._check_data(used)
@@ -170,7 +172,7 @@ class Baoab:
             check_floats("control", control, "replicas", 1, size)
         room = physical_memory() / (8 * max(1, len(initial_state) * (width - 1)))
         if nstep > room:
-            raise reject("nstep", nstep, f"must be at most {int(room)}, for which there is memory")
+            raise reject("nstep", nstep, f"must be at most {int(room)} to fit in memory")
         start = np.split(initial_state, [1, 1 + self.model.nq], axis=1)
         paths = np.full((len(initial_state), nstep, initial_state.shape[1] - 1), np.nan)
 
@@ -188,17 +190,17 @@ class Baoab:
 
     def _check_data(self, data: mujoco.MjData) -> None:
         if data.model is not self.model:
-            raise reject("data.model", data.model, "must be the model that is stepped")
+            raise reject("data.model", data.model, "must be the model of this Baoab")
 
     def _run(self, data: mujoco.MjData, first: int, nstep: int, path: Array) -> int:
-        """Step, recording in `path` if it has rows; `first` and what returns are as in the loop."""
+        """Call the compiled loop; see `advance` in `magmotor.mjcf.langevin.loop`."""
         if self.model.opt.timestep != self._coefficients.timestep:
             raise reject(
                 "timestep",
                 self.model.opt.timestep,
-                f"must be {self._coefficients.timestep:g}, as it was",
+                f"must still be {self._coefficients.timestep:g}, since Baoab reads it only once",
             )
         work = np.empty(3 * len(self._coefficients.kick) + self._coefficients.channels)
-        with hooks.raised():
+        with hooks.errors_raised():
             addresses = self.model._address, data._address
             return self._advance(*addresses, first, nstep, self._coefficients, path, work)

@@ -1,7 +1,7 @@
-"""What the splitting BAOAB requires of a model: constant linear maps for friction and noise.
+"""Checks that BAOAB can integrate a model: damping and noise must be constant linear maps.
 
-That holds if each body that moves hangs on the world by joints at its center of mass, and if
-nothing else than friction proportional to velocities, noise and forces from outside acts on it.
+They are if the parent of each moving body is the world or fixed to it, if its joint is at its
+center of mass, and if only linear damping, noise and applied forces act on it.
 """
 
 import mujoco
@@ -14,14 +14,20 @@ from magmotor.mjcf.viscous_contact import ALWAYS_IN_CONE, check_pair
 
 HINGE, SLIDE = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)
 ROUNDING = 1e-9
+"""Relative difference that is attributed to rounding."""
 
-NONE_OF = {"nactuator": "actuators", "nflex": "flexes", "nplugin": "plugins", "neq": "equalities"}
+UNSUPPORTED = {
+    "nactuator": "actuators",
+    "nflex": "flexes",
+    "nplugin": "plugins",
+    "neq": "equalities",
+}
 """Counts in the model that must be zero."""
 
 NUMBERS = ("qpos0", "body_mass", "body_inertia", "body_pos", "body_user", "dof_damping")
-"""Arrays in the model that are read."""
+"""Arrays of the model that must be finite."""
 
-SWITCHED_OFF_BY = {
+DISABLING_FLAGS = {
     "jnt_stiffness": "spring",
     "jnt_stiffnesspoly": "spring",
     "jnt_limited": "limit",
@@ -34,16 +40,18 @@ SWITCHED_OFF_BY = {
     "tendon_frictionloss": "frictionloss",
     "tendon_armature": None,
 }
-"""Fields of joints and tendons that must be zero, and the flag that makes MuJoCo ignore them."""
+"""Fields of joints and tendons that must be zero, unless this flag disables them."""
 
 
 def check_model(model: mujoco.MjModel) -> None:
-    """Check that a model can be stepped by the splitting.
+    """Check that BAOAB can integrate a model, except for its inertia, noise and contact forces.
+
+    `magmotor.mjcf.langevin.model` checks those when it reads them.
 
     Raises
     ------
     ValueError
-        Names the body, joint or other thing that is in the way, and what must hold.
+        It cannot. The message names the body, joint or other element, and the requirement.
     """
     check_number("timestep", model.opt.timestep, above=0)
     for field in NUMBERS:
@@ -57,24 +65,27 @@ def check_model(model: mujoco.MjModel) -> None:
 
 
 def _moving(model: mujoco.MjModel) -> NDArray[np.bool_]:
-    """Which bodies move by joints."""
+    """Return which bodies move by joints, shape (nbody,)."""
     return model.body_dofnum[model.body_weldid] > 0
 
 
 def _check_options(model: mujoco.MjModel) -> None:
-    for field, what in NONE_OF.items():
+    """Check that there are no actuators, flexes, plugins, equalities, fluid or sleeping bodies."""
+    for field, what in UNSUPPORTED.items():
         count = getattr(model, field)
         if count and not (field == "neq" and disabled(model, "equality")):
-            raise reject(f"number of {what}", count, "must be zero: the splitting has none")
+            raise reject(f"number of {what}", count, "must be zero: Baoab does not support them")
     for field in ("density", "viscosity"):
         if getattr(model.opt, field):
-            raise reject(f"option {field}", getattr(model.opt, field), "must be zero: no fluid")
+            sentence = "must be zero: Baoab does not support fluid forces"
+            raise reject(f"option {field}", getattr(model.opt, field), sentence)
     if model.opt.enableflags & mujoco.mjtEnableBit.mjENBL_SLEEP:
-        raise reject("flag sleep", "enable", "must be disable")
+        raise reject("flag sleep", "enable", "must be 'disable'")
 
 
 def _check_joints_and_tendons(model: mujoco.MjModel) -> None:
-    for field, flag in SWITCHED_OFF_BY.items():
+    """Check that joints and tendons have no springs, limits, dry friction or nonlinear damping."""
+    for field, flag in DISABLING_FLAGS.items():
         if flag and disabled(model, flag):
             continue
         for i, value in enumerate(getattr(model, field)):
@@ -83,50 +94,51 @@ def _check_joints_and_tendons(model: mujoco.MjModel) -> None:
             prefix, name = field.split("_")
             kind = "tendon" if prefix == "tendon" else "joint"
             owner = label(model, kind, model.dof_jntid[i] if prefix == "dof" else i)
-            way_out = f", or switched off by the flag {flag}" if flag else ""
-            raise reject(f"{owner}: {name}", value.tolist(), f"must be zero{way_out}")
+            alternative = f", or disabled by the flag {flag}" if flag else ""
+            raise reject(f"{owner}: {name}", value.tolist(), f"must be zero{alternative}")
     fixed = model.wrap_type[model.tendon_adr] == int(mujoco.mjtWrap.mjWRAP_JOINT)
     for i in np.flatnonzero(model.tendon_damping * ~fixed):
-        sentence = "must be zero unless it is a fixed tendon"
+        sentence = "must be zero unless the tendon is a fixed one"
         raise reject(
             f"{label(model, 'tendon', i)}: damping", float(model.tendon_damping[i]), sentence
         )
 
 
 def _check_body(model: mujoco.MjModel, body: int) -> None:
+    """Check that a moving body is attached to the world by joints at its center of mass."""
     name, parent = label(model, "body", body), int(model.body_parentid[body])
     if model.body_weldid[parent] != 0:
         raise reject(
-            f"{name}: parent", label(model, "body", parent), "must be the world, or fixed to it"
+            f"{name}: parent", label(model, "body", parent), "must be the world or fixed to it"
         )
     joints = model.body_jntadr[body] + np.arange(model.body_jntnum[body])
     kinds = model.jnt_type[joints]
     if (kinds[:-1] != SLIDE).any():
-        told = [mujoco.mjtJoint(kind).name[6:].lower() for kind in kinds]
-        raise reject(f"{name}: joints", told, "must be slides first, then at most one that turns")
+        names = [mujoco.mjtJoint(kind).name[6:].lower() for kind in kinds]
+        sentence = "must be slides, followed by at most one hinge, ball or free joint"
+        raise reject(f"{name}: joints", names, sentence)
     if kinds[-1] == SLIDE:
         return
     last = joints[-1]
-    turning = model.jnt_dofadr[last] + np.arange(model.body_dofnum[body] - len(kinds) + 1)
+    dofs = model.jnt_dofadr[last] + np.arange(model.body_dofnum[body] - len(kinds) + 1)
     arm = model.jnt_pos[last] - model.body_ipos[body]
-    if model.body_mass[body] * arm @ arm > ROUNDING * model.dof_M0[turning[-3:]].min():
-        sentence = f"must be the center of mass, {model.body_ipos[body].tolist()}"
+    if model.body_mass[body] * arm @ arm > ROUNDING * model.dof_M0[dofs[-3:]].min():
+        sentence = f"must be at the center of mass, {model.body_ipos[body].tolist()}"
         owner = label(model, "joint", last)
         raise reject(f"{owner}: pos", model.jnt_pos[last].tolist(), sentence)
-    if kinds[-1] != HINGE and model.dof_armature[turning].any():
-        sentence = "must be zero: it does not turn with the body"
+    if kinds[-1] != HINGE and model.dof_armature[dofs].any():
+        sentence = "must be zero: armature does not rotate with the body"
         owner = label(model, "joint", last)
-        raise reject(f"{owner}: armature", float(model.dof_armature[turning].max()), sentence)
+        raise reject(f"{owner}: armature", float(model.dof_armature[dofs].max()), sentence)
 
 
 def _check_contacts(model: mujoco.MjModel) -> None:
+    """Check that all contact pairs are viscous, and that no other geoms can collide."""
     if disabled(model, "contact"):
         return
     for pair in range(model.npair):
         if model.pair_friction[pair, 0] != ALWAYS_IN_CONE:
-            sentence = (
-                f"must be {ALWAYS_IN_CONE:g}, as in a viscous contact, the only kind of contact"
-            )
+            sentence = f"must be {ALWAYS_IN_CONE:g}: only viscous contacts are supported"
             value = float(model.pair_friction[pair, 0])
             raise reject(f"{label(model, 'pair', pair)}: friction", value, sentence)
     types, affinities = model.geom_contype, model.geom_conaffinity
@@ -138,13 +150,12 @@ def _check_contacts(model: mujoco.MjModel) -> None:
     for one, other in np.argwhere(collide):
         both = " and ".join(label(model, "geom", i) for i in (one, other))
         value = types[[one, other]].tolist()
-        raise reject(
-            f"{both}: contype", value, "must be zero, as conaffinity: they must not collide"
-        )
+        sentence = "contype and conaffinity must be zero: collisions are not supported"
+        raise reject(f"{both}: contype", value, sentence)
 
 
 def check_viscous(model: mujoco.MjModel, pair: int) -> int:
-    """Check that a pair is a viscous contact of a sphere about its body's center of mass.
+    """Check that a pair is a viscous contact of a sphere at its body's center of mass.
 
     Returns
     -------
@@ -154,13 +165,13 @@ def check_viscous(model: mujoco.MjModel, pair: int) -> int:
     Raises
     ------
     ValueError
-        Names the geom, and what must hold.
+        It is not. The message names the geom and the requirement.
     """
     sphere = check_pair(model, pair)
     body = int(model.geom_bodyid[sphere])
     off = np.linalg.norm(model.geom_pos[sphere] - model.body_ipos[body])
     if off > ROUNDING * model.geom_size[sphere, 0]:
-        sentence = f"must be its body's center of mass, {model.body_ipos[body].tolist()}"
+        sentence = f"must be at its body's center of mass, {model.body_ipos[body].tolist()}"
         name = label(model, "geom", sphere)
         raise reject(f"{name}: pos", model.geom_pos[sphere].tolist(), sentence)
     return body

@@ -1,7 +1,8 @@
-"""The compiled loop of the splitting BAOAB; see `magmotor.mjcf.langevin.baoab`.
+"""The compiled loop of the BAOAB splitting; see `magmotor.mjcf.langevin.baoab`.
 
-It calls MuJoCo's C functions for the places (`mj_integratePos`) and for the bodies and sites there
-(`mj_kinematics`). Forces are found in one place, at the loop's top, which shortens compilation.
+It calls MuJoCo's C functions `mj_integratePos`, which advances positions, and `mj_kinematics`,
+which updates the frames of bodies and sites. Only the top of the loop computes forces, which
+shortens compilation.
 """
 
 # Numba's intrinsics hide their first parameter:
@@ -30,39 +31,47 @@ from magmotor.numerics.splittings import friction_and_noise
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-BODY, PLACE, DOF, CHANNEL, ISOTROPIC, TWIST, LAST_TWIST = 0, 1, 2, 3, 4, 5, 7
-"""Columns of `StepCoefficients.balls`: those of `Ball`, whether isotropic, and its twists' axes."""
+BODY, QUATERNION, DOF, CHANNEL, ISOTROPIC, TWIST, LAST_TWIST = 0, 1, 2, 3, 4, 5, 7
+"""Columns of `StepCoefficients.balls`: the fields of `Ball`, whether isotropic, and twist axes."""
 
 
 class StepCoefficients(NamedTuple):
-    """What acts on n velocities in the parts of a step.
+    """Coefficients of one step for n velocities and k Brownian channels.
 
-    The rows of the sparse matrix (D L), as `starts`, `columns` and `values`, are what damping and
-    noise add to each velocity.
+    In part O, damping and noise add (D L) (u, xi) to the velocities u, where xi are k standard
+    normal numbers. The rows of the matrix (D L), shape (n, n + k), are stored in compressed sparse
+    form as `starts`, `columns` and `values`.
     """
 
     timestep: float
+    """In s."""
     kick: Array
-    """Half a step over the inertia of each velocity."""
+    """Half a timestep over the inertia of each velocity, shape (n,)."""
     force: Array
+    """Constant force on each velocity, shape (n,)."""
     bodies: Integers
+    """Body of each velocity, shape (n,)."""
     wrenches: Array
-    """As in `LangevinModel`, but of slides and hinges alone."""
+    """Same as in `LangevinModel`, but zero for ball joints, shape (n, 6)."""
     starts: Integers
+    """First element of each row in `columns` and `values`, and their end, shape (n + 1,)."""
     columns: Integers
     values: Array
     channels: int
+    """Number of Brownian channels, k."""
     balls: Integers
+    """Integers of each ball joint, in columns `BODY` to `LAST_TWIST`."""
     ratios: Array
+    """`Ball.ratios` of each ball joint, shape (balls, 3)."""
 
 
 def step_coefficients(model: LangevinModel, timestep: float) -> StepCoefficients:
-    """The numbers of a model and a timestep."""
+    """Compute the coefficients of a step of `timestep` seconds for a model."""
     matrix = _damping_and_noise(model, timestep)
     wrenches = model.wrenches.copy()
     for ball in model.balls:
         wrenches[ball.dof : ball.dof + 3] = 0.0
-    balls = [(*ball[:4], ball.isotropic, *_twists(ball)) for ball in model.balls]
+    balls = [(*ball[:4], ball.isotropic, *_twist_axes(ball)) for ball in model.balls]
     return StepCoefficients(
         timestep,
         0.5 * timestep / model.masses,
@@ -79,7 +88,11 @@ def step_coefficients(model: LangevinModel, timestep: float) -> StepCoefficients
 
 
 def _damping_and_noise(model: LangevinModel, timestep: float) -> csr_array:
-    """The matrix (D L), group by group of velocities that damping or noise couple."""
+    """Compute the matrix (D L) of `StepCoefficients`.
+
+    Each group of velocities that are coupled by damping or noise is a separate block, computed by
+    `magmotor.numerics.splittings.friction_and_noise`.
+    """
     damping, noise = model.damping, model.noise
     n = len(damping)
     matrix = np.zeros((n, n + noise.shape[1]))
@@ -88,7 +101,7 @@ def _damping_and_noise(model: LangevinModel, timestep: float) -> csr_array:
         dofs = np.flatnonzero(group == number)
         channels = np.flatnonzero(noise[dofs].any(axis=0))
         driven = noise[np.ix_(dofs, channels)]
-        # The root of the covariance wants Brownian motions that differ in what they drive.
+        # The root of the covariance requires linearly independent columns.
         combinations = orthonormal_rows(driven)
         if len(combinations) == len(channels):
             combinations = np.eye(len(channels))
@@ -104,31 +117,32 @@ def _damping_and_noise(model: LangevinModel, timestep: float) -> csr_array:
     return csr_array(matrix)
 
 
-def _twists(ball: Ball) -> tuple[int, int, int]:
-    """A palindrome of the axes whose moments of inertia differ from the median.
+def _twist_axes(ball: Ball) -> tuple[int, int, int]:
+    """Return the axes of the twists in `_drift`, in a symmetric sequence.
 
-    That of a symmetric body is in the middle.
+    They are the two axes other than that of the median moment of inertia. The one whose moment
+    differs most from the median is in the middle; it is the symmetry axis of a symmetric body.
     """
     _, outer, middle = np.argsort(abs(ball.ratios - 1), kind="stable").tolist()
     return outer, middle, outer
 
 
 BY_TIME = -(2**63)
-"""Number of a step that is not known; the time of `mjData` tells it, but for 5e7 steps at most."""
+"""Stands for a step number to be derived from the time of `mjData`, exact up to 5e7 steps."""
 
 _word, _number = types.int64, types.float64
 _FUNCTIONS = {
     "mj_kinematics": types.void(_word, _word),
     "mj_integratePos": types.void(_word, _word, _word, _number),
 }
-_update_kinematics, _move_places = (
+_update_kinematics, _integrate_positions = (
     types.ExternalFunction(name, signature) for name, signature in _FUNCTIONS.items()
 )
 
 
 @cache
 def compiled():
-    """The loop for the MuJoCo that is running, compiled once a process at the most."""
+    """Return the loop for the running MuJoCo, compiled at most once per process."""
     for name in _FUNCTIONS:
         memory.bind_function(name, getattr(memory.library(), name))
     return _advance(layout.current())
@@ -136,12 +150,24 @@ def compiled():
 
 @compiled_once(nogil=True, error_model="numpy")
 def _advance(checksum: int, offsets: layout.Layout):
-    """The loop for one layout of the structs."""
+    """Define the loop for one layout of the structs."""
 
     def advance(model, data, first, count, coefficients, path, work):
-        """Take steps from number `first` on, or from where the time says if it is `BY_TIME`.
+        """Take steps, and return the number of the next one; `BY_TIME` if the state is not finite.
 
-        Returns the number of the step that follows, or `BY_TIME` if the state is not finite.
+        Parameters
+        ----------
+        model, data : int
+            Addresses of mjModel and mjData.
+        first : int
+            Number of the first step on the Brownian path, or `BY_TIME`.
+        count : int
+            Number of steps.
+        coefficients : StepCoefficients
+        path : ndarray, shape (count, nq + nv) or (0, 0)
+            Receives `qpos` and `qvel` after each step, if it has rows.
+        work : ndarray, shape (3 nv + channels,)
+            Scratch memory.
         """
         _ = checksum
         m = memory.words(model, memory.UNBOUNDED)
@@ -163,7 +189,7 @@ def _advance(checksum: int, offsets: layout.Layout):
         noise = whole[n:]
         done = 0
         while True:
-            _find_forces(model, data, offsets, coefficients, force)
+            _compute_forces(model, data, offsets, coefficients, force)
             if done > 0:
                 size = 0.0
                 for i in range(n):
@@ -171,9 +197,9 @@ def _advance(checksum: int, offsets: layout.Layout):
                     size += abs(qvel[i])
                 time[0] += coefficients.timestep
                 if len(path) > 0:
-                    places = path.shape[1] - n
-                    copy(path[done - 1, :places], qpos)
-                    copy(path[done - 1, places:], qvel)
+                    nq = path.shape[1] - n
+                    copy(path[done - 1, :nq], qpos)
+                    copy(path[done - 1, nq:], qvel)
                 if not size < np.inf:
                     return BY_TIME
             if done == count:
@@ -193,7 +219,7 @@ def _advance(checksum: int, offsets: layout.Layout):
 
 @njit(forceinline=True)
 def _borrowed(coefficients):
-    """The coefficients with views of its arrays, see `memory.borrowed`."""
+    """Return the coefficients with views of their arrays; see `memory.borrowed`."""
     return StepCoefficients(
         coefficients.timestep,
         memory.borrowed(coefficients.kick),
@@ -210,8 +236,13 @@ def _borrowed(coefficients):
 
 
 @njit(forceinline=True)
-def _find_forces(model, data, offsets, coefficients, force):
-    """Forces on the velocities where the bodies are now."""
+def _compute_forces(model, data, offsets, coefficients, force):
+    """Compute the generalized forces at the current configuration, without damping and noise.
+
+    This updates the frames of bodies and sites, and `xfrc_applied` by the forces of dipoles and
+    potentials. `force` receives the sum of the constant forces, `qfrc_applied`, and the wrenches
+    `xfrc_applied` on the bodies.
+    """
     d = memory.words(data, memory.UNBOUNDED)
     _update_kinematics(model, data)
     _apply_forces(model, data, offsets)
@@ -231,28 +262,29 @@ def _find_forces(model, data, offsets, coefficients, force):
 
 @njit(error_model="numpy")
 def _apply_forces(model, data, offsets):
-    """Not inlined, unlike what it calls, since this shortens compilation."""
+    """Call `magmotor.mjcf.magnetism.apply_forces` without inlining, to shorten compilation."""
     apply_forces(model, data, offsets)
 
 
 @njit(forceinline=True)
 def _drift(model, qpos, qvel, coefficients):
-    """A: move freely for half a step.
+    """A: move freely for half a timestep.
 
-    A body turns at a constant angular velocity if its moments of inertia are equal. Otherwise they
-    are taken as their median first; what this leaves are twists about two of its own axes. A
-    symmetric body has but one of them, and that is exact.
+    A body with equal moments of inertia rotates at a constant angular velocity. For any other body,
+    the kinetic energy is split into that of a body whose moments all equal the median, and two
+    corrections, which are twists about two body axes in a symmetric sequence. A symmetric body
+    needs one twist, and its motion is exact.
     """
     time = 0.5 * coefficients.timestep
     for b in range(len(coefficients.balls)):
         if not coefficients.balls[b, ISOTROPIC]:
             for k in range(3):
                 qvel[coefficients.balls[b, DOF] + k] *= coefficients.ratios[b, k]
-    _move_places(model, qpos.ctypes.data, qvel.ctypes.data, time)
+    _integrate_positions(model, qpos.ctypes.data, qvel.ctypes.data, time)
     for b in range(len(coefficients.balls)):
         if not coefficients.balls[b, ISOTROPIC]:
-            place, dof = coefficients.balls[b, PLACE], coefficients.balls[b, DOF]
-            quaternion, momentum = qpos[place : place + 4], qvel[dof : dof + 3]
+            start, dof = coefficients.balls[b, QUATERNION], coefficients.balls[b, DOF]
+            quaternion, momentum = qpos[start : start + 4], qvel[dof : dof + 3]
             for twist in range(TWIST, LAST_TWIST + 1):
                 axis = coefficients.balls[b, twist]
                 span = 0.5 * time if twist in (TWIST, LAST_TWIST) else time
@@ -263,16 +295,18 @@ def _drift(model, qpos, qvel, coefficients):
 
 @njit(forceinline=True)
 def _twist(quaternion, momentum, axis, ratio, time):
-    """Turn a body about its own axis by what its moment of inertia there, over the median, adds.
+    """Rotate a body about its own axis by the flow of L^2/(2 I) - L^2/(2 I0) for `time`.
 
-    Its angular momentum (over the median, in the body's frame) stays where it is in the world's.
+    L is the angular momentum about the axis, I the moment of inertia, I0 the median moment, and
+    `ratio` I/I0. `momentum` is the angular momentum over I0 in the body's frame; it changes such
+    that it stays constant in the world frame.
     """
     if ratio != 1.0:
         half = 0.5 * time * momentum[axis] * (1.0 / ratio - 1.0)
         c, s = math.cos(half), math.sin(half)
-        about = (c, s * (axis == 0), s * (axis == 1), s * (axis == 2))
-        turned = mul_quat((quaternion[0], quaternion[1], quaternion[2], quaternion[3]), about)
-        quaternion[0], quaternion[1], quaternion[2], quaternion[3] = turned
+        twist = (c, s * (axis == 0), s * (axis == 1), s * (axis == 2))
+        rotated = mul_quat((quaternion[0], quaternion[1], quaternion[2], quaternion[3]), twist)
+        quaternion[0], quaternion[1], quaternion[2], quaternion[3] = rotated
         i, j = (axis + 1) % 3, (axis + 2) % 3
         x, y = momentum[i], momentum[j]
         cosine, sine = c * c - s * s, 2.0 * c * s
@@ -281,11 +315,17 @@ def _twist(quaternion, momentum, axis, ratio, time):
 
 @njit(forceinline=True)
 def _damp_and_drive(qpos, qvel, coefficients, whole, change):
-    """O: apply damping and noise; `whole` has room for the velocities, then the noise."""
+    """O: apply damping and noise for a timestep, u += (D L) (u, xi).
+
+    `whole` is memory for the velocities u, followed by the noise xi; `change` is memory for the
+    change of u. The angular velocities of isotropic bodies are in the frame of their reference
+    attitude meanwhile, where their damping and noise are constant. For other bodies with noise, the
+    three Brownian torques are rotated to the body's frame.
+    """
     n = len(qvel)
     copy(whole[:n], qvel)
     for b in range(len(coefficients.balls)):
-        axes = _axes(qpos, coefficients.balls[b, PLACE])
+        axes = _axes(qpos, coefficients.balls[b, QUATERNION])
         if coefficients.balls[b, ISOTROPIC]:
             _to_reference(whole, coefficients.balls[b, DOF], axes)
         elif coefficients.balls[b, CHANNEL] >= 0:
@@ -296,28 +336,29 @@ def _damp_and_drive(qpos, qvel, coefficients, whole, change):
             change[i] += coefficients.values[k] * whole[coefficients.columns[k]]
     for b in range(len(coefficients.balls)):
         if coefficients.balls[b, ISOTROPIC]:
-            _to_body(change, coefficients.balls[b, DOF], _axes(qpos, coefficients.balls[b, PLACE]))
+            axes = _axes(qpos, coefficients.balls[b, QUATERNION])
+            _to_body(change, coefficients.balls[b, DOF], axes)
     for i in range(n):
         qvel[i] += change[i]
 
 
 @njit(forceinline=True)
-def _axes(qpos, place):
-    """The axes of a body, as it would see those of its reference attitude."""
-    return columns((qpos[place], qpos[place + 1], qpos[place + 2], qpos[place + 3]))
+def _axes(qpos, start):
+    """Return the axes of a body in the frame of its reference attitude, from its quaternion."""
+    return columns((qpos[start], qpos[start + 1], qpos[start + 2], qpos[start + 3]))
 
 
 @njit(forceinline=True)
 def _to_body(array, first, axes):
-    """Bring a vector in an array from the frame of the reference attitude to the body's."""
+    """Transform a vector in an array from the frame of the reference attitude to the body's."""
     v = array[first], array[first + 1], array[first + 2]
-    seen = dot(axes[0], v), dot(axes[1], v), dot(axes[2], v)
-    array[first], array[first + 1], array[first + 2] = seen
+    rotated = dot(axes[0], v), dot(axes[1], v), dot(axes[2], v)
+    array[first], array[first + 1], array[first + 2] = rotated
 
 
 @njit(forceinline=True)
 def _to_reference(array, first, axes):
-    """Bring a vector in an array from the body's frame to that of its reference attitude."""
+    """Transform a vector in an array from the body's frame to that of its reference attitude."""
     x, y, z = array[first], array[first + 1], array[first + 2]
     v = plus(plus(scaled(x, axes[0]), y, axes[1]), z, axes[2])
     array[first], array[first + 1], array[first + 2] = v

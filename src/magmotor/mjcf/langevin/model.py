@@ -1,10 +1,12 @@
-"""What damping, noise and inertia do to the velocities of a model, read from the model itself.
+"""The Langevin equation of a MuJoCo model: inertia, damping and noise of its velocities.
 
-The velocities are `qvel`, whose angular velocities of a ball or free joint are in the body's frame.
-Friction and noise are constant there, or in the world's frame: such a body must have three equal
-moments of inertia, and its matrices are for its *reference attitude*, the quaternion 1 0 0 0.
+The velocities are `qvel`; the angular velocities of ball and free joints are in the body's frame.
+The damping and noise of such a joint are constant either in the body's frame or in the world frame.
+In the latter case, the body must have three equal moments of inertia, and its matrices are given
+for its *reference attitude*, the quaternion 1 0 0 0.
 """
 
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import mujoco
@@ -23,65 +25,76 @@ Array = NDArray[np.float64]
 FREE, BALL = int(mujoco.mjtJoint.mjJNT_FREE), int(mujoco.mjtJoint.mjJNT_BALL)
 
 WEAKEST_REGULARIZATION = 1e6
-"""R over A of a viscous contact, below which its force is not yet -c V."""
+"""Smallest ratio R/A at which the force of a viscous contact is -c V."""
 
 
 class Ball(NamedTuple):
-    """A ball joint, or the part of a free joint that turns."""
+    """A ball joint, or the rotational part of a free joint."""
 
     body: int
-    place: int
-    """Of its quaternion in `qpos`."""
+    quaternion: int
+    """Index of its quaternion in `qpos`."""
     dof: int
-    """The first of its three."""
+    """Index of the first of its three degrees of freedom."""
     channel: int
-    """The first of three Brownian motions that turn with the body; -1 if there are none."""
+    """First of three Brownian torques, if the moments of inertia differ; -1 if there are none."""
     moments: tuple[float, float, float]
+    """Moments of inertia in the body's frame, in kg m^2."""
 
     @property
     def ratios(self) -> Array:
-        """Moments of inertia over their median; 1 where they are equal to it but for rounding."""
+        """Moments of inertia over their median; exactly 1 where they are equal up to rounding."""
         ratios = np.array(self.moments) / np.median(self.moments)
         return np.where(abs(ratios - 1) < ROUNDING, 1.0, ratios)
 
     @property
     def isotropic(self) -> bool:
-        """Whether the moments of inertia are equal, so that only the torque turns the momentum."""
+        """Whether all three moments of inertia are equal."""
         return bool((self.ratios == 1).all())
 
 
 class LangevinModel(NamedTuple):
-    """Equation masses du/dt = force - damping u + noise dW/dt, in the reference attitude.
+    """The Langevin equation masses du/dt = force - damping u + noise dW/dt of nv velocities u.
 
-    `force` (nv,) holds what is constant, gravity; `wrenches` (nv, 6) what a wrench on the body of
-    each degree of freedom, `bodies` (nv,), at its center of mass and in the world frame, does to
-    that.
+    The matrices are given for the reference attitude. Forces of dipoles and potentials and applied
+    forces come in addition; the compiled loop computes them in every step.
     """
 
     masses: Array
+    """Inertia of each velocity, the diagonal of the mass matrix, shape (nv,)."""
     damping: Array
+    """Symmetric matrix of joints, fixed tendons and viscous contacts, shape (nv, nv)."""
     noise: Array
+    """Amplitudes of the Brownian channels, shape (nv, channels)."""
     force: Array
+    """Constant generalized force, gravity, shape (nv,)."""
     bodies: NDArray[np.int64]
+    """Body of each velocity, shape (nv,)."""
     wrenches: Array
+    """Generalized force per unit wrench on that body, shape (nv, 6).
+
+    The wrench is in the world frame, at the center of mass.
+    """
     balls: tuple[Ball, ...]
+    """The ball joints and the rotational parts of the free joints."""
 
 
 def langevin_model(model: mujoco.MjModel) -> LangevinModel:
-    """Read a model.
+    """Read the Langevin equation from a model.
 
     Raises
     ------
     ValueError
-        Its damping and noise are not constant linear maps, or something else acts than they,
-        constant forces and what the compiled callback applies. Names what is in the way.
+        Damping and noise are not constant linear maps, the inertias of velocities are coupled, or
+        the model has forces or constraints that are not supported. The message names the element
+        and the requirement.
     """
     check_model(model)
     data = _at_reference(model)
     masses = _masses(model, data)
     wrenches = _wrenches(model, data)
     balls = tuple(_balls(model, masses))
-    damping = _dampers(model) + _viscous_contacts(model, data, masses, balls)
+    damping = _joint_damping(model) + _contact_damping(model, data, masses, balls)
     return LangevinModel(
         masses,
         damping,
@@ -94,24 +107,24 @@ def langevin_model(model: mujoco.MjModel) -> LangevinModel:
 
 
 def _at_reference(model: mujoco.MjModel) -> mujoco.MjData:
-    """The model at rest, all that turns in its reference attitude."""
+    """Return the model's data at rest at `qpos0`, with ball and free joints at 1 0 0 0."""
     data = mujoco.MjData(model)
-    for place in _places(model).values():
-        data.qpos[place : place + 4] = 1.0, 0.0, 0.0, 0.0
+    for start in _quaternions(model).values():
+        data.qpos[start : start + 4] = 1.0, 0.0, 0.0, 0.0
     mujoco.mj_fwdPosition(model, data)
     mujoco.mj_fwdVelocity(model, data)
     return data
 
 
-def _places(model: mujoco.MjModel) -> dict[int, int]:
-    """Where in `qpos` the quaternions of joints are."""
+def _quaternions(model: mujoco.MjModel) -> dict[int, int]:
+    """Return the index in `qpos` of the quaternion of each ball and free joint."""
     linear = {FREE: 3, BALL: 0}
     kinds = enumerate(model.jnt_type)
     return {j: int(model.jnt_qposadr[j]) + linear[kind] for j, kind in kinds if kind in linear}
 
 
 def _masses(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
-    """Inertia of each velocity."""
+    """Return the inertia of each velocity; the mass matrix must be diagonal."""
     inertia = np.empty((model.nv, model.nv))
     for row, unit in zip(inertia, np.eye(model.nv), strict=True):
         mujoco.mj_mulM(model, data, row, unit)
@@ -120,14 +133,15 @@ def _masses(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
     for one, other in np.argwhere(coupled):
         joints = {label(model, "joint", model.dof_jntid[i]): None for i in (one, other)}
         sentence = (
-            "must be zero: put slides at right angles, and balls on bodies in their principal frame"
+            "must be zero: put slides at right angles, and align the frames of bodies on ball"
+            " joints with their principal axes"
         )
         raise reject(f"inertia between {' and '.join(joints)}", inertia[one, other], sentence)
     return masses.copy()
 
 
 def _wrenches(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
-    """What wrenches on bodies do to the forces on their joints; see `LangevinModel`."""
+    """Return the generalized forces per unit wrench; see `LangevinModel.wrenches`."""
     wrenches = np.empty((model.nv, 6))
     jacobian = np.empty((6, model.nv))
     for dof, body in enumerate(model.dof_bodyid):
@@ -136,40 +150,46 @@ def _wrenches(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
     return wrenches
 
 
-def _balls(model: mujoco.MjModel, masses: Array):
-    for joint, place in _places(model).items():
+def _balls(model: mujoco.MjModel, masses: Array) -> Iterator[Ball]:
+    """Yield the ball joints and the rotational parts of the free joints."""
+    for joint, start in _quaternions(model).items():
         dof = int(model.jnt_dofadr[joint]) + (3 if model.jnt_type[joint] == FREE else 0)
         body = int(model.jnt_bodyid[joint])
-        ball = Ball(body, place, dof, -1, tuple(masses[dof : dof + 3].tolist()))
-        yield ball if ball.isotropic else ball._replace(channel=_turning_channel(model, body))
+        ball = Ball(body, start, dof, -1, tuple(masses[dof : dof + 3].tolist()))
+        yield ball if ball.isotropic else ball._replace(channel=_torque_channel(model, body))
 
 
 def _channels(model: mujoco.MjModel) -> list[tuple[int, Array]]:
-    """Body and wrench of each Brownian motion; see `magmotor.mjcf.forces.brownian`."""
+    """Return the body and the wrench of each channel; see `magmotor.mjcf.forces.brownian`."""
     whole = model.nuser_body - model.nuser_body % 6
     rows = model.body_user[:, :whole].reshape(model.nbody, -1, 6)
     return [(body, row) for body in range(model.nbody) for row in rows[body] if row.any()]
 
 
-def _turning_channel(model: mujoco.MjModel, body: int) -> int:
-    """The first of the Brownian motions that turn a body with unequal moments of inertia."""
+def _torque_channel(model: mujoco.MjModel, body: int) -> int:
+    """Return the first of three Brownian torques on a body with unequal moments of inertia.
+
+    The result is -1 if there are none. They must be equal torques about x, y and z, whose
+    distribution does not depend on the attitude.
+    """
     channels = _channels(model)
-    turning = [i for i, (b, row) in enumerate(channels) if b == body and row[3:].any()]
-    if not turning:
+    torques = [i for i, (b, row) in enumerate(channels) if b == body and row[3:].any()]
+    if not torques:
         return -1
-    rows = np.array([channels[i][1] for i in turning])
-    first, strength = turning[0], rows[0, 3]
+    rows = np.array([channels[i][1] for i in torques])
+    first, strength = torques[0], rows[0, 3]
     equal = np.hstack([np.zeros((3, 3)), strength * np.eye(3)])
-    if turning != [first, first + 1, first + 2] or not np.array_equal(rows, equal):
+    if torques != [first, first + 1, first + 2] or not np.array_equal(rows, equal):
         sentence = (
-            "must be equal torques about x, y and z alone, three rows (0 0 0 a 0 0, 0 0 0 0 a 0,"
-            " 0 0 0 0 0 a), since its moments of inertia differ"
+            "since the moments of inertia differ, Brownian torques must be three rows of equal"
+            " torques about x, y and z (0 0 0 a 0 0, 0 0 0 0 a 0, 0 0 0 0 0 a)"
         )
         raise reject(f"{label(model, 'body', body)}: user", rows.tolist(), sentence)
     return first
 
 
 def _noise(model: mujoco.MjModel, wrenches: Array) -> Array:
+    """Return the amplitudes of all channels; see `LangevinModel.noise`."""
     channels = _channels(model)
     noise = np.zeros((model.nv, len(channels)))
     for channel, (body, row) in enumerate(channels):
@@ -179,8 +199,8 @@ def _noise(model: mujoco.MjModel, wrenches: Array) -> Array:
     return noise
 
 
-def _dampers(model: mujoco.MjModel) -> Array:
-    """Friction of joints and of fixed tendons."""
+def _joint_damping(model: mujoco.MjModel) -> Array:
+    """Return the damping matrix of joints and fixed tendons."""
     if disabled(model, "damper"):
         return np.zeros((model.nv, model.nv))
     damping = np.diag(model.dof_damping)
@@ -192,10 +212,10 @@ def _dampers(model: mujoco.MjModel) -> Array:
     return damping
 
 
-def _viscous_contacts(
+def _contact_damping(
     model: mujoco.MjModel, data: mujoco.MjData, masses: Array, balls: tuple[Ball, ...]
 ) -> Array:
-    """Friction of viscous contacts."""
+    """Return the damping matrix of viscous contacts, each of which must be active at `qpos0`."""
     damping = np.zeros((model.nv, model.nv))
     if disabled(model, "contact"):
         return damping
@@ -205,31 +225,29 @@ def _viscous_contacts(
         geoms = {int(model.pair_geom1[pair]), int(model.pair_geom2[pair])}
         found = [c for c in active if set(c.geom.tolist()) == geoms and c.efc_address >= 0]
         if len(found) != 1:
-            raise reject(f"{name}: active contacts at qpos0", len(found), "must be one")
+            raise reject(f"{name}: active contacts at qpos0", len(found), "must be exactly one")
         body = check_viscous(model, pair)
         if any(ball.body == body and not ball.isotropic for ball in balls):
             moments = model.body_inertia[body].tolist()
             sentence = f"must be equal, since {name} acts on it"
             raise reject(f"{label(model, 'body', body)}: moments of inertia", moments, sentence)
-        damping += _viscous(model, data, found[0], name, masses, body)
+        damping += _slip_damping(model, data, found[0], name, masses, body)
     return damping
 
 
-def _viscous(model, data, contact: Any, name: str, masses: Array, body: int) -> Array:
-    """Friction c T^T T, where T u is the slip velocity."""
+def _slip_damping(model, data, contact: Any, name: str, masses: Array, body: int) -> Array:
+    """Return the damping matrix c T^T T of a viscous contact, where T u is the slip velocity."""
     jacobian = np.empty((3, model.nv))
     mujoco.mj_jac(model, data, jacobian, None, contact.pos, body)
     normal, *tangents = product(contact.frame.reshape(3, 3), jacobian)
     if abs(normal).max() > ROUNDING * np.abs(tangents).max():
-        sentence = "must be held at its height, where the contact bears no load"
+        sentence = "must be held at a fixed height, since the contact bears no load"
         raise reject(f"{name}: {label(model, 'body', body)}", "free to leave the plane", sentence)
     slip = np.array(tangents)
     inverse_inertia = float(np.max(np.sum(slip**2 / masses, axis=1)))
     regularization = data.efc_R[contact.efc_address + 1] / inverse_inertia
     if regularization < WEAKEST_REGULARIZATION:
-        sentence = (
-            f"must be at least {WEAKEST_REGULARIZATION:g}: a smaller impratio makes it larger"
-        )
+        sentence = f"must be at least {WEAKEST_REGULARIZATION:g}: a smaller impratio increases it"
         raise reject(f"{name}: R/A", regularization, sentence)
     damping = -contact.solreffriction[1] / resistance(data, contact, inverse_inertia)
     return damping * product(slip.T, slip)

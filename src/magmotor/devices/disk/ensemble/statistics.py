@@ -17,7 +17,16 @@ from magmotor.devices.disk.scene import Disk, LangevinParticle
 from magmotor.devices.disk.states import DiskStates
 from magmotor.devices.disk.variational import LANES, TURN
 from magmotor.numerics.compiled import compiled_once
-from magmotor.numerics.eights import COUNT, counted, fused, put, spread, taken, total, where_less
+from magmotor.numerics.eights import (
+    COUNT,
+    broadcast,
+    fused,
+    lane_numbers,
+    load,
+    store,
+    total,
+    where_less,
+)
 
 BINS = 120
 REACH = 6.0
@@ -89,16 +98,16 @@ def flight_bin(samples):
 
 @njit(inline="always")
 def _correlate(states, last, increment, level, sums, start, lanes, number):
-    none, turn, end = spread(0.0), spread(TURN), spread(float(lanes))
-    a_sum = b_sum = aa = bb = ab = none
+    zero, period, end = broadcast(0.0), broadcast(TURN), broadcast(float(lanes))
+    a_sum = b_sum = aa = bb = ab = zero
     for i in range(0, lanes, COUNT):
-        here, lane = start + i, counted() + spread(float(i))
-        x = turn * taken(states, 0, i)
-        a, b = taken(increment, level, here), x - taken(last, level, here)
-        put(increment, level, here, b)
-        put(last, level, here, x)
-        # Of padding, nothing.
-        a, b = where_less(lane, end, a, none), where_less(lane, end, b, none)
+        here, lane = start + i, lane_numbers() + broadcast(float(i))
+        x = period * load(states, 0, i)
+        a, b = load(increment, level, here), x - load(last, level, here)
+        store(increment, level, here, b)
+        store(last, level, here, x)
+        # Padding does not count.
+        a, b = where_less(lane, end, a, zero), where_less(lane, end, b, zero)
         a_sum, b_sum = a_sum + a, b_sum + b
         aa, bb, ab = fused(a, a, aa), fused(b, b, bb), fused(a, b, ab)
     if number >= 2:
