@@ -15,7 +15,7 @@ from benchmarks.harness.records import Case, Record
 from benchmarks.harness.tables import cost_cells, number, table
 from benchmarks.harness.timing import beside, seconds_of
 from magmotor.devices.motor.scene import LARGEST_TILT
-from magmotor.mjcf import hooks as stopwatch
+from magmotor.mjcf.hooks import without_stopwatch
 from magmotor.run.in_mujoco import compose
 
 Array = NDArray[np.float64]
@@ -110,7 +110,7 @@ def _stepper(model: mujoco.MjModel) -> Callable[[], float]:
     def seconds() -> float:
         mujoco.mj_resetDataKeyframe(model, data, 0)
         data.userdata[0] = SEED
-        with stopwatch.stopped():
+        with without_stopwatch():
             return seconds_of(partial(langevin.step, data, nstep=STEPS)) / STEPS
 
     return seconds

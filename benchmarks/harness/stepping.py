@@ -8,7 +8,7 @@ import mujoco
 import magmotor as mm
 from benchmarks.harness.records import Record
 from benchmarks.harness.timing import beside, seconds_of
-from magmotor.mjcf import hooks as stopwatch
+from magmotor.mjcf.hooks import without_stopwatch
 
 TIMESTEP = 0.025
 STEPS = 2000
@@ -44,7 +44,7 @@ class Stepper:
             getattr(self.data, name)[:] = value
         with ExitStack() as stack:
             if not stopwatch_runs:
-                stack.enter_context(stopwatch.stopped())
+                stack.enter_context(without_stopwatch())
             if magnetic:
                 stack.enter_context(mm.magnetism())
             step = partial(mujoco.mj_step, self.model, self.data, nstep=STEPS)

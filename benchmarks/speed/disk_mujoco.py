@@ -12,8 +12,8 @@ from benchmarks.harness.timing import in_turns, seconds_of
 from magmotor.device.job import Job
 from magmotor.devices.disk.states import start_disk
 from magmotor.devices.disk.variational import run
-from magmotor.mjcf import hooks as stopwatch
 from magmotor.mjcf import memory
+from magmotor.mjcf.hooks import without_stopwatch
 
 TIMESTEP = 0.01
 STEPS = 20_000
@@ -62,7 +62,7 @@ def _show_parts() -> None:
     data = mujoco.MjData(model)
     library = memory.library()
     calls = {name: getattr(library, name) for name, _ in PARTS if name != "callback"}
-    with mm.magnetism(), stopwatch.stopped():
+    with mm.magnetism(), without_stopwatch():
         calls |= {"callback": mujoco.get_mjcb_control(), "mj_step": library.mj_step}
         cases, pointers = {}, {}
         for name, function in calls.items():
@@ -109,7 +109,7 @@ def _stepper(scene: mm.Disk, integrator: mujoco.mjtIntegrator, driven: bool):
     def step() -> float:
         mujoco.mj_resetData(model, data)
         data.qvel[:] = 1.0
-        with stopwatch.stopped():
+        with without_stopwatch():
             if not driven:
                 return seconds_of(steps) / STEPS
             with mm.magnetism():

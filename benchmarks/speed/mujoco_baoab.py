@@ -9,8 +9,8 @@ from numba import njit
 import magmotor as mm
 from benchmarks.harness.tables import Row, show
 from benchmarks.harness.timing import in_turns, seconds_of
-from magmotor.mjcf import hooks as stopwatch
 from magmotor.mjcf import memory
+from magmotor.mjcf.hooks import without_stopwatch
 from magmotor.noise import BrownianPath
 
 STEPS, TURNS = 3000, 40
@@ -40,7 +40,7 @@ ON_PLACES = ctypes.CFUNCTYPE(None, WORD, WORD, WORD, NUMBER)
 def main() -> None:
     pairs = {name: _steppers(scene, h) for name, (scene, h, _) in CASES.items()}
     cases = {(n, k): stepper for n, pair in pairs.items() for k, stepper in enumerate(pair)}
-    with mm.magnetism(), stopwatch.stopped():
+    with mm.magnetism(), without_stopwatch():
         times = in_turns(cases, TURNS)
     rows = [
         Row(name, times[name, 0], times[name, 1], at_most=target)

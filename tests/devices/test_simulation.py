@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 
 import magmotor as mm
-from magmotor.mjcf import hooks as stopwatch
+from magmotor.mjcf.hooks import without_stopwatch
 from magmotor.run import in_mujoco as mujoco_run
 
 SHORT: dict[str, Any] = {"method": "mujoco/rk4", "timestep": 0.025, "duration": 1.0}
@@ -237,7 +237,7 @@ def test_records_up_to_the_memory_are_not_refused(monkeypatch):
 def test_the_stopwatch_runs_again_after_runs_that_overlap():
     model = mm.build(mm.Top())
     data = mujoco.MjData(model)
-    first, second = stopwatch.stopped(), stopwatch.stopped()
+    first, second = without_stopwatch(), without_stopwatch()
     first.__enter__()
     second.__enter__()
     first.__exit__(None, None, None)

@@ -1,7 +1,7 @@
-"""Hooks of MuJoCo, of which a process has one each, for all models and threads.
+"""MuJoCo's hooks: one of each per process, shared by all models and threads.
 
-`Hook` takes any of them for the length of a `with` block. Two blocks are made of it here: `raised`
-takes the handler of errors, `stopped` the stopwatch; `magmotor.mjcf.magnetism` takes the callback.
+`Hook` replaces one of them inside a `with` block. Here `raised` uses it for the error handler and
+`without_stopwatch` for the stopwatch; `magmotor.mjcf.magnetism` uses it for the callback.
 """
 
 import ctypes
@@ -97,7 +97,7 @@ _error_hook = Hook(_keep_errors, _set_handler)
 
 
 @contextmanager
-def stopped() -> Iterator[None]:
+def without_stopwatch() -> Iterator[None]:
     """Stop the stopwatch, which the Python bindings start whenever an MjData is made.
 
     Blocks may be nested and may overlap in several threads: the last that ends starts it again.

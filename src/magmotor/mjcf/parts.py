@@ -16,14 +16,14 @@ Element = Any
 
 
 def compiled(root: Element) -> mujoco.MjModel:
-    """The model of a PyMJCF tree or an MjSpec; ValueError if MuJoCo does not take its numbers."""
+    """The model of a PyMJCF tree or an MjSpec; ValueError if MuJoCo rejects it."""
     try:
         if isinstance(root, mujoco.MjSpec):
             return root.compile()
         return mujoco.MjModel.from_xml_string(root.to_xml_string(), root.get_assets())
     except ValueError as error:
         raise ValueError(
-            f"scene: must be one that MuJoCo takes ({' '.join(str(error).split())})"
+            f"MuJoCo cannot compile the model: {' '.join(str(error).split())}"
         ) from error
 
 
