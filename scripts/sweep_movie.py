@@ -12,7 +12,7 @@ from magmotor.common.checks import reject
 from magmotor.device.provenance import scene_from
 from magmotor.render.encoder import FRAME_RATE
 from magmotor.sweep import Sweep, Values
-from magmotor.sweep.worker import ARGUMENTS
+from magmotor.sweep.compute import ARGUMENTS
 
 COLUMNS, ROWS = 6, 5
 """At most so many tiles."""

@@ -41,7 +41,7 @@ import magmotor as mm  # noqa: E402
 from magmotor.device import checkpoint as checkpoints  # noqa: E402
 from magmotor.device import job as jobs  # noqa: E402
 from magmotor.devices.disk.ensemble import run as ensembles  # noqa: E402
-from magmotor.sweep.worker import netcdf  # noqa: E402
+from magmotor.sweep.compute import netcdf  # noqa: E402
 
 tqdm.tqdm.monitor_interval = 0  # which would be a thread
 

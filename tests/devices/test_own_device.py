@@ -87,7 +87,7 @@ def test_a_sweep_takes_it(rotor):
         scene=rotor.Rotor(), vary={"kT": [cold, warm]}, measure=["turns", "temperature"],
         replicas=2, **REFERENCE,
     )  # fmt: skip
-    compute = importlib.import_module("magmotor.sweep.worker").compute
+    compute = importlib.import_module("magmotor.sweep.compute").compute
     outcomes = [compute(case, sweep.measure) for case in sweep]
     assert [outcome.error for outcome in outcomes] == [None, None]
     assert [*mm.sweep.measures(rotor.Rotor())] == ["turns", "temperature"]

@@ -9,7 +9,7 @@ import pytest
 
 import magmotor as mm
 from magmotor.device.step_limits import step_limit
-from magmotor.run import charts
+from magmotor.run import chart_data
 
 # Of each method (h, error, wall seconds a step); simulated seconds cost seconds / h.
 TOP = {
@@ -44,7 +44,7 @@ TABLE: dict[str, Any] = {
 
 @pytest.fixture
 def table(monkeypatch):
-    monkeypatch.setattr(charts, "load", lambda: TABLE)
+    monkeypatch.setattr(chart_data, "load", lambda: TABLE)
 
 
 @pytest.mark.parametrize(
@@ -111,7 +111,7 @@ def test_a_sampled_error_is_no_smaller_than_its_floor(table):
 
 def test_a_longer_step_errs_no_less_as_far_as_a_shorter_is_above_its_floor():
     errors, floors = np.array([[0.010, 0.002, 0.001, 0.02], [0.008, 0.001, 0.003, 0.001]])
-    np.testing.assert_allclose(charts.expected(errors, floors), [0.010, 0.002, 0.003, 0.02])
+    np.testing.assert_allclose(chart_data.expected(errors, floors), [0.010, 0.002, 0.003, 0.02])
 
 
 def test_quantities_by_default(table):
@@ -217,7 +217,7 @@ def test_steps_are_within_the_linear_limit(method):
     scene = mm.Top.paper(4)
     assert any(
         point["timestep"] > step_limit(scene, method)
-        for point in charts.load()["points"]
+        for point in chart_data.load()["points"]
         if (point["scene"], point["surface"], point["method"]) == ("Top", "planar", method)
     )
     found = mm.recommend(scene, error=0.9, quantity="position", method=method)

@@ -255,7 +255,7 @@ def test_a_measure_of_ones_own_and_its_mistakes(tmp_path, here):
     }
     shape = "shape of a measure = (3,): must be ()"
     for replicas, bound in (
-        (None, ": a run without replicas has one number"),
+        (None, ": a run without replicas has one value"),
         (2, " or (replicas,)"),
     ):
         own = {**DISK, "measure": ["sweep_measures:three"], "replicas": replicas}
@@ -290,7 +290,7 @@ def test_warnings_of_a_run_are_kept_with_it(tmp_path, here):
 
 
 def test_what_is_not_a_number_is_null_in_a_file_and_itself_when_combined():
-    from magmotor.sweep.worker import decoded, encoded
+    from magmotor.sweep.compute import decoded, encoded
 
     values = [1.5, np.nan, np.inf, -np.inf]
     assert json.loads(json.dumps(encoded(values, (4,)), allow_nan=False)) == [
@@ -307,26 +307,32 @@ def test_what_is_not_a_number_is_null_in_a_file_and_itself_when_combined():
     ("changes", "line"),
     [
         ({"vary": {"nois": (1,)}}, r"field = 'nois': must be one of friction, noise.*'noise'"),
-        ({"vary": {"noise": ()}}, r"noise = \[\]: must be a range that is not empty"),
-        ({"vary": {"noise": (1, 1.0)}}, r"noise = .*: must be different values"),
+        ({"vary": {"noise": ()}}, r"noise = \[\]: must have at least one value"),
+        ({"vary": {"noise": (1, 1.0)}}, r"noise = .*: must be distinct values"),
         ({"vary": {"noise": (-1,)}}, r"noise = -1: must be at least 0"),
-        ({"vary": {"noise": (1,), ("noise", "x"): (2,)}}, "field = 'noise': must be varied once"),
+        (
+            {"vary": {"noise": (1,), ("noise", "x"): (2,)}},
+            "'noise': must be varied only once",
+        ),
         ({"vary": {"potential": (1,)}}, "field = 'potential': must be one of"),
-        ({"vary": {}}, "vary = {}: must be one field at least"),
-        ({"measure": []}, r"measure = \[\]: must be different names, one at least"),
+        ({"vary": {}}, "vary = {}: must have at least one field"),
+        ({"measure": []}, r"measure = \[\]: must be distinct names, at least one"),
         ({"measure": ["temprature"]}, "measure = 'temprature': must be .*'temperature'"),
-        ({"measure": ["trajectory", "displacement"]}, "must be trajectory alone"),
+        ({"measure": ["trajectory", "displacement"]}, "trajectory excludes other measures"),
         ({"measure": ["nowhere:f"]}, "measure = 'nowhere:f': must be a function that can be imp"),
         ({"measure": ["sweep_measures:f"]}, "must be a function that can be imported"),
         ({"seeds": 0}, "seeds = 0: must be at least 1"),
-        ({"seeds": []}, r"seeds = \[\]: must be a range that is not empty"),
+        ({"seeds": []}, r"seeds = \[\]: must be distinct, and at least one"),
         ({"seeds": [1, -1]}, "seed = -1: must be at least 0"),
         ({"replicas": 0}, "replicas = 0: must be at least 1"),
         ({"method": "baoab"}, "method = 'baoab': must be one of"),
         ({"timestep": 0}, "timestep = 0: must be greater than 0"),
         ({"duration": 0.01}, "duration = 0.01: must be at least 0.05"),
         ({"record_interval": 0}, "record_interval = 0: must be at least 1"),
-        ({"samples": Samples({"x": (0, 1)}, 4), "vary": {"x": (1,)}}, "'x': must be varied once"),
+        (
+            {"samples": Samples({"x": (0, 1)}, 4), "vary": {"x": (1,)}},
+            "'x': must be varied only",
+        ),
         ({"samples": Samples({"noise": (-1, 1)}, 4)}, "noise = -1: must be at least 0"),
         (
             {"scene": mm.Top(), "measure": ["max_spin"], "samples": Samples({"tilt": (0.1, 2)}, 4)}
@@ -335,7 +341,7 @@ def test_what_is_not_a_number_is_null_in_a_file_and_itself_when_combined():
         ),
         (
             {"scene": mm.Motor(), "vary": {"position_x": (0.1,)}, "measure": ["flights"]},
-            "position = None: must be given in the scene, for position_x to be varied",
+            "position = None: the scene must give it a value if position_x is to vary",
         ),
     ],
 )
@@ -347,9 +353,9 @@ def test_bad_input_is_refused_before_anything_runs(changes, line):
 @pytest.mark.parametrize(
     ("arguments", "line"),
     [
-        (({}, 4), "ranges = {}: must be a range of one field at least"),
+        (({}, 4), "ranges = {}: must be ranges of at least one field"),
         (({"x": (0, 1)}, 0), "size = 0: must be at least 1"),
-        (({"x": (0, 1)}, 100), "size = 100: must be a power of two, such as 128"),
+        (({"x": (0, 1)}, 100), "size = 100: must be a power of two .for example 128"),
         (({"x": (0, 1)}, 8, "sobel"), "design = 'sobel': must be one of random, latin, sobol"),
         (({"x": (1, 1)}, 8), "x, upper end = 1: must be greater than 1"),
         (({"x": (0, 1, True)}, 8), "x, lower end = 0: must be greater than 0"),
@@ -367,7 +373,7 @@ def test_integers_are_varied_on_grids_only():
     assert [case.spec["scene_fields"]["ring_dipoles"] for case in sweep] == [5, 10, 15, 20]
     with pytest.raises(ValueError, match=r"ring_dipoles = 5.5: must be an integer"):
         Sweep(**top, vary={"ring_dipoles": (5.5,)})
-    with pytest.raises(ValueError, match=r"field = 'ring_dipoles': must be one that takes all num"):
+    with pytest.raises(ValueError, match=r"field = 'ring_dipoles': takes integers only"):
         Sweep(**top, samples=Samples({"ring_dipoles": (5, 20)}, 4))
 
 
@@ -393,20 +399,20 @@ def test_a_directory_of_something_else_is_refused_and_left(tmp_path, here):
     mm.sweep.run(sweep, tmp_path / "s", executor=here)
     before = contents(tmp_path / "s")
     other = Sweep(**{**DISK, "duration": 6.0}, vary={"v": NOISES})
-    differs = r"s': must be empty.*with other duration, vary: take another, or delete it$"
+    differs = r"s': must be empty.* differs in duration, vary: use another directory or delete it$"
     with pytest.raises(ValueError, match=differs):
         mm.sweep.run(other, tmp_path / "s", executor=here)
     assert contents(tmp_path / "s") == before
     (tmp_path / "notes").mkdir()
     (tmp_path / "notes" / "mine.txt").write_text("mine")
     for path, line in {
-        "notes": "must be empty, or this sweep's; it holds mine.txt",
+        "notes": "must be empty or hold this sweep; it holds mine.txt",
         "notes/mine.txt": "must be a directory",
     }.items():
         with pytest.raises(ValueError, match=line):
             mm.sweep.run(sweep, tmp_path / path, executor=here)
     for look in (mm.sweep.status, mm.sweep.combine):
-        with pytest.raises(ValueError, match=r"nowhere': must be a sweep's: it has no sweep\.json"):
+        with pytest.raises(ValueError, match=r"nowhere': must be .* sweep: it has no sweep\.json"):
             look(tmp_path / "nowhere")
 
 
@@ -417,7 +423,7 @@ def test_an_executor_that_drops_its_cases_ends_the_sweep(tmp_path):
             future.cancel()
             return future
 
-    with pytest.raises(mm.sweep.NoWorkers, match="a case was dropped by those who had it"):
+    with pytest.raises(mm.sweep.NoWorkers, match="the executor dropped a case"):
         mm.sweep.run(Sweep(**DISK, vary={"noise": NOISES}), tmp_path / "s", executor=Gone())
     assert mm.sweep.status(tmp_path / "s").missing == 3
 
@@ -426,9 +432,9 @@ def test_other_versions_do_not_mix(tmp_path, here):
     sweep = Sweep(**DISK, vary={"noise": NOISES})
     assert sweep.versions is not None
     old = Sweep(**DISK, vary={"noise": NOISES}, versions={**sweep.versions, "numpy": "1.0"})
-    with pytest.raises(mm.sweep.OtherVersions, match=r"worker has .*, where the sweep has .*1\.0"):
+    with pytest.raises(mm.sweep.OtherVersions, match=r"worker has .*, but the sweep has .*1\.0"):
         mm.sweep.run(old, tmp_path / "s", executor=here)
-    with pytest.raises(ValueError, match="it holds one with other versions"):
+    with pytest.raises(ValueError, match="it holds one that differs in versions"):
         mm.sweep.run(sweep, tmp_path / "s", executor=here)
     assert mm.sweep.status(tmp_path / "s").missing == 3  # can be read as before
 

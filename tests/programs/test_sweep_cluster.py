@@ -63,7 +63,7 @@ def test_where_no_scheduler_is(monkeypatch):
         free.bind(("127.0.0.1", 0))
         address = f"tcp://127.0.0.1:{free.getsockname()[1]}"
     with (
-        pytest.raises(ValueError, match=r"scheduler = 'tcp.*: must be a Dask scheduler's address"),
+        pytest.raises(ValueError, match=r"scheduler = 'tcp.*: must be the address of a "),
         mm.sweep.dask_workers(address),
     ):
         pass

@@ -221,12 +221,12 @@ def test_a_large_design_is_a_small_file(picture):
 def test_what_cannot_be_drawn_is_named(tmp_path):
     path = tmp_path / "sweep.png"
     three = design(8, "tilt", "friction").assign_coords(height=field("height", range(8), "sample"))
-    bound = r"must be one or two fields with several values: select one value of each other"
+    bound = r"must be one or two varying fields: select one value of every other"
     with pytest.raises(ValueError, match=rf"axes = \['tilt', 'friction', 'height'\]: {bound}"):
         mm.plots.sweep(three, path)
     with pytest.raises(ValueError, match=rf"axes = \[\]: {bound}"):
         mm.plots.sweep(one_axis().isel(tilt=[3]), path)
     trajectories = one_axis().rename(seed="time")
-    with pytest.raises(ValueError, match=r"measures = \['momentum'\]: must be at least one"):
+    with pytest.raises(ValueError, match=r"measures = \['momentum'\]: must include a number over"):
         mm.plots.sweep(trajectories, path)
     assert not path.exists()

@@ -23,8 +23,8 @@ from magmotor.sweep import directory as directory_module
 from magmotor.sweep import process_pool as pool_module
 from magmotor.sweep.dask_cluster import Cluster
 from magmotor.sweep.directory import Directory
+from magmotor.sweep.driver import DIED
 from magmotor.sweep.process_pool import ONE_THREAD, Pool, WorkerDied
-from magmotor.sweep.run import DIED
 
 TESTS = Path(__file__).parents[1]
 
@@ -240,7 +240,7 @@ def test_files_of_drivers_of_other_machines_are_left(tmp_path):
     for name in names:
         (tmp_path / "claims" / name).write_text(name)
         (tmp_path / "parts" / f"1.json.1@{name}").touch()
-    store.remove_what_the_dead_left()
+    store.remove_leftovers()
     assert {path.name for path in tmp_path.glob("claims/*")} == {*names[:2]}
     assert {path.name for path in tmp_path.glob("parts/*")} == {f"1.json.1@{n}" for n in names[:2]}
 
@@ -259,7 +259,7 @@ def test_threads_of_a_driver_may_write_the_same_results(tmp_path, whole):
 def test_parts_of_something_else_are_left_alone(tmp_path):
     (tmp_path / "parts").mkdir()
     (tmp_path / "parts" / "mine.txt").touch()
-    with pytest.raises(ValueError, match=r"must be empty, or this sweep's; it holds mine\.txt"):
+    with pytest.raises(ValueError, match=r"must be empty or hold this sweep; it holds mine\.txt"):
         Directory(tmp_path, SWEEP)
 
 
@@ -355,7 +355,7 @@ def test_claims_of_a_machine_that_is_gone_come_last(tmp_path, whole):
             super().keep(case, outcome)
 
     with pytest.MonkeyPatch.context() as patch, ThreadPoolExecutor(1) as executor:
-        patch.setattr(sys.modules["magmotor.sweep.run"], "Directory", Watched)
+        patch.setattr(sys.modules["magmotor.sweep.driver"], "Directory", Watched)
         mm.sweep.run(SWEEP, directory, workers=1, executor=executor)
     assert {*kept[-5:]} == {*lost}
     assert contents(directory) == whole
@@ -397,8 +397,8 @@ class Lost(Cluster):
 
 
 def test_a_cluster_without_workers_ends_the_sweep_or_comes_back(tmp_path, monkeypatch, capsys):
-    driver = sys.modules["magmotor.sweep.run"]
-    monkeypatch.setattr(driver, "LOOK_SECONDS", 0.02)
+    driver = sys.modules["magmotor.sweep.driver"]
+    monkeypatch.setattr(driver, "POLL_SECONDS", 0.02)
     monkeypatch.setattr(driver, "LOST_SECONDS", 0.1)
     sweep = Sweep(
         scene=mm.Disk(), vary={"noise": (1.0, 2.0)}, measure=["temperature"], duration=1.0,
@@ -407,7 +407,7 @@ def test_a_cluster_without_workers_ends_the_sweep_or_comes_back(tmp_path, monkey
     gone = "the cluster has had no workers for 0.1 s; 2 cases: 0 done, 0 failed, 2 missing$"
     with pytest.raises(mm.sweep.NoWorkers, match=gone):
         mm.sweep.run(sweep, tmp_path / "s", executor=Lost([0]))
-    said = "the cluster has no workers left; the sweep ends if none comes back within 0.1 s\n"
+    said = "the cluster has no workers left; the sweep ends unless one returns within 0.1 s\n"
     assert capsys.readouterr().err.split("\r")[-1] == said
     assert {*contents(tmp_path / "s")} == {"sweep.json"}
     monkeypatch.setattr(driver, "LOST_SECONDS", 60.0)
@@ -433,7 +433,7 @@ def test_an_error_of_a_cluster_s_own_is_no_case_s(tmp_path):
             return future
 
     with pytest.raises(
-        mm.sweep.NoWorkers, match=r"gave a case back undone \(AttributeError: 'None"
+        mm.sweep.NoWorkers, match=r"returned a case uncomputed \(AttributeError: 'None"
     ):
         mm.sweep.run(SWEEP, tmp_path / "s", executor=Confused([1]))
     assert mm.sweep.status(tmp_path / "s").missing == len(SWEEP)

@@ -84,7 +84,7 @@ def test_a_damaged_result_is_told_left_out_on_demand_and_mended(script, tmp_path
     assert script("sweep", "combine", out, "--skip-damaged")[0] == 0
     assert int(xr.load_dataset(tmp_path / "s.nc").max_spin.isnull().sum()) == 1
     code, said, errors = script("sweep", *TOP, *QUICK, "--out", out)
-    line = f"{name} is damaged: its checksum differs; the case is computed again"
+    line = f"{name} is damaged: its checksum differs; the case is recomputed"
     assert (code, errors) == (0, f"sweep.py: {line}\n")
     assert "6 done, 0 failed; 1 computed" in said
 
@@ -170,7 +170,7 @@ def test_more_than_two_dimensions_have_no_picture(script, tmp_path):
 @pytest.mark.parametrize(
     ("flags", "line"),
     [
-        ((), "vary = {}: must be one field at least"),
+        ((), "vary = {}: must have at least one field"),
         (("--vary", "hight=0.1,0.2"), "field = 'hight': must be one of ball_mass, "),
         (("--vary", "tilt"), "vary = 'tilt': must be FIELD=START:STOP:COUNT"),
         (("--vary", "tilt=0:0.2"), "vary = 'tilt=0:0.2': must be FIELD=START:STOP:COUNT without"),
@@ -203,7 +203,7 @@ def test_more_than_two_dimensions_have_no_picture(script, tmp_path):
         ),
         (
             ("--vary", "tilt=0,0.1", "--scheduler", "nowhere:"),
-            "scheduler = 'nowhere:': must be a D",
+            "scheduler = 'nowhere:': must be the a",
         ),
     ],
 )
@@ -220,11 +220,11 @@ def test_mistakes_about_folders(script, tmp_path):
     out = tmp_path / "s"
     script("sweep", *TOP, *QUICK, "--out", out)
     for arguments, line in {
-        ("status", tmp_path): "must be a sweep's: it has no sweep.json",
-        ("combine", tmp_path / "no"): "must be a sweep's: it has no sweep.json",
-        ("movie", tmp_path / "no"): "must be a sweep's: it has no sweep.json",
-        (*TOP, *QUICK, "--friction", "0.2", "--out", out): "holds one with other scene_fields",
-        (*TOP, *QUICK, "--out", tmp_path): "must be empty, or this sweep's; it holds s",
+        ("status", tmp_path): "must be the directory of a sweep: it has no sweep.json",
+        ("combine", tmp_path / "no"): "must be the directory of a sweep: it has no sweep.json",
+        ("movie", tmp_path / "no"): "must be the directory of a sweep: it has no sweep.json",
+        (*TOP, *QUICK, "--friction", "0.2", "--out", out): "holds one that differs in scene_fields",
+        (*TOP, *QUICK, "--out", tmp_path): "must be empty or hold this sweep; it holds s",
     }.items():
         code, _, error = script("sweep", *arguments)
         assert code == 2

@@ -11,8 +11,8 @@ from magmotor.common.arguments import checked
 from magmotor.common.checks import check_choice, reject
 from magmotor.common.hints import Seconds, number
 from magmotor.device.device import Scene
-from magmotor.run import charts
-from magmotor.run.charts import Curve, charted_scene, fit
+from magmotor.run import chart_data
+from magmotor.run.chart_data import Curve, charted_scene, fit
 
 Array = NDArray[np.float64]
 
@@ -128,7 +128,7 @@ def recommend(
         smallest = float(f"{1.005 * best.error:.2e}")
         bound = f"at least {smallest:g}, the smallest charted for {quantity} ({best.method}"
         raise reject("error", error, f"must be {bound} at a timestep of {best.timestep:g})")
-    machine = charts.load()["machine"]
+    machine = chart_data.load()["machine"]
     return Recommendation(
         quantity=quantity, machine=machine, time_unit=device.time_unit, **best._asdict()
     )
@@ -145,7 +145,7 @@ def _charted_curves(scene: Scene, supported: tuple[str, ...]) -> dict[str, dict[
     """Return the curves of the scene's class and surface by quantity and method."""
     kind = type(charted_scene(scene)).__name__
     surface = getattr(scene, "surface", "planar")
-    found = charts.curves(kind, surface, supported)
+    found = chart_data.curves(kind, surface, supported)
     if not found:
         sentence = (
             f"the charts have no {kind} on this surface: pass a method and a timestep to simulate"
