@@ -160,7 +160,7 @@ def show(simulation: LiveSimulation, speed: float, interrupted: threading.Event)
                 loop.step(begin, viewer.perturb)
                 viewer.set_texts((None, None, *loop.texts()))
                 viewer.sync()
-                simulation.heed()
+                simulation.apply_input()
                 time.sleep(max(0.0, begin + FRAME - time.perf_counter()))
     finally:
         for thread in set(threading.enumerate()) - others:

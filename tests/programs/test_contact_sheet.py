@@ -176,8 +176,8 @@ def test_what_cannot_be_shown_is_named(runs, scenes, tmp_path):
 
     refused(r"len\(runs\) = 0: must be 1 to 15", runs=[])
     refused(r"len\(runs\) = 6: must be 1 to 5: 5 rows of 1", runs=[*runs, *runs], columns=1)
-    refused(r"len\(scenes\) = 2: must be that of runs: 3", scenes=scenes[:2])
-    refused(r"len\(labels\) = 2: must be that of runs: 3", labels=["a", "b"])
+    refused(r"len\(scenes\) = 2: must be 3, the number of runs", scenes=scenes[:2])
+    refused(r"len\(labels\) = 2: must be 3, the number of runs", labels=["a", "b"])
     refused("columns = 0: must be at least 1", columns=0)
     refused("columns = 9: must be at most 8", columns=9)
     refused("columns = 1.5: must be an integer", columns=cast(Any, 1.5))

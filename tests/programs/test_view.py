@@ -45,7 +45,7 @@ def put(simulation, **sliders):
     """Move sliders as the viewer does."""
     for name, value in sliders.items():
         simulation.data.actuator(name).ctrl = value
-    simulation.heed()
+    simulation.apply_input()
 
 
 def whole(simulation):
@@ -116,7 +116,7 @@ def test_the_viewers_reset_restores_the_start_to_the_bit(scene, steps):
     put(simulation, friction_ball=0.3) if scene is MOTOR else put(simulation, friction=0.2)
     simulation.advance(steps)
     mujoco.mj_resetData(simulation.model, simulation.data)  # as the viewer does
-    simulation.heed()
+    simulation.apply_input()
     np.testing.assert_array_equal(simulation.data.ctrl, fresh.data.ctrl)
     for _ in range(2):
         np.testing.assert_array_equal(whole(simulation), whole(fresh))
@@ -249,7 +249,7 @@ def test_any_model_starts_at_its_keyframe_and_is_magnetic():
         mujoco.mj_step(model, data, nstep=200)
     assert simulation.data.qpos[0] == data.qpos[0] != 0.3
     mujoco.mj_resetData(simulation.model, simulation.data)
-    simulation.heed()
+    simulation.apply_input()
     assert (simulation.data.qpos[0], simulation.data.time) == (0.3, 2)
 
 
