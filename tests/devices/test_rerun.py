@@ -197,7 +197,7 @@ def test_a_nan_is_told_and_another_variable(rerun, disk_run, tmp_path):
     run.to_netcdf(tmp_path / "run.nc")
     code, said, _ = rerun(tmp_path / "run.nc")
     assert (code, said) == (
-        1, "different: energy by at most nan from t = 0.6 on; wind (not there)\n",
+        1, "different: energy by at most nan from t = 0.6 on; wind (missing)\n",
     )  # fmt: skip
 
 

@@ -93,7 +93,7 @@ def test_an_interrupted_run_says_what_is_written_and_goes_on(disk, tmp_path, mon
     code, error = disk(*SHORT, tmp_path)
     assert code == 130
     assert error.count("\n") == 1
-    assert f"goes on from {tmp_path / 'disk_symmetric_stationary.checkpoint'}" in error
+    assert f"resumes from {tmp_path / 'disk_symmetric_stationary.checkpoint'}" in error
     assert error.endswith("written: disk_symmetric.nc\n")
     assert {path.name for path in tmp_path.iterdir()} == {
         "disk_symmetric.nc",

@@ -121,7 +121,7 @@ def test_an_interrupted_run_goes_on_to_the_same_end(motor, tmp_path, monkeypatch
     code, _, error = motor(*SHORT, tmp_path / "out", *runs)
     assert code == 130
     assert error.count("\n") == 1
-    assert f"goes on from {tmp_path / 'out' / 'motor_uniform-b.checkpoint'}" in error
+    assert f"resumes from {tmp_path / 'out' / 'motor_uniform-b.checkpoint'}" in error
     assert error.endswith("written: motor_uniform-a.nc\n")
     code, _, error = motor(*SHORT, tmp_path / "out", *runs, "--seed", "1")  # not the same command
     assert code == 2

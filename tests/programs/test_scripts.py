@@ -64,7 +64,7 @@ def test_presets_and_fields_make_the_scene(movie, tmp_path):
         (("--seconds-per-second", "0"), "movie.py: seconds_per_second = 0.0: must be greater than"),
         (("--seconds-per-second", "nan"), "movie.py: seconds_per_second = nan: must be a finite"),
         (("--still", "2", "x.png"), "movie.py: still = 2.0: must be within the run: 0 to 1 s"),
-        (("--still", "1", "x.foo"), "movie.py: still = 'x.foo': must be the name of a picture"),
+        (("--still", "1", "x.foo"), "movie.py: still = 'x.foo': must be a picture file"),
     ],
 )
 def test_a_mistake_is_one_line_and_code_2(movie, tmp_path, flags, line):
@@ -120,7 +120,7 @@ def test_a_flight_of_the_motor_is_found_and_replayed(movie, tmp_path):
 def test_no_flight_no_movie(movie, tmp_path):
     code, _, error = movie("motor", "--duration", "100", "--out", tmp_path)
     assert code == 4
-    assert error == "movie.py: no movie: no flight in 100 s; try another seed, or longer\n"
+    assert error == "movie.py: no movie: no flight in 100 s; try another seed or a longer run\n"
     assert not any(tmp_path.iterdir())
 
 
@@ -224,6 +224,6 @@ def test_an_interrupted_write_is_finished_and_no_other_file_is_left(tmp_path):
     finally:
         writer.kill()
     assert writer.returncode == 130
-    assert error == "writer.py: interrupted; what is said to be written is complete\n"
+    assert error == "writer.py: interrupted; all files reported as written are complete\n"
     assert [*tmp_path.iterdir()] == [path]
     assert len(xr.load_dataset(path)) == 10

@@ -40,7 +40,7 @@ def test_a_sweep_its_dataset_and_its_picture(script, tmp_path):
     out = tmp_path / "s"
     code, said, errors = script("sweep", *TOP, *QUICK, "--seeds", "0:8", "--out", out)
     assert (code, errors) == (0, "")
-    assert said.splitlines()[0] == "a top has no noise: of its seeds only the first counts"
+    assert said.splitlines()[0] == "a top has no noise, so only the first seed is used"
     assert said.splitlines()[1] == "6 cases by variational/verlet, h = 0.02, T = 2"
     assert said.splitlines()[2].startswith("6 cases: 6 done, 0 failed; 6 computed in ")
     data = xr.load_dataset(tmp_path / "s.nc")
@@ -77,7 +77,7 @@ def test_a_damaged_result_is_told_left_out_on_demand_and_mended(script, tmp_path
     name = file.relative_to(out)
     code, said, _ = script("sweep", "status", out)
     assert (code, said.splitlines()[0]) == (0, "6 cases: 5 done, 0 failed, 1 missing")
-    assert said.splitlines()[1].startswith(f"  {name} is damaged: its checksum differs; the sweep")
+    assert said.splitlines()[1].startswith(f"  {name} is damaged: its checksum differs; running")
     code, _, errors = script("sweep", "combine", out)
     assert (code, errors.count("\n")) == (2, 1)
     assert errors.startswith(f"sweep.py: {name} is damaged: ")
@@ -111,7 +111,7 @@ def test_failed_cases_are_told_and_the_code_is_1(script, tmp_path):
     vary = ("top", "--vary", "height=0.05:0.3:8", "--duration", "1", *QUICK)
     code, said, errors = script("sweep", *vary, "--out", out)
     assert code == 1
-    assert errors == "sweep.py: 1 cases failed; --retry runs them again\n"
+    assert errors == "sweep.py: 1 case failed; run again with --retry to repeat\n"
     assert "  ring_height = 0.05: timestep = 0.02: must be less than 0.0" in said
     code, again, _ = script("sweep", *vary, "--out", out)
     assert "0 computed" in again
@@ -174,20 +174,20 @@ def test_more_than_two_dimensions_have_no_picture(script, tmp_path):
         (("--vary", "hight=0.1,0.2"), "field = 'hight': must be one of ball_mass, "),
         (("--vary", "tilt"), "vary = 'tilt': must be FIELD=START:STOP:COUNT"),
         (("--vary", "tilt=0:0.2"), "vary = 'tilt=0:0.2': must be FIELD=START:STOP:COUNT without"),
-        (("--vary", "tilt=0:0.2:99999999999"), "must be of at most 1048576 values"),
-        (("--vary", "tilt=0:inf:3"), "vary = 'tilt=0:inf:3': must be of finite numbers"),
+        (("--vary", "tilt=0:0.2:99999999999"), "COUNT must be at most 1048576"),
+        (("--vary", "tilt=0:inf:3"), "vary = 'tilt=0:inf:3': START and STOP must be finite"),
         (("--vary", "tilt=0,0.1", "--seeds", "0:99999999999"), "must be at most 1048576 seeds"),
         (("--vary", "tilt=0,0.1", "--replicas", "1000000000000"), "replicas = 2000000000000: must"),
-        (("--vary", "tilt=0:0.2:0"), "vary = 'tilt=0:0.2:0': must be a range that is not empty"),
+        (("--vary", "tilt=0:0.2:0"), "vary = 'tilt=0:0.2:0': COUNT must be at least 1"),
         (
             ("--vary", "tilt=0:0.2:1.5"),
             "vary = 'tilt=0:0.2:1.5': must be FIELD=START:STOP:COUNT or",
         ),
-        (("--vary", "tilt=0:0.2:3:log"), "must be of positive numbers, where it is logarithmic"),
-        (("--vary", "tilt=a,b"), "vary = 'tilt=a,b': must be of numbers, which 'a' is not"),
+        (("--vary", "tilt=0:0.2:3:log"), "START and STOP must be positive in a log"),
+        (("--vary", "tilt=a,b"), "vary = 'tilt=a,b': 'a' is not a number"),
         (
             ("--vary", "tilt=0,0.1", "--seeds", "3:3"),
-            "seeds = '3:3': must be a range that is not e",
+            "seeds = '3:3': must be at least one seed",
         ),
         (("--vary", "tilt=0,0.1", "--seeds", "x"), "seeds = 'x': must be FIRST:LAST, or numbers"),
         (
@@ -199,7 +199,7 @@ def test_more_than_two_dimensions_have_no_picture(script, tmp_path):
         (("--vary", "tilt=0:0.1", "--design", "grid:8"), "design = 'grid': must be one of random"),
         (
             ("--vary", "tilt,spin=0:0.1", "--design", "latin:8"),
-            "must be of one field with --design",
+            "must name a single field with --design",
         ),
         (
             ("--vary", "tilt=0,0.1", "--scheduler", "nowhere:"),
@@ -254,7 +254,7 @@ def test_a_movie_of_a_sweep(script, tmp_path, monkeypatch):
     assert drawn["runs"][0].sizes["time"] == 1 + 2 / 0.04  # every second step: 1/20 s at most
     code, _, error = script("sweep", "disk", "--vary", "v=0,1", "--out", tmp_path / "d")
     code, _, error = script("sweep", "movie", tmp_path / "d")
-    assert (code, error) == (2, "sweep.py: scene = 'Disk': must be Top or Motor, to be filmed\n")
+    assert (code, error) == (2, "sweep.py: scene = 'Disk': movies show only a Top or a Motor\n")
 
 
 def program(*arguments):
@@ -278,7 +278,7 @@ def test_interrupted_it_says_so_and_the_same_command_goes_on(tmp_path):
     _, errors = running.communicate(timeout=60)
     assert running.returncode == 130
     assert errors.startswith("sweep.py: sweep interrupted; 40 cases: ")
-    assert errors.endswith(" missing; the same command goes on\n")
+    assert errors.endswith(" missing; the same command resumes it\n")
     assert errors.count("\n") == 1
     done = len([*out.glob("done/*/*")])
     assert done < 40

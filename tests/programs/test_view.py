@@ -283,7 +283,7 @@ def test_a_ball_that_is_lifted_off_a_planar_scene_is_reported():
 def test_a_seed_without_room_is_a_mistake():
     model = mujoco.MjModel.from_xml_string(NEEDLE.replace('nuserdata="1"', ""))
     LiveSimulation(model)
-    with pytest.raises(ValueError, match="seed = 3: must be 0: the model has noise"):
+    with pytest.raises(ValueError, match="seed = 3: must be 0, since the model has noise"):
         LiveSimulation(model, seed=3)
 
 
@@ -364,7 +364,7 @@ def test_a_lost_state_starts_again_paused(loop_of, capsys):
     loop.simulation.data.qvel[0] = np.inf
     loop.step(time.perf_counter() + 1, mujoco.MjvPerturb())
     assert loop.paused
-    assert "the state is not finite at t = 0: reset; space to go on" in loop.texts()[0]
+    assert "the state is not finite at t = 0: reset; space continues" in loop.texts()[0]
     np.testing.assert_array_equal(whole(loop.simulation), whole(live(TOP)))
     assert capsys.readouterr().err.endswith("the state is not finite at t = 0: reset and paused\n")
 

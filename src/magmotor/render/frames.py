@@ -96,6 +96,12 @@ def movie_content_of(scene: Scene) -> type[MovieContent]:
     return scene.device.movie_content
 
 
+def checked_movie_run(run: xr.Dataset, scene: Scene) -> xr.Dataset:
+    """Return the run if it has what its movie needs; ValueError names what is missing."""
+    needs = movie_content_of(scene).needs
+    return checked_run("run", run, needs, (type(scene),), records=2, replicas=False)
+
+
 class Frames:
     """The frames of a run's movie, drawn on demand inside a `with` block.
 
@@ -104,7 +110,7 @@ class Frames:
     Parameters
     ----------
     run : xarray.Dataset
-        With orientations, which scipy/dop853 does not record for the top, and without replicas.
+        As returned by `checked_movie_run`.
     scene : Top or Motor
     times : array_like, shape (T,)
         Times of the frames (s).
@@ -113,15 +119,12 @@ class Frames:
 
     Raises
     ------
-    ValueError
-        The run has replicas or no orientation, or the scene's class has no movies.
     NoOpenGL
         No OpenGL context can be created on entering the block.
     """
 
     def __init__(self, run: xr.Dataset, scene: Scene, times: ArrayLike, note: str = ""):
         content = movie_content_of(scene)
-        run = checked_run("run", run, content.needs, (type(scene),), records=2, replicas=False)
         self.scene, self.note = scene, note
         self.times = np.asarray(times, dtype=float)
         self.joints = scene.device.joints(run, scene, self.times)

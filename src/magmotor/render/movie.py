@@ -7,7 +7,7 @@ from magmotor.common.hints import Picture, Positive
 from magmotor.device.analysis import analysis
 from magmotor.device.device import Scene
 from magmotor.render.encoder import Film, encode, frame_times, speed_in_words
-from magmotor.render.frames import Frames
+from magmotor.render.frames import Frames, checked_movie_run
 
 
 @analysis(of=Scene, records=2, replicas=False)
@@ -44,6 +44,7 @@ def movie(
         The encoder failed; the message includes its last output.
     """
     assert scene is not None  # `analysis` has filled it in
+    run = checked_movie_run(run, scene)
     start, end = run.time.values[[0, -1]]
     times = frame_times(start, end, seconds_per_second)
     with Frames(run, scene, times, speed_in_words(seconds_per_second)) as frames:
@@ -54,6 +55,7 @@ def movie(
 def still(run: xr.Dataset, scene: Scene | None, path: Picture, time: float) -> None:
     """Write one frame of the movie, at a time in seconds; other arguments as in `movie`."""
     assert scene is not None  # `analysis` has filled it in
+    run = checked_movie_run(run, scene)
     start, end = run.time.values[[0, -1]]
     if not start <= time <= end:
         raise reject("time", time, f"must be within the run: {start:g} to {end:g} s")
