@@ -1,4 +1,4 @@
-"""Run two parameter studies and draw them.
+"""Run two studies by parameter sweeps, and draw their results.
 
 The first maps the top's largest spin over the height and tilt of the ring; the second counts the
 motor's flights over the temperature. The sweeps are in `study_spin/` and `study_flights/` in the

@@ -148,7 +148,7 @@ def disk_run():
         (lambda _: xr.Dataset({"x": 1.0}), "attributes = .*: must be .*; scene, "),
     ],
 )
-def test_what_is_no_run_s_beginning_is_refused(disk_run, change, message):
+def test_anything_but_the_beginning_of_a_run_is_refused(disk_run, change, message):
     with pytest.raises(ValueError, match=message):
         mm.rerun(change(disk_run))
 
@@ -177,7 +177,7 @@ def test_a_file_in_single_precision(rerun, single, tmp_path):
     np.testing.assert_array_equal(made.position.astype("f4"), kept.position)
 
 
-def test_what_differs_is_told(rerun, single):
+def test_differences_are_reported(rerun, single):
     kept = xr.load_dataset(single)
     kept.position[5, 1] += 2e-4
     kept.heat[7] += 1e-3
@@ -191,7 +191,7 @@ def test_what_differs_is_told(rerun, single):
     )
 
 
-def test_a_nan_is_told_and_another_variable(rerun, disk_run, tmp_path):
+def test_a_nan_and_an_extra_variable_are_reported(rerun, disk_run, tmp_path):
     run = disk_run.assign(wind=disk_run.v)
     run.energy[1, 4] = np.nan
     run.to_netcdf(tmp_path / "run.nc")

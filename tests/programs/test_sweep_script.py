@@ -1,4 +1,4 @@
-"""scripts/sweep.py and scripts/study.py: what they write and print, interrupts, mistakes."""
+"""scripts/sweep.py and scripts/study.py: output, interrupts, and errors."""
 
 import json
 import os
@@ -25,7 +25,7 @@ QUICK = ("--method", "variational/verlet", "--timestep", "0.02")
 
 @pytest.fixture
 def script(run_script, monkeypatch):
-    """Run a script with a thread as its worker."""
+    """Return a function that runs a script with a thread as its worker."""
     execute = mm.sweep.run
 
     def run(sweep, folder, *, workers=None, executor=None, retry=False):
@@ -57,7 +57,7 @@ def test_a_sweep_its_dataset_and_its_picture(script, tmp_path):
     assert (code, said) == (0, "6 cases: 6 done, 0 failed, 0 missing\n")
 
 
-def test_what_is_missing_is_said_and_left_blank(script, tmp_path):
+def test_missing_cases_are_reported_and_left_blank(script, tmp_path):
     out = tmp_path / "s"
     script("sweep", *TOP, *QUICK, "--out", out)
     next((out / "done").rglob("*.json")).unlink()
@@ -69,7 +69,7 @@ def test_what_is_missing_is_said_and_left_blank(script, tmp_path):
 
 
 @pytest.mark.filterwarnings("default:.*is damaged:UserWarning")
-def test_a_damaged_result_is_told_left_out_on_demand_and_mended(script, tmp_path):
+def test_a_damaged_result_is_reported_and_left_out_or_repaired(script, tmp_path):
     out = tmp_path / "s"
     script("sweep", *TOP, *QUICK, "--out", out)
     file = next((out / "done").rglob("*.json"))
@@ -98,15 +98,15 @@ def test_a_sweep_is_run_again_from_its_dataset(script, tmp_path):
     data.to_netcdf(file)
     assert script("rerun", file) == (0, "identical: 2 variables, 6 cases\n", "")
     data.max_spin[1, 1] += 0.5
-    told = json.loads(data.attrs["sweep"])
-    told["versions"]["numpy"] = "1.0"
-    data.assign_attrs(sweep=json.dumps(told)).to_netcdf(file)
+    spec = json.loads(data.attrs["sweep"])
+    spec["versions"]["numpy"] = "1.0"
+    data.assign_attrs(sweep=json.dumps(spec)).to_netcdf(file)
     code, said, _ = script("rerun", file)
     assert code == 1
     assert said.startswith("different: max_spin by at most 0.5; numpy was 1.0, is ")
 
 
-def test_failed_cases_are_told_and_the_code_is_1(script, tmp_path):
+def test_failed_cases_are_reported_and_the_code_is_1(script, tmp_path):
     out = tmp_path / "s"
     vary = ("top", "--vary", "height=0.05:0.3:8", "--duration", "1", *QUICK)
     code, said, errors = script("sweep", *vary, "--out", out)
@@ -264,7 +264,7 @@ def program(*arguments):
     )
 
 
-def test_interrupted_it_says_so_and_the_same_command_goes_on(tmp_path):
+def test_after_an_interrupt_the_same_command_resumes(tmp_path):
     """Ctrl-C reaches the driver and its workers, as from a terminal."""
     out = tmp_path / "s"
     vary = ("disk", "--vary", "noise=1:4:40", "--duration", "5000", "--timestep", "0.01")
@@ -290,8 +290,8 @@ def test_interrupted_it_says_so_and_the_same_command_goes_on(tmp_path):
 
 
 @pytest.mark.parametrize("seconds", [0.2, 1.5])
-def test_interrupted_while_its_workers_start_it_says_one_line(tmp_path, seconds):
-    """In the first seconds a worker imports what it needs."""
+def test_an_interrupt_while_workers_start_is_one_line(tmp_path, seconds):
+    """In its first seconds a worker imports its modules."""
     running = program("disk", "--vary", "noise=1:4:40", "--workers", "2", "--out", tmp_path / "s")
     try:
         assert running.stdout is not None
@@ -306,7 +306,7 @@ def test_interrupted_while_its_workers_start_it_says_one_line(tmp_path, seconds)
     assert errors.count("\n") == 1
 
 
-def test_a_cluster_that_is_started_takes_a_sweep(tmp_path):
+def test_a_started_cluster_computes_a_sweep(tmp_path):
     cluster = program("cluster", "--workers", "1")
     try:
         assert cluster.stdout is not None
@@ -323,7 +323,7 @@ def test_a_cluster_that_is_started_takes_a_sweep(tmp_path):
         os.killpg(cluster.pid, signal.SIGINT)
         _, errors = cluster.communicate(timeout=60)
     assert cluster.returncode == 130
-    assert errors == "sweep.py: interrupted; what is said to be written is complete\n"
+    assert errors == "sweep.py: interrupted; all files reported as written are complete\n"
 
 
 @pytest.mark.parametrize(
@@ -333,7 +333,7 @@ def test_a_cluster_that_is_started_takes_a_sweep(tmp_path):
         *((host, 0) for host in ("127.0.0.1", "127.1.2.3", "localhost", "::1", "[::1]")),
     ],
 )
-def test_a_cluster_that_others_can_reach_says_so(run_script, monkeypatch, host, warns):
+def test_a_cluster_that_others_can_reach_warns(run_script, monkeypatch, host, warns):
     monkeypatch.setattr(mm.sweep, "local_cluster", lambda *_: nullcontext("tcp://x:1"))
     monkeypatch.setattr(signal, "pause", lambda: None)
     code, said, errors = run_script("sweep", "cluster", "--host", host)
@@ -342,7 +342,7 @@ def test_a_cluster_that_others_can_reach_says_so(run_script, monkeypatch, host, 
     assert ("can run any code here" in errors) == bool(warns)
 
 
-def test_a_cluster_where_this_machine_is_not_is_a_mistake():
+def test_a_cluster_on_another_interface_is_a_mistake():
     running = program("cluster", "--workers", "1", "--host", "203.0.113.7")
     _, errors = running.communicate(timeout=60)
     assert running.returncode == 2
@@ -366,7 +366,7 @@ def test_no_workers_is_a_mistake(tmp_path):
         (("flights", "--duration", "-5"), "duration = -5.0: must be greater than 0 s"),
     ],
 )
-def test_a_study_that_cannot_be_is_one_line_and_code_2(script, tmp_path, arguments, line):
+def test_an_impossible_study_is_one_line_and_code_2(script, tmp_path, arguments, line):
     code, _, error = script("study", *arguments, "--out", tmp_path)
     assert (code, error) == (2, f"study.py: {line}\n")
 
@@ -393,8 +393,8 @@ def test_how_often_the_motor_flies(script, tmp_path):
     assert "6 cases: 6 done" in said
     assert (tmp_path / "study_flights.png").stat().st_size < 200_000
     data = xr.load_dataset(tmp_path / "study_flights.nc")
-    told = json.loads(data.attrs["sweep"])
-    assert told["vary"][0][0] == ["alpha_ball", "alpha_ring"]
+    spec = json.loads(data.attrs["sweep"])
+    assert spec["vary"][0][0] == ["alpha_ball", "alpha_ring"]
     kT = data.alpha_ball**2 / (2 * 0.15)
     relative = (data.slip_temperature / kT).mean("seed")
     np.testing.assert_allclose(relative, 1, atol=0.1)  # 0.02; 2000 s: 1/sqrt(4000) each

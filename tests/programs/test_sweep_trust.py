@@ -1,4 +1,4 @@
-"""What a sweep reads may be anybody's, or damaged: none of it runs, nothing is silently wrong."""
+"""Untrusted or damaged files of a sweep: no code in them runs, and no damage is silent."""
 
 import json
 import os
@@ -26,7 +26,7 @@ EVIL = "from pathlib import Path\nPath({marker!r}).touch()\ndef go(run, scene): 
 
 
 class Here(Executor):
-    """Computes each case as it is given."""
+    """Computes each case when it is submitted."""
 
     def submit(self, fn, /, *args, **kwargs):
         future = Future()
@@ -35,7 +35,7 @@ class Here(Executor):
 
 
 def swept(folder, **changes):
-    """A folder of four cases, of which the last fails where none is a trajectory."""
+    """Run a sweep of four cases, the last of which fails unless it is a trajectory."""
     own = {"measure": ["sweep_measures:broken", "temperature"], **DISK, **changes}
     sweep = Sweep(**own, vary={"noise": (1.0, 2.0, 4.0, 3.0)})
     mm.sweep.run(sweep, folder, executor=Here())
@@ -43,14 +43,14 @@ def swept(folder, **changes):
 
 
 def rewrite(folder, **changes):
-    """Have sweep.json tell something else, with the checksum that belongs to it."""
-    told = verified((folder / "sweep.json").read_bytes()) | changes
-    (folder / "sweep.json").write_bytes(with_checksum(told))
+    """Change sweep.json, with a matching checksum."""
+    spec = verified((folder / "sweep.json").read_bytes()) | changes
+    (folder / "sweep.json").write_bytes(with_checksum(spec))
 
 
 @pytest.fixture
 def evil(tmp_path, monkeypatch):
-    """A module in the working directory that leaves a marker when it is imported; the marker."""
+    """Write a module that leaves a marker when it is imported; return the marker."""
     marker = tmp_path / "marker"
     (tmp_path / "evil.py").write_text(EVIL.format(marker=str(marker)))
     monkeypatch.chdir(tmp_path)
@@ -64,8 +64,8 @@ def test_no_file_has_a_module_imported(evil, tmp_path, run_script):
     swept(folder, measure=["temperature"])
     rewrite(folder, measure=["evil:go"])
     for file in (folder / "done").glob("*/*.json"):  # results as of that measure
-        told = verified(file.read_bytes())
-        file.write_bytes(with_checksum({**told, "values": {"evil:go": 2.0}}))
+        spec = verified(file.read_bytes())
+        file.write_bytes(with_checksum({**spec, "values": {"evil:go": 2.0}}))
     plan = mm.sweep.sweep_of(folder)
     assert mm.sweep.status(folder).done == 4
     data = mm.sweep.combine(folder)
@@ -102,7 +102,7 @@ def test_no_file_has_a_module_imported(evil, tmp_path, run_script):
     np.testing.assert_array_equal(mm.sweep.combine(tmp_path / "new")["evil:go"], np.full((4, 1), 7))
 
 
-def test_what_the_caller_names_again_is_run(tmp_path, run_script, monkeypatch):
+def test_a_measure_that_the_caller_allows_is_run(tmp_path, run_script, monkeypatch):
     swept(tmp_path / "s")
     execute = mm.sweep.run
     monkeypatch.setattr(mm.sweep, "run", lambda *given: execute(*given, executor=Here()))
@@ -118,15 +118,15 @@ def test_what_the_caller_names_again_is_run(tmp_path, run_script, monkeypatch):
 
 @pytest.fixture(scope="module", params=["numbers", "trajectories"])
 def intact(request, tmp_path_factory):
-    """A folder of a sweep, and what is in it."""
+    """Return a folder of a sweep and its contents."""
     folder = tmp_path_factory.mktemp(request.param) / "s"
     own = {"measure": ["trajectory"]} if request.param == "trajectories" else {}
     sweep = swept(folder, **own)
     return sweep, folder, contents(folder), mm.sweep.combine(folder)
 
 
-def test_any_damaged_byte_is_seen_named_and_mended(intact):
-    """200 damages of one byte each: in results, numbers or whole runs, in errors, in the sweep."""
+def test_any_damaged_byte_is_detected_named_and_repaired(intact):
+    """200 times one damaged byte: in results, numbers or whole runs, in errors, in the sweep."""
     sweep, folder, whole, truth = intact
     random = np.random.default_rng(5)
     for turn in range(150 if sweep.measure != ("trajectory",) else 50):
@@ -203,7 +203,7 @@ def test_nothing_is_written_read_or_removed_through_a_link(tmp_path, inside, ret
     assert len([*elsewhere.iterdir()]) == 1 + 3 * len(sweep)
 
 
-def test_results_are_combined_where_the_system_does_not_tell_its_memory(tmp_path, monkeypatch):
+def test_results_are_combined_if_the_size_of_memory_is_unknown(tmp_path, monkeypatch):
     swept(tmp_path / "s", measure=["temperature"])
     monkeypatch.delattr(os, "sysconf")  # as on Windows
     assert mm.sweep.combine(tmp_path / "s").temperature.notnull().all()
@@ -228,7 +228,7 @@ ODD: tuple[Any, ...] = (
     None, True, 3, -1, 10**12, 1e300, float("nan"), "", "x", "\0", b"x", [], [3], [[]], ["x", "x"],
     [["x", [1]]], [[["x"], 3]], {}, {"x": 3}, [{"size": 4}], [[None, None]], [None],
 )  # fmt: skip
-"""Values that a field of sweep.json, an attribute or an argument may have."""
+"""Odd values for a field of sweep.json, an attribute or an argument."""
 
 WRONG: tuple[Any, ...] = (*ODD, object(), np.zeros((2, 2)), range(3), len)
 
@@ -239,15 +239,15 @@ SWEEP_FIELDS = (
 
 
 @pytest.fixture(scope="module")
-def told():
-    """What a sweep tells."""
+def spec():
+    """Return the specification of a sweep."""
     samples = Samples({"v": (0.0, 1.0)}, 4)
     sweep = Sweep(**DISK, measure=["temperature"], vary={"noise": (1.0, 2.0)}, samples=samples)
     return json.loads(json.dumps(sweep.as_json()))
 
 
 def refused(function, *arguments, **named):
-    """Whether a call raises a ValueError, of a sentence; no other error passes."""
+    """Whether a call raises a ValueError with a message; other errors propagate."""
     try:
         function(*arguments, **named)
     except ValueError as error:
@@ -261,32 +261,32 @@ def entered(context, *arguments):
 
 
 @pytest.mark.parametrize("field", SWEEP_FIELDS)
-def test_odd_fields_of_a_sweep_are_refused_by_name(told, field):
-    odd = [value for value in ODD if value != told[field]]
-    accepted = [v for v in odd if not refused(mm.sweep.sweep_from, {**told, field: v})]
+def test_odd_fields_of_a_sweep_are_refused_by_name(spec, field):
+    odd = [value for value in ODD if value != spec[field]]
+    accepted = [v for v in odd if not refused(mm.sweep.sweep_from, {**spec, field: v})]
     fine = {"replicas": [3], "record_interval": [3, 10**12], "seeds": [[3]], "samples": [[]]}
     fine |= {"vary": [[]], "timestep": [], "duration": [3, 10**12]}
     fine |= {"versions": [None, {}]}
     assert accepted == fine.get(field, [])
-    assert refused(mm.sweep.sweep_from, {k: v for k, v in told.items() if k != field})
+    assert refused(mm.sweep.sweep_from, {k: v for k, v in spec.items() if k != field})
 
 
-def test_odd_recipes_of_a_design_and_axes_are_refused(told):
-    recipe = told["samples"][0]
+def test_odd_recipes_of_a_design_and_axes_are_refused(spec):
+    recipe = spec["samples"][0]
     for name in recipe:
         for value in ODD:
             samples = [{**recipe, name: value}]
-            taken = not refused(mm.sweep.sweep_from, {**told, "samples": samples})
+            taken = not refused(mm.sweep.sweep_from, {**spec, "samples": samples})
             assert not taken or (name, value) == ("seed", 3) or (name, value) == ("seed", 10**12)
     for value in ODD:
         for entry in (value, [value, [1.0]], [["x"], value], [[value], [1.0]], [["x"], [value]]):
-            taken = not refused(mm.sweep.sweep_from, {**told, "vary": [entry]})
+            taken = not refused(mm.sweep.sweep_from, {**spec, "vary": [entry]})
             numbers = (1.0, 3, -1, 10**12)
             fine = entry in [[["x"], [n]] for n in numbers] and value is not True
             assert taken == fine, entry
 
 
-def test_wrong_kinds_of_arguments_raise_nothing_but_a_named_error():
+def test_arguments_of_wrong_types_raise_only_named_errors():
     own = {**DISK, "measure": ["temperature"], "vary": {"noise": (1.0,)}}
     for value in WRONG:
         for name in (*SWEEP_FIELDS, "vary"):
@@ -307,7 +307,7 @@ def test_wrong_kinds_of_arguments_raise_nothing_but_a_named_error():
         refused(Values, ("v",), value)
 
 
-def test_wrong_kinds_of_arguments_of_functions_are_refused(tmp_path):
+def test_arguments_of_wrong_types_of_functions_are_refused(tmp_path):
     plan = Sweep(**DISK, measure=["temperature"], vary={"noise": (1.0,)})
     sweep = mm.sweep
     for value in WRONG:
@@ -347,7 +347,7 @@ def test_a_sweep_too_large_is_refused_before_memory_is_taken():
 
 
 @pytest.mark.filterwarnings("ignore:.*:RuntimeWarning")
-def test_odd_attributes_of_a_run_end_rerun_in_one_line(tmp_path, run_script):
+def test_odd_attributes_of_a_run_make_rerun_fail_in_one_line(tmp_path, run_script):
     run = mm.simulate(**DISK)
     for name in ("method", "timestep", "duration", "seed", "path", "versions", "time_reached"):
         for odd in ("", "[]", "[" * 10**4, 2.5, np.arange(3), b"x", 10**15):
@@ -358,11 +358,13 @@ def test_odd_attributes_of_a_run_end_rerun_in_one_line(tmp_path, run_script):
             assert bool(said) == (code != 2)
 
 
-def test_odd_attributes_of_a_sweep_end_rerun_in_one_line(told, tmp_path, run_script, monkeypatch):
-    """Of a dataset of a sweep: text of any kind, arrays, and what JSON can hold."""
+def test_odd_attributes_of_a_sweep_make_rerun_fail_in_one_line(
+    spec, tmp_path, run_script, monkeypatch
+):
+    """The attribute may be any text, an array, or anything that JSON can hold."""
     monkeypatch.setattr(mm.sweep, "run", lambda *_: pytest.fail("it runs"))
     texts = ["", "x", "{}", "[]", "3", "null", "NaN", "[" * 10**5, '{"measure": 3}']
-    texts += [json.dumps({**told, name: 3}) for name in ("measure", "vary", "seeds", "scene")]
+    texts += [json.dumps({**spec, name: 3}) for name in ("measure", "vary", "seeds", "scene")]
     for odd in (*texts, 3, 2.5, np.arange(3), b"x"):
         data = xr.Dataset({"temperature": ("noise", [1.0, 2.0])}, attrs={"sweep": odd})
         data.to_netcdf(tmp_path / "odd.nc")
@@ -371,8 +373,8 @@ def test_odd_attributes_of_a_sweep_end_rerun_in_one_line(told, tmp_path, run_scr
         assert errors.startswith(f"rerun.py: {tmp_path / 'odd.nc'}: ")
 
 
-def test_a_run_cannot_tell_of_other_files(tmp_path):
-    """Data of netCDF-4, which is HDF5, may lie in any file: the classic format has them inside."""
+def test_a_run_cannot_refer_to_other_files(tmp_path):
+    """NetCDF-4, which is HDF5, may refer to data in any file; the classic format cannot."""
     sweep = swept(tmp_path / "s", measure=["trajectory"])
     path = next((tmp_path / "s" / "done").glob("*/*.nc"))
     assert path.read_bytes().startswith(b"CDF\x05")
@@ -384,7 +386,7 @@ def test_a_run_cannot_tell_of_other_files(tmp_path):
     assert len(sweep) == 4
 
 
-def test_an_axis_hides_no_quantity_that_is_recorded(tmp_path):
+def test_an_axis_does_not_hide_a_recorded_quantity(tmp_path):
     own = {**DISK, "measure": ["trajectory"]}
     mm.sweep.run(Sweep(**own, vary={"x": (0.0, 0.5)}), tmp_path / "s", executor=Here())
     data = mm.sweep.combine(tmp_path / "s")
@@ -401,7 +403,7 @@ def mute(run, scene):
     raise Mute
 
 
-def test_an_error_without_words_is_a_cases_own(tmp_path):
+def test_an_error_without_text_is_stored_with_its_case(tmp_path):
     plan = Sweep(**DISK, vary={"noise": (1.0, 2.0)}, measure=["test_sweep_trust:mute"])
     assert mm.sweep.run(plan, tmp_path / "s", executor=Here()).failed == 2
     assert [*mm.sweep.status(tmp_path / "s").errors] == ["Mute"]
