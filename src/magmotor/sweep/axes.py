@@ -133,8 +133,8 @@ class Range(NamedTuple):
 
 def _range(name: Any, bounds: Any) -> Range:
     checked_fields(name)
-    kind = isinstance(bounds, tuple | list) and len(bounds) in (2, 3)
-    if not kind or (len(bounds) == 3 and not isinstance(bounds[2], bool)):
+    fits = isinstance(bounds, tuple | list) and len(bounds) in (2, 3)
+    if not fits or (len(bounds) == 3 and not isinstance(bounds[2], bool)):
         raise reject(
             f"range of {name}", bounds, "must be (low, high) or (low, high, log) with a bool log"
         )
@@ -310,11 +310,11 @@ def full_name(scene: Scene, name: str) -> str:
     return name
 
 
-def changed(fields: dict[str, Any], known: dict[str, NumericField], changes: dict[str, Any]):
+def changed(fields: dict[str, Any], numeric: dict[str, NumericField], changes: dict[str, Any]):
     """Return a scene's fields, in JSON form, with some numbers replaced."""
     fields = dict(fields)
     for name, value in changes.items():
-        field = known[name]
+        field = numeric[name]
         if field.component is None:
             fields[name] = value
         else:

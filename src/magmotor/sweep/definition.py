@@ -191,12 +191,12 @@ class Sweep:
         return json.loads(json.dumps(dataclasses.asdict(self.scene)))
 
     @cached_property
-    def _known(self) -> dict[str, Any]:
+    def _numeric_fields(self) -> dict[str, Any]:
         return numeric_fields(self.scene)
 
     def _scene(self, changes: dict[str, Any]) -> Scene:
         kind = type(self.scene).__name__
-        return scene_from(kind, changed(self._fields, self._known, changes))
+        return scene_from(kind, changed(self._fields, self._numeric_fields, changes))
 
     @cached_property
     def _common(self) -> dict[str, Any]:
@@ -224,7 +224,7 @@ class Sweep:
 
     def case(self, index: int) -> Case:
         """Return a case by its index, in which the seed varies fastest."""
-        fields = changed(self._fields, self._known, self.changes(index))
+        fields = changed(self._fields, self._numeric_fields, self.changes(index))
         point, own = divmod(index, len(self._seeds))
         spec = {"scene_fields": fields, "seed": child(self._seeds[own], point)}
         return case_of({**self._common, **spec})

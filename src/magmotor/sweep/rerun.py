@@ -110,9 +110,9 @@ def _sweep(text: Any, measures: Iterable[str]) -> xr.Dataset:
         raise ValueError(f"the dataset's attribute sweep must be JSON ({error})") from None
     if isinstance(attributes, dict):
         attributes = {**attributes, "versions": None}
-    plan = sweep.sweep_from(attributes, measures=measures)
+    definition = sweep.sweep_from(attributes, measures=measures)
     with TemporaryDirectory() as folder:
-        sweep.run(plan, Path(folder) / "sweep")
+        sweep.run(definition, Path(folder) / "sweep")
         return sweep.combine(Path(folder) / "sweep")
 
 
