@@ -1,7 +1,7 @@
-"""Write a scene as one standalone MJCF file, which any MuJoCo viewer opens.
+"""Write a scene as a standalone MJCF file, which any MuJoCo viewer can open.
 
-It holds the decorated scene, with the initial state as keyframe 0. Magnetism, noise and potentials
-act on it, as on any model that declares them, inside `magmotor.magnetism()`.
+The file contains the decorated scene, with the initial state as keyframe 0. As for any model that
+declares them, magnetism, noise and potentials act inside `magmotor.magnetism()`.
 """
 
 import re
@@ -29,7 +29,7 @@ def main() -> None:
 
 
 def plain(text: str) -> str:
-    """The same MJCF with the shortest digits that read back as the same numbers, and no fillers."""
+    """Shorten numbers to the digits that they need, and remove PyMJCF's placeholder names."""
     text = re.sub(r' (name="//unnamed[^"]*"|class="/"(?!>))', "", text)
     return re.sub(r"-?\d+\.\d+(e-?\d+)?", lambda number: repr(float(number[0])), text)
 

@@ -9,7 +9,7 @@ import numpy as np
 from benchmarks.accuracy.subjects import SUBJECTS
 from benchmarks.harness.records import Record
 from magmotor.device.step_limits import step_limit
-from magmotor.run.charts import expected
+from magmotor.run.chart_data import expected
 
 USELESS = 1.0
 """Relative error from which on a result says nothing: as good as a failed step."""

@@ -375,7 +375,7 @@ def test_a_path_drives_runs_and_is_kept_with_them(tmp_path):
     assert run.attrs["seed"] == 9
     assert '"factor": 4' in run.attrs["path"]
     run.to_netcdf(tmp_path / "run.nc")
-    with pytest.raises(ValueError, match=r"path.timestep = 0.02: must be 0.01, the timestep"):
+    with pytest.raises(ValueError, match=r"path.timestep = 0.02: must equal the timestep, 0.01"):
         mm.simulate(PAPER, method="variational/euler", timestep=0.01, duration=1, path=path)
 
 

@@ -354,7 +354,7 @@ EXTREMES = [
     ),
     (lambda: SWEEP.case(2), "^index = 2: must be at most 1"),
     (lambda: SWEEP.changes(-1), "^index = -1: must be at least 0"),
-    (lambda: SWEEP.axes[0].at(HOSTILE["half"]), "^place = 0.5: must be an integer"),
+    (lambda: SWEEP.axes[0].at(HOSTILE["half"]), "^index = 0.5: must be an integer"),
     (lambda: mm.sweep.Range(0.1, 0.2).stretch(np.ones(1)), "^smallest unit = 1.0: must be less"),
     (lambda: provenance.scene_from("Pendulum", {}), "^kind = 'Pendulum': must be one of"),
     (
