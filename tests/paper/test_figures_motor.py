@@ -155,7 +155,7 @@ def test_a_run_without_a_flight_is_no_verdict(runs):
     gained = hot.balance.gain[-1] / hot.balance.injected[-1]
     many = {"nonuniform-a": collected("nonuniform-a", [hot])}
     claim = claims_of_the_energy(Motors([hot, still, warm], many))[0]
-    assert claim.measured.startswith(f"all runs have gained {gained:.2f} of what")
+    assert claim.measured.startswith(f"together the runs gained {gained:.2f} of")
 
 
 def test_what_friction_takes_decides_whether_a_velocity_is_critical(runs):
