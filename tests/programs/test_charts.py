@@ -46,7 +46,7 @@ def test_what_was_measured_is_not_measured_again(tmp_path):
     assert counted.runs == ["a", "bb", "ccc"]
 
 
-def test_an_interrupted_program_goes_on_where_it_stopped(tmp_path):
+def test_an_interrupted_program_resumes_where_it_stopped(tmp_path):
     path = tmp_path / "records.jsonl"
     stopped, resumed = Counted(interrupted="bb"), Counted()
     cases, store = [stopped.case(key) for key in ("a", "bb", "ccc")], Store(path)
@@ -109,7 +109,7 @@ def program(tmp_path, monkeypatch):
     return charts.main, counted
 
 
-def test_the_program_says_how_to_go_on_and_does(tmp_path, program, capsys):
+def test_the_program_resumes_and_says_how(tmp_path, program, capsys):
     main, counted = program
     folder = tmp_path / "out" / "charts-quick"
     assert main(["--quick"]) == 130
@@ -122,7 +122,7 @@ def test_the_program_says_how_to_go_on_and_does(tmp_path, program, capsys):
     assert (folder / "tables.md").read_text() == "## values\n\n1\n"
 
 
-def test_what_cannot_be_published_is_told_in_one_line(program, capsys):
+def test_what_cannot_be_published_is_reported_in_one_line(program, capsys):
     main, _ = program
     assert main([]) == 2  # there are no documents
     assert len(capsys.readouterr().err.splitlines()) == 1
@@ -150,8 +150,10 @@ def test_a_table_may_hold_what_regular_expressions_understand():
     assert r"\1 \g<2>" in publishing.with_tables(MARKED, {"speeds": r"\1 \g<2>"}, "README.md")
 
 
-def test_a_document_that_asks_for_an_unknown_table_is_named():
-    with pytest.raises(ValueError, match=r"README.md asks for the table speeds: known are \['a'\]"):
+def test_a_document_that_requests_an_unknown_table_is_named():
+    with pytest.raises(
+        ValueError, match=r"README.md requests the unknown table speeds; known are \['a'\]"
+    ):
         publishing.with_tables(MARKED, {"a": ""}, "README.md")
 
 
@@ -183,11 +185,11 @@ def point(name, timestep, error, seconds, floor=0.0):
 
 
 def test_points_join_errors_with_costs_and_keep_failures():
-    told = {"subject": "top", "method": "a/b", "quantities": ["position"]}
+    settings = {"scene": "top", "method": "a/b", "quantities": ["position"]}
     records = {
-        "cost": {"subject": "top", "seconds_a_step": {"a/b": 1e-6}},
-        "good": {**told, "timestep": 0.1, "errors": {"position": [0.01, 0.0]}},
-        "bad": {**told, "timestep": 0.5, "failed": "a value is not finite"},
+        "cost": {"scene": "top", "seconds_a_step": {"a/b": 1e-6}},
+        "good": {**settings, "timestep": 0.1, "errors": {"position": [0.01, 0.0]}},
+        "bad": {**settings, "timestep": 0.5, "failed": "a value is not finite"},
     }
     good, bad = charted.points_of(records)
     assert (good.error, good.seconds) == (0.01, pytest.approx(1e-5))
