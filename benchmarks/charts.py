@@ -42,7 +42,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         records = measure(cases, store)
     except KeyboardInterrupt:
         done = sum(store.find(case) is not None for case in cases)
-        print(f"stopped: {done} of {len(cases)} records are kept; the same command goes on")
+        print(f"stopped: {done} of {len(cases)} records are kept; the same command resumes")
         return INTERRUPTED
     folder.mkdir(parents=True, exist_ok=True)
     tables: dict[str, str] = {}

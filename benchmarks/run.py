@@ -35,9 +35,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     load, python = os.getloadavg()[0], platform.python_version()
     print(f"magmotor {mm.__version__}, MuJoCo {version('mujoco')}, Python {python}.")
     print(f"{os.cpu_count()} CPUs, of which {load:.1f} were busy in the last minute.")
-    print(
-        "Times are minima over turns, since disturbances only add. Repeat the run if rows are noisy."
-    )
+    print("Times are minima over turns, since disturbances only add time. Repeat noisy rows.")
     for name in topics:
         import_module(f"benchmarks.speed.{name}").main()
     print(f"\n{time.perf_counter() - begin:.0f} s in all")

@@ -16,13 +16,13 @@ USELESS = 1.0
 
 
 SAME = 1 + 1e-6
-"""Errors closer than this ratio are equal: MuJoCo and the reference agree to rounding."""
+"""Errors closer than this ratio are equal: MuJoCo and the reference differ by rounding."""
 
 
 class Point(NamedTuple):
     """A method at a step; errors are relative, seconds are wall time per simulated second.
 
-    The floor is twice the standard error of sampling: an error below it cannot be distinguished from
+    The floor is twice the standard error of sampling: an error below it is indistinguishable from
     zero. The error of a failed run is infinite.
     """
 

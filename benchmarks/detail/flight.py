@@ -1,4 +1,4 @@
-"""Runs of Hamel's top in any model of it, compared with the paper's ODE; and a plain model of it."""
+"""Runs of Hamel's top in any model, compared with the paper's ODE; and a plain model of it."""
 
 import copy
 import math
@@ -85,7 +85,7 @@ def position_error(position: Array, scene: mm.Top) -> float:
 def plain_top(scene: mm.Top, option: str = "", geom: str = "") -> mujoco.MjModel:
     """Build Hamel's top with MuJoCo's default options and contacts.
 
-    A free ball lies on a floor, under dipoles; `option` and `geom` are attributes of these elements.
+    A free ball lies on a floor, under dipoles; `option` and `geom` are MJCF attributes.
     """
     ring = "".join(
         f'<site pos="{_text(place)}" zaxis="{_text(moment)}" user="{scene.moment}"/>'

@@ -129,7 +129,7 @@ def potential(model: mujoco.MjModel, azimuth: float, angle: float) -> float:
 
 
 def stiffness(model: mujoco.MjModel, angle: float = 1e-3) -> float:
-    """Compute the restoring stiffness of the tilted ring, in N m/rad, with the ball at its start."""
+    """Compute the stiffness of the tilted ring, in N m/rad, with the ball at its start."""
     torques = []
     for half in (angle / 2, -angle / 2):
         data = _with_ring(model, [np.cos(half), 0.0, np.sin(half), 0.0])

@@ -26,7 +26,7 @@ Record = dict[str, Any]
 
 @dataclass(frozen=True)
 class Case:
-    """A measurement: its unique key, a function that makes the record, and its approximate duration."""
+    """A measurement: unique key, function that makes the record, approximate duration."""
 
     key: str
     run: Callable[[], Record]

@@ -18,8 +18,8 @@ WARM_UP = 100
 class Stepper:
     """Times `mj_step(model, data, nstep=2000)`, always from the same moving state.
 
-    That state is the model's after 100 magnetized steps, or another stepper's; without magnetism its
-    `xfrc_applied` remains as a constant wrench.
+    That state is the model's after 100 magnetized steps, or another stepper's. Without magnetism,
+    its `xfrc_applied` remains as a constant wrench.
     """
 
     def __init__(

@@ -64,7 +64,7 @@ def run_seconds(steps: int, scene: Any, method: str, timestep: float) -> float:
 def seconds_a_step(
     runs: Mapping[str, Callable[[int], float]], long: Mapping[str, int], turns: int
 ) -> dict[str, float]:
-    """Return the seconds per step from the difference of a long and a short run, minimum over turns.
+    """Return the seconds per step from the difference of the fastest long and short runs.
 
     Parameters
     ----------

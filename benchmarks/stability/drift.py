@@ -27,7 +27,7 @@ STYLES = {
     "mujoco/rk4": {"color": style.ORANGE, **THIN},
     "variational/blanes-moan4": {"color": style.PURPLE, **WIDE},
 }
-"""Methods and their line styles; wide lines are visible below those of the same scheme in MuJoCo."""
+"""Methods and their line styles; wide lines remain visible below MuJoCo's thin ones."""
 
 
 def cases(quick: bool) -> list[Case]:

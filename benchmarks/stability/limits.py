@@ -1,4 +1,4 @@
-"""The smallest step at which each method fails on each scene, and the prediction of linear theory."""
+"""The smallest step at which each method fails on each scene, measured and predicted."""
 
 import math
 from collections.abc import Iterable

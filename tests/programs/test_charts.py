@@ -113,7 +113,7 @@ def test_the_program_resumes_and_says_how(tmp_path, program, capsys):
     main, counted = program
     folder = tmp_path / "out" / "charts-quick"
     assert main(["--quick"]) == 130
-    assert capsys.readouterr().out == "stopped: 1 of 2 records are kept; the same command goes on\n"
+    assert capsys.readouterr().out == "stopped: 1 of 2 records are kept; the same command resumes\n"
     assert not (folder / "picture.png").exists()
     counted.interrupted = ""
     assert main(["--quick"]) == 0
