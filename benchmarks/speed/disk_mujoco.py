@@ -1,4 +1,4 @@
-"""What the sliding disk costs a step in MuJoCo, beside the variational engine."""
+"""Cost of a step of the sliding disk in MuJoCo, compared with the variational engine."""
 
 import ctypes
 from functools import partial
@@ -32,10 +32,10 @@ CASES = {
 }
 NOTE = """\
 One replica, 20 000 steps inside one call, Euler unless stated, against variational/euler on the
-  same path; that steps 8 replicas, in the lanes of a vector, at the price of one. MuJoCo's time is
-  its pipeline's, with one body: see below."""
+  same path, which steps 8 replicas, in the lanes of a vector, at the cost of one. MuJoCo's time is
+  that of its pipeline for one body: see below."""
 PARTS = (
-    ("mj_fwdPosition", "places, inertia, tendon"),
+    ("mj_fwdPosition", "positions, inertia, tendon"),
     ("mj_fwdVelocity", "velocities, friction, bias"),
     ("callback", "noise and potential"),
     ("mj_fwdAcceleration", "forces to accelerations"),
@@ -43,8 +43,8 @@ PARTS = (
     ("mj_Euler", "moving on"),
 )
 PARTS_NOTE = """\
-The paper's disk, planar; each part called through its C pointer in a compiled loop. Alone, a part
-  overlaps in the processor with its own next call; in sequence each waits for the one before."""
+The paper's disk, planar; each part called through its C pointer in a compiled loop. Called alone, a
+  part overlaps in the processor with its own next call; in sequence each waits for the last one."""
 PROTOTYPE = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64)
 
 

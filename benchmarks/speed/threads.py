@@ -1,4 +1,4 @@
-"""Many tops or motors on one thread and on two."""
+"""Many tops or motors on one thread and on two threads."""
 
 from functools import partial
 

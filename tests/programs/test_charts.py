@@ -109,11 +109,11 @@ def program(tmp_path, monkeypatch):
     return charts.main, counted
 
 
-def test_the_program_says_how_to_resume_and_does(tmp_path, program, capsys):
+def test_the_program_resumes_and_says_how(tmp_path, program, capsys):
     main, counted = program
     folder = tmp_path / "out" / "charts-quick"
     assert main(["--quick"]) == 130
-    assert capsys.readouterr().out == "stopped: 1 of 2 records are kept; the same command goes on\n"
+    assert capsys.readouterr().out == "stopped: 1 of 2 records are kept; the same command resumes\n"
     assert not (folder / "picture.png").exists()
     counted.interrupted = ""
     assert main(["--quick"]) == 0
@@ -122,7 +122,7 @@ def test_the_program_says_how_to_resume_and_does(tmp_path, program, capsys):
     assert (folder / "tables.md").read_text() == "## values\n\n1\n"
 
 
-def test_a_failure_to_publish_is_reported_in_one_line(program, capsys):
+def test_what_cannot_be_published_is_reported_in_one_line(program, capsys):
     main, _ = program
     assert main([]) == 2  # there are no documents
     assert len(capsys.readouterr().err.splitlines()) == 1
@@ -150,8 +150,10 @@ def test_a_table_may_contain_regular_expression_characters():
     assert r"\1 \g<2>" in publishing.with_tables(MARKED, {"speeds": r"\1 \g<2>"}, "README.md")
 
 
-def test_a_document_with_an_unknown_table_is_named():
-    with pytest.raises(ValueError, match=r"README.md asks for the table speeds: known are \['a'\]"):
+def test_a_document_that_requests_an_unknown_table_is_named():
+    with pytest.raises(
+        ValueError, match=r"README.md requests the unknown table speeds; known are \['a'\]"
+    ):
         publishing.with_tables(MARKED, {"a": ""}, "README.md")
 
 
@@ -183,11 +185,11 @@ def point(name, timestep, error, seconds, floor=0.0):
 
 
 def test_points_join_errors_with_costs_and_keep_failures():
-    told = {"subject": "top", "method": "a/b", "quantities": ["position"]}
+    settings = {"scene": "top", "method": "a/b", "quantities": ["position"]}
     records = {
-        "cost": {"subject": "top", "seconds_a_step": {"a/b": 1e-6}},
-        "good": {**told, "timestep": 0.1, "errors": {"position": [0.01, 0.0]}},
-        "bad": {**told, "timestep": 0.5, "failed": "a value is not finite"},
+        "cost": {"scene": "top", "seconds_a_step": {"a/b": 1e-6}},
+        "good": {**settings, "timestep": 0.1, "errors": {"position": [0.01, 0.0]}},
+        "bad": {**settings, "timestep": 0.5, "failed": "a value is not finite"},
     }
     good, bad = charted.points_of(records)
     assert (good.error, good.seconds) == (0.01, pytest.approx(1e-5))
