@@ -36,11 +36,10 @@ from magmotor.device import (
     Job,
     Measure,
     Scene,
-    as_given,
     between,
     check_fields,
     check_step_limit,
-    last_record,
+    initial_parts,
     quantity,
     register,
 )
@@ -180,7 +179,7 @@ class RotorGuard(Guard):
     def __init__(self, scene: Rotor, first: RotorStates):
         self.scene, self.start = scene, energy(scene, first).max()
 
-    def _faults(self, states: RotorStates) -> list[Fault]:
+    def faults(self, states: RotorStates) -> list[Fault]:
         found = energy(self.scene, states)
         in_play = found + 2 * self.scene.torque
         allowed = np.maximum(LARGEST_FLUCTUATION * self.scene.kT, LARGEST_ERROR * in_play)
@@ -227,7 +226,7 @@ MEASURES = {
 
 
 class RotorDevice(Device[Rotor, RotorStates]):
-    """All that the programs must know of rotors."""
+    """Everything that the library needs to know about rotors."""
 
     movie_content = RotorMovieContent
     measures = MEASURES
@@ -250,11 +249,7 @@ class RotorDevice(Device[Rotor, RotorStates]):
         self, scene: Rotor, initial: Mapping[str, Any] | xr.Dataset | None, replicas: int | None
     ) -> RotorStates:
         names = ["theta", "omega"]
-        own = {"theta": scene.angle, "omega": scene.rate}
-        if isinstance(initial, xr.Dataset):
-            own |= last_record(initial, names)
-        else:
-            own |= as_given(initial, names)
+        own = {"theta": scene.angle, "omega": scene.rate} | initial_parts(initial, names)
         rows = [np.broadcast_to(np.asarray(own[k], float), (1, replicas or 1)) for k in names]
         return RotorStates(np.zeros(1), *[row.copy() for row in rows])
 

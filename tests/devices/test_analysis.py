@@ -72,10 +72,10 @@ def test_the_balance_has_a_noise_for_each_slip(scene):
 def test_where_the_noise_is_not_known_there_is_no_balance(disk_run):
     refused = {
         "steps between two records = 10: must be 1": disk_run.isel(time=slice(None, None, 10)),
-        "coordinates = .*: must be those of simulate, with step": disk_run.drop_vars("step"),
+        "coordinates = .*: must include step": disk_run.drop_vars("step"),
         "run.replica = None: must be a coordinate": disk_run.drop_vars("replica"),
         "number of records in run = 1": disk_run.isel(time=[0]),
-        "a dataset that has omega, too": disk_run.drop_vars("omega"),
+        "the dataset must also have omega": disk_run.drop_vars("omega"),
     }
     for message, run in refused.items():
         with pytest.raises(ValueError, match=message):
@@ -184,7 +184,7 @@ def test_the_scene_is_the_runs_own(name, made, request):
 def test_every_run_has_an_overview_of_its_own(made, request, tmp_path):
     run, drawn = request.getfixturevalue(made), tmp_path / "drawn.png"
     if made == "motor_run":
-        with pytest.raises(ValueError, match=r"replicas = 3: must be one: run.isel\(replica=0\)"):
+        with pytest.raises(ValueError, match=r"replicas = 3: select one: run.isel\(replica=0\)"):
             mm.plots.overview(run, None, drawn)
         run = run.isel(replica=0)
     mm.plots.overview(run, None, drawn)
@@ -196,7 +196,7 @@ def test_every_run_has_an_overview_of_its_own(made, request, tmp_path):
 def test_a_run_must_have_what_is_read(top_run):
     position = top_run.position
     wrong = {
-        "a dataset that has slip_velocity, too": top_run.drop_vars("slip_velocity"),
+        "the dataset must also have slip_velocity": top_run.drop_vars("slip_velocity"),
         "dtype of run.axis = 'complex128'": top_run.assign(axis=top_run.axis + 0j),
         "run.axis holds values that are not finite": top_run.assign(axis=top_run.axis * np.nan),
         "dimensions of run.axis": top_run.isel(space=0),
@@ -205,7 +205,7 @@ def test_a_run_must_have_what_is_read(top_run):
         "shape of run.axis": top_run.isel(time=[]),
         "dimensions of run.axis = ..space": top_run.isel(time=0),
         "run.time must hold finite times that increase": top_run.isel(time=slice(None, None, -1)),
-        r"replicas = 2: must be one: run\.isel": xr.concat([top_run, top_run], "replica"),
+        r"replicas = 2: select one: run\.isel": xr.concat([top_run, top_run], "replica"),
         "of a Disk'?: must be of a Top": top_run.assign_attrs(OF_A_DISK),
         "run.time = None: must be a coordinate": top_run.drop_vars("time"),
         "an object of xarray.Dataset": position,
@@ -236,7 +236,9 @@ def test_what_counts_from_the_start_needs_the_start(ensemble):
 def test_flights_survive_by_all_their_bins(ensemble):
     whole = mm.observables.flight_survival(ensemble)
     assert whole.survival[0] == 1
-    with pytest.raises(ValueError, match=r"flight_duration = .*: must be that of an ens"):
+    with pytest.raises(
+        ValueError, match=r"flight_duration = .*: must have all bins of the ensemble"
+    ):
         mm.observables.flight_survival(ensemble.isel(flight_duration=slice(None, None, 2)))
 
 
@@ -245,8 +247,8 @@ def test_runs_that_are_joined_or_averaged_are_refused(disk_run):
     other = mm.simulate(DISK, timestep=0.01, duration=30, replicas=3, seed=6, **BAOAB)
     again: Any = xr.concat([disk_run, disk_run.assign_coords(time=disk_run.time + 31)], "time")
     for run, message in (
-        (xr.concat([disk_run, other], "replica"), "run.replica = .*: must be different numbers"),
-        (disk_run.assign_coords(replica=[0, 1, 7]), "run.replica = .*: must be different numbers"),
+        (xr.concat([disk_run, other], "replica"), "run.replica = .*: must be distinct numbers"),
+        (disk_run.assign_coords(replica=[0, 1, 7]), "run.replica = .*: must be distinct numbers"),
         (disk_run.mean("replica", keep_attrs=True), "run.replica = None: must be a coordinate"),
         (disk_run.isel(time=slice(-1)).coarsen(time=2).mean(keep_attrs=True), "run.step = 'float"),
         (again, "run.step must increase"),
@@ -259,7 +261,7 @@ def test_a_survival_needs_the_first_and_the_last_bin(ensemble):
     survival = mm.observables.flight_survival
     assert survival(ensemble).sizes["flight_duration"] > 8
     for part in (slice(1, None), slice(-1)):
-        with pytest.raises(ValueError, match=r"flight_duration = .* with all its bins"):
+        with pytest.raises(ValueError, match=r"flight_duration = .* must have all bins"):
             survival(ensemble.isel(flight_duration=part))
 
 

@@ -312,5 +312,5 @@ def test_standalone_mjcf_moves_the_same(tmp_path, surface):
 
 
 def test_a_langevin_particle_has_no_model():
-    with pytest.raises(ValueError, match="which LangevinParticle has not"):
+    with pytest.raises(ValueError, match="a LangevinParticle has no MuJoCo model"):
         mm.build(mm.LangevinParticle())  # pyright: ignore[reportArgumentType]

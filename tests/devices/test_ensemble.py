@@ -227,7 +227,9 @@ def test_a_full_disk_keeps_the_checkpoint_before(tmp_path, monkeypatch, whole):
 
     with monkeypatch.context() as patch:
         patch.setattr(whole_files.os, "fsync", full)
-        with pytest.warns(UserWarning, match="No space left on device; the one before it stays"):
+        with pytest.warns(
+            UserWarning, match="No space left on device; the previous checkpoint is kept"
+        ):
             run = mm.ensemble(WARM, **ARGUMENTS, trajectories=7, checkpoint=path)
     assert run.identical(whole)
     assert path.read_bytes() == before
@@ -237,11 +239,11 @@ def test_a_full_disk_keeps_the_checkpoint_before(tmp_path, monkeypatch, whole):
 def test_a_checkpoint_of_another_task_is_refused(tmp_path):
     path = tmp_path / "run.ckpt"
     mm.ensemble(WARM, **ARGUMENTS, checkpoint=path)
-    with pytest.raises(ValueError, match=r"checkpoint = .* must be one of seed = 3; it has 2"):
+    with pytest.raises(ValueError, match=r"checkpoint = .* of another run: its seed is 2, not 3"):
         mm.ensemble(WARM, **{**ARGUMENTS, "seed": 3}, checkpoint=path)
     for content in (b"", b"not a checkpoint", path.read_bytes()[:200]):
         path.write_bytes(content)
-        with pytest.raises(ValueError, match="must be a checkpoint, or no file"):
+        with pytest.raises(ValueError, match="the file is not a checkpoint"):
             mm.ensemble(WARM, **ARGUMENTS, checkpoint=path)
 
 
@@ -266,7 +268,7 @@ BAD = [
     ({"replicas": 0}, "replicas = 0: must be at least 1"),
     ({"timestep": 0.0}, "timestep = 0.0: must be greater than 0"),
     ({"threads": 0}, "threads = 0: must be at least 1"),
-    ({"trajectories": 151}, "trajectories = 151: must be at most 150, the replicas"),
+    ({"trajectories": 151}, "trajectories = 151: must be at most 150, the number of replicas"),
     ({"burn_in": 59.0}, "burn_in = 59.0: must be at most 58"),
     ({"burn_in": -1.0}, "burn_in = -1.0: must be at least 0"),
     ({"sample_interval": 0}, "sample_interval = 0: must be at least 1"),

@@ -57,10 +57,10 @@ def test_a_run_goes_on_from_another():
             r"\['ring_axis'\] = .*: must be within 20 degrees",
         ),
         ({"ring_orientation": (0, 1, 0, 0)}, r"initial\['ring_axis'\] = .*: must be within 20"),
-        ({"ring_axis": (0, 0, 0)}, r"initial\['ring_axis'\] = .*: must be not all zero"),
+        ({"ring_axis": (0, 0, 0)}, r"initial\['ring_axis'\] = .*: must not be zero"),
         (
             {"ring_axis": (0, 0, 1), "ring_orientation": (1, 0, 0, 0)},
-            "initial = .*: must be given with ring_axis or ring_orientation, not both",
+            "initial = .*: must have ring_axis or ring_orientation, not both",
         ),
         ({"axis": (0, 0, 1), "orientation": (1, 0, 0, 0)}, "given with axis or orientation"),
         ({"position": (0.5, 0.0, 0.1)}, r"initial\['position'\] = .*: must be 0.04 along z"),

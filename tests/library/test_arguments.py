@@ -335,7 +335,7 @@ EXTREMES = [
     (lambda: mm.dipoles.field([1e300, 0, 0], POINTS, POINTS), r"^points holds 1e\+300"),
     (lambda: mm.dipoles.wrench(VECTOR, [1e300, 0, 0], POINTS, POINTS), r"^moment holds 1e\+300"),
     (lambda: mm.theory.y_diffusion(mm.Disk(friction=0.0, noise=0.0)), r"^y_diffusion\(scene\): "),
-    (lambda: mm.theory.ReducedDisk(mm.Disk(sigma=1e-20)), "^scene = .* cells resolve"),
+    (lambda: mm.theory.ReducedDisk(mm.Disk(sigma=1e-20)), "^scene = .* needs more than 1000000"),
     (lambda: mm.theory.d_diffusion(DISK, 1e20), r"^terms of D\(d\) = "),
     (lambda: mm.theory.position_density(mm.Disk(noise=1e-9), 1.0), "^noise = 1e-09: must be so"),
     (lambda: mm.simulate(DISK, duration=1.0, initial={"x": b"1"}), r"^initial\['x'\] = b'1'"),

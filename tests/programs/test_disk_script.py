@@ -102,7 +102,7 @@ def test_an_interrupted_run_says_what_is_written_and_goes_on(disk, tmp_path, mon
     }
     code, error = disk(*SHORT, tmp_path, "--seed", "1")  # not the same command
     assert code == 2
-    assert "must be one of seed = 8; it has 0; finish that run, or delete the file" in error
+    assert "its seed is 0, not 8; finish that run, or delete the file" in error
 
 
 def test_a_full_disk_is_one_line(tmp_path):

@@ -1,11 +1,11 @@
-"""What a device is: its protocol, and what all devices share.
+"""The protocol of devices, and the building blocks that all devices share.
 
-Who writes a device takes all from here; `examples/own_device.py` is one.
+A new device imports everything that it needs from here; see `examples/own_device.py`.
 """
 
 from magmotor.device.device import Device, Engine, Measure, MujocoAdapter, Scene, register
 from magmotor.device.guard import ENERGY_GREW, LARGEST_ERROR, LARGEST_FLUCTUATION, Fault, Guard
-from magmotor.device.initial import as_given, last_record
+from magmotor.device.initial import initial_parts
 from magmotor.device.job import Job
 from magmotor.device.movie import Gauge, MovieContent, between
 from magmotor.device.quantities import check_fields, quantity
@@ -29,11 +29,10 @@ __all__ = [
     "MujocoAdapter",
     "Scene",
     "Slider",
-    "as_given",
     "between",
     "check_fields",
     "check_step_limit",
-    "last_record",
+    "initial_parts",
     "quantity",
     "register",
 ]

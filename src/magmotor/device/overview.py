@@ -1,4 +1,4 @@
-"""A run at a glance, of any device: each of its numbers over time."""
+"""The default overview of a run: its scalar variables over time."""
 
 from pathlib import Path
 
@@ -7,18 +7,18 @@ import xarray as xr
 from magmotor.common import style
 
 MOST = 12
-"""Replicas of which the paths are drawn; more would hide one another."""
+"""Largest number of replicas that are drawn; more would hide one another."""
 
 
 def draw_variables(run: xr.Dataset, path: str | Path) -> None:
-    """Write a picture with a panel for each variable that is a number at a time.
+    """Write a picture with a panel for each scalar variable.
 
     Parameters
     ----------
     run : xarray.Dataset
-        From `simulate`; of many replicas the first ones are drawn.
+        From `simulate`; at most its first twelve replicas are drawn.
     path : str or Path
-        The file to write; its suffix says in which format.
+        File to write; its suffix sets the format.
     """
     names = [name for name in run.data_vars if {*run[name].dims} <= {"time", "replica"}]
     rows = -(-len(names) // 2)

@@ -44,7 +44,8 @@ class MotorGuard(Guard):
         # What heats the motion without cooling it; a warm one forgets what it was given.
         self.heated = any(scene.noises) and not warm
 
-    def _faults(self, states: MotorStates) -> Iterator[Fault]:
+    def faults(self, states: MotorStates) -> Iterator[Fault]:
+        """Yield the tests of energy, tilt and lift."""
         found = motor_energy(self.scene, states)
         work = states.ball_work + states.ring_work if self.heated else 0.0
         # A ring that only turns about its axis has energy that no method touches.
