@@ -62,7 +62,7 @@ def test_a_run_goes_on_from_another():
             {"ring_axis": (0, 0, 1), "ring_orientation": (1, 0, 0, 0)},
             "initial = .*: must have ring_axis or ring_orientation, not both",
         ),
-        ({"axis": (0, 0, 1), "orientation": (1, 0, 0, 0)}, "given with axis or orientation"),
+        ({"axis": (0, 0, 1), "orientation": (1, 0, 0, 0)}, "must have axis or orientation"),
         ({"position": (0.5, 0.0, 0.1)}, r"initial\['position'\] = .*: must be 0.04 along z"),
         (
             {"position": ((0.5, 0, 0.04), (0.5, 0, 0.1))},

@@ -104,7 +104,7 @@ class MujocoAdapter(Protocol):
     control: int
 
     def controls(self, steps: NDArray[np.int64]) -> Array | None:
-        """Return the control inputs of these steps, shape (replicas, steps or 1, n); None for none.
+        """Return the control inputs of these steps, shape (replicas, steps or 1, n), or None.
 
         Called before each batch of steps; a single row is used in all of its steps.
         """
@@ -267,7 +267,7 @@ class Device(ABC, Generic[S, T]):
 
     @property
     def charted(self) -> Scene | None:
-        """The scene of which `mm.recommend` has measured speed and accuracy; None without charts.
+        """The scene whose speed and accuracy are measured for `mm.recommend`; None without charts.
 
         It may belong to a similar scene class.
         """
@@ -321,7 +321,7 @@ class Device(ABC, Generic[S, T]):
         Raises
         ------
         ValueError
-            The scene has no such value; the message names the field, its value and the bound.
+            A value is out of bounds; the message names the field, its value and the bound.
         """
         return scene
 

@@ -23,12 +23,12 @@ def draw_variables(run: xr.Dataset, path: str | Path) -> None:
     names = [name for name in run.data_vars if {*run[name].dims} <= {"time", "replica"}]
     rows = -(-len(names) // 2)
     with style.figure(12.0, 1.0 + 2.2 * rows) as figure:
-        for place, name in enumerate(names, start=1):
+        for number, name in enumerate(names, start=1):
             variable = run[name]
             if "replica" in variable.dims:
                 variable = variable.isel(replica=slice(MOST)).transpose("time", "replica")
             unit = variable.attrs.get("units", "1")
-            axes = figure.add_subplot(rows, 2, place)
+            axes = figure.add_subplot(rows, 2, number)
             axes.plot(run.time, variable, color=style.BLUE, lw=0.8)
             axes.set(title=variable.attrs.get("long_name", name))
             axes.set_ylabel(f"{name} ({unit})" if unit != "1" else str(name))

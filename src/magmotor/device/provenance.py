@@ -49,7 +49,7 @@ def scene_of(run: xr.Dataset) -> Scene:
 
 
 @checked
-def scene_from(kind: str, fields: dict[str, Any]) -> Scene:
+def scene_from(name: str, fields: dict[str, Any]) -> Scene:
     """Return the scene of a class, a key of `SCENES`, from all its fields as JSON stores them.
 
     Raises
@@ -57,14 +57,14 @@ def scene_from(kind: str, fields: dict[str, Any]) -> Scene:
     ValueError
         A field is missing, unknown or invalid; the message names it.
     """
-    check_choice("kind", kind, tuple(SCENES))
-    scene: Any = SCENES[kind]
+    check_choice("scene", name, tuple(SCENES))
+    scene: Any = SCENES[name]
     known = {field.name: field for field in dataclasses.fields(scene)}
     check_fields("scene_fields", fields, known)
     try:
-        return scene(**{name: _as_tuples(value) for name, value in fields.items()})
+        return scene(**{field: _as_tuples(value) for field, value in fields.items()})
     except (ArithmeticError, AttributeError, LookupError, TypeError, RecursionError) as error:
-        sentence = f"must be fields of a {kind} ({error})"
+        sentence = f"must be fields of a {name} ({error})"
         raise reject("attributes['scene_fields']", fields, sentence) from error
 
 

@@ -1,6 +1,6 @@
 """Contacts of the ball with its plane: the paper's viscous slip, and optional dry friction.
 
-One contact bears the ball: that of dry friction if there is any, else that of viscous slip, else a
+One contact bears the ball: the one with dry friction, else the one with viscous slip, else a
 frictionless one. Dry friction requires `impratio` 1; the viscous contact then bears almost no load.
 
 Dry friction is regularized: it grows with the slip up to v* = mu N A/rate, where it saturates. A

@@ -29,7 +29,7 @@ REACH = 1.5
 """Radius of the search for critical points, in ring radii."""
 
 SECTIONS = 128
-"""Number of parts of an interval in a search; all of them cost little more than one."""
+"""A search divides an interval into this many parts, at little more than the cost of one."""
 
 SMALLEST = 1e-15
 """Distance from the center, in ring radii, that counts as zero."""
@@ -41,8 +41,10 @@ FINENESS = (1, 1), (1, 8), (2, 8), (4, 8)
 """Refinement of the grid, and of each cell that may have a critical point, in each attempt."""
 
 MANY = 4
-"""Number of critical points per dipole at which refinement stops; a level ring has two per dipole. If
-the valley is flat to rounding, all its points are critical, and no grid is fine enough."""
+"""Critical points per dipole beyond which refinement stops; a level ring has two per dipole.
+
+If the valley is flat to rounding, all its points are critical, and no grid is fine enough.
+"""
 
 
 class CriticalPoint(NamedTuple):

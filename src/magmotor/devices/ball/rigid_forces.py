@@ -112,7 +112,7 @@ def floats(numbers: Numbers) -> Numbers:
 class StepCoefficients(NamedTuple):
     """A timestep, and the coefficients of the parts of a step.
 
-    Each row of `kinds` has four flags of a part: drift, kick, friction and noise, and new forces.
+    Each row of `flags` has four flags of a part: drift, kick, friction and noise, and new forces.
     If `before` is -1, the first part uses the forces of the previous step; else it is 0.
 
     Each row of `numbers` has the duration of a part, then three triples (a, b, d): for the slip,
@@ -123,7 +123,7 @@ class StepCoefficients(NamedTuple):
 
     timestep: float
     before: int
-    kinds: NDArray[np.bool_]
+    flags: NDArray[np.bool_]
     numbers: NDArray[np.float64]
 
 
@@ -135,7 +135,7 @@ def step_coefficients(bodies: Bodies, scheme: Scheme, timestep: float) -> StepCo
         (bodies.axial, bodies.ring_friction, bodies.ring_noise),
     )
     needs_force = kicks_that_evaluate(scheme.parts)
-    kinds = [
+    flags = [
         (part in DRIFTS, part in KICKS, part in O_PARTS, new)
         for part, new in zip(scheme.parts, needs_force, strict=True)
     ]
@@ -146,7 +146,7 @@ def step_coefficients(bodies: Bodies, scheme: Scheme, timestep: float) -> StepCo
         numbers.append([time, *(number for triple in triples for number in triple)])
     carried = scheme.parts[0] in KICKS and not needs_force[0]
     return StepCoefficients(
-        float(timestep), -1 if carried else 0, np.array(kinds), np.array(numbers)
+        float(timestep), -1 if carried else 0, np.array(flags), np.array(numbers)
     )
 
 

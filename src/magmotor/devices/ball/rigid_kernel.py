@@ -103,7 +103,7 @@ def _advance(checksum: int, splits: bool, by_cayley: bool):
         _ = checksum
         prefer_wide_vectors()
         first, interval = steps
-        kinds = coefficients.kinds
+        flags = coefficients.flags
         c, a = bodies.slip_friction, bodies.slip_noise
         c_ring, a_ring = bodies.ring_friction, bodies.ring_noise
         has_ring = magnets.frame.shape[1] > 0
@@ -115,14 +115,14 @@ def _advance(checksum: int, splits: bool, by_cayley: bool):
             for n in range(coefficients.before, recorded.shape[0] * interval):
                 u, u_ring = slip(ball, bodies.radius), ring[1]
                 xi, xi_ring = _normals(replica, first + n, path, bodies)
-                for part in range(0 if n >= 0 else len(kinds) - 1, len(kinds)):
-                    if kinds[part, 3]:
+                for part in range(0 if n >= 0 else len(flags) - 1, len(flags)):
+                    if flags[part, 3]:
                         # Only here: a second copy of this code might round differently.
                         position = ball[0][0], ball[0][1], bodies.radius
                         force, torque, on_ring = wrenches(position, ball[2], ring[0], work, magnets)
                     if n < 0:
                         continue
-                    drifts, kicks, o_part = kinds[part, 0], kinds[part, 1], kinds[part, 2]
+                    drifts, kicks, o_part = flags[part, 0], flags[part, 1], flags[part, 2]
                     if not splits:
                         ball = euler_ball(ball, force, torque, xi, bodies, coefficients, by_cayley)
                         if has_ring:

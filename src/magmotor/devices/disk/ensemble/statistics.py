@@ -89,16 +89,16 @@ def flight_bin(samples):
 
 @njit(inline="always")
 def _correlate(states, last, increment, level, sums, start, lanes, number):
-    none, turn, end = spread(0.0), spread(TURN), spread(float(lanes))
-    a_sum = b_sum = aa = bb = ab = none
+    zero, period, end = spread(0.0), spread(TURN), spread(float(lanes))
+    a_sum = b_sum = aa = bb = ab = zero
     for i in range(0, lanes, COUNT):
         here, lane = start + i, counted() + spread(float(i))
-        x = turn * taken(states, 0, i)
+        x = period * taken(states, 0, i)
         a, b = taken(increment, level, here), x - taken(last, level, here)
         put(increment, level, here, b)
         put(last, level, here, x)
         # Padding does not count.
-        a, b = where_less(lane, end, a, none), where_less(lane, end, b, none)
+        a, b = where_less(lane, end, a, zero), where_less(lane, end, b, zero)
         a_sum, b_sum = a_sum + a, b_sum + b
         aa, bb, ab = fused(a, a, aa), fused(b, b, bb), fused(a, b, ab)
     if number >= 2:
