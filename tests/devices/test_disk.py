@@ -380,7 +380,7 @@ def test_a_path_drives_runs_and_is_saved_with_them(tmp_path):
 
 
 def anything(value) -> Any:
-    """Return a value whose type the checker does not know."""
+    """Return a value of a wrong type, which the type checker accepts."""
     return value
 
 

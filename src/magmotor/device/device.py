@@ -62,7 +62,7 @@ class Engine(Protocol):
     def start(self, job: Job) -> Array:
         """Return the engine's internal state at the beginning of a run, as one array.
 
-        Checkpoints use its shape and type.
+        Checkpoints accept only arrays of the same shape and type.
         """
         ...
 
@@ -151,7 +151,7 @@ class Device(ABC, Generic[S, T]):
     movie_content : type, optional
         Class of the text, curves and cameras of movies; without it, there are no movies.
     gauge : Gauge, optional
-        The bar below each picture of a contact sheet; without it, there are no contact sheets.
+        The bar in each picture of a contact sheet; without it, there are no contact sheets.
     """
 
     time_unit: ClassVar[str] = "s"
@@ -282,7 +282,7 @@ class Device(ABC, Generic[S, T]):
         return motion.frequency, float(motion.decay.max())
 
     def quantities(self, scene: S) -> tuple[str, ...]:
-        """Return quantities whose error `mm.recommend` may bound; the first charted one is used."""
+        """Return the default quantities of `mm.recommend`, of which it uses the first charted one."""
         return ("position",)
 
     def energy_balance(self, run: xr.Dataset, scene: S) -> xr.Dataset:
@@ -302,7 +302,10 @@ class Device(ABC, Generic[S, T]):
         return False
 
     def place(self, scene: S, data: Any, time: float) -> None:
-        """Put the scripted bodies of an `mjData` where they are at a time (s); called per frame."""
+        """Put the scripted bodies of an `mjData` where they are at a time (s).
+
+        Called for every frame of a movie, and every step of a live simulation.
+        """
 
     def why_lost(self, scene: S, model: Any, data: Any) -> str:
         """Return why the scene no longer describes a live simulation; empty if it still does.
