@@ -282,7 +282,7 @@ class Device(ABC, Generic[S, T]):
         return motion.frequency, float(motion.decay.max())
 
     def quantities(self, scene: S) -> tuple[str, ...]:
-        """Return the default quantities of `mm.recommend`, of which it uses the first charted one."""
+        """Return the default quantities of `mm.recommend`, which uses the first charted one."""
         return ("position",)
 
     def energy_balance(self, run: xr.Dataset, scene: S) -> xr.Dataset:
