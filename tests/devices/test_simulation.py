@@ -116,7 +116,7 @@ BAD = [
     ({"record_interval": 41}, "record_interval = 41: must be at most 40"),
     ({"initial": {"speed": (1, 2)}}, "initial = 'speed': must be one of position"),
     ({"initial": {"position": (1,)}}, "initial.'position'. = .1,.: must be 3 finite"),
-    ({"initial": {"velocity": (0, 0, 1)}}, "initial.'velocity'. = .*: must be 0 along z"),
+    ({"initial": {"velocity": (0, 0, 1)}}, "initial.'velocity'. = .*: must have z = 0 on"),
     ({"initial": {"axis": (0, 0, 0)}}, "initial.'axis'. = .*: must not be zero"),
     ({"initial": {"position": (np.nan, 0)}}, "initial.'position'. holds nan"),
     ({"initial": {"axis": (0, 0, 1), "orientation": (1, 0, 0, 0)}}, "axis or orientation"),

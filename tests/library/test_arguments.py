@@ -365,7 +365,10 @@ EXTREMES = [
         lambda: mm.rerun(RUNS["disk"], measures=np.array(2.0)),
         "^measures = .*: must be a list of names",
     ),
-    (lambda: mm.theory.DiskTheory(mm.Disk(noise=0.0)).first_impulse, "^noise = 0.0: must be enou"),
+    (
+        lambda: mm.theory.DiskTheory(mm.Disk(noise=0.0)).first_impulse,
+        "^noise = 0.0: must be larger",
+    ),
     (lambda: mm.simulate(DISK, duration=0), "^duration = 0: must be greater than 0 s$"),
     (lambda: live.live_scene(DISK, timestep=0), "^timestep = 0: must be greater than 0 s$"),
 ]
