@@ -184,7 +184,7 @@ def test_what_cannot_be_shown_is_named(runs, scenes, tmp_path):
     refused(r"scene = Disk.*: must be the scene of the run, a Top", scenes=[mm.Disk()] * 3)
     mixed = [*scenes[:2], mm.Motor()]
     refused(r"scene = Motor.*: must be the scene of the run, a Top", scenes=mixed)
-    refused(r"replicas = 2: must be one", runs=[*runs[:2], runs[2].expand_dims(replica=2)])
+    refused(r"replicas = 2: select one", runs=[*runs[:2], runs[2].expand_dims(replica=2)])
     refused(r"must be mujoco/\* or var", runs=[*runs[:2], runs[2].drop_vars("orientation")])
     refused("seconds_per_second = 0: must be greater than 0", seconds_per_second=0)
     assert not any(tmp_path.iterdir())
