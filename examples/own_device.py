@@ -38,11 +38,10 @@ from magmotor.device import (
     Measure,
     Observable,
     Scene,
-    as_given,
     between,
     check_fields,
     check_step_limit,
-    last_record,
+    initial_parts,
     quantity,
     register,
 )
@@ -188,7 +187,7 @@ class RotorGuard(Guard):
     def __init__(self, scene: Rotor, first: RotorStates):
         self.scene, self.initial_energy = scene, energy(scene, first).max()
 
-    def _faults(self, states: RotorStates) -> list[Fault]:
+    def faults(self, states: RotorStates) -> list[Fault]:
         energies = energy(self.scene, states)
         fluctuation = LARGEST_FLUCTUATION * self.scene.kT
         error = LARGEST_ERROR * (energies + 2 * self.scene.torque)
@@ -266,11 +265,7 @@ class RotorDevice(Device[Rotor, RotorStates]):
     ) -> RotorStates:
         """Return the initial state: the scene's own, or parts of it from `initial`."""
         names = ["theta", "omega"]
-        parts = {"theta": scene.angle, "omega": scene.rate}
-        if isinstance(initial, xr.Dataset):
-            parts |= last_record(initial, names)
-        else:
-            parts |= as_given(initial, names)
+        parts = {"theta": scene.angle, "omega": scene.rate} | initial_parts(initial, names)
         shape = (1, replicas or 1)
         theta, omega = (np.broadcast_to(np.asarray(parts[k], float), shape) for k in names)
         return RotorStates(np.zeros(1), theta.copy(), omega.copy())

@@ -112,8 +112,8 @@ def paper_flat(system: System) -> float:
 def _draw(axes: "Axes", name: str, system: System) -> None:
     """Draw ballistic growth for the disks on a potential, and diffusion for the flat one."""
     if name == "slope":
-        axes.axhline(2 if system.wanders else 1, **GUIDE)
-    elif name in LINES and system.wanders:
+        axes.axhline(2 if system.has_varying_d else 1, **GUIDE)
+    elif name in LINES and system.has_varying_d:
         t = _times(name, system)
         square = float(system.theory.mean_square(system.end)) * (t / system.end) ** 2
         axes.plot(t, square / t if name == "diffusion" else square, **GUIDE)

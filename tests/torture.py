@@ -126,7 +126,7 @@ def forked(command: Callable[..., None], *arguments: Any) -> int:
     code = 1
     try:
         signal.signal(signal.SIGINT, signal.default_int_handler)
-        jobs.CHUNK, checkpoints.SECONDS_BETWEEN, ensembles.SECONDS_BETWEEN_LOOKS = 2000, 0.0, 0.005
+        jobs.CHUNK, checkpoints.SECONDS_BETWEEN, ensembles.SECONDS_BETWEEN_CHECKS = 2000, 0.0, 0.005
         command(*arguments)
         code = 0
     except KeyboardInterrupt:

@@ -142,7 +142,7 @@ def disk_run():
         (lambda run: xr.concat([run, run], "seed"), "dimensions = .*seed.*: must be those of one"),
         (lambda run: run.isel(replica=0), "replica = None: must be 2, "),
         (lambda run: run.astype("f4"), r"x.dtype = 'float32': must be float64"),
-        (lambda run: run.drop_vars("omega"), "initial = .*: must be a dataset that has omega, too"),
+        (lambda run: run.drop_vars("omega"), "initial = .*: the dataset must also have omega"),
         (lambda run: run.drop_attrs(), "attributes = .*: must be .*; scene, .* seed are missing"),
         (lambda run: run.assign_attrs(scene="Pendulum"), "scene = 'Pendulum'"),
         (lambda _: xr.Dataset({"x": 1.0}), "attributes = .*: must be .*; scene, "),

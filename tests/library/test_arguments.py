@@ -335,7 +335,7 @@ EXTREMES = [
     (lambda: mm.dipoles.field([1e300, 0, 0], POINTS, POINTS), r"^points contains 1e\+300"),
     (lambda: mm.dipoles.wrench(VECTOR, [1e300, 0, 0], POINTS, POINTS), r"^moment contains 1e\+300"),
     (lambda: mm.theory.y_diffusion(mm.Disk(friction=0.0, noise=0.0)), r"^y_diffusion\(scene\): "),
-    (lambda: mm.theory.ReducedDisk(mm.Disk(sigma=1e-20)), "^scene = .* cells resolve"),
+    (lambda: mm.theory.ReducedDisk(mm.Disk(sigma=1e-20)), "^scene = .* needs more than 1000000"),
     (lambda: mm.theory.d_diffusion(DISK, 1e20), r"^terms of D\(d\) = "),
     (lambda: mm.theory.position_density(mm.Disk(noise=1e-9), 1.0), "^noise = 1e-09: must be so"),
     (lambda: mm.simulate(DISK, duration=1.0, initial={"x": b"1"}), r"^initial\['x'\] = b'1'"),
@@ -356,7 +356,7 @@ EXTREMES = [
     (lambda: SWEEP.changes(-1), "^index = -1: must be at least 0"),
     (lambda: SWEEP.axes[0].at(HOSTILE["half"]), "^index = 0.5: must be an integer"),
     (lambda: mm.sweep.Range(0.1, 0.2).stretch(np.ones(1)), "^smallest unit = 1.0: must be less"),
-    (lambda: provenance.scene_from("Pendulum", {}), "^kind = 'Pendulum': must be one of"),
+    (lambda: provenance.scene_from("Pendulum", {}), "^scene = 'Pendulum': must be one of"),
     (
         lambda: provenance.scene_from("Disk", HOSTILE["list"]),
         r"^fields = \[\]: must be an instance of dict",
@@ -365,7 +365,10 @@ EXTREMES = [
         lambda: mm.rerun(RUNS["disk"], measures=np.array(2.0)),
         "^measures = .*: must be a list of names",
     ),
-    (lambda: mm.theory.DiskTheory(mm.Disk(noise=0.0)).first_impulse, "^noise = 0.0: must be enou"),
+    (
+        lambda: mm.theory.DiskTheory(mm.Disk(noise=0.0)).first_impulse,
+        "^noise = 0.0: must be larger",
+    ),
     (lambda: mm.simulate(DISK, duration=0), "^duration = 0: must be greater than 0 s$"),
     (lambda: live.live_scene(DISK, timestep=0), "^timestep = 0: must be greater than 0 s$"),
 ]

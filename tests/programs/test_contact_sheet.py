@@ -181,10 +181,10 @@ def test_what_cannot_be_shown_is_named(runs, scenes, tmp_path):
     refused("columns = 0: must be at least 1", columns=0)
     refused("columns = 9: must be at most 8", columns=9)
     refused("columns = 1.5: must be an integer", columns=cast(Any, 1.5))
-    refused(r"scene = Disk.*: must be the run's own, a Top", scenes=[mm.Disk()] * 3)
+    refused(r"scene = Disk.*: must be the scene of the run, a Top", scenes=[mm.Disk()] * 3)
     mixed = [*scenes[:2], mm.Motor()]
-    refused(r"scene = Motor.*: must be the run's own, a Top", scenes=mixed)
-    refused(r"replicas = 2: must be one", runs=[*runs[:2], runs[2].expand_dims(replica=2)])
+    refused(r"scene = Motor.*: must be the scene of the run, a Top", scenes=mixed)
+    refused(r"replicas = 2: select one", runs=[*runs[:2], runs[2].expand_dims(replica=2)])
     refused(r"must be mujoco/\* or var", runs=[*runs[:2], runs[2].drop_vars("orientation")])
     refused("seconds_per_second = 0: must be greater than 0", seconds_per_second=0)
     assert not any(tmp_path.iterdir())

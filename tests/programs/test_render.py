@@ -140,9 +140,9 @@ def test_the_rings_ball_and_trail_of_the_motor_are_visible(opengl, motor_run):
 
 def test_what_cannot_be_filmed_is_named(motor_run, tmp_path):
     replicas = motor_run.expand_dims(replica=2)
-    with pytest.raises(ValueError, match=r"replicas = 2: must be one: run.isel\(replica=0\)"):
+    with pytest.raises(ValueError, match=r"replicas = 2: select one: run.isel\(replica=0\)"):
         mm.render.still(replicas, mm.Motor(), tmp_path / "motor.png", 1.0)
-    with pytest.raises(ValueError, match=r"scene = Disk.*: must be the run's own, a Motor"):
+    with pytest.raises(ValueError, match=r"scene = Disk.*: must be the scene of the run, a Motor"):
         mm.render.still(motor_run, cast(Any, mm.Disk()), tmp_path / "disk.png", 1.0)
     assert not any(tmp_path.iterdir())
 

@@ -288,7 +288,9 @@ def test_a_seed_without_room_is_a_mistake():
 
 
 def test_a_scene_without_a_mujoco_model_is_a_mistake():
-    with pytest.raises(ValueError, match=r"scene = Langevin.*: must be of a kind that has a"):
+    with pytest.raises(
+        ValueError, match=r"scene = Langevin.*: a LangevinParticle has no MuJoCo model"
+    ):
         live_scene(cast(Any, mm.LangevinParticle()), timestep=0.01)
 
 

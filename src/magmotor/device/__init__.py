@@ -1,6 +1,6 @@
-"""What a device is: its protocol, and what all devices share.
+"""The protocol of devices, and the building blocks that all devices share.
 
-Who writes a device takes all from here; `examples/own_device.py` is one.
+A new device imports everything that it needs from here; see `examples/own_device.py`.
 """
 
 from magmotor.device.device import (
@@ -13,7 +13,7 @@ from magmotor.device.device import (
     register,
 )
 from magmotor.device.guard import ENERGY_GREW, LARGEST_ERROR, LARGEST_FLUCTUATION, Fault, Guard
-from magmotor.device.initial import as_given, last_record
+from magmotor.device.initial import initial_parts
 from magmotor.device.job import Job
 from magmotor.device.labels import labeled
 from magmotor.device.movie import Gauge, MovieContent, between
@@ -39,12 +39,11 @@ __all__ = [
     "Observable",
     "Scene",
     "Slider",
-    "as_given",
     "between",
     "check_fields",
     "check_step_limit",
+    "initial_parts",
     "labeled",
-    "last_record",
     "quantity",
     "register",
 ]

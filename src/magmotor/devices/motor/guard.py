@@ -44,7 +44,8 @@ class MotorGuard(Guard):
         # At nonuniform temperature the noise heats the motion; at uniform, friction balances it.
         self.heated = any(scene.noises) and not warm
 
-    def _faults(self, states: MotorStates) -> Iterator[Fault]:
+    def faults(self, states: MotorStates) -> Iterator[Fault]:
+        """Yield the tests of energy, tilt and lift."""
         found = motor_energy(self.scene, states)
         work = states.ball_work + states.ring_work if self.heated else 0.0
         # No method changes the energy of a ring that only rotates about its axis.

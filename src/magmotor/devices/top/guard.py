@@ -31,7 +31,8 @@ class TopGuard(Guard):
         work = LARGEST_WORK if scene.ring_script else 0.0
         self.largest_energy = float((start.total + work * _in_play(start))[0])
 
-    def _faults(self, states: BallStates) -> Iterator[Fault]:
+    def faults(self, states: BallStates) -> Iterator[Fault]:
+        """Yield the tests of energy and lift."""
         found = ball_energy(self.scene, states)
         error = LARGEST_ERROR * _in_play(found)
         yield Fault(found.total > self.largest_energy + error, lambda _: ENERGY_GREW)
