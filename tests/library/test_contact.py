@@ -379,7 +379,7 @@ def test_a_pair_that_does_not_match_the_contact_is_rejected():
     model.pair_friction[0, 0] = 1.0
     with pytest.raises(ValueError, match=r"friction 1, .* must have condim 3, friction 1e\+06"):
         mm.ViscousContact(0.2, "ball", "floor").calibrate(model)
-    with pytest.raises(ValueError, match=r"description = .* must be a mujoco.MjSpec or the root"):
+    with pytest.raises(ValueError, match=r"description = .* must be an MjSpec or the root"):
         mm.ViscousContact(0.2, "ball", "floor").add_to(model)
 
 

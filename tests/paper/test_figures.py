@@ -124,5 +124,5 @@ def test_without_opengl_the_others_are_made(run_script, tmp_path, monkeypatch):
     code, said, error = run_script("figures", "dark", CHEAP, "--quick", "--out", tmp_path)
     assert code == 3
     assert "not drawn: none" in said
-    assert error == "figures.py: without OpenGL, not drawn: dark\n"
+    assert error == "figures.py: not drawn, for lack of OpenGL: dark\n"
     assert {path.stem for path in tmp_path.iterdir()} == {CHEAP}

@@ -115,7 +115,7 @@ def test_a_full_disk_is_one_line(tmp_path):
     assert done.returncode == 1, done.stderr
     assert "Traceback" not in done.stderr
     first, *_, last = done.stderr.splitlines()
-    assert f"no checkpoint {tmp_path / 'disk_symmetric.checkpoint'}: File too large" in first
+    assert f"cannot save {tmp_path / 'disk_symmetric.checkpoint'}: File too large" in first
     assert f"cannot write {tmp_path / 'disk_symmetric.nc'}" in last
     assert not [*tmp_path.iterdir()]
 

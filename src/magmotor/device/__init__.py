@@ -6,17 +6,15 @@ A new device imports everything that it needs from here; see `examples/own_devic
 from magmotor.device.device import (
     Device,
     Engine,
-    Measure,
     MujocoAdapter,
-    Observable,
     Scene,
     register,
 )
 from magmotor.device.guard import ENERGY_GREW, LARGEST_ERROR, LARGEST_FLUCTUATION, Fault, Guard
 from magmotor.device.initial import initial_parts
 from magmotor.device.job import Job
-from magmotor.device.labels import labeled
 from magmotor.device.movie import Gauge, MovieContent, between
+from magmotor.device.observable import Measure, Observable, labeled
 from magmotor.device.quantities import check_fields, quantity
 from magmotor.device.sliders import Slider
 from magmotor.device.states import Column

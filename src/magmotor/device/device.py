@@ -9,7 +9,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Mapping
 from pathlib import Path
-from typing import Any, ClassVar, Generic, NamedTuple, Protocol, Self, TypeVar
+from typing import Any, ClassVar, Generic, Protocol, Self, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -19,6 +19,7 @@ from magmotor.common.checks import reject
 from magmotor.device.guard import Guard
 from magmotor.device.job import Job
 from magmotor.device.movie import Gauge, MovieContent
+from magmotor.device.observable import Measure
 from magmotor.device.overview import draw_variables
 from magmotor.device.sliders import Slider
 from magmotor.device.states import Column
@@ -122,49 +123,6 @@ class MujocoAdapter(Protocol):
     def states(self, time: Array, qpos: Array, qvel: Array, sums: Array) -> Any:
         """Return the device's states at these times; the arrays' shape is (replicas, T, n)."""
         ...
-
-
-class Measure(NamedTuple):
-    """A number that a sweep records for each run, or for each replica of a run."""
-
-    function: Callable[[xr.Dataset, Any], Any]
-    unit: str
-    label: str
-    observable: "Observable | None" = None
-    """The observable that the measure reduces, if there is one."""
-
-
-class Observable(NamedTuple):
-    """A quantity over time that is computed from a run, with its unit and its label."""
-
-    function: Callable[[xr.Dataset, Any], xr.DataArray]
-    unit: str
-    label: str
-
-    def __call__(self, run: xr.Dataset, scene: Any) -> xr.DataArray:
-        """Return the values over time, with the unit and the label in their attributes."""
-        return self.function(run, scene).assign_attrs(units=self.unit, long_name=self.label)
-
-    def measure(
-        self, label: str, reduction: Callable[[xr.DataArray], Any], unit: str | None = None
-    ) -> Measure:
-        """Return the measure that reduces the values over time to one number.
-
-        Parameters
-        ----------
-        label : str
-            The measure's label; `{}` stands for the label of the observable.
-        reduction : callable
-            Maps the values over time to a number, or to one number for each replica.
-        unit : str, optional
-            The measure's unit if it differs from that of the observable.
-        """
-        return Measure(
-            lambda run, scene: reduction(self(run, scene)),
-            self.unit if unit is None else unit,
-            label.format(self.label),
-            self,
-        )
 
 
 class Device(ABC, Generic[S, T]):

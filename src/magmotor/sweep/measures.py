@@ -8,7 +8,8 @@ import xarray as xr
 
 from magmotor.common.arguments import checked
 from magmotor.common.checks import check_choice, reject
-from magmotor.device.device import Measure, Scene
+from magmotor.device.device import Scene
+from magmotor.device.observable import Measure
 
 TRAJECTORY = "trajectory"
 """Name of the measure that records the whole run; a sweep with it has no other measure."""

@@ -5,7 +5,7 @@ import xarray as xr
 
 from magmotor.common.checks import reject
 from magmotor.device.analysis import OWN, analysis, checked_run
-from magmotor.device.labels import labeled
+from magmotor.device.observable import labeled
 from magmotor.devices.disk.scene import Disk, LangevinParticle
 from magmotor.devices.disk.theory.coefficients import injection_rate
 from magmotor.noise import path_of

@@ -2,7 +2,7 @@
 
 import xarray as xr
 
-from magmotor.device.device import Measure, Observable
+from magmotor.device.observable import Measure, Observable
 from magmotor.devices.disk.scene import Disk
 
 DISPLACEMENT = Observable(

@@ -10,7 +10,7 @@ from magmotor.common.checks import reject
 from magmotor.common.files import parsed_attributes
 from magmotor.common.hints import number
 from magmotor.device.analysis import OWN, analysis
-from magmotor.device.labels import labeled
+from magmotor.device.observable import labeled
 from magmotor.devices.disk.scene import Disk, LangevinParticle, derivative
 
 Array = NDArray[np.float64]

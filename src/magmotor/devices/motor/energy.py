@@ -7,7 +7,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from magmotor.device.analysis import OWN, analysis
-from magmotor.device.labels import labeled
+from magmotor.device.observable import labeled
 from magmotor.devices.ball.rigid_forces import force_and_field
 from magmotor.devices.ball.states import axes
 from magmotor.devices.motor.scene import Motor

@@ -18,7 +18,7 @@ from magmotor.common.arguments import checked
 from magmotor.common.checks import reject
 from magmotor.common.hints import flags, shaped
 from magmotor.device.analysis import OWN, analysis
-from magmotor.device.labels import labeled
+from magmotor.device.observable import labeled
 from magmotor.devices.motor.observables import azimuth
 from magmotor.devices.motor.scene import Motor
 

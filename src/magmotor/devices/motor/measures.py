@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from magmotor.device.device import Measure
+from magmotor.device.observable import Measure
 from magmotor.devices.motor.flights import flights, transitions
 from magmotor.devices.motor.observables import AZIMUTH
 from magmotor.devices.motor.scene import Motor

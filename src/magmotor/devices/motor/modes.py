@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from magmotor.common.checks import reject
 from magmotor.common.hints import NotNegative
 from magmotor.device.analysis import OWN, analysis
-from magmotor.device.labels import labeled
+from magmotor.device.observable import labeled
 from magmotor.devices.motor.scene import Motor
 from magmotor.devices.motor.theory import slip_mobility
 

@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 
 from magmotor.common.checks import reject
 from magmotor.device.analysis import analysis
-from magmotor.device.device import Observable
-from magmotor.device.labels import labeled
+from magmotor.device.observable import Observable, labeled
 from magmotor.devices.ball.scene import BallScene
 from magmotor.devices.motor.scene import Motor
 

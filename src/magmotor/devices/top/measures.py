@@ -3,7 +3,7 @@
 import numpy as np
 import xarray as xr
 
-from magmotor.device.device import Measure
+from magmotor.device.observable import Measure
 from magmotor.devices.top.observables import (
     DISTANCE,
     MOMENTUM_MAP,

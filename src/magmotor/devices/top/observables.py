@@ -12,8 +12,7 @@ from magmotor import dipoles
 from magmotor.common.arguments import checked
 from magmotor.common.hints import Vectors
 from magmotor.device.analysis import OWN, analysis
-from magmotor.device.device import Observable
-from magmotor.device.labels import labeled
+from magmotor.device.observable import Observable, labeled
 from magmotor.devices.top.scene import Top
 from magmotor.devices.top.states import BallStates
 
