@@ -351,8 +351,8 @@ NOT_VISCOUS = [
     ('"ball" size="0.03', '"ball" type="box" size="1 1 1', r"= ..plane', 'box'.: must be a"),
     ('<geom name="floor"', '<body mocap="true"><geom name="floor"', "must be a fixed plane"),
     ("<freejoint/>", "", "body of sphere 'ball' = 'fixed': must be able to move"),
-    ("<worldbody>", OFF.format("contact") + "<worldbody>", "flag contact = .disable.: the flags"),
-    ("<worldbody>", OFF.format("constraint") + "<worldbody>", "disable.: the flags"),
+    ("<worldbody>", OFF.format("contact") + "<worldbody>", "flag contact = .disable.: must be"),
+    ("<worldbody>", OFF.format("constraint") + "<worldbody>", "disable.: must be"),
 ]  # fmt: skip
 
 
