@@ -1,4 +1,4 @@
-# `make` lists the verbs. Each does its own set-up, and writes nowhere outside this directory.
+# `make` lists the targets. Each sets up what it needs and writes only inside this directory.
 # Another interpreter: make PYTHON3=python3.12 test. More arguments: make test ARGS="-k dipoles".
 
 PYTHON3 ?= python3
@@ -22,9 +22,9 @@ export PYRIGHT_PYTHON_IGNORE_WARNINGS := 1
 unexport PYTHONHOME
 unexport PYTHONPATH
 
-# An environment holds for one interpreter in one place. Its file made-for says which; it is
-# written last, so that an environment without it (interrupted) is made anew, as one of another
-# interpreter or place is.
+# An environment belongs to one interpreter and one directory, recorded in its file made-for. The
+# file is written last, so an environment whose installation was interrupted is rebuilt, as is one
+# for another interpreter or directory.
 INTERPRETER := $(shell $(PYTHON3) -c 'import sys; print("%d.%d" % sys.version_info[:2], sys.base_prefix)' 2>/dev/null)
 HERE := $(strip $(INTERPRETER) $(CURDIR))
 ifneq ($(HERE),$(strip $(shell cat .venv/made-for 2>/dev/null)))
@@ -37,19 +37,19 @@ ifneq ($(HERE),$(strip $(shell cat .venv-bench/made-for 2>/dev/null)))
 REDO_BENCH := redo
 endif
 
-# Pictures need neither tests nor linters; where they are installed, they are kept.
+# Pictures need neither tests nor linters, but an environment that has them is used as it is.
 READY := $(firstword $(wildcard .venv/dev-ready) .venv/ready)
 
 .PHONY: help movie disk motor sweep studies figures examples models test test-quick fuzz torture lint bench charts docs compat clean redo
 
-help:  ## this list
+help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
 
 movie: $(READY)  ## Hamel's top acquires spin: out/top.mp4, out/top.nc, out/top.png
 	@echo "== movie: simulating and rendering into out/ (the first run also compiles the kernels)"
 	@$(PYTHON) scripts/movie.py top $(ARGS)
 
-disk: $(READY)  ## the sliding disk's figures, with theory on top: out/disk*.png, out/disk_*.nc
+disk: $(READY)  ## the sliding disk's figures, with theory: out/disk*.png, out/disk_*.nc
 	@echo "== disk: simulating and drawing into out/ (the first run also compiles the kernels)"
 	@$(PYTHON) scripts/disk.py $(ARGS)
 
@@ -60,17 +60,17 @@ motor: $(READY)  ## the seven motors' figures: out/motor*.png, out/motor_*.nc
 sweep: $(READY)  ## a parameter sweep: out/sweep/, out/sweep.png, .nc; ARGS="top --vary tilt=0:0.2:21"
 	@$(PYTHON) scripts/sweep.py $(or $(ARGS),top --vary tilt=0:0.2:21 --vary height=0.16:0.4:25)
 
-studies: $(READY)  ## where the top spins, how often the motor flies: out/study_*.png, .nc
-	@echo "== studies: simulating and drawing into out/; stopped, they go on next time"
+studies: $(READY)  ## where the top spins and how often the motor flies: out/study_*.png, .nc
+	@echo "== studies: simulating and drawing into out/; run again to resume after an interruption"
 	@$(PYTHON) scripts/study.py spin $(ARGS)
 	@$(PYTHON) scripts/study.py flights $(ARGS)
 
 figures: $(READY)  ## the paper's figures with their claims checked: out/figures/, docs/gallery.md
-	@echo "== figures: simulating, checking and drawing; ten minutes, ARGS=--quick: one or two"
+	@echo "== figures: simulating, checking and drawing takes ten minutes; with ARGS=--quick, one or two"
 	@$(PYTHON) scripts/figures.py $(ARGS)
 
-examples: $(READY)  ## models of other kinds, magnetized: out/{compass_needles,magnetic_pendulum,...}.png
-	@echo "== examples: the pendulum's 40 000 runs take most of a minute"
+examples: $(READY)  ## other models, magnetized: out/{compass_needles,magnetic_pendulum,...}.png
+	@echo "== examples: the 40 000 runs of the pendulum take most of a minute"
 	@$(PYTHON) examples/compass_needles.py
 	@$(PYTHON) examples/someone_elses_model.py
 	@$(PYTHON) examples/own_device.py
@@ -83,30 +83,30 @@ models: $(READY)  ## the complete scenes of models/, composed of models/parts/
 	@$(PYTHON) scripts/export_mjcf.py motor models/motor.xml
 	@$(PYTHON) scripts/export_mjcf.py motor models/motor_plane.xml --surface plane
 
-test: .venv/dev-ready  ## the tests
+test: .venv/dev-ready  ## all tests
 	@echo "== test: running pytest (the first run also compiles the kernels)"
 	@$(PYTHON) -m pytest -n logical --maxprocesses 4 $(ARGS)
 
-test-quick: .venv/dev-ready  ## those of the library and the devices, in three minutes
+test-quick: .venv/dev-ready  ## tests of the library and the devices, in three minutes
 	@echo "== test-quick: running pytest (the first run also compiles the kernels)"
 	@$(PYTHON) -m pytest -n logical --maxprocesses 4 tests/library tests/devices $(ARGS)
 
-fuzz: .venv/dev-ready  ## hostile input to all that is public; ARGS="--inputs 100000 --seed 7"
-	@echo "== fuzz: a call that crashes, hangs or ends in a raw error is named with its number"
+fuzz: .venv/dev-ready  ## hostile input to the public interface; ARGS="--inputs 100000 --seed 7"
+	@echo "== fuzz: calls that crash, hang or raise an unexpected error are listed with their numbers"
 	@PYTHONPATH=tests $(PYTHON) -m fuzz $(ARGS)
 
-lint: .venv/dev-ready  ## ruff (rules and format), pyright, and who may import whom
+lint: .venv/dev-ready  ## ruff (rules and format), pyright, and the import layers
 	@echo "== lint: ruff check, ruff format --check, pyright, lint-imports"
 	@$(PYTHON) -m ruff check
 	@$(PYTHON) -m ruff format --check
 	@$(PYTHON) -m pyright
 	@.venv/bin/lint-imports --no-cache --no-logo
 
-torture: .venv/dev-ready  ## kills at random times, all bytes compared; ARGS="1000 --seed 5"
-	@echo "== torture: killing runs, ensembles, sweeps, workers and clusters; some minutes"
+torture: .venv/dev-ready  ## kill programs at random times and compare all bytes; ARGS="1000 --seed 5"
+	@echo "== torture: killing runs, ensembles, sweeps, workers and clusters for some minutes"
 	@$(PYTHON) tests/torture.py $(ARGS)
 
-bench: .venv/dev-ready  ## the speed tables; ARGS="ensemble sweeps": only some
+bench: .venv/dev-ready  ## the speed tables; only some with ARGS="ensemble sweeps"
 	@$(MAKE) --no-print-directory .venv-bench/ready || \
 		echo "== bench: no .venv-bench, so diffrax and torchsde are left out"
 	@echo "== bench: measuring (leave the machine idle meanwhile)"
@@ -115,30 +115,30 @@ bench: .venv/dev-ready  ## the speed tables; ARGS="ensemble sweeps": only some
 charts: .venv/dev-ready  ## speed against accuracy, stability, detail: out/charts/, docs/; ARGS=--quick
 	@$(MAKE) --no-print-directory .venv-bench/ready || \
 		echo "== charts: no .venv-bench, so diffrax and torchsde are left out"
-	@echo "== charts: measuring (leave the machine idle meanwhile; Ctrl-C, and it goes on next time)"
+	@echo "== charts: measuring (leave the machine idle meanwhile; after Ctrl-C, run again to resume)"
 	@$(PYTHON) benchmarks/charts.py $(ARGS)
 
-# Not --quiet, which hides warnings from --strict, too.
-docs: .venv/dev-ready  ## the documentation site: out/site/; opens from disk
-	@echo "== docs: building out/site/, where any warning is an error (the notebook runs, about a minute)"
+# Not --quiet, which would also hide warnings from --strict.
+docs: .venv/dev-ready  ## the documentation site, which opens from disk: out/site/
+	@echo "== docs: building out/site/ with warnings as errors (running the notebook takes about a minute)"
 	@NO_MKDOCS_2_WARNING=1 $(PYTHON) -m mkdocs build --strict $(ARGS)
 
 compat: .venv-compat/ready  ## tests/programs/test_compat.py on the oldest MuJoCo, 3.17
 	@.venv-compat/bin/python -c 'import mujoco; print("== compat: running pytest on mujoco", mujoco.__version__)'
 	@.venv-compat/bin/python -m pytest tests/programs/test_compat.py $(ARGS)
 
-clean:  ## removes environments and caches; out/ stays
+clean:  ## remove environments and caches, but not out/
 	rm -rf .venv .venv-compat .venv-bench .cache .hypothesis .pytest_cache .ruff_cache build dist
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
-# $(call install,ENVIRONMENT,CONSTRAINTS,REQUIREMENTS,SIZE AND TIME,WITHOUT DEPENDENCIES): from
-# nothing if made-for is missing or differs, else in place. The constraints hold for the build of
-# the package too.
+# $(call install,ENVIRONMENT,CONSTRAINTS,REQUIREMENTS,SIZE AND TIME,WITHOUT DEPENDENCIES): build an
+# environment from scratch if made-for is missing or differs, otherwise update it in place. The
+# constraints also apply to building the package.
 define install
 	@$(PYTHON3) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \
 		echo "make: $(PYTHON3) is missing or older than 3.11: install python3 and python3-venv (Debian) or python3 (Fedora), or name a newer one as in make PYTHON3=python3.12" >&2; exit 1; }
 	@$(PYTHON3) -c 'import ensurepip, venv' 2>/dev/null || { \
-		echo "make: $(PYTHON3) cannot make virtual environments: install python3-venv (Debian) or python3 (Fedora)" >&2; exit 1; }
+		echo "make: $(PYTHON3) cannot create virtual environments: install python3-venv (Debian) or python3 (Fedora)" >&2; exit 1; }
 	@mkdir -p '$(TMPDIR)'
 	@if test "`cat $(1)/made-for 2>/dev/null`" = '$(HERE)'; then \
 		echo "== bringing $(1) up to date"; \
@@ -152,12 +152,12 @@ define install
 	export PIP_CONSTRAINT=$(1)/constraints.txt PIP_BUILD_CONSTRAINT=$(1)/constraints.txt; \
 	pip="$(1)/bin/python -m pip install --no-warn-conflicts"; \
 	{ $$pip -qq $(3) $(if $(5),&& $$pip -qq --no-deps $(5)); } || { \
-		echo "== pip failed; once more, in full"; $$pip $(3) $(if $(5),&& $$pip --no-deps $(5)); }
+		echo "== pip failed; trying again with full output"; $$pip $(3) $(if $(5),&& $$pip --no-deps $(5)); }
 	@echo '$(HERE)' > $(1)/made-for
 	@touch $@
 endef
 
-# dm-control comes without its labmaze, which has no wheel for Python 3.13 (see pyproject.toml).
+# dm-control is installed without labmaze, which has no wheel for Python 3.13 (see pyproject.toml).
 .venv/ready: pyproject.toml constraints.txt $(REDO)
 	$(call install,.venv,,-e .,once: 1.1 GB and about a minute,dm-control)
 
@@ -167,6 +167,6 @@ endef
 .venv-compat/ready: pyproject.toml constraints.txt $(REDO_COMPAT)
 	$(call install,.venv-compat,/^mujoco/d,-e '.[test]' 'mujoco==3.17.*',once: 1.2 GB and about a minute,dm-control)
 
-# Its versions stand in the requirements themselves; sed's d empties the constraints.
+# Its requirements pin their versions; sed's d empties the constraints.
 .venv-bench/ready: benchmarks/peers/requirements.txt $(REDO_BENCH)
 	$(call install,.venv-bench,d,-r $<,once: 1.5 GB and about a minute; 5 GB if PyPI has no torch without CUDA)

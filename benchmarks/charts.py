@@ -1,7 +1,7 @@
-"""Measures what the charts show, draws them, and puts them into the documents.
+"""Measures the data of the charts, draws them, and updates the documents.
 
-What is measured is kept in out/charts/records.jsonl, case by case: after Ctrl-C the same command
-goes on. In the same folder: the pictures, and all tables as tables.md.
+Measurements are kept in out/charts/records.jsonl, case by case: after Ctrl-C the same command
+resumes. The same folder contains the pictures, and all tables in tables.md.
 """
 
 import logging
@@ -11,23 +11,23 @@ from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parents[1]))  # where the folder benchmarks is
+sys.path.insert(0, str(Path(__file__).parents[1]))  # for the folder benchmarks
 
-import magmotor as mm  # chooses who draws, as it can until a topic imports MuJoCo
+import magmotor as mm  # selects an OpenGL library, before a topic imports MuJoCo
 from benchmarks.harness.command_line import Parser
 from benchmarks.harness.publish import publish
 from benchmarks.harness.records import Store, measure
 
 TOPICS = {name: f"benchmarks.{name}.topic" for name in ("accuracy", "stability", "detail", "peers")}
-"""Modules that have cases of measurements, and make tables and pictures of their records."""
+"""Modules with cases to measure, and tables and pictures of their records."""
 
 ROOT = Path(__file__).parents[1]
-MISTAKE, INTERRUPTED = 2, 130
+ERROR, INTERRUPTED = 2, 130
 """Exit codes."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the program; returns its exit code."""
+    """Run the program and return its exit code."""
     parser = Parser(prog="charts.py", description=__doc__)
     parser.add_argument("--quick", action="store_true", help="fewer points, in out/charts-quick/")
     parser.add_argument("--only", nargs="+", choices=TOPICS, help="topics; publishes nothing")
@@ -37,12 +37,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     topics = {name: import_module(TOPICS[name]) for name in options.only or TOPICS}
     cases = [case for topic in topics.values() for case in topic.cases(options.quick)]
     store = Store(folder / "records.jsonl")
-    logging.getLogger("absl").setLevel(logging.ERROR)  # steps that fail are a part of the charts
+    logging.getLogger("absl").setLevel(logging.ERROR)  # failing steps are a part of the charts
     try:
         records = measure(cases, store)
     except KeyboardInterrupt:
         done = sum(store.find(case) is not None for case in cases)
-        print(f"stopped: {done} of {len(cases)} records are kept; the same command goes on")
+        print(f"stopped: {done} of {len(cases)} records are kept; the same command resumes")
         return INTERRUPTED
     folder.mkdir(parents=True, exist_ok=True)
     tables: dict[str, str] = {}
@@ -56,8 +56,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         try:
             written += publish(tables, topics["accuracy"].front(records), folder, ROOT)
         except (ValueError, OSError) as error:
-            print(f"charts.py: all is measured and drawn, not published: {error}", file=sys.stderr)
-            return MISTAKE
+            print(f"charts.py: measured and drawn, but not published: {error}", file=sys.stderr)
+            return ERROR
     print(*(path.relative_to(ROOT) for path in written), sep="\n")
     print(f"{time.perf_counter() - began:.0f} s in all, of magmotor {mm.__version__}")
     return 0

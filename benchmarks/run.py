@@ -1,4 +1,4 @@
-"""The speed tables: ratios measured on this machine in one go, beside their targets."""
+"""The speed tables: ratios measured on this machine in one run, with their targets."""
 
 import os
 import platform
@@ -9,16 +9,16 @@ from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parents[1]))  # where the folder benchmarks is
+sys.path.insert(0, str(Path(__file__).parents[1]))  # for the folder benchmarks
 
-import magmotor as mm  # chooses who draws, as it can until a topic imports MuJoCo
+import magmotor as mm  # selects an OpenGL library, before a topic imports MuJoCo
 from benchmarks.harness.command_line import Parser
 
 TOPICS = (
     "magnetism", "callback", "minimal", "anatomy", "threads", "startup", "fixed_cost", "throughput",
     "disk_mujoco", "mujoco_baoab", "ensemble", "rigid", "sweeps",
 )  # fmt: skip
-"""Modules of the folder speed."""
+"""Modules in the folder speed."""
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -35,7 +35,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     load, python = os.getloadavg()[0], platform.python_version()
     print(f"magmotor {mm.__version__}, MuJoCo {version('mujoco')}, Python {python}.")
     print(f"{os.cpu_count()} CPUs, of which {load:.1f} were busy in the last minute.")
-    print("Times are minima over turns: what disturbs only adds. Noisy rows want another run.")
+    print("Times are minima over turns, since disturbances only add time. Repeat noisy rows.")
     for name in topics:
         import_module(f"benchmarks.speed.{name}").main()
     print(f"\n{time.perf_counter() - begin:.0f} s in all")

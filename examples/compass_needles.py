@@ -1,10 +1,10 @@
 """Two compass needles side by side, where the earth's field is horizontal.
 
-Let go, they settle between head to tail, as each wants the other, and north, as the earth wants
-both. Pushed by half a degree from there, they swing in step and against each other at frequencies
-that theory knows: with k = mu0 m²/(4 pi d³) for their moments m and distance d, inertia I and the
-earth's field B, they rest at sin a = m B/(3k) towards north, I w² = 3k cos² a in step and
-I w² = k (1 + 3 sin² a) against each other.
+When released, they settle between the head-to-tail direction, which their mutual force favors, and
+north. Pushed from there by half a degree, they swing in step or against each other at frequencies
+known from theory: with moments m, distance d, inertia I, the earth's field B and
+k = mu0 m²/(4 pi d³), they rest at the angle a towards north with sin a = m B/(3k), and swing with
+I w² = 3k cos² a in step and I w² = k (1 + 3 sin² a) against each other.
 """
 
 from pathlib import Path
@@ -27,7 +27,7 @@ def load() -> mujoco.MjModel:
 
 
 def swing(model: mujoco.MjModel, angles: ArrayLike, duration: float) -> tuple[Array, Array]:
-    """Times (s) and the two angles (radians north of east, shape (times, 2)) from rest at first."""
+    """Return times (s) and angles (rad north of east, shape (times, 2)) after a start at rest."""
     data = mujoco.MjData(model)
     data.qpos[:] = angles
     steps = round(duration / model.opt.timestep)
@@ -40,7 +40,7 @@ def swing(model: mujoco.MjModel, angles: ArrayLike, duration: float) -> tuple[Ar
 
 
 def rest_angle_and_frequencies(model: mujoco.MjModel) -> tuple[float, tuple[float, float]]:
-    """By theory: the angle of rest in radians, and the modes' angular frequencies in rad/s."""
+    """Return the theoretical rest angle (rad) and angular frequencies of the modes (rad/s)."""
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     moment = model.site("east").user[0]
@@ -51,7 +51,7 @@ def rest_angle_and_frequencies(model: mujoco.MjModel) -> tuple[float, tuple[floa
     k = mm.dipoles.PERMEABILITY_OVER_4PI * moment**2 / distance**3
     sine = moment * north / (3 * k)
     if sine >= 1:
-        raise ValueError(f"m B/(3k) = {sine:.3g}: must be less than 1, else both point north")
+        raise ValueError(f"m B/(3k) = {sine:.3g}: must be less than 1, or both needles point north")
     inertia, damping = model.dof_M0[0], model.dof_damping[0]
     stiffness = np.array([3 * k * (1 - sine**2), k * (1 + 3 * sine**2)])
     in_step, against = np.sqrt(stiffness / inertia - (damping / (2 * inertia)) ** 2)
@@ -59,7 +59,7 @@ def rest_angle_and_frequencies(model: mujoco.MjModel) -> tuple[float, tuple[floa
 
 
 def frequency(time: Array, swings: Array) -> float:
-    """Angular frequency, from zero crossings, which are half a period apart."""
+    """Return the angular frequency from zero crossings, which are half a period apart."""
     before = np.flatnonzero(swings[:-1] * swings[1:] < 0)
     part = swings[before] / (swings[before] - swings[before + 1])
     crossings = time[before] + part * (time[1] - time[0])

@@ -1,8 +1,8 @@
-"""A magnetic pendulum over three magnets: at which it ends, by where it is let go.
+"""Basins of attraction of a magnetic pendulum over three magnets.
 
-Every pixel is a pendulum let go from rest there, and takes the color of its magnet, the darker the
-longer it takes. A pendulum is at its magnet as soon as its energy, which only falls, is too low to
-cross the lines between the magnets.
+Every pixel is a pendulum released from rest there. It is colored by the magnet at which the
+pendulum ends, darker if that takes longer. A pendulum is captured as soon as its energy, which only
+decreases, is too low to cross the lines between the magnets.
 """
 
 from dataclasses import dataclass
@@ -23,12 +23,12 @@ import magmotor as mm
 Array = NDArray[np.float64]
 
 COLORS = np.array([to_rgb(name) for name in ("#f2674a", "#2fa37a", "#3f7de0")])
-LOOK_EVERY = 10
-"""steps"""
+CHECK_INTERVAL = 10
+"""steps between checks for capture"""
 
 
 class Pendulum:
-    """The model, and the energy of its bob among the magnets."""
+    """The model and the magnetic energy of its bob."""
 
     def __init__(self) -> None:
         self.model = mujoco.MjModel.from_xml_path(str(Path(__file__).with_suffix(".xml")))
@@ -44,14 +44,14 @@ class Pendulum:
         )
 
     def magnetic_energy(self, bob: Array) -> Array:
-        """Energy, in J, of bobs at positions of shape (n, 3), their moments along the rod."""
+        """Return the energy (J) of bobs at positions (n, 3), with moments along the rod."""
         moment = self.model.site("bob").user[0]
         return mm.dipoles.energy(
             bob, moment * (self.pivot - bob) / self.length, self.magnets, self.moments
         )
 
     def barrier(self) -> float:
-        """Lowest energy, in J, at rest on the line between magnets 1 and 2, or by symmetry any."""
+        """Return the lowest energy (J) at rest on the line between two magnets."""
         r = np.linspace(0, 0.9 * self.length, 10_000)
         below = self.pivot[2] - np.sqrt(self.length**2 - r**2)
         bob = np.stack([-r, 0 * r, below], axis=-1)
@@ -59,7 +59,7 @@ class Pendulum:
         return float(np.min(self.magnetic_energy(bob) + weight * below))
 
     def orientations(self, x: Array, y: Array) -> Array:
-        """Quaternions, shape (n, 4), that turn the hanging rod to where its bob is above (x, y)."""
+        """Return quaternions (n, 4) that rotate the hanging rod until its bob is above (x, y)."""
         half = np.arcsin(np.hypot(x, y) / self.length) / 2
         sine = np.sin(half) / np.maximum(np.hypot(x, y), np.finfo(float).tiny)
         return np.stack([np.cos(half), sine * y, -sine * x, 0 * x], axis=-1)
@@ -68,17 +68,17 @@ class Pendulum:
 @dataclass
 class Ends:
     magnet: NDArray[np.int64]
-    """at which each pendulum ends; -1: not within the duration"""
+    """index of the magnet at which each pendulum ends, or -1 if not within the duration"""
     time: Array
-    """s, when it can no longer leave"""
+    """time of capture (s)"""
     steps: int = 0
-    """of all pendulums together"""
+    """number of steps of all pendulums together"""
 
 
 def release(
     pendulum: Pendulum, x: Array, y: Array, *, threads: int = 0, duration: float = 60.0
 ) -> Ends:
-    """Let pendulums go from rest above (x, y), each of shape (n,) in meters."""
+    """Release pendulums from rest above (x, y), each of shape (n,) in meters."""
     ends = Ends(np.full(len(x), -1), np.full(len(x), np.nan))
     barrier = pendulum.barrier()
     batch = Batch(pendulum.model, len(x), threads)
@@ -91,29 +91,29 @@ def release(
         tqdm(total=len(x), unit=" pendulums", leave=False, disable=None) as progress,
     ):
         while len(moving) and time < duration:
-            batch.step(moving, nstep=LOOK_EVERY, stage=mujoco.mjtStage.mjSTAGE_VEL.value)
-            ends.steps += LOOK_EVERY * len(moving)
-            time += LOOK_EVERY * pendulum.model.opt.timestep
+            batch.step(moving, nstep=CHECK_INTERVAL, stage=mujoco.mjtStage.mjSTAGE_VEL.value)
+            ends.steps += CHECK_INTERVAL * len(moving)
+            time += CHECK_INTERVAL * pendulum.model.opt.timestep
             bob = sites[moving, pendulum.bob]
             total = energy[moving].sum(axis=1) + pendulum.magnetic_energy(bob)
-            caught = total < barrier
-            near = bob[caught, None, :2] - pendulum.magnets[:, :2]
-            ends.magnet[moving[caught]] = np.linalg.norm(near, axis=-1).argmin(axis=1)
-            ends.time[moving[caught]] = time
-            progress.update(int(np.count_nonzero(caught)))
-            moving = moving[~caught]
+            captured = total < barrier
+            offsets = bob[captured, None, :2] - pendulum.magnets[:, :2]
+            ends.magnet[moving[captured]] = np.linalg.norm(offsets, axis=-1).argmin(axis=1)
+            ends.time[moving[captured]] = time
+            progress.update(int(np.count_nonzero(captured)))
+            moving = moving[~captured]
     return ends
 
 
 def grid(pixels: int, extent: float) -> tuple[Array, Array]:
-    """Centers x and y of the pixels, shape (pixels²,), row by row from below, in meters."""
+    """Return the pixel centers x and y (m), shape (pixels²,), row by row from below."""
     centers = extent * ((2 * np.arange(pixels) + 1) / pixels - 1)
     x, y = np.meshgrid(centers, centers)
     return x.ravel(), y.ravel()
 
 
 def picture(ends: Ends, pixels: int) -> Array:
-    """Colors, shape (pixels, pixels, 3); black where a pendulum was still on its way."""
+    """Return colors, shape (pixels, pixels, 3); black for pendulums that still move."""
     late = np.nan_to_num(ends.time / np.nanmedian(ends.time))
     shade = np.where(ends.magnet < 0, 0, 1 / (1 + 0.25 * late**2))
     return (shade[:, None] * COLORS[ends.magnet]).reshape(pixels, pixels, 3)
@@ -130,13 +130,13 @@ def main(
     Parameters
     ----------
     pixels
-        along each side of the picture
+        number of pixels along each side of the picture
     extent
-        half the picture's side (m)
+        half the side of the picture (m)
     threads
-        0: as many as there are processors
+        number of threads; 0 for the number of processors
     out
-        the picture
+        file of the picture
     """
     pendulum = Pendulum()
     furthest = 0.6 * pendulum.length
@@ -154,7 +154,7 @@ def main(
         share = np.mean(ends.magnet == magnet)
         print(f"magnet {magnet}: {np.count_nonzero(ends.magnet == magnet)} ({100 * share:.1f} %)")
     print(f"still moving: {np.count_nonzero(ends.magnet < 0)}")
-    print(f"{ends.steps:.2e} steps at {rate:.2e} a second")
+    print(f"{ends.steps:.2e} steps at {rate:.2e} per second")
 
     figure = Figure(figsize=(6, 6), layout="constrained")
     axes = figure.subplots()

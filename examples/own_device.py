@@ -1,12 +1,13 @@
-"""A device of one's own: a magnetized rotor on an axle, beside a magnet, in warm oil.
+"""A user-defined device: a magnetized needle on an axle, next to a magnet, in warm oil.
 
-A needle turns about the vertical in the field of a magnet that lies north of it; the oil damps it
-and its temperature shakes it. This file is the whole device, written with what `magmotor.device`
-offers: a scene, its states, a reference integrator, a model for MuJoCo, what sweeps measure, what
-movies show. So `mm.simulate`, `mm.ensemble`, sweeps, checkpoints, `mm.rerun` and movies take it.
+The needle rotates about the vertical in the field of a magnet to its north. The oil damps the
+rotation, and its temperature drives it. This file is the complete device, built from the parts in
+`magmotor.device`: a scene, its states, an integrator, a MuJoCo model, a guard, observables and
+measures, and the content of movies. It works with `mm.simulate`, `mm.ensemble`, sweeps,
+checkpoints, `mm.rerun` and movies.
 
-The program compares the reference with MuJoCo along one Brownian path, and the temperature of many
-rotors with theory.
+The program compares the integrator with MuJoCo along one Brownian path, compares the temperature of
+many needles with theory, and makes a movie.
 """
 
 import math
@@ -18,7 +19,7 @@ from typing import Any, NamedTuple
 import magmotor as mm
 
 # isort: split
-# Above, magmotor chose who draws, as it can until MuJoCo is imported.
+# MuJoCo comes after magmotor, which selects the OpenGL backend that MuJoCo loads.
 import mujoco
 import numpy as np
 import xarray as xr
@@ -35,12 +36,12 @@ from magmotor.device import (
     Guard,
     Job,
     Measure,
+    Observable,
     Scene,
-    as_given,
     between,
     check_fields,
     check_step_limit,
-    last_record,
+    initial_parts,
     quantity,
     register,
 )
@@ -52,14 +53,14 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, kw_only=True)
 class Rotor(Scene):
-    """A needle that turns about the vertical, and a magnet north of it."""
+    """A needle that rotates about the vertical, and a magnet to its north."""
 
     inertia: float = quantity(2e-6, "kg m^2", "moment of inertia about the axle", above=0)
     moment: float = quantity(0.5, "A m^2", "magnetic moment of the needle", above=0)
     magnet: float = quantity(20.0, "A m^2", "magnetic moment of the magnet", at_least=0)
-    distance: float = quantity(0.2, "m", "from the axle to the magnet", above=0)
-    damping: float = quantity(1e-5, "N m s", "of the oil: torque = -c omega", above=0)
-    kT: float = quantity(2e-5, "J", "temperature of the oil", at_least=0)
+    distance: float = quantity(0.2, "m", "distance from the axle to the magnet", above=0)
+    damping: float = quantity(1e-5, "N m s", "damping c of the oil: torque = -c omega", above=0)
+    kT: float = quantity(2e-5, "J", "temperature kT of the oil", at_least=0)
     angle: float = quantity(1.0, "rad", "initial angle from north")
     rate: float = quantity(0.0, "rad/s", "initial angular velocity")
 
@@ -68,55 +69,57 @@ class Rotor(Scene):
 
     @property
     def torque(self) -> float:
-        """Largest torque of the field, in N m."""
+        """Largest magnetic torque in N m."""
         field = mm.dipoles.field([0, 0, 0], [[0, self.distance, 0]], [[0, self.magnet, 0]])
         return self.moment * float(np.linalg.norm(field))
 
     @property
     def noise(self) -> float:
-        """Torque of the oil per root of time, in N m sqrt(s): alpha^2 = 2 c kT."""
+        """Noise of the torque, alpha = sqrt(2 c kT), in N m sqrt(s)."""
         return math.sqrt(2 * self.damping * self.kT)
 
 
 class RotorStates(NamedTuple):
-    """Recorded states, shape (T,) or (T, replicas)."""
+    """Recorded states, shape (T, replicas), and their times, shape (T,)."""
 
     time: Array
     theta: Array
     omega: Array
 
 
-class Reference:
-    """BAOAB in NumPy, all replicas at once."""
+class Integrator:
+    """The splitting method BAOAB in NumPy, for all replicas at once."""
 
     def start(self, job: Job) -> Array:
+        """Return the integrator's state at the start, shape (2, replicas)."""
         return np.stack([job.initial.theta[-1], job.initial.omega[-1]])
 
     def run(self, job: Job) -> Generator[tuple[RotorStates, Array]]:
+        """Yield recorded states in chunks, each with the integrator's state after it."""
         scene, h = job.scene, job.timestep
         theta, omega = (self.start(job) if job.state is None else job.state).copy()
-        keep = math.exp(-scene.damping / scene.inertia * h)
-        spread = math.sqrt(scene.kT / scene.inertia * (1 - keep**2) / h)
+        decay = math.exp(-scene.damping / scene.inertia * h)
+        spread = math.sqrt(scene.kT / scene.inertia * (1 - decay**2) / h)
         for step, times in job.chunks(theta.size):
             count = len(times) * job.record_interval
             first = job.first_step + step
             increments = np.array(
                 [job.path.increments(count, first=first, replica=r) for r in range(theta.size)]
             )
-            rows = np.empty((len(times), 2, theta.size))
+            records = np.empty((len(times), 2, theta.size))
             for i in range(count):
                 omega = omega - 0.5 * h * scene.torque / scene.inertia * np.sin(theta)
                 theta = theta + 0.5 * h * omega
-                omega = keep * omega + spread * increments[:, i]
+                omega = decay * omega + spread * increments[:, i]
                 theta = theta + 0.5 * h * omega
                 omega = omega - 0.5 * h * scene.torque / scene.inertia * np.sin(theta)
                 if (i + 1) % job.record_interval == 0:
-                    rows[i // job.record_interval] = theta, omega
-            yield RotorStates(times, rows[:, 0], rows[:, 1]), np.stack([theta, omega])
+                    records[i // job.record_interval] = theta, omega
+            yield RotorStates(times, records[:, 0], records[:, 1]), np.stack([theta, omega])
 
 
-class InMuJoCo:
-    """The joint's coordinates, and the Brownian path of each replica."""
+class RotorAdapter:
+    """Conversion between states and joint coordinates, and the noise of each replica."""
 
     control = int(mujoco.mjtState.mjSTATE_USERDATA)
     driven = True
@@ -126,12 +129,15 @@ class InMuJoCo:
         self.userdata = userdata(job.path, job.first_step, len(self.start))
 
     def controls(self, steps: NDArray[np.int64]) -> Array:
+        """Return the user data that select the Brownian path, the same in each step."""
         return self.userdata[:, np.newaxis]
 
     def sums(self, before: Array, paths: Array, first: int) -> Array:
+        """Return no running sums; a device can count heat and work here."""
         return paths[..., :0]
 
     def states(self, time: Array, qpos: Array, qvel: Array, sums: Array) -> RotorStates:
+        """Convert joint coordinates, shape (replicas, T, 1), to states."""
         return RotorStates(time, qpos[..., 0].T, qvel[..., 0].T)
 
 
@@ -151,6 +157,7 @@ MODEL = """
   <keyframe><key name="start" qpos="{angle}" qvel="{rate}"/></keyframe>
 </mujoco>
 """
+"""Sites with a `user` value are dipoles with that moment; that of a body is its noise."""
 
 NEEDLE = """
       <geom type="capsule" fromto="0 -0.05 0 0 0 0" size="0.006" rgba="0.85 0.87 0.9 1"
@@ -167,7 +174,7 @@ SURROUNDINGS = """
 
 
 def compose(scene: Rotor, *, visual: bool) -> mujoco.MjSpec:
-    """The needle on its axle, and the magnet; the oil is damping and a Brownian torque."""
+    """Compose the model: needle, axle and magnet, and the oil as damping and Brownian torque."""
     numbers = {name: repr(getattr(scene, name)) for name in (*vars(scene), "noise")}
     needle, surroundings = (NEEDLE, SURROUNDINGS.format(**numbers)) if visual else ("", "")
     text = MODEL.format(**numbers, needle=needle, surroundings=surroundings)
@@ -175,48 +182,52 @@ def compose(scene: Rotor, *, visual: bool) -> mujoco.MjSpec:
 
 
 class RotorGuard(Guard):
-    """Energy may grow by what the temperature allows, and by the method's own error."""
+    """Finds energies that exceed the initial energy by more than fluctuations and method error."""
 
     def __init__(self, scene: Rotor, first: RotorStates):
-        self.scene, self.start = scene, energy(scene, first).max()
+        self.scene, self.initial_energy = scene, energy(scene, first).max()
 
-    def _faults(self, states: RotorStates) -> list[Fault]:
-        found = energy(self.scene, states)
-        in_play = found + 2 * self.scene.torque
-        allowed = np.maximum(LARGEST_FLUCTUATION * self.scene.kT, LARGEST_ERROR * in_play)
-        grew = (found > self.start + allowed).reshape(len(found), -1).any(axis=1)
+    def faults(self, states: RotorStates) -> list[Fault]:
+        energies = energy(self.scene, states)
+        fluctuation = LARGEST_FLUCTUATION * self.scene.kT
+        error = LARGEST_ERROR * (energies + 2 * self.scene.torque)
+        grew = (energies > self.initial_energy + np.maximum(fluctuation, error)).any(axis=1)
         return [Fault(grew, lambda _: ENERGY_GREW)]
 
 
 def energy(scene: Rotor, states: RotorStates) -> Array:
-    """Kinetic and magnetic energy, in J."""
+    """Compute the kinetic and magnetic energy in J."""
     return 0.5 * scene.inertia * states.omega**2 - scene.torque * np.cos(states.theta)
 
 
 class RotorMovieContent:
-    """The angle over time; the tip of the needle leaves a trail."""
+    """Movies show the angle over time, and the tip of the needle leaves a trail."""
 
     near, trail = "above", 0.002
     needs: tuple[str, ...] = ("theta", "omega")
 
     def __init__(self, run: xr.Dataset, scene: Rotor, times: Array):
-        self.run, self.value = run, np.degrees(between(run, run.theta.values, times))
         theta = run.theta.values
+        self.run, self.value = run, np.degrees(between(run, theta, times))
         self.path = 0.05 * np.stack([-np.sin(theta), np.cos(theta), 0 * theta], axis=-1)
 
     def plot(self, axes: Any) -> list[Any]:
+        """Draw the angle over time."""
         axes.set(xlabel="t (s)", ylabel="θ (degrees)")
         return axes.plot(self.run.time, np.degrees(self.run.theta), label="angle from north")
 
     def lines(self, i: int) -> list[str]:
+        """Return the text of frame i."""
         return [f"θ {self.value[i]:+.0f}°"]
 
 
+ROTATION = Observable(
+    lambda run, scene: abs(run.theta - scene.angle), "rad", "rotation from the initial angle"
+)
+
 MEASURES = {
-    "turns": Measure(
-        lambda run, scene: abs(run.theta - scene.angle).max("time") / (2 * np.pi),
-        "1",
-        "largest number of turns from the start",
+    "turns": ROTATION.measure(
+        "largest {} in turns", lambda angle: angle.max("time") / (2 * np.pi), unit="1"
     ),
     "temperature": Measure(
         lambda run, scene: scene.inertia * (run.omega**2).mean("time"),
@@ -224,15 +235,17 @@ MEASURES = {
         "mean of I omega^2, kT at equilibrium",
     ),
 }
+"""Numbers that sweeps can record: a reduction of an observable, and a number with its own unit."""
 
 
 class RotorDevice(Device[Rotor, RotorStates]):
-    """All that the programs must know of rotors."""
+    """Everything that the library needs to know about rotors."""
 
     movie_content = RotorMovieContent
     measures = MEASURES
 
     def methods(self, scene: Rotor) -> tuple[str, ...]:
+        """Return the names of the methods that can simulate the scene."""
         return ("variational/baoab", "mujoco/euler", "mujoco/implicitfast", "mujoco/baoab")
 
     def check_run(
@@ -243,53 +256,59 @@ class RotorDevice(Device[Rotor, RotorStates]):
         replicas: int | None,
         allow_unstable: bool = False,
     ) -> None:
+        """Check the timestep against the method's limit of stability."""
         if not allow_unstable:
             check_step_limit(scene, method, timestep)
 
     def initial_state(
         self, scene: Rotor, initial: Mapping[str, Any] | xr.Dataset | None, replicas: int | None
     ) -> RotorStates:
+        """Return the initial state: the scene's own, or parts of it from `initial`."""
         names = ["theta", "omega"]
-        own = {"theta": scene.angle, "omega": scene.rate}
-        if isinstance(initial, xr.Dataset):
-            own |= last_record(initial, names)
-        else:
-            own |= as_given(initial, names)
-        rows = [np.broadcast_to(np.asarray(own[k], float), (1, replicas or 1)) for k in names]
-        return RotorStates(np.zeros(1), *[row.copy() for row in rows])
+        parts = {"theta": scene.angle, "omega": scene.rate} | initial_parts(initial, names)
+        shape = (1, replicas or 1)
+        theta, omega = (np.broadcast_to(np.asarray(parts[k], float), shape) for k in names)
+        return RotorStates(np.zeros(1), theta.copy(), omega.copy())
 
     def guard(self, scene: Rotor, first: RotorStates) -> RotorGuard:
+        """Return the guard that ends a run whose states are not accurate."""
         return RotorGuard(scene, first)
 
     def columns(self, scene: Rotor, states: RotorStates, replicas: int | None) -> dict[str, Column]:
-        found = {
-            "theta": (states.theta, "rad", "angle from north"),
-            "omega": (states.omega, "rad/s", "angular velocity"),
-            "energy": (energy(scene, states), "J", "kinetic and magnetic energy"),
+        """Return the variables of the dataset."""
+
+        def column(values: Array, unit: str, label: str) -> Column:
+            if replicas is None:
+                return Column(("time",), values[:, 0], unit, label)
+            return Column(("replica", "time"), values.T, unit, label)
+
+        return {
+            "theta": column(states.theta, "rad", "angle from north"),
+            "omega": column(states.omega, "rad/s", "angular velocity"),
+            "energy": column(energy(scene, states), "J", "kinetic and magnetic energy"),
         }
-        if replicas is None:
-            return {
-                k: Column(("time",), v[:, 0], unit, label) for k, (v, unit, label) in found.items()
-            }
-        dims = ("replica", "time")
-        return {k: Column(dims, v.T, unit, label) for k, (v, unit, label) in found.items()}
 
     @property
-    def variational(self) -> Reference:
-        return Reference()
+    def variational(self) -> Integrator:
+        """The integrator of the methods `variational/...`."""
+        return Integrator()
 
     def compose(self, scene: Rotor, *, visual: bool) -> mujoco.MjSpec:
+        """Compose the MuJoCo model."""
         return compose(scene, visual=visual)
 
-    def mujoco(self, job: Job) -> InMuJoCo:
-        return InMuJoCo(job)
+    def mujoco(self, job: Job) -> RotorAdapter:
+        """Return the adapter for runs in MuJoCo."""
+        return RotorAdapter(job)
 
     def small_motion(self, scene: Rotor) -> SmallMotion:
+        """Linearize about rest, for the limits of the timestep."""
+        inertia, stiffness = np.array([[scene.inertia]]), np.array([[scene.torque]])
         damping = np.array([[scene.damping]])
-        stiffness = np.array([[scene.torque]])
-        return SmallMotion.of(np.array([[scene.inertia]]), stiffness, damping, damping)
+        return SmallMotion.of(inertia, stiffness, damping, damping)
 
     def joints(self, run: xr.Dataset, scene: Rotor, times: Array) -> Array:
+        """Interpolate MuJoCo's joint coordinates at some times, for movies."""
         return between(run, run.theta.values, times)[:, np.newaxis]
 
 
@@ -297,31 +316,32 @@ register(RotorDevice(), Rotor)
 
 
 def main(out: Path = Path("out/rotor.mp4"), replicas: int = 500) -> None:
-    """Compare and film.
+    """Compare the integrator with MuJoCo and with theory, and make a movie.
 
     Parameters
     ----------
     out
         The movie to write.
     replicas
-        How many rotors are averaged.
+        Number of rotors in the ensemble.
     """
     scene = Rotor()
     numerics = {"timestep": 0.002, "duration": 4.0, "seed": 1}
-    ours = mm.simulate(scene, method="variational/baoab", **numerics)
-    theirs = mm.simulate(scene, method="mujoco/baoab", **numerics)
-    print(
-        f"BAOAB here and in MuJoCo differ by {float(abs(ours.theta - theirs.theta).max()):.1e} rad"
-    )
-    many = mm.ensemble(
+    run_here = mm.simulate(scene, method="variational/baoab", **numerics)
+    run_in_mujoco = mm.simulate(scene, method="mujoco/baoab", **numerics)
+    difference = float(abs(run_here.theta - run_in_mujoco.theta).max())
+    print(f"BAOAB here and in MuJoCo differ by {difference:.1e} rad")
+
+    ensemble = mm.ensemble(
         scene, method="variational/baoab", timestep=0.01, duration=4.0, replicas=replicas,
         sample_interval=5,
     )  # fmt: skip
-    late = many.isel(time=slice(20, None)).sel(quantity="omega")
-    warm = scene.inertia * late.mean_square.mean()
-    print(f"temperature of {replicas} rotors: {float(warm / scene.kT):.3f} of the oil's")
+    late = ensemble.isel(time=slice(20, None)).sel(quantity="omega")
+    temperature = float(scene.inertia * late.mean_square.mean())
+    print(f"{replicas} rotors have {temperature / scene.kT:.3f} times the temperature of the oil")
+
     out.parent.mkdir(parents=True, exist_ok=True)
-    mm.render.movie(ours, scene, out)
+    mm.render.movie(run_here, scene, out)
     print(f"wrote {out}")
 
 

@@ -1,7 +1,7 @@
-"""Magnetize a model that somebody else wrote: dm_control's pendulum, whose file stays as it is.
+"""Magnetize someone else's model, dm_control's pendulum, without changing its file.
 
-Its pole stands on its hinge and falls over. Two sites make a magnet of its bob and put another
-beside it: the pole stays up there, leaning, where the magnets' torque balances gravity's.
+Its pole stands upright on a hinge and falls over. Two sites turn its bob into a magnet and place
+another beside it: the pole now stays up, leaning, where the magnetic torque balances gravity.
 """
 
 from importlib.resources import as_file, files
@@ -19,13 +19,13 @@ import magmotor as mm
 Array = NDArray[np.float64]
 
 BOB = (0, 0, 0.5)
-"""on the pole, which has all its mass there (m)"""
+"""position on the pole, which has all its mass there (m)"""
 MAGNET = (0.3, 0, 1.1)
-"""in the world (m)"""
+"""position in the world (m)"""
 MOMENT = 100.0
-"""of each, along z (A m^2)"""
+"""moment of each magnet, along z (A m^2)"""
 START = 0.5
-"""angle from the upright, in radians, from where the pole is let go"""
+"""initial angle of the pole from the upright (rad)"""
 
 
 def load(magnetized: bool = True) -> mujoco.MjModel:
@@ -38,7 +38,7 @@ def load(magnetized: bool = True) -> mujoco.MjModel:
 
 
 def swing(model: mujoco.MjModel, duration: float) -> tuple[Array, Array]:
-    """Times (s) and the pole's angles from the upright (radians), let go from rest at START."""
+    """Return times (s) and angles from the upright (rad) of the pole, released at START."""
     data = mujoco.MjData(model)
     data.qpos[0] = START
     path = np.empty((round(duration / model.opt.timestep) + 1, 2))
@@ -49,7 +49,7 @@ def swing(model: mujoco.MjModel, duration: float) -> tuple[Array, Array]:
 
 
 def torque(model: mujoco.MjModel, angle: float) -> float:
-    """About the hinge, in N m, on the pole at rest: by the formula of two dipoles, and gravity."""
+    """Return the torque (N m) of dipole and gravity about the hinge on the pole at rest."""
     direction = np.array([np.sin(angle), 0, np.cos(angle)])
     arm = BOB[2] * direction
     bob = model.body("pole").pos + arm
@@ -59,7 +59,7 @@ def torque(model: mujoco.MjModel, angle: float) -> float:
 
 
 def equilibrium(model: mujoco.MjModel) -> float:
-    """Where the torque vanishes beside the magnet, in radians from the upright."""
+    """Return the angle (rad) from the upright, beside the magnet, at which the torque vanishes."""
     return root_scalar(lambda angle: torque(model, angle), bracket=(0.5, 0.65)).root
 
 

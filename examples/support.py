@@ -1,4 +1,4 @@
-"""What the examples share: the command line, and how a picture is saved."""
+"""Shared by the examples: the command line, and saving pictures."""
 
 import sys
 from collections.abc import Callable
@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 
 def run(main: Callable[..., None]) -> None:
-    """Run `main` with its parameters as flags; a mistake or Ctrl-C ends it with one line."""
+    """Run `main` with its parameters as flags; errors and Ctrl-C end it with one line."""
     name = Path(sys.argv[0]).name
     try:
         tyro.cli(main, description=sys.modules[main.__module__].__doc__)
@@ -22,7 +22,7 @@ def run(main: Callable[..., None]) -> None:
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write a picture; a name without a suffix gets that of the format, .png."""
+    """Write a picture, as .png if its name has no suffix."""
     path = path if path.suffix else path.with_name(f"{path.name}.png")
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=80)

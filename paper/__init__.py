@@ -1,4 +1,4 @@
-"""The paper's wing: its figures, each with a check of what it claims, and its wrong formulas.
+"""The paper's figures, each with a check of its claims, and its wrong formulas.
 
-It uses the library `magmotor`, which knows nothing of it and is installed without it.
+This package uses the library `magmotor`, which is installed without it.
 """

@@ -1,26 +1,26 @@
-"""Brackets of a threshold: between which two values a condition ceases to hold."""
+"""Bracket a threshold between two values."""
 
 from collections.abc import Callable
 
 
 def bracket(
-    holds: Callable[[float], bool], first: float, last: float, ratio: float
+    condition: Callable[[float], bool], first: float, last: float, ratio: float
 ) -> tuple[float, float]:
-    """Halve, in the logarithm, the way from where a condition holds to where it does not.
+    """Bisect logarithmically between a value that satisfies a condition and one that does not.
 
     Parameters
     ----------
-    holds : callable
-        The condition, at a positive value.
+    condition : callable
+        The condition, as a function of a positive value.
     first, last : float
-        It holds at `first`, and at `last` it does not; either may be the larger.
+        It holds at `first` and fails at `last`; either may be the larger.
     ratio : float
-        How near the two come, larger over smaller.
+        Largest ratio of the two values that are returned.
 
     Returns
     -------
     tuple of float
-        A value at which the condition was seen to hold, and one at which it was seen not to.
+        A value at which the condition holds, and one at which it fails.
 
     Raises
     ------
@@ -28,10 +28,10 @@ def bracket(
         The condition does not hold at `first`, or holds at `last`.
     """
     for name, value, expected in (("first", first, True), ("last", last, False)):
-        if holds(value) != expected:
-            condition = "hold" if expected else "fail"
-            raise ValueError(f"{name} = {value:g}: the condition must {condition} there")
+        if condition(value) != expected:
+            verb = "hold" if expected else "fail"
+            raise ValueError(f"{name} = {value:g}: the condition must {verb} there")
     while max(first, last) / min(first, last) > ratio:
         middle = (first * last) ** 0.5
-        first, last = (middle, last) if holds(middle) else (first, middle)
+        first, last = (middle, last) if condition(middle) else (first, middle)
     return first, last

@@ -1,4 +1,4 @@
-"""All figures, in the order of the gallery, and the paper's of which they are counterparts."""
+"""All figures in the order of the gallery, and the list of the paper's figures."""
 
 from paper.disk import ballistic_pendulum, flights, model, statistics
 from paper.figure import Figure
@@ -72,4 +72,4 @@ PAPER_FIGURES = {
     30: "xy-position of magnetic ball (uniform temperature)",
     31: "xy-position of magnetic ball, planar view (uniform temperature)",
 }
-"""The paper's figures, counted as they come, by the first words of their captions."""
+"""The paper's figures in order, named by the first words of their captions."""

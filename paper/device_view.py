@@ -1,4 +1,4 @@
-"""A device as MuJoCo draws it, at its start."""
+"""A device in its initial state, rendered by MuJoCo."""
 
 from typing import TYPE_CHECKING
 
@@ -17,7 +17,7 @@ SIZE = (420, 560)
 
 
 def draw_device(axes: "Axes", scene: Top | Motor | Disk, camera: str) -> None:
-    """Draw the scene as a camera sees it."""
+    """Draw the scene from a camera."""
     views = Views(scene, {camera: SIZE})
     try:
         views.renderers[camera].scene.flags[mujoco.mjtRndFlag.mjRND_SKYBOX] = True

@@ -1,10 +1,9 @@
-"""What the paper says of the sliding disk that is wrong: its formulas as printed, and its lines.
+"""The paper's wrong formulas for the sliding disk, as printed, and the lines that they imply.
 
-They exist to be compared with what is right, `magmotor.theory`, and with what is measured. Nothing
-that is simulated uses them. `docs/errata.md` says how each error comes about, and which test shows
-it.
+They are compared with the correct formulas of `magmotor.theory` and with measurements; nothing else
+uses them. `docs/errata.md` explains each error and names the test that shows it.
 
-Everything is dimensionless. The coefficients have one error in common. C = n n^T, n = (1, 1/sigma),
+Everything is dimensionless. The coefficients share one error. C = n n^T, n = (1, 1/sigma),
 has rank one: C^(1/2) (dB_v, dB_omega) = n dW with *one* Brownian motion W. The paper diagonalizes
 C^(1/2) with the matrix V that diagonalizes C diag(1, sigma), which is right only at sigma = 1.
 """
@@ -25,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def y_diffusion(scene: Disk) -> float:
-    """Limit 2 alpha^2 sigma^2/(c^2 (sigma^2 + 1)) of var(x + theta)/t: equation (kskjhs3).
+    """Return the limit 2 alpha^2 sigma^2/(c^2 (sigma^2 + 1)) of var(x + theta)/t, (kskjhs3).
 
     Wrong unless sigma = 1. The slip's noise is not sqrt(2) alpha (sigma + 1)/sqrt(sigma^2 + 1) dB_s
     but alpha gamma dW, so that the limit is alpha^2/c^2, `theory.y_diffusion`.
@@ -35,34 +34,34 @@ def y_diffusion(scene: Disk) -> float:
 
 
 def flat_x_diffusion(scene: Disk) -> float:
-    """Limit of var(x)/t on flat U, `y_diffusion`/(1 + sigma)^2: the second equation (kskjhs3).
+    """Return the limit `y_diffusion`/(1 + sigma)^2 of var(x)/t on flat U, second (kskjhs3).
 
-    Wrong unless sigma = 1. `y_diffusion` is wrong, and the factor sigma^2 is missing that
-    x = (sigma y - z)/(1 + sigma) has; `theory.flat_x_diffusion` is right.
+    Wrong unless sigma = 1. `y_diffusion` is wrong, and the factor sigma^2 of
+    x = (sigma y - z)/(1 + sigma) is missing; `theory.flat_x_diffusion` is right.
     """
     return y_diffusion(scene) / (1 + scene.sigma) ** 2
 
 
 def velocity_noise_coefficient(scene: Disk) -> float:
-    """Coefficient sqrt(2) alpha/sqrt(sigma^2 + 1) of the noise in v_t: equation (eq:v).
+    """Return the noise coefficient sqrt(2) alpha/sqrt(sigma^2 + 1) of v_t, equation (eq:v).
 
-    Wrong unless sigma = 1. The slip's noise is wrong, and the factor sigma is missing that
-    v = (sigma s - d)/(1 + sigma) has; the coefficient is alpha,
+    Wrong unless sigma = 1. The slip's noise is wrong, and the factor sigma of
+    v = (sigma s - d)/(1 + sigma) is missing; the coefficient is alpha,
     `theory.velocity_noise_coefficient`.
     """
     return math.sqrt(2) * scene.noise / math.hypot(scene.sigma, 1)
 
 
 def upper_ballistic_bound(scene: Disk) -> float:
-    """Bound 4/(beta (1 + sigma)) on lim sup var(x)/t^2: the second equation (ksddssdkjhs3).
+    """Return the bound 4/(beta (1 + sigma)) on lim sup var(x)/t^2, second equation (ksddssdkjhs3).
 
-    True but vacuous. The mean of v is zero and mu is ergodic, so that the limit is zero.
+    True but vacuous. The mean of v is zero and mu is ergodic, so the limit is zero.
     """
     return 4 * theory.ballistic_coefficient(scene)
 
 
 def lower_ballistic_bound(scene: Disk) -> float:
-    """Bound 1/(4 beta (1 + sigma)) on lim inf var(x)/t^2: the third equation (ksddssdkjhs3).
+    """Return the bound 1/(4 beta (1 + sigma)) on lim inf var(x)/t^2, third equation (ksddssdkjhs3).
 
     False: the limit is zero. Time reversal gives E[A_t^2] = E[B_t^2] in the proof only before the
     mean E[. | xi_0] is subtracted; afterwards A_t -> 0 and B_t -> d_t.
@@ -78,23 +77,23 @@ LINES = {
     "slope": "the paper: 2; flat and control: 1",
     "diffusion": "the paper: ∝ t; flat: {flat:.4g}",
 }
-"""What the paper expects in figures of the disk, for the legend."""
+"""Legend texts for the paper's predictions in figures of the disk."""
 
 
 def paper_lines(systems: Iterable[System], name: str) -> Guide | None:
-    """The lines that the paper expects in a figure of the disk.
+    """Return the lines that the paper predicts in a figure of the disk.
 
     Parameters
     ----------
     systems : iterable of System
-        Those that the figure shows.
+        The systems in the figure.
     name : str
-        Of the figure; `overview` is the one with several panels.
+        Name of the figure; `overview` has several panels.
 
     Returns
     -------
     Guide or None
-        None where the paper expects nothing that can be drawn.
+        None if the paper predicts nothing that can be drawn.
     """
     label = GROWTH if name == "overview" else LINES.get(name)
     if label is None:
@@ -104,17 +103,17 @@ def paper_lines(systems: Iterable[System], name: str) -> Guide | None:
 
 
 def paper_flat(system: System) -> float:
-    """`flat_x_diffusion` of a system that is a disk on flat U."""
+    """Return `flat_x_diffusion` of a system that is a disk on flat U."""
     scene = system.theory.scene
     assert isinstance(scene, Disk)
     return flat_x_diffusion(scene)
 
 
 def _draw(axes: "Axes", name: str, system: System) -> None:
-    """Ballistic growth of the disks on a potential, for ever, and diffusion of the flat one."""
+    """Draw ballistic growth for the disks on a potential, and diffusion for the flat one."""
     if name == "slope":
-        axes.axhline(2 if system.wanders else 1, **GUIDE)
-    elif name in LINES and system.wanders:
+        axes.axhline(2 if system.has_varying_d else 1, **GUIDE)
+    elif name in LINES and system.has_varying_d:
         t = _times(name, system)
         square = float(system.theory.mean_square(system.end)) * (t / system.end) ** 2
         axes.plot(t, square / t if name == "diffusion" else square, **GUIDE)
@@ -126,7 +125,7 @@ def _draw(axes: "Axes", name: str, system: System) -> None:
 
 
 def _times(name: str, system: System) -> NDArray[np.float64]:
-    """Even times of the run, or of logarithmic axes the later part."""
+    """Return evenly spaced times of the run, or its later part for logarithmic axes."""
     if name == "mean_square":
         return np.linspace(0, system.end, 61)[1:]
     return system.later[system.later > system.end / 30]

@@ -1,6 +1,6 @@
-"""A figure, and the claims of the paper that it decides.
+"""A figure and the claims that it decides.
 
-A claim is what a caption or the text around it says, held against what is measured.
+A claim is a statement of a caption, or of the text around it, compared with a measurement.
 """
 
 from collections.abc import Callable
@@ -13,18 +13,18 @@ Verdict = Literal["right", "in part", "wrong", "not decided"]
 
 @dataclass(frozen=True)
 class Claim:
-    """A claim, what was measured, and whether that bears it out.
+    """A claim, the measurement, and the verdict.
 
     Parameters
     ----------
     says : str
-        The claim, in the paper's words as far as possible.
+        The claim, in the paper's words where possible.
     measured : str
-        The number that decides, with unit, error and bound.
+        The deciding number, with unit, error and bound.
     verdict : {"right", "in part", "wrong", "not decided"}
-        The last where the sample is too small, as of some claims at reduced size.
+        "not decided" if the sample is too small, as for some claims at reduced size.
     figures : tuple of int
-        The paper's figures of which it is said, where the picture has others, too.
+        The paper's figures that make the claim, if the picture is the counterpart of others, too.
     """
 
     says: str
@@ -40,7 +40,7 @@ def judged(
     otherwise: Verdict = "wrong",
     figures: tuple[int, ...] = (),
 ) -> Claim:
-    """A claim that is right where a measured condition holds."""
+    """Return a claim that is right if a measured condition holds."""
     return Claim(says, measured, "right" if holds else otherwise, figures)
 
 
@@ -51,19 +51,19 @@ class Figure:
     Parameters
     ----------
     name : str
-        Of its file and of the command that makes it.
+        Name of its file, and in the command that makes it.
     title : str
     caption : str
-        What is drawn, with the parameters, in Markdown.
+        Contents and parameters, in Markdown.
     compute : callable
-        `compute(quick)` returns the data; `quick` is a reduced size, for tests. Figures that share
-        their data share this function, which then is cached.
+        `compute(quick)` returns the data; `quick` reduces the size for tests. Figures that share
+        data share this function, which is then cached.
     claims : callable
-        `claims(data)` returns the list of `Claim` that the data decide.
+        `claims(data)` returns the list of `Claim` that the data decides.
     draw : callable
         `draw(data, path)` writes a PNG of less than 200 kB.
     numbers : tuple of int
-        The paper's figures of which this is the counterpart, counted from its first.
+        Numbers of the paper's figures that this one reproduces.
     """
 
     name: str

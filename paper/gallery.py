@@ -1,6 +1,6 @@
-"""The gallery: a page of all figures with their claims, made from what `make figures` wrote.
+"""The gallery: a page of all figures with their claims, from the files that `make figures` wrote.
 
-In its folder there are, for each figure, NAME.png and NAME.json, the claims.
+Its folder contains NAME.png and NAME.json, the claims, for each figure.
 """
 
 import json
@@ -16,12 +16,12 @@ from paper.figure import Claim, Figure, Verdict
 INTRODUCTION = """\
 # Gallery
 
-Every figure of N. Bou-Rabee and H. Owhadi, *Ballistic transport at uniform temperature*, made anew,
-and three that answer what a builder of the device would ask. Each stands beside what its caption,
-or the text around it, says, what was measured, and a verdict. `make figures` makes all of this
-page, `make figures ARGS="nonconservative_tilted"` one figure. What is wrong in the paper, and why,
-is told in the [errata](errata.md). Where one picture stands for two figures of the paper, a claim
-of only one begins with its number; what begins with *Ours* the paper does not say.
+This page reproduces every figure of N. Bou-Rabee and H. Owhadi, *Ballistic transport at uniform
+temperature*, and adds three that answer a builder's questions. Below each figure are the claims of
+its caption, or of the text around it, with the measurement and a verdict. `make figures` makes the
+whole page, `make figures ARGS="nonconservative_tilted"` one figure. The [errata](errata.md) explain
+what is wrong in the paper, and why. If one picture represents two figures of the paper, a claim of
+only one of them begins with its number. Claims that begin with *Ours* are not in the paper.
 
 {count}
 
@@ -37,27 +37,27 @@ def save_claims(claims: Iterable[Claim], path: Path) -> None:
 
 
 def load_claims(path: Path) -> list[Claim]:
-    """Claims as `save_claims` wrote them."""
+    """Read claims that `save_claims` wrote."""
     saved = json.loads(path.read_text(encoding="utf-8"))
     return [Claim(**fields | {"figures": tuple(fields["figures"])}) for fields in saved]
 
 
 def tally(claims: Iterable[Claim]) -> str:
-    """How many claims are right, in part, wrong, not decided."""
+    """Return the number of claims with each verdict, as text."""
     counts = Counter(claim.verdict for claim in claims)
     return ", ".join(f"{counts[v]} {v}" for v in get_args(Verdict) if counts[v])
 
 
 def gallery_page(folder: Path) -> str:
-    """The page, in Markdown, of the figures whose claims are in a folder beside it."""
+    """Return the page, in Markdown, of the figures whose claims are in a folder beside it."""
     claims = {
         name: load_claims(folder / f"{name}.json")
         for name in FIGURES
         if (folder / f"{name}.json").exists()
     }
-    every = [claim for found in claims.values() for claim in found]
+    all_claims = [claim for found in claims.values() for claim in found]
     lines = [
-        INTRODUCTION.format(count=f"{len(every)} claims: {tally(every)}.")
+        INTRODUCTION.format(count=f"{len(all_claims)} claims: {tally(all_claims)}.")
         + "\n".join(_index(claims))
     ]
     for section, figures in SECTIONS.items():
@@ -73,27 +73,27 @@ def _index(claims: dict[str, list[Claim]]) -> Iterator[str]:
     for number, title in PAPER_FIGURES.items():
         figure = by_number[number]
         if figure.name in claims:
-            of_it = [c for c in claims[figure.name] if not c.figures or number in c.figures]
-            verdicts = tally(of_it)
+            its_claims = [c for c in claims[figure.name] if not c.figures or number in c.figures]
+            verdicts = tally(its_claims)
             yield f"| {number}. {title} | [{figure.title}](#{figure.name}) | {verdicts} |"
 
 
 def _entry(figure: Figure, claims: list[Claim], folder: str) -> Iterator[str]:
-    several = "s" if len(figure.numbers) > 1 else ""
+    plural = "s" if len(figure.numbers) > 1 else ""
     numbers = " and ".join(map(str, figure.numbers))
-    whose = f"*Figure{several} {numbers} of the paper.* " if figure.numbers else ""
+    source = f"*Figure{plural} {numbers} of the paper.* " if figure.numbers else ""
     yield f'<a id="{figure.name}"></a>'
     yield ""
     yield f"### {figure.title}"
     yield ""
     yield f"![{figure.title}]({folder}/{figure.name}.png)"
     yield ""
-    yield f"{whose}{figure.caption}"
+    yield f"{source}{figure.caption}"
     yield ""
     yield "| claim | measured | verdict |"
     yield "|---|---|---|"
     for claim in claims:
         says, measured = (text.replace("|", "\\|") for text in (claim.says, claim.measured))
-        which = " and ".join(map(str, claim.figures))
-        says = f"(figure {which}) {says}" if claim.figures else says.replace("Ours:", "*Ours:*")
+        numbered = " and ".join(map(str, claim.figures))
+        says = f"(figure {numbered}) {says}" if claim.figures else says.replace("Ours:", "*Ours:*")
         yield f"| {says} | {measured} | **{claim.verdict}** |"

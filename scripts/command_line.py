@@ -1,4 +1,4 @@
-"""What the scripts share: a scene from typed flags, files written whole, and errors in one line."""
+"""Shared by the scripts: scenes from typed flags, atomic file writes, and one-line errors."""
 
 import os
 import sys
@@ -31,18 +31,18 @@ Scene = TypeVar("Scene", mm.Top, mm.Disk, mm.Motor)
 
 @dataclass(frozen=True)
 class Presets:
-    """Where the fields of a kind of scene may start."""
+    """Named initial values for the flags of a scene class."""
 
     scenes: dict[str, Any]
     default: str
     help: str
     decide: tuple[str, ...] = ()
-    """fields that have no flag of their own"""
+    """fields without a flag, since the preset sets them"""
 
 
 @dataclass
 class Unnamed:
-    """Of scenes without presets."""
+    """Stands for the preset of scenes without presets."""
 
 
 PRESETS = {
@@ -53,18 +53,18 @@ PRESETS = {
             "si": mm.Top.si(),
         },
         default="paper4",
-        help="where the scene's fields start: a case of the paper (4 acquires spin), its experiment"
-        " (the ring is lowered, then tilted), or case 4 with the moments read in SI",
+        help="initial values of the scene's fields: a case of the paper (4 acquires spin), its"
+        " experiment (the ring is lowered, then tilted), or case 4 with the moments read in SI",
     ),
     "motor": Presets(
         {**{run: mm.Motor.paper(run) for run in RUNS}, "si": mm.Motor.si()},
         default="uniform-a",
-        help="where the scene's fields start: a run of the paper, at uniform or nonuniform"
+        help="initial values of the scene's fields: a run of the paper, at uniform or nonuniform"
         " temperature, or uniform-a with the moments read in SI",
         decide=("temperature",),
     ),
 }
-"""Of kinds of scenes that have any."""
+"""Presets by the command-line name of the scene class."""
 
 
 def parse(
@@ -73,12 +73,11 @@ def parse(
     kinds: Sequence[str],
     arguments: Sequence[str] | None = None,
 ) -> tuple[Any, Options]:
-    """A scene and a script's own options, from the command line.
+    """Parse a scene and a script's own options from the command line.
 
-    The first argument names the scene's kind, one of `kinds`: top, motor or disk, each of which may
-    have options of its own. There is a flag for each of its fields, whose defaults are those of the
-    preset. Another kind is a command without a scene. A value that a field cannot have ends the
-    program with one line and code 2.
+    The first argument is one of `kinds`: top, motor or disk, each possibly with its own options, or
+    a command without a scene. Every field of the scene has a flag, whose default comes from the
+    preset. An invalid value ends the program with one line and code 2.
     """
     arguments = sys.argv[1:] if arguments is None else arguments
     try:
@@ -100,7 +99,7 @@ def parse_fields(
     description: str,
     arguments: Sequence[str] | None = None,
 ) -> tuple[Scene, Options]:
-    """The scene with flags for the named fields only, and a script's own options; see `parse`."""
+    """Parse flags for the named fields of a scene, and a script's own options; see `parse`."""
     try:
         command = _command(scene, names, options)
         return tyro.cli(command, description=description, args=arguments)()
@@ -114,10 +113,10 @@ def _scene_command(kind: str, options: type[Options], arguments: Sequence[str]) 
     if kind not in PRESETS:
         return _sceneless_command(options)
     presets = PRESETS[kind]
-    told = tyro.conf.arg(metavar="|".join(presets.scenes), help=presets.help)
+    argument = tyro.conf.arg(metavar="|".join(presets.scenes), help=presets.help)
     chosen = field(default=presets.default)
-    named = make_dataclass("Preset", [("preset", Annotated[str, told], chosen)])
-    # The preset first, because the other flags have its values as their defaults.
+    named = make_dataclass("Preset", [("preset", Annotated[str, argument], chosen)])
+    # The preset is parsed first, since it provides the defaults of the other flags.
     first = arguments if [*arguments[:1]] == [kind] else []
     preset = tyro.cli(named, args=first, return_unknown_args=True, add_help=False)[0].preset
     check_choice("preset", preset, tuple(presets.scenes))
@@ -152,7 +151,7 @@ def _declared(scene: Any) -> list[str]:
 
 
 def _flags(scene: Any, names: Sequence[str]) -> Any:
-    """A dataclass of the named fields, for tyro."""
+    """Make a dataclass of the named fields for tyro."""
     declared = {f.name: f for f in fields(scene)}
     return make_dataclass("Scene", [_flag(declared[name], scene) for name in names])
 
@@ -160,31 +159,31 @@ def _flags(scene: Any, names: Sequence[str]) -> Any:
 def _flag(declared: Field, scene: Any):
     unit = declared.metadata["unit"]
     unit = f" ({unit})" if unit not in ("", "1") else ""
-    told = tyro.conf.arg(help=declared.metadata["doc"] + unit)
+    argument = tyro.conf.arg(help=declared.metadata["doc"] + unit)
     value = getattr(scene, declared.name)
-    # Of a potential, only the names are for the command line.
+    # On the command line, a potential can only be given by name.
     kind: Any = str if isinstance(value, str) else declared.type
-    return declared.name, Annotated[kind, told], field(default=value)
+    return declared.name, Annotated[kind, argument], field(default=value)
 
 
 def run_script(main: Callable[[], None]) -> None:
-    """Run a script; Ctrl-C where the script does not listen ends it with one line, too."""
+    """Run a script; an unhandled Ctrl-C ends it with one line."""
     try:
         main()
     except KeyboardInterrupt:
-        fail("interrupted; what is said to be written is complete", INTERRUPTED)
-    except BrokenPipeError:  # nobody reads what is printed any more
+        fail("interrupted; all files reported as written are complete", INTERRUPTED)
+    except BrokenPipeError:  # nobody reads the output any more
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         raise SystemExit(UNWRITTEN) from None
 
 
 def warn_in_one_line() -> None:
-    """Show each warning once, as the one line that it is, without the code that it comes from."""
-    said = set()
+    """Show each warning once, in one line without source code."""
+    shown = set()
 
     def show(message: Warning | str, *_: Any, **__: Any) -> None:
-        if str(message) not in said:
-            said.add(str(message))
+        if str(message) not in shown:
+            shown.add(str(message))
             print(f"{Path(sys.argv[0]).name}: {message}", file=sys.stderr)
 
     warnings.showwarning = show
@@ -197,12 +196,12 @@ def fail(message: str, code: int) -> NoReturn:
 
 
 def printable(text: str) -> str:
-    """Text that may come from a file, without what a terminal would obey."""
+    """Escape control characters in untrusted text before it is printed."""
     return "".join(c if c.isprintable() or c == "\n" else repr(c)[1:-1] for c in text)
 
 
 def make_folder(path: Path) -> None:
-    """Make a folder to write to, if it is not there; end the program where that cannot be."""
+    """Create a writable folder if it does not exist; end the program if that fails."""
     try:
         path.mkdir(parents=True, exist_ok=True)
         with TemporaryFile(dir=path):
@@ -215,7 +214,7 @@ def make_folder(path: Path) -> None:
 
 @contextmanager
 def written_whole(path: Path) -> Iterator[Path]:
-    """A path to write to, which takes its name only when it is complete."""
+    """Yield a path to write to, whose file gets its name only when it is complete."""
     make_folder(path.parent)
     try:
         with whole_file(path) as part:
@@ -229,15 +228,15 @@ def written_whole(path: Path) -> Iterator[Path]:
 
 
 def write_netcdf(data: xr.Dataset, path: Path, encoding: Any = None) -> None:
-    """Write a dataset whole; errors as of `written_whole`."""
-    # Broken off inside the lock of HDF5, xarray would wait for that lock for ever.
+    """Write a dataset atomically; ends the program as `written_whole` does."""
+    # Interrupted inside HDF5's lock, xarray would wait for that lock forever.
     with uninterrupted(), written_whole(path) as part:
         data.to_netcdf(part, encoding=encoding)
 
 
 @contextmanager
 def film_written(path: Path) -> Iterator[Path]:
-    """Like `written_whole`, of what is rendered: says that it is, or why it cannot be."""
+    """Yield a path as `written_whole` does, for a movie; reports success or why it failed."""
     try:
         with written_whole(path) as part:
             yield part

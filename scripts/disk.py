@@ -1,15 +1,15 @@
-"""The paper's four sliding disks: all its figures of them with theory on top, and the numbers.
+"""Reproduce the paper's figures of its four sliding disks, with theory, and print the numbers.
 
-This is a program of the paper's wing: `paper/` has the four disks, and the lines that the paper
-expects, which are drawn dotted.
+The four disks are defined in `paper/`, together with the lines that the paper expects, which are
+drawn dotted.
 
-Each system runs twice: from rest, as in the paper, and in its stationary state, for the correlation
-of increments "for t large" and the flights. On flat U that state has d = -v + sigma omega = 0, as
-from rest: nothing changes d there.
+Each system runs twice: from rest, as in the paper, and from its stationary state, for the
+correlation of increments "for t large" and the flights. With flat U the stationary state has
+d = -v + sigma omega = 0, as at rest, since nothing changes d there.
 
-In the folder `out`: `disk_SYSTEM.nc` and `disk_SYSTEM_stationary.nc` (the ensembles), `disk.png`
-(an overview) and `disk_FIGURE.png`: mean, mean_square, msd, slope, correlation, diffusion,
-histogram, flights.
+Files in the folder `out`: `disk_SYSTEM.nc` and `disk_SYSTEM_stationary.nc` (the ensembles),
+`disk.png` (an overview) and `disk_FIGURE.png`: mean, mean_square, msd, slope, correlation,
+diffusion, histogram, flights.
 """
 
 import os
@@ -44,10 +44,10 @@ from paper.disk.systems import FULL, disk_scenes, simulate_system
 Scene = mm.Disk | mm.LangevinParticle
 
 RATE = 3e8
-"""Trajectory-steps per second that one core makes, about."""
+"""Approximate number of trajectory-steps per second and core."""
 
 WEAK = 0.1
-"""Theory of the disk on a potential is for beta U well below this."""
+"""The theory of the disk on a potential requires beta U well below this."""
 
 
 @dataclass
@@ -55,26 +55,26 @@ class Options:
     duration: float | None = None
     """T; by default 5000, with --full 50000"""
     replicas: int | None = None
-    """of each system; by default 8192, with --full 10000"""
+    """per system; by default 8192, with --full 10000"""
     timestep: float = 0.01
     """h, by default the paper's"""
     method: str = "variational/euler"
-    """the paper's, or variational/baoab, which is of second weak order"""
+    """the paper's, or variational/baoab, which has weak order two"""
     seed: int = 0
-    """of the Brownian paths"""
+    """seed of the Brownian paths"""
     full: bool = False
-    """the paper's T = 50000, which takes some 25 times as long"""
+    """use the paper's T = 50000, which takes about 25 times as long"""
     threads: int | None = None
     """by default, the number of processors"""
     checkpoint: Path | None = None
-    """folder for checkpoints, from which the same command goes on; by default, that of --out"""
+    """folder for checkpoints, from which the same command resumes; by default that of --out"""
     out: Path = Path("out")
     """folder to write to"""
 
 
 @dataclass
 class Plan:
-    """What all ensembles share, and what they took."""
+    """Settings that all ensembles share, and their running cost."""
 
     numerics: dict[str, Any]
     checkpoints: Path
@@ -105,7 +105,7 @@ def main() -> None:
         path.unlink(missing_ok=True)
     rate = f" at {plan.steps / plan.seconds:.1e} trajectory-steps/s" if plan.steps else ""
     total = time.perf_counter() - began
-    print(f"wall time: {total:.0f} s, of which ensembles {plan.seconds:.0f} s{rate}")
+    print(f"wall time: {total:.0f} s, including {plan.seconds:.0f} s for ensembles{rate}")
 
 
 def plan_of(options: Options) -> Plan:
@@ -118,9 +118,9 @@ def plan_of(options: Options) -> Plan:
         "threads": options.threads,
     }
     check_number("timestep", numerics["timestep"], above=0)
-    # Less would leave too few lags in the second half.
+    # A shorter run would have too few lags in its second half.
     check_number("duration", numerics["duration"], at_least=20 * max(1, options.timestep))
-    check_integer("replicas", numerics["replicas"], at_least=2)  # one has no standard error
+    check_integer("replicas", numerics["replicas"], at_least=2)  # for a standard error
     check_seed(options.seed)
     if options.threads is not None:
         check_integer("threads", options.threads, at_least=1)
@@ -138,18 +138,18 @@ def announcement(plan: Plan, disk: mm.Disk) -> Iterator[str]:
         f" {replicas} replicas each"
     )
     yield (
-        f"{steps:.1e} trajectory-steps, about {_spoken(steps / (RATE * cores))} at {RATE:.0e} a"
-        " second and core; the first run also compiles the kernels"
+        f"{steps:.1e} trajectory-steps, about {_duration(steps / (RATE * cores))} at {RATE:.0e}"
+        " per second and core; the first run also compiles the kernels"
     )
     yield (
-        f"± is one standard error over the replicas, {100 * (2 / replicas) ** 0.5:.1f} % of a mean"
-        " square if Gaussian; in the figures, two"
+        "± is one standard error over the replicas, for a Gaussian mean square"
+        f" {100 * (2 / replicas) ** 0.5:.1f} %; the figures show two"
     )
     if disk.beta > WEAK:
-        yield f"beta = {disk.beta:.2g}: theory, for beta U << 1, is not to be trusted here"
+        yield f"beta = {disk.beta:.2g}: the theory, for beta U << 1, does not apply here"
 
 
-def _spoken(seconds: float) -> str:
+def _duration(seconds: float) -> str:
     return f"{seconds:.0f} s" if seconds < 120 else f"{seconds / 60:.0f} minutes"
 
 
@@ -176,7 +176,7 @@ def run(plan: Plan, stem: str, scene: Scene, **special: Any) -> xr.Dataset:
         reached = float(stop.dataset.attrs["time_reached"])
         done = ", ".join(f"{path.stem}.nc" for path in plan.resumable[:-1]) or "nothing"
         fail(
-            f"{stem}: {stop} at t = {reached:g}; the same command goes on from {checkpoint};"
+            f"{stem}: {stop} at t = {reached:g}; the same command resumes from {checkpoint};"
             f" written: {done}",
             INTERRUPTED,
         )

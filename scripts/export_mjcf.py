@@ -1,7 +1,7 @@
-"""Write a scene as one standalone MJCF file, which any MuJoCo viewer opens.
+"""Write a scene as a standalone MJCF file, which any MuJoCo viewer can open.
 
-The file holds the decorated scene, with the initial state as keyframe 0. Magnetism, noise and
-potentials act on it, as on any model that declares them, inside `magmotor.magnetism()`.
+The file contains the decorated scene, with the initial state as keyframe 0. As for any model that
+declares them, magnetism, noise and potentials act inside `magmotor.magnetism()`.
 """
 
 import re

@@ -1,7 +1,7 @@
-"""The paper's figures, each with a check of what it claims, and the prototype's questions.
+"""Reproduce the paper's figures and check its claims, including the prototype's questions.
 
-For each, in the folder `out`: `NAME.png`, and `NAME.json` with the claims. Made whole, they are
-copied to `docs/gallery/`, and the page `docs/gallery.md` is made of them.
+Each figure gives `NAME.png` and `NAME.json`, with its claims, in the folder `out`. Without --quick
+they are copied to `docs/gallery/`, and the page `docs/gallery.md` is rebuilt.
 """
 
 import shutil
@@ -27,11 +27,11 @@ DOCS = Path(__file__).parents[1] / "docs"
 @dataclass
 class Options:
     names: Annotated[tuple[str, ...], tyro.conf.Positional] = ()
-    """which figures; by default, all"""
+    """figures to reproduce; by default all"""
     quick: bool = False
-    """shorter runs, fewer realizations; nothing is copied"""
+    """shorter runs and fewer realizations; nothing is copied to docs/"""
     list: bool = False
-    """only say which figures there are"""
+    """only list the figures"""
     out: Path = Path("out/figures")
     """folder to write to"""
 
@@ -49,7 +49,7 @@ def main() -> None:
             check_choice("names", name, tuple(FIGURES))
     except ValueError as error:
         fail(str(error), MISTAKE)
-    logging.set_verbosity(logging.ERROR)  # not MuJoCo's lines of runs that are to diverge
+    logging.set_verbosity(logging.ERROR)  # some runs diverge on purpose
     claims: list[Claim] = []
     undrawn = []
     for number, name in enumerate(names, start=1):
@@ -61,7 +61,7 @@ def main() -> None:
             undrawn.append(name)
     print(f"{len(claims)} claims: {tally(claims)}; wall time {time.perf_counter() - began:.0f} s")
     if undrawn:
-        fail(f"without OpenGL, not drawn: {', '.join(undrawn)}", NO_OPENGL)
+        fail(f"not drawn, for lack of OpenGL: {', '.join(undrawn)}", NO_OPENGL)
 
 
 def listing() -> Iterator[str]:
@@ -74,14 +74,14 @@ def make(figure: Figure, options: Options) -> list[Claim]:
     data = figure.compute(options.quick)
     claims = figure.claims(data)
     print(*lines(claims), sep="\n", flush=True)
-    picture, told = (options.out / f"{figure.name}{suffix}" for suffix in (".png", ".json"))
+    picture, record = (options.out / f"{figure.name}{suffix}" for suffix in (".png", ".json"))
     with written_whole(picture) as part:
         figure.draw(data, part)
-    with written_whole(told) as part:
+    with written_whole(record) as part:
         save_claims(claims, part)
     print(f"wrote {picture}")
     if not options.quick:
-        publish(picture, told)
+        publish(picture, record)
     return claims
 
 
@@ -91,10 +91,10 @@ def lines(claims: list[Claim]) -> Iterator[str]:
         yield f"      {claim.measured}"
 
 
-def publish(*made: Path) -> None:
-    """Copy to the documentation, and make its page anew."""
+def publish(*files: Path) -> None:
+    """Copy files to the documentation and rebuild its page."""
     gallery = DOCS / "gallery"
-    for path in made:
+    for path in files:
         with written_whole(gallery / path.name) as part:
             shutil.copyfile(path, part)
     with written_whole(gallery.with_suffix(".md")) as part:

@@ -1,13 +1,12 @@
-"""The paper's seven motors: its figures of them, the numbers, and one of them at a glance.
+"""Reproduce the paper's figures of its seven motors, print the numbers, and draw an overview.
 
-This is a program of the paper's wing: how its runs begin and end is in `paper/motor/runs.py`.
+Three motors have noise on the inner ring only (nonuniform temperature) and end when it tips over;
+four have a uniform temperature. The paper does not state its durations; the default is long enough
+for flights. `paper/motor/runs.py` defines how the runs begin and end.
 
-Three have noise on the inner ring alone (nonuniform temperature) and end when it tips over; four
-have one temperature. The paper does not tell its duration, which here is long enough for flights.
-
-In the folder `out`: `motor_RUN.nc` (the runs, about one record a second; vectors in single
-precision, which is enough to look at: what makes a run again to the bit is in its attributes),
-`motor.png` (the run with the longest flight) and `motor_FIGURE.png`: energy, injected, path, xy,
+Files in the folder `out`: `motor_RUN.nc` (the runs, with about one record per second; vectors are
+in single precision, and the attributes suffice to reproduce a run to the bit), `motor.png` (an
+overview of the run with the longest flight) and `motor_FIGURE.png`: energy, injected, path, xy,
 theta.
 """
 
@@ -41,7 +40,7 @@ from paper.motor.runs import RECORDS, simulate_run
 @dataclass
 class Options:
     runs: tuple[str, ...] = tuple(PAPER)
-    """which of the paper's"""
+    """which of the paper's runs"""
     method: str = "variational/baoab"
     """engine/scheme"""
     timestep: float = 0.1
@@ -49,9 +48,9 @@ class Options:
     duration: float = 1e5
     """T (s)"""
     seed: int = 0
-    """another gives other realizations"""
+    """seed of the Brownian paths"""
     checkpoint: Path | None = None
-    """folder for checkpoints, from which the same command goes on; by default, that of --out"""
+    """folder for checkpoints, from which the same command resumes; by default that of --out"""
     out: Path = Path("out")
     """folder to write to"""
 
@@ -101,9 +100,9 @@ def announcement(options: Options) -> Iterator[str]:
         f"{len(options.runs)} runs by {options.method}: T = {options.duration:g} s,"
         f" h = {options.timestep:g} s, {steps:.1g} steps; the first run also compiles the kernels"
     )
-    yield "± is one standard error; a flight goes round at least once without turning back"
-    yield "efficiencies are medians over the second half: what tips the ring over upsets the end"
-    yield "rolling and spin are so slow that the error of their temperature in one run is a guess"
+    yield "± is one standard error; in a flight the ball circles at least once without reversing"
+    yield "efficiencies are medians over the second half, since a tipping ring distorts the end"
+    yield "rolling and spin are so slow that the errors of their temperatures are rough estimates"
 
 
 def simulate(name: str, scene: mm.Motor, options: Options) -> mm.plots.MotorRun:
@@ -125,7 +124,7 @@ def simulate(name: str, scene: mm.Motor, options: Options) -> mm.plots.MotorRun:
         before = options.runs[: options.runs.index(name)]
         done = ", ".join(f"motor_{run}.nc" for run in before) or "nothing"
         fail(
-            f"{name}: {stop} at t = {stop.dataset.time[-1]:g} s; the same command goes on from"
+            f"{name}: {stop} at t = {stop.dataset.time[-1]:g} s; the same command resumes from"
             f" {checkpoint}; written: {done}",
             INTERRUPTED,
         )
@@ -152,10 +151,10 @@ def summary(run: mm.plots.MotorRun) -> Iterator[str]:
     balance = run.balance.isel(time=-1)
     ratios = mm.observables.efficiency(run.data, scene).isel(time=run.data.time > run.middle)
     yield (
-        f"  energy: work of the noise {float(balance.work):.3g} J (in the mean"
+        f"  energy: work of the noise {float(balance.work):.3g} J (expected mean:"
         f" {float(balance.injected):.3g} J), heat {float(balance.heat):.3g} J, residual"
         f" {run.residual:.1e} of the mean work; efficiency {float(ratios.efficiency.median()):.2g},"
-        f" with the ball's heat {float(ratios.share.median()):.2g}"
+        f" including the ball's heat {float(ratios.share.median()):.2g}"
     )
     if uniform:
         found = run.temperatures / scene.kT

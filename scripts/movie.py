@@ -1,9 +1,9 @@
-"""Run a scene and film it: the movie, the run itself, its plots, and its numbers.
+"""Run a scene and render a movie of it, with its dataset, plots and key numbers.
 
-In the folder `out`, of the top: `top.nc` (the run, an xarray dataset), `top.png` (path, J and
-energy against theory) and `top.mp4`. Of the motor: a flight, found in a long run and replayed in
-detail along the same Brownian path: `motor_flight.nc`, `motor_flight.mp4`, and of the whole run
-`motor_flight.png`.
+Files in the folder `out` for the top: `top.nc` (the run, an xarray dataset), `top.png` (path, J and
+energy against theory) and `top.mp4`. For the motor, a flight is found in a long run and replayed in
+detail along the same Brownian path: `motor_flight.nc` and `motor_flight.mp4`; `motor_flight.png`
+shows the whole run.
 """
 
 import math
@@ -37,19 +37,19 @@ from magmotor.common.checks import check_number, reject
 PAPER = "the paper's parameters give 1.858e-04 kg m^2/s at 21.6 s"
 
 MOVIE_SECONDS = 25.0
-"""How long the movie of a flight is by default."""
+"""Default length of the movie of a flight."""
 
 
 @dataclass
 class Options:
     method: str = "mujoco/rk4"
-    """engine/scheme; scipy/dop853 follows the axis alone and has no spin to film"""
+    """engine/scheme; scipy/dop853 computes only the axis, so there is no spin to film"""
     timestep: float = 0.0125
     """(s)"""
     duration: float = 30.0
     """(s)"""
     seconds_per_second: float = 1.0
-    """seconds of the run in a second of the movie"""
+    """simulated seconds per second of the movie"""
     still: tuple[float, Path] | None = None
     """time (s) and file of a single frame, to be drawn instead of the movie"""
     out: Path = Path("out")
@@ -63,11 +63,11 @@ class FlightOptions:
     timestep: float = 0.1
     """(s)"""
     duration: float = 1e5
-    """(s) in which a flight is sought"""
+    """(s) within which to look for a flight"""
     seed: int = 1
-    """of the Brownian path"""
+    """seed of the Brownian path"""
     seconds_per_second: float | None = None
-    """seconds of the run in a second of the movie; by default, so many that it lasts some 25 s"""
+    """simulated seconds per second of the movie; by default, it lasts about 25 s"""
     still: tuple[float, Path] | None = None
     """time (s) and file of a single frame, to be drawn instead of the movie"""
     out: Path = Path("out")
@@ -90,7 +90,7 @@ def main() -> None:
 
 
 def check(options: Options | FlightOptions) -> None:
-    """What else would be noticed after the run only."""
+    """Check what would otherwise fail only after the run."""
     if options.seconds_per_second is not None:
         check_number("seconds_per_second", options.seconds_per_second, above=0)
     if options.still:
@@ -98,7 +98,7 @@ def check(options: Options | FlightOptions) -> None:
         if not 0 <= moment <= options.duration:
             raise reject("still", moment, f"must be within the run: 0 to {options.duration:g} s")
         if path.suffix.lower() not in registered_extensions():
-            raise reject("still", str(path), "must be the name of a picture, such as still.png")
+            raise reject("still", str(path), "must be a picture file, for example still.png")
         make_folder(path.parent)
     make_folder(options.out)
 
@@ -140,7 +140,7 @@ def summary(run: xr.Dataset, scene: mm.Top) -> Iterator[str]:
     )
     residual = np.abs(mm.observables.momentum_balance(run, scene).residual.values).max()
     relative = f", {residual / largest:.1e} of max |J|" if largest > 0 else ""
-    yield f"balance of J: it differs from theory's integral by at most {residual:.1e}{relative}"
+    yield f"balance of J: differs from the integral of theory by at most {residual:.1e}{relative}"
 
 
 def save(run: xr.Dataset, scene: mm.Top, out: Path) -> None:
@@ -183,7 +183,7 @@ def long_run(scene: mm.Motor, options: FlightOptions, numerics: dict[str, Any]) 
     try:
         return mm.simulate(scene, duration=options.duration, record_interval=interval, **numerics)
     except mm.SimulationStopped as stop:
-        print(stop)  # a ring that is lost may have let the ball fly before
+        print(stop)  # the ball may have flown before the ring was lost
         return stop.dataset.assign_attrs(stopped=str(stop))
     except mm.SimulationInterrupted as stop:
         fail(f"{stop} at t = {stop.dataset.time[-1]:g} s", INTERRUPTED)
@@ -194,10 +194,10 @@ def records_per(seconds: float, timestep: float) -> int:
 
 
 def window(run: mm.plots.MotorRun) -> tuple[float, float]:
-    """From before the longest flight begins until the ball has gone round once and a half."""
+    """Return start and end times, from before the longest flight through 1.5 revolutions of it."""
     if run.longest is None:
         reached = run.data.time[-1]
-        fail(f"no movie: no flight in {reached:g} s; try another seed, or longer", UNWRITTEN)
+        fail(f"no movie: no flight in {reached:g} s; try another seed or a longer run", UNWRITTEN)
     times, begin = run.data.time.values, float(run.longest.begin)
     flown = np.abs(run.revolutions - run.revolutions[times == begin])
     once = float(times[(times > begin) & (flown >= 1)][0])

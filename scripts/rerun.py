@@ -1,7 +1,8 @@
-"""Run a dataset again from its own attributes, and see whether all comes out the same to the bit.
+"""Run a dataset again from its own attributes, and check whether the result is identical.
 
-What the file holds in single precision is compared in single precision, of a run that ended early
-its records, of a sweep the cases that are there. Exit code 0: identical; 1: different, and what is.
+Values that the file holds in single precision are compared in single precision; of a run that ended
+early, only its records are compared, and of a sweep only the cases in the file. Exit code 0 means
+identical, 1 different; the differences are printed.
 """
 
 import json
@@ -26,10 +27,10 @@ class Options:
     file: tyro.conf.Positional[Path]
     """dataset of a run, an ensemble or a sweep (NetCDF)"""
     out: Path | None = None
-    """file to write what comes out to"""
+    """file to write the new dataset to"""
     allow_measure: Annotated[list[str], tyro.conf.UseAppendAction] = field(default_factory=list)
-    """MODULE:FUNCTION, a measure of a sweep that may be imported and called, once for each: a file
-    may be anybody's, and runs no code because it says so"""
+    """MODULE:FUNCTION, a measure of a sweep that may be imported and called (repeatable); files are
+    not trusted to choose which code runs"""
 
 
 def main() -> None:
@@ -62,14 +63,14 @@ def read(path: Path) -> xr.Dataset:
 
 
 def comparable(kept: xr.Dataset, again: xr.Dataset) -> xr.Dataset:
-    """All that is there; of an ensemble that ended elsewhere records, not what sums them up."""
+    """Select what can be compared: for an ensemble that ended early, only its records over time."""
     if str(kept.attrs.get("time_reached")) == str(again.attrs.get("time_reached")):
         return kept
     return kept[[name for name in kept.variables if "time" in kept[name].dims]]
 
 
 def differences(kept: xr.Dataset, again: xr.Dataset) -> Iterator[str]:
-    """What differs, by how much, and from when on."""
+    """Describe what differs, by how much, and from which time."""
     if "sweep" in kept.attrs:
         again = again.where(kept.notnull())
     elif again.sizes["time"] < kept.sizes["time"]:
@@ -77,24 +78,24 @@ def differences(kept: xr.Dataset, again: xr.Dataset) -> Iterator[str]:
     times = range(min(kept.sizes.get("time", 0), again.sizes.get("time", 0)))
     kept, again = (run.isel(time=times, missing_dims="ignore") for run in (kept, again))
     for name, values in kept.variables.items():
-        anew = again.variables.get(name)
-        if anew is None or anew.sizes != values.sizes:
-            yield f"{name} ({'not there' if anew is None else 'of another shape'})"
+        new = again.variables.get(name)
+        if new is None or new.sizes != values.sizes:
+            yield f"{name} ({'missing' if new is None else 'of another shape'})"
         else:
-            yield from difference(str(name), values, anew.astype(values.dtype), kept)
+            yield from difference(str(name), values, new.astype(values.dtype), kept)
 
 
 def difference(name: str, old: xr.Variable, new: xr.Variable, kept: xr.Dataset) -> Iterator[str]:
-    wrong = (old != new) & (old.notnull() | new.notnull())
-    if not wrong.any():
+    different = (old != new) & (old.notnull() | new.notnull())
+    if not different.any():
         return
-    how = ""
+    extent = ""
     if old.dtype.kind in "iuf":
-        how += f" by at most {abs(old - new).values[wrong.values].max():.2g}"
+        extent += f" by at most {abs(old - new).values[different.values].max():.2g}"
     if "time" in old.dims:
-        rows = wrong.any([dim for dim in old.dims if dim != "time"]).values
-        how += f" from t = {kept.time[rows.argmax()]:g} on"
-    yield name + how
+        rows = different.any([dim for dim in old.dims if dim != "time"]).values
+        extent += f" from t = {kept.time[rows.argmax()]:g} on"
+    yield name + extent
 
 
 def other_versions(kept: xr.Dataset, again: xr.Dataset) -> Iterator[str]:
@@ -105,11 +106,11 @@ def other_versions(kept: xr.Dataset, again: xr.Dataset) -> Iterator[str]:
 
 
 def versions(run: xr.Dataset) -> dict[str, Any]:
-    """Those that a dataset tells of; none where its attributes are odd."""
+    """Return the versions in a dataset's attributes; empty if these are malformed."""
     name = "sweep" if "sweep" in run.attrs else "versions"
     try:
-        told = json.loads(run.attrs.get(name, "{}"))
-        return dict(told["versions"] if name == "sweep" else told)
+        attribute = json.loads(run.attrs.get(name, "{}"))
+        return dict(attribute["versions"] if name == "sweep" else attribute)
     except (TypeError, ValueError, KeyError, RecursionError):
         return {}
 

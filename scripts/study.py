@@ -1,9 +1,9 @@
-"""Two studies by parameter sweeps, with their pictures.
+"""Run two studies by parameter sweeps, and draw their results.
 
-Where the top spins: its largest spin over the height and tilt of the ring. How often the motor
-flies: its flights over the temperature. In the folder `out`: the sweeps `study_spin/` and
-`study_flights/`, their datasets `.nc` and pictures `.png`. A study that is stopped goes on by the
-same command.
+The first maps the top's largest spin over the height and tilt of the ring; the second counts the
+motor's flights over the temperature. The sweeps are in `study_spin/` and `study_flights/` in the
+folder `out`, with their datasets `.nc` and pictures `.png` beside them. After an interruption, the
+same command resumes a study.
 """
 
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 from command_line import MISTAKE, fail, parse, run_script, warn_in_one_line, written_whole
-from sweep_run import SHOWN, RunOptions, beside, combined, run, tell_status
+from sweep_run import SHOWN, RunOptions, beside, combined, print_status, run
 
 import magmotor as mm
 from magmotor.common.checks import check_integer, check_number
@@ -22,22 +22,22 @@ from magmotor.sweep import Sweep
 
 @dataclass
 class Spin(RunOptions):
-    """Where the top spins: 21 tilts of the ring by 36 heights."""
+    """Map the top's spin over 21 tilts and 36 heights of the ring."""
 
     points: tuple[int, int] = (21, 36)
-    """how many tilts and heights"""
+    """numbers of tilts and heights"""
     out: Path = Path("out")
     """folder to write to"""
 
 
 @dataclass
 class Flights(RunOptions):
-    """How often the motor flies: 8 temperatures by 8 seeds."""
+    """Count the motor's flights at 8 temperatures with 8 seeds each."""
 
     points: int = 8
-    """how many temperatures"""
+    """number of temperatures"""
     seeds: int = 8
-    """runs at each"""
+    """number of runs at each"""
     duration: float = 1e5
     """of each run (s)"""
     out: Path = Path("out")
@@ -78,7 +78,7 @@ def spin(options: Spin) -> None:
         mm.plots.spin_map(data, scene, part)
     print(f"wrote {beside(folder, '.png')}")
     if tally.failed:
-        tell_status(folder, SHOWN)
+        print_status(folder, SHOWN)
 
 
 def flights(options: Flights) -> None:
@@ -103,14 +103,14 @@ def flights(options: Flights) -> None:
         mm.plots.sweep(data, part)
     print(f"wrote {beside(folder, '.png')}")
     if tally.failed:
-        tell_status(folder, SHOWN)
+        print_status(folder, SHOWN)
 
 
 def over_temperature(data: xr.Dataset, scene: mm.Motor) -> xr.Dataset:
-    """The sweep over kT instead of alpha, with the slip's temperature over kT."""
+    """Return the sweep over kT instead of alpha, with the slip's temperature relative to kT."""
     scenes = [scene.replace(alpha_ball=a, alpha_ring=a) for a in data.alpha_ball.values]
-    told = {"units": "µJ", "long_name": "temperature kT"}
-    data = data.assign_coords(kT=("alpha_ball", [1e6 * scene.kT for scene in scenes], told))
+    attributes = {"units": "µJ", "long_name": "temperature kT"}
+    data = data.assign_coords(kT=("alpha_ball", [1e6 * scene.kT for scene in scenes], attributes))
     data = data.swap_dims(alpha_ball="kT").drop_vars(["alpha_ball", "alpha_ring"])
     relative = (1e6 * data.slip_temperature / data.kT).assign_attrs(
         units="1", long_name="temperature of the slip over kT"

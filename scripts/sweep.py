@@ -1,8 +1,8 @@
-"""Sweep parameters of a scene: every combination is a run, of which a few numbers are kept.
+"""Sweep parameters of a scene: run every combination and record a few numbers of each.
 
-What is done stays done: stop it as you like, and the same command goes on. In the folder `out`,
-`sweep/` holds a file for each case; `sweep.nc` is all of them as one dataset, with the sweep's
-dimensions, and `sweep.png` the picture, of one or two dimensions.
+Finished cases are kept, so the sweep can be stopped at any time, and the same command resumes it.
+In the folder `out`, `sweep/` holds one file per case, `sweep.nc` all of them as a dataset over the
+sweep's dimensions, and `sweep.png` a picture if there are one or two dimensions.
 """
 
 import signal
@@ -15,7 +15,7 @@ from typing import Annotated, Any
 import tyro
 from command_line import DIVERGED, MISTAKE, fail, parse, run_script, warn_in_one_line, written_whole
 from sweep_movie import film
-from sweep_run import SHOWN, RunOptions, beside, combined, run, tell_status
+from sweep_run import SHOWN, RunOptions, beside, combined, print_status, run
 from sweep_text import seeds, varied
 
 import magmotor as mm
@@ -25,28 +25,28 @@ from magmotor.sweep import Sweep
 @dataclass
 class Options(RunOptions):
     vary: Annotated[list[str], tyro.conf.UseAppendAction] = field(default_factory=list)
-    """what varies, once for each field: FIELD=START:STOP:COUNT (evenly spaced, both ends included),
-    FIELD=START:STOP:COUNT:log, FIELD=VALUE,VALUE,..., or with --design FIELD=LOW:HIGH[:log];
-    FIELD,FIELD=... take equal values; position_x is a component"""
+    """what varies (repeat for each field): FIELD=START:STOP:COUNT (evenly spaced, including both
+    ends), FIELD=START:STOP:COUNT:log, FIELD=VALUE,VALUE,..., or with --design FIELD=LOW:HIGH[:log];
+    FIELD,FIELD=... gives several fields equal values; position_x is a component"""
     design: str | None = None
-    """KIND:SIZE[:SEED] draws SIZE points in all ranges LOW:HIGH: random, latin or sobol"""
+    """KIND:SIZE[:SEED] draws SIZE points in the ranges LOW:HIGH; KIND is random, latin or sobol"""
     seeds: str = "0:1"
-    """FIRST:LAST (LAST excluded) or a list; of a top, which has no noise, one counts"""
+    """FIRST:LAST (LAST excluded) or a list; a top has no noise and needs only one"""
     replicas: int | None = None
     """independent runs within a case"""
     measure: str = "max_spin,settling_radius"
-    """names of what is kept, with commas between them, MODULE:FUNCTION for your own, or trajectory:
+    """what to record: names separated by commas, MODULE:FUNCTION for your own, or trajectory for
     the whole run"""
     method: str | None = None
-    """engine/scheme; by default as recommended"""
+    """engine/scheme; by default the recommended one"""
     timestep: float | None = None
-    """(s); by default the shortest that is recommended at the corners of the sweep"""
+    """(s); by default the shortest one recommended at the corners of the sweep"""
     duration: float = 60.0
     """of each run (s)"""
     record_interval: int = 1
-    """every how many steps a run is looked at"""
+    """steps between the records of a run"""
     out: Path = Path("out/sweep")
-    """folder of the sweep; dataset and picture are beside it"""
+    """folder of the sweep; dataset and picture are written beside it"""
 
 
 @dataclass
@@ -64,37 +64,37 @@ class MotorOptions(Options):
 
 @dataclass
 class Status:
-    """How far the sweep in a folder has come, and what failed in it."""
+    """Print the progress of the sweep in a folder and the errors of failed cases."""
 
     folder: tyro.conf.Positional[Path]
 
 
 @dataclass
 class Combine:
-    """Dataset and picture of what is there of a sweep."""
+    """Write dataset and picture of the results of a sweep so far."""
 
     folder: tyro.conf.Positional[Path]
     skip_damaged: bool = False
-    """go on without files that are damaged"""
+    """ignore damaged files"""
 
 
 @dataclass
 class Movie:
-    """A movie of up to 30 of a sweep's tops or motors side by side."""
+    """Render a movie of up to 30 tops or motors of a sweep side by side."""
 
     folder: tyro.conf.Positional[Path]
     seconds_per_second: float | None = None
-    """seconds of the runs in a second of the movie; by default, so many that it lasts some 20 s"""
+    """simulated seconds per second of the movie; by default, it lasts about 20 s"""
 
 
 @dataclass
 class Cluster:
-    """A Dask cluster on this machine, until Ctrl-C."""
+    """Run a Dask cluster on this machine until Ctrl-C."""
 
     workers: int | None = None
-    """processes; by default one for each core"""
+    """number of processes; by default one per core"""
     host: str = "127.0.0.1"
-    """interface to listen on; whoever can reach another than this one can run code here"""
+    """interface to listen on; with any other, those who can reach it can run code here"""
 
 
 def main() -> None:
@@ -105,7 +105,7 @@ def main() -> None:
     try:
         match options:
             case Status():
-                tell_status(options.folder)
+                print_status(options.folder)
             case Combine():
                 combine(options.folder, options.skip_damaged)
             case Movie():
@@ -120,11 +120,11 @@ def main() -> None:
 
 
 def sweep(scene: Any, options: Options) -> None:
-    told, numbers = varied(options.vary, options.design), seeds(options.seeds)
+    axes, numbers = varied(options.vary, options.design), seeds(options.seeds)
     plan = Sweep(
         scene=scene,
-        vary=told.vary,
-        samples=told.samples,
+        vary=axes.vary,
+        samples=axes.samples,
         seeds=numbers,
         replicas=options.replicas,
         measure=options.measure.split(","),
@@ -134,12 +134,13 @@ def sweep(scene: Any, options: Options) -> None:
         record_interval=options.record_interval,
     )
     if plan.shape[-1] < len(numbers):
-        print("a top has no noise: of its seeds only the first counts")
+        print("a top has no noise, so only the first seed is used")
     tally = run(plan, options.out, options)
     combine(options.out)
     if tally.failed:
-        tell_status(options.out, SHOWN)
-        fail(f"{tally.failed} cases failed; --retry runs them again", DIVERGED)
+        print_status(options.out, SHOWN)
+        count = f"{tally.failed} case{'s' * (tally.failed > 1)}"
+        fail(f"{count} failed; run again with --retry to repeat", DIVERGED)
 
 
 def combine(folder: Path, skip_damaged: bool = False) -> None:
@@ -157,8 +158,8 @@ def combine(folder: Path, skip_damaged: bool = False) -> None:
 def serve(options: Cluster) -> None:
     with mm.sweep.local_cluster(options.workers, options.host) as address:
         if not loopback(options.host):
-            reach = f"whoever can reach {address} can run any code here, as you"
-            print(f"sweep.py: {reach}: trust everyone on that network", file=sys.stderr)
+            reach = f"anyone who can reach {address} can run any code here with your permissions"
+            print(f"sweep.py: {reach}; use trusted networks only", file=sys.stderr)
         print(f"--scheduler {address}; Ctrl-C ends it", flush=True)
         signal.pause()
 
@@ -168,7 +169,7 @@ def loopback(host: str) -> bool:
     try:
         return host == "localhost" or ip_address(host.strip("[]")).is_loopback
     except ValueError:
-        return False  # the name of some machine
+        return False  # a host name
 
 
 if __name__ == "__main__":

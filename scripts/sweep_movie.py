@@ -1,4 +1,4 @@
-"""The movie of a sweep: some of its tops or motors side by side, run again for it."""
+"""The movie of a sweep: some of its tops or motors, run again and shown side by side."""
 
 import math
 from pathlib import Path
@@ -12,29 +12,29 @@ from magmotor.common.checks import reject
 from magmotor.device.provenance import scene_from
 from magmotor.render.encoder import FRAME_RATE
 from magmotor.sweep import Sweep, Values
-from magmotor.sweep.worker import ARGUMENTS
+from magmotor.sweep.compute import ARGUMENTS
 
 COLUMNS, ROWS = 6, 5
-"""At most so many tiles."""
+"""Largest numbers of tiles per row and column."""
 
 SECONDS = 20.0
-"""How long the movie is by default, about."""
+"""Approximate default length of the movie."""
 
 
 def film(sweep: Sweep, path: Path, speed: float | None) -> None:
-    """Write a movie; each run is of the first seed."""
+    """Write a movie of runs with the first seed."""
     if not isinstance(sweep.scene, mm.Top | mm.Motor):
-        raise reject("scene", type(sweep.scene).__name__, "must be Top or Motor, to be filmed")
+        raise reject("scene", type(sweep.scene).__name__, "movies show only a Top or a Motor")
     if sweep.replicas is not None:
-        raise reject("replicas", sweep.replicas, "must be None, to be filmed")
-    places, columns = shown(sweep)
+        raise reject("replicas", sweep.replicas, "movies show only sweeps without replicas")
+    points, columns = shown(sweep)
     speed = speed or max(1.0, math.ceil(sweep.duration / SECONDS))
     scenes, runs, labels = [], [], []
-    for place in tqdm(places, "simulate", unit="run", disable=None):
-        index = place * sweep.shape[-1]
+    for point in tqdm(points, "simulate", unit="run", disable=None):
+        index = point * sweep.shape[-1]
         label = sweep.label(index)
         try:
-            scene, run = again(sweep.case(index).spec, speed / FRAME_RATE)
+            scene, run = simulate_case(sweep.case(index).spec, speed / FRAME_RATE)
         except ValueError as error:
             print(f"left out: {label}: {error}")
             continue
@@ -48,9 +48,9 @@ def film(sweep: Sweep, path: Path, speed: float | None) -> None:
 
 
 def shown(sweep: Sweep) -> tuple[list[int], int]:
-    """Points of the sweep that stand for it, evenly, and how many go into a row.
+    """Select evenly spaced points of the sweep, and the number of columns to show them in.
 
-    Of two axes the first runs from left to right, the second upwards, as in the picture.
+    With two axes, the first runs from left to right and the second upwards, as in the picture.
     """
     sizes = [len(axis) for axis in sweep.axes]
     if len(sizes) == 2 and all(isinstance(axis, Values) for axis in sweep.axes):
@@ -61,15 +61,15 @@ def shown(sweep: Sweep) -> tuple[list[int], int]:
 
 
 def evenly(size: int, most: int) -> list[int]:
-    """Places from the first to the last."""
+    """Return at most `most` evenly spaced indices, including both ends."""
     return np.unique(np.linspace(0, size - 1, min(size, most)).round().astype(int)).tolist()
 
 
-def again(told: dict, seconds: float):
-    """A case's scene, and its run with a record about every so many seconds."""
-    scene = scene_from(told["scene"], told["scene_fields"])
-    arguments = {name: told[name] for name in ARGUMENTS}
-    arguments["record_interval"] = max(1, round(seconds / told["timestep"]))
+def simulate_case(spec: dict, seconds: float):
+    """Return a case's scene and its run, recorded about every `seconds`."""
+    scene = scene_from(spec["scene"], spec["scene_fields"])
+    arguments = {name: spec[name] for name in ARGUMENTS}
+    arguments["record_interval"] = max(1, round(seconds / spec["timestep"]))
     try:
         return scene, mm.simulate(scene, **arguments)
     except mm.SimulationStopped as stop:

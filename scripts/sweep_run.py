@@ -1,4 +1,4 @@
-"""Running a sweep from the command line: who computes, what is said, how it ends."""
+"""Running a sweep from the command line: its workers, messages and exit codes."""
 
 import logging
 import time
@@ -15,21 +15,21 @@ import magmotor as mm
 from magmotor.sweep import NoWorkers, OtherVersions, Sweep, SweepInterrupted
 
 SHOWN = 5
-"""Errors that are told at the end of a sweep; `sweep.py status` tells all."""
+"""Number of errors printed at the end of a sweep; `sweep.py status` prints all."""
 
 
 @dataclass
 class RunOptions:
     workers: int | None = None
-    """processes; by default one for each core"""
+    """number of processes; by default one per core"""
     scheduler: str | None = None
-    """address of a Dask scheduler that takes the cases instead, such as tcp://127.0.0.1:8786"""
+    """address of a Dask scheduler to use instead, for example tcp://127.0.0.1:8786"""
     retry: bool = False
     """run failed cases again"""
 
 
 def run(plan: Sweep, folder: Path, options: RunOptions) -> mm.sweep.Tally:
-    """Run a sweep; what was done before is not done again."""
+    """Run the cases of a sweep that have no result yet."""
     step, last = f"h = {plan.timestep:g}", f"T = {plan.duration:g}"
     print(f"{len(plan)} cases by {plan.method}, {step}, {last}", flush=True)
     began = time.perf_counter()
@@ -37,12 +37,12 @@ def run(plan: Sweep, folder: Path, options: RunOptions) -> mm.sweep.Tally:
         with executor(options) as given:
             tally = mm.sweep.run(plan, folder, retry=options.retry, **given)
     except SweepInterrupted as stop:
-        fail(f"{stop}; the same command goes on", INTERRUPTED)
+        fail(f"{stop}; the same command resumes it", INTERRUPTED)
     except OSError as error:
-        why = f"cannot write to {folder}: {error.strerror or error}"
-        fail(f"{why}; what is written is complete, and the same command goes on", UNWRITTEN)
+        reason = f"cannot write to {folder}: {error.strerror or error}"
+        fail(f"{reason}; written files are complete, and the same command resumes", UNWRITTEN)
     except (NoWorkers, OtherVersions) as error:
-        fail(f"{error}; what is written is complete", DIVERGED)
+        fail(f"{error}; written files are complete", DIVERGED)
     print(f"{tally}; {tally.computed} computed in {time.perf_counter() - began:.1f} s")
     return tally
 
@@ -53,26 +53,27 @@ def executor(options: RunOptions) -> Iterator[dict[str, Any]]:
         yield {"workers": options.workers}
         return
     with mm.sweep.dask_workers(options.scheduler) as (executor, workers):
-        logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # we say it in one line
+        # Its errors are reported in one line of ours.
+        logging.getLogger("distributed.client").setLevel(logging.CRITICAL)
         yield {"executor": executor, "workers": workers}
 
 
-def tell_status(folder: Path, most: int | None = None) -> None:
+def print_status(folder: Path, most: int | None = None) -> None:
     found = mm.sweep.status(folder)
     print(f"{found.cases} cases: {found.done} done, {found.failed} failed, {found.missing} missing")
     for damage in found.damaged:
-        print(f"  {printable(damage)}; the sweep, run again, mends it")
-    told = [
+        print(f"  {printable(damage)}; running the sweep again repairs it")
+    errors = [
         f"  {case}: {printable(error)}" for error, cases in found.errors.items() for case in cases
     ]
-    for line in told[:most]:
+    for line in errors[:most]:
         print(line)
-    if most is not None and len(told) > most:
-        print(f"  ... and {len(told) - most} more: scripts/sweep.py status {folder}")
+    if most is not None and len(errors) > most:
+        print(f"  ... and {len(errors) - most} more: scripts/sweep.py status {folder}")
 
 
 def combined(folder: Path, skip_damaged: bool = False) -> xr.Dataset:
-    """All results as one dataset, also written beside the folder."""
+    """Combine all results into one dataset and write it beside the folder."""
     data = mm.sweep.combine(folder, skip_damaged=skip_damaged)
     path = beside(folder, ".nc")
     write_netcdf(data, path)
@@ -81,5 +82,5 @@ def combined(folder: Path, skip_damaged: bool = False) -> xr.Dataset:
 
 
 def beside(folder: Path, suffix: str) -> Path:
-    """The file of a sweep that stands beside its folder."""
+    """Return the path of a file beside a sweep's folder, with its name and a suffix."""
     return folder.with_name(f"{folder.name}{suffix}")

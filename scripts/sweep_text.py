@@ -1,4 +1,4 @@
-"""A sweep's axes, seeds and measures as the command line has them."""
+"""Parsing of a sweep's axes and seeds from the command line."""
 
 import math
 from dataclasses import dataclass, field
@@ -13,19 +13,19 @@ from magmotor.sweep.axes import MOST
 
 @dataclass
 class Varied:
-    """What `--vary` and `--design` tell."""
+    """The axes given by `--vary` and `--design`."""
 
     vary: dict[str | tuple[str, ...], list[float]] = field(default_factory=dict)
     samples: Samples | None = None
 
 
 def varied(entries: list[str], design: str | None) -> Varied:
-    """Read entries such as tilt=0:0.2:21, tilt=0,0.1, or with a design tilt=0:0.2."""
+    """Parse entries like tilt=0:0.2:21, tilt=0,0.1, or with a design tilt=0:0.2."""
     found, ranges = Varied(), {}
     for entry in entries:
         names, equals, text = entry.partition("=")
         if not (names and equals and text):
-            raise reject("vary", entry, "must be FIELD=START:STOP:COUNT, FIELD=VALUE,VALUE,...")
+            raise reject("vary", entry, "must be FIELD=START:STOP:COUNT or FIELD=VALUE,VALUE,...")
         fields = tuple(names.split(","))
         bounds = _range(entry, text)
         if bounds is None:
@@ -33,7 +33,7 @@ def varied(entries: list[str], design: str | None) -> Varied:
         elif design is None:
             raise reject("vary", entry, "must be FIELD=START:STOP:COUNT without --design")
         elif len(fields) > 1:
-            raise reject("vary", entry, "must be of one field with --design")
+            raise reject("vary", entry, "must name a single field with --design")
         else:
             ranges[names] = bounds
     if design is not None:
@@ -42,7 +42,7 @@ def varied(entries: list[str], design: str | None) -> Varied:
 
 
 def _range(entry: str, text: str) -> Range | None:
-    """START:STOP or START:STOP:log; None if it is something else."""
+    """Parse START:STOP or START:STOP:log; None if the text has another form."""
     parts = text.split(":")
     log = parts[-1] == "log"
     if len(parts) - log != 2:
@@ -51,7 +51,7 @@ def _range(entry: str, text: str) -> Range | None:
 
 
 def _values(entry: str, text: str) -> list[float]:
-    """START:STOP:COUNT, START:STOP:COUNT:log, or values with commas."""
+    """Parse START:STOP:COUNT, START:STOP:COUNT:log, or values separated by commas."""
     if ":" not in text:
         return [_number(entry, part) for part in text.split(",")]
     start, stop, count, *log = text.split(":")
@@ -59,15 +59,15 @@ def _values(entry: str, text: str) -> list[float]:
         raise reject("vary", entry, "must be FIELD=START:STOP:COUNT or FIELD=START:STOP:COUNT:log")
     first, last = _number(entry, start), _number(entry, stop)
     if int(count) < 1:
-        raise reject("vary", entry, "must be a range that is not empty")
+        raise reject("vary", entry, "COUNT must be at least 1")
     if int(count) > MOST:
-        raise reject("vary", entry, f"must be of at most {MOST} values")
+        raise reject("vary", entry, f"COUNT must be at most {MOST}")
     if not math.isfinite(first) or not math.isfinite(last):
-        raise reject("vary", entry, "must be of finite numbers")
+        raise reject("vary", entry, "START and STOP must be finite")
     if not log:
         return np.linspace(first, last, int(count)).tolist()
     if min(first, last) <= 0:
-        raise reject("vary", entry, "must be of positive numbers, where it is logarithmic")
+        raise reject("vary", entry, "START and STOP must be positive in a logarithmic range")
     return geometric(first, last, int(count))
 
 
@@ -75,22 +75,22 @@ def _number(entry: str, text: str) -> float:
     try:
         return float(text)
     except ValueError:
-        raise reject("vary", entry, f"must be of numbers, which {text!r} is not") from None
+        raise reject("vary", entry, f"{text!r} is not a number") from None
 
 
 def _samples(design: str, ranges: dict[str, Range]) -> Samples:
-    """KIND:SIZE or KIND:SIZE:SEED."""
+    """Parse KIND:SIZE or KIND:SIZE:SEED."""
     kind, *numbers = design.split(":")
     if len(numbers) not in (1, 2) or not all(number.isdecimal() for number in numbers):
-        raise reject("design", design, "must be KIND:SIZE or KIND:SIZE:SEED, such as sobol:256")
+        raise reject("design", design, "must be KIND:SIZE or KIND:SIZE:SEED, like sobol:256")
     if not ranges:
-        raise reject("vary", [], "must be FIELD=LOW:HIGH of one field at least with --design")
+        raise reject("vary", [], "must be FIELD=LOW:HIGH for at least one field with --design")
     size, seed = (*map(int, numbers), 0)[:2]
     return Samples(ranges, size, kind, seed)
 
 
 def seeds(text: str) -> list[int]:
-    """Read 0:8, the numbers from 0 to 7, or numbers with commas."""
+    """Parse 0:8, the numbers from 0 to 7, or numbers separated by commas."""
     try:
         if ":" in text:
             first, last = text.split(":")
@@ -98,9 +98,9 @@ def seeds(text: str) -> list[int]:
         else:
             found = [int(part) for part in text.split(",")]
     except ValueError:
-        raise reject("seeds", text, "must be FIRST:LAST, or numbers with commas") from None
+        raise reject("seeds", text, "must be FIRST:LAST, or numbers separated by commas") from None
     if not found:
-        raise reject("seeds", text, "must be a range that is not empty")
+        raise reject("seeds", text, "must be at least one seed")
     if len(found) > MOST:
         raise reject("seeds", text, f"must be at most {MOST} seeds")
     return found

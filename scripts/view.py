@@ -1,12 +1,12 @@
-"""Watch a scene live in MuJoCo's viewer, and meddle with it: pull, tilt, heat, brake.
+"""Watch a scene live in MuJoCo's viewer and interact with it: pull, tilt, heat, brake.
 
-The mouse pulls what it points at: double-click a body, then Ctrl and drag (left turns, right
-moves). The panel Control, at the right, has sliders for what the scene has of tilt and height of
-the ring, friction, and temperature. Keys: space pauses, 8 turns noise off and on, 9 magnetism,
-6 and 7 halve and double the speed, Backspace starts again, Tab shows the viewer's own panel.
+To pull a body with the mouse, double-click it, then hold Ctrl and drag (left button turns, right
+button moves). The panel Control, on the right, has sliders for the scene's ring height and tilt,
+friction, and temperature. Keys: space pauses, 8 toggles noise, 9 toggles magnetism, 6 and 7 halve
+and double the speed, Backspace resets, Tab shows the viewer's own panel.
 
-A `model` is any MJCF: magnetism, noise and potentials act where it declares them. On macOS run this
-by `mjpython`, which MuJoCo brings, instead of `python`.
+A `model` is any MJCF file; the magnetism, noise and potentials that it declares act. On macOS, run
+this with `mjpython`, which comes with MuJoCo, instead of `python`.
 """
 
 import sys
@@ -36,17 +36,17 @@ from magmotor.common.interrupts import deferred
 from magmotor.live import LiveSimulation, Pace, StateLost, live_scene
 
 HELP = """\
-keys: space pauses, 6 and 7 slower and faster, 8 noise, 9 magnetism, Backspace starts again
-mouse: double-click a body, then Ctrl + drag (left turns, right moves); sliders: Control"""
+keys: space pauses, 6 slower, 7 faster, 8 noise, 9 magnetism, Backspace resets
+mouse: double-click a body, then Ctrl + drag (left turns, right moves); sliders: panel Control"""
 
 SWITCHES = {"8": "noise", "9": "magnetism"}
-"""Keys that no panel of the viewer has, as letters are."""
+"""Keys without a function in the viewer itself, unlike all letters."""
 
 FRAME = 1 / 60
-"""Wall time of a frame (s)."""
+"""Wall time per frame (s)."""
 
 CLOSING = 5.0
-"""Wall time that a window is given to close (s)."""
+"""Wall time (s) to wait for a window to close."""
 
 
 @dataclass
@@ -56,9 +56,9 @@ class Options:
     timestep: float = 0.01
     """(s)"""
     speed: float = 1.0
-    """simulated seconds in a second"""
+    """simulated seconds per second"""
     seed: int = 0
-    """of the Brownian path"""
+    """seed of the Brownian path"""
 
 
 @dataclass
@@ -66,19 +66,19 @@ class MotorOptions(Options):
     timestep: float = 0.02
     """(s)"""
     speed: float = 20.0
-    """simulated seconds in a second"""
+    """simulated seconds per second"""
 
 
 @dataclass
 class ModelOptions:
-    """Watch any MJCF live; magnetism, noise and potentials act where it declares them."""
+    """Watch any MJCF model live, with the magnetism, noise and potentials that it declares."""
 
     path: tyro.conf.Positional[Path]
     """the MJCF file"""
     speed: float = 1.0
-    """simulated seconds in a second"""
+    """simulated seconds per second"""
     seed: int = 0
-    """of the Brownian path, if the model has nuserdata"""
+    """seed of the Brownian path, if the model has nuserdata"""
 
 
 SCENES = {"top": Options, "disk": Options, "motor": MotorOptions, "model": ModelOptions}
@@ -92,8 +92,8 @@ def main() -> None:
         simulation = make(scene, options)
     except (ValueError, FatalError) as error:
         fail(" ".join(str(error).split()), MISTAKE)
-    set_mju_user_warning(say)  # else into a file
-    with deferred() as interrupted:  # a window that opens or closes would crash
+    set_mju_user_warning(report)  # by default MuJoCo writes to a file
+    with deferred() as interrupted:  # Ctrl-C would crash a window that opens or closes
         check_display()
         print(HELP, flush=True)
         try:
@@ -114,17 +114,17 @@ def make(scene: Any, options: Any) -> LiveSimulation:
     return live_scene(scene, **numerics)
 
 
-def say(message: str) -> None:
+def report(message: str) -> None:
     print(f"{Path(sys.argv[0]).name}: {message}", file=sys.stderr)
 
 
 def check_display() -> None:
-    """End the program where no window can be opened, for which MuJoCo would wait for ever."""
+    """End the program if no window can be opened, since MuJoCo would wait for one forever."""
     if sys.platform == "darwin":
         from mujoco import viewer
 
         if viewer._MJPYTHON is None:
-            fail("no window: on macOS run it by mjpython instead of python", NO_OPENGL)
+            fail("no window: on macOS use mjpython instead of python", NO_OPENGL)
         return
     import glfw
 
@@ -134,15 +134,15 @@ def check_display() -> None:
         if glfw.init():
             glfw.window_hint(glfw.VISIBLE, glfw.FALSE)
             window = glfw.create_window(8, 8, "", None, None)
-        code, why = glfw.get_error()
+        code, reason = glfw.get_error()
     if window is None:
-        why = why.decode() if isinstance(why, bytes) else f"GLFW's error {code}"
-        fail(f"no window: {why} (it needs a display with OpenGL)", NO_OPENGL)
+        reason = reason.decode() if isinstance(reason, bytes) else f"GLFW error {code}"
+        fail(f"no window: {reason} (a display with OpenGL is needed)", NO_OPENGL)
     glfw.destroy_window(window)
 
 
 def show(simulation: LiveSimulation, speed: float, interrupted: threading.Event) -> None:
-    """Open the window, and step until it is closed."""
+    """Open the window and step the simulation until it is closed."""
     from mujoco.viewer import launch_passive
 
     pressed: SimpleQueue[int] = SimpleQueue()
@@ -150,7 +150,7 @@ def show(simulation: LiveSimulation, speed: float, interrupted: threading.Event)
     model, data = simulation.model, simulation.data
     try:
         with launch_passive(model, data, key_callback=pressed.put, show_left_ui=False) as viewer:
-            simulation.reset()  # opening the window computes without our forces
+            simulation.reset()  # opening the window has computed without our forces
             aim(viewer, model)
             loop = Loop(simulation, speed)
             while viewer.is_running() and not interrupted.is_set():
@@ -160,15 +160,15 @@ def show(simulation: LiveSimulation, speed: float, interrupted: threading.Event)
                 loop.step(begin, viewer.perturb)
                 viewer.set_texts((None, None, *loop.texts()))
                 viewer.sync()
-                simulation.heed()
+                simulation.apply_input()
                 time.sleep(max(0.0, begin + FRAME - time.perf_counter()))
     finally:
         for thread in set(threading.enumerate()) - others:
-            thread.join(CLOSING)  # the viewer's: Python must not end while it draws
+            thread.join(CLOSING)  # threads of the viewer, which must not draw when Python ends
 
 
 def aim(viewer: Any, model: MjModel) -> None:
-    """See the whole scene from above; follow a disk, which leaves the shadows' region."""
+    """Show the whole scene from above; follow a disk, which leaves the region of shadows."""
     camera = viewer.cam
     camera.azimuth, camera.elevation = 90, -35
     camera.lookat[:], camera.distance = model.stat.center, 2.9 * model.stat.extent
@@ -180,7 +180,7 @@ def aim(viewer: Any, model: MjModel) -> None:
 
 
 class Loop:
-    """What happens between two frames; the window is not its business."""
+    """The actions between two frames, independent of the window."""
 
     def __init__(self, simulation: LiveSimulation, speed: float):
         self.simulation, self.paused = simulation, False
@@ -198,7 +198,7 @@ class Loop:
                 self.simulation.switch(SWITCHES[switch])
 
     def step(self, now: float, perturb: MjvPerturb) -> None:
-        """Take the steps that are due; a state that is lost is the initial one again, paused."""
+        """Take the steps that are due; if the state is lost, reset and pause."""
         steps = self.pace.steps(now, self.simulation.model.opt.timestep)
         if self.paused:
             self.simulation.hold(perturb)
@@ -207,12 +207,12 @@ class Loop:
             self.simulation.advance(steps, perturb)
         except StateLost as error:
             self.simulation.reset()
-            self.simulation.notice = f"{error}: reset; space to go on"
+            self.simulation.notice = f"{error}: reset; space continues"
             self.paused = True
-            say(f"{error}: reset and paused")
+            report(f"{error}: reset and paused")
 
     def texts(self) -> tuple[str, str]:
-        """Two columns to write into the window."""
+        """Return the two text columns shown in the window."""
         simulation = self.simulation
         rows = {
             "time": f"{abs(simulation.data.time):.1f}",

@@ -38,7 +38,7 @@ PROCESSORS = {
     "znver3": {"OPENBLAS_CORETYPE": "Zen", **NARROW},
     "skylake-avx512": {"OPENBLAS_CORETYPE": "SkylakeX"},
 }
-"""What makes Numba, NumPy, OpenBLAS and the C library do what they do there."""
+"""Settings that make Numba, NumPy, OpenBLAS and the C library use other processors' code."""
 
 MODEL = """
 <mujoco><size nuser_body="6" nuserdata="5" nuser_site="1" nuser_jnt="2"/><option gravity="0 0 0"/>
@@ -50,7 +50,7 @@ MODEL = """
 <inertial pos="0 0 0" mass="1" diaginertia="0.01 0.02 0.025"/>
 <site name="c" pos="0 0 0.1" user="2"/></body></worldbody></mujoco>
 """
-"""A wheel in a potential, and a stone with three moments of inertia."""
+"""A wheel in a potential, and a stone with three different moments of inertia."""
 
 TOP = mm.Top(axis=(0.1, 0.2, 0.9), spin=1.0, tilt_azimuth=0.3)
 DISK = mm.Disk(potential=((1.0, 0.2), (0.4, 0.0)), friction_ratio=0.5)
@@ -73,14 +73,14 @@ def own_model() -> Result:
 
 
 def dipoles() -> Result:
-    """Of 1 to 17 sources, so that every remainder of eight comes."""
+    """Sums over 1 to 17 sources, which include every remainder of eight."""
     points, places, moments = np.random.default_rng(1).normal(size=(3, 17, 3))
     fields = [mm.dipoles.field(points, places[:n], moments[:n]) for n in range(1, 18)]
     return np.stack([*fields, *mm.dipoles.wrench(points, moments, places + 0.1, moments)])
 
 
 def sampled() -> Result:
-    """Keys of the cases of a sweep of a hundred points drawn evenly in logarithms."""
+    """Keys of the cases of a sweep over a hundred points, uniform in the logarithm."""
     ranges = {"noise": (0.1, 4.0, True), "friction": (1e-3, 0.7, True)}
     numerics = {"method": "variational/baoab", "timestep": 0.05, "duration": 1.0, "versions": {}}
     samples = Samples(ranges, 100, "random", seed=1)
@@ -115,15 +115,15 @@ SLOW: dict[str, Callable[[], Result]] = {
     "motor, mujoco/baoab": simulated(mm.Motor(), "mujoco/baoab", replicas=2),
     "own model": own_model,
 }
-"""By code that takes long to compile."""
+"""Cases whose code takes long to compile."""
 
 CASES = {**QUICK, **SLOW}
 SUMS = ("dipoles", "gibbs", "disk", "ensemble", "top", "motor")
-"""Quick ones whose code adds in eights, draws noise or calls NumPy: it holds that of the others."""
+"""Quick cases that add in eights, draw noise or call NumPy, and so cover the others' code."""
 
 
 def checksum(result: Result) -> int:
-    """Of all numbers."""
+    """Checksum of all numbers."""
     arrays = (
         [result]
         if isinstance(result, np.ndarray)
@@ -137,7 +137,7 @@ def checksums(*names: str) -> dict[str, int]:
 
 
 def start(processor: str, *names: str) -> subprocess.Popen:
-    """A process that prints the checksums of cases, by code for another processor.
+    """Start a process that prints the checksums of cases, by code for another processor.
 
     In Numba's cache this code has indexes of its own, see `magmotor.numerics.compiled`.
     """
@@ -157,14 +157,14 @@ def finish(process: subprocess.Popen) -> dict[str, int]:
 
 
 def runs_here(processor: str) -> bool:
-    """Whether this machine runs code for it."""
+    """Whether this machine can run code for a processor."""
     needed = ["fma", "avx2"] + (["avx512f", "avx512vl"] if "512" in processor else [])
     features = llvm.get_host_cpu_features()
     return platform.machine() == "x86_64" and all(features.get(name) for name in needed)
 
 
 def versions() -> dict[str, str]:
-    """Of all that the bits depend on, beside magmotor itself."""
+    """Versions of everything that affects the bits, except magmotor itself."""
     names = ("llvmlite", "mujoco", "numba", "numpy", "scipy")
     return {name: version(name) for name in names} | {"libc": " ".join(platform.libc_ver())}
 

@@ -1,4 +1,4 @@
-"""Checkpoint files, read and written by the description of their format."""
+"""Checkpoint files, read and written according to the description of their format."""
 
 import json
 import zlib
@@ -12,7 +12,7 @@ def read(path):
 
 
 def parsed(whole):
-    """What `read` gives, of a file's bytes."""
+    """The result of `read` for the content of a file."""
     line, _, content = whole.partition(b"\n")
     mark, checksum, text = line[:19], line[20:28], line[29:]
     assert mark == b"magmotor checkpoint"
@@ -27,7 +27,7 @@ def parsed(whole):
 
 
 def write(path, head, arrays, /, **other):
-    """A file with right checksums; the first line tells what the arrays are, or other things."""
+    """A file with valid checksums; the first line describes the arrays, or is changed."""
     content = b"".join(array.tobytes() for array in arrays.values())
     told = {
         "arrays": [[name, a.dtype.str, *a.shape] for name, a in arrays.items()],

@@ -1,4 +1,4 @@
-"""Checksums of all that is computed and drawn, before and after a change that must not change it.
+"""Checksums of all results and pictures, to verify that a change leaves them the same.
 
 `python tests/checksums.py FILE` writes them as JSON; with `--against BEFORE` it names those that
 differ from another file's, and fails if there are any. It takes some minutes: every method of every
@@ -66,14 +66,14 @@ def digest(*arrays: np.ndarray | bytes) -> str:
 
 
 def of_dataset(run: xr.Dataset) -> str:
-    """Of the names and the numbers of the variables; the order of variables is free."""
+    """Checksum of the names and values of the variables, regardless of their order."""
     named = [(str(name), run[name].values) for name in sorted(run.variables, key=str)]
     numbers = [(name, array) for name, array in named if array.dtype.kind in "fiub"]
     return digest(*[part for name, array in numbers for part in (name.encode(), array)])
 
 
 def runs() -> Iterator[tuple[str, str]]:
-    """Every method of every scene, from the start and going on; divergence counts as a result."""
+    """Every method of every scene, started and continued; divergence counts as a result."""
     for name, scene in SCENES.items():
         small = isinstance(scene, mm.Top | mm.Motor)
         noisy = any(getattr(scene, "noises", ())) or getattr(scene, "noise", 0) > 0
@@ -120,7 +120,7 @@ def sweeps() -> Iterator[tuple[str, str]]:
 
 
 def models() -> Iterator[tuple[str, str]]:
-    """Every array of every model, decorated and not."""
+    """Every array of every model, with and without visual elements."""
     for name, scene in SCENES.items():
         if isinstance(scene, mm.LangevinParticle):
             continue
@@ -130,7 +130,7 @@ def models() -> Iterator[tuple[str, str]]:
 
 
 def programs() -> Iterator[tuple[str, str]]:
-    """Of every file that each writes, and of what it prints but for times and folders."""
+    """Checksums of all files that each program writes."""
     for line in PROGRAMS:
         with tempfile.TemporaryDirectory() as folder:
             script, *arguments = line.split()

@@ -1,4 +1,4 @@
-"""Shared by all tests: where the helpers are, and runs that several tests look at."""
+"""Fixtures shared by several tests."""
 
 import importlib
 import signal
@@ -13,7 +13,7 @@ import magmotor as mm
 TESTS = Path(__file__).parent
 sys.path.insert(0, str(TESTS))
 
-# Where a shell runs the tests in the background, Ctrl-C is ignored, also by what they start.
+# If a shell runs the tests in the background, they and their child processes ignore Ctrl-C.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
@@ -25,7 +25,7 @@ def pytest_collection_modifyitems(items):
 
 @pytest.fixture
 def run_script(monkeypatch, capsys):
-    """Run a script in this process; its exit code, and what it said to stdout and stderr."""
+    """Run a script in this process; return its exit code and its output to stdout and stderr."""
     monkeypatch.syspath_prepend(TESTS.parent / "scripts")
     monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)
 

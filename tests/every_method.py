@@ -1,4 +1,4 @@
-"""Every method of every kind of scene, as parameters of a test: a new method is in by itself."""
+"""Every method of every scene class, as parameters of a test; includes new methods."""
 
 from typing import Any
 
@@ -28,7 +28,7 @@ EVERY_METHOD = [
 
 
 def short(scene: Any, method: str) -> dict[str, Any]:
-    """Arguments of `simulate` for 60 steps; two replicas of what has noise."""
+    """Arguments of `simulate` for 60 steps, with two replicas if there is noise."""
     noisy = any(scene.noises) if isinstance(scene, mm.Motor) else getattr(scene, "noise", 0) > 0
     timestep = 0.001 if isinstance(scene, mm.Top) else 0.04
     return {

@@ -1,4 +1,4 @@
-"""The magnetism callback once more in plain NumPy: short, slow, and written independently."""
+"""An independent implementation of the magnetism callback in plain NumPy, short and slow."""
 
 import mujoco
 import numpy as np
@@ -35,7 +35,7 @@ def apply_magnetism(model, data):
 
 
 def coupling_factors(model):
-    """How many times as strongly dipoles of any two bodies act on one another; (nbody, nbody)."""
+    """Factors of the interactions between dipoles of any two bodies, shape (nbody, nbody)."""
     factors = np.ones((model.nbody, model.nbody))
     for k in range(model.ntuple):
         if mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_TUPLE, k).startswith("coupling"):

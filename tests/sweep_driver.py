@@ -1,4 +1,4 @@
-"""A driver of the tests' sweep, also as a program to be killed: DIRECTORY, options as JSON."""
+"""Driver of the tests' sweep, also a program to kill: DIRECTORY, and options as JSON."""
 
 import json
 import os
@@ -25,17 +25,17 @@ SWEEP = Sweep(
 )
 
 FEW = 4
-"""Results after which something happens, of 24."""
+"""Number of results, of 24, after which a test intervenes."""
 
 
 def contents(directory):
-    """All files in a sweep's directory, by name."""
+    """Return the contents of all files in a sweep's directory by name."""
     files = (path for path in directory.rglob("*") if path.is_file())
     return {str(path.relative_to(directory)): path.read_bytes() for path in files}
 
 
 def environment():
-    """How many threads this process is told to take."""
+    """Return the environment variables that limit this process's threads."""
     return {name: os.environ.get(name) for name in ONE_THREAD}
 
 
@@ -47,7 +47,7 @@ def drive(directory, workers=2, scheduler=None):
 
 
 def hold(until):
-    """Have the driver wait after `FEW` results until a file is there."""
+    """Make the driver wait after `FEW` results until a file exists."""
     keep, kept = Directory.keep, []
 
     def held(self, case, outcome):

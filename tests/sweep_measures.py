@@ -1,17 +1,17 @@
-"""Measures of users' own, for the tests of sweeps: they wait, or kill their process."""
+"""User-defined measures for the tests of sweeps: they wait, fail, or kill their process."""
 
 import os
 import time
 
 
 def waited(run, scene):
-    """0.1 s of work that needs no processor; the final displacement."""
+    """Return the final displacement after 0.1 s that need no processor."""
     time.sleep(0.1)
     return float(run.x[-1])
 
 
 def fatal(run, scene):
-    """What a case does that runs out of memory, where the noise is 3."""
+    """End the process where the noise is 3, like a case that runs out of memory."""
     if scene.noise == 3:
         os._exit(9)
     return float(run.x[-1])

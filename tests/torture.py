@@ -1,14 +1,14 @@
-"""Kill what computes at random times, let the same command go on, and compare all bytes at the end.
+"""Kill programs at random times, let the same command resume, and compare all bytes at the end.
 
     python tests/torture.py [KILLS] [--seed SEED] [--only KIND ...] [--folder FOLDER]
 
-Killed are runs and ensembles with checkpoints, drivers of sweeps, their worker processes, and
+The victims are runs and ensembles with checkpoints, drivers of sweeps, their worker processes, and
 driver, worker and scheduler of a Dask cluster. Most kills are SIGKILL, some SIGTERM, SIGINT, or two
-signals in a row. A table tells how many there were, what was lost (there before a kill, and not
-after it), changed (other bytes than without kills), and how often a command failed otherwise.
+signals in a row. A table shows the number of kills, what was lost (present before a kill but not
+after it) or changed (different bytes than without kills), and how often a command failed otherwise.
 
-Programs are forks of this process, which has imported and compiled everything: a kill costs
-milliseconds. Workers start as they always do.
+Programs are forks of this process, which has imported and compiled everything, so a kill costs
+milliseconds. Workers start as usual.
 """
 
 import argparse
@@ -41,19 +41,19 @@ import magmotor as mm  # noqa: E402
 from magmotor.device import checkpoint as checkpoints  # noqa: E402
 from magmotor.device import job as jobs  # noqa: E402
 from magmotor.devices.disk.ensemble import run as ensembles  # noqa: E402
-from magmotor.sweep.worker import netcdf  # noqa: E402
+from magmotor.sweep.compute import netcdf  # noqa: E402
 
 tqdm.tqdm.monitor_interval = 0  # which would be a thread
 
 ENDED_BY_INTERRUPT = 130
 PATIENCE = 300.0
-"""Seconds after which a command hangs."""
+"""Seconds after which a command counts as hung."""
 
 NUMERICS: dict[str, Any] = {"method": "variational/baoab", "timestep": 0.05}
 
 
 def simulate(folder: Path) -> None:
-    """A run of the motor with a checkpoint after each chunk."""
+    """Run the motor with a checkpoint after each chunk."""
     folder.mkdir(parents=True, exist_ok=True)
     run = mm.simulate(
         mm.Motor(), method="variational/baoab", timestep=0.1, duration=4000.0, record_interval=20,
@@ -63,7 +63,7 @@ def simulate(folder: Path) -> None:
 
 
 def ensemble(folder: Path) -> None:
-    """An ensemble of disks with a checkpoint at each look."""
+    """Run an ensemble of disks with a checkpoint at each opportunity."""
     folder.mkdir(parents=True, exist_ok=True)
     run = mm.ensemble(
         mm.Disk(), **NUMERICS, duration=4000.0, replicas=200, sample_interval=20, seed=4,
@@ -81,25 +81,25 @@ def sweep_of(measure: str, cases: int, duration: float) -> mm.sweep.Sweep:
 
 
 def driver(folder: Path) -> None:
-    """A driver whose cases threads of its own compute."""
+    """Drive sweeps with threads as workers."""
     with ThreadPoolExecutor(2) as executor:
         ran(folder / "numbers", "temperature", 40, executor=executor, workers=2)
         ran(folder / "runs", "trajectory", 12, executor=executor, workers=2)
 
 
 def workers(folder: Path) -> None:
-    """A driver with two worker processes."""
+    """Drive a sweep with two worker processes."""
     ran(folder / "numbers", "temperature", 24, workers=2, duration=5000.0)
 
 
 def cluster(folder: Path, address: str) -> None:
-    """A driver whose cases a Dask cluster computes."""
+    """Drive a sweep on a Dask cluster."""
     with mm.sweep.dask_workers(address) as (executor, threads):
         ran(folder / "numbers", "temperature", 60, executor=executor, workers=threads)
 
 
 def ran(folder: Path, measure: str, cases: int, duration: float = 200.0, **by: Any) -> None:
-    """Run a sweep, and also again what died twice with its worker."""
+    """Run a sweep, and repeat cases that died twice with their workers."""
     sweep = sweep_of(measure, cases, duration)
     for _ in range(2):
         if not mm.sweep.run(sweep, folder, retry=True, **by).failed:
@@ -109,7 +109,7 @@ def ran(folder: Path, measure: str, cases: int, duration: float = 200.0, **by: A
 
 @dataclass
 class Row:
-    """What came of one kind of victim."""
+    """Results for one kind of victim."""
 
     kills: int = 0
     whole: int = 0
@@ -119,14 +119,14 @@ class Row:
 
 
 def forked(command: Callable[..., None], *arguments: Any) -> int:
-    """Start a command in a fork of this process; its process id."""
+    """Start a command in a fork of this process; return its process id."""
     sys.stdout.flush()
     if pid := os.fork():
         return pid
     code = 1
     try:
         signal.signal(signal.SIGINT, signal.default_int_handler)
-        jobs.CHUNK, checkpoints.SECONDS_BETWEEN, ensembles.SECONDS_BETWEEN_LOOKS = 2000, 0.0, 0.005
+        jobs.CHUNK, checkpoints.SECONDS_BETWEEN, ensembles.SECONDS_BETWEEN_CHECKS = 2000, 0.0, 0.005
         command(*arguments)
         code = 0
     except KeyboardInterrupt:
@@ -141,7 +141,7 @@ def forked(command: Callable[..., None], *arguments: Any) -> int:
 
 
 def waited(pid: int, seconds: float) -> int | None:
-    """Exit code of a process, negative of a signal; None if it has not ended until then."""
+    """Return the exit code of a process, negative for a signal; None if it has not ended."""
     deadline = time.monotonic() + seconds
     while True:
         ended, status = os.waitpid(pid, os.WNOHANG)
@@ -153,14 +153,14 @@ def waited(pid: int, seconds: float) -> int | None:
 
 
 def results(folder: Path) -> dict[str, bytes]:
-    """What is for good in a folder."""
+    """Return the permanent files in a folder."""
     ours = (p for p in folder.rglob("*") if p.is_file() and not p.name.startswith("."))
     files = {str(p.relative_to(folder)): p for p in ours}
     return {k: p.read_bytes() for k, p in files.items() if not {"parts", "claims"} & {*p.parts}}
 
 
 def children(pid: int) -> list[int]:
-    """Worker processes that a process has started."""
+    """Return the worker processes that a process has started."""
     found = []
     for thread in Path(f"/proc/{pid}/task").glob("*/children"):
         with suppress(OSError):
@@ -176,15 +176,15 @@ def _is_worker(pid: str) -> bool:
 
 
 class Torture:
-    """Kills of one kind of victim, with times that follow from a seed.
+    """Kills of one kind of victim, at times that follow from a seed.
 
     Parameters
     ----------
     kind : str
     command : callable
-        Of a folder: what goes on there when it is called again.
+        Takes a folder, and resumes its work there when it is called again.
     folder : Path
-        To work in.
+        Working folder.
     seed : int
     """
 
@@ -194,12 +194,12 @@ class Torture:
         self.row = Row()
         begin = time.monotonic()
         if waited(forked(command, folder / "truth"), PATIENCE) != 0:
-            raise SystemExit(f"{kind}: it fails undisturbed")
+            raise SystemExit(f"{kind} fails without any kill")
         self.lasting = time.monotonic() - begin
         self.truth = results(folder / "truth")
 
     def kill(self, kills: int) -> Row:
-        """Kill so often, and let each victim go on until it has done all."""
+        """Kill victims a number of times, and let each resume until it has finished."""
         while self.row.kills < kills:
             self._round(self.folder / f"{self.row.whole}", kills)
             self.row.whole += 1
@@ -212,7 +212,7 @@ class Torture:
             before = self.row.kills
             code = self._disturb(pid, place) if disturbed else waited(pid, PATIENCE)
             if disturbed and self.row.kills == before:
-                self.lasting *= 0.7  # it was done before: kill the next one earlier
+                self.lasting *= 0.7  # it had finished: kill the next one earlier
             if code is None:
                 os.kill(pid, signal.SIGKILL)
                 os.waitpid(pid, 0)
@@ -231,14 +231,14 @@ class Torture:
         shutil.rmtree(place)
 
     def _disturb(self, pid: int, place: Path) -> int | None:
-        """Let it work for a while, then end it; its exit code."""
+        """Kill a process after a while; return its exit code."""
         code = waited(pid, self.random.uniform(0, self.lasting / 2))
         if code is not None:
             return code
         self._signal(pid)
         before = results(place) if place.exists() else {}
         code = waited(pid, PATIENCE)
-        self._look(place, before)
+        self._check_files(place, before)
         return code
 
     def _signal(self, pid: int) -> None:
@@ -251,8 +251,8 @@ class Torture:
             os.kill(pid, self.random.choice((deadly, *soft)))
             self.row.kills += 1
 
-    def _look(self, place: Path, before: dict[str, bytes]) -> None:
-        """See whether all is there that was there, and checkpoints can be read."""
+    def _check_files(self, place: Path, before: dict[str, bytes]) -> None:
+        """Record files that are lost, and checkpoints that are unreadable or went back."""
         after = results(place) if place.exists() else {}
         self.row.lost += [f"{place}/{name}" for name in before if name not in after]
         for name, content in after.items():
@@ -268,14 +268,14 @@ class Torture:
 
 
 class WorkerTorture(Torture):
-    """Kills of worker processes, one or two in a row, while the driver goes on."""
+    """Kills of worker processes, one or two at a time, while the driver continues."""
 
     def _disturb(self, pid: int, place: Path) -> int | None:
         for _ in range(3):
             code = waited(pid, self.random.uniform(0, self.lasting / 2))
             if code is not None:
                 return code
-            for child in self.random.sample(hands := children(pid), min(len(hands), 2)):
+            for child in self.random.sample(found := children(pid), min(len(found), 2)):
                 if self.random.random() < 0.7:
                     with suppress(ProcessLookupError):
                         os.kill(child, signal.SIGKILL)
@@ -284,7 +284,7 @@ class WorkerTorture(Torture):
 
 
 class ClusterTorture(Torture):
-    """Kills of a cluster's driver, workers and scheduler, which are started again."""
+    """Kills of a cluster's driver, workers and scheduler, which are restarted."""
 
     def __init__(self, kind: str, command: Callable[..., None], folder: Path, seed: int):
         with socket.socket() as free:
@@ -300,12 +300,12 @@ class ClusterTorture(Torture):
             raise
 
     def _start(self) -> None:
-        """Start what does not run, and wait until workers are there."""
-        asked = {
+        """Start the parts that do not run, and wait for the workers."""
+        programs = {
             "scheduler": ("scheduler", "--host", "127.0.0.1", "--port", str(self.port)),
             **dict.fromkeys(("one", "other"), ("worker", self.address, "--no-nanny")),
         }
-        for name, (program, *rest) in asked.items():
+        for name, (program, *rest) in programs.items():
             if name not in self.parts or self.parts[name].poll() is not None:
                 more = () if program == "scheduler" else ("--nthreads", "1")
                 line = [sys.executable, "-m", f"distributed.cli.dask_{program}", *rest, *more]
@@ -356,7 +356,7 @@ SCENES: dict[str, tuple[type[Torture], Callable[..., None], float]] = {
     "workers": (WorkerTorture, workers, 0.2),
     "cluster": (ClusterTorture, cluster, 0.1),
 }
-"""How each kind of victim is killed, what it does, and its part of the kills."""
+"""How each kind of victim is killed, what it does, and its share of the kills."""
 
 
 def main() -> None:
@@ -364,7 +364,7 @@ def main() -> None:
     parser.add_argument("kills", type=int, nargs="?", default=100)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--only", nargs="+", choices=SCENES, default=[*SCENES])
-    parser.add_argument("--folder", type=Path, help="to work in; by default a temporary one")
+    parser.add_argument("--folder", type=Path, help="working folder; by default a temporary one")
     options = parser.parse_args()
     warnings.simplefilter("ignore")
     total = sum(SCENES[kind][2] for kind in options.only)
@@ -399,7 +399,7 @@ def _sum(rows: dict[str, Row]) -> Row:
 
 
 def _warm(folder: Path) -> None:
-    """Import and compile in this process all that its forks use."""
+    """Import and compile what the forks of this process use."""
     simulate_warm = {"duration": 10.0, "method": "variational/baoab", "timestep": 0.1}
     run = mm.simulate(mm.Motor(), replicas=2, **simulate_warm)
     netcdf(run)

@@ -1,7 +1,7 @@
 """Error of the disk's diffusion coefficient D(d) at three standard deviations of d.
 
-Replicas start from one d; once what oscillates with the potential has settled, the variance of d
-grows by 2 D a unit of time.
+Replicas start from one d; once the oscillations with the potential have settled, the variance of d
+grows by 2 D per unit of time.
 """
 
 import math
@@ -11,7 +11,7 @@ from typing import Any
 import xarray as xr
 
 import magmotor as mm
-from benchmarks.accuracy.subjects import DISK, record_of, stepping_methods
+from benchmarks.accuracy.scenes import DISK, record_of, stepping_methods
 from benchmarks.harness.records import Case, Record
 from magmotor.theory import gibbs_mean_squares
 
@@ -25,7 +25,7 @@ QUICK_TRUTH = ("variational/baoab", 1 / 80, 40_000)
 
 
 def cases(quick: bool) -> list[Case]:
-    """One for each method and step."""
+    """Return a case for each method and step."""
     return [
         _case(method, timestep, quick)
         for method in stepping_methods("disk")
@@ -62,10 +62,9 @@ def _truth(method: str, timestep: float, replicas: int) -> xr.Dataset:
 
 
 def diffusion(method: str, timestep: float, replicas: int) -> xr.Dataset:
-    """`diffusion` and `diffusion_error`, from so many replicas.
+    """Measure `diffusion` and `diffusion_error`, from a number of replicas.
 
-    That error is large for its number: a few replicas whose slip brings x to rest are scattered
-    far.
+    The error is large for that number: a few replicas whose slip brings x to rest scatter far.
     """
     start = mm.gibbs(DISK, replicas, seed=1, d=3 * gibbs_mean_squares(DISK)["d"] ** 0.5)
     numerics: dict[str, Any] = {

@@ -1,4 +1,4 @@
-"""Work-precision diagrams: error against cost, a panel a quantity, one look a method."""
+"""Work-precision diagrams: error against cost, one panel per quantity, one style per method."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 SKY, VERMILION = "#56b4e9", "#d55e00"
-LOOKS = {
+STYLES = {
     "euler": (BLUE, "o"),
     "implicitfast": (SKY, "v"),
     "cayley": (SKY, "s"),
@@ -29,18 +29,18 @@ LOOKS = {
 }
 """Color and marker of each scheme; MuJoCo's are filled, the others open."""
 
-OTHERS = (("#999933", ">"), ("#332288", "<"))
-"""Of schemes that have no look of their own."""
+OTHER_STYLES = (("#999933", ">"), ("#332288", "<"))
+"""Styles of schemes that have none of their own."""
 
 EDGE = 3.0
-"""Where failed steps are drawn."""
+"""Abscissa of failed steps."""
 
 LEAST = 1e-10
-"""Smaller errors are drawn as this one."""
+"""Smallest error that is drawn."""
 
 
 class Mark(NamedTuple):
-    """A point to name in the picture."""
+    """A point that is labeled in the picture."""
 
     method: str
     timestep: float
@@ -48,9 +48,9 @@ class Mark(NamedTuple):
 
 
 class Panel(NamedTuple):
-    """A quantity of a subject, and how to call it; `theory` is the error of Euler's scheme."""
+    """A quantity of a scene, and its title; `theory` is the error of Euler's scheme."""
 
-    subject: str
+    scene: str
     quantity: str
     title: str
     theory: Callable[[float], float] | None = None
@@ -60,14 +60,14 @@ class Panel(NamedTuple):
 def draw_panels(
     points: Sequence[Point], panels: Sequence[Panel], columns: int, path: Path, note: str = ""
 ) -> None:
-    """Draw panels in rows of so many, with a legend below, to a PNG."""
+    """Draw panels in rows of `columns`, with a legend below, to a PNG."""
     rows = -(-len(panels) // columns)
     with figure(4.4 * columns, 3.6 * rows + 1.2) as drawing:
         axes = drawing.subplots(rows, columns, squeeze=False).ravel()
         for ax in axes[len(panels) :]:
             ax.set_axis_off()
         for ax, panel in zip(axes, panels, strict=False):
-            draw_panel(ax, chosen(points, panel.subject, panel.quantity), panel)
+            draw_panel(ax, chosen(points, panel.scene, panel.quantity), panel)
         handles = {
             label: handle
             for ax in axes
@@ -85,12 +85,12 @@ def draw_panel(ax: "Axes", points: Sequence[Point], panel: Panel) -> None:
     """Draw one quantity."""
     ax.set(xscale="log", yscale="log", title=panel.title)
     ax.set(xlabel="relative error", ylabel="wall time of a simulated second (s)")
-    looks = looks_of(point.method for point in points)
+    styles = styles_of(point.method for point in points)
     points = [point._replace(error=max(point.error, LEAST)) for point in points]
     best = front(points)
     ax.plot([p.bound for p in best], [p.seconds for p in best], color=INK, alpha=0.13, lw=9)
     for method, curve in by_method(points).items():
-        _draw_method(ax, method, curve, looks[method])
+        _draw_method(ax, method, curve, styles[method])
     floors = [point.floor for point in points if point.floor > 0]
     if floors:
         ax.axvspan(LEAST / 2, min(floors), color=GRAY, alpha=0.12, lw=0)
@@ -106,8 +106,8 @@ def draw_panel(ax: "Axes", points: Sequence[Point], panel: Panel) -> None:
     ax.set_xlim(left, 2 * EDGE)
 
 
-def _draw_method(ax: "Axes", method: str, curve: Sequence[Point], look: tuple[str, str]) -> None:
-    color, marker = look
+def _draw_method(ax: "Axes", method: str, curve: Sequence[Point], style: tuple[str, str]) -> None:
+    color, marker = style
     face = color if method.startswith("mujoco") else "white"
     good = sorted((p for p in curve if p.error < USELESS), key=lambda p: (p.timestep, p.error))
     x, y = np.array([(p.bound, p.seconds) for p in good]).reshape(-1, 2).T
@@ -125,9 +125,9 @@ def _draw_theory(ax: "Axes", points: Sequence[Point], error: Callable[[float], f
     ax.plot(x, [p.seconds for p in curve], color=INK, lw=1, ls=":", label="theory, Euler")
 
 
-def looks_of(methods: Iterable[str]) -> Mapping[str, tuple[str, str]]:
-    """Color and marker of each method."""
+def styles_of(methods: Iterable[str]) -> Mapping[str, tuple[str, str]]:
+    """Return the color and marker of each method."""
     schemes = {method: method.split("/")[1] for method in sorted(set(methods))}
-    unknown = sorted(set(schemes.values()) - LOOKS.keys())
-    looks = LOOKS | {name: OTHERS[i % len(OTHERS)] for i, name in enumerate(unknown)}
-    return {method: looks[scheme] for method, scheme in schemes.items()}
+    unknown = sorted(set(schemes.values()) - STYLES.keys())
+    styles = STYLES | {name: OTHER_STYLES[i % len(OTHER_STYLES)] for i, name in enumerate(unknown)}
+    return {method: styles[scheme] for method, scheme in schemes.items()}

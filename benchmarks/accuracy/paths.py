@@ -1,6 +1,6 @@
 """Errors of the disk and the motor along Brownian paths that all methods and steps share.
 
-Sampling hardly matters to the difference of two runs along one path, and what it leaves of that is
+Sampling hardly affects the difference of two runs along one path, and the remaining error is
 known from the scatter of the replicas. The reference takes very short steps.
 """
 
@@ -13,7 +13,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 import magmotor as mm
-from benchmarks.accuracy.subjects import DISK, MOTOR, SUBJECTS, record_of, stepping_methods
+from benchmarks.accuracy.scenes import DISK, MOTOR, SCENES, record_of, stepping_methods
 from benchmarks.harness.records import Case, Record
 from magmotor.devices.disk.gibbs import gibbs
 from magmotor.noise import BrownianPath
@@ -35,29 +35,29 @@ QUANTITIES = {
 }
 DURATIONS = {"disk": 160.0, "motor": 320.0}
 INTERVAL, RECORDS = 3 * 2**10, 64
-"""Steps of the reference in a record, which all steps divide, and records."""
+"""Steps of the reference per record, which all steps divide, and number of records."""
 
 STRONG = 4
-"""The record at which states are compared: later, chaos makes errors of any size the same."""
+"""Record at which states are compared: later, chaos makes all errors equally large."""
 
 SETTLED = 16
-"""The record from which on temperatures are compared."""
+"""First record at which temperatures are compared."""
 
 FACTORS = (8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024, 1536, 3072)
-"""Steps over the reference's."""
+"""Steps relative to the reference's."""
 
 QUICK_FACTORS = FACTORS[8::3]
 MODES = ["slip", "ring_1", "ring_2", "ring_3"]
-"""The motor's that forget their start within 100 s."""
+"""Modes of the motor that forget their initial state within 100 s."""
 
 REPLICAS = {"variational": {"disk": 256, "motor": 64}, "mujoco": {"disk": 64, "motor": 64}}
 QUICK_REPLICAS = 16
 GROUPS = 16
-"""Of the motor's replicas: their temperatures are taken together, and errors from their scatter."""
+"""Groups of the motor's replicas, each with one temperature; errors come from their scatter."""
 
 
 def cases(quick: bool) -> list[Case]:
-    """One for each subject, method and step."""
+    """Return a case for each scene, method and step."""
     return [
         _case(name, method, factor, quick)
         for name in DURATIONS
@@ -68,7 +68,7 @@ def cases(quick: bool) -> list[Case]:
 
 def _case(name: str, method: str, factor: int, quick: bool) -> Case:
     replicas = QUICK_REPLICAS if quick else REPLICAS[method.split("/", maxsplit=1)[0]][name]
-    # All take the path's increments, whatever their step.
+    # Every run draws all increments of the path, whatever its step.
     increments = INTERVAL * RECORDS * replicas
     a_step = 6e-6 if "rk4" in method else 2e-6 if "mujoco" in method else 3e-7
     seconds = 0.1 + increments * ((7e-8 if name == "motor" else 1.5e-8) + a_step / factor)
@@ -87,7 +87,7 @@ def _measure(name: str, method: str, factor: int, replicas: int) -> Record:
 
 
 def _run(name: str, method: str, factor: int, replicas: int) -> xr.Dataset:
-    scene, timestep = SUBJECTS[name].scene, DURATIONS[name] / (INTERVAL * RECORDS)
+    scene, timestep = SCENES[name].scene, DURATIONS[name] / (INTERVAL * RECORDS)
     path = BrownianPath(1, timestep).coarsened(factor)
     start: Any = gibbs(scene, replicas, seed=1) if isinstance(scene, mm.Disk) else None
     return mm.simulate(
@@ -111,7 +111,7 @@ def _disk_errors(run: xr.Dataset, reference: xr.Dataset) -> dict[str, list[float
 
 
 def _motor_errors(run: xr.Dataset, reference: xr.Dataset) -> dict[str, list[float]]:
-    """The temperature's error is the largest of the slip's and the ring's three."""
+    """Return the errors; the temperature's is the largest of the slip's and the ring's three."""
     differences = (_mode_temperatures(run) - _mode_temperatures(reference)).T
     slip, *ring = (_paired(differences[mode]) for mode in range(len(MODES)))
     paths = {"path": "position", "slip_path": "slip_velocity", "ring_path": "ring_axis"}
@@ -121,7 +121,7 @@ def _motor_errors(run: xr.Dataset, reference: xr.Dataset) -> dict[str, list[floa
 
 
 def _mode_temperatures(run: xr.Dataset) -> Array:
-    """Temperatures over kT of the modes of groups of replicas, shape (groups, modes)."""
+    """Return mode temperatures over kT of groups of replicas, shape (groups, modes)."""
     burn_in = float(run.time[SETTLED])
     found = [
         mode_temperatures(run.isel(replica=slice(group, None, GROUPS)), MOTOR, burn_in)
@@ -137,12 +137,12 @@ ERRORS: dict[str, Callable[[xr.Dataset, xr.Dataset], dict[str, list[float]]]] = 
 
 
 def _strong_error(values: Array, true: Array) -> float:
-    """Root mean square distance over that which was covered; shapes (replicas, T, ...)."""
+    """Return the rms error over the rms distance traveled; shapes (replicas, T, ...)."""
     wrong, covered = values[:, STRONG] - true[:, STRONG], true[:, STRONG] - true[:, 0]
     return float(np.sqrt(np.mean(wrong**2) / np.mean(covered**2)))
 
 
 def _paired(differences: Array) -> list[float]:
-    """Size of the mean difference of pairs, and twice its standard error; shape (pairs,)."""
+    """Return the size of the mean difference, and twice its standard error; shape (pairs,)."""
     error = float(differences.std(ddof=1)) / len(differences) ** 0.5
     return [abs(float(differences.mean())), 2 * error]

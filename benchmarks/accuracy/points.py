@@ -1,4 +1,4 @@
-"""Points of the charts: how far off a method was at a step, and what it cost."""
+"""Points of the charts: the error of a method at a step, and its cost."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -6,27 +6,27 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.accuracy.subjects import SUBJECTS
+from benchmarks.accuracy.scenes import SCENES
 from benchmarks.harness.records import Record
 from magmotor.device.step_limits import step_limit
-from magmotor.run.charts import expected
+from magmotor.run.chart_data import expected
 
 USELESS = 1.0
-"""Relative error from which on a result says nothing: as good as a failed step."""
+"""Relative error from which a result is useless, like a failed step."""
 
 
 SAME = 1 + 1e-6
-"""Errors closer than this are the same: MuJoCo and the reference agree but for rounding."""
+"""Errors closer than this ratio are equal: MuJoCo and the reference differ by rounding."""
 
 
 class Point(NamedTuple):
-    """A method at a step; errors are relative, seconds are wall time of a simulated second.
+    """A method at a step; errors are relative, seconds are wall time per simulated second.
 
-    The floor is twice the standard error of sampling: an error below cannot be told from none.
-    That of a failed run is infinite.
+    The floor is twice the standard error of sampling: an error below it is indistinguishable from
+    zero. The error of a failed run is infinite.
     """
 
-    subject: str
+    scene: str
     quantity: str
     method: str
     timestep: float
@@ -36,48 +36,48 @@ class Point(NamedTuple):
 
     @property
     def bound(self) -> float:
-        """What the error is at most: itself, or its floor."""
+        """Upper bound of the error: the error or its floor."""
         return max(self.error, self.floor)
 
     @property
     def stable(self) -> bool:
-        """Whether theory says that the step bears the scene at rest; luck may bear longer ones."""
-        return self.timestep < step_limit(SUBJECTS[self.subject].scene, self.method)
+        """Whether the step is stable at rest by theory; longer ones may succeed by chance."""
+        return self.timestep < step_limit(SCENES[self.scene].scene, self.method)
 
 
 def points_of(records: Mapping[str, Record]) -> list[Point]:
-    """All points in the records, by ascending steps."""
+    """Return all points of the records, sorted by step."""
     costs = step_costs(records)
     points = []
     for run in records.values():
         if "quantities" not in run:
             continue
-        subject, method, timestep = run["subject"], run["method"], run["timestep"]
-        seconds = run["seconds"] if "seconds" in run else costs[subject, method] / timestep
+        scene, method, timestep = run["scene"], run["method"], run["timestep"]
+        seconds = run["seconds"] if "seconds" in run else costs[scene, method] / timestep
         errors = run.get("errors", dict.fromkeys(run["quantities"], (math.inf, 0.0)))
         points += [
-            Point(subject, k, method, timestep, e[0], e[1], seconds) for k, e in errors.items()
+            Point(scene, k, method, timestep, e[0], e[1], seconds) for k, e in errors.items()
         ]
     return sorted(points, key=lambda point: point.timestep)
 
 
 def step_costs(records: Mapping[str, Record]) -> dict[tuple[str, str], float]:
-    """Seconds a step, by subject and method."""
+    """Return the seconds per step, by scene and method."""
     found = (record for record in records.values() if "seconds_a_step" in record)
     return {
-        (record["subject"], method): seconds
+        (record["scene"], method): seconds
         for record in found
         for method, seconds in record["seconds_a_step"].items()
     }
 
 
-def chosen(points: Iterable[Point], subject: str, quantity: str) -> list[Point]:
-    """Those of one quantity of one subject."""
-    return [p for p in points if (p.subject, p.quantity) == (subject, quantity)]
+def chosen(points: Iterable[Point], scene: str, quantity: str) -> list[Point]:
+    """Return the points of one quantity of one scene."""
+    return [p for p in points if (p.scene, p.quantity) == (scene, quantity)]
 
 
 def by_method(points: Iterable[Point]) -> dict[str, list[Point]]:
-    """The points of each method."""
+    """Return the points of each method."""
     found: dict[str, list[Point]] = {}
     for point in points:
         found.setdefault(point.method, []).append(point)
@@ -85,7 +85,7 @@ def by_method(points: Iterable[Point]) -> dict[str, list[Point]]:
 
 
 def front(points: Iterable[Point]) -> list[Point]:
-    """The stable points than which none is both cheaper and more accurate, from the cheapest on."""
+    """Return the stable points that no other surpasses in cost and accuracy, cheapest first."""
     found, least = [], USELESS
     stable = (point for point in points if point.stable)
     for point in sorted(stable, key=lambda point: (point.seconds, point.bound)):
@@ -96,7 +96,7 @@ def front(points: Iterable[Point]) -> list[Point]:
 
 
 def cheapest(points: Iterable[Point], error: float) -> Point | None:
-    """The cheapest stable point that is to be expected to reach an error."""
+    """Return the cheapest stable point that is expected to reach an error."""
     reaching = []
     for curve in by_method(point for point in points if point.stable).values():
         curve = sorted(curve, key=lambda p: (p.timestep, p.seconds))

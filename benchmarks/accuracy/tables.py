@@ -1,4 +1,4 @@
-"""Tables of the cheapest methods, of what each owns of the front, of orders and costs."""
+"""Tables of the cheapest methods, of each method's share of the front, of orders and costs."""
 
 from collections.abc import Callable, Mapping, Sequence
 from math import inf
@@ -15,7 +15,7 @@ from benchmarks.accuracy.points import (
     points_of,
     step_costs,
 )
-from benchmarks.accuracy.subjects import SUBJECTS
+from benchmarks.accuracy.scenes import SCENES
 from benchmarks.harness.records import Record
 from benchmarks.harness.tables import number, table
 from magmotor.numerics.splittings import RIGID, kicks_that_evaluate
@@ -37,19 +37,19 @@ DEFAULT, DEFAULT_STEP, PAPER = "mujoco/euler", 0.002, "variational/euler"
 GAIN_LEVEL = "1 %"
 
 ORDER_OF = "top", "position"
-"""What orders are measured by: where no noise, friction, and symmetry of the motion help."""
+"""Scene and quantity for measuring orders: no noise, and no symmetry that would raise them."""
 ROUNDING, SHORTEST = 1e-9, 3
-"""Errors above this one and so many of the shortest steps show it."""
+"""Errors above `ROUNDING` at the `SHORTEST` steps determine the order."""
 
 IN_MUJOCO = {"rk4": 4}
-"""Evaluations of the forces a step, of MuJoCo's methods that take several."""
+"""Force evaluations per step of MuJoCo's methods that need several."""
 
 Curves = Mapping[str, Sequence[Point]]
-"""Points by what the rows are called."""
+"""Points by the names of the rows."""
 
 
 def tabulate(records: Mapping[str, Record]) -> dict[str, str]:
-    """All tables, by name."""
+    """Return all tables, by name."""
     points, costs = points_of(records), step_costs(records)
     curves = {title: chosen(points, *of) for of, title in QUANTITIES.items()}
     in_mujoco = {
@@ -66,27 +66,27 @@ def tabulate(records: Mapping[str, Record]) -> dict[str, str]:
 
 
 def _cheapest(curves: Curves) -> str:
-    """By quantity and error: method, step in s, and microseconds of a simulated second."""
+    """Return method, step (s) and microseconds per simulated second, by quantity and error."""
     rows = [
-        [title, *(_told(cheapest(curve, error)) for error in LEVELS.values())]
+        [title, *(_cell(cheapest(curve, error)) for error in LEVELS.values())]
         for title, curve in curves.items()
     ]
     return table(["largest error", *LEVELS], rows)
 
 
-def _told(point: Point | None) -> str:
+def _cell(point: Point | None) -> str:
     if point is None:
         return "-"
     return f"`{point.method}` {point.timestep:.2g}: {number(1e6 * point.seconds)} µs"
 
 
 def _gains(curves: Curves, in_mujoco: Curves, costs: Mapping[tuple[str, str], float]) -> str:
-    """How many times cheaper than what one pays now."""
+    """Return the gains over the usual method."""
     rows = []
-    for (subject, _), title in QUANTITIES.items():
+    for (scene, _), title in QUANTITIES.items():
         curve, error = curves[title], LEVELS[GAIN_LEVEL]
-        if "top" in subject:
-            name, usual = "MuJoCo's Euler at 2 ms", costs[subject, DEFAULT] / DEFAULT_STEP
+        if "top" in scene:
+            name, usual = "MuJoCo's Euler at 2 ms", costs[scene, DEFAULT] / DEFAULT_STEP
         else:
             paper = cheapest([point for point in curve if point.method == PAPER], error)
             name, usual = "the paper's scheme", paper.seconds if paper else inf
@@ -98,7 +98,7 @@ def _gains(curves: Curves, in_mujoco: Curves, costs: Mapping[tuple[str, str], fl
 
 
 def _front_shares(curves: Curves) -> str:
-    """Least cost of each method over that of the others at no larger error."""
+    """Return the lowest cost of each method over that of the others at no larger error."""
     found = {title: by_method(curve) for title, curve in curves.items()}
     return _by_method(found, _share)
 
@@ -116,23 +116,23 @@ def _share(curves: Mapping[str, Sequence[Point]], method: str) -> str:
 
 
 def _methods(order_curve: Sequence[Point], costs: Mapping[tuple[str, str], float]) -> str:
-    """Measured order, evaluations of the forces a step, and microseconds a step."""
+    """Return measured order, force evaluations per step, and microseconds per step."""
     orders = {method: _order(curve) for method, curve in by_method(order_curve).items()}
     columns = {
         "order": {method: f"{order:.2f}" for method, order in orders.items() if order},
         "evaluations": {method: f"{_evaluations(method)}" for _, method in costs},
     }
-    for name in SUBJECTS:
+    for name in SCENES:
         found = {method: cost for (of, method), cost in costs.items() if of == name}
         columns[f"{name}, µs"] = {m: f"{1e6 * cost:.2g}" for m, cost in found.items()}
     return _by_method(columns, lambda column, method: column[method])
 
 
 def _order(curve: Sequence[Point]) -> float | None:
-    """The exponent of the step in the error, by regression over the shortest steps."""
+    """Return the order, by regression over the shortest steps."""
     good = [p for p in curve if p.error > ROUNDING and p.stable][:SHORTEST]
     steps, errors = ([getattr(p, name) for p in good] for name in ("timestep", "error"))
-    if len(set(steps)) < 2:  # of an adaptive method there is one
+    if len(set(steps)) < 2:  # an adaptive method has only one
         return None
     return float(np.polyfit(np.log(steps), np.log(errors), 1)[0])
 
@@ -145,7 +145,7 @@ def _evaluations(method: str) -> int:
 
 
 def _by_method(columns: Mapping[str, Mapping[str, object]], cell: Callable[..., str]) -> str:
-    """A row a method, a column a mapping from methods."""
+    """Return a table with a row for each method; each column is a mapping from methods."""
     methods = dict.fromkeys(method for column in columns.values() for method in column)
     rows = [
         [f"`{method}`", *(cell(c, method) if method in c else "" for c in columns.values())]

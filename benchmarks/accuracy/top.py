@@ -9,13 +9,13 @@ import numpy as np
 import xarray as xr
 
 import magmotor as mm
-from benchmarks.accuracy.subjects import SUBJECTS, record_of, stepping_methods
+from benchmarks.accuracy.scenes import SCENES, record_of, stepping_methods
 from benchmarks.harness.records import Case, Record
 from magmotor.run import in_scipy as dop853
 
 QUICK_NUMBERS = sorted({2**k for k in range(8)} | {500})
 NUMBERS = sorted({*QUICK_NUMBERS, 256, 512} | {round(2 ** (k / 3)) for k in range(17)})
-"""Of steps in a second, so that every run has the same records; 500 is MuJoCo's default."""
+"""Numbers of steps per second, so that all runs have the same records; 500 is MuJoCo's default."""
 
 TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-8, 1e-10, 1e-12)
 TRUTH = 1e-13
@@ -26,12 +26,12 @@ QUANTITIES = {
     "top on a plane": ("position", "momentum_map", "momentum_map_20"),
 }
 DURATIONS = {"top": 60, "free top": 500, "top on a plane": 60}
-REACH = 20
-"""When positions are compared, in s: within the free top's Lyapunov time of 20 to 40 s."""
+COMPARED_AT = 20
+"""Time at which positions are compared, in s: within the free top's Lyapunov time of 20 to 40 s."""
 
 
 def cases(quick: bool) -> list[Case]:
-    """One for each subject, method and step, or tolerance."""
+    """Return a case for each scene, method and step or tolerance."""
     numbers = QUICK_NUMBERS if quick else NUMBERS
     stepping = [
         Case(f"error/{name}/{method}/{number}", partial(_step, name, method, number), cost)
@@ -56,13 +56,13 @@ def _step(name: str, method: str, number: int) -> Record:
 
 def _run(name: str, method: str, number: int) -> xr.Dataset:
     return mm.simulate(
-        SUBJECTS[name].scene, method=method, timestep=1 / number, duration=DURATIONS[name],
+        SCENES[name].scene, method=method, timestep=1 / number, duration=DURATIONS[name],
         record_interval=number, allow_unstable=True,
     )  # fmt: skip
 
 
 def _adapt(name: str, tolerance: float) -> Record:
-    """An adaptive method has a tolerance instead of a step, and its cost varies with that."""
+    """Measure an adaptive method, which has a tolerance instead of a step."""
     begin = time.perf_counter()
     run = _solution(name, tolerance)
     seconds = (time.perf_counter() - begin) / DURATIONS[name]
@@ -71,26 +71,29 @@ def _adapt(name: str, tolerance: float) -> Record:
 
 
 def _solution(name: str, tolerance: float, duration: int = 0) -> xr.Dataset:
-    scene, duration = SUBJECTS[name].scene, duration or DURATIONS[name]
+    scene, duration = SCENES[name].scene, duration or DURATIONS[name]
     with patch.object(dop853, "RELATIVE_TOLERANCE", tolerance):
         return mm.simulate(scene, method="scipy/dop853", timestep=1.0, duration=duration)
 
 
 @cache
 def _truth(name: str) -> xr.Dataset:
-    return _solution(name, TRUTH, REACH if name == "free top" else DURATIONS[name])
+    return _solution(name, TRUTH, COMPARED_AT if name == "free top" else DURATIONS[name])
 
 
 def _errors(name: str, run: xr.Dataset) -> dict[str, list[float]]:
     truth = _truth("free top" if name == "free top" else "top")
-    distance = np.linalg.norm((run.position - truth.position).sel(time=REACH)[:2])
-    far = np.linalg.norm(truth.position[:, :2], axis=1).max()
-    found: Mapping[str, float] = {"position": float(distance / far)}
+    distance = np.linalg.norm((run.position - truth.position).sel(time=COMPARED_AT)[:2])
+    reach = np.linalg.norm(truth.position[:, :2], axis=1).max()
+    found: Mapping[str, float] = {"position": float(distance / reach)}
     if name == "free top":
         found |= {n: _largest_change(run[n].values) for n in ("momentum_map", "energy")}
     else:
         gap = np.abs(run.momentum_map - truth.momentum_map) / np.abs(truth.momentum_map).max()
-        found |= {"momentum_map": float(gap.max()), "momentum_map_20": float(gap.sel(time=REACH))}
+        found |= {
+            "momentum_map": float(gap.max()),
+            "momentum_map_20": float(gap.sel(time=COMPARED_AT)),
+        }
     return {quantity: [error, 0.0] for quantity, error in found.items()}
 
 

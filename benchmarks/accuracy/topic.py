@@ -1,4 +1,4 @@
-"""Speed against accuracy: every method of every scene at many steps, and which is the cheapest."""
+"""Speed against accuracy: every method of every scene at many steps, and the cheapest of them."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -7,7 +7,7 @@ from typing import Any
 from benchmarks.accuracy import cost, diffusion, paths, top
 from benchmarks.accuracy.panels import Mark, Panel, draw_panels
 from benchmarks.accuracy.points import points_of
-from benchmarks.accuracy.subjects import DISK, MOTOR, SUBJECTS
+from benchmarks.accuracy.scenes import DISK, MOTOR, SCENES
 from benchmarks.accuracy.tables import tabulate
 from benchmarks.harness.machine import machine, versions
 from benchmarks.harness.records import Case, Record
@@ -64,7 +64,7 @@ PICTURES = {
         3,
     ),
 }  # fmt: skip
-"""Panels of each, and how many stand in a row."""
+"""Panels of each picture, and number of columns."""
 
 NOTE = (
     "Lower left is better; the broad line joins the best of the stable. Filled: MuJoCo. Crosses at"
@@ -79,11 +79,11 @@ FRONT = {
     "disk": ("path", "temperature", "diffusion"),
     "motor": ("path", "temperature"),
 }
-"""Quantities that `magmotor.recommend` knows, by the subject that they were measured on."""
+"""Quantities that `magmotor.recommend` supports, by the scene on which they were measured."""
 
 
 def cases(quick: bool) -> list[Case]:
-    """Everything that is measured."""
+    """Return all cases."""
     return [case for part in PARTS for case in part.cases(quick)]
 
 
@@ -95,18 +95,18 @@ def draw(records: Mapping[str, Record], folder: Path) -> None:
 
 
 def tables(records: Mapping[str, Record]) -> dict[str, str]:
-    """All tables, in Markdown."""
+    """Return all tables, in Markdown."""
     return tabulate(records)
 
 
 def front(records: Mapping[str, Record]) -> dict[str, Any]:
-    """What `magmotor.recommend` reads: the points that did not fail, by scene and surface."""
+    """Return the data of `magmotor.recommend`: the points that did not fail."""
     found = []
     for point in points_of(records):
         stepping = point.method != "scipy/dop853"
-        if point.quantity in FRONT[point.subject] and point.error < float("inf") and stepping:
-            scene = SUBJECTS[point.subject].scene
+        if point.quantity in FRONT[point.scene] and point.error < float("inf") and stepping:
+            scene = SCENES[point.scene].scene
             where = {"scene": type(scene).__name__, "surface": scene.surface}
-            found.append({**where, **point._asdict()})
-            del found[-1]["subject"]
+            values = {name: value for name, value in point._asdict().items() if name != "scene"}
+            found.append({**where, **values})
     return {"machine": machine(), "versions": versions(), "points": found}

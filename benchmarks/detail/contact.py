@@ -1,6 +1,7 @@
-"""What the contact's parameters cost and change: MuJoCo's, ours, and what lies between.
+"""Cost and effect of the contact's parameters: MuJoCo's, ours, and combinations of both.
 
-The top on the plane. Those that keep the viscous law are calibrated anew with each change.
+The scene is the top on the plane. Contacts that keep the viscous law are recalibrated after each
+change.
 """
 
 import math
@@ -23,24 +24,24 @@ SCENE = mm.Top.paper(4)
 PLANE = SCENE.replace(surface="plane")
 MOBILITY = 1 / SCENE.ball_mass + SCENE.ball_radius**2 / SCENE.inertia[0]
 SLIP = 0.03
-"""Slip in m/s that is left to decay: the largest in the fourth case is 0.035."""
+"""Initial slip, in m/s, of the decay; the largest in the fourth case is 0.035."""
 
 
 def ours(scene: mm.Top = PLANE, pair: dict[str, Any] | None = None, **options: Any):
-    """Our model with other options, and other attributes of its contact."""
+    """Build our model with other options and contact attributes, recalibrated."""
     root = compose(scene, visual=False)
     root.option.set_attributes(**options)
     root.find("contact", "viscous").set_attributes(**(pair or {}))
     model = mujoco.MjModel.from_xml_string(root.to_xml_string())
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    (touching,) = viscous_contacts(data)  # not `calibrate`, which refuses what is measured here
+    (touching,) = viscous_contacts(data)  # not `calibrate`, which rejects what is measured here
     model.pair_solreffriction[:] = 0.0, -scene.friction * resistance(data, touching, MOBILITY)
     return model
 
 
 def _edited(scene: mm.Top, **fields: Any) -> mujoco.MjModel:
-    """Our model with other numbers, not calibrated anew."""
+    """Build our model with other numbers, not recalibrated."""
     model = mm.build(scene)
     for name, value in fields.items():
         getattr(model, name)[:] = value
@@ -98,7 +99,7 @@ def _measure(name: str, turns: int) -> Record:
 
 
 def slip_time(model: mujoco.MjModel, slip: float) -> float | None:
-    """Seconds until a slip in m/s is 1/e of what it was, without magnetism; none before 2 s."""
+    """Return the seconds until a slip (m/s) decays to 1/e, without magnetism; None after 2 s."""
     model.opt.timestep, model.opt.integrator = DEFAULT_TIMESTEP, RK4
     data = mujoco.MjData(model)
     data.qvel[0] = before = slip

@@ -1,4 +1,4 @@
-"""Flights of Hamel's top in any model of it, against the paper's ODE; and a plain model of it."""
+"""Runs of Hamel's top in any model, compared with the paper's ODE; and a plain model of it."""
 
 import copy
 import math
@@ -15,10 +15,10 @@ from benchmarks.harness.timing import seconds_of
 
 Array = NDArray[np.float64]
 DURATION, INTERVAL = 60.0, 0.1
-"""Of a flight, and between what is recorded of it, in seconds; steps divide the interval."""
+"""Duration and record interval of a run, in seconds; the interval is a multiple of the step."""
 
 DEFAULT_TIMESTEP = 0.002
-"""MuJoCo's."""
+"""MuJoCo's default, in seconds."""
 
 RK4, EULER = mujoco.mjtIntegrator.mjINT_RK4, mujoco.mjtIntegrator.mjINT_EULER
 
@@ -29,7 +29,7 @@ class Flight(NamedTuple):
     momentum: Array
     """J in kg m^2/s, shape (T,)."""
     seconds: float
-    """Wall time of a simulated second."""
+    """Wall time per simulated second."""
 
 
 def fly(
@@ -39,9 +39,9 @@ def fly(
     integrator: mujoco.mjtIntegrator = RK4,
     duration: float = DURATION,
 ) -> Flight:
-    """Run under whatever callback is installed.
+    """Run with the callback that is installed.
 
-    Raises ArithmeticError, which says when and how, if the ball is lost.
+    Raises ArithmeticError if the ball is lost.
     """
     model = copy.copy(model)
     model.opt.timestep, model.opt.integrator = timestep, integrator
@@ -65,27 +65,27 @@ def fly(
 
 @cache
 def truth(scene: mm.Top) -> xr.Dataset:
-    """The paper's ODE by DOP853, from the first record on."""
+    """Solve the paper's ODE by DOP853, from the first record on."""
     run = mm.simulate(scene, method="scipy/dop853", timestep=INTERVAL, duration=DURATION)
     return run.isel(time=slice(1, None))
 
 
 def momentum_error(momentum: Array, scene: mm.Top) -> float:
-    """Of J at recorded times from the first on, at the most; over the largest |J| there is."""
+    """Return the largest error of J at the records, over the largest |J|."""
     true = truth(scene).momentum_map.values
     return float(np.abs(momentum - true[: len(momentum)]).max() / np.abs(true).max())
 
 
 def position_error(position: Array, scene: mm.Top) -> float:
-    """In m, at the most."""
+    """Return the largest error of the position, in m."""
     true = truth(scene).position.values[: len(position), :2]
     return float(np.linalg.norm(position - true, axis=1).max())
 
 
 def plain_top(scene: mm.Top, option: str = "", geom: str = "") -> mujoco.MjModel:
-    """Hamel's top as one writes it who leaves MuJoCo's options and contacts as they are.
+    """Build Hamel's top with MuJoCo's default options and contacts.
 
-    A free ball on a floor, under dipoles; `option` and `geom` are MJCF attributes of both.
+    A free ball lies on a floor, under dipoles; `option` and `geom` are MJCF attributes.
     """
     ring = "".join(
         f'<site pos="{_text(place)}" zaxis="{_text(moment)}" user="{scene.moment}"/>'

@@ -1,6 +1,6 @@
-"""What the parts of the motor's model cost a step of `mujoco/baoab`, and what they change.
+"""Cost and effect of the parts of the motor's model, with `mujoco/baoab`.
 
-Rings with fewer dipoles are as strong together as the paper's.
+Rings with another number of dipoles have the same total moment as the paper's.
 """
 
 from collections.abc import Callable
@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 import magmotor as mm
 from benchmarks.harness.records import Case, Record
 from benchmarks.harness.tables import cost_cells, number, table
-from benchmarks.harness.timing import beside, seconds_of
+from benchmarks.harness.timing import compare, seconds_of
 from magmotor.devices.motor.scene import LARGEST_TILT
-from magmotor.mjcf import hooks as stopwatch
+from magmotor.mjcf.hooks import without_stopwatch
 from magmotor.run.in_mujoco import compose
 
 Array = NDArray[np.float64]
@@ -26,7 +26,7 @@ STEPS, LONG = 3000, 200_000
 
 @cache
 def valley() -> float:
-    """Radius of the valley, in m."""
+    """Return the radius of the valley, in m."""
     return mm.observables.motor_wells(MOTOR).radius
 
 
@@ -73,7 +73,7 @@ RUNS = {
     "variational/euler beside variational/baoab": ("variational/euler", 100, "variational/baoab"),
     "variational/cayley beside variational/euler": ("variational/cayley", 100, "variational/euler"),
 }
-"""Method, record interval, and with which method, each 100th step kept, it is compared."""
+"""Method, record interval, and the method for comparison, which keeps each 100th step."""
 
 
 def cases(quick: bool) -> list[Case]:
@@ -88,48 +88,48 @@ def cases(quick: bool) -> list[Case]:
 
 def _part(name: str, turns: int) -> Record:
     model = PARTS[name]()
-    record = beside(_stepper(model), _stepper(mm.build(MOTOR)), turns)
+    record = compare(_stepper(model), _stepper(mm.build(MOTOR)), turns)
     level = [potential(model, azimuth, 0.0) for azimuth in (0.0, np.pi / MOTOR.outer_dipoles)]
     spacing = 2 * np.pi / np.sum(model.site_bodyid == model.body("inner_ring").id)
-    turned = [potential(model, 0.0, turn) for turn in spacing * np.linspace(0, 1, 33)]
+    turned = [potential(model, 0.0, angle) for angle in spacing * np.linspace(0, 1, 33)]
     record["barrier"] = (level[1] - level[0]) / MOTOR.kT
     record["ripple"] = float(np.ptp(turned)) / MOTOR.kT
     record["stiffness"] = stiffness(model)
     try:
-        record["moved"] = _apart(path(model), _usual_path())
+        record["moved"] = _distance(path(model), _usual_path())
     except ArithmeticError as failure:
         record["failed"] = str(failure)
     return record
 
 
 def _stepper(model: mujoco.MjModel) -> Callable[[], float]:
-    """Measures a step of BAOAB."""
+    """Return a function that measures a step of BAOAB."""
     model.opt.timestep = TIMESTEP
     langevin, data = mm.Baoab(model), mujoco.MjData(model)
 
     def seconds() -> float:
         mujoco.mj_resetDataKeyframe(model, data, 0)
         data.userdata[0] = SEED
-        with stopwatch.stopped():
+        with without_stopwatch():
             return seconds_of(partial(langevin.step, data, nstep=STEPS)) / STEPS
 
     return seconds
 
 
-def potential(model: mujoco.MjModel, azimuth: float, turn: float) -> float:
-    """V_e of the ball in the valley, in J, under a level ring turned about its axis."""
-    data = _with_ring(model, [np.cos(turn / 2), 0.0, 0.0, np.sin(turn / 2)])
+def potential(model: mujoco.MjModel, azimuth: float, angle: float) -> float:
+    """Compute V_e of the ball in the valley, in J, under a level ring rotated about its axis."""
+    data = _with_ring(model, [np.cos(angle / 2), 0.0, 0.0, np.sin(angle / 2)])
     inner = model.site_bodyid == model.body("inner_ring").id
     moment = model.site_user[:, 0] * np.where(inner, MOTOR.ball_ring_factor, 1.0)
     sources = model.site_bodyid != model.body("ball").id
     moments = moment[:, np.newaxis] * data.site_xmat[:, 2::3]
-    place = [valley() * np.cos(azimuth), valley() * np.sin(azimuth), MOTOR.ball_radius]
-    field = mm.dipoles.field(place, data.site_xpos[sources], moments[sources])
+    position = [valley() * np.cos(azimuth), valley() * np.sin(azimuth), MOTOR.ball_radius]
+    field = mm.dipoles.field(position, data.site_xpos[sources], moments[sources])
     return -MOTOR.moment * float(np.linalg.norm(field))
 
 
 def stiffness(model: mujoco.MjModel, angle: float = 1e-3) -> float:
-    """What turns a tilted ring back, in N m/rad, with the ball where it starts."""
+    """Compute the stiffness of the tilted ring, in N m/rad, with the ball at its start."""
     torques = []
     for half in (angle / 2, -angle / 2):
         data = _with_ring(model, [np.cos(half), 0.0, np.sin(half), 0.0])
@@ -148,25 +148,25 @@ def _with_ring(model: mujoco.MjModel, orientation: list[float]) -> mujoco.MjData
 
 
 def path(model: mujoco.MjModel) -> Array:
-    """Where the ball is after each step, shape (T, 2), always along the same Brownian path.
+    """Return the ball's position after each step, shape (T, 2), always for the same Brownian path.
 
-    Raises ArithmeticError when the ring is lost.
+    Raises ArithmeticError if the ring tips over.
     """
     model.opt.timestep = TIMESTEP
     langevin, data = mm.Baoab(model), mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, 0)
     data.userdata[0] = SEED
-    places = []
+    positions = []
     for _ in range(round(DURATION / TIMESTEP)):
         langevin.step(data)
         if data.body("inner_ring").xmat[8] < np.cos(LARGEST_TILT):
             raise ArithmeticError(f"the ring tips over at t = {data.time:.0f} s")
-        places.append(data.qpos[:2].copy())
-    return np.array(places)
+        positions.append(data.qpos[:2].copy())
+    return np.array(positions)
 
 
-def _apart(path: Array, other: Array) -> float:
-    """At the most, over the valley's radius."""
+def _distance(path: Array, other: Array) -> float:
+    """Return the largest distance of two paths, over the valley's radius."""
     return float(np.linalg.norm(path - other, axis=1).max()) / valley()
 
 
@@ -182,12 +182,12 @@ def _run(method: str, interval: int, other: str, turns: int) -> Record:
         ).position.values
         for name in (method, other)
     ]
-    cost = beside(partial(_simulate, method, interval), partial(_simulate, other, 100), turns)
-    return cost | {"moved": _apart(*paths)}
+    cost = compare(partial(_simulate, method, interval), partial(_simulate, other, 100), turns)
+    return cost | {"moved": _distance(*paths)}
 
 
 def _simulate(method: str, interval: int) -> float:
-    """Seconds of a step, of so many that setting up takes no time."""
+    """Return the seconds per step, over enough steps to make set-up negligible."""
     run = partial(
         mm.simulate, MOTOR, method=method, timestep=TIMESTEP, duration=LONG * TIMESTEP, seed=SEED,
         record_interval=interval,

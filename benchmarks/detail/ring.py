@@ -1,6 +1,6 @@
-"""Rings of N dipoles, all as strong together as the paper's twenty, beside their continuum limit.
+"""Rings of N dipoles with the total moment of the paper's twenty, and their continuum limit.
 
-V_e falls to that limit like sqrt(N) exp(-N eta), cosh eta = (rho^2 + R^2 + z^2)/(2 rho R): the
+V_e converges to that limit like sqrt(N) exp(-N eta), cosh eta = (rho^2 + R^2 + z^2)/(2 rho R): the
 N-th harmonic of the potential between two rings of radii rho and R at the distance z.
 """
 
@@ -14,11 +14,11 @@ from benchmarks.detail.flight import DURATION, INTERVAL
 from benchmarks.harness.records import Case, Record
 from benchmarks.harness.stepping import Stepper
 from benchmarks.harness.tables import number, seconds, table
-from benchmarks.harness.timing import beside, run_seconds
+from benchmarks.harness.timing import compare, run_seconds
 
 TWENTY = mm.Top(tilt=0.0)
 CONTINUUM = 128
-"""Dipoles at which V_e is its limit to far less than rounding."""
+"""Number of dipoles at which V_e equals its limit to rounding."""
 
 NUMBERS = (5, 8, 10, 12, 16, 20, 24, 32, 40, 64)
 QUICK = (8, 20, 40)
@@ -28,33 +28,33 @@ QUANTITIES = {
     "momentum": "J of case 4 over 60 s",
     "rest": "J of case 3 over 500 s, which should be 0",
 }
-"""What is compared with the continuum, relative to its size; J to its largest in case 4."""
+"""Quantities compared with the continuum, relative to their size; J relative to case 4."""
 
 STEPS = 200_000
 METHOD, TIMESTEP = "variational/baoab", 0.0125
 
 
 def ring(count: int, case: int = 3) -> mm.Top:
-    """The scene of one of the paper's cases with another number of dipoles."""
+    """Return the scene of one of the paper's cases with another number of dipoles."""
     strength = TWENTY.ring_dipoles / count
     return mm.Top.paper(case, ring_dipoles=count, coupling=strength * TWENTY.coupling)
 
 
 @cache
 def valley() -> float:
-    """Radius of the continuum's valley, in m."""
+    """Return the radius of the continuum's valley, in m."""
     return mm.observables.valley_radius(ring(CONTINUUM))
 
 
 def decay_rate() -> float:
-    """The eta of the continuum's valley."""
+    """Return eta in the continuum's valley."""
     scene, rho = ring(CONTINUUM), valley()
     radius, z = scene.ring_radius, scene.ring_height - scene.ball_radius
     return math.acosh((rho**2 + radius**2 + z**2) / (2 * rho * radius))
 
 
 def along_valley(count: int) -> np.ndarray:
-    """V_e in J along the continuum's valley, from one dipole of the ring to the next."""
+    """Compute V_e in J along the continuum's valley, from one dipole of the ring to the next."""
     azimuth = np.linspace(0, 2 * math.pi / count, 65)
     points = valley() * np.stack([np.cos(azimuth), np.sin(azimuth)], axis=-1)
     return mm.observables.effective_potential(ring(count), points)
@@ -75,7 +75,7 @@ def _measure(count: int, turns: int) -> Record:
     rest = mm.simulate(ring(count), method=METHOD, timestep=TIMESTEP, duration=500.0)
     kernel = {n: partial(_kernel_seconds, ring(n, case=4)) for n in (count, 20)}
     step = {n: Stepper(mm.build(ring(n, case=4))).seconds for n in (count, 20)}
-    mujoco = beside(partial(step[count], magnetic=True), partial(step[20], magnetic=True), turns)
+    mujoco = compare(partial(step[count], magnetic=True), partial(step[20], magnetic=True), turns)
     return {
         "potential": float(np.abs(own - limit).max() / depth),
         "ripple": float(np.ptp(own)),
@@ -83,7 +83,7 @@ def _measure(count: int, turns: int) -> Record:
         "momentum": float(np.abs(momentum - truth).max() / largest),
         "rest": float(np.abs(rest.momentum_map).max() / largest),
         "mujoco": mujoco,
-        "kernel": beside(kernel[count], kernel[20], turns),
+        "kernel": compare(kernel[count], kernel[20], turns),
     }
 
 
@@ -96,7 +96,7 @@ def _spin(count: int) -> np.ndarray:
 
 
 def _kernel_seconds(scene: mm.Top) -> float:
-    """Of a step, in a run that is so long that setting up takes no time."""
+    """Return the seconds per step, in a run long enough to make set-up negligible."""
     return run_seconds(STEPS, scene, METHOD, TIMESTEP) / STEPS
 
 

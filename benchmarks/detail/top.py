@@ -1,4 +1,4 @@
-"""What the top's surface, friction and visual cost and change."""
+"""Cost and effect of the top's surface, friction and decoration."""
 
 from functools import partial
 
@@ -10,10 +10,10 @@ from benchmarks.harness.tables import cost_cells, number, table
 
 ROLLING = mm.Top.paper(4)
 SLIDING = mm.Top.paper(4, friction=0.0, spin=5.0)
-"""With a spin, so that there is a J to be conserved."""
+"""With a spin, so that J is not zero."""
 
 PREDICTABLE = 200
-"""Records of 0.1 s; later on flights without friction are chaotic."""
+"""Number of records, 0.1 s each, after which runs without friction are chaotic."""
 
 PARTS = {
     "planar": (ROLLING, False),

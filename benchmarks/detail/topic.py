@@ -1,4 +1,4 @@
-"""Model no more than a scene needs: what each part of a model costs, and what it changes."""
+"""The cost and effect of each part of a model."""
 
 from pathlib import Path
 from typing import Any
@@ -11,17 +11,17 @@ from benchmarks.harness.records import Case, Record
 from magmotor.common import style
 
 PARTS = {"top": top, "contact": contact, "ring": ring, "motor": motor}
-LOOKS = ((style.BLUE, "o"), (style.PURPLE, "D"), (style.ORANGE, "s"), (style.GREEN, "^"))
+STYLES = ((style.BLUE, "o"), (style.PURPLE, "D"), (style.ORANGE, "s"), (style.GREEN, "^"))
 COLORS = {"top": style.BLUE, "contact": style.ORANGE, "motor": style.GREEN}
-LEAST, MOST = 1e-12, 20.0
-"""Between these changes are drawn; those below as the least, what failed at the most."""
+SMALLEST, LARGEST = 1e-12, 20.0
+"""Smallest and largest change that is drawn; failures are drawn near the largest."""
 
 GROUPS = (
     ("top", top.PARTS, "momentum"),
     ("contact", contact.PARTS, "momentum"),
     ("motor", (*motor.PARTS, *motor.RUNS), "moved"),
 )
-"""Names, and what each changes."""
+"""Groups of parts, and the quantity that they change."""
 
 
 def cases(quick: bool) -> list[Case]:
@@ -38,7 +38,7 @@ def tables(records: dict[str, Record]) -> dict[str, str]:
 
 
 def _draw_parts(records: dict[str, Record], path: Path) -> None:
-    """Rows of all parts: the ratio of a step's cost, and the change."""
+    """Draw the relative cost of a step, and the change, for all parts."""
     rows = [
         (group, name, records[f"detail/{group}/{name}"], quantity)
         for group, names, quantity in GROUPS
@@ -50,10 +50,10 @@ def _draw_parts(records: dict[str, Record], path: Path) -> None:
             color = COLORS[group]
             _bar(cost, y, 1.0, record["ratio"], color)
             if "failed" in record:
-                change.plot(MOST / 2, y, "x", color=style.INK)
-                change.text(MOST / 5, y, record["failed"], ha="right", va="center", fontsize=9)
+                change.plot(LARGEST / 2, y, "x", color=style.INK)
+                change.text(LARGEST / 5, y, record["failed"], ha="right", va="center", fontsize=9)
             else:
-                _bar(change, y, LEAST, max(record[quantity], LEAST), color)
+                _bar(change, y, SMALLEST, max(record[quantity], SMALLEST), color)
         edges = np.cumsum([len(names) for _, names, *_ in GROUPS])[:-1] - 0.5
         for axes in (cost, change):
             for edge in edges:
@@ -63,7 +63,7 @@ def _draw_parts(records: dict[str, Record], path: Path) -> None:
         cost.set_title("a step's cost, as a multiple")
         cost.axvline(1.0, color=style.GRAY)
         change.set_xscale("log")
-        change.set_xlim(LEAST / 2, MOST)
+        change.set_xlim(SMALLEST / 2, LARGEST)
         change.set_title("change, relative: of J in 60 s; of the motor's ball in 500 s")
         sign(figure)
         figure.savefig(path)
@@ -75,12 +75,12 @@ def _bar(axes: Any, y: float, start: float, end: float, color: str) -> None:
 
 
 def _draw_rings(records: dict[str, Record], path: Path) -> None:
-    """Errors of rings of N dipoles, and their cost."""
+    """Draw the errors of rings of N dipoles, and their cost."""
     numbers = np.array(ring.measured(records))
     rings = [records[f"detail/ring/{n}"] for n in numbers]
     with style.figure(10, 4.4) as figure:
         errors, cost = figure.subplots(1, 2, width_ratios=(1.7, 1))
-        for (name, label), (color, marker) in zip(ring.QUANTITIES.items(), LOOKS, strict=True):
+        for (name, label), (color, marker) in zip(ring.QUANTITIES.items(), STYLES, strict=True):
             errors.semilogy(numbers, [r[name] for r in rings], marker, color=color, label=label)
         fine = np.linspace(5, 62, 100)
         law = np.sqrt(fine) * np.exp(-ring.decay_rate() * (fine - 20))

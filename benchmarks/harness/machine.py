@@ -1,4 +1,4 @@
-"""Where something was measured, and with what."""
+"""The machine and the versions of a measurement."""
 
 import platform
 from importlib.metadata import version
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def machine() -> str:
-    """Name of the processor."""
+    """Return the name of the processor."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     except OSError:
@@ -22,18 +22,18 @@ def machine() -> str:
 
 
 def versions() -> dict[str, str]:
-    """Versions of what the measurements are of."""
+    """Return the versions of the packages that are measured."""
     found = {name: version(name) for name in ("magmotor", "mujoco", "numba", "numpy", "scipy")}
     return {"python": platform.python_version(), **found}
 
 
 def small_print() -> str:
-    """What stands below each picture."""
+    """Return the text below each picture."""
     found = versions()
     used = ", ".join(f"{name} {found[name]}" for name in ("magmotor", "mujoco", "python"))
     return f"one core of {machine()}; {used}"
 
 
 def sign(figure: "Figure") -> None:
-    """Put the small print below a figure."""
+    """Write the small print below a figure."""
     figure.supxlabel(small_print(), fontsize=7, color=style.GRAY)

@@ -1,4 +1,4 @@
-"""Putting the charts where readers look: numbers into documents, pictures beside them."""
+"""Publish the charts: update tables in documents, and the pictures that they show."""
 
 import json
 import re
@@ -10,7 +10,7 @@ from PIL import Image
 
 DOCUMENTS = ("README.md", "docs/methods.md")
 COLORS = 128
-"""Of pictures in documents, which keeps them small."""
+"""Number of colors of pictures in documents, which keeps them small."""
 
 FRONT = "src/magmotor/run/front.json"
 TABLE = re.compile(r"(<!-- charts: (.+?) -->\n).*?(<!-- end of charts -->)", re.DOTALL)
@@ -20,34 +20,34 @@ PICTURE = re.compile(r"!\[[^]]*\]\((?:docs/)?([\w-]+\.png)\)")
 def publish(
     tables: Mapping[str, str], front: Mapping[str, Any], folder: Path, root: Path
 ) -> list[Path]:
-    """Renew the tables in the documents, the pictures that they show, and the front.
+    """Update the tables in the documents, the pictures that they show, and the front.
 
     Parameters
     ----------
     tables : mapping
-        Markdown by name; each goes where a document has ``<!-- charts: NAME -->``, until
+        Markdown by name; each replaces the text of a document between ``<!-- charts: NAME -->`` and
         ``<!-- end of charts -->``.
     front : mapping
-        What `magmotor.recommend` reads.
+        The data of `magmotor.recommend`.
     folder : Path
-        Where the pictures were drawn; those that a document shows go to ``docs/``.
+        Folder of the pictures; those that a document shows are copied to ``docs/``.
     root : Path
         The repository.
 
     Returns
     -------
     list of Path
-        What was written.
+        Files that were written.
 
     Raises
     ------
     ValueError
-        A document asks for a table that there is not.
+        A document requests an unknown table.
     """
     written = [root / FRONT]
     texts = {root / name: (root / name).read_text(encoding="utf-8") for name in DOCUMENTS}
-    renewed = {path: with_tables(text, tables, path.name) for path, text in texts.items()}
-    for path, text in renewed.items():
+    updated = {path: with_tables(text, tables, path.name) for path, text in texts.items()}
+    for path, text in updated.items():
         if text != texts[path]:
             path.write_text(text, encoding="utf-8")
             written.append(path)
@@ -66,11 +66,13 @@ def with_tables(text: str, tables: Mapping[str, str], name: str) -> str:
     Raises
     ------
     ValueError
-        It asks for a table that there is not.
+        It requests an unknown table.
     """
-    missing = {asked for _, asked, _ in TABLE.findall(text)} - tables.keys()
+    missing = {requested for _, requested, _ in TABLE.findall(text)} - tables.keys()
     if missing:
-        raise ValueError(f"{name} asks for the table {missing.pop()}: known are {[*tables]}")
+        raise ValueError(
+            f"{name} requests the unknown table {missing.pop()}; known are {[*tables]}"
+        )
     return TABLE.sub(lambda found: f"{found[1]}\n{tables[found[2]]}\n\n{found[3]}", text)
 
 

@@ -1,6 +1,6 @@
-"""Records of measurements: one case is one record, a line of JSON on disk.
+"""Records of measurements: each case is one record, a line of JSON on disk.
 
-A program that was stopped goes on with the cases that have no record yet.
+A program that was interrupted resumes with the cases that have no record yet.
 """
 
 import json
@@ -21,12 +21,12 @@ from magmotor.common.versions import package_checksum
 BAR = "{l_bar}{bar}| {elapsed}<{remaining} {postfix}"
 
 Record = dict[str, Any]
-"""Plain numbers, strings and lists; `failed` says why there is no result."""
+"""Plain numbers, strings and lists; `failed` is the reason for a missing result."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """A measurement: its key among all, what makes the record, and about how long that takes."""
+    """A measurement: unique key, function that makes the record, approximate duration."""
 
     key: str
     run: Callable[[], Record]
@@ -34,32 +34,32 @@ class Case:
 
 
 class Store:
-    """The records in a file, by their cases' keys.
+    """Records in a file, by the keys of their cases.
 
-    Those are known that were made on this machine, by these versions and this code: magmotor's and
-    that of the module which holds the case's function.
+    A record is valid if it was made on this machine, by these versions and this code: that of
+    magmotor and that of the module of the case's function.
 
     Parameters
     ----------
     path : Path
-        Made, with its folder, when the first record is kept.
+        Created, with its folder, when the first record is kept.
     """
 
     def __init__(self, path: Path):
         self.path = path
-        self._checksum = cache(_checksum)  # a file that is edited meanwhile is not what runs
+        self._checksum = cache(_checksum)  # the running code does not change if a file is edited
         self._maker = {"machine": machine(), **versions(), "code": package_checksum()}
         self._lines = self._read()
 
     def find(self, case: Case) -> Record | None:
-        """Return the record of a case, if there is one."""
+        """Return the valid record of a case, or None."""
         line = self._lines.get(case.key)
         if line is None or line["maker"] != self._maker_of(case):
             return None
         return line["record"]
 
     def keep(self, case: Case, record: Record) -> None:
-        """Append the record of a case; it is on the disk when this returns."""
+        """Append the record of a case and flush it to the disk."""
         line = {"key": case.key, "maker": self._maker_of(case), "record": record}
         self.path.parent.mkdir(parents=True, exist_ok=True)
         with self.path.open("a", encoding="utf-8") as file:
@@ -72,7 +72,7 @@ class Store:
         return {**self._maker, "case": self._checksum((_source(case.run),))}
 
     def _read(self) -> dict[str, dict]:
-        """Return the last line of each key; a torn last line is cut off for good."""
+        """Return the last line of each key; an incomplete last line is removed from the file."""
         if not self.path.exists():
             return {}
         text = self.path.read_bytes()
@@ -84,7 +84,7 @@ class Store:
 
 
 def measure(cases: Sequence[Case], store: Store) -> dict[str, Record]:
-    """Return the records of all cases by key, after making and keeping those that are missing.
+    """Return the records of all cases by key, after measuring those that are missing.
 
     Raises
     ------
@@ -111,7 +111,7 @@ def measure(cases: Sequence[Case], store: Store) -> dict[str, Record]:
 
 
 def _source(run: Callable[[], Record]) -> Path:
-    function = getattr(run, "func", run)  # what a partial calls
+    function = getattr(run, "func", run)  # the function of a partial
     found = getsourcefile(function)
     assert found, "the functions of cases are written in Python"
     return Path(found)

@@ -1,4 +1,4 @@
-"""Timing MuJoCo's steps."""
+"""Timing of MuJoCo's steps."""
 
 from contextlib import ExitStack
 from functools import partial
@@ -7,8 +7,8 @@ import mujoco
 
 import magmotor as mm
 from benchmarks.harness.records import Record
-from benchmarks.harness.timing import beside, seconds_of
-from magmotor.mjcf import hooks as stopwatch
+from benchmarks.harness.timing import compare, seconds_of
+from magmotor.mjcf.hooks import without_stopwatch
 
 TIMESTEP = 0.025
 STEPS = 2000
@@ -16,10 +16,10 @@ WARM_UP = 100
 
 
 class Stepper:
-    """Times `mj_step(model, data, nstep=2000)`, always from the same state, in motion.
+    """Times `mj_step(model, data, nstep=2000)`, always from the same moving state.
 
-    That state is the model's own after 100 magnetized steps from its start, or another stepper's;
-    its `xfrc_applied` stays, as a constant wrench, where magnetism is off.
+    That state is the model's after 100 magnetized steps, or another stepper's. Without magnetism,
+    its `xfrc_applied` remains as a constant wrench.
     """
 
     def __init__(
@@ -39,12 +39,12 @@ class Stepper:
         }
 
     def seconds(self, *, magnetic: bool, stopwatch_runs: bool = False) -> float:
-        """Seconds a step."""
+        """Return the seconds per step."""
         for name, value in self.start.items():
             getattr(self.data, name)[:] = value
         with ExitStack() as stack:
             if not stopwatch_runs:
-                stack.enter_context(stopwatch.stopped())
+                stack.enter_context(without_stopwatch())
             if magnetic:
                 stack.enter_context(mm.magnetism())
             step = partial(mujoco.mj_step, self.model, self.data, nstep=STEPS)
@@ -52,8 +52,8 @@ class Stepper:
 
 
 def cost(model: mujoco.MjModel, baseline: mujoco.MjModel, turns: int) -> Record:
-    """Of a step of 2 ms by Euler with magnetism; see `beside`."""
+    """Measure a step of 2 ms by Euler with magnetism; see `compare`."""
     own, other = (
         partial(Stepper(m, timestep=0.002).seconds, magnetic=True) for m in (model, baseline)
     )
-    return beside(own, other, turns)
+    return compare(own, other, turns)

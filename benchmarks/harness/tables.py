@@ -1,16 +1,16 @@
-"""Tables: in Markdown for documents, and of ratios beside their targets for the terminal."""
+"""Tables: in Markdown for documents, and of ratios with their targets for the terminal."""
 
 import statistics
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 NOISY = 0.1
-"""Ratio of minima and median of ratios differing by more than this mark a disturbed measurement."""
+"""Relative difference of ratio of minima and median ratio that marks a disturbed measurement."""
 
 
 @dataclass(frozen=True)
 class Row:
-    """One thing measured, in seconds, and what it is compared with in the same turns."""
+    """A measured time in seconds, and the times for comparison from the same turns."""
 
     name: str
     times: list[float]
@@ -20,17 +20,17 @@ class Row:
 
     @property
     def ratio(self) -> float:
-        """Least time over least time: what disturbs only ever adds."""
+        """Ratio of the minimum times, since disturbances only add time."""
         return min(self.times) / min(self.against)
 
     @property
     def noisy(self) -> bool:
-        """Whether the turns, taken one by one, tell something else than the minima."""
+        """Whether the median over the turns disagrees with the minima."""
         turns = [a / b for a, b in zip(self.times, self.against, strict=True)]
         return abs(statistics.median(turns) / self.ratio - 1) > NOISY
 
     def cells(self) -> list[str]:
-        """The row as text; a row with nothing to compare with is judged by its median in s."""
+        """Return the row as text; a row without comparison is judged by its median in s."""
         value, shown = statistics.median(self.times), [seconds(statistics.median(self.times))]
         shown += ["", ""]
         if self.against:
@@ -49,7 +49,7 @@ class Row:
 
 
 def show(title: str, note: str, columns: tuple[str, str, str], rows: list[Row]) -> None:
-    """Print a table; `columns` name the time, what it is compared with, and their ratio."""
+    """Print a table; `columns` name the time, the time for comparison, and their ratio."""
     lines = [["", *columns, "target", "verdict"], *(row.cells() for row in rows)]
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
     print(f"\n{title}\n")
@@ -61,7 +61,7 @@ def show(title: str, note: str, columns: tuple[str, str, str], rows: list[Row]) 
 
 
 def seconds(time: float) -> str:
-    """A time in the unit that suits it."""
+    """Format a time in a suitable unit."""
     for unit, name in ((1e-6, "ns"), (1e-3, "us"), (1.0, "ms")):
         if time < unit:
             return f"{time / unit * 1e3:.3g} {name}"
@@ -69,13 +69,13 @@ def seconds(time: float) -> str:
 
 
 def table(columns: list[str], rows: Iterable[list[str]]) -> str:
-    """Columns after the first are numbers, set to the right."""
+    """Return a Markdown table whose columns after the first are right-aligned numbers."""
     ruler = ["---", *["---:"] * (len(columns) - 1)]
     return "\n".join(f"| {' | '.join(cells)} |" for cells in [columns, ruler, *rows])
 
 
 def number(value: float | None) -> str:
-    """Two digits, as in 0.012 and 3.4e-11; nothing if there is none."""
+    """Format a number with two digits, as in 0.012 and 3.4e-11; None as an empty string."""
     if value is None:
         return ""
     if value == 0 or 0.01 <= abs(value) < 100:
@@ -87,5 +87,5 @@ def number(value: float | None) -> str:
 
 
 def cost_cells(record: dict) -> list[str]:
-    """Microseconds and their ratio to another's."""
+    """Return the microseconds and the ratio of a record as text."""
     return [number(1e6 * record["seconds"]), f"{record['ratio']:.2f}"]

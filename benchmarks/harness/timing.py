@@ -1,4 +1,4 @@
-"""Timing: in turns, so that what disturbs the machine hits all alike; least times count."""
+"""Timing in turns, so that disturbances affect all cases equally; minimum times count."""
 
 import time
 from collections.abc import Callable, Mapping
@@ -12,7 +12,7 @@ Name = TypeVar("Name")
 
 
 def seconds_of(call: Callable[[], object], count: int = 1) -> float:
-    """Wall time of a call, of so many one after another."""
+    """Return the wall time per call, over `count` calls."""
     begin = time.perf_counter()
     for _ in range(count):
         call()
@@ -20,16 +20,16 @@ def seconds_of(call: Callable[[], object], count: int = 1) -> float:
 
 
 def cores_of(call: Callable[[], object]) -> float:
-    """How many cores a call gets, by the processor's time over the wall's."""
+    """Return the number of cores that a call gets: processor time over wall time."""
     wall, processor = time.perf_counter(), time.process_time()
     call()
     return (time.process_time() - processor) / (time.perf_counter() - wall)
 
 
 def in_turns(cases: Mapping[Name, Callable[[], float]], turns: int) -> dict[Name, list[float]]:
-    """Seconds that each case returns, in turns, so that a disturbance hits all alike.
+    """Return the seconds of each case, measured in turns so that disturbances affect all equally.
 
-    Before, each runs once unmeasured, as the first run compiles.
+    Each case first runs once unmeasured, since the first run compiles.
     """
     for case in cases.values():
         case()
@@ -40,21 +40,21 @@ def in_turns(cases: Mapping[Name, Callable[[], float]], turns: int) -> dict[Name
     return times
 
 
-def beside(own: Callable[[], float], other: Callable[[], float], turns: int) -> Record:
-    """Seconds that the first returns, at the least, and how many times the second's they are.
+def compare(own: Callable[[], float], other: Callable[[], float], turns: int) -> Record:
+    """Return the minimum seconds of the first function, and their ratio to the second's.
 
-    Measured in turns, so that records made under different loads can be compared.
+    Both are measured in turns, so that records made under different loads can be compared.
     """
     times = in_turns({"own": own, "other": other}, turns)
     return {"seconds": min(times["own"]), "ratio": min(times["own"]) / min(times["other"])}
 
 
 SHORT = 5_000
-"""Steps of the run that shows what set-up takes."""
+"""Steps of the short run, which measures the set-up."""
 
 
 def run_seconds(steps: int, scene: Any, method: str, timestep: float) -> float:
-    """Wall time of a run that keeps its last step."""
+    """Return the wall time of a run that records only its last step."""
     return seconds_of(partial(
         mm.simulate, scene, method=method, timestep=timestep, duration=timestep * steps,
         record_interval=steps,
@@ -64,21 +64,21 @@ def run_seconds(steps: int, scene: Any, method: str, timestep: float) -> float:
 def seconds_a_step(
     runs: Mapping[str, Callable[[int], float]], long: Mapping[str, int], turns: int
 ) -> dict[str, float]:
-    """Return the difference of a long and a short run of each, least over turns, by step.
+    """Return the seconds per step from the difference of the fastest long and short runs.
 
     Parameters
     ----------
     runs : mapping of callables
-        Each returns the wall time of a run of so many steps. They are measured in turns, so that
-        those of one call can be compared, however fast the machine is meanwhile.
+        Each returns the wall time of a run of a given number of steps. They are measured in turns,
+        so that the results of one call can be compared even if the machine's speed varies.
     long : mapping of int
-        Steps that take 0.1 s and more, against which interruptions are short.
+        Steps that take at least 0.1 s, long compared with interruptions.
     turns : int
-        As often at least: where a busy machine delays the short runs more than the long ones, until
-        it does not.
+        Minimum number of turns; if a busy machine delays the short runs more than the long ones,
+        turns are added until it does not.
     """
     for run in runs.values():
-        run(SHORT)  # the first one compiles
+        run(SHORT)  # the first run compiles
     least = dict.fromkeys(((name, steps) for name in runs for steps in (SHORT, long[name])), 1e300)
     done = 0
     while done < turns or any(least[name, SHORT] >= least[name, long[name]] for name in runs):

@@ -1,4 +1,4 @@
-"""The ensemble kernel's algorithm in C, built if there is a compiler."""
+"""The ensemble kernel's algorithm in C, built if a compiler is available."""
 
 import ctypes
 import platform
@@ -15,17 +15,17 @@ from magmotor.devices.disk.variational import StepCoefficients
 SOURCE = Path(__file__).with_name("disk.c")
 FLAGS = ["-O3", "-march=native", "-ffast-math", "-fopenmp-simd"]
 if platform.machine() in ("x86_64", "AMD64"):
-    FLAGS += ["-mprefer-vector-width=512"]  # by default gcc uses half of it on many processors
+    FLAGS += ["-mprefer-vector-width=512"]  # by default gcc uses half of this on many processors
 GROUP = 128
-"""Replicas at a time in disk.c: their number is a multiple of this."""
+"""Replicas per group in disk.c; the number of replicas is a multiple of this."""
 
 
 class NotBuilt(Exception):
-    """There is no compiler, or it failed; says which."""
+    """No compiler is available, or it failed; the message says which."""
 
 
 class CDisk:
-    """The disk in C; `defines` are XOSHIRO, for another generator, and LIBM."""
+    """The disk in C; `defines` may contain XOSHIRO, for another generator, and LIBM."""
 
     def __init__(self, *defines: str):
         compiler = shutil.which("gcc") or shutil.which("cc")
@@ -46,7 +46,7 @@ class CDisk:
     def advance(
         self, states: NDArray[np.float64], steps: int, seed: int, coefficients: StepCoefficients
     ) -> None:
-        """Take the states as the kernel has them, shape (4, R), through `steps` from step 0 on."""
+        """Advance the states, in the kernel's layout (4, R), by `steps` from step 0 on."""
         o_part, kick, drift = coefficients.parts
         numbers = [*o_part.friction, *o_part.noise[0], kick.push[0] * coefficients.force[0][0]]
         numbers += [drift.turns, drift.angle]

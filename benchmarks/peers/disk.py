@@ -1,6 +1,6 @@
-"""The disk's ensemble by other means: what a step of one of many replicas costs, on one thread.
+"""The disk's ensemble with other software: cost of a step of one of many replicas, on one thread.
 
-The paper's disk by its own scheme, or Euler's where that is what there is, at h = 0.01.
+The paper's disk with its own scheme, or with Euler's where only that is available, at h = 0.01.
 """
 
 from collections.abc import Callable
@@ -29,13 +29,13 @@ GROUPS: dict[str, Callable[[list[str], ExitStack], ensembles.Cases]] = {
     "C": lambda left_out, stack: ensembles.by_c(left_out),
     "loop": _compiled,
     "NumPy": lambda left_out, stack: ensembles.by_numpy(),
-    "diffrax": partial(ensembles.elsewhere, programs=["disk_diffrax"]),
-    "torchsde": partial(ensembles.elsewhere, programs=["disk_torchsde"]),
+    "diffrax": partial(ensembles.by_other_environments, programs=["disk_diffrax"]),
+    "torchsde": partial(ensembles.by_other_environments, programs=["disk_torchsde"]),
 }
 
 
 SLOW = ("diffrax", "torchsde")
-"""Left out with --quick."""
+"""Skipped with --quick."""
 
 
 def cases(quick: bool) -> list[Case]:
@@ -59,7 +59,7 @@ def _measure(name: str, turns: int) -> Record:
 
 
 def _rows(records: dict[str, Record]) -> dict[str, Record]:
-    """What was measured, by name."""
+    """Return the measurements, by name."""
     found: dict[str, Record] = {OURS: {}}
     for name in GROUPS:
         record = records.get(f"peers/disk/{name}", {})
@@ -78,7 +78,7 @@ def tabulate(records: dict[str, Record]) -> str:
 
 
 def bars(records: dict[str, Record]) -> list[tuple[str, float | None, str, str]]:
-    """Name, length, text beside it and color of each bar."""
+    """Return the name, length, text and color of each bar."""
     found = []
     for name, record in _rows(records).items():
         color = style.BLUE if name.startswith("variational") else style.GRAY

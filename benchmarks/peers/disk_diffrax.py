@@ -1,9 +1,9 @@
-"""The disk by diffrax, and by a plain loop in JAX, on one thread."""
+"""The disk with diffrax, and with a plain loop in JAX, on one thread."""
 
 import os
 from functools import cache
 
-# JAX reads these when it is imported; its thread pool is as large as there are processors.
+# JAX reads these when it is imported; its thread pool has one thread per processor.
 os.environ["XLA_FLAGS"] = "--xla_cpu_multi_thread_eigen=false"
 os.environ["JAX_ENABLE_X64"] = "1"
 os.environ["JAX_PLATFORMS"] = "cpu"
@@ -29,7 +29,7 @@ def diffusion(t, y, args):
 
 
 def by_diffrax(key):
-    """One replica."""
+    """Simulate one replica."""
     path = diffrax.UnsafeBrownianPath(shape=(), key=key)
     terms = diffrax.MultiTerm(diffrax.ODETerm(drift), diffrax.ControlTerm(diffusion, path))
     return diffrax.diffeqsolve(
@@ -39,7 +39,7 @@ def by_diffrax(key):
 
 
 def by_jax(keys):
-    """As many replicas as keys, by the kernel's own scheme."""
+    """Simulate one replica for each key, with the kernel's own scheme."""
 
     def step(state, key):
         x, theta, v, omega = state
@@ -61,4 +61,4 @@ PEERS = {
     "diffrax": (lambda n: jax.block_until_ready(diffrax_run(keys_of(n))), SIZES, STEPS),
     "JAX scan": (lambda n: jax.block_until_ready(jax_run(keys_of(n))), SIZES, STEPS),
 }
-"""See turns.py."""
+"""See server.py."""

@@ -1,4 +1,4 @@
-"""The disk by torchsde, on one thread."""
+"""The disk with torchsde, on one thread."""
 
 import warnings
 
@@ -7,7 +7,7 @@ import torchsde  # pyright: ignore[reportMissingImports]
 
 torch.set_num_threads(1)
 torch.set_default_dtype(torch.float64)
-warnings.simplefilter("ignore")  # the last step ends by rounding beyond the path's end
+warnings.simplefilter("ignore")  # by rounding, the last step ends beyond the path's end
 
 SIGMA, FRICTION, NOISE, H = 0.5, 0.1, 5.0, 0.01
 STEPS = 200
@@ -39,4 +39,4 @@ def run(replicas: int):
 
 
 PEERS = {"torchsde": (run, (4096, 8192, 16384), STEPS)}
-"""See turns.py."""
+"""See server.py."""

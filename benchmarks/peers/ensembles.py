@@ -1,6 +1,6 @@
-"""The disk's ensemble by the kernel and by other means: seconds that a step of a replica takes.
+"""The disk's ensemble with the kernel and with other software: seconds per step of a replica.
 
-The paper's disk by its own scheme, in batches of many replicas on one thread.
+The paper's disk with its own scheme, in batches of many replicas on one thread.
 """
 
 from collections.abc import Callable, Iterable
@@ -15,13 +15,13 @@ import magmotor as mm
 from benchmarks.harness.timing import in_turns, seconds_of
 from benchmarks.peers import disk_numpy, disk_scalar
 from benchmarks.peers.compiled_c import CDisk, NotBuilt
-from benchmarks.peers.other_environment import NotThere, Peer
+from benchmarks.peers.other_environment import Peer, Unavailable
 from magmotor.devices.disk.variational import kernel, step_coefficients
 
 SCENE, H, SEED = mm.Disk(), 0.01, 7
 REPLICAS, STEPS = 4096, 2000
-PART = 256
-"""Replicas that a thread takes at a time, so that neither waits for the other in the end."""
+PART_SIZE = 256
+"""Replicas per task of a thread, so that neither thread waits for the other at the end."""
 
 PROGRAMS = ("disk_diffrax", "disk_torchsde")
 NUMPY_REPLICAS = (4096, 16384, 65536)
@@ -29,18 +29,28 @@ Cases = dict[str, Callable[[], float]]
 
 
 def by_kernel(scheme: str, steps: int = STEPS, threads: int = 1) -> float:
-    advance, rule = kernel(SCENE, scheme), step_coefficients(SCENE, scheme, H)
+    advance, coefficients = kernel(SCENE, scheme), step_coefficients(SCENE, scheme, H)
 
-    def work(first: int) -> None:
-        advance(np.zeros((4, PART)), np.empty((1, 4, PART)), 0, steps, SEED, first, 1, 0, rule)
+    def advance_part(first: int) -> None:
+        advance(
+            np.zeros((4, PART_SIZE)),
+            np.empty((1, 4, PART_SIZE)),
+            0,
+            steps,
+            SEED,
+            first,
+            1,
+            0,
+            coefficients,
+        )
 
     with ThreadPoolExecutor(threads) as pool:
-        run = partial(pool.map, work, range(0, REPLICAS, PART))
+        run = partial(pool.map, advance_part, range(0, REPLICAS, PART_SIZE))
         return seconds_of(lambda: list(run())) / REPLICAS / steps
 
 
 def by_numpy() -> Cases:
-    """With the generator that NumPy gives by default, and with its fastest."""
+    """Use NumPy's default generator, and its fastest."""
     generators = {"NumPy": np.random.PCG64, "NumPy, SFC64": np.random.SFC64}
     cases: Cases = {}
     for name, bits in generators.items():
@@ -79,28 +89,30 @@ def by_c(left_out: list[str]) -> Cases:
 
 
 def _compiled(c: CDisk) -> float:
-    states, rule = np.zeros((4, REPLICAS)), step_coefficients(SCENE, "euler", H)
-    return seconds_of(partial(c.advance, states, STEPS, SEED, rule)) / REPLICAS / STEPS
+    states, coefficients = np.zeros((4, REPLICAS)), step_coefficients(SCENE, "euler", H)
+    return seconds_of(partial(c.advance, states, STEPS, SEED, coefficients)) / REPLICAS / STEPS
 
 
 def _check(c: CDisk) -> None:
-    """After 100 steps C and the kernel are at the same states."""
-    rule = step_coefficients(SCENE, "euler", H)
+    """Check that C and the kernel reach the same states after 100 steps."""
+    coefficients = step_coefficients(SCENE, "euler", H)
     ours: NDArray[np.float64] = np.zeros((4, 256))
     theirs = ours.copy()
-    kernel(SCENE, "euler")(ours, np.empty((1, 4, 256)), 0, 100, SEED, 0, 1, 0, rule)
-    c.advance(theirs, 100, SEED, rule)
-    apart = np.abs(ours - theirs).max()
-    if not apart < 1e-9:
-        raise AssertionError(f"after 100 steps C is {apart} from the kernel")
+    kernel(SCENE, "euler")(ours, np.empty((1, 4, 256)), 0, 100, SEED, 0, 1, 0, coefficients)
+    c.advance(theirs, 100, SEED, coefficients)
+    difference = np.abs(ours - theirs).max()
+    if not difference < 1e-9:
+        raise AssertionError(f"after 100 steps C is {difference} from the kernel")
 
 
-def elsewhere(left_out: list[str], stack: ExitStack, programs: Iterable[str] = PROGRAMS) -> Cases:
+def by_other_environments(
+    left_out: list[str], stack: ExitStack, programs: Iterable[str] = PROGRAMS
+) -> Cases:
     cases: Cases = {}
     for program in programs:
         try:
             peer = Peer(program)
-        except NotThere as error:
+        except Unavailable as error:
             left_out.append(f"{program}, {error}")
             continue
         stack.callback(peer.close)

@@ -1,43 +1,43 @@
-"""Peers that run in an environment of their own, .venv-bench."""
+"""Other libraries that run in a separate environment, .venv-bench."""
 
 import json
 import subprocess
 from pathlib import Path
 
-HERE = Path(__file__).parent
-PYTHON = HERE.parents[1] / ".venv-bench" / "bin" / "python"
+FOLDER = Path(__file__).parent
+PYTHON = FOLDER.parents[1] / ".venv-bench" / "bin" / "python"
 
 
-class NotThere(Exception):
-    """The environment or what the module imports is missing; says why."""
+class Unavailable(Exception):
+    """The environment or a module's import is missing; the message says which."""
 
 
 class Peer:
-    """A module of this folder whose process measures when it is told to; see turns.py."""
+    """A module of this folder whose process measures on request; see server.py."""
 
     def __init__(self, module: str, python: Path = PYTHON):
         if not python.exists():
-            raise NotThere(f"no {python.parts[-3]}")
+            raise Unavailable(f"no {python.parts[-3]}")
         self._process = subprocess.Popen(
-            [str(python), str(HERE / "turns.py"), module],
+            [str(python), str(FOLDER / "server.py"), module],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
         )  # fmt: skip
-        self.replicas: dict[str, int] = self._hear()
+        self.replicas: dict[str, int] = self._receive()
 
     def seconds(self, name: str) -> float:
-        """Seconds of a trajectory-step."""
+        """Return the seconds per trajectory-step."""
         assert self._process.stdin
         print(json.dumps(name), file=self._process.stdin, flush=True)
-        return self._hear()
+        return self._receive()
 
     def close(self) -> None:
-        """End the program."""
+        """End the process."""
         self._process.communicate()
 
-    def _hear(self):
+    def _receive(self):
         assert self._process.stdout
         line = self._process.stdout.readline()
         if line:
             return json.loads(line)
         errors = self._process.communicate()[1].strip().splitlines()
-        raise NotThere(errors[-1] if errors else "it ended")
+        raise Unavailable(errors[-1] if errors else "the process ended")

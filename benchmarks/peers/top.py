@@ -1,7 +1,7 @@
-"""The top's fourth case by other means: how much an error of J of at most 1 % costs.
+"""The top's fourth case with other software: the cost of an error of J of at most 1 %.
 
-The error is the largest over 60 s, over the largest |J|. Steps and tolerances are the coarsest that
-reach it, of a list; where the model is another, they are what is stated.
+The error is the largest over 60 s, relative to the largest |J|. Steps and tolerances are the
+coarsest of a list that reach it; for another model they are stated.
 """
 
 import math
@@ -33,17 +33,17 @@ from magmotor.devices.top import ode as ball
 from magmotor.devices.top.device import TOP
 
 SCENE = mm.Top.paper(4)
-WANTED = 0.01
+LARGEST_ERROR = 0.01
 TIMESTEPS = (0.1, 0.05, 0.025, 0.02, 0.0125, 0.01, 0.005, 0.0025)
-"""They divide the interval of recording."""
+"""They divide the record interval."""
 
 TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
 REPEATS = 3
 LONG = 25_000.0
-"""Seconds that the reference simulates, so that setting up takes no time."""
+"""Seconds that the reference simulates, long enough to make set-up negligible."""
 
-Found = tuple[float, float]
-"""Error of J, and wall time of a simulated second."""
+Result = tuple[float, float]
+"""Error of J, and wall time per simulated second."""
 
 
 def _in_mujoco(
@@ -51,8 +51,8 @@ def _in_mujoco(
     integrator: mujoco.mjtIntegrator,
     apply: wrench.Callback | None = None,
     model_of: Callable[[mm.Top], mujoco.MjModel] = mm.build,
-) -> Found:
-    """With our compiled callback, or a Python function."""
+) -> Result:
+    """Run with our compiled callback, or a Python function."""
     model = model_of(SCENE)
     with mm.magnetism() if apply is None else _installed(apply):
         flights = [fly(model, SCENE, timestep, integrator) for _ in range(1 if apply else REPEATS)]
@@ -68,7 +68,7 @@ def _installed(callback: wrench.Callback) -> Iterator[None]:
         mujoco.set_mjcb_control(None)
 
 
-def _in_reference(timestep: float, method: str) -> Found:
+def _in_reference(timestep: float, method: str) -> Result:
     numerics = {"method": method, "timestep": timestep, "allow_unstable": True}
     run = mm.simulate(SCENE, duration=DURATION, **numerics)
     momentum = run.momentum_map.values[:: round(INTERVAL / timestep)][1:]
@@ -77,7 +77,7 @@ def _in_reference(timestep: float, method: str) -> Found:
     return momentum_error(momentum, SCENE), _least(partial(simulate, record_interval=steps)) / LONG
 
 
-def _in_scipy(tolerance: float, method: str, compiled: bool) -> Found:
+def _in_scipy(tolerance: float, method: str, compiled: bool) -> Result:
     derivative, start, scales = ball.problem(SCENE, TOP.initial_state(SCENE, None, None))
     if not compiled:
         derivative, start = top_numpy.problem(SCENE)
@@ -91,15 +91,15 @@ def _in_scipy(tolerance: float, method: str, compiled: bool) -> Found:
         return math.inf, math.inf
     momentum = np.sum(solution.y[4:7] * solution.y[7:], axis=0)
     error = momentum_error(momentum, SCENE)
-    return error, _least(solve) / DURATION if error <= WANTED else math.inf
+    return error, _least(solve) / DURATION if error <= LARGEST_ERROR else math.inf
 
 
 def _least(run: Callable[[], object]) -> float:
-    """Seconds that it takes."""
+    """Return the minimum wall time of a run, in seconds."""
     return min(seconds_of(run) for _ in range(REPEATS))
 
 
-CHOSEN: dict[str, Callable[[float], Found]] = {
+CHOSEN: dict[str, Callable[[float], Result]] = {
     "variational/euler": partial(_in_reference, method="variational/euler"),
     "variational/verlet": partial(_in_reference, method="variational/verlet"),
     "variational/baoab": partial(_in_reference, method="variational/baoab"),
@@ -115,7 +115,7 @@ CHOSEN: dict[str, Callable[[float], Found]] = {
         for method in ("DOP853", "RK45", "LSODA")
     },
 }
-"""What takes a timestep or tolerance."""
+"""Variants with a timestep or tolerance to choose."""
 
 STATED = {
     "mujoco/euler at MuJoCo's default step": partial(_in_mujoco, integrator=EULER),
@@ -124,7 +124,7 @@ STATED = {
 
 
 def cases(quick: bool) -> list[Case]:
-    """The same in both."""
+    """Return the cases, the same with and without --quick."""
     return [Case(f"peers/top/{name}", partial(_measure, name), 2) for name in (*CHOSEN, *STATED)]
 
 
@@ -138,10 +138,10 @@ def _measure(name: str) -> Record:
             error, wall = CHOSEN[name](choice)
         except (ArithmeticError, mm.SimulationStopped):
             continue
-        if error <= WANTED:
+        if error <= LARGEST_ERROR:
             setting = f"rtol {choice:g}" if in_scipy else f"{choice:g} s"
             return {"error": error, "seconds": wall, "setting": setting}
-    return {"failed": f"no error of {WANTED:g}"}
+    return {"failed": f"no error of {LARGEST_ERROR:g}"}
 
 
 def tabulate(records: dict[str, Record]) -> str:
@@ -167,13 +167,13 @@ def tabulate(records: dict[str, Record]) -> str:
 
 
 def bars(records: dict[str, Record]) -> list[tuple[str, float | None, str, str]]:
-    """Name, length, text beside it and color of each bar."""
+    """Return the name, length, text and color of each bar."""
     found = []
     for name in (*CHOSEN, *STATED):
         record = records[f"peers/top/{name}"]
         own = name.startswith(("variational", "mujoco")) and "callback" not in name
         color = style.BLUE if own else style.GRAY
-        if record.get("error", 0.0) > WANTED:
+        if record.get("error", 0.0) > LARGEST_ERROR:
             color = style.ORANGE
         if "failed" in record:
             found.append((name, None, record["failed"], color))

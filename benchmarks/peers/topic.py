@@ -1,4 +1,4 @@
-"""Against others: the same top, the same disk, by other means, measured in one run."""
+"""Comparison with other software: the same top and the same disk, measured in one run."""
 
 from pathlib import Path
 
@@ -17,7 +17,7 @@ def tables(records: dict[str, Record]) -> dict[str, str]:
 
 
 def draw(records: dict[str, Record], folder: Path) -> None:
-    """Bars of cost, one panel for the top, one for the disk."""
+    """Draw bars of cost, one panel for the top, one for the disk."""
     panels = {
         "the top, case 4: wall time of a simulated second (s), and the error of J": top.bars,
         "the disk: a step of one of many replicas, in ns, and over ours": disk.bars,

@@ -1,4 +1,4 @@
-"""The magnetism callback by other means: in NumPy, and by magpylib."""
+"""The magnetism callback in other implementations: in NumPy, and with magpylib."""
 
 import runpy
 from collections.abc import Callable
@@ -14,13 +14,13 @@ TESTS = Path(__file__).parents[2] / "tests"
 
 
 def in_numpy() -> Callback:
-    """The twin by which the tests judge the compiled callback."""
+    """Return the NumPy implementation with which the tests compare the compiled callback."""
     (twin,) = TESTS.rglob("numpy_twin.py")
     return runpy.run_path(str(twin))["apply_magnetism"]
 
 
 def by_magpylib(scene: mm.Top) -> Callback:
-    """Of the top's ball, from a collection of the ring's dipoles."""
+    """Return a callback for the top's ball, from a collection of the ring's dipoles."""
     sources = zip(*scene.ring_sources(), strict=True)
     ring = magpylib.Collection(
         *(magpylib.misc.Dipole(position=place, moment=moment) for place, moment in sources)

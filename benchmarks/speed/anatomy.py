@@ -1,4 +1,4 @@
-"""Where MuJoCo's step spends its time, by its own stopwatch."""
+"""Breakdown of the time of MuJoCo's step, by its own timers."""
 
 import mujoco
 
@@ -17,14 +17,14 @@ STAGES = {
     "solving for friction": (TIMERS.mjTIMER_CONSTRAINT, 1),
     "moving on": (TIMERS.mjTIMER_ADVANCE, 1),
 }
-"""Timers, and how often the clock is read while each runs."""
+"""Timers, and the number of clock readings while each runs."""
 
 EMPTY = TIMERS.mjTIMER_POS_PROJECT
-"""A stage in which nothing is to be done: it takes one reading of the clock."""
+"""A stage without work: it takes one reading of the clock."""
 
 NOTE = """\
-Bare steps with friction, measured by mjData.timer; the time that reading the clock takes is
-  subtracted. What is the same in both cannot make the planar model the cheaper one."""
+Bare steps with friction, measured by mjData.timer; the time for reading the clock is
+  subtracted. Stages that are equal in both do not make the planar model cheaper."""
 
 
 def main() -> None:
@@ -39,7 +39,7 @@ def main() -> None:
 
 
 def _seconds_in_timers(stepper: Stepper) -> list[float]:
-    """Seconds a step in each of MuJoCo's timers."""
+    """Return the seconds per step in each of MuJoCo's timers."""
     for timer in stepper.data.timer:
         timer.duration = 0.0
     stepper.seconds(magnetic=False, stopwatch_runs=True)

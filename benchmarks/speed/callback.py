@@ -1,4 +1,4 @@
-"""The compiled callback against the same wrench in NumPy and from magpylib."""
+"""The compiled callback compared with the same wrench in NumPy and from magpylib."""
 
 import ctypes
 from functools import partial

@@ -1,4 +1,4 @@
-"""What the sliding disk costs a step in MuJoCo, beside the variational engine."""
+"""Cost of a step of the sliding disk in MuJoCo, compared with the variational engine."""
 
 import ctypes
 from functools import partial
@@ -12,8 +12,8 @@ from benchmarks.harness.timing import in_turns, seconds_of
 from magmotor.device.job import Job
 from magmotor.devices.disk.states import start_disk
 from magmotor.devices.disk.variational import run
-from magmotor.mjcf import hooks as stopwatch
 from magmotor.mjcf import memory
+from magmotor.mjcf.hooks import without_stopwatch
 
 TIMESTEP = 0.01
 STEPS = 20_000
@@ -32,10 +32,10 @@ CASES = {
 }
 NOTE = """\
 One replica, 20 000 steps inside one call, Euler unless stated, against variational/euler on the
-  same path; that steps 8 replicas, in the lanes of a vector, at the price of one. MuJoCo's time is
-  its pipeline's, with one body: see below."""
+  same path, which steps 8 replicas, in the lanes of a vector, at the cost of one. MuJoCo's time is
+  that of its pipeline for one body: see below."""
 PARTS = (
-    ("mj_fwdPosition", "places, inertia, tendon"),
+    ("mj_fwdPosition", "positions, inertia, tendon"),
     ("mj_fwdVelocity", "velocities, friction, bias"),
     ("callback", "noise and potential"),
     ("mj_fwdAcceleration", "forces to accelerations"),
@@ -43,8 +43,8 @@ PARTS = (
     ("mj_Euler", "moving on"),
 )
 PARTS_NOTE = """\
-The paper's disk, planar; each part called through its C pointer in a compiled loop. Alone, a part
-  overlaps in the processor with its own next call; in sequence each waits for the one before."""
+The paper's disk, planar; each part called through its C pointer in a compiled loop. Called alone, a
+  part overlaps in the processor with its own next call; in sequence each waits for the last one."""
 PROTOTYPE = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64)
 
 
@@ -62,7 +62,7 @@ def _show_parts() -> None:
     data = mujoco.MjData(model)
     library = memory.library()
     calls = {name: getattr(library, name) for name, _ in PARTS if name != "callback"}
-    with mm.magnetism(), stopwatch.stopped():
+    with mm.magnetism(), without_stopwatch():
         calls |= {"callback": mujoco.get_mjcb_control(), "mj_step": library.mj_step}
         cases, pointers = {}, {}
         for name, function in calls.items():
@@ -109,7 +109,7 @@ def _stepper(scene: mm.Disk, integrator: mujoco.mjtIntegrator, driven: bool):
     def step() -> float:
         mujoco.mj_resetData(model, data)
         data.qvel[:] = 1.0
-        with stopwatch.stopped():
+        with without_stopwatch():
             if not driven:
                 return seconds_of(steps) / STEPS
             with mm.magnetism():

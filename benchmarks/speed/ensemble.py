@@ -1,4 +1,4 @@
-"""The sliding disk's ensemble against NumPy, compiled loops, C, diffrax and torchsde."""
+"""The sliding disk's ensemble compared with NumPy, compiled loops, C, diffrax and torchsde."""
 
 import textwrap
 from collections.abc import Iterable
@@ -19,15 +19,15 @@ from benchmarks.peers.ensembles import (
     by_c,
     by_kernel,
     by_numpy,
+    by_other_environments,
     by_scalar_loop,
-    elsewhere,
 )
 
 LONG = 10 * STEPS
-"""So that two threads meet seldom."""
+"""So many that two threads rarely wait for each other."""
 
 DURATION = 1000.0
-"""Of mm.ensemble, which takes some 50 ms for each call and more for each record."""
+"""Duration of mm.ensemble, which takes about 50 ms per call and more per record."""
 
 TARGETS = {
     "NumPy": 12.0,
@@ -48,7 +48,7 @@ def _against_others() -> None:
     with ExitStack() as stack:
         cases = {"kernel": partial(by_kernel, "euler")}
         cases |= by_numpy() | {"compiled scalar loop": by_scalar_loop} | by_c(left_out)
-        cases |= elsewhere(left_out, stack)
+        cases |= by_other_environments(left_out, stack)
         times = in_turns(cases, turns=15)
     rows = [
         Row(name, times[name], times["kernel"], at_least=TARGETS.get(name.split(" (")[0]))

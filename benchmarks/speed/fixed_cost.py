@@ -1,4 +1,4 @@
-"""What a call of `simulate` costs beside its steps, for a scene not seen before."""
+"""Cost of a call of `simulate` beyond its steps, for a new scene."""
 
 import itertools
 from collections.abc import Callable, Iterator
@@ -16,7 +16,7 @@ CASES = {
     ("motor", "variational/baoab"): (lambda new: mm.Motor(inner_mass=6 + new), 0.005),
     ("disk", "variational/verlet"): (lambda new: mm.Disk(friction=1 + new), 0.0125),
 }
-"""Scenes by a small number, and a timestep."""
+"""Scenes as functions of a small number, and a timestep."""
 
 _new = itertools.count(1)
 
@@ -24,8 +24,8 @@ _new = itertools.count(1)
 def main() -> None:
     rows = [row for (name, method), case in CASES.items() for row in _rows(name, method, *case)]
     note = f"""\
-A call of one step with a new scene, and what the other steps of {DURATION:g} s (of the disk: units
-  of time) take; below, the checks in that call, and the whole of it."""
+A call of one step with a new scene, and the time of the other steps of {DURATION:g} s (for the
+  disk: units of time). Below: the checks in that call, and the whole call."""
     show("The fixed cost of a call", note, ("time", "of", "ratio"), rows)
 
 

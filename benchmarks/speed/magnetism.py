@@ -1,4 +1,4 @@
-"""What magnetism adds to MuJoCo's step."""
+"""Cost that magnetism adds to MuJoCo's step."""
 
 from functools import partial
 
@@ -19,7 +19,7 @@ SCENES = {
 AT_MOST = {"planar, 20 dipoles": 1.15, "motor, 125 pairs": 1.4}
 NOTE = """\
 Both step the same model from the same state in motion, 2000 steps inside one mj_step; the bare one
-  keeps the wrench it finds as a constant. MuJoCo's stopwatch is off: it would lengthen both. The
+  keeps the initial wrench constant. MuJoCo's timers are off: they would lengthen both. The
   motor's noise counts as magnetism."""
 
 

@@ -1,4 +1,4 @@
-"""The planar model against the plane model, and what each thing left out of it saves."""
+"""The planar model compared with the plane model, and the savings of each omitted feature."""
 
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -19,7 +19,7 @@ Magnetized steps, MuJoCo's stopwatch off. With friction both models pay for find
   solving one frictional contact; without it the planar model has no contact."""
 CHANGES_NOTE = """\
 Bare steps of the planar top with friction under the constant wrench of one state. A ratio above 1
-  is what leaving the feature out saves; below 1, what would be saved could the top do without."""
+  is the saving of omitting the feature; below 1, the possible saving if the top did not need it."""
 
 
 def main() -> None:
@@ -91,7 +91,7 @@ def _enable(bits: int) -> mujoco.MjModel:
 
 
 def _solve_by(solver: str, model: mujoco.MjModel) -> mujoco.MjModel:
-    """With MuJoCo's own limits on iterations, to nearly rounding."""
+    """Solve with MuJoCo's own limits on iterations, nearly to rounding."""
     model.opt.solver = getattr(mujoco.mjtSolver, f"mjSOL_{solver}")
     model.opt.iterations, model.opt.ls_iterations = DEFAULTS.iterations, DEFAULTS.ls_iterations
     model.opt.tolerance = 1e-15

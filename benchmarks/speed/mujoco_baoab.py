@@ -1,4 +1,4 @@
-"""What a step of the splitting BAOAB in MuJoCo costs, beside a step of MuJoCo's own Euler."""
+"""Cost of a step of BAOAB in MuJoCo, compared with a step of MuJoCo's own Euler."""
 
 import ctypes
 from functools import partial
@@ -9,8 +9,8 @@ from numba import njit
 import magmotor as mm
 from benchmarks.harness.tables import Row, show
 from benchmarks.harness.timing import in_turns, seconds_of
-from magmotor.mjcf import hooks as stopwatch
 from magmotor.mjcf import memory
+from magmotor.mjcf.hooks import without_stopwatch
 from magmotor.noise import BrownianPath
 
 STEPS, TURNS = 3000, 40
@@ -19,7 +19,7 @@ CASES = {
     "top": (mm.Top(), 0.0125, None),
     "motor": (mm.Motor(), 0.1, 0.5),
 }
-"""Scene, timestep, and the ratio aimed at."""
+"""Scene, timestep, and target ratio."""
 
 NOTE = "Planar scenes, one thread; Euler inside a block of magnetism, of the same model."
 
@@ -30,17 +30,17 @@ LONG_NOTE = """\
 
 PARTS_NOTE = """\
 The motor. Each part is called alone in a compiled loop, so that it overlaps in the processor with
-  its own next call. What is left is friction, and the way between joints, bodies and the world."""
+  its own next call. The rest is friction, and transformations between bodies and the world."""
 
 WORD, NUMBER = ctypes.c_int64, ctypes.c_double
 ON_DATA = ctypes.CFUNCTYPE(None, WORD, WORD)
-ON_PLACES = ctypes.CFUNCTYPE(None, WORD, WORD, WORD, NUMBER)
+ON_POSITIONS = ctypes.CFUNCTYPE(None, WORD, WORD, WORD, NUMBER)
 
 
 def main() -> None:
     pairs = {name: _steppers(scene, h) for name, (scene, h, _) in CASES.items()}
     cases = {(n, k): stepper for n, pair in pairs.items() for k, stepper in enumerate(pair)}
-    with mm.magnetism(), stopwatch.stopped():
+    with mm.magnetism(), without_stopwatch():
         times = in_turns(cases, TURNS)
     rows = [
         Row(name, times[name, 0], times[name, 1], at_most=target)
@@ -52,7 +52,7 @@ def main() -> None:
 
 
 def _steppers(scene, timestep: float):
-    """Functions that measure a step by BAOAB and by Euler."""
+    """Return functions that measure a step by BAOAB and by Euler."""
     model = mm.build(scene)
     model.opt.timestep = timestep
     langevin = mm.Baoab(model)
@@ -71,16 +71,16 @@ def _show_parts(whole: list[float]) -> None:
     mujoco.mj_resetDataKeyframe(model, data, 0)
     library = memory.library()
     kinematics = ctypes.cast(library.mj_kinematics, ON_DATA)
-    drift = ctypes.cast(library.mj_integratePos, ON_PLACES)
+    drift = ctypes.cast(library.mj_integratePos, ON_POSITIONS)
     both = model._address, data._address
-    places = model._address, data.qpos.ctypes.data, data.qvel.ctypes.data, 1e-9
+    positions = model._address, data.qpos.ctypes.data, data.qvel.ctypes.data, 1e-9
     with mm.magnetism():
         mujoco.mj_forward(model, data)
         forces = ctypes.cast(mujoco.get_mjcb_control(), ON_DATA)
         cases = {
             "bodies and sites (mj_kinematics)": partial(_seconds_a_call, _call, kinematics, *both),
             "forces and noise (callback)": partial(_seconds_a_call, _call, forces, *both),
-            "moving, twice (mj_integratePos)": partial(_seconds_a_call, _drift, drift, *places),
+            "moving, twice (mj_integratePos)": partial(_seconds_a_call, _drift, drift, *positions),
         }
         times = in_turns(cases, TURNS)
     rows = [Row(name, times[name], whole) for name in cases]

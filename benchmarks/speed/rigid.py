@@ -1,4 +1,4 @@
-"""The reference of rigid bodies: what a step costs, and two threads against one."""
+"""The reference integrators of rigid bodies: cost of a step, and two threads compared with one."""
 
 from functools import partial
 
@@ -17,11 +17,11 @@ from magmotor.noise import BrownianPath
 
 STEPS, REPLICAS = 200_000, 8
 LONG = 25
-"""Times as many steps of the replicas together: a second core takes some 0.05 s to wake up."""
+"""Factor for the steps of replicas on threads: a second core takes about 0.05 s to wake up."""
 
 SCHEMES = ("euler", "cayley", "baoab")
 SLOWEST = 2e-6
-"""Seconds per step: half a million steps a second."""
+"""Seconds per step: half a million steps per second."""
 
 
 def main() -> None:
@@ -69,6 +69,6 @@ def _top(scheme: str) -> float:
 
 
 def _seconds(job: Job, numbers: tuple, threads: int) -> float:
-    """Per step of one replica."""
+    """Return the seconds per step of one replica."""
     seconds = seconds_of(lambda: list(rigid.recorded_chunks(job, *numbers, threads=threads)))
     return seconds / job.record_interval / len(numbers[-1])

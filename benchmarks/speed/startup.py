@@ -1,4 +1,4 @@
-"""How long a new process takes until it has magmotor, and until its first run is done."""
+"""Time of a new process to import magmotor, and to finish its first run."""
 
 import json
 import subprocess
@@ -50,7 +50,7 @@ def _python(*arguments: str) -> subprocess.CompletedProcess[str]:
 
 
 def _imports() -> str:
-    """The packages that take longest to import, each without those that it imports."""
+    """Return the packages that take longest to import, each without its own imports."""
     report = _python("-X", "importtime", "-c", FIRST_RUN).stderr
     total: Counter[str] = Counter()
     for line in report.splitlines():

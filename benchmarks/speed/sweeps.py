@@ -1,4 +1,4 @@
-"""What a sweep costs beside its simulations, and how much of the cores they get."""
+"""Cost of a sweep beyond its simulations, and the share of the cores' time that these get."""
 
 import tempfile
 import time
@@ -16,10 +16,10 @@ from magmotor.sweep.process_pool import Pool
 
 CORES = 2
 CASES, TURNS = 500, 3
-"""Of which the overhead is measured, and how often."""
+"""Number of cases for measuring the overhead, and number of repetitions."""
 
-SOME = 20_000
-"""Of the 1e6 cases, those that are planned here."""
+PLANNED = 20_000
+"""Number of the 1e6 cases that are planned here."""
 
 DISK: dict[str, Any] = {
     "scene": mm.Disk(),
@@ -35,7 +35,7 @@ def main() -> None:
     with mm.sweep.local_cluster(1) as address, mm.sweep.dask_workers(address) as (executor, _):
         on_cluster = _overhead(executor)
     spent, busy, case = _efficiency(cases=1000, target=0.2)
-    held, planned = _plan()
+    memory, planned = _plan()
     rows = [
         Row("overhead of a case, one worker", overhead, at_most=2e-3),
         Row("  on a Dask cluster", on_cluster),
@@ -44,32 +44,32 @@ def main() -> None:
     ]
     note = f"""\
 The 1000 cases took {seconds(case)} each on {CORES} workers, {spent:.0f} s in all, with the start
-  of the workers. Planning holds {held / 1e6:.2f} MB at the most."""
+  of the workers. Planning uses at most {memory / 1e6:.2f} MB."""
     show("Parameter sweeps", note, ("time", "against", "ratio"), rows)
 
 
 def _overhead(executor: Any) -> list[float]:
-    """Wall time of a case beyond what the one worker spends on it, who never waits for work."""
+    """Return the wall time of a case beyond the time of the single, always busy worker."""
     _run(10, 5.0, 1, executor)  # the worker imports and compiles
     runs = [_run(CASES, 5.0, 1, executor) for _ in range(TURNS)]
     return [(spent - busy) / CASES for spent, busy in runs]
 
 
 def _efficiency(cases: int, target: float) -> tuple[float, float, float]:
-    """Wall time, time in the simulations, and that of a case, which is made to last `target`."""
+    """Return wall time, time in the simulations, and time per case, which is set to `target`."""
     sample = 2e4
     run = {name: DISK[name] for name in ("method", "timestep")}
-    lasting = []
+    durations = []
     for duration in (1.0, sample, sample, sample):
         begin = time.perf_counter()
         mm.simulate(DISK["scene"], duration=duration, **run)
-        lasting.append(time.perf_counter() - begin)
-    spent, busy = _run(cases, sample * target / min(lasting[1:]), CORES)
+        durations.append(time.perf_counter() - begin)
+    spent, busy = _run(cases, sample * target / min(durations[1:]), CORES)
     return spent, busy, busy / cases
 
 
 def _run(cases: int, duration: float, workers: int, executor: Any = None) -> tuple[float, float]:
-    """Wall time of a sweep, and of it the workers' in the simulations, summed."""
+    """Return the wall time of a sweep, and the sum of the workers' time in simulations."""
     vary = {"noise": np.linspace(1.0, 5.0, cases)}
     sweep = Sweep(**DISK, vary=vary, duration=duration)
     with tempfile.TemporaryDirectory() as folder:
@@ -81,15 +81,15 @@ def _run(cases: int, duration: float, workers: int, executor: Any = None) -> tup
 
 
 def _plan() -> tuple[int, float]:
-    """Most memory held in bytes, and seconds a case, while cases of 1e6 are planned."""
+    """Return the peak memory in bytes, and seconds per case, of planning cases of 1e6."""
     line = np.linspace(0.1, 4.0, 1000)
     tracemalloc.start()
     sweep = Sweep(**DISK, vary={"noise": line, "friction": line}, duration=1.0)
-    for index in range(SOME):
+    for index in range(PLANNED):
         sweep.case(index)
-    _, held = tracemalloc.get_traced_memory()
+    _, memory = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     begin = time.perf_counter()
-    for index in range(SOME):
+    for index in range(PLANNED):
         sweep.case(index)
-    return held, (time.perf_counter() - begin) / SOME
+    return memory, (time.perf_counter() - begin) / PLANNED

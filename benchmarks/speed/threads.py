@@ -1,4 +1,4 @@
-"""Many tops or motors on one thread and on two."""
+"""Many tops or motors on one thread and on two threads."""
 
 from functools import partial
 
@@ -10,7 +10,7 @@ import magmotor as mm
 from benchmarks.harness.stepping import TIMESTEP
 from benchmarks.harness.tables import Row, show
 from benchmarks.harness.timing import cores_of, in_turns, seconds_of
-from magmotor.mjcf import hooks as stopwatch
+from magmotor.mjcf.hooks import without_stopwatch
 
 COPIES, STEPS = 256, 200
 SCENES = {"a top's step": mm.Top(), "a motor's step": mm.Motor()}
@@ -23,7 +23,7 @@ def main() -> None:
         for threads in (1, 2)
     }
     cases = {key: partial(_seconds, batch, batch.bind("qpos")) for key, batch in batches.items()}
-    with mm.magnetism(), stopwatch.stopped():
+    with mm.magnetism(), without_stopwatch():
         times = in_turns(cases, turns=20)
         cores = max(cores_of(cases[name, 2]) for name in SCENES for _ in range(5))
     rows = []

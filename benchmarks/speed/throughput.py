@@ -1,4 +1,4 @@
-"""What `simulate` adds to MuJoCo's steps."""
+"""Cost that `simulate` adds to MuJoCo's steps."""
 
 from functools import partial
 
@@ -24,7 +24,7 @@ def main() -> None:
     ]
     note = f"""\
 A step's share of {STEPS} steps of the planar top, against a magnetized step inside one mj_step with
-  the stopwatch off. Besides, each call of simulate takes {seconds(once)} once, mostly to build."""
+  the timers off. In addition, each call of simulate takes {seconds(once)} once, mostly to build."""
     show("simulate", note, ("simulate", "mj_step", "ratio"), rows)
 
 

@@ -1,4 +1,4 @@
-"""Long-time behavior: energy, momentum map and quaternion of a top without friction."""
+"""Long-term behavior: energy, momentum map and quaternion of a top without friction."""
 
 from functools import partial
 from pathlib import Path
@@ -15,10 +15,10 @@ SCENE = mm.Top.paper(1)
 TIMESTEP = 0.025
 STEPS, QUICK_STEPS = 10_000_000, 300_000
 RECORDS, POINTS = 100_000, 120
-"""Of a run, and of its curve, evenly over the logarithm of time."""
+"""Records of a run, and points of its curve, evenly spaced in the logarithm of time."""
 
 WIDE, THIN = {"lw": 4, "alpha": 0.45}, {"lw": 1.4, "ls": "--"}
-LOOKS = {
+STYLES = {
     "variational/euler": {"color": style.BLUE, **WIDE},
     "mujoco/euler": {"color": style.BLUE, **THIN},
     "mujoco/implicitfast": {"color": style.INK, "lw": 1.4, "ls": ":"},
@@ -27,12 +27,12 @@ LOOKS = {
     "mujoco/rk4": {"color": style.ORANGE, **THIN},
     "variational/blanes-moan4": {"color": style.PURPLE, **WIDE},
 }
-"""Methods, and their lines: wide ones show below those of the same scheme in MuJoCo."""
+"""Methods and their line styles; wide lines remain visible below MuJoCo's thin ones."""
 
 
 def cases(quick: bool) -> list[Case]:
     steps = QUICK_STEPS if quick else STEPS
-    return [Case(_key(method), partial(measure, method, steps), 3e-6 * steps) for method in LOOKS]
+    return [Case(_key(method), partial(measure, method, steps), 3e-6 * steps) for method in STYLES]
 
 
 def measure(method: str, steps: int) -> Record:
@@ -62,15 +62,15 @@ def measure(method: str, steps: int) -> Record:
 
 
 def draw(records: dict[str, Record], folder: Path) -> None:
-    """The largest error of energy until each time."""
+    """Draw the largest error of the energy up to each time."""
     with style.figure(8, 4.8) as figure:
         axes = figure.subplots()
-        for method, look in LOOKS.items():
+        for method, line_style in STYLES.items():
             record = records[_key(method)]
-            axes.plot(record["time"], record["largest"], label=method, **look)
+            axes.plot(record["time"], record["largest"], label=method, **line_style)
             if "failed" in record:
                 last = record["time"][-1], record["largest"][-1]
-                axes.plot(*last, "x", color=look["color"])
+                axes.plot(*last, "x", color=line_style["color"])
         axes.set(xscale="log", yscale="log", xlabel="time (s)")
         axes.set_ylabel("largest error of energy until then, over |E|")
         axes.set_title(f"Top without friction, h = {TIMESTEP} s: MuJoCo's RK4 drifts")
@@ -82,7 +82,7 @@ def draw(records: dict[str, Record], folder: Path) -> None:
 def tabulate(records: dict[str, Record]) -> str:
     columns = ["", "error of E", "drift of E", "error of J, over I max omega", "of the norm"]
     rows = []
-    for method in LOOKS:
+    for method in STYLES:
         found = records[_key(method)]
         numbers = found["largest"][-1], found["drift"], found["momentum"], found["quaternion"]
         rows.append([f"`{method}`", *map(number, numbers)])

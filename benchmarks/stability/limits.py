@@ -1,4 +1,4 @@
-"""The smallest step at which each method fails on each scene, beside what linear theory says."""
+"""The smallest step at which each method fails on each scene, measured and predicted."""
 
 import math
 from collections.abc import Iterable
@@ -26,22 +26,22 @@ SCENES = {
     "disk at rest": mm.Disk(noise=0.0),
     "disk in flight": mm.Disk(noise=0.0),
 }
-"""Without noise, which has no part in the limits; the motor's friction is the paper's."""
+"""Scenes without noise, which does not affect the limits; the motor's friction is the paper's."""
 
 FLIGHT = 30.0
-"""The |d| of the disk in flight: it should slow down, and speeds up if it is aliased."""
+"""Initial |d| of the disk in flight: it should slow down, and accelerates if it is aliased."""
 
 NUDGE, GROWN, STEPS = 1e-5, 1e-2, 4000
-"""Initial velocities and those that count as failure, in SI units, and for how many steps."""
+"""Initial velocities, velocities that count as failure (both in SI units), and number of steps."""
 
-PARTS = (0.5, 0.7, 0.8, 0.9, 0.95, 0.98, 1.005, 1.02, 1.05, 1.1, 1.2, 1.5, 2.0)
-"""Steps tried, over the predicted limit; the first that fails is bisected with the one before."""
+RATIOS = (0.5, 0.7, 0.8, 0.9, 0.95, 0.98, 1.005, 1.02, 1.05, 1.1, 1.2, 1.5, 2.0)
+"""Steps over the predicted limit; the first that fails and the one before are bisected."""
 
 BISECTIONS = 3
 QUICK = ("top", "motor", "disk at rest")
 
 LARGEST = 1.12
-"""Of the ratios that are drawn."""
+"""Largest ratio that is drawn."""
 
 
 def cases(quick: bool) -> list[Case]:
@@ -54,14 +54,14 @@ def cases(quick: bool) -> list[Case]:
 
 
 def methods(name: str) -> list[str]:
-    """Return those of a scene that have a limit there; aliasing wants one kick a step."""
-    without = {"dop853"}
+    """Return the methods that have a limit on a scene; aliasing requires one kick per step."""
+    excluded = {"dop853"}
     if name == "disk in flight":
-        several = (
+        multiple_kicks = (
             key for key, scheme in DISK.items() if sum(kicks_that_evaluate(scheme.parts)) > 1
         )
-        without |= {"rk4", *several}
-    return [method for method in mm.methods(SCENES[name]) if method.split("/")[1] not in without]
+        excluded |= {"rk4", *multiple_kicks}
+    return [method for method in mm.methods(SCENES[name]) if method.split("/")[1] not in excluded]
 
 
 def predict(name: str, method: str) -> float:
@@ -75,13 +75,13 @@ def measure(name: str, method: str, bisections: int) -> Record:
     fails = aliases if name == "disk in flight" else grows
     predicted = predict(name, method)
     stable, failing = 0.0, math.nan
-    for part in PARTS:
-        if fails(name, method, part * predicted):
-            failing = part
+    for ratio in RATIOS:
+        if fails(name, method, ratio * predicted):
+            failing = ratio
             break
-        stable = part
+        stable = ratio
     if math.isnan(failing):
-        return {"predicted": predicted, "failed": f"no failure up to {PARTS[-1]:g} times that"}
+        return {"predicted": predicted, "failed": f"no failure up to {RATIOS[-1]:g} times that"}
     for _ in range(bisections):
         middle = (stable + failing) / 2
         if fails(name, method, middle * predicted):
@@ -102,7 +102,7 @@ def grows(name: str, method: str, h: float) -> bool:
 
 
 def nudged(scene: mm.Top | mm.Motor | mm.Disk, method: str, h: float, steps: int) -> xr.Dataset:
-    """A run from rest, but for small velocities."""
+    """Simulate a run from rest with small initial velocities."""
     if isinstance(scene, mm.Disk):
         start: dict[str, Any] = {"x": -math.pi / 2, "v": NUDGE}
     else:
@@ -114,7 +114,7 @@ def nudged(scene: mm.Top | mm.Motor | mm.Disk, method: str, h: float, steps: int
 
 
 def aliases(name: str, method: str, h: float) -> bool:
-    """Whether the flight of a disk without noise speeds up, which friction forbids."""
+    """Whether the flight of a disk without noise accelerates, which friction forbids."""
     scene = SCENES[name]
     assert isinstance(scene, mm.Disk)
     slow = FLIGHT / (1 + scene.sigma)
@@ -136,18 +136,18 @@ def aliases(name: str, method: str, h: float) -> bool:
 
 
 def draw(records: dict[str, Record], folder: Path) -> None:
-    """Measured over predicted limits, a row for each scene."""
-    everyone = _methods_of(SCENES)
+    """Draw measured over predicted limits, a row for each scene."""
+    all_methods = _methods_of(SCENES)
     colors = [style.BLUE, style.ORANGE, style.GREEN, style.PURPLE, style.INK, style.GRAY]
     with style.figure(9, 5) as figure:
         axes = figure.subplots()
         axes.axvspan(0.95, 1.05, color=style.GRAY, alpha=0.15, lw=0, label="within 5 %")
-        for i, method in enumerate(everyone):
+        for i, method in enumerate(all_methods):
             marker, color = "osD"[i // len(colors)], colors[i % len(colors)]
             axes.plot([], [], marker, color=color, label=method)
             for y, name in enumerate(SCENES):
                 record = records.get(_key(name, method))
-                place = y + 0.6 * (i / (len(everyone) - 1) - 0.5)
+                place = y + 0.6 * (i / (len(all_methods) - 1) - 0.5)
                 if record and "measured" in record:
                     axes.plot(record["measured"] / record["predicted"], place, marker, color=color)
                 elif record:
@@ -163,7 +163,7 @@ def draw(records: dict[str, Record], folder: Path) -> None:
 
 
 def tabulate(records: dict[str, Record]) -> str:
-    """A Markdown table of limits: a row for each method, a column for each scene."""
+    """Return a Markdown table of limits: a row for each method, a column for each scene."""
     rows = [
         [f"`{method}`", *(_cell(records.get(_key(name, method))) for name in SCENES)]
         for method in _methods_of(SCENES)

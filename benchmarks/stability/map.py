@@ -1,4 +1,4 @@
-"""Where steps fail from the unit to the SI reading of the top's moments."""
+"""The steps that fail, from the unit reading to the SI reading of the top's moments."""
 
 from functools import partial
 from pathlib import Path
@@ -16,31 +16,31 @@ from magmotor.common import style
 from magmotor.device.step_limits import step_limit
 
 SCENE = mm.Top.paper(4, gravity=1e4)
-"""So heavy that the magnetic lift is not what fails."""
+"""So heavy that the magnetic lift does not cause the failure."""
 
 METHODS = ("mujoco/euler", "mujoco/rk4")
 UNIT, SI, PAPER_STEP = 1e-5, 1e-3, 0.025
 COUPLINGS = np.geomspace(UNIT, SI, 9)
-SHORTEST, LONGEST, ACROSS = 4e-3, 0.25, 25
+SHORTEST, LONGEST, NUMBER_OF_STEPS = 4e-3, 0.25, 25
 STEPS = 1000
 COLORS = "YlOrRd_r"
 
-QUICK = 4
-"""With --quick every so manyth coupling and step."""
+QUICK_STRIDE = 4
+"""Stride over couplings and steps with --quick."""
 
 
 def cases(quick: bool) -> list[Case]:
-    every = QUICK if quick else 1
+    stride = QUICK_STRIDE if quick else 1
     return [
-        Case(_key(method, coupling), partial(measure, method, coupling, every), 4.0 / every)
+        Case(_key(method, coupling), partial(measure, method, coupling, stride), 4.0 / stride)
         for method in METHODS
-        for coupling in COUPLINGS[::every].tolist()
+        for coupling in COUPLINGS[::stride].tolist()
     ]
 
 
-def measure(method: str, coupling: float, every: int) -> Record:
+def measure(method: str, coupling: float, stride: int) -> Record:
     scene = SCENE.replace(coupling=coupling)
-    steps = np.geomspace(SHORTEST, LONGEST, ACROSS)[::every].tolist()
+    steps = np.geomspace(SHORTEST, LONGEST, NUMBER_OF_STEPS)[::stride].tolist()
     return {
         "predicted": step_limit(scene, method),
         "timesteps": steps,
@@ -49,7 +49,7 @@ def measure(method: str, coupling: float, every: int) -> Record:
 
 
 def lasted(scene: mm.Top, method: str, h: float) -> int:
-    """Steps until a nudge of the resting ball has grown; `STEPS` if it does not."""
+    """Return the steps until a nudge of the resting ball has grown; `STEPS` if it does not grow."""
     try:
         run = nudged(scene, method, h, STEPS)
     except mm.SimulationStopped as failure:
@@ -65,7 +65,7 @@ def _grown(run) -> np.ndarray:
 
 
 def draw(records: dict[str, Record], folder: Path) -> None:
-    """How long a nudge takes to grow, with the predicted limits as lines."""
+    """Draw how long a nudge takes to grow, with the predicted limits as lines."""
     with style.figure(10, 4.6) as figure:
         norm = LogNorm(1, STEPS)
         panels = figure.subplots(1, len(METHODS), sharey=True)

@@ -1,4 +1,4 @@
-"""Where methods fail, beside where theory says that they do, and what they do over long times."""
+"""Stability: the steps at which methods fail, predicted and measured, and long-term behavior."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Links of notebooks to other pages' sources, made links to the pages as those of Markdown are."""
+"""Convert a notebook's links to page sources into links to pages, as MkDocs does for Markdown."""
 
 import re
 from typing import Any
@@ -10,14 +10,14 @@ LINK = re.compile(r'href="(?!https?:)([\w/.-]+\.(?:md|ipynb))')
 
 
 def on_page_content(content: str, page: Any, files: Files, **_: Any) -> str:
-    """Replace those of a page."""
+    """Replace the links of a page."""
     if not page.file.src_uri.endswith(".ipynb"):
         return content
 
-    def link(found: re.Match[str]) -> str:
-        target = files.get_file_from_path(found[1])
+    def link(match: re.Match[str]) -> str:
+        target = files.get_file_from_path(match[1])
         if target is None:
-            raise PluginError(f"{page.file.src_uri} links to {found[1]}, which there is not")
+            raise PluginError(f"{page.file.src_uri} links to {match[1]}, which does not exist")
         return f'href="{target.url_relative_to(page.file)}'
 
     return LINK.sub(link, content)

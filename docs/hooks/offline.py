@@ -1,4 +1,4 @@
-"""Pages load nothing from elsewhere: what notebooks bring along goes, all else is an error."""
+"""Remove what notebooks load from other sites; anything else loaded from there is an error."""
 
 import re
 from typing import Any
@@ -10,7 +10,7 @@ LOADED = re.compile(
     r'|<script type="module">(?:(?!</script>).)*mermaid.*?</script>',
     re.DOTALL,
 )
-"""Typesetting of TeX and of diagrams, of which our notebooks have none."""
+"""Scripts for TeX and diagrams, which our notebooks do not contain."""
 
 ELSEWHERE = re.compile(
     r"""(?:src=|import\(|@import |url\(|<link [^>]*href=)["']?(https?:[^"')>]*)"""
@@ -18,7 +18,7 @@ ELSEWHERE = re.compile(
 
 
 def on_post_page(output: str, page: Any, **_: Any) -> str:
-    """Clean and check a finished page; see MkDocs on hooks."""
+    """Clean and check a finished page."""
     output = LOADED.sub("", output)
     if found := ELSEWHERE.search(output):
         raise PluginError(f"{page.file.src_uri} loads {found[1]}")

@@ -1,4 +1,4 @@
-"""The ballistic pendulum: a disk on U = cos x, which without friction is a pendulum."""
+"""The ballistic pendulum: a disk on U = cos x, a pendulum if there is no friction."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,21 +15,21 @@ from magmotor.run.simulate import simulate
 from paper.figure import Claim, Figure, judged
 
 AMPLITUDES = (0.5, 1.5, 2.5, 3.0)
-"""About the bottom at x = pi, in rad."""
+"""In rad, about the minimum at x = pi."""
 
 FRICTION = 0.1
 
 
 @dataclass(frozen=True)
-class Swings:
-    """Without friction from rest at each amplitude, and with it from the last."""
+class Oscillations:
+    """Runs from rest: without friction at each amplitude, with friction at the last."""
 
     free: list[xr.Dataset]
     damped: xr.Dataset
 
     @property
     def periods(self) -> NDArray[np.float64]:
-        """Measured periods, shape (4,): the mean of whole swings."""
+        """Measured periods, shape (4,), averaged over complete oscillations."""
         return np.array([_period(run) for run in self.free])
 
 
@@ -40,21 +40,21 @@ def _period(run: xr.Dataset) -> float:
     return float(np.diff(crossings).mean())
 
 
-def compute(_quick: bool) -> Swings:
-    """Swings without noise."""
+def compute(_quick: bool) -> Oscillations:
+    """Simulate the oscillations, without noise."""
     numerics = {"method": "scipy/dop853", "timestep": 0.05}
-    still = Disk(potential="cosine", noise=0.0, friction=0.0)
-    free = [simulate(still.replace(x=np.pi - a), duration=80.0, **numerics) for a in AMPLITUDES]
-    damped = still.replace(x=np.pi - AMPLITUDES[-1], friction=FRICTION)
-    return Swings(free, simulate(damped, duration=200.0, **numerics))
+    undamped = Disk(potential="cosine", noise=0.0, friction=0.0)
+    free = [simulate(undamped.replace(x=np.pi - a), duration=80.0, **numerics) for a in AMPLITUDES]
+    damped = undamped.replace(x=np.pi - AMPLITUDES[-1], friction=FRICTION)
+    return Oscillations(free, simulate(damped, duration=200.0, **numerics))
 
 
-def claims(swings: Swings) -> list[Claim]:
-    """Of (fig:ballisticpendulum)."""
+def claims(runs: Oscillations) -> list[Claim]:
+    """Return the claims of (fig:ballisticpendulum)."""
     expected = 4 * ellipk(np.sin(np.array(AMPLITUDES) / 2) ** 2)
-    difference = float(np.abs(swings.periods / expected - 1).max())
-    listed = ", ".join(f"{period:.4f}" for period in swings.periods)
-    end = swings.damped.isel(time=slice(-400, None))
+    difference = float(np.abs(runs.periods / expected - 1).max())
+    listed = ", ".join(f"{period:.4f}" for period in runs.periods)
+    end = runs.damped.isel(time=slice(-400, None))
     slip = float(np.abs(end.v + end.omega).max())
     return [
         judged(
@@ -64,25 +64,25 @@ def claims(swings: Swings) -> list[Claim]:
             difference < 1e-5,
         ),
         judged(
-            "... in which the bob is replaced by a disk (which turns, and is braked by slip alone)",
+            "... in which the bob is replaced by a disk (which rotates; only slip damps it)",
             f"with c = {FRICTION} it swings down to {float(np.abs(end.x - np.pi).max()):.1e} rad"
-            f" within 200, its slip is {slip:.0e} then",
+            f" within a time of 200; its slip is then {slip:.0e}",
             float(np.abs(end.x - np.pi).max()) < 0.1 and slip < 0.1,
         ),
     ]
 
 
-def draw(swings: Swings, path: Path) -> None:
-    """The phase portrait, and the swing that friction damps."""
+def draw(runs: Oscillations, path: Path) -> None:
+    """Draw the phase portrait and the damped oscillation."""
     colors = (style.BLUE, style.ORANGE, style.GREEN, style.PURPLE)
     with style.figure(11.0, 4.2) as figure:
         left, right = figure.subplots(1, 2)
-        for run, amplitude, color in zip(swings.free, AMPLITUDES, colors, strict=True):
+        for run, amplitude, color in zip(runs.free, AMPLITUDES, colors, strict=True):
             left.plot(run.x - np.pi, run.v, color=color, label=f"amplitude {amplitude:g}")
         left.set(xlabel="x − π", ylabel="v", title="Without friction and noise: a pendulum")
         left.set_ylim(-2.3, 3.1)
         left.legend(loc="upper center", ncols=2)
-        run = swings.damped
+        run = runs.damped
         right.plot(run.time, run.x - np.pi, color=style.BLUE, label="x − π")
         right.plot(run.time, run.v + run.omega, color=style.ORANGE, lw=0.9, label="slip v + ω")
         right.set(xlabel="t", title=f"With friction of the slip, c = {FRICTION}")
@@ -94,7 +94,7 @@ FIGURE = Figure(
     "ballistic_pendulum",
     "Ballistic pendulum",
     "The disk on U = cos x by `scipy/dop853`, without noise: its phase portrait without friction,"
-    " and its swing with friction on the slip v + ω.",
+    " and a damped oscillation with friction on the slip v + ω.",
     compute,
     claims,
     draw,

@@ -1,4 +1,4 @@
-"""Ballistic against normal diffusion: paths of the disk, and how long its flights last."""
+"""Ballistic and normal diffusion: paths of the disk, and the durations of its flights."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -31,7 +31,7 @@ Array = NDArray[np.float64]
 PATHS = 4
 
 LASTING = (2500.0, 5000.0, 10_000.0)
-"""Of flights that last so long it is asked how many last twice as long."""
+"""Durations for which the fraction of flights that last twice as long is measured."""
 
 
 COLORS = (style.BLUE, style.ORANGE, style.GREEN, style.PURPLE)
@@ -39,19 +39,19 @@ COLORS = (style.BLUE, style.ORANGE, style.GREEN, style.PURPLE)
 
 @dataclass(frozen=True)
 class Paths:
-    """Some paths on U = sin x and on flat U, the ensembles of both, and two under mu."""
+    """Paths on U = sin x and on flat U, the ensembles of both, and two ensembles under mu."""
 
     symmetric: xr.Dataset
     flat: xr.Dataset
     systems: dict[str, System]
     flying: xr.Dataset
-    """on U = sin x, for long"""
+    """on U = sin x, long"""
     frozen: xr.Dataset
     """on flat U"""
 
 
 def compute(quick: bool) -> Paths:
-    """Paths from rest at the paper's parameters."""
+    """Simulate paths from rest at the paper's parameters."""
     numerics = QUICK if quick else FULL
     times = {name: numerics[name] for name in ("timestep", "duration")}
     paths = [
@@ -78,13 +78,13 @@ def _under_mu(potential: str, *, duration: float, replicas: int) -> xr.Dataset:
 
 
 def claims(paths: Paths) -> list[Claim]:
-    """Of (fig:ballisticvsnormal) and the introduction."""
+    """Return the claims of (fig:ballisticvsnormal) and of the introduction."""
     reach = [float(np.abs(run.x).max()) for run in (paths.symmetric, paths.flat)]
     return [
         claim_of_the_theorem(paths.flying),
         judged(
             "Numerically, flights are observed in the x-displacement",
-            f"{PATHS} paths reach |x| = {reach[0]:.3g}, on flat U {reach[1]:.3g}",
+            f"{PATHS} paths reach |x| = {reach[0]:.3g}; on flat U, {reach[1]:.3g}",
             reach[0] > 3 * reach[1],
         ),
         claim_of_the_tail(paths.flying),
@@ -93,7 +93,7 @@ def claims(paths: Paths) -> list[Claim]:
 
 
 def claim_of_the_theorem(run: xr.Dataset) -> Claim:
-    """Of a mean square displacement that is ballistic the slope tends to 2."""
+    """Return the claim that the mean squared displacement is ballistic: that its slope is 2."""
     scene = scene_of(run)
     assert isinstance(scene, Disk)
     slope, error = slopes(run)
@@ -114,28 +114,31 @@ def claim_of_the_theorem(run: xr.Dataset) -> Claim:
 
 
 def claim_of_the_tail(run: xr.Dataset) -> Claim:
-    """Of an exponential law, S(2t)/S(t) would be squared each time that t doubles."""
-    shares, errors = zip(*(_lasting_twice(run, t) for t in LASTING), strict=True)
-    exponential = shares[0] ** (LASTING[-1] / LASTING[0])
-    part = ", ".join(f"{share:.3f}" for share in shares)
+    """Return the claim of a heavy tail.
+
+    For an exponential law, S(2t)/S(t) is squared each time t doubles.
+    """
+    fractions, errors = zip(*(_fraction_lasting_twice(run, t) for t in LASTING), strict=True)
+    exponential = fractions[0] ** (LASTING[-1] / LASTING[0])
+    listed = ", ".join(f"{fraction:.3f}" for fraction in fractions)
     return judged(
         "The probability distributions of the flight-durations have a heavy tail (introduction)",
-        f"of those that last t = {', '.join(f'{t:g}' for t in LASTING)}, {part} last 2t (the last ±"
-        f" {errors[-1]:.3f}); from the first, an exponential law would have {exponential:.3f} at"
-        " the end",
-        shares[-1] - 4 * errors[-1] > 2 * exponential,
+        f"of the flights that last t = {', '.join(f'{t:g}' for t in LASTING)}, {listed} last 2t"
+        f" (the last ± {errors[-1]:.3f}); an exponential law with the first fraction would have"
+        f" {exponential:.3f} for the last",
+        fractions[-1] - 4 * errors[-1] > 2 * exponential,
     )
 
 
-def _lasting_twice(run: xr.Dataset, t: float) -> tuple[float, float]:
-    """How many of the flights that last t last 2t, and its standard error."""
+def _fraction_lasting_twice(run: xr.Dataset, t: float) -> tuple[float, float]:
+    """Return the fraction of flights lasting t that last 2t, and its standard error."""
     found = observables.flight_survival(run).isel(flight_duration=slice(1, None))
     log = np.log(found.flight_duration.values)
     once, twice = (np.interp(np.log(q), log, np.log(found.survival.values)) for q in (t, 2 * t))
     relative = (found.survival_error / found.survival).values
     before, after = (np.interp(np.log(q), log, relative) for q in (t, 2 * t))
-    share = float(np.exp(twice - once))
-    return share, share * float(np.sqrt(after**2 - before**2))
+    fraction = float(np.exp(twice - once))
+    return fraction, fraction * float(np.sqrt(after**2 - before**2))
 
 
 def _normal_on_flat(paths: Paths) -> Claim:
@@ -148,26 +151,26 @@ def _normal_on_flat(paths: Paths) -> Claim:
     return judged(
         "However, if U is constant this diffusion is normal, i.e., x behaves like Brownian motion",
         f"from rest: slope {last.slope:.2f} ± {last.error:.2f}, kurtosis {kurtosis:.2f} ±"
-        f" {fluctuation:.2f} (Gaussian: 3). With respect to the invariant law, of which it is said,"
-        f" d is frozen: slope {slope[-1]:.2f} ± {error[-1]:.2f}, ballistic for ever, unless"
-        " E[x(t) given the start] is subtracted",
+        f" {fluctuation:.2f} (Gaussian: 3). With respect to the invariant law, which the statement"
+        f" refers to, d is frozen: slope {slope[-1]:.2f} ± {error[-1]:.2f}, ballistic forever,"
+        " unless E[x(t) given the start] is subtracted",
         normal and slope[-1] + 4 * error[-1] < 1.5,
         otherwise="in part" if normal else "wrong",
     )
 
 
 def slopes(run: xr.Dataset) -> tuple[Array, Array]:
-    """Slopes of the logarithmic mean square of increments from each lag to twice it, and errors.
+    """Return slopes of the logarithmic mean square of increments from each lag to twice it.
 
-    Of a stationary process the mean square at twice a lag is 2 (1 + rho) times that at the lag, rho
-    being the correlation of successive increments.
+    For a stationary process the mean square at twice a lag is 2 (1 + rho) times that at the lag,
+    where rho is the correlation of successive increments. The second array contains the errors.
     """
     rho = run.increment_correlation.values
     return 1 + np.log2(1 + rho), run.increment_correlation_error.values / ((1 + rho) * np.log(2))
 
 
 def draw(paths: Paths, path: Path) -> None:
-    """Paths on both potentials, and the survival of flights."""
+    """Draw paths on both potentials, and the survival of flights."""
     with style.figure(13.0, 4.2) as figure:
         left, middle, right = figure.subplots(1, 3)
         _draw_paths(left, paths.symmetric, "U = sin x: flights")
@@ -189,8 +192,8 @@ FIGURE = Figure(
     "Ballistic against normal diffusion",
     f"Four paths each on U = sin x and on flat U (mind the scales), from rest, σ = 1/2, α = 5,"
     f" c = 0.1, h = {FULL['timestep']}, T = {FULL['duration']:g}. A flight is the time between two"
-    " changes of sign of d = σω − v, each by a tenth of its standard deviation, d being looked at"
-    " once in a unit of time; right, how many last longer, under the invariant law.",
+    " changes of sign of d = σω − v, each by a tenth of its standard deviation; d is sampled once"
+    " per unit of time. Right: the fraction of flights that last longer, under the invariant law.",
     compute,
     claims,
     draw,

@@ -12,25 +12,25 @@ from paper.figure import Claim, Figure, judged
 
 
 def compute(_quick: bool) -> mujoco.MjModel:
-    """The compiled model."""
+    """Build the model."""
     return build(Disk())
 
 
 def claims(model: mujoco.MjModel) -> list[Claim]:
-    """Of (fig:slidingdisk)."""
-    kinds = [mujoco.mjtJoint(kind) for kind in model.jnt_type]
-    names = " and ".join(kind.name.removeprefix("mjJNT_").lower() for kind in kinds)
+    """Return the claims of (fig:slidingdisk)."""
+    joint_types = [mujoco.mjtJoint(number) for number in model.jnt_type]
+    names = " and ".join(joint.name.removeprefix("mjJNT_").lower() for joint in joint_types)
     return [
         judged(
             "With the surface constraint the configuration space is just R × SO(2)",
             f"the model has {model.nv} degrees of freedom: {names}",
-            kinds == [mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_HINGE],
+            joint_types == [mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_HINGE],
         )
     ]
 
 
 def draw(_model: mujoco.MjModel, path: Path) -> None:
-    """The disk on its surface."""
+    """Draw the disk on its surface."""
     with style.figure(7.0, 5.2) as figure:
         draw_device(figure.subplots(), Disk(), "disk")
         figure.savefig(path, dpi=100)
@@ -39,7 +39,7 @@ def draw(_model: mujoco.MjModel, path: Path) -> None:
 FIGURE = Figure(
     "disk_device",
     "The sliding disk",
-    "The MuJoCo model of the disk: it slides and turns, and friction and noise act on the slip of"
+    "The MuJoCo model of the disk: it slides and rotates, and friction and noise act on the slip of"
     " its lowest point.",
     compute,
     claims,

@@ -1,4 +1,4 @@
-"""The paper's statistics of the sliding disk, with theory on top."""
+"""The paper's statistics of the sliding disk, with theory superposed."""
 
 from functools import partial
 from pathlib import Path
@@ -14,15 +14,15 @@ from paper import errata
 from paper.disk.systems import FULL, paper_systems
 from paper.figure import Claim, Figure, judged
 
-MANY = 4
-"""So many standard errors are no accident: one in 16 000."""
+SIGNIFICANT = 4
+"""Standard errors of a significant deviation; the chance of more is one in 16 000."""
 
-WAITED = 30
-"""Correlations are looked at for lags of so many times 1/lambda."""
+TRANSIENT = 30
+"""Time in units of 1/lambda before which times and lags are not considered."""
 
 
 UNEVEN, EVEN = ("symmetric", "asymmetric"), ("flat", "control")
-"""Systems on which d changes, and those on which it does not or is not there."""
+"""Systems in which d changes, and systems in which d is constant or absent."""
 
 
 def _named(systems: list[System]) -> dict[str, System]:
@@ -39,15 +39,15 @@ def _slopes(system: System) -> str:
 
 
 def claims_of_the_mean(systems: list[System]) -> list[Claim]:
-    """Of (fig:meanX)."""
-    moved = _pair(systems, UNEVEN)
-    means = [float(system.x("mean")[-1]) for system in moved]
-    errors = [float(system.x("mean_error")[-1]) for system in moved]
-    spreads = [float(np.sqrt(system.variance[-1])) for system in moved]
-    pushes = [float(system.theory.mean(system.end)) for system in moved]
+    """Return the claims of (fig:meanX)."""
+    uneven = _pair(systems, UNEVEN)
+    means = [float(system.x("mean")[-1]) for system in uneven]
+    errors = [float(system.x("mean_error")[-1]) for system in uneven]
+    spreads = [float(np.sqrt(system.variance[-1])) for system in uneven]
+    pushes = [float(system.theory.mean(system.end)) for system in uneven]
     listed = [
         f"{system.name} {mean:.0f} ± {error:.0f} ({push:.0f})"
-        for system, mean, error, push in zip(moved, means, errors, pushes, strict=True)
+        for system, mean, error, push in zip(uneven, means, errors, pushes, strict=True)
     ]
     largest = max(
         float(np.abs(system.x("mean")[-1] / system.x("mean_error")[-1]))
@@ -56,19 +56,19 @@ def claims_of_the_mean(systems: list[System]) -> list[Claim]:
     return [
         judged(
             "The means are very small compared with the spread",
-            f"t = {moved[0].end:g}: "
+            f"t = {uneven[0].end:g}: "
             + ", ".join(
                 f"{system.name} {mean:.0f} against {spread:.3g}"
-                for system, mean, spread in zip(moved, means, spreads, strict=True)
+                for system, mean, spread in zip(uneven, means, spreads, strict=True)
             ),
             all(abs(m) < 0.1 * spread for m, spread in zip(means, spreads, strict=True)),
         ),
         judged(
             "When U is non-constant, directed motion is possible",
-            f"the means are {', '.join(listed)}; in brackets, by theory, what remains of the first"
-            " push at x = 0, which at x = π has the other sign: no more is seen",
+            f"the means are {', '.join(listed)}; in brackets, theory's remnant of the initial push"
+            " at x = 0, which has the opposite sign at x = π: nothing else is seen",
             any(
-                abs(mean - push) > MANY * error
+                abs(mean - push) > SIGNIFICANT * error
                 for mean, push, error in zip(means, pushes, errors, strict=True)
             ),
             otherwise="in part",
@@ -76,33 +76,34 @@ def claims_of_the_mean(systems: list[System]) -> list[Claim]:
         judged(
             "U flat and control do not show such behavior",
             f"their means are within {largest:.1f} standard errors of 0",
-            largest < MANY,
+            largest < SIGNIFICANT,
         ),
     ]
 
 
 def claims_of_the_logarithmic_mean_square(systems: list[System]) -> list[Claim]:
-    """Of (fig:loglogX2)."""
-    moved, skewed = _pair(systems, UNEVEN)
+    """Return the claims of (fig:loglogX2)."""
+    uneven, skewed = _pair(systems, UNEVEN)
     flat, control = _pair(systems, EVEN)
-    anomalous = [moved.last_slope, skewed.last_slope]
-    normal, last = [flat.last_slope, control.last_slope], moved.last_slope
-    everywhere = observables.local_slope(moved.rest)
-    late = everywhere.sel(time=everywhere.time > WAITED)
+    anomalous = [uneven.last_slope, skewed.last_slope]
+    normal, last = [flat.last_slope, control.last_slope], uneven.last_slope
+    everywhere = observables.local_slope(uneven.rest)
+    late = everywhere.sel(time=everywhere.time > TRANSIENT)
     steepest = late.isel(time=int(late.slope.values.argmax()))
     return [
         judged(
             "Anomalous diffusion when U is symmetric or asymmetric",
-            f"slope over the last octave to t = {moved.end:g}: {_slopes(moved)}, {_slopes(skewed)}",
-            all(found.slope > 1 + MANY * found.error for found in anomalous),
+            f"slope over the last octave to t = {uneven.end:g}: {_slopes(uneven)},"
+            f" {_slopes(skewed)}",
+            all(found.slope > 1 + SIGNIFICANT * found.error for found in anomalous),
         ),
         judged(
             "In the control and flat U cases the diffusion is normal",
             f"slope {_slopes(flat)}, {_slopes(control)}",
-            all(abs(found.slope - 1) < MANY * found.error for found in normal),
+            all(abs(found.slope - 1) < SIGNIFICANT * found.error for found in normal),
         ),
         judged(
-            "E[x²] grows like t² as soon as U is non-constant (also the theorem, for ever)",
+            "E[x²] grows like t² as soon as U is non-constant (also the theorem, forever)",
             f"slope {float(steepest.slope):.2f} ± {float(steepest.slope_error):.2f} at t ="
             f" {float(steepest.time):.0f} falls to {last.slope:.2f} at the end (theory:"
             f" {last.expected:.2f}) and, by theory, to 1: a crossover",
@@ -112,15 +113,17 @@ def claims_of_the_logarithmic_mean_square(systems: list[System]) -> list[Claim]:
 
 
 def claims_of_the_correlation(systems: list[System]) -> list[Claim]:
-    """Of (fig:corX): stationary, and late in the runs from rest, as the paper has it."""
-    moved, still = _pair(systems, UNEVEN), _pair(systems, EVEN)
-    scene = moved[0].theory.scene
+    """Return the claims of (fig:corX), stationary and, as in the paper, late in runs from rest."""
+    uneven, even = _pair(systems, UNEVEN), _pair(systems, EVEN)
+    scene = uneven[0].theory.scene
     assert isinstance(scene, Disk)
-    waited = WAITED / theory.slip_rate(scene)
+    shortest = TRANSIENT / theory.slip_rate(scene)
     kept = [
-        _correlations(run, waited) for system in moved for run in (system.rest, system.stationary)
+        _correlations(run, shortest)
+        for system in uneven
+        for run in (system.rest, system.stationary)
     ]
-    lost = [_correlations(system.rest, waited) for system in still]
+    lost = [_correlations(system.rest, shortest) for system in even]
     lag = float(kept[0].lag[0])
     first = [float(found[0]) for found in kept]
     last = [float(found[-1]) for found in kept]
@@ -129,29 +132,29 @@ def claims_of_the_correlation(systems: list[System]) -> list[Claim]:
         judged(
             "With U symmetric or asymmetric the correlation is nonzero for longer than the"
             " time-scales of U and of friction",
-            f"{min(first):.2f} to {max(first):.2f} at s = {lag:.0f}, {WAITED} times 1/λ (λ: the"
-            f" slip's rate of forgetting); {min(last):.2f} to {max(last):.2f} at s ="
+            f"{min(first):.2f} to {max(first):.2f} at s = {lag:.0f}, {TRANSIENT} times 1/λ (λ: the"
+            f" slip's decay rate); {min(last):.2f} to {max(last):.2f} at s ="
             f" {float(kept[0].lag[-1]):.0f}",
             min(first) > 0.5,
         ),
         judged(
             "In the other cases the correlation is negligible",
-            f"at most {largest:.3f} from the same lag on, from rest, as in the paper (on flat U"
+            f"at most {largest:.3f} from the same lag on, from rest as in the paper (on flat U"
             " under the invariant law it would tend to 1)",
             largest < 0.1,
         ),
     ]
 
 
-def _correlations(run: xr.Dataset, waited: float) -> xr.DataArray:
-    """Correlations of increments at lags of at least a time."""
-    return run.increment_correlation.sel(lag=run.lag >= waited)
+def _correlations(run: xr.Dataset, shortest: float) -> xr.DataArray:
+    """Return the correlations of increments at lags of at least `shortest`."""
+    return run.increment_correlation.sel(lag=run.lag >= shortest)
 
 
 def claims_of_the_mean_square(systems: list[System]) -> list[Claim]:
-    """Of (fig:meanX2), and of (kskjhs3) for x + theta."""
-    moved, flat = _pair(systems, UNEVEN), _named(systems)["flat"]
-    grown = {system.name: 2**system.last_slope.slope for system in (*moved, flat)}
+    """Return the claims of (fig:meanX2), and of (kskjhs3) for x + theta."""
+    uneven, flat = _pair(systems, UNEVEN), _named(systems)["flat"]
+    grown = {system.name: 2**system.last_slope.slope for system in (*uneven, flat)}
     listed = ", ".join(f"{name} {factor:.2f}" for name, factor in grown.items())
     scene = flat.theory.scene
     assert isinstance(scene, Disk)
@@ -160,57 +163,57 @@ def claims_of_the_mean_square(systems: list[System]) -> list[Claim]:
     return [
         judged(
             "The mean squared displacement is ballistic: it grows fourfold as t doubles",
-            f"{listed} times as t doubles to {flat.end:g}",
-            all(abs(grown[system.name] - 4) < 0.2 for system in moved),
+            f"increases by factors of {listed} as t doubles to {flat.end:g}",
+            all(abs(grown[system.name] - 4) < 0.2 for system in uneven),
         ),
         judged(
             f"var(x + θ)/t tends to 2α²σ²/(c²(σ² + 1)) = {paper:.0f}",
             f"{rate:.0f} ± {error:.0f} (flat); correct is α²/c² = {right:.0f}",
-            abs(rate - paper) < MANY * error,
+            abs(rate - paper) < SIGNIFICANT * error,
         ),
     ]
 
 
 def claims_of_the_diffusion(systems: list[System]) -> list[Claim]:
-    """Of (fig:diffusionX), and of the theorem for flat U."""
-    moved, still = _pair(systems, UNEVEN), _pair(systems, EVEN)
-    flat = still[0]
-    rates = [system.rate("x") for system in still]
-    expected = [float(system.theory.variance(system.end) / system.end) for system in still]
+    """Return the claims of (fig:diffusionX), and of the theorem for flat U."""
+    uneven, even = _pair(systems, UNEVEN), _pair(systems, EVEN)
+    flat = even[0]
+    rates = [system.rate("x") for system in even]
+    expected = [float(system.theory.variance(system.end) / system.end) for system in even]
     listed = ", ".join(
         f"{system.name} {rate:.1f} ± {error:.1f} ({exact:.1f})"
-        for system, (rate, error), exact in zip(still, rates, expected, strict=True)
+        for system, (rate, error), exact in zip(even, rates, expected, strict=True)
     )
     scene = flat.theory.scene
     assert isinstance(scene, Disk)
     paper, right = errata.flat_x_diffusion(scene), theory.flat_x_diffusion(scene)
-    slopes = [system.last_slope for system in moved]
+    slopes = [system.last_slope for system in uneven]
     doubled = ", ".join(f"{2 ** (slope.slope - 1):.2f}" for slope in slopes)
     return [
         judged(
             "For the cases when U is flat and the control, the diffusion is normal",
-            f"var(x)/t at t = {flat.end:g}, in brackets the exact one: {listed}",
+            f"var(x)/t at t = {flat.end:g}, exact value in brackets: {listed}",
             all(
-                abs(rate - exact) < MANY * error
+                abs(rate - exact) < SIGNIFICANT * error
                 for (rate, error), exact in zip(rates, expected, strict=True)
             ),
         ),
         judged(
             f"... with var(x)/t → 2α²σ²/(c²(σ² + 1)(σ + 1)²) = {paper:.1f}",
             f"{rates[0][0]:.1f} ± {rates[0][1]:.1f}; correct is σ²α²/((1 + σ)²c²) = {right:.1f}",
-            abs(rates[0][0] - paper) < MANY * rates[0][1],
+            abs(rates[0][0] - paper) < SIGNIFICANT * rates[0][1],
         ),
         judged(
             "Whereas in the other cases the diffusion is ballistic",
-            f"var(x)/t grows {doubled} times as t doubles to {flat.end:g} (symmetric, asymmetric),"
-            " not twice; by theory it tends to a constant",
+            f"var(x)/t increases by factors of {doubled} as t doubles to {flat.end:g} (symmetric,"
+            " asymmetric), not by 2; by theory it tends to a constant",
             all(abs(slope.slope - 2) < 0.07 for slope in slopes),
         ),
     ]
 
 
 def claims_of_the_histogram(systems: list[System]) -> list[Claim]:
-    """Of (fig:histX)."""
+    """Return the claims of (fig:histX)."""
     by_name = _named(systems)
     spread = {name: float(np.sqrt(system.variance[-1])) for name, system in by_name.items()}
     listed = ", ".join(f"{name} {value:.3g}" for name, value in spread.items())
@@ -229,7 +232,7 @@ def _draw(name: str, systems: list[System], path: Path) -> None:
 
 PARAMETERS = (
     f"σ = 1/2, α = 5, c = 0.1, h = {FULL['timestep']}, T = {FULL['duration']:g},"
-    f" {FULL['replicas']} realizations from rest at x = 0, by `variational/euler`."
+    f" {FULL['replicas']} realizations from rest at x = 0, with `variational/euler`."
 )
 
 DRAWN = {
@@ -241,19 +244,19 @@ DRAWN = {
     ),
     "msd": (
         "mean squared displacement, logarithmic",
-        "E[x(t)²] with theory's continuation (dashed) beyond the paper's T, and its t² (dotted).",
+        "E[x(t)²]; dashed, theory, continued beyond the paper's T; dotted, the paper's t².",
         claims_of_the_logarithmic_mean_square,
         9,
     ),
     "correlation": (
         "correlation of the x-displacement",
-        "Correlation of successive increments of length s, stationary and late in a run from rest.",
+        "Correlation of successive increments over s, stationary and late in a run from rest.",
         claims_of_the_correlation,
         10,
     ),
     "mean_square": (
         "mean squared position",
-        "E[x(t)²] over t; dashed, theory; dotted, the paper's claim.",
+        "E[x(t)²] against t; dashed, theory; dotted, the paper's claim.",
         claims_of_the_mean_square,
         11,
     ),
@@ -265,7 +268,7 @@ DRAWN = {
     ),
     "histogram": (
         "histogram of the x-displacement",
-        "Density of x at the end, with the Gaussian of theory's variance.",
+        "Density of x at the end, with a Gaussian of the theoretical variance.",
         claims_of_the_histogram,
         13,
     ),

@@ -15,13 +15,13 @@ from magmotor.run.ensemble import ensemble
 Scene = Disk | LangevinParticle
 
 FULL = {"timestep": 0.01, "duration": 50_000.0, "replicas": 10_000}
-"""The paper's timestep and duration; it does not tell how many realizations it averages."""
+"""The paper's timestep and duration; it does not state the number of realizations."""
 
 QUICK = {"timestep": 0.02, "duration": 5000.0, "replicas": 1024}
 
 
 def disk_scenes(disk: Disk) -> dict[str, Scene]:
-    """The four by name: three potentials of a disk, and the particle that is its control."""
+    """Return the four scenes by name: a disk on three potentials, and the control particle."""
     control = LangevinParticle(friction=disk.friction, noise=disk.noise)
     disks = {name: disk.replace(potential=name) for name in ("symmetric", "asymmetric", "flat")}
     return {**disks, "control": control}
@@ -36,19 +36,19 @@ def simulate_system(
     replicas: int,
     seed: int,
 ) -> System:
-    """One of the four from rest, as in the paper, and stationary, for "t large" and flights.
+    """Simulate one system from rest, as in the paper, and stationary, for "t large" and flights.
 
     Parameters
     ----------
     run : callable
-        `run(kind, scene, seed=..., **arguments)` makes the ensemble for a kind "" or "_stationary"
-        with the further arguments of `ensemble`.
+        `run(suffix, scene, seed=..., **arguments)` makes the ensemble; `suffix` is "" or
+        "_stationary", and `arguments` are further arguments of `ensemble`.
     name : str
     scene : Disk or LangevinParticle
     duration : float
     replicas : int
     seed : int
-        And the next one.
+        Seed of the run from rest; the stationary run has the next one.
     """
     rest = run("", scene, seed=seed, burn_in=duration / 2, trajectories=replicas)
     initial = stationary_state(scene, replicas, seed)
@@ -56,7 +56,7 @@ def simulate_system(
 
 
 def stationary_state(scene: Scene, replicas: int, seed: int) -> dict[str, NDArray[np.float64]]:
-    """States of the Gibbs measure, on flat U with d = 0 as from rest: nothing changes d there."""
+    """Draw states of the Gibbs measure; on flat U, where d is constant, d = 0 as from rest."""
     state = gibbs(scene, replicas, seed=seed)
     if isinstance(scene, Disk) and not scene.coefficients:
         d = scene.sigma * state["omega"] - state["v"]
@@ -67,11 +67,11 @@ def stationary_state(scene: Scene, replicas: int, seed: int) -> dict[str, NDArra
 
 @cache
 def paper_systems(quick: bool) -> list[System]:
-    """The four at the paper's parameters, by its scheme."""
+    """Simulate the four systems at the paper's parameters, with its scheme."""
     numerics = QUICK if quick else FULL
     sizes = {name: numerics[name] for name in ("duration", "replicas")}
 
-    def run(_kind: str, scene: Scene, **special) -> xr.Dataset:
+    def run(_suffix: str, scene: Scene, **special) -> xr.Dataset:
         return ensemble(scene, method="variational/euler", **numerics, **special)
 
     simulated = partial(simulate_system, run, **sizes)

@@ -1,4 +1,4 @@
-"""Claims on the motor's energy: what it gains, what the noise injects, what friction takes."""
+"""Claims about the motor's energy: its gain, the noise's injection, friction's dissipation."""
 
 from collections.abc import Sequence
 
@@ -18,38 +18,42 @@ from paper.motor.runs import (
 
 
 def claims_of_the_energy(motors: Motors) -> list[Claim]:
-    """Of (fig:nctmagmotorenergy) and (fig:ctmagmotorenergy), and of the text on work."""
-    hot, even = (of_temperature(motors.runs, kind) for kind in ("nonuniform", "uniform"))
-    gains = np.array([float(run.balance.gain[-1]) for run in hot])
-    given = np.array([float(run.balance.injected[-1]) for run in hot])
-    stays = max(float(np.abs(run.balance.gain).max() / run.balance.injected[-1]) for run in even)
-    ratios = [float(run.balance.gain[-1] / run.balance.work[-1]) for run in hot]
+    """Return the claims of (fig:nctmagmotorenergy), (fig:ctmagmotorenergy) and the text on work."""
+    nonuniform, uniform = (of_temperature(motors.runs, kind) for kind in ("nonuniform", "uniform"))
+    gains = np.array([float(run.balance.gain[-1]) for run in nonuniform])
+    injected = np.array([float(run.balance.injected[-1]) for run in nonuniform])
+    largest_change = max(
+        float(np.abs(run.balance.gain).max() / run.balance.injected[-1]) for run in uniform
+    )
+    ratios = [float(run.balance.gain[-1] / run.balance.work[-1]) for run in nonuniform]
     many = motors.many["nonuniform-a"]
     total = added(many.heat_and_work)
-    share = total.fastest / total.work
+    kinetic_share = total.fastest / total.work
     return [
         judged(
             "Although there is dissipation, the thermal fluctuations inject energy into the system",
-            f"all runs have gained {gains.sum() / given.sum():.2f} of what the noise injects in the"
-            f" mean, each run {min(gains / given):.2f} to {max(gains / given):.2f}",
-            gains.sum() > 0.05 * given.sum(),
+            f"together the runs gained {gains.sum() / injected.sum():.2f} of the mean energy that"
+            " the"
+            f" noise injects, single runs {min(gains / injected):.2f} to"
+            f" {max(gains / injected):.2f}",
+            gains.sum() > 0.05 * injected.sum(),
             figures=(24,),
         ),
         judged(
             "The same at uniform temperature",
-            f"they inject, and friction takes as much: the energy stays within {stays:.4f} of what"
-            " is injected in all",
-            stays < 0.01,
+            "they inject energy, and friction removes as much: the energy changes by at most"
+            f" {largest_change:.4f} of the total injected",
+            largest_change < 0.01,
             figures=(28,),
         ),
         judged(
             "The energy injected into the system by the white noise mainly adds to the speed of the"
             " top (in inertia-driven motion)",
             f"in {total.spans} flights of {many.runs} runs as {many.name} the noise does"
-            f" {1e3 * total.work:.2f} mJ of work; the ball's kinetic energy, where it is greatest"
-            f" in each flight, sums up to {share:.2f} of that; friction dissipates"
+            f" {1e3 * total.work:.2f} mJ of work; the largest kinetic energies of the ball in each"
+            f" flight sum to {kinetic_share:.2f} of that; friction dissipates"
             f" {total.heat / total.work:.2f}, the inner ring gains {total.ring / total.work:.2f}",
-            share > 0.5,
+            kinetic_share > 0.5,
             figures=(24,),
         ),
         judged(
@@ -62,26 +66,27 @@ def claims_of_the_energy(motors: Motors) -> list[Claim]:
 
 
 def claims_of_the_injection(motors: Motors) -> list[Claim]:
-    """Of (fig:nctmagmotorenergyloss) and (fig:ctmagmotorenergyloss), and of the text on them."""
-    hot, even = (of_temperature(motors.runs, kind) for kind in ("nonuniform", "uniform"))
-    cool, warm = (
-        [float(run.balance.heat[-1] / run.balance.injected[-1]) for run in some]
-        for some in (hot, even)
+    """Return the claims of (fig:nctmagmotorenergyloss) and (fig:ctmagmotorenergyloss)."""
+    nonuniform, uniform = (of_temperature(motors.runs, kind) for kind in ("nonuniform", "uniform"))
+    nonuniform_ratios, uniform_ratios = (
+        [float(run.balance.heat[-1] / run.balance.injected[-1]) for run in group]
+        for group in (nonuniform, uniform)
     )
     residual = max(run.residual for run in motors.runs)
     return [
         judged(
             "In the constant temperature case we see an approximate balance between these energies",
-            f"dissipated over injected {min(warm):.3f} to {max(warm):.3f} (nonuniform:"
-            f" {min(cool):.2f} to {max(cool):.2f})",
-            max(abs(ratio - 1) for ratio in warm) < 0.02,
+            f"dissipated over injected {min(uniform_ratios):.3f} to {max(uniform_ratios):.3f}"
+            " (nonuniform:"
+            f" {min(nonuniform_ratios):.2f} to {max(nonuniform_ratios):.2f})",
+            max(abs(ratio - 1) for ratio in uniform_ratios) < 0.02,
             figures=(29,),
         ),
         _critical_velocity(motors.many["nonuniform-a"]),
-        _at_uniform_temperature(even),
+        _at_uniform_temperature(uniform),
         judged(
             "dE is work minus heat along each path",
-            f"to {residual:.0e} of what is injected in all",
+            f"to {residual:.0e} of the total injected",
             residual < 5e-3,
         ),
     ]
@@ -99,33 +104,32 @@ def _critical_velocity(many: ManyRuns) -> Claim:
     ratio = total.heat / total.injected
     # The standard error of a ratio of sums over independent runs.
     error = np.sqrt(sum((run.heat - ratio * run.injected) ** 2 for run in many.heat_and_work))
-    away = Motor.paper(many.name).outer_radius
+    escape_radius = Motor.paper(many.name).outer_radius
     return judged(
         CRITICAL,
         f"in {total.spans} flights of {many.runs} runs as {many.name} friction dissipates"
-        f" {ratio:.2f} ± {error / total.injected:.2f} of what the noise injects in the mean, and"
-        f" the ball stays within ρ = {many.reach:.2f} m (outer ring: {away:g} m); it is the ring on"
-        f" its side that ends {many.tipped} of the runs",
-        abs(ratio - 1) < 0.1 or many.reach > away,
+        f" {ratio:.2f} ± {error / total.injected:.2f} of the mean energy that the noise injects,"
+        f" and the ball stays within ρ = {many.reach:.2f} m (outer ring: {escape_radius:g} m);"
+        f" {many.tipped} of the runs end because the inner ring turns on its side",
+        abs(ratio - 1) < 0.1 or many.reach > escape_radius,
         figures=(25,),
     )
 
 
 def _at_uniform_temperature(runs: Sequence[MotorRun]) -> Claim:
-    """An equality that holds at any velocity is not of a critical one."""
-    flying = added(map(heat_and_work_in_flights, runs))
-    every = added(map(heat_and_work_of, runs))
+    """Return the claim at uniform temperature; balance at any velocity shows no critical one."""
+    in_flight = added(map(heat_and_work_in_flights, runs))
+    whole = added(map(heat_and_work_of, runs))
     ratios = (
-        flying.heat / flying.injected,
-        (every.heat - flying.heat) / (every.injected - flying.injected),
+        in_flight.heat / in_flight.injected,
+        (whole.heat - in_flight.heat) / (whole.injected - in_flight.injected),
     )
     balanced, resting = (abs(ratio - 1) < 0.02 for ratio in ratios)
     verdict: Verdict = "wrong" if not balanced else "in part" if resting else "right"
     return Claim(
         "The same at uniform temperature: this phenomenon persists",
-        f"dissipated over injected {ratios[0]:.3f} in {flying.spans} flights, but"
-        f" {ratios[1]:.3f} outside of them, too: it is the one temperature that balances them, at"
-        " any velocity",
+        f"dissipated over injected {ratios[0]:.3f} in {in_flight.spans} flights, and also"
+        f" {ratios[1]:.3f} outside of them: the uniform temperature balances them at any velocity",
         verdict,
         (29,),
     )

@@ -14,47 +14,47 @@ from paper.motor.runs import DURATION, NUMERICS, SETS, Motors, many_runs, paper_
 
 
 class Series(NamedTuple):
-    """What a figure of the paper's seven runs shows, and what it decides."""
+    """One figure of the paper's seven runs, with the claims that it decides."""
 
     title: str
     claims: Callable[[Motors], list[Claim]]
     numbers: tuple[int, ...]
     caption: str = ""
     sets: tuple[str, ...] = ()
-    """Names in `SETS` of further runs that the claims need."""
+    """Names in `SETS` of the further runs that the claims need."""
 
 
 def _strengths(kind: str) -> str:
-    strengths = [f"{alpha:g}" for own, alpha, _ in PAPER.values() if own == kind]
+    strengths = [f"{alpha:g}" for temperature, alpha, _ in PAPER.values() if temperature == kind]
     return f"({kind}-a, b, ... with α = {', '.join(strengths)})"
 
 
 RUNS = (
-    f"Above noise on the inner ring alone {_strengths('nonuniform')}, below uniform temperature"
-    f" {_strengths('uniform')}; `{NUMERICS['method']}` at h = {NUMERICS['timestep']} s, up to"
-    f" T = {DURATION:g} s or until the inner ring tips over. The paper's parameters but for the"
-    " ball's start, which is along the field instead of upright (see Start in the"
-    " [errata](errata.md#the-fluctuation-driven-motor)). Realizations of our own. A *flight* goes"
-    " round at least once without ever turning back by more than a quarter of a well's sector, and"
-    " begins and ends where the ball turns."
+    f"Top: noise on the inner ring only {_strengths('nonuniform')}. Bottom: uniform temperature"
+    f" {_strengths('uniform')}. All by `{NUMERICS['method']}` at h = {NUMERICS['timestep']} s,"
+    f" up to T = {DURATION:g} s or until the inner ring tips over. The paper's parameters, except"
+    " that the ball's axis starts along the field instead of upright (see Start in the"
+    " [errata](errata.md#the-fluctuation-driven-motor)). The realizations are our own. A *flight*"
+    " circles at least once without turning back by more than a quarter of a well's sector, and"
+    " begins and ends where the ball turns back."
 )
 
 SERIES = {
     "theta": Series(
         "angular position of the ball", claims_of_theta, (3, 4),
-        "Flights are timed from when they have gone once round.", tuple(SETS),
+        "Flights are timed from the end of their first revolution.", tuple(SETS),
     ),
     "energy": Series(
         "total and inner ring energy", claims_of_the_energy, (24, 28),
-        "Means over 1/150 of the time, and from the least to the largest value; below each, the"
-        " difference of the two, which is what is the ball's: its kinetic energy and its energy in"
-        " the field of both rings. It is near or below zero where the ring holds all that is"
-        " gained.", ("nonuniform-a",),
+        "Means over 1/150 of the duration, and bands from the smallest to the largest value."
+        " Below each: the difference of the two, which is the ball's kinetic energy and its"
+        " energy in the field of both rings. It is near or below zero where the ring has all of"
+        " the gain.", ("nonuniform-a",),
     ),
     "injected": Series(
         "energy injected and dissipated", claims_of_the_injection, (25, 29),
-        "Friction acts on the ball's slip, the velocity of its contact point over the floor, and at"
-        " uniform temperature on the turning ring.", ("nonuniform-a",),
+        "Friction acts on the ball's slip, the velocity of its contact point over the floor,"
+        " and at uniform temperature on the rotating ring.", ("nonuniform-a",),
     ),
     "path": Series("path of the ball from above", claims_of_the_path, (26, 30)),
     "xy": Series("x and y of the ball", claims_of_the_position, (27, 31)),
@@ -71,7 +71,7 @@ def _draw(name: str, motors: Motors, path: Path) -> None:
 
 def _caption(series: Series) -> str:
     sizes = [f"{SETS[name].full} as {name} (h = {SETS[name].timestep} s)" for name in series.sets]
-    further = f"Some claims are judged by further runs, not shown: {', '.join(sizes)}."
+    further = f"Further runs, not shown, decide some claims: {', '.join(sizes)}."
     return " ".join(filter(None, (RUNS, series.caption, further if sizes else "")))
 
 

@@ -1,4 +1,4 @@
-"""The motor with its two rings, and what keeps the inner one level."""
+"""The motor with its two rings, and the stability of the level inner ring."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,18 +15,18 @@ from paper.figure import Claim, Figure, judged
 from paper.motor.runs import paper_runs
 
 TILTS = np.radians(np.linspace(0, 24, 25))
-"""Of the inner ring, in rad."""
+"""Tilts of the inner ring, in rad."""
 
 AZIMUTHS = np.radians([0, 9, 18, 27, 36])
-"""To which it leans, in rad: the least sector of which the others are images."""
+"""Azimuths to which it leans, in rad: the smallest sector; the others are its images."""
 
 
 @dataclass(frozen=True)
 class Stability:
-    """Energies of the tilted inner ring in J, shape (5, 25) by azimuth and tilt, and the runs."""
+    """Energies with the inner ring tilted, in J, shape (azimuths, tilts), and the runs."""
 
     alone: NDArray[np.float64]
-    """with the ball, without the outer ring"""
+    """of ring and ball without the outer ring"""
     ball: NDArray[np.float64]
     """of the ball in the field of both rings"""
     outer: NDArray[np.float64]
@@ -35,31 +35,34 @@ class Stability:
 
     @property
     def barriers(self) -> NDArray[np.float64]:
-        """Over which the ring tips, for each azimuth, in J."""
+        """Barriers to tipping over, for each azimuth, in J."""
         both = self.ball + self.outer
         return both.max(axis=1) - both[:, 0]
 
 
 def compute(_quick: bool) -> Stability:
-    """Energies of the motor that is run, with its `ball_ring_factor`."""
+    """Compute the energies for the simulated motor, with its `ball_ring_factor`."""
     motor = Motor()
     parts = [
         [
-            (tilted_ring(motor, tilt, side, outer=False).ball, *tilted_ring(motor, tilt, side))
+            (
+                tilted_ring(motor, tilt, azimuth, outer=False).ball,
+                *tilted_ring(motor, tilt, azimuth),
+            )
             for tilt in TILTS
         ]
-        for side in AZIMUTHS
+        for azimuth in AZIMUTHS
     ]
     alone, ball, outer = np.moveaxis(np.array(parts), -1, 0)
     return Stability(alone, ball, outer, paper_runs())
 
 
 def claims(found: Stability) -> list[Claim]:
-    """Of (fig:magmotor)."""
+    """Return the claims of (fig:magmotor)."""
     motor, barriers = Motor(), found.barriers
     both = (found.ball + found.outer)[barriers.argmin()]
-    top = int(both.argmax())
-    stable = bool(np.all(np.diff(found.alone) < 0) and 0 < top < len(both) - 1)
+    highest = int(both.argmax())
+    stable = bool(np.all(np.diff(found.alone) < 0) and 0 < highest < len(both) - 1)
     tipped = {
         kind: [
             f"{run.name} at {run.data.time[-1]:.0f} s"
@@ -83,12 +86,12 @@ def claims(found: Stability) -> list[Claim]:
         judged(
             "The purpose of the outer ring is to prevent the trivial equilibrium in which the inner"
             " ring turns on its side",
-            f"without it the energy of ring and ball falls as the ring tilts, by"
-            f" {1e6 * (found.alone[:, 0] - found.alone[:, -1]).min():.0f} µJ at least up to"
-            f" {np.degrees(TILTS[-1]):.0f}°; with it level is stable behind a barrier of"
-            f" {1e6 * barriers.min():.0f} to {1e6 * barriers.max():.0f} µJ, as the side to which it"
-            f" leans, the least at {np.degrees(TILTS[top]):.0f}° and"
-            f" {barriers.min() / motor.kT:.0f} kT at uniform temperature, α = 0.001; {tipping}",
+            "without it the energy of ring and ball falls as the ring tilts, by at least"
+            f" {1e6 * (found.alone[:, 0] - found.alone[:, -1]).min():.0f} µJ up to"
+            f" {np.degrees(TILTS[-1]):.0f}°; with it the level ring is stable behind a barrier of"
+            f" {1e6 * barriers.min():.0f} to {1e6 * barriers.max():.0f} µJ, depending on the side"
+            f" to which it leans. The lowest barrier is at {np.degrees(TILTS[highest]):.0f}°,"
+            f" {barriers.min() / motor.kT:.0f} kT at uniform temperature with α = 0.001; {tipping}",
             stable and not any(tipped.values()),
             otherwise="in part" if stable else "wrong",
         ),
@@ -96,9 +99,9 @@ def claims(found: Stability) -> list[Claim]:
 
 
 def draw(found: Stability, path: Path) -> None:
-    """The device, and the inner ring's energy, on the side of the least barrier."""
-    side = int(found.barriers.argmin())
-    ball, outer = found.ball[side], found.outer[side]
+    """Draw the device, and the energy as the ring tilts to the side of the lowest barrier."""
+    azimuth = int(found.barriers.argmin())
+    ball, outer = found.ball[azimuth], found.outer[azimuth]
     with style.figure(12.0, 4.6) as figure:
         left, right = figure.subplots(1, 2, width_ratios=(1, 1.1))
         draw_device(left, Motor(), "front")
@@ -119,11 +122,11 @@ def draw(found: Stability, path: Path) -> None:
 FIGURE = Figure(
     "motor_device",
     "The motor and its rings",
-    "The MuJoCo model of the motor, and the energy gained as its inner ring tilts: that of the ball"
-    " where it is deepest, that of the ring in the field of the outer one, and both; without the"
-    " outer ring the first, hardly changed, is all there is. As in the paper's Lagrangian, ball and"
-    " inner ring count twice. The side is that to which the ring tips most easily; the runs are"
-    " those of the next figures.",
+    "The MuJoCo model of the motor, and the energy gained as its inner ring tilts: the energy of"
+    " the ball at its deepest position, the energy of the inner ring in the field of the outer"
+    " one, and their sum. Without the outer ring only the first remains, almost unchanged. As in"
+    " the paper's Lagrangian, the interaction of ball and inner ring counts twice. The ring tilts"
+    " to the side on which it tips most easily; the runs are those of the next figures.",
     compute,
     claims,
     draw,

@@ -1,4 +1,4 @@
-"""The paper's seven motors and many more runs like some of them, with their heat and work."""
+"""The paper's seven motor runs, and sets of further runs, with their heat and work."""
 
 from collections.abc import Iterable, Sequence
 from functools import cache
@@ -14,15 +14,15 @@ from magmotor.devices.motor.scene import PAPER, Motor
 from magmotor.run.simulate import simulate
 
 RECORDS = 100
-"""The least for which there are averages."""
+"""Smallest number of records of a run that is kept."""
 
 NUMERICS = {"method": "variational/baoab", "timestep": 0.1, "record_interval": 10}
 DURATION = 1e5
-"""In s: long enough for flights; the paper does not tell its duration."""
+"""In s: long enough for flights; the paper does not state its duration."""
 
 
 def simulate_run(name: str, scene: Motor, **arguments: Any) -> MotorRun:
-    """Simulate a motor; if its ring is lost after `RECORDS`, the run has an attribute `stopped`.
+    """Simulate a motor; if its ring tips over after `RECORDS`, the run has an attribute `stopped`.
 
     Arguments and errors are those of `simulate`.
     """
@@ -37,7 +37,7 @@ def simulate_run(name: str, scene: Motor, **arguments: Any) -> MotorRun:
 
 @cache
 def paper_runs() -> list[MotorRun]:
-    """All seven, each by the realization that `PAPER` names."""
+    """Simulate the paper's seven runs, with the seeds in `PAPER`."""
     return [
         simulate_run(name, Motor.paper(name), duration=DURATION, seed=seed, **NUMERICS)
         for name, (_, _, seed) in PAPER.items()
@@ -45,7 +45,7 @@ def paper_runs() -> list[MotorRun]:
 
 
 def of_temperature(runs: Sequence[MotorRun], kind: str) -> list[MotorRun]:
-    """Those of one kind of temperature."""
+    """Return the runs at "uniform" or "nonuniform" temperature."""
     return [run for run in runs if run.scene.temperature == kind]
 
 
@@ -57,34 +57,34 @@ def in_flight(run: MotorRun) -> NDArray[np.bool_]:
 
 
 class HeatAndWork(NamedTuple):
-    """Sums over some spans of a run, in J."""
+    """Sums over time spans of a run, in J."""
 
     spans: int
     work: float
     """done by the noise"""
     injected: float
-    """work of the noise in the mean"""
+    """mean work of the noise"""
     heat: float
     """dissipated by friction"""
     ring: float
     """gained by the inner ring"""
     fastest: float
-    """the greatest kinetic energy of the ball in each span"""
+    """largest kinetic energy of the ball in each span"""
 
 
 def heat_and_work_in_flights(run: MotorRun) -> HeatAndWork:
-    """Heat and work in the flights of a run."""
+    """Return the heat and work in the flights of a run."""
     ends = np.stack([run.flights.begin.values, run.flights.end.values], axis=1)
     return _heat_and_work(run, np.searchsorted(run.data.time.values, ends))
 
 
 def heat_and_work_of(run: MotorRun) -> HeatAndWork:
-    """Heat and work in a whole run."""
+    """Return the heat and work in a whole run."""
     return _heat_and_work(run, np.array([[0, len(run.data.time) - 1]]))
 
 
 def _heat_and_work(run: MotorRun, spans: NDArray[np.int_]) -> HeatAndWork:
-    """Heat and work in spans from one record to another, shape (F, 2)."""
+    """Return the heat and work in spans from one record to another, shape (F, 2)."""
     data, scene, balance = run.data, run.scene, run.balance
     kinetic = 0.5 * (
         scene.ball_mass * (data.velocity**2).sum("space")
@@ -99,15 +99,15 @@ def _heat_and_work(run: MotorRun, spans: NDArray[np.int_]) -> HeatAndWork:
 
 
 def added(several: Iterable[HeatAndWork]) -> HeatAndWork:
-    """Sums of the heat and work of several runs."""
+    """Return the sums of the heat and work of several runs."""
     return HeatAndWork(*(sum(values) for values in zip(*several, strict=True)))
 
 
 class Size(NamedTuple):
-    """How finely, and how many."""
+    """Timestep and number of runs of a set."""
 
     timestep: float
-    """in s; a hot ring wants a short one"""
+    """in s; a hot ring needs a short one"""
     full: int
     quick: int
 
@@ -119,14 +119,14 @@ SETS = {
 }
 
 SEED = 1000
-"""Of the first run."""
+"""Seed of the first run."""
 
-RECORD = 5.0
-"""In s: the ball goes round by much less than a quarter of a sector meanwhile."""
+RECORD_INTERVAL = 5.0
+"""Record interval, in s, in which the ball moves by much less than a quarter of a sector."""
 
 
 class Flights(NamedTuple):
-    """Flights of a set of runs, from when each has gone once round, in s; shape (N,)."""
+    """Durations of the flights of a set of runs after their first revolution, in s; shape (N,)."""
 
     lasts: NDArray[np.float64]
     limits: NDArray[np.float64]
@@ -135,12 +135,12 @@ class Flights(NamedTuple):
 
 
 class ManyRuns(NamedTuple):
-    """What is kept of a set of runs."""
+    """Results of a set of runs."""
 
     name: str
     flights: Flights
     first: NDArray[np.float64]
-    """when the first flight of each run begins, in s; infinite where there is none; shape (R,)"""
+    """start of the first flight of each run, in s, infinite if there is none; shape (R,)"""
     heat_and_work: list[HeatAndWork]
     """in the flights of each run"""
     reach: float
@@ -150,17 +150,17 @@ class ManyRuns(NamedTuple):
 
     @property
     def runs(self) -> int:
-        """How many."""
+        """Number of runs."""
         return len(self.first)
 
     @property
     def flying(self) -> int:
-        """In how many the ball flies."""
+        """Number of runs with a flight."""
         return int(np.isfinite(self.first).sum())
 
 
 class Motors(NamedTuple):
-    """What a figure of the paper's runs is made of."""
+    """Data of a figure of the paper's runs."""
 
     runs: list[MotorRun]
     """the paper's seven"""
@@ -170,12 +170,12 @@ class Motors(NamedTuple):
 
 @cache
 def many_runs(name: str, quick: bool) -> ManyRuns:
-    """A set of `SETS`."""
+    """Simulate a set of `SETS`."""
     size = SETS[name]
     runs = (
         simulate_run(
             name, Motor.paper(name), method=NUMERICS["method"], timestep=size.timestep,
-            duration=DURATION, record_interval=round(RECORD / size.timestep), seed=seed,
+            duration=DURATION, record_interval=round(RECORD_INTERVAL / size.timestep), seed=seed,
         )
         for seed in range(SEED, SEED + (size.quick if quick else size.full))
     )  # fmt: skip
@@ -183,17 +183,17 @@ def many_runs(name: str, quick: bool) -> ManyRuns:
 
 
 def collected(name: str, runs: Iterable[MotorRun]) -> ManyRuns:
-    """What is kept of runs, of which only one is held at a time."""
-    flights, first, spent, reach, tipped = [], [], [], [], 0
+    """Collect the results of runs, keeping only one run in memory at a time."""
+    flights, first, heat_and_work, reach, tipped = [], [], [], [], 0
     for run in runs:
         found = run.flights
         begin, end = found.once.values, found.end.values
-        left = float(run.data.time[-1]) - begin
-        flights.append(np.stack([end - begin, left, found.censored.values]))
+        remaining = float(run.data.time[-1]) - begin
+        flights.append(np.stack([end - begin, remaining, found.censored.values]))
         first.append(found.begin.values.min(initial=np.inf))
-        spent.append(heat_and_work_in_flights(run))
+        heat_and_work.append(heat_and_work_in_flights(run))
         reach.append(float(np.hypot(*run.data.position.values[:, :2].T).max()))
         tipped += "stopped" in run.data.attrs
     lasts, limits, censored = np.concatenate(flights, axis=1)
-    every = Flights(lasts, limits, censored.astype(bool))
-    return ManyRuns(name, every, np.array(first), spent, max(reach), tipped)
+    all_flights = Flights(lasts, limits, censored.astype(bool))
+    return ManyRuns(name, all_flights, np.array(first), heat_and_work, max(reach), tipped)

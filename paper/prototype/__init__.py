@@ -1,1 +1,1 @@
-"""Figures that answer what a builder of the top would ask."""
+"""Figures that answer the questions of a builder of the top."""

@@ -1,4 +1,4 @@
-"""Up to which dry friction the top still acquires spin."""
+"""How much dry friction lets the top acquire spin."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -34,19 +34,19 @@ METHOD, TIMESTEP = "mujoco/euler", 0.004
 """The longest step, in s, that dry friction allows is 0.005."""
 
 HALF, TWENTIETH, HUNDREDTH = 0.5, 0.05, 0.01
-"""Levels of the spin, over that of the paper's fourth case."""
+"""Levels of the spin relative to the paper's fourth case."""
 
 STUCK = 1e-3
-"""A slip, in m/s, that a ball which sticks does not reach; the fourth case's is 0.04."""
+"""Slip, in m/s, that a sticking ball does not reach; in the fourth case it is 0.04."""
 
 STEEL_ON_STEEL, HERTZ_FRICTION = 1.1e11, 0.3
-"""E* in Pa, and the coefficient within a dry contact."""
+"""E* in Pa, and the friction coefficient of a dry contact."""
 
 WEAK = 1e-3
-"""A Coulomb coefficient beside which F = -c V_Q is still the larger friction."""
+"""Coulomb coefficient up to which F = -c V_Q is the larger friction."""
 
 AFTER = 1e-4
-"""A friction torque over load, in m, at which the ball no longer moves in the valley."""
+"""Friction torque over load, in m, at which the ball no longer moves in the valley."""
 
 
 def _beside(coefficient: float) -> Top:
@@ -71,7 +71,7 @@ SCENES: dict[str, tuple[Callable[[float], Top], float]] = {
     "torsional": (_torsional, 1e-3),
     "rolling": (_rolling, 1e-3),
 }
-"""Scenes by a coefficient, and the largest that is tried; the smallest is MuJoCo's."""
+"""Scenes as functions of a coefficient, and its largest value; the smallest is MuJoCo's."""
 
 DECADES: dict[tuple[str, float], Bracket] = {
     ("instead", HALF): (1e-3, 1e-4),
@@ -83,35 +83,35 @@ DECADES: dict[tuple[str, float], Bracket] = {
     ("rolling", TWENTIETH): (1e-5, 1e-4),
     ("rolling", HUNDREDTH): (1e-4, 1e-3),
 }
-"""Between which coefficients the spin passes a level, from above it to below."""
+"""Coefficients between which the spin crosses a level: above it first, below it second."""
 
 
 @dataclass(frozen=True)
 class DryFriction:
-    """Spins in rad/s; coefficients are numbers (Coulomb's) or in m."""
+    """Spins in rad/s; Coulomb coefficients are dimensionless, the others in m."""
 
     viscous: float
     """Spin without dry friction."""
     spins: dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]]
-    """Coefficients, and the spin with each, by the kind of friction."""
+    """Coefficients, and the spin for each, by type of friction."""
     thresholds: dict[tuple[str, float], Bracket]
-    """By kind and level: the coefficients with which the spin is above the level, and below."""
+    """By type and level: the coefficients with the spin above the level, and below it."""
     sticking: Bracket
-    """Coulomb coefficients, without viscous friction, with which the ball slips, and does not."""
+    """Coulomb coefficients, without viscous friction, at which the ball slips, and sticks."""
     reach: float
-    """Largest distance, in m, of the ball that sticks from the center."""
+    """Largest distance, in m, of the sticking ball from the center."""
     valley: float
     """Largest distance, in m, of the valley from the center."""
     stuck: Rolling
-    """What energy and statics say of it."""
+    """Predictions of energy and statics for the sticking ball."""
     slope: float
-    """First-order estimate of the spin over a Coulomb coefficient that is small."""
+    """First-order estimate of the spin over a small Coulomb coefficient."""
     stopping: tuple[float, float]
-    """Torsional and rolling coefficient that hold the ball in the valley, by statics."""
+    """Torsional and rolling coefficients that hold the ball in the valley, by statics."""
     hertz: float
     """Torsional coefficient of a hard contact."""
     step_error: float
-    """Largest change of a spin at half the step, over the spin."""
+    """Largest relative change of a spin with half the timestep."""
 
 
 def compute(quick: bool) -> DryFriction:
@@ -151,7 +151,7 @@ def compute(quick: bool) -> DryFriction:
 
 @cache
 def _spin(scene: Top, duration: float, timestep: float = TIMESTEP) -> float:
-    """Largest |J|/I_3, in rad/s."""
+    """Return the largest |J|/I_3, in rad/s."""
     momentum = _run(scene, duration, timestep).momentum_map
     return float(np.abs(momentum).max()) / scene.inertia[2]
 
@@ -163,7 +163,7 @@ def _first_order(scene: Top) -> float:
 
 
 def _slip(run: xr.Dataset) -> float:
-    """Largest slip along the plane, in m/s."""
+    """Return the largest slip along the plane, in m/s."""
     return float(np.linalg.norm(run.slip_velocity.values[:, :2], axis=1).max())
 
 
@@ -175,7 +175,7 @@ def _run(scene: Top, duration: float, timestep: float = TIMESTEP) -> xr.Dataset:
 
 
 def claims(data: DryFriction) -> list[Claim]:
-    """What the scans decide."""
+    """Return the claims that the scans decide."""
     half, hundredth = data.thresholds["instead", HALF], data.thresholds["instead", HUNDREDTH]
     least = float(data.spins["beside"][1].min())
     strong = float(data.spins["instead"][1][-1])
@@ -203,9 +203,10 @@ def claims(data: DryFriction) -> list[Claim]:
         judged(
             "[F = -c V_Q] is reasonable on very slippery surfaces where static friction is"
             " negligible",
-            f"where it is, μ ≤ {WEAK:g}, Coulomb friction beside F = -c V_Q changes the spin by"
-            f" {100 * changed:.2g} % at the most; where it is not, the law fails: from"
-            f" μ {_between(data.sticking)} on Coulomb friction alone holds the contact (statics:"
+            f"where it is, μ ≤ {WEAK:g}, Coulomb friction beside F = -c V_Q changes the spin by at"
+            f" most {100 * changed:.2g} %; where it is not, the law fails: from μ"
+            f" {_between(data.sticking)} on, Coulomb friction alone makes the contact stick"
+            " (statics:"
             f" {data.stuck.coulomb:.3g}, or {data.stuck.coulomb_librating:.3g} while the axis"
             f" librates), and the ball rolls in a closed curve within {data.reach:.3f} m of the"
             f" center, while F = -c V_Q takes it to the valley at {data.valley:.3f} m",
@@ -214,8 +215,8 @@ def claims(data: DryFriction) -> list[Claim]:
         judged(
             "A more refined model of friction would include rotational torque",
             f"torsional friction halves the spin at {_millimeters(torsional)} and leaves 1 % at"
-            f" {_millimeters(stops)} (statics: it holds the ball from {1e3 * by_torsion:.3f} mm"
-            f" on); a Hertzian contact of steel with μ = {HERTZ_FRICTION} has"
+            f" {_millimeters(stops)} (statics: it holds the ball above {1e3 * by_torsion:.3f} mm);"
+            f" a Hertzian contact of steel with μ = {HERTZ_FRICTION} has"
             f" {1e3 * data.hertz:.3f} mm",
             stops[0] < 1e-4,
         ),
@@ -225,13 +226,14 @@ def claims(data: DryFriction) -> list[Claim]:
             f" {_against(data, HALF)}, 5 % at {_against(data, TWENTIETH)} (statics:"
             f" {1e3 * by_rolling:.3f} against {1e3 * by_torsion:.3f} mm), but 1 % at"
             f" {_against(data, HUNDREDTH)}: at {1e3 * AFTER:g} mm {left['rolling']:.2f} against"
-            f" {left['torsional']:.2f} rad/s are left, which the ball got on its way to the valley",
+            f" {left['torsional']:.2f} rad/s remain, which the ball acquired on its way to the"
+            " valley",
             _alike(data, HALF) and _alike(data, TWENTIETH) and _alike(data, HUNDREDTH),
             otherwise="in part" if _alike(data, HALF) and _alike(data, TWENTIETH) else "wrong",
         ),
         judged(
-            "The step does not decide these spins",
-            f"half the step changes them by {100 * data.step_error:.2g} % at the most",
+            "The timestep does not affect these spins",
+            f"half the timestep changes them by at most {100 * data.step_error:.2g} %",
             data.step_error < 0.02,
         ),
     ]
@@ -243,7 +245,7 @@ def _between(limits: Bracket) -> str:
 
 
 def _alike(data: DryFriction, level: float) -> bool:
-    """Whether rolling and torsional friction pass a level within a factor of two."""
+    """Whether rolling and torsional friction cross a level within a factor of two."""
     rolls, turns = (data.thresholds[kind, level][0] for kind in ("rolling", "torsional"))
     return 0.5 < rolls / turns < 2
 
@@ -259,7 +261,7 @@ def _millimeters(limits: Bracket) -> str:
 
 
 def draw(data: DryFriction, path: Path) -> None:
-    """Spin over Coulomb's coefficient, and over those that resist spinning and rolling."""
+    """Draw the spin against the Coulomb coefficient, and against torsional and rolling friction."""
     with style.figure(9.0, 4.6) as figure:
         left, right = figure.subplots(1, 2, sharey=True)
         _draw_coulomb(left, data)
@@ -302,14 +304,14 @@ FIGURE = Figure(
     title="The top under dry friction",
     caption=(
         "Largest spin |J|/I₃, about the ball's axis ξ₃, within 100 s of the paper's fourth case"
-        " (N = 20, H = 20 cm, θ_R = π/64, c = 0.3 kg/s or, where said so, 0) on a plane that bears"
-        " the ball, against"
-        " the coefficients of Coulomb, torsional and rolling friction. MuJoCo has torsional and"
-        " rolling friction only with the others above them, here at its smallest coefficient,"
-        " 10⁻⁵. V_Q is the velocity of the contact point over the floor; the valley is the ring on"
-        " which the magnetic energy is least, seen from the center. The axis follows the field, so"
-        " the ball can spin about it alone. Coulomb friction makes it roll and hence spin; what"
-        " resists the spin itself is the torque of a contact that is no point."
+        " (N = 20, H = 20 cm, θ_R = π/64, c = 0.3 kg/s or, where stated, 0) on a plane that bears"
+        " the ball, against the coefficients of Coulomb, torsional and rolling friction. MuJoCo"
+        " allows torsional friction only with Coulomb friction, and rolling friction only with"
+        " both; these have its smallest coefficient here, 10⁻⁵. V_Q is the velocity of the contact"
+        " point over the floor; the valley is the circle of least magnetic energy around the"
+        " center. The axis follows the field, so the ball can spin only about its axis. Coulomb"
+        " friction makes it roll and hence spin; the spin itself is resisted only by the torque of"
+        " an extended contact."
     ),
     compute=compute,
     claims=claims,

@@ -1,4 +1,4 @@
-"""What finite magnets on the ring change, against dipoles of the same moment."""
+"""The effect of finite magnets on the ring, compared with dipoles of the same moment."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -29,17 +29,17 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 TIMESTEP, INTERVAL, DURATION = 0.025, 0.1, 60.0
-"""Of runs, in s: the step, the time between two records, and the whole."""
+"""Timestep, record interval and duration of runs, in s."""
 
-MAGNETISATION = 1.3 / (4e-7 * np.pi)
-"""Of NdFeB with a remanence of 1.3 T, in A/m."""
+NDFEB_MAGNETIZATION = 1.3 / (4e-7 * np.pi)
+"""Magnetization of NdFeB with a remanence of 1.3 T, in A/m."""
 
 ONE_PER_CENT = 0.01
-DISC = 0.3
-"""Radius, in m, of the part of the plane in which the ball moves."""
+RADIUS = 0.3
+"""Radius, in m, of the part of the plane where the ball moves."""
 
 EXAMPLE = 0.06
-"""Size, in m, of the magnets with which J(t) is drawn."""
+"""Size, in m, of the magnets for which J(t) is drawn."""
 
 
 def cube(edge: float) -> Cloud:
@@ -66,39 +66,39 @@ def bar(edge: float) -> Cloud:
 
 
 SHAPES: dict[str, Callable[[float], Cloud]] = {"cube": cube, "rod": rod, "plate": plate, "bar": bar}
-"""By the edge, in m, of a cube of the same volume; the moment is along x."""
+"""Shapes as functions of the edge, in m, of a cube of the same volume; the moment is along x."""
 
 
 @dataclass(frozen=True)
 class FiniteMagnets:
-    """Differences from dipoles of the same moment; sizes are edges, in m, of equal cubes."""
+    """Differences from dipoles; a size is the edge, in m, of a cube of equal volume."""
 
     scene: Top
     edge: float
-    """Of a cube of NdFeB that has the moment of the scene's dipoles."""
+    """Edge of a cube of NdFeB with the moment of the scene's dipoles."""
     ball_force: float
-    """Difference of the force on a magnetized ball from that on a dipole at its center, over it."""
+    """Relative difference of the force on a magnetized ball from that on a dipole at its center."""
     edges: Array
     """Sizes, shape (E,)."""
     fields: dict[str, Array]
-    """Largest difference of the field over the field, on the plane, by shape and size."""
+    """Largest relative difference of the field on the plane, by shape and size."""
     changes: dict[str, Array]
     """Largest difference of J over the largest |J|, by shape and size."""
     at_edge: dict[str, float]
-    """The same at the size of the cube of NdFeB."""
+    """The same for the volume of the cube of NdFeB."""
     thresholds: dict[str, tuple[float, float]]
-    """Sizes at which J changes by less than 1 %, and by more."""
+    """Sizes at which J changes by less than 1 %, and by more than 1 %."""
     valleys: dict[str, float]
-    """Distance, in m, of the valley's lowest point from the center, at the size of examples."""
+    """Distance, in m, of the valley's lowest point from the center, for the size `EXAMPLE`."""
     examples: dict[str, Array]
-    """Spin J/I_3 in rad/s with dipoles, and with magnets of the examples' size."""
+    """Spin J/I_3 in rad/s with dipoles, and with magnets of the size `EXAMPLE`."""
 
 
 def compute(quick: bool) -> FiniteMagnets:
-    """Fields on the plane, and runs of the fourth case."""
+    """Compute fields on the plane, and simulate the fourth case."""
     scene = Top()
     edges = np.geomspace(0.008, 0.085, 5 if quick else 9)
-    edge = (scene.moment / MAGNETISATION) ** (1 / 3)
+    edge = (scene.moment / NDFEB_MAGNETIZATION) ** (1 / 3)
 
     def change(shape: str, size: float) -> float:
         reference = _momentum(scene, "dipole", 0.0)
@@ -129,14 +129,14 @@ def compute(quick: bool) -> FiniteMagnets:
 
 @cache
 def _momentum(scene: Top, kind: str, edge: float) -> Array:
-    """J of a run with a ring of dipoles, or of magnets of a shape."""
+    """Return J of a run with a ring of dipoles, or of magnets of a shape."""
     if kind == "dipole":
         return momentum(scene, build(scene))
     return momentum(scene, build_finite_ring(scene, SHAPES[kind](edge)))
 
 
 def momentum(scene: Top, model: mujoco.MjModel, duration: float = DURATION) -> Array:
-    """J in kg m^2/s at each record of a run by RK4, shape (T,)."""
+    """Return J, in kg m^2/s, at each record of a run by RK4, shape (T,)."""
     model.opt.timestep, model.opt.integrator = TIMESTEP, mujoco.mjtIntegrator.mjINT_RK4
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, 0)
@@ -149,21 +149,21 @@ def momentum(scene: Top, model: mujoco.MjModel, duration: float = DURATION) -> A
 
 
 def _ball_force(scene: Top) -> float:
-    """At the lowest point of the valley, of a ball that is magnetized along the field."""
+    """Return `ball_force` at the valley's lowest point, for a ball magnetized along the field."""
     lowest = [_valley(scene, "dipole"), 0.0]
     force, axis = aligned_force(scene, lowest)
-    points, parts = ball(scene.ball_radius)
-    places = points + on_plane(scene, lowest)
-    moments = scene.moment * np.outer(parts, axis)
-    whole = dipoles.wrench(places, moments, *scene.ring_sources())[0].sum(axis=0)
+    points, weights = ball(scene.ball_radius)
+    positions = points + on_plane(scene, lowest)
+    moments = scene.moment * np.outer(weights, axis)
+    whole = dipoles.wrench(positions, moments, *scene.ring_sources())[0].sum(axis=0)
     return float(np.linalg.norm(whole - force) / np.linalg.norm(force))
 
 
 def _field(scene: Top, shape: str, edge: float) -> float:
-    """Largest relative difference of the field on the disc at the height of the ball's center."""
-    side = DISC * np.linspace(-1, 1, 41)
+    """Return the largest relative difference of the field on a disk at the ball's height."""
+    side = RADIUS * np.linspace(-1, 1, 41)
     points = np.stack([*np.meshgrid(side, side), np.full((41, 41), scene.ball_radius)], axis=-1)
-    points = points[np.hypot(points[..., 0], points[..., 1]) <= DISC]
+    points = points[np.hypot(points[..., 0], points[..., 1]) <= RADIUS]
     field = dipoles.field(points, *scene.ring_sources())
     finite = dipoles.field(points, *finite_ring_sources(scene, SHAPES[shape](edge)))
     relative = np.linalg.norm(finite - field, axis=1) / np.linalg.norm(field, axis=1)
@@ -171,7 +171,7 @@ def _field(scene: Top, shape: str, edge: float) -> float:
 
 
 def _valley(scene: Top, kind: str) -> float:
-    """Where on the low side, y = 0, the field at the height of the ball's center is strongest."""
+    """Return x of the strongest field on the low side, y = 0, at the ball's height."""
     sources = scene.ring_sources()
     if kind != "dipole":
         sources = finite_ring_sources(scene, SHAPES[kind](EXAMPLE))
@@ -184,12 +184,12 @@ def _valley(scene: Top, kind: str) -> float:
 
 
 def order(edges: Array, differences: Array) -> float:
-    """Slope of the logarithm of a difference against that of the size, at the smallest sizes."""
+    """Return the slope of log(difference) against log(size) at the smallest sizes."""
     return float(np.polyfit(np.log(edges[:3]), np.log(differences[:3]), 1)[0])
 
 
 def claims(data: FiniteMagnets) -> list[Claim]:
-    """What the fields and runs say."""
+    """Return the claims that the fields and runs decide."""
     moment, volume = data.scene.moment, 4 / 3 * np.pi * data.scene.ball_radius**3
     needed, needed_si = moment / volume, Top.si().moment / volume
     orders = {shape: order(data.edges, field) for shape, field in data.fields.items()}
@@ -198,21 +198,22 @@ def claims(data: FiniteMagnets) -> list[Claim]:
         judged(
             "a magnetic dipole fixed at the ball's centroid",
             "the force on a ball magnetized throughout differs from that on a dipole by"
-            f" {data.ball_force:.0e} of it (mean values of harmonic functions); it takes"
-            f" {needed / 1e6:.2f} MA/m, of which NdFeB has {MAGNETISATION / 1e6:.2f}",
-            data.ball_force < 1e-9 and needed < MAGNETISATION,
+            f" {data.ball_force:.0e} of it (mean values of harmonic functions); it requires"
+            f" {needed / 1e6:.2f} MA/m, and NdFeB has {NDFEB_MAGNETIZATION / 1e6:.2f}",
+            data.ball_force < 1e-9 and needed < NDFEB_MAGNETIZATION,
         ),
         judged(
             "the ball's moment, in the SI reading",
-            f"100 A m² in a ball of 1.8 cm takes {needed_si / 1e6:.1f} MA/m, of which NdFeB has"
-            f" {MAGNETISATION / 1e6:.2f}",
-            needed_si < MAGNETISATION,
+            f"100 A m² in a ball of 1.8 cm requires {needed_si / 1e6:.1f} MA/m, and NdFeB has"
+            f" {NDFEB_MAGNETIZATION / 1e6:.2f}",
+            needed_si < NDFEB_MAGNETIZATION,
         ),
         judged(
             "a magnetic ring consisting of N magnetic dipoles (cubes instead)",
             f"cubes of NdFeB have edges of {100 * data.edge:.2f} cm and change J by"
-            f" {data.at_edge['cube']:.0e} of its largest; the field by order {orders['cube']:.2f}"
-            f" in the edge; 1 % of J at {_centimeters(data.thresholds['cube'])}",
+            f" {data.at_edge['cube']:.0e} of its largest value; the change of the field is of"
+            f" order {orders['cube']:.2f} in the edge; 1 % of J at"
+            f" {_centimeters(data.thresholds['cube'])}",
             data.at_edge["cube"] < ONE_PER_CENT,
         ),
         judged(
@@ -226,8 +227,8 @@ def claims(data: FiniteMagnets) -> list[Claim]:
             otherwise="in part",
         ),
         judged(
-            "Magnets of another shape leave the ball's place and the size of its spin as they are",
-            f"bodies of the volume of a {100 * EXAMPLE:.0f} cm cube, in place of dipoles: largest"
+            "Magnets of another shape do not change the ball's position and the size of its spin",
+            f"bodies with the volume of a {100 * EXAMPLE:.0f} cm cube, instead of dipoles: largest"
             f" spin {_listed({k: float(np.abs(s).max()) for k, s in data.examples.items()})} rad/s;"
             f" the valley's lowest point {_listed(data.valleys)} m from the center",
             _spread(np.abs(spin).max() for spin in data.examples.values()) < 0.01,
@@ -249,7 +250,7 @@ def _spread(values: Iterable[float]) -> float:
     return max(abs(value / first - 1) for value in others)
 
 
-LOOKS = {
+STYLES = {
     "dipole": (style.INK, ""),
     "cube": (style.BLUE, "s"),
     "rod": (style.GREEN, "o"),
@@ -260,7 +261,7 @@ LOOKS = {
 
 
 def draw(data: FiniteMagnets, path: Path) -> None:
-    """Change of J over the size, and J(t)."""
+    """Draw the change of J against the size, and J(t)."""
     with style.figure(9.0, 4.4) as figure:
         left, right = figure.subplots(1, 2)
         _draw_changes(left, data)
@@ -271,7 +272,7 @@ def draw(data: FiniteMagnets, path: Path) -> None:
 def _draw_changes(axes: "Axes", data: FiniteMagnets) -> None:
     sizes = 100 * data.edges
     for shape, changes in data.changes.items():
-        color, marker = LOOKS[shape]
+        color, marker = STYLES[shape]
         axes.plot(sizes, changes, marker=marker, ms=5, color=color, label=f"{shape}s")
     axes.axhline(ONE_PER_CENT, color=style.GRAY, lw=1)
     axes.axvline(100 * data.edge, color=style.GRAY, ls=":", label="cube of NdFeB")
@@ -286,7 +287,7 @@ def _draw_spin(axes: "Axes", data: FiniteMagnets) -> None:
     for kind, spin in data.examples.items():
         time = INTERVAL * np.arange(len(spin))
         width, dashes = {"dipole": (4, "-"), "rod": (1.6, "--")}.get(kind, (1.6, "-"))
-        axes.plot(time, spin, dashes, color=LOOKS[kind][0], lw=width, label=f"{kind}s")
+        axes.plot(time, spin, dashes, color=STYLES[kind][0], lw=width, label=f"{kind}s")
     axes.set(xlabel="t (s)", ylabel="spin J/I₃ (rad/s)")
     axes.set(title=f"Bodies of the volume of a {100 * EXAMPLE:.0f} cm cube")
     axes.legend(ncols=2, loc="lower right")
@@ -297,14 +298,15 @@ FIGURE = Figure(
     title="Finite magnets instead of dipoles",
     caption=(
         "The paper's fourth case (N = 20, H = 20 cm, r_ring = 34 cm, θ_R = π/64, c = 0.3 kg/s) with"
-        " uniformly magnetized bodies of the same moment, 10 A m², on the ring, each a few dozen"
-        " dipoles at the points of a quadrature, run by MuJoCo. Rods are cylinders as long as wide,"
+        " uniformly magnetized bodies of the same moment, 10 A m², on the ring, each represented"
+        " by a few dozen dipoles at quadrature points, run by MuJoCo. Rods are cylinders as long"
+        " as they are wide,"
         " plates four times as wide as thick, bars four times as long as wide, all magnetized"
-        " along the radius. A cube's first correction to its dipole is of the fourth order in size"
-        " over distance, and so is that of a cylinder whose length is √3 radii; of all other shapes"
+        " along the radius. The first correction to the dipole is of the fourth order in size over"
+        " distance for a cube, and for a cylinder whose length is √3 radii; for the other shapes"
         " here it is of the second. The moments are those of the unit reading of the paper's"
-        " parameters; in the SI reading every dipole has 100 A m²."
-        " Plates of more than 6.5 cm would touch their neighbors."
+        " parameters; in the SI reading every dipole has 100 A m². Plates larger than 6.5 cm would"
+        " touch their neighbors."
     ),
     compute=compute,
     claims=claims,

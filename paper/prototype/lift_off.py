@@ -1,4 +1,4 @@
-"""When the magnets lift the ball off its plane."""
+"""The coupling at which the magnets lift the ball off its plane."""
 
 import math
 from dataclasses import dataclass
@@ -26,36 +26,36 @@ Bracket = tuple[float, float]
 
 METHOD, TIMESTEP, DURATION = "mujoco/euler", 0.002, 60.0
 OFF = 1e-4
-"""Height above the plane, in m, that only a ball off it has: one that rests rises by 2e-6 m."""
+"""Height above the plane, in m, that only a lifted ball has: a resting one rises by 2e-6 m."""
 
 
 CLOSE = 1.15
-"""A coupling over that of statics which still bears statics out."""
+"""Largest ratio of a measured to a static coupling that confirms statics."""
 
 
 @dataclass(frozen=True)
 class LiftOff:
-    """Lifts are over the ball's weight, couplings in J m^3."""
+    """Lifts relative to the ball's weight, couplings in J m^3."""
 
     scene: Top
     lift: Lift
-    """The largest on the plane of the scene as it is, of a ball aligned with the field."""
+    """Largest lift on the plane of the scene, for a ball aligned with the field."""
     bracket: Bracket
-    """Couplings with which runs of the scene stay on the plane, and leave it."""
+    """Couplings at which runs of the scene stay on the plane, and leave it."""
     first: "Departure"
-    """Of the second of these."""
+    """Departure at the second of these couplings."""
     heights: Array
-    """Of the ring, in m, shape (H,)."""
+    """Heights of the ring, in m, shape (H,)."""
     aligned: Array
-    """Smallest coupling that lifts an aligned ball somewhere on the plane, by height."""
+    """Smallest coupling that lifts an aligned ball somewhere on the plane, for each height."""
     ran: Array
-    """Heights at which runs were bracketed, in m, shape (R,)."""
+    """Heights at which the coupling was bracketed by runs, in m, shape (R,)."""
     brackets: Array
-    """Couplings with which these stay, and leave, shape (R, 2)."""
+    """Couplings at which these runs stay, and leave, shape (R, 2)."""
     height_at_unit: tuple[float, Bracket]
-    """Critical height of the ring for the scene's coupling: aligned, and by runs (leaves, stays)"""
+    """Critical height for the scene's coupling: of an aligned ball, and by runs (leaves, stays)."""
     caught: Bracket
-    """Heights at which the ball ends in a well of the higher side, and on the lower side."""
+    """Heights at which the ball ends in a well on the higher side, and on the lower side."""
     si: "Departure"
 
 
@@ -68,9 +68,9 @@ class Departure:
     place: Array
     """In m, shape (2,)."""
     lift: float
-    """Of an aligned ball there, over the weight."""
+    """Lift of an aligned ball there, over the weight."""
     misalignment: float
-    """Angle of its axis from the field, in rad."""
+    """Angle between its axis and the field, in rad."""
 
 
 @cache
@@ -107,7 +107,7 @@ def compute(quick: bool) -> LiftOff:
 
 
 def _critical_coupling(height: float, ratio: float) -> Bracket:
-    """Couplings with which the ball stays on the plane, and leaves it."""
+    """Return couplings at which the ball stays on the plane, and leaves it."""
     scene = Top(surface="plane", ring_height=height)
     expected = scene.coupling / largest_lift(scene).any_axis
 
@@ -121,13 +121,13 @@ def _critical_coupling(height: float, ratio: float) -> Bracket:
 
 
 def _is_caught(scene: Top) -> bool:
-    """Whether the ball, within a minute, stays on the side of the center on which it starts."""
+    """Whether the ball stays on the side of the center where it starts, for a minute."""
     run = simulate(scene, method=METHOD, timestep=TIMESTEP, duration=DURATION)
     return bool((run.position.values[:, 0] < 0).all())
 
 
 def departure(scene: Top) -> Departure | None:
-    """Where and when the ball leaves the plane; none if it stays for a minute."""
+    """Return where and when the ball leaves the plane; None if it stays for a minute."""
     try:
         run = simulate(scene, method=METHOD, timestep=TIMESTEP, duration=DURATION)
     except SimulationStopped as fell_into_a_dipole:
@@ -143,7 +143,7 @@ def departure(scene: Top) -> Departure | None:
 
 
 def claims(data: LiftOff) -> list[Claim]:
-    """What statics and the runs say."""
+    """Return the claims that statics and the runs decide."""
     scene, (stays, leaves), first, si = data.scene, data.bracket, data.first, data.si
     static = scene.coupling / data.lift.aligned
     bound = scene.coupling / data.lift.any_axis
@@ -155,34 +155,36 @@ def claims(data: LiftOff) -> list[Claim]:
             "x^T e_3 = r: the ball stays on the plane (moments in the unit reading)",
             f"the lift of an aligned ball is at most {100 * data.lift.aligned:.2f} % of the weight,"
             f" at ({data.lift.place[0]:.3f}, {abs(data.lift.place[1]):.3f}) m, and"
-            f" {100 * data.lift.any_axis:.2f} % wherever it points",
+            f" {100 * data.lift.any_axis:.2f} % for any direction of its axis",
             data.lift.any_axis < 1,
         ),
         judged(
             "x^T e_3 = r: the ball stays on the plane (moments in the SI reading)",
             f"it leaves at t = {si.time:.2f} s and ({si.place[0]:.3f}, {si.place[1]:.3f}) m, where"
-            f" the lift of an aligned ball is {si.lift:.2f} weights, its axis"
+            f" the lift of an aligned ball is {si.lift:.2f} of its weight and its axis is"
             f" {math.degrees(si.misalignment):.1f}° off the field",
             data.lift.any_axis * Top.si().coupling < scene.coupling,
         ),
         judged(
             "The ball leaves when the largest lift of an aligned ball exceeds its weight",
             f"runs stay at a coupling of {stays:.3g} J m³ and leave at {leaves:.3g} (statics:"
-            f" {static:.3g}; no motion leaves below {bound:.3g}), at ({first.place[0]:.3f},"
-            f" {first.place[1]:.3f}) m with {first.lift:.3f} weights; under rings at"
+            f" {static:.3g}; no motion can leave below {bound:.3g}), at ({first.place[0]:.3f},"
+            f" {first.place[1]:.3f}) m with a lift of {first.lift:.3f} of the weight; under rings"
+            " at"
             f" H ≥ {data.ran[~low][0]:g} m they leave at {excess[~low].min():.2f} to"
-            f" {excess[~low].max():.2f} times statics' coupling, as they pass beside the place of"
-            f" largest lift; under lower ones, at H = {_listed(data.ran[low], '.2f')} m, at"
+            f" {excess[~low].max():.2f} times the coupling of statics, since they pass beside the"
+            " position of the largest lift; under lower rings, at H ="
+            f" {_listed(data.ran[low], '.2f')} m, at"
             f" {_listed(excess[low], '.0f')} times: a dipole of the higher side catches the ball"
-            " far from that place",
+            " far from that position",
             bool(np.all(excess < CLOSE)),
             otherwise="in part" if np.all(excess[~low] < CLOSE) else "wrong",
         ),
         judged(
             "Lift-off bounds from below the range of heights in which the top spins",
-            f"with moments in the unit reading it leaves a plane under a ring at {leaves_at:.4f} m"
-            f" or less, and stays at {stays_at:.4f} m (statics, at the lowest dipole:"
-            f" {height:.4f} m); but up to {data.caught[0]:.3f} m, and no more at"
+            f"with moments in the unit reading it leaves the plane under a ring at {leaves_at:.4f}"
+            f" m or lower, and stays at {stays_at:.4f} m (statics, at the lowest dipole:"
+            f" {height:.4f} m); but up to {data.caught[0]:.3f} m, though not at"
             f" {data.caught[1]:.3f} m, a single dipole of the higher side catches it",
             leaves_at > data.caught[0],
         ),
@@ -194,7 +196,7 @@ def _listed(values: Array, form: str) -> str:
 
 
 def draw(data: LiftOff, path: Path) -> None:
-    """Lift over the plane, and the critical coupling over the ring's height."""
+    """Draw the lift on the plane, and the critical coupling against the ring's height."""
     with style.figure(9.0, 4.4) as figure:
         left, right = figure.subplots(1, 2, width_ratios=[1, 1.15])
         _draw_lift(left, data)
@@ -252,13 +254,14 @@ FIGURE = Figure(
     caption=(
         "Left: vertical magnetic force on the ball, its axis along the field, over its weight, on"
         " the plane z = r (m = 0.2 kg, r = 1.8 cm, N = 20, r_ring = 34 cm, θ_R = π/64); the cross"
-        " marks the largest, the circle where a run leaves at the smallest coupling that does."
-        " Right: the coupling μ₀m²/4π at which it equals the weight somewhere on the plane, and"
+        " marks the maximum, the circle the position where a run leaves at the smallest coupling"
+        " at which any does. Right: the coupling μ₀m²/4π at which this force equals the weight"
+        " somewhere on the plane, and"
         " where runs of 60 s from (-0.05, 0.02) m under gravity, c = 0.3 kg/s, begin to leave the"
         " plane: near the line under high rings, far above it where a dipole of the higher side"
         " catches the ball first. In the unit reading of the paper's parameters the coupling is"
-        " 10⁻⁵ J m³ (10 A m² a dipole), in the SI reading 10⁻³ J m³ (100 A m²). Statics is the"
-        " vertical force on a ball at rest, its axis along the field."
+        " 10⁻⁵ J m³ (10 A m² per dipole), in the SI reading 10⁻³ J m³ (100 A m²). Statics means the"
+        " vertical force on a ball at rest with its axis along the field."
     ),
     compute=compute,
     claims=claims,

@@ -1,4 +1,4 @@
-"""The effective potential V_e of the top: its cross-section, and its surface under three rings."""
+"""The effective potential V_e of the top: its cross-section, and its surface for three rings."""
 
 import math
 from dataclasses import dataclass
@@ -22,20 +22,20 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Landscape:
-    """V_e of a scene in J, shape of the places, and all its critical points, deepest first."""
+    """V_e of a scene at some positions, in J, and all its critical points, deepest first."""
 
     scene: Top
     values: NDArray[np.float64]
     points: list[CriticalPoint]
 
     def of(self, kind: str) -> list[CriticalPoint]:
-        """The critical points of a kind: minimum, saddle or maximum."""
+        """Return the critical points of a kind: minimum, saddle or maximum."""
         return [point for point in self.points if point.kind == kind]
 
 
-def landscape(scene: Top, places: ArrayLike) -> Landscape:
-    """V_e at places on the plane, shape (..., 2), in m."""
-    values = observables.effective_potential(scene, places)
+def landscape(scene: Top, positions: ArrayLike) -> Landscape:
+    """Compute V_e at positions on the plane, shape (..., 2), in m."""
+    values = observables.effective_potential(scene, positions)
     return Landscape(scene, values, observables.critical_points(scene))
 
 
@@ -43,43 +43,47 @@ X = np.linspace(-0.5, 0.5, 401)
 """In m."""
 
 LOWER, UPPER = (4.0e-3, 5.5e-3), (0.2, 0.35)
-"""Tilts in rad between which the minimum becomes unique, and ceases to be."""
+"""Tilts, in rad, between which the minimum becomes unique, and ceases to be unique."""
 
 SLIGHT = PAPER_TILT / 5
-"""A tilt, in rad, that is slight beside the paper's."""
+"""A tilt, in rad, that is small compared with the paper's."""
 
 
 def compute_sections(_quick: bool) -> list[Landscape]:
-    """The sections of the paper's ring, level and tilted by π/64."""
+    """Compute the sections for the paper's ring, level and tilted by π/64."""
     line = np.stack([X, np.zeros_like(X)], axis=-1)
     return [landscape(scene, line) for scene in (Top.paper(3), Top.paper(4))]
 
 
 def claims_of_the_sections(sections: list[Landscape]) -> list[Claim]:
-    """Of (fig:potentialcrossection)."""
+    """Return the claims of (fig:potentialcrossection)."""
     level, tilted = sections
     asymmetry = float(np.abs(level.values - level.values[::-1]).max() / -level.values.min())
     around = [observables.valley_radius(level.scene, a) for a in np.linspace(0, np.pi, 61)]
     minima, saddles = tilted.of("minimum"), tilted.of("saddle")
     several, least = bracket(lambda tilt: not _is_unique(tilt), *LOWER, 1.01)
     most, again = bracket(_is_unique, *UPPER, 1.01)
-    low, pass_ = minima[0], saddles[-1]
-    angle = math.degrees(math.atan2(*pass_.position[::-1]) - math.atan2(*low.position[::-1])) % 360
+    lowest_point, saddle = minima[0], saddles[-1]
+    angle = (
+        math.degrees(math.atan2(*saddle.position[::-1]) - math.atan2(*lowest_point.position[::-1]))
+        % 360
+    )
     return [
         judged(
             "With no tilt the surface is axisymmetric and has a ring of minima",
-            f"valley at ρ = {np.mean(around):.4f} m, to {1e6 * np.ptp(around):.0f} µm all round;"
+            f"valley at ρ = {np.mean(around):.4f} m, to {1e6 * np.ptp(around):.0f} µm all around;"
             f" the section is symmetric to {asymmetry:.0e} of its depth",
             float(np.ptp(around)) < 1e-3 and asymmetry < 1e-6,
         ),
         judged(
             "Tilted slightly, a unique local minimum exists across from a saddle point",
-            f"{len(minima)} minimum, {1e3 * low.energy:.3f} mJ at ρ ="
-            f" {math.hypot(*low.position):.4f} m; {angle:.0f}° round, a saddle,"
-            f" {1e3 * pass_.energy:.3f} mJ at ρ = {math.hypot(*pass_.position):.4f} m. The minimum"
-            f" is unique from {math.degrees(least):.3f}° to {math.degrees(most):.1f}° of tilt; up"
-            f" to {math.degrees(several):.3f}° the ripple of 20 dipoles makes several, from"
-            f" {math.degrees(again):.1f}° on the dipoles near the plane do",
+            f"{len(minima)} minimum, {1e3 * lowest_point.energy:.3f} mJ at ρ ="
+            f" {math.hypot(*lowest_point.position):.4f} m; {angle:.0f}° around from it, a saddle,"
+            f" {1e3 * saddle.energy:.3f} mJ at ρ = {math.hypot(*saddle.position):.4f} m. The"
+            " minimum"
+            f" is unique from {math.degrees(least):.3f}° to {math.degrees(most):.1f}° of tilt;"
+            f" below {math.degrees(several):.3f}° the ripple of 20 dipoles creates several, and"
+            f" above {math.degrees(again):.1f}° the dipoles near the plane do",
             len(minima) == 1 and abs(angle - 180) < 1 and least < SLIGHT,
         ),
     ]
@@ -91,7 +95,7 @@ def _is_unique(tilt: float) -> bool:
 
 
 def draw_sections(sections: list[Landscape], path: Path) -> None:
-    """Both sections and their critical points on the x axis."""
+    """Draw both sections and their critical points on the x axis."""
     markers = {"minimum": "v", "saddle": "X", "maximum": "^"}
     with style.figure(7.5, 4.6) as figure:
         axes = figure.subplots()
@@ -101,10 +105,10 @@ def draw_sections(sections: list[Landscape], path: Path) -> None:
             axes.plot(X, 1e3 * section.values, color=color, label=label)
             for point in section.points if tilted else ():
                 if abs(point.position[1]) < 1e-6:
-                    place = point.position[0], 1e3 * point.energy
-                    axes.plot(*place, markers[point.kind], color=color, ms=9, mec="white")
+                    xy = point.position[0], 1e3 * point.energy
+                    axes.plot(*xy, markers[point.kind], color=color, ms=9, mec="white")
                     axes.annotate(
-                        point.kind, place, (0, -16 if point.kind == "minimum" else 10),
+                        point.kind, xy, (0, -16 if point.kind == "minimum" else 10),
                         textcoords="offset points", ha="center",
                     )  # fmt: skip
         axes.set(xlabel="x (m), on the line y = 0", ylabel="$V_e$ (mJ)", xlim=(X[0], X[-1]))
@@ -131,11 +135,11 @@ ORIENTATIONS = ((0.0, 0.0), (TILT, 0.0), (TILT, math.pi))
 """Tilt and azimuth in rad."""
 
 GRID = np.linspace(-5.0, 5.0, 101)
-"""In m, in units of which the paper does not speak."""
+"""In m; the paper does not state its unit."""
 
 
 def compute_surfaces(_quick: bool) -> list[Landscape]:
-    """V_e of the paper's caption: r = 0.3, H = 2, 25 dipoles, r_ring = 4."""
+    """Compute V_e for the paper's caption: r = 0.3, H = 2, 25 dipoles, r_ring = 4."""
     surfaces = []
     plane = np.stack(np.meshgrid(GRID, GRID), axis=-1)
     for tilt, azimuth in ORIENTATIONS:
@@ -148,7 +152,7 @@ def compute_surfaces(_quick: bool) -> list[Landscape]:
 
 
 def claims_of_the_surfaces(surfaces: list[Landscape]) -> list[Claim]:
-    """Of (fig:potentialsurface) and the remark before it."""
+    """Return the claims of (fig:potentialsurface) and of the remark before it."""
     level, tilted, mirrored = surfaces
     minima, saddles, deepest = level.of("minimum"), level.of("saddle"), tilted.of("minimum")
     depth = -minima[0].energy
@@ -164,8 +168,8 @@ def claims_of_the_surfaces(surfaces: list[Landscape]) -> list[Claim]:
         ),
         judged(
             "The other critical points are a circle, unstable along it",
-            f"{len(minima)} minima and {len(saddles)} saddles, by a ripple of"
-            f" {ripple:.1e} of the depth: a circle as N → ∞",
+            f"{len(minima)} minima and {len(saddles)} saddles, due to a ripple of {ripple:.1e} of"
+            " the depth: a circle as N → ∞",
             ripple < 1e-3,
         ),
         judged(
@@ -180,7 +184,7 @@ def claims_of_the_surfaces(surfaces: list[Landscape]) -> list[Claim]:
 
 
 def draw_surfaces(surfaces: list[Landscape], path: Path) -> None:
-    """The three surfaces, and their levels with all critical points."""
+    """Draw the three surfaces, and their level lines with all critical points."""
     lowest = min(float(surface.values.min()) for surface in surfaces)
     with style.figure(12.6, 8.4) as figure:
         for number, surface in enumerate(surfaces, start=1):
@@ -194,7 +198,7 @@ def draw_surfaces(surfaces: list[Landscape], path: Path) -> None:
             tilt, azimuth = surface.scene.tilt, surface.scene.tilt_azimuth
             angles = f"tilt {math.degrees(tilt):.4g}°, azimuth {math.degrees(azimuth):.0f}°"
             axes.set(xlabel="x", ylabel="y", zlim=(1.05 * lowest, 0))
-            # from the side of the higher rim, so that the deep part is seen
+            # from the side of the higher rim, so that the deep part is visible
             axes.view_init(elev=48, azim=-102 if math.cos(azimuth) * tilt > 0 else -78)
             axes.set_title(f"({'abc'[number - 1]}) {angles}")
             axes.set_zticks([-2, -1, 0])
@@ -208,8 +212,8 @@ def _draw_levels(axes: "Axes", surface: Landscape, lowest: float) -> None:
     axes.contourf(GRID, GRID, surface.values, levels=levels, cmap="cividis")
     for kind, marker in (("minimum", "v"), ("saddle", "X"), ("maximum", "^")):
         x, y = zip(*(point.position for point in surface.of(kind)), strict=True)
-        looks = {"color": style.ORANGE, "mec": "white", "ms": 8, "mew": 0.8}
-        axes.plot(x, y, marker, ls="none", label=kind, **looks)
+        marker_style = {"color": style.ORANGE, "mec": "white", "ms": 8, "mew": 0.8}
+        axes.plot(x, y, marker, ls="none", label=kind, **marker_style)
     axes.set(xlabel="x", ylabel="y", aspect="equal", title="its levels and critical points")
     axes.grid(visible=False)
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=3)
@@ -220,7 +224,7 @@ SURFACE = Figure(
     "Surface plot of V_e",
     "V_e = -|B| on the plane for the paper's r = 0.3, H = 2, 25 dipoles, r_ring = 4 (in one unit of"
     " length), over the coupling of a pair of dipoles: level, and tilted by π/16 to either side."
-    " V_e is the magnetic energy of a ball whose axis is along the field B. Below, the levels of"
+    " V_e is the magnetic energy of a ball whose axis is along the field B. Below: level lines of"
     " the same surfaces with all critical points.",
     compute_surfaces,
     claims_of_the_surfaces,

@@ -1,4 +1,4 @@
-"""The top under its ring, and the experiment that the paper tells of."""
+"""The top under its ring, and the experiment that the paper describes."""
 
 from pathlib import Path
 
@@ -16,12 +16,12 @@ SCENE = Top.experiment()
 
 
 def compute(_quick: bool) -> xr.Dataset:
-    """The ring is lowered over the resting ball, then tilted."""
+    """Simulate lowering the ring over the resting ball, then tilting it."""
     return simulate(SCENE, method="mujoco/rk4", timestep=0.025, duration=60.0)
 
 
 def claims(run: xr.Dataset) -> list[Claim]:
-    """Of (fig:moviesnapshot) and (fig:magball), and of the text beside the first."""
+    """Return the claims of (fig:moviesnapshot), the text beside it, and (fig:magball)."""
     positions, moments = SCENE.ring_sources()
     tilted = run.time.values > SCENE.ring_script[-2].time
     spin = np.abs(run.momentum_map.values) / SCENE.inertia[2]
@@ -29,20 +29,22 @@ def claims(run: xr.Dataset) -> list[Claim]:
     highest = theory.highest_valley(SCENE)
     first, last = SCENE.ring_script[0].height, SCENE.ring_script[-1].height
     outward = positions - positions.mean(axis=0)
-    radius, size = (np.linalg.norm(vectors, axis=1) for vectors in (outward, moments))
-    net = np.linalg.norm(moments.sum(axis=0)) / size.sum()
-    aside = float((np.linalg.norm(np.cross(outward, moments), axis=1) / radius / size).max())
+    radius, magnitude = (np.linalg.norm(vectors, axis=1) for vectors in (outward, moments))
+    net = np.linalg.norm(moments.sum(axis=0)) / magnitude.sum()
+    deviation = float(
+        (np.linalg.norm(np.cross(outward, moments), axis=1) / radius / magnitude).max()
+    )
     return [
         judged(
             "The magnetic dipoles are placed symmetrically around the ring, in radial direction",
-            f"{len(positions)} dipoles; their sum is {net:.0e} of the sum of their sizes, and they"
-            f" are {aside:.0e} rad off the radii",
-            net < 1e-12 and aside < 1e-12,
+            f"{len(positions)} dipoles; their sum is {net:.0e} of the sum of their magnitudes, and"
+            f" they deviate from the radii by {deviation:.0e} rad",
+            net < 1e-12 and deviation < 1e-12,
         ),
         judged(
             "When one lowers the ring to within a certain range of heights",
-            f"the place under its center is unstable below H = {highest:.3f} m; the ring comes from"
-            f" {first:g} m down to {last:g} m",
+            f"the position under its center is unstable below H = {highest:.3f} m; the ring is"
+            f" lowered from {first:g} m to {last:g} m",
             last < highest < first,
             figures=(1,),
         ),
@@ -56,7 +58,7 @@ def claims(run: xr.Dataset) -> list[Claim]:
 
 
 def draw(run: xr.Dataset, path: Path) -> None:
-    """The device, and spin and ring over time."""
+    """Draw the device, and the spin over time with the ring's motion."""
     with style.figure(12.0, 4.6) as figure:
         left, right = figure.subplots(1, 2, width_ratios=(1, 1.1))
         draw_device(left, Top.paper(4), "front")
@@ -75,9 +77,9 @@ FIGURE = Figure(
     "top_device",
     "The top under its ring",
     "The MuJoCo model of the top (the ball's dipole is its red arrow, along its axis ξ₃; the"
-    " yellow spot on its equator shows how it turns; gray, the ring's shadow), and"
-    " the experiment as the paper tells it, `Top.experiment()`: the ring comes down from 0.6 m to"
-    " 0.2 m, then it is tilted by π/64.",
+    " yellow spot on its equator shows its rotation; the ring's shadow is gray), and the"
+    " experiment that the paper describes, `Top.experiment()`: the ring is lowered from 0.6 m to"
+    " 0.2 m, then tilted by π/64.",
     compute,
     claims,
     draw,

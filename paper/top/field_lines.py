@@ -18,14 +18,14 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 HEIGHT = 0.5
-"""Of the ring, in m: high enough for the tilt."""
+"""Height of the ring, in m, sufficient for the tilt."""
 
 ORIENTATIONS = (("axisymmetric", 0.0, 0.0), ("tilted", math.pi / 4, 0.0),
                 ("tilted", math.pi / 4, math.pi))  # fmt: skip
-"""Name, tilt and its azimuth in rad."""
+"""Name, tilt and azimuth, in rad."""
 
 X, Z = np.linspace(-0.7, 0.7, 140), np.linspace(0.0, 1.0, 100)
-"""The grid in the plane y = 0, in m; no dipole lies on it."""
+"""Grid in the plane y = 0, in m; no dipole lies on it."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Field:
 
 
 def compute(_quick: bool) -> list[Field]:
-    """The field on the plane y = 0."""
+    """Compute the field on the plane y = 0."""
     grid = np.stack(np.broadcast_arrays(X, 0.0, Z[:, np.newaxis]), axis=-1)
     fields = []
     for name, tilt, azimuth in ORIENTATIONS:
@@ -49,17 +49,19 @@ def compute(_quick: bool) -> list[Field]:
 
 
 def claims(fields: list[Field]) -> list[Claim]:
-    """Of (fig:magfield)."""
+    """Return the claims of (fig:magfield)."""
     level, tilted, mirrored = (field.values for field in fields)
-    out = max(float(np.abs(b[..., 1] / np.linalg.norm(b, axis=-1)).max()) for b in (level, tilted))
+    out_of_plane = max(
+        float(np.abs(b[..., 1] / np.linalg.norm(b, axis=-1)).max()) for b in (level, tilted)
+    )
     mirror = tilted[:, ::-1] * [-1.0, 1.0, 1.0]
     difference = float(np.abs(mirrored - mirror).max() / np.abs(mirror).max())
     upward = dipoles.field(np.array([[0.0, 0.0, 0.1]]), *fields[0].scene.ring_sources())[0, 2]
     return [
         judged(
             "The magnetic field lines in the plane y = 0 are plotted",
-            f"|B_y| ≤ {out:.0e} |B| there: the lines stay in it",
-            out < 1e-12,
+            f"|B_y| ≤ {out_of_plane:.0e} |B| there: the lines stay in the plane",
+            out_of_plane < 1e-12,
         ),
         judged(
             "Ours: azimuth π tilts the ring to the other side",
@@ -75,7 +77,7 @@ def claims(fields: list[Field]) -> list[Claim]:
 
 
 def draw(fields: list[Field], path: Path) -> None:
-    """Field lines, the dipoles, and the ring's normal."""
+    """Draw field lines, the dipoles, and the ring's normal."""
     with style.figure(12.0, 3.6) as figure:
         panels = figure.subplots(1, 3, sharey=True)
         for letter, axes, field in zip("abc", panels, fields, strict=True):
@@ -94,11 +96,11 @@ def _draw(axes: "Axes", field: Field) -> None:
     axes.streamplot(X, Z, b_x, b_z, **lines)
     positions, moments = field.scene.ring_sources()
     directions = moments / field.scene.moment
-    looks = {"color": style.ORANGE, "zorder": 4}
-    axes.plot(positions[:, 0], positions[:, 2], "o", ms=4, label="dipoles", **looks)
+    dipole_style = {"color": style.ORANGE, "zorder": 4}
+    axes.plot(positions[:, 0], positions[:, 2], "o", ms=4, label="dipoles", **dipole_style)
     axes.quiver(
         positions[:, 0], positions[:, 2], directions[:, 0], directions[:, 2], angles="xy",
-        scale_units="xy", scale=9, width=0.006, **looks,
+        scale_units="xy", scale=9, width=0.006, **dipole_style,
     )  # fmt: skip
     normal = 0.3 * np.array([math.sin(field.scene.tilt) * math.cos(field.scene.tilt_azimuth),
                              math.cos(field.scene.tilt)])  # fmt: skip
@@ -114,10 +116,9 @@ def _draw(axes: "Axes", field: Field) -> None:
 FIGURE = Figure(
     "field_lines",
     "The magnetized ring and its field",
-    "Field lines in the plane y = 0 of the top's ring (20 dipoles outward on a radius of 0.34 m,"
-    " here 0.5 m high), its dipoles and its normal ζ₃; ξ₃ is the axis of the ball"
-    " and of its dipole. The paper's tilt of π/4 is drawn, far more"
-    " than its simulations have.",
+    "Field lines in the plane y = 0 of the top's ring (20 outward dipoles at a radius of 0.34 m,"
+    " here 0.5 m high), its dipoles and its normal ζ₃; ξ₃ is the axis of the ball and of its"
+    " dipole. The tilt is π/4 as in the paper's figure, far more than in its simulations.",
     compute,
     claims,
     draw,

@@ -1,4 +1,4 @@
-"""Snapshots of the fourth case: the top aligns with the field, leaves its place, and spins."""
+"""Snapshots of the fourth case: the top aligns with the field, moves away, and spins."""
 
 from pathlib import Path
 
@@ -14,20 +14,20 @@ from paper.top.cases import run_case
 from paper.top.spin_mechanism import DURATION, Torques, compute
 
 TIMES = np.array([0.0, 1.0, 3.0, 6.0, 9.0, 14.0, 21.6, 28.0, DURATION])
-"""Of the nine pictures, in s."""
+"""Times of the nine pictures, in s."""
 
-WHOLE, NEAR = (300, 400), (96, 112)
-"""Height and width in pixels of each, and of the ball seen from near in its corner."""
+PICTURE, CLOSE_UP = (300, 400), (96, 112)
+"""Height and width, in pixels, of each picture and of the close-up in its corner."""
 
 
 def claims(torques: Torques) -> list[Claim]:
-    """Of (fig:snapshots)."""
+    """Return the claims of (fig:snapshots)."""
     scene, run = torques.scene, run_case(4).mujoco
     first, later = torques.misalignment[0], torques.misalignment[torques.run.time.values > 10]
     start = observables.effective_potential(scene, [scene.position])[0]
     end = run.energy.values[-1]
     depth = observables.minimum(scene).energy
-    way = (end - start) / (depth - start)
+    progress = (end - start) / (depth - start)
     spin = np.abs(torques.spin).max()
     return [
         judged(
@@ -37,33 +37,34 @@ def claims(torques: Torques) -> list[Claim]:
         ),
         judged(
             "The state is not a minimum of V_e, and hence unstable",
-            f"V_e = {1e3 * start:.2f} mJ there, {1e3 * depth:.2f} mJ at the minimum",
+            f"V_e = {1e3 * start:.2f} mJ at the start, {1e3 * depth:.2f} mJ at the minimum",
             start > depth + 1e-3,
         ),
         judged(
             "The top moves towards a state that minimizes its energy, and acquires spin",
-            f"energy {1e3 * end:.2f} mJ after {run.time[-1]:.0f} s, {100 * way:.0f} % of the way;"
-            f" spin up to {spin:.2f} rad/s",
-            way > 0.9 and spin > 1,
+            f"energy {1e3 * end:.2f} mJ after {run.time[-1]:.0f} s, {100 * progress:.0f} % of the"
+            " way"
+            f" to the minimum; spin up to {spin:.2f} rad/s",
+            progress > 0.9 and spin > 1,
         ),
     ]
 
 
 def draw(torques: Torques, path: Path) -> None:
-    """Nine pictures of the ball, its trail and the ring."""
+    """Draw nine pictures of the ball, its trail and the ring."""
     run, scene = torques.run, torques.scene
     poses = scene.device.joints(run, scene, TIMES)
     spins = between(run, torques.spin, TIMES)
     trail = Trail(run.time.values, run.position.values, 0.35 * scene.ball_radius)
-    views = Views(scene, {"front": WHOLE, "ball": NEAR})
+    views = Views(scene, {"front": PICTURE, "ball": CLOSE_UP})
     try:
         with style.figure(12.0, 9.6) as figure:
             panels = figure.subplots(3, 3).flat
             for axes, pose, time, spin in zip(panels, poses, TIMES, spins, strict=True):
                 views.pose(pose, time)
                 picture = views.draw("front", trail, time)
-                picture[: NEAR[0] + 2, -NEAR[1] - 2 :] = 255
-                picture[: NEAR[0], -NEAR[1] :] = views.draw("ball", trail, time)
+                picture[: CLOSE_UP[0] + 2, -CLOSE_UP[1] - 2 :] = 255
+                picture[: CLOSE_UP[0], -CLOSE_UP[1] :] = views.draw("ball", trail, time)
                 axes.imshow(picture)
                 axes.set_axis_off()
                 axes.set_title(f"t = {time:g} s, spin {spin:+z.2f} rad/s".replace("-", "−"))
@@ -76,9 +77,8 @@ FIGURE = Figure(
     "snapshots",
     "Snapshots of the nonconservative tilted simulation",
     "The fourth case by `mujoco/rk4`, rendered by MuJoCo: the ball (its dipole, along its"
-    " axis ξ₃, is the red arrow; the yellow spot on its equator shows how it turns),"
-    " the trail of its contact point, the tilted ring"
-    " with its dipoles; in the corners the ball from near.",
+    " axis ξ₃, is the red arrow; the yellow spot on its equator shows its rotation), the trail of"
+    " its contact point, the tilted ring with its dipoles; the corners show the ball in close-up.",
     compute,
     claims,
     draw,

@@ -19,15 +19,15 @@ from paper.figure import Claim, Figure, judged
 Array = NDArray[np.float64]
 
 DURATION = 40.0
-"""In s: the rise of the spin and its first fall."""
+"""In s: covers the rise of the spin and its first fall."""
 
 SETTLED = 5.0
-"""From when, in s, the axis follows the field."""
+"""Time, in s, after which the axis follows the field."""
 
 
 @dataclass(frozen=True)
 class Torques:
-    """Torques on the ball and its attitude over time; vectors have shape (T, 3), in N m and SI."""
+    """Torques on the ball and its attitude over time; vectors have shape (T, 3), in SI units."""
 
     run: xr.Dataset
     scene: Top
@@ -47,19 +47,19 @@ class Torques:
 
     @property
     def across(self) -> Array:
-        """Angular velocity across xi_3, shape (T,), in rad/s."""
+        """Magnitude of the angular velocity normal to xi_3, shape (T,), in rad/s."""
         return _across(self.run.angular_velocity.values, self.axis)
 
     @property
     def impulse(self) -> tuple[Array, Array]:
-        """Torque across xi_3, integrated over time: of friction, of the magnets, in N m s."""
+        """Integrals, in N m s, of the torques of friction and of the magnets normal to xi_3."""
         torques = (_normal(torque, self.axis) for torque in (self.friction, self.magnetic))
         friction, magnetic = (np.trapezoid(torque, self.run.time, axis=0) for torque in torques)
         return friction, magnetic
 
     @property
-    def turning(self) -> Array:
-        """What turns the spin along with xi_3, in N m s: I_3 times the integral of spin d(xi_3)."""
+    def rotation_impulse(self) -> Array:
+        """Impulse, in N m s, that rotates the spin with xi_3: I_3 times int spin d(xi_3)."""
         middle = (self.spin[1:] + self.spin[:-1])[:, np.newaxis] / 2
         return self.scene.inertia[2] * np.sum(middle * np.diff(self.axis, axis=0), axis=0)
 
@@ -83,7 +83,7 @@ def _across(vectors: Array, axis: Array) -> Array:
 
 
 def _vertical(torques: Torques) -> float:
-    """Largest vertical impulse on the ball that is not the magnets', over that of all friction."""
+    """Return the largest vertical impulse not due to the magnets, over friction's total impulse."""
     time = torques.run.time.values
     gained = torques.scene.inertia[2] * torques.run.angular_velocity.values[:, 2]
     magnets = cumulative_trapezoid(torques.magnetic[:, 2], time, initial=0.0)
@@ -93,7 +93,7 @@ def _vertical(torques: Torques) -> float:
 
 @cache
 def compute(_quick: bool) -> Torques:
-    """Case 4 by MuJoCo and the torques on its ball."""
+    """Simulate case 4 by MuJoCo and compute the torques on its ball."""
     scene = Top.paper(4)
     run = simulate(scene, method="mujoco/rk4", timestep=0.0125, duration=DURATION)
     field = dipoles.field(run.position.values, *scene.ring_sources())
@@ -104,7 +104,7 @@ def compute(_quick: bool) -> Torques:
 
 
 def claims(torques: Torques) -> list[Claim]:
-    """Of (fig:whyspin) and the remark that clarifies it."""
+    """Return the claims of (fig:whyspin) and of the remark that explains it."""
     axis = torques.axis
     largest = float(np.abs(_along(torques.magnetic, axis)).max())
     tilt = np.degrees(np.arccos(np.clip(axis[:, 2], -1, 1)))
@@ -114,31 +114,34 @@ def claims(torques: Torques) -> list[Claim]:
     vertical = _vertical(torques)
     inertia = torques.scene.inertia[0]
     friction, magnetic = torques.impulse
-    rest = friction + magnetic - torques.turning
-    given, left, uncountered = (
-        float(np.linalg.norm(vector)) / inertia for vector in (friction, friction + magnetic, rest)
+    difference = friction + magnetic - torques.rotation_impulse
+    by_friction, combined, residual = (
+        float(np.linalg.norm(vector)) / inertia
+        for vector in (friction, friction + magnetic, difference)
     )
     strength = np.linalg.norm(torques.magnetic, axis=1).max()
     spin, across = (float(np.sqrt(np.mean(w[late] ** 2))) for w in (torques.spin, torques.across))
     return [
         judged(
             "The friction's torque is in directions orthogonal to the moment arm q",
-            "q is vertical; the ball gains no angular momentum about the vertical but from the"
-            f" magnets: what else it gains is {vertical:.0e} of the whole impulse of friction",
+            "q is vertical, and the ball gains angular momentum about the vertical only from the"
+            f" magnets: any other gain is at most {vertical:.0e} of friction's total angular"
+            " impulse",
             vertical < 1e-4,
         ),
         judged(
             "The magnetic torque counters the torques about the axes perpendicular to ξ₃",
-            f"within {DURATION:.0f} s friction alone would give the ball {given:.1f} rad/s across"
-            f" ξ₃, both torques together {left:.1f} rad/s, which turns the spin along with ξ₃ but"
-            f" for {uncountered:.2f} rad/s; along ξ₃ the magnetic torque has no part (≤"
-            f" {largest:.0e} N m of up to {strength:.1e} N m)",
-            uncountered < 0.05 * given and left < given / 2 and largest < 1e-12,
+            f"within {DURATION:.0f} s friction alone would give the ball {by_friction:.1f} rad/s"
+            " across"
+            f" ξ₃, both torques together {combined:.1f} rad/s, which rotates the spin along with ξ₃"
+            f" except for {residual:.2f} rad/s; the magnetic torque has no component along ξ₃"
+            f" (≤ {largest:.0e} N m of up to {strength:.1e} N m)",
+            residual < 0.05 * by_friction and combined < by_friction / 2 and largest < 1e-12,
         ),
         judged(
             "The magnetic torque keeps ξ₃ aligned with the local magnetic field",
-            f"from {first:.1f}° at the start; after {SETTLED:g} s within {angle:.1f}° of B, while B"
-            f" has ξ₃ lean by up to {tilt[late].max():.0f}°",
+            f"{first:.1f}° at the start; after {SETTLED:g} s within {angle:.1f}° of B, while ξ₃"
+            f" leans by up to {tilt[late].max():.0f}°",
             angle < 0.1 * tilt[late].max(),
         ),
         judged(
@@ -152,7 +155,7 @@ def claims(torques: Torques) -> list[Claim]:
 
 
 def draw(torques: Torques, path: Path) -> None:
-    """Angular velocity, alignment, and friction's torque along and across the axis."""
+    """Draw angular velocity, alignment, and friction's torque along and across the axis."""
     time = torques.run.time
     with style.figure(12.0, 4.0) as figure:
         left, middle, right = figure.subplots(1, 3)
@@ -184,8 +187,8 @@ FIGURE = Figure(
     "Mechanism behind spin",
     "The fourth case (c = 0.3 kg/s, tilt π/64) by `mujoco/rk4` at h = 0.0125 s: angular velocity,"
     " angle between axis and field, and friction's torque q × F, along and across ξ₃. Here ξ₃ is"
-    " the ball's axis, q the arm from its center to its contact point, F friction's force, B the"
-    " field. In place of the paper's sketch, its forces as measured.",
+    " the ball's axis, q the arm from its center to its contact point, F the friction force, B"
+    " the field. The measured torques replace the paper's sketch.",
     compute,
     claims,
     draw,

@@ -1,4 +1,4 @@
-"""Observables: what is read off a run, and, from theory, the landscape in which it happens."""
+"""Observables: quantities computed from runs, and the potential landscape from theory."""
 
 import xarray as xr
 
@@ -66,27 +66,28 @@ __all__ = [
 
 @analysis("energy", of=Scene, records=2)
 def energy_balance(run: xr.Dataset, scene: Scene = OWN) -> xr.Dataset:
-    """Energy of a run against the heat that friction takes and the work that noise does.
+    """Compare the energy of a run with the heat of friction and the work of the noise.
 
-    Of the top dE = -c |V_Q|^2 dt, of the disk and the motor the paper's remarks, where the work is
-    the Stratonovich integral along the run's own Brownian path.
+    For the top, dE = -c |V_Q|^2 dt. For the disk and the motor the balance follows the paper's
+    remarks; the work is the Stratonovich integral along the Brownian path of the run.
 
     Parameters
     ----------
     run : xarray.Dataset
-        From `simulate`, with every step recorded.
+        From `simulate`; for the top and the disk with every step recorded.
     scene : Scene, optional
-        Its scene; by default the one that the attributes of the run tell.
+        The scene of the run; by default the one in its attributes.
 
     Returns
     -------
     xarray.Dataset
-        `heat`, where there is noise what it did (`injected` in the mean, and `martingale`), and
-        `residual`, what is left of the energy's change; in J, of the disk dimensionless.
+        `heat`; with noise, its work as `injected`, the mean, and `martingale`, the rest; and
+        `residual`, the change of energy that these do not explain. In J; dimensionless for the
+        disk.
 
     Raises
     ------
     ValueError
-        The run has too few records, or not what the device needs; the message names it.
+        The run has too few records or lacks a variable; the message names it.
     """
     return scene.device.energy_balance(run, scene)

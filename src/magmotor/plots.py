@@ -1,4 +1,4 @@
-"""Plots: figures drawn from datasets."""
+"""Plots of runs, ensembles and sweeps."""
 
 import xarray as xr
 
@@ -25,20 +25,20 @@ __all__ = [
 
 @analysis(of=Scene, records=2)
 def overview(run: xr.Dataset, scene: Scene | None, path: Picture) -> None:
-    """Write one picture of a run.
+    """Write an overview of a run as one picture.
 
-    Of the top: left the path over the effective potential, right J(t) against the integral of
-    friction's torque c r xi_3 . (e_z x V_Q), and the energy against the heat. Of the motor: its
-    flights, where the longest begins, energy, temperatures. Of others: their numbers over time.
+    For the top: the path over the effective potential, J(t) with the integral of the friction
+    torque c r xi_3 . (e_z x V_Q), and the energy with the heat. For the motor: flights, the
+    beginning of the longest one, path, energy and temperatures. For others: scalars over time.
 
     Parameters
     ----------
     run : xarray.Dataset
         From `simulate`.
     scene : Scene or None
-        Its scene; None, the one that the attributes of the run tell.
+        The scene of the run; None takes the one in its attributes.
     path : str or Path
-        The file to write; its suffix says in which format.
+        The file to write; its suffix determines the format.
     """
-    assert scene is not None  # the run's own by now
+    assert scene is not None  # `analysis` has replaced None
     scene.device.overview(run, scene, path)

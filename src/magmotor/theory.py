@@ -1,4 +1,4 @@
-"""Theory: closed forms of the scenes, and the reduced equation of the sliding disk."""
+"""Theory: closed forms for all scenes, and the reduced equation of the sliding disk."""
 
 from magmotor.device.step_limits import small_motion
 from magmotor.devices.ball.resting import resting_ball

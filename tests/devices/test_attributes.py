@@ -1,4 +1,4 @@
-"""Datasets whose attributes are damaged: whoever reads them says which, or reads what is meant."""
+"""Datasets with damaged attributes: readers name the attribute, or read it correctly."""
 
 import json
 import re
@@ -32,7 +32,7 @@ def many():
 
 
 def fields(name, **changes):
-    """A JSON object in an attribute with some fields changed; those that are ... are not there."""
+    """Return a JSON object of an attribute with some fields changed, or removed if `...`."""
 
     def change(attributes):
         told = {**json.loads(attributes[name]), **changes}
@@ -84,7 +84,7 @@ MANY = {
 
 
 def not_told(read, run, table, message):
-    """Of which damaged attributes `read` does not say, in a ValueError, what is wrong."""
+    """Return the damaged attributes for which `read` raises no ValueError with the message."""
     missed = []
     for name, own in table.items():
         for value in [*own, *ANYTHING]:
@@ -135,7 +135,7 @@ def test_path_of_names_the_attribute(run):
 
 
 @pytest.mark.parametrize("value", ["x", -1, 1.5, [], 2**53, 10**30])
-def test_a_run_that_goes_on_names_where_it_cannot_begin(run, value):
+def test_a_continued_run_names_an_invalid_first_step(run, value):
     before = run.drop_vars("step").assign_attrs(first_step=value)
     path = path_of(run.attrs)
     with pytest.raises(ValueError, match=r"first_step|2\^53"):
@@ -162,7 +162,7 @@ NO_RUNS = [
 ]
 
 
-def test_initial_datasets_that_are_no_run_are_refused(run):
+def test_initial_datasets_that_are_not_runs_are_refused(run):
     path = path_of(run.attrs)
     numerics = {"replicas": 2, "duration": 10.0, **NUMBERS}
     for change in NO_RUNS:
@@ -179,11 +179,11 @@ WRONG = [
 
 
 @pytest.mark.parametrize("scene", ORBITS, ids=lambda scene: type(scene).__name__)
-def test_initial_parts_that_are_no_numbers_are_refused(scene):
+def test_initial_parts_that_are_not_numbers_are_refused(scene):
     replicas = None if isinstance(scene, mm.Top) else 3
     for name in ORBITS[scene]:
         for value in WRONG:
-            with pytest.raises(ValueError, match=rf"^initial\['{name}'\] (=|holds) "):
+            with pytest.raises(ValueError, match=rf"^initial\['{name}'\] (=|contains) "):
                 mm.simulate(scene, initial={name: value}, duration=1, replicas=replicas, **NUMBERS)
     wrong: Any = (7, "x", [1.0], np.zeros(3), {3: 1.0}, {"wind": 1.0}, {None: 1})
     for initial in wrong:
@@ -191,7 +191,7 @@ def test_initial_parts_that_are_no_numbers_are_refused(scene):
             mm.simulate(scene, initial=initial, duration=1, replicas=replicas, **NUMBERS)
 
 
-def test_ensembles_refuse_them_too():
+def test_ensembles_refuse_initial_parts_that_are_not_numbers():
     wrong: Any = [{"x": value} for value in WRONG] + [7, "x", {"wind": 1.0}]
     for initial in wrong:
         with pytest.raises(ValueError, match=r"^initial"):

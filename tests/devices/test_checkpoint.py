@@ -1,4 +1,4 @@
-"""Runs that were stopped go on from their checkpoint, the same to the bit."""
+"""Stopped runs continue from their checkpoints, the same to the bit."""
 
 import os
 import zlib
@@ -42,7 +42,7 @@ def short_chunks(monkeypatch):
 
 
 def stop_in_third_chunk(monkeypatch, scene, exception):
-    """Have the device's guard raise while it looks at the third chunk."""
+    """Make the device's guard raise an exception at the third chunk."""
     device = scene.device
     real = device.guard
 
@@ -63,12 +63,12 @@ def stop_in_third_chunk(monkeypatch, scene, exception):
 
 
 def done(path):
-    """How many records a checkpoint has after the first."""
+    """Return the number of records in a checkpoint after the first."""
     return checkpoint_files.read(path)[0]["done"]
 
 
 class _Interrupted(list):
-    """Records during whose third addition Ctrl-C comes."""
+    """Records that are interrupted by Ctrl-C at the third addition."""
 
     def append(self, item):
         super().append(item)
@@ -76,7 +76,7 @@ class _Interrupted(list):
             raise KeyboardInterrupt
 
 
-def test_ctrl_c_after_the_records_and_before_the_state_is_kept(tmp_path, monkeypatch):
+def test_ctrl_c_between_records_and_state_loses_nothing(tmp_path, monkeypatch):
     path = tmp_path / "run.checkpoint"
     whole = mm.simulate(mm.Disk(), **DISK)
     resume = simulation._resume
@@ -94,7 +94,7 @@ def test_ctrl_c_after_the_records_and_before_the_state_is_kept(tmp_path, monkeyp
 
 
 @pytest.mark.parametrize(("scene", "method"), EVERY_METHOD)
-def test_a_stopped_run_goes_on_to_the_bit(scene, method, tmp_path, monkeypatch):
+def test_a_stopped_run_continues_to_the_bit(scene, method, tmp_path, monkeypatch):
     arguments = short(scene, method)
     whole = mm.simulate(scene, **arguments)
     path = tmp_path / "run.checkpoint"
@@ -110,8 +110,8 @@ def test_a_stopped_run_goes_on_to_the_bit(scene, method, tmp_path, monkeypatch):
     assert path.read_bytes() == finished
 
 
-def test_checkpoints_are_written_now_and_then(tmp_path, monkeypatch):
-    """A crash is no interrupt: what was saved before it is there."""
+def test_checkpoints_are_saved_periodically(tmp_path, monkeypatch):
+    """After a crash, unlike after an interrupt, only earlier checkpoints exist."""
     path = tmp_path / "run.checkpoint"
     monkeypatch.setattr(checkpoints, "SECONDS_BETWEEN", 0.0)
     with monkeypatch.context() as patch:
@@ -125,42 +125,44 @@ def test_checkpoints_are_written_now_and_then(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("changes", "named"),
     [
-        ({"seed": 4}, "seed = 4; it has 3"),
-        ({"timestep": 0.04}, "timestep = 0.04; it has 0.05"),
-        ({"duration": 20.0}, "duration = 20.0; it has 10.0"),
-        ({"initial": {"x": 1.0}}, "initial = "),
-        ({"replicas": 4}, "replicas = 4; it has 3"),
+        ({"seed": 4}, "seed is 3, not 4"),
+        ({"timestep": 0.04}, "timestep is 0.05, not 0.04"),
+        ({"duration": 20.0}, "duration is 10.0, not 20.0"),
+        ({"initial": {"x": 1.0}}, r"initial is \d+, not \d+"),
+        ({"replicas": 4}, "replicas is 3, not 4"),
     ],
 )
 def test_a_checkpoint_of_another_task_is_refused(changes, named, tmp_path):
     path = tmp_path / "run.checkpoint"
     mm.simulate(mm.Disk(), checkpoint=path, **DISK)
-    with pytest.raises(ValueError, match=f"checkpoint = .*one of {named}"):
+    with pytest.raises(ValueError, match=f"checkpoint = .* of another run: its {named}$"):
         mm.simulate(mm.Disk(), checkpoint=path, **{**DISK, **changes})
     with pytest.raises(ValueError, match=r"checkpoint = .*scene_fields"):
         mm.simulate(mm.Disk(x=0.5), checkpoint=path, **DISK)
 
 
-def test_a_file_that_is_no_checkpoint_is_refused_and_left(tmp_path):
+def test_a_file_that_is_not_a_checkpoint_is_refused_and_kept(tmp_path):
     path = tmp_path / "notes.txt"
     path.write_text("not mine")
-    with pytest.raises(ValueError, match="must be a checkpoint, or no file"):
+    with pytest.raises(ValueError, match="the file is not a checkpoint"):
         mm.simulate(mm.Disk(), checkpoint=path, **DISK)
     assert path.read_text() == "not mine"
 
 
-def test_without_room_the_run_goes_on_with_a_warning(tmp_path):
-    with pytest.warns(UserWarning, match="no checkpoint .*; the one before it stays"):
+def test_a_checkpoint_that_cannot_be_saved_gives_a_warning(tmp_path):
+    with pytest.warns(UserWarning, match="cannot save .*; the previous checkpoint is kept"):
         run = mm.simulate(mm.Disk(), checkpoint=tmp_path / "missing" / "run.checkpoint", **DISK)
     assert run.identical(mm.simulate(mm.Disk(), **DISK))
 
 
-def test_a_checkpoint_that_is_a_folder_is_refused(tmp_path):
-    with pytest.raises(ValueError, match=r"^checkpoint = .*: must be a file, or no file$"):
+def test_a_folder_is_refused_as_checkpoint(tmp_path):
+    with pytest.raises(
+        ValueError, match=r"^checkpoint = .*: must be a regular file, or not exist yet$"
+    ):
         mm.simulate(mm.Disk(), **DISK, checkpoint=tmp_path)
     below_a_file = tmp_path / "file" / "run.checkpoint"
     below_a_file.parent.touch()
-    with pytest.raises(ValueError, match=r"must be a file \(Not a directory\)$"):
+    with pytest.raises(ValueError, match=r"cannot be read \(Not a directory\)$"):
         mm.simulate(mm.Disk(), **DISK, checkpoint=below_a_file)
 
 
@@ -193,15 +195,15 @@ DAMAGES: dict[str, Any] = {
 
 
 @pytest.mark.parametrize(("scene", "method"), ENGINES)
-def test_arrays_that_are_not_the_task_s_are_refused(scene, method, tmp_path):
-    """With right checksums, so that it is the arrays that are judged."""
+def test_wrong_arrays_of_a_run_are_refused(scene, method, tmp_path):
+    """The checksums are correct, so that the arrays themselves are checked."""
     path, arguments = tmp_path / "run", short(scene, method)
     whole = mm.simulate(scene, checkpoint=path, **arguments)
     head, arrays = checkpoint_files.read(path)
 
-    def refused(new, message=r"one with the arrays|finite and in bounds", **told):
+    def refused(new, message=r"must have the arrays|finite and in bounds", **told):
         checkpoint_files.write(path, head | told, new)
-        with pytest.raises(ValueError, match=f"checkpoint = .*run': must be .*({message})"):
+        with pytest.raises(ValueError, match=f"checkpoint = .*run': .*({message})"):
             mm.simulate(scene, checkpoint=path, **arguments)
 
     for name, array in arrays.items():
@@ -214,7 +216,7 @@ def test_arrays_that_are_not_the_task_s_are_refused(scene, method, tmp_path):
     refused(arrays | {"engine_state": np.zeros((1, 3))})
     refused(arrays, done=head["done"] - 1)
     for number in (-1, head["done"] + 1, 2**70, True, 3.0, "3", None, [3]):
-        refused(arrays, "are done", done=number)
+        refused(arrays, "number of finished records", done=number)
     checkpoint_files.write(path, head, arrays)
     assert mm.simulate(scene, checkpoint=path, **arguments).identical(whole)
 
@@ -234,16 +236,16 @@ def changed(arrays, name, index, value):
     return arrays | {name: array}
 
 
-def test_arrays_that_are_not_the_ensemble_s_are_refused(tmp_path):
-    """Some of them ended the process."""
+def test_wrong_arrays_of_an_ensemble_are_refused(tmp_path):
+    """Some of these arrays once crashed the process."""
     path = tmp_path / "run"
     whole = mm.ensemble(mm.Disk(), checkpoint=path, **MANY)
     head, arrays = checkpoint_files.read(path)
     assert head["done"] == 10
 
-    def refused(new, message=r"one with the arrays|finite and in bounds", **told):
+    def refused(new, message=r"must have the arrays|finite and in bounds", **told):
         checkpoint_files.write(path, head | told, new)
-        with pytest.raises(ValueError, match=f"checkpoint = .*run': must be .*({message})"):
+        with pytest.raises(ValueError, match=f"checkpoint = .*run': .*({message})"):
             mm.ensemble(mm.Disk(), checkpoint=path, **MANY)
 
     for name, array in arrays.items():
@@ -255,8 +257,8 @@ def test_arrays_that_are_not_the_ensemble_s_are_refused(tmp_path):
     refused(arrays | {"last": np.zeros((50, 8))}, done=0)
     refused(arrays | {"sums": np.zeros((0, 0, 6))})
     for number in (-1, 11, 2**70, True, 3.0, "3", None):
-        refused(arrays, "are done", done=number)
-    bounds = "one whose {} is finite and in bounds; it has {}"
+        refused(arrays, "number of finished records", done=number)
+    bounds = "its {} must be finite and in bounds, and has the value {}"
     for name, index, value in [
         ("counts", (0, 2, 119), -1),
         ("counts", (0, 0, 0), 2**40),
@@ -270,13 +272,13 @@ def test_arrays_that_are_not_the_ensemble_s_are_refused(tmp_path):
         ("sums", (0, 1, 4), -1e-9),
     ]:
         refused(changed(arrays, name, index, value), bounds.format(name, value))
-    refused(changed(arrays, "departure", 0, 6), "departure is", done=5)
+    refused(changed(arrays, "departure", 0, 6), "its departure must be", done=5)
     checkpoint_files.write(path, head, arrays)
     assert mm.ensemble(mm.Disk(), checkpoint=path, **MANY).identical(whole)
 
 
-def test_states_of_any_size_end_no_process(tmp_path):
-    """Numbers that overflow at the first step: the statistics have to live with them."""
+def test_huge_states_do_not_crash_the_process(tmp_path):
+    """The statistics must survive numbers that overflow in the first step."""
     path = tmp_path / "run"
     mm.ensemble(mm.Disk(), checkpoint=path, **MANY)
     head, arrays = checkpoint_files.read(path)
@@ -289,7 +291,7 @@ def test_states_of_any_size_end_no_process(tmp_path):
 
 @pytest.fixture
 def small(tmp_path):
-    """A checkpoint of two arrays, and who loads it."""
+    """Return a saved checkpoint of two arrays."""
     like = {"x": np.arange(6.0).reshape(2, 3), "n": np.array([1, 2])}
     wanted = {"x": checkpoints.Expected(like["x"]), "n": checkpoints.Expected(like["n"], 0, 9)}
     path = tmp_path / "small"
@@ -301,7 +303,7 @@ def small(tmp_path):
     return mine
 
 
-def test_any_byte_that_changes_is_found(small):
+def test_any_changed_byte_is_detected(small):
     content = small.path.read_bytes()
     for place in range(len(content)):
         for other in (content[place] ^ 1, content[place] ^ 32):
@@ -309,28 +311,30 @@ def test_any_byte_that_changes_is_found(small):
             spoiled[place] = other
             if spoiled != content:
                 small.path.write_bytes(spoiled)
-                with pytest.raises(ValueError, match=r"must be (a checkpoint, or no|whole; this)"):
+                with pytest.raises(ValueError, match=r"(is not a checkpoint|is damaged)"):
                     small.load()
 
 
-def test_any_length_that_is_not_its_own_is_found(small):
+def test_any_changed_length_is_detected(small):
     content = small.path.read_bytes()
     for length in range(len(content)):
         small.path.write_bytes(content[:length])
-        with pytest.raises(ValueError, match=r"must be (a checkpoint, or no|whole; this)"):
+        with pytest.raises(ValueError, match=r"(is not a checkpoint|is damaged)"):
             small.load()
     small.path.write_bytes(content + b"\0")
-    with pytest.raises(ValueError, match="whole; this one is damaged: it is too short or too long"):
+    with pytest.raises(ValueError, match="damaged: it is too short or too long"):
         small.load()
 
 
 @pytest.mark.parametrize(
     "task", [{"seed": 1, "more": 2}, {"seed": 1, "more": None}, {}, {"seed": 2}, {"speed": 1}]
 )
-def test_a_task_with_more_or_less_is_another(small, task):
+def test_a_task_with_other_arguments_is_refused(small, task):
     head, arrays = checkpoint_files.read(small.path)
     checkpoint_files.write(small.path, head | {"task": task}, arrays)
-    with pytest.raises(ValueError, match=r"checkpoint = .* must be one of \w+ = \w+; it has \w+$"):
+    with pytest.raises(
+        ValueError, match=r"checkpoint = .* of another run: its \w+ is \w+, not \w+$"
+    ):
         small.load()
 
 
@@ -365,22 +369,22 @@ def _deep(path):
         _deep,
     ],
 )
-def test_crafted_files_get_a_sentence(small, craft):
+def test_crafted_files_are_refused_with_a_message(small, craft):
     craft(small.path)
-    with pytest.raises(ValueError, match=r"checkpoint = .*small': must be "):
+    with pytest.raises(ValueError, match=r"checkpoint = .*small': (the |must have the arrays)"):
         small.load()
 
 
-def test_what_is_no_path_is_refused():
+def test_an_invalid_path_is_refused():
     wrong: list[Any] = [7, b"run", "a\0b", ["run"]]
     for path in wrong:
         with pytest.raises(ValueError, match=r"checkpoint = .*: must be a path"):
             mm.simulate(mm.Disk(), checkpoint=path, **DISK)
 
 
-def test_a_pipe_is_no_checkpoint(tmp_path):
-    """Opening one would wait for ever."""
+def test_a_pipe_is_refused_as_checkpoint(tmp_path):
+    """Opening a pipe would block forever."""
     path = tmp_path / "pipe"
     os.mkfifo(path)
-    with pytest.raises(ValueError, match="must be a file, or no file"):
+    with pytest.raises(ValueError, match="must be a regular file, or not exist yet"):
         mm.simulate(mm.Disk(), checkpoint=path, **DISK)

@@ -19,7 +19,7 @@ from magmotor.numerics.splittings import DISK
 
 PAPER = mm.Disk()
 WARM = mm.Disk(sigma=0.5, friction=0.5, noise=1.0)
-"""kT = 1: as high as the potential's barrier is deep."""
+"""Temperature kT = 1, the amplitude of the potential."""
 
 ODD = ((0.1, 0.2), (0.3, -0.5), (0.0, 0.3))
 VARIATIONAL = (
@@ -88,9 +88,9 @@ def test_a_shift_of_d_by_the_alias_period_changes_nothing(method):
     h, steps = 0.05, 200
     period = theory.alias_period(PAPER, h)
     assert period == pytest.approx(2 * np.pi * 1.5 / h)
-    # d shifts with the slip fixed: v by -period/(1 + sigma), omega by as much the other way.
+    # d shifts at constant slip: v by -period/(1 + sigma), omega by the opposite.
     shift = period / (1 + PAPER.sigma)
-    # Verlet's scheme has the forces of half a step later.
+    # Verlet's scheme uses the forces half a step later.
     ahead = h / 2 * shift if method == "variational/verlet" else 0.0
     both = [
         mm.simulate(PAPER, method=method, timestep=h, duration=h * steps, seed=1, initial=initial)
@@ -103,7 +103,7 @@ def test_a_shift_of_d_by_the_alias_period_changes_nothing(method):
     assert np.abs(apart).max() < 5e-11  # 1e-12, 6e-12
 
 
-def test_a_step_beyond_the_alias_rule_warns_and_says_the_largest_safe():
+def test_a_step_beyond_the_alias_limit_gives_a_warning_with_the_limit():
     largest = theory.largest_timestep(PAPER)
     assert largest == pytest.approx(np.pi / 6 * np.sqrt(1.5 * 0.008))
     arguments = {"method": "variational/euler", "duration": 1.0}
@@ -115,7 +115,7 @@ def test_a_step_beyond_the_alias_rule_warns_and_says_the_largest_safe():
 
 
 def moment(run, quantity, power="mean_square"):
-    """Last recorded mean square and its standard error."""
+    """Return the last recorded mean square and its standard error."""
     chosen = run.sel(quantity=quantity).isel(time=-1)
     return float(chosen[power]), float(chosen[f"{power}_error"])
 
@@ -221,7 +221,7 @@ def test_energy_balance_pathwise(method, bound):
 
 
 def test_energy_balance_follows_the_path_of_the_run():
-    """Also where the path is another's, coarsened, and where a run continues another."""
+    """Also for a coarsened path of another run, and for a run that continues another."""
     path = BrownianPath(1, 0.005).coarsened(2)
     arguments = {"method": "variational/baoab", "timestep": 0.01, "path": path}
     first = mm.simulate(PAPER, duration=20, **arguments)
@@ -296,14 +296,14 @@ def test_stationary_law_is_gibbs(method, scene):
 
 
 def empirical_distance(samples, cdf):
-    """Kolmogorov-Smirnov's statistic."""
+    """Return the Kolmogorov-Smirnov statistic."""
     expected = cdf(np.sort(samples, axis=None))
     steps = np.arange(samples.size + 1) / samples.size
     return max((steps[1:] - expected).max(), (expected - steps[:-1]).max())
 
 
 def effective_size(samples):
-    """Number of independent samples among (replicas, times), by the initial positive sequence."""
+    """Return the number of independent samples, by the initial positive sequence."""
     deviations = samples - samples.mean()
     n = samples.shape[1]
     spectrum = np.abs(np.fft.rfft(deviations, 2 * n, axis=1)) ** 2
@@ -315,7 +315,7 @@ def effective_size(samples):
 
 @pytest.mark.parametrize("method", VARIATIONAL)
 def test_the_friction_ratio_keeps_the_temperature(method):
-    """With friction on both directions d relaxes, too; kT stays. 20 000 replicas."""
+    """With friction in both directions, d relaxes too, at the same kT. 20 000 replicas."""
     scene = WARM.replace(friction_ratio=0.3)
     run = mm.ensemble(scene, method=method, timestep=0.01, duration=40, replicas=20_000, seed=2)
     kT = theory.temperature(scene)
@@ -367,7 +367,7 @@ def test_a_continued_run_follows_the_same_path():
     np.testing.assert_allclose(third.x, whole.x[:, 301:402], rtol=0, atol=1e-12)
 
 
-def test_a_path_drives_runs_and_is_kept_with_them(tmp_path):
+def test_a_path_drives_runs_and_is_saved_with_them(tmp_path):
     path = BrownianPath(9, 0.005).coarsened(4)
     run = mm.simulate(PAPER, method="variational/euler", timestep=0.02, duration=1, path=path)
     own = mm.simulate(PAPER, method="variational/euler", timestep=0.02, duration=1, seed=9)
@@ -375,12 +375,12 @@ def test_a_path_drives_runs_and_is_kept_with_them(tmp_path):
     assert run.attrs["seed"] == 9
     assert '"factor": 4' in run.attrs["path"]
     run.to_netcdf(tmp_path / "run.nc")
-    with pytest.raises(ValueError, match=r"path.timestep = 0.02: must be 0.01, the timestep"):
+    with pytest.raises(ValueError, match=r"path.timestep = 0.02: must equal the timestep, 0.01"):
         mm.simulate(PAPER, method="variational/euler", timestep=0.01, duration=1, path=path)
 
 
 def anything(value) -> Any:
-    """A value of a type that is not allowed."""
+    """Return a value of a wrong type, which the type checker accepts."""
     return value
 
 
@@ -431,7 +431,7 @@ def test_bad_runs_are_rejected(scene, changes, message):
 
 @pytest.mark.parametrize("method", VARIATIONAL)
 def test_aliased_flights_end_in_a_divergence(method):
-    """Beyond the alias rule d wanders freely: the scheme has no invariant probability."""
+    """Beyond the alias limit, d diffuses freely: the scheme has no invariant probability."""
     with (
         pytest.warns(UserWarning, match="aliased"),
         pytest.raises(mm.SimulationDiverged, match="energy grew") as caught,

@@ -1,4 +1,4 @@
-"""The sliding disk in MuJoCo: against the variational engine and NumPy."""
+"""The sliding disk in MuJoCo, compared with the variational engine and NumPy."""
 
 import ctypes
 from typing import Any
@@ -20,7 +20,7 @@ PAPER: dict[str, Any] = {"timestep": 0.01, "duration": 50.0}
 
 
 def apart(run, other, name="x"):
-    """Largest difference of two runs, relative to the largest value."""
+    """Return the largest difference of two runs, relative to the largest value."""
     return float(abs(run[name] - other[name]).max() / abs(other[name]).max())
 
 
@@ -37,7 +37,7 @@ def apart(run, other, name="x"):
     ],
 )
 def test_euler_is_the_variational_euler(scene):
-    """Along one noise path; what rounding leaves, the unstable equilibria of U amplify."""
+    """Along one noise path; the unstable equilibria of U amplify rounding errors."""
     planar = scene.replace(surface="planar")
     run, twin = (
         mm.simulate(s, method=m, seed=2, replicas=4, **PAPER)
@@ -49,8 +49,8 @@ def test_euler_is_the_variational_euler(scene):
 
 
 @pytest.mark.parametrize("surface", ["planar", "plane"])
-def test_without_potential_only_rounding_is_left(surface):
-    """The contact's regularization, A/R = 1e-17, included."""
+def test_without_potential_only_rounding_remains(surface):
+    """Including the contact's regularization, A/R = 1e-17."""
     scene = mm.Disk(potential="flat", surface=surface)
     run = mm.simulate(scene, method="mujoco/euler", **PAPER)
     twin = mm.simulate(scene.replace(surface="planar"), method="variational/euler", **PAPER)
@@ -85,7 +85,7 @@ def test_records_cross_chunks():
     np.testing.assert_array_equal(third.x, every.x[:, ::3])
 
 
-def test_a_replica_that_diverges_is_found():
+def test_a_diverging_replica_is_detected():
     with pytest.raises(mm.SimulationDiverged, match="not finite") as caught:
         mm.simulate(
             mm.Disk(noise=0.0), method="mujoco/euler", timestep=0.01, duration=1,
@@ -96,7 +96,7 @@ def test_a_replica_that_diverges_is_found():
 
 @pytest.mark.parametrize("surface", ["planar", "plane"])
 def test_friction_alone_damps_the_slip(surface):
-    """Nothing acts through the callback then, which is no reason to warn."""
+    """No force acts through the callback then, which must not cause a warning."""
     scene = mm.Disk(noise=0.0, potential="flat", v=1.0, surface=surface)
     run = mm.simulate(scene, method="mujoco/rk4", timestep=0.01, duration=10)
     slip, turned = run.v + run.omega, -run.v + scene.sigma * run.omega
@@ -127,7 +127,7 @@ DRIVEN = """
 
 
 def expected_wrench(model, data, step):
-    """What `DRIVEN` gets in a step, in NumPy."""
+    """Compute the wrenches on `DRIVEN` in a step with NumPy."""
     seed, replica, factor, level, first = data.userdata.astype(int)
     view = noise.BrownianPath(seed, model.opt.timestep, max(1, factor), level)
     applied, channel = np.zeros((model.nbody, 6)), 0
@@ -146,7 +146,7 @@ def expected_wrench(model, data, step):
 
 
 @pytest.mark.parametrize("userdata", [(0, 0, 0, 0, 0), (9, 3, 4, 0, 100), (9, 3, 1, 2, 7)])
-def test_any_model_gets_its_wrenches(userdata):
+def test_wrenches_act_on_any_model(userdata):
     model = mujoco.MjModel.from_xml_string(DRIVEN)
     data = mujoco.MjData(model)
     data.userdata[:] = userdata
@@ -156,7 +156,7 @@ def test_any_model_gets_its_wrenches(userdata):
         mujoco.mj_step(model, data, nstep=20)
         mujoco.mj_forward(model, data)
     expected = expected_wrench(model, data, 20)
-    expected[[0, model.body("idle").id]] = 5.0  # nothing acts there: what was applied stays
+    expected[[0, model.body("idle").id]] = 5.0  # no wrench of ours: the applied one remains
     # Measured: 3e-14, of 130.
     np.testing.assert_allclose(data.xfrc_applied, expected, rtol=1e-12, atol=1e-12)
 
@@ -191,7 +191,7 @@ def test_without_userdata_the_path_is_the_first():
 
 
 def recorded_by_stage(model, data, steps):
-    """The wrench of body 1 at each call of the callback."""
+    """Return the wrench on body 1 at each call of the callback."""
     calls = []
     with mm.magnetism():
         compiled = ctypes.cast(
@@ -278,7 +278,7 @@ def test_threads_do_not_change_a_bit(scheme):
         ("<freejoint/>\n", '<joint type="free" name="f" user="1"/>', r"'f'.*a slide or a hinge"),
     ],
 )
-def test_bad_user_numbers_are_named(old, new, match):
+def test_invalid_user_fields_are_named(old, new, match):
     model = mujoco.MjModel.from_xml_string(DRIVEN.replace(old, new))
     with mm.magnetism(), pytest.raises(mujoco.FatalError, match=match):
         mujoco.mj_forward(model, mujoco.MjData(model))
@@ -295,8 +295,8 @@ def test_shorter_lists_are_padded_with_zeros():
 
 
 @pytest.mark.parametrize("surface", ["planar", "plane"])
-def test_standalone_mjcf_moves_the_same(tmp_path, surface):
-    """Noise, potential and friction are all in the file, with the looks."""
+def test_exported_mjcf_moves_the_same(tmp_path, surface):
+    """The file contains noise, potential and friction, and the decoration."""
     scene = mm.Disk(potential="asymmetric", surface=surface, v=1.0)
     (tmp_path / "disk.xml").write_text(compose(scene, visual=True).to_xml_string())
     model = mujoco.MjModel.from_xml_path(str(tmp_path / "disk.xml"))
@@ -312,5 +312,5 @@ def test_standalone_mjcf_moves_the_same(tmp_path, surface):
 
 
 def test_a_langevin_particle_has_no_model():
-    with pytest.raises(ValueError, match="which LangevinParticle has not"):
+    with pytest.raises(ValueError, match="a LangevinParticle has no MuJoCo model"):
         mm.build(mm.LangevinParticle())  # pyright: ignore[reportArgumentType]

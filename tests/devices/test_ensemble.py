@@ -1,4 +1,4 @@
-"""Ensembles: statistics against those of stored trajectories, threads, checkpoints, crashes."""
+"""Ensembles: statistics compared with stored trajectories, threads, checkpoints, crashes."""
 
 import errno
 import signal
@@ -24,7 +24,7 @@ ARGUMENTS: dict[str, Any] = {
 
 @pytest.fixture(scope="module")
 def trajectories():
-    """The same replicas with every sample stored: 0.5 apart, 121 of them."""
+    """Return the same replicas with all 121 samples stored, 0.5 apart."""
     return mm.simulate(
         WARM, method="variational/baoab", timestep=0.05, duration=60, replicas=150, seed=2,
         record_interval=10,
@@ -36,13 +36,13 @@ def whole():
     return mm.ensemble(WARM, **ARGUMENTS, trajectories=7)
 
 
-def test_replicas_are_those_of_simulate(trajectories, whole):
+def test_replicas_equal_those_of_simulate(trajectories, whole):
     for name in ("x", "v", "theta", "omega"):
         np.testing.assert_array_equal(whole[name], trajectories[name][:, -1])
     np.testing.assert_array_equal(whole.path, trajectories.x[:7].sel(time=whole.time))
 
 
-def test_moments_are_those_of_the_trajectories(trajectories, whole):
+def test_moments_equal_those_of_the_trajectories(trajectories, whole):
     at = trajectories.sel(time=whole.time)
     moved = at.x - at.x[:, 0], at.theta - at.theta[:, 0]
     for name, values in {
@@ -67,7 +67,7 @@ def test_moments_are_those_of_the_trajectories(trajectories, whole):
 
 
 @pytest.mark.parametrize(("burn_in", "lags"), [(0.0, 5), (7.5, 5), (45.0, 3)])
-def test_increment_correlations_are_those_of_the_trajectories(trajectories, burn_in, lags):
+def test_increment_correlations_equal_those_of_the_trajectories(trajectories, burn_in, lags):
     run = mm.ensemble(WARM, **ARGUMENTS, burn_in=burn_in)
     x = trajectories.x.values[:, round(burn_in / 0.5) :]
     assert run.lag[0] == 0.5
@@ -82,8 +82,8 @@ def test_increment_correlations_are_those_of_the_trajectories(trajectories, burn
     assert (run.increment_correlation_error > 0).all()
 
 
-def test_errors_of_the_correlations_are_those_of_repetitions():
-    """The jackknife's error against the scatter of 100 seeds; its own scatter is 1/sqrt(198)."""
+def test_errors_of_the_correlations_match_repeated_runs():
+    """The jackknife error agrees with the scatter of 100 seeds, which is known to 1/sqrt(198)."""
     runs = [
         mm.ensemble(WARM, **(ARGUMENTS | {"seed": s, "replicas": 640, "burn_in": 5.0}))
         for s in range(100)
@@ -98,7 +98,7 @@ def test_errors_of_the_correlations_are_those_of_repetitions():
     "sizes", [(128, 1), (128, 22), (128, 128, 4), (128, 128, 128, 128, 128), (5, 9, 2, 40)]
 )
 def test_the_jackknife_of_unequal_groups_is_unbiased(sizes):
-    """Of a mean of n normal numbers, whose variance is 1/n; 4 standard errors of 1e5 draws."""
+    """For means of n normal numbers, with variance 1/n; within 4 standard errors of 1e5 draws."""
     sizes = np.array(sizes)[:, np.newaxis]
     sums = np.random.default_rng(1).normal(size=(len(sizes), 100_000)) * np.sqrt(sizes)
     total, number = sums.sum(axis=0), sizes.sum()
@@ -107,8 +107,8 @@ def test_the_jackknife_of_unequal_groups_is_unbiased(sizes):
     assert abs(ratio - 1) < 4 * np.sqrt(2 / 1e5)  # 0.996 to 1.002
 
 
-def test_errors_of_the_correlations_with_a_last_group_of_few():
-    """As above; the errors of two groups scatter by 1/sqrt(2 * 100), too."""
+def test_errors_of_the_correlations_with_a_small_last_group():
+    """As above; the errors of two groups also scatter by 1/sqrt(2 * 100)."""
     runs = [
         mm.ensemble(WARM, **(ARGUMENTS | {"seed": s, "replicas": 130, "burn_in": 5.0}))
         for s in range(100)
@@ -133,8 +133,8 @@ def test_densities_are_histograms(trajectories, whole):
 
 
 @pytest.mark.parametrize("burn_in", [0.0, 30.0])
-def test_flights_are_those_of_the_trajectories(trajectories, burn_in):
-    """A flight by the definition, with Python's loops."""
+def test_flights_equal_those_of_the_trajectories(trajectories, burn_in):
+    """Flights by their definition, in Python loops."""
     whole = mm.ensemble(WARM, **ARGUMENTS, burn_in=burn_in)
     d = (WARM.sigma * trajectories.omega - trajectories.v).values[:, round(burn_in / 0.5) :]
     threshold = 0.1 * np.sqrt(theory.gibbs_mean_squares(WARM)["d"])
@@ -153,13 +153,13 @@ def test_flights_are_those_of_the_trajectories(trajectories, burn_in):
     edges = np.append(statistics.flight_bin_edges(), np.inf)[: whole.sizes["flight_duration"] + 1]
     assert len(finished) > 500
     for durations, found in ((finished, whole.flights), (unfinished, whole.unfinished_flights)):
-        # Durations are whole numbers: those at an edge, a power of 2, belong above it.
+        # Durations are integers; one at an edge, a power of 2, belongs to the bin above.
         expected = np.histogram(np.array(durations) * (1 + 1e-12), edges)[0]
         np.testing.assert_array_equal(found, expected)
 
 
 @pytest.mark.parametrize("threads", [1, 2, 3])
-def test_the_number_of_threads_changes_no_bit(threads, whole):
+def test_the_number_of_threads_does_not_change_a_bit(threads, whole):
     assert mm.ensemble(WARM, **ARGUMENTS, trajectories=7, threads=threads).identical(whole)
 
 
@@ -172,7 +172,7 @@ def crash():
 
 
 def interrupt_after(monkeypatch, calls, event):
-    """Have something happen in a segment of an ensemble, before all groups are done."""
+    """Call `event` in a segment of an ensemble, before all groups are done."""
     advance = ensembles.EnsembleRun._advance_group
     done = []
 
@@ -187,7 +187,7 @@ def interrupt_after(monkeypatch, calls, event):
 
 
 @pytest.mark.parametrize("calls", [1, 20, 60])
-def test_an_interrupted_run_goes_on_bit_by_bit(tmp_path, monkeypatch, whole, calls):
+def test_an_interrupted_ensemble_continues_to_the_bit(tmp_path, monkeypatch, whole, calls):
     path = tmp_path / "run.ckpt"
     with monkeypatch.context() as patch:
         interrupt_after(patch, calls, press_ctrl_c)
@@ -203,7 +203,7 @@ def test_an_interrupted_run_goes_on_bit_by_bit(tmp_path, monkeypatch, whole, cal
     assert again.identical(whole)
 
 
-def test_a_crash_loses_what_came_after_the_last_checkpoint(tmp_path, monkeypatch, whole):
+def test_a_crash_loses_only_the_samples_after_the_last_checkpoint(tmp_path, monkeypatch, whole):
     path = tmp_path / "run.ckpt"
     with monkeypatch.context() as patch:
         patch.setattr(checkpoints, "SECONDS_BETWEEN", 0.0)
@@ -214,7 +214,7 @@ def test_a_crash_loses_what_came_after_the_last_checkpoint(tmp_path, monkeypatch
     assert mm.ensemble(WARM, **ARGUMENTS, trajectories=7, checkpoint=path).identical(whole)
 
 
-def test_a_full_disk_keeps_the_checkpoint_before(tmp_path, monkeypatch, whole):
+def test_a_full_disk_keeps_the_previous_checkpoint(tmp_path, monkeypatch, whole):
     path = tmp_path / "run.ckpt"
     with monkeypatch.context() as patch:
         interrupt_after(patch, 20, press_ctrl_c)
@@ -227,7 +227,9 @@ def test_a_full_disk_keeps_the_checkpoint_before(tmp_path, monkeypatch, whole):
 
     with monkeypatch.context() as patch:
         patch.setattr(whole_files.os, "fsync", full)
-        with pytest.warns(UserWarning, match="No space left on device; the one before it stays"):
+        with pytest.warns(
+            UserWarning, match="No space left on device; the previous checkpoint is kept"
+        ):
             run = mm.ensemble(WARM, **ARGUMENTS, trajectories=7, checkpoint=path)
     assert run.identical(whole)
     assert path.read_bytes() == before
@@ -237,16 +239,16 @@ def test_a_full_disk_keeps_the_checkpoint_before(tmp_path, monkeypatch, whole):
 def test_a_checkpoint_of_another_task_is_refused(tmp_path):
     path = tmp_path / "run.ckpt"
     mm.ensemble(WARM, **ARGUMENTS, checkpoint=path)
-    with pytest.raises(ValueError, match=r"checkpoint = .* must be one of seed = 3; it has 2"):
+    with pytest.raises(ValueError, match=r"checkpoint = .* of another run: its seed is 2, not 3"):
         mm.ensemble(WARM, **{**ARGUMENTS, "seed": 3}, checkpoint=path)
     for content in (b"", b"not a checkpoint", path.read_bytes()[:200]):
         path.write_bytes(content)
-        with pytest.raises(ValueError, match="must be a checkpoint, or no file"):
+        with pytest.raises(ValueError, match="the file is not a checkpoint"):
             mm.ensemble(WARM, **ARGUMENTS, checkpoint=path)
 
 
 def test_gibbs_states_are_stationary():
-    """Moments at the start and after a while, 20 000 replicas, 4 standard errors."""
+    """Compare moments at the start and later, 20 000 replicas, within 4 standard errors."""
     scene = WARM.replace(potential="asymmetric")
     initial = mm.gibbs(scene, 20_000, seed=1)
     run = mm.ensemble(
@@ -266,7 +268,7 @@ BAD = [
     ({"replicas": 0}, "replicas = 0: must be at least 1"),
     ({"timestep": 0.0}, "timestep = 0.0: must be greater than 0"),
     ({"threads": 0}, "threads = 0: must be at least 1"),
-    ({"trajectories": 151}, "trajectories = 151: must be at most 150, the replicas"),
+    ({"trajectories": 151}, "trajectories = 151: must be at most 150, the number of replicas"),
     ({"burn_in": 59.0}, "burn_in = 59.0: must be at most 58"),
     ({"burn_in": -1.0}, "burn_in = -1.0: must be at least 0"),
     ({"sample_interval": 0}, "sample_interval = 0: must be at least 1"),
@@ -288,7 +290,7 @@ def test_an_ensemble_needs_noise():
         mm.ensemble(mm.Disk(noise=0.0), **ARGUMENTS)
 
 
-def test_a_diverging_ensemble_raises_with_what_it_has():
+def test_a_diverging_ensemble_raises_with_its_records():
     with (
         pytest.warns(UserWarning, match="aliased"),
         pytest.raises(mm.SimulationDiverged, match="energy grew") as caught,
@@ -301,7 +303,7 @@ def test_a_diverging_ensemble_raises_with_what_it_has():
     assert 0 < caught.value.time < 1e6
 
 
-def test_states_of_one_d_have_the_slip_of_all():
+def test_conditioning_on_d_does_not_change_the_slip():
     scene = mm.Disk(sigma=0.7)
     state = mm.gibbs(scene, 40_000, seed=1, d=30.0)
     d, slip = scene.sigma * state["omega"] - state["v"], state["v"] + state["omega"]
@@ -313,7 +315,7 @@ def test_states_of_one_d_have_the_slip_of_all():
 
 @pytest.mark.parametrize("noise", [0.3, 0.05])
 def test_a_cold_state_is_drawn_from_an_asymmetric_well(noise):
-    """Whose depth the sum of the coefficients overrates: by that bound hardly a try is kept."""
+    """The sum of coefficients overestimates its depth; with it, few samples are accepted."""
     scene = mm.Disk(potential="asymmetric", noise=noise)
     x = np.sort(mm.gibbs(scene, 2000, seed=1)["x"])
     reached = np.abs(theory.position_cdf(scene, x) - np.arange(2000) / 2000).max()

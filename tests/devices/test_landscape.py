@@ -1,4 +1,4 @@
-"""V_e, its minima, ring of minima and saddle, against reference numbers and closed forms."""
+"""V_e, its minima, valley and saddles, compared with reference numbers and closed forms."""
 
 import math
 
@@ -40,13 +40,13 @@ def test_tilted_ring():
     "tilt", [0.0, 2e-4, 1e-3, *np.linspace(4.3e-3, 4.8e-3, 11), *np.linspace(0.01, 0.5, 15)]
 )
 def test_no_critical_point_is_missed(tilt):
-    """V_e rises outward: minima and maxima less saddles are one."""
+    """V_e increases outward, so that minima and maxima minus saddles are one."""
     kinds = [point.kind for point in observables.critical_points(mm.Top(tilt=float(tilt)))]
     assert len(kinds) - 2 * kinds.count("saddle") == 1
 
 
 def test_the_saddle_is_the_highest_point_of_the_valley():
-    """Of five, each between two dipoles; 120 azimuths miss its top by little."""
+    """It is one of five, each between two dipoles; 120 azimuths come close to it."""
     scene = mm.Top(ring_dipoles=5, tilt=0.05, tilt_azimuth=0.3)
     around = np.linspace(0, 2 * np.pi, 120, endpoint=False)
     along = effective_potential(scene, valley(scene, around))
@@ -55,7 +55,7 @@ def test_the_saddle_is_the_highest_point_of_the_valley():
 
 
 def test_a_minimum_near_its_saddles_is_found():
-    """On the mirror line of a tilted ring, two saddles 2 mm beside it."""
+    """It is on the mirror line of a tilted ring, 2 mm from two saddles."""
     points = observables.critical_points(mm.Top(tilt=4.7e-3))
     behind = sorted((p for p in points if p.position[0] < -0.2), key=lambda p: p.position[1])
     assert [p.kind for p in behind] == ["saddle", "minimum", "saddle"]
@@ -91,7 +91,7 @@ def test_critical_points_are_near_and_stationary(scene):
 
 @pytest.mark.parametrize("seed", range(12))
 def test_the_minimum_is_the_deepest_critical_point(seed):
-    """Of level rings one of many."""
+    """For level rings, one of many."""
     rng = np.random.default_rng(seed)
     height, radius = rng.uniform(0.1, 0.6), rng.uniform(0.1, 0.6)
     tilt = rng.choice([0.0, 1e-3, 0.1, 0.6]) * min(1.0, height / radius)

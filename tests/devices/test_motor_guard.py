@@ -1,4 +1,4 @@
-"""Which recorded states of the motor end a run, and what is said of them."""
+"""The guard of the motor: states that end a run, and their messages."""
 
 import numpy as np
 import pytest
@@ -16,8 +16,8 @@ SCENE = mm.Motor.paper("nonuniform-a")
 LOST = "the inner ring is lost: it is tilted by 25.0 degrees, beyond 20"
 
 
-def wrong(tilt, work, scene=SCENE):
-    """What is wrong with a state whose ring leans by so many degrees after work in J by noise."""
+def fault(tilt, work, scene=SCENE):
+    """Return the fault of a state with a tilted ring (degrees) after some work (J) of the noise."""
     first = start_motor(scene)
     ring = Rotation.from_euler("x", tilt, degrees=True).as_quat(scalar_first=True)
     state = first._replace(
@@ -36,18 +36,18 @@ def wrong(tilt, work, scene=SCENE):
         (25, 0, 0, (f"{LOST}; {ENERGY_GREW}", TIPPED)),
     ],
 )
-def test_a_ring_that_has_tipped_is_what_is_told_first(tilt, work, rows, failure):
-    """Between two records it may tip and, whirling, get more energy than a step can follow."""
-    assert wrong(tilt, work) == (rows, failure)
+def test_a_tipped_ring_is_reported_before_energy(tilt, work, rows, failure):
+    """A ring that tips between two records may also gain energy by an unstable step."""
+    assert fault(tilt, work) == (rows, failure)
 
 
-def test_a_warm_motor_has_no_more_energy_for_the_work_that_its_noise_has_done():
-    assert wrong(0, 1, mm.Motor()) == (1, None)
-    assert wrong(10, 1, mm.Motor()) == (0, (ENERGY_GREW, ""))
+def test_work_of_the_noise_does_not_raise_the_energy_bound_at_uniform_temperature():
+    assert fault(0, 1, mm.Motor()) == (1, None)
+    assert fault(10, 1, mm.Motor()) == (0, (ENERGY_GREW, ""))
 
 
 @pytest.mark.parametrize("factor", [1.0, 2.0])
-def test_the_lift_is_what_the_energy_falls_by_when_the_ball_rises(factor):
+def test_the_lift_is_minus_the_vertical_gradient_of_the_energy(factor):
     scene = mm.Motor(ball_ring_factor=factor, gravity=0.0)
     random = np.random.default_rng(3)
     states = start_motor(scene, 8)

@@ -1,4 +1,4 @@
-"""The motor's initial state: its own, and parts of it that are given."""
+"""The initial state of the motor: the default, and given parts."""
 
 import numpy as np
 import pytest
@@ -11,32 +11,32 @@ SHORT = {"method": "variational/baoab", "timestep": 0.1, "duration": 1.0}
 
 
 @pytest.mark.parametrize("factor", [1.0, 2.0])
-def test_by_itself_it_is_at_rest_in_the_first_well(factor):
+def test_by_default_the_ball_is_at_rest_in_the_first_well(factor):
     still = mm.Motor(ball_ring_factor=factor, alpha_ball=0.0, alpha_ring=0.0)
     state = MOTOR.initial_state(still, None, None)
     radius = 0.5906 if factor == 2 else 0.5997
     assert np.hypot(*state.position[0, 0, :2]) == pytest.approx(radius, abs=5e-5)
     run = mm.simulate(still, method="scipy/dop853", timestep=1.0, duration=30.0)
-    # The ball's pull tilts the ring a little, so that this is no equilibrium but for a fixed ring.
+    # An equilibrium only for a fixed ring: the ball pulls the ring and tilts it a little.
     assert abs(run.position - run.position[0]).max() < 2e-3  # 7e-4
 
 
-def test_orientations_follow_axes_and_axes_orientations():
+def test_axes_and_orientations_determine_one_another():
     ring = Rotation.from_euler("xyz", [0.1, -0.05, 0.8]).as_quat(scalar_first=True)
     state = MOTOR.initial_state(mm.Motor(), {"ring_orientation": 3 * ring, "axis": (0, 1, 1)}, 2)
     np.testing.assert_allclose(state.ring_orientation, np.broadcast_to(ring, (1, 2, 4)))
-    turn = Rotation.from_quat(state.orientation[0, 1], scalar_first=True)
-    np.testing.assert_allclose(turn.apply([0, 0, 1]), [0, 0.5**0.5, 0.5**0.5])
+    rotation = Rotation.from_quat(state.orientation[0, 1], scalar_first=True)
+    np.testing.assert_allclose(rotation.apply([0, 0, 1]), [0, 0.5**0.5, 0.5**0.5])
 
 
-def test_each_replica_may_have_its_own():
+def test_each_replica_may_have_its_own_velocity():
     velocity = np.array([[0.01, 0.0], [0.0, -0.02], [0.0, 0.0]])
     run = mm.simulate(mm.Motor(), replicas=3, initial={"velocity": velocity}, **SHORT)
     np.testing.assert_array_equal(run.velocity[:, 0, :2], velocity)
 
 
-def test_a_run_goes_on_from_another():
-    """Its Brownian path, too; heat and work count from where it goes on."""
+def test_a_run_continues_another():
+    """It also continues the Brownian path; heat and work are counted from its own start."""
     whole = mm.simulate(mm.Motor(), **{**SHORT, "duration": 20.0})
     first = mm.simulate(mm.Motor(), **{**SHORT, "duration": 12.0})
     second = mm.simulate(mm.Motor(), initial=first, **{**SHORT, "duration": 8.0})
@@ -57,19 +57,19 @@ def test_a_run_goes_on_from_another():
             r"\['ring_axis'\] = .*: must be within 20 degrees",
         ),
         ({"ring_orientation": (0, 1, 0, 0)}, r"initial\['ring_axis'\] = .*: must be within 20"),
-        ({"ring_axis": (0, 0, 0)}, r"initial\['ring_axis'\] = .*: must be not all zero"),
+        ({"ring_axis": (0, 0, 0)}, r"initial\['ring_axis'\] = .*: must not be zero"),
         (
             {"ring_axis": (0, 0, 1), "ring_orientation": (1, 0, 0, 0)},
-            "initial = .*: must be given with ring_axis or ring_orientation, not both",
+            "initial = .*: must have ring_axis or ring_orientation, not both",
         ),
-        ({"axis": (0, 0, 1), "orientation": (1, 0, 0, 0)}, "given with axis or orientation"),
-        ({"position": (0.5, 0.0, 0.1)}, r"initial\['position'\] = .*: must be 0.04 along z"),
+        ({"axis": (0, 0, 1), "orientation": (1, 0, 0, 0)}, "must have axis or orientation"),
+        ({"position": (0.5, 0.0, 0.1)}, r"initial\['position'\] = .*: must have z = 0.04 on"),
         (
             {"position": ((0.5, 0, 0.04), (0.5, 0, 0.1))},
-            r"\['position'\] = .*: must be 0.04 along z",
+            r"\['position'\] = .*: must have z = 0.04 on",
         ),
-        ({"velocity": (0.0, 0.0, 0.1)}, r"initial\['velocity'\] = .*: must be 0 along z"),
-        ({"velocity": (0.0,)}, r"initial\['velocity'\] = .*: must be 3 finite numbers, or 2 times"),
+        ({"velocity": (0.0, 0.0, 0.1)}, r"initial\['velocity'\] = .*: must have z = 0 on"),
+        ({"velocity": (0.0,)}, r"initial\['velocity'\] = .*: must be 3 finite numbers, or 2 rows"),
         ({"angular_velocity": (0, np.nan, 0)}, r"initial\['angular_velocity'\] contains nan"),
         ({"velocity": np.zeros((3, 3))}, r"initial\['velocity'\]"),
     ],

@@ -1,4 +1,4 @@
-"""The motor in MuJoCo: its model, forces, friction, noise, and the books of heat and work."""
+"""The motor in MuJoCo: model, forces, friction, noise, heat and work."""
 
 import math
 from typing import Any
@@ -16,10 +16,10 @@ from magmotor.devices.motor.states import start_motor
 from magmotor.run.in_mujoco import compose
 
 QUIET: dict[str, Any] = {"temperature": "nonuniform", "alpha_ring": 0.0, "friction_ball": 0.0}
-"""Neither friction nor noise."""
+"""No friction and no noise."""
 
 WEAK: dict[str, Any] = {"coupling": 1e-30, "axis": (0.0, 0.0, 1.0), "spin": 100.0}
-"""Next to no magnetism, and a spin that does not slip."""
+"""Negligible magnetism, and a spin without slip."""
 
 EULER: dict[str, Any] = {"method": "mujoco/euler", "timestep": 0.025}
 
@@ -43,8 +43,8 @@ def test_the_model_is_the_scene():
 
 
 @pytest.mark.parametrize("visual", [False, True])
-def test_a_scene_leaves_no_trace_in_the_next(visual):
-    """Although their MJCF is read once."""
+def test_a_scene_does_not_affect_the_next(visual):
+    """Although their MJCF is read only once."""
     before = compose(mm.Motor(), visual=visual).to_xml_string()
     compose(mm.Motor(ball_radius=0.03, inner_dipoles=7, coupling=1e-5), visual=visual)
     assert compose(mm.Motor(), visual=visual).to_xml_string() == before
@@ -65,7 +65,7 @@ def test_wrenches_are_those_of_the_slip_and_of_the_ring():
     assert not rows[[0, 3]].any()
 
 
-def test_what_is_not_there_costs_nothing():
+def test_absent_features_are_disabled():
     model = mm.build(mm.Motor(temperature="nonuniform", ball_ring_factor=1.0))
     assert not model.body_user[1].any()
     assert model.ntuple == 0
@@ -75,7 +75,7 @@ def test_what_is_not_there_costs_nothing():
 
 
 def posed(scene, **parts):
-    """Model and data at the scene's start with some parts of its state replaced."""
+    """Return model and data in the initial state of a scene, with some parts replaced."""
     model = mm.build(scene)
     data = mujoco.MjData(model)
     state = start_motor(scene)
@@ -88,7 +88,7 @@ def posed(scene, **parts):
 
 
 TILTED = Rotation.from_rotvec([0.15, -0.1, 0.7]).as_quat(scalar_first=True)
-TURNED = Rotation.from_rotvec([0.4, 0.8, -0.5]).as_quat(scalar_first=True)
+ROTATED = Rotation.from_rotvec([0.4, 0.8, -0.5]).as_quat(scalar_first=True)
 
 
 @pytest.mark.parametrize("surface", ["planar", "plane"])
@@ -96,15 +96,15 @@ TURNED = Rotation.from_rotvec([0.4, 0.8, -0.5]).as_quat(scalar_first=True)
 def test_forces_are_the_gradient_of_the_energy(factor, surface):
     scene = mm.Motor(**QUIET, ball_ring_factor=factor, surface=surface)
     model, data = posed(
-        scene, position=[0.5, 0.3, 0.04], orientation=TURNED, ring_orientation=TILTED
+        scene, position=[0.5, 0.3, 0.04], orientation=ROTATED, ring_orientation=TILTED
     )
     coordinates = MotorCoordinates(scene)
 
     def energy(direction, distance):
         qpos = data.qpos.copy()
         mujoco.mj_integratePos(model, qpos, direction, distance)
-        rest, none = np.zeros((1, 1, model.nv)), np.zeros((1, 1, 4))
-        states = coordinates.states(np.zeros(1), qpos[np.newaxis, np.newaxis], rest, none)
+        rest, no_sums = np.zeros((1, 1, model.nv)), np.zeros((1, 1, 4))
+        states = coordinates.states(np.zeros(1), qpos[np.newaxis, np.newaxis], rest, no_sums)
         return motor_energy(scene, states).total[0, 0]
 
     step = 1e-5
@@ -114,7 +114,7 @@ def test_forces_are_the_gradient_of_the_energy(factor, surface):
     assert np.abs(data.qfrc_smooth + rise).max() < 1e-7 * scale  # 5e-9
 
 
-def test_without_friction_and_noise_the_energy_stays():
+def test_without_friction_and_noise_energy_is_conserved():
     scene = mm.Motor(**QUIET, position=(0.5, 0.1), axis=(0.3, 0.2, 0.9), spin=3.0)
     errors = []
     for timestep in (0.02, 0.01):
@@ -130,13 +130,13 @@ def test_without_friction_and_noise_the_energy_stays():
 def test_friction_is_minus_c_times_slip():
     scene = mm.Motor(coupling=1e-30)
     _, data = posed(
-        scene, velocity=[0.02, -0.05, 0], angular_velocity=[0.3, -0.7, 2.0], orientation=TURNED
+        scene, velocity=[0.02, -0.05, 0], angular_velocity=[0.3, -0.7, 2.0], orientation=ROTATED
     )
     slip = np.array([0.02 + 0.04 * 0.7, -0.05 + 0.04 * 0.3, 0])
     np.testing.assert_allclose(data.qfrc_constraint[:2], -0.15 * slip[:2], rtol=1e-14)  # 6e-16
-    turn = data.xmat[1].reshape(3, 3)
+    rotation = data.xmat[1].reshape(3, 3)
     torque = np.cross([0, 0, -0.04], -0.15 * slip)
-    np.testing.assert_allclose(turn @ data.qfrc_constraint[2:5], torque, rtol=1e-12, atol=1e-18)
+    np.testing.assert_allclose(rotation @ data.qfrc_constraint[2:5], torque, rtol=1e-12, atol=1e-18)
     assert not data.qfrc_constraint[5:].any()
 
 
@@ -147,13 +147,13 @@ def test_the_rings_friction_is_minus_c_times_spin():
         ring_angular_velocity=spin,
         ring_orientation=TILTED,
     )
-    turn = data.xmat[model.body("inner_ring").id].reshape(3, 3)
-    np.testing.assert_allclose(turn @ data.qfrc_passive[5:], -0.3 * spin, rtol=1e-12)
+    rotation = data.xmat[model.body("inner_ring").id].reshape(3, 3)
+    np.testing.assert_allclose(rotation @ data.qfrc_passive[5:], -0.3 * spin, rtol=1e-12)
 
 
 @pytest.mark.parametrize("temperature", ["uniform", "nonuniform"])
 def test_kicks_from_rest(temperature):
-    """V and omega_R after a step are the noise's wrench, over the inertia, times the increments."""
+    """V and omega_R after a step are wrench of the noise times increments over inertia."""
     scene = mm.Motor(temperature=temperature, **WEAK)
     path = noise.BrownianPath(7, 0.05)
     replicas = 3
@@ -171,27 +171,27 @@ def test_kicks_from_rest(temperature):
         np.testing.assert_allclose(run.velocity[replica], force / 0.5, rtol=1e-12, atol=1e-20)
         spin = np.cross([0, 0, -0.04], force) / scene.ball_inertia + [0, 0, 100]
         np.testing.assert_allclose(run.angular_velocity[replica], spin, rtol=1e-13, atol=1e-13)
-        turn = Rotation.from_quat(TILTED, scalar_first=True)
-        local = turn.apply(kicks[2:], inverse=True) / scene.inner_moments
-        expected = turn.apply(local)
+        rotation = Rotation.from_quat(TILTED, scalar_first=True)
+        local = rotation.apply(kicks[2:], inverse=True) / scene.inner_moments
+        expected = rotation.apply(local)
         np.testing.assert_allclose(run.ring_angular_velocity[replica], expected, rtol=1e-11)
 
 
 def test_rk4_holds_the_noise_over_its_stages():
-    """With a force that is constant over each step, v and x are polynomials in time."""
+    """With a constant force in each step, v and x are polynomials in time."""
     scene = mm.Motor(temperature="nonuniform", alpha_ball=1e-3, friction_ball=0.0, **WEAK)
     run = mm.simulate(scene, method="mujoco/rk4", timestep=0.1, duration=10, seed=3)
     rises = noise.BrownianPath(3, 0.1).increments(100, channel=1)
     velocity = np.cumsum(1e-3 / 0.5 * rises)
     np.testing.assert_allclose(run.velocity[1:, 1], velocity, rtol=0, atol=1e-15)  # 6e-17
     before = np.concatenate([[0.0], velocity[:-1]])
-    place = np.cumsum(0.1 * (before + velocity) / 2)
-    np.testing.assert_allclose(run.position[1:, 1], place, rtol=0, atol=5e-15)  # 2e-16
+    position = np.cumsum(0.1 * (before + velocity) / 2)
+    np.testing.assert_allclose(run.position[1:, 1], position, rtol=0, atol=5e-15)  # 2e-16
 
 
 @pytest.mark.parametrize("method", ["mujoco/euler", "mujoco/implicitfast", "mujoco/rk4"])
 @pytest.mark.parametrize("temperature", ["uniform", "nonuniform"])
-def test_books_are_kept_with_the_mean_of_the_ends(method, temperature):
+def test_heat_and_work_use_the_mean_velocity_of_a_step(method, temperature):
     scene = mm.Motor(temperature=temperature)
     path = noise.BrownianPath(5, 0.0125).coarsened(4)
     run = mm.simulate(scene, method=method, timestep=0.05, duration=20, path=path, replicas=2)
@@ -213,32 +213,32 @@ VARIABLES = ("position", "velocity", "orientation", "ring_orientation", "ring_an
              "energy", "heat", "work", "ring_work")  # fmt: skip
 
 
-def apart(scene, path, name):
-    """Largest difference from the variational engine in 40 s, relative to the largest value."""
-    run, twin = (
+def difference(scene, path, names):
+    """Return the largest relative difference from the variational engine in 40 s."""
+    run, reference = (
         mm.simulate(scene, method=m, timestep=path.timestep, duration=40, path=path, replicas=2)
         for m in ("mujoco/euler", "variational/euler")
     )
     every = round(0.1 / path.timestep)
-    gap = (run - twin).isel(time=slice(None, None, every))
-    return {n: float(abs(gap[n]).max() / abs(twin[n]).max()) for n in name}
+    gap = (run - reference).isel(time=slice(None, None, every))
+    return {n: float(abs(gap[n]).max() / abs(reference[n]).max()) for n in names}
 
 
 @pytest.mark.parametrize("factor", [1.0, 2.0])
 @pytest.mark.parametrize("temperature", ["uniform", "nonuniform"])
-def test_euler_is_the_variational_euler_of_an_isotropic_ring(temperature, factor):
-    round_ring: dict[str, Any] = {"inner_inertia": 3.375, "inner_axial_inertia": 3.375}
-    scene = mm.Motor(temperature=temperature, ball_ring_factor=factor, **round_ring)
-    found = apart(scene, noise.BrownianPath(3, 0.05), VARIABLES)
+def test_euler_equals_variational_euler_for_an_isotropic_ring(temperature, factor):
+    isotropic: dict[str, Any] = {"inner_inertia": 3.375, "inner_axial_inertia": 3.375}
+    scene = mm.Motor(temperature=temperature, ball_ring_factor=factor, **isotropic)
+    found = difference(scene, noise.BrownianPath(3, 0.05), VARIABLES)
     for name in VARIABLES:
-        assert found[name] < 5e-11, name  # uniform 3e-14; nonuniform 5e-12, the slip being tiny
+        assert found[name] < 5e-11, name  # uniform 3e-14; nonuniform 5e-12, since the slip is tiny
 
 
 @pytest.mark.parametrize("temperature", ["uniform", "nonuniform"])
-def test_of_another_ring_it_is_to_first_order(temperature):
-    """The gyroscopic torque is explicit in MuJoCo; the variational step solves for it."""
+def test_euler_equals_variational_euler_to_first_order_for_other_rings(temperature):
+    """The gyroscopic torque is explicit in MuJoCo and implicit in the variational step."""
     scene, fine = mm.Motor(temperature=temperature), noise.BrownianPath(3, 0.0125)
-    small, large = (apart(scene, fine.coarsened(k), VARIABLES) for k in (2, 4))
+    small, large = (difference(scene, fine.coarsened(k), VARIABLES) for k in (2, 4))
     for name in VARIABLES:
         assert large[name] < 1e-4, name  # 2.2e-5, the ring's angular velocity
         assert 1.9 < large[name] / small[name] < 2.1, name
@@ -246,7 +246,7 @@ def test_of_another_ring_it_is_to_first_order(temperature):
 
 @pytest.mark.parametrize("surface", ["planar", "plane"])
 def test_the_energy_is_balanced_to_first_order(surface):
-    """Along one Brownian path: E - E(0) is the noise's work less the heat."""
+    """Along one Brownian path, E - E(0) is the work of the noise minus the heat."""
     scene, fine = mm.Motor(surface=surface), noise.BrownianPath(2, 0.00625)
     factors, errors = (1, 2, 4), []
     for factor in factors:
@@ -261,7 +261,7 @@ def test_the_energy_is_balanced_to_first_order(surface):
     assert errors[0] < 1e-3  # 1.1e-4
 
 
-def test_replicas_are_single_runs_of_other_paths():
+def test_replicas_are_single_runs_with_different_paths():
     many = mm.simulate(mm.Motor(), **EULER, duration=30, seed=1, replicas=3)
     one = mm.simulate(mm.Motor(), **EULER, duration=30, seed=1)
     for name in one.data_vars:
@@ -269,7 +269,7 @@ def test_replicas_are_single_runs_of_other_paths():
     assert float(abs(many.position[1] - many.position[0]).max()) > 1e-3
 
 
-def test_records_and_chunks_change_nothing():
+def test_records_and_chunks_do_not_change_the_motion():
     every = mm.simulate(mm.Motor(), **EULER, duration=750, seed=1)
     third = mm.simulate(mm.Motor(), **EULER, duration=750, seed=1, record_interval=3)
     for name in every.data_vars:
@@ -305,8 +305,8 @@ def test_a_lost_ring_ends_the_run(surface):
 
 
 @pytest.mark.parametrize("surface", ["planar", "plane"])
-def test_the_exported_motor_moves_alike(surface):
-    """Its MJCF alone, decorated and with all of MuJoCo's features, takes the same steps."""
+def test_the_exported_motor_moves_in_the_same_way(surface):
+    """Its decorated MJCF takes the same steps, with all features of MuJoCo enabled."""
     scene = mm.Motor(surface=surface)
     root = compose(scene, visual=True)
     ends = []

@@ -1,4 +1,4 @@
-"""The motor's observables on paths and series with known answers."""
+"""Observables of the motor for paths and series with known results."""
 
 import itertools
 import math
@@ -31,7 +31,7 @@ SECTOR = 2 * math.pi / 5
 
 
 def rolled(*sectors, step=0.01):
-    """A run on which theta goes from one of these sectors to the next, one sector a second."""
+    """Return a run in which theta moves from sector to sector, one sector per second."""
     pieces = [
         np.arange(round(abs(b - a) / step)) * math.copysign(step, b - a) + a
         for a, b in itertools.pairwise(sectors)
@@ -46,28 +46,28 @@ def path_of(theta, step=1.0):
     return xr.Dataset({"position": (dims, position)}, {"time": time, "space": ["x", "y", "z"]})
 
 
-def test_azimuth_is_unwrapped_and_refuses_to_guess():
+def test_azimuth_is_unwrapped_and_rejects_ambiguous_steps():
     theta = np.array([np.linspace(0.3, 40, 100), np.linspace(-3, -70, 100)])
     found = azimuth(path_of(theta))
     assert found.dims == ("replica", "time")
     assert found.attrs["units"] == "rad"
     np.testing.assert_allclose(found, theta, rtol=1e-13)
     np.testing.assert_allclose(azimuth(path_of(theta[0])), theta[0], rtol=1e-13)
-    with pytest.raises(ValueError, match=r"largest turn between two records = 1\.6: must be"):
+    with pytest.raises(ValueError, match=r"largest rotation between two records = 1\.6: must be"):
         azimuth(path_of(np.array([0.0, 1.6])))
 
 
-def test_ring_attitude_tells_twist_from_swing():
-    """However large the tilt, towards any side, and for both signs of the quaternion."""
+def test_ring_attitude_separates_twist_from_swing():
+    """For any tilt and direction, and for both signs of the quaternion."""
     random = np.random.default_rng(1)
     tilt, yaw = random.uniform(0, 1.2, 300), np.cumsum(random.uniform(-0.5, 1.5, 300))
     side = random.uniform(0, 2 * math.pi, 300)
     swing = tilt * np.array([-np.sin(side), np.cos(side), 0 * side])
-    turn = Rotation.from_rotvec(swing.T) * Rotation.from_euler("z", yaw[:, np.newaxis])
-    orientation = turn.as_quat(scalar_first=True) * random.choice([-1, 1], (300, 1))
+    rotation = Rotation.from_rotvec(swing.T) * Rotation.from_euler("z", yaw[:, np.newaxis])
+    orientation = rotation.as_quat(scalar_first=True) * random.choice([-1, 1], (300, 1))
     columns = {
         "ring_orientation": (("time", "component"), orientation),
-        "ring_axis": (("time", "space"), turn.apply([0.0, 0.0, 1.0])),
+        "ring_axis": (("time", "space"), rotation.apply([0.0, 0.0, 1.0])),
     }
     run = xr.Dataset(columns, {"time": np.arange(300.0)})
     found = ring_attitude(run)
@@ -91,7 +91,7 @@ def test_wells_and_their_barrier(factor, radius, barrier):
 
 
 def test_transitions_have_hysteresis():
-    """Between two cores nothing happens, however often the ball passes the top between wells."""
+    """There is no transition between two cores, however often the ball passes the barrier."""
     run = rolled(0, 0.7, 0.3, 0.74, 0.26, 0.76, 0.26, 0.24, -0.3, -1)
     found = transitions(run, SCENE)
     assert found.well.values.tolist() == [1, 0, -1]
@@ -101,7 +101,7 @@ def test_transitions_have_hysteresis():
     assert not transitions(between, SCENE).sizes["transition"]
 
 
-def test_turning_points_heed_only_what_is_far_enough():
+def test_turning_points_ignore_small_reversals():
     theta = np.array([0, 0.1, -0.1, 1, 0.8, 3, 2.6, 2.7, -1, -0.9, 5.0])
     assert turning_points(theta, 0.3) == [0, 2, 5, 8, 10]
     assert turning_points(theta, 0.1999999) == [0, 1, 2, 3, 4, 5, 8, 10]
@@ -110,44 +110,44 @@ def test_turning_points_heed_only_what_is_far_enough():
     assert turning_points(theta, 10.0) == [0, 10]
 
 
-def test_a_rest_that_a_run_begins_with_is_no_part_of_its_flight():
-    """However little the ball swings to and fro meanwhile."""
+def test_an_initial_dwell_is_not_part_of_the_flight():
+    """Even if the ball swings only a little during the dwell."""
     run = rolled(0, *[-0.05, 0.05] * 20, -0.1, 7)
     found = flights(run, SCENE)
     np.testing.assert_allclose(found.begin, [4.1], atol=1e-9)
     np.testing.assert_allclose(dwell_times(run, SCENE).end, [4.1], atol=1e-9)
 
 
-def test_flights_and_stays_of_a_prescribed_path():
-    """To and fro, round once and a half, not quite round, back thrice, and under way at the end."""
+def test_flights_and_dwells_of_a_prescribed_path():
+    """Swing, 1.7 revolutions, almost one, three backward, and one that is censored."""
     run = rolled(0, 0.6, -0.4, 7.1, 6.9, 8.1, 5, 9, -6, -5, -5.5, 0)
-    found, rests = flights(run, SCENE), dwell_times(run, SCENE)
+    found, dwells = flights(run, SCENE), dwell_times(run, SCENE)
     np.testing.assert_allclose(found.revolutions, [8.5 / 5, -3, 5.5 / 5], rtol=1e-12)
     np.testing.assert_allclose(found.begin, [1.6, 17.6, 34.1], atol=1e-9)
     np.testing.assert_allclose(found.once, [6.6, 22.6, 39.1], atol=0.011)
     np.testing.assert_allclose(found.end, [10.5, 32.6, 39.6], atol=1e-9)
     assert found.censored.values.tolist() == [False, False, True]
-    np.testing.assert_allclose(rests.begin, [0, 10.5, 32.6], atol=1e-9)
-    np.testing.assert_allclose(rests.end, [1.6, 17.6, 34.1], atol=1e-9)
-    assert rests.censored.values.tolist() == [False, False, False]
+    np.testing.assert_allclose(dwells.begin, [0, 10.5, 32.6], atol=1e-9)
+    np.testing.assert_allclose(dwells.end, [1.6, 17.6, 34.1], atol=1e-9)
+    assert dwells.censored.values.tolist() == [False, False, False]
 
 
-def test_a_run_without_a_flight_is_one_stay_and_replicas_are_told_apart():
+def test_a_run_without_flight_is_one_dwell_and_replicas_are_separate():
     quiet, fast = (path_of(theta) for theta in (np.zeros(99), np.linspace(0, 9, 99)))
     assert flights(quiet, SCENE).sizes["flight"] == 0
     assert transitions(quiet, SCENE).sizes["transition"] == 0
     assert dwell_times(quiet, SCENE).to_dict(data="list")["data_vars"]["end"]["data"] == [98]
     both = xr.concat([fast, quiet, fast], "replica")
-    found, rests = flights(both, SCENE), dwell_times(both, SCENE)
+    found, dwells = flights(both, SCENE), dwell_times(both, SCENE)
     assert found.replica.values.tolist() == [0, 2]
     assert found.censored.values.all()
-    assert rests.replica.values.tolist() == [1]
-    assert rests.censored.values.all()
+    assert dwells.replica.values.tolist() == [1]
+    assert dwells.censored.values.all()
     assert transitions(both, SCENE).replica.values.tolist() == [0] * 7 + [2] * 7
 
 
-def test_mean_of_durations_that_were_cut_off():
-    """By hand, and exponential ones: mean and error, over 400 repetitions."""
+def test_mean_of_censored_durations():
+    """Three durations, and mean and error of exponential ones over 400 repetitions."""
     assert censored_mean([3, 5, 4], [False, False, True]) == (6.0, math.sqrt(9 + 1 + 16) / 2, 2)
     assert math.isnan(censored_mean([3], [True]).mean)
     random = np.random.default_rng(3)
@@ -164,7 +164,7 @@ def test_mean_of_durations_that_were_cut_off():
 
 @pytest.mark.parametrize("memory", [0.0, 0.9])
 def test_error_of_the_mean_of_a_correlated_series(memory):
-    """That of an autoregressive series has a closed form."""
+    """The error for an autoregressive series has a closed form."""
     random = np.random.default_rng(4)
     series = np.empty((40, 20000))
     series[:, 0] = random.standard_normal(40)
@@ -180,7 +180,7 @@ def test_error_of_the_mean_of_a_correlated_series(memory):
 
 
 def gibbs(scene, replicas, count):
-    """Independent states of Gibbs' law, with the slow modes as fast as the others."""
+    """Draw independent states from Gibbs' law, so that slow modes have no correlation either."""
     random = np.random.default_rng(5)
     shape = (replicas, count)
 
@@ -189,7 +189,7 @@ def gibbs(scene, replicas, count):
 
     velocity = normal(scene.ball_mass, 3) * [1, 1, 0]
     spin, body = normal(scene.ball_inertia, 3), normal(np.array(scene.inner_moments), 3)
-    turn = Rotation.random(replicas * count, rng=random)
+    rotation = Rotation.random(replicas * count, rng=random)
     angle = random.uniform(0, 7, shape)
     position = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1)
     slip = velocity + np.cross(spin, [0, 0, -scene.ball_radius])
@@ -198,11 +198,11 @@ def gibbs(scene, replicas, count):
         "velocity": velocity,
         "angular_velocity": spin,
         "slip_velocity": slip,
-        "ring_angular_velocity": turn.apply(body.reshape(-1, 3)).reshape(body.shape),
+        "ring_angular_velocity": rotation.apply(body.reshape(-1, 3)).reshape(body.shape),
     }
     dims = ("replica", "time", "space")
     data: dict[str, Any] = {name: (dims, values) for name, values in vectors.items()}
-    quaternion = turn.as_quat(scalar_first=True).reshape(*shape, 4)
+    quaternion = rotation.as_quat(scalar_first=True).reshape(*shape, 4)
     data["ring_orientation"] = (("replica", "time", "component"), quaternion)
     data["momentum_map"] = (("replica", "time"), scene.ball_inertia * spin[..., 2])
     return xr.Dataset(data, {"time": np.arange(count), "space": ["x", "y", "z"]})
@@ -210,7 +210,7 @@ def gibbs(scene, replicas, count):
 
 def test_each_mode_has_the_temperature_of_gibbs_law():
     run = gibbs(SCENE, 8, 20000)
-    # The modes are not one another's: with other moments of inertia only the ring's are colder.
+    # With other moments of inertia only the modes of the ring are colder.
     for scene, ring in ((SCENE, 1.0), (replace(SCENE, inner_mass=3.0, inner_axial_inertia=2.0), 0)):
         found = mode_temperatures(run, scene)
         assert float(found.theory) == scene.kT
@@ -221,19 +221,19 @@ def test_each_mode_has_the_temperature_of_gibbs_law():
                 i = int(mode[-1]) - 1
                 expected *= scene.inner_moments[i] / SCENE.inner_moments[i]
             assert abs(own.temperature - expected) < 4 * own.temperature_error
-            # The slip has two squares of variance 2, and the error of a mean of independent ones.
+            # The error of a mean of independent squares; the slip is the sum of two squares.
             relative = math.sqrt((1 if mode == "slip" else 2) / 160_000)
             assert own.temperature_error == pytest.approx(relative * expected, rel=0.35)  # 9 %
     one = mode_temperatures(run.isel(replica=0), SCENE, burn_in=10000)
-    by_hand = SCENE.ball_inertia * np.mean(run.angular_velocity[0, 10000:, 2] ** 2)
+    expected = SCENE.ball_inertia * np.mean(run.angular_velocity[0, 10000:, 2] ** 2)
     assert float(one.temperature.sel(mode="spin")) == pytest.approx(
-        float(by_hand), rel=1e-12, abs=0
+        float(expected), rel=1e-12, abs=0
     )
     assert "theory" not in mode_temperatures(run, mm.Motor(temperature="nonuniform"))
 
 
-def books(replicas=None):
-    """Energies that grow as they like: the identities must hold for any."""
+def random_energies(replicas=None):
+    """Return a run with random energies, for which the identities must also hold."""
     random = np.random.default_rng(7)
     dims = ("time",) if replicas is None else ("replica", "time")
     shape = (50,) if replicas is None else (replicas, 50)
@@ -244,7 +244,7 @@ def books(replicas=None):
 
 @pytest.mark.parametrize("replicas", [None, 3])
 def test_energy_balance(replicas):
-    run = books(replicas)
+    run = random_energies(replicas)
     found = energy_balance(run, SCENE)
     assert found.residual.dims == run.work.dims
     np.testing.assert_allclose(
@@ -261,8 +261,8 @@ def test_energy_balance(replicas):
     np.testing.assert_allclose(injected, 24.5 * 2e-4**2 * 2.5 / 3.375, rtol=1e-12)
 
 
-def test_efficiency_of_made_up_books():
-    """Of 10 J of kicks the ring keeps 2 and dissipates 1; of the 7 the ball dissipates 4."""
+def test_efficiency_of_given_energies():
+    """Of 10 J of kicks the ring keeps 2 and dissipates 1; the ball dissipates 4 of the other 7."""
     values = {"energy": 5, "ring_energy": 2, "heat": 5, "ring_heat": 1, "work": 10, "ring_work": 10}
     run = xr.Dataset({k: ("time", [0.0, v]) for k, v in values.items()}, {"time": [0.0, 1.0]})
     found = efficiency(run + 0, SCENE).isel(time=1)
@@ -270,6 +270,6 @@ def test_efficiency_of_made_up_books():
     assert float(found.efficiency) == pytest.approx(0.3)
     assert float(found.reached) == 7
     assert float(found.share) == pytest.approx(0.7)
-    noisy = run.assign(work=run.work * 1.5)  # the ball's own noise has done 5 J of it
+    noisy = run.assign(work=run.work * 1.5)  # the noise on the ball has done 5 J of it
     assert float(efficiency(noisy, SCENE).share[1]) == pytest.approx(0.2)
     assert np.isnan(efficiency(run, SCENE).share[0])

@@ -1,4 +1,4 @@
-"""The inner ring under the outer one: its stiffness, its period, and what happens if opposed."""
+"""The inner ring in the field of the outer one: stiffness, period and stability."""
 
 import mujoco
 import numpy as np
@@ -9,13 +9,13 @@ from magmotor.devices.motor.device import MOTOR
 from magmotor.devices.motor.energy import motor_energy
 
 FAR = {"position": (3.0, 0.0), "alpha_ball": 0.0, "alpha_ring": 0.0, "friction_ball": 0.0}
-"""The ball out of the way, and nothing that drives or brakes."""
+"""A distant ball, no noise, and no friction of the ball."""
 
 ALONE = mm.Motor(**FAR, friction_ring=0.0)
 
 
 def tilted(angle, azimuth=0.0):
-    """The ring's axis leaning by an angle (rad)."""
+    """Return the axis of a ring that is tilted by an angle (rad)."""
     lean = np.sin(angle)
     return {"ring_axis": (lean * np.cos(azimuth), lean * np.sin(azimuth), np.cos(angle))}
 
@@ -44,7 +44,7 @@ def test_period_of_the_tilt(method):
 
 
 @pytest.mark.parametrize(("moments", "kept"), [(1.0, True), (-1.0, False)])
-def test_the_ring_is_stable_with_dipoles_the_same_way_and_not_opposed(moments, kept):
+def test_the_ring_is_stable_with_parallel_dipoles_only(moments, kept):
     model = mm.build(ALONE)
     ring = model.body("inner_ring").id
     model.site_user[model.site_bodyid == ring] *= moments
@@ -52,13 +52,13 @@ def test_the_ring_is_stable_with_dipoles_the_same_way_and_not_opposed(moments, k
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, 0)
     half = np.radians(0.5)
-    place = model.joint(model.body_jntadr[ring]).qposadr[0]
-    data.qpos[place : place + 4] = np.cos(half), 0.0, np.sin(half), 0.0
+    start = model.joint(model.body_jntadr[ring]).qposadr[0]
+    data.qpos[start : start + 4] = np.cos(half), 0.0, np.sin(half), 0.0
     largest = 0.0
     with mm.magnetism():
         for _ in range(100):
             mujoco.mj_step(model, data, nstep=50)
             upright = data.body("inner_ring").xmat[8]
             largest = max(largest, np.degrees(np.arccos(min(1.0, upright))))
-    assert (largest < 1.01) == kept  # 0.999; 179 opposed
+    assert (largest < 1.01) == kept  # 0.999; 179 if antiparallel
     assert (largest > 90) != kept

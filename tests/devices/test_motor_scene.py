@@ -1,4 +1,4 @@
-"""Every field of the motor is checked, and its presets are the paper's."""
+"""The scene of the motor: checks of its fields, presets, and derived quantities."""
 
 import dataclasses
 import math
@@ -30,19 +30,19 @@ BAD = [
     ({"ball_mass": -1}, "ball_mass = -1: must be greater than 0 kg"),
     ({"ball_radius": 0}, "ball_radius = 0: must be greater than 0 m"),
     ({"inner_dipoles": 2.5}, "inner_dipoles = 2.5: must be an integer"),
-    ({"inner_radius": 1.0}, "inner_radius = 1.0: must be less than 0.98 m: the rings overlap"),
+    ({"inner_radius": 1.0}, "inner_radius = 1.0: must be less than 0.98 m: otherwise"),
     ({"inner_radius": 0}, "inner_radius = 0: must be greater than 0 m"),
     ({"inner_height": 0.3}, r"inner_height = 0.3: must be greater than 0.3365\d* m \(the ball"),
     ({"inner_mass": 0}, "inner_mass = 0: must be greater than 0 kg"),
     ({"inner_inertia": -1.0}, "inner_inertia = -1.0: must be greater than 0 kg m"),
     ({"inner_axial_inertia": 9.0, "inner_inertia": 2.0}, "inner_axial_inertia = 9.0: must be at"),
     ({"outer_dipoles": 0}, "outer_dipoles = 0: must be at least 1"),
-    ({"outer_radius": 0.7}, "inner_radius = 0.75: must be less than 0.7 m: the rings overlap"),
+    ({"outer_radius": 0.7}, "inner_radius = 0.75: must be less than 0.7 m: otherwise"),
     ({"outer_height": 0.08}, "outer_height = 0.08: must be greater than 0.08 m"),
     ({"position": (0.6,)}, r"position = \(0.6,\): must be 2 numbers"),
     ({"position": 0.6}, "position = 0.6: must be 2 numbers"),
     ({"velocity": (0.0, math.nan)}, "velocity = nan: must be a finite number"),
-    ({"axis": (0, 0, 0)}, "axis = .*: must be a direction"),
+    ({"axis": (0, 0, 0)}, "axis = .*: must have a nonzero"),
     ({"spin": math.inf}, "spin = inf"),
     ({"gravity": -9.81}, "gravity = -9.81: must be at least 0"),
     ({"surface": "plane", "gravity": 0.0}, "gravity = 0.0: must be positive when surface"),
@@ -63,7 +63,7 @@ def test_every_field_has_a_unit_a_doc_and_a_bad_value_among_the_tests():
 
 
 def test_rings_at_different_heights_may_have_similar_radii():
-    mm.Motor(outer_radius=0.7, outer_height=0.98)  # the inner ring turns within a sphere
+    mm.Motor(outer_radius=0.7, outer_height=0.98)  # the inner ring sweeps out a sphere
 
 
 def test_presets_are_the_papers_seven_runs():
@@ -81,7 +81,7 @@ def test_presets_are_the_papers_seven_runs():
     assert mm.Motor().moment == pytest.approx(math.sqrt(20.0))
 
 
-def test_temperature_is_half_of_what_the_papers_text_says():
+def test_temperature_is_half_the_value_in_the_papers_text():
     assert mm.Motor().kT == pytest.approx(1e-6 / 0.3)
     assert mm.Motor().beta == pytest.approx(2 * 0.15 / 1e-6)
     assert mm.Motor(alpha_ball=0.0, alpha_ring=0.0).beta == math.inf
@@ -89,7 +89,7 @@ def test_temperature_is_half_of_what_the_papers_text_says():
         _ = mm.Motor.paper("nonuniform-a").kT
 
 
-def test_another_temperature_brings_its_own_noise():
+def test_another_temperature_resets_the_noise():
     uniform = mm.Motor(ball_mass=0.4)
     other = uniform.replace(temperature="nonuniform")
     assert other == mm.Motor(temperature="nonuniform", ball_mass=0.4)
@@ -105,7 +105,7 @@ def test_inertia_is_the_papers():
     assert scene.ball_inertia == pytest.approx(3.2e-4)
 
 
-def test_a_motor_comes_back_from_json_like_attributes():
+def test_a_motor_is_restored_from_attributes():
     from magmotor.device.provenance import attributes_of, scene_of
 
     for scene in (mm.Motor(position=(0.5, 0.1)), mm.Motor.paper("nonuniform-c")):
@@ -125,7 +125,7 @@ def test_a_motor_comes_back_from_json_like_attributes():
         ("mujoco/baoab", 2.283),
     ],
 )
-def test_timesteps_beyond_the_linear_limits_are_refused(method, limit):
+def test_timesteps_beyond_the_linear_limits_are_rejected(method, limit):
     scene = mm.Motor()
     MOTOR.check_run(scene, method, limit - 0.002, None)
     with pytest.raises(ValueError, match=f"less than {limit}, the linear limit"):

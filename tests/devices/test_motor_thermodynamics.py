@@ -1,4 +1,4 @@
-"""The motor obeys its own thermodynamics: energy balance, equipartition, stays and flights."""
+"""Thermodynamics of the motor: energy balance, equipartition, dwells and flights."""
 
 import numpy as np
 import pytest
@@ -7,11 +7,11 @@ import magmotor as mm
 from magmotor.devices.motor.theory import euler_slip_overheating
 
 MODES = ["radial", "slip", "ring_1", "ring_2", "ring_3"]
-"""Those that forget their past within 100 s; rolling and spin take 1e4 s."""
+"""Modes with correlation times below 100 s; those of rolling and spin are 1e4 s."""
 
 
 def residuals(scene, method, duration, factors):
-    """Root mean square of the energy balance's residual over what is injected, by timestep."""
+    """Return the largest residual over the injected energy, and its order of convergence."""
     path = mm.noise.BrownianPath(7, 0.0125)
     found = []
     for factor in factors:
@@ -44,14 +44,14 @@ def residuals(scene, method, duration, factors):
 )
 @pytest.mark.parametrize("run", ["uniform-a", "nonuniform-c"])
 def test_energy_balance_pathwise(run, method, order):
-    """At h = 0.0125 the balance is closed to 0.5 % of what is injected, along each path."""
+    """At h = 0.0125 the residual is below 0.5 % of the injected energy along each path."""
     largest, found = residuals(mm.Motor.paper(run), method, 250.0, (1, 2, 4))
     assert largest < 0.005  # 0.003; at uniform temperature 6e-5
     assert found == pytest.approx(order, abs=0.1)
 
 
 def temperatures(method, timestep, duration, *, seed):
-    """Temperatures over kT, with errors, of 8 replicas, of which 2000 s each are burnt in."""
+    """Return temperatures over kT and their errors from 8 replicas, with 2000 s of burn-in."""
     scene = mm.Motor()
     run = mm.simulate(
         scene,
@@ -72,10 +72,10 @@ def temperatures(method, timestep, duration, *, seed):
     [("variational/baoab", 1.2e5, 0.008), ("mujoco/baoab", 2.5e4, 0.018)],
 )
 def test_equipartition(method, duration, largest):
-    """Five modes within 2 % of kT at h = 0.1, and within 5 errors: false alarm 0.08 %.
+    """Five modes are within 2 % of kT at h = 0.1 and within 5 errors; false alarms: 0.08 %.
 
-    MuJoCo's splitting is ten times slower and is held to 4.5 %: along one path both agree to 1e-10,
-    see `test_mujoco_baoab.py`.
+    MuJoCo's splitting is ten times slower, so that the bound is 4.5 %. Along one path both agree to
+    1e-10, see `test_mujoco_baoab.py`.
     """
     found, error = temperatures(method, 0.1, duration, seed=11)
     assert error.max() < largest  # of ring_3, whose correlation time is the longest: 0.0077, 0.0137
@@ -86,7 +86,7 @@ def test_equipartition(method, duration, largest):
 @pytest.mark.slow
 @pytest.mark.parametrize("method", ["variational/euler", "variational/cayley", "mujoco/euler"])
 def test_euler_overheats_the_slip_as_predicted(method):
-    """By 1/(1 - 0.525 h): 5.5 % at h = 0.1, seen with an error of 0.3 %; false alarm 0.02 %."""
+    """The factor is 1/(1 - 0.525 h), 5.5 % at h = 0.1; error 0.3 %, false alarms 0.02 %."""
     found, error = temperatures(method, 0.1, 1.4e4, seed=12)
     slip, off = float(found.sel(mode="slip")), float(error.sel(mode="slip"))
     assert off < 0.004  # 0.0029
@@ -94,17 +94,17 @@ def test_euler_overheats_the_slip_as_predicted(method):
 
 
 @pytest.mark.slow
-def test_stays_and_flights_both_occur(motor_replicas):
-    """In four runs of 1e5 s; a stay lasts 1.6e4 s on the average, so that few have no flight."""
+def test_dwells_and_flights_both_occur(motor_replicas):
+    """In four runs of 1e5 s; the mean dwell time is 1.6e4 s, so that few runs have no flight."""
     scene, run = mm.Motor(), motor_replicas.isel(replica=slice(4))
-    flights, stays = mm.observables.flights(run, scene), mm.observables.dwell_times(run, scene)
+    flights, dwells = mm.observables.flights(run, scene), mm.observables.dwell_times(run, scene)
     assert len(set(flights.replica.values)) >= 3  # 4
-    assert len(set(stays.replica.values)) >= 3  # 4
+    assert len(set(dwells.replica.values)) >= 3  # 4
     assert abs(flights.revolutions).max() > 3
-    assert (stays.end - stays.begin).max() > 3000
+    assert (dwells.end - dwells.begin).max() > 3000
 
 
-def test_the_si_reading_never_leaves_its_first_well():
+def test_with_si_moments_the_ball_never_leaves_its_first_well():
     scene = mm.Motor.si()
     run = mm.simulate(
         scene, method="variational/baoab", timestep=0.1, duration=2e4, record_interval=10, seed=1
@@ -114,7 +114,7 @@ def test_the_si_reading_never_leaves_its_first_well():
 
 
 def lost_run(method, seed):
-    """What was recorded until the ring of the paper's hottest nonuniform run was lost."""
+    """Return the records until the ring of the paper's hottest nonuniform run is lost."""
     scene = mm.Motor.paper("nonuniform-c")
     with pytest.raises(mm.PhysicalEvent, match="the inner ring is lost: it is tilted") as end:
         mm.simulate(scene, method=method, timestep=0.1, duration=5e5, record_interval=10, seed=seed)
@@ -132,8 +132,8 @@ def test_a_ring_that_is_never_cooled_is_lost(method):
 
 
 @pytest.mark.slow
-def test_noise_on_the_ring_alone_drives_the_ball_round():
-    """Before their rings are lost, some of four runs go round more than three times."""
+def test_noise_on_the_ring_alone_drives_the_ball_around():
+    """In some of four runs, a flight has more than three revolutions before the ring is lost."""
     scene = mm.Motor.paper("nonuniform-c")
     runs = [lost_run("variational/baoab", seed) for seed in range(4)]
     farthest = [abs(mm.observables.flights(run, scene).revolutions) for run in runs]

@@ -23,13 +23,13 @@ TUMBLING = {
 }
 
 STEPS = {1: (128, 256, 512), 2: (16, 32, 64), 4: (32, 48, 64), 6: (4, 5, 6)}
-"""Steps a record by order; where they are more, rounding and DOP853's error show."""
+"""Steps per record by order; with more steps, rounding and the error of DOP853 are visible."""
 MOTOR_STEPS = STEPS | {4: (24, 32, 48), 6: (9, 10, 12)}
 WAVE_STEPS = STEPS | {4: (16, 24, 32)}
 
 
 class Subject(NamedTuple):
-    """A scene, what is read off it, and how long and how often."""
+    """A scene, the quantities to compare, and the duration and number of records."""
 
     scene: Any
     quantities: tuple[str, ...]
@@ -59,7 +59,7 @@ def wave(scene, quantities, friction, **changes):
     return Subject(made, quantities, 10.0, 0.5, WAVE_STEPS)
 
 
-# From rest, Euler's velocities would be of second order; what is conserved shows no order.
+# From rest, Euler's velocities would be of second order; conserved quantities show no order.
 SUBJECTS = {
     "top": top(4, "momentum_map", duration=20.0),
     "top, no friction": top(2, duration=4.0, spin=2.0, velocity=(0.02, -0.01)),
@@ -73,8 +73,8 @@ SUBJECTS = {
     "particle, no friction": wave(mm.LangevinParticle, DISK[:2], 0.0),
 }
 
-# Columns as in SUBJECTS, 0 where a scene does not take the method; beside them what was measured,
-# of all quantities the farthest from theory.
+# Columns as in SUBJECTS, 0 for unsupported methods. The comments have the measured orders of the
+# quantities that are farthest from theory.
 ORDERS = {
     "variational/euler": (1, 1, 1, 1, 1, 1, 1, 0, 1, 1),
     # 1.01 0.96 1.01 0.99 1.00 1.00 1.00 - 1.00 1.00
@@ -102,7 +102,7 @@ ORDERS = {
 
 
 def cases(orders, subjects):
-    """Method, name of the subject, and order."""
+    """Return method, name of the subject, and order."""
     return [
         (method, name, order)
         for method, row in orders.items()
@@ -112,7 +112,7 @@ def cases(orders, subjects):
 
 
 def known(listed, subject):
-    """Methods of which a case is listed."""
+    """Return the methods that are listed for a subject."""
     return {method for method, name, _ in listed if name == subject}
 
 
@@ -128,7 +128,7 @@ def test_every_method_has_an_order(name):
 def truth(name):
     subject = SUBJECTS[name]
     scene = subject.scene
-    if isinstance(scene, mm.LangevinParticle):  # a disk that is too heavy to turn
+    if isinstance(scene, mm.LangevinParticle):  # a disk with too much inertia to rotate
         scene = mm.Disk(
             sigma=1e30, noise=0.0, friction=scene.friction, potential=scene.potential,
             x=scene.x, v=scene.v,
@@ -143,7 +143,7 @@ def truth(name):
 
 @pytest.mark.parametrize(("method", "name", "order"), CASES)
 def test_order_without_noise(method, name, order):
-    """Heat is summed to second order, whatever the motion's order."""
+    """Heat is summed to second order, independent of the order of the motion."""
     subject, exact = SUBJECTS[name], truth(name)
     steps, errors = subject.steps[order], {quantity: [] for quantity in subject.quantities}
     for n in steps:
@@ -175,7 +175,7 @@ NOISY = {
 REPLICAS = {"disk": 1000, "motor": 300}
 FACTORS = (16, 32, 64)
 
-# Columns as in NOISY; measured likewise.
+# Columns as in NOISY; the comments have the measured orders.
 STRONG_ORDERS = {
     "variational/euler": (1, 1),  # 1.01 1.00
     "variational/cayley": (0, 1),  # - 0.98
@@ -198,7 +198,7 @@ def test_every_method_that_takes_noise_has_a_strong_order(name):
 
 @cache
 def along_the_path(method, name, factor):
-    """A run that sees every `factor`-th point of the finest Brownian paths."""
+    """Run with every `factor`-th point of the finest Brownian paths."""
     subject = NOISY[name]
     path = BrownianPath(1, 2.0**-10).coarsened(factor)
     return mm.simulate(

@@ -1,4 +1,4 @@
-"""A device of one's own, written outside the package, has all that the paper's devices have."""
+"""A user-defined device outside the package has all features of the paper's devices."""
 
 import importlib
 from pathlib import Path
@@ -22,7 +22,7 @@ def rotor(monkeypatch):
     return module
 
 
-def test_its_reference_and_mujoco_follow_one_brownian_path(rotor):
+def test_its_integrator_and_mujoco_follow_one_brownian_path(rotor):
     runs = [
         mm.simulate(rotor.Rotor(), **{**REFERENCE, "method": method}, replicas=3)
         for method in ("variational/baoab", "mujoco/baoab")
@@ -33,7 +33,7 @@ def test_its_reference_and_mujoco_follow_one_brownian_path(rotor):
 
 
 def test_it_has_the_temperature_of_its_oil(rotor):
-    """Of 2000 rotors at 10 times apart, I omega^2 is kT to 1 %; alarm in 1e-5 of seeds."""
+    """I omega^2 of 2000 rotors at 10 times is kT to 1 %; false alarms: 1e-5."""
     scene = rotor.Rotor(magnet=0.0)
     found = mm.ensemble(
         scene, method="variational/baoab", timestep=0.05, duration=10.0, replicas=2000,
@@ -58,7 +58,7 @@ def test_its_ensemble_is_the_mean_of_its_runs(rotor):
         mm.ensemble(scene, **REFERENCE, replicas=5, burn_in=1.0)
 
 
-def test_an_ensemble_counts_heat_from_the_start_and_is_made_again(rotor):
+def test_an_ensemble_counts_heat_from_the_start_and_is_reproduced(rotor):
     numerics = {**REFERENCE, "timestep": 0.1, "duration": 30.0, "replicas": 2}
     found = mm.ensemble(mm.Motor(), **numerics, sample_interval=1)
     run = mm.simulate(mm.Motor(), **numerics)
@@ -69,7 +69,7 @@ def test_an_ensemble_counts_heat_from_the_start_and_is_made_again(rotor):
         mm.rerun(own)
 
 
-def test_it_goes_on_from_a_checkpoint_and_is_made_again(rotor, tmp_path):
+def test_it_continues_from_a_checkpoint_and_is_reproduced(rotor, tmp_path):
     scene, path = rotor.Rotor(), tmp_path / "rotor.checkpoint"
     mm.simulate(scene, **{**REFERENCE, "duration": 2.0}, replicas=2, checkpoint=path)
     again = mm.simulate(scene, **REFERENCE, replicas=2, checkpoint=path)
@@ -87,7 +87,7 @@ def test_a_sweep_takes_it(rotor):
         scene=rotor.Rotor(), vary={"kT": [cold, warm]}, measure=["turns", "temperature"],
         replicas=2, **REFERENCE,
     )  # fmt: skip
-    compute = importlib.import_module("magmotor.sweep.worker").compute
+    compute = importlib.import_module("magmotor.sweep.compute").compute
     outcomes = [compute(case, sweep.measure) for case in sweep]
     assert [outcome.error for outcome in outcomes] == [None, None]
     assert [*mm.sweep.measures(rotor.Rotor())] == ["turns", "temperature"]
@@ -103,18 +103,18 @@ def test_it_is_filmed(rotor, tmp_path):
     mm.plots.overview(run, None, tmp_path / "overview.png")
 
 
-def test_what_it_has_not_is_refused_by_name(rotor):
+def test_missing_features_are_named(rotor):
     scene = rotor.Rotor()
     with pytest.raises(ValueError, match=r"timestep = 0\.3: must be less than"):
         mm.simulate(scene, method="mujoco/euler", timestep=0.3, duration=3.0)
-    with pytest.raises(ValueError, match="must be one of a kind that is charted"):
+    with pytest.raises(ValueError, match="the charts have no "):
         mm.recommend(scene)
-    with pytest.raises(ValueError, match="which Rotor has not"):
+    with pytest.raises(ValueError, match="a Rotor has no energy balance"):
         mm.observables.energy_balance(mm.simulate(scene, **REFERENCE))
 
 
-def test_two_kinds_of_one_name_are_refused(rotor):
+def test_two_scene_classes_of_one_name_are_rejected(rotor):
     other = type("Rotor", (Scene,), {"__module__": "elsewhere"})
-    with pytest.raises(ValueError, match=r"name of a kind of scenes = 'Rotor': must be another"):
+    with pytest.raises(ValueError, match=r"name of the scene class = 'Rotor': .* has registered"):
         register(rotor.Rotor().device, other)
     assert isinstance(rotor.Rotor().device, Device)

@@ -1,4 +1,4 @@
-"""A long way between two records is cut into calls of compiled code: heard, and to the bit."""
+"""A long interval between records is divided into calls of compiled code: Ctrl-C, and every bit."""
 
 import signal
 
@@ -22,7 +22,7 @@ PATHS = {"own": lambda p: p, "coarse": lambda p: p.coarsened(3), "fine": lambda 
         (mm.Motor(), "euler"),
     ],
 )
-def test_pieces_change_no_bit(scene, scheme, view, monkeypatch):
+def test_the_division_into_calls_does_not_change_a_bit(scene, scheme, view, monkeypatch):
     path = PATHS[view](BrownianPath(3, 0.015))
     arguments = {
         "method": f"variational/{scheme}", "path": path, "replicas": 2, "record_interval": 50,
@@ -36,7 +36,7 @@ def test_pieces_change_no_bit(scene, scheme, view, monkeypatch):
 
 
 @pytest.mark.parametrize("scene", [mm.Disk(), mm.Motor()], ids=["disk", "motor"])
-def test_ctrl_c_is_heard_on_the_way_to_a_record(scene, monkeypatch):
+def test_ctrl_c_interrupts_a_long_interval_between_records(scene, monkeypatch):
     real = jobs.Job.pieces
 
     def watched(*arguments):

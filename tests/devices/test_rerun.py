@@ -132,20 +132,23 @@ def disk_run():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda run: run.isel(time=slice(3, None)), "time = '0.45 to 4.95': must be those of"),
-        (lambda run: run.isel(time=slice(None, None, 2)), "time = '0 to 4.8': must be those of"),
+        (lambda run: run.isel(time=slice(3, None)), "time = '0.45 to 4.95': must be the times of"),
+        (
+            lambda run: run.isel(time=slice(None, None, 2)),
+            "time = '0 to 4.8': must be the times",
+        ),
         (lambda run: run.isel(time=slice(0)), "dimensions = .*: must be those of one run"),
-        (lambda run: xr.concat([run, run], "time"), "time = '0 to 4.95': must be those of"),
+        (lambda run: xr.concat([run, run], "time"), "time = '0 to 4.95': must be the times of"),
         (lambda run: xr.concat([run, run], "seed"), "dimensions = .*seed.*: must be those of one"),
-        (lambda run: run.isel(replica=0), "replica = None: must be all 2"),
+        (lambda run: run.isel(replica=0), "replica = None: must be 2, "),
         (lambda run: run.astype("f4"), r"x.dtype = 'float32': must be float64"),
-        (lambda run: run.drop_vars("omega"), "initial = .*: must be a dataset that has omega, too"),
-        (lambda run: run.drop_attrs(), "attributes = .*: must be .* scene, .* seed among them"),
+        (lambda run: run.drop_vars("omega"), "initial = .*: the dataset must also have omega"),
+        (lambda run: run.drop_attrs(), "attributes = .*: must be .*; scene, .* seed are missing"),
         (lambda run: run.assign_attrs(scene="Pendulum"), "scene = 'Pendulum'"),
-        (lambda _: xr.Dataset({"x": 1.0}), "attributes = .*: must be .* and scene"),
+        (lambda _: xr.Dataset({"x": 1.0}), "attributes = .*: must be .*; scene, "),
     ],
 )
-def test_what_is_no_run_s_beginning_is_refused(disk_run, change, message):
+def test_anything_but_the_beginning_of_a_run_is_refused(disk_run, change, message):
     with pytest.raises(ValueError, match=message):
         mm.rerun(change(disk_run))
 
@@ -174,7 +177,7 @@ def test_a_file_in_single_precision(rerun, single, tmp_path):
     np.testing.assert_array_equal(made.position.astype("f4"), kept.position)
 
 
-def test_what_differs_is_told(rerun, single):
+def test_differences_are_reported(rerun, single):
     kept = xr.load_dataset(single)
     kept.position[5, 1] += 2e-4
     kept.heat[7] += 1e-3
@@ -188,13 +191,13 @@ def test_what_differs_is_told(rerun, single):
     )
 
 
-def test_a_nan_is_told_and_another_variable(rerun, disk_run, tmp_path):
+def test_a_nan_and_an_extra_variable_are_reported(rerun, disk_run, tmp_path):
     run = disk_run.assign(wind=disk_run.v)
     run.energy[1, 4] = np.nan
     run.to_netcdf(tmp_path / "run.nc")
     code, said, _ = rerun(tmp_path / "run.nc")
     assert (code, said) == (
-        1, "different: energy by at most nan from t = 0.6 on; wind (not there)\n",
+        1, "different: energy by at most nan from t = 0.6 on; wind (missing)\n",
     )  # fmt: skip
 
 

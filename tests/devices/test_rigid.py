@@ -1,4 +1,4 @@
-"""The reference for rigid bodies: forces, invariants, its steps, and its noise."""
+"""The reference integrators of rigid bodies: forces, invariants, steps, and noise."""
 
 import subprocess
 import sys
@@ -31,13 +31,13 @@ METHODS = (
     "variational/middle",
 )
 ALL_METHODS = (*METHODS, "variational/blanes-moan4", "variational/blanes-moan6")
-"""With those that do not take noise."""
+"""Including methods without noise."""
 
 SPLITTINGS = ALL_METHODS[2:]
 
 QUIET = {"temperature": "nonuniform", "alpha_ring": 0.0}
 WARM = {"alpha_ball": 2e-3, "alpha_ring": 3e-2, "friction_ring": 0.4, "temperature": "nonuniform"}
-"""Noise and friction so strong that a few steps show what they do."""
+"""Noise and friction are so strong that a few steps show their effect."""
 
 LIVELY = {"position": (0.45, 0.2), "velocity": (0.02, -0.01), "axis": (0.3, -0.2, 1.0)}
 TILT = np.radians(8)
@@ -57,19 +57,19 @@ def largest(values):
 
 
 def order(steps, errors):
-    """By regression of log error on log timestep."""
+    """Return the order, by regression of log error on log timestep."""
     return np.polyfit(-np.log(np.array(steps)), np.log(np.array(errors)), 1)[0]
 
 
 def momentum(scene, run):
-    """Angular momentum of the inner ring in the world frame."""
+    """Return the angular momentum of the inner ring in the world frame."""
     across, _, axial = scene.inner_moments
     axis, spin = run.ring_axis.values, run.ring_angular_velocity.values
     return across * spin + (axial - across) * np.sum(axis * spin, -1, keepdims=True) * axis
 
 
 def at_rest(scene, place, ball, ring):
-    """Motor states of given positions and orientations without motion."""
+    """Return motor states at rest with given positions and orientations."""
     state = MOTOR.initial_state(scene, None, 1)
     still = np.zeros((1, 1, 3))
     return state._replace(
@@ -127,7 +127,7 @@ def test_a_free_ring_keeps_its_angular_momentum(method):
         error = largest((turns(run.ring_orientation.values) * exact.inv()).as_rotvec())
         assert error < 2e-12 * len(RIGID[method.split("/")[1]].parts)  # 8.5e-13
         return
-    # What is constant is the discrete momentum: of the step that ended.
+    # The discrete momentum of the finished step is constant.
     discrete = partial(discrete_momentum, method, -h)
     both = zip(run.ring_angular_velocity.values, pi, strict=True)
     mu = np.array([discrete(omega, p) for omega, p in both])
@@ -138,7 +138,7 @@ def test_a_free_ring_keeps_its_angular_momentum(method):
 @pytest.mark.parametrize(
     ("method", "bound"), [("variational/euler", 1e-3), ("variational/baoab", 2e-5)]
 )
-def test_the_top_acquires_the_momentum_of_the_truth(method, bound, case4_truth):
+def test_the_top_acquires_the_reference_momentum(method, bound, case4_truth):
     run = mm.simulate(
         mm.Top.paper(4), method=method, timestep=0.0025, duration=60, record_interval=40
     )
@@ -152,7 +152,7 @@ def test_without_friction_the_tops_momentum_map_is_constant(method, case):
     scene = mm.Top.paper(case, spin=1e-4 / 2.592e-5)
     run = mm.simulate(scene, method=method, timestep=0.025, duration=500)
     change = largest(run.momentum_map / run.momentum_map[0] - 1)
-    if method == "variational/cayley":  # what is constant is its discrete momentum
+    if method == "variational/cayley":  # its discrete momentum is constant
         omega = run.angular_velocity.values
         scale = 1 + 0.025**2 * np.sum(omega**2, axis=-1) / 4
         change = largest(scale * run.momentum_map / (scale[0] * run.momentum_map[0]) - 1)
@@ -170,7 +170,7 @@ def test_euler_is_mujocos():
 
 @pytest.mark.parametrize("method", ALL_METHODS)
 def test_energy_has_no_drift_without_friction_and_noise(method):
-    """In short steps the schemes of higher order show rounding, no error of theirs."""
+    """In short steps, schemes of higher order would show only rounding."""
     scene, steps = mm.Motor(**QUIET, **LIVELY, friction_ball=0.0), 20 if method in METHODS else 2
     run = mm.simulate(
         scene, method=method, timestep=1 / steps, duration=1e4, record_interval=steps,
@@ -185,8 +185,8 @@ def test_energy_has_no_drift_without_friction_and_noise(method):
 @pytest.mark.parametrize(
     ("method", "bound"), [("variational/euler", 3e-3), ("variational/baoab", 1e-3)]
 )
-def test_energy_is_heat_and_work(method, bound):
-    """E - E(0) = work - heat, of ten paths over 1000 s.
+def test_energy_balances_heat_and_work(method, bound):
+    """E - E(0) = work - heat for ten paths over 1000 s.
 
     The heat of BAOAB's slip, whose friction has the rate k, is too large by (k h)^2/24 = 4.6e-4.
     """
@@ -201,7 +201,7 @@ def test_energy_is_heat_and_work(method, bound):
 
 
 def test_retractions_differ_in_second_order():
-    """cay(W) = exp(W + O(W^3)), a difference of h^2 in what the steps add up to."""
+    """cay(W) = exp(W + O(W^3)), which changes the result by O(h^2)."""
     scene, steps, apart = mm.Motor(**QUIET, **LIVELY), (5, 10, 20), []
     for n in steps:
         runs = [
@@ -219,7 +219,7 @@ def hat(W):
 
 
 def discrete_momentum(method, time, omega, pi):
-    """(dtau^-1_W)* pi for W = time omega, from Bernoulli's series and from Cayley's definition."""
+    """Return (dtau^-1_W)* pi for W = time omega, by Bernoulli's series or Cayley's definition."""
     ad = time * hat(omega)
     if method == "variational/cayley":
         columns = [(np.eye(3) - ad / 2) @ hat(V) @ (np.eye(3) + ad / 2) for V in np.eye(3)]
@@ -232,7 +232,7 @@ def discrete_momentum(method, time, omega, pi):
 
 
 def twin_wrenches(scene, place, ball, ring):
-    """Force and torque on the ball and torque on the ring, pair by pair, each from its own end."""
+    """Return force and torque on the ball and torque on the ring, each summed over pairs."""
     mu = scene.moment
     inner, outward = scene.inner_dipole_frame()
     center = np.array([0, 0, scene.inner_height])
@@ -257,7 +257,7 @@ def twin_wrenches(scene, place, ball, ring):
 
 
 def twin_pair(r, a, b):
-    """Force on dipole a in the field of b, and that field; r points from b to a."""
+    """Return the force on dipole a in the field of b, and this field; r points from b to a."""
     d = np.linalg.norm(r)
     n = r / d
     force = (a @ n) * b + (b @ n) * a + (a @ b) * n - 5 * (a @ n) * (b @ n) * n
@@ -265,7 +265,7 @@ def twin_pair(r, a, b):
 
 
 def twin_step(scene, method, h, state, xi):
-    """One step of a state (place, v, R, omega, R_ring, omega_ring), written independently."""
+    """Advance a state (position, v, R, omega, R_ring, omega_ring); written independently."""
     if method in SPLITTINGS:
         return twin_splitting(scene, method, h, state, xi)
     place, v, R, omega, R_ring, spin = state
@@ -367,8 +367,8 @@ def twin_splitting(scene, method, h, state, xi):
     [WARM, {**WARM, "friction_ball": 0.0, "friction_ring": 0.0}, {**WARM, "alpha_ball": 0.0}],
 )
 @pytest.mark.parametrize("method", METHODS)
-def test_steps_are_those_of_a_slow_twin(method, noise):
-    """Four steps of 0.2 s of replica 2, whose ring turns fast; the path is coarsened."""
+def test_steps_equal_those_of_an_independent_implementation(method, noise):
+    """Four steps of 0.2 s of replica 2, with a fast ring and a coarsened path."""
     scene, h, replica = mm.Motor(**noise, **LIVELY), 0.2, 2
     start = {**TILTED, "ring_angular_velocity": [0.2, -0.3, 1.5]}
     fine = BrownianPath(seed=5, timestep=h / 2)
@@ -399,7 +399,7 @@ def test_steps_are_those_of_a_slow_twin(method, noise):
         assert max(errors) < 1e-12  # 4e-14
 
 
-def test_replicas_are_the_single_runs_of_their_numbers():
+def test_replicas_do_not_depend_on_the_others():
     scene, h = mm.Motor(), 0.1
     path = BrownianPath(4, h)
     run = Job(scene, "baoab", h, 50, 2, MOTOR.initial_state(scene, TILTED, 5), path, 0)
@@ -414,7 +414,7 @@ def test_replicas_are_the_single_runs_of_their_numbers():
 
 
 @pytest.mark.parametrize("scheme", RIGID)
-def test_threads_chunks_and_resuming_change_no_bit(scheme, monkeypatch):
+def test_threads_chunks_and_resuming_do_not_change_a_bit(scheme, monkeypatch):
     scene, h = mm.Motor() if RIGID[scheme].takes_noise else mm.Motor(**QUIET), 0.1
     start, path = MOTOR.initial_state(scene, TILTED, 5), BrownianPath(4, h)
     whole = Job(scene, scheme, h, 40, 3, start, path, 7)
@@ -432,8 +432,8 @@ def test_threads_chunks_and_resuming_change_no_bit(scheme, monkeypatch):
     assert np.array_equal(resumed[0][0].position, expected.position[12:16])
 
 
-def test_a_spherical_ring_turns_uniformly_in_any_step():
-    """Its discrete momentum by exp is I omega: nothing is solved."""
+def test_a_spherical_ring_rotates_uniformly_at_any_timestep():
+    """By exp, its discrete momentum is I omega, without iterations."""
     sphere = mm.Motor(**QUIET, coupling=1e-30, inner_inertia=3.0, inner_axial_inertia=3.0)
     start = {"ring_angular_velocity": [0.1, -0.05, 2.0]}
     run = mm.simulate(sphere, method="variational/euler", timestep=0.5, duration=50, initial=start)
@@ -444,7 +444,7 @@ def test_a_spherical_ring_turns_uniformly_in_any_step():
 
 
 @pytest.mark.parametrize("method", ALL_METHODS)
-def test_quaternions_keep_their_length(method):
+def test_quaternions_stay_normalized(method):
     scene = mm.Motor() if method in METHODS else mm.Motor(**QUIET)
     run = mm.simulate(scene, method=method, timestep=0.1, duration=2e4, record_interval=1000)
     for name in ("orientation", "ring_orientation"):
@@ -453,7 +453,7 @@ def test_quaternions_keep_their_length(method):
 
 @pytest.mark.parametrize(("factor", "expected"), [(1.0, 0.638), (2.0, 0.874)])
 def test_the_ball_librates_about_the_field(factor, expected):
-    """Slightly turned away from B, in the valley under a ring too heavy to tilt."""
+    """It starts at a small angle to B, in the valley under a ring too heavy to tilt."""
     scene = mm.Motor(**QUIET, friction_ball=0.0, ball_ring_factor=factor, inner_mass=6e9)
     start = MOTOR.initial_state(scene, None, 1)
     turned = (Rotation.from_rotvec([0, 0.01, 0]) * turns(start.orientation[0, 0])).as_quat(
@@ -465,13 +465,13 @@ def test_the_ball_librates_about_the_field(factor, expected):
     )  # fmt: skip
     spin = run.angular_velocity.values[:, 1]
     crossings = np.flatnonzero(np.diff(np.sign(spin)) > 0)
-    # Between the first and the last time that omega_y passes zero upwards.
+    # Between the first and the last upward zero crossing of omega_y.
     times = run.time.values[crossings]
     frequency = 2 * np.pi * (len(times) - 1) / (times[-1] - times[0])
     assert frequency == pytest.approx(expected, rel=3e-3)  # 0.639, 0.876
 
 
-def test_the_angular_velocity_of_a_discrete_momentum_is_found_or_nan():
+def test_the_angular_velocity_of_a_discrete_momentum_is_correct_or_nan():
     axis, inertia = (0.6, 0.0, 0.8), (1.0, 2.0)
     for by_cayley in (False, True):
         for size in (0.0, 1e-6, 0.1, 1.0):
@@ -483,7 +483,7 @@ def test_the_angular_velocity_of_a_discrete_momentum_is_found_or_nan():
     assert np.isnan(angular_velocity(mu, axis, inertia, 1.0, True)).all()
 
 
-def test_a_step_too_long_stops_the_run():
+def test_too_long_a_timestep_stops_the_run():
     scene = mm.Top.paper(4, axis=(1.0, 0.0, 0.2))
     numerics = {"method": "variational/cayley", "timestep": 2.0, "duration": 2000}
     with pytest.raises(mm.SimulationDiverged, match=r"not finite|energy grew"):

@@ -1,4 +1,4 @@
-"""Linear stability: closed limits, one-step maps, and what happens on both sides of each limit."""
+"""Linear stability: closed limits, one-step maps, and runs on both sides of each limit."""
 
 import math
 
@@ -31,13 +31,13 @@ from magmotor.numerics.linear_stability import (
 )
 
 NUDGE, SMALL = 1e-5, 1e-6
-"""Initial velocities, and changes for differences, in SI units: small for linear theory."""
+"""Initial velocities, and steps of differences, in SI units; small enough for linear theory."""
 
 EXPLICIT = ["euler", "cayley", "implicitfast"]
-"""Schemes whose friction is Euler's where it is a contact's."""
+"""Schemes that treat the friction of a contact as Euler's does."""
 
 INSIDE, OUTSIDE = 0.93, 1.2
-"""Steps over their limits at which motion does not grow, and does until the guard sees it."""
+"""Timesteps over their limits: just stable, and unstable enough for the guard."""
 
 SCENES = {
     "top": mm.Top.paper(4),
@@ -60,7 +60,7 @@ def oscillator(frequency=0.0, friction=0.0, implicit=0.0):
 
 
 def at_rest(scene):
-    """The initial state of which the limits hold, but for a nudge."""
+    """Return the initial state at rest for which the limits are computed."""
     if isinstance(scene, mm.Disk):
         return {"x": -math.pi / 2, "v": NUDGE}
     place, axis = resting_ball(scene)
@@ -94,14 +94,14 @@ def test_friction_shortens_the_limit_of_kick_and_drift():
 
 
 def test_friction_closes_the_window_of_resonance():
-    """Of Blanes and Moan's scheme near pi, 1 % wide; see `largest_stable_step`."""
+    """The window of Blanes and Moan's scheme near pi is 1 % wide; see `largest_stable_step`."""
     step = STEPS["blanes-moan4"]
     assert spectral_radius(oscillator(frequency=1.0), step, 3.145) > 1.01  # 1.0135
     assert largest_stable_step(oscillator(frequency=1.0, friction=0.05), step) > 2 * math.pi  # 6.94
 
 
 @pytest.mark.parametrize("unstable", [-1.0, -100.0])
-def test_a_direction_that_is_unstable_in_truth_limits_no_step(unstable):
+def test_a_physically_unstable_direction_does_not_limit_the_step(unstable):
     none = np.zeros((2, 2))
     motion = SmallMotion.of(np.eye(2), np.diag([9.0, unstable]), none, none)
     assert largest_stable_step(motion, STEPS["euler"]) == pytest.approx(2 / 3, rel=1e-6)
@@ -118,7 +118,7 @@ SEARCHED = {
 
 
 def searched(motion, step):
-    """The smallest unstable step, sought one by one."""
+    """Return the smallest unstable step, by a search one by one."""
     frequency, decay = motion.frequency, float(motion.decay.max())
     if frequency == decay == 0:
         return math.inf
@@ -139,7 +139,7 @@ def searched(motion, step):
 
 @pytest.mark.parametrize("scheme", STEPS)
 @pytest.mark.parametrize("name", SEARCHED)
-def test_as_far_as_it_goes_the_search_finds_what_the_whole_one_does(name, scheme):
+def test_a_bounded_search_agrees_with_the_full_one(name, scheme):
     motion, step = SEARCHED[name], STEPS[scheme]
     end = searched(motion, step)
     assert largest_stable_step(motion, step) == end
@@ -151,8 +151,8 @@ def test_as_far_as_it_goes_the_search_finds_what_the_whole_one_does(name, scheme
 
 
 @pytest.mark.parametrize(("name", "method"), STEPPING)
-def test_steps_are_refused_from_the_limit_on(name, method):
-    """Also in the stable windows beyond it; and where nothing is known of the scene yet."""
+def test_timesteps_at_and_above_the_limit_are_refused(name, method):
+    """Also in the stable windows above it, and when the scene is not yet in the cache."""
     scene = SCENES[name]
     limit = (1 - SLACK) * step_limit(scene, method)
     before, at = math.nextafter(limit, 0), limit
@@ -167,7 +167,7 @@ def test_steps_are_refused_from_the_limit_on(name, method):
 
 @pytest.mark.parametrize("factor", [1.0, 2.0])
 def test_the_motors_stiffness_is_the_curvature_of_its_energy(factor):
-    """As far as the level ring is at rest."""
+    """To the extent that the level ring is at rest."""
     scene = mm.Motor(ball_ring_factor=factor)
     place, axis = resting_ball(scene)
     upright = Rotation.from_quat(smallest_turn(axis), scalar_first=True)
@@ -197,7 +197,7 @@ def test_the_motors_stiffness_is_the_curvature_of_its_energy(factor):
 
 
 def test_the_slip_of_a_leaning_ball_decays_by_all_of_its_moments():
-    """The slip that unit forces along x and y at the contact point bring about, in its own axes."""
+    """The slip caused by unit forces along x and y at the contact point, in its principal axes."""
     scene = mm.Top(ball_inertia=2e-5, ball_axial_inertia=3.9e-5)
     _, axis = resting_ball(scene)
     own = Rotation.align_vectors([axis], [[0.0, 0.0, 1.0]])[0]
@@ -222,19 +222,19 @@ def test_a_scripted_ring_has_the_limit_of_its_stiffest_waypoint():
     ("name", "method"), [(n, m) for n, m in STEPPING if n in ("top", "motor", "disk")]
 )
 def test_a_run_of_one_step_is_the_linear_map(name, method):
-    """Its Jacobian, by differences, has the eigenvalues of theory: traces of powers agree."""
+    """Its Jacobian, by differences, has the eigenvalues of theory, since traces of powers agree."""
     scene = SCENES[name]
     h = 0.5 * step_limit(scene, method)
     found = jacobian(scene, method, h)
     expected = STEPS[method.split("/")[1]](small_motion(scene), h)
     power = np.linalg.matrix_power
     error = max(abs(np.trace(power(found, k) - power(expected, k))) for k in (1, 2, 3))
-    # The motor's ring is level, where it would rest tilted by 0.3 degrees.
+    # The motor's ring is level here; at rest, it would be tilted by 0.3 degrees.
     assert error < (0.005 if name == "motor" else 1e-5)  # 3.5e-3, 2.2e-6
 
 
 def jacobian(scene, method, h):
-    """What one step does to places, turns and their velocities near rest."""
+    """Return the Jacobian of one step in positions, rotations and velocities near rest."""
     take = disk_step if isinstance(scene, mm.Disk) else rigid_step
     changes = SMALL * np.eye(2 * len(small_motion(scene).stiffness))
     rest = take(scene, method, h, np.zeros(len(changes)))
@@ -267,7 +267,7 @@ def rigid_step(scene, method, h, change):
 
 
 def triples(values):
-    """The numbers of each body after the first two, which are of the place."""
+    """Split into triples after the first two numbers, which are the position."""
     return values[2:].reshape(-1, 3)
 
 
@@ -277,15 +277,15 @@ def one_step(scene, method, h, initial):
 
 
 @pytest.mark.parametrize(("name", "method"), STEPPING)
-def test_just_inside_its_limit_a_method_keeps_a_scene_at_rest(name, method):
+def test_just_below_its_limit_a_method_is_stable(name, method):
     run = nudged(name, method, INSIDE * step_limit(SCENES[name], method))
     largest = max(float(abs(run[name]).max()) for name in ("angular_velocity", "v") if name in run)
-    assert largest < 100 * NUDGE  # 8.2; 93 of the motor, whose level ring is not quite at rest
+    assert largest < 100 * NUDGE  # 8.2; 93 for the motor, whose level ring is not quite at rest
 
 
 @pytest.mark.parametrize(("name", "method"), STEPPING)
-def test_just_outside_its_limit_a_method_diverges(name, method):
-    """What is recorded until then is finite, and ends where the error says."""
+def test_just_above_its_limit_a_method_diverges(name, method):
+    """The records before are finite, and end at the time in the exception."""
     with pytest.raises(mm.SimulationDiverged, match=r"energy grew|not finite") as caught:
         nudged(name, method, unstable_step(name, method))
     kept = caught.value.dataset
@@ -294,7 +294,7 @@ def test_just_outside_its_limit_a_method_diverges(name, method):
 
 
 def unstable_step(name, method):
-    """Up to `OUTSIDE` times the limit, the step at which theory says that motion grows fastest.
+    """Return the step, up to `OUTSIDE` times the limit, at which motion grows fastest by theory.
 
     In Blanes and Moan's first windows motion grows, but to no forbidden energy: further on, then.
     """
@@ -308,15 +308,15 @@ def unstable_step(name, method):
 
 
 def nudged(name, method, h):
-    """A run from rest, nudged."""
+    """Run a scene from rest with small initial velocities."""
     scene = SCENES[name]
     arguments = {"timestep": h, "duration": 4000 * h, "allow_unstable": True}
     return mm.simulate(scene, method=method, initial=at_rest(scene), **arguments)
 
 
 @pytest.mark.parametrize("method", ["variational/baoab", "mujoco/baoab"])
-def test_energy_that_friction_forbids_ends_a_run(method):
-    """Beyond its limit, 0.112 s, the libration heats the ball, which leaves its valley."""
+def test_energy_that_grows_despite_friction_ends_a_run(method):
+    """Above its limit, 0.112 s, the libration heats the ball, which leaves its valley."""
     numerics = {"method": method, "timestep": 0.125, "duration": 500}
     with pytest.raises(mm.SimulationDiverged, match="energy grew") as caught:
         mm.simulate(mm.Top.paper(4), **numerics, allow_unstable=True)
@@ -326,7 +326,7 @@ def test_energy_that_friction_forbids_ends_a_run(method):
 @pytest.mark.parametrize("case", [1, 2, 3, 4])
 @pytest.mark.parametrize("method", ["variational/euler", "variational/verlet"])
 def test_the_energy_error_of_stable_steps_is_allowed(case, method):
-    """Of schemes whose energy errs most: 0.05 of what the guard counts as in play, of 0.33."""
+    """The largest errors of stable schemes are 0.05 of the energy in play; 0.33 is allowed."""
     scene = mm.Top.paper(case)
     h = 0.95 * step_limit(scene, method)
     run = mm.simulate(scene, method=method, timestep=h, duration=3000 * h)
@@ -334,7 +334,7 @@ def test_the_energy_error_of_stable_steps_is_allowed(case, method):
 
 
 def test_an_unstable_motor_that_noise_does_not_heat_is_stopped():
-    """Its add_heat_and_work work grows without bound then, and does not excuse the energy."""
+    """The recorded work grows without bound then, and must not excuse the energy."""
     scene = SCENES["motor"]
     h = 1.1 * step_limit(scene, "variational/baoab")
     start = at_rest(scene)

@@ -1,4 +1,4 @@
-"""Closed forms of the disk and its reduced equation, against matrix exponentials and quadrature."""
+"""Closed forms and reduced equation of the disk, compared with exponentials and quadrature."""
 
 import math
 
@@ -20,7 +20,7 @@ FLAT = [PAPER, OTHER, LangevinParticle()]
 
 
 def velocities_matrix(scene):
-    """-c C M and alpha C^(1/2) of the scene's velocities; C as the paper writes it for the disk."""
+    """Return -c C M and alpha C^(1/2) of the velocities; for the disk, C as in the paper."""
     if isinstance(scene, LangevinParticle):
         C = np.eye(1)
     else:
@@ -32,7 +32,7 @@ def velocities_matrix(scene):
 
 
 def van_loan(scene, t):
-    """Transition matrix and covariance of (positions, velocities) on flat U after a time t."""
+    """Return transition matrix and covariance of (positions, velocities) on flat U after time t."""
     drift, noise = velocities_matrix(scene)
     dof = len(drift)
     A = np.block([[np.zeros((dof, dof)), np.eye(dof)], [np.zeros((dof, dof)), drift]])
@@ -70,7 +70,7 @@ def test_flat_displacement_against_matrix_exponential(scene):
 @pytest.mark.parametrize("t", [0.01, 1.0, 5.0])
 @pytest.mark.parametrize("scene", [PAPER, OTHER])
 def test_friction_and_noise_of_a_step_against_matrix_exponential(scene, t):
-    """Also where friction in two directions couples velocities of unequal inertia."""
+    """Also if friction in two directions couples velocities of unequal inertia."""
     wrenches = scene.slip_directions.T
     friction, noise = scene.friction * wrenches @ wrenches.T, scene.noise * wrenches
     decrement, driven = friction_and_noise(scene.masses, friction, noise, t, exact=True)
@@ -103,12 +103,12 @@ def test_noise_of_the_paper_by_matrix_square_root(sigma):
     kick = np.linalg.norm(slip @ noise)
     assert kick == pytest.approx(scene.noise * theory.slip_factor(scene))
     assert (kick / rate) ** 2 == pytest.approx(theory.y_diffusion(scene))
-    # What multiplies e^(-lambda (t - s)) in the velocities is the drift's part of that eigenvalue.
+    # The coefficient of e^(-lambda (t - s)) is the projection on the eigenvector of the drift.
     velocity_kick = np.linalg.norm((drift / -rate @ noise)[0])
     assert velocity_kick == pytest.approx(theory.velocity_noise_coefficient(scene))
 
 
-def test_papers_numbers():
+def test_the_numbers_of_the_paper():
     assert theory.y_diffusion(PAPER) == pytest.approx(2500)
     assert theory.flat_x_diffusion(PAPER) == pytest.approx(277.78, abs=0.01)
     assert theory.ballistic_coefficient(PAPER) == pytest.approx(83.33, abs=0.01)
@@ -191,7 +191,7 @@ def test_alias_is_an_exact_symmetry_of_the_papers_scheme(potential, waves):
 
 
 def test_the_steepest_curvature_may_be_that_of_a_maximum():
-    """Of -U'' = cos x + 2 cos 2x, which is 3 at x = 0 and falls to -2.06."""
+    """For -U'' = cos x + 2 cos 2x, which is 3 at x = 0 and has the minimum -2.06."""
     scene = Disk(potential=((0.0, 1.0), (0.0, 0.5)))
     assert theory.potential_step_limit(scene) == pytest.approx(2 / math.sqrt(3), rel=1e-12)
 
@@ -210,7 +210,7 @@ def test_position_law_against_bessel_and_quadrature():
 
 
 def d_diffusion_by_quadrature(scene, d):
-    """Cosine quadrature of the integrand as it stands; QAWO on the part that does not vanish."""
+    """Integrate the original integrand with cosine quadrature (QAWO) where it does not vanish."""
     S, rate = math.sqrt(scene.sigma / ((1 + scene.sigma) * scene.beta)), theory.slip_rate(scene)
     total = 0.0
     for k, (a, b) in enumerate(scene.coefficients, start=1):
@@ -274,7 +274,7 @@ def test_constant_diffusion_is_ornstein_uhlenbeck():
 
 
 def test_weak_friction_of_d_makes_long_superdiffusion_without_potential():
-    """Exact on flat U: largest slope from t = 10 on, and decades of a slope above 1.5."""
+    """Exact on flat U: largest slope after t = 10, and decades with a slope above 1.5."""
     t = np.geomspace(10, 1e8, 2000)
     width = np.log10(t[1] / t[0])
     found = []
@@ -367,8 +367,8 @@ def test_reference_numbers_of_the_symmetric_potential():
     )  # 1e-4
 
 
-def test_diffusion_at_last_where_the_slip_counts_as_much_as_d():
-    """Where sigma is 1, friction on d leaves the slip alone: the flat law has the same limit."""
+def test_asymptotic_diffusion_when_slip_and_d_contribute_equally():
+    """At sigma = 1, friction on d does not affect the slip; the flat formula has the same limit."""
     scene = Disk(potential="flat", sigma=1.0, friction_ratio=1.0)
     once, twice = theory.flat_msd_from_gibbs(scene, [1e7, 2e7])
     found = theory.ReducedDisk(scene).x_diffusion
@@ -384,7 +384,7 @@ def test_first_impulse_of_weak_noise_is_that_of_diffusion():
 
 
 def test_first_impulse_against_quadrature_over_a_normal_law():
-    """Of x from rest, whose variance on flat U the matrix exponential tells."""
+    """For x from rest, whose variance on flat U comes from the matrix exponential."""
     node, weight = roots_hermitenorm(200)
     weight = weight / weight.sum()
     t, step = np.linspace(0.0, 1.6, 81, retstep=True)
@@ -425,7 +425,7 @@ def test_without_noise_nothing_moves_from_rest():
 
 
 def test_a_mode_without_friction_has_the_rate_zero_and_a_slow_one_its_own():
-    """Of their product, c^2 r (sigma + 1/sigma)^2/sigma, one is nearly c gamma."""
+    """The product of the rates is c^2 r (sigma + 1/sigma)^2/sigma; one is nearly c gamma."""
     for sigma in (0.5, 0.3, 1 / 7):
         scene = PAPER.replace(sigma=sigma)
         assert theory.friction_rates(scene)[0] == 0.0

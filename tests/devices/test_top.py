@@ -1,4 +1,4 @@
-"""The paper's four cases in MuJoCo, against its theory and against DOP853."""
+"""The paper's four cases in MuJoCo, compared with its theory and with DOP853."""
 
 import mujoco
 import numpy as np
@@ -58,14 +58,14 @@ def test_case_4_acquires_spin(method):
     ("start", "duration"), [((0.0, 0.0), 500), ((0.1, 0.0), 500), ((-0.05, 0.0), 60)]
 )
 def test_a_start_on_the_mirror_line_acquires_no_spin(start, duration):
-    """The third rolls onto the saddle, which rounding lets it leave after some 150 s."""
+    """In the third case the ball stays on the saddle for about 150 s, until rounding moves it."""
     scene = mm.Top.paper(4, position=start)
     run = mm.simulate(scene, method="mujoco/rk4", timestep=0.025, duration=duration)
     assert largest(run.momentum_map) < 5e-18  # measured: 2e-19; case 4 has 1.9e-4 by then
 
 
 def slope(steps, errors):
-    """Order of convergence, by regression of log error on log timestep."""
+    """Fit the order of convergence by regression of log error on log timestep."""
     return np.polyfit(np.log(1 / np.array(steps)), np.log(errors), 1)[0]
 
 
@@ -78,7 +78,7 @@ def test_rk4_agrees_with_dop853_over_60_s(case4_truth):
     assert error < bound * largest(case4_truth.momentum_map)  # measured: 4.1e-8
 
 
-def test_dop853_has_the_reference_values(case4_truth):
+def test_dop853_reproduces_the_reference_values(case4_truth):
     assert float(case4_truth.momentum_map.sel(time=40)) == pytest.approx(3.80824085e-5, rel=1e-8)
     assert largest(case4_truth.momentum_map) == pytest.approx(1.858e-4, rel=1e-3)
 
@@ -91,7 +91,7 @@ def test_dop853_has_the_reference_values(case4_truth):
     ],
 )
 def test_balances_of_momentum_and_energy(method, steps, orders):
-    """J is the integral of friction's torque, and the energy lost is the heat."""
+    """J is the integral of the friction torque, and the lost energy is the heat."""
     momentum, energy = [], []
     for n in steps:
         scene = mm.Top.paper(4)
@@ -119,7 +119,7 @@ def test_an_unequal_moment_of_inertia_follows_the_papers_ode():
         assert error < bound * largest(truth[name].values), name  # measured: 1e-9 to 3.7e-7
 
 
-def test_a_moving_ring_is_followed_at_second_order():
+def test_a_moving_ring_is_integrated_at_second_order():
     scene = mm.Top.experiment(
         ring_script=((0, 0.3, 0), (4, 0.2, 0), (6, 0.2, 0.05)), position=(-0.05, 0.02)
     )
@@ -143,7 +143,7 @@ def test_the_experiment_spins_the_ball():
 
 
 def test_under_a_leaning_ring_the_lift_is_the_gradient_of_the_energy():
-    """Of a ring at rest, and of one that follows a script, whose lift is found in its own frame."""
+    """For a ring at rest and for a scripted ring, whose lift is computed in its own frame."""
     still = mm.Top(ring_height=0.2, tilt=0.4, tilt_azimuth=0.7)
     moving = still.replace(ring_script=((0.0, 0.3, 0.0), (4.0, 0.2, 0.4)))
     random = np.random.default_rng(1)
@@ -163,7 +163,7 @@ def test_under_a_leaning_ring_the_lift_is_the_gradient_of_the_energy():
 
 
 def test_a_thrown_ball_keeps_its_energy():
-    """Kinetic, magnetic and of gravity: 10 cm up and part of the way down."""
+    """The sum of kinetic, magnetic and gravitational energy, 10 cm up and partly down again."""
     scene = mm.Top.paper(2, surface="plane")
     run = mm.simulate(
         scene, method="mujoco/rk4", timestep=0.001, duration=0.25, initial={"velocity": (0, 0, 1.4)}
@@ -172,7 +172,7 @@ def test_a_thrown_ball_keeps_its_energy():
     assert np.ptp(run.energy.values) < 2e-11 * 0.5 * scene.ball_mass * 1.4**2  # 1e-12
 
 
-def test_a_model_is_its_owners_alone():
+def test_models_are_independent():
     first = mm.build(mm.Top())
     first.opt.timestep, first.body_mass[:] = 0.5, 9.0
     second = mm.build(mm.Top())

@@ -1,4 +1,4 @@
-"""Statics of the top, of lift and of dry friction, against forces, energies and quadrature."""
+"""Statics of the top: lift and dry friction, checked by forces, energies and quadrature."""
 
 import math
 
@@ -13,7 +13,7 @@ from magmotor.devices.top.lift import critical_height, largest_lift, largest_lif
 RNG = np.random.default_rng(5)
 
 
-def test_no_torque_turns_the_axis_of_a_ball_that_friction_holds():
+def test_no_torque_rotates_the_axis_of_a_held_ball():
     scene = mm.Top()
     points = RNG.uniform(-0.2, 0.2, (20, 2))
     axis, force, energy = held_axis(scene, points)
@@ -25,7 +25,7 @@ def test_no_torque_turns_the_axis_of_a_ball_that_friction_holds():
     assert np.abs(force - pull).max() < 1e-9 * np.abs(pull).max()  # 7e-11
 
 
-def test_torque_of_a_hertzian_contact_that_slides():
+def test_torque_of_a_sliding_hertzian_contact():
     scene, modulus, friction = mm.Top(), 1e11, 0.4
     load = scene.ball_mass * scene.gravity
     radius = (0.75 * load * scene.ball_radius / modulus) ** (1 / 3)
@@ -52,7 +52,7 @@ def test_lift_is_the_gradient_of_the_energy():
     assert np.abs(lift - expected).max() < 1e-6 * np.abs(lift).max()  # 7e-11
 
 
-def test_no_axis_is_lifted_more_than_the_bound():
+def test_no_direction_of_the_axis_exceeds_the_largest_lift():
     scene, points = mm.Top(), RNG.uniform(-0.4, 0.4, (50, 2))
     bound = largest_lift_map(scene, points)
     axes = RNG.normal(size=(2000, 1, 3))
@@ -64,7 +64,7 @@ def test_no_axis_is_lifted_more_than_the_bound():
     assert np.all(lifts > 0.97 * bound)  # 0.99: one of 2000 is near the best
 
 
-def test_critical_height_is_that_of_the_largest_lift():
+def test_at_the_critical_height_the_largest_lift_is_one():
     scene = mm.Top()
     at = largest_lift(scene.replace(ring_height=critical_height(scene)))
     assert at.aligned == pytest.approx(1.0, rel=2e-3)  # 1e-4

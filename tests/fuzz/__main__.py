@@ -1,4 +1,4 @@
-"""`make fuzz`: hostile input to all that is public; ARGS="--inputs 100000 --seed 7"."""
+"""`make fuzz`: hostile input to the public interface; ARGS="--inputs 100000 --seed 7"."""
 
 import argparse
 import contextlib
@@ -24,15 +24,15 @@ FINDINGS = {
 
 
 def fuzz(numbers: Iterable[int], seed: int, processes: int = 2, say: Callable = print) -> bool:
-    """Try inputs, tell what was found; whether that is nothing."""
+    """Try inputs and report the findings; return whether there are none."""
     inputs = (calls.call(seed, number) for number in numbers)
     return report(judged(inputs, judge_targets, processes), say)
 
 
 def report(verdicts: Iterable[tuple[Call, Verdict]], say: Callable = print) -> bool:
-    """Tell what was found, by callable, error and place."""
+    """Report the findings by callable, error and location; return whether there are none."""
     counts, groups = Counter(), defaultdict(list)
-    with contextlib.suppress(KeyboardInterrupt):  # then it tells of those that were tried
+    with contextlib.suppress(KeyboardInterrupt):  # report the inputs tried so far
         for call, verdict in tqdm(verdicts, "fuzz", unit="input", disable=None):
             counts[verdict.kind] += 1
             if verdict.kind in FINDINGS:
@@ -42,18 +42,18 @@ def report(verdicts: Iterable[tuple[Call, Verdict]], say: Callable = print) -> b
         call, verdict = min(found, key=lambda pair: len(str(pair[0])))
         say(f"{target}: {kind}: {error} at {place} ({len(found)} times)")
         say(f"    --seed {call.seed} --only {call.number}: {shortened(str(call), 500)}")
-        if verdict.told:
-            say(f"    {shortened(verdict.told, 300)}")
-    told = ", ".join(f"{counts[kind]} {plural}" for kind, plural in FINDINGS.items())
+        if verdict.detail:
+            say(f"    {shortened(verdict.detail, 300)}")
+    summary = ", ".join(f"{counts[kind]} {plural}" for kind, plural in FINDINGS.items())
     say(
-        f"{counts.total()} inputs: {told} ({counts['refused']} refused,"
+        f"{counts.total()} inputs: {summary} ({counts['refused']} refused,"
         f" {counts['documented']} documented errors, {counts['result']} results)"
     )
     return not groups
 
 
 def shortened(text: str, length: int) -> str:
-    """Text in one line that is not too long."""
+    """Return a text as one line of limited length."""
     line = " ".join(text.split())
     return line if len(line) <= length else f"{line[: length - 3]}..."
 
@@ -62,22 +62,22 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="make fuzz", description=__doc__)
     parser.add_argument("--inputs", type=int, default=5000, help="how many (default: 5000)")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--only", type=int, metavar="NUMBER", help="this input alone")
-    parser.add_argument("--first", type=int, default=0, metavar="NUMBER", help="begin with it")
-    parser.add_argument("--of", default="", metavar="REGEX", help="only callables of such names")
+    parser.add_argument("--only", type=int, metavar="NUMBER", help="only this input")
+    parser.add_argument("--first", type=int, default=0, metavar="NUMBER", help="first input")
+    parser.add_argument("--of", default="", metavar="REGEX", help="only callables that match")
     parser.add_argument("--processes", type=int, default=2)
-    told = parser.parse_args()
+    options = parser.parse_args()
     names = [target.name for target in calls.found()[0]]
-    places = [place for place, name in enumerate(names) if re.search(told.of, name)]
-    if not places:
-        parser.error(f"--of {told.of}: no callable has such a name")
-    rounds = itertools.count(told.first // len(names))
-    fitting = (len(names) * lap + place for lap in rounds for place in places)
-    numbers = list(itertools.islice((n for n in fitting if n >= told.first), told.inputs))
-    if told.only is not None:
-        numbers = [told.only]
-        print(calls.call(told.seed, told.only))
-    sys.exit(0 if fuzz(numbers, told.seed, min(told.processes, len(numbers))) else 1)
+    chosen = [index for index, name in enumerate(names) if re.search(options.of, name)]
+    if not chosen:
+        parser.error(f"--of {options.of}: no callable matches")
+    rounds = itertools.count(options.first // len(names))
+    fitting = (len(names) * lap + index for lap in rounds for index in chosen)
+    numbers = list(itertools.islice((n for n in fitting if n >= options.first), options.inputs))
+    if options.only is not None:
+        numbers = [options.only]
+        print(calls.call(options.seed, options.only))
+    sys.exit(0 if fuzz(numbers, options.seed, min(options.processes, len(numbers))) else 1)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Inputs: which call a number and a seed stand for."""
+"""Inputs: the call that belongs to a number and a seed."""
 
 from functools import cache
 from typing import NamedTuple
@@ -12,7 +12,7 @@ from .targets import Target, targets
 
 SELDOM = st.sampled_from([False, False, False, True])
 ALWAYS = ("executor", "seconds_per_second", "draws")
-"""Given though they have a default: processes, a long movie, a long test."""
+"""Arguments that are always passed, since the defaults are slow or start processes."""
 SLOW = (hypothesis.HealthCheck.too_slow, hypothesis.HealthCheck.large_base_example)
 
 
@@ -24,10 +24,10 @@ class Call(NamedTuple):
     target: str
     receiver: str | None
     arguments: tuple[tuple[str, str], ...] | None
-    """None of a property."""
+    """None for a property."""
 
     def __str__(self) -> str:
-        """As one writes it."""
+        """Return the source text."""
         last = self.target.rsplit(".", 1)[-1]
         called = f"{self.receiver}.{last}" if self.receiver else self.target
         if self.arguments is None:
@@ -38,13 +38,13 @@ class Call(NamedTuple):
 
 @cache
 def found() -> tuple[list[Target], list[st.SearchStrategy]]:
-    """All targets, and what draws their arguments."""
+    """Return all targets, and the strategies of their arguments."""
     every = targets()
     return every, [arguments(target) for target in every]
 
 
 def call(seed: int, number: int) -> Call:
-    """The input of a number: each target has its turn."""
+    """Return the input of a number; the targets take turns."""
     every, strategies = found()
     target = every[number % len(every)]
     receiver, given = drawn(strategies[number % len(every)], f"{seed} {number}")
@@ -52,7 +52,7 @@ def call(seed: int, number: int) -> Call:
 
 
 def drawn(strategy: st.SearchStrategy, seed: str):
-    """What hypothesis draws second with a seed; what it draws first is always the simplest."""
+    """Return hypothesis's second example for a seed; the first is always the simplest."""
     kept = []
 
     @hypothesis.seed(seed)
@@ -69,7 +69,7 @@ def drawn(strategy: st.SearchStrategy, seed: str):
 
 
 def is_no_long_movie(text: str) -> bool:
-    """Whether a speed is refused, or so high that a movie is drawn in seconds."""
+    """Whether a speed is invalid, or so high that a movie takes only seconds."""
     try:
         return not 0 < float(eval(text, {"np": np})) < 100
     except Exception:
@@ -78,7 +78,7 @@ def is_no_long_movie(text: str) -> bool:
 
 @st.composite
 def arguments(draw, target: Target):
-    """Right arguments, but mostly one or two that are hostile."""
+    """Valid arguments, usually with one or two hostile ones."""
     kind = draw(st.sampled_from(values.kinds(target.parameters, target.owner)))
     names = [parameter.name for parameter in target.parameters]
     names += ["receiver"] if target.owner else []

@@ -27,39 +27,39 @@ HOME = str(Path(mm.__file__).parent)
 
 
 class Verdict(NamedTuple):
-    """What came of an input."""
+    """The outcome of an input."""
 
     kind: str
     """refused, documented or result; raw error, non-finite result, crash or hang."""
     error: str = ""
     place: str = ""
-    told: str = ""
+    detail: str = ""
 
 
 def judge_targets() -> Callable[[Call], Verdict]:
-    """What a worker does with a call."""
+    """Return the function by which a worker judges calls."""
     every = {target.name: target for target in found()[0]}
-    told = {name: _with_those_named(target, every) for name, target in every.items()}
-    return lambda call: judge(call, told[call.target])
+    complete = {name: _with_references(target, every) for name, target in every.items()}
+    return lambda call: judge(call, complete[call.target])
 
 
-def _with_those_named(target: Target, every: dict[str, Target]) -> Target:
-    """A target with the docstrings that its own refers to: errors and NaN may stand there."""
+def _with_references(target: Target, every: dict[str, Target]) -> Target:
+    """Append the docstrings that a target's own refers to, which may list errors and NaN."""
     named = set(re.findall(r"`(?:\w+\.)*(\w+)`", target.doc))
     others = [other.doc for name, other in every.items() if name.rsplit(".", 1)[-1] in named]
     return target._replace(doc="\n".join([target.doc, *others]))
 
 
 def judge(call: Call, target: Target) -> Verdict:
-    """Make a call, and say what came of it."""
+    """Make a call and judge its outcome."""
     material._models.clear()
-    # A figure or a model that a call left open is nothing that the next one should meet.
+    # Figures and models that a call leaves open must not affect the next one.
     with warnings.catch_warnings(record=True) as warned:
         warnings.simplefilter("always")
         warnings.filterwarnings("ignore", module="glfw")
         try:
             what, where = _not_finite(_called(call, target), target.doc)
-            verdict = Verdict("result", what, told=where)
+            verdict = Verdict("result", what, detail=where)
             if verdict.error:
                 verdict = verdict._replace(kind="non-finite result")
         except MemoryError as error:
@@ -89,9 +89,9 @@ def _called(call: Call, target: Target) -> Any:
         acting = {"mm.magnetism": "stepped"}
         function = eval(acting.get(call.target, call.target), dict(names))
     given = {name: eval(text, dict(names)) for name, text in call.arguments or ()}
-    spoilt = [name for name, value in given.items() if isinstance(value, material.Spoilt)]
-    for name in spoilt:
-        how, given[name] = given[name], Path("spoilt.npz")
+    damaged = [name for name, value in given.items() if isinstance(value, material.Damaged)]
+    for name in damaged:
+        how, given[name] = given[name], Path("damaged.npz")
         with contextlib.suppress(Exception):
             function(**given)
         if given[name].exists():
@@ -105,7 +105,7 @@ def _judged(error: BaseException, target: Target) -> Verdict:
     if isinstance(error, ValueError) and _ours(error):
         words = str(error)
         if not _is_sentence(words):
-            return _raw(error, f"{name} that is no sentence")
+            return _raw(error, f"{name} without a sentence")
         return Verdict("refused", name, _place(error), words)
     listed = _raises(target)
     if any(base.__name__ in listed for base in type(error).__mro__) and _ours(error, name):
@@ -115,7 +115,7 @@ def _judged(error: BaseException, target: Target) -> Verdict:
 
 @cache
 def _names() -> set[str]:
-    """Of all parameters."""
+    """Return the names of all parameters."""
     return {parameter.name for target in found()[0] for parameter in target.parameters}
 
 
@@ -126,7 +126,7 @@ def _is_sentence(words: str) -> bool:
 
 
 def _ours(error: BaseException, name: str = "") -> bool:
-    """Whether a `raise` in the package made an error, or MuJoCo or the system did, as told."""
+    """Whether a `raise` in the package, MuJoCo or the system deliberately raised an error."""
     if isinstance(error, mujoco.FatalError | OSError | FloatingPointError):
         return True
     frames = traceback.extract_tb(error.__traceback__)
@@ -136,14 +136,14 @@ def _ours(error: BaseException, name: str = "") -> bool:
 
 @cache
 def _raising(filename: str) -> set[int]:
-    """Lines of `raise` statements."""
+    """Return the lines of `raise` statements."""
     tree = ast.parse(Path(filename).read_text())
     lines = [(n.lineno, n.end_lineno or n.lineno) for n in ast.walk(tree) if type(n) is ast.Raise]
     return {line for first, last in lines for line in range(first, last + 1)}
 
 
 def _raises(target: Target) -> set[str]:
-    """Names of errors that the docstring has, or that come with what it takes."""
+    """Return the names of errors that are documented, or implied by the parameters."""
     listed = set(re.findall(r"^\s*((?:\w+\.)*[A-Z]\w+)$", target.doc, re.MULTILINE))
     names = {name.rsplit(".", 1)[-1] for name in listed} | {"SimulationDiverged", "PhysicalEvent"}
     if any("Path" in str(p.hint) or p.name in ("path", "directory") for p in target.parameters):
@@ -154,7 +154,7 @@ def _raises(target: Target) -> set[str]:
 
 
 def _expected(warned: warnings.WarningMessage, target: Target) -> bool:
-    """Whether the docstring has a warning, or Python alone minds how files are closed."""
+    """Whether a warning is documented, or concerns only unclosed files or deprecations."""
     name = warned.category.__name__
     if name in ("ResourceWarning", "DeprecationWarning", "PendingDeprecationWarning"):
         return True
@@ -177,7 +177,7 @@ def _short(filename: str) -> str:
 
 
 def _not_finite(result: Any, doc: str, name: str = "result", depth: int = 0) -> tuple[str, str]:
-    """What of a result is neither finite nor documented, and where it is."""
+    """Return what is neither finite nor documented in a result, and where it is."""
     if isinstance(result, bool | str | bytes | int | None | type):
         return "", ""
     if isinstance(result, xr.Dataset):

@@ -1,4 +1,4 @@
-"""What the sources of inputs name: runs, files and models that are right, and ways to damage them.
+"""Names that inputs refer to: valid runs, files and models, and ways to damage them.
 
 An input is evaluated among these names, in a folder of its own.
 """
@@ -67,7 +67,7 @@ def _run(kind: str, replicas: int | None) -> xr.Dataset:
 
 
 def run(kind: str, replicas: int | None = None) -> xr.Dataset:
-    """A run of a scene's defaults."""
+    """A run of a scene with default fields."""
     return _run(kind, replicas).copy(deep=True)
 
 
@@ -92,7 +92,7 @@ def plan(kind: str, measure: str | None = None) -> mm.sweep.Sweep:
 
 
 class Here(Executor):
-    """Computes where it is asked."""
+    """Executor that computes in the calling thread."""
 
     def submit(self, fn, /, *args, **kwargs):
         future = Future()
@@ -112,7 +112,7 @@ def _folder(kind: str, measure: str | None) -> Path:
 
 
 def folder(kind: str, measure: str | None = None) -> Path:
-    """The directory of a sweep that is done."""
+    """The directory of a finished sweep."""
     copy = Path(f"sweep{next(_numbers)}")
     shutil.copytree(_folder(kind, measure), copy)
     return copy
@@ -127,7 +127,7 @@ def _grid(kind: str) -> xr.Dataset:
 
 
 def grid(kind: str) -> xr.Dataset:
-    """What a sweep found."""
+    """The result of a sweep."""
     return _grid(kind).copy(deep=True)
 
 
@@ -146,12 +146,12 @@ _models: dict[str, mujoco.MjModel] = {}
 
 
 def specification(kind: str) -> mujoco.MjSpec:
-    """Someone's model that is not yet compiled."""
+    """A user's model that is not yet compiled."""
     return mujoco.MjSpec.from_string(MODELS[kind])
 
 
 def model(kind: str) -> mujoco.MjModel:
-    """A model, the same one wherever an input names it."""
+    """A model, the same one whenever an input refers to it."""
     if kind not in _models:
         xml = MODELS.get(kind)
         made = mujoco.MjModel.from_xml_string(xml) if xml else mm.build(getattr(mm, kind)())
@@ -160,7 +160,7 @@ def model(kind: str) -> mujoco.MjModel:
 
 
 def changed(thing: Any, name: str, value: Any) -> Any:
-    """A model or its data with the numbers of an array changed."""
+    """A model or its data with changed numbers in an array."""
     if isinstance(thing, list):
         return [changed(thing[0], name, value), *thing[1:]]
     owner, _, last = name.rpartition(".")
@@ -178,7 +178,7 @@ def data(kind: str) -> mujoco.MjData:
 
 
 def perturb(body: int = 1) -> mujoco.MjvPerturb:
-    """The mouse, pulling at a body."""
+    """The mouse, pulling on a body."""
     mouse = mujoco.MjvPerturb()
     mouse.select, mouse.active = body, 1
     return mouse
@@ -190,7 +190,7 @@ def panel(kind: str) -> Panel:
 
 
 def stepped(model: mujoco.MjModel, data: tuple[str, float] | None = None) -> mujoco.MjData:
-    """Data after some steps with magnetism, from numbers of one name that are changed before."""
+    """Data after some steps with magnetism, starting from changed numbers in an array."""
     moved = mujoco.MjData(model)
     if data is not None:
         changed(moved, *data)
@@ -209,23 +209,23 @@ def _name(dataset: xr.Dataset, place: int) -> Any:
 
 
 def _holding(dataset: xr.Dataset, name: Any, values: Any) -> xr.Dataset:
-    """With other values of a variable, which stays one, or of a coordinate."""
+    """Replace the values of a variable or coordinate."""
     assign = dataset.assign_coords if name in dataset.coords else dataset.assign
     return assign({name: (dataset[name].dims, values)})
 
 
 def dropped(dataset: xr.Dataset, place: int) -> xr.Dataset:
-    """Without a variable."""
+    """Remove a variable."""
     return dataset.drop_vars(_name(dataset, place))
 
 
 def renamed(dataset: xr.Dataset, place: int) -> xr.Dataset:
-    """With a variable of another name."""
+    """Rename a variable."""
     return dataset.rename({_name(dataset, place): "other"})
 
 
 def recast(dataset: xr.Dataset, place: int, dtype: str) -> xr.Dataset:
-    """With a variable of another type."""
+    """Change the type of a variable."""
     name = _name(dataset, place)
     with np.errstate(all="ignore"):
         values = dataset[name].values
@@ -235,7 +235,7 @@ def recast(dataset: xr.Dataset, place: int, dtype: str) -> xr.Dataset:
 
 
 def poisoned(dataset: xr.Dataset, place: int, value: Any, everywhere: bool = False) -> xr.Dataset:
-    """With a number that is none, or a huge one, in a variable."""
+    """Put a NaN or a huge number into a variable."""
     name = _name(dataset, place)
     values = dataset[name].values.astype(float if dataset[name].dtype.kind in "biuf" else object)
     values.reshape(-1)[slice(None) if everywhere else slice(values.size // 2, None, 10**6)] = value
@@ -243,18 +243,18 @@ def poisoned(dataset: xr.Dataset, place: int, value: Any, everywhere: bool = Fal
 
 
 def turned(dataset: xr.Dataset) -> xr.Dataset:
-    """Its dimensions the other way round."""
+    """Reverse the order of the dimensions."""
     return dataset.transpose(*reversed([*dataset.dims]))
 
 
 def picked(dataset: xr.Dataset, place: int, index: Any) -> xr.Dataset:
-    """A part along a dimension, or without it."""
+    """Select a part along a dimension, or drop the dimension."""
     names = [*dataset.dims]
     return dataset.isel({names[place % len(names)]: index})
 
 
-def told(dataset: xr.Dataset, place: int, value: Any) -> xr.Dataset:
-    """With one attribute of another value, or without it."""
+def with_attribute(dataset: xr.Dataset, place: int, value: Any) -> xr.Dataset:
+    """Change or remove an attribute."""
     names = [*dataset.attrs]
     name = names[place % len(names)]
     if value is dropped:
@@ -264,23 +264,23 @@ def told(dataset: xr.Dataset, place: int, value: Any) -> xr.Dataset:
 
 
 def bare(dataset: xr.Dataset) -> xr.Dataset:
-    """Without attributes."""
+    """Remove all attributes."""
     return dataset.drop_attrs()
 
 
 # Damage to files ----------------------------------------------------------------------------
 
 
-class Spoilt:
+class Damaged:
     """A checkpoint that the same call wrote and that was then damaged: see `made`."""
 
     def __init__(self, how: str, place: float = 0.5, value: Any = None):
         self.how, self.place, self.value = how, place, value
 
     def made(self, path: Path) -> Path:
-        """The file, damaged; where arrays are others, its checksums are right."""
+        """Damage the file; if arrays are changed, the checksums are right."""
         if self.how in ("cut", "flip", "empty"):
-            return spoilt(path, self.how, self.place)
+            return damaged_file(path, self.how, self.place)
         line, _, content = path.read_bytes().partition(b"\n")
         head = json.loads(line[line.index(b"{") :])
         arrays, begin = {}, 0
@@ -305,8 +305,8 @@ class Spoilt:
         return path
 
 
-def spoilt(path: Path, how: str, place: float = 0.5) -> Path:
-    """A file, or one of those in a folder, with a bit flipped, cut, emptied, or removed."""
+def damaged_file(path: Path, how: str, place: float = 0.5) -> Path:
+    """Flip a bit of a file or of one in a folder, or cut, empty, remove or replace the file."""
     file = path
     if path.is_dir():
         files = sorted(p for p in path.rglob("*") if p.is_file())
@@ -326,7 +326,7 @@ def spoilt(path: Path, how: str, place: float = 0.5) -> Path:
 
 
 def rewritten(path: Path, place: int, value: Any) -> Path:
-    """A folder with another value somewhere in its `sweep.json`."""
+    """Change a value in the `sweep.json` of a folder."""
     file = path / "sweep.json"
     try:
         content = json.loads(file.read_text())
@@ -337,7 +337,7 @@ def rewritten(path: Path, place: int, value: Any) -> Path:
 
 
 def replaced(content: Any, place: int, value: Any) -> Any:
-    """Nested lists and dictionaries with another value somewhere, or without it."""
+    """Change or remove a value in nested lists and dictionaries."""
     places: list[tuple[Any, Any]] = []
 
     def walk(part: Any) -> None:
@@ -358,7 +358,7 @@ def replaced(content: Any, place: int, value: Any) -> Any:
 
 
 def full_disk() -> Path:
-    """A file that nothing can be written to; a link, as a file of ours may be replaced."""
+    """A file that cannot be written to: a link, since a regular file may be replaced."""
     Path("full").symlink_to("/dev/full")
     return Path("full")
 
@@ -367,21 +367,21 @@ def full_disk() -> Path:
 
 
 def holding(array: Any, value: Any) -> Any:
-    """An array with one element of another value."""
+    """Change one element of an array."""
     copy = np.array(array, dtype=float if isinstance(value, int | float) else object)
     copy.reshape(-1)[copy.size // 2 :: 10**6] = value
     return copy
 
 
 def frozen(array: Any) -> Any:
-    """An array that nobody may write to."""
+    """Make an array read-only."""
     copy = np.array(array)
     copy.flags.writeable = False
     return copy
 
 
 def spread(array: Any) -> Any:
-    """An array that is not contiguous."""
+    """Make an array noncontiguous."""
     return np.repeat(np.asarray(array), 2, axis=-1)[..., ::2] if np.ndim(array) else array
 
 

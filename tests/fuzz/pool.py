@@ -1,4 +1,4 @@
-"""Processes that judge inputs: one that crashes or hangs is named, and another goes on."""
+"""Worker processes that judge inputs; one that crashes or hangs is reported and replaced."""
 
 import faulthandler
 import multiprocessing
@@ -16,16 +16,16 @@ from .calls import Call
 from .judge import Verdict
 
 LIMITS = (20.0, 120.0, 20.0)
-"""Seconds that a call may take. One that takes longer has a second try, since its first may have
-compiled kernels, and where that ends, a third."""
+"""Seconds that a call may take. A slower one gets a second try, since the first may have compiled
+kernels, and then a third."""
 MEMORY = 12 << 30
-"""Bytes of address space of a worker: a huge array is an error, and not the machine's end."""
+"""Bytes of address space of a worker, so that a huge array is an error and the machine survives."""
 
 Judge = Callable[[Call], Verdict]
 
 
 def serve(connection: Connection, folder: str, make: Callable[[], Judge]) -> None:
-    """Judge what comes, in a folder, where what is printed goes into a file."""
+    """Judge incoming calls in a folder, with printed output redirected to a file."""
     os.chdir(folder)
     words = os.open("../words", os.O_CREAT | os.O_TRUNC | os.O_WRONLY)
     for stream in (1, 2):
@@ -44,7 +44,7 @@ def serve(connection: Connection, folder: str, make: Callable[[], Judge]) -> Non
 
 
 class Worker:
-    """A process and what it is busy with."""
+    """A process and its current call."""
 
     def __init__(self, make: Callable[[], Judge], limits: Sequence[float]):
         self.make, self.limits = make, limits
@@ -65,13 +65,13 @@ class Worker:
         assert self.connection.recv() == "ready"
 
     def give(self, call: Call | None, attempt: int = 0) -> None:
-        """Begin with a call, if there is one."""
+        """Start a call, if there is one."""
         self.call, self.attempt, self.since = call, attempt, time.monotonic()
         if call is not None:
             self.connection.send(call)
 
     def verdict(self, ended: bool) -> Verdict | None:
-        """What came of the call; None while it is under way, or has another try."""
+        """Return the verdict on the call; None while it is running or tried again."""
         late = time.monotonic() - self.since > self.limits[self.attempt]
         if not ended:
             return self._killed() if late else None
@@ -82,7 +82,7 @@ class Worker:
         return verdict
 
     def _taken(self) -> Verdict:
-        """What the process says, or how it died."""
+        """Return the process's verdict, or how it died."""
         try:
             return self.connection.recv()
         except (EOFError, ConnectionResetError):
@@ -92,7 +92,7 @@ class Worker:
             return self._again(Verdict("crash", how, *self._place()))
 
     def _killed(self) -> Verdict | None:
-        """The end of a call that takes too long."""
+        """End a call that takes too long."""
         os.kill(self.process.pid or 0, signal.SIGUSR1)
         time.sleep(0.5)
         self.process.kill()
@@ -109,7 +109,7 @@ class Worker:
         return verdict
 
     def _place(self) -> tuple[str, str]:
-        """Where the process was, as `faulthandler` wrote it, and its last words."""
+        """Return where the process was, as written by `faulthandler`, and its last output."""
         words = (Path(self.folder.name) / "words").read_text(errors="replace")
         frames = re.findall(r'File "(.*?)", line (\d+)', words)
         ours = [f"{f.split('magmotor/')[-1]}:{n}" for f, n in frames if "/magmotor/" in f]
@@ -129,7 +129,7 @@ def judged(
     processes: int = 2,
     limits: Sequence[float] = LIMITS,
 ) -> Iterator[tuple[Call, Verdict]]:
-    """The verdicts on calls, as they come."""
+    """Yield the verdicts on calls as they arrive."""
     waiting = iter(calls)
     workers = [Worker(make, limits) for _ in range(processes)]
     try:

@@ -1,4 +1,4 @@
-"""What is called: all that is public, found by walking the package. New functions are in."""
+"""The targets: all public callables, found by walking the package, including new ones."""
 
 import dataclasses
 import importlib
@@ -30,7 +30,7 @@ EXCLUDED = {
 
 
 class Parameter(NamedTuple):
-    """Of a callable: what its signature, docstring and, of a scene's field, its metadata say."""
+    """A parameter as described by signature, docstring and, for scenes' fields, metadata."""
 
     name: str
     hint: Any
@@ -49,13 +49,13 @@ class Target(NamedTuple):
     name: str
     parameters: tuple[Parameter, ...]
     owner: type | None
-    """Of a method or property: the class of its receiver, an instance or itself."""
+    """Class of the receiver of a method or property, an instance or itself."""
     kind: str
     doc: str
 
 
 def targets() -> list[Target]:
-    """Everything public, by name."""
+    """Return all public callables by name."""
     found: dict[str, Target] = {}
     seen: set[int] = set()
     for module_name in MODULES:
@@ -71,13 +71,13 @@ def targets() -> list[Target]:
             elif callable(value) and not isinstance(value, CPUDispatcher):
                 found[full] = of_function(full, value)
     data = Parameter("data", mujoco.MjData, None, "", None)
-    acted = (*found["mm.Baoab"].parameters, data)  # on what is stepped within it
+    acted = (*found["mm.Baoab"].parameters, data)  # on the data stepped inside the block
     found["mm.magnetism"] = found["mm.magnetism"]._replace(parameters=acted)
     return [found[name] for name in sorted(found)]
 
 
 def of_function(name: str, function: Any, owner: type | None = None, kind: str = "function"):
-    """The target that a function is."""
+    """Return the target for a function."""
     doc = "\n".join(filter(None, [inspect.getdoc(function), owner and inspect.getdoc(owner)]))
     return Target(name, tuple(_parameters(function, owner)), owner, kind, doc)
 
@@ -111,7 +111,7 @@ def of_class(name: str, kind: type) -> list[Target]:
 
 
 def checks(kind: type) -> bool:
-    """Whether a constructor is written by hand."""
+    """Whether a constructor is not generated."""
     if issubclass(kind, tuple):
         return False
     return not dataclasses.is_dataclass(kind) or hasattr(kind, "__post_init__")
@@ -139,7 +139,7 @@ def _parameters(function: Any, owner: type | None) -> typing.Iterator[Parameter]
         hinted = plain.__init__
     try:
         hints = typing.get_type_hints(hinted)
-    except NameError:  # one that is imported for type checkers only
+    except NameError:  # a name that is imported only for type checkers
         hints = {}
     doc = _docs(plain)
     for name, parameter in inspect.signature(plain).parameters.items():
@@ -158,9 +158,9 @@ def _parameters(function: Any, owner: type | None) -> typing.Iterator[Parameter]
 
 
 def _line(doc: str, name: str) -> str:
-    """What the docstring says of a parameter's kind and shape."""
+    """Return a parameter's type and shape from the docstring."""
     for line in doc.splitlines():
-        names, colon, told = line.strip().partition(" : ")
+        names, colon, description = line.strip().partition(" : ")
         if colon and name in re.split(r",\s*", names):
-            return told
+            return description
     return ""

@@ -1,4 +1,4 @@
-"""Strategies of arguments, right and hostile, as source text that `material` gives a meaning.
+"""Strategies for valid and hostile arguments, as source text that is evaluated in `material`.
 
 Text says what a value is better than the value does: a finding is printed as the call that anybody
 can make again, and an input goes to another process as it is.
@@ -23,6 +23,8 @@ from .words import (
     ATTRIBUTES,
     BY_CLASS,
     BY_NAME,
+    DAMAGED_DATA,
+    DAMAGED_MODELS,
     DAMAGES,
     HOSTILE,
     JSON,
@@ -30,15 +32,13 @@ from .words import (
     NUMBERS,
     PATHS,
     SCENES,
-    SPOILT_DATA,
-    SPOILT_MODELS,
 )
 
 Text = st.SearchStrategy[str]
 
 
 def kinds(parameters: tuple[Parameter, ...], owner: Any) -> list[str]:
-    """Of scenes, those that a callable takes by its hints; all if it takes none."""
+    """Return the scene classes that a callable accepts by its hints; all if it accepts none."""
     if owner is not None and owner.__name__ in SCENES:
         return [owner.__name__]
     taken = [p.hint for p in parameters if p.name in ("scene", "scenes")]
@@ -50,7 +50,7 @@ def kinds(parameters: tuple[Parameter, ...], owner: Any) -> list[str]:
 
 
 def classes(hint: Any) -> list[type]:
-    """The classes in a hint, those within others among them."""
+    """Return the classes in a hint, including nested ones."""
     if isinstance(hint, type) and not typing.get_args(hint):
         return [hint]
     return [c for part in typing.get_args(hint) for c in classes(part)]
@@ -58,7 +58,7 @@ def classes(hint: Any) -> list[type]:
 
 @cache
 def right(parameter: Parameter, target: str, kind: str) -> Text:
-    """Arguments that are what is asked for."""
+    """Valid arguments."""
     for name in (f"{target}.{parameter.name}", parameter.name):
         if name in BY_NAME and not (
             name == parameter.name
@@ -75,7 +75,7 @@ def right(parameter: Parameter, target: str, kind: str) -> Text:
 
 
 def filled(texts: list[str], kind: str) -> Text:
-    """Texts with the kind of scene, and a scene of it, put in."""
+    """Texts with the scene class, and a scene of that class, filled in."""
     scene = SCENES.get(kind, ["mm.Disk()"])
     return st.tuples(st.sampled_from(texts), st.sampled_from(scene)).map(
         lambda pair: pair[0].format(kind=repr(kind), bare=kind, scene=pair[1])
@@ -110,14 +110,14 @@ def _by_hint(hint: Any, doc: str, kind: str) -> Text:
 
 
 def is_array(hint: Any, doc: str) -> bool:
-    """Whether a hint or a docstring says that an argument is an array."""
+    """Whether an argument is an array according to its hint or docstring."""
     if "Callable" in str(hint):
         return False
     return "array" in doc or "ndarray" in str(hint) or "_SupportsArray" in str(hint)
 
 
 def arrays(doc: str) -> Text:
-    """Arrays of the shapes that a docstring names."""
+    """Arrays of the shapes in a docstring."""
     shapes = re.findall(r"\(([^()]*)\)", doc.partition("shape")[2])
     texts = ["0.5", "np.linspace(0.1, 2.0, 5)"] if not shapes else []
     for shape in shapes:
@@ -129,10 +129,10 @@ def arrays(doc: str) -> Text:
 
 @cache
 def hostile(parameter: Parameter, target: str, kind: str) -> Text:
-    """Arguments that are wrong, or right and odd: three in four of the parameter's own kind."""
+    """Invalid or unusual arguments; three in four have the parameter's own type."""
     near = _near(parameter, target, kind)
     if parameter.name == "executor" or target == "magnetism":
-        return near  # without an executor a sweep starts processes; the other is no argument
+        return near  # without an executor, a sweep starts processes; the other is no argument
     return st.one_of(near, near, near, st.sampled_from(JUNK))
 
 
@@ -148,11 +148,10 @@ def _near(parameter: Parameter, target: str, kind: str) -> Text:
         return st.one_of(damaged_folders(kind), damaged_folders(kind), st.sampled_from(PATHS))
     if "Path" in names and "BrownianPath" not in names:
         return st.sampled_from(PATHS)
-    if parameter.name in ("told", "fields", "ranges", "vary", "initial", "alternatives"):
+    if parameter.name in ("fields", "ranges", "vary", "initial", "alternatives"):
         values = st.sampled_from([*NUMBERS, *ATTRIBUTES])
         whole = st.tuples(good, st.integers(0, 30), values)
-        return whole.map(lambda t: f"replaced({{'': {t[0]}}}, {t[1]}, {t[2]})['']"
-                         if parameter.name == "told" else _entries(parameter.name, *t))  # fmt: skip
+        return whole.map(lambda t: _entries(parameter.name, *t))
     if parameter.name == "runs" and target.startswith("render"):
         return damaged(st.just(f"run({kind!r})")).map("[{}]".format)
     if "Dataset" in names:
@@ -161,9 +160,9 @@ def _near(parameter: Parameter, target: str, kind: str) -> Text:
         others = [scene for scenes in SCENES.values() for scene in scenes]
         return st.one_of(scenes(kind), scenes(kind), st.sampled_from(others))
     if "MjModel" in names:
-        return st.tuples(good, st.sampled_from(SPOILT_MODELS)).map(lambda t: t[1].format(t[0]))
+        return st.tuples(good, st.sampled_from(DAMAGED_MODELS)).map(lambda t: t[1].format(t[0]))
     if "MjData" in names:
-        return st.tuples(good, st.sampled_from(SPOILT_DATA)).map(lambda t: t[1].format(t[0]))
+        return st.tuples(good, st.sampled_from(DAMAGED_DATA)).map(lambda t: t[1].format(t[0]))
     if "MjvPerturb" in names:
         return st.sampled_from(["perturb(-1)", "perturb(10**6)", "perturb(-2**31)"])
     if is_array(parameter.hint, parameter.doc):
@@ -180,7 +179,7 @@ def _near(parameter: Parameter, target: str, kind: str) -> Text:
 
 
 def _entries(name: str, good: str, place: int, value: str) -> str:
-    """A mapping with an entry that is wrong."""
+    """A mapping with an invalid entry."""
     keys = ["x", "v", "position", "axis", "orientation", "friction", "sigma", "nonsense", "theta"]
     key = keys[place % len(keys)]
     value = "None" if value == "dropped" else value
@@ -192,7 +191,7 @@ def _entries(name: str, good: str, place: int, value: str) -> str:
 
 
 def damaged(dataset: Text) -> Text:
-    """A dataset with something in it changed."""
+    """A dataset with one change."""
     damages, attributes = st.sampled_from(DAMAGES), st.sampled_from(ATTRIBUTES)
     return st.tuples(damages, st.integers(0, 30), attributes, dataset).map(
         lambda t: t[0].replace("{n}", str(t[1])).replace("{}", t[3]).replace("{value}", t[2])
@@ -201,21 +200,21 @@ def damaged(dataset: Text) -> Text:
 
 @cache
 def damaged_folders(kind: str) -> Text:
-    """The directory of a sweep with a file changed."""
+    """The directory of a sweep with a changed file."""
     whole = st.sampled_from([f"folder({kind!r})", f"folder({kind!r}, 'trajectory')"])
     hurt = st.tuples(
         whole, st.sampled_from(["flip", "flip", "cut", "empty", "remove", "folder"]),
         st.integers(0, 999),
-    ).map(lambda t: f"spoilt({t[0]}, {t[1]!r}, {t[2] / 1000})")  # fmt: skip
-    told = st.tuples(whole, st.integers(0, 60), st.sampled_from(JSON)).map(
+    ).map(lambda t: f"damaged_file({t[0]}, {t[1]!r}, {t[2] / 1000})")  # fmt: skip
+    edited = st.tuples(whole, st.integers(0, 60), st.sampled_from(JSON)).map(
         lambda t: f"rewritten({t[0]}, {t[1]}, {t[2]})"
     )
-    return st.one_of(hurt, told)
+    return st.one_of(hurt, edited)
 
 
 @cache
 def scenes(kind: str) -> Text:
-    """A scene with an odd value of a field, mostly one that it takes."""
+    """A scene with an unusual value of a field, usually a valid one."""
     fields = dataclasses.fields(getattr(mm, kind))
 
     def one(field: Any) -> Text:
@@ -238,7 +237,7 @@ def scenes(kind: str) -> Text:
 
 @cache
 def field_values(field: Any) -> Text:
-    """Values of a scene's field: on its bounds, just past them, of another length or kind."""
+    """Values of a scene's field: on its bounds, just outside, of another length or type."""
     bounds = field.metadata
     if not bounds:
         return st.sampled_from(NUMBERS)
@@ -256,7 +255,7 @@ def field_values(field: Any) -> Text:
 
 @cache
 def instance(kind_of: type, kind: str) -> Text:
-    """An object of a class, right."""
+    """A valid instance of a class."""
     if kind_of.__name__ in SCENES:
         return st.sampled_from(SCENES[kind_of.__name__])
     return filled(BY_CLASS[kind_of.__name__], kind)
@@ -264,7 +263,7 @@ def instance(kind_of: type, kind: str) -> Text:
 
 @cache
 def odd_instance(kind_of: type, kind: str) -> Text:
-    """An object of a class from odd arguments, where it checks them."""
+    """An instance of a class that checks its arguments, from unusual ones."""
     name = kind_of.__name__
     if name in SCENES:
         return scenes(name)
@@ -276,7 +275,7 @@ def odd_instance(kind_of: type, kind: str) -> Text:
     if name == "BrownianPath":
         return st.sampled_from(NUMBERS).map("mm.noise.BrownianPath(1, {})".format)
     if name == "LiveSimulation":
-        return st.sampled_from(SPOILT_MODELS).map(
+        return st.sampled_from(DAMAGED_MODELS).map(
             lambda t: "live.LiveSimulation(" + t.format("model('free')") + ")"
         )
     return instance(kind_of, kind)

@@ -1,6 +1,6 @@
-"""Words that inputs are made of: values right and wrong, as text; `material` says what they mean.
+"""Building blocks of inputs: valid and invalid values as source text, evaluated in `material`.
 
-Tables whose texts hold `{kind}`, `{bare}` or `{scene}` get the kind of scene that a call has.
+The placeholders `{kind}`, `{bare}` and `{scene}` are replaced by the scene class of the call.
 """
 
 SCENES = {
@@ -76,8 +76,9 @@ DAMAGES = [
         "{}.reset_coords(drop=True)",
         "{}.astype('f4')",
     ),
-    *("told({}, {n}, dropped)", "told({}, {n}, dropped)", "told({}, {n}, {value})"),
-    *("told({}, {n}, {value})", "told({}, {n}, {value})", "{}.stack(all=[...])", "{}.chunk"),
+    *("with_attribute({}, {n}, dropped)",) * 2,
+    *("with_attribute({}, {n}, {value})",) * 3,
+    *("{}.stack(all=[...])", "{}.chunk"),
 ]
 
 ATTRIBUTES = str.split("""
@@ -86,7 +87,7 @@ np.zeros(3) np.float32(0.5) '1e999' 'NaN' 2**53 '../../x' 'os:getcwd' 'Disk' 'mu
 dropped object() '{"seed":-1,"timestep":1}' '9'*5000 '['*2000
 """)  # fmt: skip
 
-# What neither hints nor docstrings say. A word in braces is the kind of the scene.
+# Arguments that neither hints nor docstrings describe. A word in braces is the scene's class.
 BY_NAME: dict[str, list[str]] = {
     "timestep": ["SHORT[{kind}]['timestep']"],
     "duration": ["10 * SHORT[{kind}]['timestep']"],
@@ -101,7 +102,6 @@ BY_NAME: dict[str, list[str]] = {
     "workers": ["1", "2"],
     "threads": ["1", "2"],
     "draws": ["20"],
-    "told": ["plan({kind}).as_json()"],
     "device.provenance.scene_from.kind": ["{kind}"],
     "fields": ["{{}}", "{{'friction_ball' if {kind} == 'Motor' else 'friction': 0.2}}"],
     "checkpoint": ["None", "'run.npz'"],
@@ -152,7 +152,7 @@ BY_NAME: dict[str, list[str]] = {
     "halvings": ["1", "2"],
 }  # fmt: skip
 
-# What stands for an object of a class that its constructor alone does not make.
+# Sources of instances that a constructor alone does not create.
 BY_CLASS = {
     "MjModel": [*(f"model({name!r})" for name in ("Top", "Motor", "Disk", "pendulum", "empty",
                 "free", "coincident", "slides", "other people's", "two on a chain"))],
@@ -184,33 +184,34 @@ BY_CLASS = {
     "ReducedDisk": ["mm.theory.ReducedDisk({scene})"],
 }  # fmt: skip
 
-SPOILT_MODELS = [
+DAMAGED_MODELS = [
     f"changed({{}}, {name!r}, {value})"
     for name in ("opt.timestep", "body_mass", "dof_damping", "site_user", "body_user", "qpos0",
                  "opt.gravity", "body_inertia", "jnt_user", "opt.integrator")
     for value in ("nan", "inf", "0", "-1", "1e300", "5e-324", "7")
     if not (name == "opt.integrator" and value not in ("0", "7"))
 ]  # fmt: skip
-SPOILT_DATA = [
+DAMAGED_DATA = [
     f"changed({{}}, {name!r}, {value})"
     for name in ("qpos", "qvel", "time", "userdata", "ctrl", "xfrc_applied")
     for value in ("nan", "inf", "-1", "1e300", "2.0**53", "0.5")
 ]
-SPOILT = [
-    *(f"Spoilt({how!r}, {place})" for how in ("cut", "flip", "drop", "halve")
+DAMAGED = [
+    *(f"Damaged({how!r}, {place})" for how in ("cut", "flip", "drop", "halve")
       for place in (0.01, 0.2, 0.4, 0.6, 0.8, 0.99)),
-    *(f"Spoilt('replace', {place}, {value})" for place in (0.1, 0.2, 0.3, 0.45, 0.6, 0.7, 0.8, 0.95)
+    *(f"Damaged('replace', {place}, {value})"
+      for place in (0.1, 0.2, 0.3, 0.45, 0.6, 0.7, 0.8, 0.95)
       for value in ("np.zeros((50, 8))", "nan", "np.zeros((0, 0, 6))", "np.zeros((1, 3))", "'{}'",
                     "np.int64(2**62)", "np.full((3, 4), nan)", "-1", "np.zeros(3, complex)")),
-    *(f"Spoilt('fill', {place}, {value})" for place in (0.1, 0.2, 0.3, 0.45, 0.6, 0.7, 0.8, 0.95)
+    *(f"Damaged('fill', {place}, {value})" for place in (0.1, 0.2, 0.3, 0.45, 0.6, 0.7, 0.8, 0.95)
       for value in ("nan", "inf", "1e300", "-1", "2.0**53")),
-    *(f"Spoilt('done', 0, {value})" for value in ("0", "1", "3", "-1", "2**62", "None", "0.5")),
-    "Spoilt('empty')", "Spoilt('add')", "'.'", "'missing/run.npz'", "full_disk()", "b'x'", "3",
+    *(f"Damaged('done', 0, {value})" for value in ("0", "1", "3", "-1", "2**62", "None", "0.5")),
+    "Damaged('empty')", "Damaged('add')", "'.'", "'missing/run.npz'", "full_disk()", "b'x'", "3",
 ]  # fmt: skip
 
 HOSTILE = {
     "executor": ["3", "'x'", "object()", "[]", "print", "Path('.')"],
-    "checkpoint": SPOILT,
+    "checkpoint": DAMAGED,
     "magnetism.data": [f"({name!r}, {value})" for name in ("qpos", "qvel", "time", "userdata")
                        for value in ("nan", "inf", "-1", "1e300", "2.0**53", "0.5")],
     "ring_script": [f"({first}, mm.Waypoint({second}))"

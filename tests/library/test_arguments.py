@@ -1,4 +1,4 @@
-"""Every public function refuses what its arguments are not, by a ValueError that names them."""
+"""Every public function rejects invalid arguments by a ValueError that names them."""
 
 import inspect
 import math
@@ -45,11 +45,11 @@ WRONG = {
     "bytes": b"1",
     "an array of text": np.array("a"),
     "a complex number": 1j,
-    "a scene of another kind": None,  # as the others take
+    "a scene of another class": None,  # depends on the function
     "an empty dataset": xr.Dataset(),
-    "a run of another kind": None,
+    "a run of another scene": None,
 }
-"""What no argument is."""
+"""Values that no argument may have."""
 
 PERHAPS = {
     "nothing": None,
@@ -62,7 +62,7 @@ PERHAPS = {
     "a huge number": 1e300,
     "a huge integer": 2**70,
 }
-"""What some arguments are; others refuse it."""
+"""Values that only some arguments may have."""
 
 STATES = start(TOP)
 VECTOR, POINTS = [0.0, 0.0, 0.1], [[0.0, 0.0, 0.0]]
@@ -215,7 +215,7 @@ CALLS: dict[Any, dict[str, Any]] = {
         for kind in (mm.Top, mm.Motor, mm.Disk, mm.LangevinParticle)
     },
 }  # fmt: skip
-"""Right arguments; None of what a sweep would have to make, which other tests do."""
+"""Valid arguments; None stands for results of sweeps, which other tests create."""
 
 RECORDS = {
     mm.Waypoint, mm.Recommendation, mm.LayoutError, mm.SimulationStopped, mm.SimulationDiverged,
@@ -223,18 +223,18 @@ RECORDS = {
     mm.observables.CriticalPoint, mm.observables.MotorWells,
     mm.theory.SmallMotion, mm.render.NoOpenGL, live.StateLost, mm.magnetism,
 }  # fmt: skip
-"""What holds what it is given, as exceptions do, or is given nothing."""
+"""Callables that store their arguments unchecked, as exceptions do, or take none."""
 
 DRAWN = {getattr(module, name) for module in (mm.plots, mm.render) for name in module.__all__}
-"""What needs seconds or OpenGL to do its work."""
+"""Functions that need seconds or OpenGL."""
 
 
 RIGHT_ALL_THE_SAME = {
-    (mm.scene_of, "run", "a run of another kind"),
-    (mm.rerun, "run", "a run of another kind"),
+    (mm.scene_of, "run", "a run of another scene"),
+    (mm.rerun, "run", "a run of another scene"),
     (mm.observables.exponential_test, "alternatives", "an empty dataset"),
 }
-"""An empty dataset is an empty mapping, too."""
+"""Valid after all; an empty dataset is also an empty mapping."""
 
 
 def test_the_table_is_complete():
@@ -259,8 +259,8 @@ def test_what_an_argument_is_not(function, tmp_path, monkeypatch):
     silent, raw = [], []
     for name in right:
         others = {
-            "a scene of another kind": other_scene(function),
-            "a run of another kind": RUNS["top" if takes_disk else "disk"],
+            "a scene of another class": other_scene(function),
+            "a run of another scene": RUNS["top" if takes_disk else "disk"],
         }
         for what, value in {**WRONG, **others, **PERHAPS}.items():
             if (function, name, what) in RIGHT_ALL_THE_SAME or (
@@ -282,7 +282,7 @@ def test_what_an_argument_is_not(function, tmp_path, monkeypatch):
 
 
 def other_scene(function):
-    """A scene of a kind that the function does not take, or no scene if it takes all."""
+    """A scene of a class that the function does not accept; an object if it accepts all."""
     hint = str(inspect.signature(function).parameters.get("scene", ""))
     if "BallScene" in hint:
         return DISK
@@ -292,7 +292,7 @@ def other_scene(function):
 
 
 def is_right(function, value):
-    """Whether something might be drawn, which takes its time."""
+    """Whether the function might draw something, which is slow."""
     return function in DRAWN and (value is None or isinstance(value, float | str))
 
 
@@ -335,7 +335,7 @@ EXTREMES = [
     (lambda: mm.dipoles.field([1e300, 0, 0], POINTS, POINTS), r"^points contains 1e\+300"),
     (lambda: mm.dipoles.wrench(VECTOR, [1e300, 0, 0], POINTS, POINTS), r"^moment contains 1e\+300"),
     (lambda: mm.theory.y_diffusion(mm.Disk(friction=0.0, noise=0.0)), r"^y_diffusion\(scene\): "),
-    (lambda: mm.theory.ReducedDisk(mm.Disk(sigma=1e-20)), "^scene = .* cells resolve"),
+    (lambda: mm.theory.ReducedDisk(mm.Disk(sigma=1e-20)), "^scene = .* needs more than 1000000"),
     (lambda: mm.theory.d_diffusion(DISK, 1e20), r"^terms of D\(d\) = "),
     (lambda: mm.theory.position_density(mm.Disk(noise=1e-9), 1.0), "^noise = 1e-09: must be so"),
     (lambda: mm.simulate(DISK, duration=1.0, initial={"x": b"1"}), r"^initial\['x'\] = b'1'"),
@@ -354,9 +354,9 @@ EXTREMES = [
     ),
     (lambda: SWEEP.case(2), "^index = 2: must be at most 1"),
     (lambda: SWEEP.changes(-1), "^index = -1: must be at least 0"),
-    (lambda: SWEEP.axes[0].at(HOSTILE["half"]), "^place = 0.5: must be an integer"),
+    (lambda: SWEEP.axes[0].at(HOSTILE["half"]), "^index = 0.5: must be an integer"),
     (lambda: mm.sweep.Range(0.1, 0.2).stretch(np.ones(1)), "^smallest unit = 1.0: must be less"),
-    (lambda: provenance.scene_from("Pendulum", {}), "^kind = 'Pendulum': must be one of"),
+    (lambda: provenance.scene_from("Pendulum", {}), "^scene = 'Pendulum': must be one of"),
     (
         lambda: provenance.scene_from("Disk", HOSTILE["list"]),
         r"^fields = \[\]: must be an instance of dict",
@@ -365,7 +365,10 @@ EXTREMES = [
         lambda: mm.rerun(RUNS["disk"], measures=np.array(2.0)),
         "^measures = .*: must be a list of names",
     ),
-    (lambda: mm.theory.DiskTheory(mm.Disk(noise=0.0)).first_impulse, "^noise = 0.0: must be enou"),
+    (
+        lambda: mm.theory.DiskTheory(mm.Disk(noise=0.0)).first_impulse,
+        "^noise = 0.0: must be larger",
+    ),
     (lambda: mm.simulate(DISK, duration=0), "^duration = 0: must be greater than 0 s$"),
     (lambda: live.live_scene(DISK, timestep=0), "^timestep = 0: must be greater than 0 s$"),
 ]
@@ -390,7 +393,7 @@ def test_at_the_ends_of_the_range_results_are_finite_or_refused(field, value):
         assert np.isfinite(values).all() or name in ("friction_step_limit", "largest_timestep")
 
 
-def test_a_checked_function_keeps_its_face():
+def test_a_checked_function_keeps_its_name_signature_and_docstring():
     function = mm.theory.libration_frequency
     assert function.__name__ == "libration_frequency"
     assert [*inspect.signature(function).parameters] == ["scene", "field"]
@@ -430,7 +433,7 @@ def test_the_ends_of_ranges_belong_to_them():
 @pytest.mark.parametrize("warned", ["error", "always"])
 @pytest.mark.parametrize("value", [0.0, 1e-320])
 def test_what_numpy_warns_of_is_an_error_whether_warnings_are_or_not(warned, value):
-    """Also where the result is finite all the same: 1/inf is 0."""
+    """Even if the result is finite: 1/inf is 0."""
 
     def harmonic(x):
         return float(1 / (1 / np.float64(x)))

@@ -1,4 +1,4 @@
-"""The same bits on every processor: code for three kinds of them, and for this one, compared."""
+"""The same bits on every processor: code for three types of processors and for this one."""
 
 import json
 from pathlib import Path
@@ -27,7 +27,7 @@ from magmotor.numerics.eights import (
 
 @pytest.fixture(scope="module")
 def found():
-    """Checksums by processor: all of them of AVX2 and of this one, of others those of sums."""
+    """Checksums by processor: all for AVX2 and this one, and those of sums for the others."""
     cases = {name: CASES if name == "haswell" else SUMS for name in PROCESSORS if runs_here(name)}
     if not cases:
         pytest.skip("no processor of x86-64-v3")
@@ -42,10 +42,10 @@ def test_every_processor_computes_the_same_bits(found):
 
 
 def test_the_bits_are_those_recorded(found):
-    told = json.loads(RECORD.read_text())
-    if told["versions"] != versions():
+    record = json.loads(RECORD.read_text())
+    if record["versions"] != versions():
         pytest.skip("recorded with other versions")
-    assert found["this"] == told["checksums"]  # by `python tests/bits.py --record`
+    assert found["this"] == record["checksums"]  # written by `python tests/bits.py --record`
 
 
 @njit
@@ -91,7 +91,7 @@ def test_multiplication_and_addition_are_rounded_once():
     assert error(1 + 2.0**-30, 1 + 2.0**-30) == 2.0**-60
 
 
-def test_sources_are_whole_eights_of_which_the_last_are_nobody_s():
+def test_sources_are_padded_to_whole_eights():
     sources = pack_sources(np.ones((9, 3)), np.ones((9, 3)))
     assert sources.shape == (7, 16)
     np.testing.assert_array_equal(sources[6], [0] * 9 + [-1] * 7)

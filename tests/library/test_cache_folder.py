@@ -1,4 +1,4 @@
-"""Compiled code finds a place where neither package nor home can hold it, and a private one."""
+"""The cache folder for compiled code if neither package nor home is writable."""
 
 import os
 import shutil
@@ -18,7 +18,7 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="there is always
 
 @pytest.fixture
 def nowhere(monkeypatch, tmp_path):
-    """Neither the package nor the home can be written to."""
+    """Neither the package nor the home directory is writable."""
     monkeypatch.setenv("NUMBA_CACHE_DIR", "")  # so that what is chosen here goes at the end
     monkeypatch.delenv("NUMBA_CACHE_DIR")
     monkeypatch.setattr(os, "access", lambda *_: False)
@@ -56,7 +56,7 @@ def test_a_folder_of_another_user_is_never_used(nowhere, monkeypatch):
     other = os.getuid() + 1
     nowhere.rename(nowhere.with_name(f"magmotor-{other}"))
     monkeypatch.setattr(os, "getuid", lambda: other)
-    with pytest.raises(RuntimeError, match="is another user's"):
+    with pytest.raises(RuntimeError, match="belongs to another user"):
         cache_folder.choose_cache_folder()
 
 
@@ -67,7 +67,7 @@ def test_what_the_user_chose_stays(nowhere, monkeypatch):
     assert not nowhere.exists()
 
 
-def test_a_package_on_a_read_only_place_and_no_home(tmp_path):
+def test_a_read_only_package_and_no_home(tmp_path):
     """Another process compiles with its own copy of the package."""
     copy, temporary = tmp_path / "library" / "magmotor", tmp_path / "temporary"
     package = Path(magmotor.__file__).parent
@@ -80,10 +80,10 @@ def test_a_package_on_a_read_only_place_and_no_home(tmp_path):
     if os.getuid() == 0:  # whom permissions do not bind
         mount = 'mount --bind "$0" "$0" && mount -o remount,ro,bind "$0" && exec "$@"'
         command = ["unshare", "-m", "sh", "-c", mount, copy, *command]
-    told = {"HOME": os.devnull, "TMPDIR": str(temporary), "PYTHONPATH": str(copy.parent)}
+    settings = {"HOME": os.devnull, "TMPDIR": str(temporary), "PYTHONPATH": str(copy.parent)}
     clean = {k: v for k, v in os.environ.items() if not k.startswith(("NUMBA", "XDG"))}
     done = subprocess.run(
-        command, env={**clean, **told}, capture_output=True, text=True, check=False
+        command, env={**clean, **settings}, capture_output=True, text=True, check=False
     )
     for folder in copy.glob("**/"):
         folder.chmod(0o755)

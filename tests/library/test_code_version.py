@@ -1,4 +1,4 @@
-"""Checksums of source code, and which code Numba's disk cache gives to whom."""
+"""Checksums of source code, and the code that processes get from Numba's disk cache."""
 
 import inspect
 import os
@@ -82,8 +82,8 @@ def _python(folder: Path, *arguments: str) -> subprocess.Popen:
     return subprocess.Popen(command, cwd=folder, env=environment, stdout=subprocess.PIPE, text=True)
 
 
-def test_processes_that_compile_at_once_do_not_exchange_their_code(tmp_path):
-    """Of two that share an index, the one that saves last would give its code to the other."""
+def test_processes_that_compile_at_once_do_not_swap_their_code(tmp_path):
+    """If two share an index, the one that saves last would give its code to the other."""
     (tmp_path / "factory.py").write_text(FACTORY)
     (tmp_path / "save.py").write_text(SAVE)
     at_once = [_python(tmp_path, number, "at once") for number in "12"]
@@ -92,7 +92,7 @@ def test_processes_that_compile_at_once_do_not_exchange_their_code(tmp_path):
     assert later == ["1", "2"]
 
 
-def test_every_specialisation_of_a_kernel_has_its_own_index():
+def test_every_specialization_of_a_kernel_has_its_own_index():
     kernels: list[Any] = [
         *(lanes.kernel(mm.Disk(), scheme) for scheme in ("euler", "baoab")),
         *(lanes.kernel(mm.Disk(potential=U), "baoab") for U in ("cosine", "asymmetric")),
@@ -104,7 +104,7 @@ def test_every_specialisation_of_a_kernel_has_its_own_index():
 
 
 def test_newer_code_never_opens_the_index_of_older_code(monkeypatch):
-    """It may name types that are gone, at which Numba fails."""
+    """It may name types that no longer exist, on which Numba fails."""
     checksums = iter((1, 2))
     monkeypatch.setattr(compiled, "checksum_of", lambda function: next(checksums))
     found = [compiled.compiled_once()(_defined)(3) for _ in range(2)]
@@ -122,7 +122,7 @@ def _defined(checksum, number):
     return function
 
 
-def test_a_function_that_does_not_name_its_checksum_is_refused():
+def test_a_function_that_does_not_refer_to_its_checksum_is_rejected():
     def forgetful(checksum):
         def function(x):
             return x
@@ -134,7 +134,7 @@ def test_a_function_that_does_not_name_its_checksum_is_refused():
 
 
 def test_the_modules_of_a_kernel_are_those_that_it_reaches():
-    """By hand: what is called, what defines the types of arguments, and whose constants count."""
+    """Listed manually: called functions, types of arguments, and modules with constants."""
     of_rigid_bodies = {"dipoles", "noise", "devices.ball.rigid_kernel", "devices.ball.rigid_steps"}
     of_rigid_bodies |= {"devices.ball.rigid_forces"}
     of_rigid_bodies |= {
@@ -164,7 +164,7 @@ def test_the_checksum_is_that_of_the_bytes_wherever_they_are(tmp_path, monkeypat
 
 
 @pytest.mark.parametrize(
-    ("kind", "features", "told"),
+    ("kind", "features", "expected"),
     [
         ("x86_64", {"fma": True, "avx2": True}, "x86_64 with FMA"),
         ("x86_64", {"fma": True, "avx2": False}, "x86_64"),
@@ -172,7 +172,7 @@ def test_the_checksum_is_that_of_the_bytes_wherever_they_are(tmp_path, monkeypat
         ("arm64", {"neon": True}, "arm64"),
     ],
 )
-def test_a_kind_of_machine_is_one_that_rounds_alike(kind, features, told, monkeypatch):
+def test_the_machine_type_determines_rounding(kind, features, expected, monkeypatch):
     monkeypatch.setattr(platform, "machine", lambda: kind)
     monkeypatch.setattr(llvm, "get_host_cpu_features", lambda: features)
-    assert machine_versions()["machine"] == told
+    assert machine_versions()["machine"] == expected

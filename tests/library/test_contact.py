@@ -53,7 +53,7 @@ def test_force_over_slip_velocity_is_minus_c(surface, bound, velocity, spin, loa
 
 
 def test_the_slowest_slips_are_damped_too():
-    """A solver's tolerance must not leave their friction out."""
+    """The solver's tolerance must not suppress their friction."""
     scene = mm.Top(coupling=1e-20)  # nothing else accelerates the ball
     force, _, slip = contact_force(scene, (1e-9, 2e-9, 0.0), (0.0, 0.0, 0.0), 0.0125)
     law = -scene.friction * slip[:2]
@@ -76,7 +76,7 @@ def test_without_friction_there_is_no_contact_force():
 
 
 def test_a_ball_on_the_plane_rests_at_its_radius():
-    """The sinking of a soft contact is calibrated out."""
+    """Calibration compensates for the sinking of a soft contact."""
     scene = mm.Top(surface="plane", coupling=1e-12)
     for timestep in (0.001, 0.025):
         run = mm.simulate(scene, method="mujoco/euler", timestep=timestep, duration=5)
@@ -186,7 +186,7 @@ def model_of(*contacts, xml=FLOOR, calibrate=True, **fields):
 
 
 def slips(model, velocity, steps=400):
-    """Times, and along x the velocity and the slip of balls that slide without turning at first."""
+    """Times, velocity and slip along x of balls that initially slide without rotating."""
     data = mujoco.MjData(model)
     data.qvel.reshape(-1, 6)[:, 0] = velocity
     rows = []
@@ -199,7 +199,7 @@ def slips(model, velocity, steps=400):
 
 
 def decay_error(model, mass, inertia, radius, c):
-    """Of v and V over the start's 0.3 m/s: dV/dt = -c A V, dv/dt = -c V/m."""
+    """v and V over the initial 0.3 m/s: dV/dt = -c A V, dv/dt = -c V/m."""
     time, speed, slip = slips(model, 0.3)
     mobility = 1 / mass + radius**2 / inertia
     left = np.exp(-c * mobility * time)[:, np.newaxis]
@@ -219,7 +219,7 @@ BALLS = {
 
 @pytest.mark.parametrize("name", BALLS)
 @pytest.mark.parametrize("rate", [0.5, 5.0])
-def test_slip_on_anyones_plane_decays_by_the_closed_form(name, rate):
+def test_slip_in_users_models_follows_the_closed_form(name, rate):
     xml, mass, inertia, radius = BALLS[name]
     c = rate / (1 / mass + radius**2 / inertia)
     contact = mm.ViscousContact(c, "ball", "floor")
@@ -230,7 +230,7 @@ def test_slip_on_anyones_plane_decays_by_the_closed_form(name, rate):
 
 
 @pytest.mark.parametrize("b", [None, "c"])
-def test_a_contact_that_is_not_calibrated_fails_that(b):
+def test_a_contact_that_is_not_calibrated_fails_this(b):
     _, mass, inertia, radius = SOLID
     contact = mm.ViscousContact(0.2, "ball", "floor")
     model = model_of(contact, calibrate=False)
@@ -301,7 +301,7 @@ ROD = FLOOR.replace(
 
 @pytest.mark.parametrize(("xml", "bound"), [(HELD, 1e-15), (HELD_FIRMLY, 5e-15), (ROD, 5e-15)])
 def test_a_contact_that_bears_no_load_has_the_law_on_other_joints(xml, bound):
-    """With `impratio` 1, A is 3.5e-4 of R; of a mechanism, A is not known, and must not matter."""
+    """With `impratio` 1, A/R is 3.5e-4; the A of a mechanism is unknown and must not matter."""
     contact = mm.ViscousContact(0.2, "ball", "floor", bears_load=False)
     model = model_of(contact, xml=xml, gravity=0.0)
     data = mujoco.MjData(model)
@@ -333,7 +333,7 @@ def test_a_description_is_completed_and_its_xml_has_the_numbers():
     assert contact.damping_of(from_spec) == pytest.approx(0.2, rel=5e-6)  # 4e-7: six digits
 
 
-def test_the_damping_of_a_model_tells_of_changes_after_the_calibration():
+def test_the_damping_of_a_model_shows_changes_after_the_calibration():
     contact = mm.ViscousContact(0.2, "ball", "floor", bears_load=False)
     model = model_of(contact, xml=HELD)
     model.pair_solreffriction *= 2
@@ -351,13 +351,13 @@ NOT_VISCOUS = [
     ('"ball" size="0.03', '"ball" type="box" size="1 1 1', r"= ..plane', 'box'.: must be a"),
     ('<geom name="floor"', '<body mocap="true"><geom name="floor"', "must be a fixed plane"),
     ("<freejoint/>", "", "body of sphere 'ball' = 'fixed': must be able to move"),
-    ("<worldbody>", OFF.format("contact") + "<worldbody>", "flag contact = .disable.: the flags"),
-    ("<worldbody>", OFF.format("constraint") + "<worldbody>", "disable.: the flags"),
+    ("<worldbody>", OFF.format("contact") + "<worldbody>", "flag contact = .disable.: must be"),
+    ("<worldbody>", OFF.format("constraint") + "<worldbody>", "disable.: must be"),
 ]  # fmt: skip
 
 
 @pytest.mark.parametrize(("old", "new", "match"), NOT_VISCOUS)
-def test_a_model_that_cannot_have_the_law_is_refused(old, new, match):
+def test_a_model_that_cannot_realize_the_law_is_rejected(old, new, match):
     xml = FLOOR.replace(old, new)
     if "<body" in new:
         xml = xml.replace('size="9 9 1"/>', 'size="9 9 1"/></body>')
@@ -368,7 +368,7 @@ def test_a_model_that_cannot_have_the_law_is_refused(old, new, match):
             use(model)
 
 
-def test_a_pair_that_is_not_the_contacts_is_refused():
+def test_a_pair_that_does_not_match_the_contact_is_rejected():
     model = model_of(mm.ViscousContact(0.2, "ball", "floor"))
     with pytest.raises(ValueError, match="pair 'slip' is not in the model: add it"):
         mm.ViscousContact(0.2, "ball", "floor", name="slip").calibrate(model)
@@ -379,7 +379,7 @@ def test_a_pair_that_is_not_the_contacts_is_refused():
     model.pair_friction[0, 0] = 1.0
     with pytest.raises(ValueError, match=r"friction 1, .* must have condim 3, friction 1e\+06"):
         mm.ViscousContact(0.2, "ball", "floor").calibrate(model)
-    with pytest.raises(ValueError, match=r"description = .* must be a mujoco.MjSpec or the root"):
+    with pytest.raises(ValueError, match=r"description = .* must be an MjSpec or the root"):
         mm.ViscousContact(0.2, "ball", "floor").add_to(model)
 
 
@@ -387,7 +387,7 @@ def test_a_pair_that_is_not_the_contacts_is_refused():
     ("field", "value"),
     [("damping", 0.0), ("damping", np.nan), ("sphere", 1), ("plane", None), ("bears_load", 1)],
 )
-def test_what_no_contact_can_be_is_refused(field, value):
+def test_invalid_contacts_are_rejected(field, value):
     fields = {"damping": 0.2, "sphere": "ball", "plane": "floor", field: value}
     with pytest.raises(ValueError, match=f"^{field} = "):
         mm.ViscousContact(**fields)

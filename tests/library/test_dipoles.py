@@ -1,4 +1,4 @@
-"""Dipole kernels against magpylib, finite differences and the balances of a pair."""
+"""Dipoles compared with magpylib and finite differences, and conservation laws of a pair."""
 
 import magpylib
 import numpy as np
@@ -14,7 +14,7 @@ TO_MEASURED = mu_0 / (4e-7 * np.pi)
 
 
 def configuration(seed, sources=8):
-    """A random dipole and random sources, all at least 0.05 m apart from it."""
+    """A random dipole and random sources, all at least 0.05 m away from it."""
     rng = np.random.default_rng(seed)
     positions = rng.normal(size=(sources, 3))
     position = rng.normal(size=3)
@@ -102,7 +102,7 @@ def test_a_pair_obeys_newtons_third_law_and_keeps_its_angular_momentum(seed):
     assert np.abs(total).max() <= 1e-14 * scale
 
 
-def test_arrays_of_dipoles_are_taken_one_by_one():
+def test_arrays_of_dipoles_are_evaluated_one_by_one():
     _, _, positions, moments = configuration(3)
     places = np.random.default_rng(4).normal(size=(2, 5, 3))
     forces, torques = mm.dipoles.wrench(places, moments[0], positions, moments)
@@ -129,7 +129,7 @@ def test_bad_input_is_named(arguments, message):
 
 
 @pytest.mark.parametrize("along", np.eye(3))
-def test_dipoles_coincide_that_are_nearer_than_a_nanometer(along):
+def test_dipoles_closer_than_a_nanometer_coincide(along):
     positions = [[9.0, 9.0, 9.0], [0.0, 0.0, 0.0]]
     field = mm.dipoles.field(1.1e-9 * along, positions, np.eye(3)[:2])
     assert np.isfinite(field).all()

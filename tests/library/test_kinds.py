@@ -1,4 +1,4 @@
-"""What is no model, no dataset at all is refused in one line, as `simulate` refuses no scene."""
+"""Values of a wrong type are rejected in one line that names the expected classes."""
 
 import mujoco
 import pytest
@@ -8,7 +8,7 @@ import magmotor as mm
 
 @pytest.mark.parametrize("wrong", [None, "model.xml", 3])
 @pytest.mark.parametrize(
-    ("call", "told"),
+    ("call", "message"),
     [
         (mm.Baoab, "model = .*: must be an instance of mujoco.MjModel"),
         (mm.Baoab(mm.build(mm.Disk())).step, "data = .*: must be an instance of mujoco.MjData"),
@@ -20,12 +20,12 @@ import magmotor as mm
         ),
     ],
 )
-def test_another_kind_is_refused(call, told, wrong):
-    with pytest.raises(ValueError, match=f"^{told}"):
+def test_a_wrong_type_is_rejected(call, message, wrong):
+    with pytest.raises(ValueError, match=f"^{message}"):
         call(wrong)
 
 
-def test_what_a_refused_model_has_is_a_plain_number():
+def test_a_message_shows_a_plain_number():
     model = mujoco.MjModel.from_xml_string(
         "<mujoco><worldbody><body><joint name='x' type='slide' axis='1 0 0'/>"
         "<joint name='skew' type='slide' axis='1 1 0'/><geom size='1' mass='2'/></body></worldbody>"

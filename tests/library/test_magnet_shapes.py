@@ -1,4 +1,4 @@
-"""Magnets as clouds of dipoles against magpylib, and a ring of them in MuJoCo."""
+"""Magnets as clouds of dipoles, compared with magpylib, and a ring of them in MuJoCo."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The compiled callback: same wrench as its NumPy twin, on any model, version and thread."""
+"""The compiled callback has the same wrench as its NumPy twin for any model, version and thread."""
 
 import inspect
 import re
@@ -71,7 +71,7 @@ def chain(count):
 
 
 def coupling(name, *bodies, prm=(2, 2), objtype="body"):
-    """A tuple of bodies, with a factor each."""
+    """A tuple of two bodies, with a factor for each."""
     elements = "".join(
         f'<element objtype="{objtype}" objname="{body}" prm="{factor}"/>'
         for body, factor in zip(bodies, prm, strict=False)
@@ -80,7 +80,7 @@ def coupling(name, *bodies, prm=(2, 2), objtype="body"):
 
 
 def motor(custom=""):
-    """A ball above a plane, and two rings of dipoles, of which one turns about its center."""
+    """A ball above a plane, and two rings of dipoles, one of which can rotate about its center."""
 
     def ring(name, count, radius):
         return "".join(
@@ -150,7 +150,7 @@ def random_tree(seed, isolated=False):
 
 
 def wrenches(model, data):
-    """By the callback and by the twin, in the same state."""
+    """Wrenches by the callback and by the twin, in the same state."""
     with mm.magnetism():
         mujoco.mj_forward(model, data)
     compiled = data.xfrc_applied.copy()
@@ -209,7 +209,7 @@ def test_any_tree_of_bodies(seed):
 
 @pytest.mark.parametrize("seed", range(8))
 def test_total_wrench_of_an_isolated_system_vanishes(seed):
-    """Newton's third law, and its like for torques; with couplings if the seed is odd."""
+    """Newton's third law for forces and torques; with couplings if the seed is odd."""
     model = mujoco.MjModel.from_xml_string(random_tree(seed, isolated=True))
     data = mujoco.MjData(model)
     with mm.magnetism():
@@ -358,7 +358,7 @@ TWO_NEEDLES = """
   </worldbody>
 </mujoco>
 """
-"""Of two rigid bodies, one of which can move, each with two bodies."""
+"""Two rigid bodies of two bodies each; one of them can move."""
 
 OFF = "".join(
     f'<tuple name="coupling {a} {b}"><element objtype="body" objname="{a}"/>'
@@ -366,7 +366,7 @@ OFF = "".join(
     for a in ("world", "base")
     for b in ("needle", "tail")
 )
-"""Couplings of all that can act, without a factor."""
+"""Couplings, without a factor, of all bodies that could act."""
 
 
 @pytest.mark.parametrize(
@@ -428,7 +428,7 @@ def test_a_site_whose_numbers_are_no_moment_is_named(numbers):
     assert data.pstack == 0
 
 
-def test_sites_may_have_room_for_more_numbers():
+def test_padded_site_numbers_are_allowed():
     xml = COMPASSES.replace("<worldbody>", '<size nuser_site="6"/><worldbody>', 1)
     plain, padded = (mujoco.MjModel.from_xml_string(each) for each in (COMPASSES, xml))
     found, expected = (wrenches(each, mujoco.MjData(each))[0] for each in (padded, plain))
@@ -451,7 +451,7 @@ def test_coinciding_dipoles_are_named():
 
 
 def test_dipoles_that_coincide_must_act_on_one_another():
-    """The ball's meets one of the ring's twenty, and two that cannot move meet before them."""
+    """The ball's dipole coincides with one of the ring, and two immovable ones coincide as well."""
     twins = '<body mocap="true"><site name="t{0}" pos="9 9 9" user="1"/></body>'
     twins = "<worldbody>" + twins.format(0) + twins.format(1)
     for custom in ("", coupling("coupling", "ball", "ring", prm=(0, 0))):

@@ -25,7 +25,7 @@ BOTH = ("mujoco/baoab", "variational/baoab")
 
 
 def apart(run, other, name):
-    """Largest difference of two runs, relative to the largest value."""
+    """Largest difference between two runs, relative to the largest value."""
     return float(abs(run[name] - other[name]).max() / abs(other[name]).max())
 
 
@@ -40,7 +40,7 @@ def apart(run, other, name):
     ids=["symmetric", "asymmetric", "two frictions", "flat"],
 )
 def test_the_disk_follows_the_variational_baoab(scene):
-    """Along one noise path; what rounding leaves, the unstable equilibria of U amplify."""
+    """Along one noise path; the unstable equilibria of U amplify rounding errors."""
     run, twin = (
         mm.simulate(scene, method=m, timestep=0.01, duration=50, seed=2, replicas=4) for m in BOTH
     )
@@ -78,7 +78,7 @@ def test_the_top_follows_the_variational_baoab():
     ids=["uniform", "physical", "nonuniform", "another inertia"],
 )
 def test_the_motor_follows_the_variational_baoab(scene):
-    """Ball and ring, heat and work; the ring tumbles a little, which only its exact flow does."""
+    """Ball and ring, heat and work; the ring tumbles slightly, which needs the exact flow."""
     spinning = {"ring_angular_velocity": (0.002, 0.001, 0.3)}
     run, twin = (
         mm.simulate(
@@ -97,7 +97,7 @@ H = 0.5
 
 
 def slip_variance_by_diagonal_damping():
-    """MuJoCo's implicitfast, which solves implicitly for the diagonal of the damping alone."""
+    """MuJoCo's implicitfast, which treats only the diagonal of the damping implicitly."""
     c, k = WARM.friction, sum(1 / (mass + H * WARM.friction) for mass in WARM.masses)
     return WARM.noise**2 * k / (c * (2 - H * c * k))
 
@@ -125,7 +125,7 @@ KT = 1e-6
 
 
 def alpha(damping):
-    """The noise that gives a damper the temperature KT."""
+    """The noise at which a damper has the temperature KT."""
     return np.sqrt(2 * damping * KT)
 
 
@@ -163,7 +163,7 @@ WARM_BODIES = f"""
   </worldbody>
 </mujoco>
 """
-"""The cart's slide sees one part in three of three noises; the needle has omega h = 1."""
+"""The cart's slide has a share in three noises; the needle has omega h = 1."""
 
 
 def test_a_users_model_has_its_temperature():
@@ -188,7 +188,7 @@ def test_a_users_model_has_its_temperature():
 
 
 def test_bodies_that_differ_in_attitude_follow_one_path():
-    """A body's frame does not matter where friction and noise are the same in all directions."""
+    """A body's frame does not matter if damping and noise are isotropic."""
     text = WARM_BODIES.replace("0.1 0.1 0.1", "0.2 0.2 0.2").replace("0.2 0.1 0.2", "0.2 0.2 0.2")
     turned = text.replace('pos="0 2 0" euler="20 30 40"', 'pos="0 2 0" euler="80 -30 10"')
     spins = []
@@ -201,7 +201,7 @@ def test_bodies_that_differ_in_attitude_follow_one_path():
 
 
 def tumbler(moments, timestep):
-    """A free body that turns about no axis of its own, and its model."""
+    """A free body that rotates about none of its principal axes, and its model."""
     model = mujoco.MjModel.from_xml_string(
         f"""<mujoco><option gravity="0 0 0" timestep="{timestep}"/><worldbody><body>
         <joint type="ball"/><inertial pos="0 0 0" mass="1" diaginertia="{moments}"/>
@@ -261,7 +261,7 @@ def test_a_free_asymmetric_body_keeps_its_momentum_and_converges_at_second_order
 
 
 def test_constant_forces_are_exact():
-    """Gravity, `qfrc_applied` and the `xfrc_applied` of a body on which nothing else acts."""
+    """Gravity, `qfrc_applied`, and `xfrc_applied` of a body without other forces."""
     model = mujoco.MjModel.from_xml_string(
         """<mujoco><option timestep="0.5"/><worldbody><body><freejoint/>
         <inertial pos="0 0 0" mass="2" diaginertia="1 2 2"/></body></worldbody></mujoco>"""
@@ -275,7 +275,7 @@ def test_constant_forces_are_exact():
 
 
 def driven(path):
-    """The paper's disk, and data that choose the replica 1 of a path."""
+    """The paper's disk, and data that select replica 1 of a path."""
     model = mm.build(mm.Disk())
     model.opt.timestep = path.timestep
     data = mujoco.MjData(model)
@@ -323,8 +323,8 @@ def test_neither_calls_nor_threads_nor_a_block_of_magnetism_change_a_bit():
 
 
 @pytest.mark.parametrize("start", [0.0, 1e14], ids=["from 0", "where the time loses steps"])
-def test_looks_for_ctrl_c_change_no_bit(start, monkeypatch):
-    """A step is 0.09375 long where the numbers of a double are 1/64 apart."""
+def test_checks_for_ctrl_c_change_no_bit(start, monkeypatch):
+    """A timestep of 0.09375 s at a time where consecutive doubles are 1/64 s apart."""
     model, data = driven(noise.BrownianPath(4, 0.1))
     data.time = start
     langevin, ends = mm.Baoab(model), []
@@ -338,7 +338,7 @@ def test_looks_for_ctrl_c_change_no_bit(start, monkeypatch):
     np.testing.assert_array_equal(*ends)
 
 
-def test_ctrl_c_is_heard_while_it_steps():
+def test_ctrl_c_interrupts_stepping():
     model, data = driven(noise.BrownianPath(4, 0.01))
     langevin = mm.Baoab(model)
     ctrl_c = threading.Timer(0.3, signal.raise_signal, [signal.SIGINT])
@@ -352,7 +352,7 @@ def test_ctrl_c_is_heard_while_it_steps():
 
 
 @pytest.mark.parametrize("view", ["coarsened", "refined"])
-def test_user_data_choose_the_path(view):
+def test_userdata_selects_the_path(view):
     path = noise.BrownianPath(4, 0.01)
     path = path.coarsened(3) if view == "coarsened" else path.refined(1)
     model, data = driven(path)
@@ -366,7 +366,7 @@ def test_user_data_choose_the_path(view):
 
 @pytest.mark.parametrize("scene", [mm.Disk(), mm.Motor()])
 def test_a_run_continues_another(scene, monkeypatch):
-    """The same, whatever the chunks, and where another run stopped."""
+    """With any chunks, and from where another run stopped."""
     settings: dict[str, Any] = {"method": "mujoco/baoab", "timestep": 0.01, "replicas": 2}
     whole = mm.simulate(scene, duration=3, **settings)
     monkeypatch.setattr("magmotor.run.in_mujoco.CHUNK", 38)
@@ -381,7 +381,7 @@ def test_a_run_continues_another(scene, monkeypatch):
 
 
 def test_noise_is_that_of_the_package_to_the_bit():
-    """What a slide without friction does from rest."""
+    """A slide without damping, from rest."""
     model = mujoco.MjModel.from_xml_string(
         """<mujoco><option gravity="0 0 0" timestep="1"/><size nuserdata="5"/><worldbody>
         <body user="0 0 0 0 0 0  1 0 0 0 0 0"><joint type="slide" axis="1 0 0"/>
@@ -561,7 +561,7 @@ REFUSED = [
 ]
 
 
-def test_a_model_like_those_refused_is_taken():
+def test_the_model_without_unsupported_elements_is_accepted():
     model = mujoco.MjModel.from_xml_string(MODEL)
     data = mujoco.MjData(model)
     mm.Baoab(model).step(data, 10)
@@ -569,7 +569,7 @@ def test_a_model_like_those_refused_is_taken():
 
 
 @pytest.mark.parametrize(("old", "new", "match"), REFUSED)
-def test_what_the_splitting_cannot_have_is_named(old, new, match):
+def test_an_unsupported_element_is_named(old, new, match):
     assert MODEL.count(old) == 1
     sites = '<site name="a"/><site name="b" pos="1 0 0"/>'
     text = MODEL.replace(old, new).replace("<worldbody>", f"<worldbody>{sites}")
@@ -602,7 +602,7 @@ def test_mujocos_errors_are_raised_and_do_not_end_the_process():
     assert data.qvel[0] == -data.qvel[1] != 0
 
 
-def test_a_state_that_is_not_finite_is_told():
+def test_a_state_that_is_not_finite_is_reported():
     model = mujoco.MjModel.from_xml_string(TWO_NEEDLES)
     data = mujoco.MjData(model)
     data.qpos[0], data.qvel[0] = 0.5, np.inf

@@ -1,4 +1,4 @@
-"""Brownian increments: the generator's known answers, moments, independence, and one path."""
+"""Brownian increments: known answers of the generator, moments, independence, and views."""
 
 import signal
 from collections.abc import Callable
@@ -37,7 +37,7 @@ def test_threefry_gives_the_published_vectors(counter_and_key, answer):
 
 
 def test_a_normal_number_is_box_muller_of_threefry():
-    """By NumPy's functions, of Threefry's words, whose known answers are those above."""
+    """Compare with NumPy's functions applied to Threefry's words, which are tested above."""
     seed, replica, step, channel = 12345, 67, 8, 9
     words = noise.threefry(*np.array([step // 2, channel, seed, replica], np.uint64))
     x, y = (int(word) for word in words)
@@ -144,7 +144,7 @@ def test_refined_increments_add_up_to_the_coarse(seed, first, level):
     level=st.integers(1, noise.FINEST),
 )
 def test_a_refined_number_is_levy_s_construction(seed, step, channel, level):
-    """Half k of a step is (parent + bridge)/sqrt 2 or the difference, bridges from 2^32 k on."""
+    """The halves are (parent +- bridge)/sqrt 2; level k uses bridge channels from 2^32 k on."""
     value = noise.normal(seed, 7, step >> level, channel, 1, 0)
     for k in range(1, level + 1):
         parent, right = divmod(step >> (level - k), 2)
@@ -156,7 +156,7 @@ def test_a_refined_number_is_levy_s_construction(seed, step, channel, level):
 
 
 def test_refinement_draws_what_no_channel_has():
-    """Bridges of channel 0 against the numbers of channels 0 to 3; 4.5 sigma, false alarm 1e-4."""
+    """Bridges of channel 0 and numbers of channels 0 to 3; 4.5 sigma, false alarm 1e-4."""
     path, steps = BrownianPath(1, 1.0), 20_000
     halves = path.refined(1).increments(2 * steps).reshape(-1, 2)
     bridge = halves[:, 0] - halves[:, 1]
@@ -217,7 +217,7 @@ def test_bad_paths_are_rejected(make, message):
         make()
 
 
-def test_ctrl_c_is_heard_between_pieces_and_pieces_change_no_bit(monkeypatch):
+def test_ctrl_c_is_checked_between_pieces_and_pieces_change_no_bit(monkeypatch):
     path = BrownianPath(5, 0.1).coarsened(3)
     whole = path.increments(100, first=7, replica=2, channel=1)
     monkeypatch.setattr(noise, "PIECE", 12)

@@ -1,4 +1,4 @@
-"""NumPy's numbers are taken like Python's, by every argument and every field."""
+"""All arguments and fields accept NumPy's numbers like Python's."""
 
 import dataclasses
 import json
@@ -22,7 +22,7 @@ MANY: dict[str, Any] = {
 
 
 def _narrow(value: float) -> Any:
-    """The same number in NumPy's smallest type, which wraps around when it is multiplied."""
+    """The same number in NumPy's smallest type, which overflows when multiplied."""
     return np.int8(value) if isinstance(value, int) else np.float32(value)
 
 
@@ -87,8 +87,8 @@ def test_messages_have_plain_numbers():
 
 @pytest.mark.parametrize("noise", [1e200, 1e-200])
 def test_a_number_is_neither_tiny_nor_huge(noise):
-    told, message = re.escape(repr(noise)), re.escape("must be zero or from 1e-30 to 1e+30")
-    with pytest.raises(ValueError, match=f"^noise = {told}: {message}"):
+    shown, message = re.escape(repr(noise)), re.escape("must be zero or from 1e-30 to 1e+30")
+    with pytest.raises(ValueError, match=f"^noise = {shown}: {message}"):
         mm.Disk(noise=noise)
-    with pytest.raises(ValueError, match=f"^alpha_ring = {told}: {message}"):
+    with pytest.raises(ValueError, match=f"^alpha_ring = {shown}: {message}"):
         mm.Motor(temperature="nonuniform", alpha_ring=noise)

@@ -1,4 +1,4 @@
-"""Noise and temperature of someone's own model, stepped by MuJoCo's functions."""
+"""Noise and temperature of a user's model, stepped by MuJoCo's functions."""
 
 import mujoco
 import mujoco.batch
@@ -83,7 +83,7 @@ def torques(model, data, steps):
 
 
 def test_noise_repeats_when_the_timestep_is_doubled_midway():
-    """The step's number is t/h: at half as many a second it starts again at half."""
+    """The number of a step is t/h: it is halved when the timestep is doubled."""
     model = needle()
     data = mujoco.MjData(model)
     before = torques(model, data, 100)
@@ -99,8 +99,8 @@ def test_noise_repeats_when_the_timestep_is_doubled_midway():
         (1, 0.5), (2, -1.0), (3, 32.0), (3, 1.5), (4, np.nan),
     ],
 )  # fmt: skip
-def test_numbers_that_choose_no_path_are_named(place, value):
-    """And of `Baoab`, which the loop's later steps must survive."""
+def test_invalid_userdata_is_named(place, value):
+    """Also by `Baoab`, whose loop must survive the later steps."""
     model = needle(5)
     data = mujoco.MjData(model)
     data.userdata[place] = value
@@ -147,7 +147,7 @@ GROWTH = {
     IMPLICIT: lambda z: 1 / (1 + z),
     RK4: lambda z: 1 - z + z**2 / 2 - z**3 / 6 + z**4 / 24,
 }
-"""What a step of lambda h = z leaves of a velocity."""
+"""Fraction of a velocity that remains after a step of lambda h = z."""
 
 
 @pytest.mark.parametrize("decay", [0.3, 1.0, 1.9])
@@ -163,7 +163,7 @@ GROWTH = {
     ],
 )
 def test_temperature_of_a_damper(integrator, damper, treated, decay):
-    """T/kT = 2 (1 - R)/(z (1 + R)), at z = lambda h, where a step leaves R of a velocity.
+    """T/kT = 2 (1 - R)/(z (1 + R)), at z = lambda h, where a step multiplies a velocity by R.
 
     A step does v -> R v + (1 - R)/z sqrt(2 z kT/m) xi; the variance that stays is that.
     """
@@ -188,8 +188,8 @@ def test_temperature_of_a_damper(integrator, damper, treated, decay):
     ("integrator", "decay", "bears"),
     [("EULER", 2.8, True), ("EULER", 30.0, True), ("RK4", 2.77, True), ("RK4", 2.8, False)],
 )
-def test_steps_that_a_damped_joint_bears(integrator, decay, bears):
-    """Implicit damping bears any, Runge-Kutta less than lambda h = 2.785."""
+def test_stability_of_a_damped_joint(integrator, decay, bears):
+    """Implicit damping is always stable, Runge-Kutta for lambda h < 2.785."""
     model = dampers("joint", decay, masses=1)
     model.opt.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{integrator}")
     data = mujoco.MjData(model)

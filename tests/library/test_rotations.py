@@ -1,4 +1,4 @@
-"""Maps of rotations against SciPy's, and the signs of their tangents against differences."""
+"""Rotations compared with SciPy, and their tangents with finite differences."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 from magmotor.numerics import rotations as r
 
 VECTORS = np.random.default_rng(3).normal(size=(5, 3)) * [[1e-9], [1e-3], [0.1], [0.3], [1.0]]
-"""Rotation vectors: some within the reach of the series, some not."""
+"""Rotation vectors, some of them short enough for the series."""
 
 MAPS = {
     "exp": (r.exponential, r.exponential_momentum),
@@ -32,7 +32,7 @@ def test_maps_are_those_of_linear_algebra(W):
     assert np.abs(rotation(r.exponential(tuple(W))).as_matrix() - exp).max() < 1e-15  # 2e-16
 
 
-def test_vectors_are_turned():
+def test_vectors_are_rotated():
     q, a = r.exponential((0.3, -0.2, 0.5)), (1.0, -2.0, 0.7)
     assert np.abs(np.array(r.rot_vec_quat(q, a)) - rotation(q).apply(a)).max() < 1e-15  # 4e-16
 
@@ -50,7 +50,7 @@ def test_products_columns_and_axes():
     assert r.third_axis(p) == r.columns(p)[2]
 
 
-def test_normalisation_undoes_what_rounding_does():
+def test_normalization_removes_rounding_errors():
     rng = np.random.default_rng(5)
     q = Rotation.random(rng=rng).as_quat(scalar_first=True)
     found = np.array(r.normalized(tuple((1 + 1e-7) * q)))
@@ -101,7 +101,7 @@ def test_a_step_back_from_its_end_has_the_momentum_of_a_step_on(name, W):
 
 @pytest.mark.parametrize("angle", [0.1, 0.2499, 0.2501, 1.0])
 def test_series_and_closed_form_meet(angle):
-    """Against the closed form in extended precision."""
+    """Compare with the closed form in extended precision."""
     W = angle * np.array([2.0, 1.0, 2.0]) / 3
     pi = np.array([1.0, -1.0, 0.5])
     half = np.longdouble(angle) / 2

@@ -1,4 +1,4 @@
-"""Files that are whole or not there: what killed processes left, devices, pipes and links."""
+"""Atomic files: remains of killed processes, devices, pipes and links."""
 
 import os
 import socket
@@ -22,7 +22,7 @@ def put(path, content=b"new"):
 
 @pytest.fixture(scope="module")
 def dead():
-    """The number of a process that was."""
+    """The number of a process that has ended."""
     process = subprocess.Popen([sys.executable, "-c", ""])
     process.wait()
     return process.pid
@@ -86,7 +86,7 @@ def test_a_link_stays_and_leads_to_the_new_file(tmp_path):
 
 
 def device(folder, minor):
-    """One that takes all (3) or is full (7); for root, who could destroy the real one, another."""
+    """The null device (3) or the full one (7); root, who could destroy these, gets copies."""
     name = {3: os.devnull, 7: "/dev/full"}[minor]
     if os.getuid() != 0:
         return whole_files.Path(name)
@@ -113,7 +113,7 @@ def test_devices_stay_what_they_are(tmp_path):
 
 
 def test_a_pipe_gets_the_whole(tmp_path):
-    """What is written may seek, as netCDF and movies do."""
+    """The writer may seek, as for netCDF and movies."""
     path, heard = tmp_path / "pipe.nc", []
     os.mkfifo(path)
     reader = threading.Thread(target=lambda: heard.append(path.read_bytes()))

@@ -1,6 +1,6 @@
-"""What docs/errata.md says of the paper, and of our first reading, that no other test shows.
+"""Statements of docs/errata.md on the paper and on our first reading that no other test covers.
 
-The paper's formulas stand here as they are printed; derivatives are taken by complex steps.
+The paper's formulas are used as printed; derivatives are computed by complex steps.
 """
 
 import math
@@ -19,7 +19,7 @@ from magmotor.devices.top.scene import PAPER_TILT
 
 UNIT = np.eye(3)
 TINY = 1e-30
-"""Complex step: derivatives without differences, hence without rounding."""
+"""Complex step: derivatives without differences and hence without cancellation."""
 
 STRONGEST_MAGNET = 1.2e6
 """Magnetization in A/m of neodymium-iron-boron, remanence 1.5 T, rounded up."""
@@ -34,12 +34,12 @@ def hat(w):
 
 
 def gradient(function):
-    """Of a real function on R^3 at the origin."""
+    """Gradient of a real function on R^3 at the origin."""
     return np.array([function(1j * TINY * u).imag / TINY for u in UNIT])
 
 
 def turned(R, angles):
-    """R turned by exp of so small a rotation vector."""
+    """R rotated by an infinitesimal rotation vector."""
     return (UNIT + hat(angles)) @ R
 
 
@@ -55,15 +55,15 @@ def paper_field(r, m):
 
 
 def paper_jacobian(r, m):
-    """D B: row i has the derivatives of B_i."""
+    """D B: row i contains the derivatives of B_i."""
     return np.array([paper_field(r + 1j * TINY * u, m).imag / TINY for u in UNIT]).T
 
 
 def at_rest(scene, axis=None):
-    """Right-hand side of (magtopnc) and the state in which the ball lies at V_e's minimum."""
+    """Right-hand side of (magtopnc), and the state of a ball at rest at the minimum of V_e."""
     scene = scene.replace(position=mm.observables.minimum(scene).position)
-    place = [*scene.position, scene.ball_radius]
-    field = mm.dipoles.field(place, *scene.ring_sources())
+    position = [*scene.position, scene.ball_radius]
+    field = mm.dipoles.field(position, *scene.ring_sources())
     scene = scene.replace(axis=tuple(field if axis is None else axis * field))
     derivative, state, _ = ball.problem(scene, ball_initial.initial_state(scene, None, None))
     return derivative, np.asarray(state)
@@ -113,12 +113,12 @@ def test_moments_in_si_are_beyond_any_magnet():
 
 @pytest.mark.parametrize(("tilt", "lift", "lean"), [(0.0, 6.61, 43.8), (PAPER_TILT, 8.60, 47.3)])
 def test_at_the_minimum_the_field_lifts_and_leans(tilt, lift, lean):
-    """In SI by more than the ball's weight of 1.96 N; (DB)^T B is not zero there, but vertical."""
+    """In SI the lift exceeds the weight of 1.96 N; (DB)^T B is not zero there, but vertical."""
     for scene, scale in ((mm.Top.si(tilt=tilt), 1), (mm.Top(tilt=tilt), 100)):
-        place = [*mm.observables.minimum(scene).position, scene.ball_radius]
-        field = mm.dipoles.field(place, *scene.ring_sources())
+        position = [*mm.observables.minimum(scene).position, scene.ball_radius]
+        field = mm.dipoles.field(position, *scene.ring_sources())
         axis = field / np.linalg.norm(field)
-        force, _ = mm.dipoles.wrench(place, scene.moment * axis, *scene.ring_sources())
+        force, _ = mm.dipoles.wrench(position, scene.moment * axis, *scene.ring_sources())
         assert largest(force[:2]) < 5e-15 * force[2]  # 3e-16
         assert scale * force[2] == pytest.approx(lift, abs=5e-3)  # 6.606, 8.598 N
         assert np.degrees(np.arccos(axis[2])) == pytest.approx(lean, abs=0.05)  # 43.78, 47.34
@@ -134,7 +134,7 @@ def test_the_si_reading_is_the_unit_reading_ten_times_faster():
 
 
 @pytest.mark.parametrize(
-    ("method", "stands"),
+    ("method", "stable"),
     [
         ("variational/euler", False),
         ("variational/cayley", False),
@@ -143,14 +143,14 @@ def test_the_si_reading_is_the_unit_reading_ten_times_faster():
         ("variational/blanes-moan6", True),
     ],
 )
-def test_the_papers_step_in_the_si_reading(method, stands):
-    """Methods of many evaluations a step bear it; ours had said that no explicit one does."""
+def test_the_papers_step_in_the_si_reading(method, stable):
+    """Methods with many evaluations per step are stable, unlike in our first reading."""
     scene = mm.Top.si(gravity=1e3)
 
     def simulate():
         return mm.simulate(scene, method=method, timestep=0.025, duration=50, allow_unstable=True)
 
-    if stands:
+    if stable:
         lowest = mm.observables.minimum(scene).energy
         assert float(simulate().energy[-1]) == pytest.approx(lowest, rel=3e-15, abs=0)  # 1e-16
     else:
@@ -163,7 +163,7 @@ def test_the_papers_step_in_the_si_reading(method, stands):
 
 @pytest.mark.parametrize("moments", [(2.0, 2.0, 3.0), (1.0, 2.0, 2.5)])
 def test_lie_poisson_equation_becomes_the_tops(moments):
-    """-(pi x omega) of (lp) and what the kinetic energy has from R cancel, whatever the inertia."""
+    """-(pi x omega) of (lp) and the kinetic energy's dependence on R cancel, for any inertia."""
     rng = np.random.default_rng(1)
     R, omega, B = rotation(rng), rng.normal(size=3), rng.normal(size=3)
     inertia = np.diag(moments)
@@ -190,7 +190,7 @@ def test_the_momentum_map_is_constant_if_two_moments_are_equal(moments, kept):
 
 
 def test_friction_acts_on_the_slip_over_the_floor():
-    """Power of F and tau is -c |V_Q|^2; with the velocity relative to the center it can be > 0."""
+    """Their power is -c |V_Q|^2; with the velocity relative to the center it can be positive."""
     rng = np.random.default_rng(3)
     q, c = np.array([0, 0, -0.018]), 0.3
     v = rng.normal(size=(100, 3)) * [1, 1, 0]
@@ -229,9 +229,9 @@ def test_a_ball_that_spins_in_place_rests_too():
 
 
 def test_the_minimum_is_unique_only_with_tilt_enough():
-    """20 dipoles ripple the valley: a tilt below 0.27 degrees leaves several minima.
+    """The ripple of 20 dipoles leaves several minima at tilts below 0.27 degrees.
 
-    With too much tilt, 15.4 degrees, the dipoles near the plane make some, too.
+    Above 15.4 degrees the dipoles near the plane create several, too.
     """
     counts = [
         sum(p.kind == "minimum" for p in mm.observables.critical_points(mm.Top(tilt=tilt)))
@@ -241,7 +241,7 @@ def test_the_minimum_is_unique_only_with_tilt_enough():
 
 
 def test_without_friction_the_ball_crosses_the_circle_of_minima():
-    """And the ring's own radius, 0.34 m; what moves is the ball, hardly its axis."""
+    """It also crosses the ring's radius, 0.34 m; the ball moves, its axis hardly rotates."""
     scene = mm.Top.paper(1)
     run = mm.simulate(scene, method="variational/blanes-moan4", timestep=0.05, duration=500)
     radius = np.hypot(*run.position.values[:, :2].T)
@@ -277,7 +277,7 @@ def case4():
 
 
 def test_the_spin_is_about_the_axis_and_dies(case4):
-    """It turns over as the ball rolls to and fro, and the ball comes to rest without it."""
+    """The spin changes sign as the ball rolls to and fro, and vanishes as it comes to rest."""
     run = case4.sel(time=slice(10, 500))
     axis, omega = run.axis.values, run.angular_velocity.values
     along = np.sum(axis * omega, -1, keepdims=True) * axis
@@ -291,7 +291,7 @@ def test_the_spin_is_about_the_axis_and_dies(case4):
 
 
 def test_the_ball_slides_at_first_and_rolls_where_its_axis_leans(case4):
-    """Held by the field it turns about xi_3 alone: upright, that is no rolling."""
+    """Held by the field it rotates only about xi_3, which is not rolling if xi_3 is upright."""
 
     def slip_over_speed(begin, end):
         run = case4.sel(time=slice(begin, end))
@@ -304,7 +304,7 @@ def test_the_ball_slides_at_first_and_rolls_where_its_axis_leans(case4):
 
 
 def test_the_slip_of_a_ball_held_by_the_field_decays_more_slowly():
-    """3.7 /s along the valley, 1.0 /s across it; 5.25 /s only if the ball turns freely."""
+    """3.7 /s along the valley, 1.0 /s across it; 5.25 /s only if the ball rotates freely."""
     scene = mm.Top.paper(4)
     rates = growth_rates(*at_rest(scene))
     assert mm.theory.slip_relaxation_rate(scene) == pytest.approx(5.25)
@@ -323,7 +323,7 @@ def test_the_slip_of_a_ball_held_by_the_field_decays_more_slowly():
 
 
 def test_flights_of_the_disk_have_a_heavy_tail():
-    """From 3000 to 20 000 their survival falls about like t^-2, not by powers of itself."""
+    """From 3000 to 20 000 their survival falls approximately like t^-2, not exponentially."""
     disk = mm.Disk()
     run = mm.ensemble(
         disk,
@@ -344,7 +344,7 @@ def test_flights_of_the_disk_have_a_heavy_tail():
 
 
 def test_the_bias_of_flights_in_long_steps():
-    """D(d) at three standard deviations, where theory has 3.78e-5; ours had 8.5e-5 for this."""
+    """D(d) at three standard deviations; theory gives 3.78e-5, our first reading had 8.5e-5."""
     with pytest.warns(UserWarning, match="above 0.0574"):
         found = diffusion("variational/euler", 0.1, 100_000)
     assert found.diffusion_error < 0.015 * found.diffusion  # 0.0092
@@ -364,7 +364,7 @@ class PaperMotor:
         self.x = np.array([0.5, 0.1, 0.04])
         self.ball, self.ring = rotation(rng), turned(UNIT, [0.05, -0.1, 0.3])
         positions, self.outward = self.scene.inner_dipole_frame()
-        self.places = positions
+        self.ring_positions = positions
         outer, moments = self.scene.outer_sources()
         self.outer = outer - [0, 0, self.scene.outer_height]
         self.outer_moments = moments / self.scene.moment
@@ -372,7 +372,7 @@ class PaperMotor:
     def parts(self, x, R):
         """d_i, m_i of the inner ring, r_i0, r_0j, and r_ij by rows of i."""
         scene = self.scene
-        d, m = self.places @ R.T, self.outward @ R.T
+        d, m = self.ring_positions @ R.T, self.outward @ R.T
         to_inner = x - d - scene.inner_height * UNIT[2]
         to_outer = x - self.outer - scene.outer_height * UNIT[2]
         between = (d + scene.inner_height * UNIT[2])[:, None] - (
@@ -381,7 +381,7 @@ class PaperMotor:
         return d, m, to_inner, to_outer, between
 
     def lagrangian(self, dx, dball, dring):
-        """Its magnetic part, moved by so much, with mu/(4 pi) = 1."""
+        """Its magnetic part after small displacements, with mu/(4 pi) = 1."""
         xi = turned(self.ball, dball)[:, 2]
         _, m, r_i0, r_0j, r_ij = self.parts(self.x + dx, turned(self.ring, dring))
         inner = sum(xi @ paper_field(r, n) for r, n in zip(r_i0, m, strict=True))
@@ -427,7 +427,7 @@ def test_the_appendix_is_the_gradient_of_the_lagrangian(factor):
 
 
 def test_the_dissipation_matrix_is_the_friction_of_the_text():
-    """With the ball's moment of inertia for its J, not the ring's, which the paper calls J too."""
+    """Its J is the ball's moment of inertia, not the ring's, which the paper also calls J."""
     scene = mm.Motor()
     m, r, J_B = scene.ball_mass, scene.ball_radius, scene.ball_inertia
     v, omega = np.array([0.3, -0.2, 0]), np.array([4.0, 7.0, 5.0])
@@ -452,7 +452,7 @@ def test_the_dissipation_matrix_is_the_friction_of_the_text():
 
 
 def test_the_motors_ball_creeps_in_its_well():
-    """Radially it slides, overdamped: held by the field, its axis lets it roll around only."""
+    """Radially it slides, overdamped: its axis is held, so it can roll only around the ring."""
 
     def rates(friction):
         scene = mm.Motor(
@@ -478,7 +478,7 @@ def test_the_motors_ball_creeps_in_its_well():
 
 
 def test_an_upright_start_is_forgotten_in_20_seconds():
-    """The paper's attitude is vertical, ours along B: 16 kT of swing that friction takes away."""
+    """The paper's axis is vertical, ours along B: friction removes an oscillation of 16 kT."""
     energies = [
         mm.simulate(
             mm.Motor(axis=axis), method="variational/baoab", timestep=0.1, duration=100, replicas=8

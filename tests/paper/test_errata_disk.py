@@ -1,4 +1,4 @@
-"""The paper's wrong formulas of the disk against the right ones, and the lines drawn of them."""
+"""The paper's wrong formulas of the disk compared with the right ones, and the lines they imply."""
 
 import numpy as np
 import pytest
@@ -42,7 +42,7 @@ def test_papers_lower_bound_fails_in_the_reduced_equation():
 
 @pytest.fixture(scope="module")
 def systems():
-    """Too small to decide anything."""
+    """Systems too small to decide anything."""
     made = []
     for name in ("symmetric", "flat"):
         run = mm.ensemble(
@@ -54,7 +54,7 @@ def systems():
 
 
 def drawn(guide, name, system):
-    """Times and values of the lines that are drawn of a system."""
+    """Times and values of the lines drawn for a system."""
     axes = Figure().subplots()
     guide.draw(axes, name, system)
     return [np.asarray(line.get_data(), dtype=float) for line in axes.lines]

@@ -1,4 +1,4 @@
-"""The figures: claims at reduced size against those published, pictures, and the script."""
+"""The figures: claims at reduced size against the published ones, pictures, the script."""
 
 import importlib
 from collections import Counter
@@ -19,14 +19,14 @@ CHEAP = "spin_mechanism"
 
 
 LAW = "It spins for a random amount of time, observed to be exponential in law"
-"""At reduced size flights are too few to reject it in each sample."""
+"""At reduced size there are too few flights to reject it in every sample."""
 
 
 @pytest.mark.parametrize("name", FIGURES)
 def test_claims_and_picture_at_reduced_size(name, tmp_path):
-    """Verdicts are by four standard errors or by factors.
+    """Verdicts are decided by four standard errors or by factors.
 
-    Seeds are fixed, but where processors round differently what is chaotic is another realization.
+    Seeds are fixed, but where processors round differently, chaotic runs are other realizations.
     """
     figure = FIGURES[name]
     data = figure.compute(True)
@@ -47,7 +47,7 @@ def test_claims_and_picture_at_reduced_size(name, tmp_path):
         pixels = np.asarray(Image.open(picture).convert("L"))
         assert pixels.shape[1] >= 700
         assert np.ptp(pixels) > 100
-        assert pixels.std() > 10  # of a blank page 0
+        assert pixels.std() > 10  # a blank page has 0
 
 
 def test_each_figure_of_the_paper_has_its_counterpart():
@@ -124,5 +124,5 @@ def test_without_opengl_the_others_are_made(run_script, tmp_path, monkeypatch):
     code, said, error = run_script("figures", "dark", CHEAP, "--quick", "--out", tmp_path)
     assert code == 3
     assert "not drawn: none" in said
-    assert error == "figures.py: without OpenGL, not drawn: dark\n"
+    assert error == "figures.py: not drawn, for lack of OpenGL: dark\n"
     assert {path.stem for path in tmp_path.iterdir()} == {CHEAP}

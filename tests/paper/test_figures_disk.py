@@ -1,4 +1,4 @@
-"""Claims on the disk's figures, of data for which they must fail, or hold."""
+"""Claims about the disk's figures, with data for which they must fail or hold."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from paper.disk.flights import claim_of_the_tail, claim_of_the_theorem, slopes
 
 FLIGHTS = 100_000
 LAWS = {
-    # Of an exponential law, and of one with a preferred duration, the tail is not heavy.
+    # The tail of an exponential law, or of one with a preferred duration, is not heavy.
     "exponential": (lambda random: random.exponential(1907, FLIGHTS), "wrong"),
     "gamma": (lambda random: random.gamma(3, 1500, FLIGHTS), "wrong"),
     "Pareto": (lambda random: 500 * random.pareto(1.5, FLIGHTS), "right"),
@@ -28,7 +28,7 @@ def test_a_tail_is_heavy_only_if_it_is(law):
 
 @pytest.fixture(scope="module")
 def warm():
-    """An ensemble that begins in the invariant law, and so is stationary."""
+    """An ensemble that starts in the invariant law and hence is stationary."""
     scene = mm.Disk()
     return mm.ensemble(
         scene, method="variational/baoab", timestep=0.05, duration=500, replicas=1000, seed=2,

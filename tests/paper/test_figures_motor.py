@@ -1,4 +1,4 @@
-"""The motor's figures: the tilted ring's energy, and verdicts that can fall either way."""
+"""The motor's figures: the tilted ring's energy, and verdicts that can go either way."""
 
 import math
 
@@ -85,7 +85,7 @@ def test_the_law_of_flights_is_decided_where_there_are_enough(law, count, verdic
 
 @pytest.fixture(scope="module")
 def runs():
-    """One of each kind, both made to go to and fro, round twice, and back a bit."""
+    """A run at each temperature, changed to go to and fro, around twice, and back a little."""
     made = []
     for name in ("nonuniform-a", "uniform-a"):
         scene = mm.Motor.paper(name)
@@ -109,7 +109,7 @@ def test_records_in_flight(runs):
 
 
 def resting(run):
-    """The run up to its flight."""
+    """Return the run up to its flight."""
     return MotorRun(run.name, run.data.isel(time=slice(0, 100)))
 
 
@@ -131,7 +131,7 @@ def test_what_is_kept_of_many_runs(runs):
     ("flying", "verdicts"), [(4, ["right", "right", "in part"]), (2, ["wrong", "wrong", "right"])]
 )
 def test_whether_most_of_many_fly_decides_what_the_plots_show(runs, flying, verdicts):
-    """Of the paper's few runs one may have no flight by chance."""
+    """One of the paper's few runs may have no flight by chance."""
     hot, warm = runs
     cool_scene = mm.simulate(
         mm.Motor.paper("uniform-d"), method="variational/baoab", timestep=0.1, duration=1
@@ -155,7 +155,7 @@ def test_a_run_without_a_flight_is_no_verdict(runs):
     gained = hot.balance.gain[-1] / hot.balance.injected[-1]
     many = {"nonuniform-a": collected("nonuniform-a", [hot])}
     claim = claims_of_the_energy(Motors([hot, still, warm], many))[0]
-    assert claim.measured.startswith(f"all runs have gained {gained:.2f} of what")
+    assert claim.measured.startswith(f"together the runs gained {gained:.2f} of")
 
 
 def test_what_friction_takes_decides_whether_a_velocity_is_critical(runs):

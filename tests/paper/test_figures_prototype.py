@@ -1,4 +1,4 @@
-"""The physical prototype's questions: dry friction, lift-off and finite magnets."""
+"""Questions about a physical prototype: dry friction, lift-off and finite magnets."""
 
 import math
 
@@ -122,7 +122,7 @@ def test_runs_leave_the_plane_where_statics_says(lift):
     ("shape", "slenderness"), [("cube", 1), ("rod", 1), ("plate", 1 / 4), ("bar", 4)]
 )
 def test_shapes_have_the_volume_of_the_cube(shape, slenderness):
-    """By the mean squares of coordinates: a twelfth of an edge's, a quarter of a radius's."""
+    """By the mean squares of coordinates: edge²/12 and radius²/4."""
     points, parts = finite_magnets.SHAPES[shape](0.02)
     deviation = np.sqrt(parts @ points**2)
     length = math.sqrt(12) * deviation[0]

@@ -1,4 +1,4 @@
-"""The program behind `make charts`: records that outlive it, tables and pictures in documents."""
+"""The program behind `make charts`: persistent records, and tables and pictures in documents."""
 
 import json
 import sys
@@ -20,7 +20,7 @@ CONFTEST = Path(__file__).parents[1] / "conftest.py"
 
 
 class Counted:
-    """A case's function that counts its runs, and is interrupted in one of them."""
+    """Return a case function that counts its runs and is interrupted in one of them."""
 
     def __init__(self, interrupted: str = ""):
         self.runs: list[str] = []
@@ -36,7 +36,7 @@ class Counted:
         return Case(key, run)
 
 
-def test_what_was_measured_is_not_measured_again(tmp_path):
+def test_existing_records_are_not_measured_again(tmp_path):
     counted, path = Counted(), tmp_path / "folder" / "records.jsonl"
     cases = [counted.case(key) for key in ("a", "bb")]
     first = measure(cases, Store(path))
@@ -46,7 +46,7 @@ def test_what_was_measured_is_not_measured_again(tmp_path):
     assert counted.runs == ["a", "bb", "ccc"]
 
 
-def test_an_interrupted_program_goes_on_where_it_stopped(tmp_path):
+def test_an_interrupted_program_resumes_where_it_stopped(tmp_path):
     path = tmp_path / "records.jsonl"
     stopped, resumed = Counted(interrupted="bb"), Counted()
     cases, store = [stopped.case(key) for key in ("a", "bb", "ccc")], Store(path)
@@ -95,7 +95,7 @@ def test_two_cases_with_one_key_are_refused(tmp_path):
 
 @pytest.fixture
 def program(tmp_path, monkeypatch):
-    """The program with one topic, whose second case is interrupted the first time."""
+    """Return the program with one topic, whose second case is interrupted the first time."""
     counted = Counted(interrupted="bb")
     topic = SimpleNamespace(
         cases=lambda quick: [counted.case(key) for key in (["a", "bb"] if quick else ["a"])],
@@ -109,11 +109,11 @@ def program(tmp_path, monkeypatch):
     return charts.main, counted
 
 
-def test_the_program_says_how_to_go_on_and_does(tmp_path, program, capsys):
+def test_the_program_resumes_and_says_how(tmp_path, program, capsys):
     main, counted = program
     folder = tmp_path / "out" / "charts-quick"
     assert main(["--quick"]) == 130
-    assert capsys.readouterr().out == "stopped: 1 of 2 records are kept; the same command goes on\n"
+    assert capsys.readouterr().out == "stopped: 1 of 2 records are kept; the same command resumes\n"
     assert not (folder / "picture.png").exists()
     counted.interrupted = ""
     assert main(["--quick"]) == 0
@@ -122,7 +122,7 @@ def test_the_program_says_how_to_go_on_and_does(tmp_path, program, capsys):
     assert (folder / "tables.md").read_text() == "## values\n\n1\n"
 
 
-def test_what_cannot_be_published_is_told_in_one_line(program, capsys):
+def test_what_cannot_be_published_is_reported_in_one_line(program, capsys):
     main, _ = program
     assert main([]) == 2  # there are no documents
     assert len(capsys.readouterr().err.splitlines()) == 1
@@ -137,7 +137,7 @@ def test_one_topic_publishes_nothing(tmp_path, program):
 MARKED = "before\n<!-- charts: speeds -->\nold\nlines\n<!-- end of charts -->\nafter\n"
 
 
-def test_tables_replace_what_stands_between_their_markers():
+def test_tables_replace_the_text_between_their_markers():
     new = publishing.with_tables(MARKED + MARKED, {"speeds": "| a |\n| --- |"}, "README.md")
     assert "old" not in new
     assert new.count("| a |") == 2
@@ -146,12 +146,14 @@ def test_tables_replace_what_stands_between_their_markers():
     assert publishing.with_tables(new, {"speeds": "| a |\n| --- |"}, "README.md") == new
 
 
-def test_a_table_may_hold_what_regular_expressions_understand():
+def test_a_table_may_contain_regular_expression_characters():
     assert r"\1 \g<2>" in publishing.with_tables(MARKED, {"speeds": r"\1 \g<2>"}, "README.md")
 
 
-def test_a_document_that_asks_for_an_unknown_table_is_named():
-    with pytest.raises(ValueError, match=r"README.md asks for the table speeds: known are \['a'\]"):
+def test_a_document_that_requests_an_unknown_table_is_named():
+    with pytest.raises(
+        ValueError, match=r"README.md requests the unknown table speeds; known are \['a'\]"
+    ):
         publishing.with_tables(MARKED, {"a": ""}, "README.md")
 
 
@@ -177,24 +179,24 @@ def test_publishing_writes_tables_shown_pictures_and_the_front(tmp_path):
 
 
 def point(name, timestep, error, seconds, floor=0.0):
-    """A method by its letter, at a step in units of 0.01 s."""
+    """Return a point of a method, given by a letter, at a step in units of 0.01 s."""
     method = dict(zip("abcd", mm.methods(mm.Top.paper(4)), strict=False))[name]
     return charted.Point("top", "momentum_map", method, timestep / 100, error, floor, seconds)
 
 
 def test_points_join_errors_with_costs_and_keep_failures():
-    told = {"subject": "top", "method": "a/b", "quantities": ["position"]}
+    settings = {"scene": "top", "method": "a/b", "quantities": ["position"]}
     records = {
-        "cost": {"subject": "top", "seconds_a_step": {"a/b": 1e-6}},
-        "good": {**told, "timestep": 0.1, "errors": {"position": [0.01, 0.0]}},
-        "bad": {**told, "timestep": 0.5, "failed": "a value is not finite"},
+        "cost": {"scene": "top", "seconds_a_step": {"a/b": 1e-6}},
+        "good": {**settings, "timestep": 0.1, "errors": {"position": [0.01, 0.0]}},
+        "bad": {**settings, "timestep": 0.5, "failed": "a value is not finite"},
     }
     good, bad = charted.points_of(records)
     assert (good.error, good.seconds) == (0.01, pytest.approx(1e-5))
     assert (bad.error, bad.seconds) == (float("inf"), pytest.approx(2e-6))
 
 
-def test_the_front_holds_what_nothing_cheaper_surpasses():
+def test_the_front_has_points_that_nothing_cheaper_surpasses():
     points = [point("a", 4, 0.5, 1), point("a", 2, 0.1, 2), point("b", 1, 0.2, 3)]
     points += [point("b", 0.5, 0.01, 4), point("c", 8, float("inf"), 0.1)]
     points += [point("d", 2, 0.1 * (1 - 1e-12), 2.5)]  # the same but for rounding
@@ -216,7 +218,7 @@ def test_an_error_below_its_sampling_floor_counts_as_the_floor():
     assert charted.cheapest(points, 0.03) == points[0]
 
 
-def test_the_cost_of_a_step_leaves_out_setting_up_and_disturbances():
+def test_the_cost_of_a_step_excludes_setup_and_disturbances():
     disturbances = iter([5.0, 9.0, 0.0, 0.0] * 2)
 
     def seconds(steps):

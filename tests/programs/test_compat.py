@@ -1,4 +1,4 @@
-"""A short tour of what depends on MuJoCo's version; run on the oldest and the newest."""
+"""A short tour of what depends on MuJoCo's version, run on the oldest and the newest."""
 
 import mujoco
 import numpy as np
@@ -52,7 +52,7 @@ def test_plane_follows_planar():
     assert np.abs(plane.position - planar.position).max() < 1e-5
 
 
-def test_decorated_model_moves_as_the_plain_one():
+def test_the_decorated_model_moves_like_the_plain_one():
     states = []
     for visual in (False, True):
         model = mm.build(mm.Top(), visual=visual)

@@ -18,7 +18,7 @@ LABEL = (slice(0, 34), slice(0, 90))
 
 @pytest.fixture(scope="module")
 def opengl():
-    """Skips where nothing draws."""
+    """Skip the test if OpenGL is unavailable."""
     try:
         Views(mm.Top(), {"top": (60, 80)}).close()
     except NoOpenGL as reason:
@@ -42,7 +42,7 @@ def runs(scenes):
 
 
 def drawn(runs, scenes, labels, columns, moments):
-    """Frames at some times, shape (T, 720, 1280, 3), and the boxes of the tiles."""
+    """Return frames at some times, shape (T, 720, 1280, 3), and the boxes of the tiles."""
     times = np.array(moments)
     tiles = [Tile(*shown, times) for shown in zip(runs, scenes, labels, strict=True)]
     with Sheet(tiles, times, columns) as sheet:
@@ -55,7 +55,7 @@ def cut(frames, box):
 
 
 def dark(pictures):
-    """Which pixels have the dark gray of the ball and of text."""
+    """Return a mask of the pixels with the dark gray of ball and text."""
     return pictures.max(axis=-1) < 75
 
 
@@ -75,7 +75,7 @@ def test_a_sheet_has_its_frames_and_size(opengl, runs, scenes, tmp_path):
     assert np.abs(frames[-1] - frames[0]).max() > 100
 
 
-def test_every_ball_goes_its_own_way(opengl, runs, scenes):
+def test_every_ball_moves_as_in_its_run(opengl, runs, scenes):
     (start, end), boxes = drawn(runs, scenes, ["", "", ""], 3, [0.0, 15.0])
     first, last = ([cut(frame, box) for box in boxes[:3]] for frame in (start, end))
     for one, other in ((0, 1), (1, 2), (0, 2)):
@@ -94,7 +94,7 @@ def test_every_ball_goes_its_own_way(opengl, runs, scenes):
     assert min(blue[3:]) > 200  # 252
 
 
-def test_labels_stand_in_their_tiles(opengl, runs, scenes):
+def test_labels_are_in_their_tiles(opengl, runs, scenes):
     (named,), boxes = drawn(runs, scenes, ["tilt 0, height 0.2", "", "tilt 0.2"], 3, [0.0])
     counts = [dark(cut(named, box)[LABEL]).sum() for box in boxes[:3]]
     assert counts[1] == 0
@@ -116,7 +116,7 @@ def test_bars_show_the_spin_on_one_scale(opengl, runs, scenes):
         assert bar == pytest.approx(bars[largest] * abs(spin / spins[largest]), abs=2)
 
 
-def test_a_run_that_ended_early_stands_still_and_fades(opengl, runs, scenes):
+def test_a_run_that_ended_early_freezes_and_fades(opengl, runs, scenes):
     stopped = runs[1].isel(time=slice(0, 101))
     at_once = runs[2].isel(time=[0])
     shown = [runs[0], stopped, at_once]
@@ -130,7 +130,7 @@ def test_a_run_that_ended_early_stands_still_and_fades(opengl, runs, scenes):
     np.testing.assert_array_equal(cut(whole[0], boxes[0]), going[1])
 
 
-def test_scenes_of_one_look_share_their_views(opengl, runs, scenes):
+def test_scenes_that_look_alike_share_their_views(opengl, runs, scenes):
     others = [*scenes, mm.Top(ring_height=0.3), mm.Top(ball_radius=0.03)]
     times = np.array([0.0])
     tiles = [Tile(runs[0], scene, "", times) for scene in others]
@@ -176,15 +176,15 @@ def test_what_cannot_be_shown_is_named(runs, scenes, tmp_path):
 
     refused(r"len\(runs\) = 0: must be 1 to 15", runs=[])
     refused(r"len\(runs\) = 6: must be 1 to 5: 5 rows of 1", runs=[*runs, *runs], columns=1)
-    refused(r"len\(scenes\) = 2: must be that of runs: 3", scenes=scenes[:2])
-    refused(r"len\(labels\) = 2: must be that of runs: 3", labels=["a", "b"])
+    refused(r"len\(scenes\) = 2: must be 3, the number of runs", scenes=scenes[:2])
+    refused(r"len\(labels\) = 2: must be 3, the number of runs", labels=["a", "b"])
     refused("columns = 0: must be at least 1", columns=0)
     refused("columns = 9: must be at most 8", columns=9)
     refused("columns = 1.5: must be an integer", columns=cast(Any, 1.5))
-    refused(r"scene = Disk.*: must be the run's own, a Top", scenes=[mm.Disk()] * 3)
+    refused(r"scene = Disk.*: must be the scene of the run, a Top", scenes=[mm.Disk()] * 3)
     mixed = [*scenes[:2], mm.Motor()]
-    refused(r"scene = Motor.*: must be the run's own, a Top", scenes=mixed)
-    refused(r"replicas = 2: must be one", runs=[*runs[:2], runs[2].expand_dims(replica=2)])
+    refused(r"scene = Motor.*: must be the scene of the run, a Top", scenes=mixed)
+    refused(r"replicas = 2: select one", runs=[*runs[:2], runs[2].expand_dims(replica=2)])
     refused(r"must be mujoco/\* or var", runs=[*runs[:2], runs[2].drop_vars("orientation")])
     refused("seconds_per_second = 0: must be greater than 0", seconds_per_second=0)
     assert not any(tmp_path.iterdir())

@@ -1,4 +1,4 @@
-"""scripts/disk.py: what it writes and prints, its mistakes, and its theory of the mean."""
+"""scripts/disk.py: its output, its errors, and its theory of the mean."""
 
 import re
 import resource
@@ -24,7 +24,7 @@ SHORT = ("--duration", "30", "--replicas", "256", "--timestep", "0.05", "--out")
 
 @pytest.fixture
 def disk(run_script):
-    """Run the script; its exit code and what it said to stderr."""
+    """Return a function that runs the script and returns its exit code and stderr."""
 
     def run(*arguments):
         code, _, errors = run_script("disk", *arguments)
@@ -34,7 +34,7 @@ def disk(run_script):
 
 
 def interrupt(monkeypatch, number):
-    """Have the ensemble of that number, from 1, end as if it had been interrupted."""
+    """Make the ensemble of a number, counted from 1, end as if interrupted."""
     whole = mm.ensemble
     scenes = []
 
@@ -88,12 +88,12 @@ def test_a_mistake_is_one_line_and_code_2(disk, tmp_path, flags, line):
     assert not [*tmp_path.glob("out/*")]
 
 
-def test_an_interrupted_run_says_what_is_written_and_goes_on(disk, tmp_path, monkeypatch):
+def test_an_interrupted_run_reports_its_files_and_how_to_resume(disk, tmp_path, monkeypatch):
     interrupt(monkeypatch, 2)
     code, error = disk(*SHORT, tmp_path)
     assert code == 130
     assert error.count("\n") == 1
-    assert f"goes on from {tmp_path / 'disk_symmetric_stationary.checkpoint'}" in error
+    assert f"resumes from {tmp_path / 'disk_symmetric_stationary.checkpoint'}" in error
     assert error.endswith("written: disk_symmetric.nc\n")
     assert {path.name for path in tmp_path.iterdir()} == {
         "disk_symmetric.nc",
@@ -102,7 +102,7 @@ def test_an_interrupted_run_says_what_is_written_and_goes_on(disk, tmp_path, mon
     }
     code, error = disk(*SHORT, tmp_path, "--seed", "1")  # not the same command
     assert code == 2
-    assert "must be one of seed = 8; it has 0; finish that run, or delete the file" in error
+    assert "its seed is 0, not 8; finish that run, or delete the file" in error
 
 
 def test_a_full_disk_is_one_line(tmp_path):
@@ -115,12 +115,12 @@ def test_a_full_disk_is_one_line(tmp_path):
     assert done.returncode == 1, done.stderr
     assert "Traceback" not in done.stderr
     first, *_, last = done.stderr.splitlines()
-    assert f"no checkpoint {tmp_path / 'disk_symmetric.checkpoint'}: File too large" in first
+    assert f"cannot save {tmp_path / 'disk_symmetric.checkpoint'}: File too large" in first
     assert f"cannot write {tmp_path / 'disk_symmetric.nc'}" in last
     assert not [*tmp_path.iterdir()]
 
 
-def test_a_long_timestep_is_warned_of_once(disk, tmp_path, monkeypatch):
+def test_a_long_timestep_causes_one_warning(disk, tmp_path, monkeypatch):
     interrupt(monkeypatch, 3)
     with warnings.catch_warnings():
         warnings.simplefilter("always")
@@ -155,7 +155,7 @@ def test_local_slope_of_a_power_and_of_brownian_motion():
 
 
 def test_d_diffusion_of_brownian_motion():
-    """Whose D is 3, of d alone: the slip v + omega of each replica stays as it is."""
+    """D of d is 3, while the slip v + omega of each replica is constant."""
     scene, random = mm.Disk(sigma=0.7), np.random.default_rng(1)
     steps = random.normal(0, np.sqrt(6), (40000, 5))
     d, slip = 40 + steps.cumsum(axis=1), 10 * random.standard_normal((40000, 1))
@@ -170,8 +170,8 @@ def test_d_diffusion_of_brownian_motion():
         d_diffusion(run.assign_coords(time=np.arange(5.0)).isel(replica=0), scene)
 
 
-def test_flight_survival_with_flights_that_did_not_end():
-    """By hand, and that of exponential durations seen for exponential times."""
+def test_flight_survival_with_unfinished_flights():
+    """A worked example, and exponential durations that are observed for exponential times."""
     columns = {"flights": [2, 0, 3, 1], "unfinished_flights": [0, 2, 0, 2]}
     run = xr.Dataset({name: ("flight_duration", np.array(v)) for name, v in columns.items()})
     run = run.assign_coords(flight_duration=[1.0, 2.0, 4.0, 8.0])
@@ -191,8 +191,8 @@ def test_flight_survival_with_flights_that_did_not_end():
     assert float(found.survival_error.max()) < 0.006  # 0.0040
 
 
-def test_flights_last_seen_in_a_bin_count_for_half_of_it():
-    """As many as expected of exponential durations, mean 10, seen for such times, mean 20."""
+def test_unfinished_flights_count_for_half_of_their_last_bin():
+    """Expected counts of exponential durations, mean 10, observed for such times, mean 20."""
     edges = np.arange(0.0, 200.0, 2.0)
     left = 1e9 * np.exp(-(1 / 10 + 1 / 20) * edges)
     gone = -np.diff(left, append=0.0)

@@ -1,4 +1,4 @@
-"""What README, site and docstrings show runs and prints what it shows; what they name exists."""
+"""Code in README, site and docstrings runs and prints what they show; what they name exists."""
 
 import doctest
 import importlib
@@ -29,12 +29,12 @@ PROGRAMS = [
 ]
 
 PYTHON = re.compile(r"^```python\n(.*?)^```$(?:\n\n```text\n(.*?)^```$)?", re.DOTALL | re.MULTILINE)
-"""A block of Python, and what it prints, if that stands below it."""
+"""A block of Python, and the output that may be shown below it."""
 
 FENCED = re.compile(r"^```(\w*)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 LINK = re.compile(r"\]\((?!https?:)([^)\s#]*)(?:#([^)\s]+))?\)")
 WHOLE = {"tutorial.md", "how_it_works.md"}
-"""Pages all of whose blocks run; test_readme.py and test_examples.py have those of others."""
+"""Pages whose blocks all run; test_readme.py and test_examples.py cover the others."""
 
 MODULES = [
     ".".join(path.relative_to(ROOT / "src").with_suffix("").parts)
@@ -49,7 +49,7 @@ def named(pages):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("page", named([page for page in PAGES if page.name in WHOLE]))
-def test_blocks_run_and_print_what_is_shown(page, tmp_path, monkeypatch, capsys):
+def test_blocks_run_and_print_the_output_shown(page, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     namespace = {"__name__": "__main__"}
     for found in PYTHON.finditer(TEXT[page]):
@@ -83,7 +83,7 @@ def test_links_and_pictures_point_to_something(page):
 
 
 def anchors(page):
-    """Those given, and those of a page's headings, as GitHub and the site make them."""
+    """Return the anchors of a page, explicit or from its headings as on GitHub and the site."""
     given = re.findall(r'id="([\w-]+)"', TEXT[page])
     headings = re.findall(r"^#+ (.*)$", FENCED.sub("", TEXT[page]), re.MULTILINE)
     return {re.sub(r"[^\w\- ]", "", name.lower()).replace(" ", "-") for name in headings + given}

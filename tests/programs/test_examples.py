@@ -1,4 +1,4 @@
-"""The examples: their physics against theory, their pictures, and what the documentation quotes."""
+"""The examples: physics against theory, pictures, and the quotes in the documentation."""
 
 import importlib
 import re
@@ -101,7 +101,7 @@ def test_basins_hardly_change_with_half_the_timestep(example, pendulum):
     assert changed < 0.02  # 0.0044
 
 
-def test_energy_of_the_pendulum_only_falls_and_it_stays_where_it_is_said_to_end(example, pendulum):
+def test_energy_of_the_pendulum_decreases_and_it_stays_where_it_was_captured(example, pendulum):
     x, y = np.array([0.21]), np.array([0.13])
     ends = example("magnetic_pendulum").release(pendulum, x, y)
     data = mujoco.MjData(pendulum.model)
@@ -155,7 +155,7 @@ def test_pictures_are_written_and_not_blank(example, tmp_path, capsys, name, num
     assert len(colors(out)) > 50  # 150 or more
 
 
-def test_the_picture_has_a_color_for_each_magnet_and_black_for_none(example):
+def test_the_picture_has_a_color_per_magnet_and_black_without_one(example):
     module = example("magnetic_pendulum")
     ends = module.Ends(np.array([0, 1, 2, -1]), np.array([1.0, 1.0, 1.0, np.nan]))
     red, green, blue, black = module.picture(ends, 2).reshape(4, 3)
@@ -164,7 +164,7 @@ def test_the_picture_has_a_color_for_each_magnet_and_black_for_none(example):
     assert not black.any()
 
 
-def test_a_name_without_a_suffix_is_that_of_a_png(example, tmp_path, capsys):
+def test_a_name_without_a_suffix_becomes_a_png(example, tmp_path, capsys):
     (tmp_path / "so").mkdir()
     example("support").save(Figure(), tmp_path / "so")
     assert capsys.readouterr().out == f"wrote {tmp_path / 'so.png'}\n"
@@ -217,7 +217,7 @@ def test_an_example_runs_as_a_program(tmp_path):
     assert out.exists()
 
 
-def test_what_the_page_quotes_stands_in_the_examples():
+def test_the_quotes_of_the_page_are_in_the_examples():
     files = [path.read_text(encoding="utf-8") for path in EXAMPLES.iterdir() if path.is_file()]
     quoted = re.findall(r"<!-- from examples -->\n```\w+\n(.*?)```", PAGE, re.DOTALL)
     assert len(quoted) == 5

@@ -1,4 +1,4 @@
-"""Hostile input ends in a named error or a finite result; and what does not is found."""
+"""Hostile input gives a named error or a finite result, and the fuzzer finds what does not."""
 
 import os
 import sys
@@ -67,7 +67,7 @@ def judge_planted():
     return lambda given: judge.judge(given, every[given.target])
 
 
-def test_what_is_planted_is_found():
+def test_planted_bugs_are_found():
     given = [
         Call(1, number, f"planted.planted_{name}", None, (("value", "-1"),))
         for number, name in enumerate(PLANTED)
@@ -85,12 +85,12 @@ def test_what_is_planted_is_found():
     )
 
 
-def test_a_number_and_a_seed_are_one_input():
+def test_a_number_and_a_seed_determine_the_input():
     assert [call(3, n) for n in (7, 700)] == [call(3, n) for n in (7, 700)]
     assert len({str(call(seed, 7)) for seed in range(9)}) > 4
 
 
-def test_all_that_is_public_is_called():
+def test_the_whole_public_interface_is_called():
     names = [target.name for target in targets()]
     for name in (*mm.theory.__all__, *mm.observables.__all__):
         of_results = name in ("CriticalPoint", "MotorWells")  # tuples without methods

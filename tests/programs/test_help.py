@@ -1,4 +1,4 @@
-"""Every program answers --help in a paragraph and does nothing else, and refuses other flags."""
+"""Every program answers --help with a paragraph and nothing else, and rejects unknown flags."""
 
 import os
 import runpy
@@ -10,20 +10,20 @@ import pytest
 
 ROOT = next(folder for folder in Path(__file__).parents if (folder / "pyproject.toml").exists())
 FOLDERS = {"benchmarks": "", "examples": "", "scripts": "", "tests": "argparse"}
-"""Where programs are, and what those have in them that are not only for other programs."""
+"""Folders of programs, and the text that distinguishes those for users from helpers."""
 
 PROGRAMS = [
     path.relative_to(ROOT).as_posix()
-    for folder, told in FOLDERS.items()
+    for folder, marker in FOLDERS.items()
     for path in sorted((ROOT / folder).rglob("*.py"))
     for text in [path.read_text(encoding="utf-8")]
-    if '\nif __name__ == "__main__":\n' in text and told in text
+    if '\nif __name__ == "__main__":\n' in text and marker in text
 ]
 
 
 @pytest.fixture
 def run(monkeypatch, capsys):
-    """Run a program in this process; its exit code, and what it said to stdout and stderr."""
+    """Return a function that runs a program here and returns exit code, stdout and stderr."""
     monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)  # scripts set it
     before = dict(os.environ)  # some choose how many threads there are
 

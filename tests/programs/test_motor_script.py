@@ -1,4 +1,4 @@
-"""scripts/motor.py: what it writes and prints, runs that lose their ring, and its mistakes."""
+"""scripts/motor.py: its output, runs that lose their ring, and its errors."""
 
 import importlib
 import re
@@ -51,17 +51,19 @@ def no_pictures(monkeypatch):
     monkeypatch.setattr(importlib.import_module("motor"), "draw", lambda *_: None)
 
 
-def test_the_file_makes_its_run_again(motor, tmp_path, no_pictures):
+def test_the_file_reproduces_its_run(motor, tmp_path, no_pictures):
     motor(*SHORT, tmp_path, "--runs", "uniform-c", "--seed", "2")
     kept = xr.load_dataset(tmp_path / "motor_uniform-c.nc")
-    told = {name: kept.attrs[name] for name in ("method", "timestep", "duration", "seed")}
-    assert told["seed"] == 3 + 2 * 7
-    again = mm.simulate(mm.scene_of(kept), **told, record_interval=kept.attrs["record_interval"])
+    numerics = {name: kept.attrs[name] for name in ("method", "timestep", "duration", "seed")}
+    assert numerics["seed"] == 3 + 2 * 7
+    again = mm.simulate(
+        mm.scene_of(kept), **numerics, record_interval=kept.attrs["record_interval"]
+    )
     np.testing.assert_array_equal(kept.energy, again.energy)
     np.testing.assert_array_equal(kept.position, again.position.astype("float32"))
 
 
-def test_a_run_that_loses_its_ring_is_kept_drawn_and_no_error(motor, tmp_path, monkeypatch):
+def test_a_run_that_loses_its_ring_is_kept_and_drawn_without_an_error(motor, tmp_path, monkeypatch):
     monkeypatch.setitem(PAPER, "nonuniform-a", ("nonuniform", 2e-3, 1))
     runs = ("--runs", "nonuniform-a", "uniform-a")
     code, said, errors = motor(*SHORT, tmp_path, *runs)
@@ -105,7 +107,7 @@ def test_a_run_that_diverges_otherwise_is_code_1(motor, tmp_path, monkeypatch):
     assert error.count("\n") == 1
 
 
-def test_an_interrupted_run_goes_on_to_the_same_end(motor, tmp_path, monkeypatch, no_pictures):
+def test_an_interrupted_run_resumes_to_the_same_end(motor, tmp_path, monkeypatch, no_pictures):
     runs = ("--runs", "uniform-a", "uniform-b")
     motor(*SHORT, tmp_path / "whole", *runs)
     whole, scenes = mm.simulate, []
@@ -121,11 +123,11 @@ def test_an_interrupted_run_goes_on_to_the_same_end(motor, tmp_path, monkeypatch
     code, _, error = motor(*SHORT, tmp_path / "out", *runs)
     assert code == 130
     assert error.count("\n") == 1
-    assert f"goes on from {tmp_path / 'out' / 'motor_uniform-b.checkpoint'}" in error
+    assert f"resumes from {tmp_path / 'out' / 'motor_uniform-b.checkpoint'}" in error
     assert error.endswith("written: motor_uniform-a.nc\n")
     code, _, error = motor(*SHORT, tmp_path / "out", *runs, "--seed", "1")  # not the same command
     assert code == 2
-    assert "must be one of seed = 8; it has 1; finish that run, or delete the file" in error
+    assert "its seed is 1, not 8; finish that run, or delete the file" in error
     code, *_ = motor(*SHORT, tmp_path / "out", *runs)
     assert code == 0
     assert not [*tmp_path.glob("out/*.checkpoint")]

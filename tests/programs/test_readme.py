@@ -1,4 +1,4 @@
-"""What the README shows works as it stands there."""
+"""The blocks of Python in the README, and on the pages about devices and sweeps, run as shown."""
 
 import re
 import subprocess
@@ -10,14 +10,33 @@ import pytest
 import xarray as xr
 
 ROOT = Path(__file__).parents[2]
-README = (ROOT / "README.md").read_text(encoding="utf-8")
-EXAMPLES = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
 
 
-def test_python_examples_run():
-    simulate, ensemble, motor, _, magnetize, heat, slip = EXAMPLES
+def blocks(page, language="python"):
+    text = (ROOT / page).read_text(encoding="utf-8")
+    return re.findall(rf"^```{language}\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)
+
+
+def test_the_readme_prints_what_it_shows(capsys):
+    (example,), (output,) = blocks("README.md"), blocks("README.md", "text")
     namespace: dict = {}
-    exec(simulate, namespace)
+    exec(example, namespace)
+    assert capsys.readouterr().out == output
+    assert namespace["data"].qpos[0] == pytest.approx(np.pi / 2, abs=1e-6)
+
+
+def test_the_readme_makes_a_run():
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    (line,) = re.findall(r"`(run = mm\.simulate\(.*?\))`", text)
+    namespace: dict = {}
+    exec("import magmotor as mm\n" + line, namespace)
+    assert isinstance(namespace["run"], xr.Dataset)
+
+
+def test_devices():
+    top, ensemble, motor = blocks("docs/paper_devices.md")
+    namespace: dict = {}
+    exec(top, namespace)
     assert np.abs(namespace["run"].momentum_map).max() == pytest.approx(1.858e-4, rel=1e-3)
     namespace = {}
     exec(ensemble, namespace)
@@ -37,28 +56,11 @@ def test_python_examples_run():
     assert abs(balance.residual[-1]) < 0.002 * balance.injected[-1]  # 5e-4
     modes = mm.observables.mode_temperatures(run, scene, burn_in=2000)
     assert modes.temperature.sel(mode="slip") == pytest.approx(scene.kT, rel=0.05)  # 5 errors
-    namespace = {}
-    exec(magnetize, namespace)
-    assert namespace["data"].qpos[0] == pytest.approx(np.pi / 2, abs=1e-6)
-    exec(heat, namespace)
-    model, data = namespace["model"], namespace["data"]
-    squares = []
-    with namespace["mm"].magnetism():
-        for _ in range(20_000):
-            namespace["mujoco"].mj_step(model, data, nstep=50)
-            squares.append(data.qvel[0] ** 2)
-    # 2000 s are 6400 correlation times of the energy: standard error 1.8 %.
-    assert model.dof_M0[0] * np.mean(squares) == pytest.approx(1e-6, rel=0.08)  # 0.97
-    exec(slip, namespace)
-    model, mujoco = namespace["model"], namespace["mujoco"]
-    data = mujoco.MjData(model)
-    data.qvel[0] = 0.7
-    mujoco.mj_step(model, data, nstep=5000)
-    assert data.qvel[[0, 4]] == pytest.approx([0.5, 10.0], rel=2e-13, abs=0)  # 1.1e-14
 
 
 def test_the_sweep_runs_as_a_script(tmp_path):
-    (tmp_path / "noise.py").write_text(EXAMPLES[3] + "    data.to_netcdf('noise.nc')\n")
+    (sweep,) = blocks("docs/sweeps.md")
+    (tmp_path / "noise.py").write_text(sweep + "    data.to_netcdf('noise.nc')\n")
     subprocess.run(
         [sys.executable, "-W", "error", "noise.py"], cwd=tmp_path, check=True, timeout=120
     )

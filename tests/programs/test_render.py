@@ -1,4 +1,4 @@
-"""Movies and pictures show what they are meant to show."""
+"""Movies and pictures show the recorded motion."""
 
 import subprocess
 from typing import Any, cast
@@ -22,7 +22,7 @@ CAMERAS = ("front", "top", "ball")
 
 @pytest.fixture(scope="module")
 def opengl():
-    """Skips where nothing draws."""
+    """Skip the test if OpenGL is unavailable."""
     try:
         Views(mm.Top(), {"front": SIZE}).close()
     except NoOpenGL as reason:
@@ -44,14 +44,14 @@ def pictures(scene, states, trail=None):
 
 
 def decoded(path):
-    """The bytes of all frames of a movie."""
+    """Return the bytes of all frames of a movie."""
     command = [imageio_ffmpeg.get_ffmpeg_exe(), "-i", path, "-f", "rawvideo", "-pix_fmt", "rgb24"]
     raw = subprocess.run([*command, "-"], capture_output=True, check=True).stdout
     return np.frombuffer(raw, np.uint8)
 
 
 def red(picture):
-    """Which pixels have the red of the dipoles' arrows."""
+    """Return a mask of the pixels with the red of the dipoles' arrows."""
     return (picture[..., 0] > 2 * picture[..., 1]) & (picture[..., 0] > 80)
 
 
@@ -68,13 +68,13 @@ def test_every_camera_sees_the_dipoles(opengl, scene):
         assert red(picture).sum() >= 5, camera
 
 
-def test_arrows_go_round_the_ring(opengl):
+def test_arrows_go_around_the_ring(opengl):
     rows, columns = np.nonzero(red(pictures(mm.Top(), start(mm.Top()))["top"]))
     azimuth = np.arctan2(rows - SIZE[0] / 2, columns - SIZE[1] / 2)
     assert (np.histogram(azimuth, bins=8, range=(-np.pi, np.pi))[0] > 0).all()
 
 
-def test_the_balls_pattern_turns_with_it(opengl):
+def test_the_pattern_of_the_ball_rotates_with_it(opengl):
     scene = mm.Top()
     state = start(scene)
     quarter = np.array([[np.sqrt(0.5), 0, 0, np.sqrt(0.5)]])
@@ -121,7 +121,7 @@ def test_the_motor_is_filmed(opengl, motor_run, tmp_path):
     assert np.abs(still - frames[1]).mean() < 3  # what the encoder loses
 
 
-def test_the_motors_rings_ball_and_trail_are_seen(opengl, motor_run):
+def test_the_rings_ball_and_trail_of_the_motor_are_visible(opengl, motor_run):
     scene = mm.Motor()
     with Frames(motor_run, scene, [0.0, 60.0]) as frames:
         start, end = (frames.draw(i)[:360, 800:].astype(int) for i in range(2))
@@ -140,9 +140,9 @@ def test_the_motors_rings_ball_and_trail_are_seen(opengl, motor_run):
 
 def test_what_cannot_be_filmed_is_named(motor_run, tmp_path):
     replicas = motor_run.expand_dims(replica=2)
-    with pytest.raises(ValueError, match=r"replicas = 2: must be one: run.isel\(replica=0\)"):
+    with pytest.raises(ValueError, match=r"replicas = 2: select one: run.isel\(replica=0\)"):
         mm.render.still(replicas, mm.Motor(), tmp_path / "motor.png", 1.0)
-    with pytest.raises(ValueError, match=r"scene = Disk.*: must be the run's own, a Motor"):
+    with pytest.raises(ValueError, match=r"scene = Disk.*: must be the scene of the run, a Motor"):
         mm.render.still(motor_run, cast(Any, mm.Disk()), tmp_path / "disk.png", 1.0)
     assert not any(tmp_path.iterdir())
 
@@ -186,7 +186,7 @@ def test_opengl_that_failed_is_not_tried_again(monkeypatch):
     monkeypatch.setattr(views_module, "_failures", [])
     monkeypatch.setattr(views_module.mujoco, "Renderer", fail)
     for _ in range(2):
-        with pytest.raises(NoOpenGL, match="MUJOCO_GL=") as stop:
+        with pytest.raises(NoOpenGL, match="MUJOCO_GL") as stop:
             Views(mm.Top(), {"front": SIZE})
         assert str(stop.value.__cause__) == "no context"
     assert len(tries) == 1

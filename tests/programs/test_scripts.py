@@ -1,4 +1,4 @@
-"""The scripts: what they write, their one-line errors, and their exit codes."""
+"""The scripts: their files, one-line errors, and exit codes."""
 
 import importlib
 import os
@@ -21,7 +21,7 @@ SCRIPTS = Path(__file__).parents[2] / "scripts"
 SHORT = ("--duration", "1", "--timestep", "0.025")
 
 
-def test_without_opengl_all_but_the_movie_is_made(tmp_path):
+def test_without_opengl_everything_but_the_movie_is_written(tmp_path):
     done = subprocess.run(
         [sys.executable, "-W", "error", SCRIPTS / "movie.py", "top", *SHORT, "--out", tmp_path],
         capture_output=True,
@@ -42,7 +42,7 @@ def test_without_opengl_all_but_the_movie_is_made(tmp_path):
 
 @pytest.fixture
 def movie(run_script, monkeypatch):
-    """Run scripts/movie.py in this process, without the movie."""
+    """Return a function that runs scripts/movie.py in this process, without rendering."""
     monkeypatch.setattr(importlib.import_module("movie"), "render", lambda *_: None)
     return partial(run_script, "movie")
 
@@ -64,7 +64,7 @@ def test_presets_and_fields_make_the_scene(movie, tmp_path):
         (("--seconds-per-second", "0"), "movie.py: seconds_per_second = 0.0: must be greater than"),
         (("--seconds-per-second", "nan"), "movie.py: seconds_per_second = nan: must be a finite"),
         (("--still", "2", "x.png"), "movie.py: still = 2.0: must be within the run: 0 to 1 s"),
-        (("--still", "1", "x.foo"), "movie.py: still = 'x.foo': must be the name of a picture"),
+        (("--still", "1", "x.foo"), "movie.py: still = 'x.foo': must be a picture file"),
     ],
 )
 def test_a_mistake_is_one_line_and_code_2(movie, tmp_path, flags, line):
@@ -120,12 +120,12 @@ def test_a_flight_of_the_motor_is_found_and_replayed(movie, tmp_path):
 def test_no_flight_no_movie(movie, tmp_path):
     code, _, error = movie("motor", "--duration", "100", "--out", tmp_path)
     assert code == 4
-    assert error == "movie.py: no movie: no flight in 100 s; try another seed, or longer\n"
+    assert error == "movie.py: no movie: no flight in 100 s; try another seed or a longer run\n"
     assert not any(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("surface", ["planar", "plane"])
-def test_exported_mjcf_stands_alone_and_moves_alike(run_script, tmp_path, surface):
+def test_exported_mjcf_is_standalone_and_moves_alike(run_script, tmp_path, surface):
     path = tmp_path / "sub" / "top.xml"
     code, *_ = run_script("export_mjcf", "top", path, "--surface", surface, "--tilt", "0.1")
     assert code == 0
@@ -159,7 +159,7 @@ def test_exported_disk_has_its_noise_and_potential(run_script, tmp_path):
     assert "did you mean 'symmetric'" in error
 
 
-def test_exported_motor_is_the_presets(run_script, tmp_path):
+def test_exported_motor_is_that_of_the_preset(run_script, tmp_path):
     path = tmp_path / "motor.xml"
     flags = ("--preset", "nonuniform-c", "--inner-mass", "5")
     assert run_script("export_mjcf", "motor", path, *flags)[0] == 0
@@ -187,7 +187,7 @@ def test_a_file_that_cannot_be_written_is_one_line(run_script, tmp_path):
 
 
 @pytest.mark.parametrize("name", ["movie", "disk", "motor"])
-def test_a_folder_that_cannot_be_is_one_line_before_the_work(run_script, tmp_path, name):
+def test_an_impossible_folder_is_one_line_before_the_work(run_script, tmp_path, name):
     file = tmp_path / "file"
     file.touch()
     arguments = ["top"] if name == "movie" else []
@@ -209,7 +209,7 @@ run_script(lambda: write_netcdf(data, Path({path!r}), encoding))
 """
 
 
-def test_an_interrupted_write_is_finished_and_no_other_file_is_left(tmp_path):
+def test_an_interrupted_write_is_finished_and_leaves_no_other_file(tmp_path):
     path = tmp_path / "run.nc"
     code = WRITER.format(scripts=str(SCRIPTS), path=str(path))
     writer = subprocess.Popen([sys.executable, "-c", code], stderr=subprocess.PIPE, text=True)
@@ -224,6 +224,6 @@ def test_an_interrupted_write_is_finished_and_no_other_file_is_left(tmp_path):
     finally:
         writer.kill()
     assert writer.returncode == 130
-    assert error == "writer.py: interrupted; what is said to be written is complete\n"
+    assert error == "writer.py: interrupted; all files reported as written are complete\n"
     assert [*tmp_path.iterdir()] == [path]
     assert len(xr.load_dataset(path)) == 10

@@ -1,4 +1,4 @@
-"""Sweeps: what they are made of, what they record, what they refuse."""
+"""Sweeps: their cases, their results, and the input that they reject."""
 
 import json
 import tracemalloc
@@ -31,7 +31,7 @@ NOISES = (1.0, 2.0, 4.0)
 
 @pytest.fixture
 def here():
-    """An executor within this process: what it computes is what processes compute."""
+    """Return an executor within this process, which computes the same as worker processes."""
     with ThreadPoolExecutor(1) as executor:
         yield executor
 
@@ -39,16 +39,16 @@ def here():
 def test_the_cases_are_all_combinations_with_seeds_of_their_own():
     sweep = Sweep(**DISK, vary={"noise": NOISES, ("x", "v"): (0.0, 0.5)}, seeds=range(5, 9))
     assert (len(sweep), sweep.shape) == (24, (3, 2, 4))
-    told = [case.spec for case in sweep]
-    fields = [t["scene_fields"] for t in told]
+    specs = [case.spec for case in sweep]
+    fields = [spec["scene_fields"] for spec in specs]
     assert [(f["noise"], f["x"], f["v"]) for f in fields] == [
         (n, x, x) for n in NOISES for x in (0.0, 0.5) for _ in range(4)
     ]
     for k, root in enumerate(range(5, 9)):
         children = np.random.SeedSequence(root).spawn(6)
         expected = [int(child.generate_state(1, np.uint64)[0]) >> 11 for child in children]
-        assert [t["seed"] for t in told[k::4]] == expected
-    assert len({t["seed"] for t in told}) == 24
+        assert [spec["seed"] for spec in specs[k::4]] == expected
+    assert len({spec["seed"] for spec in specs}) == 24
     assert sweep.label(4) == "noise = 1, x = 0.5, v = 0.5, seed = 5"
 
 
@@ -57,7 +57,7 @@ def test_a_top_has_no_noise_and_so_no_seeds():
     assert top.shape == (2, 1)
 
 
-def test_numpy_s_numbers_do(tmp_path, here):
+def test_numpy_numbers_are_accepted(tmp_path, here):
     numbers = {"duration": np.float32(5), "timestep": np.float64(0.05), "replicas": np.int64(2)}
     more = {
         "seeds": np.arange(2),
@@ -87,8 +87,10 @@ def test_every_number_of_every_scene_can_be_varied():
             changed = provenance.scene_from(
                 type(scene).__name__, sweep.case(0).spec["scene_fields"]
             )
-            told = getattr(changed, field.declared.name)
-            assert (told if field.component is None else told[field.component]) == value
+            changed_value = getattr(changed, field.declared.name)
+            assert (
+                changed_value if field.component is None else changed_value[field.component]
+            ) == value
     assert {"position_y", "axis_z", "ring_dipoles"} <= numeric_fields(mm.Top()).keys()
     assert not {"surface", "ring_script", "potential"} & numeric_fields(mm.Top()).keys()
     assert full_name(mm.Top(), "height") == "ring_height"
@@ -109,7 +111,7 @@ def test_designs_are_those_of_scipy_and_numpy(design):
     np.testing.assert_allclose(found, expected, rtol=1e-15)
 
 
-def test_a_sweep_is_made_again_from_what_it_tells():
+def test_a_sweep_is_restored_from_its_specification():
     samples = Samples({"v": (0, 1), "friction": (0.01, 1, True)}, 4, "latin", 3)
     numerics = {"seeds": [4, 2], "replicas": 3, "record_interval": 5}
     sweep = Sweep(**DISK, samples=samples, vary={("noise", "x"): NOISES}, **numerics)
@@ -120,7 +122,7 @@ def test_a_sweep_is_made_again_from_what_it_tells():
     assert sweep_from(other).case(0).spec["versions"] == {"magmotor": "0"}
 
 
-def test_the_cases_leave_the_scene_that_they_vary_as_it_is():
+def test_the_cases_do_not_change_the_scene_that_they_vary():
     sweep = Sweep(
         scene=mm.Top(), vary={"position_x": (0.0, 0.01)}, measure=["max_spin"], duration=1.0
     )
@@ -129,7 +131,7 @@ def test_the_cases_leave_the_scene_that_they_vary_as_it_is():
     assert json.dumps(sweep.as_json()) == before
 
 
-def test_a_million_cases_are_planned_without_being_held():
+def test_a_million_cases_are_planned_without_being_stored():
     line = np.linspace(0.1, 4, 1000)
     tracemalloc.start()
     try:
@@ -143,30 +145,30 @@ def test_a_million_cases_are_planned_without_being_held():
     assert peak < 1e6  # 3.4e5 bytes; 1e6 cases of 1 kB would be 1e9
 
 
-def test_the_key_is_of_all_that_makes_a_run():
-    told = Sweep(**DISK, vary={"noise": NOISES}).case(0).spec
-    keys = {case_of(told).key}
+def test_the_key_depends_on_everything_that_determines_a_run():
+    spec = Sweep(**DISK, vary={"noise": NOISES}).case(0).spec
+    keys = {case_of(spec).key}
     other = {
         "scene": "LangevinParticle",
-        "scene_fields": {**told["scene_fields"], "sigma": 0.6},
+        "scene_fields": {**spec["scene_fields"], "sigma": 0.6},
         "method": "variational/euler",
         "timestep": 0.025,
         "duration": 6.0,
         "record_interval": 2,
         "replicas": 3,
-        "seed": told["seed"] + 1,
-        "versions": {**told["versions"], "numpy": "1.0"},
+        "seed": spec["seed"] + 1,
+        "versions": {**spec["versions"], "numpy": "1.0"},
     }
-    assert other.keys() == told.keys()
-    keys |= {case_of({**told, name: value}).key for name, value in other.items()}
+    assert other.keys() == spec.keys()
+    keys |= {case_of({**spec, name: value}).key for name, value in other.items()}
     assert len(keys) == 1 + len(other)
 
 
 def test_versions_are_those_that_matter():
     engines = {"variational/baoab": set(), "mujoco/euler": {"mujoco"}}
     for method, more in engines.items():
-        told = Sweep(**{**DISK, "method": method}, vary={"noise": NOISES}).case(0).spec
-        assert told["versions"].keys() == {"magmotor", "numba", "numpy", "libc", "machine"} | more
+        spec = Sweep(**{**DISK, "method": method}, vary={"noise": NOISES}).case(0).spec
+        assert spec["versions"].keys() == {"magmotor", "numba", "numpy", "libc", "machine"} | more
 
 
 def test_results_are_those_of_simulate(tmp_path, here):
@@ -210,7 +212,7 @@ def test_whole_runs_are_recorded(tmp_path, here):
     xr.testing.assert_identical(kept, run)
 
 
-def test_a_case_beyond_its_stability_limit_fails_by_name_and_stops_no_other(tmp_path, here):
+def test_a_case_beyond_its_stability_limit_fails_without_stopping_others(tmp_path, here):
     arguments = {"duration": 1.0, "method": "variational/verlet", "timestep": 0.03}
     vary = {"height": (0.3, 0.05), "tilt": (0.0, 0.1, 0.5)}
     sweep = Sweep(scene=mm.Top(), vary=vary, measure=["max_spin"], **arguments)
@@ -218,17 +220,19 @@ def test_a_case_beyond_its_stability_limit_fails_by_name_and_stops_no_other(tmp_
     assert (tally.done, tally.failed) == (3, 3)
     status = mm.sweep.status(tmp_path / "s")
     assert (status.done, status.failed, status.missing) == (3, 3, 0)
-    told = {case: error for error, cases in status.errors.items() for case in cases}
-    assert told.keys() == {f"ring_height = 0.05, tilt = {t}" for t in ("0", "0.1", "0.5")}
-    assert told["ring_height = 0.05, tilt = 0"].startswith(
+    errors = {case: error for error, cases in status.errors.items() for case in cases}
+    assert errors.keys() == {f"ring_height = 0.05, tilt = {t}" for t in ("0", "0.1", "0.5")}
+    assert errors["ring_height = 0.05, tilt = 0"].startswith(
         "timestep = 0.03: must be less than 0.01"
     )
-    assert told["ring_height = 0.05, tilt = 0.5"].startswith("tilt = 0.5: must be less than 0.147")
+    assert errors["ring_height = 0.05, tilt = 0.5"].startswith(
+        "tilt = 0.5: must be less than 0.147"
+    )
     data = mm.sweep.combine(tmp_path / "s")
     np.testing.assert_array_equal(np.isnan(data.max_spin.values[..., 0]), [[0] * 3, [1] * 3])
 
 
-def test_a_run_that_diverges_keeps_what_it_recorded(tmp_path, here):
+def test_a_run_that_diverges_keeps_its_records(tmp_path, here):
     sweep = Sweep(
         scene=mm.Top.si(),
         vary={"tilt": (0.0, 0.1)},
@@ -244,7 +248,7 @@ def test_a_run_that_diverges_keeps_what_it_recorded(tmp_path, here):
     assert error == "variational/verlet with timestep 0.005 s"
 
 
-def test_a_measure_of_ones_own_and_its_mistakes(tmp_path, here):
+def test_a_user_defined_measure_and_its_errors(tmp_path, here):
     vary = {"noise": (2.0, 3.0)}
     sweep = Sweep(**{**DISK, "measure": ["sweep_measures:broken"]}, vary=vary)
     mm.sweep.run(sweep, tmp_path / "s", executor=here)
@@ -255,7 +259,7 @@ def test_a_measure_of_ones_own_and_its_mistakes(tmp_path, here):
     }
     shape = "shape of a measure = (3,): must be ()"
     for replicas, bound in (
-        (None, ": a run without replicas has one number"),
+        (None, ": a run without replicas has one value"),
         (2, " or (replicas,)"),
     ):
         own = {**DISK, "measure": ["sweep_measures:three"], "replicas": replicas}
@@ -264,7 +268,7 @@ def test_a_measure_of_ones_own_and_its_mistakes(tmp_path, here):
         assert [*mm.sweep.status(tmp_path / f"{replicas}").errors] == [shape + bound]
 
 
-def test_failed_cases_are_run_again_on_demand_only(tmp_path, here, monkeypatch):
+def test_failed_cases_are_run_again_only_on_demand(tmp_path, here, monkeypatch):
     import sweep_measures
 
     sweep = Sweep(**{**DISK, "measure": ["sweep_measures:broken"]}, vary={"noise": (*NOISES, 3.0)})
@@ -289,8 +293,8 @@ def test_warnings_of_a_run_are_kept_with_it(tmp_path, here):
     assert json.loads(path.read_bytes())["warnings"] == [str(said[0].message)]
 
 
-def test_what_is_not_a_number_is_null_in_a_file_and_itself_when_combined():
-    from magmotor.sweep.worker import decoded, encoded
+def test_nan_is_null_in_a_file_and_nan_when_combined():
+    from magmotor.sweep.compute import decoded, encoded
 
     values = [1.5, np.nan, np.inf, -np.inf]
     assert json.loads(json.dumps(encoded(values, (4,)), allow_nan=False)) == [
@@ -307,26 +311,32 @@ def test_what_is_not_a_number_is_null_in_a_file_and_itself_when_combined():
     ("changes", "line"),
     [
         ({"vary": {"nois": (1,)}}, r"field = 'nois': must be one of friction, noise.*'noise'"),
-        ({"vary": {"noise": ()}}, r"noise = \[\]: must be a range that is not empty"),
-        ({"vary": {"noise": (1, 1.0)}}, r"noise = .*: must be different values"),
+        ({"vary": {"noise": ()}}, r"noise = \[\]: must have at least one value"),
+        ({"vary": {"noise": (1, 1.0)}}, r"noise = .*: must be distinct values"),
         ({"vary": {"noise": (-1,)}}, r"noise = -1: must be at least 0"),
-        ({"vary": {"noise": (1,), ("noise", "x"): (2,)}}, "field = 'noise': must be varied once"),
+        (
+            {"vary": {"noise": (1,), ("noise", "x"): (2,)}},
+            "'noise': must be varied only once",
+        ),
         ({"vary": {"potential": (1,)}}, "field = 'potential': must be one of"),
-        ({"vary": {}}, "vary = {}: must be one field at least"),
-        ({"measure": []}, r"measure = \[\]: must be different names, one at least"),
+        ({"vary": {}}, "vary = {}: must have at least one field"),
+        ({"measure": []}, r"measure = \[\]: must be distinct names, at least one"),
         ({"measure": ["temprature"]}, "measure = 'temprature': must be .*'temperature'"),
-        ({"measure": ["trajectory", "displacement"]}, "must be trajectory alone"),
+        ({"measure": ["trajectory", "displacement"]}, "trajectory excludes other measures"),
         ({"measure": ["nowhere:f"]}, "measure = 'nowhere:f': must be a function that can be imp"),
         ({"measure": ["sweep_measures:f"]}, "must be a function that can be imported"),
         ({"seeds": 0}, "seeds = 0: must be at least 1"),
-        ({"seeds": []}, r"seeds = \[\]: must be a range that is not empty"),
+        ({"seeds": []}, r"seeds = \[\]: must be distinct, and at least one"),
         ({"seeds": [1, -1]}, "seed = -1: must be at least 0"),
         ({"replicas": 0}, "replicas = 0: must be at least 1"),
         ({"method": "baoab"}, "method = 'baoab': must be one of"),
         ({"timestep": 0}, "timestep = 0: must be greater than 0"),
         ({"duration": 0.01}, "duration = 0.01: must be at least 0.05"),
         ({"record_interval": 0}, "record_interval = 0: must be at least 1"),
-        ({"samples": Samples({"x": (0, 1)}, 4), "vary": {"x": (1,)}}, "'x': must be varied once"),
+        (
+            {"samples": Samples({"x": (0, 1)}, 4), "vary": {"x": (1,)}},
+            "'x': must be varied only",
+        ),
         ({"samples": Samples({"noise": (-1, 1)}, 4)}, "noise = -1: must be at least 0"),
         (
             {"scene": mm.Top(), "measure": ["max_spin"], "samples": Samples({"tilt": (0.1, 2)}, 4)}
@@ -335,7 +345,7 @@ def test_what_is_not_a_number_is_null_in_a_file_and_itself_when_combined():
         ),
         (
             {"scene": mm.Motor(), "vary": {"position_x": (0.1,)}, "measure": ["flights"]},
-            "position = None: must be given in the scene, for position_x to be varied",
+            "position = None: the scene must give it a value if position_x is to vary",
         ),
     ],
 )
@@ -347,9 +357,9 @@ def test_bad_input_is_refused_before_anything_runs(changes, line):
 @pytest.mark.parametrize(
     ("arguments", "line"),
     [
-        (({}, 4), "ranges = {}: must be a range of one field at least"),
+        (({}, 4), "ranges = {}: must be ranges of at least one field"),
         (({"x": (0, 1)}, 0), "size = 0: must be at least 1"),
-        (({"x": (0, 1)}, 100), "size = 100: must be a power of two, such as 128"),
+        (({"x": (0, 1)}, 100), "size = 100: must be a power of two .for example 128"),
         (({"x": (0, 1)}, 8, "sobel"), "design = 'sobel': must be one of random, latin, sobol"),
         (({"x": (1, 1)}, 8), "x, upper end = 1: must be greater than 1"),
         (({"x": (0, 1, True)}, 8), "x, lower end = 0: must be greater than 0"),
@@ -361,13 +371,13 @@ def test_bad_designs_are_refused(arguments, line):
         Samples(*arguments)
 
 
-def test_integers_are_varied_on_grids_only():
+def test_integers_vary_only_on_grids():
     top = {"scene": mm.Top(), "measure": ["max_spin"], "duration": 1.0, "timestep": 0.01}
     sweep = Sweep(**top, vary={"ring_dipoles": np.linspace(5, 20, 4)})
     assert [case.spec["scene_fields"]["ring_dipoles"] for case in sweep] == [5, 10, 15, 20]
     with pytest.raises(ValueError, match=r"ring_dipoles = 5.5: must be an integer"):
         Sweep(**top, vary={"ring_dipoles": (5.5,)})
-    with pytest.raises(ValueError, match=r"field = 'ring_dipoles': must be one that takes all num"):
+    with pytest.raises(ValueError, match=r"field = 'ring_dipoles': takes integers only"):
         Sweep(**top, samples=Samples({"ring_dipoles": (5, 20)}, 4))
 
 
@@ -388,25 +398,25 @@ def test_the_timestep_is_the_shortest_that_is_recommended_at_the_corners():
         Sweep(scene=mm.Top(), vary={"tilt": (1.5,)}, measure=["max_spin"], duration=1.0)
 
 
-def test_a_directory_of_something_else_is_refused_and_left(tmp_path, here):
+def test_a_directory_of_something_else_is_refused_and_unchanged(tmp_path, here):
     sweep = Sweep(**DISK, vary={"noise": NOISES})
     mm.sweep.run(sweep, tmp_path / "s", executor=here)
     before = contents(tmp_path / "s")
     other = Sweep(**{**DISK, "duration": 6.0}, vary={"v": NOISES})
-    differs = r"s': must be empty.*with other duration, vary: take another, or delete it$"
+    differs = r"s': must be empty.* differs in duration, vary: use another directory or delete it$"
     with pytest.raises(ValueError, match=differs):
         mm.sweep.run(other, tmp_path / "s", executor=here)
     assert contents(tmp_path / "s") == before
     (tmp_path / "notes").mkdir()
     (tmp_path / "notes" / "mine.txt").write_text("mine")
     for path, line in {
-        "notes": "must be empty, or this sweep's; it holds mine.txt",
+        "notes": "must be empty or hold this sweep; it holds mine.txt",
         "notes/mine.txt": "must be a directory",
     }.items():
         with pytest.raises(ValueError, match=line):
             mm.sweep.run(sweep, tmp_path / path, executor=here)
     for look in (mm.sweep.status, mm.sweep.combine):
-        with pytest.raises(ValueError, match=r"nowhere': must be a sweep's: it has no sweep\.json"):
+        with pytest.raises(ValueError, match=r"nowhere': must be .* sweep: it has no sweep\.json"):
             look(tmp_path / "nowhere")
 
 
@@ -417,7 +427,7 @@ def test_an_executor_that_drops_its_cases_ends_the_sweep(tmp_path):
             future.cancel()
             return future
 
-    with pytest.raises(mm.sweep.NoWorkers, match="a case was dropped by those who had it"):
+    with pytest.raises(mm.sweep.NoWorkers, match="the executor dropped a case"):
         mm.sweep.run(Sweep(**DISK, vary={"noise": NOISES}), tmp_path / "s", executor=Gone())
     assert mm.sweep.status(tmp_path / "s").missing == 3
 
@@ -426,9 +436,9 @@ def test_other_versions_do_not_mix(tmp_path, here):
     sweep = Sweep(**DISK, vary={"noise": NOISES})
     assert sweep.versions is not None
     old = Sweep(**DISK, vary={"noise": NOISES}, versions={**sweep.versions, "numpy": "1.0"})
-    with pytest.raises(mm.sweep.OtherVersions, match=r"worker has .*, where the sweep has .*1\.0"):
+    with pytest.raises(mm.sweep.OtherVersions, match=r"worker has .*, but the sweep has .*1\.0"):
         mm.sweep.run(old, tmp_path / "s", executor=here)
-    with pytest.raises(ValueError, match="it holds one with other versions"):
+    with pytest.raises(ValueError, match="it holds one that differs in versions"):
         mm.sweep.run(sweep, tmp_path / "s", executor=here)
     assert mm.sweep.status(tmp_path / "s").missing == 3  # can be read as before
 
@@ -441,8 +451,10 @@ def test_files_are_data(tmp_path, here):
         assert len(json.loads(content)["checksum"]) == 64
 
 
-@pytest.mark.parametrize(("told", "expected"), [("1", 1), ("3", 3), ("", 5), ("4,2", 5), ("0", 5)])
-def test_a_worker_takes_as_many_threads_as_it_is_told(monkeypatch, told, expected):
+@pytest.mark.parametrize(
+    ("setting", "expected"), [("1", 1), ("3", 3), ("", 5), ("4,2", 5), ("0", 5)]
+)
+def test_a_worker_uses_the_number_of_threads_in_its_environment(monkeypatch, setting, expected):
     monkeypatch.setattr(threads.os, "cpu_count", lambda: 5)
-    monkeypatch.setenv("OMP_NUM_THREADS", told)
+    monkeypatch.setenv("OMP_NUM_THREADS", setting)
     assert threads.thread_count() == expected

@@ -1,4 +1,4 @@
-"""Sweeps on a Dask cluster: two worker processes on the loopback interface."""
+"""Sweeps on a Dask cluster with two worker processes on the loopback interface."""
 
 import gc
 import os
@@ -34,7 +34,7 @@ def test_the_same_files_as_without_it(scheduler, tmp_path, whole):
     assert contents(tmp_path / "s") == whole
 
 
-def test_a_killed_driver_leaves_whole_results_and_the_same_call_goes_on(scheduler, tmp_path, whole):
+def test_a_killed_driver_leaves_whole_results_and_the_same_call_resumes(scheduler, tmp_path, whole):
     driver = start(tmp_path / "s", scheduler=scheduler, until=str(tmp_path / "never"))
     wait_for_results(tmp_path / "s")
     driver.kill()
@@ -57,13 +57,13 @@ def test_a_killed_worker_costs_nothing_but_time(scheduler, tmp_path, whole):
     assert contents(tmp_path / "s") == whole
 
 
-def test_where_no_scheduler_is(monkeypatch):
+def test_an_address_without_a_scheduler_is_refused(monkeypatch):
     monkeypatch.setattr(dask_cluster, "CONNECT_SECONDS", 1.0)
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         address = f"tcp://127.0.0.1:{free.getsockname()[1]}"
     with (
-        pytest.raises(ValueError, match=r"scheduler = 'tcp.*: must be a Dask scheduler's address"),
+        pytest.raises(ValueError, match=r"scheduler = 'tcp.*: must be the address of a "),
         mm.sweep.dask_workers(address),
     ):
         pass
@@ -76,7 +76,7 @@ def test_where_no_scheduler_is(monkeypatch):
     assert not [found for found in gc.get_objects() if type(found) is distributed.Client]
 
 
-def test_two_clusters_stand_side_by_side(scheduler):
+def test_two_clusters_run_side_by_side(scheduler):
     with mm.sweep.local_cluster(1) as other:  # without a warning that a port is taken
         assert other.startswith("tcp://127.0.0.1:")
         assert other != scheduler

@@ -1,4 +1,4 @@
-"""Pictures of sweeps show the numbers that they were given."""
+"""Pictures of sweeps show the numbers in the dataset."""
 
 import json
 
@@ -18,7 +18,7 @@ NAMES = {"tilt": ("rad", "angle"), "height": ("m", "height"), "friction": ("kg/s
 
 @pytest.fixture
 def picture(monkeypatch, tmp_path):
-    """Draws a sweep, and returns its figure and the pixels of its file."""
+    """Return a function that draws a sweep and returns its figure and the pixels of its file."""
     figures, save = [], Figure.savefig
 
     def watched(self, *args, **options):
@@ -93,7 +93,7 @@ def test_a_curve_is_the_mean_of_the_seeds_with_its_error(picture):
     }  # fmt: skip
 
 
-def test_replicas_are_averaged_and_axes_of_one_value_left_out(picture):
+def test_replicas_are_averaged_and_axes_of_one_value_omitted(picture):
     data = one_axis()
     both = data.expand_dims(replica=3, height=[0.2]).assign_attrs(axes='["tilt", "height"]')
     shifted = both + xr.DataArray([-1e-4, 0, 1e-4], dims="replica")
@@ -137,7 +137,7 @@ def test_missing_cells_are_hatched(picture):
     assert np.ptp(hole, axis=-1).max() < 30  # 15: no color
 
 
-def test_both_signs_are_told_apart_about_zero(picture):
+def test_both_signs_have_distinct_colors_about_zero(picture):
     data = grid(np.linspace(0, 1, 5), np.linspace(0, 1, 4))
     one_sign = picture(data)[0].axes[0].collections[0]
     both = picture(data.assign(momentum=data.momentum - 100))[0].axes[0].collections[0]
@@ -196,7 +196,7 @@ def test_fields_that_vary_together_are_one_axis(picture):
     assert axes.get_xlabel() == "angle (rad)"
 
 
-def test_each_measure_has_a_panel_and_nothing_else_has(picture):
+def test_only_measures_have_panels(picture):
     data = one_axis()
     for k in range(4):
         data[f"more_{k}"] = (("tilt",), np.arange(21) + k, {"units": "1"})
@@ -218,15 +218,15 @@ def test_a_large_design_is_a_small_file(picture):
     assert len(figure.axes) == 12  # with their color bars
 
 
-def test_what_cannot_be_drawn_is_named(tmp_path):
+def test_the_reason_why_a_sweep_cannot_be_drawn_is_named(tmp_path):
     path = tmp_path / "sweep.png"
     three = design(8, "tilt", "friction").assign_coords(height=field("height", range(8), "sample"))
-    bound = r"must be one or two fields with several values: select one value of each other"
+    bound = r"must be one or two varying fields: select one value of every other"
     with pytest.raises(ValueError, match=rf"axes = \['tilt', 'friction', 'height'\]: {bound}"):
         mm.plots.sweep(three, path)
     with pytest.raises(ValueError, match=rf"axes = \[\]: {bound}"):
         mm.plots.sweep(one_axis().isel(tilt=[3]), path)
     trajectories = one_axis().rename(seed="time")
-    with pytest.raises(ValueError, match=r"measures = \['momentum'\]: must be at least one"):
+    with pytest.raises(ValueError, match=r"measures = \['momentum'\]: must include a number over"):
         mm.plots.sweep(trajectories, path)
     assert not path.exists()

@@ -1,4 +1,4 @@
-"""Sweeps that are killed, crowded, or out of room: what they leave, and how they go on."""
+"""Sweeps that are killed, shared, or out of disk space: what they leave, and how they resume."""
 
 import errno
 import json
@@ -23,15 +23,15 @@ from magmotor.sweep import directory as directory_module
 from magmotor.sweep import process_pool as pool_module
 from magmotor.sweep.dask_cluster import Cluster
 from magmotor.sweep.directory import Directory
+from magmotor.sweep.driver import DIED
 from magmotor.sweep.process_pool import ONE_THREAD, Pool, WorkerDied
-from magmotor.sweep.run import DIED
 
 TESTS = Path(__file__).parents[1]
 
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
-    """The files of the sweep that nothing has disturbed, made by one worker after the other."""
+    """Return the files of an undisturbed sweep, computed one case after another."""
     directory = tmp_path_factory.mktemp("whole") / "sweep"
     with ThreadPoolExecutor(8) as executor:
         mm.sweep.run(SWEEP, directory, workers=8, executor=executor)
@@ -41,12 +41,12 @@ def whole(tmp_path_factory):
 
 
 def results(files):
-    """What of a killed driver's files is for good."""
+    """Return the permanent files of a killed driver."""
     return {k: v for k, v in files.items() if not k.startswith(("parts/", "claims/"))}
 
 
 def start(directory, **options):
-    """A driver as a program of its own; with `until` it waits after `FEW` results for that file."""
+    """Start a driver as a program; with `until` it waits after `FEW` results for that file."""
     command = [sys.executable, str(TESTS / "sweep_driver.py"), str(directory), json.dumps(options)]
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
@@ -59,7 +59,7 @@ def wait_for_results(directory, number=FEW):
 
 
 def children(pid):
-    """Processes that a process has started, and that are workers."""
+    """Return the worker processes that a process has started."""
     threads = Path(f"/proc/{pid}/task").glob("*/children")
     found = [child for thread in threads for child in thread.read_text().split()]
     lines = {int(child): Path(f"/proc/{child}/cmdline").read_text() for child in found}
@@ -84,17 +84,17 @@ def test_workers_take_one_thread_each_and_leave_nothing_behind():
     assert not alive(worker)
 
 
-def test_a_killed_driver_leaves_whole_results_and_the_same_call_goes_on(tmp_path, whole):
-    """What it had half written is removed, and never read."""
+def test_a_killed_driver_leaves_whole_results_and_the_same_call_resumes(tmp_path, whole):
+    """Partial files are removed and never read."""
     directory = tmp_path / "s"
     driver = start(directory, workers=2, until=str(tmp_path / "never"))
     wait_for_results(directory)
-    hands = children(driver.pid)
-    assert len(hands) == 2
+    workers = children(driver.pid)
+    assert len(workers) == 2
     driver.kill()
     driver.wait()
     deadline = time.monotonic() + 60
-    while any(map(alive, hands)):  # they end with the driver
+    while any(map(alive, workers)):  # they end with the driver
         assert time.monotonic() < deadline
         time.sleep(0.01)
     driver.communicate()
@@ -112,7 +112,7 @@ def test_a_killed_driver_leaves_whole_results_and_the_same_call_goes_on(tmp_path
 
 
 def test_killed_workers_cost_nothing_but_time(tmp_path, whole):
-    """All of them, at work; the driver, and Python at its end, say nothing of it."""
+    """All are killed at work; the driver, and Python at its end, print nothing about it."""
     directory = tmp_path / "s"
     driver = start(directory, workers=2, until=str(tmp_path / "killed"))
     wait_for_results(directory)
@@ -127,7 +127,7 @@ def test_killed_workers_cost_nothing_but_time(tmp_path, whole):
 
 
 def _spawned(monkeypatch, act):
-    """Have each worker process, once it is started, and not ready, be acted upon."""
+    """Call a function for each worker process that has started but is not ready."""
     make = pool_module._Worker.__init__
 
     def made(self):
@@ -138,7 +138,7 @@ def _spawned(monkeypatch, act):
 
 
 def test_processes_killed_while_they_start_are_started_again(monkeypatch):
-    """As often as a pool allows before a call ends, and as often again after it."""
+    """As often as a pool allows before a call ends, and as often again afterwards."""
     killed, spared = [], []
 
     def kill(process):
@@ -156,7 +156,7 @@ def test_processes_killed_while_they_start_are_started_again(monkeypatch):
     assert len(killed) == 2 * pool_module.RESTARTS
 
 
-def test_processes_that_are_always_killed_are_no_workers(monkeypatch):
+def test_processes_that_are_always_killed_end_the_pool(monkeypatch):
     _spawned(monkeypatch, lambda process: process.kill())
     with (
         closing(Pool(1)) as pool,
@@ -192,7 +192,7 @@ def test_two_drivers_share_a_directory(tmp_path, whole):
 
 
 def test_drivers_may_begin_a_directory_at_once(tmp_path, monkeypatch):
-    """Another driver begins while the first writes, then while the first looks at what is there."""
+    """Another driver begins while the first writes, then while the first reads the directory."""
     writes, looks = directory_module.write_whole, Path.iterdir
 
     def written_meanwhile(path, content, part):
@@ -230,8 +230,8 @@ def test_a_driver_killed_at_the_beginning_leaves_a_directory_to_begin_in(tmp_pat
     assert contents(directory) == whole
 
 
-def test_files_of_drivers_of_other_machines_are_left(tmp_path):
-    """Also of one whose name ends with this one's."""
+def test_files_of_drivers_on_other_machines_are_kept(tmp_path):
+    """Including one whose name ends with the name of this machine."""
     gone = subprocess.Popen([sys.executable, "-c", ""])
     gone.wait()
     store = Directory(tmp_path, SWEEP)
@@ -240,7 +240,7 @@ def test_files_of_drivers_of_other_machines_are_left(tmp_path):
     for name in names:
         (tmp_path / "claims" / name).write_text(name)
         (tmp_path / "parts" / f"1.json.1@{name}").touch()
-    store.remove_what_the_dead_left()
+    store.remove_leftovers()
     assert {path.name for path in tmp_path.glob("claims/*")} == {*names[:2]}
     assert {path.name for path in tmp_path.glob("parts/*")} == {f"1.json.1@{n}" for n in names[:2]}
 
@@ -256,10 +256,10 @@ def test_threads_of_a_driver_may_write_the_same_results(tmp_path, whole):
     assert contents(tmp_path / "s") == whole
 
 
-def test_parts_of_something_else_are_left_alone(tmp_path):
+def test_unrelated_files_in_parts_are_kept(tmp_path):
     (tmp_path / "parts").mkdir()
     (tmp_path / "parts" / "mine.txt").touch()
-    with pytest.raises(ValueError, match=r"must be empty, or this sweep's; it holds mine\.txt"):
+    with pytest.raises(ValueError, match=r"must be empty or hold this sweep; it holds mine\.txt"):
         Directory(tmp_path, SWEEP)
 
 
@@ -276,7 +276,7 @@ except mm.sweep.NoWorkers as error:
 """
 
 
-def test_a_script_without_a_main_is_told_so(tmp_path):
+def test_a_script_without_a_main_guard_gets_an_explanation(tmp_path):
     (tmp_path / "script.py").write_text(NO_MAIN)
     command = [sys.executable, str(tmp_path / "script.py"), str(tmp_path / "s")]
     ended = subprocess.run(command, capture_output=True, text=True, timeout=120)
@@ -320,7 +320,7 @@ cp -r "$1/s" "$4/whole"
 
 
 def test_a_small_disk_fills_up(tmp_path, whole):
-    """A tmpfs of 64 kB, in a mount namespace of its own."""
+    """A tmpfs of 64 kB in a separate mount namespace."""
     own = ["unshare", "--mount", "--map-root-user"]
     probe = [*own, "mount", "-t", "tmpfs", "tmpfs", str(tmp_path)]
     if shutil.which("unshare") is None or subprocess.run(probe, capture_output=True).returncode:
@@ -340,7 +340,7 @@ def test_a_small_disk_fills_up(tmp_path, whole):
     assert contents(tmp_path / "whole") == whole
 
 
-def test_claims_of_a_machine_that_is_gone_come_last(tmp_path, whole):
+def test_cases_claimed_by_a_lost_machine_come_last(tmp_path, whole):
     directory = tmp_path / "s"
     Directory(directory, SWEEP)
     lost = [case.key for case in [*SWEEP][:5]]
@@ -355,13 +355,13 @@ def test_claims_of_a_machine_that_is_gone_come_last(tmp_path, whole):
             super().keep(case, outcome)
 
     with pytest.MonkeyPatch.context() as patch, ThreadPoolExecutor(1) as executor:
-        patch.setattr(sys.modules["magmotor.sweep.run"], "Directory", Watched)
+        patch.setattr(sys.modules["magmotor.sweep.driver"], "Directory", Watched)
         mm.sweep.run(SWEEP, directory, workers=1, executor=executor)
     assert {*kept[-5:]} == {*lost}
     assert contents(directory) == whole
 
 
-def test_an_interrupted_driver_takes_back_its_claims(tmp_path):
+def test_an_interrupted_driver_releases_its_claims(tmp_path):
     class Interrupted(ThreadPoolExecutor):
         def submit(self, fn, /, *args, **kwargs):
             raise KeyboardInterrupt
@@ -372,7 +372,7 @@ def test_an_interrupted_driver_takes_back_its_claims(tmp_path):
 
 
 class Lost(Cluster):
-    """A cluster that has as many threads as a list says; its cases end when it has some again."""
+    """A cluster with the numbers of threads in a list; its cases end once it has some again."""
 
     def __init__(self, threads):
         self._threads, self._given = threads, []
@@ -397,8 +397,8 @@ class Lost(Cluster):
 
 
 def test_a_cluster_without_workers_ends_the_sweep_or_comes_back(tmp_path, monkeypatch, capsys):
-    driver = sys.modules["magmotor.sweep.run"]
-    monkeypatch.setattr(driver, "LOOK_SECONDS", 0.02)
+    driver = sys.modules["magmotor.sweep.driver"]
+    monkeypatch.setattr(driver, "POLL_SECONDS", 0.02)
     monkeypatch.setattr(driver, "LOST_SECONDS", 0.1)
     sweep = Sweep(
         scene=mm.Disk(), vary={"noise": (1.0, 2.0)}, measure=["temperature"], duration=1.0,
@@ -407,7 +407,7 @@ def test_a_cluster_without_workers_ends_the_sweep_or_comes_back(tmp_path, monkey
     gone = "the cluster has had no workers for 0.1 s; 2 cases: 0 done, 0 failed, 2 missing$"
     with pytest.raises(mm.sweep.NoWorkers, match=gone):
         mm.sweep.run(sweep, tmp_path / "s", executor=Lost([0]))
-    said = "the cluster has no workers left; the sweep ends if none comes back within 0.1 s\n"
+    said = "the cluster has no workers left; the sweep ends unless one returns within 0.1 s\n"
     assert capsys.readouterr().err.split("\r")[-1] == said
     assert {*contents(tmp_path / "s")} == {"sweep.json"}
     monkeypatch.setattr(driver, "LOST_SECONDS", 60.0)
@@ -425,7 +425,7 @@ TORTURE = [
 ]
 
 
-def test_an_error_of_a_cluster_s_own_is_no_case_s(tmp_path):
+def test_an_error_of_the_cluster_is_not_an_error_of_a_case(tmp_path):
     class Confused(Lost):
         def submit(self, fn, /, *args, **kwargs):
             future = Future()
@@ -433,7 +433,7 @@ def test_an_error_of_a_cluster_s_own_is_no_case_s(tmp_path):
             return future
 
     with pytest.raises(
-        mm.sweep.NoWorkers, match=r"gave a case back undone \(AttributeError: 'None"
+        mm.sweep.NoWorkers, match=r"returned a case uncomputed \(AttributeError: 'None"
     ):
         mm.sweep.run(SWEEP, tmp_path / "s", executor=Confused([1]))
     assert mm.sweep.status(tmp_path / "s").missing == len(SWEEP)

@@ -1,4 +1,4 @@
-"""scripts/sweep.py and scripts/study.py: what they write and print, interrupts, mistakes."""
+"""scripts/sweep.py and scripts/study.py: output, interrupts, and errors."""
 
 import json
 import os
@@ -25,7 +25,7 @@ QUICK = ("--method", "variational/verlet", "--timestep", "0.02")
 
 @pytest.fixture
 def script(run_script, monkeypatch):
-    """Run a script with a thread as its worker."""
+    """Return a function that runs a script with a thread as its worker."""
     execute = mm.sweep.run
 
     def run(sweep, folder, *, workers=None, executor=None, retry=False):
@@ -40,7 +40,7 @@ def test_a_sweep_its_dataset_and_its_picture(script, tmp_path):
     out = tmp_path / "s"
     code, said, errors = script("sweep", *TOP, *QUICK, "--seeds", "0:8", "--out", out)
     assert (code, errors) == (0, "")
-    assert said.splitlines()[0] == "a top has no noise: of its seeds only the first counts"
+    assert said.splitlines()[0] == "a top has no noise, so only the first seed is used"
     assert said.splitlines()[1] == "6 cases by variational/verlet, h = 0.02, T = 2"
     assert said.splitlines()[2].startswith("6 cases: 6 done, 0 failed; 6 computed in ")
     data = xr.load_dataset(tmp_path / "s.nc")
@@ -57,7 +57,7 @@ def test_a_sweep_its_dataset_and_its_picture(script, tmp_path):
     assert (code, said) == (0, "6 cases: 6 done, 0 failed, 0 missing\n")
 
 
-def test_what_is_missing_is_said_and_left_blank(script, tmp_path):
+def test_missing_cases_are_reported_and_left_blank(script, tmp_path):
     out = tmp_path / "s"
     script("sweep", *TOP, *QUICK, "--out", out)
     next((out / "done").rglob("*.json")).unlink()
@@ -69,7 +69,7 @@ def test_what_is_missing_is_said_and_left_blank(script, tmp_path):
 
 
 @pytest.mark.filterwarnings("default:.*is damaged:UserWarning")
-def test_a_damaged_result_is_told_left_out_on_demand_and_mended(script, tmp_path):
+def test_a_damaged_result_is_reported_and_left_out_or_repaired(script, tmp_path):
     out = tmp_path / "s"
     script("sweep", *TOP, *QUICK, "--out", out)
     file = next((out / "done").rglob("*.json"))
@@ -77,14 +77,14 @@ def test_a_damaged_result_is_told_left_out_on_demand_and_mended(script, tmp_path
     name = file.relative_to(out)
     code, said, _ = script("sweep", "status", out)
     assert (code, said.splitlines()[0]) == (0, "6 cases: 5 done, 0 failed, 1 missing")
-    assert said.splitlines()[1].startswith(f"  {name} is damaged: its checksum differs; the sweep")
+    assert said.splitlines()[1].startswith(f"  {name} is damaged: its checksum differs; running")
     code, _, errors = script("sweep", "combine", out)
     assert (code, errors.count("\n")) == (2, 1)
     assert errors.startswith(f"sweep.py: {name} is damaged: ")
     assert script("sweep", "combine", out, "--skip-damaged")[0] == 0
     assert int(xr.load_dataset(tmp_path / "s.nc").max_spin.isnull().sum()) == 1
     code, said, errors = script("sweep", *TOP, *QUICK, "--out", out)
-    line = f"{name} is damaged: its checksum differs; the case is computed again"
+    line = f"{name} is damaged: its checksum differs; the case is recomputed"
     assert (code, errors) == (0, f"sweep.py: {line}\n")
     assert "6 done, 0 failed; 1 computed" in said
 
@@ -98,20 +98,20 @@ def test_a_sweep_is_run_again_from_its_dataset(script, tmp_path):
     data.to_netcdf(file)
     assert script("rerun", file) == (0, "identical: 2 variables, 6 cases\n", "")
     data.max_spin[1, 1] += 0.5
-    told = json.loads(data.attrs["sweep"])
-    told["versions"]["numpy"] = "1.0"
-    data.assign_attrs(sweep=json.dumps(told)).to_netcdf(file)
+    spec = json.loads(data.attrs["sweep"])
+    spec["versions"]["numpy"] = "1.0"
+    data.assign_attrs(sweep=json.dumps(spec)).to_netcdf(file)
     code, said, _ = script("rerun", file)
     assert code == 1
     assert said.startswith("different: max_spin by at most 0.5; numpy was 1.0, is ")
 
 
-def test_failed_cases_are_told_and_the_code_is_1(script, tmp_path):
+def test_failed_cases_are_reported_and_the_code_is_1(script, tmp_path):
     out = tmp_path / "s"
     vary = ("top", "--vary", "height=0.05:0.3:8", "--duration", "1", *QUICK)
     code, said, errors = script("sweep", *vary, "--out", out)
     assert code == 1
-    assert errors == "sweep.py: 1 cases failed; --retry runs them again\n"
+    assert errors == "sweep.py: 1 case failed; run again with --retry to repeat\n"
     assert "  ring_height = 0.05: timestep = 0.02: must be less than 0.0" in said
     code, again, _ = script("sweep", *vary, "--out", out)
     assert "0 computed" in again
@@ -170,24 +170,24 @@ def test_more_than_two_dimensions_have_no_picture(script, tmp_path):
 @pytest.mark.parametrize(
     ("flags", "line"),
     [
-        ((), "vary = {}: must be one field at least"),
+        ((), "vary = {}: must have at least one field"),
         (("--vary", "hight=0.1,0.2"), "field = 'hight': must be one of ball_mass, "),
         (("--vary", "tilt"), "vary = 'tilt': must be FIELD=START:STOP:COUNT"),
         (("--vary", "tilt=0:0.2"), "vary = 'tilt=0:0.2': must be FIELD=START:STOP:COUNT without"),
-        (("--vary", "tilt=0:0.2:99999999999"), "must be of at most 1048576 values"),
-        (("--vary", "tilt=0:inf:3"), "vary = 'tilt=0:inf:3': must be of finite numbers"),
+        (("--vary", "tilt=0:0.2:99999999999"), "COUNT must be at most 1048576"),
+        (("--vary", "tilt=0:inf:3"), "vary = 'tilt=0:inf:3': START and STOP must be finite"),
         (("--vary", "tilt=0,0.1", "--seeds", "0:99999999999"), "must be at most 1048576 seeds"),
         (("--vary", "tilt=0,0.1", "--replicas", "1000000000000"), "replicas = 2000000000000: must"),
-        (("--vary", "tilt=0:0.2:0"), "vary = 'tilt=0:0.2:0': must be a range that is not empty"),
+        (("--vary", "tilt=0:0.2:0"), "vary = 'tilt=0:0.2:0': COUNT must be at least 1"),
         (
             ("--vary", "tilt=0:0.2:1.5"),
             "vary = 'tilt=0:0.2:1.5': must be FIELD=START:STOP:COUNT or",
         ),
-        (("--vary", "tilt=0:0.2:3:log"), "must be of positive numbers, where it is logarithmic"),
-        (("--vary", "tilt=a,b"), "vary = 'tilt=a,b': must be of numbers, which 'a' is not"),
+        (("--vary", "tilt=0:0.2:3:log"), "START and STOP must be positive in a log"),
+        (("--vary", "tilt=a,b"), "vary = 'tilt=a,b': 'a' is not a number"),
         (
             ("--vary", "tilt=0,0.1", "--seeds", "3:3"),
-            "seeds = '3:3': must be a range that is not e",
+            "seeds = '3:3': must be at least one seed",
         ),
         (("--vary", "tilt=0,0.1", "--seeds", "x"), "seeds = 'x': must be FIRST:LAST, or numbers"),
         (
@@ -199,11 +199,11 @@ def test_more_than_two_dimensions_have_no_picture(script, tmp_path):
         (("--vary", "tilt=0:0.1", "--design", "grid:8"), "design = 'grid': must be one of random"),
         (
             ("--vary", "tilt,spin=0:0.1", "--design", "latin:8"),
-            "must be of one field with --design",
+            "must name a single field with --design",
         ),
         (
             ("--vary", "tilt=0,0.1", "--scheduler", "nowhere:"),
-            "scheduler = 'nowhere:': must be a D",
+            "scheduler = 'nowhere:': must be the a",
         ),
     ],
 )
@@ -220,11 +220,11 @@ def test_mistakes_about_folders(script, tmp_path):
     out = tmp_path / "s"
     script("sweep", *TOP, *QUICK, "--out", out)
     for arguments, line in {
-        ("status", tmp_path): "must be a sweep's: it has no sweep.json",
-        ("combine", tmp_path / "no"): "must be a sweep's: it has no sweep.json",
-        ("movie", tmp_path / "no"): "must be a sweep's: it has no sweep.json",
-        (*TOP, *QUICK, "--friction", "0.2", "--out", out): "holds one with other scene_fields",
-        (*TOP, *QUICK, "--out", tmp_path): "must be empty, or this sweep's; it holds s",
+        ("status", tmp_path): "must be the directory of a sweep: it has no sweep.json",
+        ("combine", tmp_path / "no"): "must be the directory of a sweep: it has no sweep.json",
+        ("movie", tmp_path / "no"): "must be the directory of a sweep: it has no sweep.json",
+        (*TOP, *QUICK, "--friction", "0.2", "--out", out): "holds one that differs in scene_fields",
+        (*TOP, *QUICK, "--out", tmp_path): "must be empty or hold this sweep; it holds s",
     }.items():
         code, _, error = script("sweep", *arguments)
         assert code == 2
@@ -254,7 +254,7 @@ def test_a_movie_of_a_sweep(script, tmp_path, monkeypatch):
     assert drawn["runs"][0].sizes["time"] == 1 + 2 / 0.04  # every second step: 1/20 s at most
     code, _, error = script("sweep", "disk", "--vary", "v=0,1", "--out", tmp_path / "d")
     code, _, error = script("sweep", "movie", tmp_path / "d")
-    assert (code, error) == (2, "sweep.py: scene = 'Disk': must be Top or Motor, to be filmed\n")
+    assert (code, error) == (2, "sweep.py: scene = 'Disk': movies show only a Top or a Motor\n")
 
 
 def program(*arguments):
@@ -264,7 +264,7 @@ def program(*arguments):
     )
 
 
-def test_interrupted_it_says_so_and_the_same_command_goes_on(tmp_path):
+def test_after_an_interrupt_the_same_command_resumes(tmp_path):
     """Ctrl-C reaches the driver and its workers, as from a terminal."""
     out = tmp_path / "s"
     vary = ("disk", "--vary", "noise=1:4:40", "--duration", "5000", "--timestep", "0.01")
@@ -278,7 +278,7 @@ def test_interrupted_it_says_so_and_the_same_command_goes_on(tmp_path):
     _, errors = running.communicate(timeout=60)
     assert running.returncode == 130
     assert errors.startswith("sweep.py: sweep interrupted; 40 cases: ")
-    assert errors.endswith(" missing; the same command goes on\n")
+    assert errors.endswith(" missing; the same command resumes it\n")
     assert errors.count("\n") == 1
     done = len([*out.glob("done/*/*")])
     assert done < 40
@@ -290,8 +290,8 @@ def test_interrupted_it_says_so_and_the_same_command_goes_on(tmp_path):
 
 
 @pytest.mark.parametrize("seconds", [0.2, 1.5])
-def test_interrupted_while_its_workers_start_it_says_one_line(tmp_path, seconds):
-    """In the first seconds a worker imports what it needs."""
+def test_an_interrupt_while_workers_start_is_one_line(tmp_path, seconds):
+    """In its first seconds a worker imports its modules."""
     running = program("disk", "--vary", "noise=1:4:40", "--workers", "2", "--out", tmp_path / "s")
     try:
         assert running.stdout is not None
@@ -306,7 +306,7 @@ def test_interrupted_while_its_workers_start_it_says_one_line(tmp_path, seconds)
     assert errors.count("\n") == 1
 
 
-def test_a_cluster_that_is_started_takes_a_sweep(tmp_path):
+def test_a_started_cluster_computes_a_sweep(tmp_path):
     cluster = program("cluster", "--workers", "1")
     try:
         assert cluster.stdout is not None
@@ -323,7 +323,7 @@ def test_a_cluster_that_is_started_takes_a_sweep(tmp_path):
         os.killpg(cluster.pid, signal.SIGINT)
         _, errors = cluster.communicate(timeout=60)
     assert cluster.returncode == 130
-    assert errors == "sweep.py: interrupted; what is said to be written is complete\n"
+    assert errors == "sweep.py: interrupted; all files reported as written are complete\n"
 
 
 @pytest.mark.parametrize(
@@ -333,7 +333,7 @@ def test_a_cluster_that_is_started_takes_a_sweep(tmp_path):
         *((host, 0) for host in ("127.0.0.1", "127.1.2.3", "localhost", "::1", "[::1]")),
     ],
 )
-def test_a_cluster_that_others_can_reach_says_so(run_script, monkeypatch, host, warns):
+def test_a_cluster_that_others_can_reach_warns(run_script, monkeypatch, host, warns):
     monkeypatch.setattr(mm.sweep, "local_cluster", lambda *_: nullcontext("tcp://x:1"))
     monkeypatch.setattr(signal, "pause", lambda: None)
     code, said, errors = run_script("sweep", "cluster", "--host", host)
@@ -342,7 +342,7 @@ def test_a_cluster_that_others_can_reach_says_so(run_script, monkeypatch, host, 
     assert ("can run any code here" in errors) == bool(warns)
 
 
-def test_a_cluster_where_this_machine_is_not_is_a_mistake():
+def test_a_cluster_on_another_interface_is_a_mistake():
     running = program("cluster", "--workers", "1", "--host", "203.0.113.7")
     _, errors = running.communicate(timeout=60)
     assert running.returncode == 2
@@ -366,7 +366,7 @@ def test_no_workers_is_a_mistake(tmp_path):
         (("flights", "--duration", "-5"), "duration = -5.0: must be greater than 0 s"),
     ],
 )
-def test_a_study_that_cannot_be_is_one_line_and_code_2(script, tmp_path, arguments, line):
+def test_an_impossible_study_is_one_line_and_code_2(script, tmp_path, arguments, line):
     code, _, error = script("study", *arguments, "--out", tmp_path)
     assert (code, error) == (2, f"study.py: {line}\n")
 
@@ -393,8 +393,8 @@ def test_how_often_the_motor_flies(script, tmp_path):
     assert "6 cases: 6 done" in said
     assert (tmp_path / "study_flights.png").stat().st_size < 200_000
     data = xr.load_dataset(tmp_path / "study_flights.nc")
-    told = json.loads(data.attrs["sweep"])
-    assert told["vary"][0][0] == ["alpha_ball", "alpha_ring"]
+    spec = json.loads(data.attrs["sweep"])
+    assert spec["vary"][0][0] == ["alpha_ball", "alpha_ring"]
     kT = data.alpha_ball**2 / (2 * 0.15)
     relative = (data.slip_temperature / kT).mean("seed")
     np.testing.assert_allclose(relative, 1, atol=0.1)  # 0.02; 2000 s: 1/sqrt(4000) each

@@ -1,4 +1,4 @@
-"""What a sweep reads may be anybody's, or damaged: none of it runs, nothing is silently wrong."""
+"""Untrusted or damaged files of a sweep: no code in them runs, and no damage is silent."""
 
 import json
 import os
@@ -13,8 +13,8 @@ from sweep_driver import contents
 
 import magmotor as mm
 from magmotor.sweep import Range, Samples, Sweep, Values
+from magmotor.sweep.checksum import bytes_with_checksum, verified, with_checksum
 from magmotor.sweep.directory import Directory
-from magmotor.sweep.sealed import opened, sealed, sealed_bytes
 
 DISK: dict[str, Any] = {
     "scene": mm.Disk(),
@@ -26,7 +26,7 @@ EVIL = "from pathlib import Path\nPath({marker!r}).touch()\ndef go(run, scene): 
 
 
 class Here(Executor):
-    """Computes each case as it is given."""
+    """Computes each case when it is submitted."""
 
     def submit(self, fn, /, *args, **kwargs):
         future = Future()
@@ -35,7 +35,7 @@ class Here(Executor):
 
 
 def swept(folder, **changes):
-    """A folder of four cases, of which the last fails where none is a trajectory."""
+    """Run a sweep of four cases, the last of which fails unless it is a trajectory."""
     own = {"measure": ["sweep_measures:broken", "temperature"], **DISK, **changes}
     sweep = Sweep(**own, vary={"noise": (1.0, 2.0, 4.0, 3.0)})
     mm.sweep.run(sweep, folder, executor=Here())
@@ -43,14 +43,14 @@ def swept(folder, **changes):
 
 
 def rewrite(folder, **changes):
-    """Have sweep.json tell something else, with the checksum that belongs to it."""
-    told = opened((folder / "sweep.json").read_bytes()) | changes
-    (folder / "sweep.json").write_bytes(sealed(told))
+    """Change sweep.json, with a matching checksum."""
+    spec = verified((folder / "sweep.json").read_bytes()) | changes
+    (folder / "sweep.json").write_bytes(with_checksum(spec))
 
 
 @pytest.fixture
 def evil(tmp_path, monkeypatch):
-    """A module in the working directory that leaves a marker when it is imported; the marker."""
+    """Write a module that leaves a marker when it is imported; return the marker."""
     marker = tmp_path / "marker"
     (tmp_path / "evil.py").write_text(EVIL.format(marker=str(marker)))
     monkeypatch.chdir(tmp_path)
@@ -64,15 +64,15 @@ def test_no_file_has_a_module_imported(evil, tmp_path, run_script):
     swept(folder, measure=["temperature"])
     rewrite(folder, measure=["evil:go"])
     for file in (folder / "done").glob("*/*.json"):  # results as of that measure
-        told = opened(file.read_bytes())
-        file.write_bytes(sealed({**told, "values": {"evil:go": 2.0}}))
+        spec = verified(file.read_bytes())
+        file.write_bytes(with_checksum({**spec, "values": {"evil:go": 2.0}}))
     plan = mm.sweep.sweep_of(folder)
     assert mm.sweep.status(folder).done == 4
     data = mm.sweep.combine(folder)
     assert data["evil:go"].attrs == {"units": "1", "long_name": "go"}
     mm.plots.sweep(data, tmp_path / "picture.png")
     data.to_netcdf(tmp_path / "shared.nc")
-    asked = "measure = 'evil:go': must be allowed .* --allow-measure evil:go"
+    asked = "measure = 'evil:go': .* --allow-measure evil:go"
     again = Sweep(**DISK, vary={"noise": (1.0,)}, measure=plan.measure)
     for call in (
         lambda: mm.rerun(xr.load_dataset(tmp_path / "shared.nc")),
@@ -102,7 +102,7 @@ def test_no_file_has_a_module_imported(evil, tmp_path, run_script):
     np.testing.assert_array_equal(mm.sweep.combine(tmp_path / "new")["evil:go"], np.full((4, 1), 7))
 
 
-def test_what_the_caller_names_again_is_run(tmp_path, run_script, monkeypatch):
+def test_a_measure_that_the_caller_allows_is_run(tmp_path, run_script, monkeypatch):
     swept(tmp_path / "s")
     execute = mm.sweep.run
     monkeypatch.setattr(mm.sweep, "run", lambda *given: execute(*given, executor=Here()))
@@ -112,21 +112,21 @@ def test_what_the_caller_names_again_is_run(tmp_path, run_script, monkeypatch):
     code, _, errors = run_script("rerun", tmp_path / "s.nc")
     assert (code, errors.count("\n")) == (2, 1)
     run = mm.simulate(**{k: v for k, v in DISK.items() if k != "measure"})
-    with pytest.raises(ValueError, match=r"measures = .*: must be of a sweep, which this dataset"):
+    with pytest.raises(ValueError, match=r"measures = .*: must be empty: this dataset is"):
         mm.rerun(run, measures=["sweep_measures:broken"])
 
 
 @pytest.fixture(scope="module", params=["numbers", "trajectories"])
 def intact(request, tmp_path_factory):
-    """A folder of a sweep, and what is in it."""
+    """Return a folder of a sweep and its contents."""
     folder = tmp_path_factory.mktemp(request.param) / "s"
     own = {"measure": ["trajectory"]} if request.param == "trajectories" else {}
     sweep = swept(folder, **own)
     return sweep, folder, contents(folder), mm.sweep.combine(folder)
 
 
-def test_any_damaged_byte_is_seen_named_and_mended(intact):
-    """200 damages of one byte each: in results, numbers or whole runs, in errors, in the sweep."""
+def test_any_damaged_byte_is_detected_named_and_repaired(intact):
+    """200 times one damaged byte: in results, numbers or whole runs, in errors, in the sweep."""
     sweep, folder, whole, truth = intact
     random = np.random.default_rng(5)
     for turn in range(150 if sweep.measure != ("trajectory",) else 50):
@@ -151,7 +151,10 @@ def test_any_damaged_byte_is_seen_named_and_mended(intact):
             with pytest.raises(ValueError, match=f"{name} is damaged.*by skip_damaged=True"):
                 mm.sweep.combine(folder)
         if turn < len(whole):
-            with pytest.warns(UserWarning, match=f"{name} is damaged.* again"):
+            with pytest.warns(
+                UserWarning,
+                match=f"{name} is damaged.*(recomputed|again)",
+            ):
                 mm.sweep.run(sweep, folder, executor=Here())
             assert contents(folder) == whole
         (folder / name).write_bytes(whole[name])
@@ -167,14 +170,14 @@ def test_a_result_of_another_case_is_damage(intact):
 
 
 @pytest.mark.parametrize("values", [{}, {"temperature": 1.0}, 3, None, "text"])
-def test_sealed_nonsense_is_damage(tmp_path, values):
+def test_nonsense_with_a_checksum_is_damage(tmp_path, values):
     swept(tmp_path / "s", measure=["temperature", "displacement"])
     file = next((tmp_path / "s" / "done").glob("*/*.json"))
-    file.write_bytes(sealed({**opened(file.read_bytes()), "values": values}))
-    with pytest.raises(ValueError, match=f"{file.name} is damaged: it has other measures"):
+    file.write_bytes(with_checksum({**verified(file.read_bytes()), "values": values}))
+    with pytest.raises(ValueError, match=f"{file.name} is damaged: its measures differ"):
         mm.sweep.combine(tmp_path / "s")
     odd = {"temperature": [[1.0]], "displacement": {"a": 1}}
-    file.write_bytes(sealed({**opened(file.read_bytes()), "values": odd}))
+    file.write_bytes(with_checksum({**verified(file.read_bytes()), "values": odd}))
     with pytest.raises(ValueError, match=f"{file.name} is damaged: "):
         mm.sweep.combine(tmp_path / "s")
 
@@ -200,7 +203,7 @@ def test_nothing_is_written_read_or_removed_through_a_link(tmp_path, inside, ret
     assert len([*elsewhere.iterdir()]) == 1 + 3 * len(sweep)
 
 
-def test_results_are_combined_where_the_system_does_not_tell_its_memory(tmp_path, monkeypatch):
+def test_results_are_combined_if_the_size_of_memory_is_unknown(tmp_path, monkeypatch):
     swept(tmp_path / "s", measure=["temperature"])
     monkeypatch.delattr(os, "sysconf")  # as on Windows
     assert mm.sweep.combine(tmp_path / "s").temperature.notnull().all()
@@ -215,7 +218,7 @@ def test_a_file_that_is_a_link_or_a_pipe_is_damage(tmp_path):
     second.unlink()
     os.mkfifo(second)
     assert len(mm.sweep.status(tmp_path / "s").damaged) == 2
-    with pytest.warns(UserWarning, match="is no regular file; the case is computed again"):
+    with pytest.warns(UserWarning, match="is not a regular file; the case is recomputed"):
         mm.sweep.run(sweep, tmp_path / "s", executor=Here())
     assert contents(tmp_path / "s") == whole
     assert not first.is_symlink()
@@ -225,7 +228,7 @@ ODD: tuple[Any, ...] = (
     None, True, 3, -1, 10**12, 1e300, float("nan"), "", "x", "\0", b"x", [], [3], [[]], ["x", "x"],
     [["x", [1]]], [[["x"], 3]], {}, {"x": 3}, [{"size": 4}], [[None, None]], [None],
 )  # fmt: skip
-"""Values that a field of sweep.json, an attribute or an argument may have."""
+"""Odd values for a field of sweep.json, an attribute or an argument."""
 
 WRONG: tuple[Any, ...] = (*ODD, object(), np.zeros((2, 2)), range(3), len)
 
@@ -236,15 +239,15 @@ SWEEP_FIELDS = (
 
 
 @pytest.fixture(scope="module")
-def told():
-    """What a sweep tells."""
+def spec():
+    """Return the specification of a sweep."""
     samples = Samples({"v": (0.0, 1.0)}, 4)
     sweep = Sweep(**DISK, measure=["temperature"], vary={"noise": (1.0, 2.0)}, samples=samples)
     return json.loads(json.dumps(sweep.as_json()))
 
 
 def refused(function, *arguments, **named):
-    """Whether a call raises a ValueError, of a sentence; no other error passes."""
+    """Whether a call raises a ValueError with a message; other errors propagate."""
     try:
         function(*arguments, **named)
     except ValueError as error:
@@ -258,32 +261,32 @@ def entered(context, *arguments):
 
 
 @pytest.mark.parametrize("field", SWEEP_FIELDS)
-def test_odd_fields_of_a_sweep_are_refused_by_name(told, field):
-    odd = [value for value in ODD if value != told[field]]
-    accepted = [v for v in odd if not refused(mm.sweep.sweep_from, {**told, field: v})]
+def test_odd_fields_of_a_sweep_are_refused_by_name(spec, field):
+    odd = [value for value in ODD if value != spec[field]]
+    accepted = [v for v in odd if not refused(mm.sweep.sweep_from, {**spec, field: v})]
     fine = {"replicas": [3], "record_interval": [3, 10**12], "seeds": [[3]], "samples": [[]]}
     fine |= {"vary": [[]], "timestep": [], "duration": [3, 10**12]}
     fine |= {"versions": [None, {}]}
     assert accepted == fine.get(field, [])
-    assert refused(mm.sweep.sweep_from, {k: v for k, v in told.items() if k != field})
+    assert refused(mm.sweep.sweep_from, {k: v for k, v in spec.items() if k != field})
 
 
-def test_odd_recipes_of_a_design_and_axes_are_refused(told):
-    recipe = told["samples"][0]
+def test_odd_recipes_of_a_design_and_axes_are_refused(spec):
+    recipe = spec["samples"][0]
     for name in recipe:
         for value in ODD:
             samples = [{**recipe, name: value}]
-            taken = not refused(mm.sweep.sweep_from, {**told, "samples": samples})
+            taken = not refused(mm.sweep.sweep_from, {**spec, "samples": samples})
             assert not taken or (name, value) == ("seed", 3) or (name, value) == ("seed", 10**12)
     for value in ODD:
         for entry in (value, [value, [1.0]], [["x"], value], [[value], [1.0]], [["x"], [value]]):
-            taken = not refused(mm.sweep.sweep_from, {**told, "vary": [entry]})
+            taken = not refused(mm.sweep.sweep_from, {**spec, "vary": [entry]})
             numbers = (1.0, 3, -1, 10**12)
             fine = entry in [[["x"], [n]] for n in numbers] and value is not True
             assert taken == fine, entry
 
 
-def test_wrong_kinds_of_arguments_raise_nothing_but_a_named_error():
+def test_arguments_of_wrong_types_raise_only_named_errors():
     own = {**DISK, "measure": ["temperature"], "vary": {"noise": (1.0,)}}
     for value in WRONG:
         for name in (*SWEEP_FIELDS, "vary"):
@@ -304,7 +307,7 @@ def test_wrong_kinds_of_arguments_raise_nothing_but_a_named_error():
         refused(Values, ("v",), value)
 
 
-def test_wrong_kinds_of_arguments_of_functions_are_refused(tmp_path):
+def test_arguments_of_wrong_types_of_functions_are_refused(tmp_path):
     plan = Sweep(**DISK, measure=["temperature"], vary={"noise": (1.0,)})
     sweep = mm.sweep
     for value in WRONG:
@@ -329,9 +332,9 @@ def test_wrong_kinds_of_arguments_of_functions_are_refused(tmp_path):
 def test_a_sweep_too_large_is_refused_before_memory_is_taken():
     own = {**DISK, "measure": ["temperature"]}
     line = np.linspace(0.1, 4, 10_001)
-    with pytest.raises(ValueError, match=r"runs, cases times replicas = .*: must be at most 1000"):
+    with pytest.raises(ValueError, match=r"^cases times replicas = .*: must be at most 1000"):
         Sweep(**own, vary={"noise": line, "x": line})
-    with pytest.raises(ValueError, match="runs, cases times replicas = 1000000000000: must be at"):
+    with pytest.raises(ValueError, match=r"^cases times replicas = 1000000000000: must be at"):
         Sweep(**own, vary={"noise": (1.0,)}, replicas=10**12)
     with pytest.raises(ValueError, match="size = 1099511627776: must be at most 1048576"):
         Samples({"x": (0, 1)}, 2**40)
@@ -339,12 +342,12 @@ def test_a_sweep_too_large_is_refused_before_memory_is_taken():
         Sweep(**own, vary={"noise": (1.0,)}, seeds=10**15)
     fields = "position_x position_y velocity_x velocity_y axis_x axis_y axis_z spin tilt coupling"
     box: dict[str, Any] = dict.fromkeys((*fields.split(), "friction"), (0.1, 0.2))
-    with pytest.raises(ValueError, match="timestep = None: must be given where more than 10 num"):
+    with pytest.raises(ValueError, match="timestep = None: must be given if more than 10 fields"):
         Sweep(scene=mm.Top(), measure=["max_spin"], duration=1, samples=Samples(box, 4))
 
 
 @pytest.mark.filterwarnings("ignore:.*:RuntimeWarning")
-def test_odd_attributes_of_a_run_end_rerun_in_one_line(tmp_path, run_script):
+def test_odd_attributes_of_a_run_make_rerun_fail_in_one_line(tmp_path, run_script):
     run = mm.simulate(**DISK)
     for name in ("method", "timestep", "duration", "seed", "path", "versions", "time_reached"):
         for odd in ("", "[]", "[" * 10**4, 2.5, np.arange(3), b"x", 10**15):
@@ -355,11 +358,13 @@ def test_odd_attributes_of_a_run_end_rerun_in_one_line(tmp_path, run_script):
             assert bool(said) == (code != 2)
 
 
-def test_odd_attributes_of_a_sweep_end_rerun_in_one_line(told, tmp_path, run_script, monkeypatch):
-    """Of a dataset of a sweep: text of any kind, arrays, and what JSON can hold."""
+def test_odd_attributes_of_a_sweep_make_rerun_fail_in_one_line(
+    spec, tmp_path, run_script, monkeypatch
+):
+    """The attribute may be any text, an array, or anything that JSON can hold."""
     monkeypatch.setattr(mm.sweep, "run", lambda *_: pytest.fail("it runs"))
     texts = ["", "x", "{}", "[]", "3", "null", "NaN", "[" * 10**5, '{"measure": 3}']
-    texts += [json.dumps({**told, name: 3}) for name in ("measure", "vary", "seeds", "scene")]
+    texts += [json.dumps({**spec, name: 3}) for name in ("measure", "vary", "seeds", "scene")]
     for odd in (*texts, 3, 2.5, np.arange(3), b"x"):
         data = xr.Dataset({"temperature": ("noise", [1.0, 2.0])}, attrs={"sweep": odd})
         data.to_netcdf(tmp_path / "odd.nc")
@@ -368,20 +373,20 @@ def test_odd_attributes_of_a_sweep_end_rerun_in_one_line(told, tmp_path, run_scr
         assert errors.startswith(f"rerun.py: {tmp_path / 'odd.nc'}: ")
 
 
-def test_a_run_cannot_tell_of_other_files(tmp_path):
-    """Data of netCDF-4, which is HDF5, may lie in any file: the classic format has them inside."""
+def test_a_run_cannot_refer_to_other_files(tmp_path):
+    """NetCDF-4, which is HDF5, may refer to data in any file; the classic format cannot."""
     sweep = swept(tmp_path / "s", measure=["trajectory"])
     path = next((tmp_path / "s" / "done").glob("*/*.nc"))
     assert path.read_bytes().startswith(b"CDF\x05")
     run = mm.simulate(mm.Disk(), method="variational/euler", timestep=0.05, duration=1.0)
     run.to_netcdf(tmp_path / "run.nc", engine="netcdf4")
-    path.write_bytes(sealed_bytes((tmp_path / "run.nc").read_bytes(), path.stem))
-    with pytest.raises(ValueError, match="is damaged: it is no run in netCDF's classic format"):
+    path.write_bytes(bytes_with_checksum((tmp_path / "run.nc").read_bytes(), path.stem))
+    with pytest.raises(ValueError, match="is damaged: it is not a run in netCDF's classic format"):
         mm.sweep.combine(tmp_path / "s")
     assert len(sweep) == 4
 
 
-def test_an_axis_hides_no_quantity_that_is_recorded(tmp_path):
+def test_an_axis_does_not_hide_a_recorded_quantity(tmp_path):
     own = {**DISK, "measure": ["trajectory"]}
     mm.sweep.run(Sweep(**own, vary={"x": (0.0, 0.5)}), tmp_path / "s", executor=Here())
     data = mm.sweep.combine(tmp_path / "s")
@@ -398,7 +403,7 @@ def mute(run, scene):
     raise Mute
 
 
-def test_an_error_without_words_is_a_cases_own(tmp_path):
+def test_an_error_without_text_is_stored_with_its_case(tmp_path):
     plan = Sweep(**DISK, vary={"noise": (1.0, 2.0)}, measure=["test_sweep_trust:mute"])
     assert mm.sweep.run(plan, tmp_path / "s", executor=Here()).failed == 2
     assert [*mm.sweep.status(tmp_path / "s").errors] == ["Mute"]

@@ -42,10 +42,10 @@ def live(scene, seed=0):
 
 
 def put(simulation, **sliders):
-    """Move sliders as the viewer does."""
+    """Move sliders like the viewer."""
     for name, value in sliders.items():
         simulation.data.actuator(name).ctrl = value
-    simulation.heed()
+    simulation.apply_input()
 
 
 def whole(simulation):
@@ -53,7 +53,7 @@ def whole(simulation):
 
 
 def simulated(scene, seed=0):
-    """Position (or x) after the steps by `simulate`."""
+    """Return the position (or x) after the steps by `simulate`."""
     duration = STEPS * 0.01
     run = mm.simulate(scene, method=METHOD, timestep=0.01, duration=duration, seed=seed)
     end = run.isel(time=-1)
@@ -91,7 +91,7 @@ CASES = {
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_sliders_make_the_scene_that_they_say(case):
+def test_sliders_make_the_scene_with_their_values(case):
     scene, sliders, said = CASES[case]
     simulation = live(scene, seed=3)
     put(simulation, **sliders)
@@ -116,7 +116,7 @@ def test_the_viewers_reset_restores_the_start_to_the_bit(scene, steps):
     put(simulation, friction_ball=0.3) if scene is MOTOR else put(simulation, friction=0.2)
     simulation.advance(steps)
     mujoco.mj_resetData(simulation.model, simulation.data)  # as the viewer does
-    simulation.heed()
+    simulation.apply_input()
     np.testing.assert_array_equal(simulation.data.ctrl, fresh.data.ctrl)
     for _ in range(2):
         np.testing.assert_array_equal(whole(simulation), whole(fresh))
@@ -124,18 +124,18 @@ def test_the_viewers_reset_restores_the_start_to_the_bit(scene, steps):
         fresh.advance(100)
 
 
-def test_a_slider_out_of_bounds_goes_back_and_says_why():
+def test_a_slider_out_of_bounds_moves_back_and_says_why():
     simulation = live(TOP)
     put(simulation, height=0.1)
     put(simulation, tilt=0.4)
-    assert "tilt = 0.4: must be less than 0.2985 rad (the floor)" in simulation.notice
+    assert "tilt = 0.4: must be less than 0.2985 rad, where the ring" in simulation.notice
     assert simulation.data.actuator("tilt").ctrl == TOP.tilt
     assert simulation.data.actuator("height").ctrl == 0.1
     put(simulation, tilt=0.2)
     assert simulation.notice == ""
 
 
-def test_a_slider_leaves_a_ring_that_the_mouse_moved_where_it_is():
+def test_a_slider_does_not_move_a_ring_that_the_mouse_moved():
     simulation = live(TOP)
     simulation.data.mocap_pos[0] = [0.1, 0.0, 0.3]
     put(simulation, friction=0.5)
@@ -174,7 +174,7 @@ def test_magnetism_off_leaves_the_ball_at_rest():
 
 
 @pytest.mark.parametrize("way", ["mjPERT_TRANSLATE", "mjPERT_ROTATE"])
-def test_the_mouse_moves_the_magnetic_ball_as_the_same_force_does(way):
+def test_the_mouse_moves_the_magnetic_ball_like_the_same_force(way):
     lived, moved, forced, free = (live(TOP) for _ in range(4))
     perturb, ball = mujoco.MjvPerturb(), lived.model.body("ball").id
     perturb.select, perturb.localmass = ball, 0.2
@@ -221,7 +221,7 @@ def test_the_mouse_pulls_a_body_on_which_nothing_else_acts_once():
 
 
 def test_the_mouse_pulls_a_body_at_its_center_of_mass():
-    """As MuJoCo does with the same force in `xfrc_applied`."""
+    """The same as MuJoCo with that force in `xfrc_applied`."""
     body = "<body><freejoint/><geom size='0.1' pos='0.3 0.2 0'/></body>"
     text = f"<mujoco><option gravity='0 0 0'/><worldbody>{body}</worldbody></mujoco>"
     model = mujoco.MjModel.from_xml_string(text)
@@ -249,11 +249,11 @@ def test_any_model_starts_at_its_keyframe_and_is_magnetic():
         mujoco.mj_step(model, data, nstep=200)
     assert simulation.data.qpos[0] == data.qpos[0] != 0.3
     mujoco.mj_resetData(simulation.model, simulation.data)
-    simulation.heed()
+    simulation.apply_input()
     assert (simulation.data.qpos[0], simulation.data.time) == (0.3, 2)
 
 
-def test_a_model_on_which_nothing_acts_is_said_once():
+def test_a_model_on_which_nothing_acts_causes_one_warning():
     model = mujoco.MjModel.from_xml_string("<mujoco><worldbody/></mujoco>")
     with pytest.warns(UserWarning, match="nothing acts on this model"):
         simulation = LiveSimulation(model)
@@ -272,7 +272,7 @@ def test_a_lost_state_is_reported():
 
 
 def test_a_ball_that_is_lifted_off_a_planar_scene_is_reported():
-    """Of SI moments: simulate's guard stops at t = 0.28 s; on a plane the ball leaves it."""
+    """With SI moments, simulate's guard stops at t = 0.28 s; on a plane the ball leaves it."""
     planar, plane = live(mm.Top.si()), live(mm.Top.si(surface="plane"))
     planar.advance(20)
     with pytest.raises(StateLost, match=r"lift, 2\.\d* N, exceeds the ball's weight, 1\.96 N"):
@@ -283,12 +283,14 @@ def test_a_ball_that_is_lifted_off_a_planar_scene_is_reported():
 def test_a_seed_without_room_is_a_mistake():
     model = mujoco.MjModel.from_xml_string(NEEDLE.replace('nuserdata="1"', ""))
     LiveSimulation(model)
-    with pytest.raises(ValueError, match="seed = 3: must be 0: the model has noise"):
+    with pytest.raises(ValueError, match="seed = 3: must be 0, since the model has noise"):
         LiveSimulation(model, seed=3)
 
 
-def test_a_scene_that_mujoco_has_not_is_a_mistake():
-    with pytest.raises(ValueError, match=r"scene = Langevin.*: must be of a kind that has a"):
+def test_a_scene_without_a_mujoco_model_is_a_mistake():
+    with pytest.raises(
+        ValueError, match=r"scene = Langevin.*: a LangevinParticle has no MuJoCo model"
+    ):
         live_scene(cast(Any, mm.LangevinParticle()), timestep=0.01)
 
 
@@ -299,7 +301,7 @@ def test_a_model_with_sliders_is_the_scene_otherwise():
     np.testing.assert_array_equal(slid.key_qpos, plain.key_qpos)
 
 
-def test_the_pace_is_the_walls():
+def test_the_pace_follows_wall_time():
     pace = Pace(2.0, now=10.0)
     taken = sum(pace.steps(10.0 + 0.016 * k, 0.01) for k in range(1, 101))
     assert taken in (319, 320)  # 1.6 s at speed 2; 320
@@ -313,7 +315,7 @@ def test_the_pace_is_the_walls():
         (("--timestep", "1"), "timestep = 1.0: must be less than"),
         (("--speed", "0"), "speed = 0.0: must be greater than 0"),
         (("--seed", "-1"), "seed = -1: must be at least 0"),
-        (("--tilt", "1.5"), "tilt = 1.5: must be less than 0.6289 rad (the floor)"),
+        (("--tilt", "1.5"), "tilt = 1.5: must be less than 0.6289 rad, where the ring"),
     ],
 )
 def test_a_mistake_is_one_line_and_code_2(run_script, arguments, line):
@@ -334,7 +336,7 @@ def test_a_wrong_file_is_one_line_and_code_2(run_script, tmp_path, text):
     assert error.count("\n") == 1
 
 
-def test_a_folder_is_no_model(run_script, tmp_path):
+def test_a_folder_is_not_a_model(run_script, tmp_path):
     code, _, error = run_script("view", "model", tmp_path)
     assert (code, error) == (2, f"view.py: path = '{tmp_path}': must be a file\n")
 
@@ -364,7 +366,7 @@ def test_a_lost_state_starts_again_paused(loop_of, capsys):
     loop.simulation.data.qvel[0] = np.inf
     loop.step(time.perf_counter() + 1, mujoco.MjvPerturb())
     assert loop.paused
-    assert "the state is not finite at t = 0: reset; space to go on" in loop.texts()[0]
+    assert "the state is not finite at t = 0: reset; space continues" in loop.texts()[0]
     np.testing.assert_array_equal(whole(loop.simulation), whole(live(TOP)))
     assert capsys.readouterr().err.endswith("the state is not finite at t = 0: reset and paused\n")
 

@@ -1,13 +1,20 @@
-"""What a device is: its protocol, and what all devices share.
+"""The protocol of devices, and the building blocks that all devices share.
 
-Who writes a device takes all from here; `examples/own_device.py` is one.
+A new device imports everything that it needs from here; see `examples/own_device.py`.
 """
 
-from magmotor.device.device import Device, Engine, Measure, MujocoAdapter, Scene, register
+from magmotor.device.device import (
+    Device,
+    Engine,
+    MujocoAdapter,
+    Scene,
+    register,
+)
 from magmotor.device.guard import ENERGY_GREW, LARGEST_ERROR, LARGEST_FLUCTUATION, Fault, Guard
-from magmotor.device.initial import as_given, last_record
+from magmotor.device.initial import initial_parts
 from magmotor.device.job import Job
 from magmotor.device.movie import Gauge, MovieContent, between
+from magmotor.device.observable import Measure, Observable, labeled
 from magmotor.device.quantities import check_fields, quantity
 from magmotor.device.sliders import Slider
 from magmotor.device.states import Column
@@ -27,13 +34,14 @@ __all__ = [
     "Measure",
     "MovieContent",
     "MujocoAdapter",
+    "Observable",
     "Scene",
     "Slider",
-    "as_given",
     "between",
     "check_fields",
     "check_step_limit",
-    "last_record",
+    "initial_parts",
+    "labeled",
     "quantity",
     "register",
 ]

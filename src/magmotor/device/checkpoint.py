@@ -1,9 +1,9 @@
-"""Checkpoints: all that a run needs to go on, in one file that is whole or not there.
+"""Checkpoints: everything that a run needs to continue, in one file that is written atomically.
 
-The file is a line and the bytes of the arrays, one after another. The line is a mark, a checksum of
-what follows it, and JSON: the task, how much of it is done, the kinds and shapes of the arrays, and
-the checksum of their bytes. Whoever loads one says what has to be in it. So its size is known
-before any of it is read, and nothing in it has a meaning that it could choose.
+The file is a header line, followed by the bytes of the arrays. The header is a mark, a checksum of
+its remainder, and JSON: the task, the progress, types and shapes of the arrays, and the checksum of
+their bytes. The caller of `load` states which arrays it expects, so that the file's size is known
+before its content is read, and the file cannot choose how it is interpreted.
 """
 
 import json
@@ -27,7 +27,7 @@ SECONDS_BETWEEN = 30.0
 MARK = b"magmotor checkpoint"
 
 LONGEST_LINE = 2**24
-"""Bytes; a task takes some 2000."""
+"""Largest length of the header in bytes; a typical one has 2000."""
 
 LARGEST = float(np.finfo(float).max)
 
@@ -35,7 +35,7 @@ Arrays = Mapping[str, NDArray]
 
 
 class Expected(NamedTuple):
-    """What an array of a checkpoint must be: as `like` in kind and shape, finite and in bounds."""
+    """An array that a checkpoint must have: type and shape of `like`, finite, and within bounds."""
 
     like: NDArray
     least: Any = -LARGEST
@@ -43,17 +43,17 @@ class Expected(NamedTuple):
 
 
 class Checkpoint:
-    """The checkpoint of a task, written now and then; without a path, nothing is.
+    """The checkpoint of a run, saved periodically; without a path, nothing is saved.
 
     Parameters
     ----------
     path : str, Path or None
     task : dict
-        What the run is to do; a file with another task is refused.
+        Arguments of the run; a file with other arguments is refused.
     total : int
-        How much there is to do: records, or samples.
+        Number of records, or of samples, in the whole run.
     expected : callable
-        From how much is done, the arrays that there must be.
+        ``expected(done)`` returns the arrays that a file with `done` records must have, by name.
     """
 
     def __init__(
@@ -64,23 +64,23 @@ class Checkpoint:
         expected: Callable[[int], Mapping[str, Expected]],
     ):
         if not isinstance(path, str | os.PathLike | None) or "\0" in str(path):
-            raise reject("checkpoint", path, "must be a path, or None")
+            raise reject("checkpoint", path, "must be a path or None")
         self.path = None if path is None else Path(path)
         self.task, self.total, self.expected = task, total, expected
         self.saved_at = time.monotonic()
 
     @property
     def due(self) -> bool:
-        """Whether the last one was half a minute ago."""
+        """Whether half a minute has passed since the last save."""
         return self.path is not None and time.monotonic() - self.saved_at > SECONDS_BETWEEN
 
     def save(self, done: int, arrays: Arrays) -> None:
-        """Save how much is done, and these arrays.
+        """Save the number of finished records, and the arrays.
 
         Warns
         -----
         UserWarning
-            They cannot be written; the checkpoint before them stays.
+            The file cannot be written; the previous checkpoint is kept.
         """
         if self.path is None:
             return
@@ -89,63 +89,64 @@ class Checkpoint:
             save(self.path, self.task, done, arrays)
         except OSError as error:
             warnings.warn(
-                f"no checkpoint {self.path}: {error.strerror or error}; the one before it stays",
+                f"cannot save {self.path}: {error.strerror or error}; the previous checkpoint"
+                " is kept",
                 stacklevel=4,
             )
 
     def load(self) -> tuple[int, dict[str, NDArray]] | None:
-        """How much was done, and the arrays saved last; None if there is no file.
+        """Return the number of finished records and the arrays; None if there is no file.
 
         Raises
         ------
         ValueError
-            It cannot be read, is no checkpoint or a damaged one, is one of another task, or holds
-            what a run of this task cannot have: names what differs.
+            The file cannot be read, is not a checkpoint, is damaged, belongs to another run, or has
+            values that no run of this task can have; the message names what is wrong.
         """
         if self.path is None:
             return None
         try:
             if not stat.S_ISREG(self.path.stat().st_mode):
-                raise self._reject("must be a file, or no file")
+                raise self._reject("must be a regular file, or not exist yet")
             with self.path.open("rb") as file:
                 return self._read(file)
         except FileNotFoundError:
             return None
         except OSError as error:
-            raise self._reject(f"must be a file ({error.strerror})") from None
+            raise self._reject(f"cannot be read ({error.strerror})") from None
 
     def _reject(self, sentence: str) -> ValueError:
         return reject("checkpoint", str(self.path), sentence)
 
     def _read(self, file: Any) -> tuple[int, dict[str, NDArray]]:
         line = file.readline(LONGEST_LINE)
-        text = line[len(_marked(b"")) :]
+        text = line[len(_mark(b"")) :]
         try:
-            head = json.loads(text) if line == _marked(text) + text else {}
-            recorded, done = dict(head["task"]), head["done"]
-            given, checksum = head["arrays"], head["checksum"]
+            header = json.loads(text) if line == _mark(text) + text else {}
+            task, done = dict(header["task"]), header["done"]
+            layout, checksum = header["arrays"], header["checksum"]
         except (ValueError, TypeError, KeyError, RecursionError):
-            raise self._reject("must be a checkpoint, or no file") from None
-        for name in {**recorded, **self.task}:
-            if recorded.get(name, ...) != self.task.get(name, ...):
-                sentence = (
-                    f"its {name} is {recorded.get(name)!r}, and must be {self.task.get(name)!r}"
+            raise self._reject("the file is not a checkpoint") from None
+        for name in {**task, **self.task}:
+            if task.get(name, ...) != self.task.get(name, ...):
+                there, here = (
+                    repr(known[name]) if name in known else "missing" for known in (task, self.task)
                 )
+                sentence = f"the checkpoint is of another run: its {name} is {there}, not {here}"
                 raise self._reject(sentence)
         if type(done) is not int or not 0 <= done <= self.total:
-            raise self._reject(
-                f"must be one of which 0 to {self.total} records are done; it has {done!r}"
-            )
+            sentence = f"the number of finished records must be 0 to {self.total}, and is {done!r}"
+            raise self._reject(sentence)
         expected = self.expected(done)
         wanted = _layout({name: array.like for name, array in expected.items()})
-        if given != wanted:
-            raise self._reject(f"must be one with the arrays {wanted}; it has {given!r:.1000}")
+        if layout != wanted:
+            raise self._reject(f"must have the arrays {wanted}, and has {layout!r:.1000}")
         sizes = [array.like.nbytes for array in expected.values()]
         if os.fstat(file.fileno()).st_size != len(line) + sum(sizes):
-            raise self._reject("must be whole; this one is damaged: it is too short or too long")
+            raise self._reject("the checkpoint is damaged: it is too short or too long")
         content = np.fromfile(file, np.uint8)
         if zlib.crc32(content.data) != checksum:
-            raise self._reject("must be whole; this one is damaged: its checksum is another")
+            raise self._reject("the checkpoint is damaged: its checksum does not match")
         pieces = np.split(content, np.cumsum(sizes)[:-1])
         return done, {
             name: self._checked(name, piece, array)
@@ -154,33 +155,33 @@ class Checkpoint:
 
     def _checked(self, name: str, piece: NDArray[np.uint8], array: Expected) -> NDArray:
         values = piece.view(array.like.dtype).reshape(array.like.shape)
-        wrong = ~((array.least <= values) & (values <= array.most))  # NaN is
+        wrong = ~((array.least <= values) & (values <= array.most))  # also NaN
         if wrong.any():
-            sentence = f"its {name} must be finite and in bounds, and holds {values[wrong].flat[0]}"
-            raise self._reject(sentence)
+            bad = values[wrong].flat[0]
+            raise self._reject(f"its {name} must be finite and in bounds, and has the value {bad}")
         return values
 
 
 def save(path: Path, task: dict[str, Any], done: int, arrays: Arrays) -> None:
-    """Write a checkpoint; the file before it stays until the new one is whole.
+    """Write a checkpoint; it replaces the previous file when it is complete.
 
     Raises
     ------
     OSError
-        The file cannot be written; the checkpoint before it is still there.
+        The file cannot be written; the previous one is kept.
     """
     checksum = 0
     for array in arrays.values():
         checksum = zlib.crc32(_bytes(array), checksum)
-    head = {"task": task, "done": done, "arrays": _layout(arrays), "checksum": checksum}
-    text = json.dumps(head).encode() + b"\n"
+    header = {"task": task, "done": done, "arrays": _layout(arrays), "checksum": checksum}
+    text = json.dumps(header).encode() + b"\n"
     with whole_file(path) as part, part.open("wb") as file:
-        file.write(_marked(text) + text)
+        file.write(_mark(text) + text)
         for array in arrays.values():
             file.write(_bytes(array))
 
 
-def _marked(text: bytes) -> bytes:
+def _mark(text: bytes) -> bytes:
     return MARK + b" %08x " % zlib.crc32(text)
 
 

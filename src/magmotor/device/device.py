@@ -1,7 +1,7 @@
-"""Scenes and devices: what is simulated, and the one object that knows how.
+"""Scenes and devices: the parameters of a simulation, and the object that runs and describes it.
 
-A scene is data. Its device is everything that the programs must know of scenes of this kind; who
-adds a device writes these two classes, see `CONTRIBUTING.md`.
+A scene is data. Its device is everything that the library needs to know about one class of scenes.
+To add a device, write these two classes; see `CONTRIBUTING.md`.
 """
 
 import dataclasses
@@ -9,7 +9,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Mapping
 from pathlib import Path
-from typing import Any, ClassVar, Generic, NamedTuple, Protocol, Self, TypeVar
+from typing import Any, ClassVar, Generic, Protocol, Self, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -19,6 +19,7 @@ from magmotor.common.checks import reject
 from magmotor.device.guard import Guard
 from magmotor.device.job import Job
 from magmotor.device.movie import Gauge, MovieContent
+from magmotor.device.observable import Measure
 from magmotor.device.overview import draw_variables
 from magmotor.device.sliders import Slider
 from magmotor.device.states import Column
@@ -27,28 +28,28 @@ from magmotor.numerics.linear_stability import SmallMotion
 Array = NDArray[np.float64]
 
 SCENES: dict[str, type["Scene"]] = {}
-"""The kinds of scenes that have a device, by name: datasets name theirs."""
+"""The registered scene classes by name, which datasets record as their attribute `scene`."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Scene:
-    """What is simulated; a kind of scene is a frozen dataclass with fields made by `quantity`.
+    """Base of all scene classes: frozen dataclasses whose fields are declared with `quantity`.
 
     Attributes
     ----------
     device : Device
-        The one that was registered for scenes of this kind.
+        Set by `register`.
     """
 
     device: ClassVar["Device[Any, Any]"]
 
     @classmethod
     def registered(cls) -> list[type["Scene"]]:
-        """The kinds of scenes of this class that have a device."""
-        return [kind for kind in SCENES.values() if issubclass(kind, cls)]
+        """Return the registered scene classes that derive from this one."""
+        return [known for known in SCENES.values() if issubclass(known, cls)]
 
     def replace(self, **changes: Any) -> Self:
-        """A copy with some fields changed, checked anew."""
+        """Return a copy with some fields changed; all fields are checked again."""
         return dataclasses.replace(self, **changes)
 
 
@@ -57,40 +58,46 @@ T = TypeVar("T", bound=tuple[Any, ...])
 
 
 class Engine(Protocol):
-    """What makes runs: an object, or a module."""
+    """An integrator of a device: an object, or a module with these two functions."""
 
     def start(self, job: Job) -> Array:
-        """The engine's state at the beginning of a run."""
+        """Return the engine's internal state at the beginning of a run, as one array.
+
+        Checkpoints accept only arrays of the same shape and type.
+        """
         ...
 
     def run(self, job: Job) -> Generator[tuple[Any, Array]]:
-        """Yield the recorded states that follow the initial one, in chunks; see `Job`."""
+        """Yield the recorded states after the initial one in chunks, each with the internal state.
+
+        Start from `job.state` if it is not None, else from the initial state; see `Job`.
+        """
         ...
 
 
 class Equation(Protocol):
-    """An ordinary differential equation, for SciPy's solver."""
+    """The ordinary differential equation of a device without noise, for SciPy's solver."""
 
     def problem(self, scene: Any, initial: Any) -> tuple[Callable, Array, Array]:
-        """Right-hand side f(t, y), initial y, and the natural scale of each variable."""
+        """Return the right-hand side f(t, y), the initial y, and the natural scale of each y_i."""
         ...
 
     def states(self, scene: Any, time: Array, rows: Array) -> Any:
-        """Recorded states from rows of the solution."""
+        """Return the device's states at these times from the solution, shape (T, len(y))."""
         ...
 
 
 class MujocoAdapter(Protocol):
-    """What a run in MuJoCo must know of a device; it is made from the job.
+    """Translation between a device's states and MuJoCo's; `Device.mujoco` makes one per run.
 
     Attributes
     ----------
     start : ndarray, shape (replicas, nq + nv + k)
-        Joint coordinates of the initial states, and k running sums.
+        `qpos` and `qvel` of the initial states, then the k running sums, which start at zero.
     driven : bool
-        Whether anything acts through the compiled callback.
+        Whether forces of the compiled callback (dipoles, noise or a potential) act on the model.
     control : int
-        What `controls` holds, as bits of `mjtState`.
+        Contents of `controls`, as bits of `mjtState`.
     """
 
     start: Array
@@ -98,48 +105,46 @@ class MujocoAdapter(Protocol):
     control: int
 
     def controls(self, steps: NDArray[np.int64]) -> Array | None:
-        """What MuJoCo is given in these steps, shape (replicas, steps or 1, n)."""
+        """Return the control inputs of these steps, shape (replicas, steps or 1, n), or None.
+
+        Called before each batch of steps; a single row is used in all of its steps.
+        """
         ...
 
     def sums(self, before: Array, paths: Array, first: int) -> Array:
-        """Running sums after each step, shape (replicas, steps, k).
+        """Return the running sums (heat, work) after each step, shape (replicas, steps, k).
 
-        `before` (replicas, nq + nv + k) is the state before step number `first` of the run,
-        `paths` (replicas, steps, nq + nv) the states after it and those that follow.
+        Called after each batch of steps. `before` (replicas, nq + nv + k) is the state before the
+        batch, whose first step is number `first` of the run; `paths` (replicas, steps, nq + nv)
+        holds the states after each step. Without sums, return ``paths[..., :0]``.
         """
         ...
 
     def states(self, time: Array, qpos: Array, qvel: Array, sums: Array) -> Any:
-        """States from joint coordinates and sums, shape (replicas, T, nq, nv or k)."""
+        """Return the device's states at these times; the arrays' shape is (replicas, T, n)."""
         ...
 
 
-class Measure(NamedTuple):
-    """A number that is read off a run; of a run with replicas, one of each."""
-
-    function: Callable[[xr.Dataset, Any], Any]
-    unit: str
-    label: str
-
-
 class Device(ABC, Generic[S, T]):
-    """All that the programs must know of one kind of scene.
+    """Everything that the library needs to know about one class of scenes.
 
-    What is abstract every device has. What is not has a default: what it serves is then refused, or
-    does without.
+    A device has no state of its own: every method takes the scene. Abstract methods are required;
+    the others have defaults, which refuse the feature or do without it. S is the scene class, T a
+    named tuple of columns for the states, whose first is `time`; the first axis of every column is
+    time.
 
     Attributes
     ----------
     time_unit : str
-        Of the scenes' time; "1" if they are dimensionless.
+        Unit of time of the scenes; "1" if they are dimensionless.
     is_random : bool
-        Whether a scene of this kind can have noise.
+        Whether scenes can have noise. If not, a sweep runs one seed only.
     measures : mapping of str to Measure
-        What a sweep can record.
+        Numbers that a sweep can record for each run, by name.
     movie_content : type, optional
-        What movies tell of a run beside its pictures.
+        Class of the text, curves and cameras of movies; without it, there are no movies.
     gauge : Gauge, optional
-        What a contact sheet shows of a run.
+        The bar in each picture of a contact sheet; without it, there are no contact sheets.
     """
 
     time_unit: ClassVar[str] = "s"
@@ -150,7 +155,7 @@ class Device(ABC, Generic[S, T]):
 
     @abstractmethod
     def methods(self, scene: S) -> tuple[str, ...]:
-        """Names `engine/scheme` of the methods that the scene takes."""
+        """Return the names `engine/scheme` of the methods that can integrate the scene."""
 
     @abstractmethod
     def check_run(
@@ -161,149 +166,174 @@ class Device(ABC, Generic[S, T]):
         replicas: int | None,
         allow_unstable: bool = False,
     ) -> None:
-        """Check what depends on the scene; of the timestep nothing if it may be unstable.
+        """Check the arguments of a run against the scene, before the run starts.
+
+        `method` is one of `methods(scene)`; `replicas` is None for a single run. Accept any
+        timestep if `allow_unstable`; `check_step_limit` checks it against linear theory.
 
         Raises
         ------
         ValueError
-            Replicas that would be the same, or a timestep at which the method is unstable.
+            The replicas would all be the same, or the method is unstable at this timestep.
         """
 
     @abstractmethod
     def initial_state(
         self, scene: S, initial: Mapping[str, Any] | xr.Dataset | None, replicas: int | None
     ) -> T:
-        """The state that a run starts from, as one row; see `simulate` for `initial`.
+        """Return the initial state of a run, as one row.
+
+        Parts that `initial` (see `simulate`, and `initial_parts`) does not give come from the
+        scene.
 
         Raises
         ------
         ValueError
-            Names the part, its value and the bound.
+            A part is unknown or invalid; the message names the part, its value and the bound.
         """
 
     def followed(self, first: T, method: str) -> T:
-        """The initial state without what a method does not follow."""
+        """Return the initial state, with None for each column that the method does not compute."""
         return first
 
     @abstractmethod
     def guard(self, scene: S, first: T) -> Guard:
-        """What looks for the first recorded state that no accurate solution can have."""
+        """Return the guard of a run that starts from `first`; it sees every recorded state."""
 
     @abstractmethod
     def columns(self, scene: S, states: T, replicas: int | None) -> dict[str, Column]:
-        """The variables of a run's dataset."""
+        """Return the variables of a run's dataset by name, computed from its states.
+
+        Dimensions are ("time", ...), or ("replica", "time", ...) unless `replicas` is None.
+        """
 
     @property
     def variational(self) -> Engine:
-        """The reference integrators, of the methods `variational/...`."""
+        """The engine of the methods `variational/...`: the reference integrators."""
         raise NotImplementedError
 
     @property
     def ode(self) -> Equation:
-        """The equation that `scipy/dop853` solves."""
+        """The equation that the method `scipy/dop853` solves."""
         raise NotImplementedError
 
     def compose(self, scene: S, *, visual: bool) -> Any:
-        """The scene as a PyMJCF tree or an MjSpec, with lights, cameras, decoration if `visual`.
+        """Return the scene as a PyMJCF tree or an MjSpec, whose keyframe 0 is the initial state.
 
-        Its keyframe 0 is the scene's initial state.
+        Add lights, cameras and decoration if `visual`; they must not change the dynamics.
 
         Raises
         ------
         ValueError
-            There is no such scene in MuJoCo.
+            The scene has no MuJoCo model.
         """
-        kind = type(scene).__name__
-        raise reject(
-            "scene", scene, f"must be of a kind that has a MuJoCo model, which {kind} has not"
-        )
+        raise reject("scene", scene, f"a {type(scene).__name__} has no MuJoCo model")
 
     def ensemble(self, scene: S) -> Callable[..., xr.Dataset] | None:
-        """What makes ensembles, with the arguments of `mm.ensemble`; None for moments alone."""
+        """Return a function with the arguments of `mm.ensemble` that replaces the general one.
+
+        By default None: `mm.ensemble` runs `simulate` with replicas, and keeps their moments.
+        """
         return None
 
     def mujoco(self, job: Job) -> MujocoAdapter:
-        """What is particular to a run in MuJoCo."""
+        """Return the adapter of one run, for the methods `mujoco/...`."""
         raise NotImplementedError
 
     def poses(self, scene: S) -> list[S]:
-        """Scenes at rest, one of which is the stiffest that a run of this scene meets."""
+        """Return scenes at rest that bracket a scripted motion, for the limit on the timestep.
+
+        The stiffest pose of a run must be among them.
+        """
         return [scene]
 
     @abstractmethod
     def small_motion(self, scene: S) -> SmallMotion:
-        """The scene, linearized about the resting state in which it is stiffest."""
+        """Return the equations of motion, linearized about the stiffest state of rest.
+
+        They set the largest stable timestep of every method.
+        """
 
     def contact_limit(self, scene: S, method: str) -> float:
-        """Timestep at which a contact of the scene is unstable; infinite without one."""
+        """Return the timestep at which a contact becomes unstable; infinite without contacts."""
         return math.inf
 
     @property
     def charted(self) -> Scene | None:
-        """The scene of this kind, or of one like it, that the charts of methods show."""
+        """The scene whose speed and accuracy are measured for `mm.recommend`; None without charts.
+
+        It may belong to a similar scene class.
+        """
         return None
 
     def rates(self, scene: S) -> tuple[float, ...]:
-        """Rates, over the unit of time, that steps must be short against; 0 of what is not."""
+        """Return the rates (1/unit of time) that a timestep must resolve; 0 for absent ones.
+
+        `mm.recommend` scales charted timesteps by them, one by one; their order is fixed.
+        """
         motion = self.small_motion(scene)
         return motion.frequency, float(motion.decay.max())
 
     def quantities(self, scene: S) -> tuple[str, ...]:
-        """Of what an error is to be, by default: the first of these that is charted."""
+        """Return the default quantities of `mm.recommend`, which uses the first charted one."""
         return ("position",)
 
     def energy_balance(self, run: xr.Dataset, scene: S) -> xr.Dataset:
-        """Energy of a run against heat and work; see `magmotor.observables.energy_balance`."""
-        kind = type(scene).__name__
-        raise reject(
-            "scene", scene, f"must be of a kind that has an energy balance, which {kind} has not"
-        )
+        """Return the energy balance of a run; see `magmotor.observables.energy_balance`."""
+        raise reject("scene", scene, f"a {type(scene).__name__} has no energy balance")
 
     def overview(self, run: xr.Dataset, scene: S, path: str | Path) -> None:
-        """Write one picture of a run; see `magmotor.plots.overview`."""
+        """Write a picture that summarizes a run; see `magmotor.plots.overview`."""
         draw_variables(run, path)
 
     def joints(self, run: xr.Dataset, scene: S, times: Array) -> Array:
-        """MuJoCo's joint coordinates at some times (s), shape (T, nq)."""
+        """Return MuJoCo's `qpos` at these times (s), shape (T, nq), for movies."""
         raise NotImplementedError
 
     def has_script(self, scene: S) -> bool:
-        """Whether bodies of the scene move on a script."""
+        """Whether bodies of the scene follow a script, so that `place` must be called."""
         return False
 
     def place(self, scene: S, data: Any, time: float) -> None:
-        """Put the bodies of `mjData` that nothing else moves where they are at a time (s)."""
+        """Put the scripted bodies of an `mjData` where they are at a time (s).
+
+        Called for every frame of a movie, and every step of a live simulation.
+        """
 
     def why_lost(self, scene: S, model: Any, data: Any) -> str:
-        """Why a state that one watches is none that the scene describes; empty if it is one."""
+        """Return why the scene no longer describes a live simulation; empty if it still does.
+
+        Called after every step; the live simulation stops and shows the reason.
+        """
         return ""
 
     def sliders(self, scene: S) -> dict[str, Slider]:
-        """The sliders of a scene that is watched, by name."""
+        """Return the sliders that the live viewer shows, by name."""
         return {}
 
     def scene_at(self, scene: S, values: Mapping[str, float]) -> S:
-        """The scene with its sliders at these values, one for each.
+        """Return the scene with its sliders at these values; called when one has moved.
 
         Raises
         ------
         ValueError
-            Names the field, its value and the bound.
+            A value is out of bounds; the message names the field, its value and the bound.
         """
         return scene
 
 
-def register(device: Device[Any, Any], kind: type[Scene]) -> None:
-    """Make a device that of a kind of scenes, which datasets and sweeps name from then on.
+def register(device: Device[Any, Any], scene_class: type[Scene]) -> None:
+    """Register a device for a scene class, which datasets and sweeps can name from then on.
 
     Raises
     ------
     ValueError
-        There is another kind of scenes of that name.
+        Another module has registered a scene class of that name.
     """
-    known = SCENES.setdefault(kind.__name__, kind)
-    if known.__module__ != kind.__module__:
-        sentence = f"must be another: there is one in {known.__module__}"
-        raise reject("name of a kind of scenes", kind.__name__, sentence)
-    SCENES[kind.__name__] = kind
-    kind.device = device
+    name = scene_class.__name__
+    known = SCENES.setdefault(name, scene_class)
+    if known.__module__ != scene_class.__module__:
+        sentence = f"{known.__module__} has registered a scene class of this name"
+        raise reject("name of the scene class", name, sentence)
+    SCENES[name] = scene_class
+    scene_class.device = device

@@ -1,4 +1,4 @@
-"""What all guards share: the search for the first wrong row among recorded states."""
+"""Guards: they find the first recorded state that no accurate solution can have."""
 
 from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
@@ -9,46 +9,45 @@ from magmotor.device.states import finite, rows
 
 
 class Fault(NamedTuple):
-    """What may be wrong with a state."""
+    """One test of recorded states, and its outcome."""
 
     wrong: NDArray
-    """Which rows have it."""
+    """Which rows fail the test: booleans, shape (T,)."""
     reason: Callable[[int], str]
-    """What to say of one of them."""
+    """Returns the reason to report for a row that fails."""
     event: str = ""
-    """Its name if it is physical, and no failure of the method."""
+    """Name of the physical event; empty if the method has failed."""
 
 
 ENERGY_GREW = "energy grew beyond what the motion can have"
 
 LARGEST_ERROR = 1 / 3
-"""Energy that a method's own error may add, over what is in play: kinetic and potential energy.
+"""Largest energy that a method's error may add, relative to the kinetic and potential energy.
 
-At a third of their linear limits schemes of first order add up to 0.26 where the motion is widest;
-in the paper's cases, up to the limits, 0.05. Beyond them what chaos adds is 0.4 and more.
+At a third of their linear limits, first-order schemes add up to 0.26 in the widest motions; in the
+paper's cases, up to 0.05 at any stable timestep. Beyond the limits, chaos adds 0.4 and more.
 """
 
-
 LARGEST_FLUCTUATION = 200.0
-"""Energy, in kT, that the noise never gives: the probability is e^-200 a sample."""
+"""Energy, in kT, that the noise never adds: the probability is e^-200 per sample."""
 
 
 class Guard:
-    """Finds the first wrong row among recorded states; a device says what is wrong in `_faults`."""
+    """Base of the guards, which finds the first wrong row; a device implements `faults`."""
 
-    def _faults(self, states: Any) -> Iterable[Fault]:
-        """What may be wrong; asked about the rows before the first that is not finite."""
+    def faults(self, states: Any) -> Iterable[Fault]:
+        """Return or yield the tests of these states; all their values are finite."""
         raise NotImplementedError
 
     def first_wrong(self, states: Any) -> tuple[int, tuple[str, str] | None]:
-        """Number of rows before the first wrong one, and the reason and event of that.
+        """Return the number of rows before the first wrong one, and its reason and event.
 
-        All rows, and None, if none is wrong.
+        If no row is wrong, return the number of rows, and None.
         """
         good = finite(states)
         until = len(good) if good.all() else int(good.argmin())
         failures = [] if until == len(good) else [(until, ("a value is not finite, or huge", ""))]
-        for wrong, reason, event in self._faults(rows(states, slice(until))):
+        for wrong, reason, event in self.faults(rows(states, slice(until))):
             if wrong.any():
                 row = int(wrong.argmax())
                 failures.append((row, (reason(row), event)))

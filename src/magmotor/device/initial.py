@@ -1,50 +1,50 @@
-"""Parts of an initial state as a user gives them: a mapping, or a run of which the end counts."""
+"""Initial states as users give them: a mapping of parts, or a run that is to continue."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from magmotor.common.checks import check_choice, reject
 
-Array = NDArray[np.float64]
 
+def initial_parts(
+    initial: Mapping[str, Any] | xr.Dataset | None, names: Sequence[str]
+) -> dict[str, Any]:
+    """Return the given parts of an initial state by name; the caller checks their values.
 
-def last_record(run: xr.Dataset, names: Sequence[str]) -> dict[str, Array]:
-    """These variables of a run at its last time.
+    Parameters
+    ----------
+    initial : mapping, xarray.Dataset or None
+        Some of the parts, or a run whose last record has all of them, or nothing.
+    names : sequence of str
+        The parts of a state.
 
     Raises
     ------
     ValueError
-        Names those that it does not have.
+        `initial` is of another type, names an unknown part, or is a run that lacks a part.
     """
+    if initial is None:
+        return {}
+    if isinstance(initial, xr.Dataset):
+        return _last_record(initial, names)
+    if not isinstance(initial, Mapping):
+        raise reject("initial", initial, "must be a mapping or a dataset")
+    for name in initial:
+        check_choice("initial", name, tuple(names))
+    return dict(initial)
+
+
+def _last_record(run: xr.Dataset, names: Sequence[str]) -> dict[str, Any]:
     missing = [name for name in names if name not in run]
     if missing:
         raise reject(
-            "initial", [*run.data_vars], f"must be a dataset that has {', '.join(missing)}, too"
+            "initial", [*run.data_vars], f"the dataset must also have {', '.join(missing)}"
         )
     for name in names:
         if not run[name].sizes.get("time"):
             raise reject(
-                f"initial.{name}", run[name].dims, "must be of a run, with a dimension time"
+                f"initial.{name}", run[name].dims, "must have a dimension time, as in a run"
             )
     return {name: run[name].isel(time=-1).values for name in names}
-
-
-def as_given(initial: Any, known: Iterable[str]) -> dict[str, Any]:
-    """The parts that a mapping names, or none.
-
-    Raises
-    ------
-    ValueError
-        It is no mapping, or names a part that is not known.
-    """
-    if initial is None:
-        return {}
-    if not isinstance(initial, Mapping):
-        raise reject("initial", initial, "must be a mapping or a dataset")
-    for name in initial:
-        check_choice("initial", name, tuple(known))
-    return dict(initial)

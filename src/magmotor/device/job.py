@@ -1,4 +1,4 @@
-"""What the front door asks of an engine."""
+"""The description of a run that `simulate` gives to an engine."""
 
 from collections.abc import Iterator
 from typing import Any, NamedTuple
@@ -9,39 +9,47 @@ from numpy.typing import NDArray
 from magmotor.noise import BrownianPath
 
 CHUNK = 20_000
-"""Steps after which an engine hands over what it has, about: some 0.1 s."""
+"""Approximate number of steps in a chunk of records; it takes about 0.1 s."""
 
 PIECE = 2**20
-"""Steps, of all replicas, after which compiled code is left so that Ctrl-C is heard, about."""
+"""Approximate number of steps, of all replicas, in a call of compiled code: Ctrl-C waits for it."""
 
 FEWEST = 64
-"""Steps that compiled code takes at the least: its states then stay in the cache."""
+"""Least number of steps in a call of compiled code, so that the states stay in the cache."""
 
 
 class Job(NamedTuple):
     """A run: `records` states after the initial one, each `record_interval` steps apart.
 
-    An engine's function `run(job)` yields them in chunks, each with an array that holds all the
-    engine needs to go on from its end; `start(job)` is that array at the beginning. The first step
-    is number `first_step` of the Brownian path, whose timestep is the run's. A run that goes on has
-    `done` records already, and the array that came with the last of them as its `state`: what
-    follows is then the same to the bit.
+    An engine's function `run(job)` yields the states in chunks, each with the engine's internal
+    state at the end of the chunk: an array from which the run can continue. `start(job)` returns
+    this array for the beginning. A run that continues from a checkpoint has `done` > 0, and must
+    then yield the remaining records to the bit as an uninterrupted run would.
     """
 
     scene: Any
     scheme: str
+    """Second half of the method's name: `baoab` for `variational/baoab`."""
     timestep: float
     records: int
     record_interval: int
     initial: Any
+    """The device's states, as one row; from `Device.initial_state`."""
     path: BrownianPath
+    """The noise; its timestep is the run's."""
     first_step: int
+    """Number of the run's first step on the Brownian path."""
     done: int = 0
+    """Number of records that exist already, from a checkpoint."""
     state: NDArray[np.float64] | None = None
+    """The internal state after record number `done`; None at the beginning."""
 
     def chunks(self, replicas: int) -> Iterator[tuple[int, NDArray[np.float64]]]:
-        """Of each chunk the first step, and the times of its records."""
-        # Each of a coarse step's random numbers is a sum.
+        """Yield, for each remaining chunk, its first step and the times of its records.
+
+        Steps count from the beginning of the run.
+        """
+        # Each random number of a coarse step is a sum.
         effort = replicas * self.record_interval * (1 + self.path.factor // 64)
         size = max(1, CHUNK // effort)
         for first in range(self.done, self.records, size):
@@ -49,9 +57,10 @@ class Job(NamedTuple):
             yield first * self.record_interval, self.times(first, last)
 
     def pieces(self, step: int, records: int, replicas: int) -> Iterator[tuple[int, int]]:
-        """Of each call of compiled code for a chunk its first step, and the steps to a record.
+        """Yield, for each call of compiled code in a chunk, its first step and steps per record.
 
-        A long way to a single record is cut; the record is then that of the last call.
+        A long interval before a single record is divided; the last call then makes the record. The
+        first step is counted on the Brownian path.
         """
         piece = self.record_interval
         if records == 1:
@@ -61,7 +70,7 @@ class Job(NamedTuple):
             yield first, min(piece, self.record_interval - done)
 
     def times(self, first: int, last: int) -> NDArray[np.float64]:
-        """The times of the records after number `first` up to number `last`."""
+        """Return the times of records `first + 1` to `last`."""
         steps = self.record_interval * np.arange(first + 1, last + 1, dtype=float)
         return self.timestep * steps
 
@@ -69,4 +78,4 @@ class Job(NamedTuple):
 METHODS = ("mujoco/euler", "mujoco/implicitfast", "mujoco/rk4")
 
 PLANAR = (*METHODS, "mujoco/baoab")
-"""Of scenes without constraints but a viscous contact; the splitting BAOAB needs that."""
+"""For scenes without any constraint except a viscous contact, which BAOAB requires."""

@@ -1,4 +1,4 @@
-"""What a movie tells of a run beside its pictures."""
+"""Text, curves and cameras that a movie or a contact sheet adds to a recorded run."""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
@@ -15,20 +15,20 @@ Array = NDArray[np.float64]
 
 
 class MovieContent(Protocol):
-    """What the frames must know of a run; it is made from run, scene and the frames' times.
+    """Content of a movie beside its main view; made once from run, scene and frame times (s).
 
     Attributes
     ----------
     near : str
-        The camera of the smaller view.
+        Name of the MJCF camera of the smaller view.
     path : ndarray, shape (n, 3)
-        Where the trail leads, at the n times of the run, in m.
+        Points of the trail in m, at the n recorded times.
     trail : float
         Width of the trail, in m.
     needs : tuple of str
-        The variables that a run must have.
+        Variables that the run must have; read from the class, before it is called.
     value : ndarray, shape (T,)
-        What the panel's curve has reached in each frame.
+        Height of the marker on the panel's curve in each of the T frames.
     """
 
     near: str
@@ -40,29 +40,29 @@ class MovieContent(Protocol):
     def __init__(self, run: xr.Dataset, scene: Any, times: Array): ...
 
     def plot(self, axes: "Axes") -> list["Line2D"]:
-        """Draw the panel's curves over the whole run."""
+        """Draw the panel's curves over the whole run, and return them; called once."""
         ...
 
     def lines(self, i: int) -> list[str]:
-        """The numbers of frame i, as lines of text."""
+        """Return the lines of text in frame i."""
         ...
 
 
 class Gauge(NamedTuple):
-    """What the bar of a contact sheet shows: name, unit, what it needs of a run, and its values.
-
-    `alike` are the fields of scenes that look alike but for a pose, and `height` is that of the
-    highest point that a camera must see, in m.
-    """
+    """The quantity that the bars of a contact sheet show."""
 
     name: str
     unit: str
     needs: tuple[str, ...]
+    """Variables that the run must have."""
     values: Callable[[xr.Dataset, Any], Array]
+    """Returns the quantity at each recorded time, from a run and its scene."""
     alike: tuple[str, ...]
+    """Fields in which scenes that share one compiled model must agree."""
     height: Callable[[Any], float]
+    """Returns the height of a scene's highest visible point, in m."""
 
 
 def between(run: xr.Dataset, values: Array, times: Array) -> Array:
-    """Values of a run's records at other times (s), by linear interpolation."""
+    """Interpolate values at a run's recorded times linearly to other times (s)."""
     return np.interp(times, run.time.values, values)

@@ -1,4 +1,4 @@
-"""A run at a glance, of any device: each of its numbers over time."""
+"""The default overview of a run: its scalar variables over time."""
 
 from pathlib import Path
 
@@ -7,28 +7,28 @@ import xarray as xr
 from magmotor.common import style
 
 MOST = 12
-"""Replicas of which the paths are drawn; more would hide one another."""
+"""Largest number of replicas that are drawn; more would hide one another."""
 
 
 def draw_variables(run: xr.Dataset, path: str | Path) -> None:
-    """Write a picture with a panel for each variable that is a number at a time.
+    """Write a picture with a panel for each scalar variable.
 
     Parameters
     ----------
     run : xarray.Dataset
-        From `simulate`; of many replicas the first ones are drawn.
+        From `simulate`; at most its first twelve replicas are drawn.
     path : str or Path
-        The file to write; its suffix says in which format.
+        File to write; its suffix sets the format.
     """
     names = [name for name in run.data_vars if {*run[name].dims} <= {"time", "replica"}]
     rows = -(-len(names) // 2)
     with style.figure(12.0, 1.0 + 2.2 * rows) as figure:
-        for place, name in enumerate(names, start=1):
+        for number, name in enumerate(names, start=1):
             variable = run[name]
             if "replica" in variable.dims:
                 variable = variable.isel(replica=slice(MOST)).transpose("time", "replica")
             unit = variable.attrs.get("units", "1")
-            axes = figure.add_subplot(rows, 2, place)
+            axes = figure.add_subplot(rows, 2, number)
             axes.plot(run.time, variable, color=style.BLUE, lw=0.8)
             axes.set(title=variable.attrs.get("long_name", name))
             axes.set_ylabel(f"{name} ({unit})" if unit != "1" else str(name))

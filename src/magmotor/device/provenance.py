@@ -1,4 +1,4 @@
-"""What the attributes of a dataset say of how it was made, and its scene, made of them again."""
+"""Attributes that record how a dataset was made, and the scene restored from them."""
 
 import dataclasses
 import json
@@ -16,7 +16,7 @@ from magmotor.device.device import SCENES, Scene
 
 
 def attributes_of(scene: Scene, **attributes: Any) -> dict[str, Any]:
-    """What says how a dataset was made: scene, versions, and those given that are not None."""
+    """Return a dataset's attributes: scene, versions, and the given ones that are not None."""
     return {
         "scene": type(scene).__name__,
         "scene_fields": json.dumps(dataclasses.asdict(scene)),
@@ -32,12 +32,12 @@ def _versions() -> str:
 
 
 def scene_of(run: xr.Dataset) -> Scene:
-    """The scene that a dataset was made from.
+    """Return the scene that a dataset was made from.
 
     Raises
     ------
     ValueError
-        It is no dataset, or names no scene that is known here, or one that cannot be.
+        `run` is not a dataset, or its attributes name no registered scene class, or invalid fields.
     """
     check_type("run", run, xr.Dataset)
     name = run.attrs.get("scene")
@@ -49,25 +49,25 @@ def scene_of(run: xr.Dataset) -> Scene:
 
 
 @checked
-def scene_from(kind: str, fields: dict[str, Any]) -> Scene:
-    """The scene of a kind, a key of `SCENES`, with all its fields as JSON has them.
+def scene_from(name: str, fields: dict[str, Any]) -> Scene:
+    """Return the scene of a class, a key of `SCENES`, from all its fields as JSON stores them.
 
     Raises
     ------
     ValueError
-        A field is missing, unknown, or cannot have its value: names it.
+        A field is missing, unknown or invalid; the message names it.
     """
-    check_choice("kind", kind, tuple(SCENES))
-    scene: Any = SCENES[kind]
+    check_choice("scene", name, tuple(SCENES))
+    scene: Any = SCENES[name]
     known = {field.name: field for field in dataclasses.fields(scene)}
     check_fields("scene_fields", fields, known)
     try:
-        return scene(**{name: _as_tuples(value) for name, value in fields.items()})
+        return scene(**{field: _as_tuples(value) for field, value in fields.items()})
     except (ArithmeticError, AttributeError, LookupError, TypeError, RecursionError) as error:
-        sentence = f"must be those of a {kind} ({error})"
+        sentence = f"must be fields of a {name} ({error})"
         raise reject("attributes['scene_fields']", fields, sentence) from error
 
 
 def _as_tuples(value: Any) -> Any:
-    """JSON's lists as the tuples that they were."""
+    """Convert the lists of JSON back to tuples."""
     return tuple(_as_tuples(v) for v in value) if isinstance(value, list) else value

@@ -1,4 +1,4 @@
-"""Fields of scenes: a default, a unit, bounds, and the check that enforces them."""
+"""Fields of scenes: defaults, units and bounds, and the check that enforces them."""
 
 import dataclasses
 import math
@@ -9,7 +9,7 @@ import numpy as np
 from magmotor.common.checks import check_choice, check_integer, check_number, reject
 
 MOST = 10**5
-"""Of dipoles, the only things that are counted."""
+"""Largest value of an integer field; all of them are numbers of dipoles."""
 
 
 def quantity(
@@ -23,9 +23,9 @@ def quantity(
     choices: tuple[str, ...] = (),
     size: int | None = None,
 ) -> Any:
-    """Declare a dataclass field that `check_fields` verifies; tuples are checked by element.
+    """Declare a dataclass field that `check_fields` verifies.
 
-    `size` is the length of a tuple whose default is none.
+    The elements of a tuple are checked one by one; `size` is its length if the default is None.
     """
     bounds: dict[str, Any] = {"above": above, "at_least": at_least, "below": below}
     bounds |= {"choices": choices, "size": len(default) if isinstance(default, tuple) else size}
@@ -33,24 +33,24 @@ def quantity(
 
 
 def check_fields(scene: Any) -> None:
-    """Check every declared field of a scene, and make its numbers Python's own.
+    """Check every declared field of a scene, and convert its numbers to Python's types.
 
     Raises
     ------
     ValueError
-        Names the field, its value and the bound.
+        A field is out of bounds; the message names the field, its value and the bound.
     """
     for field in dataclasses.fields(scene):
         object.__setattr__(scene, field.name, _checked(field, getattr(scene, field.name)))
 
 
 def check_value(field: dataclasses.Field, value: Any, name: str) -> float:
-    """Return a number, a field's own value or a component of it, if it is in the field's bounds.
+    """Return a field's value, or a component of it, as a number within the field's bounds.
 
     Raises
     ------
     ValueError
-        With the name, the value and the bound.
+        The value is out of bounds; the message has the name, the value and the bound.
     """
     names = ("above", "at_least", "below", "unit")
     bounds = {name: field.metadata[name] for name in names}
@@ -67,7 +67,7 @@ def _checked(field: dataclasses.Field, value: Any) -> Any:
         check_choice(field.name, value, choices)
         return value
     if isinstance(field.default, str):
-        return value  # checked by the scene that has it
+        return value  # the scene checks it
     size = bounds["size"]
     if size is None:
         return check_value(field, value, field.name)

@@ -1,14 +1,14 @@
-"""Sliders: quantities of a scene that move while one watches it."""
+"""Sliders of the live viewer: quantities of a scene that change while it runs."""
 
 import math
 from typing import NamedTuple
 
 SMALLEST = 1e-24
-"""What friction and temperature are instead of zero, so that the model keeps both."""
+"""Replaces zero friction and temperature, so that the model keeps both."""
 
 
 class Slider(NamedTuple):
-    """A quantity that moves, in the scene's units."""
+    """Initial value and range of a quantity, in the scene's units."""
 
     start: float
     least: float
@@ -16,10 +16,10 @@ class Slider(NamedTuple):
 
 
 def positive(start: float, usual: float) -> Slider:
-    """Up to four times where it starts, or the usual value if that is more."""
+    """Return a slider that reaches four times its initial value, or the usual value if larger."""
     return Slider(max(start, SMALLEST), SMALLEST, 4 * max(start, usual))
 
 
 def noise_at(friction: float, kT: float) -> float:
-    """Noise alpha that follows friction and temperature: alpha^2 = 2 c kT."""
+    """Return the noise alpha of a friction and a temperature: alpha^2 = 2 c kT."""
     return math.sqrt(2 * friction * kT)

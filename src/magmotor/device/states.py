@@ -1,7 +1,7 @@
-"""States: what engines exchange with the front door, one row a recorded time.
+"""Operations on states: named tuples of columns, with one row for each recorded time.
 
-Each kind is a named tuple of columns whose first is `time`; the first axis of every column is time,
-and a column is None where an engine does not follow it.
+The first column is `time`; the first axis of every column is time. A column is None if an engine
+does not compute it.
 """
 
 import zlib
@@ -17,24 +17,24 @@ Kind = TypeVar("Kind", bound=tuple[Any, ...])
 
 
 def rows(states: Kind, chosen: slice) -> Kind:
-    """Some of the rows."""
+    """Return some of the rows."""
     columns: list[Any] = [None if c is None else c[chosen] for c in states]
     return type(states)(*columns)
 
 
 def finite(states: tuple[Any, ...]) -> NDArray[np.bool_]:
-    """Which rows hold finite values only, none of them huge."""
+    """Return which rows have only finite values up to 1e30 in magnitude, shape (T,)."""
     columns = [c.reshape(len(c), -1) for c in states if c is not None]
     return np.logical_and.reduce(np.abs(np.hstack(columns)) <= LARGEST, axis=1)
 
 
 def checksum(states: tuple[Any, ...]) -> int:
-    """Of all that the rows hold, to the bit."""
+    """Return the CRC-32 of all columns."""
     return zlib.crc32(b"".join(c.tobytes() for c in states if c is not None))
 
 
 def concatenate(blocks: Sequence[Kind]) -> Kind:
-    """One block of states from several, with the columns that all of them have."""
+    """Join blocks of states; a column that is None in one of them is None."""
     columns: list[Any] = [
         None if any(c is None for c in column) else np.concatenate(column)
         for column in zip(*blocks, strict=True)
@@ -43,7 +43,7 @@ def concatenate(blocks: Sequence[Kind]) -> Kind:
 
 
 class Column(NamedTuple):
-    """Dimensions, values, unit and description of a variable."""
+    """Dimensions, values, unit and description of a dataset's variable."""
 
     dimensions: tuple[str, ...]
     values: NDArray

@@ -1,4 +1,4 @@
-"""The timesteps at which methods become linearly unstable."""
+"""The largest timesteps at which methods are linearly stable."""
 
 import math
 from functools import lru_cache
@@ -24,31 +24,31 @@ STEPS: dict[str, Step] = {
     "rk4": runge_kutta_step,
     **{name: splitting_step(s.parts, s.fractions, exact=s.exact) for name, s in SPLITTINGS.items()},
 }
-"""What a step of each scheme does to small motions; by the Cayley map it is Euler's."""
+"""The linearized step of each scheme; with the Cayley map it is the same as Euler's."""
 
 SLACK = 1e-6
-"""Part by which a step stays short of its limit, which is found to about this."""
+"""Relative margin below the limit, which is found to about this accuracy."""
 
 
 @checked
 @lru_cache
 def small_motion(scene: Scene) -> SmallMotion:
-    """A scene about rest: the ball in the deepest minimum of V_e with its axis along the field.
+    """Linearize a scene about rest: the ball in the deepest minimum of V_e, its axis along B.
 
-    The motor's ring is level, or almost: its tilt balances the ball. The disk is where U is
-    steepest. A scripted ring stands where it begins. Coordinates are x and y of the ball, its turns
-    about x, y and z and those of the ring, in m and rad; x and theta of the disk.
+    The motor's ring is level, or almost: its tilt balances the ball. The disk is where |U''| is
+    largest. A scripted ring is at its first waypoint. The coordinates are x and y of the ball, its
+    rotations about x, y and z, and those of the ring, in m and rad; for the disk, x and theta.
     """
     return scene.device.small_motion(scene)
 
 
 def step_limit(scene: Scene, method: str, enough: float = math.inf) -> float:
-    """Largest timestep, in s, at which a method keeps a scene at rest, from linear theory.
+    """Return the largest timestep, in s, at which a method is linearly stable about rest.
 
-    Infinite for `scipy/dop853`, which chooses its steps. See `magmotor.theory.small_motion` for the
-    resting state; on a plane that bears a ball the contact has a limit of its own. Where the ring
-    follows a script, the stiffest of its waypoints counts. For a limit longer than `enough` another
-    such time may stand, which costs less to find.
+    It is infinite for `scipy/dop853`, which chooses its steps. See `magmotor.theory.small_motion`
+    for the state of rest; the contact of a ball with a plane that bears it has its own limit. If
+    the ring follows a script, the stiffest waypoint counts. If the limit exceeds `enough`, the
+    result may be any time above `enough`, which is faster to find.
     """
     scheme = method.split("/")[1]
     if scheme == "dop853":
@@ -64,12 +64,12 @@ def _stable_steps(scene: Scene, step: Step) -> StableSteps:
 
 
 def check_step_limit(scene: Scene, method: str, timestep: float) -> None:
-    """Check a timestep against linear theory.
+    """Check that a method is linearly stable at a timestep.
 
     Raises
     ------
     ValueError
-        Names the timestep and the limit.
+        The method is unstable; the message names the timestep and the limit.
     """
     limit = step_limit(scene, method, enough=(1 + 2 * SLACK) * timestep)
     if timestep >= (1 - SLACK) * limit:

@@ -1,4 +1,4 @@
-"""How a run may end early; nothing that it recorded is lost."""
+"""Exceptions for runs that end early; they keep everything that was recorded."""
 
 from typing import Any
 
@@ -6,17 +6,17 @@ import xarray as xr
 
 
 class SimulationStopped(RuntimeError):
-    """A run ended before its time: `SimulationDiverged` or `PhysicalEvent`.
+    """A run has ended early: `SimulationDiverged` or `PhysicalEvent`.
 
     Attributes
     ----------
     reason : str
     time : float
-        When, in seconds: the first recorded time that is not in `dataset`.
+        The first recorded time that is not in `dataset`, in seconds.
     method : str
     timestep : float
     dataset : xarray.Dataset
-        What was recorded until then.
+        The records before that time.
     """
 
     def __init__(self, reason: str, time: float, dataset: xr.Dataset):
@@ -27,21 +27,21 @@ class SimulationStopped(RuntimeError):
         )
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle whole, as worker processes need."""
+        """Pickle all arguments, as worker processes require."""
         return type(self), (self.reason, self.time, self.dataset)
 
 
 class SimulationDiverged(SimulationStopped):
-    """The method failed: a value is not finite, or the energy grew beyond what the motion can have.
+    """The method has failed: a value is not finite, or the energy has grown unphysically.
 
-    The attributes are those of `SimulationStopped`.
+    It has the attributes of `SimulationStopped`.
     """
 
 
 class PhysicalEvent(SimulationStopped):
-    """Something happened that the scene does not describe, though the method followed it.
+    """The motion has left the range that the scene describes; the method is still accurate.
 
-    The attributes are those of `SimulationStopped`, and
+    In addition to those of `SimulationStopped`, it has the
 
     Attributes
     ----------
@@ -55,12 +55,12 @@ class PhysicalEvent(SimulationStopped):
         self.event = event
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle whole, as worker processes need."""
+        """Pickle all arguments, as worker processes require."""
         return type(self), (self.reason, self.time, self.dataset, self.event)
 
 
 class SimulationInterrupted(KeyboardInterrupt):
-    """Ctrl-C during a run; `dataset` holds what was recorded until then."""
+    """Ctrl-C was pressed during a run; `dataset` holds everything that was recorded before."""
 
     def __init__(self, dataset: xr.Dataset):
         super().__init__("simulation interrupted")
@@ -68,7 +68,7 @@ class SimulationInterrupted(KeyboardInterrupt):
 
 
 def stopped(failure: tuple[str, str], time: float, dataset: xr.Dataset) -> SimulationStopped:
-    """The error of a reason and an event, which is empty if the method failed."""
+    """Return the exception for a reason and an event, which is empty if the method has failed."""
     reason, event = failure
     if event:
         return PhysicalEvent(reason, time, dataset, event)

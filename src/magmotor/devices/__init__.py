@@ -1,4 +1,4 @@
-"""The paper's devices, which register themselves, and the scenes that describe them."""
+"""The paper's devices, which register themselves on import, and their scene classes."""
 
 from magmotor.devices.disk.device import Disk, LangevinParticle
 from magmotor.devices.motor.device import Motor

@@ -1,4 +1,4 @@
-"""Live simulation: a scene, or any model, that one watches and changes while it moves."""
+"""Live simulation: a scene, or any model, to watch and change while it moves."""
 
 from magmotor.live.simulation import LiveSimulation, Pace, StateLost, live_scene
 

@@ -1,4 +1,4 @@
-"""A scene's sliders in MuJoCo's viewer: actuators that exert nothing, read as numbers."""
+"""A scene's sliders in MuJoCo's viewer: actuators without force, whose controls are read."""
 
 import mujoco
 import numpy as np
@@ -17,11 +17,11 @@ MOVED = (
     "tendon_damping",
     "pair_solreffriction",
 )
-"""Arrays of a model in which scenes differ whose sliders do."""
+"""The model arrays that the sliders change."""
 
 
 class Panel:
-    """The viewer shows a slider in its panel Control for each; they are the model's `ctrl`.
+    """The sliders of a scene, which the viewer shows in its panel Control as the model's `ctrl`.
 
     Parameters
     ----------
@@ -38,9 +38,9 @@ class Panel:
         self.sliders = scene.device.sliders(scene)
 
     def model(self) -> mujoco.MjModel:
-        """The decorated scene with its sliders, which stand in keyframe 0 with the initial state.
+        """Compile the decorated scene with its sliders; keyframe 0 holds their initial values.
 
-        Where friction or noise is none, it is next to none, so that the model can have more.
+        Zero friction or noise is replaced by a tiny value, so that its slider can raise it.
         """
         start = {name: slider.start for name, slider in self.sliders.items()}
         kept = (
@@ -49,7 +49,7 @@ class Panel:
             else self.scene
         )
         root = compose(kept, visual=True)
-        root.statistic.meansize = root.statistic.extent / 10  # the scale of the mouse's marks
+        root.statistic.meansize = root.statistic.extent / 10  # size of the markers of mouse forces
         joint = root.worldbody.find_all("joint")[0]
         for name, slider in self.sliders.items():
             ends = [slider.least, slider.largest]
@@ -58,17 +58,17 @@ class Panel:
         return parts.compiled(root)
 
     def values(self, ctrl: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Where the sliders are, within their ranges."""
+        """Return the sliders' values, clipped to their ranges."""
         least, largest = ([s[k] for s in self.sliders.values()] for k in (1, 2))
         return np.clip(ctrl, least, largest)
 
     def moved(self, values: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
-        """The arrays `MOVED` of the scene with its sliders at these values.
+        """Return the arrays `MOVED` of the scene with its sliders at these values.
 
         Raises
         ------
         ValueError
-            There is no such scene: names the field, its value and the bound.
+            No scene has these values; names the field, its value and the bound.
         """
         named = dict(zip(self.sliders, map(float, values), strict=True))
         model = build(self.scene.device.scene_at(self.scene, named))

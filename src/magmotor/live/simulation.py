@@ -1,4 +1,4 @@
-"""A simulation that one watches, and changes while it moves."""
+"""A simulation to watch and change while it moves."""
 
 from contextlib import AbstractContextManager, nullcontext
 from typing import Annotated
@@ -20,52 +20,52 @@ from magmotor.run.in_mujoco import INTEGRATORS
 Steps = Annotated[int, integer(at_least=0, at_most=10**6)]
 
 SWITCHED = {"magnetism": "site_user", "noise": "body_user"}
-"""What the switches set to zero in a model."""
+"""The model array that each switch sets to zero."""
 
 BAD = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL,
        mujoco.mjtWarning.mjWARN_BADQACC)  # fmt: skip
-"""MuJoCo's warnings that a state is not finite, or huge."""
+"""MuJoCo's warnings about a state that is not finite, or huge."""
 
 START = -0.0
-"""Time at the start, by its sign told from that after the viewer's own reset."""
+"""Initial time; its sign distinguishes it from the time after the viewer's own reset."""
 
 
 class StateLost(RuntimeError):
-    """The state is not finite, or none that the scene describes."""
+    """The state is not finite, or the scene no longer describes it."""
 
 
 class LiveSimulation:
-    """A model and its data, stepped a frame at a time, with switches, sliders and a reset.
+    """A model and its data, advanced frame by frame, with switches, sliders and a reset.
 
-    It starts at keyframe 0, if the model has any.
+    It starts at keyframe 0 if the model has one.
 
     Parameters
     ----------
     model : mujoco.MjModel
-        Any. It is changed in place.
+        Any model; it is changed in place.
     panel : Panel, optional
-        Of the scene, if the model is its `panel.model()`.
+        The panel of a scene, if the model is its `panel.model()`.
     seed : int
-        Of the Brownian path; with `simulate`'s timestep it is `simulate`'s path.
+        Seed of the Brownian path, which with the same timestep is the one of `simulate`.
 
     Attributes
     ----------
     model : mujoco.MjModel
     data : mujoco.MjData
     notice : str
-        Why a slider went back, or what stopped the motion; empty if all is well.
+        Why a slider was moved back or the motion stopped; empty if all is well.
 
     Raises
     ------
     ValueError
-        The seed is none, or the model has no room for it.
+        The seed is invalid, or the model has no room for it.
     mujoco.FatalError
-        The model declares what cannot act; see `magnetism`.
+        The model has an invalid declaration; see `magnetism`.
 
     Warns
     -----
     UserWarning
-        Nothing acts on the model.
+        The model has neither magnetism nor noise.
     """
 
     @checked
@@ -73,7 +73,7 @@ class LiveSimulation:
         check_seed(seed)
         if seed and model.body_user.any() and not model.nuserdata:
             raise reject(
-                "seed", seed, "must be 0: the model has noise, but no nuserdata to hold a seed"
+                "seed", seed, "must be 0, since the model has noise but no nuserdata to hold a seed"
             )
         self.model, self.data = model, mujoco.MjData(model)
         self.notice = ""
@@ -87,23 +87,23 @@ class LiveSimulation:
 
     @property
     def declared(self) -> dict[str, bool]:
-        """Of magnetism and noise, whether the model has any."""
+        """Whether the model declares magnetism and noise, by name."""
         return {name: bool(self._start[array].any()) for name, array in SWITCHED.items()}
 
     @property
     def on(self) -> dict[str, bool]:
-        """Of magnetism and noise, whether they act."""
+        """Whether magnetism and noise currently act, by name."""
         return {name: self._on[name] and found for name, found in self.declared.items()}
 
     @checked
     def switch(self, name: str) -> None:
-        """Turn magnetism or noise on or off; of friction nothing changes."""
+        """Turn magnetism or noise on or off; friction stays."""
         check_choice("name", name, tuple(SWITCHED))
         self._on[name] = not self._on[name]
         self._write()
 
     def reset(self) -> None:
-        """Go back to the initial state, Brownian path and sliders; switches stay."""
+        """Restore the initial state, Brownian path and sliders; switches keep their positions."""
         self._arrays = self._start
         self._write()
         if self.model.nkey:
@@ -124,15 +124,15 @@ class LiveSimulation:
         ----------
         steps : int
         perturb : mujoco.MjvPerturb, optional
-            What the viewer's mouse does, see `apply_perturbation`.
+            The viewer's mouse force; see `apply_perturbation`.
 
         Raises
         ------
         StateLost
-            The state is no longer finite, or huge, or the magnets lift the ball of a scene that
-            holds it on the plane.
+            The state is huge or not finite, or the magnets lift a ball that the scene constrains to
+            the plane.
         mujoco.FatalError
-            As from `magnetism`.
+            See `magnetism`.
         """
         model, data = self.model, self.data
         data.xfrc_applied[:] = 0.0
@@ -150,22 +150,22 @@ class LiveSimulation:
 
     @checked
     def hold(self, perturb: mujoco.MjvPerturb) -> None:
-        """Take no step; the mouse moves bodies that hang on nothing."""
+        """Take no step; the mouse moves free bodies."""
         mujoco.mjv_applyPerturbPose(self.model, self.data, perturb, 1)
         self._rest()
 
-    def heed(self) -> None:
-        """Do what was asked for in the viewer since the last step: its reset, and sliders."""
+    def apply_input(self) -> None:
+        """Apply the viewer's input since the last step: its reset button and sliders."""
         if self._was_reset():
             self.reset()
         elif self._panel:
-            self._heed_sliders(self._panel)
+            self._apply_sliders(self._panel)
 
     def _was_reset(self) -> bool:
         """Whether the viewer has reset the data."""
         return repr(self.data.time) != repr(self._time)
 
-    def _heed_sliders(self, panel: Panel) -> None:
+    def _apply_sliders(self, panel: Panel) -> None:
         values = panel.values(self.data.ctrl)
         if not np.array_equal(values, self._values):
             try:
@@ -177,17 +177,17 @@ class LiveSimulation:
         self.data.ctrl[:] = self._values
 
     def _move(self, moved: dict[str, NDArray[np.float64]]) -> None:
-        """Write what sliders say into the model; a mocap body's place only if it is another."""
+        """Write the sliders' arrays into the model; move a mocap body only if its pose changes."""
         for body in np.flatnonzero(self.model.body_mocapid >= 0):
             mocap = self.model.body_mocapid[body]
-            for place, name in (("mocap_pos", "body_pos"), ("mocap_quat", "body_quat")):
+            for target, name in (("mocap_pos", "body_pos"), ("mocap_quat", "body_quat")):
                 if not np.array_equal(moved[name][body], getattr(self.model, name)[body]):
-                    getattr(self.data, place)[mocap] = moved[name][body]
+                    getattr(self.data, target)[mocap] = moved[name][body]
         self._arrays = self._arrays | moved
         self._write()
 
     def _write(self) -> None:
-        """Write what sliders and switches say into the model."""
+        """Write the settings of sliders and switches into the model."""
         for name, array in self._arrays.items():
             getattr(self.model, name)[:] = array
         for name, array in SWITCHED.items():
@@ -195,14 +195,14 @@ class LiveSimulation:
                 getattr(self.model, array)[:] = 0.0
 
     def _follow_script(self) -> None:
-        """Put what moves on a script where it is at the middle of the step, as a run does."""
+        """Place bodies with prescribed motion as at the middle of the step, as in a run."""
         scene = self._panel.scene if self._panel else None
         if scene is not None and scene.device.has_script(scene):
             middle = self.data.time + 0.5 * self.model.opt.timestep
             scene.device.place(scene, self.data, middle)
 
     def _check_held(self) -> None:
-        """Check that the state is one that the scene describes."""
+        """Raise StateLost if the scene no longer describes the state."""
         if self._panel is not None:
             scene = self._panel.scene
             reason = scene.device.why_lost(scene, self.model, self.data)
@@ -210,31 +210,31 @@ class LiveSimulation:
                 raise StateLost(reason)
 
     def _rest(self) -> None:
-        """Find all that follows from the state."""
+        """Compute everything that depends on the state."""
         self._time = self.data.time
         self.data.xfrc_applied[:] = 0.0
         with self._acting():
             mujoco.mj_forward(self.model, self.data)
 
     def _acting(self) -> AbstractContextManager[None]:
-        """The block in which forces act; without any, MuJoCo alone, which needs no warning."""
+        """Return the context in which forces act; without any, one that does not warn."""
         waves = self.model.jnt_user.any()
         return magnetism() if waves or any(self.on.values()) else nullcontext()
 
 
 LONGEST_FRAME = 0.2
-"""Wall time (s) of a frame that is made up for; what a slow machine is further behind is lost."""
+"""Longest delay of a frame (s of wall time) to catch up with; any more is skipped."""
 
 
 class Pace:
-    """Simulated seconds owed to the wall's.
+    """Converts wall time into the number of steps that are due.
 
     Parameters
     ----------
     speed : float
-        Simulated seconds in a second; may be changed.
+        Simulated seconds per second; may be changed.
     now : float
-        Time (s) on the wall.
+        Wall time (s).
     """
 
     @checked
@@ -243,7 +243,7 @@ class Pace:
 
     @checked
     def steps(self, now: float, timestep: Positive) -> int:
-        """How many whole steps (s) are due at a time (s) on the wall; they count as taken."""
+        """Return how many whole steps are due at a wall time (s), and count them as taken."""
         self._owed += self.speed * min(now - self._then, LONGEST_FRAME)
         self._then = now
         due = int(self._owed / timestep)
@@ -259,9 +259,9 @@ def live_scene(
     timestep: Seconds,
     seed: int = 0,
 ) -> LiveSimulation:
-    """Make a scene live, with sliders for what it has of tilt, height, friction, temperature.
+    """Make a scene live, with sliders for its tilt, height, friction and temperature.
 
-    Untouched, it moves as `simulate` says.
+    If it is left alone, it moves as in `simulate`.
 
     Parameters
     ----------
@@ -269,9 +269,9 @@ def live_scene(
     method : str
         `mujoco/euler`, `mujoco/implicitfast` or `mujoco/rk4`.
     timestep : float
-        In seconds; of the disk dimensionless.
+        In seconds; for the disk, dimensionless.
     seed : int
-        Of the Brownian forces.
+        Seed of the Brownian forces.
 
     Raises
     ------

@@ -236,8 +236,7 @@ class ViscousContact:
             raise reject(f"pair {self.name!r}", own, sentence)
         sphere = check_pair(model, pair)
         if disabled(model, "contact"):
-            sentence = "the flags contact and constraint must be 'enable'"
-            raise reject("flag contact", "disable", sentence)
+            raise reject("flag contact", "disable", "must be 'enable', as the flag constraint")
         near = copy(model)
         near.pair_margin[pair] = ANY_DISTANCE
         data = mujoco.MjData(near)
@@ -277,7 +276,7 @@ def check_pair(model: mujoco.MjModel, pair: int) -> int:
     Raises
     ------
     ValueError
-        It is not. The message names the geoms and the requirement.
+        The message names the geoms and the requirement.
     """
     geoms = [int(model.pair_geom1[pair]), int(model.pair_geom2[pair])]
     plane, sphere = sorted(geoms, key=lambda geom: model.geom_type[geom])
@@ -301,10 +300,7 @@ def check_pair(model: mujoco.MjModel, pair: int) -> int:
 
 
 def bearing(load: float) -> dict[str, Any]:
-    """Return the normal parameters of a contact that bears a free body of weight `load`, in m/s^2.
-
-    They are `solref`, `solimp` and `margin`.
-    """
+    """Return `solref`, `solimp` and `margin` of a contact that bears a load, in m/s^2."""
     return _normal(STIFF, _resting_depth(load))
 
 
@@ -324,8 +320,7 @@ def _normal(impedance: float, margin: float) -> dict[str, Any]:
 def _resting_depth(load: float) -> float:
     """Return how far a resting body sinks in; with a margin of this depth, it rests at z = r.
 
-    At rest, the constraint's reference acceleration k (depth) is g (1 - d)/d, where k is the
-    stiffness over d.
+    At rest, the reference acceleration, (stiffness/d) depth, is g (1 - d)/d.
     """
     return load * (1 - STIFF) / STIFFNESS
 
@@ -351,7 +346,5 @@ def _inverse_inertia(model: mujoco.MjModel, sphere: int) -> float:
 def _root(description: Any) -> parts.Element:
     """Check that a description is the root of a PyMJCF tree, and return it."""
     if not hasattr(description, "contact"):
-        raise reject(
-            "description", description, "must be a mujoco.MjSpec or the root of a PyMJCF tree"
-        )
+        raise reject("description", description, "must be an MjSpec or the root of a PyMJCF tree")
     return description

@@ -1,4 +1,4 @@
-"""Movies and pictures of recorded runs; nothing is simulated again."""
+"""Movies and pictures of recorded runs."""
 
 from magmotor.render.contact_sheet import contact_sheet
 from magmotor.render.movie import movie, still

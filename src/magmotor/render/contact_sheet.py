@@ -28,10 +28,10 @@ if TYPE_CHECKING:
 CAMERA = "top"
 
 TRAIL = 0.7
-"""Width of the trail in radii of the ball."""
+"""Width of the trail in ball radii."""
 
 REACHED, TRACK, BACKGROUND = "#a9cfe6", "#cdd3d8", 235
-"""Colors of what a bar has reached so far and of the rest of it; what stopped tiles fade to."""
+"""Colors of the reached and unreached parts of a bar; gray level to which stopped tiles fade."""
 
 
 class Tile:
@@ -40,12 +40,12 @@ class Tile:
     Parameters
     ----------
     run : xarray.Dataset
-        With orientations, and without replicas.
+        With orientations and without replicas.
     scene : Top or Motor
     label : str
-        A line for each part between commas.
+        Commas separate its lines.
     times : ndarray, shape (T,)
-        In seconds; from its end on the run stands still.
+        Times of the frames (s); after its end the run stands still.
 
     Raises
     ------
@@ -71,7 +71,7 @@ class Tile:
         self.largest = np.maximum.accumulate(np.maximum(self.value, 0))
 
     def draw(self, views: Views, i: int) -> Image:
-        """The picture of frame i, faded if the run has stopped by then."""
+        """Draw frame i, faded if the run has stopped by then."""
         if self.times[i] != self.drawn[0]:
             views.scene = self.scene
             views.pose(self.joints[i], self.times[i])
@@ -80,15 +80,15 @@ class Tile:
         return picture // 3 + np.uint8(2 * BACKGROUND // 3) if self.stopped[i] else picture
 
     def write(self, pen: "ImageDraw", box: tuple[int, int, int, int], i: int, scale: float) -> None:
-        """Write label, value and bar of frame i into a box of left, top, right, bottom."""
+        """Draw label, value and bar of frame i in a box (left, top, right, bottom)."""
         left, top, right, bottom = box
         font = style.pillow_font(13 if right - left >= 300 else 11)
         pen.text((left + 7, top + 5), self.label, style.INK, font, spacing=2)
         if self.stopped[i]:
-            place = ((left + right) / 2, (top + bottom) / 2)
-            pen.text(place, f"stopped at t = {self.end:.1f} s", style.INK, font, "mm")
-        told = f"{self.value[i]:+z.2f} {self.gauge.unit}".replace("-", "−")
-        pen.text((right - 7, bottom - 7), told, style.INK, font, "rs")
+            center = ((left + right) / 2, (top + bottom) / 2)
+            pen.text(center, f"stopped at t = {self.end:.1f} s", style.INK, font, "mm")
+        text = f"{self.value[i]:+z.2f} {self.gauge.unit}".replace("-", "−")
+        pen.text((right - 7, bottom - 7), text, style.INK, font, "rs")
         middle, reach = (top + bottom) / 2 - 6, 0.34 * (bottom - top)
         for low, high, color in (
             (-scale, scale, TRACK),
@@ -101,27 +101,27 @@ class Tile:
 
 
 HEADER = 36
-"""Height in pixels of the line above the tiles."""
+"""Height of the line above the tiles, in pixels."""
 
 BALL = (0.13, 0.16, 0.18, 1.0)
-"""Its color, RGBA: a pattern would be too small to be seen."""
+"""Color of the ball (RGBA), uniform since a pattern would be too small to see."""
 
 
 class Sheet:
-    """Frames of several runs, each drawn when it is asked for.
+    """Frames of several runs side by side, drawn on demand.
 
-    They are drawn inside a `with` block, which holds OpenGL contexts: one for all scenes that look
-    alike, since opening one takes as long as drawing a hundred tiles.
+    Draw them inside a `with` block, which holds the OpenGL contexts. Scenes that look alike share
+    one, since opening a context takes as long as drawing a hundred tiles.
 
     Parameters
     ----------
     tiles : sequence of Tile
-        Of one kind of scene; row by row from the upper left corner.
+        Of scenes of one class; row by row from the upper left corner.
     times : ndarray, shape (T,)
-        Of the frames, in seconds.
+        Times of the frames (s).
     columns : int
     note : str
-        Said beside the time.
+        Text beside the time.
     """
 
     def __init__(
@@ -151,14 +151,14 @@ class Sheet:
         """Open the views."""
         with ExitStack() as stack:
             self.views: dict[Any, Views] = {}
-            # The camera is as far away as the highest ring of those that look alike needs.
+            # The camera distance suits the highest ring among the scenes that look alike.
             for tile in sorted(self.tiles, key=lambda tile: -_height(tile.scene)):
-                if _look(tile.scene) not in self.views:
+                if _appearance(tile.scene) not in self.views:
                     views = Views(tile.scene, {CAMERA: (self.height, self.width)})
                     ball = views.model.geom("ball")
                     ball.matid, ball.rgba = -1, BALL
-                    self.views[_look(tile.scene)] = stack.enter_context(closing(views))
-                    # From above shadows tell nothing, and cost more than all the rest.
+                    self.views[_appearance(tile.scene)] = stack.enter_context(closing(views))
+                    # Seen from above, shadows are useless, and they cost more than all the rest.
                     views.renderers[CAMERA].scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = False
             self.opened = stack.pop_all()
         return self
@@ -174,7 +174,7 @@ class Sheet:
 
         sheet = np.full((HEIGHT, WIDTH, 3), 255, np.uint8)
         for tile, (left, top, right, bottom) in zip(self.tiles, self.boxes, strict=False):
-            picture = tile.draw(self.views[_look(tile.scene)], i)
+            picture = tile.draw(self.views[_appearance(tile.scene)], i)
             sheet[top : bottom - 1, left : right - 1] = picture[:-1, :-1]
         image = Image.fromarray(sheet)
         pen = ImageDraw.Draw(image)
@@ -188,11 +188,11 @@ class Sheet:
 
 def _gauge(scene: Scene) -> Gauge:
     if scene.device.gauge is None:
-        raise reject("scene", scene, "must be a scene of which there are contact sheets")
+        raise reject("scene", scene, f"there are no contact sheets of a {type(scene).__name__}")
     return scene.device.gauge
 
 
-def _look(scene: Any) -> tuple[Any, ...]:
+def _appearance(scene: Any) -> tuple[Any, ...]:
     return tuple(getattr(scene, name) for name in _gauge(scene).alike)
 
 
@@ -201,7 +201,7 @@ def _height(scene: Any) -> float:
 
 
 COLUMNS, ROWS = 8, 5
-"""At most so many, to see something in each tile."""
+"""Largest numbers of columns and rows, so that tiles stay legible."""
 
 
 @checked
@@ -214,45 +214,45 @@ def contact_sheet(
     columns: Annotated[int, integer(at_least=1, at_most=COLUMNS)],
     seconds_per_second: Positive = 1.0,
 ) -> None:
-    """Write a movie of recorded runs side by side, each from above with the ball's trail.
+    """Write a movie of recorded runs side by side, each seen from above with the ball's trail.
 
     A bar in each tile shows the spin J/I_3 of the top (rad/s) or the azimuth of the motor's ball
-    (revolutions), all on one scale; paler, what has been reached so far. A run that ends before
-    the others then shows its last moment, faded.
+    (revolutions), on a common scale; its pale part spans the values reached so far. A run that ends
+    before the others keeps showing its last frame, faded.
 
     Parameters
     ----------
     runs : sequence of xarray.Dataset
-        From `simulate` without replicas; of the top not by scipy/dop853, which has no orientation.
-        Up to 40: 5 rows of 8.
+        From `simulate` without replicas; for the top not by scipy/dop853, which has no orientation.
+        At most 40, in 5 rows of 8.
     scenes : sequence of Top or of Motor, or None
-        Their scenes, of one kind; None, those that the attributes of the runs tell.
+        Their scenes, of one class; None takes them from the attributes of the runs.
     labels : sequence of str
-        What is written in the corner of each tile, a line for each part between commas.
+        Text in the corner of each tile; commas separate its lines.
     path : str or Path
-        The .mp4 file to write: H.264, 1280 x 720, 20 frames a second.
+        The .mp4 file to write: H.264, 1280 x 720, 20 frames per second.
     columns : int
-        How many tiles stand side by side, 1 to 8; they fill row by row.
+        Number of tiles per row, 1 to 8.
     seconds_per_second : float
-        Seconds of the runs in a second of the movie.
+        Simulated seconds per second of the movie.
 
     Raises
     ------
     ValueError
-        There are no runs, too many for the columns, or not as many as scenes and labels; one has
-        replicas or no orientation; the scenes are not all tops or all motors; columns or speed are
-        out of bounds.
+        There are no runs, too many for the columns, or a different number of scenes or labels; a
+        run has replicas or no orientation; the scenes are not all tops or all motors; columns or
+        speed are out of bounds.
     NoOpenGL
-        No OpenGL context can be made; nothing is written.
+        No OpenGL context can be created; nothing is written.
     RuntimeError
-        The encoder failed; its last words are in the message.
+        The encoder failed; the message includes its last output.
     """
     _check_lengths(runs, scenes, labels, columns)
     given = scenes or [None] * len(runs)
     scenes = [scene_of_run(run, scene, (Scene,)) for run, scene in zip(runs, given, strict=True)]
     if len({type(scene) for scene in scenes}) > 1:
         raise reject(
-            "scenes", sorted({type(s).__name__ for s in scenes}), "must be all of one kind"
+            "scenes", sorted({type(s).__name__ for s in scenes}), "must all be of one class"
         )
     for i, (run, scene) in enumerate(zip(runs, scenes, strict=True)):
         checked_run(f"runs[{i}]", run, _gauge(scene).needs, (type(scene),), replicas=False)
@@ -272,4 +272,4 @@ def _check_lengths(runs: Sequence, scenes: Sequence | None, labels: Sequence, co
         )
     for name, given in (("scenes", scenes), ("labels", labels)):
         if given is not None and len(given) != len(runs):
-            raise reject(f"len({name})", len(given), f"must be that of runs: {len(runs)}")
+            raise reject(f"len({name})", len(given), f"must be {len(runs)}, the number of runs")

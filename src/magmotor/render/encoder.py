@@ -1,4 +1,4 @@
-"""The encoder: pictures that are drawn one after another, written to a movie as they come."""
+"""The encoder: writes frames to a movie as they are drawn."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -17,38 +17,38 @@ if TYPE_CHECKING:
     from mediapy import VideoWriter
 
 Film = Annotated[str | Path, output(".mp4")]
-"""A file that a movie is written to."""
+"""The file of a movie."""
 
 FRAME_RATE = 20
-"""Frames a second."""
+"""Frames per second."""
 
 MOST_FRAMES = 200_000
-"""Frames of a movie of nearly three hours."""
+"""Largest number of frames: nearly three hours."""
 
 ENCODING = (
     "-preset veryfast -movflags +faststart -vf scale=out_color_matrix=bt709"
     " -colorspace bt709 -color_primaries bt709 -color_trc bt709"
 )
-"""Quick to write and to start in a browser, with the colors of high-definition video."""
+"""Options for ffmpeg: fast encoding, quick start in a browser, and HD color space."""
 
 
 def frame_times(start: float, end: float, seconds_per_second: float) -> NDArray[np.float64]:
-    """Times (s) of a movie's frames, shape (T,).
+    """Return the times of a movie's frames (s), shape (T,).
 
     Raises
     ------
     ValueError
-        The speed is so low that there are too many frames.
+        The movie is so slow that it has too many frames.
     """
     if (end - start) * FRAME_RATE > MOST_FRAMES * seconds_per_second:
-        sentence = f"must be so large that there are at most {MOST_FRAMES} frames"
+        sentence = f"must be large enough for a movie of at most {MOST_FRAMES} frames"
         raise reject("seconds_per_second", seconds_per_second, sentence)
     times = np.arange(start, end + 1e-9, seconds_per_second / FRAME_RATE)
     return np.minimum(times, end)  # rounding
 
 
 def speed_in_words(seconds_per_second: float) -> str:
-    """How fast a movie is, empty if it is as fast as reality."""
+    """Return the speed of a movie as text, empty for real time."""
     return "" if seconds_per_second == 1 else f"{seconds_per_second:g} × real time"
 
 
@@ -58,9 +58,9 @@ def encode(draw: Callable[[int], NDArray[np.uint8]], count: int, path: str | Pat
     Raises
     ------
     RuntimeError
-        The encoder failed; its last words are in the message.
+        The encoder failed; the message includes its last output.
     """
-    # In one process: software OpenGL has threads of its own for every core.
+    # One process is enough: software OpenGL uses one thread per core.
     with _unmasked_interrupt(), _writer(path) as writer:
         for i in tqdm(range(count), "render", unit="frame", disable=None):
             writer.add_image(draw(i))
@@ -68,12 +68,12 @@ def encode(draw: Callable[[int], NDArray[np.uint8]], count: int, path: str | Pat
 
 @contextmanager
 def _unmasked_interrupt() -> Iterator[None]:
-    """Ctrl-C ends ffmpeg too, and the writer's complaint of that would hide the interrupt."""
+    """Reraise Ctrl-C, which the writer's error about the end of ffmpeg would hide."""
     try:
         yield
-    except RuntimeError as complaint:
-        if isinstance(complaint.__context__, KeyboardInterrupt):
-            raise complaint.__context__ from None
+    except RuntimeError as error:
+        if isinstance(error.__context__, KeyboardInterrupt):
+            raise error.__context__ from None
         raise
 
 

@@ -1,4 +1,4 @@
-"""Frames: the whole scene, its ball from another place, and a curve, side by side."""
+"""Frames of a movie: the whole scene, a second view, and a curve, side by side."""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING
@@ -21,12 +21,12 @@ if TYPE_CHECKING:
     from matplotlib.lines import Line2D
 
 
-DOT, COLOR = 5.0, np.frombuffer(bytes.fromhex(style.BLUE[1:]), np.uint8)
-"""Radius in pixels of the dot at the present, and its color, RGB."""
+DOT_RADIUS, DOT_COLOR = 5.0, np.frombuffer(bytes.fromhex(style.BLUE[1:]), np.uint8)
+"""Radius (pixels) and color (RGB) of the dot that marks the current time."""
 
 
 class Panel:
-    """Curves so far: two pictures, drawn once and cut together at the present's column.
+    """Curves up to the current time, composed of two pictures that are drawn once.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ class Panel:
     span : array_like, shape (2,)
         First and last time, in seconds.
     height, width : int
-        In pixels.
+        Size in pixels.
     """
 
     def __init__(
@@ -58,7 +58,7 @@ class Panel:
             self.scale = one - self.origin
 
     def draw(self, time: float, value: float) -> NDArray[np.uint8]:
-        """The panel at a time (s) when a curve has a value, shape (height, width, 3)."""
+        """Draw the panel with a dot at (time (s), value), shape (height, width, 3)."""
         x, y = self.origin + self.scale * (time, value)
         picture = self.empty.copy()
         picture[:, : round(x)] = self.full[:, : round(x)]
@@ -67,13 +67,13 @@ class Panel:
 
 
 def _dot(picture: NDArray[np.uint8], x: float, y: float) -> None:
-    """Draw a dot with a smooth edge, centered at a point in pixels from the upper left corner."""
-    top, left = max(0, int(y - DOT - 1)), max(0, int(x - DOT - 1))
-    patch = picture[top : int(y + DOT + 2), left : int(x + DOT + 2)]
+    """Draw an antialiased dot, centered at pixels (x, y) from the upper left corner."""
+    top, left = max(0, int(y - DOT_RADIUS - 1)), max(0, int(x - DOT_RADIUS - 1))
+    patch = picture[top : int(y + DOT_RADIUS + 2), left : int(x + DOT_RADIUS + 2)]
     rows, columns = np.indices(patch.shape[:2])
     distance = np.hypot(rows + top + 0.5 - y, columns + left + 0.5 - x)
-    cover = np.clip(DOT + 0.5 - distance, 0, 1)[..., np.newaxis]
-    patch[:] = cover * COLOR + (1 - cover) * patch
+    cover = np.clip(DOT_RADIUS + 0.5 - distance, 0, 1)[..., np.newaxis]
+    patch[:] = cover * DOT_COLOR + (1 - cover) * patch
 
 
 def _pixels(figure: "Figure") -> NDArray[np.uint8]:
@@ -86,60 +86,54 @@ def _pixels(figure: "Figure") -> NDArray[np.uint8]:
 
 HEIGHT, WIDTH = 720, 1280
 MAIN, SIDE = (HEIGHT, 800), (HEIGHT // 2, 480)
-"""Height and width in pixels of the large view, and of the near view and the panel below it."""
+"""Height and width (pixels) of the main view, and of the near view and the panel below it."""
 
 
 def movie_content_of(scene: Scene) -> type[MovieContent]:
-    """What movies tell of runs of such a scene; ValueError if there are none."""
+    """Return the movie content of a scene's class; ValueError if it has no movies."""
     if scene.device.movie_content is None:
-        kind = type(scene).__name__
-        raise reject(
-            "scene", scene, f"must be of a kind of which there are movies, which {kind} is not"
-        )
+        raise reject("scene", scene, f"there are no movies of a {type(scene).__name__}")
     return scene.device.movie_content
 
 
-def filmed(run: xr.Dataset, scene: Scene) -> xr.Dataset:
-    """The run, if it has what its movie needs; otherwise ValueError names what is missing."""
+def checked_movie_run(run: xr.Dataset, scene: Scene) -> xr.Dataset:
+    """Return the run if it has what its movie needs; ValueError names what is missing."""
     needs = movie_content_of(scene).needs
     return checked_run("run", run, needs, (type(scene),), records=2, replicas=False)
 
 
 class Frames:
-    """The frames of a run's movie, each drawn when it is asked for.
+    """The frames of a run's movie, drawn on demand inside a `with` block.
 
-    They are drawn inside a `with` block, which holds OpenGL contexts.
+    The block holds the OpenGL contexts.
 
     Parameters
     ----------
     run : xarray.Dataset
-        With orientations, which the top's scipy/dop853 has not, and without replicas.
+        As returned by `checked_movie_run`.
     scene : Top or Motor
     times : array_like, shape (T,)
-        Of the frames, in seconds.
+        Times of the frames (s).
     note : str
-        Said below the numbers.
+        Text below the numbers.
 
     Raises
     ------
-    ValueError
-        The run has replicas or no orientation, or there are no movies of such a scene.
     NoOpenGL
-        On entering: no OpenGL context can be made.
+        No OpenGL context can be created on entering the block.
     """
 
     def __init__(self, run: xr.Dataset, scene: Scene, times: ArrayLike, note: str = ""):
-        kind = movie_content_of(scene)
-        run = filmed(run, scene)
+        content = movie_content_of(scene)
         self.scene, self.note = scene, note
         self.times = np.asarray(times, dtype=float)
         self.joints = scene.device.joints(run, scene, self.times)
-        self.movie_content: MovieContent = kind(run, scene, self.times)
+        self.movie_content: MovieContent = content(run, scene, self.times)
         self.trail = Trail(run.time.values, self.movie_content.path, self.movie_content.trail)
         self.panel = Panel(self.movie_content.plot, run.time.values[[0, -1]], *SIDE)
 
     def __len__(self) -> int:
-        """How many there are."""
+        """Return the number of frames."""
         return len(self.times)
 
     def __enter__(self) -> "Frames":
@@ -153,7 +147,7 @@ class Frames:
         del self.views
 
     def draw(self, i: int) -> NDArray[np.uint8]:
-        """Frame i, shape (720, 1280, 3)."""
+        """Draw frame i, shape (720, 1280, 3)."""
         time = float(self.times[i])
         self.views.pose(self.joints[i], time)
         main, near = (self.views.draw(camera, self.trail, time) for camera in self.views.renderers)
@@ -170,6 +164,6 @@ class Frames:
         top = HEIGHT - 24 - 24 * len(lines)
         pen.text((24, top), f"t = {self.times[i]:.1f} s", style.INK, style.pillow_font(26), "ls")
         for k, line in enumerate(lines, start=1):
-            place = (24, top + 24 * k + 4)
-            pen.text(place, line.replace("-", "−"), style.INK, style.pillow_font(16), "ls")
+            corner = (24, top + 24 * k + 4)
+            pen.text(corner, line.replace("-", "−"), style.INK, style.pillow_font(16), "ls")
         return np.asarray(image)

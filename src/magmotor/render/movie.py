@@ -1,4 +1,4 @@
-"""Movies of a recorded run, and single frames of them."""
+"""Movies of a recorded run, and single frames of one."""
 
 import xarray as xr
 
@@ -7,7 +7,7 @@ from magmotor.common.hints import Picture, Positive
 from magmotor.device.analysis import analysis
 from magmotor.device.device import Scene
 from magmotor.render.encoder import Film, encode, frame_times, speed_in_words
-from magmotor.render.frames import Frames, filmed
+from magmotor.render.frames import Frames, checked_movie_run
 
 
 @analysis(of=Scene, records=2, replicas=False)
@@ -18,33 +18,33 @@ def movie(
     *,
     seconds_per_second: Positive = 1.0,
 ) -> None:
-    """Write the movie of a recorded run: the scene, the ball's trail, and a curve as it happens.
+    """Write a movie of a recorded run: the scene, the ball's trail, and a growing curve.
 
-    The curve is J(t) of the top, the azimuth theta(t) of the motor's ball.
+    The curve is J(t) for the top and the azimuth theta(t) of the ball for the motor.
 
     Parameters
     ----------
     run : xarray.Dataset
-        From `simulate` without replicas; of the top not by scipy/dop853, which has no orientation.
+        From `simulate` without replicas; for the top not by scipy/dop853, which has no orientation.
     scene : Top, Motor or None
-        Its scene; None, the one that the attributes of the run tell.
+        Its scene; None takes it from the attributes of the run.
     path : str or Path
-        The .mp4 file to write: H.264, 1280 x 720, 20 frames a second.
+        The .mp4 file to write: H.264, 1280 x 720, 20 frames per second.
     seconds_per_second : float
-        Seconds of the run in a second of the movie.
+        Simulated seconds per second of the movie.
 
     Raises
     ------
     ValueError
-        The run has replicas or no orientation, there are no movies of such a scene, or the speed is
-        not positive.
+        The run has replicas or no orientation, the scene's class has no movies, or the speed is not
+        positive.
     NoOpenGL
-        No OpenGL context can be made; nothing is written.
+        No OpenGL context can be created; nothing is written.
     RuntimeError
-        The encoder failed; its last words are in the message.
+        The encoder failed; the message includes its last output.
     """
-    assert scene is not None  # the run's own by now
-    run = filmed(run, scene)
+    assert scene is not None  # `analysis` has filled it in
+    run = checked_movie_run(run, scene)
     start, end = run.time.values[[0, -1]]
     times = frame_times(start, end, seconds_per_second)
     with Frames(run, scene, times, speed_in_words(seconds_per_second)) as frames:
@@ -53,9 +53,9 @@ def movie(
 
 @analysis(of=Scene, records=2, replicas=False)
 def still(run: xr.Dataset, scene: Scene | None, path: Picture, time: float) -> None:
-    """Write one frame of the movie, at a time in seconds; arguments and errors as in `movie`."""
-    assert scene is not None  # the run's own by now
-    run = filmed(run, scene)
+    """Write one frame of the movie, at a time in seconds; other arguments as in `movie`."""
+    assert scene is not None  # `analysis` has filled it in
+    run = checked_movie_run(run, scene)
     start, end = run.time.values[[0, -1]]
     if not start <= time <= end:
         raise reject("time", time, f"must be within the run: {start:g} to {end:g} s")

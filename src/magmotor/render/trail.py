@@ -1,4 +1,4 @@
-"""The trail: the path of the contact point, drawn on the floor as the ball leaves it."""
+"""The trail: the path of the contact point, drawn on the floor behind the ball."""
 
 import math
 
@@ -7,37 +7,37 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 OLD, NEW = np.array([0.80, 0.85, 0.90, 1.0]), np.array([0.0, 0.45, 0.70, 1.0])
-"""Colors, RGBA: it fades to nearly the floor's."""
+"""Colors (RGBA); old segments fade almost to the color of the floor."""
 
 LENGTH = 400
-"""Segments at most; older ones are no longer drawn."""
+"""Largest number of segments; older ones are not drawn."""
 
 
 class Trail:
-    """A path cut into segments of equal length, as flat strips that cost next to nothing to draw.
+    """A path divided into segments of equal length, drawn as flat strips at almost no cost.
 
     Parameters
     ----------
     time : array_like, shape (T,)
         In seconds.
     position : array_like, shape (T, 2 or more)
-        Of the ball, in meters.
+        Positions of the ball, in meters.
     width : float
-        In meters; a segment is twice as long.
+        In meters; segments are twice as long.
     """
 
     def __init__(self, time: ArrayLike, position: ArrayLike, width: float):
         time, path = np.asarray(time), np.asarray(position)[:, :2]
-        run = np.concatenate([[0.0], np.hypot(*np.diff(path, axis=0).T).cumsum()])
-        marks = np.arange(0.0, run[-1], 2 * width)
-        self.time = np.interp(marks, run, time)
-        points = np.stack([np.interp(marks, run, path[:, i]) for i in range(2)], axis=1)
+        length = np.concatenate([[0.0], np.hypot(*np.diff(path, axis=0).T).cumsum()])
+        marks = np.arange(0.0, length[-1], 2 * width)
+        self.time = np.interp(marks, length, time)
+        points = np.stack([np.interp(marks, length, path[:, i]) for i in range(2)], axis=1)
         self.middle = (points[1:] + points[:-1]) / 2
         self.along = np.diff(points, axis=0)
         self.width = width
 
     def add_to(self, view: mujoco.MjvScene, until: float) -> None:
-        """Add what was left behind up to a time to a scene that is about to be rendered."""
+        """Add the trail up to a time to a scene that is about to be rendered."""
         end = max(0, int(np.searchsorted(self.time, until, side="right")) - 1)
         start = max(0, end - LENGTH)
         for i in range(start, end):
@@ -48,7 +48,7 @@ class Trail:
         dx, dy = self.along[i]
         length = math.hypot(dx, dy)
         cosine, sine = dx / length, dy / length
-        # Newer strips lie a hair higher, so that they cover older ones without flicker.
+        # Newer strips lie slightly higher, so that they cover older ones without flicker.
         height = 0.02 * self.width * (2 - age)
         strip = view.geoms[view.ngeom]
         view.ngeom += 1

@@ -1,4 +1,4 @@
-"""Views: the decorated model in a recorded pose, seen by its cameras."""
+"""Views: renderings of the decorated model in a recorded pose by its cameras."""
 
 import os
 import warnings
@@ -16,23 +16,23 @@ Image = NDArray[np.uint8]
 
 
 class NoOpenGL(RuntimeError):
-    """No OpenGL library draws here: none is installed, or not the one that MUJOCO_GL names."""
+    """No OpenGL library is available, or not the one that MUJOCO_GL names."""
 
 
 class Views:
-    """Pictures of a scene, each size drawn by a renderer of its own, to be closed at the end.
+    """Pictures of a scene, with one renderer per camera; call `close` at the end.
 
     Parameters
     ----------
     scene : Top, Motor or Disk
     sizes : mapping of str to (int, int)
-        Height and width in pixels for the name of each camera that will be used: `front`, `top`,
-        `ball` or `disk`.
+        Height and width in pixels by the name of each camera used: `front`, `top`, `ball` or
+        `disk`.
 
     Raises
     ------
     NoOpenGL
-        No OpenGL context can be made.
+        No OpenGL context can be created.
     """
 
     def __init__(self, scene: Scene, sizes: Mapping[str, tuple[int, int]]):
@@ -48,14 +48,14 @@ class Views:
             self.renderers[camera] = renderer
 
     def pose(self, joints: NDArray[np.float64], time: float = 0.0) -> None:
-        """Put everything where it is at a time (s): joints, and what moves on a script."""
+        """Set the pose at a time (s): joints, and bodies with prescribed motion."""
         self.data.qpos[:] = joints
         self.scene.device.place(self.scene, self.data, time)
         mujoco.mj_kinematics(self.model, self.data)
         mujoco.mj_camlight(self.model, self.data)
 
     def draw(self, camera: str, trail: Trail | None = None, until: float = 0.0) -> Image:
-        """The pose as a camera sees it, shape (height, width, 3), with the trail up to a time."""
+        """Render the pose by a camera, with the trail up to a time; shape (height, width, 3)."""
         renderer = self.renderers[camera]
         renderer.update_scene(self.data, camera)
         if trail is not None:
@@ -69,20 +69,20 @@ class Views:
 
 
 _failures: list[Exception] = []
-"""Why there is no OpenGL, once that is known: a second try with GLFW would abort the process."""
+"""The first failure to open OpenGL, kept since a second try with GLFW would abort the process."""
 
 
 def _open_renderer(model: mujoco.MjModel, height: int, width: int) -> mujoco.Renderer:
     if not _failures:
         try:
             with warnings.catch_warnings():
-                warnings.simplefilter("ignore")  # GLFW warns of what is raised below
+                warnings.simplefilter("ignore")  # GLFW also warns of the error
                 return mujoco.Renderer(model, height, width)
         except (AttributeError, ImportError, RuntimeError, mujoco.FatalError) as error:
-            # With MUJOCO_GL=disable it is AttributeError; where EGL has no display, ImportError;
-            # where OSMesa has no context, RuntimeError; where GLFW finds no window system,
-            # FatalError.
+            # AttributeError: MUJOCO_GL=disable. ImportError: EGL without a display. RuntimeError:
+            # OSMesa without a context. FatalError: GLFW without a window system.
             _failures.append(error)
-    asked = os.environ.get("MUJOCO_GL", "is not set")
-    reason = f"MuJoCo finds no OpenGL to draw with (MUJOCO_GL={asked})"
+    setting = os.environ.get("MUJOCO_GL")
+    setting = "MUJOCO_GL is not set" if setting is None else f"MUJOCO_GL={setting}"
+    reason = f"MuJoCo finds no OpenGL library to render with ({setting})"
     raise NoOpenGL(reason) from _failures[0]

@@ -1,1 +1,1 @@
-"""Runs of any device: simulate, datasets, checkpoints, advice."""
+"""Runs of any device: `simulate`, `ensemble`, `recommend`, and the datasets they return."""

@@ -1,4 +1,4 @@
-"""A run as a labeled dataset that says, in its attributes, how to make it again."""
+"""A run as a labeled dataset whose attributes suffice to reproduce it."""
 
 from typing import Any
 
@@ -14,25 +14,25 @@ from magmotor.device.states import concatenate
 def assemble(
     scene: Scene, chunks: list[Any], *, replicas: int | None = None, **attributes: Any
 ) -> xr.Dataset:
-    """Make the dataset of a run from its recorded states.
+    """Build the dataset of a run from its recorded states.
 
     Parameters
     ----------
     scene : Top, Motor, Disk or LangevinParticle
-        Goes into the attributes as JSON.
+        Stored in the attributes as JSON.
     chunks : list of states
-        In the order of time, the initial state first.
+        In chronological order, starting with the initial state.
     replicas : int, optional
-        How many, if the dataset is to have that dimension.
+        Their number, if the dataset is to have the dimension `replica`.
     **attributes
-        Method, timestep, seed and so on.
+        Method, timestep, seed, etc.
 
     Returns
     -------
     xarray.Dataset
-        Dimensions time; replica; space (x, y, z) and component (of quaternions) for vectors. The
+        Dimensions: time; replica; for vectors, space (x, y, z); for quaternions, component. The
         coordinates `replica` and `step` number the replicas and the steps of the Brownian path, so
-        that a part of the dataset still tells which noise it had.
+        that even a part of the dataset identifies its noise.
     """
     states = concatenate(chunks)
     columns = scene.device.columns(scene, states, replicas)
@@ -46,7 +46,7 @@ def assemble(
     if "record_interval" in attributes:
         steps = attributes["record_interval"] * np.arange(len(states.time))
         steps += attributes.get("first_step") or 0
-        label = "number of the step on the Brownian path"
+        label = "step number on the Brownian path"
         coordinates["step"] = ("time", steps, {"units": "1", "long_name": label})
     if "space" in dimensions:
         coordinates["space"] = ["x", "y", "z"]

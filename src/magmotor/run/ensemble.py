@@ -1,4 +1,4 @@
-"""Ensembles of any device: many replicas, of which moments are kept and no trajectory is."""
+"""Ensembles of any device: statistics of many replicas, without their trajectories."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -32,67 +32,67 @@ def ensemble(
     threads: Count | None = None,
     checkpoint: str | Path | None = None,
 ) -> xr.Dataset:
-    """Run many replicas, keeping statistics only.
+    """Run many replicas and keep only their statistics.
 
-    A replica's path is the one that `simulate` gives it, number for number. The disk and the
-    Langevin particle have a kernel and statistics of their own; of every other device that has
-    noise, the moments of its numbers are taken, at the end: until then all samples are in memory.
+    Each replica follows the same path as in `simulate`, to the bit. The disk and the Langevin
+    particle have a dedicated kernel and more statistics. For every other device with noise, the
+    moments of its scalar variables are computed at the end; all samples are in memory until then.
 
     Parameters
     ----------
     scene : Scene
-        Of a device with noise.
+        A scene with noise.
     method : str
-        One of `methods(scene)`; of the disk and the particle `variational/...`.
+        One of `methods(scene)`; for the disk and the particle, `variational/...`.
     timestep, duration : float
     replicas : int
         Number of independent runs.
     seed : int
-        Of the Brownian paths; the replica's number does the rest.
+        Seed of the Brownian paths; each replica also uses its own number.
     sample_interval : int, optional
-        Steps between the samples that statistics see; by default, the steps in a time of 1.
+        Steps between samples; by default, the number of steps in one unit of time.
     burn_in : float
-        Time after which correlations, histograms and flights begin; of the disk and the particle.
+        Time at which correlations, histograms and flights begin (disk and particle only).
     initial : mapping, optional
-        Replaces parts of the scene's initial state, as in `simulate`: numbers, or arrays of each
-        replica's. Of `gibbs(scene, replicas)`, the disk's stationary state.
+        Replaces parts of the scene's initial state, as in `simulate`: numbers, or arrays with one
+        value per replica. `gibbs(scene, replicas)` returns the disk's stationary state.
     trajectories : int
-        Of so many replicas, x at all recorded times is kept; of the disk and the particle.
+        Number of replicas whose x is kept at all recorded times (disk and particle only).
     threads : int, optional
-        By default, the number of processors; of the disk and the particle.
+        By default, the number of processors (disk and particle only).
     checkpoint : str or Path, optional
-        File to save all to, every half minute and at the end, and to go on from if it is there; of
-        the disk and the particle.
+        File to which everything is saved every half minute and at the end; the run resumes from it
+        if it exists (disk and particle only).
 
     Returns
     -------
     xarray.Dataset
-        Over `time`, by `quantity`: `mean`, `mean_square` and their standard errors `mean_error`,
-        `mean_square_error`. Of the disk and the particle (with quantities x and y = x + theta since
-        the start, d = -v + sigma omega, the slip v + omega, v, omega and energy, and times that are
-        logarithmic and even), besides: over `lag`, `increment_correlation` of
-        x(t + 2 lag) - x(t + lag) and x(t + lag) - x(t), `mean_square_increment`, and their errors.
-        `density` of x mod 2 pi, v and omega over `bin`; `flights` and `unfinished_flights` by
-        `flight_duration`, the number of times between changes of sign of d with a hysteresis of
-        0.1 standard deviations, seen at the samples. Correlations and errors are NaN at lags where
-        there are too few samples or replicas for them. By `replica`, the numbers at the end (`x`,
-        `v`, `theta`, `omega`), and `initial_x` and so on where `initial` was given.
+        By `quantity` and `time`: `mean`, `mean_square` and their standard errors `mean_error`,
+        `mean_square_error`. By `replica`: the final values (for the disk `x`, `v`, `theta`,
+        `omega`). The disk and the particle have the quantities x and y = x + theta since the start,
+        d = -v + sigma omega, the slip v + omega, v, omega and energy, at logarithmically and evenly
+        spaced times. They also have, by `lag`, `increment_correlation` of x(t + 2 lag) - x(t + lag)
+        and x(t + lag) - x(t), `mean_square_increment`, and their errors; `density` of x mod 2 pi, v
+        and omega by `bin`; `flights` and `unfinished_flights` by `flight_duration`, the number of
+        intervals between sign changes of d with a hysteresis of 0.1 standard deviations, observed
+        at the samples; and `initial_x` etc. if `initial` was given. Correlations and errors are NaN
+        at lags with too few samples or replicas.
 
     Raises
     ------
     ValueError
-        Bad input, also a checkpoint that is damaged or of another task: names it, its value and
-        the bound.
+        Bad input, including a checkpoint that is damaged or belongs to another task; the message
+        names the argument, its value and the bound.
     SimulationDiverged
-        A replica is no longer finite or has energy that it cannot have; holds what was recorded.
+        A replica is no longer finite or has gained impossible energy; holds the records so far.
     SimulationInterrupted
-        Ctrl-C; holds what was recorded, after a last checkpoint.
+        Ctrl-C, after a last checkpoint; holds the records so far.
 
     Warns
     -----
     UserWarning
         The timestep is too long for the flights at this temperature, or a checkpoint could not be
-        written: the one before it stays, and the run goes on.
+        written; in that case the previous one is kept and the run continues.
 
     Examples
     --------
@@ -111,22 +111,22 @@ def ensemble(
             burn_in=burn_in, initial=initial, trajectories=trajectories, threads=threads,
             checkpoint=checkpoint,
         )  # fmt: skip
-    given = {"burn_in": burn_in, "trajectories": trajectories}
-    given |= {"threads": threads, "checkpoint": checkpoint}
-    for name, value in given.items():
+    unsupported = {"burn_in": burn_in, "trajectories": trajectories}
+    unsupported |= {"threads": threads, "checkpoint": checkpoint}
+    for name, value in unsupported.items():
         if value:
             kind = type(scene).__name__
-            raise reject(name, value, f"must be left out: ensembles of a {kind} know moments only")
+            raise reject(name, value, f"must be left out: ensembles of a {kind} have moments only")
     interval = max(1, round(1 / timestep)) if sample_interval is None else sample_interval
     run = simulate(
         scene, **numerics, replicas=replicas, record_interval=interval, initial=initial
     )  # fmt: skip
-    told = {"replicas": replicas, "sample_interval": interval, **given}
+    options = {"replicas": replicas, "sample_interval": interval, **unsupported}
     kept = None if initial is None else "not kept"
-    return _reduced(run).assign_attrs(attributes_of(scene, **numerics, **told, initial=kept))
+    return _statistics(run).assign_attrs(attributes_of(scene, **numerics, **options, initial=kept))
 
 
-def _reduced(run: xr.Dataset) -> xr.Dataset:
+def _statistics(run: xr.Dataset) -> xr.Dataset:
     names = [name for name in run.data_vars if set(run[name].dims) == {"replica", "time"}]
     values = np.stack([run[name].transpose("replica", "time").values for name in names])
     moments = {}
@@ -140,7 +140,7 @@ def _reduced(run: xr.Dataset) -> xr.Dataset:
 
 
 def _standard_error(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Of means over replicas, axis 1; NaN of one replica."""
+    """Return the standard error of the mean over replicas (axis 1); NaN for one replica."""
     count = values.shape[1]
     if count == 1:
         return np.full(values[:, 0].shape, np.nan)

@@ -1,4 +1,4 @@
-"""Running a scene in MuJoCo: stepping all replicas, and recording."""
+"""Runs in MuJoCo: stepping all replicas and recording their states."""
 
 from collections.abc import Generator
 from contextlib import nullcontext
@@ -30,12 +30,12 @@ INTEGRATORS = {
 
 
 def start(job: Job) -> Array:
-    """The state that a run begins with; see `Job`."""
+    """Return the initial state of a run; see `Job`."""
     return job.scene.device.mujoco(job).start
 
 
 def run(job: Job) -> Generator[tuple[Any, Array]]:
-    """Yield the recorded states that follow the initial one, in chunks; see `Job`."""
+    """Yield the recorded states after the initial one, in chunks; see `Job`."""
     model = build(job.scene)
     model.opt.timestep = job.timestep
     splitting = Baoab(model) if job.scheme == "baoab" else None
@@ -63,7 +63,7 @@ def run(job: Job) -> Generator[tuple[Any, Array]]:
 
 
 def _advance(model, splitting, data, motion: MujocoAdapter, state: Array, steps) -> Array:
-    """Joint coordinates after each of these steps, shape (replicas, steps, nq + nv)."""
+    """Return qpos and qvel after each of these steps, shape (replicas, steps, nq + nv)."""
     whole = np.empty((len(state), 1 + model.nq + model.nv))
     whole[:, 0] = steps[0] * model.opt.timestep  # the sum of timesteps would drift
     whole[:, 1:] = state[:, : model.nq + model.nv]
@@ -71,18 +71,18 @@ def _advance(model, splitting, data, motion: MujocoAdapter, state: Array, steps)
     if splitting is not None:
         return splitting.rollout(data, whole, controls, control_spec=spec, nstep=len(steps))
     paths, _ = rollout(model, data, whole, controls, control_spec=spec, nstep=len(steps))
-    # A warning of huge values ends a rollout, and its last state is repeated.
+    # After a warning about huge values, a rollout repeats its last state.
     paths[np.diff(paths[..., 0], axis=1, prepend=whole[:, :1]) <= 0] = np.nan
     return paths[..., 1:]
 
 
 def compose(scene: Scene, *, visual: bool) -> parts.Element:
-    """The scene as a PyMJCF tree, with lights, cameras and decoration if `visual`.
+    """Return the scene as a PyMJCF tree, with lights, cameras and decoration if `visual`.
 
     Raises
     ------
     ValueError
-        There is no such scene in MuJoCo.
+        MuJoCo cannot represent this scene.
     """
     return scene.device.compose(scene, visual=visual)
 
@@ -94,10 +94,10 @@ def build(scene: Scene, *, visual: bool = False) -> mujoco.MjModel:
     Parameters
     ----------
     scene : Top, Motor or Disk
-        What to build. Dipoles, noise and potential act on the model inside `magnetism()`.
+        Its dipoles, noise and potential act on the model inside `magnetism()`.
     visual : bool
-        Add lights, cameras, materials and decoration, which cost time in every step and change
-        nothing in the dynamics.
+        Add lights, cameras, materials and decoration. They slow down every step and do not affect
+        the dynamics.
 
     Returns
     -------
@@ -107,7 +107,7 @@ def build(scene: Scene, *, visual: bool = False) -> mujoco.MjModel:
     Raises
     ------
     ValueError
-        There is no such scene in MuJoCo.
+        MuJoCo cannot represent this scene, or rejects its numbers.
 
     Examples
     --------
@@ -121,5 +121,5 @@ def build(scene: Scene, *, visual: bool = False) -> mujoco.MjModel:
 
 @lru_cache(maxsize=8)
 def _compiled(scene: Scene, visual: bool) -> mujoco.MjModel:
-    """The model of which each caller has a copy: that takes a hundredth of the time."""
+    """Compile a scene once; callers copy the model, which takes a hundredth of the time."""
     return parts.compiled(compose(scene, visual=visual))

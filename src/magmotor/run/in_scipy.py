@@ -1,4 +1,4 @@
-"""Steps of SciPy's DOP853, which end at recorded times."""
+"""Runs by SciPy's DOP853, whose steps end at the recorded times."""
 
 from collections.abc import Generator
 from typing import Any
@@ -12,19 +12,19 @@ from magmotor.device.job import Job
 Array = NDArray[np.float64]
 
 RELATIVE_TOLERANCE = 1e-12
-"""Of each step's error; the absolute tolerance is as much of each variable's natural scale."""
+"""Relative tolerance of a step; the absolute one is this fraction of a variable's natural scale."""
 
 
 def start(job: Job) -> Array:
-    """The state that a run begins with; see `Job`."""
+    """Return the initial state of a run; see `Job`."""
     return job.scene.device.ode.problem(job.scene, job.initial)[1]
 
 
 def run(job: Job) -> Generator[tuple[Any, Array]]:
-    """Yield the recorded states that follow the initial one, in chunks; see `Job`.
+    """Yield the recorded states after the initial one, in chunks; see `Job`.
 
-    The steps are the integrator's own, but for those that end at a recorded time, where an
-    interpolated state would be less accurate; the job's timestep says when to record.
+    The integrator chooses its own steps, except that one ends at each recorded time, since an
+    interpolated state would be less accurate. The job's timestep only sets when to record.
     """
     equation = job.scene.device.ode
     derivative, state, scales = equation.problem(job.scene, job.initial)

@@ -1,4 +1,4 @@
-"""`recommend`: which method, at which timestep, reaches an error cheapest."""
+"""`recommend`: the cheapest method and timestep that reach a given error."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -11,39 +11,39 @@ from magmotor.common.arguments import checked
 from magmotor.common.checks import check_choice, reject
 from magmotor.common.hints import Seconds, number
 from magmotor.device.device import Scene
-from magmotor.run import charts
-from magmotor.run.charts import Curve, charted_scene, fit
+from magmotor.run import chart_data
+from magmotor.run.chart_data import Curve, charted_scene, fit
 
 Array = NDArray[np.float64]
 
 
 ADAPTIVE, RECORDING = "scipy/dop853", 0.1
-"""The method that chooses its own steps; its timestep is that of recording, by default this."""
+"""The method that chooses its own steps, and the default recording interval it is given (s)."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Recommendation:
-    """A method and timestep, and what the charts let one expect of them."""
+    """A method and timestep with their expected error and cost."""
 
     method: str
     timestep: float
-    """In seconds; of the disk dimensionless."""
+    """In seconds; for the disk, dimensionless."""
     quantity: str
-    """What `error` is of."""
+    """The quantity that `error` refers to."""
     error: float
-    """At the most, relative."""
+    """Upper bound of the relative error."""
     seconds: float
-    """Wall time of a simulated second (of the disk: unit of time) on one core."""
+    """Wall time per simulated second (for the disk, per unit of time) on one core."""
     machine: str
-    """Where `seconds` was measured."""
+    """The machine on which `seconds` was measured."""
     time_unit: str
 
     def __str__(self) -> str:
-        """One line for people."""
+        """Return a one-line summary."""
         unit, each = ("", "unit of time") if self.time_unit == "1" else (" s", "simulated second")
         return (
             f"{self.method} at a timestep of {self.timestep:g}{unit}: error of {self.quantity}"
-            f" {100 * self.error:.2g} %, {self.seconds:.2g} s a {each} (on {self.machine})"
+            f" {100 * self.error:.2g} %, {self.seconds:.2g} s per {each} (on {self.machine})"
         )
 
 
@@ -56,38 +56,39 @@ def recommend(
     method: str | None = None,
     timestep: Seconds | None = None,
 ) -> Recommendation:
-    """The cheapest method and timestep that reach an error, as measured by `make charts`.
+    """Return the cheapest method and timestep that reach an error, as measured by `make charts`.
 
-    The charts show the paper's top (case 4), motor and disk. For another scene of the same kind
-    their steps are scaled, so that none of its motions (swing in the stiffest well, friction; of
-    the disk thermal motion and flights) is followed with fewer steps than there, and are never
-    longer than is stable. Errors and costs stay those of the charts: they hold for runs
-    about as long as the charted ones, of scenes about as large.
+    The charts cover the paper's top (case 4), motor and disk. For another scene of the same class,
+    the charted timesteps are scaled so that none of its motions (swing in the stiffest well,
+    friction; for the disk also thermal motion and flights) is resolved with fewer steps than in the
+    charts, and are limited to stable ones. Errors and costs are not scaled: they apply to runs of
+    about the charted length and scenes of about the charted size.
 
     Parameters
     ----------
     scene : Top, Motor, Disk or LangevinParticle
-        What is to be simulated.
+        The scene to simulate.
     error : float
-        Relative error of the quantity, in (0, 1).
+        Admissible relative error of the quantity, in (0, 1).
     quantity : str, optional
-        What is to have that error: by default `momentum_map` of the top, of the others
+        The quantity whose error is limited: by default `momentum_map` for the top, otherwise
         `temperature`, or without noise the charted one of `position` and `path`.
     method : str, optional
-        Look at this one only.
+        Consider only this method.
     timestep : float, optional
-        Look at this one only; where no method reaches the error at it, the most accurate is chosen.
+        Consider only this timestep. If no method reaches the error at it, the most accurate one is
+        returned.
 
     Returns
     -------
     Recommendation
-        With the adaptive `scipy/dop853` only where no other method reaches the error.
+        Its method is the adaptive `scipy/dop853` only if no other method reaches the error.
 
     Raises
     ------
     ValueError
-        Bad input; a scene, an error or a timestep that the charts do not reach: names it, its value
-        and the bound.
+        Bad input, or a scene, an error or a timestep that the charts do not cover; the message
+        names the argument, its value and the bound.
 
     Examples
     --------
@@ -96,10 +97,10 @@ def recommend(
     >>> run = mm.simulate(mm.Top(), method=choice.method, timestep=choice.timestep, duration=60.0)
     """
     device = scene.device
-    known = device.methods(scene)
+    supported = device.methods(scene)
     if method is not None:
-        check_choice("method", method, known)
-    curves = _charted_curves(scene, known)
+        check_choice("method", method, supported)
+    curves = _charted_curves(scene, supported)
     if quantity is None:
         quantity = next(
             name for name in (*scene.device.quantities(scene), *curves) if name in curves
@@ -109,7 +110,7 @@ def recommend(
     if method is not None:
         if method not in choices:
             raise reject(
-                "method", method, f"must be one charted for {quantity}: {', '.join(choices)}"
+                "method", method, f"must be a method charted for {quantity}: {', '.join(choices)}"
             )
         choices = {method: choices[method]}
     fitted = {name: fit(scene, name, curve) for name, curve in choices.items()}
@@ -117,7 +118,7 @@ def recommend(
     if not points:
         longest = max(curve.steps[-1] for curve in fitted.values())
         raise reject(
-            "timestep", timestep, f"must be at most {longest:g}, the longest that the charts bear"
+            "timestep", timestep, f"must be at most {longest:g}, the longest in the charts"
         )
     longest_within = {point.method: point for point in points if point.error <= error}
     best = min(points, key=lambda point: point.error)
@@ -125,9 +126,9 @@ def recommend(
         best = min(longest_within.values(), key=lambda p: (p.method == ADAPTIVE, p.seconds))
     elif timestep is None:
         smallest = float(f"{1.005 * best.error:.2e}")
-        bound = f"at least {smallest:g}, the least charted for {quantity}, by {best.method}"
-        raise reject("error", error, f"must be {bound} at a timestep of {best.timestep:g}")
-    machine = charts.load()["machine"]
+        bound = f"at least {smallest:g}, the smallest charted for {quantity} ({best.method}"
+        raise reject("error", error, f"must be {bound} at a timestep of {best.timestep:g})")
+    machine = chart_data.load()["machine"]
     return Recommendation(
         quantity=quantity, machine=machine, time_unit=device.time_unit, **best._asdict()
     )
@@ -140,21 +141,21 @@ class _Point(NamedTuple):
     seconds: float
 
 
-def _charted_curves(scene: Scene, known: tuple[str, ...]) -> dict[str, dict[str, Curve]]:
-    """What the charts show of the scene's kind and surface, by quantity and method."""
+def _charted_curves(scene: Scene, supported: tuple[str, ...]) -> dict[str, dict[str, Curve]]:
+    """Return the curves of the scene's class and surface by quantity and method."""
     kind = type(charted_scene(scene)).__name__
     surface = getattr(scene, "surface", "planar")
-    found = charts.curves(kind, surface, known)
+    found = chart_data.curves(kind, surface, supported)
     if not found:
         sentence = (
-            f"must be one charted for a {kind}; on this one give simulate a method and a timestep"
+            f"the charts have no {kind} on this surface: pass a method and a timestep to simulate"
         )
         raise reject("surface", surface, sentence)
     return found
 
 
 def _points(curves: Mapping[str, Curve], timestep: float | None) -> Iterator[_Point]:
-    """All points, or at a given timestep those of the next longer steps, at its cost."""
+    """Yield all points; at a given timestep, the error of the next longer one and its own cost."""
     for method, curve in curves.items():
         for step, expected, seconds in zip(*map(np.ndarray.tolist, curve), strict=True):
             if method == ADAPTIVE:

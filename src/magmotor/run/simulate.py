@@ -1,4 +1,4 @@
-"""The front door: one call runs any scene with any method and returns a dataset."""
+"""`simulate`: one call that runs any scene by any method and returns a dataset."""
 
 import dataclasses
 import json
@@ -30,7 +30,7 @@ from magmotor.run.recommend import recommend
 
 @checked
 def methods(scene: Scene) -> tuple[str, ...]:
-    """Names `engine/scheme` of the methods that a scene takes.
+    """Return the names `engine/scheme` of the methods that support a scene.
 
     Examples
     --------
@@ -56,68 +56,68 @@ def simulate(
     checkpoint: str | Path | None = None,
     allow_unstable: bool = False,
 ) -> xr.Dataset:
-    """Run a scene.
+    """Simulate a scene.
 
     Parameters
     ----------
     scene : Top, Motor, Disk or LangevinParticle
-        What to run.
     method : str, optional
-        One of `methods(scene)`; by default as `recommend` says, which is printed.
+        One of `methods(scene)`; by default the one that `recommend` returns, which is printed.
     timestep : float, optional
-        Step in seconds; for `scipy/dop853`, which chooses its own, the unit of recording. By
+        In seconds; for `scipy/dop853`, which chooses its own steps, the unit of recording. By
         default that of `path`, or as recommended.
     duration : float
-        In seconds. The run takes the whole steps that fit into it, and ends with the last of them
-        that is recorded.
+        In seconds. The run takes as many whole steps as fit into it, and ends with the last
+        recorded one.
     seed : int
-        Of the Brownian forces; kept with the run, without effect where a scene has no noise.
+        Seed of the Brownian forces. Stored with the run; it has no effect without noise.
     replicas : int, optional
-        Number of independent runs: only for scenes with noise.
+        Number of independent runs; only for scenes with noise.
     record_interval : int, optional
         Record every n-th step (default: every step); the initial state is always recorded. All
         records are held in memory.
     initial : mapping or dataset, optional
-        Replaces parts of the scene's initial state, each as in the result: for the top
-        `position`, `velocity`, `axis`, `angular_velocity` or `orientation`, for the motor besides
-        `ring_axis` or `ring_orientation` and `ring_angular_velocity`, for the disk `x`, `v`,
-        `theta`, `omega`; of all replicas alike, or of each. Of a dataset the last time; where seed
-        and timestep are the same, the Brownian path goes on from there.
+        Replaces parts of the scene's initial state, named as in the result: for the top
+        `position`, `velocity`, `axis`, `angular_velocity` or `orientation`; for the motor also
+        `ring_axis` or `ring_orientation` and `ring_angular_velocity`; for the disk `x`, `v`,
+        `theta`, `omega`. Values are shared by all replicas or given for each. From a dataset, the
+        last time is taken; with the same seed and timestep, the Brownian path continues from there.
     path : BrownianPath, optional
-        The Brownian path to follow, instead of the one that seed and timestep have: a coarser or
-        finer view of another run's.
+        The Brownian path to follow instead of the one given by seed and timestep: a coarser or
+        finer view of the path of another run.
     checkpoint : str or Path, optional
-        File to save all to, every half minute and at the end, and to go on from if it is there:
-        the result is the same to the bit.
+        File to which everything is saved every half minute and at the end. The run resumes from it
+        if it exists; the result is the same to the bit.
     allow_unstable : bool
-        Take a timestep at which theory says that the method fails, so that one can watch it fail.
+        Accept a timestep at which the method is unstable in theory, so that one can watch it fail.
 
     Returns
     -------
     xarray.Dataset
-        Of the top `time`, `position`, `velocity`, `axis`, `angular_velocity`, `slip_velocity`,
-        `momentum_map`, `energy` and, but from `scipy/dop853`, `orientation`; of the motor besides
-        `ring_axis`, `ring_orientation`, `ring_angular_velocity`, `ring_energy`, and from the start
-        of the run `heat`, `work`, `ring_heat`, `ring_work`; of the disk `time`, `x`, `v`, `theta`,
-        `omega`, `energy`. Units in their attributes; dimension `replica` where asked for.
+        For the top `time`, `position`, `velocity`, `axis`, `angular_velocity`, `slip_velocity`,
+        `momentum_map`, `energy` and, except with `scipy/dop853`, `orientation`; for the motor also
+        `ring_axis`, `ring_orientation`, `ring_angular_velocity`, `ring_energy` and, accumulated
+        from the start, `heat`, `work`, `ring_heat`, `ring_work`; for the disk `time`, `x`, `v`,
+        `theta`, `omega`, `energy`. Units are in the attributes; there is a dimension `replica` if
+        `replicas` is given.
 
     Raises
     ------
     ValueError
-        Bad input, also a checkpoint that is damaged or of another task, or more records than the
-        machine has memory for: names it, its value and the bound.
+        Bad input, including a checkpoint that is damaged or belongs to another task, or more
+        records than fit in memory; the message names the argument, its value and the bound.
     SimulationDiverged
-        The run is no longer finite, or gained energy that it cannot have; holds what was recorded.
+        The run is no longer finite or has gained impossible energy; holds the records so far.
     PhysicalEvent
-        The magnetic lift exceeds the weight of a ball that is held on its plane, or the motor's
-        inner ring is tilted by more than 20 degrees; holds what was recorded.
+        The magnetic lift exceeds the weight of a ball that is constrained to its plane, or the
+        motor's inner ring is tilted by more than 20 degrees; holds the records so far.
     SimulationInterrupted
-        Ctrl-C; holds what was recorded.
+        Ctrl-C; holds the records so far.
 
     Warns
     -----
     UserWarning
-        The timestep is too long for the flights of the disk at its temperature.
+        The timestep is too long for the flights of the disk at this temperature.
 
     Examples
     --------
@@ -147,14 +147,16 @@ def simulate(
         check_type("path", path, BrownianPath)
     followed = path or BrownianPath(seed, timestep)
     if abs(followed.timestep / timestep - 1) > 1e-12:
-        raise reject("path.timestep", followed.timestep, f"must be {timestep:g}, the timestep")
+        raise reject("path.timestep", followed.timestep, f"must equal the timestep, {timestep:g}")
     steps = duration / timestep
     first_step = _first_step(initial, followed, method)
     first = device.followed(device.initial_state(scene, initial, replicas), method)
     _check_memory(steps, interval, first)
     if (first_step + steps) * followed.factor > LARGEST_STEP:
         raise reject(
-            "duration", duration, "must be such that the Brownian path has less than 2^53 steps"
+            "duration",
+            duration,
+            "must be so short that the Brownian path has fewer than 2^53 steps",
         )
     records = int(steps * (1 + 1e-12)) // interval
     engine, scheme = method.split("/")
@@ -191,18 +193,16 @@ def _engine(scene: Scene, name: str) -> Engine:
 
 
 def _check_memory(steps: float, interval: int, first: Any) -> None:
-    """Refuse what could only end when the system ends the process."""
+    """Raise ValueError if the records do not fit in memory."""
     memory = physical_memory()
     needed = steps * sum(column.nbytes for column in first if column is not None)
     if needed / interval > memory:
-        bound = f"at least {needed / memory:.3g}: the records would take {needed / interval:.3g}"
-        raise reject(
-            "record_interval", interval, f"must be {bound} bytes, the machine has {memory:.3g}"
-        )
+        size = f"the records would take {needed / interval:.3g} of {memory:.3g} bytes of memory"
+        raise reject("record_interval", interval, f"must be at least {needed / memory:.3g}: {size}")
 
 
 def _first_step(initial: Any, path: BrownianPath, method: str) -> int:
-    """Where on its Brownian path a run begins that continues another."""
+    """Return the step on its Brownian path at which a run begins; not 0 if it continues another."""
     if not isinstance(initial, xr.Dataset) or method.startswith("scipy"):
         return 0
     attributes = parsed_attributes(initial.attrs)
@@ -210,13 +210,11 @@ def _first_step(initial: Any, path: BrownianPath, method: str) -> int:
         return 0
     first = check_integer("attributes['first_step']", attributes.get("first_step", 0), at_least=0)
     if "time" not in initial.coords or not initial.time.size:
-        raise reject("initial", [*initial.coords], "must be a dataset that has time")
+        raise reject("initial", [*initial.coords], "must be a dataset with the coordinate time")
     if "replica" in initial.coords:
         numbers = np.atleast_1d(initial.replica.values).tolist()
         if numbers != [*range(len(numbers))]:
-            sentence = (
-                "must be 0, 1, 2, ... for their Brownian paths to go on: take all, or another seed"
-            )
+            sentence = "must be 0, 1, 2, ... to continue their Brownian paths; or use another seed"
             raise reject("initial.replica", numbers, sentence)
     if "step" in initial.coords:
         step = initial.step.values.flat[-1]
@@ -226,7 +224,7 @@ def _first_step(initial: Any, path: BrownianPath, method: str) -> int:
 
 
 def _collect(job: Job, run: Callable, checkpoint: Checkpoint, attributes: dict) -> xr.Dataset:
-    """Assemble the chunks while they are good; when that ends early, raise with those that were."""
+    """Assemble the chunks of a run; if it ends early, raise with the records so far."""
     guard = job.scene.device.guard(job.scene, job.initial)
     kept, job = _resume(job, checkpoint.load())
     chunks, reached = run(job), (job.done, job.state)
@@ -243,7 +241,7 @@ def _collect(job: Job, run: Callable, checkpoint: Checkpoint, attributes: dict) 
             if failure is not None:
                 time = float(states.time[good])
                 raise stopped(failure, time, assemble(job.scene, kept, **attributes))
-            # One assignment: Ctrl-C may come between any two.
+            # One assignment, since Ctrl-C may come between any two.
             reached = reached[0] + len(states.time), after
             progress.update(states.time[-1] - progress.n)
             if checkpoint.due:
@@ -258,16 +256,16 @@ def _collect(job: Job, run: Callable, checkpoint: Checkpoint, attributes: dict) 
         partial = assemble(job.scene, kept, **attributes)
         raise SimulationDiverged(str(failure), time, partial) from failure
     finally:
-        # A suspended engine would keep its callback installed for as long as the error lives.
+        # A suspended engine would keep its callback installed as long as the error lives.
         chunks.close()
         progress.close()
     return assemble(job.scene, kept, **attributes)
 
 
 def _expected(job: Job, start: NDArray, done: int) -> dict[str, Expected]:
-    """What a checkpoint holds: the records after the initial state, and the engine's state.
+    """Return the expected contents of a checkpoint: the new records and the engine's state.
 
-    The task tells the times.
+    The times are not among them, since the task determines them.
     """
     columns = {k: v for k, v in job.initial._asdict().items() if v is not None and k != "time"}
     like = {k: np.broadcast_to(v[0], (done, *v.shape[1:])) for k, v in columns.items()}
@@ -275,7 +273,7 @@ def _expected(job: Job, start: NDArray, done: int) -> dict[str, Expected]:
 
 
 def _resume(job: Job, saved: tuple[int, dict[str, NDArray]] | None) -> tuple[list[Any], Job]:
-    """The records there are, the initial state first, and the job that is left."""
+    """Return the records so far, beginning with the initial state, and the remaining job."""
     if saved is None:
         return [job.initial], job
     done, arrays = saved
@@ -285,7 +283,7 @@ def _resume(job: Job, saved: tuple[int, dict[str, NDArray]] | None) -> tuple[lis
 
 
 def _save(checkpoint: Checkpoint, kept: list[Any], done: int, state: NDArray | None) -> None:
-    """Save so many records and the engine's state after the last of them, if there is any."""
+    """Save the first `done` records and the engine's state after them, if there is any."""
     if state is None or checkpoint.path is None:
         return
     kept[:] = [concatenate(kept)]

@@ -1,13 +1,13 @@
-"""Parameter sweeps: what varies, who computes it, where results are, and how to read them."""
+"""Parameter sweeps: their definition, the workers that run them, and their results on disk."""
 
 from magmotor.sweep.axes import Range, Samples, Values
 from magmotor.sweep.combine import combine
+from magmotor.sweep.compute import OtherVersions
 from magmotor.sweep.dask_cluster import dask_workers, local_cluster
 from magmotor.sweep.definition import Sweep, sweep_from
 from magmotor.sweep.directory import Status, status, sweep_of
+from magmotor.sweep.driver import NoWorkers, SweepInterrupted, Tally, run
 from magmotor.sweep.measures import measures
-from magmotor.sweep.run import NoWorkers, SweepInterrupted, Tally, run
-from magmotor.sweep.worker import OtherVersions
 
 __all__ = [
     "NoWorkers",

@@ -1,4 +1,4 @@
-"""Axes of a sweep: the values that fields take, on a grid, in a list, or by a random design."""
+"""Axes of a sweep: the values that fields take, listed or drawn by a random design."""
 
 import dataclasses
 import math
@@ -22,13 +22,12 @@ from magmotor.numerics.reproducible import applied
 
 DESIGNS = ("random", "latin", "sobol")
 
-
 MOST = 2**20
-"""Values of an axis, points of a design, or seeds."""
+"""Largest number of values of an axis, points of a design, or seeds."""
 
 
 def listed(name: str, values: Any) -> tuple[Any, ...]:
-    """Return what is iterable, and no text, as a tuple; ValueError if it is not, or too long."""
+    """Return an iterable as a tuple; ValueError if it is a string, not iterable, or too long."""
     found = tuple(islice(elements(name, values, "must be a list of numbers"), MOST + 1))
     if len(found) > MOST:
         raise reject(f"number of values of {name}", f"over {MOST}", f"must be at most {MOST}")
@@ -36,7 +35,7 @@ def listed(name: str, values: Any) -> tuple[Any, ...]:
 
 
 def checked_fields(names: Any) -> tuple[str, ...]:
-    """The name of a field, or several, as a tuple; ValueError if they are something else."""
+    """Return the name of a field, or a tuple of names, as a tuple; ValueError if it is neither."""
     found = (names,) if isinstance(names, str) else names
     if not isinstance(found, tuple) or not all(isinstance(name, str) for name in found):
         raise reject("field", names, "must be a name, or a tuple of names")
@@ -45,63 +44,63 @@ def checked_fields(names: Any) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class Values:
-    """Fields that take the same values together, one value after another."""
+    """An axis along which one or more fields take the same listed values."""
 
     fields: tuple[str, ...]
     values: tuple[float | int, ...]
 
     def __post_init__(self) -> None:
-        """Check what needs no scene."""
+        """Check what does not depend on the scene."""
         fields, values = checked_fields(self.fields), listed("values", self.values)
         for value in values:
             check_number("value", value)
         if not fields or not values:
-            raise reject("values", [*values], "must be one value at least, of one field at least")
+            raise reject("values", [*values], "must be at least one value of at least one field")
         object.__setattr__(self, "fields", fields)
         object.__setattr__(self, "values", values)
 
     @property
     def name(self) -> str:
-        """Of the dimension."""
+        """The name of the dimension."""
         return self.fields[0]
 
     def __len__(self) -> int:
-        """How many values."""
+        """Return the number of values."""
         return len(self.values)
 
-    def at(self, place: int) -> dict[str, float | int]:
-        """The value of each field at one place, which counts from zero."""
-        check_integer("place", place, at_least=0, at_most=len(self) - 1)
-        return dict.fromkeys(self.fields, self.values[place])
+    def at(self, index: int) -> dict[str, float | int]:
+        """Return the value of each field at an index."""
+        check_integer("index", index, at_least=0, at_most=len(self) - 1)
+        return dict.fromkeys(self.fields, self.values[index])
 
     @property
     def ends(self) -> tuple[dict[str, float | int], ...]:
-        """The places with the smallest and the largest value."""
+        """The fields at the smallest and at the largest value."""
         return tuple(dict.fromkeys(self.fields, end(self.values)) for end in (min, max))
 
     def columns(self) -> dict[str, NDArray[Any]]:
-        """Each field's values, shape (n,)."""
+        """Return the values of each field, shape (n,)."""
         return dict.fromkeys(self.fields, np.array(self.values))
 
 
 def values_axis(scene: Scene, names: str | tuple[str, ...], values: Iterable[float]) -> Values:
-    """An axis of given values, checked.
+    """Return a checked axis of listed values.
 
     Parameters
     ----------
     scene : Top, Motor, Disk or LangevinParticle
     names : str or tuple of str
-        A field, or several that are to have equal values.
+        A field, or several with equal values.
     values : iterable of float
 
     Raises
     ------
     ValueError
-        Names an unknown field, a value out of its bounds, no value at all, or one twice.
+        A field is unknown, a value is out of bounds or repeated, or there are no values.
     """
     fields = tuple(full_name(scene, name) for name in checked_fields(names))
     if not fields:
-        raise reject("field", names, "must be one at least")
+        raise reject("field", names, "must be at least one name")
     known = numeric_fields(scene)
     for field in fields:
         check_given(scene, field)
@@ -110,15 +109,15 @@ def values_axis(scene: Scene, names: str | tuple[str, ...], values: Iterable[flo
         for value in listed(fields[0], values)
     ]
     if not checked:
-        raise reject(fields[0], [], "must be a range that is not empty")
+        raise reject(fields[0], [], "must have at least one value")
     taken = tuple(row[0] for row in checked)
     if len(set(taken)) < len(taken):
-        raise reject(fields[0], taken, "must be different values")
+        raise reject(fields[0], taken, "must be distinct values")
     return Values(fields, taken)
 
 
 class Range(NamedTuple):
-    """From where to where a design draws values, evenly or, by `log`, evenly in the logarithm."""
+    """The range from which a design draws values, uniformly or, with `log`, log-uniformly."""
 
     low: float
     high: float
@@ -134,33 +133,33 @@ class Range(NamedTuple):
 
 def _range(name: Any, bounds: Any) -> Range:
     checked_fields(name)
-    kind = isinstance(bounds, tuple | list) and len(bounds) in (2, 3)
-    if not kind or (len(bounds) == 3 and not isinstance(bounds[2], bool)):
+    fits = isinstance(bounds, tuple | list) and len(bounds) in (2, 3)
+    if not fits or (len(bounds) == 3 and not isinstance(bounds[2], bool)):
         raise reject(
-            f"range of {name}", bounds, "must be (low, high) or (low, high, log), log a bool"
+            f"range of {name}", bounds, "must be (low, high) or (low, high, log) with a bool log"
         )
     return Range(*bounds)
 
 
 @dataclass(frozen=True)
 class Samples:
-    """A dimension `sample` of points drawn in a box: independent, Latin hypercube, or Sobol.
+    """An axis `sample` of points in a box: independent, Latin hypercube, or Sobol.
 
     Parameters
     ----------
     ranges : mapping of str to (low, high) or (low, high, log)
-        By field.
+        The range of each field.
     size : int
-        How many points; of a Sobol sequence a power of two.
+        Number of points; for a Sobol sequence, a power of two.
     design : str
-        random, latin or sobol.
+        `random`, `latin` or `sobol`.
     seed : int
-        Of the design.
+        Seed of the design.
 
     Raises
     ------
     ValueError
-        Bad input; the fields are checked by the sweep.
+        Bad input; the sweep checks the fields.
     """
 
     ranges: Mapping[str, Any]
@@ -170,7 +169,7 @@ class Samples:
     name = "sample"
 
     def __post_init__(self) -> None:
-        """Check the parameters that need no scene."""
+        """Check what does not depend on the scene."""
         check_choice("design", self.design, DESIGNS)
         object.__setattr__(self, "size", check_integer("size", self.size, at_least=1, at_most=MOST))
         check_seed(self.seed)
@@ -180,27 +179,27 @@ class Samples:
             )
         ranges = {name: _range(name, bounds) for name, bounds in self.ranges.items()}
         if not ranges:
-            raise reject("ranges", {}, "must be a range of one field at least")
+            raise reject("ranges", {}, "must be ranges of at least one field")
         for name, (low, high, log) in ranges.items():
             check_number(f"{name}, lower end", low, above=0.0 if log else -math.inf)
             check_number(f"{name}, upper end", high, above=low)
         if self.design == "sobol" and self.size & (self.size - 1):
             near = 1 << self.size.bit_length()
             raise reject(
-                "size", self.size, f"must be a power of two, such as {near}, for design 'sobol'"
+                "size", self.size, f"must be a power of two (for example {near}) for design 'sobol'"
             )
         object.__setattr__(self, "ranges", ranges)
 
     @checked
     def of(self, scene: Scene) -> "Samples":
-        """The same with full names of fields; ValueError if the scene cannot have such values."""
+        """Return a copy with full field names; ValueError if the scene cannot have such values."""
         known, ranges = numeric_fields(scene), {}
         for name, bounds in self.ranges.items():
             field = full_name(scene, name)
             check_given(scene, field)
             if isinstance(known[field].declared.default, int):
                 raise reject(
-                    "field", field, "must be one that takes all numbers: give it a list of values"
+                    "field", field, "takes integers only: list its values instead of drawing them"
                 )
             for end in (bounds.low, bounds.high):
                 known[field].checked(field, end)
@@ -208,33 +207,33 @@ class Samples:
         return Samples(ranges, self.size, self.design, self.seed)
 
     def __len__(self) -> int:
-        """How many points."""
+        """Return the number of points."""
         return self.size
 
     @property
     def fields(self) -> tuple[str, ...]:
-        """Those that are drawn."""
+        """The fields that are drawn."""
         return tuple(self.ranges)
 
-    def at(self, place: int) -> dict[str, float | int]:
-        """The value of each field at one point, which counts from zero."""
-        check_integer("place", place, at_least=0, at_most=len(self) - 1)
-        return dict(zip(self.fields, self._points[place].tolist(), strict=True))
+    def at(self, index: int) -> dict[str, float | int]:
+        """Return the value of each field at the point with an index."""
+        check_integer("index", index, at_least=0, at_most=len(self) - 1)
+        return dict(zip(self.fields, self._points[index].tolist(), strict=True))
 
     @property
     def ends(self) -> tuple[dict[str, float | int], ...]:
-        """Corners of the box."""
+        """The corners of the box."""
         corners: list[dict[str, float | int]] = [{}]
         for name, bounds in self.ranges.items():
             corners = [{**corner, name: end} for corner in corners for end in bounds[:2]]
         return tuple(corners)
 
     def columns(self) -> dict[str, NDArray[Any]]:
-        """Each field's values, shape (size,)."""
+        """Return the values of each field, shape (size,)."""
         return dict(zip(self.fields, self._points.T, strict=True))
 
     def as_json(self) -> dict[str, Any]:
-        """What `samples_from` makes it again from; the order of the ranges matters."""
+        """Return the specification for `samples_from`; the order of the ranges matters."""
         ranges = [[name, *bounds] for name, bounds in self.ranges.items()]
         return {"ranges": ranges, "size": self.size, "design": self.design, "seed": self.seed}
 
@@ -252,7 +251,7 @@ class Samples:
 
 
 def samples_from(spec: dict[str, Any]) -> Samples:
-    """The samples that `as_json` tells of."""
+    """Return the samples that `as_json` specifies."""
     ranges = {name: bounds for name, *bounds in spec["ranges"]}
     return Samples(ranges, spec["size"], spec["design"], spec["seed"])
 
@@ -261,28 +260,28 @@ COMPONENTS = "xyz"
 
 
 class NumericField(NamedTuple):
-    """A number in a scene: a field, or a component of one that is a vector."""
+    """A number in a scene: a field, or a component of a vector field."""
 
     declared: dataclasses.Field
     component: int | None
 
     @property
     def attributes(self) -> dict[str, str]:
-        """Unit and description, as datasets have them."""
+        """Unit and description, in the form used in datasets."""
         label = self.declared.metadata["doc"]
         if self.component is not None:
             label += f", {COMPONENTS[self.component]}"
         return {"units": self.declared.metadata["unit"], "long_name": label}
 
     def checked(self, name: str, value: Any) -> float | int:
-        """Return a value as JSON has it; ValueError if it is out of the field's own bounds."""
+        """Return a value as a plain number; ValueError if it is outside the field's bounds."""
         if isinstance(self.declared.default, int) and check_number(name, value).is_integer():
             value = int(value)
         return check_value(self.declared, value, name)
 
 
 def numeric_fields(scene: Scene) -> dict[str, NumericField]:
-    """All numbers of a scene by name: `tilt`, and of vectors `position_x`."""
+    """Return all numbers of a scene by name: `tilt`, or `position_x` for components."""
     found = {}
     for field in dataclasses.fields(scene):
         if not field.metadata or field.metadata["choices"] or isinstance(field.default, str):
@@ -296,12 +295,12 @@ def numeric_fields(scene: Scene) -> dict[str, NumericField]:
 
 
 def full_name(scene: Scene, name: str) -> str:
-    """The name of a numeric field, of which the last words will do where they tell it: `height`.
+    """Return the full name of a numeric field from an unambiguous ending like `height`.
 
     Raises
     ------
     ValueError
-        There is no such field, or more than one; lists those that there are.
+        No field matches, or several do; the message lists all fields.
     """
     known = numeric_fields(scene)
     ending = [field for field in known if field.endswith(f"_{name}")]
@@ -311,11 +310,11 @@ def full_name(scene: Scene, name: str) -> str:
     return name
 
 
-def changed(fields: dict[str, Any], known: dict[str, NumericField], changes: dict[str, Any]):
-    """Return a scene's fields, as JSON has them, with some numbers replaced."""
+def changed(fields: dict[str, Any], numeric: dict[str, NumericField], changes: dict[str, Any]):
+    """Return a scene's fields, in JSON form, with some numbers replaced."""
     fields = dict(fields)
     for name, value in changes.items():
-        field = known[name]
+        field = numeric[name]
         if field.component is None:
             fields[name] = value
         else:
@@ -326,7 +325,7 @@ def changed(fields: dict[str, Any], known: dict[str, NumericField], changes: dic
 
 
 def check_given(scene: Scene, name: str) -> None:
-    """Check that the vector of which a component is to change has a value; else ValueError."""
+    """Raise ValueError if a component is to vary of a vector that has no value."""
     field, component = numeric_fields(scene)[name]
     if component is not None and getattr(scene, field.name) is None:
-        raise reject(field.name, None, f"must be given in the scene, for {name} to be varied")
+        raise reject(field.name, None, f"the scene must give it a value if {name} is to vary")

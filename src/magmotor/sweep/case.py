@@ -1,4 +1,4 @@
-"""A case of a sweep: one run, spec completely, under the hash of what tells it."""
+"""A case of a sweep: one run with its full specification, whose hash is its key."""
 
 import hashlib
 import json
@@ -13,10 +13,10 @@ from magmotor.sweep.axes import listed
 
 
 class Case(NamedTuple):
-    """A run to be made.
+    """One run of a sweep.
 
-    `spec` is JSON: scene, scene_fields, method, timestep, duration, record_interval, replicas,
-    seed, versions; `key` is its hash.
+    `spec` is JSON with scene, scene_fields, method, timestep, duration, record_interval, replicas,
+    seed and versions; `key` is its hash.
     """
 
     key: str
@@ -24,26 +24,26 @@ class Case(NamedTuple):
 
 
 def case_of(spec: dict[str, Any]) -> Case:
-    """The case that is spec so."""
+    """Return the case with a specification."""
     return Case(hashlib.sha256(canonical(spec)).hexdigest()[:32], spec)
 
 
 def canonical(spec: Any) -> bytes:
-    """JSON in the one form in which equal things have equal bytes."""
+    """Encode as canonical JSON, in which equal objects have equal bytes."""
     return json.dumps(spec, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()
 
 
 def checked_seeds(seeds: Any) -> tuple[int, ...]:
-    """Seeds as they are given, or how many of 0, 1, ...; ValueError if they are none."""
+    """Return the seeds from a sequence or the number of 0, 1, ...; ValueError if invalid."""
     if not isinstance(seeds, Iterable):
         seeds = range(check_integer("seeds", seeds, at_least=1))
     found = [check_seed(seed) for seed in listed("seeds", seeds)]
     if not found or len(set(found)) < len(found):
-        raise reject("seeds", found, "must be a range that is not empty, of different seeds")
+        raise reject("seeds", found, "must be distinct, and at least one")
     return tuple(found)
 
 
 def child(seed: int, point: int) -> int:
-    """Seed of a point: the child of that number that `SeedSequence(seed)` spawns, in 53 bits."""
+    """Return the seed of a point: 53 bits of the child `point` of `SeedSequence(seed)`."""
     spawned = np.random.SeedSequence(seed, spawn_key=(point,))
     return int(spawned.generate_state(1, np.uint64)[0] >> 11)

@@ -10,41 +10,41 @@ import xarray as xr
 
 from magmotor.common.arguments import check_flag
 from magmotor.common.environment import physical_memory
-from magmotor.devices.disk.states import DiskStates
 from magmotor.sweep.axes import numeric_fields
 from magmotor.sweep.case import Case
+from magmotor.sweep.checksum import Damaged, naming_damage
+from magmotor.sweep.compute import decoded, recorded
 from magmotor.sweep.definition import Sweep
 from magmotor.sweep.directory import Directory, open_directory
 from magmotor.sweep.measures import TRAJECTORY, measure_of
-from magmotor.sweep.sealed import Damaged, naming
-from magmotor.sweep.worker import decoded, recorded
 
 SHOWN = 5
-"""Damaged files that an error names; `status` names all."""
+"""Number of damaged files named in an error; `status` lists all."""
 
 
 def combine(directory: str | Path, *, skip_damaged: bool = False) -> xr.Dataset:
-    """The results of a sweep, also of one that is not finished, all in memory.
+    """Load the results of a sweep, finished or not, into memory.
 
     Parameters
     ----------
     directory : str or Path
-        Of the sweep.
+        The directory of the sweep.
     skip_damaged : bool
-        Go on without files that do not hold what was written to them.
+        Ignore damaged files instead of raising.
 
     Returns
     -------
     xarray.Dataset
-        A variable for each measure, or of whole runs for each recorded quantity, over the sweep's
-        axes, `seed` and `replica`; NaN where a case failed or is missing. The axis of a field that
-        whole runs record, too, is `initial_x` and so on. In the attributes `axes`,
-        the names of what varies, and `sweep`, all that tells it, both JSON.
+        One variable per measure, or per recorded quantity of whole runs, over the sweep's axes,
+        `seed` and `replica`; NaN where a case failed or is missing. The axis of a field that whole
+        runs also record is named `initial_x` etc. Attributes, both JSON: `axes`, the names of the
+        axes, and `sweep`, its specification.
 
     Raises
     ------
     ValueError
-        There is no sweep, files are damaged, which are named, or it is larger than the memory.
+        The directory holds no sweep, files are damaged (the message names them), or the results do
+        not fit in memory.
     """
     skip_damaged = check_flag("skip_damaged", skip_damaged)
     store = open_directory(directory)
@@ -56,8 +56,8 @@ def combine(directory: str | Path, *, skip_damaged: bool = False) -> xr.Dataset:
     if damaged and not skip_damaged:
         more = f" and {len(damaged) - SHOWN} more" if len(damaged) > SHOWN else ""
         raise ValueError(
-            f"{'; '.join(damaged[:SHOWN])}{more}: run the sweep in {str(directory)!r} again, which"
-            " computes these cases again, or leave them out by skip_damaged=True (--skip-damaged)"
+            f"{'; '.join(damaged[:SHOWN])}{more}: run the sweep in {str(directory)!r} again to"
+            " recompute these cases, or leave them out by skip_damaged=True (--skip-damaged)"
         )
     data = data.assign_coords(coordinates)
     data.attrs = {
@@ -68,28 +68,32 @@ def combine(directory: str | Path, *, skip_damaged: bool = False) -> xr.Dataset:
 
 
 def _empty(shape: tuple[int, ...], columns: int) -> np.ndarray:
-    """NaN everywhere; ValueError if as many columns do not fit in this machine's memory."""
+    """Return an array of NaN; ValueError if that many of them do not fit in memory."""
     memory = physical_memory()
     if (needed := 8 * columns * math.prod(shape)) > memory:
-        gigabytes = f"{needed / 1e9:.3g} GB in memory, where there are {memory / 1e9:.3g} GB"
-        raise ValueError(f"the sweep's results take {gigabytes}: read its files one by one")
+        gigabytes = f"{needed / 1e9:.3g} GB of memory; this machine has {memory / 1e9:.3g} GB"
+        raise ValueError(f"the sweep's results need {gigabytes}. Read its files one by one")
     return np.full(shape, np.nan)
 
 
 def _coordinates(sweep: Sweep) -> dict[str, Any]:
-    known = numeric_fields(sweep.scene)
+    fields = numeric_fields(sweep.scene)
     coordinates: dict[str, Any] = {"seed": ("seed", np.array(sweep.seeds), {"units": "1"})}
     for axis in sweep.axes:
         for field, column in axis.columns().items():
-            place = _name(sweep, axis.name)
-            coordinates[_name(sweep, field)] = (place, column, known[field].attributes)
+            dimension = _name(sweep, axis.name)
+            coordinates[_name(sweep, field)] = (dimension, column, fields[field].attributes)
     return coordinates
 
 
 def _name(sweep: Sweep, field: str) -> str:
-    """Of a field's dimension or coordinate: where runs record a quantity of that name, another."""
-    recorded = sweep.measure == (TRAJECTORY,) and field in DiskStates._fields
-    return f"initial_{field}" if recorded else field
+    """Return the name of a field's coordinate, which differs from those of recorded variables."""
+    if sweep.measure != (TRAJECTORY,):
+        return field
+    device = sweep.scene.device
+    state = device.initial_state(sweep.scene, None, None)
+    variables = device.columns(sweep.scene, state, None)
+    return f"initial_{field}" if field in variables else field
 
 
 def _measures(store: Directory, dims: tuple[str, ...], damaged: list[str]) -> xr.Dataset:
@@ -106,7 +110,7 @@ def _measures(store: Directory, dims: tuple[str, ...], damaged: list[str]) -> xr
             continue
         for name, value in row.items():
             columns[name][index] = value
-    told = {name: measure_of(sweep.scene, name) for name in sweep.measure}
+    measures = {name: measure_of(sweep.scene, name) for name in sweep.measure}
     shape = (*sweep.shape, *each)
     return xr.Dataset(
         {
@@ -115,19 +119,19 @@ def _measures(store: Directory, dims: tuple[str, ...], damaged: list[str]) -> xr
                 columns[name].reshape(shape),
                 {"units": measure.unit, "long_name": measure.label},
             )
-            for name, measure in told.items()
+            for name, measure in measures.items()
         }
     )
 
 
 def _numbers(store: Directory, case: Case, each: tuple[int, ...]) -> dict[str, Any]:
-    """A case's values by measure; none where there is no result."""
+    """Return a case's values by measure; empty without a result."""
     if (found := store.result(case)) is None:
         return {}
-    with naming(store.done(case)):
+    with naming_damage(store.done(case)):
         values = found.get("values")
         if not isinstance(values, dict) or values.keys() != {*store.sweep.measure}:
-            raise Damaged("it has other measures")
+            raise Damaged("its measures differ from the sweep's")
         return {name: decoded(value, each) for name, value in values.items()}
 
 
@@ -138,12 +142,12 @@ def _trajectories(store: Directory, dims: tuple[str, ...], damaged: list[str]) -
         try:
             if (content := store.result(case)) is None:
                 continue
-            with naming(store.done(case)):
+            with naming_damage(store.done(case)):
                 run = recorded(content)
                 row = {name: values.values for name, values in run.data_vars.items()}
                 shapes = {name: values.shape for name, values in row.items()}
                 if columns and shapes != {name: c.shape[1:] for name, c in columns.items()}:
-                    raise Damaged("it holds other quantities or records than the others")
+                    raise Damaged("its quantities or records differ from the other files'")
         except Damaged as damage:
             damaged.append(str(damage))
             continue

@@ -1,4 +1,4 @@
-"""Workers on a Dask cluster, of this machine or many, as an executor."""
+"""Executors that run cases on the workers of a Dask cluster."""
 
 import gc
 import logging
@@ -9,35 +9,35 @@ from contextlib import ExitStack, contextmanager
 from typing import Any
 
 from magmotor.common.checks import check_integer, reject
-from magmotor.sweep.process_pool import ONE_THREAD, deaf_children
+from magmotor.sweep.process_pool import ONE_THREAD, children_without_interrupts
 
 
 class Cluster(Executor):
-    """The workers of a Dask cluster, of which one can see whether there are any."""
+    """The executor of a Dask cluster, which also reports how many worker threads it has."""
 
     def __init__(self, client: Any):
         self._client = client
         self._executor = client.get_executor()
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future:
-        """As of any executor."""
+        """Submit a call, as to any executor."""
         return self._executor.submit(fn, *args, **kwargs)
 
     def threads(self) -> int:
-        """How many threads the workers have now; 0 where no scheduler answers."""
+        """Return the current number of worker threads; 0 if the scheduler does not answer."""
         try:
             found = self._client.sync(
                 self._client.scheduler.ncores, callback_timeout=ANSWER_SECONDS
             )
-        except Exception:  # Dask's own, of many kinds
+        except Exception:  # one of Dask's many
             return 0
         return sum(found.values())
 
 
 CONNECT_SECONDS = 10.0
-"""How long connecting to a scheduler may take."""
+"""Time limit for connecting to a scheduler."""
 ANSWER_SECONDS = 5.0
-"""How long a scheduler may take to answer."""
+"""Time limit for an answer of a scheduler."""
 
 
 @contextmanager
@@ -47,48 +47,49 @@ def dask_workers(scheduler: str) -> Iterator[tuple[Executor, int]]:
     Parameters
     ----------
     scheduler : str
-        Its address, as in tcp://127.0.0.1:8786.
+        Its address, for example tcp://127.0.0.1:8786.
 
     Raises
     ------
     ValueError
-        Nothing answers there, it has no workers, or Dask is not installed.
+        No scheduler answers there, it has no workers, or Dask is not installed.
     """
     with _connected(scheduler) as client:
         cluster = Cluster(client)
         threads = cluster.threads()
         if not threads:
-            raise reject("scheduler", scheduler, "must be that of a cluster with workers")
+            raise reject("scheduler", scheduler, "its cluster has no workers")
         yield cluster, threads
 
 
 def _connected(scheduler: str) -> Any:
-    """A Dask client, to be closed."""
+    """Return a Dask client, which the caller must close."""
     distributed = _distributed()
     if not isinstance(scheduler, str):
-        raise reject("scheduler", scheduler, "must be a Dask scheduler's address, str")
+        raise reject("scheduler", scheduler, "must be the address of a Dask scheduler, a string")
     try:
         return distributed.Client(scheduler, timeout=CONNECT_SECONDS)
     except (OSError, ValueError) as error:
-        mistake = reject("scheduler", scheduler, f"must be a Dask scheduler's address ({error})")
-    # One that failed ends when it is collected, and waits for Dask's lock, which may then be held.
+        sentence = f"must be the address of a Dask scheduler ({error})"
+        failure = reject("scheduler", scheduler, sentence)
+    # A failed client waits for Dask's lock when it is collected; later that might be held.
     gc.collect()
-    raise mistake
+    raise failure
 
 
 @contextmanager
 def local_cluster(workers: int | None = None, host: str = "127.0.0.1") -> Iterator[str]:
-    """Start a Dask cluster on this machine, a process and thread each worker; yield its address.
+    """Start a local Dask cluster with single-threaded worker processes; yield its address.
 
-    Whoever can reach a scheduler can have it run any code: it listens on the loopback interface
-    only, unless another `host` is given.
+    Anyone who can reach a scheduler can make it run arbitrary code. It therefore listens only on
+    the loopback interface, unless another `host` is given.
 
     Parameters
     ----------
     workers : int, optional
-        How many, by default one a core.
+        Number of workers, by default one per processor.
     host : str
-        Address of the interface on which it listens.
+        Address of the interface to listen on.
 
     Yields
     ------
@@ -98,16 +99,16 @@ def local_cluster(workers: int | None = None, host: str = "127.0.0.1") -> Iterat
     Raises
     ------
     ValueError
-        `workers` is not a number of them, or `host` no interface of this machine.
+        `workers` is not a positive integer, or `host` is not an interface of this machine.
     """
     distributed = _distributed()
     if workers is not None:
         check_integer("workers", workers, at_least=1)
-    if not isinstance(host, str) or not host:  # Dask would take none for all interfaces
-        raise reject("host", host, "must be an address of an interface of this machine, str")
+    if not isinstance(host, str) or not host:  # for Dask, "" means all interfaces
+        raise reject("host", host, "must be the address of a network interface, a string")
     with ExitStack() as stack:
         try:
-            with deaf_children():
+            with children_without_interrupts():
                 cluster = stack.enter_context(
                     distributed.LocalCluster(
                         n_workers=workers or os.cpu_count() or 1,
@@ -130,5 +131,5 @@ def _distributed() -> Any:
     try:
         import distributed
     except ImportError:
-        raise ValueError("no Dask here: pip install magmotor[cluster]") from None
+        raise ValueError("Dask is not installed: pip install magmotor[cluster]") from None
     return distributed

@@ -1,4 +1,4 @@
-"""What a sweep is to do: a scene, what varies in it, how it is run, and what is recorded."""
+"""Definition of a sweep: a scene, what varies, how each case is run, and what is recorded."""
 
 import dataclasses
 import itertools
@@ -26,46 +26,47 @@ from magmotor.sweep.case import Case, case_of, checked_seeds, child
 from magmotor.sweep.measures import TRAJECTORY, FromFile, imported, is_own, measure_of
 
 MOST_RUNS = 10**8
-"""Cases times replicas; a number of each is 0.8 GB."""
+"""Largest number of cases times replicas; one number for each takes 0.8 GB."""
 
 MOST_FREE = 10
-"""Numbers that vary on their own, at whose 2^10 corners a timestep is recommended."""
+"""Most independent fields for which a timestep is chosen, by `recommend` at all 2^10 corners."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Sweep:
-    """A parameter sweep: the cases are all combinations of its axes and seeds, made as needed.
+    """A parameter sweep: its cases are all combinations of axes and seeds, generated on demand.
 
     Parameters
     ----------
     scene : Top, Motor, Disk or LangevinParticle
-        What does not vary.
+        Provides all values that do not vary.
     vary : mapping of str or tuple of str to iterable of float
-        Values of a numeric field, or of several that are to be equal; `position_x` is a component.
+        Values of a numeric field, or of several fields that are equal; `position_x` is a component.
     samples : Samples, optional
-        Points of a random design, in other fields.
+        Points of a random design, in other fields than those of `vary`.
     seeds : int or iterable of int
-        Seeds, or how many of 0, 1, ...: from each, every point gets a child of its own by
-        `numpy.random.SeedSequence.spawn`. Of a top, which has no noise, only the first counts.
+        Seeds, or how many of 0, 1, ...: from each, `numpy.random.SeedSequence.spawn` derives one
+        child per point. A top has no noise, so only the first seed is used.
     replicas : int, optional
-        Independent runs within a case, which the engine takes side by side.
+        Independent runs within a case, computed together by the engine.
     measure : iterable of str
-        What is recorded: names in `measures(scene)`, functions `package.module:function` of run
-        and scene, or `trajectory` alone: the whole run.
+        What to record: names in `measures(scene)`, functions `package.module:function` of run and
+        scene, or `trajectory` alone for the whole run.
     duration : float
-        In seconds; of the disk dimensionless.
+        In seconds; for the disk, dimensionless.
     method, timestep : optional
-        As in `simulate`; by default the method that `recommend` has for the scene, and its shortest
-        timestep at the sweep's corners.
+        As in `simulate`; by default the method that `recommend` returns for the scene, and its
+        shortest timestep at the sweep's corners.
     record_interval : int
         As in `simulate`.
     versions : mapping, optional
-        Of what computes; by default those here.
+        Versions that workers must have; by default those of this process.
 
     Raises
     ------
     ValueError
-        Names what is wrong, its value and the bound; cases times replicas are at most 1e8.
+        Bad input, or more than 1e8 cases times replicas; the message names the argument, its value
+        and the bound.
 
     Examples
     --------
@@ -93,24 +94,22 @@ class Sweep:
     versions: Mapping[str, str] | None = None
 
     def __post_init__(self) -> None:
-        """Check everything, and choose what is not given."""
+        """Check all arguments and choose those that are not given."""
         check_type("scene", self.scene, Scene)
         methods = self.scene.device.methods(self.scene)
         if not isinstance(self.vary, Mapping):
             raise reject("vary", self.vary, "must be a mapping of fields to their values")
         if not isinstance(self.samples, Samples | None):
-            raise reject(
-                "samples", self.samples, "must be an instance of magmotor.sweep.Samples, or None"
-            )
+            raise reject("samples", self.samples, "must be a magmotor.sweep.Samples, or None")
         if not self.vary and self.samples is None:
-            raise reject("vary", dict(self.vary), "must be one field at least")
+            raise reject("vary", dict(self.vary), "must have at least one field")
         seeds = checked_seeds(self.seeds)
         self._set("seeds", seeds if self.scene.device.is_random else seeds[:1])
         self._set("measure", self._checked_measure(self.measure))
         if self.replicas is not None:
             check_integer("replicas", self.replicas, at_least=1)
         if (runs := math.prod(self.shape) * (self.replicas or 1)) > MOST_RUNS:
-            raise reject("runs, cases times replicas", runs, f"must be at most {MOST_RUNS}")
+            raise reject("cases times replicas", runs, f"must be at most {MOST_RUNS}")
         if self.method is not None:
             check_choice("method", self.method, methods)
         if self.timestep is not None:
@@ -119,15 +118,15 @@ class Sweep:
         fields = [field for axis in self.axes for field in axis.fields]
         for field in fields:
             if fields.count(field) > 1:
-                raise reject("field", field, "must be varied once")
+                raise reject("field", field, "must be varied only once")
         if self.method is None or self.timestep is None:
             self._choose()
         check_number("duration", self.duration, at_least=self.timestep or 0.0)
         if self.versions is None:
             self._set("versions", versions_that_matter(self.method or ""))
-        elif not _is_of_text(self.versions):
+        elif not _is_text_mapping(self.versions):
             raise reject(
-                "versions", self.versions, "must be a mapping of names to versions, both str"
+                "versions", self.versions, "must be a mapping of names to versions, both strings"
             )
 
     def _set(self, name: str, value: Any) -> None:
@@ -136,9 +135,9 @@ class Sweep:
     def _checked_measure(self, measure: Any) -> tuple[str, ...]:
         names = checked_names("measure", measure)
         if not names or len(set(names)) < len(names):
-            raise reject("measure", [*names], "must be different names, one at least")
+            raise reject("measure", [*names], "must be distinct names, at least one")
         if TRAJECTORY in names and len(names) > 1:
-            raise reject("measure", [*names], f"must be {TRAJECTORY} alone, or other names")
+            raise reject("measure", [*names], f"{TRAJECTORY} excludes other measures")
         for name in names:
             if name != TRAJECTORY:
                 measure_of(self.scene, name)
@@ -147,31 +146,29 @@ class Sweep:
         return names
 
     def _choose(self) -> None:
-        """Choose the base scene's method, and the shortest of the corners' timesteps."""
+        """Choose the method for the base scene and the shortest timestep at the corners."""
         method = self.method or recommend(self.scene, timestep=self.timestep).method
         self._set("method", method)
         if self.timestep is not None:
             return
-        steps, mistake = [], None
+        steps, failure = [], None
         free = sum(len(a.fields) if isinstance(a, Samples) else 1 for a in self.axes)
         if free > MOST_FREE:
-            raise reject(
-                "timestep", None, f"must be given where more than {MOST_FREE} numbers vary"
-            )
+            raise reject("timestep", None, f"must be given if more than {MOST_FREE} fields vary")
         for corner in itertools.product(*[axis.ends for axis in self.axes]):
             changes = {name: value for part in corner for name, value in part.items()}
             try:
                 steps.append(recommend(self._scene(changes), method=method).timestep)
             except ValueError as error:
-                mistake = error
+                failure = error
         if not steps:
-            assert mistake is not None
-            raise mistake
+            assert failure is not None
+            raise failure
         self._set("timestep", min(steps))
 
     @cached_property
     def axes(self) -> tuple[Values | Samples, ...]:
-        """What varies, in the order of the dimensions."""
+        """The axes, in the order of the dimensions."""
         drawn = () if self.samples is None else (self.samples.of(self.scene),)
         return *drawn, *[values_axis(self.scene, names, v) for names, v in self.vary.items()]
 
@@ -181,7 +178,7 @@ class Sweep:
         return (*[len(axis) for axis in self.axes], len(self._seeds))
 
     def __len__(self) -> int:
-        """How many cases."""
+        """Return the number of cases."""
         return math.prod(self.shape)
 
     @property
@@ -194,16 +191,16 @@ class Sweep:
         return json.loads(json.dumps(dataclasses.asdict(self.scene)))
 
     @cached_property
-    def _known(self) -> dict[str, Any]:
+    def _numeric_fields(self) -> dict[str, Any]:
         return numeric_fields(self.scene)
 
     def _scene(self, changes: dict[str, Any]) -> Scene:
         kind = type(self.scene).__name__
-        return scene_from(kind, changed(self._fields, self._known, changes))
+        return scene_from(kind, changed(self._fields, self._numeric_fields, changes))
 
     @cached_property
     def _common(self) -> dict[str, Any]:
-        """What all cases have."""
+        """The part of the specification that all cases share."""
         assert self.timestep is not None
         return {
             "scene": type(self.scene).__name__,
@@ -216,35 +213,35 @@ class Sweep:
         }
 
     def changes(self, index: int) -> dict[str, float | int]:
-        """What a case has instead of the scene's own numbers."""
+        """Return the fields in which a case differs from the scene."""
         found = {}
         index = check_integer("index", index, at_least=0, at_most=len(self) - 1)
         index //= len(self._seeds)
         for axis in reversed(self.axes):
-            index, place = divmod(index, len(axis))
-            found = axis.at(place) | found
+            index, position = divmod(index, len(axis))
+            found = axis.at(position) | found
         return found
 
     def case(self, index: int) -> Case:
-        """One of the cases, seeds running fastest."""
-        fields = changed(self._fields, self._known, self.changes(index))
+        """Return a case by its index, in which the seed varies fastest."""
+        fields = changed(self._fields, self._numeric_fields, self.changes(index))
         point, own = divmod(index, len(self._seeds))
         spec = {"scene_fields": fields, "seed": child(self._seeds[own], point)}
         return case_of({**self._common, **spec})
 
     def label(self, index: int) -> str:
-        """A case in words: what varies."""
+        """Return a text label of a case: the values of what varies."""
         words = [f"{name} = {value:.6g}" for name, value in self.changes(index).items()]
         if len(self._seeds) > 1:
             words.append(f"seed = {self._seeds[index % len(self._seeds)]}")
         return ", ".join(words)
 
     def __iter__(self) -> Iterator[Case]:
-        """All cases, one after another."""
+        """Iterate over all cases."""
         return map(self.case, range(len(self)))
 
     def as_json(self) -> dict[str, Any]:
-        """All that tells it from other sweeps."""
+        """Return the complete specification."""
         samples = [axis.as_json() for axis in self.axes if isinstance(axis, Samples)]
         grids = [axis for axis in self.axes if isinstance(axis, Values)]
         return {
@@ -258,34 +255,34 @@ class Sweep:
 
 
 def checked_names(argument: str, names: Any) -> tuple[str, ...]:
-    """Names as a tuple; ValueError if they are no list of text."""
+    """Return names as a tuple; ValueError unless they are a list of strings."""
     found = tuple(elements(argument, names, "must be a list of names"))
     if not all(isinstance(name, str) for name in found):
         raise reject(argument, names, "must be a list of names")
     return found
 
 
-def _is_of_text(versions: Any) -> bool:
+def _is_text_mapping(versions: Any) -> bool:
     if not isinstance(versions, Mapping):
         return False
     return all(isinstance(text, str) for pair in versions.items() for text in pair)
 
 
 def sweep_from(spec: Mapping[str, Any], *, measures: Iterable[str] = ()) -> Sweep:
-    """The sweep that `as_json` tells of.
+    """Return the sweep that `as_json` specifies.
 
     Parameters
     ----------
     spec : mapping
-        May be anybody's: nothing is imported because its `measure` names it.
+        It may be untrusted: a function named in its `measure` is not imported.
     measures : iterable of str
-        Those of its measures `package.module:function` that may be imported, so that the sweep can
-        be run.
+        Those of its measures `package.module:function` that may be imported, which running the
+        sweep requires.
 
     Raises
     ------
     ValueError
-        It tells of no sweep, or `measures` names what is not among its measures.
+        `spec` does not specify a sweep, or `measures` names something else than its measures.
     """
     allowed = checked_names("measures", measures)
     _check_spec(spec)
@@ -307,16 +304,16 @@ def sweep_from(spec: Mapping[str, Any], *, measures: Iterable[str] = ()) -> Swee
         raise
     except Exception as error:  # a file may hold anything
         kind = type(error).__name__
-        raise ValueError(f"sweep: must be as a sweep tells it ({kind}: {error})") from None
+        raise ValueError(f"the sweep's specification is invalid ({kind}: {error})") from None
 
 
 def _check_spec(spec: Any) -> None:
-    """Check what is spec as far as `Sweep` would not, or would choose what is missing."""
+    """Check what `Sweep` does not check, and that nothing is missing that it would choose."""
     if not isinstance(spec, Mapping):
-        raise reject("sweep", spec, "must be what a sweep tells, a mapping")
+        raise reject("sweep", spec, "must be the specification of a sweep, a mapping")
     missing = sorted(SPEC_ENTRIES - spec.keys())
     if missing:
-        raise reject("sweep", sorted(map(str, spec)), f"must be with {', '.join(missing)}, too")
+        raise reject("sweep", sorted(map(str, spec)), f"the entries lack {', '.join(missing)}")
     check_choice("scene", spec["scene"], tuple(SCENES))
     for name in ("method", "timestep"):
         if spec[name] is None:
@@ -327,9 +324,9 @@ def _check_spec(spec: Any) -> None:
     for axis in spec["vary"]:
         pair = isinstance(axis, list) and len(axis) == 2
         if not pair or not all(isinstance(part, list) for part in axis):
-            raise reject("vary", axis, "must be a list of fields and one of values")
+            raise reject("vary", axis, "must be a list of fields and a list of values")
     if len(spec["samples"]) > 1:
-        raise reject("samples", spec["samples"], "must be one design at most")
+        raise reject("samples", spec["samples"], "must be at most one design")
     checked_names("measure", spec["measure"])
 
 
@@ -337,4 +334,4 @@ SPEC_ENTRIES = frozenset(
     {"scene", "scene_fields", "method", "timestep", "duration", "record_interval", "replicas"}
     | {"versions", "samples", "vary", "seeds", "measure"}
 )
-"""What `as_json` has."""
+"""The entries of `as_json`."""

@@ -1,13 +1,13 @@
-"""The directory of a sweep: one file a case, each whole or not there.
+"""The directory of a sweep: one file per case, either complete or absent.
 
-`sweep.json` tells what the sweep is; `done/ab/KEY.json` (`.nc` where whole runs are recorded) holds
-what was measured in the case of that key, `failed/KEY.json` why another failed. Each file has a
-checksum, is written in `parts/`, and takes its name when it is on the disk. `claims/KEY` says who
-computes a case. What is read may be anybody's: no symbolic link is followed, no name is imported.
+`sweep.json` holds the specification of the sweep; `done/ab/KEY.json` (`.nc` if whole runs are
+recorded) the result of the case with that key; `failed/KEY.json` the error of a failed case. Each
+file has a checksum, is written in `parts/`, and moves to its place once it is on the disk.
+`claims/KEY` names the driver that computes a case. All files are untrusted: no symbolic link is
+followed, and no name is imported.
 """
 
 import json
-import os
 import stat
 import threading
 import warnings
@@ -19,11 +19,18 @@ from typing import Any
 
 from magmotor.common.checks import reject
 from magmotor.common.files import is_dead, this_driver, write_whole
+from magmotor.common.hints import check_path
 from magmotor.sweep.case import Case, canonical
+from magmotor.sweep.checksum import (
+    Damaged,
+    naming_damage,
+    verified,
+    verified_bytes,
+    with_checksum,
+)
+from magmotor.sweep.compute import Outcome
 from magmotor.sweep.definition import Sweep, sweep_from
 from magmotor.sweep.measures import TRAJECTORY
-from magmotor.sweep.sealed import Damaged, naming, opened, opened_bytes, sealed
-from magmotor.sweep.worker import Outcome
 
 SWEEP = "sweep.json"
 FOLDERS = {"parts", "claims", "done", "failed"}
@@ -35,100 +42,99 @@ class Directory:
     Parameters
     ----------
     path : Path
-        Made, with its parents, if it is not there.
+        Created, with its parents, if it does not exist.
     sweep : Sweep
 
     Raises
     ------
     ValueError
-        The directory holds another sweep, or other things.
+        The directory holds another sweep or unrelated files.
     OSError
-        It cannot be written to.
+        The directory is not writable.
     """
 
     def __init__(self, path: Path, sweep: Sweep):
         self.path, self.sweep = path, sweep
         self.claims: set[Path] = set()
         self.suffix = ".nc" if sweep.measure == (TRAJECTORY,) else ".json"
-        told = json.loads(canonical(sweep.as_json()))
-        others = _other_things(path)
-        if not (path / SWEEP).exists():  # asked last: another driver may have begun meanwhile
-            if others:
-                raise reject(
-                    "directory", str(path), f"must be empty, or this sweep's; it holds {others[0]}"
-                )
+        spec = json.loads(canonical(sweep.as_json()))
+        unrelated = _unrelated_files(path)
+        if not (path / SWEEP).exists():  # checked last: another driver may have begun meanwhile
+            if unrelated:
+                sentence = f"must be empty or hold this sweep; it holds {unrelated[0]}"
+                raise reject("directory", str(path), sentence)
             path.mkdir(parents=True, exist_ok=True)
-            self._write(Path(SWEEP), sealed(told))
+            self._write(Path(SWEEP), with_checksum(spec))
         try:
-            there = _told(path)
+            stored = _stored_spec(path)
         except Damaged as damage:
-            # Results go by keys that hash all that makes them: none can be taken for another's.
+            # Keys of results hash their full specification, so results cannot be confused.
             warnings.warn(f"{damage}; it is written again", stacklevel=2)
-            self._write(Path(SWEEP), sealed(told))
+            self._write(Path(SWEEP), with_checksum(spec))
         else:
-            check_same(path, told, there)
+            _check_same(path, spec, stored)
 
     def result(self, case: Case) -> Any:
-        """What a case's result file holds, entries of JSON or bytes of netCDF; None without one.
+        """Return the content of a case's result file, JSON entries or netCDF bytes; None if absent.
 
         Raises
         ------
         Damaged
             The file is not what was written.
         """
-        return self._opened(self.done(case), case)
+        return self._verified(self.done(case), case)
 
     def error(self, case: Case) -> str | None:
-        """Why a case failed, if it did.
+        """Return the error of a failed case; None if it has not failed.
 
         Raises
         ------
         Damaged
-            The file that says so is not what was written.
+            The file is not what was written.
         """
-        found = self._opened(Path("failed", f"{case.key}.json"), case)
+        found = self._verified(Path("failed", f"{case.key}.json"), case)
         return None if found is None else str(found.get("error"))
 
     def done(self, case: Case) -> Path:
-        """Where a case's result file is, below the directory."""
+        """Return the path of a case's result file, relative to the directory."""
         return Path("done", case.key[:2], f"{case.key}{self.suffix}")
 
-    def _opened(self, file: Path, case: Case) -> Any:
-        with naming(file):
+    def _verified(self, file: Path, case: Case) -> Any:
+        with naming_damage(file):
             try:
                 content = _content(self.path, file)
             except FileNotFoundError:
                 return None
             if file.suffix == ".nc":
-                return opened_bytes(content, case.key)
-            found = opened(content)
+                return verified_bytes(content, case.key)
+            found = verified(content)
             if found.get("case") != case.spec:
-                raise Damaged("it is another case's")
+                raise Damaged("it belongs to another case")
         return found
 
     def claim(self, case: Case) -> bool:
-        """Tell other drivers that a case is under way; False if another was first."""
+        """Claim a case before other drivers compute it; False if another driver has claimed it."""
         claim = Path("claims", case.key)
         try:
-            with self._place(claim).open("x") as file:
+            with self._path_to_write(claim).open("x") as file:
                 self.claims.add(claim)
                 file.write(this_driver())
         except FileExistsError:
             return False
         return True
 
-    def take_back_claims(self) -> None:
-        """Leave to others what is not done."""
+    def release_claims(self) -> None:
+        """Release the claims of unfinished cases."""
         for claim in self.claims:
             self._remove(claim)
 
     def keep(self, case: Case, outcome: Outcome) -> None:
-        """Write what came of a case.
+        """Write the outcome of a case.
 
         Raises
         ------
         OSError
-            It cannot be written; all that was written before is there.
+            It cannot be written; earlier results are intact.
         """
         failed = Path("failed", f"{case.key}.json")
         if outcome.error is None:
@@ -139,18 +145,18 @@ class Directory:
         else:
             if outcome.content is not None:
                 self._write(failed.with_suffix(".nc"), outcome.content)
-            self._write(failed, sealed({"case": case.spec, "error": outcome.error}))
+            self._write(failed, with_checksum({"case": case.spec, "error": outcome.error}))
         claim = Path("claims", case.key)
         self._remove(claim)
         self.claims.discard(claim)
 
     def _remove(self, file: Path) -> None:
-        """Remove a file, if it is there."""
+        """Remove a file if it exists."""
         _check_inside(self.path, file)
         (self.path / file).unlink(missing_ok=True)
 
-    def _place(self, file: Path) -> Path:
-        """The path of a file to be written, whose folder is made."""
+    def _path_to_write(self, file: Path) -> Path:
+        """Return the path of a file to write, and create its folder."""
         _check_inside(self.path, file)
         path = self.path / file
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -159,12 +165,12 @@ class Directory:
     def _write(self, file: Path, content: bytes) -> None:
         # Several threads of a driver may write the same file.
         name = f"{file.name}.{threading.get_ident()}@{this_driver()}"
-        part = self._place(Path("parts", name))
+        part = self._path_to_write(Path("parts", name))
         part.unlink(missing_ok=True)  # it may be a link
-        write_whole(self._place(file), content, part)
+        write_whole(self._path_to_write(file), content, part)
 
-    def remove_what_the_dead_left(self) -> None:
-        """Remove half-written files and claims of this machine's drivers that were killed."""
+    def remove_leftovers(self) -> None:
+        """Remove partial files and claims of drivers on this machine that were killed."""
         for name in ("parts", "claims"):
             _check_inside(self.path, Path(name, "any"))
         for part in self.path.glob("parts/*"):
@@ -178,7 +184,7 @@ class Directory:
 
 
 def _check_inside(root: Path, file: Path) -> None:
-    """Check that no symbolic link on the way to a file leads out of the sweep's directory."""
+    """Raise ValueError if a folder between the sweep's directory and a file is a symbolic link."""
     for folder in [*file.parents][:-1]:
         if (root / folder).is_symlink():
             sentence = "must be a folder: a sweep follows no symbolic link out of its directory"
@@ -186,20 +192,20 @@ def _check_inside(root: Path, file: Path) -> None:
 
 
 def _content(root: Path, file: Path) -> bytes:
-    """What a file of a sweep, named from its directory on, holds.
+    """Return the content of a file of a sweep, given relative to its directory.
 
     Raises
     ------
     FileNotFoundError
-        It is not there.
+        It does not exist.
     Damaged
-        It is no regular file, or cannot be read.
+        It is not a regular file or cannot be read.
     """
     _check_inside(root, file)
     path = root / file
     try:
         if not stat.S_ISREG(path.lstat().st_mode):
-            raise Damaged("it is no regular file")
+            raise Damaged("it is not a regular file")
         return path.read_bytes()
     except FileNotFoundError:
         raise
@@ -207,10 +213,11 @@ def _content(root: Path, file: Path) -> bytes:
         raise Damaged(str(error.strerror)) from None
 
 
-def _other_things(path: Path) -> list[str]:
-    """Names in a directory, if it is there, but for those of a sweep that has lost `sweep.json`.
+def _unrelated_files(path: Path) -> list[str]:
+    """Return the names in a directory, if it exists, that do not belong to any sweep.
 
-    Results go by keys that hash all that makes them, so that none can be taken for another's.
+    The folders of a sweep that has lost its `sweep.json` may stay: keys of results hash their full
+    specification, so results cannot be confused.
     """
     try:
         found = [file.name for file in path.iterdir() if file.name not in FOLDERS]
@@ -221,70 +228,63 @@ def _other_things(path: Path) -> list[str]:
         raise reject("directory", str(path), "must be a directory") from None
 
 
-def _told(folder: Path) -> dict[str, Any]:
-    """What `sweep.json` tells; errors as of `_content`."""
-    with naming(Path(SWEEP)):
-        return opened(_content(folder, Path(SWEEP)))
-
-
-def folder_of(directory: Any) -> Path:
-    """A directory as a path; ValueError if it is no name of one."""
-    if not isinstance(directory, str | os.PathLike) or "\0" in str(directory):
-        raise reject("directory", directory, "must be the name of a directory")
-    return Path(directory)
+def _stored_spec(folder: Path) -> dict[str, Any]:
+    """Return the content of `sweep.json`; raises what `_content` raises."""
+    with naming_damage(Path(SWEEP)):
+        return verified(_content(folder, Path(SWEEP)))
 
 
 def open_directory(path: str | Path) -> Directory:
-    """The directory of a sweep that is there; ValueError if there is none."""
-    return Directory(folder_of(path), sweep_of(path))
+    """Open the directory of an existing sweep; ValueError if it holds none."""
+    return Directory(Path(check_path("directory", path)), sweep_of(path))
 
 
 def sweep_of(path: str | Path, *, measures: Iterable[str] = ()) -> Sweep:
-    """The sweep whose results a directory holds.
+    """Return the sweep whose results a directory holds.
 
     Parameters
     ----------
     path : str or Path
     measures : iterable of str
-        Those of its measures `package.module:function` that may be imported, so that the sweep can
-        be run. Nothing is imported because a file names it.
+        Those of its measures `package.module:function` that may be imported, which running the
+        sweep requires. Nothing else is imported.
 
     Raises
     ------
     ValueError
-        The directory holds no sweep, or `measures` names what is not among its measures.
+        The directory holds no sweep, or `measures` names something else than its measures.
     """
-    folder = folder_of(path)
+    folder = Path(check_path("directory", path))
     try:
-        return sweep_from(_told(folder), measures=measures)
+        return sweep_from(_stored_spec(folder), measures=measures)
     except (FileNotFoundError, NotADirectoryError):
-        raise reject("directory", str(path), f"must be a sweep's: it has no {SWEEP}") from None
+        sentence = f"must be the directory of a sweep: it has no {SWEEP}"
+        raise reject("directory", str(path), sentence) from None
     except Damaged as damage:
-        sentence = f"must be a sweep's: {damage}; the same sweep, run again, mends it"
+        sentence = f"{damage}; running the same sweep again repairs it"
         raise reject("directory", str(path), sentence) from None
 
 
-def check_same(path: Path, asked: dict[str, Any], there: dict[str, Any]) -> None:
-    """Check that a directory holds the sweep that is asked for; ValueError says what differs."""
-    other = [name for name in {**there, **asked} if there.get(name) != asked.get(name)]
+def _check_same(path: Path, spec: dict[str, Any], stored: dict[str, Any]) -> None:
+    """Raise ValueError, naming what differs, if a directory holds another sweep."""
+    other = [name for name in {**stored, **spec} if stored.get(name) != spec.get(name)]
     if other:
-        holds = f"it holds one with other {', '.join(other)}"
-        sentence = f"must be empty, or this sweep's; {holds}: take another, or delete it"
+        holds = f"it holds one that differs in {', '.join(other)}"
+        sentence = f"must be empty or hold this sweep; {holds}: use another directory or delete it"
         raise reject("directory", str(path), sentence)
 
 
 @dataclass
 class Status:
-    """Numbers of cases, and what went wrong.
+    """Numbers of cases, and the errors among them.
 
     Attributes
     ----------
     cases, done, failed : int
     errors : dict
-        The cases that failed, in words, by error.
+        Labels of the failed cases, by error.
     damaged : list of str
-        What is wrong with files that do not hold what was written to them, each by its name in the
-        directory. Their cases count as missing: `run` computes them again.
+        Descriptions of damaged files. Their cases count as missing: `run` recomputes them.
     """
 
     cases: int
@@ -294,22 +294,22 @@ class Status:
 
     @property
     def failed(self) -> int:
-        """How many cases have an error."""
+        """Return the number of cases with an error."""
         return sum(map(len, self.errors.values()))
 
     @property
     def missing(self) -> int:
-        """How many cases have neither result nor error."""
+        """Return the number of cases with neither result nor error."""
         return self.cases - self.done - self.failed
 
 
 def status(directory: str | Path) -> Status:
-    """Look which cases of a sweep are done, failed or missing, and which files are damaged.
+    """Find which cases of a sweep are done, failed or missing, and which files are damaged.
 
     Raises
     ------
     ValueError
-        There is no sweep, or the file that tells what it is is damaged.
+        The directory holds no sweep, or its specification is damaged.
     """
     store = open_directory(directory)
     found = Status(len(store.sweep))

@@ -1,4 +1,4 @@
-"""Pictures of a parameter sweep: each measure over the one field or the two that were varied."""
+"""Pictures of a parameter sweep: each measure over the one or two fields that vary."""
 
 import json
 from textwrap import fill
@@ -28,34 +28,34 @@ if TYPE_CHECKING:
 
 @checked
 def sweep(data: xr.Dataset, path: Picture) -> None:
-    """Write one picture of a sweep, a panel for each measure.
+    """Write one picture of a sweep, with one panel per measure.
 
-    Over one field a curve, over a grid of two a map; a random design is drawn as points. Of
-    several seeds or replicas the mean, over one field with two standard errors.
+    One field gives a curve, a grid of two fields a map, and a random design points. Several seeds
+    or replicas are averaged; curves show two standard errors.
 
     Parameters
     ----------
     data : xarray.Dataset
         Its attribute `axes` is a JSON list of the varied dimensions: fields with their values as
-        coordinates, or `sample`, over which the fields of a design are coordinates. Measures are
-        variables over these, `seed` and `replica`, NaN where a case is missing or failed; others,
-        such as trajectories, are not drawn. Units and names stand in the attributes.
+        coordinates, or `sample`, along which the fields of a design are coordinates. Measures are
+        numbers over these, `seed` and `replica`, with NaN where a case is missing or failed; other
+        variables, like trajectories, are not drawn. Attributes hold units and names.
     path : str or Path
-        The .png to write.
+        The .png file to write.
 
     Raises
     ------
     ValueError
-        More than two fields have several values, or none; or there is no measure.
+        The number of fields that vary is not one or two, or there is no measure.
     """
     fields = varied_fields(data)
     if len(fields) not in (1, 2):
-        sentence = "must be one or two fields that vary: select one value of each other (isel, sel)"
+        sentence = "must be one or two varying fields: select one value of every other (isel, sel)"
         raise reject("axes", fields, sentence)
     measures = _measures(data, fields)
     if not measures:
         raise reject(
-            "measures", [*map(str, data)], f"must be at least one number for each of {fields}"
+            "measures", [*map(str, data)], f"must include a number over the dimensions of {fields}"
         )
     columns = 2 if len(measures) in (2, 4) else min(3, len(measures))
     rows = -(-len(measures) // columns)
@@ -70,7 +70,7 @@ def sweep(data: xr.Dataset, path: Picture) -> None:
 
 
 def _measures(data: xr.Dataset, fields: list[str]) -> list[xr.DataArray]:
-    """Numbers for each value of the fields; along axes they rise."""
+    """Return the numeric measures over the fields, sorted by ascending values of the fields."""
     drawn = {dim for field in fields for dim in data[field].dims}
     single = {dim: 0 for dim, size in data.sizes.items() if size == 1}
     data = data.isel(single).sortby([field for field in fields if field in drawn])
@@ -96,18 +96,19 @@ def _draw(axes: "Axes", measure: xr.DataArray, fields: list[str]) -> None:
 
 
 def _legend(figure: "Figure") -> None:
-    """Of what is drawn in any panel, each label once."""
+    """Add a legend with every label of any panel once."""
     handles = {}
     for axes in figure.axes:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
             handles.setdefault(label, handle)
     if handles:
-        place = {"loc": "outside lower center", "ncols": len(handles)}
-        figure.legend(handles.values(), handles.keys(), **place)
+        figure.legend(
+            handles.values(), handles.keys(), loc="outside lower center", ncols=len(handles)
+        )
 
 
 def varied_fields(data: xr.Dataset) -> list[str]:
-    """Names of the fields with more than one value: of the axes, and of designs over `sample`."""
+    """Return the names of the fields with more than one value, including those of designs."""
     dims = [dim for dim in _axes(data) if data.sizes.get(dim, 1) > 1]
     over = [
         [dim] if dim in data.coords else [name for name in data.coords if data[name].dims == (dim,)]
@@ -122,6 +123,6 @@ def _axes(data: xr.Dataset) -> list[str]:
     except (KeyError, TypeError, ValueError):
         axes = None
     if not isinstance(axes, list) or not all(isinstance(name, str) for name in axes):
-        sentence = "must be those of a combined sweep: axes is a JSON list of names"
+        sentence = "must be those of a combined sweep, where axes is a JSON list of names"
         raise reject("attributes", [*data.attrs], sentence)
     return axes

@@ -1,4 +1,4 @@
-"""Any dataset made again, from its attributes and, where one was given, its initial state."""
+"""`rerun`: reproduce a dataset from its attributes and stored initial state."""
 
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
@@ -18,8 +18,8 @@ from magmotor.devices.disk.ensemble.result import plan
 from magmotor.noise import LARGEST_STEP, path_of
 from magmotor.run.ensemble import ensemble
 from magmotor.run.simulate import simulate
+from magmotor.sweep.checksum import parsed
 from magmotor.sweep.definition import checked_names
-from magmotor.sweep.sealed import parsed
 
 RUN = ("method", "timestep", "duration", "record_interval", "seed")
 
@@ -27,7 +27,7 @@ ENSEMBLE = (
     *("method", "timestep", "duration", "replicas", "seed"),
     *("sample_interval", "burn_in", "trajectories"),
 )
-"""Attributes that are arguments."""
+"""Attributes that are arguments of `ensemble`; `RUN` are those of `simulate`."""
 
 DIMENSIONS = {
     *("time", "replica", "space", "component"),
@@ -36,36 +36,36 @@ DIMENSIONS = {
 
 
 def rerun(run: xr.Dataset, *, measures: Iterable[str] = ()) -> xr.Dataset:
-    """Run a dataset again; with the same versions and kind of machine it is the same to the bit.
+    """Run a dataset again; with the same versions and machine type, the result is identical.
 
-    The attribute `versions` holds those of the packages and of the C library, and the kind of
-    machine: all x86-64 processors with AVX2 and FMA are of one kind. On another kind, and with
-    `scipy/dop853` on another processor, the last digits differ, and what is chaotic is another
+    The attribute `versions` holds the versions of the packages and of the C library, and the
+    machine type: all x86-64 processors with AVX2 and FMA are of one type. On another type, and with
+    `scipy/dop853` on another processor, the last digits differ, and chaotic motion becomes another
     realization of the same law.
 
     Parameters
     ----------
     run : xarray.Dataset
-        Of `simulate` or `ensemble`, also of one that was interrupted or diverged, or the beginning
-        of one. It may be in single precision, unless `initial` was given: then it has to hold that.
-        Or of `sweep.combine`, which processes of this machine then compute.
+        From `simulate` or `ensemble`, including one that was interrupted or diverged, or the
+        beginning of one. It may be in single precision, unless `initial` was given, whose values it
+        then must hold exactly. Or from `sweep.combine`; local processes then run the sweep again.
     measures : iterable of str
-        Of a sweep, those of its measures `package.module:function` that may be imported and called.
-        A dataset may be anybody's: nothing is imported because it says so.
+        For a sweep, those of its measures `package.module:function` that may be imported and
+        called. Datasets are not trusted: no other function is imported.
 
     Returns
     -------
     xarray.Dataset
-        All of the run or sweep, also if it was interrupted; of a run that diverges what was
-        recorded.
+        The whole run or sweep, even if the original was interrupted; for a run that diverges, the
+        records so far.
 
     Raises
     ------
     ValueError
-        Names what the dataset lacks, why it is not the whole beginning of one run, or a measure
-        that is not allowed.
+        The dataset lacks something, is not the complete beginning of one run, or has a measure that
+        is not allowed.
     SimulationInterrupted
-        Ctrl-C; holds what was recorded.
+        Ctrl-C; holds the records so far.
 
     Examples
     --------
@@ -79,26 +79,26 @@ def rerun(run: xr.Dataset, *, measures: Iterable[str] = ()) -> xr.Dataset:
     if "sweep" in attributes:
         return _sweep(attributes["sweep"], measures)
     if checked_names("measures", measures):
-        raise reject("measures", measures, "must be of a sweep, which this dataset is not")
-    of_many = "sample_interval" in attributes
-    names = ENSEMBLE if of_many else RUN
+        raise reject("measures", measures, "must be empty: this dataset is not a sweep")
+    is_ensemble = "sample_interval" in attributes
+    names = ENSEMBLE if is_ensemble else RUN
     missing = [name for name in ("scene", "scene_fields", *names) if name not in attributes]
     if missing:
-        sentence = f"must be those of a run or an ensemble, and {', '.join(missing)} among them"
+        sentence = f"must be those of a run or an ensemble; {', '.join(missing)} are missing"
         raise reject("attributes", [*attributes], sentence)
     check_type("method", attributes["method"], str)
     scene = scene_of(run)
-    planned = of_many and scene.device.ensemble(scene) is not None
+    planned = is_ensemble and scene.device.ensemble(scene) is not None
     _check_dimensions(run, attributes, planned)
     arguments = {name: attributes[name] for name in names}
     arguments["initial"] = _initial(run) if "initial" in attributes else None
-    if not of_many:
-        # What was allowed then is allowed now.
+    if not is_ensemble:
+        # The original run was allowed.
         arguments |= {"replicas": attributes.get("replicas"), "allow_unstable": True}
         arguments["path"] = path_of(attributes) if "path" in attributes else None
-    again: Callable[..., xr.Dataset] = ensemble if of_many else simulate
+    run_again: Callable[..., xr.Dataset] = ensemble if is_ensemble else simulate
     try:
-        return again(scene, **arguments)
+        return run_again(scene, **arguments)
     except SimulationStopped as stop:
         return stop.dataset
 
@@ -107,12 +107,12 @@ def _sweep(text: Any, measures: Iterable[str]) -> xr.Dataset:
     try:
         attributes = parsed(text)
     except (TypeError, ValueError) as error:
-        raise ValueError(f"sweep in the dataset's attributes: must be JSON ({error})") from None
+        raise ValueError(f"the dataset's attribute sweep must be JSON ({error})") from None
     if isinstance(attributes, dict):
         attributes = {**attributes, "versions": None}
-    plan = sweep.sweep_from(attributes, measures=measures)
+    definition = sweep.sweep_from(attributes, measures=measures)
     with TemporaryDirectory() as folder:
-        sweep.run(plan, Path(folder) / "sweep")
+        sweep.run(definition, Path(folder) / "sweep")
         return sweep.combine(Path(folder) / "sweep")
 
 
@@ -123,19 +123,19 @@ def _check_dimensions(run: xr.Dataset, attributes: Mapping[str, Any], planned: b
     replicas, found = attributes.get("replicas"), run.sizes.get("replica")
     if type(replicas) is not type(found) or replicas != found:
         raise reject(
-            "replica", found, f"must be all {replicas}, as `replicas` in the attributes says"
+            "replica", found, f"must be {replicas}, the number `replicas` in the attributes"
         )
     times = run.time.values
     if times.dtype.kind not in "iuf" or times.ndim != 1:
-        raise reject("time.dtype", str(times.dtype), "must be numbers, one for each record")
+        raise reject("time.dtype", str(times.dtype), "must be numeric, with one time per record")
     expected = _times(attributes, planned, len(times))
     if len(times) > len(expected) or not np.allclose(times, expected, atol=0):
-        sentence = "must be those of a run's records, all of them from the start on"
+        sentence = "must be the times of a run's records, complete from the start"
         raise reject("time", f"{times[0]:g} to {times[-1]:g}", sentence)
 
 
 def _times(attributes: Mapping[str, Any], planned: bool, most: int) -> NDArray[np.floating]:
-    """When there are records, so many at the most: as ensembles plan them, or evenly."""
+    """Return the expected record times, at most `most`: as an ensemble plans them, or evenly."""
     timestep = check_number("timestep", attributes["timestep"], above=0)
     duration = check_number("duration", attributes["duration"], at_least=timestep)
     if planned:
@@ -150,7 +150,7 @@ def _times(attributes: Mapping[str, Any], planned: bool, most: int) -> NDArray[n
 
 
 def _initial(run: xr.Dataset) -> xr.Dataset:
-    """The initial state as a dataset of one record: an ensemble's own, or a run's first."""
+    """Return the initial state as a dataset with one record."""
     first = run.isel(time=[0])
     if "sample_interval" in run.attrs:
         names = [name for name in map(str, run) if name.startswith("initial_")]

@@ -1,1 +1,1 @@
-"""What top and motor share: a ball on a plane, and the dynamics of rigid bodies."""
+"""Code shared by top and motor: a ball on a plane, and the dynamics of rigid bodies."""

@@ -1,12 +1,12 @@
-"""The contacts of the ball on its plane: the paper's viscous slip, and dry friction beside it.
+"""Contacts of the ball with its plane: the paper's viscous slip, and optional dry friction.
 
-The plane bears the ball by one contact: dry friction, else viscous slip, else a smooth contact. Dry
-friction needs `impratio` 1; there the viscous contact bears next to none of the load.
+One contact bears the ball: the one with dry friction, else the one with viscous slip, else a
+frictionless one. Dry friction requires `impratio` 1; the viscous contact then bears almost no load.
 
-Dry friction is regularized: it grows with the slip up to v* = mu N A/rate, where it saturates.
-A ball that it holds creeps by 1e-4 of that.
-MuJoCo's convex cone makes a slipping ball press harder, by a fraction of mu^2 V/v*, and hop a
-little; the mean friction over some steps stays mu m g.
+Dry friction is regularized: it grows with the slip up to v* = mu N A/rate, where it saturates. A
+ball at rest by dry friction creeps at 1e-4 of v*. MuJoCo's convex cone increases the normal force
+of a slipping ball by a fraction of mu^2 V/v*, so that it hops slightly; the friction averaged over
+a few steps is still mu m g.
 """
 
 from magmotor.devices.ball.scene import BallScene
@@ -14,7 +14,7 @@ from magmotor.mjcf import parts
 from magmotor.mjcf.viscous_contact import ViscousContact, bearing
 
 DRY_FRICTION_RATE = 200.0
-"""Rate (1/s) at which dry friction that is not saturated stops a slip; a step must be shorter."""
+"""Rate (1/s) at which unsaturated dry friction stops a slip; its inverse limits the timestep."""
 
 
 def add_contacts(
@@ -23,17 +23,17 @@ def add_contacts(
     friction: float,
     dry_friction: tuple[float, float, float] = (0.0, 0.0, 0.0),
 ) -> None:
-    """Add the contact pairs of the ball on the floor to a tree that is otherwise complete."""
+    """Add the contact pairs of ball and floor to a tree that is otherwise complete."""
     on_plane, dry = scene.surface == "plane", any(dry_friction)
     root.option.impratio = 1.0 if dry else 1e-14
     common = {"geom1": "floor", "geom2": "ball", **bearing(scene.gravity)}
     if dry:
-        slide, turn, roll = dry_friction
+        sliding, torsional, rolling = dry_friction
         root.contact.add(
             "pair",
             name="dry",
-            condim=6 if roll else 4 if turn else 3,
-            friction=[slide, slide, turn, roll, roll],
+            condim=6 if rolling else 4 if torsional else 3,
+            friction=[sliding, sliding, torsional, rolling, rolling],
             solreffriction=[0.0, -DRY_FRICTION_RATE],
             **common,
         )
@@ -46,10 +46,9 @@ def add_contacts(
 
 
 def tune_solver(root: parts.Element, surface: str, friction: float) -> None:
-    """Have the solver do no more than the ball's contacts need.
+    """Set the solver to the least work that the ball's contacts need.
 
-    On the plane, Newton's first step along each line is as good as those that its line search
-    would add.
+    On the plane, the first Newton step along each line is already as good as a line search.
     """
     if surface == "plane":
         root.option.ls_tolerance = 1e6

@@ -1,4 +1,4 @@
-"""A ball in MuJoCo's joint coordinates, whose spins are in the bodies' frames."""
+"""Conversion of a ball's states to MuJoCo's joint coordinates, with spins in the body frame."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -11,7 +11,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class BallCoordinates:
-    """Joints of the planar ball (two slides and a ball joint) or of the free one (a free joint)."""
+    """Joints of a planar ball (two slides and a ball joint) or of a free ball (a free joint)."""
 
     surface: str
     ball_radius: float
@@ -22,7 +22,7 @@ class BallCoordinates:
         return 2 if self.surface == "planar" else 3
 
     def joints(self, states: Any) -> tuple[Array, Array]:
-        """`qpos` and `qvel` of the ball in the last of the states."""
+        """Return `qpos` and `qvel` of the ball in the last row."""
         n = self.linear
         assert states.orientation is not None, "engine states always have orientations here"
         orientation = states.orientation[-1]
@@ -31,7 +31,7 @@ class BallCoordinates:
         return qpos, np.concatenate([states.velocity[-1][..., :n], spin], axis=-1)
 
     def vectors(self, qpos: Array, qvel: Array) -> dict[str, Array]:
-        """What the states have in common, from joint coordinates of any shape (..., n)."""
+        """Return the ball's vectors and orientations from joint coordinates of shape (..., n)."""
         n = self.linear
         position = np.full((*qpos.shape[:-1], 3), self.ball_radius)
         velocity = np.zeros_like(position)
@@ -47,7 +47,7 @@ class BallCoordinates:
 
 
 def rot_vec_quat(orientation: Array, vector: Array) -> Array:
-    """Vectors (..., 3) turned by unit quaternions (..., 4); of what is not finite, NaN."""
+    """Rotate vectors (..., 3) by unit quaternions (..., 4); NaN if they are not finite."""
     w, u = orientation[..., :1], orientation[..., 1:]
     with np.errstate(invalid="ignore"):
         across = 2 * np.cross(u, vector)
@@ -55,5 +55,5 @@ def rot_vec_quat(orientation: Array, vector: Array) -> Array:
 
 
 def neg_quat(orientation: Array) -> Array:
-    """The inverse of unit quaternions (..., 4)."""
+    """Return the inverse of unit quaternions (..., 4)."""
     return orientation * [1.0, -1.0, -1.0, -1.0]

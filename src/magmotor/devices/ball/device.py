@@ -1,4 +1,4 @@
-"""What the devices with a ball on a plane share."""
+"""The common base of the devices with a ball on a plane."""
 
 from typing import Any, Generic, TypeVar
 
@@ -18,10 +18,10 @@ T = TypeVar("T", bound=tuple[Any, ...])
 
 
 class BallDevice(Device[S, T], Generic[S, T]):
-    """A device with a ball, held on its plane or borne by it."""
+    """A device with a ball, which is constrained to a plane or borne by it."""
 
     def contact_limit(self, scene: S, method: str) -> float:
-        """Timestep (s) at which the contact that bears the ball is unstable, if one does."""
+        """Return the timestep (s) at which the contact that bears the ball becomes unstable."""
         if scene.surface != "plane":
             return np.inf
         from magmotor.mjcf.viscous_contact import bearing_limit
@@ -29,40 +29,42 @@ class BallDevice(Device[S, T], Generic[S, T]):
         return bearing_limit(method.split("/")[1])
 
     def check_contact(self, scene: S, method: str, timestep: float) -> None:
-        """Check a timestep against the contact that bears the ball, if one does.
+        """Check that the contact that bears the ball, if any, is stable at a timestep.
 
         Raises
         ------
         ValueError
-            Names the timestep and the limit.
+            The contact is unstable; the message names the timestep and the limit.
         """
         limit = self.contact_limit(scene, method)
         check_number("timestep", timestep, below=limit, unit="s on a plane that bears the ball")
 
     def joints(self, run: xr.Dataset, scene: S, times: NDArray[np.float64]) -> NDArray[np.float64]:
-        """MuJoCo's joint coordinates at some times (s), shape (T, nq): orientations turn evenly.
+        """Return MuJoCo's `qpos` at these times (s), shape (T, nq), with interpolated orientations.
 
         Raises
         ------
         ValueError
-            The run has replicas, or no orientation: its method follows the axis alone.
+            The run has replicas, or no orientations, because its method computes the axis only.
         """
         if "orientation" not in run:
             method = run.attrs.get("method")
             raise reject(
-                "method", method, "must be mujoco/* or variational/* to draw the ball's spin"
+                "method",
+                method,
+                "must be mujoco/* or variational/*, since other runs have no orientations to draw",
             )
-        turning = tuple(name for name in ("orientation", "ring_orientation") if name in run)
-        run = checked_run("run", run, turning, (type(scene),), replicas=False)
+        rotations = tuple(name for name in ("orientation", "ring_orientation") if name in run)
+        run = checked_run("run", run, rotations, (type(scene),), replicas=False)
         linear = 2 if scene.surface == "planar" else 3
         columns = [between(run, column, times) for column in run.position.values.T[:linear]]
-        for name in turning:
-            turns = Slerp(run.time.values, Rotation.from_quat(run[name], scalar_first=True))
-            columns += [*turns(times).as_quat(scalar_first=True).T]
+        for name in rotations:
+            rotation = Slerp(run.time.values, Rotation.from_quat(run[name], scalar_first=True))
+            columns += [*rotation(times).as_quat(scalar_first=True).T]
         return np.stack(columns, axis=1)
 
     def why_lost(self, scene: S, model: Any, data: Any) -> str:
-        """Why a planar scene's ball would not stay on its plane; empty if it does."""
+        """Return why the ball of a planar scene would leave its plane; empty if it would not."""
         lift = data.xfrc_applied[model.body("ball").id, 2]
         if scene.surface == "planar" and lift > scene.weight:
             return lifted(lift, scene.weight)
@@ -74,7 +76,7 @@ LIFTED = "ball lifted"
 
 
 def lifted(lift: Any, weight: float) -> str:
-    """What to say of a lift and a weight, both in N."""
+    """Return the reason for the event, from lift and weight in N."""
     return (
         f"the magnetic lift, {lift:.3g} N, exceeds the ball's weight, {weight:.3g} N, and the"
         " plane cannot hold it down: use a larger gravity or surface = 'plane'"

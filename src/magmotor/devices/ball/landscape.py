@@ -1,7 +1,7 @@
-"""The effective potential V_e = -m |B| on the plane: its surface, its valley, its critical points.
+"""The effective potential V_e = -m |B| on the plane: values, valley, and critical points.
 
-V_e is the energy of a ball whose axis is aligned with the field; the paper writes it
--kappa_2 B.B, which is this with kappa_2 = 1/|B|. The motor's inner ring is held level.
+V_e is the energy of a ball whose axis is aligned with the field. The paper writes it as
+-kappa_2 B.B, which is the same with kappa_2 = 1/|B|. The motor's inner ring is assumed to be level.
 """
 
 import math
@@ -26,23 +26,25 @@ Sources = tuple[Array, Array]
 Points = Annotated[ArrayLike, shaped(..., 2)]
 
 REACH = 1.5
-"""How far from the center critical points are sought, in ring radii."""
+"""Radius of the search for critical points, in ring radii."""
 
 SECTIONS = 128
-"""Into so many parts a search cuts an interval: together they cost hardly more than one point."""
+"""A search divides an interval into this many parts, at little more than the cost of one."""
 
 SMALLEST = 1e-15
-"""Distance from the center, in ring radii, that is none."""
+"""Distance from the center, in ring radii, that counts as zero."""
 
 MOST_DIPOLES = 500
-"""Of rings whose critical points are looked for, which takes seconds."""
+"""Largest number of dipoles in a search for critical points, which then takes seconds."""
 
 FINENESS = (1, 1), (1, 8), (2, 8), (4, 8)
-"""Of the grid in which critical points are sought, and of each cell in which there may be one."""
+"""Refinement of the grid, and of each cell that may have a critical point, in each attempt."""
 
 MANY = 4
-"""Critical points a dipole; a level ring has two. A valley that is flat to rounding is all of them,
-and no grid is fine enough for it."""
+"""Critical points per dipole beyond which refinement stops; a level ring has two per dipole.
+
+If the valley is flat to rounding, all its points are critical, and no grid is fine enough.
+"""
 
 
 class CriticalPoint(NamedTuple):
@@ -51,45 +53,46 @@ class CriticalPoint(NamedTuple):
     kind: str
     """minimum, saddle or maximum"""
     position: tuple[float, float]
-    """On the plane, in meters."""
+    """Position on the plane, in meters."""
     energy: float
-    """V_e there, in joule."""
+    """V_e at this point, in joules."""
 
 
 @checked
 def effective_potential(scene: BallScene, points: Points, time: float = 0.0) -> Array:
-    """V_e = -m |B| at the height of the ball's center.
+    """Return V_e = -m |B| at the height of the ball's center.
 
     Parameters
     ----------
     points : array_like, shape (..., 2)
-        In meters on the plane.
+        Points on the plane, in meters.
     time : float
-        Of a scripted ring, in seconds.
+        Time in the script of the ring, in seconds.
 
     Returns
     -------
     ndarray, shape (...)
-        In joule.
+        V_e in joules.
     """
     return aligned_energy(scene, points, scene.ring_sources(time))
 
 
 @checked
 def critical_points(scene: BallScene, time: float = 0.0) -> list[CriticalPoint]:
-    """All critical points of V_e within 1.5 ring radii, deepest first.
+    """Return all critical points of V_e within 1.5 ring radii, deepest first.
 
-    Newton's method starts at the center and in every cell of a polar grid, of 160 sectors or
-    eight to a dipole, in which both components of the gradient change sign. Cells and grid are
-    made finer until minima and maxima less saddles are as many as the gradient turns round on the
-    circle of 1.5 ring radii (Poincare and Hopf). Then none is missed, unless in pairs; this is so
-    for rings that clear the ball and whose valley is not level to rounding.
+    Newton's method starts at the center and in every cell of a polar grid in which both components
+    of the gradient change sign; the grid has 160 sectors or eight per dipole. Cells and grid are
+    refined until the number of minima and maxima minus that of saddles equals the winding number of
+    the gradient on the circle of 1.5 ring radii (Poincare and Hopf). Critical points can then only
+    be missed in pairs. This succeeds for rings that clear the ball, unless the valley is level to
+    rounding.
 
     Parameters
     ----------
     scene : Top or Motor
     time : float
-        Of a scripted ring, in seconds.
+        Time in the script of the ring, in seconds.
 
     Returns
     -------
@@ -98,32 +101,32 @@ def critical_points(scene: BallScene, time: float = 0.0) -> list[CriticalPoint]:
     Raises
     ------
     ValueError
-        The rings have more than 500 dipoles: the grid would grow with their square.
+        The rings have more than 500 dipoles; the effort grows with the square of their number.
     """
     sources = scene.ring_sources(time)
     if len(sources[0]) > MOST_DIPOLES:
         raise reject("dipoles of the rings", len(sources[0]), f"must be at most {MOST_DIPOLES}")
-    turns = _turns(scene, sources)
+    winding = _winding_number(scene, sources)
     found: list[CriticalPoint] = []
     for fineness, parts in FINENESS:
         found = _converged(scene, _candidates(scene, sources, fineness, parts), sources)
         index = sum(-1 if point.kind == "saddle" else 1 for point in found)
-        if index == turns or len(found) > MANY * len(sources[0]):
+        if index == winding or len(found) > MANY * len(sources[0]):
             break
     return sorted(found, key=lambda point: point.energy)
 
 
 @checked
 def minimum(scene: BallScene, time: float = 0.0) -> CriticalPoint:
-    """The deepest minimum of V_e on the plane.
+    """Return the deepest minimum of V_e on the plane.
 
-    Newton's method starts at the center and at the deepest lows of a polar grid.
+    Newton's method starts at the center and at the lowest points of a polar grid.
 
     Parameters
     ----------
     scene : Top or Motor
     time : float
-        Of a scripted ring, in seconds.
+        Time in the script of the ring, in seconds.
 
     Returns
     -------
@@ -132,7 +135,7 @@ def minimum(scene: BallScene, time: float = 0.0) -> CriticalPoint:
     Raises
     ------
     ValueError
-        V_e has no minimum within 1.5 ring radii, as under a tilted ring that is very high.
+        V_e has no minimum within 1.5 ring radii, for example under a very high tilted ring.
     """
     sources = scene.ring_sources(time)
     starts = [np.zeros(2), *_lows(scene, sources)]
@@ -140,20 +143,20 @@ def minimum(scene: BallScene, time: float = 0.0) -> CriticalPoint:
     found = [point for point in points if point is not None]
     if not found:
         _, height = scene.near_ring(time)
-        sentence = f"must be such that V_e has a minimum within {REACH:g} ring radii of the center"
+        sentence = f"V_e has no minimum within {REACH:g} ring radii of the center"
         raise reject("height of the ring", height, sentence)
     return _classify(scene, min(found, key=lambda p: aligned_energy(scene, p, sources)), sources)
 
 
 @checked
 def saddle(scene: BallScene, time: float = 0.0) -> CriticalPoint:
-    """The highest saddle of V_e: what a ball passes that goes all the way round the valley.
+    """Return the highest saddle of V_e, the barrier on the way around the valley.
 
     Parameters
     ----------
     scene : Top or Motor
     time : float
-        Of a scripted ring, in seconds.
+        Time in the script of the ring, in seconds.
 
     Returns
     -------
@@ -162,21 +165,23 @@ def saddle(scene: BallScene, time: float = 0.0) -> CriticalPoint:
     Raises
     ------
     ValueError
-        V_e has no saddle: the ring is so high that it has a single minimum.
+        V_e has no saddle, because a very high ring leaves a single minimum.
     """
     saddles = [p for p in critical_points(scene, time) if p.kind == "saddle"]
     if not saddles:
-        raise ValueError(f"ring_height = {scene.near_ring(time)[1]}: V_e has no saddle so high up")
+        raise ValueError(
+            f"ring_height = {scene.near_ring(time)[1]}: V_e has no saddle under such a high ring"
+        )
     return saddles[-1]
 
 
 @checked
 @lru_cache
 def valley_radius(scene: BallScene, azimuth: float = 0.0, time: float = 0.0) -> float:
-    """Distance from the center, in meters, at which V_e is least in one direction (radians).
+    """Return the distance from the center, in m, of the minimum of V_e in one direction (radians).
 
-    For a level ring this is the radius of the ring of minima. The slope changes its sign between it
-    and the next larger number, the same on any machine.
+    For a level ring, this is the radius of the circle of minima. The slope changes sign between the
+    result and the next larger number, so that it is the same on any machine.
     """
     direction = np.array([math.cos(azimuth), math.sin(azimuth)])
     sources, unit = scene.ring_sources(time), _radius(scene)
@@ -194,14 +199,14 @@ def valley_radius(scene: BallScene, azimuth: float = 0.0, time: float = 0.0) -> 
 
 
 def valley(scene: BallScene, azimuths: ArrayLike) -> Array:
-    """Where V_e is least in these directions (radians), shape (A,) -> (A, 2), in m."""
+    """Return the minima of V_e in these directions (radians), shapes (A,) -> (A, 2), in m."""
     around = np.asarray(azimuths, dtype=float)
     radius = np.array([valley_radius(scene, azimuth) for azimuth in around.tolist()])
     return radius[:, np.newaxis] * np.stack([np.cos(around), np.sin(around)], axis=1)
 
 
 def aligned_energy(scene: BallScene, points: ArrayLike, sources: Sources) -> Array:
-    """Energy -m |B| of a ball whose axis points along the field of these dipoles, in J.
+    """Return the energy -m |B| of a ball whose axis is along the field of these dipoles, in J.
 
     The ball touches the plane at `points`, shape (..., 2), in m.
     """
@@ -210,17 +215,17 @@ def aligned_energy(scene: BallScene, points: ArrayLike, sources: Sources) -> Arr
 
 
 def aligned_force(scene: BallScene, points: ArrayLike) -> tuple[Array, Array]:
-    """Magnetic force on a ball whose axis points along the field, and its axis.
+    """Return the magnetic force on a ball whose axis is along the field, and this axis.
 
     Parameters
     ----------
     points : array_like, shape (..., 2)
-        Where the ball touches the plane, in m.
+        Contact points on the plane, in m.
 
     Returns
     -------
     force, axis : ndarray, shape (..., 3)
-        In N; the axis is a unit vector.
+        Force in N; the axis is a unit vector.
     """
     force, field = _aligned(scene, points, scene.ring_sources())
     return force, field / np.linalg.norm(field, axis=-1, keepdims=True)
@@ -231,19 +236,19 @@ def _radius(scene: BallScene) -> float:
 
 
 def on_plane(scene: BallScene, points: ArrayLike) -> Array:
-    """Centers of a ball that touches the plane there, shape (..., 2) -> (..., 3), in m."""
+    """Return the ball's centers for contact points, shapes (..., 2) -> (..., 3), in m."""
     points = np.asarray(points, dtype=float)
     height = np.full((*points.shape[:-1], 1), scene.ball_radius)
     return np.concatenate([points, height], axis=-1)
 
 
 def _gradient(scene: BallScene, points: Array, sources: Sources) -> Array:
-    """Gradient of V_e, minus the force on the aligned dipole; shapes (..., 2) -> (..., 2)."""
+    """Return the gradient of V_e, minus the force on the aligned dipole; (..., 2) -> (..., 2)."""
     return -_aligned(scene, points, sources)[0][..., :2]
 
 
 def _aligned(scene: BallScene, points: ArrayLike, sources: Sources) -> tuple[Array, Array]:
-    """Force on the aligned dipole, and the field."""
+    """Return the force on the aligned dipole, and the field."""
     centers = on_plane(scene, points)
     field = dipoles.field(centers, *sources)
     moment = scene.moment * field / np.linalg.norm(field, axis=-1, keepdims=True)
@@ -251,7 +256,7 @@ def _aligned(scene: BallScene, points: ArrayLike, sources: Sources) -> tuple[Arr
 
 
 def _azimuths(sources: Sources, fineness: int) -> Array:
-    """Once round, both ends; the offset keeps dipoles and mirror lines off the grid."""
+    """Return azimuths around the circle, offset from dipoles and mirror lines; both ends."""
     sectors = fineness * max(160, 8 * len(sources[0]))
     return 0.1 + 2 * math.pi * np.arange(sectors + 1) / sectors
 
@@ -274,22 +279,22 @@ def _candidates(scene: BallScene, sources: Sources, fineness: int, parts: int) -
 
 
 def _changes(gradient: Array) -> NDArray[np.bool_]:
-    """Cells in which both components change sign, shape (..., n, m, 2) -> (..., n - 1, m - 1)."""
+    """Return the cells in which both components change sign: (n, m, 2) -> (n - 1, m - 1)."""
     up = gradient > 0
     ends = slice(None, -1), slice(1, None)
     corners: Any = np.stack([up[..., i, j, :] for i in ends for j in ends])
     return (corners.any(axis=0) & ~corners.all(axis=0)).all(axis=-1)
 
 
-def _turns(scene: BallScene, sources: Sources) -> int:
-    """How often the gradient turns round on the circle that bounds the search."""
+def _winding_number(scene: BallScene, sources: Sources) -> int:
+    """Return the winding number of the gradient on the circle that bounds the search."""
     circle = _polar(np.array(REACH * _radius(scene)), _azimuths(sources, 10))
     x, y = _gradient(scene, circle, sources).T
     return round(float(np.diff(np.unwrap(np.arctan2(y, x))[[0, -1]])[0]) / (2 * math.pi))
 
 
 def _converged(scene: BallScene, starts: list[Array], sources: Sources) -> list[CriticalPoint]:
-    """What Newton's method finds from these starts, each point once."""
+    """Return the critical points that Newton's method finds from these starts, each once."""
     found: list[CriticalPoint] = []
     near = 1e-5 * _radius(scene)
     for start in starts:
@@ -300,7 +305,7 @@ def _converged(scene: BallScene, starts: list[Array], sources: Sources) -> list[
 
 
 def _lows(scene: BallScene, sources: Sources) -> Array:
-    """The ten deepest points of a polar grid that are no higher than those around them."""
+    """Return the ten deepest local minima on a polar grid."""
     radii = _radius(scene) * np.linspace(0.01, REACH, 100)
     radius, azimuth = np.meshgrid(radii, _azimuths(sources, 1)[:-1], indexing="ij")
     points = _polar(radius, azimuth)
@@ -311,7 +316,7 @@ def _lows(scene: BallScene, sources: Sources) -> Array:
 
 
 def _stationary(scene: BallScene, start: Array, sources: Sources):
-    far = 1e6 * _radius(scene)  # beyond which it looks for nothing
+    far = 1e6 * _radius(scene)  # the search stays within
 
     def gradient(point: Array) -> Array:
         return _gradient(scene, np.clip(point, -far, far), sources)

@@ -1,4 +1,4 @@
-"""The ball on its plane as MJCF, with a scene's parameters; top and motor have it."""
+"""The parts of the MJCF models that top and motor share, with a scene's parameters."""
 
 from collections.abc import Sequence
 
@@ -9,7 +9,7 @@ from magmotor.mjcf import parts
 
 
 def add_ball(root: parts.Element, scene: BallScene, inertia: Sequence[float]) -> None:
-    """Give the ball its mass, size, moment and joints; `inertia` in kg m^2."""
+    """Set the mass, size, magnetic moment and joints of the ball; `inertia` in kg m^2."""
     root.option.gravity = [0.0, 0.0, -scene.gravity]
     _resize(root, scene.ball_radius)
     body = root.find("body", "ball")
@@ -25,7 +25,7 @@ def add_ball(root: parts.Element, scene: BallScene, inertia: Sequence[float]) ->
 
 
 def _resize(root: parts.Element, radius: float) -> None:
-    """Scale the sphere, what decorates it, and the camera that follows it."""
+    """Scale the sphere, its decoration, and the camera that follows it."""
     body = root.find("body", "ball")
     scale = radius / root.find("geom", "ball").size[0]
     for element in [*body.geom, *body.camera]:
@@ -35,7 +35,7 @@ def _resize(root: parts.Element, radius: float) -> None:
             element.size = scale * element.size
         if element.tag == "geom" and element.mesh is not None:
             element.mesh.scale *= scale
-    root.find("geom", "ball").size = [radius]  # to the bit
+    root.find("geom", "ball").size = [radius]  # exactly
 
 
 def size_arrows(root: parts.Element, scale: float) -> None:
@@ -45,7 +45,7 @@ def size_arrows(root: parts.Element, scale: float) -> None:
 
 
 def draw_ring(root: parts.Element, name: str, positions: np.ndarray, outward: np.ndarray) -> None:
-    """Draw the ring that a body is, in the material of its name; dipoles (N, 3) in its frame."""
+    """Draw a ring with its dipoles (N, 3), given in its frame, in the material `name`."""
     body = root.find("body", name)
     radius = float(np.linalg.norm(positions[0]))
     torus = {"builtin": "supertorus", "params": [48, 0.01, 1, 1], "scale": 3 * [radius]}

@@ -1,11 +1,11 @@
-"""The compiled stepping kernel of rigid bodies: a ball that rolls and slips, a ring that turns.
+"""The compiled stepping kernel for rigid bodies: a ball that rolls and slips, and a rotating ring.
 
-Two kinds of schemes:
+There are two classes of schemes:
 
 euler, cayley
-    Bou-Rabee and Owhadi's stochastic variational Euler: discrete momenta change by forces,
-    friction and noise at the step's beginning, then positions and orientations drift, by the
-    exponential or by the Cayley map.
+    Bou-Rabee and Owhadi's stochastic variational Euler: forces, friction and noise at the beginning
+    of the step change the discrete momenta; then positions and orientations drift, by the
+    exponential or the Cayley map.
 splittings
     Lists of parts, each solved exactly; the ring's drift is the free rotation of an axisymmetric
     body.
@@ -43,27 +43,26 @@ from magmotor.numerics.elementary import prefer_wide_vectors
 from magmotor.numerics.splittings import RIGID
 
 SIZE = 22
-"""Numbers in a state: place and velocity (2 each), orientation (4) and omega (3) of the ball;
+"""Length of a state: position and velocity (2 each), orientation (4) and omega (3) of the ball;
 orientation and omega of the ring; heat of ball and ring, work on ball and ring."""
 
 
 def kernel(scheme: str) -> Any:
-    """The function advance(states, recorded, rows, steps, path, bodies, magnets, coefficients).
+    """Return advance(states, recorded, rows, steps, path, bodies, magnets, coefficients).
 
-    It takes the rows from `rows[0]` to before `rows[1]` of states, shape (R, SIZE), each a replica
-    with the row's number, from step `steps[0]` on for `steps[1]` steps to each of `recorded`, shape
-    (records, R, SIZE), along the Brownian path (seed, factor, level). The states are those of the
-    last record afterwards.
+    From step number `steps[0]`, it advances the states, shape (R, SIZE), by `steps[1]` steps to
+    each record, shape (records, R, SIZE), along the Brownian path (seed, factor, level), and leaves
+    the last record in `states`. It advances replicas number `rows[0]` to `rows[1] - 1` only.
 
-    A replica's path is the same number for number with any replicas beside it, on any thread, and
-    with any division of the run into calls.
+    A replica's path is the same to the bit for any number of other replicas, on any thread, and for
+    any division of the run into calls.
     """
     return _advance(RIGID[scheme].exact, scheme == "cayley")
 
 
 @njit(inline="always")
 def _unpack(s):
-    """Ball, ring, and the sums of both."""
+    """Return ball, ring, and the sums of both."""
     ball = (s[0], s[1]), (s[2], s[3]), (s[4], s[5], s[6], s[7]), (s[8], s[9], s[10])
     ring = (s[11], s[12], s[13], s[14]), (s[15], s[16], s[17])
     return ball, ring, (s[18], s[20]), (s[19], s[21])
@@ -78,36 +77,36 @@ def _pack(s, ball, ring, ball_sums, ring_sums):
 
 @njit(inline="always")
 def _normals(replica, step, path, bodies):
-    """Normal numbers of the slip and of the ring; channels count those that have noise."""
+    """Return normal numbers for slip and ring; channels are numbered over those with noise."""
     seed, factor, level = path
-    push, shake, channel = (0.0, 0.0), (0.0, 0.0, 0.0), 0
+    slip_normals, ring_normals, channel = (0.0, 0.0), (0.0, 0.0, 0.0), 0
     if bodies.slip_noise > 0.0:
-        push = (
+        slip_normals = (
             normal(seed, replica, step, 0, factor, level),
             normal(seed, replica, step, 1, factor, level),
         )
         channel = 2
     if bodies.ring_noise > 0.0:
-        shake = (
+        ring_normals = (
             normal(seed, replica, step, channel, factor, level),
             normal(seed, replica, step, channel + 1, factor, level),
             normal(seed, replica, step, channel + 2, factor, level),
         )
-    return push, shake
+    return slip_normals, ring_normals
 
 
 @compiled_once(nogil=True, error_model="numpy")
 def _advance(checksum: int, splits: bool, by_cayley: bool):
-    """The kernel of all splittings, or of Euler's scheme."""
+    """Return the kernel for all splittings, or for Euler's scheme."""
 
     def advance(states, recorded, rows, steps, path, bodies, magnets, coefficients):
         _ = checksum
         prefer_wide_vectors()
         first, interval = steps
-        kinds = coefficients.kinds
+        flags = coefficients.flags
         c, a = bodies.slip_friction, bodies.slip_noise
         c_ring, a_ring = bodies.ring_friction, bodies.ring_noise
-        turns = magnets.frame.shape[1] > 0
+        has_ring = magnets.frame.shape[1] > 0
         work = aligned(magnets.frame.size).reshape(magnets.frame.shape)
         copy(work[6], magnets.frame[6])
         for replica in range(rows[0], rows[1]):
@@ -116,34 +115,34 @@ def _advance(checksum: int, splits: bool, by_cayley: bool):
             for n in range(coefficients.before, recorded.shape[0] * interval):
                 u, u_ring = slip(ball, bodies.radius), ring[1]
                 xi, xi_ring = _normals(replica, first + n, path, bodies)
-                for part in range(0 if n >= 0 else len(kinds) - 1, len(kinds)):
-                    if kinds[part, 3]:
-                        # Nowhere else: another copy of this code might round otherwise.
-                        place = ball[0][0], ball[0][1], bodies.radius
-                        force, torque, on_ring = wrenches(place, ball[2], ring[0], work, magnets)
+                for part in range(0 if n >= 0 else len(flags) - 1, len(flags)):
+                    if flags[part, 3]:
+                        # Only here: a second copy of this code might round differently.
+                        position = ball[0][0], ball[0][1], bodies.radius
+                        force, torque, on_ring = wrenches(position, ball[2], ring[0], work, magnets)
                     if n < 0:
                         continue
-                    drifts, kicks, o_part = kinds[part, 0], kinds[part, 1], kinds[part, 2]
+                    drifts, kicks, o_part = flags[part, 0], flags[part, 1], flags[part, 2]
                     if not splits:
                         ball = euler_ball(ball, force, torque, xi, bodies, coefficients, by_cayley)
-                        if turns:
+                        if has_ring:
                             ring = euler_ring(
                                 ring, on_ring, xi_ring, bodies, coefficients, by_cayley
                             )
                     elif drifts:
                         ball = drifted_ball(ball, coefficients.numbers[part, 0], False)
-                        if turns:
+                        if has_ring:
                             ring = drifted_ring(ring, coefficients.numbers[part, 0], bodies)
                     else:
                         row = read(coefficients.numbers, part)
                         ball = acted_on_ball(ball, row, kicks, o_part, force, torque, xi, bodies)
-                        if turns:
+                        if has_ring:
                             ring = acted_on_ring(ring, row, kicks, o_part, on_ring, xi_ring, bodies)
                 if n < 0:
                     continue
                 after = slip(ball, bodies.radius)
                 sums = add_heat_and_work(sums, u, after, xi, coefficients, c, a, splits)
-                if turns:
+                if has_ring:
                     ring_sums = add_heat_and_work(
                         ring_sums, u_ring, ring[1], xi_ring, coefficients, c_ring, a_ring, splits
                     )
@@ -161,10 +160,10 @@ Array = NDArray[np.float64]
 def recorded_chunks(
     job: Job, bodies: Bodies, magnets: Magnets, start: Array, threads: int | None = None
 ) -> Generator[tuple[Array, Array, Array]]:
-    """Yield times, records of shape (T, R, SIZE) and the states that came last, in chunks.
+    """Yield times, records of shape (T, R, SIZE) and the last states, in chunks.
 
-    `start` are the states of the R replicas, as the kernel takes them; `threads` are
-    `thread_count()` if not given.
+    `start` has the initial states of the R replicas, shape (R, SIZE); `threads` is
+    `thread_count()` by default.
     """
     advance = kernel(job.scheme)
     numbers = bodies, magnets, step_coefficients(bodies, RIGID[job.scheme], job.timestep)
@@ -178,7 +177,7 @@ def recorded_chunks(
             for steps in job.pieces(step, len(times), len(states)):
                 parts = [(states, recorded, rows, steps, path, *numbers) for rows in pairwise(ends)]
                 if threads == 1:
-                    advance(*parts[0])  # a thread takes longer to start than many a run
+                    advance(*parts[0])  # starting a thread takes longer than many runs
                 else:
                     for part in [pool.submit(advance, *part) for part in parts]:
                         part.result()
@@ -186,5 +185,5 @@ def recorded_chunks(
 
 
 def on_plane(flat: Array, height: float) -> Array:
-    """Vectors from their x and y and one z for all; shapes (..., 2) -> (..., 3)."""
+    """Append a common z to vectors; shapes (..., 2) -> (..., 3)."""
     return np.concatenate([flat, np.full((*flat.shape[:-1], 1), height)], axis=-1)

@@ -1,7 +1,7 @@
-"""What a step does to the ball and to the ring, by each scheme; a drift or a kick at a time.
+"""The elementary parts of the steps of ball and ring: drifts, kicks, friction and noise.
 
-A ball is (place, velocity, orientation, omega), place and velocity with x and y only; a ring is
-(orientation, omega).
+A ball is (position, velocity, orientation, omega), position and velocity with x and y only; a ring
+is (orientation, omega).
 """
 
 import math
@@ -25,24 +25,24 @@ from magmotor.numerics.rotations import (
 )
 
 ITERATIONS = 100
-"""At most; a hoop needs 5 where h |omega| = 0.001, 10 where it is 0.1 and 31 where it is 1."""
+"""Largest number; a hoop needs 5 at h |omega| = 0.001, 10 at 0.1, and 31 at 1."""
 
 ROUNDING = 4e-15
-"""Relative change after which nothing but rounding is left."""
+"""Relative change below which only rounding is left."""
 
 
 @njit(inline="always")
 def discrete_momentum(omega, axis, inertia, time, by_cayley):
-    """(dtau^-1_W)* I omega for W = time omega; `inertia` is the pair across and about the axis."""
+    """Return (dtau^-1_W)* I omega for W = time omega; `inertia` is (across, about the axis)."""
     W, pi = scaled(time, omega), stretched(omega, axis, inertia[0], inertia[1])
     return cayley_momentum(W, pi) if by_cayley else exponential_momentum(W, pi)
 
 
 @njit(inline="always")
 def angular_velocity(mu, axis, inertia, time, by_cayley):
-    """The angular velocity with this discrete momentum, by fixed-point iteration.
+    """Return the angular velocity with this discrete momentum, by fixed-point iteration.
 
-    NaN if it does not converge: the step is too long for so fast a rotation.
+    It is NaN without convergence, which means that the step is too long for such a fast rotation.
     """
     across, axial = inertia
     omega = stretched(mu, axis, 1.0 / across, 1.0 / axial)
@@ -57,9 +57,9 @@ def angular_velocity(mu, axis, inertia, time, by_cayley):
 
 @njit(inline="always")
 def heat_and_work(before, after, friction, noise, increment, timestep, exact):
-    """Heat c u^2 h and work alpha u dW of a step, in J, along the velocity u.
+    """Return heat c u^2 h and work alpha u dW of a step, in J, along the velocity u.
 
-    `exact` says how friction and noise act in the step.
+    `exact` states whether friction and noise are solved exactly in the step.
     """
     mean, change = 0.5 * (before + after), after - before
     within = 0.25 * friction * change * change * timestep if exact else 0.0
@@ -68,7 +68,7 @@ def heat_and_work(before, after, friction, noise, increment, timestep, exact):
 
 @njit(inline="always")
 def read(numbers, part):
-    """A row of `StepCoefficients.numbers` in registers, which is faster than an array of it."""
+    """Return a row of `StepCoefficients.numbers` as a tuple, which is faster than an array."""
     return (
         numbers[part, 0],
         numbers[part, 1],
@@ -85,34 +85,34 @@ def read(numbers, part):
 
 @njit(inline="always")
 def slip(ball, radius):
-    """Velocity of the contact point."""
+    """Return the velocity of the contact point."""
     _, v, _, omega = ball
     return fused(-radius, omega[1], v[0]), fused(radius, omega[0], v[1])
 
 
 @njit(inline="always")
 def kicked_ball(ball, time, force, torque, bodies):
-    """The ball after a force and a torque have acted."""
-    place, v, turn, omega = ball
+    """Return the ball after the impulse of a force and a torque."""
+    position, v, orientation, omega = ball
     scale = time / bodies.mass
     v = fused(scale, force[0], v[0]), fused(scale, force[1], v[1])
-    return place, v, turn, plus(omega, time / bodies.inertia, torque)
+    return position, v, orientation, plus(omega, time / bodies.inertia, torque)
 
 
 @njit(inline="always")
 def kicked_ring(ring, impulse, bodies):
-    """The ring after an angular impulse."""
-    turn, omega = ring
-    change = stretched(impulse, third_axis(turn), 1.0 / bodies.across, 1.0 / bodies.axial)
-    return turn, plus(omega, 1.0, change)
+    """Return the ring after an angular impulse."""
+    orientation, omega = ring
+    change = stretched(impulse, third_axis(orientation), 1.0 / bodies.across, 1.0 / bodies.axial)
+    return orientation, plus(omega, 1.0, change)
 
 
 @njit(inline="always")
 def friction_on_ball(ball, force, torque, xi, bodies, triple):
-    """Impulse of friction and noise at the contact point, and its angular impulse.
+    """Return the impulse of friction and noise at the contact point, and its angular impulse.
 
-    `triple` (a, b, d) is that of the slip in `StepCoefficients`; force and torque act meanwhile, at
-    the center.
+    `triple` is (a, b, d) of the slip in `StepCoefficients`; force and torque act on the center at
+    the same time.
     """
     u, r, (a, b, d) = slip(ball, bodies.radius), bodies.radius, triple
     light, arm = 1.0 / bodies.mass, r / bodies.inertia
@@ -124,9 +124,9 @@ def friction_on_ball(ball, force, torque, xi, bodies, triple):
 
 @njit(inline="always")
 def friction_on_ring(ring, torque, xi, across, axial):
-    """Angular impulse of friction and noise on the ring, by its triples; torque acts meanwhile."""
-    turn, omega = ring
-    axis = third_axis(turn)
+    """Return the angular impulse of friction and noise on the ring, during which a torque acts."""
+    orientation, omega = ring
+    axis = third_axis(orientation)
     friction = stretched(omega, axis, across[0], axial[0])
     noise = stretched(xi, axis, across[1], axial[1])
     return plus(plus(friction, 1.0, noise), 1.0, stretched(torque, axis, across[2], axial[2]))
@@ -134,62 +134,64 @@ def friction_on_ring(ring, torque, xi, across, axial):
 
 @njit(inline="always")
 def drifted_ball(ball, time, by_cayley):
-    """The ball after it has rolled and turned freely."""
-    place, v, turn, omega = ball
+    """Return the ball after free translation and rotation."""
+    position, v, orientation, omega = ball
     W = scaled(time, omega)
     by = cayley(W) if by_cayley else exponential(W)
-    place = fused(time, v[0], place[0]), fused(time, v[1], place[1])
-    return place, v, normalized(mul_quat(by, turn)), omega
+    position = fused(time, v[0], position[0]), fused(time, v[1], position[1])
+    return position, v, normalized(mul_quat(by, orientation)), omega
 
 
 @njit(inline="always")
 def drifted_ring(ring, time, bodies):
-    """The ring after it has turned freely, with its angular momentum pi constant.
+    """Return the ring after free rotation with constant angular momentum pi.
 
     R(t) = exp(t pi/J) R exp(t (1/J_3 - 1/J) pi_3 e_3).
     """
-    turn, omega = ring
+    orientation, omega = ring
     across, axial = bodies.across, bodies.axial
-    axis = third_axis(turn)
+    axis = third_axis(orientation)
     pi = stretched(omega, axis, across, axial)
     about = (0.0, 0.0, time * (1.0 / axial - 1.0 / across) * dot(pi, axis))
-    turn = mul_quat(exponential(scaled(time / across, pi)), mul_quat(turn, exponential(about)))
-    turn = normalized(turn)
-    return turn, stretched(pi, third_axis(turn), 1.0 / across, 1.0 / axial)
+    orientation = mul_quat(
+        exponential(scaled(time / across, pi)), mul_quat(orientation, exponential(about))
+    )
+    orientation = normalized(orientation)
+    return orientation, stretched(pi, third_axis(orientation), 1.0 / across, 1.0 / axial)
 
 
 @njit(inline="always")
 def euler_ball(ball, force, torque, xi, bodies, coefficients, by_cayley):
-    """The ball after a step of the variational Euler scheme."""
+    """Return the ball after a step of the variational Euler scheme."""
     h, row = coefficients.timestep, read(coefficients.numbers, 0)
     push, twist = friction_on_ball(ball, force, torque, xi, bodies, (row[1], row[2], 0.0))
-    impulse, turning = plus(push, h, force), plus(twist, h, torque)
-    place, v, turn, omega = kicked_ball(ball, 1.0, impulse, turning, bodies)
+    impulse, angular_impulse = plus(push, h, force), plus(twist, h, torque)
+    position, v, orientation, omega = kicked_ball(ball, 1.0, impulse, angular_impulse, bodies)
     if by_cayley:  # by exp, the discrete momentum of an isotropic body is I omega
-        axis, isotropic = third_axis(turn), (bodies.inertia, bodies.inertia)
-        mu = plus(discrete_momentum(ball[3], axis, isotropic, -h, True), 1.0, turning)
+        axis, isotropic = third_axis(orientation), (bodies.inertia, bodies.inertia)
+        mu = plus(discrete_momentum(ball[3], axis, isotropic, -h, True), 1.0, angular_impulse)
         omega = angular_velocity(mu, axis, isotropic, h, True)
-    return drifted_ball((place, v, turn, omega), h, by_cayley)
+    return drifted_ball((position, v, orientation, omega), h, by_cayley)
 
 
 @njit(inline="always")
 def euler_ring(ring, torque, xi, bodies, coefficients, by_cayley):
-    """The ring after a step of the variational Euler scheme."""
+    """Return the ring after a step of the variational Euler scheme."""
     h, row = coefficients.timestep, read(coefficients.numbers, 0)
-    turn, omega = ring
-    axis, inertia = third_axis(turn), (bodies.across, bodies.axial)
+    orientation, omega = ring
+    axis, inertia = third_axis(orientation), (bodies.across, bodies.axial)
     mu = discrete_momentum(omega, axis, inertia, -h, by_cayley)
     across, axial = (row[4], row[5], 0.0), (row[7], row[8], 0.0)
     after_friction = friction_on_ring(ring, torque, xi, across, axial)
     mu = plus(plus(mu, h, torque), 1.0, after_friction)
     omega = angular_velocity(mu, axis, inertia, h, by_cayley)
     W = scaled(h, omega)
-    return normalized(mul_quat(cayley(W) if by_cayley else exponential(W), turn)), omega
+    return normalized(mul_quat(cayley(W) if by_cayley else exponential(W), orientation)), omega
 
 
 @njit(inline="always")
 def acted_on_ball(ball, row, kicks, o_part, force, torque, xi, bodies):
-    """The ball after a part of a splitting: a kick, friction and noise, or both."""
+    """Return the ball after a part of a splitting: a kick, friction and noise, or both."""
     push, twist = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     if o_part:
         triple = row[1], row[2], row[3] if kicks else 0.0
@@ -201,7 +203,7 @@ def acted_on_ball(ball, row, kicks, o_part, force, torque, xi, bodies):
 
 @njit(inline="always")
 def acted_on_ring(ring, row, kicks, o_part, torque, xi, bodies):
-    """The ring likewise."""
+    """Return the ring after a part of a splitting: a kick, friction and noise, or both."""
     impulse = (0.0, 0.0, 0.0)
     if o_part:
         across = row[4], row[5], row[6] if kicks else 0.0
@@ -214,7 +216,7 @@ def acted_on_ring(ring, row, kicks, o_part, torque, xi, bodies):
 
 @njit(inline="always")
 def add_heat_and_work(sums, before, after, xi, coefficients, friction, noise, exact):
-    """Running sums of heat and work with those of a step added; see `books`."""
+    """Return the running sums after a step's heat and work; see `heat_and_work`."""
     heat, work = sums
     h, root = coefficients.timestep, math.sqrt(coefficients.timestep)
     for k in range(len(before)):

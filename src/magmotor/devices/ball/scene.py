@@ -1,4 +1,4 @@
-"""What top and motor have in common: a magnetic ball on a plane, under a ring of dipoles."""
+"""The common base of the scenes of top and motor: a magnetic ball on a plane, under a ring."""
 
 import math
 
@@ -12,7 +12,7 @@ Array = NDArray[np.float64]
 
 
 class BallScene(Scene):
-    """A scene with a ball; its fields are those of `Top` and `Motor`.
+    """A scene with a ball; `Top` and `Motor` define the fields.
 
     Attributes
     ----------
@@ -21,7 +21,9 @@ class BallScene(Scene):
     gravity : float
         In m/s^2.
     surface : str
-        `planar` or `plane`.
+        `planar`: the ball is constrained to the plane; `plane`: a contact bears it.
+    coupling : float
+        See the field of `Top` and `Motor`.
     """
 
     ball_mass: float
@@ -36,25 +38,25 @@ class BallScene(Scene):
         raise NotImplementedError
 
     def ring_sources(self, time: float = 0.0) -> tuple[Array, Array]:
-        """Positions (N, 3) in m and moments (N, 3) in A m^2 of what acts on the ball."""
+        """Return positions (N, 3) in m and moments (N, 3) in A m^2 of the rings' dipoles."""
         raise NotImplementedError
 
     def near_ring(self, time: float = 0.0) -> tuple[float, float]:
-        """Radius and height, in m, of the ring that is nearest to the ball."""
+        """Return radius and height, in m, of the ring that is nearest to the ball."""
         raise NotImplementedError
 
     def resting_place(self) -> tuple[float, float]:
-        """Where on the plane, in m, the ball rests in the deepest minimum of V_e."""
+        """Return the deepest minimum of V_e on the plane, in m, where the ball can rest."""
         raise NotImplementedError
 
     @property
     def weight(self) -> float:
-        """Of the ball, in N."""
+        """Weight of the ball, in N."""
         return self.ball_mass * self.gravity
 
 
 def ring_dipoles(count: int, radius: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Positions (N, 3) and outward directions (N, 3) of equally spaced dipoles, first along x."""
+    """Return positions (N, 3) and outward directions (N, 3) of equally spaced dipoles from x on."""
     azimuth = 2 * np.pi * np.arange(count) / count
     outward = np.stack(
         [applied(math.cos, azimuth), applied(math.sin, azimuth), np.zeros_like(azimuth)], axis=1

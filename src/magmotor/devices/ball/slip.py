@@ -12,7 +12,7 @@ Array = NDArray[np.float64]
 
 @checked
 def slip_velocity(scene: BallScene, velocity: Vectors, angular_velocity: Vectors) -> Array:
-    """Slip velocity V_Q = v + omega x q of the contact point, q = -r e_z; equation (slip).
+    """Return the slip velocity V_Q = v + omega x q, q = -r e_z, of the contact point; (slip).
 
     Parameters
     ----------
@@ -28,5 +28,5 @@ def slip_velocity(scene: BallScene, velocity: Vectors, angular_velocity: Vectors
 
 
 def mobility(mass: float, radius: float, inertia: float) -> float:
-    """A = 1/m + r^2/I in 1/kg: by how much a force on the contact point accelerates the slip."""
+    """Return the mobility A = 1/m + r^2/I of the slip, in 1/kg: its acceleration per force."""
     return 1 / mass + radius**2 / inertia

@@ -1,1 +1,1 @@
-"""The sliding disk, and the Langevin particle beside it."""
+"""The sliding disk, and the Langevin particle for comparison."""

@@ -1,4 +1,4 @@
-"""The devices of the sliding disk and of the Langevin particle beside it."""
+"""The devices of the sliding disk and of the Langevin particle."""
 
 import math
 import warnings
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from magmotor.common.checks import check_array, check_integer, reject
 from magmotor.device.device import Device, Engine, Equation, MujocoAdapter, register
-from magmotor.device.initial import as_given, last_record
+from magmotor.device.initial import initial_parts
 from magmotor.device.job import METHODS as MUJOCO
 from magmotor.device.job import PLANAR as MUJOCO_PLANAR
 from magmotor.device.job import Job
@@ -41,13 +41,13 @@ LABELS = {
 
 
 class LangevinDevice(Device[S, DiskStates], Generic[S]):
-    """See `magmotor.device.device.Device`; of the particle, and what the disk shares with it."""
+    """The device of the Langevin particle, and the base of the disk's; see `Device`."""
 
     time_unit = "1"
     measures = OF_LANGEVIN
 
     def methods(self, scene: S) -> tuple[str, ...]:
-        """Names of the methods that the scene takes."""
+        """Return the names of the methods that can integrate the scene."""
         return splittings.methods(splittings.DISK, noise=scene.noise > 0)
 
     def check_run(
@@ -58,12 +58,12 @@ class LangevinDevice(Device[S, DiskStates], Generic[S]):
         replicas: int | None,
         allow_unstable: bool = False,
     ) -> None:
-        """Check what depends on the scene; of the timestep nothing if it may be unstable.
+        """Check the replicas, and unless `allow_unstable` the timestep.
 
         Raises
         ------
         ValueError
-            A timestep at which the method is linearly unstable.
+            The method is linearly unstable at this timestep.
         """
         if replicas is not None:
             check_integer("replicas", replicas, at_least=1)
@@ -74,28 +74,26 @@ class LangevinDevice(Device[S, DiskStates], Generic[S]):
     def initial_state(
         self, scene: S, initial: Mapping[str, Any] | xr.Dataset | None, replicas: int | None
     ) -> DiskStates:
-        """The state that a run starts from, one row of all replicas; see `simulate` for `initial`.
+        """Return the initial state of all replicas, as one row; see `simulate` for `initial`.
 
         Raises
         ------
         ValueError
-            Names the part, its value and the bound.
+            A part is unknown or invalid; the message names the part, its value and the bound.
         """
         count = replicas or 1
         state = start_disk(scene, count)
-        parts = [name for name in DiskStates._fields[1:] if getattr(state, name) is not None]
-        if isinstance(initial, xr.Dataset):
-            given = last_record(initial, parts)
-        else:
-            given = as_given(initial, parts)
-        return state._replace(**{name: _row(name, value, count) for name, value in given.items()})
+        names = [name for name in DiskStates._fields[1:] if getattr(state, name) is not None]
+        given = initial_parts(initial, names)
+        rows = {name: _initial_row(name, value, count) for name, value in given.items()}
+        return state._replace(**rows)
 
     def guard(self, scene: S, first: DiskStates) -> DiskGuard:
-        """See `DiskGuard`."""
+        """Return the guard of a run; see `DiskGuard`."""
         return DiskGuard(scene, first)
 
     def columns(self, scene: S, states: DiskStates, replicas: int | None) -> dict[str, Column]:
-        """The variables of a run's dataset."""
+        """Return the variables of a run's dataset."""
         values = {name: column for name, column in states._asdict().items() if column is not None}
         del values["time"]
         values["energy"] = energy(scene, states.x, states.v, states.omega)
@@ -104,7 +102,7 @@ class LangevinDevice(Device[S, DiskStates], Generic[S]):
         return {k: Column(("replica", "time"), v.T, "1", LABELS[k]) for k, v in values.items()}
 
     def energy_balance(self, run: xr.Dataset, scene: S) -> xr.Dataset:
-        """Energy of a run against heat and work."""
+        """Return the energy balance of a run."""
         return disk_energy_balance(run, scene)
 
     @property
@@ -115,41 +113,41 @@ class LangevinDevice(Device[S, DiskStates], Generic[S]):
         return variational
 
     def ensemble(self, scene: S) -> Callable[..., xr.Dataset]:
-        """Of disk and particle, with statistics of their own."""
+        """Return the function for ensembles of disk and particle, which have more statistics."""
         from magmotor.devices.disk.ensemble.run import ensemble
 
         return ensemble
 
     def small_motion(self, scene: S) -> SmallMotion:
-        """The disk where U is steepest."""
+        """Linearize the motion where |U''| is largest."""
         return timesteps.small_motion(scene)
 
     @property
     def charted(self) -> Disk:
-        """The paper's disk, for the particle, too."""
+        """The paper's disk, also for the particle."""
         return Disk()
 
     def rates(self, scene: S) -> tuple[float, ...]:
-        """Of swing and friction, of the swing as temperature samples it, and of flights."""
+        """Return the rates of swing, friction, thermal swing and flights."""
         motion = small_motion(scene)
         decay = float(motion.decay.max())
-        return motion.frequency, decay, _thermal_swing(scene), self._flights(scene)
+        return motion.frequency, decay, _thermal_swing(scene), self._flight_rate(scene)
 
-    def _flights(self, scene: S) -> float:
+    def _flight_rate(self, scene: S) -> float:
         return 0.0
 
     def quantities(self, scene: S) -> tuple[str, ...]:
-        """With noise temperature, without the path."""
+        """Return temperature with noise, position and path without."""
         return ("temperature",) if scene.noise > 0 else ("position", "path")
 
 
 class DiskDevice(LangevinDevice[Disk]):
-    """See `magmotor.device.device.Device`."""
+    """The device of the disk; see `Device`."""
 
     measures = OF_DISK
 
     def methods(self, scene: Disk) -> tuple[str, ...]:
-        """Names of the methods that the scene takes."""
+        """Return the names of the methods that can integrate the scene."""
         if scene.surface == "plane":
             return MUJOCO
         exact = () if scene.noise else ("scipy/dop853",)
@@ -163,17 +161,17 @@ class DiskDevice(LangevinDevice[Disk]):
         replicas: int | None,
         allow_unstable: bool = False,
     ) -> None:
-        """Check what depends on the scene; of the timestep nothing if it may be unstable.
+        """Check the replicas, and unless `allow_unstable` the timestep.
 
         Raises
         ------
         ValueError
-            A timestep at which the method is linearly unstable.
+            The method is linearly unstable at this timestep.
 
         Warns
         -----
         UserWarning
-            A timestep at which the flights that the temperature allows are aliased.
+            At this timestep, thermal flights are aliased.
         """
         super().check_run(scene, method, timestep, replicas, allow_unstable)
         if allow_unstable or method == "scipy/dop853" or not (scene.coefficients and scene.noise):
@@ -189,35 +187,35 @@ class DiskDevice(LangevinDevice[Disk]):
 
     @property
     def ode(self) -> Equation:
-        """Equation (slidingdisk) without noise."""
+        """The equation (slidingdisk) without noise."""
         from magmotor.devices.disk import ode
 
         return ode
 
     def compose(self, scene: Disk, *, visual: bool) -> Any:
-        """The disk as a PyMJCF tree."""
+        """Return the disk as a PyMJCF tree."""
         from magmotor.devices.disk.mjcf import compose_disk
 
         return compose_disk(scene, visual=visual)
 
     def mujoco(self, job: Job) -> MujocoAdapter:
-        """What is particular to a run in MuJoCo."""
+        """Return the adapter of a run in MuJoCo."""
         from magmotor.devices.disk.mjcf import DiskAdapter
 
         return DiskAdapter(job)
 
-    def _flights(self, scene: Disk) -> float:
+    def _flight_rate(self, scene: Disk) -> float:
         return 1 / timesteps.largest_timestep(scene)
 
     def sliders(self, scene: Disk) -> dict[str, Slider]:
-        """Friction and temperature."""
+        """Return the sliders of friction and temperature."""
         return {
             "friction": positive(scene.friction, Disk().friction),
             "temperature": positive(1 / scene.beta, 1 / Disk().beta),
         }
 
     def scene_at(self, scene: Disk, values: Mapping[str, float]) -> Disk:
-        """The scene with its sliders at these values."""
+        """Return the scene with its sliders at these values."""
         friction = values["friction"]
         return scene.replace(friction=friction, noise=noise_at(friction, values["temperature"]))
 
@@ -228,7 +226,7 @@ register(DISK, Disk)
 register(LANGEVIN, LangevinParticle)
 
 
-def _row(name: str, value: Any, replicas: int) -> NDArray[np.float64]:
+def _initial_row(name: str, value: Any, replicas: int) -> NDArray[np.float64]:
     label = f"initial[{name!r}]"
     row = check_array(label, value)
     if row.shape not in {(), (replicas,)}:
@@ -237,7 +235,10 @@ def _row(name: str, value: Any, replicas: int) -> NDArray[np.float64]:
 
 
 def _thermal_swing(scene: Disk | LangevinParticle) -> float:
-    """Root of <U''> = beta <U'^2> under Gibbs' measure: (h times it)^2 is how temperatures err."""
+    """Return sqrt <U''> = sqrt(beta <U'^2>) in the Gibbs measure.
+
+    The relative error of temperatures is the square of this rate times the timestep.
+    """
     if not (scene.noise and scene.coefficients):
         return 0.0
     x = np.linspace(0, 2 * np.pi, 4096, endpoint=False)

@@ -1,31 +1,39 @@
-"""The disk's energy balance along its Brownian path."""
+"""The energy balance of disk and particle along the Brownian path."""
 
 import numpy as np
 import xarray as xr
 
 from magmotor.common.checks import reject
 from magmotor.device.analysis import OWN, analysis, checked_run
+from magmotor.device.observable import labeled
 from magmotor.devices.disk.scene import Disk, LangevinParticle
 from magmotor.devices.disk.theory.coefficients import injection_rate
 from magmotor.noise import path_of
 
+LABELS = {
+    "heat": ("1", "heat dissipated by friction"),
+    "injected": ("1", "mean work of the noise"),
+    "martingale": ("1", "work of the noise minus its mean"),
+    "residual": ("1", "residual of the energy balance"),
+}
+
 
 @analysis("v", "energy", of=(Disk, LangevinParticle), records=2)
 def disk_energy_balance(run: xr.Dataset, scene: Disk | LangevinParticle = OWN) -> xr.Dataset:
-    """Energy against heat and the work of the noise, along the path of each replica.
+    """Compare the energy with the heat and the work of the noise along each replica's path.
 
     The paper's remark: dE = -c s^2 dt + (alpha^2/2)(1 + 1/sigma) dt + alpha s dW, s = v + omega.
-    The last two terms together are the Stratonovich integral of alpha s dW, which is summed with
-    the mean slip of each step, as the heat is. The Langevin particle has s = v, and a disk with a
-    `friction_ratio` a second slip with its own noise.
+    The last two terms together are the Stratonovich integral of alpha s dW. This integral and the
+    heat are summed with the mean slip of each step. The Langevin particle has s = v; a disk with a
+    `friction_ratio` has a second slip with its own noise.
 
     Parameters
     ----------
     run : xarray.Dataset
-        From `simulate`, or some of its replicas, or a part of it in time: its coordinates `step`
-        and `replica` say which noise it had. Every step must be recorded.
+        From `simulate`, or some of its replicas, or a part of it in time; the coordinates `step`
+        and `replica` identify its noise. Every step must be recorded.
     scene : Disk or LangevinParticle, optional
-        Its scene; by default the one that the attributes of the run tell.
+        Scene of the run; by default, from the run's attributes.
 
     Returns
     -------
@@ -37,15 +45,14 @@ def disk_energy_balance(run: xr.Dataset, scene: Disk | LangevinParticle = OWN) -
     Raises
     ------
     ValueError
-        The run does not hold every step between its first and its last, or does not say which
-        steps and replicas it holds.
+        The run lacks a step between its first and its last, or the numbers of its steps and
+        replicas.
     """
-    if isinstance(scene, Disk):
-        run = checked_run("run", run, ("omega",), (Disk,))
+    run = checked_run("run", run, scene.velocity_names, (type(scene),))
     first, replicas = _first_step(run), _replicas(run)
     path = path_of(run.attrs)
-    velocities = [run.v, run.omega] if isinstance(scene, Disk) else [run.v]
-    slips = np.tensordot(scene.slip_directions, np.stack(velocities), axes=1)
+    velocities = np.stack([run[name] for name in scene.velocity_names])
+    slips = np.tensordot(scene.slip_directions, velocities, axes=1)
     mean = np.atleast_3d((slips[..., 1:] + slips[..., :-1]) / 2)
     rows = mean.reshape(len(slips), len(replicas), -1)
     increments = np.array(
@@ -66,34 +73,37 @@ def disk_energy_balance(run: xr.Dataset, scene: Disk | LangevinParticle = OWN) -
         "residual": gain + heat - work,
     }
     columns = {k: np.pad(v, ((0, 0), (1, 0))).reshape(run.v.shape) for k, v in columns.items()}
-    return xr.Dataset({k: (run.v.dims, v) for k, v in columns.items()}, coords={"time": run.time})
+    data = {k: (run.v.dims, v) for k, v in columns.items()}
+    return labeled(xr.Dataset(data, coords={"time": run.time}), LABELS)
 
 
 def _first_step(run: xr.Dataset) -> int:
-    """Number of the run's first step on its Brownian path, if it holds all that follow."""
+    """Return the number of the run's first step, after a check that no later one is missing."""
     if "step" not in run.coords or run.step.dims != ("time",) or run.step.dtype.kind not in "iu":
         raise reject(
-            "coordinates", [*map(str, run.coords)], "must be those of simulate, with step over time"
+            "coordinates",
+            [*map(str, run.coords)],
+            "must include step, a number for each time, as simulate writes it",
         )
     if not {"seed", "timestep"} <= {*run.attrs}:
         raise reject(
-            "attributes", [*run.attrs], "must be those of simulate, with seed and timestep"
+            "attributes", [*run.attrs], "must include seed and timestep, as simulate writes them"
         )
     apart = np.diff(run.step.values)
     if (apart != 1).any():
         worst = int(apart[apart != 1][0])
         raise reject(
-            "steps between two records", worst, "must be 1: the noise of every step is needed"
+            "steps between two records", worst, "must be 1, since the noise of every step is needed"
         )
     return int(run.step.values[0])
 
 
 def _replicas(run: xr.Dataset) -> list[int]:
-    """Numbers of the replicas that the run holds."""
+    """Return the numbers of the run's replicas."""
     if "replicas" not in run.attrs:
         return [0]
     if "replica" not in run.coords or run.replica.dtype.kind not in "iu":
         raise reject(
-            "coordinates", [*map(str, run.coords)], "must be those of simulate, with replica"
+            "coordinates", [*map(str, run.coords)], "must include replica, as simulate writes it"
         )
     return np.atleast_1d(run.replica.values).tolist()

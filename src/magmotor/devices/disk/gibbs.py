@@ -14,10 +14,10 @@ from magmotor.devices.disk.theory.stationary import gibbs_deviations
 from magmotor.numerics.reproducible import applied
 
 RARE = 1e-3
-"""Part of the tries that the simplest bound on U lets through, below which a closer one is used."""
+"""Acceptance rate of the simplest bound on U below which a closer bound is used."""
 
 COLDEST = 1e6
-"""Largest beta max|U''|: of so deep a well one try in some thousand hits the bottom."""
+"""Largest beta max|U''|; in such a deep well, one of about a thousand samples is accepted."""
 
 
 @checked
@@ -28,35 +28,37 @@ def gibbs(
     seed: Seed = 0,
     d: Annotated[float, number()] | None = None,
 ) -> dict[str, NDArray[np.float64]]:
-    """Independent states of the Gibbs measure exp(-beta E), equation (kjhss).
+    """Draw independent states from the Gibbs measure exp(-beta E), equation (kjhss).
 
     Parameters
     ----------
     scene : Disk or LangevinParticle
     replicas : int
-        How many.
+        Number of states.
     seed : int
-        Of NumPy's generator; it has nothing to do with the Brownian paths of the same seed.
+        Seed of NumPy's generator; Brownian paths with the same seed are independent of it.
     d : float, optional
-        Of a disk, the measure given that sigma omega - v has this value, dimensionless. The
-        position and the slip v + omega, which are independent of it, are distributed as without.
+        For a disk, condition the measure on this value of sigma omega - v, dimensionless. The
+        distributions of the position and of the slip v + omega do not depend on it.
 
     Returns
     -------
     dict
-        `x` in [0, 2 pi), `v` and, of the disk, `theta` in [0, 2 pi) and `omega`, shape (replicas,):
-        what `simulate` and `ensemble` take as `initial`.
+        `x` in [0, 2 pi), `v` and, for the disk, `theta` in [0, 2 pi) and `omega`, each of shape
+        (replicas,); `simulate` and `ensemble` accept it as `initial`.
 
     Raises
     ------
     ValueError
-        The scene has no temperature or one that is next to none, `replicas` is less than 1, or
-        `d` is given for a Langevin particle.
+        The temperature is zero or extremely low, `replicas` is less than 1, or `d` is given for a
+        Langevin particle.
     """
     if not scene.noise:
-        raise reject("noise", scene.noise, "must be positive: without it there is no temperature")
-    if d is not None and not isinstance(scene, Disk):
-        raise reject("d", d, "must be None: a Langevin particle has no disk that rotates")
+        raise reject(
+            "noise", scene.noise, "must be positive, since the temperature is zero without it"
+        )
+    if d is not None and not scene.has_rotation:
+        raise reject("d", d, "must be None, since a Langevin particle does not rotate")
     random = np.random.default_rng(seed)
     x = _positions(scene, replicas, random)
     v, *omega = gibbs_deviations(scene)
@@ -72,15 +74,15 @@ def gibbs(
 
 
 def _positions(scene: Disk | LangevinParticle, replicas: int, random: np.random.Generator):
-    """Rejection from the uniform law, which is exact for every potential."""
+    """Sample x by rejection from the uniform distribution, exactly for every potential."""
     lowest, tries = -sum(abs(a) + abs(b) for a, b in scene.coefficients), replicas
     grid = np.linspace(0, 2 * math.pi, 4096, endpoint=False)
     energy = derivative(scene.coefficients, grid)
     if np.mean(np.exp(-scene.beta * (energy - lowest))) < RARE:
-        # Half a step from the grid U is not lower than this.
-        within = (math.pi / 4096) ** 2 * steepest_curvature(scene.coefficients)
-        lowest, tries = float(energy.min()) - within, max(replicas, 10**5)
-        if scene.beta * (steepest_curvature(scene.coefficients) + within) > COLDEST:
+        # Within half a step of a grid point, U is at most this much lower.
+        margin = (math.pi / 4096) ** 2 * steepest_curvature(scene.coefficients)
+        lowest, tries = float(energy.min()) - margin, max(replicas, 10**5)
+        if scene.beta * (steepest_curvature(scene.coefficients) + margin) > COLDEST:
             sentence = f"must be so large that beta max|U''| is at most {COLDEST:g}"
             raise reject("noise", scene.noise, sentence)
     kept = np.empty(0)

@@ -1,4 +1,4 @@
-"""The guard on a run of the disk: which recorded states no accurate solution can have."""
+"""The guard of disk and particle: a test of the energy of recorded states."""
 
 from collections.abc import Iterator
 
@@ -18,13 +18,13 @@ from magmotor.devices.disk.theory.stationary import temperature
 
 
 class DiskGuard(Guard):
-    """Finds the first wrong row among recorded states of a scene.
+    """Find the first row whose energy no accurate solution can have.
 
     Parameters
     ----------
     scene : Disk or LangevinParticle
     first : DiskStates
-        The initial state; it sets the energy that the motion may have.
+        The initial state, whose energy sets the limit.
     """
 
     def __init__(self, scene: Disk | LangevinParticle, first: DiskStates):
@@ -33,7 +33,8 @@ class DiskGuard(Guard):
         self.start = energy(scene, first.x, first.v, first.omega).max()
         self.largest_fluctuation = LARGEST_FLUCTUATION * temperature(scene)
 
-    def _faults(self, states: DiskStates) -> Iterator[Fault]:
+    def faults(self, states: DiskStates) -> Iterator[Fault]:
+        """Yield the test of energy."""
         found = energy(self.scene, states.x, states.v, states.omega)
         in_play = found + 2 * self.depth  # at least the kinetic energy and the well's depth
         allowed = np.maximum(self.largest_fluctuation, LARGEST_ERROR * in_play)

@@ -1,13 +1,15 @@
-"""Measures of the disk and of the Langevin particle: numbers that are read off a run."""
+"""Measures of the disk and of the Langevin particle, which are dimensionless."""
 
 import xarray as xr
 
-from magmotor.device.device import Measure
-from magmotor.devices.disk.scene import Disk, LangevinParticle
+from magmotor.device.observable import Measure, Observable
+from magmotor.devices.disk.scene import Disk
 
-
-def _displacement(run: xr.Dataset, scene: Disk | LangevinParticle) -> xr.DataArray:
-    return run.x.isel(time=-1) - run.x.isel(time=0)
+DISPLACEMENT = Observable(
+    lambda run, scene: run.x - run.x.isel(time=0), "1", "displacement x - x(0)"
+)
+VELOCITY = Observable(lambda run, scene: run.v, "1", "velocity v")
+ENERGY = Observable(lambda run, scene: run.energy, "1", "energy")
 
 
 def _slip_temperature(run: xr.Dataset, scene: Disk) -> xr.DataArray:
@@ -15,19 +17,17 @@ def _slip_temperature(run: xr.Dataset, scene: Disk) -> xr.DataArray:
 
 
 OF_LANGEVIN: dict[str, Measure] = {
-    "displacement": Measure(_displacement, "1", "x at the end less x at the start"),
-    "square_displacement": Measure(
-        lambda run, scene: _displacement(run, scene) ** 2, "1", "square displacement of x"
+    "displacement": DISPLACEMENT.measure("{} at the end", lambda x: x.isel(time=-1)),
+    "square_displacement": DISPLACEMENT.measure(
+        "square of the {} at the end", lambda x: x.isel(time=-1) ** 2, unit="1"
     ),
-    "largest_displacement": Measure(
-        lambda run, scene: abs(run.x - run.x.isel(time=0)).max("time"),
-        "1",
-        "largest |x - x(0)|",
+    "largest_displacement": DISPLACEMENT.measure(
+        "largest magnitude of the {}", lambda x: abs(x).max("time")
     ),
-    "temperature": Measure(
-        lambda run, scene: (run.v**2).mean("time"), "1", "mean of v^2, kT at equilibrium"
+    "temperature": VELOCITY.measure(
+        "mean of v^2, kT at equilibrium", lambda v: (v**2).mean("time"), unit="1"
     ),
-    "mean_energy": Measure(lambda run, scene: run.energy.mean("time"), "1", "mean energy"),
+    "mean_energy": ENERGY.measure("mean {}", lambda energy: energy.mean("time")),
 }
 
 OF_DISK: dict[str, Measure] = {

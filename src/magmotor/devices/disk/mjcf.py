@@ -1,8 +1,8 @@
-"""The sliding disk as MJCF, with a scene's parameters.
+"""The MJCF model of the sliding disk, with a scene's parameters.
 
-The disk slides along x and turns about -y, so that the point at its bottom moves with v + omega. A
-planar disk feels friction as the damping of fixed tendons: the length of tendon j changes at the
-rate w_j . u. On the plane it is the viscous contact's, of a sphere as large as the disk.
+The disk slides along x and rotates about -y, so that its lowest point moves with v + omega. The
+friction of a planar disk is the damping of fixed tendons: the length of tendon j changes at the
+rate w_j . u. On the plane, it is that of a viscous contact, of a sphere with the disk's radius.
 """
 
 import mujoco
@@ -19,23 +19,23 @@ from magmotor.mjcf.viscous_contact import ViscousContact
 
 
 def joints(states: DiskStates) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """`qpos` and `qvel` of the last of the states, shape (replicas, 2)."""
-    assert states.theta is not None, "a disk turns"
-    assert states.omega is not None, "a disk turns"
-    place = np.stack([states.x[-1], states.theta[-1]], axis=-1)
-    return place, np.stack([states.v[-1], states.omega[-1]], axis=-1)
+    """Return `qpos` and `qvel` of the last row, each of shape (replicas, 2)."""
+    assert states.theta is not None, "a disk rotates"
+    assert states.omega is not None, "a disk rotates"
+    qpos = np.stack([states.x[-1], states.theta[-1]], axis=-1)
+    return qpos, np.stack([states.v[-1], states.omega[-1]], axis=-1)
 
 
 def disk_states(
     time: NDArray[np.float64], qpos: NDArray[np.float64], qvel: NDArray[np.float64]
 ) -> DiskStates:
-    """The disk's states from joint coordinates, shape (replicas, T, 2)."""
+    """Return the disk's states from joint coordinates, shape (replicas, T, 2)."""
     (x, theta), (v, omega) = qpos.T, qvel.T
     return DiskStates(time, x, v, theta, omega)
 
 
 class DiskAdapter:
-    """See `magmotor.run.in_mujoco.MujocoAdapter`."""
+    """See `magmotor.device.MujocoAdapter`."""
 
     control = int(mujoco.mjtState.mjSTATE_USERDATA)
 
@@ -45,15 +45,15 @@ class DiskAdapter:
         self.userdata = userdata(job.path, job.first_step, len(self.start))
 
     def controls(self, steps: NDArray[np.int64]) -> NDArray[np.float64]:
-        """What the Brownian wrenches are told, the same in each step."""
+        """Return the user data that the Brownian forces read, the same in each step."""
         return self.userdata[:, np.newaxis]
 
     def sums(self, before, paths, first) -> NDArray[np.float64]:
-        """None."""
+        """Return no sums."""
         return paths[..., :0]
 
     def states(self, time, qpos, qvel, sums) -> DiskStates:
-        """The disk's states from joint coordinates, shape (replicas, T, 2)."""
+        """Return the disk's states from joint coordinates, shape (replicas, T, 2)."""
         return disk_states(time, qpos, qvel)
 
 
@@ -61,15 +61,15 @@ TENDONS = ("slip", "across")
 
 
 def compose_disk(scene: Disk, *, visual: bool) -> parts.Element:
-    """The disk as one PyMJCF tree, without decoration unless `visual`."""
+    """Return the disk as a PyMJCF tree, with decoration if `visual`."""
     root = parts.load("disk", visual=visual)
     root.option.gravity = [0, 0, 0]
     if visual:
-        _lay_out(root)
-    _shape_disk(root.find("body", "disk"), scene)
-    _drive(root, scene)
+        _fit_floor(root)
+    _set_inertia(root.find("body", "disk"), scene)
+    _add_noise_and_potential(root, scene)
     parts.mark(root, "noise potentials")
-    _brake(root, scene)
+    _add_friction(root, scene)
     if not visual:
         parts.disable_unused(root, keep=("damper",) if root.tendon.fixed else ())
         if root.find("contact", "viscous") is None:
@@ -81,21 +81,21 @@ def compose_disk(scene: Disk, *, visual: bool) -> parts.Element:
     return root
 
 
-def _lay_out(root: parts.Element) -> None:
-    """Fit the stage; its floor has no end, since the disk goes far."""
+def _fit_floor(root: parts.Element) -> None:
+    """Fit the stage, with an infinite floor, since the disk travels far."""
     fit_stage(root, [0, 0, 1], 3.0)
     root.find("geom", "floor").size = [0, 0, 0.5]
     root.find("material", "grid").texrepeat = [2, 2]
 
 
-def _shape_disk(body: parts.Element, scene: Disk) -> None:
+def _set_inertia(body: parts.Element, scene: Disk) -> None:
     mass, inertia = scene.masses
-    across = inertia / 2  # a thin disk's; nothing depends on it
+    across = inertia / 2  # as for a thin disk; it has no effect
     body.add("inertial", pos=[0, 0, 0], mass=mass, diaginertia=[across, inertia, across])
 
 
-def _drive(root: parts.Element, scene: Disk) -> None:
-    """Write noise and potential where the compiled callback reads them."""
+def _add_noise_and_potential(root: parts.Element, scene: Disk) -> None:
+    """Write noise and potential to the user fields that the compiled callback reads."""
     if scene.noise > 0:
         rows = [(force, 0, 0, 0, -torque, 0) for force, torque in scene.slip_directions]
         root.find("body", "disk").user = scene.noise * np.ravel(rows)
@@ -103,7 +103,7 @@ def _drive(root: parts.Element, scene: Disk) -> None:
         root.find("joint", "x").user = np.ravel(scene.coefficients)
 
 
-def _brake(root: parts.Element, scene: Disk) -> None:
+def _add_friction(root: parts.Element, scene: Disk) -> None:
     planar = scene.surface == "planar"
     directions = scene.slip_directions if planar and scene.friction > 0 else []
     for name, wrench in zip(TENDONS, directions, strict=False):

@@ -10,27 +10,41 @@ from magmotor.common.checks import reject
 from magmotor.common.files import parsed_attributes
 from magmotor.common.hints import number
 from magmotor.device.analysis import OWN, analysis
+from magmotor.device.observable import labeled
 from magmotor.devices.disk.scene import Disk, LangevinParticle, derivative
 
 Array = NDArray[np.float64]
 
+LABELS = {
+    "survival": ("1", "probability that a flight lasts longer"),
+    "survival_error": ("1", "standard error of the survival probability"),
+    "flight_duration": ("1", "duration of flights"),
+    "diffusion": ("1", "diffusion coefficient of d"),
+    "diffusion_error": ("1", "standard error of the diffusion coefficient"),
+    "slope": ("1", "local slope of log MSD over log t"),
+    "slope_error": ("1", "standard error of the slope"),
+    "begin": ("1", "earlier time"),
+    "end": ("1", "later time"),
+    "time": ("1", "geometric mean of the two times"),
+}
+
 
 def energy(scene: Disk | LangevinParticle, x: Array, v: Array, omega: Array | None = None) -> Array:
-    """Energy E = v^2/2 + sigma omega^2/2 + U(x), equation (slidingdiskE); any shape."""
+    """Return E = v^2/2 + sigma omega^2/2 + U(x), equation (slidingdiskE); any shape."""
     kinetic = 0.5 * v**2
-    if isinstance(scene, Disk) and omega is not None:
-        kinetic = kinetic + 0.5 * scene.sigma * omega**2
+    if scene.has_rotation and omega is not None:
+        kinetic = kinetic + 0.5 * scene.masses[-1] * omega**2
     return kinetic + derivative(scene.coefficients, x)
 
 
 @analysis("flights", "unfinished_flights", of=Disk)
 def flight_survival(run: xr.Dataset) -> xr.Dataset:
-    r"""Probability that a flight lasts at least so long, of an ensemble of the disk.
+    r"""Estimate the probability that a flight lasts at least a given time, from an ensemble.
 
-    The product-limit estimate of Kaplan and Meier, S(t) = prod (1 - e_j/n_j) over the bins j of
-    durations below t: n_j flights are known to have lasted to bin j, and e_j of them end in it.
-    Flights still under way at the end of the run count among the n_j as long as they were seen, and
-    for half of the bin in which they were last seen. A flight is what `ensemble` says it is.
+    The product-limit estimate of Kaplan and Meier is S(t) = prod (1 - e_j/n_j) over the bins j of
+    durations below t: n_j flights have lasted at least to bin j, and e_j of them end in it. A
+    flight that has not ended at the end of the run counts in n_j for all bins up to its duration,
+    and as one half in the last of these. `ensemble` defines flights.
 
     Parameters
     ----------
@@ -52,26 +66,23 @@ def flight_survival(run: xr.Dataset) -> xr.Dataset:
     if "sample_interval" in run.attrs and not _has_all_bins(
         durations, parsed_attributes(run.attrs)
     ):
-        raise reject(
-            "flight_duration", durations.tolist(), "must be that of an ensemble, with all its bins"
-        )
+        raise reject("flight_duration", durations.tolist(), "must have all bins of the ensemble")
     ended, unfinished = run.flights.values, run.unfinished_flights.values
     at_risk = np.cumsum((ended + unfinished)[::-1])[::-1]
     seen = at_risk > 0
     ended, at_risk = ended[seen], (at_risk - unfinished / 2)[seen]
     survival = np.cumprod(np.append(1.0, 1 - ended / at_risk))[:-1]
-    left = np.maximum(at_risk - ended, 0.5)  # none are left only in the last bin, which is not used
+    left = np.maximum(at_risk - ended, 0.5)  # zero only in the last bin, which is not used
     terms = np.append(0.0, ended / (at_risk * left))[:-1]
     values = {"survival": survival, "survival_error": survival * np.sqrt(np.cumsum(terms))}
-    return xr.Dataset({name: ("flight_duration", value) for name, value in values.items()}).assign(
-        {"flight_duration": durations[seen]}
-    )
+    data = {name: ("flight_duration", value) for name, value in values.items()}
+    return labeled(xr.Dataset(data, {"flight_duration": durations[seen]}), LABELS)
 
 
-def _has_all_bins(durations: NDArray[np.float64], told: dict[str, Any]) -> bool:
-    """Whether durations are those of all bins, from one sample to the longest that was seen."""
-    sample = told["sample_interval"] * told["timestep"]
-    seen = told["time_reached"] - told["burn_in"]
+def _has_all_bins(durations: NDArray[np.float64], attributes: dict[str, Any]) -> bool:
+    """Whether durations include all bins, from one sample to the longest possible flight."""
+    sample = attributes["sample_interval"] * attributes["timestep"]
+    seen = attributes["time_reached"] - attributes["burn_in"]
     ratio = 2**0.25
     even = np.allclose(durations[1:], ratio * durations[:-1], rtol=1e-6)
     return bool(even and np.isclose(durations[0], sample) and durations[-1] * ratio > seen)
@@ -79,12 +90,12 @@ def _has_all_bins(durations: NDArray[np.float64], told: dict[str, Any]) -> bool:
 
 @analysis("v", "omega", of=Disk, records=2)
 def d_diffusion(run: xr.Dataset, scene: Disk = OWN) -> xr.Dataset:
-    r"""Diffusion coefficient D(d) of d = -v + sigma omega, of replicas that started from one d.
+    r"""Estimate the diffusion coefficient D(d) of d = -v + sigma omega from replicas with equal d.
 
-    Einstein's relation: the variance of d over the replicas grows by 2 D a unit of time, between
-    the first record of the run and its last. At first d oscillates with the potential, too: leave
-    out those records, as in ``d_diffusion(run.sel(time=slice(20, None)))``. The last record must
-    come before d has moved to where D is another; `magmotor.theory.d_diffusion` is the theory.
+    By Einstein's relation, the variance of d over the replicas grows at the rate 2 D between the
+    first and the last record of the run. At first, d also oscillates with the potential; leave out
+    these records, as in ``d_diffusion(run.sel(time=slice(20, None)))``. The last record must come
+    before d has changed so much that D differs. `magmotor.theory.d_diffusion` gives the theory.
 
     Parameters
     ----------
@@ -107,27 +118,30 @@ def d_diffusion(run: xr.Dataset, scene: Disk = OWN) -> xr.Dataset:
     """
     replicas = run.sizes.get("replica", 1)
     if replicas < 2:
-        raise reject("replicas", replicas, "must be at least 2: their scatter grows")
+        raise reject(
+            "replicas", replicas, "must be at least 2, since D is the growth of their scatter"
+        )
     d = (scene.sigma * run.omega - run.v).values
     early, late = (column - column.mean() for column in (d[:, 0], d[:, -1]))
     grown = (late**2 - early**2) / (2 * float(run.time[-1] - run.time[0]))
     error = grown.std() / replicas**0.5
-    return xr.Dataset({"diffusion": grown.mean(), "diffusion_error": error})
+    data = xr.Dataset({"diffusion": grown.mean(), "diffusion_error": error})
+    return labeled(data, LABELS)
 
 
 @analysis("path", of=(Disk, LangevinParticle), records=2)
 def local_slope(run: xr.Dataset, factor: Annotated[float, number(above=1)] = 2.0) -> xr.Dataset:
-    """Local slope d log MSD / d log t of x, between times that are about a factor apart.
+    """Estimate the local slope d log MSD / d log t of x, between times about a factor apart.
 
-    Its error is that of the difference of two logarithms of means over the *same* replicas, to
-    first order: the two fluctuate together, so that the errors of the MSD alone would mislead.
+    The error is that of a difference of two logarithms of means over the *same* replicas, to first
+    order. The two means are correlated, so the errors of the MSD alone would be misleading.
 
     Parameters
     ----------
     run : xarray.Dataset
         From `ensemble`, with all replicas among its `trajectories`.
     factor : float
-        The later time over the earlier, more than 1, but for the times that were recorded.
+        Ratio of the later time to the earlier, above 1; approximate, since both are recorded times.
 
     Returns
     -------
@@ -142,7 +156,9 @@ def local_slope(run: xr.Dataset, factor: Annotated[float, number(above=1)] = 2.0
     """
     if run.time.values[0] != 0:
         raise reject(
-            "first time in run", float(run.time[0]), "must be 0: displacements count from the start"
+            "first time in run",
+            float(run.time[0]),
+            "must be 0, since displacements count from the start",
         )
     square = (run.path.values - run.path.values[:, :1]) ** 2
     times = run.time.values
@@ -150,7 +166,9 @@ def local_slope(run: xr.Dataset, factor: Annotated[float, number(above=1)] = 2.0
     begin = np.flatnonzero(end < len(times)) + 1
     if not len(begin):
         raise reject(
-            "factor", factor, "must be at most the last recorded time over the first after zero"
+            "factor",
+            factor,
+            "must be at most the ratio of the last recorded time to the first after zero",
         )
     end = end[begin - 1]
     mean = square.mean(axis=0)
@@ -162,6 +180,5 @@ def local_slope(run: xr.Dataset, factor: Annotated[float, number(above=1)] = 2.0
         "begin": times[begin],
         "end": times[end],
     }
-    return xr.Dataset({name: ("time", values) for name, values in columns.items()}).assign_coords(
-        time=np.sqrt(times[begin] * times[end])
-    )
+    data = {name: ("time", values) for name, values in columns.items()}
+    return labeled(xr.Dataset(data, {"time": np.sqrt(times[begin] * times[end])}), LABELS)

@@ -1,4 +1,4 @@
-"""The sliding disk without noise, equation (slidingdisk)."""
+"""The ordinary differential equation of the disk without noise, equation (slidingdisk)."""
 
 from collections.abc import Callable
 
@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 
 
 def problem(scene: Disk, initial: DiskStates) -> tuple[Callable, Array, Array]:
-    """Right-hand side, initial state and scales of (x, theta, v, omega), replica by replica."""
+    """Return right-hand side, initial state and scales of (x, theta, v, omega), all replicas."""
     wrenches = scene.slip_directions.T
     masses = np.array(scene.masses)[:, np.newaxis]
     friction = scene.friction * product(wrenches, wrenches.T) / masses
@@ -26,14 +26,14 @@ def problem(scene: Disk, initial: DiskStates) -> tuple[Callable, Array, Array]:
         accelerations[0] -= potential(scene.coefficients, x, 1)
         return np.concatenate([velocities, accelerations]).ravel()
 
-    assert initial.theta is not None, "the disk turns"
-    assert initial.omega is not None, "the disk turns"
+    assert initial.theta is not None, "a disk rotates"
+    assert initial.omega is not None, "a disk rotates"
     columns = [initial.x[-1], initial.theta[-1], initial.v[-1], initial.omega[-1]]
     state = np.concatenate(columns)
     return derivative, state, np.ones_like(state)
 
 
 def states(scene: Disk, time: Array, rows: Array) -> DiskStates:
-    """Recorded states from rows of the solution."""
+    """Return recorded states from rows of the solution."""
     x, theta, v, omega = rows.reshape(len(rows), 4, -1).transpose(1, 0, 2)
     return DiskStates(time, x, v, theta, omega)

@@ -1,4 +1,4 @@
-"""One system of the disk in one panel: what was simulated, and theory on top of it."""
+"""Panels of one system of the disk: simulation, and theory on top of it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -22,10 +22,10 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 NEEDS = ("mean", "mean_error", "mean_square", "mean_square_error", "increment_correlation")
-"""What an ensemble must have."""
+"""Variables that an ensemble must have."""
 
 BEYOND = 20
-"""Theory is drawn up to so many times the duration of the run."""
+"""Theory is drawn up to this multiple of the run's duration."""
 
 THEORY: dict[str, Any] = {"color": style.INK, "lw": 1.0, "ls": "--", "zorder": 4}
 GUIDE: dict[str, Any] = {"color": style.GRAY, "lw": 1.0, "ls": ":", "zorder": 3}
@@ -33,15 +33,15 @@ GUIDE: dict[str, Any] = {"color": style.GRAY, "lw": 1.0, "ls": ":", "zorder": 3}
 
 @dataclass(frozen=True)
 class Guide:
-    """Further lines to compare each system with, dotted and gray.
+    """Additional lines for comparison with each system, dotted and gray.
 
     Parameters
     ----------
     label : str
-        For the legend.
+        Label in the legend.
     draw : callable
-        `draw(axes, name, system)` draws them for a system into the panel of this name, with the
-        style `GUIDE`.
+        `draw(axes, name, system)` draws the lines for a system into the panel `name`, in the style
+        `GUIDE`.
     """
 
     label: str
@@ -49,7 +49,7 @@ class Guide:
 
 
 class Slope(NamedTuple):
-    """A slope between two times, its standard error, and theory's."""
+    """A slope between two times, its standard error, and the slope by theory."""
 
     begin: float
     end: float
@@ -60,7 +60,7 @@ class Slope(NamedTuple):
 
 @dataclass(frozen=True)
 class System:
-    """One of the four: its ensembles from rest and stationary, and its theory."""
+    """One of the four systems: ensembles from rest and from the stationary state, and theory."""
 
     name: str
     rest: xr.Dataset
@@ -77,13 +77,13 @@ class System:
 
     @cached_property
     def theory(self) -> DiskTheory:
-        """Theory of the scene in the dataset."""
+        """Theory of the scene in the dataset's attributes."""
         return DiskTheory(scene_of_run(self.rest, None, (Disk, LangevinParticle)))
 
     @property
-    def wanders(self) -> bool:
-        """Whether d changes: a disk on a potential that is not flat."""
-        return isinstance(self.theory.scene, Disk) and bool(self.theory.scene.coefficients)
+    def has_varying_d(self) -> bool:
+        """Whether d varies: a disk in a potential that is not flat."""
+        return self.theory.has_varying_d
 
     @property
     def end(self) -> float:
@@ -91,7 +91,7 @@ class System:
         return float(self.rest.time[-1])
 
     def x(self, statistic: str) -> Array:
-        """A moment of x from rest, at the recorded times after the start."""
+        """Return a moment of x from rest at `times`."""
         return self.rest[statistic].sel(quantity="x").values[1:]
 
     @property
@@ -106,7 +106,7 @@ class System:
 
     @property
     def last_slope(self) -> Slope:
-        """Local slope of log E[x^2] over log t, over the last factor of two in time."""
+        """Local slope of log E[x^2] against log t, over the last factor of two in time."""
         last = local_slope(self.rest).isel(time=-1)
         begin, end = float(last.begin), float(last.end)
         grown = np.log(self.theory.mean_square(end) / self.theory.mean_square(begin))
@@ -114,30 +114,30 @@ class System:
         return Slope(begin, end, float(last.slope), float(last.slope_error), expected)
 
     def rate(self, quantity: str) -> tuple[float, float]:
-        """Variance over t at the end from rest, of x or y, and its standard error."""
+        """Return Var/t of x or y from rest at the end, and its standard error."""
         last = self.rest.sel(quantity=quantity).isel(time=-1)
         variance = float(last.mean_square - last["mean"] ** 2)
         return variance / self.end, float(last.mean_square_error) / self.end
 
     @cached_property
     def later(self) -> Array:
-        """Times for curves over logarithmic axes, four an octave, that go on beyond the run."""
+        """Times for curves over logarithmic axes, four per octave, to `BEYOND` times the end."""
         octaves = np.log2(BEYOND * self.end / self.times[0])
         return self.times[0] * 2 ** np.arange(0, octaves, 0.25)
 
     @cached_property
     def later_mean_square(self) -> Array:
-        """Theory's mean square of x at `later`."""
+        """Mean square of x at `later`, by theory."""
         return self.theory.mean_square(self.later)
 
     @property
     def later_variance(self) -> Array:
-        """Theory's variance of x at `later`."""
+        """Variance of x at `later`, by theory."""
         return self.later_mean_square - self.theory.mean(self.later) ** 2
 
 
 def draw_mean(axes: "Axes", system: System) -> None:
-    """E[x(t)] with a band of two standard errors."""
+    """Draw E[x(t)] with a band of two standard errors."""
     color, _ = style.SYSTEMS[system.name]
     mean, error = system.x("mean"), 2 * system.x("mean_error")
     band = {"color": color, "alpha": 0.2, "lw": 0}
@@ -148,7 +148,7 @@ def draw_mean(axes: "Axes", system: System) -> None:
 
 
 def draw_mean_square(axes: "Axes", system: System) -> None:
-    """E[x(t)^2] over even times."""
+    """Draw E[x(t)^2] at evenly spaced times."""
     even = np.searchsorted(system.times, np.linspace(0, system.end, 21)[1:] * (1 - 1e-9))
     _draw_points(axes, system, system.times, system.x("mean_square"), _errors(system), even)
     t = np.linspace(0, system.end, 61)[1:]
@@ -157,7 +157,7 @@ def draw_mean_square(axes: "Axes", system: System) -> None:
 
 
 def draw_msd(axes: "Axes", system: System) -> None:
-    """E[x(t)^2], logarithmic."""
+    """Draw E[x(t)^2] on logarithmic axes."""
     chosen = _per_decade(system.times, 6)
     _draw_points(axes, system, system.times, system.x("mean_square"), _errors(system), chosen)
     axes.plot(system.later, system.later_mean_square, **THEORY)
@@ -165,7 +165,7 @@ def draw_msd(axes: "Axes", system: System) -> None:
 
 
 def draw_slope(axes: "Axes", system: System) -> None:
-    """Local slope of the logarithmic MSD, over a factor of two in time."""
+    """Draw the local slope of the logarithmic MSD, over a factor of two in time."""
     found = local_slope(system.rest)
     times = found.time.values
     chosen = _per_decade(times, 6)
@@ -176,7 +176,7 @@ def draw_slope(axes: "Axes", system: System) -> None:
 
 
 def draw_correlation(axes: "Axes", system: System) -> None:
-    """Correlation of successive increments in the stationary state."""
+    """Draw the correlation of successive increments in the stationary state."""
     run = system.stationary
     lag, rho = run.lag.values, run.increment_correlation.values
     every = np.arange(len(lag))
@@ -187,7 +187,7 @@ def draw_correlation(axes: "Axes", system: System) -> None:
 
 
 def draw_correlation_from_rest(axes: "Axes", system: System) -> None:
-    """The same in the second half of the run from rest, as the paper has it."""
+    """Draw the same in the second half of the run from rest, as in the paper."""
     rest, (color, marker) = system.rest, style.SYSTEMS[system.name]
     points = axes.errorbar(
         rest.lag, rest.increment_correlation, 2 * rest.increment_correlation_error, color=color,
@@ -197,7 +197,7 @@ def draw_correlation_from_rest(axes: "Axes", system: System) -> None:
 
 
 def draw_diffusion(axes: "Axes", system: System) -> None:
-    """Var x(t) / t."""
+    """Draw Var x(t) / t."""
     chosen = _per_decade(system.times, 6)
     error = _errors(system) / system.times
     _draw_points(axes, system, system.times, system.variance / system.times, error, chosen)
@@ -206,7 +206,7 @@ def draw_diffusion(axes: "Axes", system: System) -> None:
 
 
 def draw_histogram(axes: "Axes", system: System) -> None:
-    """Density of x at the end, against the Gaussian of theory's variance."""
+    """Draw the density of x at the end, and a Gaussian with the variance by theory."""
     x = system.rest.x.values
     deviation = float(np.sqrt(system.theory.variance(system.end)))
     reach = max(4.5 * deviation, 1.001 * float(np.abs(x).max()))
@@ -224,7 +224,7 @@ def draw_histogram(axes: "Axes", system: System) -> None:
 
 
 def draw_flights(axes: "Axes", system: System) -> None:
-    """Probability that a flight lasts at least so long, and two slopes to compare it with."""
+    """Draw the survival probability of flights, and two slopes for comparison."""
     found = flight_survival(system.stationary)
     times, survival = found.flight_duration.values, found.survival.values
     errors = 2 * found.survival_error.values
@@ -253,11 +253,11 @@ def _draw_points(axes: "Axes", system: System, t, values, errors, chosen) -> Non
 
 
 def _errors(system: System) -> Array:
-    """Two standard errors of the mean square, and nearly so of the variance."""
+    """Return two standard errors of the mean square; those of the variance are nearly the same."""
     return 2 * system.x("mean_square_error")
 
 
 def _per_decade(t: Array, count: int) -> NDArray[np.int64]:
-    """Indices of about so many times a decade, back from the last."""
+    """Return indices of about `count` times per decade, backward from the last time."""
     wanted = np.arange(np.log10(t[-1]), np.log10(t[0]) - 1e-9, -1 / count)
     return np.unique(np.abs(np.log10(t) - wanted[:, np.newaxis]).argmin(axis=1))

@@ -1,4 +1,4 @@
-"""Figures of the sliding disk: its four systems, one by one and superposed."""
+"""Figures of the sliding disk: its four systems, superposed and one by one."""
 
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
@@ -20,7 +20,7 @@ Systems = Annotated[Sequence[System], several(System)]
 
 
 class Figure(NamedTuple):
-    """What a figure draws, what its lines are, and what a panel of one system adds."""
+    """A figure: its panel, title, labels of lines, and the extra content of single panels."""
 
     draw: "Callable[[Axes, System], None]"
     title: str
@@ -83,7 +83,7 @@ BARS = "bars and bands: two standard errors"
 
 @checked
 def disk_overview(systems: Systems, path: Picture, *, guide: Guide | None = None) -> None:
-    """Write the overview: some of `FIGURES`, the systems superposed.
+    """Write the overview: some of `FIGURES`, with all systems superposed.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ def disk_overview(systems: Systems, path: Picture, *, guide: Guide | None = None
     path : str or Path
         The .png to write.
     guide : Guide, optional
-        Further lines to compare the systems with.
+        Additional lines for comparison.
     """
     with style.figure(17.0, 9.5) as figure:
         axes = figure.subplot_mosaic([list(row) for row in OVERVIEW])
@@ -115,15 +115,15 @@ def disk_figure(systems: Systems, name: str, path: Picture, *, guide: Guide | No
     systems : sequence of System
         The paper's four, or some of them.
     name : str
-        Of `FIGURES`.
+        Key of `FIGURES`.
     path : str or Path
         The .png to write.
     guide : Guide, optional
-        Further lines to compare the systems with.
+        Additional lines for comparison.
     """
     check_choice("name", name, tuple(FIGURES))
     drawn = FIGURES[name]
-    shown = [system for system in systems if system.wanders or name != "flights"]
+    shown = [system for system in systems if system.has_varying_d or name != "flights"]
     with style.figure(15.0, 9.0) as figure:
         rows: list[Any] = [["all"] * len(shown), [system.name for system in shown]]
         axes = figure.subplot_mosaic(rows, height_ratios=(1.5, 1))
@@ -155,7 +155,7 @@ def _draw(axes: "Axes", name: str, system: System, guide: Guide | None) -> None:
 def _legend(
     figure: Any, systems: Sequence[System], theory: str, guides: str, guide: Guide | None
 ) -> None:
-    """The colors of the systems and the kinds of line, below all panels."""
+    """Add a legend of systems and line styles below all panels."""
     from matplotlib.lines import Line2D
 
     def line(label: str, **style_of: Any) -> "Line2D":

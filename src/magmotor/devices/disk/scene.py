@@ -1,8 +1,8 @@
-"""The sliding disk in a periodic potential, and the ordinary Langevin particle beside it."""
+"""The scenes: a sliding disk, and an ordinary Langevin particle, in a periodic potential."""
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,16 +22,16 @@ NAMED: dict[str, Coefficients] = {
     "flat": (),
     "cosine": ((0.0, 1.0),),
 }
-"""The paper's sin x, sin x + 0.4 sin 2x, 0, and cos x (its ballistic pendulum)."""
+"""The paper's sin x, sin x + 0.4 sin 2x, 0, and cos x (the ballistic pendulum)."""
 
 
 def check_potential(potential: Any) -> str | Coefficients:
-    """Return a name as it is, coefficients as tuples of floats.
+    """Return a name unchanged, and coefficients as tuples of floats without trailing zeros.
 
     Raises
     ------
     ValueError
-        An unknown name, or coefficients that are not at most 100 pairs of finite numbers.
+        The name is unknown, or the coefficients are not at most 100 pairs of finite numbers.
     """
     if isinstance(potential, str):
         check_choice("potential", potential, tuple(NAMED))
@@ -62,11 +62,11 @@ def check_potential(potential: Any) -> str | Coefficients:
 
 
 def derivative(coefficients: Coefficients, x: ArrayLike, order: int = 0) -> NDArray[np.float64]:
-    """U or one of its derivatives, of the given order; U = sum_k a_k sin kx + b_k cos kx."""
+    """Return the derivative of U of a given order; U = sum_k a_k sin kx + b_k cos kx."""
     x = np.asarray(x, dtype=float)
     value = np.zeros_like(x)
     for k, (a, b) in enumerate(coefficients, start=1):
-        # Each derivative turns sine and cosine by a quarter.
+        # Each derivative shifts the phase by a quarter of a period.
         phase = k * x + order * (np.pi / 2)
         for amplitude, wave in ((a, math.sin), (b, math.cos)):
             if amplitude:
@@ -75,7 +75,7 @@ def derivative(coefficients: Coefficients, x: ArrayLike, order: int = 0) -> NDAr
 
 
 def steepest_curvature(coefficients: Coefficients) -> float:
-    """Max |U''|, from a grid of a thousand points to the shortest wave, then a parabola's top."""
+    """Return max |U''| on a grid with a thousand points per shortest wave."""
     if not coefficients:
         return 0.0
     x = np.linspace(0, 2 * np.pi, 1000 * len(coefficients), endpoint=False)
@@ -84,7 +84,11 @@ def steepest_curvature(coefficients: Coefficients) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class _Langevin(Scene):
-    """What both scenes have: friction and noise at one temperature, and a potential on x."""
+    """Fields of both scenes: friction and noise at one temperature, and a potential on x."""
+
+    has_rotation: ClassVar[bool] = False
+    """Whether the states include an angle theta and an angular velocity omega."""
+    velocity_names: ClassVar[tuple[str, ...]] = ("v",)
 
     friction: float = quantity(
         0.1, "1", "friction c: force = -c times the velocity it acts on", at_least=0
@@ -101,12 +105,14 @@ class _Langevin(Scene):
     v: float = quantity(0.0, "1", "initial velocity")
 
     def __post_init__(self) -> None:
-        """Check every field, alone and against the others."""
+        """Check every field, and the combinations of fields."""
         check_fields(self)
         object.__setattr__(self, "potential", check_potential(self.potential))
         if self.noise > 0 and self.friction == 0:
             raise reject(
-                "friction", self.friction, "must be positive with noise: there is no temperature"
+                "friction",
+                self.friction,
+                "must be positive with noise, or the temperature would be infinite",
             )
 
     @property
@@ -124,14 +130,18 @@ class _Langevin(Scene):
 class Disk(_Langevin):
     """The paper's sliding disk, dimensionless; the defaults are its numerical example.
 
-    A disk slides along x and turns by theta; friction -c s and one white noise act on its slip
-    velocity s = v + omega at the contact point, the potential U on x (equation (slidingdisk)).
+    The disk slides along x and rotates by theta. Friction -c s and one white noise act on the slip
+    velocity s = v + omega of the contact point, and the potential U acts on x: equation
+    (slidingdisk).
 
     Raises
     ------
     ValueError
-        Names the field, its value and the bound.
+        A field is out of bounds; the message names the field, its value and the bound.
     """
+
+    has_rotation: ClassVar[bool] = True
+    velocity_names: ClassVar[tuple[str, ...]] = ("v", "omega")
 
     sigma: float = quantity(0.5, "1", "moment of inertia over m r^2", above=0)
     friction_ratio: float = quantity(
@@ -150,7 +160,7 @@ class Disk(_Langevin):
     )
 
     def __post_init__(self) -> None:
-        """Check every field, alone and against the others."""
+        """Check every field, and the combinations of fields."""
         super().__post_init__()
         if self.surface == "plane" and self.friction_ratio > 0:
             raise reject(
@@ -164,11 +174,11 @@ class Disk(_Langevin):
 
     @property
     def slip_directions(self) -> NDArray[np.float64]:
-        """Wrenches (force on x, torque on theta) that friction and noise act along, shape (1|2, 2).
+        """Directions (force on x, torque on theta) of friction and noise, shape (1 or 2, 2).
 
-        Row j is the wrench w_j: friction is -c sum_j w_j (w_j . u), noise alpha sum_j w_j dW_j/dt.
-        Since the paper's C = n n^T + ratio m m^T acts on momenta, w = diag(1, sigma) n or m with
-        n = (1, 1/sigma) and m = (1/sigma, -1) across it.
+        Row j is the direction w_j: friction is -c sum_j w_j (w_j . u), noise is
+        alpha sum_j w_j dW_j/dt. Since the paper's C = n n^T + ratio m m^T acts on momenta,
+        w = diag(1, sigma) n or m, with n = (1, 1/sigma) and m = (1/sigma, -1), its orthogonal.
         """
         rows = [(1.0, 1.0)]
         if self.friction_ratio > 0:
@@ -184,7 +194,7 @@ class LangevinParticle(_Langevin):
     Raises
     ------
     ValueError
-        Names the field, its value and the bound.
+        A field is out of bounds; the message names the field, its value and the bound.
     """
 
     @property
@@ -194,5 +204,5 @@ class LangevinParticle(_Langevin):
 
     @property
     def slip_directions(self) -> NDArray[np.float64]:
-        """The force that friction and noise act along, shape (1, 1); see `Disk`."""
+        """Direction of friction and noise, shape (1, 1); see `Disk`."""
         return np.array([[1.0]])

@@ -9,7 +9,7 @@ from magmotor.devices.disk.scene import Disk, LangevinParticle
 
 
 class DiskStates(NamedTuple):
-    """Recorded states, shape (T, replicas) but for time, which is (T,); dimensionless."""
+    """Recorded states, shape (T, replicas), time (T,); dimensionless."""
 
     time: NDArray[np.float64]
     x: NDArray[np.float64]
@@ -19,12 +19,12 @@ class DiskStates(NamedTuple):
 
 
 def start_disk(scene: Disk | LangevinParticle, replicas: int = 1) -> DiskStates:
-    """The scene's own initial state, the same in each replica."""
-    turns = isinstance(scene, Disk)
+    """Return the initial state in the scene's fields, the same in each replica."""
+    is_disk = isinstance(scene, Disk)
     return DiskStates(
         time=np.zeros(1),
         x=np.full((1, replicas), scene.x),
         v=np.full((1, replicas), scene.v),
-        theta=np.full((1, replicas), scene.theta) if turns else None,
-        omega=np.full((1, replicas), scene.omega) if turns else None,
+        theta=np.full((1, replicas), scene.theta) if is_disk else None,
+        omega=np.full((1, replicas), scene.omega) if is_disk else None,
     )

@@ -1,8 +1,8 @@
-"""The compiled stepping kernel: many replicas at once, as lanes of the processor's vectors.
+"""The compiled stepping kernel: many replicas at once, in the lanes of vector registers.
 
-All schemes and potentials come from this one kernel, specialized by the list of parts and the
-number of Fourier coefficients. A replica's path is the same number for number with any
-number of replicas beside it, on any thread, and with any division of the run into calls.
+This one kernel serves all schemes and potentials; it is specialized by the list of parts and the
+number of Fourier coefficients. A replica's path is the same to the bit for any number of other
+replicas, on any thread, and for any division of the run into calls.
 """
 
 # Numba's intrinsics hide their first parameter:
@@ -26,31 +26,31 @@ from magmotor.numerics.reproducible import product
 from magmotor.numerics.splittings import DISK, friction_and_noise, kicks_that_evaluate, response
 
 LANES = 128
-"""Replicas that are stepped together: their states stay in the first-level cache."""
+"""Number of replicas that are stepped together, so that their states stay in the L1 cache."""
 
 TURN = 2 * np.pi
 
 
 class Part(NamedTuple):
-    """What a part of a step does to (v, omega): u -> u + D u + L xi + p F.
+    """A part of a step, which acts on u = (v, omega) as u -> u + D u + L xi + p F.
 
     `friction` is the matrix D by rows, `noise` the columns of L (two for two channels), `push` the
-    vector p of a force F on the disk.
+    vector p, and F the force on x.
     """
 
     turns: float
-    """How long it acts over 2 pi, which takes v to turns."""
+    """Duration over 2 pi: the change of x in turns per velocity."""
     angle: float
-    """How long it acts."""
+    """Duration."""
     friction: tuple[float, ...]
     noise: tuple[tuple[float, ...], ...]
     push: tuple[float, float]
 
 
 class StepCoefficients(NamedTuple):
-    """What the kernel applies in each part of a step.
+    """The parts of a step, and the force.
 
-    `force` are the coefficients (-k a_k, k b_k) of -U' = sum -k a_k cos kx + k b_k sin kx from the
+    `force` has the coefficients (-k a_k, k b_k) of -U' = sum -k a_k cos kx + k b_k sin kx, from the
     highest k down.
     """
 
@@ -61,12 +61,12 @@ class StepCoefficients(NamedTuple):
 def step_coefficients(
     scene: Disk | LangevinParticle, scheme: str, timestep: float
 ) -> StepCoefficients:
-    """The numbers of a scene, a scheme and a timestep."""
-    found = DISK[scheme]
-    parts = zip(found.parts, found.fractions, strict=True)
+    """Return the coefficients for a scene, a scheme and a timestep."""
+    splitting = DISK[scheme]
+    parts = zip(splitting.parts, splitting.fractions, strict=True)
     waves = [(-k * a, k * b) for k, (a, b) in enumerate(scene.coefficients, start=1)]
     return StepCoefficients(
-        tuple(_part(scene, code, fraction * timestep, found.exact) for code, fraction in parts),
+        tuple(_part(scene, code, fraction * timestep, splitting.exact) for code, fraction in parts),
         tuple(reversed(waves or [(0.0, 0.0)])),
     )
 
@@ -92,13 +92,13 @@ def _part(scene: Disk | LangevinParticle, code: str, time: float, exact: bool) -
 
 
 def kernel(scene: Disk | LangevinParticle, scheme: str) -> Any:
-    """The compiled function that advances many replicas at once.
+    """Return the compiled function that advances many replicas at once.
 
     Its parameters are (states, recorded, first, interval, seed, replica, factor, level,
-    coefficients). It takes the states, shape (4, R) with rows x in turns, theta, v and omega and
-    with R a multiple of eight, from step `first` through `interval` steps to each of `recorded`,
-    shape (records, 4, R); column 0 is replica number `replica`. Afterwards the states are those of
-    the last record.
+    coefficients). From step number `first`, it advances the states, shape (4, R), by `interval`
+    steps to each record, shape (records, 4, R), and leaves the last record in `states`. The rows
+    are x in turns, theta, v and omega; R is a multiple of eight, and column 0 is replica number
+    `replica`.
     """
     sines = all(b == 0 for _, b in scene.coefficients)
     parts = DISK[scheme].parts
@@ -109,7 +109,7 @@ def kernel(scene: Disk | LangevinParticle, scheme: str) -> Any:
 
 @njit(inline="always")
 def _force(turns, force, sines):
-    """Clenshaw's sum of the Fourier series of -U'; `sines`: the potential has no cosines."""
+    """Sum the Fourier series of -U' by Clenshaw's method; `sines`: the potential has no cosines."""
     c = cosine(turns)
     a1, a2, b1, b2 = 0.0, 0.0, 0.0, 0.0
     for k in range(len(force)):
@@ -124,18 +124,18 @@ def _force(turns, force, sines):
 def _advance(
     checksum: int,
     parts: tuple[int, ...],
-    anew: tuple[bool, ...],
+    needs_force: tuple[bool, ...],
     sines: bool,
     shape: tuple[int, int],
 ):
-    """The kernel for a list of parts.
+    """Return the kernel for a list of parts.
 
-    `shape` are the lengths of the tuples of `StepCoefficients`, part of the kernel's signature.
+    `shape` has the lengths of the tuples in `StepCoefficients`, which are part of the signature.
     """
     count = len(parts)
     kicks = tuple(part in (1, 3) for part in parts)
     o_part = tuple(part in (2, 3) for part in parts)
-    carried = not all(anew[i] for i in range(count) if kicks[i])
+    carried = not all(needs_force[i] for i in range(count) if kicks[i])
     draws = sum(o_part)
 
     def advance(states, recorded, first, interval, seed, replica, factor, level, coefficients):
@@ -159,7 +159,7 @@ def _advance(
                     if factor == 1 and level == 0:
                         if step & 1 == 0 or step == first:
                             for draw in range(channels * draws):
-                                # Two short loops: of a long one, the processor overlaps less.
+                                # Two short loops, since the processor overlaps less of a long one.
                                 for i in range(lanes):
                                     words[0, i], words[1, i] = threefry(
                                         np.uint64(step >> 1),
@@ -185,7 +185,7 @@ def _advance(
                             if parts[part] == 0:
                                 x_i = fused(rule.turns, v_i, x_i)
                                 theta_i = fused(rule.angle, omega_i, theta_i)
-                            if anew[part]:
+                            if needs_force[part]:
                                 force_i = _force(x_i, force, sines)
                             if o_part[part]:
                                 dv = fused(rule.friction[0], v_i, rule.friction[1] * omega_i)
@@ -211,7 +211,7 @@ def _advance(
 
 
 def start(job: Job) -> NDArray[np.float64]:
-    """The state that a run begins with; see `Job`."""
+    """Return the kernel's state at the beginning of a run; see `Job`."""
     return pack(job.initial)
 
 
@@ -229,7 +229,7 @@ def run(job: Job) -> Generator[tuple[DiskStates, NDArray[np.float64]]]:
 
 
 def pack(states: DiskStates) -> NDArray[np.float64]:
-    """The last of the states as the kernel takes it: padded, and x in turns."""
+    """Convert the last row to the kernel's state: padded, and x in turns."""
     replicas = states.x.shape[1]
     lanes = np.zeros((4, -(-replicas // COUNT) * COUNT))
     lanes[0, :replicas], lanes[2, :replicas] = states.x[-1] / TURN, states.v[-1]
@@ -238,7 +238,8 @@ def pack(states: DiskStates) -> NDArray[np.float64]:
     return lanes
 
 
-def unpack(time: NDArray, states: NDArray[np.float64], turns: bool) -> DiskStates:
-    """Recorded states from the kernel's, shape (T, 4, replicas)."""
+def unpack(time: NDArray, states: NDArray[np.float64], has_rotation: bool) -> DiskStates:
+    """Convert the kernel's states, shape (T, 4, replicas), to recorded states."""
     x, theta, v, omega = states.transpose(1, 0, 2)
-    return DiskStates(time, TURN * x, v, theta if turns else None, omega if turns else None)
+    rotation = (theta, omega) if has_rotation else (None, None)
+    return DiskStates(time, TURN * x, v, *rotation)

@@ -52,7 +52,7 @@ class MotorDevice(BallDevice[Motor, MotorStates]):
     gauge = GAUGE
 
     def methods(self, scene: Motor) -> tuple[str, ...]:
-        """Names of the methods that the scene takes."""
+        """Return the names of the methods that can simulate the scene."""
         if scene.surface == "plane":
             return MUJOCO
         noise = any(scene.noises)
@@ -67,18 +67,18 @@ class MotorDevice(BallDevice[Motor, MotorStates]):
         replicas: int | None,
         allow_unstable: bool = False,
     ) -> None:
-        """Check what depends on the scene; of the timestep nothing if it may be unstable.
+        """Check replicas and, unless `allow_unstable`, the timestep.
 
         Raises
         ------
         ValueError
-            Replicas of a motor without noise, or a timestep at which the method is unstable.
+            Replicas are given for a motor without noise, or the method is unstable.
         """
         if replicas is not None:
             check_integer("replicas", replicas, at_least=1)
             if not any(scene.noises):
                 raise reject(
-                    "replicas", replicas, "must be None: without noise all would be the same"
+                    "replicas", replicas, "must be None: without noise all replicas are the same"
                 )
         if allow_unstable or method == "scipy/dop853":
             return
@@ -88,27 +88,27 @@ class MotorDevice(BallDevice[Motor, MotorStates]):
     def initial_state(
         self, scene: Motor, initial: Mapping[str, Any] | xr.Dataset | None, replicas: int | None
     ) -> MotorStates:
-        """The state that a run starts from, one row of all replicas; see `simulate` for `initial`.
+        """Return the initial state of all replicas as one row; see `simulate` for `initial`.
 
         Raises
         ------
         ValueError
-            Names the part, its value and the sentence.
+            The message names the part, its value and the bound.
         """
         state = start_motor(scene, replicas or 1)
         parts = given_parts(scene, SIZES, initial, replicas or 1)
         if "ring_axis" in parts and (parts["ring_axis"][:, 2] < np.cos(LARGEST_TILT)).any():
             sentence = f"must be within {np.degrees(LARGEST_TILT):g} degrees of the vertical"
             raise reject("initial['ring_axis']", parts["ring_axis"].tolist(), sentence)
-        kept = {name: part[np.newaxis] for name, part in parts.items() if name in state._fields}
-        return state._replace(**kept)
+        columns = {name: p[np.newaxis] for name, p in parts.items() if name in state._fields}
+        return state._replace(**columns)
 
     def guard(self, scene: Motor, first: MotorStates) -> MotorGuard:
-        """See `MotorGuard`."""
+        """Return a `MotorGuard`."""
         return MotorGuard(scene, first)
 
     def columns(self, scene: Motor, states: MotorStates, replicas: int | None) -> dict[str, Column]:
-        """The variables of a run's dataset."""
+        """Return the variables of a run's dataset."""
         energy = motor_energy(scene, states)
         spin, ring_spin = states.angular_velocity, states.ring_angular_velocity
         slip = slip_velocity(scene, states.velocity, spin)
@@ -148,71 +148,71 @@ class MotorDevice(BallDevice[Motor, MotorStates]):
         return {name: _column(replicas, *value) for name, value in values.items()}
 
     def energy_balance(self, run: xr.Dataset, scene: Motor) -> xr.Dataset:
-        """Energy of a run against heat and work."""
+        """Compare the energy of a run with heat and work."""
         return motor_energy_balance(run, scene)
 
     def overview(self, run: xr.Dataset, scene: Motor, path: str | Path) -> None:
-        """Its flights, where the longest begins, energy, temperatures."""
+        """Draw flights, the beginning of the longest one, path, energy and temperatures."""
         run = checked_run("run", run, (), (Motor,), replicas=False)
         motor_overview(MotorRun("motor", run), path)
 
     @property
     def variational(self) -> Engine:
-        """The reference integrators."""
+        """The variational integrators."""
         from magmotor.devices.motor import variational
 
         return variational
 
     @property
     def ode(self) -> Equation:
-        """The equations without noise."""
+        """The differential equation without noise."""
         from magmotor.devices.motor import ode
 
         return ode
 
     def compose(self, scene: Motor, *, visual: bool) -> Any:
-        """The motor as a PyMJCF tree."""
+        """Compose the motor as a PyMJCF tree."""
         from magmotor.devices.motor.mjcf import compose_motor
 
         return compose_motor(scene, visual=visual)
 
     def mujoco(self, job: Job) -> MujocoAdapter:
-        """What is particular to a run in MuJoCo."""
+        """Return the adapter for runs in MuJoCo."""
         from magmotor.devices.motor.mjcf import MotorAdapter
 
         return MotorAdapter(job)
 
     def small_motion(self, scene: Motor) -> SmallMotion:
-        """The ball under the first outer dipole, the inner ring level."""
+        """Linearize about rest with the ball under the first outer dipole and the ring level."""
         return theory.small_motion(scene)
 
     @property
     def charted(self) -> Motor:
-        """The paper's, at uniform temperature."""
+        """The paper's motor at uniform temperature."""
         return Motor()
 
     def rates(self, scene: Motor) -> tuple[float, ...]:
-        """Of the swing of a ball that spins, and of friction."""
+        """Return the rates of the spinning ball's swing and of friction."""
         motion = small_motion(scene)
         return split_by(scene.spin, motion.frequency), float(motion.decay.max())
 
     def quantities(self, scene: Motor) -> tuple[str, ...]:
-        """With noise temperature, without the path."""
+        """Return temperature for a motor with noise, otherwise position and path."""
         return ("temperature",) if any(scene.noises) else ("position", "path")
 
     def sliders(self, scene: Motor) -> dict[str, Slider]:
-        """Frictions, and temperature, or noise where there is no one temperature."""
-        usual = Motor(temperature=scene.temperature)
+        """Return sliders for friction, and for the temperature or, if nonuniform, the noise."""
+        default = Motor(temperature=scene.temperature)
         names = ["friction_ball", "friction_ring"]
         if scene.temperature != "uniform":
             names = ["friction_ball", "alpha_ring"]
-        found = {name: positive(getattr(scene, name), getattr(usual, name)) for name in names}
+        found = {name: positive(getattr(scene, name), getattr(default, name)) for name in names}
         if scene.temperature == "uniform":
-            found["temperature"] = positive(1 / scene.beta, 1 / usual.beta)
+            found["temperature"] = positive(1 / scene.beta, 1 / default.beta)
         return found
 
     def scene_at(self, scene: Motor, values: Mapping[str, float]) -> Motor:
-        """The scene with its sliders at these values."""
+        """Return the scene with its sliders at these values."""
         fields = dict(values)
         if scene.temperature == "uniform":
             kT = fields.pop("temperature")

@@ -1,4 +1,4 @@
-"""The motor's energy, and the magnetic lift on its ball, by compiled loops over the states."""
+"""Energy of the motor, magnetic lift on its ball, energy balance and efficiency."""
 
 from typing import NamedTuple
 
@@ -7,6 +7,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from magmotor.device.analysis import OWN, analysis
+from magmotor.device.observable import labeled
 from magmotor.devices.ball.rigid_forces import force_and_field
 from magmotor.devices.ball.states import axes
 from magmotor.devices.motor.scene import Motor
@@ -19,12 +20,27 @@ from magmotor.numerics.rotations import columns, dot, place_dipoles
 
 Array = NDArray[np.float64]
 
+LABELS = {
+    "gain": ("J", "change of the total energy"),
+    "heat": ("J", "heat dissipated by friction"),
+    "work": ("J", "work of the noise"),
+    "injected": ("J", "mean work of the noise"),
+    "martingale": ("J", "work of the noise minus its mean"),
+    "residual": ("J", "residual of the energy balance"),
+    "kicks": ("J", "work of the noise on the ring"),
+    "transferred": ("J", "work transferred to the ball"),
+    "reached": ("J", "work that has reached the ball"),
+    "efficiency": ("1", "efficiency"),
+    "share": ("1", "share of the work on the ring that has reached the ball"),
+}
+"""Units and labels of the variables of `motor_energy_balance` and `efficiency`."""
+
 
 class MotorEnergy(NamedTuple):
-    """Energies in J and a force in N, each of shape (T, replicas).
+    """Energies in J and the lift in N, each of shape (T, replicas).
 
-    `ring` is the inner ring's own: its kinetic energy and its energy in the outer ring's field;
-    `wobble` is that part of its kinetic energy which is not of the turning about its axis.
+    `ring` is the kinetic energy of the inner ring plus its energy in the field of the outer ring;
+    `wobble` is its kinetic energy without that of the rotation about its axis.
     """
 
     total: Array
@@ -35,10 +51,10 @@ class MotorEnergy(NamedTuple):
 
 
 def motor_energy(scene: Motor, states: MotorStates) -> MotorEnergy:
-    """Total energy E, the inner ring's, and the lift; the paper's E with its Lagrangian's U.
+    """Compute total energy E, energy of the inner ring, and lift; U is that of the Lagrangian.
 
-    Ball and inner ring count `ball_ring_factor` times; gravity counts from the ball's height on
-    the plane.
+    The energy of ball and inner ring is multiplied by `ball_ring_factor`; gravity is zero when the
+    ball is on the plane.
     """
     axis, ring_axis = axes(states.orientation), axes(states.ring_orientation)
     shape = states.position.shape[:-1]
@@ -65,7 +81,7 @@ def motor_energy(scene: Motor, states: MotorStates) -> MotorEnergy:
 
 @compiled_once(nogil=True, error_model="numpy")
 def _magnetic(checksum: int):
-    """The loop over states."""
+    """Compile the loop over states."""
 
     def magnetic(out, position, moment, ring_orientation, magnets):
         _ = checksum
@@ -92,85 +108,89 @@ def _magnetic(checksum: int):
 
 @analysis("energy", "heat", "work", of=Motor)
 def motor_energy_balance(run: xr.Dataset, scene: Motor = OWN) -> xr.Dataset:
-    """Energy against heat and the work of the noise.
+    """Compare the energy with heat and with the work of the noise.
 
-    The paper's remarks: dE = (-c_B |V_Q|^2 - c_R |omega_R|^2) dt + r dt + martingale, with the
+    By the paper's remarks, dE = (-c_B |V_Q|^2 - c_R |omega_R|^2) dt + r dt + martingale, with the
     rate r = alpha_B^2 (1/m + r^2/J_B) + (alpha_R^2/2) tr(I_R^-1); at non-uniform temperature c_R
     and alpha_B are zero. The last two terms together are the Stratonovich work of the noise.
 
     Parameters
     ----------
     run : xarray.Dataset
-        From `simulate`, recorded however seldom.
+        From `simulate`; the interval between records does not matter.
     scene : Motor, optional
-        Its scene; by default the one that the attributes of the run tell.
+        The scene of the run; by default the one in its attributes.
 
     Returns
     -------
     xarray.Dataset
-        In J, from the first record on: `gain` = E - E(0), `heat`, `work`, `injected` = r t,
+        In J since the first record: `gain` = E - E(0), `heat`, `work`, `injected` = r t,
         `martingale` = work - injected, and `residual` = gain + heat - work.
     """
     elapsed = run.time - run.time[0]
     rate = ball_injection_rate(scene) + ring_injection_rate(scene)
     injected = (rate * elapsed).broadcast_like(run.work).transpose(*run.work.dims)
     gain, heat, work = map(_since_start, (run.energy, run.heat, run.work))
-    return _in_joule(
-        gain=gain,
-        heat=heat,
-        work=work,
-        injected=injected,
-        martingale=work - injected,
-        residual=gain + heat - work,
-    )
+    data = {
+        "gain": gain,
+        "heat": heat,
+        "work": work,
+        "injected": injected,
+        "martingale": work - injected,
+        "residual": gain + heat - work,
+    }
+    return labeled(xr.Dataset(data), LABELS)
 
 
 @analysis("energy", "ring_energy", "heat", "ring_heat", "work", "ring_work", of=Motor, finite=False)
 def efficiency(run: xr.Dataset, scene: Motor = OWN) -> xr.Dataset:
-    """The paper's efficiency: work transferred to the top over the work of the kicks on the ring.
+    """Compute the paper's efficiency: work transferred to the top over work of the kicks.
 
-    What the paper leaves open is read so:
+    Where the paper is ambiguous, we define:
 
-    - The work of the kicks is the integral of alpha dW . omega_R, alpha once (the paper's formula
-      has it in T_R and before the integral), and in the sense of Stratonovich.
-    - The ring's energy is what it has without the ball: its kinetic energy, and its energy in the
-      outer ring's field. Total less ring energy is what ball and inner ring have by each other.
-    - That the work of T_R is the change of the total energy holds without friction only. The work
-      transferred as the paper writes it, a change of energy, leaves out what the ball's friction
-      has dissipated meanwhile, which over long times is nearly all of it. `share` counts that in:
-      it is the part of the kicks' work that has reached the ball. At uniform temperature it leaves
-      out what the noise on the ball itself has brought; it then may have either sign, and tends to
-      zero, since no heat flows on the average between two bodies of one temperature. What the
-      energy balance leaves as residual is in it, too.
+    - The work of the kicks on the ring is the Stratonovich integral of alpha dW . omega_R. The
+      factor alpha occurs once; the paper's formula has it both in T_R and before the integral.
+    - The energy of the ring is its kinetic energy plus its energy in the field of the outer ring.
+      Total energy minus ring energy is the energy of the ball, including its interaction with the
+      inner ring.
+    - The work of T_R equals the change of the total energy only without friction. The transferred
+      work as the paper writes it is a change of energy and omits the heat that the ball's friction
+      has dissipated, which over long times is nearly all of it. `share` includes this heat: it is
+      the fraction of the kicks' work that has reached the ball. It does not include the work of the
+      noise on the ball itself. At uniform temperature its sign may therefore vary, and it tends to
+      zero, since on average no heat flows between two bodies of equal temperature. The residual of
+      the energy balance is part of it.
 
     Parameters
     ----------
     run : xarray.Dataset
-        Of a motor, recorded as often as its efficiency is wanted.
+        From `simulate`; the efficiency is computed at each record.
     scene : Motor, optional
-        Its scene; by default the one that the attributes of the run tell.
+        The scene of the run; by default the one in its attributes.
 
     Returns
     -------
     xarray.Dataset
-        In J, from the first record on: `kicks`, the work on the ring, `transferred` = (E - E(0)) -
-        (E_ring - E_ring(0)), and `reached` = transferred + the ball's heat - the work of its own
-        noise; without unit `efficiency` = transferred/kicks and `share` = reached/kicks, NaN where
-        the work on the ring is zero, as in the first record.
+        In J since the first record: `kicks`, the work on the ring, `transferred` = (E - E(0)) -
+        (E_ring - E_ring(0)), and `reached` = transferred + heat of the ball - work of the noise on
+        the ball. Dimensionless: `efficiency` = transferred/kicks and `share` = reached/kicks, NaN
+        where the work on the ring is zero, as in the first record.
     """
     kicks = _since_start(run.ring_work)
     transferred = _since_start(run.energy - run.ring_energy)
     dissipated = _since_start((run.heat - run.ring_heat) - (run.work - run.ring_work))
     reached = transferred + dissipated
     moved = kicks.where(kicks != 0)
-    ratios = {"efficiency": transferred / moved, "share": reached / moved}
-    return _in_joule(kicks=kicks, transferred=transferred, reached=reached).assign(ratios)
+    data = {
+        "kicks": kicks,
+        "transferred": transferred,
+        "reached": reached,
+        "efficiency": transferred / moved,
+        "share": reached / moved,
+    }
+    return labeled(xr.Dataset(data), LABELS)
 
 
 def _since_start(values: xr.DataArray) -> xr.DataArray:
-    """What has been added since the first record."""
+    """Subtract the first record."""
     return values - values.isel(time=0, drop=True)
-
-
-def _in_joule(**values: xr.DataArray) -> xr.Dataset:
-    return xr.Dataset({k: v.assign_attrs(units="J") for k, v in values.items()})

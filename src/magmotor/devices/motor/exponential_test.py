@@ -1,4 +1,4 @@
-"""Whether durations, some of which were cut off by the end of a run, are exponential in law."""
+"""Test for an exponential distribution of durations, some of which are censored."""
 
 from collections.abc import Mapping
 from typing import Annotated, Any, NamedTuple, Protocol, runtime_checkable
@@ -11,12 +11,12 @@ from magmotor.common.checks import reject
 from magmotor.common.hints import flags, integer, numbers, shaped
 
 LEVEL = 0.01
-"""Of significance, two-sided, at which the power is stated."""
+"""Two-sided level of significance."""
 
 
 @runtime_checkable
 class Distribution(Protocol):
-    """A law of durations, such as those of `scipy.stats`."""
+    """A distribution of durations, for example from `scipy.stats`."""
 
     def rvs(self, size: Any, random_state: Any) -> Any:
         """Draw durations."""
@@ -28,19 +28,19 @@ class Distribution(Protocol):
 
 
 class ExponentialTest(NamedTuple):
-    """What `exponential_test` finds."""
+    """Result of `exponential_test`."""
 
     squared_variation: float
-    """Squared coefficient of variation, 1 in the mean if the law is exponential; less of a law with
-    a preferred duration, more of one with a heavy tail."""
+    """Squared coefficient of variation. Its expectation is 1 for an exponential distribution, less
+    for one with a preferred duration, and more for one with a heavy tail."""
     p_value: float
-    """Two-sided, by Monte Carlo."""
+    """Two-sided p-value, by Monte Carlo."""
     power: dict[str, float]
-    """For each alternative, how often it is told from an exponential law at `LEVEL`."""
+    """Probability that each alternative is rejected at `LEVEL`."""
 
     @property
     def rejected(self) -> bool:
-        """The law is not exponential, at `LEVEL`."""
+        """Whether the exponential distribution is rejected at `LEVEL`."""
         return self.p_value < LEVEL
 
 
@@ -49,18 +49,19 @@ def squared_variation(
     values: Annotated[ArrayLike, numbers(..., "N", at_least=0)],
     censored: Annotated[ArrayLike, flags(..., "N")],
 ) -> NDArray[np.float64]:
-    """Squared coefficient of variation of durations, of which some are cut off.
+    """Compute the squared coefficient of variation of durations, some of which are censored.
 
-    With y = value/mean, the mean that of `censored_mean`, and n durations completed:
-    1 + (sum y^2 - 2 sum_completed y)/n. If none is cut off this is Greenwood's statistic, the
-    squared coefficient of variation. The bracket over 2 is the score, at the exponential law, of
-    the generalized Pareto law's shape.
+    It is 1 + (sum y^2 - 2 sum_completed y)/n for n completed durations, where y = value/mean with
+    the mean of `censored_mean`. Without censoring this is Greenwood's statistic, the squared
+    coefficient of variation. Half the bracket is the score of the shape parameter of the
+    generalized Pareto distribution at the exponential distribution.
 
     Parameters
     ----------
     values : array_like, shape (..., N)
-        Elapsed, of those cut off as far as seen.
+        Durations, up to the end of the observation where they are censored.
     censored : array_like of bool, shape (..., N)
+        Which durations had not ended.
 
     Returns
     -------
@@ -84,37 +85,43 @@ def exponential_test(
     draws: Annotated[int, integer(at_least=100, at_most=10**6)] = 2000,
     seed: Annotated[int, integer(at_least=0)] = 0,
 ) -> ExponentialTest:
-    """Test of an exponential law by `squared_variation`, and its power.
+    """Test for an exponential distribution by `squared_variation`, and compute the power.
 
-    The statistic's law is found by Monte Carlo: as many durations, exponential with the mean found,
-    each cut off at its limit. So is the power, of the alternatives with that mean.
+    The distribution of the statistic is computed by Monte Carlo from N exponential durations with
+    the observed mean, each censored at its limit. The power is computed in the same way from the
+    alternatives, scaled to that mean.
 
     Parameters
     ----------
     values, censored : array_like, shape (N,)
-        As for `squared_variation`; half at least completed, two at least.
+        As for `squared_variation`; at least half of the durations, and at least two, are completed.
     limits : array_like, shape (N,)
-        How long each could have been seen, also of those completed.
+        For how long each duration, completed or not, could have been observed.
     alternatives : mapping
-        Names and laws, as of `scipy.stats`, with a mean.
+        Names and distributions, for example from `scipy.stats`, with a finite mean.
     draws : int
+        Number of Monte Carlo samples.
     seed : int
 
     Raises
     ------
     ValueError
-        Of fewer durations the end was seen, or one lasts longer than its limit.
+        Too few durations are completed, or a duration exceeds its limit.
     """
     values, limits = np.asarray(values, dtype=float), np.asarray(limits, dtype=float)
     censored = np.asarray(censored, dtype=bool)
     if not (values >= 0).all() or not values.any():
         raise reject(
-            "smallest duration", float(values.min()), "must be at least 0, and not all zero"
+            "smallest duration",
+            float(values.min()),
+            "must be at least 0, and some duration must be positive",
         )
     completed = int(np.sum(~censored))
     if completed < max(2, len(values) / 2):
         raise reject(
-            "number of durations completed", completed, "must be at least half of all, and 2"
+            "number of durations completed",
+            completed,
+            "must be at least 2 and at least half of all",
         )
     if np.any(values > limits):
         raise reject(

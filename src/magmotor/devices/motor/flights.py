@@ -1,8 +1,8 @@
-"""The motor's flights around the rings, the dwells between them, and the mean durations of both.
+"""Flights of the motor's ball around the rings, dwell times between them, and transitions.
 
-A flight is a piece of the path on which the ball goes round at least once without ever turning back
-by more than a quarter of a well's sector, the half-width of its core. It begins and ends where the
-ball turns. A dwell is the time between two flights.
+A flight is a part of the path on which the ball completes at least one revolution and never moves
+back by more than a quarter of a sector, the half-width of a well's core. It begins and ends where
+the ball reverses. A dwell is the time between two flights.
 """
 
 import itertools
@@ -18,6 +18,7 @@ from magmotor.common.arguments import checked
 from magmotor.common.checks import reject
 from magmotor.common.hints import flags, shaped
 from magmotor.device.analysis import OWN, analysis
+from magmotor.device.observable import labeled
 from magmotor.devices.motor.observables import azimuth
 from magmotor.devices.motor.scene import Motor
 
@@ -26,26 +27,38 @@ Array = NDArray[np.float64]
 CORE = 0.25
 """Half-width of a well's core, in sectors; a sector is 2 pi/M wide."""
 
+LABELS = {
+    "replica": ("1", "number of the replica"),
+    "begin": ("s", "time at which it begins"),
+    "once": ("s", "time at which the ball has gone around once"),
+    "end": ("s", "time at which it ends"),
+    "revolutions": ("1", "revolutions of the ball"),
+    "censored": ("1", "whether the run ended first"),
+    "time": ("s", "time of the transition"),
+    "well": ("1", "number of the well that is reached"),
+    "step": ("1", "change of the well's number"),
+}
+
 
 @analysis("position", of=Motor)
 def flights(run: xr.Dataset, scene: Motor = OWN) -> xr.Dataset:
-    """The flights of a run, as this module defines them.
+    """Find the flights of a run, as defined in `magmotor.devices.motor.flights`.
 
-    Whether the ball turns back matters: a sequence of transitions in one direction may hold long
-    rests, after which the ball happens to go on the same way as before.
+    The definition uses reversals rather than transitions, since the ball may rest for a long time
+    between two transitions in the same direction.
 
     Parameters
     ----------
     run : xarray.Dataset
-        Of a `Motor`.
+        A run in which the ball goes around by much less than half a revolution between records.
     scene : Motor, optional
-        Its scene; by default the one that the attributes of the run tell.
+        The scene of the run; by default the one in its attributes.
 
     Returns
     -------
     xarray.Dataset
-        Over `flight`: `begin` and `end` in s, `once`, when it has gone round once, signed
-        `revolutions`, `replica`, and `censored`: the flight was still under way when the run ended.
+        Over `flight`: `begin`, `end` and `once`, the time of the first completed revolution, in s;
+        signed `revolutions`; `replica`; and `censored`, whether the run ended before the flight.
     """
     back = CORE * 2 * math.pi / scene.outer_dipoles
     rows = []
@@ -71,22 +84,22 @@ def flights(run: xr.Dataset, scene: Motor = OWN) -> xr.Dataset:
 
 @analysis("position", of=Motor)
 def dwell_times(run: xr.Dataset, scene: Motor = OWN) -> xr.Dataset:
-    """The times between flights, also those before the first and after the last of a run.
+    """Find the times between flights, before the first and after the last one.
 
-    Where one flight turns into another there is none.
+    There is no dwell between two flights if one begins where the other ends.
 
     Parameters
     ----------
     run : xarray.Dataset
-        Of a motor, with the ball moving by much less than half a turn between records.
+        A run in which the ball goes around by much less than half a revolution between records.
     scene : Motor, optional
-        Its scene; by default the one that the attributes of the run tell.
+        The scene of the run; by default the one in its attributes.
 
     Returns
     -------
     xarray.Dataset
-        Over `dwell`: `begin` and `end` in s, `replica`, and `censored`: the dwell had not
-        ended when the run did.
+        Over `dwell`: `begin` and `end` in s; `replica`; and `censored`, whether the run ended
+        before the dwell.
     """
     found, rows = flights(run, scene), []
     first, last = run.time.values[[0, -1]]
@@ -106,23 +119,24 @@ def dwell_times(run: xr.Dataset, scene: Motor = OWN) -> xr.Dataset:
 
 @analysis("position", of=Motor)
 def transitions(run: xr.Dataset, scene: Motor = OWN) -> xr.Dataset:
-    """The ball's transitions between wells, with hysteresis.
+    """Find the transitions of the ball between wells, with hysteresis.
 
-    The ball belongs to the well whose core, the middle half of its sector, it has visited last; a
-    transition is a change of that, at the record at which the new core is reached.
+    The core of a well is the middle half of its sector. The ball belongs to the well whose core it
+    has visited last; a transition is the first record in the core of another well.
 
     Parameters
     ----------
     run : xarray.Dataset
-        Of a motor, with the ball moving by much less than half a turn between records.
+        A run in which the ball goes around by much less than half a revolution between records.
     scene : Motor, optional
-        Its scene; by default the one that the attributes of the run tell.
+        The scene of the run; by default the one in its attributes.
 
     Returns
     -------
     xarray.Dataset
-        Over `transition`: `time` in s, `well`, the one reached, counted on when the ball goes round
-        (at azimuth 2 pi well/M), `step`, +1 or -1 (more if it is recorded too seldom), `replica`.
+        Over `transition`: `time` in s; `well`, the number of the well that is reached, at azimuth
+        2 pi well/M, which keeps counting after a revolution; `step`, +1 or -1, or more if the run
+        is recorded too seldom; and `replica`.
     """
     rows = []
     for replica, theta in _rows(run):
@@ -138,7 +152,7 @@ def transitions(run: xr.Dataset, scene: Motor = OWN) -> xr.Dataset:
 
 
 class CensoredMean(NamedTuple):
-    """A mean, its standard error, and the number of values that were seen to their end."""
+    """Mean, standard error, and number of completed durations."""
 
     mean: float
     error: float
@@ -149,28 +163,29 @@ class CensoredMean(NamedTuple):
 def censored_mean(
     values: Annotated[ArrayLike, shaped("N")], censored: Annotated[ArrayLike, flags("N")]
 ) -> CensoredMean:
-    """Mean of durations, some of which were cut off by the end of the observation.
+    """Compute the mean of durations, some of which are censored by the end of the observation.
 
-    The sum of all over the number of those completed, the most likely mean of an exponential law:
-    it has no memory, so that those under way when the observation began count like the others. The
-    error, sqrt(sum (value - mean [completed])^2)/number, holds for any law as long as durations are
-    independent.
+    The mean is the sum of all durations over the number of completed ones, the maximum likelihood
+    estimate for an exponential distribution. This distribution has no memory, so that durations
+    that began before the observation count like the others. The error,
+    sqrt(sum (value - mean [completed])^2)/number, is valid for any distribution of independent
+    durations.
 
     Parameters
     ----------
     values : array_like, shape (N,)
-        Durations, in any unit; of those cut off as far as seen.
+        Durations in any unit, up to the end of the observation where they are censored.
     censored : array_like of bool, shape (N,)
-        Which were cut off.
+        Which durations had not ended.
 
     Returns
     -------
     CensoredMean
-        `mean` and `error` in that unit, NaN if none was completed, and `completed`.
+        `mean` and `error` in that unit, NaN if no duration was completed, and `completed`.
 
     Examples
     --------
-    Of flights, in revolutions of which each has one at least:
+    Revolutions of flights, each of which has at least one:
 
     >>> import magmotor as mm
     >>> revolutions, censored = [1.5, -3.0, 2.5], [False, False, True]
@@ -193,7 +208,7 @@ def censored_mean(
 
 
 def turning_points(theta: Array, back: float) -> list[int]:
-    """First and last index, and those between where theta turns to go further than `back`."""
+    """Return the first and last index, and those of reversals by more than `back`."""
     angles = theta.tolist()
     points, lowest, highest, extreme, direction = [0], 0, 0, 0, 0
     for i, angle in enumerate(angles):
@@ -216,21 +231,17 @@ def _rows(run: xr.Dataset) -> Iterator[tuple[int, Array]]:
 
 
 def _replicas(run: xr.Dataset) -> list[int]:
-    """Numbers of the replicas in a run: its own, also where some were selected."""
+    """Return the numbers of the replicas in a run, also if only some were selected."""
     if "replica" in run.coords:
         return np.atleast_1d(run.replica.values).tolist()
     return [*range(run.sizes.get("replica", 1))]
 
 
 def _columns(rows: list[Any], count: int) -> Array:
-    """Rows of a table as its columns, also if there are none."""
+    """Return the columns of a table, also if it has no rows."""
     return np.array(rows, dtype=float).reshape(-1, count).T
 
 
 def _table(dimension: str, **columns: NDArray[Any]) -> xr.Dataset:
-    units = {"begin": "s", "once": "s", "end": "s", "time": "s", "revolutions": "1"}
-    data = {
-        name: (dimension, values, {"units": units[name]} if name in units else {})
-        for name, values in columns.items()
-    }
-    return xr.Dataset(data)
+    data = {name: (dimension, values) for name, values in columns.items()}
+    return labeled(xr.Dataset(data), LABELS)

@@ -1,4 +1,4 @@
-"""The guard on a run of the motor: which recorded states the model does not describe."""
+"""The guard of the motor: it finds recorded states that the model does not describe."""
 
 import math
 from collections.abc import Iterator
@@ -19,20 +19,20 @@ from magmotor.devices.motor.scene import LARGEST_TILT, Motor
 from magmotor.devices.motor.states import MotorStates
 
 ROUNDING = 1e-9
-"""Of energies, over a long run."""
+"""Relative rounding error of energies over a long run."""
 
 TIPPED = "ring tipped"
-"""The event that ends a run whose inner ring has tipped over."""
+"""Name of the event that ends a run whose inner ring has tipped over."""
 
 
 class MotorGuard(Guard):
-    """Finds the first wrong row among recorded states of a scene.
+    """Finds the first invalid row among the recorded states of a scene.
 
     Parameters
     ----------
     scene : Motor
     first : MotorStates
-        The initial state; it sets the energy that the motion may have.
+        The initial state, which bounds the energy of the motion.
     """
 
     def __init__(self, scene: Motor, first: MotorStates):
@@ -41,13 +41,14 @@ class MotorGuard(Guard):
         self.start, self.ring = start.total[0], start.ring[0]
         warm = scene.temperature == "uniform"
         self.largest_fluctuation = LARGEST_FLUCTUATION * scene.kT if warm else 0.0
-        # What heats the motion without cooling it; a warm one forgets what it was given.
+        # At nonuniform temperature the noise heats the motion; at uniform, friction balances it.
         self.heated = any(scene.noises) and not warm
 
-    def _faults(self, states: MotorStates) -> Iterator[Fault]:
+    def faults(self, states: MotorStates) -> Iterator[Fault]:
+        """Yield the tests of energy, tilt and lift."""
         found = motor_energy(self.scene, states)
         work = states.ball_work + states.ring_work if self.heated else 0.0
-        # A ring that only turns about its axis has energy that no method touches.
+        # No method changes the energy of a ring that only rotates about its axis.
         ring = np.abs(found.ring - self.ring) + found.wobble
         in_play = np.abs(found.total - found.ring) + ring
         allowed = np.maximum(self.largest_fluctuation, LARGEST_ERROR * in_play)
@@ -56,7 +57,7 @@ class MotorGuard(Guard):
         upright = axes(states.ring_orientation)[..., 2]
         lost = np.any(upright < math.cos(LARGEST_TILT), axis=1)
         yield Fault(grew & ~lost, lambda _: ENERGY_GREW)
-        # A ring that tips between two records may have driven a method beyond its limit meanwhile.
+        # A ring that tips between two records may also have driven the method unstable.
         also = f"; {ENERGY_GREW}"
         yield Fault(lost, lambda row: _tipped(upright[row]) + also * bool(grew[row]), TIPPED)
         if self.scene.surface == "planar":

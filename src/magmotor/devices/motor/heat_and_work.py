@@ -1,4 +1,4 @@
-"""Heat and work along a run of the motor in MuJoCo, by a compiled loop over its steps."""
+"""Heat and work of the motor in MuJoCo, by a compiled loop over steps."""
 
 import math
 
@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 
 def heat_and_work_sums(job: Job, linear: int, before: Array, paths: Array, first: int) -> Array:
-    """Heat of ball and ring, then work on them, after each step; see `run.MujocoAdapter.sums`.
+    """Compute heat of ball and ring and work on them after each step; see `MujocoAdapter.sums`.
 
     Parameters
     ----------
@@ -24,12 +24,12 @@ def heat_and_work_sums(job: Job, linear: int, before: Array, paths: Array, first
     linear : int
         Number of the ball's translational coordinates.
     before, paths, first
-        As in `run.MujocoAdapter.sums`.
+        As in `MujocoAdapter.sums`.
 
     Returns
     -------
     ndarray, shape (replicas, steps, 4)
-        In J.
+        Heat of ball and ring, work on ball and ring, in J.
     """
     scene, path = job.scene, job.path
     sums = np.empty((*paths.shape[:2], 4))
@@ -48,7 +48,7 @@ def heat_and_work_sums(job: Job, linear: int, before: Array, paths: Array, first
 
 
 def _channels(noises: tuple[float, ...]) -> NDArray[np.int64]:
-    """Which channel drives each velocity; the callback counts only noises that are not zero."""
+    """Return the channel of each velocity; the callback counts only nonzero noises."""
     driven = np.array(noises) > 0
     return np.where(driven, np.cumsum(driven) - 1, 0)
 
@@ -67,7 +67,7 @@ def _velocities(row, linear, radius):
 
 @compiled_once(nogil=True, error_model="numpy")
 def _sums(checksum: int):
-    """The loop over replicas and steps."""
+    """Compile the loop over replicas and steps."""
 
     def advance(sums, before, paths, linear, radius, coefficients, path, timestep, exact):
         _ = checksum

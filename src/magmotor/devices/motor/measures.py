@@ -1,4 +1,4 @@
-"""Measures of the motor: numbers that are read off a run."""
+"""Measures of the motor."""
 
 from typing import Any
 
@@ -6,43 +6,42 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from magmotor.device.device import Measure
+from magmotor.device.observable import Measure
 from magmotor.devices.motor.flights import flights, transitions
-from magmotor.devices.motor.observables import azimuth
+from magmotor.devices.motor.observables import AZIMUTH
 from magmotor.devices.motor.scene import Motor
 from magmotor.devices.motor.theory import slip_mobility
 
 
-def _each_replica(run: xr.Dataset, replica: NDArray[Any], values: NDArray[Any]) -> Any:
-    """Sums of what is found in each replica; a number if the run has none."""
+def _sum_by_replica(run: xr.Dataset, replica: NDArray[Any], values: NDArray[Any]) -> Any:
+    """Sum the values of each replica; return a number if the run has no replicas."""
     sums = np.bincount(replica, values, minlength=run.sizes.get("replica", 1))
     return sums if "replica" in run.dims else sums[0]
 
 
 def _flights(run: xr.Dataset, scene: Motor) -> Any:
     found = flights(run, scene)
-    return _each_replica(run, found.replica.values, np.ones(found.sizes["flight"]))
+    return _sum_by_replica(run, found.replica.values, np.ones(found.sizes["flight"]))
 
 
-def _flown(run: xr.Dataset, scene: Motor) -> Any:
+def _revolutions_flown(run: xr.Dataset, scene: Motor) -> Any:
     found = flights(run, scene)
-    return _each_replica(run, found.replica.values, np.abs(found.revolutions.values))
+    return _sum_by_replica(run, found.replica.values, np.abs(found.revolutions.values))
 
 
 def _flying(run: xr.Dataset, scene: Motor) -> Any:
     found = flights(run, scene)
-    lasting = (found.end - found.begin).values
-    return _each_replica(run, found.replica.values, lasting / float(run.time[-1]))
+    durations = (found.end - found.begin).values
+    return _sum_by_replica(run, found.replica.values, durations / float(run.time[-1]))
 
 
 def _transitions(run: xr.Dataset, scene: Motor) -> Any:
     found = transitions(run, scene)
-    return _each_replica(run, found.replica.values, np.ones(found.sizes["transition"]))
+    return _sum_by_replica(run, found.replica.values, np.ones(found.sizes["transition"]))
 
 
-def _revolutions(run: xr.Dataset, scene: Motor) -> xr.DataArray:
-    angle = azimuth(run)
-    return (angle.isel(time=-1) - angle.isel(time=0)) / (2 * np.pi)
+def _revolutions(azimuth: xr.DataArray) -> xr.DataArray:
+    return (azimuth.isel(time=-1) - azimuth.isel(time=0)) / (2 * np.pi)
 
 
 def _slip_temperature(run: xr.Dataset, scene: Motor) -> xr.DataArray:
@@ -52,9 +51,13 @@ def _slip_temperature(run: xr.Dataset, scene: Motor) -> xr.DataArray:
 
 MEASURES: dict[str, Measure] = {
     "flights": Measure(_flights, "1", "number of flights"),
-    "revolutions_flown": Measure(_flown, "1", "revolutions in flights, in either direction"),
-    "flying": Measure(_flying, "1", "part of the time spent in flights"),
+    "revolutions_flown": Measure(
+        _revolutions_flown, "1", "revolutions in flights, in either direction"
+    ),
+    "flying": Measure(_flying, "1", "fraction of the time spent in flights"),
     "transitions": Measure(_transitions, "1", "number of transitions between wells"),
-    "revolutions": Measure(_revolutions, "1", "revolutions of the ball from start to end"),
+    "revolutions": AZIMUTH.measure(
+        "revolutions of the ball from start to end", _revolutions, unit="1"
+    ),
     "slip_temperature": Measure(_slip_temperature, "J", "temperature of the slip, kT in theory"),
 }

@@ -1,4 +1,4 @@
-"""The motor as MJCF: ball, two rings and stage, with a scene's parameters."""
+"""The motor as MJCF: ball, two rings and stage with the parameters of a scene."""
 
 import mujoco
 import numpy as np
@@ -31,7 +31,7 @@ def decorate(root: parts.Element, scene: Motor) -> None:
 
 
 def _mark(root: parts.Element, radius: float) -> None:
-    """Mark the inner ring's first dipole, so that its yaw is seen."""
+    """Mark the first dipole of the inner ring to make its yaw visible."""
     bead = root.find("geom", "inner_mark")
     bead.pos, bead.size = [radius, 0.0, 0.0], radius * bead.size
 
@@ -40,13 +40,13 @@ Array = NDArray[np.float64]
 
 
 class MotorCoordinates:
-    """The ball's joints, and after them the inner ring's, a ball joint."""
+    """Joint coordinates: those of the ball, then the ball joint of the inner ring."""
 
     def __init__(self, scene: Motor):
         self.ball = BallCoordinates(scene.surface, scene.ball_radius)
 
     def joints(self, states: MotorStates) -> tuple[Array, Array]:
-        """`qpos` and `qvel` of the last of the states, shapes (replicas, nq) and (replicas, nv)."""
+        """Return `qpos` and `qvel` of the last state, shapes (replicas, nq) and (replicas, nv)."""
         qpos, qvel = self.ball.joints(states)
         orientation = states.ring_orientation[-1]
         spin = rot_vec_quat(neg_quat(orientation), states.ring_angular_velocity[-1])
@@ -54,7 +54,7 @@ class MotorCoordinates:
         return whole, np.concatenate([qvel, spin], axis=-1)
 
     def states(self, time: Array, qpos: Array, qvel: Array, sums: Array) -> MotorStates:
-        """The motor's states from joint coordinates and sums, shape (replicas, T, n)."""
+        """Compute the states from joint coordinates and sums, shape (replicas, T, n)."""
         qpos, qvel, sums = (np.swapaxes(rows, 0, 1) for rows in (qpos, qvel, sums))
         orientation = qpos[..., -4:]
         ball_heat, ring_heat, ball_work, ring_work = np.moveaxis(sums, -1, 0)
@@ -85,25 +85,25 @@ class MotorAdapter:
         self.userdata = userdata(job.path, job.first_step, len(self.start))
 
     def controls(self, steps: NDArray[np.int64]) -> Array:
-        """What the Brownian wrenches are told, the same in each step."""
+        """Return the user data of the Brownian wrenches, the same in each step."""
         return self.userdata[:, np.newaxis]
 
     def sums(self, before: Array, paths: Array, first: int) -> Array:
-        """Heat and work after each step."""
+        """Return heat and work after each step."""
         return heat_and_work_sums(self.job, self.coordinates.ball.linear, before, paths, first)
 
     def states(self, time: Array, qpos: Array, qvel: Array, sums: Array) -> MotorStates:
-        """The motor's states from joint coordinates and sums, shape (replicas, T, n)."""
+        """Compute the states from joint coordinates and sums, shape (replicas, T, n)."""
         return self.coordinates.states(time, qpos, qvel, sums)
 
 
 def compose_motor(scene: Motor, *, visual: bool) -> parts.Element:
-    """The motor as one PyMJCF tree, without decoration unless `visual`."""
+    """Compose the motor as one PyMJCF tree, decorated if `visual`."""
     root = parts.load("motor", visual=visual)
     if visual:
         decorate(root, scene)
     add_ball(root, scene, 3 * [scene.ball_inertia])
-    _hang_rings(root, scene)
+    _place_rings(root, scene)
     _couple(root, scene.ball_ring_factor)
     _drive(root, scene)
     parts.mark(root, "dipoles couplings noise")
@@ -116,7 +116,7 @@ def compose_motor(scene: Motor, *, visual: bool) -> parts.Element:
     return root
 
 
-def _hang_rings(root: parts.Element, scene: Motor) -> None:
+def _place_rings(root: parts.Element, scene: Motor) -> None:
     inner, outer = (root.find("body", name) for name in ("inner_ring", "outer_ring"))
     inner.pos = [0.0, 0.0, scene.inner_height]
     outer.pos = [0.0, 0.0, scene.outer_height]
@@ -127,7 +127,7 @@ def _hang_rings(root: parts.Element, scene: Motor) -> None:
 
 
 def _couple(root: parts.Element, factor: float) -> None:
-    """Have ball and inner ring act on one another `factor` times."""
+    """Multiply the forces between ball and inner ring by `factor`."""
     if factor != 1:
         pair = root.custom.add("tuple", name="coupling_ball_inner_ring")
         for body in ("ball", "inner_ring"):
@@ -135,14 +135,14 @@ def _couple(root: parts.Element, factor: float) -> None:
 
 
 def _drive(root: parts.Element, scene: Motor) -> None:
-    """Write the noise where the compiled callback reads it.
+    """Write the noise to the user data that the compiled callback reads.
 
-    The ball's acts at the point that slips: the force comes with the torque -r e_z x force.
+    The noise of the ball acts at its contact point, so that it includes the torque -r e_z x force.
     """
     force, torque = np.eye(2, 3), np.eye(3)
     slip = np.hstack([force, np.cross([0.0, 0.0, -scene.ball_radius], force)])
-    turn = np.hstack([np.zeros((3, 3)), torque])
+    rotation = np.hstack([np.zeros((3, 3)), torque])
     if scene.alpha_ball:
         root.find("body", "ball").user = scene.alpha_ball * slip.ravel()
     if scene.alpha_ring:
-        root.find("body", "inner_ring").user = scene.alpha_ring * turn.ravel()
+        root.find("body", "inner_ring").user = scene.alpha_ring * rotation.ravel()

@@ -1,4 +1,4 @@
-"""The motor in a movie: how far the ball has gone round, and how the inner ring is turned."""
+"""What movies of the motor show: azimuth of the ball, and tilt and yaw of the inner ring."""
 
 from typing import TYPE_CHECKING
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class MotorMovieContent:
-    """See `magmotor.device.movie.MovieContent`; the value is theta in revolutions."""
+    """See `magmotor.device.movie.MovieContent`; `value` is the azimuth in revolutions."""
 
     near = "top"
     needs: tuple[str, ...] = ("position", "ring_axis", "ring_orientation")
@@ -30,12 +30,12 @@ class MotorMovieContent:
         self.tilt, self.yaw = (between(run, attitude[k].values, times) for k in ("tilt", "yaw"))
 
     def plot(self, axes: "Axes") -> list["Line2D"]:
-        """The azimuth over time."""
+        """Draw the azimuth over time."""
         axes.set(xlabel="t (s)", ylabel="θ (revolutions)")
         return axes.plot(self.time, self.revolutions, color=style.BLUE, label="azimuth of the ball")
 
     def lines(self, i: int) -> list[str]:
-        """Azimuth of the ball, tilt and yaw of the ring."""
+        """Return azimuth of the ball, and tilt and yaw of the ring."""
         return [
             f"ball  θ {self.value[i]:+z.2f} revolutions",
             f"ring  tilt {self.tilt[i]:.1f}°, yaw {self.yaw[i]:+z.0f}°",

@@ -1,4 +1,4 @@
-"""How the motor's ball goes round, and how its inner ring is turned."""
+"""Azimuth of the motor's ball, and tilt and yaw of its inner ring."""
 
 import math
 
@@ -8,39 +8,48 @@ from numpy.typing import NDArray
 
 from magmotor.common.checks import reject
 from magmotor.device.analysis import analysis
+from magmotor.device.observable import Observable, labeled
 from magmotor.devices.ball.scene import BallScene
 from magmotor.devices.motor.scene import Motor
 
-LARGEST_TURN = math.pi / 2
-"""By how much (rad) the ball may go round between two records, for its turns to be counted."""
+LARGEST_STEP = math.pi / 2
+"""Largest rotation (rad) between two records whose direction is unambiguous."""
+
+
+def _azimuth(run: xr.Dataset, scene: BallScene | None) -> xr.DataArray:
+    x, y = run.position.sel(space="x"), run.position.sel(space="y")
+    theta = np.unwrap(np.arctan2(y.values, x.values))
+    _check_steps(theta, "or the ball went through the center")
+    return x.reset_coords(drop=True).copy(data=theta)
+
+
+AZIMUTH = Observable(_azimuth, "rad", "azimuth of the ball, unwrapped")
 
 
 @analysis("position", of=BallScene)
 def azimuth(run: xr.Dataset) -> xr.DataArray:
-    """Angle theta in rad by which the ball has gone round the center, from the x axis, unwrapped.
+    """Compute the azimuth of the ball from the x axis in rad, unwrapped.
 
     Parameters
     ----------
     run : xarray.Dataset
-        Of a `Motor`, with the ball moving by much less than half a turn between records.
+        A run in which the ball goes around by much less than half a revolution between records.
 
     Raises
     ------
     ValueError
-        It turns by more than a quarter between two records: which way round is then uncertain.
+        The azimuth changes by more than a quarter revolution between two records, so that its
+        direction is ambiguous.
     """
-    x, y = run.position.sel(space="x"), run.position.sel(space="y")
-    theta = np.unwrap(np.arctan2(y.values, x.values))
-    _check_turns(theta, "or the ball went through the center")
-    return _angle(theta, x, "azimuth of the ball, unwrapped")
+    return AZIMUTH(run, None)
 
 
 @analysis("ring_axis", "ring_orientation", of=Motor)
 def ring_attitude(run: xr.Dataset) -> xr.Dataset:
-    """Tilt and yaw of the inner ring, in rad.
+    """Compute tilt and yaw of the inner ring in rad.
 
-    The ring's rotation is a turn by `yaw` about the vertical, followed by the smallest turn that
-    brings e_z to zeta_3, which is by `tilt`: its decomposition into twist and swing.
+    They are the swing-twist decomposition of the ring's rotation: a rotation by `yaw` about the
+    vertical, followed by the smallest rotation from e_z to zeta_3, whose angle is `tilt`.
 
     Returns
     -------
@@ -50,28 +59,23 @@ def ring_attitude(run: xr.Dataset) -> xr.Dataset:
     Raises
     ------
     ValueError
-        The ring turns by more than a quarter between two records.
+        The yaw changes by more than a quarter revolution between two records.
     """
     x, y, z = np.moveaxis(run.ring_axis.values, -1, 0)
     twist = run.ring_orientation.values[..., [0, 3]]
     yaw = np.unwrap(2 * np.arctan2(twist[..., 1], twist[..., 0]))
-    _check_turns(yaw, "or the ring is upside down")
-    like = run.ring_axis.isel(space=0)
-    return xr.Dataset(
-        {
-            "tilt": _angle(np.arctan2(np.hypot(x, y), z), like, "tilt of the inner ring"),
-            "yaw": _angle(yaw, like, "yaw of the inner ring, unwrapped"),
-        }
-    )
+    _check_steps(yaw, "or the ring is upside down")
+    like = run.ring_axis.isel(space=0).reset_coords(drop=True)
+    data = {"tilt": like.copy(data=np.arctan2(np.hypot(x, y), z)), "yaw": like.copy(data=yaw)}
+    labels = {
+        "tilt": ("rad", "tilt of the inner ring"),
+        "yaw": ("rad", "yaw of the inner ring, unwrapped"),
+    }
+    return labeled(xr.Dataset(data), labels)
 
 
-def _check_turns(angle: NDArray[np.float64], other: str) -> None:
-    turn = float(np.abs(np.diff(angle)).max(initial=0.0))
-    if turn > LARGEST_TURN:
+def _check_steps(angle: NDArray[np.float64], other: str) -> None:
+    step = float(np.abs(np.diff(angle)).max(initial=0.0))
+    if step > LARGEST_STEP:
         sentence = f"must be at most 1.57 rad: record more often, {other}"
-        raise reject("largest turn between two records", round(turn, 2), sentence)
-
-
-def _angle(values, like: xr.DataArray, label: str) -> xr.DataArray:
-    bare = like.reset_coords(drop=True)
-    return bare.copy(data=values).assign_attrs(units="rad", long_name=label)
+        raise reject("largest rotation between two records", round(step, 2), sentence)

@@ -1,6 +1,6 @@
-"""The motor without noise: the paper's equations, with orientations as quaternions.
+"""The paper's equations of the motor without noise, with orientations as quaternions.
 
-The forces are summed here, apart from those of the integrators that this solution judges.
+The forces are computed independently of the integrators that are tested against this solution.
 """
 
 from collections.abc import Callable
@@ -29,10 +29,10 @@ Array = NDArray[np.float64]
 
 
 def problem(scene: Motor, initial: MotorStates) -> tuple[Callable, Array, Array]:
-    """Right-hand side, initial state and scales of position, velocity, and so on.
+    """Return right-hand side, initial state and scales.
 
-    The state is place, velocity, orientation and angular velocity of the ball, orientation and
-    angular momentum of the ring, and the heat of both.
+    The state consists of position, velocity, orientation and angular velocity of the ball,
+    orientation and angular momentum of the ring, and the heat of both.
     """
     across, _, axial = scene.inner_moments
     arms, outward = scene.inner_dipole_frame()
@@ -53,12 +53,12 @@ def problem(scene: Motor, initial: MotorStates) -> tuple[Callable, Array, Array]
         return evaluate(y, *numbers)
 
     first = MotorStates(*[column[-1] for column in initial])
-    turn, spin = first.ring_orientation[0], first.ring_angular_velocity[0]
-    axis = axes(turn)
+    orientation, spin = first.ring_orientation[0], first.ring_angular_velocity[0]
+    axis = axes(orientation)
     momentum = across * spin + (axial - across) * (axis @ spin) * axis
     state = [
         first.position[0, :2], first.velocity[0, :2], first.orientation[0],
-        first.angular_velocity[0], turn, momentum, first.ball_heat, first.ring_heat,
+        first.angular_velocity[0], orientation, momentum, first.ball_heat, first.ring_heat,
     ]  # fmt: skip
     energy = scene.coupling / scene.inner_height**3
     speed, spin = np.sqrt(energy / scene.ball_mass), np.sqrt(energy / scene.ball_inertia)
@@ -68,7 +68,7 @@ def problem(scene: Motor, initial: MotorStates) -> tuple[Callable, Array, Array]
 
 @compiled_once(error_model="numpy")
 def _derivative(checksum: int):
-    """The right-hand side; the torque on the ring is the sum of those on its dipoles."""
+    """Compile the right-hand side; the torque on the ring is the sum over its dipoles."""
 
     def derivative(s, masses, frictions, moment, magnets):
         _ = checksum
@@ -119,23 +119,23 @@ def _derivative(checksum: int):
 
 
 def states(scene: Motor, time: Array, rows: Array) -> MotorStates:
-    """Recorded states from rows of the solution."""
+    """Convert rows of the solution to recorded states."""
     across, _, axial = scene.inner_moments
-    turn, momentum = rows[:, 11:15], rows[:, 15:18]
-    axis = axes(turn)
+    orientation, momentum = rows[:, 11:15], rows[:, 15:18]
+    axis = axes(orientation)
     along = np.sum(momentum * axis, axis=1, keepdims=True)
     spin = momentum / across + (1 / axial - 1 / across) * along * axis
-    flat, none = np.zeros((len(rows), 1)), np.zeros(len(rows))
+    flat, no_work = np.zeros((len(rows), 1)), np.zeros(len(rows))
     found = {
         "position": np.hstack([rows[:, 0:2], flat + scene.ball_radius]),
         "velocity": np.hstack([rows[:, 2:4], flat]),
         "orientation": rows[:, 4:8],
         "angular_velocity": rows[:, 8:11],
-        "ring_orientation": turn,
+        "ring_orientation": orientation,
         "ring_angular_velocity": spin,
         "ball_heat": rows[:, 18],
         "ring_heat": rows[:, 19],
-        "ball_work": none,
-        "ring_work": none,
+        "ball_work": no_work,
+        "ring_work": no_work,
     }
     return MotorStates(time=time, **{name: c[:, np.newaxis] for name, c in found.items()})

@@ -1,4 +1,4 @@
-"""One run of the motor in one panel."""
+"""A run of the motor with its observables, and functions that draw it in one panel."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -27,57 +27,57 @@ NEEDS = (
     *("position", "velocity", "slip_velocity", "momentum_map", "ring_orientation"),
     *("ring_angular_velocity", "energy", "ring_energy", "heat", "work"),
 )
-"""What a run must have."""
+"""The variables that a run must have."""
 
 BINS = 150
-"""Of a long series, the least and the largest value in each of so many bins are drawn."""
+"""Number of bins of a long series; the extremes of each bin are drawn."""
 
 THOUSAND = 1e-3
-"""Seconds to the axes' unit."""
+"""Factor from seconds to the unit of the time axes."""
 
 THEORY: dict[str, Any] = {"color": style.ORANGE, "ls": "--", "lw": 1.6}
-PLACE: dict[str, Any] = {"color": style.GRAY, "lw": 0.8, "zorder": 1}
+BACKGROUND: dict[str, Any] = {"color": style.GRAY, "lw": 0.8, "zorder": 1}
 
 MODES = {
     "radial": "ball, radial",
     "slip": "ball, slip",
-    "rolling": "ball, rolling round",
+    "rolling": "ball, rolling around",
     "spin": "ball, about its dipole",
     "ring_1": "ring, across, 1",
     "ring_2": "ring, across, 2",
     "ring_3": "ring, about its axis",
 }
-"""What the modes are called in figures, from top to bottom."""
+"""Names of the modes in figures, from top to bottom."""
 
 
 @dataclass(frozen=True)
 class MotorRun:
-    """A run and what is read off it.
+    """A run and its observables.
 
     Parameters
     ----------
     name : str
     data : xarray.Dataset
-        From `simulate`, without replicas; where its attribute `stopped` says why, it ended early.
+        From `simulate`, without replicas. A run with the attribute `stopped` ended early.
     """
 
     name: str
     data: xr.Dataset
 
     def __post_init__(self) -> None:
-        """Check that the data are a run's."""
+        """Check that the data are a run."""
         check_type("name", self.name, str)
         checked_run("data", self.data, NEEDS, (Motor,), records=2, replicas=False)
         scene_of_run(self.data, None, (Motor,))
 
     @cached_property
     def scene(self) -> Motor:
-        """The scene in the dataset."""
+        """The scene of the run."""
         return scene_of_run(self.data, None, (Motor,))
 
     @property
     def title(self) -> str:
-        """Name, strength of the noise, and the end if it was early."""
+        """Name, strength of the noise, and end time of a run that ended early."""
         early = f", ended at {self.data.time[-1]:.0f} s" if "stopped" in self.data.attrs else ""
         return f"{self.name}: α = {self.scene.noises[-1]:g}{early}"
 
@@ -93,22 +93,22 @@ class MotorRun:
 
     @cached_property
     def flights(self) -> xr.Dataset:
-        """Its flights."""
+        """Flights of the ball."""
         return flights(self.data, self.scene)
 
     @cached_property
     def dwell_times(self) -> xr.Dataset:
-        """Its dwell_times."""
+        """Dwell times between the flights."""
         return dwell_times(self.data, self.scene)
 
     @cached_property
     def balance(self) -> xr.Dataset:
-        """Its energy balance."""
+        """Energy balance of the run."""
         return motor_energy_balance(self.data, self.scene)
 
     @cached_property
     def temperatures(self) -> xr.Dataset:
-        """Temperatures of its modes over the second half."""
+        """Temperatures of the modes over the second half."""
         burn_in = self.middle - float(self.data.time[0])
         return mode_temperatures(self.data, self.scene, burn_in=burn_in)
 
@@ -119,18 +119,18 @@ class MotorRun:
 
     @property
     def longest(self) -> xr.Dataset | None:
-        """The flight of most revolutions, if there is any."""
-        turns = np.abs(self.flights.revolutions.values)
-        return self.flights.isel(flight=int(turns.argmax())) if len(turns) else None
+        """The flight with the most revolutions, if there is a flight."""
+        revolutions = np.abs(self.flights.revolutions.values)
+        return self.flights.isel(flight=int(revolutions.argmax())) if len(revolutions) else None
 
     @property
     def longest_turns(self) -> float:
-        """Its revolutions, without sign; 0 if there is none."""
+        """Unsigned revolutions of the longest flight; 0 without a flight."""
         return 0.0 if self.longest is None else abs(float(self.longest.revolutions))
 
     @property
     def flights_in_words(self) -> str:
-        """How many flights, and how long the longest is."""
+        """Number of flights and length of the longest one, as text."""
         count, longest = self.flights.sizes["flight"], self.longest
         if longest is None:
             return "no flight"
@@ -140,12 +140,12 @@ class MotorRun:
 
     @property
     def residual(self) -> float:
-        """Largest residual of the energy balance, as a part of what is injected in the mean."""
+        """Largest residual of the energy balance as a fraction of the mean injected energy."""
         return float(abs(self.balance.residual).max() / self.balance.injected[-1])
 
 
 def draw_energy(axes: "Axes", run: MotorRun) -> None:
-    """Total energy and the inner ring's, from the start; below, their difference."""
+    """Draw total energy and energy of the inner ring, and their difference below."""
     ring = run.data.ring_energy - run.data.ring_energy[0]
     above, below = _halves(axes)
     _draw_band(above, run, run.balance.gain, style.GREEN, "total energy", lw=2.6)
@@ -156,7 +156,7 @@ def draw_energy(axes: "Axes", run: MotorRun) -> None:
 
 
 def draw_injected(axes: "Axes", run: MotorRun) -> None:
-    """What the noise injects, in the mean and in fact, and what friction dissipates."""
+    """Draw the work of the noise, its mean in theory, and the heat."""
     balance = run.balance
     _draw_series(axes, run, balance.work, color=style.BLUE, label="work of the noise", lw=4)
     _draw_series(axes, run, balance.heat, color=style.GREEN, label="dissipated by friction", lw=2.2)
@@ -166,14 +166,14 @@ def draw_injected(axes: "Axes", run: MotorRun) -> None:
 
 
 def draw_path(axes: "Axes", run: MotorRun) -> None:
-    """The ball's path from above, under the two rings."""
+    """Draw the path of the ball from above, under the two rings."""
     scene = run.scene
     x, y = _thinned(run.data.position.values, 8000)[:, :2].T
     around = np.linspace(0, 2 * np.pi, 181)
     rings = (("inner ring", scene.inner_radius, "--"), ("outer ring", scene.outer_radius, "-"))
-    for name, radius, style_of in rings:
+    for name, radius, dashes in rings:
         circle = radius * np.cos(around), radius * np.sin(around)
-        axes.plot(*circle, ls=style_of, label=name, **PLACE)
+        axes.plot(*circle, ls=dashes, label=name, **BACKGROUND)
     dipoles = scene.outer_sources()[0][:, :2]
     axes.plot(*dipoles.T, "o", color=style.ORANGE, ms=6, label="its dipoles", zorder=3)
     axes.plot(x, y, color=style.BLUE, lw=0.4, label="path of the ball", zorder=2)
@@ -184,7 +184,7 @@ def draw_path(axes: "Axes", run: MotorRun) -> None:
 
 
 def draw_xy(axes: "Axes", run: MotorRun) -> None:
-    """Coordinate x over time, and y below."""
+    """Draw x over time, and y below."""
     above, below = _halves(axes)
     for half, name, color in ((above, "x", style.GREEN), (below, "y", style.BLUE)):
         values = run.data.position.sel(space=name).values
@@ -194,7 +194,7 @@ def draw_xy(axes: "Axes", run: MotorRun) -> None:
 
 
 def draw_theta(axes: "Axes", run: MotorRun) -> None:
-    """Azimuth over time, flights shaded."""
+    """Draw the azimuth over time, with flights shaded."""
     _draw_series(axes, run, run.revolutions, color=style.BLUE, label="azimuth of the ball")
     for flight in range(run.flights.sizes["flight"]):
         begin, end = (run.flights[name].values[flight] for name in ("begin", "end"))
@@ -205,24 +205,25 @@ def draw_theta(axes: "Axes", run: MotorRun) -> None:
 
 
 def draw_onset(axes: "Axes", run: MotorRun) -> None:
-    """The azimuth where the longest flight begins, among the wells; all of it if there is none."""
-    times, turns = run.times, run.revolutions
+    """Draw the azimuth around the beginning of the longest flight, or all of it without flight."""
+    times, revolutions = run.times, run.revolutions
     first, last = 0, len(times)
     if run.longest is not None:
         begin = int(np.searchsorted(run.data.time.values, float(run.longest.begin)))
-        round_once = begin + int(np.argmax(np.abs(turns[begin:] - turns[begin]) >= 1))
-        first, last = max(0, 2 * begin - round_once), round_once
+        once = begin + int(np.argmax(np.abs(revolutions[begin:] - revolutions[begin]) >= 1))
+        first, last = max(0, 2 * begin - once), once
     shown = slice(first, last)
-    wells = run.scene.outer_dipoles * np.array([turns[shown].min(), turns[shown].max()])
-    wells = np.arange(np.floor(wells[0]), np.ceil(wells[1]) + 1) / run.scene.outer_dipoles
-    axes.hlines(wells, times[first], times[last - 1], label="wells", **PLACE)
-    axes.plot(*extremes(times[shown], turns[shown]), color=style.BLUE)
+    count, turns = run.scene.outer_dipoles, revolutions[shown]
+    low, high = count * np.array([turns.min(), turns.max()])
+    wells = np.arange(np.floor(low), np.ceil(high) + 1) / count
+    axes.hlines(wells, times[first], times[last - 1], label="wells", **BACKGROUND)
+    axes.plot(*extremes(times[shown], turns), color=style.BLUE)
     axes.grid(visible=False)
     axes.set(xlabel="t (1000 s)", ylabel="azimuth (revolutions)")
 
 
 def draw_temperatures(axes: "Axes", run: MotorRun, others: Sequence[MotorRun]) -> None:
-    """Temperature of each mode with two standard errors, also of other runs, beside theory's."""
+    """Draw the temperature of each mode, ± 2 standard errors, also of other runs, and theory."""
     rows = np.arange(len(MODES))[::-1]
     uniform = run.scene.temperature == "uniform"
     runs = [run, *(other for other in others if other.scene.temperature == run.scene.temperature)]
@@ -243,13 +244,13 @@ def draw_temperatures(axes: "Axes", run: MotorRun, others: Sequence[MotorRun]) -
     axes.set(xlabel=label, ylim=(-2.2, len(MODES) - 0.4))
 
 
-def _draw_series(axes: "Axes", run: MotorRun, values: Any, **style_of: Any) -> None:
-    axes.plot(*extremes(run.times, np.asarray(values)), **style_of)
+def _draw_series(axes: "Axes", run: MotorRun, values: Any, **line_style: Any) -> None:
+    axes.plot(*extremes(run.times, np.asarray(values)), **line_style)
     axes.set(xlabel="t (1000 s)", xlim=(run.times[0], run.times[-1]))
 
 
 def _halves(axes: "Axes") -> "tuple[Axes, Axes]":
-    """Two panels in the place of one, whose title dwell_times."""
+    """Split a panel into two, and keep its title."""
     axes.set_axis_off()
     above, below = axes.inset_axes((0, 0.57, 1, 0.43)), axes.inset_axes((0, 0, 1, 0.43))
     above.tick_params(labelbottom=False)
@@ -258,9 +259,9 @@ def _halves(axes: "Axes") -> "tuple[Axes, Axes]":
 
 def _draw_band(
     axes: "Axes", run: MotorRun, values: Any, color: str, label: str, *, band: bool = True,
-    **style_of: Any,
+    **line_style: Any,
 ) -> None:  # fmt: skip
-    """Of each bin the mean, and a band from the least to the largest value."""
+    """Draw the mean of each bin, and a band from its smallest to its largest value."""
     values = np.asarray(values)
     bins = _bins(len(values), BINS)
     times = np.array([run.times[part].mean() for part in bins])
@@ -269,12 +270,12 @@ def _draw_band(
     )
     if band:
         axes.fill_between(times, low, high, color=color, alpha=0.25, lw=0)
-    axes.plot(times, mean, color=color, label=label, **style_of)
+    axes.plot(times, mean, color=color, label=label, **line_style)
     axes.set(xlabel="t (1000 s)", xlim=(run.times[0], run.times[-1]))
 
 
 def extremes(times: Array, values: Array, bins: int = BINS) -> tuple[Array, Array]:
-    """The least and the largest values of a long series in each of many bins, as they come."""
+    """Return the smallest and largest value in each bin of a long series, in order of time."""
     chosen = {0, len(times) - 1}
     for part in _bins(len(times), bins):
         chosen |= {part.start + int(values[part].argmin()), part.start + int(values[part].argmax())}
@@ -288,5 +289,5 @@ def _bins(count: int, bins: int) -> list[slice]:
 
 
 def _thinned(values: Array, count: int) -> Array:
-    """About so many of the values, evenly."""
+    """Return about `count` of the values, evenly spaced."""
     return values[:: max(1, len(values) // count)]

@@ -1,4 +1,4 @@
-"""The paper's figures of the motor, one panel a run, and one run at a glance."""
+"""Figures of the motor: the paper's figures with one panel for each run, and an overview."""
 
 from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Figure(NamedTuple):
-    """What a figure draws in each panel, and what it is called."""
+    """Drawing function of the panels, and title."""
 
     draw: "Callable[[Axes, MotorRun], None]"
     title: str
@@ -33,37 +33,37 @@ FIGURES = {
     "theta": Figure(plot_panels.draw_theta, "Azimuth of the ball, and its flights"),
 }
 
-PLACES = {
+LEGENDS = {
     "theta": "best",
     "onset": "best",
     "path": "center",
     "injected": "upper left",
     "temperatures": "lower left",
 }
-"""The panels of the overview, and where they have room for a legend."""
+"""Locations of the legends in the panels of the overview."""
 
 TEMPERATURES = ("nonuniform", "uniform")
-"""The rows of a figure, if there are runs of both."""
+"""Order of the rows of a figure."""
 
 
 @checked
 def motor_figure(
     runs: Annotated[Sequence[MotorRun], several(MotorRun)], name: str, path: Picture
 ) -> None:
-    """Write one of `FIGURES`, with a panel for each run and a row for each kind of temperature.
+    """Draw one of `FIGURES`, with a panel for each run and a row for each value of `temperature`.
 
     Parameters
     ----------
     runs : sequence of MotorRun
-        The paper's seven, or some of them.
+        The paper's seven runs, or some of them.
     name : str
-        Of `FIGURES`.
+        A key of `FIGURES`.
     path : str or Path
         The .png to write.
     """
     check_choice("name", name, tuple(FIGURES))
-    kinds = [[run for run in runs if run.scene.temperature == kind] for kind in TEMPERATURES]
-    rows = [row for row in kinds if row]
+    by_temperature = [[r for r in runs if r.scene.temperature == t] for t in TEMPERATURES]
+    rows = [row for row in by_temperature if row]
     width = max(len(row) for row in rows)
     with style.figure(max(7.0, 4.2 * width), 1.0 + 3.4 * len(rows)) as figure:
         grid = figure.subplots(len(rows), width, squeeze=False)
@@ -80,7 +80,7 @@ def motor_figure(
 
 @checked
 def motor_overview(run: MotorRun, path: Picture, others: Sequence[MotorRun] = ()) -> None:
-    """Write one picture of a run: its flights, where the longest begins, energy, temperatures.
+    """Draw an overview of a run: flights, the longest flight's beginning, energy, temperatures.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def motor_overview(run: MotorRun, path: Picture, others: Sequence[MotorRun] = ()
     path : str or Path
         The .png to write.
     others : sequence of MotorRun
-        Runs whose temperatures are shown, too, if they are of the same kind.
+        Runs whose temperatures are also shown if they have the same `temperature`.
     """
     layout: list[Any] = [["theta"] * 4, ["onset", "path", "injected", "temperatures"]]
     with style.figure(18.0, 9.0) as figure:
@@ -103,20 +103,20 @@ def motor_overview(run: MotorRun, path: Picture, others: Sequence[MotorRun] = ()
         axes["injected"].set_title(f"Energy: residual {run.residual:.0e} of what is injected")
         plot_panels.draw_temperatures(axes["temperatures"], run, others)
         axes["temperatures"].set_title("Temperature of each mode, second half")
-        for name, place in PLACES.items():
-            _legend(axes[name], [axes[name]], loc=place, fontsize=8)
+        for name, location in LEGENDS.items():
+            _legend(axes[name], [axes[name]], loc=location, fontsize=8)
         save_small(figure, path, dpi=90)
 
 
-def _legend(where: Any, axes: "Iterable[Axes]", **place: Any) -> None:
-    """A legend of what is drawn in the panels, each label once, its lines thick enough to see."""
+def _legend(parent: Any, axes: "Iterable[Axes]", **location: Any) -> None:
+    """Add a legend with each label of the panels once and with thick lines."""
     handles: dict[str, Any] = {}
-    drawn: list[Any] = [part for each in axes for part in (each, *each.child_axes)]
-    for panel in drawn:
+    panels: list[Any] = [part for each in axes for part in (each, *each.child_axes)]
+    for panel in panels:
         for handle, label in zip(*panel.get_legend_handles_labels(), strict=True):
             handles.setdefault(label, handle)
     if not handles:
         return
-    legend = where.legend([*handles.values()], [*handles], **place)
+    legend = parent.legend([*handles.values()], [*handles], **location)
     for line in legend.get_lines():
         line.set_linewidth(max(1.6, line.get_linewidth()))

@@ -1,4 +1,4 @@
-"""The fluctuation-driven motor: a ball on a plane under two rings, the inner of which turns."""
+"""The fluctuation-driven motor: a ball on a plane under a fixed and a rotating ring."""
 
 import math
 from dataclasses import dataclass, replace
@@ -13,13 +13,13 @@ from magmotor.devices.ball.scene import BallScene, ring_dipoles
 from magmotor.dipoles import PERMEABILITY_OVER_4PI
 
 LARGEST_TILT = math.radians(20)
-"""Tilt of the inner ring (rad) beyond which it is taken as lost: it snaps onto the ball."""
+"""Tilt of the inner ring (rad) beyond which it counts as lost, since it snaps onto the ball."""
 
 THERMAL = {
     "uniform": {"alpha_ball": 1e-3, "alpha_ring": 1e-3, "friction_ring": 0.15},
     "nonuniform": {"alpha_ball": 0.0, "alpha_ring": 2e-4, "friction_ring": 0.0},
 }
-"""What the temperature sets where it is not given: the paper's values."""
+"""Defaults of fields that depend on `temperature`: the paper's values."""
 
 PAPER = {
     "nonuniform-a": ("nonuniform", 2e-4, 1),
@@ -30,32 +30,36 @@ PAPER = {
     "uniform-c": ("uniform", 7.5e-4, 3),
     "uniform-d": ("uniform", 7.5e-4, 4),
 }
-"""The paper's seven runs: temperature, alpha in N m sqrt(s), and our seed for its realization."""
+"""The paper's seven runs: temperature, alpha in N m sqrt(s), and the seed that we use."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Motor(BallScene):
     """The paper's motor; the defaults are its simulation at uniform temperature, alpha = 1e-3.
 
-    Ball, inner and outer ring carry dipoles; the inner ring turns freely about its fixed center,
-    the outer ring is fixed. With `temperature` uniform, friction and noise act on the slip of the
-    ball's contact point and on the inner ring, in the ratio of one temperature; with nonuniform,
-    they are what they are given as: in the paper noise on the ring alone, friction on the ball.
+    Ball, inner ring and outer ring carry dipoles. The inner ring rotates freely about its fixed
+    center; the outer ring is fixed. At uniform `temperature`, friction and noise act on the slip of
+    the contact point and on the inner ring, and their ratio is that of one temperature. At
+    nonuniform `temperature` they are independent; in the paper, noise acts only on the ring and
+    friction only on the ball.
 
     Raises
     ------
     ValueError
-        Names the field, its value and the bound.
+        The message names the field, its value and the bound.
     """
 
     temperature: str = quantity(
-        "uniform", "", "one temperature, or not", choices=("uniform", "nonuniform")
+        "uniform",
+        "",
+        "whether ball and ring have the same temperature",
+        choices=("uniform", "nonuniform"),
     )
     alpha_ball: float | None = quantity(
-        None, "N sqrt(s)", "noise of the slip force on the ball (none: as in the paper)", at_least=0
+        None, "N sqrt(s)", "noise of the slip force on the ball (default: the paper's)", at_least=0
     )
     alpha_ring: float | None = quantity(
-        None, "N m sqrt(s)", "noise of the ring's torque (none: as in the paper)", at_least=0
+        None, "N m sqrt(s)", "noise of the torque on the ring (default: the paper's)", at_least=0
     )
     friction_ball: float = quantity(
         0.15, "kg/s", "viscous friction c_B of the ball: force = -c_B V_Q", at_least=0
@@ -63,11 +67,14 @@ class Motor(BallScene):
     friction_ring: float | None = quantity(
         None,
         "kg m^2/s",
-        "friction c_R of the ring: torque = -c_R omega_R (none: as in the paper)",
+        "friction c_R of the ring: torque = -c_R omega_R (default: the paper's)",
         at_least=0,
     )
     ball_ring_factor: float = quantity(
-        2.0, "1", "how often ball and inner ring are counted: 2 in the paper, 1 in physics", above=0
+        2.0,
+        "1",
+        "factor of the energy of ball and inner ring: 2 in the paper, 1 in physics",
+        above=0,
     )
     coupling: float = quantity(2e-6, "J m^3", "mu0 m_a m_b/(4 pi) of a pair of dipoles", above=0)
     ball_mass: float = quantity(0.5, "kg", "mass of the ball", above=0)
@@ -77,10 +84,13 @@ class Motor(BallScene):
     inner_height: float = quantity(0.48, "m", "height of the inner ring's center", above=0)
     inner_mass: float = quantity(6.0, "kg", "mass of the inner ring", above=0)
     inner_inertia: float | None = quantity(
-        None, "kg m^2", "inner ring's moment of inertia across its axis (none: J_3/2)", above=0
+        None, "kg m^2", "inner ring's moment of inertia across its axis (default: J_3/2)", above=0
     )
     inner_axial_inertia: float | None = quantity(
-        None, "kg m^2", "inner ring's moment of inertia J_3 about its axis (none: m r^2)", above=0
+        None,
+        "kg m^2",
+        "inner ring's moment of inertia J_3 about its axis (default: m r^2)",
+        above=0,
     )
     outer_dipoles: int = quantity(5, "1", "number of dipoles M on the outer ring", at_least=1)
     outer_radius: float = quantity(0.98, "m", "radius of the outer ring", above=0)
@@ -88,31 +98,31 @@ class Motor(BallScene):
     position: tuple[float, float] | None = quantity(
         None,
         "m",
-        "where the ball starts (none: in the well under the first outer dipole)",
+        "initial position of the ball (default: the well under the first outer dipole)",
         size=2,
     )
-    velocity: tuple[float, float] = quantity((0.0, 0.0), "m/s", "the ball's initial velocity")
+    velocity: tuple[float, float] = quantity((0.0, 0.0), "m/s", "initial velocity of the ball")
     axis: tuple[float, float, float] | None = quantity(
-        None, "1", "initial direction of the dipole xi_3, of any length (none: along B)", size=3
+        None, "1", "initial direction of the dipole xi_3, of any length (default: along B)", size=3
     )
     spin: float = quantity(0.0, "rad/s", "initial angular velocity of the ball about xi_3")
     gravity: float = quantity(9.81, "m/s^2", "gravitational acceleration", at_least=0)
     surface: str = quantity(
         "planar",
         "",
-        "planar: held at z = r, the paper's constraint; plane: gravity and unilateral contact",
+        "planar: constrained to z = r as in the paper; plane: gravity and unilateral contact",
         choices=("planar", "plane"),
     )
 
     def __post_init__(self) -> None:
-        """Check every field, alone and against the others."""
+        """Check each field, by itself and against the others."""
         check_choice("temperature", self.temperature, tuple(THERMAL))
         for name, value in THERMAL[self.temperature].items():
             if getattr(self, name) is None:
                 object.__setattr__(self, name, value)
         check_fields(self)
         if self.axis is not None and not any(self.axis):
-            raise reject("axis", self.axis, "must be a direction: not all zero")
+            raise reject("axis", self.axis, "must have a nonzero component")
         self._check_rings()
         self._check_temperature()
         if self.surface == "plane" and self.gravity == 0:
@@ -120,18 +130,16 @@ class Motor(BallScene):
 
     def _check_rings(self) -> None:
         top, reach = 2 * self.ball_radius, self.inner_radius * math.sin(LARGEST_TILT)
-        why = f"m (the ball, of a ring tilted by {math.degrees(LARGEST_TILT):g} degrees)"
+        why = f"m (the ball's top, for a ring tilted by {math.degrees(LARGEST_TILT):g} degrees)"
         check_number("inner_height", self.inner_height, above=top + reach, unit=why)
         check_number("outer_height", self.outer_height, above=top, unit="m (the ball's top)")
         clear = math.hypot(self.outer_radius, self.outer_height - self.inner_height)
         if clear <= self.inner_radius:
-            sentence = (
-                f"must be less than {clear:g} m: the rings overlap, the inner one cannot turn"
-            )
+            sentence = f"must be less than {clear:g} m: otherwise the rings overlap"
             raise reject("inner_radius", self.inner_radius, sentence)
         across, _, axial = self.inner_moments
         if axial > 2 * across:
-            sentence = f"must be at most twice the moment across it, {2 * across:g} kg m^2"
+            sentence = f"must be at most twice the moment across the axis, {2 * across:g} kg m^2"
             raise reject("inner_axial_inertia", axial, sentence)
 
     def _check_temperature(self) -> None:
@@ -151,7 +159,7 @@ class Motor(BallScene):
 
     @classmethod
     def paper(cls, run: str = "uniform-a", **changes: Any) -> "Motor":
-        """One of the paper's seven runs, a key of `PAPER`; `changes` replace fields."""
+        """Return one of the paper's seven runs, a key of `PAPER`; `changes` replace fields."""
         check_choice("run", run, tuple(PAPER))
         temperature, alpha, _ = PAPER[run]
         fields: dict[str, Any] = {"temperature": temperature, "alpha_ring": alpha}
@@ -161,7 +169,7 @@ class Motor(BallScene):
 
     @classmethod
     def si(cls, **changes: Any) -> "Motor":
-        """The paper's moments read in SI: the coupling is 20 times larger.
+        """Return the motor with the paper's moments in SI: 20 times the coupling.
 
         The ball then never leaves its first well.
         """
@@ -169,9 +177,9 @@ class Motor(BallScene):
         return cls(**(reading | changes))
 
     def replace(self, **changes: Any) -> "Motor":
-        """A copy with some fields changed, checked anew.
+        """Return a checked copy with some fields changed.
 
-        With another `temperature`, noise and the ring's friction are the paper's again.
+        Another `temperature` resets the noise and the friction of the ring to the paper's values.
         """
         if changes.get("temperature", self.temperature) != self.temperature:
             changes = dict.fromkeys(THERMAL["uniform"]) | changes
@@ -179,7 +187,7 @@ class Motor(BallScene):
 
     @property
     def kT(self) -> float:
-        """Temperature kT = alpha^2/(2c) in J; the paper's text has alpha^2/c, its Gibbs law this.
+        """Temperature kT = alpha^2/(2c) in J, as in the paper's Gibbs law; its text has alpha^2/c.
 
         Raises
         ------
@@ -187,14 +195,14 @@ class Motor(BallScene):
             The temperature is not uniform.
         """
         if self.temperature != "uniform":
-            raise reject("temperature", self.temperature, "must be uniform: else there is no kT")
+            raise reject("temperature", self.temperature, "must be uniform, or kT is undefined")
         if not self.alpha_ring:
             return 0.0
         return self.noises[-1] ** 2 / (2 * self.frictions[-1])
 
     @property
     def beta(self) -> float:
-        """Inverse temperature 2c/alpha^2 in 1/J, of Gibbs' measure (kjhss); infinite without noise.
+        """Inverse temperature 2c/alpha^2 in 1/J of Gibbs' law (kjhss); infinite without noise.
 
         Raises
         ------
@@ -205,19 +213,19 @@ class Motor(BallScene):
 
     @property
     def frictions(self) -> tuple[float, ...]:
-        """Friction along the five velocities (V_x, V_y of the slip, omega_R): c_B, c_B, c_R..."""
+        """Friction c_B, c_B, c_R, c_R, c_R for the five velocities: slip V_x, V_y and omega_R."""
         ring = self.friction_ring or 0.0
         return self.friction_ball, self.friction_ball, ring, ring, ring
 
     @property
     def noises(self) -> tuple[float, ...]:
-        """Noise along the same: alpha_B, alpha_B, alpha_R, alpha_R, alpha_R."""
+        """Noise alpha_B, alpha_B, alpha_R, alpha_R, alpha_R for the same velocities."""
         ball, ring = self.alpha_ball or 0.0, self.alpha_ring or 0.0
         return ball, ball, ring, ring, ring
 
     @property
     def moment(self) -> float:
-        """Magnetic moment of every dipole, in A m^2."""
+        """Magnetic moment of each dipole in A m^2."""
         return math.sqrt(self.coupling / PERMEABILITY_OVER_4PI)
 
     @property
@@ -234,7 +242,7 @@ class Motor(BallScene):
         return across, across, axial
 
     def inner_dipole_frame(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Positions (N, 3) and outward directions (N, 3) of the inner dipoles in its own frame."""
+        """Positions (N, 3) and outward directions (N, 3) of the inner dipoles in the ring frame."""
         return ring_dipoles(self.inner_dipoles, self.inner_radius)
 
     def outer_sources(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -248,19 +256,22 @@ class Motor(BallScene):
         return self.inner_radius, self.inner_height
 
     def resting_place(self) -> tuple[float, float]:
-        """Where on the plane, in m, the ball rests under the first outer dipole."""
+        """Position on the plane, in m, of the ball at rest under the first outer dipole."""
         from magmotor.devices.ball.landscape import valley_radius
 
         return valley_radius(self), 0.0
 
     def ring_sources(self, time: float = 0.0) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Positions and moments of all that act on the ball while the inner ring is level.
+        """Positions and moments of all dipoles that act on the ball if the inner ring is level.
 
-        The inner ring's moments are multiplied by `ball_ring_factor`.
+        The moments of the inner ring are multiplied by `ball_ring_factor`.
         """
         check_number("time", time)
-        positions, outward = self.inner_dipole_frame()
-        counted = self.ball_ring_factor * self.moment * outward
-        places, moments = self.outer_sources()
+        inner_positions, outward = self.inner_dipole_frame()
+        inner_moments = self.ball_ring_factor * self.moment * outward
+        positions, moments = self.outer_sources()
         center = np.array([0.0, 0.0, self.inner_height])
-        return np.vstack([positions + center, places]), np.vstack([counted, moments])
+        return (
+            np.vstack([inner_positions + center, positions]),
+            np.vstack([inner_moments, moments]),
+        )

@@ -1,4 +1,4 @@
-"""Recorded states of the motor."""
+"""States of the motor: recorded states and the initial state."""
 
 from typing import NamedTuple
 
@@ -12,11 +12,11 @@ from magmotor.devices.motor.scene import Motor
 
 
 class MotorStates(NamedTuple):
-    """Recorded states, shape (T, replicas) or (T, replicas, n) but for time, which is (T,).
+    """Recorded states, shape (T, replicas) or (T, replicas, n), and their times, shape (T,).
 
-    Vectors are in the world frame, orientations quaternions (w, x, y, z). Heat and work count from
-    the start of the run: `heat` what friction has taken from the ball's slip and from the ring,
-    `work` what their noises have done, the Stratonovich integrals.
+    Vectors are in the world frame; orientations are quaternions (w, x, y, z). Heat and work are
+    counted from the start of the run. Heat is dissipated by friction of the ball's slip and of the
+    ring; work is the Stratonovich integral of the noise.
     """
 
     time: NDArray[np.float64]
@@ -33,7 +33,7 @@ class MotorStates(NamedTuple):
 
 
 def start_motor(scene: Motor, replicas: int = 1) -> MotorStates:
-    """The scene's own initial state, the same in each replica: the ring level and at rest."""
+    """Return the initial state of the scene for all replicas, with the ring level and at rest."""
     position = scene.position or (valley_radius(scene), 0.0)
     center = np.array([*position, scene.ball_radius])
     axis = scene.axis or dipoles.field(center, *scene.ring_sources())
@@ -47,5 +47,5 @@ def start_motor(scene: Motor, replicas: int = 1) -> MotorStates:
         "ring_orientation": [1.0, 0.0, 0.0, 0.0],
     }
     vectors = {name: np.tile(value, (1, replicas, 1)) for name, value in state.items()}
-    none = {name: np.zeros((1, replicas)) for name in MotorStates._fields[-4:]}
-    return MotorStates(time=np.zeros(1), **vectors, **none)
+    sums = {name: np.zeros((1, replicas)) for name in MotorStates._fields[-4:]}
+    return MotorStates(time=np.zeros(1), **vectors, **sums)

@@ -1,4 +1,4 @@
-"""Closed forms of the motor: what its noise injects, and its wells."""
+"""Closed forms for the motor: injection rates, wells, and small motions."""
 
 import math
 from typing import NamedTuple
@@ -22,22 +22,22 @@ Array = NDArray[np.float64]
 
 @checked
 def slip_mobility(scene: Motor) -> float:
-    """A = 1/m + r^2/J_B in 1/kg: by how much a force on the contact point accelerates the slip.
+    """Slip acceleration per force on the contact point, A = 1/m + r^2/J_B in 1/kg.
 
-    Of a ball that turns freely; the field holds its axis, so that the slip decays more slowly.
+    The ball rotates freely; the field, which holds its axis, makes the slip decay more slowly.
     """
     return mobility(scene.ball_mass, scene.ball_radius, scene.ball_inertia)
 
 
 @checked
 def ball_injection_rate(scene: Motor) -> float:
-    """Mean power alpha_B^2 (1/m + r^2/J_B) of the ball's noise in W; remark after (kjhss)."""
+    """Mean power alpha_B^2 (1/m + r^2/J_B) of the noise on the ball in W; remark after (kjhss)."""
     return scene.noises[0] ** 2 * slip_mobility(scene)
 
 
 @checked
 def ring_injection_rate(scene: Motor) -> float:
-    """Mean power (alpha_R^2/2) tr(I_R^-1) of the inner ring's noise in W; both remarks on E."""
+    """Mean power (alpha_R^2/2) tr(I_R^-1) of the noise on the ring in W; both remarks on E."""
     return scene.noises[-1] ** 2 / 2 * sum(1 / moment for moment in scene.inner_moments)
 
 
@@ -45,21 +45,21 @@ class MotorWells(NamedTuple):
     """The wells of V_e under the outer dipoles, in the valley under a level inner ring."""
 
     azimuth: NDArray[np.float64]
-    """Of each, 2 pi k/M in rad."""
+    """Azimuths 2 pi k/M of the wells in rad."""
     radius: float
-    """Distance of the first from the center, in m."""
+    """Distance of the first well from the center in m."""
     energy: float
-    """V_e in the first, in J."""
+    """V_e in the first well in J."""
     barrier: float
-    """V_e between it and the next, at half their azimuth, less `energy`; in J."""
+    """V_e halfway between the first two wells minus `energy`, in J."""
 
 
 @checked
 def motor_wells(scene: Motor) -> MotorWells:
-    """The wells between which the ball goes round.
+    """Compute the wells that the ball passes on its way around.
 
-    The inner ring has its first dipole under the outer ring's first. Turned it has another ripple,
-    which matters little if its dipoles are many.
+    The first dipoles of both rings are at the same azimuth. Rotation of the inner ring changes the
+    ripple of the potential, which is small if the inner ring has many dipoles.
     """
     azimuth = 2 * math.pi * np.arange(scene.outer_dipoles) / scene.outer_dipoles
     well, saddle = 0.0, math.pi / scene.outer_dipoles
@@ -76,7 +76,7 @@ def _valley_energy(scene: Motor, azimuth: float) -> float:
 
 @checked
 def libration_frequency(scene: Motor) -> float:
-    """Angular frequency sqrt(|V_e|/J_B), in rad/s, at which xi_3 swings about B in the valley."""
+    """Angular frequency sqrt(|V_e|/J_B) in rad/s at which xi_3 swings about B in the valley."""
     deepest = float(effective_potential(scene, [valley_radius(scene), 0.0]))
     return float(np.sqrt(-deepest / scene.ball_inertia))
 
@@ -85,12 +85,12 @@ def libration_frequency(scene: Motor) -> float:
 def euler_slip_overheating(scene: Motor, timestep: Seconds) -> float:
     """Factor 1/(1 - lambda h/2) by which explicit Euler overheats the slip, lambda = c_B A.
 
-    That of the slip alone, V' = (1 - lambda h) V + alpha A sqrt(h) N(0, 1).
+    It applies to the slip by itself, V' = (1 - lambda h) V + alpha A sqrt(h) N(0, 1).
 
     Raises
     ------
     ValueError
-        A step that is not in (0, 2/lambda).
+        The step is not in (0, 2/lambda).
     """
     rate = scene.friction_ball * slip_mobility(scene)
     check_number("timestep", timestep, above=0, below=2 / rate if rate else np.inf, unit="s")
@@ -98,20 +98,20 @@ def euler_slip_overheating(scene: Motor, timestep: Seconds) -> float:
 
 
 def small_motion(scene: Motor) -> SmallMotion:
-    """Ball and ring at rest: x, y, turns of the ball, then of the ring, about x, y, z."""
-    place, axis = resting_ball(scene)
+    """Linearize about rest: x, y, rotations of the ball and of the ring about x, y, z."""
+    position, axis = resting_ball(scene)
     center = np.array([0.0, 0.0, scene.inner_height])
     arms, outward = scene.inner_dipole_frame()
     ring, outer = (arms, scene.ball_ring_factor * scene.moment * outward), scene.outer_sources()
 
     def force(q: Array) -> Array:
-        ball, moment = moved(scene, place, axis, q)
-        turn = Rotation.from_rotvec(q[:, 5:8])
-        back, turned = turn.inv(), turn.as_matrix().swapaxes(1, 2)
-        by_ring = dipoles.wrench(back.apply(ball - center), back.apply(moment), *ring)
-        push, twist = (turn.apply(part) for part in by_ring)
+        ball, moment = moved(scene, position, axis, q)
+        rotation = Rotation.from_rotvec(q[:, 5:8])
+        inverse, transposed = rotation.inv(), rotation.as_matrix().swapaxes(1, 2)
+        by_ring = dipoles.wrench(inverse.apply(ball - center), inverse.apply(moment), *ring)
+        push, twist = (rotation.apply(part) for part in by_ring)
         on_ring = -np.cross(ball - center, push) - twist
-        inner_arms, inner_moments = arms @ turned, scene.moment * outward @ turned
+        inner_arms, inner_moments = arms @ transposed, scene.moment * outward @ transposed
         pushes, twists = dipoles.wrench(inner_arms + center, inner_moments, *outer)
         on_ring += np.sum(np.cross(inner_arms, pushes) + twists, axis=1)
         outer_push, outer_twist = dipoles.wrench(ball, moment, *outer)

@@ -1,4 +1,4 @@
-"""Energy of the motor while its inner ring is held tilted and the ball is where it is deepest."""
+"""Energy of the motor with a fixed, tilted inner ring and the ball at its energy minimum."""
 
 import math
 from typing import NamedTuple
@@ -15,52 +15,52 @@ from magmotor.devices.motor.scene import Motor
 Array = NDArray[np.float64]
 
 RADII, SECTORS = 30, 120
-"""Of the polar grid on which the search for the ball's deepest place begins."""
+"""Size of the polar grid that the search for the energy minimum starts from."""
 
 
 class TiltedRing(NamedTuple):
-    """Parts of the energy in J, whose sum is the energy; the ball's axis is along the field."""
+    """The two terms of the energy in J; the axis of the ball is along the field."""
 
     ball: float
-    """Of the ball, in the field of both rings."""
+    """Energy of the ball in the field of both rings."""
     outer: float
-    """Of the inner ring in the field of the outer one."""
+    """Energy of the inner ring in the field of the outer ring."""
 
 
 def tilted_ring(motor: Motor, tilt: float, azimuth: float, *, outer: bool = True) -> TiltedRing:
-    """Energy of the ball and of an inner ring that is held tilted.
+    """Compute the energy of the ball and of a fixed, tilted inner ring.
 
     Parameters
     ----------
     motor : Motor
-        Ball and inner ring count `ball_ring_factor` times.
+        The energy of ball and inner ring is multiplied by `ball_ring_factor`.
     tilt : float
-        Of the ring's normal from the vertical, in rad.
+        Angle of the ring's normal from the vertical in rad.
     azimuth : float
-        Of the side to which the normal leans, in rad.
+        Azimuth of the direction in which the normal leans, in rad.
     outer : bool
-        False leaves out the outer ring.
+        Whether to include the outer ring.
 
     Returns
     -------
     TiltedRing
     """
     across = np.array([-math.sin(azimuth), math.cos(azimuth), 0.0])
-    turn = Rotation.from_rotvec(tilt * across)
-    places, outward = (turn.apply(vectors) for vectors in motor.inner_dipole_frame())
-    places[:, 2] += motor.inner_height
+    rotation = Rotation.from_rotvec(tilt * across)
+    positions, outward = (rotation.apply(vectors) for vectors in motor.inner_dipole_frame())
+    positions[:, 2] += motor.inner_height
     moments = motor.moment * outward
     fixed = motor.outer_sources()
-    sources = places, motor.ball_ring_factor * moments
+    sources = positions, motor.ball_ring_factor * moments
     if not outer:
-        return TiltedRing(_deepest(motor, sources), 0.0)
-    between = float(dipoles.energy(places, moments, *fixed).sum())
+        return TiltedRing(_minimum(motor, sources), 0.0)
+    between = float(dipoles.energy(positions, moments, *fixed).sum())
     both = np.vstack([sources[0], fixed[0]]), np.vstack([sources[1], fixed[1]])
-    return TiltedRing(_deepest(motor, both), between)
+    return TiltedRing(_minimum(motor, both), between)
 
 
-def _deepest(motor: Motor, sources: tuple[Array, Array]) -> float:
-    """The least of -m |B| over the ball's places on the plane, within the outer ring."""
+def _minimum(motor: Motor, sources: tuple[Array, Array]) -> float:
+    """Return the minimum of -m |B| over positions of the ball within the outer ring."""
     radius, around = np.meshgrid(
         np.linspace(0, motor.outer_radius, RADII),
         np.linspace(0, 2 * math.pi, SECTORS, endpoint=False),

@@ -1,4 +1,4 @@
-"""Runs of the motor by the kernel of rigid bodies."""
+"""Variational integration of the motor."""
 
 from collections.abc import Generator
 
@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 
 def start(job: Job) -> NDArray[np.float64]:
-    """The state that a run begins with; see `Job`."""
+    """Return the engine's initial state; see `Job`."""
     return pack(job.initial)
 
 
@@ -60,7 +60,7 @@ def magnets(scene: Motor) -> Magnets:
 
 
 def pack(states: MotorStates) -> Array:
-    """The last of the states as the kernel takes it."""
+    """Pack the last state for the kernel."""
     last = MotorStates(*[column[-1] for column in states])
     sums = [column[:, np.newaxis] for column in last[-4:]]
     motion = [
@@ -75,7 +75,7 @@ def pack(states: MotorStates) -> Array:
 
 
 def unpack(time: Array, records: Array, radius: float) -> MotorStates:
-    """Recorded states from the kernel's."""
+    """Convert the kernel's records to states."""
     return MotorStates(
         time=time,
         position=on_plane(records[..., 0:2], radius),

@@ -22,7 +22,12 @@ from magmotor.devices.top import theory
 from magmotor.devices.top.guard import TopGuard
 from magmotor.devices.top.measures import MEASURES
 from magmotor.devices.top.movie import GAUGE, TopMovieContent
-from magmotor.devices.top.observables import energy, momentum_map, top_energy_balance
+from magmotor.devices.top.observables import (
+    MOMENTUM_MAP,
+    energy,
+    momentum_map,
+    top_energy_balance,
+)
 from magmotor.devices.top.plots import top_overview
 from magmotor.devices.top.scene import Top
 from magmotor.devices.top.states import BallStates, start
@@ -41,7 +46,7 @@ class TopDevice(BallDevice[Top, BallStates]):
     gauge = GAUGE
 
     def methods(self, scene: Top) -> tuple[str, ...]:
-        """Names of the methods that the scene takes."""
+        """Return the names of the methods that can simulate the scene."""
         if scene.surface == "plane":
             return MUJOCO
         if scene.ring_script or scene.inertia[0] != scene.inertia[2]:
@@ -56,17 +61,17 @@ class TopDevice(BallDevice[Top, BallStates]):
         replicas: int | None,
         allow_unstable: bool = False,
     ) -> None:
-        """Check what depends on the scene; of the timestep nothing if it may be unstable.
+        """Check replicas and, unless `allow_unstable`, the timestep.
 
         Raises
         ------
         ValueError
-            Replicas, or a timestep at which dry friction, the plane or the method is unstable.
+            Replicas are given, or the timestep makes dry friction, contact or method unstable.
         """
         if replicas is not None:
             check_integer("replicas", replicas, at_least=1)
             raise reject(
-                "replicas", replicas, "must be None: this scene has no noise, all would be the same"
+                "replicas", replicas, "must be None: without noise all replicas are the same"
             )
         if allow_unstable:
             return
@@ -83,25 +88,25 @@ class TopDevice(BallDevice[Top, BallStates]):
     def initial_state(
         self, scene: Top, initial: Mapping[str, Any] | xr.Dataset | None, replicas: int | None
     ) -> BallStates:
-        """The state that a run starts from, as one row; see `simulate` for `initial`.
+        """Return the initial state as one row; see `simulate` for `initial`.
 
         Raises
         ------
         ValueError
-            Names the part, its value and the bound.
+            The message names the part, its value and the bound.
         """
         return start(scene)._replace(**given_parts(scene, SIZES, initial, 1))
 
     def followed(self, first: BallStates, method: str) -> BallStates:
-        """The initial state without its orientation, of which SciPy's solver follows the axis."""
+        """Return the initial state, for SciPy without the orientation, which it does not follow."""
         return first._replace(orientation=None) if method.startswith("scipy") else first
 
     def guard(self, scene: Top, first: BallStates) -> TopGuard:
-        """See `TopGuard`."""
+        """Return a `TopGuard`."""
         return TopGuard(scene, first)
 
     def columns(self, scene: Top, states: BallStates, replicas: int | None) -> dict[str, Column]:
-        """The variables of a run's dataset."""
+        """Return the variables of a run's dataset."""
         spin = states.angular_velocity
         values = {
             "position": (states.position, "m", "position of the ball's center"),
@@ -115,8 +120,8 @@ class TopDevice(BallDevice[Top, BallStates]):
             ),
             "momentum_map": (
                 momentum_map(scene, states.axis, spin),
-                "kg m^2/s",
-                "momentum map J = pi . xi_3",
+                MOMENTUM_MAP.unit,
+                f"{MOMENTUM_MAP.label} = pi . xi_3",
             ),
             "energy": (energy(scene, states), "J", "total energy"),
         }
@@ -127,16 +132,16 @@ class TopDevice(BallDevice[Top, BallStates]):
         return found
 
     def energy_balance(self, run: xr.Dataset, scene: Top) -> xr.Dataset:
-        """Energy of a run against heat and work."""
+        """Compare the energy of a run with the heat."""
         return top_energy_balance(run, scene)
 
     def overview(self, run: xr.Dataset, scene: Top, path: str | Path) -> None:
-        """Its path over V_e, J and energy against theory."""
+        """Draw the path over V_e, and J and energy compared with theory."""
         top_overview(run, scene, path)
 
     @property
     def variational(self) -> Engine:
-        """The reference integrators."""
+        """The variational integrators."""
         from magmotor.devices.top import variational
 
         return variational
@@ -149,23 +154,23 @@ class TopDevice(BallDevice[Top, BallStates]):
         return ode
 
     def compose(self, scene: Top, *, visual: bool) -> Any:
-        """The top as a PyMJCF tree."""
+        """Compose the top as a PyMJCF tree."""
         from magmotor.devices.top.mjcf import compose_top
 
         return compose_top(scene, visual=visual)
 
     def mujoco(self, job: Job) -> MujocoAdapter:
-        """The ball, and the ring on its script."""
+        """Return the adapter for ball and scripted ring."""
         from magmotor.devices.top.mjcf import BallAdapter
 
         return BallAdapter(job)
 
     def poses(self, scene: Top) -> list[Top]:
-        """The scene with its ring at rest, at each of its script's waypoints if it has one."""
+        """Return the scene with its ring at rest, once for each waypoint if it has a script."""
         return theory.poses(scene)
 
     def small_motion(self, scene: Top) -> SmallMotion:
-        """The ball in the deepest minimum of V_e, its axis along the field."""
+        """Linearize about rest in the deepest minimum of V_e, with the axis along the field."""
         return theory.small_motion(scene)
 
     @property
@@ -174,7 +179,7 @@ class TopDevice(BallDevice[Top, BallStates]):
         return Top.paper(4)
 
     def rates(self, scene: Top) -> tuple[float, ...]:
-        """Of the swing of a ball that spins, at the stiffest waypoint, and of friction."""
+        """Return the rates of the spinning ball's fastest swing and of friction."""
         across, _, axial = scene.inertia
         swing = max(small_motion(pose).frequency for pose in self.poses(scene))
         spinning = split_by(scene.spin * axial / across, swing)
@@ -189,13 +194,13 @@ class TopDevice(BallDevice[Top, BallStates]):
         return bool(scene.ring_script)
 
     def place(self, scene: Top, data: Any, time: float) -> None:
-        """Put the ring where it is at a time (s)."""
+        """Set the pose of the ring at a time (s)."""
         from magmotor.devices.top.mjcf import placed_ring
 
         data.mocap_pos[0], data.mocap_quat[0] = placed_ring(scene, time)
 
     def sliders(self, scene: Top) -> dict[str, Slider]:
-        """Friction, and of a ring without a script tilt and height."""
+        """Return sliders for friction and, without a script, for tilt and height of the ring."""
         friction = {"friction": positive(scene.friction, Top().friction)}
         if scene.ring_script:
             return friction
@@ -206,7 +211,7 @@ class TopDevice(BallDevice[Top, BallStates]):
         return ring | friction
 
     def scene_at(self, scene: Top, values: Mapping[str, float]) -> Top:
-        """The scene with its sliders at these values."""
+        """Return the scene with its sliders at these values."""
         fields = {"ring_height" if name == "height" else name: x for name, x in values.items()}
         return scene.replace(**fields)
 

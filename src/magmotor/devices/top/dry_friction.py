@@ -1,7 +1,7 @@
-"""What statics and energy say of the top under dry friction, without simulating that friction.
+"""Estimates for the top under dry friction from statics and energy, without simulation.
 
-The field pins the ball's axis n, so that the ball can spin about n only. It then rolls along
-n x e_z, across the horizontal part of n, and slides in the direction of that part.
+The field pins the ball's axis n, so that the ball can spin only about n. It then rolls along
+n x e_z, perpendicular to the horizontal part of n, and slides along that part.
 """
 
 from typing import NamedTuple
@@ -18,33 +18,33 @@ from magmotor.devices.top.scene import Top
 Array = NDArray[np.float64]
 
 ITERATIONS = 10
-"""For the axis of a ball that friction holds; each leaves less than a tenth of the error."""
+"""Iterations for the axis of a held ball; each reduces the error by more than ten times."""
 
 
 class Rolling(NamedTuple):
-    """A ball that only rolls."""
+    """Motion of a ball that rolls without slipping."""
 
     spin: float
-    """The largest that energy allows on its way, in rad/s."""
+    """Largest spin that energy allows along the path, in rad/s."""
     coulomb: float
-    """Coulomb coefficient that holds it, its axis at rest, anywhere on its way."""
+    """Coulomb coefficient that prevents slipping all along the path if the axis is at rest."""
     coulomb_librating: float
-    """The same while its axis swings, from where it starts on, with a constant action."""
+    """The same if the axis swings with constant action from the start."""
     path: Array
-    """Its way, in m, shape (P, 2)."""
+    """Path in m, shape (P, 2)."""
 
 
 def rolling(scene: Top) -> Rolling:
-    """Motion of a ball that starts at rest and never slips, on its closed way around the center.
+    """Compute the closed path of a ball that starts at rest and rolls without slipping.
 
-    With the angular velocity s n + n x dn/dt, no slip means
+    With the angular velocity s n + n x dn/dt, the no-slip condition is
     v = r s (n x e_z) + r (n_z dn/dt - n dn_z/dt), where dn/dt is the derivative of n along v.
     The energy I_3 s^2/2 + I |dn/dt|^2/2 + m v^2/2 - m_ball n.B is conserved.
 
     Parameters
     ----------
     scene : Top
-        Its friction does not matter.
+        Its friction is not used.
 
     Returns
     -------
@@ -75,7 +75,7 @@ def rolling(scene: Top) -> Rolling:
 
 
 def _rolling_velocity(scene: Top, point: Array) -> tuple[Array, Array]:
-    """Velocity of a ball that rolls, and dn/dt, both over the spin, shape (3,)."""
+    """Return velocity and dn/dt of a rolling ball, both over the spin, shape (3,)."""
     step = 1e-5 * scene.ring_radius
     around = point + step * np.array([[0.0, 0.0], [1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
     axis = held_axis(scene, around)[0]
@@ -88,16 +88,16 @@ def _rolling_velocity(scene: Top, point: Array) -> tuple[Array, Array]:
 
 
 def held_axis(scene: Top, points: Array) -> tuple[Array, Array, Array]:
-    """Axis at rest of a ball whose contact point friction holds.
+    """Compute the equilibrium axis of a ball whose contact point is held by friction.
 
-    No torque about the contact point turns the axis n where n is along
+    The torque about the contact point that would rotate the axis n vanishes if n is along
     m B + r (n_z F - (n.F) e_z), which is solved by iteration.
 
     Parameters
     ----------
     scene : Top
     points : ndarray, shape (P, 2)
-        Where the ball touches the plane, in m.
+        Contact points on the plane, in m.
 
     Returns
     -------
@@ -106,7 +106,7 @@ def held_axis(scene: Top, points: Array) -> tuple[Array, Array, Array]:
     force : ndarray, shape (P, 3)
         Magnetic force on the ball, in N.
     energy : ndarray, shape (P,)
-        Its magnetic energy, in J.
+        Magnetic energy of the ball, in J.
     """
     sources = scene.ring_sources()
     center = on_plane(scene, points)
@@ -122,10 +122,10 @@ def held_axis(scene: Top, points: Array) -> tuple[Array, Array, Array]:
 
 
 def stopping_coefficients(scene: Top) -> tuple[float, float]:
-    """Least torsional and rolling coefficients that hold a ball anywhere in the valley.
+    """Compute the smallest torsional and rolling coefficients that hold a ball in the valley.
 
-    There, the power of the magnetic force per unit of spin, r F.(n x e_z), is at most that of
-    friction: load times coefficient times the vertical or horizontal part of n.
+    The ball is held if the power of the magnetic force per unit spin, r F.(n x e_z), is at most the
+    power of friction: load times coefficient times the vertical or horizontal part of n.
 
     Parameters
     ----------
@@ -144,15 +144,15 @@ def stopping_coefficients(scene: Top) -> tuple[float, float]:
 
 
 def spin_per_coulomb(run: xr.Dataset, scene: Top) -> float:
-    """Largest spin over the Coulomb coefficient, to first order in the coefficient.
+    """Compute the largest spin over the Coulomb coefficient, to first order in the coefficient.
 
-    It is the spin that the torque of a friction of constant size, against the slip, would give
-    along a motion without friction.
+    The friction torque is integrated along a frictionless motion; the friction force opposes the
+    slip and has constant magnitude.
 
     Parameters
     ----------
     run : xarray.Dataset
-        Of a planar scene without friction, finely recorded.
+        A finely recorded run of a planar scene without friction.
     scene : Top
 
     Returns
@@ -170,9 +170,9 @@ def spin_per_coulomb(run: xr.Dataset, scene: Top) -> float:
 
 
 def hertz_torsional_coefficient(scene: Top, coulomb: float, modulus: float) -> float:
-    """Torsional coefficient of an elastic ball on an elastic plane.
+    """Compute the torsional coefficient of an elastic ball on an elastic plane.
 
-    The radius of the contact is a = (3 N r/(4 E*))^(1/3). Sliding all over it under Hertz's
+    The contact radius is a = (3 N r/(4 E*))^(1/3). Sliding over the whole contact under Hertz's
     pressure takes the torque (3 pi/16) mu N a. K. L. Johnson, *Contact Mechanics* (1985), chapters
     4 and 8.
 
@@ -180,7 +180,7 @@ def hertz_torsional_coefficient(scene: Top, coulomb: float, modulus: float) -> f
     ----------
     scene : Top
     coulomb : float
-        Coefficient mu within the contact.
+        Coulomb coefficient mu within the contact.
     modulus : float
         E* in Pa: 1/E* is the sum of (1 - nu^2)/E of both bodies.
 
@@ -195,5 +195,5 @@ def hertz_torsional_coefficient(scene: Top, coulomb: float, modulus: float) -> f
 
 
 def _load(scene: Top, force: Array) -> Array:
-    """Weight less lift, in N."""
+    """Return weight minus lift, in N."""
     return scene.ball_mass * scene.gravity - force[:, 2]

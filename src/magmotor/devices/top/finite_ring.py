@@ -1,4 +1,4 @@
-"""The top with finite magnets in place of the dipoles on its ring: field sources and model."""
+"""The top with finite magnets instead of dipoles on its ring: field sources and model."""
 
 import mujoco
 import numpy as np
@@ -12,15 +12,15 @@ Array = NDArray[np.float64]
 
 
 def finite_ring_sources(scene: Top, magnet: Cloud) -> tuple[Array, Array]:
-    """Dipoles that stand for the magnets on the ring, in the world frame.
+    """Return dipoles that represent the magnets on the ring, in the world frame.
 
     Parameters
     ----------
     scene : Top
-        Its ring has as many magnets as dipoles, each with the moment of one.
+        One magnet replaces each dipole of its ring and has the same moment.
     magnet : tuple of ndarray
-        See `magmotor.numerics.magnet_shapes`. The magnet's x axis points outward, its z axis along
-        the ring's.
+        See `magmotor.numerics.magnet_shapes`. The x axis of the magnet points outward, its z axis
+        along the axis of the ring.
 
     Returns
     -------
@@ -48,5 +48,5 @@ def build_finite_ring(scene: Top, magnet: Cloud) -> mujoco.MjModel:
 
 def _on_ring(scene: Top, magnet: Cloud) -> tuple[Array, Array]:
     """Positions (N, 3) in m and moments (N, 3) in A m^2 in the ring's own frame."""
-    places, outward = scene.ring_dipole_frame()
-    return as_dipoles(magnet, scene.moment, places, outward, [0.0, 0.0, 1.0])
+    positions, outward = scene.ring_dipole_frame()
+    return as_dipoles(magnet, scene.moment, positions, outward, [0.0, 0.0, 1.0])

@@ -1,4 +1,4 @@
-"""The guard on a run of the top: which recorded states no accurate solution can have."""
+"""The guard of the top: it finds recorded states that no accurate solution can reach."""
 
 from collections.abc import Iterator
 
@@ -11,27 +11,28 @@ from magmotor.devices.top.scene import Top
 from magmotor.devices.top.states import BallStates
 
 LARGEST_WORK = 10.0
-"""Energy that a ring which moves may add, over what is in play at the start."""
+"""Bound on the work of a moving ring, in units of the energy in play at the start."""
 
 
 class TopGuard(Guard):
-    """Finds the first wrong row among recorded states of a scene.
+    """Finds the first invalid row among the recorded states of a scene.
 
     Parameters
     ----------
     scene : Top
     first : BallStates
-        The initial state; it sets the energy that the motion may have.
+        The initial state, which bounds the energy of the motion.
     """
 
     def __init__(self, scene: Top, first: BallStates):
         self.scene = scene
         start = ball_energy(scene, first)
-        # A ring at rest does no work, and friction only takes.
+        # A ring at rest does no work, and friction only dissipates.
         work = LARGEST_WORK if scene.ring_script else 0.0
         self.largest_energy = float((start.total + work * _in_play(start))[0])
 
-    def _faults(self, states: BallStates) -> Iterator[Fault]:
+    def faults(self, states: BallStates) -> Iterator[Fault]:
+        """Yield the tests of energy and lift."""
         found = ball_energy(self.scene, states)
         error = LARGEST_ERROR * _in_play(found)
         yield Fault(found.total > self.largest_energy + error, lambda _: ENERGY_GREW)

@@ -1,6 +1,6 @@
-"""The upward magnetic force on the top's ball over its weight, and where the ring lifts it.
+"""Magnetic lift on the top's ball: the upward magnetic force over its weight.
 
-Statics only: the ball is at rest on the plane, and leaves it where the lift exceeds 1.
+The ball is at rest on the plane and leaves it where the lift exceeds 1.
 """
 
 from collections.abc import Callable
@@ -18,29 +18,29 @@ Array = NDArray[np.float64]
 
 
 class Lift(NamedTuple):
-    """The largest lift on the plane, over the weight."""
+    """Largest lift on the plane."""
 
     aligned: float
-    """Of a ball whose axis points along the field."""
+    """Largest lift of a ball whose axis is along the field."""
     place: Array
-    """Where that is, in m, shape (2,)."""
+    """Position of this lift in m, shape (2,)."""
     any_axis: float
-    """Of a ball whose axis points where it is lifted most."""
+    """Largest lift of a ball over all directions of its axis."""
 
 
 def lift_map(scene: Top, points: ArrayLike) -> tuple[Array, Array]:
-    """Lift of a ball whose axis points along the field.
+    """Compute the lift of a ball whose axis is along the field.
 
     Parameters
     ----------
     scene : Top
     points : array_like, shape (..., 2)
-        Where the ball touches the plane, in m.
+        Contact points on the plane, in m.
 
     Returns
     -------
     lift : ndarray, shape (...)
-        Vertical magnetic force over the weight.
+        Vertical magnetic force over weight.
     axis : ndarray, shape (..., 3)
         Unit vector.
     """
@@ -49,21 +49,21 @@ def lift_map(scene: Top, points: ArrayLike) -> tuple[Array, Array]:
 
 
 def largest_lift_map(scene: Top, points: ArrayLike) -> Array:
-    """Lift of a ball whose axis points where it is lifted most.
+    """Compute the largest lift of a ball over all directions of its axis.
 
-    It is the length of m dB/dz over the weight, whose components are the lifts of dipoles along the
-    coordinate axes.
+    It is |m dB/dz| over the weight; the components of m dB/dz are the vertical forces on dipoles
+    along the coordinate axes.
 
     Parameters
     ----------
     scene : Top
     points : array_like, shape (..., 2)
-        Where the ball touches the plane, in m.
+        Contact points on the plane, in m.
 
     Returns
     -------
     ndarray, shape (...)
-        Vertical magnetic force over the weight.
+        Vertical magnetic force over weight.
     """
     center = on_plane(scene, points)
     sources = scene.ring_sources()
@@ -73,7 +73,7 @@ def largest_lift_map(scene: Top, points: ArrayLike) -> Array:
 
 
 def largest_lift(scene: Top) -> Lift:
-    """Largest lift on the plane: the best points of a grid, each improved by a search.
+    """Find the largest lift on the plane by local searches from the best points of a grid.
 
     Parameters
     ----------
@@ -88,17 +88,17 @@ def largest_lift(scene: Top) -> Lift:
 
 
 def critical_height(scene: Top) -> float:
-    """Height of the ring, in m, at which the largest lift of an aligned ball is its weight.
+    """Find the height of the ring, in m, at which the largest lift of an aligned ball is 1.
 
     Parameters
     ----------
     scene : Top
-        Its own height of the ring does not matter.
+        Its `ring_height` is not used.
 
     Raises
     ------
     ValueError
-        There is no such height between 2.5 ball radii and two ring radii.
+        There is no such height between 2.5 ball radii and 2 ring radii.
     """
 
     def excess(height: float) -> float:

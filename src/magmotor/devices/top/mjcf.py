@@ -1,4 +1,4 @@
-"""Hamel's top as MJCF: ball, ring and stage, with a scene's parameters."""
+"""Hamel's top as MJCF: ball, ring and stage with the parameters of a scene."""
 
 import mujoco
 import numpy as np
@@ -25,7 +25,7 @@ def decorate(root: parts.Element, scene: Top) -> None:
 
 
 def placed_ring(scene: Top, time: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Position (3,) in m and orientation (4,) of the ring's mocap body at a time (s)."""
+    """Return position (3,) in m and orientation (4,) of the ring's mocap body at a time (s)."""
     height, tilt = scene.ring_pose(time)
     return np.array([0.0, 0.0, height]), scene.ring_quaternion(tilt)
 
@@ -33,8 +33,8 @@ def placed_ring(scene: Top, time: float) -> tuple[NDArray[np.float64], NDArray[n
 class BallAdapter:
     """See `magmotor.run.in_mujoco.MujocoAdapter`.
 
-    A scripted ring stands still within a step, where its script has it at the middle of the step:
-    an error of second order.
+    Within a step, a scripted ring rests in its pose at the middle of the step, which is an error of
+    second order.
     """
 
     control = int(mujoco.mjtState.mjSTATE_MOCAP_POS) | int(mujoco.mjtState.mjSTATE_MOCAP_QUAT)
@@ -46,24 +46,24 @@ class BallAdapter:
         self.start = np.concatenate(self.coordinates.joints(job.initial))[np.newaxis]
 
     def controls(self, steps: NDArray[np.int64]) -> NDArray[np.float64] | None:
-        """Position and orientation of a scripted ring, step by step; others stay where they are."""
+        """Return the pose of a scripted ring in each step, or None if the ring has no script."""
         if not self.scene.ring_script:
             return None
         times = (steps + 0.5) * self.timestep
         return np.array([[np.concatenate(placed_ring(self.scene, time)) for time in times]])
 
     def sums(self, before, paths, first) -> NDArray[np.float64]:
-        """None."""
+        """Return no sums."""
         return paths[..., :0]
 
     def states(self, time, qpos, qvel, sums) -> BallStates:
-        """The ball's states from joint coordinates, shape (1, T, n)."""
+        """Compute the states of the ball from joint coordinates, shape (1, T, n)."""
         vectors = self.coordinates.vectors(qpos[0], qvel[0])
         return BallStates(time=time, axis=axes(vectors["orientation"]), **vectors)
 
 
 def compose_top(scene: Top, *, visual: bool) -> parts.Element:
-    """The top as one PyMJCF tree, without decoration unless `visual`."""
+    """Compose the top as one PyMJCF tree, decorated if `visual`."""
     root = parts.load("top", visual=visual)
     if visual:
         decorate(root, scene)

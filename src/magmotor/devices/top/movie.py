@@ -1,4 +1,4 @@
-"""The top in a movie: its spin, and J(t) beside theory."""
+"""What movies of the top show: spin, and J(t) compared with theory."""
 
 from typing import TYPE_CHECKING
 
@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from magmotor.common import style
 from magmotor.device.movie import Gauge, between
+from magmotor.devices.top.observables import SPIN
 from magmotor.devices.top.plots import draw_momentum
 from magmotor.devices.top.scene import Top
 
@@ -19,7 +20,7 @@ TYPESET = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 class TopMovieContent:
-    """See `magmotor.device.movie.MovieContent`; the value is J."""
+    """See `magmotor.device.movie.MovieContent`; `value` is J."""
 
     near = "ball"
     needs: tuple[str, ...] = ("position", "axis", "slip_velocity", "momentum_map")
@@ -32,25 +33,25 @@ class TopMovieContent:
         self.exponent = int(np.floor(np.log10(max(largest, style.NO_SPIN * scene.inertia[2]))))
 
     def plot(self, axes: "Axes") -> list["Line2D"]:
-        """J and the integral of friction's torque."""
+        """Draw J and the integral of the friction torque."""
         return draw_momentum(axes, self.run, self.scene)[0]
 
     def lines(self, i: int) -> list[str]:
-        """Spin, J, and the pose of a ring that moves."""
+        """Return spin, J and, if the ring moves, its pose."""
         momentum, power = self.value[i], str(self.exponent).translate(TYPESET)
         spin, size = momentum / self.scene.inertia[2], momentum / 10.0**self.exponent
-        told = [f"spin  {spin:+z.2f} rad/s", f"J  {size:+z.2f} × 10{power} kg m²/s"]
+        lines = [f"spin  {spin:+z.2f} rad/s", f"J  {size:+z.2f} × 10{power} kg m²/s"]
         if self.scene.ring_script:
             height, tilt = self.scene.ring_pose(float(self.times[i]))
-            told.append(f"ring  {100 * height:.1f} cm high, tilt {np.degrees(tilt):.1f}°")
-        return told
+            lines.append(f"ring  {100 * height:.1f} cm high, tilt {np.degrees(tilt):.1f}°")
+        return lines
 
 
 GAUGE = Gauge(
     name="spin J/I₃",
-    unit="rad/s",
+    unit=SPIN.unit,
     needs=("position", "momentum_map"),
-    values=lambda run, scene: run.momentum_map.values / scene.inertia[2],
+    values=lambda run, scene: SPIN(run, scene).values,
     alike=("ball_radius", "surface", "ring_dipoles", "ring_radius"),
     height=lambda scene: max([h for _, h, _ in scene.ring_script] or [scene.ring_height]),
 )

@@ -1,4 +1,4 @@
-"""Observables of the ball's motion: slip velocity, momentum map, energy, and their balances."""
+"""Observables of the top: momentum map, energy, and their balances."""
 
 from typing import NamedTuple
 
@@ -12,17 +12,29 @@ from magmotor import dipoles
 from magmotor.common.arguments import checked
 from magmotor.common.hints import Vectors
 from magmotor.device.analysis import OWN, analysis
+from magmotor.device.observable import Observable, labeled
 from magmotor.devices.top.scene import Top
 from magmotor.devices.top.states import BallStates
 
 Array = NDArray[np.float64]
 
+MOMENTUM_MAP = Observable(lambda run, scene: run.momentum_map, "kg m^2/s", "momentum map J")
+SPIN = Observable(lambda run, scene: run.momentum_map / scene.inertia[2], "rad/s", "spin J/I_3")
+DISTANCE = Observable(
+    lambda run, scene: np.hypot(run.position.sel(space="x"), run.position.sel(space="y")),
+    "m",
+    "distance of the ball from the center",
+)
+SPEED = Observable(
+    lambda run, scene: np.sqrt((run.velocity**2).sum("space")), "m/s", "speed of the ball"
+)
+
 
 class BallEnergy(NamedTuple):
-    """Energies in J and a force in N, each of shape (T,)."""
+    """Energies in J and the lift in N, each of shape (T,)."""
 
     total: Array
-    """With gravity, from the ball's height on the plane."""
+    """Includes gravity, which is zero when the ball is on the plane."""
     kinetic: Array
     magnetic: Array
     lift: Array
@@ -31,15 +43,15 @@ class BallEnergy(NamedTuple):
 
 @checked
 def momentum_map(scene: Top, axis: Vectors, angular_velocity: Vectors) -> Array:
-    """Momentum map J = pi . xi_3 = I_3 omega . xi_3, in kg m^2/s; shapes (..., 3) -> (...)."""
+    """Compute J = pi . xi_3 = I_3 omega . xi_3 in kg m^2/s; shapes (..., 3) -> (...)."""
     return scene.inertia[2] * np.sum(axis * angular_velocity, axis=-1)
 
 
 @checked
 def friction_torque(scene: Top, axis: Vectors, slip: Vectors) -> Array:
-    """Torque c r xi_3 . (e_z x V_Q) of friction about the axis, in N m; shapes (..., 3) -> (...).
+    """Compute the friction torque c r xi_3 . (e_z x V_Q) in N m; shapes (..., 3) -> (...).
 
-    The paper's equation (magtopnc) gives dJ/dt = this, since magnetism has no torque about xi_3.
+    It equals dJ/dt by the paper's equation (magtopnc), since magnetism exerts no torque about xi_3.
     """
     turned = slip[..., 0] * axis[..., 1] - slip[..., 1] * axis[..., 0]
     return scene.friction * scene.ball_radius * turned
@@ -47,31 +59,31 @@ def friction_torque(scene: Top, axis: Vectors, slip: Vectors) -> Array:
 
 @checked
 def magnetic_energy(scene: Top, states: BallStates) -> Array:
-    """Energy -m . B of the ball in the ring's field, in J, shape (T,)."""
+    """Compute the energy -m . B of the ball in the field of the ring, in J, shape (T,)."""
     return ball_energy(scene, states).magnetic
 
 
 @checked
 def magnetic_energy_and_lift(scene: Top, states: BallStates) -> tuple[Array, Array]:
-    """Energy -m . B of the ball in the ring's field, in J, and vertical force on it, in N."""
+    """Compute the energy -m . B of the ball in J and the vertical magnetic force on it in N."""
     found = ball_energy(scene, states)
     return found.magnetic, found.lift
 
 
 @checked
 def kinetic_energy(scene: Top, states: BallStates) -> Array:
-    """Energy of translation and rotation, in J, shape (T,)."""
+    """Compute the energy of translation and rotation in J, shape (T,)."""
     return ball_energy(scene, states).kinetic
 
 
 @checked
 def energy(scene: Top, states: BallStates) -> Array:
-    """Total energy in J, shape (T,); gravity counts from the ball's height on the plane."""
+    """Compute the total energy in J, shape (T,); gravity is zero when the ball is on the plane."""
     return ball_energy(scene, states).total
 
 
 def ball_energy(scene: Top, states: BallStates) -> BallEnergy:
-    """Energies, and the lift, from one evaluation of the field; what a guard asks of any states."""
+    """Compute energies and lift with one evaluation of the field, without checks."""
     across, _, axial = scene.inertia
     spin = states.angular_velocity
     about = np.sum(spin * states.axis, axis=-1)
@@ -84,31 +96,31 @@ def ball_energy(scene: Top, states: BallStates) -> BallEnergy:
 
 def _magnetic(scene: Top, states: BallStates) -> tuple[Array, Array]:
     position, axis, sources = states.position, states.axis, scene.ring_sources()
-    turn = None
-    if scene.ring_script:  # in the ring's own frame, its dipoles rest
-        height, turn = _ring_frame(scene, states.time)
-        position = turn.apply(position - height, inverse=True)
-        axis = turn.apply(axis, inverse=True)
-        places, outward = scene.ring_dipole_frame()
-        sources = places, scene.moment * outward
+    rotation = None
+    if scene.ring_script:  # the dipoles are at rest in the frame of the ring
+        center, rotation = _ring_frame(scene, states.time)
+        position = rotation.apply(position - center, inverse=True)
+        axis = rotation.apply(axis, inverse=True)
+        dipole_positions, outward = scene.ring_dipole_frame()
+        sources = dipole_positions, scene.moment * outward
     force, field = dipoles.force_and_field(position, scene.moment * axis, *sources)
-    lift = (force if turn is None else turn.apply(force))[:, 2]
+    lift = (force if rotation is None else rotation.apply(force))[:, 2]
     return -scene.moment * np.sum(axis * field, axis=-1), lift
 
 
 @analysis("axis", "slip_velocity", "momentum_map", of=Top, records=2, replicas=False)
 def momentum_balance(run: xr.Dataset, scene: Top = OWN) -> xr.Dataset:
-    """Theory's account of J: the integral of friction's torque, and what it leaves unexplained.
+    """Compare J with the integral of the friction torque.
 
-    Friction is the paper's: viscous, and acting all the time, so that what dry friction does, or a
-    ball that leaves the plane, is left unexplained.
+    The torque is that of the paper's viscous friction, which always acts. Dry friction and a ball
+    that leaves the plane therefore contribute to the residual.
 
     Parameters
     ----------
     run : xarray.Dataset
-        With every step recorded, or steps close enough for quintic splines.
+        A run recorded finely enough for quintic splines, at best at every step.
     scene : Top, optional
-        Its scene; by default the one that the attributes of the run tell.
+        The scene of the run; by default the one in its attributes.
 
     Returns
     -------
@@ -119,19 +131,25 @@ def momentum_balance(run: xr.Dataset, scene: Top = OWN) -> xr.Dataset:
     integral = run.momentum_map.values[0] + _integrate(run.time.values, torque)
     residual = run.momentum_map.values - integral
     columns = {"torque": torque, "integral": integral, "residual": residual}
-    return xr.Dataset({k: ("time", v) for k, v in columns.items()}, coords={"time": run.time})
+    data = {k: ("time", v) for k, v in columns.items()}
+    labels = {
+        "torque": ("N m", "torque of friction about the axis"),
+        "integral": (MOMENTUM_MAP.unit, "J(0) plus the integral of the torque"),
+        "residual": (MOMENTUM_MAP.unit, "residual of the momentum balance"),
+    }
+    return labeled(xr.Dataset(data, coords={"time": run.time}), labels)
 
 
 @analysis("slip_velocity", "energy", of=Top, records=2, replicas=False)
 def top_energy_balance(run: xr.Dataset, scene: Top = OWN) -> xr.Dataset:
-    """Theory's account of the energy with a ring at rest: dE/dt = -c |V_Q|^2.
+    """Compare the energy with the heat; dE/dt = -c |V_Q|^2 if the ring is at rest.
 
     Parameters
     ----------
     run : xarray.Dataset
-        Of a top, with every step recorded, or steps close enough for quintic splines.
+        A run recorded finely enough for quintic splines, at best at every step.
     scene : Top, optional
-        Its scene; by default the one that the attributes of the run tell.
+        The scene of the run; by default the one in its attributes.
 
     Returns
     -------
@@ -141,19 +159,23 @@ def top_energy_balance(run: xr.Dataset, scene: Top = OWN) -> xr.Dataset:
     power = scene.friction * np.sum(run.slip_velocity.values**2, axis=-1)
     heat = _integrate(run.time.values, power)
     residual = run.energy.values - run.energy.values[0] + heat
-    columns = {"heat": heat, "residual": residual}
-    return xr.Dataset({k: ("time", v) for k, v in columns.items()}, coords={"time": run.time})
+    data = {"heat": ("time", heat), "residual": ("time", residual)}
+    labels = {
+        "heat": ("J", "heat dissipated by friction"),
+        "residual": ("J", "residual of the energy balance"),
+    }
+    return labeled(xr.Dataset(data, coords={"time": run.time}), labels)
 
 
 def _integrate(time: Array, values: Array) -> Array:
-    """Running integral by splines of sixth order, so that quadrature is no part of the error."""
+    """Integrate by quintic splines, so that the quadrature error is negligible."""
     degree = min(5, len(time) - 1)
     spline = make_interp_spline(time, values, k=degree).antiderivative()
     return spline(time) - spline(time[0])
 
 
 def _ring_frame(scene: Top, times: Array) -> tuple[Array, Rotation]:
-    """The ring's center at each time, and the rotation from its frame to the world's."""
+    """Return the center of the ring at each time and the rotation from its frame to the world."""
     poses = np.array([scene.ring_pose(time) for time in times])
     center = poses[:, :1] * [0.0, 0.0, 1.0]
     quaternions = [scene.ring_quaternion(tilt) for tilt in poses[:, 1]]

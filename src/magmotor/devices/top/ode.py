@@ -1,4 +1,4 @@
-"""The ball under its ring: the paper's ODE (magtopnc)."""
+"""The paper's ordinary differential equation (magtopnc) of the top."""
 
 from collections.abc import Callable
 
@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 
 
 def problem(scene: Top, initial: BallStates) -> tuple[Callable, Array, Array]:
-    """Right-hand side, initial state and scales of (x, v, xi_3, pi)."""
+    """Return right-hand side, initial state and scales of (x, v, xi_3, pi)."""
     inertia, _, axial = scene.inertia
     c, r, m, mu = scene.friction, scene.ball_radius, scene.ball_mass, scene.moment
     parameters = (c, r, m, inertia, axial, mu)
@@ -35,7 +35,7 @@ def problem(scene: Top, initial: BallStates) -> tuple[Callable, Array, Array]:
 
 @compiled_once()
 def _derivative(checksum: int):
-    """The right-hand side of (magtopnc)."""
+    """Compile the right-hand side of (magtopnc)."""
 
     def derivative(y, sources, parameters):
         _ = checksum
@@ -72,7 +72,7 @@ def _derivative(checksum: int):
 
 
 def states(scene: Top, time: Array, rows: Array) -> BallStates:
-    """Recorded states from rows of the solution."""
+    """Convert rows of the solution to recorded states."""
     inertia, _, axial = scene.inertia
     flat = np.zeros((len(rows), 1))
     axis, momentum = rows[:, 4:7], rows[:, 7:10]

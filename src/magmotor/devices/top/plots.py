@@ -1,4 +1,4 @@
-"""A run of the top at a glance: its path over V_e, its J and its energy against theory."""
+"""Plots of the top: an overview of a run, and the map of a sweep."""
 
 import json
 from textwrap import fill
@@ -29,21 +29,21 @@ if TYPE_CHECKING:
     of=Top, records=2, replicas=False,
 )  # fmt: skip
 def top_overview(run: xr.Dataset, scene: Top | None, path: Picture) -> None:
-    """Write one picture of a run.
+    """Write an overview of a run as one picture.
 
-    Left the path over the effective potential, right J(t) against the integral of friction's
-    torque c r xi_3 . (e_z x V_Q), and the energy against the heat.
+    On the left is the path over the effective potential; on the right are J(t) with the integral of
+    the friction torque c r xi_3 . (e_z x V_Q), and the energy with the heat.
 
     Parameters
     ----------
     run : xarray.Dataset
         From `simulate`.
     scene : Top or None
-        Its scene; None, the one that the attributes of the run tell.
+        The scene of the run; None takes the one in its attributes.
     path : str or Path
-        The file to write; its suffix says in which format.
+        The file to write; its suffix determines the format.
     """
-    assert scene is not None  # the run's own by now
+    assert scene is not None  # `analysis` has replaced None
     with style.figure(12.0, 6.0) as figure:
         axes = figure.subplot_mosaic([["path", "momentum"], ["path", "energy"]])
         draw_path(axes["path"], run, scene)
@@ -78,13 +78,13 @@ def _draw_energy(axes: "Axes", run: xr.Dataset, scene: Top) -> None:
 
 
 def draw_momentum(axes: "Axes", run: xr.Dataset, scene: Top) -> tuple[list["Line2D"], float]:
-    """Draw J as simulated and as the integral of friction's torque.
+    """Draw J from the simulation and as the integral of the friction torque.
 
     Returns
     -------
     lines : list of Line2D
     residual : float
-        Their largest difference, in kg m^2/s.
+        Largest difference of the two, in kg m^2/s.
     """
     balance = momentum_balance(run, scene)
     lines = axes.plot(run.time, run.momentum_map, color=style.BLUE, lw=3, label="simulated")
@@ -108,21 +108,21 @@ LINE = "(H − r)/R = 0.980: above, a level ring keeps the ball under its center
 
 @checked
 def spin_map(data: xr.Dataset, scene: Top, path: Picture) -> None:
-    """Write the picture of a sweep of the top over `tilt` and `ring_height`.
+    """Draw the results of a sweep of the top over `tilt` and `ring_height`.
 
     Parameters
     ----------
     data : xarray.Dataset
         The combined sweep, with the measures `max_spin` and `settling_radius`.
     scene : Top
-        What did not vary.
+        The scene that was swept.
     path : str or Path
         The .png to write.
 
     Raises
     ------
     ValueError
-        It is no such sweep, or that of another scene.
+        The data are not from such a sweep, or are from a sweep of another scene.
     """
     _check(data, scene)
     with style.figure(9.6, 4.2) as figure:
@@ -142,7 +142,7 @@ def _check(data: xr.Dataset, scene: Top) -> None:
     missing = [name for name in needs if name not in data or data[name].dtype.kind not in "iuf"]
     if missing or any(data[name].dims != (name,) for name in FIELDS):
         swept, measured = " and ".join(FIELDS), " and ".join(MEASURES)
-        sentence = f"must be those of a sweep of {swept} that measures {measured}"
+        sentence = f"must come from a sweep over {swept} that measures {measured}"
         raise reject("variables of data", [*map(str, data.variables)], sentence)
     if "sweep" in data.attrs:
         own = json.loads(data.attrs["sweep"]).get("scene_fields", {})
@@ -153,10 +153,10 @@ def _check(data: xr.Dataset, scene: Top) -> None:
 
 
 FLAT = 1e-3
-"""A valley whose floor varies by less than this part of its depth has no minimum worth marking."""
+"""A valley whose floor varies by a smaller fraction of its depth has no marked minimum."""
 
 CROWDED = 30
-"""A path so many times as long as the picture is drawn thin."""
+"""Length of a path, over half the width of the panel, above which its line is thin."""
 
 
 def draw_path(axes: "Axes", run: xr.Dataset, scene: Top) -> None:
@@ -195,5 +195,5 @@ def _mark_valley(axes: "Axes", scene: Top) -> None:
         return
     for label, marker, found in (("minimum", "v", minima[:1]), ("saddle", "X", saddles[-1:])):
         for point in found:
-            look = {"color": style.ORANGE, "ms": 8, "mec": "white", "zorder": 4}
-            axes.plot(*point.position, marker, label=label, **look)
+            marker_style = {"color": style.ORANGE, "ms": 8, "mec": "white", "zorder": 4}
+            axes.plot(*point.position, marker, label=label, **marker_style)

@@ -16,7 +16,7 @@ from magmotor.numerics.reproducible import product
 
 
 class Waypoint(NamedTuple):
-    """Where the ring is at one time; between two waypoints it moves smoothly, at rest at both."""
+    """Pose of the ring at one time; it moves smoothly between waypoints and rests at each."""
 
     time: float
     height: float
@@ -24,9 +24,10 @@ class Waypoint(NamedTuple):
 
 
 def pose(script: tuple[Waypoint, ...], time: float) -> tuple[float, float]:
-    """Height (m) and tilt (rad) at a time; before the first waypoint and after the last, constant.
+    """Return height (m) and tilt (rad) at a time.
 
-    The interpolation is 6 s^5 - 15 s^4 + 10 s^3: velocity and acceleration are continuous.
+    They are constant before the first waypoint and after the last. The interpolation between
+    waypoints is 6 s^5 - 15 s^4 + 10 s^3, with continuous velocity and acceleration.
     """
     after = bisect_right(script, time, key=lambda waypoint: waypoint.time)
     if after == 0 or after == len(script):
@@ -42,12 +43,12 @@ def pose(script: tuple[Waypoint, ...], time: float) -> tuple[float, float]:
 
 
 def check_script(script: tuple[Waypoint, ...], lowest: float) -> tuple[Waypoint, ...]:
-    """Return the script as waypoints.
+    """Check a script and return it as waypoints.
 
     Raises
     ------
     ValueError
-        Times that do not increase, a height not above `lowest`, a tilt outside [0, pi/2).
+        The times do not increase, a height is not above `lowest` or a tilt is not in [0, pi/2).
     """
     if not isinstance(script, tuple | list):
         raise reject("ring_script", script, "must be a tuple of waypoints")
@@ -55,7 +56,7 @@ def check_script(script: tuple[Waypoint, ...], lowest: float) -> tuple[Waypoint,
     for i, entry in enumerate(script):
         name = f"ring_script[{i}]"
         if not isinstance(entry, tuple | list) or len(entry) != 3:
-            raise reject(name, entry, "must be three numbers: time, height, tilt")
+            raise reject(name, entry, "must be three numbers: time, height and tilt")
         time, height, tilt = entry
         waypoint = Waypoint(
             check_number(f"{name}.time", time, unit="s"),
@@ -81,20 +82,20 @@ class Top(BallScene):
     Raises
     ------
     ValueError
-        Names the field, its value and the bound.
+        The message names the field, its value and the bound.
     """
 
     ball_mass: float = quantity(0.2, "kg", "mass of the ball", above=0)
     ball_radius: float = quantity(0.018, "m", "radius of the ball", above=0)
     ball_inertia: float | None = quantity(
-        None, "kg m^2", "moment of inertia across the axis xi_3 (none: 2/5 m r^2)", above=0
+        None, "kg m^2", "moment of inertia across the axis xi_3 (default: 2/5 m r^2)", above=0
     )
     ball_axial_inertia: float | None = quantity(
-        None, "kg m^2", "moment of inertia about the axis xi_3 (none: 2/5 m r^2)", above=0
+        None, "kg m^2", "moment of inertia about the axis xi_3 (default: 2/5 m r^2)", above=0
     )
     friction: float = quantity(0.3, "kg/s", "viscous friction c: force = -c V_Q", at_least=0)
-    position: tuple[float, float] = quantity((-0.05, 0.02), "m", "where the ball starts")
-    velocity: tuple[float, float] = quantity((0.0, 0.0), "m/s", "the ball's initial velocity")
+    position: tuple[float, float] = quantity((-0.05, 0.02), "m", "initial position of the ball")
+    velocity: tuple[float, float] = quantity((0.0, 0.0), "m/s", "initial velocity of the ball")
     axis: tuple[float, float, float] = quantity(
         (0.0, 0.0, 1.0), "1", "initial direction of the dipole xi_3, of any length"
     )
@@ -109,9 +110,9 @@ class Top(BallScene):
         at_least=0,
         below=math.pi / 2,
     )
-    tilt_azimuth: float = quantity(0.0, "rad", "direction into which the ring's normal leans")
+    tilt_azimuth: float = quantity(0.0, "rad", "direction in which the ring's normal leans")
     ring_script: tuple[Waypoint, ...] = field(default=())
-    """(time, height, tilt) waypoints that the ring follows instead of standing still."""
+    """Waypoints (time, height, tilt) of a moving ring; a ring without a script is at rest."""
     coupling: float = quantity(
         1e-5, "J m^3", "mu0 m_ball m_ring/(4 pi) of a pair of dipoles", above=0
     )
@@ -119,21 +120,21 @@ class Top(BallScene):
     surface: str = quantity(
         "planar",
         "",
-        "planar: held at z = r, the paper's constraint; plane: gravity and unilateral contact",
+        "planar: constrained to z = r as in the paper; plane: gravity and unilateral contact",
         choices=("planar", "plane"),
     )
     coulomb_friction: float = quantity(
         0.0, "1", "dry friction coefficient (surface plane)", at_least=0
     )
     torsional_friction: float = quantity(
-        0.0, "m", "dry friction torque about the normal, over load (surface plane)", at_least=0
+        0.0, "m", "dry friction torque about the normal over load (surface plane)", at_least=0
     )
     rolling_friction: float = quantity(
-        0.0, "m", "dry rolling friction torque, over load (surface plane)", at_least=0
+        0.0, "m", "dry rolling friction torque over load (surface plane)", at_least=0
     )
 
     def __post_init__(self) -> None:
-        """Check every field, alone and against the others."""
+        """Check each field, by itself and against the others."""
         check_fields(self)
         lowest = 2 * self.ball_radius
         script = check_script(self.ring_script, lowest)
@@ -143,34 +144,34 @@ class Top(BallScene):
         for time in [entry.time for entry in script] or [0.0]:
             height, tilt = self.ring_pose(time)
             if height <= self.ring_radius * math.sin(tilt):
-                sentence = (
-                    f"must be less than {math.asin(height / self.ring_radius):.4g} rad (the floor)"
-                )
+                limit = math.asin(height / self.ring_radius)
+                sentence = f"must be less than {limit:.4g} rad, where the ring touches the floor"
                 raise reject("tilt", tilt, sentence)
         if not any(self.axis):
-            raise reject("axis", self.axis, "must be a direction: not all zero")
+            raise reject("axis", self.axis, "must have a nonzero component")
         if self.inertia[2] > 2 * self.inertia[0]:
-            sentence = f"must be at most twice the moment across it, {2 * self.inertia[0]:g} kg m^2"
+            limit = 2 * self.inertia[0]
+            sentence = f"must be at most twice the moment across the axis, {limit:g} kg m^2"
             raise reject("ball_axial_inertia", self.inertia[2], sentence)
         self._check_dry_friction()
         if self.surface == "plane" and self.gravity == 0:
             raise reject("gravity", self.gravity, "must be positive when surface = 'plane'")
 
     def _check_dry_friction(self) -> None:
-        """MuJoCo offers rolling friction only with torsional, and that only with Coulomb's."""
+        """Check the order: MuJoCo's rolling friction needs torsional, and that needs Coulomb's."""
         names = ("coulomb_friction", "torsional_friction", "rolling_friction")
         for i, (name, value) in enumerate(zip(names, self.dry_friction, strict=True)):
             if value > 0 and self.surface == "planar":
                 raise reject(name, value, "must be zero unless surface = 'plane'")
             needed = value > 0 or any(self.dry_friction[i:])
             if needed and value < SMALLEST_DRY_FRICTION:
-                bound = f"at least {SMALLEST_DRY_FRICTION:g}, MuJoCo's smallest,"
+                bound = f"at least {SMALLEST_DRY_FRICTION:g}, MuJoCo's minimum,"
                 others = " or ".join(names[i:])
-                raise reject(name, value, f"must be {bound} when {others} is positive")
+                raise reject(name, value, f"must be {bound} if {others} is positive")
 
     @classmethod
     def paper(cls, case: int = 4, **changes: Any) -> "Top":
-        """One of the paper's four simulations; `changes` replace fields."""
+        """Return one of the paper's four simulations; `changes` replace fields."""
         cases: dict[int, dict[str, Any]] = {
             1: {"tilt": 0.0, "friction": 0.0, "position": (0.01, 0.005)},
             2: {"tilt": PAPER_TILT, "friction": 0.0, "position": (0.01, 0.005)},
@@ -181,22 +182,22 @@ class Top(BallScene):
 
     @classmethod
     def si(cls, **changes: Any) -> "Top":
-        """The fourth case with the paper's moments read in SI: the coupling is 100 times larger.
+        """Return the fourth case with the paper's moments in SI: 100 times the coupling.
 
-        On its way out the magnetic lift then exceeds the ball's weight, where a planar run stops:
-        hold the ball down with a larger `gravity`, or, with `surface="plane"`, watch it leave the
-        plane, until it falls into a dipole.
+        As the ball moves out, the magnetic lift exceeds its weight, and a planar run stops. Use a
+        larger `gravity` to hold the ball down, or `surface="plane"` to let it leave the plane
+        until it falls into a dipole.
         """
         reading: dict[str, Any] = {"coupling": 1e-3}
         return cls(**(reading | changes))
 
     @classmethod
     def experiment(cls, **changes: Any) -> "Top":
-        """The experiment as the paper tells it: lower the ring over the resting ball, then tilt it.
+        """Return the paper's experiment: the ring is lowered over the resting ball, then tilted.
 
-        The ring comes down from 0.6 m, where the ball's place under the center is stable, to the
-        paper's height; the ball rolls out to the ring of minima, then the tilt makes it roll along
-        that ring, and spin.
+        The ring descends from 0.6 m, where the ball is stable under the center, to the paper's
+        height. The ball rolls out to the ring of minima; then the tilt makes it roll along that
+        ring and spin.
         """
         script = (
             Waypoint(0.0, 0.6, 0.0),
@@ -235,13 +236,13 @@ class Top(BallScene):
         return self.ring_radius, self.ring_pose(time)[0]
 
     def resting_place(self) -> tuple[float, float]:
-        """Where on the plane, in m, the ball rests in the deepest minimum of V_e."""
+        """Position on the plane, in m, of the ball at rest in the deepest minimum of V_e."""
         from magmotor.devices.ball.landscape import minimum
 
         return minimum(self).position
 
     def ring_quaternion(self, tilt: float) -> NDArray[np.float64]:
-        """Orientation (w, x, y, z) of the ring: turned by `tilt` about a horizontal axis."""
+        """Orientation (w, x, y, z) of the ring, rotated by `tilt` about a horizontal axis."""
         half = check_number("tilt", tilt) / 2
         return np.array(
             [
@@ -264,14 +265,14 @@ class Top(BallScene):
     def in_world(
         self, positions: NDArray[np.float64], moments: NDArray[np.float64], time: float = 0.0
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Positions (n, 3) in m and moments (n, 3) in the ring's own frame, in the world's."""
+        """Transform positions (n, 3) in m and moments (n, 3) from ring frame to world frame."""
         positions = check_array("positions", positions, "n", 3)
         moments = check_array("moments", moments, "n", 3)
         height, tilt = self.ring_pose(time)
-        turn = _rotation_matrix(self.ring_quaternion(tilt))
-        places = product(positions, turn.T)
-        places[:, 2] += height
-        return places, product(moments, turn.T)
+        rotation = _rotation_matrix(self.ring_quaternion(tilt))
+        positions = product(positions, rotation.T)
+        positions[:, 2] += height
+        return positions, product(moments, rotation.T)
 
 
 def _rotation_matrix(quaternion: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -1,4 +1,4 @@
-"""States of the top, as recorded and at the start."""
+"""States of the top: recorded states and the initial state."""
 
 from typing import Annotated, NamedTuple
 
@@ -14,9 +14,9 @@ Rows = Annotated[NDArray[np.float64], shaped("T", 3)]
 
 
 class BallStates(NamedTuple):
-    """Recorded states, one row a time; vectors are in the world frame.
+    """Recorded states, one row for each time; vectors are in the world frame.
 
-    `orientation` (w, x, y, z) is None from engines that follow the axis alone.
+    `orientation` (w, x, y, z) is None if the engine integrates only the axis.
     """
 
     time: Annotated[NDArray[np.float64], shaped("T")]
@@ -28,7 +28,7 @@ class BallStates(NamedTuple):
 
 
 def start(scene: Top) -> BallStates:
-    """The scene's own initial state, as one row."""
+    """Return the initial state of the scene as one row."""
     axis = np.array([scene.axis]) / np.linalg.norm([scene.axis], axis=1)
     return BallStates(
         time=np.zeros(1),
@@ -41,7 +41,7 @@ def start(scene: Top) -> BallStates:
 
 
 def states_of(run: xr.Dataset) -> BallStates:
-    """The recorded states in a dataset."""
+    """Return the recorded states in a dataset."""
     orientation = run["orientation"].values if "orientation" in run else None
-    known = [run[name].values for name in BallStates._fields[:-1]]
-    return BallStates(*known, orientation=orientation)
+    columns = [run[name].values for name in BallStates._fields[:-1]]
+    return BallStates(*columns, orientation=orientation)

@@ -1,4 +1,4 @@
-"""Closed forms of Hamel's top, each with its source in the paper."""
+"""Closed forms for Hamel's top, each with its source in the paper."""
 
 import math
 
@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 @checked
 def field_under_center(scene: Top) -> float:
-    """|B| in tesla at the ball's height under the center of a level ring.
+    """Compute |B| in tesla at the height of the ball's center, under the center of a level ring.
 
     B_z = 3 N (mu0 m/(4 pi)) R h/(R^2 + h^2)^(5/2), h = H - r: the sum of (magneticfield) over the
     ring, exact for any number N of dipoles.
@@ -32,9 +32,9 @@ def field_under_center(scene: Top) -> float:
 
 @checked
 def libration_frequency(scene: Top, field: NotNegative) -> float:
-    """Angular frequency sqrt(m |B|/I) in rad/s of the axis about a field (tesla) at rest.
+    """Angular frequency sqrt(m |B|/I) in rad/s at which the axis swings about a field (tesla).
 
-    Linearized Lie-Poisson equation (magtopc) of a ball that does not spin.
+    It follows from the linearized Lie-Poisson equation (magtopc) of a ball that does not spin.
     """
     return math.sqrt(scene.moment * field / scene.inertia[0])
 
@@ -43,31 +43,31 @@ def libration_frequency(scene: Top, field: NotNegative) -> float:
 def slip_relaxation_rate(scene: Top) -> float:
     """Rate c (1/m + r^2/I) in 1/s at which friction alone makes the slip velocity decay.
 
-    Of a ball that turns freely; one whose axis the field holds slips longer. From equation
-    (magtopnc): dV_Q/dt = -c V_Q/m + (torque r c V_Q)/I in the plane.
+    The ball rotates freely; if the field holds its axis, the slip decays more slowly. The rate
+    follows from (magtopnc): dV_Q/dt = -c V_Q/m + (torque r c V_Q)/I in the plane.
     """
     return scene.friction * mobility(scene.ball_mass, scene.ball_radius, scene.inertia[0])
 
 
 @checked
 def highest_valley(scene: Top) -> float:
-    """Height of a level ring, in m, above which the ball's place under its center is stable.
+    """Height of a level ring, in m, above which the ball is stable under the center of the ring.
 
-    Below, the effective potential has a maximum there and a circular valley around it. Near the
-    axis B.B = f^2 + rho^2 (f'^2/4 - f f''/2) with f = B_z on the axis, the field of
+    Below this height, the effective potential has a maximum there and a circular valley around it.
+    Near the axis B.B = f^2 + rho^2 (f'^2/4 - f f''/2) with f = B_z on the axis, the field of
     `field_under_center`; the bracket vanishes at (H - r)/R = sqrt((11 + sqrt(145))/24) = 0.980.
     """
     return scene.ball_radius + math.sqrt((11 + math.sqrt(145)) / 24) * scene.ring_radius
 
 
 def small_motion(scene: Top) -> SmallMotion:
-    """The ball at rest in the deepest minimum of V_e: x, y, and turns about x, y, z."""
+    """Linearize about rest in the deepest minimum of V_e: x, y and rotations about x, y, z."""
     across, _, axial = scene.inertia
-    place, axis = resting_ball(scene)
+    position, axis = resting_ball(scene)
     sources = scene.ring_sources()
 
     def force(q: Array) -> Array:
-        push, twist = dipoles.wrench(*moved(scene, place, axis, q), *sources)
+        push, twist = dipoles.wrench(*moved(scene, position, axis, q), *sources)
         return np.hstack([push[:, :2], twist])
 
     inertia = scene.ball_mass * np.eye(5)
@@ -77,7 +77,7 @@ def small_motion(scene: Top) -> SmallMotion:
 
 
 def poses(scene: Top) -> list[Top]:
-    """The scene with its ring at rest, at each of its script's waypoints if it has one."""
+    """Return the scene with its ring at rest, once for each waypoint if it has a script."""
     return [
         scene.replace(ring_script=(), ring_height=height, tilt=tilt)
         for _, height, tilt in scene.ring_script

@@ -1,4 +1,4 @@
-"""Runs of Hamel's top by the kernel of rigid bodies: no noise, and a ring that stands still."""
+"""Variational integration of Hamel's top, without noise and with the ring at rest."""
 
 from collections.abc import Generator
 
@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 
 def start(job: Job) -> NDArray[np.float64]:
-    """The state that a run begins with; see `Job`."""
+    """Return the engine's initial state; see `Job`."""
     return pack(job.initial)
 
 
@@ -31,7 +31,7 @@ def run(job: Job) -> Generator[tuple[BallStates, Array]]:
 
 
 def bodies(scene: Top) -> Bodies:
-    """Masses and friction; of a ring that nothing turns."""
+    """Masses and friction; the ring is not driven."""
     found = Bodies(
         mass=scene.ball_mass,
         radius=scene.ball_radius,
@@ -47,19 +47,19 @@ def bodies(scene: Top) -> Bodies:
 
 
 def magnets(scene: Top) -> Magnets:
-    """Dipoles of the ball and of the ring; none that turn."""
-    none = np.zeros((0, 3))
+    """Dipoles of the ball and of the ring, which does not rotate."""
+    empty = np.zeros((0, 3))
     return Magnets(
         moment=scene.moment,
         fixed=pack_sources(*scene.ring_sources()),
-        frame=pack_sources(none, none),
+        frame=pack_sources(empty, empty),
         height=0.0,
         factor=0.0,
     )
 
 
 def pack(states: BallStates) -> Array:
-    """The last of the states as the kernel takes it."""
+    """Pack the last state for the kernel."""
     assert states.orientation is not None, "initial states always have orientations"
     packed = np.zeros((1, SIZE))
     packed[0, 0:2], packed[0, 2:4] = states.position[-1, :2], states.velocity[-1, :2]
@@ -69,7 +69,7 @@ def pack(states: BallStates) -> Array:
 
 
 def unpack(time: Array, records: Array, radius: float) -> BallStates:
-    """Recorded states from the kernel's."""
+    """Convert the kernel's records to states."""
     return BallStates(
         time=time,
         position=on_plane(records[:, 0:2], radius),

@@ -20,7 +20,8 @@ from magmotor.common.checks import check_floats, check_integer, check_type, reje
 from magmotor.common.environment import physical_memory
 from magmotor.common.hints import Count, floats, integer, several
 from magmotor.mjcf import hooks
-from magmotor.mjcf.langevin.loop import BY_TIME, compiled, step_coefficients
+from magmotor.mjcf.langevin.coefficients import step_coefficients
+from magmotor.mjcf.langevin.loop import BY_TIME, compiled
 from magmotor.mjcf.langevin.model import langevin_model
 from magmotor.noise import LARGEST_STEP
 

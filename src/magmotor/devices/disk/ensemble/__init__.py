@@ -1,1 +1,1 @@
-"""Ensembles of disk and particle: many replicas with on-line statistics, no trajectory stored."""
+"""Ensembles of disk and particle: many replicas, with on-line statistics instead of records."""

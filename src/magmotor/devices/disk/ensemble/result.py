@@ -1,4 +1,4 @@
-"""What an ensemble has found, as a labeled dataset."""
+"""The dataset that an ensemble returns."""
 
 from typing import Any, NamedTuple
 
@@ -26,7 +26,12 @@ RECORDS_PER_DECADE = 24
 
 
 class Plan(NamedTuple):
-    """Steps between samples, and numbers of samples: in all, recorded, and before statistics."""
+    """Schedule of an ensemble.
+
+    `interval` is the number of steps between samples. `samples`, `records` and `burn_in` are
+    numbers of samples: in all, at each record, and before the statistics begin. `levels` is the
+    number of lags.
+    """
 
     interval: int
     samples: int
@@ -36,12 +41,12 @@ class Plan(NamedTuple):
 
 
 def plan(timestep: float, duration: float, sample_interval: int, burn_in: float) -> Plan:
-    """Records at logarithmic and, so that curves can be drawn over linear time, even spacing.
+    """Plan records with logarithmic and, for curves over linear time, with even spacing.
 
     Raises
     ------
     ValueError
-        Names the argument, its value and the bound.
+        An argument is out of bounds; the message names the argument, its value and the bound.
     """
     timestep = check_number("timestep", timestep, above=0)
     sample_interval = check_integer("sample_interval", sample_interval, at_least=1)
@@ -58,7 +63,7 @@ def plan(timestep: float, duration: float, sample_interval: int, burn_in: float)
     logarithmic = np.logspace(0, decades, 1 + int(np.ceil(RECORDS_PER_DECADE * decades)))
     even = np.linspace(0, samples, 101)
     records = np.unique(np.concatenate([logarithmic, even]).round().astype(np.int64))
-    # The longest lag has some four pairs of successive increments in each replica.
+    # The longest lag has about four pairs of successive increments in each replica.
     levels = int(np.log2((samples - first) / 4)) + 1
     return Plan(sample_interval, samples, records, first, levels)
 
@@ -75,11 +80,11 @@ def result(
     arrays: dict[str, NDArray],
     deviations: tuple[float, float, float],
 ) -> xr.Dataset:
-    """Make the dataset from what was recorded until a sample, and the initial state if given."""
+    """Return the dataset of everything up to a sample; it has the initial state if `given`."""
     unit, replicas = when.interval * task["timestep"], task["replicas"]
     statistics = Statistics(*[arrays[name] for name in Statistics._fields])
     done = when.records <= sample
-    final = unpack(np.zeros(1), arrays["states"][np.newaxis, :, :replicas], isinstance(scene, Disk))
+    final = unpack(np.zeros(1), arrays["states"][np.newaxis, :, :replicas], scene.has_rotation)
     parts = [
         _moments(scene, replicas, arrays["moments"][done]),
         _correlations(statistics),
@@ -89,15 +94,16 @@ def result(
     ]
     if given is not None:
         parts.append(_states(given, "initial_"))
-    if isinstance(scene, Disk):
+    if scene.has_rotation:
         parts.append(_flights(statistics, replicas, sample - when.burn_in, unit))
     data = xr.merge(parts).assign_coords(
         time=unit * when.records[done], lag=unit * 2.0 ** np.arange(when.levels)
     )
     for name in (*data.data_vars, *data.coords):
         data[name].attrs.setdefault("units", "1")
-    told = {name: task[name] for name in task if name not in ("scene", "scene_fields", "version")}
-    data.attrs = attributes_of(scene, **told, time_reached=sample * unit)
+    excluded = ("scene", "scene_fields", "version")
+    arguments = {name: task[name] for name in task if name not in excluded}
+    data.attrs = attributes_of(scene, **arguments, time_reached=sample * unit)
     return data
 
 
@@ -115,7 +121,7 @@ def _moments(scene: Any, replicas: int, powers: Array) -> xr.Dataset:
 
 
 def _correlations(statistics: Statistics) -> xr.Dataset:
-    """Correlation of successive increments, its error from the scatter of groups of replicas."""
+    """Return correlations of successive increments, with jackknife errors."""
     sums = statistics.sums
     total = sums.sum(axis=0)
     rho, square = _correlation(total)
@@ -138,10 +144,10 @@ def _correlation(sums: Array) -> tuple[Array, Array]:
 
 
 def _jackknife(whole: Array, without: Array, sizes: Array) -> Array:
-    """Standard errors from the whole's estimate and those without one group, of unequal groups.
+    """Return standard errors from the estimate of all replicas, and those without one group each.
 
     The delete-m_j jackknife of Busing, Meijer and van der Leeden, Statistics and Computing 9
-    (1999), which for equal groups is the ordinary one.
+    (1999), for groups of unequal sizes; for equal sizes it is the ordinary jackknife.
     """
     groups = len(without)
     if groups < 2:
@@ -158,10 +164,8 @@ def _jackknife(whole: Array, without: Array, sizes: Array) -> Array:
 def _densities(scene: Any, statistics: Statistics, deviations: tuple[float, ...]) -> xr.Dataset:
     counts = statistics.counts.sum(axis=0)
     edges = {"x": np.linspace(0, TURN, BINS + 1)}
-    for name, deviation in zip(("v", "omega"), deviations[:2], strict=True):
+    for name, deviation in zip(scene.velocity_names, deviations, strict=False):
         edges[name] = deviation * np.linspace(-REACH, REACH, BINS + 1)
-    if isinstance(scene, LangevinParticle):
-        del edges["omega"]
     parts = {}
     for (name, edge), count in zip(edges.items(), counts, strict=False):
         total = max(count.sum(), 1) * np.diff(edge)

@@ -1,4 +1,4 @@
-"""Runs of ensembles of the disk and the particle: threads, progress, checkpoints, interrupts."""
+"""Runs of ensembles of disk and particle: threads, progress, checkpoints, interrupts."""
 
 import dataclasses
 import json
@@ -40,10 +40,10 @@ from magmotor.noise import check_seed
 from magmotor.numerics import splittings as schemes
 
 BLOCK = 64
-"""Samples that the kernel hands to the statistics at a time, in the second-level cache."""
+"""Number of samples that the kernel passes to the statistics at a time, in the L2 cache."""
 
-SECONDS_BETWEEN_LOOKS = 0.5
-"""How long the threads work before progress is shown and an interrupt is heard, about."""
+SECONDS_BETWEEN_CHECKS = 0.5
+"""Approximate time between updates of the progress bar, and checks for an interrupt."""
 
 
 def ensemble(
@@ -61,13 +61,15 @@ def ensemble(
     threads: int | None,
     checkpoint: str | Path | None,
 ) -> xr.Dataset:
-    """Ensembles of disk and particle; `mm.ensemble` tells the arguments, and has checked them."""
+    """Run an ensemble of disk or particle; `mm.ensemble` documents and checks the arguments."""
     check_choice("method", method, schemes.methods(schemes.DISK, noise=scene.noise > 0))
     seed = check_seed(seed)
     if trajectories > replicas:
-        raise reject("trajectories", trajectories, f"must be at most {replicas}, the replicas")
+        raise reject(
+            "trajectories", trajectories, f"must be at most {replicas}, the number of replicas"
+        )
     if not scene.noise:
-        raise reject("noise", scene.noise, "must be positive: all replicas would be the same")
+        raise reject("noise", scene.noise, "must be positive, or all replicas would be the same")
     steps = max(1, round(1 / timestep)) if sample_interval is None else sample_interval
     when = plan(timestep, duration, steps, burn_in)
     device: Any = scene.device
@@ -92,7 +94,7 @@ def ensemble(
 
 
 class EnsembleRun:
-    """The state of an ensemble under way: `sample` samples taken, and `arrays`."""
+    """An ensemble in progress: `sample` samples are finished, and `arrays` hold the results."""
 
     def __init__(
         self, scene, task: dict[str, Any], when: Plan, first: DiskStates, path: str | Path | None
@@ -125,7 +127,7 @@ class EnsembleRun:
         self.statistics = Statistics(*[self.arrays[name] for name in Statistics._fields])
 
     def to_the_end(self, threads: int) -> xr.Dataset:
-        """Advance from record to record; see `ensemble` for how it may end."""
+        """Advance to the last record, and return the dataset; see `mm.ensemble` for exceptions."""
         unit = self.when.interval * self.task["timestep"]
         bar = "{l_bar}{bar}| t = {n:.0f} of {total:.0f} [{elapsed}<{remaining}]"
         progress = tqdm(
@@ -143,7 +145,7 @@ class EnsembleRun:
                 self._record()
                 progress.update(self.sample * unit - progress.n)
                 elapsed = max(time.monotonic() - began, 1e-6)
-                span = max(1, int(taken * SECONDS_BETWEEN_LOOKS / elapsed))
+                span = max(1, int(taken * SECONDS_BETWEEN_CHECKS / elapsed))
                 if self.checkpoint.due:
                     self.checkpoint.save(self.sample, self.arrays)
             self.checkpoint.save(self.sample, self.arrays)
@@ -152,13 +154,13 @@ class EnsembleRun:
         return self._result()
 
     def _next_stop(self, span: int) -> int:
-        """The next record, or as far as `span` samples."""
+        """Return the next record, but at most `span` samples from here."""
         records = self.when.records
         following = int(records[np.searchsorted(records, self.sample, "right")])
         return min(following, self.sample + span)
 
     def _advance_to(self, stop: int, pool: ThreadPoolExecutor, threads: int) -> None:
-        """Have the threads take one group after another from here to `stop`."""
+        """Advance all groups of replicas to `stop`, on the threads of the pool."""
         waiting = iter(range(self.groups))
         lock = threading.Lock()
 
@@ -177,7 +179,7 @@ class EnsembleRun:
 
     def _advance_group(self, group: int, stop: int, room: NDArray) -> None:
         begin = group * LANES
-        # Contiguous, as `simulate` has them: another layout would be another compilation.
+        # Contiguous, as in `simulate`: another layout would require another compilation.
         states = self.arrays["states"][:, begin : begin + LANES].copy()
         lanes = min(LANES, self.replicas - begin)
         interval, burn_in, seed = self.when.interval, self.when.burn_in, self.task["seed"]
@@ -201,7 +203,7 @@ class EnsembleRun:
         accumulate(self.statistics, block, group, start, lanes, first, self.deviations, self.sigma)
 
     def _record(self) -> None:
-        """Check the states, and take their moments if this sample is recorded."""
+        """Check the states, and compute their moments if this sample is a record."""
         states = self._states(self.arrays["states"])
         _, failure = self.guard.first_wrong(states)
         row = int(np.searchsorted(self.when.records, self.sample))
@@ -215,7 +217,7 @@ class EnsembleRun:
 
     def _states(self, lanes: NDArray) -> DiskStates:
         one = lanes[np.newaxis, :, : self.replicas]
-        return unpack(np.zeros(1), one.copy(), isinstance(self.scene, Disk))
+        return unpack(np.zeros(1), one.copy(), self.scene.has_rotation)
 
     def _result(self) -> xr.Dataset:
         given = None if self.task["initial"] is None else self.first
@@ -225,8 +227,8 @@ class EnsembleRun:
 
 
 def _deviations(scene: Disk | LangevinParticle) -> tuple[tuple[float, float, float], float]:
-    """Standard deviations of v, omega and d, and sigma; those that are not there are 1."""
+    """Return standard deviations of v, omega and d, and sigma; absent ones are 1."""
     v, *omega = gibbs_deviations(scene)
-    if isinstance(scene, LangevinParticle):
-        return (v, 1.0, 1.0), 1.0
-    return (v, *omega, math.sqrt(gibbs_mean_squares(scene)["d"])), scene.sigma
+    if isinstance(scene, Disk):
+        return (v, *omega, math.sqrt(gibbs_mean_squares(scene)["d"])), scene.sigma
+    return (v, 1.0, 1.0), 1.0

@@ -1,7 +1,7 @@
 """On-line statistics of sampled states: increment correlations, histograms, flights.
 
 Every array has an axis of replicas, or of groups of replicas that are summed in order at the end,
-so that results depend neither on the number of threads nor on how the run is divided.
+so that results depend neither on the number of threads nor on the division of the run.
 """
 
 import math
@@ -30,10 +30,10 @@ from magmotor.numerics.eights import (
 
 BINS = 120
 REACH = 6.0
-"""Histograms of velocities have so many bins over so many standard deviations to either side."""
+"""Histograms of velocities have `BINS` bins over `REACH` standard deviations to either side."""
 
 HYSTERESIS = 0.1
-"""Of a flight: d changes its sign when it passes zero by this part of its standard deviation."""
+"""A flight ends when d is beyond zero by this fraction of its standard deviation."""
 
 BINS_PER_OCTAVE = 4
 FLIGHT_BINS = 4 * 40
@@ -42,12 +42,12 @@ _SUMS = 6
 
 
 class Statistics(NamedTuple):
-    """Accumulators; G groups of LANES replicas, R replicas with padding, L levels of lags.
+    """Accumulators of G groups of LANES replicas, R replicas with padding, and L levels of lags.
 
     The lag of level j is 2^j samples. `sums` holds the number of pairs of successive increments
     a, b and their sums of a, b, a^2, b^2 and ab; `counts` the histograms of x mod 2 pi, v and
-    omega; `flights` the durations of whole flights, then of flights that did not end, by
-    logarithmic bins.
+    omega; `direction` the last sign of d beyond the hysteresis; `departure` the sample at which the
+    flight began, or 0; `flights` the number of finished flights by logarithmic bins of duration.
     """
 
     last: NDArray[np.float64]  # (L, R)
@@ -60,7 +60,7 @@ class Statistics(NamedTuple):
 
 
 def empty(replicas: int, levels: int) -> Statistics:
-    """Accumulators that have seen nothing; `replicas` counts padding."""
+    """Return accumulators without any samples; `replicas` includes the padding."""
     groups = -(-replicas // LANES)
     return Statistics(
         last=np.zeros((levels, replicas)),
@@ -74,7 +74,7 @@ def empty(replicas: int, levels: int) -> Statistics:
 
 
 def bounds(samples: int) -> dict[str, tuple[Any, Any]]:
-    """Least and largest values that accumulators can hold after so many samples."""
+    """Return the least and largest values of accumulators after a number of samples."""
     most = LANES * (samples + 1)
     return {
         "sums": (np.array([0, -LARGEST, -LARGEST, 0, 0, -LARGEST]), LARGEST),
@@ -86,28 +86,28 @@ def bounds(samples: int) -> dict[str, tuple[Any, Any]]:
 
 
 def flight_bin_edges() -> NDArray[np.float64]:
-    """Durations, in samples, at which the bins of flights begin, and the end of the last."""
+    """Return the edges of the bins of flights: durations in samples."""
     return 2.0 ** (np.arange(FLIGHT_BINS + 1) / BINS_PER_OCTAVE)
 
 
 @njit(inline="always")
 def flight_bin(samples):
-    """The bin of a duration in samples, at least 1."""
+    """Return the bin of a duration in samples, which is at least 1."""
     return min(FLIGHT_BINS - 1, int(math.log2(samples) * BINS_PER_OCTAVE))
 
 
 @njit(inline="always")
 def _correlate(states, last, increment, level, sums, start, lanes, number):
-    none, turn, end = broadcast(0.0), broadcast(TURN), broadcast(float(lanes))
-    a_sum = b_sum = aa = bb = ab = none
+    zero, period, end = broadcast(0.0), broadcast(TURN), broadcast(float(lanes))
+    a_sum = b_sum = aa = bb = ab = zero
     for i in range(0, lanes, COUNT):
         here, lane = start + i, lane_numbers() + broadcast(float(i))
-        x = turn * load(states, 0, i)
+        x = period * load(states, 0, i)
         a, b = load(increment, level, here), x - load(last, level, here)
         store(increment, level, here, b)
         store(last, level, here, x)
-        # Of padding, nothing.
-        a, b = where_less(lane, end, a, none), where_less(lane, end, b, none)
+        # Padding does not count.
+        a, b = where_less(lane, end, a, zero), where_less(lane, end, b, zero)
         a_sum, b_sum = a_sum + a, b_sum + b
         aa, bb, ab = fused(a, a, aa), fused(b, b, bb), fused(a, b, ab)
     if number >= 2:
@@ -121,10 +121,10 @@ def _correlate(states, last, increment, level, sums, start, lanes, number):
 
 @compiled_once(nogil=True, error_model="numpy")
 def _compiled_accumulate(checksum: int):
-    """The function `accumulate`."""
+    """Return the function `accumulate`."""
 
     def accumulate(statistics, block, group, start, lanes, first_sample, deviations, sigma):
-        """Take in the samples of one group of replicas.
+        """Add samples of one group of replicas to the statistics.
 
         Parameters
         ----------
@@ -132,7 +132,7 @@ def _compiled_accumulate(checksum: int):
         block : ndarray, shape (samples, 4, >= lanes)
             Rows x in turns, theta, v, omega, as from the kernel.
         group, start, lanes : int
-            Which group, its first replica, and how many replicas of it count: padding does not.
+            Number of the group, its first replica, and its number of replicas without padding.
         first_sample : int
             Number of the block's first sample since the statistics began.
         deviations : tuple of float
@@ -166,7 +166,7 @@ def _compiled_accumulate(checksum: int):
                     if before and departure[start + i]:
                         flights[group, flight_bin(sample - departure[start + i])] += 1
                     direction[start + i] = now
-                    # The flight under way when the samples begin has no beginning.
+                    # The beginning of the first flight is unknown.
                     departure[start + i] = sample if before else 0
 
     return accumulate
@@ -176,7 +176,7 @@ accumulate = _compiled_accumulate()
 
 
 def unfinished_flights(statistics: Statistics, replicas: int, sample: int) -> NDArray[np.int64]:
-    """Durations, in samples, of the flights under way at a sample, counted like `flights`."""
+    """Return the number of unfinished flights at a sample, by the bins of their durations."""
     began = statistics.departure[:replicas]
     lasting = sample - began[began > 0]
     counts = np.zeros(FLIGHT_BINS, np.int64)
@@ -186,17 +186,17 @@ def unfinished_flights(statistics: Statistics, replicas: int, sample: int) -> ND
 
 
 POWERS = (1, 2, 4)
-"""Of which moments are taken; the fourth gives the standard error of the second."""
+"""Orders of the moments; the fourth gives the standard error of the second."""
 
 
 def quantities(scene: Disk | LangevinParticle) -> dict[str, str]:
-    """Names and descriptions of what moments are taken of."""
+    """Return names and descriptions of the quantities whose moments are computed."""
     common = {
         "x": "displacement since the start",
         "v": "velocity",
         "energy": "total energy",
     }
-    if isinstance(scene, LangevinParticle):
+    if not scene.has_rotation:
         return common
     return common | {
         "omega": "angular velocity",
@@ -209,17 +209,18 @@ def quantities(scene: Disk | LangevinParticle) -> dict[str, str]:
 def moments(
     scene: Disk | LangevinParticle, states: DiskStates, start: DiskStates
 ) -> NDArray[np.float64]:
-    """Means of the powers of each of `quantities` in the last row, shape (quantities, powers)."""
+    """Return the moments of all `quantities` in the last row, shape (quantities, powers)."""
     x, v, omega = states.x[-1], states.v[-1], None
-    moved = x - start.x[-1]
-    columns = [moved, v]
-    if isinstance(scene, Disk):
+    displacement = x - start.x[-1]
+    columns = [displacement, v]
+    if scene.has_rotation:
         assert states.theta is not None
         assert states.omega is not None
         assert start.theta is not None
         omega = states.omega[-1]
-        turned = states.theta[-1] - start.theta[-1]
-        columns += [omega, v + omega, scene.sigma * omega - v, moved + turned]
+        rotation = states.theta[-1] - start.theta[-1]
+        d = scene.masses[-1] * omega - v
+        columns += [omega, v + omega, d, displacement + rotation]
     columns.insert(2, energy(scene, x, v, omega))
     squares = [column * column for column in columns]
     fourth = [square * square for square in squares]

@@ -1,4 +1,4 @@
-r"""Closed forms of the sliding disk and of its control, each with its source in the paper.
+r"""Closed forms for the sliding disk and the Langevin particle, with their sources in the paper.
 
 Everything is dimensionless. With gamma = (1 + sigma)/sigma and lambda = c gamma, the slip
 s = v + omega and the protected combination d = -v + sigma omega obey
@@ -23,10 +23,10 @@ Array = NDArray[np.float64]
 
 @checked
 def y_diffusion(scene: Disk) -> float:
-    """Limit alpha^2/c^2 of var(x + theta)/t, dimensionless, for *any* U: equation (kskjhs3).
+    """Return the limit alpha^2/c^2 of var(x + theta)/t for *any* U: equation (kskjhs3).
 
-    From sigma domega = -c s dt + alpha dW, exactly y_t - y_0 = (alpha/c) W_t - (sigma/c) (omega_t -
-    omega_0), y = x + theta, and omega stays bounded in mean square.
+    From sigma domega = -c s dt + alpha dW follows, exactly, y_t - y_0 = (alpha/c) W_t - (sigma/c)
+    (omega_t - omega_0) for y = x + theta; the mean square of omega stays bounded.
     """
     require_one_friction(scene)
     return (scene.noise / scene.friction) ** 2
@@ -34,18 +34,19 @@ def y_diffusion(scene: Disk) -> float:
 
 @checked
 def flat_x_diffusion(scene: Disk) -> float:
-    """Limit sigma^2 alpha^2/((1 + sigma)^2 c^2) of var(x)/t on flat U: second (kskjhs3).
+    """Return the limit sigma^2 alpha^2/((1 + sigma)^2 c^2) of var(x)/t on flat U: (kskjhs3).
 
-    x = (sigma y - z)/(1 + sigma) with y = x + theta, and z = -x + sigma theta without noise.
+    x = (sigma y - z)/(1 + sigma) with y = x + theta, and z = -x + sigma theta has no noise.
     """
     return (scene.sigma / (1 + scene.sigma)) ** 2 * y_diffusion(scene)
 
 
 @checked
 def velocity_noise_coefficient(scene: Disk) -> float:
-    """Coefficient of int e^(-lambda (t - s)) dW_s in v_t: alpha, for any sigma (equation (eq:v)).
+    """Return the coefficient alpha of int e^(-lambda (t - s)) dW_s in v_t, equation (eq:v).
 
-    v = (sigma s - d)/(1 + sigma), and s has the noise alpha gamma dW: sigma gamma/(1 + sigma) = 1.
+    It holds for any sigma: v = (sigma s - d)/(1 + sigma), and the noise of s is alpha gamma dW with
+    sigma gamma/(1 + sigma) = 1.
     """
     require_one_friction(scene)
     return scene.noise
@@ -53,23 +54,24 @@ def velocity_noise_coefficient(scene: Disk) -> float:
 
 @checked
 def ballistic_coefficient(scene: Disk) -> float:
-    """MSD/t^2 = 1/(beta (1 + sigma)) of x under Gibbs' measure, for 1/lambda << t << `bulk_time`.
+    """Return MSD/t^2 = 1/(beta (1 + sigma)) of x in the Gibbs measure, at intermediate times.
 
-    The mean square of d over (1 + sigma)^2. Beyond the correlation time of d it decays to zero.
+    This is the mean square of d over (1 + sigma)^2, for 1/lambda << t << `bulk_time`. Beyond the
+    correlation time of d, it decays to zero.
     """
     return temperature(scene) / (1 + scene.sigma)
 
 
 @checked
 def heat_rate(scene: Scene, velocities: ArrayLike) -> Array:
-    """Power c sum_j (w_j.u)^2 that friction takes: c (v + omega)^2 for the paper's disk.
+    """Return the power c sum_j (w_j.u)^2 lost to friction: c (v + omega)^2 for the paper's disk.
 
-    The first term of the energy balance in the remark after (ksddssdkjhs3).
+    It is the first term of the energy balance in the remark after (ksddssdkjhs3).
 
     Parameters
     ----------
     velocities : array_like
-        u = (v, omega), or (v,) of the Langevin particle; shape (..., dof), dimensionless.
+        u = (v, omega), or (v,) for the Langevin particle; shape (..., dof), dimensionless.
 
     Returns
     -------
@@ -83,8 +85,8 @@ def heat_rate(scene: Scene, velocities: ArrayLike) -> Array:
 
 @checked
 def injection_rate(scene: Scene) -> float:
-    """Mean power (alpha^2/2) tr(M^-1 sum_j w_j w_j^T) of the noise, dimensionless.
+    """Return the mean power (alpha^2/2) tr(M^-1 sum_j w_j w_j^T) of the noise, dimensionless.
 
-    (alpha^2/2) (1 + 1/sigma) for the paper's disk: the second term of its energy balance, right.
+    For the paper's disk it is (alpha^2/2) (1 + 1/sigma), the second term of its energy balance.
     """
     return scene.noise**2 / 2 * float(np.sum(scene.slip_directions**2 / scene.masses))

@@ -1,4 +1,4 @@
-"""Curves of the paper's four systems: exact where U is flat, else the reduced equation's."""
+"""Curves of the paper's four systems: exact if U is flat, else from the reduced equation."""
 
 import math
 from functools import cached_property
@@ -25,10 +25,10 @@ Array = NDArray[np.float64]
 class DiskTheory:
     """Curves of a system, from rest at x = 0 or stationary; times and lags are positive.
 
-    The disk's follow from `ReducedDisk`, which on flat U is exact; of the Langevin particle
-    they are those of a free one. Both are for temperatures far above U. Measured at the
-    paper's parameters, the symmetric mean square from rest lies 2 to 3 % (+- 0.4 %) below theory at
-    t = 50..200, and within 1 % (+- 0.5 %) of it from t = 700.
+    The curves of the disk follow from `ReducedDisk`, or are exact on flat U; those of the Langevin
+    particle are for a free one. Both require temperatures far above U. At the paper's parameters,
+    the measured mean square from rest, for symmetric U, is 2 to 3 % (+- 0.4 %) below theory at
+    t = 50..200, and within 1 % (+- 0.5 %) from t = 700.
 
     Parameters
     ----------
@@ -39,46 +39,51 @@ class DiskTheory:
     def __init__(self, scene: Disk | LangevinParticle) -> None:
         self.scene = scene
 
+    @property
+    def has_varying_d(self) -> bool:
+        """Whether d varies: a disk in a potential that is not flat."""
+        return self.scene.has_rotation and bool(self.scene.coefficients)
+
     @cached_property
     def reduced(self) -> ReducedDisk:
         """The reduced equation of the disk's d."""
         if not isinstance(self.scene, Disk):
-            raise reject("scene", self.scene, "must be a Disk: the reduced equation is of its d")
+            raise reject("scene", self.scene, "must be a Disk, since only a disk has d")
         return ReducedDisk(self.scene)
 
     @checked
     def mean_square(self, t: Times) -> Array:
-        """Mean square displacement from rest."""
-        if isinstance(self.scene, LangevinParticle) or not self.scene.coefficients:
-            return flat_variance_from_rest(self.scene, t)
-        return self.reduced.msd_from_rest(t)
+        """Return the mean square displacement from rest."""
+        if self.has_varying_d:
+            return self.reduced.msd_from_rest(t)
+        return flat_variance_from_rest(self.scene, t)
 
     @checked
     def variance(self, t: Times) -> Array:
-        """Variance of x from rest."""
+        """Return the variance of x from rest."""
         return self.mean_square(t) - self.mean(t) ** 2
 
     @checked
     def mean(self, t: Times) -> Array:
-        """Mean of x from rest at x = 0, beyond the time in which the noise carries x over U.
+        """Return the mean of x from rest at x = 0, after the noise has carried x over U.
 
-        The force -U'(0) acts on all replicas alike until then. Its impulse, at first order in U, is
-        forgotten by the slip at rate lambda, but by d only in the reduced equation's own time.
+        Until then, the force -U'(0) acts on all replicas alike. At first order in U, the slip
+        forgets its impulse at the rate lambda, and d at the rates of the reduced equation.
         """
         t = np.asarray(t, dtype=float)
         moved = flat_mean_displacement(self.scene.replace(v=1.0), t)
-        if isinstance(self.scene, Disk) and self.scene.coefficients:
-            moved = moved - (t - self._memory(t)) / (1 + self.scene.sigma)
+        if self.has_varying_d:
+            moved = moved - (t - self._memory(t)) / (1 + self.reduced.scene.sigma)
         return self.first_impulse * moved
 
     @cached_property
     @checked
     def first_impulse(self) -> float:
-        """Mean momentum -int E[U'(x_t)] dt that U gives x from rest at x = 0, at first order."""
+        """Mean impulse -int E[U'(x_t)] dt of U on x from rest at x = 0, at first order."""
         from scipy.integrate import quad
 
         def duration(k: int) -> float:
-            """Integral of E[cos k x_t], in units of the time in which it decays."""
+            """Return the integral of E[cos k x_t]."""
             unit = self._decay_time(k)
             return unit * quad(lambda t: self._phase(k, unit * t), 0, math.inf)[0]
 
@@ -87,35 +92,36 @@ class DiskTheory:
 
     @checked
     def correlation(self, lag: Times) -> Array:
-        """Correlation of two successive increments of x in the stationary state; on flat U, d = 0.
+        """Return the correlation of two successive increments of x in the stationary state.
 
-        MSD(2 lag)/(2 MSD(lag)) - 1.
+        It is MSD(2 lag)/(2 MSD(lag)) - 1; on flat U, at d = 0.
         """
         lag = np.asarray(lag, dtype=float)
-        if isinstance(self.scene, Disk) and self.scene.coefficients:
+        if self.has_varying_d:
             return self.reduced.increment_correlation(lag)
         direction = None
-        if isinstance(self.scene, Disk):
-            # x = sigma y/(1 + sigma) at d = 0, and y = x + theta does not know d.
-            direction = np.full(2, self.scene.sigma / (1 + self.scene.sigma))
+        if self.scene.has_rotation:
+            # x = sigma y/(1 + sigma) at d = 0, and y = x + theta is independent of d.
+            sigma = self.scene.masses[-1]
+            direction = np.full(2, sigma / (1 + sigma))
         once, twice = (
             flat_msd_from_gibbs(self.scene, n * lag, direction=direction) for n in (1, 2)
         )
         return twice / (2 * once) - 1
 
     def _decay_time(self, k: int) -> float:
-        """A power of two of about the time t at which the variance of k x_t reaches one."""
+        """Return a power of two near the time at which the variance of k x_t reaches one."""
         for exponent in range(-99, 100):
             if k**2 * flat_variance_from_rest(self.scene, 2.0**exponent) > 1:
                 return 2.0**exponent
-        raise reject("noise", self.scene.noise, "must be enough for x to forget the phase of U")
+        raise reject("noise", self.scene.noise, "must be larger, so that x forgets the phase of U")
 
     def _phase(self, k: int, t: float) -> float:
-        """E[cos k x_t] from rest on flat U."""
+        """Return E[cos k x_t] from rest on flat U."""
         return math.exp(-(k**2) * float(flat_variance_from_rest(self.scene, t)) / 2)
 
     def _memory(self, t: Array) -> Array:
-        """Integral of E[d_s]/d_0 over s < t, from a small d_0."""
+        """Return the integral of E[d_s]/d_0 over s < t, from a small d_0."""
         rates, weights = self._relaxation
         return -np.expm1(-np.multiply.outer(t, rates)) @ (weights / rates)
 
@@ -125,7 +131,9 @@ class DiskTheory:
         cells = len(self.reduced.d)
         if 16 * cells**2 > physical_memory():
             raise reject(
-                "scene", self.scene, f"must be one that needs fewer than {cells} cells in D(d)"
+                "scene",
+                self.scene,
+                f"D(d) needs {cells} cells, too many for this computer's memory",
             )
         up, down, d = self.reduced.up[1:], self.reduced.down[1:], self.reduced.d[1:]
         rates, modes = eigh_tridiagonal(up + down, -np.sqrt(up[:-1] * down[1:]))

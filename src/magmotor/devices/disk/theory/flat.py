@@ -1,4 +1,4 @@
-"""Displacements on flat U, exact, also of any `friction_ratio`."""
+"""Exact displacements on flat U, for any `friction_ratio`."""
 
 import math
 
@@ -17,7 +17,9 @@ Array = NDArray[np.float64]
 
 @checked
 def flat_mean_displacement(scene: Scene, t: Elapsed, direction: ArrayLike | None = None) -> Array:
-    """Mean displacement on flat U from the scene's initial velocities: equation (eq:v), integrated.
+    """Return the mean displacement on flat U from the scene's initial velocities.
+
+    This is the integral of equation (eq:v); the scene's potential is ignored.
 
     Parameters
     ----------
@@ -29,24 +31,24 @@ def flat_mean_displacement(scene: Scene, t: Elapsed, direction: ArrayLike | None
     Returns
     -------
     numpy.ndarray
-        Mean of direction.(q_t - q_0), shaped as `t`. The potential is taken as flat.
+        Mean of direction.(q_t - q_0), shaped as `t`.
     """
     t = np.asarray(t, dtype=float)
     rates, modes = friction_modes(scene)
     root = np.sqrt(scene.masses)
-    velocities = (scene.v, scene.omega) if isinstance(scene, Disk) else (scene.v,)
+    velocities = [getattr(scene, name) for name in scene.velocity_names]
     weights = (modes.T @ (_direction(scene, direction) / root)) * (modes.T @ (root * velocities))
     return sum((w * _decayed(r, t) for w, r in zip(weights, rates, strict=True)), np.zeros_like(t))
 
 
 @checked
 def flat_variance_from_rest(scene: Scene, t: Elapsed, direction: ArrayLike | None = None) -> Array:
-    r"""Exact variance of the displacement on flat U, given the initial state.
+    r"""Return the exact variance of the displacement on flat U, for a given initial state.
 
-    For the disk's x: D [t - 2 (1 - e^(-lambda t))/lambda + (1 - e^(-2 lambda t))/(2 lambda)] with
-    D = `flat_x_diffusion`, and the same for x + theta with D = `y_diffusion`; for the Langevin
-    particle lambda = c and D = alpha^2/c^2, which it follows in any potential when kT >> max U.
-    With `friction_ratio` > 0 it is the sum of two such terms.
+    For the disk's x, it is D [t - 2 (1 - e^(-lambda t))/lambda + (1 - e^(-2 lambda t))/(2 lambda)]
+    with D = `flat_x_diffusion`, and the same for x + theta with D = `y_diffusion`. The Langevin
+    particle has lambda = c and D = alpha^2/c^2, a good approximation in any potential if
+    kT >> max U. With `friction_ratio` > 0, the variance is the sum of two such terms.
 
     Parameters
     ----------
@@ -58,17 +60,18 @@ def flat_variance_from_rest(scene: Scene, t: Elapsed, direction: ArrayLike | Non
     Returns
     -------
     numpy.ndarray
-        E[(q_t - E[q_t])^2], dimensionless, shaped as `t`; from rest it is E[(q_t - q_0)^2].
+        E[(q_t - E[q_t])^2], dimensionless, shaped as `t`; from rest, it equals E[(q_t - q_0)^2].
     """
     return _sum_over_modes(scene, t, direction, _from_rest)
 
 
 @checked
 def flat_msd_from_gibbs(scene: Scene, t: Elapsed, direction: ArrayLike | None = None) -> Array:
-    """Exact E_mu[(q_t - q_0)^2] on flat U, with velocities drawn from (kjhss).
+    """Return the exact E_mu[(q_t - q_0)^2] on flat U, with velocities drawn from (kjhss).
 
-    A mode of rate r adds 2 kT (r t - 1 + e^(-r t))/r^2 times its weight. The disk's d is then
-    conserved, r = 0: x gains t^2/(beta (1 + sigma)), ballistic for ever *without* any potential.
+    A mode of rate r contributes 2 kT (r t - 1 + e^(-r t))/r^2 times its weight. On flat U, the
+    disk's d is conserved, r = 0, and contributes t^2/(beta (1 + sigma)) to x: ballistic motion
+    forever, *without* any potential.
 
     Parameters
     ----------
@@ -103,19 +106,19 @@ def _sum_over_modes(scene: Scene, t: ArrayLike, direction: ArrayLike | None, ter
 
 
 def _decayed(rate: float, t: Array) -> Array:
-    """Integral of e^(-rate t)."""
+    """Return the integral of e^(-rate s) over s < t."""
     return -np.expm1(-rate * t) / rate if rate else t
 
 
 def _from_gibbs(z: Array) -> Array:
-    """2 (z - 1 + e^(-z))/z^2, which is 1 at 0."""
+    """Return 2 (z - 1 + e^(-z))/z^2, which is 1 at 0."""
     series = 1 - z / 3 * (1 - z / 4 * (1 - z / 5 * (1 - z / 6)))
     safe = np.maximum(z, 1e-3)
     return np.where(z < 1e-3, series, 2 * (safe + np.expm1(-safe)) / safe**2)
 
 
 def _from_rest(z: Array) -> Array:
-    """2 (z - 2 (1 - e^(-z)) + (1 - e^(-2z))/2)/z^2, about 2z/3 at 0."""
+    """Return 2 (z - 2 (1 - e^(-z)) + (1 - e^(-2z))/2)/z^2, which is about 2z/3 near 0."""
     series, small = np.zeros_like(z), np.minimum(z, 0.03)
     for k in range(3, 10):
         series += (4 - 2.0**k) / math.factorial(k) * (-1) ** k * small ** (k - 2)

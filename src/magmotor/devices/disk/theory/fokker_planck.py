@@ -1,11 +1,11 @@
 r"""The slow variable d = -v + sigma omega of the disk at weak potential, beta max |U| << 1.
 
-There the slip is in equilibrium long before d = d_0 + int U'(x) dt has moved, and d diffuses:
+There, the slip reaches equilibrium long before d = d_0 + int U'(x) dt has changed, and d diffuses:
 
     dp/dt = d/dd [D(d) p_eq d/dd (p/p_eq)],      p_eq = N(0, (1 + sigma)/beta),
 
-where D is the time integral of the correlation of U' at given d. What the paper takes for transport
-that is ballistic for ever is the time that this equation needs to forget d.
+where D is the time integral of the correlation of U' at given d. The transport that the paper
+considers ballistic forever lasts as long as this equation needs to forget d.
 """
 
 import math
@@ -33,13 +33,13 @@ MOST_CELLS = 10**6
 Cells = Annotated[int, integer(at_least=10, at_most=MOST_CELLS)]
 
 ONE_BY_ONE = 100
-"""Frequencies that take as long as one, in a loop of Python."""
+"""Number of frequencies that take as long as one, in a Python loop."""
 
 MOST_TERMS = 10**9
-"""Terms of continued fractions, of all values of d together: some ten seconds."""
+"""Largest number of terms of continued fractions, for all d together: about ten seconds."""
 
 TALBOT_POINTS = 24
-"""Points on Talbot's contour, for an error of e^(-1.36 x 24) = 7e-15."""
+"""Number of points on Talbot's contour, for an error of e^(-1.36 x 24) = 7e-15."""
 
 
 @checked
@@ -85,14 +85,14 @@ def d_diffusion(scene: Disk, d: ArrayLike) -> Array:
 class ReducedDisk:
     r"""The reduced Fokker-Planck equation of d, and the displacement of x that follows from it.
 
-    It holds for beta max |U| << 1 and a small `friction_ratio`, at times beyond 1/lambda. With
-    y = x + theta and z = -x + sigma theta, dz/dt = d, the displacement is that of
-    x = (sigma y - z)/(1 + sigma). Here y is taken as on flat U (its limit var(y)/t = alpha^2/c^2
-    holds for any U) and as independent of z: what is neglected is of relative order beta |U|.
+    It is valid for beta max |U| << 1 and a small `friction_ratio`, at times beyond 1/lambda. With
+    y = x + theta, z = -x + sigma theta and dz/dt = d, the displacement is x = (sigma y - z)/(1 +
+    sigma). It is assumed that y moves as on flat U (the limit var(y)/t = alpha^2/c^2 is valid for
+    any U) and is independent of z; the neglected terms are of relative order beta |U|.
 
-    Finite volumes on d >= 0 (the equation is even in d) keep probability and detailed balance.
-    Functions of time are inverse Laplace transforms on Talbot's contour, where each point is one or
-    two tridiagonal solves, so that relative accuracy is the same from t << 1 to 1e10.
+    Finite volumes on d >= 0 (the equation is even in d) conserve probability and detailed balance.
+    Functions of time are inverse Laplace transforms on Talbot's contour, with one or two
+    tridiagonal solves for each point; the relative accuracy is the same from t << 1 to 1e10.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ class ReducedDisk:
     Raises
     ------
     ValueError
-        Names the field, its value and the bound.
+        The scene has no noise, or D(d) needs more than a million cells.
     """
 
     @checked
@@ -117,19 +117,19 @@ class ReducedDisk:
         if cells is None:
             cells = self._default_cells()
         if cells > MOST_CELLS:
-            raise reject("scene", scene, f"must be one whose D(d) up to {MOST_CELLS} cells resolve")
+            raise reject("scene", scene, f"D(d) needs more than {MOST_CELLS} cells")
         self.d = np.linspace(0, REACH * math.sqrt(self.mean_square), cells + 1)
         """Nodes, shape (cells + 1,)."""
         self.probability = self._equilibrium()
-        """Stationary probability of the nodes, shape (cells + 1,); the half-line's sum is 1."""
+        """Stationary probabilities of the nodes, shape (cells + 1,); their sum is 1."""
         self.up, self.down = self._hopping_rates()
         """Rates to the next and to the previous node, shape (cells + 1,)."""
 
     @property
     def bulk_time(self) -> float:
-        """Time (1 + sigma)/(beta D(0)): of forgetting d were D as at d = 0; infinite on flat U.
+        """Correlation time (1 + sigma)/(beta D(0)) of d if D were constant; infinite on flat U.
 
-        It is shorter than the true correlation time, as D falls with |d|.
+        It is shorter than the true correlation time, since D decreases with |d|.
         """
         center = float(d_diffusion(self.scene, 0.0))
         return self.mean_square / center if center else math.inf
@@ -144,52 +144,52 @@ class ReducedDisk:
 
     @property
     def x_diffusion(self) -> float:
-        """Diffusion coefficient of x at last, lim MSD/(2t), dimensionless; infinite on flat U."""
+        """Asymptotic diffusion coefficient lim MSD/(2t) of x, dimensionless; infinite on flat U."""
         weight = self.scene.sigma * self.scene.noise / self.scene.friction
         slow = self.mean_square * self.correlation_time
         return (weight**2 / 2 + slow) / (1 + self.scene.sigma) ** 2
 
     @checked
     def d_correlation(self, t: Times) -> Array:
-        """C_d(t) = E_mu[d_0 d_t], shaped as `t` (> 0)."""
+        """Return C_d(t) = E_mu[d_0 d_t], shaped as `t` (> 0)."""
         return _inverse_laplace(self._d_correlation, t)
 
     @checked
     def d_mean_square_from_rest(self, t: Times) -> Array:
-        """E[d_t^2] from d_0 = 0, shaped as `t` (> 0)."""
+        """Return E[d_t^2] from d_0 = 0, shaped as `t` (> 0)."""
         return _inverse_laplace(lambda p: self._solve_even(p, self.d**2)[0], t)
 
     @checked
     def msd_from_gibbs(self, t: Times) -> Array:
-        """E_mu[(x_t - x_0)^2], shaped as `t` (> 0)."""
+        """Return E_mu[(x_t - x_0)^2], shaped as `t` (> 0)."""
         return _inverse_laplace(self._msd_from_gibbs, t)
 
     @checked
     def msd_from_rest(self, t: Times) -> Array:
-        """E[(x_t - x_0)^2] from rest, v_0 = omega_0 = 0, shaped as `t` (> 0)."""
+        """Return E[(x_t - x_0)^2] from rest, v_0 = omega_0 = 0, shaped as `t` (> 0)."""
         return _inverse_laplace(self._msd_from_rest, t)
 
     @checked
     def slope_from_gibbs(self, t: Times) -> Array:
-        """Local slope d log MSD/d log t of `msd_from_gibbs`, shaped as `t` (> 0)."""
+        """Return the local slope d log MSD/d log t of `msd_from_gibbs`, shaped as `t` (> 0)."""
         return _log_slope(self._msd_from_gibbs, t)
 
     @checked
     def slope_from_rest(self, t: Times) -> Array:
-        """Local slope d log MSD/d log t of `msd_from_rest`, shaped as `t` (> 0)."""
+        """Return the local slope d log MSD/d log t of `msd_from_rest`, shaped as `t` (> 0)."""
         return _log_slope(self._msd_from_rest, t)
 
     @checked
     def increment_correlation(self, lag: Times) -> Array:
-        """Correlation of the next two increments of x, each over a time `lag`, under mu.
+        """Return the correlation of successive increments of x over a time `lag` (> 0), under mu.
 
-        MSD(2 lag)/(2 MSD(lag)) - 1: 1 for ballistic motion, 0 for diffusion. Shaped as `lag` (> 0).
+        It is MSD(2 lag)/(2 MSD(lag)) - 1: 1 for ballistic motion, 0 for diffusion.
         """
         lag = np.asarray(lag, dtype=float)
         return self.msd_from_gibbs(2 * lag) / (2 * self.msd_from_gibbs(lag)) - 1
 
     def _default_cells(self) -> int:
-        """Cells that resolve the width of D(d), here in standard deviations of d."""
+        """Return the number of cells that resolve the width of D(d)."""
         sigma, rate = self.scene.sigma, slip_rate(self.scene)
         spread = math.sqrt(sigma / (1 + sigma) * temperature(self.scene))
         width = math.sqrt(sigma) * min(1.0, spread / rate)
@@ -201,7 +201,7 @@ class ReducedDisk:
         return weight / weight.sum()
 
     def _hopping_rates(self) -> tuple[Array, Array]:
-        """Rates whose fluxes balance in equilibrium: D p_eq at the face over p_eq at the node."""
+        """Return rates with detailed balance: D p_eq at a face over p_eq at a node."""
         step = self.d[1]
         faces = self.d[:-1] + step / 2
         conductance = d_diffusion(self.scene, faces) / step**2
@@ -213,11 +213,11 @@ class ReducedDisk:
         return up, down
 
     def _solve_even(self, p: complex, values: NDArray) -> NDArray:
-        """(p - L)^-1 on even functions of d, L the backward operator; shape (cells + 1,)."""
+        """Apply (p - L)^-1 to an even function of d; L is the backward operator."""
         return self._resolvent(p, values, 0)
 
     def _solve_odd(self, p: complex, values: NDArray) -> NDArray:
-        """(p - L)^-1 on odd functions of d, which vanish at d = 0; shape (cells + 1,)."""
+        """Apply (p - L)^-1 to an odd function of d, which vanishes at d = 0."""
         return np.append(0.0, self._resolvent(p, values[1:], 1))
 
     def _resolvent(self, p: complex, values: NDArray, first: int) -> NDArray:
@@ -251,17 +251,17 @@ class ReducedDisk:
 
 
 def _line_shape(frequency: Array, width: float, rate: float) -> Array:
-    """Integral of cos(frequency t) exp[-(width/rate)^2 (rate t - 1 + e^(-rate t))] over t > 0.
+    """Integrate cos(frequency t) exp[-(width/rate)^2 (rate t - 1 + e^(-rate t))] over t > 0.
 
     Kubo's continued fraction 1/(p + w^2/(p + r + 2 w^2/(p + 2r + ...))) at p = -i frequency.
     """
-    # The wave along the chain is damped as exp(-2/3 n^1.5 rate/width) once it is past its turning
-    # point, n = (frequency/(2 width))^2.
+    # Beyond its turning point n = (frequency/(2 width))^2, the wave along the chain decays as
+    # exp(-2/3 n^1.5 rate/width).
     turning = (np.max(np.abs(frequency), initial=0.0) / (2 * width)) ** 2
     depth = math.ceil(50 + (60 * width / rate) ** (2 / 3) + 2 * turning)
     terms = depth * max(frequency.size, ONE_BY_ONE)
     if terms > MOST_TERMS:
-        sentence = f"must be at most {MOST_TERMS}: d, noise or friction is too extreme"
+        sentence = f"must be at most {MOST_TERMS}; d, noise or friction is too extreme"
         raise reject("terms of D(d)", terms, sentence)
     p = -1j * frequency
     tail = np.zeros_like(p)
@@ -276,9 +276,10 @@ def _log_slope(transform: Transform, t: ArrayLike) -> Array:
 
 
 def _inverse_laplace(transform: Transform, t: ArrayLike) -> Array:
-    """Function of t > 0 with the given transform, analytic off the negative axis.
+    """Return the function of t > 0 with a given transform, analytic off the negative axis.
 
-    Midpoint rule on the modified Talbot contour, Trefethen, Weideman and Schmelzer, BIT 46 (2006).
+    The midpoint rule on the modified Talbot contour, Trefethen, Weideman and Schmelzer, BIT 46
+    (2006).
     """
     times = np.asarray(t, dtype=float)
     angle = (np.arange(TALBOT_POINTS // 2) + 0.5) * 2 * np.pi / TALBOT_POINTS

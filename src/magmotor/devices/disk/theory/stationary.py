@@ -1,4 +1,4 @@
-"""The disk's and the particle's temperature, friction rates, and stationary law."""
+"""Temperature, friction rates and stationary distribution of disk and particle."""
 
 import math
 from typing import TYPE_CHECKING
@@ -17,52 +17,52 @@ Scene = Disk | LangevinParticle
 Array = NDArray[np.float64]
 
 SHARPEST = 1e3
-"""Largest sqrt(beta max|U''|) of a density that is found on a grid."""
+"""Largest sqrt(beta max|U''|) for which the density is computed on a grid."""
 
 
 @checked
 def temperature(scene: Scene) -> float:
-    """Temperature kT = 1/beta = alpha^2/(2c), dimensionless; zero without noise (theorem 1)."""
+    """Return the temperature kT = 1/beta = alpha^2/(2c), zero without noise (theorem 1)."""
     return scene.noise**2 / (2 * scene.friction) if scene.noise else 0.0
 
 
 @checked
 def slip_factor(scene: Disk) -> float:
-    """Return gamma = (1 + sigma)/sigma, by which a force at the contact accelerates the slip."""
+    """Return gamma = (1 + sigma)/sigma, the inverse mass of the slip."""
     return (1 + scene.sigma) / scene.sigma
 
 
 @checked
 def slip_rate(scene: Disk) -> float:
-    """Rate lambda = c gamma at which the slip v + omega decays, dimensionless (equation (eq:2)).
+    """Return the rate lambda = c gamma at which the slip v + omega decays (equation (eq:2)).
 
-    For one direction of friction; `friction_rates` holds for any `friction_ratio`.
+    It assumes one direction of friction; `friction_rates` covers any `friction_ratio`.
     """
     return scene.friction * slip_factor(scene)
 
 
 @checked
 def friction_rates(scene: Scene) -> Array:
-    """Eigenvalues of the friction c C M, ascending, M = diag(masses); shape (degrees of freedom,).
+    """Return the eigenvalues of the friction c C M, ascending, with M = diag(masses); shape (dof,).
 
-    The disk's are 0 (of d) and lambda (of the slip) while `friction_ratio` is 0.
+    For a disk without `friction_ratio`, they are 0 (for d) and lambda (for the slip).
     """
     return friction_modes(scene)[0]
 
 
 def friction_modes(scene: Scene) -> tuple[Array, Array]:
-    """Rates and orthonormal modes of the friction on velocities weighted by sqrt(mass)."""
+    """Return rates and orthonormal modes of the friction, for velocities times sqrt(mass)."""
     directions = scene.slip_directions / np.sqrt(scene.masses)
     rates, modes = np.linalg.eigh(scene.friction * directions.T @ directions)
-    rates[rates < 1e-14 * rates[-1]] = 0.0  # of a mode without friction, but for rounding
+    rates[rates < 1e-14 * rates[-1]] = 0.0  # only rounding
     return rates, modes
 
 
 @checked
 def gibbs_mean_squares(scene: Disk) -> dict[str, float]:
-    """Mean squares of v, omega, slip = v + omega and d = -v + sigma omega under Gibbs' measure.
+    """Return the mean squares of v, omega, slip and d in the Gibbs measure (kjhss).
 
-    kT, kT/sigma, gamma kT and (1 + sigma) kT, dimensionless: the measure of (kjhss).
+    They are kT, kT/sigma, gamma kT and (1 + sigma) kT; slip = v + omega, d = -v + sigma omega.
     """
     kT = temperature(scene)
     return {
@@ -75,13 +75,13 @@ def gibbs_mean_squares(scene: Disk) -> dict[str, float]:
 
 @checked
 def gibbs_deviations(scene: Scene) -> Array:
-    """Standard deviations sqrt(kT/mass) of the velocities under (kjhss), shape (dof,)."""
+    """Return the standard deviations sqrt(kT/mass) of the velocities in (kjhss), shape (dof,)."""
     return np.sqrt(temperature(scene) / np.array(scene.masses))
 
 
 @checked
 def position_density(scene: Scene, x: ArrayLike) -> Array:
-    """Density of x mod 2 pi under (kjhss), proportional to exp(-beta U(x)).
+    """Return the density of x mod 2 pi in (kjhss), proportional to exp(-beta U(x)).
 
     Parameters
     ----------
@@ -98,9 +98,9 @@ def position_density(scene: Scene, x: ArrayLike) -> Array:
 
 @checked
 def position_cdf(scene: Scene, x: ArrayLike) -> Array:
-    """Probability that x mod 2 pi, in [0, 2 pi), is at most the given x mod 2 pi, under (kjhss).
+    """Return the cumulative distribution of x mod 2 pi in [0, 2 pi), in (kjhss).
 
-    A periodic quintic spline through the density, integrated.
+    It is the integral of a periodic quintic spline through the density.
 
     Parameters
     ----------
@@ -127,13 +127,13 @@ def _boltzmann(scene: Scene) -> "BSpline":
     x = np.linspace(0, 2 * np.pi, 1024 * math.ceil(2 + sharpness) + 1)
     energy = derivative(scene.coefficients, x)
     weight = np.exp(-scene.beta * (energy - energy.min()))
-    weight[-1] = weight[0]  # the spline wants them equal to the last bit
+    weight[-1] = weight[0]  # the spline requires exact equality
     spline = make_interp_spline(x, weight, k=5, bc_type="periodic")
     spline.c /= spline.integrate(0, 2 * np.pi)
     return spline
 
 
 def require_one_friction(scene: Disk) -> None:
-    """Refuse scenes with friction on the second direction, too."""
+    """Refuse scenes with friction in the second direction."""
     if scene.friction_ratio > 0:
         raise reject("friction_ratio", scene.friction_ratio, "must be zero for this closed form")

@@ -1,4 +1,4 @@
-"""What a finite timestep does: biases, stability, aliasing."""
+"""Effects of a finite timestep: biases, stability, aliasing."""
 
 import math
 
@@ -23,14 +23,14 @@ Array = NDArray[np.float64]
 
 @checked
 def euler_slip_variance(scene: Disk, timestep: Positive) -> float:
-    """Mean square gamma kT/(1 - lambda h/2) of the slip that (eq:svi) has on flat U.
+    """Return the mean square gamma kT/(1 - lambda h/2) of the slip in (eq:svi) on flat U.
 
-    Its slip is autoregressive: s' = (1 - lambda h) s + alpha gamma sqrt(h) N(0, 1).
+    The slip is autoregressive: s' = (1 - lambda h) s + alpha gamma sqrt(h) N(0, 1).
 
     Raises
     ------
     ValueError
-        A step that is not in (0, 2/lambda), or `friction_ratio` > 0.
+        The timestep is not in (0, 2/lambda), or `friction_ratio` > 0.
     """
     require_one_friction(scene)
     check_number("timestep", timestep, above=0, below=friction_step_limit(scene))
@@ -39,7 +39,7 @@ def euler_slip_variance(scene: Disk, timestep: Positive) -> float:
 
 @checked(finite=False)
 def friction_step_limit(scene: Scene) -> float:
-    """Step 2/(largest of `friction_rates`) beyond which explicit friction, (eq:svi), diverges.
+    """Return the timestep 2/max(`friction_rates`) above which explicit friction diverges, (eq:svi).
 
     Returns
     -------
@@ -52,7 +52,7 @@ def friction_step_limit(scene: Scene) -> float:
 
 @checked(finite=False)
 def potential_step_limit(scene: Scene) -> float:
-    """Step 2/sqrt(max |U''|) beyond which a kick-type scheme is linearly unstable in a well.
+    """Return the timestep 2/sqrt(max |U''|) above which kick-type schemes are linearly unstable.
 
     Returns
     -------
@@ -65,10 +65,10 @@ def potential_step_limit(scene: Scene) -> float:
 
 @checked(finite=False)
 def alias_period(scene: Disk, timestep: Positive) -> float:
-    """Shift 2 pi (1 + sigma)/h of d = -v + sigma omega that a kick-type scheme cannot see.
+    """Return the period 2 pi (1 + sigma)/h in d = -v + sigma omega of kick-type schemes.
 
-    x then moves by one more period of U each step. So d of such a scheme wanders over copies of
-    the line for ever, and the scheme has no invariant probability.
+    Shifting d by it moves x by one more period of U in each step, which such a scheme cannot
+    detect. Its d therefore diffuses forever, and it has no invariant probability distribution.
 
     Returns
     -------
@@ -81,9 +81,10 @@ def alias_period(scene: Disk, timestep: Positive) -> float:
 
 @checked(finite=False)
 def largest_timestep(scene: Disk, deviations: Positive = 6.0) -> float:
-    """Step that keeps half an `alias_period` at so many standard deviations of d.
+    """Return the timestep at which half an `alias_period` is a number of standard deviations of d.
 
-    (pi/6) sqrt((1 + sigma) beta) by default, for a U of period 2 pi: the binding limit on h.
+    By default it is (pi/6) sqrt((1 + sigma) beta) if U has the period 2 pi; the most restrictive
+    limit on h.
 
     Returns
     -------
@@ -95,17 +96,17 @@ def largest_timestep(scene: Disk, deviations: Positive = 6.0) -> float:
 
 
 def _common_waves(scene: Disk) -> int:
-    """Number of periods of U in 2 pi; 0 if it is flat."""
+    """Return the number of periods of U in 2 pi; 0 if U is flat."""
     return math.gcd(*(k for k, pair in enumerate(scene.coefficients, start=1) if any(pair)))
 
 
 def small_motion(scene: Scene) -> SmallMotion:
-    """The disk where U is steepest: x and theta."""
+    """Linearize x and theta where |U''| is largest."""
     wrenches = scene.slip_directions
     friction = scene.friction * wrenches.T @ wrenches
     stiffness = np.zeros_like(friction)
     stiffness[0, 0] = steepest_curvature(scene.coefficients)
-    # Of a tendon's damping MuJoCo's implicit integrator sees what a joint does to itself.
+    # MuJoCo's implicit integrator includes only the diagonal part of a tendon's damping.
     on_floor = isinstance(scene, Disk) and scene.surface == "plane"
     implicit = np.zeros_like(friction) if on_floor else np.diag(np.diag(friction))
     return SmallMotion.of(np.diag(scene.masses), stiffness, friction, implicit)

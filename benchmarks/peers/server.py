@@ -1,7 +1,7 @@
-"""Measures the disk by another library: a process of its own, as it is in another environment.
+"""Measures the disk with another library, in a process with an environment of its own.
 
-It hears and says one JSON value a line: first it says the best number of replicas of each way, then
-for each name that it hears the seconds of a step of a replica.
+The process reads and writes one JSON value per line. First it writes the best number of replicas
+for each variant; then, for each name that it reads, the seconds per step of a replica.
 """
 
 import argparse
@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from importlib import import_module
 
 Peer = tuple[Callable[[int], object], tuple[int, ...], int]
-"""A function that takes so many replicas through all steps, numbers to choose from, and steps."""
+"""Function that advances a number of replicas by all steps, candidate numbers, and steps."""
 
 
 def main() -> None:
@@ -30,7 +30,7 @@ def serve(peers: Mapping[str, Peer]) -> None:
 
 
 def _least(peer: Peer, replicas: int) -> float:
-    return min(_seconds(peer, replicas) for _ in range(4))  # the first one compiles
+    return min(_seconds(peer, replicas) for _ in range(4))  # the first run compiles
 
 
 def _seconds(peer: Peer, replicas: int) -> float:

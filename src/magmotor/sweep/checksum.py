@@ -1,4 +1,4 @@
-"""Content that shows damage: JSON with a checksum among its entries, bytes that end in one."""
+"""Files that reveal damage: JSON with a checksum among its entries, and bytes that end in one."""
 
 import hashlib
 import json
@@ -11,16 +11,16 @@ from magmotor.sweep.case import canonical
 
 SUM = "checksum"
 LENGTH = 64
-"""Characters of a checksum, SHA-256 in hexadecimal digits."""
+"""Characters in a checksum: SHA-256 in hexadecimal digits."""
 
 
 class Damaged(ValueError):
-    """A file of a sweep does not hold what was written to it."""
+    """A file of a sweep does not contain what was written to it."""
 
 
 @contextmanager
-def naming(file: Path) -> Iterator[None]:
-    """Say which file is damaged, if inside a `with` block one is found to be."""
+def naming_damage(file: Path) -> Iterator[None]:
+    """Name the file in any `Damaged` error that is raised inside a `with` block."""
     try:
         yield
     except Damaged as damage:
@@ -28,48 +28,48 @@ def naming(file: Path) -> Iterator[None]:
 
 
 def parsed(content: str | bytes) -> Any:
-    """JSON from a file, whatever it holds; ValueError if it is none."""
+    """Parse untrusted JSON; ValueError if it is invalid."""
     try:
         return json.loads(content)
     except RecursionError:
         raise ValueError("it is nested too deeply") from None
 
 
-def sealed(entries: dict[str, Any]) -> bytes:
-    """A file of JSON with a checksum of all its entries."""
+def with_checksum(entries: dict[str, Any]) -> bytes:
+    """Return the content of a JSON file that includes a checksum of all its entries."""
     return canonical({**entries, SUM: hashlib.sha256(canonical(entries)).hexdigest()}) + b"\n"
 
 
-def opened(content: bytes) -> dict[str, Any]:
-    """The entries that `sealed` was given.
+def verified(content: bytes) -> dict[str, Any]:
+    """Return the entries that were passed to `with_checksum`.
 
     Raises
     ------
     Damaged
-        Any byte is another.
+        Any byte differs.
     """
     try:
         entries = parsed(content)
         del entries[SUM]
-        if sealed(entries) == content:
+        if with_checksum(entries) == content:
             return entries
     except (ValueError, TypeError, KeyError):
         pass
     raise Damaged("its checksum differs")
 
 
-def sealed_bytes(content: bytes, key: str) -> bytes:
-    """The content and, at its end, where netCDF does not look, a checksum of content and key."""
+def bytes_with_checksum(content: bytes, key: str) -> bytes:
+    """Append a checksum of content and key, which netCDF ignores at the end of a file."""
     return content + _checksum(content, key)
 
 
-def opened_bytes(content: bytes, key: str) -> bytes:
-    """The content that `sealed_bytes` was given.
+def verified_bytes(content: bytes, key: str) -> bytes:
+    """Return the content that was passed to `bytes_with_checksum`.
 
     Raises
     ------
     Damaged
-        Any byte is another, or the key is.
+        Any byte or the key differs.
     """
     content, checksum = content[:-LENGTH], content[-LENGTH:]
     if checksum != _checksum(content, key):
@@ -78,6 +78,6 @@ def opened_bytes(content: bytes, key: str) -> bytes:
 
 
 def _checksum(content: bytes, key: str) -> bytes:
-    found = hashlib.sha256(key.encode())
-    found.update(content)
-    return found.hexdigest().encode()
+    digest = hashlib.sha256(key.encode())
+    digest.update(content)
+    return digest.hexdigest().encode()

@@ -1,4 +1,4 @@
-"""The work of a case, in a worker process: the run, its measures, and the bytes to be kept."""
+"""Computation of a case in a worker process: the run, its measures, and the bytes to store."""
 
 import io
 import tempfile
@@ -20,17 +20,17 @@ from magmotor.device.provenance import scene_from
 from magmotor.device.stops import SimulationStopped
 from magmotor.run.simulate import simulate
 from magmotor.sweep.case import Case
+from magmotor.sweep.checksum import Damaged, bytes_with_checksum, with_checksum
 from magmotor.sweep.measures import TRAJECTORY, measure_of
-from magmotor.sweep.sealed import Damaged, sealed, sealed_bytes
 
 ARGUMENTS = ("method", "timestep", "duration", "record_interval", "replicas", "seed")
 
-ALONE = threading.Lock()
-"""Held by the one case that a process runs: warnings and standard error are the process's."""
+ONE_CASE = threading.Lock()
+"""Held while a process runs a case, since it redirects warnings and standard error globally."""
 
 
 class Outcome(NamedTuple):
-    """What came of a case: a file's content, or an error and what was recorded until then."""
+    """The outcome of a case: a file's content, or an error and the records so far."""
 
     content: bytes | None
     error: str | None
@@ -38,20 +38,20 @@ class Outcome(NamedTuple):
 
 
 class OtherVersions(RuntimeError):
-    """A worker computes with other versions than the driver."""
+    """A worker has other versions than the driver."""
 
 
 def compute(case: Case, measure: tuple[str, ...]) -> Outcome:
-    """Run a case; whatever goes wrong in it is its outcome.
+    """Run a case; an error in it becomes its outcome.
 
     Raises
     ------
     OtherVersions
-        This process has other versions than the case asks for.
+        This process has other versions than the case requires.
     """
     own = versions_that_matter(case.spec["method"])
     if own != case.spec["versions"]:
-        raise OtherVersions(f"a worker has {own}, where the sweep has {case.spec['versions']}")
+        raise OtherVersions(f"a worker has {own}, but the sweep has {case.spec['versions']}")
     began = time.perf_counter()
     content = error = None
     try:
@@ -60,50 +60,50 @@ def compute(case: Case, measure: tuple[str, ...]) -> Outcome:
         error = str(stop)
         content = None
         if measure == (TRAJECTORY,):
-            content = sealed_bytes(netcdf(stop.dataset), case.key)
-    except (Exception, SystemExit) as mistake:
-        error = _told(mistake)
+            content = bytes_with_checksum(netcdf(stop.dataset), case.key)
+    except (Exception, SystemExit) as exception:
+        error = _reason(exception)
     return Outcome(content, error, time.perf_counter() - began)
 
 
-def _told(mistake: BaseException) -> str:
-    """An error in words, whatever it does when it is asked for them."""
-    kind = type(mistake).__name__
+def _reason(error: BaseException) -> str:
+    """Return the text of an error, even if its own `__str__` fails."""
+    kind = type(error).__name__
     try:
-        return str(mistake) if isinstance(mistake, ValueError) else f"{kind}: {mistake}"
+        return str(error) if isinstance(error, ValueError) else f"{kind}: {error}"
     except Exception:
         return kind
 
 
 def _content(case: Case, measure: tuple[str, ...]) -> bytes:
-    # Progress bars and recommendations of single cases are not for the sweep's terminal.
+    # Progress bars and recommendations of single cases would clutter the terminal.
     quiet, recorded = redirect_stderr(io.StringIO()), warnings.catch_warnings(record=True)
-    with ALONE, quiet, recorded as caught:
+    with ONE_CASE, quiet, recorded as caught:
         warnings.simplefilter("always")
         scene = scene_from(case.spec["scene"], case.spec["scene_fields"])
         run = simulate(scene, **{name: case.spec[name] for name in ARGUMENTS})
         if measure == (TRAJECTORY,):
-            return sealed_bytes(netcdf(run), case.key)
+            return bytes_with_checksum(netcdf(run), case.key)
         each = tuple(run.sizes[dim] for dim in run.dims if dim == "replica")
         found = {name: measure_of(scene, name).function(run, scene) for name in measure}
         values = {name: encoded(value, each) for name, value in found.items()}
-    said = sorted({str(warning.message) for warning in caught})
-    return sealed({"case": case.spec, "values": values, "warnings": said})
+    messages = sorted({str(warning.message) for warning in caught})
+    return with_checksum({"case": case.spec, "values": values, "warnings": messages})
 
 
-FORMAT: Any = "NETCDF3_64BIT_DATA"  # which xarray's own hints lack
+FORMAT: Any = "NETCDF3_64BIT_DATA"  # missing from xarray's type hints
 CLASSIC = b"CDF\x05"
-"""How a file of the classic format of netCDF begins, whose data are inside it.
+"""First bytes of a file in netCDF's classic format, which contains all of its data.
 
-A file of netCDF-4 may have them in any other file that the reader can read.
+A netCDF-4 file may refer to data in any other file that its reader can access.
 """
 
 COUNTED = ("step", "replica")
-"""Coordinates that are integers, which xarray writes to the classic format as doubles only."""
+"""Integer coordinates, which xarray can write to the classic format only as doubles."""
 
 
 def netcdf(run: xr.Dataset) -> bytes:
-    """A dataset as a file of netCDF, in its classic format."""
+    """Return a dataset as the bytes of a file in netCDF's classic format."""
     import netCDF4
 
     run = run.assign_coords({name: run[name].astype(float) for name in COUNTED if name in run})
@@ -117,22 +117,22 @@ def netcdf(run: xr.Dataset) -> bytes:
 
 
 def recorded(content: bytes) -> xr.Dataset:
-    """The dataset that `netcdf` was given, all in memory; Damaged if it cannot have been."""
+    """Return the dataset that was passed to `netcdf`, in memory; Damaged if there is none."""
     import netCDF4
     from xarray.backends import NetCDF4DataStore
 
     if not content.startswith(CLASSIC):
-        raise Damaged("it is no run in netCDF's classic format")
+        raise Damaged("it is not a run in netCDF's classic format")
     try:
         with uninterrupted(), netCDF4.Dataset("run.nc", memory=content) as file:
             run = xr.open_dataset(NetCDF4DataStore(file))
             if run.nbytes > len(content):
-                raise ValueError("it tells of more than it can hold")
+                raise ValueError("it declares more data than it contains")
             run.load()
     except (OSError, RuntimeError, ValueError, KeyError, TypeError, AttributeError) as error:
-        raise Damaged(f"it is no run in netCDF ({error})") from None
+        raise Damaged(f"it is not a run in netCDF ({error})") from None
     if any(values.dtype != np.float64 for values in run.values()):
-        raise Damaged("it holds other than numbers")
+        raise Damaged("its values are not all numbers")
     counted = [name for name in COUNTED if name in run]
     if not all(run[name].dtype.kind == "f" and np.isfinite(run[name]).all() for name in counted):
         raise Damaged(f"its {' or '.join(counted)} is not finite")
@@ -140,28 +140,28 @@ def recorded(content: bytes) -> xr.Dataset:
 
 
 def encoded(values: ArrayLike, each: tuple[int, ...]) -> Any:
-    """A number, or one of each replica, as JSON: null where it is not a number.
+    """Return a number, or one per replica, as JSON, with null for NaN.
 
     Parameters
     ----------
     values : array_like
-        Of shape () or `each`.
+        Shape () or `each`.
     each : tuple of int
-        (replicas,) of a run with replicas, else ().
+        (replicas,) for a run with replicas, else ().
 
     Raises
     ------
     ValueError
-        It has another shape: a measure is a number.
+        It has another shape or is not a number.
     """
     array = np.asarray(values)
     if array.dtype.kind not in "biuf":
-        raise reject("value of a measure", values, "must be a number, or one of each replica")
+        raise reject("value of a measure", values, "must be a number, or one per replica")
     if array.shape not in ((), each):
         sentence = (
             "must be () or (replicas,)"
             if each
-            else "must be (): a run without replicas has one number"
+            else "must be (): a run without replicas has one value"
         )
         raise reject("shape of a measure", array.shape, sentence)
     if array.ndim:
@@ -171,11 +171,11 @@ def encoded(values: ArrayLike, each: tuple[int, ...]) -> Any:
 
 
 def decoded(content: Any, each: tuple[int, ...]) -> NDArray[np.float64]:
-    """What `encoded` was given; Damaged if it cannot have been."""
+    """Return the values that were passed to `encoded`; Damaged if that is impossible."""
     try:
         found = np.array(content, dtype=float)
     except (TypeError, ValueError, OverflowError):
-        raise Damaged("a value is no number") from None
+        raise Damaged("a value is not a number") from None
     if found.shape not in ((), each):
         raise Damaged(f"values have shape {found.shape}, not {each}")
     return found

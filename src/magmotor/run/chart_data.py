@@ -1,4 +1,4 @@
-"""What the charts have measured, and how much longer a step another scene bears."""
+"""Measured error and cost of every method, and how they scale to other scenes."""
 
 import json
 import warnings
@@ -18,23 +18,23 @@ Array = NDArray[np.float64]
 
 
 class Curve(NamedTuple):
-    """What the charts show of one method and quantity, by ascending steps."""
+    """Error and cost of one method for one quantity, in order of increasing timestep."""
 
     steps: Array
     errors: Array
-    """To be expected at a step and at all shorter ones, relative."""
+    """Relative error to expect at a timestep and at all shorter ones."""
     seconds: Array
-    """Wall time of a simulated second."""
+    """Wall time per simulated second."""
 
 
 @cache
 def load() -> dict[str, Any]:
-    """What `make charts` has measured: `machine`, `versions` and `points`."""
+    """Return the measurements of `make charts`: `machine`, `versions` and `points`."""
     return json.loads(resources.files("magmotor.run").joinpath("front.json").read_text("utf-8"))
 
 
 def curves(scene: str, surface: str, methods: Container[str]) -> dict[str, dict[str, Curve]]:
-    """The curves of a charted scene, by quantity and method."""
+    """Return the curves of a charted scene by quantity and method."""
     found: dict[str, dict[str, list]] = {}
     for point in load()["points"]:
         if (point["scene"], point["surface"]) == (scene, surface) and point["method"] in methods:
@@ -47,10 +47,10 @@ def curves(scene: str, surface: str, methods: Container[str]) -> dict[str, dict[
 
 
 def expected(errors: Array, floors: Array) -> Array:
-    """Errors to be expected, by ascending steps.
+    """Return the errors to expect, in order of increasing timestep.
 
-    An error under its floor counts as the floor; a longer step errs no less than a shorter, as far
-    as that is above its floor.
+    An error below its floor counts as the floor. A longer step is taken to be no more accurate than
+    a shorter one, as far as the error of the shorter one exceeds its floor.
     """
     return np.maximum(np.maximum(errors, floors), np.maximum.accumulate(errors - floors))
 
@@ -63,25 +63,26 @@ def _curve(points: list[dict[str, Any]]) -> Curve:
 
 
 def charted_scene(scene: Scene) -> Scene:
-    """The scene of the charts that is of the same kind.
+    """Return the charted scene of the same class.
 
     Raises
     ------
     ValueError
-        There is none.
+        The charts have no scene of this class.
     """
     charted = scene.device.charted
     if charted is None:
-        sentence = "must be one of a kind that is charted: give simulate a method and a timestep"
+        kind = type(scene).__name__
+        sentence = f"the charts have no {kind}: pass a method and a timestep to simulate"
         raise reject("scene", scene, sentence)
     return charted
 
 
 def fit(scene: Scene, method: str, charted: Curve) -> Curve:
-    """A charted curve for the steps of another scene.
+    """Scale a charted curve to the timesteps of another scene.
 
-    They are scaled so that no motion is followed worse, up to the longest that is stable,
-    and rounded down to three digits; the cost of a step stays.
+    The timesteps are scaled so that every motion is resolved at least as well as in the charts,
+    limited to the longest stable one, and rounded down to three digits. The cost of a step is kept.
     """
     steps = _scale(scene) * charted.steps
     longest = _longest_step(scene, method, steps[-1])
@@ -94,10 +95,11 @@ def fit(scene: Scene, method: str, charted: Curve) -> Curve:
 
 
 def _scale(scene: Scene) -> float:
-    """Ratio of the scene's steps to the charted scene's, of the fastest of each kind of motion.
+    """Return the ratio of the scene's timesteps to those of the charted scene.
 
-    These are swing and friction; of the disk also the swing in the well as its temperature samples
-    it, and the longest flights. Where nothing moves, it is 1.
+    It is the smallest ratio of the charted rates to the scene's own: swing and friction; for the
+    disk also the thermally sampled swing in the well and the longest flights. Without motion it is
+    1.
     """
     charted = _rates(charted_scene(scene))
     rates = _rates(scene)
@@ -105,23 +107,23 @@ def _scale(scene: Scene) -> float:
 
 
 def _longest_step(scene: Scene, method: str, charted: float) -> float:
-    """The longest step that bears the scene at rest and that `simulate` takes without complaint.
+    """Return the longest step, up to the charted one, that is stable and that `simulate` accepts.
 
-    To 0.4 %, up to the charted one.
+    Stability refers to the scene at rest. The result is accurate to 0.4 %.
     """
     low = charted
-    while not _is_taken(scene, method, low):
+    while not _is_accepted(scene, method, low):
         low /= 2
     if low == charted:
         return charted
     high = 2 * low
     for _ in range(8):
         middle = (low + high) / 2
-        low, high = (middle, high) if _is_taken(scene, method, middle) else (low, middle)
+        low, high = (middle, high) if _is_accepted(scene, method, middle) else (low, middle)
     return low
 
 
-def _is_taken(scene: Scene, method: str, timestep: float) -> bool:
+def _is_accepted(scene: Scene, method: str, timestep: float) -> bool:
     if timestep >= step_limit(scene, method, enough=timestep):
         return False
     with warnings.catch_warnings():

@@ -1,4 +1,4 @@
-"""A sweep under way: which cases are to be run, by whom, and what becomes of them."""
+"""The driver of a sweep: it hands cases to workers and stores their outcomes."""
 
 import math
 import os
@@ -15,40 +15,41 @@ from tqdm import tqdm
 
 from magmotor.common.arguments import check_flag
 from magmotor.common.checks import check_integer, check_type, reject
+from magmotor.common.hints import check_path
 from magmotor.common.interrupts import deferred
 from magmotor.sweep.case import Case
+from magmotor.sweep.checksum import Damaged
+from magmotor.sweep.compute import OtherVersions, Outcome, compute
 from magmotor.sweep.dask_cluster import Cluster
 from magmotor.sweep.definition import Sweep
-from magmotor.sweep.directory import Directory, folder_of
+from magmotor.sweep.directory import Directory
 from magmotor.sweep.measures import imported, is_own
 from magmotor.sweep.process_pool import NoWorkers, Pool, WorkerDied
-from magmotor.sweep.sealed import Damaged
-from magmotor.sweep.worker import OtherVersions, Outcome, compute
 
-AHEAD = 2
-"""Cases under way for each worker: one is computed, one waits."""
+CASES_PER_WORKER = 2
+"""Cases submitted per worker: one is computed while one waits."""
 
-LOOK_SECONDS = 5.0
-"""How often a cluster is looked at whether it has workers, while none of its cases ends."""
+POLL_SECONDS = 5.0
+"""Time without a finished case after which a cluster is checked for workers."""
 
 LOST_SECONDS = 60.0
-"""How long a cluster may be without workers before the sweep ends."""
+"""Time without workers after which a sweep on a cluster ends."""
 
 DIED = "its worker process died (killed, or out of memory?)"
 
 
 @dataclass
 class Tally:
-    """How far a sweep has come.
+    """Progress of a sweep.
 
     Attributes
     ----------
     cases, done, failed : int
-        In all; with a result; with an error.
+        All cases; those with a result; those with an error.
     computed : int
-        Done or failed by this call.
+        Cases done or failed in this call.
     seconds : float
-        Wall time that the workers spent on these.
+        Wall time that the workers spent on them.
     """
 
     cases: int
@@ -58,14 +59,14 @@ class Tally:
     seconds: float = 0.0
 
     def __str__(self) -> str:
-        """For people."""
+        """Return a one-line summary."""
         missing = self.cases - self.done - self.failed
         left = f", {missing} missing" if missing else ""
         return f"{self.cases} cases: {self.done} done, {self.failed} failed{left}"
 
 
 class SweepInterrupted(KeyboardInterrupt):
-    """Ctrl-C during a sweep; what was done is on disk, and the same call goes on."""
+    """Ctrl-C during a sweep; results so far are on disk, and the same call resumes it."""
 
 
 def run(
@@ -76,22 +77,22 @@ def run(
     executor: Executor | None = None,
     retry: bool = False,
 ) -> Tally:
-    """Run the cases of a sweep that have no result yet, and write each result when it is there.
+    """Run the cases of a sweep that have no result yet, and write each result as it arrives.
 
-    A sweep that was stopped, in whatever way, goes on when it is run again: nothing is lost but the
-    cases that were under way, and results are the same to the bit. Several calls, on one machine or
-    many, may work on one directory. A result that is damaged is computed again, with a warning. A
-    case whose worker process dies is tried once more, alone, and fails if the process dies again.
+    A sweep that was stopped in any way resumes when it is run again: only the cases in progress are
+    lost, and results are the same to the bit. Several calls, on one or many machines, may work on
+    the same directory. A damaged result is recomputed with a warning. A case whose worker process
+    dies is retried once, alone, and fails if the process dies again.
 
     Parameters
     ----------
     sweep : Sweep
     directory : str or Path
-        Where results are; made if it is not there.
+        Directory of the results; created if it does not exist.
     workers : int, optional
-        How many processes; with an `executor`, how many it has. By default as many as cores.
+        Number of processes, or of the workers of `executor`; by default the number of processors.
     executor : concurrent.futures.Executor, optional
-        Takes the cases instead of processes of this machine: that of `dask_workers`, for example.
+        Computes the cases instead of local processes; for example the one of `dask_workers`.
     retry : bool
         Run failed cases again.
 
@@ -103,21 +104,21 @@ def run(
     ------
     ValueError
         The directory holds another sweep, or the sweep was read from a file and has a measure
-        `package.module:function` that nobody has allowed.
+        `package.module:function` that has not been allowed.
     OSError
-        A result cannot be written; those before it are there.
+        A result cannot be written; earlier ones are intact.
     SweepInterrupted
         Ctrl-C.
     NoWorkers
         Worker processes end as soon as they start, the executor drops cases, or a Dask cluster has
-        had no workers for 60 s. What was done is on disk, and the same call goes on.
+        had no workers for 60 s. Results so far are on disk, and the same call resumes the sweep.
     OtherVersions
-        The workers compute with other versions than this process.
+        The workers have other versions than this process.
 
     Warns
     -----
     UserWarning
-        A file is damaged and is written again.
+        A damaged file is written again.
     """
     check_type("sweep", sweep, Sweep)
     retry = check_flag("retry", retry)
@@ -127,15 +128,15 @@ def run(
         raise reject("executor", executor, "must be a concurrent.futures.Executor, or None")
     for name in filter(is_own, sweep.measure):
         imported(name)
-    store = Directory(folder_of(directory), sweep)
-    store.remove_what_the_dead_left()
+    store = Directory(Path(check_path("directory", directory)), sweep)
+    store.remove_leftovers()
     pool = Pool(workers) if executor is None else None
     driver = _Driver(sweep, store, pool or executor, workers, retry)
     try:
         with driver.progress:
             driver.work()
     except BaseException as error:
-        with deferred():  # a second Ctrl-C comes too late
+        with deferred():  # ignores a second Ctrl-C
             driver.stop()
         if isinstance(error, KeyboardInterrupt):
             raise SweepInterrupted(f"sweep interrupted; {driver.tally}") from None
@@ -146,11 +147,11 @@ def run(
 
 
 class _Driver:
-    """Keeps the workers busy, and what they bring."""
+    """Keeps the workers busy and stores their outcomes."""
 
     def __init__(self, sweep: Sweep, store: Directory, workers, count: int, retry: bool):
         self.sweep, self.store, self.workers, self.retry = sweep, store, workers, retry
-        self.window = AHEAD * count
+        self.window = CASES_PER_WORKER * count
         self.tally = Tally(len(sweep))
         self.running: dict[Future, Case] = {}
         self.ended: SimpleQueue[Future] = SimpleQueue()
@@ -158,7 +159,7 @@ class _Driver:
         self.progress = tqdm(total=len(sweep), desc="sweep", unit="case", smoothing=0, disable=None)
 
     def work(self) -> None:
-        """Until all cases are done or failed."""
+        """Run until all cases are done or failed."""
         cases = self._cases()
         exhausted = False
         while not exhausted or self.running or self.suspects:
@@ -170,25 +171,25 @@ class _Driver:
             if self.suspects and not self.running:
                 self._submit(self.suspects[0])
             if self.running:
-                self._take(self._ended())
+                self._handle(self._next_ended())
 
     def stop(self) -> None:
-        """Drop the cases that are under way."""
+        """Abandon the cases in progress."""
         if isinstance(self.workers, Pool):
             self.workers.close()
         for future in self.running:
             future.cancel()
-        self.store.take_back_claims()
+        self.store.release_claims()
 
     def _cases(self) -> Iterator[Case]:
-        """Those that nobody has done, in an order that soon covers the sweep, evenly.
+        """Yield the cases to compute, in an order that soon covers the sweep evenly.
 
-        Last come those that another driver had under way: it may have died.
+        Cases claimed by another driver come last, since it may have died.
         """
         size, claimed = len(self.sweep), []
         stride = _stride(size)
-        for place in range(size):
-            index = place * stride % size
+        for number in range(size):
+            index = number * stride % size
             case = self.sweep.case(index)
             if self._is_done(case):
                 self._skip()
@@ -204,7 +205,7 @@ class _Driver:
                 yield case
 
     def _is_done(self, case: Case) -> bool:
-        """Whether there is nothing left to do, which is counted."""
+        """Whether a case is done or has failed for good; counts it if so."""
         try:
             if self.store.result(case) is not None:
                 self.tally.done += 1
@@ -213,12 +214,12 @@ class _Driver:
             else:
                 return False
         except Damaged as damage:
-            warnings.warn(f"{damage}; the case is computed again", stacklevel=2)
+            warnings.warn(f"{damage}; the case is recomputed", stacklevel=2)
             return False
         return True
 
     def _skip(self) -> None:
-        """Count a case that costs nothing: it is no measure of the rate."""
+        """Count a finished case without affecting the displayed rate."""
         if not self.progress.disable:
             self.progress.initial += 1
             self.progress.n += 1
@@ -228,41 +229,41 @@ class _Driver:
         self.running[future] = case
         future.add_done_callback(self.ended.put)
 
-    def _ended(self) -> Future:
-        """The next to end; of a cluster, NoWorkers if it loses all its workers for long."""
+    def _next_ended(self) -> Future:
+        """Wait for the next case to end; NoWorkers if a cluster has long been without workers."""
         lost = None
         while True:
             try:
                 cluster = isinstance(self.workers, Cluster)
-                return self.ended.get(timeout=LOOK_SECONDS if cluster else None)
+                return self.ended.get(timeout=POLL_SECONDS if cluster else None)
             except Empty:
                 now = time.monotonic()
                 if self.workers.threads():
                     lost = None
                 elif lost is None:
                     lost = now
-                    ends = f"the sweep ends if none comes back within {LOST_SECONDS:g} s"
+                    ends = f"the sweep ends unless one returns within {LOST_SECONDS:g} s"
                     tqdm.write(f"the cluster has no workers left; {ends}", file=sys.stderr)
                 elif now - lost >= LOST_SECONDS:
                     gone = f"the cluster has had no workers for {LOST_SECONDS:g} s"
                     raise NoWorkers(f"{gone}; {self.tally}") from None
 
-    def _take(self, future: Future) -> None:
-        """Keep what came of a case; one whose process died is tried once more, alone."""
+    def _handle(self, future: Future) -> None:
+        """Store the outcome of a case; retry it once, alone, if its process died."""
         case = self.running.pop(future)
         if future.cancelled():
-            raise NoWorkers("a case was dropped by those who had it: is the cluster gone?")
+            raise NoWorkers("the executor dropped a case: is the cluster gone?")
         error = future.exception()
         if error is None:
             self._keep(case, future.result())
         elif isinstance(error, WorkerDied) and case.key not in [c.key for c in self.suspects]:
             self.suspects.append(case)
-        # Dask has tried it several times.
+        # Dask has already retried it.
         elif isinstance(error, WorkerDied) or type(error).__name__ == "KilledWorker":
             self._keep(case, Outcome(None, DIED, 0.0))
         elif isinstance(self.workers, Cluster) and not isinstance(error, OtherVersions):
-            kind = type(error).__name__  # Dask's, some of them raised by mistakes of its own
-            raise NoWorkers(f"the cluster gave a case back undone ({kind}: {error})") from error
+            kind = type(error).__name__  # one of Dask's, some caused by its own bugs
+            raise NoWorkers(f"the cluster returned a case uncomputed ({kind}: {error})") from error
         else:
             raise error
 
@@ -280,7 +281,7 @@ class _Driver:
 
 
 def _stride(size: int) -> int:
-    """About 0.62 of the size, and prime to it: multiples of it cover all places, evenly."""
+    """Return a number near 0.62 size and coprime to it, whose multiples cover all cases evenly."""
     stride = max(1, round(0.618 * size))
     while math.gcd(stride, size) > 1:
         stride += 1
