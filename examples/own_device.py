@@ -45,7 +45,7 @@ from magmotor.device import (
     quantity,
     register,
 )
-from magmotor.mjcf.forces.brownian import userdata
+from magmotor.mjcf.forces.brownian_wrenches import userdata
 from magmotor.theory import SmallMotion
 
 Array = NDArray[np.float64]

@@ -5,11 +5,11 @@ from . import plots as plots
 from . import render as render
 from . import sweep as sweep
 from . import theory as theory
+from .device.exceptions import PhysicalEvent as PhysicalEvent
+from .device.exceptions import SimulationDiverged as SimulationDiverged
+from .device.exceptions import SimulationInterrupted as SimulationInterrupted
+from .device.exceptions import SimulationStopped as SimulationStopped
 from .device.provenance import scene_of as scene_of
-from .device.stops import PhysicalEvent as PhysicalEvent
-from .device.stops import SimulationDiverged as SimulationDiverged
-from .device.stops import SimulationInterrupted as SimulationInterrupted
-from .device.stops import SimulationStopped as SimulationStopped
 from .devices.disk.gibbs import gibbs as gibbs
 from .devices.disk.scene import Disk as Disk
 from .devices.disk.scene import LangevinParticle as LangevinParticle

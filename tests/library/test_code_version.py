@@ -19,10 +19,10 @@ from magmotor.common.versions import machine_versions, package_checksum
 from magmotor.devices.ball import rigid_kernel
 from magmotor.devices.disk import variational as lanes
 from magmotor.mjcf import magnetism
-from magmotor.numerics import compiled
+from magmotor.numerics import numba_cache
 
 FACTORY = """
-from magmotor.numerics.compiled import compiled_once
+from magmotor.numerics.numba_cache import compiled_once
 
 @compiled_once()
 def made(checksum, number):
@@ -106,8 +106,8 @@ def test_every_specialization_of_a_kernel_has_its_own_index():
 def test_newer_code_never_opens_the_index_of_older_code(monkeypatch):
     """It may name types that no longer exist, on which Numba fails."""
     checksums = iter((1, 2))
-    monkeypatch.setattr(compiled, "checksum_of", lambda function: next(checksums))
-    found = [compiled.compiled_once()(_defined)(3) for _ in range(2)]
+    monkeypatch.setattr(numba_cache, "checksum_of", lambda function: next(checksums))
+    found = [numba_cache.compiled_once()(_defined)(3) for _ in range(2)]
     older, newer = found
     assert older._cache._cache_file._index_path != newer._cache._cache_file._index_path
     cells = [sorted(cell.cell_contents for cell in f.py_func.__closure__) for f in found]
@@ -130,7 +130,7 @@ def test_a_function_that_does_not_refer_to_its_checksum_is_rejected():
         return function
 
     with pytest.raises(TypeError, match="function does not refer to its checksum"):
-        compiled.compiled_once()(forgetful)()
+        numba_cache.compiled_once()(forgetful)()
 
 
 def test_the_modules_of_a_kernel_are_those_that_it_reaches():
@@ -138,15 +138,20 @@ def test_the_modules_of_a_kernel_are_those_that_it_reaches():
     of_rigid_bodies = {"dipoles", "noise", "devices.ball.rigid_kernel", "devices.ball.rigid_steps"}
     of_rigid_bodies |= {"devices.ball.rigid_forces"}
     of_rigid_bodies |= {
-        f"numerics.{name}" for name in ("compiled", "eights", "elementary", "rotations")
+        f"numerics.{name}" for name in ("numba_cache", "simd", "elementary", "rotations")
     }
-    modules, constants = compiled.reached(inspect.unwrap(rigid_kernel._advance))
+    modules, constants = numba_cache.reached(inspect.unwrap(rigid_kernel._advance))
     assert modules == {f"magmotor.{name}" for name in of_rigid_bodies}
     assert "NOBODY = -1.0" in constants
-    modules, _ = compiled.reached(inspect.unwrap(magnetism._callback))
+    modules, _ = numba_cache.reached(inspect.unwrap(magnetism._callback))
     assert {
         f"magmotor.mjcf.{name}"
-        for name in ("forces.magnets", "forces.dipole_sites", "forces.brownian", "memory")
+        for name in (
+            "forces.dipole_wrenches",
+            "forces.dipole_sites",
+            "forces.brownian_wrenches",
+            "memory",
+        )
     } <= modules
 
 

@@ -19,7 +19,7 @@ from numpy_twin import apply_magnetism
 import magmotor as mm
 from magmotor.mjcf import layout
 from magmotor.mjcf import magnetism as callback
-from magmotor.numerics import compiled as numba_cache
+from magmotor.numerics import numba_cache
 
 COMPASSES = """
 <mujoco>

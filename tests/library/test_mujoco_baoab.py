@@ -667,7 +667,7 @@ def test_a_model_holds_numbers_that_a_step_can_have(name, value, message):
 
 def test_another_process_compiles_nothing():
     program = (
-        "import mujoco, magmotor as mm; from magmotor.mjcf.langevin.loop import compiled;"
+        "import mujoco, magmotor as mm; from magmotor.mjcf.langevin.compiled_loop import compiled;"
         " model = mm.build(mm.Disk()); mm.Baoab(model).step(mujoco.MjData(model));"
         " print(sum(compiled().stats.cache_misses.values()))"
     )

@@ -19,7 +19,7 @@ from numba import njit, types
 
 from magmotor.common.arguments import checked
 from magmotor.mjcf import layout, memory
-from magmotor.mjcf.forces.brownian import add_brownian_wrenches, clear_driven_bodies
+from magmotor.mjcf.forces.brownian_wrenches import add_brownian_wrenches, clear_driven_bodies
 from magmotor.mjcf.forces.dipole_sites import (
     NO_DIPOLES,
     NONE_MOVES,
@@ -27,10 +27,10 @@ from magmotor.mjcf.forces.dipole_sites import (
     SWITCHED_OFF,
     why_inert,
 )
-from magmotor.mjcf.forces.magnets import set_magnetic_wrenches
-from magmotor.mjcf.forces.potential import add_potential_wrenches, clear_bodies_in_potentials
+from magmotor.mjcf.forces.dipole_wrenches import set_magnetic_wrenches
+from magmotor.mjcf.forces.joint_potentials import add_potential_wrenches, clear_bodies_in_potentials
 from magmotor.mjcf.hooks import Hook
-from magmotor.numerics.compiled import compiled_once
+from magmotor.numerics.numba_cache import compiled_once
 
 
 @contextmanager

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from magmotor import sweep
 from magmotor.common.checks import check_integer, check_number, check_type, reject
 from magmotor.common.files import parsed_attributes
+from magmotor.device.exceptions import SimulationStopped
 from magmotor.device.provenance import scene_of
-from magmotor.device.stops import SimulationStopped
 from magmotor.devices.disk.ensemble.result import plan
 from magmotor.noise import LARGEST_STEP, path_of
 from magmotor.run.ensemble import ensemble

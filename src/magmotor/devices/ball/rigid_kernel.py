@@ -38,8 +38,8 @@ from magmotor.devices.ball.rigid_steps import (
     slip,
 )
 from magmotor.noise import normal
-from magmotor.numerics.compiled import aligned, compiled_once, copy
 from magmotor.numerics.elementary import prefer_wide_vectors
+from magmotor.numerics.numba_cache import aligned, compiled_once, copy
 from magmotor.numerics.splittings import RIGID
 
 SIZE = 22

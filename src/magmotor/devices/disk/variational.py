@@ -19,10 +19,10 @@ from magmotor.device.job import Job
 from magmotor.devices.disk.scene import Disk, LangevinParticle
 from magmotor.devices.disk.states import DiskStates
 from magmotor.noise import box_muller, normal, threefry
-from magmotor.numerics.compiled import aligned, compiled_once, copy
-from magmotor.numerics.eights import COUNT, fused
 from magmotor.numerics.elementary import cosine, prefer_wide_vectors, sine
+from magmotor.numerics.numba_cache import aligned, compiled_once, copy
 from magmotor.numerics.reproducible import product
+from magmotor.numerics.simd import COUNT, fused
 from magmotor.numerics.splittings import DISK, friction_and_noise, kicks_that_evaluate, response
 
 LANES = 128

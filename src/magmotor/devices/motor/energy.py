@@ -15,7 +15,7 @@ from magmotor.devices.motor.states import MotorStates
 from magmotor.devices.motor.theory import ball_injection_rate, ring_injection_rate
 from magmotor.devices.motor.variational import magnets
 from magmotor.dipoles import NOBODY
-from magmotor.numerics.compiled import compiled_once
+from magmotor.numerics.numba_cache import compiled_once
 from magmotor.numerics.rotations import columns, dot, place_dipoles
 
 Array = NDArray[np.float64]

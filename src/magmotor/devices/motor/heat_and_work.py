@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from magmotor.device.job import Job
 from magmotor.devices.ball.rigid_steps import heat_and_work
 from magmotor.noise import normal
-from magmotor.numerics.compiled import compiled_once, copy
+from magmotor.numerics.numba_cache import compiled_once, copy
 from magmotor.numerics.rotations import rot_vec_quat
 
 Array = NDArray[np.float64]

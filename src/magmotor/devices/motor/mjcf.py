@@ -13,7 +13,7 @@ from magmotor.devices.motor.heat_and_work import heat_and_work_sums
 from magmotor.devices.motor.scene import Motor
 from magmotor.devices.motor.states import MotorStates, start_motor
 from magmotor.mjcf import parts
-from magmotor.mjcf.forces.brownian import userdata
+from magmotor.mjcf.forces.brownian_wrenches import userdata
 from magmotor.mjcf.parts import fit_stage
 
 

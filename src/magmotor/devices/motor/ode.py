@@ -12,8 +12,7 @@ from magmotor.devices.ball.states import axes
 from magmotor.devices.motor.scene import Motor
 from magmotor.devices.motor.states import MotorStates
 from magmotor.dipoles import NOBODY, pack_sources, sum_over_sources
-from magmotor.numerics.compiled import compiled_once
-from magmotor.numerics.eights import COUNT
+from magmotor.numerics.numba_cache import compiled_once
 from magmotor.numerics.rotations import (
     columns,
     cross,
@@ -24,6 +23,7 @@ from magmotor.numerics.rotations import (
     stretched,
     third_axis,
 )
+from magmotor.numerics.simd import COUNT
 
 Array = NDArray[np.float64]
 

@@ -21,7 +21,7 @@ from magmotor.common.environment import physical_memory
 from magmotor.common.hints import Count, floats, integer, several
 from magmotor.mjcf import hooks
 from magmotor.mjcf.langevin.coefficients import step_coefficients
-from magmotor.mjcf.langevin.loop import BY_TIME, compiled
+from magmotor.mjcf.langevin.compiled_loop import BY_TIME, compiled
 from magmotor.mjcf.langevin.model import langevin_model
 from magmotor.noise import LARGEST_STEP
 
@@ -194,7 +194,7 @@ class Baoab:
             raise reject("data.model", data.model, "must be the model of this Baoab")
 
     def _run(self, data: mujoco.MjData, first: int, nstep: int, path: Array) -> int:
-        """Call the compiled loop; see `advance` in `magmotor.mjcf.langevin.loop`."""
+        """Call the compiled loop; see `advance` in `magmotor.mjcf.langevin.compiled_loop`."""
         if self.model.opt.timestep != self._coefficients.timestep:
             raise reject(
                 "timestep",

@@ -16,7 +16,7 @@ from numba import njit, types
 from numpy.typing import NDArray
 
 from magmotor.mjcf import layout, memory
-from magmotor.mjcf.forces.brownian import chosen, step_number
+from magmotor.mjcf.forces.brownian_wrenches import chosen, step_number
 from magmotor.mjcf.langevin.coefficients import (
     BODY,
     CHANNEL,
@@ -29,7 +29,7 @@ from magmotor.mjcf.langevin.coefficients import (
 )
 from magmotor.mjcf.magnetism import apply_forces
 from magmotor.noise import normal
-from magmotor.numerics.compiled import compiled_once, copy
+from magmotor.numerics.numba_cache import compiled_once, copy
 from magmotor.numerics.rotations import columns, dot, mul_quat, plus, scaled
 
 Array = NDArray[np.float64]

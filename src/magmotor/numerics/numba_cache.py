@@ -25,7 +25,7 @@ from numba import cfunc, njit
 from numba.core import config
 from numba.core.codegen import get_host_cpu_features
 
-from magmotor.numerics.eights import COUNT
+from magmotor.numerics.simd import COUNT
 
 CONSTANTS = (bool, int, float, complex, str, bytes, tuple, frozenset, np.generic, np.ndarray)
 """Types of global values that Numba freezes into the code."""
