@@ -160,7 +160,7 @@ def _balls(model: mujoco.MjModel, masses: Array) -> Iterator[Ball]:
 
 
 def _channels(model: mujoco.MjModel) -> list[tuple[int, Array]]:
-    """Return the body and the wrench of each channel; see `magmotor.mjcf.forces.brownian_wrenches`."""
+    """Return the body and the wrench of each channel; see `mjcf/forces/brownian_wrenches.py`."""
     whole = model.nuser_body - model.nuser_body % 6
     rows = model.body_user[:, :whole].reshape(model.nbody, -1, 6)
     return [(body, row) for body in range(model.nbody) for row in rows[body] if row.any()]
