@@ -15,6 +15,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from magmotor.common.arrays import Array
 from magmotor.common.checks import reject
 from magmotor.device.guard import Guard
 from magmotor.device.job import Job
@@ -24,8 +25,6 @@ from magmotor.device.overview import draw_variables
 from magmotor.device.sliders import Slider
 from magmotor.device.states import Column
 from magmotor.numerics.linear_stability import SmallMotion
-
-Array = NDArray[np.float64]
 
 SCENES: dict[str, type["Scene"]] = {}
 """The registered scene classes by name, which datasets record as their attribute `scene`."""

@@ -6,14 +6,13 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from magmotor.common.arrays import Array
 from magmotor.common.checks import reject
 from magmotor.common.files import parsed_attributes
 from magmotor.common.hints import number
 from magmotor.device.analysis import OWN, analysis
 from magmotor.device.observable import labeled
 from magmotor.devices.disk.scene import Disk, LangevinParticle, derivative
-
-Array = NDArray[np.float64]
 
 LABELS = {
     "survival": ("1", "probability that a flight lasts longer"),

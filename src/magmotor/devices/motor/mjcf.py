@@ -4,6 +4,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from magmotor.common.arrays import Array
 from magmotor.device.job import Job
 from magmotor.devices.ball.contacts import add_contacts, tune_solver
 from magmotor.devices.ball.coordinates import BallCoordinates, neg_quat, rot_vec_quat
@@ -34,9 +35,6 @@ def _mark(root: parts.Element, radius: float) -> None:
     """Mark the first dipole of the inner ring to make its yaw visible."""
     bead = root.find("geom", "inner_mark")
     bead.pos, bead.size = [radius, 0.0, 0.0], radius * bead.size
-
-
-Array = NDArray[np.float64]
 
 
 class MotorCoordinates:

@@ -6,8 +6,8 @@ The forces are computed independently of the integrators that are tested against
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from magmotor.common.arrays import Array
 from magmotor.devices.ball.states import axes
 from magmotor.devices.motor.scene import Motor
 from magmotor.devices.motor.states import MotorStates
@@ -24,8 +24,6 @@ from magmotor.numerics.rotations import (
     third_axis,
 )
 from magmotor.numerics.simd import COUNT
-
-Array = NDArray[np.float64]
 
 
 def problem(scene: Motor, initial: MotorStates) -> tuple[Callable, Array, Array]:

@@ -13,9 +13,9 @@ from typing import Annotated
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from magmotor.common.arguments import checked
+from magmotor.common.arrays import Array
 from magmotor.common.checks import check_floats, check_integer, check_type, reject
 from magmotor.common.environment import physical_memory
 from magmotor.common.hints import Count, floats, integer, several
@@ -24,8 +24,6 @@ from magmotor.mjcf.langevin.coefficients import step_coefficients
 from magmotor.mjcf.langevin.compiled_loop import BY_TIME, compiled
 from magmotor.mjcf.langevin.model import langevin_model
 from magmotor.noise import LARGEST_STEP
-
-Array = NDArray[np.float64]
 
 ALL_OF_STATE = 2 ** int(mujoco.mjtState.mjNSTATE) - 1
 """All bits of `mjtState`."""

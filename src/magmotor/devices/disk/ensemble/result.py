@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from magmotor.common.arrays import Array
 from magmotor.common.checks import check_integer, check_number, reject
 from magmotor.device.provenance import attributes_of
 from magmotor.devices.disk.ensemble.statistics import (
@@ -66,9 +67,6 @@ def plan(timestep: float, duration: float, sample_interval: int, burn_in: float)
     # The longest lag has about four pairs of successive increments in each replica.
     levels = int(np.log2((samples - first) / 4)) + 1
     return Plan(sample_interval, samples, records, first, levels)
-
-
-Array = NDArray[np.float64]
 
 
 def result(
