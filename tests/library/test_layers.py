@@ -1,4 +1,4 @@
-"""Imports that the import contracts cannot see: the lazy names of the package, and names as text."""
+"""Imports that the import contracts cannot see: lazy names of the package, and names as text."""
 
 import ast
 from pathlib import Path
@@ -46,5 +46,9 @@ def test_such_imports_are_found():
     )
     for source in wrong:
         assert hidden(source), source
-    for source in ("from magmotor import dipoles", "import magmotor.devices", "import_module(name)"):
+    for source in (
+        "from magmotor import dipoles",
+        "import magmotor.devices",
+        "import_module(name)",
+    ):
         assert not hidden(source), source
