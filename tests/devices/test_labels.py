@@ -170,6 +170,7 @@ def test_measures_and_their_observables_have_units_and_labels(name, runs, monkey
         values = measure.observable(run, scene)
         assert values.dims == ("time",)
         assert values.attrs["units"] == measure.observable.unit
+        assert is_label(values.attrs["long_name"])
         assert values.attrs["long_name"] == measure.observable.label
         for variable in run.data_vars.values():
             assert not values.equals(variable) or values.units == variable.units
