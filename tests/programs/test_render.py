@@ -1,6 +1,8 @@
 """Movies and pictures show the recorded motion."""
 
+import importlib
 import subprocess
+from pathlib import Path
 from typing import Any, cast
 
 import imageio_ffmpeg
@@ -9,6 +11,7 @@ import numpy as np
 import pytest
 
 import magmotor as mm
+from magmotor.device import device as protocol
 from magmotor.devices.ball.coordinates import BallCoordinates
 from magmotor.devices.top.states import start
 from magmotor.render import views as views_module
@@ -144,6 +147,26 @@ def test_what_cannot_be_filmed_is_named(motor_run, tmp_path):
         mm.render.still(replicas, mm.Motor(), tmp_path / "motor.png", 1.0)
     with pytest.raises(ValueError, match=r"scene = Disk.*: must be the scene of the run, a Motor"):
         mm.render.still(motor_run, cast(Any, mm.Disk()), tmp_path / "disk.png", 1.0)
+    assert not any(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("near", "line"),
+    [
+        ("front", "RotorMovieContent.near = 'front': must be another camera than that of the main"),
+        ("side", "camera = 'side': the model of a Rotor must have this camera"),
+    ],
+)
+def test_a_camera_that_is_missing_or_already_shown_is_named(monkeypatch, tmp_path, near, line):
+    monkeypatch.syspath_prepend(Path(__file__).parents[2] / "examples")
+    rotor = importlib.import_module("own_device")
+    monkeypatch.setitem(protocol.SCENES, "Rotor", rotor.Rotor)
+    run = mm.simulate(rotor.Rotor(), method="variational/baoab", timestep=0.01, duration=0.1)
+    monkeypatch.setattr(rotor.RotorMovieContent, "near", near)
+    with pytest.raises(ValueError, match=line):
+        mm.render.movie(run, None, tmp_path / "rotor.mp4")
+    with pytest.raises(ValueError, match=line):
+        mm.render.still(run, None, tmp_path / "rotor.png", 0.05)
     assert not any(tmp_path.iterdir())
 
 
