@@ -128,7 +128,7 @@ class LangevinDevice(Device[S, DiskStates], Generic[S]):
         from magmotor.devices.disk.ensemble.result import plan
 
         when = plan(timestep, duration, sample_interval, burn_in)
-        return timestep * when.interval * when.records
+        return np.asarray(timestep * when.interval * when.records, float)
 
     def small_motion(self, scene: S) -> SmallMotion:
         """Linearize the motion where |U''| is largest."""
