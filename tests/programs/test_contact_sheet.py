@@ -221,6 +221,7 @@ def test_what_a_contact_sheet_requires_of_a_device_is_named(opengl, rotor, monke
         run = mm.simulate(scene, method="variational/baoab", timestep=0.01, duration=0.1)
         if add_position:
             run["position"] = (("time", "space"), np.zeros((run.sizes["time"], 3)))
+            run = run.assign_coords(space=[*"xyz"])
         path = tmp_path / "sheet.mp4"
         mm.render.contact_sheet([run], [scene], ["a"], path, columns=1, seconds_per_second=2.0)
         return path

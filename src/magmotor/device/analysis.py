@@ -120,7 +120,7 @@ def scene_of_run(run: Any, scene: Any, scene_classes: tuple[type[Scene], ...]) -
 
 def _check_scene_class(name: str, recorded: Any, scene_classes: tuple[type[Scene], ...]) -> None:
     names = [known.__name__ for base in scene_classes for known in base.registered()]
-    if recorded not in names:
+    if not isinstance(recorded, str) or recorded not in names:
         raise ValueError(f"{name} is of a {recorded!s:.40}: must be of a {' or '.join(names)}")
 
 
@@ -208,6 +208,8 @@ def _check_variable(name: str, variable: xr.DataArray) -> None:
             raise reject(
                 f"length of {dim} in {name}", variable.sizes[dim], f"must be {LENGTHS[dim]}"
             )
+    if "space" in dims and "space" not in variable.coords:
+        raise reject(f"{name}.space", None, "must be a coordinate: x, y, z")
     if not variable.size:
         raise reject(f"shape of {name}", variable.shape, "the array must not be empty")
     if variable.dtype.kind not in "iuf":

@@ -16,7 +16,7 @@ from magmotor.device.device import Scene
 from magmotor.device.exceptions import SimulationStopped
 from magmotor.device.provenance import scene_of
 from magmotor.noise import LARGEST_STEP, path_of
-from magmotor.run.ensemble import ensemble
+from magmotor.run.ensemble import NOT_KEPT, ensemble
 from magmotor.run.simulate import simulate
 from magmotor.sweep.checksum import parsed
 from magmotor.sweep.definition import checked_names
@@ -88,6 +88,8 @@ def rerun(run: xr.Dataset, *, measures: Iterable[str] = ()) -> xr.Dataset:
     scene = scene_of(run)
     _check_dimensions(run, attributes, scene)
     arguments = {name: attributes[name] for name in names}
+    if attributes.get("initial") == NOT_KEPT:
+        raise reject("initial", NOT_KEPT, "this ensemble cannot be rerun without its initial state")
     arguments["initial"] = _initial(run) if "initial" in attributes else None
     if not is_ensemble:
         # The original run was allowed.
