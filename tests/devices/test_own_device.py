@@ -11,7 +11,6 @@ import pytest
 
 import magmotor as mm
 from magmotor.device import Device, Scene, register
-from magmotor.device import device as protocol
 from magmotor.device.provenance import attributes_of
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -23,14 +22,6 @@ KINDS = {
     "ode": "scipy/dop853",
 }
 """The method that each part of a device makes possible."""
-
-
-@pytest.fixture
-def rotor(monkeypatch):
-    monkeypatch.syspath_prepend(EXAMPLES)
-    module = importlib.import_module("own_device")
-    monkeypatch.setitem(protocol.SCENES, "Rotor", module.Rotor)
-    return module
 
 
 def test_its_integrator_and_mujoco_follow_one_brownian_path(rotor):

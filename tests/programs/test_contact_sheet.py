@@ -1,8 +1,6 @@
 """Contact sheets show every run in its own tile."""
 
-import importlib
 import subprocess
-from pathlib import Path
 from typing import Any, cast
 
 import imageio_ffmpeg
@@ -11,7 +9,6 @@ import pytest
 
 import magmotor as mm
 from magmotor.device import Gauge
-from magmotor.device import device as protocol
 from magmotor.render.contact_sheet import Sheet, Tile
 from magmotor.render.encoder import frame_times
 from magmotor.render.views import NoOpenGL, Views
@@ -194,17 +191,6 @@ def test_what_cannot_be_shown_is_named(runs, scenes, tmp_path):
     assert not any(tmp_path.iterdir())
 
 
-@pytest.fixture
-def rotor(monkeypatch):
-    """The device outside the package, with a gauge."""
-    monkeypatch.syspath_prepend(Path(__file__).parents[2] / "examples")
-    module = importlib.import_module("own_device")
-    gauge = Gauge("angle", "rad", ("theta",), lambda run, _: run.theta.values, (), lambda _: 0.1)
-    monkeypatch.setitem(protocol.SCENES, "Rotor", module.Rotor)
-    monkeypatch.setattr(module.RotorDevice, "gauge", gauge)
-    return module
-
-
 def test_what_a_contact_sheet_requires_of_a_device_is_named(opengl, rotor, monkeypatch, tmp_path):
     parts: list[str] = []
 
@@ -226,6 +212,8 @@ def test_what_a_contact_sheet_requires_of_a_device_is_named(opengl, rotor, monke
         mm.render.contact_sheet([run], [scene], ["a"], path, columns=1, seconds_per_second=2.0)
         return path
 
+    gauge = Gauge("angle", "rad", ("theta",), lambda run, _: run.theta.values, (), lambda _: 0.1)
+    monkeypatch.setattr(rotor.RotorDevice, "gauge", gauge)
     monkeypatch.setattr(rotor.RotorDevice, "compose", composed)
     with pytest.raises(ValueError, match=r"runs\[0\] = .*: the dataset must also have position"):
         shown(0.11, add_position=False)

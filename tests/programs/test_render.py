@@ -1,8 +1,6 @@
 """Movies and pictures show the recorded motion."""
 
-import importlib
 import subprocess
-from pathlib import Path
 from typing import Any, cast
 
 import imageio_ffmpeg
@@ -11,7 +9,6 @@ import numpy as np
 import pytest
 
 import magmotor as mm
-from magmotor.device import device as protocol
 from magmotor.devices.ball.coordinates import BallCoordinates
 from magmotor.devices.top.states import start
 from magmotor.render import views as views_module
@@ -157,10 +154,7 @@ def test_what_cannot_be_filmed_is_named(motor_run, tmp_path):
         ("side", "camera = 'side': the model of a Rotor must have this camera"),
     ],
 )
-def test_a_camera_that_is_missing_or_already_shown_is_named(monkeypatch, tmp_path, near, line):
-    monkeypatch.syspath_prepend(Path(__file__).parents[2] / "examples")
-    rotor = importlib.import_module("own_device")
-    monkeypatch.setitem(protocol.SCENES, "Rotor", rotor.Rotor)
+def test_a_camera_that_is_missing_or_shown_twice_is_named(rotor, monkeypatch, tmp_path, near, line):
     run = mm.simulate(rotor.Rotor(), method="variational/baoab", timestep=0.01, duration=0.1)
     monkeypatch.setattr(rotor.RotorMovieContent, "near", near)
     with pytest.raises(ValueError, match=line):
