@@ -1,7 +1,5 @@
 """Units and labels of public observables, and of the measures that reduce observables."""
 
-import importlib
-from pathlib import Path
 from typing import get_type_hints
 
 import numpy as np
@@ -149,11 +147,10 @@ MEASURES: dict[str, dict[str, tuple[str, str | None]]] = {
 
 
 @pytest.mark.parametrize("name", MEASURES)
-def test_measures_and_their_observables_have_units_and_labels(name, runs, monkeypatch):
+def test_measures_and_their_observables_have_units_and_labels(name, runs, rotor):
     """An observable that is a variable of the run also has the unit of that variable."""
     if name == "Rotor":
-        monkeypatch.syspath_prepend(Path(__file__).parents[2] / "examples")
-        scene = importlib.import_module("own_device").Rotor()
+        scene = rotor.Rotor()
         run = mm.simulate(scene, **NUMERICS)
     else:
         scene, run = SCENES[name], runs[name]

@@ -40,7 +40,7 @@ def test_a_file_holds_the_run_and_its_scene(tmp_path):
     assert mm.scene_of(read) == scene
     attributes = {name: read.attrs[name] for name in SHORT}
     assert mm.simulate(mm.scene_of(read), **attributes).identical(run)
-    with pytest.raises(ValueError, match=r"scene = 'Pendulum'.*must be one of"):
+    with pytest.raises(ValueError, match=r"scene = 'Pendulum'.*must be one of .*; import"):
         mm.scene_of(read.assign_attrs(scene="Pendulum"))
 
 

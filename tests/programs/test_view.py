@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 import magmotor as mm
+from magmotor.device import Device, Slider
 from magmotor.live import LiveSimulation, Pace, StateLost, live_scene
 from magmotor.live.panel import Panel
 
@@ -292,6 +293,63 @@ def test_a_scene_without_a_mujoco_model_is_a_mistake():
         ValueError, match=r"scene = Langevin.*: a LangevinParticle has no MuJoCo model"
     ):
         live_scene(cast(Any, mm.LangevinParticle()), timestep=0.01)
+
+
+@pytest.fixture
+def slid(rotor, monkeypatch):
+    """The device outside the package, which composes an MjSpec; with sliders."""
+    device = rotor.RotorDevice
+
+    def sliders(self, scene):
+        return {"damping": Slider(scene.damping, 1e-9, 1e-3), "kT": Slider(scene.kT, 1e-9, 1e-3)}
+
+    monkeypatch.setattr(device, "sliders", sliders)
+    monkeypatch.setattr(device, "scene_at", lambda self, scene, values: scene.replace(**values))
+    return rotor
+
+
+@pytest.mark.parametrize("sliders", [{}, {"damping": 5e-5}, {"kT": 2e-4}])
+def test_a_device_that_composes_a_spec_is_live(slid, sliders):
+    scene = slid.Rotor(rate=0.3)
+    simulation = live_scene(scene, timestep=0.002, seed=3)
+    put(simulation, **sliders)
+    simulation.advance(STEPS)
+    assert simulation.notice == ""
+    run, plain = (
+        mm.simulate(said, method=METHOD, timestep=0.002, duration=STEPS * 0.002, seed=3)
+        for said in (scene.replace(**sliders), scene)
+    )
+    assert abs(simulation.data.qpos[0] - float(run.theta[-1])) < 1e-15  # 0
+    assert not sliders or abs(float(run.theta[-1] - plain.theta[-1])) > 0.01  # 0.46
+
+
+def test_a_spec_without_sliders_is_live_and_has_markers_of_its_size(slid, monkeypatch):
+    monkeypatch.setattr(slid.RotorDevice, "sliders", Device.sliders)
+    model = live_scene(slid.Rotor(), timestep=0.002).model
+    assert (model.nu, model.key_qpos[0, 0]) == (0, 1.0)
+    assert model.stat.meansize == model.stat.extent / 10 > 0
+
+
+@pytest.mark.parametrize("missing", ["keyframe", "joint"])
+def test_a_spec_without_keyframe_or_joint_is_a_mistake(slid, monkeypatch, missing):
+    def composed(self, scene, *, visual):
+        spec = slid.compose(scene, visual=visual)
+        spec.delete(spec.keys[0] if missing == "keyframe" else spec.joints[0])
+        return spec
+
+    monkeypatch.setattr(slid.RotorDevice, "compose", composed)
+    with pytest.raises(ValueError, match=r"scene = Rotor\(.*: its model must have a keyframe, "):
+        live_scene(slid.Rotor(), timestep=0.002)
+
+
+def test_a_joint_without_a_name_holds_the_sliders_and_the_spec_is_unchanged(slid, monkeypatch):
+    spec = mujoco.MjSpec.from_string(NEEDLE)
+    monkeypatch.setattr(slid.RotorDevice, "compose", lambda self, scene, *, visual: spec)
+    model = Panel(slid.Rotor()).model()
+    assert [model.actuator(i).name for i in range(model.nu)] == ["damping", "kT"]
+    np.testing.assert_array_equal(model.key_ctrl[0], [1e-5, 2e-5])
+    assert not model.actuator_gainprm.any()
+    assert (len(spec.actuators), spec.joints[0].name) == (0, "")
 
 
 def test_a_model_with_sliders_is_the_scene_otherwise():

@@ -144,6 +144,8 @@ class Device(ABC, Generic[S, T]):
         Class of the text, curves and cameras of movies; without it, there are no movies.
     gauge : Gauge, optional
         The bar in each picture of a contact sheet; without it, there are no contact sheets.
+    ensemble_dimensions : frozenset of str
+        Dimensions that only the datasets of its own function `ensemble` have.
     """
 
     time_unit: ClassVar[str] = "s"
@@ -151,6 +153,7 @@ class Device(ABC, Generic[S, T]):
     measures: ClassVar[Mapping[str, Measure]] = {}
     movie_content: ClassVar[type[MovieContent] | None] = None
     gauge: ClassVar[Gauge | None] = None
+    ensemble_dimensions: ClassVar[frozenset[str]] = frozenset()
 
     @abstractmethod
     def methods(self, scene: S) -> tuple[str, ...]:
@@ -209,12 +212,12 @@ class Device(ABC, Generic[S, T]):
     @property
     def variational(self) -> Engine:
         """The engine of the methods `variational/...`: the reference integrators."""
-        raise NotImplementedError
+        raise self._lacks("method", "variational/...", "variational")
 
     @property
     def ode(self) -> Equation:
         """The equation that the method `scipy/dop853` solves."""
-        raise NotImplementedError
+        raise self._lacks("method", "scipy/dop853", "ode")
 
     def compose(self, scene: S, *, visual: bool) -> Any:
         """Return the scene as a PyMJCF tree or an MjSpec, whose keyframe 0 is the initial state.
@@ -235,9 +238,24 @@ class Device(ABC, Generic[S, T]):
         """
         return None
 
+    def ensemble_times(
+        self, scene: S, timestep: float, duration: float, sample_interval: int, burn_in: float
+    ) -> Array | None:
+        """Return the times of all records of such an ensemble, which `mm.rerun` verifies.
+
+        Only needed with a function `ensemble` of its own. By default None: time 0, and every
+        `sample_interval` steps from there to the end.
+
+        Raises
+        ------
+        ValueError
+            The function `ensemble` accepts no such arguments.
+        """
+        return None
+
     def mujoco(self, job: Job) -> MujocoAdapter:
         """Return the adapter of one run, for the methods `mujoco/...`."""
-        raise NotImplementedError
+        raise self._lacks("method", f"mujoco/{job.scheme}", "mujoco")
 
     def poses(self, scene: S) -> list[S]:
         """Return scenes at rest that bracket a scripted motion, for the limit on the timestep.
@@ -287,7 +305,7 @@ class Device(ABC, Generic[S, T]):
 
     def joints(self, run: xr.Dataset, scene: S, times: Array) -> Array:
         """Return MuJoCo's `qpos` at these times (s), shape (T, nq), for movies."""
-        raise NotImplementedError
+        raise self._lacks("scene", scene, "joints")
 
     def has_script(self, scene: S) -> bool:
         """Whether bodies of the scene follow a script, so that `place` must be called."""
@@ -319,6 +337,13 @@ class Device(ABC, Generic[S, T]):
             A value is out of bounds; the message names the field, its value and the bound.
         """
         return scene
+
+    def _lacks(self, name: str, value: Any, missing: str) -> ValueError:
+        """Return the error for a feature that the device does not define."""
+        classes = [known for known in SCENES.values() if getattr(known, "device", None) is self]
+        kind = " or ".join(known.__name__ for known in classes) or "scene"
+        sentence = f"a {kind} needs {type(self).__name__}.{missing}, which is missing"
+        return reject(name, value, sentence)
 
 
 def register(device: Device[Any, Any], scene_class: type[Scene]) -> None:
