@@ -40,12 +40,14 @@ SLIPS = [
 @pytest.mark.parametrize("timestep", [1e-4, 0.025])
 @pytest.mark.parametrize("load", [0.3, 9.81, 200.0])
 @pytest.mark.parametrize(("velocity", "spin"), SLIPS)
-@pytest.mark.parametrize(("surface", "bound"), [("planar", 1e-5), ("plane", 1e-4)])
-def test_force_over_slip_velocity_is_minus_c(surface, bound, velocity, spin, load, timestep):
+@pytest.mark.parametrize("surface", ["planar", "plane"])
+def test_force_over_slip_velocity_is_minus_c(surface, velocity, spin, load, timestep):
     scene = mm.Top(surface=surface, gravity=load, friction=0.3, axis=(0.3, -0.2, 0.8))
     force, torque, slip = contact_force(scene, velocity, spin, timestep)
     law = -scene.friction * slip
-    # Measured: planar 6e-16, plane 1.1e-9; at the slip of 2e-6 m/s 4.2e-13 and 2.8e-5.
+    # 6e-16, 1.1e-9; at the slip of 2e-6 m/s 4.2e-13, 2.8e-5
+    usual, slow = {"planar": (5e-15, 4e-12), "plane": (1e-8, 1e-4)}[surface]
+    bound = slow if 0 < np.abs(slip).max() < 1e-5 else usual
     assert np.abs(force - law[:2]).max() <= bound * np.abs(law).max()
     arm = np.array([0.0, 0.0, -scene.ball_radius])
     expected = np.cross(arm, law)

@@ -349,8 +349,8 @@ def test_the_bias_of_flights_in_long_steps():
         found = diffusion("variational/euler", 0.1, 100_000)
     assert found.diffusion_error < 0.015 * found.diffusion  # 0.0092
     assert float(found.diffusion) == pytest.approx(
-        7.98e-5, rel=0.02, abs=0
-    )  # 7.97e-5, by chance: its error is 0.9 %
+        7.98e-5, rel=0.05, abs=0
+    )  # 7.97e-5; one error: 0.9 %
 
 
 # The motor
