@@ -161,7 +161,7 @@ def test_slip_temperature_of_each_scheme(method, expected):
     unit = theory.gibbs_mean_squares(WARM)["slip"]
     error = float(slip.mean_square_error.mean()) / unit / np.sqrt(slip.sizes["time"])
     assert error < 8e-4  # 7.8e-4, 7.2e-4
-    assert float(slip.mean_square.mean()) / unit == pytest.approx(expected, abs=0.003)
+    assert float(slip.mean_square.mean()) / unit == pytest.approx(expected, abs=0.003)  # 0.0019
     # 1.0800, 0.9983
     if method == "variational/euler":
         assert theory.euler_slip_variance(WARM, 0.1) / unit == pytest.approx(1.081, abs=2e-4)
@@ -262,7 +262,7 @@ def test_weak_order(method, steps, order):
     for mean, error in zip(np.abs(means).T, np.transpose(errors), strict=True):
         fit, covariance = np.polyfit(np.log(steps), np.log(mean), 1, w=mean / error, cov="unscaled")
         assert np.sqrt(covariance[0, 0]) < 0.02  # 0.001 (first order) to 0.019 (verlet)
-        assert fit[0] == pytest.approx(order, abs=0.1)
+        assert fit[0] == pytest.approx(order, abs=0.1)  # 0.048
     # square and cosine: 0.97, 0.98; 1.00, 1.01; 1.95, 1.99; 2.00, 2.02
 
 

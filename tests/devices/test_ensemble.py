@@ -61,7 +61,7 @@ def test_moments_equal_those_of_the_trajectories(trajectories, whole):
         root = np.sqrt(150)
         np.testing.assert_allclose(
             found.mean_error, values.std("replica") / root, rtol=0, atol=2e-14
-        )
+        )  # 6e-16
         square_error = (values**2).std("replica") / root
         np.testing.assert_allclose(
             found.mean_square_error, square_error, rtol=0, atol=3e-13

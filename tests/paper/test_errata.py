@@ -106,7 +106,7 @@ def test_the_rings_formula_wants_unit_vectors():
 def test_moments_in_si_are_beyond_any_magnet():
     unit, si = mm.Top(), mm.Top.si()
     volume = 4 / 3 * math.pi * unit.ball_radius**3
-    assert si.moment == pytest.approx(100, rel=1e-15, abs=0)
+    assert si.moment == pytest.approx(100, rel=1e-15, abs=0)  # 0
     assert si.moment / volume > 3 * STRONGEST_MAGNET  # 4.09e6 A/m
     assert unit.moment / volume < STRONGEST_MAGNET / 2  # 4.09e5 A/m
 
