@@ -149,7 +149,9 @@ def test_the_axis_librates_at_the_predicted_frequency():
 def test_the_height_above_which_a_level_ring_has_no_valley(dipoles):
     scene = mm.Top(tilt=0.0, ring_dipoles=dipoles)
     limit = theory.highest_valley(scene)
-    assert (limit - scene.ball_radius) / scene.ring_radius == pytest.approx(0.980, abs=5e-4)
+    assert (limit - scene.ball_radius) / scene.ring_radius == pytest.approx(
+        0.980, abs=5e-4
+    )  # 1.7e-4
     for height, kind in ((0.999 * limit, "maximum"), (1.001 * limit, "minimum")):
         points = mm.observables.critical_points(scene.replace(ring_height=height))
         assert [p.kind for p in points if math.hypot(*p.position) < 1e-6] == [kind]

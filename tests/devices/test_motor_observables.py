@@ -72,7 +72,9 @@ def test_ring_attitude_separates_twist_from_swing():
     run = xr.Dataset(columns, {"time": np.arange(300.0)})
     found = ring_attitude(run)
     np.testing.assert_allclose(found.tilt, tilt, rtol=0, atol=5e-15)  # 2e-16
-    np.testing.assert_allclose(found.yaw - found.yaw[0], yaw - yaw[0], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(
+        found.yaw - found.yaw[0], yaw - yaw[0], rtol=0, atol=1e-12
+    )  # 8.5e-14
     both = xr.concat([run] * 2, "replica")
     np.testing.assert_array_equal(ring_attitude(both).yaw[1], found.yaw)
 
@@ -158,11 +160,9 @@ def test_mean_of_censored_durations():
         censored_mean(np.minimum(*pair), pair[0] > pair[1])
         for pair in zip(duration, seen, strict=True)
     ]
-    assert np.mean([m.mean for m in means]) == pytest.approx(7, abs=0.15)  # 0.05 is one error
+    assert np.mean([m.mean for m in means]) == pytest.approx(7, abs=0.15)  # 0.12; one error: 0.05
     wrong = np.array([(m.mean - 7) / m.error for m in means])
-    assert np.std(wrong) == pytest.approx(
-        1, abs=0.15
-    )  # 1.001; one error of a deviation of 400: 0.035
+    assert np.std(wrong) == pytest.approx(1, abs=0.15)  # 1.001; one error: 0.035
     assert np.mean([m.completed for m in means]) == pytest.approx(200 / 3, rel=0.03)  # 0.0084
 
 
