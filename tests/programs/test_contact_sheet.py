@@ -114,7 +114,7 @@ def test_bars_show_the_spin_on_one_scale(opengl, runs, scenes):
         bars.append(len(blue))
     largest = int(np.abs(spins).argmax())
     for bar, spin in zip(bars, spins, strict=True):
-        assert bar == pytest.approx(bars[largest] * abs(spin / spins[largest]), abs=2)
+        assert bar == pytest.approx(bars[largest] * abs(spin / spins[largest]), abs=2)  # 0.19
 
 
 def test_a_run_that_ended_early_freezes_and_fades(opengl, runs, scenes):
