@@ -55,7 +55,7 @@ def without_rotor():
 
 @pytest.fixture
 def rotor(monkeypatch, without_rotor):
-    """The module of a device outside the package, examples/own_device.py; registered."""
+    """The module of a device outside the package, examples/own_device.py, imported anew."""
     monkeypatch.syspath_prepend(TESTS.parent / "examples")
     monkeypatch.delitem(sys.modules, "own_device", raising=False)
     return importlib.import_module("own_device")
