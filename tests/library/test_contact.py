@@ -393,3 +393,34 @@ def test_invalid_contacts_are_rejected(field, value):
     fields = {"damping": 0.2, "sphere": "ball", "plane": "floor", field: value}
     with pytest.raises(ValueError, match=f"^{field} = "):
         mm.ViscousContact(**fields)
+
+
+@pytest.mark.parametrize("impratio", ["1e-14", "1e-9", "1e-7", "2.5e-7"])
+@pytest.mark.parametrize(
+    "inertial",
+    [
+        'pos="0 0 0" mass="0.1" diaginertia="1e-8 3e-5 3e-5"',
+        'pos="0 0 0" mass="0.1" diaginertia="3e-6 1.6e-5 1.6e-5"',
+        'pos="0 0.01 0.005" mass="0.1" diaginertia="3e-5 3e-5 3e-5"',
+    ],
+)
+def test_damping_is_right_in_every_direction_or_refused(inertial, impratio):
+    """From the change of the force along x and y; the error is at most A/R, which is 1 %."""
+    contact = mm.ViscousContact(0.2, "ball", "floor")
+    geom = '<geom name="ball" size="0.03" density="2500"/>'
+    xml = FLOOR.replace(geom, f"<inertial {inertial}/>{geom}").replace("1e-14", impratio)
+    model = model_of(contact, xml=xml, calibrate=False)
+    try:
+        contact.calibrate(model)
+    except ValueError as refused:
+        assert "option impratio" in str(refused)
+        assert impratio != "1e-14"
+        return
+    data = mujoco.MjData(model)
+    for i in range(2):
+        forces = []
+        for speed in (0.0, 1e-3):
+            data.qvel[:] = speed * np.eye(model.nv)[i]
+            mujoco.mj_forward(model, data)
+            forces.append(data.qfrc_constraint[i])
+        assert (forces[0] - forces[1]) / 1e-3 == pytest.approx(0.2, rel=0.01)

@@ -6,14 +6,8 @@ A new device imports everything that it needs from here; see `examples/own_devic
 from typing import TYPE_CHECKING, Any
 
 from magmotor.common.checks import check_array, check_integer, check_number, reject
-from magmotor.device.device import (
-    Device,
-    Engine,
-    Equation,
-    MujocoAdapter,
-    Scene,
-    register,
-)
+from magmotor.device.device import Device, Scene, register
+from magmotor.device.engine import Engine, Equation, MujocoAdapter
 from magmotor.device.guard import ENERGY_GREW, LARGEST_ERROR, LARGEST_FLUCTUATION, Fault, Guard
 from magmotor.device.initial import initial_parts, initial_row
 from magmotor.device.job import Job

@@ -268,12 +268,7 @@ def resistance(data: mujoco.MjData, contact: Any, inverse_inertia: float) -> flo
 
 
 def check_pair(model: mujoco.MjModel, pair: int) -> int:
-    """Check that a pair is a viscous contact of a sphere on a plane that does not move.
-
-    Returns
-    -------
-    int
-        The sphere's geom.
+    """Check that a pair is a viscous contact of a sphere on a fixed plane, and return the sphere.
 
     Raises
     ------

@@ -13,7 +13,8 @@ from mujoco.rollout import rollout
 from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
 from magmotor.common.environment import thread_count
-from magmotor.device.device import MujocoAdapter, Scene
+from magmotor.device.device import Scene
+from magmotor.device.engine import MujocoAdapter
 from magmotor.device.job import CHUNK, Job
 from magmotor.mjcf import parts
 from magmotor.mjcf.hooks import without_stopwatch

@@ -18,7 +18,8 @@ from magmotor.common.environment import physical_memory
 from magmotor.common.files import parsed_attributes
 from magmotor.common.hints import Seconds
 from magmotor.device.checkpoint import Checkpoint, Expected
-from magmotor.device.device import Engine, Scene
+from magmotor.device.device import Scene
+from magmotor.device.engine import Engine
 from magmotor.device.exceptions import SimulationDiverged, SimulationInterrupted, stopped
 from magmotor.device.job import Job
 from magmotor.device.provenance import attributes_of

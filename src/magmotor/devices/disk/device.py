@@ -10,7 +10,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from magmotor.common.checks import check_integer
-from magmotor.device.device import Device, Engine, Equation, MujocoAdapter, register
+from magmotor.device.device import Device, register
+from magmotor.device.engine import Engine, Equation, MujocoAdapter
 from magmotor.device.initial import initial_parts, initial_row
 from magmotor.device.job import METHODS as MUJOCO
 from magmotor.device.job import PLANAR as MUJOCO_PLANAR

@@ -69,7 +69,7 @@ class MotorCoordinates:
 
 
 class MotorAdapter:
-    """See `magmotor.run.in_mujoco.MujocoAdapter`; the sums are heat of ball and ring, then work."""
+    """See `magmotor.device.MujocoAdapter`; the sums are heat of ball and ring, then work."""
 
     control = int(mujoco.mjtState.mjSTATE_USERDATA)
     driven = True
