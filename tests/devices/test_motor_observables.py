@@ -69,7 +69,7 @@ def test_ring_attitude_separates_twist_from_swing():
         "ring_orientation": (("time", "component"), orientation),
         "ring_axis": (("time", "space"), rotation.apply([0.0, 0.0, 1.0])),
     }
-    run = xr.Dataset(columns, {"time": np.arange(300.0)})
+    run = xr.Dataset(columns, {"time": np.arange(300.0), "space": ["x", "y", "z"]})
     found = ring_attitude(run)
     np.testing.assert_allclose(found.tilt, tilt, rtol=0, atol=5e-15)  # 2e-16
     np.testing.assert_allclose(
