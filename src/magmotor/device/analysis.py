@@ -157,9 +157,18 @@ def checked_run(
     if any("time" in run[needed].dims for needed in needs):
         _check_time(name, run, records)
     _check_replicas(name, run)
-    if "space" in run.coords and [*run.space.values] != ["x", "y", "z"]:
-        raise reject(f"{name}.space", [*map(str, run.space.values)], "must be x, y, z")
+    _check_space(name, run, needs)
     return run
+
+
+def _check_space(name: str, run: xr.Dataset, needs: tuple[str, ...]) -> None:
+    """Check the names of the vectors' components."""
+    if "space" not in run.coords:
+        for needed in needs:
+            if "space" in run[needed].dims:
+                raise reject(f"{name}.{needed}.space", None, "must be a coordinate: x, y, z")
+    elif [*run.space.values] != ["x", "y", "z"]:
+        raise reject(f"{name}.space", [*map(str, run.space.values)], "must be x, y, z")
 
 
 def _check_replicas(name: str, run: xr.Dataset) -> None:
@@ -208,8 +217,6 @@ def _check_variable(name: str, variable: xr.DataArray) -> None:
             raise reject(
                 f"length of {dim} in {name}", variable.sizes[dim], f"must be {LENGTHS[dim]}"
             )
-    if "space" in dims and "space" not in variable.coords:
-        raise reject(f"{name}.space", None, "must be a coordinate: x, y, z")
     if not variable.size:
         raise reject(f"shape of {name}", variable.shape, "the array must not be empty")
     if variable.dtype.kind not in "iuf":

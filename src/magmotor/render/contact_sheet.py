@@ -194,14 +194,16 @@ def _gauge(scene: Scene) -> Gauge:
     return scene.device.gauge
 
 
-def _check_scene(scene: Any) -> None:
-    """Check that a scene has what `Gauge` requires; ValueError names what is missing."""
-    for name in ("ball_radius", *_gauge(scene).alike):
-        if not hasattr(scene, name):
-            raise reject("scene", scene, f"must have {name} to be shown in a contact sheet")
-    model = build(scene, visual=True)
-    check_has(model, scene, "geom", BALL_GEOM)
-    check_has(model, scene, "camera", CAMERA)
+def _check_scenes(scenes: Sequence[Any]) -> None:
+    """Check that scenes have what `Gauge` requires; ValueError names what is missing."""
+    for scene in scenes:
+        for name in ("ball_radius", *_gauge(scene).alike):
+            if not hasattr(scene, name):
+                raise reject("scene", scene, f"must have {name} to be shown in a contact sheet")
+    for scene in {_appearance(scene): scene for scene in scenes}.values():
+        model = build(scene, visual=True)
+        check_has(model, scene, "geom", BALL_GEOM)
+        check_has(model, scene, "camera", CAMERA)
 
 
 def _appearance(scene: Any) -> tuple[Any, ...]:
@@ -269,7 +271,7 @@ def contact_sheet(
     for i, (run, scene) in enumerate(zip(runs, scenes, strict=True)):
         needs = tuple(dict.fromkeys((*_gauge(scene).needs, "position")))
         checked_run(f"runs[{i}]", run, needs, (type(scene),), replicas=False)
-        _check_scene(scene)
+    _check_scenes(scenes)
     start = min(float(run.time[0]) for run in runs)
     end = max(float(run.time[-1]) for run in runs)
     times = frame_times(start, end, seconds_per_second)

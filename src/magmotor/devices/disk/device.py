@@ -128,8 +128,7 @@ class LangevinDevice(Device[S, DiskStates], Generic[S]):
         """Return the times of an ensemble's records, with logarithmic and with even spacing."""
         from magmotor.devices.disk.ensemble.result import plan
 
-        when = plan(timestep, duration, sample_interval, burn_in)
-        return np.asarray(timestep * when.interval * when.records, float)
+        return plan(timestep, duration, sample_interval, burn_in).times(timestep)
 
     def small_motion(self, scene: S) -> SmallMotion:
         """Linearize the motion where |U''| is largest."""

@@ -40,6 +40,10 @@ class Plan(NamedTuple):
     burn_in: int
     levels: int
 
+    def times(self, timestep: float) -> Array:
+        """Return the times of the records."""
+        return np.asarray(self.interval * timestep * self.records, float)
+
 
 def plan(timestep: float, duration: float, sample_interval: int, burn_in: float) -> Plan:
     """Plan records with logarithmic and, for curves over linear time, with even spacing.
@@ -95,7 +99,7 @@ def result(
     if scene.has_rotation:
         parts.append(_flights(statistics, replicas, sample - when.burn_in, unit))
     data = xr.merge(parts).assign_coords(
-        time=unit * when.records[done], lag=unit * 2.0 ** np.arange(when.levels)
+        time=when.times(task["timestep"])[done], lag=unit * 2.0 ** np.arange(when.levels)
     )
     for name in (*data.data_vars, *data.coords):
         data[name].attrs.setdefault("units", "1")
