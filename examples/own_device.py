@@ -4,7 +4,7 @@ The needle rotates about the vertical in the field of a magnet to its north. The
 rotation, and its temperature drives it. This file is the complete device, built from the parts in
 `magmotor.device`: a scene, its states, an integrator, a MuJoCo model, a guard, observables and
 measures, and the content of movies. It works with `mm.simulate`, `mm.ensemble`, sweeps,
-checkpoints, `mm.rerun` and movies.
+checkpoints, `mm.rerun`, movies and the live viewer.
 
 The program compares the integrator with MuJoCo along one Brownian path, compares the temperature of
 many needles with theory, and makes a movie.
@@ -22,9 +22,9 @@ import magmotor as mm
 # MuJoCo comes after magmotor, which selects the OpenGL backend that MuJoCo loads.
 import mujoco
 import numpy as np
+import tyro
 import xarray as xr
 from numpy.typing import NDArray
-from support import run
 
 from magmotor.device import (
     ENERGY_GREW,
@@ -38,15 +38,18 @@ from magmotor.device import (
     Measure,
     Observable,
     Scene,
+    SmallMotion,
     between,
     check_fields,
+    check_integer,
     check_step_limit,
     initial_parts,
+    initial_row,
     quantity,
     register,
+    reject,
+    userdata,
 )
-from magmotor.mjcf.forces.brownian import userdata
-from magmotor.theory import SmallMotion
 
 Array = NDArray[np.float64]
 
@@ -256,7 +259,12 @@ class RotorDevice(Device[Rotor, RotorStates]):
         replicas: int | None,
         allow_unstable: bool = False,
     ) -> None:
-        """Check the timestep against the method's limit of stability."""
+        """Check the replicas, and the timestep against the method's limit of stability."""
+        if replicas is not None:
+            check_integer("replicas", replicas, at_least=1)
+            if scene.kT == 0:
+                sentence = "must be None: without noise (kT = 0) all replicas are the same"
+                raise reject("replicas", replicas, sentence)
         if not allow_unstable:
             check_step_limit(scene, method, timestep)
 
@@ -266,9 +274,8 @@ class RotorDevice(Device[Rotor, RotorStates]):
         """Return the initial state: the scene's own, or parts of it from `initial`."""
         names = ["theta", "omega"]
         parts = {"theta": scene.angle, "omega": scene.rate} | initial_parts(initial, names)
-        shape = (1, replicas or 1)
-        theta, omega = (np.broadcast_to(np.asarray(parts[k], float), shape) for k in names)
-        return RotorStates(np.zeros(1), theta.copy(), omega.copy())
+        theta, omega = (initial_row(name, parts[name], replicas or 1) for name in names)
+        return RotorStates(np.zeros(1), theta, omega)
 
     def guard(self, scene: Rotor, first: RotorStates) -> RotorGuard:
         """Return the guard that ends a run whose states are not accurate."""
@@ -346,4 +353,4 @@ def main(out: Path = Path("out/rotor.mp4"), replicas: int = 500) -> None:
 
 
 if __name__ == "__main__":
-    run(main)
+    tyro.cli(main, description=__doc__)

@@ -126,7 +126,7 @@ def _scene_command(kind: str, options: type[Options], arguments: Sequence[str]) 
 
 
 def _sceneless_command(options: type[Options]) -> Any:
-    def command(own: tyro.conf.OmitArgPrefixes[options]):  # pyright: ignore[reportInvalidTypeForm]
+    def command(own: Annotated[options, tyro.conf.arg(name="")]):  # pyright: ignore[reportInvalidTypeForm]
         return lambda: (None, own)
 
     command.__doc__ = options.__doc__
@@ -137,7 +137,7 @@ def _command(base: Any, names: Sequence[str], options: type[Options], named: Any
     flags = _flags(base, names)
 
     def command(
-        own: tyro.conf.OmitArgPrefixes[options],  # pyright: ignore[reportInvalidTypeForm]
+        own: Annotated[options, tyro.conf.arg(name="")],  # pyright: ignore[reportInvalidTypeForm]
         preset: tyro.conf.OmitArgPrefixes[named],  # pyright: ignore[reportInvalidTypeForm]
         scene: tyro.conf.OmitArgPrefixes[flags],  # pyright: ignore[reportInvalidTypeForm]
     ):

@@ -139,7 +139,7 @@ def checksums(*names: str) -> dict[str, int]:
 def start(processor: str, *names: str) -> subprocess.Popen:
     """Start a process that prints the checksums of cases, by code for another processor.
 
-    In Numba's cache this code has indexes of its own, see `magmotor.numerics.compiled`.
+    In Numba's cache this code has indexes of its own, see `magmotor.numerics.numba_cache`.
     """
     target = {"NUMBA_CPU_NAME": processor, "NUMBA_CPU_FEATURES": ""}
     return subprocess.Popen(

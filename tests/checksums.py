@@ -15,6 +15,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import mujoco
 import numpy as np
 import xarray as xr
 
@@ -58,18 +59,28 @@ PROGRAMS = (
 
 
 def digest(*arrays: np.ndarray | bytes) -> str:
-    """SHA-256 of arrays, cut to 16 hexadecimal digits."""
+    """SHA-256 of arrays with their types and shapes, cut to 16 hexadecimal digits."""
     sums = hashlib.sha256()
     for array in arrays:
-        sums.update(array if isinstance(array, bytes) else np.ascontiguousarray(array).tobytes())
+        if not isinstance(array, bytes):
+            sums.update(f"{array.dtype.str} {array.shape}".encode())
+            array = np.ascontiguousarray(array).tobytes()
+        sums.update(array)
     return sums.hexdigest()[:16]
 
 
 def of_dataset(run: xr.Dataset) -> str:
-    """Checksum of the names and values of the variables, regardless of their order."""
-    named = [(str(name), run[name].values) for name in sorted(run.variables, key=str)]
-    numbers = [(name, array) for name, array in named if array.dtype.kind in "fiub"]
-    return digest(*[part for name, array in numbers for part in (name.encode(), array)])
+    """Checksum of names, dimensions and values of the variables, regardless of their order.
+
+    Units, labels and other attributes do not count.
+    """
+    parts = []
+    for name in sorted(run.variables, key=str):
+        values = run[name].values
+        if values.dtype.kind not in "fiub":
+            values = repr(values.tolist()).encode()
+        parts += [f"{name} {run[name].dims}".encode(), values]
+    return digest(*parts)
 
 
 def runs() -> Iterator[tuple[str, str]]:
@@ -100,6 +111,46 @@ def ensembles() -> Iterator[tuple[str, str]]:
             )
             yield f"ensemble: {name}, {method}", of_dataset(result)
         yield f"gibbs: {name}", digest(*mm.gibbs(SCENES[name], 100).values())
+    numerics: dict[str, Any] = {"timestep": 0.04, "duration": 4.0, "replicas": 5, "seed": 3}
+    for method in ("variational/baoab", "mujoco/baoab"):
+        result = mm.ensemble(SCENES["motor"], method=method, **numerics)
+        yield f"ensemble: motor, {method}", of_dataset(result)
+        yield f"ensemble: motor, {method}, rerun", of_dataset(mm.rerun(result))
+
+
+def others() -> Iterator[tuple[str, str]]:
+    """Runs that an event or a divergence ends, views of a path, checkpoints, a user's model."""
+    scene, timestep = SCENES["motor"], 0.04
+    path = mm.noise.BrownianPath(5, timestep)
+    for name, view in (("own", path), ("coarse", path.coarsened(3)), ("fine", path.refined(2))):
+        run = mm.simulate(scene, method="variational/baoab", path=view, duration=12 * timestep)
+        yield f"path: {name}", of_dataset(run)
+    ended = {
+        "ring tipped": (scene, {"initial": {"ring_angular_velocity": (2.0, 0.0, 0.0)}}),
+        "diverged": (mm.Top(ring_height=0.05, coupling=1e-3), {"allow_unstable": True}),
+    }
+    for name, (other, options) in ended.items():
+        try:
+            mm.simulate(
+                other, method="variational/baoab", timestep=timestep, duration=40.0, **options
+            )
+            raise AssertionError(f"{name}: the run did not end early")
+        except mm.SimulationStopped as stop:
+            yield f"ended: {name}", of_dataset(stop.dataset)
+    with tempfile.TemporaryDirectory() as folder:
+        numerics: dict[str, Any] = {"method": "variational/baoab", "timestep": timestep}
+        for duration in (4.0, 8.0):
+            numerics["initial"] = None if duration == 4.0 else run
+            run = mm.simulate(
+                scene, duration=duration, checkpoint=Path(folder) / f"{duration}", **numerics
+            )
+        yield "checkpoint", of_dataset(run)
+    model = mm.build(scene)
+    model.opt.timestep = timestep
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    mm.Baoab(model).step(data, nstep=100)
+    yield "Baoab", digest(data.qpos, data.qvel, data.xfrc_applied)
 
 
 def sweeps() -> Iterator[tuple[str, str]]:
@@ -120,13 +171,15 @@ def sweeps() -> Iterator[tuple[str, str]]:
 
 
 def models() -> Iterator[tuple[str, str]]:
-    """Every array of every model, with and without visual elements."""
+    """Every model as a binary file, with and without visual elements."""
     for name, scene in SCENES.items():
         if isinstance(scene, mm.LangevinParticle):
             continue
-        model = mm.build(scene)
-        fields = [getattr(model, field) for field in sorted(dir(model)) if field[0] != "_"]
-        yield f"model: {name}", digest(*[f for f in fields if isinstance(f, np.ndarray)])
+        for visual in (False, True):
+            model = mm.build(scene, visual=visual)
+            content = np.empty(mujoco.mj_sizeModel(model), np.uint8)
+            mujoco.mj_saveModel(model, None, content)
+            yield f"model: {name}, visual {visual}", digest(content)
 
 
 def programs() -> Iterator[tuple[str, str]]:
@@ -151,7 +204,7 @@ def main() -> int:
     parser.add_argument("--against", type=Path)
     options = parser.parse_args()
     found = {}
-    for part in (models, sweeps, ensembles, runs, programs):
+    for part in (models, others, sweeps, ensembles, runs, programs):
         found |= dict(part())
         print(f"{part.__name__}: {len(found)} checksums so far", flush=True)
     options.file.write_text(json.dumps(found, indent=1) + "\n")

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import magmotor as mm
+from magmotor.device import device as protocol
 
 TESTS = Path(__file__).parent
 sys.path.insert(0, str(TESTS))
@@ -40,6 +41,24 @@ def run_script(monkeypatch, capsys):
         return code, *capsys.readouterr()
 
     return run
+
+
+@pytest.fixture
+def without_rotor():
+    """Restore the registered scene classes after the test, which begins without Rotor."""
+    before = dict(protocol.SCENES)
+    protocol.SCENES.pop("Rotor", None)
+    yield
+    protocol.SCENES.clear()
+    protocol.SCENES.update(before)
+
+
+@pytest.fixture
+def rotor(monkeypatch, without_rotor):
+    """The module of a device outside the package, examples/own_device.py, imported anew."""
+    monkeypatch.syspath_prepend(TESTS.parent / "examples")
+    monkeypatch.delitem(sys.modules, "own_device", raising=False)
+    return importlib.import_module("own_device")
 
 
 @pytest.fixture(scope="session")

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from magmotor.device.stops import PhysicalEvent
+from magmotor.device.exceptions import PhysicalEvent
 from magmotor.devices.motor.guard import TIPPED
 from magmotor.devices.motor.plot_panels import MotorRun
 from magmotor.devices.motor.scene import PAPER, Motor

@@ -5,11 +5,10 @@ from . import plots as plots
 from . import render as render
 from . import sweep as sweep
 from . import theory as theory
-from .device.provenance import scene_of as scene_of
-from .device.stops import PhysicalEvent as PhysicalEvent
-from .device.stops import SimulationDiverged as SimulationDiverged
-from .device.stops import SimulationInterrupted as SimulationInterrupted
-from .device.stops import SimulationStopped as SimulationStopped
+from .device.exceptions import PhysicalEvent as PhysicalEvent
+from .device.exceptions import SimulationDiverged as SimulationDiverged
+from .device.exceptions import SimulationInterrupted as SimulationInterrupted
+from .device.exceptions import SimulationStopped as SimulationStopped
 from .devices.disk.gibbs import gibbs as gibbs
 from .devices.disk.scene import Disk as Disk
 from .devices.disk.scene import LangevinParticle as LangevinParticle
@@ -23,6 +22,7 @@ from .mjcf.layout import LayoutError as LayoutError
 from .mjcf.magnetism import apply_perturbation as apply_perturbation
 from .mjcf.magnetism import magnetism as magnetism
 from .mjcf.viscous_contact import ViscousContact as ViscousContact
+from .run.dataset import scene_of as scene_of
 from .run.ensemble import ensemble as ensemble
 from .run.in_mujoco import build as build
 from .run.recommend import Recommendation as Recommendation

@@ -2,7 +2,7 @@
 
 One loop over sources (`sum_over_sources`) serves the array functions below, the compiled kernels
 and MuJoCo's compiled callback. Its sums have the same bits on every processor; see
-`magmotor.numerics.eights`. All quantities are in SI units: m, A m^2, T, N, J.
+`magmotor.numerics.simd`. All quantities are in SI units: m, A m^2, T, N, J.
 """
 
 import numpy as np
@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 from magmotor.common.arguments import checked
 from magmotor.common.checks import check_array
 from magmotor.common.hints import Points
-from magmotor.numerics.compiled import compiled_once
-from magmotor.numerics.eights import (
+from magmotor.numerics.numba_cache import compiled_once
+from magmotor.numerics.simd import (
     COUNT,
     broadcast,
     fused,

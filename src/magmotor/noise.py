@@ -24,7 +24,6 @@ from numpy.typing import NDArray
 from magmotor.common.checks import check_integer, check_number, reject
 from magmotor.common.environment import physical_memory
 from magmotor.common.files import check_fields, fields_in
-from magmotor.numerics.compiled import compiled_once
 from magmotor.numerics.elementary import (
     bits_as_float,
     cosine_of_quarter,
@@ -32,6 +31,7 @@ from magmotor.numerics.elementary import (
     logarithm,
     sine_of_quarter,
 )
+from magmotor.numerics.numba_cache import compiled_once
 
 __all__ = ["LARGEST_SEED", "BrownianPath"]
 

@@ -55,15 +55,17 @@ def test_moments_equal_those_of_the_trajectories(trajectories, whole):
         "d": WARM.sigma * at.omega - at.v,
     }.items():
         found = whole.sel(quantity=name)
-        close: dict[str, Any] = {"rtol": 1e-9, "atol": 1e-12}
+        close: dict[str, Any] = {"rtol": 1e-15, "atol": 0}  # 0, the same sums
         np.testing.assert_allclose(found["mean"], values.mean("replica"), **close)
         np.testing.assert_allclose(found.mean_square, (values**2).mean("replica"), **close)
         root = np.sqrt(150)
         np.testing.assert_allclose(
-            found.mean_error, values.std("replica") / root, rtol=0, atol=1e-7
-        )
+            found.mean_error, values.std("replica") / root, rtol=0, atol=2e-14
+        )  # 6e-16
         square_error = (values**2).std("replica") / root
-        np.testing.assert_allclose(found.mean_square_error, square_error, rtol=1e-6, atol=1e-7)
+        np.testing.assert_allclose(
+            found.mean_square_error, square_error, rtol=0, atol=3e-13
+        )  # 1.4e-14
 
 
 @pytest.mark.parametrize(("burn_in", "lags"), [(0.0, 5), (7.5, 5), (45.0, 3)])
@@ -77,8 +79,8 @@ def test_increment_correlations_equal_those_of_the_trajectories(trajectories, bu
     ):
         increments = np.diff(x[:, :: 2**level], axis=1)
         a, b = increments[:, :-1].ravel(), increments[:, 1:].ravel()
-        assert float(found) == pytest.approx(np.corrcoef(a, b)[0, 1], abs=1e-12)
-        assert float(square) == pytest.approx(np.mean(b**2), rel=1e-12, abs=0)
+        assert float(found) == pytest.approx(np.corrcoef(a, b)[0, 1], rel=0, abs=2e-14)  # 9e-16
+        assert float(square) == pytest.approx(np.mean(b**2), rel=1e-14, abs=0)  # 5e-16
     assert (run.increment_correlation_error > 0).all()
 
 
@@ -126,10 +128,12 @@ def test_densities_are_histograms(trajectories, whole):
     assert np.abs(whole.density_x - expected).max() < 1e-15  # 6e-17
     bins = np.linspace(-6, 6, statistics.BINS + 1) * np.sqrt(theory.temperature(WARM))
     expected = np.histogram(v, bins, density=True)[0]
-    np.testing.assert_allclose(whole.density_v, expected, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(whole.density_v, expected, rtol=0, atol=1e-15)  # 6e-17
     for name in ("x", "v", "omega"):
         width = float(whole[f"{name}_bin"].diff(f"{name}_bin")[0])
-        assert float(whole[f"density_{name}"].sum()) * width == pytest.approx(1)
+        assert float(whole[f"density_{name}"].sum()) * width == pytest.approx(
+            1, rel=1e-13, abs=0
+        )  # 5e-15
 
 
 @pytest.mark.parametrize("burn_in", [0.0, 30.0])

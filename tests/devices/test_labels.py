@@ -1,7 +1,5 @@
 """Units and labels of public observables, and of the measures that reduce observables."""
 
-import importlib
-from pathlib import Path
 from typing import get_type_hints
 
 import numpy as np
@@ -10,6 +8,7 @@ import xarray as xr
 
 import magmotor as mm
 from magmotor import observables
+from magmotor.device import Observable, labeled
 
 NUMERICS = {"method": "variational/baoab", "timestep": 0.05, "duration": 2.0}
 SCENES = {
@@ -61,38 +60,132 @@ def test_all_public_observables_of_runs_are_tried():
     assert labeled == {*READ_FROM}
 
 
+UNITS: dict[str, dict[str, list[str]]] = {
+    "azimuth": {"rad": ["azimuth"], "s": ["time"]},
+    "d_diffusion": {"1": ["diffusion", "diffusion_error"]},
+    "dwell_times": {"1": ["replica", "censored"], "s": ["begin", "end"]},
+    "efficiency": {
+        "J": ["kicks", "transferred", "reached"],
+        "1": ["efficiency", "share"],
+        "s": ["time"],
+    },
+    "energy_balance": {
+        "J": ["gain", "heat", "work", "injected", "martingale", "residual"],
+        "s": ["time"],
+    },
+    "flight_survival": {"1": ["survival", "survival_error", "flight_duration"]},
+    "flights": {"1": ["replica", "revolutions", "censored"], "s": ["begin", "once", "end"]},
+    "local_slope": {"1": ["slope", "slope_error", "begin", "end", "time"]},
+    "mode_temperatures": {"J": ["temperature", "temperature_error", "theory"]},
+    "momentum_balance": {"N m": ["torque"], "kg m^2/s": ["integral", "residual"], "s": ["time"]},
+    "ring_attitude": {"rad": ["tilt", "yaw"], "s": ["time"]},
+    "transitions": {"1": ["replica", "well", "step"], "s": ["time"]},
+}
+"""Variables of each observable by their units; those of the disk are dimensionless."""
+
+DIMENSIONLESS = {"Disk", "LangevinParticle", "replicas", "ensemble"}
+
+
 @pytest.mark.parametrize("name", READ_FROM)
 def test_every_variable_has_a_unit_and_a_label(name, runs):
+    expected = {variable: unit for unit, of in UNITS[name].items() for variable in of}
+    seen = set()
     for kind in READ_FROM[name]:
         found = getattr(observables, name)(runs[kind])
         data = found.to_dataset(name=name) if isinstance(found, xr.DataArray) else found
-        numbers = [*data.data_vars, *(c for c in data.coords if data[c].dtype.kind == "f")]
-        missing = [v for v in numbers if not {"units", "long_name"} <= {*data[v].attrs}]
-        assert missing == [], kind
+        axes = [coordinate for coordinate in data.coords if data[coordinate].dtype.kind == "f"]
+        numbers = [str(variable) for variable in (*data.data_vars, *axes)]
+        units = {v: data[v].attrs.get("units") for v in numbers}
+        assert units == {v: "1" if kind in DIMENSIONLESS else expected[v] for v in numbers}, kind
+        labels = [data[v].attrs.get("long_name", "") for v in numbers]
+        assert all(map(is_label, labels)), labels
+        assert len({*labels}) == len(labels), labels
+        seen |= {*numbers}
+    assert seen == {*expected}
 
 
-CHANGED_UNITS = {"turns": "rad", "revolutions": "rad"}
-"""Measures whose unit is not that of their observable, and the observable's unit."""
+def is_label(text):
+    """Whether a text has words, and nothing that a format has left."""
+    return len(text) >= 4 and "{" not in text and "}" not in text
 
 
-@pytest.mark.parametrize("name", [*SCENES, "Rotor"])
-def test_measures_have_the_units_of_their_observables(name, runs, monkeypatch):
+MEASURES: dict[str, dict[str, tuple[str, str | None]]] = {
+    "Top": {
+        "max_spin": ("rad/s", "rad/s"),
+        "final_spin": ("rad/s", "rad/s"),
+        "max_momentum_map": ("kg m^2/s", "kg m^2/s"),
+        "settling_radius": ("m", "m"),
+        "settling_speed": ("m/s", "m/s"),
+        "momentum_residual": ("1", None),
+    },
+    "Motor": {
+        "flights": ("1", None),
+        "revolutions_flown": ("1", None),
+        "flying": ("1", None),
+        "transitions": ("1", None),
+        "revolutions": ("1", "rad"),
+        "slip_temperature": ("J", None),
+    },
+    "Disk": {
+        "displacement": ("1", "1"),
+        "square_displacement": ("1", "1"),
+        "largest_displacement": ("1", "1"),
+        "temperature": ("1", "1"),
+        "mean_energy": ("1", "1"),
+        "slip_temperature": ("1", None),
+    },
+    "LangevinParticle": {
+        "displacement": ("1", "1"),
+        "square_displacement": ("1", "1"),
+        "largest_displacement": ("1", "1"),
+        "temperature": ("1", "1"),
+        "mean_energy": ("1", "1"),
+    },
+    "Rotor": {"turns": ("1", "rad"), "temperature": ("J", None)},
+}
+"""Unit of each measure, and of the observable that it reduces, if there is one."""
+
+
+@pytest.mark.parametrize("name", MEASURES)
+def test_measures_and_their_observables_have_units_and_labels(name, runs, rotor):
     """An observable that is a variable of the run also has the unit of that variable."""
     if name == "Rotor":
-        monkeypatch.syspath_prepend(Path(__file__).parents[2] / "examples")
-        scene = importlib.import_module("own_device").Rotor()
+        scene = rotor.Rotor()
         run = mm.simulate(scene, **NUMERICS)
     else:
         scene, run = SCENES[name], runs[name]
-    tried = set()
-    for key, measure in mm.sweep.measures(scene).items():
+    found = mm.sweep.measures(scene)
+    units = {k: (m.unit, m.observable and m.observable.unit) for k, m in found.items()}
+    assert units == MEASURES[name]
+    labels = [measure.label for measure in found.values()]
+    assert all(map(is_label, labels)), labels
+    assert len({*labels}) == len(labels), labels
+    for measure in found.values():
+        assert np.ndim(measure.function(run, scene)) == 0
         if measure.observable is None:
             continue
-        tried.add(key)
         values = measure.observable(run, scene)
         assert values.dims == ("time",)
-        assert values.units == CHANGED_UNITS.get(key, measure.unit)
-        assert np.ndim(measure.function(run, scene)) == 0
+        assert values.attrs["units"] == measure.observable.unit
+        assert is_label(values.attrs["long_name"])
+        assert values.attrs["long_name"] == measure.observable.label
         for variable in run.data_vars.values():
             assert not values.equals(variable) or values.units == variable.units
-    assert tried
+
+
+def test_the_label_of_a_measure_contains_that_of_its_observable():
+    speed = Observable(lambda run, scene: run.v, "m/s", "speed")
+    plain = speed.measure("largest {} of all", lambda v: v.max("time"))
+    assert (plain.unit, plain.label) == ("m/s", "largest speed of all")
+    square = speed.measure("square", lambda v: (v**2).max("time"), unit="m^2/s^2")
+    assert (square.unit, square.label) == ("m^2/s^2", "square")
+    labels = {name: m.label for name, m in mm.sweep.measures(mm.Top()).items()}
+    assert labels["max_spin"] == "largest magnitude of the spin J/I_3"
+
+
+def test_labeled_data_keep_their_other_attributes():
+    data = xr.Dataset({"x": ("time", [1.0], {"note": "own"}), "y": ("time", [2.0])})
+    found = labeled(data, {"x": ("m", "distance"), "absent": ("s", "time")})
+    assert found.x.attrs == {"note": "own", "units": "m", "long_name": "distance"}
+    assert found.y.attrs == {}
+    assert data.x.attrs == {"note": "own"}

@@ -77,13 +77,13 @@ def test_presets_are_the_papers_seven_runs():
             assert scene.alpha_ball == scene.friction_ring == 0
     assert [temperature for temperature, _, _ in PAPER.values()].count("uniform") == 4
     assert len({seed for t, a, seed in PAPER.values() if (t, a) == ("uniform", 1e-3)}) == 2
-    assert mm.Motor.si().moment == pytest.approx(20.0)
-    assert mm.Motor().moment == pytest.approx(math.sqrt(20.0))
+    assert mm.Motor.si().moment == pytest.approx(20.0, rel=1e-15, abs=0)  # 0
+    assert mm.Motor().moment == pytest.approx(math.sqrt(20.0), rel=1e-15, abs=0)  # 0
 
 
 def test_temperature_is_half_the_value_in_the_papers_text():
-    assert mm.Motor().kT == pytest.approx(1e-6 / 0.3)
-    assert mm.Motor().beta == pytest.approx(2 * 0.15 / 1e-6)
+    assert mm.Motor().kT == pytest.approx(1e-6 / 0.3, rel=1e-15, abs=0)  # 0
+    assert mm.Motor().beta == pytest.approx(2 * 0.15 / 1e-6, rel=1e-15, abs=0)  # 0
     assert mm.Motor(alpha_ball=0.0, alpha_ring=0.0).beta == math.inf
     with pytest.raises(ValueError, match="temperature = 'nonuniform': must be uniform"):
         _ = mm.Motor.paper("nonuniform-a").kT
@@ -101,8 +101,8 @@ def test_another_temperature_resets_the_noise():
 
 def test_inertia_is_the_papers():
     scene = mm.Motor()
-    np.testing.assert_allclose(scene.inner_moments, [1.6875, 1.6875, 3.375])
-    assert scene.ball_inertia == pytest.approx(3.2e-4)
+    np.testing.assert_allclose(scene.inner_moments, [1.6875, 1.6875, 3.375], rtol=1e-15)  # 0
+    assert scene.ball_inertia == pytest.approx(3.2e-4, rel=1e-15, abs=0)  # 0
 
 
 def test_a_motor_is_restored_from_attributes():
@@ -138,5 +138,7 @@ def test_the_reference_rates():
     assert motor_steps.libration_frequency(scene.replace(ball_ring_factor=1.0)) == pytest.approx(
         0.637, abs=5e-4
     )
-    assert scene.friction_ball * slip_mobility(scene) == pytest.approx(1.05)
-    assert motor_steps.euler_slip_overheating(scene, 0.1) == pytest.approx(1 / (1 - 0.0525))
+    assert scene.friction_ball * slip_mobility(scene) == pytest.approx(1.05, rel=2e-15, abs=0)  # 0
+    assert motor_steps.euler_slip_overheating(scene, 0.1) == pytest.approx(
+        1 / (1 - 0.0525), rel=2e-15, abs=0
+    )  # 0

@@ -46,8 +46,8 @@ def residuals(scene, method, duration, factors):
 def test_energy_balance_pathwise(run, method, order):
     """At h = 0.0125 the residual is below 0.5 % of the injected energy along each path."""
     largest, found = residuals(mm.Motor.paper(run), method, 250.0, (1, 2, 4))
-    assert largest < 0.005  # 0.003; at uniform temperature 6e-5
-    assert found == pytest.approx(order, abs=0.1)
+    assert largest < 0.005  # 0.0012; at uniform temperature 1.1e-4
+    assert found == pytest.approx(order, abs=0.1)  # 0.019
 
 
 def temperatures(method, timestep, duration, *, seed):
@@ -90,7 +90,7 @@ def test_euler_overheats_the_slip_as_predicted(method):
     found, error = temperatures(method, 0.1, 1.4e4, seed=12)
     slip, off = float(found.sel(mode="slip")), float(error.sel(mode="slip"))
     assert off < 0.004  # 0.0029
-    assert slip == pytest.approx(euler_slip_overheating(mm.Motor(), 0.1), abs=5 * off)
+    assert slip == pytest.approx(euler_slip_overheating(mm.Motor(), 0.1), abs=5 * off)  # 0.001
 
 
 @pytest.mark.slow
@@ -119,7 +119,7 @@ def lost_run(method, seed):
     with pytest.raises(mm.PhysicalEvent, match="the inner ring is lost: it is tilted") as end:
         mm.simulate(scene, method=method, timestep=0.1, duration=5e5, record_interval=10, seed=seed)
     run = end.value.dataset
-    assert run.time[-1] == pytest.approx(end.value.time - 1)
+    assert run.time[-1] == pytest.approx(end.value.time - 1, rel=1e-15, abs=0)  # 0
     assert mm.observables.ring_attitude(run).tilt.max() < np.radians(20)
     assert end.value.time > 2000  # 15 000 to 65 000: the ring warms up by 5e-8 W
     return run

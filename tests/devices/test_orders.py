@@ -162,7 +162,7 @@ def test_order_without_noise(method, name, order):
 def test_the_truth_of_the_motor_balances_energy_and_heat():
     run = truth("motor")
     balance = run.energy + run.heat - run.energy[0]
-    assert np.abs(balance).max() < 5e-11 * np.abs(run.energy).max()  # 6e-12
+    assert np.abs(balance).max() < 2e-11 * np.abs(run.energy).max()  # 1e-12
 
 
 NOISY = {

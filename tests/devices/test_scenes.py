@@ -78,9 +78,9 @@ def test_presets_are_the_papers_cases():
         assert (scene.tilt, scene.friction, scene.position) == (tilt, friction, position)
         assert (scene.ball_mass, scene.ball_radius) == (0.2, 0.018)
         assert (scene.ring_dipoles, scene.ring_radius, scene.ring_height) == (20, 0.34, 0.2)
-        assert scene.moment == pytest.approx(10.0, rel=1e-14)
-        assert scene.inertia == pytest.approx([2.592e-5] * 3, rel=1e-14, abs=0)
-    assert mm.Top.si().moment == pytest.approx(100.0, rel=1e-14)
+        assert scene.moment == pytest.approx(10.0, rel=1e-15, abs=0)  # 0
+        assert scene.inertia == pytest.approx([2.592e-5] * 3, rel=2e-15, abs=0)  # 1.3e-16
+    assert mm.Top.si().moment == pytest.approx(100.0, rel=1e-15, abs=0)  # 0
     assert mm.Top.paper(3, ring_dipoles=40).ring_dipoles == 40
     with pytest.raises(ValueError, match="case = 5: must be at most 4"):
         mm.Top.paper(5)
@@ -91,9 +91,11 @@ def test_the_ring_leans_into_its_azimuth_and_points_outward():
     positions, moments = scene.ring_sources()
     normal = np.array([np.sin(0.1) * np.cos(0.7), np.sin(0.1) * np.sin(0.7), np.cos(0.1)])
     center = np.array([0.0, 0.0, scene.ring_height])
-    np.testing.assert_allclose((positions - center) @ normal, 0, atol=1e-16)
+    np.testing.assert_allclose((positions - center) @ normal, 0, rtol=0, atol=1e-16)  # 1.6e-17
     outward = (positions - center) / scene.ring_radius
-    np.testing.assert_allclose(moments, scene.moment * outward, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(
+        moments, scene.moment * outward, rtol=0, atol=1e-14
+    )  # 1.8e-15, of 10
     low_side = positions[np.argmin(positions[:, 2])] - center
     assert low_side[:2] @ [np.cos(0.7), np.sin(0.7)] > 0
 
@@ -103,10 +105,12 @@ def test_the_script_passes_its_waypoints_at_rest():
     assert pose(script, -5.0) == (0.5, 0.0)
     assert pose(script, 9.0) == (0.2, 0.1)
     for waypoint in script:
-        assert pose(script, waypoint.time) == pytest.approx((waypoint.height, waypoint.tilt))
+        assert pose(script, waypoint.time) == pytest.approx(
+            (waypoint.height, waypoint.tilt), rel=1e-15, abs=0
+        )  # 0
         before, after = (pose(script, waypoint.time + s)[0] for s in (-1e-4, 1e-4))
-        assert abs(after - before) < 1e-9
-    assert pose(script, 2.0)[0] == pytest.approx(0.35)
+        assert abs(after - before) < 5e-12  # 4e-13
+    assert pose(script, 2.0)[0] == pytest.approx(0.35, rel=1e-15, abs=0)  # 0, or rounding
 
 
 def test_the_experiment_lowers_the_ring_then_tilts_it():

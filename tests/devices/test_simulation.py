@@ -40,7 +40,7 @@ def test_a_file_holds_the_run_and_its_scene(tmp_path):
     assert mm.scene_of(read) == scene
     attributes = {name: read.attrs[name] for name in SHORT}
     assert mm.simulate(mm.scene_of(read), **attributes).identical(run)
-    with pytest.raises(ValueError, match=r"scene = 'Pendulum'.*must be one of"):
+    with pytest.raises(ValueError, match=r"scene = 'Pendulum'.*must be one of .*; import"):
         mm.scene_of(read.assign_attrs(scene="Pendulum"))
 
 
@@ -50,7 +50,7 @@ def test_a_record_interval_selects_records_of_the_same_run(method):
     third = mm.simulate(mm.Top(), method=method, timestep=0.025, duration=2, record_interval=3)
     assert third.sizes["time"] == 27
     for name in third.data_vars:
-        np.testing.assert_allclose(third[name], every[name][::3], rtol=1e-9, atol=1e-15)
+        np.testing.assert_allclose(third[name], every[name][::3], rtol=1e-9, atol=1e-15)  # 7e-10
 
 
 @pytest.mark.parametrize("record_interval", [7, 25_000])
@@ -81,7 +81,9 @@ def test_a_run_continues_another(method):
     first = mm.simulate(mm.Top(), method=method, timestep=0.0125, duration=2)
     second = mm.simulate(mm.Top(), method=method, timestep=0.0125, duration=2, initial=first)
     for name in second.data_vars:
-        np.testing.assert_allclose(second[name][-1], whole[name][-1], rtol=1e-8, atol=1e-12)
+        scale = float(abs(whole[name]).max())
+        gap = abs(second[name][-1] - whole[name][-1]).max()
+        assert gap <= 1e-13 * scale  # 9e-15
 
 
 def test_initial_parts_replace_those_of_the_scene():
@@ -89,17 +91,19 @@ def test_initial_parts_replace_those_of_the_scene():
     for method in mm.methods(mm.Top()):
         run = mm.simulate(mm.Top(spin=1.0), method=method, timestep=0.01, duration=0.01,
                           initial=initial)  # fmt: skip
-        np.testing.assert_allclose(run.position[0], [0.1, 0.2, 0.018])
-        np.testing.assert_allclose(run.velocity[0], [0.3, 0.4, 0])
-        np.testing.assert_allclose(run.axis[0], [0, 0.6, 0.8], rtol=0, atol=1e-15)
-        np.testing.assert_allclose(run.angular_velocity[0], [0, 0, 1])
+        np.testing.assert_allclose(run.position[0], [0.1, 0.2, 0.018], rtol=1e-15)  # 0
+        np.testing.assert_allclose(run.velocity[0], [0.3, 0.4, 0], rtol=1e-15)  # 0
+        np.testing.assert_allclose(run.axis[0], [0, 0.6, 0.8], rtol=1e-15)  # 0
+        np.testing.assert_allclose(run.angular_velocity[0], [0, 0, 1], rtol=1e-15)  # 0
         assert np.abs(run.position[1] - run.position[0]).max() < 0.01
 
 
 def test_the_spin_of_the_scene_is_about_its_axis():
     run = mm.simulate(mm.Top(axis=(1, 1, 0), spin=3.0), **SHORT)
-    np.testing.assert_allclose(run.angular_velocity[0], 3 * np.array([1, 1, 0]) / np.sqrt(2))
-    assert float(run.momentum_map[0]) == pytest.approx(3 * 2.592e-5)
+    np.testing.assert_allclose(
+        run.angular_velocity[0], 3 * np.array([1, 1, 0]) / np.sqrt(2), rtol=1e-15
+    )  # 0
+    assert float(run.momentum_map[0]) == pytest.approx(3 * 2.592e-5, rel=1e-15, abs=0)  # 0
 
 
 BAD = [
@@ -171,7 +175,9 @@ def test_a_stopped_run_raises_with_its_records(scene, timestep, event, reason, m
     assert str(pickle.loads(pickle.dumps(error))) == str(error)
     assert (error.method, error.timestep) == (method, timestep)
     kept = error.dataset
-    assert error.time == pytest.approx(float(kept.time[-1]) + timestep)
+    assert error.time == pytest.approx(
+        float(kept.time[-1]) + timestep, rel=1e-15, abs=0
+    )  # 0, or rounding
     assert all(np.isfinite(kept[name]).all() for name in kept.data_vars)
     assert mujoco.get_mjcb_control() is None
     same = pickle.loads(pickle.dumps(error))

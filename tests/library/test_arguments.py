@@ -356,7 +356,10 @@ EXTREMES = [
     (lambda: SWEEP.changes(-1), "^index = -1: must be at least 0"),
     (lambda: SWEEP.axes[0].at(HOSTILE["half"]), "^index = 0.5: must be an integer"),
     (lambda: mm.sweep.Range(0.1, 0.2).stretch(np.ones(1)), "^smallest unit = 1.0: must be less"),
-    (lambda: provenance.scene_from("Pendulum", {}), "^scene = 'Pendulum': must be one of"),
+    (
+        lambda: provenance.scene_from("Pendulum", {}),
+        "^scene = 'Pendulum': must be one of .*; import the module that defines the scene class fi",
+    ),
     (
         lambda: provenance.scene_from("Disk", HOSTILE["list"]),
         r"^fields = \[\]: must be an instance of dict",

@@ -12,8 +12,8 @@ from numba.core import config
 import magmotor as mm
 from magmotor.devices.motor.states import start_motor
 from magmotor.dipoles import pack_sources
-from magmotor.numerics.compiled import compiled_once
-from magmotor.numerics.eights import (
+from magmotor.numerics.numba_cache import compiled_once
+from magmotor.numerics.simd import (
     COUNT,
     broadcast,
     fused,
@@ -78,7 +78,7 @@ def test_an_eight_is_eight_doubles_added_by_a_fixed_tree():
 def test_no_compiled_function_may_reorder_sums():
     package = Path(mm.__file__).parent
     texts = {file.name: file.read_text() for file in package.rglob("*.py")}
-    assert "eights.py" in texts
+    assert "simd.py" in texts
     for word in ("fastmath", "reassoc", '"contract"', '"fast"'):
         assert not [name for name, text in texts.items() if word in text]
 

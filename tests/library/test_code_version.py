@@ -1,6 +1,8 @@
 """Checksums of source code, and the code that processes get from Numba's disk cache."""
 
+import importlib
 import inspect
+import linecache
 import os
 import platform
 import shutil
@@ -11,6 +13,7 @@ from typing import Any
 
 import llvmlite.binding as llvm
 import pytest
+from numba.core import config
 
 import magmotor as mm
 from magmotor.common import environment as models_folder
@@ -19,10 +22,10 @@ from magmotor.common.versions import machine_versions, package_checksum
 from magmotor.devices.ball import rigid_kernel
 from magmotor.devices.disk import variational as lanes
 from magmotor.mjcf import magnetism
-from magmotor.numerics import compiled
+from magmotor.numerics import numba_cache
 
 FACTORY = """
-from magmotor.numerics.compiled import compiled_once
+from magmotor.numerics.numba_cache import compiled_once
 
 @compiled_once()
 def made(checksum, number):
@@ -106,12 +109,156 @@ def test_every_specialization_of_a_kernel_has_its_own_index():
 def test_newer_code_never_opens_the_index_of_older_code(monkeypatch):
     """It may name types that no longer exist, on which Numba fails."""
     checksums = iter((1, 2))
-    monkeypatch.setattr(compiled, "checksum_of", lambda function: next(checksums))
-    found = [compiled.compiled_once()(_defined)(3) for _ in range(2)]
+    monkeypatch.setattr(numba_cache, "checksum_of", lambda function: next(checksums))
+    found = [numba_cache.compiled_once()(_defined)(3) for _ in range(2)]
     older, newer = found
     assert older._cache._cache_file._index_path != newer._cache._cache_file._index_path
     cells = [sorted(cell.cell_contents for cell in f.py_func.__closure__) for f in found]
     assert cells == [[1, 3], [2, 3]]
+
+
+KERNEL = """
+import changed.sub.deep
+from changed.callee import f
+from changed.constants import A, B
+from magmotor.numerics.numba_cache import compiled_once
+
+@compiled_once()
+def kernel(checksum):
+    def compiled():
+        _ = checksum
+        return {}
+    return compiled
+"""
+FUNCTION = "from numba import njit\n@njit\ndef f():\n    return {}\n"
+CONSTANTS = "import numpy as np\nA, B = {}\n"
+PACKAGE = {
+    "__init__.py": "",
+    "sub/__init__.py": "",
+    "sub/deep.py": "C = 1.0\n" + FUNCTION.format(1.0),
+    "callee.py": FUNCTION.format(1.0),
+    "constants.py": CONSTANTS.format("1.0, 2.0"),
+}
+NEXT = 1 + 1e-10
+CHANGES: dict[str, tuple[str, tuple[float, float], str, str, str, str]] = {
+    "constant": ("A", (1, 3), "constants.py", CONSTANTS, "1.0, 2.0", "3.0, 2.0"),
+    "constants of one name": (
+        "A + 10 * changed.sub.deep.A",
+        (21, 12),
+        "constants.py",
+        CONSTANTS + "import changed.sub.deep\nchanged.sub.deep.A = B\n",
+        "1.0, 2.0",
+        "2.0, 1.0",
+    ),
+    "tenth digit": (
+        "A[0]",
+        (1, NEXT),
+        "constants.py",
+        CONSTANTS,
+        "np.ones(1), 0",
+        "np.ones(1) + 1e-10, 0",
+    ),
+    "one of 2001 elements": (
+        "A[1000]",
+        (0, 1),
+        "constants.py",
+        CONSTANTS,
+        "np.zeros(2001), 0",
+        "1.0 * (np.arange(2001) == 1000), 0",
+    ),
+    "type": (
+        "A[0]",
+        (1, 5e-324),
+        "constants.py",
+        CONSTANTS,
+        "np.array([1]), 0",
+        "np.array([5e-324]), 0",
+    ),
+    "shape": (
+        "len(A)",
+        (2, 3),
+        "constants.py",
+        CONSTANTS,
+        "np.ones((2, 3)), 0",
+        "np.ones((3, 2)), 0",
+    ),
+    "array in a tuple": (
+        "A[0][0]",
+        (1, NEXT),
+        "constants.py",
+        CONSTANTS,
+        "(np.ones(1),), 0",
+        "(np.ones(1) + 1e-10,), 0",
+    ),
+    "called function": ("f()", (1, 2), "callee.py", FUNCTION, "1.0", "2.0"),
+    "function two modules deep": (
+        "changed.sub.deep.f()",
+        (1, 2),
+        "sub/deep.py",
+        "C = 1.0\n" + FUNCTION,
+        "1.0",
+        "2.0",
+    ),
+    "constant two modules deep": (
+        "changed.sub.deep.C",
+        (1, 2),
+        "sub/deep.py",
+        "C = {}\n" + FUNCTION.format(1.0),
+        "1.0",
+        "2.0",
+    ),
+}
+"""What the kernel returns, its older and newer value, and the file that changes."""
+
+
+@pytest.fixture
+def version(tmp_path, monkeypatch):
+    """Import a package after writing a file of it; return its kernel, with one cache for all."""
+    folder = tmp_path / "changed"
+    (folder / "sub").mkdir(parents=True)
+    for name, text in PACKAGE.items():
+        (folder / name).write_text(text)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)  # its files change within a second
+    monkeypatch.setattr(config, "CACHE_DIR", str(tmp_path / "cache"))
+
+    def imported(name, text):
+        (folder / name).write_text(text)
+        for module in [m for m in sys.modules if m.partition(".")[0] == "changed"]:
+            monkeypatch.delitem(sys.modules, module)
+        linecache.clearcache()
+        importlib.invalidate_caches()
+        return importlib.import_module("changed.kernel").kernel()
+
+    yield imported
+    for module in [m for m in sys.modules if m.partition(".")[0] == "changed"]:
+        del sys.modules[module]
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_newer_code_is_never_served_from_the_cache_of_older_code(change, version, tmp_path):
+    """The kernel's own file stays the same, so that Numba itself does not notice the change."""
+    expression, values, name, text, older, newer = CHANGES[change]
+    (tmp_path / "changed" / "kernel.py").write_text(KERNEL.format(expression))
+    found = [version(name, text.format(part)) for part in (older, newer, older)]
+    assert [kernel() for kernel in found] == [*values, values[0]]
+    hits = [sum(kernel.stats.cache_hits.values()) for kernel in found]
+    assert hits == [0, 0, 1]
+
+
+def test_each_processor_has_its_own_index(version, tmp_path, monkeypatch):
+    (tmp_path / "changed" / "kernel.py").write_text(KERNEL.format("A"))
+
+    def index():
+        kernel = version("constants.py", PACKAGE["constants.py"])
+        return kernel._cache._cache_file._index_path
+
+    paths = [index(), index()]
+    for name in ("CPU_NAME", "CPU_FEATURES"):
+        monkeypatch.setattr(config, name, "another")
+        paths.append(index())
+    assert paths[0] == paths[1]
+    assert len({*paths}) == 3
 
 
 def _defined(checksum, number):
@@ -130,7 +277,7 @@ def test_a_function_that_does_not_refer_to_its_checksum_is_rejected():
         return function
 
     with pytest.raises(TypeError, match="function does not refer to its checksum"):
-        compiled.compiled_once()(forgetful)()
+        numba_cache.compiled_once()(forgetful)()
 
 
 def test_the_modules_of_a_kernel_are_those_that_it_reaches():
@@ -138,15 +285,20 @@ def test_the_modules_of_a_kernel_are_those_that_it_reaches():
     of_rigid_bodies = {"dipoles", "noise", "devices.ball.rigid_kernel", "devices.ball.rigid_steps"}
     of_rigid_bodies |= {"devices.ball.rigid_forces"}
     of_rigid_bodies |= {
-        f"numerics.{name}" for name in ("compiled", "eights", "elementary", "rotations")
+        f"numerics.{name}" for name in ("numba_cache", "simd", "elementary", "rotations")
     }
-    modules, constants = compiled.reached(inspect.unwrap(rigid_kernel._advance))
+    modules, constants = numba_cache.reached(inspect.unwrap(rigid_kernel._advance))
     assert modules == {f"magmotor.{name}" for name in of_rigid_bodies}
-    assert "NOBODY = -1.0" in constants
-    modules, _ = compiled.reached(inspect.unwrap(magnetism._callback))
+    assert "magmotor.devices.ball.rigid_forces.NOBODY = -1.0" in constants
+    modules, _ = numba_cache.reached(inspect.unwrap(magnetism._callback))
     assert {
         f"magmotor.mjcf.{name}"
-        for name in ("forces.magnets", "forces.dipole_sites", "forces.brownian", "memory")
+        for name in (
+            "forces.dipole_wrenches",
+            "forces.dipole_sites",
+            "forces.brownian_wrenches",
+            "memory",
+        )
     } <= modules
 
 

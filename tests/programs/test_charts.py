@@ -192,8 +192,8 @@ def test_points_join_errors_with_costs_and_keep_failures():
         "bad": {**settings, "timestep": 0.5, "failed": "a value is not finite"},
     }
     good, bad = charted.points_of(records)
-    assert (good.error, good.seconds) == (0.01, pytest.approx(1e-5))
-    assert (bad.error, bad.seconds) == (float("inf"), pytest.approx(2e-6))
+    assert (good.error, good.seconds) == (0.01, pytest.approx(1e-5, rel=1e-15, abs=0))  # 0
+    assert (bad.error, bad.seconds) == (float("inf"), pytest.approx(2e-6, rel=1e-15, abs=0))  # 0
 
 
 def test_the_front_has_points_that_nothing_cheaper_surpasses():
@@ -224,7 +224,9 @@ def test_the_cost_of_a_step_excludes_setup_and_disturbances():
     def seconds(steps):
         return 1.0 + 2e-6 * steps + next(disturbances, 0.0)
 
-    assert timing.seconds_a_step({"a": seconds}, {"a": 400_000}, 2) == {"a": pytest.approx(2e-6)}
+    assert timing.seconds_a_step({"a": seconds}, {"a": 400_000}, 2) == {
+        "a": pytest.approx(2e-6, rel=1e-15, abs=0)  # 0
+    }
 
 
 def test_the_cost_of_a_step_is_measured_until_it_is_positive():
@@ -234,4 +236,4 @@ def test_the_cost_of_a_step_is_measured_until_it_is_positive():
         return next(short) if steps == timing.SHORT else 3.0
 
     found = timing.seconds_a_step({"a": seconds}, {"a": timing.SHORT + 100}, 1)
-    assert found == {"a": pytest.approx(0.02)}
+    assert found == {"a": pytest.approx(0.02, rel=1e-15, abs=0)}  # 0

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import magmotor as mm
+from magmotor.device import Gauge
 from magmotor.render.contact_sheet import Sheet, Tile
 from magmotor.render.encoder import frame_times
 from magmotor.render.views import NoOpenGL, Views
@@ -113,7 +114,7 @@ def test_bars_show_the_spin_on_one_scale(opengl, runs, scenes):
         bars.append(len(blue))
     largest = int(np.abs(spins).argmax())
     for bar, spin in zip(bars, spins, strict=True):
-        assert bar == pytest.approx(bars[largest] * abs(spin / spins[largest]), abs=2)
+        assert bar == pytest.approx(bars[largest] * abs(spin / spins[largest]), abs=2)  # 0.19
 
 
 def test_a_run_that_ended_early_freezes_and_fades(opengl, runs, scenes):
@@ -188,3 +189,42 @@ def test_what_cannot_be_shown_is_named(runs, scenes, tmp_path):
     refused(r"must be mujoco/\* or var", runs=[*runs[:2], runs[2].drop_vars("orientation")])
     refused("seconds_per_second = 0: must be greater than 0", seconds_per_second=0)
     assert not any(tmp_path.iterdir())
+
+
+def test_what_a_contact_sheet_requires_of_a_device_is_named(opengl, rotor, monkeypatch, tmp_path):
+    parts: list[str] = []
+
+    def composed(self, scene, *, visual):
+        spec = rotor.compose(scene, visual=visual)
+        if "ball" in parts:
+            spec.body("needle").add_geom(name="ball", size=[0.01, 0, 0])
+        if "top" in parts:
+            spec.worldbody.add_camera(name="top", pos=[0, 0, 1])
+        return spec
+
+    def shown(angle, add_position=True):
+        scene = rotor.Rotor(angle=angle)  # a new one each time, since models are cached
+        run = mm.simulate(scene, method="variational/baoab", timestep=0.01, duration=0.1)
+        if add_position:
+            run["position"] = (("time", "space"), np.zeros((run.sizes["time"], 3)))
+            run = run.assign_coords(space=[*"xyz"])
+        path = tmp_path / "sheet.mp4"
+        mm.render.contact_sheet([run], [scene], ["a"], path, columns=1, seconds_per_second=2.0)
+        return path
+
+    gauge = Gauge("angle", "rad", ("theta",), lambda run, _: run.theta.values, (), lambda _: 0.1)
+    monkeypatch.setattr(rotor.RotorDevice, "gauge", gauge)
+    monkeypatch.setattr(rotor.RotorDevice, "compose", composed)
+    with pytest.raises(ValueError, match=r"runs\[0\] = .*: the dataset must also have position"):
+        shown(0.11, add_position=False)
+    with pytest.raises(ValueError, match=r"scene = Rotor\(.*must have ball_radius to be shown in"):
+        shown(0.12)
+    monkeypatch.setattr(rotor.Rotor, "ball_radius", 0.01, raising=False)
+    with pytest.raises(ValueError, match=r"geom = 'ball': the model of a Rotor must have this geo"):
+        shown(0.13)
+    parts.append("ball")
+    with pytest.raises(ValueError, match=r"camera = 'top': the model of a Rotor must have this ca"):
+        shown(0.14)
+    assert not any(tmp_path.iterdir())
+    parts.append("top")
+    assert len(decoded(shown(0.15))) == 2

@@ -231,4 +231,4 @@ def test_the_ten_lines_of_the_page_run():
     namespace: dict = {}
     exec(lines, namespace)
     data = namespace["data"]
-    assert data.qpos[0] == pytest.approx(np.pi / 2, abs=1e-3)
+    assert data.qpos[0] == pytest.approx(np.pi / 2, rel=5e-8, abs=0)  # 2e-9

@@ -22,7 +22,7 @@ PROGRAMS = [
 
 
 @pytest.fixture
-def run(monkeypatch, capsys):
+def run(monkeypatch, capsys, without_rotor):
     """Return a function that runs a program here and returns exit code, stdout and stderr."""
     monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)  # scripts set it
     before = dict(os.environ)  # some choose how many threads there are

@@ -147,6 +147,23 @@ def test_what_cannot_be_filmed_is_named(motor_run, tmp_path):
     assert not any(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize(
+    ("near", "line"),
+    [
+        ("front", "RotorMovieContent.near = 'front': must be another camera than that of the main"),
+        ("side", "camera = 'side': the model of a Rotor must have this camera"),
+    ],
+)
+def test_a_camera_that_is_missing_or_shown_twice_is_named(rotor, monkeypatch, tmp_path, near, line):
+    run = mm.simulate(rotor.Rotor(), method="variational/baoab", timestep=0.01, duration=0.1)
+    monkeypatch.setattr(rotor.RotorMovieContent, "near", near)
+    with pytest.raises(ValueError, match=line):
+        mm.render.movie(run, None, tmp_path / "rotor.mp4")
+    with pytest.raises(ValueError, match=line):
+        mm.render.still(run, None, tmp_path / "rotor.png", 0.05)
+    assert not any(tmp_path.iterdir())
+
+
 def test_ctrl_c_ends_a_movie_as_ctrl_c(opengl, run, tmp_path, monkeypatch):
     def interrupted(self, i):
         raise KeyboardInterrupt

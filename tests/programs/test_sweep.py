@@ -108,7 +108,7 @@ def test_designs_are_those_of_scipy_and_numpy(design):
         unit = kind(2, rng=4).random(8)
     expected = np.stack([1 + 2 * unit[:, 0], 0.01 * 100 ** unit[:, 1]], axis=1)
     found = [(sweep.changes(2 * i)["noise"], sweep.changes(2 * i)["friction"]) for i in range(8)]
-    np.testing.assert_allclose(found, expected, rtol=1e-15)
+    np.testing.assert_allclose(found, expected, rtol=1e-15)  # 1.5e-16
 
 
 def test_a_sweep_is_restored_from_its_specification():

@@ -141,7 +141,7 @@ def test_what_vary_means(script, tmp_path, flags, changes):
     found = [sweep.changes(i) for i in range(len(sweep))]
     assert [f.keys() for f in found] == [c.keys() for c in changes]
     for one, other in zip(found, changes, strict=True):
-        np.testing.assert_allclose([*one.values()], [*other.values()], rtol=1e-15)
+        np.testing.assert_allclose([*one.values()], [*other.values()], rtol=1e-15)  # 0
 
 
 def test_a_design_with_seeds_and_replicas(script, tmp_path):
@@ -248,8 +248,10 @@ def test_a_movie_of_a_sweep(script, tmp_path, monkeypatch):
     tilts = np.array([scene.tilt for scene in drawn["scenes"]]).reshape(3, 6)
     heights = np.array([scene.ring_height for scene in drawn["scenes"]]).reshape(3, 6)
     assert (tilts == tilts[0]).all()
-    np.testing.assert_allclose(tilts[0, [0, -1]], [0, 0.2])
-    np.testing.assert_allclose(heights, np.repeat([[0.4], [0.3], [0.2]], 6, axis=1))
+    np.testing.assert_allclose(tilts[0, [0, -1]], [0, 0.2], rtol=1e-15)  # 0
+    np.testing.assert_allclose(
+        heights, np.repeat([[0.4], [0.3], [0.2]], 6, axis=1), rtol=2e-15
+    )  # 1.9e-16
     assert drawn["labels"][0] == "tilt 0, ring_height 0.4"
     assert drawn["runs"][0].sizes["time"] == 1 + 2 / 0.04  # every second step: 1/20 s at most
     code, _, error = script("sweep", "disk", "--vary", "v=0,1", "--out", tmp_path / "d")

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 import magmotor as mm
+from magmotor.device import Device, Slider
 from magmotor.live import LiveSimulation, Pace, StateLost, live_scene
 from magmotor.live.panel import Panel
 
@@ -217,7 +218,7 @@ def test_the_mouse_pulls_a_body_on_which_nothing_else_acts_once():
     mm.apply_perturbation(model, data, perturb)
     mujoco.mj_step(model, data)
     force = model.vis.map.stiffness * 2.0 * 0.5
-    assert data.qacc[0] == pytest.approx(force / model.body_mass[1])
+    assert data.qacc[0] == pytest.approx(force / model.body_mass[1], rel=1e-15, abs=0)  # 0
 
 
 def test_the_mouse_pulls_a_body_at_its_center_of_mass():
@@ -233,7 +234,7 @@ def test_the_mouse_pulls_a_body_at_its_center_of_mass():
         apply(model, data, perturb)
         mujoco.mj_forward(model, data)
     assert np.abs(plain.qacc).min() > 0.1
-    np.testing.assert_allclose(moved.qacc, plain.qacc, rtol=1e-12)
+    np.testing.assert_allclose(moved.qacc, plain.qacc, rtol=1e-15)  # 0
 
 
 def test_any_model_starts_at_its_keyframe_and_is_magnetic():
@@ -258,7 +259,9 @@ def test_a_model_on_which_nothing_acts_causes_one_warning():
     with pytest.warns(UserWarning, match="nothing acts on this model"):
         simulation = LiveSimulation(model)
     simulation.advance(10)  # where another warning would be an error
-    assert simulation.data.time == pytest.approx(10 * model.opt.timestep)
+    assert simulation.data.time == pytest.approx(
+        10 * model.opt.timestep, rel=2e-15, abs=0
+    )  # 1.7e-16
 
 
 def test_a_lost_state_is_reported():
@@ -292,6 +295,63 @@ def test_a_scene_without_a_mujoco_model_is_a_mistake():
         ValueError, match=r"scene = Langevin.*: a LangevinParticle has no MuJoCo model"
     ):
         live_scene(cast(Any, mm.LangevinParticle()), timestep=0.01)
+
+
+@pytest.fixture
+def slid(rotor, monkeypatch):
+    """The device outside the package, which composes an MjSpec; with sliders."""
+    device = rotor.RotorDevice
+
+    def sliders(self, scene):
+        return {"damping": Slider(scene.damping, 1e-9, 1e-3), "kT": Slider(scene.kT, 1e-9, 1e-3)}
+
+    monkeypatch.setattr(device, "sliders", sliders)
+    monkeypatch.setattr(device, "scene_at", lambda self, scene, values: scene.replace(**values))
+    return rotor
+
+
+@pytest.mark.parametrize("sliders", [{}, {"damping": 5e-5}, {"kT": 2e-4}])
+def test_a_device_that_composes_a_spec_is_live(slid, sliders):
+    scene = slid.Rotor(rate=0.3)
+    simulation = live_scene(scene, timestep=0.002, seed=3)
+    put(simulation, **sliders)
+    simulation.advance(STEPS)
+    assert simulation.notice == ""
+    run, plain = (
+        mm.simulate(said, method=METHOD, timestep=0.002, duration=STEPS * 0.002, seed=3)
+        for said in (scene.replace(**sliders), scene)
+    )
+    assert abs(simulation.data.qpos[0] - float(run.theta[-1])) < 3e-16  # 0
+    assert not sliders or abs(float(run.theta[-1] - plain.theta[-1])) > 0.01  # 0.46
+
+
+def test_a_spec_without_sliders_is_live_and_has_markers_of_its_size(slid, monkeypatch):
+    monkeypatch.setattr(slid.RotorDevice, "sliders", Device.sliders)
+    model = live_scene(slid.Rotor(), timestep=0.002).model
+    assert (model.nu, model.key_qpos[0, 0]) == (0, 1.0)
+    assert model.stat.meansize == model.stat.extent / 10 > 0
+
+
+@pytest.mark.parametrize("missing", ["keyframe", "joint"])
+def test_a_spec_without_keyframe_or_joint_is_a_mistake(slid, monkeypatch, missing):
+    def composed(self, scene, *, visual):
+        spec = slid.compose(scene, visual=visual)
+        spec.delete(spec.keys[0] if missing == "keyframe" else spec.joints[0])
+        return spec
+
+    monkeypatch.setattr(slid.RotorDevice, "compose", composed)
+    with pytest.raises(ValueError, match=r"scene = Rotor\(.*: its model must have a keyframe, "):
+        live_scene(slid.Rotor(), timestep=0.002)
+
+
+def test_a_joint_without_a_name_holds_the_sliders_and_the_spec_is_unchanged(slid, monkeypatch):
+    spec = mujoco.MjSpec.from_string(NEEDLE)
+    monkeypatch.setattr(slid.RotorDevice, "compose", lambda self, scene, *, visual: spec)
+    model = Panel(slid.Rotor()).model()
+    assert [model.actuator(i).name for i in range(model.nu)] == ["damping", "kT"]
+    np.testing.assert_array_equal(model.key_ctrl[0], [1e-5, 2e-5])
+    assert not model.actuator_gainprm.any()
+    assert (len(spec.actuators), spec.joints[0].name) == (0, "")
 
 
 def test_a_model_with_sliders_is_the_scene_otherwise():
@@ -358,7 +418,9 @@ def test_keys_switch_pause_and_change_the_speed(loop_of):
     assert loop.simulation.data.time == 0
     loop.press(ord(" "))
     loop.step(time.perf_counter() + 2, perturb)
-    assert loop.simulation.data.time == pytest.approx(0.4)  # the longest frame at speed 2
+    assert loop.simulation.data.time == pytest.approx(
+        0.4, rel=4e-15, abs=0
+    )  # 4e-16; the longest frame at speed 2
 
 
 def test_a_lost_state_starts_again_paused(loop_of, capsys):
@@ -454,7 +516,7 @@ def test_in_a_window_sliders_keys_and_mouse_act_and_it_closes(display):
     assert (done.returncode, done.stderr) == (0, "")
     told = dict(line.split(maxsplit=1) for line in done.stdout.splitlines()[-4:])
     assert float(told["pulled"]) > 0.01
-    assert float(told["friction"]) == pytest.approx(5 / 3)
+    assert float(told["friction"]) == pytest.approx(5 / 3, rel=1e-15, abs=0)  # 0
     assert (told["paused"], told["closed"]) == ("True", "1")
 
 

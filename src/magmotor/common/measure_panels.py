@@ -9,15 +9,14 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from magmotor.common import style
+from magmotor.common.arrays import Array
 from magmotor.common.checks import check_array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Array = NDArray[np.float64]
 
 WRAP = 38
 """Maximum number of characters in a line of a label."""

@@ -35,7 +35,7 @@ def machine_versions() -> dict[str, str]:
     """Return the properties of the machine that affect results: C library and processor type.
 
     The type is the architecture and, for x86-64, whether the processor has AVX2 and FMA; see
-    `magmotor.numerics.eights`.
+    `magmotor.numerics.simd`.
     """
     kind, features = platform.machine(), llvm.get_host_cpu_features()
     if features.get("fma") and features.get("avx2"):

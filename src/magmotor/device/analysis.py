@@ -120,7 +120,7 @@ def scene_of_run(run: Any, scene: Any, scene_classes: tuple[type[Scene], ...]) -
 
 def _check_scene_class(name: str, recorded: Any, scene_classes: tuple[type[Scene], ...]) -> None:
     names = [known.__name__ for base in scene_classes for known in base.registered()]
-    if recorded not in names:
+    if not isinstance(recorded, str) or recorded not in names:
         raise ValueError(f"{name} is of a {recorded!s:.40}: must be of a {' or '.join(names)}")
 
 
@@ -157,9 +157,18 @@ def checked_run(
     if any("time" in run[needed].dims for needed in needs):
         _check_time(name, run, records)
     _check_replicas(name, run)
-    if "space" in run.coords and [*run.space.values] != ["x", "y", "z"]:
-        raise reject(f"{name}.space", [*map(str, run.space.values)], "must be x, y, z")
+    _check_space(name, run, needs)
     return run
+
+
+def _check_space(name: str, run: xr.Dataset, needs: tuple[str, ...]) -> None:
+    """Check the names of the vectors' components."""
+    if "space" not in run.coords:
+        for needed in needs:
+            if "space" in run[needed].dims:
+                raise reject(f"{name}.{needed}.space", None, "must be a coordinate: x, y, z")
+    elif [*run.space.values] != ["x", "y", "z"]:
+        raise reject(f"{name}.space", [*map(str, run.space.values)], "must be x, y, z")
 
 
 def _check_replicas(name: str, run: xr.Dataset) -> None:

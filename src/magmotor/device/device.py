@@ -7,15 +7,15 @@ To add a device, write these two classes; see `CONTRIBUTING.md`.
 import dataclasses
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, ClassVar, Generic, Protocol, Self, TypeVar
+from typing import Any, ClassVar, Generic, Self, TypeVar
 
-import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from magmotor.common.arrays import Array
 from magmotor.common.checks import reject
+from magmotor.device.engine import Engine, Equation, MujocoAdapter
 from magmotor.device.guard import Guard
 from magmotor.device.job import Job
 from magmotor.device.movie import Gauge, MovieContent
@@ -24,8 +24,6 @@ from magmotor.device.overview import draw_variables
 from magmotor.device.sliders import Slider
 from magmotor.device.states import Column
 from magmotor.numerics.linear_stability import SmallMotion
-
-Array = NDArray[np.float64]
 
 SCENES: dict[str, type["Scene"]] = {}
 """The registered scene classes by name, which datasets record as their attribute `scene`."""
@@ -57,74 +55,6 @@ S = TypeVar("S", bound=Scene)
 T = TypeVar("T", bound=tuple[Any, ...])
 
 
-class Engine(Protocol):
-    """An integrator of a device: an object, or a module with these two functions."""
-
-    def start(self, job: Job) -> Array:
-        """Return the engine's internal state at the beginning of a run, as one array.
-
-        Checkpoints accept only arrays of the same shape and type.
-        """
-        ...
-
-    def run(self, job: Job) -> Generator[tuple[Any, Array]]:
-        """Yield the recorded states after the initial one in chunks, each with the internal state.
-
-        Start from `job.state` if it is not None, else from the initial state; see `Job`.
-        """
-        ...
-
-
-class Equation(Protocol):
-    """The ordinary differential equation of a device without noise, for SciPy's solver."""
-
-    def problem(self, scene: Any, initial: Any) -> tuple[Callable, Array, Array]:
-        """Return the right-hand side f(t, y), the initial y, and the natural scale of each y_i."""
-        ...
-
-    def states(self, scene: Any, time: Array, rows: Array) -> Any:
-        """Return the device's states at these times from the solution, shape (T, len(y))."""
-        ...
-
-
-class MujocoAdapter(Protocol):
-    """Translation between a device's states and MuJoCo's; `Device.mujoco` makes one per run.
-
-    Attributes
-    ----------
-    start : ndarray, shape (replicas, nq + nv + k)
-        `qpos` and `qvel` of the initial states, then the k running sums, which start at zero.
-    driven : bool
-        Whether forces of the compiled callback (dipoles, noise or a potential) act on the model.
-    control : int
-        Contents of `controls`, as bits of `mjtState`.
-    """
-
-    start: Array
-    driven: bool
-    control: int
-
-    def controls(self, steps: NDArray[np.int64]) -> Array | None:
-        """Return the control inputs of these steps, shape (replicas, steps or 1, n), or None.
-
-        Called before each batch of steps; a single row is used in all of its steps.
-        """
-        ...
-
-    def sums(self, before: Array, paths: Array, first: int) -> Array:
-        """Return the running sums (heat, work) after each step, shape (replicas, steps, k).
-
-        Called after each batch of steps. `before` (replicas, nq + nv + k) is the state before the
-        batch, whose first step is number `first` of the run; `paths` (replicas, steps, nq + nv)
-        holds the states after each step. Without sums, return ``paths[..., :0]``.
-        """
-        ...
-
-    def states(self, time: Array, qpos: Array, qvel: Array, sums: Array) -> Any:
-        """Return the device's states at these times; the arrays' shape is (replicas, T, n)."""
-        ...
-
-
 class Device(ABC, Generic[S, T]):
     """Everything that the library needs to know about one class of scenes.
 
@@ -145,6 +75,8 @@ class Device(ABC, Generic[S, T]):
         Class of the text, curves and cameras of movies; without it, there are no movies.
     gauge : Gauge, optional
         The bar in each picture of a contact sheet; without it, there are no contact sheets.
+    ensemble_dimensions : frozenset of str
+        Dimensions that only the datasets of its own function `ensemble` have.
     """
 
     time_unit: ClassVar[str] = "s"
@@ -152,6 +84,7 @@ class Device(ABC, Generic[S, T]):
     measures: ClassVar[Mapping[str, Measure]] = {}
     movie_content: ClassVar[type[MovieContent] | None] = None
     gauge: ClassVar[Gauge | None] = None
+    ensemble_dimensions: ClassVar[frozenset[str]] = frozenset()
 
     @abstractmethod
     def methods(self, scene: S) -> tuple[str, ...]:
@@ -210,12 +143,12 @@ class Device(ABC, Generic[S, T]):
     @property
     def variational(self) -> Engine:
         """The engine of the methods `variational/...`: the reference integrators."""
-        raise NotImplementedError
+        raise self._lacks("method", "variational/...", "variational")
 
     @property
     def ode(self) -> Equation:
         """The equation that the method `scipy/dop853` solves."""
-        raise NotImplementedError
+        raise self._lacks("method", "scipy/dop853", "ode")
 
     def compose(self, scene: S, *, visual: bool) -> Any:
         """Return the scene as a PyMJCF tree or an MjSpec, whose keyframe 0 is the initial state.
@@ -236,9 +169,24 @@ class Device(ABC, Generic[S, T]):
         """
         return None
 
+    def ensemble_times(
+        self, scene: S, timestep: float, duration: float, sample_interval: int, burn_in: float
+    ) -> Array | None:
+        """Return the times of all records of such an ensemble, which `mm.rerun` verifies.
+
+        Only needed with a function `ensemble` of its own. By default None: time 0, and every
+        `sample_interval` steps from there to the end.
+
+        Raises
+        ------
+        ValueError
+            The function `ensemble` accepts no such arguments.
+        """
+        return None
+
     def mujoco(self, job: Job) -> MujocoAdapter:
         """Return the adapter of one run, for the methods `mujoco/...`."""
-        raise NotImplementedError
+        raise self._lacks("method", f"mujoco/{job.scheme}", "mujoco")
 
     def poses(self, scene: S) -> list[S]:
         """Return scenes at rest that bracket a scripted motion, for the limit on the timestep.
@@ -288,7 +236,7 @@ class Device(ABC, Generic[S, T]):
 
     def joints(self, run: xr.Dataset, scene: S, times: Array) -> Array:
         """Return MuJoCo's `qpos` at these times (s), shape (T, nq), for movies."""
-        raise NotImplementedError
+        raise self._lacks("scene", scene, "joints")
 
     def has_script(self, scene: S) -> bool:
         """Whether bodies of the scene follow a script, so that `place` must be called."""
@@ -320,6 +268,13 @@ class Device(ABC, Generic[S, T]):
             A value is out of bounds; the message names the field, its value and the bound.
         """
         return scene
+
+    def _lacks(self, name: str, value: Any, missing: str) -> ValueError:
+        """Return the error for a feature that the device does not define."""
+        classes = [known for known in SCENES.values() if getattr(known, "device", None) is self]
+        kind = " or ".join(known.__name__ for known in classes) or "scene"
+        sentence = f"a {kind} needs {type(self).__name__}.{missing}, which is missing"
+        return reject(name, value, sentence)
 
 
 def register(device: Device[Any, Any], scene_class: type[Scene]) -> None:

@@ -20,6 +20,7 @@ class Fault(NamedTuple):
 
 
 ENERGY_GREW = "energy grew beyond what the motion can have"
+"""Reason to report for a run whose energy is too large."""
 
 LARGEST_ERROR = 1 / 3
 """Largest energy that a method's error may add, relative to the kinetic and potential energy.

@@ -3,9 +3,11 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
-from magmotor.common.checks import check_choice, reject
+from magmotor.common.arrays import Array
+from magmotor.common.checks import check_array, check_choice, reject
 
 
 def initial_parts(
@@ -34,6 +36,29 @@ def initial_parts(
     for name in initial:
         check_choice("initial", name, tuple(names))
     return dict(initial)
+
+
+def initial_row(name: str, value: Any, replicas: int) -> Array:
+    """Return a part that is one number per replica as a row, shape (1, replicas).
+
+    Parameters
+    ----------
+    name : str
+        The part's name.
+    value : array_like
+        One finite number for all replicas, or one for each.
+    replicas : int
+
+    Raises
+    ------
+    ValueError
+        The value is anything else; the message names the part, its value and the bound.
+    """
+    label = f"initial[{name!r}]"
+    row = check_array(label, value)
+    if row.shape not in {(), (replicas,)}:
+        raise reject(label, value, f"must be a finite number or {replicas} of them")
+    return np.broadcast_to(row, (1, replicas)).copy()
 
 
 def _last_record(run: xr.Dataset, names: Sequence[str]) -> dict[str, Any]:

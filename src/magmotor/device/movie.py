@@ -5,22 +5,24 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
+
+from magmotor.common.arrays import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.lines import Line2D
 
-Array = NDArray[np.float64]
-
 
 class MovieContent(Protocol):
     """Content of a movie beside its main view; made once from run, scene and frame times (s).
 
+    The scene's model, with its visual elements, must have the camera `front` of the main view, and
+    the camera that `near` names.
+
     Attributes
     ----------
     near : str
-        Name of the MJCF camera of the smaller view.
+        Name of the MJCF camera of the smaller view; any but `front`.
     path : ndarray, shape (n, 3)
         Points of the trail in m, at the n recorded times.
     trail : float
@@ -49,7 +51,16 @@ class MovieContent(Protocol):
 
 
 class Gauge(NamedTuple):
-    """The quantity that the bars of a contact sheet show."""
+    """The quantity that the bars of a contact sheet show.
+
+    A contact sheet shows a ball from above. It requires
+
+    - of the run: `position` (m), the path of the ball's center, which leaves the trail;
+    - of the scene: `ball_radius` (m), to which the trail's width is proportional;
+    - of the scene's model, with its visual elements: the geom `ball`, which gets a uniform color,
+      and the camera `top`, from which it is seen;
+    - of the device: `joints`.
+    """
 
     name: str
     unit: str

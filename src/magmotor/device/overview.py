@@ -5,6 +5,7 @@ from pathlib import Path
 import xarray as xr
 
 from magmotor.common import style
+from magmotor.common.checks import reject
 
 MOST = 12
 """Largest number of replicas that are drawn; more would hide one another."""
@@ -19,8 +20,15 @@ def draw_variables(run: xr.Dataset, path: str | Path) -> None:
         From `simulate`; at most its first twelve replicas are drawn.
     path : str or Path
         File to write; its suffix sets the format.
+
+    Raises
+    ------
+    ValueError
+        No variable is a number over time.
     """
-    names = [name for name in run.data_vars if {*run[name].dims} <= {"time", "replica"}]
+    names = [k for k in run.data_vars if {"time"} <= {*run[k].dims} <= {"time", "replica"}]
+    if not names:
+        raise reject("run", [*map(str, run.data_vars)], "must have variables over time")
     rows = -(-len(names) // 2)
     with style.figure(12.0, 1.0 + 2.2 * rows) as figure:
         for number, name in enumerate(names, start=1):

@@ -14,6 +14,8 @@ from magmotor.common.files import check_fields, fields_in
 from magmotor.common.versions import machine_versions
 from magmotor.device.device import SCENES, Scene
 
+IMPORT_FIRST = "; import the module that defines the scene class first"
+
 
 def attributes_of(scene: Scene, **attributes: Any) -> dict[str, Any]:
     """Return a dataset's attributes: scene, versions, and the given ones that are not None."""
@@ -42,9 +44,8 @@ def scene_of(run: xr.Dataset) -> Scene:
     check_type("run", run, xr.Dataset)
     name = run.attrs.get("scene")
     if not isinstance(name, str) or name not in SCENES:
-        raise ValueError(
-            f"scene = {name!r} in the dataset's attributes: must be one of {[*SCENES]}"
-        )
+        sentence = f"must be one of {[*SCENES]}{IMPORT_FIRST}"
+        raise ValueError(f"scene = {name!r} in the dataset's attributes: {sentence}")
     return scene_from(name, fields_in(run.attrs, "scene_fields"))
 
 
@@ -57,7 +58,10 @@ def scene_from(name: str, fields: dict[str, Any]) -> Scene:
     ValueError
         A field is missing, unknown or invalid; the message names it.
     """
-    check_choice("scene", name, tuple(SCENES))
+    try:
+        check_choice("scene", name, tuple(SCENES))
+    except ValueError as error:
+        raise ValueError(f"{error}{IMPORT_FIRST}") from None
     scene: Any = SCENES[name]
     known = {field.name: field for field in dataclasses.fields(scene)}
     check_fields("scene_fields", fields, known)

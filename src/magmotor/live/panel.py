@@ -1,11 +1,14 @@
 """A scene's sliders in MuJoCo's viewer: actuators without force, whose controls are read."""
 
+from collections.abc import Mapping
+
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from magmotor.common.checks import reject
 from magmotor.device.device import Scene
-from magmotor.device.sliders import SMALLEST
+from magmotor.device.sliders import SMALLEST, Slider
 from magmotor.mjcf import parts
 from magmotor.run.in_mujoco import build, compose
 
@@ -25,7 +28,7 @@ class Panel:
 
     Parameters
     ----------
-    scene : Top, Motor or Disk
+    scene : Scene
 
     Attributes
     ----------
@@ -41,6 +44,11 @@ class Panel:
         """Compile the decorated scene with its sliders; keyframe 0 holds their initial values.
 
         Zero friction or noise is replaced by a tiny value, so that its slider can raise it.
+
+        Raises
+        ------
+        ValueError
+            The scene has no MuJoCo model, or the model has no keyframe, or sliders but no joint.
         """
         start = {name: slider.start for name, slider in self.sliders.items()}
         kept = (
@@ -49,13 +57,15 @@ class Panel:
             else self.scene
         )
         root = compose(kept, visual=True)
-        root.statistic.meansize = root.statistic.extent / 10  # size of the markers of mouse forces
-        joint = root.worldbody.find_all("joint")[0]
-        for name, slider in self.sliders.items():
-            ends = [slider.least, slider.largest]
-            root.actuator.add("general", name=name, joint=joint, gainprm=[0], ctrlrange=ends)
-        root.find("key", "start").ctrl = list(start.values())
-        return parts.compiled(root)
+        add = _add_to_spec if isinstance(root, mujoco.MjSpec) else _add_to_tree
+        try:
+            root = add(root, self.sliders, list(start.values()))
+        except IndexError:
+            sentence = "its model must have a keyframe, its initial state, and sliders a joint"
+            raise reject("scene", self.scene, sentence) from None
+        model = parts.compiled(root)
+        model.stat.meansize = model.stat.extent / 10  # size of the markers of mouse forces
+        return model
 
     def values(self, ctrl: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the sliders' values, clipped to their ranges."""
@@ -73,3 +83,35 @@ class Panel:
         named = dict(zip(self.sliders, map(float, values), strict=True))
         model = build(self.scene.device.scene_at(self.scene, named))
         return {name: getattr(model, name) for name in MOVED}
+
+
+def _add_to_tree(
+    root: parts.Element, sliders: Mapping[str, Slider], start: list[float]
+) -> parts.Element:
+    """Add the sliders, and their values at the start, to a PyMJCF tree; return it."""
+    root.keyframe.key[0].ctrl = start
+    for name, slider in sliders.items():
+        joint = root.worldbody.find_all("joint")[0]
+        ends = [slider.least, slider.largest]
+        root.actuator.add("general", name=name, joint=joint, gainprm=[0], ctrlrange=ends)
+    return root
+
+
+def _add_to_spec(
+    spec: mujoco.MjSpec, sliders: Mapping[str, Slider], start: list[float]
+) -> mujoco.MjSpec:
+    """Add the sliders, and their values at the start, to a copy of an MjSpec; return it."""
+    spec = spec.copy()
+    spec.keys[0].ctrl = start
+    for name, slider in sliders.items():
+        joint = spec.joints[0]
+        joint.name = joint.name or "joint of the sliders"
+        spec.add_actuator(
+            name=name,
+            target=joint.name,
+            trntype=mujoco.mjtTrn.mjTRN_JOINT,
+            gainprm=[0.0] * mujoco.mjNGAIN,
+            ctrlrange=[slider.least, slider.largest],
+            ctrllimited=True,
+        )
+    return spec

@@ -265,7 +265,8 @@ def live_scene(
 
     Parameters
     ----------
-    scene : Top, Motor or Disk
+    scene : Scene
+        Its device may compose its model with PyMJCF or as an MjSpec.
     method : str
         `mujoco/euler`, `mujoco/implicitfast` or `mujoco/rk4`.
     timestep : float

@@ -19,7 +19,11 @@ from numba import njit, types
 
 from magmotor.common.arguments import checked
 from magmotor.mjcf import layout, memory
-from magmotor.mjcf.forces.brownian import add_brownian_wrenches, clear_driven_bodies, step_number
+from magmotor.mjcf.forces.brownian_wrenches import (
+    add_brownian_wrenches,
+    clear_driven_bodies,
+    step_number,
+)
 from magmotor.mjcf.forces.dipole_sites import (
     NO_DIPOLES,
     NONE_MOVES,
@@ -27,11 +31,11 @@ from magmotor.mjcf.forces.dipole_sites import (
     SWITCHED_OFF,
     why_inert,
 )
-from magmotor.mjcf.forces.magnets import set_magnetic_wrenches
+from magmotor.mjcf.forces.dipole_wrenches import set_magnetic_wrenches
+from magmotor.mjcf.forces.joint_potentials import add_potential_wrenches, clear_bodies_in_potentials
 from magmotor.mjcf.forces.marks import DIPOLES, NOISE, POTENTIALS, forces_of, plugin_instance
-from magmotor.mjcf.forces.potential import add_potential_wrenches, clear_bodies_in_potentials
 from magmotor.mjcf.hooks import Hook
-from magmotor.numerics.compiled import compiled_once
+from magmotor.numerics.numba_cache import compiled_once
 
 
 @contextmanager
@@ -109,7 +113,7 @@ def magnetism() -> Iterator[None]:
     kT = alpha^2/(2c). With `mj_step`, it is kT/(1 + lambda h/2) where MuJoCo's damping is implicit:
     joints in Euler and implicitfast, tendons in implicitfast. It is kT/(1 - lambda h/2), for
     lambda h < 2, for viscous contacts, and for tendons in Euler. With RK4 it is about
-    kT (1 - (lambda h)^2/12), for lambda h < 2.785. With `Baoab` it is kT for any step.
+    kT (1 - (lambda h)^2/12), for lambda h < 2.785. `Baoab` gives kT for any lambda h.
 
     The flag `actuation` must not be disabled, since MuJoCo would then skip the callback.
 

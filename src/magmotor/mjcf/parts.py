@@ -7,11 +7,11 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from magmotor.common.arrays import Array
 from magmotor.common.environment import models_folder
 
-Array = NDArray[np.float64]
 Element = Any
 """A PyMJCF element, whose attributes follow the MJCF schema and are unknown to type checkers."""
 

@@ -246,7 +246,9 @@ class ViscousContact:
             raise reject(f"body of sphere {self.sphere!r}", "fixed", "must be able to move")
         inverse_inertia = _inverse_inertia(model, sphere)
         ratio = resistance(data, active[0], inverse_inertia)
-        regularization = ratio / (active[0].solimp[0] * inverse_inertia) - 1
+        # Among the directions of the slip, that of the smallest moment has the largest error.
+        worst = _inverse_inertia(model, sphere, np.min)
+        regularization = (ratio / active[0].solimp[0] - inverse_inertia) / worst
         if regularization < LEAST_REGULARIZATION:
             largest = model.opt.impratio * regularization / LEAST_REGULARIZATION
             sentence = f"must be at most {largest:.2g}, so that R >= {LEAST_REGULARIZATION:g} A"
@@ -266,12 +268,7 @@ def resistance(data: mujoco.MjData, contact: Any, inverse_inertia: float) -> flo
 
 
 def check_pair(model: mujoco.MjModel, pair: int) -> int:
-    """Check that a pair is a viscous contact of a sphere on a plane that does not move.
-
-    Returns
-    -------
-    int
-        The sphere's geom.
+    """Check that a pair is a viscous contact of a sphere on a fixed plane, and return the sphere.
 
     Raises
     ------
@@ -332,13 +329,13 @@ def _load(model: mujoco.MjModel, contact: Any) -> float:
     return max(0.0, float(-(model.opt.gravity @ contact.frame[:3])))
 
 
-def _inverse_inertia(model: mujoco.MjModel, sphere: int) -> float:
-    """Return A = 1/m + r^2/I of the sphere's body as if it were free, with I its median moment."""
+def _inverse_inertia(model: mujoco.MjModel, sphere: int, choose: Any = np.median) -> float:
+    """Return A = 1/m + r^2/I of the sphere's body as if it were free, with I one of its moments."""
     body = model.geom_bodyid[sphere]
     offset = float(np.linalg.norm(model.geom_pos[sphere] - model.body_ipos[body]))
     name = label(model, "body", body)
     mass = check_number(f"{name}: mass", model.body_mass[body], above=0, unit="kg")
-    moment = float(np.median(model.body_inertia[body]))
+    moment = float(choose(model.body_inertia[body]))
     inertia = check_number(f"{name}: moment of inertia", moment, above=0, unit="kg m^2")
     return 1 / mass + (float(model.geom_size[sphere, 0]) + offset) ** 2 / inertia
 

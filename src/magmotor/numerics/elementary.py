@@ -2,7 +2,7 @@
 
 Angles are in turns, so that range reduction is exact. The polynomials are Chebyshev interpolants.
 The functions are accurate to a few units in the last place and have the same bits on every
-processor; see `magmotor.numerics.eights`.
+processor; see `magmotor.numerics.simd`.
 """
 
 # Numba's intrinsics hide their first parameter:
@@ -15,7 +15,7 @@ from llvmlite import ir
 from numba import njit, types
 from numba.extending import intrinsic
 
-from magmotor.numerics.eights import fused
+from magmotor.numerics.simd import fused
 
 _LN2 = 0.6931471805599453
 _SQRT_HALF_BITS = np.int64(0x3FE6A09E667F3BCD)

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import exprel
 
 from magmotor.common.arguments import checked
+from magmotor.common.checks import check_array
 from magmotor.common.hints import Elapsed, Inertia, Square
 
 Matrix = NDArray[np.float64]
@@ -140,7 +141,8 @@ def spectral_radius(motion: SmallMotion, step: Step, h: Elapsed) -> NDArray[np.f
         Greater than 1 where the step is unstable.
     """
     lengths = np.asarray(h, dtype=float)[..., np.newaxis, np.newaxis]
-    return np.abs(np.linalg.eigvals(step(motion, lengths))).max(axis=-1)
+    matrices = check_array("matrices of the step", step(motion, lengths), ..., "n", "n")
+    return np.abs(np.linalg.eigvals(matrices)).max(axis=-1)
 
 
 class StableSteps:

@@ -6,9 +6,10 @@ multipoles below order 2n + 1.
 """
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from magmotor.common.arrays import Array
+
 Cloud = tuple[Array, Array]
 """Points (P, 3) in m, and each point's fraction of the moment (P,); the fractions sum to 1."""
 

@@ -10,9 +10,9 @@ from collections.abc import Callable
 from functools import partial
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from magmotor.common.arrays import Array
 
 SWEEPS = 100
 """Maximum number of Jacobi sweeps; matrices of a few rows need 5, matrices of a hundred 10."""

@@ -11,8 +11,8 @@ import math
 
 from numba import njit
 
-from magmotor.numerics.eights import fused
 from magmotor.numerics.elementary import cosine, sine
+from magmotor.numerics.simd import fused
 
 _PER_TURN = 0.5 / math.pi
 TINY = 1e-300

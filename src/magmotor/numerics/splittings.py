@@ -5,7 +5,7 @@ noise. K applies a constant force together with friction and noise. E is an enti
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -102,6 +102,11 @@ def kicks_that_evaluate(parts: str) -> tuple[bool, ...]:
         anew[i] = kicks[i] and moved
         moved = part in DRIFTS or (moved and not kicks[i])
     return tuple(anew)
+
+
+def carries_force(kicks: Sequence[bool], needs_force: Sequence[bool]) -> bool:
+    """Return whether the first kick of a step reuses the force of the previous step's last kick."""
+    return not needs_force[list(kicks).index(True)]
 
 
 Matrix = NDArray[np.float64]

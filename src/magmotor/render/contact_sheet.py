@@ -19,13 +19,15 @@ from magmotor.device.movie import Gauge, between
 from magmotor.render.encoder import Film, encode, frame_times, speed_in_words
 from magmotor.render.frames import HEIGHT, WIDTH
 from magmotor.render.trail import Trail
-from magmotor.render.views import Image, Views
+from magmotor.render.views import Image, Views, check_has
+from magmotor.run.in_mujoco import build
 
 if TYPE_CHECKING:
     from PIL.ImageDraw import ImageDraw
 
 
-CAMERA = "top"
+CAMERA, BALL_GEOM = "top", "ball"
+"""What the model of a scene must have; see `Gauge`."""
 
 TRAIL = 0.7
 """Width of the trail in ball radii."""
@@ -155,7 +157,7 @@ class Sheet:
             for tile in sorted(self.tiles, key=lambda tile: -_height(tile.scene)):
                 if _appearance(tile.scene) not in self.views:
                     views = Views(tile.scene, {CAMERA: (self.height, self.width)})
-                    ball = views.model.geom("ball")
+                    ball = views.model.geom(BALL_GEOM)
                     ball.matid, ball.rgba = -1, BALL
                     self.views[_appearance(tile.scene)] = stack.enter_context(closing(views))
                     # Seen from above, shadows are useless, and they cost more than all the rest.
@@ -190,6 +192,18 @@ def _gauge(scene: Scene) -> Gauge:
     if scene.device.gauge is None:
         raise reject("scene", scene, f"there are no contact sheets of a {type(scene).__name__}")
     return scene.device.gauge
+
+
+def _check_scenes(scenes: Sequence[Any]) -> None:
+    """Check that scenes have what `Gauge` requires; ValueError names what is missing."""
+    for scene in scenes:
+        for name in ("ball_radius", *_gauge(scene).alike):
+            if not hasattr(scene, name):
+                raise reject("scene", scene, f"must have {name} to be shown in a contact sheet")
+    for scene in {_appearance(scene): scene for scene in scenes}.values():
+        model = build(scene, visual=True)
+        check_has(model, scene, "geom", BALL_GEOM)
+        check_has(model, scene, "camera", CAMERA)
 
 
 def _appearance(scene: Any) -> tuple[Any, ...]:
@@ -240,8 +254,8 @@ def contact_sheet(
     ------
     ValueError
         There are no runs, too many for the columns, or a different number of scenes or labels; a
-        run has replicas or no orientation; the scenes are not all tops or all motors; columns or
-        speed are out of bounds.
+        run has replicas or no orientation; the scenes are not of one class, or lack what `Gauge`
+        requires; columns or speed are out of bounds.
     NoOpenGL
         No OpenGL context can be created; nothing is written.
     RuntimeError
@@ -255,7 +269,9 @@ def contact_sheet(
             "scenes", sorted({type(s).__name__ for s in scenes}), "must all be of one class"
         )
     for i, (run, scene) in enumerate(zip(runs, scenes, strict=True)):
-        checked_run(f"runs[{i}]", run, _gauge(scene).needs, (type(scene),), replicas=False)
+        needs = tuple(dict.fromkeys((*_gauge(scene).needs, "position")))
+        checked_run(f"runs[{i}]", run, needs, (type(scene),), replicas=False)
+    _check_scenes(scenes)
     start = min(float(run.time[0]) for run in runs)
     end = max(float(run.time[-1]) for run in runs)
     times = frame_times(start, end, seconds_per_second)

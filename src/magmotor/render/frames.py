@@ -84,6 +84,8 @@ def _pixels(figure: "Figure") -> NDArray[np.uint8]:
     return np.array(canvas.buffer_rgba())[:, :, :3]
 
 
+MAIN_CAMERA = "front"
+
 HEIGHT, WIDTH = 720, 1280
 MAIN, SIDE = (HEIGHT, 800), (HEIGHT // 2, 480)
 """Height and width (pixels) of the main view, and of the near view and the panel below it."""
@@ -111,7 +113,7 @@ class Frames:
     ----------
     run : xarray.Dataset
         As returned by `checked_movie_run`.
-    scene : Top or Motor
+    scene : Scene
     times : array_like, shape (T,)
         Times of the frames (s).
     note : str
@@ -119,6 +121,9 @@ class Frames:
 
     Raises
     ------
+    ValueError
+        The smaller view has the camera of the main view; or, on entering the block, the model lacks
+        a camera.
     NoOpenGL
         No OpenGL context can be created on entering the block.
     """
@@ -129,6 +134,9 @@ class Frames:
         self.times = np.asarray(times, dtype=float)
         self.joints = scene.device.joints(run, scene, self.times)
         self.movie_content: MovieContent = content(run, scene, self.times)
+        if self.movie_content.near == MAIN_CAMERA:
+            sentence = "must be another camera than that of the main view"
+            raise reject(f"{content.__name__}.near", MAIN_CAMERA, sentence)
         self.trail = Trail(run.time.values, self.movie_content.path, self.movie_content.trail)
         self.panel = Panel(self.movie_content.plot, run.time.values[[0, -1]], *SIDE)
 
@@ -138,7 +146,7 @@ class Frames:
 
     def __enter__(self) -> "Frames":
         """Open the views."""
-        self.views = Views(self.scene, {"front": MAIN, self.movie_content.near: SIDE})
+        self.views = Views(self.scene, {MAIN_CAMERA: MAIN, self.movie_content.near: SIDE})
         return self
 
     def __exit__(self, *error: object) -> None:

@@ -8,7 +8,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from magmotor.common.checks import reject
 from magmotor.device.device import Scene
+from magmotor.mjcf.lookup import number_of
 from magmotor.render.trail import Trail
 from magmotor.run.in_mujoco import build
 
@@ -24,13 +26,14 @@ class Views:
 
     Parameters
     ----------
-    scene : Top, Motor or Disk
+    scene : Scene
     sizes : mapping of str to (int, int)
-        Height and width in pixels by the name of each camera used: `front`, `top`, `ball` or
-        `disk`.
+        Height and width in pixels by the name of each camera used.
 
     Raises
     ------
+    ValueError
+        The scene's model lacks a camera; the message names it.
     NoOpenGL
         No OpenGL context can be created.
     """
@@ -38,6 +41,8 @@ class Views:
     def __init__(self, scene: Scene, sizes: Mapping[str, tuple[int, int]]):
         self.scene = scene
         self.model = build(scene, visual=True)
+        for camera in sizes:
+            check_has(self.model, scene, "camera", camera)
         self.data = mujoco.MjData(self.model)
         self.renderers: dict[str, mujoco.Renderer] = {}
         buffer = self.model.vis.global_
@@ -66,6 +71,18 @@ class Views:
         """Free the OpenGL contexts."""
         for renderer in self.renderers.values():
             renderer.close()
+
+
+def check_has(model: mujoco.MjModel, scene: Scene, kind: str, name: str) -> None:
+    """Check that a scene's model has a named camera or geom.
+
+    Raises
+    ------
+    ValueError
+        It does not; the message has the name.
+    """
+    if number_of(model, kind, name) < 0:
+        raise reject(kind, name, f"the model of a {type(scene).__name__} must have this {kind}")
 
 
 _failures: list[Exception] = []

@@ -8,13 +8,11 @@ from importlib import resources
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from magmotor.common.arrays import Array
 from magmotor.common.checks import reject
 from magmotor.device.device import Scene
 from magmotor.device.step_limits import step_limit
-
-Array = NDArray[np.float64]
 
 
 class Curve(NamedTuple):

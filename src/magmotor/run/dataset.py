@@ -5,10 +5,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-import magmotor.devices  # noqa: F401  (datasets may name its scenes)
 from magmotor.device.device import Scene
-from magmotor.device.provenance import attributes_of
+from magmotor.device.provenance import attributes_of, scene_of
 from magmotor.device.states import concatenate
+
+__all__ = ["assemble", "scene_of"]
 
 
 def assemble(

@@ -15,6 +15,9 @@ from magmotor.device.device import Scene
 from magmotor.device.provenance import attributes_of
 from magmotor.run.simulate import simulate
 
+NOT_KEPT = "not kept"
+"""Attribute `initial` of an ensemble that started from a given state."""
+
 
 @checked(finite=False)
 def ensemble(
@@ -111,6 +114,9 @@ def ensemble(
             burn_in=burn_in, initial=initial, trajectories=trajectories, threads=threads,
             checkpoint=checkpoint,
         )  # fmt: skip
+    if not scene.device.is_random:
+        kind = type(scene).__name__
+        raise reject("scene", scene, f"a {kind} has no noise: all replicas would be the same")
     unsupported = {"burn_in": burn_in, "trajectories": trajectories}
     unsupported |= {"threads": threads, "checkpoint": checkpoint}
     for name, value in unsupported.items():
@@ -122,7 +128,7 @@ def ensemble(
         scene, **numerics, replicas=replicas, record_interval=interval, initial=initial
     )  # fmt: skip
     options = {"replicas": replicas, "sample_interval": interval, **unsupported}
-    kept = None if initial is None else "not kept"
+    kept = None if initial is None else NOT_KEPT
     return _statistics(run).assign_attrs(attributes_of(scene, **numerics, **options, initial=kept))
 
 

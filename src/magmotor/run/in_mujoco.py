@@ -9,18 +9,17 @@ from typing import Any
 import mujoco
 import numpy as np
 from mujoco.rollout import rollout
-from numpy.typing import NDArray
 
 from magmotor.common.arguments import checked
+from magmotor.common.arrays import Array
 from magmotor.common.environment import thread_count
-from magmotor.device.device import MujocoAdapter, Scene
+from magmotor.device.device import Scene
+from magmotor.device.engine import MujocoAdapter
 from magmotor.device.job import CHUNK, Job
 from magmotor.mjcf import parts
 from magmotor.mjcf.hooks import without_stopwatch
 from magmotor.mjcf.langevin.baoab import Baoab
 from magmotor.mjcf.magnetism import magnetism
-
-Array = NDArray[np.float64]
 
 INTEGRATORS = {
     "euler": mujoco.mjtIntegrator.mjINT_EULER,

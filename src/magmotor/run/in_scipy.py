@@ -4,12 +4,10 @@ from collections.abc import Generator
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import DOP853
 
+from magmotor.common.arrays import Array
 from magmotor.device.job import Job
-
-Array = NDArray[np.float64]
 
 RELATIVE_TOLERANCE = 1e-12
 """Relative tolerance of a step; the absolute one is this fraction of a variable's natural scale."""

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import Annotated, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from magmotor.common.arguments import checked
 from magmotor.common.checks import check_choice, reject
@@ -13,9 +12,6 @@ from magmotor.common.hints import Seconds, number
 from magmotor.device.device import Scene
 from magmotor.run import chart_data
 from magmotor.run.chart_data import Curve, charted_scene, fit
-
-Array = NDArray[np.float64]
-
 
 ADAPTIVE, RECORDING = "scipy/dop853", 0.1
 """The method that chooses its own steps, and the default recording interval it is given (s)."""

@@ -18,11 +18,12 @@ from magmotor.common.environment import physical_memory
 from magmotor.common.files import parsed_attributes
 from magmotor.common.hints import Seconds
 from magmotor.device.checkpoint import Checkpoint, Expected
-from magmotor.device.device import Engine, Scene
+from magmotor.device.device import Scene
+from magmotor.device.engine import Engine
+from magmotor.device.exceptions import SimulationDiverged, SimulationInterrupted, stopped
 from magmotor.device.job import Job
 from magmotor.device.provenance import attributes_of
 from magmotor.device.states import checksum, concatenate, rows
-from magmotor.device.stops import SimulationDiverged, SimulationInterrupted, stopped
 from magmotor.noise import LARGEST_STEP, BrownianPath, check_seed, path_of
 from magmotor.run.dataset import assemble
 from magmotor.run.recommend import recommend

@@ -16,8 +16,8 @@ from numpy.typing import ArrayLike, NDArray
 from magmotor.common.checks import reject
 from magmotor.common.interrupts import uninterrupted
 from magmotor.common.versions import versions_that_matter
+from magmotor.device.exceptions import SimulationStopped
 from magmotor.device.provenance import scene_from
-from magmotor.device.stops import SimulationStopped
 from magmotor.run.simulate import simulate
 from magmotor.sweep.case import Case
 from magmotor.sweep.checksum import Damaged, bytes_with_checksum, with_checksum

@@ -58,6 +58,8 @@ class Pool:
 
     def __init__(self, workers: int):
         self._most = check_integer("workers", workers, at_least=1)
+        if multiprocessing.current_process().daemon:
+            raise ValueError("a daemonic process, as of multiprocessing.Pool, cannot start workers")
         self._calls: deque[tuple[Future, tuple[Any, ...]]] = deque()
         self._workers: list[_Worker] = []
         self._deaths = 0

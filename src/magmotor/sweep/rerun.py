@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from magmotor import sweep
 from magmotor.common.checks import check_integer, check_number, check_type, reject
 from magmotor.common.files import parsed_attributes
+from magmotor.device.device import Scene
+from magmotor.device.exceptions import SimulationStopped
 from magmotor.device.provenance import scene_of
-from magmotor.device.stops import SimulationStopped
-from magmotor.devices.disk.ensemble.result import plan
 from magmotor.noise import LARGEST_STEP, path_of
-from magmotor.run.ensemble import ensemble
+from magmotor.run.ensemble import NOT_KEPT, ensemble
 from magmotor.run.simulate import simulate
 from magmotor.sweep.checksum import parsed
 from magmotor.sweep.definition import checked_names
@@ -29,10 +29,8 @@ ENSEMBLE = (
 )
 """Attributes that are arguments of `ensemble`; `RUN` are those of `simulate`."""
 
-DIMENSIONS = {
-    *("time", "replica", "space", "component"),
-    *("quantity", "lag", "x_bin", "v_bin", "omega_bin", "flight_duration", "path_replica"),
-}
+DIMENSIONS = {"time", "replica", "space", "component", "quantity"}
+"""Dimensions of runs and general ensembles; a device adds those of its own ensembles."""
 
 
 def rerun(run: xr.Dataset, *, measures: Iterable[str] = ()) -> xr.Dataset:
@@ -88,9 +86,10 @@ def rerun(run: xr.Dataset, *, measures: Iterable[str] = ()) -> xr.Dataset:
         raise reject("attributes", [*attributes], sentence)
     check_type("method", attributes["method"], str)
     scene = scene_of(run)
-    planned = is_ensemble and scene.device.ensemble(scene) is not None
-    _check_dimensions(run, attributes, planned)
+    _check_dimensions(run, attributes, scene)
     arguments = {name: attributes[name] for name in names}
+    if attributes.get("initial") == NOT_KEPT:
+        raise reject("initial", NOT_KEPT, "this ensemble cannot be rerun without its initial state")
     arguments["initial"] = _initial(run) if "initial" in attributes else None
     if not is_ensemble:
         # The original run was allowed.
@@ -116,8 +115,8 @@ def _sweep(text: Any, measures: Iterable[str]) -> xr.Dataset:
         return sweep.combine(Path(folder) / "sweep")
 
 
-def _check_dimensions(run: xr.Dataset, attributes: Mapping[str, Any], planned: bool) -> None:
-    unknown = sorted({*map(str, run.dims)} - DIMENSIONS)
+def _check_dimensions(run: xr.Dataset, attributes: Mapping[str, Any], scene: Scene) -> None:
+    unknown = {*map(str, run.dims)} - DIMENSIONS - scene.device.ensemble_dimensions
     if unknown or not run.sizes.get("time"):
         raise reject("dimensions", [*run.dims], "must be those of one run")
     replicas, found = attributes.get("replicas"), run.sizes.get("replica")
@@ -128,23 +127,25 @@ def _check_dimensions(run: xr.Dataset, attributes: Mapping[str, Any], planned: b
     times = run.time.values
     if times.dtype.kind not in "iuf" or times.ndim != 1:
         raise reject("time.dtype", str(times.dtype), "must be numeric, with one time per record")
-    expected = _times(attributes, planned, len(times))
+    expected = _times(attributes, scene, len(times))
     if len(times) > len(expected) or not np.allclose(times, expected, atol=0):
         sentence = "must be the times of a run's records, complete from the start"
         raise reject("time", f"{times[0]:g} to {times[-1]:g}", sentence)
 
 
-def _times(attributes: Mapping[str, Any], planned: bool, most: int) -> NDArray[np.floating]:
-    """Return the expected record times, at most `most`: as an ensemble plans them, or evenly."""
+def _times(attributes: Mapping[str, Any], scene: Scene, most: int) -> NDArray[np.floating]:
+    """Return the expected record times, at most `most`: as the device's ensembles, or evenly."""
     timestep = check_number("timestep", attributes["timestep"], above=0)
     duration = check_number("duration", attributes["duration"], at_least=timestep)
-    if planned:
-        when = plan(timestep, duration, attributes["sample_interval"], attributes["burn_in"])
-        return timestep * when.interval * when.records[:most]
     name = "sample_interval" if "sample_interval" in attributes else "record_interval"
     interval = check_integer(name, attributes[name], at_least=1)
     if interval >= LARGEST_STEP:
         raise reject(name, interval, "must be less than 2^53")
+    if name == "sample_interval":
+        burn_in = check_number("burn_in", attributes["burn_in"], at_least=0)
+        own = scene.device.ensemble_times(scene, timestep, duration, interval, burn_in)
+        if own is not None:
+            return own[:most]
     records = duration / timestep * (1 + 1e-12) // interval
     return timestep * interval * np.arange(min(most, 1 + records))
 

@@ -15,11 +15,11 @@ from scipy.optimize import root
 
 from magmotor import dipoles
 from magmotor.common.arguments import checked
+from magmotor.common.arrays import Array
 from magmotor.common.checks import reject
 from magmotor.common.hints import shaped
 from magmotor.devices.ball.scene import BallScene
 
-Array = NDArray[np.float64]
 Sources = tuple[Array, Array]
 """Positions (m) and moments (A m^2) of dipoles, each of shape (N, 3)."""
 

@@ -5,14 +5,12 @@ from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from magmotor import dipoles
 from magmotor.common.arguments import checked
+from magmotor.common.arrays import Array
 from magmotor.devices.ball.scene import BallScene
-
-Array = NDArray[np.float64]
 
 DISPLACEMENT = 1e-4
 """Step of the differences for the stiffness, in rad, or relative to the ball's radius."""

@@ -9,7 +9,14 @@ from numpy.typing import NDArray
 
 from magmotor.dipoles import NOBODY, sum_over_sources
 from magmotor.numerics.rotations import columns, cross, place_dipoles, plus, scaled, third_axis
-from magmotor.numerics.splittings import DRIFTS, KICKS, O_PARTS, Scheme, kicks_that_evaluate
+from magmotor.numerics.splittings import (
+    DRIFTS,
+    KICKS,
+    O_PARTS,
+    Scheme,
+    carries_force,
+    kicks_that_evaluate,
+)
 
 
 class Magnets(NamedTuple):
@@ -113,7 +120,7 @@ class StepCoefficients(NamedTuple):
     """A timestep, and the coefficients of the parts of a step.
 
     Each row of `flags` has four flags of a part: drift, kick, friction and noise, and new forces.
-    If `before` is -1, the first part uses the forces of the previous step; else it is 0.
+    If `before` is -1, the first kick uses the forces of the previous step; else it is 0.
 
     Each row of `numbers` has the duration of a part, then three triples (a, b, d): for the slip,
     and for the ring across and about its axis. The impulse of friction and noise is
@@ -144,10 +151,9 @@ def step_coefficients(bodies: Bodies, scheme: Scheme, timestep: float) -> StepCo
         time = fraction * timestep
         triples = [_impulse(*velocity, time, scheme.exact) for velocity in velocities]
         numbers.append([time, *(number for triple in triples for number in triple)])
-    carried = scheme.parts[0] in KICKS and not needs_force[0]
-    return StepCoefficients(
-        float(timestep), -1 if carried else 0, np.array(flags), np.array(numbers)
-    )
+    kicks = [part in KICKS for part in scheme.parts]
+    before = -1 if carries_force(kicks, needs_force) else 0
+    return StepCoefficients(float(timestep), before, np.array(flags), np.array(numbers))
 
 
 def _impulse(inertia: float, friction: float, noise: float, time: float, exact: bool) -> Triple:

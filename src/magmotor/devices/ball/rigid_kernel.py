@@ -21,8 +21,8 @@ from typing import Any
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from magmotor.common.arrays import Array
 from magmotor.common.environment import thread_count
 from magmotor.device.job import Job
 from magmotor.devices.ball.rigid_forces import Bodies, Magnets, step_coefficients, wrenches
@@ -38,8 +38,8 @@ from magmotor.devices.ball.rigid_steps import (
     slip,
 )
 from magmotor.noise import normal
-from magmotor.numerics.compiled import aligned, compiled_once, copy
 from magmotor.numerics.elementary import prefer_wide_vectors
+from magmotor.numerics.numba_cache import aligned, compiled_once, copy
 from magmotor.numerics.splittings import RIGID
 
 SIZE = 22
@@ -115,7 +115,7 @@ def _advance(checksum: int, splits: bool, by_cayley: bool):
             for n in range(coefficients.before, recorded.shape[0] * interval):
                 u, u_ring = slip(ball, bodies.radius), ring[1]
                 xi, xi_ring = _normals(replica, first + n, path, bodies)
-                for part in range(0 if n >= 0 else len(flags) - 1, len(flags)):
+                for part in range(len(flags)):
                     if flags[part, 3]:
                         # Only here: a second copy of this code might round differently.
                         position = ball[0][0], ball[0][1], bodies.radius
@@ -152,9 +152,6 @@ def _advance(checksum: int, splits: bool, by_cayley: bool):
             copy(states[replica], recorded[-1, replica])
 
     return advance
-
-
-Array = NDArray[np.float64]
 
 
 def recorded_chunks(

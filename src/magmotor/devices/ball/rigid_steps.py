@@ -8,7 +8,6 @@ import math
 
 from numba import njit
 
-from magmotor.numerics.eights import fused
 from magmotor.numerics.rotations import (
     TINY,
     cayley,
@@ -23,6 +22,7 @@ from magmotor.numerics.rotations import (
     stretched,
     third_axis,
 )
+from magmotor.numerics.simd import fused
 
 ITERATIONS = 100
 """Largest number; a hoop needs 5 at h |omega| = 0.001, 10 at 0.1, and 31 at 1."""

@@ -5,10 +5,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from magmotor.common.arrays import Array
 from magmotor.device.device import Scene
 from magmotor.numerics.reproducible import applied
-
-Array = NDArray[np.float64]
 
 
 class BallScene(Scene):

@@ -1,13 +1,11 @@
 """The slip of a ball on its plane."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from magmotor.common.arguments import checked
+from magmotor.common.arrays import Array
 from magmotor.common.hints import Vectors
 from magmotor.devices.ball.scene import BallScene
-
-Array = NDArray[np.float64]
 
 
 @checked

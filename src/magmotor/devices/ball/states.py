@@ -8,11 +8,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
+from magmotor.common.arrays import Array
 from magmotor.common.checks import check_array, reject
 from magmotor.device.initial import initial_parts
 from magmotor.devices.ball.scene import BallScene
-
-Array = NDArray[np.float64]
 
 ROUNDING = 1e-14
 """Largest error of the length of a direction or quaternion that is already normalized."""

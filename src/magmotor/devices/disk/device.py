@@ -9,9 +9,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from magmotor.common.checks import check_array, check_integer, reject
-from magmotor.device.device import Device, Engine, Equation, MujocoAdapter, register
-from magmotor.device.initial import initial_parts
+from magmotor.common.checks import check_integer
+from magmotor.device.device import Device, register
+from magmotor.device.engine import Engine, Equation, MujocoAdapter
+from magmotor.device.initial import initial_parts, initial_row
 from magmotor.device.job import METHODS as MUJOCO
 from magmotor.device.job import PLANAR as MUJOCO_PLANAR
 from magmotor.device.job import Job
@@ -45,6 +46,9 @@ class LangevinDevice(Device[S, DiskStates], Generic[S]):
 
     time_unit = "1"
     measures = OF_LANGEVIN
+    ensemble_dimensions = frozenset(
+        ("lag", "x_bin", "v_bin", "omega_bin", "flight_duration", "path_replica")
+    )
 
     def methods(self, scene: S) -> tuple[str, ...]:
         """Return the names of the methods that can integrate the scene."""
@@ -85,7 +89,7 @@ class LangevinDevice(Device[S, DiskStates], Generic[S]):
         state = start_disk(scene, count)
         names = [name for name in DiskStates._fields[1:] if getattr(state, name) is not None]
         given = initial_parts(initial, names)
-        rows = {name: _initial_row(name, value, count) for name, value in given.items()}
+        rows = {name: initial_row(name, value, count) for name, value in given.items()}
         return state._replace(**rows)
 
     def guard(self, scene: S, first: DiskStates) -> DiskGuard:
@@ -117,6 +121,14 @@ class LangevinDevice(Device[S, DiskStates], Generic[S]):
         from magmotor.devices.disk.ensemble.run import ensemble
 
         return ensemble
+
+    def ensemble_times(
+        self, scene: S, timestep: float, duration: float, sample_interval: int, burn_in: float
+    ) -> NDArray[np.float64]:
+        """Return the times of an ensemble's records, with logarithmic and with even spacing."""
+        from magmotor.devices.disk.ensemble.result import plan
+
+        return plan(timestep, duration, sample_interval, burn_in).times(timestep)
 
     def small_motion(self, scene: S) -> SmallMotion:
         """Linearize the motion where |U''| is largest."""
@@ -224,14 +236,6 @@ DISK = DiskDevice()
 LANGEVIN: LangevinDevice[LangevinParticle] = LangevinDevice()
 register(DISK, Disk)
 register(LANGEVIN, LangevinParticle)
-
-
-def _initial_row(name: str, value: Any, replicas: int) -> NDArray[np.float64]:
-    label = f"initial[{name!r}]"
-    row = check_array(label, value)
-    if row.shape not in {(), (replicas,)}:
-        raise reject(label, value, f"must be a finite number or {replicas} of them")
-    return np.broadcast_to(row, (1, replicas)).copy()
 
 
 def _thermal_swing(scene: Disk | LangevinParticle) -> float:

@@ -13,7 +13,7 @@ from magmotor.device.job import Job
 from magmotor.devices.disk.scene import Disk
 from magmotor.devices.disk.states import DiskStates, start_disk
 from magmotor.mjcf import parts
-from magmotor.mjcf.forces.brownian import userdata
+from magmotor.mjcf.forces.brownian_wrenches import userdata
 from magmotor.mjcf.parts import fit_stage
 from magmotor.mjcf.viscous_contact import ViscousContact
 

@@ -6,14 +6,13 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from magmotor.common.arrays import Array
 from magmotor.common.checks import reject
 from magmotor.common.files import parsed_attributes
 from magmotor.common.hints import number
 from magmotor.device.analysis import OWN, analysis
 from magmotor.device.observable import labeled
 from magmotor.devices.disk.scene import Disk, LangevinParticle, derivative
-
-Array = NDArray[np.float64]
 
 LABELS = {
     "survival": ("1", "probability that a flight lasts longer"),
@@ -63,9 +62,8 @@ def flight_survival(run: xr.Dataset) -> xr.Dataset:
         Some of the ensemble's bins are missing.
     """
     durations = run.flight_duration.values
-    if "sample_interval" in run.attrs and not _has_all_bins(
-        durations, parsed_attributes(run.attrs)
-    ):
+    attributes = parsed_attributes(run.attrs)
+    if "sample_interval" in attributes and not _has_all_bins(durations, attributes):
         raise reject("flight_duration", durations.tolist(), "must have all bins of the ensemble")
     ended, unfinished = run.flights.values, run.unfinished_flights.values
     at_risk = np.cumsum((ended + unfinished)[::-1])[::-1]
@@ -81,6 +79,9 @@ def flight_survival(run: xr.Dataset) -> xr.Dataset:
 
 def _has_all_bins(durations: NDArray[np.float64], attributes: dict[str, Any]) -> bool:
     """Whether durations include all bins, from one sample to the longest possible flight."""
+    for name in ("timestep", "time_reached", "burn_in"):
+        if name not in attributes:
+            raise reject("attributes", [*attributes], f"must include {name}")
     sample = attributes["sample_interval"] * attributes["timestep"]
     seen = attributes["time_reached"] - attributes["burn_in"]
     ratio = 2**0.25

@@ -3,14 +3,12 @@
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from magmotor.common.arrays import Array
 from magmotor.devices.disk.scene import Disk
 from magmotor.devices.disk.scene import derivative as potential
 from magmotor.devices.disk.states import DiskStates
 from magmotor.numerics.reproducible import product
-
-Array = NDArray[np.float64]
 
 
 def problem(scene: Disk, initial: DiskStates) -> tuple[Callable, Array, Array]:

@@ -10,6 +10,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from magmotor.common import style
+from magmotor.common.arrays import Array
 from magmotor.common.checks import check_choice
 from magmotor.device.analysis import checked_run, scene_of_run
 from magmotor.devices.disk.observables import flight_survival, local_slope
@@ -19,7 +20,6 @@ from magmotor.devices.disk.theory.curves import DiskTheory
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Array = NDArray[np.float64]
 
 NEEDS = ("mean", "mean_error", "mean_square", "mean_square_error", "increment_correlation")
 """Variables that an ensemble must have."""

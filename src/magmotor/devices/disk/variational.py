@@ -19,11 +19,17 @@ from magmotor.device.job import Job
 from magmotor.devices.disk.scene import Disk, LangevinParticle
 from magmotor.devices.disk.states import DiskStates
 from magmotor.noise import box_muller, normal, threefry
-from magmotor.numerics.compiled import aligned, compiled_once, copy
-from magmotor.numerics.eights import COUNT, fused
 from magmotor.numerics.elementary import cosine, prefer_wide_vectors, sine
+from magmotor.numerics.numba_cache import aligned, compiled_once, copy
 from magmotor.numerics.reproducible import product
-from magmotor.numerics.splittings import DISK, friction_and_noise, kicks_that_evaluate, response
+from magmotor.numerics.simd import COUNT, fused
+from magmotor.numerics.splittings import (
+    DISK,
+    carries_force,
+    friction_and_noise,
+    kicks_that_evaluate,
+    response,
+)
 
 LANES = 128
 """Number of replicas that are stepped together, so that their states stay in the L1 cache."""
@@ -135,7 +141,7 @@ def _advance(
     count = len(parts)
     kicks = tuple(part in (1, 3) for part in parts)
     o_part = tuple(part in (2, 3) for part in parts)
-    carried = not all(needs_force[i] for i in range(count) if kicks[i])
+    carried = carries_force(kicks, needs_force)
     draws = sum(o_part)
 
     def advance(states, recorded, first, interval, seed, replica, factor, level, coefficients):

@@ -9,7 +9,8 @@ import xarray as xr
 
 from magmotor.common.checks import check_integer, reject
 from magmotor.device.analysis import checked_run
-from magmotor.device.device import Engine, Equation, MujocoAdapter, register
+from magmotor.device.device import register
+from magmotor.device.engine import Engine, Equation, MujocoAdapter
 from magmotor.device.job import METHODS as MUJOCO
 from magmotor.device.job import PLANAR as MUJOCO_PLANAR
 from magmotor.device.job import Job

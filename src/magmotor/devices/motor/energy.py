@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from magmotor.common.arrays import Array
 from magmotor.device.analysis import OWN, analysis
 from magmotor.device.observable import labeled
 from magmotor.devices.ball.rigid_forces import force_and_field
@@ -15,10 +15,8 @@ from magmotor.devices.motor.states import MotorStates
 from magmotor.devices.motor.theory import ball_injection_rate, ring_injection_rate
 from magmotor.devices.motor.variational import magnets
 from magmotor.dipoles import NOBODY
-from magmotor.numerics.compiled import compiled_once
+from magmotor.numerics.numba_cache import compiled_once
 from magmotor.numerics.rotations import columns, dot, place_dipoles
-
-Array = NDArray[np.float64]
 
 LABELS = {
     "gain": ("J", "change of the total energy"),

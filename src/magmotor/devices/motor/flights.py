@@ -15,14 +15,13 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from magmotor.common.arguments import checked
+from magmotor.common.arrays import Array
 from magmotor.common.checks import reject
 from magmotor.common.hints import flags, shaped
 from magmotor.device.analysis import OWN, analysis
 from magmotor.device.observable import labeled
 from magmotor.devices.motor.observables import azimuth
 from magmotor.devices.motor.scene import Motor
-
-Array = NDArray[np.float64]
 
 CORE = 0.25
 """Half-width of a well's core, in sectors; a sector is 2 pi/M wide."""

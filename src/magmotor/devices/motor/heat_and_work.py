@@ -6,13 +6,12 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from magmotor.common.arrays import Array
 from magmotor.device.job import Job
 from magmotor.devices.ball.rigid_steps import heat_and_work
 from magmotor.noise import normal
-from magmotor.numerics.compiled import compiled_once, copy
+from magmotor.numerics.numba_cache import compiled_once, copy
 from magmotor.numerics.rotations import rot_vec_quat
-
-Array = NDArray[np.float64]
 
 
 def heat_and_work_sums(job: Job, linear: int, before: Array, paths: Array, first: int) -> Array:

@@ -4,6 +4,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from magmotor.common.arrays import Array
 from magmotor.device.job import Job
 from magmotor.devices.ball.contacts import add_contacts, tune_solver
 from magmotor.devices.ball.coordinates import BallCoordinates, neg_quat, rot_vec_quat
@@ -13,7 +14,7 @@ from magmotor.devices.motor.heat_and_work import heat_and_work_sums
 from magmotor.devices.motor.scene import Motor
 from magmotor.devices.motor.states import MotorStates, start_motor
 from magmotor.mjcf import parts
-from magmotor.mjcf.forces.brownian import userdata
+from magmotor.mjcf.forces.brownian_wrenches import userdata
 from magmotor.mjcf.parts import fit_stage
 
 
@@ -34,9 +35,6 @@ def _mark(root: parts.Element, radius: float) -> None:
     """Mark the first dipole of the inner ring to make its yaw visible."""
     bead = root.find("geom", "inner_mark")
     bead.pos, bead.size = [radius, 0.0, 0.0], radius * bead.size
-
-
-Array = NDArray[np.float64]
 
 
 class MotorCoordinates:
@@ -71,7 +69,7 @@ class MotorCoordinates:
 
 
 class MotorAdapter:
-    """See `magmotor.run.in_mujoco.MujocoAdapter`; the sums are heat of ball and ring, then work."""
+    """See `magmotor.device.MujocoAdapter`; the sums are heat of ball and ring, then work."""
 
     control = int(mujoco.mjtState.mjSTATE_USERDATA)
     driven = True

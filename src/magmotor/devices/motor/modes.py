@@ -4,17 +4,15 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from magmotor.common.arrays import Array
 from magmotor.common.checks import reject
 from magmotor.common.hints import NotNegative
 from magmotor.device.analysis import OWN, analysis
 from magmotor.device.observable import labeled
 from magmotor.devices.motor.scene import Motor
 from magmotor.devices.motor.theory import slip_mobility
-
-Array = NDArray[np.float64]
 
 NEEDS = (
     *("position", "velocity", "slip_velocity", "momentum_map"),

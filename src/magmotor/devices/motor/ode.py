@@ -6,14 +6,13 @@ The forces are computed independently of the integrators that are tested against
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from magmotor.common.arrays import Array
 from magmotor.devices.ball.states import axes
 from magmotor.devices.motor.scene import Motor
 from magmotor.devices.motor.states import MotorStates
 from magmotor.dipoles import NOBODY, pack_sources, sum_over_sources
-from magmotor.numerics.compiled import compiled_once
-from magmotor.numerics.eights import COUNT
+from magmotor.numerics.numba_cache import compiled_once
 from magmotor.numerics.rotations import (
     columns,
     cross,
@@ -24,8 +23,7 @@ from magmotor.numerics.rotations import (
     stretched,
     third_axis,
 )
-
-Array = NDArray[np.float64]
+from magmotor.numerics.simd import COUNT
 
 
 def problem(scene: Motor, initial: MotorStates) -> tuple[Callable, Array, Array]:

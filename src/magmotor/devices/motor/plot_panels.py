@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from magmotor.common import style
+from magmotor.common.arrays import Array
 from magmotor.common.checks import check_type
 from magmotor.device.analysis import checked_run, scene_of_run
 from magmotor.devices.motor.energy import motor_energy_balance
@@ -21,7 +21,6 @@ from magmotor.devices.motor.scene import Motor
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Array = NDArray[np.float64]
 
 NEEDS = (
     *("position", "velocity", "slip_velocity", "momentum_map", "ring_orientation"),

@@ -181,7 +181,8 @@ class Motor(BallScene):
 
         Another `temperature` resets the noise and the friction of the ring to the paper's values.
         """
-        if changes.get("temperature", self.temperature) != self.temperature:
+        temperature = changes.get("temperature", self.temperature)
+        if isinstance(temperature, str) and temperature != self.temperature:
             changes = dict.fromkeys(THERMAL["uniform"]) | changes
         return replace(self, **changes)
 

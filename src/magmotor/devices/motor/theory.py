@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from magmotor import dipoles
 from magmotor.common.arguments import checked
+from magmotor.common.arrays import Array
 from magmotor.common.checks import check_number
 from magmotor.common.hints import Seconds
 from magmotor.devices.ball.landscape import effective_potential, valley_radius
@@ -16,8 +17,6 @@ from magmotor.devices.ball.resting import moved, resting_ball, scales, slip_fric
 from magmotor.devices.ball.slip import mobility
 from magmotor.devices.motor.scene import Motor
 from magmotor.numerics.linear_stability import SmallMotion
-
-Array = NDArray[np.float64]
 
 
 @checked

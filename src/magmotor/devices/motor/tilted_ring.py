@@ -4,15 +4,13 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
 from magmotor import dipoles
+from magmotor.common.arrays import Array
 from magmotor.devices.ball.landscape import aligned_energy
 from magmotor.devices.motor.scene import Motor
-
-Array = NDArray[np.float64]
 
 RADII, SECTORS = 30, 120
 """Size of the polar grid that the search for the energy minimum starts from."""

@@ -5,14 +5,13 @@ from collections.abc import Generator
 import numpy as np
 from numpy.typing import NDArray
 
+from magmotor.common.arrays import Array
 from magmotor.device.job import Job
 from magmotor.devices.ball.rigid_forces import Bodies, Magnets, floats
 from magmotor.devices.ball.rigid_kernel import on_plane, recorded_chunks
 from magmotor.devices.motor.scene import Motor
 from magmotor.devices.motor.states import MotorStates
 from magmotor.dipoles import pack_sources
-
-Array = NDArray[np.float64]
 
 
 def start(job: Job) -> NDArray[np.float64]:

@@ -7,7 +7,8 @@ from typing import Any
 import xarray as xr
 
 from magmotor.common.checks import check_integer, check_number, reject
-from magmotor.device.device import Engine, Equation, MujocoAdapter, register
+from magmotor.device.device import register
+from magmotor.device.engine import Engine, Equation, MujocoAdapter
 from magmotor.device.job import METHODS as MUJOCO
 from magmotor.device.job import PLANAR as MUJOCO_PLANAR
 from magmotor.device.job import Job

@@ -8,14 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from magmotor import dipoles
+from magmotor.common.arrays import Array
 from magmotor.devices.ball.landscape import aligned_force, on_plane, valley
 from magmotor.devices.top.scene import Top
-
-Array = NDArray[np.float64]
 
 ITERATIONS = 10
 """Iterations for the axis of a held ball; each reduces the error by more than ten times."""

@@ -2,13 +2,11 @@
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
+from magmotor.common.arrays import Array
 from magmotor.devices.top.mjcf import compose_top
 from magmotor.devices.top.scene import Top
 from magmotor.numerics.magnet_shapes import Cloud, as_dipoles
-
-Array = NDArray[np.float64]
 
 
 def finite_ring_sources(scene: Top, magnet: Cloud) -> tuple[Array, Array]:

@@ -7,14 +7,13 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import minimize, root_scalar
 
 from magmotor import dipoles
+from magmotor.common.arrays import Array
 from magmotor.devices.ball.landscape import aligned_force, on_plane
 from magmotor.devices.top.scene import Top
-
-Array = NDArray[np.float64]
 
 
 class Lift(NamedTuple):

@@ -31,7 +31,7 @@ def placed_ring(scene: Top, time: float) -> tuple[NDArray[np.float64], NDArray[n
 
 
 class BallAdapter:
-    """See `magmotor.run.in_mujoco.MujocoAdapter`.
+    """See `magmotor.device.MujocoAdapter`.
 
     Within a step, a scripted ring rests in its pose at the middle of the step, which is an error of
     second order.

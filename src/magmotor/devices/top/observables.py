@@ -4,19 +4,17 @@ from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 from scipy.spatial.transform import Rotation
 
 from magmotor import dipoles
 from magmotor.common.arguments import checked
+from magmotor.common.arrays import Array
 from magmotor.common.hints import Vectors
 from magmotor.device.analysis import OWN, analysis
 from magmotor.device.observable import Observable, labeled
 from magmotor.devices.top.scene import Top
 from magmotor.devices.top.states import BallStates
-
-Array = NDArray[np.float64]
 
 MOMENTUM_MAP = Observable(lambda run, scene: run.momentum_map, "kg m^2/s", "momentum map J")
 SPIN = Observable(lambda run, scene: run.momentum_map / scene.inertia[2], "rad/s", "spin J/I_3")

@@ -3,14 +3,12 @@
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from magmotor.common.arrays import Array
 from magmotor.devices.top.scene import Top
 from magmotor.devices.top.states import BallStates
 from magmotor.dipoles import NOBODY, pack_sources, sum_over_sources
-from magmotor.numerics.compiled import compiled_once
-
-Array = NDArray[np.float64]
+from magmotor.numerics.numba_cache import compiled_once
 
 
 def problem(scene: Top, initial: BallStates) -> tuple[Callable, Array, Array]:

@@ -3,18 +3,16 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from magmotor import dipoles
 from magmotor.common.arguments import checked
+from magmotor.common.arrays import Array
 from magmotor.common.hints import NotNegative
 from magmotor.devices.ball.resting import moved, resting_ball, scales, slip_friction, stiffness
 from magmotor.devices.ball.slip import mobility
 from magmotor.devices.top.scene import Top
 from magmotor.dipoles import PERMEABILITY_OVER_4PI
 from magmotor.numerics.linear_stability import SmallMotion
-
-Array = NDArray[np.float64]
 
 
 @checked

@@ -5,6 +5,7 @@ from collections.abc import Generator
 import numpy as np
 from numpy.typing import NDArray
 
+from magmotor.common.arrays import Array
 from magmotor.device.job import Job
 from magmotor.devices.ball.rigid_forces import Bodies, Magnets, floats
 from magmotor.devices.ball.rigid_kernel import SIZE, on_plane, recorded_chunks
@@ -12,8 +13,6 @@ from magmotor.devices.ball.states import axes
 from magmotor.devices.top.scene import Top
 from magmotor.devices.top.states import BallStates
 from magmotor.dipoles import pack_sources
-
-Array = NDArray[np.float64]
 
 
 def start(job: Job) -> NDArray[np.float64]:

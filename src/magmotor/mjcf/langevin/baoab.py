@@ -13,19 +13,17 @@ from typing import Annotated
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from magmotor.common.arguments import checked
+from magmotor.common.arrays import Array
 from magmotor.common.checks import check_floats, check_integer, check_type, reject
 from magmotor.common.environment import physical_memory
 from magmotor.common.hints import Count, floats, integer, several
 from magmotor.mjcf import hooks
 from magmotor.mjcf.langevin.coefficients import step_coefficients
-from magmotor.mjcf.langevin.loop import BY_TIME, compiled
+from magmotor.mjcf.langevin.compiled_loop import BY_TIME, compiled
 from magmotor.mjcf.langevin.model import langevin_model
 from magmotor.noise import LARGEST_STEP
-
-Array = NDArray[np.float64]
 
 ALL_OF_STATE = 2 ** int(mujoco.mjtState.mjNSTATE) - 1
 """All bits of `mjtState`."""
@@ -194,7 +192,7 @@ class Baoab:
             raise reject("data.model", data.model, "must be the model of this Baoab")
 
     def _run(self, data: mujoco.MjData, first: int, nstep: int, path: Array) -> int:
-        """Call the compiled loop; see `advance` in `magmotor.mjcf.langevin.loop`."""
+        """Call the compiled loop; see `advance` in `magmotor.mjcf.langevin.compiled_loop`."""
         if self.model.opt.timestep != self._coefficients.timestep:
             raise reject(
                 "timestep",

@@ -3,16 +3,13 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
+from magmotor.common.arrays import Array, Integers
 from magmotor.mjcf.langevin.model import Ball, LangevinModel
 from magmotor.numerics.reproducible import orthonormal_rows, product
 from magmotor.numerics.splittings import friction_and_noise
-
-Array = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 BODY, QUATERNION, DOF, CHANNEL, ISOTROPIC, TWIST, LAST_TWIST = 0, 1, 2, 3, 4, 5, 7
 """Columns of `StepCoefficients.balls`: the fields of `Ball`, whether isotropic, and twist axes."""

@@ -13,14 +13,13 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from magmotor.common.arrays import Array
 from magmotor.common.checks import reject
 from magmotor.common.hints import numbers
 from magmotor.mjcf.langevin.checks import ROUNDING, check_model, check_viscous
 from magmotor.mjcf.lookup import disabled, label
 from magmotor.mjcf.viscous_contact import resistance, viscous_contacts
 from magmotor.numerics.reproducible import product
-
-Array = NDArray[np.float64]
 
 FREE, BALL = int(mujoco.mjtJoint.mjJNT_FREE), int(mujoco.mjtJoint.mjJNT_BALL)
 
@@ -160,7 +159,7 @@ def _balls(model: mujoco.MjModel, masses: Array) -> Iterator[Ball]:
 
 
 def _channels(model: mujoco.MjModel) -> list[tuple[int, Array]]:
-    """Return the body and the wrench of each channel; see `magmotor.mjcf.forces.brownian`."""
+    """Return the body and the wrench of each channel; see `mjcf/forces/brownian_wrenches.py`."""
     whole = model.nuser_body - model.nuser_body % 6
     rows = model.body_user[:, :whole].reshape(model.nbody, -1, 6)
     return [(body, row) for body in range(model.nbody) for row in rows[body] if row.any()]

@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from magmotor.common.arrays import Array
 from magmotor.common.checks import check_integer, check_number, reject
 from magmotor.device.provenance import attributes_of
 from magmotor.devices.disk.ensemble.statistics import (
@@ -39,6 +40,10 @@ class Plan(NamedTuple):
     burn_in: int
     levels: int
 
+    def times(self, timestep: float) -> Array:
+        """Return the times of the records."""
+        return np.asarray(self.interval * timestep * self.records, float)
+
 
 def plan(timestep: float, duration: float, sample_interval: int, burn_in: float) -> Plan:
     """Plan records with logarithmic and, for curves over linear time, with even spacing.
@@ -68,9 +73,6 @@ def plan(timestep: float, duration: float, sample_interval: int, burn_in: float)
     return Plan(sample_interval, samples, records, first, levels)
 
 
-Array = NDArray[np.float64]
-
-
 def result(
     scene: Disk | LangevinParticle,
     task: dict[str, Any],
@@ -97,7 +99,7 @@ def result(
     if scene.has_rotation:
         parts.append(_flights(statistics, replicas, sample - when.burn_in, unit))
     data = xr.merge(parts).assign_coords(
-        time=unit * when.records[done], lag=unit * 2.0 ** np.arange(when.levels)
+        time=when.times(task["timestep"])[done], lag=unit * 2.0 ** np.arange(when.levels)
     )
     for name in (*data.data_vars, *data.coords):
         data[name].attrs.setdefault("units", "1")

@@ -20,8 +20,8 @@ from magmotor.common.checks import check_choice, reject
 from magmotor.common.environment import thread_count
 from magmotor.common.interrupts import deferred
 from magmotor.device.checkpoint import Checkpoint, Expected
+from magmotor.device.exceptions import SimulationInterrupted, stopped
 from magmotor.device.states import checksum
-from magmotor.device.stops import SimulationInterrupted, stopped
 from magmotor.devices.disk.ensemble.result import Plan, plan, result
 from magmotor.devices.disk.ensemble.statistics import (
     POWERS,

@@ -16,8 +16,8 @@ from magmotor.devices.disk.observables import energy
 from magmotor.devices.disk.scene import Disk, LangevinParticle
 from magmotor.devices.disk.states import DiskStates
 from magmotor.devices.disk.variational import LANES, TURN
-from magmotor.numerics.compiled import compiled_once
-from magmotor.numerics.eights import (
+from magmotor.numerics.numba_cache import compiled_once
+from magmotor.numerics.simd import (
     COUNT,
     broadcast,
     fused,

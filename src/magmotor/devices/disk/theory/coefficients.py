@@ -10,15 +10,15 @@ motion W.
 """
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from magmotor.common.arguments import checked
+from magmotor.common.arrays import Array
 from magmotor.common.checks import check_array
 from magmotor.devices.disk.scene import Disk, LangevinParticle
 from magmotor.devices.disk.theory.stationary import require_one_friction, temperature
 
 Scene = Disk | LangevinParticle
-Array = NDArray[np.float64]
 
 
 @checked

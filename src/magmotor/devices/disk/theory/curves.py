@@ -4,10 +4,10 @@ import math
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eigh_tridiagonal
 
 from magmotor.common.arguments import checked
+from magmotor.common.arrays import Array
 from magmotor.common.checks import reject
 from magmotor.common.environment import physical_memory
 from magmotor.common.hints import Times
@@ -18,8 +18,6 @@ from magmotor.devices.disk.theory.flat import (
     flat_variance_from_rest,
 )
 from magmotor.devices.disk.theory.fokker_planck import ReducedDisk
-
-Array = NDArray[np.float64]
 
 
 class DiskTheory:

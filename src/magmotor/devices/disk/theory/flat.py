@@ -3,16 +3,16 @@
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from magmotor.common.arguments import checked
+from magmotor.common.arrays import Array
 from magmotor.common.checks import reject
 from magmotor.common.hints import Elapsed
 from magmotor.devices.disk.scene import Disk, LangevinParticle
 from magmotor.devices.disk.theory.stationary import friction_modes, temperature
 
 Scene = Disk | LangevinParticle
-Array = NDArray[np.float64]
 
 
 @checked

@@ -18,12 +18,12 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import solve_banded
 
 from magmotor.common.arguments import checked
+from magmotor.common.arrays import Array
 from magmotor.common.checks import check_number, reject
 from magmotor.common.hints import Times, integer
 from magmotor.devices.disk.scene import Disk
 from magmotor.devices.disk.theory.stationary import gibbs_mean_squares, slip_rate, temperature
 
-Array = NDArray[np.float64]
 Transform = Callable[[complex], complex]
 
 REACH = 9.0

@@ -4,9 +4,10 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from magmotor.common.arguments import checked
+from magmotor.common.arrays import Array
 from magmotor.common.checks import check_number, reject
 from magmotor.devices.disk.scene import Disk, LangevinParticle, derivative, steepest_curvature
 
@@ -14,7 +15,6 @@ if TYPE_CHECKING:
     from scipy.interpolate import BSpline
 
 Scene = Disk | LangevinParticle
-Array = NDArray[np.float64]
 
 SHARPEST = 1e3
 """Largest sqrt(beta max|U''|) for which the density is computed on a grid."""

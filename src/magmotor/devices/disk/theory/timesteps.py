@@ -3,7 +3,6 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from magmotor.common.arguments import checked
 from magmotor.common.checks import check_number
@@ -18,7 +17,6 @@ from magmotor.devices.disk.theory.stationary import (
 from magmotor.numerics.linear_stability import SmallMotion
 
 Scene = Disk | LangevinParticle
-Array = NDArray[np.float64]
 
 
 @checked

@@ -24,7 +24,7 @@ from magmotor.dipoles import COINCIDENCE_SQUARED, sum_over_sources
 from magmotor.mjcf import memory
 from magmotor.mjcf.forces.dipole_sites import all_moments
 from magmotor.mjcf.forces.marks import COUPLINGS
-from magmotor.numerics.eights import COUNT
+from magmotor.numerics.simd import COUNT
 
 LABEL = 6
 """Row of the table with the dipoles' rigid bodies, after positions and moments."""

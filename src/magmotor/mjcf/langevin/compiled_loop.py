@@ -13,10 +13,9 @@ from functools import cache
 
 import numpy as np
 from numba import njit, types
-from numpy.typing import NDArray
 
 from magmotor.mjcf import layout, memory
-from magmotor.mjcf.forces.brownian import chosen, step_number
+from magmotor.mjcf.forces.brownian_wrenches import chosen, step_number
 from magmotor.mjcf.forces.marks import forces_of
 from magmotor.mjcf.langevin.coefficients import (
     BODY,
@@ -30,12 +29,8 @@ from magmotor.mjcf.langevin.coefficients import (
 )
 from magmotor.mjcf.magnetism import apply_forces
 from magmotor.noise import normal
-from magmotor.numerics.compiled import compiled_once, copy
+from magmotor.numerics.numba_cache import compiled_once, copy
 from magmotor.numerics.rotations import columns, dot, mul_quat, plus, scaled
-
-Array = NDArray[np.float64]
-Integers = NDArray[np.int64]
-
 
 BY_TIME = -(2**63)
 """Stands for a step number to be derived from the time of `mjData`, exact up to 5e7 steps."""

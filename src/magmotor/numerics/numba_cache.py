@@ -25,7 +25,7 @@ from numba import cfunc, njit
 from numba.core import config
 from numba.core.codegen import get_host_cpu_features
 
-from magmotor.numerics.eights import COUNT
+from magmotor.numerics.simd import COUNT
 
 CONSTANTS = (bool, int, float, complex, str, bytes, tuple, frozenset, np.generic, np.ndarray)
 """Types of global values that Numba freezes into the code."""
@@ -81,8 +81,9 @@ def checksum_of(function: Callable) -> int:
 def reached(function: Callable) -> tuple[set[str], set[str]]:
     """Return the modules and constants that a function depends on, directly or indirectly.
 
-    The modules are names of those with code or types that it uses; the constants are text. Only
-    magmotor and the function's own package are considered.
+    The modules are names of those with code or types that it uses; the constants are text, with the
+    name of the module that reads or holds them. Only magmotor and the function's own package are
+    considered.
     """
     packages = {"magmotor", function.__module__.partition(".")[0]}
     modules, constants, seen, pending = set(), set(), set(), [function]
@@ -93,7 +94,7 @@ def reached(function: Callable) -> tuple[set[str], set[str]]:
         for name, value in _globals(one):
             found: Any = inspect.unwrap(value) if callable(value) else value
             if isinstance(found, CONSTANTS):
-                constants.add(f"{name} = {found!r}")
+                constants.add(f"{name} = {_text(found)}")
             elif getattr(found, "__module__", "").partition(".")[0] not in packages:
                 continue
             elif isinstance(found, FunctionType):
@@ -104,14 +105,28 @@ def reached(function: Callable) -> tuple[set[str], set[str]]:
 
 
 def _globals(function: Any) -> Iterator[tuple[str, Any]]:
-    """Yield the global values that a function refers to, including those of modules."""
+    """Yield the global values that a function refers to, also through modules, with full names."""
     names = set(_names(function.__code__))
-    for name in names & function.__globals__.keys():
-        value = function.__globals__[name]
-        if isinstance(value, ModuleType):
-            yield from ((n, getattr(value, n)) for n in names if hasattr(value, n))
-        else:
-            yield name, value
+    read = {name: function.__globals__[name] for name in names & function.__globals__.keys()}
+    modules, pending = set(), [(function.__module__, read)]
+    while pending:
+        where, values = pending.pop()
+        for name, value in values.items():
+            if not isinstance(value, ModuleType):
+                yield f"{where}.{name}", value
+            elif value not in modules:
+                modules.add(value)
+                found = {n: getattr(value, n) for n in names if hasattr(value, n)}
+                pending.append((value.__name__, found))
+
+
+def _text(value: Any) -> str:
+    """Return a text that two constants share only if they are equal, unlike the repr of arrays."""
+    if isinstance(value, tuple):
+        return f"({', '.join(map(_text, value))})"
+    if isinstance(value, np.ndarray):
+        return f"{value.dtype!r} {value.shape} {value.tobytes().hex()}"
+    return repr(value)
 
 
 def _names(code: CodeType) -> Iterator[str]:
