@@ -51,7 +51,7 @@ def numbers(model: mujoco.MjModel) -> dict[str, bytes]:
                 continue
             parts = (
                 [value]
-                if not prefix == "vis."
+                if prefix != "vis."
                 else [getattr(value, k) for k in dir(value) if k[0] != "_"]
             )
             found[prefix + field] = b"".join(np.asarray(part).tobytes() for part in parts)
