@@ -7,6 +7,8 @@ compiled code takes its place in MuJoCo's table when the first model with the pl
 
 import ctypes
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
@@ -110,8 +112,19 @@ def _compute(model, data, instance, capability):
 
 _STUBS = {"nstate": _nstate, "init": _init, "reset": _reset, "compute": _compute}
 _lock = threading.Lock()
-_loader: threading.Thread | None = None
+_loaded = False
 _failures: list[str] = []
+_this_thread = threading.local()
+
+
+@contextmanager
+def without_code() -> Iterator[None]:
+    """Compile models with the plugin in this thread without loading its code; it does nothing."""
+    _this_thread.probes = True
+    try:
+        yield
+    finally:
+        _this_thread.probes = False
 
 
 def _ensure_loaded() -> None:
@@ -120,14 +133,15 @@ def _ensure_loaded() -> None:
     Loading calls MuJoCo, which must not happen in a thread that is inside of MuJoCo: its errors
     would jump to the innermost call.
     """
-    global _loader
-    if threading.current_thread() is _loader:
+    global _loaded
+    if getattr(_this_thread, "probes", False):
         return
     with _lock:
-        if _loader is None:
-            _loader = threading.Thread(target=_load)
-            _loader.start()
-            _loader.join()
+        if not _loaded:
+            loader = threading.Thread(target=_load)
+            loader.start()
+            loader.join()
+            _loaded = True
 
 
 def _load() -> None:

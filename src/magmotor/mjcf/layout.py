@@ -48,10 +48,14 @@ _PROBE = """
       <instance name="probe"><config key="act" value="all"/></instance>
     </plugin>
   </extension>
-  <option timestep="0.0625" integrator="implicitfast"/>
+  <option timestep="0.0625" integrator="implicitfast">
+    <flag gravity="disable" energy="enable"/>
+  </option>
   <size nuserdata="17" nuser_body="11" nuser_jnt="13"/>
   <custom>
     <text name="probe" data="some words"/>
+    <text name="second" data="more"/>
+    <text name="third" data="more"/>
     <tuple name="pair">
       <element objtype="body" objname="world" prm="2"/>
       <element objtype="site" objname="fixed" prm="3"/>
@@ -173,9 +177,10 @@ def verify(layout: Layout) -> None:
     if mujoco.MjModel.from_xml_string("<mujoco/>").qpos0.dtype != np.float64:
         raise LayoutError("MuJoCo was built in single precision, but double precision is required")
     magmotor_plugin.register()
-    model = mujoco.MjModel.from_xml_string(_PROBE)
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
+    with magmotor_plugin.without_code():
+        model = mujoco.MjModel.from_xml_string(_PROBE)
+        data = mujoco.MjData(model)
+        mujoco.mj_forward(model, data)
     data.time, data.pstack = 0.375, _PROBE_PSTACK
     wrong = []
     owners = ((MODEL_FIELDS, model, model), (OPTION_FIELDS, model, model.opt))

@@ -35,7 +35,10 @@ ASSUMED, NO_PASSIVE_FORCES, SLEEPING = range(LEFT_ALONE + 1, LEFT_ALONE + 4)
 """Notices, besides the reasons why nothing acts on a model."""
 
 _INERT = {
-    NO_DIPOLES: 'it has no dipole sites (a site with user="MOMENT" in A m^2, along its z axis)',
+    NO_DIPOLES: (
+        'it has no dipole sites (a site with user="MOMENT" in A m^2, along its z axis); Brownian'
+        " wrenches and potentials need a mark and user numbers of bodies or joints"
+    ),
     ONE_RIGID_BODY: "its dipole sites are all on one rigid body, so that none acts on another",
     NONE_MOVES: "none of the bodies with dipole sites can move (they have no joints)",
     SWITCHED_OFF: "its couplings turn all magnetism off (prm is 0, the default)",
@@ -171,12 +174,7 @@ def _give_notice(which, number):
             _printed.add(line)
             print(f"magmotor: {line}", file=sys.stderr)
     elif which in _INERT:
-        warnings.warn(
-            f"nothing acts on this model: {_INERT[which]}; it also has no Brownian wrenches (rows"
-            " of six user numbers of a body) and no periodic potentials (pairs of user numbers of"
-            " a joint)",
-            stacklevel=2,
-        )
+        warnings.warn(f"nothing acts on this model: {_INERT[which]}", stacklevel=2)
     else:
         warnings.warn(_NOTICES[which], stacklevel=2)
 
