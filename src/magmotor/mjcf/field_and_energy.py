@@ -7,6 +7,8 @@ from numpy.typing import NDArray
 from magmotor import dipoles
 from magmotor.common.arguments import checked
 from magmotor.common.hints import Points
+from magmotor.mjcf.callbacks import acting_forces
+from magmotor.mjcf.forces.marks import COUPLINGS, DIPOLES
 
 Array = NDArray[np.float64]
 
@@ -88,7 +90,8 @@ def magnetic_energy(model: mujoco.MjModel, data: mujoco.MjData) -> float:
 
 def dipole_sites(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Array, Array, NDArray]:
     """Positions (n, 3) in m, moments (n, 3) in A m^2 and bodies (n,) of the sites with a moment."""
-    strengths = model.site_user[:, 0] if model.nuser_site else np.zeros(model.nsite)
+    acts = model.nuser_site and acting_forces(model) & DIPOLES
+    strengths = model.site_user[:, 0] if acts else np.zeros(model.nsite)
     sites = np.flatnonzero(strengths)
     axes = data.site_xmat[sites].reshape(-1, 3, 3)[..., 2]
     return data.site_xpos[sites], strengths[sites, np.newaxis] * axes, model.site_bodyid[sites]
@@ -97,7 +100,7 @@ def dipole_sites(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Array, Arr
 def coupling_factors(model: mujoco.MjModel):
     """The function that says how strongly the dipoles of two bodies act on one another."""
     factors: dict[frozenset[int], float] = {}
-    for k in range(model.ntuple):
+    for k in range(model.ntuple if acting_forces(model) & COUPLINGS else 0):
         if model.tuple(k).name.startswith("coupling"):
             first = model.tuple_adr[k]
             pair = frozenset(model.tuple_objid[first : first + 2].tolist())
