@@ -107,7 +107,7 @@ def test_user_numbers_of_others_are_left_alone(capsys):
 )
 def test_the_temperature_of_a_scene(scene, kT, capsys):
     found = mm.describe(mm.build(scene))
-    assert found.kT == pytest.approx((kT, kT), rel=3e-12)  # measured: 6e-14
+    assert found.kT == pytest.approx((kT, kT), rel=1e-14)  # measured: 4e-16
     assert re.search(r"temperature: kT = [\d.e-]+ J$", capsys.readouterr().out, re.MULTILINE)
 
 

@@ -194,8 +194,9 @@ def _compute(checksum: int, offsets: layout.Layout):
         if acting < 0:
             _clear(applied)
             _mark_failed(model, data, offsets, stage)
+        awake = memory.integers(d[offsets.body_awake // 8], bodies)
         for body in range(1, bodies):
-            if memory.any_number(applied, body, 0, 6):
+            if awake[body] != memory.ASLEEP and memory.any_number(applied, body, 0, 6):
                 wrench = room + 48 * body
                 center = d[offsets.xipos // 8] + 24 * body
                 _apply_wrench(model, data, wrench, wrench + 24, center, body, passive)
