@@ -11,9 +11,11 @@ numbers, and those of the sites do not just count them.
 
 import math
 
+import mujoco
 from numba import njit
 
-from magmotor.mjcf import memory
+from magmotor.mjcf import layout, memory
+from magmotor.numerics.numba_cache import compiled_once
 
 DIPOLES, COUPLINGS, NOISE, POTENTIALS, UNMARKED = 1, 2, 4, 8, 16
 """Bits for what acts, and for a model that does not say so."""
@@ -32,6 +34,22 @@ WORDS = {
 NAME = (*b"magmotor", 0)
 _CODED = tuple((tuple(word.encode()), bits) for word, bits in WORDS.items())
 _DIPOLES, _COUPLINGS, _NOISE, _POTENTIALS, _ALL = _CODED
+
+
+def acting_on(model: mujoco.MjModel) -> int:
+    """Return the bits of what acts on a model; see `forces_of`."""
+    return _acting(layout.current())(model._address)
+
+
+@compiled_once(error_model="numpy")
+def _acting(checksum: int, offsets: layout.Layout):
+    """Define `acting_on` for one layout of the structs."""
+
+    def acting(model):
+        _ = checksum
+        return forces_of(memory.words(model, memory.UNBOUNDED), offsets)
+
+    return acting
 
 
 @njit

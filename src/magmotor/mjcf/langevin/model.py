@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from magmotor.common.arrays import Array
 from magmotor.common.checks import reject
 from magmotor.common.hints import numbers
+from magmotor.mjcf.forces.marks import NOISE, acting_on
 from magmotor.mjcf.langevin.checks import ROUNDING, check_model, check_viscous
 from magmotor.mjcf.lookup import disabled, label
 from magmotor.mjcf.viscous_contact import resistance, viscous_contacts
@@ -160,6 +161,8 @@ def _balls(model: mujoco.MjModel, masses: Array) -> Iterator[Ball]:
 
 def _channels(model: mujoco.MjModel) -> list[tuple[int, Array]]:
     """Return the body and the wrench of each channel; see `mjcf/forces/brownian_wrenches.py`."""
+    if not acting_on(model) & NOISE:
+        return []
     whole = model.nuser_body - model.nuser_body % 6
     rows = model.body_user[:, :whole].reshape(model.nbody, -1, 6)
     return [(body, row) for body in range(model.nbody) for row in rows[body] if row.any()]
