@@ -17,10 +17,11 @@ import magmotor_plugin
 
 MODEL_FIELDS = (
     "nq", "nv", "nbody", "njnt", "nsite", "ntuple", "nuser_body", "nuser_jnt", "nuser_site",
-    "nuserdata", "body_weldid", "body_dofnum", "body_user", "jnt_type", "jnt_bodyid", "jnt_qposadr",
-    "jnt_dofadr", "jnt_user", "site_bodyid", "site_user", "tuple_adr", "tuple_size", "tuple_objtype", "tuple_objid",
-    "tuple_objprm", "ntext", "text_adr", "text_data", "name_bodyadr", "name_jntadr", "name_siteadr",
-    "name_tupleadr", "name_textadr", "names", "nplugin", "plugin", "plugin_attr", "plugin_attradr",
+    "nuserdata", "body_weldid", "body_dofnum", "body_user", "jnt_type", "jnt_bodyid",
+    "jnt_qposadr", "jnt_dofadr", "jnt_user", "site_bodyid", "site_user", "tuple_adr",
+    "tuple_size", "tuple_objtype", "tuple_objid", "tuple_objprm", "ntext", "text_adr",
+    "text_data", "name_bodyadr", "name_jntadr", "name_siteadr", "name_tupleadr", "name_textadr",
+    "names", "nplugin", "plugin", "plugin_attr", "plugin_attradr",
 )  # fmt: skip
 OPTION_FIELDS = ("timestep", "integrator", "disableflags", "enableflags")
 DATA_FIELDS = (
