@@ -563,9 +563,7 @@ def _index(compiled):
 
 def test_a_second_process_loads_the_callback_from_disk():
     callbacks.compiled_callback()
-    code = (
-        "from magmotor.mjcf import callbacks; print(callbacks.compiled_callback().cache_hits)"
-    )
+    code = "from magmotor.mjcf import callbacks; print(callbacks.compiled_callback().cache_hits)"
     command = [sys.executable, "-c", code]
     second = subprocess.run(command, capture_output=True, text=True, check=True)
     assert second.stdout == "1\n"

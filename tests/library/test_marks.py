@@ -224,9 +224,7 @@ def test_foreign_numbers_with_a_mark_are_errors(kind):
 def test_couplings_without_a_mark_are_ignored():
     """A tuple that would be an error has no effect on plain dipoles."""
     free = BODY.format("hand", "", "<freejoint/>", '<site user="5"/>')
-    forces = []
-    for model in (foreign(free), foreign(free, TEXT.format("dipoles"))):
-        forces.append(generalized(model))
+    forces = [generalized(foreign(free, custom)) for custom in ("", TEXT.format("dipoles"))]
     assert forces[0].any()
     np.testing.assert_array_equal(*forces)
     model = foreign(free, TEXT.format("dipoles couplings"))
@@ -236,7 +234,9 @@ def test_couplings_without_a_mark_are_ignored():
 
 @pytest.mark.parametrize("plugin", [False, True])
 def test_dipoles_without_a_mark_are_said_once_per_process(plugin):
-    extension = '<extension><plugin plugin="magmotor.forces"><instance name="m"/></plugin></extension>'
+    extension = (
+        '<extension><plugin plugin="magmotor.forces"><instance name="m"/></plugin></extension>'
+    )
     program = f"""
 import magmotor as mm
 import mujoco
@@ -255,7 +255,8 @@ print(abs(data.qfrc_smooth[:2]).max() > 0)
     found = subprocess.run(command, capture_output=True, text=True, check=True)
     assert found.stdout == "True\n"
     lines = [line for line in found.stderr.splitlines() if line.startswith("magmotor: ")]
-    assert lines == [
+    said = (
         "magmotor: 2 sites with one user number act as dipoles; to say so, or otherwise, add"
         ' <custom><text name="magmotor" data="dipoles"/></custom> to the model'
-    ]
+    )
+    assert lines == [said]

@@ -250,7 +250,7 @@ def _mark_failed(model, data, offsets, later_stage):
         # MuJoCo would reset the state at a force that is NaN, but has already used the position.
         positions = memory.numbers(d[offsets.qpos // 8], 1, m[offsets.nq // 8])
         positions[:] = math.nan
-        _warn(data, BAD_POSITION, 0)
+    _warn(data, BAD_POSITION, 0)  # ends the rollout, whose next step would reset the state
 
 
 @njit
