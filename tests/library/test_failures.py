@@ -181,6 +181,8 @@ def test_where_mujoco_is_called_in_the_same_thread_the_call_raises(hook):
     for call in (mujoco.mj_forward, mujoco.mj_step):
         with mm.magnetism(), pytest.raises(mujoco.FatalError, match=f"{COINCIDE}$"):
             call(model, data)
+    with mm.magnetism(), pytest.raises(mujoco.FatalError, match=f"{COINCIDE}$"):
+        rollout(model, START, 0 * AWAY, threads=1)
 
 
 def test_an_error_belongs_to_the_block_in_which_it_occurred():

@@ -129,6 +129,11 @@ def test_a_text_that_names_nothing_known_is_an_error(words, message):
         separate(TEXT.format(words), '<instance name="magnets"/>')
 
 
+def test_an_empty_text_is_an_error():
+    with pytest.raises(ValueError, match="text field cannot be empty"):
+        separate(TEXT.format(""))
+
+
 def test_two_marks_of_one_model_name_the_same():
     both = {"text": TEXT.format("noise dipoles"), "instance": CONFIG.format("dipoles noise")}
     np.testing.assert_array_equal(

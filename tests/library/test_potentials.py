@@ -138,6 +138,24 @@ def test_the_generalized_force_is_minus_the_slope_of_the_potential(hook, seed):
     assert not data.xfrc_applied.any()
 
 
+@pytest.mark.parametrize("hook", HOOKS)
+def test_finite_differences_do_not_add_the_force_twice(hook):
+    """`mjd_transitionFD` keeps the passive forces while it varies controls."""
+    model = mujoco.MjModel.from_xml_string(f"""
+    <mujoco>
+      {HOOKS[hook]}{MARK}
+      <worldbody><body gravcomp="1"><joint name="axle" axis="0 1 0" user="1 0"/>
+        <inertial pos="0 0 0" mass="1" diaginertia="0.1 0.1 0.1"/></body></worldbody>
+      <actuator><motor joint="axle"/></actuator>
+    </mujoco>""")
+    by_state, by_control = np.empty((2, 2)), np.empty((2, 1))
+    with mm.magnetism():
+        mujoco.mjd_transitionFD(
+            model, mujoco.MjData(model), 1e-6, True, by_state, by_control, None, None
+        )
+    assert by_control[1, 0] == pytest.approx(model.opt.timestep / 0.1, rel=1e-8)  # 4e-10
+
+
 CART = f"""
 <mujoco>
   <option gravity="0 0 0"/>
