@@ -175,6 +175,8 @@ CALLS: dict[Any, dict[str, Any]] = {
     CONTACT.add_to: {"description": mujoco.MjSpec()},
     CONTACT.calibrate: {"model": mm.build(TOP)},
     CONTACT.damping_of: {"model": mm.build(TOP)},
+    mm.field: {"model": MODEL, "data": mujoco.MjData(MODEL), "points": POINTS},
+    mm.magnetic_energy: {"model": MODEL, "data": mujoco.MjData(MODEL)},
     mm.apply_perturbation: {
         "model": MODEL, "data": mujoco.MjData(MODEL), "perturb": mujoco.MjvPerturb()
     },
