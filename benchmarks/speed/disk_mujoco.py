@@ -7,12 +7,12 @@ import mujoco
 from numba import njit
 
 import magmotor as mm
+import magmotor_plugin
 from benchmarks.harness.tables import Row, show
 from benchmarks.harness.timing import in_turns, seconds_of
 from magmotor.device.job import Job
 from magmotor.devices.disk.states import start_disk
 from magmotor.devices.disk.variational import run
-from magmotor.mjcf import memory
 from magmotor.mjcf.hooks import without_stopwatch
 
 TIMESTEP = 0.01
@@ -60,7 +60,7 @@ def _show_parts() -> None:
     model = mm.build(DRIVEN)
     model.opt.timestep = TIMESTEP
     data = mujoco.MjData(model)
-    library = memory.library()
+    library = magmotor_plugin.library()
     calls = {name: getattr(library, name) for name, _ in PARTS if name != "callback"}
     with mm.magnetism(), without_stopwatch():
         calls |= {"callback": mujoco.get_mjcb_control(), "mj_step": library.mj_step}

@@ -7,9 +7,9 @@ import mujoco
 from numba import njit
 
 import magmotor as mm
+import magmotor_plugin
 from benchmarks.harness.tables import Row, show
 from benchmarks.harness.timing import in_turns, seconds_of
-from magmotor.mjcf import memory
 from magmotor.mjcf.hooks import without_stopwatch
 from magmotor.noise import BrownianPath
 
@@ -69,7 +69,7 @@ def _show_parts(whole: list[float]) -> None:
     model = mm.build(mm.Motor())
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, 0)
-    library = memory.library()
+    library = magmotor_plugin.library()
     kinematics = ctypes.cast(library.mj_kinematics, ON_DATA)
     drift = ctypes.cast(library.mj_integratePos, ON_POSITIONS)
     both = model._address, data._address

@@ -13,12 +13,12 @@ import mujoco.batch
 import mujoco.rollout
 import numpy as np
 import pytest
+from numba import types
 from numba.core.ccallback import CFunc
 from numpy_twin import apply_magnetism
 
 import magmotor as mm
-from magmotor.mjcf import layout
-from magmotor.mjcf import magnetism as callback
+from magmotor.mjcf import callbacks, layout
 from magmotor.numerics import numba_cache
 
 COMPASSES = """
@@ -543,8 +543,9 @@ def test_cache_key_follows_the_layout(monkeypatch):
 
 def _compiled(offsets, checksum, monkeypatch):
     monkeypatch.setattr(numba_cache, "checksum_of", lambda function: checksum)
-    again = numba_cache.compiled_once(callback._SIGNATURE, error_model="numpy")
-    return again(inspect.unwrap(callback._callback))(offsets)
+    signature = types.void(types.int64, types.int64)
+    again = numba_cache.compiled_once(signature, error_model="numpy")
+    return again(inspect.unwrap(callbacks._callback))(offsets)
 
 
 def _key(compiled):
@@ -557,10 +558,9 @@ def _index(compiled):
 
 
 def test_a_second_process_loads_the_callback_from_disk():
-    callback.compiled_callback()
+    callbacks.compiled_callback()
     code = """
-        from magmotor.mjcf import magnetism as callback
-        print(callback.compiled_callback().cache_hits)
+                print(callbacks.compiled_callback().cache_hits)
     """
     command = [sys.executable, "-c", textwrap.dedent(code)]
     second = subprocess.run(command, capture_output=True, text=True, check=True)

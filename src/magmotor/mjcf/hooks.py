@@ -13,7 +13,7 @@ from typing import Any
 
 import mujoco
 
-from magmotor.mjcf.memory import library
+from magmotor_plugin import library
 
 
 class Hook:

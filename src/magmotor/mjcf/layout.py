@@ -13,16 +13,17 @@ import numpy as np
 from mujoco.introspect import ast_nodes
 from mujoco.introspect.structs import STRUCTS
 
-from magmotor.mjcf import plugin
+import magmotor_plugin
 
 MODEL_FIELDS = (
-    "nbody", "njnt", "nsite", "ntuple", "nuser_body", "nuser_jnt", "nuser_site", "nuserdata",
-    "body_weldid", "body_dofnum", "body_user", "jnt_type", "jnt_bodyid", "jnt_qposadr", "jnt_user",
+    "nq", "nv", "nbody", "njnt", "nsite", "ntuple", "nuser_body", "nuser_jnt", "nuser_site",
+    "nuserdata", "body_weldid", "body_dofnum", "body_user", "jnt_type", "jnt_qposadr", "jnt_dofadr",
+    "jnt_user",
     "site_bodyid", "site_user", "tuple_adr", "tuple_size", "tuple_objtype", "tuple_objid",
     "tuple_objprm", "ntext", "text_adr", "text_data", "name_bodyadr", "name_jntadr", "name_siteadr",
     "name_tupleadr", "name_textadr", "names", "nplugin", "plugin", "plugin_attr", "plugin_attradr",
 )  # fmt: skip
-OPTION_FIELDS = ("timestep", "integrator")
+OPTION_FIELDS = ("timestep", "integrator", "disableflags", "enableflags")
 DATA_FIELDS = (
     "site_xpos", "site_xmat", "xmat", "xipos", "xaxis", "xfrc_applied", "qfrc_applied", "qpos",
     "qvel", "qfrc_passive", "userdata", "time", "pstack",
@@ -47,10 +48,14 @@ _PROBE = """
       <instance name="probe"><config key="act" value="all"/></instance>
     </plugin>
   </extension>
-  <option timestep="0.0625" integrator="implicitfast"/>
+  <option timestep="0.0625" integrator="implicitfast">
+    <flag gravity="disable" energy="enable"/>
+  </option>
   <size nuserdata="17" nuser_body="11" nuser_jnt="13"/>
   <custom>
     <text name="probe" data="some words"/>
+    <text name="second" data="more"/>
+    <text name="third" data="more"/>
     <tuple name="pair">
       <element objtype="body" objname="world" prm="2"/>
       <element objtype="site" objname="fixed" prm="3"/>
@@ -81,6 +86,8 @@ class LayoutError(RuntimeError):
 class Layout(NamedTuple):
     """Byte offsets of fields in mjModel, including its options, and in mjData."""
 
+    nq: int
+    nv: int
     nbody: int
     njnt: int
     nsite: int
@@ -93,8 +100,8 @@ class Layout(NamedTuple):
     body_dofnum: int
     body_user: int
     jnt_type: int
-    jnt_bodyid: int
     jnt_qposadr: int
+    jnt_dofadr: int
     jnt_user: int
     site_bodyid: int
     site_user: int
@@ -118,6 +125,8 @@ class Layout(NamedTuple):
     plugin_attradr: int
     timestep: int
     integrator: int
+    disableflags: int
+    enableflags: int
     site_xpos: int
     site_xmat: int
     xmat: int
@@ -167,10 +176,11 @@ def verify(layout: Layout) -> None:
     """
     if mujoco.MjModel.from_xml_string("<mujoco/>").qpos0.dtype != np.float64:
         raise LayoutError("MuJoCo was built in single precision, but double precision is required")
-    plugin.register()
-    model = mujoco.MjModel.from_xml_string(_PROBE)
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
+    magmotor_plugin.register()
+    with magmotor_plugin.without_code():
+        model = mujoco.MjModel.from_xml_string(_PROBE)
+        data = mujoco.MjData(model)
+        mujoco.mj_forward(model, data)
     data.time, data.pstack = 0.375, _PROBE_PSTACK
     wrong = []
     owners = ((MODEL_FIELDS, model, model), (OPTION_FIELDS, model, model.opt))

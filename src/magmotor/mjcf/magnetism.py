@@ -4,38 +4,17 @@ The module contains the public functions, the installation of the callback, and 
 callback itself.
 """
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
-
 import ctypes
-import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from functools import cache
 from typing import Any
 
 import mujoco
-from numba import njit, types
 
 from magmotor.common.arguments import checked
-from magmotor.mjcf import layout, memory
-from magmotor.mjcf.forces.brownian_wrenches import (
-    add_brownian_wrenches,
-    clear_driven_bodies,
-    step_number,
-)
-from magmotor.mjcf.forces.dipole_sites import (
-    NO_DIPOLES,
-    NONE_MOVES,
-    ONE_RIGID_BODY,
-    SWITCHED_OFF,
-    why_inert,
-)
-from magmotor.mjcf.forces.dipole_wrenches import set_magnetic_wrenches
-from magmotor.mjcf.forces.joint_potentials import add_potential_wrenches, clear_bodies_in_potentials
-from magmotor.mjcf.forces.marks import DIPOLES, NOISE, POTENTIALS, forces_of, plugin_instance
+from magmotor.mjcf import messages
+from magmotor.mjcf.callbacks import compiled_callback
 from magmotor.mjcf.hooks import Hook
-from magmotor.numerics.numba_cache import compiled_once
 
 
 @contextmanager
@@ -139,7 +118,7 @@ def magnetism() -> Iterator[None]:
     >>> print(data.qpos.round(5))  # a quarter of a turn: the needle points at the magnet
     [1.5708]
     """
-    with _hook:
+    with _hook, messages.recorded_errors():
         yield
 
 
@@ -187,142 +166,9 @@ _C_TYPE = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)
 
 def _install() -> Any:
     function = _C_TYPE(compiled_callback().address or 0)
-    _reported.value = 0
     previous = mujoco.get_mjcb_control()
     mujoco.set_mjcb_control(function)
     return previous
 
 
 _hook = Hook(_install, mujoco.set_mjcb_control)
-
-
-@cache
-def compiled_callback():
-    """Return the callback for the running MuJoCo, compiled at most once per process."""
-    memory.bind_function("magmotor_report_inert", _report)
-    memory.bind_variable("magmotor_inert_reported", _reported)
-    return _callback(layout.current())
-
-
-@cache
-def compiled_plugin():
-    """The plugin's function for the MuJoCo that is running."""
-    memory.bind_function("mj_applyFT", memory.library().mj_applyFT)
-    compiled_callback()
-    return _plugin(layout.current())
-
-
-_PLUGIN_SIGNATURE = types.void(types.int64, types.int64, types.int32, types.int32)
-_word = types.int64
-_apply_wrench = types.ExternalFunction(
-    "mj_applyFT", types.void(_word, _word, _word, _word, _word, types.int32, _word)
-)
-
-
-@compiled_once(_PLUGIN_SIGNATURE, error_model="numpy")
-def _plugin(checksum: int, offsets: layout.Layout):
-    def compute(model, data, instance, capability):
-        _ = checksum
-        m = memory.words(model, memory.UNBOUNDED)
-        d = memory.words(data, memory.UNBOUNDED)
-        if instance != plugin_instance(m, offsets):
-            return  # only one of several instances acts
-        kinds = forces_of(m, offsets)
-        step = step_number(model, data, offsets)  # which our own use of the stack would change
-        bodies = m[offsets.nbody // 8]
-        stack = d.ctypes.data
-        memory.mark_stack(stack)
-        room = memory.allocate(stack, 48 * bodies, 8)
-        applied = memory.numbers(room, bodies, 6)
-        for body in range(bodies):
-            for k in range(6):
-                applied[body, k] = 0.0
-        apply_forces(model, data, offsets, kinds, applied)
-        if kinds > 0 and kinds & NOISE and m[offsets.nuser_body // 8] > 0:
-            add_brownian_wrenches(model, data, offsets, step, applied)
-        for body in range(1, bodies):
-            if memory.any_number(applied, body, 0, 6):
-                wrench = room + 48 * body
-                center = d[offsets.xipos // 8] + 24 * body
-                _apply_wrench(
-                    model, data, wrench, wrench + 24, center, body, d[offsets.qfrc_passive // 8]
-                )
-        memory.free_stack(stack)
-
-    return compute
-
-
-_SIGNATURE = types.void(types.int64, types.int64)
-
-
-@compiled_once(_SIGNATURE, error_model="numpy")
-def _callback(checksum: int, offsets: layout.Layout):
-    """Define the callback for one layout of the structs.
-
-    The offsets are plain numbers in a closure cell. A compiled function in a closure cell would
-    give a different key of Numba's cache in every process.
-    """
-
-    def callback(model, data):
-        _ = checksum
-        m = memory.words(model, memory.UNBOUNDED)
-        d = memory.words(data, memory.UNBOUNDED)
-        if plugin_instance(m, offsets) >= 0:
-            return
-        kinds = forces_of(m, offsets)
-        applied = memory.numbers(d[offsets.xfrc_applied // 8], memory.UNBOUNDED, 6)
-        acting = apply_forces(model, data, offsets, kinds, applied)
-        if kinds > 0 and kinds & NOISE and m[offsets.nuser_body // 8] > 0:
-            step = step_number(model, data, offsets)
-            acting += add_brownian_wrenches(model, data, offsets, step, applied)
-        if acting == 0 and memory.inert_reported() == 0:
-            memory.report_inert(why_inert(m, offsets))
-
-    return callback
-
-
-@njit(forceinline=True)
-def apply_forces(model, data, offsets, kinds, applied):
-    """Overwrite the wrenches of bodies with all forces except noise; return how many act.
-
-    `model` and `data` are the addresses of mjModel and mjData, `offsets` is their layout,
-    `kinds` are the bits of `forces_of`, and `applied` (nbody, 6) receives the wrenches.
-    """
-    m = memory.words(model, memory.UNBOUNDED)
-    d = memory.words(data, memory.UNBOUNDED)
-    if kinds < 0:
-        memory.fatal_mark(kinds, 0)
-        return 0
-    in_potentials = kinds & POTENTIALS and m[offsets.nuser_jnt // 8] > 0
-    if kinds & NOISE and m[offsets.nuser_body // 8] > 0:
-        clear_driven_bodies(m, d, offsets, applied)
-    if in_potentials:
-        clear_bodies_in_potentials(m, d, offsets, applied)
-    acting = 0
-    if kinds & DIPOLES:
-        acting = set_magnetic_wrenches(m, d, offsets, kinds, applied)
-    if in_potentials:
-        acting += add_potential_wrenches(m, d, offsets, applied)
-    return acting
-
-
-_reported = ctypes.c_int64(0)
-"""Whether a model on which nothing acts has been reported since the callback was installed."""
-
-_REASONS = {
-    NO_DIPOLES: 'it has no dipole sites (a site with user="MOMENT" in A m^2, along its z axis)',
-    ONE_RIGID_BODY: "its dipole sites are all on one rigid body, so that none acts on another",
-    NONE_MOVES: "none of the bodies with dipole sites can move (they have no joints)",
-    SWITCHED_OFF: "its couplings turn all magnetism off (prm is 0, the default)",
-}
-
-
-@ctypes.CFUNCTYPE(None, ctypes.c_int64)
-def _report(reason):
-    _reported.value = 1
-    warnings.warn(
-        f"nothing acts on this model: {_REASONS[reason]}; it also has no Brownian wrenches (rows of"
-        " six user numbers of a body) and no periodic potentials (pairs of user numbers of a"
-        " joint)",
-        stacklevel=2,
-    )

@@ -8,18 +8,16 @@ when the code is loaded, so that cached code is valid in every process.
 # pyright: reportCallIssue=false
 
 import ctypes
-from pathlib import Path
 from typing import Any
 
 import llvmlite.binding as llvm
-import mujoco
 import numpy as np
 from llvmlite import ir
 from numba import carray, njit, types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from magmotor.mjcf import plugin
+import magmotor_plugin
 
 UNBOUNDED = 1 << 30
 """Length of arrays whose actual length is not looked up."""
@@ -35,20 +33,15 @@ def bind_variable(name: str, variable: ctypes.c_int64) -> None:
     llvm.add_symbol(name, ctypes.addressof(variable))
 
 
-def library() -> ctypes.CDLL:
-    """Return MuJoCo's C library, which the Python package has already loaded."""
-    folder = Path(mujoco.__file__).parent
-    patterns = ("libmujoco.so*", "libmujoco*.dylib", "mujoco.dll")
-    found = [path for pattern in patterns for path in folder.glob(pattern)]
-    if not found:
-        raise ImportError(f"no MuJoCo library next to {mujoco.__file__}")
-    return ctypes.CDLL(str(found[0]))
+def bind_mujoco(*names: str) -> None:
+    """Bind functions of MuJoCo's C library to their own names in compiled code."""
+    for name in names:
+        bind_function(name, getattr(magmotor_plugin.library(), name))
 
 
-for _name in ("mju_error", "mj_markStack", "mj_stackAllocByte", "mj_freeStack"):
-    bind_function(_name, getattr(library(), _name))
+bind_mujoco("mj_markStack", "mj_stackAllocByte", "mj_freeStack")
 
-_slot = ctypes.c_int64(plugin.register())
+_slot = ctypes.c_int64(magmotor_plugin.register())
 bind_variable("magmotor_plugin_slot", _slot)
 
 mark_stack = types.ExternalFunction("mj_markStack", types.void(types.int64))
@@ -122,101 +115,11 @@ def any_number(array, row, first, last):
     return present
 
 
-def _error(context, builder, text, pairs):
-    """Call `mju_error` with pairs of a number and the address of a C string."""
-    arguments = []
-    for number, name in pairs:
-        arguments.append(builder.trunc(number, ir.IntType(32)))
-        arguments.append(builder.inttoptr(name, cgutils.voidptr_t))
-    return _call_error(context, builder, text, arguments)
-
-
-def _call_error(context, builder, text, arguments):
-    """Call `mju_error` with a format and its arguments."""
-    message = context.insert_const_string(builder.module, text)
-    kind = ir.FunctionType(ir.VoidType(), [cgutils.voidptr_t], var_arg=True)
-    function = cgutils.get_or_insert_function(builder.module, kind, "mju_error")
-    builder.call(function, [message, *arguments])
-    return context.get_dummy_value()
-
-
-@intrinsic
-def fatal_coincidence(typingctx, first, first_name, second, second_name):
-    """Raise MuJoCo's error for two coincident sites; the names are addresses of C strings."""
-
-    def codegen(context, builder, signature, args):
-        text = "dipole sites %d '%s' and %d '%s' coincide: their force is undefined"
-        return _error(context, builder, text, (args[:2], args[2:]))
-
-    return types.void(first, first_name, second, second_name), codegen
-
-
-def _fatal(text):
-    """Return a compiled function of (number, name) that raises MuJoCo's error with both.
-
-    The name is the address of a C string.
-    """
+def variable(name):
+    """Return a compiled function that reads a 64-bit integer, bound by `bind_variable`."""
 
     @intrinsic
-    def fatal(typingctx, number, name):
-        def codegen(context, builder, signature, args):
-            return _error(context, builder, text, (args,))
-
-        return types.void(number, name), codegen
-
-    return fatal
-
-
-fatal_mark = _fatal(
-    "custom text 'magmotor' or plugin config 'act' (error %d): must be words out of dipoles,"
-    " couplings, noise, potentials, all, and the same in both%.0s"
-)
-fatal_coupling = _fatal("coupling tuple %d '%s': its elements must be two bodies with equal prm")
-fatal_wrench = _fatal("body %d '%s': its user numbers must be rows of six, the Brownian wrenches")
-fatal_potential = _fatal(
-    "joint %d '%s': its user numbers must be pairs, the Fourier coefficients of a"
-    " potential, and the joint must be a slide or a hinge"
-)
-fatal_moment = _fatal(
-    "site %d '%s': its only user number must be its moment in A m^2, which must be finite"
-)
-
-
-@intrinsic
-def fatal_path(typingctx, index, value):
-    """Raise MuJoCo's error for an element of `userdata` with an invalid value, a double."""
-
-    def codegen(context, builder, signature, args):
-        text = (
-            "userdata[%d] = %g: the numbers that select the noise (seed, replica, factor, level,"
-            " first step) must be integers from 0 to 2^53 - 1, a factor at most 2^24 and a level"
-            " at most 31"
-        )
-        return _call_error(
-            context, builder, text, [builder.trunc(args[0], ir.IntType(32)), args[1]]
-        )
-
-    return types.void(index, value), codegen
-
-
-@intrinsic
-def report_inert(typingctx, reason):
-    """Report to Python that a model on which nothing acts is being stepped."""
-
-    def codegen(context, builder, signature, args):
-        kind = ir.FunctionType(ir.VoidType(), [ir.IntType(64)])
-        function = cgutils.get_or_insert_function(builder.module, kind, "magmotor_report_inert")
-        builder.call(function, args)
-        return context.get_dummy_value()
-
-    return types.void(types.int64), codegen
-
-
-def _variable(name):
-    """An intrinsic that reads a 64-bit integer, bound by `bind_variable`."""
-
-    @intrinsic
-    def variable(typingctx):
+    def read(typingctx):
         def codegen(context, builder, signature, args):
             word = ir.IntType(64)
             place = builder.module.globals.get(name)
@@ -225,11 +128,8 @@ def _variable(name):
 
         return types.int64(), codegen
 
-    return variable
+    return read
 
 
-inert_reported = _variable("magmotor_inert_reported")
-"""Whether a model on which nothing acts has been reported."""
-
-plugin_slot = _variable("magmotor_plugin_slot")
+plugin_slot = variable("magmotor_plugin_slot")
 """Slot of the plugin in MuJoCo's table."""

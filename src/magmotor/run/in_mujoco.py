@@ -20,6 +20,7 @@ from magmotor.mjcf import parts
 from magmotor.mjcf.hooks import without_stopwatch
 from magmotor.mjcf.langevin.baoab import Baoab
 from magmotor.mjcf.magnetism import magnetism
+from magmotor.mjcf.messages import raise_recorded
 
 INTEGRATORS = {
     "euler": mujoco.mjtIntegrator.mjINT_EULER,
@@ -70,6 +71,7 @@ def _advance(model, splitting, data, motion: MujocoAdapter, state: Array, steps)
     if splitting is not None:
         return splitting.rollout(data, whole, controls, control_spec=spec, nstep=len(steps))
     paths, _ = rollout(model, data, whole, controls, control_spec=spec, nstep=len(steps))
+    raise_recorded()
     # After a warning about huge values, a rollout repeats its last state.
     paths[np.diff(paths[..., 0], axis=1, prepend=whole[:, :1]) <= 0] = np.nan
     return paths[..., 1:]

@@ -43,29 +43,33 @@ def userdata(path: BrownianPath, first_step: int, replicas: int) -> NDArray[np.f
 
 
 @njit(forceinline=True)
+def invalid_row(m, offsets):
+    """Return the first body whose `user` numbers are not rows of six, or -1."""
+    nuser, bodies = m[offsets.nuser_body // 8], m[offsets.nbody // 8]
+    rows = memory.numbers(m[offsets.body_user // 8], bodies, nuser)
+    for body in range(bodies):
+        if memory.any_number(rows, body, nuser - nuser % 6, nuser):
+            return body
+    return -1
+
+
+@njit(forceinline=True)
 def clear_driven_bodies(m, d, offsets, applied):
     """Set the wrench of each body that has a Brownian channel to zero.
 
-    Raises MuJoCo's error if a row is incomplete or `userdata` is invalid.
+    Returns the first invalid element of `userdata`, or -1.
     """
-    nuser = m[offsets.nuser_body // 8]
-    bodies = m[offsets.nbody // 8]
+    nuser, bodies = m[offsets.nuser_body // 8], m[offsets.nbody // 8]
     rows = memory.numbers(m[offsets.body_user // 8], bodies, nuser)
-    whole = nuser - nuser % 6
     driven = False
     for body in range(bodies):
-        for start in range(0, whole, 6):
-            if memory.any_number(rows, body, start, start + 6):
-                applied[body] = 0.0
-                driven = True
-        for k in range(whole, nuser):
-            if rows[body, k] != 0.0:
-                starts = memory.integers(m[offsets.name_bodyadr // 8], bodies)
-                memory.fatal_wrench(body, m[offsets.names // 8] + starts[body])
+        if memory.any_number(rows, body, 0, nuser):
+            applied[body] = 0.0
+            driven = True
     for k in range(min(PATH_NUMBERS, m[offsets.nuserdata // 8]) if driven else 0):
-        value = _userdata(d, offsets, k)
-        if not _is_valid(value, k):
-            memory.fatal_path(k, value)
+        if not _is_valid(userdata_at(d, offsets, k), k):
+            return k
+    return -1
 
 
 @njit(forceinline=True)
@@ -96,11 +100,17 @@ def step_number(model, data, offsets):
     """Return the number of the step that starts at the time of `mjData`, or contains this stage."""
     timestep = memory.numbers(model + offsets.timestep, 1, 1)[0, 0]
     steps = memory.numbers(data + offsets.time, 1, 1)[0, 0] / timestep
-    in_stage = memory.words(data + offsets.pstack, 1)[0] != 0
-    if in_stage and memory.integers(model + offsets.integrator, 1)[0] == RK4:
+    if in_later_stage(model, data, offsets):
         # Times of n + 1/2 and n + 1 steps belong to step n; 1/4 leaves room for rounding.
         return math.ceil(steps - 0.25) - 1
     return math.floor(steps + 0.5)
+
+
+@njit(forceinline=True)
+def in_later_stage(model, data, offsets):
+    """Whether MuJoCo is in one of the later stages of RK4, where it uses the stack of `mjData`."""
+    uses_stack = memory.words(data + offsets.pstack, 1)[0] != 0
+    return uses_stack and memory.integers(model + offsets.integrator, 1)[0] == RK4
 
 
 @njit(forceinline=True)
@@ -108,12 +118,12 @@ def chosen(d, m, offsets, k):
     """Return element k of `userdata` as an integer; 0 if it is missing or invalid."""
     if k >= m[offsets.nuserdata // 8]:
         return 0
-    value = _userdata(d, offsets, k)
+    value = userdata_at(d, offsets, k)
     return int(value) if _is_valid(value, k) else 0
 
 
 @njit(forceinline=True)
-def _userdata(d, offsets, k):
+def userdata_at(d, offsets, k):
     """Return element k of `userdata`."""
     return memory.numbers(d[offsets.userdata // 8], 1, memory.UNBOUNDED)[0, k]
 

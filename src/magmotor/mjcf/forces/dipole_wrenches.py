@@ -22,7 +22,6 @@ from numba import njit
 
 from magmotor.dipoles import COINCIDENCE_SQUARED, sum_over_sources
 from magmotor.mjcf import memory
-from magmotor.mjcf.forces.dipole_sites import all_moments
 from magmotor.mjcf.forces.marks import COUPLINGS
 from magmotor.numerics.simd import COUNT
 
@@ -52,11 +51,11 @@ def set_magnetic_wrenches(m, d, offsets, kinds, applied):
 
     `m` and `d` are the words of mjModel and mjData, `offsets` is their layout, `kinds` are the bits
     of `forces_of`, and `applied` (nbody, 6) receives the wrenches. Returns the number of
-    interactions.
+    interactions, and two sites that coincide and act on each other; -1, -1 if there are none.
     """
     nsite = m[offsets.nsite // 8]
-    if nsite == 0 or m[offsets.nuser_site // 8] == 0 or not all_moments(m, offsets):
-        return 0
+    if nsite == 0 or m[offsets.nuser_site // 8] == 0:
+        return 0, -1, -1
     ntuple = m[offsets.ntuple // 8] if kinds & COUPLINGS else 0
     boundary = _padded(nsite) + COUNT
     columns = boundary + (2 if ntuple == 0 else COUNT) * boundary
@@ -65,12 +64,7 @@ def set_magnetic_wrenches(m, d, offsets, kinds, applied):
     block = memory.allocate(stack, 8 * (ROWS * columns + 3 * ntuple), 64)
     table = memory.numbers(block, ROWS, columns)
     couplings = memory.numbers(block + 8 * ROWS * columns, ntuple, 3)
-    count = _read_couplings(couplings, m, offsets) if ntuple > 0 else 0
-    if count < 0:
-        memory.free_stack(stack)
-        _report_coupling(-1 - count, m, offsets)
-        return 0
-    couplings = couplings[:count]
+    couplings = couplings[: _read_couplings(couplings, m, offsets)]
     magnets, pairwise, end, mixed = _gather(table, boundary, couplings, m, d, offsets, applied)
     center = memory.numbers(d[offsets.xipos // 8], memory.UNBOUNDED, 3)
     coincident = acting = 0
@@ -90,11 +84,7 @@ def set_magnetic_wrenches(m, d, offsets, kinds, applied):
     if coincident > 0:
         i, j = _find_coincidence(couplings, m, d, offsets)
     memory.free_stack(stack)
-    if i >= 0:
-        names = m[offsets.names // 8]
-        start = memory.integers(m[offsets.name_siteadr // 8], nsite)
-        memory.fatal_coincidence(i, names + start[i], j, names + start[j])
-    return acting
+    return acting, i, j
 
 
 @njit(forceinline=True)
@@ -256,35 +246,43 @@ def _factor(body, other, couplings):
 
 @njit
 def _read_couplings(couplings, m, offsets):
-    """Write one row for each coupling: two bodies and a factor.
-
-    Returns the number of couplings, or -1 - k if tuple k is an invalid coupling.
-    """
+    """Write one row for each coupling, two bodies and a factor; return their number."""
     ntuple = len(couplings)
-    size = memory.integers(m[offsets.tuple_size // 8], ntuple)
     start = memory.integers(m[offsets.tuple_adr // 8], ntuple)
-    kind = memory.integers(m[offsets.tuple_objtype // 8], memory.UNBOUNDED)
     element = memory.integers(m[offsets.tuple_objid // 8], memory.UNBOUNDED)
     strength = memory.numbers(m[offsets.tuple_objprm // 8], 1, memory.UNBOUNDED)
-    name_start = memory.integers(m[offsets.name_tupleadr // 8], ntuple)
     count = 0
     for k in range(ntuple):
-        if memory.starts_with(m[offsets.names // 8] + name_start[k], COUPLING):
-            i, j = start[k], start[k] + 1
-            bodies = size[k] == 2 and kind[i] == BODY_TYPE and kind[j] == BODY_TYPE
-            if not (bodies and strength[0, i] == strength[0, j]):
-                return -1 - k
-            couplings[count, 0], couplings[count, 1] = element[i], element[j]
+        if _is_coupling(k, m, offsets):
+            i = start[k]
+            couplings[count, 0], couplings[count, 1] = element[i], element[i + 1]
             couplings[count, 2] = strength[0, i]
             count += 1
     return count
 
 
 @njit
-def _report_coupling(k, m, offsets):
-    """Raise MuJoCo's error for tuple k, an invalid coupling."""
-    name_start = memory.integers(m[offsets.name_tupleadr // 8], memory.UNBOUNDED)
-    memory.fatal_coupling(k, m[offsets.names // 8] + name_start[k])
+def invalid_coupling(m, offsets):
+    """Return the first coupling whose elements are not two bodies with equal `prm`, or -1."""
+    ntuple = m[offsets.ntuple // 8]
+    size = memory.integers(m[offsets.tuple_size // 8], ntuple)
+    start = memory.integers(m[offsets.tuple_adr // 8], ntuple)
+    kind = memory.integers(m[offsets.tuple_objtype // 8], memory.UNBOUNDED)
+    strength = memory.numbers(m[offsets.tuple_objprm // 8], 1, memory.UNBOUNDED)
+    for k in range(ntuple):
+        if _is_coupling(k, m, offsets):
+            i, j = start[k], start[k] + 1
+            bodies = size[k] == 2 and kind[i] == BODY_TYPE and kind[j] == BODY_TYPE
+            if not (bodies and strength[0, i] == strength[0, j]):
+                return k
+    return -1
+
+
+@njit
+def _is_coupling(k, m, offsets):
+    """Whether the name of tuple k starts with `coupling`."""
+    start = memory.integers(m[offsets.name_tupleadr // 8], memory.UNBOUNDED)
+    return memory.starts_with(m[offsets.names // 8] + start[k], COUPLING)
 
 
 @njit

@@ -1,10 +1,8 @@
-"""Periodic potentials of joints, as forces written into MuJoCo's memory.
+"""Periodic potentials of joints, as generalized forces written into MuJoCo's memory.
 
 The `user` numbers (a_1, b_1, a_2, b_2, ...) of a slide or hinge joint are the Fourier coefficients
-of U(q) = sum_k a_k sin kq + b_k cos kq, in J. The force (slide, at the center of mass) or torque
-(hinge) -U'(q) acts along the joint's axis on the joint's body. It is external: there is no reaction
-on the parent body. Hence U is the potential energy if the parent is at rest and, for a slide, the
-center of mass moves by q.
+of U(q) = sum_k a_k sin kq + b_k cos kq, in J, where q is in rad or m. The generalized force -U'(q)
+acts on the joint, between its body and the parent.
 """
 
 # Numba's intrinsics hide their first parameter:
@@ -21,36 +19,30 @@ SLIDE, HINGE = 2, 3
 
 
 @njit(forceinline=True)
-def clear_bodies_in_potentials(m, d, offsets, applied):
-    """Set the wrench of each body that has a joint with a potential to zero.
+def invalid_potential(m, offsets):
+    """Return the first joint with invalid `user` numbers, or -1.
 
-    Raises MuJoCo's error if the numbers are not pairs, or if the joint is neither slide nor hinge.
+    They must be pairs, and the joint must be a slide or a hinge.
     """
-    nuser = m[offsets.nuser_jnt // 8]
-    joints = m[offsets.njnt // 8]
+    nuser, joints = m[offsets.nuser_jnt // 8], m[offsets.njnt // 8]
     waves = memory.numbers(m[offsets.jnt_user // 8], joints, nuser)
     kind = memory.integers(m[offsets.jnt_type // 8], joints)
-    body_of = memory.integers(m[offsets.jnt_bodyid // 8], joints)
     for joint in range(joints):
-        if memory.any_number(waves, joint, 0, nuser):
-            applied[body_of[joint]] = 0.0
-            single = nuser % 2 == 1 and waves[joint, nuser - 1] != 0.0
-            if single or not (kind[joint] == SLIDE or kind[joint] == HINGE):
-                starts = memory.integers(m[offsets.name_jntadr // 8], joints)
-                memory.fatal_potential(joint, m[offsets.names // 8] + starts[joint])
+        single = nuser % 2 == 1 and waves[joint, nuser - 1] != 0.0
+        linear = kind[joint] == SLIDE or kind[joint] == HINGE
+        if single or (not linear and memory.any_number(waves, joint, 0, nuser)):
+            return joint
+    return -1
 
 
 @njit(forceinline=True)
-def add_potential_wrenches(m, d, offsets, applied):
-    """Add the forces of joint potentials to the wrenches of bodies; return their number."""
-    nuser = m[offsets.nuser_jnt // 8]
-    joints = m[offsets.njnt // 8]
+def add_potential_forces(m, d, offsets, generalized):
+    """Add the forces of joint potentials to generalized forces (nv,); return their number."""
+    nuser, joints = m[offsets.nuser_jnt // 8], m[offsets.njnt // 8]
     waves = memory.numbers(m[offsets.jnt_user // 8], joints, nuser)
-    kind = memory.integers(m[offsets.jnt_type // 8], joints)
-    body_of = memory.integers(m[offsets.jnt_bodyid // 8], joints)
+    first_dof = memory.integers(m[offsets.jnt_dofadr // 8], joints)
     qpos_start = memory.integers(m[offsets.jnt_qposadr // 8], joints)
     qpos = memory.numbers(d[offsets.qpos // 8], 1, memory.UNBOUNDED)
-    axis = memory.numbers(d[offsets.xaxis // 8], joints, 3)
     count = 0
     for joint in range(joints):
         if memory.any_number(waves, joint, 0, nuser):
@@ -62,8 +54,6 @@ def add_potential_wrenches(m, d, offsets, applied):
             for k in range(nuser // 2):
                 c, s = c * cosine - s * sine, s * cosine + c * sine
                 force -= (k + 1) * (waves[joint, 2 * k] * c - waves[joint, 2 * k + 1] * s)
-            first = 0 if kind[joint] == SLIDE else 3
-            for k in range(3):
-                applied[body_of[joint], first + k] += force * axis[joint, k]
+            generalized[first_dof[joint]] += force
             count += 1
     return count

@@ -18,8 +18,8 @@ from magmotor.mjcf import memory
 DIPOLES, COUPLINGS, NOISE, POTENTIALS, UNMARKED = 1, 2, 4, 8, 16
 """Bits for what acts, and for a model that does not say so."""
 
-WRONG, CONTRADICTION = -1, -2
-"""A mark with a word that is unknown or without any, and two marks that differ."""
+WRONG = -1
+"""Stands for a mark without words or with an unknown one, and for two marks that differ."""
 
 WORDS = {
     "dipoles": DIPOLES,
@@ -36,29 +36,37 @@ _DIPOLES, _COUPLINGS, _NOISE, _POTENTIALS, _ALL = _CODED
 
 @njit
 def forces_of(m, offsets):
-    """Bits of what acts on a model, by its marks or, without one, by what speaks for itself."""
-    by_text = by_plugin = 0
+    """Return the bits of what acts on a model, by its marks or by what is plain without one.
+
+    The result is negative if a mark is wrong.
+    """
+    text, config = marks_of(m, offsets)
+    if text == 0 and config == 0:
+        return (DIPOLES if _is_plainly_magnetic(m, offsets) else 0) | UNMARKED
+    by_text = _bits_of(text) if text != 0 else 0
+    by_config = _bits_of(config) if config != 0 else by_text
+    return by_config if by_text == 0 or by_text == by_config else WRONG
+
+
+@njit
+def marks_of(m, offsets):
+    """Return the addresses of the text and of the plugin's configuration; 0 for a missing one."""
+    text = config = 0
     names, first = m[offsets.names // 8], m[offsets.text_data // 8]
     count = m[offsets.ntext // 8]
     name_of = memory.integers(m[offsets.name_textadr // 8], count)
     start = memory.integers(m[offsets.text_adr // 8], count)
     for k in range(count):
         if memory.starts_with(names + name_of[k], NAME):
-            by_text = bits_of(first + start[k])
+            text = first + start[k]
     instance = plugin_instance(m, offsets)
     if instance >= 0:
         count = m[offsets.nplugin // 8]
         start = memory.integers(m[offsets.plugin_attradr // 8], count)
         config = m[offsets.plugin_attr // 8] + start[instance]
         if memory.starts_with(config, (0,)):
-            by_plugin = by_text if by_text != 0 else _ALL[1]
-        else:
-            by_plugin = bits_of(config)
-    if by_text != 0 and by_plugin != 0 and by_text != by_plugin:
-        return CONTRADICTION
-    if by_text != 0 or by_plugin != 0:
-        return by_text if by_text != 0 else by_plugin
-    return (DIPOLES if _is_plainly_magnetic(m, offsets) else 0) | UNMARKED
+            config = 0
+    return text, config
 
 
 @njit
@@ -73,7 +81,7 @@ def plugin_instance(m, offsets):
 
 
 @njit
-def bits_of(text):
+def _bits_of(text):
     """Bits of the words of a C string; `WRONG` if one is unknown or none is there."""
     bits, place = 0, text
     while True:
@@ -121,13 +129,23 @@ def _is_plainly_magnetic(m, offsets):
         counted = counted and moment[site, 0] - moment[0, 0] == site
     return not (
         counted
-        or _has_numbers(m, offsets.nbody, offsets.nuser_body, offsets.body_user)
-        or _has_numbers(m, offsets.njnt, offsets.nuser_jnt, offsets.jnt_user)
+        or has_numbers(m, offsets.nbody, offsets.nuser_body, offsets.body_user)
+        or has_numbers(m, offsets.njnt, offsets.nuser_jnt, offsets.jnt_user)
     )
 
 
 @njit
-def _has_numbers(m, count, nuser, user):
+def has_user_numbers(m, offsets):
+    """Whether any site, body or joint has `user` numbers."""
+    return (
+        has_numbers(m, offsets.nsite, offsets.nuser_site, offsets.site_user)
+        or has_numbers(m, offsets.nbody, offsets.nuser_body, offsets.body_user)
+        or has_numbers(m, offsets.njnt, offsets.nuser_jnt, offsets.jnt_user)
+    )
+
+
+@njit
+def has_numbers(m, count, nuser, user):
     """Whether any `user` number of a type of element is not zero."""
     rows, columns = m[count // 8], m[nuser // 8]
     given = memory.numbers(m[user // 8], rows, columns)

@@ -15,6 +15,7 @@ import numpy as np
 from numba import njit, types
 
 from magmotor.mjcf import layout, memory
+from magmotor.mjcf.callbacks import apply_forces
 from magmotor.mjcf.forces.brownian_wrenches import chosen, step_number
 from magmotor.mjcf.forces.marks import forces_of
 from magmotor.mjcf.langevin.coefficients import (
@@ -27,7 +28,7 @@ from magmotor.mjcf.langevin.coefficients import (
     TWIST,
     StepCoefficients,
 )
-from magmotor.mjcf.magnetism import apply_forces
+from magmotor.mjcf.messages import bind
 from magmotor.noise import normal
 from magmotor.numerics.numba_cache import compiled_once, copy
 from magmotor.numerics.rotations import columns, dot, mul_quat, plus, scaled
@@ -48,8 +49,8 @@ _update_kinematics, _integrate_positions = (
 @cache
 def compiled():
     """Return the loop for the running MuJoCo, compiled at most once per process."""
-    for name in _FUNCTIONS:
-        memory.bind_function(name, getattr(memory.library(), name))
+    memory.bind_mujoco(*_FUNCTIONS)
+    bind()
     return _advance(layout.current())
 
 
@@ -144,19 +145,20 @@ def _borrowed(coefficients):
 def _compute_forces(model, data, offsets, coefficients, force):
     """Compute the generalized forces at the current configuration, without damping and noise.
 
-    This updates the frames of bodies and sites, and `xfrc_applied` by the forces of dipoles and
-    potentials. `force` receives the sum of the constant forces, `qfrc_applied`, and the wrenches
-    `xfrc_applied` on the bodies.
+    This updates the frames of bodies and sites, and `xfrc_applied` by the forces of dipoles.
+    `force` receives the sum of the constant forces, `qfrc_applied`, the forces of potentials, and
+    the wrenches `xfrc_applied` on the bodies.
     """
     d = memory.words(data, memory.UNBOUNDED)
     _update_kinematics(model, data)
     applied = memory.numbers(d[offsets.xfrc_applied // 8], memory.UNBOUNDED, 6)
-    kinds = forces_of(memory.words(model, memory.UNBOUNDED), offsets)
-    _apply_forces(model, data, offsets, kinds, applied)
+    for i in range(len(force)):
+        force[i] = 0.0
+    _apply_forces(model, data, offsets, applied, force)
     frames = memory.numbers(d[offsets.xmat // 8], memory.UNBOUNDED, 9)
     direct = memory.numbers(d[offsets.qfrc_applied // 8], 1, memory.UNBOUNDED)
     for i in range(len(force)):
-        force[i] = coefficients.force[i] + direct[0, i]
+        force[i] += coefficients.force[i] + direct[0, i]
         for k in range(6):
             force[i] += coefficients.wrenches[i, k] * applied[coefficients.bodies[i], k]
     for b in range(len(coefficients.balls)):
@@ -167,9 +169,10 @@ def _compute_forces(model, data, offsets, coefficients, force):
 
 
 @njit(error_model="numpy")
-def _apply_forces(model, data, offsets, kinds, applied):
-    """Call `magmotor.mjcf.magnetism.apply_forces` without inlining, to shorten compilation."""
-    apply_forces(model, data, offsets, kinds, applied)
+def _apply_forces(model, data, offsets, applied, generalized):
+    """Call `apply_forces` without inlining, to shorten compilation."""
+    kinds = forces_of(memory.words(model, memory.UNBOUNDED), offsets)
+    apply_forces(model, data, offsets, kinds, applied, generalized)
 
 
 @njit(forceinline=True)

@@ -1,0 +1,160 @@
+"""The engine plugin `magmotor.forces`, which makes magnetism a part of a MuJoCo model.
+
+MuJoCo 4 and newer call `register` whenever `mujoco` is imported, through the entry point group
+`mujoco.plugins`; `import magmotor` calls it, too. It compiles nothing and imports only ctypes. The
+compiled code takes its place in MuJoCo's table when the first model with the plugin is compiled.
+"""
+
+import ctypes
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+
+NAME = b"magmotor.forces"
+KEY = b"act"
+"""The only key of the plugin's configuration: which forces act."""
+
+PASSIVE = 1 << 2
+"""mjPLUGIN_PASSIVE."""
+
+FAILED = -1
+"""Result of `init` for which MuJoCo raises an error."""
+
+_ATTRIBUTES = (ctypes.c_char_p * 1)(KEY)
+_NSTATE = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_int)
+_INIT = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int)
+_RESET = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int)
+_COMPUTE = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int, ctypes.c_int)
+
+
+class Plugin(ctypes.Structure):
+    """MuJoCo's mjpPlugin."""
+
+    _fields_ = [
+        ("name", ctypes.c_char_p),
+        ("nattribute", ctypes.c_int),
+        ("attributes", ctypes.POINTER(ctypes.c_char_p)),
+        ("capabilityflags", ctypes.c_int),
+        ("needstage", ctypes.c_int),
+        ("nstate", ctypes.c_void_p),
+        ("nsensordata", ctypes.c_void_p),
+        ("init", ctypes.c_void_p),
+        ("destroy", ctypes.c_void_p),
+        ("copy", ctypes.c_void_p),
+        ("reset", ctypes.c_void_p),
+        ("compute", ctypes.c_void_p),
+        ("unused", ctypes.c_void_p * 9),  # functions for other kinds of plugins
+    ]
+
+
+@cache
+def register() -> int:
+    """Register the plugin with MuJoCo, and return its slot.
+
+    Raises
+    ------
+    ImportError
+        MuJoCo is not installed, or its library is missing.
+    """
+    plugin = Plugin()
+    library().mjp_defaultPlugin(ctypes.byref(plugin))
+    plugin.name, plugin.capabilityflags = NAME, PASSIVE
+    plugin.nattribute, plugin.attributes = 1, _ATTRIBUTES
+    for member, function in _STUBS.items():
+        setattr(plugin, member, ctypes.cast(function, ctypes.c_void_p).value)
+    return library().mjp_registerPlugin(ctypes.byref(plugin))
+
+
+@cache
+def library() -> ctypes.CDLL:
+    """Return MuJoCo's C library.
+
+    Raises
+    ------
+    ImportError
+        MuJoCo is not installed, or its library is missing.
+    """
+    spec = find_spec("mujoco")
+    folders = spec.submodule_search_locations if spec else None
+    for folder in folders or []:
+        for pattern in ("libmujoco.so*", "libmujoco*.dylib", "mujoco.dll"):
+            for path in Path(folder).glob(pattern):
+                return ctypes.CDLL(str(path))
+    raise ImportError("there is no MuJoCo library: pip install mujoco")
+
+
+@_NSTATE
+def _nstate(model, instance):
+    """Load the compiled code, since this is the first function that MuJoCo calls."""
+    _ensure_loaded()
+    return 0
+
+
+@_INIT
+def _init(model, data, instance):
+    """Called if no model with the plugin has been compiled, but one was loaded from a file."""
+    _ensure_loaded()
+    return FAILED if _failures else 0
+
+
+@_RESET
+def _reset(model, state, data, instance):
+    """Required by MuJoCo; the plugin has no state."""
+
+
+@_COMPUTE
+def _compute(model, data, instance, capability):
+    """Replaced by compiled code, except while that code is being loaded."""
+
+
+_STUBS = {"nstate": _nstate, "init": _init, "reset": _reset, "compute": _compute}
+_lock = threading.Lock()
+_loaded = False
+_failures: list[str] = []
+_this_thread = threading.local()
+
+
+@contextmanager
+def without_code() -> Iterator[None]:
+    """Compile models with the plugin in this thread without loading its code; it does nothing."""
+    _this_thread.probes = True
+    try:
+        yield
+    finally:
+        _this_thread.probes = False
+
+
+def _ensure_loaded() -> None:
+    """Load the compiled code once, in a new thread.
+
+    Loading calls MuJoCo, which must not happen in a thread that is inside of MuJoCo: its errors
+    would jump to the innermost call.
+    """
+    global _loaded
+    if getattr(_this_thread, "probes", False):
+        return
+    with _lock:
+        if not _loaded:
+            loader = threading.Thread(target=_load)
+            loader.start()
+            loader.join()
+            _loaded = True
+
+
+def _load() -> None:
+    try:
+        from magmotor.mjcf.callbacks import compiled_plugin
+
+        found = library().mjp_getPluginAtSlot
+        found.restype = ctypes.POINTER(Plugin)
+        init, compute = compiled_plugin()
+        table = found(register()).contents
+        table.compute, table.init = compute.address, init.address
+    except Exception as error:
+        import traceback
+
+        _failures.append(str(error))
+        traceback.print_exc()
