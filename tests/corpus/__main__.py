@@ -21,12 +21,18 @@ from pathlib import Path
 for name in ("OMP", "OPENBLAS", "MKL", "NUMBA"):
     os.environ[f"{name}_NUM_THREADS"] = "1"  # a process with threads is not forked
 
+import mujoco  # noqa: E402
 import numpy as np  # noqa: E402
 
 import magmotor as mm  # noqa: E402
 from corpus.checks import DEVIATIONS, STEPS, Findings, examine  # noqa: E402
 from corpus.models import packages  # noqa: E402
-from magmotor.mjcf import plugin  # noqa: E402
+
+PLUGIN = """
+<mujoco>
+  <extension><plugin plugin="magmotor.forces"><instance name="magnets"/></plugin></extension>
+</mujoco>
+"""
 
 LIMIT = 60.0
 """Seconds after which the process of a model is ended."""
@@ -42,8 +48,8 @@ def main() -> int:
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     options = parser.parse_args()
     begin = time.perf_counter()
-    with mm.magnetism():
-        plugin.load()  # once, before the forks
+    with mm.magnetism():  # loads the compiled code before the forks
+        mujoco.MjData(mujoco.MjModel.from_xml_string(PLUGIN))
     print(f"magmotor {mm.__version__}, MuJoCo {version('mujoco')}, seed {options.seed}\n")
     print("| package |", " | ".join(COLUMNS), "|")
     print("|---|" + "---|" * len(COLUMNS))

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 from numpy_twin import apply_magnetism
 
-from magmotor.mjcf import plugin
+import magmotor  # noqa: F401  # registers the plugin
 
 MAGNETS = 8
 """Bodies with dipole sites in a model, of which each has one or two."""
@@ -101,7 +101,6 @@ def magnetize(
     if has_user_numbers(model):
         spec.add_text(name="magmotor", data="dipoles")
     without = spec.compile()
-    plugin.register()
     spec.activate_plugin("magmotor.forces")
     spec.add_plugin(name="magnets", plugin_name="magmotor.forces", active=True)
     with_plugin = spec.compile()
