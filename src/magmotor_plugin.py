@@ -6,10 +6,12 @@ compiled code takes its place in MuJoCo's table when the first model with the pl
 """
 
 import ctypes
+import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
+from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -66,6 +68,18 @@ def register() -> int:
     for member, function in _STUBS.items():
         setattr(plugin, member, ctypes.cast(function, ctypes.c_void_p).value)
     return library().mjp_registerPlugin(ctypes.byref(plugin))
+
+
+def register_with_older_mujoco() -> None:
+    """Register the plugin if `mujoco` has been imported, or would not load entry points.
+
+    MuJoCo numbers plugins in the order of their registration, and stores the numbers in binary
+    models. Therefore, its own plugins must come first.
+    """
+    if "mujoco" in sys.modules or int(version("mujoco").split(".")[0]) < 4:
+        import mujoco  # noqa: F401 - registers MuJoCo's own plugins
+
+        register()
 
 
 @cache

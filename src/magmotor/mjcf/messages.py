@@ -1,8 +1,8 @@
 """Errors and notices of compiled code, whose sentences are formed in Python.
 
-An error is raised if MuJoCo was called from Python in the same thread. The threads of rollouts and
-batches cannot raise; MuJoCo would end the process there. In these, the caller marks the state as
-failed, and the error is raised at the end of the `magnetism` block, or is a warning without one.
+MuJoCo ends the process at an error that nobody handles, as on the threads of a rollout. There, an
+error is recorded, the caller marks the state as failed, and the error is raised at the end of the
+`magnetism` block; without a block, it is a warning.
 """
 
 # Numba's intrinsics hide their first parameter:
@@ -27,6 +27,7 @@ from magmotor.mjcf.forces.dipole_sites import (
     ONE_RIGID_BODY,
     SWITCHED_OFF,
 )
+from magmotor_plugin import library
 
 COINCIDENCE, MARK, COUPLING, WRENCH, POTENTIAL, MOMENT, PATH = range(7)
 """Errors; each has up to two numbers with names, and a value."""
@@ -92,7 +93,8 @@ _ERRORS: dict[int, Callable[..., str]] = {
 }  # fmt: skip
 
 _word = types.int64
-_thread_state = types.ExternalFunction("PyGILState_GetThisThreadState", _word())
+_exchange_handler = types.ExternalFunction("_mjPRIVATE_setTlsLogHandler", _word(_word))
+_user_error = memory.variable("mju_user_error")
 _error_text = types.ExternalFunction(
     "magmotor_error_text", _word(_word, _word, _word, _word, _word, types.float64, _word)
 )
@@ -106,12 +108,14 @@ notices_given = memory.variable("magmotor_notices_given")
 
 @njit
 def fail(error, number, name, other, other_name, value):
-    """Raise an error; in a thread that cannot raise, record it and return.
+    """Raise an error; on a thread that does not handle errors, record it and return.
 
     `name` and `other_name` are addresses of C strings, or 0.
     """
-    can_raise = _thread_state() != 0
-    text = _error_text(error, number, name, other, other_name, value, can_raise)
+    handler = _exchange_handler(0)
+    _exchange_handler(handler)
+    is_handled = handler != 0 or _user_error() != 0
+    text = _error_text(error, number, name, other, other_name, value, is_handled)
     if text != 0:
         _raise(text)
 
@@ -119,19 +123,20 @@ def fail(error, number, name, other, other_name, value):
 def bind() -> None:
     """Bind the functions of this module to the symbols in compiled code."""
     memory.bind_mujoco("mju_error")
-    memory.bind_function("PyGILState_GetThisThreadState", _THREAD_STATE)
+    memory.bind_variable("mju_user_error", ctypes.c_int64.in_dll(library(), "mju_user_error"))
+    exchange = getattr(library(), "_mjPRIVATE_setTlsLogHandler", _always_handled)
+    memory.bind_function("_mjPRIVATE_setTlsLogHandler", exchange)
     memory.bind_function("magmotor_error_text", _form_error)
     memory.bind_function("magmotor_notice", _give_notice)
     memory.bind_variable("magmotor_notices_given", _given)
 
 
-_THREAD_STATE = ctypes.pythonapi.PyGILState_GetThisThreadState
 _given = ctypes.c_int64(0)
 _texts: dict[int, ctypes.Array] = {}
 """Last error of each thread, kept while C code reads it."""
 
 _recorded: list[str] = []
-"""Errors of threads that cannot raise."""
+"""Errors of threads that do not handle errors."""
 
 _printed: set[str] = set()
 """Lines about models without a mark, each of which a process prints once."""
@@ -142,14 +147,20 @@ _blocks = 0
 _lock = threading.Lock()
 
 
+@ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64)
+def _always_handled(_handler):
+    """Replaces a private function of MuJoCo, should a version lack it."""
+    return 1
+
+
 @ctypes.CFUNCTYPE(
     ctypes.c_void_p, ctypes.c_int64, ctypes.c_int64, ctypes.c_char_p, ctypes.c_int64,
     ctypes.c_char_p, ctypes.c_double, ctypes.c_int64,
 )  # fmt: skip
-def _form_error(error, number, name, other, other_name, value, can_raise):
+def _form_error(error, number, name, other, other_name, value, is_handled):
     names = [(text or b"").decode(errors="replace") for text in (name, other_name)]
     sentence = _ERRORS[error](number, names[0], other, names[1], value)
-    if can_raise:
+    if is_handled:
         # MuJoCo takes it for a format.
         text = ctypes.create_string_buffer(sentence.replace("%", "%%").encode())
         _texts[threading.get_ident()] = text
@@ -181,7 +192,7 @@ def _give_notice(which, number):
 
 @contextmanager
 def recorded_errors() -> Iterator[None]:
-    """Record errors of threads that cannot raise, and raise them at the end of the block.
+    """Record errors of threads that do not handle any, and raise them at the end of the block.
 
     The first of several blocks also makes all notices be given again.
 

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from magmotor.common.arrays import Array
 from magmotor.devices.ball.scene import BallScene
 from magmotor.mjcf import parts
 
@@ -13,7 +14,6 @@ def add_ball(root: parts.Element, scene: BallScene, inertia: Sequence[float]) ->
     root.option.gravity = [0.0, 0.0, -scene.gravity]
     _resize(root, scene.ball_radius)
     body = root.find("body", "ball")
-    body.pos = [0.0, 0.0, scene.ball_radius]
     body.add("inertial", pos=[0, 0, 0], mass=scene.ball_mass, diaginertia=inertia)
     root.find("site", "ball").user = [scene.moment]
     if scene.surface == "plane":
@@ -22,6 +22,20 @@ def add_ball(root: parts.Element, scene: BallScene, inertia: Sequence[float]) ->
         body.add("joint", name="x", type="slide", axis=[1, 0, 0])
         body.add("joint", name="y", type="slide", axis=[0, 1, 0])
         body.add("joint", name="orientation", type="ball")
+
+
+def start_ball(root: parts.Element, scene: BallScene, qpos: Array) -> None:
+    """Make the ball's initial joint coordinates those of `qpos0`, with which viewers start.
+
+    A ball joint cannot have a reference; there, the orientation stays that of the body.
+    """
+    body = root.find("body", "ball")
+    if scene.surface == "plane":
+        body.pos, body.quat = qpos[:3], qpos[3:7]
+    else:
+        body.pos = [*qpos[:2], scene.ball_radius]
+        for name, coordinate in zip("xy", qpos[:2], strict=True):
+            body.find("joint", name).ref = coordinate
 
 
 def _resize(root: parts.Element, radius: float) -> None:

@@ -8,7 +8,7 @@ from magmotor.common.arrays import Array
 from magmotor.device.job import Job
 from magmotor.devices.ball.contacts import add_contacts, tune_solver
 from magmotor.devices.ball.coordinates import BallCoordinates, neg_quat, rot_vec_quat
-from magmotor.devices.ball.mjcf import add_ball, draw_ring, size_arrows
+from magmotor.devices.ball.mjcf import add_ball, draw_ring, size_arrows, start_ball
 from magmotor.devices.ball.scene import ring_dipoles
 from magmotor.devices.motor.heat_and_work import heat_and_work_sums
 from magmotor.devices.motor.scene import Motor
@@ -109,6 +109,7 @@ def compose_motor(scene: Motor, *, visual: bool) -> parts.Element:
         parts.disable_unused(root, keep=("damper",) if scene.friction_ring else ())
         tune_solver(root, scene.surface, scene.friction_ball)
     qpos, qvel = MotorCoordinates(scene).joints(start_motor(scene))
+    start_ball(root, scene, qpos[0])
     root.keyframe.add("key", name="start", qpos=qpos[0], qvel=qvel[0])
     add_contacts(root, scene, scene.friction_ball)
     return root

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from magmotor.device.job import Job
 from magmotor.devices.ball.contacts import add_contacts, tune_solver
 from magmotor.devices.ball.coordinates import BallCoordinates
-from magmotor.devices.ball.mjcf import add_ball, draw_ring, size_arrows
+from magmotor.devices.ball.mjcf import add_ball, draw_ring, size_arrows, start_ball
 from magmotor.devices.ball.states import axes
 from magmotor.devices.top.scene import Top
 from magmotor.devices.top.states import BallStates, start
@@ -75,6 +75,7 @@ def compose_top(scene: Top, *, visual: bool) -> parts.Element:
         tune_solver(root, scene.surface, scene.friction)
     coordinates = BallCoordinates(scene.surface, scene.ball_radius)
     qpos, qvel = coordinates.joints(start(scene))
+    start_ball(root, scene, qpos)
     root.keyframe.add("key", name="start", qpos=qpos, qvel=qvel)
     add_contacts(root, scene, scene.friction, scene.dry_friction)
     return root

@@ -1,0 +1,299 @@
+"""The engine plugin: the callback's forces as a part of the model, without Python."""
+
+import os
+import subprocess
+import sys
+import textwrap
+import tomllib
+from pathlib import Path
+
+import mujoco
+import mujoco.batch
+import mujoco.rollout
+import numpy as np
+import pytest
+
+import magmotor as mm
+
+ROOT = Path(__file__).parents[2]
+SCENES = ("disk", "top", "top_plane", "motor", "motor_plane")
+PLUGIN = '<extension><plugin plugin="magmotor.forces">{}</plugin></extension>'
+INSTANCE = '<instance name="magnets"/>'
+
+NEEDLES = """
+<mujoco>
+  {extension}
+  <option gravity="0 0 0" integrator="{integrator}"/>
+  <size nuserdata="5"/>
+  <custom>
+    <text name="magmotor" data="all"/>
+    <tuple name="coupling of needle and arm">
+      <element objtype="body" objname="needle" prm="3"/>
+      <element objtype="body" objname="arm" prm="3"/>
+    </tuple>
+  </custom>
+  <worldbody>
+    <site pos="0.3 0.1 0.2" zaxis="1 2 3" user="7"/>
+    <body name="needle" pos="0 0.1 0" user="0 0 0 0 0.01 0  0.02 0 0 0 0 0">
+      <joint type="hinge" axis="0 0 1" user="0.1 0.2" damping="0.01"/>
+      <geom type="box" size="0.1 0.01 0.01" pos="0.02 0 0"/>
+      <site pos="0.05 0 0" zaxis="1 0 0" user="4"/>
+      <body name="arm" pos="0.2 0 0">
+        <joint type="ball"/>
+        <geom type="capsule" size="0.01 0.05"/>
+        <site pos="0 0 0.05" user="3"/>
+        <body pos="0 0 0.1">
+          <joint type="slide" axis="0 1 0" user="0 0.3"/>
+          <geom size="0.02"/>
+        </body>
+      </body>
+    </body>
+    <body name="free" pos="0 -0.2 0.1" user="0.1 0 0 0 0 0">
+      <freejoint/>
+      <geom size="0.05"/>
+      <site pos="0.01 0.02 0" zaxis="-1 0 1" user="5"/>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+INTEGRATORS = ("Euler", "implicitfast", "implicit", "RK4")
+
+
+MAGNETS = PLUGIN.format(INSTANCE)
+
+
+def needles(extension=MAGNETS, integrator="Euler"):
+    return mujoco.MjModel.from_xml_string(
+        NEEDLES.format(extension=extension, integrator=integrator)
+    )
+
+
+def moved(model, steps=200):
+    """The state after some steps, on a Brownian path that is not the first."""
+    data = mujoco.MjData(model)
+    data.userdata[:] = (7, 3, 1, 0, 0)[: model.nuserdata]
+    mujoco.mj_step(model, data, nstep=steps)
+    return np.concatenate([data.qpos, data.qvel])
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+def test_a_tree_moves_as_with_the_callback(integrator):
+    """Dipoles, couplings, noise and potentials; the forces are added in another order."""
+    with mm.magnetism():
+        expected = moved(needles("", integrator))
+    found = moved(needles(integrator=integrator))
+    at_rest = moved(needles("", integrator))
+    assert abs(found - at_rest).max() > 0.1
+    assert abs(found - expected).max() <= 5e-14 * abs(expected).max()  # measured: 1.9e-15
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+@pytest.mark.parametrize("scene", SCENES)
+def test_a_scene_moves_as_with_the_callback(scene, integrator):
+    """To the bit, but for the motor, in which more than one force acts on a joint."""
+    states = []
+    for name in (scene, f"{scene}_magnetic"):
+        model = mujoco.MjModel.from_xml_path(str(ROOT / "models" / f"{name}.xml"))
+        model.opt.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{integrator.upper()}")
+        with mm.magnetism():
+            states.append(moved(model, 1000))
+    still = np.concatenate([model.qpos0, np.zeros(model.nv)])
+    assert abs(states[0] - still).max() > 1e-3
+    bound = 2e-16 if scene.startswith("motor") else 0.0  # measured: 6.9e-18
+    assert abs(states[1] - states[0]).max() <= bound
+
+
+def test_the_users_own_forces_and_callback_stay():
+    model = needles()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    magnetic, resting = data.qfrc_passive.copy(), data.qacc.copy()
+    data.xfrc_applied[:] = np.arange(model.nbody * 6).reshape(-1, 6) / 100
+    data.qfrc_applied[:] = 0.1
+    given = data.xfrc_applied.copy()
+    seen = []
+    mujoco.set_mjcb_control(lambda model, data: seen.append(data.time))
+    try:
+        mujoco.mj_step(model, data)
+    finally:
+        mujoco.set_mjcb_control(None)
+    assert seen == [0.0]
+    np.testing.assert_array_equal(data.xfrc_applied, given)
+    np.testing.assert_array_equal(data.qfrc_passive, magnetic)
+    assert abs(data.qacc - resting).max() > 0.1
+
+
+def test_forces_do_not_double_inside_a_block_or_with_two_instances():
+    expected = moved(needles())
+    with mm.magnetism():
+        np.testing.assert_array_equal(moved(needles()), expected)
+    twice = needles(PLUGIN.format('<instance name="one"/><instance name="two"/>'))
+    np.testing.assert_array_equal(moved(twice), expected)
+
+
+def test_rollouts_and_batches_follow_mj_step():
+    model = needles()
+    expected = moved(model, 50)
+    data = [mujoco.MjData(model) for _ in range(2)]
+    start = np.tile(np.concatenate([[0.0], model.qpos0, np.zeros(model.nv)]), (4, 1))
+    paths = np.tile([7.0, 3, 1, 0, 0], (4, 1, 1))
+    states, _ = mujoco.rollout.rollout(
+        model, data, start, paths, control_spec=int(mujoco.mjtState.mjSTATE_USERDATA), nstep=50
+    )
+    for replica in range(4):
+        np.testing.assert_array_equal(states[replica, -1, 1:], expected)
+    batch = mujoco.batch.Batch(model, 4, 2)
+    batch.userdata[:] = paths[:, 0]
+    batch.step(nstep=50)
+    np.testing.assert_array_equal(np.hstack([batch.qpos, batch.qvel]), np.tile(expected, (4, 1)))
+
+
+def test_finite_differences_of_a_step_know_the_magnets():
+    """`mjd_transitionFD` agrees with differences of `mj_step`; without magnets it does not."""
+    model = needles(integrator="implicitfast")
+    data = mujoco.MjData(model)
+    size = 2 * model.nv
+    found = {}
+    for name, used in (("magnetic", model), ("plain", needles("", "implicitfast"))):
+        found[name] = np.empty((size, size))
+        mujoco.mjd_transitionFD(
+            used, mujoco.MjData(used), 1e-6, True, found[name], None, None, None
+        )
+    differences = np.empty((size, size))
+    for k in range(size):
+        ends = []
+        for sign in (1, -1):
+            mujoco.mj_resetData(model, data)
+            if k < model.nv:
+                mujoco.mj_integratePos(model, data.qpos, 1e-5 * sign * np.eye(model.nv)[k], 1.0)
+            else:
+                data.qvel[k - model.nv] = 1e-5 * sign
+            mujoco.mj_step(model, data)
+            ends.append((data.qpos.copy(), data.qvel.copy()))
+        change = np.empty(model.nv)
+        mujoco.mj_differentiatePos(model, change, 1.0, ends[1][0], ends[0][0])
+        differences[:, k] = np.concatenate([change, ends[0][1] - ends[1][1]]) / 2e-5
+    scale = abs(differences).max()
+    assert abs(found["magnetic"] - differences).max() < 1.5e-6 * scale  # measured: 5.4e-8
+    assert abs(found["plain"] - differences).max() > 0.1 * scale  # measured: 1
+
+
+ACT = '<instance name="magnets"><config key="{}" value="{}"/></instance>'
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (INSTANCE, ACT.format("kinds", "all"), "kinds"),
+        (INSTANCE, ACT.format("act", "all, dipoles"), r"config 'act' .* = 'all, dipoles': must be"),
+        (INSTANCE, ACT.format("act", "dipols"), r"config 'act' .* = 'dipols': must be words out"),
+        (
+            INSTANCE,
+            ACT.format("act", "dipoles"),
+            "text 'magmotor' = 'all' and config .* same",
+        ),
+        ('data="all"', 'data="everything"', "text 'magmotor' = 'everything': must be words out"),
+        ('data="all"', 'data=" "', "text 'magmotor' = ' ': must be words out"),
+        ('user="4"', 'user="4 1"', "site 1 '': its only user number must be its moment"),
+        ('user="4"', 'user="nan"', "site 1 '': its only user number must be its moment"),
+        ('user="0 0.3"', 'user="0 0.3 1"', "joint 2 '': its user numbers must be pairs"),
+        ("<freejoint/>", '<joint type="free" user="1 1"/>', "joint 3 '': .* a slide or a hinge"),
+        ('user="0.1 0 0 0 0 0"', f'user="{13 * "1 "}"', "body 4 'free': .* rows of six"),
+        ('objname="arm" prm="3"', 'objname="arm" prm="2"', "tuple 0 'coupling of needle and arm'"),
+    ],
+)
+def test_bad_input_is_an_error_when_the_model_is_compiled(old, new, message):
+    text = NEEDLES.format(extension=MAGNETS, integrator="Euler")
+    assert old in text
+    with pytest.raises(ValueError, match=message):
+        mujoco.MjModel.from_xml_string(text.replace(old, new))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("<option", '<option><flag spring="disable" damper="disable"/></option><option', "spring"),
+        ("<option", '<option><flag sleep="enable"/></option><option', "is not woken by forces"),
+        ('data="all"', 'data="couplings"', "nothing acts on this model: .* names dipoles"),
+    ],
+)
+def test_what_does_not_act_is_said_when_the_model_is_compiled(old, new, message):
+    text = NEEDLES.format(extension=MAGNETS, integrator="Euler")
+    with pytest.warns(UserWarning, match=message):
+        mujoco.MjData(mujoco.MjModel.from_xml_string(text.replace(old, new)))
+
+
+def run(program, folder, *path):
+    """Output of a program in a new process, in which an installed entry point names the plugin."""
+    metadata = folder / "installed-1.dist-info"
+    metadata.mkdir()
+    points = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["entry-points"]
+    lines = [f"{name} = {value}" for name, value in points["mujoco.plugins"].items()]
+    (metadata / "entry_points.txt").write_text("\n".join(["[mujoco.plugins]", *lines]))
+    (metadata / "METADATA").write_text("Name: installed\nVersion: 1\n")
+    where = os.pathsep.join([*map(str, path), str(folder), str(ROOT / "src")])
+    return subprocess.run(
+        [sys.executable, "-W", "error::RuntimeWarning", "-c", textwrap.dedent(program)],
+        env={**os.environ, "PYTHONPATH": where}, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+
+
+needs_entry_points = pytest.mark.skipif(
+    int(mujoco.__version__.split(".")[0]) < 4, reason="MuJoCo 3 loads no entry points"
+)
+
+
+@needs_entry_points
+def test_mujoco_alone_knows_the_plugin_and_compiles_nothing(tmp_path):
+    program = f"""
+    import sys
+    import mujoco
+    assert "magmotor_plugin" in sys.modules
+    assert not {{"magmotor", "numba"}} & sys.modules.keys()
+    path = {str(ROOT / "models" / "top_magnetic.xml")!r}
+    model = mujoco.MjModel.from_xml_path(path)
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, nstep=1000)
+    print(repr(data.qpos.tolist()))
+    """
+    found = run(program, tmp_path)
+    assert found.returncode == 0, found.stderr
+    model = mujoco.MjModel.from_xml_path(str(ROOT / "models" / "top_magnetic.xml"))
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, nstep=1000)
+    assert found.stdout.strip() == repr(data.qpos.tolist())
+
+
+@needs_entry_points
+def test_a_binary_model_works_in_a_new_process(tmp_path):
+    model = needles()
+    mujoco.mj_saveModel(model, str(tmp_path / "model.mjb"), None)
+    program = f"""
+    import mujoco
+    model = mujoco.MjModel.from_binary_path({str(tmp_path / "model.mjb")!r})
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    print(repr(data.qfrc_passive.tolist()))
+    """
+    found = run(program, tmp_path)
+    assert found.returncode == 0, found.stderr
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    assert abs(data.qfrc_passive).max() > 0
+    assert found.stdout.strip() == repr(data.qfrc_passive.tolist())
+
+
+def test_code_that_cannot_be_loaded_is_an_error(tmp_path):
+    """Never a model without forces."""
+    (tmp_path / "broken" / "numba").mkdir(parents=True)
+    (tmp_path / "broken" / "numba" / "__init__.py").write_text('raise ImportError("no numba here")')
+    program = f"""
+    import magmotor_plugin
+    import mujoco
+    magmotor_plugin.register()
+    mujoco.MjModel.from_xml_path({str(ROOT / "models" / "top_magnetic.xml")!r})
+    """
+    found = run(program, tmp_path, tmp_path / "broken")
+    assert found.returncode == 1
+    assert "no numba here" in found.stderr
+    assert found.stderr.strip().splitlines()[-1].startswith("ValueError")
