@@ -147,6 +147,7 @@ class RotorAdapter:
 MODEL = """
 <mujoco>
   <size nuser_site="1" nuser_body="6" nuserdata="5"/>
+  <custom><text name="magmotor" data="dipoles noise"/></custom>
   <option gravity="0 0 0"/>
   <visual><global offwidth="1280" offheight="720"/></visual>
   <worldbody>
@@ -160,7 +161,7 @@ MODEL = """
   <keyframe><key name="start" qpos="{angle}" qvel="{rate}"/></keyframe>
 </mujoco>
 """
-"""Sites with a `user` value are dipoles with that moment; that of a body is its noise."""
+"""The text says what acts: the `user` value of a site is its dipole moment, a body's is its noise."""
 
 NEEDLE = """
       <geom type="capsule" fromto="0 -0.05 0 0 0 0" size="0.006" rgba="0.85 0.87 0.9 1"

@@ -42,6 +42,7 @@ PROCESSORS = {
 
 MODEL = """
 <mujoco><size nuser_body="6" nuserdata="5" nuser_site="1" nuser_jnt="2"/><option gravity="0 0 0"/>
+<custom><text name="magmotor" data="all"/></custom>
 <worldbody><site name="fixed" pos="0.4 0 0.1" user="3"/>
 <body name="wheel" user="0 0 0 0 0 0.1"><joint type="hinge" axis="0 0 1" damping="0.2"
  user="0.3 0.1"/><geom size="0.1" contype="0" conaffinity="0"/>

@@ -1,4 +1,4 @@
-"""An independent implementation of the magnetism callback in plain NumPy, short and slow."""
+"""An independent implementation of the forces of magnetism in plain NumPy, short and slow."""
 
 import mujoco
 import numpy as np
@@ -32,6 +32,17 @@ def apply_magnetism(model, data):
             total[:3] += force
             total[3:] += np.cross(moment[i], field) + np.cross(arm, force)
         data.xfrc_applied[b] = total
+
+
+def potential_forces(model, data):
+    """Generalized forces -U'(q) of the joints' periodic potentials, shape (nv,)."""
+    forces = np.zeros(model.nv)
+    for joint in range(model.njnt if model.nuser_jnt else 0):
+        q = data.qpos[model.jnt_qposadr[joint]]
+        a, b = model.jnt_user[joint].reshape(-1, 2).T
+        k = np.arange(1, len(a) + 1)
+        forces[model.jnt_dofadr[joint]] -= np.sum(k * (a * np.cos(k * q) - b * np.sin(k * q)))
+    return forces
 
 
 def coupling_factors(model):

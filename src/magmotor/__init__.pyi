@@ -15,6 +15,8 @@ from .devices.disk.scene import LangevinParticle as LangevinParticle
 from .devices.motor.scene import Motor as Motor
 from .devices.top.scene import Top as Top
 from .devices.top.scene import Waypoint as Waypoint
+from .mjcf.describe import Description as Description
+from .mjcf.describe import describe as describe
 from .mjcf.field_and_energy import field as field
 from .mjcf.field_and_energy import magnetic_energy as magnetic_energy
 from .mjcf.langevin.baoab import Baoab as Baoab

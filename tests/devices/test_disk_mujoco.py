@@ -8,7 +8,7 @@ import mujoco.batch
 import mujoco.rollout
 import numpy as np
 import pytest
-from numpy_twin import apply_magnetism
+from numpy_twin import apply_magnetism, potential_forces
 
 import magmotor as mm
 from magmotor import noise
@@ -109,6 +109,7 @@ DRIVEN = """
 <mujoco>
   <option gravity="0 0 0"/>
   <size nuserdata="5"/>
+  <custom><text name="magmotor" data="all"/></custom>
   <worldbody>
     <body name="shell" pos="0 0 1" user="0 0 0 0 0 0  1 2 3 0.1 0.2 0.3  0 0 0 0 0 4">
       <freejoint/>
@@ -127,7 +128,7 @@ DRIVEN = """
 
 
 def expected_wrench(model, data, step):
-    """Compute the wrenches on `DRIVEN` in a step with NumPy."""
+    """Compute the Brownian wrenches on `DRIVEN` in a step with NumPy."""
     seed, replica, factor, level, first = data.userdata.astype(int)
     view = noise.BrownianPath(seed, model.opt.timestep, max(1, factor), level)
     applied, channel = np.zeros((model.nbody, 6)), 0
@@ -137,16 +138,11 @@ def expected_wrench(model, data, step):
                 (rise,) = view.increments(1, first=first + step, replica=replica, channel=channel)
                 applied[body] += row * rise / model.opt.timestep
                 channel += 1
-    for joint, part in (("hinge", slice(3, 6)), ("slide", slice(0, 3))):
-        j, q = model.joint(joint).id, data.joint(joint).qpos[0]
-        for k, (a, b) in enumerate(model.jnt_user[j].reshape(-1, 2), start=1):
-            force = -k * (a * np.cos(k * q) - b * np.sin(k * q))
-            applied[model.jnt_bodyid[j], part] += force * data.xaxis[j]
     return applied
 
 
 @pytest.mark.parametrize("userdata", [(0, 0, 0, 0, 0), (9, 3, 4, 0, 100), (9, 3, 1, 2, 7)])
-def test_wrenches_act_on_any_model(userdata):
+def test_wrenches_and_potentials_act_on_any_model(userdata):
     model = mujoco.MjModel.from_xml_string(DRIVEN)
     data = mujoco.MjData(model)
     data.userdata[:] = userdata
@@ -156,12 +152,16 @@ def test_wrenches_act_on_any_model(userdata):
         mujoco.mj_step(model, data, nstep=20)
         mujoco.mj_forward(model, data)
     expected = expected_wrench(model, data, 20)
-    expected[[0, model.body("idle").id]] = 5.0  # no wrench of ours: the applied one remains
+    others = [0, model.body("idle").id, model.body("slider").id]
+    expected[others] = 5.0  # no wrench of ours: the applied one remains
     # Measured: 3e-14, of 130.
     np.testing.assert_allclose(data.xfrc_applied, expected, rtol=0, atol=3e-13)
+    forces = potential_forces(model, data)
+    assert np.abs(forces).max() > 0.1
+    np.testing.assert_allclose(data.qfrc_passive, forces, rtol=0, atol=1e-14)
 
 
-def test_dipoles_noise_and_potentials_add_up():
+def test_dipoles_and_noise_add_up():
     site = '<site user="7" pos="0 0.3 0.1"/>'
     xml = DRIVEN.replace('<joint name="hinge"', site + '<joint name="hinge"')
     xml = xml.replace("<freejoint/>\n", "<freejoint/>" + site, 1)
@@ -228,7 +228,8 @@ def test_noise_is_constant_over_a_step(integrator, stages, start):
 def test_rk4_of_a_free_body_is_exact():
     """With a force that is constant over each step, v and x are polynomials in time."""
     model = mujoco.MjModel.from_xml_string(
-        """<mujoco><option gravity="0 0 0" integrator="RK4" timestep="0.1"/><worldbody>
+        """<mujoco><option gravity="0 0 0" integrator="RK4" timestep="0.1"/>
+        <custom><text name="magmotor" data="noise"/></custom><worldbody>
         <body user="3 0 0 0 0 0"><joint type="slide" axis="1 0 0"/>
         <inertial pos="0 0 0" mass="2" diaginertia="1 1 1"/></body></worldbody></mujoco>"""
     )

@@ -10,6 +10,7 @@ CHAIN = """
 <mujoco>
   <option gravity="0 0 0"/>
   <custom>
+    <text name="magmotor" data="dipoles couplings"/>
     <tuple name="coupling of arm and world">
       <element objtype="body" objname="world" prm="3"/>
       <element objtype="body" objname="arm" prm="3"/>

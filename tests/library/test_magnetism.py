@@ -4,7 +4,6 @@ import inspect
 import re
 import subprocess
 import sys
-import textwrap
 import threading
 import warnings
 
@@ -21,8 +20,11 @@ import magmotor as mm
 from magmotor.mjcf import callbacks, layout
 from magmotor.numerics import numba_cache
 
-COMPASSES = """
+MARK = '<custom><text name="magmotor" data="dipoles couplings"/></custom>'
+
+COMPASSES = f"""
 <mujoco>
+  {MARK}
   <option gravity="0 0 0"/>
   <worldbody>
     <site name="plain" pos="1 0 0"/>
@@ -67,7 +69,7 @@ def chain(count):
         f'<body pos="{i} 3 0"><freejoint/><geom size="0.1"/><site user="2" pos="0 0.1 0"/></body>'
         for i in range(3)
     )
-    return f"<mujoco><worldbody>{fixed}{free}</worldbody></mujoco>"
+    return f"<mujoco>{MARK}<worldbody>{fixed}{free}</worldbody></mujoco>"
 
 
 def coupling(name, *bodies, prm=(2, 2), objtype="body"):
@@ -92,7 +94,7 @@ def motor(custom=""):
 
     return f"""
     <mujoco>
-      {custom}
+      {MARK}{custom}
       <worldbody>
         <body name="ball" pos="0.1 0.05 -0.7">
           <joint type="slide" axis="1 0 0"/>
@@ -146,7 +148,7 @@ def random_tree(seed, isolated=False):
     )
     fixed = "" if isolated else sites()
     custom = custom if seed % 2 else ""
-    return f"<mujoco>{custom}<worldbody>{fixed}{bodies}</worldbody></mujoco>"
+    return f"<mujoco>{MARK}{custom}<worldbody>{fixed}{bodies}</worldbody></mujoco>"
 
 
 def wrenches(model, data):
@@ -340,8 +342,9 @@ def test_blocks_may_overlap_in_threads():
     assert mujoco.get_mjcb_control() is None
 
 
-TWO_NEEDLES = """
+TWO_NEEDLES = f"""
 <mujoco>
+  {MARK}
   <custom/>
   <worldbody>
     <site name="fixed" pos="0 0 1" user="1"/>
@@ -372,7 +375,8 @@ OFF = "".join(
 @pytest.mark.parametrize(
     ("xml", "why"),
     [
-        ("<mujoco/>", "it has no dipole sites"),
+        ("<mujoco/>", "neither a mark nor a site with a user number names dipoles"),
+        (f"<mujoco>{MARK}</mujoco>", "it has no dipole sites"),
         (TWO_NEEDLES.replace('user="1"', 'user="0"'), "it has no dipole sites"),
         (TWO_NEEDLES.replace("<freejoint/>", ""), "all on one rigid body"),
         (
@@ -559,9 +563,7 @@ def _index(compiled):
 
 def test_a_second_process_loads_the_callback_from_disk():
     callbacks.compiled_callback()
-    code = """
-                print(callbacks.compiled_callback().cache_hits)
-    """
-    command = [sys.executable, "-c", textwrap.dedent(code)]
+    code = "from magmotor.mjcf import callbacks; print(callbacks.compiled_callback().cache_hits)"
+    command = [sys.executable, "-c", code]
     second = subprocess.run(command, capture_output=True, text=True, check=True)
     assert second.stdout == "1\n"

@@ -138,6 +138,7 @@ WARM_BODIES = f"""
 <mujoco>
   <option timestep="0.05" gravity="0 0 -9.81"/>
   <size nuserdata="1"/>
+  <custom><text name="magmotor" data="noise potentials"/></custom>
   <worldbody>
     <body name="needle" user="{rows(alpha(2e-3), 5)}">
       <joint type="hinge" axis="0 0 1" damping="2e-3" user="0 0 0 -3e-2"/>
@@ -383,7 +384,8 @@ def test_a_run_continues_another(scene, monkeypatch):
 def test_noise_is_that_of_the_package_to_the_bit():
     """A slide without damping, from rest."""
     model = mujoco.MjModel.from_xml_string(
-        """<mujoco><option gravity="0 0 0" timestep="1"/><size nuserdata="5"/><worldbody>
+        """<mujoco><option gravity="0 0 0" timestep="1"/><size nuserdata="5"/>
+        <custom><text name="magmotor" data="noise"/></custom><worldbody>
         <body user="0 0 0 0 0 0  1 0 0 0 0 0"><joint type="slide" axis="1 0 0"/>
         <inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/></body></worldbody></mujoco>"""
     )
@@ -419,6 +421,7 @@ MODEL = """
 <mujoco>
   <option cone="elliptic" impratio="1e-14" gravity="0 0 -1"/>
   <size nuserdata="1"/>
+  <custom><text name="magmotor" data="noise"/></custom>
   <default>
     <geom contype="0" conaffinity="0" size="0.1 0.1 0.1"/>
   </default>
@@ -580,6 +583,7 @@ def test_an_unsupported_element_is_named(old, new, match):
 
 TWO_NEEDLES = """
 <mujoco>
+  <custom><text name="magmotor" data="dipoles"/></custom>
   <worldbody>
     <body name="left"><joint name="a" type="slide" axis="1 0 0"/><inertial pos="0 0 0" mass="1"
       diaginertia="1 1 1"/><site name="north" user="1" zaxis="1 0 0"/></body>

@@ -11,6 +11,7 @@ import magmotor as mm
 NEEDLE = """
 <mujoco>
   <size nuserdata="{nuserdata}"/>
+  <custom><text name="magmotor" data="noise"/></custom>
   <worldbody>
     <body name="needle" user="0 0 0 0 0 2e-6">
       <joint type="hinge" axis="0 0 1" damping="2e-6"/>
@@ -136,7 +137,8 @@ def dampers(kind, decay, masses=MASSES):
         f'<fixed damping="{tendons}"><joint joint="x{i}" coef="1"/></fixed>' for i in range(masses)
     )
     return mujoco.MjModel.from_xml_string(
-        f"""<mujoco><option gravity="0 0 0" timestep="1"/><worldbody>{bodies}</worldbody>
+        f"""<mujoco><custom><text name="magmotor" data="noise"/></custom>
+        <option gravity="0 0 0" timestep="1"/><worldbody>{bodies}</worldbody>
         <tendon>{fixed}</tendon></mujoco>"""
     )
 

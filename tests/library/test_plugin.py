@@ -223,6 +223,42 @@ def test_what_does_not_act_is_said_when_the_model_is_compiled(old, new, message)
         mujoco.MjData(mujoco.MjModel.from_xml_string(text.replace(old, new)))
 
 
+SLEEPERS = """
+<mujoco>
+  <option><flag sleep="enable"/></option>
+  <extension><plugin plugin="magmotor.forces"><instance name="magnets"/></plugin></extension>
+  <custom><text name="magmotor" data="dipoles potentials"/></custom>
+  <worldbody>
+    <geom type="plane" size="1 1 0.1"/>
+    <site user="1" pos="0 0 -0.2"/>
+    <body pos="0 0 0.05">
+      <freejoint/>
+      <geom type="box" size="0.05 0.05 0.05" mass="1"/>
+      <site user="1e-3"/>
+    </body>
+    <body pos="1 0 1">
+      <joint type="hinge" axis="0 0 1" frictionloss="1" user="0.1 0.1"/>
+      <geom size="0.1"/>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+
+
+@pytest.mark.filterwarnings("ignore:a sleeping body is not woken:UserWarning")
+def test_forces_on_sleeping_bodies_do_not_add_up():
+    """MuJoCo clears the passive forces only of those that are awake."""
+    model = mujoco.MjModel.from_xml_string(SLEEPERS)
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, nstep=400)
+    np.testing.assert_array_equal(data.body_awake[1:], int(mujoco.mjtSleepState.mjS_ASLEEP))
+    asleep = data.qfrc_passive.copy()
+    assert abs(asleep[2]) > 1e-8
+    assert abs(asleep[6]) > 0.05
+    mujoco.mj_step(model, data, nstep=400)
+    np.testing.assert_array_equal(data.qfrc_passive, asleep)
+
+
 def run(program, folder, *path):
     """Output of a program in a new process, in which an installed entry point names the plugin."""
     metadata = folder / "installed-1.dist-info"

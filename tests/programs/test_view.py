@@ -25,6 +25,7 @@ STEPS = 300
 NEEDLE = """
 <mujoco>
   <size nuserdata="1"/>
+  <custom><text name="magmotor" data="dipoles noise"/></custom>
   <worldbody>
     <site name="north" pos="0 0.1 0" zaxis="0 1 0" user="5"/>
     <body name="needle" user="0 0 0 0 0 2e-6">

@@ -5,12 +5,13 @@ the plugin adds them to `qfrc_passive`, and leaves `xfrc_applied` and the callba
 """
 
 # Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
+# pyright: reportCallIssue=false, reportGeneralTypeIssues=false
 
 import math
 from functools import cache
 from typing import Any
 
+import mujoco
 from numba import njit, types
 
 from magmotor.mjcf import layout, memory, messages
@@ -40,6 +41,7 @@ from magmotor.mjcf.forces.marks import (
     marks_of,
     plugin_instance,
 )
+from magmotor.mjcf.hooks import errors_raised
 from magmotor.numerics.numba_cache import compiled_once
 
 FAILED = -1
@@ -70,6 +72,36 @@ def compiled_plugin() -> tuple[Any, Any]:
     """Return the plugin's `init` and `compute` for the running MuJoCo."""
     _bind()
     return _init(layout.current()), _compute(layout.current())
+
+
+def acting_forces(model: mujoco.MjModel) -> int:
+    """Return the bits of what acts on a model, as defined in `magmotor.mjcf.forces.marks`.
+
+    Raises
+    ------
+    ValueError
+        A mark, or a `user` number or tuple that acts, is invalid.
+    """
+    _bind()
+    try:
+        with errors_raised():
+            return _read(layout.current())(model._address)
+    except mujoco.FatalError as error:
+        raise ValueError(str(error)) from error
+
+
+@compiled_once(nogil=True, error_model="numpy")
+def _read(checksum: int, offsets: layout.Layout):
+    """Define a function that checks a model and returns the bits of what acts on it."""
+
+    def read(model):
+        _ = checksum
+        m = memory.words(model, memory.UNBOUNDED)
+        kinds = forces_of(m, offsets)
+        _is_valid(m, offsets, kinds)
+        return kinds
+
+    return read
 
 
 def _bind() -> None:
@@ -162,8 +194,9 @@ def _compute(checksum: int, offsets: layout.Layout):
         if acting < 0:
             _clear(applied)
             _mark_failed(model, data, offsets, stage)
+        awake = memory.integers(d[offsets.body_awake // 8], bodies)
         for body in range(1, bodies):
-            if memory.any_number(applied, body, 0, 6):
+            if awake[body] != memory.ASLEEP and memory.any_number(applied, body, 0, 6):
                 wrench = room + 48 * body
                 center = d[offsets.xipos // 8] + 24 * body
                 _apply_wrench(model, data, wrench, wrench + 24, center, body, passive)

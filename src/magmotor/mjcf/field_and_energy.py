@@ -6,14 +6,17 @@ from numpy.typing import NDArray
 
 from magmotor import dipoles
 from magmotor.common.arguments import checked
+from magmotor.common.checks import reject
 from magmotor.common.hints import Points
+from magmotor.mjcf.callbacks import acting_forces
+from magmotor.mjcf.forces.marks import COUPLINGS, DIPOLES
 
 Array = NDArray[np.float64]
 
 
 @checked
 def field(model: mujoco.MjModel, data: mujoco.MjData, points: Points) -> Array:
-    """Compute the magnetic field of all dipole sites of a model.
+    """Compute the magnetic field of all dipoles of a model; `magnetism` says which these are.
 
     Parameters
     ----------
@@ -32,7 +35,7 @@ def field(model: mujoco.MjModel, data: mujoco.MjData, points: Points) -> Array:
     Raises
     ------
     ValueError
-        A point coincides with a dipole.
+        A point coincides with a dipole, or the data belong to another model.
 
     Examples
     --------
@@ -70,7 +73,7 @@ def magnetic_energy(model: mujoco.MjModel, data: mujoco.MjData) -> float:
     Raises
     ------
     ValueError
-        Two dipoles that act on one another coincide.
+        Two dipoles that act on one another coincide, or the data belong to another model.
     """
     positions, moments, bodies = dipole_sites(model, data)
     factors = coupling_factors(model)
@@ -88,7 +91,10 @@ def magnetic_energy(model: mujoco.MjModel, data: mujoco.MjData) -> float:
 
 def dipole_sites(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Array, Array, NDArray]:
     """Positions (n, 3) in m, moments (n, 3) in A m^2 and bodies (n,) of the sites with a moment."""
-    strengths = model.site_user[:, 0] if model.nuser_site else np.zeros(model.nsite)
+    if len(data.site_xpos) != model.nsite:
+        raise reject("number of sites of data", len(data.site_xpos), f"must be {model.nsite}")
+    acts = model.nuser_site and acting_forces(model) & DIPOLES
+    strengths = model.site_user[:, 0] if acts else np.zeros(model.nsite)
     sites = np.flatnonzero(strengths)
     axes = data.site_xmat[sites].reshape(-1, 3, 3)[..., 2]
     return data.site_xpos[sites], strengths[sites, np.newaxis] * axes, model.site_bodyid[sites]
@@ -97,7 +103,7 @@ def dipole_sites(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Array, Arr
 def coupling_factors(model: mujoco.MjModel):
     """The function that says how strongly the dipoles of two bodies act on one another."""
     factors: dict[frozenset[int], float] = {}
-    for k in range(model.ntuple):
+    for k in range(model.ntuple if acting_forces(model) & COUPLINGS else 0):
         if model.tuple(k).name.startswith("coupling"):
             first = model.tuple_adr[k]
             pair = frozenset(model.tuple_objid[first : first + 2].tolist())

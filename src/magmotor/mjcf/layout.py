@@ -17,16 +17,17 @@ import magmotor_plugin
 
 MODEL_FIELDS = (
     "nq", "nv", "nbody", "njnt", "nsite", "ntuple", "nuser_body", "nuser_jnt", "nuser_site",
-    "nuserdata", "body_weldid", "body_dofnum", "body_user", "jnt_type", "jnt_qposadr", "jnt_dofadr",
-    "jnt_user",
-    "site_bodyid", "site_user", "tuple_adr", "tuple_size", "tuple_objtype", "tuple_objid",
-    "tuple_objprm", "ntext", "text_adr", "text_data", "name_bodyadr", "name_jntadr", "name_siteadr",
-    "name_tupleadr", "name_textadr", "names", "nplugin", "plugin", "plugin_attr", "plugin_attradr",
+    "nuserdata", "body_weldid", "body_dofnum", "body_user", "jnt_type", "jnt_bodyid",
+    "jnt_qposadr", "jnt_dofadr", "jnt_user", "site_bodyid", "site_user", "tuple_adr",
+    "tuple_size", "tuple_objtype", "tuple_objid", "tuple_objprm", "ntext", "text_adr",
+    "text_data", "name_bodyadr", "name_jntadr", "name_siteadr", "name_tupleadr", "name_textadr",
+    "names", "nplugin", "plugin", "plugin_attr", "plugin_attradr",
 )  # fmt: skip
 OPTION_FIELDS = ("timestep", "integrator", "disableflags", "enableflags")
 DATA_FIELDS = (
     "site_xpos", "site_xmat", "xmat", "xipos", "xaxis", "xfrc_applied", "qfrc_applied", "qpos",
     "qvel", "qfrc_passive", "userdata", "time", "pstack",
+    "body_awake",
 )  # fmt: skip
 
 _SCALARS = {
@@ -100,6 +101,7 @@ class Layout(NamedTuple):
     body_dofnum: int
     body_user: int
     jnt_type: int
+    jnt_bodyid: int
     jnt_qposadr: int
     jnt_dofadr: int
     jnt_user: int
@@ -140,6 +142,7 @@ class Layout(NamedTuple):
     userdata: int
     time: int
     pstack: int
+    body_awake: int
 
 
 @cache

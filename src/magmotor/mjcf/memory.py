@@ -22,6 +22,9 @@ import magmotor_plugin
 UNBOUNDED = 1 << 30
 """Length of arrays whose actual length is not looked up."""
 
+ASLEEP = 0
+"""mjS_ASLEEP, in `body_awake`."""
+
 
 def bind_function(name: str, function: Any) -> None:
     """Bind a ctypes function to the external symbol `name` of compiled code."""

@@ -37,9 +37,14 @@ def invalid_potential(m, offsets):
 
 @njit(forceinline=True)
 def add_potential_forces(m, d, offsets, generalized):
-    """Add the forces of joint potentials to generalized forces (nv,); return their number."""
+    """Add the forces of joint potentials to generalized forces (nv,); return their number.
+
+    MuJoCo does not clear the forces on bodies that sleep, which would add up.
+    """
     nuser, joints = m[offsets.nuser_jnt // 8], m[offsets.njnt // 8]
     waves = memory.numbers(m[offsets.jnt_user // 8], joints, nuser)
+    body_of = memory.integers(m[offsets.jnt_bodyid // 8], joints)
+    awake = memory.integers(d[offsets.body_awake // 8], memory.UNBOUNDED)
     first_dof = memory.integers(m[offsets.jnt_dofadr // 8], joints)
     qpos_start = memory.integers(m[offsets.jnt_qposadr // 8], joints)
     qpos = memory.numbers(d[offsets.qpos // 8], 1, memory.UNBOUNDED)
@@ -54,6 +59,7 @@ def add_potential_forces(m, d, offsets, generalized):
             for k in range(nuser // 2):
                 c, s = c * cosine - s * sine, s * cosine + c * sine
                 force -= (k + 1) * (waves[joint, 2 * k] * c - waves[joint, 2 * k + 1] * s)
-            generalized[first_dof[joint]] += force
+            if awake[body_of[joint]] != memory.ASLEEP:
+                generalized[first_dof[joint]] += force
             count += 1
     return count

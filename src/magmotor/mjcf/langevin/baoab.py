@@ -83,7 +83,7 @@ class Baoab:
         """Advance the state by steps of the model's timestep.
 
         This changes `qpos`, `qvel`, `time`, the frames of bodies, geoms and sites, and
-        `xfrc_applied`, which then contains the final forces except the Brownian ones. It runs
+        `xfrc_applied`, which then contains the final forces of the dipoles. It runs
         without the GIL and needs no `magnetism` block. The result has the same bits if the steps
         are divided among several calls. Ctrl-C is checked about every 0.1 s, between two steps.
 

@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+import magmotor_plugin
 from magmotor.common.checks import check_array, check_number, reject
 from magmotor.mjcf.lookup import disabled, label
 from magmotor.mjcf.viscous_contact import ALWAYS_IN_CONE, check_pair
@@ -19,7 +20,6 @@ ROUNDING = 1e-9
 UNSUPPORTED = {
     "nactuator": "actuators",
     "nflex": "flexes",
-    "nplugin": "plugins",
     "neq": "equalities",
 }
 """Counts in the model that must be zero."""
@@ -75,6 +75,10 @@ def _check_options(model: mujoco.MjModel) -> None:
         count = getattr(model, field)
         if count and not (field == "neq" and disabled(model, "equality")):
             raise reject(f"number of {what}", count, "must be zero: Baoab does not support them")
+    others = int((model.plugin != magmotor_plugin.register()).sum())
+    if others:
+        sentence = "must be zero, except for magmotor.forces: Baoab does not support them"
+        raise reject("number of plugins", others, sentence)
     for field in ("density", "viscosity"):
         if getattr(model.opt, field):
             sentence = "must be zero: Baoab does not support fluid forces"

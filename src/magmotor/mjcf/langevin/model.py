@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 from magmotor.common.arrays import Array
 from magmotor.common.checks import reject
 from magmotor.common.hints import numbers
+from magmotor.mjcf.callbacks import acting_forces
+from magmotor.mjcf.forces.marks import NOISE
 from magmotor.mjcf.langevin.checks import ROUNDING, check_model, check_viscous
 from magmotor.mjcf.lookup import disabled, label
 from magmotor.mjcf.viscous_contact import resistance, viscous_contacts
@@ -93,12 +95,12 @@ def langevin_model(model: mujoco.MjModel) -> LangevinModel:
     masses = _masses(model, data)
     wrenches = _wrenches(model, data)
     balls = tuple(_balls(model, masses))
-    damping = _joint_damping(model) + _contact_damping(model, data, masses, balls)
+    damping = joint_damping(model) + _contact_damping(model, data, masses, balls)
     return LangevinModel(
         masses,
         damping,
         _noise(model, wrenches),
-        data.qfrc_passive - data.qfrc_bias,
+        data.qfrc_gravcomp - data.qfrc_bias,
         model.dof_bodyid.astype(np.int64),
         wrenches,
         balls,
@@ -160,6 +162,8 @@ def _balls(model: mujoco.MjModel, masses: Array) -> Iterator[Ball]:
 
 def _channels(model: mujoco.MjModel) -> list[tuple[int, Array]]:
     """Return the body and the wrench of each channel; see `mjcf/forces/brownian_wrenches.py`."""
+    if not acting_forces(model) & NOISE:
+        return []
     whole = model.nuser_body - model.nuser_body % 6
     rows = model.body_user[:, :whole].reshape(model.nbody, -1, 6)
     return [(body, row) for body in range(model.nbody) for row in rows[body] if row.any()]
@@ -198,7 +202,7 @@ def _noise(model: mujoco.MjModel, wrenches: Array) -> Array:
     return noise
 
 
-def _joint_damping(model: mujoco.MjModel) -> Array:
+def joint_damping(model: mujoco.MjModel) -> Array:
     """Return the damping matrix of joints and fixed tendons."""
     if disabled(model, "damper"):
         return np.zeros((model.nv, model.nv))
