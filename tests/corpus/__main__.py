@@ -25,7 +25,7 @@ import mujoco  # noqa: E402
 import numpy as np  # noqa: E402
 
 import magmotor as mm  # noqa: E402
-from corpus.checks import DEVIATIONS, STEPS, Findings, examine  # noqa: E402
+from corpus.checks import DEVIATIONS, ROUNDING, STEPS, Findings, examine  # noqa: E402
 from corpus.models import packages  # noqa: E402
 
 PLUGIN = """
@@ -37,7 +37,10 @@ PLUGIN = """
 LIMIT = 60.0
 """Seconds after which the process of a model is ended."""
 
-COLUMNS = ("files", "compile", "move", "distinct", "refused", "changed", *DEVIATIONS, "same motion")
+COLUMNS = (
+    "files", "compile", "move", "distinct", "refused", "changed", "callback", "plugin", "third law",
+    "path", "same motion",
+)  # fmt: skip
 
 
 def main() -> int:
@@ -68,10 +71,10 @@ def main() -> int:
     print(f"\nmodels with user numbers of bodies, joints or sites, which got a mark: {marked}")
     third = sum(np.isfinite(each.third_law) for each in distinct)
     print(f"models of which two rigid bodies or more move, for the third law: {third}")
-    same, close = (sum(each.motion <= bound for each in distinct) for bound in (0.0, 1e-12))
-    print(f"motions of {STEPS} steps by plugin and callback: {same} equal to the bit,")
+    same, close = (sum(each.motion <= bound for each in distinct) for bound in (0.0, ROUNDING))
+    print(f"motions of {STEPS} steps, plugin against callback: {same} equal to the bit,")
     print(
-        f"    {close - same} to 1e-12, {len(distinct) - close} in which contacts amplify rounding"
+        f"    {close - same} to {ROUNDING:g}, {len(distinct) - close} that amplify rounding further"
     )
     reasons = Counter(each.skipped for each in everything if each.skipped)
     for reason, count in reasons.most_common():
@@ -96,7 +99,7 @@ def row(found: list[Findings]) -> str:
         max((getattr(each, name) for each in distinct if getattr(each, name) >= 0), default=np.nan)
         for name in DEVIATIONS
     ]
-    same = sum(each.motion <= 1e-12 for each in distinct)
+    same = sum(each.motion <= ROUNDING for each in distinct)
     return " | ".join([*map(str, counts), *(f"{x:.1e}" for x in worst), str(same)]) + " |"
 
 
