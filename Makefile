@@ -40,7 +40,7 @@ endif
 # Pictures need neither tests nor linters, but an environment that has them is used as it is.
 READY := $(firstword $(wildcard .venv/dev-ready) .venv/ready)
 
-.PHONY: help movie disk motor sweep studies figures examples models test test-quick fuzz torture lint bench charts docs compat clean redo
+.PHONY: help movie disk motor sweep studies figures examples models test test-quick fuzz torture corpus lint bench charts docs compat clean redo
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
@@ -94,6 +94,10 @@ test-quick: .venv/dev-ready  ## tests of the library and the devices, in three m
 fuzz: .venv/dev-ready  ## hostile input to the public interface; ARGS="--inputs 100000 --seed 7"
 	@echo "== fuzz: calls that crash, hang or raise an unexpected error are listed with their numbers"
 	@PYTHONPATH=tests $(PYTHON) -m fuzz $(ARGS)
+
+corpus: .venv/dev-ready .cache/corpus/ready  ## magnets on 366 models of public packages, in two minutes
+	@echo "== corpus: adding magnets to other people's models, and checking forces and motion"
+	@PYTHONPATH=tests $(PYTHON) -m corpus .cache/corpus $(ARGS)
 
 lint: .venv/dev-ready  ## ruff (rules and format), pyright, and the import layers
 	@echo "== lint: ruff check, ruff format --check, pyright, lint-imports"
@@ -170,3 +174,11 @@ endef
 # Its requirements pin their versions; sed's d empties the constraints.
 .venv-bench/ready: benchmarks/peers/requirements.txt $(REDO_BENCH)
 	$(call install,.venv-bench,d,-r $<,once: 1.5 GB and about a minute; 5 GB if PyPI has no torch without CUDA)
+
+# Only files of the packages are read. pip warns of conflicts among them in vain.
+.cache/corpus/ready: tests/corpus/requirements.txt .venv/dev-ready
+	@echo "== downloading the packages of the corpus (once: 1.1 GB and about a minute)"
+	@rm -rf .cache/corpus
+	@$(PYTHON) -m pip install -qq --no-deps --only-binary=:all: --ignore-requires-python --no-compile \
+		--no-warn-conflicts --target .cache/corpus -r $<
+	@touch $@

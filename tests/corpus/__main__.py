@@ -1,0 +1,144 @@
+"""Add magnets to the models of public packages, and check the forces, the motion and the rest.
+
+    PYTHONPATH=tests python -m corpus FOLDER [--seed SEED] [--workers WORKERS]
+
+FOLDER is where pip installed the packages: `make corpus` does that, and runs this program. It
+prints a table of what was found, and a line for each model on which a check fails; then its exit
+code is 1. Each model is checked in a process of its own, a fork of this one.
+"""
+
+import argparse
+import multiprocessing
+import os
+import sys
+import time
+from collections import Counter
+from collections.abc import Iterator
+from importlib.metadata import version
+from multiprocessing.connection import Connection, wait
+from pathlib import Path
+
+for name in ("OMP", "OPENBLAS", "MKL", "NUMBA"):
+    os.environ[f"{name}_NUM_THREADS"] = "1"  # a process with threads is not forked
+
+import mujoco  # noqa: E402
+import numpy as np  # noqa: E402
+
+import magmotor as mm  # noqa: E402
+from corpus.checks import DEVIATIONS, ROUNDING, STEPS, Findings, examine  # noqa: E402
+from corpus.models import packages  # noqa: E402
+
+PLUGIN = """
+<mujoco>
+  <extension><plugin plugin="magmotor.forces"><instance name="magnets"/></plugin></extension>
+</mujoco>
+"""
+
+LIMIT = 60.0
+"""Seconds after which the process of a model is ended."""
+
+COLUMNS = (
+    "files", "compile", "move", "distinct", "refused", "changed", "callback", "plugin", "third law",
+    "path", "same motion",
+)  # fmt: skip
+
+
+def main() -> int:
+    """Run the program; returns its exit code."""
+    parser = argparse.ArgumentParser(prog="corpus", description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--seed", type=int, default=0, help="of the bodies, sites and moments")
+    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
+    options = parser.parse_args()
+    begin = time.perf_counter()
+    with mm.magnetism():  # loads the compiled code before the forks
+        mujoco.MjData(mujoco.MjModel.from_xml_string(PLUGIN))
+    print(f"magmotor {mm.__version__}, MuJoCo {version('mujoco')}, seed {options.seed}\n")
+    print("| package |", " | ".join(COLUMNS), "|")
+    print("|---|" + "---|" * len(COLUMNS))
+    everything: list[Findings] = []
+    digests: set[str] = set()
+    for package, paths in packages(options.folder.absolute()).items():
+        found = list(examine_all(paths, options.seed, options.workers))
+        for each in found:
+            each.repeated = each.digest in digests
+            digests |= {each.digest} - {""}
+        print(f"| {package} |", row(found), flush=True)
+        everything += found
+    print("| all |", row(everything))
+    distinct = [each for each in everything if each.is_checked]
+    marked = sum(each.marked for each in distinct)
+    print(f"\nmodels with user numbers of bodies, joints or sites, which got a mark: {marked}")
+    third = sum(np.isfinite(each.third_law) for each in distinct)
+    print(f"models of which two rigid bodies or more move, for the third law: {third}")
+    same, close = (sum(each.motion <= bound for each in distinct) for bound in (0.0, ROUNDING))
+    print(f"motions of {STEPS} steps, plugin against callback: {same} equal to the bit,")
+    print(
+        f"    {close - same} to {ROUNDING:g}, {len(distinct) - close} that amplify rounding further"
+    )
+    reasons = Counter(each.skipped for each in everything if each.skipped)
+    for reason, count in reasons.most_common():
+        print(f"skipped: {count} files, {reason}")
+    wrong = [each for each in distinct if each.wrong]
+    for each in wrong:
+        print(f"WRONG: {each.file.relative_to(options.folder.absolute())}: {each.wrong}")
+    print(f"{time.perf_counter() - begin:.0f} s in all")
+    return bool(wrong)
+
+
+def row(found: list[Findings]) -> str:
+    """Cells of a row of the table."""
+    distinct = [each for each in found if each.is_checked]
+    moving = sum(not each.skipped for each in found)
+    still = sum(each.skipped == "nothing moves" for each in found)
+    counts = (
+        len(found), moving + still, moving, len(distinct),
+        sum(bool(each.refused) for each in distinct), sum(not each.unchanged for each in distinct),
+    )  # fmt: skip
+    worst = [
+        max((getattr(each, name) for each in distinct if getattr(each, name) >= 0), default=np.nan)
+        for name in DEVIATIONS
+    ]
+    same = sum(each.motion <= ROUNDING for each in distinct)
+    return " | ".join([*map(str, counts), *(f"{x:.1e}" for x in worst), str(same)]) + " |"
+
+
+def examine_all(paths: list[Path], seed: int, workers: int) -> Iterator[Findings]:
+    """Findings on all files, in their order."""
+    context = multiprocessing.get_context("fork")
+    waiting = list(enumerate(paths))[::-1]
+    running = {}
+    found: dict[int, Findings] = {}
+    while waiting or running:
+        while waiting and len(running) < workers:
+            number, path = waiting.pop()
+            answer, sender = context.Pipe(duplex=False)
+            process = context.Process(target=examine_one, args=(path, seed, sender))
+            process.start()
+            sender.close()
+            running[answer] = number, process, time.monotonic() + LIMIT
+        ready = wait(list(running), timeout=1.0)
+        for answer, (number, process, end) in list(running.items()):
+            if answer not in ready and time.monotonic() < end:
+                continue
+            try:
+                found[number] = answer.recv() if answer in ready else Findings(
+                    paths[number], refused=f"not done after {LIMIT:g} s"
+                )  # fmt: skip
+            except EOFError:
+                process.join()
+                found[number] = Findings(paths[number], refused=f"exit code {process.exitcode}")
+            process.kill()
+            process.join()
+            del running[answer]
+    yield from (found[number] for number in range(len(paths)))
+
+
+def examine_one(path: Path, seed: int, sender: Connection) -> None:
+    """Send the findings on one file, without what MuJoCo prints about it."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
+    sender.send(examine(path, seed))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,82 @@
+"""The program that checks the models of public packages."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+TESTS = Path(__file__).parents[1]
+PENDULUM = """
+<mujoco>
+  <worldbody>
+    <body>
+      <joint type="hinge" axis="0 1 0"/>
+      <geom size="0.01" pos="0 0 -0.1"/>
+      <body pos="0 0 -0.2">
+        <joint type="hinge" axis="0 1 0"/>
+        <geom size="0.01" pos="0 0 -0.1"/>
+      </body>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+FILES = {
+    "pendulum.xml": PENDULUM,
+    "same.xml": PENDULUM,
+    "still.xml": "<mujoco/>",
+    "part.xml": "<mujocoinclude/>",
+    "drawing.xml": "<svg/>",
+    "half.xml": "<mujoco>",
+    "lost.xml": '<mujoco><include file="nowhere.xml"/></mujoco>',
+    "wrong.xml": "<mujoco><worldbody><body><freejoint/></body></worldbody></mujoco>",
+}
+
+
+@pytest.fixture
+def packages(tmp_path):
+    """A folder with one package, as pip installs it."""
+    (tmp_path / "robots").mkdir()
+    for name, content in FILES.items():
+        (tmp_path / "robots" / name).write_text(content)
+    info = tmp_path / "robots-1.2.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: robots\nVersion: 1.2\n")
+    (info / "RECORD").write_text("".join(f"robots/{name},,\n" for name in FILES))
+    return tmp_path
+
+
+def program(folder, before=""):
+    """Exit code and output of the program, after some statements."""
+    code = f"import os, sys, time, corpus.__main__ as program\n{before}\nsys.exit(program.main())"
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(folder), "--workers", "2"],
+        cwd=TESTS, capture_output=True, text=True, check=False, timeout=100,
+    )  # fmt: skip
+    return done.returncode, done.stdout, done.stderr
+
+
+def test_the_table_counts_each_kind_of_file(packages):
+    code, output, errors = program(packages)
+    assert code == 0, errors
+    assert "| robots 1.2 | 8 | 3 | 2 | 1 | 0 | 0 |" in output
+    assert "of which two rigid bodies or more move, for the third law: 1" in output
+    for reason in (
+        "2 files, not MJCF", "1 files, nothing moves", "1 files, to be included",
+        "1 files, lacks a file that it names", "1 files, does not compile by itself",
+    ):  # fmt: skip
+        assert f"skipped: {reason}" in output
+
+
+@pytest.mark.parametrize(
+    ("before", "complaint"),
+    [
+        ("import corpus.checks; corpus.checks.ROUNDING = 1e-18", "callback "),
+        ("program.examine = lambda *_: os._exit(3)", "exit code 3"),
+        ("program.LIMIT = 0.5; program.examine = lambda *_: time.sleep(9)", "not done after 0.5 s"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_is_named(packages, before, complaint):
+    code, output, errors = program(packages, before)
+    assert code == 1, errors
+    assert f"WRONG: robots/pendulum.xml: {complaint}" in output
