@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 
 from magmotor import dipoles
 from magmotor.common.arguments import checked
+from magmotor.common.checks import reject
 from magmotor.common.hints import Points
 
 Array = NDArray[np.float64]
@@ -32,7 +33,7 @@ def field(model: mujoco.MjModel, data: mujoco.MjData, points: Points) -> Array:
     Raises
     ------
     ValueError
-        A point coincides with a dipole.
+        A point coincides with a dipole, or the data belong to another model.
 
     Examples
     --------
@@ -70,7 +71,7 @@ def magnetic_energy(model: mujoco.MjModel, data: mujoco.MjData) -> float:
     Raises
     ------
     ValueError
-        Two dipoles that act on one another coincide.
+        Two dipoles that act on one another coincide, or the data belong to another model.
     """
     positions, moments, bodies = dipole_sites(model, data)
     factors = coupling_factors(model)
@@ -88,6 +89,8 @@ def magnetic_energy(model: mujoco.MjModel, data: mujoco.MjData) -> float:
 
 def dipole_sites(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Array, Array, NDArray]:
     """Positions (n, 3) in m, moments (n, 3) in A m^2 and bodies (n,) of the sites with a moment."""
+    if len(data.site_xpos) != model.nsite:
+        raise reject("number of sites of data", len(data.site_xpos), f"must be {model.nsite}")
     strengths = model.site_user[:, 0] if model.nuser_site else np.zeros(model.nsite)
     sites = np.flatnonzero(strengths)
     axes = data.site_xmat[sites].reshape(-1, 3, 3)[..., 2]
