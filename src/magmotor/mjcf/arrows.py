@@ -10,6 +10,7 @@ from magmotor.common import style
 from magmotor.common.arguments import checked
 from magmotor.common.checks import reject
 from magmotor.common.hints import Points, Positive, numbers
+from magmotor.dipoles import COINCIDENCE
 from magmotor.mjcf.field_and_energy import dipole_sites, field
 
 Array = NDArray[np.float64]
@@ -89,7 +90,7 @@ def draw_field(
 
     All arrows have the same length. Their color shows the logarithm of the flux density: blue at
     the lower limit and below, green at the geometric mean of both limits, orange at the upper limit
-    and above. Where the field is zero, there is no arrow.
+    and above. A point that coincides with a dipole, or where the field is zero, has no arrow.
 
     Parameters
     ----------
@@ -109,10 +110,12 @@ def draw_field(
     Raises
     ------
     ValueError
-        A point coincides with a dipole; the limits are not in ascending order; the picture has no
-        room for the arrows; or the data belong to another model.
+        The limits are not in ascending order; the picture has no room for the arrows: its `maxgeom`
+        is too small; or the data belong to another model.
     """
     points = np.asarray(points).reshape(-1, 3)
+    for position in dipole_sites(model, data)[0]:
+        points = points[np.linalg.norm(points - position, axis=1) > COINCIDENCE]
     vectors = field(model, data, points)
     strengths = np.linalg.norm(vectors, axis=1, keepdims=True)
     there = strengths[:, 0] > 0
