@@ -21,15 +21,6 @@ CAMERAS = ("front", "top", "ball")
 
 
 @pytest.fixture(scope="module")
-def opengl():
-    """Skip the test if OpenGL is unavailable."""
-    try:
-        Views(mm.Top(), {"front": SIZE}).close()
-    except NoOpenGL as reason:
-        pytest.skip(str(reason))
-
-
-@pytest.fixture(scope="module")
 def run():
     return mm.simulate(mm.Top(), method="mujoco/rk4", timestep=0.025, duration=22)
 
