@@ -62,12 +62,13 @@ def recommend(
 ) -> Recommendation:
     """Return the cheapest method and timestep that reach an error, as measured by `make charts`.
 
-    The charts cover the paper's top (case 4), motor and disk, without dry friction. For another scene of the same class,
+    The charts cover the paper's top (case 4), motor and disk. For another scene of the same class,
     the charted timesteps are scaled so that none of its motions (swing in the stiffest well,
     friction; for the disk also thermal motion and flights) is resolved with fewer steps than in the
     charts, and are limited to stable ones. Errors and costs are not scaled: they are those of the
-    charted scene and of runs of about the charted length. The errors of other scenes may be ten
-    times as large; `charted` says in which fields such a scene differs.
+    charted scene and of runs of about the charted length. The error of another scene can be ten
+    times as large; `Recommendation.charted` says how the charted scene differs. Nothing is
+    recommended for a scene with dry friction.
 
     Parameters
     ----------
@@ -105,12 +106,11 @@ def recommend(
     """
     device = scene.device
     supported = device.methods(scene)
+    device.check_charted(scene)
+    considered = _methods_of("any" if method else engine, supported)
+    hint = "" if considered == supported else "; engine = 'any' considers other engines, too"
     if method is not None:
         check_choice("method", method, supported)
-        considered = supported
-    else:
-        considered = _methods_of(engine, supported)
-    hint = "" if considered == supported else "; engine = 'any' considers other engines, too"
     curves = _charted_curves(scene, considered, hint)
     if quantity is None:
         quantity = next(
@@ -157,6 +157,7 @@ class _Point(NamedTuple):
 
 
 def _methods_of(engine: Engines, supported: tuple[str, ...]) -> tuple[str, ...]:
+    """Return MuJoCo's methods, or all if there are none of MuJoCo or any engine is wanted."""
     in_mujoco = tuple(method for method in supported if method.startswith("mujoco/"))
     return in_mujoco if in_mujoco and engine == "mujoco" else supported
 
@@ -176,14 +177,11 @@ def _charted_curves(
 ) -> dict[str, dict[str, Curve]]:
     """Return the curves of the scene's class and surface by quantity and method."""
     kind = type(charted_scene(scene)).__name__
-    scene.device.check_charted(scene)
     surface = getattr(scene, "surface", "planar")
     found = chart_data.curves(kind, surface, considered)
     if not found:
-        sentence = (
-            f"the charts have no {kind} on this surface: pass a method and a timestep to simulate{hint}"
-        )
-        raise reject("surface", surface, sentence)
+        sentence = f"the charts have no {kind} on this surface: pass a method and a timestep"
+        raise reject("surface", surface, f"{sentence} to simulate{hint}")
     return found
 
 

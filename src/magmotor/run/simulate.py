@@ -164,7 +164,7 @@ def simulate(
             "must be so short that the Brownian path has fewer than 2^53 steps",
         )
     records = int(steps * (1 + 1e-12)) // interval
-    engine, scheme = method.split("/")
+    library, scheme = method.split("/")
     attributes = {
         "method": method,
         "timestep": timestep,
@@ -178,7 +178,7 @@ def simulate(
     }
     job = Job(scene, scheme, timestep, records, interval, first, followed, first_step)
     task = attributes_of(scene, **attributes) | {"initial": checksum(first)}
-    integrator = _engine(scene, engine)
+    integrator = _engine(scene, library)
     saved = Checkpoint(
         checkpoint, task, records, lambda done: _expected(job, integrator.start(job), done)
     )
