@@ -358,13 +358,15 @@ def test_the_top_reaches_the_error(error, engine):
 
 
 def test_dry_friction_errs_by_its_coefficient_and_so_is_not_charted():
-    """In J along 60 s; the charts would promise 4e-4 for both coefficients at this timestep."""
+    """In J along 60 s; at this timestep the charts would promise 4e-4 for each coefficient."""
     numerics = {"method": "mujoco/euler", "timestep": 0.004, "duration": 60, "rate": 200.0}
-    sliding, sticking = (
-        mm.Top(surface="plane", friction=0.0, coulomb_friction=mu) for mu in (3e-3, 0.03)
+    sliding, sticking, beside_viscous = (
+        mm.Top(surface="plane", friction=viscous, coulomb_friction=coulomb)
+        for viscous, coulomb in [(0.0, 3e-3), (0.0, 0.03), (0.3, 3e-3)]
     )
     assert 0.01 < dry_friction.error(sliding, **numerics) < 1  # 0.08
     assert dry_friction.error(sticking, **numerics) < 1e-3  # 2.7e-4
+    assert 1e-3 < dry_friction.error(beside_viscous, **numerics) < 0.02  # 6.3e-3
 
 
 @pytest.mark.parametrize("noise", [0.5, 1.0, 5.0])
