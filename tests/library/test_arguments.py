@@ -159,11 +159,14 @@ CALLS: dict[Any, dict[str, Any]] = {
         "burn_in": 0.0, "initial": {"x": 1.0}, "trajectories": 1, "threads": 1, "checkpoint": None,
     },
     mm.simulate: {
-        "scene": DISK, **STEPS, "duration": 1.0, "seed": 1, "replicas": 2, "record_interval": 5,
+        "scene": DISK, **STEPS, "engine": "any", "duration": 1.0, "seed": 1, "replicas": 2,
+        "record_interval": 5,
         "initial": {"x": 1.0}, "path": mm.noise.BrownianPath(1, 0.02), "checkpoint": None,
         "allow_unstable": False,
     },
-    mm.recommend: {"scene": DISK, "error": 0.01, "quantity": "temperature", **STEPS},
+    mm.recommend: {
+        "scene": DISK, "error": 0.01, "quantity": "temperature", "engine": "any", **STEPS,
+    },
     mm.methods: {"scene": DISK},
     mm.build: {"scene": DISK, "visual": False},
     mm.scene_of: {"run": RUNS["disk"]},
