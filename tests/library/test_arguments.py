@@ -180,6 +180,11 @@ CALLS: dict[Any, dict[str, Any]] = {
     CONTACT.damping_of: {"model": mm.build(TOP)},
     mm.field: {"model": MODEL, "data": mujoco.MjData(MODEL), "points": POINTS},
     mm.magnetic_energy: {"model": MODEL, "data": mujoco.MjData(MODEL)},
+    mm.describe: {"model": MODEL},
+    mm.draw_moments: {"scene": mujoco.MjvScene(), "model": MODEL, "data": mujoco.MjData(MODEL)},
+    mm.draw_field: {
+        "scene": mujoco.MjvScene(), "model": MODEL, "data": mujoco.MjData(MODEL), "points": POINTS,
+    },
     mm.apply_perturbation: {
         "model": MODEL, "data": mujoco.MjData(MODEL), "perturb": mujoco.MjvPerturb()
     },
@@ -226,7 +231,7 @@ RECORDS = {
     mm.Waypoint, mm.Recommendation, mm.LayoutError, mm.SimulationStopped, mm.SimulationDiverged,
     mm.PhysicalEvent, mm.SimulationInterrupted,
     mm.observables.CriticalPoint, mm.observables.MotorWells,
-    mm.theory.SmallMotion, mm.render.NoOpenGL, live.StateLost, mm.magnetism,
+    mm.theory.SmallMotion, mm.render.NoOpenGL, live.StateLost, mm.magnetism, mm.Description,
 }  # fmt: skip
 """Callables that store their arguments unchecked, as exceptions do, or take none."""
 

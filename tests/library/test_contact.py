@@ -163,7 +163,8 @@ def test_beside_dry_friction_the_viscous_contact_bears_no_load(gravity):
     mujoco.mj_step(model, data, nstep=4000)
     mujoco.mj_forward(model, data)
     forces = {}
-    for number, contact in enumerate(data.contact):
+    for number in range(data.ncon):
+        contact = data.contact[number]
         force = np.zeros(6)
         mujoco.mj_contactForce(model, data, number, force)
         forces[contact.friction[0]] = force[0]

@@ -231,7 +231,7 @@ def test_couplings_without_a_mark_are_ignored():
     free = BODY.format("hand", "", "<freejoint/>", '<site user="5"/>')
     forces = [generalized(foreign(free, custom)) for custom in ("", TEXT.format("dipoles"))]
     assert forces[0].any()
-    np.testing.assert_array_equal(*forces)
+    np.testing.assert_array_equal(forces[0], forces[1])
     model = foreign(free, TEXT.format("dipoles couplings"))
     with mm.magnetism(), pytest.raises(mujoco.FatalError, match="'coupling_gears'"):
         mujoco.mj_forward(model, mujoco.MjData(model))
