@@ -23,7 +23,7 @@ COLORS = style.BLUE, style.GREEN, style.ORANGE
 WEAK_TO_STRONG = np.array([[*bytes.fromhex(color[1:])] for color in COLORS]) / 255
 """Colors (RGB) of fields."""
 
-MOMENT_LENGTH, FIELD_LENGTH = 0.25, 0.05
+MOMENT_LENGTH, FIELD_LENGTH = 0.15, 0.05
 """Default lengths of arrows in extents of the model."""
 
 SLIMNESS = 15.0
@@ -56,7 +56,7 @@ def draw_moments(
     data : mujoco.MjData
         Its site positions and orientations must be up to date, as after `mj_step` or `mj_forward`.
     length : float, optional
-        Length of the longest arrow in m; by default a quarter of `model.stat.extent`.
+        Length of the longest arrow in m; by default 0.15 of `model.stat.extent`.
 
     Raises
     ------
@@ -102,7 +102,7 @@ def draw_field(
     points : array_like, shape (..., 3)
         World coordinates in m.
     length : float, optional
-        Length of the arrows in m; by default a twentieth of `model.stat.extent`.
+        Length of the arrows in m; by default 0.05 of `model.stat.extent`.
     limits : array_like, shape (2,), optional
         Flux densities in T of the first and the last color; by default the 5th and 95th percentiles
         of those at the points. In a movie, set them, so that the colors keep their meaning.
