@@ -181,9 +181,9 @@ CALLS: dict[Any, dict[str, Any]] = {
     mm.field: {"model": MODEL, "data": mujoco.MjData(MODEL), "points": POINTS},
     mm.magnetic_energy: {"model": MODEL, "data": mujoco.MjData(MODEL)},
     mm.describe: {"model": MODEL},
-    mm.draw_moments: {"scene": mujoco.MjvScene(), "model": MODEL, "data": mujoco.MjData(MODEL)},
+    mm.draw_moments: {"view": mujoco.MjvScene(), "model": MODEL, "data": mujoco.MjData(MODEL)},
     mm.draw_field: {
-        "scene": mujoco.MjvScene(), "model": MODEL, "data": mujoco.MjData(MODEL), "points": POINTS,
+        "view": mujoco.MjvScene(), "model": MODEL, "data": mujoco.MjData(MODEL), "points": POINTS,
     },
     mm.apply_perturbation: {
         "model": MODEL, "data": mujoco.MjData(MODEL), "perturb": mujoco.MjvPerturb()
