@@ -47,6 +47,9 @@ from magmotor.numerics.numba_cache import compiled_once
 FAILED = -1
 """Result of functions that have reported an error."""
 
+IDLE = -1
+"""Stands in `plugin_data` for an instance that does not act, as all but the first; else the bits."""
+
 DISABLE_SPRING, DISABLE_DAMPER, ENABLE_SLEEP = 1 << 5, 1 << 6, 1 << 4
 """mjDSBL_SPRING, mjDSBL_DAMPER and mjENBL_SLEEP."""
 
@@ -156,6 +159,10 @@ def _init(checksum: int, offsets: layout.Layout):
         kinds = forces_of(m, offsets)
         if not _is_valid(m, offsets, kinds):
             return FAILED
+        if data != 0:
+            first = instance == plugin_instance(m, offsets)
+            kept = memory.words(data + offsets.plugin_data, 1)[0] + 8 * instance
+            memory.words(kept, 1)[0] = kinds if first else IDLE
         disabled = memory.integers(model + offsets.disableflags, 1)[0]
         if disabled & DISABLE_SPRING and disabled & DISABLE_DAMPER:
             messages.notice(messages.NO_PASSIVE_FORCES, 0)
@@ -179,9 +186,9 @@ def _compute(checksum: int, offsets: layout.Layout):
         _ = checksum
         m = memory.words(model, memory.UNBOUNDED)
         d = memory.words(data, memory.UNBOUNDED)
-        if instance != plugin_instance(m, offsets):
-            return  # only the first of several instances acts
-        kinds = forces_of(m, offsets)
+        kinds = memory.words(d[offsets.plugin_data // 8] + 8 * instance, 1)[0]
+        if kinds == IDLE:
+            return
         # Both are read before our own use of the stack.
         step, stage = step_number(model, data, offsets), in_later_stage(model, data, offsets)
         bodies = m[offsets.nbody // 8]

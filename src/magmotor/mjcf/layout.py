@@ -27,7 +27,7 @@ OPTION_FIELDS = ("timestep", "integrator", "disableflags", "enableflags")
 DATA_FIELDS = (
     "site_xpos", "site_xmat", "xmat", "xipos", "xaxis", "xfrc_applied", "qfrc_applied", "qpos",
     "qvel", "qfrc_passive", "userdata", "time", "pstack",
-    "body_awake",
+    "body_awake", "plugin_data",
 )  # fmt: skip
 
 _SCALARS = {
@@ -143,6 +143,7 @@ class Layout(NamedTuple):
     time: int
     pstack: int
     body_awake: int
+    plugin_data: int
 
 
 @cache
