@@ -5,7 +5,7 @@ the plugin adds them to `qfrc_passive`, and leaves `xfrc_applied` and the callba
 """
 
 # Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
+# pyright: reportCallIssue=false, reportGeneralTypeIssues=false
 
 import math
 from functools import cache

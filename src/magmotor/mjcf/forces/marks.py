@@ -7,7 +7,7 @@ numbers, and those of the sites do not just count them.
 """
 
 # Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
+# pyright: reportCallIssue=false, reportGeneralTypeIssues=false
 
 import math
 
