@@ -93,6 +93,7 @@ def plain_top(scene: mm.Top, option: str = "", geom: str = "") -> mujoco.MjModel
     )
     return mujoco.MjModel.from_xml_string(f"""
 <mujoco>
+  <custom><text name="magmotor" data="dipoles"/></custom>
   <option {option}/>
   <default>
     <geom {geom}/>

@@ -45,10 +45,12 @@ from magmotor.mjcf.hooks import errors_raised
 from magmotor.numerics.numba_cache import compiled_once
 
 FAILED = -1
-"""Result of functions that have reported an error."""
+"""Result of `init` after an error."""
 
-IDLE = -1
-"""Stands in `plugin_data` for an instance that does not act, as all but the first; else the bits."""
+NO_ERROR = (-1, -1, -1)
+
+IDLE = -2
+"""Stands in `plugin_data` for an instance that does not act; else the bits of what acts, or 0."""
 
 DISABLE_SPRING, DISABLE_DAMPER, ENABLE_SLEEP = 1 << 5, 1 << 6, 1 << 4
 """mjDSBL_SPRING, mjDSBL_DAMPER and mjENBL_SLEEP."""
@@ -102,7 +104,7 @@ def _read(checksum: int, offsets: layout.Layout):
         _ = checksum
         m = memory.words(model, memory.UNBOUNDED)
         kinds = forces_of(m, offsets)
-        _is_valid(m, offsets, kinds)
+        report(_first_error(m, offsets, kinds), m, m, offsets)
         return kinds
 
     return read
@@ -134,10 +136,11 @@ def _callback(checksum: int, offsets: layout.Layout):
         if kinds & POTENTIALS and m[offsets.nuser_jnt // 8] > 0:
             # Finite differences may keep the passive forces, which then contain ours already.
             _compute_passive(model, data)
-        acting = apply_forces(model, data, offsets, kinds, applied, generalized)
-        if acting >= 0 and kinds & NOISE and m[offsets.nuser_body // 8] > 0:
+        acting, error = apply_forces(model, data, offsets, kinds, applied, generalized)
+        if error[0] < 0 and kinds & NOISE and m[offsets.nuser_body // 8] > 0:
             acting += add_brownian_wrenches(model, data, offsets, step, applied)
-        if acting < 0:
+        if error[0] >= 0:
+            report(error, m, d, offsets)
             _clear(memory.numbers(d[offsets.xfrc_applied // 8], m[offsets.nbody // 8], 6))
             _mark_failed(model, data, offsets, in_later_stage(model, data, offsets))
         elif acting == 0:
@@ -157,12 +160,10 @@ def _init(checksum: int, offsets: layout.Layout):
         _ = checksum
         m = memory.words(model, memory.UNBOUNDED)
         kinds = forces_of(m, offsets)
-        if not _is_valid(m, offsets, kinds):
+        error = _first_error(m, offsets, kinds)
+        if error[0] >= 0:
+            report(error, m, m, offsets)
             return FAILED
-        if data != 0:
-            first = instance == plugin_instance(m, offsets)
-            kept = memory.words(data + offsets.plugin_data, 1)[0] + 8 * instance
-            memory.words(kept, 1)[0] = kinds if first else IDLE
         disabled = memory.integers(model + offsets.disableflags, 1)[0]
         if disabled & DISABLE_SPRING and disabled & DISABLE_DAMPER:
             messages.notice(messages.NO_PASSIVE_FORCES, 0)
@@ -186,7 +187,10 @@ def _compute(checksum: int, offsets: layout.Layout):
         _ = checksum
         m = memory.words(model, memory.UNBOUNDED)
         d = memory.words(data, memory.UNBOUNDED)
-        kinds = memory.words(d[offsets.plugin_data // 8] + 8 * instance, 1)[0]
+        kept = memory.words(d[offsets.plugin_data // 8] + 8 * instance, 1)
+        if kept[0] == 0:
+            kept[0] = forces_of(m, offsets) if instance == plugin_instance(m, offsets) else IDLE
+        kinds = kept[0]
         if kinds == IDLE:
             return
         # Both are read before our own use of the stack.
@@ -199,12 +203,14 @@ def _compute(checksum: int, offsets: layout.Layout):
         room = memory.allocate(stack, 48 * bodies, 8)
         applied = memory.numbers(room, bodies, 6)
         _clear(applied)
-        acting = apply_forces(model, data, offsets, kinds, applied, generalized)
-        if acting >= 0 and kinds & NOISE and m[offsets.nuser_body // 8] > 0:
-            add_brownian_wrenches(model, data, offsets, step, applied)
-        if acting < 0:
-            _clear(applied)
+        _, error = apply_forces(model, data, offsets, kinds, applied, generalized)
+        if error[0] >= 0:
+            memory.free_stack(stack)
+            report(error, m, d, offsets)
             _mark_failed(model, data, offsets, stage)
+            return
+        if kinds & NOISE and m[offsets.nuser_body // 8] > 0:
+            add_brownian_wrenches(model, data, offsets, step, applied)
         awake = memory.integers(d[offsets.body_awake // 8], bodies)
         for body in range(1, bodies):
             if awake[body] != memory.ASLEEP and memory.any_number(applied, body, 0, 6):
@@ -218,7 +224,7 @@ def _compute(checksum: int, offsets: layout.Layout):
 
 @njit(forceinline=True)
 def apply_forces(model, data, offsets, kinds, applied, generalized):
-    """Compute all forces except noise, and return how many act; `FAILED` after an error.
+    """Compute all forces except noise; return how many act, and an error for `report`.
 
     `model` and `data` are the addresses of mjModel and mjData, `offsets` is their layout, and
     `kinds` are the bits of `forces_of`. The wrenches overwrite those of the bodies on which any
@@ -226,52 +232,66 @@ def apply_forces(model, data, offsets, kinds, applied, generalized):
     """
     m = memory.words(model, memory.UNBOUNDED)
     d = memory.words(data, memory.UNBOUNDED)
-    if not _is_valid(m, offsets, kinds):
-        return FAILED
+    error = _first_error(m, offsets, kinds)
+    if error[0] >= 0:
+        return 0, error
     acting = 0
     if kinds & NOISE and m[offsets.nuser_body // 8] > 0:
         invalid = clear_driven_bodies(m, d, offsets, applied)
         if invalid >= 0:
-            value = userdata_at(d, offsets, invalid)
-            messages.fail(messages.PATH, invalid, 0, 0, 0, value)
-            return FAILED
+            return 0, (messages.PATH, invalid, -1)
     if kinds & DIPOLES:
         acting, first, second = set_magnetic_wrenches(m, d, offsets, kinds, applied)
         if first >= 0:
-            names, start = m[offsets.names // 8], m[offsets.name_siteadr // 8]
-            start = memory.integers(start, memory.UNBOUNDED)
-            one, other = names + start[first], names + start[second]
-            messages.fail(messages.COINCIDENCE, first, one, second, other, 0.0)
-            return FAILED
+            return 0, (messages.COINCIDENCE, first, second)
     if kinds & POTENTIALS and m[offsets.nuser_jnt // 8] > 0:
         acting += add_potential_forces(m, d, offsets, generalized)
-    return acting
+    return acting, NO_ERROR
 
 
 @njit
-def _is_valid(m, offsets, kinds):
-    """Check a model's marks, and the `user` numbers and tuples that act; report the first error."""
+def _first_error(m, offsets, kinds):
+    """Check a model's mark, and the `user` numbers and tuples that act.
+
+    Returns the number of the error, or -1, and of the element.
+    """
     if kinds < 0:
-        text, config = marks_of(m, offsets)
-        messages.fail(messages.MARK, 0, text, 0, config, 0.0)
-        return False
+        return messages.MARK, -1, -1
     site = invalid_moment(m, offsets) if kinds & DIPOLES else -1
-    _fail_at(site, messages.MOMENT, m, offsets, offsets.name_siteadr)
+    if site >= 0:
+        return messages.MOMENT, site, -1
     pair = invalid_coupling(m, offsets) if kinds & COUPLINGS else -1
-    _fail_at(pair, messages.COUPLING, m, offsets, offsets.name_tupleadr)
+    if pair >= 0:
+        return messages.COUPLING, pair, -1
     body = invalid_row(m, offsets) if kinds & NOISE else -1
-    _fail_at(body, messages.WRENCH, m, offsets, offsets.name_bodyadr)
+    if body >= 0:
+        return messages.WRENCH, body, -1
     joint = invalid_potential(m, offsets) if kinds & POTENTIALS else -1
-    _fail_at(joint, messages.POTENTIAL, m, offsets, offsets.name_jntadr)
-    return site < 0 and pair < 0 and body < 0 and joint < 0
+    if joint >= 0:
+        return messages.POTENTIAL, joint, -1
+    return NO_ERROR
 
 
 @njit
-def _fail_at(number, error, m, offsets, name_starts):
-    """Report the error of a named element, unless its number is -1."""
-    if number >= 0:
-        starts = memory.integers(m[name_starts // 8], memory.UNBOUNDED)
-        messages.fail(error, number, m[offsets.names // 8] + starts[number], 0, 0, 0.0)
+def report(error, m, d, offsets):
+    """Raise an error, or record it: its number, and those of up to two elements, or -1."""
+    number, first, second = error
+    if number == messages.MARK:
+        text, config = marks_of(m, offsets)
+        messages.fail(number, 0, text, 0, config, 0.0)
+    elif number == messages.PATH:
+        messages.fail(number, first, 0, 0, 0, userdata_at(d, offsets, first))
+    elif number >= 0:
+        starts = m[offsets.name_siteadr // 8]
+        if number == messages.COUPLING:
+            starts = m[offsets.name_tupleadr // 8]
+        elif number == messages.WRENCH:
+            starts = m[offsets.name_bodyadr // 8]
+        elif number == messages.POTENTIAL:
+            starts = m[offsets.name_jntadr // 8]
+        names, starts = m[offsets.names // 8], memory.integers(starts, memory.UNBOUNDED)
+        other = names + starts[second] if second >= 0 else 0
+        messages.fail(number, first, names + starts[first], second, other, 0.0)
 
 
 @njit

@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit, types
 
 from magmotor.mjcf import layout, memory
-from magmotor.mjcf.callbacks import apply_forces
+from magmotor.mjcf.callbacks import apply_forces, report
 from magmotor.mjcf.forces.brownian_wrenches import chosen, step_number
 from magmotor.mjcf.forces.marks import forces_of
 from magmotor.mjcf.langevin.coefficients import (
@@ -171,8 +171,10 @@ def _compute_forces(model, data, offsets, coefficients, force):
 @njit(error_model="numpy")
 def _apply_forces(model, data, offsets, applied, generalized):
     """Call `apply_forces` without inlining, to shorten compilation."""
-    kinds = forces_of(memory.words(model, memory.UNBOUNDED), offsets)
-    apply_forces(model, data, offsets, kinds, applied, generalized)
+    m = memory.words(model, memory.UNBOUNDED)
+    kinds = forces_of(m, offsets)
+    _, error = apply_forces(model, data, offsets, kinds, applied, generalized)
+    report(error, m, memory.words(data, memory.UNBOUNDED), offsets)
 
 
 @njit(forceinline=True)
