@@ -164,10 +164,9 @@ def test_beside_dry_friction_the_viscous_contact_bears_no_load(gravity):
     mujoco.mj_forward(model, data)
     forces = {}
     for number in range(data.ncon):
-        contact = data.contact[number]
         force = np.zeros(6)
         mujoco.mj_contactForce(model, data, number, force)
-        forces[contact.friction[0]] = force[0]
+        forces[data.contact[number].friction[0]] = force[0]
     assert len(forces) == 2
     assert 0 < forces[1e6] < 1e-4 * scene.ball_mass  # 4.0e-5
     assert forces[0.003] + forces[1e6] == pytest.approx(scene.weight, rel=3e-11)  # 1e-12

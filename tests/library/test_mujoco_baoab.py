@@ -19,6 +19,7 @@ from scipy.spatial.transform import Rotation
 
 import magmotor as mm
 from magmotor import noise, theory
+from magmotor.common.environment import models_folder
 from magmotor.mjcf.langevin import baoab
 
 BOTH = ("mujoco/baoab", "variational/baoab")
@@ -680,3 +681,16 @@ def test_another_process_compiles_nothing():
     command = [sys.executable, "-c", program]
     second = subprocess.run(command, capture_output=True, text=True, check=True)
     assert second.stdout.split()[-1] == "0"
+
+
+@pytest.mark.parametrize("scene", ["top", "motor", "disk"])
+def test_a_model_with_the_plugin_has_no_second_forces(scene):
+    """Baoab applies the forces itself, whichever hook they have elsewhere."""
+    states = []
+    for name in (scene, f"{scene}_magnetic"):
+        model = mujoco.MjModel.from_xml_path(str(models_folder() / f"{name}.xml"))
+        data = mujoco.MjData(model)
+        mm.Baoab(model).step(data, nstep=1000)
+        states.append(np.concatenate([data.qpos, data.qvel]))
+    assert abs(states[0][: model.nq] - model.qpos0).max() > 1e-3
+    np.testing.assert_array_equal(*states)

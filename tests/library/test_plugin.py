@@ -259,6 +259,22 @@ def test_forces_on_sleeping_bodies_do_not_add_up():
     np.testing.assert_array_equal(data.qfrc_passive, asleep)
 
 
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+def test_an_error_in_a_step_leaves_the_stack_as_it_was(integrator):
+    """Else later steps by RK4 would take all of their stages for later ones."""
+    model = needles(integrator=integrator)
+    data = mujoco.MjData(model)
+    data.userdata[0] = -1
+    with pytest.raises(mujoco.FatalError, match=r"userdata\[0\] = -1"):
+        mujoco.mj_step(model, data)
+    assert data.pstack == 0
+    mujoco.mj_resetData(model, data)
+    data.userdata[0] = 7
+    data.userdata[1] = 3
+    mujoco.mj_step(model, data, nstep=200)
+    np.testing.assert_array_equal(np.concatenate([data.qpos, data.qvel]), moved(model))
+
+
 def run(program, folder, *path):
     """Output of a program in a new process, in which an installed entry point names the plugin."""
     metadata = folder / "installed-1.dist-info"

@@ -13,6 +13,8 @@ from magmotor.common.hints import NotNegative, Positive, Seconds, integer
 from magmotor.device.device import Scene
 from magmotor.device.job import METHODS
 from magmotor.live.panel import MOVED, Panel
+from magmotor.mjcf.callbacks import acting_forces
+from magmotor.mjcf.forces.marks import DIPOLES, NOISE
 from magmotor.mjcf.magnetism import apply_perturbation, magnetism
 from magmotor.noise import check_seed
 from magmotor.run.in_mujoco import INTEGRATORS
@@ -21,6 +23,9 @@ Steps = Annotated[int, integer(at_least=0, at_most=10**6)]
 
 SWITCHED = {"magnetism": "site_user", "noise": "body_user"}
 """The model array that each switch sets to zero."""
+
+FORCES = {"magnetism": DIPOLES, "noise": NOISE}
+"""The bit of each switch in the model's mark."""
 
 BAD = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL,
        mujoco.mjtWarning.mjWARN_BADQACC)  # fmt: skip
@@ -79,6 +84,7 @@ class LiveSimulation:
         self.notice = ""
         self._panel, self._seed = panel, seed
         self._on = dict.fromkeys(SWITCHED, True)
+        self._acting = acting_forces(model)
         names = dict.fromkeys((*MOVED, *SWITCHED.values()))
         self._start = {name: getattr(model, name).copy() for name in names}
         with magnetism():
@@ -88,7 +94,10 @@ class LiveSimulation:
     @property
     def declared(self) -> dict[str, bool]:
         """Whether the model declares magnetism and noise, by name."""
-        return {name: bool(self._start[array].any()) for name, array in SWITCHED.items()}
+        return {
+            name: bool(self._acting & FORCES[name] and self._start[array].any())
+            for name, array in SWITCHED.items()
+        }
 
     @property
     def on(self) -> dict[str, bool]:
