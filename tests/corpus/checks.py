@@ -96,7 +96,7 @@ def examine(path: Path, seed: int = 0) -> Findings:
             found.third_law = third_law_deviation(without)
             found.path = path_deviation(without, with_plugin)
             found.motion, found.amplified = motion_deviations(without, with_plugin)
-        except (mujoco.FatalError, ValueError) as error:
+        except Exception as error:
             found.refused = f"{type(error).__name__}: {error}"
     return found
 

@@ -90,6 +90,8 @@ def magnetize(
     rng = np.random.default_rng(seed)
     if spec.nuser_site >= 0:
         spec.nuser_site = max(spec.nuser_site, 1)
+    # The callback wakes what sleeps, the plugin does not.
+    spec.option.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
     bodies = {body.id: body for body in spec.bodies}
     for body in chosen_bodies(model, rng):
         for _ in range(rng.integers(1, 3)):
