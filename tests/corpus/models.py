@@ -23,13 +23,18 @@ class Skipped(Exception):
 
 
 def packages(folder: Path) -> dict[str, list[Path]]:
-    """XML files of the packages that are installed in a folder, by name and version."""
+    """XML files of the packages that are installed in a folder, by name and version.
+
+    A folder without packages counts as one.
+    """
     found = {
         f"{package.name} {package.version}": sorted(
             folder / file for file in package.files or () if file.suffix == ".xml"
         )
         for package in distributions(path=[str(folder)])
     }
+    if not found:
+        found[folder.name] = sorted(folder.rglob("*.xml"))
     return dict(sorted(found.items(), key=lambda item: item[0].lower()))
 
 
