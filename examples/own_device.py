@@ -161,7 +161,7 @@ MODEL = """
   <keyframe><key name="start" qpos="{angle}" qvel="{rate}"/></keyframe>
 </mujoco>
 """
-"""The text says what acts: the `user` value of a site is its dipole moment, a body's is its noise."""
+"""The text says what acts: a site's `user` value is its moment, a body's values are its noise."""
 
 NEEDLE = """
       <geom type="capsule" fromto="0 -0.05 0 0 0 0" size="0.006" rgba="0.85 0.87 0.9 1"

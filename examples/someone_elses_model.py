@@ -34,6 +34,7 @@ def load(magnetized: bool = True) -> mujoco.MjModel:
     if magnetized:
         spec.body("pole").add_site(name="bob", pos=BOB, userdata=[MOMENT])
         spec.worldbody.add_site(name="magnet", pos=MAGNET, userdata=[MOMENT])
+        spec.add_text(name="magmotor", data="dipoles")
     return spec.compile()
 
 

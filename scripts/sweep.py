@@ -10,7 +10,7 @@ import sys
 from dataclasses import dataclass, field
 from ipaddress import ip_address
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import tyro
 from command_line import DIVERGED, MISTAKE, fail, parse, run_script, warn_in_one_line, written_whole
@@ -41,6 +41,8 @@ class Options(RunOptions):
     """engine/scheme; by default the recommended one"""
     timestep: float | None = None
     """(s); by default the shortest one recommended at the corners of the sweep"""
+    engine: Literal["mujoco", "any"] = "mujoco"
+    """recommend MuJoCo's methods only, or those of any engine"""
     duration: float = 60.0
     """of each run (s)"""
     record_interval: int = 1
@@ -130,6 +132,7 @@ def sweep(scene: Any, options: Options) -> None:
         measure=options.measure.split(","),
         method=options.method,
         timestep=options.timestep,
+        engine=options.engine,
         duration=options.duration,
         record_interval=options.record_interval,
     )

@@ -29,7 +29,15 @@ from command_line import (
     run_script,
     warn_in_one_line,
 )
-from mujoco import FatalError, MjModel, MjvPerturb, mjtCamera, mjtRndFlag, set_mju_user_warning
+from mujoco import (
+    FatalError,
+    MjModel,
+    MjvPerturb,
+    mjtCamera,
+    mjtRndFlag,
+    mjv_defaultFreeCamera,
+    set_mju_user_warning,
+)
 
 from magmotor.common.checks import check_number, reject
 from magmotor.common.interrupts import deferred
@@ -168,10 +176,9 @@ def show(simulation: LiveSimulation, speed: float, interrupted: threading.Event)
 
 
 def aim(viewer: Any, model: MjModel) -> None:
-    """Show the whole scene from above; follow a disk, which leaves the region of shadows."""
+    """Show the whole model; follow a disk, which leaves the region of shadows."""
     camera = viewer.cam
-    camera.azimuth, camera.elevation = 90, -35
-    camera.lookat[:], camera.distance = model.stat.center, 2.9 * model.stat.extent
+    mjv_defaultFreeCamera(model, camera)
     names = [model.body(i).name for i in range(model.nbody)]
     if "disk" in names:
         camera.type, camera.trackbodyid = mjtCamera.mjCAMERA_TRACKING, names.index("disk")

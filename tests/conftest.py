@@ -10,6 +10,7 @@ import pytest
 
 import magmotor as mm
 from magmotor.device import device as protocol
+from magmotor.render.views import NoOpenGL, Views
 
 TESTS = Path(__file__).parent
 sys.path.insert(0, str(TESTS))
@@ -59,6 +60,15 @@ def rotor(monkeypatch, without_rotor):
     monkeypatch.syspath_prepend(TESTS.parent / "examples")
     monkeypatch.delitem(sys.modules, "own_device", raising=False)
     return importlib.import_module("own_device")
+
+
+@pytest.fixture(scope="session")
+def opengl():
+    """Skip the test if OpenGL is unavailable."""
+    try:
+        Views(mm.Top(), {"front": (180, 240)}).close()
+    except NoOpenGL as reason:
+        pytest.skip(str(reason))
 
 
 @pytest.fixture(scope="session")

@@ -39,7 +39,7 @@ def potential_forces(model, data):
     forces = np.zeros(model.nv)
     for joint in range(model.njnt if model.nuser_jnt else 0):
         q = data.qpos[model.jnt_qposadr[joint]]
-        a, b = model.jnt_user[joint].reshape(-1, 2).T
+        a, b = model.jnt_user[joint, : model.nuser_jnt // 2 * 2].reshape(-1, 2).T
         k = np.arange(1, len(a) + 1)
         forces[model.jnt_dofadr[joint]] -= np.sum(k * (a * np.cos(k * q) - b * np.sin(k * q)))
     return forces

@@ -1,10 +1,12 @@
-"""Tables of the cheapest methods, of each method's share of the front, of orders and costs."""
+"""Tables: cheapest methods, shares of the front, orders and costs, and scenes off the charts."""
 
 from collections.abc import Callable, Mapping, Sequence
 from math import inf
 
 import numpy as np
 
+from benchmarks.accuracy.dry_friction import METHOD as DRY_METHOD
+from benchmarks.accuracy.dry_friction import NUMBERS as DRY_NUMBERS
 from benchmarks.accuracy.points import (
     SAME,
     USELESS,
@@ -62,6 +64,8 @@ def tabulate(records: Mapping[str, Record]) -> dict[str, str]:
         "gains": _gains(curves, in_mujoco, costs),
         "front_shares": _front_shares(curves),
         "methods": _methods(chosen(points, *ORDER_OF), costs),
+        "other_scenes": _other_scenes(records),
+        "dry_friction": _dry_friction(records),
     }
 
 
@@ -142,6 +146,31 @@ def _evaluations(method: str) -> int:
     if engine == "mujoco":
         return IN_MUJOCO.get(scheme, 1)
     return sum(kicks_that_evaluate(RIGID[scheme].parts))
+
+
+def _other_scenes(records: Mapping[str, Record]) -> str:
+    """Return the charted and the measured error of each scene that the charts do not contain."""
+    rows = [
+        [
+            record["other_scene"],
+            f"`{record['method']}` {record['timestep']:.3g}",
+            *(number(record[name]) for name in ("charted_error", "error")),
+        ]
+        for record in records.values()
+        if "other_scene" in record
+    ]
+    return table(["error of J over 60 s", "recommended", "charted", "measured"], rows)
+
+
+def _dry_friction(records: Mapping[str, Record]) -> str:
+    """Return the errors under dry friction."""
+    rows = [
+        [f"{record['coulomb']:g}, {record['viscous']:g} kg/s", *map(number, record["dry_errors"])]
+        for record in records.values()
+        if "dry_errors" in record
+    ]
+    columns = [f"`{DRY_METHOD}` {1 / n:g} s" for n in DRY_NUMBERS]
+    return table(["error of J over 60 s with Coulomb and viscous friction", *columns], rows)
 
 
 def _by_method(columns: Mapping[str, Mapping[str, object]], cell: Callable[..., str]) -> str:

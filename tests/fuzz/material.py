@@ -40,15 +40,16 @@ MODELS = {
         <geom size="0.1" pos="0 0 -0.5"/></body></worldbody></mujoco>""",
     "empty": "<mujoco/>",
     "free": f"""<mujoco>{MARK}<size nuser_site="3"/><worldbody>
-        <body><freejoint/><geom size="0.1"/><site user="0 0 1"/></body>
-        <body pos="0 0 1"><freejoint/><geom size="0.1"/><site user="0 1 0"/></body>
+        <body><freejoint/><geom size="0.1"/><site user="2"/></body>
+        <body pos="0 0 1"><freejoint/><geom size="0.1"/><site user="3"/></body>
         </worldbody></mujoco>""",
     "coincident": f"""<mujoco>{MARK}<size nuser_site="3"/><worldbody>
-        <body><freejoint/><geom size="0.1"/><site user="0 0 1"/></body>
-        <body><freejoint/><geom size="0.1"/><site user="0 1 0"/></body>
+        <body><freejoint/><geom size="0.1"/><site user="2"/></body>
+        <body><freejoint/><geom size="0.1"/><site user="3"/></body>
         </worldbody></mujoco>""",
     "slides": f"""<mujoco>{MARK}<size nuser_body="6" nuserdata="2"/>
-        <option gravity="0 0 0"/><worldbody><body user="1 0 0 0 0 0"><joint type="slide" axis="1 0 0" damping="1"/>
+        <option gravity="0 0 0"/><worldbody><body user="1 0 0 0 0 0">
+        <joint type="slide" axis="1 0 0" damping="1"/>
         <joint type="slide" axis="0 1 0" damping="1"/><geom size="1" mass="2"/></body>
         </worldbody></mujoco>""",
     "other people's": """<mujoco><worldbody><body user="1 2 3 4 5 6 7 8 9">

@@ -159,11 +159,14 @@ CALLS: dict[Any, dict[str, Any]] = {
         "burn_in": 0.0, "initial": {"x": 1.0}, "trajectories": 1, "threads": 1, "checkpoint": None,
     },
     mm.simulate: {
-        "scene": DISK, **STEPS, "duration": 1.0, "seed": 1, "replicas": 2, "record_interval": 5,
+        "scene": DISK, **STEPS, "engine": "any", "duration": 1.0, "seed": 1, "replicas": 2,
+        "record_interval": 5,
         "initial": {"x": 1.0}, "path": mm.noise.BrownianPath(1, 0.02), "checkpoint": None,
         "allow_unstable": False,
     },
-    mm.recommend: {"scene": DISK, "error": 0.01, "quantity": "temperature", **STEPS},
+    mm.recommend: {
+        "scene": DISK, "error": 0.01, "quantity": "temperature", "engine": "any", **STEPS,
+    },
     mm.methods: {"scene": DISK},
     mm.build: {"scene": DISK, "visual": False},
     mm.scene_of: {"run": RUNS["disk"]},
@@ -175,6 +178,13 @@ CALLS: dict[Any, dict[str, Any]] = {
     CONTACT.add_to: {"description": mujoco.MjSpec()},
     CONTACT.calibrate: {"model": mm.build(TOP)},
     CONTACT.damping_of: {"model": mm.build(TOP)},
+    mm.field: {"model": MODEL, "data": mujoco.MjData(MODEL), "points": POINTS},
+    mm.magnetic_energy: {"model": MODEL, "data": mujoco.MjData(MODEL)},
+    mm.describe: {"model": MODEL},
+    mm.draw_moments: {"view": mujoco.MjvScene(), "model": MODEL, "data": mujoco.MjData(MODEL)},
+    mm.draw_field: {
+        "view": mujoco.MjvScene(), "model": MODEL, "data": mujoco.MjData(MODEL), "points": POINTS,
+    },
     mm.apply_perturbation: {
         "model": MODEL, "data": mujoco.MjData(MODEL), "perturb": mujoco.MjvPerturb()
     },
@@ -221,7 +231,7 @@ RECORDS = {
     mm.Waypoint, mm.Recommendation, mm.LayoutError, mm.SimulationStopped, mm.SimulationDiverged,
     mm.PhysicalEvent, mm.SimulationInterrupted,
     mm.observables.CriticalPoint, mm.observables.MotorWells,
-    mm.theory.SmallMotion, mm.render.NoOpenGL, live.StateLost, mm.magnetism,
+    mm.theory.SmallMotion, mm.render.NoOpenGL, live.StateLost, mm.magnetism, mm.Description,
 }  # fmt: skip
 """Callables that store their arguments unchecked, as exceptions do, or take none."""
 

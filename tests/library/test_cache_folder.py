@@ -72,6 +72,7 @@ def test_a_read_only_package_and_no_home(tmp_path):
     copy, temporary = tmp_path / "library" / "magmotor", tmp_path / "temporary"
     package = Path(magmotor.__file__).parent
     shutil.copytree(package, copy, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy(package.with_name("magmotor_plugin.py"), copy.parent)
     for folder in (copy, *copy.glob("**/")):
         folder.chmod(0o555)
     temporary.mkdir()

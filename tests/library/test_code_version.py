@@ -21,7 +21,7 @@ from magmotor.common import versions
 from magmotor.common.versions import machine_versions, package_checksum
 from magmotor.devices.ball import rigid_kernel
 from magmotor.devices.disk import variational as lanes
-from magmotor.mjcf import magnetism
+from magmotor.mjcf import callbacks
 from magmotor.numerics import numba_cache
 
 FACTORY = """
@@ -290,7 +290,7 @@ def test_the_modules_of_a_kernel_are_those_that_it_reaches():
     modules, constants = numba_cache.reached(inspect.unwrap(rigid_kernel._advance))
     assert modules == {f"magmotor.{name}" for name in of_rigid_bodies}
     assert "magmotor.devices.ball.rigid_forces.NOBODY = -1.0" in constants
-    modules, _ = numba_cache.reached(inspect.unwrap(magnetism._callback))
+    modules, _ = numba_cache.reached(inspect.unwrap(callbacks._callback))
     assert {
         f"magmotor.mjcf.{name}"
         for name in (

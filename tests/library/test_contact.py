@@ -153,6 +153,26 @@ def test_the_viscous_law_holds_beside_dry_friction():
     assert along == pytest.approx(-0.3 * 0.1 / 0.2, rel=0.02)  # measured: -0.2 %, the step's
 
 
+@pytest.mark.parametrize("gravity", [0.3, 9.81])
+def test_beside_dry_friction_the_viscous_contact_bears_no_load(gravity):
+    """But for 4e-5 m/s^2 times the mass; any load on it is missing from the dry friction."""
+    scene = mm.Top(surface="plane", coulomb_friction=0.003, gravity=gravity, coupling=1e-20)
+    model = mm.build(scene)
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    mujoco.mj_step(model, data, nstep=4000)
+    mujoco.mj_forward(model, data)
+    forces = {}
+    for number in range(data.ncon):
+        contact = data.contact[number]
+        force = np.zeros(6)
+        mujoco.mj_contactForce(model, data, number, force)
+        forces[contact.friction[0]] = force[0]
+    assert len(forces) == 2
+    assert 0 < forces[1e6] < 1e-4 * scene.ball_mass  # 4.0e-5
+    assert forces[0.003] + forces[1e6] == pytest.approx(scene.weight, rel=3e-11)  # 1e-12
+
+
 def test_dry_friction_needs_a_short_step():
     scene = mm.Top(surface="plane", coulomb_friction=0.1)
     with pytest.raises(ValueError, match=r"timestep = 0.025: must be less than 0.005 s with dry"):

@@ -122,11 +122,16 @@ def test_a_text_that_names_nothing_known_is_an_error(words, message):
         for call in (mujoco.mj_forward, mujoco.mj_step):
             with pytest.raises(mujoco.FatalError, match=re.escape(message)):
                 call(model, data)
-    with pytest.raises(mujoco.FatalError, match=re.escape(message)):
-        mm.Baoab(model).step(data)
+    with pytest.raises(ValueError, match=re.escape(message)):
+        mm.Baoab(model)
     assert data.pstack == 0
     with pytest.raises(ValueError, match=re.escape(message)):
         separate(TEXT.format(words), '<instance name="magnets"/>')
+
+
+def test_an_empty_text_is_an_error():
+    with pytest.raises(ValueError, match="text field cannot be empty"):
+        separate(TEXT.format(""))
 
 
 def test_two_marks_of_one_model_name_the_same():
@@ -224,11 +229,9 @@ def test_foreign_numbers_with_a_mark_are_errors(kind):
 def test_couplings_without_a_mark_are_ignored():
     """A tuple that would be an error has no effect on plain dipoles."""
     free = BODY.format("hand", "", "<freejoint/>", '<site user="5"/>')
-    forces = []
-    for model in (foreign(free), foreign(free, TEXT.format("dipoles"))):
-        forces.append(generalized(model))
+    forces = [generalized(foreign(free, custom)) for custom in ("", TEXT.format("dipoles"))]
     assert forces[0].any()
-    np.testing.assert_array_equal(*forces)
+    np.testing.assert_array_equal(forces[0], forces[1])
     model = foreign(free, TEXT.format("dipoles couplings"))
     with mm.magnetism(), pytest.raises(mujoco.FatalError, match="'coupling_gears'"):
         mujoco.mj_forward(model, mujoco.MjData(model))
@@ -257,7 +260,8 @@ print(abs(data.qfrc_smooth[:2]).max() > 0)
     found = subprocess.run(command, capture_output=True, text=True, check=True)
     assert found.stdout == "True\n"
     lines = [line for line in found.stderr.splitlines() if line.startswith("magmotor: ")]
-    assert lines == [
+    said = (
         "magmotor: 2 sites with one user number act as dipoles; to say so, or otherwise, add"
         ' <custom><text name="magmotor" data="dipoles"/></custom> to the model'
-    ]
+    )
+    assert lines == [said]

@@ -11,19 +11,9 @@ import magmotor as mm
 from magmotor.device import Gauge
 from magmotor.render.contact_sheet import Sheet, Tile
 from magmotor.render.encoder import frame_times
-from magmotor.render.views import NoOpenGL, Views
 
 HEADER = 36
 LABEL = (slice(0, 34), slice(0, 90))
-
-
-@pytest.fixture(scope="module")
-def opengl():
-    """Skip the test if OpenGL is unavailable."""
-    try:
-        Views(mm.Top(), {"top": (60, 80)}).close()
-    except NoOpenGL as reason:
-        pytest.skip(str(reason))
 
 
 @pytest.fixture(scope="module")

@@ -17,8 +17,11 @@ def blocks(page, language="python"):
     return re.findall(rf"^```{language}\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)
 
 
-def test_the_readme_prints_what_it_shows(capsys):
+def test_the_readme_prints_what_it_shows(tmp_path, monkeypatch, capsys):
     (example,), (output,) = blocks("README.md"), blocks("README.md", "text")
+    (model,) = blocks("README.md", "xml")
+    monkeypatch.chdir(tmp_path)
+    Path("needle.xml").write_text(model)
     namespace: dict = {}
     exec(example, namespace)
     assert capsys.readouterr().out == output

@@ -3,7 +3,7 @@
 import json
 import tracemalloc
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -396,6 +396,29 @@ def test_the_timestep_is_the_shortest_that_is_recommended_at_the_corners():
     assert drawn.timestep == min(steps) < min(steps[:2] + steps[3:])
     with pytest.raises(ValueError, match=r"tilt = 1\.5: must be less than"):
         Sweep(scene=mm.Top(), vary={"tilt": (1.5,)}, measure=["max_spin"], duration=1.0)
+
+
+def test_the_engine_decides_unless_a_method_is_given():
+    short = {"scene": mm.Top(), "vary": {"tilt": (0.0, 0.1)}, "measure": ["max_spin"]}
+    engines: tuple[Any, ...] = ("mujoco", "any")
+    chosen = [Sweep(**short, duration=1.0, engine=engine) for engine in engines]
+    wanted = [mm.recommend(mm.Top(), engine=engine).method for engine in engines]
+    assert [sweep.method for sweep in chosen] == wanted
+    assert len(set(wanted)) == 2
+    named = Sweep(**short, duration=1.0, method="variational/verlet")
+    assert named.method == "variational/verlet"
+    assert all("engine" not in sweep.as_json() for sweep in chosen)
+    with pytest.raises(ValueError, match=r"engine = 'scipy': must be one of mujoco, any"):
+        Sweep(**short, duration=1.0, engine=cast(Any, "scipy"))
+
+
+def test_a_corner_for_which_nothing_is_charted_needs_a_timestep():
+    """With the timestep of the other corner, its cases would fail one by one."""
+    slippery = {"scene": mm.Top(surface="plane"), "vary": {"coulomb_friction": (0.0, 0.1)}}
+    with pytest.raises(ValueError, match=r"coulomb_friction = 0\.1: the charts have no dry"):
+        Sweep(**slippery, measure=["max_spin"], duration=1.0)
+    given = {"method": "mujoco/euler", "timestep": 0.004}
+    assert len(Sweep(**slippery, **given, measure=["max_spin"], duration=1.0)) == 2
 
 
 def test_a_directory_of_something_else_is_refused_and_unchanged(tmp_path, here):

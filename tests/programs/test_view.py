@@ -330,7 +330,7 @@ def test_a_spec_without_sliders_is_live_and_has_markers_of_its_size(slid, monkey
     monkeypatch.setattr(slid.RotorDevice, "sliders", Device.sliders)
     model = live_scene(slid.Rotor(), timestep=0.002).model
     assert (model.nu, model.key_qpos[0, 0]) == (0, 1.0)
-    assert model.stat.meansize == model.stat.extent / 10 > 0
+    assert model.stat.meansize == model.stat.extent / 20 > 0
 
 
 @pytest.mark.parametrize("missing", ["keyframe", "joint"])

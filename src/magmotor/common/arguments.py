@@ -12,7 +12,7 @@ import typing
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache, partial, wraps
 from pathlib import Path
-from typing import Annotated, Any, ParamSpec, TypeVar, Union, overload
+from typing import Annotated, Any, Literal, ParamSpec, TypeVar, Union, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,6 +28,7 @@ from magmotor.common.hints import (
     Check,
     Shaped,
     check_path,
+    choice,
 )
 
 P = ParamSpec("P")
@@ -162,6 +163,8 @@ def check_of(hint: Any) -> Check | None:
     origin, arguments = typing.get_origin(hint), typing.get_args(hint)
     if origin is Annotated:
         return arguments[1]
+    if origin is Literal:
+        return choice(*arguments)
     if origin in (Union, types.UnionType):
         return _check_of_union(arguments)
     if origin is np.ndarray:

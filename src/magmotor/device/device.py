@@ -214,6 +214,15 @@ class Device(ABC, Generic[S, T]):
         """
         return None
 
+    def check_charted(self, scene: S) -> None:
+        """Check that the scene has no physics that `charted` lacks.
+
+        Raises
+        ------
+        ValueError
+            It has: errors measured for `charted` say nothing about the scene.
+        """
+
     def rates(self, scene: S) -> tuple[float, ...]:
         """Return the rates (1/unit of time) that a timestep must resolve; 0 for absent ones.
 

@@ -64,7 +64,7 @@ class Panel:
             sentence = "its model must have a keyframe, its initial state, and sliders a joint"
             raise reject("scene", self.scene, sentence) from None
         model = parts.compiled(root)
-        model.stat.meansize = model.stat.extent / 10  # size of the markers of mouse forces
+        model.stat.meansize = model.stat.extent / 20  # size of the markers of mouse forces
         return model
 
     def values(self, ctrl: NDArray[np.float64]) -> NDArray[np.float64]:

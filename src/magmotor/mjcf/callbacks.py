@@ -57,6 +57,7 @@ _word, _int = types.int64, types.int32
 _apply_wrench = types.ExternalFunction(
     "mj_applyFT", types.void(_word, _word, _word, _word, _word, _int, _word)
 )
+_compute_passive = types.ExternalFunction("mj_passive", types.void(_word, _word))
 _warn = types.ExternalFunction("mj_warning", types.void(_word, _int, _int))
 
 
@@ -106,7 +107,7 @@ def _read(checksum: int, offsets: layout.Layout):
 
 def _bind() -> None:
     messages.bind()
-    memory.bind_mujoco("mj_applyFT", "mj_warning")
+    memory.bind_mujoco("mj_applyFT", "mj_passive", "mj_warning")
 
 
 @compiled_once(types.void(_word, _word), error_model="numpy")
@@ -127,6 +128,9 @@ def _callback(checksum: int, offsets: layout.Layout):
         applied = memory.numbers(d[offsets.xfrc_applied // 8], memory.UNBOUNDED, 6)
         generalized = memory.numbers(d[offsets.qfrc_passive // 8], 1, memory.UNBOUNDED)[0]
         step = step_number(model, data, offsets)
+        if kinds & POTENTIALS and m[offsets.nuser_jnt // 8] > 0:
+            # Finite differences may keep the passive forces, which then contain ours already.
+            _compute_passive(model, data)
         acting = apply_forces(model, data, offsets, kinds, applied, generalized)
         if acting >= 0 and kinds & NOISE and m[offsets.nuser_body // 8] > 0:
             acting += add_brownian_wrenches(model, data, offsets, step, applied)
@@ -283,7 +287,7 @@ def _mark_failed(model, data, offsets, later_stage):
         # MuJoCo would reset the state at a force that is NaN, but has already used the position.
         positions = memory.numbers(d[offsets.qpos // 8], 1, m[offsets.nq // 8])
         positions[:] = math.nan
-        _warn(data, BAD_POSITION, 0)
+    _warn(data, BAD_POSITION, 0)  # ends the rollout, whose next step would reset the state
 
 
 @njit

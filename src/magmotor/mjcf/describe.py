@@ -123,6 +123,10 @@ def describe(model: mujoco.MjModel) -> Description:
     >>> import magmotor as mm
     >>> found = mm.describe(mm.build(mm.Motor()))
     acting: dipoles, couplings and noise, inside magmotor.magnetism()
+    dipoles: ball 1, inner_ring 20, outer_ring 5
+    pairs: ball and inner_ring (times 2), ball and outer_ring, inner_ring and outer_ring
+    noise, Brownian wrenches: ball 2, inner_ring 3
+    temperature: kT = 3.333e-06 J
     """
     kinds = acting_forces(model)
     acting = tuple(word for word, bit in WORDS.items() if word != "all" and kinds & bit)

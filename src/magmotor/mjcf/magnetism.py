@@ -1,7 +1,6 @@
 """A `with` block in which dipoles, noise and potentials act on every model.
 
-The module contains the public functions, the installation of the callback, and the compiled
-callback itself.
+The module contains the public functions and the installation of the compiled callback.
 """
 
 import ctypes
@@ -21,22 +20,31 @@ from magmotor.mjcf.hooks import Hook
 def magnetism() -> Iterator[None]:
     """Apply magnetism, Brownian wrenches and periodic potentials inside a `with` block.
 
-    They act on every MuJoCo model that declares them in its MJCF:
+    They act on every MuJoCo model that declares them in its MJCF, and says so by a mark:
 
-    - A dipole is a site with `user="MOMENT"`, in A m^2 along the site's z axis. Dipoles of one
-      rigid body (a body and the bodies attached to it without a joint, regardless of any
-      `<equality>`) do not act on each other. A `<custom>` tuple named `coupling...` scales the
-      interaction of two bodies (see Notes).
-    - Brownian wrenches are rows of six numbers in a body's `user`: force x y z in N sqrt(s) and
-      torque x y z in N m sqrt(s), in the world frame at the center of mass. Independent white
-      noise multiplies each row. `mjData.userdata` contains, up to the model's `nuserdata`, the
-      seed, the replica, the factor and level of a `BrownianPath`, and the path's step at time 0.
-      See Notes on rollouts and resets.
-    - A periodic potential sum_k a_k sin kq + b_k cos kq, in J, of a slide or hinge joint is
-      `user="a_1 b_1 a_2 b_2 ..."`. Its force is external and acts on the joint's body, at the
-      center of mass along the axis.
+        <custom><text name="magmotor" data="dipoles couplings noise potentials"/></custom>
 
-    The sum of these overwrites `xfrc_applied` of the bodies on which any of them act.
+    Each word lets one of these act, and `all` lets all four:
+
+    - `dipoles`: a dipole is a site with `user="MOMENT"`, in A m^2 along the site's z axis. Dipoles
+      of one rigid body (a body and the bodies attached to it without a joint, regardless of any
+      `<equality>`) do not act on each other.
+    - `couplings`: a `<custom>` tuple named `coupling...` scales the interaction of two bodies (see
+      Notes).
+    - `noise`: Brownian wrenches are rows of six numbers in a body's `user`: force x y z in
+      N sqrt(s) and torque x y z in N m sqrt(s), in the world frame at the center of mass.
+      Independent white noise multiplies each row. `mjData.userdata` contains, up to the model's
+      `nuserdata`, the seed, the replica, the factor and level of a `BrownianPath`, and the path's
+      step at time 0. See Notes on rollouts and resets.
+    - `potentials`: `user="a_1 b_1 a_2 b_2 ..."` gives a slide or hinge joint, at q in m or rad, the
+      potential sum_k a_k sin kq + b_k cos kq, in J.
+
+    Without a mark, `user` numbers may have another meaning. Then only dipoles act, and only if no
+    body or joint has `user` numbers, no site has more than one, and these do not merely number the
+    sites; a line on stderr says so, once per process.
+
+    The wrenches of dipoles and noise overwrite `xfrc_applied` of the bodies on which they act. The
+    forces of potentials are added to `qfrc_passive`.
 
     The callback is installed as `mjcb_control` for all models and threads of the process, and the
     previous callback is restored at the end. Blocks may be nested and may overlap in several
@@ -48,23 +56,28 @@ def magnetism() -> Iterator[None]:
     After the block, `xfrc_applied` still contains the last forces, and MuJoCo continues to apply
     them; set it to zero. The viewer's `sync` does this after each step.
 
+    A model with the engine plugin `magmotor.forces` needs no block, and is left to it inside one.
+
     Warns
     -----
     UserWarning
-        Once per block, when a model is stepped on which nothing acts. The warning states the
-        reason.
+        Once per block and reason, when a model is stepped on which nothing acts. The warning
+        states the reason.
 
     Raises
     ------
     LayoutError
         This version of MuJoCo lays out its structs differently than it declares.
     mujoco.FatalError
-        While stepping: two dipoles of different bodies coincide; the `user` numbers of a site are
-        not one finite moment, those of a body not rows of six, or those of a joint not pairs; a
-        joint with a potential is neither slide nor hinge; the elements of a coupling are not two
-        bodies with equal `prm`; or a number in `userdata` is invalid. MuJoCo pads all lists to the
-        longest in the model with zeros, which are ignored. On the threads of rollouts and batches,
-        MuJoCo prints the error and ends the process; call `mj_forward` before to raise it.
+        While stepping: two dipoles that act on each other coincide, the mark has no words or an
+        unknown one, or what it names is invalid: the `user` numbers of a site are not one finite
+        moment, those of a body not rows of six, or those of a joint not pairs; a joint with a
+        potential is neither slide nor hinge; the elements of a coupling are not two bodies with
+        equal `prm`; or a number in `userdata` is invalid. MuJoCo pads all lists to the longest in
+        the model with zeros, which are ignored. On the threads of a rollout, nothing can be raised:
+        the positions of the failed run are NaN from there on, and the error is raised at the end of
+        the block. A `Batch` raises a `SimulationError` instead, and keeps the failed states as they
+        were before the call.
 
     Notes
     -----
@@ -102,6 +115,7 @@ def magnetism() -> Iterator[None]:
     >>> import magmotor as mm
     >>> model = mujoco.MjModel.from_xml_string('''
     ... <mujoco>
+    ...   <custom><text name="magmotor" data="dipoles"/></custom>
     ...   <worldbody>
     ...     <site pos="0 0.1 0" zaxis="0 1 0" user="5"/>
     ...     <body>
@@ -128,8 +142,8 @@ def apply_perturbation(
 ) -> None:
     """Apply the mouse force of MuJoCo's viewer; call this before each step.
 
-    The viewer writes the force to `xfrc_applied`, which `magnetism` overwrites where dipoles, noise
-    or potentials act. This function applies it as a generalized force instead, to any body.
+    The viewer writes the force to `xfrc_applied`, which `magnetism` overwrites where dipoles or
+    noise act. This function applies it as a generalized force instead, to any body.
 
     Parameters
     ----------

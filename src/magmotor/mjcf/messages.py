@@ -204,6 +204,7 @@ def recorded_errors() -> Iterator[None]:
     with _lock:
         if _blocks == 0:
             _given.value = 0
+            _recorded.clear()  # of a block that ended by another exception
         _blocks += 1
     try:
         yield
@@ -224,5 +225,6 @@ def raise_recorded() -> None:
         recorded = _recorded.copy()
         _recorded.clear()
     if recorded:
-        more = f" (and {len(recorded) - 1} other errors)" if recorded[1:] else ""
+        others = len(recorded) - 1
+        more = f" (and {others} other error{'s' * (others > 1)})" if others else ""
         raise mujoco.FatalError(f"{recorded[0]}{more}; the states of these runs are NaN")

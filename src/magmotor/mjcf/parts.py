@@ -102,13 +102,13 @@ def disable_unused(root: Element, *, keep: tuple[str, ...] = ()) -> None:
     root.option.flag.set_attributes(**{flag: "disable" for flag in UNUSED if flag not in keep})
 
 
-def fit_stage(root: Element, center: ArrayLike, extent: float) -> None:
-    """Scale and move the stage's cameras, lights and floor to fit a region."""
+def fit_stage(root: Element, center: ArrayLike, radius: float) -> None:
+    """Scale and move the stage's cameras, lights and floor to fit a region of this radius in m."""
     center = np.asarray(center)
     statistic, world = root.statistic, root.worldbody
-    zoom = extent / statistic.extent
+    zoom = 2 * radius / statistic.extent
     for element in [*world.light, *world.camera]:
         element.pos = center + zoom * (element.pos - statistic.center)
     floor = root.find("geom", "floor")
     floor.size = zoom * floor.size
-    statistic.center, statistic.extent = center, extent
+    statistic.center, statistic.extent = center, 2 * radius

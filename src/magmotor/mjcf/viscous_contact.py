@@ -36,6 +36,12 @@ ALWAYS_IN_CONE = 1e6
 FILM = 1e-3
 """Margin (m) within which a contact that bears no load is active, with its point at -r e_z."""
 
+WEAK = 1e-4
+"""Fraction of the normal direction's stiffness and damping in a contact that bears no load.
+
+The contact pushes the sphere up by this fraction of STIFFNESS FILM = 0.4 m/s^2.
+"""
+
 LEAST_REGULARIZATION = 100.0
 """Ratio R/A below which the second term of the force is too large."""
 
@@ -149,7 +155,7 @@ class ViscousContact:
             "condim": 3,
             "friction": [ALWAYS_IN_CONE, ALWAYS_IN_CONE, 0.005, 0.0001, 0.0001],
             "solreffriction": [0.0, -1.0],
-            **(bearing(0.0) if self.bears_load else _normal(SOFT, FILM)),
+            **(bearing(0.0) if self.bears_load else _normal(SOFT, FILM, WEAK)),
         }
         if isinstance(description, mujoco.MjSpec):
             description.add_pair(geomname1=self.plane, geomname2=self.sphere, **numbers)
@@ -306,9 +312,9 @@ def bearing_limit(integrator: str) -> float:
     return (2.785 if integrator == "rk4" else 2 * math.sqrt(2) - 2) / CONTACT_RATE
 
 
-def _normal(impedance: float, margin: float) -> dict[str, Any]:
+def _normal(impedance: float, margin: float, share: float = 1.0) -> dict[str, Any]:
     return {
-        "solref": [-STIFFNESS, -NORMAL_DAMPING],
+        "solref": [-share * STIFFNESS, -share * NORMAL_DAMPING],
         "solimp": [impedance, impedance, 0.001, 0.5, 2.0],
         "margin": margin,
     }

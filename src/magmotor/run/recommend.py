@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Annotated, NamedTuple
+from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
 
@@ -17,6 +17,10 @@ ADAPTIVE, RECORDING = "scipy/dop853", 0.1
 """The method that chooses its own steps, and the default recording interval it is given (s)."""
 
 
+Engines = Literal["mujoco", "any"]
+"""The engines among whose methods one is chosen."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Recommendation:
     """A method and timestep with their expected error and cost."""
@@ -27,7 +31,9 @@ class Recommendation:
     quantity: str
     """The quantity that `error` refers to."""
     error: float
-    """Upper bound of the relative error."""
+    """Upper bound of the relative error, as measured on the charted scene."""
+    charted: str
+    """How the charted scene differs; empty if the error was measured on this scene itself."""
     seconds: float
     """Wall time per simulated second (for the disk, per unit of time) on one core."""
     machine: str
@@ -37,9 +43,10 @@ class Recommendation:
     def __str__(self) -> str:
         """Return a one-line summary."""
         unit, each = ("", "unit of time") if self.time_unit == "1" else (" s", "simulated second")
+        note = f" (charted with {self.charted})" if self.charted else ""
         return (
             f"{self.method} at a timestep of {self.timestep:g}{unit}: error of {self.quantity}"
-            f" {100 * self.error:.2g} %, {self.seconds:.2g} s per {each} (on {self.machine})"
+            f" {100 * self.error:.2g} %{note}, {self.seconds:.2g} s per {each} (on {self.machine})"
         )
 
 
@@ -51,14 +58,17 @@ def recommend(
     quantity: str | None = None,
     method: str | None = None,
     timestep: Seconds | None = None,
+    engine: Engines = "mujoco",
 ) -> Recommendation:
     """Return the cheapest method and timestep that reach an error, as measured by `make charts`.
 
     The charts cover the paper's top (case 4), motor and disk. For another scene of the same class,
     the charted timesteps are scaled so that none of its motions (swing in the stiffest well,
     friction; for the disk also thermal motion and flights) is resolved with fewer steps than in the
-    charts, and are limited to stable ones. Errors and costs are not scaled: they apply to runs of
-    about the charted length and scenes of about the charted size.
+    charts, and are limited to stable ones. Errors and costs are not scaled: they are those of the
+    charted scene and of runs of about the charted length. The error of another scene can be ten
+    times as large; `Recommendation.charted` says how the charted scene differs. Nothing is
+    recommended for a scene with dry friction.
 
     Parameters
     ----------
@@ -70,10 +80,12 @@ def recommend(
         The quantity whose error is limited: by default `momentum_map` for the top, otherwise
         `temperature`, or without noise the charted one of `position` and `path`.
     method : str, optional
-        Consider only this method.
+        Consider only this method, whatever its engine.
     timestep : float, optional
         Consider only this timestep. If no method reaches the error at it, the most accurate one is
         returned.
+    engine : str
+        "mujoco": consider MuJoCo's methods only, unless the scene has none; "any": consider all.
 
     Returns
     -------
@@ -94,9 +106,12 @@ def recommend(
     """
     device = scene.device
     supported = device.methods(scene)
+    device.check_charted(scene)
+    considered = _methods_of("any" if method else engine, supported)
+    hint = "" if considered == supported else "; engine = 'any' considers other engines, too"
     if method is not None:
         check_choice("method", method, supported)
-    curves = _charted_curves(scene, supported)
+    curves = _charted_curves(scene, considered, hint)
     if quantity is None:
         quantity = next(
             name for name in (*scene.device.quantities(scene), *curves) if name in curves
@@ -114,7 +129,7 @@ def recommend(
     if not points:
         longest = max(curve.steps[-1] for curve in fitted.values())
         raise reject(
-            "timestep", timestep, f"must be at most {longest:g}, the longest in the charts"
+            "timestep", timestep, f"must be at most {longest:g}, the longest in the charts{hint}"
         )
     longest_within = {point.method: point for point in points if point.error <= error}
     best = min(points, key=lambda point: point.error)
@@ -123,10 +138,14 @@ def recommend(
     elif timestep is None:
         smallest = float(f"{1.005 * best.error:.2e}")
         bound = f"at least {smallest:g}, the smallest charted for {quantity} ({best.method}"
-        raise reject("error", error, f"must be {bound} at a timestep of {best.timestep:g})")
+        raise reject("error", error, f"must be {bound} at a timestep of {best.timestep:g}){hint}")
     machine = chart_data.load()["machine"]
     return Recommendation(
-        quantity=quantity, machine=machine, time_unit=device.time_unit, **best._asdict()
+        quantity=quantity,
+        charted=_difference(scene),
+        machine=machine,
+        time_unit=device.time_unit,
+        **best._asdict(),
     )
 
 
@@ -137,16 +156,32 @@ class _Point(NamedTuple):
     seconds: float
 
 
-def _charted_curves(scene: Scene, supported: tuple[str, ...]) -> dict[str, dict[str, Curve]]:
+def _methods_of(engine: Engines, supported: tuple[str, ...]) -> tuple[str, ...]:
+    """Return MuJoCo's methods, or all if there are none of MuJoCo or any engine is wanted."""
+    in_mujoco = tuple(method for method in supported if method.startswith("mujoco/"))
+    return in_mujoco if in_mujoco and engine == "mujoco" else supported
+
+
+def _difference(scene: Scene) -> str:
+    """Return in which fields the charted scene differs from this one, in words."""
+    charted = charted_scene(scene)
+    if type(charted) is not type(scene):
+        return f"a {type(charted).__name__}"
+    values = vars(scene).items()
+    names = [k for k, value in values if k != "surface" and value != getattr(charted, k)]
+    return f"another {', '.join(names)}" if names else ""
+
+
+def _charted_curves(
+    scene: Scene, considered: tuple[str, ...], hint: str
+) -> dict[str, dict[str, Curve]]:
     """Return the curves of the scene's class and surface by quantity and method."""
     kind = type(charted_scene(scene)).__name__
     surface = getattr(scene, "surface", "planar")
-    found = chart_data.curves(kind, surface, supported)
+    found = chart_data.curves(kind, surface, considered)
     if not found:
-        sentence = (
-            f"the charts have no {kind} on this surface: pass a method and a timestep to simulate"
-        )
-        raise reject("surface", surface, sentence)
+        sentence = f"the charts have no {kind} on this surface: pass a method and a timestep"
+        raise reject("surface", surface, f"{sentence} to simulate{hint}")
     return found
 
 

@@ -26,7 +26,7 @@ from magmotor.device.provenance import attributes_of
 from magmotor.device.states import checksum, concatenate, rows
 from magmotor.noise import LARGEST_STEP, BrownianPath, check_seed, path_of
 from magmotor.run.dataset import assemble
-from magmotor.run.recommend import recommend
+from magmotor.run.recommend import Engines, recommend
 
 
 @checked
@@ -48,6 +48,7 @@ def simulate(
     *,
     method: str | None = None,
     timestep: Seconds | None = None,
+    engine: Engines = "mujoco",
     duration: Seconds,
     seed: int = 0,
     replicas: int | None = None,
@@ -67,6 +68,9 @@ def simulate(
     timestep : float, optional
         In seconds; for `scipy/dop853`, which chooses its own steps, the unit of recording. By
         default that of `path`, or as recommended.
+    engine : str
+        As in `recommend`, which chooses among MuJoCo's methods by default, or among all with "any".
+        It has no effect if a method is given.
     duration : float
         In seconds. The run takes as many whole steps as fit into it, and ends with the last
         recorded one.
@@ -132,7 +136,7 @@ def simulate(
     if timestep is None and isinstance(path, BrownianPath):
         timestep = path.timestep
     if method is None or timestep is None:
-        choice = recommend(scene, method=method, timestep=timestep)
+        choice = recommend(scene, method=method, timestep=timestep, engine=engine)
         print(choice, file=sys.stderr)
         method, timestep = choice.method, choice.timestep
     check_choice("method", method, methods(scene))
@@ -160,7 +164,7 @@ def simulate(
             "must be so short that the Brownian path has fewer than 2^53 steps",
         )
     records = int(steps * (1 + 1e-12)) // interval
-    engine, scheme = method.split("/")
+    library, scheme = method.split("/")
     attributes = {
         "method": method,
         "timestep": timestep,
@@ -174,7 +178,7 @@ def simulate(
     }
     job = Job(scene, scheme, timestep, records, interval, first, followed, first_step)
     task = attributes_of(scene, **attributes) | {"initial": checksum(first)}
-    integrator = _engine(scene, engine)
+    integrator = _engine(scene, library)
     saved = Checkpoint(
         checkpoint, task, records, lambda done: _expected(job, integrator.start(job), done)
     )

@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, get_args
 
 from magmotor.common.checks import (
     check_choice,
@@ -20,7 +20,7 @@ from magmotor.common.checks import (
 from magmotor.common.versions import versions_that_matter
 from magmotor.device.device import SCENES, Scene
 from magmotor.device.provenance import scene_from
-from magmotor.run.recommend import recommend
+from magmotor.run.recommend import Engines, recommend
 from magmotor.sweep.axes import Samples, Values, changed, numeric_fields, samples_from, values_axis
 from magmotor.sweep.case import Case, case_of, checked_seeds, child
 from magmotor.sweep.measures import TRAJECTORY, FromFile, imported, is_own, measure_of
@@ -57,6 +57,8 @@ class Sweep:
     method, timestep : optional
         As in `simulate`; by default the method that `recommend` returns for the scene, and its
         shortest timestep at the sweep's corners.
+    engine : str
+        As in `recommend`; it has no effect if a method is given.
     record_interval : int
         As in `simulate`.
     versions : mapping, optional
@@ -90,6 +92,7 @@ class Sweep:
     duration: float
     method: str | None = None
     timestep: float | None = None
+    engine: Engines = "mujoco"
     record_interval: int = 1
     versions: Mapping[str, str] | None = None
 
@@ -114,6 +117,7 @@ class Sweep:
             check_choice("method", self.method, methods)
         if self.timestep is not None:
             check_number("timestep", self.timestep, above=0)
+        check_choice("engine", self.engine, get_args(Engines))
         check_integer("record_interval", self.record_interval, at_least=1)
         fields = [field for axis in self.axes for field in axis.fields]
         for field in fields:
@@ -147,8 +151,11 @@ class Sweep:
 
     def _choose(self) -> None:
         """Choose the method for the base scene and the shortest timestep at the corners."""
-        method = self.method or recommend(self.scene, timestep=self.timestep).method
-        self._set("method", method)
+        method = self.method
+        if method is None:
+            choice = recommend(self.scene, timestep=self.timestep, engine=self.engine)
+            method = choice.method
+            self._set("method", method)
         if self.timestep is not None:
             return
         steps, failure = [], None
@@ -158,9 +165,11 @@ class Sweep:
         for corner in itertools.product(*[axis.ends for axis in self.axes]):
             changes = {name: value for part in corner for name, value in part.items()}
             try:
-                steps.append(recommend(self._scene(changes), method=method).timestep)
+                corner = self._scene(changes)
             except ValueError as error:
                 failure = error
+                continue
+            steps.append(recommend(corner, method=method).timestep)
         if not steps:
             assert failure is not None
             raise failure

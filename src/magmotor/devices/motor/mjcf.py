@@ -27,8 +27,8 @@ def decorate(root: parts.Element, scene: Motor) -> None:
     _mark(root, scene.inner_radius)
     highest = max(scene.inner_height, scene.outer_height)
     widest = max(scene.inner_radius, scene.outer_radius)
-    extent = np.hypot(1.15 * widest, 0.5 * highest)
-    fit_stage(root, [0.0, 0.0, highest / 2], extent)
+    radius = np.hypot(1.15 * widest, 0.5 * highest)
+    fit_stage(root, [0.0, 0.0, highest / 2], radius)
 
 
 def _mark(root: parts.Element, radius: float) -> None:

@@ -179,6 +179,21 @@ class TopDevice(BallDevice[Top, BallStates]):
         """The paper's fourth case."""
         return Top.paper(4)
 
+    def check_charted(self, scene: Top) -> None:
+        """Check that there is no dry friction, with which errors do not follow the timestep.
+
+        Raises
+        ------
+        ValueError
+            There is dry friction.
+        """
+        if any(scene.dry_friction):
+            sentence = (
+                "the charts have no dry friction, with which the error depends on the coefficient"
+                " more than on the timestep: pass a method and a timestep to simulate"
+            )
+            raise reject("coulomb_friction", scene.coulomb_friction, sentence)
+
     def rates(self, scene: Top) -> tuple[float, ...]:
         """Return the rates of the spinning ball's fastest swing and of friction."""
         across, _, axial = scene.inertia

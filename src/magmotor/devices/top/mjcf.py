@@ -20,8 +20,8 @@ def decorate(root: parts.Element, scene: Top) -> None:
     size_arrows(root, scene.ring_radius * min(1.0, 20 / scene.ring_dipoles))
     draw_ring(root, "ring", *scene.ring_dipole_frame())
     highest = max([height for _, height, _ in scene.ring_script] or [scene.ring_height])
-    extent = np.hypot(1.15 * scene.ring_radius, 0.5 * highest)
-    fit_stage(root, [0.0, 0.0, highest / 2], extent)
+    radius = np.hypot(1.15 * scene.ring_radius, 0.5 * highest)
+    fit_stage(root, [0.0, 0.0, highest / 2], radius)
 
 
 def placed_ring(scene: Top, time: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
