@@ -2,9 +2,10 @@
 
     PYTHONPATH=tests python -m corpus FOLDER [--seed SEED] [--workers WORKERS]
 
-FOLDER is where pip installed the packages: `make corpus` does that, and runs this program. It
-prints a table of what was found, and a line for each model on which a check fails; then its exit
-code is 1. Each model is checked in a process of its own, a fork of this one.
+FOLDER is where pip installed the packages: `make corpus` does that, and runs this program. Any
+other folder with MJCF will do. The program prints a table of what was found, and a line for each
+model on which a check fails; then its exit code is 1. Each model is checked in a process of its
+own, a fork of this one.
 """
 
 import argparse

@@ -23,13 +23,18 @@ class Skipped(Exception):
 
 
 def packages(folder: Path) -> dict[str, list[Path]]:
-    """XML files of the packages that are installed in a folder, by name and version."""
+    """XML files of the packages that are installed in a folder, by name and version.
+
+    A folder without packages counts as one.
+    """
     found = {
         f"{package.name} {package.version}": sorted(
             folder / file for file in package.files or () if file.suffix == ".xml"
         )
         for package in distributions(path=[str(folder)])
     }
+    if not found:
+        found[folder.name] = sorted(folder.rglob("*.xml"))
     return dict(sorted(found.items(), key=lambda item: item[0].lower()))
 
 
@@ -90,6 +95,8 @@ def magnetize(
     rng = np.random.default_rng(seed)
     if spec.nuser_site >= 0:
         spec.nuser_site = max(spec.nuser_site, 1)
+    # The callback wakes what sleeps, the plugin does not.
+    spec.option.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
     bodies = {body.id: body for body in spec.bodies}
     for body in chosen_bodies(model, rng):
         for _ in range(rng.integers(1, 3)):
