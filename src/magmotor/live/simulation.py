@@ -84,7 +84,7 @@ class LiveSimulation:
         self.notice = ""
         self._panel, self._seed = panel, seed
         self._on = dict.fromkeys(SWITCHED, True)
-        self._acting = acting_forces(model)
+        self._declared = acting_forces(model)
         names = dict.fromkeys((*MOVED, *SWITCHED.values()))
         self._start = {name: getattr(model, name).copy() for name in names}
         with magnetism():
@@ -95,7 +95,7 @@ class LiveSimulation:
     def declared(self) -> dict[str, bool]:
         """Whether the model declares magnetism and noise, by name."""
         return {
-            name: bool(self._acting & FORCES[name] and self._start[array].any())
+            name: bool(self._declared & FORCES[name] and self._start[array].any())
             for name, array in SWITCHED.items()
         }
 
