@@ -111,7 +111,13 @@ def _nstate(model, instance):
 def _init(model, data, instance):
     """Called if no model with the plugin has been compiled, but one was loaded from a file."""
     _ensure_loaded()
-    return FAILED if _failures else 0
+    if _failures:
+        return FAILED
+    if not getattr(_this_thread, "probes", False):
+        from magmotor.mjcf.callbacks import prepare
+
+        prepare(model, data, instance)
+    return 0
 
 
 @_RESET

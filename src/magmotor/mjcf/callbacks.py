@@ -50,7 +50,7 @@ FAILED = -1
 NO_ERROR = (-1, -1, -1)
 
 IDLE = -2
-"""Stands in `plugin_data` for an instance that does not act; else the bits of what acts, or 0."""
+"""Stands in `plugin_data` for an instance that does not act; for others, it holds the bits."""
 
 DISABLE_SPRING, DISABLE_DAMPER, ENABLE_SLEEP = 1 << 5, 1 << 6, 1 << 4
 """mjDSBL_SPRING, mjDSBL_DAMPER and mjENBL_SLEEP."""
@@ -110,6 +110,25 @@ def _read(checksum: int, offsets: layout.Layout):
     return read
 
 
+def prepare(model: int, data: int, instance: int) -> None:
+    """Do what the plugin's `init` does for an mjData, except for errors and notices.
+
+    `model` and `data` are addresses.
+    """
+    _prepare(layout.current())(model, data, instance)
+
+
+@compiled_once(error_model="numpy")
+def _prepare(checksum: int, offsets: layout.Layout):
+    """Define `prepare` for one layout of the structs."""
+
+    def prepare(model, data, instance):
+        _ = checksum
+        _keep(memory.words(model, memory.UNBOUNDED), data, offsets, instance)
+
+    return prepare
+
+
 def _bind() -> None:
     messages.bind()
     memory.bind_mujoco("mj_applyFT", "mj_passive", "mj_warning")
@@ -164,6 +183,8 @@ def _init(checksum: int, offsets: layout.Layout):
         if error[0] >= 0:
             report(error, m, m, offsets)
             return FAILED
+        if data != 0:
+            _keep(m, data, offsets, instance)
         disabled = memory.integers(model + offsets.disableflags, 1)[0]
         if disabled & DISABLE_SPRING and disabled & DISABLE_DAMPER:
             messages.notice(messages.NO_PASSIVE_FORCES, 0)
@@ -187,10 +208,7 @@ def _compute(checksum: int, offsets: layout.Layout):
         _ = checksum
         m = memory.words(model, memory.UNBOUNDED)
         d = memory.words(data, memory.UNBOUNDED)
-        kept = memory.words(d[offsets.plugin_data // 8] + 8 * instance, 1)
-        if kept[0] == 0:
-            kept[0] = forces_of(m, offsets) if instance == plugin_instance(m, offsets) else IDLE
-        kinds = kept[0]
+        kinds = memory.words(d[offsets.plugin_data // 8] + 8 * instance, 1)[0]
         if kinds == IDLE:
             return
         # Both are read before our own use of the stack.
@@ -292,6 +310,14 @@ def report(error, m, d, offsets):
         names, starts = m[offsets.names // 8], memory.integers(starts, memory.UNBOUNDED)
         other = names + starts[second] if second >= 0 else 0
         messages.fail(number, first, names + starts[first], second, other, 0.0)
+
+
+@njit
+def _keep(m, data, offsets, instance):
+    """Write what acts to the word in `plugin_data` that belongs to an instance."""
+    first = instance == plugin_instance(m, offsets)
+    place = memory.words(data + offsets.plugin_data, 1)[0] + 8 * instance
+    memory.words(place, 1)[0] = forces_of(m, offsets) if first else IDLE
 
 
 @njit
