@@ -21,8 +21,9 @@ temperature*, and adds three that answer a builder's questions. Below each figur
 its caption, or of the text around it, with the measurement and a verdict. `make figures` makes the
 whole page, `make figures ARGS="nonconservative_tilted"` one figure. The [errata](errata.md) explain
 what is wrong in the paper, and why. Each figure names the engine that computed it: MuJoCo, or a
-reference integrator that uses no MuJoCo and judges it. If one picture represents two figures of the paper, a claim of
-only one of them begins with its number. Claims that begin with *Ours* are not in the paper.
+reference integrator, which uses no MuJoCo. If one picture represents two figures of the paper, a
+claim of only one of them begins with its number. Claims that begin with *Ours* are not in the
+paper.
 
 {count}
 

@@ -35,8 +35,8 @@ from command_line import (
 
 import magmotor as mm
 from magmotor.common.checks import check_integer, check_number
-from magmotor.devices.disk.plot_panels import System
 from magmotor.devices.disk.plots import FIGURES
+from magmotor.devices.disk.system import System
 from magmotor.noise import check_seed
 from paper import errata
 from paper.disk.systems import FULL, disk_scenes, simulate_system

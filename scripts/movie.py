@@ -58,7 +58,7 @@ class Options:
 
 @dataclass
 class FlightOptions:
-    method: str = "variational/baoab"
+    method: str = "mujoco/baoab"
     """engine/scheme"""
     timestep: float = 0.1
     """(s)"""

@@ -9,8 +9,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from magmotor.devices.disk.gibbs import gibbs
-from magmotor.devices.disk.plot_panels import System
 from magmotor.devices.disk.scene import Disk, LangevinParticle
+from magmotor.devices.disk.system import System
 from magmotor.run.ensemble import ensemble
 from magmotor.run.simulate import methods
 
@@ -40,6 +40,11 @@ class Disks(NamedTuple):
 
     reference: list[System]
     mujoco: list[System]
+
+
+def named(systems: list[System]) -> dict[str, System]:
+    """Return systems by their names."""
+    return {system.name: system for system in systems}
 
 
 def disk_scenes(disk: Disk) -> dict[str, Scene]:

@@ -21,6 +21,9 @@ ALTERNATIVES = {"gamma, shape 2": stats.gamma(2), "Pareto tail of power 2.5": st
 ENOUGH = 0.9
 """Power of the test from which an exponential law that is not rejected counts as confirmed."""
 
+SIGNIFICANT = 4
+"""Standard errors of a significant difference."""
+
 WINDOW = 100
 """Window, in s, for the drift of the ball around the center."""
 
@@ -62,7 +65,36 @@ def claims_of_theta(motors: Motors) -> list[Claim]:
         ),
         claim_of_the_law(many_nonuniform, 3),
         claim_of_the_law(many_warm, 4),
+        *([claim_of_agreement(many_warm, motors.reference)] if motors.reference else []),
     ]
+
+
+def claim_of_agreement(found: ManyRuns, reference: ManyRuns) -> Claim:
+    """Return the claim that two methods have as many flights, which last as long.
+
+    Of two Gaussian differences, one is beyond four standard errors in one of 8000 samples.
+    """
+    counts, durations = [], []
+    for many in (found, reference):
+        flights = np.array([spent.spans for spent in many.heat_and_work])
+        counts.append((flights.mean(), flights.std(ddof=1) / np.sqrt(many.runs)))
+        mean = censored_mean(many.flights.lasts, many.flights.censored)
+        durations.append((mean.mean, mean.error))
+    scores = [
+        float((first - second) / np.hypot(error, other))
+        for (first, error), (second, other) in (counts, durations)
+    ]
+    per_run, lasting = (
+        " against ".join(f"{value:.{digits}f} ± {error:.{digits}f}" for value, error in pairs)
+        for pairs, digits in ((counts, 2), (durations, 0))
+    )
+    return judged(
+        "Ours: MuJoCo's motor flies as the reference's does",
+        f"{found.runs} runs as {found.name} by `{found.method}` have {per_run} flights each by"
+        f" `{reference.method}`, which last, after the first revolution, {lasting} s more: the"
+        f" differences are {scores[0]:.1f} and {scores[1]:.1f} standard errors",
+        max(map(abs, scores)) < SIGNIFICANT,
+    )
 
 
 def _flight_counts(runs: list[MotorRun], many: ManyRuns) -> str:

@@ -66,7 +66,7 @@ def durations(law, count, mean=5000.0, limit=1e5):
     cut = lasts > limit
     limits = np.full(count, limit)
     flights = Flights(np.minimum(lasts, limits), limits, cut)
-    return ManyRuns("uniform-a", flights, np.zeros(1), [], 0.0, 0)
+    return ManyRuns("uniform-a", "variational/baoab", flights, np.zeros(1), [], 0.0, 0)
 
 
 @pytest.mark.parametrize(

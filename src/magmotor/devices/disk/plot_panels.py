@@ -2,37 +2,33 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from magmotor.common import style
 from magmotor.common.arrays import Array
-from magmotor.common.checks import check_choice
-from magmotor.device.analysis import checked_run, scene_of_run
 from magmotor.devices.disk.observables import flight_survival, local_slope
-from magmotor.devices.disk.scene import Disk, LangevinParticle
-from magmotor.devices.disk.theory.curves import DiskTheory
+from magmotor.devices.disk.system import BEYOND, System
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-NEEDS = ("mean", "mean_error", "mean_square", "mean_square_error", "increment_correlation")
-"""Variables that an ensemble must have."""
-
 MANY = 1000
 """Number of replicas from which a histogram has 40 bins, otherwise 10."""
 
-BEYOND = 20
-"""Theory is drawn up to this multiple of the run's duration."""
-
 THEORY: dict[str, Any] = {"color": style.INK, "lw": 1.0, "ls": "--", "zorder": 4}
 GUIDE: dict[str, Any] = {"color": style.GRAY, "lw": 1.0, "ls": ":", "zorder": 3}
-BESIDE: dict[str, Any] = {"color": style.INK, "mfc": "white", "ms": 4.5, "lw": 0.9, "zorder": 5}
+BESIDE: dict[str, Any] = {
+    "color": style.INK,
+    "mfc": "white",
+    "ms": 3.2,
+    "mew": 0.8,
+    "lw": 0.8,
+    "zorder": 5,
+}
 """Style of another engine's points."""
 
 
@@ -43,8 +39,8 @@ class Points(NamedTuple):
     values: Array
     errors: Array
 
-    def __getitem__(self, chosen: Any) -> "Points":
-        """Return the chosen points."""
+    def at(self, chosen: NDArray[np.int64]) -> "Points":
+        """Return the points with these indices."""
         return Points(self.t[chosen], self.values[chosen], self.errors[..., chosen])
 
 
@@ -65,94 +61,6 @@ class Guide:
     draw: "Callable[[Axes, str, System], None]"
 
 
-class Slope(NamedTuple):
-    """A slope between two times, its standard error, and the slope by theory."""
-
-    begin: float
-    end: float
-    slope: float
-    error: float
-    expected: float
-
-
-@dataclass(frozen=True)
-class System:
-    """One of the four systems: ensembles from rest and from the stationary state, and theory."""
-
-    name: str
-    rest: xr.Dataset
-    stationary: xr.Dataset
-
-    def __post_init__(self) -> None:
-        """Check that both are ensembles of the system."""
-        check_choice("name", self.name, tuple(style.SYSTEMS))
-        for name in ("rest", "stationary"):
-            data = checked_run(
-                name, getattr(self, name), NEEDS, (Disk, LangevinParticle), records=3
-            )
-            scene_of_run(data, None, (Disk, LangevinParticle))
-
-    @cached_property
-    def theory(self) -> DiskTheory:
-        """Theory of the scene in the dataset's attributes."""
-        return DiskTheory(scene_of_run(self.rest, None, (Disk, LangevinParticle)))
-
-    @property
-    def has_varying_d(self) -> bool:
-        """Whether d varies: a disk in a potential that is not flat."""
-        return self.theory.has_varying_d
-
-    @property
-    def end(self) -> float:
-        """Last recorded time."""
-        return float(self.rest.time[-1])
-
-    def x(self, statistic: str) -> Array:
-        """Return a moment of x from rest at `times`."""
-        return self.rest[statistic].sel(quantity="x").values[1:]
-
-    @property
-    def times(self) -> Array:
-        """The recorded times after the start."""
-        return self.rest.time.values[1:]
-
-    @property
-    def variance(self) -> Array:
-        """Variance of x from rest, at `times`."""
-        return self.x("mean_square") - self.x("mean") ** 2
-
-    @property
-    def last_slope(self) -> Slope:
-        """Local slope of log E[x^2] against log t, over the last factor of two in time."""
-        last = local_slope(self.rest).isel(time=-1)
-        begin, end = float(last.begin), float(last.end)
-        grown = np.log(self.theory.mean_square(end) / self.theory.mean_square(begin))
-        expected = float(grown / np.log(end / begin))
-        return Slope(begin, end, float(last.slope), float(last.slope_error), expected)
-
-    def rate(self, quantity: str) -> tuple[float, float]:
-        """Return Var/t of x or y from rest at the end, and its standard error."""
-        last = self.rest.sel(quantity=quantity).isel(time=-1)
-        variance = float(last.mean_square - last["mean"] ** 2)
-        return variance / self.end, float(last.mean_square_error) / self.end
-
-    @cached_property
-    def later(self) -> Array:
-        """Times for curves over logarithmic axes, four per octave, to `BEYOND` times the end."""
-        octaves = np.log2(BEYOND * self.end / self.times[0])
-        return self.times[0] * 2 ** np.arange(0, octaves, 0.25)
-
-    @cached_property
-    def later_mean_square(self) -> Array:
-        """Mean square of x at `later`, by theory."""
-        return self.theory.mean_square(self.later)
-
-    @property
-    def later_variance(self) -> Array:
-        """Variance of x at `later`, by theory."""
-        return self.later_mean_square - self.theory.mean(self.later) ** 2
-
-
 def draw_mean(axes: "Axes", system: System) -> None:
     """Draw E[x(t)] with a band of two standard errors."""
     color, _ = style.SYSTEMS[system.name]
@@ -166,12 +74,12 @@ def draw_mean(axes: "Axes", system: System) -> None:
 
 def mean(system: System) -> Points:
     """Return E[x(t)] at evenly spaced times."""
-    return Points(system.times, system.x("mean"), 2 * system.x("mean_error"))[_even(system, 10)]
+    return Points(system.times, system.x("mean"), 2 * system.x("mean_error")).at(_even(system, 10))
 
 
 def mean_square(system: System) -> Points:
     """Return E[x(t)^2] at evenly spaced times."""
-    return _mean_square(system)[_even(system, 20)]
+    return _mean_square(system).at(_even(system, 20))
 
 
 def draw_mean_square(axes: "Axes", system: System) -> None:
@@ -184,7 +92,7 @@ def draw_mean_square(axes: "Axes", system: System) -> None:
 
 def msd(system: System) -> Points:
     """Return E[x(t)^2] at logarithmically spaced times."""
-    return _mean_square(system)[_per_decade(system.times, 6)]
+    return _mean_square(system).at(_per_decade(system.times, 6))
 
 
 def draw_msd(axes: "Axes", system: System) -> None:
@@ -198,7 +106,7 @@ def slope(system: System) -> Points:
     """Return the local slope of the logarithmic MSD, over a factor of two in time."""
     found = local_slope(system.rest)
     points = Points(found.time.values, found.slope.values, 2 * found.slope_error.values)
-    return points[_per_decade(points.t, 6)]
+    return points.at(_per_decade(points.t, 6))
 
 
 def draw_slope(axes: "Axes", system: System) -> None:
@@ -239,7 +147,7 @@ def diffusion(system: System) -> Points:
     """Return Var x(t) / t; the errors of the variance are nearly those of the mean square."""
     t = system.times
     points = Points(t, system.variance / t, _mean_square(system).errors / t)
-    return points[_per_decade(t, 6)]
+    return points.at(_per_decade(t, 6))
 
 
 def draw_diffusion(axes: "Axes", system: System) -> None:
@@ -260,7 +168,7 @@ def histogram(system: System) -> Points:
     centers = (edges[:-1] + edges[1:]) / 2
     # Two standard errors of a small count would reach below zero, which has no logarithm.
     errors = scale * np.array([np.minimum(2 * counts**0.5, 0.8 * counts), 2 * counts**0.5])
-    return Points(centers, scale * counts, errors)[np.flatnonzero(counts)]
+    return Points(centers, scale * counts, errors).at(np.flatnonzero(counts))
 
 
 def draw_histogram(axes: "Axes", system: System) -> None:
@@ -278,7 +186,7 @@ def survival(system: System) -> Points:
     found = flight_survival(system.stationary)
     errors = 2 * found.survival_error.values
     points = Points(found.flight_duration.values, found.survival.values, errors)
-    return points[np.flatnonzero(errors < points.values)[::2]]
+    return points.at(np.flatnonzero(errors < points.values)[::2])
 
 
 def draw_flights(axes: "Axes", system: System) -> None:

@@ -10,7 +10,8 @@ from magmotor.common.hints import Picture, several
 from magmotor.common.style import save_small
 from magmotor.device.provenance import numerics_of
 from magmotor.devices.disk import plot_panels
-from magmotor.devices.disk.plot_panels import Guide, Points, System
+from magmotor.devices.disk.plot_panels import Guide, Points
+from magmotor.devices.disk.system import System
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -209,7 +210,8 @@ def _legend(
     handles += [
         line(label, **plot_panels.GUIDE) for label in (guides, guide and guide.label) if label
     ]
-    handles.append(line(f"filled: {numerics_of(systems[0].rest)}", ls=""))
+    filled = "filled: " if beside else ""
+    handles.append(line(f"{filled}{numerics_of(systems[0].rest)}", ls=""))
     if beside:
         points = {**plot_panels.BESIDE, "lw": 0}
         handles.append(line(f"white: {numerics_of(beside[0].rest)}", marker="o", **points))
