@@ -87,15 +87,11 @@ class Figure:
     def source(self) -> str:
         """The paper's figures, and the engines that compute this one, in Markdown."""
         plural = "s" if len(self.numbers) > 1 else ""
-        shown = f"*Figure{plural} {' and '.join(map(str, self.numbers))} of the paper.* "
-        return (shown if self.numbers else "") + self._engines
-
-    @property
-    def _engines(self) -> str:
-        """The engines and their methods, in the order of `ENGINES`."""
+        shown = f"Figure{plural} {' and '.join(map(str, self.numbers))} of the paper, computed"
         used = [
             f"{title} ({' and '.join(f'`{method}`' for method in found)})"
             for engine, title in ENGINES.items()
             if (found := [name for name in self.methods if name.startswith(f"{engine}/")])
         ]
-        return f"*Computed by {' and '.join(used)}.*" if used else "*Computed without a run.*"
+        engines = f"by {' and '.join(used)}" if used else "without a run"
+        return f"*{shown if self.numbers else 'Computed'} {engines}.*"

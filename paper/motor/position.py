@@ -11,7 +11,14 @@ from magmotor.devices.motor.exponential_test import LEVEL
 from magmotor.devices.motor.plot_panels import MotorRun
 from magmotor.observables import censored_mean, exponential_test
 from paper.figure import Claim, Verdict, judged
-from paper.motor.runs import DURATION, ManyRuns, Motors, in_flight, of_temperature
+from paper.motor.runs import (
+    DURATION,
+    SIGNIFICANT,
+    ManyRuns,
+    Motors,
+    in_flight,
+    of_temperature,
+)
 
 LONG = 6000.0
 """In s; exponential flights that have lasted this long have the same mean remaining duration."""
@@ -20,9 +27,6 @@ ALTERNATIVES = {"gamma, shape 2": stats.gamma(2), "Pareto tail of power 2.5": st
 
 ENOUGH = 0.9
 """Power of the test from which an exponential law that is not rejected counts as confirmed."""
-
-SIGNIFICANT = 4
-"""Standard errors of a significant difference."""
 
 WINDOW = 100
 """Window, in s, for the drift of the ball around the center."""

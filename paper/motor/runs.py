@@ -121,6 +121,9 @@ SETS = {
     "uniform-d": Size(0.5, full=64, quick=8),
 }
 
+SIGNIFICANT = 4
+"""Standard errors of a significant difference."""
+
 JUDGED = "uniform-a"
 """The set that the reference repeats."""
 
@@ -150,6 +153,8 @@ class ManyRuns(NamedTuple):
     """start of the first flight of each run, in s, infinite if there is none; shape (R,)"""
     heat_and_work: list[HeatAndWork]
     """in the flights of each run"""
+    whole: list[HeatAndWork]
+    """in each whole run"""
     reach: float
     """largest distance of a ball from the axis, in m"""
     tipped: int
@@ -193,7 +198,7 @@ def many_runs(name: str, quick: bool, method: str = METHOD) -> ManyRuns:
 
 def collected(name: str, runs: Iterable[MotorRun]) -> ManyRuns:
     """Collect the results of runs, keeping only one run in memory at a time."""
-    flights, first, heat_and_work, reach, tipped, method = [], [], [], [], 0, ""
+    flights, first, heat_and_work, whole, reach, tipped, method = [], [], [], [], [], 0, ""
     for run in runs:
         method = run.data.attrs["method"]
         found = run.flights
@@ -202,8 +207,11 @@ def collected(name: str, runs: Iterable[MotorRun]) -> ManyRuns:
         flights.append(np.stack([end - begin, remaining, found.censored.values]))
         first.append(found.begin.values.min(initial=np.inf))
         heat_and_work.append(heat_and_work_in_flights(run))
+        whole.append(heat_and_work_of(run))
         reach.append(float(np.hypot(*run.data.position.values[:, :2].T).max()))
         tipped += "stopped" in run.data.attrs
     lasts, limits, censored = np.concatenate(flights, axis=1)
     all_flights = Flights(lasts, limits, censored.astype(bool))
-    return ManyRuns(name, method, all_flights, np.array(first), heat_and_work, max(reach), tipped)
+    return ManyRuns(
+        name, method, all_flights, np.array(first), heat_and_work, whole, max(reach), tipped
+    )

@@ -26,7 +26,7 @@ def methods_of(data):
         return {data.attrs["method"]}
     found = {data.method} if hasattr(data, "method") else set()
     if dataclasses.is_dataclass(data):
-        data = vars(data)
+        data = {each.name: getattr(data, each.name) for each in dataclasses.fields(data)}
     parts = [*data.values()] if isinstance(data, dict) else data
     if isinstance(parts, list | tuple):
         found |= set().union(*map(methods_of, parts))
@@ -149,7 +149,7 @@ def test_a_figure_names_its_engines():
         FIGURES[CHEAP], numbers=(3, 4), methods=("variational/euler", "scipy/dop853", "mujoco/rk4")
     )
     assert figure.source == (
-        "*Figures 3 and 4 of the paper.* *Computed by MuJoCo (`mujoco/rk4`) and the reference"
+        "*Figures 3 and 4 of the paper, computed by MuJoCo (`mujoco/rk4`) and the reference"
         " integrators (`variational/euler`) and SciPy's solver (`scipy/dop853`).*"
     )
     still = dataclasses.replace(figure, numbers=(), methods=())

@@ -79,7 +79,7 @@ def durations(law, count, mean=5000.0, limit=1e5):
     cut = lasts > limit
     limits = np.full(count, limit)
     flights = Flights(np.minimum(lasts, limits), limits, cut)
-    return ManyRuns("uniform-a", "variational/baoab", flights, np.zeros(1), [], 0.0, 0)
+    return ManyRuns("uniform-a", "variational/baoab", flights, np.zeros(1), [], [], 0.0, 0)
 
 
 @pytest.mark.parametrize(
@@ -170,7 +170,7 @@ def test_a_run_without_a_flight_is_no_verdict(runs):
     gained = hot.balance.gain[-1] / hot.balance.injected[-1]
     many = {"nonuniform-a": collected("nonuniform-a", [hot])}
     claim = claims_of_the_energy(Motors([hot, still, warm], many))[0]
-    assert claim.measured.startswith(f"together the runs gained {gained:.2f} of")
+    assert claim.measured.startswith(f"1 runs as nonuniform-a gain {gained:.2f} ± 0.00 of")
 
 
 def test_what_friction_takes_decides_whether_a_velocity_is_critical(runs):
