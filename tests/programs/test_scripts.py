@@ -113,7 +113,7 @@ def test_a_flight_of_the_motor_is_found_and_replayed(movie, tmp_path):
     assert replay.attrs["found"] == found[0].strip()
     begin, end = map(int, found.groups())
     assert replay.time[-1] == end - begin
-    numerics = {"method": "variational/baoab", "timestep": 0.1, "seed": 3}
+    numerics = {"method": "mujoco/baoab", "timestep": 0.1, "seed": 3}
     run = mm.simulate(scene, duration=end, record_interval=5, **numerics)
     same = run.position.sel(time=slice(begin, end))
     np.testing.assert_allclose(replay.position, same, rtol=1e-15)  # measured: 0
