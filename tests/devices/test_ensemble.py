@@ -261,6 +261,7 @@ def test_mujocos_ensemble_has_the_same_statistics_on_the_same_noise():
         for method in ("variational/baoab", "mujoco/baoab")
     )  # fmt: skip
     assert found.attrs["method"] == "mujoco/baoab"
+    assert mm.rerun(found).identical(found)
     jackknifed = [name for name in found if name.startswith(("increment", "mean_square_increment"))]
     jackknifed = [name for name in jackknifed if name.endswith("_error")]
     assert len(jackknifed) == 2
