@@ -265,7 +265,8 @@ def _draw(name: str, disks: Disks, path: Path) -> None:
 PARAMETERS = (
     f"σ = 1/2, α = 5, c = 0.1, T = {FULL['duration']:g}, from rest at x = 0:"
     f" {FULL['replicas']} realizations by `{FULL['method']}` at h = {FULL['timestep']}, and on top,"
-    f" in white, {BESIDE['replicas']} of each disk by `{METHOD}` at h = {BESIDE['timestep']}."
+    f" in white in the lower panels, {BESIDE['replicas']} of each disk by `{METHOD}` at"
+    f" h = {BESIDE['timestep']}."
 )
 
 DRAWN = {

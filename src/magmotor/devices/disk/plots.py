@@ -143,7 +143,8 @@ def disk_figure(
     guide : Guide, optional
         Additional lines for comparison.
     beside : sequence of System
-        The same systems, or some of them, by another method: white points on top.
+        The same systems, or some of them, by another method: white points on top, in the panels of
+        single systems.
     """
     check_choice("name", name, tuple(FIGURES))
     drawn = FIGURES[name]
@@ -151,7 +152,7 @@ def disk_figure(
     with style.figure(15.0, 9.0) as figure:
         rows: list[Any] = [["all"] * len(shown), [system.name for system in shown]]
         axes = figure.subplot_mosaic(rows, height_ratios=(1.5, 1))
-        _superpose(axes["all"], name, shown, guide, beside)
+        _superpose(axes["all"], name, shown, guide, ())
         axes["all"].set_title(drawn.title)
         for system in shown:
             panel = axes[system.name]
