@@ -66,7 +66,7 @@ studies: $(READY)  ## where the top spins and how often the motor flies: out/stu
 	@$(PYTHON) scripts/study.py flights $(ARGS)
 
 figures: $(READY)  ## the paper's figures with their claims checked: out/figures/, docs/gallery.md
-	@echo "== figures: simulating, checking and drawing takes ten minutes; with ARGS=--quick, one or two"
+	@echo "== figures: simulating, checking and drawing takes 15 minutes; with ARGS=--quick, two or three"
 	@$(PYTHON) scripts/figures.py $(ARGS)
 
 examples: $(READY)  ## other models, magnetized: out/{compass_needles,magnetic_pendulum,...}.png

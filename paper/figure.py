@@ -10,6 +10,12 @@ from typing import Any, Literal
 
 Verdict = Literal["right", "in part", "wrong", "not decided"]
 
+ENGINES = {
+    "mujoco": "MuJoCo",
+    "variational": "the reference integrators",
+    "scipy": "SciPy's solver",
+}
+
 
 @dataclass(frozen=True)
 class Claim:
@@ -64,6 +70,8 @@ class Figure:
         `draw(data, path)` writes a PNG of less than 200 kB.
     numbers : tuple of int
         Numbers of the paper's figures that this one reproduces.
+    methods : tuple of str
+        The methods `engine/scheme` of all runs, as in the attributes of their datasets.
     """
 
     name: str
@@ -73,3 +81,17 @@ class Figure:
     claims: Callable[[Any], list[Claim]]
     draw: Callable[[Any, Path], None]
     numbers: tuple[int, ...] = ()
+    methods: tuple[str, ...] = ()
+
+    @property
+    def source(self) -> str:
+        """The paper's figures, and the engines that compute this one, in Markdown."""
+        plural = "s" if len(self.numbers) > 1 else ""
+        shown = f"Figure{plural} {' and '.join(map(str, self.numbers))} of the paper, computed"
+        used = [
+            f"{title} ({' and '.join(f'`{method}`' for method in found)})"
+            for engine, title in ENGINES.items()
+            if (found := [name for name in self.methods if name.startswith(f"{engine}/")])
+        ]
+        engines = f"by {' and '.join(used)}" if used else "without a run"
+        return f"*{shown if self.numbers else 'Computed'} {engines}.*"

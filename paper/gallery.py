@@ -20,8 +20,10 @@ This page reproduces every figure of N. Bou-Rabee and H. Owhadi, *Ballistic tran
 temperature*, and adds three that answer a builder's questions. Below each figure are the claims of
 its caption, or of the text around it, with the measurement and a verdict. `make figures` makes the
 whole page, `make figures ARGS="nonconservative_tilted"` one figure. The [errata](errata.md) explain
-what is wrong in the paper, and why. If one picture represents two figures of the paper, a claim of
-only one of them begins with its number. Claims that begin with *Ours* are not in the paper.
+what is wrong in the paper, and why. Each figure names the engine that computed it: MuJoCo, or a
+reference integrator, which uses no MuJoCo. If one picture represents two figures of the paper, a
+claim of only one of them begins with its number. Claims that begin with *Ours* are not in the
+paper.
 
 {count}
 
@@ -79,16 +81,13 @@ def _index(claims: dict[str, list[Claim]]) -> Iterator[str]:
 
 
 def _entry(figure: Figure, claims: list[Claim], folder: str) -> Iterator[str]:
-    plural = "s" if len(figure.numbers) > 1 else ""
-    numbers = " and ".join(map(str, figure.numbers))
-    source = f"*Figure{plural} {numbers} of the paper.* " if figure.numbers else ""
     yield f'<a id="{figure.name}"></a>'
     yield ""
     yield f"### {figure.title}"
     yield ""
     yield f"![{figure.title}]({folder}/{figure.name}.png)"
     yield ""
-    yield f"{source}{figure.caption}"
+    yield f"{figure.source} {figure.caption}"
     yield ""
     yield "| claim | measured | verdict |"
     yield "|---|---|---|"

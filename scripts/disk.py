@@ -7,9 +7,13 @@ Each system runs twice: from rest, as in the paper, and from its stationary stat
 correlation of increments "for t large" and the flights. With flat U the stationary state has
 d = -v + sigma omega = 0, as at rest, since nothing changes d there.
 
+The large ensembles come from a reference integrator, which is a hundred times faster than MuJoCo.
+MuJoCo simulates fewer replicas of the disks, which the figures show on top, in white. It has no
+model of the control particle.
+
 Files in the folder `out`: `disk_SYSTEM.nc` and `disk_SYSTEM_stationary.nc` (the ensembles),
-`disk.png` (an overview) and `disk_FIGURE.png`: mean, mean_square, msd, slope, correlation,
-diffusion, histogram, flights.
+`disk_mujoco_SYSTEM.nc` and `disk_mujoco_SYSTEM_stationary.nc` (MuJoCo's), `disk.png` (an overview)
+and `disk_FIGURE.png`: mean, mean_square, msd, slope, correlation, diffusion, histogram, flights.
 """
 
 import os
@@ -34,17 +38,17 @@ from command_line import (
 )
 
 import magmotor as mm
-from magmotor.common.checks import check_integer, check_number
-from magmotor.devices.disk.plot_panels import System
+from magmotor.common.checks import check_choice, check_integer, check_number
 from magmotor.devices.disk.plots import FIGURES
+from magmotor.devices.disk.system import System
 from magmotor.noise import check_seed
 from paper import errata
-from paper.disk.systems import FULL, disk_scenes, simulate_system
+from paper.disk.systems import BESIDE, FULL, disk_scenes, simulate_system
 
 Scene = mm.Disk | mm.LangevinParticle
 
-RATE = 3e8
-"""Approximate number of trajectory-steps per second and core."""
+RATES = {"variational": 3e8, "mujoco": 2.5e6}
+"""Approximate number of trajectory-steps per second and core, by engine."""
 
 WEAK = 0.1
 """The theory of the disk on a potential requires beta U well below this."""
@@ -58,8 +62,10 @@ class Options:
     """per system; by default 8192, with --full 10000"""
     timestep: float = 0.01
     """h, by default the paper's"""
-    method: str = "variational/euler"
-    """the paper's, or variational/baoab, which has weak order two"""
+    method: str = FULL["method"]
+    """the paper's, or for example variational/baoab, which has weak order two"""
+    mujoco_replicas: int = BESIDE["replicas"]
+    """per disk, by mujoco/baoab"""
     seed: int = 0
     """seed of the Brownian paths"""
     full: bool = False
@@ -77,6 +83,7 @@ class Plan:
     """Settings that all ensembles share, and their running cost."""
 
     numerics: dict[str, Any]
+    mujoco: dict[str, Any]
     checkpoints: Path
     out: Path
     steps: float = 0.0
@@ -89,18 +96,23 @@ def main() -> None:
     began = time.perf_counter()
     disk, options = parse_fields(mm.Disk(), ("sigma", "friction", "noise"), Options, __doc__ or "")
     try:
+        check_choice("method", options.method, mm.methods(disk))
         plan = plan_of(options)
         for folder in (plan.checkpoints, plan.out):
             make_folder(folder)
         print(*announcement(plan, disk), sep="\n", flush=True)
-        systems = [
-            simulate(plan, name, scene, 8 * options.seed + 2 * number)  # all eight independent
-            for number, (name, scene) in enumerate(disk_scenes(disk).items())
-        ]
+        systems, mujoco = (
+            [
+                simulate(plan, numerics, name, scene, 16 * options.seed + first + 2 * number)
+                for number, (name, scene) in enumerate(disk_scenes(disk).items())
+                if numerics["method"] in mm.methods(scene)
+            ]
+            for numerics, first in ((plan.numerics, 0), (plan.mujoco, 8))  # all are independent
+        )
     except ValueError as error:
         hint = "; finish that run, or delete the file" if "checkpoint" in str(error) else ""
         fail(f"{error}{hint}", MISTAKE)
-    draw(systems, plan.out)
+    draw(systems, mujoco, plan.out)
     for path in plan.resumable:
         path.unlink(missing_ok=True)
     rate = f" at {plan.steps / plan.seconds:.1e} trajectory-steps/s" if plan.steps else ""
@@ -124,7 +136,9 @@ def plan_of(options: Options) -> Plan:
     check_seed(options.seed)
     if options.threads is not None:
         check_integer("threads", options.threads, at_least=1)
-    return Plan(numerics, options.checkpoint or options.out, options.out)
+    check_integer("mujoco_replicas", options.mujoco_replicas, at_least=2)
+    mujoco = BESIDE | {"duration": numerics["duration"], "replicas": options.mujoco_replicas}
+    return Plan(numerics, mujoco, options.checkpoint or options.out, options.out)
 
 
 def announcement(plan: Plan, disk: mm.Disk) -> Iterator[str]:
@@ -132,14 +146,18 @@ def announcement(plan: Plan, disk: mm.Disk) -> Iterator[str]:
         plan.numerics[name] for name in ("duration", "timestep", "replicas")
     )
     cores = min(plan.numerics["threads"] or os.cpu_count() or 1, os.cpu_count() or 1)
-    steps = 8 * replicas * duration / timestep
-    yield (
-        f"four systems, from rest and stationary: T = {duration:g}, h = {timestep:g},"
-        f" {replicas} replicas each"
+    seconds = sum(
+        2 * count * _steps(numerics) / RATES[numerics["method"].split("/")[0]] / cores
+        for count, numerics in ((4, plan.numerics), (3, plan.mujoco))
     )
     yield (
-        f"{steps:.1e} trajectory-steps, about {_duration(steps / (RATE * cores))} at {RATE:.0e}"
-        " per second and core; the first run also compiles the kernels"
+        f"four systems, from rest and stationary: T = {duration:g}, h = {timestep:g},"
+        f" {replicas} replicas each by {plan.numerics['method']}, and of the three disks"
+        f" {plan.mujoco['replicas']} by {plan.mujoco['method']} at h = {plan.mujoco['timestep']:g}"
+    )
+    yield (
+        f"{8 * _steps(plan.numerics):.1e} trajectory-steps and {6 * _steps(plan.mujoco):.1e} by"
+        f" MuJoCo, about {_duration(seconds)} in all; the first run also compiles the kernels"
     )
     yield (
         "± is one standard error over the replicas, for a Gaussian mean square"
@@ -149,31 +167,37 @@ def announcement(plan: Plan, disk: mm.Disk) -> Iterator[str]:
         yield f"beta = {disk.beta:.2g}: the theory, for beta U << 1, does not apply here"
 
 
+def _steps(numerics: dict[str, Any]) -> float:
+    return numerics["replicas"] * numerics["duration"] / numerics["timestep"]
+
+
 def _duration(seconds: float) -> str:
     return f"{seconds:.0f} s" if seconds < 120 else f"{seconds / 60:.0f} minutes"
 
 
-def simulate(plan: Plan, name: str, scene: Scene, seed: int) -> System:
-    def ensemble(kind: str, scene: Scene, **special: Any) -> xr.Dataset:
-        return run(plan, f"disk_{name}{kind}", scene, **special)
+def simulate(plan: Plan, numerics: dict[str, Any], name: str, scene: Scene, seed: int) -> System:
+    kind = "mujoco_" if numerics is plan.mujoco else ""
 
-    duration, replicas = plan.numerics["duration"], plan.numerics["replicas"]
+    def ensemble(suffix: str, scene: Scene, **special: Any) -> xr.Dataset:
+        return run(plan, f"disk_{kind}{name}{suffix}", scene, **numerics, **special)
+
+    duration, replicas = numerics["duration"], numerics["replicas"]
     system = simulate_system(ensemble, name, scene, duration=duration, replicas=replicas, seed=seed)
     print(*summary(system), sep="\n", flush=True)
     return system
 
 
-def run(plan: Plan, stem: str, scene: Scene, **special: Any) -> xr.Dataset:
+def run(plan: Plan, stem: str, scene: Scene, **arguments: Any) -> xr.Dataset:
     checkpoint = plan.checkpoints / f"{stem}.checkpoint"
     resumed = checkpoint.exists()
     plan.resumable.append(checkpoint)
     began = time.perf_counter()
     try:
-        data = mm.ensemble(scene, checkpoint=checkpoint, **plan.numerics, **special)
+        data = mm.ensemble(scene, checkpoint=checkpoint, **arguments)
     except mm.SimulationStopped as stop:
         fail(f"{stem}: {stop}", DIVERGED)
     except mm.SimulationInterrupted as stop:
-        reached = float(stop.dataset.attrs["time_reached"])
+        reached = float(stop.dataset.time[-1])
         done = ", ".join(f"{path.stem}.nc" for path in plan.resumable[:-1]) or "nothing"
         fail(
             f"{stem}: {stop} at t = {reached:g}; the same command resumes from {checkpoint};"
@@ -181,8 +205,8 @@ def run(plan: Plan, stem: str, scene: Scene, **special: Any) -> xr.Dataset:
             INTERRUPTED,
         )
     spent = time.perf_counter() - began
-    if not resumed:
-        plan.steps += data.sizes["replica"] * plan.numerics["duration"] / plan.numerics["timestep"]
+    if not resumed and arguments["method"] == plan.numerics["method"]:
+        plan.steps += _steps(arguments)
         plan.seconds += spent
     write_netcdf(data, plan.out / f"{stem}.nc")
     return data
@@ -191,10 +215,11 @@ def run(plan: Plan, stem: str, scene: Scene, **special: Any) -> xr.Dataset:
 def summary(system: System) -> Iterator[str]:
     t, theory, slope = system.end, system.theory, system.last_slope
     square, error = system.x("mean_square")[-1], system.x("mean_square_error")[-1]
+    method = system.rest.attrs["method"]
     yield (
-        f"{system.name}: E x² = {square:.4g} ± {error:.2g} (theory: {theory.mean_square(t):.4g}),"
-        f" slope over t = {slope.begin:g} to {slope.end:g}: {slope.slope:.3f} ±"
-        f" {slope.error:.3f} (theory: {slope.expected:.3f})"
+        f"{system.name} ({method}): E x² = {square:.4g} ± {error:.2g} (theory:"
+        f" {theory.mean_square(t):.4g}), slope over t = {slope.begin:g} to {slope.end:g}:"
+        f" {slope.slope:.3f} ± {slope.error:.3f} (theory: {slope.expected:.3f})"
     )
     scene = theory.scene
     if not isinstance(scene, mm.Disk):
@@ -215,12 +240,14 @@ def summary(system: System) -> Iterator[str]:
         )
 
 
-def draw(systems: list[System], out: Path) -> None:
+def draw(systems: list[System], mujoco: list[System], out: Path) -> None:
+    guide = errata.paper_lines(systems, "overview")
     with written_whole(out / "disk.png") as part:
-        mm.plots.disk_overview(systems, part, guide=errata.paper_lines(systems, "overview"))
+        mm.plots.disk_overview(systems, part, guide=guide, beside=mujoco)
     for name in FIGURES:
+        guide = errata.paper_lines(systems, name)
         with written_whole(out / f"disk_{name}.png") as part:
-            mm.plots.disk_figure(systems, name, part, guide=errata.paper_lines(systems, name))
+            mm.plots.disk_figure(systems, name, part, guide=guide, beside=mujoco)
     print(f"wrote {out / 'disk.png'}, {out}/disk_{{{','.join(FIGURES)}}}.png and disk_*.nc")
 
 

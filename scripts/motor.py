@@ -34,14 +34,14 @@ from magmotor.common.checks import check_choice, check_number
 from magmotor.devices.motor.plots import FIGURES
 from magmotor.devices.motor.scene import PAPER
 from magmotor.noise import check_seed
-from paper.motor.runs import RECORDS, simulate_run
+from paper.motor.runs import METHOD, RECORDS, simulate_run
 
 
 @dataclass
 class Options:
     runs: tuple[str, ...] = tuple(PAPER)
     """which of the paper's runs"""
-    method: str = "variational/baoab"
+    method: str = METHOD
     """engine/scheme"""
     timestep: float = 0.1
     """h (s)"""

@@ -91,7 +91,7 @@ def flights(options: Flights) -> None:
         vary={("alpha_ball", "alpha_ring"): alphas},
         seeds=options.seeds,
         measure=["flights", "revolutions_flown", "flying", "slip_temperature"],
-        method="variational/baoab",
+        method="mujoco/baoab",
         timestep=0.1,
         duration=options.duration,
         record_interval=10,

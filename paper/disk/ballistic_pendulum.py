@@ -12,12 +12,16 @@ from magmotor.common import style
 from magmotor.common.style import save_small
 from magmotor.devices.disk.scene import Disk
 from magmotor.run.simulate import simulate
+from paper.disk.systems import METHOD
 from paper.figure import Claim, Figure, judged
 
 AMPLITUDES = (0.5, 1.5, 2.5, 3.0)
 """In rad, about the minimum at x = pi."""
 
 FRICTION = 0.1
+
+TIMESTEP, INTERVAL = 0.002, 25
+"""Timestep, and steps between records."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +46,7 @@ def _period(run: xr.Dataset) -> float:
 
 def compute(_quick: bool) -> Oscillations:
     """Simulate the oscillations, without noise."""
-    numerics = {"method": "scipy/dop853", "timestep": 0.05}
+    numerics = {"method": METHOD, "timestep": TIMESTEP, "record_interval": INTERVAL}
     undamped = Disk(potential="cosine", noise=0.0, friction=0.0)
     free = [simulate(undamped.replace(x=np.pi - a), duration=80.0, **numerics) for a in AMPLITUDES]
     damped = undamped.replace(x=np.pi - AMPLITUDES[-1], friction=FRICTION)
@@ -93,10 +97,11 @@ def draw(runs: Oscillations, path: Path) -> None:
 FIGURE = Figure(
     "ballistic_pendulum",
     "Ballistic pendulum",
-    "The disk on U = cos x by `scipy/dop853`, without noise: its phase portrait without friction,"
-    " and a damped oscillation with friction on the slip v + ω.",
+    f"The disk on U = cos x at h = {TIMESTEP:g}, without noise: its phase portrait without"
+    " friction, and a damped oscillation with friction on the slip v + ω.",
     compute,
     claims,
     draw,
     (7,),
+    (METHOD,),
 )

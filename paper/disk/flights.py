@@ -14,13 +14,13 @@ from magmotor.common import style
 from magmotor.common.style import save_small
 from magmotor.device.provenance import scene_of
 from magmotor.devices.disk.gibbs import gibbs
-from magmotor.devices.disk.plot_panels import System, draw_flights
+from magmotor.devices.disk.plot_panels import draw_beside, draw_flights, survival
 from magmotor.devices.disk.scene import Disk
 from magmotor.run.ensemble import ensemble
 from magmotor.run.simulate import simulate
 from magmotor.theory import ReducedDisk
 from paper import errata
-from paper.disk.systems import FULL, QUICK, paper_systems
+from paper.disk.systems import FULL, METHOD, QUICK, Disks, named, paper_disks
 from paper.figure import Claim, Figure, judged
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ class Paths:
 
     symmetric: xr.Dataset
     flat: xr.Dataset
-    systems: dict[str, System]
+    disks: Disks
     flying: xr.Dataset
     """on U = sin x, long"""
     frozen: xr.Dataset
@@ -56,17 +56,17 @@ def compute(quick: bool) -> Paths:
     times = {name: numerics[name] for name in ("timestep", "duration")}
     paths = [
         simulate(
-            Disk(potential=name), method="variational/euler", replicas=PATHS,
+            Disk(potential=name), method=METHOD, replicas=PATHS,
             record_interval=round(numerics["duration"] / numerics["timestep"] / 1000), **times,
         )
         for name in ("symmetric", "flat")
     ]  # fmt: skip
-    systems = {system.name: system for system in paper_systems(quick)}
-    flying = systems["symmetric"].stationary
+    disks = paper_disks(quick)
+    flying = named(disks.reference)["symmetric"].stationary
     if quick:
         flying = _under_mu("symmetric", duration=50_000.0, replicas=500)
     frozen = _under_mu("flat", duration=1000.0, replicas=2000)
-    return Paths(paths[0], paths[1], systems, flying, frozen)
+    return Paths(paths[0], paths[1], disks, flying, frozen)
 
 
 def _under_mu(potential: str, *, duration: float, replicas: int) -> xr.Dataset:
@@ -142,10 +142,11 @@ def _fraction_lasting_twice(run: xr.Dataset, t: float) -> tuple[float, float]:
 
 
 def _normal_on_flat(paths: Paths) -> Claim:
-    x = paths.systems["flat"].rest.x.values
+    flat = named(paths.disks.reference)["flat"]
+    x = flat.rest.x.values
     kurtosis = float(np.mean(x**4) / np.mean(x**2) ** 2)
     fluctuation = float(np.sqrt(24 / len(x)))
-    last = paths.systems["flat"].last_slope
+    last = flat.last_slope
     slope, error = slopes(paths.frozen)
     normal = abs(last.slope - 1) < 4 * last.error and abs(kurtosis - 3) < 4 * fluctuation
     return judged(
@@ -173,10 +174,12 @@ def draw(paths: Paths, path: Path) -> None:
     """Draw paths on both potentials, and the survival of flights."""
     with style.figure(13.0, 4.2) as figure:
         left, middle, right = figure.subplots(1, 3)
-        _draw_paths(left, paths.symmetric, "U = sin x: flights")
-        _draw_paths(middle, paths.flat, "U = 0: Brownian motion")
-        draw_flights(right, paths.systems["symmetric"])
-        right.set_title("Probability that a flight lasts longer")
+        _draw_paths(left, paths.symmetric, f"U = sin x: flights ({METHOD})")
+        _draw_paths(middle, paths.flat, f"U = 0: Brownian motion ({METHOD})")
+        reference, mujoco = (named(systems)["symmetric"] for systems in paths.disks)
+        draw_flights(right, reference)
+        draw_beside(right, mujoco, survival(mujoco))
+        right.set_title(f"Flights that last longer (white: {METHOD})")
         right.set_xlabel("duration")
         save_small(figure, path, dpi=90)
 
@@ -190,12 +193,14 @@ def _draw_paths(axes: "Axes", run: xr.Dataset, title: str) -> None:
 FIGURE = Figure(
     "disk_flights",
     "Ballistic against normal diffusion",
-    f"Four paths each on U = sin x and on flat U (mind the scales), from rest, σ = 1/2, α = 5,"
-    f" c = 0.1, h = {FULL['timestep']}, T = {FULL['duration']:g}. A flight is the time between two"
-    " changes of sign of d = σω − v, each by a tenth of its standard deviation; d is sampled once"
-    " per unit of time. Right: the fraction of flights that last longer, under the invariant law.",
+    f"Four paths each by `{METHOD}` on U = sin x and on flat U (mind the scales), from rest,"
+    f" σ = 1/2, α = 5, c = 0.1, h = {FULL['timestep']}, T = {FULL['duration']:g}. A flight is the"
+    " time between two changes of sign of d = σω − v, each by a tenth of its standard deviation; d"
+    " is sampled once per unit of time. Right: the fraction of flights that last longer, under the"
+    " invariant law, by the ensembles of the next figures, with two standard errors.",
     compute,
     claims,
     draw,
     (6,),
+    (METHOD, FULL["method"], "variational/baoab"),
 )

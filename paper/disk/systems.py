@@ -1,23 +1,50 @@
 """The paper's four sliding disks, each from rest and in its stationary state."""
 
 from collections.abc import Callable
-from functools import cache, partial
+from functools import cache
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
 from magmotor.devices.disk.gibbs import gibbs
-from magmotor.devices.disk.plot_panels import System
 from magmotor.devices.disk.scene import Disk, LangevinParticle
+from magmotor.devices.disk.system import System
 from magmotor.run.ensemble import ensemble
+from magmotor.run.simulate import methods
 
 Scene = Disk | LangevinParticle
 
-FULL = {"timestep": 0.01, "duration": 50_000.0, "replicas": 10_000}
-"""The paper's timestep and duration; it does not state the number of realizations."""
+METHOD = "mujoco/baoab"
+"""The method of MuJoCo's paths and ensembles."""
 
-QUICK = {"timestep": 0.02, "duration": 5000.0, "replicas": 1024}
+FULL = {
+    "method": "variational/euler",
+    "timestep": 0.01,
+    "duration": 50_000.0,
+    "replicas": 10_000,
+}
+"""The paper's scheme, timestep and duration; it does not state the number of realizations."""
+
+QUICK = FULL | {"timestep": 0.02, "duration": 5000.0, "replicas": 1024}
+
+BESIDE = {"method": METHOD, "timestep": 0.05, "replicas": 96}
+"""MuJoCo's own ensembles: as many replicas as two cores simulate in two minutes at full size."""
+
+BESIDE_QUICK = BESIDE | {"replicas": 32}
+
+
+class Disks(NamedTuple):
+    """The four systems by the reference, and by MuJoCo those of which it has a model."""
+
+    reference: list[System]
+    mujoco: list[System]
+
+
+def named(systems: list[System]) -> dict[str, System]:
+    """Return systems by their names."""
+    return {system.name: system for system in systems}
 
 
 def disk_scenes(disk: Disk) -> dict[str, Scene]:
@@ -66,14 +93,21 @@ def stationary_state(scene: Scene, replicas: int, seed: int) -> dict[str, NDArra
 
 
 @cache
-def paper_systems(quick: bool) -> list[System]:
-    """Simulate the four systems at the paper's parameters, with its scheme."""
-    numerics = QUICK if quick else FULL
-    sizes = {name: numerics[name] for name in ("duration", "replicas")}
+def paper_disks(quick: bool) -> Disks:
+    """Simulate the systems at the paper's parameters, by its scheme and by MuJoCo."""
+    reference = QUICK if quick else FULL
+    beside = (BESIDE_QUICK if quick else BESIDE) | {"duration": reference["duration"]}
+    scenes = disk_scenes(Disk())
+    return Disks(_systems(scenes, reference, 0), _systems(scenes, beside, 8))
 
+
+def _systems(scenes: dict[str, Scene], numerics: dict[str, Any], seed: int) -> list[System]:
     def run(_suffix: str, scene: Scene, **special) -> xr.Dataset:
-        return ensemble(scene, method="variational/euler", **numerics, **special)
+        return ensemble(scene, **numerics, **special)
 
-    simulated = partial(simulate_system, run, **sizes)
-    scenes = disk_scenes(Disk()).items()
-    return [simulated(name, scene, seed=2 * n) for n, (name, scene) in enumerate(scenes)]
+    sizes = {name: numerics[name] for name in ("duration", "replicas")}
+    return [
+        simulate_system(run, name, scene, seed=seed + 2 * number, **sizes)
+        for number, (name, scene) in enumerate(scenes.items())
+        if numerics["method"] in methods(scene)
+    ]

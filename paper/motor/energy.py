@@ -1,6 +1,6 @@
 """Claims about the motor's energy: its gain, the noise's injection, friction's dissipation."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -8,6 +8,8 @@ from magmotor.devices.motor.plot_panels import MotorRun
 from magmotor.devices.motor.scene import Motor
 from paper.figure import Claim, Verdict, judged
 from paper.motor.runs import (
+    SIGNIFICANT,
+    HeatAndWork,
     ManyRuns,
     Motors,
     added,
@@ -20,23 +22,21 @@ from paper.motor.runs import (
 def claims_of_the_energy(motors: Motors) -> list[Claim]:
     """Return the claims of (fig:nctmagmotorenergy), (fig:ctmagmotorenergy) and the text on work."""
     nonuniform, uniform = (of_temperature(motors.runs, kind) for kind in ("nonuniform", "uniform"))
-    gains = np.array([float(run.balance.gain[-1]) for run in nonuniform])
-    injected = np.array([float(run.balance.injected[-1]) for run in nonuniform])
     largest_change = max(
         float(np.abs(run.balance.gain).max() / run.balance.injected[-1]) for run in uniform
     )
-    ratios = [float(run.balance.gain[-1] / run.balance.work[-1]) for run in nonuniform]
     many = motors.many["nonuniform-a"]
     total = added(many.heat_and_work)
+    gain, error = _ratio(many.whole, "injected", lambda run: run.work - run.heat)
+    of_work, of_work_error = _ratio(many.whole, "work", lambda run: run.work - run.heat)
+    gains = [float(run.balance.gain[-1] / run.balance.injected[-1]) for run in nonuniform]
     kinetic_share = total.fastest / total.work
     return [
         judged(
             "Although there is dissipation, the thermal fluctuations inject energy into the system",
-            f"together the runs gained {gains.sum() / injected.sum():.2f} of the mean energy that"
-            " the"
-            f" noise injects, single runs {min(gains / injected):.2f} to"
-            f" {max(gains / injected):.2f}",
-            gains.sum() > 0.05 * injected.sum(),
+            f"{many.runs} runs as {many.name} gain {gain:.2f} ± {error:.2f} of the mean energy that"
+            f" the noise injects, the runs of the figure {min(gains):.2f} to {max(gains):.2f}",
+            gain > 0.05 + SIGNIFICANT * error,
             figures=(24,),
         ),
         judged(
@@ -58,8 +58,9 @@ def claims_of_the_energy(motors: Motors) -> list[Claim]:
         ),
         judged(
             "The work performed by the random torque is equal to the change in total energy",
-            f"the change is {min(ratios):.2f} to {max(ratios):.2f} of the work; the rest is heat",
-            min(ratios) > 0.95,
+            f"in {many.runs} runs as {many.name} the change is {of_work:.2f} ± {of_work_error:.2f}"
+            " of the work; the rest is heat",
+            of_work + SIGNIFICANT * of_work_error > 0.95,
             figures=(24,),
         ),
     ]
@@ -101,19 +102,26 @@ CRITICAL = (
 
 def _critical_velocity(many: ManyRuns) -> Claim:
     total = added(many.heat_and_work)
-    ratio = total.heat / total.injected
-    # The standard error of a ratio of sums over independent runs.
-    error = np.sqrt(sum((run.heat - ratio * run.injected) ** 2 for run in many.heat_and_work))
+    ratio, error = _ratio(many.heat_and_work, "injected", lambda run: run.heat)
     escape_radius = Motor.paper(many.name).outer_radius
     return judged(
         CRITICAL,
         f"in {total.spans} flights of {many.runs} runs as {many.name} friction dissipates"
-        f" {ratio:.2f} ± {error / total.injected:.2f} of the mean energy that the noise injects,"
+        f" {ratio:.2f} ± {error:.2f} of the mean energy that the noise injects,"
         f" and the ball stays within ρ = {many.reach:.2f} m (outer ring: {escape_radius:g} m);"
         f" {many.tipped} of the runs end because the inner ring turns on its side",
         abs(ratio - 1) < 0.1 or many.reach > escape_radius,
         figures=(25,),
     )
+
+
+def _ratio(
+    runs: Sequence[HeatAndWork], whole: str, part: Callable[[HeatAndWork], float]
+) -> tuple[float, float]:
+    """Return the ratio of sums over independent runs, and its standard error."""
+    parts, wholes = np.array([(part(run), getattr(run, whole)) for run in runs]).T
+    ratio = parts.sum() / wholes.sum()
+    return ratio, float(np.linalg.norm(parts - ratio * wholes) / wholes.sum())
 
 
 def _at_uniform_temperature(runs: Sequence[MotorRun]) -> Claim:

@@ -10,7 +10,17 @@ from magmotor.devices.motor.scene import PAPER
 from paper.figure import Claim, Figure
 from paper.motor.energy import claims_of_the_energy, claims_of_the_injection
 from paper.motor.position import claims_of_the_path, claims_of_the_position, claims_of_theta
-from paper.motor.runs import DURATION, NUMERICS, SETS, Motors, many_runs, paper_runs
+from paper.motor.runs import (
+    DURATION,
+    JUDGED,
+    METHOD,
+    NUMERICS,
+    REFERENCE,
+    SETS,
+    Motors,
+    many_runs,
+    paper_runs,
+)
 
 
 class Series(NamedTuple):
@@ -22,6 +32,7 @@ class Series(NamedTuple):
     caption: str = ""
     sets: tuple[str, ...] = ()
     """Names in `SETS` of the further runs that the claims need."""
+    methods: tuple[str, ...] = (METHOD,)
 
 
 def _strengths(kind: str) -> str:
@@ -31,7 +42,7 @@ def _strengths(kind: str) -> str:
 
 RUNS = (
     f"Top: noise on the inner ring only {_strengths('nonuniform')}. Bottom: uniform temperature"
-    f" {_strengths('uniform')}. All by `{NUMERICS['method']}` at h = {NUMERICS['timestep']} s,"
+    f" {_strengths('uniform')}. All by `{METHOD}` at h = {NUMERICS['timestep']} s,"
     f" up to T = {DURATION:g} s or until the inner ring tips over. The paper's parameters, except"
     " that the ball's axis starts along the field instead of upright (see Start in the"
     " [errata](errata.md#the-fluctuation-driven-motor)). The realizations are our own. A *flight*"
@@ -43,6 +54,7 @@ SERIES = {
     "theta": Series(
         "angular position of the ball", claims_of_theta, (3, 4),
         "Flights are timed from the end of their first revolution.", tuple(SETS),
+        (METHOD, REFERENCE),
     ),
     "energy": Series(
         "total and inner ring energy", claims_of_the_energy, (24, 28),
@@ -62,7 +74,9 @@ SERIES = {
 
 
 def _compute(series: Series, quick: bool) -> Motors:
-    return Motors(paper_runs(), {name: many_runs(name, quick) for name in series.sets})
+    many = {name: many_runs(name, quick) for name in series.sets}
+    reference = many_runs(JUDGED, quick, REFERENCE) if REFERENCE in series.methods else None
+    return Motors(paper_runs(), many, reference)
 
 
 def _draw(name: str, motors: Motors, path: Path) -> None:
@@ -84,6 +98,7 @@ FIGURES = [
         series.claims,
         partial(_draw, name),
         series.numbers,
+        series.methods,
     )
     for name, series in SERIES.items()
 ]

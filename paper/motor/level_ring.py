@@ -12,7 +12,7 @@ from magmotor.devices.motor.scene import Motor
 from magmotor.devices.motor.tilted_ring import tilted_ring
 from paper.device_view import draw_device
 from paper.figure import Claim, Figure, judged
-from paper.motor.runs import paper_runs
+from paper.motor.runs import METHOD, paper_runs
 
 TILTS = np.radians(np.linspace(0, 24, 25))
 """Tilts of the inner ring, in rad."""
@@ -131,4 +131,5 @@ FIGURE = Figure(
     claims,
     draw,
     (23,),
+    (METHOD,),
 )

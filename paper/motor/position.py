@@ -11,7 +11,14 @@ from magmotor.devices.motor.exponential_test import LEVEL
 from magmotor.devices.motor.plot_panels import MotorRun
 from magmotor.observables import censored_mean, exponential_test
 from paper.figure import Claim, Verdict, judged
-from paper.motor.runs import DURATION, ManyRuns, Motors, in_flight, of_temperature
+from paper.motor.runs import (
+    DURATION,
+    SIGNIFICANT,
+    ManyRuns,
+    Motors,
+    in_flight,
+    of_temperature,
+)
 
 LONG = 6000.0
 """In s; exponential flights that have lasted this long have the same mean remaining duration."""
@@ -62,7 +69,36 @@ def claims_of_theta(motors: Motors) -> list[Claim]:
         ),
         claim_of_the_law(many_nonuniform, 3),
         claim_of_the_law(many_warm, 4),
+        *([claim_of_agreement(many_warm, motors.reference)] if motors.reference else []),
     ]
+
+
+def claim_of_agreement(found: ManyRuns, reference: ManyRuns) -> Claim:
+    """Return the claim that two methods have as many flights, which last as long.
+
+    Of two Gaussian differences, one is beyond four standard errors in one of 8000 samples.
+    """
+    counts, durations = [], []
+    for many in (found, reference):
+        flights = np.array([spent.spans for spent in many.heat_and_work])
+        counts.append((flights.mean(), flights.std(ddof=1) / np.sqrt(many.runs)))
+        mean = censored_mean(many.flights.lasts, many.flights.censored)
+        durations.append((mean.mean, mean.error))
+    scores = [
+        float((first - second) / np.hypot(error, other))
+        for (first, error), (second, other) in (counts, durations)
+    ]
+    per_run, lasting = (
+        " against ".join(f"{value:.{digits}f} ± {error:.{digits}f}" for value, error in pairs)
+        for pairs, digits in ((counts, 2), (durations, 0))
+    )
+    return judged(
+        "Ours: MuJoCo's motor flies as the reference's does",
+        f"{found.runs} runs as {found.name} by `{found.method}` have {per_run} flights each by"
+        f" `{reference.method}`, which last, after the first revolution, {lasting} s more: the"
+        f" differences are {scores[0]:.1f} and {scores[1]:.1f} standard errors",
+        max(map(abs, scores)) < SIGNIFICANT,
+    )
 
 
 def _flight_counts(runs: list[MotorRun], many: ManyRuns) -> str:

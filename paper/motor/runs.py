@@ -16,7 +16,10 @@ from magmotor.run.simulate import simulate
 RECORDS = 100
 """Smallest number of records of a run that is kept."""
 
-NUMERICS = {"method": "variational/baoab", "timestep": 0.1, "record_interval": 10}
+METHOD, REFERENCE = "mujoco/baoab", "variational/baoab"
+"""The method of all runs, and that of the runs that judge it."""
+
+NUMERICS = {"method": METHOD, "timestep": 0.1, "record_interval": 10}
 DURATION = 1e5
 """In s: long enough for flights; the paper does not state its duration."""
 
@@ -118,6 +121,12 @@ SETS = {
     "uniform-d": Size(0.5, full=64, quick=8),
 }
 
+SIGNIFICANT = 4
+"""Standard errors of a significant difference."""
+
+JUDGED = "uniform-a"
+"""The set that the reference repeats."""
+
 SEED = 1000
 """Seed of the first run."""
 
@@ -138,11 +147,14 @@ class ManyRuns(NamedTuple):
     """Results of a set of runs."""
 
     name: str
+    method: str
     flights: Flights
     first: NDArray[np.float64]
     """start of the first flight of each run, in s, infinite if there is none; shape (R,)"""
     heat_and_work: list[HeatAndWork]
     """in the flights of each run"""
+    whole: list[HeatAndWork]
+    """in each whole run"""
     reach: float
     """largest distance of a ball from the axis, in m"""
     tipped: int
@@ -166,15 +178,17 @@ class Motors(NamedTuple):
     """the paper's seven"""
     many: dict[str, ManyRuns]
     """further runs, by their names in `SETS`"""
+    reference: ManyRuns | None = None
+    """the set `JUDGED` by the reference"""
 
 
 @cache
-def many_runs(name: str, quick: bool) -> ManyRuns:
+def many_runs(name: str, quick: bool, method: str = METHOD) -> ManyRuns:
     """Simulate a set of `SETS`."""
     size = SETS[name]
     runs = (
         simulate_run(
-            name, Motor.paper(name), method=NUMERICS["method"], timestep=size.timestep,
+            name, Motor.paper(name), method=method, timestep=size.timestep,
             duration=DURATION, record_interval=round(RECORD_INTERVAL / size.timestep), seed=seed,
         )
         for seed in range(SEED, SEED + (size.quick if quick else size.full))
@@ -184,16 +198,20 @@ def many_runs(name: str, quick: bool) -> ManyRuns:
 
 def collected(name: str, runs: Iterable[MotorRun]) -> ManyRuns:
     """Collect the results of runs, keeping only one run in memory at a time."""
-    flights, first, heat_and_work, reach, tipped = [], [], [], [], 0
+    flights, first, heat_and_work, whole, reach, tipped, method = [], [], [], [], [], 0, ""
     for run in runs:
+        method = run.data.attrs["method"]
         found = run.flights
         begin, end = found.once.values, found.end.values
         remaining = float(run.data.time[-1]) - begin
         flights.append(np.stack([end - begin, remaining, found.censored.values]))
         first.append(found.begin.values.min(initial=np.inf))
         heat_and_work.append(heat_and_work_in_flights(run))
+        whole.append(heat_and_work_of(run))
         reach.append(float(np.hypot(*run.data.position.values[:, :2].T).max()))
         tipped += "stopped" in run.data.attrs
     lasts, limits, censored = np.concatenate(flights, axis=1)
     all_flights = Flights(lasts, limits, censored.astype(bool))
-    return ManyRuns(name, all_flights, np.array(first), heat_and_work, max(reach), tipped)
+    return ManyRuns(
+        name, method, all_flights, np.array(first), heat_and_work, whole, max(reach), tipped
+    )

@@ -316,4 +316,5 @@ FIGURE = Figure(
     compute=compute,
     claims=claims,
     draw=draw,
+    methods=(METHOD, "scipy/dop853"),
 )

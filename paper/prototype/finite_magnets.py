@@ -299,8 +299,7 @@ FIGURE = Figure(
     caption=(
         "The paper's fourth case (N = 20, H = 20 cm, r_ring = 34 cm, θ_R = π/64, c = 0.3 kg/s) with"
         " uniformly magnetized bodies of the same moment, 10 A m², on the ring, each represented"
-        " by a few dozen dipoles at quadrature points, run by MuJoCo. Rods are cylinders as long"
-        " as they are wide,"
+        " by a few dozen dipoles at quadrature points. Rods are cylinders as long as they are wide,"
         " plates four times as wide as thick, bars four times as long as wide, all magnetized"
         " along the radius. The first correction to the dipole is of the fourth order in size over"
         " distance for a cube, and for a cylinder whose length is √3 radii; for the other shapes"
@@ -311,4 +310,5 @@ FIGURE = Figure(
     compute=compute,
     claims=claims,
     draw=draw,
+    methods=("mujoco/rk4",),
 )

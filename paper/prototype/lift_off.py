@@ -266,4 +266,5 @@ FIGURE = Figure(
     compute=compute,
     claims=claims,
     draw=draw,
+    methods=(METHOD,),
 )

@@ -29,6 +29,9 @@ FINER_RING = 40
 SPINNING = 5.0
 """Initial spin, in rad/s, of a second test of the conservation of J."""
 
+METHODS = ("mujoco/rk4", "variational/cayley")
+"""MuJoCo's method and the paper's."""
+
 NEARBY = 1e-9
 """Initial distance, in m, of two runs whose paths diverge."""
 
@@ -78,8 +81,7 @@ def run_case(case: int) -> Run:
 @cache
 def _run(scene: Top) -> Run:
     runs = [
-        simulate(scene, method=method, timestep=TIMESTEP, duration=DURATION)
-        for method in ("mujoco/rk4", "variational/cayley")
+        simulate(scene, method=method, timestep=TIMESTEP, duration=DURATION) for method in METHODS
     ]
     return Run(scene, *runs)
 
@@ -331,6 +333,8 @@ def _caption(case: int) -> str:
 
 
 FIGURES = [
-    Figure(name, title, _caption(case), partial(_compute, case), claims, draw, (18 + case,))
+    Figure(
+        name, title, _caption(case), partial(_compute, case), claims, draw, (18 + case,), METHODS
+    )
     for case, (name, title, claims) in TITLES.items()
 ]

@@ -84,4 +84,5 @@ FIGURE = Figure(
     claims,
     draw,
     (1, 16),
+    ("mujoco/rk4",),
 )

@@ -76,11 +76,12 @@ def draw(torques: Torques, path: Path) -> None:
 FIGURE = Figure(
     "snapshots",
     "Snapshots of the nonconservative tilted simulation",
-    "The fourth case by `mujoco/rk4`, rendered by MuJoCo: the ball (its dipole, along its"
+    "The fourth case, rendered by MuJoCo: the ball (its dipole, along its"
     " axis ξ₃, is the red arrow; the yellow spot on its equator shows its rotation), the trail of"
     " its contact point, the tilted ring with its dipoles; the corners show the ball in close-up.",
     compute,
     claims,
     draw,
     (2,),
+    ("mujoco/rk4",),
 )

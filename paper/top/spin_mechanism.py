@@ -185,7 +185,7 @@ def draw(torques: Torques, path: Path) -> None:
 FIGURE = Figure(
     "spin_mechanism",
     "Mechanism behind spin",
-    "The fourth case (c = 0.3 kg/s, tilt π/64) by `mujoco/rk4` at h = 0.0125 s: angular velocity,"
+    "The fourth case (c = 0.3 kg/s, tilt π/64) at h = 0.0125 s: angular velocity,"
     " angle between axis and field, and friction's torque q × F, along and across ξ₃. Here ξ₃ is"
     " the ball's axis, q the arm from its center to its contact point, F the friction force, B"
     " the field. The measured torques replace the paper's sketch.",
@@ -193,4 +193,5 @@ FIGURE = Figure(
     claims,
     draw,
     (15,),
+    ("mujoco/rk4",),
 )

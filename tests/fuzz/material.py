@@ -23,7 +23,7 @@ import xarray as xr
 import magmotor as mm
 from magmotor import live  # noqa: F401
 from magmotor.device import checkpoint
-from magmotor.devices.disk.plot_panels import System
+from magmotor.devices.disk.system import System
 from magmotor.devices.top.states import BallStates
 from magmotor.live.panel import Panel
 from magmotor.numerics import linear_stability as linear  # noqa: F401

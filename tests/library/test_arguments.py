@@ -15,7 +15,7 @@ from magmotor import live
 from magmotor.common.arguments import checked
 from magmotor.common.checks import check_array, check_integer, check_number
 from magmotor.device import provenance
-from magmotor.devices.disk.plot_panels import System
+from magmotor.devices.disk.system import System
 from magmotor.devices.top.states import start
 from magmotor.numerics import linear_stability as linear
 

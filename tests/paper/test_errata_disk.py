@@ -7,8 +7,8 @@ from matplotlib.figure import Figure
 import magmotor as mm
 from magmotor import theory
 from magmotor.devices.disk import plots
-from magmotor.devices.disk.plot_panels import System
 from magmotor.devices.disk.plots import FIGURES
+from magmotor.devices.disk.system import System
 from paper import errata
 
 PAPER = mm.Disk()

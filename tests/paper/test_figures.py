@@ -1,11 +1,13 @@
 """The figures: claims at reduced size against the published ones, pictures, the script."""
 
+import dataclasses
 import importlib
 from collections import Counter
 from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 from PIL import Image
 
 import magmotor as mm
@@ -16,6 +18,19 @@ from paper.gallery import gallery_page, load_claims, save_claims, tally
 DOCS = Path(__file__).parents[2] / "docs"
 GALLERY = DOCS / "gallery"
 CHEAP = "spin_mechanism"
+
+
+def methods_of(data):
+    """Return the methods of all runs in a figure's data."""
+    if isinstance(data, xr.Dataset):
+        return {data.attrs["method"]}
+    found = {data.method} if hasattr(data, "method") else set()
+    if dataclasses.is_dataclass(data):
+        data = {each.name: getattr(data, each.name) for each in dataclasses.fields(data)}
+    parts = [*data.values()] if isinstance(data, dict) else data
+    if isinstance(parts, list | tuple):
+        found |= set().union(*map(methods_of, parts))
+    return found
 
 
 LAW = "It spins for a random amount of time, observed to be exponential in law"
@@ -30,6 +45,7 @@ def test_claims_and_picture_at_reduced_size(name, tmp_path):
     """
     figure = FIGURES[name]
     data = figure.compute(True)
+    assert methods_of(data) in ({*figure.methods}, set())  # some data are numbers
     claims = figure.claims(data)
     published = load_claims(GALLERY / f"{name}.json")
     assert [claim.says for claim in claims] == [claim.says for claim in published]
@@ -126,3 +142,15 @@ def test_without_opengl_the_others_are_made(run_script, tmp_path, monkeypatch):
     assert "not drawn: none" in said
     assert error == "figures.py: not drawn, for lack of OpenGL: dark\n"
     assert {path.stem for path in tmp_path.iterdir()} == {CHEAP}
+
+
+def test_a_figure_names_its_engines():
+    figure = dataclasses.replace(
+        FIGURES[CHEAP], numbers=(3, 4), methods=("variational/euler", "scipy/dop853", "mujoco/rk4")
+    )
+    assert figure.source == (
+        "*Figures 3 and 4 of the paper, computed by MuJoCo (`mujoco/rk4`) and the reference"
+        " integrators (`variational/euler`) and SciPy's solver (`scipy/dop853`).*"
+    )
+    still = dataclasses.replace(figure, numbers=(), methods=())
+    assert still.source == "*Computed without a run.*"

@@ -5,7 +5,10 @@ import pytest
 import xarray as xr
 
 import magmotor as mm
+from magmotor.devices.disk.system import System
 from paper.disk.flights import claim_of_the_tail, claim_of_the_theorem, slopes
+from paper.disk.statistics import claim_of_agreement
+from paper.disk.systems import Disks
 
 FLIGHTS = 100_000
 LAWS = {
@@ -49,3 +52,39 @@ def test_the_theorem_holds_where_the_slope_may_be_two(warm, rho, verdict):
     run["increment_correlation"] = xr.full_like(run.increment_correlation, rho)
     run["increment_correlation_error"] = xr.full_like(run.increment_correlation, 0.015)
     assert claim_of_the_theorem(run).verdict == verdict
+
+
+def test_mujocos_ensemble_and_the_references_have_the_same_moments():
+    """Independent seeds, 1024 replicas each; 28 differences of means, each Gaussian.
+
+    The chance that one of them is beyond 4.5 standard errors is 2e-4.
+    """
+    for potential in ("symmetric", "flat"):
+        first, second = (
+            mm.ensemble(
+                mm.Disk(potential=potential), method=method, timestep=0.05, duration=50.0,
+                replicas=1024, seed=seed,
+            ).isel(time=-1)
+            for method, seed in (("mujoco/baoab", 1), ("variational/baoab", 2))
+        )  # fmt: skip
+        for name in ("mean", "mean_square"):
+            error = np.hypot(first[f"{name}_error"], second[f"{name}_error"])
+            score = np.abs(first[name] - second[name]) / error
+            assert score.size == 7
+            assert float(score.max()) < 4.5, (potential, name)  # 2.1
+
+
+def pair(method, seed, noise=5.0):
+    """Return a small system, from rest and stationary."""
+    scene = mm.Disk(potential="flat", noise=noise)
+    numerics = {"timestep": 0.05, "duration": 20.0, "replicas": 256}
+    rest = mm.ensemble(scene, method=method, seed=seed, trajectories=256, **numerics)
+    return System("flat", rest, rest)
+
+
+@pytest.mark.parametrize(("noise", "verdict"), [(5.0, "right"), (7.5, "wrong")])
+def test_a_difference_of_two_engines_is_seen(noise, verdict):
+    """256 replicas each; by chance one of 10 000 pairs is beyond four standard errors."""
+    disks = Disks([pair("variational/euler", 1)], [pair("mujoco/baoab", 2, noise)])
+    claim = claim_of_agreement(disks)
+    assert claim.verdict == verdict, claim  # 0.5 and 12 standard errors

@@ -10,13 +10,27 @@ import magmotor as mm
 from magmotor import dipoles
 from magmotor.devices.ball.states import smallest_turn
 from magmotor.devices.motor.energy import motor_energy
+from magmotor.devices.motor.scene import PAPER
 from magmotor.devices.motor.states import start_motor
 from magmotor.devices.motor.tilted_ring import tilted_ring
 from magmotor.plots import MotorRun
 from paper.motor import level_ring
 from paper.motor.energy import claims_of_the_energy, claims_of_the_injection
-from paper.motor.position import claim_of_the_law, claims_of_the_position, claims_of_theta
-from paper.motor.runs import SETS, Flights, ManyRuns, Motors, collected, in_flight
+from paper.motor.position import (
+    claim_of_agreement,
+    claim_of_the_law,
+    claims_of_the_position,
+    claims_of_theta,
+)
+from paper.motor.runs import (
+    SETS,
+    Flights,
+    HeatAndWork,
+    ManyRuns,
+    Motors,
+    collected,
+    in_flight,
+)
 
 
 def test_a_level_ring_has_the_energy_of_its_wells():
@@ -66,7 +80,7 @@ def durations(law, count, mean=5000.0, limit=1e5):
     cut = lasts > limit
     limits = np.full(count, limit)
     flights = Flights(np.minimum(lasts, limits), limits, cut)
-    return ManyRuns("uniform-a", flights, np.zeros(1), [], 0.0, 0)
+    return ManyRuns("uniform-a", "variational/baoab", flights, np.zeros(1), [], [], 0.0, 0)
 
 
 @pytest.mark.parametrize(
@@ -157,7 +171,7 @@ def test_a_run_without_a_flight_is_no_verdict(runs):
     gained = hot.balance.gain[-1] / hot.balance.injected[-1]
     many = {"nonuniform-a": collected("nonuniform-a", [hot])}
     claim = claims_of_the_energy(Motors([hot, still, warm], many))[0]
-    assert claim.measured.startswith(f"together the runs gained {gained:.2f} of")
+    assert claim.measured.startswith(f"1 runs as nonuniform-a gain {gained:.2f} ± 0.00 of")
 
 
 def test_what_friction_takes_decides_whether_a_velocity_is_critical(runs):
@@ -177,3 +191,57 @@ def test_what_friction_takes_decides_whether_a_velocity_is_critical(runs):
     injected = run.balance.injected
     only_flying = run.data.assign(heat=injected.clip(*injected.values[[100, 300]]))
     assert verdicts(runs[0], MotorRun(run.name, only_flying))[1] == "right"
+
+
+def test_mujocos_ensemble_and_the_references_have_the_same_moments():
+    """Independent seeds, 512 replicas each; 14 differences of means, each Gaussian.
+
+    The chance that one of them is beyond 4.5 standard errors is 1e-4.
+    """
+    first, second = (
+        mm.ensemble(
+            mm.Motor.paper("uniform-a"), method=method, timestep=0.5, duration=500.0, replicas=512,
+            seed=seed, sample_interval=1000,
+        ).isel(time=-1)
+        for method, seed in (("mujoco/baoab", 1), ("variational/baoab", 2))
+    )  # fmt: skip
+    for name in ("mean", "mean_square"):
+        error = np.hypot(first[f"{name}_error"], second[f"{name}_error"])
+        score = np.abs(first[name] - second[name]) / error
+        assert score.size == 7
+        assert float(score.max()) < 4.5, name  # 1.0
+
+
+def flying(seed, mean=5000.0, per_run=4.0):
+    """Return 128 runs with Poisson numbers of exponential flights."""
+    random = np.random.default_rng(seed)
+    counts = random.poisson(per_run, 128)
+    found = durations(lambda _, count: random.exponential(size=count), counts.sum(), mean)
+    return found._replace(
+        first=np.zeros(128), heat_and_work=[HeatAndWork(n, 0, 0, 0, 0, 0) for n in counts]
+    )
+
+
+@pytest.mark.parametrize(
+    ("changes", "verdict"),
+    [({}, "right"), ({"mean": 8e3}, "wrong"), ({"per_run": 5.5}, "wrong")],
+)
+def test_a_difference_of_two_engines_is_seen(changes, verdict):
+    """Two Gaussian differences; by chance one of 8000 pairs of sets is beyond four errors.
+
+    The larger one is 1.6, 5.6 and 5.9 of them.
+    """
+    assert claim_of_agreement(flying(1), flying(2, **changes)).verdict == verdict
+
+
+def test_mujoco_and_the_reference_stay_together_on_one_path():
+    """Of the paper's seven runs, chaos parts this one first: 1 nm after 5300 s, 1 mm after 9800."""
+    name = "nonuniform-c"
+    first, second = (
+        mm.simulate(
+            mm.Motor.paper(name), method=method, timestep=0.1, duration=4000.0, record_interval=10,
+            seed=PAPER[name][2],
+        )
+        for method in ("mujoco/baoab", "variational/baoab")
+    )  # fmt: skip
+    assert float(np.abs(first.position - second.position).max()) < 3e-9  # 4.6e-10

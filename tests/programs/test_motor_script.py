@@ -103,7 +103,7 @@ def test_a_run_that_diverges_otherwise_is_code_1(motor, tmp_path, monkeypatch):
     monkeypatch.setattr(motor_runs, "simulate", diverge)
     code, _, error = motor(*SHORT, tmp_path, "--runs", "uniform-a")
     assert code == 1
-    assert error.startswith("motor.py: uniform-a: variational/baoab with timestep 0.1 s stopped at")
+    assert error.startswith("motor.py: uniform-a: mujoco/baoab with timestep 0.1 s stopped at")
     assert error.count("\n") == 1
 
 

@@ -165,7 +165,8 @@ class Device(ABC, Generic[S, T]):
     def ensemble(self, scene: S) -> Callable[..., xr.Dataset] | None:
         """Return a function with the arguments of `mm.ensemble` that replaces the general one.
 
-        By default None: `mm.ensemble` runs `simulate` with replicas, and keeps their moments.
+        It also receives the function `simulate`, for methods without an ensemble of their own. By
+        default None: `mm.ensemble` runs `simulate` with replicas, and keeps their moments.
         """
         return None
 

@@ -75,3 +75,11 @@ def scene_from(name: str, fields: dict[str, Any]) -> Scene:
 def _as_tuples(value: Any) -> Any:
     """Convert the lists of JSON back to tuples."""
     return tuple(_as_tuples(v) for v in value) if isinstance(value, list) else value
+
+
+def numerics_of(run: xr.Dataset) -> str:
+    """Return the method of a run, its timestep and its number of replicas, as text."""
+    unit = str(run.time.attrs.get("units", "1")).removeprefix("1")
+    step = f"h = {run.attrs['timestep']:g} {unit}".rstrip()
+    replicas = f", {run.sizes['replica']} replicas" if "replica" in run.sizes else ""
+    return f"{run.attrs['method']}, {step}{replicas}"

@@ -38,15 +38,16 @@ def ensemble(
     """Run many replicas and keep only their statistics.
 
     Each replica follows the same path as in `simulate`, to the bit. The disk and the Langevin
-    particle have a dedicated kernel and more statistics. For every other device with noise, the
-    moments of its scalar variables are computed at the end; all samples are in memory until then.
+    particle have more statistics and, for the methods `variational/...`, a dedicated kernel. With
+    any other method or device, the statistics are computed at the end, and all samples are in
+    memory until then. Every other device with noise has the moments of its scalar variables.
 
     Parameters
     ----------
     scene : Scene
         A scene with noise.
     method : str
-        One of `methods(scene)`; for the disk and the particle, `variational/...`.
+        One of `methods(scene)`.
     timestep, duration : float
     replicas : int
         Number of independent runs.
@@ -62,7 +63,7 @@ def ensemble(
     trajectories : int
         Number of replicas whose x is kept at all recorded times (disk and particle only).
     threads : int, optional
-        By default, the number of processors (disk and particle only).
+        By default, the number of processors (disk and particle only, and not with MuJoCo).
     checkpoint : str or Path, optional
         File to which everything is saved every half minute and at the end; the run resumes from it
         if it exists (disk and particle only).
@@ -112,7 +113,7 @@ def ensemble(
         return own(
             scene, **numerics, replicas=replicas, sample_interval=sample_interval,
             burn_in=burn_in, initial=initial, trajectories=trajectories, threads=threads,
-            checkpoint=checkpoint,
+            checkpoint=checkpoint, simulate=simulate,
         )  # fmt: skip
     if not scene.device.is_random:
         kind = type(scene).__name__

@@ -8,8 +8,10 @@ from magmotor.common.arguments import checked
 from magmotor.common.checks import check_choice
 from magmotor.common.hints import Picture, several
 from magmotor.common.style import save_small
+from magmotor.device.provenance import numerics_of
 from magmotor.devices.disk import plot_panels
-from magmotor.devices.disk.plot_panels import Guide, System
+from magmotor.devices.disk.plot_panels import Guide, Points
+from magmotor.devices.disk.system import System
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,9 +22,10 @@ Systems = Annotated[Sequence[System], several(System)]
 
 
 class Figure(NamedTuple):
-    """A figure: its panel, title, labels of lines, and the extra content of single panels."""
+    """A figure: its panel, points, title, labels of lines, and extra content of single panels."""
 
     draw: "Callable[[Axes, System], None]"
+    points: "Callable[[System], Points]"
     title: str
     theory: str
     guides: str = ""
@@ -34,42 +37,50 @@ FROM_REST = "theory: reduced equation of d; exact if flat; free particle"
 FIGURES = {
     "mean": Figure(
         plot_panels.draw_mean,
+        plot_panels.mean,
         "Mean of x, from rest at x = 0",
         "theory: impulse of the first push −U′(0), as long as d keeps it",
     ),
     "mean_square": Figure(
         plot_panels.draw_mean_square,
+        plot_panels.mean_square,
         "Mean square of x, from rest",
         FROM_REST,
     ),
     "msd": Figure(
         plot_panels.draw_msd,
+        plot_panels.msd,
         "Mean square of x, from rest, logarithmic",
         FROM_REST,
     ),
     "slope": Figure(
         plot_panels.draw_slope,
+        plot_panels.slope,
         "Local slope of log E[x²] against log t, from rest",
         FROM_REST,
     ),
     "correlation": Figure(
         plot_panels.draw_correlation,
+        plot_panels.correlation,
         "Correlation of x(t+2s) − x(t+s), x(t+s) − x(t), stationary",
         "theory, stationary: reduced equation of d; exact if flat (there d = 0); free particle",
         alone=plot_panels.draw_correlation_from_rest,
     ),
     "diffusion": Figure(
         plot_panels.draw_diffusion,
+        plot_panels.diffusion,
         "Variance of x over t, from rest",
         FROM_REST,
     ),
     "histogram": Figure(
         plot_panels.draw_histogram,
+        plot_panels.histogram,
         "Density of x at the end, from rest",
         "Gaussian of theory's variance",
     ),
     "flights": Figure(
         plot_panels.draw_flights,
+        plot_panels.survival,
         "Flights: probability that d keeps its sign for so long, stationary",
         "",
         "slopes −1/2 and −1.9",
@@ -82,7 +93,9 @@ BARS = "bars and bands: two standard errors"
 
 
 @checked
-def disk_overview(systems: Systems, path: Picture, *, guide: Guide | None = None) -> None:
+def disk_overview(
+    systems: Systems, path: Picture, *, guide: Guide | None = None, beside: Systems = ()
+) -> None:
     """Write the overview: some of `FIGURES`, with all systems superposed.
 
     Parameters
@@ -93,21 +106,30 @@ def disk_overview(systems: Systems, path: Picture, *, guide: Guide | None = None
         The .png to write.
     guide : Guide, optional
         Additional lines for comparison.
+    beside : sequence of System
+        The same systems, or some of them, by another method: white points on top.
     """
     with style.figure(17.0, 9.5) as figure:
         axes = figure.subplot_mosaic([list(row) for row in OVERVIEW])
         for name, panel in axes.items():
-            _superpose(panel, name, systems, guide)
+            _superpose(panel, name, systems, guide, beside)
             panel.set_title(FIGURES[name].title)
         theory = (
             "theory: reduced equation of d (symmetric, asymmetric), exact (flat), free particle"
         )
-        _legend(figure, systems, theory, "", guide)
+        _legend(figure, systems, theory, "", guide, beside)
         save_small(figure, path, dpi=90)
 
 
 @checked
-def disk_figure(systems: Systems, name: str, path: Picture, *, guide: Guide | None = None) -> None:
+def disk_figure(
+    systems: Systems,
+    name: str,
+    path: Picture,
+    *,
+    guide: Guide | None = None,
+    beside: Systems = (),
+) -> None:
     """Write one of `FIGURES`: the systems superposed, and each in its own panel.
 
     Parameters
@@ -120,6 +142,9 @@ def disk_figure(systems: Systems, name: str, path: Picture, *, guide: Guide | No
         The .png to write.
     guide : Guide, optional
         Additional lines for comparison.
+    beside : sequence of System
+        The same systems, or some of them, by another method: white points on top, in the panels of
+        single systems.
     """
     check_choice("name", name, tuple(FIGURES))
     drawn = FIGURES[name]
@@ -127,35 +152,51 @@ def disk_figure(systems: Systems, name: str, path: Picture, *, guide: Guide | No
     with style.figure(15.0, 9.0) as figure:
         rows: list[Any] = [["all"] * len(shown), [system.name for system in shown]]
         axes = figure.subplot_mosaic(rows, height_ratios=(1.5, 1))
-        _superpose(axes["all"], name, shown, guide)
+        _superpose(axes["all"], name, shown, guide, ())
         axes["all"].set_title(drawn.title)
         for system in shown:
             panel = axes[system.name]
-            _draw(panel, name, system, guide)
+            _draw(panel, name, system, guide, beside)
             panel.set_title(system.name)
             if drawn.alone:
                 drawn.alone(panel, system)
-        _legend(figure, shown, drawn.theory, drawn.guides, guide)
+        _legend(figure, shown, drawn.theory, drawn.guides, guide, beside)
         save_small(figure, path, dpi=90)
 
 
-def _superpose(axes: "Axes", name: str, systems: Sequence[System], guide: Guide | None) -> None:
+def _superpose(
+    axes: "Axes",
+    name: str,
+    systems: Sequence[System],
+    guide: Guide | None,
+    beside: Sequence[System],
+) -> None:
     for system in systems:
-        _draw(axes, name, system, guide)
+        _draw(axes, name, system, guide, beside)
     if name == "histogram":
         axes.set_yscale("log")
 
 
-def _draw(axes: "Axes", name: str, system: System, guide: Guide | None) -> None:
+def _draw(
+    axes: "Axes", name: str, system: System, guide: Guide | None, beside: Sequence[System]
+) -> None:
     FIGURES[name].draw(axes, system)
+    for other in beside:
+        if other.name == system.name:
+            plot_panels.draw_beside(axes, other, FIGURES[name].points(other))
     if guide:
         guide.draw(axes, name, system)
 
 
 def _legend(
-    figure: Any, systems: Sequence[System], theory: str, guides: str, guide: Guide | None
+    figure: Any,
+    systems: Sequence[System],
+    theory: str,
+    guides: str,
+    guide: Guide | None,
+    beside: Sequence[System],
 ) -> None:
-    """Add a legend of systems and line styles below all panels."""
+    """Add a legend of systems, line styles and methods below all panels."""
     from matplotlib.lines import Line2D
 
     def line(label: str, **style_of: Any) -> "Line2D":
@@ -170,5 +211,10 @@ def _legend(
     handles += [
         line(label, **plot_panels.GUIDE) for label in (guides, guide and guide.label) if label
     ]
+    filled = "filled: " if beside else ""
+    handles.append(line(f"{filled}{numerics_of(systems[0].rest)}", ls=""))
+    if beside:
+        points = {**plot_panels.BESIDE, "lw": 0}
+        handles.append(line(f"white: {numerics_of(beside[0].rest)}", marker="o", **points))
     handles.append(line(BARS, ls=""))
-    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
+    figure.legend(handles=handles, loc="outside lower center", ncols=-(-len(handles) // 2))

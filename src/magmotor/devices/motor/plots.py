@@ -8,6 +8,7 @@ from magmotor.common.arguments import checked
 from magmotor.common.checks import check_choice
 from magmotor.common.hints import Picture, several
 from magmotor.common.style import save_small
+from magmotor.device.provenance import numerics_of
 from magmotor.devices.motor import plot_panels
 from magmotor.devices.motor.plot_panels import MotorRun
 
@@ -73,7 +74,8 @@ def motor_figure(
                 axes.set_title(run.title)
             for axes in line[len(row) :]:
                 axes.remove()
-        figure.suptitle(FIGURES[name].title)
+        numerics = sorted({numerics_of(run.data) for run in runs})
+        figure.suptitle(f"{FIGURES[name].title} ({'; '.join(numerics)})")
         _legend(figure, figure.axes, loc="outside lower center", ncols=5)
         save_small(figure, path, dpi=90)
 
@@ -94,7 +96,7 @@ def motor_overview(run: MotorRun, path: Picture, others: Sequence[MotorRun] = ()
     with style.figure(18.0, 9.0) as figure:
         axes = figure.subplot_mosaic(layout, width_ratios=(1.1, 1, 1, 1))
         plot_panels.draw_theta(axes["theta"], run)
-        axes["theta"].set_title(f"{run.title}; {run.flights_in_words}")
+        axes["theta"].set_title(f"{run.title}; {run.flights_in_words} ({numerics_of(run.data)})")
         plot_panels.draw_onset(axes["onset"], run)
         axes["onset"].set_title("Where the longest flight begins")
         plot_panels.draw_path(axes["path"], run)

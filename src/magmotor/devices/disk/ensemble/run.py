@@ -5,7 +5,7 @@ import json
 import math
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from importlib.metadata import version
 from pathlib import Path
@@ -35,9 +35,16 @@ from magmotor.devices.disk.ensemble.statistics import (
 from magmotor.devices.disk.scene import Disk, LangevinParticle
 from magmotor.devices.disk.states import DiskStates
 from magmotor.devices.disk.theory.stationary import gibbs_deviations, gibbs_mean_squares
-from magmotor.devices.disk.variational import LANES, kernel, pack, step_coefficients, unpack
+from magmotor.devices.disk.variational import (
+    LANES,
+    TURN,
+    kernel,
+    pack,
+    step_coefficients,
+    unpack,
+)
 from magmotor.noise import check_seed
-from magmotor.numerics import splittings as schemes
+from magmotor.numerics.simd import COUNT
 
 BLOCK = 64
 """Number of samples that the kernel passes to the statistics at a time, in the L2 cache."""
@@ -60,9 +67,10 @@ def ensemble(
     trajectories: int,
     threads: int | None,
     checkpoint: str | Path | None,
+    simulate: Callable[..., xr.Dataset],
 ) -> xr.Dataset:
     """Run an ensemble of disk or particle; `mm.ensemble` documents and checks the arguments."""
-    check_choice("method", method, schemes.methods(schemes.DISK, noise=scene.noise > 0))
+    check_choice("method", method, scene.device.methods(scene))
     seed = check_seed(seed)
     if trajectories > replicas:
         raise reject(
@@ -89,33 +97,66 @@ def ensemble(
         "version": version("magmotor"),
         "initial": None if initial is None else checksum(first),
     }
-    run = EnsembleRun(scene, task, when, first, checkpoint)
-    return run.to_the_end(threads or thread_count())
+    engine, scheme = method.split("/")
+    if engine == "variational":
+        advance, coefficients = kernel(scene, scheme), step_coefficients(scene, scheme, timestep)
+        run = EnsembleRun(scene, task, when, first, checkpoint, advance, coefficients)
+        return run.to_the_end(threads or thread_count())
+    if threads is not None:
+        raise reject("threads", threads, "must be left out, since MuJoCo uses all processors")
+    samples = simulate(
+        scene, method=method, timestep=timestep, seed=seed, replicas=replicas, initial=initial,
+        duration=when.samples * when.interval * timestep, record_interval=when.interval,
+        checkpoint=checkpoint,
+    )  # fmt: skip
+    run = EnsembleRun(scene, task, when, first, None, _replay(samples), lanes=COUNT)
+    return run.to_the_end(thread_count())
+
+
+def _replay(samples: xr.Dataset) -> Callable[..., None]:
+    """Return a function with the parameters of the kernel that returns samples of `simulate`."""
+    names = ("x", "theta", "v", "omega")
+    columns = [samples[name].transpose("time", "replica").values for name in names]
+    lanes = np.zeros((len(samples.time), 4, -(-samples.sizes["replica"] // COUNT) * COUNT))
+    lanes[..., : samples.sizes["replica"]] = np.stack(columns, axis=1)
+    lanes[:, 0] /= TURN
+
+    def advance(states, recorded, first, interval, _seed, replica, *_):
+        after = first // interval + 1
+        columns = slice(replica, replica + states.shape[1])
+        recorded[:] = lanes[after : after + len(recorded), :, columns]
+        states[:] = recorded[-1]
+
+    return advance
 
 
 class EnsembleRun:
     """An ensemble in progress: `sample` samples are finished, and `arrays` hold the results."""
 
     def __init__(
-        self, scene, task: dict[str, Any], when: Plan, first: DiskStates, path: str | Path | None
+        self,
+        scene,
+        task: dict[str, Any],
+        when: Plan,
+        first: DiskStates,
+        path: str | Path | None,
+        advance: Callable[..., None],
+        coefficients: Any = None,
+        lanes: int = LANES,
     ):
         self.scene, self.task, self.when, self.first = scene, task, when, first
-        scheme = task["method"].split("/")[1]
-        self.advance, self.coefficients = (
-            kernel(scene, scheme),
-            step_coefficients(scene, scheme, task["timestep"]),
-        )
+        self.advance, self.coefficients, self.lanes = advance, coefficients, lanes
         self.deviations, self.sigma = _deviations(scene)
-        lanes = pack(first)
-        replicas, padded = task["replicas"], lanes.shape[1]
-        self.replicas, self.groups = replicas, -(-padded // LANES)
-        self.start = self._states(lanes)
+        packed = pack(first)
+        replicas, padded = task["replicas"], packed.shape[1]
+        self.replicas, self.groups = replicas, -(-padded // lanes)
+        self.start = self._states(packed)
         self.guard = scene.device.guard(scene, self.start)
         fresh: dict[str, NDArray] = {
-            "states": lanes,
+            "states": packed,
             "moments": np.zeros((len(when.records), len(quantities(scene)), len(POWERS))),
             "paths": np.zeros((len(when.records), task["trajectories"])),
-            **empty(padded, when.levels)._asdict(),
+            **empty(padded, when.levels, lanes)._asdict(),
         }
 
         def expected(sample: int) -> dict[str, Expected]:
@@ -165,7 +206,7 @@ class EnsembleRun:
         lock = threading.Lock()
 
         def work() -> None:
-            room = np.empty(BLOCK * 4 * LANES)
+            room = np.empty(BLOCK * 4 * self.lanes)
             while True:
                 with lock:
                     group = next(waiting, None)
@@ -178,10 +219,10 @@ class EnsembleRun:
         self.sample = stop
 
     def _advance_group(self, group: int, stop: int, room: NDArray) -> None:
-        begin = group * LANES
+        begin = group * self.lanes
         # Contiguous, as in `simulate`: another layout would require another compilation.
-        states = self.arrays["states"][:, begin : begin + LANES].copy()
-        lanes = min(LANES, self.replicas - begin)
+        states = self.arrays["states"][:, begin : begin + self.lanes].copy()
+        lanes = min(self.lanes, self.replicas - begin)
         interval, burn_in, seed = self.when.interval, self.when.burn_in, self.task["seed"]
         sample = self.sample
         if sample == 0 and burn_in == 0:
@@ -196,10 +237,10 @@ class EnsembleRun:
                 skipped = max(0, burn_in - sample - 1)
                 self._accumulate(block[skipped:], group, lanes, sample + 1 + skipped - burn_in)
             sample += count
-        self.arrays["states"][:, begin : begin + LANES] = states
+        self.arrays["states"][:, begin : begin + self.lanes] = states
 
     def _accumulate(self, block: NDArray, group: int, lanes: int, first: int) -> None:
-        start = group * LANES
+        start = group * self.lanes
         accumulate(self.statistics, block, group, start, lanes, first, self.deviations, self.sigma)
 
     def _record(self) -> None:

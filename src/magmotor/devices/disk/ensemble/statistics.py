@@ -42,7 +42,7 @@ _SUMS = 6
 
 
 class Statistics(NamedTuple):
-    """Accumulators of G groups of LANES replicas, R replicas with padding, and L levels of lags.
+    """Accumulators of G groups of replicas, R replicas with padding, and L levels of lags.
 
     The lag of level j is 2^j samples. `sums` holds the number of pairs of successive increments
     a, b and their sums of a, b, a^2, b^2 and ab; `counts` the histograms of x mod 2 pi, v and
@@ -59,9 +59,9 @@ class Statistics(NamedTuple):
     flights: NDArray[np.int64]  # (G, FLIGHT_BINS)
 
 
-def empty(replicas: int, levels: int) -> Statistics:
-    """Return accumulators without any samples; `replicas` includes the padding."""
-    groups = -(-replicas // LANES)
+def empty(replicas: int, levels: int, lanes: int) -> Statistics:
+    """Return accumulators without samples, for groups of `lanes`; `replicas` includes padding."""
+    groups = -(-replicas // lanes)
     return Statistics(
         last=np.zeros((levels, replicas)),
         increment=np.zeros((levels, replicas)),
