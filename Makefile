@@ -127,9 +127,10 @@ docs: .venv/dev-ready  ## the documentation site, which opens from disk: out/sit
 	@echo "== docs: building out/site/ with warnings as errors (running the notebook takes about a minute)"
 	@NO_MKDOCS_2_WARNING=1 $(PYTHON) -m mkdocs build --strict $(ARGS)
 
-compat: .venv-compat/ready  ## tests/programs/test_compat.py on the oldest MuJoCo, 3.17
+compat: .venv-compat/ready  ## the tests that depend on MuJoCo's version, on the oldest, 3.17
 	@.venv-compat/bin/python -c 'import mujoco; print("== compat: running pytest on mujoco", mujoco.__version__)'
-	@.venv-compat/bin/python -m pytest tests/programs/test_compat.py $(ARGS)
+	@.venv-compat/bin/python -m pytest tests/programs/test_compat.py tests/library/test_plugin.py \
+		tests/library/test_failures.py $(ARGS)
 
 clean:  ## remove environments and caches, but not out/
 	rm -rf .venv .venv-compat .venv-bench .cache .hypothesis .pytest_cache .ruff_cache build dist

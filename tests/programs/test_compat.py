@@ -6,9 +6,11 @@ import pytest
 from numpy_twin import apply_magnetism
 
 import magmotor as mm
+from magmotor.common.environment import models_folder
 from magmotor.mjcf import layout
 
-LEAST_RK4_ORDER = 4 if int(mujoco.__version__.split(".")[0]) >= 4 else 2
+MAJOR = int(mujoco.__version__.split(".")[0])
+LEAST_RK4_ORDER = 4 if MAJOR >= 4 else 2
 
 
 def test_struct_layout():
@@ -86,3 +88,19 @@ def test_noise_is_constant_over_the_stages_of_rk4():
         mujoco.mj_step(model, data, nstep=1000)
     rises = mm.noise.BrownianPath(0, 0.01).increments(1000)
     np.testing.assert_allclose(data.qvel, rises.sum() * np.array([5, 10]), rtol=3e-14)  # 2.5e-15
+
+
+@pytest.mark.skipif(MAJOR >= 4, reason="dm_control's Physics does not support MuJoCo 4")
+def test_the_plugin_acts_in_dm_control():
+    """Its Physics steps the same model to the same bits."""
+    from dm_control import mujoco as control
+
+    path = str(models_folder() / "top_magnetic.xml")
+    physics = control.Physics.from_xml_path(path)
+    for _ in range(500):
+        physics.step()
+    model = mujoco.MjModel.from_xml_path(path)
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, nstep=500)
+    assert abs(data.qpos[0] - model.qpos0[0]) > 1e-4
+    np.testing.assert_array_equal(physics.data.qpos, data.qpos)
