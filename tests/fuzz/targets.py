@@ -26,6 +26,7 @@ EXCLUDED = {
     "mm.sweep.dask_workers": "waits for a scheduler",
     "mm.device.provenance.assemble": "the engines' own, with chunks of their kernels",
     "mm.device.provenance.attributes_of": "the engines' own, with any attributes",
+    "mm.device.provenance.numerics_of": "the plots' own, with runs that they have checked",
 }
 
 
