@@ -5,15 +5,19 @@ MuJoCo 4 and newer call `register` whenever `mujoco` is imported, through the en
 compiled code takes its place in MuJoCo's table when the first model with the plugin is compiled.
 """
 
+import _thread
 import ctypes
+import os
 import sys
 import threading
-from collections.abc import Iterator
+import traceback
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import cache
+from functools import cache, wraps
 from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 NAME = b"magmotor.forces"
 KEY = b"act"
@@ -25,6 +29,14 @@ PASSIVE = 1 << 2
 FAILED = -1
 """Result of `init` for which MuJoCo raises an error."""
 
+SLOW = 3.0
+"""Seconds after which loading is explained."""
+
+_COMPILING = "magmotor: compiling the forces, once after installation, for about half a minute"
+_FORKED = (
+    "this process was forked while another thread loaded the forces, which are missing here;"
+    " compile a model before, or use the start method 'spawn'"
+)
 _ATTRIBUTES = (ctypes.c_char_p * 1)(KEY)
 _NSTATE = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_int)
 _INIT = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int)
@@ -100,6 +112,29 @@ def library() -> ctypes.CDLL:
     raise ImportError("there is no MuJoCo library: pip install mujoco")
 
 
+def returning(function: Callable) -> Callable:
+    """Make a function return None instead of raising, for use as a C callback.
+
+    A C callback that raises returns an undefined value. Ctrl-C is delivered a little later.
+    """
+
+    @wraps(function)
+    def call(*arguments: Any) -> Any:
+        try:
+            return function(*arguments)
+        except KeyboardInterrupt:
+            _interrupt_later()
+        except BaseException:
+            traceback.print_exc()
+        return None
+
+    return call
+
+
+def _interrupt_later() -> None:
+    threading.Timer(0.05, _thread.interrupt_main).start()
+
+
 @_NSTATE
 def _nstate(model, instance):
     """Load the compiled code, since this is the first function that MuJoCo calls."""
@@ -110,8 +145,7 @@ def _nstate(model, instance):
 @_INIT
 def _init(model, data, instance):
     """Called if no model with the plugin has been compiled, but one was loaded from a file."""
-    _ensure_loaded()
-    if _failures:
+    if not _ensure_loaded():
         return FAILED
     if not getattr(_this_thread, "probes", False):
         from magmotor.mjcf.callbacks import prepare
@@ -132,8 +166,7 @@ def _compute(model, data, instance, capability):
 
 _STUBS = {"nstate": _nstate, "init": _init, "reset": _reset, "compute": _compute}
 _lock = threading.Lock()
-_loaded = False
-_failures: list[str] = []
+_loading = _loaded = _failed = False
 _this_thread = threading.local()
 
 
@@ -147,24 +180,47 @@ def without_code() -> Iterator[None]:
         _this_thread.probes = False
 
 
-def _ensure_loaded() -> None:
-    """Load the compiled code once, in a new thread.
+def _ensure_loaded() -> bool:
+    """Load the compiled code once, in a new thread; return whether it could be loaded.
 
     Loading calls MuJoCo, which must not happen in a thread that is inside of MuJoCo: its errors
-    would jump to the innermost call.
+    would jump to the innermost call. Ctrl-C is delivered afterwards.
     """
-    global _loaded
-    if getattr(_this_thread, "probes", False):
-        return
-    with _lock:
-        if not _loaded:
-            loader = threading.Thread(target=_load)
-            loader.start()
-            loader.join()
-            _loaded = True
+    global _loading
+    interrupted = False
+    while not (_loaded or _failed or getattr(_this_thread, "probes", False)):
+        try:
+            with _lock:
+                if not (_loaded or _failed):
+                    _loading = True
+                    loader = threading.Thread(target=_load)
+                    loader.start()
+                    loader.join()
+                    _loading = False
+        except KeyboardInterrupt:
+            interrupted = True
+    if interrupted:
+        _interrupt_later()
+    return not _failed
+
+
+def _after_fork() -> None:
+    """Give up in a child whose parent was loading: its locks are held by threads that are gone."""
+    global _lock, _loading, _failed
+    _lock = threading.Lock()
+    if _loading:
+        _loading, _failed = False, True
+        print(f"magmotor: {_FORKED}", file=sys.stderr)
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_after_fork)
 
 
 def _load() -> None:
+    global _loaded, _failed
+    notice = threading.Timer(SLOW, print, (_COMPILING,), {"file": sys.stderr})
+    notice.start()
     try:
         from magmotor.mjcf.callbacks import compiled_plugin
 
@@ -173,8 +229,9 @@ def _load() -> None:
         init, compute = compiled_plugin()
         table = found(register()).contents
         table.compute, table.init = compute.address, init.address
-    except Exception as error:
-        import traceback
-
-        _failures.append(str(error))
+        _loaded = True
+    except BaseException:
         traceback.print_exc()
+        _failed = True
+    finally:
+        notice.cancel()

@@ -161,5 +161,7 @@ def test_potentials_keep_inner_zeros(capsys):
 
 def test_a_wrong_mark_is_an_error():
     model = mujoco.MjModel.from_xml_string(PAIR.format(head=MARK.format("dipols")))
-    with pytest.raises(ValueError, match="text 'magmotor' = 'dipols': must be words out of"):
+    with pytest.raises(
+        ValueError, match="text 'magmotor' = 'dipols': must be one or more of the words"
+    ):
         mm.describe(model)

@@ -1,5 +1,8 @@
 """Errors on threads of rollouts and batches: a failed state is NaN, and the process lives."""
 
+import subprocess
+import sys
+import warnings
 from contextlib import contextmanager
 
 import mujoco
@@ -9,6 +12,8 @@ import numpy as np
 import pytest
 
 import magmotor as mm
+from magmotor.common.environment import models_folder
+from magmotor.mjcf.hooks import errors_raised
 
 PLUGIN = (
     '<extension><plugin plugin="magmotor.forces"><instance name="magnets"/></plugin></extension>'
@@ -135,7 +140,7 @@ def test_numbers_that_become_invalid_are_named(hook, integrator):
     model = compiled(NEEDLE, hook, integrator)
     data = [mujoco.MjData(model) for _ in range(2)]  # with the plugin, the next would be an error
     model.site("needle").user[:] = np.nan
-    with failing(hook, "site 1 'needle': .* its moment in A m.2, which must be finite"):
+    with failing(hook, "site 1 'needle': .* which must be finite; the direction is its z axis"):
         states = rolled(model, data, START, AWAY)
     assert np.isnan(states[..., 1]).all()
     if hook == "plugin":
@@ -210,3 +215,163 @@ def test_several_errors_are_counted():
 
     with pytest.raises(mujoco.FatalError, match=match):
         failing_twice()
+
+
+def fail_in_rollouts(model, replicas=2):
+    """Roll out on two threads, each of which meets two dipoles that coincide."""
+    data = [mujoco.MjData(model) for _ in range(2)]
+    start = np.tile(np.concatenate([[0.0], model.qpos0, np.zeros(model.nv)]), (replicas, 1))
+    start[:, 1] = 1.0
+    return mujoco.rollout.rollout(model, data, start, nstep=3)[0]
+
+
+def test_a_warning_that_is_an_error_does_not_crash(capfd):
+    """Nothing can be raised there; the sentence is printed."""
+    model = compiled(SLIDER, "plugin", "Euler")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        states = fail_in_rollouts(model)
+    assert np.isnan(states[:, :, 1]).all()
+    assert "magmotor: dipole sites 1 'moving' and 0 'still' coincide" in capfd.readouterr().err
+
+
+def test_an_error_is_not_lost_while_another_thread_is_inside_baoab():
+    """That thread's handler of errors serves the process, but not the threads of a rollout."""
+    model = compiled(SLIDER, "callback", "Euler")
+    for _ in range(5):
+        with pytest.raises(mujoco.FatalError, match="coincide"), mm.magnetism(), errors_raised():
+            assert np.isnan(fail_in_rollouts(model)[:, :, 1]).all()
+    with errors_raised():
+        pass
+
+
+def test_errors_are_raised_in_each_block_during_which_they_were_recorded():
+    model = compiled(SLIDER, "callback", "Euler")
+    inner, outer = (pytest.raises(mujoco.FatalError, match="coincide") for _ in range(2))
+    with outer, mm.magnetism(), inner, mm.magnetism():
+        fail_in_rollouts(model)
+
+
+def test_errors_of_a_block_that_ends_by_an_exception_are_a_warning():
+    model = compiled(SLIDER, "callback", "Euler")
+
+    def fail():
+        with mm.magnetism():
+            fail_in_rollouts(model)
+            raise KeyError
+
+    with pytest.warns(UserWarning, match="coincide"), pytest.raises(KeyError):
+        fail()
+    with mm.magnetism():
+        pass
+
+
+@pytest.mark.parametrize("hook", HOOKS)
+def test_an_error_in_a_later_stage_of_rk4_leaves_the_stack_empty(hook):
+    model = compiled(SLIDER, hook, "RK4")
+    data = mujoco.MjData(model)
+    data.qpos[0], data.qvel[0] = 1 - STEP / 2 * 8.0, 8.0
+    with mm.magnetism(), pytest.raises(mujoco.FatalError, match="coincide"):
+        mujoco.mj_step(model, data)
+    assert data.qpos[0] == 1.0
+    assert (data.pstack, data.pbase) == (0, 0)
+
+
+@pytest.mark.parametrize("hook", HOOKS)
+@pytest.mark.parametrize("time", [np.nan, np.inf, -1e300, 2.0**53])
+def test_noise_needs_a_time_that_has_a_step(hook, time):
+    text = SLIDER.replace('data="dipoles"', 'data="noise"').replace(
+        "<joint", '<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/><joint'
+    )
+    text = text.replace("<body>", '<body user="1 0 0 0 0 0">')
+    model = compiled(text, hook, "Euler")
+    data = mujoco.MjData(model)
+    data.time = time * model.opt.timestep
+    with mm.magnetism(), pytest.raises(mujoco.FatalError, match=r"time = .* 2\^53 timesteps"):
+        mujoco.mj_forward(model, data)
+
+
+@pytest.mark.parametrize("letter", ["e", "é", "漢", "%"])
+def test_a_long_name_does_not_hide_an_error(letter):
+    text = SLIDER.replace('name="moving"', f'name="{letter * 600}"')
+    model = compiled(text, "callback", "Euler")
+    model.site_user[1, 0] = np.nan
+    data = mujoco.MjData(model)
+    message = f"site 1 '{letter * 60}...': its only user number"
+    with mm.magnetism(), pytest.raises(mujoco.FatalError, match=message):
+        mujoco.mj_forward(model, data)
+    with pytest.raises(ValueError, match=message):
+        mm.Baoab(model)
+    with pytest.raises(ValueError, match="its only user number"):
+        compiled(text.replace('user="1e-3"', 'user="inf"'), "plugin", "Euler")
+
+
+def test_baoab_names_a_memory_that_is_too_small():
+    sites = "".join(f'<site pos="{k} 0 0" user="1"/>' for k in range(300))
+    model = mujoco.MjModel.from_xml_string(f"""
+<mujoco><size memory="1K"/><worldbody>{sites}<body pos="0 1 0">
+<joint type="slide"/><geom size="0.1"/><site user="1"/></body></worldbody></mujoco>""")
+    with pytest.raises(mujoco.FatalError, match="increase <size memory>"):
+        mm.Baoab(model).step(mujoco.MjData(model))
+
+
+def test_a_rollout_by_baoab_takes_each_mjdata_once():
+    model = compiled(SLIDER, "callback", "Euler")
+    data, start = mujoco.MjData(model), np.zeros((2, 3))
+    with pytest.raises(ValueError, match="must not contain one mjData twice"):
+        mm.Baoab(model).rollout([data, data], start, None, control_spec=0, nstep=1)
+
+
+FORK = """
+import os, sys, threading, time
+import magmotor, magmotor_plugin, mujoco
+path = sys.argv[1]
+compiling = threading.Thread(target=lambda: mujoco.MjModel.from_xml_path(path))
+compiling.start()
+while not magmotor_plugin._loading:
+    time.sleep(0.001)
+child = os.fork()
+if child == 0:
+    try:
+        mujoco.MjModel.from_xml_path(path)
+    except ValueError:
+        os._exit(7)
+    os._exit(0)
+compiling.join()
+print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+"""
+
+
+def test_a_fork_while_the_code_is_being_loaded_is_an_error_in_the_child():
+    """A lock that a thread of the parent holds would never be released there."""
+    path = str(models_folder() / "top_magnetic.xml")
+    done = subprocess.run(
+        [sys.executable, "-W", "ignore", "-c", FORK, path],
+        capture_output=True, text=True, timeout=300, check=False,
+    )  # fmt: skip
+    assert done.stdout.strip() == "7", done.stderr
+    assert "forked while another thread loaded" in done.stderr
+
+
+INTERRUPTED = """
+import _thread, sys, threading
+import magmotor, mujoco
+path = sys.argv[1]
+threading.Timer(0.05, _thread.interrupt_main).start()
+try:
+    model = mujoco.MjModel.from_xml_path(path)
+    data = mujoco.MjData(model)
+    threading.Event().wait(20)
+except KeyboardInterrupt:
+    mujoco.mj_step(model, data)
+    print(data.qfrc_passive.any(), model.npluginstate)
+"""
+
+
+def test_ctrl_c_while_the_code_is_being_loaded_comes_afterwards():
+    path = str(models_folder() / "top_magnetic.xml")
+    done = subprocess.run(
+        [sys.executable, "-c", INTERRUPTED, path], capture_output=True, text=True, timeout=120,
+        check=False,
+    )  # fmt: skip
+    assert done.stdout.strip() == "True 0", done.stderr

@@ -272,7 +272,8 @@ def test_a_coupling_that_is_not_of_two_bodies_is_named(custom):
     with (
         mm.magnetism(),
         pytest.raises(
-            mujoco.FatalError, match=r"coupling tuple 1 'coupling#'.* two bodies with equal prm"
+            mujoco.FatalError,
+            match=r"coupling tuple 1 'coupling#'.* two bodies with equal",
         ),
     ):
         mujoco.mj_step(model, data)

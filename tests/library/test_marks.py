@@ -105,12 +105,15 @@ def test_the_word_couplings_alone_lets_nothing_act():
 
 
 WRONG = [
-    ("magnets", "text 'magmotor' = 'magnets': must be words out of dipoles, couplings, noise,"),
-    ("dipoles, noise", "text 'magmotor' = 'dipoles, noise': must be words out of"),
-    ("dipolesnoise", "text 'magmotor' = 'dipolesnoise': must be words out of"),
-    ("Dipoles", "text 'magmotor' = 'Dipoles': must be words out of"),
-    ("%n", "text 'magmotor' = '%n': must be words out of"),
-    (" ", "text 'magmotor' = ' ': must be words out of"),
+    (
+        "magnets",
+        "text 'magmotor' = 'magnets': must be one or more of the words dipoles",
+    ),
+    ("dipoles, noise", "text 'magmotor' = 'dipoles, noise': must be one or more of the words"),
+    ("dipolesnoise", "text 'magmotor' = 'dipolesnoise': must be one or more of the words"),
+    ("Dipoles", "text 'magmotor' = 'Dipoles': must be one or more of the words"),
+    ("%n", "text 'magmotor' = '%n': must be one or more of the words"),
+    (" ", "text 'magmotor' = ' ': must be one or more of the words"),
 ]
 
 
@@ -139,7 +142,7 @@ def test_two_marks_of_one_model_name_the_same():
     np.testing.assert_array_equal(
         generalized(separate(**both)), generalized(separate(TEXT.format("dipoles noise")))
     )
-    message = "'noise dipoles' and config 'act' of magmotor.forces = 'all': must name the same"
+    message = "'noise dipoles' and config 'act' of magmotor.forces = 'all': must have the same"
     with pytest.raises(ValueError, match=message):
         separate(both["text"], CONFIG.format("all"))
 
@@ -261,7 +264,7 @@ print(abs(data.qfrc_smooth[:2]).max() > 0)
     assert found.stdout == "True\n"
     lines = [line for line in found.stderr.splitlines() if line.startswith("magmotor: ")]
     said = (
-        "magmotor: 2 sites with one user number act as dipoles; to say so, or otherwise, add"
-        ' <custom><text name="magmotor" data="dipoles"/></custom> to the model'
+        "magmotor: 2 sites that each have one user number act as dipoles; to confirm or change"
+        ' this, add <custom><text name="magmotor" data="dipoles"/></custom> to the model'
     )
     assert lines == [said]

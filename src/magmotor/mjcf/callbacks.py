@@ -18,6 +18,7 @@ from magmotor.mjcf import layout, memory, messages
 from magmotor.mjcf.forces.brownian_wrenches import (
     add_brownian_wrenches,
     clear_driven_bodies,
+    has_step_number,
     in_later_stage,
     invalid_row,
     step_number,
@@ -159,6 +160,7 @@ def _callback(checksum: int, offsets: layout.Layout):
         if error[0] < 0 and kinds & NOISE and m[offsets.nuser_body // 8] > 0:
             acting += add_brownian_wrenches(model, data, offsets, step, applied)
         if error[0] >= 0:
+            _abandon_stack(data, offsets)
             report(error, m, d, offsets)
             _clear(memory.numbers(d[offsets.xfrc_applied // 8], m[offsets.nbody // 8], 6))
             _mark_failed(model, data, offsets, in_later_stage(model, data, offsets))
@@ -224,6 +226,7 @@ def _compute(checksum: int, offsets: layout.Layout):
         _, error = apply_forces(model, data, offsets, kinds, applied, generalized)
         if error[0] >= 0:
             memory.free_stack(stack)
+            _abandon_stack(data, offsets)
             report(error, m, d, offsets)
             _mark_failed(model, data, offsets, stage)
             return
@@ -258,6 +261,8 @@ def apply_forces(model, data, offsets, kinds, applied, generalized):
         invalid = clear_driven_bodies(m, d, offsets, applied)
         if invalid >= 0:
             return 0, (messages.PATH, invalid, -1)
+        if not has_step_number(model, data, offsets):
+            return 0, (messages.TIME, -1, -1)
     if kinds & DIPOLES:
         acting, first, second = set_magnetic_wrenches(m, d, offsets, kinds, applied)
         if first >= 0:
@@ -297,6 +302,9 @@ def report(error, m, d, offsets):
     if number == messages.MARK:
         text, config = marks_of(m, offsets)
         messages.fail(number, 0, text, 0, config, 0.0)
+    elif number == messages.TIME:
+        time = memory.numbers(d.ctypes.data + offsets.time, 1, 1)[0, 0]
+        messages.fail(number, -1, 0, 0, 0, time)
     elif number == messages.PATH:
         messages.fail(number, first, 0, 0, 0, userdata_at(d, offsets, first))
     elif number >= 0:
@@ -310,6 +318,17 @@ def report(error, m, d, offsets):
         names, starts = m[offsets.names // 8], memory.integers(starts, memory.UNBOUNDED)
         other = names + starts[second] if second >= 0 else 0
         messages.fail(number, first, names + starts[first], second, other, 0.0)
+
+
+@njit
+def _abandon_stack(data, offsets):
+    """Empty the stack of `mjData` if an error is going to end all functions that use it.
+
+    Else later steps by RK4 would take all of their stages for later ones.
+    """
+    if messages.handler_of_thread() != 0:
+        memory.words(data + offsets.pstack, 1)[0] = 0
+        memory.words(data + offsets.pbase, 1)[0] = 0
 
 
 @njit

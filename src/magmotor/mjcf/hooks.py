@@ -5,6 +5,7 @@ and `without_stopwatch` the stopwatch; `magmotor.mjcf.magnetism` replaces the co
 """
 
 import ctypes
+import os
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -60,22 +61,34 @@ def errors_raised() -> Iterator[None]:
     ------
     mujoco.FatalError
     """
+    before = getattr(_of_thread, "messages", None)
+    _of_thread.messages = messages = []
     try:
         with _error_hook:
             yield
     finally:
-        message = _messages.pop(threading.get_ident(), None)
-    if message is not None:
-        raise mujoco.FatalError(message)
+        _of_thread.messages = before
+    if messages:
+        raise mujoco.FatalError(messages[0])
 
 
-_messages: dict[int, str] = {}
-"""First error of each thread."""
+def catches_errors(handler: int) -> bool:
+    """Whether a handler of MuJoCo's errors, an address, handles those of this thread."""
+    ours = handler == ctypes.cast(_keep, ctypes.c_void_p).value
+    return handler != 0 and not (ours and getattr(_of_thread, "messages", None) is None)
+
+
+_of_thread = threading.local()
+"""Its `messages` are the errors of a thread inside `errors_raised`, else None."""
 
 
 @ctypes.CFUNCTYPE(None, ctypes.c_char_p)
 def _keep(message: bytes) -> None:
-    _messages.setdefault(threading.get_ident(), message.decode())
+    messages = getattr(_of_thread, "messages", None)
+    if messages is None:  # another thread, in which MuJoCo cannot go on
+        os.write(2, b"ERROR: " + message + b"\n")
+        os._exit(1)
+    messages.append(message.decode(errors="replace"))
 
 
 @cache

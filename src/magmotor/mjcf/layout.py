@@ -26,7 +26,7 @@ MODEL_FIELDS = (
 OPTION_FIELDS = ("timestep", "integrator", "disableflags", "enableflags")
 DATA_FIELDS = (
     "site_xpos", "site_xmat", "xmat", "xipos", "xaxis", "xfrc_applied", "qfrc_applied", "qpos",
-    "qvel", "qfrc_passive", "userdata", "time", "pstack",
+    "qvel", "qfrc_passive", "userdata", "time", "pstack", "pbase",
     "body_awake", "plugin_data",
 )  # fmt: skip
 
@@ -142,6 +142,7 @@ class Layout(NamedTuple):
     userdata: int
     time: int
     pstack: int
+    pbase: int
     body_awake: int
     plugin_data: int
 

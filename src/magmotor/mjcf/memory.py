@@ -69,6 +69,19 @@ def _pointer(typingctx, address):
     return types.voidptr(address), codegen
 
 
+@intrinsic
+def word_on_stack(typingctx):
+    """Return the address of a 64-bit 0, which is valid until the calling function returns."""
+
+    def codegen(context, builder, signature, args):
+        word = ir.IntType(64)
+        place = cgutils.alloca_once_value(builder, ir.Constant(word, 0))
+        builder.store(ir.Constant(word, 0), place)
+        return builder.ptrtoint(place, word)
+
+    return types.int64(), codegen
+
+
 @njit(forceinline=True)
 def words(address, count):
     """Return an array of `count` 64-bit integers at an address."""
@@ -81,10 +94,16 @@ def integers(address, count):
     return carray(_pointer(address), (count,), np.uint32)
 
 
+@njit(forceinline=True)
+def bytes_at(address, count):
+    """Return an array of `count` bytes at an address."""
+    return carray(_pointer(address), (count,), np.uint8)
+
+
 @njit
 def starts_with(address, prefix):
     """Whether the C string at an address starts with the bytes of `prefix`, a tuple."""
-    characters = carray(_pointer(address), (len(prefix),), np.uint8)
+    characters = bytes_at(address, len(prefix))
     k = 0
     while k < len(prefix) and characters[k] == prefix[k]:
         k += 1
@@ -116,6 +135,15 @@ def any_number(array, row, first, last):
     for k in range(first, last):
         present = present or array[row, k] != 0.0
     return present
+
+
+@njit(forceinline=True)
+def all_finite(array, row, columns):
+    """Whether the first columns of a row are finite numbers."""
+    total = 0.0
+    for k in range(columns):
+        total += 0.0 * array[row, k]
+    return total == 0.0
 
 
 def variable(name):

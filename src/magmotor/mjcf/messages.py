@@ -27,10 +27,14 @@ from magmotor.mjcf.forces.dipole_sites import (
     ONE_RIGID_BODY,
     SWITCHED_OFF,
 )
-from magmotor_plugin import library
+from magmotor.mjcf.hooks import catches_errors
+from magmotor_plugin import library, returning
 
-COINCIDENCE, MARK, COUPLING, WRENCH, POTENTIAL, MOMENT, PATH = range(7)
+COINCIDENCE, MARK, COUPLING, WRENCH, POTENTIAL, MOMENT, PATH, TIME = range(8)
 """Errors; each has up to two numbers with names, and a value."""
+
+LONGEST_NAME = 60
+"""Largest number of characters of a name in a message."""
 
 ASSUMED, NO_PASSIVE_FORCES, SLEEPING = range(LEFT_ALONE + 1, LEFT_ALONE + 4)
 """Notices, besides the reasons why nothing acts on a model."""
@@ -61,12 +65,12 @@ _NOTICES = {
 def _mark_error(_number: int, text: str, _other: int, config: str, _value: float) -> str:
     allowed = "dipoles, couplings, noise, potentials, all"
     for mark, data in (("text 'magmotor'", text), ("config 'act' of magmotor.forces", config)):
-        unknown = [word for word in data.split() if word not in allowed.split(", ")]
-        if unknown or (data and not data.split()):
-            return f"{mark} = {data!r}: must be words out of {allowed}"
+        words = data.encode().split()  # at ASCII white space only
+        if data and not (words and {*words} <= {*allowed.encode().split(b", ")}):
+            return f"{mark} = {data!r}: must be one or more of the words {allowed}"
     return (
-        f"text 'magmotor' = {text!r} and config 'act' of magmotor.forces = {config!r}: must name"
-        " the same forces if both are given"
+        f"text 'magmotor' = {text!r} and config 'act' of magmotor.forces = {config!r}: must have"
+        " the same words; give one of them"
     )
 
 
@@ -75,35 +79,51 @@ _ERRORS: dict[int, Callable[..., str]] = {
         "dipole sites {} {!r} and {} {!r} coincide: their force is undefined".format
     ),
     MARK: _mark_error,
-    COUPLING: "coupling tuple {} {!r}: its elements must be two bodies with equal prm".format,
-    WRENCH: "body {} {!r}: its user numbers must be rows of six, the Brownian wrenches".format,
+    COUPLING: (
+        "coupling tuple {} {!r}: its elements must be two bodies with equal and finite prm".format
+    ),
+    WRENCH: (
+        "body {} {!r}: its user numbers must be rows of six, the Brownian wrenches, and"
+        " finite".format
+    ),
     POTENTIAL: (
-        "joint {} {!r}: its user numbers must be pairs, the Fourier coefficients of a potential,"
-        " and the joint must be a slide or a hinge".format
+        "joint {} {!r}: its user numbers must be pairs, the finite Fourier coefficients of a"
+        " potential, and the joint must be a slide or a hinge".format
     ),
     MOMENT: (
-        "site {} {!r}: its only user number must be its moment in A m^2, which must be"
-        " finite".format
+        "site {} {!r}: its only user number must be its moment in A m^2, which must be finite; the"
+        " direction is its z axis".format
     ),
     PATH: (
         "userdata[{0}] = {4:g}: the numbers that select the noise (seed, replica, factor, level,"
         " first step) must be integers from 0 to 2^53 - 1, a factor at most 2^24 and a level at"
         " most 31".format
     ),
+    TIME: "time = {4:g}: must be finite and less than 2^53 timesteps while noise acts".format,
 }  # fmt: skip
 
 _word = types.int64
 _exchange_handler = types.ExternalFunction("_mjPRIVATE_setTlsLogHandler", _word(_word))
 _user_error = memory.variable("mju_user_error")
-_error_text = types.ExternalFunction(
-    "magmotor_error_text", _word(_word, _word, _word, _word, _word, types.float64, _word)
+_form_error_text = types.ExternalFunction(
+    "magmotor_form_error",
+    types.void(_word, _word, _word, _word, _word, types.float64, _word, _word, _word),
+)
+_form_notice = types.ExternalFunction(
+    "magmotor_form_notice", types.void(_word, _word, _word, _word, _word)
 )
 _raise = types.ExternalFunction("mju_error", types.void(_word))
-notice = types.ExternalFunction("magmotor_notice", types.void(_word, _word))
-"""Report a notice and a number to Python."""
 
 notices_given = memory.variable("magmotor_notices_given")
 """Bits of the notices that the running `magnetism` block has given."""
+
+
+@njit
+def handler_of_thread():
+    """Return the address of this thread's handler, which ends the call of MuJoCo; 0 without one."""
+    handler = _exchange_handler(0)
+    _exchange_handler(handler)
+    return handler
 
 
 @njit
@@ -112,12 +132,20 @@ def fail(error, number, name, other, other_name, value):
 
     `name` and `other_name` are addresses of C strings, or 0.
     """
-    handler = _exchange_handler(0)
-    _exchange_handler(handler)
-    is_handled = handler != 0 or _user_error() != 0
-    text = _error_text(error, number, name, other, other_name, value, is_handled)
-    if text != 0:
-        _raise(text)
+    text = memory.word_on_stack()
+    handler, user = handler_of_thread(), _user_error()
+    _form_error_text(error, number, name, other, other_name, value, handler, user, text)
+    if memory.words(text, 1)[0] != 0:
+        _raise(memory.words(text, 1)[0])
+
+
+@njit
+def notice(which, number):
+    """Report a notice and a number, which is an error if warnings are errors."""
+    text = memory.word_on_stack()
+    _form_notice(which, number, handler_of_thread(), _user_error(), text)
+    if memory.words(text, 1)[0] != 0:
+        _raise(memory.words(text, 1)[0])
 
 
 def bind() -> None:
@@ -126,8 +154,8 @@ def bind() -> None:
     memory.bind_variable("mju_user_error", ctypes.c_int64.in_dll(library(), "mju_user_error"))
     exchange = getattr(library(), "_mjPRIVATE_setTlsLogHandler", _always_handled)
     memory.bind_function("_mjPRIVATE_setTlsLogHandler", exchange)
-    memory.bind_function("magmotor_error_text", _form_error)
-    memory.bind_function("magmotor_notice", _give_notice)
+    memory.bind_function("magmotor_form_error", _form_error)
+    memory.bind_function("magmotor_form_notice", _give_notice)
     memory.bind_variable("magmotor_notices_given", _given)
 
 
@@ -135,14 +163,11 @@ _given = ctypes.c_int64(0)
 _texts: dict[int, ctypes.Array] = {}
 """Last error of each thread, kept while C code reads it."""
 
-_recorded: list[str] = []
-"""Errors of threads that do not handle errors."""
-
 _printed: set[str] = set()
 """Lines about models without a mark, each of which a process prints once."""
 
-_blocks = 0
-"""Number of open `magnetism` blocks."""
+_open_blocks: list[list[str]] = []
+"""Errors recorded during each open `magnetism` block, on threads that do not handle errors."""
 
 _lock = threading.Lock()
 
@@ -154,77 +179,119 @@ def _always_handled(_handler):
 
 
 @ctypes.CFUNCTYPE(
-    ctypes.c_void_p, ctypes.c_int64, ctypes.c_int64, ctypes.c_char_p, ctypes.c_int64,
-    ctypes.c_char_p, ctypes.c_double, ctypes.c_int64,
+    None, ctypes.c_int64, ctypes.c_int64, ctypes.c_char_p, ctypes.c_int64, ctypes.c_char_p,
+    ctypes.c_double, ctypes.c_int64, ctypes.c_int64, ctypes.POINTER(ctypes.c_int64),
 )  # fmt: skip
-def _form_error(error, number, name, other, other_name, value, is_handled):
-    names = [(text or b"").decode(errors="replace") for text in (name, other_name)]
+@returning
+def _form_error(error, number, name, other, other_name, value, handler, user, text):
+    """Write the address of the sentence to `text` if the thread handles errors, else record it."""
+    names = [_shortened(characters) for characters in (name, other_name)]
     sentence = _ERRORS[error](number, names[0], other, names[1], value)
-    if is_handled:
-        # MuJoCo takes it for a format.
-        text = ctypes.create_string_buffer(sentence.replace("%", "%%").encode())
-        _texts[threading.get_ident()] = text
-        return ctypes.addressof(text)
+    if handler or catches_errors(user):
+        text[0] = _kept(sentence)
+        return
     with _lock:
-        if _blocks and sentence not in _recorded:
-            _recorded.append(sentence)
-    if not _blocks:
-        warnings.warn(f"{sentence}; the state is set to NaN", stacklevel=1)
-    return None
+        for recorded in _open_blocks:
+            if sentence not in recorded:
+                recorded.append(sentence)
+        inside = bool(_open_blocks)
+    if not inside:
+        _warn(f"{sentence}; the state is set to NaN")
 
 
-@ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64)
-def _give_notice(which, number):
+@ctypes.CFUNCTYPE(
+    None, ctypes.c_int64, ctypes.c_int64, ctypes.c_int64, ctypes.c_int64,
+    ctypes.POINTER(ctypes.c_int64),
+)  # fmt: skip
+@returning
+def _give_notice(which, number, handler, user, text):
+    """Print or warn; write the address of the sentence to `text` if the warning is an error."""
     _given.value |= 1 << which
     if which == ASSUMED:
         line = (
-            f"{number} sites with one user number act as dipoles; to say so, or otherwise, add"
-            ' <custom><text name="magmotor" data="dipoles"/></custom> to the model'
+            f"{number} sites that each have one user number act as dipoles; to confirm or change"
+            ' this, add <custom><text name="magmotor" data="dipoles"/></custom> to the model'
         )
         if line not in _printed:
             _printed.add(line)
             print(f"magmotor: {line}", file=sys.stderr)
-    elif which in _INERT:
-        warnings.warn(f"nothing acts on this model: {_INERT[which]}", stacklevel=2)
-    else:
-        warnings.warn(_NOTICES[which], stacklevel=2)
+        return
+    inert = f"nothing acts on this model: {_INERT.get(which)}"
+    try:
+        warnings.warn(_NOTICES.get(which, inert), stacklevel=3)
+    except Warning as error:
+        if not (handler or catches_errors(user)):
+            raise
+        text[0] = _kept(str(error))
+
+
+def _shortened(characters: bytes | None) -> str:
+    """Return a name or text so short that MuJoCo does not cut the message."""
+    text = (characters or b"").decode(errors="replace")
+    return text if len(text) <= LONGEST_NAME else f"{text[:LONGEST_NAME]}..."
+
+
+def _kept(sentence: str) -> int:
+    """Return the address of a sentence, which stays valid until the next one of this thread."""
+    text = ctypes.create_string_buffer(sentence.replace("%", "%%").encode())  # it is a format
+    _texts[threading.get_ident()] = text
+    return ctypes.addressof(text)
+
+
+def _warn(sentence: str) -> None:
+    """Warn on a thread that cannot raise; if warnings are errors, print the sentence."""
+    try:
+        warnings.warn(sentence, stacklevel=3)
+    except Warning:
+        print(f"magmotor: {sentence}", file=sys.stderr)
 
 
 @contextmanager
 def recorded_errors() -> Iterator[None]:
     """Record errors of threads that do not handle any, and raise them at the end of the block.
 
-    The first of several blocks also makes all notices be given again.
+    They are recorded for each block that is open in the process, and are a warning where another
+    exception ends the block. The first of several blocks also makes all notices be given again.
 
     Raises
     ------
     mujoco.FatalError
     """
-    global _blocks
+    recorded: list[str] = []
     with _lock:
-        if _blocks == 0:
+        if not _open_blocks:
             _given.value = 0
-            _recorded.clear()  # of a block that ended by another exception
-        _blocks += 1
+        _open_blocks.append(recorded)
     try:
         yield
+    except BaseException:
+        with _lock:
+            lost, recorded[:] = recorded.copy(), []
+        for sentence in lost:
+            _warn(f"{sentence}; the states of these runs are NaN")
+        raise
     finally:
         with _lock:
-            _blocks -= 1
-    raise_recorded()
+            _open_blocks[:] = [other for other in _open_blocks if other is not recorded]
+    _raise_all(recorded)
 
 
 def raise_recorded() -> None:
-    """Raise the errors recorded so far, if there are any.
+    """Raise the errors recorded so far in the open blocks, if there are any.
 
     Raises
     ------
     mujoco.FatalError
     """
     with _lock:
-        recorded = _recorded.copy()
-        _recorded.clear()
-    if recorded:
-        others = len(recorded) - 1
+        errors = [*dict.fromkeys(error for recorded in _open_blocks for error in recorded)]
+        for recorded in _open_blocks:
+            recorded.clear()
+    _raise_all(errors)
+
+
+def _raise_all(errors: list[str]) -> None:
+    if errors:
+        others = len(errors) - 1
         more = f" (and {others} other error{'s' * (others > 1)})" if others else ""
-        raise mujoco.FatalError(f"{recorded[0]}{more}; the states of these runs are NaN")
+        raise mujoco.FatalError(f"{errors[0]}{more}; the states of these runs are NaN")

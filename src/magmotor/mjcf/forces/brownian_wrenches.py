@@ -21,7 +21,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from magmotor.mjcf import memory
-from magmotor.noise import COARSEST, FINEST, LARGEST_SEED, BrownianPath, normal
+from magmotor.noise import COARSEST, FINEST, LARGEST_SEED, LARGEST_STEP, BrownianPath, normal
 
 PATH_NUMBERS = 5
 """Number of elements of `userdata` that select the path."""
@@ -44,11 +44,12 @@ def userdata(path: BrownianPath, first_step: int, replicas: int) -> NDArray[np.f
 
 @njit(forceinline=True)
 def invalid_row(m, offsets):
-    """Return the first body whose `user` numbers are not rows of six, or -1."""
+    """Return the first body whose `user` numbers are not finite rows of six, or -1."""
     nuser, bodies = m[offsets.nuser_body // 8], m[offsets.nbody // 8]
     rows = memory.numbers(m[offsets.body_user // 8], bodies, nuser)
     for body in range(bodies):
-        if memory.any_number(rows, body, nuser - nuser % 6, nuser):
+        rest = memory.any_number(rows, body, nuser - nuser % 6, nuser)
+        if rest or not memory.all_finite(rows, body, nuser):
             return body
     return -1
 
@@ -104,6 +105,13 @@ def step_number(model, data, offsets):
         # Times of n + 1/2 and n + 1 steps belong to step n; 1/4 leaves room for rounding.
         return math.ceil(steps - 0.25) - 1
     return math.floor(steps + 0.5)
+
+
+@njit
+def has_step_number(model, data, offsets):
+    """Whether the time of `mjData` is finite and less than 2^53 timesteps."""
+    timestep = memory.numbers(model + offsets.timestep, 1, 1)[0, 0]
+    return abs(memory.numbers(data + offsets.time, 1, 1)[0, 0] / timestep) < LARGEST_STEP
 
 
 @njit(forceinline=True)

@@ -41,6 +41,9 @@ FAR = 1e150
 """Coordinates (m) of padding dipoles; their square does not overflow."""
 
 COUPLING = tuple(b"coupling")
+ALIGNMENT = 1024
+"""Bytes that MuJoCo may add for frames and alignment, generously."""
+
 BODY_TYPE = 1
 """mjOBJ_BODY."""
 
@@ -57,8 +60,7 @@ def set_magnetic_wrenches(m, d, offsets, kinds, applied):
     if nsite == 0 or m[offsets.nuser_site // 8] == 0:
         return 0, -1, -1
     ntuple = m[offsets.ntuple // 8] if kinds & COUPLINGS else 0
-    boundary = _padded(nsite) + COUNT
-    columns = boundary + (2 if ntuple == 0 else COUNT) * boundary
+    boundary, columns = _table_size(nsite, ntuple)
     stack = d.ctypes.data
     memory.mark_stack(stack)
     block = memory.allocate(stack, 8 * (ROWS * columns + 3 * ntuple), 64)
@@ -85,6 +87,19 @@ def set_magnetic_wrenches(m, d, offsets, kinds, applied):
         i, j = _find_coincidence(couplings, m, d, offsets)
     memory.free_stack(stack)
     return acting, i, j
+
+
+@njit
+def _table_size(nsite, ntuple):
+    """Return the first column of pairwise magnets in the table, and the number of columns."""
+    boundary = _padded(nsite) + COUNT
+    return boundary, boundary + (2 if ntuple == 0 else COUNT) * boundary
+
+
+def stack_bytes(nsite: int, ntuple: int) -> int:
+    """Return the bytes that `set_magnetic_wrenches` needs on the stack of `mjData`, at most."""
+    _, columns = _table_size(nsite, ntuple)
+    return 8 * (ROWS * columns + 3 * ntuple) + ALIGNMENT
 
 
 @njit(forceinline=True)
@@ -263,7 +278,7 @@ def _read_couplings(couplings, m, offsets):
 
 @njit
 def invalid_coupling(m, offsets):
-    """Return the first coupling whose elements are not two bodies with equal `prm`, or -1."""
+    """Return the first coupling that is not of two bodies with equal and finite `prm`, or -1."""
     ntuple = m[offsets.ntuple // 8]
     size = memory.integers(m[offsets.tuple_size // 8], ntuple)
     start = memory.integers(m[offsets.tuple_adr // 8], ntuple)
@@ -273,7 +288,7 @@ def invalid_coupling(m, offsets):
         if _is_coupling(k, m, offsets):
             i, j = start[k], start[k] + 1
             bodies = size[k] == 2 and kind[i] == BODY_TYPE and kind[j] == BODY_TYPE
-            if not (bodies and strength[0, i] == strength[0, j]):
+            if not (bodies and strength[0, i] == strength[0, j] and abs(strength[0, i]) < np.inf):
                 return k
     return -1
 

@@ -22,7 +22,7 @@ SLIDE, HINGE = 2, 3
 def invalid_potential(m, offsets):
     """Return the first joint with invalid `user` numbers, or -1.
 
-    They must be pairs, and the joint must be a slide or a hinge.
+    They must be finite pairs, and the joint must be a slide or a hinge.
     """
     nuser, joints = m[offsets.nuser_jnt // 8], m[offsets.njnt // 8]
     waves = memory.numbers(m[offsets.jnt_user // 8], joints, nuser)
@@ -30,7 +30,8 @@ def invalid_potential(m, offsets):
     for joint in range(joints):
         single = nuser % 2 == 1 and waves[joint, nuser - 1] != 0.0
         linear = kind[joint] == SLIDE or kind[joint] == HINGE
-        if single or (not linear and memory.any_number(waves, joint, 0, nuser)):
+        finite = memory.all_finite(waves, joint, nuser)
+        if single or not finite or (not linear and memory.any_number(waves, joint, 0, nuser)):
             return joint
     return -1
 

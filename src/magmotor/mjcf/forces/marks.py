@@ -85,7 +85,7 @@ def _bits_of(text):
     """Bits of the words of a C string; `WRONG` if one is unknown or none is there."""
     bits, place = 0, text
     while True:
-        while memory.starts_with(place, (32,)):
+        while _is_space(place):
             place += 1
         if memory.starts_with(place, (0,)):
             return bits if bits > 0 else WRONG
@@ -111,8 +111,15 @@ def _word(place):
     elif memory.starts_with(place, _ALL[0]):
         found, length = _ALL[1], len(_ALL[0])
     end = place + length
-    whole = memory.starts_with(end, (32,)) or memory.starts_with(end, (0,))
+    whole = _is_space(end) or memory.starts_with(end, (0,))
     return (found, length) if whole else (0, 0)
+
+
+@njit
+def _is_space(place):
+    """Whether a character is ASCII white space."""
+    character = memory.bytes_at(place, 1)[0]
+    return character == 32 or 9 <= character <= 13
 
 
 @njit

@@ -20,6 +20,7 @@ from magmotor.common.checks import check_floats, check_integer, check_type, reje
 from magmotor.common.environment import physical_memory
 from magmotor.common.hints import Count, floats, integer, several
 from magmotor.mjcf import hooks
+from magmotor.mjcf.forces.dipole_wrenches import stack_bytes
 from magmotor.mjcf.langevin.coefficients import step_coefficients
 from magmotor.mjcf.langevin.compiled_loop import BY_TIME, compiled
 from magmotor.mjcf.langevin.model import langevin_model
@@ -164,6 +165,8 @@ class Baoab:
         """
         for used in data:
             self._check_data(used)
+        if len({id(used) for used in data}) < len(data):
+            raise reject("data", data, "must not contain one mjData twice: each is for one thread")
         width = 1 + self.model.nq + self.model.nv
         check_floats("initial_state", initial_state, "replicas", width)
         size = mujoco.mj_stateSize(self.model, control_spec)
@@ -198,6 +201,12 @@ class Baoab:
                 "timestep",
                 self.model.opt.timestep,
                 f"must still be {self._coefficients.timestep:g}, since Baoab reads it only once",
+            )
+        needed = stack_bytes(self.model.nsite, self.model.ntuple) if self.model.nuser_site else 0
+        if needed > data.narena - data.parena - data.pstack:
+            raise mujoco.FatalError(
+                f"the dipoles need {needed} bytes of MuJoCo's memory, which is too small: increase"
+                " <size memory>"
             )
         work = np.empty(3 * len(self._coefficients.kick) + self._coefficients.channels)
         with hooks.errors_raised():
