@@ -186,14 +186,14 @@ ACT = '<instance name="magnets"><config key="{}" value="{}"/></instance>'
     [
         (INSTANCE, ACT.format("kinds", "all"), "kinds"),
         (INSTANCE, ACT.format("act", "all, dipoles"), r"config 'act' .* = 'all, dipoles': must be"),
-        (INSTANCE, ACT.format("act", "dipols"), r"config 'act' .* = 'dipols': must be words out"),
+        (INSTANCE, ACT.format("act", "dipols"), r"config 'act' .* = 'dipols': must be one or more"),
         (
             INSTANCE,
             ACT.format("act", "dipoles"),
             "text 'magmotor' = 'all' and config .* same",
         ),
-        ('data="all"', 'data="everything"', "text 'magmotor' = 'everything': must be words out"),
-        ('data="all"', 'data=" "', "text 'magmotor' = ' ': must be words out"),
+        ('data="all"', 'data="everything"', "text 'magmotor' = 'everything': must be one or more"),
+        ('data="all"', 'data=" "', "text 'magmotor' = ' ': must be one or more"),
         ('user="4"', 'user="4 1"', "site 1 '': its only user number must be its moment"),
         ('user="0 0.3"', 'user="0 inf"', "joint 2 '': its user numbers must be pairs, the finite"),
         ('user="0.1 0 0 0 0 0"', 'user="nan 0 0 0 0 0"', "body 4 'free': .* and finite"),

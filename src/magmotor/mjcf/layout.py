@@ -186,7 +186,7 @@ def verify(layout: Layout) -> None:
         model = mujoco.MjModel.from_xml_string(_PROBE)
         data = mujoco.MjData(model)
         mujoco.mj_forward(model, data)
-    data.time, data.pstack = 0.375, _PROBE_PSTACK
+    data.time, data.pstack, data.pbase = 0.375, _PROBE_PSTACK, _PROBE_PSTACK + 64
     wrong = []
     owners = ((MODEL_FIELDS, model, model), (OPTION_FIELDS, model, model.opt))
     for fields, struct, owner in (*owners, (DATA_FIELDS, data, data)):
@@ -208,7 +208,7 @@ def verify(layout: Layout) -> None:
                 agrees = _read(kind, address) == expected
             if not agrees:
                 wrong.append(name)
-    data.pstack = 0
+    data.pstack = data.pbase = 0
     if wrong:
         raise LayoutError(
             f"MuJoCo {mujoco.__version__} does not keep {', '.join(wrong)} at the declared offsets:"
