@@ -77,7 +77,7 @@ OF_NOISY = {
     name: {"path": length * paths.STRONG / paths.RECORDS, "temperature": length}
     for name, length in paths.DURATIONS.items()
 }
-FRONT: dict[str, dict[str, float]] = {
+FRONT: Mapping[str, Mapping[str, float]] = {
     "top": OF_TOP,
     "top on a plane": OF_TOP,
     "disk": {**OF_NOISY["disk"], "diffusion": diffusion.DURATION},

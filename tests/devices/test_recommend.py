@@ -133,7 +133,8 @@ def test_what_to_expect_of_a_recommendation(table):
     )
     disk = str(mm.recommend(mm.Disk(), engine="any"))
     assert disk.startswith(
-        "variational/baoab at a timestep of 0.0572: error of temperature 0.5 % over 160 units of time, "
+        "variational/baoab at a timestep of 0.0572: error of temperature 0.5 %"
+        " over 160 units of time, "
     )
     assert disk.endswith("s per unit of time (on abacus)")
     assert "position 0.01 % over 20 s, " in str(mm.recommend(mm.Top.paper(4), quantity="position"))
@@ -411,8 +412,8 @@ def test_mujoco_reaches_the_error_of_noisy_scenes_by_default(scene, quantity, re
 
     The bound is the error promised and four standard deviations, of ten other seeds or more: one
     false alarm in 3e4. At four times the timestep the disk's path errs by 0.022 and the motor's
-    temperature by 0.050; the disk's temperature is right up to 32 times the timestep, but not if
-    the noise is.
+    temperature by 0.050; the disk's temperature is right up to 32 times the timestep, but not with
+    2 % less noise.
     """
     found, name = mm.recommend(scene, quantity=quantity), type(scene).__name__.lower()
     assert (found.method, found.charted) == ("mujoco/baoab", "")
