@@ -3,6 +3,9 @@
 The reference adds Coulomb's law to the planar equation of an isotropic ball. The friction is the
 force that would stop the slip at `RATE`, but at most the coefficient times weight minus lift; while
 it is below that, the ball sticks without creep.
+
+It shares only the sum over the dipoles with the run. That is sound because the tests compare the
+sum with magpylib, and the errors measured here are those of friction, contact and time stepping.
 """
 
 from functools import cache, partial

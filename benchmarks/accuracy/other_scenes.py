@@ -15,6 +15,8 @@ DURATION = 60.0
 SCENES = {
     "the charted top, case 4": mm.Top.paper(4),
     "initial slip of 0.5 m/s": mm.Top(velocity=(0.5, 0.0)),
+    "initial slip of 1 m/s": mm.Top(velocity=(1.0, 0.0)),
+    "initial slip of 2 m/s": mm.Top(velocity=(2.0, 0.0)),
     "initial spin of 5 rad/s": mm.Top(spin=5.0),
     "initial spin of 30 rad/s": mm.Top(spin=30.0),
     "ring of 5 dipoles": mm.Top(ring_dipoles=5),

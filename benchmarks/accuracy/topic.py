@@ -72,14 +72,18 @@ NOTE = (
     " the standard error of sampling. Errors below 1e-10 are drawn there."
 )
 
-FRONT = {
-    "top": ("momentum_map", "position"),
-    "free top": ("energy",),
-    "top on a plane": ("momentum_map", "position"),
-    "disk": ("path", "temperature", "diffusion"),
-    "motor": ("path", "temperature"),
+OF_TOP = {"momentum_map": top.DURATIONS["top"], "position": top.COMPARED_AT}
+OF_NOISY = {
+    name: {"path": length * paths.STRONG / paths.RECORDS, "temperature": length}
+    for name, length in paths.DURATIONS.items()
 }
-"""Quantities that `magmotor.recommend` supports, by the scene on which they were measured."""
+FRONT: Mapping[str, Mapping[str, float]] = {
+    "top": OF_TOP,
+    "top on a plane": OF_TOP,
+    "disk": {**OF_NOISY["disk"], "diffusion": diffusion.DURATION},
+    "motor": OF_NOISY["motor"],
+}
+"""Length of the runs for each quantity that `magmotor.recommend` supports, by charted scene."""
 
 
 def cases(quick: bool) -> list[Case]:
@@ -104,9 +108,12 @@ def front(records: Mapping[str, Record]) -> dict[str, Any]:
     found = []
     for point in points_of(records):
         stepping = point.method != "scipy/dop853"
-        if point.quantity in FRONT[point.scene] and point.error < float("inf") and stepping:
+        supported = point.quantity in FRONT.get(point.scene, ())
+        if supported and point.error < float("inf") and stepping:
             scene = SCENES[point.scene].scene
             where = {"scene": type(scene).__name__, "surface": scene.surface}
             values = {name: value for name, value in point._asdict().items() if name != "scene"}
             found.append({**where, **values})
-    return {"machine": machine(), "versions": versions(), "points": found}
+    durations = {type(SCENES[name].scene).__name__: lengths for name, lengths in FRONT.items()}
+    head = {"machine": machine(), "versions": versions(), "durations": durations}
+    return {**head, "points": found}

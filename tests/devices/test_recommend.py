@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import magmotor as mm
-from benchmarks.accuracy import dry_friction
+from benchmarks.accuracy import dry_friction, paths, topic
 from magmotor.device.step_limits import step_limit
 from magmotor.run import chart_data
 
@@ -29,6 +29,10 @@ DISK = {
 FLOOR = 0.005
 TABLE: dict[str, Any] = {
     "machine": "abacus",
+    "durations": {
+        "Top": {"momentum_map": 60, "position": 20},
+        "Disk": {"temperature": 160.0, "path": 10.0},
+    },
     "points": [
         {"scene": scene, "surface": surface, "quantity": quantity, "method": method,
          "timestep": h, "error": error, "floor": floor, "seconds": seconds / h}
@@ -124,12 +128,16 @@ def test_what_to_expect_of_a_recommendation(table):
     assert found.error == 0.008  # of the next longer step
     assert found.seconds == pytest.approx(1e-6 / 0.016, rel=1e-15, abs=0)  # 0
     assert str(found) == (
-        "variational/euler at a timestep of 0.016 s: error of momentum_map 0.8 %,"
+        "variational/euler at a timestep of 0.016 s: error of momentum_map 0.8 % over 60 s,"
         " 6.3e-05 s per simulated second (on abacus)"
     )
     disk = str(mm.recommend(mm.Disk(), engine="any"))
-    assert disk.startswith("variational/baoab at a timestep of 0.0572: error of temperature 0.5 %")
+    assert disk.startswith(
+        "variational/baoab at a timestep of 0.0572: error of temperature 0.5 %"
+        " over 160 units of time, "
+    )
     assert disk.endswith("s per unit of time (on abacus)")
+    assert "position 0.01 % over 20 s, " in str(mm.recommend(mm.Top.paper(4), quantity="position"))
 
 
 @pytest.mark.parametrize(
@@ -137,7 +145,7 @@ def test_what_to_expect_of_a_recommendation(table):
     [
         (mm.Top.paper(4), ""),
         (mm.Top(surface="plane"), ""),
-        (mm.Top(velocity=(0.5, 0.0), spin=1.0), "another velocity, spin"),
+        (mm.Top(velocity=(0.5, 0.0), spin=1.0), "a Top with another velocity, spin"),
         (mm.LangevinParticle(), "a Disk"),
     ],
     ids=["same", "on a plane", "different", "particle"],
@@ -145,7 +153,8 @@ def test_what_to_expect_of_a_recommendation(table):
 def test_a_recommendation_says_in_what_the_charted_scene_differs(table, scene, charted):
     found = mm.recommend(scene)
     assert found.charted == charted
-    assert (f" % (charted with {charted}), " in str(found)) == bool(charted)
+    assert (f" for the charted one, {charted}), " in str(found)) == bool(charted)
+    assert ("unknown for this scene (0." in str(found)) == bool(charted)
     assert str(found).count("charted") == bool(charted)
 
 
@@ -358,15 +367,17 @@ def test_the_top_reaches_the_error(error, engine):
 
 
 def test_dry_friction_errs_by_its_coefficient_and_so_is_not_charted():
-    """In J along 60 s; at this timestep the charts would promise 4e-4 for each coefficient."""
+    """In J along 60 s; at this timestep the charts would promise 7.7e-4 for each coefficient."""
+    without = mm.recommend(mm.Top(surface="plane"), method="mujoco/euler", timestep=0.004)
+    assert without.error == pytest.approx(7.7e-4, rel=0.01)
     numerics = {"method": "mujoco/euler", "timestep": 0.004, "duration": 60, "rate": 200.0}
     sliding, sticking, beside_viscous = (
         mm.Top(surface="plane", friction=viscous, coulomb_friction=coulomb)
         for viscous, coulomb in [(0.0, 3e-3), (0.0, 0.03), (0.3, 3e-3)]
     )
-    assert 0.01 < dry_friction.error(sliding, **numerics) < 1  # 0.08
-    assert dry_friction.error(sticking, **numerics) < 1e-3  # 2.7e-4
-    assert 1e-3 < dry_friction.error(beside_viscous, **numerics) < 0.02  # 6.3e-3
+    assert 0.03 < dry_friction.error(sliding, **numerics) < 0.2  # 0.08
+    assert 1e-4 < dry_friction.error(sticking, **numerics) < 7.7e-4  # 2.7e-4
+    assert 2e-3 < dry_friction.error(beside_viscous, **numerics) < 0.015  # 6.3e-3
 
 
 @pytest.mark.parametrize("noise", [0.5, 1.0, 5.0])
@@ -385,6 +396,46 @@ def test_the_disk_reaches_the_error_of_its_temperature(noise):
     slip = (run.v + run.omega).isel(time=slice(1, None))
     squares = float((slip**2).mean()) / mm.theory.gibbs_mean_squares(scene)["slip"]
     assert abs(squares - 1) < 0.01 + 4 * 0.0026  # 0.0035, 0.0027, 0.0023
+
+
+@pytest.mark.parametrize(
+    ("scene", "quantity", "replicas", "deviation"),
+    [
+        (mm.Disk(), "path", 512, 0.0014),  # 0.0065 on average, promised 0.0080
+        (mm.Disk(), "temperature", 64, 0.0009),  # 0.0009, 0.0027
+        (mm.Motor(), "temperature", 64, 0.0019),  # 0.0045, 0.0039
+    ],
+    ids=["disk's path", "disk's temperature", "motor's temperature"],
+)
+def test_mujoco_reaches_the_error_of_noisy_scenes_by_default(scene, quantity, replicas, deviation):
+    """Against eight times shorter steps on the same noise, which the charts do not use.
+
+    The bound is the error promised and four standard deviations, of ten other seeds or more: one
+    false alarm in 3e4. At four times the timestep the disk's path errs by 0.022 and the motor's
+    temperature by 0.050; the disk's temperature is right up to 32 times the timestep, but not with
+    2 % less noise.
+    """
+    found, name = mm.recommend(scene, quantity=quantity), type(scene).__name__.lower()
+    assert (found.method, found.charted) == ("mujoco/baoab", "")
+    interval = paths.DURATIONS[name] / paths.RECORDS
+    number = math.ceil(interval / found.timestep)
+    path = mm.noise.BrownianPath(seed=2, timestep=interval / (8 * number))
+    start = mm.gibbs(scene, replicas, seed=2) if isinstance(scene, mm.Disk) else None
+    run, truth = (
+        mm.simulate(
+            scene, method=method, timestep=path.timestep * factor, path=path.coarsened(factor),
+            duration=paths.DURATIONS[name], replicas=replicas, initial=start,
+            record_interval=8 * number // factor,
+        )
+        for method, factor in ((found.method, 8), ("variational/baoab", 1))
+    )  # fmt: skip
+    error, _ = paths.ERRORS[name](run, truth)[quantity]
+    assert error < found.error + 4 * deviation
+
+
+def test_the_durations_are_those_of_the_charts():
+    assert chart_data.load()["durations"] == topic.front({})["durations"]
+    assert mm.recommend(mm.Motor(), quantity="path").duration == 20
 
 
 @pytest.mark.parametrize("method", [None, "variational/baoab"])
