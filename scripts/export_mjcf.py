@@ -1,7 +1,8 @@
-"""Write a scene as a standalone MJCF file, which any MuJoCo viewer can open.
+"""Write a scene as a standalone MJCF file.
 
-The file contains the decorated scene, with the initial state as keyframe 0. As for any model that
-declares them, magnetism, noise and potentials act inside `magmotor.magnetism()`.
+The file contains the decorated scene, with the initial state as keyframe 0. Magnetism, noise and
+potentials act on it inside `magmotor.magnetism()`. To make them act in MuJoCo's viewer, include it
+in a file with the plugin, as `models/top_magnetic.xml` includes `top.xml`.
 """
 
 import re
