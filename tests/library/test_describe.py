@@ -320,6 +320,89 @@ def test_the_temperature_is_that_of_a_run():
     assert mm.describe(model).kT == pytest.approx((found, found), rel=0.12)
 
 
+@pytest.mark.parametrize(
+    ("upper", "lower", "kT"),
+    [("0", "0 0 0 0 0 0.6", (0.9, 0.9)), ("0 0 0 0 0 0.6", "0", (0.0, np.inf))],
+)
+def test_a_tendon_damps_one_direction_of_two(upper, lower, kT, capsys):
+    """It damps w1 + w2; a torque on the lower body drives both, one on the upper body w1."""
+    text = CHAIN.format(upper=upper, lower=lower, damping=0).replace("0.2", "0")
+    joints = text.replace('<joint type="hinge"', '<joint name="{}" type="hinge"').format("a", "b")
+    tendon = """<tendon><fixed damping="0.2"><joint joint="a" coef="1"/><joint joint="b" coef="1"/>
+    </fixed></tendon></mujoco>"""
+    found, _ = described(joints.replace("</mujoco>", tendon), capsys)
+    assert found.kT == pytest.approx(kT, rel=4e-15)  # 1.2e-16
+
+
+def marked(*bodies):
+    return f"""<mujoco>{MARK.format("dipoles noise potentials")}
+    <worldbody>{"".join(bodies)}</worldbody></mujoco>"""
+
+
+GEOM = '<geom size="0.01" contype="0" conaffinity="0"/>'
+
+
+def body(content, *, name="", joint='<joint damping="1"/>', user=""):
+    given = "".join(f' {key}="{value}"' for key, value in (("name", name), ("user", user)) if value)
+    return f"<body{given}>{joint}{GEOM}{content}</body>"
+
+
+SITE = '<site user="1"/>'
+LINES = {
+    "eight entries": (
+        [body(SITE, name=f"b{k}") for k in range(8)],
+        "dipoles: b0 1, b1 1, b2 1, b3 1, b4 1, b5 1, b6 1, b7 1",
+    ),
+    "more entries": (
+        [body(SITE, name=f"b{k}") for k in range(10)],
+        "dipoles: b0 1, b1 1, b2 1, b3 1, b4 1, b5 1, b6 1, b7 1, and 2 more",
+    ),
+    "names": ([body(SITE), body(SITE, name="needle")], "dipoles: body 1 1, needle 1"),
+    "pairs": ([body(SITE), body(SITE, name="needle")], "pairs: body 1 and needle"),
+    "one rigid body": (
+        [body(SITE + "<body>" + SITE + "</body>")],
+        "not acting: the dipoles, since all are on one rigid body",
+    ),
+    "the world alone": (
+        [SITE, body("")], "not acting: the dipoles, since all are on one rigid body",
+    ),
+    "rows of zeros": (
+        [body("", name="a", user="0 0 0 0 0 0  1 0 0 0 0 0  0 0 0 0 0 0"), body("", user="0")],
+        "noise, Brownian wrenches: a 1",
+    ),
+    "a potential": (
+        [body("", joint='<joint user="1 2 3 0"/>')], "periodic potentials, Fourier terms: joint 0 2",
+    ),
+    "no numbers": (
+        [body("<site/>")],
+        'not acting: sites without user numbers (a dipole has user="MOMENT", in A m^2)',
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", LINES)
+@pytest.mark.filterwarnings("ignore:nothing acts:UserWarning")
+def test_a_line_of_the_text(name, capsys):
+    bodies, line = LINES[name]
+    _, text = described(marked(*bodies), capsys)
+    assert line in text.splitlines()
+
+
+def test_magnets_of_which_none_can_move(capsys):
+    """A mocap body is not welded to the world."""
+    fixed = f'<body mocap="true">{SITE}</body>'
+    _, text = described(marked(SITE, fixed, fixed, body("")), capsys)
+    assert "not acting: the dipoles, since none of their bodies can move" in text.splitlines()
+
+
+def test_a_model_without_a_mark_or_numbers(capsys):
+    _, text = described("<mujoco/>", capsys)
+    assert text.splitlines() == [
+        "acting: nothing",
+        'not acting: sites without user numbers (a dipole has user="MOMENT", in A m^2)',
+    ]
+
+
 def test_potentials_keep_inner_zeros(capsys):
     text = PAIR.format(head=MARK.format("potentials")).replace(
         'name="turn"', 'name="turn" user="0 0 0 0.5 0 0"'

@@ -4,9 +4,11 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
+from typing import Any
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 import magmotor_plugin
 from magmotor.common.arguments import checked
@@ -255,7 +257,7 @@ def _extremes(damping: Array, drive: Array) -> tuple[float, float]:
 def _other_dampers(model: mujoco.MjModel) -> Iterator[str]:
     """Yield what may damp besides the linear damping of joints and fixed tendons."""
 
-    def acts(flag: str, *fields: Array) -> bool:
+    def acts(flag: str, *fields: NDArray[Any]) -> bool:
         return not disabled(model, flag) and any(field.any() for field in fields)
 
     fixed = model.wrap_type[model.tendon_adr] == int(mujoco.mjtWrap.mjWRAP_JOINT)
@@ -277,7 +279,7 @@ def _other_dampers(model: mujoco.MjModel) -> Iterator[str]:
     return (name for name, exists in present.items() if exists)
 
 
-def _velocity_dependent_actuators(model: mujoco.MjModel) -> Array:
+def _velocity_dependent_actuators(model: mujoco.MjModel) -> NDArray[np.bool_]:
     """Whether the force of each actuator may depend on velocities, shape (nactuator,)."""
     affine = int(mujoco.mjtGain.mjGAIN_AFFINE)  # like mjBIAS_AFFINE; only constants are below it
     other = (model.actuator_gaintype > affine) | (model.actuator_biastype > affine)
