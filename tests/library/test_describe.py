@@ -157,7 +157,7 @@ ARM = """
   <worldbody>
     <body name="arm" user="{noise}">
       <joint name="axle" axis="0 0 1" damping="{damping}" {joint}/>
-      <geom type="capsule" fromto="0 0 0 1 0 0" size="0.1" mass="1"/>
+      <geom type="capsule" fromto="0 0 0 1 0 0" size="0.1" mass="1" {arm}/>
     </body>
     {more}
   </worldbody>
@@ -169,7 +169,7 @@ ARM = """
 """Its center of mass is 0.5 m from its axle, so BAOAB refuses it."""
 
 DEFAULTS = {
-    "flags": "", "noise": "0 0 0 0 0 0.6", "damping": "0.2", "joint": "", "more": "",
+    "flags": "", "noise": "0 0 0 0 0 0.6", "damping": "0.2", "joint": "", "arm": "", "more": "",
     "tendon": "", "equality": "", "actuator": "",
 }  # fmt: skip
 TENDON = '<fixed {}><joint joint="axle" coef="1"/></fixed>'
@@ -204,6 +204,13 @@ def arm(**parts):
           "flags": '<flag damper="disable"/>'}, np.inf),
         ({"joint": 'frictionloss="1"', "flags": '<flag frictionloss="disable"/>'}, 0.9),
         ({"more": POLE, "flags": '<flag contact="disable"/>'}, 0.9),
+        ({"more": POLE.replace("/>", ' contype="2" conaffinity="2"/>')}, 0.9),
+        ({"more": f'{POLE}<body mocap="true">{POLE}</body>',
+          "arm": 'contype="0" conaffinity="0"'}, 0.9),
+        ({"more": f'{POLE}<body mocap="true">{POLE}{POLE}</body>',
+          "arm": 'contype="0" conaffinity="0"'}, 0.9),
+        ({"arm": 'contype="2" conaffinity="2"/><geom size="0.1" mass="0"'}, 0.9),
+        ({"arm": 'contype="1"/><geom size="0.1" mass="0"'}, 0.9),
         ({"equality": '<joint joint1="axle" active="false"/>'}, 0.9),
         ({"joint": 'range="-1 1"', "flags": '<flag constraint="disable"/>'}, 0.9),
     ],
@@ -231,6 +238,7 @@ def test_the_temperature_by_formula(parts, kT, capsys):
             "actuators",
         ),
         ({"actuator": '<muscle joint="axle" lengthrange="0 1"/>'}, "actuators"),
+        ({"actuator": '<general joint="axle" gaintype="user"/>'}, "actuators"),
         ({"damping": "0.2 0.1"}, "polynomial damping"),
         ({"damping": "0 0.1"}, "polynomial damping"),
         ({"tendon": TENDON.format('damping="0 0.1"')}, "polynomial damping"),
@@ -241,6 +249,7 @@ def test_the_temperature_by_formula(parts, kT, capsys):
         ({"tendon": TENDON.format('range="-1 1"')}, "limits"),
         ({"equality": '<joint joint1="axle"/>'}, "equalities"),
         ({"more": POLE}, "contacts"),
+        ({"more": POLE.replace("/>", ' contype="0"/>')}, "contacts"),
         ({"flags": '<flag damper="disable"/>', "more": POLE}, "contacts"),
         ({"joint": 'frictionloss="1" range="-1 1"', "more": POLE},
          "friction loss, limits and contacts"),
@@ -257,6 +266,26 @@ def test_a_fluid_makes_the_temperature_unknown(option, capsys):
     found, text = described(arm().replace("<option", f"<option {option}"), capsys)
     assert found.kT is None
     assert "temperature: unknown, since a fluid may damp" in text
+
+
+def test_a_fluid_does_not_act_without_passive_forces(capsys):
+    flags = '<flag spring="disable" damper="disable"/>'
+    text = arm(flags=flags).replace("<option", '<option density="1000"')
+    assert described(text, capsys)[0].kT == (0.0, np.inf)
+
+
+@pytest.mark.parametrize(
+    ("plugin", "actuator", "unknown"),
+    [
+        ("magmotor.forces", "", ""),
+        ("mujoco.pid", '<plugin joint="axle" plugin="mujoco.pid" instance="i"/>', "plugins"),
+    ],
+)
+def test_only_plugins_of_others_may_damp(plugin, actuator, unknown, capsys):
+    extension = f'<extension><plugin plugin="{plugin}"><instance name="i"/></plugin></extension>'
+    text = arm(actuator=actuator).replace("<custom>", f"{extension}<custom>")
+    found, _ = described(text, capsys)
+    assert found.unknown == (f"{unknown} may damp" if unknown else "")
 
 
 def test_a_pair_of_geoms_makes_the_temperature_unknown(capsys):
@@ -371,7 +400,8 @@ LINES = {
         "noise, Brownian wrenches: a 1",
     ),
     "a potential": (
-        [body("", joint='<joint user="1 2 3 0"/>')], "periodic potentials, Fourier terms: joint 0 2",
+        [body("", joint='<joint user="1 2 3 0"/>')],
+        "periodic potentials, Fourier terms: joint 0 2",
     ),
     "no numbers": (
         [body("<site/>")],
