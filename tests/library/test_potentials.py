@@ -135,7 +135,6 @@ def test_the_generalized_force_is_minus_the_slope_of_the_potential(hook, seed):
     assert np.count_nonzero(slopes) == 2
     assert abs(data.qfrc_passive + slopes).max() < 1e-9  # N m or N; 1e-10
     expected = potential_forces(model, data)
-    print("POT", abs(data.qfrc_passive - expected).max())
     np.testing.assert_allclose(data.qfrc_passive, expected, rtol=0, atol=1e-15)  # 0
     assert not data.xfrc_applied.any()
 

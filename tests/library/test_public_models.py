@@ -65,8 +65,7 @@ GEARS = """
 def check(file, **bounds):
     found = examine(file)
     assert not found.skipped
-    assert not found.refused
-    assert found.unchanged
+    assert not found.wrong
     for name, bound in bounds.items():
         assert getattr(found, name) < bound, name
     return found
