@@ -140,7 +140,7 @@ def test_noise_of_the_world_does_not_match_damping_between_the_bodies_of_a_tree(
     text = CHAIN.format(upper=row, lower=row, damping=0.2)
     found, printed = described(text, capsys)
     noise = 0.6**2 / 2 * np.array([[2.0, 1.0], [1.0, 1.0]])
-    assert found.kT == pytest.approx(np.linalg.eigvalsh(noise / 0.2), rel=1e-12)  # 3e-15
+    assert found.kT == pytest.approx(np.linalg.eigvalsh(noise / 0.2), rel=8e-14)  # 3e-15
     assert "not uniform, kT from 0.3438 J to 2.356 J" in printed
 
 
@@ -148,6 +148,289 @@ def test_noise_without_damping(capsys):
     found, text = described(CHAIN.format(upper="0 0 0 0 0 1", lower="0", damping=0), capsys)
     assert found.kT == (0.0, np.inf)
     assert "temperature: unbounded, since noise drives a motion that is not damped" in text
+
+
+ARM = """
+<mujoco>
+  <option gravity="0 0 0">{flags}</option>
+  <custom><text name="magmotor" data="noise"/></custom>
+  <worldbody>
+    <body name="arm" user="{noise}">
+      <joint name="axle" axis="0 0 1" damping="{damping}" {joint}/>
+      <geom type="capsule" fromto="0 0 0 1 0 0" size="0.1" mass="1" {arm}/>
+    </body>
+    {more}
+  </worldbody>
+  <tendon>{tendon}</tendon>
+  <equality>{equality}</equality>
+  <actuator>{actuator}</actuator>
+</mujoco>
+"""
+"""Its center of mass is 0.5 m from its axle, so BAOAB refuses it."""
+
+DEFAULTS = {
+    "flags": "", "noise": "0 0 0 0 0 0.6", "damping": "0.2", "joint": "", "arm": "", "more": "",
+    "tendon": "", "equality": "", "actuator": "",
+}  # fmt: skip
+TENDON = '<fixed {}><joint joint="axle" coef="1"/></fixed>'
+SPATIAL = '<spatial {}><site site="near"/><site site="far"/></spatial>'
+ENDS = '<site name="near" pos="2 0 0"/><body pos="3 0 0"><site name="far"/></body>'
+POLE = '<geom size="0.1" pos="0 1 0"/>'
+
+
+def arm(**parts):
+    return ARM.format(**DEFAULTS | parts)
+
+
+@pytest.mark.parametrize(
+    ("parts", "kT"),
+    [
+        ({}, 0.9),  # s^2/(2 c)
+        ({"noise": "0 0.6 0 0 0 0"}, 0.225),  # (0.6 N 0.5 m)^2/(2 c)
+        ({"tendon": TENDON.format('damping="0.2"')}, 0.45),
+        ({"noise": "0 0 0 0 0 0.6  0 0 0 0 0 0.6"}, 1.8),
+        ({"noise": "0 0 0 0 0 0.6", "flags": '<flag damper="disable"/>'}, np.inf),
+        ({"damping": "0"}, np.inf),
+        ({"damping": "0", "tendon": TENDON.format('damping="0.2"')}, 0.9),
+        ({"actuator": '<motor joint="axle"/><position joint="axle" kp="2"/>'}, 0.9),
+        (
+            {
+                "actuator": '<velocity joint="axle" kv="2"/>',
+                "flags": '<flag actuation="disable"/>',
+            },
+            0.9,
+        ),
+        ({"actuator": '<motor joint="axle" damping="1"/>',
+          "flags": '<flag damper="disable"/>'}, np.inf),
+        ({"joint": 'frictionloss="1"', "flags": '<flag frictionloss="disable"/>'}, 0.9),
+        ({"more": POLE, "flags": '<flag contact="disable"/>'}, 0.9),
+        ({"more": POLE.replace("/>", ' contype="2" conaffinity="2"/>')}, 0.9),
+        ({"more": f'{POLE}<body mocap="true">{POLE}</body>',
+          "arm": 'contype="0" conaffinity="0"'}, 0.9),
+        ({"more": f'{POLE}<body mocap="true">{POLE}{POLE}</body>',
+          "arm": 'contype="0" conaffinity="0"'}, 0.9),
+        ({"arm": 'contype="2" conaffinity="2"/><geom size="0.1" mass="0"'}, 0.9),
+        ({"arm": 'contype="1"/><geom size="0.1" mass="0"'}, 0.9),
+        ({"equality": '<joint joint1="axle" active="false"/>'}, 0.9),
+        ({"joint": 'range="-1 1"', "flags": '<flag constraint="disable"/>'}, 0.9),
+    ],
+)  # fmt: skip
+def test_the_temperature_by_formula(parts, kT, capsys):
+    found, text = described(arm(**parts), capsys)
+    assert found.kT is not None
+    assert found.kT[1] == pytest.approx(kT, rel=6e-15)  # 2.5e-16
+    line = "unbounded, since noise drives" if kT == np.inf else f"kT = {kT} J"
+    assert f"temperature: {line}" in text
+
+
+@pytest.mark.parametrize(
+    ("parts", "what"),
+    [
+        ({"actuator": '<velocity joint="axle" kv="2"/>'}, "actuators"),
+        ({"actuator": '<position joint="axle" kp="1" kv="2"/>'}, "actuators"),
+        ({"actuator": '<damper joint="axle" kv="2" ctrlrange="0 1"/>'}, "actuators"),
+        ({"actuator": '<motor joint="axle" damping="1"/>'}, "actuators"),
+        (
+            {
+                "actuator": '<motor joint="axle" damping="1"/>',
+                "flags": '<flag actuation="disable"/>',
+            },
+            "actuators",
+        ),
+        ({"actuator": '<muscle joint="axle" lengthrange="0 1"/>'}, "actuators"),
+        ({"actuator": '<general joint="axle" gaintype="user"/>'}, "actuators"),
+        ({"damping": "0.2 0.1"}, "polynomial damping"),
+        ({"damping": "0 0.1"}, "polynomial damping"),
+        ({"tendon": TENDON.format('damping="0 0.1"')}, "polynomial damping"),
+        ({"tendon": SPATIAL.format('damping="1"'), "more": ENDS}, "spatial tendons"),
+        ({"joint": 'frictionloss="1"'}, "friction loss"),
+        ({"tendon": TENDON.format('frictionloss="1"')}, "friction loss"),
+        ({"joint": 'range="-1 1"'}, "limits"),
+        ({"tendon": TENDON.format('range="-1 1"')}, "limits"),
+        ({"equality": '<joint joint1="axle"/>'}, "equalities"),
+        ({"more": POLE}, "contacts"),
+        ({"more": POLE.replace("/>", ' contype="0"/>')}, "contacts"),
+        ({"flags": '<flag damper="disable"/>', "more": POLE}, "contacts"),
+        ({"joint": 'frictionloss="1" range="-1 1"', "more": POLE},
+         "friction loss, limits and contacts"),
+    ],
+)  # fmt: skip
+def test_a_temperature_that_other_dampers_may_change_is_unknown(parts, what, capsys):
+    found, text = described(arm(**parts), capsys)
+    assert found.kT is None
+    assert f"temperature: unknown, since {what} may damp" in text.splitlines()
+
+
+@pytest.mark.parametrize("option", ['density="1000"', 'viscosity="1"'])
+def test_a_fluid_makes_the_temperature_unknown(option, capsys):
+    found, text = described(arm().replace("<option", f"<option {option}"), capsys)
+    assert found.kT is None
+    assert "temperature: unknown, since a fluid may damp" in text
+
+
+def test_a_fluid_does_not_act_without_passive_forces(capsys):
+    flags = '<flag spring="disable" damper="disable"/>'
+    text = arm(flags=flags).replace("<option", '<option density="1000"')
+    assert described(text, capsys)[0].kT == (0.0, np.inf)
+
+
+@pytest.mark.parametrize(
+    ("plugin", "actuator", "unknown"),
+    [
+        ("magmotor.forces", "", ""),
+        ("mujoco.pid", '<plugin joint="axle" plugin="mujoco.pid" instance="i"/>', "plugins"),
+    ],
+)
+def test_only_plugins_of_others_may_damp(plugin, actuator, unknown, capsys):
+    extension = f'<extension><plugin plugin="{plugin}"><instance name="i"/></plugin></extension>'
+    text = arm(actuator=actuator).replace("<custom>", f"{extension}<custom>")
+    found, _ = described(text, capsys)
+    assert found.unknown == (f"{unknown} may damp" if unknown else "")
+
+
+def test_a_pair_of_geoms_makes_the_temperature_unknown(capsys):
+    """Unless it is a viscous contact, as in `test_the_temperature_of_a_scene`."""
+    geoms = '<geom name="pole" size="0.1" pos="0 1 0" contype="0" conaffinity="0"/>'
+    text = arm(more=geoms).replace('type="capsule"', 'name="rod" type="capsule"')
+    text = text.replace("<tendon>", '<contact><pair geom1="pole" geom2="rod"/></contact><tendon>')
+    assert described(text, capsys)[0].unknown == "contacts may damp"
+
+
+@pytest.mark.parametrize(
+    ("inside", "unknown"),
+    [
+        ("", "contacts may damp"),
+        ('<exclude body1="arm" body2="world"/>', ""),
+    ],
+)
+def test_excluded_geoms_do_not_collide(inside, unknown, capsys):
+    text = arm(more=POLE).replace("<tendon>", f"<contact>{inside}</contact><tendon>")
+    assert described(text, capsys)[0].unknown == unknown
+
+
+@pytest.mark.parametrize(("parent", "unknown"), [("enable", ""), ("disable", "contacts may damp")])
+def test_geoms_of_parent_and_child_do_not_collide(parent, unknown, capsys):
+    text = CHAIN.format(upper="0 0 0 0 0 1", lower="0", damping=0.2)
+    flag = f'<option><flag filterparent="{parent}"/></option>'
+    found, _ = described(text.replace("<worldbody>", f"{flag}<worldbody>"), capsys)
+    assert found.unknown == unknown
+
+
+def test_noise_that_drives_nothing(capsys):
+    text = arm(noise="0", more='<body user="0 0 0 0 0 1"/>')
+    found, printed = described(text, capsys)
+    assert found.kT is None
+    assert "temperature: unknown, since noise drives no joint" in printed
+    assert "noise, Brownian wrenches: body 2 1" in printed
+
+
+def test_the_attitude_at_qpos0_does_not_matter_to_a_ball():
+    scene = mm.Motor.paper("uniform-a")
+    model = mm.build(scene)
+    ball = model.joint(int(np.flatnonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_BALL)[0]))
+    model.qpos0[ball.qposadr[0] : ball.qposadr[0] + 4] = 0.1, 0.5, -0.7, 0.5
+    assert mm.describe(model).kT == pytest.approx((scene.kT, scene.kT), rel=1e-14)  # 4e-16
+
+
+def test_the_temperature_is_that_of_a_run():
+    """I <w^2> over 3000 s, in which w^2 has a correlation time of I/(2 c) = 0.45 s.
+
+    Its standard error is sqrt(4 0.45/3000) = 2.4 %; an error of 12 % has a chance of 6e-7.
+    """
+    model = mujoco.MjModel.from_xml_string(arm(tendon=TENDON.format('damping="0.2"')))
+    model.opt.timestep = 0.01
+    data = mujoco.MjData(model)
+    squares = []
+    with mm.magnetism():
+        for _ in range(15000):
+            mujoco.mj_step(model, data, nstep=20)
+            squares.append(data.qvel[0] ** 2)
+    found = model.dof_M0[0] * np.mean(squares)
+    assert mm.describe(model).kT == pytest.approx((found, found), rel=0.12)
+
+
+@pytest.mark.parametrize(
+    ("upper", "lower", "kT"),
+    [("0", "0 0 0 0 0 0.6", (0.9, 0.9)), ("0 0 0 0 0 0.6", "0", (0.0, np.inf))],
+)
+def test_a_tendon_damps_one_direction_of_two(upper, lower, kT, capsys):
+    """It damps w1 + w2; a torque on the lower body drives both, one on the upper body w1."""
+    text = CHAIN.format(upper=upper, lower=lower, damping=0).replace("0.2", "0")
+    joints = text.replace('<joint type="hinge"', '<joint name="{}" type="hinge"').format("a", "b")
+    tendon = """<tendon><fixed damping="0.2"><joint joint="a" coef="1"/><joint joint="b" coef="1"/>
+    </fixed></tendon></mujoco>"""
+    found, _ = described(joints.replace("</mujoco>", tendon), capsys)
+    assert found.kT == pytest.approx(kT, rel=4e-15)  # 1.2e-16
+
+
+def marked(*bodies):
+    return f"""<mujoco>{MARK.format("dipoles noise potentials")}
+    <worldbody>{"".join(bodies)}</worldbody></mujoco>"""
+
+
+GEOM = '<geom size="0.01" contype="0" conaffinity="0"/>'
+
+
+def body(content, *, name="", joint='<joint damping="1"/>', user=""):
+    given = "".join(f' {key}="{value}"' for key, value in (("name", name), ("user", user)) if value)
+    return f"<body{given}>{joint}{GEOM}{content}</body>"
+
+
+SITE = '<site user="1"/>'
+LINES = {
+    "eight entries": (
+        [body(SITE, name=f"b{k}") for k in range(8)],
+        "dipoles: b0 1, b1 1, b2 1, b3 1, b4 1, b5 1, b6 1, b7 1",
+    ),
+    "more entries": (
+        [body(SITE, name=f"b{k}") for k in range(10)],
+        "dipoles: b0 1, b1 1, b2 1, b3 1, b4 1, b5 1, b6 1, b7 1, and 2 more",
+    ),
+    "names": ([body(SITE), body(SITE, name="needle")], "dipoles: body 1 1, needle 1"),
+    "pairs": ([body(SITE), body(SITE, name="needle")], "pairs: body 1 and needle"),
+    "one rigid body": (
+        [body(SITE + "<body>" + SITE + "</body>")],
+        "not acting: the dipoles, since all are on one rigid body",
+    ),
+    "the world alone": (
+        [SITE, body("")], "not acting: the dipoles, since all are on one rigid body",
+    ),
+    "rows of zeros": (
+        [body("", name="a", user="0 0 0 0 0 0  1 0 0 0 0 0  0 0 0 0 0 0"), body("", user="0")],
+        "noise, Brownian wrenches: a 1",
+    ),
+    "a potential": (
+        [body("", joint='<joint user="1 2 3 0"/>')],
+        "periodic potentials, Fourier terms: joint 0 2",
+    ),
+    "no numbers": (
+        [body("<site/>")],
+        'not acting: sites without user numbers (a dipole has user="MOMENT", in A m^2)',
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", LINES)
+@pytest.mark.filterwarnings("ignore:nothing acts:UserWarning")
+def test_a_line_of_the_text(name, capsys):
+    bodies, line = LINES[name]
+    _, text = described(marked(*bodies), capsys)
+    assert line in text.splitlines()
+
+
+def test_magnets_of_which_none_can_move(capsys):
+    """A mocap body is not welded to the world."""
+    fixed = f'<body mocap="true">{SITE}</body>'
+    _, text = described(marked(SITE, fixed, fixed, body("")), capsys)
+    assert "not acting: the dipoles, since none of their bodies can move" in text.splitlines()
+
+
+def test_a_model_without_a_mark_or_numbers(capsys):
+    _, text = described("<mujoco/>", capsys)
+    assert text.splitlines() == [
+        "acting: nothing",
+        'not acting: sites without user numbers (a dipole has user="MOMENT", in A m^2)',
+    ]
 
 
 def test_potentials_keep_inner_zeros(capsys):

@@ -147,6 +147,34 @@ def test_two_marks_of_one_model_name_the_same():
         separate(both["text"], CONFIG.format("all"))
 
 
+PID = """<plugin plugin="mujoco.pid"><instance name="first"/></plugin>
+<plugin plugin="magmotor.forces">"""
+ACTUATOR = """
+  <actuator><plugin joint="turn" plugin="mujoco.pid" instance="first"/></actuator>
+</mujoco>"""
+
+
+@pytest.mark.parametrize("hook", HOOKS)
+def test_a_plugin_of_mujoco_s_own_comes_first(hook):
+    """It is neither taken for ours, nor does it hide ours."""
+    text = SEPARATE.replace(
+        '<joint type="hinge" axis="0 0 1"/>', '<joint name="turn" axis="0 0 1"/>'
+    )
+    text = text.replace('<plugin plugin="magmotor.forces">', PID).replace("</mujoco>", ACTUATOR)
+    model = mujoco.MjModel.from_xml_string(text.format(**{"text": ""} | HOOKS[hook]("dipoles")))
+    assert model.nplugin == 1 + (hook != "callback")
+    found = generalized(model)
+    np.testing.assert_allclose(found, (DIPOLE, 0, 0), rtol=1e-14, atol=0)  # measured: 8e-16
+
+
+@pytest.mark.parametrize("name", ["magmotor_notes", "magmoto", "Magmotor"])
+def test_a_text_of_another_name_is_no_mark(name):
+    model = separate(TEXT.format("magnets").replace("magmotor", name) + TEXT.format("dipoles"))
+    found = generalized(model)
+    np.testing.assert_allclose(found, (DIPOLE, 0, 0), rtol=1e-14, atol=0)  # measured: 8e-16
+    assert not mm.describe(separate(TEXT.format("dipoles").replace("magmotor", name))).marked
+
+
 BODY = '<body name="{}"{}>{}<geom size="0.01" pos="0.1 0 0"/>{}</body>'
 FOREIGN = {
     "numbers of a joint": (
@@ -201,6 +229,19 @@ def test_foreign_numbers_are_left_alone(kind):
     ]
     data = mujoco.MjData(model)
     assert not mm.field(model, data, [1, 2, 3]).any()
+
+
+@pytest.mark.parametrize(
+    ("numbers", "act"), [((5, 6), True), ((4, 5, 6), False), ((4, 5, 7), True)]
+)
+def test_three_consecutive_numbers_or_more_count_sites(numbers, act):
+    """Two may as well be moments."""
+    bodies = "".join(
+        BODY.format(f"b{number}", "", "<freejoint/>", f'<site user="{number}"/>')
+        for number in numbers
+    )
+    model = mujoco.MjModel.from_xml_string(f"<mujoco><worldbody>{bodies}</worldbody></mujoco>")
+    assert (mm.describe(model).acting == ("dipoles",)) == act
 
 
 def test_baoab_leaves_foreign_numbers_alone():

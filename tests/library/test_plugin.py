@@ -226,6 +226,17 @@ def test_what_does_not_act_is_said_when_the_model_is_compiled(old, new, message)
         mujoco.MjData(mujoco.MjModel.from_xml_string(text.replace(old, new)))
 
 
+@pytest.mark.parametrize("flag", ["spring", "damper"])
+def test_one_disabled_flag_of_two_is_no_reason_to_warn(flag):
+    """Warnings are errors."""
+    text = NEEDLES.format(extension=MAGNETS, integrator="Euler")
+    option = f'<option><flag {flag}="disable"/></option><option'
+    model = mujoco.MjModel.from_xml_string(text.replace("<option", option, 1))
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    assert abs(data.qfrc_passive).max() > 0
+
+
 SLEEPERS = """
 <mujoco>
   <option><flag sleep="enable"/></option>
@@ -352,3 +363,19 @@ def test_code_that_cannot_be_loaded_is_an_error(tmp_path):
     assert found.returncode == 1
     assert "no numba here" in found.stderr
     assert found.stderr.strip().splitlines()[-1].startswith("ValueError")
+
+
+@pytest.mark.skipif(
+    int(mujoco.__version__.split(".")[0]) >= 4, reason="MuJoCo 4 registers the plugin itself"
+)
+def test_the_slot_does_not_depend_on_what_is_imported_first(tmp_path):
+    """Else a binary model would name another plugin."""
+    slots = set()
+    for order in ("magmotor, mujoco", "mujoco, magmotor", "magmotor_plugin, mujoco, magmotor"):
+        folder = tmp_path / order.replace(", ", "-")
+        folder.mkdir()
+        found = run(f"import {order}, magmotor_plugin as m; print(m.register())", folder)
+        assert found.returncode == 0, found.stderr
+        slots.add(int(found.stdout))
+    assert len(slots) == 1
+    assert slots.pop() > 0

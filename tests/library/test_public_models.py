@@ -6,7 +6,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
-from corpus.checks import examine, is_unchanged
+from corpus.checks import examine, is_unchanged, worst_deviation
 
 DM_CONTROL = Path(getattr(find_spec("dm_control"), "origin", "")).parent
 MODELS = (
@@ -65,8 +65,7 @@ GEARS = """
 def check(file, **bounds):
     found = examine(file)
     assert not found.skipped
-    assert not found.refused
-    assert found.unchanged
+    assert not found.wrong
     for name, bound in bounds.items():
         assert getattr(found, name) < bound, name
     return found
@@ -75,7 +74,7 @@ def check(file, **bounds):
 @pytest.mark.parametrize("name", MODELS)
 def test_magnets_on_a_model_of_dm_control(name):
     found = check(DM_CONTROL / name, callback=6e-14, plugin=2e-13, path=6e-14)
-    # 2.1e-15, 7.5e-15, 2.1e-15 at most
+    # 9.1e-15, 7.5e-15, 2.1e-15 at most
     if name in ONE_BODY_MOVES:
         assert np.isnan(found.third_law)
     else:
@@ -85,7 +84,7 @@ def test_magnets_on_a_model_of_dm_control(name):
 def test_magnets_on_a_model_with_user_numbers_of_another_meaning(tmp_path):
     file = tmp_path / "hand.xml"
     file.write_text(HAND)
-    found = check(file, callback=1e-14, plugin=2e-13, path=5e-15)  # 7e-16, 2.3e-14, 1.7e-16
+    found = check(file, callback=1e-14, plugin=2e-13, path=5e-15)  # 1.5e-15, 2.3e-14, 1.7e-16
     assert found.marked
 
 
@@ -93,3 +92,11 @@ def test_a_foreign_coupling_does_nothing():
     model = mujoco.MjModel.from_xml_string(HAND.replace("</mujoco>", GEARS))
     with pytest.warns(UserWarning, match="nothing acts"):
         assert is_unchanged(model)
+
+
+def test_a_body_with_small_forces_counts_as_much_as_others():
+    expected = np.array([[1.0, 0.0, 0.0], [0.0, 0.01, 0.0], [0.0, 0.0, 0.0]])
+    found = expected + [[0.0, 0.0, 0.0], [0.0, 0.0, 0.005], [0.0, 0.0, 1e-5]]
+    assert worst_deviation(found, expected) == 0.5
+    found[1] = expected[1]
+    assert worst_deviation(found, expected) == 0.01

@@ -1,12 +1,14 @@
 """`describe`: what of a model acts, with which temperature, and what does not act and why."""
 
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
+from typing import Any
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 import magmotor_plugin
 from magmotor.common.arguments import checked
@@ -14,6 +16,7 @@ from magmotor.common.arrays import Array
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.field_and_energy import coupling_factors
 from magmotor.mjcf.forces.marks import UNMARKED, WORDS
+from magmotor.mjcf.langevin.checks import colliding_geoms
 from magmotor.mjcf.langevin.model import joint_damping, langevin_model
 from magmotor.mjcf.lookup import disabled
 
@@ -47,7 +50,9 @@ class Description:
         Brownian wrenches of each body that has any, shape (rows, 6).
     kT : tuple of float or None
         Smallest and largest temperature of the degrees of freedom in J, by the damping and noise at
-        `qpos0`; equal if all have the same. None without noise or damping.
+        `qpos0`; equal if all have the same; infinite where nothing damps. None if it is unknown.
+    unknown : str
+        Why the temperature is unknown, if there is noise.
     potentials : dict of str to ndarray
         Fourier coefficients a_1 b_1 a_2 b_2 ... in J of each joint that has any.
     idle : tuple of str
@@ -61,6 +66,7 @@ class Description:
     pairs: dict[tuple[str, str], float]
     noise: dict[str, Array]
     kT: tuple[float, float] | None
+    unknown: str
     potentials: dict[str, Array]
     idle: tuple[str, ...]
 
@@ -70,7 +76,7 @@ class Description:
 
     def _lines(self) -> Iterator[str]:
         where = "by the plugin magmotor.forces" if self.plugin else "inside magmotor.magnetism()"
-        acting = " and ".join(filter(None, [", ".join(self.acting[:-1]), *self.acting[-1:]]))
+        acting = _joined(self.acting)
         unmarked = "" if self.marked or not self.acting else "; the model has no mark"
         yield f"acting: {f'{acting}, {where}' if acting else 'nothing'}{unmarked}"
         if self.dipoles:
@@ -92,7 +98,7 @@ class Description:
 
     def _temperature(self) -> str:
         if self.kT is None:
-            return "unknown, since no damping is, or only that of contacts or a fluid"
+            return f"unknown, since {self.unknown}"
         coldest, hottest = self.kT
         if hottest == np.inf:
             return "unbounded, since noise drives a motion that is not damped"
@@ -131,6 +137,7 @@ def describe(model: mujoco.MjModel) -> Description:
     kinds = acting_forces(model)
     acting = tuple(word for word, bit in WORDS.items() if word != "all" and kinds & bit)
     bodies = _dipoles(model) if "dipoles" in acting else {}
+    kT, unknown = _temperatures(model) if "noise" in acting else (None, "")
     found = Description(
         acting=acting,
         marked=not kinds & UNMARKED,
@@ -139,7 +146,8 @@ def describe(model: mujoco.MjModel) -> Description:
         pairs=_pairs(model, [*bodies]),
         noise=_rows(model) if "noise" in acting else {},
         potentials=_waves(model) if "potentials" in acting else {},
-        kT=_temperatures(model) if "noise" in acting else None,
+        kT=kT,
+        unknown=unknown,
         idle=tuple(_idle(model, acting, bool(kinds & UNMARKED))),
     )
     print(found)
@@ -156,6 +164,10 @@ def _listed(entries: Iterable[str]) -> str:
     entries = [*entries]
     more = [f"and {len(entries) - LISTED} more"] if len(entries) > LISTED else []
     return ", ".join(entries[:LISTED] + more)
+
+
+def _joined(words: Sequence[str]) -> str:
+    return " and ".join(filter(None, [", ".join(words[:-1]), *words[-1:]]))
 
 
 def _has_plugin(model: mujoco.MjModel) -> bool:
@@ -199,19 +211,34 @@ def _waves(model: mujoco.MjModel) -> dict[str, Array]:
     return found
 
 
-def _temperatures(model: mujoco.MjModel) -> tuple[float, float] | None:
-    """Return the extreme temperatures kT of all directions of velocity, damped or driven."""
+def _temperatures(model: mujoco.MjModel) -> tuple[tuple[float, float] | None, str]:
+    """Return the extreme temperatures kT; None and a reason if they are unknown."""
+    try:
+        langevin = langevin_model(model)
+        damping, noise = langevin.damping, langevin.noise
+    except ValueError:
+        if others := [*_other_dampers(model)]:
+            return None, f"{_joined(others)} may damp"
+        damping, noise = joint_damping(model), _noise(model)
+    if not noise.any():
+        return None, "noise drives no joint"
+    return _extremes(damping, noise @ noise.T / 2), ""
+
+
+def _noise(model: mujoco.MjModel) -> Array:
+    """Return the generalized forces (nv, rows) of all Brownian wrenches at `qpos0`."""
     data = mujoco.MjData(model)
     mujoco.mj_fwdPosition(model, data)
-    drive = np.zeros((model.nv, model.nv))
     jacobian = np.empty((6, model.nv))
+    channels = []
     for body, row in enumerate(model.body_user[:, : model.nuser_body // 6 * 6]):
         mujoco.mj_jacBodyCom(model, data, jacobian[:3], jacobian[3:], body)
-        forces = row.reshape(-1, 6) @ jacobian
-        drive += forces.T @ forces / 2
-    damping = _damping(model)
-    if damping is None or not (drive.any() and damping.any()):
-        return None
+        channels.append(row.reshape(-1, 6) @ jacobian)
+    return np.vstack(channels).T
+
+
+def _extremes(damping: Array, drive: Array) -> tuple[float, float]:
+    """Return the extreme temperatures kT of all directions of velocity, damped or driven."""
     scale = np.sqrt(np.diag(damping))
     damped = scale > 0
     if np.diag(drive)[~damped].any():
@@ -227,13 +254,36 @@ def _temperatures(model: mujoco.MjModel) -> tuple[float, float] | None:
     return max(0.0, float(temperatures[0])), float(temperatures[-1])
 
 
-def _damping(model: mujoco.MjModel) -> Array | None:
-    """Return the damping matrix at `qpos0`; None if contacts or a fluid damp in another way."""
-    try:
-        return langevin_model(model).damping
-    except ValueError:
-        fluid = model.opt.density or model.opt.viscosity
-        return None if fluid or model.npair else joint_damping(model)
+def _other_dampers(model: mujoco.MjModel) -> Iterator[str]:
+    """Yield what may damp besides the linear damping of joints and fixed tendons."""
+
+    def acts(flag: str, *fields: NDArray[Any]) -> bool:
+        return not disabled(model, flag) and any(field.any() for field in fields)
+
+    fixed = model.wrap_type[model.tendon_adr] == int(mujoco.mjtWrap.mjWRAP_JOINT)
+    collide = model.npair + model.nflex > 0 or len(colliding_geoms(model)) > 0
+    passive = not (disabled(model, "spring") and disabled(model, "damper"))
+    present = {
+        "actuators": acts("actuation", _velocity_dependent_actuators(model))
+        or acts("damper", model.actuator_damping, model.actuator_dampingpoly),
+        "polynomial damping": acts("damper", model.dof_dampingpoly, model.tendon_dampingpoly),
+        "spatial tendons": acts("damper", model.tendon_damping[~fixed]),
+        "friction loss": acts("frictionloss", model.dof_frictionloss, model.tendon_frictionloss),
+        "limits": acts("limit", model.jnt_limited, model.tendon_limited),
+        "equalities": acts("equality", model.eq_active0),
+        "contacts": collide and not disabled(model, "contact"),
+        "flexes": passive and model.nflex > 0,
+        "a fluid": passive and (model.opt.density > 0 or model.opt.viscosity > 0),
+        "plugins": bool((model.plugin != magmotor_plugin.register()).any()),
+    }
+    return (name for name, exists in present.items() if exists)
+
+
+def _velocity_dependent_actuators(model: mujoco.MjModel) -> NDArray[np.bool_]:
+    """Whether the force of each actuator may depend on velocities, shape (nactuator,)."""
+    affine = int(mujoco.mjtGain.mjGAIN_AFFINE)  # like mjBIAS_AFFINE; only constants are below it
+    other = (model.actuator_gaintype > affine) | (model.actuator_biastype > affine)
+    return other | (model.actuator_gainprm[:, 2] != 0) | (model.actuator_biasprm[:, 2] != 0)
 
 
 def _idle(model: mujoco.MjModel, acting: tuple[str, ...], unmarked: bool) -> Iterator[str]:

@@ -3,7 +3,7 @@
 A model is marked by a text, `<custom><text name="magmotor" data="dipoles noise"/></custom>`, or by
 the configuration of the plugin. Its words name what acts; `all` is all of them. In a model without
 a mark only dipole sites act, and only if no body, joint or further number of a site has `user`
-numbers, and those of the sites do not just count them.
+numbers, and those of the sites do not just count them (three or more consecutive numbers do).
 """
 
 # Numba's intrinsics hide their first parameter:

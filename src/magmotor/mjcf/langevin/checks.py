@@ -145,17 +145,30 @@ def _check_contacts(model: mujoco.MjModel) -> None:
             sentence = f"must be {ALWAYS_IN_CONE:g}: only viscous contacts are supported"
             value = float(model.pair_friction[pair, 0])
             raise reject(f"{label(model, 'pair', pair)}: friction", value, sentence)
-    types, affinities = model.geom_contype, model.geom_conaffinity
-    bodies = model.body_weldid[model.geom_bodyid]
-    moves = model.body_dofnum[bodies] > 0
-    meets = types[:, np.newaxis] & affinities
-    collide = np.triu(meets | meets.T, 1).astype(bool) & (bodies[:, np.newaxis] != bodies)
-    collide &= moves[:, np.newaxis] | moves
-    for one, other in np.argwhere(collide):
+    for one, other in colliding_geoms(model):
         both = " and ".join(label(model, "geom", i) for i in (one, other))
-        value = types[[one, other]].tolist()
+        value = model.geom_contype[[one, other]].tolist()
         sentence = "contype and conaffinity must be zero: collisions are not supported"
         raise reject(f"{both}: contype", value, sentence)
+
+
+def colliding_geoms(model: mujoco.MjModel) -> NDArray[np.int64]:
+    """Return the pairs (n, 2) of geoms that MuJoCo tests for collisions without being told to."""
+    types, affinities = model.geom_contype, model.geom_conaffinity
+    meets = types[:, np.newaxis] & affinities
+    bodies = model.body_weldid[model.geom_bodyid]
+    moves = model.body_dofnum[bodies] > 0
+    collide = (meets | meets.T).astype(bool) & (moves[:, np.newaxis] | moves)
+    collide &= bodies[:, np.newaxis] != bodies
+    if not disabled(model, "filterparent"):
+        parents = model.body_weldid[model.body_parentid[bodies]]
+        related = (bodies == parents[:, np.newaxis]) & (bodies > 0)
+        collide &= ~(related | related.T)
+    owners = np.sort(
+        np.stack(np.broadcast_arrays(model.geom_bodyid, model.geom_bodyid[:, None])), 0
+    )
+    collide &= ~np.isin((owners[0] << 16) + owners[1], model.exclude_signature)
+    return np.argwhere(np.triu(collide, 1))
 
 
 def check_viscous(model: mujoco.MjModel, pair: int) -> int:
