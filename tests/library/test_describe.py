@@ -317,11 +317,17 @@ def test_geoms_of_parent_and_child_do_not_collide(parent, unknown, capsys):
 
 
 def test_noise_that_drives_nothing(capsys):
-    text = arm(noise="0", more='<body user="0 0 0 0 0 1"/>')
-    found, printed = described(text, capsys)
+    """A force along the axle; the model has no other noise."""
+    found, printed = described(arm(noise="0 0 1 0 0 0"), capsys)
     assert found.kT is None
     assert "temperature: unknown, since noise drives no joint" in printed
-    assert "noise, Brownian wrenches: body 2 1" in printed
+
+
+def test_noise_on_what_cannot_move(capsys):
+    found, printed = described(arm(noise="0", more='<body user="0 0 0 0 0 1"/>'), capsys)
+    assert found.acting == ()
+    assert found.noise == {}
+    assert "not acting: noise of body 2, since what cannot move is not driven" in printed
 
 
 def test_the_attitude_at_qpos0_does_not_matter_to_a_ball():
@@ -402,6 +408,18 @@ LINES = {
     "a potential": (
         [body("", joint='<joint user="1 2 3 0"/>')],
         "periodic potentials, Fourier terms: joint 0 2",
+    ),
+    "absent": (
+        [body(SITE), body(SITE)],
+        "not acting: noise and potentials, which the mark names, since the model has none",
+    ),
+    "a prefix of a coupling": (
+        ["</worldbody><custom><tuple name='a_coupling'><element objtype='body' objname='world'/></tuple></custom><worldbody>"],
+        "not acting: tuple 'a_coupling', since the name of a coupling starts with coupling",
+    ),
+    "a prefix of a mark": (
+        ["</worldbody><custom><text name='a/magmotor' data='all'/></custom><worldbody>"],
+        "not acting: text 'a/magmotor', since only the name magmotor makes it a mark",
     ),
     "no numbers": (
         [body("<site/>")],

@@ -96,7 +96,8 @@ def test_a_foreign_coupling_does_nothing():
 
 def test_a_body_with_small_forces_counts_as_much_as_others():
     expected = np.array([[1.0, 0.0, 0.0], [0.0, 0.01, 0.0], [0.0, 0.0, 0.0]])
-    found = expected + np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.005], [0.0, 0.0, 1e-5]])
+    found = expected.copy()
+    found[1:, 2] += 0.005, 1e-5
     assert worst_deviation(found, expected) == 0.5
     found[1] = expected[1]
     assert worst_deviation(found, expected) == 0.01

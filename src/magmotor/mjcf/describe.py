@@ -1,14 +1,13 @@
 """`describe`: what of a model acts, with which temperature, and what does not act and why."""
 
+import warnings
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 import magmotor_plugin
 from magmotor.common.arguments import checked
@@ -16,17 +15,11 @@ from magmotor.common.arrays import Array
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.field_and_energy import coupling_factors
 from magmotor.mjcf.forces.marks import UNMARKED, WORDS
-from magmotor.mjcf.langevin.checks import colliding_geoms
-from magmotor.mjcf.langevin.model import joint_damping, langevin_model
+from magmotor.mjcf.langevin.temperature import MATCH, joined, temperatures
 from magmotor.mjcf.lookup import disabled
 
 LISTED = 8
 """Largest number of bodies, pairs or joints that the text lists."""
-
-MATCH = 1e-6
-"""Relative difference up to which noise has the temperature of the damping."""
-
-MARK = '<custom><text name="magmotor" data="dipoles couplings noise potentials"/></custom>'
 
 
 @dataclass(frozen=True)
@@ -36,7 +29,7 @@ class Description:
     Attributes
     ----------
     acting : tuple of str
-        Out of `dipoles`, `couplings`, `noise`, `potentials`.
+        Those of `dipoles`, `couplings`, `noise` and `potentials` that act on the model.
     marked : bool
         Whether the model says so itself.
     plugin : bool
@@ -76,7 +69,7 @@ class Description:
 
     def _lines(self) -> Iterator[str]:
         where = "by the plugin magmotor.forces" if self.plugin else "inside magmotor.magnetism()"
-        acting = _joined(self.acting)
+        acting = joined(self.acting)
         unmarked = "" if self.marked or not self.acting else "; the model has no mark"
         yield f"acting: {f'{acting}, {where}' if acting else 'nothing'}{unmarked}"
         if self.dipoles:
@@ -135,20 +128,31 @@ def describe(model: mujoco.MjModel) -> Description:
     temperature: kT = 3.333e-06 J
     """
     kinds = acting_forces(model)
-    acting = tuple(word for word, bit in WORDS.items() if word != "all" and kinds & bit)
-    bodies = _dipoles(model) if "dipoles" in acting else {}
-    kT, unknown = _temperatures(model) if "noise" in acting else (None, "")
+    named = [word for word, bit in WORDS.items() if word != "all" and kinds & bit]
+    bodies = _dipoles(model) if "dipoles" in named else {}
+    pairs = _pairs(model, [*bodies])
+    noise = _rows(model) if "noise" in named else {}
+    potentials = _waves(model) if "potentials" in named else {}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of the plugin, which says the same as `idle`
+        kT, unknown = temperatures(model) if noise else (None, "")
+    acts = {
+        "dipoles": pairs,
+        "couplings": pairs and "couplings" in named and any(_couplings(model)),
+        "noise": noise,
+        "potentials": potentials,
+    }
     found = Description(
-        acting=acting,
+        acting=tuple(word for word, exists in acts.items() if exists),
         marked=not kinds & UNMARKED,
         plugin=_has_plugin(model),
         dipoles={_name(model, "body", body): count for body, count in bodies.items()},
-        pairs=_pairs(model, [*bodies]),
-        noise=_rows(model) if "noise" in acting else {},
-        potentials=_waves(model) if "potentials" in acting else {},
+        pairs=pairs,
+        noise=noise,
+        potentials=potentials,
         kT=kT,
         unknown=unknown,
-        idle=tuple(_idle(model, acting, bool(kinds & UNMARKED))),
+        idle=tuple(_idle(model, named, bool(kinds & UNMARKED), bool(pairs))),
     )
     print(found)
     return found
@@ -166,10 +170,6 @@ def _listed(entries: Iterable[str]) -> str:
     return ", ".join(entries[:LISTED] + more)
 
 
-def _joined(words: Sequence[str]) -> str:
-    return " and ".join(filter(None, [", ".join(words[:-1]), *words[-1:]]))
-
-
 def _has_plugin(model: mujoco.MjModel) -> bool:
     return bool((model.plugin == magmotor_plugin.register()).any())
 
@@ -182,23 +182,30 @@ def _dipoles(model: mujoco.MjModel) -> dict[int, int]:
 
 def _pairs(model: mujoco.MjModel, bodies: list[int]) -> dict[tuple[str, str], float]:
     """Return the factors of all pairs of bodies whose dipoles act on each other."""
-    factors = coupling_factors(model)
-    pairs = {pair: factors(*pair) for pair in combinations(bodies, 2)}
-    return {
-        (_name(model, "body", one), _name(model, "body", other)): factor
-        for (one, other), factor in pairs.items()
-        if factor
-    }
+    factor = coupling_factors(model)
+    names = {body: _name(model, "body", body) for body in bodies}
+    pairs = ((one, other, factor(one, other)) for one, other in combinations(bodies, 2))
+    return {(names[one], names[other]): value for one, other, value in pairs if value}
+
+
+def _couplings(model: mujoco.MjModel) -> list[str]:
+    """Return the names of the tuples that are couplings."""
+    names = [model.tuple(k).name for k in range(model.ntuple)]
+    return [name for name in names if name.startswith("coupling")]
 
 
 def _rows(model: mujoco.MjModel) -> dict[str, Array]:
-    """Return the Brownian wrenches by body."""
+    """Return the Brownian wrenches of bodies that can move, by body."""
     rows = model.body_user[:, : model.nuser_body // 6 * 6].reshape(model.nbody, -1, 6)
     return {
         _name(model, "body", body): wrenches[wrenches.any(axis=1)]
         for body, wrenches in enumerate(rows)
-        if wrenches.any()
+        if wrenches.any() and _moves(model, body)
     }
+
+
+def _moves(model: mujoco.MjModel, body: int) -> bool:
+    return bool(model.body_dofnum[model.body_weldid[body]])
 
 
 def _waves(model: mujoco.MjModel) -> dict[str, Array]:
@@ -211,99 +218,33 @@ def _waves(model: mujoco.MjModel) -> dict[str, Array]:
     return found
 
 
-def _temperatures(model: mujoco.MjModel) -> tuple[tuple[float, float] | None, str]:
-    """Return the extreme temperatures kT; None and a reason if they are unknown."""
-    try:
-        langevin = langevin_model(model)
-        damping, noise = langevin.damping, langevin.noise
-    except ValueError:
-        if others := [*_other_dampers(model)]:
-            return None, f"{_joined(others)} may damp"
-        damping, noise = joint_damping(model), _noise(model)
-    if not noise.any():
-        return None, "noise drives no joint"
-    return _extremes(damping, noise @ noise.T / 2), ""
-
-
-def _noise(model: mujoco.MjModel) -> Array:
-    """Return the generalized forces (nv, rows) of all Brownian wrenches at `qpos0`."""
-    data = mujoco.MjData(model)
-    mujoco.mj_fwdPosition(model, data)
-    jacobian = np.empty((6, model.nv))
-    channels = []
-    for body, row in enumerate(model.body_user[:, : model.nuser_body // 6 * 6]):
-        mujoco.mj_jacBodyCom(model, data, jacobian[:3], jacobian[3:], body)
-        channels.append(row.reshape(-1, 6) @ jacobian)
-    return np.vstack(channels).T
-
-
-def _extremes(damping: Array, drive: Array) -> tuple[float, float]:
-    """Return the extreme temperatures kT of all directions of velocity, damped or driven."""
-    scale = np.sqrt(np.diag(damping))
-    damped = scale > 0
-    if np.diag(drive)[~damped].any():
-        return 0.0, np.inf
-    scaled = damping[np.ix_(damped, damped)] / np.outer(scale[damped], scale[damped])
-    driven = drive[np.ix_(damped, damped)] / np.outer(scale[damped], scale[damped])
-    rates, directions = np.linalg.eigh(scaled)
-    free = rates < MATCH
-    if (directions[:, free].T @ driven @ directions[:, free] > MATCH * driven.max()).any():
-        return 0.0, np.inf
-    whitened = directions[:, ~free] / np.sqrt(rates[~free])
-    temperatures = np.linalg.eigvalsh(whitened.T @ driven @ whitened)
-    return max(0.0, float(temperatures[0])), float(temperatures[-1])
-
-
-def _other_dampers(model: mujoco.MjModel) -> Iterator[str]:
-    """Yield what may damp besides the linear damping of joints and fixed tendons."""
-
-    def acts(flag: str, *fields: NDArray[Any]) -> bool:
-        return not disabled(model, flag) and any(field.any() for field in fields)
-
-    fixed = model.wrap_type[model.tendon_adr] == int(mujoco.mjtWrap.mjWRAP_JOINT)
-    collide = model.npair + model.nflex > 0 or len(colliding_geoms(model)) > 0
-    passive = not (disabled(model, "spring") and disabled(model, "damper"))
-    present = {
-        "actuators": acts("actuation", _velocity_dependent_actuators(model))
-        or acts("damper", model.actuator_damping, model.actuator_dampingpoly),
-        "polynomial damping": acts("damper", model.dof_dampingpoly, model.tendon_dampingpoly),
-        "spatial tendons": acts("damper", model.tendon_damping[~fixed]),
-        "friction loss": acts("frictionloss", model.dof_frictionloss, model.tendon_frictionloss),
-        "limits": acts("limit", model.jnt_limited, model.tendon_limited),
-        "equalities": acts("equality", model.eq_active0),
-        "contacts": collide and not disabled(model, "contact"),
-        "flexes": passive and model.nflex > 0,
-        "a fluid": passive and (model.opt.density > 0 or model.opt.viscosity > 0),
-        "plugins": bool((model.plugin != magmotor_plugin.register()).any()),
-    }
-    return (name for name, exists in present.items() if exists)
-
-
-def _velocity_dependent_actuators(model: mujoco.MjModel) -> NDArray[np.bool_]:
-    """Whether the force of each actuator may depend on velocities, shape (nactuator,)."""
-    affine = int(mujoco.mjtGain.mjGAIN_AFFINE)  # like mjBIAS_AFFINE; only constants are below it
-    other = (model.actuator_gaintype > affine) | (model.actuator_biastype > affine)
-    return other | (model.actuator_gainprm[:, 2] != 0) | (model.actuator_biasprm[:, 2] != 0)
-
-
-def _idle(model: mujoco.MjModel, acting: tuple[str, ...], unmarked: bool) -> Iterator[str]:
+def _idle(
+    model: mujoco.MjModel, named: Sequence[str], unmarked: bool, paired: bool
+) -> Iterator[str]:
     """Yield what does not act, and why."""
     present = {
         "dipoles": ("user numbers of sites", bool(model.nuser_site and model.site_user.any())),
-        "couplings": (
-            "tuples named coupling...",
-            any(model.tuple(k).name.startswith("coupling") for k in range(model.ntuple)),
-        ),
+        "couplings": ("tuples named coupling...", bool(_couplings(model))),
         "noise": ("user numbers of bodies", bool(model.nuser_body and model.body_user.any())),
         "potentials": ("user numbers of joints", bool(model.nuser_jnt and model.jnt_user.any())),
     }
     for word, (what, exists) in present.items():
-        if exists and word not in acting:
+        if exists and word not in named:
             reason = "there is no mark" if unmarked else f"the mark does not name {word}"
             yield f"{what}, since {reason}"
+    absent = [word for word in named if not present[word][1]]
+    if absent and not unmarked:
+        yield f"{joined(absent)}, which the mark names, since the model has none"
     if not any(exists for _, exists in present.values()):
         yield 'sites without user numbers (a dipole has user="MOMENT", in A m^2)'
-    yield from _idle_dipoles(model) if "dipoles" in acting else ()
+    if "dipoles" in named and present["dipoles"][1]:
+        yield from _idle_dipoles(model, paired)
+    if "noise" in named:
+        fixed = (body for body in range(model.nbody) if not _moves(model, body))
+        driven = [_name(model, "body", body) for body in fixed if model.body_user[body].any()]
+        if driven:
+            yield f"noise of {_listed(driven)}, since what cannot move is not driven"
+    yield from _renamed(model)
     if not _has_plugin(model):
         if disabled(model, "actuation"):
             yield "magnetism(), since MuJoCo skips it while the flag actuation is disabled"
@@ -316,12 +257,23 @@ def _idle(model: mujoco.MjModel, acting: tuple[str, ...], unmarked: bool) -> Ite
         yield "magmotor.forces on sleeping bodies, which it does not wake"
 
 
-def _idle_dipoles(model: mujoco.MjModel) -> Iterator[str]:
+def _idle_dipoles(model: mujoco.MjModel, paired: bool) -> Iterator[str]:
     bodies = [*_dipoles(model)]
-    welds = {int(model.body_weldid[body]) for body in bodies}
-    if len(welds) == 1:
+    if len({int(model.body_weldid[body]) for body in bodies}) == 1:
         yield "the dipoles, since all are on one rigid body"
-    elif not any(model.body_dofnum[weld] for weld in welds):
+    elif not any(_moves(model, body) for body in bodies):
         yield "the dipoles, since none of their bodies can move"
-    elif not _pairs(model, bodies):
+    elif not paired:
         yield "the dipoles, since couplings switch all pairs off (prm is 0, the default)"
+
+
+def _renamed(model: mujoco.MjModel) -> Iterator[str]:
+    """Yield marks and couplings that a prefix hides, as of models that were attached to another."""
+    for k in range(model.ntuple):
+        name = model.tuple(k).name
+        if "coupling" in name[1:] and not name.startswith("coupling"):
+            yield f"tuple {name!r}, since the name of a coupling starts with coupling"
+    for k in range(model.ntext):
+        name = _name(model, "text", k)
+        if name.endswith("magmotor") and name != "magmotor":
+            yield f"text {name!r}, since only the name magmotor makes it a mark"

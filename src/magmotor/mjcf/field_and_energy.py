@@ -109,9 +109,12 @@ def coupling_factors(model: mujoco.MjModel):
             pair = frozenset(model.tuple_objid[first : first + 2].tolist())
             factors[pair] = factors.get(pair, 1.0) * float(model.tuple_objprm[first])
 
+    weld = model.body_weldid.tolist()
+    moves = (model.body_dofnum[model.body_weldid] > 0).tolist()
+
     def factor(body: int, other: int) -> float:
-        one, two = int(model.body_weldid[body]), int(model.body_weldid[other])
-        still = model.body_dofnum[one] + model.body_dofnum[two] == 0
-        return 0.0 if one == two or still else factors.get(frozenset({body, other}), 1.0)
+        if weld[body] == weld[other] or not (moves[body] or moves[other]):
+            return 0.0
+        return factors.get(frozenset({body, other}), 1.0) if factors else 1.0
 
     return factor
