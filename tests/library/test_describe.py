@@ -383,6 +383,7 @@ def body(content, *, name="", joint='<joint damping="1"/>', user=""):
 
 
 SITE = '<site user="1"/>'
+WORLD = '<element objtype="body" objname="world"/>'
 LINES = {
     "eight entries": (
         [body(SITE, name=f"b{k}") for k in range(8)],
@@ -414,7 +415,7 @@ LINES = {
         "not acting: noise and potentials, which the mark names, since the model has none",
     ),
     "a prefix of a coupling": (
-        ["</worldbody><custom><tuple name='a_coupling'><element objtype='body' objname='world'/></tuple></custom><worldbody>"],
+        [f"</worldbody><custom><tuple name='a_coupling'>{WORLD}</tuple></custom><worldbody>"],
         "not acting: tuple 'a_coupling', since the name of a coupling starts with coupling",
     ),
     "a prefix of a mark": (

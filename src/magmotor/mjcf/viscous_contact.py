@@ -17,6 +17,7 @@ import mujoco
 import numpy as np
 
 from magmotor.common.arguments import check_flag
+from magmotor.common.arrays import Array
 from magmotor.common.checks import check_number, check_type, reject
 from magmotor.mjcf import parts
 from magmotor.mjcf.lookup import disabled, label, number_of
@@ -181,10 +182,10 @@ class ViscousContact:
             The model has no such pair or cannot realize its law. The message names the element and
             the requirement.
         """
-        pair, contact, ratio = self._in(model)
+        pair, normal, ratio = self._in(model)
         model.pair_solreffriction[pair] = 0.0, -self.damping * ratio
         if self.bears_load:
-            model.pair_margin[pair] = _resting_depth(_load(model, contact))
+            model.pair_margin[pair] = _resting_depth(_load(model, normal))
 
     def complete(self, description: mujoco.MjSpec | parts.Element) -> None:
         """Write the numbers that `calibrate` sets into a description that has the pair.
@@ -226,8 +227,8 @@ class ViscousContact:
         pair, _, ratio = self._in(model)
         return float(-model.pair_solreffriction[pair, 1] / ratio)
 
-    def _in(self, model: mujoco.MjModel) -> tuple[int, Any, float]:
-        """Return the number of the pair, its contact at `qpos0`, and b/c."""
+    def _in(self, model: mujoco.MjModel) -> tuple[int, Array, float]:
+        """Return the number of the pair, the normal of its contact at `qpos0`, and b/c."""
         check_type("model", model, mujoco.MjModel)
         pair = number_of(model, "pair", self.name)
         if pair < 0:
@@ -259,7 +260,7 @@ class ViscousContact:
             largest = model.opt.impratio * regularization / LEAST_REGULARIZATION
             sentence = f"must be at most {largest:.2g}, so that R >= {LEAST_REGULARIZATION:g} A"
             raise reject("option impratio", model.opt.impratio, sentence)
-        return pair, active[0], ratio
+        return pair, active[0].frame[:3].copy(), ratio  # contacts end with their mjData
 
 
 def viscous_contacts(data: mujoco.MjData) -> list[Any]:
@@ -328,11 +329,11 @@ def _resting_depth(load: float) -> float:
     return load * (1 - STIFF) / STIFFNESS
 
 
-def _load(model: mujoco.MjModel, contact: Any) -> float:
+def _load(model: mujoco.MjModel, normal: Array) -> float:
     """Return the component of gravity, in m/s^2, that presses the sphere onto the plane."""
     if disabled(model, "gravity"):
         return 0.0
-    return max(0.0, float(-(model.opt.gravity @ contact.frame[:3])))
+    return max(0.0, float(-(model.opt.gravity @ normal)))
 
 
 def _inverse_inertia(model: mujoco.MjModel, sphere: int, choose: Any = np.median) -> float:
