@@ -1,8 +1,8 @@
 """Write a scene as a standalone MJCF file, decorated and in its initial state.
 
 The initial state is keyframe 0. Magnetism, noise and potentials act on the model inside
-`magmotor.magnetism()`. To make them act in MuJoCo's viewer, include the file in another one with the
-plugin, as `models/top_magnetic.xml` includes `top.xml`.
+`magmotor.magnetism()`. To make them act in MuJoCo's viewer, include the file in another one with
+the plugin, as `models/top_magnetic.xml` includes `top.xml`.
 """
 
 import re
