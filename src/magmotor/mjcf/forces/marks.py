@@ -11,6 +11,7 @@ numbers, and those of the sites do not just count them (three or more consecutiv
 
 import math
 
+import numpy as np
 from numba import njit
 
 from magmotor.mjcf import memory
@@ -30,8 +31,17 @@ WORDS = {
 }
 
 NAME = (*b"magmotor", 0)
-_CODED = tuple((tuple(word.encode()), bits) for word, bits in WORDS.items())
-_DIPOLES, _COUPLINGS, _NOISE, _POTENTIALS, _ALL = _CODED
+EIGHT, LAST = np.uint64(8), np.uint64(56)
+"""Bits of a character, and of all but the first of eight."""
+
+
+def _packed(word: str) -> tuple[np.uint64, np.uint64]:
+    number = int.from_bytes(word.encode(), "big")
+    return np.uint64(number >> 64), np.uint64(number & (2**64 - 1))
+
+
+_CODED = tuple(_packed(word) for word in WORDS)
+_BITS = tuple(WORDS.values())
 
 
 @njit
@@ -82,44 +92,39 @@ def plugin_instance(m, offsets):
 
 @njit
 def _bits_of(text):
-    """Bits of the words of a C string; `WRONG` if one is unknown or none is there."""
-    bits, place = 0, text
+    """Bits of the words of a C string; `WRONG` if one is unknown or none is there.
+
+    The characters of a word are packed into two integers, so that one pass suffices.
+    """
+    characters = memory.bytes_at(text, memory.UNBOUNDED)
+    bits = place = length = 0
+    first = second = np.uint64(0)
     while True:
-        while _is_space(place):
-            place += 1
-        if memory.starts_with(place, (0,)):
-            return bits if bits > 0 else WRONG
-        found, length = _word(place)
-        if found == 0:
-            return WRONG
-        bits |= found
-        place += length
+        character = characters[place]
+        if character == 32 or 9 <= character <= 13 or character == 0:
+            if length > 0:
+                found = _word(first, second, length)
+                if found == 0:
+                    return WRONG
+                bits |= found
+                length, first, second = 0, np.uint64(0), np.uint64(0)
+            if character == 0:
+                return bits if bits > 0 else WRONG
+        else:
+            first, second = (first << EIGHT) | (second >> LAST), (second << EIGHT) | character
+            length += 1
+        place += 1
 
 
 @njit
-def _word(place):
-    """Bits of the word at an address, and its length; 0 if it is unknown."""
-    found, length = 0, 0
-    if memory.starts_with(place, _DIPOLES[0]):
-        found, length = _DIPOLES[1], len(_DIPOLES[0])
-    elif memory.starts_with(place, _COUPLINGS[0]):
-        found, length = _COUPLINGS[1], len(_COUPLINGS[0])
-    elif memory.starts_with(place, _NOISE[0]):
-        found, length = _NOISE[1], len(_NOISE[0])
-    elif memory.starts_with(place, _POTENTIALS[0]):
-        found, length = _POTENTIALS[1], len(_POTENTIALS[0])
-    elif memory.starts_with(place, _ALL[0]):
-        found, length = _ALL[1], len(_ALL[0])
-    end = place + length
-    whole = _is_space(end) or memory.starts_with(end, (0,))
-    return (found, length) if whole else (0, 0)
-
-
-@njit
-def _is_space(place):
-    """Whether a character is ASCII white space."""
-    character = memory.bytes_at(place, 1)[0]
-    return character == 32 or 9 <= character <= 13
+def _word(first, second, length):
+    """Bits of a word of at most 16 characters; 0 if it is unknown."""
+    if length > 16:
+        return 0
+    for k in range(len(_CODED)):
+        if first == _CODED[k][0] and second == _CODED[k][1]:
+            return _BITS[k]
+    return 0
 
 
 @njit
