@@ -32,6 +32,11 @@ from corpus.models import packages  # noqa: E402
 PLUGIN = """
 <mujoco>
   <extension><plugin plugin="magmotor.forces"><instance name="magnets"/></plugin></extension>
+  <custom><text name="magmotor" data="dipoles"/></custom>
+  <worldbody>
+    <site pos="0 0 1" user="1"/>
+    <body><joint/><geom size="0.1"/><site user="1"/></body>
+  </worldbody>
 </mujoco>
 """
 
