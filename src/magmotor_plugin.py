@@ -10,11 +10,9 @@ import ctypes
 import os
 import sys
 import threading
-import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache, wraps
-from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -88,10 +86,26 @@ def register_with_older_mujoco() -> None:
     MuJoCo numbers plugins in the order of their registration, and stores the numbers in binary
     models. Therefore, its own plugins must come first.
     """
-    if "mujoco" in sys.modules or int(version("mujoco").split(".")[0]) < 4:
+    if "mujoco" in sys.modules or not _loads_entry_points():
         import mujoco  # noqa: F401 - registers MuJoCo's own plugins
 
         register()
+
+
+def _loads_entry_points() -> bool:
+    """Whether the installed MuJoCo is 4 or newer, by its header: importlib.metadata is slow."""
+    for folder in _folders():
+        header = Path(folder) / "include" / "mujoco" / "mujoco.h"
+        if header.exists():
+            version = header.read_text(encoding="utf-8").partition("mjVERSION_HEADER")[2].split()
+            return bool(version) and int(version[0]) >= 4_000_000
+    return False
+
+
+def _folders() -> list[str]:
+    """Return the folders of the package mujoco, without importing it."""
+    spec = find_spec("mujoco")
+    return [*(spec.submodule_search_locations or [])] if spec else []
 
 
 @cache
@@ -103,9 +117,7 @@ def library() -> ctypes.CDLL:
     ImportError
         MuJoCo is not installed, or its library is missing.
     """
-    spec = find_spec("mujoco")
-    folders = spec.submodule_search_locations if spec else None
-    for folder in folders or []:
+    for folder in _folders():
         for pattern in ("libmujoco.so*", "libmujoco*.dylib", "mujoco.dll"):
             for path in Path(folder).glob(pattern):
                 return ctypes.CDLL(str(path))
@@ -125,10 +137,16 @@ def returning(function: Callable) -> Callable:
         except KeyboardInterrupt:
             _interrupt_later()
         except BaseException:
-            traceback.print_exc()
+            _print_exception()
         return None
 
     return call
+
+
+def _print_exception() -> None:
+    import traceback
+
+    traceback.print_exc()
 
 
 def _interrupt_later() -> None:
@@ -231,7 +249,7 @@ def _load() -> None:
         table.compute, table.init = compute.address, init.address
         _loaded = True
     except BaseException:
-        traceback.print_exc()
+        _print_exception()
         _failed = True
     finally:
         notice.cancel()

@@ -4,16 +4,16 @@ from typing import Annotated
 
 import mujoco
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from magmotor.common import style
 from magmotor.common.arguments import checked
+from magmotor.common.arrays import Array
 from magmotor.common.checks import reject
 from magmotor.common.hints import Points, Positive, numbers
 from magmotor.dipoles import COINCIDENCE
 from magmotor.mjcf.field_and_energy import dipole_sites, field
 
-Array = NDArray[np.float64]
 Limits = Annotated[ArrayLike, numbers(2, above=0)]
 
 MOMENT = (0.8, 0.24, 0.11)

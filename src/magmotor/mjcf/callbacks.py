@@ -130,6 +130,7 @@ def _prepare(checksum: int, offsets: layout.Layout):
     return prepare
 
 
+@cache
 def _bind() -> None:
     messages.bind()
     memory.bind_mujoco("mj_applyFT", "mj_passive", "mj_warning")

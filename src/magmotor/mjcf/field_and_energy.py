@@ -6,12 +6,11 @@ from numpy.typing import NDArray
 
 from magmotor import dipoles
 from magmotor.common.arguments import checked
+from magmotor.common.arrays import Array
 from magmotor.common.checks import reject
 from magmotor.common.hints import Points
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.forces.marks import COUPLINGS, DIPOLES
-
-Array = NDArray[np.float64]
 
 
 @checked

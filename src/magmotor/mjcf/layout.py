@@ -25,7 +25,7 @@ MODEL_FIELDS = (
 )  # fmt: skip
 OPTION_FIELDS = ("timestep", "integrator", "disableflags", "enableflags")
 DATA_FIELDS = (
-    "site_xpos", "site_xmat", "xmat", "xipos", "xaxis", "xfrc_applied", "qfrc_applied", "qpos",
+    "site_xpos", "site_xmat", "xmat", "xipos", "xfrc_applied", "qfrc_applied", "qpos",
     "qvel", "qfrc_passive", "userdata", "time", "pstack", "pbase",
     "body_awake", "plugin_data",
 )  # fmt: skip
@@ -133,7 +133,6 @@ class Layout(NamedTuple):
     site_xmat: int
     xmat: int
     xipos: int
-    xaxis: int
     xfrc_applied: int
     qfrc_applied: int
     qpos: int
