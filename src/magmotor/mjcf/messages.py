@@ -135,8 +135,7 @@ def fail(error, number, name, other, other_name, value):
     text = memory.word_on_stack()
     handler, user = handler_of_thread(), _user_error()
     _form_error_text(error, number, name, other, other_name, value, handler, user, text)
-    if memory.words(text, 1)[0] != 0:
-        _raise(memory.words(text, 1)[0])
+    _raise_if_formed(text)
 
 
 @njit
@@ -144,8 +143,15 @@ def notice(which, number):
     """Report a notice and a number, which is an error if warnings are errors."""
     text = memory.word_on_stack()
     _form_notice(which, number, handler_of_thread(), _user_error(), text)
-    if memory.words(text, 1)[0] != 0:
-        _raise(memory.words(text, 1)[0])
+    _raise_if_formed(text)
+
+
+@njit
+def _raise_if_formed(text):
+    """Raise the sentence whose address is at `text`, unless that is 0."""
+    sentence = memory.words(text, 1)[0]
+    if sentence != 0:
+        _raise(sentence)
 
 
 def bind() -> None:
