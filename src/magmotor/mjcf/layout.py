@@ -27,7 +27,9 @@ OPTION_FIELDS = ("timestep", "integrator", "disableflags", "enableflags")
 DATA_FIELDS = (
     "site_xpos", "site_xmat", "xmat", "xipos", "xfrc_applied", "qfrc_applied", "qpos",
     "qvel", "qfrc_passive", "userdata", "time", "pstack", "pbase",
-    "body_awake", "plugin_data",
+    "body_awake", "plugin_data", "M", "qLD", "cdof", "subtree_com", "geom_xpos", "ten_J",
+    "actuator_moment", "moment_rownnz", "moment_rowadr", "moment_colind", "qfrc_actuator",
+    "nefc", "efc_J", "efc_pos", "efc_margin", "efc_KBIP", "efc_D",
 )  # fmt: skip
 
 _SCALARS = {
@@ -69,11 +71,13 @@ _PROBE = """
       <geom size="1"/>
       <site name="moving" pos="0 0 1" user="3"/>
       <body>
-        <joint type="hinge"/>
+        <joint name="limited" type="hinge" range="57 58"/>
         <geom size="1"/>
       </body>
     </body>
   </worldbody>
+  <tendon><fixed><joint joint="limited" coef="1"/></fixed></tendon>
+  <actuator><motor joint="limited"/></actuator>
 </mujoco>
 """
 _PROBE_PSTACK = 0x5A5A40
@@ -144,6 +148,23 @@ class Layout(NamedTuple):
     pbase: int
     body_awake: int
     plugin_data: int
+    M: int
+    qLD: int
+    cdof: int
+    subtree_com: int
+    geom_xpos: int
+    ten_J: int
+    actuator_moment: int
+    moment_rownnz: int
+    moment_rowadr: int
+    moment_colind: int
+    qfrc_actuator: int
+    nefc: int
+    efc_J: int
+    efc_pos: int
+    efc_margin: int
+    efc_KBIP: int
+    efc_D: int
 
 
 @cache
@@ -203,7 +224,8 @@ def verify(layout: Layout) -> None:
             elif isinstance(expected, float):
                 agrees = _read(ctypes.c_double, address) == expected
             else:
-                kind = ctypes.c_int if fields is OPTION_FIELDS else ctypes.c_int64
+                short = fields is OPTION_FIELDS or name == "nefc"
+                kind = ctypes.c_int if short else ctypes.c_int64
                 agrees = _read(kind, address) == expected
             if not agrees:
                 wrong.append(name)

@@ -1,0 +1,147 @@
+"""B: the generalized forces of the position on a kinematic tree, those at zero velocity."""
+
+# Numba's intrinsics hide their first parameter:
+# pyright: reportCallIssue=false, reportGeneralTypeIssues=false
+
+from numba import njit, types
+
+from magmotor.mjcf import memory
+from magmotor.mjcf.callbacks import apply_forces, report
+from magmotor.mjcf.forces.marks import NOISE, forces_of, plugin_instance
+
+_word, _int = types.int64, types.int32
+FUNCTIONS = {
+    "mj_tendon": types.void(_word, _word),
+    "mj_transmission": types.void(_word, _word),
+    "mj_passive": types.void(_word, _word),
+    "mj_fwdActuation": types.void(_word, _word),
+    "mj_collision": types.void(_word, _word),
+    "mj_makeConstraint": types.void(_word, _word),
+}
+"""Functions of MuJoCo that this module calls."""
+
+_update_tendons = types.ExternalFunction("mj_tendon", FUNCTIONS["mj_tendon"])
+_update_transmission = types.ExternalFunction("mj_transmission", FUNCTIONS["mj_transmission"])
+_compute_passive = types.ExternalFunction("mj_passive", FUNCTIONS["mj_passive"])
+_compute_actuation = types.ExternalFunction("mj_fwdActuation", FUNCTIONS["mj_fwdActuation"])
+_collide = types.ExternalFunction("mj_collision", FUNCTIONS["mj_collision"])
+_make_constraints = types.ExternalFunction("mj_makeConstraint", FUNCTIONS["mj_makeConstraint"])
+
+
+@njit
+def update_rows(model, data, tree):
+    """Compute the Jacobians of tendons, actuators and constraints at the current position."""
+    if tree.tendons:
+        _update_tendons(model, data)
+    if tree.actuators:
+        _update_transmission(model, data)
+    if tree.constraints:
+        _collide(model, data)
+        _make_constraints(model, data)
+
+
+@njit(forceinline=True)
+def constraint_count(data, offsets):
+    """Return the number of constraints that are active."""
+    return memory.integers(data + offsets.nefc, 1)[0]
+
+
+@njit(error_model="numpy")
+def compute_forces(model, data, offsets, tree, wrenches, force):
+    """Compute the generalized forces (nv,) at the current position.
+
+    `wrenches` (nbody, 6) is scratch memory. The dipoles write their wrenches to `xfrc_applied`, or,
+    if the model has the plugin, to this memory.
+    """
+    m = memory.words(model, memory.UNBOUNDED)
+    d = memory.words(data, memory.UNBOUNDED)
+    n, bodies = len(force), len(tree.parents)
+    update_rows(model, data, tree)
+    force[:] = 0.0
+    wrenches[:] = 0.0
+    xfrc = memory.numbers(d[offsets.xfrc_applied // 8], bodies, 6)
+    kinds = forces_of(m, offsets)
+    # The plugin leaves `xfrc_applied` to the user, the callback does not.
+    applied = wrenches if plugin_instance(m, offsets) >= 0 else xfrc
+    error = _apply_forces(model, data, offsets, kinds & ~NOISE, applied, force)
+    report(error, m, d, offsets)
+    if tree.springs:
+        _compute_passive(model, data)
+        _add(force, memory.numbers(d[offsets.qfrc_passive // 8], 1, n)[0])
+    if tree.actuators:
+        _compute_actuation(model, data)
+        _add(force, memory.numbers(d[offsets.qfrc_actuator // 8], 1, n)[0])
+    _add(force, memory.numbers(d[offsets.qfrc_applied // 8], 1, n)[0])
+    if tree.constraints:
+        _add_constraint_forces(d, offsets, constraint_count(data, offsets), force)
+    centers = memory.numbers(d[offsets.xipos // 8], bodies, 3)
+    points = memory.numbers(d[offsets.subtree_com // 8], bodies, 3)
+    for body in range(1, bodies):
+        for k in range(6):
+            own = wrenches[body, k] if plugin_instance(m, offsets) >= 0 else 0.0
+            wrenches[body, k] = own + xfrc[body, k]
+        for k in range(3):
+            wrenches[body, k] += tree.weights[body, k]
+        shift_wrench(wrenches[body], centers[body], points[tree.roots[body]])
+    project_wrenches(d, offsets, tree, wrenches, force)
+
+
+@njit
+def _apply_forces(model, data, offsets, kinds, applied, generalized):
+    """Call `apply_forces` without inlining, to shorten compilation."""
+    return apply_forces(model, data, offsets, kinds, applied, generalized)[1]
+
+
+@njit(forceinline=True)
+def _add(force, other):
+    for i in range(len(force)):
+        force[i] += other[i]
+
+
+@njit(forceinline=True)
+def shift_wrench(wrench, center, point):
+    """Change a force and torque about `center` to a torque about `point` and force, in place."""
+    fx, fy, fz = wrench[0], wrench[1], wrench[2]
+    x, y, z = center[0] - point[0], center[1] - point[1], center[2] - point[2]
+    tx = wrench[3] + y * fz - z * fy
+    ty = wrench[4] + z * fx - x * fz
+    tz = wrench[5] + x * fy - y * fx
+    wrench[0], wrench[1], wrench[2] = tx, ty, tz
+    wrench[3], wrench[4], wrench[5] = fx, fy, fz
+
+
+@njit(forceinline=True)
+def project_wrenches(d, offsets, tree, wrenches, force):
+    """Add the generalized forces of wrenches on bodies (torque, force), which this sums up.
+
+    The torques are about the center of mass of the body's whole tree, like MuJoCo's `cdof`.
+    """
+    axes = memory.numbers(d[offsets.cdof // 8], len(force), 6)
+    for body in range(len(tree.parents) - 1, 0, -1):
+        parent = tree.parents[body]
+        if parent > 0:
+            for k in range(6):
+                wrenches[parent, k] += wrenches[body, k]
+    for i in range(len(force)):
+        total = 0.0
+        for k in range(6):
+            total += axes[i, k] * wrenches[tree.bodies[i], k]
+        force[i] += total
+
+
+@njit(forceinline=True)
+def _add_constraint_forces(d, offsets, count, force):
+    """Add the forces of soft constraints at rest, D K I r on each residual r.
+
+    MuJoCo's constraint force at zero velocity and acceleration; see its documentation, Computation.
+    """
+    n = len(force)
+    rows = memory.numbers(d[offsets.efc_J // 8], count, n)
+    position = memory.numbers(d[offsets.efc_pos // 8], 1, count)[0]
+    margin = memory.numbers(d[offsets.efc_margin // 8], 1, count)[0]
+    numbers = memory.numbers(d[offsets.efc_KBIP // 8], count, 4)
+    weight = memory.numbers(d[offsets.efc_D // 8], 1, count)[0]
+    for row in range(count):
+        strength = -weight[row] * numbers[row, 0] * numbers[row, 2] * (position[row] - margin[row])
+        for i in range(n):
+            force[i] += strength * rows[row, i]

@@ -1,0 +1,137 @@
+"""The compiled loop of any splitting on kinematic trees; see `magmotor.mjcf.langevin.langevin`."""
+
+# Numba's intrinsics hide their first parameter:
+# pyright: reportCallIssue=false, reportGeneralTypeIssues=false
+
+from functools import cache
+
+import numpy as np
+from numba import njit, types
+
+from magmotor.mjcf import layout, memory
+from magmotor.mjcf.forces.brownian_wrenches import step_number
+from magmotor.mjcf.langevin import free_motion, position_forces
+from magmotor.mjcf.langevin.free_motion import (
+    bias_acceleration,
+    move,
+    move_freely,
+    solve_inertia,
+    update_position,
+)
+from magmotor.mjcf.langevin.friction_and_noise import damp_and_drive
+from magmotor.mjcf.langevin.position_forces import compute_forces
+from magmotor.mjcf.langevin.tree import Dampers, Room, Tree
+from magmotor.mjcf.messages import bind
+from magmotor.numerics.numba_cache import compiled_once, copy
+
+A, B, O, K, R, S = range(6)
+"""Codes of the parts; see `magmotor.numerics.splittings`."""
+
+FROM_TIME = -(2**63)
+"""Stands for a step number to be derived from the time of `mjData`, exact up to 5e7 steps."""
+
+_word = types.int64
+_FUNCTIONS = {
+    **free_motion.FUNCTIONS,
+    **position_forces.FUNCTIONS,
+    "mj_step": types.void(_word, _word),
+}
+_take_step = types.ExternalFunction("mj_step", _FUNCTIONS["mj_step"])
+
+
+@cache
+def compiled():
+    """Return the loop for the running MuJoCo, compiled at most once per process."""
+    memory.bind_mujoco(*_FUNCTIONS)
+    bind()
+    return _advance(layout.current())
+
+
+@compiled_once(nogil=True, error_model="numpy")
+def _advance(checksum: int, offsets: layout.Layout):
+    """Define the loop for one layout of the structs."""
+
+    def advance(model, data, tree, dampers, parts, path, first, count, every, room, out):
+        """Take steps, and return how many were taken: fewer than `count` if one failed.
+
+        Parameters
+        ----------
+        model, data : int
+            Addresses of mjModel and mjData.
+        tree : Tree
+        dampers : Dampers
+        parts : ndarray, shape (parts, 4)
+            Code of each part, its time in s, for kicks whether they must compute the force, and
+            for O and K, 0, 1 or -1 for the whole increment of the noise or one of its halves.
+        path : ndarray, shape (4,)
+            Seed, replica, factor and level of the Brownian path.
+        first, count : int
+            Number of the first step on the Brownian path, or `FROM_TIME`, and number of steps.
+        every : int
+            Steps between two records.
+        room : Room
+            Scratch memory.
+        out : ndarray, shape (records, nq + nv + baths + 1)
+            Receives `qpos`, `qvel`, the heat from each bath and the work of all forces since the
+            call, after every `every` steps, if it has rows; else the last row of sums alone.
+        """
+        _ = checksum
+        d = memory.words(data, memory.UNBOUNDED)
+        n = len(tree.bodies)
+        nq = len(room.qpos)
+        qvel = memory.numbers(d[offsets.qvel // 8], 1, n)[0]
+        qpos = memory.numbers(d[offsets.qpos // 8], 1, nq)[0]
+        time = memory.numbers(data + offsets.time, 1, 1)[0]
+        inertia = memory.numbers(d[offsets.M // 8], 1, tree.starts[n])[0]
+        if first == FROM_TIME:
+            first = step_number(model, data, offsets)
+        timestep = memory.numbers(model + offsets.timestep, 1, 1)[0, 0]
+        room.exchanged[:] = 0.0
+        room.force[:] = 0.0
+        update_position(model, data)
+        if parts[0, 0] != S:
+            compute_forces(model, data, offsets, tree, room.wrenches, room.force)
+        for done in range(count):
+            good = True
+            for part in range(len(parts)):
+                code, span = int(parts[part, 0]), parts[part, 1]
+                if code == A:
+                    good = good and move_freely(
+                        model, data, tree, inertia, qpos, qvel, span, room
+                    )
+                elif parts[part, 2] > 0.0:
+                    compute_forces(model, data, offsets, tree, room.wrenches, room.force)
+                if code == B:
+                    _kick(model, data, qvel, span, room)
+                elif code == O or code == K:
+                    half = int(parts[part, 3])
+                    draw = path[0], path[1], first + done, path[2], path[3], half
+                    force = room.force if code == K else room.zero
+                    damp_and_drive(model, data, offsets, tree, dampers, qvel, force, span, draw,
+                                   room, room.exchanged)  # fmt: skip
+            time[0] += timestep
+            size = 0.0
+            for i in range(n):
+                size += abs(qvel[i])
+            if not (good and size < np.inf):
+                return done
+            if len(out) > 0 and (done + 1) % every == 0:
+                record = out[(done + 1) // every - 1]
+                copy(record[:nq], qpos)
+                copy(record[nq : nq + n], qvel)
+                copy(record[nq + n :], room.exchanged)
+        return count
+
+    return advance
+
+
+@njit(error_model="numpy")
+def _kick(model, data, qvel, time, room):
+    """B: apply the force for a time, and book its work."""
+    solve_inertia(model, data, room.acceleration, room.force)
+    work = 0.0
+    for i in range(len(qvel)):
+        change = time * room.acceleration[i]
+        work += time * room.force[i] * (qvel[i] + 0.5 * change)
+        qvel[i] += change
+    room.exchanged[-1] += work

@@ -1,0 +1,193 @@
+"""What the compiled loop needs to know of a model, read once."""
+
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+
+from magmotor.common.arrays import Array, Integers
+from magmotor.mjcf.lookup import disabled
+
+
+class Tree(NamedTuple):
+    """Kinematic trees: what moves, and which kinds of forces of the position there are."""
+
+    parents: Integers
+    """Parent of each body, shape (nbody,)."""
+    roots: Integers
+    """Root body of each body's tree, shape (nbody,)."""
+    weights: Array
+    """Weight of each body in N, less its compensation, shape (nbody, 3)."""
+    last_dofs: Integers
+    """Last degree of freedom that moves each body, or -1, shape (nbody,)."""
+    bodies: Integers
+    """Body of each degree of freedom, shape (nv,)."""
+    ancestors: Integers
+    """Parent of each degree of freedom, or -1, shape (nv,)."""
+    trees: Integers
+    """Tree of each degree of freedom, shape (nv,)."""
+    starts: Integers
+    """First element of each row of M in MuJoCo's sparse form, and their end, shape (nv + 1,)."""
+    columns: Integers
+    """Column of each of these elements."""
+    friction_starts: Integers
+    """The same for friction, whose pattern contains that of M and of its own factorization."""
+    friction_columns: Integers
+    place: Integers
+    """Position of the element (i, j) of the friction, at i nv + j, shape (nv^2,); -1 for none."""
+    springs: bool
+    tendons: bool
+    actuators: bool
+    constraints: bool
+
+
+class Dampers(NamedTuple):
+    """All linear dampers, with their temperatures kT in J and the numbers of their baths."""
+
+    damping: Array
+    """Of each degree of freedom, shape (nv,)."""
+    kT: Array
+    baths: Integers
+    tendons: Integers
+    """Damped tendons."""
+    tendon_starts: Integers
+    tendon_counts: Integers
+    tendon_columns: Integers
+    tendon_damping: Array
+    tendon_kT: Array
+    tendon_baths: Integers
+    actuators: Integers
+    """Outputs of damped actuators."""
+    actuator_damping: Array
+    actuator_kT: Array
+    actuator_baths: Integers
+    rows: Array
+    """Rows a_k of a friction matrix sum_k a_k a_k^T, shape (rows, nv)."""
+    drag: Array
+    """Translational and rotational Stokes drag, shape (n, 2)."""
+    drag_bodies: Integers
+    drag_geoms: Integers
+    """Geom at whose center each drag acts; -1 for the body's center of mass."""
+    drag_kT: Array
+    drag_baths: Integers
+    rate: float
+    """Rate of the friction rate M, in 1/s."""
+    constraint_kT: float
+    """Temperature of constraints, rows and rate."""
+    has_rows: bool
+    """Whether tendons or actuators damp."""
+
+
+def read_tree(model: mujoco.MjModel, rows: list[list[int]], *, full: bool) -> Tree:
+    """Read the trees of a model.
+
+    Parameters
+    ----------
+    model : mujoco.MjModel
+    rows : list of list of int
+        Degrees of freedom that each damper couples, besides those of a body and its ancestors.
+    full : bool
+        Whether dampers may couple any degrees of freedom.
+    """
+    starts = np.append(model.M_rowadr, model.nC).astype(np.int64)
+    last = np.full(model.nbody, -1)
+    for body in range(1, model.nbody):
+        own = model.body_dofnum[body]
+        dof, parent = model.body_dofadr[body] + own - 1, last[model.body_parentid[body]]
+        last[body] = dof if own else parent
+    friction_starts, friction_columns = _pattern(model, rows, full=full)
+    place = np.full((model.nv, model.nv), -1)
+    for row in range(model.nv):
+        span = slice(friction_starts[row], friction_starts[row + 1])
+        place[row, friction_columns[span]] = np.arange(span.start, span.stop)
+    carried = model.body_mass * (1 - model.body_gravcomp)
+    gravity = np.zeros(3) if disabled(model, "gravity") else model.opt.gravity
+    springs = (model.jnt_stiffness, model.jnt_stiffnesspoly)
+    tendon_springs = (model.tendon_stiffness, model.tendon_stiffnesspoly)
+    actuators = model.nu > 0 and not disabled(model, "actuation")
+    limits = model.jnt_limited.any() or model.tendon_limited.any()
+    constraints = bool(
+        (limits and not disabled(model, "limit"))
+        or (model.neq and not disabled(model, "equality"))
+        or not disabled(model, "contact")
+    ) and not disabled(model, "constraint")
+    return Tree(
+        *(values.astype(np.int64) for values in (model.body_parentid, model.body_rootid)),
+        np.outer(carried, gravity),
+        last.astype(np.int64),
+        *(values.astype(np.int64) for values in (model.dof_bodyid, model.dof_parentid)),
+        model.dof_treeid.astype(np.int64),
+        starts,
+        model.M_colind.astype(np.int64),
+        friction_starts,
+        friction_columns,
+        place.ravel(),
+        not disabled(model, "spring") and any(a.any() for a in (*springs, *tendon_springs)),
+        model.ntendon > 0,
+        actuators,
+        constraints,
+    )
+
+
+def _pattern(
+    model: mujoco.MjModel, rows: list[list[int]], *, full: bool
+) -> tuple[Integers, Integers]:
+    """Return where the friction, M and their factor L^T D L may have elements, row by row."""
+    columns = [{i} for i in range(model.nv)]
+    for i, found in enumerate(columns):
+        ancestor = model.dof_parentid[i]
+        while ancestor >= 0:
+            found.add(int(ancestor))
+            ancestor = model.dof_parentid[ancestor]
+        if full:
+            found.update(range(i))
+    for row in rows:
+        for i in row:
+            columns[i].update(j for j in row if j < i)
+    for found in reversed(columns):  # elimination of a row couples its columns
+        for i in sorted(found)[:-1]:
+            columns[i].update(j for j in found if j < i)
+    starts = np.cumsum([0, *map(len, columns)])
+    return starts, np.array([j for found in columns for j in sorted(found)], dtype=np.int64)
+
+
+class Room(NamedTuple):
+    """Scratch memory of one thread."""
+
+    qpos: Array
+    position: Array
+    qvel: Array
+    start: Array
+    middle: Array
+    bias: Array
+    acceleration: Array
+    force: Array
+    zero: Array
+    row: Array
+    before: Array
+    after: Array
+    wrenches: Array
+    drag: Array
+    twist: Array
+    wrench: Array
+    matrix: Array
+    factor: Array
+    exchanged: Array
+
+
+def room_for(model: mujoco.MjModel, tree: Tree, baths: int) -> Room:
+    """Return scratch memory for one thread."""
+    n, trees = model.nv, int(model.dof_treeid.max(initial=-1)) + 1
+    filled = len(tree.friction_columns)
+    return Room(
+        *(np.empty(model.nq) for _ in range(2)),
+        *(np.empty(n) for _ in range(6)),
+        np.zeros(n),
+        np.empty(n),
+        *(np.empty(trees) for _ in range(2)),
+        np.empty((model.nbody, 6)),
+        np.empty((model.nbody, 10)),
+        *(np.empty(6) for _ in range(2)),
+        *(np.empty(filled) for _ in range(2)),
+        np.zeros(baths + 1),
+    )
