@@ -2,6 +2,8 @@
 
 A drifts with the velocity, B kicks with the force of the potential, and O applies friction and
 noise. K applies a constant force together with friction and noise. E is an entire step in one part.
+R is the flow of positions and all forces without friction, by the Runge-Kutta rule of fourth order,
+and S is a step of MuJoCo.
 """
 
 import math
@@ -13,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from magmotor.numerics.reproducible import applied, product, symmetric_modes
 
-DRIFTS, KICKS, O_PARTS = "AE", "BKE", "OKE"
+DRIFTS, KICKS, O_PARTS = "AERS", "BKE", "OKE"
 """Parts that change positions, that apply forces, and that apply friction and noise."""
 
 
@@ -80,6 +82,15 @@ RIGID = {
     **SPLITTINGS,
 }
 """Schemes of rigid bodies; the one-part Euler scheme uses the exponential or the Cayley map."""
+
+
+LANGEVIN = {
+    **{name: SPLITTINGS[name] for name in ("baoab", "middle", "verlet")},
+    "obabo": evenly("OBABO"),  # Bussi and Parrinello, 2007
+    "o-rk4-o": evenly("ORO"),
+    "o-step-o": evenly("OSO"),
+}
+"""Schemes of `magmotor.Langevin`."""
 
 
 def methods(schemes: Mapping[str, Scheme], *, noise: bool) -> tuple[str, ...]:

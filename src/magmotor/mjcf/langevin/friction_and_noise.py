@@ -311,13 +311,22 @@ def _solve(tree, factor, x):
     starts, columns = tree.friction_starts, tree.friction_columns
     for i in range(n - 1, -1, -1):
         first, last = starts[i], starts[i + 1] - 1
+        inverse = 1.0 / factor[last]
         for k in range(first, last):
-            ratio = factor[k] / factor[last]
-            row = columns[k] * n
-            for other in range(first, k + 1):
-                factor[tree.place[row + columns[other]]] -= ratio * factor[other]
-            x[columns[k]] -= ratio * x[i]
-        x[i] /= factor[last]
+            ratio = factor[k] * inverse
+            row = columns[k]
+            if tree.nested:
+                start = starts[row]
+                for other in range(k - first + 1):
+                    factor[start + other] -= ratio * factor[first + other]
+            else:
+                for other in range(first, k + 1):
+                    factor[tree.place[row * n + columns[other]]] -= ratio * factor[other]
+            x[row] -= ratio * x[i]
+        x[i] *= inverse
+        factor[last] = inverse
     for i in range(n):
+        total = 0.0
         for k in range(starts[i], starts[i + 1] - 1):
-            x[i] -= factor[k] / factor[starts[i + 1] - 1] * x[columns[k]]
+            total += factor[k] * x[columns[k]]
+        x[i] -= total * factor[starts[i + 1] - 1]

@@ -7,7 +7,6 @@ from numba import njit, types
 
 from magmotor.mjcf import memory
 from magmotor.mjcf.callbacks import apply_forces, report
-from magmotor.mjcf.forces.marks import NOISE, forces_of, plugin_instance
 
 _word, _int = types.int64, types.int32
 FUNCTIONS = {
@@ -50,21 +49,13 @@ def constraint_count(data, offsets):
 def compute_forces(model, data, offsets, tree, wrenches, force):
     """Compute the generalized forces (nv,) at the current position.
 
-    `wrenches` (nbody, 6) is scratch memory. The dipoles write their wrenches to `xfrc_applied`, or,
-    if the model has the plugin, to this memory.
+    `wrenches` (nbody, 6) is scratch memory; see `add_own_forces` for where dipoles write.
     """
-    m = memory.words(model, memory.UNBOUNDED)
     d = memory.words(data, memory.UNBOUNDED)
     n, bodies = len(force), len(tree.parents)
     update_rows(model, data, tree)
     force[:] = 0.0
-    wrenches[:] = 0.0
-    xfrc = memory.numbers(d[offsets.xfrc_applied // 8], bodies, 6)
-    kinds = forces_of(m, offsets)
-    # The plugin leaves `xfrc_applied` to the user, the callback does not.
-    applied = wrenches if plugin_instance(m, offsets) >= 0 else xfrc
-    error = _apply_forces(model, data, offsets, kinds & ~NOISE, applied, force)
-    report(error, m, d, offsets)
+    add_own_forces(model, data, offsets, tree, wrenches, force)
     if tree.springs:
         _compute_passive(model, data)
         _add(force, memory.numbers(d[offsets.qfrc_passive // 8], 1, n)[0])
@@ -74,16 +65,32 @@ def compute_forces(model, data, offsets, tree, wrenches, force):
     _add(force, memory.numbers(d[offsets.qfrc_applied // 8], 1, n)[0])
     if tree.constraints:
         _add_constraint_forces(d, offsets, constraint_count(data, offsets), force)
-    centers = memory.numbers(d[offsets.xipos // 8], bodies, 3)
-    points = memory.numbers(d[offsets.subtree_com // 8], bodies, 3)
+    xfrc = memory.numbers(d[offsets.xfrc_applied // 8], bodies, 6)
     for body in range(1, bodies):
         for k in range(6):
-            own = wrenches[body, k] if plugin_instance(m, offsets) >= 0 else 0.0
-            wrenches[body, k] = own + xfrc[body, k]
-        for k in range(3):
-            wrenches[body, k] += tree.weights[body, k]
-        shift_wrench(wrenches[body], centers[body], points[tree.roots[body]])
+            wrenches[body, k] = xfrc[body, k] + (tree.weights[body, k] if k < 3 else 0.0)
+    _shift_wrenches(d, offsets, tree, wrenches)
     project_wrenches(d, offsets, tree, wrenches, force)
+
+
+@njit(error_model="numpy")
+def add_own_forces(model, data, offsets, tree, wrenches, generalized):
+    """Add the generalized forces of dipoles and potentials, which MuJoCo does not know.
+
+    The dipoles write their wrenches to `xfrc_applied`, or, if the model has the plugin, to the
+    scratch memory `wrenches` (nbody, 6).
+    """
+    m = memory.words(model, memory.UNBOUNDED)
+    d = memory.words(data, memory.UNBOUNDED)
+    bodies = len(tree.parents)
+    wrenches[:] = 0.0
+    xfrc = memory.numbers(d[offsets.xfrc_applied // 8], bodies, 6)
+    applied = wrenches if tree.own_wrenches else xfrc
+    error = _apply_forces(model, data, offsets, tree.forces, applied, generalized)
+    report(error, m, d, offsets)
+    if tree.own_wrenches:
+        _shift_wrenches(d, offsets, tree, wrenches)
+        project_wrenches(d, offsets, tree, wrenches, generalized)
 
 
 @njit
@@ -96,6 +103,16 @@ def _apply_forces(model, data, offsets, kinds, applied, generalized):
 def _add(force, other):
     for i in range(len(force)):
         force[i] += other[i]
+
+
+@njit(forceinline=True)
+def _shift_wrenches(d, offsets, tree, wrenches):
+    """Apply `shift_wrench` to wrenches at the centers of mass of all bodies."""
+    bodies = len(tree.parents)
+    centers = memory.numbers(d[offsets.xipos // 8], bodies, 3)
+    points = memory.numbers(d[offsets.subtree_com // 8], bodies, 3)
+    for body in range(1, bodies):
+        shift_wrench(wrenches[body], centers[body], points[tree.roots[body]])
 
 
 @njit(forceinline=True)

@@ -15,11 +15,12 @@ from magmotor.mjcf.langevin.free_motion import (
     bias_acceleration,
     move,
     move_freely,
+    multiply_inertia,
     solve_inertia,
     update_position,
 )
 from magmotor.mjcf.langevin.friction_and_noise import damp_and_drive
-from magmotor.mjcf.langevin.position_forces import compute_forces
+from magmotor.mjcf.langevin.position_forces import add_own_forces, compute_forces
 from magmotor.mjcf.langevin.tree import Dampers, Room, Tree
 from magmotor.mjcf.messages import bind
 from magmotor.numerics.numba_cache import compiled_once, copy
@@ -89,27 +90,36 @@ def _advance(checksum: int, offsets: layout.Layout):
         room.exchanged[:] = 0.0
         room.force[:] = 0.0
         update_position(model, data)
-        if parts[0, 0] != S:
+        if parts[0, 2] >= 0.0:
             compute_forces(model, data, offsets, tree, room.wrenches, room.force)
+        stale = True
         for done in range(count):
-            good = True
+            good, start = True, time[0]
             for part in range(len(parts)):
                 code, span = int(parts[part, 0]), parts[part, 1]
                 if code == A:
                     good = good and move_freely(
                         model, data, tree, inertia, qpos, qvel, span, room
                     )
+                elif code == R:
+                    _runge_kutta(model, data, offsets, tree, qpos, qvel, span, room)
+                elif code == S:
+                    _mujoco_step(model, data, offsets, tree, qvel, room)
                 elif parts[part, 2] > 0.0:
                     compute_forces(model, data, offsets, tree, room.wrenches, room.force)
+                    stale = True
                 if code == B:
-                    _kick(model, data, qvel, span, room)
+                    if stale:
+                        solve_inertia(model, data, room.kick, room.force)
+                        stale = False
+                    _kick(qvel, span, room)
                 elif code == O or code == K:
                     half = int(parts[part, 3])
                     draw = path[0], path[1], first + done, path[2], path[3], half
                     force = room.force if code == K else room.zero
                     damp_and_drive(model, data, offsets, tree, dampers, qvel, force, span, draw,
                                    room, room.exchanged)  # fmt: skip
-            time[0] += timestep
+            time[0] = start + timestep
             size = 0.0
             for i in range(n):
                 size += abs(qvel[i])
@@ -126,12 +136,69 @@ def _advance(checksum: int, offsets: layout.Layout):
 
 
 @njit(error_model="numpy")
-def _kick(model, data, qvel, time, room):
+def _kick(qvel, time, room):
     """B: apply the force for a time, and book its work."""
-    solve_inertia(model, data, room.acceleration, room.force)
     work = 0.0
     for i in range(len(qvel)):
-        change = time * room.acceleration[i]
+        change = time * room.kick[i]
         work += time * room.force[i] * (qvel[i] + 0.5 * change)
         qvel[i] += change
     room.exchanged[-1] += work
+
+
+@njit(error_model="numpy")
+def _runge_kutta(model, data, offsets, tree, qpos, qvel, time, room):
+    """R: move with all forces by the Runge-Kutta rule of fourth order, and book their work."""
+    copy(room.position, qpos)
+    copy(room.start, qvel)
+    room.velocity_sum[:] = 0.0
+    room.acceleration_sum[:] = 0.0
+    work = 0.0
+    for stage in range(4):
+        if stage > 0:
+            part = time if stage == 3 else 0.5 * time
+            copy(qpos[: len(room.position)], room.position)
+            move(model, qpos, qvel, part)
+            for i in range(len(qvel)):
+                qvel[i] = room.start[i] + part * room.acceleration[i]
+            update_position(model, data)
+        compute_forces(model, data, offsets, tree, room.wrenches, room.force)
+        bias_acceleration(model, data, room.bias, room.acceleration)
+        for i in range(len(qvel)):
+            room.bias[i] = room.force[i] - room.bias[i]
+        solve_inertia(model, data, room.acceleration, room.bias)
+        weight = time / 3.0 if stage == 1 or stage == 2 else time / 6.0
+        for i in range(len(qvel)):
+            work += weight * room.force[i] * qvel[i]
+            room.velocity_sum[i] += weight * qvel[i]
+            room.acceleration_sum[i] += weight * room.acceleration[i]
+    copy(qpos[: len(room.position)], room.position)
+    move(model, qpos, room.velocity_sum, 1.0)
+    for i in range(len(qvel)):
+        qvel[i] = room.start[i] + room.acceleration_sum[i]
+    update_position(model, data)
+    room.exchanged[-1] += work
+
+
+@njit(error_model="numpy")
+def _mujoco_step(model, data, offsets, tree, qvel, room):
+    """S: take a step of MuJoCo, which contains no friction, and book its gain of energy."""
+    d = memory.words(data, memory.UNBOUNDED)
+    inertia = memory.numbers(d[offsets.M // 8], 1, tree.starts[len(qvel)])[0]
+    applied = memory.numbers(d[offsets.qfrc_applied // 8], 1, len(qvel))[0]
+    energy = _kinetic_energy(tree, inertia, qvel, room)
+    copy(room.applied, applied)
+    add_own_forces(model, data, offsets, tree, room.wrenches, applied)
+    _take_step(model, data)
+    copy(applied, room.applied)
+    update_position(model, data)
+    room.exchanged[-1] += _kinetic_energy(tree, inertia, qvel, room) - energy
+
+
+@njit(forceinline=True)
+def _kinetic_energy(tree, inertia, qvel, room):
+    multiply_inertia(tree, inertia, room.bias, qvel)
+    total = 0.0
+    for i in range(len(qvel)):
+        total += 0.5 * qvel[i] * room.bias[i]
+    return total

@@ -1,11 +1,15 @@
 """What the compiled loop needs to know of a model, read once."""
 
+import itertools
 from typing import NamedTuple
 
 import mujoco
 import numpy as np
 
+import magmotor_plugin
 from magmotor.common.arrays import Array, Integers
+from magmotor.mjcf.callbacks import acting_forces
+from magmotor.mjcf.forces.marks import NOISE
 from magmotor.mjcf.lookup import disabled
 
 
@@ -35,10 +39,16 @@ class Tree(NamedTuple):
     friction_columns: Integers
     place: Integers
     """Position of the element (i, j) of the friction, at i nv + j, shape (nv^2,); -1 for none."""
+    nested: bool
+    """Whether each row of the friction begins with the elements of every row that it couples to."""
     springs: bool
     tendons: bool
     actuators: bool
     constraints: bool
+    forces: int
+    """Bits of the dipoles and potentials that act; see `magmotor.mjcf.forces.marks`."""
+    own_wrenches: bool
+    """Whether their wrenches stay out of `xfrc_applied`, since the model has the plugin."""
 
 
 class Dampers(NamedTuple):
@@ -100,7 +110,8 @@ def read_tree(model: mujoco.MjModel, rows: list[list[int]], *, full: bool) -> Tr
     for row in range(model.nv):
         span = slice(friction_starts[row], friction_starts[row + 1])
         place[row, friction_columns[span]] = np.arange(span.start, span.stop)
-    carried = model.body_mass * (1 - model.body_gravcomp)
+    lifted = not (disabled(model, "spring") and disabled(model, "damper"))
+    carried = model.body_mass * (1 - lifted * model.body_gravcomp)
     gravity = np.zeros(3) if disabled(model, "gravity") else model.opt.gravity
     springs = (model.jnt_stiffness, model.jnt_stiffnesspoly)
     tendon_springs = (model.tendon_stiffness, model.tendon_stiffnesspoly)
@@ -122,10 +133,13 @@ def read_tree(model: mujoco.MjModel, rows: list[list[int]], *, full: bool) -> Tr
         friction_starts,
         friction_columns,
         place.ravel(),
+        _nested(friction_starts, friction_columns),
         not disabled(model, "spring") and any(a.any() for a in (*springs, *tendon_springs)),
         model.ntendon > 0,
         actuators,
         constraints,
+        acting_forces(model) & ~NOISE,
+        bool((model.plugin == magmotor_plugin.register()).any()),
     )
 
 
@@ -151,6 +165,12 @@ def _pattern(
     return starts, np.array([j for found in columns for j in sorted(found)], dtype=np.int64)
 
 
+def _nested(starts: Integers, columns: Integers) -> bool:
+    """Return whether each row begins with the columns of every row whose number it contains."""
+    rows = [columns[a:b].tolist() for a, b in itertools.pairwise(starts)]
+    return all(row[: len(rows[j])] == rows[j] for row in rows for j in row)
+
+
 class Room(NamedTuple):
     """Scratch memory of one thread."""
 
@@ -159,9 +179,13 @@ class Room(NamedTuple):
     qvel: Array
     start: Array
     middle: Array
+    velocity_sum: Array
+    acceleration_sum: Array
+    applied: Array
     bias: Array
     acceleration: Array
     force: Array
+    kick: Array
     zero: Array
     row: Array
     before: Array
@@ -181,7 +205,7 @@ def room_for(model: mujoco.MjModel, tree: Tree, baths: int) -> Room:
     filled = len(tree.friction_columns)
     return Room(
         *(np.empty(model.nq) for _ in range(2)),
-        *(np.empty(n) for _ in range(6)),
+        *(np.empty(n) for _ in range(10)),
         np.zeros(n),
         np.empty(n),
         *(np.empty(trees) for _ in range(2)),

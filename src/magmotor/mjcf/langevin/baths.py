@@ -1,0 +1,181 @@
+"""The heat baths of a model: which damper has which temperature."""
+
+from collections.abc import Mapping
+
+import mujoco
+import numpy as np
+from numpy.typing import ArrayLike
+
+from magmotor.common.arrays import Array
+from magmotor.common.checks import check_array, check_number, reject
+from magmotor.mjcf.langevin.friction import Friction
+from magmotor.mjcf.langevin.tree import Dampers
+from magmotor.mjcf.lookup import label, number_of
+
+KINDS = ("joint", "tendon", "body")
+"""Kinds of elements that can have a temperature of their own; the first that has a name wins."""
+
+
+def read_kT(model: mujoco.MjModel, kT: float | Mapping[str, float]) -> dict[str, float]:
+    """Return the temperature of each bath; a single one has the name `kT`.
+
+    Raises
+    ------
+    ValueError
+        A temperature is negative, or a name is not that of a joint, a tendon or a body.
+    """
+    if not isinstance(kT, Mapping):
+        return {"kT": check_number("kT", kT, at_least=0, unit="J")}
+    if not kT:
+        raise reject("kT", dict(kT), "must name at least one joint, tendon or body")
+    for name in kT:
+        if all(number_of(model, kind, str(name)) < 0 for kind in KINDS):
+            raise reject("kT", name, "must be the name of a joint, tendon or body of the model")
+    return {
+        str(name): check_number(f"kT[{name!r}]", value, at_least=0, unit="J")
+        for name, value in kT.items()
+    }
+
+
+def read_friction(
+    model: mujoco.MjModel, friction: float | ArrayLike
+) -> tuple[Friction, Array, float]:
+    """Return damping of velocities, further rows (n, nv), and a rate, from what a user gives.
+
+    Raises
+    ------
+    ValueError
+        The friction is negative, has the wrong shape, or is not positive semidefinite. The message
+        names the joint.
+    """
+    nothing = np.zeros(0, dtype=np.int64)
+    none = Friction(
+        np.zeros(model.nv), np.zeros(model.ntendon), np.zeros(model.nout), np.zeros((0, 2)),
+        nothing, nothing,
+    )  # fmt: skip
+    rows = np.zeros((0, model.nv))
+    if np.ndim(friction) == 0:
+        return none, rows, check_number("friction", friction, at_least=0, unit="1/s")
+    size = model.nv
+    matrix = check_array("friction", friction, *([size] * min(2, np.ndim(friction))))
+    diagonal = matrix if matrix.ndim == 1 else np.diag(matrix)
+    for dof in np.flatnonzero(diagonal < 0):
+        name = label(model, "joint", model.dof_jntid[dof])
+        raise reject(f"friction of {name}", diagonal[dof], "must be zero or greater")
+    if matrix.ndim == 1:
+        return none._replace(dofs=matrix), rows, 0.0
+    if abs(matrix - matrix.T).max(initial=0) > 1e-9 * abs(matrix).max(initial=0):
+        raise reject("friction", matrix.tolist(), "must be symmetric")
+    values, vectors = np.linalg.eigh((matrix + matrix.T) / 2)
+    if values.min(initial=0) < -1e-9 * values.max(initial=0):
+        worst = model.dof_jntid[np.argmax(abs(vectors[:, 0]))]
+        sentence = (
+            f"must be positive semidefinite; its smallest eigenvalue belongs to a motion of"
+            f" {label(model, 'joint', worst)}"
+        )
+        raise reject("friction", f"matrix with the eigenvalue {values[0]:g}", sentence)
+    kept = values > 0
+    return none, (vectors[:, kept] * np.sqrt(values[kept])).T, 0.0
+
+
+def dampers_with_temperatures(
+    model: mujoco.MjModel,
+    friction: Friction,
+    rows: Array,
+    rate: float,
+    kT: dict[str, float],
+    *,
+    constraints: bool,
+) -> Dampers:
+    """Combine all dampers with their temperatures.
+
+    Raises
+    ------
+    ValueError
+        With several baths, a damper has none, or does not belong to one element.
+    """
+    baths = _Baths(model, kT)
+    tendons = np.flatnonzero(friction.tendons)
+    outputs = np.flatnonzero(friction.actuators)
+    if len(kT) > 1:
+        for what, exists in (
+            ("friction", bool(rate) or len(rows) > 0),
+            ("the damping of limits, equalities and contacts", constraints),
+        ):
+            if exists:
+                sentence = f"must be one temperature, since {what} belongs to no single joint"
+                raise reject("kT", kT, sentence)
+    dofs = np.array(
+        [
+            baths.of("joint", model.dof_jntid[i]) if damping else 0
+            for i, damping in enumerate(friction.dofs)
+        ],
+        dtype=np.int64,
+    )
+    tendon_baths = baths.of_all("tendon", tendons)
+    owners = _owners(model, outputs)
+    actuator_baths = np.array([baths.of(*owner) for owner in owners], dtype=np.int64)
+    drag_baths = baths.of_all("body", friction.drag_bodies)
+    temperatures = np.array([*kT.values()])
+    return Dampers(
+        friction.dofs,
+        temperatures[dofs],
+        dofs,
+        tendons,
+        model.ten_J_rowadr[tendons].astype(np.int64),
+        model.ten_J_rownnz[tendons].astype(np.int64),
+        model.ten_J_colind.astype(np.int64),
+        friction.tendons[tendons],
+        temperatures[tendon_baths],
+        tendon_baths,
+        outputs,
+        friction.actuators[outputs],
+        temperatures[actuator_baths],
+        actuator_baths,
+        np.ascontiguousarray(rows),
+        friction.drag,
+        friction.drag_bodies.astype(np.int64),
+        friction.drag_geoms.astype(np.int64),
+        temperatures[drag_baths],
+        drag_baths,
+        rate,
+        temperatures[0],
+        len(tendons) + len(outputs) > 0,
+    )
+
+
+def _owners(model: mujoco.MjModel, outputs: Array) -> list[tuple[str, int]]:
+    """Return the joint or tendon on which each output of an actuator acts; else the actuator."""
+    found = []
+    for output in outputs:
+        i = int(np.searchsorted(model.actuator_outadr, output, side="right")) - 1
+        kind = mujoco.mjtTrn(model.actuator_trntype[i]).name.removeprefix("mjTRN_").lower()
+        kind = "joint" if kind.startswith("joint") else kind
+        acts = kind in ("joint", "tendon")
+        found.append((kind, int(model.actuator_trnid[i, 0])) if acts else ("actuator", i))
+    return found
+
+
+class _Baths:
+    """The number of the bath of each element."""
+
+    def __init__(self, model: mujoco.MjModel, kT: dict[str, float]):
+        self._model, self._names = model, [*kT]
+
+    def of_all(self, kind: str, numbers: Array) -> Array:
+        return np.array([self.of(kind, number) for number in numbers], dtype=np.int64)
+
+    def of(self, kind: str, number: int) -> int:
+        """Return the bath of an element: by its name, or, for a joint, that of its body."""
+        if self._names == ["kT"]:
+            return 0
+        found = [(kind, int(number))]
+        if kind == "joint":
+            found.append(("body", int(self._model.jnt_bodyid[number])))
+        for one, i in found:
+            for bath, name in enumerate(self._names):
+                if number_of(self._model, one, name) == i:
+                    return bath
+        places = "its name or that of its body" if kind == "joint" else "its name"
+        sentence = f"must have the temperature of {label(self._model, kind, number)}, by {places}"
+        raise reject("kT", self._names, sentence)
