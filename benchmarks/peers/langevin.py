@@ -16,13 +16,19 @@ import magmotor as mm
 from benchmarks.harness.records import Case, Record
 from benchmarks.harness.tables import number, table
 from benchmarks.peers.langevin_estimates import of_bodies, of_particles
-from benchmarks.peers.other_environment import Unavailable, answer_of
+from benchmarks.peers.other_environment import answer_of
 
 PARTICLE = {"depth": 1.5, "friction": 1.0, "kT": 1.0, "timestep": 0.125, "every": 2, "lag": 400}
 BODY = {"mass": 1.0, "moments": [0.8, 1.5, 2.1], "damping": 1.0, "kT": 1.0, "timestep": 0.05}
 BODY |= {"every": 20, "lags": {"1": 1}}
-SIZES = {"particle": {"replicas": 1500, "records": 4801}, "body": {"replicas": 1500, "records": 100}}
-QUICK_SIZES = {"particle": {"replicas": 60, "records": 801}, "body": {"replicas": 60, "records": 20}}
+SIZES = {
+    "particle": {"replicas": 1500, "records": 4801},
+    "body": {"replicas": 1500, "records": 100},
+}
+QUICK_SIZES = {
+    "particle": {"replicas": 60, "records": 801},
+    "body": {"replicas": 60, "records": 20},
+}
 SETTLE = 20.0
 """Time before the first record, in units of the relaxation of a free velocity."""
 
@@ -34,7 +40,14 @@ Estimates = dict[str, list[float]]
 
 def particle(depth, friction, kT, timestep, every, records, replicas, lag, seed) -> Estimates:
     """Let this project move particles on a slide in the potential -depth cos x."""
-    model = mujoco.MjModel.from_xml_string(f"""
+    model = slide(depth, friction, timestep)
+    run = _sample(model, kT, seed, every, records, replicas, settle=lag * every)
+    return of_particles(run.qpos.values[..., 0], every * timestep, lag)
+
+
+def slide(depth: float, friction: float, timestep: float) -> mujoco.MjModel:
+    """Return the model of a unit mass on a slide in the potential -depth cos x."""
+    return mujoco.MjModel.from_xml_string(f"""
         <mujoco>
           <option timestep="{timestep}" gravity="0 0 0"/>
           <custom><text name="magmotor" data="potentials"/></custom>
@@ -46,13 +59,9 @@ def particle(depth, friction, kT, timestep, every, records, replicas, lag, seed)
             </body>
           </worldbody>
         </mujoco>""")
-    run = _sample(model, kT, seed, every, records, replicas, settle=lag * every)
-    return of_particles(run.qpos.values[..., 0], every * timestep, lag)
 
 
-def body(
-    mass, moments, damping, kT, timestep, every, records, replicas, lags, seed
-) -> Estimates:
+def body(mass, moments, damping, kT, timestep, every, records, replicas, lags, seed) -> Estimates:
     """Let this project move free bodies with three unequal moments of inertia."""
     model = mujoco.MjModel.from_xml_string(f"""
         <mujoco>
@@ -67,7 +76,9 @@ def body(
     settle = round(SETTLE * mass / damping / timestep)
     run = _sample(model, kT, seed, every, records, replicas, settle)
     v, omega = np.split(run.qvel.values, 2, axis=-1)
-    return of_bodies(v, omega, run.qpos.values[..., 3:], mass, np.array(moments), lags)
+    return of_bodies(
+        v, omega, run.qpos.values[..., 3:], mass=mass, moments=np.array(moments), lags=lags
+    )
 
 
 def _sample(model, kT, seed, every, records, replicas, settle):
@@ -104,15 +115,7 @@ def _ours(what: str, size: dict[str, int]) -> Record:
 
 def _theirs(judge: str, size: dict[str, int]) -> Record:
     module, what = JUDGES[judge]
-    question = {**QUESTIONS[what], **size, "seed": 2}
-    return _asked(module, question if judge != "LAMMPS" else {"kind": "bodies", **question})
-
-
-def _asked(module: str, question: Record) -> Record:
-    try:
-        return answer_of(module, question)
-    except Unavailable as error:
-        return {"failed": f"not installed: {error}"}
+    return answer_of(module, what=what, **QUESTIONS[what], **size, seed=2)
 
 
 def _dipoles() -> Record:
@@ -120,7 +123,7 @@ def _dipoles() -> Record:
     rng = np.random.default_rng(1)
     positions, moments = rng.normal(size=(2, DIPOLES, 3)) * [[[3.0]], [[1.0]]]
     question = {"positions": positions.tolist(), "moments": moments.tolist()}
-    theirs = _asked("langevin_lammps", {"kind": "dipoles", **question})
+    theirs = answer_of("langevin_lammps", what="dipoles", **question)
     if "failed" in theirs:
         return theirs
     found = {}

@@ -30,7 +30,7 @@ def of_particles(x, interval, lag):
     }
 
 
-def of_bodies(v, omega, quaternion, mass, moments, lags):
+def of_bodies(v, omega, quaternion, *, mass, moments, lags):
     """Estimate the motion of free bodies.
 
     `v`, of shape (replicas, records, 3), is in the world frame, `omega` in the body's; quaternions
@@ -80,7 +80,7 @@ def coarse_areas(fine, timestep, factor):
     """
     W, H, K = fine.reshape(*fine.shape[:-1], -1, factor)
     h = timestep
-    I = h * (W / 2 + H)  # noqa: E741
+    I = h * (W / 2 + H)
     J = h**2 * (W / 6 + H / 2 + K)
     before = np.cumsum(W, axis=-1) - W
     grown = I + h * before

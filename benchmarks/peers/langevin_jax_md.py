@@ -12,7 +12,7 @@ from jax_md import rigid_body, simulate, space  # pyright: ignore[reportMissingI
 from langevin_estimates import of_bodies
 
 
-def answer(mass, moments, damping, kT, timestep, every, records, replicas, lags, seed):
+def answer(what, mass, moments, damping, kT, timestep, every, records, replicas, lags, seed):
     """Estimate the motion.
 
     The friction of rotation is isotropic: the angular momentum along axis k decays at the rate
@@ -36,10 +36,13 @@ def answer(mass, moments, damping, kT, timestep, every, records, replicas, lags,
         return state, (momentum.center / mass, spin / moments, turn.vec)
 
     def run(state):
-        return jax.lax.scan(record, advance(state, round(20 * mass / damping / timestep)), None, records)[1]
+        return jax.lax.scan(
+            record, advance(state, round(20 * mass / damping / timestep)), None, records
+        )[1]
 
     found = jax.jit(run)(start(key, place, mass=inertia))
-    return of_bodies(*(np.swapaxes(values, 0, 1) for values in found), mass, moments, lags)
+    v, omega, turns = (np.swapaxes(values, 0, 1) for values in found)
+    return of_bodies(v, omega, turns, mass=mass, moments=moments, lags=lags)
 
 
 def no_energy(body, **_):

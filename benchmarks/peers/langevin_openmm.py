@@ -12,7 +12,7 @@ from openmm import unit  # pyright: ignore[reportMissingImports]
 GAS_CONSTANT = unit.MOLAR_GAS_CONSTANT_R.value_in_unit(unit.kilojoule_per_mole / unit.kelvin)
 
 
-def answer(depth, friction, kT, timestep, every, records, replicas, lag, seed):
+def answer(what, depth, friction, kT, timestep, every, records, replicas, lag, seed):
     system, force = openmm.System(), openmm.CustomExternalForce("-a*(cos(x)+cos(y)+cos(z))")
     force.addGlobalParameter("a", depth)
     for particle in range(replicas // 3):

@@ -2,9 +2,10 @@
 
 import json
 import subprocess
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NoReturn
+
+from benchmarks.harness.records import Record
 
 FOLDER = Path(__file__).parent
 PYTHON = FOLDER.parents[1] / ".venv-bench" / "bin" / "python"
@@ -37,10 +38,13 @@ class Peer:
         return json.loads(line) if line else _fail(self._process.communicate()[1])
 
 
-def answer_of(module: str, question: Mapping[str, Any]) -> Any:
-    """Return the answer of a module of this folder to a question, its parameters by name."""
-    answer, errors = _start(module).communicate(json.dumps(question) + "\n")
-    return json.loads(answer.splitlines()[-1]) if answer else _fail(errors)
+def answer_of(module: str, **question: Any) -> Record:
+    """Return the answer of a module of this folder, or, as `failed`, why there is none."""
+    try:
+        answer, errors = _start(module).communicate(json.dumps(question) + "\n")
+        return json.loads(answer.splitlines()[-1]) if answer else _fail(errors)
+    except Unavailable as error:
+        return {"failed": f"not measured: {error}"}
 
 
 def _start(module: str) -> subprocess.Popen[str]:
