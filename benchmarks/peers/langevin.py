@@ -19,8 +19,9 @@ from benchmarks.peers.langevin_estimates import of_bodies, of_particles
 from benchmarks.peers.other_environment import answer_of
 
 PARTICLE = {"depth": 1.5, "friction": 1.0, "kT": 1.0, "timestep": 0.125, "every": 2, "lag": 400}
+PARTICLE |= {"settle": 800}
 BODY = {"mass": 1.0, "moments": [0.8, 1.5, 2.1], "damping": 1.0, "kT": 1.0, "timestep": 0.05}
-BODY |= {"every": 20, "lags": {"1": 1}}
+BODY |= {"every": 20, "lags": {"1": 1}, "settle": 400}
 SIZES = {
     "particle": {"replicas": 1500, "records": 4801},
     "body": {"replicas": 1500, "records": 100},
@@ -29,19 +30,18 @@ QUICK_SIZES = {
     "particle": {"replicas": 60, "records": 801},
     "body": {"replicas": 60, "records": 20},
 }
-SETTLE = 20.0
-"""Time before the first record, in units of the relaxation of a free velocity."""
-
 DIPOLES = 64
 
 Estimates = dict[str, list[float]]
 """Means with their standard errors, by the names of quantities."""
 
 
-def particle(depth, friction, kT, timestep, every, records, replicas, lag, seed) -> Estimates:
+def particle(
+    depth, friction, kT, timestep, every, records, replicas, lag, settle, seed
+) -> Estimates:
     """Let this project move particles on a slide in the potential -depth cos x."""
     model = slide(depth, friction, timestep)
-    run = _sample(model, kT, seed, every, records, replicas, settle=lag * every)
+    run = _sample(model, kT, seed, every, records, replicas, settle)
     return of_particles(run.qpos.values[..., 0], every * timestep, lag)
 
 
@@ -61,7 +61,9 @@ def slide(depth: float, friction: float, timestep: float) -> mujoco.MjModel:
         </mujoco>""")
 
 
-def body(mass, moments, damping, kT, timestep, every, records, replicas, lags, seed) -> Estimates:
+def body(
+    mass, moments, damping, kT, timestep, every, records, replicas, lags, settle, seed
+) -> Estimates:
     """Let this project move free bodies with three unequal moments of inertia."""
     model = mujoco.MjModel.from_xml_string(f"""
         <mujoco>
@@ -73,7 +75,6 @@ def body(mass, moments, damping, kT, timestep, every, records, replicas, lags, s
             </body>
           </worldbody>
         </mujoco>""")
-    settle = round(SETTLE * mass / damping / timestep)
     run = _sample(model, kT, seed, every, records, replicas, settle)
     v, omega = np.split(run.qvel.values, 2, axis=-1)
     return of_bodies(

@@ -1,7 +1,7 @@
 """A particle in a periodic potential with diffrax's solvers of underdamped Langevin equations.
 
-The solvers are of third order in the strong sense, with gradients of smooth potentials. They need
-the space-time Levy areas of the Brownian path, ALIGN the first (H), the others also the second (K).
+ALIGN is of second strong order and needs the first space-time Levy area (H) of the Brownian path
+beside its increments (W). QUICSORT and ShOULD are of third order and need the second (K), too.
 """
 
 import os
@@ -20,7 +20,8 @@ import numpy as np
 from langevin_estimates import coarse_areas, mean
 
 SOLVERS = {"ALIGN": diffrax.ALIGN, "QUICSORT": diffrax.QUICSORT, "ShOULD": diffrax.ShOULD}
-AREAS = diffrax.SpaceTimeTimeLevyArea
+AREAS = {name: diffrax.SpaceTimeTimeLevyArea for name in SOLVERS}
+AREAS["ALIGN"] = diffrax.SpaceTimeLevyArea
 TIMED_STEPS = 1000
 
 
@@ -31,7 +32,7 @@ class Given(diffrax.AbstractBrownianPath):
     H: jax.Array
     K: jax.Array
     timestep: float
-    levy_area = AREAS
+    levy_area = diffrax.SpaceTimeTimeLevyArea
 
     @property
     def t0(self):
@@ -44,7 +45,7 @@ class Given(diffrax.AbstractBrownianPath):
     def evaluate(self, t0, t1=None, left=True, use_levy=False):
         step = jnp.round(t0 / self.timestep).astype(int)
         values = self.W[step], self.H[step], self.K[step]
-        return AREAS(jnp.asarray(t1 - t0), *values) if use_levy else values[0]
+        return self.levy_area(jnp.asarray(t1 - t0), *values) if use_levy else values[0]
 
 
 def answer(what, **question):
@@ -73,8 +74,8 @@ def strong(file, depth, friction, kT, timestep, factors):
 def weak(depth, friction, kT, timestep, steps, replicas, seed):
     """Estimate the mean of cos x over the second half of the steps."""
     found = {}
-    for name, solver in SOLVERS.items():
-        run = _sampler(solver(), timestep, steps, depth, friction, kT, steps // 2)
+    for name in SOLVERS:
+        run = _sampler(name, timestep, steps, depth, friction, kT, steps // 2)
         x, _ = jax.jit(jax.vmap(run))(jax.random.split(jax.random.key(seed), replicas))
         found[name] = mean(np.cos(x).mean(axis=1))
     return found
@@ -83,8 +84,8 @@ def weak(depth, friction, kT, timestep, steps, replicas, seed):
 def seconds(depth, friction, kT, timestep, replicas):
     """Return the seconds per step of a replica, in a batch on one thread."""
     found, keys = {}, jax.random.split(jax.random.key(0), replicas)
-    for name, solver in SOLVERS.items():
-        sampler = _sampler(solver(), timestep, TIMED_STEPS, depth, friction, kT, 1)
+    for name in SOLVERS:
+        sampler = _sampler(name, timestep, TIMED_STEPS, depth, friction, kT, 1)
         run = jax.jit(jax.vmap(sampler))
         jax.block_until_ready(run(keys))  # the first run compiles
         times = []
@@ -96,22 +97,18 @@ def seconds(depth, friction, kT, timestep, replicas):
     return found
 
 
-def _sampler(solver, h, steps, depth, friction, kT, records):
+def _sampler(name, h, steps, depth, friction, kT, records):
     def run(key):
-        path = diffrax.UnsafeBrownianPath((), key, levy_area=AREAS)
-        return solve(solver, path, h, steps, depth, friction, kT, records)
+        path = diffrax.UnsafeBrownianPath((), key, levy_area=AREAS[name])
+        return solve(SOLVERS[name](), path, h, steps, depth, friction, kT, records)
 
     return run
 
 
 def solve(solver, path, h, steps, depth, friction, kT, records=None):
     """Return x and v at the end, or at the last records, one per step."""
-
-    def slope(x, _):
-        return depth * jnp.sin(x)
-
     terms = diffrax.MultiTerm(
-        diffrax.UnderdampedLangevinDriftTerm(friction, kT, lambda x, a: slope(x, a) / kT),
+        diffrax.UnderdampedLangevinDriftTerm(friction, kT, lambda x, _: depth / kT * jnp.sin(x)),
         diffrax.UnderdampedLangevinDiffusionTerm(friction, kT, path),
     )
     times = None if records is None else h * jnp.arange(steps - records + 1, steps + 1)

@@ -12,7 +12,9 @@ from jax_md import rigid_body, simulate, space  # pyright: ignore[reportMissingI
 from langevin_estimates import of_bodies
 
 
-def answer(what, mass, moments, damping, kT, timestep, every, records, replicas, lags, seed):
+def answer(
+    what, mass, moments, damping, kT, timestep, every, records, replicas, lags, settle, seed
+):
     """Estimate the motion.
 
     The friction of rotation is isotropic: the angular momentum along axis k decays at the rate
@@ -36,9 +38,7 @@ def answer(what, mass, moments, damping, kT, timestep, every, records, replicas,
         return state, (momentum.center / mass, spin / moments, turn.vec)
 
     def run(state):
-        return jax.lax.scan(
-            record, advance(state, round(20 * mass / damping / timestep)), None, records
-        )[1]
+        return jax.lax.scan(record, advance(state, settle), None, records)[1]
 
     found = jax.jit(run)(start(key, place, mass=inertia))
     v, omega, turns = (np.swapaxes(values, 0, 1) for values in found)

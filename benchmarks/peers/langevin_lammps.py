@@ -46,7 +46,7 @@ def wrenches(positions, moments):
     }
 
 
-def bodies(mass, moments, damping, kT, timestep, every, records, replicas, lags, seed):
+def bodies(mass, moments, damping, kT, timestep, every, records, replicas, lags, settle, seed):
     """Estimate the motion by fix nve/dotc/langevin.
 
     Its friction of rotation is isotropic: the angular momentum along axis k decays at the rate
@@ -76,7 +76,7 @@ def bodies(mass, moments, damping, kT, timestep, every, records, replicas, lags,
     )
     v, spin = np.empty((2, records, replicas, 3))
     quaternions = np.empty((records, replicas, 4))
-    engine.command(f"run {round(20 / rate / timestep)} post no")
+    engine.command(f"run {settle} post no")
     for record in range(records):
         engine.command(f"run {every} post no")
         engine.command("run 0 post no")

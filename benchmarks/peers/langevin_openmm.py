@@ -12,7 +12,7 @@ from openmm import unit  # pyright: ignore[reportMissingImports]
 GAS_CONSTANT = unit.MOLAR_GAS_CONSTANT_R.value_in_unit(unit.kilojoule_per_mole / unit.kelvin)
 
 
-def answer(what, depth, friction, kT, timestep, every, records, replicas, lag, seed):
+def answer(what, depth, friction, kT, timestep, every, records, replicas, lag, settle, seed):
     system, force = openmm.System(), openmm.CustomExternalForce("-a*(cos(x)+cos(y)+cos(z))")
     force.addGlobalParameter("a", depth)
     for particle in range(replicas // 3):
@@ -25,7 +25,7 @@ def answer(what, depth, friction, kT, timestep, every, records, replicas, lag, s
     context = openmm.Context(system, integrator, platform)
     context.setPositions(np.zeros((replicas // 3, 3)))
     context.setVelocitiesToTemperature(kT / GAS_CONSTANT, seed)
-    integrator.step(lag * every)
+    integrator.step(settle)
     x = np.empty((records, 3 * (replicas // 3)))
     for record in x:
         integrator.step(every)
