@@ -20,7 +20,7 @@ import numpy as np
 from langevin_estimates import coarse_areas, mean
 
 SOLVERS = {"ALIGN": diffrax.ALIGN, "QUICSORT": diffrax.QUICSORT, "ShOULD": diffrax.ShOULD}
-AREAS = {name: diffrax.SpaceTimeTimeLevyArea for name in SOLVERS}
+AREAS = dict.fromkeys(SOLVERS, diffrax.SpaceTimeTimeLevyArea)
 AREAS["ALIGN"] = diffrax.SpaceTimeLevyArea
 TIMED_STEPS = 1000
 
