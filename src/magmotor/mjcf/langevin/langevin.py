@@ -74,7 +74,8 @@ class Langevin:
             own, *found, self.kT, constraints=self._tree.constraints
         )
         _leave_to_us(own, mujoco_steps="S" in scheme.parts)
-        self._own = own
+        self._own, self._bare = own, copy.copy(own)
+        _set_counts(self._bare, "ngeom", "nsite")
         self._timestep = model.opt.timestep
         self._parts = _table(scheme, model.opt.timestep)
         self._advance = compiled()
@@ -194,7 +195,7 @@ class Langevin:
         path[1] = replica
         with hooks.errors_raised():
             done = self._advance(
-                self._own._address, data._address, self._tree, self._dampers, self._parts, path,
+                self._own._address, self._bare._address, data._address, self._tree, self._dampers, self._parts, path,
                 FROM_TIME, count, every, room, out,
             )  # fmt: skip
         if done < count:
@@ -246,12 +247,18 @@ def _leave_to_us(own: mujoco.MjModel, *, mujoco_steps: bool) -> None:
     own.actuator_biasprm[:, 2] = 0
     own.opt.viscosity = 0
     own.opt.density = 0
-    plugins = own._address + layout.current().nplugin
-    ctypes.c_int64.from_address(plugins).value = 0
+    _set_counts(own, "nplugin")
     if not mujoco_steps:
         own.opt.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
         own.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
         own.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_REFSAFE)
+
+
+def _set_counts(own: mujoco.MjModel, *names: str) -> None:
+    """Set counts of elements to zero, which makes MuJoCo's functions skip them."""
+    for name in names:
+        place = own._address + getattr(layout.current(), name)
+        ctypes.c_int64.from_address(place).value = 0
 
 
 def _table(scheme: Scheme, timestep: float) -> Array:
