@@ -41,8 +41,69 @@ CODES = "ABOKRS"
 class Langevin:
     """Langevin dynamics of a MuJoCo model: its motion at a temperature.
 
-    The law of the velocities and positions becomes Boltzmann's, exp(-v^T M v/(2 kT)) and
-    sqrt(det M(q)) exp(-V(q)/kT).
+    Friction and noise drive the positions and velocities to Boltzmann's law, whose density is
+    proportional to sqrt(det M(q)) exp(-V(q)/kT) exp(-v^T M(q) v/(2 kT)), where M is the inertia
+    and V the potential energy. The factor sqrt(det M) belongs to a tree of joints.
+
+    A step is split into B, kicks by all forces of the position; A, the motion without forces; and
+    O, friction and noise, whose temperature is exact for any timestep.
+
+    Parameters
+    ----------
+    model : mujoco.MjModel
+        Read once; do not change it afterwards. Any tree of joints. Limits, equalities and
+        frictionless contacts act as the springs and dampers that MuJoCo's soft constraints are at
+        rest. The options of the integrator and of the solver have no effect.
+    kT : float or mapping of str to float
+        Temperature in J; or temperatures of the dampers of the named joints, tendons and bodies (a
+        body stands for its joints and for its drag in a fluid), each of which is a bath.
+    splitting : {"baoab", "obabo", "middle", "verlet", "o-rk4-o", "o-step-o"}
+        The last one consists of steps of MuJoCo itself between friction and noise. It supports
+        every model, but has the temperature only approximately: constraints, dry friction and
+        errors of MuJoCo's integrator change it.
+    friction : float or array_like, shape (nv,) or (nv, nv), optional
+        Instead of the model's own friction: the rate of the friction (rate M) in 1/s, or the
+        damping of each degree of freedom, or a symmetric matrix. By default the friction is what
+        the model says: damping of joints, tendons and actuators, and drag in a viscous fluid.
+    disable : sequence of str
+        Flags of MuJoCo that are disabled in a copy of the model, such as "contact",
+        "frictionloss", "limit", "equality" and "actuation".
+    seed : int
+        Selects the noise, with the number of the replica and of the step.
+    path : BrownianPath, optional
+        Brownian path to follow, instead of a seed.
+
+    Raises
+    ------
+    ValueError
+        A number is invalid, nothing is damped, or something that acts on the model has no law of
+        fluctuation and dissipation. The message names the element and what to do.
+    LayoutError
+        This version of MuJoCo lays out its structs differently than it declares.
+
+    Notes
+    -----
+    B uses the forces at zero velocity; A is the explicit midpoint rule at conserved kinetic energy,
+    in as many pieces as its accuracy requires; O is the Crank-Nicolson rule. BAOAB is due to
+    Leimkuhler and Matthews, J. Chem. Phys. 138, 174102 (2013).
+
+    Examples
+    --------
+    >>> import magmotor as mm
+    >>> import mujoco
+    >>> model = mujoco.MjModel.from_xml_string('''
+    ... <mujoco>
+    ...   <worldbody>
+    ...     <body>
+    ...       <joint name="hinge" type="hinge" axis="0 1 0" damping="0.1"/>
+    ...       <geom type="capsule" fromto="0 0 0 0 0 -1" size="0.05" mass="1"/>
+    ...     </body>
+    ...   </worldbody>
+    ... </mujoco>
+    ... ''')
+    >>> run = mm.Langevin(model, kT=0.5).sample(10_000, replicas=4, every=10)
+    >>> run.qpos.shape
+    (4, 1000, 1)
     """
 
     def __init__(
@@ -81,7 +142,36 @@ class Langevin:
         self._advance = compiled()
 
     def step(self, data: mujoco.MjData, nstep: int = 1) -> dict[str, float]:
-        """Advance the state by steps of the model's timestep."""
+        """Advance the state by steps of the model's timestep.
+
+        This changes `qpos`, `qvel`, `time`, the frames of bodies, geoms and sites, and, unless the
+        model has the plugin, `xfrc_applied` of bodies with dipoles. `qfrc_applied`,
+        `xfrc_applied` and `ctrl` act as constant forces and controls. It runs without the GIL and
+        needs no `magnetism` block. The result has the same bits if the steps are divided among
+        several calls. Ctrl-C is checked about every 0.1 s.
+
+        Parameters
+        ----------
+        data : mujoco.MjData
+            Data of this model; `time` selects the step of the Brownian path.
+        nstep : int
+            Number of steps, less than 2^53.
+
+        Returns
+        -------
+        dict of str to float
+            Heat in J from each bath, under the names of `kT` (or `kT` itself), and `work`, the
+            work of all forces. They add up to the change of the kinetic energy.
+
+        Raises
+        ------
+        ValueError
+            The data belong to another model, the timestep was changed, or `nstep` is invalid.
+        FloatingPointError
+            The motion cannot be followed, or is no longer finite.
+        mujoco.FatalError
+            The same errors as in `magnetism`.
+        """
         check_type("data", data, mujoco.MjData)
         self._check(data)
         remaining = check_integer("nstep", nstep, at_least=0, at_most=LARGEST_STEP - 1)
@@ -106,7 +196,40 @@ class Langevin:
         settle: int = 0,
         initial: mujoco.MjData | None = None,
     ) -> xr.Dataset:
-        """Run replicas on all cores, and record them."""
+        """Run replicas on all cores, and record them.
+
+        The result does not depend on the number of cores.
+
+        Parameters
+        ----------
+        nstep : int
+            Number of steps of each replica.
+        replicas : int
+            Each has its own noise.
+        every : int
+            Number of steps between two records.
+        settle : int
+            Number of steps before those, which are not recorded.
+        initial : mujoco.MjData, optional
+            Initial state, and applied forces and controls; by default those of `mj_resetData`.
+
+        Returns
+        -------
+        xarray.Dataset
+            `qpos` (replica, time, coordinate), `qvel` (replica, time, velocity), `heat` from each
+            bath (replica, time, bath) and `work` of all forces (replica, time) in J, since the
+            first recorded step began.
+
+        Raises
+        ------
+        ValueError
+            A number is invalid, or the result does not fit in memory.
+        FloatingPointError
+            The motion cannot be followed, or is no longer finite. The message has the replica and
+            the time.
+        mujoco.FatalError
+            The same errors as in `magnetism`.
+        """
         nstep = check_integer("nstep", nstep, at_least=1)
         every = check_integer("every", every, at_least=1, at_most=nstep)
         replicas = check_integer("replicas", replicas, at_least=1)
