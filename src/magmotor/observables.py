@@ -29,6 +29,8 @@ from magmotor.devices.top.observables import (
     momentum_balance,
     momentum_map,
 )
+from magmotor.mjcf.boltzmann.metropolis import metropolis
+from magmotor.mjcf.boltzmann.temperatures import kinetic_temperature
 
 __all__ = [
     "CriticalPoint",
@@ -47,9 +49,11 @@ __all__ = [
     "flights",
     "friction_torque",
     "kinetic_energy",
+    "kinetic_temperature",
     "local_slope",
     "magnetic_energy",
     "magnetic_energy_and_lift",
+    "metropolis",
     "minimum",
     "mode_temperatures",
     "momentum_balance",
