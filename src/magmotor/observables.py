@@ -30,13 +30,14 @@ from magmotor.devices.top.observables import (
     momentum_map,
 )
 from magmotor.mjcf.boltzmann.metropolis import metropolis
-from magmotor.mjcf.boltzmann.temperatures import kinetic_temperature
+from magmotor.mjcf.boltzmann.temperatures import configurational_temperature, kinetic_temperature
 
 __all__ = [
     "CriticalPoint",
     "MotorWells",
     "azimuth",
     "censored_mean",
+    "configurational_temperature",
     "critical_points",
     "d_diffusion",
     "dwell_times",

@@ -22,7 +22,9 @@ ARM = """
   </worldbody>
   <contact><exclude body1="a" body2="b"/></contact>
 </mujoco>
-""".replace("<body>", '<body name="a">').replace('<body pos="0 0 -0.6"', '<body name="b" pos="0 0 -0.6"')
+""".replace("<body>", '<body name="a">').replace(
+    '<body pos="0 0 -0.6"', '<body name="b" pos="0 0 -0.6"'
+)
 
 
 def drawn_velocities(model, positions, kT, random):

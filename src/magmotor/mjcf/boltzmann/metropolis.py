@@ -253,6 +253,13 @@ def joint_names(model: mujoco.MjModel) -> list[str]:
     return [model.joint(k).name or f"joint {k}" for k in range(model.njnt)]
 
 
+def is_translation(model: mujoco.MjModel) -> NDArray[np.bool_]:
+    """Whether each velocity is a length over time, and not an angle, shape (nv,)."""
+    kinds = model.jnt_type[model.dof_jntid]
+    first = model.jnt_dofadr[model.dof_jntid]
+    return (kinds == SLIDE) | ((kinds == FREE) & (np.arange(model.nv) < first + 3))
+
+
 class _Block(NamedTuple):
     """Velocities of one joint and one unit, which are moved on their own."""
 
@@ -264,13 +271,11 @@ class _Block(NamedTuple):
 
 def _blocks(model: mujoco.MjModel) -> Iterator[_Block]:
     """Yield the blocks of all joints; a free joint has two."""
+    translates = is_translation(model)
     for joint, name in enumerate(joint_names(model)):
         own = model.dof_jntid == joint
-        if model.jnt_type[joint] == SLIDE:
-            yield _Block(name, own, np.inf)
-        elif model.jnt_type[joint] != FREE:
-            yield _Block(name, own, np.pi)
-        else:
-            shift = own & (np.cumsum(own) <= 3)
-            yield _Block(f"{name}: position", shift, np.inf)
-            yield _Block(f"{name}: rotation", own & ~shift, np.pi)
+        free = model.jnt_type[joint] == FREE
+        if (own & translates).any():
+            yield _Block(f"{name}: position" if free else name, own & translates, np.inf)
+        if (own & ~translates).any():
+            yield _Block(f"{name}: rotation" if free else name, own & ~translates, np.pi)
