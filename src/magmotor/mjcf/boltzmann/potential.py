@@ -1,12 +1,15 @@
 """The potential energy of a model in any position, from the definitions of its forces."""
 
 from collections.abc import Callable
+from functools import partial
 
 import mujoco
 import numpy as np
 
 import magmotor_plugin
 from magmotor.common.checks import reject
+from magmotor.mjcf.boltzmann.actuators import springs
+from magmotor.mjcf.boltzmann.limits import limits
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.field_and_energy import magnetic_energy
 from magmotor.mjcf.forces.marks import DIPOLES, POTENTIALS
@@ -28,16 +31,16 @@ def potential_energy(model: mujoco.MjModel) -> Energy:
         Some force has no known potential. The message names the element.
     """
     _check(model)
-    terms = [_springs_and_gravity]
-    passive = not (disabled(model, "spring") and disabled(model, "damper"))
-    if passive and model.body_gravcomp.any():
-        terms.append(_gravity_compensation)
+    terms: list[Energy] = [each.energy for each in (*springs(model), *limits(model))]
     kinds = acting_forces(model)
-    if kinds & DIPOLES and model.nuser_site:
-        terms.append(magnetic_energy)
-    if kinds & POTENTIALS and model.nuser_jnt:
-        terms.append(_joint_potentials)
-    return lambda data: sum(term(model, data) for term in terms)
+    functions = {
+        _springs_and_gravity: True,
+        _gravity_compensation: model.body_gravcomp.any(),
+        magnetic_energy: kinds & DIPOLES and model.nuser_site,
+        _joint_potentials: kinds & POTENTIALS and model.nuser_jnt,
+    }
+    terms += [partial(function, model) for function, acts in functions.items() if acts]
+    return lambda data: sum(term(data) for term in terms)
 
 
 def _springs_and_gravity(model: mujoco.MjModel, data: mujoco.MjData) -> float:
@@ -46,7 +49,8 @@ def _springs_and_gravity(model: mujoco.MjModel, data: mujoco.MjData) -> float:
 
 
 def _gravity_compensation(model: mujoco.MjModel, data: mujoco.MjData) -> float:
-    if disabled(model, "gravity"):
+    passive = not (disabled(model, "spring") and disabled(model, "damper"))
+    if disabled(model, "gravity") or not passive:
         return 0.0
     lift = model.body_gravcomp * model.body_mass
     return float(lift @ data.xipos @ model.opt.gravity)
@@ -61,28 +65,20 @@ def _joint_potentials(model: mujoco.MjModel, data: mujoco.MjData) -> float:
 def _check(model: mujoco.MjModel) -> None:
     """Check that no other force of the position acts."""
     if model.nflex:
-        raise reject("number of flexes", model.nflex, f"must be zero; remove them {INSTEAD}")
+        raise reject("number of flexes", model.nflex, f"must be zero {INSTEAD}")
     others = int((model.plugin != magmotor_plugin.register()).sum())
     if others:
-        sentence = f"must be zero, except for magmotor.forces; remove them {INSTEAD}"
+        sentence = f"must be zero, except for magmotor.forces, {INSTEAD}"
         raise reject("number of plugins", others, sentence)
-    for flag, elements in _refused(model).items():
+    contacts = [
+        *(label(model, "pair", pair) for pair in range(model.npair)),
+        *(
+            " and ".join(label(model, "geom", geom) for geom in pair)
+            for pair in colliding_geoms(model)
+        ),
+    ]
+    equalities = [label(model, "equality", i) for i in np.flatnonzero(model.eq_active0)]
+    for flag, elements in {"contact": contacts, "equality": equalities}.items():
         if elements and not disabled(model, flag):
             sentence = f"its potential is unknown; disable the flag {flag} {INSTEAD}"
-            raise ValueError(f"{elements[0]}: {sentence}")
-
-
-def _refused(model: mujoco.MjModel) -> dict[str, list[str]]:
-    """Return the elements that have no known potential, by the flag that disables them."""
-
-    def labels(kind: str, numbers: np.ndarray) -> list[str]:
-        return [label(model, kind, i) for i in numbers]
-
-    contacts = [" and ".join(labels("geom", pair)) for pair in colliding_geoms(model)]
-    return {
-        "limit": labels("joint", np.flatnonzero(model.jnt_limited))
-        + labels("tendon", np.flatnonzero(model.tendon_limited)),
-        "equality": labels("equality", np.flatnonzero(model.eq_active0)),
-        "contact": labels("pair", np.arange(model.npair)) + contacts,
-        "actuation": labels("actuator", np.flatnonzero(model.actuator_biastype)),
-    }
+            raise reject("model", elements[0], sentence)
