@@ -1,10 +1,13 @@
 """Samples of the Metropolis algorithm against quadrature and closed forms.
 
-Bounds are in standard errors, from the means of 16 replicas. The seeds are fixed; for others, each
-bound of 5 would be exceeded by chance once in 6000 (Student's t, 15 degrees of freedom).
+Differences are in standard errors, from the means of 16 replicas. The seeds are fixed; for others,
+each bound of 5 would be exceeded by chance once in 6000 (Student's t, 15 degrees of freedom), and
+one of the 30 in this file once in 200. The largest difference here is 1.9.
 """
 
 import math
+import re
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -150,10 +153,10 @@ def test_double_pendulum():
     q1, q2 = np.moveaxis(run.qpos.values, -1, 0)
     series = np.cos(q1), np.cos(q2), run.potential_energy
     found = [*map(deviation, series, double_pendulum(5.0))]
-    assert max(found) < SIGMAS  # 1.9
+    assert max(found) < SIGMAS
     without, squared = double_pendulum(5.0, 0.0), double_pendulum(5.0, 1.0)
-    assert deviation(series[1], without[1]) > 2 * SIGMAS  # 13
-    assert deviation(series[1], squared[1]) > 2 * SIGMAS  # 13
+    assert deviation(series[1], without[1]) > 2 * SIGMAS  # 15
+    assert deviation(series[1], squared[1]) > 2 * SIGMAS  # 12
     energy = -GRAVITY * (1.5 * np.cos(q1) + 0.5 * np.cos(q1 + q2))
     assert abs(run.potential_energy - energy).max() < 1e-11  # 9e-13 J, of unwrapped angles
 
@@ -167,7 +170,7 @@ def test_body_on_a_pivot():
     heights = np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x**2 + y**2)], axis=-1)
     along, across = heights @ [1 / 3, -2 / 3, 2 / 3], heights @ [2 / 3, 2 / 3, 1 / 3]
     ratio = 0.5 * GRAVITY * 0.09 / kT
-    assert deviation(along, 1 / ratio - 1 / math.tanh(ratio)) < SIGMAS  # 0.3
+    assert deviation(along, 1 / ratio - 1 / math.tanh(ratio)) < SIGMAS
     assert deviation(across, 0) < SIGMAS
     mean_square = 1 - 2 / ratio * (1 / math.tanh(ratio) - 1 / ratio)
     assert deviation(along**2, mean_square) < SIGMAS
@@ -187,7 +190,7 @@ def test_cart_pole():
     cosine = np.cos(run.qpos.values[..., 1])
     assert deviation(cosine, right[0]) < SIGMAS
     assert deviation(cosine**2, right[1]) < SIGMAS
-    assert deviation(cosine**2, wrong[1]) > 2 * SIGMAS
+    assert deviation(cosine**2, wrong[1]) > 2 * SIGMAS  # 50
     assert deviation(run.qpos.values[..., 0] ** 2, kT / 40) < SIGMAS
     names = ["rail", "pole", "all"]
     assert [*run.move.values] == names
@@ -196,7 +199,7 @@ def test_cart_pole():
 def test_chain_of_springs():
     """V is a quadratic form, whose mean is 3 kT/2 above its minimum."""
     kT = 0.7
-    run = sampled(CHAIN, kT, samples=3000, replicas=16, every=10)
+    run = sampled(CHAIN, kT, samples=2000, replicas=16, every=5)
     tendon = np.array([1.0, 0.0, 2.0])
     stiffness = np.diag([100.0, 200.0, 50.0]) + 80 * np.outer(tendon, tendon)
     force = 80 * 0.1 * tendon - GRAVITY * np.array([6.0, 5.0, 3.0])
@@ -231,7 +234,7 @@ def test_free_body_on_a_spring():
 def test_needle_with_a_potential():
     """V = m B cos q + a sin 2q + b cos 2q with B = mu0/(4 pi) 3/0.2^3."""
     kT = 2e-6
-    run = sampled(NEEDLE, kT, samples=1000, replicas=16, every=3, burn_in=300)
+    run = sampled(NEEDLE, kT, samples=700, replicas=16, every=3, burn_in=300)
     angle = np.linspace(-np.pi, np.pi, 400, endpoint=False)
     energy = 0.2e-7 * 3 / 0.2**3 * np.cos(angle)
     energy = energy + 2e-6 * np.sin(2 * angle) + 1e-6 * np.cos(2 * angle)
@@ -246,7 +249,7 @@ def test_own_potential():
     """It replaces gravity, and everything that would be refused."""
     xml = CART.replace("</worldbody>", "</worldbody><equality><joint joint1='rail'/></equality>")
     run = sampled(
-        xml, 2.0, samples=2000, replicas=16, potential=lambda data: 30 * float(data.qpos[0]) ** 2
+        xml, 2.0, samples=500, replicas=16, potential=lambda data: 30 * float(data.qpos[0]) ** 2
     )
     assert deviation(run.potential_energy, 1.0) < SIGMAS
 
@@ -259,7 +262,7 @@ def test_the_acceptance_is_the_target():
 def test_the_seed_determines_the_chains():
     """The number of replicas does not change the first ones."""
     model = mujoco.MjModel.from_xml_string(CART)
-    few = {"samples": 20, "burn_in": 20}
+    few: Any = {"samples": 20, "burn_in": 20}
     first = mm.observables.metropolis(model, 1.0, replicas=2, **few)
     more = mm.observables.metropolis(model, 1.0, replicas=3, **few)
     other = mm.observables.metropolis(model, 1.0, replicas=2, seed=1, **few)
@@ -278,11 +281,16 @@ def test_the_model_is_unchanged():
 def test_chains_begin_where_they_are_told():
     """Quaternions are normalized."""
     model = mujoco.MjModel.from_xml_string(BALL)
-    start = [[0, 3.0, 0, 0], [0, 0, 0, -2.0]]
     run = mm.observables.metropolis(
-        model, 1e-20, samples=1, every=1, burn_in=0, replicas=2, initial=start
+        model,
+        1.0,
+        samples=3,
+        burn_in=0,
+        replicas=2,
+        initial=[[0, 3, 0, 0], [0, 0, 0, -2]],
+        potential=lambda data: 0.0 if abs(data.qpos).max() == 1 else math.inf,
     )
-    assert abs(run.qpos.values[:, 0]) @ [0, 1, 0, 1] == pytest.approx([1, 1], abs=0.01)
+    assert (run.qpos == np.array([[[0, 1, 0, 0]], [[0, 0, 0, -1]]])).all()
 
 
 @pytest.mark.parametrize(
@@ -301,15 +309,14 @@ def test_chains_begin_where_they_are_told():
 )
 def test_refused_models(change, message):
     xml = CART.replace("</mujoco>", change + "</mujoco>")
-    with pytest.raises(ValueError) as refused:
+    with pytest.raises(ValueError, match=re.escape(message)):
         sampled(xml, 1.0)
-    assert str(refused.value).startswith(message)
 
 
 def test_refused_contacts():
     xml = CART.replace("<worldbody>", "<worldbody><geom name='floor' type='plane' size='1 1 1'/>")
     xml = xml.replace("<inertial", "<geom name='cart' size='0.1'/><inertial", 1)
-    with pytest.raises(ValueError, match="\"geom 'floor' and geom 'cart'\": .* flag contact"):
+    with pytest.raises(ValueError, match=r"\"geom 'floor' and geom 'cart'\": .* flag contact"):
         sampled(xml, 1.0)
     off = "<option><flag contact='disable'/></option><worldbody>"
     assert sampled(xml.replace("<worldbody>", off), 1.0, samples=1, burn_in=0)
@@ -324,7 +331,7 @@ def test_refused_temperatures(kT):
 def test_refused_beginnings():
     with pytest.raises(ValueError, match=r"shape of initial = \(3, 2\): must be \(16, 2\)"):
         sampled(CART, 1.0, initial=np.zeros((3, 2)))
-    with pytest.raises(ValueError, match="initial = .*: the potential energy must be finite"):
+    with pytest.raises(ValueError, match=r"initial = .*: the potential energy must be finite"):
         sampled(CART, 1.0, potential=lambda data: math.inf)
     with pytest.raises(ValueError, match="number of joints = 0"):
         sampled("<mujoco/>", 1.0)

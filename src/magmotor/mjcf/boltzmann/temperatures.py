@@ -55,6 +55,8 @@ def kinetic_temperature(model: mujoco.MjModel, run: xr.Dataset) -> xr.Dataset:
     replica. They are too small unless a batch is much longer than the correlation time, the inverse
     of the smallest friction rate. With 16 replicas or more, each replica is a batch.
 
+    A joint at a wrong temperature also changes those of the joints that inertia couples to it.
+
     Velocities of an integrator deviate by O(h^2) even where its positions have no error.
 
     A record takes about 3 us for two links.
@@ -143,6 +145,8 @@ def configurational_temperature(
             squares[at], divergences[at] = _square_and_divergence(
                 model, data, forces, positions[at]
             )
+    if not squares.any():
+        raise reject("model", "at the positions of run", "some force of the position must act")
     temperature, error = ratio_and_error(squares, -divergences)
     units = {"units": "J"}
     return xr.Dataset(
