@@ -23,6 +23,7 @@ from magmotor.mjcf.forces.dipole_wrenches import stack_bytes
 from magmotor.mjcf.langevin.baths import dampers_with_temperatures, read_friction, read_kT
 from magmotor.mjcf.langevin.friction import ON_JOINTS, Friction, model_friction
 from magmotor.mjcf.langevin.splitting_loop import FROM_TIME, compiled
+from magmotor.mjcf.langevin.supported import check_tree
 from magmotor.mjcf.langevin.tree import Room, read_tree, room_for
 from magmotor.mjcf.lookup import disabled
 from magmotor.noise import LARGEST_STEP, BrownianPath
@@ -124,17 +125,22 @@ class Langevin:
         self.splitting = splitting
         scheme = LANGEVIN[splitting]
         own = _copy(model, disable)
+        steps = "S" in scheme.parts
+        if not steps:
+            check_tree(own)
         path = BrownianPath(seed, model.opt.timestep) if path is None else path
         self._path = np.array([path.seed, 0, path.factor, path.level], dtype=np.int64)
-        found = (model_friction(own), np.zeros((0, model.nv)), 0.0)
+        if friction is None or not steps:
+            found = (model_friction(own), np.zeros((0, model.nv)), 0.0)
         if friction is not None:
             found = read_friction(model, friction)
+        _check_damped(own, *found)
         full, rows = _couplings(own, found[0], found[1])
         self._tree = read_tree(own, rows, full=full)
         self._dampers = dampers_with_temperatures(
             own, *found, self.kT, constraints=self._tree.constraints
         )
-        _leave_to_us(own, mujoco_steps="S" in scheme.parts)
+        _leave_to_us(own, mujoco_steps=steps)
         self._own, self._bare = own, copy.copy(own)
         _set_counts(self._bare, "ngeom", "nsite")
         self._timestep = model.opt.timestep
@@ -341,6 +347,18 @@ def _copy(model: mujoco.MjModel, disable: Sequence[str]) -> mujoco.MjModel:
     return own
 
 
+def _check_damped(model: mujoco.MjModel, friction: Friction, rows: Array, rate: float) -> None:
+    """Check that something damps, since else the noise has no power."""
+    if model.nv == 0:
+        raise reject("number of joints", 0, "must be at least one: nothing can move")
+    if not (rate or len(rows) or any(part.any() for part in friction[:4])):
+        sentence = (
+            "must damp something, or else kT is never reached: add damping to joints or viscosity"
+            " to the model's options, or give a rate such as friction=1.0"
+        )
+        raise reject("friction", 0.0, sentence)
+
+
 def _couplings(
     model: mujoco.MjModel, friction: Friction, rows: Array
 ) -> tuple[bool, list[list[int]]]:
@@ -372,6 +390,9 @@ def _leave_to_us(own: mujoco.MjModel, *, mujoco_steps: bool) -> None:
     own.opt.density = 0
     _set_counts(own, "nplugin")
     if not mujoco_steps:
+        # A weld has a potential only if its impedance does not depend on the residual.
+        welds = own.eq_type == int(mujoco.mjtEq.mjEQ_WELD)
+        own.eq_solimp[welds, 1] = own.eq_solimp[welds, 0]
         own.opt.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
         own.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
         own.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_REFSAFE)
