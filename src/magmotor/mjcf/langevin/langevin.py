@@ -300,6 +300,30 @@ class Langevin:
             {"timestep": self._timestep, "splitting": self.splitting},
         )
 
+    def forces(self, data: mujoco.MjData) -> Array:
+        """Return the generalized forces of the position, those of part B.
+
+        This updates the frames in `data`, as `step` does.
+
+        Parameters
+        ----------
+        data : mujoco.MjData
+
+        Returns
+        -------
+        ndarray, shape (nv,)
+            In N, or N m.
+
+        Raises
+        ------
+        ValueError, mujoco.FatalError
+            As for `step`.
+        """
+        self._check(data)
+        room = self._room()
+        self._run(data, 0, 0, 1, room, np.empty((0, 0)))
+        return room.force.copy()
+
     def _room(self) -> Room:
         return room_for(self.model, self._tree, len(self.kT))
 
