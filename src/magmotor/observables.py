@@ -29,12 +29,15 @@ from magmotor.devices.top.observables import (
     momentum_balance,
     momentum_map,
 )
+from magmotor.mjcf.boltzmann.metropolis import metropolis
+from magmotor.mjcf.boltzmann.temperatures import configurational_temperature, kinetic_temperature
 
 __all__ = [
     "CriticalPoint",
     "MotorWells",
     "azimuth",
     "censored_mean",
+    "configurational_temperature",
     "critical_points",
     "d_diffusion",
     "dwell_times",
@@ -47,9 +50,11 @@ __all__ = [
     "flights",
     "friction_torque",
     "kinetic_energy",
+    "kinetic_temperature",
     "local_slope",
     "magnetic_energy",
     "magnetic_energy_and_lift",
+    "metropolis",
     "minimum",
     "mode_temperatures",
     "momentum_balance",

@@ -11,7 +11,7 @@ from PIL import Image
 
 import magmotor as mm
 from magmotor.device.overview import draw_variables
-from magmotor.devices.motor.modes import mean_and_error
+from magmotor.numerics.batch_means import mean_and_error
 
 DISK = mm.Disk(v=1.0)
 BAOAB: dict[str, Any] = {"method": "variational/baoab"}

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 import magmotor as mm
 from magmotor.devices.motor.flights import turning_points
-from magmotor.devices.motor.modes import mean_and_error
+from magmotor.numerics.batch_means import mean_and_error
 from magmotor.observables import (
     azimuth,
     censored_mean,

@@ -122,6 +122,17 @@ def borrowed(array):
     return carray(_pointer(array.ctypes.data), array.shape, array.dtype)
 
 
+def borrower(kind):
+    """Return a compiled function that applies `borrowed` to all arrays of a named tuple."""
+    views = (
+        f"t.{name}" if hint in (bool, int, float) else f"borrowed(t.{name})"
+        for name, hint in kind.__annotations__.items()
+    )
+    scope = {"kind": kind, "borrowed": borrowed, "__name__": __name__}
+    exec(f"def borrow(t):\n    return kind({', '.join(views)})", scope)
+    return njit(forceinline=True)(scope["borrow"])
+
+
 @njit(forceinline=True)
 def from_column(array, first):
     """Return a view of a matrix from column `first` on; unlike a slice, it has the same type."""

@@ -13,20 +13,12 @@ from magmotor.device.analysis import OWN, analysis
 from magmotor.device.observable import labeled
 from magmotor.devices.motor.scene import Motor
 from magmotor.devices.motor.theory import slip_mobility
+from magmotor.numerics.batch_means import BATCHES, mean_and_error
 
 NEEDS = (
     *("position", "velocity", "slip_velocity", "momentum_map"),
     *("ring_orientation", "ring_angular_velocity"),
 )
-
-BATCHES, MOST = 16, 8
-"""Number of batches in total, and the largest number for each replica; their means are treated as
-independent.
-
-For fast modes, a summed autocorrelation function would yield a more precise error. The
-autocorrelation of slow modes oscillates with the motion of the ball in its well long before it
-decays, and common cutoff rules truncate the sum much too early.
-"""
 
 LABELS = {
     "temperature": ("J", "temperature of the mode"),
@@ -83,14 +75,6 @@ def mode_temperatures(
     if scene.temperature == "uniform":
         columns["theory"] = ((), scene.kT)
     return labeled(xr.Dataset(columns, {"mode": [*found]}), LABELS)
-
-
-def mean_and_error(series: Array) -> tuple[float, float]:
-    """Return mean and standard error of stationary series, shape (T,) or (replicas, T)."""
-    rows = np.atleast_2d(series)
-    pieces = min(MOST, -(-BATCHES // len(rows)))
-    batches = np.array([part.mean(axis=1) for part in np.array_split(rows, pieces, axis=1)])
-    return float(rows.mean()), float(batches.std(ddof=1) / np.sqrt(batches.size))
 
 
 def _squares(run: xr.Dataset, scene: Motor = OWN) -> dict[str, Array]:

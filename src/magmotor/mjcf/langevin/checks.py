@@ -4,6 +4,8 @@ They are if the parent of each moving body is the world or fixed to it, if its j
 center of mass, and if only linear damping, noise and applied forces act on it.
 """
 
+from collections.abc import Mapping
+
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +21,6 @@ ROUNDING = 1e-9
 
 UNSUPPORTED = {
     "nactuator": "actuators",
-    "nflex": "flexes",
     "neq": "equalities",
 }
 """Counts in the model that must be zero."""
@@ -53,12 +54,11 @@ def check_model(model: mujoco.MjModel) -> None:
     ValueError
         It cannot. The message names the body, joint or other element, and the requirement.
     """
-    check_number("timestep", model.opt.timestep, above=0)
-    for field in NUMBERS:
-        check_array(f"{field} of the model", getattr(model, field))
-    check_array("gravity of the model", model.opt.gravity)
+    check_numbers(model)
+    check_extensions(model, "Baoab")
     _check_options(model)
-    _check_joints_and_tendons(model)
+    check_zero(model, DISABLING_FLAGS)
+    _check_spatial_tendons(model)
     for body in np.flatnonzero(_moving(model)):
         _check_body(model, int(body))
     _check_contacts(model)
@@ -69,27 +69,42 @@ def _moving(model: mujoco.MjModel) -> NDArray[np.bool_]:
     return model.body_dofnum[model.body_weldid] > 0
 
 
-def _check_options(model: mujoco.MjModel) -> None:
-    """Check that there are no actuators, flexes, plugins, equalities, fluid or sleeping bodies."""
-    for field, what in UNSUPPORTED.items():
-        count = getattr(model, field)
-        if count and not (field == "neq" and disabled(model, "equality")):
-            raise reject(f"number of {what}", count, "must be zero: Baoab does not support them")
+def check_numbers(model: mujoco.MjModel) -> None:
+    """Check that the timestep is positive, and that the numbers of the model are finite."""
+    check_number("timestep", model.opt.timestep, above=0)
+    for field in NUMBERS:
+        check_array(f"{field} of the model", getattr(model, field))
+    check_array("gravity of the model", model.opt.gravity)
+
+
+def check_extensions(model: mujoco.MjModel, method: str) -> None:
+    """Check that there are no flexes, no plugins but magmotor.forces, and no sleeping bodies."""
+    if model.nflex:
+        sentence = f"must be zero: {method} does not support them"
+        raise reject("number of flexes", model.nflex, sentence)
     others = int((model.plugin != magmotor_plugin.register()).sum())
     if others:
-        sentence = "must be zero, except for magmotor.forces: Baoab does not support them"
+        sentence = f"must be zero, except for magmotor.forces: {method} does not support them"
         raise reject("number of plugins", others, sentence)
-    for field in ("density", "viscosity"):
-        if getattr(model.opt, field):
-            sentence = "must be zero: Baoab does not support fluid forces"
-            raise reject(f"option {field}", getattr(model.opt, field), sentence)
     if model.opt.enableflags & mujoco.mjtEnableBit.mjENBL_SLEEP:
         raise reject("flag sleep", "enable", "must be 'disable'")
 
 
-def _check_joints_and_tendons(model: mujoco.MjModel) -> None:
-    """Check that joints and tendons have no springs, limits, dry friction or nonlinear damping."""
-    for field, flag in DISABLING_FLAGS.items():
+def _check_options(model: mujoco.MjModel) -> None:
+    """Check that there are no actuators, no equalities and no fluid."""
+    for field, what in UNSUPPORTED.items():
+        count = getattr(model, field)
+        if count and not (field == "neq" and disabled(model, "equality")):
+            raise reject(f"number of {what}", count, "must be zero: Baoab does not support them")
+    for field in ("density", "viscosity"):
+        if getattr(model.opt, field):
+            sentence = "must be zero: Baoab does not support fluid forces"
+            raise reject(f"option {field}", getattr(model.opt, field), sentence)
+
+
+def check_zero(model: mujoco.MjModel, fields: Mapping[str, str | None]) -> None:
+    """Check that fields of joints and tendons are zero, unless the flag of each disables them."""
+    for field, flag in fields.items():
         if flag and disabled(model, flag):
             continue
         for i, value in enumerate(getattr(model, field)):
@@ -100,6 +115,10 @@ def _check_joints_and_tendons(model: mujoco.MjModel) -> None:
             owner = label(model, kind, model.dof_jntid[i] if prefix == "dof" else i)
             alternative = f", or disabled by the flag {flag}" if flag else ""
             raise reject(f"{owner}: {name}", value.tolist(), f"must be zero{alternative}")
+
+
+def _check_spatial_tendons(model: mujoco.MjModel) -> None:
+    """Check that spatial tendons, whose rows depend on the configuration, do not damp."""
     fixed = model.wrap_type[model.tendon_adr] == int(mujoco.mjtWrap.mjWRAP_JOINT)
     for i in np.flatnonzero(model.tendon_damping * ~fixed):
         sentence = "must be zero unless the tendon is a fixed one"

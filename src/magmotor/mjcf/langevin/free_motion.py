@@ -88,30 +88,34 @@ def multiply_inertia(tree, inertia, result, velocity):
 
 
 @njit(forceinline=True)
-def _kinetic_energies(tree, inertia, result, velocity, energies):
-    """Compute twice the kinetic energy of each tree; `result` is scratch memory."""
-    multiply_inertia(tree, inertia, result, velocity)
+def _kinetic_energies(tree, inertia, velocity, energies):
+    """Compute twice the kinetic energy of each tree."""
     for k in range(len(energies)):
         energies[k] = 0.0
     for i in range(len(velocity)):
-        energies[tree.trees[i]] += velocity[i] * result[i]
+        last = tree.starts[i + 1] - 1
+        total = 0.5 * inertia[last] * velocity[i]
+        for k in range(tree.starts[i], last):
+            total += inertia[k] * velocity[tree.columns[k]]
+        energies[tree.trees[i]] += 2.0 * velocity[i] * total
 
 
 @njit(error_model="numpy")
-def move_freely(model, data, tree, inertia, qpos, qvel, time, room):
+def move_freely(model, bare, data, tree, inertia, qpos, qvel, time, room):
     """Move without forces for a time; return whether the motion is accurate enough.
 
-    The inertia must be that of the position, and is so again afterwards.
+    The inertia must be that of the position, and is so again afterwards. `bare` is the model
+    without geoms and sites, whose frames on the way are of no use.
     """
     copy(room.qpos, qpos)
     copy(room.qvel, qvel)
-    _kinetic_energies(tree, inertia, room.bias, qvel, room.before)
+    _kinetic_energies(tree, inertia, qvel, room.before)
     pieces = 1
     while True:
         good = True
         for _ in range(pieces):
             good = good and _move_a_piece(
-                model, data, tree, inertia, qpos, qvel, time / pieces, room
+                model, bare, data, tree, inertia, qpos, qvel, time / pieces, room
             )
         if good or pieces == MOST_PIECES:
             return good
@@ -122,7 +126,7 @@ def move_freely(model, data, tree, inertia, qpos, qvel, time, room):
 
 
 @njit(forceinline=True)
-def _move_a_piece(model, data, tree, inertia, qpos, qvel, time, room):
+def _move_a_piece(model, bare, data, tree, inertia, qpos, qvel, time, room):
     """Move by one step of the midpoint rule; return whether its defect is small."""
     start, middle = room.start, room.middle
     copy(start, qvel)
@@ -131,7 +135,7 @@ def _move_a_piece(model, data, tree, inertia, qpos, qvel, time, room):
     move(model, qpos, qvel, 0.5 * time)
     for i in range(len(qvel)):
         qvel[i] -= 0.5 * time * room.acceleration[i]
-    update_position(model, data)
+    update_position(bare, data)
     bias_acceleration(model, data, room.bias, room.acceleration)
     copy(middle, qvel)
     copy(qpos[: len(room.position)], room.position)
@@ -145,7 +149,7 @@ def _move_a_piece(model, data, tree, inertia, qpos, qvel, time, room):
 @njit(forceinline=True)
 def _conserve_energy(tree, inertia, qvel, room):
     """Scale the velocities of each tree to its kinetic energy; return whether the scale is near 1."""
-    _kinetic_energies(tree, inertia, room.bias, qvel, room.after)
+    _kinetic_energies(tree, inertia, qvel, room.after)
     good = True
     for k in range(len(room.after)):
         before, after = room.before[k], room.after[k]

@@ -40,6 +40,9 @@ _FUNCTIONS = {
 _take_step = types.ExternalFunction("mj_step", _FUNCTIONS["mj_step"])
 
 
+_borrow_tree, _borrow_dampers, _borrow_room = map(memory.borrower, (Tree, Dampers, Room))
+
+
 @cache
 def compiled():
     """Return the loop for the running MuJoCo, compiled at most once per process."""
@@ -52,13 +55,13 @@ def compiled():
 def _advance(checksum: int, offsets: layout.Layout):
     """Define the loop for one layout of the structs."""
 
-    def advance(model, data, tree, dampers, parts, path, first, count, every, room, out):
+    def advance(model, bare, data, tree, dampers, parts, path, first, count, every, room, out):
         """Take steps, and return how many were taken: fewer than `count` if one failed.
 
         Parameters
         ----------
-        model, data : int
-            Addresses of mjModel and mjData.
+        model, bare, data : int
+            Addresses of the mjModel, a copy of it without geoms and sites, and the mjData.
         tree : Tree
         dampers : Dampers
         parts : ndarray, shape (parts, 4)
@@ -77,6 +80,8 @@ def _advance(checksum: int, offsets: layout.Layout):
             call, after every `every` steps, if it has rows; else the last row of sums alone.
         """
         _ = checksum
+        tree, dampers, room = _borrow_tree(tree), _borrow_dampers(dampers), _borrow_room(room)
+        parts, path, out = memory.borrowed(parts), memory.borrowed(path), memory.borrowed(out)
         d = memory.words(data, memory.UNBOUNDED)
         n = len(tree.bodies)
         nq = len(room.qpos)
@@ -99,7 +104,7 @@ def _advance(checksum: int, offsets: layout.Layout):
                 code, span = int(parts[part, 0]), parts[part, 1]
                 if code == A:
                     good = good and move_freely(
-                        model, data, tree, inertia, qpos, qvel, span, room
+                        model, bare, data, tree, inertia, qpos, qvel, span, room
                     )
                 elif code == R:
                     _runge_kutta(model, data, offsets, tree, qpos, qvel, span, room)

@@ -1,0 +1,180 @@
+"""Checks that a Langevin thermostat can integrate a tree of MuJoCo's joints.
+
+The forces must have a potential, apart from linear friction (`magmotor.mjcf.langevin.friction`) and
+what the user applies. Dry friction has no law of fluctuation and dissipation, and the forces of
+some actuators depend on the configuration without being a gradient.
+"""
+
+import mujoco
+import numpy as np
+
+from magmotor.common.arrays import Array
+from magmotor.common.checks import check_array, reject
+from magmotor.mjcf.langevin.checks import (
+    check_extensions,
+    check_numbers,
+    check_zero,
+    colliding_geoms,
+)
+from magmotor.mjcf.langevin.friction import (
+    AFFINE,
+    ON_JOINTS,
+    ON_TENDONS,
+    WITHOUT_ACTUATION,
+    acting_actuators,
+)
+from magmotor.mjcf.lookup import disabled, label
+from magmotor.mjcf.viscous_contact import ALWAYS_IN_CONE
+
+METHOD = "Langevin"
+
+DISABLING_FLAGS = {
+    "dof_frictionloss": "frictionloss",
+    "tendon_frictionloss": "frictionloss",
+    "tendon_armature": None,
+}
+"""Fields of joints and tendons that must be zero, unless this flag disables them."""
+
+PLASTIC = {"jnt_springyield": "spring", "tendon_springyield": "spring"}
+"""The same for springs that yield, which MuJoCo has since version 4."""
+
+NUMBERS = ("jnt_stiffness", "tendon_stiffness", "tendon_damping", "qpos_spring", "dof_armature")
+"""Arrays of the model that must be finite, in addition to those of any model."""
+
+EQUALITIES = [
+    int(getattr(mujoco.mjtEq, f"mjEQ_{kind}")) for kind in ("CONNECT", "WELD", "JOINT", "TENDON")
+]
+
+WITHOUT_CONTACT = "change it or disable the flag contact"
+
+
+def check_tree(model: mujoco.MjModel) -> None:
+    """Check everything but the linear friction of a model, which `model_friction` checks.
+
+    Raises
+    ------
+    ValueError
+        The model has dry friction or another force that is neither linear friction nor of a
+        potential. The message names the element and what to do.
+    """
+    check_numbers(model)
+    for field in NUMBERS:
+        check_array(f"{field} of the model", getattr(model, field))
+    check_extensions(model, METHOD)
+    check_zero(model, DISABLING_FLAGS)
+    check_zero(model, {field: flag for field, flag in PLASTIC.items() if hasattr(model, field)})
+    _check_armature(model)
+    _check_equalities(model)
+    _check_actuators(model)
+    _check_contacts(model)
+
+
+def _check_armature(model: mujoco.MjModel) -> None:
+    """Check that armature is of joints only, and of ball and free joints the same about any axis.
+
+    MuJoCo has no gyroscopic torque of armature; it is zero if all three are equal.
+    """
+    for joint in np.flatnonzero(model.jnt_type <= int(mujoco.mjtJoint.mjJNT_BALL)):
+        last = model.jnt_dofadr[joint] + (6 if model.jnt_type[joint] == 0 else 3)
+        armature = model.dof_armature[last - 3 : last]
+        if (armature != armature[0]).any():
+            sentence = "must be the same about all three axes"
+            raise reject(f"{label(model, 'joint', joint)}: armature", armature.tolist(), sentence)
+    on_tendons = np.isin(model.actuator_trntype, ON_TENDONS)
+    for i in np.flatnonzero(model.actuator_armature * on_tendons):
+        sentence = f"must be zero on a tendon: {METHOD} does not support it"
+        raise reject(
+            f"{label(model, 'actuator', i)}: armature", model.actuator_armature[i], sentence
+        )
+
+
+def _check_equalities(model: mujoco.MjModel) -> None:
+    """Check that equalities are welds, connects, or of joints or tendons."""
+    if disabled(model, "equality"):
+        return
+    for i in np.flatnonzero(~np.isin(model.eq_type, EQUALITIES)):
+        kind = mujoco.mjtEq(model.eq_type[i]).name[5:].lower()
+        sentence = "must be connect, weld, joint or tendon: remove it or disable the flag equality"
+        raise reject(f"{label(model, 'equality', i)}: type", kind, sentence)
+
+
+def _check_actuators(model: mujoco.MjModel) -> None:
+    """Check that the forces of actuators by position are gradients of a potential."""
+    data = mujoco.MjData(model)
+    mujoco.mj_fwdPosition(model, data)
+    for i in acting_actuators(model):
+        name, kind = label(model, "actuator", i), int(model.actuator_trntype[i])
+        if kind == int(mujoco.mjtTrn.mjTRN_BODY):
+            sentence = f"must not be a body, since adhesion has no potential: {WITHOUT_ACTUATION}"
+            raise reject(f"{name}: transmission", "body", sentence)
+        rotates = kind == int(mujoco.mjtTrn.mjTRN_SITE) or (
+            kind in ON_JOINTS
+            and model.jnt_type[model.actuator_trnid[i, 0]] <= int(mujoco.mjtJoint.mjJNT_BALL)
+        )
+        biased = model.actuator_biastype[i] == AFFINE and model.actuator_biasprm[i, :2].any()
+        scaled = model.actuator_gaintype[i] == AFFINE and model.actuator_gainprm[i, 1]
+        if rotates and (biased or scaled):
+            sentence = (
+                "must act on a hinge, a slide, a tendon or a slider-crank, since its force depends"
+                f" on the position and has no potential otherwise: {WITHOUT_ACTUATION}"
+            )
+            raise reject(f"{name}: transmission", mujoco.mjtTrn(kind).name[6:].lower(), sentence)
+        if kind not in ON_JOINTS:
+            _check_joint_limits(model, data, i)
+
+
+def _check_joint_limits(model: mujoco.MjModel, data: mujoco.MjData, actuator: int) -> None:
+    """Check that no joint limits the force of an actuator that acts on several coordinates."""
+    for output in model.actuator_outadr[actuator] + np.arange(model.actuator_outnum[actuator]):
+        start = data.moment_rowadr[output]
+        dofs = data.moment_colind[start : start + data.moment_rownnz[output]]
+        for joint in model.dof_jntid[dofs]:
+            if model.jnt_actfrclimited[joint]:
+                sentence = (
+                    f"must be without limits, since {label(model, 'actuator', actuator)} acts on"
+                    f" several joints, and its force has no potential where one of them limits it:"
+                    f" {WITHOUT_ACTUATION}"
+                )
+                value = model.jnt_actfrcrange[joint].tolist()
+                raise reject(f"{label(model, 'joint', joint)}: actfrcrange", value, sentence)
+
+
+def _check_contacts(model: mujoco.MjModel) -> None:
+    """Check that no contact rubs or adheres."""
+    if disabled(model, "contact"):
+        return
+    paired = set()
+    for pair in range(model.npair):
+        name, friction = label(model, "pair", pair), float(model.pair_friction[pair, 0])
+        paired.add(frozenset((int(model.pair_geom1[pair]), int(model.pair_geom2[pair]))))
+        if friction == ALWAYS_IN_CONE:
+            sentence = "viscous contacts are for bodies hung on the world one by one: use mm.Baoab"
+            raise reject(f"{name}: friction", friction, sentence)
+        _check_contact(name, int(model.pair_dim[pair]), _adhesion(model, "pair", [pair]))
+    for one, other in colliding_geoms(model).tolist():
+        if frozenset((one, other)) in paired:
+            continue
+        both = " and ".join(label(model, "geom", i) for i in (one, other))
+        adhesion = _adhesion(model, "geom", [one, other])
+        _check_contact(both, _combined(model, one, other), adhesion)
+
+
+def _combined(model: mujoco.MjModel, one: int, other: int) -> int:
+    """Return the condim of a contact of two geoms: of the one with priority, or the larger one."""
+    first, second = model.geom_priority[[one, other]]
+    dimensions = model.geom_condim[[one, other]]
+    return int(dimensions.max() if first == second else dimensions[int(second > first)])
+
+
+def _adhesion(model: mujoco.MjModel, kind: str, numbers: list[int]) -> Array:
+    """Return the adhesion of geoms or pairs, which MuJoCo has since version 4."""
+    return getattr(model, f"{kind}_adhesion", np.zeros(max(numbers) + 1))[numbers]
+
+
+def _check_contact(name: str, dimension: int, adhesion: Array) -> None:
+    if dimension > 1:
+        sentence = f"must be 1, since dry friction has no temperature: {WITHOUT_CONTACT}"
+        raise reject(f"{name}: condim", dimension, sentence)
+    if adhesion.any():
+        sentence = f"must be zero, since it has no potential: {WITHOUT_CONTACT}"
+        raise reject(f"{name}: adhesion", adhesion.tolist(), sentence)

@@ -1,0 +1,325 @@
+"""Temperatures of positions and velocities that are drawn from known laws.
+
+The seeds are fixed. For others, each bound of 5 standard errors would be exceeded by chance once in
+6000 (Student's t, 15 degrees of freedom), and one of the eight in this file once in 800.
+"""
+
+import mujoco
+import numpy as np
+import pytest
+import xarray as xr
+
+import magmotor as mm
+from magmotor.mjcf.boltzmann.forces import resting_forces
+from magmotor.mjcf.boltzmann.potential import potential_energy
+
+SIGMAS = 5
+
+DOUBLE = """
+<mujoco>
+  <worldbody>
+    <body>
+      <joint name="upper" axis="0 1 0"/>
+      <inertial pos="0 0 -0.5" mass="1" diaginertia="0.1 0.1 0.01"/>
+      <body pos="0 0 -1">
+        <joint axis="0 1 0"/>
+        <inertial pos="0 0 -0.5" mass="3" diaginertia="0.2 0.2 0.01"/>
+      </body>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+
+ARM = """
+<mujoco>
+  <option><flag contact="disable"/></option>
+  <worldbody>
+    <body>
+      <joint name="shoulder" type="ball"/>
+      <geom type="box" size="0.1 0.2 0.3" pos="0.1 0.2 -0.3" density="200"/>
+      <body pos="0 0 -0.6">
+        <joint name="elbow" axis="0 1 0" armature="0.3" stiffness="20"/>
+        <joint type="slide" axis="1 0 1" stiffness="300"/>
+        <geom type="capsule" fromto="0 0 0 0 0 -0.5" size="0.1"/>
+      </body>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+
+EVERYTHING = """
+<mujoco>
+  <compiler autolimits="true"/>
+  <option><flag contact="disable"/></option>
+  <size nuser_jnt="4"/>
+  <custom><text name="magmotor" data="dipoles potentials noise"/></custom>
+  <worldbody>
+    <site name="post" pos="0.3 0.2 0" user="60"/>
+    <body>
+      <joint type="ball" range="0 0.5" margin="0.05" solimplimit="0.5 0.9 0.3 0.4 3"/>
+      <geom type="box" size="0.1 0.2 0.3" pos="0.1 0.2 -0.3" density="200"/>
+      <site pos="0.1 0 -0.2" user="40"/>
+      <body pos="0 0 -0.6" gravcomp="0.4" user="1 2 3 4 5 6">
+        <joint name="elbow" axis="0 1 0" armature="0.3" stiffness="20" range="-0.2 0.1"
+               user="2 1 0 3" solreflimit="-300 -20"/>
+        <joint name="rail" type="slide" axis="1 0 1" stiffness="300" springref="0.2"/>
+        <geom type="capsule" fromto="0 0 0 0 0 -0.5" size="0.1"/>
+        <site name="end" pos="0.1 0 -0.5" user="30"/>
+      </body>
+    </body>
+    <body pos="1 0 0">
+      <freejoint/>
+      <geom type="box" size="0.1 0.2 0.3" density="20"/>
+      <site name="corner" pos="0.1 0.1 0"/>
+    </body>
+  </worldbody>
+  <tendon>
+    <spatial name="rope" range="0 0.9" stiffness="40" springlength="0.3">
+      <site site="post"/><site site="end"/><site site="corner"/>
+    </spatial>
+    <fixed name="sum"><joint joint="elbow" coef="1"/><joint joint="rail" coef="2"/></fixed>
+  </tendon>
+  <actuator>
+    <position joint="elbow" kp="30" forcerange="-5 4"/>
+    <position tendon="rope" kp="10"/>
+    <general tendon="sum" gear="3" biastype="affine" biasprm="3 0 0"/>
+  </actuator>
+</mujoco>
+"""
+"""Every kind of force that has a potential; the noise must not act."""
+
+
+NEEDLE = """
+<mujoco>
+  <custom><text name="magmotor" data="dipoles"/></custom>
+  <worldbody>
+    <site pos="0 0 0.2" zaxis="1 0 0" user="3"/>
+    <body>
+      <joint axis="0 0 1"/>
+      <inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>
+      <site zaxis="1 0 0" user="0.2"/>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+
+
+def load(xml):
+    return mujoco.MjModel.from_xml_string(xml)
+
+
+def mass_matrices(model, positions):
+    """Yield the index of each position with its mass matrix."""
+    data, unit = mujoco.MjData(model), np.eye(model.nv)
+    for at in np.ndindex(positions.shape[:-1]):
+        data.qpos[:] = positions[at]
+        mujoco.mj_fwdPosition(model, data)
+        matrix = np.empty((model.nv, model.nv))
+        for row, each in zip(matrix, unit, strict=True):
+            mujoco.mj_mulM(model, data, row, each)
+        yield at, matrix
+
+
+def with_velocities(model, run, kT, seed):
+    """Add v = sqrt(kT) L^-T xi with M = L L^T, whose covariance is kT M^-1."""
+    random = np.random.default_rng(seed)
+    velocities = np.empty((*run.potential_energy.shape, model.nv))
+    for at, matrix in mass_matrices(model, run.qpos.values):
+        noise = np.sqrt(kT) * random.standard_normal(model.nv)
+        velocities[at] = np.linalg.solve(np.linalg.cholesky(matrix).T, noise)
+    return run.assign(qvel=(("replica", "sample", "nv"), velocities))
+
+
+def test_the_forces_are_the_gradient_of_the_energy():
+    """MuJoCo's forces at rest against the potential, which is written out; with all limits hit."""
+    model = load(EVERYTHING)
+    data, energy = mujoco.MjData(model), potential_energy(model)
+    model.body_user[:] = 0
+    random, kinds = np.random.default_rng(0), set()
+    with mm.magnetism():
+        for _ in range(20):
+            start = model.qpos0.copy()
+            mujoco.mj_integratePos(model, start, 0.6 * random.standard_normal(model.nv), 1)
+            data.qpos[:] = start
+            forces = resting_forces(model, data)
+            kinds |= {*data.efc_type.tolist()}
+            slopes = np.zeros(model.nv)
+            for i, step in [(i, step) for i in range(model.nv) for step in (1e-5, -1e-5)]:
+                data.qpos[:] = start
+                mujoco.mj_integratePos(model, data.qpos, step * np.eye(model.nv)[i], 1)
+                mujoco.mj_fwdPosition(model, data)
+                slopes[i] += energy(data) / (2 * step)
+            assert abs(slopes + forces).max() < 1e-9 * abs(forces).max()  # 6e-11
+    assert kinds == {3, 4}  # limits of joints and tendons
+
+
+@pytest.fixture(scope="module")
+def arm():
+    """16 x 1000 positions and velocities of an arm at 2 J."""
+    model = load(ARM)
+    run = mm.observables.metropolis(model, 2.0, samples=1000, seed=1, every=3)
+    return model, with_velocities(model, run, 2.0, seed=2)
+
+
+def test_kinetic_temperature(arm):
+    model, run = arm
+    found = mm.observables.kinetic_temperature(model, run)
+    assert [*found.joint.values] == ["shoulder", "elbow", "joint 2"]
+    assert (abs(found.temperature - 2) < SIGMAS * found.error).all()
+    assert abs(found.total - 2) < SIGMAS * found.total_error
+    # The total is the mean of chi^2/5, whose variance is 2 kT^2/5; its error is known to 18 %.
+    assert found.total_error == pytest.approx(2 * np.sqrt(0.4 / 16000), rel=0.7)
+
+
+def test_a_hot_joint_is_detected(arm):
+    """1.1 kT on the shoulder."""
+    model, run = arm
+    hot = run.assign(qvel=run.qvel * np.sqrt([1.1, 1.1, 1.1, 1, 1]))
+    found = mm.observables.kinetic_temperature(model, hot)
+    scores = abs(found.temperature - 2) / found.error
+    assert scores[0] > 2 * SIGMAS  # 35, by the inertia that couples the joints
+
+
+def test_the_mass_matrix_is_that_of_the_position(arm):
+    """Velocities drawn at other positions are wrong by many errors."""
+    model, run = arm
+    found = mm.observables.kinetic_temperature(model, run.assign(qpos=run.qpos[:, ::-1]))
+    assert (abs(found.temperature - 2) / found.error).max() > 2 * SIGMAS  # 17
+
+
+def test_one_chain_is_as_good_as_many(arm):
+    """Without the dimension `replica`, the means of 8 batches give the error (t, 7 degrees)."""
+    model, run = arm
+    joined = run[["qpos", "qvel"]].stack(time=("replica", "sample")).transpose("time", ...)
+    many = mm.observables.kinetic_temperature(model, run)
+    one = mm.observables.kinetic_temperature(model, joined)
+    assert one.total == pytest.approx(float(many.total), rel=1e-14)
+    assert 0.3 < one.total_error / many.total_error < 3  #
+
+
+def pendulum(kT, **options):
+    """Return a double pendulum and 16 x 1500 positions."""
+    model = load(DOUBLE)
+    run = mm.observables.metropolis(model, kT, samples=1500, seed=1, every=4, **options)
+    return model, run
+
+
+@pytest.fixture(scope="module")
+def double():
+    return pendulum(5.0)
+
+
+def score(drawn, kT):
+    """Return the difference of the configurational temperature from kT, in standard errors."""
+    model, run = drawn
+    found = mm.observables.configurational_temperature(model, run)
+    return float((found.temperature - kT) / found.error)
+
+
+def test_configurational_temperature(double):
+    assert abs(score(double, 5)) < SIGMAS
+
+
+def test_ten_percent_are_detected():
+    hot = pendulum(5.5)
+    assert abs(score(hot, 5.5)) < SIGMAS
+    assert score(hot, 5) > SIGMAS  # 9.0
+
+
+def test_the_law_without_the_mass_matrix_is_detected():
+    """A potential of kT/2 log det M takes the root of the determinant away."""
+    model = load(DOUBLE)
+    energy = potential_energy(model)
+
+    def wrong(data):
+        return energy(data) - 15 / 2 * float(np.log(data.qLDiagInv).sum())
+
+    assert abs(score(pendulum(15.0, potential=wrong), 15)) > 2 * SIGMAS  #
+
+
+def test_configurational_temperature_of_a_ball_joint(arm):
+    assert abs(score(arm, 2)) < SIGMAS
+
+
+def test_configurational_temperature_of_every_kind_of_force():
+    """Of all but dipoles, whose energy takes long; 16 x 150 positions."""
+    model = load(EVERYTHING.replace("dipoles ", ""))
+    run = mm.observables.metropolis(model, 3, samples=150, burn_in=700, every=4, seed=1)
+    assert abs(score((model, run), 3)) < SIGMAS
+
+
+def test_configurational_temperature_of_dipoles():
+    """A needle of 0.2 A m^2 at 0.2 m from a magnet of 3 A m^2: V = 7.5e-6 J cos q."""
+    model = load(NEEDLE)
+    run = mm.observables.metropolis(
+        model, 4e-6, samples=500, every=3, potential=lambda data: 7.5e-6 * np.cos(data.qpos[0])
+    )
+    assert abs(score((model, run), 4e-6)) < SIGMAS
+
+
+def test_own_forces(double):
+    """Twice the forces are those at twice the temperature."""
+    model, run = double
+
+    def twice(data):
+        data.qvel[:] = 0
+        mujoco.mj_fwdVelocity(model, data)
+        return -2 * data.qfrc_bias
+
+    few = run.isel(sample=slice(None, None, 20))
+    once = mm.observables.configurational_temperature(model, few)
+    found = mm.observables.configurational_temperature(model, few, twice)
+    for name in ("temperature", "error"):
+        assert found[name] == pytest.approx(2 * float(once[name]), rel=1e-9)
+
+
+def test_a_long_run_is_thinned(double):
+    """To 200000 evaluations, five for each of 40000 positions, evenly spaced."""
+    model, run = double
+    calls = []
+
+    def forces(data):
+        calls.append(float(data.qpos[0]))
+        return -np.sin(data.qpos)
+
+    long = xr.Dataset({"qpos": (("time", "nq"), np.tile(run.qpos.values.reshape(-1, 2), (2, 1)))})
+    mm.observables.configurational_temperature(model, long, forces)
+    assert len(calls) == 200_000
+    assert (calls[0], calls[-5]) == (long.qpos[0, 0], long.qpos[-1, 0])
+
+
+FEW = {"qpos": (("time", "nq"), np.zeros((20, 2))), "qvel": (("time", "nv"), np.zeros((20, 2)))}
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"qpos": None}, r"variables of run = \['qvel'\]: must contain 'qpos'"),
+        ({"qpos": (("time", "nq"), np.zeros((20, 3)))}, r"qpos of run has shape \(20, 3\)"),
+        ({"qpos": (("other", "nq"), np.zeros((19, 2)))}, "all variables must have the same times"),
+        ({"qpos": (("time", "nq"), np.full((20, 2), np.nan))}, "qpos of run contains nan"),
+    ],
+)
+def test_refused_runs(change, message):
+    variables = {name: value for name, value in (FEW | change).items() if value is not None}
+    with pytest.raises(ValueError, match=message):
+        mm.observables.kinetic_temperature(load(DOUBLE), xr.Dataset(variables))
+
+
+def test_refused_short_runs_and_models_without_forces():
+    run = xr.Dataset(FEW)
+    model = load(DOUBLE)
+    with pytest.raises(ValueError, match="number of records of run = 15: must be at least 16"):
+        mm.observables.kinetic_temperature(model, run.isel(time=slice(15)))
+    model.opt.gravity[:] = 0
+    with pytest.raises(ValueError, match="some force of the position must act"):
+        mm.observables.configurational_temperature(model, run)
+
+
+def test_refused_friction():
+    xml = DOUBLE.replace("<worldbody>", "<worldbody><geom name='floor' type='plane' size='1 1 1'/>")
+    xml = xml.replace("<inertial", "<geom name='hand' size='0.1' condim='3'/><inertial", 1)
+    run = xr.Dataset(FEW)
+    message = "\"?geom 'floor' and geom 'hand'\"?: the contact has friction"
+    with pytest.raises(ValueError, match=message):
+        mm.observables.configurational_temperature(load(xml), run)
