@@ -93,8 +93,9 @@ JUDGES = {
     "OpenMM": ("langevin_openmm", "particle"),
     "LAMMPS": ("langevin_lammps", "body"),
     "jax-md": ("langevin_jax_md", "body"),
+    "jax-md, noise along the axes": ("langevin_jax_md", "body"),
 }
-"""Each judge's program, and what it moves."""
+"""Each judge's program, and what it moves; words after a comma are a part of the question."""
 
 
 def cases(quick: bool) -> list[Case]:
@@ -116,7 +117,8 @@ def _ours(what: str, size: dict[str, int]) -> Record:
 
 def _theirs(judge: str, size: dict[str, int]) -> Record:
     module, what = JUDGES[judge]
-    return answer_of(module, what=what, **QUESTIONS[what], **size, seed=2)
+    question = what + judge[len(judge.partition(",")[0]) :]
+    return answer_of(module, what=question, **QUESTIONS[what], **size, seed=2)
 
 
 def _dipoles() -> Record:
@@ -174,27 +176,32 @@ def exact_diffusion(depth: float, friction: float, kT: float) -> float:
 
 
 def tabulate(records: dict[str, Record]) -> str:
-    known, rows = exact(), []
-    for judge, (_, what) in JUDGES.items():
-        theirs, ours = records[f"peers/langevin/{judge}"], records[f"peers/langevin/ours/{what}"]
-        if "failed" in theirs:
-            rows.append([f"({theirs['failed']})", judge, "", "", "", ""])
-            continue
-        for name, estimate in theirs.items():
-            sigma = (estimate[0] - ours[name][0]) / math.hypot(estimate[1], ours[name][1])
-            truth = f"{known[name]:.4f}" if name in known else ""
-            cells = [with_error(*estimate), with_error(*ours[name]), f"{sigma:.1f} σ", truth]
-            rows.append([name, judge, *cells])
-    dipoles = records["peers/langevin/dipoles"]
-    if "failed" in dipoles:
-        rows.append([f"({dipoles['failed']})", "LAMMPS", "", "", "", ""])
-    else:
-        for name, found in dipoles.items():
-            values = [f"{value:.6g}" for value in found["largest"]]
-            gap = f"{number(found['difference'])} of it"
-            rows.append([f"largest {name} among {DIPOLES} dipoles", "LAMMPS", *values, gap, ""])
-    columns = ["quantity", "judge", "theirs", "ours", "difference", "exact"]
-    return table(columns, rows)
+    """Return a row for each quantity, and a last row for each judge that is missing."""
+    known, rows, missing = exact(), [], []
+    theirs = {judge: records[f"peers/langevin/{judge}"] for judge in JUDGES}
+    for what in OURS:
+        for name, ours in records[f"peers/langevin/ours/{what}"].items():
+            cells = [_beside(theirs[judge].get(name), ours) for judge in JUDGES]
+            truth = f"{known[name]:.5g}" if name in known else ""
+            rows.append([name, truth, with_error(*ours), *cells])
+    for name, found in records["peers/langevin/dipoles"].items():
+        if name != "failed":
+            largest = [f"{value:.6g}" for value in found["largest"]]
+            cell = f"{largest[0]}, {number(found['difference'])} of it"
+            others = [cell if judge == "LAMMPS" else "" for judge in JUDGES]
+            rows.append([f"largest {name} among {DIPOLES} dipoles", "", largest[1], *others])
+    for judge, record in theirs.items():
+        if "failed" in record:
+            missing.append([f"{judge} ({record['failed']})", *[""] * (2 + len(JUDGES))])
+    return table(["quantity", "exact", "ours", *JUDGES], [*rows, *missing])
+
+
+def _beside(theirs: list[float] | None, ours: list[float]) -> str:
+    """Return a judge's estimate, and its difference from ours in standard errors of both."""
+    if theirs is None:
+        return ""
+    sigmas = (theirs[0] - ours[0]) / math.hypot(theirs[1], ours[1])
+    return f"{with_error(*theirs)}, {sigmas:+.1f} σ"
 
 
 def with_error(value: float, error: float) -> str:

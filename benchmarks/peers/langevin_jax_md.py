@@ -1,4 +1,8 @@
-"""Free bodies with three unequal moments of inertia with jax-md's nvt_langevin."""
+"""Free bodies with three unequal moments of inertia with jax-md's nvt_langevin.
+
+Version 0.2.29 draws the noise of the four components of a quaternion's momentum independently,
+although they are correlated, so that rotations are too cold. On request it is drawn along the axes.
+"""
 
 import os
 
@@ -20,6 +24,8 @@ def answer(
     The friction of rotation is isotropic: the angular momentum along axis k decays at the rate
     gamma (1/I_1 + 1/I_2 + 1/I_3)^-1/I_k.
     """
+    if what == "body, noise along the axes":
+        simulate.stochastic_step.register(rigid_body.RigidBody)(along_the_axes)
     moments, key = np.array(moments), jax.random.key(seed)
     gamma = rigid_body.RigidBody(damping / mass, damping * np.sum(1 / moments))
     start, step = simulate.nvt_langevin(no_energy, space.free()[1], timestep, kT, gamma)
@@ -43,6 +49,23 @@ def answer(
     found = jax.jit(run)(start(key, place, mass=inertia))
     v, omega, turns = (np.swapaxes(values, 0, 1) for values in found)
     return of_bodies(v, omega, turns, mass=mass, moments=moments, lags=lags)
+
+
+def along_the_axes(state, dt, kT, gamma):
+    """Replace jax-md's step of friction and noise, for `simulate.stochastic_step`."""
+    key, center_key, turn_key = jax.random.split(state.rng, 3)
+    rest, center, turn = rigid_body.split_center_and_orientation(state)
+    center = simulate.stochastic_step(center.set(rng=center_key), dt, kT, gamma.center)
+    normal = jax.random.normal(turn_key, (len(turn.mass), 3))
+    decay = jnp.exp(-gamma.orientation * dt / turn.mass / jnp.sum(1 / turn.mass, 1)[:, None])
+    noise = jnp.sqrt(4 * kT * turn.mass * (1 - decay**2)) * normal
+    momentum = 0.0
+    for k, permute in enumerate(rigid_body.MOMENTUM_PERMUTATION):
+        axis = permute(turn.position.vec)
+        along = decay[:, k] * jnp.sum(axis * turn.momentum.vec, axis=1) + noise[:, k]
+        momentum += along[:, None] * axis
+    turn = turn.set(momentum=rigid_body.Quaternion(momentum))
+    return rigid_body.merge_center_and_orientation(rest.set(rng=key), center, turn)
 
 
 def no_energy(body, **_):
