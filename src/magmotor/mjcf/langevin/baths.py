@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
-from magmotor.common.arrays import Array
+from magmotor.common.arrays import Array, Integers
 from magmotor.common.checks import check_array, check_number, reject
 from magmotor.mjcf.langevin.friction import Friction
 from magmotor.mjcf.langevin.tree import Dampers
@@ -118,33 +118,33 @@ def dampers_with_temperatures(
     drag_baths = baths.of_all("body", friction.drag_bodies)
     temperatures = np.array([*kT.values()])
     return Dampers(
-        friction.dofs,
-        temperatures[dofs],
-        dofs,
-        tendons,
-        model.ten_J_rowadr[tendons].astype(np.int64),
-        model.ten_J_rownnz[tendons].astype(np.int64),
-        model.ten_J_colind.astype(np.int64),
-        friction.tendons[tendons],
-        temperatures[tendon_baths],
-        tendon_baths,
-        outputs,
-        friction.actuators[outputs],
-        temperatures[actuator_baths],
-        actuator_baths,
-        np.ascontiguousarray(rows),
-        friction.drag,
-        friction.drag_bodies.astype(np.int64),
-        friction.drag_geoms.astype(np.int64),
-        temperatures[drag_baths],
-        drag_baths,
-        rate,
-        temperatures[0],
-        len(tendons) + len(outputs) > 0,
+        damping=np.ascontiguousarray(friction.dofs),
+        kT=temperatures[dofs],
+        baths=dofs,
+        tendons=tendons,
+        tendon_starts=model.ten_J_rowadr[tendons].astype(np.int64),
+        tendon_counts=model.ten_J_rownnz[tendons].astype(np.int64),
+        tendon_columns=model.ten_J_colind.astype(np.int64),
+        tendon_damping=friction.tendons[tendons],
+        tendon_kT=temperatures[tendon_baths],
+        tendon_baths=tendon_baths,
+        actuators=outputs,
+        actuator_damping=friction.actuators[outputs],
+        actuator_kT=temperatures[actuator_baths],
+        actuator_baths=actuator_baths,
+        rows=np.ascontiguousarray(rows),
+        drag=np.ascontiguousarray(friction.drag),
+        drag_bodies=friction.drag_bodies.astype(np.int64),
+        drag_geoms=friction.drag_geoms.astype(np.int64),
+        drag_kT=temperatures[drag_baths],
+        drag_baths=drag_baths,
+        rate=rate,
+        constraint_kT=temperatures[0],
+        has_rows=len(tendons) + len(outputs) > 0,
     )
 
 
-def _owners(model: mujoco.MjModel, outputs: Array) -> list[tuple[str, int]]:
+def _owners(model: mujoco.MjModel, outputs: Integers) -> list[tuple[str, int]]:
     """Return the joint or tendon on which each output of an actuator acts; else the actuator."""
     found = []
     for output in outputs:
@@ -162,7 +162,7 @@ class _Baths:
     def __init__(self, model: mujoco.MjModel, kT: dict[str, float]):
         self._model, self._names = model, [*kT]
 
-    def of_all(self, kind: str, numbers: Array) -> Array:
+    def of_all(self, kind: str, numbers: Integers) -> Integers:
         return np.array([self.of(kind, number) for number in numbers], dtype=np.int64)
 
     def of(self, kind: str, number: int) -> int:
