@@ -78,16 +78,22 @@ def friction_matrix(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
 
 
 def dampers(model: mujoco.MjModel, data: mujoco.MjData, friction: Friction) -> tuple[Array, Array]:
-    """Return the coefficients c (n,) and rows a (n, nv) of all dampers that are not zero."""
-    parts = (
-        (friction.dofs, np.eye(model.nv)),
-        (friction.tendons, _dense(model, data.ten_J, model, "ten_J")),
-        (friction.actuators, _dense(model, data.actuator_moment, data, "moment")),
-        (np.repeat(friction.drag, 3), _drag_rows(model, data, friction)),
-    )
+    """Return the coefficients c (n,) and rows a (n, nv) of all dampers."""
+    parts = damper_rows(model, data, friction).values()
     coefficients = np.concatenate([c for c, _ in parts])
-    rows = np.vstack([row for _, row in parts])
-    return coefficients[coefficients > 0], rows[coefficients > 0]
+    return coefficients, np.vstack([rows for _, rows in parts])
+
+
+def damper_rows(
+    model: mujoco.MjModel, data: mujoco.MjData, friction: Friction
+) -> dict[str, tuple[Array, Array]]:
+    """Return the coefficients and rows of each kind of damper."""
+    return {
+        "joint": (friction.dofs, np.eye(model.nv)),
+        "tendon": (friction.tendons, _dense(model, data.ten_J, model, "ten_J")),
+        "actuator": (friction.actuators, _dense(model, data.actuator_moment, data, "moment")),
+        "drag": (np.repeat(friction.drag, 3), _drag_rows(model, data, friction)),
+    }
 
 
 def _dense(model: mujoco.MjModel, values: Array, owner: object, prefix: str) -> Array:
