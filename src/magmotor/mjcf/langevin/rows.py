@@ -47,10 +47,10 @@ def brownian_rows(model: mujoco.MjModel, kT: float) -> Array:
 
     Notes
     -----
-    The rows w satisfy J^T w w^T J = 2 kT C(q) to 1e-6 in `qpos0` and in eight random configurations.
-    Viscosity eta gives forces sqrt(2 kT 3 pi eta d) and torques sqrt(2 kT pi eta d^3), with MuJoCo's
-    diameter d of the body. The temperature of a run also has the error of the integrator, see the
-    tutorial.
+    The rows w satisfy J^T w w^T J = 2 kT C(q) up to 1e-6 in `qpos0` and in eight random
+    configurations. Viscosity eta gives forces sqrt(2 kT 3 pi eta d) and torques
+    sqrt(2 kT pi eta d^3), with MuJoCo's diameter d of the body. The temperature of a run also has
+    the error of the integrator, see the tutorial.
 
     Examples
     --------
@@ -191,7 +191,7 @@ def _no_row(name: str, value: float, why: str) -> ValueError:
 
 def _check_dampers(model: mujoco.MjModel, friction: Friction) -> None:
     """Check that dampers of joints, tendons and actuators act between one body and the world."""
-    reach = {kind: 0.0 for kind in ("joint", "tendon", "actuator")}
+    reach = dict.fromkeys(("joint", "tendon", "actuator"), 0.0)
     for data in configurations(model):
         parts = damper_rows(model, data, friction)
         reach = {kind: total + abs(parts[kind][1]) for kind, total in reach.items()}
