@@ -153,18 +153,16 @@ class Langevin(Thermostat):
         steps = "S" in scheme.parts
         if not steps:
             check_tree(own)
+            model_friction(own)
         path = BrownianPath(seed, model.opt.timestep) if path is None else path
         self._path = path
-        if friction is None or not steps:
-            found = (model_friction(own), np.zeros((0, model.nv)), 0.0)
-        if friction is not None:
-            found = read_friction(model, friction)
-        check_damped(own, *found)
+        found = model_friction(own) if friction is None else read_friction(model, friction)
+        check_damped(own, found)
         self._friction, self._scheme = found, scheme
-        full, rows = couplings(own, found[0], found[1])
+        full, rows = couplings(own, found)
         self._tree = read_tree(own, rows, full=full)
         self._dampers = dampers_with_temperatures(
-            own, *found, self.kT, constraints=self._tree.constraints
+            own, found, self.kT, constraints=self._tree.constraints
         )
         leave_to_us(own, mujoco_steps=steps)
         self._own, self._bare = own, copy.copy(own)

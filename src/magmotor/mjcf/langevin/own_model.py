@@ -28,11 +28,11 @@ def copy_with(model: mujoco.MjModel, disable: Sequence[str]) -> mujoco.MjModel:
     return own
 
 
-def check_damped(model: mujoco.MjModel, friction: Friction, rows: Array, rate: float) -> None:
+def check_damped(model: mujoco.MjModel, friction: Friction) -> None:
     """Check that something damps, since else the noise has no power."""
     if model.nv == 0:
         raise reject("number of joints", 0, "must be at least one: nothing can move")
-    if not (rate or len(rows) or any(part.any() for part in friction[:4])):
+    if not (friction.rate or any(part.any() for part in (*friction[:4], friction.rows))):
         sentence = (
             "must damp something, or else kT is never reached: add damping to joints or viscosity"
             " to the model's options, or give a rate such as friction=1.0"
@@ -40,9 +40,7 @@ def check_damped(model: mujoco.MjModel, friction: Friction, rows: Array, rate: f
         raise reject("friction", 0.0, sentence)
 
 
-def couplings(
-    model: mujoco.MjModel, friction: Friction, rows: Array
-) -> tuple[bool, list[list[int]]]:
+def couplings(model: mujoco.MjModel, friction: Friction) -> tuple[bool, list[list[int]]]:
     """Return whether dampers may couple any velocities, and those that tendons couple."""
     on_joints = np.isin(model.actuator_trntype, ON_JOINTS)[friction.actuators > 0]
     turns = np.isin(model.jnt_type, [int(mujoco.mjtJoint.mjJNT_BALL)])
@@ -55,7 +53,7 @@ def couplings(
     damped = np.flatnonzero(friction.tendons)
     spans = zip(model.ten_J_rowadr[damped], model.ten_J_rownnz[damped], strict=True)
     coupled = [model.ten_J_colind[start : start + count].tolist() for start, count in spans]
-    return bool(constraints or len(rows) or not on_joints.all()), coupled
+    return bool(constraints or len(friction.rows) or not on_joints.all()), coupled
 
 
 def leave_to_us(own: mujoco.MjModel, *, mujoco_steps: bool) -> None:

@@ -18,7 +18,7 @@ def largest_timestep(
     model: mujoco.MjModel,
     data: mujoco.MjData,
     forces: Callable[[mujoco.MjData], Array],
-    friction: tuple[Friction, Array, float],
+    friction: Friction,
     scheme: Scheme,
 ) -> float:
     """Return the smallest unstable timestep of small motions about the position of `data`, in s.
@@ -29,8 +29,7 @@ def largest_timestep(
     data : mujoco.MjData
     forces : callable
         Returns the generalized forces (nv,) at the position of an mjData.
-    friction : tuple
-        The model's dampers, further rows (n, nv) of the friction matrix, and a rate in 1/s.
+    friction : Friction
     scheme : Scheme
     """
     moved, stiffness = mujoco.MjData(model), np.empty((model.nv, model.nv))
@@ -39,9 +38,8 @@ def largest_timestep(
     inertia = np.empty((model.nv, model.nv))
     for row, unit in zip(inertia, np.eye(model.nv), strict=True):
         mujoco.mj_mulM(model, moved, row, unit)
-    own, rows, rate = friction
-    coefficients, directions = dampers(model, moved, own)
-    damping = (directions.T * coefficients) @ directions + rows.T @ rows + rate * inertia
+    coefficients, rows = dampers(model, moved, friction)
+    damping = (rows.T * coefficients) @ rows + friction.rate * inertia
     for column, unit in zip(stiffness.T, np.eye(model.nv), strict=True):
         pair = []
         for sign in (1, -1):
