@@ -244,7 +244,7 @@ def test_configurational_temperature_of_a_ball_joint(arm):
 def test_configurational_temperature_of_every_kind_of_force():
     """Of all but dipoles, whose energy takes long; 16 x 150 positions."""
     model = load(EVERYTHING.replace("dipoles ", ""))
-    run = mm.observables.metropolis(model, 3, samples=150, burn_in=700, every=4, seed=1)
+    run = mm.observables.metropolis(model, 3, samples=150, burn_in=500, every=2, seed=1)
     assert abs(score((model, run), 3)) < SIGMAS
 
 
