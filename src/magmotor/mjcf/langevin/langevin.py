@@ -285,7 +285,7 @@ class Langevin(Thermostat):
         if initial is not None:
             mujoco.mj_copyState(self.model, initial, data, STATE)
         data.time, following = 0.0, 0
-        for records, count in ((np.empty((0, 0)), settle), (out[replica], nstep)):
+        for records, count in ((out[replica, :0], settle), (out[replica], nstep)):
             done, size, sums = 0, every, np.zeros(len(self.kT) + 1)
             while done < count and not stop.is_set():
                 start = time.monotonic()
