@@ -170,7 +170,8 @@ def exact_diffusion(depth: float, friction: float, kT: float) -> float:
     operator = np.kron(lower.T, root * slope) + np.kron(lower, root * slope - force / root)
     operator -= np.kron(np.diag(friction * degree), np.eye(len(wave)))
     right = np.kron(degree == 1, wave == 0) * -root
-    phi = np.linalg.lstsq(operator, right.astype(complex))[0].reshape(degrees, -1)
+    operator[modes] = np.arange(len(right)) == modes  # phi is known up to a constant
+    phi = np.linalg.solve(operator, right).reshape(degrees, -1)
     weight = iv(abs(wave), depth / kT) / iv(0, depth / kT)
     return root * float(np.real(phi[1] @ weight))
 
