@@ -86,6 +86,10 @@ STEPS: dict[str, Any] = {"method": "variational/baoab", "timestep": 0.02}
 DIPOLES = {"position": VECTOR, "moment": VECTOR, "positions": POINTS, "moments": POINTS}
 TIMES = {"t": [1.0, 2.0]}
 
+HINGE = mujoco.MjModel.from_xml_string(
+    '<mujoco><worldbody><body><joint damping="1"/><geom size="1"/></body></worldbody></mujoco>'
+)
+
 CALLS: dict[Any, dict[str, Any]] = {
     **{
         getattr(mm.theory, name): {"scene": scene}
@@ -172,6 +176,8 @@ CALLS: dict[Any, dict[str, Any]] = {
     mm.scene_of: {"run": RUNS["disk"]},
     mm.rerun: {"run": RUNS["disk"]},
     mm.Baoab: {"model": MODEL},
+    mm.brownian_rows: {"model": HINGE, "kT": 1.0},
+    mm.JointNoise: {"model": HINGE, "kT": 1.0, "seed": 1, "replica": 0},
     mm.ViscousContact: {
         "damping": 0.3, "sphere": "ball", "plane": "floor", "bears_load": True, "name": "slip",
     },
