@@ -34,7 +34,13 @@ from magmotor.mjcf.langevin.own_model import (
 from magmotor.mjcf.langevin.splitting_loop import compiled
 from magmotor.mjcf.langevin.stability import largest_timestep
 from magmotor.mjcf.langevin.supported import check_tree
-from magmotor.mjcf.langevin.thermostat import BY_TIME, SECONDS_BETWEEN_CHECKS, Taken, Thermostat
+from magmotor.mjcf.langevin.thermostat import (
+    BY_TIME,
+    NOTHING,
+    SECONDS_BETWEEN_CHECKS,
+    Taken,
+    Thermostat,
+)
 from magmotor.mjcf.langevin.tree import Room, read_tree, room_for
 from magmotor.noise import BrownianPath
 from magmotor.numerics.splittings import LANGEVIN
@@ -214,8 +220,8 @@ class Langevin(Thermostat):
         mujoco.FatalError
             The same errors as in `magnetism`.
         """
-        total = sum(self._steps(data, nstep))
-        return dict(zip((*self.kT, "work"), np.asarray(total).tolist(), strict=True))
+        sums = self._steps(data, nstep, np.zeros(len(self.kT) + 1))
+        return dict(zip((*self.kT, "work"), sums.tolist(), strict=True))
 
     def sample(
         self,
@@ -302,18 +308,17 @@ class Langevin(Thermostat):
             mujoco.mj_copyState(self.model, initial, data, STATE)
         data.time, following = 0.0, 0
         for records, count in ((out[replica, :0], settle), (out[replica], nstep)):
-            done, size, sums = 0, every, np.zeros(len(self.kT) + 1)
+            done, size, exchanged = 0, every, np.zeros(len(self.kT) + 1)
             while done < count and not stop.is_set():
                 start = time.monotonic()
                 size = min(size, count - done)
                 piece = records[done // every : (done + size) // every]
-                taken = self._run(data, following, size, every, replica, piece)
-                if taken.following == BY_TIME:
+                following, exchanged = self._run(
+                    data, following, size, every, replica, exchanged, piece
+                )
+                if following == BY_TIME:
                     lost[replica] = data.time - settle * self._timestep
                     return
-                if piece.size:
-                    piece[:, -len(sums) :] += sums
-                sums, following = sums + taken.exchanged, taken.following
                 done += size
                 progress.update(size)
                 elapsed = max(time.monotonic() - start, 1e-6)
@@ -354,7 +359,7 @@ class Langevin(Thermostat):
         """
         check_type("data", data, mujoco.MjData)
         self._check_data(data)
-        return self._call(data, 0, 0, 1, 0, np.empty((0, 0)))[1].force
+        return self._call(data, 0, 0, 1, 0, NOTHING, np.empty((0, 0)))[1].force
 
     def largest_timestep(self, data: mujoco.MjData) -> float:
         """Return the smallest unstable timestep of small motions about a position, in s.
@@ -382,21 +387,36 @@ class Langevin(Thermostat):
         return largest_timestep(self.model, data, self.forces, self._friction, self._scheme)
 
     def _run(
-        self, data: mujoco.MjData, first: int, nstep: int, every: int, replica: int, records: Array
+        self,
+        data: mujoco.MjData,
+        first: int,
+        nstep: int,
+        every: int,
+        replica: int,
+        exchanged: Array,
+        records: Array,
     ) -> Taken:
         """Call the compiled loop; see `advance` in `magmotor.mjcf.langevin.splitting_loop`."""
         if first == BY_TIME:
             first = math.floor(data.time / self._timestep + 0.5)
-        done, room = self._call(data, first, nstep, every, replica, records)
+        done, room = self._call(data, first, nstep, every, replica, exchanged, records)
         return Taken(first + nstep if done == nstep else BY_TIME, room.exchanged)
 
     def _call(
-        self, data: mujoco.MjData, first: int, nstep: int, every: int, replica: int, records: Array
+        self,
+        data: mujoco.MjData,
+        first: int,
+        nstep: int,
+        every: int,
+        replica: int,
+        exchanged: Array,
+        records: Array,
     ) -> tuple[int, Room]:
         """Return the number of steps that succeeded, and the scratch memory."""
         self._check_run(data)
         path = np.array([self._path.seed, replica, self._path.factor, self._path.level])
         room = room_for(self.model, self._tree, len(self.kT))
+        room.exchanged[: len(exchanged)] = exchanged
         with hooks.errors_raised():
             done = self._advance(
                 self._own._address, self._bare._address, data._address, self._tree, self._dampers,

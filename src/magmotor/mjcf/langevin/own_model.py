@@ -13,6 +13,7 @@ from magmotor.common.checks import check_choice, elements, reject
 from magmotor.mjcf import layout
 from magmotor.mjcf.langevin.checks import colliding_geoms
 from magmotor.mjcf.langevin.friction import ON_JOINTS, Friction
+from magmotor.mjcf.langevin.tree import may_touch
 from magmotor.mjcf.lookup import disabled
 from magmotor.numerics.splittings import Scheme, kicks_that_evaluate
 
@@ -57,7 +58,7 @@ def couplings(model: mujoco.MjModel, friction: Friction) -> tuple[bool, list[lis
     constraints = (
         (limits and not disabled(model, "limit"))
         or (model.neq and not disabled(model, "equality"))
-        or not disabled(model, "contact")
+        or may_touch(model)
     )
     damped = np.flatnonzero(friction.tendons)
     spans = zip(model.ten_J_rowadr[damped], model.ten_J_rownnz[damped], strict=True)
@@ -73,7 +74,7 @@ def soften(own: mujoco.MjModel) -> None:
     """
     if disabled(own, "refsafe") or disabled(own, "constraint"):
         return
-    contacts = np.zeros(own.ngeom) if disabled(own, "contact") else _colliding(own)
+    contacts = _colliding(own)
     kinds = {
         "joint limits": (own.jnt_solref, own.jnt_solimp, own.jnt_limited, "limit"),
         "tendon limits": (
@@ -153,12 +154,13 @@ def set_counts(own: mujoco.MjModel, *names: str) -> None:
 def table_of(scheme: Scheme, timestep: float) -> Array:
     """Return the parts of a scheme as a table for the compiled loop."""
     kicks = any(part in "BK" for part in scheme.parts)
+    at_rest = -1 if "S" in scheme.parts else 0
     evaluate = kicks_that_evaluate(scheme.parts) if kicks else [False] * len(scheme.parts)
     takers = [i for i, part in enumerate(scheme.parts) if part in "OK"]
     halves = {takers[0]: 1, takers[1]: -1} if len(takers) == 2 else {}
     return np.array(
         [
-            (CODES.index(part), fraction * timestep, new if kicks else -1, halves.get(i, 0))
+            (CODES.index(part), fraction * timestep, new if kicks else at_rest, halves.get(i, 0))
             for i, (part, fraction, new) in enumerate(
                 zip(scheme.parts, scheme.fractions, evaluate, strict=True)
             )
