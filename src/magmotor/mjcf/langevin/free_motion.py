@@ -1,10 +1,10 @@
 """A: the motion of a kinematic tree without forces, and the inertia that all parts share.
 
-The explicit midpoint rule, of second order, is enough for most steps. Its error, which the change of
-the kinetic energy shows, would add up where little friction acts, and a fast draw of the velocities
-would explode. So a motion whose kinetic energy changes by more than a thousandth is repeated by the
-classical Runge-Kutta rule, in 1, 2, 4 and more pieces. Finally the velocities of each tree are scaled
-to the kinetic energy with which the motion began.
+The explicit midpoint rule, of second order, is enough for most steps. Its error, which the change
+of the kinetic energy shows, would add up where little friction acts, and a fast draw of the
+velocities would explode. So a motion whose kinetic energy changes by more than a thousandth is
+repeated by the classical Runge-Kutta rule, in 1, 2, 4 and more pieces. Finally the velocities of
+each tree are scaled to the kinetic energy with which the motion began.
 """
 
 # Numba's intrinsics hide their first parameter:

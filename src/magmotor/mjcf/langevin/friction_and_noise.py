@@ -3,10 +3,11 @@
     (M + h C/2) v' = (M - h C/2) v + sum_k sqrt(2 kT_k c_k h) a_k xi_k,   C = sum_k c_k a_k a_k^T
 
 The damper k acts on the velocity a_k v, and has the temperature kT_k. For any h the rule leaves the
-Gaussian law of the velocities invariant, also between several temperatures, and diffusion is exact
-where no force acts, as in Gronbech-Jensen and Farago, Mol. Phys. 111, 983 (2013). Each damper
-exchanges the energy u (noise - h c u), where u = a_k (v + v')/2, to rounding. The mean heat from one
-of several baths whose dampers share velocities has an error of first order in h; their sum has none.
+Gaussian law of the velocities invariant, also between several temperatures, and diffusion is
+exact where no force acts, as in Gronbech-Jensen and Farago, Mol. Phys. 111, 983 (2013). Each
+damper exchanges the energy u (noise - h c u), where u = a_k (v + v')/2, to rounding. The mean heat
+from one of several baths whose dampers share velocities has an error of first order in h; their
+sum has none.
 """
 
 # Numba's intrinsics hide their first parameter:
