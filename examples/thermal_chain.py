@@ -78,7 +78,16 @@ def compare(axes: Axes, run: Array, law: Array, edges: Array, color: str, names:
             axes.stairs(mean, edges, color=color, label=label)
 
 
-def views(model: mujoco.MjModel, positions: Array, height: int = 720, width: int = 540):
+def freely_jointed(x: Array, count: int) -> Array:
+    """Draw directions of links that obey Langevin's law on their own, shape (links, count, 3)."""
+    random = np.random.default_rng(1)
+    turn = random.uniform(0, 2 * np.pi, (len(x), count))
+    cosine = 1 + np.log1p(random.random(turn.shape) * np.expm1(-2 * x)[:, None]) / x[:, None]
+    sine = np.sqrt(1 - cosine**2)
+    return np.stack([sine * np.cos(turn), sine * np.sin(turn), -cosine], axis=-1)
+
+
+def views(model: mujoco.MjModel, positions: Array, height: int = 720, width: int = 620):
     """Yield pictures of all replicas over each other, for positions (replicas, times, nq)."""
     data = mujoco.MjData(model)
     option, nothing = mujoco.MjvOption(), mujoco.MjvPerturb()
@@ -107,7 +116,7 @@ def draw(model: mujoco.MjModel, path: xr.Dataset, truth: xr.Dataset, view: Array
     axes["A"].axis("off")
 
     of_run, of_law = (directions(model, each.qpos.values) for each in (path, truth))
-    edges = np.linspace(-1, 1, 33)
+    edges = np.linspace(-1, 1, 21)
     middle = (edges[1:] + edges[:-1]) / 2
     x = weights(model)
     for link, color in LINKS.items():
@@ -117,15 +126,20 @@ def draw(model: mujoco.MjModel, path: xr.Dataset, truth: xr.Dataset, view: Array
         axes["B"].plot([], [], color=color, linewidth=4, label=f"link {link + 1}")
     axes["B"].plot([], [], "k:", label="without sqrt(det M)")
     axes["B"].set(
-        xlabel="cosine of the angle to the vertical", ylabel="density", yscale="log", ylim=(2e-3, 9)
+        xlabel="cosine of the angle to the vertical", ylabel="density", yscale="log", ylim=(5e-3, 9)
     )
     axes["B"].legend(loc="upper left")
 
-    length = -model.body("link 2").pos[2]
-    ends = [length * np.linalg.norm(links.sum(axis=2), axis=-1) for links in (of_run, of_law)]
-    compare(axes["C"], *ends, np.linspace(0, length * model.njnt, 31), "#444444", names=True)
-    axes["C"].set(xlabel="distance of the ends (m)", ylabel="density (1/m)")
-    axes["C"].legend(loc="upper left")
+    bends = [np.sum(links[:, :, -2] * links[:, :, -1], axis=-1) for links in (of_run, of_law)]
+    wide = edges[::2]
+    compare(axes["C"], *bends, wide, "#444444", names=True)
+    one, other = freely_jointed(x[-2:], 400_000)
+    density, _ = np.histogram(np.sum(one * other, axis=-1), wide, density=True)
+    axes["C"].plot((wide[1:] + wide[:-1]) / 2, density, "k:", label="without sqrt(det M)")
+    axes["C"].set(
+        xlabel="cosine of the angle of the last two links", ylabel="density", ylim=(0, None)
+    )
+    axes["C"].legend(loc="lower right")
 
     kinetic = mm.observables.kinetic_temperature(model, path)
     joints = np.arange(model.njnt) + 1
