@@ -69,13 +69,15 @@ def fold(model: mujoco.MjModel, duration: float, replicas: int) -> xr.Dataset:
         return xr.concat(strings, "replica")
 
 
-def views(model: mujoco.MjModel, positions: Array, size: int) -> Iterator[NDArray[np.uint8]]:
+def views(
+    model: mujoco.MjModel, positions: Array, camera: str, size: int
+) -> Iterator[NDArray[np.uint8]]:
     """Yield pictures of the string at positions (n, nq)."""
     data = mujoco.MjData(model)
     with mujoco.Renderer(model, size, size) as renderer:
         for data.qpos[:] in positions:
             mujoco.mj_forward(model, data)
-            renderer.update_scene(data, "track")
+            renderer.update_scene(data, camera)
             yield renderer.render()
 
 
@@ -99,7 +101,7 @@ def draw(model: mujoco.MjModel, strings: xr.Dataset) -> Figure:
     figure = Figure(figsize=(12, 6), layout="constrained")
     axes = figure.subplot_mosaic("AB;AC", width_ratios=(1.7, 1))
     last = strings.qpos.values[:COLUMNS, SHOWN, -1]
-    pictures = list(views(model, last.reshape(-1, model.nq), SIZE))
+    pictures = list(views(model, last.reshape(-1, model.nq), "near", SIZE))
     count = len(last)
     rows = [np.vstack(pictures[column * len(SHOWN) :][: len(SHOWN)]) for column in range(count)]
     axes["A"].imshow(np.hstack(rows))
@@ -108,6 +110,7 @@ def draw(model: mujoco.MjModel, strings: xr.Dataset) -> Figure:
     axes["A"].set_yticks(middle, labels, rotation=90, va="center")
     axes["A"].set(xticks=[], title=f"{count} replicas as they cool")
     axes["A"].tick_params(length=0)
+    axes["A"].spines[:].set_visible(False)
     curves(axes["B"], 1e3 * strings.radius)
     axes["B"].set(ylabel="radius of gyration (mm)", ylim=(0, None))
     axes["B"].legend(loc="lower right")
@@ -128,7 +131,7 @@ def frames(model: mujoco.MjModel, string: xr.Dataset) -> Iterator[NDArray[np.uin
     (past,) = axes.plot([], [], ".", color=BRANCHES["cooling"][1])
     (now,) = axes.plot([], [], "o", ms=12, color=BRANCHES["heating"][1])
     positions = string.qpos.values[: len(COOLING)].reshape(-1, model.nq)
-    for i, view in enumerate(views(model, positions, 540)):
+    for i, view in enumerate(views(model, positions, "far", 540)):
         past.set_data(kT[: i + 1], radius[: i + 1])
         now.set_data(kT[i : i + 1], radius[i : i + 1])
         axes.set_title(f"kT = {kT[i]:.2f} mJ")
