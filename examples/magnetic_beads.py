@@ -139,14 +139,19 @@ def frames(model: mujoco.MjModel, string: xr.Dataset) -> Iterator[NDArray[np.uin
 
 
 def main(
-    out: Path = Path("out/magnetic_beads.png"), duration: float = 1.2, replicas: int = 6
+    out: Path = Path("out/magnetic_beads.png"),
+    movie: Path = Path("out/magnetic_beads.mp4"),
+    duration: float = 1.2,
+    replicas: int = 6,
 ) -> None:
     """Cool and heat a string of magnetic beads, and make a picture and a movie.
 
     Parameters
     ----------
     out
-        file of the picture; the movie is beside it
+        file of the picture
+    movie
+        file of the movie
     duration
         duration of each stage (s)
     replicas
@@ -162,7 +167,7 @@ def main(
         radius = 1e3 * strings.radius.isel(stage=stage, record=slice(SETTLED, None)).mean()
         print(f"kT = {1e3 * STAGES[stage]:.1f} mJ: radius of gyration {radius:.1f} mm")
     save(draw(model, strings), out)
-    film(frames(model, strings.isel(replica=0)), out)
+    film(frames(model, strings.isel(replica=0)), movie)
 
 
 if __name__ == "__main__":

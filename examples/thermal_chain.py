@@ -150,13 +150,19 @@ def draw(model: mujoco.MjModel, path: xr.Dataset, truth: xr.Dataset, view: Array
     return figure
 
 
-def main(out: Path = Path("out/thermal_chain.png"), duration: float = 30.0) -> None:
+def main(
+    out: Path = Path("out/thermal_chain.png"),
+    movie: Path = Path("out/thermal_chain.mp4"),
+    duration: float = 30.0,
+) -> None:
     """Sample a hanging chain at a temperature, check it, and make a picture and a movie.
 
     Parameters
     ----------
     out
-        file of the picture; the movie is beside it
+        file of the picture
+    movie
+        file of the movie
     duration
         duration of each replica (s)
     """
@@ -171,7 +177,7 @@ def main(out: Path = Path("out/thermal_chain.png"), duration: float = 30.0) -> N
     print(f"configurational temperature: {at.temperature / KT:.4f}({at.error / KT:.4f}) kT")
     frames = path.qpos.values[:, -FRAMES:]
     save(draw(model, path, truth, next(views(model, frames[:, -1:]))), out)
-    film(views(model, frames[:IN_MOVIE]), out)
+    film(views(model, frames[:IN_MOVIE]), movie)
 
 
 if __name__ == "__main__":
