@@ -28,6 +28,8 @@ KT = 0.03
 REPLICAS = 16
 FRAME = 0.05
 """time between two records, which are also frames of the movie (s)"""
+SETTLE = 5.0
+"""time before the first record (s)"""
 FRAMES, IN_MOVIE = 100, 6
 """largest number of frames, and of replicas in each"""
 GHOSTS = 0.12
@@ -42,9 +44,9 @@ def load() -> mujoco.MjModel:
 
 def sample(model: mujoco.MjModel, duration: float) -> xr.Dataset:
     """Run replicas at the temperature, and record them."""
-    steps = {"every": round(FRAME / model.opt.timestep), "settle": round(5 / model.opt.timestep)}
+    nstep, every, settle = (round(t / model.opt.timestep) for t in (duration, FRAME, SETTLE))
     langevin = mm.Langevin(model, kT=KT)
-    return langevin.sample(round(duration / model.opt.timestep), replicas=REPLICAS, **steps)
+    return langevin.sample(nstep, replicas=REPLICAS, every=every, settle=settle)
 
 
 def directions(model: mujoco.MjModel, positions: Array) -> Array:
@@ -130,9 +132,11 @@ def draw(model: mujoco.MjModel, path: xr.Dataset, truth: xr.Dataset, view: Array
     )
     axes["B"].legend(loc="upper left")
 
-    bends = [np.sum(links[:, :, -2] * links[:, :, -1], axis=-1) for links in (of_run, of_law)]
+    bend, true_bend = [
+        np.sum(links[:, :, -2] * links[:, :, -1], axis=-1) for links in (of_run, of_law)
+    ]
     wide = edges[::2]
-    compare(axes["C"], *bends, wide, "#444444", names=True)
+    compare(axes["C"], bend, true_bend, wide, "#444444", names=True)
     one, other = freely_jointed(x[-2:], 400_000)
     density, _ = np.histogram(np.sum(one * other, axis=-1), wide, density=True)
     axes["C"].plot((wide[1:] + wide[:-1]) / 2, density, "k:", label="without sqrt(det M)")
