@@ -69,11 +69,13 @@ figures: $(READY)  ## the paper's figures with their claims checked: out/figures
 	@echo "== figures: simulating, checking and drawing takes 15 minutes; with ARGS=--quick, two or three"
 	@$(PYTHON) scripts/figures.py $(ARGS)
 
-examples: $(READY)  ## other models, magnetized: out/{compass_needles,magnetic_pendulum,...}.png
-	@echo "== examples: the 40 000 runs of the pendulum take most of a minute"
+examples: $(READY)  ## other models, magnetized or warm: out/{magnetic_beads,...}.{png,mp4}
+	@echo "== examples: the chain, the beads and the 40 000 pendulums take most of a minute each"
 	@$(PYTHON) examples/compass_needles.py
 	@$(PYTHON) examples/someone_elses_model.py
 	@$(PYTHON) examples/own_device.py
+	@$(PYTHON) examples/thermal_chain.py
+	@$(PYTHON) examples/magnetic_beads.py
 	@$(PYTHON) examples/magnetic_pendulum.py $(ARGS)
 
 models: $(READY)  ## the complete scenes of models/, composed of models/parts/

@@ -1,11 +1,17 @@
-"""Shared by the examples: the command line, and saving pictures."""
+"""Shared by the examples: the command line, and saving pictures and movies."""
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import tyro
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from numpy import array, uint8
+from numpy.typing import NDArray
+
+FRAME_RATE = 20
+"""frames of a movie per second"""
 
 
 def run(main: Callable[..., None]) -> None:
@@ -27,3 +33,24 @@ def save(figure: Figure, path: Path) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=80)
     print(f"wrote {path}")
+
+
+def film(frames: Iterable[NDArray[uint8]], path: Path) -> None:
+    """Write pictures of equal shapes (height, width, 3) as a movie, as .mp4."""
+    import imageio_ffmpeg
+    import mediapy
+    from tqdm import tqdm
+
+    path = path.with_suffix(".mp4")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    mediapy.set_ffmpeg(imageio_ffmpeg.get_ffmpeg_exe())
+    pictures = list(tqdm(frames, "render", unit=" frames", leave=False, disable=None))
+    mediapy.write_video(path, pictures, fps=FRAME_RATE, crf=22)
+    print(f"wrote {path}")
+
+
+def pixels(figure: Figure) -> NDArray[uint8]:
+    """Return a figure as a picture, shape (height, width, 3)."""
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    return array(canvas.buffer_rgba())[:, :, :3]

@@ -155,6 +155,96 @@ def test_pictures_are_written_and_not_blank(example, tmp_path, capsys, name, num
     assert len(colors(out)) > 50  # 150 or more
 
 
+def cosines_of_a_chain(chain, model, count):
+    """Mean cosines of links to the vertical, then to the next, by weighted draws, and errors."""
+    length, links = -model.body("link 2").pos[2], model.njnt
+    mass, spin = model.body_mass[1], model.body_inertia[1, 0]
+    x = np.arange(links, 0, -1) * mass * 9.81 * length / chain.KT
+    random = np.random.default_rng(3)
+    u = random.uniform(size=(count, links))
+    cosine = np.log(np.exp(-x) + u * (np.exp(x) - np.exp(-x))) / x
+    turn, sine = random.uniform(0, 2 * np.pi, u.shape), np.sqrt(1 - cosine**2)
+    u = np.stack([sine * np.cos(turn), sine * np.sin(turn), -cosine], axis=-1)
+    # Inertia for the angular velocities of the links: m l^2 (n - max(j, k)) (u_j.u_k - u_k u_j^T).
+    dots = np.einsum("tja,tka->tjk", u, u)
+    later = mass * length**2 * (links - np.maximum.outer(np.arange(links), np.arange(links)))
+    inertia = np.einsum("tjk,ab->tjakb", dots, np.eye(3)) - np.einsum("tka,tjb->tjakb", u, u)
+    inertia *= later[:, None, :, None]
+    inertia = inertia.reshape(count, 3 * links, 3 * links) + spin * np.eye(3 * links)
+    weight = np.exp(0.5 * np.linalg.slogdet(inertia)[1])
+    weight /= weight.sum()
+    values = np.hstack([cosine, np.diagonal(dots, 1, 1, 2)])
+    mean = weight @ values
+    return mean, np.sqrt(weight**2 @ (values - mean) ** 2)
+
+
+def test_the_chain_has_the_temperature_and_the_law_of_boltzmann(example):
+    # 15 cosines and 9 temperatures from 16 replicas of 200 records: one in 250 seeds fails.
+    chain = example("thermal_chain")
+    model = chain.load()
+    run = chain.sample(model, 10.0)
+    links = chain.directions(model, run.qpos.values)
+    next_ones = np.sum(links[:, :, 1:] * links[:, :, :-1], axis=-1)
+    each = np.concatenate([-links[..., 2], next_ones], axis=-1).mean(axis=1)
+    mean, error = each.mean(axis=0), each.std(axis=0, ddof=1) / 4
+    law, uncertainty = cosines_of_a_chain(chain, model, 40_000)
+    off = abs(mean - law) / np.hypot(error, uncertainty)
+    assert off.max() < 5  # 2.3; 8.2 without the factor sqrt(det M), 6.0 at 1.1 kT
+    kinetic = mm.observables.kinetic_temperature(model, run)
+    off = abs(kinetic.temperature / chain.KT - 1) / (kinetic.error / chain.KT)
+    assert off.max() < 5  # 1.1
+    assert abs(kinetic.total - chain.KT) < 5 * kinetic.total_error  # 1.0, of an error of 1 %
+
+
+def test_the_links_of_the_picture_without_the_factor_obey_the_law_of_langevin(example):
+    # Errors of the means of 100 000 draws: one in 10 000 seeds fails.
+    chain = example("thermal_chain")
+    x = chain.weights(chain.load())
+    cosine = -chain.freely_jointed(x, 100_000)[..., 2]
+    off = abs(cosine.mean(axis=1) - (1 / np.tanh(x) - 1 / x)) / (cosine.std(axis=1) / 100_000**0.5)
+    assert off.max() < 4.3  # 0.7
+
+
+def test_the_beads_fold_as_they_cool_and_open_again(example):
+    beads = example("magnetic_beads")
+    model = beads.load()
+    strings = beads.fold(model, 0.3, 4)
+    late = strings.isel(record=slice(beads.SETTLED, None)).mean(("replica", "record"))
+    hot, cold, again = late.radius.values[[0, 9, 18]]
+    assert cold < 0.6 * hot  # 0.48
+    assert again > 0.8 * hot  # 1.01
+    touching = 2e-7 * 0.4**2 / 0.016**3  # energy of two beads head to tail
+    assert late.energy.values[9] < -6 * touching  # -9.9
+    data = mujoco.MjData(model)
+    data.qpos[:] = strings.qpos.values[0, 9, -1]
+    langevin = mm.Langevin(model, kT=beads.COOLING[-1], seed=8)
+    assert langevin.largest_timestep(data) > 1.3 * model.opt.timestep  # 2.0
+    # 8 replicas of 100 records: one in 1000 seeds fails.
+    run = langevin.sample(1000, replicas=8, every=10, settle=400, initial=data)
+    kinetic = mm.observables.kinetic_temperature(model, run)
+    assert abs(kinetic.total - 5e-4) < 5 * kinetic.total_error  # 0.02, of an error of 2 %
+
+
+@pytest.mark.parametrize(
+    ("name", "few", "numerics"),
+    [
+        ("thermal_chain", {"FRAMES": 3}, {"duration": 1.0}),
+        ("magnetic_beads", {"RECORDS": 1, "SETTLED": 0}, {"duration": 0.01, "replicas": 2}),
+    ],
+)
+def test_pictures_and_movies_are_written(
+    opengl, example, monkeypatch, tmp_path, capsys, name, few, numerics
+):
+    module = example(name)
+    for constant, value in few.items():
+        monkeypatch.setattr(module, constant, value)
+    out, movie = tmp_path / "new" / "picture.png", tmp_path / "other" / "movie.mp4"
+    module.main(out=out, movie=movie, **numerics)
+    assert capsys.readouterr().out.endswith(f"wrote {out}\nwrote {movie}\n")
+    assert len(colors(out)) > 1000  # 15577, 7605
+    assert movie.stat().st_size > 5000  # 21320, 31540
+
+
 def test_the_picture_has_a_color_per_magnet_and_black_without_one(example):
     module = example("magnetic_pendulum")
     ends = module.Ends(np.array([0, 1, 2, -1]), np.array([1.0, 1.0, 1.0, np.nan]))
@@ -176,6 +266,8 @@ def test_a_name_without_a_suffix_becomes_a_png(example, tmp_path, capsys):
     [
         ("magnetic_pendulum", ("--pixels", "1"), "pixels = 1: must be between 2 and 10000"),
         ("magnetic_pendulum", ("--extent", "nan"), "extent = nan: must be between 0.01 and 0.6"),
+        ("thermal_chain", ("--duration", "0.5"), "duration = 0.5: must be between 1 and 3600 s"),
+        ("magnetic_beads", ("--replicas", "1"), "replicas = 1: must be between 2 and 10000"),
         ("compass_needles", ("--duration", "1"), "duration = 1.0: must be between 2 and 3600 s"),
         (
             "someone_elses_model",
@@ -220,7 +312,7 @@ def test_an_example_runs_as_a_program(tmp_path):
 def test_the_quotes_of_the_page_are_in_the_examples():
     files = [path.read_text(encoding="utf-8") for path in EXAMPLES.iterdir() if path.is_file()]
     quoted = re.findall(r"<!-- from examples -->\n```\w+\n(.*?)```", PAGE, re.DOTALL)
-    assert len(quoted) == 5
+    assert len(quoted) == 9
     for excerpt in quoted:
         lines = [line.strip() for line in excerpt.splitlines()]
         assert any("\n".join(lines) in "\n".join(map(str.strip, f.splitlines())) for f in files)
