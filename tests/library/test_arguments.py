@@ -86,6 +86,15 @@ STEPS: dict[str, Any] = {"method": "variational/baoab", "timestep": 0.02}
 DIPOLES = {"position": VECTOR, "moment": VECTOR, "positions": POINTS, "moments": POINTS}
 TIMES = {"t": [1.0, 2.0]}
 
+PENDULUM = mujoco.MjModel.from_xml_string("""
+<mujoco><worldbody><body>
+  <joint axis="0 1 0"/><inertial pos="0 0 -1" mass="1" diaginertia="1 1 1"/>
+</body></worldbody></mujoco>""")
+STILL = {
+    "model": PENDULUM,
+    "run": xr.Dataset({name: (("time", "n"), np.ones((16, 1))) for name in ("qpos", "qvel")}),
+}
+
 CALLS: dict[Any, dict[str, Any]] = {
     **{
         getattr(mm.theory, name): {"scene": scene}
@@ -144,6 +153,12 @@ CALLS: dict[Any, dict[str, Any]] = {
     mm.observables.slip_velocity: {**TURNING, "velocity": VECTOR},
     mm.observables.friction_torque: {"scene": TOP, "axis": VECTOR, "slip": VECTOR},
     mm.observables.flight_survival: {"run": RUNS["ensemble"]},
+    mm.observables.kinetic_temperature: STILL,
+    mm.observables.configurational_temperature: {**STILL, "forces": lambda data: -data.qpos},
+    mm.observables.metropolis: {
+        "model": PENDULUM, "kT": 1.0, "samples": 2, "replicas": 2, "seed": 1, "every": 1,
+        "burn_in": 1, "potential": lambda data: 0.0, "initial": [0.0],
+    },
     mm.observables.local_slope: {"run": RUNS["ensemble"], "factor": 2.0},
     mm.dipoles.field: {"points": VECTOR, "positions": POINTS, "moments": POINTS},
     mm.dipoles.wrench: DIPOLES,

@@ -61,8 +61,10 @@ EVERYTHING = """
       <site pos="0.1 0 -0.2" user="40"/>
       <body pos="0 0 -0.6" gravcomp="0.4" user="1 2 3 4 5 6">
         <joint name="elbow" axis="0 1 0" armature="0.3" stiffness="20" range="-0.2 0.1"
-               user="2 1 0 3" solreflimit="-300 -20"/>
-        <joint name="rail" type="slide" axis="1 0 1" stiffness="300" springref="0.2"/>
+               user="2 1 0 3" margin="0.03" solreflimit="-300 -20"
+               solimplimit="0.3 0.95 2 0.5 2"/>
+        <joint name="rail" type="slide" axis="1 0 1" stiffness="300" springref="0.2"
+               range="0 1" solreflimit="0.003 1" solimplimit="0.01 0.02 0.5 0.5 3"/>
         <geom type="capsule" fromto="0 0 0 0 0 -0.5" size="0.1"/>
         <site name="end" pos="0.1 0 -0.5" user="30"/>
       </body>
@@ -244,7 +246,7 @@ def test_configurational_temperature_of_a_ball_joint(arm):
 def test_configurational_temperature_of_every_kind_of_force():
     """Of all but dipoles, whose energy takes long; 16 x 150 positions."""
     model = load(EVERYTHING.replace("dipoles ", ""))
-    run = mm.observables.metropolis(model, 3, samples=150, burn_in=700, every=4, seed=1)
+    run = mm.observables.metropolis(model, 3, samples=150, burn_in=500, every=2, seed=1)
     assert abs(score((model, run), 3)) < SIGMAS
 
 
@@ -255,6 +257,17 @@ def test_configurational_temperature_of_dipoles():
         model, 4e-6, samples=500, every=3, potential=lambda data: 7.5e-6 * np.cos(data.qpos[0])
     )
     assert abs(score((model, run), 4e-6)) < SIGMAS
+
+
+def test_noise_does_not_act():
+    """Brownian wrenches of 100 N sqrt(s) change nothing."""
+    run = xr.Dataset({"qpos": (("time", "nq"), np.linspace(-1, 1, 20)[:, np.newaxis])})
+    noisy = NEEDLE.replace('"dipoles"', '"dipoles noise"')
+    noisy = noisy.replace("<body>", '<body user="100 200 300 400 500 600">')
+    first, second = (
+        mm.observables.configurational_temperature(load(xml), run) for xml in (NEEDLE, noisy)
+    )
+    assert first.identical(second)
 
 
 def test_own_forces(double):

@@ -186,7 +186,12 @@ def arm(**parts):
     ("parts", "kT"),
     [
         ({}, 0.9),  # s^2/(2 c)
-        ({"noise": "0 0.6 0 0 0 0"}, 0.225),  # (0.6 N 0.5 m)^2/(2 c)
+        ({"actuator": '<velocity joint="axle" kv="0.7"/>'}, 0.2),
+        ({"actuator": '<position joint="axle" kp="1" kv="0.7"/>'}, 0.2),
+        ({"actuator": '<motor joint="axle" gear="2" damping="0.1"/>'}, 0.3),
+        ({"actuator": '<motor joint="axle" gear="2" damping="0.1"/>',
+          "flags": '<flag actuation="disable"/>'}, 0.3),
+        ({"tendon": SPATIAL.format('damping="1"'), "more": ENDS}, 0.9),  # nothing pulls the arm
         ({"tendon": TENDON.format('damping="0.2"')}, 0.45),
         ({"noise": "0 0 0 0 0 0.6  0 0 0 0 0 0.6"}, 1.8),
         ({"noise": "0 0 0 0 0 0.6", "flags": '<flag damper="disable"/>'}, np.inf),
@@ -226,23 +231,6 @@ def test_the_temperature_by_formula(parts, kT, capsys):
 @pytest.mark.parametrize(
     ("parts", "what"),
     [
-        ({"actuator": '<velocity joint="axle" kv="2"/>'}, "actuators"),
-        ({"actuator": '<position joint="axle" kp="1" kv="2"/>'}, "actuators"),
-        ({"actuator": '<damper joint="axle" kv="2" ctrlrange="0 1"/>'}, "actuators"),
-        ({"actuator": '<motor joint="axle" damping="1"/>'}, "actuators"),
-        (
-            {
-                "actuator": '<motor joint="axle" damping="1"/>',
-                "flags": '<flag actuation="disable"/>',
-            },
-            "actuators",
-        ),
-        ({"actuator": '<muscle joint="axle" lengthrange="0 1"/>'}, "actuators"),
-        ({"actuator": '<general joint="axle" gaintype="user"/>'}, "actuators"),
-        ({"damping": "0.2 0.1"}, "polynomial damping"),
-        ({"damping": "0 0.1"}, "polynomial damping"),
-        ({"tendon": TENDON.format('damping="0 0.1"')}, "polynomial damping"),
-        ({"tendon": SPATIAL.format('damping="1"'), "more": ENDS}, "spatial tendons"),
         ({"joint": 'frictionloss="1"'}, "friction loss"),
         ({"tendon": TENDON.format('frictionloss="1"')}, "friction loss"),
         ({"joint": 'range="-1 1"'}, "limits"),
@@ -261,11 +249,43 @@ def test_a_temperature_that_other_dampers_may_change_is_unknown(parts, what, cap
     assert f"temperature: unknown, since {what} may damp" in text.splitlines()
 
 
-@pytest.mark.parametrize("option", ['density="1000"', 'viscosity="1"'])
-def test_a_fluid_makes_the_temperature_unknown(option, capsys):
-    found, text = described(arm().replace("<option", f"<option {option}"), capsys)
+@pytest.mark.parametrize(
+    ("parts", "element"),
+    [
+        ({"actuator": '<damper joint="axle" kv="2" ctrlrange="0 1"/>'}, "actuator 0: gainprm[2]"),
+        ({"actuator": '<muscle joint="axle" lengthrange="0 1"/>'}, "actuator 0: gaintype"),
+        ({"damping": "0.2 0.1"}, "joint 'axle': dampingpoly"),
+        ({"tendon": TENDON.format('damping="0 0.1"')}, "tendon 0: dampingpoly"),
+    ],
+)
+def test_friction_that_is_not_linear_makes_the_temperature_unknown(parts, element, capsys):
+    found, text = described(arm(**parts), capsys)
     assert found.kT is None
-    assert "temperature: unknown, since a fluid may damp" in text
+    assert f"temperature: unknown, since its friction is not linear ({element} = " in text
+
+
+def test_the_drag_of_a_fluid(capsys):
+    """The arm's drag is 3 pi eta d (0.5 m)^2 + pi eta d^3 about its axle."""
+    text = arm(damping="0").replace("<option", '<option viscosity="2"')
+    model = mujoco.MjModel.from_xml_string(text)
+    moments = model.body_inertia[1]
+    d = np.sqrt((moments.sum() - 2 * moments) * 6).mean()
+    kT = 0.36 / 2 / (6 * np.pi * d * 0.25 + 2 * np.pi * d**3)
+    assert described(text, capsys)[0].kT == pytest.approx((kT, kT), rel=3e-14)  # measured: 1e-15
+
+
+def test_a_fluid_with_density_makes_the_temperature_unknown(capsys):
+    found, text = described(arm().replace("<option", '<option density="1000"'), capsys)
+    assert found.kT is None
+    assert "since its friction is not linear (option density = 1000.0: " in text
+
+
+def test_a_force_on_an_arm_that_turns_matches_its_damping_in_one_configuration_only(capsys):
+    """At `qpos0` kT is (0.6 N 0.5 m)^2/(2 c) = 0.225 J; turned by q, cos^2 q of that."""
+    found, text = described(arm(noise="0 0.6 0 0 0 0"), capsys)
+    assert found.kT[1] == pytest.approx(0.225, rel=6e-15)  # 2.5e-16
+    assert 0 <= found.kT[0] < 0.1 * 0.225  # 0.0156
+    assert "differ by" in text
 
 
 def test_a_fluid_does_not_act_without_passive_forces(capsys):

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from magmotor.mjcf.langevin.friction import friction_matrix, model_friction
+from magmotor.mjcf.langevin.supported import check_tree
 
 TREE = """
 <mujoco>
@@ -45,7 +46,9 @@ TREE = """
     <body mocap="true"><geom size="0.1"/></body>
   </worldbody>
   <tendon>
-    <fixed name="fixed" damping="0.2"><joint joint="wrist" coef="0.7"/><joint joint="hip" coef="-1.2"/></fixed>
+    <fixed name="fixed" damping="0.2">
+      <joint joint="wrist" coef="0.7"/><joint joint="hip" coef="-1.2"/>
+    </fixed>
     <spatial name="spatial" damping="0.6">
       <site site="anchor"/><site site="hull"/><geom geom="post"/><site site="tip"/>
       <pulley divisor="2"/><site site="foot"/><site site="crank"/>
@@ -63,8 +66,9 @@ TREE = """
     <velocity tendon="spatial" kv="0.3" gear="1.5" damping="0.2"/>
     <velocity tendon="undamped" kv="0.3"/>
     <general site="tip" gear="1 0 2 0.3 0 0.1" biastype="affine" biasprm="1 0 -0.2"/>
-    <general site="tip" refsite="hull" gear="1 0 2 0.3 0 0.1" biastype="affine" biasprm="1 0 -0.2"/>
-    <general cranksite="crank" slidersite="slider" cranklength="0.5" biastype="affine" biasprm="1 2 -0.2"/>
+    <general site="tip" refsite="hull" gear="1 0 2 0 0 0.1" biastype="affine" biasprm="0 0 -0.2"/>
+    <general cranksite="crank" slidersite="slider" cranklength="0.5"
+             biastype="affine" biasprm="1 2 -0.2"/>
     <general joint="hip" gaintype="affine" gainprm="1 2 0" biasprm="0 0 7"/>
     <velocity joint="wrist" kv="0.3" group="3"/>
   </actuator>
@@ -116,3 +120,178 @@ def test_matrix_agrees_with_the_forces_of_mujoco(flags):
         scale = abs(expected).max()
         assert scale > 0.1
         assert abs(friction_at(model, qpos) - expected).max() < 4e-15 * scale  # 4e-16
+
+
+def test_a_disabled_group_of_actuators_does_not_damp():
+    model = mujoco.MjModel.from_xml_string(TREE)
+    whole = friction_at(model, model.qpos0)
+    model.opt.disableactuator = 1 << 3
+    expected = finite_differences(model, model.qpos0)
+    wrist = model.joint("wrist").dofadr[0]
+    assert whole[wrist, wrist] - expected[wrist, wrist] == pytest.approx(0.3, rel=1e-13)
+    assert abs(friction_at(model, model.qpos0) - expected).max() < 4e-15 * abs(expected).max()
+
+
+CART = """
+<mujoco>
+  <option {option}>{flags}</option>
+  <default><geom contype="0" conaffinity="0"/></default>
+  <worldbody>
+    <geom name="floor" type="plane" size="1 1 1" {floor}/>
+    <body name="cart">
+      <joint name="rail" type="slide" axis="1 0 0" {rail}/>
+      <geom name="box" type="box" size="0.1 0.1 0.1" {box}/>
+      <body name="pole" pos="0 0 0.1">
+        <joint name="pin" axis="0 1 0" {pin}/>
+        <geom name="rod" type="capsule" fromto="0 0 0 0 0 1" size="0.02"/>
+        <site name="top" pos="0 0 1"/>
+        <body name="bob" pos="0 0 1.5"><joint name="ball" type="ball" {ball}/><geom size="0.1"
+         /></body>
+      </body>
+    </body>
+  </worldbody>
+  <contact>{pair}</contact>
+  <tendon>
+    <fixed name="cord" {cord}><joint joint="rail" coef="1"/><joint joint="pin" coef="2"/></fixed>
+  </tendon>
+  <equality>{equality}</equality>
+  <actuator>{actuator}</actuator>
+</mujoco>
+"""
+PARTS = (
+    "option", "flags", "floor", "rail", "box", "pin", "ball", "pair", "cord",
+    "equality", "actuator",
+)  # fmt: skip
+
+
+def cart(disable="", **parts):
+    flags = f'<flag {disable}="disable"/>' if disable else ""
+    text = CART.format(**dict.fromkeys(PARTS, "") | {"flags": flags} | parts)
+    return mujoco.MjModel.from_xml_string(text)
+
+
+SERVO = '<general name="servo" {}="{}" biastype="affine" biasprm="0 0 -2" {}/>'
+
+
+@pytest.mark.parametrize(
+    ("parts", "message", "flag"),
+    [
+        ({"rail": 'damping="1 0.5"'}, "joint 'rail': dampingpoly", "damper"),
+        ({"cord": 'damping="1 0.5"'}, "tendon 'cord': dampingpoly", "damper"),
+        ({"actuator": '<motor name="servo" joint="pin" damping="0 1"/>'},
+         "actuator 'servo': dampingpoly", "damper"),
+        ({"actuator": '<damper name="servo" joint="pin" kv="2" ctrlrange="0 1"/>'},
+         r"actuator 'servo': gainprm\[2\]", "actuation"),
+        ({"actuator": '<muscle name="servo" joint="pin" lengthrange="0 1"/>'},
+         "actuator 'servo': gaintype = 'muscle'", "actuation"),
+        ({"actuator": '<general name="servo" joint="pin" gaintype="user"/>'},
+         "actuator 'servo': gaintype = 'user'", "actuation"),
+        ({"actuator": '<general name="servo" joint="pin" biastype="user"/>'},
+         "actuator 'servo': biastype = 'user'", "actuation"),
+        ({"actuator": '<general name="servo" joint="pin" dyntype="integrator"/>'},
+         "actuator 'servo': dyntype = 'integrator'", "actuation"),
+        ({"actuator": '<motor name="servo" joint="pin" delay="0.01" nsample="20"/>'},
+         "actuator 'servo': delay", "actuation"),
+        ({"actuator": '<general name="servo" joint="pin" biastype="affine" biasprm="0 0 3"/>'},
+         r"actuator 'servo': biasprm\[2\] = 3.0", "actuation"),
+        ({"actuator": SERVO.format("joint", "pin", 'forcerange="-1 1"')},
+         "actuator 'servo': forcerange", "actuation"),
+        ({"actuator": SERVO.format("joint", "pin", ""), "pin": 'actuatorfrcrange="-1 1"'},
+         "joint 'pin': actfrcrange", "actuation"),
+        ({"actuator": SERVO.format("tendon", "cord", ""), "rail": 'actuatorfrcrange="-1 1"'},
+         "joint 'rail': actfrcrange", "actuation"),
+        ({"actuator": SERVO.format("tendon", "cord", ""), "cord": 'actuatorfrcrange="-1 1"'},
+         "tendon 'cord': actfrcrange", "actuation"),
+        ({"option": 'density="1"'}, "option density = 1.0", None),
+        ({"option": 'viscosity="1" wind="1 0 0"'}, "option wind", None),
+    ],
+    ids=str,
+)  # fmt: skip
+def test_friction_without_a_law_is_named(parts, message, flag):
+    with pytest.raises(ValueError, match=message) as caught:
+        model_friction(cart(**parts))
+    if flag:
+        assert f"disable the flag {flag}" in str(caught.value)
+        model_friction(cart(flag, **parts))
+
+
+@pytest.mark.parametrize(
+    ("field", "name"), [("dof_damping", "joint 'rail'"), ("tendon_damping", "tendon 'cord'")]
+)
+def test_negative_damping_is_named(field, name):
+    model = cart()
+    getattr(model, field)[0] = -0.1
+    with pytest.raises(ValueError, match=f"{name}: damping = -0.1: negative damping"):
+        model_friction(model)
+
+
+RUBBING = 'contype="1" conaffinity="1"'
+
+
+@pytest.mark.parametrize(
+    ("parts", "message", "flag"),
+    [
+        ({"rail": 'frictionloss="1"'}, "joint 'rail': frictionloss", "frictionloss"),
+        ({"cord": 'frictionloss="1"'}, "tendon 'cord': frictionloss", "frictionloss"),
+        ({"cord": 'armature="1"'}, "tendon 'cord': armature", None),
+        ({"actuator": '<motor name="servo" tendon="cord" armature="1"/>'},
+         "actuator 'servo': armature", None),
+        ({"box": RUBBING, "floor": RUBBING}, "geom 'floor' and geom 'box': condim = 3", "contact"),
+        ({"box": f'{RUBBING} condim="1"', "floor": f'{RUBBING} condim="3"'},
+         "geom 'floor' and geom 'box': condim = 3", "contact"),
+        ({"pair": '<pair name="p" geom1="box" geom2="floor"/>'}, "pair 'p': condim = 3", "contact"),
+        ({"pair": '<pair name="p" geom1="box" geom2="floor" friction="1e6 1e6"/>'},
+         "pair 'p': friction = 1000000.0: .* use mm.Baoab", "contact"),
+        ({"actuator": '<adhesion name="servo" body="cart" ctrlrange="0 1"/>'},
+         "actuator 'servo': transmission = 'body'", "actuation"),
+        ({"actuator": '<position name="servo" joint="ball" kp="1"/>'},
+         "actuator 'servo': transmission = 'joint'", "actuation"),
+        ({"actuator": '<general name="servo" site="top" biastype="affine" biasprm="1 0 0"/>'},
+         "actuator 'servo': transmission = 'site'", "actuation"),
+        ({"actuator": '<position name="servo" tendon="cord" kp="1"/>',
+          "pin": 'actuatorfrcrange="-1 1"'}, "joint 'pin': actfrcrange", "actuation"),
+    ],
+    ids=str,
+)  # fmt: skip
+def test_what_a_tree_at_temperature_must_not_have_is_named(parts, message, flag):
+    with pytest.raises(ValueError, match=message):
+        check_tree(cart(**parts))
+    if flag:
+        check_tree(cart(flag, **parts))
+
+
+@pytest.mark.parametrize(
+    "parts",
+    [
+        {},
+        {"rail": 'range="-1 1" limited="true" damping="1" stiffness="3"'},
+        {"box": f'{RUBBING} condim="1"', "floor": f'{RUBBING} condim="1"'},
+        {"box": f'{RUBBING} condim="1" priority="1"', "floor": f'{RUBBING} condim="3"'},
+        {"pair": '<pair geom1="box" geom2="floor" condim="1"/>', "box": RUBBING, "floor": RUBBING},
+        {"equality": '<joint joint1="rail" joint2="pin"/><connect body1="bob" anchor="0 0 0"/>'},
+        {"actuator": '<position joint="pin" kp="3" kv="1"/><motor site="top" gear="1 0 0 0 0 0"/>'},
+        {"actuator": '<position joint="pin" kp="3" forcerange="-1 1"/>'},
+        {"option": 'viscosity="1"', "ball": 'armature="0.1" damping="1"'},
+    ],
+    ids=str,
+)  # fmt: skip
+def test_what_a_tree_at_temperature_may_have(parts):
+    check_tree(cart(**parts))
+    model_friction(cart(**parts))
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda model: model.dof_armature.__setitem__(3, 1.0), "joint 'ball': armature"),
+        (lambda model: model.jnt_stiffness.__setitem__(0, np.nan), "jnt_stiffness of the model"),
+        (lambda model: setattr(model.opt, "timestep", 0.0), "timestep = 0.0"),
+        (lambda model: setattr(model.opt, "enableflags", int(mujoco.mjtEnableBit.mjENBL_SLEEP)),
+         "flag sleep"),
+    ],
+)  # fmt: skip
+def test_numbers_that_a_tree_at_temperature_must_not_have(change, message):
+    model = cart()
+    change(model)
+    with pytest.raises(ValueError, match=message):
+        check_tree(model)

@@ -20,7 +20,7 @@ from scipy.spatial.transform import Rotation
 import magmotor as mm
 from magmotor import noise, theory
 from magmotor.common.environment import models_folder
-from magmotor.mjcf.langevin import baoab
+from magmotor.mjcf.langevin import thermostat
 
 BOTH = ("mujoco/baoab", "variational/baoab")
 
@@ -331,8 +331,8 @@ def test_checks_for_ctrl_c_change_no_bit(start, monkeypatch):
     data.time = start
     langevin, ends = mm.Baoab(model), []
     for first in (10**6, 1):
-        monkeypatch.setattr(baoab, "FIRST_STEPS", first)
-        monkeypatch.setattr(baoab, "SECONDS_BETWEEN_CHECKS", 0.0)
+        monkeypatch.setattr(thermostat, "FIRST_STEPS", first)
+        monkeypatch.setattr(thermostat, "SECONDS_BETWEEN_CHECKS", 0.0)
         other = copy.copy(data)
         langevin.step(other, 300)
         ends.append(end(other))

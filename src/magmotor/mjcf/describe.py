@@ -43,7 +43,11 @@ class Description:
         Brownian wrenches of each body that has any, shape (rows, 6).
     kT : tuple of float or None
         Smallest and largest temperature of the degrees of freedom in J, by the damping and noise at
-        `qpos0`; equal if all have the same; infinite where nothing damps. None if it is unknown.
+        `qpos0` and, on trees, in eight random configurations; equal if all have the same; infinite
+        where nothing damps. None if it is unknown.
+    mismatch : float
+        The largest difference of noise/kT and damping there, over the largest damping, with the kT
+        that fits best; zero if the noise is that of one temperature, or if it is unknown.
     unknown : str
         Why the temperature is unknown, if there is noise.
     potentials : dict of str to ndarray
@@ -59,6 +63,7 @@ class Description:
     pairs: dict[tuple[str, str], float]
     noise: dict[str, Array]
     kT: tuple[float, float] | None
+    mismatch: float
     unknown: str
     potentials: dict[str, Array]
     idle: tuple[str, ...]
@@ -97,7 +102,10 @@ class Description:
             return "unbounded, since noise drives a motion that is not damped"
         if hottest - coldest <= MATCH * hottest:
             return f"kT = {hottest:.4g} J"
-        return f"not uniform, kT from {coldest:.4g} J to {hottest:.4g} J"
+        return (
+            f"not uniform, kT from {coldest:.4g} J to {hottest:.4g} J, since noise and damping"
+            f" differ by {100 * self.mismatch:.2g} %"
+        )
 
 
 @checked
@@ -135,7 +143,7 @@ def describe(model: mujoco.MjModel) -> Description:
     potentials = _waves(model) if "potentials" in named else {}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of the plugin, which says the same as `idle`
-        kT, unknown = temperatures(model) if noise else (None, "")
+        kT, mismatch, unknown = temperatures(model) if noise else (None, 0.0, "")
     acts = {
         "dipoles": pairs,
         "couplings": pairs and "couplings" in named and any(_couplings(model)),
@@ -151,6 +159,7 @@ def describe(model: mujoco.MjModel) -> Description:
         noise=noise,
         potentials=potentials,
         kT=kT,
+        mismatch=mismatch,
         unknown=unknown,
         idle=tuple(_idle(model, named, bool(kinds & UNMARKED), bool(pairs))),
     )

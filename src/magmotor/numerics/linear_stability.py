@@ -81,11 +81,19 @@ Step = Callable[[SmallMotion, Lengths], Matrix]
 """Returns the matrix that takes (q, v) through one step, shape (..., 2n, 2n)."""
 
 
-def splitting_step(parts: str, fractions: Sequence[float], *, exact: bool) -> Step:
+def splitting_step(
+    parts: str,
+    fractions: Sequence[float],
+    *,
+    exact: bool,
+    response: Callable[[Matrix], Matrix] = exprel,
+) -> Step:
     """Return the step of a splitting method, the product of its parts.
 
     Each part acts for its fraction of the timestep. Its letters are the keys of
-    `SmallMotion.generators`. Friction is integrated exactly, or by an explicit Euler step.
+    `SmallMotion.generators`, or R for all forces without friction by the Runge-Kutta method.
+    Friction is integrated by `response`, a function of -(rate) (time) and by default exact; or, if
+    not `exact`, by an explicit Euler step.
     """
 
     def step(motion: SmallMotion, h: Lengths) -> Matrix:
@@ -93,9 +101,13 @@ def splitting_step(parts: str, fractions: Sequence[float], *, exact: bool) -> St
         n = len(decay)
         product = np.eye(2 * n)
         for part, fraction in zip(parts, fractions, strict=True):
+            if part == "R":
+                slope = fraction * h * (generators["A"] + generators["B"])
+                product = _runge_kutta(slope) @ product
+                continue
             change = fraction * h * generators[part]
             if exact and part in "OK":
-                change[..., n:, :] *= exprel(-fraction * h * decay)
+                change[..., n:, :] *= response(-fraction * h * decay)
             product = product + change @ product
         return product
 
@@ -118,7 +130,11 @@ def implicit_step(motion: SmallMotion, h: Lengths) -> Matrix:
 def runge_kutta_step(motion: SmallMotion, h: Lengths) -> Matrix:
     """Return the step of the classical Runge-Kutta method of fourth order."""
     parts = motion.generators()
-    slope, one = h * (parts["A"] + parts["K"]), np.eye(2 * len(motion.stiffness))
+    return _runge_kutta(h * (parts["A"] + parts["K"]))
+
+
+def _runge_kutta(slope: Matrix) -> Matrix:
+    one = np.eye(slope.shape[-1])
     return one + slope @ (one + slope / 2 @ (one + slope / 3 @ (one + slope / 4)))
 
 

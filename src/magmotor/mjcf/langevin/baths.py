@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
-from magmotor.common.arrays import Array
+from magmotor.common.arrays import Integers
 from magmotor.common.checks import check_array, check_number, reject
 from magmotor.mjcf.langevin.friction import Friction
 from magmotor.mjcf.langevin.tree import Dampers
@@ -37,10 +37,8 @@ def read_kT(model: mujoco.MjModel, kT: float | Mapping[str, float]) -> dict[str,
     }
 
 
-def read_friction(
-    model: mujoco.MjModel, friction: float | ArrayLike
-) -> tuple[Friction, Array, float]:
-    """Return damping of velocities, further rows (n, nv), and a rate, from what a user gives.
+def read_friction(model: mujoco.MjModel, friction: float | ArrayLike) -> Friction:
+    """Return the friction that a user gives: a rate, damping (nv,) or a matrix (nv, nv).
 
     Raises
     ------
@@ -51,11 +49,10 @@ def read_friction(
     nothing = np.zeros(0, dtype=np.int64)
     none = Friction(
         np.zeros(model.nv), np.zeros(model.ntendon), np.zeros(model.nout), np.zeros((0, 2)),
-        nothing, nothing,
+        nothing, nothing, np.zeros((0, model.nv)),
     )  # fmt: skip
-    rows = np.zeros((0, model.nv))
     if np.ndim(friction) == 0:
-        return none, rows, check_number("friction", friction, at_least=0, unit="1/s")
+        return none._replace(rate=check_number("friction", friction, at_least=0, unit="1/s"))
     size = model.nv
     matrix = check_array("friction", friction, *([size] * min(2, np.ndim(friction))))
     diagonal = matrix if matrix.ndim == 1 else np.diag(matrix)
@@ -63,7 +60,7 @@ def read_friction(
         name = label(model, "joint", model.dof_jntid[dof])
         raise reject(f"friction of {name}", diagonal[dof], "must be zero or greater")
     if matrix.ndim == 1:
-        return none._replace(dofs=matrix), rows, 0.0
+        return none._replace(dofs=matrix)
     if abs(matrix - matrix.T).max(initial=0) > 1e-9 * abs(matrix).max(initial=0):
         raise reject("friction", matrix.tolist(), "must be symmetric")
     values, vectors = np.linalg.eigh((matrix + matrix.T) / 2)
@@ -75,14 +72,12 @@ def read_friction(
         )
         raise reject("friction", f"matrix with the eigenvalue {values[0]:g}", sentence)
     kept = values > 0
-    return none, (vectors[:, kept] * np.sqrt(values[kept])).T, 0.0
+    return none._replace(rows=(vectors[:, kept] * np.sqrt(values[kept])).T)
 
 
 def dampers_with_temperatures(
     model: mujoco.MjModel,
     friction: Friction,
-    rows: Array,
-    rate: float,
     kT: dict[str, float],
     *,
     constraints: bool,
@@ -99,7 +94,7 @@ def dampers_with_temperatures(
     outputs = np.flatnonzero(friction.actuators)
     if len(kT) > 1:
         for what, exists in (
-            ("friction", bool(rate) or len(rows) > 0),
+            ("friction", bool(friction.rate) or len(friction.rows) > 0),
             ("the damping of limits, equalities and contacts", constraints),
         ):
             if exists:
@@ -118,33 +113,33 @@ def dampers_with_temperatures(
     drag_baths = baths.of_all("body", friction.drag_bodies)
     temperatures = np.array([*kT.values()])
     return Dampers(
-        friction.dofs,
-        temperatures[dofs],
-        dofs,
-        tendons,
-        model.ten_J_rowadr[tendons].astype(np.int64),
-        model.ten_J_rownnz[tendons].astype(np.int64),
-        model.ten_J_colind.astype(np.int64),
-        friction.tendons[tendons],
-        temperatures[tendon_baths],
-        tendon_baths,
-        outputs,
-        friction.actuators[outputs],
-        temperatures[actuator_baths],
-        actuator_baths,
-        np.ascontiguousarray(rows),
-        friction.drag,
-        friction.drag_bodies.astype(np.int64),
-        friction.drag_geoms.astype(np.int64),
-        temperatures[drag_baths],
-        drag_baths,
-        rate,
-        temperatures[0],
-        len(tendons) + len(outputs) > 0,
+        damping=np.ascontiguousarray(friction.dofs),
+        kT=temperatures[dofs],
+        baths=dofs,
+        tendons=tendons,
+        tendon_starts=model.ten_J_rowadr[tendons].astype(np.int64),
+        tendon_counts=model.ten_J_rownnz[tendons].astype(np.int64),
+        tendon_columns=model.ten_J_colind.astype(np.int64),
+        tendon_damping=friction.tendons[tendons],
+        tendon_kT=temperatures[tendon_baths],
+        tendon_baths=tendon_baths,
+        actuators=outputs,
+        actuator_damping=friction.actuators[outputs],
+        actuator_kT=temperatures[actuator_baths],
+        actuator_baths=actuator_baths,
+        rows=np.ascontiguousarray(friction.rows),
+        drag=np.ascontiguousarray(friction.drag),
+        drag_bodies=friction.drag_bodies.astype(np.int64),
+        drag_geoms=friction.drag_geoms.astype(np.int64),
+        drag_kT=temperatures[drag_baths],
+        drag_baths=drag_baths,
+        rate=friction.rate,
+        constraint_kT=temperatures[0],
+        has_rows=len(tendons) + len(outputs) > 0,
     )
 
 
-def _owners(model: mujoco.MjModel, outputs: Array) -> list[tuple[str, int]]:
+def _owners(model: mujoco.MjModel, outputs: Integers) -> list[tuple[str, int]]:
     """Return the joint or tendon on which each output of an actuator acts; else the actuator."""
     found = []
     for output in outputs:
@@ -162,7 +157,7 @@ class _Baths:
     def __init__(self, model: mujoco.MjModel, kT: dict[str, float]):
         self._model, self._names = model, [*kT]
 
-    def of_all(self, kind: str, numbers: Array) -> Array:
+    def of_all(self, kind: str, numbers: Integers) -> Integers:
         return np.array([self.of(kind, number) for number in numbers], dtype=np.int64)
 
     def of(self, kind: str, number: int) -> int:

@@ -28,13 +28,11 @@ from magmotor.mjcf.langevin.coefficients import (
     TWIST,
     StepCoefficients,
 )
+from magmotor.mjcf.langevin.thermostat import BY_TIME
 from magmotor.mjcf.messages import bind
 from magmotor.noise import normal
 from magmotor.numerics.numba_cache import compiled_once, copy
 from magmotor.numerics.rotations import columns, dot, mul_quat, plus, scaled
-
-BY_TIME = -(2**63)
-"""Stands for a step number to be derived from the time of `mjData`, exact up to 5e7 steps."""
 
 _word, _number = types.int64, types.float64
 _FUNCTIONS = {

@@ -13,7 +13,6 @@ import math
 
 from numba import njit, types
 
-from magmotor.mjcf import memory
 from magmotor.numerics.numba_cache import copy
 
 LARGEST_DEFECT = 0.02
@@ -148,7 +147,7 @@ def _move_a_piece(model, bare, data, tree, inertia, qpos, qvel, time, room):
 
 @njit(forceinline=True)
 def _conserve_energy(tree, inertia, qvel, room):
-    """Scale the velocities of each tree to its kinetic energy; return whether the scale is near 1."""
+    """Scale the velocities to the kinetic energy of each tree; return whether that is little."""
     _kinetic_energies(tree, inertia, qvel, room.after)
     good = True
     for k in range(len(room.after)):

@@ -47,6 +47,10 @@ class Friction(NamedTuple):
     """Body on which each drag acts, shape (n,)."""
     drag_geoms: Integers
     """Geom at whose center it acts; -1 for the body's center of mass; shape (n,)."""
+    rows: Array
+    """Rows a of further dampers with c = 1, shape (k, nv), which only a user gives."""
+    rate: float = 0.0
+    """Rate in 1/s of the friction rate M, which only a user gives."""
 
 
 def model_friction(model: mujoco.MjModel) -> Friction:
@@ -60,7 +64,8 @@ def model_friction(model: mujoco.MjModel) -> Friction:
     """
     dofs, tendons = _damping(model)
     geoms, bodies, drag = _drag(model)
-    return Friction(dofs, tendons, _actuators(model), drag, bodies, geoms)
+    rows = np.zeros((0, model.nv))
+    return Friction(dofs, tendons, _actuators(model), drag, bodies, geoms, rows)
 
 
 def friction_matrix(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
@@ -78,16 +83,22 @@ def friction_matrix(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
 
 
 def dampers(model: mujoco.MjModel, data: mujoco.MjData, friction: Friction) -> tuple[Array, Array]:
-    """Return the coefficients c (n,) and rows a (n, nv) of all dampers that are not zero."""
-    parts = (
-        (friction.dofs, np.eye(model.nv)),
-        (friction.tendons, _dense(model, data.ten_J, model, "ten_J")),
-        (friction.actuators, _dense(model, data.actuator_moment, data, "moment")),
-        (np.repeat(friction.drag, 3), _drag_rows(model, data, friction)),
-    )
+    """Return the coefficients c (n,) and rows a (n, nv) of all dampers."""
+    parts = damper_rows(model, data, friction).values()
     coefficients = np.concatenate([c for c, _ in parts])
-    rows = np.vstack([row for _, row in parts])
-    return coefficients[coefficients > 0], rows[coefficients > 0]
+    return coefficients, np.vstack([rows for _, rows in parts])
+
+
+def damper_rows(
+    model: mujoco.MjModel, data: mujoco.MjData, friction: Friction
+) -> dict[str, tuple[Array, Array]]:
+    """Return the coefficients and rows of each kind of damper."""
+    return {
+        "joint": (friction.dofs, np.eye(model.nv)),
+        "tendon": (friction.tendons, _dense(model, data.ten_J, model, "ten_J")),
+        "actuator": (friction.actuators, _dense(model, data.actuator_moment, data, "moment")),
+        "drag": (np.repeat(friction.drag, 3), _drag_rows(model, data, friction)),
+    }
 
 
 def _dense(model: mujoco.MjModel, values: Array, owner: object, prefix: str) -> Array:

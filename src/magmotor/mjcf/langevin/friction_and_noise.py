@@ -107,7 +107,8 @@ def _visit(data, d, offsets, tree, dampers, time, draw, velocity, room, noise, e
     for k in range(len(dampers.tendons)):
         _read_tendon(d, offsets, dampers, k, row)
         _add_row(tree, dampers.tendon_damping[k], dampers.tendon_kT[k], dampers.tendon_baths[k],
-                 time, draw, channel + k, velocity, row, matrix, noise, exchanged, book)  # fmt: skip
+                 time, draw, channel + k, velocity, row, matrix, noise, exchanged,
+                 book)  # fmt: skip
     channel += len(dampers.tendons)
     for k in range(len(dampers.actuators)):
         _read_actuator(d, offsets, dampers.actuators[k], row)

@@ -1,12 +1,14 @@
 """Langevin dynamics of any MuJoCo model by splitting; see `Langevin`."""
 
 import copy
-import ctypes
+import math
 import os
 import threading
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -14,32 +16,56 @@ import xarray as xr
 from numpy.typing import ArrayLike
 from tqdm import tqdm
 
-import magmotor_plugin
 from magmotor.common.arrays import Array
-from magmotor.common.checks import check_choice, check_floats, check_integer, check_type, reject
+from magmotor.common.checks import check_choice, check_integer, check_type, reject
 from magmotor.common.environment import physical_memory
-from magmotor.mjcf import hooks, layout
-from magmotor.mjcf.forces.dipole_wrenches import stack_bytes
+from magmotor.mjcf import hooks
 from magmotor.mjcf.langevin.baths import dampers_with_temperatures, read_friction, read_kT
-from magmotor.mjcf.langevin.friction import ON_JOINTS, Friction, model_friction
-from magmotor.mjcf.langevin.splitting_loop import FROM_TIME, compiled
+from magmotor.mjcf.langevin.friction import model_friction
+from magmotor.mjcf.langevin.own_model import (
+    check_damped,
+    copy_with,
+    couplings,
+    leave_to_us,
+    set_counts,
+    table_of,
+)
+from magmotor.mjcf.langevin.splitting_loop import compiled
+from magmotor.mjcf.langevin.stability import largest_timestep
 from magmotor.mjcf.langevin.supported import check_tree
+from magmotor.mjcf.langevin.thermostat import BY_TIME, SECONDS_BETWEEN_CHECKS, Taken, Thermostat
 from magmotor.mjcf.langevin.tree import Room, read_tree, room_for
-from magmotor.mjcf.lookup import disabled
-from magmotor.noise import LARGEST_STEP, BrownianPath
-from magmotor.numerics.splittings import LANGEVIN, Scheme, kicks_that_evaluate
+from magmotor.noise import BrownianPath
+from magmotor.numerics.splittings import LANGEVIN
 
-FIRST_STEPS = 64
-"""Number of steps taken before their duration is known."""
-
-SECONDS_BETWEEN_CHECKS = 0.1
-"""Approximate time between two checks for Ctrl-C."""
-
-CODES = "ABOKRS"
-"""Parts of schemes, in the order of their codes in the compiled loop."""
+STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
+"""What `sample` copies of an initial state."""
 
 
-class Langevin:
+class LangevinDiverged(FloatingPointError):
+    """The motion of a replica could not be followed, or was no longer finite.
+
+    Attributes
+    ----------
+    replica : int
+        The first such replica.
+    time : float
+        When it was lost, in s.
+    dataset : xarray.Dataset
+        Records of all replicas, with NaN where there are none.
+    """
+
+    def __init__(self, replica: int, time: float, replicas: int, dataset: xr.Dataset):
+        self.replica, self.time, self.dataset = replica, time, dataset
+        others = f", and {replicas - 1} others later or elsewhere" if replicas > 1 else ""
+        super().__init__(
+            f"replica {replica} was lost at t = {time:g}{others}: the timestep is too long (see"
+            " largest_timestep), or dipoles came too close to each other; `dataset` contains what"
+            " was recorded"
+        )
+
+
+class Langevin(Thermostat):
     """Langevin dynamics of a MuJoCo model: its motion at a temperature.
 
     Friction and noise drive the positions and velocities to Boltzmann's law, whose density is
@@ -118,33 +144,30 @@ class Langevin:
         seed: int = 0,
         path: BrownianPath | None = None,
     ):
-        check_type("model", model, mujoco.MjModel)
+        super().__init__(model)
         check_choice("splitting", splitting, tuple(LANGEVIN))
-        self.model = model
         self.kT = read_kT(model, kT)
         self.splitting = splitting
         scheme = LANGEVIN[splitting]
-        own = _copy(model, disable)
+        own = copy_with(model, disable)
         steps = "S" in scheme.parts
         if not steps:
             check_tree(own)
+            model_friction(own)
         path = BrownianPath(seed, model.opt.timestep) if path is None else path
-        self._path = np.array([path.seed, 0, path.factor, path.level], dtype=np.int64)
-        if friction is None or not steps:
-            found = (model_friction(own), np.zeros((0, model.nv)), 0.0)
-        if friction is not None:
-            found = read_friction(model, friction)
-        _check_damped(own, *found)
-        full, rows = _couplings(own, found[0], found[1])
+        self._path = path
+        found = model_friction(own) if friction is None else read_friction(model, friction)
+        check_damped(own, found)
+        self._friction, self._scheme = found, scheme
+        full, rows = couplings(own, found)
         self._tree = read_tree(own, rows, full=full)
         self._dampers = dampers_with_temperatures(
-            own, *found, self.kT, constraints=self._tree.constraints
+            own, found, self.kT, constraints=self._tree.constraints
         )
-        _leave_to_us(own, mujoco_steps=steps)
+        leave_to_us(own, mujoco_steps=steps)
         self._own, self._bare = own, copy.copy(own)
-        _set_counts(self._bare, "ngeom", "nsite")
-        self._timestep = model.opt.timestep
-        self._parts = _table(scheme, model.opt.timestep)
+        set_counts(self._bare, "ngeom", "nsite")
+        self._parts = table_of(scheme, model.opt.timestep)
         self._advance = compiled()
 
     def step(self, data: mujoco.MjData, nstep: int = 1) -> dict[str, float]:
@@ -178,20 +201,8 @@ class Langevin:
         mujoco.FatalError
             The same errors as in `magnetism`.
         """
-        check_type("data", data, mujoco.MjData)
-        self._check(data)
-        remaining = check_integer("nstep", nstep, at_least=0, at_most=LARGEST_STEP - 1)
-        room = self._room()
-        total, count = np.zeros(len(self.kT) + 1), min(remaining, FIRST_STEPS)
-        while True:
-            start = time.monotonic()
-            self._run(data, 0, count, 1, room, np.empty((0, 0)))
-            total += room.exchanged
-            remaining -= count
-            if not remaining:
-                return dict(zip((*self.kT, "work"), total.tolist(), strict=True))
-            elapsed = max(time.monotonic() - start, 1e-6)
-            count = min(remaining, 1 + int(count * SECONDS_BETWEEN_CHECKS / elapsed))
+        total = sum(self._steps(data, nstep))
+        return dict(zip((*self.kT, "work"), np.asarray(total).tolist(), strict=True))
 
     def sample(
         self,
@@ -230,9 +241,8 @@ class Langevin:
         ------
         ValueError
             A number is invalid, or the result does not fit in memory.
-        FloatingPointError
-            The motion cannot be followed, or is no longer finite. The message has the replica and
-            the time.
+        LangevinDiverged
+            The motion of some replicas could not be followed. The error contains all records.
         mujoco.FatalError
             The same errors as in `magnetism`.
         """
@@ -245,50 +255,56 @@ class Langevin:
         shape = replicas, records, nq + nv + baths + 1
         if 8 * np.prod(shape, dtype=float) > physical_memory():
             raise reject("nstep", nstep, f"{replicas} x {records} records do not fit in memory")
-        out = np.empty(shape)
-        threads = min(replicas, os.cpu_count() or 1)
-        stop = threading.Event()
-        progress = tqdm(
-            total=replicas * (settle + nstep), desc="langevin", unit="step", delay=2, disable=None
-        )
-        lock = threading.Lock()
+        out = np.full(shape, np.nan)
+        lost: dict[int, float] = {}
+        with tqdm(
+            total=replicas * (settle + nstep), desc="Langevin", unit="step", delay=2, disable=None
+        ) as progress:
+            follow = partial(self._follow, out, lost, settle, nstep, every, initial, progress)
+            _on_all_cores(follow, replicas)
+        run = self._dataset(out, every)
+        if lost:
+            replica, when = min(lost.items())
+            raise LangevinDiverged(replica, when, len(lost), run)
+        return run
 
-        def follow(thread: int) -> None:
-            data, room = mujoco.MjData(self.model), self._room()
-            for replica in range(thread, replicas, threads):
-                if initial is None:
-                    mujoco.mj_resetData(self.model, data)
-                else:
-                    mujoco.mj_copyState(self.model, initial, data, STATE)
-                data.time = 0.0
-                for target, count in ((None, settle), (out[replica], nstep)):
-                    done, size = 0, every
-                    base = np.zeros(baths + 1)
-                    while done < count and not stop.is_set():
-                        start = time.monotonic()
-                        size = min(size, count - done)
-                        piece = np.empty((0, 0))
-                        if target is not None:
-                            piece = target[done // every : (done + size) // every]
-                        self._run(data, replica, size, every, room, piece)
-                        if piece.size:
-                            piece[:, nq + nv :] += base
-                        base += room.exchanged
-                        done += size
-                        with lock:
-                            progress.update(size)
-                        elapsed = max(time.monotonic() - start, 1e-6)
-                        faster = int(size * SECONDS_BETWEEN_CHECKS / elapsed) // every
-                        size = every * max(1, faster)
+    def _follow(
+        self,
+        out: Array,
+        lost: dict[int, float],
+        settle: int,
+        nstep: int,
+        every: int,
+        initial: mujoco.MjData | None,
+        progress: Any,
+        replica: int,
+        stop: threading.Event,
+    ) -> None:
+        """Run one replica, in calls of about 0.1 s."""
+        data = mujoco.MjData(self.model)
+        if initial is not None:
+            mujoco.mj_copyState(self.model, initial, data, STATE)
+        data.time, following = 0.0, 0
+        for records, count in ((np.empty((0, 0)), settle), (out[replica], nstep)):
+            done, size, sums = 0, every, np.zeros(len(self.kT) + 1)
+            while done < count and not stop.is_set():
+                start = time.monotonic()
+                size = min(size, count - done)
+                piece = records[done // every : (done + size) // every]
+                taken = self._run(data, following, size, every, replica, piece)
+                if taken.following == BY_TIME:
+                    lost[replica] = data.time - settle * self._timestep
+                    return
+                piece[:, -len(sums) :] += sums
+                sums, following = sums + taken.exchanged, taken.following
+                done += size
+                progress.update(size)
+                elapsed = max(time.monotonic() - start, 1e-6)
+                size = every * max(1, int(size * SECONDS_BETWEEN_CHECKS / elapsed) // every)
 
-        with progress, ThreadPoolExecutor(threads) as pool:
-            futures = [pool.submit(follow, thread) for thread in range(threads)]
-            try:
-                for future in futures:
-                    future.result()
-            except BaseException:
-                stop.set()
-                raise
+    def _dataset(self, out: Array, every: int) -> xr.Dataset:
+        nq, nv = self.model.nq, self.model.nv
+        times = self._timestep * every * np.arange(1, out.shape[1] + 1)
         return xr.Dataset(
             {
                 "qpos": (("replica", "time", "coordinate"), out[:, :, :nq]),
@@ -296,7 +312,7 @@ class Langevin:
                 "heat": (("replica", "time", "bath"), out[:, :, nq + nv : -1]),
                 "work": (("replica", "time"), out[:, :, -1]),
             },
-            {"time": self._timestep * every * np.arange(1, records + 1), "bath": [*self.kT]},
+            {"time": times, "bath": [*self.kT]},
             {"timestep": self._timestep, "splitting": self.splitting},
         )
 
@@ -319,128 +335,66 @@ class Langevin:
         ValueError, mujoco.FatalError
             As for `step`.
         """
-        self._check(data)
-        room = self._room()
-        self._run(data, 0, 0, 1, room, np.empty((0, 0)))
-        return room.force.copy()
+        check_type("data", data, mujoco.MjData)
+        self._check_data(data)
+        return self._call(data, 0, 0, 1, 0, np.empty((0, 0)))[1].force
 
-    def _room(self) -> Room:
-        return room_for(self.model, self._tree, len(self.kT))
+    def largest_timestep(self, data: mujoco.MjData) -> float:
+        """Return the smallest unstable timestep of small motions about a position, in s.
 
-    def _check(self, data: mujoco.MjData) -> None:
-        if data.model is not self.model:
-            raise reject("data.model", data.model, "must be the model of this Langevin")
-        if self.model.opt.timestep != self._timestep:
-            sentence = f"must still be {self._timestep:g}, since Langevin reads it only once"
-            raise reject("timestep", self.model.opt.timestep, sentence)
+        By linear theory, with the inertia, the friction and the derivatives of the forces at this
+        position; best at an equilibrium. Infinite if there is none.
+
+        Parameters
+        ----------
+        data : mujoco.MjData
+
+        Returns
+        -------
+        float
+
+        Raises
+        ------
+        ValueError
+            The data belong to another model, or the splitting consists of steps of MuJoCo.
+        """
+        if "S" in self._scheme.parts:
+            raise reject("splitting", self.splitting, "must not consist of steps of MuJoCo")
+        check_type("data", data, mujoco.MjData)
+        self._check_data(data)
+        return largest_timestep(self.model, data, self.forces, self._friction, self._scheme)
 
     def _run(
-        self, data: mujoco.MjData, replica: int, count: int, every: int, room: Room, out: Array
-    ) -> None:
-        """Call the compiled loop, and raise if it ended early."""
-        needed = stack_bytes(self.model.nsite, self.model.ntuple) if self.model.nuser_site else 0
-        if needed > data.narena - data.parena - data.pstack:
-            raise mujoco.FatalError(
-                f"the dipoles need {needed} bytes of MuJoCo's memory, which is too small: increase"
-                " <size memory>"
-            )
-        path = self._path.copy()
-        path[1] = replica
+        self, data: mujoco.MjData, first: int, nstep: int, every: int, replica: int, records: Array
+    ) -> Taken:
+        """Call the compiled loop; see `advance` in `magmotor.mjcf.langevin.splitting_loop`."""
+        if first == BY_TIME:
+            first = math.floor(data.time / self._timestep + 0.5)
+        done, room = self._call(data, first, nstep, every, replica, records)
+        return Taken(first + nstep if done == nstep else BY_TIME, room.exchanged)
+
+    def _call(
+        self, data: mujoco.MjData, first: int, nstep: int, every: int, replica: int, records: Array
+    ) -> tuple[int, Room]:
+        """Return the number of steps that succeeded, and the scratch memory."""
+        self._check_run(data)
+        path = np.array([self._path.seed, replica, self._path.factor, self._path.level])
+        room = room_for(self.model, self._tree, len(self.kT))
         with hooks.errors_raised():
             done = self._advance(
-                self._own._address, self._bare._address, data._address, self._tree, self._dampers, self._parts, path,
-                FROM_TIME, count, every, room, out,
+                self._own._address, self._bare._address, data._address, self._tree, self._dampers,
+                self._parts, path, first, nstep, every, room, records,
             )  # fmt: skip
-        if done < count:
-            raise FloatingPointError(
-                f"the motion cannot be followed at t = {data.time:g}: the timestep is too long, or"
-                " dipoles came too close to each other"
-            )
+        return done, room
 
 
-STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
-
-
-def _copy(model: mujoco.MjModel, disable: Sequence[str]) -> mujoco.MjModel:
-    """Return a copy of a model in which some features are disabled."""
-    names = [f.removeprefix("mjDSBL_").lower() for f in mujoco.mjtDisableBit.__members__]
-    own = copy.copy(model)
-    for flag in disable:
-        check_choice("disable", flag, tuple(n for n in names if not n.startswith("n")))
-        own.opt.disableflags |= int(getattr(mujoco.mjtDisableBit, f"mjDSBL_{flag.upper()}"))
-    return own
-
-
-def _check_damped(model: mujoco.MjModel, friction: Friction, rows: Array, rate: float) -> None:
-    """Check that something damps, since else the noise has no power."""
-    if model.nv == 0:
-        raise reject("number of joints", 0, "must be at least one: nothing can move")
-    if not (rate or len(rows) or any(part.any() for part in friction[:4])):
-        sentence = (
-            "must damp something, or else kT is never reached: add damping to joints or viscosity"
-            " to the model's options, or give a rate such as friction=1.0"
-        )
-        raise reject("friction", 0.0, sentence)
-
-
-def _couplings(
-    model: mujoco.MjModel, friction: Friction, rows: Array
-) -> tuple[bool, list[list[int]]]:
-    """Return whether dampers may couple any velocities, and those that tendons couple."""
-    on_joints = np.isin(model.actuator_trntype, ON_JOINTS)[friction.actuators > 0]
-    turns = np.isin(model.jnt_type, [int(mujoco.mjtJoint.mjJNT_BALL)])
-    limits = model.tendon_limited.any() or (turns & (model.jnt_limited > 0)).any()
-    constraints = (
-        (limits and not disabled(model, "limit"))
-        or (model.neq and not disabled(model, "equality"))
-        or not disabled(model, "contact")
-    )
-    damped = np.flatnonzero(friction.tendons)
-    spans = zip(model.ten_J_rowadr[damped], model.ten_J_rownnz[damped], strict=True)
-    coupled = [model.ten_J_colind[start : start + count].tolist() for start, count in spans]
-    return bool(constraints or len(rows) or not on_joints.all()), coupled
-
-
-def _leave_to_us(own: mujoco.MjModel, *, mujoco_steps: bool) -> None:
-    """Remove from a model what the compiled loop does itself: friction, gravity, plugins."""
-    own.dof_damping[:] = 0
-    own.dof_dampingpoly[:] = 0
-    own.tendon_damping[:] = 0
-    own.tendon_dampingpoly[:] = 0
-    own.actuator_damping[:] = 0
-    own.actuator_dampingpoly[:] = 0
-    own.actuator_biasprm[:, 2] = 0
-    own.opt.viscosity = 0
-    own.opt.density = 0
-    _set_counts(own, "nplugin")
-    if not mujoco_steps:
-        # A weld has a potential only if its impedance does not depend on the residual.
-        welds = own.eq_type == int(mujoco.mjtEq.mjEQ_WELD)
-        own.eq_solimp[welds, 1] = own.eq_solimp[welds, 0]
-        own.opt.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
-        own.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
-        own.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_REFSAFE)
-
-
-def _set_counts(own: mujoco.MjModel, *names: str) -> None:
-    """Set counts of elements to zero, which makes MuJoCo's functions skip them."""
-    for name in names:
-        place = own._address + getattr(layout.current(), name)
-        ctypes.c_int64.from_address(place).value = 0
-
-
-def _table(scheme: Scheme, timestep: float) -> Array:
-    """Return the parts of a scheme as a table for the compiled loop."""
-    kicks = any(part in "BK" for part in scheme.parts)
-    evaluate = kicks_that_evaluate(scheme.parts) if kicks else [False] * len(scheme.parts)
-    takers = [i for i, part in enumerate(scheme.parts) if part in "OK"]
-    halves = {takers[0]: 1, takers[1]: -1} if len(takers) == 2 else {}
-    return np.array(
-        [
-            (CODES.index(part), fraction * timestep, new if kicks else -1, halves.get(i, 0))
-            for i, (part, fraction, new) in enumerate(
-                zip(scheme.parts, scheme.fractions, evaluate, strict=True)
-            )
-        ],
-        dtype=float,
-    )
+def _on_all_cores(follow: Callable[[int, threading.Event], None], replicas: int) -> None:
+    """Call `follow` for all replicas, and make it stop at an error."""
+    stop = threading.Event()
+    with ThreadPoolExecutor(min(replicas, os.cpu_count() or 1)) as pool:
+        try:
+            for future in [pool.submit(follow, i, stop) for i in range(replicas)]:
+                future.result()
+        except BaseException:
+            stop.set()
+            raise

@@ -9,7 +9,6 @@ import numpy as np
 from numba import njit, types
 
 from magmotor.mjcf import layout, memory
-from magmotor.mjcf.forces.brownian_wrenches import step_number
 from magmotor.mjcf.langevin import free_motion, position_forces
 from magmotor.mjcf.langevin.free_motion import (
     bias_acceleration,
@@ -27,9 +26,6 @@ from magmotor.numerics.numba_cache import compiled_once, copy
 
 A, B, O, K, R, S = range(6)
 """Codes of the parts; see `magmotor.numerics.splittings`."""
-
-FROM_TIME = -(2**63)
-"""Stands for a step number to be derived from the time of `mjData`, exact up to 5e7 steps."""
 
 _word = types.int64
 _FUNCTIONS = {
@@ -70,7 +66,7 @@ def _advance(checksum: int, offsets: layout.Layout):
         path : ndarray, shape (4,)
             Seed, replica, factor and level of the Brownian path.
         first, count : int
-            Number of the first step on the Brownian path, or `FROM_TIME`, and number of steps.
+            Number of the first step on the Brownian path, and number of steps.
         every : int
             Steps between two records.
         room : Room
@@ -89,8 +85,6 @@ def _advance(checksum: int, offsets: layout.Layout):
         qpos = memory.numbers(d[offsets.qpos // 8], 1, nq)[0]
         time = memory.numbers(data + offsets.time, 1, 1)[0]
         inertia = memory.numbers(d[offsets.M // 8], 1, tree.starts[n])[0]
-        if first == FROM_TIME:
-            first = step_number(model, data, offsets)
         timestep = memory.numbers(model + offsets.timestep, 1, 1)[0, 0]
         room.exchanged[:] = 0.0
         room.force[:] = 0.0
@@ -118,7 +112,7 @@ def _advance(checksum: int, offsets: layout.Layout):
                         solve_inertia(model, data, room.kick, room.force)
                         stale = False
                     _kick(qvel, span, room)
-                elif code == O or code == K:
+                elif code in (O, K):
                     half = int(parts[part, 3])
                     draw = path[0], path[1], first + done, path[2], path[3], half
                     force = room.force if code == K else room.zero

@@ -10,11 +10,15 @@ from numpy.typing import NDArray
 import magmotor_plugin
 from magmotor.common.arrays import Array
 from magmotor.mjcf.langevin.checks import colliding_geoms
-from magmotor.mjcf.langevin.model import joint_damping, langevin_model
+from magmotor.mjcf.langevin.friction import friction_matrix
+from magmotor.mjcf.langevin.model import langevin_model
 from magmotor.mjcf.lookup import disabled
 
 MATCH = 1e-6
 """Relative difference up to which noise has the temperature of the damping."""
+
+CONFIGURATIONS = 8
+"""Number of random configurations, besides `qpos0`, in which noise and damping are compared."""
 
 
 def joined(words: Sequence[str]) -> str:
@@ -22,30 +26,68 @@ def joined(words: Sequence[str]) -> str:
     return " and ".join(filter(None, [", ".join(words[:-1]), *words[-1:]]))
 
 
-def temperatures(model: mujoco.MjModel) -> tuple[tuple[float, float] | None, str]:
-    """Return the extreme temperatures kT; None and a reason if they are unknown."""
+def temperatures(model: mujoco.MjModel) -> tuple[tuple[float, float] | None, float, str]:
+    """Return the extreme temperatures kT, and by how much noise and damping differ.
+
+    The difference is the largest one of noise/kT and damping, over the largest damping, with the
+    kT that fits best. If the temperatures are unknown, the result is None, 0 and a reason.
+    """
     try:
         langevin = langevin_model(model)
-        damping, noise = langevin.damping, langevin.noise
+        pairs = [(langevin.damping, langevin.noise @ langevin.noise.T / 2)]
     except ValueError:
         if others := [*_other_dampers(model)]:
-            return None, f"{joined(others)} may damp"
-        damping, noise = joint_damping(model), _noise(model)
-    if not noise.any():
-        return None, "noise drives no joint"
-    return _extremes(damping, noise @ noise.T / 2), ""
+            return None, 0.0, f"{joined(others)} may damp"
+        try:
+            pairs = [
+                (friction_matrix(model, data), drive(model, data, model.body_user))
+                for data in configurations(model)
+            ]
+        except ValueError as error:
+            return None, 0.0, f"its friction is not linear ({error})"
+    damping, driven = (np.array(matrices) for matrices in zip(*pairs, strict=True))
+    if not driven.any():
+        return None, 0.0, "noise drives no joint"
+    extremes = np.array([_extremes(*pair) for pair in pairs])
+    return (
+        (float(extremes[:, 0].min()), float(extremes[:, 1].max())),
+        _difference(damping, driven),
+        "",
+    )
 
 
-def _noise(model: mujoco.MjModel) -> Array:
-    """Return the generalized forces (nv, rows) of all Brownian wrenches at `qpos0`."""
-    data = mujoco.MjData(model)
-    mujoco.mj_fwdPosition(model, data)
+def configurations(model: mujoco.MjModel) -> Iterator[mujoco.MjData]:
+    """Yield one `MjData` in `qpos0` and in random configurations, with positions computed."""
+    data, generator = mujoco.MjData(model), np.random.default_rng(0)
+    for k in range(CONFIGURATIONS + 1):
+        mujoco.mj_resetData(model, data)
+        mujoco.mj_integratePos(model, data.qpos, generator.normal(size=model.nv), float(k > 0))
+        mujoco.mj_fwdPosition(model, data)
+        yield data
+
+
+def drive(model: mujoco.MjModel, data: mujoco.MjData, rows: Array) -> Array:
+    """Return J^T w w^T J/2 of Brownian wrenches w, shape (nv, nv); it is kT C in equilibrium.
+
+    `rows` is like `body_user`, whose numbers beyond whole rows of six do not act.
+    """
     jacobian = np.empty((6, model.nv))
     channels = []
-    for body, row in enumerate(model.body_user[:, : model.nuser_body // 6 * 6]):
-        mujoco.mj_jacBodyCom(model, data, jacobian[:3], jacobian[3:], body)
-        channels.append(row.reshape(-1, 6) @ jacobian)
-    return np.vstack(channels).T
+    for body, row in enumerate(rows[:, : rows.shape[1] // 6 * 6]):
+        if row.any():
+            mujoco.mj_jacBodyCom(model, data, jacobian[:3], jacobian[3:], body)
+            channels.append(row.reshape(-1, 6) @ jacobian)
+    noise = np.vstack([np.zeros((0, model.nv)), *channels])
+    return noise.T @ noise / 2
+
+
+def _difference(damping: Array, driven: Array) -> float:
+    """Return max|driven/kT - damping|/max|damping| of matrices (n, nv, nv), with the best kT."""
+    overlap = float((driven * damping).sum())
+    if not overlap:
+        return np.inf
+    kT = overlap / float((damping**2).sum())
+    return float(abs(driven / kT - damping).max() / abs(damping).max())
 
 
 def _extremes(damping: Array, drive: Array) -> tuple[float, float]:
@@ -66,32 +108,19 @@ def _extremes(damping: Array, drive: Array) -> tuple[float, float]:
 
 
 def _other_dampers(model: mujoco.MjModel) -> Iterator[str]:
-    """Yield what may damp besides the linear damping of joints and fixed tendons."""
+    """Yield what may damp besides the linear friction of `friction_matrix`."""
 
     def acts(flag: str, *fields: NDArray[Any]) -> bool:
         return not disabled(model, flag) and any(field.any() for field in fields)
 
-    fixed = model.wrap_type[model.tendon_adr] == int(mujoco.mjtWrap.mjWRAP_JOINT)
     collide = model.npair + model.nflex > 0 or len(colliding_geoms(model)) > 0
     passive = not (disabled(model, "spring") and disabled(model, "damper"))
     present = {
-        "actuators": acts("actuation", _velocity_dependent_actuators(model))
-        or acts("damper", model.actuator_damping, model.actuator_dampingpoly),
-        "polynomial damping": acts("damper", model.dof_dampingpoly, model.tendon_dampingpoly),
-        "spatial tendons": acts("damper", model.tendon_damping[~fixed]),
         "friction loss": acts("frictionloss", model.dof_frictionloss, model.tendon_frictionloss),
         "limits": acts("limit", model.jnt_limited, model.tendon_limited),
         "equalities": acts("equality", model.eq_active0),
         "contacts": collide and not disabled(model, "contact"),
         "flexes": passive and model.nflex > 0,
-        "a fluid": passive and (model.opt.density > 0 or model.opt.viscosity > 0),
         "plugins": bool((model.plugin != magmotor_plugin.register()).any()),
     }
     return (name for name, exists in present.items() if exists)
-
-
-def _velocity_dependent_actuators(model: mujoco.MjModel) -> NDArray[np.bool_]:
-    """Whether the force of each actuator may depend on velocities, shape (nactuator,)."""
-    affine = int(mujoco.mjtGain.mjGAIN_AFFINE)  # like mjBIAS_AFFINE; only constants are below it
-    other = (model.actuator_gaintype > affine) | (model.actuator_biastype > affine)
-    return other | (model.actuator_gainprm[:, 2] != 0) | (model.actuator_biasprm[:, 2] != 0)

@@ -1,10 +1,11 @@
 """What the compiled loop needs to know of a model, read once."""
 
 import itertools
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 import magmotor_plugin
 from magmotor.common.arrays import Array, Integers
@@ -123,24 +124,30 @@ def read_tree(model: mujoco.MjModel, rows: list[list[int]], *, full: bool) -> Tr
         or not disabled(model, "contact")
     ) and not disabled(model, "constraint")
     return Tree(
-        *(values.astype(np.int64) for values in (model.body_parentid, model.body_rootid)),
-        np.outer(carried, gravity),
-        last.astype(np.int64),
-        *(values.astype(np.int64) for values in (model.dof_bodyid, model.dof_parentid)),
-        model.dof_treeid.astype(np.int64),
-        starts,
-        model.M_colind.astype(np.int64),
-        friction_starts,
-        friction_columns,
-        place.ravel(),
-        _nested(friction_starts, friction_columns),
-        not disabled(model, "spring") and any(a.any() for a in (*springs, *tendon_springs)),
-        model.ntendon > 0,
-        actuators,
-        constraints,
-        acting_forces(model) & ~NOISE,
-        bool((model.plugin == magmotor_plugin.register()).any()),
+        parents=_integers(model.body_parentid),
+        roots=_integers(model.body_rootid),
+        weights=np.outer(carried, gravity),
+        last_dofs=_integers(last),
+        bodies=_integers(model.dof_bodyid),
+        ancestors=_integers(model.dof_parentid),
+        trees=_integers(model.dof_treeid),
+        starts=starts,
+        columns=_integers(model.M_colind),
+        friction_starts=friction_starts,
+        friction_columns=friction_columns,
+        place=place.ravel(),
+        nested=_nested(friction_starts, friction_columns),
+        springs=not disabled(model, "spring") and any(a.any() for a in (*springs, *tendon_springs)),
+        tendons=model.ntendon > 0,
+        actuators=actuators,
+        constraints=constraints,
+        forces=acting_forces(model) & ~NOISE,
+        own_wrenches=bool((model.plugin == magmotor_plugin.register()).any()),
     )
+
+
+def _integers(values: NDArray[Any]) -> Integers:
+    return np.ascontiguousarray(values, dtype=np.int64)
 
 
 def _pattern(
@@ -202,16 +209,17 @@ class Room(NamedTuple):
 def room_for(model: mujoco.MjModel, tree: Tree, baths: int) -> Room:
     """Return scratch memory for one thread."""
     n, trees = model.nv, int(model.dof_treeid.max(initial=-1)) + 1
-    filled = len(tree.friction_columns)
-    return Room(
-        *(np.empty(model.nq) for _ in range(2)),
-        *(np.empty(n) for _ in range(10)),
-        np.zeros(n),
-        np.empty(n),
-        *(np.empty(trees) for _ in range(2)),
-        np.empty((model.nbody, 6)),
-        np.empty((model.nbody, 10)),
-        *(np.empty(6) for _ in range(2)),
-        *(np.empty(filled) for _ in range(2)),
-        np.zeros(baths + 1),
-    )
+    sizes = {
+        "qpos": model.nq,
+        "position": model.nq,
+        "before": trees,
+        "after": trees,
+        "wrenches": (model.nbody, 6),
+        "drag": (model.nbody, 10),
+        "twist": 6,
+        "wrench": 6,
+        "matrix": len(tree.friction_columns),
+        "factor": len(tree.friction_columns),
+        "exchanged": baths + 1,
+    }
+    return Room(**{name: np.zeros(sizes.get(name, n)) for name in Room._fields})

@@ -1,0 +1,101 @@
+"""The copy of a model on which the compiled loop runs: without what the loop does itself."""
+
+import copy
+import ctypes
+from collections.abc import Sequence
+
+import mujoco
+import numpy as np
+
+from magmotor.common.arrays import Array
+from magmotor.common.checks import check_choice, reject
+from magmotor.mjcf import layout
+from magmotor.mjcf.langevin.friction import ON_JOINTS, Friction
+from magmotor.mjcf.lookup import disabled
+from magmotor.numerics.splittings import Scheme, kicks_that_evaluate
+
+CODES = "ABOKRS"
+"""Parts of schemes, in the order of their codes in the compiled loop."""
+
+
+def copy_with(model: mujoco.MjModel, disable: Sequence[str]) -> mujoco.MjModel:
+    """Return a copy of a model in which some features are disabled."""
+    names = [f.removeprefix("mjDSBL_").lower() for f in mujoco.mjtDisableBit.__members__]
+    own = copy.copy(model)
+    for flag in disable:
+        check_choice("disable", flag, tuple(n for n in names if not n.startswith("n")))
+        own.opt.disableflags |= int(getattr(mujoco.mjtDisableBit, f"mjDSBL_{flag.upper()}"))
+    return own
+
+
+def check_damped(model: mujoco.MjModel, friction: Friction) -> None:
+    """Check that something damps, since else the noise has no power."""
+    if model.nv == 0:
+        raise reject("number of joints", 0, "must be at least one: nothing can move")
+    if not (friction.rate or any(part.any() for part in (*friction[:4], friction.rows))):
+        sentence = (
+            "must damp something, or else kT is never reached: add damping to joints or viscosity"
+            " to the model's options, or give a rate such as friction=1.0"
+        )
+        raise reject("friction", 0.0, sentence)
+
+
+def couplings(model: mujoco.MjModel, friction: Friction) -> tuple[bool, list[list[int]]]:
+    """Return whether dampers may couple any velocities, and those that tendons couple."""
+    on_joints = np.isin(model.actuator_trntype, ON_JOINTS)[friction.actuators > 0]
+    turns = np.isin(model.jnt_type, [int(mujoco.mjtJoint.mjJNT_BALL)])
+    limits = model.tendon_limited.any() or (turns & (model.jnt_limited > 0)).any()
+    constraints = (
+        (limits and not disabled(model, "limit"))
+        or (model.neq and not disabled(model, "equality"))
+        or not disabled(model, "contact")
+    )
+    damped = np.flatnonzero(friction.tendons)
+    spans = zip(model.ten_J_rowadr[damped], model.ten_J_rownnz[damped], strict=True)
+    coupled = [model.ten_J_colind[start : start + count].tolist() for start, count in spans]
+    return bool(constraints or len(friction.rows) or not on_joints.all()), coupled
+
+
+def leave_to_us(own: mujoco.MjModel, *, mujoco_steps: bool) -> None:
+    """Remove from a model what the compiled loop does itself: friction, gravity, plugins."""
+    own.dof_damping[:] = 0
+    own.dof_dampingpoly[:] = 0
+    own.tendon_damping[:] = 0
+    own.tendon_dampingpoly[:] = 0
+    own.actuator_damping[:] = 0
+    own.actuator_dampingpoly[:] = 0
+    own.actuator_biasprm[:, 2] = 0
+    own.opt.viscosity = 0
+    own.opt.density = 0
+    set_counts(own, "nplugin")
+    if not mujoco_steps:
+        # A weld has a potential only if its impedance does not depend on the residual.
+        welds = own.eq_type == int(mujoco.mjtEq.mjEQ_WELD)
+        own.eq_solimp[welds, 1] = own.eq_solimp[welds, 0]
+        own.opt.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
+        own.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
+        own.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_REFSAFE)
+
+
+def set_counts(own: mujoco.MjModel, *names: str) -> None:
+    """Set counts of elements to zero, which makes MuJoCo's functions skip them."""
+    for name in names:
+        place = own._address + getattr(layout.current(), name)
+        ctypes.c_int64.from_address(place).value = 0
+
+
+def table_of(scheme: Scheme, timestep: float) -> Array:
+    """Return the parts of a scheme as a table for the compiled loop."""
+    kicks = any(part in "BK" for part in scheme.parts)
+    evaluate = kicks_that_evaluate(scheme.parts) if kicks else [False] * len(scheme.parts)
+    takers = [i for i, part in enumerate(scheme.parts) if part in "OK"]
+    halves = {takers[0]: 1, takers[1]: -1} if len(takers) == 2 else {}
+    return np.array(
+        [
+            (CODES.index(part), fraction * timestep, new if kicks else -1, halves.get(i, 0))
+            for i, (part, fraction, new) in enumerate(
+                zip(scheme.parts, scheme.fractions, evaluate, strict=True)
+            )
+        ],
+        dtype=float,
+    )

@@ -1,0 +1,172 @@
+"""What `Baoab` and `Langevin` share: how their compiled loops are called."""
+
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import Annotated, NamedTuple
+
+import mujoco
+import numpy as np
+
+from magmotor.common.arguments import checked
+from magmotor.common.arrays import Array
+from magmotor.common.checks import check_floats, check_integer, check_type, reject
+from magmotor.common.environment import physical_memory
+from magmotor.common.hints import Count, floats, integer, several
+from magmotor.mjcf.forces.dipole_wrenches import stack_bytes
+from magmotor.noise import LARGEST_STEP
+
+ALL_OF_STATE = 2 ** int(mujoco.mjtState.mjNSTATE) - 1
+"""All bits of `mjtState`."""
+
+FIRST_STEPS = 64
+"""Number of steps taken before their duration is known."""
+
+SECONDS_BETWEEN_CHECKS = 0.1
+"""Approximate time between two checks for Ctrl-C."""
+
+BY_TIME = -(2**63)
+"""Stands for a step number to be derived from the time of `mjData`, exact up to 5e7 steps."""
+
+
+class Taken(NamedTuple):
+    """What became of some steps."""
+
+    following: int
+    """Number of the next step on the Brownian path; `BY_TIME` if the state was lost."""
+    exchanged: Array
+    """Heat from each bath, and the work of all forces, in J; may be empty."""
+
+
+class Thermostat(ABC):
+    """Steps and rollouts of a model by a compiled loop.
+
+    Parameters
+    ----------
+    model : mujoco.MjModel
+    """
+
+    def __init__(self, model: mujoco.MjModel):
+        check_type("model", model, mujoco.MjModel)
+        self.model = model
+        self._timestep = model.opt.timestep
+
+    @abstractmethod
+    def _run(
+        self, data: mujoco.MjData, first: int, nstep: int, every: int, replica: int, records: Array
+    ) -> Taken:
+        """Take steps with the compiled loop.
+
+        `records` has no rows, or receives `qpos`, `qvel`, and what else there is, after every
+        `every` steps.
+        """
+
+    def _steps(self, data: mujoco.MjData, nstep: int) -> list[Array]:
+        """Take steps, and return what each call of the compiled loop exchanged."""
+        check_type("data", data, mujoco.MjData)
+        self._check_data(data)
+        remaining = check_integer("nstep", nstep, at_least=0)
+        if remaining >= LARGEST_STEP:
+            raise reject("nstep", nstep, f"must be less than 2^53 = {LARGEST_STEP}")
+        following, count, exchanged = BY_TIME, min(remaining, FIRST_STEPS), []
+        while True:
+            start = time.monotonic()
+            taken = self._run(data, following, count, 1, 0, np.empty((0, 0)))
+            following = taken.following
+            exchanged.append(taken.exchanged)
+            if following == BY_TIME:
+                raise FloatingPointError(
+                    f"the state is not finite at t = {data.time:g}: the timestep is too long,"
+                    " or dipoles came too close to each other"
+                )
+            remaining -= count
+            if not remaining:
+                return exchanged
+            elapsed = max(time.monotonic() - start, 1e-6)
+            count = min(remaining, 1 + int(count * SECONDS_BETWEEN_CHECKS / elapsed))
+
+    @checked(finite=False)
+    def rollout(
+        self,
+        data: Annotated[Sequence[mujoco.MjData], several(mujoco.MjData)],
+        initial_state: Annotated[Array, floats("replicas", "1 + nq + nv")],
+        control: Annotated[Array, floats("replicas", 1, "k")] | None,
+        *,
+        control_spec: Annotated[int, integer(at_least=0, at_most=ALL_OF_STATE)],
+        nstep: Count,
+    ) -> Array:
+        """Run replicas in parallel, as `mujoco.rollout.rollout` does.
+
+        Parameters
+        ----------
+        data : sequence of mujoco.MjData
+            Data of this model, one for each thread.
+        initial_state : ndarray, shape (replicas, 1 + nq + nv)
+            `time`, `qpos` and `qvel` of each replica.
+        control : ndarray, shape (replicas, 1, k), optional
+            Further elements of each replica's state, constant during the run.
+        control_spec : int
+            The elements in `control`, as bits of `mjtState`.
+        nstep : int
+            Number of steps.
+
+        Returns
+        -------
+        ndarray, shape (replicas, nstep, nq + nv)
+            `qpos` and `qvel` after each step; NaN once they are no longer finite.
+
+        Raises
+        ------
+        ValueError
+            The data belong to another model, the shape of an array does not match the model, or
+            the result does not fit in memory.
+        mujoco.FatalError
+            The same errors as in `magnetism`.
+        """
+        for used in data:
+            self._check_data(used)
+        if len({id(used) for used in data}) < len(data):
+            raise reject("data", data, "must not contain one mjData twice: each is for one thread")
+        width = 1 + self.model.nq + self.model.nv
+        check_floats("initial_state", initial_state, "replicas", width)
+        size = mujoco.mj_stateSize(self.model, control_spec)
+        if control is not None:
+            check_floats("control", control, "replicas", 1, size)
+        room = physical_memory() / (8 * max(1, len(initial_state) * (width - 1)))
+        if nstep > room:
+            raise reject("nstep", nstep, f"must be at most {int(room)} to fit in memory")
+        start = np.split(initial_state, [1, 1 + self.model.nq], axis=1)
+        paths = np.full((len(initial_state), nstep, initial_state.shape[1] - 1), np.nan)
+
+        def follow(thread: int) -> None:
+            used = data[thread]
+            for replica in range(thread, len(paths), len(data)):
+                (used.time,), used.qpos[:], used.qvel[:] = (part[replica] for part in start)
+                if control is not None:
+                    mujoco.mj_setState(self.model, used, control[replica, 0], control_spec)
+                self._run(used, BY_TIME, nstep, 1, replica, paths[replica])
+
+        with ThreadPoolExecutor(len(data)) as pool:
+            list(pool.map(follow, range(len(data))))
+        return paths
+
+    def _check_data(self, data: mujoco.MjData) -> None:
+        if data.model is not self.model:
+            name = type(self).__name__
+            raise reject("data.model", data.model, f"must be the model of this {name}")
+
+    def _check_run(self, data: mujoco.MjData) -> None:
+        """Check that the timestep is the same still, and that there is memory for the dipoles."""
+        if self.model.opt.timestep != self._timestep:
+            raise reject(
+                "timestep",
+                self.model.opt.timestep,
+                f"must still be {self._timestep:g}, since {type(self).__name__} reads it only once",
+            )
+        needed = stack_bytes(self.model.nsite, self.model.ntuple) if self.model.nuser_site else 0
+        if needed > data.narena - data.parena - data.pstack:
+            raise mujoco.FatalError(
+                f"the dipoles need {needed} bytes of MuJoCo's memory, which is too small: increase"
+                " <size memory>"
+            )
