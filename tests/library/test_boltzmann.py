@@ -199,10 +199,10 @@ def test_one_chain_is_as_good_as_many(arm):
     assert 0.3 < one.total_error / many.total_error < 3  #
 
 
-def pendulum(kT, **options):
-    """Return a double pendulum and 16 x 1500 positions."""
+def pendulum(kT, samples=1500, **options):
+    """Return a double pendulum and 16 times as many positions."""
     model = load(DOUBLE)
-    run = mm.observables.metropolis(model, kT, samples=1500, seed=1, every=4, **options)
+    run = mm.observables.metropolis(model, kT, samples=samples, seed=1, every=4, **options)
     return model, run
 
 
@@ -236,7 +236,7 @@ def test_the_law_without_the_mass_matrix_is_detected():
     def wrong(data):
         return energy(data) - 15 / 2 * float(np.log(data.qLDiagInv).sum())
 
-    assert abs(score(pendulum(15.0, potential=wrong), 15)) > 2 * SIGMAS  #
+    assert abs(score(pendulum(15.0, 700, potential=wrong), 15)) > 2 * SIGMAS  #
 
 
 def test_configurational_temperature_of_a_ball_joint(arm):
@@ -244,9 +244,9 @@ def test_configurational_temperature_of_a_ball_joint(arm):
 
 
 def test_configurational_temperature_of_every_kind_of_force():
-    """Of all but dipoles, whose energy takes long; 16 x 150 positions."""
+    """Of all but dipoles, whose energy takes long; 16 x 100 positions."""
     model = load(EVERYTHING.replace("dipoles ", ""))
-    run = mm.observables.metropolis(model, 3, samples=150, burn_in=500, every=2, seed=1)
+    run = mm.observables.metropolis(model, 3, samples=100, burn_in=500, every=2, seed=1)
     assert abs(score((model, run), 3)) < SIGMAS
 
 

@@ -145,8 +145,10 @@ CART = """
         <joint name="pin" axis="0 1 0" {pin}/>
         <geom name="rod" type="capsule" fromto="0 0 0 0 0 1" size="0.02"/>
         <site name="top" pos="0 0 1"/>
-        <body name="bob" pos="0 0 1.5"><joint name="ball" type="ball" {ball}/><geom size="0.1"
-         /></body>
+        <body name="bob" pos="0 0 1.5">
+          <joint name="ball" type="ball" {ball}/>
+          <geom size="0.1"/>
+        </body>
       </body>
     </body>
   </worldbody>

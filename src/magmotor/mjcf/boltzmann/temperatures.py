@@ -59,7 +59,7 @@ def kinetic_temperature(model: mujoco.MjModel, run: xr.Dataset) -> xr.Dataset:
 
     Velocities of an integrator deviate by O(h^2) even where its positions have no error.
 
-    A record takes about 3 us for two links.
+    A record takes about 3 us for an arm.
     """
     positions, velocities = _records(run, qpos=model.nq, qvel=model.nv)
     model = positions_only(model)

@@ -12,7 +12,7 @@ from magmotor.mjcf.langevin.friction import Friction
 from magmotor.mjcf.langevin.tree import Dampers
 from magmotor.mjcf.lookup import label, number_of
 
-KINDS = ("joint", "tendon", "body")
+KINDS = ("joint", "tendon", "actuator", "body")
 """Kinds of elements that can have a temperature of their own; the first that has a name wins."""
 
 
@@ -27,10 +27,10 @@ def read_kT(model: mujoco.MjModel, kT: float | Mapping[str, float]) -> dict[str,
     if not isinstance(kT, Mapping):
         return {"kT": check_number("kT", kT, at_least=0, unit="J")}
     if not kT:
-        raise reject("kT", dict(kT), "must name at least one joint, tendon or body")
+        raise reject("kT", dict(kT), "must name at least one joint, tendon, actuator or body")
     for name in kT:
         if all(number_of(model, kind, str(name)) < 0 for kind in KINDS):
-            raise reject("kT", name, "must be the name of a joint, tendon or body of the model")
+            raise reject("kT", name, "must be the name of a joint, tendon, actuator or body")
     return {
         str(name): check_number(f"kT[{name!r}]", value, at_least=0, unit="J")
         for name, value in kT.items()

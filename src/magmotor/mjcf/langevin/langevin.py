@@ -295,7 +295,8 @@ class Langevin(Thermostat):
                 if taken.following == BY_TIME:
                     lost[replica] = data.time - settle * self._timestep
                     return
-                piece[:, -len(sums) :] += sums
+                if piece.size:
+                    piece[:, -len(sums) :] += sums
                 sums, following = sums + taken.exchanged, taken.following
                 done += size
                 progress.update(size)

@@ -156,7 +156,8 @@ class JointNoise:
         )
         self._friction = model_friction(model)
         self._scratch = mujoco.MjData(model)
-        if not any(c.any() for c in self._friction[:4]):
+        self._turns = any(c.any() for c in self._friction[1:4])
+        if not (self._turns or self._friction.dofs.any()):
             raise reject("friction of the model", 0, "must not be zero: nothing would reach kT")
 
     def force(self, data: mujoco.MjData) -> Array:
@@ -174,9 +175,10 @@ class JointNoise:
         ndarray, shape (nv,)
         """
         model, scratch = self._model, self._scratch
-        scratch.qpos[:], scratch.mocap_pos[:] = data.qpos, data.mocap_pos
-        scratch.mocap_quat[:] = data.mocap_quat
-        mujoco.mj_fwdPosition(model, scratch)
+        if self._turns:
+            scratch.qpos[:], scratch.mocap_pos[:] = data.qpos, data.mocap_pos
+            scratch.mocap_quat[:] = data.mocap_quat
+            mujoco.mj_fwdPosition(model, scratch)
         coefficients, rows = dampers(model, scratch, self._friction)
         step = round(data.time / model.opt.timestep)
         numbers = [normal(*self._path, step, channel, 1, 0) for channel in range(len(rows))]
@@ -191,25 +193,23 @@ def _no_row(name: str, value: float, why: str) -> ValueError:
 
 def _check_dampers(model: mujoco.MjModel, friction: Friction) -> None:
     """Check that dampers of joints, tendons and actuators act between one body and the world."""
-    reach = dict.fromkeys(("joint", "tendon", "actuator"), 0.0)
-    for data in configurations(model):
-        parts = damper_rows(model, data, friction)
-        reach = {kind: total + abs(parts[kind][1]) for kind, total in reach.items()}
+    seen = [damper_rows(model, data, friction) for data in configurations(model)]
     owners = {
         "joint": model.dof_jntid,
         "tendon": np.arange(model.ntendon),
         "actuator": np.repeat(np.arange(model.nactuator), model.actuator_outnum),
     }
-    coefficients = dict(zip(owners, friction[:3], strict=True))
     for kind, numbers in owners.items():
-        for k in np.flatnonzero(coefficients[kind]):
-            bodies = set(model.dof_bodyid[np.asarray(reach[kind])[k] > 0].tolist())
+        coefficients = seen[0][kind][0]
+        moved = np.any([parts[kind][1] for parts in seen], axis=0)
+        for k in np.flatnonzero(coefficients):
+            bodies = set(model.dof_bodyid[moved[k]].tolist())
             parents = {int(model.body_parentid[body]) for body in bodies}
             bodies |= {parent for parent in parents if model.body_treeid[parent] >= 0}
             if len(bodies) > 1:
                 names = joined([label(model, "body", body) for body in sorted(bodies)])
                 name = f"damping of {label(model, kind, numbers[k])}"
-                raise _no_row(name, coefficients[kind][k], f"acts between {names}, which move")
+                raise _no_row(name, coefficients[k], f"acts between {names}, which move")
 
 
 def _roots(model: mujoco.MjModel, friction: Friction) -> Array:
