@@ -166,7 +166,8 @@ class Langevin(Thermostat):
         )
         leave_to_us(own, mujoco_steps=steps)
         self._own, self._bare = own, copy.copy(own)
-        set_counts(self._bare, "ngeom", "nsite")
+        set_counts(self._own, "nplugin")
+        set_counts(self._bare, "nplugin", "ngeom", "nsite")
         self._parts = table_of(scheme, model.opt.timestep)
         self._advance = compiled()
 

@@ -67,7 +67,7 @@ def leave_to_us(own: mujoco.MjModel, *, mujoco_steps: bool) -> None:
     own.actuator_biasprm[:, 2] = 0
     own.opt.viscosity = 0
     own.opt.density = 0
-    set_counts(own, "nplugin")
+    own.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
     if not mujoco_steps:
         # A weld has a potential only if its impedance does not depend on the residual.
         welds = own.eq_type == int(mujoco.mjtEq.mjEQ_WELD)
