@@ -2,6 +2,7 @@
 
 import copy
 import warnings
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -11,7 +12,7 @@ import numpy as np
 import magmotor as mm
 from corpus.models import Skipped, digest, opened, start
 
-FLAGS = ("contact", "frictionloss", "actuation", "limit", "equality", "spring", "damper")
+FLAGS = ("density", "contact", "frictionloss", "actuation", "limit", "equality", "spring", "damper")
 """Flags that may be disabled for a thermostat, those that most models need first."""
 
 STEPS = 1500
@@ -53,6 +54,8 @@ class Findings:
     friction: float = np.nan
     stable: float = np.nan
     """Timestep times the highest frequency."""
+    limits: float = np.nan
+    """The same beyond limits."""
     timestep: float = np.nan
     energy: float = np.nan
     temperature: float = np.nan
@@ -80,8 +83,20 @@ def examine(path: Path, seed: int = 0) -> Findings:
     return found
 
 
+@contextmanager
+def density_kept(model):
+    density = model.opt.density
+    try:
+        yield
+    finally:
+        model.opt.density = density
+
+
 def attempt(model, disable, friction=None, kT=1.0):
     """Thermostat, and whether friction had to be given."""
+    if "density" in disable:
+        model.opt.density = 0
+    disable = [flag for flag in disable if flag != "density"]
     try:
         return mm.Langevin(model, kT=kT, disable=disable, friction=friction), False
     except ValueError as error:
@@ -99,7 +114,8 @@ def accept(model, found):
     except ValueError as error:
         found.first = str(error)
     try:
-        attempt(model, FLAGS)
+        with density_kept(model):
+            attempt(model, FLAGS)
     except ValueError as error:
         found.refused = str(error)
         return
@@ -107,7 +123,8 @@ def accept(model, found):
     for flag in FLAGS[::-1]:
         without = [f for f in needed if f != flag]
         try:
-            attempt(model, without)
+            with density_kept(model):
+                attempt(model, without)
             needed = without
         except ValueError as error:
             found.reasons[flag] = str(error)
@@ -118,7 +135,7 @@ def accept(model, found):
 def with_flags(model, flags):
     """Copy of a model with features disabled, for MuJoCo's own functions."""
     own = copy.copy(model)
-    for flag in (*flags, "refsafe"):
+    for flag in (*set(flags) - {"density"}, "refsafe"):
         own.opt.disableflags |= int(getattr(mujoco.mjtDisableBit, f"mjDSBL_{flag.upper()}"))
     welds = own.eq_type == int(mujoco.mjtEq.mjEQ_WELD)
     own.eq_solimp[welds, 1] = own.eq_solimp[welds, 0]
@@ -196,30 +213,36 @@ def check(model, found, seed):
         data.act[:] = other.act[:] = 0
     worst = 0.0
     for k in range(SPREAD):
-        mujoco.mj_resetData(own, other)
-        other.qpos[:] = start(model).qpos
+        other = start(own)
         moved(model, other, rng, [0.0, 0.01, 0.1, 1.0][k % 4] if k else 0.0)
         data.qpos[:] = other.qpos
         expected = expected_forces(own, other)
         got = langevin.forces(data)
         parts = other.qfrc_passive, other.qfrc_bias, other.qfrc_actuator, expected
-        scale = max(np.abs(parts).max(), 1e-12)
+        scale = max(np.abs(parts).max(), 1e-3 * model.body_mass.sum())
         worst = max(worst, np.abs(got - expected).max() / scale)
     found.forces = worst
     data = start(model)
     found.loop = max(loop_work(model, langevin, data, rng, s) for s in (0.03, 0.3))
     h = model.opt.timestep
     found.stable = h * frequency(model, langevin, data)
+    for size in (0.3, 1.0):
+        moved(model, data, rng, size)
+        for i in np.flatnonzero((model.jnt_limited > 0) & (model.jnt_type >= 2)):
+            low, high = model.jnt_range[i]
+            data.qpos[model.jnt_qposadr[i]] = high + 0.05 if size < 1 else low - 0.05
+        found.limits = np.nanmax([found.limits, h * frequency(model, langevin, data)])
+    data = start(model)
     # friction
     small = copy.copy(model)
-    small.opt.timestep = 1e-12
-    own.opt.timestep = 1e-12
+    small.opt.timestep = 1e-14
+    own.opt.timestep = 1e-14
     own.opt.integrator = 0
     worst = 0.0
     cold, given = attempt(small, found.flags, kT=0.0)
     if not given:
         for k in range(8):
-            d = mujoco.MjData(small)
+            d = start(small)
             d.qpos[:] = data.qpos
             moved(model, d, rng, [0.01, 0.1, 0.5][k % 3])
             v = rng.standard_normal(model.nv)
@@ -227,15 +250,17 @@ def check(model, found, seed):
             other.qvel[:] = 0
             mujoco.mj_forward(own, other)
             rest = other.qfrc_passive + other.qfrc_actuator
-            aref0 = other.efc_aref.copy()
             other.qvel[:] = v
             mujoco.mj_forward(own, other)
             power = v @ (other.qfrc_passive + other.qfrc_actuator - rest)
             if other.nefc:
                 jac = other.efc_J.reshape(other.nefc, -1)
-                power += np.sum(other.efc_D * (other.efc_aref - aref0) * (jac @ v))
+                aref = other.efc_aref.copy()
+                other.qvel[:] = -v
+                mujoco.mj_forward(own, other)
+                power += np.sum(other.efc_D * (aref - other.efc_aref) * (jac @ v)) / 2
             d.qvel[:] = v
-            heat = cold.step(d)["kT"] / 1e-12
+            heat = cold.step(d)["kT"] / 1e-14
             worst = max(worst, abs(heat - power) / max(abs(power), 1e-12))
         found.friction = worst
     # a run
@@ -243,14 +268,15 @@ def check(model, found, seed):
     langevin.forces(data)
     mujoco.mj_fullM(model, data, inertia)
     run = copy.copy(model)
-    if found.stable > 0.5:
-        run.opt.timestep = 0.5 * h / found.stable
+    fastest = max(found.stable, found.limits)
+    if fastest > 0.5:
+        run.opt.timestep = 0.5 * h / fastest
     h = found.timestep = run.opt.timestep
     kT = (STRIDE / h) ** 2 * np.diag(inertia).min()
     for friction in (0.2 / h, None):
         if friction is None and found.given:
             continue
-        flags = (*found.flags, "gravity") if friction else found.flags
+        flags = (*set(found.flags) - {"density"}, "gravity") if friction else (*set(found.flags) - {"density"},)
         thermostat = mm.Langevin(run, kT=kT, disable=flags, friction=friction)
         d = start(run)
         begin = d.qvel.copy()
