@@ -1,8 +1,16 @@
-"""What must hold on any model with a temperature."""
+"""What must hold on any model that has a temperature.
+
+    PYTHONPATH=tests python -m corpus.temperature FOLDER [--seed SEED] [--workers WORKERS]
+
+As `python -m corpus` does for magnets, the program prints a table of how many models of public
+packages `mm.Langevin` takes, with which flags disabled, and what was found on those.
+"""
 
 import copy
+import math
+import time
 import warnings
-from contextlib import contextmanager
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -12,296 +20,299 @@ import numpy as np
 import magmotor as mm
 from corpus.models import Skipped, digest, opened, start
 
-FLAGS = ("density", "contact", "frictionloss", "actuation", "limit", "equality", "spring", "damper")
-"""Flags that may be disabled for a thermostat, those that most models need first."""
+FLAGS = ("contact", "actuation", "frictionloss", "equality", "limit", "spring", "damper")
+"""Flags that are disabled if need be."""
 
-STEPS = 1500
-BURN = 300
-STRIDE = 0.02
-"""Motion of the fastest joint in a step, rad or m, which sets the temperature."""
+FLUID = "density"
+"""Stands for the density of the fluid, which no flag makes zero; `spring` and `damper` would."""
 
-SPREAD = 30
-"""Random configurations at which forces are compared."""
+CONFIGURATIONS, POINTS = 12, 200
+"""Random positions, and points of a closed path."""
 
-ROUNDING = 1e-9
+INSTANT = 1e-18
+"""Timestep in s in which dampers with rates of 1e10 /s do nothing else."""
+
+STEPS, BEFORE, RATE = 1500, 300, 0.2
+"""Steps of a run, those before it, and its friction per step."""
+
+STRIDE, SMALL = 0.02, 0.2
+"""Thermal motion of the fastest velocity in a step; largest timestep times frequency."""
+
+SIGMAS = 5.5
+"""Largest deviation of a temperature, in standard errors; 4e-8 of normal deviates exceed it."""
+
+BOUNDS = {"forces": 1e-11, "loop": 2e-2, "friction": 1e-6, "energy": 1e-11, "temperature": SIGMAS}
 
 
 @dataclass
 class Findings:
-    """What was found on a model."""
+    """What was found on a model. Deviations are relative."""
 
     file: Path
     skipped: str = ""
+    """Why nothing was checked."""
     digest: str = ""
     repeated: bool = False
-    as_is: bool = False
-    """Whether the thermostat takes the model as it is, friction included."""
-    first: str = ""
-    """The reason why not."""
+    """Whether another file has the same compiled model."""
     flags: tuple[str, ...] = ()
-    """Flags without which it does not."""
-    given: bool = False
-    """Whether friction must be given, since nothing is damped."""
-    refused: str = ""
-    """Reason why not even with all flags disabled."""
-    broken: str = ""
-    """Error in the run."""
+    """What must be disabled for the thermostat, each for itself."""
     reasons: dict[str, str] = field(default_factory=dict)
-    """For each flag, the message if all others are disabled."""
-    nv: int = 0
-    forces: float = np.nan
-    loop: float = np.nan
-    friction: float = np.nan
-    stable: float = np.nan
-    """Timestep times the highest frequency."""
-    limits: float = np.nan
-    """The same beyond limits."""
-    timestep: float = np.nan
-    energy: float = np.nan
-    temperature: float = np.nan
-    sigma: float = np.nan
-    seconds: float = np.nan
-    """Time of a step, over MuJoCo's."""
+    """The error if everything but this is disabled."""
+    undamped: bool = False
+    """Whether the friction must be given."""
+    refused: str = ""
+    """The error if everything is disabled."""
+    failed: str = ""
+    """Another error."""
+    forces: float = math.nan
+    """Deviation of the forces at rest from those of MuJoCo."""
+    loop: float = math.nan
+    """Work of these on closed paths, over the sum of its amounts."""
+    friction: float = math.nan
+    """Deviation of the heat at zero temperature from the power of MuJoCo's own dampers."""
+    energy: float = math.nan
+    """Heat and work less the change of the kinetic energy, over the sum of their amounts."""
+    temperature: float = math.nan
+    """Deviation of the kinetic temperature in standard errors."""
+    fastest: float = math.nan
+    """Highest frequency, also beyond the limits of joints, times the model's own timestep."""
+    cost: float = math.nan
+    """Seconds of a step."""
+
+    @property
+    def is_checked(self) -> bool:
+        return not (self.skipped or self.repeated)
+
+    @property
+    def wrong(self) -> str:
+        """What should not be."""
+        found = {name: getattr(self, name) for name in BOUNDS}
+        return self.failed or ", ".join(
+            f"{name} {x:.1e}" for name, x in found.items() if x > BOUNDS[name]
+        )
 
 
 def examine(path: Path, seed: int = 0) -> Findings:
+    """Check one file."""
     found = Findings(path)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
+        warnings.simplefilter("ignore", UserWarning)  # of MuJoCo's compiler
         try:
             _, model = opened(path)
         except Skipped as reason:
             found.skipped = str(reason)
             return found
-        found.digest, found.nv = digest(model), model.nv
+        found.digest = digest(model)
         try:
-            accept(model, found)
-            if not found.refused:
-                check(model, found, seed)
+            model = accepted(model, found)
+            if model is not None:
+                check(model, found, np.random.default_rng(seed))
         except Exception as error:
-            found.broken = f"{type(error).__name__}: {error}"
+            found.failed = f"{type(error).__name__}: {error}"
     return found
 
 
-@contextmanager
-def density_kept(model):
-    density = model.opt.density
+def accepted(model: mujoco.MjModel, found: Findings) -> mujoco.MjModel | None:
+    """Find out what must be disabled; return the model without it, or None if that is in vain."""
+    needed = [FLUID, *FLAGS]
     try:
-        yield
-    finally:
-        model.opt.density = density
-
-
-def attempt(model, disable, friction=None, kT=1.0):
-    """Thermostat, and whether friction had to be given."""
-    if "density" in disable:
-        model.opt.density = 0
-    disable = [flag for flag in disable if flag != "density"]
-    try:
-        return mm.Langevin(model, kT=kT, disable=disable, friction=friction), False
-    except ValueError as error:
-        if "must damp something" not in str(error):
-            raise
-        return mm.Langevin(model, kT=kT, disable=disable, friction=1.0), True
-
-
-def accept(model, found):
-    """Find the flags that must be disabled."""
-    try:
-        _, found.given = attempt(model, ())
-        found.as_is = not found.given
-        return
-    except ValueError as error:
-        found.first = str(error)
-    try:
-        with density_kept(model):
-            attempt(model, FLAGS)
+        thermostat(without(model, needed))
     except ValueError as error:
         found.refused = str(error)
-        return
-    needed = list(FLAGS)
-    for flag in FLAGS[::-1]:
-        without = [f for f in needed if f != flag]
+        return None
+    for flag in (*FLAGS[::-1], FLUID):
+        fewer = [each for each in needed if each != flag]
         try:
-            with density_kept(model):
-                attempt(model, without)
-            needed = without
+            thermostat(without(model, fewer))
+            needed = fewer
         except ValueError as error:
             found.reasons[flag] = str(error)
-    _, found.given = attempt(model, needed)
     found.flags = tuple(needed)
+    model = without(model, needed)
+    found.undamped = thermostat(model)[1]
+    return model
 
 
-def with_flags(model, flags):
-    """Copy of a model with features disabled, for MuJoCo's own functions."""
+def without(model: mujoco.MjModel, flags: Collection[str]) -> mujoco.MjModel:
+    """Return a copy of a model in which some features are disabled."""
     own = copy.copy(model)
-    for flag in (*set(flags) - {"density"}, "refsafe"):
-        own.opt.disableflags |= int(getattr(mujoco.mjtDisableBit, f"mjDSBL_{flag.upper()}"))
-    welds = own.eq_type == int(mujoco.mjtEq.mjEQ_WELD)
-    own.eq_solimp[welds, 1] = own.eq_solimp[welds, 0]
-    own.opt.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
-    own.opt.density = 0
+    for flag in flags:
+        if flag == FLUID:
+            own.opt.density = 0
+        else:
+            own.opt.disableflags |= int(getattr(mujoco.mjtDisableBit, f"mjDSBL_{flag.upper()}"))
     return own
 
 
-def moved(model, data, rng, size):
-    """Random configuration near that of data."""
-    mujoco.mj_integratePos(model, data.qpos, size * rng.standard_normal(model.nv), 1.0)
+def thermostat(model: mujoco.MjModel, kT: float = 1.0) -> tuple[mm.Langevin, bool]:
+    """Return the thermostat, and whether the friction had to be given."""
+    try:
+        return mm.Langevin(model, kT=kT), False
+    except ValueError as error:
+        if "must damp something" not in str(error):
+            raise
+        return mm.Langevin(model, kT=kT, friction=1.0), True
 
 
-def expected_forces(own, data):
-    """MuJoCo's forces at rest without noise, those of soft constraints included."""
-    data.qvel[:] = 0
-    mujoco.mj_forward(own, data)
-    total = data.qfrc_smooth.copy()
-    if data.nefc:
-        total += data.efc_J.reshape(data.nefc, -1).T @ (data.efc_D * data.efc_aref)
-    return total
+def check(model: mujoco.MjModel, found: Findings, rng: np.random.Generator) -> None:
+    langevin, undamped = thermostat(model)
+    found.forces = force_deviation(model, langevin, rng)
+    found.loop = max(loop_work(model, langevin, rng, size) for size in (0.03, 0.3))
+    if not undamped:
+        found.friction = friction_deviation(model, rng)
+    found.fastest = model.opt.timestep * highest_frequency(model, langevin, rng)
+    run(model, found)
 
 
-def frequency(model, langevin, data):
-    """Highest angular frequency of forces at a configuration, or growth rate."""
-    qpos = data.qpos.copy()
-    stiff = np.empty((model.nv, model.nv))
-    step = 1e-5
-    for i in range(model.nv):
-        sides = []
-        for sign in (1, -1):
-            data.qpos[:] = qpos
-            move = np.zeros(model.nv)
-            move[i] = sign * step
-            mujoco.mj_integratePos(model, data.qpos, move, 1.0)
-            sides.append(langevin.forces(data))
-        stiff[:, i] = (sides[1] - sides[0]) / (2 * step)
-    data.qpos[:] = qpos
-    langevin.forces(data)
-    inertia = np.zeros((model.nv, model.nv))
-    mujoco.mj_fullM(model, data, inertia)
-    values = np.linalg.eigvals(np.linalg.solve(inertia, stiff))
-    return float(np.sqrt(np.max(np.abs(values))))
+def of_mujoco(model: mujoco.MjModel) -> mujoco.MjModel:
+    """Return a model whose constraints at rest are those of the thermostat."""
+    own = without(model, ["refsafe"])
+    welds = own.eq_type == int(mujoco.mjtEq.mjEQ_WELD)
+    own.eq_solimp[welds, 1] = own.eq_solimp[welds, 0]
+    own.opt.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
+    return own
 
 
-def loop_work(model, langevin, data, rng, size, points=400):
-    """Work around a closed path, over the total."""
-    qpos = data.qpos.copy()
-    a, b = size * rng.standard_normal((2, model.nv))
-    path, forces = [], []
-    for s in np.arange(points) / points * 2 * np.pi:
-        data.qpos[:] = qpos
-        mujoco.mj_integratePos(model, data.qpos, a * np.sin(s) + b * (1 - np.cos(s)), 1.0)
+def move(model: mujoco.MjModel, data: mujoco.MjData, step: np.ndarray) -> None:
+    mujoco.mj_integratePos(model, data.qpos, step, 1.0)
+
+
+def random_sizes(rng: np.random.Generator, model: mujoco.MjModel) -> list[np.ndarray]:
+    """Random moves of all sizes; at the start, some joints are exactly at their limits."""
+    sizes = np.resize([0.01, 0.1, 1.0], CONFIGURATIONS)
+    return [size * rng.standard_normal(model.nv) for size in sizes]
+
+
+def force_deviation(
+    model: mujoco.MjModel, langevin: mm.Langevin, rng: np.random.Generator
+) -> float:
+    """Deviation from MuJoCo's forces at zero velocity, with those of soft constraints at rest."""
+    own, worst = of_mujoco(model), 0.0
+    for step in random_sizes(rng, model):
+        data, expected = start(model), start(own)
+        for each in (data, expected):
+            move(model, each, step)
+            each.qvel[:] = 0
+        mujoco.mj_forward(own, expected)
+        total = expected.qfrc_smooth + constraint_forces(own, expected)
+        parts = expected.qfrc_passive, expected.qfrc_bias, expected.qfrc_actuator, total
+        size = max(np.max(np.abs(parts)), 1e-3 * model.body_mass.sum())
+        worst = max(worst, float(np.max(np.abs(langevin.forces(data) - total)) / size))
+    return worst
+
+
+def constraint_forces(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
+    """Generalized forces of soft constraints if nothing accelerates."""
+    rows = data.efc_J.reshape(data.nefc, model.nv)
+    return rows.T @ (data.efc_D * data.efc_aref)
+
+
+def loop_work(
+    model: mujoco.MjModel, langevin: mm.Langevin, rng: np.random.Generator, size: float
+) -> float:
+    """Work of the forces on a random closed path, zero if they have a potential."""
+    first, second = size * rng.standard_normal((2, model.nv))
+    data = start(model)
+    origin, path, forces = data.qpos.copy(), [], []
+    for angle in 2 * np.pi * np.arange(POINTS + 1) / POINTS:
+        data.qpos[:] = origin
+        move(model, data, first * np.sin(angle) + second * (1 - np.cos(angle)))
         path.append(data.qpos.copy())
         forces.append(langevin.forces(data))
-    data.qpos[:] = qpos
-    works = []
-    difference = np.zeros(model.nv)
-    for k in range(points):
-        n = (k + 1) % points
-        mujoco.mj_differentiatePos(model, difference, 1.0, path[k], path[n])
-        works.append(difference @ (forces[k] + forces[n]) / 2)
-    works = np.array(works)
-    return abs(works.sum()) / max(np.abs(works).sum(), 1e-300)
+    works, step = [], np.empty(model.nv)
+    for k in range(POINTS):
+        mujoco.mj_differentiatePos(model, step, 1.0, path[k], path[k + 1])
+        works.append(step @ (forces[k] + forces[k + 1]) / 2)
+    return abs(sum(works)) / max(sum(map(abs, works)), 1e-300)
 
 
-def check(model, found, seed):
-    import time
+def friction_deviation(model: mujoco.MjModel, rng: np.random.Generator) -> float:
+    """Deviation of the heat of a very short step at zero temperature."""
+    own, brief, worst = of_mujoco(model), copy.copy(model), 0.0
+    brief.opt.timestep = INSTANT
+    langevin, _ = thermostat(brief, kT=0.0)
+    for step in random_sizes(rng, model):
+        data, expected = start(brief), start(own)
+        velocity = rng.standard_normal(model.nv)
+        powers = []
+        for sign in (1, -1):
+            expected.qpos[:] = data.qpos
+            move(own, expected, step)
+            expected.qvel[:] = sign * velocity
+            mujoco.mj_forward(own, expected)
+            total = expected.qfrc_passive + expected.qfrc_actuator
+            powers.append(velocity @ (total + constraint_forces(own, expected)))
+        move(model, data, step)
+        data.qvel[:] = velocity
+        power = (powers[0] - powers[1]) / 2
+        heat = langevin.step(data)["kT"] / INSTANT
+        worst = max(worst, abs(heat - power) / max(abs(power), 1e-12))
+    return worst
 
-    rng = np.random.default_rng(seed)
-    langevin, _ = attempt(model, found.flags)
-    own = with_flags(model, found.flags)
-    data, other = start(model), start(own)
-    if model.na:
-        data.act[:] = other.act[:] = 0
-    worst = 0.0
-    for k in range(SPREAD):
-        other = start(own)
-        moved(model, other, rng, [0.0, 0.01, 0.1, 1.0][k % 4] if k else 0.0)
-        data.qpos[:] = other.qpos
-        expected = expected_forces(own, other)
-        got = langevin.forces(data)
-        parts = other.qfrc_passive, other.qfrc_bias, other.qfrc_actuator, expected
-        scale = max(np.abs(parts).max(), 1e-3 * model.body_mass.sum())
-        worst = max(worst, np.abs(got - expected).max() / scale)
-    found.forces = worst
-    data = start(model)
-    found.loop = max(loop_work(model, langevin, data, rng, s) for s in (0.03, 0.3))
-    h = model.opt.timestep
-    found.stable = h * frequency(model, langevin, data)
-    for size in (0.3, 1.0):
-        moved(model, data, rng, size)
-        for i in np.flatnonzero((model.jnt_limited > 0) & (model.jnt_type >= 2)):
-            low, high = model.jnt_range[i]
-            data.qpos[model.jnt_qposadr[i]] = high + 0.05 if size < 1 else low - 0.05
-        found.limits = np.nanmax([found.limits, h * frequency(model, langevin, data)])
-    data = start(model)
-    # friction
-    small = copy.copy(model)
-    small.opt.timestep = 1e-14
-    own.opt.timestep = 1e-14
-    own.opt.integrator = 0
-    worst = 0.0
-    cold, given = attempt(small, found.flags, kT=0.0)
-    if not given:
-        for k in range(8):
-            d = start(small)
-            d.qpos[:] = data.qpos
-            moved(model, d, rng, [0.01, 0.1, 0.5][k % 3])
-            v = rng.standard_normal(model.nv)
-            other.qpos[:] = d.qpos
-            other.qvel[:] = 0
-            mujoco.mj_forward(own, other)
-            rest = other.qfrc_passive + other.qfrc_actuator
-            other.qvel[:] = v
-            mujoco.mj_forward(own, other)
-            power = v @ (other.qfrc_passive + other.qfrc_actuator - rest)
-            if other.nefc:
-                jac = other.efc_J.reshape(other.nefc, -1)
-                aref = other.efc_aref.copy()
-                other.qvel[:] = -v
-                mujoco.mj_forward(own, other)
-                power += np.sum(other.efc_D * (aref - other.efc_aref) * (jac @ v)) / 2
-            d.qvel[:] = v
-            heat = cold.step(d)["kT"] / 1e-14
-            worst = max(worst, abs(heat - power) / max(abs(power), 1e-12))
-        found.friction = worst
-    # a run
-    inertia = np.zeros((model.nv, model.nv))
+
+def highest_frequency(
+    model: mujoco.MjModel, langevin: mm.Langevin, rng: np.random.Generator
+) -> float:
+    """Highest angular frequency at the start, and where limited joints are beyond their limits."""
+    slides_or_turns = model.jnt_type >= int(mujoco.mjtJoint.mjJNT_SLIDE)
+    limited = np.flatnonzero((model.jnt_limited > 0) & slides_or_turns)
+    highest = 0.0
+    for side in (None, 0, 1):
+        data = start(model)
+        if side is not None:
+            move(model, data, rng.standard_normal(model.nv))
+            outside = model.jnt_range[limited, side] + (2 * side - 1) * 0.05
+            data.qpos[model.jnt_qposadr[limited]] = outside
+        highest = max(highest, frequency(model, langevin, data))
+    return highest
+
+
+def frequency(model: mujoco.MjModel, langevin: mm.Langevin, data: mujoco.MjData) -> float:
+    """Highest frequency, or rate, of small motions about a position."""
+    origin, stiffness = data.qpos.copy(), np.empty((model.nv, model.nv))
+    for row, unit in zip(stiffness, 1e-5 * np.eye(model.nv), strict=True):
+        sides = []
+        for step in (unit, -unit):
+            data.qpos[:] = origin
+            move(model, data, step)
+            sides.append(langevin.forces(data))
+        row[:] = (sides[1] - sides[0]) / 2e-5
+    data.qpos[:] = origin
+    accelerations = np.linalg.solve(inertia(model, langevin, data), stiffness)
+    return float(np.sqrt(np.max(np.abs(np.linalg.eigvals(accelerations)))))
+
+
+def inertia(model: mujoco.MjModel, langevin: mm.Langevin, data: mujoco.MjData) -> np.ndarray:
+    """The inertia M at a position."""
     langevin.forces(data)
-    mujoco.mj_fullM(model, data, inertia)
-    run = copy.copy(model)
-    fastest = max(found.stable, found.limits)
-    if fastest > 0.5:
-        run.opt.timestep = 0.5 * h / fastest
-    h = found.timestep = run.opt.timestep
-    kT = (STRIDE / h) ** 2 * np.diag(inertia).min()
-    for friction in (0.2 / h, None):
-        if friction is None and found.given:
-            continue
-        flags = (*set(found.flags) - {"density"}, "gravity") if friction else (*set(found.flags) - {"density"},)
-        thermostat = mm.Langevin(run, kT=kT, disable=flags, friction=friction)
-        d = start(run)
-        begin = d.qvel.copy()
-        before = kinetic(run, d, thermostat)
-        exchanged = thermostat.step(d, BURN)
-        total = sum(exchanged.values())
-        size = abs(exchanged["kT"]) + abs(exchanged["work"])
-        sums = []
-        t0 = time.perf_counter()
-        for _ in range(STEPS // 5 if friction else 60):
-            exchanged = thermostat.step(d, 5)
-            total += sum(exchanged.values())
-            size += abs(exchanged["kT"]) + abs(exchanged["work"])
-            sums.append(kinetic(run, d, thermostat))
-        change = sums[-1] - before
-        energy = abs(total - change) / (size + abs(change))
-        found.energy = np.nanmax([found.energy, energy])
-        if friction:
-            found.seconds = (time.perf_counter() - t0) / STEPS
-            found.temperature = 2 * np.mean(sums) / model.nv / kT
-            found.sigma = np.sqrt(2 / model.nv / (STEPS * 0.2))
+    matrix = np.empty((model.nv, model.nv))
+    for row, unit in zip(matrix, np.eye(model.nv), strict=True):
+        mujoco.mj_mulM(model, data, row, unit)
+    return matrix
 
 
-def kinetic(model, data, langevin):
+def run(model: mujoco.MjModel, found: Findings) -> None:
+    """Run without weight at a stable timestep and high friction, which soon has the temperature."""
+    model = without(model, ["gravity"])
+    model.opt.timestep *= min(1.0, SMALL / max(found.fastest, 1e-300))
+    data = start(model)
+    lightest = np.diag(inertia(model, thermostat(model)[0], data)).min()
+    kT = lightest * (STRIDE / model.opt.timestep) ** 2
+    langevin = mm.Langevin(model, kT=kT, friction=RATE / model.opt.timestep)
+    energies, exchanged = [kinetic_energy(model, langevin, data)], []
+    for steps in (BEFORE, *[5] * (STEPS // 5)):
+        begin = time.perf_counter()
+        exchanged += langevin.step(data, steps).values()
+        found.cost = (time.perf_counter() - begin) / steps
+        energies.append(kinetic_energy(model, langevin, data))
+    change = energies[-1] - energies[0]
+    found.energy = abs(sum(exchanged) - change) / (sum(map(abs, exchanged)) + energies[0])
+    mean = 2 * np.mean(energies[2:]) / (model.nv * kT)
+    found.temperature = float(abs(mean - 1) / np.sqrt(2 / (model.nv * STEPS * RATE)))
+
+
+def kinetic_energy(model: mujoco.MjModel, langevin: mm.Langevin, data: mujoco.MjData) -> float:
     langevin.forces(data)
-    product = np.zeros(model.nv)
-    mujoco.mj_mulM(model, data, product, data.qvel)
-    return 0.5 * data.qvel @ product
+    momentum = np.empty(model.nv)
+    mujoco.mj_mulM(model, data, momentum, data.qvel)
+    return float(momentum @ data.qvel / 2)
