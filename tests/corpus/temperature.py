@@ -1,10 +1,4 @@
-"""What must hold on any model that has a temperature.
-
-    PYTHONPATH=tests python -m corpus.temperature FOLDER [--seed SEED] [--workers WORKERS]
-
-As `python -m corpus` does for magnets, the program prints a table of how many models of public
-packages `mm.Langevin` takes, with which flags disabled, and what was found on those.
-"""
+"""What must hold on any model that has a temperature."""
 
 import copy
 import math
