@@ -26,7 +26,7 @@ CONFIGURATIONS, POINTS = 12, 200
 INSTANT = 1e-18
 """Timestep in s in which dampers with rates of 1e10 /s do nothing else."""
 
-STEPS, BEFORE, RATE = 1500, 300, 0.2
+STEPS, BEFORE, RATE = 1500, 1500, 0.2
 """Steps of a run, those before it, and its friction per step."""
 
 STRIDE, SMALL = 0.02, 0.2
