@@ -28,6 +28,7 @@ from magmotor.mjcf.langevin.own_model import (
     couplings,
     leave_to_us,
     set_counts,
+    soften,
     table_of,
 )
 from magmotor.mjcf.langevin.splitting_loop import compiled
@@ -80,7 +81,8 @@ class Langevin(Thermostat):
     model : mujoco.MjModel
         Read once; do not change it afterwards. Any tree of joints. Limits, equalities and
         frictionless contacts act as the springs and dampers that MuJoCo's soft constraints are at
-        rest. The options of the integrator and of the solver have no effect.
+        rest, and a warning says if they are softened to suit the timestep, as by MuJoCo's flag
+        refsafe. The options of the integrator and of the solver have no effect.
     kT : float or mapping of str to float
         Temperature in J; or temperatures of the dampers of the named joints, tendons and bodies (a
         body stands for its joints and for its drag in a fluid), each of which is a bath.
@@ -99,6 +101,14 @@ class Langevin(Thermostat):
         Selects the noise, with the number of the replica and of the step.
     path : BrownianPath, optional
         Brownian path to follow, instead of a seed.
+
+    Attributes
+    ----------
+    model : mujoco.MjModel
+        The model as given.
+    effective_model : mujoco.MjModel
+        The model that is integrated: with disabled flags, and with soft constraints that suit the
+        timestep. Its potential is that of the ensemble.
 
     Raises
     ------
@@ -154,6 +164,8 @@ class Langevin(Thermostat):
         if not steps:
             check_tree(own)
             model_friction(own)
+            soften(own)
+        self.effective_model = copy.copy(own)
         self._path = BrownianPath(seed, model.opt.timestep) if path is None else path
         check_type("path", self._path, BrownianPath)
         found = model_friction(own) if friction is None else read_friction(model, friction)
@@ -289,7 +301,7 @@ class Langevin(Thermostat):
         if initial is not None:
             mujoco.mj_copyState(self.model, initial, data, STATE)
         data.time, following = 0.0, 0
-        for records, count in ((np.empty((0, 0)), settle), (out[replica], nstep)):
+        for records, count in ((out[replica, :0], settle), (out[replica], nstep)):
             done, size, sums = 0, every, np.zeros(len(self.kT) + 1)
             while done < count and not stop.is_set():
                 start = time.monotonic()
