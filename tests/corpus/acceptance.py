@@ -33,7 +33,7 @@ HINGE = """
 """
 
 COLUMNS = (
-    "distinct", "as they are", "friction given", "flags", "refused", *BOUNDS, "too stiff", "step",
+    "distinct", "as they are", "friction given", "flags", "refused", *BOUNDS, "too stiff", "unstable", "step",
 )  # fmt: skip
 
 
@@ -93,10 +93,10 @@ def row(found: list[Findings]) -> str:
     )  # fmt: skip
     worst = [max([x for each in taken if (x := getattr(each, key)) >= 0], default=np.nan)
              for key in BOUNDS]  # fmt: skip
-    stiff = sum(each.fastest > 2 for each in taken)
+    fast = [sum(getattr(each, key) > 2 for each in taken) for key in ("stiffest", "fastest")]
     costs = [1e6 * each.cost for each in taken if each.cost > 0]
     cost = f"{np.median(costs):.0f} us" if costs else ""
-    return " | ".join([*map(str, counts), *(f"{x:.1e}" for x in worst), str(stiff), cost]) + " |"
+    return " | ".join([*map(str, counts), *(f"{x:.1e}" for x in worst), *map(str, fast), cost]) + " |"
 
 
 def kind(message: str) -> str:

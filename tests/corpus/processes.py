@@ -8,7 +8,7 @@ from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import TypeVar
 
-LIMIT = 60.0
+LIMIT = 300.0
 """Seconds after which the process of a file is ended."""
 
 Findings = TypeVar("Findings")
