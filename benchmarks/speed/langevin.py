@@ -122,8 +122,8 @@ def _show_equal_accuracy(baoab: list[float], euler: list[float]) -> None:
     found = ", ".join(f"{e:.1%} at {1e3 * h:g} ms" for e, h in zip(errors, SHORT, strict=True))
     note = f"""\
 Planar chain at kT = {THERMAL:g} J, 1 s of motion. Mean potential energy above its minimum: exactly
-  {exact:.3f} kT, by BAOAB at {1e3 * LONG:g} ms {own:.3f}({spread:.3f}) kT. Errors of Euler with noise that
-  matches the damping, whose cost is left out: {found};
+  {exact:.3f} kT, by BAOAB at {1e3 * LONG:g} ms {own:.3f}({spread:.3f}) kT.
+  Errors of Euler with noise that matches the damping, whose cost is left out: {found};
   so {ERROR:.0%} at {1e3 * longest:.2g} ms."""
     show("The same accuracy of the configuration", note, ("Euler", "BAOAB", "ratio"), rows)
 

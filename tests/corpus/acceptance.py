@@ -33,7 +33,8 @@ HINGE = """
 """
 
 COLUMNS = (
-    "distinct", "as they are", "friction given", "flags", "refused", *BOUNDS, "too stiff", "unstable", "step",
+    "distinct", "as they are", "friction given", "flags", "refused", *BOUNDS, "too stiff", "unstable",
+    "step",
 )  # fmt: skip
 
 
@@ -96,7 +97,9 @@ def row(found: list[Findings]) -> str:
     fast = [sum(getattr(each, key) > 2 for each in taken) for key in ("stiffest", "fastest")]
     costs = [1e6 * each.cost for each in taken if each.cost > 0]
     cost = f"{np.median(costs):.0f} us" if costs else ""
-    return " | ".join([*map(str, counts), *(f"{x:.1e}" for x in worst), *map(str, fast), cost]) + " |"
+    return (
+        " | ".join([*map(str, counts), *(f"{x:.1e}" for x in worst), *map(str, fast), cost]) + " |"
+    )
 
 
 def kind(message: str) -> str:

@@ -92,7 +92,9 @@ def examine(path: Path, seed: int = 0) -> Findings:
     """Check one file."""
     found = Findings(path)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)  # of MuJoCo's compiler; and of soft constraints
+        warnings.simplefilter(
+            "ignore", UserWarning
+        )  # of the compiler, and that limits are softened
         try:
             _, model = opened(path)
         except Skipped as reason:

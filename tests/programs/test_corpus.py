@@ -48,7 +48,8 @@ def packages(tmp_path):
 
 def program(folder, before="", name="__main__"):
     """Exit code and output of a program, after some statements."""
-    code = f"import os, sys, time, corpus.{name} as program\n{before}\nsys.exit(program.main())"
+    code = f"import os, sys, time, corpus.processes, corpus.{name} as program"
+    code = f"{code}\n{before}\nsys.exit(program.main())"
     done = subprocess.run(
         [sys.executable, "-c", code, str(folder), "--workers", "2"],
         cwd=TESTS, capture_output=True, text=True, check=False, timeout=100,
@@ -74,7 +75,7 @@ def test_the_table_counts_each_kind_of_file(packages):
         ("import corpus.checks; corpus.checks.ROUNDING = 1e-18", "callback "),
         ("program.examine = lambda *_, **__: os._exit(3)", "exit code 3"),
         (
-            "program.examine = lambda *_, **__: time.sleep(99); import corpus.processes as p; p.LIMIT = 1",
+            "corpus.processes.LIMIT = 1; program.examine = lambda *_, **__: time.sleep(99)",
             "not done after 1 s",
         ),
     ],
