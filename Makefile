@@ -97,9 +97,11 @@ fuzz: .venv/dev-ready  ## hostile input to the public interface; ARGS="--inputs 
 	@echo "== fuzz: calls that crash, hang or raise an unexpected error are listed with their numbers"
 	@PYTHONPATH=tests $(PYTHON) -m fuzz $(ARGS)
 
-corpus: .venv/dev-ready .cache/corpus/ready  ## magnets on 366 models of public packages, in two minutes
+corpus: .venv/dev-ready .cache/corpus/ready  ## magnets and a temperature on 366 models of public packages
 	@echo "== corpus: adding magnets to other people's models, and checking forces and motion"
 	@PYTHONPATH=tests $(PYTHON) -m corpus .cache/corpus $(ARGS)
+	@echo "== corpus: giving them a temperature, and checking forces, friction, energy and temperature"
+	@PYTHONPATH=tests $(PYTHON) -m corpus.acceptance .cache/corpus $(ARGS)
 
 lint: .venv/dev-ready  ## ruff (rules and format), pyright, and the import layers
 	@echo "== lint: ruff check, ruff format --check, pyright, lint-imports"

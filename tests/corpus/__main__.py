@@ -9,14 +9,12 @@ own, a fork of this one.
 """
 
 import argparse
-import multiprocessing
 import os
 import sys
 import time
 from collections import Counter
-from collections.abc import Iterator
+from functools import partial
 from importlib.metadata import version
-from multiprocessing.connection import Connection, wait
 from pathlib import Path
 
 for name in ("OMP", "OPENBLAS", "MKL", "NUMBA"):
@@ -28,6 +26,7 @@ import numpy as np  # noqa: E402
 import magmotor as mm  # noqa: E402
 from corpus.checks import DEVIATIONS, ROUNDING, STEPS, Findings, examine  # noqa: E402
 from corpus.models import packages  # noqa: E402
+from corpus.processes import examine_all  # noqa: E402
 
 PLUGIN = """
 <mujoco>
@@ -39,9 +38,6 @@ PLUGIN = """
   </worldbody>
 </mujoco>
 """
-
-LIMIT = 60.0
-"""Seconds after which the process of a model is ended."""
 
 COLUMNS = (
     "files", "compile", "move", "distinct", "refused", "changed", "callback", "plugin", "third law",
@@ -62,10 +58,11 @@ def main() -> int:
     print(f"magmotor {mm.__version__}, MuJoCo {version('mujoco')}, seed {options.seed}\n")
     print("| package |", " | ".join(COLUMNS), "|")
     print("|---|" + "---|" * len(COLUMNS))
+    check = partial(examine, seed=options.seed)
     everything: list[Findings] = []
     digests: set[str] = set()
     for package, paths in packages(options.folder.absolute()).items():
-        found = list(examine_all(paths, options.seed, options.workers))
+        found = list(examine_all(paths, check, failed, options.workers))
         for each in found:
             each.repeated = each.digest in digests
             digests |= {each.digest} - {""}
@@ -92,6 +89,11 @@ def main() -> int:
     return bool(wrong)
 
 
+def failed(path: Path, reason: str) -> Findings:
+    """Findings on a file whose process did not return any."""
+    return Findings(path, refused=reason)
+
+
 def row(found: list[Findings]) -> str:
     """Cells of a row of the table."""
     distinct = [each for each in found if each.is_checked]
@@ -107,43 +109,6 @@ def row(found: list[Findings]) -> str:
     ]
     same = sum(each.motion <= ROUNDING for each in distinct)
     return " | ".join([*map(str, counts), *(f"{x:.1e}" for x in worst), str(same)]) + " |"
-
-
-def examine_all(paths: list[Path], seed: int, workers: int) -> Iterator[Findings]:
-    """Findings on all files, in their order."""
-    context = multiprocessing.get_context("fork")
-    waiting = list(enumerate(paths))[::-1]
-    running = {}
-    found: dict[int, Findings] = {}
-    while waiting or running:
-        while waiting and len(running) < workers:
-            number, path = waiting.pop()
-            answer, sender = context.Pipe(duplex=False)
-            process = context.Process(target=examine_one, args=(path, seed, sender))
-            process.start()
-            sender.close()
-            running[answer] = number, process, time.monotonic() + LIMIT
-        ready = wait(list(running), timeout=1.0)
-        for answer, (number, process, end) in list(running.items()):
-            if answer not in ready and time.monotonic() < end:
-                continue
-            try:
-                found[number] = answer.recv() if answer in ready else Findings(
-                    paths[number], refused=f"not done after {LIMIT:g} s"
-                )  # fmt: skip
-            except EOFError:
-                process.join()
-                found[number] = Findings(paths[number], refused=f"exit code {process.exitcode}")
-            process.kill()
-            process.join()
-            del running[answer]
-    yield from (found[number] for number in range(len(paths)))
-
-
-def examine_one(path: Path, seed: int, sender: Connection) -> None:
-    """Send the findings on one file, without what MuJoCo prints about it."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
-    sender.send(examine(path, seed))
 
 
 if __name__ == "__main__":

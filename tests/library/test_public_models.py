@@ -1,4 +1,7 @@
-"""Magnets on models that other people made: those of dm_control. `make corpus` has many more."""
+"""Models that other people made, with magnets and at a temperature: those of dm_control.
+
+`make corpus` has many more.
+"""
 
 from importlib.util import find_spec
 from pathlib import Path
@@ -6,6 +9,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
+from corpus import temperature
 from corpus.checks import examine, is_unchanged, worst_deviation
 
 DM_CONTROL = Path(getattr(find_spec("dm_control"), "origin", "")).parent
@@ -35,6 +39,27 @@ ONE_BODY_MOVES = (
     "mujoco/testing/assets/model_with_third_order_actuators.xml",
 )
 """The third law needs two."""
+
+DISABLED = {
+    "suite/acrobot.xml": (),
+    "suite/ball_in_cup.xml": ("contact",),
+    "suite/cartpole.xml": (),
+    "suite/cheetah.xml": ("contact",),
+    "suite/finger.xml": ("contact", "frictionloss"),
+    "suite/fish.xml": ("density",),
+    "suite/humanoid.xml": ("contact",),
+    "suite/manipulator.xml": ("contact",),
+    "suite/point_mass.xml": (),
+    "suite/quadruped.xml": ("contact", "actuation"),
+    "suite/swimmer.xml": ("density",),
+    "mujoco/testing/assets/arm.xml": ("contact", "frictionloss"),
+    "mujoco/testing/assets/model_with_ball_joints.xml": ("contact",),
+    "mujoco/testing/assets/model_with_third_order_actuators.xml": ("actuation",),
+    "locomotion/walkers/assets/jumping_ball/jumping_ball_with_head.xml": (),
+}
+"""What must be disabled for a temperature; the contacts, for example, have dry friction."""
+
+NOTHING_DAMPS = ("suite/swimmer.xml", "mujoco/testing/assets/model_with_third_order_actuators.xml")
 
 HAND = """
 <mujoco>
@@ -79,6 +104,19 @@ def test_magnets_on_a_model_of_dm_control(name):
         assert np.isnan(found.third_law)
     else:
         assert found.third_law < 1e-14  # 8.5e-16
+
+
+@pytest.mark.parametrize("name", DISABLED)
+def test_a_temperature_of_a_model_of_dm_control(name):
+    found = temperature.examine(DM_CONTROL / name)
+    assert not found.wrong  # temperatures: a false alarm in 1e6 runs of all models
+    assert found.flags == DISABLED[name]
+    assert found.undamped == (name in NOTHING_DAMPS)
+    assert found.forces < 1e-14  # 4.2e-16 at most
+    assert found.loop < 4e-3  # 2.7e-4 if the limits of many joints come and go on the path
+    assert found.energy < 5e-14  # 1.7e-15
+    if not found.undamped:
+        assert found.friction < 1e-10  # 3.5e-12
 
 
 def test_magnets_on_a_model_with_user_numbers_of_another_meaning(tmp_path):

@@ -46,9 +46,10 @@ def packages(tmp_path):
     return tmp_path
 
 
-def program(folder, before=""):
-    """Exit code and output of the program, after some statements."""
-    code = f"import os, sys, time, corpus.__main__ as program\n{before}\nsys.exit(program.main())"
+def program(folder, before="", name="__main__"):
+    """Exit code and output of a program, after some statements."""
+    code = f"import os, sys, time, corpus.processes, corpus.{name} as program"
+    code = f"{code}\n{before}\nsys.exit(program.main())"
     done = subprocess.run(
         [sys.executable, "-c", code, str(folder), "--workers", "2"],
         cwd=TESTS, capture_output=True, text=True, check=False, timeout=100,
@@ -72,11 +73,38 @@ def test_the_table_counts_each_kind_of_file(packages):
     ("before", "complaint"),
     [
         ("import corpus.checks; corpus.checks.ROUNDING = 1e-18", "callback "),
-        ("program.examine = lambda *_: os._exit(3)", "exit code 3"),
-        ("program.LIMIT = 0.5; program.examine = lambda *_: time.sleep(9)", "not done after 0.5 s"),
+        ("program.examine = lambda *_, **__: os._exit(3)", "exit code 3"),
+        (
+            "corpus.processes.LIMIT = 1; program.examine = lambda *_, **__: time.sleep(99)",
+            "not done after 1 s",
+        ),
     ],
 )  # fmt: skip
 def test_what_is_wrong_is_named(packages, before, complaint):
     code, output, errors = program(packages, before)
+    assert code == 1, errors
+    assert f"WRONG: robots/pendulum.xml: {complaint}" in output
+
+
+def test_the_table_of_temperatures(packages):
+    floor = '<worldbody><geom type="plane" size="1 1 1"/>'
+    (packages / "robots" / "same.xml").write_text(PENDULUM.replace("<worldbody>", floor))
+    code, output, errors = program(packages, name="acceptance")
+    assert code == 0, errors
+    assert "| robots 1.2 | 2 | 0 | 1 | 1 | 0 |" in output
+    assert "disabled: 1 models, contact" in output
+    assert "reason for contact: 1 models, geom .. and geom ..: condim: must be 1" in output
+
+
+@pytest.mark.parametrize(
+    ("before", "complaint"),
+    [
+        ("program.BOUNDS['energy'] = 1e-18", "energy "),
+        ("program.BOUNDS['temperature'] = 1e-3", "temperature "),
+        ("program.examine = lambda *_, **__: os._exit(3)", "exit code 3"),
+    ],
+)
+def test_what_is_wrong_at_a_temperature_is_named(packages, before, complaint):
+    code, output, errors = program(packages, before, name="acceptance")
     assert code == 1, errors
     assert f"WRONG: robots/pendulum.xml: {complaint}" in output

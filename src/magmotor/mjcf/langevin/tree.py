@@ -169,10 +169,10 @@ def _pattern(
             ancestor = model.dof_parentid[ancestor]
         if full:
             found.update(range(i))
-    for row in rows:
+    for row in [] if full else rows:
         for i in row:
             columns[i].update(j for j in row if j < i)
-    for found in reversed(columns):  # elimination of a row couples its columns
+    for found in [] if full else reversed(columns):  # elimination of a row couples its columns
         for i in sorted(found)[:-1]:
             columns[i].update(j for j in found if j < i)
     starts = np.cumsum([0, *map(len, columns)])
