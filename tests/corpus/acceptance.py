@@ -33,8 +33,8 @@ HINGE = """
 """
 
 COLUMNS = (
-    "distinct", "as they are", "friction given", "flags", "refused", *BOUNDS, "too stiff", "unstable",
-    "step",
+    "distinct", "as they are", "friction given", "flags", "refused", *BOUNDS, "too stiff",
+    "unstable", "step",
 )  # fmt: skip
 
 
