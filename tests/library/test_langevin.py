@@ -384,6 +384,15 @@ def test_nothing_damped_never_reaches_a_temperature():
     mm.Langevin(model, kT=1, friction=1.0, disable=CONTACT)
 
 
+def test_joints_that_move_no_inertia_are_named():
+    model = mujoco.MjModel.from_xml_string(
+        '<mujoco><compiler boundmass="1e-300" boundinertia="1e-300"/><worldbody><body>'
+        '<joint name="empty" damping="1" armature="0"/></body></worldbody></mujoco>'
+    )
+    with pytest.raises(ValueError, match=r"joint 'empty': inertia at qpos0 = 0.0: must be posit"):
+        mm.Langevin(model, kT=1)
+
+
 def test_what_is_stepped_is_what_was_read():
     model = mujoco.MjModel.from_xml_string(SOFT["limit"])
     langevin = mm.Langevin(model, kT=1, disable=CONTACT)
@@ -448,7 +457,7 @@ def test_constraints_that_are_too_stiff_for_the_timestep_are_softened(solref):
         for one in (run, truth)
     ]
     difference = float(run.qpos.mean() - truth.qpos.mean())
-    assert abs(difference) < 4 * np.hypot(*errors) / np.sqrt(8)
+    assert abs(difference) < 4 * np.hypot(errors[0], errors[1]) / np.sqrt(8)
     model.opt.timestep = 0.002
     mm.Langevin(model, kT=0.3)  # without a warning
     model.opt.timestep = 0.02

@@ -242,7 +242,7 @@ def _viscosity(model: mujoco.MjModel) -> float:
     if model.nv == 0 or (disabled(model, "spring") and disabled(model, "damper")):
         return 0.0
     if model.opt.density:
-        sentence = f"must be zero, since drag by the square of the velocity {NO_LAW}"
+        sentence = f"must be set to zero, since drag by the square of the velocity {NO_LAW}"
         raise reject("option density", model.opt.density, sentence)
     if model.opt.viscosity < 0:
         raise reject("option viscosity", model.opt.viscosity, "must be zero or greater")

@@ -24,6 +24,7 @@ from magmotor.mjcf.langevin.baths import dampers_with_temperatures, read_frictio
 from magmotor.mjcf.langevin.friction import model_friction
 from magmotor.mjcf.langevin.own_model import (
     check_damped,
+    check_inertia,
     copy_with,
     couplings,
     leave_to_us,
@@ -170,6 +171,7 @@ class Langevin(Thermostat):
         if not steps:
             check_tree(own)
             model_friction(own)
+            check_inertia(own)
             soften(own)
         self.effective_model = copy.copy(own)
         self._path = BrownianPath(seed, model.opt.timestep) if path is None else path

@@ -14,8 +14,11 @@ from magmotor.mjcf import layout
 from magmotor.mjcf.langevin.checks import colliding_geoms
 from magmotor.mjcf.langevin.friction import ON_JOINTS, Friction
 from magmotor.mjcf.langevin.tree import may_touch
-from magmotor.mjcf.lookup import disabled
+from magmotor.mjcf.lookup import disabled, label
 from magmotor.numerics.splittings import Scheme, kicks_that_evaluate
+
+SMALLEST_INERTIA = 1e-14
+"""Least inertia of a joint in kg or kg m^2; MuJoCo replaces smaller ones than 1e-15 by that."""
 
 FASTEST_CONSTRAINT = 0.5
 """Largest product of the timestep and of a constraint's frequency.
@@ -36,6 +39,16 @@ def copy_with(model: mujoco.MjModel, disable: Sequence[str]) -> mujoco.MjModel:
         check_choice("disable", flag, names)
         own.opt.disableflags |= int(getattr(mujoco.mjtDisableBit, f"mjDSBL_{flag.upper()}"))
     return own
+
+
+def check_inertia(model: mujoco.MjModel) -> None:
+    """Check that every joint moves some inertia at `qpos0`."""
+    data = mujoco.MjData(model)
+    mujoco.mj_fwdPosition(model, data)
+    for dof in np.flatnonzero(data.qLDiagInv > SMALLEST_INERTIA**-1):
+        name = label(model, "joint", model.dof_jntid[dof])
+        sentence = "must be positive: give its body a mass, or the joint an armature"
+        raise reject(f"{name}: inertia at qpos0", 0.0, sentence)
 
 
 def check_damped(model: mujoco.MjModel, friction: Friction) -> None:
@@ -74,6 +87,10 @@ def soften(own: mujoco.MjModel) -> None:
     """
     if disabled(own, "refsafe") or disabled(own, "constraint"):
         return
+    rigid = own.tendon_limited * (own.tendon_invweight0 < SMALLEST_INERTIA)
+    for tendon in [] if disabled(own, "limit") else np.flatnonzero(rigid):
+        sentence = "must be off, since the tendon does not move at qpos0, which makes it rigid"
+        raise reject(f"{label(own, 'tendon', tendon)}: limited", True, sentence)
     contacts = _colliding(own)
     kinds = {
         "joint limits": (own.jnt_solref, own.jnt_solimp, own.jnt_limited, "limit"),
