@@ -387,7 +387,8 @@ def test_nothing_damped_never_reaches_a_temperature():
 def test_joints_that_move_no_inertia_are_named():
     model = mujoco.MjModel.from_xml_string(
         '<mujoco><worldbody><body><joint name="empty" damping="1"/>'
-        '<inertial pos="0 0 0" mass="1" diaginertia="2e-15 2e-15 2e-15"/></body></worldbody></mujoco>'
+        '<inertial pos="0 0 0" mass="1" diaginertia="2e-15 2e-15 2e-15"/>'
+        "</body></worldbody></mujoco>"
     )
     with pytest.raises(ValueError, match=r"joint 'empty': inertia at qpos0 = 0.0: must be posit"):
         mm.Langevin(model, kT=1)
