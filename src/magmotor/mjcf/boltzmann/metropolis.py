@@ -104,6 +104,7 @@ def metropolis(
     Examples
     --------
     >>> import mujoco
+    >>> import numpy as np
     >>> import magmotor as mm
     >>> model = mujoco.MjModel.from_xml_string('''
     ... <mujoco><worldbody><body>
