@@ -112,13 +112,13 @@ torture: .venv/dev-ready  ## kill programs at random times and compare all bytes
 
 bench: .venv/dev-ready  ## the speed tables; only some with ARGS="ensemble sweeps"
 	@$(MAKE) --no-print-directory .venv-bench/ready || \
-		echo "== bench: no .venv-bench, so diffrax and torchsde are left out"
+		echo "== bench: no .venv-bench, so other libraries are left out"
 	@echo "== bench: measuring (leave the machine idle meanwhile)"
 	@$(PYTHON) benchmarks/run.py $(ARGS)
 
 charts: .venv/dev-ready  ## speed against accuracy, stability, detail: out/charts/, docs/; ARGS=--quick
 	@$(MAKE) --no-print-directory .venv-bench/ready || \
-		echo "== charts: no .venv-bench, so diffrax and torchsde are left out"
+		echo "== charts: no .venv-bench, so other libraries are left out"
 	@echo "== charts: measuring (leave the machine idle meanwhile; after Ctrl-C, run again to resume)"
 	@$(PYTHON) benchmarks/charts.py $(ARGS)
 
@@ -174,7 +174,7 @@ endef
 
 # Its requirements pin their versions; sed's d empties the constraints.
 .venv-bench/ready: benchmarks/peers/requirements.txt $(REDO_BENCH)
-	$(call install,.venv-bench,d,-r $<,once: 1.5 GB and about a minute; 5 GB if PyPI has no torch without CUDA)
+	$(call install,.venv-bench,d,-r $<,once: 2.2 GB and two minutes; 6 GB if PyPI has no torch without CUDA)
 
 # Only files of the packages are read. pip warns of conflicts among them in vain.
 .cache/corpus/ready: tests/corpus/requirements.txt .venv/dev-ready

@@ -28,8 +28,10 @@ NUMPY_REPLICAS = (4096, 16384, 65536)
 Cases = dict[str, Callable[[], float]]
 
 
-def by_kernel(scheme: str, steps: int = STEPS, threads: int = 1) -> float:
-    advance, coefficients = kernel(SCENE, scheme), step_coefficients(SCENE, scheme, H)
+def by_kernel(
+    scheme: str, steps: int = STEPS, threads: int = 1, scene: mm.Disk | mm.LangevinParticle = SCENE
+) -> float:
+    advance, coefficients = kernel(scene, scheme), step_coefficients(scene, scheme, H)
 
     def advance_part(first: int) -> None:
         advance(

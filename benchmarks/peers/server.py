@@ -1,6 +1,7 @@
-"""Measures the disk with another library, in a process with an environment of its own.
+"""Runs a module of this folder with another library, in a process with its own environment.
 
-The process reads and writes one JSON value per line. First it writes the best number of replicas
+The process reads and writes one JSON value per line. A module that defines `answer` answers one
+question. One that defines `PEERS` measures the disk: first it writes the best number of replicas
 for each variant; then, for each name that it reads, the seconds per step of a replica.
 """
 
@@ -17,8 +18,12 @@ Peer = tuple[Callable[[int], object], tuple[int, ...], int]
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("module", choices=("disk_diffrax", "disk_torchsde"))
-    serve(import_module(parser.parse_args().module).PEERS)
+    parser.add_argument("module", help="without .py")
+    module = import_module(parser.parse_args().module)
+    if hasattr(module, "answer"):
+        print(json.dumps(module.answer(**json.loads(sys.stdin.readline()))))
+    else:
+        serve(module.PEERS)
 
 
 def serve(peers: Mapping[str, Peer]) -> None:

@@ -1,23 +1,26 @@
-"""Comparison with other software: the same top and the same disk, measured in one run."""
+"""Comparison with other software: cost of the same top and disk, and the same Langevin dynamics."""
 
 from pathlib import Path
 
 from benchmarks.harness.machine import sign
 from benchmarks.harness.records import Case, Record
-from benchmarks.peers import disk, top
+from benchmarks.peers import disk, langevin, langevin_orders, top
 from magmotor.common import style
+
+PARTS = {"top": top, "disk": disk, "langevin": langevin, "orders": langevin_orders}
 
 
 def cases(quick: bool) -> list[Case]:
-    return [*top.cases(quick), *disk.cases(quick)]
+    return [case for part in PARTS.values() for case in part.cases(quick)]
 
 
 def tables(records: dict[str, Record]) -> dict[str, str]:
-    return {"peers_top": top.tabulate(records), "peers_disk": disk.tabulate(records)}
+    return {f"peers_{name}": part.tabulate(records) for name, part in PARTS.items()}
 
 
 def draw(records: dict[str, Record], folder: Path) -> None:
-    """Draw bars of cost, one panel for the top, one for the disk."""
+    """Draw bars of cost for the top and the disk, and the orders of the Langevin solvers."""
+    langevin_orders.draw(records, folder)
     panels = {
         "the top, case 4: wall time of a simulated second (s), and the error of J": top.bars,
         "the disk: a step of one of many replicas, in ns, and over ours": disk.bars,

@@ -88,7 +88,7 @@ TIMES = {"t": [1.0, 2.0]}
 
 PENDULUM = mujoco.MjModel.from_xml_string("""
 <mujoco><worldbody><body>
-  <joint axis="0 1 0"/><inertial pos="0 0 -1" mass="1" diaginertia="1 1 1"/>
+  <joint axis="0 1 0" damping="1"/><inertial pos="0 0 -1" mass="1" diaginertia="1 1 1"/>
 </body></worldbody></mujoco>""")
 STILL = {
     "model": PENDULUM,
@@ -187,6 +187,18 @@ CALLS: dict[Any, dict[str, Any]] = {
     mm.scene_of: {"run": RUNS["disk"]},
     mm.rerun: {"run": RUNS["disk"]},
     mm.Baoab: {"model": MODEL},
+    mm.Langevin: {
+        "model": PENDULUM, "kT": 1.0, "splitting": "baoab", "friction": 1.0, "disable": ["limit"],
+        "seed": 1, "path": mm.noise.BrownianPath(1, 0.002),
+    },
+    mm.Langevin(PENDULUM, 1.0).step: {"data": mujoco.MjData(PENDULUM), "nstep": 1},
+    mm.Langevin(PENDULUM, 1.0).sample: {
+        "nstep": 4, "replicas": 2, "every": 2, "settle": 1, "initial": mujoco.MjData(PENDULUM),
+    },
+    mm.Langevin(PENDULUM, 1.0).forces: {"data": mujoco.MjData(PENDULUM)},
+    mm.Langevin(PENDULUM, 1.0).largest_timestep: {"data": mujoco.MjData(PENDULUM)},
+    mm.brownian_rows: {"model": PENDULUM, "kT": 1.0},
+    mm.JointNoise: {"model": PENDULUM, "kT": 1.0, "seed": 1, "replica": 0},
     mm.ViscousContact: {
         "damping": 0.3, "sphere": "ball", "plane": "floor", "bears_load": True, "name": "slip",
     },
@@ -244,7 +256,7 @@ CALLS: dict[Any, dict[str, Any]] = {
 
 RECORDS = {
     mm.Waypoint, mm.Recommendation, mm.LayoutError, mm.SimulationStopped, mm.SimulationDiverged,
-    mm.PhysicalEvent, mm.SimulationInterrupted,
+    mm.PhysicalEvent, mm.SimulationInterrupted, mm.LangevinDiverged,
     mm.observables.CriticalPoint, mm.observables.MotorWells,
     mm.theory.SmallMotion, mm.render.NoOpenGL, live.StateLost, mm.magnetism, mm.Description,
 }  # fmt: skip

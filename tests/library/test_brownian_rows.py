@@ -98,6 +98,8 @@ def covariance_of_rows(model, data):
         {"base": SLIDES.replace("<joint type", '<joint name="a" type', 1).replace(
             '<joint type', '<joint name="b" type'), "tendon": TENDON.format("a", "b")},
         {"option": 'viscosity="1"', "base": SLIDES, "shape": 'fluidshape="ellipsoid"'},
+        {"option": 'viscosity="1"', "base": '<joint axis="0 1 0"/>',
+         "shape": 'fluidshape="ellipsoid"'},
     ],
     ids=str,
 )  # fmt: skip

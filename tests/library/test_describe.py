@@ -283,6 +283,7 @@ def test_a_fluid_with_density_makes_the_temperature_unknown(capsys):
 def test_a_force_on_an_arm_that_turns_matches_its_damping_in_one_configuration_only(capsys):
     """At `qpos0` kT is (0.6 N 0.5 m)^2/(2 c) = 0.225 J; turned by q, cos^2 q of that."""
     found, text = described(arm(noise="0 0.6 0 0 0 0"), capsys)
+    assert found.kT is not None
     assert found.kT[1] == pytest.approx(0.225, rel=6e-15)  # 2.5e-16
     assert 0 <= found.kT[0] < 0.1 * 0.225  # 0.0156
     assert "differ by" in text

@@ -18,13 +18,14 @@ def blocks(page, language="python"):
 
 
 def test_the_readme_prints_what_it_shows(tmp_path, monkeypatch, capsys):
-    (example,), (output,) = blocks("README.md"), blocks("README.md", "text")
+    examples, outputs = blocks("README.md"), blocks("README.md", "text")
     (model,) = blocks("README.md", "xml")
     monkeypatch.chdir(tmp_path)
     Path("needle.xml").write_text(model)
     namespace: dict = {}
-    exec(example, namespace)
-    assert capsys.readouterr().out == output
+    for example, output in zip(examples, outputs, strict=True):
+        exec(example, namespace)
+        assert capsys.readouterr().out == output
     assert namespace["data"].qpos[0] == pytest.approx(np.pi / 2, rel=5e-8, abs=0)  # 2e-9
 
 

@@ -1,6 +1,7 @@
 """The heat baths of a model: which damper has which temperature."""
 
 from collections.abc import Mapping
+from numbers import Real
 
 import mujoco
 import numpy as np
@@ -51,10 +52,12 @@ def read_friction(model: mujoco.MjModel, friction: float | ArrayLike) -> Frictio
         np.zeros(model.nv), np.zeros(model.ntendon), np.zeros(model.nout), np.zeros((0, 2)),
         nothing, nothing, np.zeros((0, model.nv)),
     )  # fmt: skip
-    if np.ndim(friction) == 0:
+    if isinstance(friction, Real):
         return none._replace(rate=check_number("friction", friction, at_least=0, unit="1/s"))
-    size = model.nv
-    matrix = check_array("friction", friction, *([size] * min(2, np.ndim(friction))))
+    matrix = check_array("friction", friction, ..., model.nv)
+    if matrix.shape not in {(model.nv,), (model.nv, model.nv)}:
+        sentence = f"its shape must be ({model.nv},) or ({model.nv}, {model.nv})"
+        raise reject("friction of shape", matrix.shape, sentence)
     diagonal = matrix if matrix.ndim == 1 else np.diag(matrix)
     for dof in np.flatnonzero(diagonal < 0):
         name = label(model, "joint", model.dof_jntid[dof])

@@ -15,7 +15,7 @@ from numba import njit, types
 
 from magmotor.numerics.numba_cache import copy
 
-LARGEST_DEFECT = 0.02
+LARGEST_DEFECT = 0.01
 """Largest relative error of a tree's kinetic energy in one piece of the motion."""
 
 MOST_PIECES = 256

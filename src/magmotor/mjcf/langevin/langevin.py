@@ -154,8 +154,8 @@ class Langevin(Thermostat):
         if not steps:
             check_tree(own)
             model_friction(own)
-        path = BrownianPath(seed, model.opt.timestep) if path is None else path
-        self._path = path
+        self._path = BrownianPath(seed, model.opt.timestep) if path is None else path
+        check_type("path", self._path, BrownianPath)
         found = model_friction(own) if friction is None else read_friction(model, friction)
         check_damped(own, found)
         self._friction, self._scheme = found, scheme
@@ -166,7 +166,8 @@ class Langevin(Thermostat):
         )
         leave_to_us(own, mujoco_steps=steps)
         self._own, self._bare = own, copy.copy(own)
-        set_counts(self._bare, "ngeom", "nsite")
+        set_counts(self._own, "nplugin")
+        set_counts(self._bare, "nplugin", "ngeom", "nsite")
         self._parts = table_of(scheme, model.opt.timestep)
         self._advance = compiled()
 
@@ -250,6 +251,9 @@ class Langevin(Thermostat):
         every = check_integer("every", every, at_least=1, at_most=nstep)
         replicas = check_integer("replicas", replicas, at_least=1)
         settle = check_integer("settle", settle, at_least=0)
+        if initial is not None:
+            check_type("initial", initial, mujoco.MjData)
+            self._check_data(initial)
         nq, nv, baths = self.model.nq, self.model.nv, len(self.kT)
         records = nstep // every
         shape = replicas, records, nq + nv + baths + 1
@@ -285,7 +289,7 @@ class Langevin(Thermostat):
         if initial is not None:
             mujoco.mj_copyState(self.model, initial, data, STATE)
         data.time, following = 0.0, 0
-        for records, count in ((np.empty((0, 0)), settle), (out[replica], nstep)):
+        for records, count in ((out[replica, :0], settle), (out[replica], nstep)):
             done, size, sums = 0, every, np.zeros(len(self.kT) + 1)
             while done < count and not stop.is_set():
                 start = time.monotonic()

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from magmotor.common.arrays import Array
-from magmotor.common.checks import check_choice, reject
+from magmotor.common.checks import check_choice, elements, reject
 from magmotor.mjcf import layout
 from magmotor.mjcf.langevin.friction import ON_JOINTS, Friction
 from magmotor.mjcf.lookup import disabled
@@ -20,10 +20,11 @@ CODES = "ABOKRS"
 
 def copy_with(model: mujoco.MjModel, disable: Sequence[str]) -> mujoco.MjModel:
     """Return a copy of a model in which some features are disabled."""
-    names = [f.removeprefix("mjDSBL_").lower() for f in mujoco.mjtDisableBit.__members__]
+    flags = [flag for flag in mujoco.mjtDisableBit.__members__ if flag.startswith("mjDSBL_")]
+    names = tuple(flag.removeprefix("mjDSBL_").lower() for flag in flags)
     own = copy.copy(model)
-    for flag in disable:
-        check_choice("disable", flag, tuple(n for n in names if not n.startswith("n")))
+    for flag in elements("disable", disable, "must be a sequence of flags, such as ('contact',)"):
+        check_choice("disable", flag, names)
         own.opt.disableflags |= int(getattr(mujoco.mjtDisableBit, f"mjDSBL_{flag.upper()}"))
     return own
 
@@ -67,7 +68,7 @@ def leave_to_us(own: mujoco.MjModel, *, mujoco_steps: bool) -> None:
     own.actuator_biasprm[:, 2] = 0
     own.opt.viscosity = 0
     own.opt.density = 0
-    set_counts(own, "nplugin")
+    own.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
     if not mujoco_steps:
         # A weld has a potential only if its impedance does not depend on the residual.
         welds = own.eq_type == int(mujoco.mjtEq.mjEQ_WELD)

@@ -143,6 +143,7 @@ class Thermostat(ABC):
             used = data[thread]
             for replica in range(thread, len(paths), len(data)):
                 (used.time,), used.qpos[:], used.qvel[:] = (part[replica] for part in start)
+                used.qacc_warmstart[:] = 0
                 if control is not None:
                     mujoco.mj_setState(self.model, used, control[replica, 0], control_spec)
                 self._run(used, BY_TIME, nstep, 1, replica, paths[replica])
