@@ -161,12 +161,12 @@ ARM = Path(getattr(find_spec("dm_control"), "origin", "")).parent / KINOVA
 """The Kinova Jaco arm of dm_control: six joints with armature."""
 
 TREES = {
-    "pendulum": Tree(_chain("y", joints='damping="0.15"'), kT=0.5),
-    "double pendulum": Tree(_chain("yy", joints='damping="0.08"'), kT=0.5),
+    "pendulum": Tree(_chain("y", joints='damping="0.15"'), kT=0.3),
+    "double pendulum": Tree(_chain("yy", joints='damping="0.08"'), kT=0.2),
     "six links, planar": Tree(_chain("yyyyyy"), kT=0.5, friction=10.0),
-    "six links in 3-D": Tree(_chain("xyxyxy", joints='damping="0.05"'), kT=0.5),
-    "four ball joints": Tree(_chain("bbbb", joints='armature="0.001"'), kT=0.3, friction=10.0),
-    "chain in a fluid": Tree(_chain("yxy", head='<option viscosity="30"/>'), kT=0.5),
+    "six links in 3-D": Tree(_chain("xyxyxy", joints='damping="0.05"'), kT=0.15),
+    "four ball joints": Tree(_chain("bbbb", joints='armature="0.001"'), kT=0.15, friction=10.0),
+    "chain in a fluid": Tree(_chain("yxy", head='<option viscosity="30"/>'), kT=0.15),
     "cart-pole": Tree(CART, kT=1.5),
     "free body": Tree(STONE, kT=0.5, friction=5.0),
     "two magnetic trees": Tree(MAGNETS, kT=2e-6, friction=20.0),

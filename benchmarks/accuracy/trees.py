@@ -22,8 +22,8 @@ REPLICAS = 32
 RUNS = (("baoab", 1.0), ("baoab", 0.5), ("obabo", 1.0))
 """Splittings, and timesteps in units of 1/omega."""
 
-COLDER = 0.2
-"""Ratio of a second, lower temperature to that of each tree."""
+HOTTER = 3.0
+"""Ratio of a second temperature to that of each tree."""
 
 SAMPLES, STEPS = 1000, 15_000
 """Records of each chain of the Metropolis algorithm, and steps of 1/omega of each replica."""
@@ -65,11 +65,14 @@ class Law:
         stiffness, inertia = np.empty((2, n, n))
         for i in range(n):
             for j in range(n):
-                stiffness[i, j] = sum(
-                    a * b * self.energy(self.moved(step * (a * units[i] + b * units[j])))
-                    for a in (1, -1)
-                    for b in (1, -1)
-                ) / (2 * step) ** 2
+                stiffness[i, j] = (
+                    sum(
+                        a * b * self.energy(self.moved(step * (a * units[i] + b * units[j])))
+                        for a in (1, -1)
+                        for b in (1, -1)
+                    )
+                    / (2 * step) ** 2
+                )
         self.energy(self.rest)
         for row, unit in zip(inertia, units, strict=True):
             mujoco.mj_mulM(self.model, self._data, row, unit)
@@ -155,9 +158,11 @@ def cases(quick: bool) -> list[Case]:
     """Return a case for each tree at two temperatures."""
     names = ["double pendulum"] if quick else TREES
     return [
-        Case(f"tree/{name}/{ratio:g}", partial(_measure, name, ratio, quick), 2.0 if quick else 90.0)
+        Case(
+            f"tree/{name}/{ratio:g}", partial(_measure, name, ratio, quick), 2.0 if quick else 90.0
+        )
         for name in names
-        for ratio in (1.0, COLDER)
+        for ratio in (1.0, HOTTER)
     ]
 
 
