@@ -1,5 +1,6 @@
 """Bias of the positions of trees at a temperature: `Langevin` against the Metropolis algorithm."""
 
+import zlib
 from collections.abc import Mapping
 from functools import partial
 
@@ -141,13 +142,14 @@ def truth(law: Law, samples: int, every: int = 10) -> dict[str, tuple[float, flo
 def sampled(
     law: Law, size: float, nstep: int, *, every: int = 4, splitting: str = "baoab"
 ) -> xr.Dataset:
-    """Return a run of all replicas at the timestep size/omega."""
+    """Return a run of all replicas at the timestep size/omega, with noise of its own."""
     tree = law.tree
     model = tree.model(size / (tree.frequency or law.frequencies()[-1]))
     start = mujoco.MjData(model)
     start.qpos[:] = law.rest
+    seed = zlib.crc32(f"{model.nv} {tree.kT} {size} {splitting}".encode())
     thermostat = mm.Langevin(
-        model, tree.kT, friction=tree.friction, disable=tree.disable, splitting=splitting, seed=2
+        model, tree.kT, friction=tree.friction, disable=tree.disable, splitting=splitting, seed=seed
     )
     return thermostat.sample(
         nstep, replicas=REPLICAS, every=every, settle=max(300, nstep // 20), initial=start
