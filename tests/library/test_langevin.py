@@ -420,6 +420,43 @@ def test_a_lost_replica_is_reported_with_all_records():
         langevin.step(mujoco.MjData(model), 10_000)
 
 
+@pytest.mark.parametrize("solref", ["0.02 1", "-2500 -100"], ids=["standard", "direct"])
+def test_constraints_that_are_too_stiff_for_the_timestep_are_softened(solref):
+    """At 20 ms the limit would be unstable; it is softened to an oscillation of 0.5 / h."""
+    xml = (
+        f'<mujoco><option timestep="0.02"/><worldbody><body><joint type="slide" axis="1 0 0"'
+        f' range="-0.1 0" damping="0.5" solreflimit="{solref}" solimplimit="0.95 0.95 0.001"/>'
+        '<geom size="0.1" mass="1"/></body></worldbody></mujoco>'
+    )
+    model = mujoco.MjModel.from_xml_string(xml)
+    data = mujoco.MjData(model)
+    data.qpos[0] = 0.01
+    with pytest.warns(UserWarning, match=r"softened to suit the timestep 0.02: joint limits \(1, "):
+        langevin = mm.Langevin(model, kT=0.3)
+    stiffness = -langevin.forces(data)[0] / 0.01
+    assert stiffness * 0.02**2 == pytest.approx(0.25, rel=1e-6)  # at rest; the mass is 1
+    assert langevin.largest_timestep(data) == pytest.approx(0.08, rel=1e-4)  # 2/omega
+    run = langevin.sample(100_000, replicas=8, every=5, settle=1000)
+    found = mm.observables.kinetic_temperature(model, run)
+    truth = mm.observables.metropolis(
+        langevin.effective_model, 0.3, samples=4000, replicas=8, every=5
+    )
+    # 4 standard errors, 1.1 %; the kinetic temperature is that of a velocity, second order in h.
+    assert float(found.total) == pytest.approx(0.3, rel=0.04)
+    errors = [
+        float(one.qpos.mean(["time" if "time" in one.dims else "sample", one.qpos.dims[-1]]).std())
+        for one in (run, truth)
+    ]
+    difference = float(run.qpos.mean() - truth.qpos.mean())
+    assert abs(difference) < 4 * np.hypot(*errors) / np.sqrt(8)
+    model.opt.timestep = 0.002
+    mm.Langevin(model, kT=0.3)  # without a warning
+    model.opt.timestep = 0.02
+    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_REFSAFE)
+    stiff = mm.Langevin(model, kT=0.3)
+    assert stiff.largest_timestep(data) < 0.02
+
+
 def test_the_model_of_the_user_stays_as_it_is():
     model = mujoco.MjModel.from_xml_string(EVERY_DAMPER)
     before = np.concatenate([model.dof_damping, model.actuator_biasprm.ravel(), model.opt.gravity])

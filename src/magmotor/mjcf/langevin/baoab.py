@@ -14,7 +14,7 @@ from magmotor.mjcf import hooks
 from magmotor.mjcf.langevin.coefficients import step_coefficients
 from magmotor.mjcf.langevin.compiled_loop import compiled
 from magmotor.mjcf.langevin.model import langevin_model
-from magmotor.mjcf.langevin.thermostat import Taken, Thermostat
+from magmotor.mjcf.langevin.thermostat import NOTHING, Taken, Thermostat
 
 
 class Baoab(Thermostat):
@@ -88,10 +88,17 @@ class Baoab(Thermostat):
         mujoco.FatalError
             The same errors as in `magnetism`.
         """
-        self._steps(data, nstep)
+        self._steps(data, nstep, NOTHING)
 
     def _run(
-        self, data: mujoco.MjData, first: int, nstep: int, every: int, replica: int, records: Array
+        self,
+        data: mujoco.MjData,
+        first: int,
+        nstep: int,
+        every: int,
+        replica: int,
+        exchanged: Array,
+        records: Array,
     ) -> Taken:
         """Call the compiled loop, which records every step, and for which `userdata` is the path.
 
@@ -102,4 +109,4 @@ class Baoab(Thermostat):
         with hooks.errors_raised():
             addresses = self.model._address, data._address
             following = self._advance(*addresses, first, nstep, self._coefficients, records, work)
-        return Taken(following, np.empty(0))
+        return Taken(following, exchanged)

@@ -4,8 +4,9 @@
 
 The damper k acts on the velocity a_k v, and has the temperature kT_k. For any h the rule leaves the
 Gaussian law of the velocities invariant, also between several temperatures, and diffusion is exact
-where no force acts, as in Gronbech-Jensen and Farago, Mol. Phys. 111, 983 (2013). The energy that
-each damper exchanges is exact, too: u (noise - h c u), where u = a_k (v + v')/2.
+where no force acts, as in Gronbech-Jensen and Farago, Mol. Phys. 111, 983 (2013). Each damper
+exchanges the energy u (noise - h c u), where u = a_k (v + v')/2, to rounding. The mean heat from one
+of several baths whose dampers share velocities has an error of first order in h; their sum has none.
 """
 
 # Numba's intrinsics hide their first parameter:

@@ -28,12 +28,19 @@ from magmotor.mjcf.langevin.own_model import (
     couplings,
     leave_to_us,
     set_counts,
+    soften,
     table_of,
 )
 from magmotor.mjcf.langevin.splitting_loop import compiled
 from magmotor.mjcf.langevin.stability import largest_timestep
 from magmotor.mjcf.langevin.supported import check_tree
-from magmotor.mjcf.langevin.thermostat import BY_TIME, SECONDS_BETWEEN_CHECKS, Taken, Thermostat
+from magmotor.mjcf.langevin.thermostat import (
+    BY_TIME,
+    NOTHING,
+    SECONDS_BETWEEN_CHECKS,
+    Taken,
+    Thermostat,
+)
 from magmotor.mjcf.langevin.tree import Room, read_tree, room_for
 from magmotor.noise import BrownianPath
 from magmotor.numerics.splittings import LANGEVIN
@@ -80,7 +87,8 @@ class Langevin(Thermostat):
     model : mujoco.MjModel
         Read once; do not change it afterwards. Any tree of joints. Limits, equalities and
         frictionless contacts act as the springs and dampers that MuJoCo's soft constraints are at
-        rest. The options of the integrator and of the solver have no effect.
+        rest, and a warning says if they are softened to suit the timestep, as by MuJoCo's flag
+        refsafe. The options of the integrator and of the solver have no effect.
     kT : float or mapping of str to float
         Temperature in J; or temperatures of the dampers of the named joints, tendons and bodies (a
         body stands for its joints and for its drag in a fluid), each of which is a bath.
@@ -99,6 +107,14 @@ class Langevin(Thermostat):
         Selects the noise, with the number of the replica and of the step.
     path : BrownianPath, optional
         Brownian path to follow, instead of a seed.
+
+    Attributes
+    ----------
+    model : mujoco.MjModel
+        The model as given.
+    effective_model : mujoco.MjModel
+        The model that is integrated: with disabled flags, and with soft constraints that suit the
+        timestep. Its potential is that of the ensemble.
 
     Raises
     ------
@@ -154,6 +170,8 @@ class Langevin(Thermostat):
         if not steps:
             check_tree(own)
             model_friction(own)
+            soften(own)
+        self.effective_model = copy.copy(own)
         self._path = BrownianPath(seed, model.opt.timestep) if path is None else path
         check_type("path", self._path, BrownianPath)
         found = model_friction(own) if friction is None else read_friction(model, friction)
@@ -202,8 +220,8 @@ class Langevin(Thermostat):
         mujoco.FatalError
             The same errors as in `magnetism`.
         """
-        total = sum(self._steps(data, nstep))
-        return dict(zip((*self.kT, "work"), np.asarray(total).tolist(), strict=True))
+        sums = self._steps(data, nstep, np.zeros(len(self.kT) + 1))
+        return dict(zip((*self.kT, "work"), sums.tolist(), strict=True))
 
     def sample(
         self,
@@ -290,18 +308,17 @@ class Langevin(Thermostat):
             mujoco.mj_copyState(self.model, initial, data, STATE)
         data.time, following = 0.0, 0
         for records, count in ((out[replica, :0], settle), (out[replica], nstep)):
-            done, size, sums = 0, every, np.zeros(len(self.kT) + 1)
+            done, size, exchanged = 0, every, np.zeros(len(self.kT) + 1)
             while done < count and not stop.is_set():
                 start = time.monotonic()
                 size = min(size, count - done)
                 piece = records[done // every : (done + size) // every]
-                taken = self._run(data, following, size, every, replica, piece)
-                if taken.following == BY_TIME:
+                following, exchanged = self._run(
+                    data, following, size, every, replica, exchanged, piece
+                )
+                if following == BY_TIME:
                     lost[replica] = data.time - settle * self._timestep
                     return
-                if piece.size:
-                    piece[:, -len(sums) :] += sums
-                sums, following = sums + taken.exchanged, taken.following
                 done += size
                 progress.update(size)
                 elapsed = max(time.monotonic() - start, 1e-6)
@@ -342,7 +359,7 @@ class Langevin(Thermostat):
         """
         check_type("data", data, mujoco.MjData)
         self._check_data(data)
-        return self._call(data, 0, 0, 1, 0, np.empty((0, 0)))[1].force
+        return self._call(data, 0, 0, 1, 0, NOTHING, np.empty((0, 0)))[1].force
 
     def largest_timestep(self, data: mujoco.MjData) -> float:
         """Return the smallest unstable timestep of small motions about a position, in s.
@@ -370,21 +387,36 @@ class Langevin(Thermostat):
         return largest_timestep(self.model, data, self.forces, self._friction, self._scheme)
 
     def _run(
-        self, data: mujoco.MjData, first: int, nstep: int, every: int, replica: int, records: Array
+        self,
+        data: mujoco.MjData,
+        first: int,
+        nstep: int,
+        every: int,
+        replica: int,
+        exchanged: Array,
+        records: Array,
     ) -> Taken:
         """Call the compiled loop; see `advance` in `magmotor.mjcf.langevin.splitting_loop`."""
         if first == BY_TIME:
             first = math.floor(data.time / self._timestep + 0.5)
-        done, room = self._call(data, first, nstep, every, replica, records)
+        done, room = self._call(data, first, nstep, every, replica, exchanged, records)
         return Taken(first + nstep if done == nstep else BY_TIME, room.exchanged)
 
     def _call(
-        self, data: mujoco.MjData, first: int, nstep: int, every: int, replica: int, records: Array
+        self,
+        data: mujoco.MjData,
+        first: int,
+        nstep: int,
+        every: int,
+        replica: int,
+        exchanged: Array,
+        records: Array,
     ) -> tuple[int, Room]:
         """Return the number of steps that succeeded, and the scratch memory."""
         self._check_run(data)
         path = np.array([self._path.seed, replica, self._path.factor, self._path.level])
         room = room_for(self.model, self._tree, len(self.kT))
+        room.exchanged[: len(exchanged)] = exchanged
         with hooks.errors_raised():
             done = self._advance(
                 self._own._address, self._bare._address, data._address, self._tree, self._dampers,

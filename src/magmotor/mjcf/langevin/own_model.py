@@ -2,6 +2,7 @@
 
 import copy
 import ctypes
+import warnings
 from collections.abc import Sequence
 
 import mujoco
@@ -10,9 +11,17 @@ import numpy as np
 from magmotor.common.arrays import Array
 from magmotor.common.checks import check_choice, elements, reject
 from magmotor.mjcf import layout
+from magmotor.mjcf.langevin.checks import colliding_geoms
 from magmotor.mjcf.langevin.friction import ON_JOINTS, Friction
+from magmotor.mjcf.langevin.tree import may_touch
 from magmotor.mjcf.lookup import disabled
 from magmotor.numerics.splittings import Scheme, kicks_that_evaluate
+
+FASTEST_CONSTRAINT = 0.5
+"""Largest product of the timestep and of a constraint's frequency.
+
+Several constraints on one joint, and the slope of the impedance, add up to 2.5 times as much.
+"""
 
 CODES = "ABOKRS"
 """Parts of schemes, in the order of their codes in the compiled loop."""
@@ -49,12 +58,69 @@ def couplings(model: mujoco.MjModel, friction: Friction) -> tuple[bool, list[lis
     constraints = (
         (limits and not disabled(model, "limit"))
         or (model.neq and not disabled(model, "equality"))
-        or not disabled(model, "contact")
+        or may_touch(model)
     )
     damped = np.flatnonzero(friction.tendons)
     spans = zip(model.ten_J_rowadr[damped], model.ten_J_rownnz[damped], strict=True)
     coupled = [model.ten_J_colind[start : start + count].tolist() for start, count in spans]
     return bool(constraints or len(friction.rows) or not on_joints.all()), coupled
+
+
+def soften(own: mujoco.MjModel) -> None:
+    """Make soft constraints so soft that the timestep resolves their oscillation, and warn of it.
+
+    By the flag refsafe, MuJoCo itself does the same for its own integrators. The frequency of a
+    constraint is that of its spring and of the inertia that it assumes.
+    """
+    if disabled(own, "refsafe") or disabled(own, "constraint"):
+        return
+    contacts = _colliding(own)
+    kinds = {
+        "joint limits": (own.jnt_solref, own.jnt_solimp, own.jnt_limited, "limit"),
+        "tendon limits": (
+            own.tendon_solref_lim,
+            own.tendon_solimp_lim,
+            own.tendon_limited,
+            "limit",
+        ),
+        "equalities": (own.eq_solref, own.eq_solimp, np.ones(own.neq), "equality"),
+        "contacts of geoms": (own.geom_solref, own.geom_solimp, contacts, "contact"),
+        "contact pairs": (own.pair_solref, own.pair_solimp, np.ones(own.npair), "contact"),
+    }
+    softened = []
+    for kind, (solref, solimp, exists, flag) in kinds.items():
+        excess = _frequencies(solref, solimp) * own.opt.timestep / FASTEST_CONSTRAINT
+        stiff = (excess > 1) & (np.asarray(exists) > 0)
+        if disabled(own, flag) or not stiff.any():
+            continue
+        standard = solref[:, 0] > 0
+        solref[stiff & standard, 0] *= excess[stiff & standard]
+        direct = stiff & ~standard
+        solref[direct] /= np.column_stack([excess[direct] ** 2, excess[direct]])
+        softened.append(f"{kind} ({stiff.sum()}, up to {excess[stiff].max():.2g} times slower)")
+    if softened:
+        warnings.warn(
+            f"soft constraints are softened to suit the timestep {own.opt.timestep:g}:"
+            f" {'; '.join(softened)}; take a shorter timestep, increase their solref, or disable"
+            " the flag refsafe to keep them as they are",
+            stacklevel=3,
+        )
+
+
+def _colliding(model: mujoco.MjModel) -> Array:
+    """Return which geoms may have contacts, shape (ngeom,)."""
+    found = np.zeros(model.ngeom)
+    found[colliding_geoms(model).ravel()] = 1
+    return found
+
+
+def _frequencies(solref: Array, solimp: Array) -> Array:
+    """Return the angular frequency of each constraint in rad/s; see MuJoCo's manual, Modeling."""
+    width = np.clip(solimp[:, 1], 1e-4, 1 - 1e-4)
+    constant, ratio = solref.T
+    standard = 1 / np.maximum(width * constant * ratio, 1e-15) ** 2
+    stiffness = np.where(constant > 0, standard, -constant / width**2)
+    return width * np.sqrt(stiffness / (1 - width))
 
 
 def leave_to_us(own: mujoco.MjModel, *, mujoco_steps: bool) -> None:
@@ -88,12 +154,13 @@ def set_counts(own: mujoco.MjModel, *names: str) -> None:
 def table_of(scheme: Scheme, timestep: float) -> Array:
     """Return the parts of a scheme as a table for the compiled loop."""
     kicks = any(part in "BK" for part in scheme.parts)
+    at_rest = -1 if "S" in scheme.parts else 0
     evaluate = kicks_that_evaluate(scheme.parts) if kicks else [False] * len(scheme.parts)
     takers = [i for i, part in enumerate(scheme.parts) if part in "OK"]
     halves = {takers[0]: 1, takers[1]: -1} if len(takers) == 2 else {}
     return np.array(
         [
-            (CODES.index(part), fraction * timestep, new if kicks else -1, halves.get(i, 0))
+            (CODES.index(part), fraction * timestep, new if kicks else at_rest, halves.get(i, 0))
             for i, (part, fraction, new) in enumerate(
                 zip(scheme.parts, scheme.fractions, evaluate, strict=True)
             )

@@ -11,10 +11,10 @@ from numba import njit, types
 from magmotor.mjcf import layout, memory
 from magmotor.mjcf.langevin import free_motion, position_forces
 from magmotor.mjcf.langevin.free_motion import (
-    bias_acceleration,
-    move,
+    CLASSICAL,
     move_freely,
     multiply_inertia,
+    runge_kutta,
     solve_inertia,
     update_position,
 )
@@ -70,10 +70,10 @@ def _advance(checksum: int, offsets: layout.Layout):
         every : int
             Steps between two records.
         room : Room
-            Scratch memory.
+            Scratch memory; its `exchanged` contains the sums before these steps.
         out : ndarray, shape (records, nq + nv + baths + 1)
-            Receives `qpos`, `qvel`, the heat from each bath and the work of all forces since the
-            call, after every `every` steps, if it has rows; else the last row of sums alone.
+            Receives `qpos`, `qvel`, the heat from each bath and the work of all forces, after every
+            `every` steps, if it has rows.
         """
         _ = checksum
         tree, dampers, room = _borrow_tree(tree), _borrow_dampers(dampers), _borrow_room(room)
@@ -84,9 +84,7 @@ def _advance(checksum: int, offsets: layout.Layout):
         qvel = memory.numbers(d[offsets.qvel // 8], 1, n)[0]
         qpos = memory.numbers(d[offsets.qpos // 8], 1, nq)[0]
         time = memory.numbers(data + offsets.time, 1, 1)[0]
-        inertia = memory.numbers(d[offsets.M // 8], 1, tree.starts[n])[0]
         timestep = memory.numbers(model + offsets.timestep, 1, 1)[0, 0]
-        room.exchanged[:] = 0.0
         room.force[:] = 0.0
         update_position(model, data)
         if parts[0, 2] >= 0.0:
@@ -98,10 +96,10 @@ def _advance(checksum: int, offsets: layout.Layout):
                 code, span = int(parts[part, 0]), parts[part, 1]
                 if code == A:
                     good = good and move_freely(
-                        model, bare, data, tree, inertia, qpos, qvel, span, room
+                        model, bare, data, offsets, tree, qpos, qvel, span, room
                     )
                 elif code == R:
-                    _runge_kutta(model, data, offsets, tree, qpos, qvel, span, room)
+                    _flow(model, data, offsets, tree, qpos, qvel, span, room)
                 elif code == S:
                     _mujoco_step(model, data, offsets, tree, qvel, room)
                 elif parts[part, 2] > 0.0:
@@ -146,37 +144,14 @@ def _kick(qvel, time, room):
 
 
 @njit(error_model="numpy")
-def _runge_kutta(model, data, offsets, tree, qpos, qvel, time, room):
-    """R: move with all forces by the Runge-Kutta rule of fourth order, and book their work."""
-    copy(room.position, qpos)
-    copy(room.start, qvel)
-    room.velocity_sum[:] = 0.0
-    room.acceleration_sum[:] = 0.0
-    work = 0.0
-    for stage in range(4):
-        if stage > 0:
-            part = time if stage == 3 else 0.5 * time
-            copy(qpos[: len(room.position)], room.position)
-            move(model, qpos, qvel, part)
-            for i in range(len(qvel)):
-                qvel[i] = room.start[i] + part * room.acceleration[i]
-            update_position(model, data)
-        compute_forces(model, data, offsets, tree, room.wrenches, room.force)
-        bias_acceleration(model, data, room.bias, room.acceleration)
-        for i in range(len(qvel)):
-            room.bias[i] = room.force[i] - room.bias[i]
-        solve_inertia(model, data, room.acceleration, room.bias)
-        weight = time / 3.0 if stage == 1 or stage == 2 else time / 6.0
-        for i in range(len(qvel)):
-            work += weight * room.force[i] * qvel[i]
-            room.velocity_sum[i] += weight * qvel[i]
-            room.acceleration_sum[i] += weight * room.acceleration[i]
-    copy(qpos[: len(room.position)], room.position)
-    move(model, qpos, room.velocity_sum, 1.0)
-    for i in range(len(qvel)):
-        qvel[i] = room.start[i] + room.acceleration_sum[i]
+def _flow(model, data, offsets, tree, qpos, qvel, time, room):
+    """R: move with all forces by the Runge-Kutta rule of fourth order, and book the energy."""
+    d = memory.words(data, memory.UNBOUNDED)
+    inertia = memory.numbers(d[offsets.M // 8], 1, tree.starts[len(qvel)])[0]
+    energy = _kinetic_energy(tree, inertia, qvel, room)
+    runge_kutta(model, data, offsets, tree, qpos, qvel, time, CLASSICAL, True, room)
     update_position(model, data)
-    room.exchanged[-1] += work
+    room.exchanged[-1] += _kinetic_energy(tree, inertia, qvel, room) - energy
 
 
 @njit(error_model="numpy")

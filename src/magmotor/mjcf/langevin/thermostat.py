@@ -30,13 +30,16 @@ BY_TIME = -(2**63)
 """Stands for a step number to be derived from the time of `mjData`, exact up to 5e7 steps."""
 
 
+NOTHING = np.empty(0)
+
+
 class Taken(NamedTuple):
     """What became of some steps."""
 
     following: int
     """Number of the next step on the Brownian path; `BY_TIME` if the state was lost."""
     exchanged: Array
-    """Heat from each bath, and the work of all forces, in J; may be empty."""
+    """Sums of the heat from each bath, and of the work of all forces, in J; may be empty."""
 
 
 class Thermostat(ABC):
@@ -54,27 +57,33 @@ class Thermostat(ABC):
 
     @abstractmethod
     def _run(
-        self, data: mujoco.MjData, first: int, nstep: int, every: int, replica: int, records: Array
+        self,
+        data: mujoco.MjData,
+        first: int,
+        nstep: int,
+        every: int,
+        replica: int,
+        exchanged: Array,
+        records: Array,
     ) -> Taken:
         """Take steps with the compiled loop.
 
-        `records` has no rows, or receives `qpos`, `qvel`, and what else there is, after every
-        `every` steps.
+        `exchanged` contains the sums before these steps. `records` has no rows, or receives `qpos`,
+        `qvel`, and what else there is, after every `every` steps.
         """
 
-    def _steps(self, data: mujoco.MjData, nstep: int) -> list[Array]:
-        """Take steps, and return what each call of the compiled loop exchanged."""
+    def _steps(self, data: mujoco.MjData, nstep: int, exchanged: Array) -> Array:
+        """Take steps, and return the sums of what was exchanged; see `Taken`."""
         check_type("data", data, mujoco.MjData)
         self._check_data(data)
         remaining = check_integer("nstep", nstep, at_least=0)
         if remaining >= LARGEST_STEP:
             raise reject("nstep", nstep, f"must be less than 2^53 = {LARGEST_STEP}")
-        following, count, exchanged = BY_TIME, min(remaining, FIRST_STEPS), []
+        following, count = BY_TIME, min(remaining, FIRST_STEPS)
         while True:
             start = time.monotonic()
-            taken = self._run(data, following, count, 1, 0, np.empty((0, 0)))
-            following = taken.following
-            exchanged.append(taken.exchanged)
+            taken = self._run(data, following, count, 1, 0, exchanged, np.empty((0, 0)))
+            following, exchanged = taken
             if following == BY_TIME:
                 raise FloatingPointError(
                     f"the state is not finite at t = {data.time:g}: the timestep is too long,"
@@ -146,7 +155,7 @@ class Thermostat(ABC):
                 used.qacc_warmstart[:] = 0
                 if control is not None:
                     mujoco.mj_setState(self.model, used, control[replica, 0], control_spec)
-                self._run(used, BY_TIME, nstep, 1, replica, paths[replica])
+                self._run(used, BY_TIME, nstep, 1, replica, NOTHING, paths[replica])
 
         with ThreadPoolExecutor(len(data)) as pool:
             list(pool.map(follow, range(len(data))))

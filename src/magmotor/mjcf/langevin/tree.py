@@ -11,6 +11,7 @@ import magmotor_plugin
 from magmotor.common.arrays import Array, Integers
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.forces.marks import NOISE
+from magmotor.mjcf.langevin.checks import colliding_geoms
 from magmotor.mjcf.lookup import disabled
 
 
@@ -121,7 +122,7 @@ def read_tree(model: mujoco.MjModel, rows: list[list[int]], *, full: bool) -> Tr
     constraints = bool(
         (limits and not disabled(model, "limit"))
         or (model.neq and not disabled(model, "equality"))
-        or not disabled(model, "contact")
+        or may_touch(model)
     ) and not disabled(model, "constraint")
     return Tree(
         parents=_integers(model.body_parentid),
@@ -144,6 +145,12 @@ def read_tree(model: mujoco.MjModel, rows: list[list[int]], *, full: bool) -> Tr
         forces=acting_forces(model) & ~NOISE,
         own_wrenches=bool((model.plugin == magmotor_plugin.register()).any()),
     )
+
+
+def may_touch(model: mujoco.MjModel) -> bool:
+    """Return whether any contact is possible."""
+    pairs = model.npair > 0 or len(colliding_geoms(model)) > 0
+    return pairs and not disabled(model, "contact")
 
 
 def _integers(values: NDArray[Any]) -> Integers:
