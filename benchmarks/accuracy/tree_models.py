@@ -141,11 +141,11 @@ LIMITS = """
 <mujoco>
   <worldbody>
     <body>
-      <joint name="hip" axis="0 1 0" limited="true" range="-20 30" solreflimit="0.15 0.5"
+      <joint name="hip" axis="0 1 0" limited="true" range="-20 30" solreflimit="0.2 0.5"
              solimplimit="0.5 0.5 0.1" damping="0.3"/>
       <inertial pos="0 0 -0.25" mass="1" diaginertia="0.02 0.02 0.01"/>
       <body pos="0 0 -0.5">
-        <joint name="knee" axis="0 1 0" limited="true" range="-5 60" solreflimit="0.15 0.5"
+        <joint name="knee" axis="0 1 0" limited="true" range="-5 60" solreflimit="0.2 0.5"
                solimplimit="0.5 0.5 0.1" damping="0.2"/>
         <inertial pos="0 0 -0.25" mass="1" diaginertia="0.02 0.02 0.01"/>
       </body>
@@ -171,7 +171,7 @@ TREES = {
     "free body": Tree(STONE, kT=0.5, friction=5.0),
     "two magnetic trees": Tree(MAGNETS, kT=2e-6, friction=20.0),
     "tendons": Tree(WINGS, kT=1.0),
-    "limits": Tree(LIMITS, kT=0.5, frequency=20.0),
+    "limits": Tree(LIMITS, kT=0.5, frequency=29.0),
     "arm of dm_control": Tree(
         str(ARM), 6.0, 3.0, ("contact", "frictionloss", "limit"), stiffness=30.0
     ),

