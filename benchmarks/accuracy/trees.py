@@ -152,7 +152,7 @@ def sampled(
         model, tree.kT, friction=tree.friction, disable=tree.disable, splitting=splitting, seed=seed
     )
     return thermostat.sample(
-        nstep, replicas=REPLICAS, every=every, settle=max(300, nstep // 20), initial=start
+        nstep, replicas=REPLICAS, every=every, settle=max(1000, nstep // 5), initial=start
     )
 
 
