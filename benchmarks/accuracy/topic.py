@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from benchmarks.accuracy import cost, diffusion, dry_friction, other_scenes, paths, top
+from benchmarks.accuracy import cost, diffusion, dry_friction, other_scenes, paths, top, trees
 from benchmarks.accuracy.panels import Mark, Panel, draw_panels
 from benchmarks.accuracy.points import points_of
 from benchmarks.accuracy.scenes import DISK, MOTOR, SCENES
@@ -14,7 +14,7 @@ from benchmarks.harness.records import Case, Record
 from magmotor.devices.motor.theory import euler_slip_overheating
 from magmotor.theory import euler_slip_variance, gibbs_mean_squares
 
-PARTS = (cost, top, paths, diffusion, other_scenes, dry_friction)
+PARTS = (cost, top, paths, diffusion, other_scenes, dry_friction, trees)
 
 
 def _disk_overheating(timestep: float) -> float:
@@ -100,7 +100,7 @@ def draw(records: Mapping[str, Record], folder: Path) -> None:
 
 def tables(records: Mapping[str, Record]) -> dict[str, str]:
     """Return all tables, in Markdown."""
-    return tabulate(records)
+    return {**tabulate(records), **trees.tables(records)}
 
 
 def front(records: Mapping[str, Record]) -> dict[str, Any]:
