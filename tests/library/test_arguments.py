@@ -270,8 +270,9 @@ RIGHT_ALL_THE_SAME = {
     (mm.scene_of, "run", "a run of another scene"),
     (mm.rerun, "run", "a run of another scene"),
     (mm.observables.exponential_test, "alternatives", "an empty dataset"),
+    (mm.Langevin, "disable", "an empty dataset"),
 }
-"""Valid after all; an empty dataset is also an empty mapping."""
+"""Valid after all; an empty dataset is also an empty mapping, and has no elements."""
 
 
 def test_the_table_is_complete():

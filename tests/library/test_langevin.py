@@ -339,6 +339,10 @@ WARM: dict[str, Any] = {"disable": CONTACT}
             r"friction = 'matrix with the eigenvalue -2.46.*': must be positive semidefinite; .*",
         ),
         (
+            {"kT": 1, "path": noise.BrownianPath(1, 0.1)},
+            r"path.timestep = 0.1: must be the timestep of the model, 0.002",
+        ),
+        (
             {"kT": {"upper": 1.0, "lower": 1.0, "slider": 2.0}, "friction": 1.0},
             r"kT = .*: must be one temperature, since friction belongs to no single joint",
         ),

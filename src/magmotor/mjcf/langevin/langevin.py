@@ -174,8 +174,12 @@ class Langevin(Thermostat):
             check_inertia(own)
             soften(own)
         self.effective_model = copy.copy(own)
-        self._path = BrownianPath(seed, model.opt.timestep) if path is None else path
+        by_seed = BrownianPath(seed, model.opt.timestep)
+        self._path = by_seed if path is None else path
         check_type("path", self._path, BrownianPath)
+        if not math.isclose(self._path.timestep, model.opt.timestep, rel_tol=1e-9):
+            sentence = f"must be the timestep of the model, {model.opt.timestep:g}"
+            raise reject("path.timestep", self._path.timestep, sentence)
         found = model_friction(own) if friction is None else read_friction(model, friction)
         check_damped(own, found)
         self._friction, self._scheme = found, scheme
