@@ -344,7 +344,7 @@ WARM: dict[str, Any] = {"disable": CONTACT}
         ),
         (
             {"kT": {"upper": 1.0, "lower": 1.0, "slider": 2.0}, "friction": 1.0},
-            r"kT = .*: must be one temperature, since friction belongs to no single joint",
+            r"kT = .*: must be one temperature, since friction as given belongs to no single joint",
         ),
     ],
 )

@@ -1,8 +1,10 @@
-"""Names of the elements of a compiled model, and its disabled features."""
+"""Names of the elements of a compiled model, its disabled features, and a checksum of them."""
 
+import zlib
 from typing import Any
 
 import mujoco
+import numpy as np
 
 
 def disabled(model: mujoco.MjModel, flag: str) -> bool:
@@ -27,3 +29,13 @@ def number_of(model: mujoco.MjModel, kind: str, name: str) -> int:
 
 def _object_type(kind: str) -> int:
     return getattr(mujoco.mjtObj, f"mjOBJ_{kind.upper()}")
+
+
+def potential_checksum(model: mujoco.MjModel) -> int:
+    """Return a checksum of a model's flags and soft constraints, which change its potential."""
+    ours = mujoco.mjtDisableBit.mjDSBL_REFSAFE | mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    kinds = ("jnt_solref", "jnt_solimp", "tendon_solref_lim", "tendon_solimp_lim", "eq_solref",
+             "eq_solimp", "geom_solref", "geom_solimp", "pair_solref", "pair_solimp")  # fmt: skip
+    numbers = [np.array([model.opt.disableflags & ~int(ours)], float)]
+    numbers += [getattr(model, kind).ravel() for kind in kinds]
+    return zlib.crc32(np.concatenate(numbers).tobytes())

@@ -14,6 +14,7 @@ from magmotor.mjcf.boltzmann.forces import Forces, resting_forces, without_noise
 from magmotor.mjcf.boltzmann.metropolis import is_translation, joint_names, positions_only
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.forces.marks import DIPOLES, POTENTIALS
+from magmotor.mjcf.lookup import potential_checksum
 from magmotor.mjcf.magnetism import magnetism
 from magmotor.numerics.batch_means import BATCHES, mean_and_error, ratio_and_error
 
@@ -57,7 +58,8 @@ def kinetic_temperature(model: mujoco.MjModel, run: xr.Dataset) -> xr.Dataset:
 
     A joint at a wrong temperature also changes those of the joints that inertia couples to it.
 
-    Velocities of an integrator deviate by O(h^2) even where its positions have no error.
+    Velocities of an integrator deviate even where its positions have no error: by BAOAB, those of an
+    oscillation of angular frequency w have the temperature kT (1 - (w h)^2/4).
 
     A record takes about 3 us for an arm.
     """
@@ -99,6 +101,7 @@ def configurational_temperature(
     Parameters
     ----------
     model : mujoco.MjModel
+        The `effective_model` of a `Langevin`, if that disabled flags or softened constraints.
     run : xarray.Dataset
         `qpos` (replica, time, nq) in equilibrium; the dimension `replica` may be absent, and the
         others may have any names. Of a long run, evenly spaced records are used: those for which
@@ -106,8 +109,9 @@ def configurational_temperature(
     forces : callable, optional
         A function of an `mjData` at rest, with positions and the mass matrix up to date, that
         returns the conservative forces (nv,). By default, these are all forces of the model: of
-        gravity, springs, dipoles and potentials of joints, of actuators without control, and of
-        limits, equalities and contacts without friction as MuJoCo applies them at rest.
+        gravity, springs, dipoles and potentials of joints, actuators, limits, equalities and
+        contacts without friction as MuJoCo applies them at rest, and those applied by the user.
+        Controls and applied forces are those that the run contains, else zero.
 
     Returns
     -------
@@ -117,7 +121,7 @@ def configurational_temperature(
     Raises
     ------
     ValueError
-        The run lacks `qpos`, has too few records, or does not belong to the model; or two geoms
+        The run lacks `qpos`, has too few records, or was made with another potential; or two geoms
         touch with friction, which has no potential.
 
     Notes
@@ -135,9 +139,17 @@ def configurational_temperature(
     times = positions.shape[1]
     count = min(times, max(1, CALLS // ((2 * model.nv + 1) * len(positions))))
     positions = positions[:, np.linspace(0, times - 1, count).round().astype(int)]
+    if run.attrs.get("potential", potential_checksum(model)) != potential_checksum(model):
+        sentence = (
+            "must be the effective_model of the Langevin that made this run, since it disabled"
+            " flags or softened constraints"
+        )
+        raise reject("model", "another one", sentence)
     magnetic = forces is None and acting_forces(model) & (DIPOLES | POTENTIALS)
-    model = without_noise(model)
+    model = without_noise(model) if forces is None else model
     data = mujoco.MjData(model)
+    for name in {"ctrl", "qfrc_applied", "xfrc_applied"} & {*run}:
+        getattr(data, str(name))[:] = run[name]
     forces = partial(resting_forces, model) if forces is None else forces
     squares, divergences = np.empty(positions.shape[:2]), np.empty(positions.shape[:2])
     with magnetism() if magnetic else nullcontext():

@@ -97,8 +97,11 @@ def dampers_with_temperatures(
     outputs = np.flatnonzero(friction.actuators)
     if len(kT) > 1:
         for what, exists in (
-            ("friction", bool(friction.rate) or len(friction.rows) > 0),
-            ("the damping of limits, equalities and contacts", constraints),
+            ("friction as given", bool(friction.rate) or len(friction.rows) > 0),
+            (
+                "the damping of limits, equalities and contacts (which disable=[...] takes)",
+                constraints,
+            ),
         ):
             if exists:
                 sentence = f"must be one temperature, since {what} belongs to no single joint"

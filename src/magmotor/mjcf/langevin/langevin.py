@@ -31,6 +31,7 @@ from magmotor.mjcf.langevin.own_model import (
     set_counts,
     soften,
     table_of,
+    without_friction,
 )
 from magmotor.mjcf.langevin.splitting_loop import compiled
 from magmotor.mjcf.langevin.stability import largest_timestep
@@ -43,11 +44,26 @@ from magmotor.mjcf.langevin.thermostat import (
     Thermostat,
 )
 from magmotor.mjcf.langevin.tree import Room, read_tree, room_for
+from magmotor.mjcf.lookup import potential_checksum
 from magmotor.noise import BrownianPath
 from magmotor.numerics.splittings import LANGEVIN
 
+APPLIED = {
+    "ctrl": ("control",),
+    "qfrc_applied": ("velocity",),
+    "xfrc_applied": ("body", "component"),
+}
+"""What acts from outside, by its name in mjData, and its dimensions."""
+
 STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 """What `sample` copies of an initial state."""
+
+
+ALTERNATIVES = (
+    "Langevin disables flags for itself by, for example, disable=['contact', 'actuation'];"
+    " splitting='o-step-o' with friction=1.0 takes every model, at an approximate temperature"
+)
+"""What a message about an unsupported model ends with."""
 
 
 class LangevinDiverged(FloatingPointError):
@@ -94,9 +110,9 @@ class Langevin(Thermostat):
         Temperature in J; or temperatures of the dampers of the named joints, tendons and bodies (a
         body stands for its joints and for its drag in a fluid), each of which is a bath.
     splitting : {"baoab", "obabo", "middle", "verlet", "o-rk4-o", "o-step-o"}
-        The last one consists of steps of MuJoCo itself between friction and noise. It supports
-        every model, but has the temperature only approximately: constraints, dry friction and
-        errors of MuJoCo's integrator change it.
+        The last one consists of steps of MuJoCo itself between friction and noise. With a given
+        friction it supports every model, but has the temperature only approximately: constraints,
+        dry friction, other dissipation and errors of MuJoCo's integrator change it.
     friction : float or array_like, shape (nv,) or (nv, nv), optional
         Instead of the model's own friction: the rate of the friction (rate M) in 1/s, or the
         damping of each degree of freedom, or a symmetric matrix. By default the friction is what
@@ -127,6 +143,11 @@ class Langevin(Thermostat):
 
     Notes
     -----
+    Friction changes how fast the ensemble settles, not what it becomes: a motion that friction damps
+    at the rate g in 1/s needs several times 1/g. The velocities of an oscillation of angular
+    frequency w have the temperature kT (1 - (w h)^2/4) by BAOAB, its positions have kT. Brownian
+    wrenches of the model (`user` numbers of bodies) do not act.
+
     B uses the forces at zero velocity; A is the explicit midpoint rule at conserved kinetic energy,
     in as many pieces as its accuracy requires; O is the Crank-Nicolson rule. BAOAB is due to
     Leimkuhler and Matthews, J. Chem. Phys. 138, 174102 (2013).
@@ -168,10 +189,15 @@ class Langevin(Thermostat):
         scheme = LANGEVIN[splitting]
         own = copy_with(model, disable)
         steps = "S" in scheme.parts
+        try:
+            if not steps:
+                check_tree(own)
+                model_friction(own if friction is None else without_friction(own))
+                check_inertia(own)
+            found = model_friction(own) if friction is None else read_friction(model, friction)
+        except ValueError as error:
+            raise ValueError(f"{error} ({ALTERNATIVES})") from None
         if not steps:
-            check_tree(own)
-            model_friction(own)
-            check_inertia(own)
             soften(own)
         self.effective_model = copy.copy(own)
         by_seed = BrownianPath(seed, model.opt.timestep)
@@ -180,7 +206,6 @@ class Langevin(Thermostat):
         if not math.isclose(self._path.timestep, model.opt.timestep, rel_tol=1e-9):
             sentence = f"must be the timestep of the model, {model.opt.timestep:g}"
             raise reject("path.timestep", self._path.timestep, sentence)
-        found = model_friction(own) if friction is None else read_friction(model, friction)
         check_damped(own, found)
         self._friction, self._scheme = found, scheme
         full, rows = couplings(own, found)
@@ -188,7 +213,7 @@ class Langevin(Thermostat):
         self._dampers = dampers_with_temperatures(
             own, found, self.kT, constraints=self._tree.constraints
         )
-        leave_to_us(own, mujoco_steps=steps)
+        leave_to_us(own, mujoco_steps=steps, all_friction=not steps or friction is None)
         self._own, self._bare = own, copy.copy(own)
         set_counts(self._own, "nplugin")
         set_counts(self._bare, "nplugin", "ngeom", "nsite")
@@ -260,7 +285,7 @@ class Langevin(Thermostat):
         xarray.Dataset
             `qpos` (replica, time, coordinate), `qvel` (replica, time, velocity), `heat` from each
             bath (replica, time, bath) and `work` of all forces (replica, time) in J, since the
-            first recorded step began.
+            first recorded step began; and `ctrl` and applied forces, if there are any.
 
         Raises
         ------
@@ -290,7 +315,7 @@ class Langevin(Thermostat):
         ) as progress:
             follow = partial(self._follow, out, lost, settle, nstep, every, initial, progress)
             _on_all_cores(follow, replicas)
-        run = self._dataset(out, every)
+        run = self._dataset(out, every, initial)
         if lost:
             replica, when = min(lost.items())
             raise LangevinDiverged(replica, when, len(lost), run)
@@ -330,10 +355,10 @@ class Langevin(Thermostat):
                 elapsed = max(time.monotonic() - start, 1e-6)
                 size = every * max(1, int(size * SECONDS_BETWEEN_CHECKS / elapsed) // every)
 
-    def _dataset(self, out: Array, every: int) -> xr.Dataset:
+    def _dataset(self, out: Array, every: int, initial: mujoco.MjData | None) -> xr.Dataset:
         nq, nv = self.model.nq, self.model.nv
         times = self._timestep * every * np.arange(1, out.shape[1] + 1)
-        return xr.Dataset(
+        run = xr.Dataset(
             {
                 "qpos": (("replica", "time", "coordinate"), out[:, :, :nq]),
                 "qvel": (("replica", "time", "velocity"), out[:, :, nq : nq + nv]),
@@ -341,8 +366,16 @@ class Langevin(Thermostat):
                 "work": (("replica", "time"), out[:, :, -1]),
             },
             {"time": times, "bath": [*self.kT]},
-            {"timestep": self._timestep, "splitting": self.splitting},
+            {
+                "timestep": self._timestep,
+                "splitting": self.splitting,
+                "potential": potential_checksum(self.effective_model),
+            },
         )
+        for name, axes in APPLIED.items():
+            if initial is not None and getattr(initial, name).any():
+                run[name] = axes, getattr(initial, name).copy()
+        return run
 
     def forces(self, data: mujoco.MjData) -> Array:
         """Return the generalized forces of the position, those of part B.

@@ -12,7 +12,7 @@ from magmotor.common.arrays import Array
 from magmotor.common.checks import check_choice, elements, reject
 from magmotor.mjcf import layout
 from magmotor.mjcf.langevin.checks import colliding_geoms
-from magmotor.mjcf.langevin.friction import ON_JOINTS, Friction
+from magmotor.mjcf.langevin.friction import AFFINE, ON_JOINTS, Friction
 from magmotor.mjcf.langevin.tree import may_touch
 from magmotor.mjcf.lookup import disabled, label
 from magmotor.numerics.splittings import Scheme, kicks_that_evaluate
@@ -52,7 +52,10 @@ def check_inertia(model: mujoco.MjModel) -> None:
 
 
 def check_damped(model: mujoco.MjModel, friction: Friction) -> None:
-    """Check that something damps, since else the noise has no power."""
+    """Check that something damps, since else the noise has no power.
+
+    A warning names free joints that nothing damps.
+    """
     if model.nv == 0:
         raise reject("number of joints", 0, "must be at least one: nothing can move")
     if not (friction.rate or any(part.any() for part in (*friction[:4], friction.rows))):
@@ -61,6 +64,17 @@ def check_damped(model: mujoco.MjModel, friction: Friction) -> None:
             " to the model's options, or give a rate such as friction=1.0"
         )
         raise reject("friction", 0.0, sentence)
+    if friction.rate or len(friction.rows) or any(part.any() for part in friction[1:4]):
+        return
+    for joint in np.flatnonzero(model.jnt_type == int(mujoco.mjtJoint.mjJNT_FREE)):
+        first = model.jnt_dofadr[joint]
+        if not friction.dofs[first : first + 6].any():
+            falls = "" if disabled(model, "gravity") or may_touch(model) else ", and it falls"
+            warnings.warn(
+                f"{label(model, 'joint', joint)}: nothing damps the motion of its tree as a whole,"
+                f" which never reaches kT{falls}; give a rate such as friction=1.0, or viscosity",
+                stacklevel=3,
+            )
 
 
 def couplings(model: mujoco.MjModel, friction: Friction) -> tuple[bool, list[list[int]]]:
@@ -85,8 +99,12 @@ def soften(own: mujoco.MjModel) -> None:
     By the flag refsafe, MuJoCo itself does the same for its own integrators. The frequency of a
     constraint is that of its spring and of the inertia that it assumes.
     """
+    # A weld has a potential only if its impedance does not depend on the residual.
+    welds = own.eq_type == int(mujoco.mjtEq.mjEQ_WELD)
+    own.eq_solimp[welds, 1] = own.eq_solimp[welds, 0]
     if disabled(own, "refsafe") or disabled(own, "constraint"):
         return
+    own.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_REFSAFE)
     rigid = own.tendon_limited * (own.tendon_invweight0 < SMALLEST_INERTIA)
     for tendon in [] if disabled(own, "limit") else np.flatnonzero(rigid):
         sentence = "must be off, since the tendon does not move at qpos0, which makes it rigid"
@@ -119,7 +137,7 @@ def soften(own: mujoco.MjModel) -> None:
         warnings.warn(
             f"soft constraints are softened to suit the timestep {own.opt.timestep:g}:"
             f" {'; '.join(softened)}; take a shorter timestep, increase their solref, or disable"
-            " the flag refsafe to keep them as they are",
+            " the flag refsafe to keep them as they are; effective_model has the potential that acts",
             stacklevel=3,
         )
 
@@ -140,25 +158,36 @@ def _frequencies(solref: Array, solimp: Array) -> Array:
     return width * np.sqrt(stiffness / (1 - width))
 
 
-def leave_to_us(own: mujoco.MjModel, *, mujoco_steps: bool) -> None:
-    """Remove from a model what the compiled loop does itself: friction, gravity, plugins."""
+def without_friction(model: mujoco.MjModel) -> mujoco.MjModel:
+    """Return a copy of a model without any friction but that of its actuators."""
+    own = copy.copy(model)
+    own.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_DAMPER)
+    _remove_drag_and_servo_damping(own)
+    return own
+
+
+def _remove_drag_and_servo_damping(own: mujoco.MjModel) -> None:
+    own.actuator_biasprm[own.actuator_biastype == AFFINE, 2] = 0
+    own.opt.viscosity = own.opt.density = 0
+
+
+def leave_to_us(own: mujoco.MjModel, *, mujoco_steps: bool, all_friction: bool) -> None:
+    """Remove from a model what the compiled loop does itself: friction, gravity, plugins.
+
+    If not `all_friction`, that of actuators and of the fluid remains.
+    """
     own.dof_damping[:] = 0
     own.dof_dampingpoly[:] = 0
     own.tendon_damping[:] = 0
     own.tendon_dampingpoly[:] = 0
     own.actuator_damping[:] = 0
     own.actuator_dampingpoly[:] = 0
-    own.actuator_biasprm[:, 2] = 0
-    own.opt.viscosity = 0
-    own.opt.density = 0
+    if all_friction:
+        _remove_drag_and_servo_damping(own)
     own.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
     if not mujoco_steps:
-        # A weld has a potential only if its impedance does not depend on the residual.
-        welds = own.eq_type == int(mujoco.mjtEq.mjEQ_WELD)
-        own.eq_solimp[welds, 1] = own.eq_solimp[welds, 0]
         own.opt.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
         own.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
-        own.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_REFSAFE)
 
 
 def set_counts(own: mujoco.MjModel, *names: str) -> None:

@@ -45,7 +45,7 @@ EQUALITIES = [
     int(getattr(mujoco.mjtEq, f"mjEQ_{kind}")) for kind in ("CONNECT", "WELD", "JOINT", "TENDON")
 ]
 
-WITHOUT_CONTACT = "change it or disable the flag contact"
+WITHOUT_CONTACT = "set condim=1, for contacts without friction, or disable the flag contact"
 
 
 def check_tree(model: mujoco.MjModel) -> None:
