@@ -58,8 +58,8 @@ def kinetic_temperature(model: mujoco.MjModel, run: xr.Dataset) -> xr.Dataset:
 
     A joint at a wrong temperature also changes those of the joints that inertia couples to it.
 
-    Velocities of an integrator deviate even where its positions have no error: by BAOAB, those of an
-    oscillation of angular frequency w have the temperature kT (1 - (w h)^2/4).
+    Velocities of an integrator deviate even where its positions have no error: by BAOAB, those of
+    an oscillation of angular frequency w have the temperature kT (1 - (w h)^2/4).
 
     A record takes about 3 us for an arm.
     """

@@ -30,6 +30,8 @@ def read_kT(model: mujoco.MjModel, kT: float | Mapping[str, float]) -> dict[str,
     if not kT:
         raise reject("kT", dict(kT), "must name at least one joint, tendon, actuator or body")
     for name in kT:
+        if name == "work":
+            raise reject("kT", name, "must be another name, since work is what `step` returns so")
         if all(number_of(model, kind, str(name)) < 0 for kind in KINDS):
             raise reject("kT", name, "must be the name of a joint, tendon, actuator or body")
     return {
@@ -81,7 +83,7 @@ def read_friction(model: mujoco.MjModel, friction: float | ArrayLike) -> Frictio
 def dampers_with_temperatures(
     model: mujoco.MjModel,
     friction: Friction,
-    kT: dict[str, float],
+    kT: float | dict[str, float],
     *,
     constraints: bool,
 ) -> Dampers:
@@ -92,7 +94,8 @@ def dampers_with_temperatures(
     ValueError
         With several baths, a damper has none, or does not belong to one element.
     """
-    baths = _Baths(model, kT)
+    baths = _Baths(model, [*kT] if isinstance(kT, dict) else None)
+    kT = kT if isinstance(kT, dict) else {"kT": kT}
     tendons = np.flatnonzero(friction.tendons)
     outputs = np.flatnonzero(friction.actuators)
     if len(kT) > 1:
@@ -117,6 +120,7 @@ def dampers_with_temperatures(
     owners = _owners(model, outputs)
     actuator_baths = np.array([baths.of(*owner) for owner in owners], dtype=np.int64)
     drag_baths = baths.of_all("body", friction.drag_bodies)
+    baths.check_used()
     temperatures = np.array([*kT.values()])
     return Dampers(
         damping=np.ascontiguousarray(friction.dofs),
@@ -160,15 +164,16 @@ def _owners(model: mujoco.MjModel, outputs: Integers) -> list[tuple[str, int]]:
 class _Baths:
     """The number of the bath of each element."""
 
-    def __init__(self, model: mujoco.MjModel, kT: dict[str, float]):
-        self._model, self._names = model, [*kT]
+    def __init__(self, model: mujoco.MjModel, names: list[str] | None):
+        self._model, self._names = model, names
+        self._used: set[int] = set()
 
     def of_all(self, kind: str, numbers: Integers) -> Integers:
         return np.array([self.of(kind, number) for number in numbers], dtype=np.int64)
 
     def of(self, kind: str, number: int) -> int:
         """Return the bath of an element: by its name, or, for a joint, that of its body."""
-        if self._names == ["kT"]:
+        if self._names is None:
             return 0
         found = [(kind, int(number))]
         if kind == "joint":
@@ -176,7 +181,14 @@ class _Baths:
         for one, i in found:
             for bath, name in enumerate(self._names):
                 if number_of(self._model, one, name) == i:
+                    self._used.add(bath)
                     return bath
         places = "its name or that of its body" if kind == "joint" else "its name"
         sentence = f"must have the temperature of {label(self._model, kind, number)}, by {places}"
         raise reject("kT", self._names, sentence)
+
+    def check_used(self) -> None:
+        """Check that every bath has a damper."""
+        for bath, name in enumerate(self._names or []):
+            if bath not in self._used:
+                raise reject("kT", name, "must be the name of something that damps")

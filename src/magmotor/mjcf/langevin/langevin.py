@@ -45,7 +45,7 @@ from magmotor.mjcf.langevin.thermostat import (
 )
 from magmotor.mjcf.langevin.tree import Room, read_tree, room_for
 from magmotor.mjcf.lookup import potential_checksum
-from magmotor.noise import BrownianPath
+from magmotor.noise import LARGEST_STEP, BrownianPath
 from magmotor.numerics.splittings import LANGEVIN
 
 APPLIED = {
@@ -54,6 +54,13 @@ APPLIED = {
     "xfrc_applied": ("body", "component"),
 }
 """What acts from outside, by its name in mjData, and its dimensions."""
+
+LOSSES = {
+    mujoco.mjtWarning.mjWARN_CONTACTFULL: "there is no memory for all contacts: increase <size>",
+    mujoco.mjtWarning.mjWARN_CNSTRFULL: "there is no memory for all constraints: increase <size>",
+    mujoco.mjtWarning.mjWARN_BADCTRL: "ctrl must be finite",
+}
+"""Warnings of MuJoCo after which forces are missing."""
 
 STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 """What `sample` copies of an initial state."""
@@ -143,8 +150,8 @@ class Langevin(Thermostat):
 
     Notes
     -----
-    Friction changes how fast the ensemble settles, not what it becomes: a motion that friction damps
-    at the rate g in 1/s needs several times 1/g. The velocities of an oscillation of angular
+    Friction changes how fast the ensemble settles, not what it becomes: a motion that friction
+    damps at the rate g in 1/s needs several times 1/g. The velocities of an oscillation of angular
     frequency w have the temperature kT (1 - (w h)^2/4) by BAOAB, its positions have kT. Brownian
     wrenches of the model (`user` numbers of bodies) do not act.
 
@@ -208,10 +215,16 @@ class Langevin(Thermostat):
             raise reject("path.timestep", self._path.timestep, sentence)
         check_damped(own, found)
         self._friction, self._scheme = found, scheme
+        self._checked = -math.inf
+        given = {"splitting": splitting, "friction": friction, "disable": disable, "seed": seed}
+        self._given = (model, kT), given | {"path": path}
         full, rows = couplings(own, found)
-        self._tree = read_tree(own, rows, full=full)
+        self._tree = read_tree(own, rows, full=full, mujoco_steps=steps)
         self._dampers = dampers_with_temperatures(
-            own, found, self.kT, constraints=self._tree.constraints
+            own,
+            found,
+            self.kT if isinstance(kT, Mapping) else float(self.kT["kT"]),
+            constraints=self._tree.constraints,
         )
         leave_to_us(own, mujoco_steps=steps, all_friction=not steps or friction is None)
         self._own, self._bare = own, copy.copy(own)
@@ -219,6 +232,9 @@ class Langevin(Thermostat):
         set_counts(self._bare, "nplugin", "ngeom", "nsite")
         self._parts = table_of(scheme, model.opt.timestep)
         self._advance = compiled()
+
+    def __reduce__(self):
+        return _again, self._given
 
     def step(self, data: mujoco.MjData, nstep: int = 1) -> dict[str, float]:
         """Advance the state by steps of the model's timestep.
@@ -396,6 +412,7 @@ class Langevin(Thermostat):
         ValueError, mujoco.FatalError
             As for `step`.
         """
+        self._check_parts()
         check_type("data", data, mujoco.MjData)
         self._check_data(data)
         return self._call(data, 0, 0, 1, 0, NOTHING, np.empty((0, 0)))[1].force
@@ -419,11 +436,14 @@ class Langevin(Thermostat):
         ValueError
             The data belong to another model, or the splitting consists of steps of MuJoCo.
         """
-        if "S" in self._scheme.parts:
-            raise reject("splitting", self.splitting, "must not consist of steps of MuJoCo")
+        self._check_parts()
         check_type("data", data, mujoco.MjData)
         self._check_data(data)
         return largest_timestep(self.model, data, self.forces, self._friction, self._scheme)
+
+    def _check_parts(self) -> None:
+        if "S" in self._scheme.parts:
+            raise reject("splitting", self.splitting, "must not consist of steps of MuJoCo")
 
     def _run(
         self,
@@ -437,6 +457,8 @@ class Langevin(Thermostat):
     ) -> Taken:
         """Call the compiled loop; see `advance` in `magmotor.mjcf.langevin.splitting_loop`."""
         if first == BY_TIME:
+            if not abs(data.time / self._timestep) < LARGEST_STEP:
+                raise reject("data.time", data.time, "must be less than 2^53 timesteps")
             first = math.floor(data.time / self._timestep + 0.5)
         done, room = self._call(data, first, nstep, every, replica, exchanged, records)
         return Taken(first + nstep if done == nstep else BY_TIME, room.exchanged)
@@ -453,6 +475,8 @@ class Langevin(Thermostat):
     ) -> tuple[int, Room]:
         """Return the number of steps that succeeded, and the scratch memory."""
         self._check_run(data)
+        self._check_callbacks()
+        before = [data.warning[kind].number for kind in LOSSES]
         path = np.array([self._path.seed, replica, self._path.factor, self._path.level])
         room = room_for(self.model, self._tree, len(self.kT))
         room.exchanged[: len(exchanged)] = exchanged
@@ -461,7 +485,39 @@ class Langevin(Thermostat):
                 self._own._address, self._bare._address, data._address, self._tree, self._dampers,
                 self._parts, path, first, nstep, every, room, records,
             )  # fmt: skip
+        for kind, count in zip(LOSSES, before, strict=True):
+            if data.warning[kind].number > count:
+                raise mujoco.FatalError(f"at t = {data.time:g}: {LOSSES[kind]}")
+        if self._tree.constraints and self._too_stiff(data, room):
+            done = -1
         return done, room
+
+    def _check_callbacks(self) -> None:
+        """Check that no callback of the user acts, whose forces have no known potential."""
+        forbidden = ["passive"] + ["control"] * ("S" in self._scheme.parts)
+        for name in forbidden:
+            if getattr(mujoco, f"get_mjcb_{name}")() is not None:
+                sentence = "must not be set (by magnetism(), either) while this Langevin runs"
+                raise reject(f"mjcb_{name}", "a function", sentence)
+
+    def _too_stiff(self, data: mujoco.MjData, room: Room) -> bool:
+        """Return whether active constraints oscillate too fast for the timestep."""
+        now = time.monotonic()
+        if data.nefc == 0 or now - self._checked < SECONDS_BETWEEN_CHECKS:
+            return False
+        self._checked = now
+        rows = data.efc_J.reshape(data.nefc, -1)
+        strengths = data.efc_D * data.efc_KBIP[:, 0] * data.efc_KBIP[:, 2]
+        inverse = np.empty_like(rows)
+        mujoco.mj_solveM(self.effective_model, data, inverse, rows)
+        root = np.sqrt(np.maximum(strengths, 0))
+        matrix = root[:, np.newaxis] * (rows @ inverse.T) * root
+        return bool(np.linalg.norm(matrix, 2) * self._timestep**2 > 4)
+
+
+def _again(positional: tuple, named: dict) -> Langevin:
+    """Construct a copy, as of `pickle` and `copy`."""
+    return Langevin(*positional, **named)
 
 
 def _on_all_cores(follow: Callable[[int, threading.Event], None], replicas: int) -> None:

@@ -137,7 +137,7 @@ def soften(own: mujoco.MjModel) -> None:
         warnings.warn(
             f"soft constraints are softened to suit the timestep {own.opt.timestep:g}:"
             f" {'; '.join(softened)}; take a shorter timestep, increase their solref, or disable"
-            " the flag refsafe to keep them as they are; effective_model has the potential that acts",
+            " the flag refsafe to keep them as they are; effective_model has the potential used",
             stacklevel=3,
         )
 
@@ -185,8 +185,8 @@ def leave_to_us(own: mujoco.MjModel, *, mujoco_steps: bool, all_friction: bool) 
     if all_friction:
         _remove_drag_and_servo_damping(own)
     own.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
+    own.opt.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
     if not mujoco_steps:
-        own.opt.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
         own.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
 
 

@@ -45,6 +45,16 @@ EQUALITIES = [
     int(getattr(mujoco.mjtEq, f"mjEQ_{kind}")) for kind in ("CONNECT", "WELD", "JOINT", "TENDON")
 ]
 
+SMOOTH = {
+    frozenset(pair)
+    for pair in (
+        *(("plane", kind) for kind in ("sphere", "capsule", "box", "cylinder")),
+        *(("sphere", kind) for kind in ("sphere", "capsule", "box", "cylinder")),
+        ("capsule", "capsule"),
+    )
+}
+"""Types of geoms whose distance is the potential of their contact."""
+
 WITHOUT_CONTACT = "set condim=1, for contacts without friction, or disable the flag contact"
 
 
@@ -64,6 +74,7 @@ def check_tree(model: mujoco.MjModel) -> None:
     check_zero(model, DISABLING_FLAGS)
     check_zero(model, {field: flag for field, flag in PLASTIC.items() if hasattr(model, field)})
     _check_armature(model)
+    _check_compensation(model)
     _check_equalities(model)
     _check_actuators(model)
     _check_contacts(model)
@@ -86,6 +97,13 @@ def _check_armature(model: mujoco.MjModel) -> None:
         raise reject(
             f"{label(model, 'actuator', i)}: armature", model.actuator_armature[i], sentence
         )
+
+
+def _check_compensation(model: mujoco.MjModel) -> None:
+    """Check that no actuator compensates gravity, which its limits would cut off."""
+    for joint in np.flatnonzero(model.jnt_actgravcomp * model.body_gravcomp.any()):
+        sentence = "must be false: let the body's gravcomp act without actuators"
+        raise reject(f"{label(model, 'joint', joint)}: actuatorgravcomp", True, sentence)
 
 
 def _check_equalities(model: mujoco.MjModel) -> None:
@@ -151,12 +169,26 @@ def _check_contacts(model: mujoco.MjModel) -> None:
             sentence = "viscous contacts are for bodies hung on the world one by one: use mm.Baoab"
             raise reject(f"{name}: friction", friction, sentence)
         _check_contact(name, int(model.pair_dim[pair]), _adhesion(model, "pair", [pair]))
+        _check_shapes(model, int(model.pair_geom1[pair]), int(model.pair_geom2[pair]))
     for one, other in colliding_geoms(model).tolist():
         if frozenset((one, other)) in paired:
             continue
         both = " and ".join(label(model, "geom", i) for i in (one, other))
         adhesion = _adhesion(model, "geom", [one, other])
         _check_contact(both, _combined(model, one, other), adhesion)
+        _check_shapes(model, one, other)
+
+
+def _check_shapes(model: mujoco.MjModel, one: int, other: int) -> None:
+    """Check that the contact force of two geoms has a potential."""
+    kinds = [mujoco.mjtGeom(model.geom_type[geom]).name[7:].lower() for geom in (one, other)]
+    if frozenset(kinds) not in SMOOTH:
+        both = " and ".join(label(model, "geom", i) for i in (one, other))
+        sentence = (
+            "their contact points jump, so that the force has no potential: use spheres or"
+            " capsules, or boxes and cylinders on planes; or disable the flag contact"
+        )
+        raise reject(f"{both}: types", " and ".join(kinds), sentence)
 
 
 def _combined(model: mujoco.MjModel, one: int, other: int) -> int:

@@ -90,7 +90,9 @@ class Dampers(NamedTuple):
     """Whether tendons or actuators damp."""
 
 
-def read_tree(model: mujoco.MjModel, rows: list[list[int]], *, full: bool) -> Tree:
+def read_tree(
+    model: mujoco.MjModel, rows: list[list[int]], *, full: bool, mujoco_steps: bool
+) -> Tree:
     """Read the trees of a model.
 
     Parameters
@@ -100,6 +102,8 @@ def read_tree(model: mujoco.MjModel, rows: list[list[int]], *, full: bool) -> Tr
         Degrees of freedom that each damper couples, besides those of a body and its ancestors.
     full : bool
         Whether dampers may couple any degrees of freedom.
+    mujoco_steps : bool
+        Whether MuJoCo itself takes care of constraints.
     """
     starts = np.append(model.M_rowadr, model.nC).astype(np.int64)
     last = np.full(model.nbody, -1)
@@ -123,7 +127,7 @@ def read_tree(model: mujoco.MjModel, rows: list[list[int]], *, full: bool) -> Tr
         (limits and not disabled(model, "limit"))
         or (model.neq and not disabled(model, "equality"))
         or may_touch(model)
-    ) and not disabled(model, "constraint")
+    ) and not (mujoco_steps or disabled(model, "constraint"))
     return Tree(
         parents=_integers(model.body_parentid),
         roots=_integers(model.body_rootid),
