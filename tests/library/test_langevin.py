@@ -6,6 +6,7 @@ have fixed seeds.
 
 import copy
 import itertools
+import pickle
 from typing import Any
 
 import mujoco
@@ -15,8 +16,9 @@ from test_friction import TREE
 
 import magmotor as mm
 from magmotor import noise
+from magmotor.common.environment import models_folder
 from magmotor.mjcf.langevin import thermostat
-from magmotor.mjcf.langevin.friction import friction_matrix
+from magmotor.mjcf.langevin.friction import ON_JOINTS, dampers, friction_matrix, model_friction
 
 EVERY_DAMPER = TREE.replace('biasprm="1 0 -0.2"', 'biasprm="0 0 -0.2"').replace(
     "<option", '<option timestep="1e-7"'
@@ -82,35 +84,112 @@ def test_noise_has_the_covariance_of_the_friction():
     assert (abs(0.95 * covariance - expected) / errors).max() > 6  # 5 % would be seen
 
 
-def heat_by_bath(model: mujoco.MjModel, kT: dict[str, float], data: mujoco.MjData) -> dict:
-    return mm.Langevin(model, kT=kT, disable=CONTACT, seed=1).step(copy.copy(data))
-
-
-def test_every_damper_exchanges_heat_with_its_own_bath():
-    """The baths' heats add up to that of one bath; one bath's is the power of its own dampers."""
-    model = mujoco.MjModel.from_xml_string(EVERY_DAMPER)
-    data = state(model, 7)
+def named_dampers() -> tuple[mujoco.MjModel, dict[str, float]]:
+    """Return a model with every damper, and a temperature of its own for each bath."""
+    spec = mujoco.MjSpec.from_string(EVERY_DAMPER)
+    for i, actuator in enumerate(spec.actuators):
+        actuator.name = f"actuator {i}"
+    model = spec.compile()
     names = [model.body(i).name for i in range(1, model.nbody) if model.body(i).name]
     names += [model.tendon(i).name for i in range(model.ntendon)]
-    names += [f"site {i}" for i in range(2)]
-    spec = mujoco.MjSpec.from_string(EVERY_DAMPER)
-    for i, actuator in enumerate([a for a in spec.actuators if a.trntype == 4]):
-        actuator.name = f"site {i}"
-    for i, actuator in enumerate([a for a in spec.actuators if a.trntype == 2]):
-        actuator.name = f"crank {i}"
-        names.append(f"crank {i}")
-    model = spec.compile()
+    owned = {int(kind) for kind in (mujoco.mjtTrn.mjTRN_SITE, mujoco.mjtTrn.mjTRN_SLIDERCRANK)}
+    names += [model.actuator(i).name for i in range(model.nu) if model.actuator_trntype[i] in owned]
+    return model, {name: 0.5 + i for i, name in enumerate(names)}
+
+
+def rows_by_bath(model: mujoco.MjModel, data: mujoco.MjData, kT: dict[str, float]):
+    """Return the coefficients, the rows and the bath of every damper, by MuJoCo's own Jacobians."""
+    friction, names = model_friction(model), [*kT]
+    coefficients, rows = dampers(model, data, friction)
+    bodies = [model.body(model.jnt_bodyid[j]).name for j in model.dof_jntid]
+    tendons = [model.tendon(i).name for i in range(model.ntendon)]
+    outputs = []
+    for i in range(model.nu):
+        kind = int(model.actuator_trntype[i])
+        owner = model.actuator(i).name
+        if kind in ON_JOINTS:
+            owner = model.body(model.jnt_bodyid[model.actuator_trnid[i, 0]]).name
+        elif kind == int(mujoco.mjtTrn.mjTRN_TENDON):
+            owner = model.tendon(model.actuator_trnid[i, 0]).name
+        outputs += [owner] * int(model.actuator_outnum[i])
+    drag = [model.body(body).name for body in friction.drag_bodies for _ in range(6)]
+    owners = [*bodies, *tendons, *outputs, *drag]
+    assert len(owners) == len(coefficients)
+    return coefficients, rows, np.array([names.index(owner) for owner in owners])
+
+
+def test_every_damper_has_the_temperature_of_its_own_bath():
+    """The covariance of a short step's impulse is 2 h sum kT c a a^T; 40 000 replicas.
+
+    The heat of one such step without noise is that of the bath's own dampers. False alarm rate
+    1e-3 for the 171 elements.
+    """
+    model, kT = named_dampers()
     data = state(model, 7)
-    split = mm.Langevin(model, kT=dict.fromkeys(names, 0.2), disable=CONTACT).step(copy.copy(data))
-    whole = mm.Langevin(model, kT=0.2, disable=CONTACT).step(copy.copy(data))
-    assert sum(split[name] for name in names) == pytest.approx(whole["kT"], rel=1e-9)  # 1e-12
-    cold = mm.Langevin(model, kT=dict.fromkeys(names, 0.0), disable=CONTACT).step(copy.copy(data))
-    velocity, reference = data.qvel, at(model, data)
-    jacobian = np.empty((6, model.nv))
-    mujoco.mj_jacBodyCom(model, reference, jacobian[:3], jacobian[3:], model.body("other").id)
-    pivot = model.joint("pivot").dofadr[0]
-    total = model.dof_damping[pivot] * velocity[pivot] ** 2
-    assert cold["other"] < -total * 1e-7  # and the drag of the fluid
+    whole = at(model, data)
+    coefficients, rows, baths = rows_by_bath(model, whole, kT)
+    powers = coefficients * (rows @ data.qvel) ** 2
+    cold = mm.Langevin(model, kT=dict.fromkeys(kT, 0.0), disable=CONTACT).step(copy.copy(data))
+    for number, name in enumerate(kT):
+        expected = -powers[baths == number].sum()
+        assert cold[name] / 1e-7 == pytest.approx(expected, rel=1e-3)  # 7e-5, of order h
+    replicas = 40_000
+    start = np.tile(np.concatenate([[0.0], data.qpos, 0 * data.qvel]), (replicas, 1))
+    langevin = mm.Langevin(model, kT=kT, disable=CONTACT, seed=3)
+    threads = [mujoco.MjData(model) for _ in range(2)]
+    ends = langevin.rollout(threads, start, None, control_spec=0, nstep=1)[:, 0, model.nq :]
+    impulses = (ends - ends.mean(axis=0)) @ inertia(model, whole)
+    covariance = impulses.T @ impulses / replicas / 2e-7
+    temperatures = np.array([*kT.values()])[baths]
+    expected = (rows.T * (temperatures * coefficients)) @ rows
+    squares = np.diag(expected)
+    errors = np.sqrt((expected**2 + np.outer(squares, squares)) / replicas)
+    assert (abs(covariance - expected) / errors).max() < 4.5
+
+
+def test_a_friction_matrix_has_its_noise():
+    """Covariance as above, and the power that it removes; 40 000 replicas."""
+    model = mujoco.MjModel.from_xml_string(ARM.format(elbow="", more=""))
+    model.opt.timestep = 1e-7
+    root = np.random.default_rng(1).normal(size=(model.nv, 3))
+    matrix = root @ root.T
+    data = state(model, 2)
+    whole = at(model, data)
+    power = data.qvel @ matrix @ data.qvel
+    cold = mm.Langevin(model, kT=0, friction=matrix, disable=CONTACT).step(copy.copy(data))
+    assert cold["kT"] / 1e-7 == pytest.approx(-power, rel=1e-4)
+    langevin = mm.Langevin(model, kT=2.0, friction=matrix, disable=CONTACT)
+    replicas = 40_000
+    start = np.tile(np.concatenate([[0.0], data.qpos, 0 * data.qvel]), (replicas, 1))
+    ends = langevin.rollout([mujoco.MjData(model)], start, None, control_spec=0, nstep=1)
+    impulses = (ends[:, 0, model.nq :] - ends[:, 0, model.nq :].mean(axis=0)) @ inertia(
+        model, whole
+    )
+    covariance = impulses.T @ impulses / replicas / 4e-7
+    squares = np.diag(matrix)
+    errors = np.sqrt((matrix**2 + np.outer(squares, squares)) / replicas)
+    assert (abs(covariance - matrix) / errors).max() < 4.5
+
+
+@pytest.mark.parametrize("name", ["top", "motor"])
+def test_the_plugin_has_the_forces_of_the_block(name):
+    """Those of MuJoCo, too; the motor's noise is left out, which the block would add."""
+    found = []
+    for file in (name, f"{name}_magnetic"):
+        model = mujoco.MjModel.from_xml_path(str(models_folder() / f"{file}.xml"))
+        data = mujoco.MjData(model)
+        mujoco.mj_resetDataKeyframe(model, data, 0)
+        langevin = mm.Langevin(model, kT=0.0, friction=1.0, disable=CONTACT)
+        found.append(langevin.forces(data))
+        with mm.magnetism():
+            mujoco.mj_forward(model, data)
+            data.qvel[:] = 0
+            mujoco.mj_forward(model, data)
+    assert abs(found[0]).max() > 0
+    np.testing.assert_allclose(found[1], found[0], rtol=1e-12, atol=1e-15 * abs(found[0]).max())
+    if name == "top":
+        scale = abs(data.qfrc_smooth).max()
+        np.testing.assert_allclose(found[0], data.qfrc_smooth, rtol=0, atol=1e-9 * scale)
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -322,6 +401,11 @@ WARM: dict[str, Any] = {"disable": CONTACT}
         ({"kT": -1.0}, r"kT = -1.0: must be at least 0"),
         ({"kT": {}}, r"kT = \{\}: must name at least one joint, tendon, actuator or body"),
         ({"kT": {"knee": 1.0}}, r"kT = 'knee': must be the name of a joint, tendon, actuator"),
+        ({"kT": {"work": 1.0}}, r"kT = 'work': must be another name"),
+        (
+            {"kT": {"upper": 1.0, "lower": 1.0, "slider": 1.0, "elbow": 2.0, "shoulder": 3.0}},
+            r"kT = 'upper': must be the name of something that damps",
+        ),
         ({"kT": {"upper": 1.0}}, r"kT = \['upper'\]: must have the temperature of joint 'elbow'"),
         ({"kT": {"upper": 1.0, "lower": -2.0}}, r"kT\['lower'\] = -2.0: must be at least 0"),
         ({"kT": 1, "splitting": "baob"}, r"splitting = 'baob': must be"),
@@ -378,6 +462,107 @@ def test_contacts_with_friction_are_refused_and_may_be_disabled():
         mm.Langevin(model, kT=1)
     mm.Langevin(model, kT=1, disable=CONTACT)
     mm.Langevin(model, kT=1, splitting="o-step-o")
+
+
+BOXES = """
+<mujoco><option timestep="1e-3"/><worldbody>
+  <geom name="floor" type="{kind}" size="1 1 0.1" condim="1"/>
+  <body name="box" pos="0 0 0.25">
+    <freejoint name="free"/><geom name="cube" type="box" size="0.1 0.1 0.1" condim="1"/>
+  </body>
+</worldbody></mujoco>
+"""
+
+
+def test_contacts_without_a_potential_are_refused():
+    model = mujoco.MjModel.from_xml_string(BOXES.format(kind="box"))
+    message = r"geom 'floor' and geom 'cube': types = 'box and box': their contact points jump"
+    with pytest.raises(ValueError, match=f"^{message}"):
+        mm.Langevin(model, kT=1, friction=1.0)
+    mm.Langevin(mujoco.MjModel.from_xml_string(BOXES.format(kind="plane")), kT=1, friction=1.0)
+
+
+def test_a_free_joint_without_friction_is_warned_of():
+    xml = ARM.format(elbow="", more="").replace(
+        '<body name="slider"', '<body name="loose" pos="3 0 0"><freejoint name="free"/><geom '
+        'size="0.1"/></body><body name="slider"'
+    )  # fmt: skip
+    model = mujoco.MjModel.from_xml_string(xml)
+    with pytest.warns(UserWarning, match=r"joint 'free': nothing damps .*, and it falls; give a"):
+        mm.Langevin(model, kT=1, disable=CONTACT)
+    mm.Langevin(model, kT=1, disable=CONTACT, friction=1.0)
+
+
+def test_lost_forces_and_foreign_callbacks_are_reported():
+    model = mujoco.MjModel.from_xml_string(BOXES.format(kind="plane"))
+    langevin = mm.Langevin(model, kT=1e-3, friction=1.0)
+    data = mujoco.MjData(model)
+    data.time = np.inf
+    with pytest.raises(ValueError, match=r"data.time = inf: must be less than 2\^53 timesteps"):
+        langevin.step(data)
+    mujoco.set_mjcb_passive(lambda model, data: None)
+    try:
+        with pytest.raises(ValueError, match="mjcb_passive = 'a function': must not be set"):
+            langevin.step(mujoco.MjData(model))
+    finally:
+        mujoco.set_mjcb_passive(None)
+    boxes = "".join(
+        f'<body pos="{i} 0 0.09"><freejoint/><geom type="box" size="0.1 0.1 0.1" condim="1"/>'
+        "</body>"
+        for i in range(10)
+    )
+    small = mujoco.MjModel.from_xml_string(
+        '<mujoco><option timestep="1e-3"/><size memory="20K"/><worldbody><geom type="plane" size="1 1 1" condim="1"/>'
+        f"{boxes}</worldbody></mujoco>"
+    )
+    full = mm.Langevin(small, kT=1e-3, friction=1.0)
+    with pytest.raises(mujoco.FatalError, match="there is no memory for all con"):
+        full.step(mujoco.MjData(small), 10)
+
+
+def test_many_contacts_of_one_body_are_stable():
+    """Each alone would suit the timestep, but all of them together would not."""
+    spheres = "".join(
+        f'<geom size="0.1" pos="{i} 0 0" condim="1" mass="0.025"/>' for i in range(40)
+    )
+    model = mujoco.MjModel.from_xml_string(
+        '<mujoco><option timestep="0.01"/><worldbody><geom type="plane" size="1 1 1" condim="1"/>'
+        f'<body pos="0 0 0.1"><joint type="slide" damping="1"/>{spheres}</body></worldbody>'
+        "</mujoco>"
+    )
+    with pytest.warns(UserWarning, match="softened"):
+        langevin = mm.Langevin(model, kT=1e-3)
+    run = langevin.sample(20_000, replicas=16, every=20, settle=5000)
+    found = mm.observables.kinetic_temperature(model, run)
+    assert abs(float(found.total) - 1e-3) < 0.3e-3  # 0.19e-3, by (omega h)^2/4
+
+
+def test_a_langevin_can_be_copied():
+    model = mujoco.MjModel.from_xml_string(SOFT["limit"])
+    langevin = mm.Langevin(model, kT=0.5, disable=CONTACT, seed=4)
+    ends = []
+    for one in (langevin, pickle.loads(pickle.dumps(langevin)), copy.copy(langevin)):
+        data = mujoco.MjData(one.model)
+        one.step(data, 100)
+        ends.append(end(data))
+    np.testing.assert_array_equal(ends[1], ends[0])
+    np.testing.assert_array_equal(ends[2], ends[0])
+
+
+def test_the_check_wants_the_model_that_was_integrated():
+    model = mujoco.MjModel.from_xml_string(SOFT["limit"])
+    data = mujoco.MjData(model)
+    data.qfrc_applied[3] = 1.0
+    langevin = mm.Langevin(model, kT=0.5, friction=5.0, disable=("contact", "limit"))
+    run = langevin.sample(20_000, replicas=16, every=20, settle=2000, initial=data)
+    with pytest.raises(ValueError, match="model = 'another one': must be the effective_model"):
+        mm.observables.configurational_temperature(model, run)
+    found = mm.observables.configurational_temperature(langevin.effective_model, run)
+    assert abs(float(found.temperature) - 0.5) < 5 * float(found.error)
+    other = mm.observables.configurational_temperature(
+        langevin.effective_model, run.drop_vars("qfrc_applied")
+    )
+    assert abs(float(other.temperature) - 0.5) > 5 * float(other.error)
 
 
 def test_nothing_damped_never_reaches_a_temperature():

@@ -23,7 +23,8 @@ SMALLEST_INERTIA = 1e-14
 FASTEST_CONSTRAINT = 0.5
 """Largest product of the timestep and of a constraint's frequency.
 
-Several constraints on one joint, and the slope of the impedance, add up to 2.5 times as much.
+Several limits on one joint, and the slope of the impedance, add up to 2.5 times as much; the
+contacts of one body are counted.
 """
 
 CODES = "ABOKRS"
@@ -125,6 +126,8 @@ def soften(own: mujoco.MjModel) -> None:
     softened = []
     for kind, (solref, solimp, exists, flag) in kinds.items():
         excess = _frequencies(solref, solimp) * own.opt.timestep / FASTEST_CONSTRAINT
+        if flag == "contact":
+            excess *= np.sqrt(_most_contacts(own, contacts))
         stiff = (excess > 1) & (np.asarray(exists) > 0)
         if disabled(own, flag) or not stiff.any():
             continue
@@ -147,6 +150,15 @@ def _colliding(model: mujoco.MjModel) -> Array:
     found = np.zeros(model.ngeom)
     found[colliding_geoms(model).ravel()] = 1
     return found
+
+
+def _most_contacts(model: mujoco.MjModel, colliding: Array) -> float:
+    """Return how many contacts one body may have with a plane; each adds to the stiffness."""
+    of_type = {int(mujoco.mjtGeom.mjGEOM_SPHERE): 1, int(mujoco.mjtGeom.mjGEOM_CAPSULE): 2}
+    points = np.array([of_type.get(int(kind), 4) for kind in model.geom_type])
+    moving = model.body_dofnum[model.body_weldid[model.geom_bodyid]] > 0
+    contacts = np.bincount(model.geom_bodyid, points * (colliding > 0) * moving, model.nbody)
+    return max(1.0, float(contacts.max(initial=1.0)))
 
 
 def _frequencies(solref: Array, solimp: Array) -> Array:
