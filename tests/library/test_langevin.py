@@ -507,13 +507,13 @@ def test_lost_forces_and_foreign_callbacks_are_reported():
     finally:
         mujoco.set_mjcb_passive(None)
     boxes = "".join(
-        f'<body pos="{i} 0 0.09"><freejoint/><geom type="box" size="0.1 0.1 0.1" condim="1"/>'
-        "</body>"
+        f'<body pos="{i} 0 0.09"><freejoint/><geom type="box" size="0.1 0.1 0.1" condim="1"'
+        ' conaffinity="0"/></body>'
         for i in range(10)
     )
     small = mujoco.MjModel.from_xml_string(
-        '<mujoco><option timestep="1e-3"/><size memory="20K"/><worldbody><geom type="plane" size="1 1 1" condim="1"/>'
-        f"{boxes}</worldbody></mujoco>"
+        '<mujoco><option timestep="1e-3"/><size memory="20K"/><worldbody>'
+        f'<geom type="plane" size="1 1 1" condim="1" contype="0"/>{boxes}</worldbody></mujoco>'
     )
     full = mm.Langevin(small, kT=1e-3, friction=1.0)
     with pytest.raises(mujoco.FatalError, match="there is no memory for all con"):
