@@ -9,12 +9,11 @@ exact temperature for any h. No constraints are solved.
 import mujoco
 import numpy as np
 
-from magmotor.common.arrays import Array
 from magmotor.mjcf import hooks
 from magmotor.mjcf.langevin.coefficients import step_coefficients
 from magmotor.mjcf.langevin.compiled_loop import compiled
 from magmotor.mjcf.langevin.model import langevin_model
-from magmotor.mjcf.langevin.thermostat import NOTHING, Taken, Thermostat
+from magmotor.mjcf.langevin.thermostat import Steps, Taken, Thermostat
 
 
 class Baoab(Thermostat):
@@ -88,18 +87,9 @@ class Baoab(Thermostat):
         mujoco.FatalError
             The same errors as in `magnetism`.
         """
-        self._steps(data, nstep, NOTHING)
+        self._steps(data, nstep, np.empty(0))
 
-    def _run(
-        self,
-        data: mujoco.MjData,
-        first: int,
-        nstep: int,
-        every: int,
-        replica: int,
-        exchanged: Array,
-        records: Array,
-    ) -> Taken:
+    def _run(self, data: mujoco.MjData, steps: Steps) -> Taken:
         """Call the compiled loop, which records every step, and for which `userdata` is the path.
 
         See `advance` in `magmotor.mjcf.langevin.compiled_loop`.
@@ -108,5 +98,7 @@ class Baoab(Thermostat):
         work = np.empty(3 * len(self._coefficients.kick) + self._coefficients.channels)
         with hooks.errors_raised():
             addresses = self.model._address, data._address
-            following = self._advance(*addresses, first, nstep, self._coefficients, records, work)
-        return Taken(following, exchanged)
+            following = self._advance(
+                *addresses, steps.first, steps.nstep, self._coefficients, steps.records, work
+            )
+        return Taken(following, steps.exchanged)

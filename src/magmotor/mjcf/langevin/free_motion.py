@@ -40,14 +40,16 @@ FUNCTIONS = {
 }
 """Functions of MuJoCo that this module calls."""
 
-_update_kinematics = types.ExternalFunction("mj_kinematics", FUNCTIONS["mj_kinematics"])
-_update_axes = types.ExternalFunction("mj_comPos", FUNCTIONS["mj_comPos"])
-_update_inertia = types.ExternalFunction("mj_makeM", FUNCTIONS["mj_makeM"])
-_factorize_inertia = types.ExternalFunction("mj_factorM", FUNCTIONS["mj_factorM"])
-_update_velocities = types.ExternalFunction("mj_comVel", FUNCTIONS["mj_comVel"])
-_compute_bias = types.ExternalFunction("mj_rne", FUNCTIONS["mj_rne"])
-_solve_inertia = types.ExternalFunction("mj_solveM", FUNCTIONS["mj_solveM"])
-_integrate_positions = types.ExternalFunction("mj_integratePos", FUNCTIONS["mj_integratePos"])
+(
+    _update_kinematics,
+    _update_axes,
+    _update_inertia,
+    _factorize_inertia,
+    _update_velocities,
+    _compute_bias,
+    _solve_inertia,
+    _integrate_positions,
+) = (types.ExternalFunction(name, signature) for name, signature in FUNCTIONS.items())
 
 
 @njit

@@ -38,8 +38,8 @@ from magmotor.mjcf.langevin.stability import largest_timestep
 from magmotor.mjcf.langevin.supported import check_tree
 from magmotor.mjcf.langevin.thermostat import (
     BY_TIME,
-    NOTHING,
     SECONDS_BETWEEN_CHECKS,
+    Steps,
     Taken,
     Thermostat,
 )
@@ -196,12 +196,15 @@ class Langevin(Thermostat):
         scheme = LANGEVIN[splitting]
         own = copy_with(model, disable)
         steps = "S" in scheme.parts
+        given = None if friction is None else read_friction(model, friction)
         try:
             if not steps:
                 check_tree(own)
-                model_friction(own if friction is None else without_friction(own))
                 check_inertia(own)
-            found = model_friction(own) if friction is None else read_friction(model, friction)
+            if given is None:
+                given = model_friction(own)
+            elif not steps:
+                model_friction(without_friction(own))
         except ValueError as error:
             raise ValueError(f"{error} ({ALTERNATIVES})") from None
         if not steps:
@@ -213,16 +216,16 @@ class Langevin(Thermostat):
         if not math.isclose(self._path.timestep, model.opt.timestep, rel_tol=1e-9):
             sentence = f"must be the timestep of the model, {model.opt.timestep:g}"
             raise reject("path.timestep", self._path.timestep, sentence)
-        check_damped(own, found)
-        self._friction, self._scheme = found, scheme
+        check_damped(own, given)
+        self._friction, self._scheme = given, scheme
         self._checked = -math.inf
-        given = {"splitting": splitting, "friction": friction, "disable": disable, "seed": seed}
-        self._given = (model, kT), given | {"path": path}
-        full, rows = couplings(own, found)
+        named = {"splitting": splitting, "friction": friction, "disable": disable, "seed": seed}
+        self._arguments = named | {"path": path}, (model, kT)
+        full, rows = couplings(own, given)
         self._tree = read_tree(own, rows, full=full, mujoco_steps=steps)
         self._dampers = dampers_with_temperatures(
             own,
-            found,
+            given,
             self.kT if isinstance(kT, Mapping) else float(self.kT["kT"]),
             constraints=self._tree.constraints,
         )
@@ -234,7 +237,8 @@ class Langevin(Thermostat):
         self._advance = compiled()
 
     def __reduce__(self):
-        return _again, self._given
+        named, positional = self._arguments
+        return partial(Langevin, **named), positional
 
     def step(self, data: mujoco.MjData, nstep: int = 1) -> dict[str, float]:
         """Advance the state by steps of the model's timestep.
@@ -360,9 +364,8 @@ class Langevin(Thermostat):
                 start = time.monotonic()
                 size = min(size, count - done)
                 piece = records[done // every : (done + size) // every]
-                following, exchanged = self._run(
-                    data, following, size, every, replica, exchanged, piece
-                )
+                steps = Steps(following, size, every, replica, exchanged, piece)
+                following, exchanged = self._run(data, steps)
                 if following == BY_TIME:
                     lost[replica] = data.time - settle * self._timestep
                     return
@@ -415,7 +418,7 @@ class Langevin(Thermostat):
         self._check_parts()
         check_type("data", data, mujoco.MjData)
         self._check_data(data)
-        return self._call(data, 0, 0, 1, 0, NOTHING, np.empty((0, 0)))[1].force
+        return self._call(data, Steps(first=0, nstep=0))[1].force
 
     def largest_timestep(self, data: mujoco.MjData) -> float:
         """Return the smallest unstable timestep of small motions about a position, in s.
@@ -445,50 +448,33 @@ class Langevin(Thermostat):
         if "S" in self._scheme.parts:
             raise reject("splitting", self.splitting, "must not consist of steps of MuJoCo")
 
-    def _run(
-        self,
-        data: mujoco.MjData,
-        first: int,
-        nstep: int,
-        every: int,
-        replica: int,
-        exchanged: Array,
-        records: Array,
-    ) -> Taken:
+    def _run(self, data: mujoco.MjData, steps: Steps) -> Taken:
         """Call the compiled loop; see `advance` in `magmotor.mjcf.langevin.splitting_loop`."""
-        if first == BY_TIME:
+        if steps.first == BY_TIME:
             if not abs(data.time / self._timestep) < LARGEST_STEP:
                 raise reject("data.time", data.time, "must be less than 2^53 timesteps")
-            first = math.floor(data.time / self._timestep + 0.5)
-        done, room = self._call(data, first, nstep, every, replica, exchanged, records)
-        return Taken(first + nstep if done == nstep else BY_TIME, room.exchanged)
+            steps = steps._replace(first=math.floor(data.time / self._timestep + 0.5))
+        done, room = self._call(data, steps)
+        following = steps.first + done if done == steps.nstep else BY_TIME
+        return Taken(following, room.exchanged)
 
-    def _call(
-        self,
-        data: mujoco.MjData,
-        first: int,
-        nstep: int,
-        every: int,
-        replica: int,
-        exchanged: Array,
-        records: Array,
-    ) -> tuple[int, Room]:
+    def _call(self, data: mujoco.MjData, steps: Steps) -> tuple[int, Room]:
         """Return the number of steps that succeeded, and the scratch memory."""
         self._check_run(data)
         self._check_callbacks()
         before = [data.warning[kind].number for kind in LOSSES]
-        path = np.array([self._path.seed, replica, self._path.factor, self._path.level])
+        path = np.array([self._path.seed, steps.replica, self._path.factor, self._path.level])
         room = room_for(self.model, self._tree, len(self.kT))
-        room.exchanged[: len(exchanged)] = exchanged
+        room.exchanged[: len(steps.exchanged)] = steps.exchanged
         with hooks.errors_raised():
             done = self._advance(
                 self._own._address, self._bare._address, data._address, self._tree, self._dampers,
-                self._parts, path, first, nstep, every, room, records,
+                self._parts, path, steps.first, steps.nstep, steps.every, room, steps.records,
             )  # fmt: skip
         for kind, count in zip(LOSSES, before, strict=True):
             if data.warning[kind].number > count:
                 raise mujoco.FatalError(f"at t = {data.time:g}: {LOSSES[kind]}")
-        if self._tree.constraints and self._too_stiff(data, room):
+        if self._tree.constraints and self._too_stiff(data):
             done = -1
         return done, room
 
@@ -500,7 +486,7 @@ class Langevin(Thermostat):
                 sentence = "must not be set (by magnetism(), either) while this Langevin runs"
                 raise reject(f"mjcb_{name}", "a function", sentence)
 
-    def _too_stiff(self, data: mujoco.MjData, room: Room) -> bool:
+    def _too_stiff(self, data: mujoco.MjData) -> bool:
         """Return whether active constraints oscillate too fast for the timestep."""
         now = time.monotonic()
         if data.nefc == 0 or now - self._checked < SECONDS_BETWEEN_CHECKS:
@@ -513,11 +499,6 @@ class Langevin(Thermostat):
         root = np.sqrt(np.maximum(strengths, 0))
         matrix = root[:, np.newaxis] * (rows @ inverse.T) * root
         return bool(np.linalg.norm(matrix, 2) * self._timestep**2 > 4)
-
-
-def _again(positional: tuple, named: dict) -> Langevin:
-    """Construct a copy, as of `pickle` and `copy`."""
-    return Langevin(*positional, **named)
 
 
 def _on_all_cores(follow: Callable[[int, threading.Event], None], replicas: int) -> None:

@@ -124,11 +124,17 @@ def _quaternions(model: mujoco.MjModel) -> dict[int, int]:
     return {j: int(model.jnt_qposadr[j]) + linear[kind] for j, kind in kinds if kind in linear}
 
 
-def _masses(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
-    """Return the inertia of each velocity; the mass matrix must be diagonal."""
+def inertia_matrix(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
+    """Return the inertia M(q), shape (nv, nv), for which `data` has been computed."""
     inertia = np.empty((model.nv, model.nv))
     for row, unit in zip(inertia, np.eye(model.nv), strict=True):
         mujoco.mj_mulM(model, data, row, unit)
+    return inertia
+
+
+def _masses(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
+    """Return the inertia of each velocity; the mass matrix must be diagonal."""
+    inertia = inertia_matrix(model, data)
     masses = numbers(above=0)("inertia of joints", np.diagonal(inertia))
     coupled = np.triu(abs(inertia) > ROUNDING * np.sqrt(np.outer(masses, masses)), 1)
     for one, other in np.argwhere(coupled):

@@ -13,7 +13,7 @@ from magmotor.common.checks import check_choice, elements, reject
 from magmotor.mjcf import layout
 from magmotor.mjcf.langevin.checks import colliding_geoms
 from magmotor.mjcf.langevin.friction import AFFINE, ON_JOINTS, Friction
-from magmotor.mjcf.langevin.tree import may_touch
+from magmotor.mjcf.langevin.tree import coupling_constraints, may_touch
 from magmotor.mjcf.lookup import disabled, label
 from magmotor.numerics.splittings import Scheme, kicks_that_evaluate
 
@@ -81,17 +81,11 @@ def check_damped(model: mujoco.MjModel, friction: Friction) -> None:
 def couplings(model: mujoco.MjModel, friction: Friction) -> tuple[bool, list[list[int]]]:
     """Return whether dampers may couple any velocities, and those that tendons couple."""
     on_joints = np.isin(model.actuator_trntype, ON_JOINTS)[friction.actuators > 0]
-    turns = np.isin(model.jnt_type, [int(mujoco.mjtJoint.mjJNT_BALL)])
-    limits = model.tendon_limited.any() or (turns & (model.jnt_limited > 0)).any()
-    constraints = (
-        (limits and not disabled(model, "limit"))
-        or (model.neq and not disabled(model, "equality"))
-        or may_touch(model)
-    )
     damped = np.flatnonzero(friction.tendons)
     spans = zip(model.ten_J_rowadr[damped], model.ten_J_rownnz[damped], strict=True)
     coupled = [model.ten_J_colind[start : start + count].tolist() for start, count in spans]
-    return bool(constraints or len(friction.rows) or not on_joints.all()), coupled
+    full = coupling_constraints(model) or len(friction.rows) > 0 or not on_joints.all()
+    return bool(full), coupled
 
 
 def soften(own: mujoco.MjModel) -> None:
@@ -171,7 +165,7 @@ def _frequencies(solref: Array, solimp: Array) -> Array:
 
 
 def without_friction(model: mujoco.MjModel) -> mujoco.MjModel:
-    """Return a copy of a model without any friction but that of its actuators."""
+    """Return a copy of a model without any friction, also of its actuators."""
     own = copy.copy(model)
     own.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_DAMPER)
     _remove_drag_and_servo_damping(own)

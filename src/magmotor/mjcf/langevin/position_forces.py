@@ -19,12 +19,14 @@ FUNCTIONS = {
 }
 """Functions of MuJoCo that this module calls."""
 
-_update_tendons = types.ExternalFunction("mj_tendon", FUNCTIONS["mj_tendon"])
-_update_transmission = types.ExternalFunction("mj_transmission", FUNCTIONS["mj_transmission"])
-_compute_passive = types.ExternalFunction("mj_passive", FUNCTIONS["mj_passive"])
-_compute_actuation = types.ExternalFunction("mj_fwdActuation", FUNCTIONS["mj_fwdActuation"])
-_collide = types.ExternalFunction("mj_collision", FUNCTIONS["mj_collision"])
-_make_constraints = types.ExternalFunction("mj_makeConstraint", FUNCTIONS["mj_makeConstraint"])
+(
+    _update_tendons,
+    _update_transmission,
+    _compute_passive,
+    _compute_actuation,
+    _collide,
+    _make_constraints,
+) = (types.ExternalFunction(name, signature) for name, signature in FUNCTIONS.items())
 
 
 @njit

@@ -30,7 +30,19 @@ BY_TIME = -(2**63)
 """Stands for a step number to be derived from the time of `mjData`, exact up to 5e7 steps."""
 
 
-NOTHING = np.empty(0)
+class Steps(NamedTuple):
+    """Which steps the compiled loop is to take, and where it records them."""
+
+    first: int
+    """Number of the first step on the Brownian path; `BY_TIME` to derive it from the time."""
+    nstep: int
+    every: int = 1
+    """Number of steps between two records."""
+    replica: int = 0
+    exchanged: Array = np.empty(0)
+    """Sums of heat and work before these steps; see `Taken`."""
+    records: Array = np.empty((0, 0))
+    """Has no rows, or receives `qpos`, `qvel` and what else there is, every `every` steps."""
 
 
 class Taken(NamedTuple):
@@ -56,21 +68,8 @@ class Thermostat(ABC):
         self._timestep = model.opt.timestep
 
     @abstractmethod
-    def _run(
-        self,
-        data: mujoco.MjData,
-        first: int,
-        nstep: int,
-        every: int,
-        replica: int,
-        exchanged: Array,
-        records: Array,
-    ) -> Taken:
-        """Take steps with the compiled loop.
-
-        `exchanged` contains the sums before these steps. `records` has no rows, or receives `qpos`,
-        `qvel`, and what else there is, after every `every` steps.
-        """
+    def _run(self, data: mujoco.MjData, steps: Steps) -> Taken:
+        """Take steps with the compiled loop."""
 
     def _steps(self, data: mujoco.MjData, nstep: int, exchanged: Array) -> Array:
         """Take steps, and return the sums of what was exchanged; see `Taken`."""
@@ -82,8 +81,8 @@ class Thermostat(ABC):
         following, count = BY_TIME, min(remaining, FIRST_STEPS)
         while True:
             start = time.monotonic()
-            taken = self._run(data, following, count, 1, 0, exchanged, np.empty((0, 0)))
-            following, exchanged = taken
+            steps = Steps(following, count, exchanged=exchanged)
+            following, exchanged = self._run(data, steps)
             if following == BY_TIME:
                 raise FloatingPointError(
                     f"the state is not finite at t = {data.time:g}: the timestep is too long,"
@@ -155,7 +154,7 @@ class Thermostat(ABC):
                 used.qacc_warmstart[:] = 0
                 if control is not None:
                     mujoco.mj_setState(self.model, used, control[replica, 0], control_spec)
-                self._run(used, BY_TIME, nstep, 1, replica, NOTHING, paths[replica])
+                self._run(used, Steps(BY_TIME, nstep, replica=replica, records=paths[replica]))
 
         with ThreadPoolExecutor(len(data)) as pool:
             list(pool.map(follow, range(len(data))))

@@ -122,12 +122,8 @@ def read_tree(
     springs = (model.jnt_stiffness, model.jnt_stiffnesspoly)
     tendon_springs = (model.tendon_stiffness, model.tendon_stiffnesspoly)
     actuators = model.nu > 0 and not disabled(model, "actuation")
-    limits = model.jnt_limited.any() or model.tendon_limited.any()
-    constraints = bool(
-        (limits and not disabled(model, "limit"))
-        or (model.neq and not disabled(model, "equality"))
-        or may_touch(model)
-    ) and not (mujoco_steps or disabled(model, "constraint"))
+    limits = model.jnt_limited.any() and not disabled(model, "limit")
+    constraints = bool(limits or coupling_constraints(model)) and not mujoco_steps
     return Tree(
         parents=_integers(model.body_parentid),
         roots=_integers(model.body_rootid),
@@ -141,13 +137,24 @@ def read_tree(
         friction_starts=friction_starts,
         friction_columns=friction_columns,
         place=place.ravel(),
-        nested=_nested(friction_starts, friction_columns),
+        nested=full or _nested(friction_starts, friction_columns),
         springs=not disabled(model, "spring") and any(a.any() for a in (*springs, *tendon_springs)),
         tendons=model.ntendon > 0,
         actuators=actuators,
         constraints=constraints,
         forces=acting_forces(model) & ~NOISE,
         own_wrenches=bool((model.plugin == magmotor_plugin.register()).any()),
+    )
+
+
+def coupling_constraints(model: mujoco.MjModel) -> bool:
+    """Return whether constraints may couple velocities, as all but limits of single joints do."""
+    turns = model.jnt_type == int(mujoco.mjtJoint.mjJNT_BALL)
+    limits = model.tendon_limited.any() or (model.jnt_limited * turns).any()
+    return bool(
+        (limits and not disabled(model, "limit"))
+        or (model.neq and not disabled(model, "equality"))
+        or may_touch(model)
     )
 
 
