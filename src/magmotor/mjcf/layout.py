@@ -16,7 +16,7 @@ from mujoco.introspect.structs import STRUCTS
 import magmotor_plugin
 
 MODEL_FIELDS = (
-    "nq", "nv", "nbody", "njnt", "ngeom", "nsite", "ntuple", "nuser_body", "nuser_jnt",
+    "nq", "nv", "nbody", "njnt", "nsite", "ntuple", "nuser_body", "nuser_jnt",
     "nuser_site", "nuserdata", "body_weldid", "body_dofnum", "body_user", "jnt_type", "jnt_bodyid",
     "jnt_qposadr", "jnt_dofadr", "jnt_user", "site_bodyid", "site_user", "tuple_adr",
     "tuple_size", "tuple_objtype", "tuple_objid", "tuple_objprm", "ntext", "text_adr",
@@ -95,7 +95,6 @@ class Layout(NamedTuple):
     nv: int
     nbody: int
     njnt: int
-    ngeom: int
     nsite: int
     ntuple: int
     nuser_body: int

@@ -45,7 +45,7 @@ def standard_normal(draw, channel):
     return math.sqrt(0.5) * (whole + half * normal(seed, replica, step, channel + BRIDGE, 1, 0))
 
 
-@njit(error_model="numpy")
+@njit(forceinline=True, error_model="numpy")
 def damp_and_drive(model, data, offsets, tree, dampers, qvel, force, time, draw, room, exchanged):
     """Apply friction, noise and a constant force for a time.
 
@@ -307,7 +307,7 @@ def _multiply(tree, matrix, result, velocity):
                 result[j] += matrix[k] * velocity[i]
 
 
-@njit
+@njit(forceinline=True)
 def _solve(tree, factor, x):
     """Solve a positive definite system in place by L^T D L, which keeps the sparsity of trees."""
     n = len(x)

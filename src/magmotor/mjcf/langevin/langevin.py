@@ -28,7 +28,7 @@ from magmotor.mjcf.langevin.own_model import (
     copy_with,
     couplings,
     leave_to_us,
-    set_counts,
+    skip_plugins,
     soften,
     table_of,
     without_friction,
@@ -155,8 +155,8 @@ class Langevin(Thermostat):
     frequency w have the temperature kT (1 - (w h)^2/4) by BAOAB, its positions have kT. Brownian
     wrenches of the model (`user` numbers of bodies) do not act.
 
-    B uses the forces at zero velocity; A is the explicit midpoint rule at conserved kinetic energy,
-    in as many pieces as its accuracy requires; O is the Crank-Nicolson rule. BAOAB is due to
+    B uses the forces at zero velocity; A is Heun's rule or, where that is not accurate
+    enough, the classical Runge-Kutta rule in pieces, at conserved kinetic energy; O is the Crank-Nicolson rule. BAOAB is due to
     Leimkuhler and Matthews, J. Chem. Phys. 138, 174102 (2013).
 
     Examples
@@ -230,9 +230,8 @@ class Langevin(Thermostat):
             constraints=self._tree.constraints,
         )
         leave_to_us(own, mujoco_steps=steps, all_friction=not steps or friction is None)
-        self._own, self._bare = own, copy.copy(own)
-        set_counts(self._own, "nplugin")
-        set_counts(self._bare, "nplugin", "ngeom", "nsite")
+        skip_plugins(own)
+        self._own = own
         self._parts = table_of(scheme, model.opt.timestep)
         self._advance = compiled()
 
@@ -468,7 +467,7 @@ class Langevin(Thermostat):
         room.exchanged[: len(steps.exchanged)] = steps.exchanged
         with hooks.errors_raised():
             done = self._advance(
-                self._own._address, self._bare._address, data._address, self._tree, self._dampers,
+                self._own._address, data._address, self._tree, self._dampers,
                 self._parts, path, steps.first, steps.nstep, steps.every, room, steps.records,
             )  # fmt: skip
         for kind, count in zip(LOSSES, before, strict=True):

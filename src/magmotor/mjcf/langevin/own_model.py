@@ -196,11 +196,9 @@ def leave_to_us(own: mujoco.MjModel, *, mujoco_steps: bool, all_friction: bool) 
         own.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
 
 
-def set_counts(own: mujoco.MjModel, *names: str) -> None:
-    """Set counts of elements to zero, which makes MuJoCo's functions skip them."""
-    for name in names:
-        place = own._address + getattr(layout.current(), name)
-        ctypes.c_int64.from_address(place).value = 0
+def skip_plugins(own: mujoco.MjModel) -> None:
+    """Set the number of plugins to zero, which makes MuJoCo's functions skip them."""
+    ctypes.c_int64.from_address(own._address + layout.current().nplugin).value = 0
 
 
 def table_of(scheme: Scheme, timestep: float) -> Array:

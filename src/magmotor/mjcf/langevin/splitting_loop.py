@@ -11,7 +11,6 @@ from numba import njit, types
 from magmotor.mjcf import layout, memory
 from magmotor.mjcf.langevin import free_motion, position_forces
 from magmotor.mjcf.langevin.free_motion import (
-    CLASSICAL,
     move_freely,
     multiply_inertia,
     runge_kutta,
@@ -51,13 +50,13 @@ def compiled():
 def _advance(checksum: int, offsets: layout.Layout):
     """Define the loop for one layout of the structs."""
 
-    def advance(model, bare, data, tree, dampers, parts, path, first, count, every, room, out):
+    def advance(model, data, tree, dampers, parts, path, first, count, every, room, out):
         """Take steps, and return how many were taken: fewer than `count` if one failed.
 
         Parameters
         ----------
-        model, bare, data : int
-            Addresses of the mjModel, a copy of it without geoms and sites, and the mjData.
+        model, data : int
+            Addresses of the mjModel and the mjData.
         tree : Tree
         dampers : Dampers
         parts : ndarray, shape (parts, 4)
@@ -95,9 +94,7 @@ def _advance(checksum: int, offsets: layout.Layout):
             for part in range(len(parts)):
                 code, span = int(parts[part, 0]), parts[part, 1]
                 if code == A:
-                    good = good and move_freely(
-                        model, bare, data, offsets, tree, qpos, qvel, span, room
-                    )
+                    good = good and move_freely(model, data, offsets, tree, qpos, qvel, span, room)
                 elif code == R:
                     _flow(model, data, offsets, tree, qpos, qvel, span, room)
                 elif code == S:
@@ -132,7 +129,7 @@ def _advance(checksum: int, offsets: layout.Layout):
     return advance
 
 
-@njit(error_model="numpy")
+@njit(forceinline=True, error_model="numpy")
 def _kick(qvel, time, room):
     """B: apply the force for a time, and book its work."""
     work = 0.0
@@ -149,8 +146,7 @@ def _flow(model, data, offsets, tree, qpos, qvel, time, room):
     d = memory.words(data, memory.UNBOUNDED)
     inertia = memory.numbers(d[offsets.M // 8], 1, tree.starts[len(qvel)])[0]
     energy = _kinetic_energy(tree, inertia, qvel, room)
-    runge_kutta(model, data, offsets, tree, qpos, qvel, time, CLASSICAL, True, room)
-    update_position(model, data)
+    runge_kutta(model, data, offsets, tree, qpos, qvel, time, True, room)
     room.exchanged[-1] += _kinetic_energy(tree, inertia, qvel, room) - energy
 
 
