@@ -11,7 +11,7 @@ from . import values
 from .targets import Target, targets
 
 SELDOM = st.sampled_from([False, False, False, True])
-ALWAYS = ("executor", "seconds_per_second", "draws")
+ALWAYS = ("executor", "seconds_per_second", "draws", "samples", "burn_in")
 """Arguments that are always passed, since the defaults are slow or start processes."""
 SLOW = (hypothesis.HealthCheck.too_slow, hypothesis.HealthCheck.large_base_example)
 

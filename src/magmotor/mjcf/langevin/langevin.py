@@ -148,6 +148,12 @@ class Langevin(Thermostat):
     LayoutError
         This version of MuJoCo lays out its structs differently than it declares.
 
+    Warns
+    -----
+    UserWarning
+        Soft constraints are softened to suit the timestep, or nothing damps the motion of a tree
+        as a whole.
+
     Notes
     -----
     Friction changes how fast the ensemble settles, not what it becomes: a motion that friction
@@ -424,7 +430,7 @@ class Langevin(Thermostat):
         """Return the smallest unstable timestep of small motions about a position, in s.
 
         By linear theory, with the inertia, the friction and the derivatives of the forces at this
-        position; best at an equilibrium. Infinite if there is none.
+        position; best at an equilibrium. The result is infinite if there is none.
 
         Parameters
         ----------
