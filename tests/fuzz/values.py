@@ -32,6 +32,7 @@ from .words import (
     JUNK,
     LATER,
     NUMBERS,
+    OTHERS_DATA,
     PATHS,
     SCENES,
     TREES,
@@ -161,6 +162,9 @@ def _near(parameter: Parameter, target: str, kind: str) -> Text:
         return st.one_of(damaged_folders(kind), damaged_folders(kind), st.sampled_from(PATHS))
     if "Path" in names and "BrownianPath" not in names:
         return st.sampled_from(PATHS)
+    if "MjData" in names:
+        hurt = st.tuples(good, st.sampled_from(DAMAGED_DATA)).map(lambda t: t[1].format(t[0]))
+        return st.one_of(hurt, hurt, st.sampled_from(OTHERS_DATA)) if kind in TREES else hurt
     if parameter.name in ("fields", "ranges", "vary", "initial", "alternatives"):
         values = st.sampled_from([*NUMBERS, *ATTRIBUTES])
         whole = st.tuples(good, st.integers(0, 30), values)
@@ -175,8 +179,6 @@ def _near(parameter: Parameter, target: str, kind: str) -> Text:
     if "MjModel" in names:
         damages = DAMAGED_TREES if kind in TREES else DAMAGED_MODELS
         return st.tuples(good, st.sampled_from(damages)).map(lambda t: t[1].format(t[0]))
-    if "MjData" in names:
-        return st.tuples(good, st.sampled_from(DAMAGED_DATA)).map(lambda t: t[1].format(t[0]))
     if "MjvPerturb" in names:
         return st.sampled_from(["perturb(-1)", "perturb(10**6)", "perturb(-2**31)"])
     if is_array(parameter.hint, parameter.doc):
@@ -288,6 +290,10 @@ def odd_instance(kind_of: type, kind: str) -> Text:
         return damaged(st.just("run('Motor')")).map("mm.plots.MotorRun('a', {})".format)
     if name in ("Langevin", "JointNoise"):
         made = st.tuples(st.sampled_from(DAMAGED_TREES), instance(kind_of, kind))
+        if name == "JointNoise":
+            return made.map(
+                lambda t: t[1].replace(f"model({kind!r})", t[0].format(f"model({kind!r})"))
+            )
         later = st.sampled_from(LATER)
         return st.one_of(
             made.map(lambda t: t[1].replace(f"model({kind!r})", t[0].format(f"model({kind!r})"))),

@@ -424,7 +424,11 @@ class Langevin(Thermostat):
         self._check_parts()
         check_type("data", data, mujoco.MjData)
         self._check_data(data)
-        return self._call(data, Steps(first=0, nstep=0))[1].force
+        force = self._call(data, Steps(first=0, nstep=0))[1].force
+        if not np.isfinite(force).all():
+            sentence = "must be finite, and so must be positions and applied forces in data"
+            raise reject("forces", force.tolist(), sentence)
+        return force
 
     def largest_timestep(self, data: mujoco.MjData) -> float:
         """Return the smallest unstable timestep of small motions about a position, in s.
@@ -504,7 +508,8 @@ class Langevin(Thermostat):
         mujoco.mj_solveM(self.effective_model, data, inverse, rows)
         root = np.sqrt(np.maximum(strengths, 0))
         matrix = root[:, np.newaxis] * (rows @ inverse.T) * root
-        return bool(np.linalg.norm(matrix, 2) * self._timestep**2 > 4)
+        finite = bool(np.isfinite(matrix).all())
+        return not finite or bool(np.linalg.norm(matrix, 2) * self._timestep**2 > 4)
 
 
 def _on_all_cores(follow: Callable[[int, threading.Event], None], replicas: int) -> None:

@@ -38,7 +38,11 @@ DISABLING_FLAGS = {
 PLASTIC = {"jnt_springyield": "spring", "tendon_springyield": "spring"}
 """The same for springs that yield, which MuJoCo has since version 4."""
 
-NUMBERS = ("jnt_stiffness", "tendon_stiffness", "tendon_damping", "qpos_spring", "dof_armature")
+NUMBERS = (
+    *("jnt_stiffness", "tendon_stiffness", "tendon_damping", "qpos_spring", "dof_armature"),
+    *("jnt_solref", "tendon_solref_lim", "eq_solref", "geom_solref", "pair_solref"),
+    *("jnt_solimp", "tendon_solimp_lim", "eq_solimp", "geom_solimp", "pair_solimp"),
+)
 """Arrays of the model that must be finite, in addition to those of any model."""
 
 EQUALITIES = [
