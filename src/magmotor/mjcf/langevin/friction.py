@@ -120,7 +120,7 @@ def _drag_rows(model: mujoco.MjModel, data: mujoco.MjData, friction: Friction) -
     ):
         point = data.xipos[body] if geom < 0 else data.geom_xpos[geom]
         mujoco.mj_jac(model, data, jacobian[:3], jacobian[3:], point, body)
-    return jacobians.reshape(-1, model.nv)
+    return jacobians.reshape(6 * len(friction.drag), model.nv)
 
 
 def _damping(model: mujoco.MjModel) -> tuple[Array, Array]:
