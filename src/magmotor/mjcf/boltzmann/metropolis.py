@@ -87,9 +87,8 @@ def metropolis(
     ------
     ValueError
         kT is not positive; the energy is not finite at the first position; the result does not fit
-        in memory; or an equality, a
-        contact, an actuator, a flex or a plugin has a potential that is not known here. The message
-        names it.
+        in memory; or an equality, a contact, an actuator, a flex or a plugin has a potential that
+        is not known here. The message names it.
 
     Notes
     -----

@@ -211,7 +211,7 @@ def _records(run: xr.Dataset, **widths: int) -> list[Array]:
         values = check_array(f"{name} of run", run[name], ..., width)
         if values.ndim not in (2, 3):
             raise reject(f"shape of {name} of run", values.shape, "must be (replica, time, width)")
-        found.append(values.reshape(-1, *values.shape[-2:]))
+        found.append(values[np.newaxis] if values.ndim == 2 else values)
     shapes = {values.shape[:2] for values in found}
     if len(shapes) > 1:
         raise reject("shapes of run", [*shapes], "all variables must have the same times")

@@ -5,8 +5,7 @@ import math
 import os
 import threading
 import time
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -42,6 +41,8 @@ from magmotor.mjcf.langevin.thermostat import (
     Steps,
     Taken,
     Thermostat,
+    on_threads,
+    pieces,
 )
 from magmotor.mjcf.langevin.tree import Room, read_tree, room_for
 from magmotor.mjcf.lookup import potential_checksum
@@ -340,7 +341,7 @@ class Langevin(Thermostat):
             total=replicas * (settle + nstep), desc="Langevin", unit="step", delay=2, disable=None
         ) as progress:
             follow = partial(self._follow, out, lost, settle, nstep, every, initial, progress)
-            _on_all_cores(follow, replicas)
+            on_threads(follow, replicas, min(replicas, os.cpu_count() or 1))
         run = self._dataset(out, every, initial)
         if lost:
             replica, when = min(lost.items())
@@ -365,20 +366,15 @@ class Langevin(Thermostat):
             mujoco.mj_copyState(self.model, initial, data, STATE)
         data.time, following = 0.0, 0
         for records, count in ((out[replica, :0], settle), (out[replica], nstep)):
-            done, size, exchanged = 0, every, np.zeros(len(self.kT) + 1)
-            while done < count and not stop.is_set():
-                start = time.monotonic()
-                size = min(size, count - done)
+            exchanged = np.zeros(len(self.kT) + 1)
+            for done, size in pieces(count, every, stop):
                 piece = records[done // every : (done + size) // every]
-                steps = Steps(following, size, every, replica, exchanged, piece)
+                steps = Steps(following, size, min(size, every), replica, exchanged, piece)
                 following, exchanged = self._run(data, steps)
                 if following == BY_TIME:
                     lost[replica] = data.time - settle * self._timestep
                     return
-                done += size
                 progress.update(size)
-                elapsed = max(time.monotonic() - start, 1e-6)
-                size = every * max(1, int(size * SECONDS_BETWEEN_CHECKS / elapsed) // every)
 
     def _dataset(self, out: Array, every: int, initial: mujoco.MjData | None) -> xr.Dataset:
         nq, nv = self.model.nq, self.model.nv
@@ -510,15 +506,3 @@ class Langevin(Thermostat):
         matrix = root[:, np.newaxis] * (rows @ inverse.T) * root
         finite = bool(np.isfinite(matrix).all())
         return not finite or bool(np.linalg.norm(matrix, 2) * self._timestep**2 > 4)
-
-
-def _on_all_cores(follow: Callable[[int, threading.Event], None], replicas: int) -> None:
-    """Call `follow` for all replicas, and make it stop at an error."""
-    stop = threading.Event()
-    with ThreadPoolExecutor(min(replicas, os.cpu_count() or 1)) as pool:
-        try:
-            for future in [pool.submit(follow, i, stop) for i in range(replicas)]:
-                future.result()
-        except BaseException:
-            stop.set()
-            raise
