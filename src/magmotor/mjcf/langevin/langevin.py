@@ -34,7 +34,7 @@ from magmotor.mjcf.langevin.own_model import (
 )
 from magmotor.mjcf.langevin.splitting_loop import compiled
 from magmotor.mjcf.langevin.stability import largest_timestep
-from magmotor.mjcf.langevin.supported import check_tree
+from magmotor.mjcf.langevin.supported import check_all_numbers, check_tree
 from magmotor.mjcf.langevin.thermostat import (
     BY_TIME,
     SECONDS_BETWEEN_CHECKS,
@@ -201,6 +201,7 @@ class Langevin(Thermostat):
         self.kT = read_kT(model, kT)
         self.splitting = splitting
         scheme = LANGEVIN[splitting]
+        check_all_numbers(model)
         own = copy_with(model, disable)
         steps = "S" in scheme.parts
         given = None if friction is None else read_friction(model, friction)
