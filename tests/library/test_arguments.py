@@ -430,6 +430,7 @@ CHAIN = """
       </body>
     </body>
   </worldbody>
+  <equality><joint joint1="shoulder" solref="0.1 1"/></equality>
   <actuator><motor joint="shoulder"/></actuator>
 </mujoco>
 """
@@ -469,6 +470,7 @@ def records(**widths: int) -> xr.Dataset:
 
 
 NOISE, LIMITED = mm.JointNoise(chain(), 1.0), mm.Langevin(chain(), 1.0)
+FLUID = mm.JointNoise(chain(geom_fluid=math.inf), 1.0)
 metropolis, configurational_temperature = (
     mm.observables.metropolis, mm.observables.configurational_temperature
 )  # fmt: skip
@@ -477,6 +479,7 @@ ANY_MODEL = [
     (lambda: NOISE.force(moved(PENDULUM)), "^data.model = .*: must be the model of this JointN"),
     (lambda: NOISE.force(moved(NOISE._model, time=math.nan)), "^data.time = nan: must be less"),
     (lambda: NOISE.force(moved(NOISE._model, qpos=math.inf)), "^force = .*: must be finite, and"),
+    (lambda: FLUID.force(moved(FLUID._model)), "^force = .*: must be finite, and"),
     (lambda: mm.JointNoise(chain(body_mass=math.inf), 1.0), "^body_mass of the model contains inf"),
     (lambda: mm.brownian_rows(chain(body_mass=math.inf), 1.0), "^body_mass of the model contains"),
     (lambda: mm.JointNoise(chain(viscosity=math.nan), 1.0), "^option viscosity = nan: must be "),
@@ -521,6 +524,12 @@ def test_what_a_model_of_ones_own_must_not_be(call, message):
 def test_forces_that_are_not_finite_end_a_run():
     with pytest.raises(FloatingPointError, match=r"^the state is not finite at t = "):
         LIMITED.step(bent(qfrc_applied=math.inf))
+
+
+def test_work_that_is_not_finite_ends_a_run():
+    langevin = mm.Langevin(PENDULUM, 1.0, friction=1.0, splitting="o-step-o")
+    with pytest.raises(FloatingPointError, match=r"^the state is not finite at t = "):
+        langevin.step(moved(PENDULUM, qfrc_applied=1e300))
 
 
 def test_nothing_has_no_rows():

@@ -613,15 +613,13 @@ def test_what_is_stepped_is_what_was_read():
 def test_ctrl_c_ends_all_threads(call):
     """Also if there is no record for a long time; measured: 0.1 s after it, instead of minutes."""
     langevin = mm.Langevin(mujoco.MjModel.from_xml_string(SOFT["limit"]), kT=0.5, disable=CONTACT)
-    model, calls = (
-        langevin.model,
-        {"sample": lambda: langevin.sample(10**9, every=10**9, replicas=99)},
-    )
+    model = langevin.model
     used, start = mujoco.MjData(model), np.zeros((2, 1 + model.nq + model.nv))
     langevin.step(used)
-    calls["rollout"] = lambda: langevin.rollout(
-        [used], start, None, control_spec=0, nstep=5_000_000
-    )
+    calls: dict[str, Any] = {
+        "sample": lambda: langevin.sample(10**9, every=10**9, replicas=99),
+        "rollout": lambda: langevin.rollout([used], start, None, control_spec=0, nstep=5_000_000),
+    }
     ctrl_c = threading.Timer(0.3, os.kill, [os.getpid(), signal.SIGINT])
     begin = time.monotonic()
     ctrl_c.start()
@@ -641,6 +639,7 @@ def test_a_lost_replica_is_reported_with_all_records():
     assert langevin.largest_timestep(mujoco.MjData(model)) < 0.05
     with pytest.raises(mm.LangevinDiverged, match=r"^replica 0 was lost at t = .*") as caught:
         langevin.sample(nstep=10_000, replicas=3, every=10)
+    assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
     run = caught.value.dataset
     lost = np.isnan(run.qpos[0, :, 0].values)
     assert run.qpos.shape == (3, 1000, 1)

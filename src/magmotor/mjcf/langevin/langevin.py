@@ -89,12 +89,16 @@ class LangevinDiverged(FloatingPointError):
 
     def __init__(self, replica: int, time: float, replicas: int, dataset: xr.Dataset):
         self.replica, self.time, self.dataset = replica, time, dataset
+        self._replicas = replicas
         others = f", and {replicas - 1} others later or elsewhere" if replicas > 1 else ""
         super().__init__(
             f"replica {replica} was lost at t = {time:g}{others}: the timestep is too long (see"
             " largest_timestep), or dipoles came too close to each other; `dataset` contains what"
             " was recorded"
         )
+
+    def __reduce__(self):
+        return type(self), (self.replica, self.time, self._replicas, self.dataset)
 
 
 class Langevin(Thermostat):
@@ -372,7 +376,7 @@ class Langevin(Thermostat):
                 piece = records[done // every : (done + size) // every]
                 steps = Steps(following, size, min(size, every), replica, exchanged, piece)
                 following, exchanged = self._run(data, steps)
-                if following == BY_TIME:
+                if following == BY_TIME or not np.isfinite(exchanged).all():
                     lost[replica] = data.time - settle * self._timestep
                     return
                 progress.update(size)

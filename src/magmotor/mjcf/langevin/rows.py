@@ -195,8 +195,9 @@ class JointNoise:
         coefficients, rows = dampers(model, scratch, self._friction)
         step = round(data.time / model.opt.timestep)
         numbers = [normal(*self._path, step, channel, 1, 0) for channel in range(len(rows))]
-        amplitudes = np.sqrt(2 * self._kT * coefficients / model.opt.timestep)
-        force = rows.T @ (amplitudes * numbers)
+        with np.errstate(all="ignore"):
+            amplitudes = np.sqrt(2 * self._kT * coefficients / model.opt.timestep)
+            force = rows.T @ (amplitudes * numbers)
         if not np.isfinite(force).all():
             sentence = "must be finite, and so must be the positions in data"
             raise reject("force", force.tolist(), sentence)

@@ -121,7 +121,7 @@ class Thermostat(ABC):
         for _, count in pieces(remaining):
             steps = Steps(following, count, exchanged=exchanged)
             following, exchanged = self._run(data, steps)
-            if following == BY_TIME:
+            if following == BY_TIME or not np.isfinite(exchanged).all():
                 raise FloatingPointError(
                     f"the state is not finite at t = {data.time:g}: the timestep is too long,"
                     " or dipoles came too close to each other"
