@@ -523,7 +523,7 @@ def test_what_a_model_of_ones_own_must_not_be(call, message):
 
 def test_forces_that_are_not_finite_end_a_run():
     with pytest.raises(FloatingPointError, match=r"^the state is not finite at t = "):
-        LIMITED.step(bent(qfrc_applied=math.inf))
+        mm.Langevin(LIMITED.model, 1.0).step(bent(qfrc_applied=math.inf))
 
 
 def test_work_that_is_not_finite_ends_a_run():
