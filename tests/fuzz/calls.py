@@ -11,8 +11,10 @@ from . import values
 from .targets import Target, targets
 
 SELDOM = st.sampled_from([False, False, False, True])
-ALWAYS = ("executor", "seconds_per_second", "draws")
+ALWAYS = ("executor", "seconds_per_second", "draws", "samples", "burn_in")
 """Arguments that are always passed, since the defaults are slow or start processes."""
+LONG = ("settle", "burn_in", "every", "samples", "replicas")
+"""Arguments of thermostats of any model that make a run long, as `nstep` does."""
 SLOW = (hypothesis.HealthCheck.too_slow, hypothesis.HealthCheck.large_base_example)
 
 
@@ -76,6 +78,16 @@ def is_no_long_movie(text: str) -> bool:
         return True
 
 
+def is_no_long_run(text: str) -> bool:
+    """Whether a number of steps or replicas is invalid or small."""
+    if text == "np.ma.masked":
+        return True
+    try:
+        return not 100 < float(eval(text, {"np": np})) <= 2**53
+    except Exception:
+        return True
+
+
 @st.composite
 def arguments(draw, target: Target):
     """Valid arguments, usually with one or two hostile ones."""
@@ -96,6 +108,8 @@ def arguments(draw, target: Target):
             hostile = values.hostile(parameter, name, kind)
             if parameter.name == "seconds_per_second":
                 hostile = hostile.filter(is_no_long_movie)
+            if parameter.name == "nstep" or (parameter.name in LONG and kind in values.TREES):
+                hostile = hostile.filter(is_no_long_run)
             given.append((parameter.name, draw(hostile)))
         elif (
             parameter.required

@@ -6,12 +6,14 @@ An input is evaluated among these names, in a folder of its own.
 import itertools
 import json
 import shutil
+import warnings
 from concurrent.futures import Executor, Future
 from datetime import datetime  # noqa: F401
 from decimal import Decimal  # noqa: F401
 from fractions import Fraction  # noqa: F401
 from functools import cache
 from math import inf, nan  # noqa: F401
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +28,7 @@ from magmotor.device import checkpoint
 from magmotor.devices.disk.system import System
 from magmotor.devices.top.states import BallStates
 from magmotor.live.panel import Panel
+from magmotor.mjcf.langevin.thermostat import ALL_OF_STATE  # noqa: F401
 from magmotor.numerics import linear_stability as linear  # noqa: F401
 
 SHORT: dict[str, dict[str, Any]] = {
@@ -58,7 +61,46 @@ MODELS = {
     "two on a chain": """<mujoco><worldbody><body><joint axis="0 1 0"/><geom size="0.1"/>
         <body pos="0 0 1"><joint type="ball"/><geom size="0.1"/></body></body></worldbody>
         </mujoco>""",
+    "chain": """<mujoco><worldbody><body name="arm">
+        <joint name="shoulder" type="ball" damping="0.1" stiffness="1"/>
+        <geom type="capsule" fromto="0 0 0 0 0 -.3" size=".02"/>
+        <body name="hand" pos="0 0 -.3"><joint name="elbow" axis="0 1 0" damping="0.1"
+        limited="true" range="-30 30" solreflimit="0.1 1"/>
+        <geom type="capsule" fromto="0 0 0 0 0 -.3" size=".02"/></body></body></worldbody>
+        <equality><connect body1="hand" body2="world" anchor="0 0 -.3" solref=".2 1"/></equality>
+        </mujoco>""",
+    "arm": """<mujoco><option timestep="0.001"/><worldbody><body name="arm">
+        <joint name="shoulder" axis="0 1 0" armature=".01"/>
+        <geom type="capsule" fromto="0 0 0 0 0 -.3" size=".02" mass="1"/><body pos="0 0 -.3">
+        <joint name="elbow" axis="0 1 0" damping=".1"/>
+        <geom type="capsule" fromto="0 0 0 0 0 -.3" size=".02" mass="1"/></body></body>
+        </worldbody><tendon><fixed name="rope" stiffness="1" damping=".05">
+        <joint joint="shoulder" coef="1"/><joint joint="elbow" coef="-1"/></fixed></tendon>
+        <actuator><position name="servo" joint="shoulder" kp="2" kv=".1"/>
+        <motor name="motor" joint="elbow"/></actuator></mujoco>""",
+    "beads": f"""<mujoco>{MARK}<size nuser_site="3" nuser_jnt="2"/><option viscosity="1"
+        gravity="0 0 0"/><default><geom size=".1" contype="0" conaffinity="0"/></default><worldbody>
+        <body name="bead"><freejoint/><geom/><site user="1"/></body>
+        <body name="other bead" pos="0 0 1"><joint type="ball"/><geom pos="0 .1 0"/>
+        <body name="wheel" pos="0 0 .3"><joint user="0 1"/><geom/><site user="1"/></body></body>
+        </worldbody></mujoco>""",
+    "grounded": """<mujoco><option viscosity="0.1"/><worldbody><geom type="plane" size="1 1 1"
+        condim="1"/><body name="bead" pos="0 0 .1"><freejoint name="ball"/><geom size=".1"
+        condim="1" solref=".1 1"/></body></worldbody></mujoco>""",
+    "dry": """<mujoco><worldbody><geom type="plane" size="1 1 1"/><body pos="0 0 .1">
+        <freejoint/><geom type="box" size=".1 .1 .1"/><body pos="0 0 .2"><joint name="elbow"
+        damping=".1" frictionloss=".1" axis="0 1 0"/><geom size=".05"/></body></body>
+        </worldbody></mujoco>""",
+    "noisy": """<mujoco><option viscosity="0.1" integrator="RK4"/><worldbody><body><joint
+        name="elbow" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 0 0 -.1" size=".01"/><body
+        pos="0 0 -.1"><joint axis="0 1 0"/><geom type="capsule" fromto="0 0 0 0 0 -.1" size=".01"/>
+        </body></body></worldbody></mujoco>""",
 }  # fmt: skip
+CONTROLS = int(mujoco.mjtState.mjSTATE_CTRL)
+TEMPERATURES = {
+    "arm": {"shoulder": 0.5, "elbow": 0.2, "rope": 0.1},
+    "beads": {"bead": 0.5, "other bead": 0.1, "wheel": 0.2},
+}
 
 
 @cache
@@ -166,7 +208,7 @@ def changed(thing: Any, name: str, value: Any) -> Any:
     if isinstance(thing, list):
         return [changed(thing[0], name, value), *thing[1:]]
     owner, _, last = name.rpartition(".")
-    place = getattr(thing, owner) if owner else thing
+    place = attrgetter(owner)(thing) if owner else thing
     if isinstance(array := getattr(place, last), np.ndarray):
         array[...] = value
     else:
@@ -177,6 +219,54 @@ def changed(thing: Any, name: str, value: Any) -> Any:
 def data(kind: str) -> mujoco.MjData:
     """Data of a model."""
     return mujoco.MjData(model(kind))
+
+
+def tossed(kind: str) -> mujoco.MjData:
+    """Data of a model in motion, with controls and applied forces."""
+    made = data(kind)
+    random = np.random.default_rng(1)
+    mujoco.mj_integratePos(made.model, made.qpos, random.normal(size=made.model.nv), 0.1)
+    for array in (made.qvel, made.ctrl, made.qfrc_applied):
+        array[:] = 0.1 * random.normal(size=array.shape)
+    return made
+
+
+def temperatures(kind: str) -> dict[str, float] | float:
+    """Temperatures of the baths of a model."""
+    return TEMPERATURES.get(kind, 0.5)
+
+
+def langevin(kind: str, **options: Any) -> mm.Langevin:
+    """A thermostat of a model."""
+    return mm.Langevin(model(kind), 0.5, **options)
+
+
+@cache
+def _sampled(kind: str) -> xr.Dataset:
+    disable = ("contact", "frictionloss") if kind == "dry" else ()
+    fresh = mujoco.MjModel.from_xml_string(MODELS[kind])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        thermostat = mm.Langevin(fresh, 0.5, friction=1.0, disable=disable)
+    made = mujoco.MjData(fresh)
+    made.qfrc_applied[:] = 0.1
+    return thermostat.sample(100, replicas=2, every=5, initial=made)
+
+
+def sampled(kind: str) -> xr.Dataset:
+    """A run of a model."""
+    return _sampled(kind).copy(deep=True)
+
+
+def states_of(kind: str) -> Any:
+    """Two initial states of a model: time, positions and velocities."""
+    made = tossed(kind)
+    return np.array([[0.0, *made.qpos, *made.qvel]] * 2)
+
+
+def controls(kind: str) -> Any:
+    """Two controls of a model."""
+    return np.full((2, 1, model(kind).nu), 0.1)
 
 
 def perturb(body: int = 1) -> mujoco.MjvPerturb:

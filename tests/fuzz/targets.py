@@ -24,12 +24,6 @@ MODULES = (
 EXCLUDED = {
     "mm.sweep.local_cluster": "starts a scheduler and workers",
     "mm.sweep.dask_workers": "waits for a scheduler",
-    "mm.Langevin": "not yet taught; its arguments are tried in tests/library/test_arguments.py",
-    "mm.JointNoise": "the same",
-    "mm.brownian_rows": "the same",
-    "mm.observables.metropolis": "the same",
-    "mm.observables.kinetic_temperature": "the same",
-    "mm.observables.configurational_temperature": "the same",
     "mm.device.provenance.assemble": "the engines' own, with chunks of their kernels",
     "mm.device.provenance.attributes_of": "the engines' own, with any attributes",
     "mm.device.provenance.numerics_of": "the plots' own, with runs that they have checked",

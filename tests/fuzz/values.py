@@ -25,22 +25,36 @@ from .words import (
     BY_NAME,
     DAMAGED_DATA,
     DAMAGED_MODELS,
+    DAMAGED_TREES,
     DAMAGES,
     HOSTILE,
     JSON,
     JUNK,
+    LATER,
     NUMBERS,
+    OTHERS_DATA,
     PATHS,
     SCENES,
+    TREES,
 )
 
 Text = st.SearchStrategy[str]
 
 
 def kinds(parameters: tuple[Parameter, ...], owner: Any) -> list[str]:
-    """Return the scene classes that a callable accepts by its hints; all if it accepts none."""
+    """Return the scene classes that a callable accepts by its hints; all if it accepts none.
+
+    For thermostats of any model, and for observables of their runs, these are names of models.
+    """
     if owner is not None and owner.__name__ in SCENES:
         return [owner.__name__]
+    given = {parameter.name for parameter in parameters}
+    if (
+        owner in (mm.Langevin, mm.JointNoise)
+        or given >= {"model", "kT"}
+        or given >= {"model", "run"}
+    ):
+        return [*TREES]
     taken = [p.hint for p in parameters if p.name in ("scene", "scenes")]
     if owner is not None and not taken and owner is not mm.Baoab:
         hints = typing.get_type_hints(owner.__init__) or typing.get_type_hints(owner)
@@ -148,6 +162,9 @@ def _near(parameter: Parameter, target: str, kind: str) -> Text:
         return st.one_of(damaged_folders(kind), damaged_folders(kind), st.sampled_from(PATHS))
     if "Path" in names and "BrownianPath" not in names:
         return st.sampled_from(PATHS)
+    if "MjData" in names:
+        hurt = st.tuples(good, st.sampled_from(DAMAGED_DATA)).map(lambda t: t[1].format(t[0]))
+        return st.one_of(hurt, hurt, st.sampled_from(OTHERS_DATA)) if kind in TREES else hurt
     if parameter.name in ("fields", "ranges", "vary", "initial", "alternatives"):
         values = st.sampled_from([*NUMBERS, *ATTRIBUTES])
         whole = st.tuples(good, st.integers(0, 30), values)
@@ -160,9 +177,8 @@ def _near(parameter: Parameter, target: str, kind: str) -> Text:
         others = [scene for scenes in SCENES.values() for scene in scenes]
         return st.one_of(scenes(kind), scenes(kind), st.sampled_from(others))
     if "MjModel" in names:
-        return st.tuples(good, st.sampled_from(DAMAGED_MODELS)).map(lambda t: t[1].format(t[0]))
-    if "MjData" in names:
-        return st.tuples(good, st.sampled_from(DAMAGED_DATA)).map(lambda t: t[1].format(t[0]))
+        damages = DAMAGED_TREES if kind in TREES else DAMAGED_MODELS
+        return st.tuples(good, st.sampled_from(damages)).map(lambda t: t[1].format(t[0]))
     if "MjvPerturb" in names:
         return st.sampled_from(["perturb(-1)", "perturb(10**6)", "perturb(-2**31)"])
     if is_array(parameter.hint, parameter.doc):
@@ -272,6 +288,17 @@ def odd_instance(kind_of: type, kind: str) -> Text:
         return scenes(kind).map(lambda scene: f"mm.theory.{make}({scene})")
     if name == "MotorRun":
         return damaged(st.just("run('Motor')")).map("mm.plots.MotorRun('a', {})".format)
+    if name in ("Langevin", "JointNoise"):
+        made = st.tuples(st.sampled_from(DAMAGED_TREES), instance(kind_of, kind))
+        if name == "JointNoise":
+            return made.map(
+                lambda t: t[1].replace(f"model({kind!r})", t[0].format(f"model({kind!r})"))
+            )
+        later = st.sampled_from(LATER)
+        return st.one_of(
+            made.map(lambda t: t[1].replace(f"model({kind!r})", t[0].format(f"model({kind!r})"))),
+            st.tuples(later, instance(kind_of, kind)).map(lambda t: t[0].format(t[1])),
+        )
     if name == "BrownianPath":
         return st.sampled_from(NUMBERS).map("mm.noise.BrownianPath(1, {})".format)
     if name == "LiveSimulation":

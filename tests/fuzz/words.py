@@ -11,6 +11,9 @@ SCENES = {
     "LangevinParticle": ["mm.LangevinParticle()", "mm.LangevinParticle(potential='flat')"],
 }  # fmt: skip
 
+TREES = ("pendulum", "slides", "chain", "arm", "beads", "grounded", "dry", "noisy")
+"""Models with a temperature: names in `material.MODELS`."""
+
 JUNK = str.split("""
 None True '' 'nonsense' b'1.0' b'' 1j nan inf -inf 5e-324 1e-200 1e300 -1e300 0 -1 -0.0 0.5 3 10**6
 2**31 2**53 2**63 -2**63 10**400 [] () {} set() object() ... [None] ['a'] [[1.0],[1.0,2.0]] mm int
@@ -87,7 +90,10 @@ np.zeros(3) np.float32(0.5) '1e999' 'NaN' 2**53 '../../x' 'os:getcwd' 'Disk' 'mu
 dropped object() '{"seed":-1,"timestep":1}' '9'*5000 '['*2000
 """)  # fmt: skip
 
-# Arguments that neither hints nor docstrings describe. A word in braces is the scene's class.
+FRICTIONS = ["1.0", "np.eye(model({kind}).nv)", "0.3 * np.ones(model({kind}).nv)"]
+
+# Arguments that neither hints nor docstrings describe. A word in braces is the scene's class, or
+# the name of a model.
 BY_NAME: dict[str, list[str]] = {
     "timestep": ["SHORT[{kind}]['timestep']"],
     "duration": ["10 * SHORT[{kind}]['timestep']"],
@@ -151,6 +157,40 @@ BY_NAME: dict[str, list[str]] = {
     "position": ["[0.1, 0.2, 0.3]", "np.ones((4, 3))"],
     "place": ["0", "1"], "index": ["0", "1"],
     "halvings": ["1", "2"],
+    "kT": ["0.5", "1e-3"],
+    "Langevin.model": ["model({kind})"], "JointNoise.model": ["model({kind})"],
+    "brownian_rows.model": ["model({kind})"],
+    "Langevin.kT": ["0.5", "0", "temperatures({kind})"],
+    "Langevin.splitting": ["'baoab'", "'obabo'", "'middle'", "'verlet'", "'o-rk4-o'",
+                           "'o-step-o'"],
+    "Langevin.friction": ["None", *FRICTIONS],
+    "Langevin.disable": ["()", "['contact']", "('limit', 'equality')",
+                         "['frictionloss', 'contact', 'actuation', 'limit', 'equality']"],
+    "Langevin.path": ["None", "mm.noise.BrownianPath(1, model({kind}).opt.timestep)",
+                      "mm.noise.BrownianPath(1, model({kind}).opt.timestep / 4, factor=4)",
+                      "mm.noise.BrownianPath(1, 4 * model({kind}).opt.timestep, level=2)"],
+    "Langevin.step.data": ["data({kind})", "tossed({kind})"],
+    "Langevin.forces.data": ["data({kind})", "tossed({kind})"],
+    "Langevin.largest_timestep.data": ["data({kind})", "tossed({kind})"],
+    "JointNoise.force.data": ["data({kind})", "tossed({kind})"],
+    "Langevin.sample.initial": ["data({kind})", "tossed({kind})"],
+    "Langevin.sample.nstep": ["4", "100"],
+    "Langevin.rollout.data": ["[data({kind})]", "[data({kind}), tossed({kind})]"],
+    "Langevin.rollout.initial_state": ["states_of({kind})"],
+    "Langevin.rollout.control": ["controls({kind})"],
+    "Langevin.rollout.control_spec": ["CONTROLS"],
+    "observables.metropolis.model": ["model({kind})"],
+    "observables.metropolis.samples": ["3"], "observables.metropolis.burn_in": ["0", "5"],
+    "observables.metropolis.replicas": ["2"],
+    "observables.metropolis.potential": ["None", "lambda data: 0.0",
+                                         "lambda data: float(data.qpos[0] ** 2)"],
+    "observables.metropolis.initial": ["None", "model({kind}).qpos0"],
+    "observables.kinetic_temperature.model": ["model({kind})"],
+    "observables.kinetic_temperature.run": ["sampled({kind})"],
+    "observables.configurational_temperature.model": ["model({kind})"],
+    "observables.configurational_temperature.run": ["sampled({kind})"],
+    "observables.configurational_temperature.forces":
+        ["None", "lambda data: -np.ones(model({kind}).nv)", "lambda data: 0 * data.qvel - 1"],
 }  # fmt: skip
 
 # Sources of instances that a constructor alone does not create.
@@ -163,6 +203,11 @@ BY_CLASS = {
     "Baoab": ["mm.Baoab(model('Disk'))", "mm.Baoab(model('slides'))"],
     "ViscousContact": ["mm.ViscousContact(0.3, 'ball', 'floor', bears_load=False)",
                        "mm.ViscousContact(0.3, 'rim', 'floor')"],
+    "Langevin": ["langevin({kind})", "langevin({kind}, friction=1.0)",
+                 "langevin({kind}, splitting='o-step-o', friction=1.0)",
+                 "langevin({kind}, splitting='o-rk4-o')",
+                 "mm.Langevin(model({kind}), temperatures({kind}))"],
+    "JointNoise": ["mm.JointNoise(model({kind}), 0.5)"],
     "MjSpec": ["specification('free')", "specification('slides')"],
     "SmallMotion": ["mm.theory.small_motion({scene})"],
     "BallStates": ["states()"],
@@ -193,9 +238,47 @@ DAMAGED_MODELS = [
     for value in ("nan", "inf", "0", "-1", "1e300", "5e-324", "7")
     if not (name == "opt.integrator" and value not in ("0", "7"))
 ]  # fmt: skip
+DAMAGED_TREES = [
+    *DAMAGED_MODELS,
+    *(
+        f"changed({{}}, {name!r}, {value})"
+        for name in ("jnt_stiffness", "jnt_stiffnesspoly", "jnt_range", "jnt_solref", "jnt_solimp",
+                     "jnt_margin", "jnt_axis", "jnt_pos", "qpos_spring", "dof_armature",
+                     "dof_dampingpoly", "dof_frictionloss", "dof_invweight0", "body_pos",
+                     "body_quat", "body_ipos", "body_iquat", "body_gravcomp", "geom_size",
+                     "geom_pos", "geom_solref", "geom_solimp", "geom_margin", "geom_fluid",
+                     "tendon_damping", "tendon_stiffness", "tendon_range", "tendon_lengthspring",
+                     "wrap_prm", "eq_data", "eq_solref", "actuator_biasprm", "actuator_gainprm",
+                     "actuator_gear", "actuator_ctrlrange", "actuator_forcerange",
+                     "actuator_damping", "opt.viscosity", "opt.density", "opt.wind",
+                     "opt.tolerance", "stat.extent")
+        for value in ("nan", "inf", "0", "-1", "1e300", "5e-324", "7", "1e-9", "1e9")
+    ),
+    *(f"changed({{}}, {name!r}, {value})"
+      for name in ("opt.disableflags", "opt.enableflags", "opt.disableactuator", "opt.iterations",
+                   "opt.solver", "opt.jacobian", "opt.cone", "opt.sdf_iterations")
+      for value in ("0", "1", "2", "127", "2**22 - 1", "-1")),
+]  # fmt: skip
+LATER = [
+    f"changed({{}}, {name!r}, {value})"
+    for name in ("model.opt.timestep", "model.body_mass", "model.dof_damping", "model.qpos0",
+                 "model.opt.gravity", "model.body_inertia", "model.opt.viscosity")
+    for value in ("nan", "inf", "0", "-1", "1e300", "5e-324")
+]  # fmt: skip
 DAMAGED_DATA = [
     f"changed({{}}, {name!r}, {value})"
-    for name in ("qpos", "qvel", "time", "userdata", "ctrl", "xfrc_applied")
+    for name in (
+        "qpos",
+        "qvel",
+        "time",
+        "userdata",
+        "ctrl",
+        "xfrc_applied",
+        "qfrc_applied",
+        "act",
+        "mocap_pos",
+        "qacc_warmstart",
+    )
     for value in ("nan", "inf", "-1", "1e300", "2.0**53", "0.5")
 ]
 DAMAGED = [
@@ -211,7 +294,82 @@ DAMAGED = [
     "Damaged('empty')", "Damaged('add')", "'.'", "'missing/run.npz'", "full_disk()", "b'x'", "3",
 ]  # fmt: skip
 
+WRONG_FRICTIONS = [
+    *(
+        damage.replace("{}", good)
+        for damage in ARRAYS
+        for good in ("1.0", "np.eye(2)", "np.ones(2)", "np.eye(6)", "np.ones(6)")
+    ),
+    *("np.diag([1.0, -1.0])", "[[1.0, 2.0], [2.0, 1.0]]", "[[1.0, 0.5], [0.0, 1.0]]"),
+    *("np.ones((2, 2))", "np.ones((6, 6))", "np.diag([1e-200, 1.0])", "np.diag([1e30, 1e-30])"),
+    *("np.ones((2, 2, 2))", "np.eye(3)", "np.diag([1.0, 0.0])", "[1.0, 0.0]", "[0.0, 0.0]"),
+    *("np.eye(2) + 1e-12 * np.triu(np.ones((2, 2)))", "-np.eye(1)", "[[0.3]]", "[-1.0]"),
+    *NUMBERS,
+]
+
+OTHERS_DATA = [
+    *(f"{make}({name!r})" for make in ("data", "tossed") for name in ("pendulum", "arm", "free")),
+    "mujoco.MjData(mm.build(mm.Disk()))",
+]
+
 HOSTILE = {
+    "kT": NUMBERS,
+    "Langevin.kT": [
+        *NUMBERS,
+        *(f"{{{name!r}: {value}}}" for name in ("shoulder", "elbow", "ball", "servo", "rope", "")
+          for value in ("1.0", "-1.0", "nan", "'a'", "None", "1e300", "[1.0]", "0")),
+        *("{}", "{'nonsense': 1.0}", "{3: 1.0}", "{None: 1.0}", "{'work': 1.0}", "{'kT': 1.0}"),
+        *("{'shoulder': 1.0, 'elbow': -1.0}", "{'shoulder': 1.0, 'elbow': nan}"),
+        *("{'shoulder': 1.0, 'elbow': 2.0, 'rope': 3.0}", "{'shoulder': 1.0, 'elbow': 0.0}"),
+        *("{'arm': 1.0}", "{('shoulder',): 1.0}", "{b'shoulder': 1.0}", "{'\\0': 1.0}"),
+        *("{'shoulder\\0': 1.0}", "{'\\udcff': 1.0}", "{'a' * 10**5: 1.0}"),
+        *("[('shoulder', 1.0)]", "pd.Series({'shoulder': 1.0})", "xr.Dataset({'shoulder': 1.0})"),
+        "{'bead': 1.0, 'other bead': 2.0}",
+    ],
+    "Langevin.friction": WRONG_FRICTIONS,
+    "Langevin.splitting": ["'BAOAB'", "'euler'", "''", "'baoa'", "b'baoab'", "None", "3",
+                           "['baoab']", "np.str_('baoab')", "'blanes-moan4'", "'o-step-o '"],
+    "Langevin.disable": [
+        *(f"[{flag!r}]" for flag in (
+            "constraint", "equality", "frictionloss", "limit", "contact", "spring", "damper",
+            "gravity", "clampctrl", "warmstart", "filterparent", "actuation", "refsafe", "sensor",
+            "midphase", "eulerdamp", "autoreset", "nativeccd", "island", "nonsense", "CONTACT",
+            "mjDSBL_CONTACT", "", "passive", "contact\0", "\udcff")),
+        *("'contact'", "b'contact'", "[3]", "[None]", "None", "[['contact']]", "{'contact': True}"),
+        *("np.array(['contact'])", "iter(['contact'])", "['contact'] * 1000", "('a',) * 10**6"),
+        *("['spring', 'damper']", "['spring', 'damper', 'gravity', 'constraint', 'actuation']"),
+    ],
+    "Langevin.path": [
+        "mm.noise.BrownianPath(1, 1.0)", "mm.noise.BrownianPath(1, 0.002, factor=3)", "3", "'x'",
+        "mm.noise.BrownianPath(2**53 - 1, 0.002)", "mm.noise.BrownianPath", "{}", "0.002",
+        "mm.noise.BrownianPath(1, 0.002 / 2**24, factor=2**24)",
+        "mm.noise.BrownianPath(1, 0.002 * 2**31, level=31)",
+    ],
+    "Langevin.rollout.initial_state": [
+        *(damage.replace("{}", f"states_of({name!r})") for damage in ARRAYS for name in TREES),
+    ],
+    "Langevin.rollout.control_spec": [
+        *NUMBERS, *(f"2**{bit}" for bit in range(16)), "ALL_OF_STATE",
+    ],
+    "observables.metropolis.initial": [
+        *(damage.replace("{}", f"model({name!r}).qpos0") for damage in ARRAYS for name in TREES),
+        *NUMBERS,
+    ],
+    "observables.metropolis.potential": [
+        *(f"lambda data: {value}" for value in (
+            "nan", "inf", "-inf", "1e300", "-1e300", "'a'", "None", "[1.0]", "np.ones(3)", "1j",
+            "np.float32(1)", "True", "10**400", "data", "np.ma.masked", "np.array(1.0)",
+            "changed(data, 'qpos', nan).qpos[0]", "np.float64(nan)", "Decimal('0.1')")),
+        *("3", "'x'", "[]"),
+    ],
+    "observables.configurational_temperature.forces": [
+        *(f"lambda data: {value}" for value in (
+            "nan", "1.0", "[]", "None", "'a'", "np.ones(1)", "np.ones(100)", "data.qvel * nan",
+            "data.qvel + inf", "data.qvel + 1e300", "data.qvel + 1j", "0 * data.qvel",
+            "data.qvel[:, None]", "data.qvel", "data", "np.ma.array(data.qvel + 1, mask=True)",
+            "5e-324 + data.qvel", "data.qfrc_bias")),
+        *("3", "'x'", "[]"),
+    ],
     "executor": ["3", "'x'", "object()", "[]", "print", "Path('.')"],
     "checkpoint": DAMAGED,
     "magnetism.data": [f"({name!r}, {value})" for name in ("qpos", "qvel", "time", "userdata")

@@ -199,6 +199,7 @@ CALLS: dict[Any, dict[str, Any]] = {
     mm.Langevin(PENDULUM, 1.0).largest_timestep: {"data": mujoco.MjData(PENDULUM)},
     mm.brownian_rows: {"model": PENDULUM, "kT": 1.0},
     mm.JointNoise: {"model": PENDULUM, "kT": 1.0, "seed": 1, "replica": 0},
+    mm.JointNoise(PENDULUM, 1.0).force: {"data": mujoco.MjData(PENDULUM)},
     mm.ViscousContact: {
         "damping": 0.3, "sphere": "ball", "plane": "floor", "bears_load": True, "name": "slip",
     },
@@ -362,7 +363,7 @@ def test_a_picture_takes_the_runs_own_scene(tmp_path):
         mm.plots.overview(RUNS["top"], TOP.replace(friction=0.5), tmp_path / "other.png")
 
 
-HOSTILE: dict[str, Any] = {"masked": np.ma.masked, "half": 0.5, "list": []}
+HOSTILE: dict[str, Any] = {"masked": np.ma.masked, "half": 0.5, "list": [], "text": "a"}
 
 EXTREMES = [
     (lambda: mm.Disk(v=1e200), r"^v = 1e\+200: must be zero or from 1e-30 to 1e\+30 in magnitude"),
@@ -413,6 +414,131 @@ EXTREMES = [
     (lambda: mm.simulate(DISK, duration=0), "^duration = 0: must be greater than 0 s$"),
     (lambda: live.live_scene(DISK, timestep=0), "^timestep = 0: must be greater than 0 s$"),
 ]
+
+
+CHAIN = """
+<mujoco>
+  <option viscosity="1"/>
+  <worldbody>
+    <body>
+      <joint name="shoulder" axis="0 1 0" damping="1" limited="true" range="-30 30"
+             solreflimit="0.1 1"/>
+      <geom type="capsule" fromto="0 0 0 0 0 -1" size="0.05" mass="1"/>
+      <body pos="0 0 -1">
+        <joint type="ball" damping="1"/>
+        <geom type="capsule" fromto="0 0 0 0 0 -1" size="0.05" mass="1"/>
+      </body>
+    </body>
+  </worldbody>
+  <equality><joint joint1="shoulder" solref="0.1 1"/></equality>
+  <actuator><motor joint="shoulder"/></actuator>
+</mujoco>
+"""
+
+
+def chain(**changes: Any) -> mujoco.MjModel:
+    """Return a chain with changed numbers."""
+    model = mujoco.MjModel.from_xml_string(CHAIN)
+    for name, value in changes.items():
+        if name == "viscosity":
+            model.opt.viscosity = value
+        else:
+            getattr(model, name)[:] = value
+    return model
+
+
+def moved(model: mujoco.MjModel, **changes: Any) -> mujoco.MjData:
+    """Return data of a model with changed numbers."""
+    data = mujoco.MjData(model)
+    for name, value in changes.items():
+        if name == "time":
+            data.time = value
+        else:
+            getattr(data, name)[:] = value
+    return data
+
+
+def bent(**changes: Any) -> mujoco.MjData:
+    """Return data of a chain beyond its limit, with changed numbers."""
+    return moved(LIMITED.model, qpos=[1.0, 1.0, 0.0, 0.0, 0.0], **changes)
+
+
+def records(**widths: int) -> xr.Dataset:
+    """Return a run of 16 records of the pendulum, with further variables of these widths."""
+    others = {name: (f"{name} number", np.zeros(width)) for name, width in widths.items()}
+    return STILL["run"].assign(others)
+
+
+NOISE, LIMITED = mm.JointNoise(chain(), 1.0), mm.Langevin(chain(), 1.0)
+FLUID = mm.JointNoise(chain(geom_fluid=math.inf), 1.0)
+metropolis, configurational_temperature = (
+    mm.observables.metropolis, mm.observables.configurational_temperature
+)  # fmt: skip
+
+ANY_MODEL = [
+    (lambda: NOISE.force(moved(PENDULUM)), "^data.model = .*: must be the model of this JointN"),
+    (lambda: NOISE.force(moved(NOISE._model, time=math.nan)), "^data.time = nan: must be less"),
+    (lambda: NOISE.force(moved(NOISE._model, qpos=math.inf)), "^force = .*: must be finite, and"),
+    (lambda: FLUID.force(moved(FLUID._model)), "^force = .*: must be finite, and"),
+    (lambda: mm.JointNoise(chain(body_mass=math.inf), 1.0), "^body_mass of the model contains inf"),
+    (lambda: mm.brownian_rows(chain(body_mass=math.inf), 1.0), "^body_mass of the model contains"),
+    (lambda: mm.JointNoise(chain(viscosity=math.nan), 1.0), "^option viscosity = nan: must be "),
+    (lambda: mm.Langevin(chain(viscosity=math.inf), 1.0), "^option viscosity = inf: must be "),
+    (lambda: mm.Langevin(chain(jnt_solref=1e300), 1.0), r"^jnt_solref of the model .* 1e\+300"),
+    (
+        lambda: mm.Langevin(chain(body_gravcomp=math.inf), 1.0, splitting="o-step-o", friction=1.0),
+        "^body_gravcomp of the model contains inf",
+    ),
+    (lambda: mm.Langevin(chain(), {"\udcff": 1.0}), r"^kT = '\\udcff': must be the name of a"),
+    (
+        lambda: LIMITED.forces(bent(qfrc_applied=math.inf)),
+        "^forces = .*: must be finite, and so must be positions and applied forces in data",
+    ),
+    (lambda: LIMITED.largest_timestep(bent(qfrc_applied=math.inf)), "^forces = .*must be finite"),
+    (lambda: metropolis(PENDULUM, 1.0, potential=lambda data: HOSTILE["text"]),
+     r"^potential\(data\) = 'a': must be a number"),
+    (lambda: metropolis(PENDULUM, 1.0, potential=lambda data: math.nan),
+     r"^potential\(data\) = nan: must be a number, which may be infinite"),
+    (lambda: metropolis(PENDULUM, 1.0, samples=10**8, replicas=10**8),
+     "^samples = 100000000: 100000000 x 100000000 records do not fit in memory"),
+    (lambda: configurational_temperature(**STILL, forces=lambda data: np.ones(2)),
+     r"^forces\(data\) has shape \(2,\): must have shape \(1,\)"),
+    (lambda: configurational_temperature(**STILL, forces=lambda data: HOSTILE["text"]),
+     r"^forces\(data\) = 'a': must be an array of numbers"),
+    (lambda: configurational_temperature(PENDULUM, records(qfrc_applied=3)),
+     r"^qfrc_applied of run has shape \(3,\): must have shape \(1,\)"),
+    (lambda: configurational_temperature(**STILL, forces=lambda data: np.ones(1)),
+     "^model = 'at the positions of run': some force of the position must act"),
+    (lambda: mm.observables.kinetic_temperature(
+        PENDULUM, xr.Dataset({n: (("r", "t", "n"), np.ones((0, 9, 1))) for n in ("qpos", "qvel")})
+     ), "^number of records of run = 0: must be at least 16"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("call", "message"), ANY_MODEL, ids=[m for _, m in ANY_MODEL])
+def test_what_a_model_of_ones_own_must_not_be(call, message):
+    with pytest.raises(ValueError, match=message):
+        call()
+
+
+def test_forces_that_are_not_finite_end_a_run():
+    with pytest.raises(FloatingPointError, match=r"^the state is not finite at t = "):
+        mm.Langevin(LIMITED.model, 1.0).step(bent(qfrc_applied=math.inf))
+
+
+def test_work_that_is_not_finite_ends_a_run():
+    langevin = mm.Langevin(PENDULUM, 1.0, friction=1.0, splitting="o-step-o")
+    with pytest.raises(FloatingPointError, match=r"^the state is not finite at t = "):
+        langevin.step(moved(PENDULUM, qfrc_applied=1e300))
+
+
+def test_nothing_has_no_rows():
+    assert mm.brownian_rows(mujoco.MjModel.from_xml_string("<mujoco/>"), 1.0).shape == (1, 0)
+
+
+def test_a_wall_is_an_infinite_energy():
+    wall = {"potential": lambda data: math.inf if data.qpos[0] < 0 else 0.0, "initial": [0.1]}
+    assert (metropolis(PENDULUM, 1.0, samples=100, replicas=2, burn_in=10, **wall).qpos >= 0).all()
 
 
 @pytest.mark.parametrize(("call", "message"), EXTREMES, ids=[m for _, m in EXTREMES])

@@ -6,7 +6,11 @@ have fixed seeds.
 
 import copy
 import itertools
+import os
 import pickle
+import signal
+import threading
+import time
 from typing import Any
 
 import mujoco
@@ -359,6 +363,10 @@ def test_neither_calls_nor_threads_nor_records_change_a_bit(splitting, monkeypat
     data = mujoco.MjData(model)
     langevin.step(data, 300)
     np.testing.assert_array_equal(end(data), end(whole))
+    assert langevin.sample(nstep=300, replicas=3, every=7).identical(runs[2])
+    np.testing.assert_array_equal(
+        langevin.rollout(used, start, None, control_spec=0, nstep=300), paths
+    )
     for one, other in itertools.combinations(runs[0].qpos[:, -1].values, 2):
         assert abs(one - other).max() > 1e-3
 
@@ -601,6 +609,26 @@ def test_what_is_stepped_is_what_was_read():
         langevin.step(mujoco.MjData(model))
 
 
+@pytest.mark.parametrize("call", ["sample", "rollout"])
+def test_ctrl_c_ends_all_threads(call):
+    """Also if there is no record for a long time; measured: 0.1 s after it, instead of minutes."""
+    langevin = mm.Langevin(mujoco.MjModel.from_xml_string(SOFT["limit"]), kT=0.5, disable=CONTACT)
+    model = langevin.model
+    used, start = mujoco.MjData(model), np.zeros((2, 1 + model.nq + model.nv))
+    langevin.step(used)
+    calls: dict[str, Any] = {
+        "sample": lambda: langevin.sample(10**9, every=10**9, replicas=99),
+        "rollout": lambda: langevin.rollout([used], start, None, control_spec=0, nstep=5_000_000),
+    }
+    ctrl_c = threading.Timer(0.3, os.kill, [os.getpid(), signal.SIGINT])
+    begin = time.monotonic()
+    ctrl_c.start()
+    with pytest.raises(KeyboardInterrupt):
+        calls[call]()
+    assert time.monotonic() - begin < 3
+    ctrl_c.join()
+
+
 def test_a_lost_replica_is_reported_with_all_records():
     model = mujoco.MjModel.from_xml_string(
         '<mujoco><option timestep="0.05"/><worldbody><body>'
@@ -611,6 +639,7 @@ def test_a_lost_replica_is_reported_with_all_records():
     assert langevin.largest_timestep(mujoco.MjData(model)) < 0.05
     with pytest.raises(mm.LangevinDiverged, match=r"^replica 0 was lost at t = .*") as caught:
         langevin.sample(nstep=10_000, replicas=3, every=10)
+    assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
     run = caught.value.dataset
     lost = np.isnan(run.qpos[0, :, 0].values)
     assert run.qpos.shape == (3, 1000, 1)

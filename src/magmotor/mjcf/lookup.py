@@ -24,7 +24,10 @@ def label(model: mujoco.MjModel, kind: str, number: Any) -> str:
 
 def number_of(model: mujoco.MjModel, kind: str, name: str) -> int:
     """Return the number of a named element; -1 if there is none."""
-    return mujoco.mj_name2id(model, _object_type(kind), name)
+    try:
+        return mujoco.mj_name2id(model, _object_type(kind), name)
+    except TypeError:  # UTF-8 cannot encode the name
+        return -1
 
 
 def _object_type(kind: str) -> int:

@@ -3,6 +3,7 @@
 It shares nothing with the integrators but MuJoCo's kinematics and mass matrix.
 """
 
+import math
 from collections.abc import Iterator
 from typing import Annotated, NamedTuple
 
@@ -15,6 +16,7 @@ from tqdm import tqdm
 from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
 from magmotor.common.checks import check_array, reject
+from magmotor.common.environment import physical_memory
 from magmotor.common.hints import Count, Positive, Seed, integer
 from magmotor.mjcf.boltzmann.potential import Energy, potential_energy
 
@@ -69,9 +71,9 @@ def metropolis(
     potential : callable, optional
         A function of an `mjData` that returns the potential energy in J, and replaces the model's.
         Positions, orientations, lengths of tendons and the mass matrix are up to date; it must not
-        change the data. By default, V consists of gravity and its compensation, the springs and
-        soft limits of joints and tendons, actuators without control, and the dipoles and the
-        potentials of joints that act inside `magnetism`.
+        change the data. Infinite energy excludes a position. By default, V consists of gravity and
+        its compensation, the springs and soft limits of joints and tendons, actuators without
+        control, and the dipoles and the potentials of joints that act inside `magnetism`.
     initial : array_like, shape (nq,) or (replicas, nq), optional
         First positions of the chains; by default `qpos0`.
 
@@ -84,9 +86,9 @@ def metropolis(
     Raises
     ------
     ValueError
-        kT is not positive; the energy is not finite at the first position; or an equality, a
-        contact, an actuator, a flex or a plugin has a potential that is not known here. The message
-        names it.
+        kT is not positive; the energy is not finite at the first position; the result does not fit
+        in memory; or an equality, a contact, an actuator, a flex or a plugin has a potential that
+        is not known here. The message names it.
 
     Notes
     -----
@@ -114,6 +116,8 @@ def metropolis(
     >>> round(float(np.cos(run.qpos).mean()), 2)  # I_1(1)/I_0(1) = 0.446
     0.45
     """
+    if 8 * replicas * samples * (model.nq + 1) > physical_memory():
+        raise reject("samples", samples, f"{replicas} x {samples} records do not fit in memory")
     walker = _Walker(model, kT, potential)
     starts = _starts(model, initial, replicas)
     progress = tqdm(
@@ -121,8 +125,8 @@ def metropolis(
         disable=None,
     )  # fmt: skip
     chains = []
-    for start, stream in zip(starts, np.random.SeedSequence(seed).spawn(replicas), strict=True):
-        random = np.random.default_rng(stream)
+    for replica, start in enumerate(starts):
+        random = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(replica,)))
         chains.append(walker.chain(start, random, samples, every, burn_in, progress))
     progress.close()
     positions, energies, acceptance = (np.stack(each) for each in zip(*chains, strict=True))
@@ -169,7 +173,7 @@ class _Walker:
         self.model = positions_only(model)
         self.data = mujoco.MjData(self.model)
         self.kT = kT
-        self.energy = potential_energy(model) if potential is None else potential
+        self.energy = potential_energy(model) if potential is None else _checked(potential)
         blocks = [*_blocks(model)]
         if len(blocks) > 1:
             blocks.append(_Block("all", np.ones(model.nv, bool), np.inf))
@@ -239,6 +243,23 @@ class _Walker:
         # M = L^T D L, and MuJoCo keeps 1/D.
         volume = -0.5 * np.log(self.data.qLDiagInv).sum()
         return _State(position, energy, volume - energy / self.kT)
+
+
+def _checked(potential: Energy) -> Energy:
+    """Return a function that calls the user's one, and checks its result."""
+
+    def energy(data: mujoco.MjData) -> float:
+        value = potential(data)
+        try:
+            number = math.nan if isinstance(value, str | bytes) else float(value)
+        except (TypeError, ValueError, OverflowError):
+            number = math.nan
+        if math.isnan(number):
+            sentence = "must be a number, which may be infinite where no position is allowed"
+            raise reject("potential(data)", value, sentence)
+        return number
+
+    return energy
 
 
 def positions_only(model: mujoco.MjModel) -> mujoco.MjModel:

@@ -149,15 +149,16 @@ def configurational_temperature(
     model = without_noise(model) if forces is None else model
     data = mujoco.MjData(model)
     for name in {"ctrl", "qfrc_applied", "xfrc_applied"} & {*run}:
-        getattr(data, str(name))[:] = run[name]
-    forces = partial(resting_forces, model) if forces is None else forces
+        applied = getattr(data, str(name))
+        applied[:] = check_array(f"{name} of run", run[name], *applied.shape)
+    forces = partial(resting_forces, model) if forces is None else _checked(forces, model.nv)
     squares, divergences = np.empty(positions.shape[:2]), np.empty(positions.shape[:2])
     with magnetism() if magnetic else nullcontext():
         for at in np.ndindex(positions.shape[:2]):
             squares[at], divergences[at] = _square_and_divergence(
                 model, data, forces, positions[at]
             )
-    if not squares.any():
+    if not (squares.any() and divergences.any()):
         raise reject("model", "at the positions of run", "some force of the position must act")
     temperature, error = ratio_and_error(squares, -divergences)
     units = {"units": "J"}
@@ -169,6 +170,11 @@ def configurational_temperature(
     )
 
 
+def _checked(forces: Forces, size: int) -> Forces:
+    """Return a function that calls the user's one, and checks its result."""
+    return lambda data: check_array("forces(data)", forces(data), size)
+
+
 def _square_and_divergence(
     model: mujoco.MjModel, data: mujoco.MjData, forces: Forces, position: Array
 ) -> tuple[float, float]:
@@ -177,7 +183,7 @@ def _square_and_divergence(
     def field(position: Array) -> tuple[Array, Array, float]:
         data.qpos[:] = position
         mujoco.mj_fwdPosition(model, data)
-        force = np.asarray(forces(data), float)
+        force = forces(data)
         solution = np.empty((1, model.nv))
         mujoco.mj_solveM(model, data, solution, force[np.newaxis])
         return force, solution[0], -0.5 * float(np.log(data.qLDiagInv).sum())
@@ -205,7 +211,7 @@ def _records(run: xr.Dataset, **widths: int) -> list[Array]:
         values = check_array(f"{name} of run", run[name], ..., width)
         if values.ndim not in (2, 3):
             raise reject(f"shape of {name} of run", values.shape, "must be (replica, time, width)")
-        found.append(values.reshape(-1, *values.shape[-2:]))
+        found.append(values[np.newaxis] if values.ndim == 2 else values)
     shapes = {values.shape[:2] for values in found}
     if len(shapes) > 1:
         raise reject("shapes of run", [*shapes], "all variables must have the same times")

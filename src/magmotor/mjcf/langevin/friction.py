@@ -120,7 +120,7 @@ def _drag_rows(model: mujoco.MjModel, data: mujoco.MjData, friction: Friction) -
     ):
         point = data.xipos[body] if geom < 0 else data.geom_xpos[geom]
         mujoco.mj_jac(model, data, jacobian[:3], jacobian[3:], point, body)
-    return jacobians.reshape(-1, model.nv)
+    return jacobians.reshape(6 * len(friction.drag), model.nv)
 
 
 def _damping(model: mujoco.MjModel) -> tuple[Array, Array]:
@@ -244,8 +244,8 @@ def _viscosity(model: mujoco.MjModel) -> float:
     if model.opt.density:
         sentence = f"must be set to zero, since drag by the square of the velocity {NO_LAW}"
         raise reject("option density", model.opt.density, sentence)
-    if model.opt.viscosity < 0:
-        raise reject("option viscosity", model.opt.viscosity, "must be zero or greater")
+    if not 0 <= model.opt.viscosity < np.inf:
+        raise reject("option viscosity", model.opt.viscosity, "must be zero or greater, and finite")
     if model.opt.viscosity and model.opt.wind.any():
         sentence = "must be zero in a viscous fluid, since wind drives the model"
         raise reject("option wind", model.opt.wind.tolist(), sentence)

@@ -5,8 +5,7 @@ import math
 import os
 import threading
 import time
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -35,13 +34,15 @@ from magmotor.mjcf.langevin.own_model import (
 )
 from magmotor.mjcf.langevin.splitting_loop import compiled
 from magmotor.mjcf.langevin.stability import largest_timestep
-from magmotor.mjcf.langevin.supported import check_tree
+from magmotor.mjcf.langevin.supported import check_all_numbers, check_tree
 from magmotor.mjcf.langevin.thermostat import (
     BY_TIME,
     SECONDS_BETWEEN_CHECKS,
     Steps,
     Taken,
     Thermostat,
+    on_threads,
+    pieces,
 )
 from magmotor.mjcf.langevin.tree import Room, read_tree, room_for
 from magmotor.mjcf.lookup import potential_checksum
@@ -88,12 +89,16 @@ class LangevinDiverged(FloatingPointError):
 
     def __init__(self, replica: int, time: float, replicas: int, dataset: xr.Dataset):
         self.replica, self.time, self.dataset = replica, time, dataset
+        self._replicas = replicas
         others = f", and {replicas - 1} others later or elsewhere" if replicas > 1 else ""
         super().__init__(
             f"replica {replica} was lost at t = {time:g}{others}: the timestep is too long (see"
             " largest_timestep), or dipoles came too close to each other; `dataset` contains what"
             " was recorded"
         )
+
+    def __reduce__(self):
+        return type(self), (self.replica, self.time, self._replicas, self.dataset)
 
 
 class Langevin(Thermostat):
@@ -148,6 +153,12 @@ class Langevin(Thermostat):
     LayoutError
         This version of MuJoCo lays out its structs differently than it declares.
 
+    Warns
+    -----
+    UserWarning
+        Soft constraints are softened to suit the timestep, or nothing damps the motion of a tree
+        as a whole.
+
     Notes
     -----
     Friction changes how fast the ensemble settles, not what it becomes: a motion that friction
@@ -194,6 +205,7 @@ class Langevin(Thermostat):
         self.kT = read_kT(model, kT)
         self.splitting = splitting
         scheme = LANGEVIN[splitting]
+        check_all_numbers(model)
         own = copy_with(model, disable)
         steps = "S" in scheme.parts
         given = None if friction is None else read_friction(model, friction)
@@ -333,7 +345,7 @@ class Langevin(Thermostat):
             total=replicas * (settle + nstep), desc="Langevin", unit="step", delay=2, disable=None
         ) as progress:
             follow = partial(self._follow, out, lost, settle, nstep, every, initial, progress)
-            _on_all_cores(follow, replicas)
+            on_threads(follow, replicas, min(replicas, os.cpu_count() or 1))
         run = self._dataset(out, every, initial)
         if lost:
             replica, when = min(lost.items())
@@ -358,20 +370,15 @@ class Langevin(Thermostat):
             mujoco.mj_copyState(self.model, initial, data, STATE)
         data.time, following = 0.0, 0
         for records, count in ((out[replica, :0], settle), (out[replica], nstep)):
-            done, size, exchanged = 0, every, np.zeros(len(self.kT) + 1)
-            while done < count and not stop.is_set():
-                start = time.monotonic()
-                size = min(size, count - done)
+            exchanged = np.zeros(len(self.kT) + 1)
+            for done, size in pieces(count, every, stop):
                 piece = records[done // every : (done + size) // every]
-                steps = Steps(following, size, every, replica, exchanged, piece)
+                steps = Steps(following, size, min(size, every), replica, exchanged, piece)
                 following, exchanged = self._run(data, steps)
-                if following == BY_TIME:
+                if following == BY_TIME or not np.isfinite(exchanged).all():
                     lost[replica] = data.time - settle * self._timestep
                     return
-                done += size
                 progress.update(size)
-                elapsed = max(time.monotonic() - start, 1e-6)
-                size = every * max(1, int(size * SECONDS_BETWEEN_CHECKS / elapsed) // every)
 
     def _dataset(self, out: Array, every: int, initial: mujoco.MjData | None) -> xr.Dataset:
         nq, nv = self.model.nq, self.model.nv
@@ -417,13 +424,17 @@ class Langevin(Thermostat):
         self._check_parts()
         check_type("data", data, mujoco.MjData)
         self._check_data(data)
-        return self._call(data, Steps(first=0, nstep=0))[1].force
+        force = self._call(data, Steps(first=0, nstep=0))[1].force
+        if not np.isfinite(force).all():
+            sentence = "must be finite, and so must be positions and applied forces in data"
+            raise reject("forces", force.tolist(), sentence)
+        return force
 
     def largest_timestep(self, data: mujoco.MjData) -> float:
         """Return the smallest unstable timestep of small motions about a position, in s.
 
         By linear theory, with the inertia, the friction and the derivatives of the forces at this
-        position; best at an equilibrium. Infinite if there is none.
+        position; best at an equilibrium. The result is infinite if there is none.
 
         Parameters
         ----------
@@ -497,16 +508,5 @@ class Langevin(Thermostat):
         mujoco.mj_solveM(self.effective_model, data, inverse, rows)
         root = np.sqrt(np.maximum(strengths, 0))
         matrix = root[:, np.newaxis] * (rows @ inverse.T) * root
-        return bool(np.linalg.norm(matrix, 2) * self._timestep**2 > 4)
-
-
-def _on_all_cores(follow: Callable[[int, threading.Event], None], replicas: int) -> None:
-    """Call `follow` for all replicas, and make it stop at an error."""
-    stop = threading.Event()
-    with ThreadPoolExecutor(min(replicas, os.cpu_count() or 1)) as pool:
-        try:
-            for future in [pool.submit(follow, i, stop) for i in range(replicas)]:
-                future.result()
-        except BaseException:
-            stop.set()
-            raise
+        finite = bool(np.isfinite(matrix).all())
+        return not finite or bool(np.linalg.norm(matrix, 2) * self._timestep**2 > 4)

@@ -11,11 +11,12 @@ import numpy as np
 
 from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
-from magmotor.common.checks import check_integer, check_number, reject
+from magmotor.common.checks import check_integer, check_number, check_type, reject
+from magmotor.mjcf.langevin.checks import check_numbers
 from magmotor.mjcf.langevin.friction import Friction, damper_rows, dampers, model_friction
 from magmotor.mjcf.langevin.temperature import MATCH, configurations, drive, joined
 from magmotor.mjcf.lookup import label
-from magmotor.noise import LARGEST_SEED, check_seed, normal
+from magmotor.noise import LARGEST_SEED, LARGEST_STEP, check_seed, normal
 
 INSTEAD = "use mm.Langevin, which needs no rows, or the forces of mm.JointNoise in mj_step"
 
@@ -79,6 +80,7 @@ def brownian_rows(model: mujoco.MjModel, kT: float) -> Array:
     temperature: kT = 1e-06 J
     """
     kT = check_number("kT", kT, at_least=0, unit="J")
+    check_numbers(model)
     friction = model_friction(model)
     _check_dampers(model, friction)
     wrenches = np.sqrt(2 * kT) * _roots(model, friction)
@@ -154,6 +156,7 @@ class JointNoise:
             check_seed(seed),
             check_integer("replica", replica, at_least=0, at_most=LARGEST_SEED - 1),
         )
+        check_numbers(model)
         self._friction = model_friction(model)
         self._scratch = mujoco.MjData(model)
         self._turns = any(c.any() for c in self._friction[1:4])
@@ -173,8 +176,18 @@ class JointNoise:
         Returns
         -------
         ndarray, shape (nv,)
+
+        Raises
+        ------
+        ValueError
+            The data belong to another model, or their time is invalid.
         """
         model, scratch = self._model, self._scratch
+        check_type("data", data, mujoco.MjData)
+        if data.model is not model:
+            raise reject("data.model", data.model, "must be the model of this JointNoise")
+        if not abs(data.time / model.opt.timestep) < LARGEST_STEP:
+            raise reject("data.time", data.time, "must be less than 2^53 timesteps")
         if self._turns:
             scratch.qpos[:], scratch.mocap_pos[:] = data.qpos, data.mocap_pos
             scratch.mocap_quat[:] = data.mocap_quat
@@ -182,8 +195,13 @@ class JointNoise:
         coefficients, rows = dampers(model, scratch, self._friction)
         step = round(data.time / model.opt.timestep)
         numbers = [normal(*self._path, step, channel, 1, 0) for channel in range(len(rows))]
-        amplitudes = np.sqrt(2 * self._kT * coefficients / model.opt.timestep)
-        return rows.T @ (amplitudes * numbers)
+        with np.errstate(all="ignore"):
+            amplitudes = np.sqrt(2 * self._kT * coefficients / model.opt.timestep)
+            force = rows.T @ (amplitudes * numbers)
+        if not np.isfinite(force).all():
+            sentence = "must be finite, and so must be the positions in data"
+            raise reject("force", force.tolist(), sentence)
+        return force
 
 
 def _no_row(name: str, value: float, why: str) -> ValueError:

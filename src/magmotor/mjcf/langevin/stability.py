@@ -15,6 +15,7 @@ DISPLACEMENT = 1e-6
 """Displacement for differences of forces, in rad or m."""
 
 
+@np.errstate(all="ignore")
 def largest_timestep(
     model: mujoco.MjModel,
     data: mujoco.MjData,

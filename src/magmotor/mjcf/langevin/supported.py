@@ -38,7 +38,12 @@ DISABLING_FLAGS = {
 PLASTIC = {"jnt_springyield": "spring", "tendon_springyield": "spring"}
 """The same for springs that yield, which MuJoCo has since version 4."""
 
-NUMBERS = ("jnt_stiffness", "tendon_stiffness", "tendon_damping", "qpos_spring", "dof_armature")
+NUMBERS = (
+    *("jnt_stiffness", "tendon_stiffness", "tendon_damping", "qpos_spring", "dof_armature"),
+    "body_gravcomp",
+    *("jnt_solref", "tendon_solref_lim", "eq_solref", "geom_solref", "pair_solref"),
+    *("jnt_solimp", "tendon_solimp_lim", "eq_solimp", "geom_solimp", "pair_solimp"),
+)
 """Arrays of the model that must be finite, in addition to those of any model."""
 
 EQUALITIES = [
@@ -58,8 +63,15 @@ SMOOTH = {
 WITHOUT_CONTACT = "set condim=1, for contacts without friction, or disable the flag contact"
 
 
+def check_all_numbers(model: mujoco.MjModel) -> None:
+    """Check that the timestep is positive, and that the numbers of the model are finite."""
+    check_numbers(model)
+    for field in NUMBERS:
+        check_array(f"{field} of the model", getattr(model, field))
+
+
 def check_tree(model: mujoco.MjModel) -> None:
-    """Check everything but the linear friction of a model, which `model_friction` checks.
+    """Check the forces of a model, except its linear friction, which `model_friction` checks.
 
     Raises
     ------
@@ -67,9 +79,6 @@ def check_tree(model: mujoco.MjModel) -> None:
         The model has dry friction or another force that is neither linear friction nor of a
         potential. The message names the element and what to do.
     """
-    check_numbers(model)
-    for field in NUMBERS:
-        check_array(f"{field} of the model", getattr(model, field))
     check_extensions(model, METHOD)
     check_zero(model, DISABLING_FLAGS)
     check_zero(model, {field: flag for field, flag in PLASTIC.items() if hasattr(model, field)})

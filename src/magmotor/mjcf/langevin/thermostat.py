@@ -1,8 +1,9 @@
 """What `Baoab` and `Langevin` share: how their compiled loops are called."""
 
+import threading
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Annotated, NamedTuple
 
@@ -54,6 +55,44 @@ class Taken(NamedTuple):
     """Sums of the heat from each bath, and of the work of all forces, in J; may be empty."""
 
 
+def pieces(
+    count: int, every: int = 1, stop: threading.Event | None = None
+) -> Iterator[tuple[int, int]]:
+    """Divide steps among calls of about 0.1 s, the first of which may have none.
+
+    Yields
+    ------
+    tuple of int
+        How many steps are done, and how many are next. The latter are a multiple of `every`, or at
+        most those up to the next record.
+    """
+    done, size = 0, FIRST_STEPS
+    while True:
+        start = time.monotonic()
+        size = min(size, count - done)
+        left = min(size, every - done % every)
+        size = left if left < every else size - size % every
+        yield done, size
+        done += size
+        if done >= count or (stop is not None and stop.is_set()):
+            return
+        elapsed = max(time.monotonic() - start, 1e-6)
+        size = 1 + int(size * SECONDS_BETWEEN_CHECKS / elapsed)
+
+
+def on_threads(follow: Callable[[int, threading.Event], None], count: int, threads: int) -> None:
+    """Call `follow` for all numbers below `count`, and make it stop at an error or Ctrl-C."""
+    stop = threading.Event()
+    with ThreadPoolExecutor(threads) as pool:
+        try:
+            for future in [pool.submit(follow, i, stop) for i in range(count)]:
+                future.result()
+        except BaseException:
+            stop.set()
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+
+
 class Thermostat(ABC):
     """Steps and rollouts of a model by a compiled loop.
 
@@ -78,21 +117,16 @@ class Thermostat(ABC):
         remaining = check_integer("nstep", nstep, at_least=0)
         if remaining >= LARGEST_STEP:
             raise reject("nstep", nstep, f"must be less than 2^53 = {LARGEST_STEP}")
-        following, count = BY_TIME, min(remaining, FIRST_STEPS)
-        while True:
-            start = time.monotonic()
+        following = BY_TIME
+        for _, count in pieces(remaining):
             steps = Steps(following, count, exchanged=exchanged)
             following, exchanged = self._run(data, steps)
-            if following == BY_TIME:
+            if following == BY_TIME or not np.isfinite(exchanged).all():
                 raise FloatingPointError(
                     f"the state is not finite at t = {data.time:g}: the timestep is too long,"
                     " or dipoles came too close to each other"
                 )
-            remaining -= count
-            if not remaining:
-                return exchanged
-            elapsed = max(time.monotonic() - start, 1e-6)
-            count = min(remaining, 1 + int(count * SECONDS_BETWEEN_CHECKS / elapsed))
+        return exchanged
 
     @checked(finite=False)
     def rollout(
@@ -147,17 +181,22 @@ class Thermostat(ABC):
         start = np.split(initial_state, [1, 1 + self.model.nq], axis=1)
         paths = np.full((len(initial_state), nstep, initial_state.shape[1] - 1), np.nan)
 
-        def follow(thread: int) -> None:
+        def follow(thread: int, stop: threading.Event) -> None:
             used = data[thread]
             for replica in range(thread, len(paths), len(data)):
                 (used.time,), used.qpos[:], used.qvel[:] = (part[replica] for part in start)
                 used.qacc_warmstart[:] = 0
                 if control is not None:
                     mujoco.mj_setState(self.model, used, control[replica, 0], control_spec)
-                self._run(used, Steps(BY_TIME, nstep, replica=replica, records=paths[replica]))
+                following = BY_TIME
+                for done, count in pieces(nstep, stop=stop):
+                    records = paths[replica, done : done + count]
+                    steps = Steps(following, count, replica=replica, records=records)
+                    following = self._run(used, steps).following
+                    if following == BY_TIME:
+                        break
 
-        with ThreadPoolExecutor(len(data)) as pool:
-            list(pool.map(follow, range(len(data))))
+        on_threads(follow, len(data), len(data))
         return paths
 
     def _check_data(self, data: mujoco.MjData) -> None:
