@@ -650,7 +650,7 @@ def test_a_lost_replica_is_reported_with_all_records():
 
 
 @pytest.mark.parametrize("solref", ["0.02 1", "-2500 -100"], ids=["standard", "direct"])
-def test_constraints_that_are_too_stiff_for_the_timestep_are_softened(solref):
+def test_constraints_that_are_too_stiff_for_the_timestep_are_softened(solref, monkeypatch):
     """At 20 ms the limit would be unstable; it is softened to an oscillation of 0.5 / h."""
     xml = (
         f'<mujoco><option timestep="0.02"/><worldbody><body><joint type="slide" axis="1 0 0"'
@@ -684,6 +684,15 @@ def test_constraints_that_are_too_stiff_for_the_timestep_are_softened(solref):
     model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_REFSAFE)
     stiff = mm.Langevin(model, kT=0.3)
     assert stiff.largest_timestep(data) < 0.02
+    times = []
+    for seconds in (0.1, 1e-9):
+        data.time, data.qpos[0], data.qvel[0] = 0.0, -0.05, 0.0
+        monkeypatch.setattr(thermostat, "SECONDS_BETWEEN_CHECKS", seconds)
+        with pytest.raises(FloatingPointError, match="the timestep is too long"):
+            stiff.step(data, 1_000_000)
+        times.append(data.time)
+    assert times[0] == times[1]
+    assert np.isfinite(data.qpos).all()  # it is the stiffness that was noticed, not an overflow
 
 
 def test_the_model_of_the_user_stays_as_it_is():

@@ -4,7 +4,6 @@ import copy
 import math
 import os
 import threading
-import time
 from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any
@@ -37,7 +36,6 @@ from magmotor.mjcf.langevin.stability import largest_timestep
 from magmotor.mjcf.langevin.supported import check_all_numbers, check_tree
 from magmotor.mjcf.langevin.thermostat import (
     BY_TIME,
-    SECONDS_BETWEEN_CHECKS,
     Steps,
     Taken,
     Thermostat,
@@ -166,9 +164,9 @@ class Langevin(Thermostat):
     frequency w have the temperature kT (1 - (w h)^2/4) by BAOAB, its positions have kT. Brownian
     wrenches of the model (`user` numbers of bodies) do not act.
 
-    B uses the forces at zero velocity; A is Heun's rule or, where that is not accurate
-    enough, the classical Runge-Kutta rule in pieces, at conserved kinetic energy; O is the Crank-Nicolson rule. BAOAB is due to
-    Leimkuhler and Matthews, J. Chem. Phys. 138, 174102 (2013).
+    B uses the forces at zero velocity; A is Heun's rule or, where that is not accurate enough, the
+    classical Runge-Kutta rule in pieces, at conserved kinetic energy; O is the Crank-Nicolson rule.
+    BAOAB is due to Leimkuhler and Matthews, J. Chem. Phys. 138, 174102 (2013).
 
     Examples
     --------
@@ -230,7 +228,6 @@ class Langevin(Thermostat):
             raise reject("path.timestep", self._path.timestep, sentence)
         check_damped(own, given)
         self._friction, self._scheme = given, scheme
-        self._checked = -math.inf
         named = {"splitting": splitting, "friction": friction, "disable": disable, "seed": seed}
         self._arguments = named | {"path": path}, (model, kT)
         full, rows = couplings(own, given)
@@ -484,8 +481,6 @@ class Langevin(Thermostat):
         for kind, count in zip(LOSSES, before, strict=True):
             if data.warning[kind].number > count:
                 raise mujoco.FatalError(f"at t = {data.time:g}: {LOSSES[kind]}")
-        if self._tree.constraints and self._too_stiff(data):
-            done = -1
         return done, room
 
     def _check_callbacks(self) -> None:
@@ -495,18 +490,3 @@ class Langevin(Thermostat):
             if getattr(mujoco, f"get_mjcb_{name}")() is not None:
                 sentence = "must not be set (by magnetism(), either) while this Langevin runs"
                 raise reject(f"mjcb_{name}", "a function", sentence)
-
-    def _too_stiff(self, data: mujoco.MjData) -> bool:
-        """Return whether active constraints oscillate too fast for the timestep."""
-        now = time.monotonic()
-        if data.nefc == 0 or now - self._checked < SECONDS_BETWEEN_CHECKS:
-            return False
-        self._checked = now
-        rows = data.efc_J.reshape(data.nefc, -1)
-        strengths = data.efc_D * data.efc_KBIP[:, 0] * data.efc_KBIP[:, 2]
-        inverse = np.empty_like(rows)
-        mujoco.mj_solveM(self.effective_model, data, inverse, rows)
-        root = np.sqrt(np.maximum(strengths, 0))
-        matrix = root[:, np.newaxis] * (rows @ inverse.T) * root
-        finite = bool(np.isfinite(matrix).all())
-        return not finite or bool(np.linalg.norm(matrix, 2) * self._timestep**2 > 4)

@@ -18,13 +18,23 @@ from magmotor.mjcf.langevin.free_motion import (
     update_position,
 )
 from magmotor.mjcf.langevin.friction_and_noise import damp_and_drive
-from magmotor.mjcf.langevin.position_forces import add_own_forces, compute_forces
+from magmotor.mjcf.langevin.position_forces import (
+    add_own_forces,
+    compute_forces,
+    constraint_count,
+)
 from magmotor.mjcf.langevin.tree import Dampers, Room, Tree
 from magmotor.mjcf.messages import bind
 from magmotor.numerics.numba_cache import compiled_once, copy
 
 A, B, O, K, R, S = range(6)
 """Codes of the parts; see `magmotor.numerics.splittings`."""
+
+STEPS_BETWEEN_CHECKS = 64
+"""Steps between two checks of the stiffness of constraints, each of which costs a few steps."""
+
+POWERS = 20
+"""Powers of a matrix that show its largest eigenvalue, to a few percent."""
 
 _word = types.int64
 _FUNCTIONS = {
@@ -114,6 +124,8 @@ def _advance(checksum: int, offsets: layout.Layout):
                     damp_and_drive(model, data, offsets, tree, dampers, qvel, force, span, draw,
                                    room, room.exchanged)  # fmt: skip
             time[0] = start + timestep
+            if tree.constraints and (first + done) % STEPS_BETWEEN_CHECKS == 0:
+                good = good and not _too_stiff(model, data, offsets, tree, qvel, timestep, room)
             size = 0.0
             for i in range(n):
                 size += abs(qvel[i])
@@ -138,6 +150,38 @@ def _kick(qvel, time, room):
         work += time * room.force[i] * (qvel[i] + 0.5 * change)
         qvel[i] += change
     room.exchanged[-1] += work
+
+
+@njit(error_model="numpy")
+def _too_stiff(model, data, offsets, tree, qvel, timestep, room):
+    """Return whether active constraints oscillate too fast for the timestep.
+
+    The powers of h^2 M^-1 J^T k J, which begin with the current velocity, show the fastest motion.
+    """
+    d = memory.words(data, memory.UNBOUNDED)
+    n, count = len(qvel), constraint_count(data, offsets)
+    inertia = memory.numbers(d[offsets.M // 8], 1, tree.starts[n])[0]
+    rows = memory.numbers(d[offsets.efc_J // 8], count, n)
+    numbers = memory.numbers(d[offsets.efc_KBIP // 8], count, 4)
+    weight = memory.numbers(d[offsets.efc_D // 8], 1, count)[0]
+    motion, force = room.velocity_sum, room.acceleration_sum
+    copy(motion, qvel)
+    for _ in range(POWERS if count > 0 else 0):
+        mass = 2.0 * _kinetic_energy(tree, inertia, motion, room)
+        stiffness = 0.0
+        force[:] = 0.0
+        for row in range(count):
+            rate = 0.0
+            for i in range(n):
+                rate += rows[row, i] * motion[i]
+            push = timestep**2 * weight[row] * numbers[row, 0] * numbers[row, 2] * rate
+            stiffness += push * rate
+            for i in range(n):
+                force[i] += push * rows[row, i]
+        if not stiffness <= 4.0 * mass:
+            return True
+        solve_inertia(model, data, motion, force)
+    return False
 
 
 @njit(error_model="numpy")
