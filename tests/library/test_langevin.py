@@ -645,7 +645,7 @@ def test_a_lost_replica_is_reported_with_all_records():
     assert run.qpos.shape == (3, 1000, 1)
     assert not lost[0]
     assert lost[-1]
-    with pytest.raises(FloatingPointError, match="the state is not finite at t = "):
+    with pytest.raises(FloatingPointError, match="the state was lost at t = "):
         langevin.step(mujoco.MjData(model), 10_000)
 
 
@@ -692,7 +692,7 @@ def test_constraints_that_are_too_stiff_for_the_timestep_are_softened(solref, mo
             stiff.step(data, 1_000_000)
         times.append(data.time)
     assert times[0] == times[1]
-    assert np.isfinite(data.qpos).all()  # it is the stiffness that was noticed, not an overflow
+    assert abs(data.qpos[0]) < 1  # 0.06: it is the stiffness that was noticed, not an overflow
 
 
 def test_the_model_of_the_user_stays_as_it_is():

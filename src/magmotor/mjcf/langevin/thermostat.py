@@ -123,7 +123,7 @@ class Thermostat(ABC):
             following, exchanged = self._run(data, steps)
             if following == BY_TIME or not np.isfinite(exchanged).all():
                 raise FloatingPointError(
-                    f"the state is not finite at t = {data.time:g}: the timestep is too long,"
+                    f"the state was lost at t = {data.time:g}: the timestep is too long,"
                     " or dipoles came too close to each other"
                 )
         return exchanged
