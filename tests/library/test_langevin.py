@@ -196,6 +196,40 @@ def test_the_plugin_has_the_forces_of_the_block(name):
         np.testing.assert_allclose(found[0], data.qfrc_smooth, rtol=0, atol=1e-9 * scale)
 
 
+def test_plugins_of_geoms_exert_no_force_and_those_of_actuators_can_be_disabled():
+    """A torus by a distance function of MuJoCo's, which a servo by another plugin holds."""
+    xml = """
+    <mujoco>
+      <extension>
+        <plugin plugin="mujoco.sdf.torus"><instance name="torus"/></plugin>
+        {extension}
+      </extension>
+      <asset><mesh name="torus"><plugin instance="torus"/></mesh></asset>
+      <worldbody>
+        <body>
+          <joint name="hinge" axis="0 1 0" damping="1"/>
+          <geom type="sdf" mesh="torus" pos="0 0 -1"><plugin instance="torus"/></geom>
+        </body>
+      </worldbody>
+      {actuator}
+    </mujoco>
+    """
+    plain = mujoco.MjModel.from_xml_string(xml.format(extension="", actuator=""))
+    servo = '<actuator><plugin plugin="mujoco.pid" joint="hinge"/></actuator>'
+    driven = mujoco.MjModel.from_xml_string(
+        xml.format(extension='<plugin plugin="mujoco.pid"/>', actuator=servo)
+    )
+    with pytest.raises(ValueError, match=r"^number of plugins = 1: must be zero, except for"):
+        mm.Langevin(driven, kT=1.0)
+    states = []
+    for model, disable in ((plain, ()), (driven, ["actuation"])):
+        data = mujoco.MjData(model)
+        mm.Langevin(model, kT=1.0, disable=disable).step(data, 100)
+        states.append((data.qpos[0], data.qvel[0]))
+    assert states[0] == states[1]
+    assert states[0][1] != 0
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_forces_are_those_of_mujoco_at_rest(seed):
     """Gravity, its compensation, springs of joints and tendons, actuators, applied forces."""

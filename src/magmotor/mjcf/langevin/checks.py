@@ -78,14 +78,21 @@ def check_numbers(model: mujoco.MjModel) -> None:
 
 
 def check_extensions(model: mujoco.MjModel, method: str) -> None:
-    """Check that there are no flexes, no plugins but magmotor.forces, and no sleeping bodies."""
+    """Check that there are no flexes, no sleeping bodies, and no plugins with forces but ours."""
     if model.nflex:
         sentence = f"must be zero: {method} does not support them"
         raise reject("number of flexes", model.nflex, sentence)
-    others = int((model.plugin != magmotor_plugin.register()).sum())
+    acting = {*model.body_plugin}
+    acting |= set() if disabled(model, "actuation") else {*model.actuator_plugin}
+    known = {*model.geom_plugin, *model.sensor_plugin, *model.actuator_plugin} - acting
+    ours = magmotor_plugin.register()
+    others = {i for i, slot in enumerate(model.plugin) if slot != ours} - known
     if others:
-        sentence = f"must be zero, except for magmotor.forces: {method} does not support them"
-        raise reject("number of plugins", others, sentence)
+        sentence = (
+            f"must be zero, except for magmotor.forces and those of geoms and sensors: {method}"
+            " does not support them"
+        )
+        raise reject("number of plugins", len(others), sentence)
     if model.opt.enableflags & mujoco.mjtEnableBit.mjENBL_SLEEP:
         raise reject("flag sleep", "enable", "must be 'disable'")
 
