@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from magmotor.mjcf.langevin.friction import friction_matrix, model_friction
-from magmotor.mjcf.langevin.supported import check_tree
+from magmotor.mjcf.langevin.supported import check_all_numbers, check_tree
 
 TREE = """
 <mujoco>
@@ -296,4 +296,5 @@ def test_numbers_that_a_tree_at_temperature_must_not_have(change, message):
     model = cart()
     change(model)
     with pytest.raises(ValueError, match=message):
+        check_all_numbers(model)
         check_tree(model)

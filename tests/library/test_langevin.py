@@ -11,6 +11,7 @@ import pickle
 import signal
 import threading
 import time
+import warnings
 from typing import Any
 
 import mujoco
@@ -531,9 +532,35 @@ def test_a_free_joint_without_friction_is_warned_of():
         'size="0.1"/></body><body name="slider"'
     )  # fmt: skip
     model = mujoco.MjModel.from_xml_string(xml)
-    with pytest.warns(UserWarning, match=r"joint 'free': nothing damps .*, and it falls; give a"):
+    floating = ["contact", "gravity"]
+    with pytest.warns(UserWarning, match=r"joint 'free': nothing damps its tree, which never"):
+        mm.Langevin(model, kT=1, disable=floating)
+    with pytest.warns(UserWarning, match=r"joint 'free': nothing holds its tree, which falls"):
+        mm.Langevin(model, kT=1, disable=CONTACT, friction=1.0)
+    mm.Langevin(model, kT=1, disable=floating, friction=1.0)
+
+
+@pytest.mark.parametrize(
+    ("joints", "message"),
+    [
+        ('<joint name="x" type="slide" axis="1 0 0"/>', "joint 'x': nothing damps the motion of"),
+        ('<joint name="yaw" axis="0 0 1"/>', "joint 'yaw': nothing damps the motion of"),
+        ('<joint name="z" type="slide" axis="0 0 1" damping="1"/>', "joint 'z': nothing holds"),
+        ('<joint name="z" type="slide" axis="0 0 1" damping="1" limited="true" range="0 1"/>', ""),
+        ('<joint name="z" type="slide" axis="0 0 1" damping="1" stiffness="1"/>', ""),
+        ('<joint name="swing" axis="0 1 0"/>', ""),
+    ],
+)
+def test_what_never_reaches_equilibrium_is_warned_of(joints, message):
+    """A damped arm on a base that nothing damps or holds."""
+    model = mujoco.MjModel.from_xml_string(f"""
+        <mujoco><option timestep="0.0001"/><worldbody><body>{joints}<geom size="0.1"/>
+          <body><joint axis="1 1 0" damping="1"/><geom size="0.1" pos="0.3 0 0"/></body>
+        </body></worldbody></mujoco>""")
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
         mm.Langevin(model, kT=1, disable=CONTACT)
-    mm.Langevin(model, kT=1, disable=CONTACT, friction=1.0)
+    assert [str(each.message).startswith(message) for each in caught] == [True] * bool(message)
 
 
 def test_lost_forces_and_foreign_callbacks_are_reported():

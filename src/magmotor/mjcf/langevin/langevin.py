@@ -20,6 +20,7 @@ from magmotor.common.environment import physical_memory
 from magmotor.mjcf import hooks
 from magmotor.mjcf.langevin.baths import dampers_with_temperatures, read_friction, read_kT
 from magmotor.mjcf.langevin.friction import model_friction
+from magmotor.mjcf.langevin.loose_motion import warn_of_loose_motion
 from magmotor.mjcf.langevin.own_model import (
     check_damped,
     check_inertia,
@@ -227,6 +228,7 @@ class Langevin(Thermostat):
             sentence = f"must be the timestep of the model, {model.opt.timestep:g}"
             raise reject("path.timestep", self._path.timestep, sentence)
         check_damped(own, given)
+        warn_of_loose_motion(own, given, mujoco_steps=steps, stacklevel=2)
         self._friction, self._scheme = given, scheme
         named = {"splitting": splitting, "friction": friction, "disable": disable, "seed": seed}
         self._arguments = named | {"path": path}, (model, kT)

@@ -13,7 +13,7 @@ from magmotor.common.checks import check_choice, elements, reject
 from magmotor.mjcf import layout
 from magmotor.mjcf.langevin.checks import colliding_geoms
 from magmotor.mjcf.langevin.friction import AFFINE, ON_JOINTS, Friction
-from magmotor.mjcf.langevin.tree import coupling_constraints, may_touch
+from magmotor.mjcf.langevin.tree import coupling_constraints
 from magmotor.mjcf.lookup import disabled, label
 from magmotor.numerics.splittings import Scheme, kicks_that_evaluate
 
@@ -53,10 +53,7 @@ def check_inertia(model: mujoco.MjModel) -> None:
 
 
 def check_damped(model: mujoco.MjModel, friction: Friction) -> None:
-    """Check that something damps, since else the noise has no power.
-
-    A warning names free joints that nothing damps.
-    """
+    """Check that something damps, since else the noise has no power."""
     if model.nv == 0:
         raise reject("number of joints", 0, "must be at least one: nothing can move")
     if not (friction.rate or any(part.any() for part in (*friction[:4], friction.rows))):
@@ -65,17 +62,6 @@ def check_damped(model: mujoco.MjModel, friction: Friction) -> None:
             " to the model's options, or give a rate such as friction=1.0"
         )
         raise reject("friction", 0.0, sentence)
-    if friction.rate or len(friction.rows) or any(part.any() for part in friction[1:4]):
-        return
-    for joint in np.flatnonzero(model.jnt_type == int(mujoco.mjtJoint.mjJNT_FREE)):
-        first = model.jnt_dofadr[joint]
-        if not friction.dofs[first : first + 6].any():
-            falls = "" if disabled(model, "gravity") or may_touch(model) else ", and it falls"
-            warnings.warn(
-                f"{label(model, 'joint', joint)}: nothing damps the motion of its tree as a whole,"
-                f" which never reaches kT{falls}; give a rate such as friction=1.0, or viscosity",
-                stacklevel=3,
-            )
 
 
 def couplings(model: mujoco.MjModel, friction: Friction) -> tuple[bool, list[list[int]]]:
