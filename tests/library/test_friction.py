@@ -282,6 +282,11 @@ def test_what_a_tree_at_temperature_may_have(parts):
     model_friction(cart(**parts))
 
 
+def check(model):
+    check_all_numbers(model)
+    check_tree(model)
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -296,5 +301,4 @@ def test_numbers_that_a_tree_at_temperature_must_not_have(change, message):
     model = cart()
     change(model)
     with pytest.raises(ValueError, match=message):
-        check_all_numbers(model)
-        check_tree(model)
+        check(model)
