@@ -6,12 +6,23 @@ from numbers import Real
 import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.linalg import eigh
 
 from magmotor.common.arrays import Integers
 from magmotor.common.checks import check_array, check_number, reject
-from magmotor.mjcf.langevin.friction import Friction
+from magmotor.mjcf.langevin.friction import Friction, dampers
+from magmotor.mjcf.langevin.model import inertia_matrix
 from magmotor.mjcf.langevin.tree import Dampers
 from magmotor.mjcf.lookup import label, number_of
+
+DEFECT_BY_FRICTION = 0.1
+"""Allowed relative error of the kinetic energy in a piece of free motion, over g h."""
+
+DEFECTS = 1e-5, 3e-4
+"""Bounds of this error."""
+
+LARGEST_MATRIX = 500
+"""Number of velocities up to which the weakest friction is computed, in less than 0.1 s."""
 
 KINDS = ("joint", "tendon", "actuator", "body")
 """Kinds of elements that can have a temperature of their own; the first that has a name wins."""
@@ -54,9 +65,9 @@ def read_friction(model: mujoco.MjModel, friction: float | ArrayLike) -> Frictio
         np.zeros(model.nv), np.zeros(model.ntendon), np.zeros(model.nout), np.zeros((0, 2)),
         nothing, nothing, np.zeros((0, model.nv)),
     )  # fmt: skip
-    if isinstance(friction, Real):
+    if isinstance(friction, Real) or np.ndim(friction) == 0:
         return none._replace(rate=check_number("friction", friction, at_least=0, unit="1/s"))
-    matrix = check_array("friction", friction, ..., model.nv)
+    matrix = check_array("friction", friction, ..., model.nv).copy()
     if matrix.shape not in {(model.nv,), (model.nv, model.nv)}:
         sentence = f"its shape must be ({model.nv},) or ({model.nv}, {model.nv})"
         raise reject("friction of shape", matrix.shape, sentence)
@@ -123,6 +134,8 @@ def dampers_with_temperatures(
     baths.check_used()
     temperatures = np.array([*kT.values()])
     return Dampers(
+        defect=_largest_defect(model, friction),
+        thermal=temperatures.min() * np.bincount(model.dof_treeid).astype(float),
         damping=np.ascontiguousarray(friction.dofs),
         kT=temperatures[dofs],
         baths=dofs,
@@ -159,6 +172,21 @@ def _owners(model: mujoco.MjModel, outputs: Integers) -> list[tuple[str, int]]:
         acts = kind in ("joint", "tendon")
         found.append((kind, int(model.actuator_trnid[i, 0])) if acts else ("actuator", i))
     return found
+
+
+def _largest_defect(model: mujoco.MjModel, friction: Friction) -> float:
+    """Return which error of the free motion the friction can make up for.
+
+    The weakest friction at `qpos0` removes the part g h of an energy in a step.
+    """
+    weakest = friction.rate
+    if not weakest and not len(friction.rows) and model.nv <= LARGEST_MATRIX:
+        data = mujoco.MjData(model)
+        mujoco.mj_fwdPosition(model, data)
+        coefficients, rows = dampers(model, data, friction)
+        matrix = (rows.T * coefficients) @ rows
+        weakest = eigh(matrix, inertia_matrix(model, data), eigvals_only=True)[0]
+    return float(np.clip(DEFECT_BY_FRICTION * weakest * model.opt.timestep, *DEFECTS))
 
 
 class _Baths:

@@ -3,7 +3,7 @@
 Heun's rule, of second order, is enough for most steps: it needs the inertia only where O and B need
 it, too. Its error, which the change of the kinetic energy shows, would add up where little friction
 acts, and a fast draw of the velocities would explode. So a motion whose kinetic energy changes by
-more than `LARGEST_DEFECT` is repeated by the classical Runge-Kutta rule, in 1, 2, 4 and more
+more than `Dampers.defect` of the thermal energy is repeated by the classical Runge-Kutta rule, in 1, 2, 4 and more
 pieces. Finally the velocities of each tree are scaled to the kinetic energy with which the motion
 began.
 """
@@ -19,8 +19,8 @@ from magmotor.mjcf import memory
 from magmotor.mjcf.langevin.position_forces import compute_forces
 from magmotor.numerics.numba_cache import copy
 
-LARGEST_DEFECT = 3e-4
-"""Largest relative error of a tree's kinetic energy in one piece of the motion."""
+COLDEST = 1e-6
+"""Least thermal energy that counts, in kinetic energies of the tree."""
 
 MOST_PIECES = 256
 """Largest number of pieces; if these are not enough, the state is given up."""
@@ -108,7 +108,7 @@ def _kinetic_energies(tree, inertia, velocity, energies):
 
 
 @njit(forceinline=True, error_model="numpy")
-def move_freely(model, data, offsets, tree, qpos, qvel, time, room):
+def move_freely(model, data, offsets, tree, dampers, qpos, qvel, time, room):
     """Move without forces for a time; return whether the motion is accurate enough.
 
     The inertia must be that of the position, and is so again afterwards.
@@ -119,7 +119,7 @@ def move_freely(model, data, offsets, tree, qpos, qvel, time, room):
     copy(room.qvel, qvel)
     _kinetic_energies(tree, inertia, qvel, room.before)
     _heun(model, data, qpos, qvel, time, room)
-    good = _conserve_energy(tree, inertia, qvel, room)
+    good = _conserve_energy(tree, dampers, inertia, qvel, room)
     pieces = 1
     while not good and pieces <= MOST_PIECES:
         copy(qpos[: len(room.qpos)], room.qpos)
@@ -129,7 +129,7 @@ def move_freely(model, data, offsets, tree, qpos, qvel, time, room):
         for _ in range(pieces):
             if good:
                 runge_kutta(model, data, offsets, tree, qpos, qvel, time / pieces, False, room)
-                good = _conserve_energy(tree, inertia, qvel, room)
+                good = _conserve_energy(tree, dampers, inertia, qvel, room)
         pieces *= 2
     return good
 
@@ -182,14 +182,15 @@ def runge_kutta(model, data, offsets, tree, qpos, qvel, time, forced, room):
 
 
 @njit
-def _conserve_energy(tree, inertia, qvel, room):
+def _conserve_energy(tree, dampers, inertia, qvel, room):
     """Scale the velocities to the kinetic energy of each tree; return whether that is little."""
     _kinetic_energies(tree, inertia, qvel, room.after)
     good = True
     for k in range(len(room.after)):
         before, after = room.before[k], room.after[k]
         defect = abs(after - before)
-        good = good and defect <= LARGEST_DEFECT * before
+        scale = min(before, max(dampers.thermal[k], COLDEST * before))
+        good = good and defect <= dampers.defect * scale
         room.after[k] = math.sqrt(before / after) if after > 0.0 else 1.0
     for i in range(len(qvel)):
         qvel[i] *= room.after[tree.trees[i]]

@@ -230,8 +230,8 @@ class Langevin(Thermostat):
         check_damped(own, given)
         warn_of_loose_motion(own, given, mujoco_steps=steps, stacklevel=2)
         self._friction, self._scheme = given, scheme
-        named = {"splitting": splitting, "friction": friction, "disable": disable, "seed": seed}
-        self._arguments = named | {"path": path}, (model, kT)
+        named = {"splitting": splitting, "friction": copy.copy(friction), "disable": disable}
+        self._arguments = named | {"seed": seed, "path": path}, (model, kT)
         full, rows = couplings(own, given)
         self._tree = read_tree(own, rows, full=full, mujoco_steps=steps)
         self._dampers = dampers_with_temperatures(

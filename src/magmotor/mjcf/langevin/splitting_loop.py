@@ -31,7 +31,7 @@ A, B, O, K, R, S = range(6)
 """Codes of the parts; see `magmotor.numerics.splittings`."""
 
 STEPS_BETWEEN_CHECKS = 64
-"""Steps between two checks of the stiffness of constraints, each of which costs a few steps."""
+"""Steps between two checks of the stiffness of constraints, besides those where some are new."""
 
 POWERS = 20
 """Powers of a matrix that show its largest eigenvalue, to a few percent."""
@@ -98,13 +98,15 @@ def _advance(checksum: int, offsets: layout.Layout):
         update_position(model, data)
         if parts[0, 2] >= 0.0:
             compute_forces(model, data, offsets, tree, room.wrenches, room.force)
-        stale = True
+        stale, active = True, constraint_count(data, offsets)
         for done in range(count):
             good, start = True, time[0]
             for part in range(len(parts)):
                 code, span = int(parts[part, 0]), parts[part, 1]
                 if code == A:
-                    good = good and move_freely(model, data, offsets, tree, qpos, qvel, span, room)
+                    good = good and move_freely(
+                        model, data, offsets, tree, dampers, qpos, qvel, span, room
+                    )
                 elif code == R:
                     _flow(model, data, offsets, tree, qpos, qvel, span, room)
                 elif code == S:
@@ -124,8 +126,10 @@ def _advance(checksum: int, offsets: layout.Layout):
                     damp_and_drive(model, data, offsets, tree, dampers, qvel, force, span, draw,
                                    room, room.exchanged)  # fmt: skip
             time[0] = start + timestep
-            if tree.constraints and (first + done) % STEPS_BETWEEN_CHECKS == 0:
-                good = good and not _too_stiff(model, data, offsets, tree, qvel, timestep, room)
+            if tree.constraints:
+                before, active = active, constraint_count(data, offsets)
+                if active > before or (first + done) % STEPS_BETWEEN_CHECKS == 0:
+                    good = good and not _too_stiff(model, data, offsets, tree, qvel, timestep, room)
             size = 0.0
             for i in range(n):
                 size += abs(qvel[i])

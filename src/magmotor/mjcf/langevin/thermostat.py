@@ -4,7 +4,7 @@ import threading
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from typing import Annotated, NamedTuple
 
 import mujoco
@@ -85,7 +85,7 @@ def on_threads(follow: Callable[[int, threading.Event], None], count: int, threa
     stop = threading.Event()
     with ThreadPoolExecutor(threads) as pool:
         try:
-            for future in [pool.submit(follow, i, stop) for i in range(count)]:
+            for future in as_completed([pool.submit(follow, i, stop) for i in range(count)]):
                 future.result()
         except BaseException:
             stop.set()

@@ -56,6 +56,10 @@ class Tree(NamedTuple):
 class Dampers(NamedTuple):
     """All linear dampers, with their temperatures kT in J and the numbers of their baths."""
 
+    thermal: Array
+    """Temperature of the coldest bath times the velocities of each tree, shape (trees,)."""
+    defect: float
+    """Largest error of a tree's kinetic energy in a piece of free motion, over this energy."""
     damping: Array
     """Of each degree of freedom, shape (nv,)."""
     kT: Array
