@@ -92,6 +92,7 @@ def _lightness(model: mujoco.MjModel) -> dict[str, Array]:
     probe = copy.copy(model)
     probe.jnt_range[:] = probe.tendon_range[:] = -2 * BEYOND, -BEYOND
     probe.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
+    probe.opt.enableflags = 0
     probe.opt.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
     data = mujoco.MjData(probe)
     data.eq_active[:] = 1
