@@ -315,7 +315,7 @@ def work_on_a_loop(model, langevin: mm.Langevin, base, seed: int) -> tuple[float
 def test_soft_constraints_have_a_potential(kind):
     """Their forces do no work on closed paths, up to the quadrature at their kinks."""
     model = mujoco.MjModel.from_xml_string(SOFT[kind])
-    model.opt.timestep = 1e-3
+    model.opt.timestep = 5e-4
     langevin = mm.Langevin(model, kT=1, disable=() if kind == "contact" else CONTACT)
     free = mm.Langevin(model, kT=1, disable=("constraint",))
     data = mujoco.MjData(model)

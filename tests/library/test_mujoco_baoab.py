@@ -458,6 +458,7 @@ REFUSED = [
     ("<option", '<option density="1"', "option density = 1.0"),
     ("<option", '<option viscosity="1"', "option viscosity = 1.0"),
     ("/>\n  <size", '><flag sleep="enable"/></option>\n  <size', "flag sleep = 'enable'"),
+    ("/>\n  <size", '><flag override="enable"/></option>\n  <size', "flag override = 'enable'"),
     ('name="x"', 'name="x" stiffness="2"', r"joint 'x': stiffness = 2.0: .* by the flag spring"),
     ('name="x"', 'name="x" damping="1 2"', r"joint 'x': dampingpoly"),
     ('name="x"', 'name="x" range="0 1" limited="true"', r"joint 'x': limited = True"),

@@ -78,7 +78,7 @@ def check_numbers(model: mujoco.MjModel) -> None:
 
 
 def check_extensions(model: mujoco.MjModel, method: str) -> None:
-    """Check that there are no flexes, no sleeping bodies, and no plugins with forces but ours."""
+    """Check that there are no flexes, no plugins with forces but ours, and no unsupported flags."""
     if model.nflex:
         sentence = f"must be zero: {method} does not support them"
         raise reject("number of flexes", model.nflex, sentence)
@@ -95,6 +95,11 @@ def check_extensions(model: mujoco.MjModel, method: str) -> None:
         raise reject("number of plugins", len(others), sentence)
     if model.opt.enableflags & mujoco.mjtEnableBit.mjENBL_SLEEP:
         raise reject("flag sleep", "enable", "must be 'disable'")
+    if model.opt.enableflags & mujoco.mjtEnableBit.mjENBL_OVERRIDE and may_touch(model):
+        sentence = (
+            "must be 'disable': give solref, solimp, margin and friction to each geom or pair"
+        )
+        raise reject("flag override", "enable", sentence)
 
 
 def _check_options(model: mujoco.MjModel) -> None:
@@ -176,6 +181,12 @@ def _check_contacts(model: mujoco.MjModel) -> None:
         value = model.geom_contype[[one, other]].tolist()
         sentence = "contype and conaffinity must be zero: collisions are not supported"
         raise reject(f"{both}: contype", value, sentence)
+
+
+def may_touch(model: mujoco.MjModel) -> bool:
+    """Return whether the model may have contacts."""
+    possible = model.npair > 0 or len(colliding_geoms(model)) > 0
+    return possible and not disabled(model, "contact")
 
 
 def colliding_geoms(model: mujoco.MjModel) -> NDArray[np.int64]:

@@ -28,10 +28,10 @@ from magmotor.mjcf.langevin.own_model import (
     couplings,
     leave_to_us,
     skip_plugins,
-    soften,
     table_of,
     without_friction,
 )
+from magmotor.mjcf.langevin.softening import soften
 from magmotor.mjcf.langevin.splitting_loop import compiled
 from magmotor.mjcf.langevin.stability import largest_timestep
 from magmotor.mjcf.langevin.supported import check_all_numbers, check_tree

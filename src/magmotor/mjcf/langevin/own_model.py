@@ -2,7 +2,6 @@
 
 import copy
 import ctypes
-import warnings
 from collections.abc import Sequence
 
 import mujoco
@@ -11,21 +10,13 @@ import numpy as np
 from magmotor.common.arrays import Array
 from magmotor.common.checks import check_choice, elements, reject
 from magmotor.mjcf import layout
-from magmotor.mjcf.langevin.checks import colliding_geoms
 from magmotor.mjcf.langevin.friction import AFFINE, ON_JOINTS, Friction
 from magmotor.mjcf.langevin.tree import coupling_constraints
-from magmotor.mjcf.lookup import disabled, label
+from magmotor.mjcf.lookup import label
 from magmotor.numerics.splittings import Scheme, kicks_that_evaluate
 
 SMALLEST_INERTIA = 1e-14
 """Least inertia of a joint in kg or kg m^2; MuJoCo replaces smaller ones than 1e-15 by that."""
-
-FASTEST_CONSTRAINT = 0.5
-"""Largest product of the timestep and of a constraint's frequency.
-
-Several limits on one joint, and the slope of the impedance, add up to 2.5 times as much; the
-contacts of one body are counted.
-"""
 
 CODES = "ABOKRS"
 """Parts of schemes, in the order of their codes in the compiled loop."""
@@ -72,82 +63,6 @@ def couplings(model: mujoco.MjModel, friction: Friction) -> tuple[bool, list[lis
     coupled = [model.ten_J_colind[start : start + count].tolist() for start, count in spans]
     full = coupling_constraints(model) or len(friction.rows) > 0 or not on_joints.all()
     return bool(full), coupled
-
-
-def soften(own: mujoco.MjModel) -> None:
-    """Make soft constraints so soft that the timestep resolves their oscillation, and warn of it.
-
-    By the flag refsafe, MuJoCo itself does the same for its own integrators. The frequency of a
-    constraint is that of its spring and of the inertia that it assumes.
-    """
-    # A weld has a potential only if its impedance does not depend on the residual.
-    welds = own.eq_type == int(mujoco.mjtEq.mjEQ_WELD)
-    own.eq_solimp[welds, 1] = own.eq_solimp[welds, 0]
-    if disabled(own, "refsafe") or disabled(own, "constraint"):
-        return
-    own.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_REFSAFE)
-    rigid = own.tendon_limited * (own.tendon_invweight0 < SMALLEST_INERTIA)
-    for tendon in [] if disabled(own, "limit") else np.flatnonzero(rigid):
-        sentence = "must be off, since the tendon does not move at qpos0, which makes it rigid"
-        raise reject(f"{label(own, 'tendon', tendon)}: limited", True, sentence)
-    contacts = _colliding(own)
-    kinds = {
-        "joint limits": (own.jnt_solref, own.jnt_solimp, own.jnt_limited, "limit"),
-        "tendon limits": (
-            own.tendon_solref_lim,
-            own.tendon_solimp_lim,
-            own.tendon_limited,
-            "limit",
-        ),
-        "equalities": (own.eq_solref, own.eq_solimp, np.ones(own.neq), "equality"),
-        "contacts of geoms": (own.geom_solref, own.geom_solimp, contacts, "contact"),
-        "contact pairs": (own.pair_solref, own.pair_solimp, np.ones(own.npair), "contact"),
-    }
-    softened = []
-    for kind, (solref, solimp, exists, flag) in kinds.items():
-        excess = _frequencies(solref, solimp) * own.opt.timestep / FASTEST_CONSTRAINT
-        if flag == "contact":
-            excess *= np.sqrt(_most_contacts(own, contacts))
-        stiff = (excess > 1) & (np.asarray(exists) > 0)
-        if disabled(own, flag) or not stiff.any():
-            continue
-        standard = solref[:, 0] > 0
-        solref[stiff & standard, 0] *= excess[stiff & standard]
-        direct = stiff & ~standard
-        solref[direct] /= np.column_stack([excess[direct] ** 2, excess[direct]])
-        softened.append(f"{kind} ({stiff.sum()}, up to {excess[stiff].max():.2g} times slower)")
-    if softened:
-        warnings.warn(
-            f"soft constraints are softened to suit the timestep {own.opt.timestep:g}:"
-            f" {'; '.join(softened)}; take a shorter timestep, increase their solref, or disable"
-            " the flag refsafe to keep them as they are; effective_model has the potential used",
-            stacklevel=3,
-        )
-
-
-def _colliding(model: mujoco.MjModel) -> Array:
-    """Return which geoms may have contacts, shape (ngeom,)."""
-    found = np.zeros(model.ngeom)
-    found[colliding_geoms(model).ravel()] = 1
-    return found
-
-
-def _most_contacts(model: mujoco.MjModel, colliding: Array) -> float:
-    """Return how many contacts one body may have with a plane; each adds to the stiffness."""
-    of_type = {int(mujoco.mjtGeom.mjGEOM_SPHERE): 1, int(mujoco.mjtGeom.mjGEOM_CAPSULE): 2}
-    points = np.array([of_type.get(int(kind), 4) for kind in model.geom_type])
-    moving = model.body_dofnum[model.body_weldid[model.geom_bodyid]] > 0
-    contacts = np.bincount(model.geom_bodyid, points * (colliding > 0) * moving, model.nbody)
-    return max(1.0, float(contacts.max(initial=1.0)))
-
-
-def _frequencies(solref: Array, solimp: Array) -> Array:
-    """Return the angular frequency of each constraint in rad/s; see MuJoCo's manual, Modeling."""
-    width = np.clip(solimp[:, 1], 1e-4, 1 - 1e-4)
-    constant, ratio = solref.T
-    standard = 1 / np.maximum(width * constant * ratio, 1e-15) ** 2
-    stiffness = np.where(constant > 0, standard, -constant / width**2)
-    return width * np.sqrt(stiffness / (1 - width))
 
 
 def without_friction(model: mujoco.MjModel) -> mujoco.MjModel:
