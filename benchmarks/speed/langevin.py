@@ -161,11 +161,12 @@ def _show_equal_accuracy() -> None:
     found = ", ".join(f"{e:.1%} ± {s:.1%} at {1e3 * h:g} ms" for e, s, h in errors)
     cost = " and ".join(f"{1e6 * min(times[name]):.2g} us by {name}" for name in times)
     note = f"""\
-Planar chain at kT = {THERMAL:g} J, 1 s of motion; from a state at kT, a step takes {cost}.
-  Mean potential energy above its minimum: exactly {exact:.3f} ± {uncertain:.3f} kT, by BAOAB at
-  {1e3 * LONG:g} ms {own:.3f} ± {spread:.3f} kT.
-  Errors of Euler with noise that matches the damping, whose cost is left out: {found};
-  so {ERROR:.0%} at {1e3 * longest:.2g} ms."""
+Planar chain at kT = {THERMAL:g} J, 1 s of motion. From a state at kT, a step takes
+  {cost}. Mean potential energy above its minimum:
+  exactly {exact:.3f} ± {uncertain:.3f} kT,
+  by BAOAB at {1e3 * LONG:g} ms {own:.3f} ± {spread:.3f} kT.
+  Errors of Euler with noise that matches the damping, whose cost is left out:
+  {found}; so {ERROR:.0%} at {1e3 * longest:.2g} ms."""
     rows = [Row("six links", *per_second, at_least=LEAST)]
     show("The same accuracy of the configuration", note, ("Euler", "BAOAB", "ratio"), rows)
 
