@@ -196,14 +196,14 @@ FLOOR = "<geom name='floor' type='plane' size='1 1 1' contype='3' conaffinity='3
         ('<joint name="elbow" frictionloss="0.1"', "joint 'elbow': dry friction has no noise"),
         ('<fixed name="cord" frictionloss="0.1"', "tendon 'cord': dry friction has no noise"),
         (FLOOR.format(""), "geom 'floor' on geom 1, and 3 more: dry friction has no noise"),
-        (FLOOR.format(" condim='1'"), None),
+        (FLOOR.format(" condim='1'"), ""),
     ],
 )
 def test_joint_noise_warns_once_of_dry_friction(text, named):
     cord = TENDON.format("elbow", "pivot")
     xml = TREE.format(**DEFAULTS | {"elbow": "0.1", "tendon": cord})
     if text.startswith("<geom"):
-        condim = ' condim="1"' if named is None else ""
+        condim = ' condim="1"' if not named else ""
         xml = xml.replace("<worldbody>", "<worldbody>" + text)
         xml = xml.replace('conaffinity="0"/>', f'conaffinity="1"{condim}/>')
     else:
@@ -213,5 +213,5 @@ def test_joint_noise_warns_once_of_dry_friction(text, named):
         warnings.simplefilter("always")
         mm.JointNoise(model, 1.0).force(mujoco.MjData(model))
     messages = [str(one.message) for one in caught]
-    assert [one.filename for one in caught] == [__file__] * (named is not None)
+    assert [one.filename for one in caught] == [__file__] * bool(named)
     assert all(message.startswith(named) for message in messages)
