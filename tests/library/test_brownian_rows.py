@@ -1,5 +1,7 @@
 """Brownian rows and joint noise: their covariance is 2 kT C(q), with C from MuJoCo's own forces."""
 
+import warnings
+
 import mujoco
 import numpy as np
 import pytest
@@ -183,3 +185,33 @@ def test_joint_noise_without_damping_is_refused():
 def test_a_negative_temperature_is_refused(function):
     with pytest.raises(ValueError, match=r"^kT = -1.0: must be at least 0 J"):
         function(tree(pivot=1).compile(), -1.0)
+
+
+FLOOR = "<geom name='floor' type='plane' size='1 1 1' contype='3' conaffinity='3'{}/>"
+
+
+@pytest.mark.parametrize(
+    ("text", "named"),
+    [
+        ('<joint name="elbow" frictionloss="0.1"', "joint 'elbow': dry friction has no noise"),
+        ('<fixed name="cord" frictionloss="0.1"', "tendon 'cord': dry friction has no noise"),
+        (FLOOR.format(""), "geom 'floor' on geom 1, and 3 more: dry friction has no noise"),
+        (FLOOR.format(" condim='1'"), ""),
+    ],
+)
+def test_joint_noise_warns_once_of_dry_friction(text, named):
+    cord = TENDON.format("elbow", "pivot")
+    xml = TREE.format(**DEFAULTS | {"elbow": "0.1", "tendon": cord})
+    if text.startswith("<geom"):
+        condim = ' condim="1"' if not named else ""
+        xml = xml.replace("<worldbody>", "<worldbody>" + text)
+        xml = xml.replace('conaffinity="0"/>', f'conaffinity="1"{condim}/>')
+    else:
+        xml = xml.replace(" ".join(text.split()[:2]), text)
+    model = mujoco.MjModel.from_xml_string(xml)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        mm.JointNoise(model, 1.0).force(mujoco.MjData(model))
+    messages = [str(one.message) for one in caught]
+    assert [one.filename for one in caught] == [__file__] * bool(named)
+    assert all(message.startswith(named) for message in messages)

@@ -488,3 +488,18 @@ def test_a_wrong_mark_is_an_error():
         ValueError, match="text 'magmotor' = 'dipols': must be one or more of the words"
     ):
         mm.describe(model)
+
+
+def test_dry_friction_of_joints_and_tendons(capsys):
+    """Noise does not belong to it, so that the text names it, unless a flag disables it."""
+    cord = '<tendon><fixed frictionloss="0.1"><joint joint="turn" coef="1"/></fixed></tendon>'
+    text = PAIR.format(head=MARK.format("dipoles") + cord).replace(
+        '"0.5"', '"0.5" frictionloss="1"'
+    )
+    found, printed = described(text, capsys)
+    assert found.dry_friction == ("joint 'turn'", "tendon 0")
+    assert "dry friction, which no noise belongs to: joint 'turn', tendon 0" in printed
+    flag = '<option><flag frictionloss="disable"/></option>'
+    found, printed = described(text.replace("<mujoco>", "<mujoco>" + flag), capsys)
+    assert found.dry_friction == ()
+    assert "dry friction" not in printed

@@ -97,6 +97,20 @@ def test_torques_of_the_world_against_damping_of_joints_are_too_hot():
     assert mean > 1 + 5 * error
 
 
+def test_joint_noise_is_too_cold_with_dry_friction():
+    """A pendulum with a damping of 0.05 and a frictionloss of 0.1 over 100 s.
+
+    Measured at 5 mJ: 0.513(18) kT.
+    """
+    spec = chain(1, timestep=0.001, damping=0.05)
+    spec.joints[0].frictionloss = 0.1
+    model = spec.compile()
+    with pytest.warns(UserWarning, match=r"^joint 0: dry friction has no noise"):
+        noise = mm.JointNoise(model, COLD, seed=1)
+    mean, error = temperature(model, COLD, 100, driven_by(noise))
+    assert mean < 1 - 5 * error
+
+
 HOT, COLD = 0.5, 0.005
 """Thermal energies in J; the weights of the six links have energies of 0.05 to 0.5 J."""
 
@@ -133,3 +147,40 @@ def test_eulers_free_motion_is_what_heats(integrator, hot):
 
     mean, error = temperature(model, HOT, 200, step)
     assert (mean > 1 + 5 * error) if hot else (abs(mean - 1) < 5 * error)
+
+
+BOX = """
+<mujoco>
+  <option timestep="{timestep}"/>
+  <worldbody>
+    <geom type="plane" size="1 1 0.1"/>
+    <body pos="0 0 {half}"><freejoint/><geom type="box" size="{half} {half} {half}"/></body>
+  </worldbody>
+</mujoco>
+"""
+
+
+@pytest.mark.parametrize(
+    ("half", "kT", "rate", "timestep", "most"),
+    [
+        (0.1, 0.1, 1, 0.002, 0.1),  # a = 88; measured: 0.0111(1)
+        (0.1, 0.1, 1, 0.0005, 0.1),  # the same at a shorter timestep: 0.0123(1)
+        (0.1, 0.1, 10, 0.002, 0.5),  # a = 8.8: 0.1414(11)
+        (0.1, 10, 1, 0.002, 0.5),  # a = 8.8: 0.1789(35)
+        (0.1, 10, 10, 0.002, 1.0),  # a = 0.88: 0.795(10)
+        (0.05, 0.1, 100, 0.002, 1.0),  # a = 0.31: 0.898(4)
+        (0.05, 1, 100, 0.002, 1.0),  # a = 0.098: 0.962(5)
+    ],
+)
+def test_steps_of_mujoco_are_too_cold_where_dry_friction_acts(half, kT, rate, timestep, most):
+    """A box on a plane by "o-step-o", 16 replicas of 20 s, from the velocities.
+
+    Dry friction mu m g stops a thermal velocity sqrt(kT/m) a times as fast as the thermostat's
+    friction does: a = mu g/(rate sqrt(kT/m)).
+    """
+    model = mujoco.MjModel.from_xml_string(BOX.format(half=half, timestep=timestep))
+    langevin = mm.Langevin(model, kT, splitting="o-step-o", friction=rate, seed=1)
+    settle, nstep = round(2 / timestep), round(20 / timestep)
+    run = langevin.sample(nstep, replicas=16, every=10, settle=settle)
+    ratios = (run.qvel.values**2 @ model.dof_M0).mean(axis=1) / (6 * kT)
+    assert ratios.mean() + 5 * ratios.std(ddof=1) / 4 < most

@@ -15,6 +15,7 @@ from magmotor.common.arrays import Array
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.field_and_energy import coupling_factors
 from magmotor.mjcf.forces.marks import UNMARKED, WORDS
+from magmotor.mjcf.langevin.dry_friction import dry_joints
 from magmotor.mjcf.langevin.temperature import MATCH, joined, temperatures
 from magmotor.mjcf.lookup import disabled
 
@@ -52,6 +53,8 @@ class Description:
         Why the temperature is unknown, if there is noise.
     potentials : dict of str to ndarray
         Fourier coefficients a_1 b_1 a_2 b_2 ... in J of each joint that has any.
+    dry_friction : tuple of str
+        Joints and tendons with dry friction, with which noise leaves the model too cold.
     idle : tuple of str
         What does not act, and why.
     """
@@ -66,6 +69,7 @@ class Description:
     mismatch: float
     unknown: str
     potentials: dict[str, Array]
+    dry_friction: tuple[str, ...]
     idle: tuple[str, ...]
 
     def __str__(self) -> str:
@@ -92,6 +96,8 @@ class Description:
         if self.potentials:
             terms = (f"{joint} {len(waves) // 2}" for joint, waves in self.potentials.items())
             yield f"periodic potentials, Fourier terms: {_listed(terms)}"
+        if self.dry_friction:
+            yield f"dry friction, which no noise belongs to: {_listed(self.dry_friction)}"
         yield from (f"not acting: {reason}" for reason in self.idle)
 
     def _temperature(self) -> str:
@@ -161,6 +167,7 @@ def describe(model: mujoco.MjModel) -> Description:
         kT=kT,
         mismatch=mismatch,
         unknown=unknown,
+        dry_friction=tuple(dry_joints(model)),
         idle=tuple(_idle(model, named, bool(kinds & UNMARKED), bool(pairs))),
     )
     print(found)

@@ -68,7 +68,8 @@ STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 
 ALTERNATIVES = (
     "Langevin disables flags for itself by, for example, disable=['contact', 'actuation'];"
-    " splitting='o-step-o' with friction=1.0 takes every model, at an approximate temperature"
+    " splitting='o-step-o' with friction=1.0 takes every model, but can be far too cold where dry"
+    " friction acts"
 )
 """What a message about an unsupported model ends with."""
 

@@ -6,6 +6,8 @@ between the body and its parent. So the rows of wrenches exist for drag in a flu
 that attach bodies to the world; `JointNoise` works for every tree.
 """
 
+import warnings
+
 import mujoco
 import numpy as np
 
@@ -13,6 +15,7 @@ from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
 from magmotor.common.checks import check_integer, check_number, check_type, reject
 from magmotor.mjcf.langevin.checks import check_numbers
+from magmotor.mjcf.langevin.dry_friction import dry_contacts, dry_joints
 from magmotor.mjcf.langevin.friction import Friction, damper_rows, dampers, model_friction
 from magmotor.mjcf.langevin.temperature import MATCH, configurations, drive, joined
 from magmotor.mjcf.lookup import label
@@ -118,6 +121,11 @@ class JointNoise:
         The friction of the model is not linear, nothing is damped, or another argument is invalid.
         The message names the element or the argument.
 
+    Warns
+    -----
+    UserWarning
+        Joints, tendons or contacts have dry friction, with which the temperature is too low.
+
     Notes
     -----
     The noise is exact; the temperature of a run also has the error of the integrator. MuJoCo's
@@ -162,6 +170,13 @@ class JointNoise:
         self._turns = any(c.any() for c in self._friction[1:4])
         if not (self._turns or self._friction.dofs.any()):
             raise reject("friction of the model", 0, "must not be zero: nothing would reach kT")
+        if dry := dry_joints(model) + dry_contacts(model):
+            more = f", and {len(dry) - 1} more" if len(dry) > 1 else ""
+            warnings.warn(
+                f"{dry[0]}{more}: dry friction has no noise, so that the temperature will be too"
+                " low; disable the flag frictionloss, or contact, or set condim=1",
+                stacklevel=4,
+            )
 
     def force(self, data: mujoco.MjData) -> Array:
         """Return the generalized noise force of the step that begins with `data`, shape (nv,).

@@ -184,7 +184,7 @@ def _check_contacts(model: mujoco.MjModel) -> None:
             continue
         both = " and ".join(label(model, "geom", i) for i in (one, other))
         adhesion = _adhesion(model, "geom", [one, other])
-        _check_contact(both, _combined(model, one, other), adhesion)
+        _check_contact(both, contact_dimension(model, one, other), adhesion)
         _check_shapes(model, one, other)
 
 
@@ -200,7 +200,7 @@ def _check_shapes(model: mujoco.MjModel, one: int, other: int) -> None:
         raise reject(f"{both}: types", " and ".join(kinds), sentence)
 
 
-def _combined(model: mujoco.MjModel, one: int, other: int) -> int:
+def contact_dimension(model: mujoco.MjModel, one: int, other: int) -> int:
     """Return the condim of a contact of two geoms: of the one with priority, or the larger one."""
     first, second = model.geom_priority[[one, other]]
     dimensions = model.geom_condim[[one, other]]
