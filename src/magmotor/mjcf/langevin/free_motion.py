@@ -3,9 +3,9 @@
 Heun's rule, of second order, is enough for most steps: it needs the inertia only where O and B need
 it, too. Its error, which the change of the kinetic energy shows, would add up where little friction
 acts, and a fast draw of the velocities would explode. So a motion whose kinetic energy changes by
-more than `Dampers.defect` of the thermal energy is repeated by the classical Runge-Kutta rule, in 1, 2, 4 and more
-pieces. Finally the velocities of each tree are scaled to the kinetic energy with which the motion
-began.
+more than a small part of the thermal energy, `Dampers.defect`, is repeated by the classical
+Runge-Kutta rule, in 1, 2, 4 and more pieces. Finally the velocities of each tree are scaled to the
+kinetic energy with which the motion began.
 """
 
 # Numba's intrinsics hide their first parameter:
