@@ -189,7 +189,8 @@ def _conserve_energy(tree, dampers, inertia, qvel, room):
     for k in range(len(room.after)):
         before, after = room.before[k], room.after[k]
         defect = abs(after - before)
-        scale = min(before, max(dampers.thermal[k], COLDEST * before))
+        thermal = max(dampers.thermal[k], COLDEST * before)
+        scale = min(before, thermal) if dampers.thermal[k] > 0.0 else before
         good = good and defect <= dampers.defect * scale
         room.after[k] = math.sqrt(before / after) if after > 0.0 else 1.0
     for i in range(len(qvel)):

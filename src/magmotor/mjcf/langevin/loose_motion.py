@@ -16,6 +16,9 @@ REACH = 10.0
 SMALL = 1e-6
 """Relative difference of two forces that are the same but for rounding."""
 
+FULL = mujoco.mjtWarning.mjWARN_CONTACTFULL, mujoco.mjtWarning.mjWARN_CNSTRFULL
+"""Warnings of MuJoCo after which forces are missing."""
+
 SLIDE, FREE = int(mujoco.mjtJoint.mjJNT_SLIDE), int(mujoco.mjtJoint.mjJNT_FREE)
 
 
@@ -103,5 +106,7 @@ def _forces_on(model: mujoco.MjModel, dof: int, spread: float) -> Array:
         step = spread * random.standard_normal(model.nv)
         step[dof] += move
         mujoco.mj_integratePos(model, data.qpos, step, 1.0)
-        forces.append(resting_forces(model, data)[dof])
+        force = resting_forces(model, data)[dof]
+        full = any(data.warning[kind].number for kind in FULL)
+        forces.append(np.nan if full else force)
     return np.array(forces)
