@@ -65,7 +65,7 @@ def read_friction(model: mujoco.MjModel, friction: float | ArrayLike) -> Frictio
         np.zeros(model.nv), np.zeros(model.ntendon), np.zeros(model.nout), np.zeros((0, 2)),
         nothing, nothing, np.zeros((0, model.nv)),
     )  # fmt: skip
-    if isinstance(friction, Real) or np.ndim(friction) == 0:
+    if isinstance(friction, Real) or (isinstance(friction, np.ndarray) and not friction.ndim):
         return none._replace(rate=check_number("friction", friction, at_least=0, unit="1/s"))
     matrix = check_array("friction", friction, ..., model.nv).copy()
     if matrix.shape not in {(model.nv,), (model.nv, model.nv)}:

@@ -161,8 +161,9 @@ class Langevin(Thermostat):
 
     Notes
     -----
-    Friction changes how fast the ensemble settles, not what it becomes: a motion that friction
-    damps at the rate g in 1/s needs several times 1/g. The velocities of an oscillation of angular
+    Friction changes how fast the ensemble settles, not what it becomes, unless the timestep is long
+    and the friction weak: a motion that friction damps at the rate g in 1/s needs several times
+    1/g. If w/g exceeds 50 or so, take a timestep of w h = 0.5 at most. The velocities of an oscillation of angular
     frequency w have the temperature kT (1 - (w h)^2/4) by BAOAB, its positions have kT. Brownian
     wrenches of the model (`user` numbers of bodies) do not act.
 
