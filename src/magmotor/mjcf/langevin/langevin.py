@@ -163,9 +163,9 @@ class Langevin(Thermostat):
     -----
     Friction changes how fast the ensemble settles, not what it becomes, unless the timestep is long
     and the friction weak: a motion that friction damps at the rate g in 1/s needs several times
-    1/g. If w/g exceeds 50 or so, take a timestep of w h = 0.5 at most. The velocities of an oscillation of angular
-    frequency w have the temperature kT (1 - (w h)^2/4) by BAOAB, its positions have kT. Brownian
-    wrenches of the model (`user` numbers of bodies) do not act.
+    1/g. The velocities of an oscillation of angular frequency w have the temperature
+    kT (1 - (w h)^2/4) by BAOAB, its positions have kT; if w/g exceeds 50 or so, this holds for
+    w h = 0.5 at most. Brownian wrenches of the model (`user` numbers of bodies) do not act.
 
     B uses the forces at zero velocity; A is Heun's rule or, where that is not accurate enough, the
     classical Runge-Kutta rule in pieces, at conserved kinetic energy; O is the Crank-Nicolson rule.
