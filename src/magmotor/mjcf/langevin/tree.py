@@ -11,7 +11,7 @@ import magmotor_plugin
 from magmotor.common.arrays import Array, Integers
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.forces.marks import NOISE
-from magmotor.mjcf.langevin.checks import colliding_geoms
+from magmotor.mjcf.langevin.checks import may_touch
 from magmotor.mjcf.lookup import disabled
 
 
@@ -160,12 +160,6 @@ def coupling_constraints(model: mujoco.MjModel) -> bool:
         or (model.neq and not disabled(model, "equality"))
         or may_touch(model)
     )
-
-
-def may_touch(model: mujoco.MjModel) -> bool:
-    """Return whether any contact is possible."""
-    pairs = model.npair > 0 or len(colliding_geoms(model)) > 0
-    return pairs and not disabled(model, "contact")
 
 
 def _integers(values: NDArray[Any]) -> Integers:
