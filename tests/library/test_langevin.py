@@ -693,6 +693,19 @@ def test_ctrl_c_ends_all_threads(call):
     ctrl_c.join()
 
 
+def test_no_body_sleeps_in_the_steps_of_mujoco():
+    """A free box at 1 pK; asleep it would be at 1 % of kT. 5 standard errors are 28 %."""
+    model = mujoco.MjModel.from_xml_string(
+        '<mujoco><option gravity="0 0 0"><flag sleep="enable"/></option><worldbody>'
+        '<body><freejoint/><geom type="box" size="0.1 0.1 0.1"/></body></worldbody></mujoco>'
+    )
+    langevin = mm.Langevin(model, 1e-12, splitting="o-step-o", friction=20.0)
+    run = langevin.sample(20_000, replicas=8, every=10, settle=1000)
+    found = mm.observables.kinetic_temperature(model, run)
+    assert abs(float(found.total) - 1e-12) < 5 * float(found.total_error)
+    assert float(found.total_error) < 0.06e-12
+
+
 def test_a_lost_replica_is_reported_with_all_records():
     model = mujoco.MjModel.from_xml_string(
         '<mujoco><option timestep="0.05"/><worldbody><body>'

@@ -93,7 +93,9 @@ def leave_to_us(own: mujoco.MjModel, *, mujoco_steps: bool, all_friction: bool) 
         _remove_drag_and_servo_damping(own)
     own.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
     own.opt.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
-    if not mujoco_steps:
+    if mujoco_steps:
+        own.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
+    else:
         own.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
 
 
