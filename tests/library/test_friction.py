@@ -96,7 +96,7 @@ def friction_at(model: mujoco.MjModel, qpos: np.ndarray) -> np.ndarray:
     data = mujoco.MjData(model)
     data.qpos[:] = qpos
     mujoco.mj_fwdPosition(model, data)
-    return friction_matrix(model, data)
+    return friction_matrix(model, data, model_friction(model))
 
 
 def random_positions(model: mujoco.MjModel, count: int, seed: int):

@@ -65,7 +65,7 @@ def test_friction_removes_the_power_of_every_damper(seed):
     model = mujoco.MjModel.from_xml_string(EVERY_DAMPER)
     data = state(model, seed)
     velocity = data.qvel.copy()
-    power = velocity @ friction_matrix(model, at(model, data)) @ velocity
+    power = velocity @ friction_matrix(model, at(model, data), model_friction(model)) @ velocity
     heat = mm.Langevin(model, kT=0, disable=CONTACT).step(data)["kT"]
     assert heat / 1e-7 == pytest.approx(-power, rel=1e-3)  # measured: 6.6e-5, of order h
 
@@ -85,7 +85,7 @@ def test_noise_has_the_covariance_of_the_friction():
     ends = langevin.rollout(threads, start, None, control_spec=0, nstep=1)[:, 0, model.nq :]
     impulses = (ends - ends.mean(axis=0)) @ inertia(model, whole)
     covariance = impulses.T @ impulses / replicas / 2e-7
-    expected = friction_matrix(model, whole)
+    expected = friction_matrix(model, whole, model_friction(model))
     squares = np.diag(expected)
     errors = np.sqrt((expected**2 + np.outer(squares, squares)) / replicas)
     assert (abs(covariance - expected) / errors).max() < 4.5  # 2.3

@@ -8,12 +8,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import eigh
 
-from magmotor.common.arrays import Integers
+from magmotor.common.arrays import Array, Integers
 from magmotor.common.checks import check_array, check_number, reject
-from magmotor.mjcf.langevin.friction import Friction, dampers
+from magmotor.mjcf.langevin.friction import Friction, friction_matrix
 from magmotor.mjcf.langevin.model import inertia_matrix
 from magmotor.mjcf.langevin.tree import Dampers
 from magmotor.mjcf.lookup import label, number_of
+
+SYMMETRY, SMALL = 1e-9, 1e-14
+"""Relative errors of a given matrix that are allowed, and that are attributed to rounding."""
 
 DEFECT_BY_FRICTION = 0.1
 """Allowed relative error of the kinetic energy in a piece of free motion, over g h."""
@@ -77,18 +80,33 @@ def read_friction(model: mujoco.MjModel, friction: float | ArrayLike) -> Frictio
         raise reject(f"friction of {name}", diagonal[dof], "must be zero or greater")
     if matrix.ndim == 1:
         return none._replace(dofs=matrix)
-    if abs(matrix - matrix.T).max(initial=0) > 1e-9 * abs(matrix).max(initial=0):
+    if abs(matrix - matrix.T).max(initial=0) > SYMMETRY * abs(matrix).max(initial=0):
         raise reject("friction", matrix.tolist(), "must be symmetric")
-    values, vectors = np.linalg.eigh((matrix + matrix.T) / 2)
-    if values.min(initial=0) < -1e-9 * values.max(initial=0):
+    symmetric = (matrix + matrix.T) / 2
+    values, vectors = np.linalg.eigh(symmetric)
+    if values.min(initial=0) < -SYMMETRY * values.max(initial=0):
         worst = model.dof_jntid[np.argmax(abs(vectors[:, 0]))]
         sentence = (
             f"must be positive semidefinite; its smallest eigenvalue belongs to a motion of"
             f" {label(model, 'joint', worst)}"
         )
         raise reject("friction", f"matrix with the eigenvalue {values[0]:g}", sentence)
-    kept = values > 0
-    return none._replace(rows=(vectors[:, kept] * np.sqrt(values[kept])).T)
+    return none._replace(rows=_rows_of(symmetric))
+
+
+def _rows_of(matrix: Array) -> Array:
+    """Return rows a_k of a positive semidefinite matrix sum_k a_k a_k^T, by Cholesky with pivots.
+
+    Unlike eigenvectors, they have the same bits on any processor.
+    """
+    rows, rest = [], matrix
+    for _ in matrix:
+        pivot = int(np.argmax(np.diag(rest)))
+        if rest[pivot, pivot] <= SMALL * matrix.max(initial=0):
+            break
+        rows.append(rest[pivot] / np.sqrt(rest[pivot, pivot]))
+        rest = rest - np.outer(rows[-1], rows[-1])
+    return np.array(rows).reshape(-1, len(matrix))
 
 
 def dampers_with_temperatures(
@@ -177,16 +195,17 @@ def _owners(model: mujoco.MjModel, outputs: Integers) -> list[tuple[str, int]]:
 def _largest_defect(model: mujoco.MjModel, friction: Friction) -> float:
     """Return which error of the free motion the friction can make up for.
 
-    The weakest friction at `qpos0` removes the part g h of an energy in a step.
+    The weakest friction at `qpos0` removes the part g h of an energy in a step. The result is a
+    power of two, which does not depend on how a processor rounds.
     """
     weakest = friction.rate
-    if not weakest and not len(friction.rows) and model.nv <= LARGEST_MATRIX:
+    if model.nv <= LARGEST_MATRIX:
         data = mujoco.MjData(model)
         mujoco.mj_fwdPosition(model, data)
-        coefficients, rows = dampers(model, data, friction)
-        matrix = (rows.T * coefficients) @ rows
+        matrix = friction_matrix(model, data, friction)
         weakest = eigh(matrix, inertia_matrix(model, data), eigvals_only=True)[0]
-    return float(np.clip(DEFECT_BY_FRICTION * weakest * model.opt.timestep, *DEFECTS))
+    defect = np.clip(DEFECT_BY_FRICTION * weakest * model.opt.timestep, *DEFECTS)
+    return float(2.0 ** np.floor(np.log2(defect)))
 
 
 class _Baths:

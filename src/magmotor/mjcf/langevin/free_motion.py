@@ -19,6 +19,9 @@ from magmotor.mjcf import memory
 from magmotor.mjcf.langevin.position_forces import compute_forces
 from magmotor.numerics.numba_cache import copy
 
+HEUN, RUNGE_KUTTA = 10.0, 1000.0
+"""Powers 3 and 5 of h |a| / |v| up to which these rules mostly suffice, over the allowed error."""
+
 COLDEST = 1e-6
 """Least thermal energy that counts, in kinetic energies of the tree."""
 
@@ -118,26 +121,48 @@ def move_freely(model, data, offsets, tree, dampers, qpos, qvel, time, room):
     copy(room.qpos, qpos)
     copy(room.qvel, qvel)
     _kinetic_energies(tree, inertia, qvel, room.before)
-    _heun(model, data, qpos, qvel, time, room)
-    good = _conserve_energy(tree, dampers, inertia, qvel, room)
-    pieces = 1
+    _compute_acceleration(model, data, room.zero, room)
+    copy(room.first, room.acceleration)
+    turn = _squared_turn(tree, qvel, time, room)
+    good, pieces = False, 1
+    if turn**3 <= (HEUN * dampers.defect) ** 2:
+        _heun(model, data, qpos, qvel, time, room)
+        good = _conserve_energy(tree, dampers, inertia, qvel, room)
+    while turn**5 > (RUNGE_KUTTA * dampers.defect) ** 2 and pieces < MOST_PIECES:
+        pieces, turn = 2 * pieces, turn / 4.0
     while not good and pieces <= MOST_PIECES:
         copy(qpos[: len(room.qpos)], room.qpos)
         copy(qvel, room.qvel)
-        update_position(model, data)
+        copy(room.acceleration, room.first)
         good = True
-        for _ in range(pieces):
+        for piece in range(pieces):
             if good:
-                runge_kutta(model, data, offsets, tree, qpos, qvel, time / pieces, False, room)
+                runge_kutta(
+                    model, data, offsets, tree, qpos, qvel, time / pieces, False, piece == 0, room
+                )
                 good = _conserve_energy(tree, dampers, inertia, qvel, room)
         pieces *= 2
     return good
 
 
 @njit(forceinline=True, error_model="numpy")
+def _squared_turn(tree, qvel, time, room):
+    """Return the largest square of h |a| / |v| of a tree, in the norm of the inertia.
+
+    `room.bias` must be M a, as after `_compute_acceleration`.
+    """
+    room.after[:] = 0.0
+    for i in range(len(qvel)):
+        room.after[tree.trees[i]] += room.acceleration[i] * room.bias[i]
+    largest = 0.0
+    for k in range(len(room.after)):
+        largest = max(largest, time**2 * room.after[k] / room.before[k])
+    return largest
+
+
+@njit(forceinline=True, error_model="numpy")
 def _heun(model, data, qpos, qvel, time, room):
-    """Move by the explicit trapezoidal rule, of second order, also of the acceleration."""
-    _compute_acceleration(model, data, room.zero, room)
+    """Move by the explicit trapezoidal rule; `room.acceleration` must be that of the start."""
     for i in range(len(qvel)):
         room.start[i] = qvel[i] + 0.5 * time * room.acceleration[i]
         qvel[i] += time * room.acceleration[i]
@@ -149,11 +174,12 @@ def _heun(model, data, qpos, qvel, time, room):
 
 
 @njit(error_model="numpy")
-def runge_kutta(model, data, offsets, tree, qpos, qvel, time, forced, room):
+def runge_kutta(model, data, offsets, tree, qpos, qvel, time, forced, begun, room):
     """Move by the classical Runge-Kutta rule of fourth order.
 
     Without or, if `forced`, with the forces of the position. What depends on the position must be
-    current, and is so again afterwards.
+    current, or, if the motion has `begun`, `room.acceleration` must be that of the start. It is
+    current afterwards.
     """
     copy(room.position, qpos)
     copy(room.start, qvel)
@@ -169,7 +195,8 @@ def runge_kutta(model, data, offsets, tree, qpos, qvel, time, forced, room):
             update_position(model, data)
         if forced:
             compute_forces(model, data, offsets, tree, room.wrenches, room.force)
-        _compute_acceleration(model, data, room.force if forced else room.zero, room)
+        if stage > 0 or not begun:
+            _compute_acceleration(model, data, room.force if forced else room.zero, room)
         weight = time / 3.0 if stage == 1 or stage == 2 else time / 6.0
         for i in range(len(qvel)):
             room.velocity_sum[i] += weight * qvel[i]

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from magmotor.common.arrays import Array
 from magmotor.common.checks import reject
+from magmotor.mjcf.langevin.model import inertia_matrix
 from magmotor.mjcf.lookup import disabled, label
 
 Integers = NDArray[np.int64]
@@ -68,18 +69,14 @@ def model_friction(model: mujoco.MjModel) -> Friction:
     return Friction(dofs, tendons, _actuators(model), drag, bodies, geoms, rows)
 
 
-def friction_matrix(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
+def friction_matrix(model: mujoco.MjModel, data: mujoco.MjData, friction: Friction) -> Array:
     """Return C(q), shape (nv, nv), in the configuration for which `data` has been computed.
 
     `mujoco.mj_fwdPosition(model, data)` computes what is needed.
-
-    Raises
-    ------
-    ValueError
-        As for `model_friction`.
     """
-    coefficients, rows = dampers(model, data, model_friction(model))
-    return (rows.T * coefficients) @ rows
+    coefficients, rows = dampers(model, data, friction)
+    matrix = (rows.T * coefficients) @ rows
+    return matrix + friction.rate * inertia_matrix(model, data) if friction.rate else matrix
 
 
 def dampers(model: mujoco.MjModel, data: mujoco.MjData, friction: Friction) -> tuple[Array, Array]:
@@ -98,6 +95,7 @@ def damper_rows(
         "tendon": (friction.tendons, _dense(model, data.ten_J, model, "ten_J")),
         "actuator": (friction.actuators, _dense(model, data.actuator_moment, data, "moment")),
         "drag": (np.repeat(friction.drag, 3), _drag_rows(model, data, friction)),
+        "given": (np.ones(len(friction.rows)), friction.rows),
     }
 
 

@@ -4,6 +4,7 @@ import copy
 import math
 import os
 import threading
+import warnings
 from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any
@@ -20,7 +21,7 @@ from magmotor.common.environment import physical_memory
 from magmotor.mjcf import hooks
 from magmotor.mjcf.langevin.baths import dampers_with_temperatures, read_friction, read_kT
 from magmotor.mjcf.langevin.friction import model_friction
-from magmotor.mjcf.langevin.loose_motion import warn_of_loose_motion
+from magmotor.mjcf.langevin.loose_motion import loose_motions
 from magmotor.mjcf.langevin.own_model import (
     check_damped,
     check_inertia,
@@ -231,7 +232,8 @@ class Langevin(Thermostat):
             sentence = f"must be the timestep of the model, {model.opt.timestep:g}"
             raise reject("path.timestep", self._path.timestep, sentence)
         check_damped(own, given)
-        warn_of_loose_motion(own, given, mujoco_steps=steps, stacklevel=2)
+        for warning in loose_motions(own, given, mujoco_steps=steps):
+            warnings.warn(warning, stacklevel=2)
         self._friction, self._scheme = given, scheme
         named = {"splitting": splitting, "friction": copy.copy(friction), "disable": disable}
         self._arguments = named | {"seed": seed, "path": path}, (model, kT)

@@ -1,13 +1,13 @@
 """Warnings of motions that never reach equilibrium: undamped ones, and those that fall forever."""
 
-import warnings
+from collections.abc import Iterator
 
 import mujoco
 import numpy as np
 
 from magmotor.common.arrays import Array, Integers
 from magmotor.mjcf.boltzmann.forces import resting_forces
-from magmotor.mjcf.langevin.friction import Friction, dampers
+from magmotor.mjcf.langevin.friction import Friction, friction_matrix
 from magmotor.mjcf.lookup import disabled, label
 
 REACH = 10.0
@@ -22,10 +22,10 @@ FULL = mujoco.mjtWarning.mjWARN_CONTACTFULL, mujoco.mjtWarning.mjWARN_CNSTRFULL
 SLIDE, FREE = int(mujoco.mjtJoint.mjJNT_SLIDE), int(mujoco.mjtJoint.mjJNT_FREE)
 
 
-def warn_of_loose_motion(
-    model: mujoco.MjModel, friction: Friction, *, mujoco_steps: bool, stacklevel: int
-) -> None:
-    """Warn of trees that nothing damps, or damps as a whole, and of trees that fall forever.
+def loose_motions(
+    model: mujoco.MjModel, friction: Friction, *, mujoco_steps: bool
+) -> Iterator[str]:
+    """Yield warnings of trees that nothing damps, or damps as a whole, or that fall forever.
 
     Parameters
     ----------
@@ -33,15 +33,10 @@ def warn_of_loose_motion(
     friction : Friction
     mujoco_steps : bool
         Whether MuJoCo's own steps solve the constraints, which may have any friction then.
-    stacklevel : int
-        As for `warnings.warn`, from the caller on.
     """
     data = mujoco.MjData(model)
     mujoco.mj_fwdPosition(model, data)
-    coefficients, rows = dampers(model, data, friction)
-    damped = friction.rate + coefficients @ rows**2
-    if len(friction.rows):
-        damped = damped + (friction.rows**2).sum(axis=0)
+    damped = friction_matrix(model, data, friction).diagonal()
     for tree in range(model.ntree):
         dofs = np.flatnonzero(model.dof_treeid == tree)
         name = label(model, "joint", model.dof_jntid[dofs[0]])
@@ -49,21 +44,15 @@ def warn_of_loose_motion(
         loose = [dof for dof in first if damped[dof] == 0 and _unforced(model, dof, mujoco_steps)]
         if not damped[dofs].any() or loose:
             whole = "the motion of its tree as a whole" if damped[dofs].any() else "its tree"
-            _warn(
+            yield (
                 f"{name}: nothing damps {whole}, which never reaches kT unless forces couple it to"
-                " what is damped; give a rate such as friction=1.0, or viscosity",
-                stacklevel,
+                " what is damped; give a rate such as friction=1.0, or viscosity"
             )
         if not mujoco_steps and any(_falls(model, dof) for dof in translations):
-            _warn(
+            yield (
                 f"{name}: nothing holds its tree, which falls forever and has no equilibrium:"
-                " disable gravity, too, or keep the contact with a floor, without friction",
-                stacklevel,
+                " disable gravity, too, or keep the contact with a floor, without friction"
             )
-
-
-def _warn(text: str, stacklevel: int) -> None:
-    warnings.warn(text, stacklevel=stacklevel + 2)
 
 
 def _of_the_whole(model: mujoco.MjModel, dofs: Integers) -> tuple[list[int], list[int]]:

@@ -16,7 +16,13 @@ from magmotor.common.arrays import Array
 from magmotor.common.checks import check_integer, check_number, check_type, reject
 from magmotor.mjcf.langevin.checks import check_numbers
 from magmotor.mjcf.langevin.dry_friction import dry_contacts, dry_joints
-from magmotor.mjcf.langevin.friction import Friction, damper_rows, dampers, model_friction
+from magmotor.mjcf.langevin.friction import (
+    Friction,
+    damper_rows,
+    dampers,
+    friction_matrix,
+    model_friction,
+)
 from magmotor.mjcf.langevin.temperature import MATCH, configurations, drive, joined
 from magmotor.mjcf.lookup import label
 from magmotor.noise import LARGEST_SEED, LARGEST_STEP, check_seed, normal
@@ -88,8 +94,7 @@ def brownian_rows(model: mujoco.MjModel, kT: float) -> Array:
     _check_dampers(model, friction)
     wrenches = np.sqrt(2 * kT) * _roots(model, friction)
     for data in configurations(model):
-        coefficients, rows = dampers(model, data, friction)
-        wanted = kT * (rows.T * coefficients) @ rows
+        wanted = kT * friction_matrix(model, data, friction)
         errors = abs(drive(model, data, wrenches) - wanted)
         if errors.max(initial=0) > MATCH * abs(wanted).max(initial=0):
             worst = int(errors.max(axis=0).argmax())

@@ -194,7 +194,7 @@ def _flow(model, data, offsets, tree, qpos, qvel, time, room):
     d = memory.words(data, memory.UNBOUNDED)
     inertia = memory.numbers(d[offsets.M // 8], 1, tree.starts[len(qvel)])[0]
     energy = _kinetic_energy(tree, inertia, qvel, room)
-    runge_kutta(model, data, offsets, tree, qpos, qvel, time, True, room)
+    runge_kutta(model, data, offsets, tree, qpos, qvel, time, True, False, room)
     room.exchanged[-1] += _kinetic_energy(tree, inertia, qvel, room) - energy
 
 

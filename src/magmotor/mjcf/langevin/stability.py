@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 
 from magmotor.common.arrays import Array
-from magmotor.mjcf.langevin.friction import Friction, dampers
+from magmotor.mjcf.langevin.friction import Friction, friction_matrix
 from magmotor.mjcf.langevin.model import inertia_matrix
 from magmotor.numerics.linear_stability import SmallMotion, largest_stable_step, splitting_step
 from magmotor.numerics.splittings import Scheme
@@ -37,9 +37,7 @@ def largest_timestep(
     moved, stiffness = mujoco.MjData(model), np.empty((model.nv, model.nv))
     mujoco.mj_copyState(model, data, moved, int(mujoco.mjtState.mjSTATE_INTEGRATION))
     forces(moved)
-    inertia = inertia_matrix(model, moved)
-    coefficients, rows = dampers(model, moved, friction)
-    damping = (rows.T * coefficients) @ rows + friction.rate * inertia
+    inertia, damping = inertia_matrix(model, moved), friction_matrix(model, moved, friction)
     for column, unit in zip(stiffness.T, np.eye(model.nv), strict=True):
         pair = []
         for sign in (1, -1):

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 import magmotor_plugin
 from magmotor.common.arrays import Array
 from magmotor.mjcf.langevin.checks import colliding_geoms
-from magmotor.mjcf.langevin.friction import friction_matrix
+from magmotor.mjcf.langevin.friction import friction_matrix, model_friction
 from magmotor.mjcf.langevin.model import langevin_model
 from magmotor.mjcf.lookup import disabled
 
@@ -39,8 +39,9 @@ def temperatures(model: mujoco.MjModel) -> tuple[tuple[float, float] | None, flo
         if others := [*_other_dampers(model)]:
             return None, 0.0, f"{joined(others)} may damp"
         try:
+            friction = model_friction(model)
             pairs = [
-                (friction_matrix(model, data), drive(model, data, model.body_user))
+                (friction_matrix(model, data, friction), drive(model, data, model.body_user))
                 for data in configurations(model)
             ]
         except ValueError as error:

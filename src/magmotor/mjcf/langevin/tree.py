@@ -207,6 +207,7 @@ class Room(NamedTuple):
     applied: Array
     bias: Array
     acceleration: Array
+    first: Array
     force: Array
     kick: Array
     zero: Array
