@@ -13,7 +13,7 @@ from magmotor.mjcf.boltzmann.limits import limits
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.field_and_energy import magnetic_energy
 from magmotor.mjcf.forces.marks import DIPOLES, POTENTIALS
-from magmotor.mjcf.langevin.checks import colliding_geoms
+from magmotor.mjcf.langevin.contacts import colliding_geoms
 from magmotor.mjcf.lookup import disabled, label
 
 Energy = Callable[[mujoco.MjData], float]

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 import magmotor_plugin
 from magmotor.common.checks import check_array, check_number, reject
+from magmotor.mjcf.langevin.contacts import colliding_geoms, may_touch
 from magmotor.mjcf.lookup import disabled, label
 from magmotor.mjcf.viscous_contact import ALWAYS_IN_CONE, check_pair
 
@@ -181,31 +182,6 @@ def _check_contacts(model: mujoco.MjModel) -> None:
         value = model.geom_contype[[one, other]].tolist()
         sentence = "contype and conaffinity must be zero: collisions are not supported"
         raise reject(f"{both}: contype", value, sentence)
-
-
-def may_touch(model: mujoco.MjModel) -> bool:
-    """Return whether the model may have contacts."""
-    possible = model.npair > 0 or len(colliding_geoms(model)) > 0
-    return possible and not disabled(model, "contact")
-
-
-def colliding_geoms(model: mujoco.MjModel) -> NDArray[np.int64]:
-    """Return the pairs (n, 2) of geoms that MuJoCo tests for collisions without being told to."""
-    types, affinities = model.geom_contype, model.geom_conaffinity
-    meets = types[:, np.newaxis] & affinities
-    bodies = model.body_weldid[model.geom_bodyid]
-    moves = model.body_dofnum[bodies] > 0
-    collide = (meets | meets.T).astype(bool) & (moves[:, np.newaxis] | moves)
-    collide &= bodies[:, np.newaxis] != bodies
-    if not disabled(model, "filterparent"):
-        parents = model.body_weldid[model.body_parentid[bodies]]
-        related = (bodies == parents[:, np.newaxis]) & (bodies > 0)
-        collide &= ~(related | related.T)
-    owners = np.sort(
-        np.stack(np.broadcast_arrays(model.geom_bodyid, model.geom_bodyid[:, None])), 0
-    )
-    collide &= ~np.isin((owners[0] << 16) + owners[1], model.exclude_signature)
-    return np.argwhere(np.triu(collide, 1))
 
 
 def check_viscous(model: mujoco.MjModel, pair: int) -> int:

@@ -3,8 +3,7 @@
 import mujoco
 import numpy as np
 
-from magmotor.mjcf.langevin.checks import colliding_geoms
-from magmotor.mjcf.langevin.supported import contact_dimension
+from magmotor.mjcf.langevin.contacts import possible_contacts
 from magmotor.mjcf.lookup import disabled, label
 from magmotor.mjcf.viscous_contact import ALWAYS_IN_CONE
 
@@ -19,16 +18,9 @@ def dry_joints(model: mujoco.MjModel) -> list[str]:
 
 
 def dry_contacts(model: mujoco.MjModel) -> list[str]:
-    """Return the names of the pairs of geoms whose contacts have dry friction."""
-    if disabled(model, "contact"):
-        return []
-    geoms = [*zip(model.pair_geom1.tolist(), model.pair_geom2.tolist(), strict=True)]
-    dry = (model.pair_dim > 1) & (model.pair_friction[:, 0] != ALWAYS_IN_CONE)
-    rubbing = [geoms[pair] for pair in np.flatnonzero(dry)]
-    paired = {frozenset(both) for both in geoms}
-    rubbing += [
-        (one, other)
-        for one, other in colliding_geoms(model).tolist()
-        if frozenset((one, other)) not in paired and contact_dimension(model, one, other) > 1
+    """Return the names of the contacts with dry friction."""
+    return [
+        contact.name
+        for contact in possible_contacts(model)
+        if contact.dimension > 1 and contact.sliding_friction != ALWAYS_IN_CONE
     ]
-    return [" on ".join(label(model, "geom", geom) for geom in both) for both in rubbing]

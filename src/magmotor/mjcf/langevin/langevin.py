@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from tqdm import tqdm
 
 from magmotor.common.arrays import Array
-from magmotor.common.checks import check_choice, check_integer, check_type, reject
+from magmotor.common.checks import check_choice, check_integer, check_type, elements, reject
 from magmotor.common.environment import physical_memory
 from magmotor.mjcf import hooks
 from magmotor.mjcf.langevin.baths import dampers_with_temperatures, read_friction, read_kT
@@ -32,6 +32,7 @@ from magmotor.mjcf.langevin.own_model import (
     table_of,
     without_friction,
 )
+from magmotor.mjcf.langevin.refusals import check_with_remedies
 from magmotor.mjcf.langevin.softening import soften
 from magmotor.mjcf.langevin.splitting_loop import compiled
 from magmotor.mjcf.langevin.stability import largest_timestep
@@ -67,14 +68,6 @@ STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 """What `sample` copies of an initial state."""
 
 
-ALTERNATIVES = (
-    "Langevin disables flags for itself by, for example, disable=['contact', 'actuation'];"
-    " splitting='o-step-o' with friction=1.0 takes every model, but can be far too cold where dry"
-    " friction acts"
-)
-"""What a message about an unsupported model ends with."""
-
-
 class LangevinDiverged(FloatingPointError):
     """The motion of a replica could not be followed, or was no longer finite.
 
@@ -101,6 +94,15 @@ class LangevinDiverged(FloatingPointError):
 
     def __reduce__(self):
         return type(self), (self.replica, self.time, self._replicas, self.dataset)
+
+
+def _check(own: mujoco.MjModel, *, mujoco_steps: bool, all_friction: bool) -> None:
+    """Check the forces of a model, unless MuJoCo takes the steps, and its friction."""
+    if not mujoco_steps:
+        check_tree(own)
+        check_inertia(own)
+    if all_friction or not mujoco_steps:
+        model_friction(own if all_friction else without_friction(own))
 
 
 class Langevin(Thermostat):
@@ -209,21 +211,15 @@ class Langevin(Thermostat):
         self.splitting = splitting
         scheme = LANGEVIN[splitting]
         check_all_numbers(model)
+        disable = (*elements("disable", disable, "must be flags, such as ['contact']"),)
         own = copy_with(model, disable)
         steps = "S" in scheme.parts
         given = None if friction is None else read_friction(model, friction)
-        try:
-            if not steps:
-                check_tree(own)
-                check_inertia(own)
-            if given is None:
-                given = model_friction(own)
-            elif not steps:
-                model_friction(without_friction(own))
-        except ValueError as error:
-            raise ValueError(f"{error} ({ALTERNATIVES})") from None
+        check = partial(_check, mujoco_steps=steps, all_friction=given is None)
+        check_with_remedies(model, disable, check)
         if not steps:
             soften(own)
+        given = model_friction(own) if given is None else given
         self.effective_model = copy.copy(own)
         by_seed = BrownianPath(seed, model.opt.timestep)
         self._path = by_seed if path is None else path

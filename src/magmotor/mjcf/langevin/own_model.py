@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from magmotor.common.arrays import Array
-from magmotor.common.checks import check_choice, elements, reject
+from magmotor.common.checks import check_choice, reject
 from magmotor.mjcf import layout
 from magmotor.mjcf.langevin.friction import AFFINE, ON_JOINTS, Friction
 from magmotor.mjcf.langevin.tree import coupling_constraints
@@ -27,7 +27,7 @@ def copy_with(model: mujoco.MjModel, disable: Sequence[str]) -> mujoco.MjModel:
     flags = [flag for flag in mujoco.mjtDisableBit.__members__ if flag.startswith("mjDSBL_")]
     names = tuple(flag.removeprefix("mjDSBL_").lower() for flag in flags)
     own = copy.copy(model)
-    for flag in elements("disable", disable, "must be a sequence of flags, such as ('contact',)"):
+    for flag in disable:
         check_choice("disable", flag, names)
         own.opt.disableflags |= int(getattr(mujoco.mjtDisableBit, f"mjDSBL_{flag.upper()}"))
     return own

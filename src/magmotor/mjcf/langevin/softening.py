@@ -8,7 +8,7 @@ import numpy as np
 
 from magmotor.common.arrays import Array
 from magmotor.common.checks import reject
-from magmotor.mjcf.langevin.checks import colliding_geoms
+from magmotor.mjcf.langevin.contacts import colliding_geoms
 from magmotor.mjcf.langevin.own_model import SMALLEST_INERTIA
 from magmotor.mjcf.lookup import disabled, label
 

@@ -8,14 +8,13 @@ some actuators depend on the configuration without being a gradient.
 import mujoco
 import numpy as np
 
-from magmotor.common.arrays import Array
 from magmotor.common.checks import check_array, reject
 from magmotor.mjcf.langevin.checks import (
     check_extensions,
     check_numbers,
     check_zero,
-    colliding_geoms,
 )
+from magmotor.mjcf.langevin.contacts import possible_contacts
 from magmotor.mjcf.langevin.friction import (
     AFFINE,
     ON_JOINTS,
@@ -167,55 +166,22 @@ def _check_joint_limits(model: mujoco.MjModel, data: mujoco.MjData, actuator: in
 
 
 def _check_contacts(model: mujoco.MjModel) -> None:
-    """Check that no contact rubs or adheres."""
-    if disabled(model, "contact"):
-        return
-    paired = set()
-    for pair in range(model.npair):
-        name, friction = label(model, "pair", pair), float(model.pair_friction[pair, 0])
-        paired.add(frozenset((int(model.pair_geom1[pair]), int(model.pair_geom2[pair]))))
-        if friction == ALWAYS_IN_CONE:
+    """Check that the forces of all contacts have a potential."""
+    for contact in possible_contacts(model):
+        if contact.sliding_friction == ALWAYS_IN_CONE:
             sentence = "viscous contacts are for bodies hung on the world one by one: use mm.Baoab"
-            raise reject(f"{name}: friction", friction, sentence)
-        _check_contact(name, int(model.pair_dim[pair]), _adhesion(model, "pair", [pair]))
-        _check_shapes(model, int(model.pair_geom1[pair]), int(model.pair_geom2[pair]))
-    for one, other in colliding_geoms(model).tolist():
-        if frozenset((one, other)) in paired:
-            continue
-        both = " and ".join(label(model, "geom", i) for i in (one, other))
-        adhesion = _adhesion(model, "geom", [one, other])
-        _check_contact(both, contact_dimension(model, one, other), adhesion)
-        _check_shapes(model, one, other)
-
-
-def _check_shapes(model: mujoco.MjModel, one: int, other: int) -> None:
-    """Check that the contact force of two geoms has a potential."""
-    kinds = [mujoco.mjtGeom(model.geom_type[geom]).name[7:].lower() for geom in (one, other)]
-    if frozenset(kinds) not in SMOOTH:
-        both = " and ".join(label(model, "geom", i) for i in (one, other))
-        sentence = (
-            "their contact points jump, so that the force has no potential: use spheres or"
-            " capsules, or boxes and cylinders on planes; or disable the flag contact"
-        )
-        raise reject(f"{both}: types", " and ".join(kinds), sentence)
-
-
-def contact_dimension(model: mujoco.MjModel, one: int, other: int) -> int:
-    """Return the condim of a contact of two geoms: of the one with priority, or the larger one."""
-    first, second = model.geom_priority[[one, other]]
-    dimensions = model.geom_condim[[one, other]]
-    return int(dimensions.max() if first == second else dimensions[int(second > first)])
-
-
-def _adhesion(model: mujoco.MjModel, kind: str, numbers: list[int]) -> Array:
-    """Return the adhesion of geoms or pairs, which MuJoCo has since version 4."""
-    return getattr(model, f"{kind}_adhesion", np.zeros(max(numbers) + 1))[numbers]
-
-
-def _check_contact(name: str, dimension: int, adhesion: Array) -> None:
-    if dimension > 1:
-        sentence = f"must be 1, since dry friction has no temperature: {WITHOUT_CONTACT}"
-        raise reject(f"{name}: condim", dimension, sentence)
-    if adhesion.any():
-        sentence = f"must be zero, since it has no potential: {WITHOUT_CONTACT}"
-        raise reject(f"{name}: adhesion", adhesion.tolist(), sentence)
+            raise reject(f"{contact.name}: friction", contact.sliding_friction, sentence)
+        kinds = [mujoco.mjtGeom(model.geom_type[i]).name[7:].lower() for i in contact.geoms]
+        if frozenset(kinds) not in SMOOTH:
+            both = " and ".join(label(model, "geom", geom) for geom in contact.geoms)
+            sentence = (
+                "their contact points jump, so that the force has no potential: use spheres or"
+                " capsules, or boxes and cylinders on planes; or disable the flag contact"
+            )
+            raise reject(f"{both}: types", " and ".join(kinds), sentence)
+        if contact.dimension > 1:
+            sentence = f"must be 1, since dry friction has no temperature: {WITHOUT_CONTACT}"
+            raise reject(f"{contact.name}: condim", contact.dimension, sentence)
+        if any(contact.adhesion):
+            sentence = f"must be zero, since it has no potential: {WITHOUT_CONTACT}"
+            raise reject(f"{contact.name}: adhesion", contact.adhesion, sentence)

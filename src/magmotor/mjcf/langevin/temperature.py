@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 import magmotor_plugin
 from magmotor.common.arrays import Array
-from magmotor.mjcf.langevin.checks import colliding_geoms
+from magmotor.mjcf.langevin.contacts import colliding_geoms
 from magmotor.mjcf.langevin.friction import friction_matrix, model_friction
 from magmotor.mjcf.langevin.model import langevin_model
 from magmotor.mjcf.lookup import disabled

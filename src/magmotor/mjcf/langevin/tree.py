@@ -11,7 +11,7 @@ import magmotor_plugin
 from magmotor.common.arrays import Array, Integers
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.forces.marks import NOISE
-from magmotor.mjcf.langevin.checks import may_touch
+from magmotor.mjcf.langevin.contacts import may_touch
 from magmotor.mjcf.lookup import disabled
 
 
