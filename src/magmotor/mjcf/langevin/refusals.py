@@ -1,0 +1,53 @@
+"""What is said of a model that Langevin cannot integrate: the obstacles and the flags that help."""
+
+from collections.abc import Callable, Sequence
+
+import mujoco
+
+from magmotor.mjcf.langevin.own_model import copy_with
+
+FLAGS = "damper", "spring", "limit", "equality", "actuation", "frictionloss", "contact"
+"""Flags that may help, in the order in which they change a model most."""
+
+APPROXIMATE = (
+    "splitting='o-step-o' with friction=1.0 takes every model, but can be far too cold where dry"
+    " friction acts"
+)
+
+
+Check = Callable[[mujoco.MjModel], None]
+"""A function that raises a ValueError for a model that is not supported."""
+
+
+def check_with_remedies(model: mujoco.MjModel, disable: Sequence[str], check: Check) -> None:
+    """Check a model with disabled flags, and say which others would help if the check fails.
+
+    Raises
+    ------
+    ValueError
+        The check fails. The message contains what it says of each obstacle that a flag removes.
+    """
+    refused = _refusal(model, check, disable)
+    if not refused:
+        return
+    needed = [flag for flag in FLAGS if flag not in disable]
+    if _refusal(model, check, [*disable, *needed]):
+        raise ValueError(f"{refused} ({APPROXIMATE})")
+    for flag in tuple(needed):
+        fewer = [other for other in needed if other != flag]
+        needed = needed if _refusal(model, check, [*disable, *fewer]) else fewer
+    others = [[*disable, *(other for other in needed if other != flag)] for flag in needed]
+    obstacles = "; ".join(_refusal(model, check, flags) for flags in others)
+    ignored = "these" if len(needed) > 1 else "this"
+    raise ValueError(
+        f"{obstacles} (disable={[*disable, *needed]} lets Langevin ignore {ignored}; {APPROXIMATE})"
+    )
+
+
+def _refusal(model: mujoco.MjModel, check: Check, flags: Sequence[str]) -> str:
+    """Return what the check says of a copy of the model with disabled flags; "" if it passes."""
+    try:
+        check(copy_with(model, flags))
+    except ValueError as error:
+        return str(error)
+    return ""
