@@ -116,8 +116,7 @@ def baoab_map(h, spring):
 def test_several_baths_against_lyapunovs_equations(size):
     """Stationary covariance of the linear map, and the heat that flows between four baths.
 
-    1000 independent replicas. Measured: at most 2.7 standard errors. The limit h = 0 of the heat
-    is that of the continuous equation: measured 0.3 % at omega h = 0.2.
+    1000 independent replicas. Measured: at most 2.7 standard errors.
     """
     spring = 40.0
     h = size / math.sqrt(scipy.linalg.eigvalsh(spring * np.eye(3), INERTIA)[-1])
@@ -147,33 +146,6 @@ def linear_theory(h, spring):
     strengths = np.sqrt(2 * h * DAMPING * [*BATHS.values()])
     with_noise = np.einsum("ki,ik->k", ROWS, noise[3:]) / 2 * strengths
     return stationary, with_noise / h - DAMPING * squares
-
-
-def continuous_heats(spring):
-    """Return c (kT a M^-1 a - <(a v)^2>) of each damper, from the continuous Lyapunov equation."""
-    inverse, temperatures = np.linalg.inv(INERTIA), np.array([*BATHS.values()])
-    drift, diffusion = np.zeros((2, 6, 6))
-    drift[:3, 3:] = np.eye(3)
-    drift[3:, :3] = -spring * inverse
-    drift[3:, 3:] = -inverse @ (ROWS.T * DAMPING) @ ROWS
-    diffusion[3:, 3:] = inverse @ (ROWS.T * (2 * DAMPING * temperatures)) @ ROWS @ inverse
-    velocities = scipy.linalg.solve_continuous_lyapunov(drift, -diffusion)[3:, 3:]
-    powers = temperatures[:, np.newaxis, np.newaxis] * inverse - velocities
-    return DAMPING * np.einsum("ki,kij,kj->k", ROWS, powers, ROWS)
-
-
-def test_the_heat_of_short_timesteps_against_the_continuous_equation():
-    """The theory of the previous test, at two steps.
-
-    Where dampers of several temperatures share velocities, their shares of the heat have an error
-    of first order: measured 2.6 % and a ratio of 1.97. That of the sum is zero.
-    """
-    limit = continuous_heats(40.0)
-    errors = [abs(linear_theory(h, 40.0)[1] - limit).max() for h in (0.01, 0.005)]
-    assert abs(limit.sum()) < 1e-12
-    assert abs(linear_theory(0.01, 40.0)[1].sum()) < 1e-12
-    assert errors[0] < 0.05 * abs(limit).max()
-    assert 1.9 < errors[0] / errors[1] < 2.1
 
 
 # Motion without noise
@@ -365,15 +337,18 @@ def test_positions_against_quadrature(name):
      "arm of dm_control"],
 )  # fmt: skip
 def test_positions_against_the_metropolis_algorithm(name):
-    """The same from 64000 steps and 3200 samples; `make charts` has smaller errors of all trees."""
+    """The same from 256000 steps and 12800 samples; `make charts` has smaller errors of all trees.
+
+    By chance, at a bias of 1 %, each of 28 deviations is too large once in 15000.
+    """
     law = Law(TREES[name])
-    exact = truth(law, 100)
-    run = sampled(law, 1.0, 2000)
+    exact = truth(law, 400)
+    run = sampled(law, 1.0, 8000)
     for observable, series in law.observables(run.qpos.values).items():
         mean, error = mean_and_error(series)
         truth_mean, truth_error = exact[observable]
         error = math.hypot(error, truth_error) / truth_mean
-        assert error < (0.03 if observable == "V/kT" else 0.06), observable
+        assert error < (0.015 if observable == "V/kT" else 0.03), observable
         assert abs(mean / truth_mean - 1) < 0.01 + 4 * error, observable
 
 

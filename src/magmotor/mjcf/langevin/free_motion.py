@@ -2,10 +2,10 @@
 
 Heun's rule, of second order, is enough for most steps: it needs the inertia only where O and B need
 it, too. Its error, which the change of the kinetic energy shows, would add up where little friction
-acts, and a fast draw of the velocities would explode. So a motion whose kinetic energy changes by
-more than a small part of the thermal energy, `Dampers.defect`, is repeated by the classical
-Runge-Kutta rule, in 1, 2, 4 and more pieces. Finally the velocities of each tree are scaled to the
-kinetic energy with which the motion began.
+acts, and a fast draw of the velocities would explode. So a motion is repeated by the classical
+Runge-Kutta rule, in pieces, where its kinetic energy would change by more than a small part of the
+thermal energy, `Dampers.defect`; the first acceleration mostly tells. After each piece, the
+velocities of each tree are scaled to the kinetic energy with which the motion began.
 """
 
 # Numba's intrinsics hide their first parameter:
@@ -19,13 +19,13 @@ from magmotor.mjcf import memory
 from magmotor.mjcf.langevin.position_forces import compute_forces
 from magmotor.numerics.numba_cache import copy
 
-HEUN, RUNGE_KUTTA = 10.0, 1000.0
-"""Powers 3 and 5 of h |a| / |v| up to which these rules mostly suffice, over the allowed error."""
+HEUN, RUNGE_KUTTA = 20.0, 300.0
+"""Powers 3 and 5 of h |a| / |v| up to which these rules are tried, over the allowed error."""
 
 COLDEST = 1e-6
 """Least thermal energy that counts, in kinetic energies of the tree."""
 
-MOST_PIECES = 256
+MOST_PIECES = 1024
 """Largest number of pieces; if these are not enough, the state is given up."""
 
 _word, _int, _number = types.int64, types.int32, types.float64
@@ -118,45 +118,42 @@ def move_freely(model, data, offsets, tree, dampers, qpos, qvel, time, room):
     """
     d = memory.words(data, memory.UNBOUNDED)
     inertia = memory.numbers(d[offsets.M // 8], 1, tree.starts[len(qvel)])[0]
-    copy(room.qpos, qpos)
-    copy(room.qvel, qvel)
     _kinetic_energies(tree, inertia, qvel, room.before)
-    _compute_acceleration(model, data, room.zero, room)
-    copy(room.first, room.acceleration)
-    turn = _squared_turn(tree, qvel, time, room)
-    good, pieces = False, 1
-    if turn**3 <= (HEUN * dampers.defect) ** 2:
-        _heun(model, data, qpos, qvel, time, room)
-        good = _conserve_energy(tree, dampers, inertia, qvel, room)
-    while turn**5 > (RUNGE_KUTTA * dampers.defect) ** 2 and pieces < MOST_PIECES:
-        pieces, turn = 2 * pieces, turn / 4.0
-    while not good and pieces <= MOST_PIECES:
-        copy(qpos[: len(room.qpos)], room.qpos)
-        copy(qvel, room.qvel)
-        copy(room.acceleration, room.first)
-        good = True
-        for piece in range(pieces):
-            if good:
-                runge_kutta(
-                    model, data, offsets, tree, qpos, qvel, time / pieces, False, piece == 0, room
-                )
-                good = _conserve_energy(tree, dampers, inertia, qvel, room)
-        pieces *= 2
+    shortest, left, good = time / MOST_PIECES, time, True
+    while good and left > 0.0:
+        copy(room.qpos, qpos)
+        copy(room.qvel, qvel)
+        _compute_acceleration(model, data, room.zero, room)
+        copy(room.first, room.acceleration)
+        turn, piece, good = _squared_turn(tree, room), left, False
+        if (turn * piece**2) ** 3 <= (HEUN * dampers.defect) ** 2:
+            _heun(model, data, qpos, qvel, piece, room)
+            good = _conserve_energy(tree, dampers, inertia, qvel, room)
+        while (turn * piece**2) ** 5 > (RUNGE_KUTTA * dampers.defect) ** 2 and piece > shortest:
+            piece *= 0.5
+        while not good and piece >= shortest:
+            copy(qpos[: len(room.qpos)], room.qpos)
+            copy(qvel, room.qvel)
+            copy(room.acceleration, room.first)
+            runge_kutta(model, data, offsets, tree, qpos, qvel, piece, False, True, room)
+            good = _conserve_energy(tree, dampers, inertia, qvel, room)
+            piece = piece if good else 0.5 * piece
+        left -= piece
     return good
 
 
 @njit(forceinline=True, error_model="numpy")
-def _squared_turn(tree, qvel, time, room):
-    """Return the largest square of h |a| / |v| of a tree, in the norm of the inertia.
+def _squared_turn(tree, room):
+    """Return the largest square of |a| / |v| of a tree, in the norm of the inertia, in 1/s^2.
 
     `room.bias` must be M a, as after `_compute_acceleration`.
     """
     room.after[:] = 0.0
-    for i in range(len(qvel)):
+    for i in range(len(room.bias)):
         room.after[tree.trees[i]] += room.acceleration[i] * room.bias[i]
     largest = 0.0
     for k in range(len(room.after)):
-        largest = max(largest, time**2 * room.after[k] / room.before[k])
+        largest = max(largest, room.after[k] / room.before[k])
     return largest
 
 
