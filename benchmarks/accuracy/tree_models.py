@@ -163,7 +163,9 @@ ARM = Path(getattr(find_spec("dm_control"), "origin", "")).parent / KINOVA
 TREES = {
     "pendulum": Tree(_chain("y", joints='damping="0.15"'), kT=0.3),
     "double pendulum": Tree(_chain("yy", joints='damping="0.08"'), kT=0.2),
+    "double pendulum, weak friction": Tree(_chain("yy"), kT=0.2, friction=0.3),
     "six links, planar": Tree(_chain("yyyyyy"), kT=0.5, friction=10.0),
+    "six links, weak friction": Tree(_chain("yyyyyy"), kT=0.5, friction=0.3),
     "six links in 3-D": Tree(_chain("xyxyxy", joints='damping="0.05"'), kT=0.15),
     "four ball joints": Tree(_chain("bbbb", joints='armature="0.001"'), kT=0.15, friction=10.0),
     "chain in a fluid": Tree(_chain("yxy", head='<option viscosity="30"/>'), kT=0.15),

@@ -8,6 +8,7 @@ import copy
 import itertools
 import os
 import pickle
+import re
 import signal
 import threading
 import time
@@ -509,6 +510,27 @@ def test_contacts_with_friction_are_refused_and_may_be_disabled():
         mm.Langevin(model, kT=1)
     mm.Langevin(model, kT=1, disable=CONTACT)
     mm.Langevin(model, kT=1, splitting="o-step-o")
+
+
+def test_a_refusal_names_every_obstacle_and_the_flags_that_help():
+    xml = ARM.format(elbow='frictionloss="0.1"', more="")
+    servo = '<actuator><position name="servo" joint="elbow" kv="2" forcerange="-1 1"/></actuator>'
+    model = mujoco.MjModel.from_xml_string(xml.replace("</mujoco>", f"{servo}</mujoco>"))
+    model.geom_condim[:] = 3
+    obstacles = "actuator 'servo'", "joint 'elbow': frictionloss", "geom 'forearm' and geom 'block'"
+    with pytest.raises(ValueError, match="must be 1, since dry friction") as caught:
+        mm.Langevin(model, kT=1, disable=["limit"])
+    assert all(obstacle in str(caught.value) for obstacle in obstacles)
+    flags = ["limit", "actuation", "frictionloss", "contact"]
+    assert f"(disable={flags} lets Langevin ignore these; " in str(caught.value)
+    mm.Langevin(model, kT=1, disable=flags)
+    for flag in flags[1:]:
+        others = [other for other in flags if other != flag]
+        with pytest.raises(ValueError, match=re.escape(f"(disable={[*others, flag]} lets")):
+            mm.Langevin(model, kT=1, disable=others)
+    model.opt.density = 1.0
+    with pytest.raises(ValueError, match=r"^option density = 1.0: .*\(splitting='o-step-o'"):
+        mm.Langevin(model, kT=1, disable=flags)
 
 
 BOXES = """

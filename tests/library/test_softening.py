@@ -117,3 +117,16 @@ def test_contacts_whose_parameters_are_overridden_are_refused(kind):
         mm.Langevin(model, kT=0.2)
     mm.Langevin(model, kT=0.2, disable=["contact"])
     mm.Langevin(mujoco.MjModel.from_xml_string(xml.replace("FLAG", "disable")), kT=0.2)
+
+
+@pytest.mark.parametrize("flag", ["diagexact", "speculative"])
+def test_flags_without_a_potential_are_refused(flag):
+    bit = getattr(mujoco.mjtEnableBit, f"mjENBL_{flag.upper()}", None)
+    if bit is None:
+        pytest.skip(f"MuJoCo {mujoco.__version__} has no flag {flag}")
+    xml = CONTACT.replace("KIND", "").replace("MORE", "").replace("FLAG", "disable")
+    model = mujoco.MjModel.from_xml_string(xml)
+    mm.Langevin(model, kT=0.2)
+    model.opt.enableflags |= int(bit)
+    with pytest.raises(ValueError, match=f"^flag {flag} = 'enable': must be 'disable', since the"):
+        mm.Langevin(model, kT=0.2)

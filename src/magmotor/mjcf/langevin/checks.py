@@ -26,6 +26,14 @@ UNSUPPORTED = {
 }
 """Counts in the model that must be zero."""
 
+UNSUITABLE = {
+    "sleep": "",
+    "override": ": give solref, solimp, margin and friction to each geom or pair",
+    "diagexact": ", since the forces of constraints have no potential otherwise",
+    "speculative": ", since the forces of contacts depend on the velocity otherwise",
+}
+"""Flags that must not be enabled, the last two of which MuJoCo has since version 4, and why."""
+
 NUMBERS = ("qpos0", "body_mass", "body_inertia", "body_pos", "body_user", "dof_damping")
 """Arrays of the model that must be finite."""
 
@@ -94,13 +102,11 @@ def check_extensions(model: mujoco.MjModel, method: str) -> None:
             " does not support them"
         )
         raise reject("number of plugins", len(others), sentence)
-    if model.opt.enableflags & mujoco.mjtEnableBit.mjENBL_SLEEP:
-        raise reject("flag sleep", "enable", "must be 'disable'")
-    if model.opt.enableflags & mujoco.mjtEnableBit.mjENBL_OVERRIDE and may_touch(model):
-        sentence = (
-            "must be 'disable': give solref, solimp, margin and friction to each geom or pair"
-        )
-        raise reject("flag override", "enable", sentence)
+    for flag, reason in UNSUITABLE.items():
+        bit = int(getattr(mujoco.mjtEnableBit, f"mjENBL_{flag.upper()}", 0))
+        contacts = flag in ("override", "speculative")
+        if model.opt.enableflags & bit and (may_touch(model) or not contacts):
+            raise reject(f"flag {flag}", "enable", f"must be 'disable'{reason}")
 
 
 def _check_options(model: mujoco.MjModel) -> None:

@@ -6,7 +6,7 @@ import mujoco
 
 from magmotor.mjcf.langevin.own_model import copy_with
 
-FLAGS = "damper", "spring", "limit", "equality", "actuation", "frictionloss", "contact"
+FLAGS = "damper", "limit", "equality", "actuation", "frictionloss", "contact"
 """Flags that may help, in the order in which they change a model most."""
 
 APPROXIMATE = (
