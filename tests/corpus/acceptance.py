@@ -103,7 +103,8 @@ def row(found: list[Findings]) -> str:
 
 
 def kind(message: str) -> str:
-    """Return a message without the names and values in it."""
+    """Return a message without the names and values in it, and without its advice at the end."""
+    message = re.sub(r" \((disable|splitting)=.*", "", message)
     message = re.sub(r"'[^']*'", "'..'", message)
     message = re.sub(r"(\w+ )('\.\.'|\d+)(?= and|:)", r"\1..", message)
     return re.sub(r" = .*?(?=: )", "", message, count=1)
