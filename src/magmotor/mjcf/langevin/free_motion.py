@@ -26,7 +26,7 @@ COLDEST = 1e-6
 """Least thermal energy that counts, in kinetic energies of the tree."""
 
 MOST_PIECES = 1024
-"""Largest number of pieces; if these are not enough, the state is given up."""
+"""Largest number of pieces, with those repeated; beyond that, the state is given up."""
 
 _word, _int, _number = types.int64, types.int32, types.float64
 FUNCTIONS = {
@@ -119,42 +119,55 @@ def move_freely(model, data, offsets, tree, dampers, qpos, qvel, time, room):
     d = memory.words(data, memory.UNBOUNDED)
     inertia = memory.numbers(d[offsets.M // 8], 1, tree.starts[len(qvel)])[0]
     _kinetic_energies(tree, inertia, qvel, room.before)
-    shortest, left, good = time / MOST_PIECES, time, True
+    left, good, pieces = time, True, 0
     while good and left > 0.0:
         copy(room.qpos, qpos)
         copy(room.qvel, qvel)
         _compute_acceleration(model, data, room.zero, room)
         copy(room.first, room.acceleration)
-        turn, piece, good = _squared_turn(tree, room), left, False
-        if (turn * piece**2) ** 3 <= (HEUN * dampers.defect) ** 2:
+        by_heun, by_runge_kutta = _expected_errors(tree, dampers, room)
+        piece, good = left, False
+        if by_heun * piece**6 <= HEUN**2:
             _heun(model, data, qpos, qvel, piece, room)
             good = _conserve_energy(tree, dampers, inertia, qvel, room)
-        while (turn * piece**2) ** 5 > (RUNGE_KUTTA * dampers.defect) ** 2 and piece > shortest:
+        while by_runge_kutta * piece**10 > RUNGE_KUTTA**2 and piece > time / MOST_PIECES:
             piece *= 0.5
-        while not good and piece >= shortest:
+        while not good and pieces < MOST_PIECES:
             copy(qpos[: len(room.qpos)], room.qpos)
             copy(qvel, room.qvel)
             copy(room.acceleration, room.first)
             runge_kutta(model, data, offsets, tree, qpos, qvel, piece, False, True, room)
             good = _conserve_energy(tree, dampers, inertia, qvel, room)
             piece = piece if good else 0.5 * piece
+            pieces += 1
         left -= piece
     return good
 
 
 @njit(forceinline=True, error_model="numpy")
-def _squared_turn(tree, room):
-    """Return the largest square of |a| / |v| of a tree, in the norm of the inertia, in 1/s^2.
+def _expected_errors(tree, dampers, room):
+    """Return the largest squares of (|a|/|v|)^3 and (|a|/|v|)^5 of a tree over its allowed error.
 
-    `room.bias` must be M a, as after `_compute_acceleration`.
+    |a| and |v| are in the norm of the inertia; `room.bias` must be M a, as after
+    `_compute_acceleration`.
     """
     room.after[:] = 0.0
     for i in range(len(room.bias)):
         room.after[tree.trees[i]] += room.acceleration[i] * room.bias[i]
-    largest = 0.0
+    by_heun, by_runge_kutta = 0.0, 0.0
     for k in range(len(room.after)):
-        largest = max(largest, room.after[k] / room.before[k])
-    return largest
+        turn = room.after[k] / room.before[k]
+        error = turn**3 * (room.before[k] / _allowed_defect(dampers, room.before[k], k)) ** 2
+        by_heun = max(by_heun, error)
+        by_runge_kutta = max(by_runge_kutta, error * turn**2)
+    return by_heun, by_runge_kutta
+
+
+@njit(forceinline=True)
+def _allowed_defect(dampers, before, k):
+    """Return by how much twice the kinetic energy of a tree may change in a piece."""
+    thermal = max(dampers.thermal[k], COLDEST * before)
+    return dampers.defect * (min(before, thermal) if dampers.thermal[k] > 0.0 else before)
 
 
 @njit(forceinline=True, error_model="numpy")
@@ -172,37 +185,57 @@ def _heun(model, data, qpos, qvel, time, room):
 
 @njit(error_model="numpy")
 def runge_kutta(model, data, offsets, tree, qpos, qvel, time, forced, begun, room):
-    """Move by the classical Runge-Kutta rule of fourth order.
+    """Move by the classical Runge-Kutta rule of fourth order, on rotations by that of Munthe-Kaas.
 
     Without or, if `forced`, with the forces of the position. What depends on the position must be
     current, or, if the motion has `begun`, `room.acceleration` must be that of the start. It is
     current afterwards.
+
+    References
+    ----------
+    H. Munthe-Kaas, *Runge-Kutta methods on Lie groups*, BIT Numerical Mathematics 38, 92 (1998).
     """
     copy(room.position, qpos)
     copy(room.start, qvel)
+    copy(room.rate, qvel)
     room.velocity_sum[:] = 0.0
     room.acceleration_sum[:] = 0.0
     for stage in range(4):
         if stage > 0:
             part = time if stage == 3 else 0.5 * time
             copy(qpos[: len(room.position)], room.position)
-            move(model, qpos, qvel, part)
             for i in range(len(qvel)):
+                room.change[i] = part * room.rate[i]
                 qvel[i] = room.start[i] + part * room.acceleration[i]
+            move(model, qpos, room.change, 1.0)
             update_position(model, data)
+            copy(room.rate, qvel)
+            for first in tree.rotations:
+                _correct_rate(room.rate[first : first + 3], room.change[first : first + 3])
         if forced:
             compute_forces(model, data, offsets, tree, room.wrenches, room.force)
         if stage > 0 or not begun:
             _compute_acceleration(model, data, room.force if forced else room.zero, room)
         weight = time / 3.0 if stage == 1 or stage == 2 else time / 6.0
         for i in range(len(qvel)):
-            room.velocity_sum[i] += weight * qvel[i]
+            room.velocity_sum[i] += weight * room.rate[i]
             room.acceleration_sum[i] += weight * room.acceleration[i]
     copy(qpos[: len(room.position)], room.position)
     move(model, qpos, room.velocity_sum, 1.0)
     for i in range(len(qvel)):
         qvel[i] = room.start[i] + room.acceleration_sum[i]
     update_position(model, data)
+
+
+@njit(forceinline=True)
+def _correct_rate(rate, turn):
+    """Replace an angular velocity by the rate of the rotation vector, up to third order."""
+    x = turn[1] * rate[2] - turn[2] * rate[1]
+    y = turn[2] * rate[0] - turn[0] * rate[2]
+    z = turn[0] * rate[1] - turn[1] * rate[0]
+    rate[0] += 0.5 * x + (turn[1] * z - turn[2] * y) / 12.0
+    rate[1] += 0.5 * y + (turn[2] * x - turn[0] * z) / 12.0
+    rate[2] += 0.5 * z + (turn[0] * y - turn[1] * x) / 12.0
 
 
 @njit
@@ -212,10 +245,7 @@ def _conserve_energy(tree, dampers, inertia, qvel, room):
     good = True
     for k in range(len(room.after)):
         before, after = room.before[k], room.after[k]
-        defect = abs(after - before)
-        thermal = max(dampers.thermal[k], COLDEST * before)
-        scale = min(before, thermal) if dampers.thermal[k] > 0.0 else before
-        good = good and defect <= dampers.defect * scale
+        good = good and abs(after - before) <= _allowed_defect(dampers, before, k)
         room.after[k] = math.sqrt(before / after) if after > 0.0 else 1.0
     for i in range(len(qvel)):
         qvel[i] *= room.after[tree.trees[i]]

@@ -32,6 +32,8 @@ class Tree(NamedTuple):
     """Parent of each degree of freedom, or -1, shape (nv,)."""
     trees: Integers
     """Tree of each degree of freedom, shape (nv,)."""
+    rotations: Integers
+    """First degree of freedom of the rotation of each ball and free joint."""
     starts: Integers
     """First element of each row of M in MuJoCo's sparse form, and their end, shape (nv + 1,)."""
     columns: Integers
@@ -136,6 +138,7 @@ def read_tree(
         bodies=_integers(model.dof_bodyid),
         ancestors=_integers(model.dof_parentid),
         trees=_integers(model.dof_treeid),
+        rotations=_integers(_rotations(model)),
         starts=starts,
         columns=_integers(model.M_colind),
         friction_starts=friction_starts,
@@ -160,6 +163,12 @@ def coupling_constraints(model: mujoco.MjModel) -> bool:
         or (model.neq and not disabled(model, "equality"))
         or may_touch(model)
     )
+
+
+def _rotations(model: mujoco.MjModel) -> NDArray[np.int32]:
+    free = model.jnt_type == int(mujoco.mjtJoint.mjJNT_FREE)
+    turns = free | (model.jnt_type == int(mujoco.mjtJoint.mjJNT_BALL))
+    return (model.jnt_dofadr + 3 * free)[turns]
 
 
 def _integers(values: NDArray[Any]) -> Integers:
@@ -201,6 +210,8 @@ class Room(NamedTuple):
     position: Array
     qvel: Array
     start: Array
+    rate: Array
+    change: Array
     middle: Array
     velocity_sum: Array
     acceleration_sum: Array
