@@ -498,7 +498,7 @@ def test_dry_friction_of_joints_and_tendons(capsys):
     )
     found, printed = described(text, capsys)
     assert found.dry_friction == ("joint 'turn'", "tendon 0")
-    assert "dry friction, which no noise belongs to: joint 'turn', tendon 0" in printed
+    assert "dry friction, which has no matching noise: joint 'turn', tendon 0" in printed
     flag = '<option><flag frictionloss="disable"/></option>'
     found, printed = described(text.replace("<mujoco>", "<mujoco>" + flag), capsys)
     assert found.dry_friction == ()

@@ -97,7 +97,7 @@ class Description:
             terms = (f"{joint} {len(waves) // 2}" for joint, waves in self.potentials.items())
             yield f"periodic potentials, Fourier terms: {_listed(terms)}"
         if self.dry_friction:
-            yield f"dry friction, which no noise belongs to: {_listed(self.dry_friction)}"
+            yield f"dry friction, which has no matching noise: {_listed(self.dry_friction)}"
         yield from (f"not acting: {reason}" for reason in self.idle)
 
     def _temperature(self) -> str:

@@ -131,7 +131,7 @@ def dampers_with_temperatures(
         for what, exists in (
             ("friction as given", bool(friction.rate) or len(friction.rows) > 0),
             (
-                "the damping of limits, equalities and contacts (which disable=[...] takes)",
+                "the damping of limits, equalities and contacts (see disable)",
                 constraints,
             ),
         ):

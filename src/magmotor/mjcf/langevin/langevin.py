@@ -85,11 +85,11 @@ class LangevinDiverged(FloatingPointError):
         self.replica, self.time, self.dataset = replica, time, dataset
         self._replicas = replicas
         others = f", and {replicas - 1} others later or elsewhere" if replicas > 1 else ""
-        settling = " while it settled" if time <= 0 else ""
+        when = f"at t = {time:g}" if time > 0 else f"{-time:g} s before the first record"
         super().__init__(
-            f"replica {replica} was lost at t = {time:g}{settling}{others}: the timestep is too"
-            " long (see largest_timestep), or dipoles came too close to each other; `dataset`"
-            " contains what was recorded"
+            f"replica {replica} was lost {when}{others}: the timestep is too long (see"
+            " largest_timestep, also where limits and contacts act), dipoles came too close to each"
+            " other, or nothing bounds the energy from below; `dataset` contains what was recorded"
         )
 
     def __reduce__(self):

@@ -77,8 +77,8 @@ def soften(own: mujoco.MjModel) -> None:
     if softened:
         warnings.warn(
             f"soft constraints are softened to suit the timestep {own.opt.timestep:g}:"
-            f" {'; '.join(softened)}; take a shorter timestep, increase their solref, or disable"
-            " the flag refsafe to keep them as they are; effective_model has the potential used",
+            f" {'; '.join(softened)}; take a shorter timestep, or increase their solref, to keep"
+            " them as they are; effective_model has the potential used",
             stacklevel=3,
         )
 
