@@ -230,8 +230,8 @@ def test_heat_and_work_are_the_change_of_the_kinetic_energy(splitting):
     """To rounding; and without friction the work is that of the potential.
 
     The energy differs by an error of second order, that of `middle` of first order, since its
-    positions are half a kick off. Measured at 2 ms: 3e-5, 1.4e-4, 0.080 (middle) and 4e-5 J, with
-    ratios of 4.1, 4.2, 2.0 and 4.1.
+    positions are half a kick off. Measured at 0.5 ms: 1.8e-6, 7.6e-6, 0.020 (middle) and 2.4e-6 J,
+    with ratios of 4.0, 4.0, 2.0 and 4.0. At longer steps not all motions are by the same rule.
     """
     order = {"middle": 1, "o-rk4-o": 4}.get(splitting, 2)
     law = Law(TREES["six links in 3-D"])
@@ -243,7 +243,7 @@ def test_heat_and_work_are_the_change_of_the_kinetic_energy(splitting):
     assert kinetic > 0.1
     assert abs(sum(exchanged.values()) / kinetic - 1) < 1e-10
     errors = []
-    for timestep in (0.002, 0.001):
+    for timestep in (0.002, 0.001) if order == 4 else (0.0005, 0.00025):
         model = law.tree.model(timestep)
         data = mujoco.MjData(model)
         data.qpos[:], data.qvel[:] = np.linspace(-1, 1, 6), np.linspace(3, -2, 6)
@@ -251,8 +251,8 @@ def test_heat_and_work_are_the_change_of_the_kinetic_energy(splitting):
         thermostat = mm.Langevin(model, 0.0, splitting=splitting, friction=1e-12)
         work = thermostat.step(data, round(0.5 / timestep))["work"]
         errors.append(abs(work + law.energy(data.qpos) - before))
-    assert errors[0] < (0.2 if order == 1 else 1e-3)
-    assert abs(math.log2(errors[0] / errors[1]) - order) < 0.3
+    assert errors[0] < (0.2 if order == 1 else 5e-5)
+    assert abs(math.log2(errors[0] / errors[1]) - order) < (0.3 if order == 4 else 0.02)
 
 
 def kinetic_energy(model, data):
