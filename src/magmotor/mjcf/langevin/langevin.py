@@ -32,7 +32,7 @@ from magmotor.mjcf.langevin.own_model import (
     table_of,
     without_friction,
 )
-from magmotor.mjcf.langevin.refusals import check_with_remedies
+from magmotor.mjcf.langevin.refusals import refusal_with_remedies
 from magmotor.mjcf.langevin.softening import soften
 from magmotor.mjcf.langevin.splitting_loop import compiled
 from magmotor.mjcf.langevin.stability import largest_timestep
@@ -216,7 +216,10 @@ class Langevin(Thermostat):
         steps = "S" in scheme.parts
         given = None if friction is None else read_friction(model, friction)
         check = partial(_check, mujoco_steps=steps, all_friction=given is None)
-        check_with_remedies(model, disable, check)
+        try:
+            check(own)
+        except ValueError as error:
+            raise refusal_with_remedies(model, disable, check, error) from None
         if not steps:
             soften(own)
         given = model_friction(own) if given is None else given

@@ -19,27 +19,23 @@ Check = Callable[[mujoco.MjModel], None]
 """A function that raises a ValueError for a model that is not supported."""
 
 
-def check_with_remedies(model: mujoco.MjModel, disable: Sequence[str], check: Check) -> None:
-    """Check a model with disabled flags, and say which others would help if the check fails.
+def refusal_with_remedies(
+    model: mujoco.MjModel, disable: Sequence[str], check: Check, refused: ValueError
+) -> ValueError:
+    """Return the error for a model that a check refuses with disabled flags.
 
-    Raises
-    ------
-    ValueError
-        The check fails. The message contains what it says of each obstacle that a flag removes.
+    Its message contains what the check says of each obstacle, and the flags that would help.
     """
-    refused = _refusal(model, check, disable)
-    if not refused:
-        return
     needed = [flag for flag in FLAGS if flag not in disable]
     if _refusal(model, check, [*disable, *needed]):
-        raise ValueError(f"{refused} ({APPROXIMATE})")
+        return ValueError(f"{refused} ({APPROXIMATE})")
     for flag in tuple(needed):
         fewer = [other for other in needed if other != flag]
         needed = needed if _refusal(model, check, [*disable, *fewer]) else fewer
     others = [[*disable, *(other for other in needed if other != flag)] for flag in needed]
     obstacles = "; ".join(_refusal(model, check, flags) for flags in others)
     ignored = "these" if len(needed) > 1 else "this"
-    raise ValueError(
+    return ValueError(
         f"{obstacles} (disable={[*disable, *needed]} lets Langevin ignore {ignored}; {APPROXIMATE})"
     )
 

@@ -9,11 +9,7 @@ import mujoco
 import numpy as np
 
 from magmotor.common.checks import check_array, reject
-from magmotor.mjcf.langevin.checks import (
-    check_extensions,
-    check_numbers,
-    check_zero,
-)
+from magmotor.mjcf.langevin.checks import check_extensions, check_numbers, check_zero
 from magmotor.mjcf.langevin.contacts import possible_contacts
 from magmotor.mjcf.langevin.friction import (
     AFFINE,

@@ -61,7 +61,8 @@ class Dampers(NamedTuple):
     thermal: Array
     """Temperature of the coldest bath times the velocities of each tree, shape (trees,)."""
     defect: float
-    """Largest error of a tree's kinetic energy in a piece of free motion, over this energy."""
+    """Largest error of a tree's kinetic energy in a piece of free motion, over the smaller one of
+    this energy and its thermal energy."""
     damping: Array
     """Of each degree of freedom, shape (nv,)."""
     kT: Array
