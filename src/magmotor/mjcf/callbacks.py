@@ -24,14 +24,15 @@ from magmotor.mjcf.forces.brownian_wrenches import (
     step_number,
     userdata_at,
 )
+from magmotor.mjcf.forces.couplings import invalid_coupling
 from magmotor.mjcf.forces.dipole_sites import (
     SWITCHED_OFF,
     count_dipoles,
     invalid_moment,
     why_inert,
 )
-from magmotor.mjcf.forces.dipole_wrenches import invalid_coupling, set_magnetic_wrenches
 from magmotor.mjcf.forces.joint_potentials import add_potential_forces, invalid_potential
+from magmotor.mjcf.forces.magnetic_wrenches import set_magnetic_wrenches
 from magmotor.mjcf.forces.marks import (
     COUPLINGS,
     DIPOLES,

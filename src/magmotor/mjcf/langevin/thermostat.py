@@ -15,7 +15,7 @@ from magmotor.common.arrays import Array
 from magmotor.common.checks import check_floats, check_integer, check_type, reject
 from magmotor.common.environment import physical_memory
 from magmotor.common.hints import Count, floats, integer, several
-from magmotor.mjcf.forces.dipole_wrenches import stack_bytes
+from magmotor.mjcf.forces.magnetic_wrenches import stack_bytes
 from magmotor.noise import LARGEST_STEP
 
 ALL_OF_STATE = 2 ** int(mujoco.mjtState.mjNSTATE) - 1
