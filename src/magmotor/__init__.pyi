@@ -21,6 +21,7 @@ from .mjcf.describe import Description as Description
 from .mjcf.describe import describe as describe
 from .mjcf.field_and_energy import field as field
 from .mjcf.field_and_energy import magnetic_energy as magnetic_energy
+from .mjcf.field_table import tabulated_field as tabulated_field
 from .mjcf.langevin.baoab import Baoab as Baoab
 from .mjcf.langevin.langevin import Langevin as Langevin
 from .mjcf.langevin.langevin import LangevinDiverged as LangevinDiverged
