@@ -1,0 +1,136 @@
+"""The smallest layout of dipoles that represents a magnet as accurately as required.
+
+The layouts are the product rules of `magmotor.numerics.magnet_shapes`. They are tried in the order
+of their numbers of dipoles, and judged by a much finer one: by its field at points around the
+magnet, and by the force between two such magnets one above and beside the other.
+"""
+
+import itertools
+import math
+from functools import lru_cache
+
+import numpy as np
+
+from magmotor import dipoles
+from magmotor.common.arrays import Array, Integers
+from magmotor.common.checks import reject
+from magmotor.mjcf.magnets.bodies import Cuboid, Orders, Tube
+from magmotor.numerics.magnet_shapes import Cloud
+
+LIMIT = 1000
+"""Largest number of dipoles of a layout."""
+
+FAR = 1000.0
+"""Gap, in units of the magnet's size, beyond which all gaps are treated alike."""
+
+DISTANCES = {1.0: 4000, 1.5: 1000, 3.0: 500}
+"""Distances from the surface, in units of the gap, and numbers of points there.
+
+The error decreases faster than the field with distance.
+"""
+
+WEAK = 0.1
+"""Fraction of the strongest field at a distance below which a field is weak there."""
+
+MARGIN = 0.9
+"""Largest part of the error that may be found at the points, since it is larger between them."""
+
+SUSPECTS = 8
+"""Number of points at which a layout is tried first: where the previous one was worst."""
+
+FINER = 100.0
+"""How much more accurate the finer layout is."""
+
+
+@lru_cache(maxsize=256)
+def smallest_layout(
+    body: Cuboid | Tube, direction: tuple[float, float, float], error: float, gap: float
+) -> tuple[Orders, Cloud]:
+    """Return the orders of the smallest layout, and its points and fractions of the moment.
+
+    Parameters
+    ----------
+    body : Cuboid or Tube
+        In m, as the gap; the points too.
+    direction : tuple of float
+        Unit vector of the magnetization.
+    error, gap : float
+        See `Magnet.dipoles`.
+
+    Raises
+    ------
+    ValueError
+        More than `LIMIT` dipoles are required.
+    """
+    size = max(body)
+    unit = type(body)(*(length / size for length in body))  # dipoles within 1e-9 m would coincide
+    near = min(gap / size, FAR)
+    expected = math.prod(unit.orders(near, math.log(10 / error)))
+    if expected < 3 * LIMIT:
+        judge = _Judge(unit, direction, error, near)
+        for orders in _by_count(judge.finest):
+            points, parts = unit.cloud(orders)
+            if judge.accepts((points, parts)):
+                return orders, (size * points, parts)
+    raise reject(
+        "error",
+        error,
+        f"requires about {expected:.2g} dipoles at gap = {gap:g} m, and at most {LIMIT} are"
+        " allowed: choose a larger error or gap",
+    )
+
+
+class _Judge:
+    """The field and the forces of a much finer layout."""
+
+    def __init__(
+        self, body: Cuboid | Tube, direction: tuple[float, float, float], error: float, gap: float
+    ) -> None:
+        self.moment, self.error = np.array(direction), MARGIN * error
+        i, j, k = body.orders(gap, math.log(FINER / error))
+        self.finest = i + 2, j + 2, k + 2
+        fine = body.cloud(self.finest)
+        around = [body.around(gap * f, count) for f, count in DISTANCES.items()]
+        fields = [self._field(points, fine) for points in around]
+        strengths = [np.linalg.norm(field, axis=1) for field in fields]
+        self.points, self.fields = np.concatenate(around), np.concatenate(fields)
+        self.scale = np.concatenate([np.maximum(s, WEAK * s.max()) for s in strengths])
+        self.suspects = np.arange(SUSPECTS)
+        self.offsets = [
+            shift * axis
+            for axis, extent in zip(np.eye(3), body.extents, strict=True)
+            for shift in (extent + gap * f for f in DISTANCES)
+        ]
+        self.forces = [self._force(fine, offset) for offset in self.offsets]
+
+    def accepts(self, cloud: Cloud) -> bool:
+        """Whether the field and the forces of a layout are accurate."""
+        if self._errors(cloud, self.suspects).max() >= self.error:
+            return False
+        errors = self._errors(cloud, np.arange(len(self.points)))
+        if errors.max() >= self.error:
+            self.suspects = np.argsort(errors)[-SUSPECTS:]
+            return False
+        return all(
+            np.linalg.norm(self._force(cloud, offset) - force) < self.error * np.linalg.norm(force)
+            for offset, force in zip(self.offsets, self.forces, strict=True)
+        )
+
+    def _errors(self, cloud: Cloud, chosen: Integers) -> Array:
+        """Relative errors of the field at the chosen points."""
+        differences = self._field(self.points[chosen], cloud) - self.fields[chosen]
+        return np.linalg.norm(differences, axis=1) / self.scale[chosen]
+
+    def _field(self, points: Array, cloud: Cloud) -> Array:
+        return dipoles.field(points, cloud[0], np.outer(cloud[1], self.moment))
+
+    def _force(self, cloud: Cloud, offset: Array) -> Array:
+        """The force on a magnet at an offset from another one like it."""
+        points, moments = cloud[0], np.outer(cloud[1], self.moment)
+        return dipoles.wrench(points + offset, moments, points, moments)[0].sum(axis=0)
+
+
+def _by_count(finest: Orders) -> list[Orders]:
+    """All orders up to the finest ones, with the fewest points first."""
+    every = itertools.product(*(range(1, most + 1) for most in finest))
+    return sorted(((i, j, k) for i, j, k in every if i * j * k <= LIMIT), key=math.prod)
