@@ -106,11 +106,11 @@ class Tube(NamedTuple):
         """
         hole, radius = self.inner / 2, self.outer / 2
         inertial = [math.hypot(hole, radius), self.height / 2]
-        solid = {"type": "cylinder", "size": inertial, "mass": mass}
+        solid: Geom = {"type": "cylinder", "size": inertial, "mass": mass}
         if not hole:
             yield solid
             return
-        yield solid | {"contype": 0, "conaffinity": 0, "group": 3}
+        yield {**solid, "contype": 0, "conaffinity": 0, "group": 3}
         # The edges of the boxes lie on the outer cylinder and their inner faces touch the hole.
         sides = max(SIDES, math.ceil(math.pi / math.acos((1 + hole / radius) / 2)))
         half = math.pi / sides

@@ -7,7 +7,7 @@ magnet, and by the force between two such magnets one above and beside the other
 
 import itertools
 import math
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -23,7 +23,7 @@ LIMIT = 1000
 FAR = 1000.0
 """Gap, in units of the magnet's size, beyond which all gaps are treated alike."""
 
-DISTANCES = {1.0: 4000, 1.5: 1000, 3.0: 500}
+DISTANCES = {1.0: 16000, 1.5: 2000, 3.0: 1000}
 """Distances from the surface, in units of the gap, and numbers of points there.
 
 The error decreases faster than the field with distance.
@@ -39,7 +39,10 @@ SUSPECTS = 8
 """Number of points at which a layout is tried first: where the previous one was worst."""
 
 FINER = 100.0
-"""How much more accurate the finer layout is."""
+"""How much more accurate the finer layout is expected to be."""
+
+TRUSTED = 30.0
+"""How much smaller than the error the difference of the finer layout from a still finer one is."""
 
 
 @lru_cache(maxsize=256)
@@ -66,9 +69,9 @@ def smallest_layout(
     unit = type(body)(*(length / size for length in body))  # dipoles within 1e-9 m would coincide
     near = min(gap / size, FAR)
     expected = math.prod(unit.orders(near, math.log(10 / error)))
-    if expected < 3 * LIMIT:
-        judge = _Judge(unit, direction, error, near)
-        for orders in _by_count(judge.finest):
+    if expected < 2 * LIMIT:
+        judge = _trusted_judge(unit, direction, error, near)
+        for orders in _by_count(judge.orders):
             points, parts = unit.cloud(orders)
             if judge.accepts((points, parts)):
                 return orders, (size * points, parts)
@@ -80,43 +83,64 @@ def smallest_layout(
     )
 
 
+def _trusted_judge(
+    body: Cuboid | Tube, direction: tuple[float, float, float], error: float, gap: float
+) -> "_Judge":
+    """Refine the judge's own layout until its field hardly changes."""
+    i, j, k = body.orders(gap, math.log(FINER / error))
+    orders = i + 2, j + 2, k + 2
+    while True:
+        judge = _Judge(body, direction, error, gap, orders)
+        i, j, k = orders
+        orders = 1 + i + i // 4, 1 + j + j // 4, 1 + k + k // 4
+        if judge.errors(body.cloud(orders), judge.everywhere[::8]).max() < error / TRUSTED:
+            return judge
+
+
 class _Judge:
     """The field and the forces of a much finer layout."""
 
     def __init__(
-        self, body: Cuboid | Tube, direction: tuple[float, float, float], error: float, gap: float
+        self,
+        body: Cuboid | Tube,
+        direction: tuple[float, float, float],
+        error: float,
+        gap: float,
+        orders: Orders,
     ) -> None:
-        self.moment, self.error = np.array(direction), MARGIN * error
-        i, j, k = body.orders(gap, math.log(FINER / error))
-        self.finest = i + 2, j + 2, k + 2
-        fine = body.cloud(self.finest)
+        self.moment, self.error, self.orders = np.array(direction), MARGIN * error, orders
+        self.fine = fine = body.cloud(orders)
         around = [body.around(gap * f, count) for f, count in DISTANCES.items()]
         fields = [self._field(points, fine) for points in around]
         strengths = [np.linalg.norm(field, axis=1) for field in fields]
         self.points, self.fields = np.concatenate(around), np.concatenate(fields)
         self.scale = np.concatenate([np.maximum(s, WEAK * s.max()) for s in strengths])
-        self.suspects = np.arange(SUSPECTS)
+        self.everywhere = np.arange(len(self.points))
+        self.suspects = self.everywhere[:SUSPECTS]
         self.offsets = [
             shift * axis
             for axis, extent in zip(np.eye(3), body.extents, strict=True)
             for shift in (extent + gap * f for f in DISTANCES)
         ]
-        self.forces = [self._force(fine, offset) for offset in self.offsets]
+
+    @cached_property
+    def forces(self) -> list[Array]:
+        """The forces on a magnet at the offsets from another one like it."""
+        return [self._force(self.fine, offset) for offset in self.offsets]
 
     def accepts(self, cloud: Cloud) -> bool:
         """Whether the field and the forces of a layout are accurate."""
-        if self._errors(cloud, self.suspects).max() >= self.error:
-            return False
-        errors = self._errors(cloud, np.arange(len(self.points)))
-        if errors.max() >= self.error:
-            self.suspects = np.argsort(errors)[-SUSPECTS:]
-            return False
+        for chosen in (self.suspects, self.everywhere[::8], self.everywhere):
+            errors = self.errors(cloud, chosen)
+            if errors.max() >= self.error:
+                self.suspects = chosen[np.argsort(errors)[-SUSPECTS:]]
+                return False
         return all(
             np.linalg.norm(self._force(cloud, offset) - force) < self.error * np.linalg.norm(force)
             for offset, force in zip(self.offsets, self.forces, strict=True)
         )
 
-    def _errors(self, cloud: Cloud, chosen: Integers) -> Array:
+    def errors(self, cloud: Cloud, chosen: Integers) -> Array:
         """Relative errors of the field at the chosen points."""
         differences = self._field(self.points[chosen], cloud) - self.fields[chosen]
         return np.linalg.norm(differences, axis=1) / self.scale[chosen]
