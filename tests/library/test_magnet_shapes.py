@@ -1,6 +1,7 @@
 """Magnets as clouds of dipoles, compared with magpylib, and a ring of them in MuJoCo."""
 
 import math
+from functools import partial
 
 import magpylib
 import mujoco
@@ -73,6 +74,42 @@ def test_a_cylinder_of_the_right_length_has_no_second_order():
 
     order = math.log2(difference(0.02) / difference(0.01))
     assert order == pytest.approx(4.0, abs=0.05)  # 4.00
+
+
+@pytest.mark.parametrize(
+    ("fine", "coarse"),
+    [
+        (partial(cuboid, orders=(8, 8, 8)), partial(cuboid, orders=(2, 2, 1))),
+        (partial(cuboid, orders=(8, 8, 8)), partial(cuboid, orders=(3, 2, 1))),
+    ],
+)
+def test_one_point_along_the_thickness_loses_no_second_order(fine, coarse):
+    """The next error is of the fourth order, as for two points."""
+    plate = fine((0.03, 0.02, 0.01)), coarse((0.03, 0.02, 0.01))
+    assert order_of(*plate) == pytest.approx(4.0, abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("length", "radius", "inner", "orders"),
+    [(0.01, 0.03, 0.0, (1, 1, 6)), (0.01, 0.03, 0.02, (1, 1, 6)), (0.08, 0.02, 0.01, (2, 1, 1))],
+)
+def test_one_disk_or_one_row_loses_no_second_order(length, radius, inner, orders):
+    tube = [cylinder(length, radius, inner, n) for n in ((8, 4, 16), orders)]
+    assert order_of(*tube) > 3.9  # 4.0, and 5.6 where little is left of the fourth order
+
+
+def order_of(fine, coarse):
+    """Order in size over distance of the difference of two clouds' fields."""
+    points, moment = 10 * directions(), [0.3, 1.0, 0.5]
+
+    def difference(scale):
+        fields = (
+            dipoles.field(points, scale * places, np.outer(parts, moment))
+            for places, parts in (fine, coarse)
+        )
+        return np.abs(np.subtract(*fields)).max()
+
+    return math.log2(difference(20.0) / difference(10.0))
 
 
 def test_magnets_in_mujoco_are_those_of_the_ring():
