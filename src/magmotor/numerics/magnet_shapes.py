@@ -2,14 +2,16 @@
 
 The field outside the body is the mean, over all points of the body, of the field of a dipole with
 the total moment at that point. With n Gauss points along each axis, the mean is exact for all
-multipoles below order 2n + 1.
+multipoles below order 2n + 1. Points at even distances have only the right second moments, but near
+the body they need fewer dipoles, since all places of the surface are equally far from them.
 
 A single point along an axis lacks that axis's second moment. The field of a dipole is a harmonic
 function of the dipole's position, so that only differences of second moments matter: the other axes
-shrink to have as much less, and no multipole below order 4 is lost where the shape allows it.
+shrink until they lack as much, if they can.
 """
 
 import math
+from functools import cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,7 +26,9 @@ ORDER = 4
 
 
 def cuboid(
-    edges: tuple[float, float, float], orders: tuple[int, int, int] = (ORDER, ORDER, ORDER)
+    edges: tuple[float, float, float],
+    orders: tuple[int, int, int] = (ORDER, ORDER, ORDER),
+    even: bool = False,
 ) -> Cloud:
     """Return a cuboid centered at the origin.
 
@@ -34,6 +38,8 @@ def cuboid(
         Lengths along x, y and z, in m.
     orders : tuple of int
         Numbers of points along x, y and z.
+    even : bool
+        Whether the points are at even distances; Gauss points otherwise.
 
     Returns
     -------
@@ -44,7 +50,8 @@ def cuboid(
     """
     missing = [edge**2 for edge, order in zip(edges, orders, strict=True) if order == 1]
     lost = sum(missing) / max(len(missing), 1)
-    (x, along_x), (y, along_y), (z, along_z) = map(_gauss, orders)
+    rule = _even if even else _gauss
+    (x, along_x), (y, along_y), (z, along_z) = map(rule, orders)
     grid = np.stack(np.meshgrid(x, y, z, indexing="ij"), axis=-1).reshape(-1, 3)
     parts = np.einsum("i,j,k->ijk", along_x, along_y, along_z).ravel()
     return grid * [edge * _shrunk(edge**2, lost) for edge in edges], parts
@@ -55,6 +62,7 @@ def cylinder(
     radius: float,
     inner: float = 0.0,
     orders: tuple[int, int, int] = (ORDER, ORDER // 2, 2 * ORDER),
+    even: bool = False,
 ) -> Cloud:
     """Return a cylinder, perhaps hollow, centered at the origin, with its axis along x.
 
@@ -65,8 +73,11 @@ def cylinder(
     inner : float
         Radius of the hole, in m.
     orders : tuple of int
-        Number of disks along the axis, of rings in a disk, and of points on a ring. A ring of one
-        point is the point on the axis.
+        Number of disks along the axis, of rings in a disk, and of points on the outer ring. A ring
+        of one point is the point on the axis.
+    even : bool
+        Whether the disks are at even distances and, without a hole, the rings too, with numbers of
+        points in proportion to their radii. Otherwise they are at Gauss points, with equal numbers.
 
     Returns
     -------
@@ -77,19 +88,35 @@ def cylinder(
     """
     disks, rings, corners = orders
     axial, radial = length**2 / 12, (radius**2 + inner**2) / 4
-    along, along_weights = _gauss(disks)
-    square, square_weights = _gauss(rings)  # in the squared radius, for uniform area
-    angle = 2 * np.pi / corners * np.arange(corners)
-    x, s, phi = np.meshgrid(length * along, square + 0.5, angle, indexing="ij")
+    along, along_weights = (_even if even else _gauss)(disks)
+    counts = ring_counts(rings, corners, even and not inner)
+    if counts[0] == 1 < rings:
+        bounds = np.append(0, np.arange(rings) + 0.5) ** 2 / (rings - 0.5) ** 2
+        ring_weights, square = np.diff(bounds), (np.arange(rings) / (rings - 0.5)) ** 2
+        square = square / (2 * (ring_weights @ square))
+    else:
+        square, ring_weights = _gauss(rings)  # in the squared radius, for uniform area
+        square = square + 0.5
     hole = (inner / radius) ** 2
-    distance = radius * np.sqrt(hole + (1 - hole) * s)
+    distance = radius * np.sqrt(hole + (1 - hole) * square)
+    x = length * along
     if corners == 1:
         x, distance = x * _shrunk(axial, radial), 0 * distance
     elif disks == 1:
-        distance *= _shrunk(radial, axial)
-    points = np.stack([x, distance * np.cos(phi), distance * np.sin(phi)], axis=-1)
-    parts = np.einsum("i,j,k->ijk", along_weights, square_weights, np.full(len(angle), 1.0))
-    return points.reshape(-1, 3), parts.ravel() / len(angle)
+        distance = distance * _shrunk(radial, axial)
+    angle = np.concatenate([2 * np.pi / n * np.arange(n) for n in counts])
+    distance, weights = np.repeat(distance, counts), np.repeat(ring_weights, counts)
+    disk = np.stack([distance * np.cos(angle), distance * np.sin(angle)], axis=-1)
+    points = np.column_stack([np.repeat(x, len(disk)), np.tile(disk, (disks, 1))])
+    parts = np.outer(along_weights, weights) / np.repeat(counts, counts)
+    return points, parts.ravel()
+
+
+def ring_counts(rings: int, corners: int, even: bool) -> list[int]:
+    """Return the number of points on each ring of a disk, with the center as the first if even."""
+    if not even or rings == 1 or corners == 1:
+        return [corners] * rings
+    return [1] + [max(3, math.ceil(corners * k / (rings - 1))) for k in range(1, rings)]
 
 
 def ball(radius: float) -> Cloud:
@@ -152,10 +179,20 @@ def as_dipoles(
     return positions.reshape(-1, 3), moments.reshape(-1, 3)
 
 
+@cache
 def _gauss(order: int) -> Cloud:
     """Return the Gauss-Legendre points and weights on the interval from -1/2 to 1/2."""
     points, weights = np.polynomial.legendre.leggauss(order)
     return points / 2, weights / 2
+
+
+@cache
+def _even(order: int) -> Cloud:
+    """Return points at even distances with equal weights and the interval's second moment."""
+    if order == 1:
+        return _gauss(1)
+    points = (np.arange(order) + 0.5) / order - 0.5
+    return points / math.sqrt(1 - 1 / order**2), np.full(order, 1 / order)
 
 
 def _shrunk(moment: float, lost: float) -> float:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from magmotor.common.arrays import Array
-from magmotor.numerics.magnet_shapes import Cloud, cuboid, cylinder
+from magmotor.numerics.magnet_shapes import Cloud, cuboid, cylinder, ring_counts
 
 Orders = tuple[int, int, int]
 Geom = dict[str, str | ArrayLike]
@@ -39,9 +39,13 @@ class Cuboid(NamedTuple):
         """In the cube of the unit of length."""
         return math.prod(self)
 
-    def cloud(self, orders: Orders) -> Cloud:
+    def cloud(self, orders: Orders, even: bool = False) -> Cloud:
         """Points and their fractions of the moment."""
-        return cuboid(self, orders)
+        return cuboid(self, orders, even)
+
+    def dipoles(self, orders: Orders, even: bool) -> int:
+        """Number of points."""
+        return math.prod(orders)
 
     def orders(self, gap: float, folds: float) -> Orders:
         """Orders for errors of about exp(-folds) at a distance, by Bernstein's ellipses."""
@@ -50,7 +54,7 @@ class Cuboid(NamedTuple):
 
     def around(self, distance: float, count: int) -> Array:
         """Return points (count, 3) at a distance from the surface, spread over it."""
-        return _beside(np.array(self) / 2, distance, _spread(3, count))
+        return _beside(np.array(self) / 2, distance, _spread(4, count))
 
     def geoms(self, mass: float) -> Iterator[Geom]:
         """Geoms of the body."""
@@ -74,10 +78,15 @@ class Tube(NamedTuple):
         """In the cube of the unit of length."""
         return math.pi / 4 * (self.outer - self.inner) * (self.outer + self.inner) * self.height
 
-    def cloud(self, orders: Orders) -> Cloud:
+    def cloud(self, orders: Orders, even: bool = False) -> Cloud:
         """Points and their fractions of the moment."""
-        points, parts = cylinder(self.height, self.outer / 2, self.inner / 2, orders)
+        points, parts = cylinder(self.height, self.outer / 2, self.inner / 2, orders, even)
         return points[:, [1, 2, 0]], parts
+
+    def dipoles(self, orders: Orders, even: bool) -> int:
+        """Number of points."""
+        disks, rings, corners = orders
+        return disks * sum(ring_counts(rings, corners, even and not self.inner))
 
     def orders(self, gap: float, folds: float) -> Orders:
         """Orders for errors of about exp(-folds) at a distance, by Bernstein's ellipses."""
@@ -91,12 +100,13 @@ class Tube(NamedTuple):
 
     def around(self, distance: float, count: int) -> Array:
         """Return at most `count` points at a distance from the surface, spread over it."""
-        spread = _spread(3, count)
-        wall = np.array([(self.outer - self.inner) / 4, self.height / 2])
-        radius, z = _beside(wall, distance, spread[:, :2]).T
-        radius, angle = radius + (self.outer + self.inner) / 4, math.pi * spread[:, 2]
+        spread = _spread(4, count)
+        middle = (self.outer + self.inner) / 4 if self.inner else 0.0
+        wall = np.array([self.outer / 2 - middle, self.height / 2])
+        radius, z = _beside(wall, distance, spread[:, :3]).T
+        radius, angle = radius + middle, math.pi * spread[:, 3]
         points = np.stack([radius * np.cos(angle), radius * np.sin(angle), z], axis=-1)
-        return points[radius >= 0]
+        return points[radius >= 0] if self.inner else points
 
     def geoms(self, mass: float) -> Iterator[Geom]:
         """Geoms of the body.
@@ -160,14 +170,16 @@ def _spread(dimensions: int, count: int) -> Array:
 
 
 def _beside(half: Array, distance: float, spread: Array) -> Array:
-    """Return points at a distance from a box of half edges `half`, in as many dimensions.
+    """Return points at a distance from a box of half edges `half`, in any number of dimensions.
 
-    Each point of a cube is moved to one of its faces, and from there, on a box that is larger by
-    the distance, toward the inner box.
+    The first coordinate in `spread` chooses a pair of faces of a box that is larger by the
+    distance, in proportion to their areas, and the others a point there. It moves toward the inner
+    box until it is at the distance.
     """
-    faces = spread.copy()
-    row, axis = np.arange(len(spread)), np.arange(len(spread)) % len(half)
-    faces[row, axis] = np.where(spread[row, axis] < 0, -1.0, 1.0)
+    shares = np.cumsum(1 / (half + distance))
+    axis = np.searchsorted(shares / shares[-1], (spread[:, 0] + 1) / 2)
+    faces, row = spread[:, 1:].copy(), np.arange(len(spread))
+    faces[row, axis] = np.where(faces[row, axis] < 0, -1.0, 1.0)
     points = faces * (half + distance)
     nearest = np.clip(points, -half, half)
     outward = points - nearest

@@ -1,6 +1,6 @@
 """The smallest layout of dipoles that represents a magnet as accurately as required.
 
-The layouts are the product rules of `magmotor.numerics.magnet_shapes`. They are tried in the order
+The layouts are the quadratures of `magmotor.numerics.magnet_shapes`. They are tried in the order
 of their numbers of dipoles, and judged by a much finer one: by its field at points around the
 magnet, and by the force between two such magnets one above and beside the other.
 """
@@ -19,6 +19,9 @@ from magmotor.numerics.magnet_shapes import Cloud
 
 LIMIT = 1000
 """Largest number of dipoles of a layout."""
+
+HOPELESS = 5 * LIMIT
+"""Number of Gauss points that makes a search hopeless."""
 
 FAR = 1000.0
 """Gap, in units of the magnet's size, beyond which all gaps are treated alike."""
@@ -48,8 +51,8 @@ TRUSTED = 30.0
 @lru_cache(maxsize=256)
 def smallest_layout(
     body: Cuboid | Tube, direction: tuple[float, float, float], error: float, gap: float
-) -> tuple[Orders, Cloud]:
-    """Return the orders of the smallest layout, and its points and fractions of the moment.
+) -> Cloud:
+    """Return the points of the smallest layout and their fractions of the moment.
 
     Parameters
     ----------
@@ -68,18 +71,16 @@ def smallest_layout(
     size = max(body)
     unit = type(body)(*(length / size for length in body))  # dipoles within 1e-9 m would coincide
     near = min(gap / size, FAR)
-    expected = math.prod(unit.orders(near, math.log(10 / error)))
-    if expected < 2 * LIMIT:
+    if math.prod(unit.orders(near, math.log(10 / error))) < HOPELESS:
         judge = _trusted_judge(unit, direction, error, near)
-        for orders in _by_count(judge.orders):
-            points, parts = unit.cloud(orders)
+        for orders, even in _by_count(unit, judge.orders):
+            points, parts = unit.cloud(orders, even)
             if judge.accepts((points, parts)):
-                return orders, (size * points, parts)
+                return size * points, parts
     raise reject(
         "error",
         error,
-        f"requires about {expected:.2g} dipoles at gap = {gap:g} m, and at most {LIMIT} are"
-        " allowed: choose a larger error or gap",
+        f"requires more than {LIMIT} dipoles at gap = {gap:g} m: choose a larger error or gap",
     )
 
 
@@ -154,7 +155,12 @@ class _Judge:
         return dipoles.wrench(points + offset, moments, points, moments)[0].sum(axis=0)
 
 
-def _by_count(finest: Orders) -> list[Orders]:
-    """All orders up to the finest ones, with the fewest points first."""
-    every = itertools.product(*(range(1, most + 1) for most in finest))
-    return sorted(((i, j, k) for i, j, k in every if i * j * k <= LIMIT), key=math.prod)
+def _by_count(body: Cuboid | Tube, finest: Orders) -> list[tuple[Orders, bool]]:
+    """All layouts up to the finest orders, Gauss or even, with the fewest points first."""
+    first, second, third = (range(1, most + 1) for most in finest)
+    counted = (
+        (body.dipoles((i, j, k), even), even, (i, j, k))
+        for i, j, k, even in itertools.product(first, second, third, (False, True))
+        if i * k <= LIMIT
+    )
+    return [(orders, even) for count, even, orders in sorted(counted) if count <= LIMIT]

@@ -106,11 +106,12 @@ class Magnet:
     def dipoles(self, error: Error, gap: Positive) -> tuple[Array, Array]:
         """Return the fewest dipoles that represent the magnet as accurately as required.
 
-        The dipoles are points of a product quadrature of the magnet's volume. All such layouts are
-        tried in the order of their numbers of dipoles. A much finer layout judges the field at
-        thousands of points around the magnet, at the gap and beyond, and the force between two
-        such magnets, magnetized alike, one above and beside the other. The first layout whose
-        errors are all smaller than `error` is the result. A sphere is exactly one dipole.
+        The dipoles are points of a quadrature of the magnet's volume, with Gauss points or at even
+        distances. All such layouts are tried in the order of their numbers of dipoles. A much finer
+        layout judges the field at thousands of points around the magnet, at the gap and beyond, and
+        the force between two such magnets, magnetized alike, one above and beside the other. The
+        first layout whose errors are all smaller than `error` is the result. A sphere is exactly
+        one dipole.
 
         Parameters
         ----------
@@ -145,7 +146,7 @@ class Magnet:
         if isinstance(body, Ball):
             points, parts = np.zeros((1, 3)), np.ones(1)
         else:
-            points, parts = smallest_layout(body, self.direction, error, gap)[1]
+            points, parts = smallest_layout(body, self.direction, error, gap)
         return points.copy(), self.moment * np.outer(parts, self.direction)
 
     @checked
