@@ -94,6 +94,13 @@ def test_moment_and_mass(shape, size, volume):
     )  # 1.3e-10
 
 
+def test_the_mass_is_that_of_the_material():
+    edges = (0.01, 0.01, 0.01)
+    assert mm.magnet("cuboid", edges, grade="C5").mass == pytest.approx(4.9e-3)
+    assert mm.magnet("cuboid", edges, remanence=1).mass == pytest.approx(7.5e-3)
+    assert mm.magnet("cuboid", edges, grade="C5", density=5000).mass == pytest.approx(5e-3)
+
+
 CASES = [
     ("cuboid", (10, 10, 10), Z, 3, 0.05),
     ("cuboid", (10, 10, 10), OBLIQUE, 10, 1e-4),
@@ -121,36 +128,37 @@ def test_the_field_is_as_accurate_as_required(shape, size, direction, gap, error
         magnet.moment * np.array(magnet.direction), rel=1e-13, abs=1e-16
     )
     found = [field_error(magnet, layout, shell(magnet, 1e-3 * gap * f)) for f in (1, 1.5, 4)]
-    assert max(found) < error  # 0.42 to 0.9 of it
-    assert max(found) > error / 3
+    assert max(found) < error  # 0.31 to 0.88 of it
 
 
 @pytest.mark.parametrize(
     ("shape", "size", "gap", "error", "count"),
     [
         ("cuboid", (10, 10, 2), 10, 0.01, 9),
-        ("cuboid", (40, 10, 10), 20, 0.01, 16),
-        ("cylinder", (10, 2), 3, 0.05, 18),
+        ("cuboid", (20, 10, 5), 10, 0.01, 8),
+        ("cylinder", (10, 2), 10, 0.01, 6),
+        ("cylinder", (10, 2), 3, 0.05, 13),
         ("ring", (5, 10, 3), 10, 0.01, 5),
         ("ring", (8, 10, 3), 10, 0.01, 12),
     ],
 )
-def test_no_smaller_product_layout_would_do(shape, size, gap, error, count):
+def test_no_smaller_layout_would_do(shape, size, gap, error, count):
     magnet = mm.magnet(shape, 1e-3 * np.array(size), remanence=1.2)
     assert len(magnet.dipoles(error, 1e-3 * gap)[0]) == count
     points = shell(magnet, 1e-3 * gap, 1000)
-    most = range(1, count)
-    smaller = [o for o in itertools.product(most, most, most) if math.prod(o) < count]
-    assert len(smaller) > 10
-    for orders in smaller:
+    found = []
+    for *orders, even in itertools.product(*(3 * [range(1, count)]), (False, True)):
         if shape == "cuboid":
-            places, parts = cuboid(magnet.size, orders)
+            places, parts = cuboid(magnet.size, tuple(orders), even)
         else:
             inner, outer, height = tube(magnet)
-            places, parts = cylinder(height, outer / 2, inner / 2, orders)
+            places, parts = cylinder(height, outer / 2, inner / 2, tuple(orders), even)
             places = places[:, [1, 2, 0]]
-        layout = places, magnet.moment * np.outer(parts, Z)
-        assert field_error(magnet, layout, points) > error  # 1.02 of it, or more
+        if len(places) < count:
+            layout = places, magnet.moment * np.outer(parts, Z)
+            found.append(field_error(magnet, layout, points))
+    assert len(found) > 10
+    assert min(found) > error  # 1.13 of it, or more
 
 
 def test_a_sphere_is_one_dipole():
@@ -232,17 +240,48 @@ def test_forces_and_torques_in_mujoco_are_those_of_magpylib(shape, size, offset,
     assert relative(data.xfrc_applied[1], true) < 0.01  # 7e-5 to 2.5e-3
 
 
-@pytest.mark.parametrize(("shape", "size", "offset", "turn"), PAIRS)
-def test_an_accurate_layout_has_accurate_forces(shape, size, offset, turn):
-    magnet = mm.magnet(shape, 1e-3 * np.array(size), grade="N42")
-    offset = tuple(1e-3 * np.array(offset))
-    points, moments = magnet.dipoles(1e-3, 5e-3)
+def wrench_of(layout, offset, turn=0):
+    """Force and torque on a magnet at an offset from another one like it."""
+    points, moments = layout
     frame = Rotation.from_euler("y", turn, degrees=True)
     places, turned = frame.apply(points), frame.apply(moments)
     force, torque = dipoles.wrench(places + np.array(offset), turned, points, moments)
     torque = torque + np.cross(places, force)
-    found = np.concatenate([force.sum(axis=0), torque.sum(axis=0)])
+    return np.concatenate([force.sum(axis=0), torque.sum(axis=0)])
+
+
+@pytest.mark.parametrize(("shape", "size", "offset", "turn"), PAIRS)
+def test_an_accurate_layout_has_accurate_forces(shape, size, offset, turn):
+    magnet = mm.magnet(shape, 1e-3 * np.array(size), grade="N42")
+    offset = tuple(1e-3 * np.array(offset))
+    found = wrench_of(magnet.dipoles(1e-3, 5e-3), offset, turn)
     assert relative(found, reference(magnet, offset, turn)[1]) < 1e-3  # 3e-5 to 2.3e-4
+
+
+@pytest.mark.parametrize(
+    ("shape", "size", "gap", "error"),
+    [
+        ("cylinder", (10, 10), 10, 0.05),
+        ("cylinder", (10, 5), 10, 0.01),
+        ("cylinder", (10, 20), 10, 0.05),
+        ("ring", (9, 10, 20), 3, 0.05),
+        ("cuboid", (10, 10, 2), 1.5, 0.05),
+    ],
+)
+def test_forces_on_an_identical_magnet_above_or_beside_are_as_accurate_as_required(
+    shape, size, gap, error
+):
+    """Smaller layouts have accurate fields here but not forces, for the cylinders."""
+    magnet = mm.magnet(shape, 1e-3 * np.array(size), grade="N42")
+    layout = magnet.dipoles(error, 1e-3 * gap)
+    width = size[1] if shape == "ring" else size[0]
+    found = []
+    for apart in (gap, 2 * gap):
+        for offset in ((0, 0, size[-1] + apart), (width + apart, 0, 0)):
+            offset = tuple(1e-3 * np.array(offset))
+            force, true = wrench_of(layout, offset)[:3], reference(magnet, offset, 0)[1][:3]
+            found.append(np.linalg.norm(force - true) / np.linalg.norm(true))
+    assert max(found) < error  # 0.06 to 0.72 of it
 
 
 # MJCF --------------------------------------------------------------------------------------------
@@ -290,13 +329,14 @@ def test_the_model_has_the_mass_the_inertia_and_the_field(shape, size, direction
 
 
 @pytest.mark.parametrize("inner", [4, 9.7])
-def test_a_peg_fits_the_hole_of_a_ring(inner):
-    """Of the full radius it touches nothing, and a wider one does; so does a peg in the wall."""
+def test_a_ring_can_be_touched_from_inside_and_outside(inner):
+    """A peg of the hole's radius fits, a wider one does not, nor does one inside the wall."""
     ring = mm.magnet("ring", (1e-3 * inner, 0.01, 5e-3), grade="N42").mjcf(0.1, 0.02)
     outer = 5e-3 - 0.5e-3 * inner
 
-    def contacts(x, radius):
-        peg = f'<body pos="{x} 0 0"><geom type="cylinder" size="{radius} 0.02"/></body>'
+    def contacts(x, radius, angle=0.0):
+        place = f"{x * math.cos(angle)} {x * math.sin(angle)} 0"
+        peg = f'<body pos="{place}"><geom type="cylinder" size="{radius} 0.02"/></body>'
         text = f"<mujoco><worldbody><body><freejoint/>{ring}</body>{peg}</worldbody></mujoco>"
         model = mujoco.MjModel.from_xml_string(text)
         data = mujoco.MjData(model)
@@ -306,7 +346,9 @@ def test_a_peg_fits_the_hole_of_a_ring(inner):
     assert contacts(0, 0.499e-3 * inner) == 0
     assert contacts(0, 0.52e-3 * inner) > 0
     assert contacts(5e-3 - outer / 2, outer / 4) > 0
-    assert contacts(5e-3 + outer, 0.99 * outer) == 0
+    for angle in np.linspace(0, math.pi / 8, 7):  # outside, also at the corners of the boxes
+        assert contacts(6.03e-3, 1e-3, angle) == 0
+    assert contacts(5.9e-3, 1e-3, math.pi / 16) > 0
 
 
 def test_a_magnet_joins_a_body_of_another_model():
@@ -358,8 +400,8 @@ def test_bad_magnets(arguments, message):
         (0.01, -1, "gap = -1.*: must be greater than 0"),
         (0, 0.01, "error = 0.*: must be at least 1e-06"),
         (1, 0.01, "error = 1.*: must be less than 1"),
-        (0.01, 1e-4, "requires about 5.2e\\+06 dipoles at gap = 0.0001 m, and at most 1000"),
-        (0.01, 1.3e-3, "and at most 1000 are allowed: choose a larger error or gap"),
+        (0.01, 1e-4, "error = 0.01: requires more than 1000 dipoles at gap = 0.0001 m: choose"),
+        (0.01, 1.3e-3, "more than 1000 dipoles at gap = 0.0013 m: choose a larger error or gap"),
     ],
 )
 def test_bad_accuracies(error, gap, message):

@@ -81,20 +81,37 @@ def test_a_cylinder_of_the_right_length_has_no_second_order():
     [
         (partial(cuboid, orders=(8, 8, 8)), partial(cuboid, orders=(2, 2, 1))),
         (partial(cuboid, orders=(8, 8, 8)), partial(cuboid, orders=(3, 2, 1))),
+        (partial(cuboid, orders=(8, 8, 8)), partial(cuboid, orders=(4, 3, 2), even=True)),
+        (partial(cuboid, orders=(8, 8, 8)), partial(cuboid, orders=(4, 3, 1), even=True)),
     ],
 )
-def test_one_point_along_the_thickness_loses_no_second_order(fine, coarse):
+def test_a_single_point_or_even_ones_lose_no_second_order(fine, coarse):
     """The next error is of the fourth order, as for two points."""
     plate = fine((0.03, 0.02, 0.01)), coarse((0.03, 0.02, 0.01))
     assert order_of(*plate) == pytest.approx(4.0, abs=0.05)
 
 
 @pytest.mark.parametrize(
-    ("length", "radius", "inner", "orders"),
-    [(0.01, 0.03, 0.0, (1, 1, 6)), (0.01, 0.03, 0.02, (1, 1, 6)), (0.08, 0.02, 0.01, (2, 1, 1))],
+    ("length", "radius", "inner", "orders", "even", "count"),
+    [
+        (0.01, 0.03, 0.0, (1, 1, 6), False, 6),
+        (0.01, 0.03, 0.02, (1, 1, 6), False, 6),
+        (0.08, 0.02, 0.01, (2, 1, 1), False, 2),
+        (0.08, 0.02, 0.0, (3, 1, 1), True, 3),
+        (0.01, 0.03, 0.0, (1, 4, 18), True, 37),
+        (0.02, 0.03, 0.0, (2, 3, 9), True, 30),
+        (0.02, 0.03, 0.02, (2, 2, 9), True, 36),
+    ],
 )
-def test_one_disk_or_one_row_loses_no_second_order(length, radius, inner, orders):
-    tube = [cylinder(length, radius, inner, n) for n in ((8, 4, 16), orders)]
+def test_one_disk_one_row_or_even_rings_lose_no_second_order(
+    length, radius, inner, orders, even, count
+):
+    tube = (
+        cylinder(length, radius, inner, (8, 4, 16)),
+        cylinder(length, radius, inner, orders, even),
+    )
+    assert len(tube[1][0]) == count
+    assert tube[1][1].sum() == pytest.approx(1, rel=1e-14, abs=0)
     assert order_of(*tube) > 3.9  # 4.0, and 5.6 where little is left of the fourth order
 
 

@@ -111,6 +111,8 @@ class _Judge:
     ) -> None:
         self.moment, self.error, self.orders = np.array(direction), MARGIN * error, orders
         self.fine = fine = body.cloud(orders)
+        i, j, k = body.orders(gap, math.log(10 / error))
+        self.partner = body.cloud((i + 3, j + 3, k + 3))  # a mean over a body needs fewer points
         around = [body.around(gap * f, count) for f, count in DISTANCES.items()]
         fields = [self._field(points, fine) for points in around]
         strengths = [np.linalg.norm(field, axis=1) for field in fields]
@@ -127,7 +129,7 @@ class _Judge:
     @cached_property
     def forces(self) -> list[Array]:
         """The forces on a magnet at the offsets from another one like it."""
-        return [self._force(self.fine, offset) for offset in self.offsets]
+        return [self._force(self.fine, self.partner, offset) for offset in self.offsets]
 
     def accepts(self, cloud: Cloud) -> bool:
         """Whether the field and the forces of a layout are accurate."""
@@ -137,7 +139,8 @@ class _Judge:
                 self.suspects = chosen[np.argsort(errors)[-SUSPECTS:]]
                 return False
         return all(
-            np.linalg.norm(self._force(cloud, offset) - force) < self.error * np.linalg.norm(force)
+            np.linalg.norm(self._force(cloud, cloud, offset) - force)
+            < self.error * np.linalg.norm(force)
             for offset, force in zip(self.offsets, self.forces, strict=True)
         )
 
@@ -149,10 +152,10 @@ class _Judge:
     def _field(self, points: Array, cloud: Cloud) -> Array:
         return dipoles.field(points, cloud[0], np.outer(cloud[1], self.moment))
 
-    def _force(self, cloud: Cloud, offset: Array) -> Array:
-        """The force on a magnet at an offset from another one like it."""
-        points, moments = cloud[0], np.outer(cloud[1], self.moment)
-        return dipoles.wrench(points + offset, moments, points, moments)[0].sum(axis=0)
+    def _force(self, cloud: Cloud, other: Cloud, offset: Array) -> Array:
+        """The force on a magnet, as the cloud `other`, at an offset from another one like it."""
+        source, target = (np.outer(parts, self.moment) for _, parts in (cloud, other))
+        return dipoles.wrench(other[0] + offset, target, cloud[0], source)[0].sum(axis=0)
 
 
 def _by_count(body: Cuboid | Tube, finest: Orders) -> list[tuple[Orders, bool]]:

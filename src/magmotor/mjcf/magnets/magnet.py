@@ -140,7 +140,7 @@ class Magnet:
         >>> import magmotor as mm
         >>> disk = mm.magnet("cylinder", (0.01, 0.005), grade="N42")
         >>> [len(disk.dipoles(error=0.01, gap=gap)[0]) for gap in (0.05, 0.01, 0.003)]
-        [1, 10, 72]
+        [3, 20, 117]
         """
         body = self._body
         if isinstance(body, Ball):
@@ -213,10 +213,12 @@ def magnet(
 
     Parameters
     ----------
-    shape, size : str, float or array_like
-        In m: `cuboid` with its edges (x, y, z); `cylinder` with (diameter, height); `ring`, a
-        cylinder with a hole, with (inner diameter, outer diameter, height); `sphere` with its
-        diameter. The axis of a cylinder or ring is z.
+    shape : str
+        `cuboid`, `cylinder`, `ring` (a cylinder with a hole) or `sphere`. The axis of a cylinder or
+        ring is z.
+    size : float or array_like
+        In m: edges (x, y, z) of a cuboid; (diameter, height) of a cylinder; (inner diameter, outer
+        diameter, height) of a ring; diameter of a sphere.
     remanence : float, optional
         Remanence B_r in T. Give either this or the grade.
     grade : str, optional
