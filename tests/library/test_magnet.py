@@ -7,6 +7,7 @@ second order in the size of the cells.
 import itertools
 import math
 from functools import cache
+from typing import Any
 
 import magpylib
 import mujoco
@@ -147,12 +148,14 @@ def test_no_smaller_layout_would_do(shape, size, gap, error, count):
     assert len(magnet.dipoles(error, 1e-3 * gap)[0]) == count
     points = shell(magnet, 1e-3 * gap, 1000)
     found = []
-    for *orders, even in itertools.product(*(3 * [range(1, count)]), (False, True)):
+    few = range(1, count)
+    for i, j, k, even in itertools.product(few, few, few, (False, True)):
         if shape == "cuboid":
-            places, parts = cuboid(magnet.size, tuple(orders), even)
+            x, y, z = magnet.size
+            places, parts = cuboid((x, y, z), (i, j, k), even)
         else:
             inner, outer, height = tube(magnet)
-            places, parts = cylinder(height, outer / 2, inner / 2, tuple(orders), even)
+            places, parts = cylinder(height, outer / 2, inner / 2, (i, j, k), even)
             places = places[:, [1, 2, 0]]
         if len(places) < count:
             layout = places, magnet.moment * np.outer(parts, Z)
@@ -210,7 +213,7 @@ def reference(magnet, offset, turn):
     found = []
     for n in (8, 16, 32):
         cells = {"cuboid": (n, n, n), "sphere": None}.get(magnet.shape, (4 * n, n, n))
-        wrench = magpylib.getFT(source, target, meshing=cells, eps=1e-6)
+        wrench: Any = magpylib.getFT(source, target, meshing=cells, eps=1e-6)
         found.append(np.concatenate(wrench))
     return found, found[2] + (found[2] - found[1]) / 3
 
