@@ -30,6 +30,8 @@ from .mjcf.langevin.rows import brownian_rows as brownian_rows
 from .mjcf.layout import LayoutError as LayoutError
 from .mjcf.magnetism import apply_perturbation as apply_perturbation
 from .mjcf.magnetism import magnetism as magnetism
+from .mjcf.magnets.magnet import Magnet as Magnet
+from .mjcf.magnets.magnet import magnet as magnet
 from .mjcf.viscous_contact import ViscousContact as ViscousContact
 from .run.dataset import scene_of as scene_of
 from .run.ensemble import ensemble as ensemble
