@@ -86,7 +86,8 @@ def _of_dipole(sentence: str) -> Callable[..., str]:
 
 def _coincidence(number: int, name: str, other: int, other_name: str, geoms: float) -> str:
     one, two = _dipole(number, name, bool(int(geoms) & 1)), _dipole(other, other_name, geoms > 1)
-    return f"{one} and {two} coincide: their force is undefined"
+    both = f"dipole sites {number} {name!r} and {other} {other_name!r}" if not geoms else ""
+    return f"{both or f'{one} and {two}'} coincide: their force is undefined"
 
 
 _ERRORS: dict[int, Callable[..., str]] = {
