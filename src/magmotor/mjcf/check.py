@@ -217,19 +217,18 @@ def _weak_contacts(model: mujoco.MjModel, pair: Meeting, approach: Approach) -> 
     given = [contact.stiffness_time(shortest) for contact in contacts]
     k = int(np.divide(given, limits).argmax())
     at_touch = (
-        f"{approach.distance:.3g} m apart, they attract each other with up to"
+        f"at a distance of {approach.distance:.3g} m, their dipoles attract each other with up to"
         f" {approach.force:.3g} N"
     )
     names, constant = _names(model, pair), _rounded_down(min(limits))
     longest = min(contact.resolved_time(shortest) for contact in contacts) / 2
     if given[k] > SLACK * min(limits):
         long = 0 < contacts[k].solref[0] < shortest
-        lengthened = f", which the timestep of {step:g} s makes it," if long else ""
+        lengthened = f" (as the timestep of {step:g} s makes it)" if long else ""
         yield _Failure(
-            f"{names} {_outcome(approach, contacts[k], given[k], step)}: {at_touch}, which a"
-            f" contact with the time constant {given[k]:.3g} s{lengthened} is too soft to hold; it"
-            f" takes at most {constant:g} s, and a timestep of at most"
-            f" {_rounded_down(constant / 2):g} s",
+            f"{names} {_outcome(approach, contacts[k], given[k], step)}: {at_touch}; the time"
+            f" constant of their contact must be at most {constant:g} s, not {given[k]:.3g} s"
+            f"{lengthened}, and the timestep at most {_rounded_down(constant / 2):g} s",
             _rounded_down(constant / 2),
             constant,
             owners_of(model, pair.like),
@@ -247,11 +246,14 @@ def _outcome(approach: Approach, contact: Softness, constant: float, step: float
     rest, barrier = rest_and_barrier(approach, contact, constant)
     if rest == math.inf:
         return "will fly apart once they touch"
-    impact = (IMPACT * constant + FLIGHT * step) / approach.time
-    if impact > barrier:
+    flight, impact = FLIGHT * step / approach.time, IMPACT * constant / approach.time
+    if flight + impact > barrier:
         return "may fly apart if they meet at speed"
-    share = rest * approach.distance / approach.depth
-    return f"will stick, but sink into each other by {100 * share:.2g} % of their radius"
+    radii = 100 * approach.distance / approach.depth
+    return (
+        f"will stick, but penetrate each other by {rest * radii:.2g} % of their radius at rest, and"
+        f" by up to {max(flight, impact) * radii:.2g} % as they meet"
+    )
 
 
 def _fast_magnets(

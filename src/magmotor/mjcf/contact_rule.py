@@ -21,23 +21,24 @@ from numpy.typing import NDArray
 from magmotor.common.arrays import Array
 from magmotor.mjcf.lookup import disabled, label
 
-LONGEST = 0.3
-"""Longest time constant of a contact, in units of T."""
-
 SHORTEST = 2.0
 """Shortest time constant in timesteps, MuJoCo's own limit refsafe."""
 
-SUNK = 0.05
-"""Largest penetration at rest, in units of the smaller depth of a dipole below its surface."""
+SUNK, STRUCK = 0.05, 0.25
+"""Largest penetration at rest, and of magnets that fall from far away.
+
+The unit is the smaller depth of a dipole below its surface, the radius of a sphere.
+"""
+
+IMPACT, FLIGHT = 0.30, 0.82
+"""Penetration of magnets that fall from far away, over d: at most IMPACT s/T or FLIGHT h/T.
+
+The speed at touch is sqrt(2/3) d/T. A critically damped contact stops it within s/e, and the
+timestep h passes before the contact acts.
+"""
 
 RESTS = np.linspace(0, 1, 1001)[1:-1]
 """Penetrations over the distance at touch at which push and pull are compared."""
-
-IMPACT, FLIGHT = 0.30, 0.82
-"""Penetration of magnets that fall from far away: IMPACT s/T + FLIGHT h/T, in units of d.
-
-The speed at touch is sqrt(2/3) d/T. A critically damped contact stops it at 1/e of speed times s.
-"""
 
 
 class Approach(NamedTuple):
@@ -126,11 +127,15 @@ def softness(model: mujoco.MjModel, one: int, other: int, pair: int = -1) -> Sof
 
 
 def longest_time_constant(approach: Approach, contact: Softness) -> float:
-    """Return the longest time constant of a contact that holds two magnets, in s."""
+    """Return the longest time constant s of a contact that holds two magnets, in s.
+
+    The timestep is at most half of it.
+    """
     sunk = min(SUNK * approach.depth / approach.distance, 0.2)
-    compliance = contact.compliance(np.array(sunk * approach.distance))
-    holds = math.sqrt(sunk * (1 - sunk) ** 4 / max(float(compliance), 1e-12))
-    return min(LONGEST, holds) * approach.time
+    compliance = float(contact.compliance(np.array(sunk * approach.distance)))
+    at_rest = math.sqrt(sunk * (1 - sunk) ** 4 / max(compliance, 1e-12))
+    at_impact = STRUCK * approach.depth / approach.distance / max(IMPACT, FLIGHT / SHORTEST)
+    return min(at_rest, at_impact) * approach.time
 
 
 def rest_and_barrier(approach: Approach, contact: Softness, constant: float) -> tuple[float, float]:
