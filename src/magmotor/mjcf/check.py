@@ -16,6 +16,7 @@ from magmotor.mjcf.closest_approach import Meeting, meetings
 from magmotor.mjcf.contact_rule import (
     FLIGHT,
     IMPACT,
+    SHORTEST,
     SUNK,
     Approach,
     Softness,
@@ -33,6 +34,9 @@ from magmotor.mjcf.lookup import label
 
 UNSTABLE, RESOLVED = 2.0, 0.5
 """Product of frequency and timestep at which Euler's method fails, and that of a proposed step."""
+
+LISTED = 4
+"""Largest number of names that the text lists."""
 
 SLACK = 1 + 1e-6
 """Rounding allowed in comparisons with limits."""
@@ -52,32 +56,18 @@ class Check:
     solref : dict of str to (float, float)
         Proposed time constant in s and damping ratio of the contacts of each geom, contact pair or
         option that holds too weakly.
-    fixed : bool
-        Whether the proposals have been set in the model.
+    settings : tuple of str
+        What is proposed or has been set, as text.
     """
 
     findings: tuple[str, ...]
     timestep: float
     solref: dict[str, tuple[float, float]]
-    fixed: bool
+    settings: tuple[str, ...]
 
     def __str__(self) -> str:
-        """Return one line for each finding, and one for what is proposed or was set."""
-        return "\n".join([*self.findings, *self._settings()] or ["nothing to fix"])
-
-    def _settings(self) -> Iterator[str]:
-        constants = [values[0] for values in self.solref.values()]
-        if constants:
-            ends = [f'solref="{value:g} 1"' for value in sorted({min(constants), max(constants)})]
-            names = [*self.solref][:4]
-            others = len(constants) - len(names)
-            names += [f"{others} more"] if others else []
-            yield f"{self._verb()}: {' to '.join(ends)} of {joined(names)}"
-        if any("timestep" in finding for finding in self.findings):
-            yield f"{self._verb()}: timestep {self.timestep:g} s"
-
-    def _verb(self) -> str:
-        return "set" if self.fixed else "proposed"
+        """Return one line for each finding and each setting."""
+        return "\n".join([*self.findings, *self.settings] or ["nothing to fix"])
 
 
 @checked
@@ -124,25 +114,31 @@ def check(model: mujoco.MjModel, data: mujoco.MjData | None = None, *, fix: bool
     >>> found = mm.check(model)
     nothing to fix
     """
-    if data is not None and len(data.site_xpos) != model.nsite:
-        raise reject("number of sites of data", len(data.site_xpos), f"must be {model.nsite}")
-    found = [*_failures(model, _state(model, data))]
-    owners: dict[str, Array] = {}
-    constants: dict[str, float] = {}
+    with np.errstate(all="ignore"):
+        found = [*_failures(model, _state(model, data))]
+    numbers = {name: row for failure in found for name, row in failure.owners}
+    constants = dict.fromkeys(numbers, math.inf)
     for failure in found:
-        for name, numbers in failure.owners:
-            owners[name] = numbers
-            constants[name] = min(failure.constant, constants.get(name, math.inf))
-    result = Check(
-        findings=tuple(failure.sentence for failure in found),
-        timestep=min([model.opt.timestep, *(failure.timestep for failure in found)]),
-        solref={name: (constant, 1.0) for name, constant in constants.items()},
-        fixed=fix,
-    )
+        for name, _ in failure.owners:
+            constants[name] = min(constants[name], failure.constant)
+    timestep = min([float(model.opt.timestep), *(failure.timestep for failure in found)])
+    done, settings = "set" if fix else "proposed", []
+    if constants:
+        ends = sorted({min(constants.values()), max(constants.values())})
+        shown = " to ".join(f'solref="{constant:g} 1"' for constant in ends)
+        settings.append(f"{done}: {shown} of {_listed([*constants])}")
+    if timestep < model.opt.timestep:
+        settings.append(f"{done}: timestep {timestep:g} s")
     if fix:
-        model.opt.timestep = result.timestep
-        for name, numbers in owners.items():
-            numbers[:2] = result.solref[name]
+        model.opt.timestep = timestep
+        for name, row in numbers.items():
+            row[:2] = constants[name], 1.0
+    result = Check(
+        findings=tuple(_merged(found)),
+        timestep=timestep,
+        solref={name: (constant, 1.0) for name, constant in constants.items()},
+        settings=tuple(settings),
+    )
     print(result)
     return result
 
@@ -150,7 +146,10 @@ def check(model: mujoco.MjModel, data: mujoco.MjData | None = None, *, fix: bool
 class _Failure(NamedTuple):
     """One finding, and the settings without it."""
 
-    sentence: str
+    subject: str
+    predicate: str
+    number: int = 1
+    """Number of subjects like this one."""
     timestep: float = math.inf
     constant: float = math.inf
     """Time constant of contacts."""
@@ -158,11 +157,29 @@ class _Failure(NamedTuple):
     """What has the parameters of these contacts: name and numbers."""
 
 
+def _merged(found: list[_Failure]) -> Iterator[str]:
+    """Yield one sentence for all failures that differ in their subjects only."""
+    for predicate in dict.fromkeys(failure.predicate for failure in found):
+        alike = [failure for failure in found if failure.predicate == predicate]
+        others = sum(failure.number for failure in alike) - 1
+        more = f" (and {others} more like {'them' if ' and ' in alike[0].subject else 'it'})"
+        yield f"{alike[0].subject}{more * (others > 0)} {predicate}"
+
+
+def _listed(names: list[str]) -> str:
+    more = [f"{len(names) - LISTED} more"] if len(names) > LISTED else []
+    return joined(names[:LISTED] + more)
+
+
 def _state(model: mujoco.MjModel, data: mujoco.MjData | None) -> mujoco.MjData:
-    """Return a copy of the state with positions, inertia and contacts computed."""
+    """Return the state with positions, inertia and contacts computed, in an mjData of its own."""
     state = mujoco.MjData(model)
     if data is not None:
-        mujoco.mj_copyState(model, data, state, int(mujoco.mjtState.mjSTATE_INTEGRATION))
+        for name in ("qpos", "mocap_pos", "mocap_quat"):
+            there, here = getattr(data, name), getattr(state, name)
+            if there.shape != here.shape:
+                raise reject(f"shape of data.{name}", there.shape, f"must be {here.shape}")
+            here[:] = there
     mujoco.mj_fwdPosition(model, state)
     return state
 
@@ -194,7 +211,7 @@ def _overlaps(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[_Failure]
         if {*welds.tolist()} <= magnetic and -contact.dist > SUNK * radii[radii > 0].min():
             names = " and ".join(label(model, "geom", geom) for geom in geoms)
             yield _Failure(
-                f"{names} of magnets overlap by {-contact.dist:.2g} m at the start; move them apart"
+                names, f"of magnets overlap by {-contact.dist:.2g} m at the start; move them apart"
             )
 
 
@@ -203,8 +220,10 @@ def _exposure(model: mujoco.MjModel, pair: Meeting) -> _Failure:
     if not len(pair.touching):
         why = "their geoms do not collide"
     return _Failure(
-        f"{_names(model, pair)} can come so near that their dipoles coincide, since {why}; enclose"
-        " the dipoles in geoms that collide"
+        _names(model, pair),
+        f"can come so near that their dipoles coincide, since {why}; enclose the dipoles in geoms"
+        " that collide",
+        pair.number,
     )
 
 
@@ -216,28 +235,32 @@ def _weak_contacts(model: mujoco.MjModel, pair: Meeting, approach: Approach) -> 
     limits = [longest_time_constant(approach, contact) for contact in contacts]
     given = [contact.stiffness_time(shortest) for contact in contacts]
     k = int(np.divide(given, limits).argmax())
-    at_touch = (
-        f"at a distance of {approach.distance:.3g} m, their dipoles attract each other with up to"
-        f" {approach.force:.3g} N"
-    )
-    names, constant = _names(model, pair), _rounded_down(min(limits))
-    longest = min(contact.resolved_time(shortest) for contact in contacts) / 2
-    if given[k] > SLACK * min(limits):
+    longest = min(contact.resolved_time(shortest) for contact in contacts) / SHORTEST
+    if given[k] > SLACK * limits[k]:
+        constant = _rounded_down(min(limits))
         long = 0 < contacts[k].solref[0] < shortest
         lengthened = f" (as the timestep of {step:g} s makes it)" if long else ""
+        half = _rounded_down(constant / SHORTEST)
         yield _Failure(
-            f"{names} {_outcome(approach, contacts[k], given[k], step)}: {at_touch}; the time"
-            f" constant of their contact must be at most {constant:g} s, not {given[k]:.3g} s"
-            f"{lengthened}, and the timestep at most {_rounded_down(constant / 2):g} s",
-            _rounded_down(constant / 2),
+            _names(model, pair),
+            f"{_outcome(approach, contacts[k], given[k], step)}: at a distance of"
+            f" {approach.distance:.3g} m, their dipoles attract each other with up to"
+            f" {approach.force:.3g} N; the time constant of their contact must be at most"
+            f" {constant:g} s, not {given[k]:.3g} s{lengthened}"
+            + (f", and the timestep at most {half:g} s" if step > half else ""),
+            pair.number,
+            half,
             constant,
             owners_of(model, pair.like),
         )
     elif step > SLACK * longest:
+        shorter = _rounded_down(longest)
         yield _Failure(
-            f"{names} meet in a contact that moves within {2 * longest:.3g} s, which takes a"
-            f" timestep of at most {_rounded_down(longest):g} s, not {step:g} s",
-            _rounded_down(longest),
+            _names(model, pair),
+            f"meet in a contact that moves within {SHORTEST * longest:.3g} s; take a timestep of at"
+            f" most {shorter:g} s, not {step:g} s",
+            pair.number,
+            shorter,
         )
 
 
@@ -260,19 +283,22 @@ def _fast_magnets(
     model: mujoco.MjModel, state: mujoco.MjData, pairs: list[Meeting]
 ) -> Iterator[_Failure]:
     """Yield a failure of the fastest magnet now, and one of each pair at touch, if too fast."""
-    found = [(frequency, label(model, "body", body), "") for body, frequency in
-             sorted(frequencies(model, state).items(), key=lambda item: -item[1])[:1]]  # fmt: skip
+    now = frequencies(model, state)
+    found = [(now[body], label(model, "body", body), 1, "") for body in now]
+    found = sorted(found, reverse=True)[:1]
     for pair in pairs:
         if pair.approach:
             frequency = frequency_at_touch(model, state, pair.magnets, pair.approach)
-            found.append((frequency, _names(model, pair), " where they touch"))
+            found.append((frequency, _names(model, pair), pair.number, " where they touch"))
     step = float(model.opt.timestep)
-    for frequency, name, where in found:
+    for frequency, name, number, where in found:
         if frequency * step > UNSTABLE:
             longest = _rounded_down(RESOLVED / frequency)
             yield _Failure(
-                f"{name} can swing or turn with omega = {frequency:.3g} rad/s{where}, so that omega"
-                f" h = {frequency * step:.3g} exceeds 2; take a timestep of at most {longest:g} s",
+                name,
+                f"can swing or turn with omega = {frequency:.3g} rad/s{where}, so that omega h ="
+                f" {frequency * step:.3g} exceeds 2; take a timestep of at most {longest:g} s",
+                number,
                 longest,
             )
 
@@ -283,17 +309,21 @@ def _noise(model: mujoco.MjModel) -> Iterator[_Failure]:
         ends = "without bound" if kT[1] == math.inf else f"from {kT[0]:.3g} J to {kT[1]:.3g} J"
         part = "" if mismatch == math.inf else f" by {100 * mismatch:.2g} %"
         yield _Failure(
-            f"noise and damping differ{part}, so that the temperatures kT of the motions range"
-            f" {ends}; take the noise from mm.brownian_rows or mm.JointNoise"
+            "noise and damping",
+            f"differ{part}, so that the temperatures kT of the motions range {ends}; take the noise"
+            " from mm.brownian_rows or mm.JointNoise",
         )
 
 
 def _names(model: mujoco.MjModel, pair: Meeting) -> str:
-    both = " and ".join(label(model, "body", magnet.body) for magnet in pair.magnets)
-    return both + f" (and {pair.number - 1} pairs like them)" * (pair.number > 1)
+    names = [mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_BODY, each.body) for each in pair.magnets]
+    if all(names):
+        return f"bodies {names[0]!r} and {names[1]!r}"
+    return " and ".join(label(model, "body", each.body) for each in pair.magnets)
 
 
 def _rounded_down(value: float) -> float:
     """Return a number with two digits that is not larger."""
+    value = max(value, 1e-30)
     digit = 10.0 ** (math.floor(math.log10(value)) - 1)
     return float(f"{math.floor(value / digit * SLACK) * digit:.6g}")
