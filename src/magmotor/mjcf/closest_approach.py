@@ -21,6 +21,9 @@ from magmotor.mjcf.langevin.contacts import colliding_geoms
 from magmotor.mjcf.lookup import disabled
 from magmotor.mjcf.reach import Reach, common_ancestor, reach
 
+SURFACE = 0.02
+"""Depth, over the distance at touch, at which a dipole counts as one at the surface."""
+
 
 class Magnet(NamedTuple):
     """The dipoles of one rigid body."""
@@ -183,8 +186,9 @@ def _approach(
     force, gradient = worst
     inverse_mass = model.body_invweight0[[one.body, other.body], 0].sum()
     nearest = np.unravel_index(np.where(held, apart, np.inf).argmin(), apart.shape)
-    depths = [abs(side.depth[n]) for side, n in zip(sides, nearest, strict=True)]
-    return Approach(force / gradient, force, 1 / inverse_mass, min(depths)), exposed
+    depths = np.array([side.depth[n] for side, n in zip(sides, nearest, strict=True)])
+    radius = depths[depths > SURFACE * depths.sum()].min()
+    return Approach(force / gradient, force, 1 / inverse_mass, float(radius)), exposed
 
 
 class _Side:

@@ -51,7 +51,7 @@ class Approach(NamedTuple):
     mass: float
     """Reduced mass, in kg."""
     depth: float
-    """The smaller depth of a dipole below its surface, in m."""
+    """The smaller depth of a dipole below its surface, in m, unless it is at the surface."""
 
     @property
     def time(self) -> float:

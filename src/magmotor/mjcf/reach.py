@@ -32,17 +32,22 @@ def reach(
 
     Slides move as far as their limits allow, and hinges and balls turn without limits.
     """
-    center, anchor, room, arm = None, np.zeros(3), np.zeros(3), 0.0
+    center, anchor, arm = None, np.zeros(3), 0.0
+    lowest, highest = np.zeros(3), np.zeros(3)
     for joint in (j for each in _chain(model, body, ancestor) for j in _joints(model, each)):
         kind = model.jnt_type[joint]
         if kind == mujoco.mjtJoint.mjJNT_FREE:
-            room = np.full(3, np.inf)
+            lowest, highest = np.full((2, 3), [[-np.inf], [np.inf]])
         elif kind == mujoco.mjtJoint.mjJNT_SLIDE:
-            travel = np.inf
+            travel = np.array([-np.inf, np.inf])
             if model.jnt_limited[joint]:
-                travel = abs(model.jnt_range[joint] - data.qpos[model.jnt_qposadr[joint]]).max()
-            along = abs(data.xaxis[joint]) if center is None else np.ones(3)
-            room = room + np.multiply(along, travel, out=np.zeros(3), where=along > 1e-9)
+                travel = model.jnt_range[joint] - data.qpos[model.jnt_qposadr[joint]]
+            along = np.tile(abs(travel).max(), 3)
+            ends = np.array([-along, along])
+            if center is None:
+                way = data.xaxis[joint]
+                ends = np.multiply.outer(travel, way, out=np.zeros((2, 3)), where=abs(way) > 1e-9)
+            lowest, highest = lowest + ends.min(axis=0), highest + ends.max(axis=0)
         else:
             place = data.xanchor[joint].copy()
             if center is None:
@@ -50,11 +55,14 @@ def reach(
             else:
                 arm += float(np.linalg.norm(place - anchor))
             anchor = place
-    room = np.tile(room, (len(points), 1))
-    if center is None:
-        return Reach(points, room, np.zeros(len(points)))
-    radii = arm + np.linalg.norm(points - anchor, axis=1)
-    return Reach(np.tile(center, (len(points), 1)), room, radii)
+    radii = np.zeros(len(points))
+    if center is not None:
+        radii = arm + np.linalg.norm(points - anchor, axis=1)
+        points = np.tile(center, (len(points), 1))
+    free = np.isinf(lowest) | np.isinf(highest)
+    room = np.where(free, np.inf, (highest - lowest) / 2)
+    middle = np.where(free, 0.0, (highest + lowest) / 2)
+    return Reach(points + middle, np.tile(room, (len(points), 1)), radii)
 
 
 def common_ancestor(model: mujoco.MjModel, one: int, other: int) -> int:
