@@ -15,6 +15,7 @@ import mujoco
 from numba import njit, types
 
 from magmotor.mjcf import layout, memory, messages
+from magmotor.mjcf.forces import coils
 from magmotor.mjcf.forces.brownian_wrenches import (
     add_brownian_wrenches,
     clear_driven_bodies,
@@ -24,18 +25,25 @@ from magmotor.mjcf.forces.brownian_wrenches import (
     step_number,
     userdata_at,
 )
+from magmotor.mjcf.forces.coils import drives_checksum, invalid_coil
 from magmotor.mjcf.forces.couplings import invalid_coupling
+from magmotor.mjcf.forces.custom import BODY, GEOM, JOINT, NUMERIC, SITE, TUPLE, numbers_of
 from magmotor.mjcf.forces.dipole_sites import (
     SWITCHED_OFF,
     count_dipoles,
     invalid_moment,
     why_inert,
 )
+from magmotor.mjcf.forces.fields import invalid_field, invalid_field_tuple
+from magmotor.mjcf.forces.iron import coupled_iron, invalid_iron, invalid_material
 from magmotor.mjcf.forces.joint_potentials import add_potential_forces, invalid_potential
 from magmotor.mjcf.forces.magnetic_wrenches import set_magnetic_wrenches
 from magmotor.mjcf.forces.marks import (
+    COILS,
     COUPLINGS,
     DIPOLES,
+    FIELDS,
+    IRON,
     NOISE,
     POTENTIALS,
     UNMARKED,
@@ -51,8 +59,12 @@ FAILED = -1
 
 NO_ERROR = (-1, -1, -1)
 
-IDLE = -2
-"""Stands in `plugin_data` for an instance that does not act; for others, it holds the bits."""
+IDLE, KINDS, SHIFT = 1 << 15, (1 << 16) - 1, 16
+"""Parts of the word in `plugin_data`: a bit for an instance that does not act, the bits of what
+acts, and, above them, a checksum of the drives with which the passive forces were computed."""
+
+ACTUATOR_STAGE = 1
+"""mjPLUGIN_ACTUATOR."""
 
 DISABLE_SPRING, DISABLE_DAMPER, ENABLE_SLEEP = 1 << 5, 1 << 6, 1 << 4
 """mjDSBL_SPRING, mjDSBL_DAMPER and mjENBL_SLEEP."""
@@ -106,7 +118,7 @@ def _read(checksum: int, offsets: layout.Layout):
         _ = checksum
         m = memory.words(model, memory.UNBOUNDED)
         kinds = forces_of(m, offsets)
-        report(_first_error(m, offsets, kinds), m, m, offsets)
+        report(_first_error(m, offsets, kinds, True), m, m, offsets)
         return kinds
 
     return read
@@ -134,6 +146,7 @@ def _prepare(checksum: int, offsets: layout.Layout):
 @cache
 def _bind() -> None:
     messages.bind()
+    coils.bind()
     memory.bind_mujoco("mj_applyFT", "mj_passive", "mj_warning")
 
 
@@ -166,11 +179,13 @@ def _callback(checksum: int, offsets: layout.Layout):
             report(error, m, d, offsets)
             _clear(memory.numbers(d[offsets.xfrc_applied // 8], m[offsets.nbody // 8], 6))
             _mark_failed(model, data, offsets, in_later_stage(model, data, offsets))
-        elif acting == 0:
+        elif acting > 0:
+            messages.remember_acting(model)
+            if kinds & UNMARKED:
+                _notice_once(messages.ASSUMED, count_dipoles(m, offsets))
+        elif not messages.has_acted(model):
             reason = why_inert(m, offsets, kinds)
             _notice_once(reason if reason >= 0 else SWITCHED_OFF, 0)
-        elif kinds & UNMARKED:
-            _notice_once(messages.ASSUMED, count_dipoles(m, offsets))
 
     return callback
 
@@ -183,7 +198,7 @@ def _init(checksum: int, offsets: layout.Layout):
         _ = checksum
         m = memory.words(model, memory.UNBOUNDED)
         kinds = forces_of(m, offsets)
-        error = _first_error(m, offsets, kinds)
+        error = _first_error(m, offsets, kinds, True)
         if error[0] >= 0:
             report(error, m, m, offsets)
             return FAILED
@@ -212,8 +227,17 @@ def _compute(checksum: int, offsets: layout.Layout):
         _ = checksum
         m = memory.words(model, memory.UNBOUNDED)
         d = memory.words(data, memory.UNBOUNDED)
-        kinds = memory.words(d[offsets.plugin_data // 8] + 8 * instance, 1)[0]
-        if kinds == IDLE:
+        word = memory.words(d[offsets.plugin_data // 8] + 8 * instance, 1)
+        kinds = word[0] & KINDS
+        if kinds & IDLE:
+            return
+        if kinds & (COILS | FIELDS):
+            drives = drives_checksum(m, d, offsets)
+            if capability == ACTUATOR_STAGE and drives != word[0] >> SHIFT:
+                # Finite differences change controls, but keep the passive forces.
+                _compute_passive(model, data)
+            word[0] = kinds | drives << SHIFT
+        if capability == ACTUATOR_STAGE:
             return
         # Both are read before our own use of the stack.
         step, stage = step_number(model, data, offsets), in_later_stage(model, data, offsets)
@@ -255,7 +279,7 @@ def apply_forces(model, data, offsets, kinds, applied, generalized):
     """
     m = memory.words(model, memory.UNBOUNDED)
     d = memory.words(data, memory.UNBOUNDED)
-    error = _first_error(m, offsets, kinds)
+    error = _first_error(m, offsets, kinds, False)
     if error[0] >= 0:
         return 0, error
     acting = 0
@@ -265,20 +289,21 @@ def apply_forces(model, data, offsets, kinds, applied, generalized):
             return 0, (messages.PATH, invalid, -1)
         if not has_step_number(model, data, offsets):
             return 0, (messages.TIME, -1, -1)
-    if kinds & DIPOLES:
-        acting, first, second = set_magnetic_wrenches(m, d, offsets, kinds, applied)
-        if first >= 0:
-            return 0, (messages.COINCIDENCE, first, second)
+    if kinds & IRON or (kinds & DIPOLES and m[offsets.nuser_site // 8] > 0):
+        acting, failure = set_magnetic_wrenches(m, d, offsets, kinds, applied)
+        if failure[0] >= 0:
+            return 0, failure
     if kinds & POTENTIALS and m[offsets.nuser_jnt // 8] > 0:
         acting += add_potential_forces(m, d, offsets, generalized)
     return acting, NO_ERROR
 
 
 @njit
-def _first_error(m, offsets, kinds):
-    """Check a model's mark, and the `user` numbers and tuples that act.
+def _first_error(m, offsets, kinds, thorough):
+    """Check a model's mark, and the `user` numbers, numerics and tuples that act.
 
-    Returns the number of the error, or -1, and of the element.
+    Returns the number of the error, or -1, and of the element. Only a thorough check reads all
+    numbers of tables.
     """
     if kinds < 0:
         return messages.MARK, -1, -1
@@ -294,12 +319,36 @@ def _first_error(m, offsets, kinds):
     joint = invalid_potential(m, offsets) if kinds & POTENTIALS else -1
     if joint >= 0:
         return messages.POTENTIAL, joint, -1
+    coil = invalid_coil(m, offsets) if kinds & COILS else -1
+    if coil >= 0:
+        return messages.COIL, coil, -1
+    if kinds & FIELDS:
+        numeric = invalid_field(m, offsets, thorough)
+        if numeric >= 0:
+            return messages.FIELD, numeric, -1
+        owner = invalid_field_tuple(m, offsets)
+        if owner >= 0:
+            return messages.FIELD_TUPLE, owner, -1
+    if kinds & IRON:
+        pieces = invalid_iron(m, offsets)
+        if pieces >= 0:
+            return messages.IRON, pieces, -1
+        material = invalid_material(m, offsets)
+        if material >= 0:
+            return messages.MATERIAL, material, -1
+        geom, pair = coupled_iron(m, offsets) if kinds & COUPLINGS else (-1, -1)
+        if geom >= 0:
+            return messages.COUPLED_IRON, geom, pair
     return NO_ERROR
 
 
 @njit
 def report(error, m, d, offsets):
-    """Raise an error, or record it: its number, and those of up to two elements, or -1."""
+    """Raise an error, or record it: its number, and those of up to two elements, or -1.
+
+    The elements of some errors are dipoles: the number of a site, or the number of sites plus that
+    of a geom.
+    """
     number, first, second = error
     if number == messages.MARK:
         text, config = marks_of(m, offsets)
@@ -309,17 +358,42 @@ def report(error, m, d, offsets):
         messages.fail(number, -1, 0, 0, 0, time)
     elif number == messages.PATH:
         messages.fail(number, first, 0, 0, 0, userdata_at(d, offsets, first))
+    elif number == messages.MATERIAL:
+        value = numbers_of(first, m, offsets)[0]
+        messages.fail(number, first, _name(NUMERIC, first, m, offsets), 0, 0, value)
     elif number >= 0:
-        starts = m[offsets.name_siteadr // 8]
-        if number == messages.COUPLING:
-            starts = m[offsets.name_tupleadr // 8]
-        elif number == messages.WRENCH:
-            starts = m[offsets.name_bodyadr // 8]
-        elif number == messages.POTENTIAL:
-            starts = m[offsets.name_jntadr // 8]
-        names, starts = m[offsets.names // 8], memory.integers(starts, memory.UNBOUNDED)
-        other = names + starts[second] if second >= 0 else 0
-        messages.fail(number, first, names + starts[first], second, other, 0.0)
+        one, other = messages.ELEMENTS[number]
+        geoms = 0
+        nsite = m[offsets.nsite // 8]
+        if one == messages.DIPOLE:
+            one = SITE
+            if first >= nsite:
+                one, first, geoms = GEOM, first - nsite, 1
+        if other == messages.DIPOLE:
+            other = SITE
+            if second >= nsite:
+                other, second, geoms = GEOM, second - nsite, geoms + 2
+        names = _name(one, first, m, offsets), _name(other, second, m, offsets)
+        messages.fail(number, first, names[0], second, names[1], float(geoms))
+
+
+@njit
+def _name(kind, number, m, offsets):
+    """Return the address of an element's name; 0 if its number is -1."""
+    starts = m[offsets.name_siteadr // 8]
+    if kind == TUPLE:
+        starts = m[offsets.name_tupleadr // 8]
+    elif kind == BODY:
+        starts = m[offsets.name_bodyadr // 8]
+    elif kind == JOINT:
+        starts = m[offsets.name_jntadr // 8]
+    elif kind == GEOM:
+        starts = m[offsets.name_geomadr // 8]
+    elif kind == NUMERIC:
+        starts = m[offsets.name_numericadr // 8]
+    if number < 0:
+        return 0
+    return m[offsets.names // 8] + memory.integers(starts, memory.UNBOUNDED)[number]
 
 
 @njit

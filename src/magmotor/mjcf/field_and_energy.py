@@ -1,27 +1,41 @@
-"""Field and magnetic energy of a model's dipoles in a state, for pictures, sensors and checks."""
+"""Field and magnetic energy of a model in a state, for pictures, controllers and checks."""
+
+# Numba's intrinsics hide their first parameter:
+# pyright: reportCallIssue=false
+
+import math
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from magmotor import dipoles
 from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
 from magmotor.common.checks import reject
 from magmotor.common.hints import Points
-from magmotor.mjcf.callbacks import acting_forces
-from magmotor.mjcf.forces.marks import COUPLINGS, DIPOLES
+from magmotor.dipoles import COINCIDENCE as CLOSEST
+from magmotor.mjcf import layout, memory
+from magmotor.mjcf.callbacks import acting_forces, report
+from magmotor.mjcf.forces import coils
+from magmotor.mjcf.forces.dipole_table import BODY, FIRST, SIZE
+from magmotor.mjcf.forces.magnetic_energy import energy_of
+from magmotor.mjcf.forces.magnetic_state import BEHIND, COINCIDENCE, OUTSIDE, field_at, read_state
+from magmotor.mjcf.forces.magnetic_wrenches import find_coincidence
+from magmotor.mjcf.forces.marks import COUPLINGS, forces_of
+from magmotor.mjcf.hooks import errors_raised
+from magmotor.numerics.numba_cache import compiled_once
 
 
 @checked
 def field(model: mujoco.MjModel, data: mujoco.MjData, points: Points) -> Array:
-    """Compute the magnetic field of all dipoles of a model; `magnetism` says which these are.
+    """Compute the magnetic field of a model: that of dipoles, coils, iron and given fields.
 
     Parameters
     ----------
     model : mujoco.MjModel
+        `magnetism` says what acts in it.
     data : mujoco.MjData
-        Its site positions and orientations must be up to date, as after `mj_step`, `mj_forward` or
+        Its positions and orientations must be up to date, as after `mj_step`, `mj_forward` or
         `mj_kinematics`.
     points : array_like, shape (..., 3)
         World coordinates in m.
@@ -34,7 +48,8 @@ def field(model: mujoco.MjModel, data: mujoco.MjData, points: Points) -> Array:
     Raises
     ------
     ValueError
-        A point coincides with a dipole, or the data belong to another model.
+        A point coincides with a dipole, is outside the table of a given field or below the plane of
+        iron; a dipole or piece of iron is there; or the data belong to another model.
 
     Examples
     --------
@@ -47,22 +62,27 @@ def field(model: mujoco.MjModel, data: mujoco.MjData, points: Points) -> Array:
     >>> mm.field(model, data, [0, 0, 0.1])
     array([0.    , 0.    , 0.0002])
     """
-    positions, moments, _ = dipole_sites(model, data)
-    return dipoles.field(points, positions, moments)
+    points = np.asarray(points)
+    result = np.empty(points.shape).reshape(-1, 3)
+    _observed(model, data, np.ascontiguousarray(points, float).reshape(-1, 3), result)
+    return result.reshape(points.shape)
 
 
 @checked
 def magnetic_energy(model: mujoco.MjModel, data: mujoco.MjData) -> float:
-    """Compute the energy of the dipoles of different rigid bodies in one another's field.
+    """Compute the magnetic energy of a model, of which the forces are the negative gradient.
 
-    It is the sum of -c m_i . B_j(x_i) over all pairs of dipoles that act on one another, where c is
-    the factor of their bodies' coupling; the forces of `magnetism` are its negative gradient.
+    It is the sum of -c m_i.B_j(x_i) over all pairs of dipoles that act on one another, where c is
+    the factor of their bodies' coupling; of -m_i.B(x_i) over all dipoles in given fields; half of
+    that over all dipoles in the field of images; and the energy of iron,
+    sum_i w(m_i) - m_i.(B_i + B'_i/2), where w is the energy that magnetization stores, B_i the
+    field of everything except iron and B'_i that of other iron.
 
     Parameters
     ----------
     model : mujoco.MjModel
     data : mujoco.MjData
-        Its site positions and orientations must be up to date, as after `mj_forward`.
+        Its positions and orientations must be up to date, as after `mj_forward`.
 
     Returns
     -------
@@ -72,31 +92,96 @@ def magnetic_energy(model: mujoco.MjModel, data: mujoco.MjData) -> float:
     Raises
     ------
     ValueError
-        Two dipoles that act on one another coincide, or the data belong to another model.
+        Two dipoles that act on one another coincide, a dipole or piece of iron is outside the table
+        of a given field or below the plane of iron, or the data belong to another model.
     """
-    positions, moments, bodies = dipole_sites(model, data)
-    factors = coupling_factors(model)
-    magnets = np.unique(bodies)
-    energy = 0.0
-    for k, body in enumerate(magnets):
-        own = bodies == body
-        for other in magnets[:k]:
-            if factor := factors(int(body), int(other)):
-                source = bodies == other
-                there = dipoles.field(positions[own], positions[source], moments[source])
-                energy -= factor * float(np.sum(moments[own] * there))
-    return energy
+    return _observed(model, data, energy=True)[0]
 
 
 def dipole_sites(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Array, Array, NDArray]:
-    """Positions (n, 3) in m, moments (n, 3) in A m^2 and bodies (n,) of the sites with a moment."""
-    if len(data.site_xpos) != model.nsite:
+    """Positions (n, 3) in m, moments (n, 3) in A m^2 and bodies (n,) of all dipoles and iron."""
+    room = np.empty((model.nsite + model.ngeom, 7))
+    dipoles = room[: _observed(model, data, dipoles=room)[1]]
+    return dipoles[:, :3], dipoles[:, 3:6], dipoles[:, 6].astype(int)
+
+
+NOWHERE, NONE = np.empty((0, 3)), np.empty((0, 7))
+
+
+def _observed(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    points: Array = NOWHERE,
+    fields: Array = NOWHERE,
+    dipoles: Array = NONE,
+    *,
+    energy: bool = False,
+) -> tuple[float, int]:
+    """Return the energy, if asked for, and the number of dipoles.
+
+    Writes the field at points (P, 3) to `fields` (P, 3), and the dipoles to the rows of `dipoles`,
+    unless that has none: positions, moments and bodies.
+    """
+    if (len(data.site_xpos), len(data.geom_xpos)) != (model.nsite, model.ngeom):
         raise reject("number of sites of data", len(data.site_xpos), f"must be {model.nsite}")
-    acts = model.nuser_site and acting_forces(model) & DIPOLES
-    strengths = model.site_user[:, 0] if acts else np.zeros(model.nsite)
-    sites = np.flatnonzero(strengths)
-    axes = data.site_xmat[sites].reshape(-1, 3, 3)[..., 2]
-    return data.site_xpos[sites], strengths[sites, np.newaxis] * axes, model.site_bodyid[sites]
+    acting_forces(model)
+    coils.bind()
+    observe = _observe(layout.current())
+    try:
+        with errors_raised():
+            result = observe(model._address, data._address, points, fields, dipoles, energy)
+    except mujoco.FatalError as error:
+        raise ValueError(str(error)) from error
+    total, count, why, point, numeric = result
+    if why == OUTSIDE:
+        name = model.numeric(numeric).name
+        raise reject("points", points[point], f"must be inside the table of numeric {name!r}")
+    if why == BEHIND:
+        raise reject("points", points[point], "must be above the plane of iron")
+    if why == COINCIDENCE:
+        sentence = f"must not coincide with a dipole (within {CLOSEST:g} m)"
+        raise reject("points", points[point], sentence)
+    return total, count
+
+
+@compiled_once(nogil=True, error_model="numpy")
+def _observe(checksum: int, offsets: layout.Layout):
+    """Define the function that reads a state for `_observed`.
+
+    It also returns why the field at a point is undefined, the point and the numeric, or -1.
+    """
+
+    def observe(model, data, points, fields, dipoles, energy):
+        _ = checksum
+        m = memory.words(model, memory.UNBOUNDED)
+        d = memory.words(data, memory.UNBOUNDED)
+        memory.mark_stack(data)
+        state = read_state(m, d, offsets, forces_of(m, offsets))
+        table, magnets, failure = state.table, state.magnets, state.failure
+        total, count = 0.0, 0
+        why = point = numeric = -1
+        if failure[0] < 0 and energy:
+            total = energy_of(state, m, offsets)
+            if not math.isfinite(total):
+                failure = find_coincidence(state)
+        for k in range(magnets.count if failure[0] < 0 else 0):
+            for i in range(int(table[FIRST, k]), int(table[FIRST, k] + table[SIZE, k])):
+                if len(dipoles) > 0:
+                    for row in range(6):
+                        dipoles[count, row] = table[row, i]
+                    dipoles[count, 6] = table[BODY, k]
+                count += 1
+        for i in range(len(points) if failure[0] < 0 else 0):
+            x, y, z = points[i, 0], points[i, 1], points[i, 2]
+            found, error, other = field_at(state, magnets.end, x, y, z, m, offsets)
+            if why < 0 and (error >= 0 or found[6]):
+                why, point, numeric = error if error >= 0 else COINCIDENCE, i, other
+            fields[i, 0], fields[i, 1], fields[i, 2] = found[3], found[4], found[5]
+        memory.free_stack(data)
+        report(failure, m, d, offsets)
+        return total, count, why, point, numeric
+
+    return observe
 
 
 def coupling_factors(model: mujoco.MjModel):

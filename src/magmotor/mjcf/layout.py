@@ -22,6 +22,11 @@ MODEL_FIELDS = (
     "tuple_size", "tuple_objtype", "tuple_objid", "tuple_objprm", "ntext", "text_adr",
     "text_data", "name_bodyadr", "name_jntadr", "name_siteadr", "name_tupleadr", "name_textadr",
     "names", "nplugin", "plugin", "plugin_attr", "plugin_attradr",
+    "ngeom", "geom_type", "geom_bodyid", "geom_size", "nnumeric", "numeric_adr", "numeric_size",
+    "numeric_data", "actuator_actnum", "actuator_actadr", "actuator_ctrladr",
+    "actuator_ctrllimited", "actuator_ctrlrange", "actuator_delay", "actuator_history", "nsensor",
+    "sensor_type", "sensor_plugin", "sensor_adr", "sensor_objid", "name_geomadr",
+    "name_numericadr", "name_sensoradr",
 )  # fmt: skip
 OPTION_FIELDS = ("timestep", "integrator", "disableflags", "enableflags")
 DATA_FIELDS = (
@@ -29,7 +34,8 @@ DATA_FIELDS = (
     "qvel", "qfrc_passive", "userdata", "time", "pstack", "pbase",
     "body_awake", "plugin_data", "M", "qLD", "cdof", "subtree_com", "geom_xpos", "ten_J",
     "actuator_moment", "moment_rownnz", "moment_rowadr", "moment_colind", "qfrc_actuator",
-    "nefc", "efc_J", "efc_pos", "efc_margin", "efc_KBIP", "efc_D",
+    "nefc", "efc_J", "efc_pos", "efc_margin", "efc_KBIP", "efc_D", "geom_xmat", "xpos", "ctrl",
+    "act", "sensordata",
 )  # fmt: skip
 
 _SCALARS = {
@@ -56,6 +62,7 @@ _PROBE = """
   </option>
   <size nuserdata="17" nuser_body="11" nuser_jnt="13"/>
   <custom>
+    <numeric name="number" data="1 2"/>
     <text name="probe" data="some words"/>
     <text name="second" data="more"/>
     <text name="third" data="more"/>
@@ -77,7 +84,8 @@ _PROBE = """
     </body>
   </worldbody>
   <tendon><fixed><joint joint="limited" coef="1"/></fixed></tendon>
-  <actuator><motor joint="limited"/></actuator>
+  <actuator><general joint="limited" dyntype="filter" ctrlrange="-1 1"/></actuator>
+  <sensor><clock/></sensor>
 </mujoco>
 """
 _PROBE_PSTACK = 0x5A5A40
@@ -129,6 +137,29 @@ class Layout(NamedTuple):
     plugin: int
     plugin_attr: int
     plugin_attradr: int
+    ngeom: int
+    geom_type: int
+    geom_bodyid: int
+    geom_size: int
+    nnumeric: int
+    numeric_adr: int
+    numeric_size: int
+    numeric_data: int
+    actuator_actnum: int
+    actuator_actadr: int
+    actuator_ctrladr: int
+    actuator_ctrllimited: int
+    actuator_ctrlrange: int
+    actuator_delay: int
+    actuator_history: int
+    nsensor: int
+    sensor_type: int
+    sensor_plugin: int
+    sensor_adr: int
+    sensor_objid: int
+    name_geomadr: int
+    name_numericadr: int
+    name_sensoradr: int
     timestep: int
     integrator: int
     disableflags: int
@@ -165,6 +196,11 @@ class Layout(NamedTuple):
     efc_margin: int
     efc_KBIP: int
     efc_D: int
+    geom_xmat: int
+    xpos: int
+    ctrl: int
+    act: int
+    sensordata: int
 
 
 @cache

@@ -19,6 +19,7 @@ import mujoco
 from numba import njit, types
 
 from magmotor.mjcf import memory
+from magmotor.mjcf.forces.custom import BODY, GEOM, JOINT, NUMERIC, SITE, TUPLE
 from magmotor.mjcf.forces.dipole_sites import (
     LEFT_ALONE,
     NO_DIPOLES,
@@ -27,11 +28,26 @@ from magmotor.mjcf.forces.dipole_sites import (
     ONE_RIGID_BODY,
     SWITCHED_OFF,
 )
+from magmotor.mjcf.forces.magnetic_state import BEHIND, COINCIDENCE, MERGED, OUTSIDE, UNSOLVED
 from magmotor.mjcf.hooks import catches_errors
 from magmotor_plugin import library, returning
 
-COINCIDENCE, MARK, COUPLING, WRENCH, POTENTIAL, MOMENT, PATH, TIME = range(8)
-"""Errors; each has up to two numbers with names, and a value."""
+(
+    MARK, COUPLING, WRENCH, POTENTIAL, MOMENT, PATH, TIME, COIL, FIELD, FIELD_TUPLE, IRON, MATERIAL,
+    COUPLED_IRON,
+) = range(COINCIDENCE + 1, COINCIDENCE + 14)  # fmt: skip
+"""Errors, besides those of `magnetic_state`; each has up to two numbers with names, and a value."""
+
+DIPOLE = -1
+"""Type of elements that are sites, or geoms with a number beyond these."""
+
+ELEMENTS = (
+    (DIPOLE, NUMERIC), (DIPOLE, SITE), (DIPOLE, SITE), (DIPOLE, SITE), (DIPOLE, DIPOLE),
+    (SITE, SITE), (TUPLE, SITE), (BODY, SITE), (JOINT, SITE), (SITE, SITE), (SITE, SITE),
+    (SITE, SITE), (TUPLE, SITE), (NUMERIC, SITE), (TUPLE, SITE), (TUPLE, SITE), (NUMERIC, SITE),
+    (GEOM, TUPLE),
+)  # fmt: skip
+"""The types of the two elements of each error."""
 
 LONGEST_NAME = 60
 """Largest number of characters of a name in a message."""
@@ -63,7 +79,7 @@ _NOTICES = {
 
 
 def _mark_error(_number: int, text: str, _other: int, config: str, _value: float) -> str:
-    allowed = "dipoles, couplings, noise, potentials, all"
+    allowed = "dipoles, couplings, noise, potentials, fields, coils, iron, all"
     for mark, data in (("text 'magmotor'", text), ("config 'act' of magmotor.forces", config)):
         words = data.encode().split()  # at ASCII white space only
         if data and not (words and {*words} <= {*allowed.encode().split(b", ")}):
@@ -74,9 +90,62 @@ def _mark_error(_number: int, text: str, _other: int, config: str, _value: float
     )
 
 
+def _dipole(number: int, name: str, is_geom: bool) -> str:
+    return f"{'iron geom' if is_geom else 'dipole site'} {number} {name!r}"
+
+
+def _of_dipole(sentence: str) -> Callable[..., str]:
+    """Return a function that forms a sentence about a dipole and, perhaps, another element."""
+
+    def form(number: int, name: str, other: int, other_name: str, geoms: float) -> str:
+        return f"{_dipole(number, name, bool(geoms))} {sentence.format(other, other_name)}"
+
+    return form
+
+
+def _coincidence(number: int, name: str, other: int, other_name: str, geoms: float) -> str:
+    one, two = _dipole(number, name, bool(int(geoms) & 1)), _dipole(other, other_name, geoms > 1)
+    return f"{one} and {two} coincide: their force is undefined"
+
+
 _ERRORS: dict[int, Callable[..., str]] = {
-    COINCIDENCE: (
-        "dipole sites {} {!r} and {} {!r} coincide: their force is undefined".format
+    COINCIDENCE: _coincidence,
+    OUTSIDE: _of_dipole(
+        "is outside the grid of the table in numeric {} {!r}, or at a node that is not finite: the"
+        " table must contain all dipoles and all iron"
+    ),
+    BEHIND: _of_dipole("is below the plane of iron, where mirror images do not give the field"),
+    MERGED: _of_dipole("has its center at a dipole, where the field is not finite"),
+    UNSOLVED: _of_dipole(
+        "is so close to other iron that one dipole each does not describe them, and their moments"
+        " do not converge: put the geoms farther apart, or make one piece of them"
+    ),
+    COIL: (
+        "coil tuple {} {!r}: its elements must be one actuator, whose prm (where the core"
+        " saturates) is finite and not negative, and then sites and bodies, none of which another"
+        " coil names".format
+    ),
+    FIELD: (
+        "numeric {} {!r}: a field must be B in T (3 finite numbers), B and G_xx G_xy G_xz G_yy G_yz"
+        " in T/m (8), or a table: numbers of nodes n_x n_y n_z, each at least 4, the first node"
+        " x y z, positive spacings, and 3 n_x n_y n_z flux densities".format
+    ),
+    FIELD_TUPLE: (
+        "field tuple {} {!r}: its elements must be numerics whose names start with 'field', which"
+        " no other such tuple names, at most one body or site, and at most one actuator, whose prm"
+        " is finite and not negative".format
+    ),
+    IRON: (
+        "iron tuple {} {!r}: its elements must be one numeric and geoms, each named once: spheres,"
+        " ellipsoids, capsules, cylinders, boxes, and at most one plane in the model".format
+    ),
+    MATERIAL: (
+        "numeric {0} {1!r}: a material must be a susceptibility, at least -1 (here {4:g}), and"
+        " optionally a saturation magnetization in A/m, not negative; both finite".format
+    ),
+    COUPLED_IRON: (
+        "iron geom {} {!r} belongs to a body of coupling tuple {} {!r}: couplings do not apply to"
+        " iron".format
     ),
     MARK: _mark_error,
     COUPLING: (
@@ -114,6 +183,7 @@ _form_notice = types.ExternalFunction(
 )
 _raise = types.ExternalFunction("mju_error", types.void(_word))
 
+acted_address = memory.variable("magmotor_acted_address")
 notices_given = memory.variable("magmotor_notices_given")
 """Bits of the notices that the running `magnetism` block has given."""
 
@@ -154,6 +224,20 @@ def _raise_if_formed(text):
         _raise(sentence)
 
 
+@njit
+def remember_acting(model):
+    """Remember the address of the model on which something has acted last."""
+    acted = memory.words(acted_address(), 1)
+    if acted[0] != model:
+        acted[0] = model
+
+
+@njit
+def has_acted(model):
+    """Whether this model is the one on which something has acted last, as before a switch."""
+    return memory.words(acted_address(), 1)[0] == model
+
+
 def bind() -> None:
     """Bind the functions of this module to the symbols in compiled code."""
     memory.bind_mujoco("mju_error")
@@ -163,9 +247,12 @@ def bind() -> None:
     memory.bind_function("magmotor_form_error", _form_error)
     memory.bind_function("magmotor_form_notice", _give_notice)
     memory.bind_variable("magmotor_notices_given", _given)
+    memory.bind_variable("magmotor_acted_address", _acted_address)
 
 
 _given = ctypes.c_int64(0)
+_acted = ctypes.c_int64(0)
+_acted_address = ctypes.c_int64(ctypes.addressof(_acted))
 _texts: dict[int, ctypes.Array] = {}
 """Last error of each thread, kept while C code reads it."""
 
@@ -266,7 +353,7 @@ def recorded_errors() -> Iterator[None]:
     recorded: list[str] = []
     with _lock:
         if not _open_blocks:
-            _given.value = 0
+            _given.value = _acted.value = 0
         _open_blocks.append(recorded)
     try:
         yield

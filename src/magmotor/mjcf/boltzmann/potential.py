@@ -12,7 +12,7 @@ from magmotor.mjcf.boltzmann.actuators import springs
 from magmotor.mjcf.boltzmann.limits import limits
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.field_and_energy import magnetic_energy
-from magmotor.mjcf.forces.marks import DIPOLES, POTENTIALS
+from magmotor.mjcf.forces.marks import DIPOLES, IRON, POTENTIALS
 from magmotor.mjcf.langevin.contacts import colliding_geoms
 from magmotor.mjcf.lookup import disabled, label
 
@@ -36,7 +36,7 @@ def potential_energy(model: mujoco.MjModel) -> Energy:
     functions = {
         _springs_and_gravity: True,
         _gravity_compensation: model.body_gravcomp.any(),
-        magnetic_energy: kinds & DIPOLES and model.nuser_site,
+        magnetic_energy: kinds & (DIPOLES | IRON),
         _joint_potentials: kinds & POTENTIALS and model.nuser_jnt,
     }
     terms += [partial(function, model) for function, acts in functions.items() if acts]

@@ -11,27 +11,20 @@ bodies welded to them. The factors of several tuples for one pair multiply.
 import numpy as np
 from numba import njit
 
-from magmotor.mjcf import memory
+from magmotor.mjcf.forces.custom import BODY, element, elements_of, tuple_starts_with
 
 COUPLING = tuple(b"coupling")
-
-BODY_TYPE = 1
-"""mjOBJ_BODY."""
 
 
 @njit
 def read_couplings(couplings, m, offsets):
     """Write one row for each coupling, two bodies and a factor; return their number."""
-    ntuple = len(couplings)
-    start = memory.integers(m[offsets.tuple_adr // 8], ntuple)
-    element = memory.integers(m[offsets.tuple_objid // 8], memory.UNBOUNDED)
-    strength = memory.numbers(m[offsets.tuple_objprm // 8], 1, memory.UNBOUNDED)
     count = 0
-    for k in range(ntuple):
-        if _is_coupling(k, m, offsets):
-            i = start[k]
-            couplings[count, 0], couplings[count, 1] = element[i], element[i + 1]
-            couplings[count, 2] = strength[0, i]
+    for k in range(len(couplings)):
+        if tuple_starts_with(k, COUPLING, m, offsets):
+            first = elements_of(k, m, offsets).start
+            _, couplings[count, 0], couplings[count, 2] = element(first, m, offsets)
+            _, couplings[count, 1], _ = element(first + 1, m, offsets)
             count += 1
     return count
 
@@ -59,22 +52,26 @@ def coupling_factor(body, other, couplings):
 @njit
 def invalid_coupling(m, offsets):
     """Return the first coupling that is not of two bodies with equal and finite `prm`, or -1."""
-    ntuple = m[offsets.ntuple // 8]
-    size = memory.integers(m[offsets.tuple_size // 8], ntuple)
-    start = memory.integers(m[offsets.tuple_adr // 8], ntuple)
-    kind = memory.integers(m[offsets.tuple_objtype // 8], memory.UNBOUNDED)
-    strength = memory.numbers(m[offsets.tuple_objprm // 8], 1, memory.UNBOUNDED)
-    for k in range(ntuple):
-        if _is_coupling(k, m, offsets):
-            i, j = start[k], start[k] + 1
-            bodies = size[k] == 2 and kind[i] == BODY_TYPE and kind[j] == BODY_TYPE
-            if not (bodies and strength[0, i] == strength[0, j] and abs(strength[0, i]) < np.inf):
+    for k in range(m[offsets.ntuple // 8]):
+        if tuple_starts_with(k, COUPLING, m, offsets):
+            elements = elements_of(k, m, offsets)
+            valid = len(elements) == 2
+            if valid:
+                kind, _, factor = element(elements.start, m, offsets)
+                other_kind, _, other = element(elements.start + 1, m, offsets)
+                valid = kind == BODY and other_kind == BODY
+                valid = valid and factor == other and abs(factor) < np.inf
+            if not valid:
                 return k
     return -1
 
 
 @njit
-def _is_coupling(k, m, offsets):
-    """Whether the name of tuple k starts with `coupling`."""
-    start = memory.integers(m[offsets.name_tupleadr // 8], memory.UNBOUNDED)
-    return memory.starts_with(m[offsets.names // 8] + start[k], COUPLING)
+def coupling_of(body, m, offsets):
+    """Return the first valid coupling that names a body, or -1."""
+    for k in range(m[offsets.ntuple // 8]):
+        if tuple_starts_with(k, COUPLING, m, offsets):
+            for i in elements_of(k, m, offsets):
+                if element(i, m, offsets)[1] == body:
+                    return k
+    return -1

@@ -9,11 +9,16 @@ be ignored silently.
 
 import math
 
+import numpy as np
 from numba import njit
 
 from magmotor.mjcf import memory
+from magmotor.mjcf.forces.fields import has_field
+from magmotor.mjcf.forces.iron import has_mirror, is_piece
 from magmotor.mjcf.forces.marks import (
     DIPOLES,
+    FIELDS,
+    IRON,
     NOISE,
     POTENTIALS,
     UNMARKED,
@@ -54,25 +59,35 @@ def why_inert(m, offsets, kinds):
         return -1
     if kinds & POTENTIALS and has_numbers(m, offsets.njnt, offsets.nuser_jnt, offsets.jnt_user):
         return -1
-    if kinds & DIPOLES == 0:
+    if kinds & (DIPOLES | IRON) == 0:
         return LEFT_ALONE if kinds & UNMARKED and has_user_numbers(m, offsets) else NOT_NAMED
-    nsite, nuser = m[offsets.nsite // 8], m[offsets.nuser_site // 8]
-    moment = memory.numbers(m[offsets.site_user // 8], nsite, nuser)
-    body_of = memory.integers(m[offsets.site_bodyid // 8], nsite)
-    weld_of = memory.integers(m[offsets.body_weldid // 8], memory.UNBOUNDED)
     freedoms = memory.integers(m[offsets.body_dofnum // 8], memory.UNBOUNDED)
-    dipoles = 0
-    first, several, moves = weld_of[0], False, False
-    for site in range(nsite if nuser > 0 else 0):
-        if moment[site, 0] != 0.0:
-            weld = weld_of[body_of[site]]
-            if dipoles == 0:
-                first = weld
+    dipoles, first, several, moves = 0, -1, False, False
+    for k in range(m[offsets.nsite // 8] + m[offsets.ngeom // 8]):
+        weld = _rigid_body_of_dipole(k, m, offsets, kinds)
+        if weld >= 0:
+            first = weld if dipoles == 0 else first
             several = several or weld != first
             moves = moves or freedoms[weld] > 0
             dipoles += 1
     if dipoles == 0:
         return NO_DIPOLES
-    if not several:
+    given = kinds & FIELDS and has_field(m, offsets)
+    if not several and not given and not (kinds & IRON and has_mirror(m, offsets)):
         return ONE_RIGID_BODY
-    return -1 if moves else NONE_MOVES
+    return -1 if moves or (given and m[offsets.ntuple // 8] > 0) else NONE_MOVES
+
+
+@njit
+def _rigid_body_of_dipole(k, m, offsets, kinds):
+    """Return the rigid body of site k, or of geom k beyond the sites; -1 if that is no dipole."""
+    weld_of = memory.integers(m[offsets.body_weldid // 8], memory.UNBOUNDED)
+    nsite, nuser = m[offsets.nsite // 8], m[offsets.nuser_site // 8]
+    if k < nsite:
+        moment = memory.numbers(m[offsets.site_user // 8], nsite, nuser)
+        body_of = memory.integers(m[offsets.site_bodyid // 8], nsite)
+        acts = kinds & DIPOLES and nuser > 0 and moment[k, 0] != 0.0
+        return np.int64(weld_of[body_of[k]]) if acts else -1
+    body_of = memory.integers(m[offsets.geom_bodyid // 8], memory.UNBOUNDED)
+    acts = kinds & IRON and is_piece(k - nsite, m, offsets)
+    return np.int64(weld_of[body_of[k - nsite]]) if acts else -1

@@ -1,51 +1,76 @@
 """The dipoles of a model in one state, as a table for the loops of `magmotor.dipoles`.
 
 A dipole is a site: the site's z axis is the dipole's direction, and its `user` number is the moment
-in A m^2 (if missing or zero, the site is not a dipole). The dipoles of one body form a magnet.
-Magnets of one rigid body (bodies without a joint between them) do not act on each other.
+in A m^2 (if missing or zero, the site is not a dipole), which a coil may scale. The dipoles of one
+body form a magnet, and so does each piece of iron. Magnets of one rigid body (bodies without a
+joint between them) do not act on each other.
 """
 
 # Numba's intrinsics hide their first parameter:
 # pyright: reportCallIssue=false
 
+from typing import NamedTuple
+
 from numba import njit
 
+from magmotor.dipoles import sum_over_sources
 from magmotor.mjcf import memory
 from magmotor.mjcf.forces.couplings import is_coupled
+from magmotor.mjcf.forces.iron import PIECE
 from magmotor.numerics.simd import COUNT
 
 LABEL = 6
 """Row of the table with the dipoles' rigid bodies, after positions and moments."""
 
-FIRST, SIZE, BODY, MOVES, PAIRWISE, ROWS = 7, 8, 9, 10, 11, 12
+FIRST, SIZE, BODY, MOVES, PAIRWISE = 7, 8, 9, 10, 11
 """Rows by magnet: first dipole, number of dipoles, body, and whether the body can move.
 
-The last row lists the magnets that are evaluated pairwise.
+The last one lists the magnets that are evaluated pairwise.
 """
+
+ELEMENT, ROWS = 12, 13
+"""Row by dipole: its site, or, for a piece of iron, the number of sites plus its geom."""
 
 LARGE = 16
 """Number of sites that makes a body's magnet large."""
+
+NOBODY = -2.0
+"""Label that no dipole in the table has."""
 
 FAR = 1e150
 """Coordinates (m) of padding dipoles; their square does not overflow."""
 
 
+class Magnets(NamedTuple):
+    """What a table contains: how many magnets, how many of them pairwise, and where they end.
+
+    Grouped dipoles are in columns 0 to `end`, of which those from `iron` on are pieces of iron;
+    `mixed` is whether they belong to more than one rigid body. Pairwise magnets, each padded, are
+    in columns `boundary` to `after`.
+    """
+
+    count: int
+    pairwise: int
+    iron: int
+    end: int
+    mixed: bool
+    boundary: int
+    after: int
+
+
 @njit
-def table_size(nsite, ntuple):
+def table_size(dipoles, ntuple):
     """Return the first column of pairwise magnets in the table, and the number of columns."""
-    boundary = padded(nsite) + COUNT
+    boundary = padded(dipoles) + COUNT
     return boundary, boundary + (2 if ntuple == 0 else COUNT) * boundary
 
 
 @njit(forceinline=True)
-def gather(table, after, couplings, m, d, offsets, applied):
-    """Fill the table, and clear the wrenches of magnets that can move.
+def gather(table, boundary, nsite, drives, couplings, pieces, m, d, offsets):
+    """Fill the table with the first `nsite` sites and the pieces of iron; return the `Magnets`.
 
-    The dipoles of grouped magnets start at column 0, and those of pairwise magnets, each padded, at
-    column `after`. Returns the number of magnets, the number of pairwise ones, the end of the
-    grouped dipoles, and whether these belong to more than one rigid body.
+    `drives` scales the moment of each site, unless it is empty; the pieces have no moment yet.
     """
-    nsite = m[offsets.nsite // 8]
     moment = memory.numbers(m[offsets.site_user // 8], nsite, m[offsets.nuser_site // 8])
     body_of = memory.integers(m[offsets.site_bodyid // 8], nsite)
     weld_of = memory.integers(m[offsets.body_weldid // 8], memory.UNBOUNDED)
@@ -53,6 +78,7 @@ def gather(table, after, couplings, m, d, offsets, applied):
     position = memory.numbers(d[offsets.site_xpos // 8], nsite, 3)
     frame = memory.numbers(d[offsets.site_xmat // 8], nsite, 9)
     magnets = pairwise = end = site = 0
+    after = boundary
     mixed = False
     while site < nsite:
         body = body_of[site]
@@ -64,10 +90,13 @@ def gather(table, after, couplings, m, d, offsets, applied):
         while site < nsite and body_of[site] == body:
             strength = moment[site, 0]
             if strength != 0.0:
+                if len(drives) > 0:
+                    strength *= drives[site]
                 for k in range(3):
                     table[k, j] = position[site, k]
                     table[3 + k, j] = strength * frame[site, 3 * k + 2]
                 table[LABEL, j] = weld
+                table[ELEMENT, j] = site
                 j += 1
             site += 1
         if j > first:
@@ -84,10 +113,29 @@ def gather(table, after, couplings, m, d, offsets, applied):
                 end = j
                 mixed = mixed or table[LABEL, 0] != weld
             magnets += 1
-            if freedoms[weld] > 0:
-                applied[body] = 0.0
+    iron = end
+    for i in range(len(pieces)):
+        _add_piece(table, end, magnets, int(pieces[i, PIECE]), nsite, m, d, offsets)
+        mixed = mixed or table[LABEL, 0] != table[LABEL, end]
+        end += 1
+        magnets += 1
     _pad(table, end)
-    return magnets, pairwise, end, mixed
+    return Magnets(magnets, pairwise, iron, end, mixed, boundary, after)
+
+
+@njit
+def _add_piece(table, end, magnet, geom, nsite, m, d, offsets):
+    """Write a piece of iron, without a moment, to column `end`."""
+    body = memory.integers(m[offsets.geom_bodyid // 8], memory.UNBOUNDED)[geom]
+    weld = memory.integers(m[offsets.body_weldid // 8], memory.UNBOUNDED)[body]
+    position = memory.numbers(d[offsets.geom_xpos // 8], memory.UNBOUNDED, 3)[geom]
+    for k in range(3):
+        table[k, end] = position[k]
+        table[3 + k, end] = 0.0
+    table[LABEL, end], table[ELEMENT, end] = weld, nsite + geom
+    table[FIRST, magnet], table[SIZE, magnet], table[BODY, magnet] = end, 1, body
+    freedoms = memory.integers(m[offsets.body_dofnum // 8], memory.UNBOUNDED)
+    table[MOVES, magnet] = freedoms[weld]
 
 
 @njit
@@ -108,3 +156,22 @@ def _pad(table, end):
 def dipole(table, i):
     """Return the position and the moment of dipole i."""
     return table[0, i], table[1, i], table[2, i], table[3, i], table[4, i], table[5, i]
+
+
+@njit
+def sum_over_table(target, table, end, magnets):
+    """Sum the force on a dipole, and the field at it, over all sources, whatever their labels.
+
+    Of the grouped dipoles, only those before column `end` count. The arguments and the result are
+    as in `magmotor.dipoles.sum_over_sources`.
+    """
+    total = sum_over_sources(target, NOBODY, table, end)
+    if magnets.pairwise > 0:
+        others = memory.from_column(table, magnets.boundary)
+        count = magnets.after - magnets.boundary
+        more = sum_over_sources(target, NOBODY, others, count)
+        total = (
+            total[0] + more[0], total[1] + more[1], total[2] + more[2], total[3] + more[3],
+            total[4] + more[4], total[5] + more[5], total[6] or more[6],
+        )  # fmt: skip
+    return total

@@ -27,22 +27,21 @@ from magmotor.mjcf.forces.dipole_table import (
 
 
 @njit(forceinline=True)
-def add_dipole_wrenches(table, magnets, boundary, couplings, center, applied):
+def add_dipole_wrenches(table, magnets, couplings, center, applied):
     """Add the wrenches of all magnets on one another.
 
-    `table` and `magnets` are what `gather` fills and returns, grouped magnets start before column
-    `boundary`, `couplings` has rows of two bodies and a factor, `center` (nbody, 3) is about what
-    the torques act, and `applied` (nbody, 6) receives the wrenches. Returns the number of
-    interactions, and of coincidences.
+    `table` and `magnets` are what `gather` fills and returns, `couplings` has rows of two bodies
+    and a factor, `center` (nbody, 3) is about what the torques act, and `applied` (nbody, 6)
+    receives the wrenches. Returns the number of interactions, and of coincidences.
     """
-    count, pairwise, end, mixed = magnets
+    boundary, end = magnets.boundary, magnets.end
     coincident = acting = 0
-    for k in range(count):
+    for k in range(magnets.count):
         grouped = table[FIRST, k] < boundary
-        if grouped and mixed and table[MOVES, k] > 0.0:
+        if grouped and magnets.mixed and table[MOVES, k] > 0.0:
             coincident += _add_group_wrench(table, k, end, center, applied)
             acting += 1
-        for i in range(pairwise):
+        for i in range(magnets.pairwise):
             other = int(table[PAIRWISE, i])
             if (grouped or other > k) and _interact(table, k, other, couplings):
                 coincident += _add_pair_wrenches(

@@ -3,76 +3,153 @@
 # Numba's intrinsics hide their first parameter:
 # pyright: reportCallIssue=false
 
+import math
+
 import numpy as np
 from numba import njit
 
 from magmotor.dipoles import COINCIDENCE_SQUARED
 from magmotor.mjcf import memory
-from magmotor.mjcf.forces.couplings import coupling_factor, read_couplings
-from magmotor.mjcf.forces.dipole_table import ROWS, gather, table_size
-from magmotor.mjcf.forces.dipole_wrenches import add_dipole_wrenches
-from magmotor.mjcf.forces.marks import COUPLINGS
+from magmotor.mjcf.forces.couplings import coupling_factor
+from magmotor.mjcf.forces.dipole_table import (
+    BODY,
+    ELEMENT,
+    FIRST,
+    LABEL,
+    MOVES,
+    SIZE,
+    dipole,
+    sum_over_table,
+)
+from magmotor.mjcf.forces.dipole_wrenches import add_dipole_wrenches, add_wrench
+from magmotor.mjcf.forces.fields import NAME, OWNER, field_and_gradient
+from magmotor.mjcf.forces.magnetic_state import (
+    BEHIND,
+    COINCIDENCE,
+    NO_FAILURE,
+    OUTSIDE,
+    read_state,
+)
+from magmotor.mjcf.forces.mirror import add_image, height_above, mirrored
 
-ALIGNMENT = 1024
-"""Bytes that MuJoCo may add for frames and alignment, generously."""
+NOTHING = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, False)
 
 
 @njit(forceinline=True)
 def set_magnetic_wrenches(m, d, offsets, kinds, applied):
-    """Overwrite the wrench of each body that can move and has dipoles.
+    """Overwrite the wrench of each body that can move and on which magnetism acts.
 
     `m` and `d` are the words of mjModel and mjData, `offsets` is their layout, `kinds` are the bits
     of `forces_of`, and `applied` (nbody, 6) receives the wrenches. Returns the number of
-    interactions, and two sites that coincide and act on each other; -1, -1 if there are none.
+    interactions, and a failure: one of the errors of `magnetic_state`, or -1, and two elements.
     """
-    nsite = m[offsets.nsite // 8]
-    if nsite == 0 or m[offsets.nuser_site // 8] == 0:
-        return 0, -1, -1
-    ntuple = m[offsets.ntuple // 8] if kinds & COUPLINGS else 0
-    boundary, columns = table_size(nsite, ntuple)
-    stack = d.ctypes.data
-    memory.mark_stack(stack)
-    block = memory.allocate(stack, 8 * (ROWS * columns + 3 * ntuple), 64)
-    table = memory.numbers(block, ROWS, columns)
-    couplings = memory.numbers(block + 8 * ROWS * columns, ntuple, 3)
-    couplings = couplings[: read_couplings(couplings, m, offsets)]
-    magnets = gather(table, boundary, couplings, m, d, offsets, applied)
+    memory.mark_stack(d.ctypes.data)
+    state = read_state(m, d, offsets, kinds)
+    acting, failure = 0, state.failure
+    if failure[0] < 0 and state.magnets.count > 0:
+        acting, failure = _set_wrenches(state, m, d, offsets, applied)
+    memory.free_stack(d.ctypes.data)
+    return acting, failure
+
+
+@njit(forceinline=True)
+def _set_wrenches(state, m, d, offsets, applied):
+    """Overwrite the wrenches, as `set_magnetic_wrenches` does."""
+    table, magnets = state.table, state.magnets
+    for k in range(magnets.count):
+        if table[MOVES, k] > 0.0:
+            applied[int(table[BODY, k])] = 0.0
+    for i in range(len(state.fields)):
+        owner = int(state.fields[i, OWNER])
+        if _moves(owner, m, offsets):
+            applied[owner] = 0.0
     center = memory.numbers(d[offsets.xipos // 8], memory.UNBOUNDED, 3)
-    acting, coincident = add_dipole_wrenches(table, magnets, boundary, couplings, center, applied)
-    i = j = -1
+    acting, coincident = add_dipole_wrenches(table, magnets, state.couplings, center, applied)
+    failure = NO_FAILURE
     if coincident > 0:
-        i, j = _find_coincidence(couplings, m, d, offsets)
-    memory.free_stack(stack)
-    return acting, i, j
-
-
-def stack_bytes(nsite: int, ntuple: int) -> int:
-    """Return the bytes that `set_magnetic_wrenches` needs on the stack of `mjData`, at most."""
-    _, columns = table_size(nsite, ntuple)
-    return 8 * (ROWS * columns + 3 * ntuple) + ALIGNMENT
+        failure = find_coincidence(state)
+    if failure[0] < 0 and len(state.fields) > 0:
+        more, failure = _add_field_wrenches(state, m, offsets, center, applied)
+        acting += more
+    if failure[0] < 0 and state.mirror[0] != 0.0:
+        more, failure = _add_image_wrenches(state, center, applied)
+        acting += more
+    return acting, failure
 
 
 @njit
-def _find_coincidence(couplings, m, d, offsets):
-    """Find two dipole sites that coincide and act on each other; -1, -1 if there are none."""
-    nsite = m[offsets.nsite // 8]
-    moment = memory.numbers(m[offsets.site_user // 8], nsite, m[offsets.nuser_site // 8])
-    body_of = memory.integers(m[offsets.site_bodyid // 8], nsite)
+def _moves(body, m, offsets):
+    """Whether the rigid body to which a body belongs can move."""
+    weld = memory.integers(m[offsets.body_weldid // 8], memory.UNBOUNDED)[body]
+    return memory.integers(m[offsets.body_dofnum // 8], memory.UNBOUNDED)[weld] > 0
+
+
+@njit
+def _add_field_wrenches(state, m, offsets, center, applied):
+    """Add the wrenches of given fields on all dipoles, and the reactions on the fields' bodies."""
+    table = state.table
     weld_of = memory.integers(m[offsets.body_weldid // 8], memory.UNBOUNDED)
-    freedoms = memory.integers(m[offsets.body_dofnum // 8], memory.UNBOUNDED)
-    position = memory.numbers(d[offsets.site_xpos // 8], nsite, 3)
-    for i in range(nsite):
-        for j in range(i):
-            dipoles = moment[i, 0] != 0.0 and moment[j, 0] != 0.0
-            gap = position[i] - position[j]
-            near = np.sum(gap * gap) < COINCIDENCE_SQUARED
-            a, b = weld_of[body_of[i]], weld_of[body_of[j]]
-            may_act = a != b and freedoms[a] + freedoms[b] > 0
-            if (
-                dipoles
-                and near
-                and may_act
-                and coupling_factor(body_of[i], body_of[j], couplings) != 0.0
-            ):
-                return i, j
-    return -1, -1
+    acting = 0
+    for number in range(len(state.fields)):
+        row = state.fields[number]
+        owner = int(row[OWNER])
+        reacts = _moves(owner, m, offsets)
+        for k in range(state.magnets.count):
+            body, first = int(table[BODY, k]), int(table[FIRST, k])
+            moves = table[MOVES, k] > 0.0
+            if weld_of[body] == weld_of[owner] or not (moves or reacts):
+                continue
+            for i in range(first, first + int(table[SIZE, k])):
+                target = dipole(table, i)
+                f = field_and_gradient(row, target[0], target[1], target[2], m, offsets)
+                mx, my, mz = target[3], target[4], target[5]
+                fx = mx * f[3] + my * f[6] + mz * f[9]
+                fy = mx * f[4] + my * f[7] + mz * f[10]
+                fz = mx * f[5] + my * f[8] + mz * f[11]
+                if not math.isfinite(f[0] + f[1] + f[2] + fx + fy + fz):
+                    return acting, (OUTSIDE, int(table[ELEMENT, i]), int(row[NAME]))
+                total = (fx, fy, fz, f[0], f[1], f[2], False)
+                if moves:
+                    add_wrench(body, 1.0, target, total, center, applied)
+                if reacts:
+                    add_wrench(owner, -1.0, target, total, center, applied)
+            acting += 1
+    return acting, NO_FAILURE
+
+
+@njit
+def _add_image_wrenches(state, center, applied):
+    """Add the wrenches of the images of all dipoles on dipoles that can move."""
+    table, magnets, mirror = state.table, state.magnets, state.mirror
+    acting = 0
+    for k in range(magnets.count):
+        if table[MOVES, k] > 0.0:
+            first = int(table[FIRST, k])
+            for i in range(first, first + int(table[SIZE, k])):
+                target = dipole(table, i)
+                if height_above(mirror, target[0], target[1], target[2]) <= 0.0:
+                    return acting, (BEHIND, int(table[ELEMENT, i]), -1)
+                there = sum_over_table(mirrored(mirror, target), table, magnets.end, magnets)
+                total = add_image(NOTHING, there, mirror)
+                add_wrench(int(table[BODY, k]), 1.0, target, total, center, applied)
+            acting += 1
+    return acting, NO_FAILURE
+
+
+@njit
+def find_coincidence(state):
+    """Find two dipoles that coincide and act on each other, as a failure."""
+    table, magnets = state.table, state.magnets
+    for k in range(magnets.count):
+        for other in range(k):
+            moves = table[MOVES, k] + table[MOVES, other] > 0.0
+            first, start = int(table[FIRST, k]), int(table[FIRST, other])
+            factor = coupling_factor(table[BODY, k], table[BODY, other], state.couplings)
+            if not moves or factor == 0.0 or table[LABEL, first] == table[LABEL, start]:
+                continue
+            for i in range(first, first + int(table[SIZE, k])):
+                for j in range(start, start + int(table[SIZE, other])):
+                    gap = table[:3, i] - table[:3, j]
+                    if np.sum(gap * gap) < COINCIDENCE_SQUARED:
+                        return COINCIDENCE, int(table[ELEMENT, i]), int(table[ELEMENT, j])
+    return NO_FAILURE

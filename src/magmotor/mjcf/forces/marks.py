@@ -16,7 +16,7 @@ from numba import njit
 
 from magmotor.mjcf import memory
 
-DIPOLES, COUPLINGS, NOISE, POTENTIALS, UNMARKED = 1, 2, 4, 8, 16
+DIPOLES, COUPLINGS, NOISE, POTENTIALS, UNMARKED, FIELDS, COILS, IRON = (1 << k for k in range(8))
 """Bits for what acts, and for a model that does not say so."""
 
 WRONG = -1
@@ -27,8 +27,11 @@ WORDS = {
     "couplings": COUPLINGS,
     "noise": NOISE,
     "potentials": POTENTIALS,
-    "all": DIPOLES | COUPLINGS | NOISE | POTENTIALS,
+    "fields": FIELDS,
+    "coils": COILS,
+    "iron": IRON,
 }
+WORDS["all"] = sum(WORDS.values())
 
 NAME = (*b"magmotor", 0)
 EIGHT, LAST = np.uint64(8), np.uint64(56)

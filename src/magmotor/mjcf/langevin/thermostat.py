@@ -15,7 +15,7 @@ from magmotor.common.arrays import Array
 from magmotor.common.checks import check_floats, check_integer, check_type, reject
 from magmotor.common.environment import physical_memory
 from magmotor.common.hints import Count, floats, integer, several
-from magmotor.mjcf.forces.magnetic_wrenches import stack_bytes
+from magmotor.mjcf.forces.magnetic_state import stack_bytes
 from magmotor.noise import LARGEST_STEP
 
 ALL_OF_STATE = 2 ** int(mujoco.mjtState.mjNSTATE) - 1
@@ -212,7 +212,7 @@ class Thermostat(ABC):
                 self.model.opt.timestep,
                 f"must still be {self._timestep:g}, since {type(self).__name__} reads it only once",
             )
-        needed = stack_bytes(self.model.nsite, self.model.ntuple) if self.model.nuser_site else 0
+        needed = stack_bytes(self.model)
         if needed > data.narena - data.parena - data.pstack:
             raise mujoco.FatalError(
                 f"the dipoles need {needed} bytes of MuJoCo's memory, which is too small: increase"

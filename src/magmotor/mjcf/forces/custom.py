@@ -1,0 +1,52 @@
+"""Numbers and tuples of `<custom>`, by which a model declares what MJCF has no element for."""
+
+# Numba's intrinsics hide their first parameter:
+# pyright: reportCallIssue=false
+
+import numpy as np
+from numba import njit
+
+from magmotor.mjcf import memory
+
+BODY, JOINT, GEOM, SITE, ACTUATOR, NUMERIC, TUPLE = 1, 3, 5, 6, 19, 21, 23
+"""mjOBJ_BODY and so on."""
+
+
+@njit
+def tuple_starts_with(k, prefix, m, offsets):
+    """Whether the name of tuple k starts with `prefix`, a tuple of characters."""
+    start = memory.integers(m[offsets.name_tupleadr // 8], memory.UNBOUNDED)
+    return memory.starts_with(m[offsets.names // 8] + start[k], prefix)
+
+
+@njit
+def numeric_starts_with(k, prefix, m, offsets):
+    """Whether the name of numeric k starts with `prefix`, a tuple of characters."""
+    start = memory.integers(m[offsets.name_numericadr // 8], memory.UNBOUNDED)
+    return memory.starts_with(m[offsets.names // 8] + start[k], prefix)
+
+
+@njit
+def elements_of(k, m, offsets):
+    """Return the range of the elements of tuple k."""
+    first = np.int64(memory.integers(m[offsets.tuple_adr // 8], memory.UNBOUNDED)[k])
+    size = np.int64(memory.integers(m[offsets.tuple_size // 8], memory.UNBOUNDED)[k])
+    return range(first, first + size)
+
+
+@njit
+def element(i, m, offsets):
+    """Return the type, the number and the `prm` of element i of all tuples."""
+    return (
+        np.int64(memory.integers(m[offsets.tuple_objtype // 8], memory.UNBOUNDED)[i]),
+        np.int64(memory.integers(m[offsets.tuple_objid // 8], memory.UNBOUNDED)[i]),
+        memory.numbers(m[offsets.tuple_objprm // 8], 1, memory.UNBOUNDED)[0, i],
+    )
+
+
+@njit
+def numbers_of(numeric, m, offsets):
+    """Return the numbers of a numeric."""
+    first = memory.integers(m[offsets.numeric_adr // 8], memory.UNBOUNDED)[numeric]
+    count = memory.integers(m[offsets.numeric_size // 8], memory.UNBOUNDED)[numeric]
+    return memory.numbers(m[offsets.numeric_data // 8] + 8 * first, 1, count)[0]

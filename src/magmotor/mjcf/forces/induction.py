@@ -1,0 +1,114 @@
+"""The moments of pieces of iron in the field of dipoles, given fields, images and each other.
+
+The moments make the energy stationary, U = sum_i w_i(m_i) - m_i.B_i - 1/2 sum_ij m_i.B_ij, where
+w_i is the energy that a piece's magnetization stores, B_i the field of everything except iron, and
+B_ij that of piece j at piece i. Therefore, the forces and torques are those of dipoles that keep
+these moments: the derivatives of U at fixed moments.
+
+The Gauss-Seidel method starts from no magnetization, so that the result depends on nothing but the
+state. It converges unless pieces that are much longer than wide lie so close to each other that
+one dipole each does not describe them, and U has no minimum.
+"""
+
+# Numba's intrinsics hide their first parameter:
+# pyright: reportCallIssue=false
+
+from numba import njit
+
+from magmotor.dipoles import sum_over_sources
+from magmotor.mjcf import memory
+from magmotor.mjcf.forces.dipole_table import NOBODY
+from magmotor.mjcf.forces.iron import (
+    ENERGY,
+    FACTORS,
+    OUTER,
+    PIECE,
+    SATURATION,
+    SUSCEPTIBILITY,
+    VOLUME,
+)
+from magmotor.mjcf.forces.mirror import add_image, mirrored
+from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY, magnetize
+
+MOST_SWEEPS = 300
+"""Number of sweeps after which the moments do not converge; touching spheres need about thirty."""
+
+TOLERANCE = 1e-14
+"""Largest change of a moment in the last sweep, relative to the largest moment."""
+
+FINE, COINCIDENT, UNSTABLE = range(3)
+"""Results of `magnetize_pieces`."""
+
+
+@njit
+def magnetize_pieces(iron, pieces, mirror, d, offsets):
+    """Find the moments of all pieces, whose fields from outside are known.
+
+    `iron` has the rows of `sum_over_sources`, with the positions and a different label for each
+    piece, and receives the moments. Returns how it went, and the piece that failed, or -1.
+    """
+    count = len(pieces)
+    frame = memory.numbers(d[offsets.geom_xmat // 8], memory.UNBOUNDED, 9)
+    for _ in range(MOST_SWEEPS):
+        change = largest = 0.0
+        worst = 0
+        for i in range(count):
+            target = (iron[0, i], iron[1, i], iron[2, i], 0.0, 0.0, 0.0)
+            total = sum_over_sources(target, iron[6, i], iron, count)
+            if mirror[0] != 0.0:
+                there = sum_over_sources(mirrored(mirror, target), NOBODY, iron, count)
+                total = add_image(total, there, mirror)
+            if total[6]:
+                return COINCIDENT, i
+            row = pieces[i]
+            bx, by, bz = row[OUTER] + total[3], row[OUTER + 1] + total[4], row[OUTER + 2] + total[5]
+            moment = _moment(row, frame[int(row[PIECE])], bx, by, bz)
+            square = moved = 0.0
+            for k in range(3):
+                square += moment[k] * moment[k]
+                moved += (moment[k] - iron[3 + k, i]) * (moment[k] - iron[3 + k, i])
+                iron[3 + k, i] = moment[k]
+            row[ENERGY] = moment[3]
+            largest = max(largest, square)
+            if not moved <= change:
+                change, worst = moved, i
+        if change <= TOLERANCE * TOLERANCE * largest:
+            return FINE, -1
+    return UNSTABLE, worst
+
+
+@njit
+def _moment(row, frame, bx, by, bz):
+    """Return the moment of a piece in a field, and the energy that it stores."""
+    scale = 1.0 / VACUUM_PERMEABILITY
+    x = scale * (frame[0] * bx + frame[3] * by + frame[6] * bz)
+    y = scale * (frame[1] * bx + frame[4] * by + frame[7] * bz)
+    z = scale * (frame[2] * bx + frame[5] * by + frame[8] * bz)
+    factors = row[FACTORS], row[FACTORS + 1], row[FACTORS + 2]
+    x, y, z, energy = magnetize((x, y, z), factors, row[SUSCEPTIBILITY], row[SATURATION])
+    volume = row[VOLUME]
+    x, y, z = volume * x, volume * y, volume * z
+    return (
+        frame[0] * x + frame[1] * y + frame[2] * z,
+        frame[3] * x + frame[4] * y + frame[5] * z,
+        frame[6] * x + frame[7] * y + frame[8] * z,
+        volume * energy,
+    )
+
+
+@njit
+def iron_energy(iron, pieces, mirror):
+    """Return the energy of all pieces in J, whose moments have been found."""
+    count = len(pieces)
+    energy = 0.0
+    for i in range(count):
+        target = (iron[0, i], iron[1, i], iron[2, i], 0.0, 0.0, 0.0)
+        total = sum_over_sources(target, iron[6, i], iron, count)
+        if mirror[0] != 0.0:
+            there = sum_over_sources(mirrored(mirror, target), NOBODY, iron, count)
+            total = add_image(total, there, mirror)
+        field = total[3:6]
+        energy += pieces[i, ENERGY]
+        for k in range(3):
+            energy -= iron[3 + k, i] * (pieces[i, OUTER + k] + 0.5 * field[k])
+    return energy

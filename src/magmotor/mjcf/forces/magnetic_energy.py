@@ -1,0 +1,86 @@
+"""The energy of dipoles, iron, fields and images in one another's field."""
+
+# Numba's intrinsics hide their first parameter:
+# pyright: reportCallIssue=false
+
+import math
+
+from numba import njit
+
+from magmotor.dipoles import COINCIDENCE_SQUARED, PERMEABILITY_OVER_4PI
+from magmotor.mjcf import memory
+from magmotor.mjcf.forces.couplings import coupling_factor
+from magmotor.mjcf.forces.dipole_table import (
+    BODY,
+    FIRST,
+    LABEL,
+    MOVES,
+    SIZE,
+    dipole,
+    sum_over_table,
+)
+from magmotor.mjcf.forces.fields import OWNER, field_and_gradient
+from magmotor.mjcf.forces.induction import iron_energy
+from magmotor.mjcf.forces.mirror import add_image, mirrored
+
+NOTHING = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, False)
+
+
+@njit
+def energy_of(state, m, offsets):
+    """Return the energy in J of a `MagneticState`, of which the magnetic wrenches are derivatives.
+
+    Dipoles of one rigid body have none in one another's field, nor in the field that is fixed to
+    it; iron has.
+    """
+    table, magnets = state.table, state.magnets
+    weld_of = memory.integers(m[offsets.body_weldid // 8], memory.UNBOUNDED)
+    energy = iron_energy(state.iron, state.pieces, state.mirror)
+    for k in range(magnets.count):
+        first, last = int(table[FIRST, k]), int(table[FIRST, k] + table[SIZE, k])
+        if magnets.iron <= first < magnets.boundary:
+            continue
+        for other in range(k):
+            energy += _energy_of_pair(state, k, other)
+        for i in range(first, last):
+            target = dipole(table, i)
+            if state.mirror[0] != 0.0:
+                there = sum_over_table(mirrored(state.mirror, target), table, magnets.iron, magnets)
+                field = add_image(NOTHING, there, state.mirror)[3:6]
+                energy -= 0.5 * _product(target, field)
+            for number in range(len(state.fields)):
+                row = state.fields[number]
+                if weld_of[int(row[OWNER])] != table[LABEL, i]:
+                    field = field_and_gradient(row, target[0], target[1], target[2], m, offsets)
+                    energy -= _product(target, field[:3])
+    return energy
+
+
+@njit
+def _product(target, field):
+    """Return the scalar product of a dipole's moment and a field."""
+    return target[3] * field[0] + target[4] * field[1] + target[5] * field[2]
+
+
+@njit
+def _energy_of_pair(state, k, other):
+    """Return the energy of two magnets in each other's field; 0 if none moves or one is iron."""
+    table, magnets = state.table, state.magnets
+    first, start = int(table[FIRST, k]), int(table[FIRST, other])
+    moves = table[MOVES, k] + table[MOVES, other] > 0.0
+    iron = magnets.iron <= start < magnets.boundary
+    if iron or not moves or table[LABEL, first] == table[LABEL, start]:
+        return 0.0
+    factor = coupling_factor(table[BODY, k], table[BODY, other], state.couplings)
+    energy = 0.0
+    for i in range(first, first + int(table[SIZE, k])):
+        x, y, z, ax, ay, az = dipole(table, i)
+        for j in range(start, start + int(table[SIZE, other])):
+            u, v, w, bx, by, bz = dipole(table, j)
+            rx, ry, rz = x - u, y - v, z - w
+            square = rx * rx + ry * ry + rz * rz
+            if square < COINCIDENCE_SQUARED and factor != 0.0:
+                return math.nan
+            along = (ax * rx + ay * ry + az * rz) * (bx * rx + by * ry + bz * rz) / square
+            energy += (ax * bx + ay * by + az * bz - 3.0 * along) / (square * square**0.5)
+    return factor * PERMEABILITY_OVER_4PI * energy

@@ -1,0 +1,190 @@
+"""Everything magnetic of a model in one state: dipoles, iron and its moments, fields, a mirror."""
+
+# Numba's intrinsics hide their first parameter:
+# pyright: reportCallIssue=false
+
+import math
+from typing import Any, NamedTuple
+
+import mujoco
+from numba import njit
+
+from magmotor.mjcf import layout, memory
+from magmotor.mjcf.forces import fields as given
+from magmotor.mjcf.forces.coils import read_drives
+from magmotor.mjcf.forces.couplings import read_couplings
+from magmotor.mjcf.forces.dipole_table import (
+    ELEMENT,
+    ROWS,
+    Magnets,
+    gather,
+    padded,
+    sum_over_table,
+    table_size,
+)
+from magmotor.mjcf.forces.fields import NAME, field_and_gradient, read_fields
+from magmotor.mjcf.forces.induction import COINCIDENT, FINE, magnetize_pieces
+from magmotor.mjcf.forces.iron import COLUMNS, OUTER, count_pieces, read_pieces
+from magmotor.mjcf.forces.marks import COILS, COUPLINGS, DIPOLES, FIELDS, IRON, forces_of
+from magmotor.mjcf.forces.mirror import NO_MIRROR, add_image, height_above, mirrored
+from magmotor.numerics.numba_cache import compiled_once
+
+ALIGNMENT = 1024
+"""Bytes that MuJoCo may add for frames and alignment, generously."""
+
+OUTSIDE, BEHIND, MERGED, UNSOLVED, COINCIDENCE = range(5)
+"""Errors of a state: a dipole or piece is outside a table, or behind the mirror; a piece is where a
+dipole is; pieces are too close to each other; two dipoles coincide."""
+
+NO_FAILURE = (-1, -1, -1)
+
+
+class MagneticState(NamedTuple):
+    """What `read_state` returns; all arrays are on the stack of `mjData`.
+
+    `table` and `magnets` are described in `dipole_table.py`, `fields` in `fields.py`, `mirror` in
+    `mirror.py`, `pieces` in `iron.py`, and `iron` in `induction.py`; `couplings` has rows of two
+    bodies and a factor. `failure` has the error that occurred, or -1, and its elements.
+    """
+
+    table: Any
+    magnets: Magnets
+    couplings: Any
+    fields: Any
+    iron: Any
+    pieces: Any
+    mirror: tuple[float, float, float, float, float]
+    failure: tuple[int, int, int]
+
+
+@njit
+def _sizes(m, offsets, kinds):
+    """Return the largest numbers of dipole sites, couplings, fields, pieces and driven sites."""
+    ntuple = m[offsets.ntuple // 8]
+    nsite = m[offsets.nsite // 8] if kinds & DIPOLES and m[offsets.nuser_site // 8] > 0 else 0
+    return (
+        nsite,
+        ntuple if kinds & COUPLINGS else 0,
+        m[offsets.nnumeric // 8] if kinds & FIELDS else 0,
+        count_pieces(m, offsets) if kinds & IRON else 0,
+        nsite if kinds & COILS and ntuple > 0 else 0,
+    )
+
+
+@njit
+def stack_words(m, offsets, kinds):
+    """Return the number of 64-bit words that `read_state` allocates."""
+    nsite, ntuple, numerics, count, driven = _sizes(m, offsets, kinds)
+    _, columns = table_size(nsite + count, ntuple)
+    return (
+        ROWS * columns
+        + 3 * ntuple
+        + given.COLUMNS * numerics
+        + COLUMNS * count
+        + 7 * padded(count)
+        + driven
+    )
+
+
+def stack_bytes(model: mujoco.MjModel) -> int:
+    """Return the bytes that magnetism needs on the stack of `mjData`, at most."""
+    return _stack_bytes(layout.current())(model._address)
+
+
+@compiled_once()
+def _stack_bytes(checksum: int, offsets: layout.Layout):
+    """Define `stack_bytes` for one layout of the structs."""
+
+    def stack_bytes(model):
+        _ = checksum
+        m = memory.words(model, memory.UNBOUNDED)
+        return 8 * stack_words(m, offsets, forces_of(m, offsets)) + ALIGNMENT
+
+    return stack_bytes
+
+
+@njit
+def read_state(m, d, offsets, kinds):
+    """Read everything magnetic, and find the moments of iron.
+
+    The caller marks the stack of `mjData` before, and frees it afterwards.
+    """
+    nsite, ntuple, numerics, count, driven = _sizes(m, offsets, kinds)
+    boundary, columns = table_size(nsite + count, ntuple)
+    place = memory.allocate(d.ctypes.data, 8 * stack_words(m, offsets, kinds), 64)
+    table = memory.numbers(place, ROWS, columns)
+    place += 8 * ROWS * columns
+    iron = memory.numbers(place, 7, padded(count))
+    place += 8 * 7 * padded(count)
+    couplings = memory.numbers(place, ntuple, 3)
+    place += 8 * 3 * ntuple
+    fields = memory.numbers(place, numerics, given.COLUMNS)
+    place += 8 * given.COLUMNS * numerics
+    pieces = memory.numbers(place, count, COLUMNS)
+    place += 8 * COLUMNS * count
+    drives = memory.numbers(place, 1, driven)[0]
+    couplings = couplings[: read_couplings(couplings, m, offsets)]
+    fields = fields[: read_fields(fields, m, d, offsets)]
+    mirror = NO_MIRROR
+    if count > 0:
+        found, mirror = read_pieces(pieces, m, d, offsets)
+        pieces = pieces[:found]
+    if driven > 0:
+        read_drives(drives, m, d, offsets)
+    magnets = gather(table, boundary, nsite, drives, couplings, pieces, m, d, offsets)
+    failure = NO_FAILURE
+    state = MagneticState(table, magnets, couplings, fields, iron, pieces, mirror, failure)
+    if len(pieces) > 0:
+        failure = _magnetize(state, m, d, offsets)
+        state = MagneticState(table, magnets, couplings, fields, iron, pieces, mirror, failure)
+    return state
+
+
+@njit
+def _magnetize(state, m, d, offsets):
+    """Find the moments of iron; return a failure."""
+    table, iron, first = state.table, state.iron, state.magnets.iron
+    for i in range(iron.shape[1]):
+        for row in range(6):
+            iron[row, i] = table[row, first + i] if row < 3 and i < len(state.pieces) else 0.0
+        iron[6, i] = i
+    for i in range(len(state.pieces)):
+        total, code, other = field_at(state, first, iron[0, i], iron[1, i], iron[2, i], m, offsets)
+        if code >= 0:
+            return code, int(table[ELEMENT, first + i]), other
+        if total[6]:
+            return MERGED, int(table[ELEMENT, first + i]), -1
+        outer = total[3:6]
+        for k in range(3):
+            state.pieces[i, OUTER + k] = outer[k]
+    status, piece = magnetize_pieces(iron, state.pieces, state.mirror, d, offsets)
+    if status != FINE:
+        code = MERGED if status == COINCIDENT else UNSOLVED
+        return code, int(table[ELEMENT, first + piece]), -1
+    for i in range(len(state.pieces)):
+        for k in range(3, 6):
+            table[k, first + i] = iron[k, i]
+    return NO_FAILURE
+
+
+@njit
+def field_at(state, end, x, y, z, m, offsets):
+    """Compute the field at a point, without that of the grouped dipoles from column `end` on.
+
+    Returns a total as in `magmotor.dipoles.sum_over_sources`, without force; an error or -1; and
+    the numeric outside of whose table the point is.
+    """
+    target = (x, y, z, 0.0, 0.0, 0.0)
+    total = sum_over_table(target, state.table, end, state.magnets)
+    if state.mirror[0] != 0.0:
+        if height_above(state.mirror, x, y, z) <= 0.0:
+            return total, BEHIND, -1
+        there = sum_over_table(mirrored(state.mirror, target), state.table, end, state.magnets)
+        total = add_image(total, there, state.mirror)
+    bx, by, bz = total[3], total[4], total[5]
+    for i in range(len(state.fields)):
+        f = field_and_gradient(state.fields[i], x, y, z, m, offsets)
+        bx, by, bz = bx + f[0], by + f[1], bz + f[2]
+        if not math.isfinite(f[0] + f[1] + f[2]):
+            return total, OUTSIDE, int(state.fields[i, NAME])
+    return (0.0, 0.0, 0.0, bx, by, bz, total[6]), -1, -1
