@@ -370,6 +370,90 @@ def test_no_position_is_out_of_reach():
     assert 0 < nearest < 0.2
 
 
+IRON = """
+<mujoco>
+  <option gravity="0 0 0"/>
+  <custom>
+    <text name="magmotor" data="dipoles iron coils fields"/>
+    <numeric name="steel" data="1000 {saturation}"/>
+    <tuple name="iron">
+      <element objtype="numeric" objname="steel"/><element objtype="geom" objname="right"/>
+    </tuple>
+    {custom}
+  </custom>
+  <worldbody>
+    <body name="left">{joint}<geom name="left" size="{one}" density="7500"/>
+      <site name="left" user="{moment}"/></body>
+    <body name="right" pos="0 0 {place}">
+      <freejoint/><geom name="right" size="{other}" density="7800"/>
+    </body>
+  </worldbody>
+  <actuator>{actuator}</actuator>
+</mujoco>
+"""
+COIL = """<tuple name="coil"><element objtype="actuator" objname="coil" prm="{}"/>
+<element objtype="site" objname="left"/></tuple>"""
+
+
+def iron(one=5e-3, other=5e-3, *, gap=0.0, moment=0.6, saturation=1.7e6, joint="<freejoint/>",
+         custom="", actuator=""):  # fmt: skip
+    """A model of a magnet and a ball of iron."""
+    text = IRON.format(one=one, other=other, moment=moment, saturation=saturation, joint=joint,
+                       place=one + other + gap, custom=custom, actuator=actuator)  # fmt: skip
+    return mujoco.MjModel.from_xml_string(text)
+
+
+@pytest.mark.parametrize("joint", ["<freejoint/>", ""])
+@pytest.mark.parametrize("saturation", [1e4, 1.7e6])
+@pytest.mark.parametrize(("one", "other"), [(5e-3, 5e-3), (9e-3, 3e-3)])
+def test_iron_sticks_to_a_magnet_at_the_proposed_settings_only(one, other, saturation, joint):
+    moment = 1.45 * 4 / 3 * np.pi * one**3 / MU0
+    for gap in (0, 2e-3):
+        model = iron(one, other, gap=gap, moment=moment, saturation=saturation, joint=joint)
+        with mm.magnetism():
+            before, _ = motion(model, 1.0, every=10**6)
+            found = mm.check(model, fix=True)
+            after, _ = motion(model, 0.05, every=10**6)
+        assert "will fly apart once they touch" in found.findings[0]
+        assert before.max() > 0.5
+        penetrations = (one + other - after) / min(one, other)
+        assert mm.check(model).findings == ()
+        assert penetrations.max() < 0.25  # 0.17
+        assert 0 < penetrations[-1] < 0.05  # 0.04
+
+
+@pytest.mark.parametrize(
+    ("saturation", "actuator", "drive"),
+    [
+        (0, "", 1.0),
+        (0, 'ctrlrange="-3 2"', 3.0),
+        (4, 'ctrlrange="-3 2"', 3 / np.hypot(1, 3 / 4)),
+        (4, "", 4.0),
+        (0, 'dyntype="integrator" actrange="-1 5"', 5.0),
+    ],
+)
+def test_coils_are_as_strong_as_their_actuators_allow(saturation, actuator, drive):
+    """Iron that is saturated, so that the force is proportional to the moment."""
+    forces = []
+    for custom, joints in ((COIL.format(saturation), actuator), ("", None)):
+        given = "" if joints is None else f'<general name="coil" site="left" {joints}/>'
+        model = iron(saturation=1e3, custom=custom, actuator=given, joint="")
+        (finding,) = mm.check(model).findings
+        forces.append(float(finding.split("up to ")[1].split(" N")[0]))
+    assert forces[0] / forces[1] == pytest.approx(drive, rel=0.01)  # three digits
+
+
+def test_the_frequency_in_a_given_field():
+    """m B = 0.6 A m^2 x 0.5 T against the inertia of a ball; the iron is far away."""
+    custom = '<numeric name="field" data="0.3 0.4 0"/>'
+    model = iron(gap=1.0, custom=custom)
+    model.opt.timestep = 0.05
+    data = mujoco.MjData(model)
+    mujoco.mj_fwdPosition(model, data)
+    expected = np.sqrt(0.3 * model.dof_invweight0[3])
+    assert frequencies(model, data)[1] == pytest.approx(expected, rel=1e-6)  # 6e-8
+
+
 EXPOSED = """
 <mujoco>
   <custom><text name="magmotor" data="dipoles"/></custom>

@@ -26,11 +26,11 @@ from magmotor.mjcf.contact_rule import (
     shortest_kept,
     softness,
 )
-from magmotor.mjcf.field_and_energy import dipole_sites
 from magmotor.mjcf.forces.marks import NOISE
 from magmotor.mjcf.frequencies import frequencies, frequency_at_touch
 from magmotor.mjcf.langevin.temperature import MATCH, joined, temperatures
 from magmotor.mjcf.lookup import label
+from magmotor.mjcf.magnets import magnets_of
 
 UNSTABLE, RESOLVED = 2.0, 0.5
 """Product of frequency and timestep at which Euler's method fails, and that of a proposed step."""
@@ -200,8 +200,7 @@ def _failures(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[_Failure]
 
 def _overlaps(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[_Failure]:
     """Yield geoms of magnets that overlap by more than contacts should allow."""
-    _, _, bodies = dipole_sites(model, state)
-    magnetic = {*model.body_weldid[bodies].tolist()}
+    magnetic = {magnet.body for magnet in magnets_of(model, state)}
     for contact in state.contact:
         geoms = contact.geom
         if (geoms < 0).any():
@@ -243,10 +242,9 @@ def _weak_contacts(model: mujoco.MjModel, pair: Meeting, approach: Approach) -> 
         half = _rounded_down(constant / SHORTEST)
         yield _Failure(
             _names(model, pair),
-            f"{_outcome(approach, contacts[k], given[k], step)}: at a distance of"
-            f" {approach.distance:.3g} m, their dipoles attract each other with up to"
-            f" {approach.force:.3g} N; the time constant of their contact must be at most"
-            f" {constant:g} s, not {given[k]:.3g} s{lengthened}"
+            f"{_outcome(approach, contacts[k], given[k], step)}: where they touch, their dipoles"
+            f" attract each other with up to {approach.force:.3g} N; the time constant of their"
+            f" contact must be at most {constant:g} s, not {given[k]:.3g} s{lengthened}"
             + (f", and the timestep at most {half:g} s" if step > half else ""),
             pair.number,
             half,

@@ -16,23 +16,14 @@ from magmotor.common.arrays import Array
 from magmotor.dipoles import COINCIDENCE, PERMEABILITY_OVER_4PI
 from magmotor.mjcf.contact_rule import Approach
 from magmotor.mjcf.depth import NEVER, depth_and_normal
-from magmotor.mjcf.field_and_energy import coupling_factors, dipole_sites
+from magmotor.mjcf.field_and_energy import coupling_factors
 from magmotor.mjcf.langevin.contacts import colliding_geoms
 from magmotor.mjcf.lookup import disabled
+from magmotor.mjcf.magnets import Magnet, magnets_of, tuples
 from magmotor.mjcf.reach import Reach, common_ancestor, reach
 
 SURFACE = 0.02
 """Depth, over the distance at touch, at which a dipole counts as one at the surface."""
-
-
-class Magnet(NamedTuple):
-    """The dipoles of one rigid body."""
-
-    body: int
-    positions: Array
-    strengths: Array
-    bodies: NDArray[np.int64]
-    """Body of each dipole."""
 
 
 class Meeting(NamedTuple):
@@ -53,7 +44,7 @@ class Meeting(NamedTuple):
 
 def meetings(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Meeting]:
     """Yield the pairs of magnets that can come near each other, like ones together."""
-    magnets = _magnets(model, data)
+    magnets = magnets_of(model, data)
     if len(magnets) < 2:
         return
     number_of = np.full(model.nbody, -1)
@@ -72,16 +63,6 @@ def meetings(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Meeting]:
         approach, exposed = _approach(model, data, one, other, own)
         if approach or exposed:
             yield Meeting((one, other), len(members), own, like, approach, exposed)
-
-
-def _magnets(model: mujoco.MjModel, data: mujoco.MjData) -> list[Magnet]:
-    positions, moments, bodies = dipole_sites(model, data)
-    strengths, welds = np.linalg.norm(moments, axis=1), model.body_weldid[bodies]
-    return [
-        Magnet(int(weld), positions[own], strengths[own], bodies[own])
-        for weld in np.unique(welds)
-        for own in [welds == weld]
-    ]
 
 
 def _touching(model: mujoco.MjModel) -> NDArray[np.int64]:
@@ -107,9 +88,9 @@ def _groups(
     Only pairs of free bodies are put together, since other pairs differ in what they can reach.
     """
     kinds = {}
-    coupled = {*model.tuple_objid.tolist()} if model.ntuple else set()
+    coupled = {body for elements in tuples(model, "coupling") for _, body, _ in elements}
     kind = np.array(
-        [kinds.setdefault(_kind(model, magnet, coupled), len(kinds)) for magnet in magnets]
+        [kinds.setdefault(_kind(model, data, magnet, coupled), len(kinds)) for magnet in magnets]
     )
     moves = np.array([model.body_dofnum[magnet.body] > 0 for magnet in magnets])
     bounds = [_bound(model, data, magnet) for magnet in magnets]
@@ -142,7 +123,7 @@ def _radii(model: mujoco.MjModel, geoms: NDArray) -> Array:
     return np.where(model.geom_rbound[geoms] > 0, model.geom_rbound[geoms], np.inf)
 
 
-def _kind(model: mujoco.MjModel, magnet: Magnet, coupled: set[int]) -> tuple:
+def _kind(model: mujoco.MjModel, data: mujoco.MjData, magnet: Magnet, coupled: set[int]) -> tuple:
     """Return what two free bodies have in common that behave alike; else, what is unique."""
     body, joint = magnet.body, model.body_jntadr[magnet.body]
     parts = np.flatnonzero(model.body_weldid == body)
@@ -150,13 +131,13 @@ def _kind(model: mujoco.MjModel, magnet: Magnet, coupled: set[int]) -> tuple:
     if not free or len(parts) > 1 or coupled & {*magnet.bodies.tolist()}:
         return (body,)
     geoms = np.flatnonzero(model.geom_bodyid == body)
-    sites = np.flatnonzero(model.site_bodyid == body)
-    fields = [model.body_invweight0[body]]
+    frame = data.xmat[body].reshape(3, 3)
+    places = (magnet.positions - data.xpos[body]) @ frame
+    fields = [model.body_invweight0[body], *magnet[3:4], *magnet[5:], places, magnet.axes @ frame]
     fields += [getattr(model, f"geom_{name}")[geoms] for name in (
         "type", "size", "pos", "quat", "dataid", "contype", "conaffinity", "priority", "solmix",
         "solref", "solimp", "friction", "condim")]  # fmt: skip
-    fields += [getattr(model, f"site_{name}")[sites] for name in ("pos", "quat", "user")]
-    return (-1, *(np.round(field, 12).tobytes() for field in fields))
+    return (-1, *((np.round(field, 12) + 0.0).tobytes() for field in fields))
 
 
 def _approach(
@@ -167,28 +148,44 @@ def _approach(
     factors = coupling_factors(model)
     factor = np.array([[factors(int(a), int(b)) for b in other.bodies] for a in one.bodies])
     places = [reach(model, data, each.body, ancestor, each.positions) for each in (one, other)]
-    acts = (factor != 0) & (one.strengths != 0)[:, np.newaxis]
+    dipoles = [each.strengths > 0 for each in (one, other)]
+    acts = (factor != 0) & np.logical_or.outer(*dipoles)
     sides = [_Side(model, data, magnet, _geoms_of(model, magnet, geoms)) for magnet in (one, other)]
     apart = sides[0].depth[:, np.newaxis] + sides[1].depth
     exposed = bool((acts & (apart < COINCIDENCE) & places[0].meets(places[1])).any())
     held = acts & (apart >= COINCIDENCE)
     if not held.any() or not _can_touch(model, data, one, other, geoms, ancestor):
         return None, exposed
-    k = 6 * PERMEABILITY_OVER_4PI * abs(factor) * one.strengths[:, np.newaxis] * other.strengths
     worst = 0.0, 0.0
     for i, j in np.argwhere(held):
         distance = np.hypot(
             sides[0].along(i)[:, np.newaxis] + sides[1].along(j),
             sides[0].aside(i)[:, np.newaxis] - sides[1].aside(j),
         )
-        pull = k / np.maximum(distance, COINCIDENCE) ** 4 * held
-        worst = max(worst, (float(pull.sum()), float((pull / distance).sum())))
+        distance = np.maximum(distance, COINCIDENCE)
+        pull, steepness = _pull(one, other, distance, abs(factor) * held)
+        worst = max(worst, (float(pull.sum()), float((steepness * pull / distance).sum())))
     force, gradient = worst
     inverse_mass = model.body_invweight0[[one.body, other.body], 0].sum()
     nearest = np.unravel_index(np.where(held, apart, np.inf).argmin(), apart.shape)
     depths = np.array([side.depth[n] for side, n in zip(sides, nearest, strict=True)])
     radius = depths[depths > SURFACE * depths.sum()].min()
-    return Approach(force / gradient, force, 1 / inverse_mass, float(radius)), exposed
+    return Approach(4 * force / gradient, force, 1 / inverse_mass, float(radius)), exposed
+
+
+def _pull(one: Magnet, other: Magnet, distance: Array, factor: Array) -> tuple[Array, Array]:
+    """Return the forces with aligned moments of all pairs of dipoles, and their powers of 1/d.
+
+    The power is 4, or 7 for iron that the dipoles of the other side magnetize and do not saturate.
+    """
+    k, sides = PERMEABILITY_OVER_4PI, []
+    for magnet, partner, away in ((one, other, distance), (other, one, distance.T)):
+        induced = magnet.responses * (2 * k * partner.strengths / away**3).sum(axis=1)
+        free = (induced < magnet.saturations) & (magnet.responses > 0)
+        sides.append((magnet.strengths + np.minimum(induced, magnet.saturations), free))
+    (first, soft), (second, yielding) = sides
+    power = 4 + 3 * np.logical_or.outer(soft, yielding)
+    return 6 * k * factor * np.multiply.outer(first, second) / distance**4, power
 
 
 class _Side:
