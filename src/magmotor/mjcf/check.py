@@ -242,8 +242,8 @@ def _weak_contacts(model: mujoco.MjModel, pair: Meeting, approach: Approach) -> 
         half = _rounded_down(constant / SHORTEST)
         yield _Failure(
             _names(model, pair),
-            f"{_outcome(approach, contacts[k], given[k], step)}: where they touch, their dipoles"
-            f" attract each other with up to {approach.force:.3g} N; the time constant of their"
+            f"{_outcome(approach, contacts[k], given[k], step)}: where they touch, they attract"
+            f" each other with up to {approach.force:.3g} N; the time constant of their"
             f" contact must be at most {constant:g} s, not {given[k]:.3g} s{lengthened}"
             + (f", and the timestep at most {half:g} s" if step > half else ""),
             pair.number,
