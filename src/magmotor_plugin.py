@@ -1,8 +1,9 @@
-"""The engine plugin `magmotor.forces`, which makes magnetism a part of a MuJoCo model.
+"""The engine plugins, which make magnetism a part of a MuJoCo model.
 
-MuJoCo 4 and newer call `register` whenever `mujoco` is imported, through the entry point group
-`mujoco.plugins`; `import magmotor` calls it, too. It compiles nothing and imports only ctypes. The
-compiled code takes its place in MuJoCo's table when the first model with the plugin is compiled.
+`magmotor.forces` computes forces, `magmotor.magnetometer` is a sensor. MuJoCo 4 and newer call
+`register` whenever `mujoco` is imported, through the entry point group `mujoco.plugins`; `import
+magmotor` calls it, too. It compiles nothing and imports only ctypes. The compiled code of a plugin
+takes its place in MuJoCo's table when the first model with that plugin is compiled.
 """
 
 import _thread
@@ -17,12 +18,17 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-NAME = b"magmotor.forces"
-KEY = b"act"
-"""The only key of the plugin's configuration: which forces act."""
+NAMES = FORCES, MAGNETOMETER = b"magmotor.forces", b"magmotor.magnetometer"
+"""The names of the plugins."""
 
-PASSIVE = 1 << 2
-"""mjPLUGIN_PASSIVE."""
+KEY = b"act"
+"""The only key of the configuration of the forces: which of them act."""
+
+ACTUATOR, SENSOR, PASSIVE = 1, 1 << 1, 1 << 2
+"""mjPLUGIN_ACTUATOR, mjPLUGIN_SENSOR and mjPLUGIN_PASSIVE."""
+
+ACCELERATION_STAGE = 3
+"""mjSTAGE_ACC, which finite differences with respect to controls repeat."""
 
 FAILED = -1
 """Result of `init` for which MuJoCo raises an error."""
@@ -36,6 +42,7 @@ _FORKED = (
     " compile a model before, or use the start method 'spawn'"
 )
 _ATTRIBUTES = (ctypes.c_char_p * 1)(KEY)
+_NSENSORDATA = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_int, ctypes.c_int)
 _NSTATE = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_int)
 _INIT = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int)
 _RESET = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int)
@@ -62,20 +69,32 @@ class Plugin(ctypes.Structure):
     ]
 
 
-@cache
 def register() -> int:
-    """Register the plugin with MuJoCo, and return its slot.
+    """Register the plugins with MuJoCo, and return the slot of the forces.
 
     Raises
     ------
     ImportError
         MuJoCo is not installed, or its library is missing.
     """
+    forces = slot(FORCES)
+    slot(MAGNETOMETER)
+    return forces
+
+
+@cache
+def slot(name: bytes) -> int:
+    """Register a plugin, and return its slot."""
     plugin = Plugin()
     library().mjp_defaultPlugin(ctypes.byref(plugin))
-    plugin.name, plugin.capabilityflags = NAME, PASSIVE
-    plugin.nattribute, plugin.attributes = 1, _ATTRIBUTES
-    for member, function in _STUBS.items():
+    plugin.name = name
+    if name == FORCES:
+        # MuJoCo passes the actuator's stage only to plugins that claim to be actuators.
+        plugin.capabilityflags = PASSIVE | ACTUATOR
+        plugin.nattribute, plugin.attributes = 1, _ATTRIBUTES
+    else:
+        plugin.capabilityflags, plugin.needstage = SENSOR, ACCELERATION_STAGE
+    for member, function in _STUBS[name].items():
         setattr(plugin, member, ctypes.cast(function, ctypes.c_void_p).value)
     return library().mjp_registerPlugin(ctypes.byref(plugin))
 
@@ -153,28 +172,87 @@ def _interrupt_later() -> None:
     threading.Timer(0.05, _thread.interrupt_main).start()
 
 
-@_NSTATE
-def _nstate(model, instance):
-    """Load the compiled code, since this is the first function that MuJoCo calls."""
-    _ensure_loaded()
-    return 0
+class _Code:
+    """The compiled functions of one plugin, and the functions in their place until they are loaded.
 
+    Loading calls MuJoCo, which must not happen in a thread that is inside of MuJoCo: its errors
+    would jump to the innermost call. Therefore a new thread loads.
+    """
 
-@_INIT
-def _init(model, data, instance):
-    """Called if no model with the plugin has been compiled, but one was loaded from a file."""
-    if not _ensure_loaded():
-        return FAILED
-    if not getattr(_this_thread, "probes", False):
-        from magmotor.mjcf.callbacks import prepare
+    def __init__(self, name: bytes):
+        self._name = name
+        self._lock = threading.Lock()
+        self.loading = self._loaded = self._failed = False
 
-        prepare(model, data, instance)
-    return 0
+    def ensure_loaded(self) -> bool:
+        """Load the code once; return whether it could be loaded. Ctrl-C is delivered afterwards."""
+        interrupted = False
+        while not (self._loaded or self._failed or getattr(_this_thread, "probes", False)):
+            try:
+                with self._lock:
+                    if not (self._loaded or self._failed):
+                        self.loading = True
+                        loader = threading.Thread(target=self._load)
+                        loader.start()
+                        loader.join()
+                        self.loading = False
+            except KeyboardInterrupt:
+                interrupted = True
+        if interrupted:
+            _interrupt_later()
+        return not self._failed
+
+    def _load(self) -> None:
+        notice = threading.Timer(SLOW, print, (_COMPILING,), {"file": sys.stderr})
+        notice.start()
+        try:
+            from magmotor.mjcf.callbacks import compiled_plugin
+
+            found = library().mjp_getPluginAtSlot
+            found.restype = ctypes.POINTER(Plugin)
+            init, compute = compiled_plugin(self._name)
+            table = found(slot(self._name)).contents
+            table.compute, table.init = compute.address, init.address
+            self._loaded = True
+        except BaseException:
+            _print_exception()
+            self._failed = True
+        finally:
+            notice.cancel()
+
+    def after_fork(self) -> None:
+        """Give up in a child whose parent was loading, whose lock a thread holds that is gone."""
+        self._lock = threading.Lock()
+        if self.loading:
+            self.loading, self._failed = False, True
+            print(f"magmotor: {_FORKED}", file=sys.stderr)
+
+    def stubs(self) -> dict[str, Any]:
+        """Return the functions of the plugin until its code is loaded."""
+
+        @_NSTATE
+        def nstate(model, instance):
+            """Load the compiled code, since this is the first function that MuJoCo calls."""
+            self.ensure_loaded()
+            return 0
+
+        @_INIT
+        def init(model, data, instance):
+            """Called if a model was loaded from a file, and none with the plugin was compiled."""
+            if not self.ensure_loaded():
+                return FAILED
+            if self._name == FORCES and not getattr(_this_thread, "probes", False):
+                from magmotor.mjcf.callbacks import prepare
+
+                prepare(model, data, instance)
+            return 0
+
+        return {"nstate": nstate, "init": init, "reset": _reset, "compute": _compute}
 
 
 @_RESET
 def _reset(model, state, data, instance):
-    """Required by MuJoCo; the plugin has no state."""
+    """Required by MuJoCo; the plugins have no state."""
 
 
 @_COMPUTE
@@ -182,15 +260,23 @@ def _compute(model, data, instance, capability):
     """Replaced by compiled code, except while that code is being loaded."""
 
 
-_STUBS = {"nstate": _nstate, "init": _init, "reset": _reset, "compute": _compute}
-_lock = threading.Lock()
-_loading = _loaded = _failed = False
+@_NSENSORDATA
+def _nsensordata(model, instance, sensor):
+    """Return the number of components of a magnetometer."""
+    return 3
+
+
 _this_thread = threading.local()
+_forces, _magnetometer = _Code(FORCES), _Code(MAGNETOMETER)
+_STUBS = {
+    FORCES: _forces.stubs(),
+    MAGNETOMETER: _magnetometer.stubs() | {"nsensordata": _nsensordata},
+}
 
 
 @contextmanager
 def without_code() -> Iterator[None]:
-    """Compile models with the plugin in this thread without loading its code; it does nothing."""
+    """Compile models with the plugins in this thread without loading code; they do nothing."""
     _this_thread.probes = True
     try:
         yield
@@ -198,58 +284,10 @@ def without_code() -> Iterator[None]:
         _this_thread.probes = False
 
 
-def _ensure_loaded() -> bool:
-    """Load the compiled code once, in a new thread; return whether it could be loaded.
-
-    Loading calls MuJoCo, which must not happen in a thread that is inside of MuJoCo: its errors
-    would jump to the innermost call. Ctrl-C is delivered afterwards.
-    """
-    global _loading
-    interrupted = False
-    while not (_loaded or _failed or getattr(_this_thread, "probes", False)):
-        try:
-            with _lock:
-                if not (_loaded or _failed):
-                    _loading = True
-                    loader = threading.Thread(target=_load)
-                    loader.start()
-                    loader.join()
-                    _loading = False
-        except KeyboardInterrupt:
-            interrupted = True
-    if interrupted:
-        _interrupt_later()
-    return not _failed
-
-
 def _after_fork() -> None:
-    """Give up in a child whose parent was loading: its locks are held by threads that are gone."""
-    global _lock, _loading, _failed
-    _lock = threading.Lock()
-    if _loading:
-        _loading, _failed = False, True
-        print(f"magmotor: {_FORKED}", file=sys.stderr)
+    for code in (_forces, _magnetometer):
+        code.after_fork()
 
 
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_after_fork)
-
-
-def _load() -> None:
-    global _loaded, _failed
-    notice = threading.Timer(SLOW, print, (_COMPILING,), {"file": sys.stderr})
-    notice.start()
-    try:
-        from magmotor.mjcf.callbacks import compiled_plugin
-
-        found = library().mjp_getPluginAtSlot
-        found.restype = ctypes.POINTER(Plugin)
-        init, compute = compiled_plugin()
-        table = found(register()).contents
-        table.compute, table.init = compute.address, init.address
-        _loaded = True
-    except BaseException:
-        _print_exception()
-        _failed = True
-    finally:
-        notice.cancel()

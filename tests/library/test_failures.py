@@ -328,7 +328,7 @@ import magmotor, magmotor_plugin, mujoco
 path = sys.argv[1]
 compiling = threading.Thread(target=lambda: mujoco.MjModel.from_xml_path(path))
 compiling.start()
-while not magmotor_plugin._loading:
+while not magmotor_plugin._forces.loading:
     time.sleep(0.001)
 child = os.fork()
 if child == 0:

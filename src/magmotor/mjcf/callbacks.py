@@ -14,7 +14,8 @@ from typing import Any
 import mujoco
 from numba import njit, types
 
-from magmotor.mjcf import layout, memory, messages
+import magmotor_plugin
+from magmotor.mjcf import errors, layout, memory, messages
 from magmotor.mjcf.forces import coils
 from magmotor.mjcf.forces.brownian_wrenches import (
     add_brownian_wrenches,
@@ -27,7 +28,7 @@ from magmotor.mjcf.forces.brownian_wrenches import (
 )
 from magmotor.mjcf.forces.coils import drives_checksum, invalid_coil
 from magmotor.mjcf.forces.couplings import invalid_coupling
-from magmotor.mjcf.forces.custom import BODY, GEOM, JOINT, NUMERIC, SITE, TUPLE, numbers_of
+from magmotor.mjcf.forces.custom import BODY, GEOM, JOINT, NUMERIC, SENSOR, SITE, TUPLE, numbers_of
 from magmotor.mjcf.forces.dipole_sites import (
     SWITCHED_OFF,
     count_dipoles,
@@ -38,6 +39,7 @@ from magmotor.mjcf.forces.fields import invalid_field, invalid_field_tuple
 from magmotor.mjcf.forces.iron import coupled_iron, invalid_iron, invalid_material
 from magmotor.mjcf.forces.joint_potentials import add_potential_forces, invalid_potential
 from magmotor.mjcf.forces.magnetic_wrenches import set_magnetic_wrenches
+from magmotor.mjcf.forces.magnetometers import read_magnetometers, sensor_without_site
 from magmotor.mjcf.forces.marks import (
     COILS,
     COUPLINGS,
@@ -56,8 +58,6 @@ from magmotor.numerics.numba_cache import compiled_once
 
 FAILED = -1
 """Result of `init` after an error."""
-
-NO_ERROR = (-1, -1, -1)
 
 IDLE, KINDS, SHIFT = 1 << 15, (1 << 16) - 1, 16
 """Parts of the word in `plugin_data`: a bit for an instance that does not act, the bits of what
@@ -88,9 +88,11 @@ def compiled_callback() -> Any:
 
 
 @cache
-def compiled_plugin() -> tuple[Any, Any]:
-    """Return the plugin's `init` and `compute` for the running MuJoCo."""
+def compiled_plugin(name: bytes) -> tuple[Any, Any]:
+    """Return the functions `init` and `compute` of a plugin for the running MuJoCo."""
     _bind()
+    if name == magmotor_plugin.MAGNETOMETER:
+        return _check_magnetometers(layout.current()), _measure(layout.current())
     return _init(layout.current()), _compute(layout.current())
 
 
@@ -269,6 +271,39 @@ def _compute(checksum: int, offsets: layout.Layout):
     return compute
 
 
+@compiled_once(types.int32(_word, _word, _int), error_model="numpy")
+def _check_magnetometers(checksum: int, offsets: layout.Layout):
+    """Define the magnetometer's `init`, which checks a model while MuJoCo compiles it."""
+
+    def init(model, data, instance):
+        _ = checksum
+        m = memory.words(model, memory.UNBOUNDED)
+        sensor = sensor_without_site(m, offsets, instance)
+        if sensor < 0:
+            return 0
+        report((errors.NO_SITE, sensor, -1), m, m, offsets)
+        return FAILED
+
+    return init
+
+
+@compiled_once(types.void(_word, _word, _int, _int), error_model="numpy")
+def _measure(checksum: int, offsets: layout.Layout):
+    """Define the magnetometer's `compute`, which writes to `sensordata`."""
+
+    def compute(model, data, instance, capability):
+        _ = checksum
+        m = memory.words(model, memory.UNBOUNDED)
+        d = memory.words(data, memory.UNBOUNDED)
+        kinds = forces_of(m, offsets)
+        error = _first_error(m, offsets, kinds, False)
+        if error[0] < 0:
+            error = read_magnetometers(m, d, offsets, kinds, instance)
+        report(error, m, d, offsets)
+
+    return compute
+
+
 @njit(forceinline=True)
 def apply_forces(model, data, offsets, kinds, applied, generalized):
     """Compute all forces except noise; return how many act, and an error for `report`.
@@ -286,16 +321,16 @@ def apply_forces(model, data, offsets, kinds, applied, generalized):
     if kinds & NOISE and m[offsets.nuser_body // 8] > 0:
         invalid = clear_driven_bodies(m, d, offsets, applied)
         if invalid >= 0:
-            return 0, (messages.PATH, invalid, -1)
+            return 0, (errors.PATH, invalid, -1)
         if not has_step_number(model, data, offsets):
-            return 0, (messages.TIME, -1, -1)
+            return 0, (errors.TIME, -1, -1)
     if kinds & IRON or (kinds & DIPOLES and m[offsets.nuser_site // 8] > 0):
         acting, failure = set_magnetic_wrenches(m, d, offsets, kinds, applied)
         if failure[0] >= 0:
             return 0, failure
     if kinds & POTENTIALS and m[offsets.nuser_jnt // 8] > 0:
         acting += add_potential_forces(m, d, offsets, generalized)
-    return acting, NO_ERROR
+    return acting, errors.NO_ERROR
 
 
 @njit
@@ -306,40 +341,40 @@ def _first_error(m, offsets, kinds, thorough):
     numbers of tables.
     """
     if kinds < 0:
-        return messages.MARK, -1, -1
+        return errors.MARK, -1, -1
     site = invalid_moment(m, offsets) if kinds & DIPOLES else -1
     if site >= 0:
-        return messages.MOMENT, site, -1
+        return errors.MOMENT, site, -1
     pair = invalid_coupling(m, offsets) if kinds & COUPLINGS else -1
     if pair >= 0:
-        return messages.COUPLING, pair, -1
+        return errors.COUPLING, pair, -1
     body = invalid_row(m, offsets) if kinds & NOISE else -1
     if body >= 0:
-        return messages.WRENCH, body, -1
+        return errors.WRENCH, body, -1
     joint = invalid_potential(m, offsets) if kinds & POTENTIALS else -1
     if joint >= 0:
-        return messages.POTENTIAL, joint, -1
+        return errors.POTENTIAL, joint, -1
     coil = invalid_coil(m, offsets) if kinds & COILS else -1
     if coil >= 0:
-        return messages.COIL, coil, -1
+        return errors.COIL, coil, -1
     if kinds & FIELDS:
         numeric = invalid_field(m, offsets, thorough)
         if numeric >= 0:
-            return messages.FIELD, numeric, -1
+            return errors.FIELD, numeric, -1
         owner = invalid_field_tuple(m, offsets)
         if owner >= 0:
-            return messages.FIELD_TUPLE, owner, -1
+            return errors.FIELD_TUPLE, owner, -1
     if kinds & IRON:
         pieces = invalid_iron(m, offsets)
         if pieces >= 0:
-            return messages.IRON, pieces, -1
+            return errors.IRON, pieces, -1
         material = invalid_material(m, offsets)
         if material >= 0:
-            return messages.MATERIAL, material, -1
+            return errors.MATERIAL, material, -1
         geom, pair = coupled_iron(m, offsets) if kinds & COUPLINGS else (-1, -1)
         if geom >= 0:
-            return messages.COUPLED_IRON, geom, pair
-    return NO_ERROR
+            return errors.COUPLED_IRON, geom, pair
+    return errors.NO_ERROR
 
 
 @njit
@@ -350,26 +385,26 @@ def report(error, m, d, offsets):
     of a geom.
     """
     number, first, second = error
-    if number == messages.MARK:
+    if number == errors.MARK:
         text, config = marks_of(m, offsets)
         messages.fail(number, 0, text, 0, config, 0.0)
-    elif number == messages.TIME:
+    elif number == errors.TIME:
         time = memory.numbers(d.ctypes.data + offsets.time, 1, 1)[0, 0]
         messages.fail(number, -1, 0, 0, 0, time)
-    elif number == messages.PATH:
+    elif number == errors.PATH:
         messages.fail(number, first, 0, 0, 0, userdata_at(d, offsets, first))
-    elif number == messages.MATERIAL:
+    elif number == errors.MATERIAL:
         value = numbers_of(first, m, offsets)[0]
         messages.fail(number, first, _name(NUMERIC, first, m, offsets), 0, 0, value)
     elif number >= 0:
-        one, other = messages.ELEMENTS[number]
+        one, other = errors.ELEMENTS[number]
         geoms = 0
         nsite = m[offsets.nsite // 8]
-        if one == messages.DIPOLE:
+        if one == errors.DIPOLE:
             one = SITE
             if first >= nsite:
                 one, first, geoms = GEOM, first - nsite, 1
-        if other == messages.DIPOLE:
+        if other == errors.DIPOLE:
             other = SITE
             if second >= nsite:
                 other, second, geoms = GEOM, second - nsite, geoms + 2
@@ -391,6 +426,8 @@ def _name(kind, number, m, offsets):
         starts = m[offsets.name_geomadr // 8]
     elif kind == NUMERIC:
         starts = m[offsets.name_numericadr // 8]
+    elif kind == SENSOR:
+        starts = m[offsets.name_sensoradr // 8]
     if number < 0:
         return 0
     return m[offsets.names // 8] + memory.integers(starts, memory.UNBOUNDED)[number]

@@ -12,12 +12,17 @@ import numpy as np
 import magmotor_plugin
 from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
+from magmotor.mjcf import declared
 from magmotor.mjcf.callbacks import acting_forces
+from magmotor.mjcf.declared import name_of
 from magmotor.mjcf.field_and_energy import coupling_factors
 from magmotor.mjcf.forces.marks import UNMARKED, WORDS
 from magmotor.mjcf.langevin.dry_friction import dry_joints
 from magmotor.mjcf.langevin.temperature import MATCH, joined, temperatures
 from magmotor.mjcf.lookup import disabled
+
+PREFIXES = ("coupling", "field", "coil", "iron")
+"""How the names of tuples start that declare something."""
 
 LISTED = 8
 """Largest number of bodies, pairs or joints that the text lists."""
@@ -30,7 +35,8 @@ class Description:
     Attributes
     ----------
     acting : tuple of str
-        Those of `dipoles`, `couplings`, `noise` and `potentials` that act on the model.
+        Those of `dipoles`, `couplings`, `noise`, `potentials`, `fields`, `coils` and `iron` that
+        act on the model.
     marked : bool
         Whether the model says so itself.
     plugin : bool
@@ -53,6 +59,12 @@ class Description:
         Why the temperature is unknown, if there is noise.
     potentials : dict of str to ndarray
         Fourier coefficients a_1 b_1 a_2 b_2 ... in J of each joint that has any.
+    fields : dict of str to str
+        What each given field is, by the name of its numeric.
+    coils : dict of str to (str, int)
+        The actuator and the number of dipoles of each coil, by the name of its tuple.
+    iron : dict of str to float
+        Susceptibility of each geom that is iron.
     dry_friction : tuple of str
         Joints and tendons with dry friction, with which noise leaves the model too cold.
     idle : tuple of str
@@ -69,6 +81,9 @@ class Description:
     mismatch: float
     unknown: str
     potentials: dict[str, Array]
+    fields: dict[str, str]
+    coils: dict[str, tuple[str, int]]
+    iron: dict[str, float]
     dry_friction: tuple[str, ...]
     idle: tuple[str, ...]
 
@@ -89,6 +104,14 @@ class Description:
                 for (one, other), factor in self.pairs.items()
             )
             yield f"pairs: {_listed(pairs)}"
+        if self.fields:
+            yield f"fields: {_listed(f'{name} ({what})' for name, what in self.fields.items())}"
+        if self.coils:
+            parts = (f"{name} ({n}, {by})" for name, (by, n) in self.coils.items())
+            yield f"coils, dipoles and actuator: {_listed(parts)}"
+        if self.iron:
+            parts = (f"{name} {value:g}" for name, value in self.iron.items())
+            yield f"iron, susceptibilities: {_listed(parts)}"
         if self.noise:
             rows = (f"{body} {len(wrenches)}" for body, wrenches in self.noise.items())
             yield f"noise, Brownian wrenches: {_listed(rows)}"
@@ -116,7 +139,7 @@ class Description:
 
 @checked
 def describe(model: mujoco.MjModel) -> Description:
-    """Print and return which dipoles, noise and potentials of a model act, and which do not.
+    """Print and return what of magmotor acts on a model, and what does not and why.
 
     Parameters
     ----------
@@ -144,40 +167,44 @@ def describe(model: mujoco.MjModel) -> Description:
     kinds = acting_forces(model)
     named = [word for word, bit in WORDS.items() if word != "all" and kinds & bit]
     bodies = _dipoles(model) if "dipoles" in named else {}
-    pairs = _pairs(model, [*bodies])
+    fields = declared.fields(model) if "fields" in named else {}
+    iron = declared.iron(model) if "iron" in named else {}
+    magnets = {*bodies, *model.geom_bodyid[[*iron]].tolist()}
+    pairs = _pairs(model, sorted(magnets))
+    acting = bool(pairs or _meets(model, magnets, fields, iron))
     noise = _rows(model) if "noise" in named else {}
     potentials = _waves(model) if "potentials" in named else {}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of the plugin, which says the same as `idle`
         kT, mismatch, unknown = temperatures(model) if noise else (None, 0.0, "")
     acts = {
-        "dipoles": pairs,
-        "couplings": pairs and "couplings" in named and any(_couplings(model)),
+        "dipoles": bodies and acting,
+        "couplings": pairs and "couplings" in named and any(declared.tuples(model, "coupling")),
         "noise": noise,
         "potentials": potentials,
+        "fields": fields and acting,
+        "coils": "coils" in named and acting and declared.coils(model),
+        "iron": iron and acting,
     }
     found = Description(
         acting=tuple(word for word, exists in acts.items() if exists),
         marked=not kinds & UNMARKED,
         plugin=_has_plugin(model),
-        dipoles={_name(model, "body", body): count for body, count in bodies.items()},
+        dipoles={name_of(model, "body", body): count for body, count in bodies.items()},
         pairs=pairs,
         noise=noise,
         potentials=potentials,
+        fields=fields,
+        coils=declared.coils(model) if "coils" in named else {},
+        iron={name_of(model, "geom", geom): value for geom, value in iron.items()},
         kT=kT,
         mismatch=mismatch,
         unknown=unknown,
         dry_friction=tuple(dry_joints(model)),
-        idle=tuple(_idle(model, named, bool(kinds & UNMARKED), bool(pairs))),
+        idle=tuple(_idle(model, named, bool(kinds & UNMARKED), acting)),
     )
     print(found)
     return found
-
-
-def _name(model: mujoco.MjModel, kind: str, number: int) -> str:
-    """Return the name of an element; without one, its kind and number."""
-    name = mujoco.mj_id2name(model, getattr(mujoco.mjtObj, f"mjOBJ_{kind.upper()}"), number)
-    return name or f"{kind} {number}"
 
 
 def _listed(entries: Iterable[str]) -> str:
@@ -199,22 +226,26 @@ def _dipoles(model: mujoco.MjModel) -> dict[int, int]:
 def _pairs(model: mujoco.MjModel, bodies: list[int]) -> dict[tuple[str, str], float]:
     """Return the factors of all pairs of bodies whose dipoles act on each other."""
     factor = coupling_factors(model)
-    names = {body: _name(model, "body", body) for body in bodies}
+    names = {body: name_of(model, "body", body) for body in bodies}
     pairs = ((one, other, factor(one, other)) for one, other in combinations(bodies, 2))
     return {(names[one], names[other]): value for one, other, value in pairs if value}
 
 
-def _couplings(model: mujoco.MjModel) -> list[str]:
-    """Return the names of the tuples that are couplings."""
-    names = [model.tuple(k).name for k in range(model.ntuple)]
-    return [name for name in names if name.startswith("coupling")]
+def _meets(
+    model: mujoco.MjModel, bodies: Iterable[int], fields: dict[str, str], iron: dict[int, float]
+) -> bool:
+    """Whether a body with dipoles or iron meets a given field or a plane of iron, and one moves."""
+    planes = [geom for geom in iron if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE]
+    carried = any("fixed to" in what for what in fields.values())
+    moving = any(_moves(model, body) for body in bodies)
+    return bool((fields or planes) and (moving or (carried and bodies)))
 
 
 def _rows(model: mujoco.MjModel) -> dict[str, Array]:
     """Return the Brownian wrenches of bodies that can move, by body."""
     rows = model.body_user[:, : model.nuser_body // 6 * 6].reshape(model.nbody, -1, 6)
     return {
-        _name(model, "body", body): wrenches[wrenches.any(axis=1)]
+        name_of(model, "body", body): wrenches[wrenches.any(axis=1)]
         for body, wrenches in enumerate(rows)
         if wrenches.any() and _moves(model, body)
     }
@@ -230,8 +261,12 @@ def _waves(model: mujoco.MjModel) -> dict[str, Array]:
     for joint, row in enumerate(model.jnt_user):
         terms = (len(np.trim_zeros(row, "b")) + 1) // 2
         if terms:
-            found[_name(model, "joint", joint)] = row[: 2 * terms].copy()
+            found[name_of(model, "joint", joint)] = row[: 2 * terms].copy()
     return found
+
+
+def _has_tuples(model: mujoco.MjModel, prefix: str) -> bool:
+    return any(True for _ in declared.tuples(model, prefix))
 
 
 def _idle(
@@ -240,24 +275,27 @@ def _idle(
     """Yield what does not act, and why."""
     present = {
         "dipoles": ("user numbers of sites", bool(model.nuser_site and model.site_user.any())),
-        "couplings": ("tuples named coupling...", bool(_couplings(model))),
+        "couplings": ("tuples named coupling...", _has_tuples(model, "coupling")),
         "noise": ("user numbers of bodies", bool(model.nuser_body and model.body_user.any())),
         "potentials": ("user numbers of joints", bool(model.nuser_jnt and model.jnt_user.any())),
+        "fields": ("numerics named field...", bool(declared.fields(model))),
+        "coils": ("tuples named coil...", _has_tuples(model, "coil")),
+        "iron": ("tuples named iron...", _has_tuples(model, "iron")),
     }
     for word, (what, exists) in present.items():
         if exists and word not in named:
             reason = "there is no mark" if unmarked else f"the mark does not name {word}"
             yield f"{what}, since {reason}"
     absent = [word for word in named if not present[word][1]]
-    if absent and not unmarked:
+    if absent and not unmarked and len(named) < len(present):
         yield f"{joined(absent)}, which the mark names, since the model has none"
-    if not any(exists for _, exists in present.values()):
+    if not any(present[word][1] for word in ("dipoles", "noise", "potentials", "iron")):
         yield 'sites without user numbers (a dipole has user="MOMENT", in A m^2)'
     if "dipoles" in named and present["dipoles"][1]:
         yield from _idle_dipoles(model, paired)
     if "noise" in named:
         fixed = (body for body in range(model.nbody) if not _moves(model, body))
-        driven = [_name(model, "body", body) for body in fixed if model.body_user[body].any()]
+        driven = [name_of(model, "body", body) for body in fixed if model.body_user[body].any()]
         if driven:
             yield f"noise of {_listed(driven)}, since what cannot move is not driven"
     yield from _renamed(model)
@@ -287,9 +325,10 @@ def _renamed(model: mujoco.MjModel) -> Iterator[str]:
     """Yield marks and couplings that a prefix hides, as of models that were attached to another."""
     for k in range(model.ntuple):
         name = model.tuple(k).name
-        if "coupling" in name[1:] and not name.startswith("coupling"):
-            yield f"tuple {name!r}, since the name of a coupling starts with coupling"
+        for prefix in PREFIXES:
+            if f"/{prefix}" in name or f"_{prefix}" in name:
+                yield f"tuple {name!r}, since the name of a {prefix} starts with {prefix}"
     for k in range(model.ntext):
-        name = _name(model, "text", k)
+        name = name_of(model, "text", k)
         if name.endswith("magmotor") and name != "magmotor":
             yield f"text {name!r}, since only the name magmotor makes it a mark"

@@ -16,10 +16,11 @@ from magmotor.common.hints import Points
 from magmotor.dipoles import COINCIDENCE as CLOSEST
 from magmotor.mjcf import layout, memory
 from magmotor.mjcf.callbacks import acting_forces, report
+from magmotor.mjcf.errors import BEHIND, COINCIDENCE, OUTSIDE
 from magmotor.mjcf.forces import coils
 from magmotor.mjcf.forces.dipole_table import BODY, FIRST, SIZE
 from magmotor.mjcf.forces.magnetic_energy import energy_of
-from magmotor.mjcf.forces.magnetic_state import BEHIND, COINCIDENCE, OUTSIDE, field_at, read_state
+from magmotor.mjcf.forces.magnetic_state import field_at, read_state
 from magmotor.mjcf.forces.magnetic_wrenches import find_coincidence
 from magmotor.mjcf.forces.marks import COUPLINGS, forces_of
 from magmotor.mjcf.hooks import errors_raised
@@ -157,28 +158,28 @@ def _observe(checksum: int, offsets: layout.Layout):
         d = memory.words(data, memory.UNBOUNDED)
         memory.mark_stack(data)
         state = read_state(m, d, offsets, forces_of(m, offsets))
-        table, magnets, failure = state.table, state.magnets, state.failure
+        table, magnets, problem = state.table, state.magnets, state.error
         total, count = 0.0, 0
         why = point = numeric = -1
-        if failure[0] < 0 and energy:
+        if problem[0] < 0 and energy:
             total = energy_of(state, m, offsets)
             if not math.isfinite(total):
-                failure = find_coincidence(state)
-        for k in range(magnets.count if failure[0] < 0 else 0):
+                problem = find_coincidence(state)
+        for k in range(magnets.number if problem[0] < 0 else 0):
             for i in range(int(table[FIRST, k]), int(table[FIRST, k] + table[SIZE, k])):
                 if len(dipoles) > 0:
                     for row in range(6):
                         dipoles[count, row] = table[row, i]
                     dipoles[count, 6] = table[BODY, k]
                 count += 1
-        for i in range(len(points) if failure[0] < 0 else 0):
+        for i in range(len(points) if problem[0] < 0 else 0):
             x, y, z = points[i, 0], points[i, 1], points[i, 2]
             found, error, other = field_at(state, magnets.end, x, y, z, m, offsets)
             if why < 0 and (error >= 0 or found[6]):
                 why, point, numeric = error if error >= 0 else COINCIDENCE, i, other
             fields[i, 0], fields[i, 1], fields[i, 2] = found[3], found[4], found[5]
         memory.free_stack(data)
-        report(failure, m, d, offsets)
+        report(problem, m, d, offsets)
         return total, count, why, point, numeric
 
     return observe

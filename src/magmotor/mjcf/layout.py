@@ -25,7 +25,7 @@ MODEL_FIELDS = (
     "ngeom", "geom_type", "geom_bodyid", "geom_size", "nnumeric", "numeric_adr", "numeric_size",
     "numeric_data", "actuator_actnum", "actuator_actadr", "actuator_ctrladr",
     "actuator_ctrllimited", "actuator_ctrlrange", "actuator_delay", "actuator_history", "nsensor",
-    "sensor_type", "sensor_plugin", "sensor_adr", "sensor_objid", "name_geomadr",
+    "sensor_objtype", "sensor_plugin", "sensor_adr", "sensor_objid", "name_geomadr",
     "name_numericadr", "name_sensoradr",
 )  # fmt: skip
 OPTION_FIELDS = ("timestep", "integrator", "disableflags", "enableflags")
@@ -153,7 +153,7 @@ class Layout(NamedTuple):
     actuator_delay: int
     actuator_history: int
     nsensor: int
-    sensor_type: int
+    sensor_objtype: int
     sensor_plugin: int
     sensor_adr: int
     sensor_objid: int

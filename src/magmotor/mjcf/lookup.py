@@ -6,6 +6,8 @@ from typing import Any
 import mujoco
 import numpy as np
 
+import magmotor_plugin
+
 
 def disabled(model: mujoco.MjModel, flag: str) -> bool:
     """Whether a feature is disabled, by its own flag or by the flag for all constraints."""
@@ -28,6 +30,12 @@ def number_of(model: mujoco.MjModel, kind: str, name: str) -> int:
         return mujoco.mj_name2id(model, _object_type(kind), name)
     except TypeError:  # UTF-8 cannot encode the name
         return -1
+
+
+def foreign_plugins(model: mujoco.MjModel) -> int:
+    """Return the number of instances of plugins that are not this package's."""
+    ours = [magmotor_plugin.slot(name) for name in magmotor_plugin.NAMES]
+    return int((~np.isin(model.plugin, ours)).sum())
 
 
 def _object_type(kind: str) -> int:

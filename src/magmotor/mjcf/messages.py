@@ -18,8 +18,7 @@ from contextlib import contextmanager
 import mujoco
 from numba import njit, types
 
-from magmotor.mjcf import memory
-from magmotor.mjcf.forces.custom import BODY, GEOM, JOINT, NUMERIC, SITE, TUPLE
+from magmotor.mjcf import errors, memory
 from magmotor.mjcf.forces.dipole_sites import (
     LEFT_ALONE,
     NO_DIPOLES,
@@ -28,26 +27,8 @@ from magmotor.mjcf.forces.dipole_sites import (
     ONE_RIGID_BODY,
     SWITCHED_OFF,
 )
-from magmotor.mjcf.forces.magnetic_state import BEHIND, COINCIDENCE, MERGED, OUTSIDE, UNSOLVED
 from magmotor.mjcf.hooks import catches_errors
 from magmotor_plugin import library, returning
-
-(
-    MARK, COUPLING, WRENCH, POTENTIAL, MOMENT, PATH, TIME, COIL, FIELD, FIELD_TUPLE, IRON, MATERIAL,
-    COUPLED_IRON,
-) = range(COINCIDENCE + 1, COINCIDENCE + 14)  # fmt: skip
-"""Errors, besides those of `magnetic_state`; each has up to two numbers with names, and a value."""
-
-DIPOLE = -1
-"""Type of elements that are sites, or geoms with a number beyond these."""
-
-ELEMENTS = (
-    (DIPOLE, NUMERIC), (DIPOLE, SITE), (DIPOLE, SITE), (DIPOLE, SITE), (DIPOLE, DIPOLE),
-    (SITE, SITE), (TUPLE, SITE), (BODY, SITE), (JOINT, SITE), (SITE, SITE), (SITE, SITE),
-    (SITE, SITE), (TUPLE, SITE), (NUMERIC, SITE), (TUPLE, SITE), (TUPLE, SITE), (NUMERIC, SITE),
-    (GEOM, TUPLE),
-)  # fmt: skip
-"""The types of the two elements of each error."""
 
 LONGEST_NAME = 60
 """Largest number of characters of a name in a message."""
@@ -109,66 +90,75 @@ def _coincidence(number: int, name: str, other: int, other_name: str, geoms: flo
 
 
 _ERRORS: dict[int, Callable[..., str]] = {
-    COINCIDENCE: _coincidence,
-    OUTSIDE: _of_dipole(
+    errors.COINCIDENCE: _coincidence,
+    errors.OUTSIDE: _of_dipole(
         "is outside the grid of the table in numeric {} {!r}, or at a node that is not finite: the"
         " table must contain all dipoles and all iron"
     ),
-    BEHIND: _of_dipole("is below the plane of iron, where mirror images do not give the field"),
-    MERGED: _of_dipole("has its center at a dipole, where the field is not finite"),
-    UNSOLVED: _of_dipole(
+    errors.BEHIND: _of_dipole(
+        "is below the plane of iron, where mirror images do not give the field"
+    ),
+    errors.MERGED: _of_dipole("has its center at a dipole, where the field is not finite"),
+    errors.UNSOLVED: _of_dipole(
         "is so close to other iron that one dipole each does not describe them, and their moments"
         " do not converge: put the geoms farther apart, or make one piece of them"
     ),
-    COIL: (
+    errors.COIL: (
         "coil tuple {} {!r}: its elements must be one actuator, whose prm (where the core"
         " saturates) is finite and not negative, and then sites and bodies, none of which another"
         " coil names".format
     ),
-    FIELD: (
+    errors.FIELD: (
         "numeric {} {!r}: a field must be B in T (3 finite numbers), B and G_xx G_xy G_xz G_yy G_yz"
         " in T/m (8), or a table: numbers of nodes n_x n_y n_z, each at least 4, the first node"
         " x y z, positive spacings, and 3 n_x n_y n_z flux densities".format
     ),
-    FIELD_TUPLE: (
+    errors.FIELD_TUPLE: (
         "field tuple {} {!r}: its elements must be numerics whose names start with 'field', which"
         " no other such tuple names, at most one body or site, and at most one actuator, whose prm"
         " is finite and not negative".format
     ),
-    IRON: (
+    errors.IRON: (
         "iron tuple {} {!r}: its elements must be one numeric and geoms, each named once: spheres,"
         " ellipsoids, capsules, cylinders, boxes, and at most one plane in the model".format
     ),
-    MATERIAL: (
+    errors.MATERIAL: (
         "numeric {0} {1!r}: a material must be a susceptibility, at least -1 (here {4:g}), and"
         " optionally a saturation magnetization in A/m, not negative; both finite".format
     ),
-    COUPLED_IRON: (
+    errors.COUPLED_IRON: (
         "iron geom {} {!r} belongs to a body of coupling tuple {} {!r}: couplings do not apply to"
         " iron".format
     ),
-    MARK: _mark_error,
-    COUPLING: (
+    errors.MARK: _mark_error,
+    errors.COUPLING: (
         "coupling tuple {} {!r}: its elements must be two bodies with equal and finite prm".format
     ),
-    WRENCH: (
+    errors.NO_SITE: "magnetometer {} {!r}: its objtype must be 'site'".format,
+    errors.UNMEASURED: (
+        "magnetometer {} {!r}: its site {} {!r} coincides with a dipole, is outside the table of a"
+        " field, or is below the plane of iron".format
+    ),
+    errors.WRENCH: (
         "body {} {!r}: its user numbers must be rows of six, the Brownian wrenches, and"
         " finite".format
     ),
-    POTENTIAL: (
+    errors.POTENTIAL: (
         "joint {} {!r}: its user numbers must be pairs, the finite Fourier coefficients of a"
         " potential, and the joint must be a slide or a hinge".format
     ),
-    MOMENT: (
+    errors.MOMENT: (
         "site {} {!r}: its only user number must be its moment in A m^2, which must be finite; the"
         " direction is its z axis".format
     ),
-    PATH: (
+    errors.PATH: (
         "userdata[{0}] = {4:g}: the numbers that select the noise (seed, replica, factor, level,"
         " first step) must be integers from 0 to 2^53 - 1, a factor at most 2^24 and a level at"
         " most 31".format
     ),
-    TIME: "time = {4:g}: must be finite and less than 2^53 timesteps while noise acts".format,
+    errors.TIME: (
+        "time = {4:g}: must be finite and less than 2^53 timesteps while noise acts".format
+    ),
 }  # fmt: skip
 
 _word = types.int64

@@ -6,7 +6,6 @@ from functools import partial
 import mujoco
 import numpy as np
 
-import magmotor_plugin
 from magmotor.common.checks import reject
 from magmotor.mjcf.boltzmann.actuators import springs
 from magmotor.mjcf.boltzmann.limits import limits
@@ -14,7 +13,7 @@ from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.field_and_energy import magnetic_energy
 from magmotor.mjcf.forces.marks import DIPOLES, IRON, POTENTIALS
 from magmotor.mjcf.langevin.contacts import colliding_geoms
-from magmotor.mjcf.lookup import disabled, label
+from magmotor.mjcf.lookup import disabled, foreign_plugins, label
 
 Energy = Callable[[mujoco.MjData], float]
 """The energy in J of a state whose positions are up to date."""
@@ -66,9 +65,8 @@ def _check(model: mujoco.MjModel) -> None:
     """Check that no other force of the position acts."""
     if model.nflex:
         raise reject("number of flexes", model.nflex, f"must be zero {INSTEAD}")
-    others = int((model.plugin != magmotor_plugin.register()).sum())
-    if others:
-        sentence = f"must be zero, except for magmotor.forces, {INSTEAD}"
+    if others := foreign_plugins(model):
+        sentence = f"must be zero, except for those of magmotor, {INSTEAD}"
         raise reject("number of plugins", others, sentence)
     contacts = [
         *(label(model, "pair", pair) for pair in range(model.npair)),

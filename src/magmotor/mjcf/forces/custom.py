@@ -3,12 +3,14 @@
 # Numba's intrinsics hide their first parameter:
 # pyright: reportCallIssue=false
 
+from typing import Any
+
 import numpy as np
 from numba import njit
 
 from magmotor.mjcf import memory
 
-BODY, JOINT, GEOM, SITE, ACTUATOR, NUMERIC, TUPLE = 1, 3, 5, 6, 19, 21, 23
+BODY, JOINT, GEOM, SITE, ACTUATOR, SENSOR, NUMERIC, TUPLE = 1, 3, 5, 6, 19, 20, 21, 23
 """mjOBJ_BODY and so on."""
 
 
@@ -27,7 +29,7 @@ def numeric_starts_with(k, prefix, m, offsets):
 
 
 @njit
-def elements_of(k, m, offsets):
+def elements_of(k, m, offsets) -> range:
     """Return the range of the elements of tuple k."""
     first = np.int64(memory.integers(m[offsets.tuple_adr // 8], memory.UNBOUNDED)[k])
     size = np.int64(memory.integers(m[offsets.tuple_size // 8], memory.UNBOUNDED)[k])
@@ -35,7 +37,7 @@ def elements_of(k, m, offsets):
 
 
 @njit
-def element(i, m, offsets):
+def element(i, m, offsets) -> tuple[int, int, float]:
     """Return the type, the number and the `prm` of element i of all tuples."""
     return (
         np.int64(memory.integers(m[offsets.tuple_objtype // 8], memory.UNBOUNDED)[i]),
@@ -45,7 +47,7 @@ def element(i, m, offsets):
 
 
 @njit
-def numbers_of(numeric, m, offsets):
+def numbers_of(numeric, m, offsets) -> Any:
     """Return the numbers of a numeric."""
     first = memory.integers(m[offsets.numeric_adr // 8], memory.UNBOUNDED)[numeric]
     count = memory.integers(m[offsets.numeric_size // 8], memory.UNBOUNDED)[numeric]

@@ -49,7 +49,7 @@ class Magnets(NamedTuple):
     in columns `boundary` to `after`.
     """
 
-    count: int
+    number: int
     pairwise: int
     iron: int
     end: int

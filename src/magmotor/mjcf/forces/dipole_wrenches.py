@@ -36,7 +36,7 @@ def add_dipole_wrenches(table, magnets, couplings, center, applied):
     """
     boundary, end = magnets.boundary, magnets.end
     coincident = acting = 0
-    for k in range(magnets.count):
+    for k in range(magnets.number):
         grouped = table[FIRST, k] < boundary
         if grouped and magnets.mixed and table[MOVES, k] > 0.0:
             coincident += _add_group_wrench(table, k, end, center, applied)

@@ -41,7 +41,7 @@ FINE, COINCIDENT, UNSTABLE = range(3)
 
 
 @njit
-def magnetize_pieces(iron, pieces, mirror, d, offsets):
+def magnetize_pieces(iron, pieces, mirror, d, offsets) -> tuple[int, int]:
     """Find the moments of all pieces, whose fields from outside are known.
 
     `iron` has the rows of `sum_over_sources`, with the positions and a different label for each

@@ -36,7 +36,7 @@ def energy_of(state, m, offsets):
     table, magnets = state.table, state.magnets
     weld_of = memory.integers(m[offsets.body_weldid // 8], memory.UNBOUNDED)
     energy = iron_energy(state.iron, state.pieces, state.mirror)
-    for k in range(magnets.count):
+    for k in range(magnets.number):
         first, last = int(table[FIRST, k]), int(table[FIRST, k] + table[SIZE, k])
         if magnets.iron <= first < magnets.boundary:
             continue

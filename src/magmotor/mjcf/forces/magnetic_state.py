@@ -10,6 +10,7 @@ import mujoco
 from numba import njit
 
 from magmotor.mjcf import layout, memory
+from magmotor.mjcf.errors import BEHIND, MERGED, NO_ERROR, OUTSIDE, UNSOLVED
 from magmotor.mjcf.forces import fields as given
 from magmotor.mjcf.forces.coils import read_drives
 from magmotor.mjcf.forces.couplings import read_couplings
@@ -32,19 +33,13 @@ from magmotor.numerics.numba_cache import compiled_once
 ALIGNMENT = 1024
 """Bytes that MuJoCo may add for frames and alignment, generously."""
 
-OUTSIDE, BEHIND, MERGED, UNSOLVED, COINCIDENCE = range(5)
-"""Errors of a state: a dipole or piece is outside a table, or behind the mirror; a piece is where a
-dipole is; pieces are too close to each other; two dipoles coincide."""
-
-NO_FAILURE = (-1, -1, -1)
-
 
 class MagneticState(NamedTuple):
     """What `read_state` returns; all arrays are on the stack of `mjData`.
 
     `table` and `magnets` are described in `dipole_table.py`, `fields` in `fields.py`, `mirror` in
     `mirror.py`, `pieces` in `iron.py`, and `iron` in `induction.py`; `couplings` has rows of two
-    bodies and a factor. `failure` has the error that occurred, or -1, and its elements.
+    bodies and a factor, and `error` is for `report`.
     """
 
     table: Any
@@ -54,7 +49,7 @@ class MagneticState(NamedTuple):
     iron: Any
     pieces: Any
     mirror: tuple[float, float, float, float, float]
-    failure: tuple[int, int, int]
+    error: tuple[int, int, int]
 
 
 @njit
@@ -132,17 +127,17 @@ def read_state(m, d, offsets, kinds):
     if driven > 0:
         read_drives(drives, m, d, offsets)
     magnets = gather(table, boundary, nsite, drives, couplings, pieces, m, d, offsets)
-    failure = NO_FAILURE
-    state = MagneticState(table, magnets, couplings, fields, iron, pieces, mirror, failure)
+    error = NO_ERROR
+    state = MagneticState(table, magnets, couplings, fields, iron, pieces, mirror, error)
     if len(pieces) > 0:
-        failure = _magnetize(state, m, d, offsets)
-        state = MagneticState(table, magnets, couplings, fields, iron, pieces, mirror, failure)
+        error = _magnetize(state, m, d, offsets)
+        state = MagneticState(table, magnets, couplings, fields, iron, pieces, mirror, error)
     return state
 
 
 @njit
 def _magnetize(state, m, d, offsets):
-    """Find the moments of iron; return a failure."""
+    """Find the moments of iron; return a error."""
     table, iron, first = state.table, state.iron, state.magnets.iron
     for i in range(iron.shape[1]):
         for row in range(6):
@@ -164,7 +159,7 @@ def _magnetize(state, m, d, offsets):
     for i in range(len(state.pieces)):
         for k in range(3, 6):
             table[k, first + i] = iron[k, i]
-    return NO_FAILURE
+    return NO_ERROR
 
 
 @njit

@@ -10,6 +10,7 @@ from numba import njit
 
 from magmotor.dipoles import COINCIDENCE_SQUARED
 from magmotor.mjcf import memory
+from magmotor.mjcf.errors import BEHIND, COINCIDENCE, NO_ERROR, OUTSIDE
 from magmotor.mjcf.forces.couplings import coupling_factor
 from magmotor.mjcf.forces.dipole_table import (
     BODY,
@@ -23,13 +24,7 @@ from magmotor.mjcf.forces.dipole_table import (
 )
 from magmotor.mjcf.forces.dipole_wrenches import add_dipole_wrenches, add_wrench
 from magmotor.mjcf.forces.fields import NAME, OWNER, field_and_gradient
-from magmotor.mjcf.forces.magnetic_state import (
-    BEHIND,
-    COINCIDENCE,
-    NO_FAILURE,
-    OUTSIDE,
-    read_state,
-)
+from magmotor.mjcf.forces.magnetic_state import read_state
 from magmotor.mjcf.forces.mirror import add_image, height_above, mirrored
 
 NOTHING = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, False)
@@ -41,22 +36,22 @@ def set_magnetic_wrenches(m, d, offsets, kinds, applied):
 
     `m` and `d` are the words of mjModel and mjData, `offsets` is their layout, `kinds` are the bits
     of `forces_of`, and `applied` (nbody, 6) receives the wrenches. Returns the number of
-    interactions, and a failure: one of the errors of `magnetic_state`, or -1, and two elements.
+    interactions, and an error for `report`.
     """
     memory.mark_stack(d.ctypes.data)
     state = read_state(m, d, offsets, kinds)
-    acting, failure = 0, state.failure
-    if failure[0] < 0 and state.magnets.count > 0:
-        acting, failure = _set_wrenches(state, m, d, offsets, applied)
+    acting, error = 0, state.error
+    if error[0] < 0 and state.magnets.number > 0:
+        acting, error = _set_wrenches(state, m, d, offsets, applied)
     memory.free_stack(d.ctypes.data)
-    return acting, failure
+    return acting, error
 
 
 @njit(forceinline=True)
 def _set_wrenches(state, m, d, offsets, applied):
     """Overwrite the wrenches, as `set_magnetic_wrenches` does."""
     table, magnets = state.table, state.magnets
-    for k in range(magnets.count):
+    for k in range(magnets.number):
         if table[MOVES, k] > 0.0:
             applied[int(table[BODY, k])] = 0.0
     for i in range(len(state.fields)):
@@ -65,16 +60,16 @@ def _set_wrenches(state, m, d, offsets, applied):
             applied[owner] = 0.0
     center = memory.numbers(d[offsets.xipos // 8], memory.UNBOUNDED, 3)
     acting, coincident = add_dipole_wrenches(table, magnets, state.couplings, center, applied)
-    failure = NO_FAILURE
+    error = NO_ERROR
     if coincident > 0:
-        failure = find_coincidence(state)
-    if failure[0] < 0 and len(state.fields) > 0:
-        more, failure = _add_field_wrenches(state, m, offsets, center, applied)
+        error = find_coincidence(state)
+    if error[0] < 0 and len(state.fields) > 0:
+        more, error = _add_field_wrenches(state, m, offsets, center, applied)
         acting += more
-    if failure[0] < 0 and state.mirror[0] != 0.0:
-        more, failure = _add_image_wrenches(state, center, applied)
+    if error[0] < 0 and state.mirror[0] != 0.0:
+        more, error = _add_image_wrenches(state, center, applied)
         acting += more
-    return acting, failure
+    return acting, error
 
 
 @njit
@@ -94,7 +89,7 @@ def _add_field_wrenches(state, m, offsets, center, applied):
         row = state.fields[number]
         owner = int(row[OWNER])
         reacts = _moves(owner, m, offsets)
-        for k in range(state.magnets.count):
+        for k in range(state.magnets.number):
             body, first = int(table[BODY, k]), int(table[FIRST, k])
             moves = table[MOVES, k] > 0.0
             if weld_of[body] == weld_of[owner] or not (moves or reacts):
@@ -114,7 +109,7 @@ def _add_field_wrenches(state, m, offsets, center, applied):
                 if reacts:
                     add_wrench(owner, -1.0, target, total, center, applied)
             acting += 1
-    return acting, NO_FAILURE
+    return acting, NO_ERROR
 
 
 @njit
@@ -122,7 +117,7 @@ def _add_image_wrenches(state, center, applied):
     """Add the wrenches of the images of all dipoles on dipoles that can move."""
     table, magnets, mirror = state.table, state.magnets, state.mirror
     acting = 0
-    for k in range(magnets.count):
+    for k in range(magnets.number):
         if table[MOVES, k] > 0.0:
             first = int(table[FIRST, k])
             for i in range(first, first + int(table[SIZE, k])):
@@ -133,14 +128,14 @@ def _add_image_wrenches(state, center, applied):
                 total = add_image(NOTHING, there, mirror)
                 add_wrench(int(table[BODY, k]), 1.0, target, total, center, applied)
             acting += 1
-    return acting, NO_FAILURE
+    return acting, NO_ERROR
 
 
 @njit
 def find_coincidence(state):
-    """Find two dipoles that coincide and act on each other, as a failure."""
+    """Find two dipoles that coincide and act on each other, as a error."""
     table, magnets = state.table, state.magnets
-    for k in range(magnets.count):
+    for k in range(magnets.number):
         for other in range(k):
             moves = table[MOVES, k] + table[MOVES, other] > 0.0
             first, start = int(table[FIRST, k]), int(table[FIRST, other])
@@ -152,4 +147,4 @@ def find_coincidence(state):
                     gap = table[:3, i] - table[:3, j]
                     if np.sum(gap * gap) < COINCIDENCE_SQUARED:
                         return COINCIDENCE, int(table[ELEMENT, i]), int(table[ELEMENT, j])
-    return NO_FAILURE
+    return NO_ERROR

@@ -7,12 +7,11 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-import magmotor_plugin
 from magmotor.common.arrays import Array
 from magmotor.mjcf.langevin.contacts import colliding_geoms
 from magmotor.mjcf.langevin.friction import friction_matrix, model_friction
 from magmotor.mjcf.langevin.model import langevin_model
-from magmotor.mjcf.lookup import disabled
+from magmotor.mjcf.lookup import disabled, foreign_plugins
 
 MATCH = 1e-6
 """Relative difference up to which noise has the temperature of the damping."""
@@ -122,6 +121,6 @@ def _other_dampers(model: mujoco.MjModel) -> Iterator[str]:
         "equalities": acts("equality", model.eq_active0),
         "contacts": collide and not disabled(model, "contact"),
         "flexes": passive and model.nflex > 0,
-        "plugins": bool((model.plugin != magmotor_plugin.register()).any()),
+        "plugins": foreign_plugins(model) > 0,
     }
     return (name for name, exists in present.items() if exists)

@@ -1,0 +1,82 @@
+"""What a model declares by numerics and tuples: couplings, fields, coils and iron, by name."""
+
+from collections.abc import Iterator
+
+import mujoco
+import numpy as np
+
+from magmotor.mjcf.forces.fields import GRADIENT, UNIFORM
+
+NUMERIC, GEOM, SITE, BODY, ACTUATOR = (
+    int(getattr(mujoco.mjtObj, f"mjOBJ_{kind}"))
+    for kind in ("NUMERIC", "GEOM", "SITE", "BODY", "ACTUATOR")
+)
+
+Element = tuple[int, int, float]
+"""Type, number and `prm` of an element of a tuple."""
+
+
+def tuples(model: mujoco.MjModel, prefix: str) -> Iterator[tuple[str, list[Element]]]:
+    """Yield the name and the elements of each tuple whose name starts with a prefix."""
+    for k in range(model.ntuple):
+        name = model.tuple(k).name
+        if name.startswith(prefix):
+            own = slice(model.tuple_adr[k], model.tuple_adr[k] + model.tuple_size[k])
+            columns = model.tuple_objtype, model.tuple_objid, model.tuple_objprm
+            yield name, [*zip(*(column[own].tolist() for column in columns), strict=True)]
+
+
+def name_of(model: mujoco.MjModel, kind: str, number: int) -> str:
+    """Return the name of an element; without one, its kind and number."""
+    name = mujoco.mj_id2name(model, getattr(mujoco.mjtObj, f"mjOBJ_{kind.upper()}"), number)
+    return name or f"{kind} {number}"
+
+
+def fields(model: mujoco.MjModel) -> dict[str, str]:
+    """Return what each given field is, by the name of its numeric."""
+    found = {}
+    for k in range(model.nnumeric):
+        name = model.numeric(k).name
+        if name.startswith("field"):
+            size, first = int(model.numeric_size[k]), int(model.numeric_adr[k])
+            nodes = model.numeric_data[first : first + 3]
+            kind = {UNIFORM: "uniform", GRADIENT: "gradient"}.get(size)
+            found[name] = kind or f"table of {' x '.join(f'{n:g}' for n in nodes)} nodes"
+    for _, elements in tuples(model, "field"):
+        placed = [_place(model, *element) for element in elements if element[0] != NUMERIC]
+        for kind, number, _ in elements:
+            if kind == NUMERIC:
+                found[model.numeric(number).name] += "".join(placed)
+    return found
+
+
+def _place(model: mujoco.MjModel, kind: int, number: int, prm: float) -> str:
+    if kind == ACTUATOR:
+        return f", driven by {name_of(model, 'actuator', number)}"
+    return f", fixed to {name_of(model, 'body' if kind == BODY else 'site', number)}"
+
+
+def coils(model: mujoco.MjModel) -> dict[str, tuple[str, int]]:
+    """Return the actuator and the number of dipoles of each coil, by the name of its tuple."""
+    found = {}
+    for name, elements in tuples(model, "coil"):
+        sites = np.zeros(model.nsite, bool)
+        for kind, number, _ in elements:
+            if kind == SITE:
+                sites[number] = True
+            elif kind == BODY:
+                sites |= model.site_bodyid == number
+        dipoles = sites & (model.site_user[:, 0] != 0) if model.nuser_site else sites & False
+        actuator = next(number for kind, number, _ in elements if kind == ACTUATOR)
+        found[name] = name_of(model, "actuator", actuator), int(dipoles.sum())
+    return found
+
+
+def iron(model: mujoco.MjModel) -> dict[int, float]:
+    """Return the susceptibilities of the geoms that are iron, by their numbers."""
+    found = {}
+    for _, elements in tuples(model, "iron"):
+        material = next(number for kind, number, _ in elements if kind == NUMERIC)
+        susceptibility = float(model.numeric_data[model.numeric_adr[material]])
+        found |= {number: susceptibility for kind, number, _ in elements if kind == GEOM}
+    return found

@@ -1,0 +1,39 @@
+"""Numbers of the errors that compiled code reports; `messages.py` has their sentences."""
+
+from magmotor.mjcf.forces.custom import BODY, GEOM, JOINT, NUMERIC, SENSOR, SITE, TUPLE
+
+(
+    COINCIDENCE, OUTSIDE, BEHIND, MERGED, UNSOLVED, MARK, MOMENT, COUPLING, WRENCH, POTENTIAL, PATH,
+    TIME, COIL, FIELD, FIELD_TUPLE, IRON, MATERIAL, COUPLED_IRON, NO_SITE, UNMEASURED,
+) = range(20)  # fmt: skip
+"""Errors; each has up to two elements, and a value."""
+
+DIPOLE, NOTHING = -1, -2
+"""Types of elements: sites, or geoms whose number is that of all sites plus their own; and none."""
+
+ELEMENTS = (
+    (DIPOLE, DIPOLE),
+    (DIPOLE, NUMERIC),
+    (DIPOLE, NOTHING),
+    (DIPOLE, NOTHING),
+    (DIPOLE, NOTHING),
+    (NOTHING, NOTHING),
+    (SITE, NOTHING),
+    (TUPLE, NOTHING),
+    (BODY, NOTHING),
+    (JOINT, NOTHING),
+    (NOTHING, NOTHING),
+    (NOTHING, NOTHING),
+    (TUPLE, NOTHING),
+    (NUMERIC, NOTHING),
+    (TUPLE, NOTHING),
+    (TUPLE, NOTHING),
+    (NUMERIC, NOTHING),
+    (GEOM, TUPLE),
+    (SENSOR, NOTHING),
+    (SENSOR, SITE),
+)
+"""The types of the two elements of each error."""
+
+NO_ERROR = (-1, -1, -1)
+"""Stands for an error, which is its number and those of two elements, or -1."""
