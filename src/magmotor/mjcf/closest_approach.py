@@ -15,11 +15,12 @@ from numpy.typing import NDArray
 from magmotor.common.arrays import Array
 from magmotor.dipoles import COINCIDENCE, PERMEABILITY_OVER_4PI
 from magmotor.mjcf.contact_rule import Approach
+from magmotor.mjcf.declared import tuples
 from magmotor.mjcf.depth import NEVER, depth_and_normal
 from magmotor.mjcf.field_and_energy import coupling_factors
 from magmotor.mjcf.langevin.contacts import colliding_geoms
 from magmotor.mjcf.lookup import disabled
-from magmotor.mjcf.magnets import Magnet, magnets_of, tuples
+from magmotor.mjcf.magnets import Magnet, magnets_of
 from magmotor.mjcf.reach import Reach, common_ancestor, reach
 
 SURFACE = 0.02
@@ -88,7 +89,7 @@ def _groups(
     Only pairs of free bodies are put together, since other pairs differ in what they can reach.
     """
     kinds = {}
-    coupled = {body for elements in tuples(model, "coupling") for _, body, _ in elements}
+    coupled = {body for _, elements in tuples(model, "coupling") for _, body, _ in elements}
     kind = np.array(
         [kinds.setdefault(_kind(model, data, magnet, coupled), len(kinds)) for magnet in magnets]
     )

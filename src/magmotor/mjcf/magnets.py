@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from magmotor.common.arrays import Array
 from magmotor.mjcf.callbacks import acting_forces
+from magmotor.mjcf.declared import ACTUATOR, GEOM, NUMERIC, SITE, tuples
+from magmotor.mjcf.forces.iron import PLANE, ellipsoid
 from magmotor.mjcf.forces.marks import COILS, DIPOLES, IRON
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY, demagnetizing_factors
-
-OBJECT = mujoco.mjtObj
 
 
 class Magnet(NamedTuple):
@@ -66,12 +66,12 @@ def _drives(model: mujoco.MjModel, kinds: int) -> Array:
     It is 1 where neither a limit nor saturation bounds it.
     """
     drives = np.ones(model.nsite)
-    for elements in tuples(model, "coil") if kinds & COILS else ():
+    for _, elements in tuples(model, "coil") if kinds & COILS else ():
         largest = 1.0
         for kind, number, prm in elements:
-            if kind == OBJECT.mjOBJ_ACTUATOR:
+            if kind == ACTUATOR:
                 largest = _largest_drive(model, number, prm)
-            elif kind == OBJECT.mjOBJ_SITE:
+            elif kind == SITE:
                 drives[number] = largest
             else:
                 drives[model.site_bodyid == number] = largest
@@ -90,35 +90,13 @@ def _largest_drive(model: mujoco.MjModel, actuator: int, saturation: float) -> f
 
 def _pieces(model: mujoco.MjModel) -> Iterator[tuple[int, float, float]]:
     """Yield the geoms of iron, with their largest response and saturation moment."""
-    for elements in tuples(model, "iron"):
-        numeric = next(number for kind, number, _ in elements if kind == OBJECT.mjOBJ_NUMERIC)
+    for _, elements in tuples(model, "iron"):
+        numeric = next(number for kind, number, _ in elements if kind == NUMERIC)
         material = model.numeric(numeric).data
         chi, magnetization = material[0], material[1] if len(material) > 1 else 0.0
         for kind, geom, _ in elements:
-            if kind == OBJECT.mjOBJ_GEOM and model.geom_type[geom] != mujoco.mjtGeom.mjGEOM_PLANE:
-                axes, volume = _ellipsoid(int(model.geom_type[geom]), model.geom_size[geom])
+            if kind == GEOM and model.geom_type[geom] != PLANE:
+                *axes, volume = ellipsoid(int(model.geom_type[geom]), *model.geom_size[geom])
                 factor = min(demagnetizing_factors(*axes))
                 response = abs(volume * chi / (1 + factor * chi)) / VACUUM_PERMEABILITY
                 yield geom, response, volume * magnetization or math.inf
-
-
-def _ellipsoid(kind: int, size: Array) -> tuple[tuple[float, float, float], float]:
-    """Return the semi-axes of an ellipsoid with a geom's proportions, and the geom's volume."""
-    a, b, c = size.tolist()
-    shapes = {
-        mujoco.mjtGeom.mjGEOM_SPHERE: ((a, a, a), 4 / 3 * math.pi * a**3),
-        mujoco.mjtGeom.mjGEOM_ELLIPSOID: ((a, b, c), 4 / 3 * math.pi * a * b * c),
-        mujoco.mjtGeom.mjGEOM_BOX: ((a, b, c), 8 * a * b * c),
-        mujoco.mjtGeom.mjGEOM_CYLINDER: ((a, a, b), 2 * math.pi * a**2 * b),
-        mujoco.mjtGeom.mjGEOM_CAPSULE: ((a, a, a + b), math.pi * a**2 * (2 * b + 4 / 3 * a)),
-    }
-    return shapes[mujoco.mjtGeom(kind)]
-
-
-def tuples(model: mujoco.MjModel, start: str) -> Iterator[list[tuple[int, int, float]]]:
-    """Yield the elements of tuples whose names start with a word: type, number and prm."""
-    for k in range(model.ntuple):
-        if model.tuple(k).name.startswith(start):
-            rows = slice(model.tuple_adr[k], model.tuple_adr[k] + model.tuple_size[k])
-            parts = model.tuple_objtype[rows], model.tuple_objid[rows], model.tuple_objprm[rows]
-            yield [*zip(*(part.tolist() for part in parts), strict=True)]
