@@ -468,6 +468,7 @@ def test_the_frequency_in_a_given_field():
     custom = '<numeric name="field" data="0.3 0.4 0"/>'
     model = iron(gap=1.0, custom=custom)
     model.body_inertia[1, 2] *= 1e-4
+    model.dof_M0[5] *= 1e-4
     data = mujoco.MjData(model)
     mujoco.mj_fwdPosition(model, data)
     expected = np.sqrt(0.3 * model.dof_invweight0[3])

@@ -59,9 +59,8 @@ def reach(
     if center is not None:
         radii = arm + np.linalg.norm(points - anchor, axis=1)
         points = np.tile(center, (len(points), 1))
-    free = np.isinf(lowest) | np.isinf(highest)
-    room = np.where(free, np.inf, (highest - lowest) / 2)
-    middle = np.where(free, 0.0, (highest + lowest) / 2)
+    room, bounded = (highest - lowest) / 2, np.isfinite(highest - lowest)
+    middle = np.add(lowest, highest, out=np.zeros(3), where=bounded) / 2
     return Reach(points + middle, np.tile(room, (len(points), 1)), radii)
 
 
