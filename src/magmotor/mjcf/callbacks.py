@@ -183,6 +183,8 @@ def _callback(checksum: int, offsets: layout.Layout):
             _mark_failed(model, data, offsets, in_later_stage(model, data, offsets))
         elif acting > 0:
             messages.remember_acting(model)
+            if error[1] >= 0 and not in_later_stage(model, data, offsets):
+                _notice_once(messages.UNRESOLVED, error[1])
             if kinds & UNMARKED:
                 _notice_once(messages.ASSUMED, count_dipoles(m, offsets))
         elif not messages.has_acted(model):
@@ -206,6 +208,7 @@ def _init(checksum: int, offsets: layout.Layout):
             return FAILED
         if data != 0:
             _keep(m, data, offsets, instance)
+        messages.forget(messages.UNRESOLVED, model)
         disabled = memory.integers(model + offsets.disableflags, 1)[0]
         if disabled & DISABLE_SPRING and disabled & DISABLE_DAMPER:
             messages.notice(messages.NO_PASSIVE_FORCES, 0)
@@ -267,6 +270,8 @@ def _compute(checksum: int, offsets: layout.Layout):
                 center = d[offsets.xipos // 8] + 24 * body
                 _apply_wrench(model, data, wrench, wrench + 24, center, body, passive)
         memory.free_stack(stack)
+        if error[1] >= 0 and not stage:
+            _notice_once(messages.UNRESOLVED, error[1])
 
     return compute
 
@@ -308,6 +313,7 @@ def _measure(checksum: int, offsets: layout.Layout):
 def apply_forces(model, data, offsets, kinds, applied, generalized):
     """Compute all forces except noise; return how many act, and an error for `report`.
 
+    Without an error, its second number is a body whose motion the timestep does not resolve, or -1.
     `model` and `data` are the addresses of mjModel and mjData, `offsets` is their layout, and
     `kinds` are the bits of `forces_of`. The wrenches overwrite those of the bodies on which any
     act, in `applied` (nbody, 6); forces on joints are added to `generalized` (nv,).
@@ -317,7 +323,7 @@ def apply_forces(model, data, offsets, kinds, applied, generalized):
     error = _first_error(m, offsets, kinds, False)
     if error[0] >= 0:
         return 0, error
-    acting = 0
+    acting, found = 0, errors.NO_ERROR
     if kinds & NOISE and m[offsets.nuser_body // 8] > 0:
         invalid = clear_driven_bodies(m, d, offsets, applied)
         if invalid >= 0:
@@ -325,12 +331,12 @@ def apply_forces(model, data, offsets, kinds, applied, generalized):
         if not has_step_number(model, data, offsets):
             return 0, (errors.TIME, -1, -1)
     if kinds & IRON or (kinds & DIPOLES and m[offsets.nuser_site // 8] > 0):
-        acting, failure = set_magnetic_wrenches(m, d, offsets, kinds, applied)
-        if failure[0] >= 0:
-            return 0, failure
+        acting, found = set_magnetic_wrenches(m, d, offsets, kinds, applied)
+        if found[0] >= 0:
+            return 0, found
     if kinds & POTENTIALS and m[offsets.nuser_jnt // 8] > 0:
         acting += add_potential_forces(m, d, offsets, generalized)
-    return acting, errors.NO_ERROR
+    return acting, found
 
 
 @njit

@@ -26,6 +26,7 @@ from magmotor.mjcf.forces.dipole_wrenches import add_dipole_wrenches, add_wrench
 from magmotor.mjcf.forces.fields import NAME, OWNER, field_and_gradient
 from magmotor.mjcf.forces.magnetic_state import read_state
 from magmotor.mjcf.forces.mirror import add_image, height_above, mirrored
+from magmotor.mjcf.forces.resolution import unresolved_body
 
 NOTHING = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, False)
 
@@ -36,7 +37,8 @@ def set_magnetic_wrenches(m, d, offsets, kinds, applied):
 
     `m` and `d` are the words of mjModel and mjData, `offsets` is their layout, `kinds` are the bits
     of `forces_of`, and `applied` (nbody, 6) receives the wrenches. Returns the number of
-    interactions, and an error for `report`.
+    interactions, and an error for `report`; without one, its second number is a body whose motion
+    the timestep does not resolve, or -1.
     """
     memory.mark_stack(d.ctypes.data)
     state = read_state(m, d, offsets, kinds)
@@ -69,6 +71,8 @@ def _set_wrenches(state, m, d, offsets, applied):
     if error[0] < 0 and state.mirror[0] != 0.0:
         more, error = _add_image_wrenches(state, center, applied)
         acting += more
+    if error[0] < 0:
+        error = -1, unresolved_body(table, magnets, m, offsets, applied), -1
     return acting, error
 
 
