@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import magmotor as mm
-from magmotor.mjcf.closest_approach import meetings
-from magmotor.mjcf.contact_rule import softness
-from magmotor.mjcf.depth import depth_and_normal
-from magmotor.mjcf.frequencies import frequencies
-from magmotor.mjcf.reach import reach
+from magmotor.mjcf.checking.closest_approach import meetings
+from magmotor.mjcf.checking.contact_rule import softness
+from magmotor.mjcf.checking.depth import depth_and_normal
+from magmotor.mjcf.checking.frequencies import frequencies
+from magmotor.mjcf.checking.reach import reach
 
 pytestmark = pytest.mark.filterwarnings("ignore:within one timestep, magnetism moves:UserWarning")
 

@@ -12,8 +12,8 @@ from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
 from magmotor.common.checks import reject
 from magmotor.mjcf.callbacks import acting_forces
-from magmotor.mjcf.closest_approach import Meeting, meetings
-from magmotor.mjcf.contact_rule import (
+from magmotor.mjcf.checking.closest_approach import Meeting, meetings
+from magmotor.mjcf.checking.contact_rule import (
     FLIGHT,
     IMPACT,
     SHORTEST,
@@ -26,11 +26,11 @@ from magmotor.mjcf.contact_rule import (
     shortest_kept,
     softness,
 )
+from magmotor.mjcf.checking.frequencies import frequencies, frequency_at_touch
+from magmotor.mjcf.checking.strengths import magnets_of
 from magmotor.mjcf.forces.marks import NOISE
-from magmotor.mjcf.frequencies import frequencies, frequency_at_touch
 from magmotor.mjcf.langevin.temperature import MATCH, joined, temperatures
 from magmotor.mjcf.lookup import label
-from magmotor.mjcf.magnets import magnets_of
 
 UNSTABLE, RESOLVED = 2.0, 0.5
 """Product of frequency and timestep at which Euler's method fails, and that of a proposed step."""

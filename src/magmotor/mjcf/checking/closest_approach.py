@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 
 from magmotor.common.arrays import Array
 from magmotor.dipoles import COINCIDENCE, PERMEABILITY_OVER_4PI
-from magmotor.mjcf.contact_rule import Approach
+from magmotor.mjcf.checking.contact_rule import Approach
+from magmotor.mjcf.checking.depth import NEVER, depth_and_normal
+from magmotor.mjcf.checking.reach import Reach, common_ancestor, reach
+from magmotor.mjcf.checking.strengths import Magnet, magnets_of
 from magmotor.mjcf.declared import tuples
-from magmotor.mjcf.depth import NEVER, depth_and_normal
 from magmotor.mjcf.field_and_energy import coupling_factors
 from magmotor.mjcf.langevin.contacts import colliding_geoms
 from magmotor.mjcf.lookup import disabled
-from magmotor.mjcf.magnets import Magnet, magnets_of
-from magmotor.mjcf.reach import Reach, common_ancestor, reach
 
 SURFACE = 0.02
 """Depth, over the distance at touch, at which a dipole counts as one at the surface."""

@@ -16,10 +16,10 @@ import numpy as np
 from magmotor.common.arrays import Array
 from magmotor.dipoles import COINCIDENCE, PERMEABILITY_OVER_4PI
 from magmotor.mjcf.callbacks import acting_forces
-from magmotor.mjcf.contact_rule import Approach
+from magmotor.mjcf.checking.contact_rule import Approach
+from magmotor.mjcf.checking.strengths import Magnet, magnets_of
 from magmotor.mjcf.field_and_energy import coupling_factors, field
 from magmotor.mjcf.forces.marks import FIELDS
-from magmotor.mjcf.magnets import Magnet, magnets_of
 
 
 class Stiffness(NamedTuple):
