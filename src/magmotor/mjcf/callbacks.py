@@ -15,6 +15,7 @@ import mujoco
 from numba import njit, types
 
 from magmotor.mjcf import layout, memory, messages
+from magmotor.mjcf.forces import tiles
 from magmotor.mjcf.forces.brownian_wrenches import (
     add_brownian_wrenches,
     clear_driven_bodies,
@@ -134,6 +135,7 @@ def _prepare(checksum: int, offsets: layout.Layout):
 @cache
 def _bind() -> None:
     messages.bind()
+    tiles.bind()
     memory.bind_mujoco("mj_applyFT", "mj_passive", "mj_warning")
 
 

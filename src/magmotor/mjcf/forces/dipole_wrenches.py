@@ -1,7 +1,8 @@
 """Forces and torques of the dipoles of different rigid bodies on one another.
 
 Most magnets are grouped: one loop over all their dipoles computes the force on a dipole of a magnet
-that can move. Magnets that are large or coupled are evaluated pairwise, with the larger one as the
+that can move; of many dipoles, each pair is computed once (see `magmotor.mjcf.forces.tiles`).
+Magnets that are large or coupled are evaluated pairwise, with the larger one as the
 source, which makes the loops long. The field at the smaller magnet determines both wrenches, which
 are opposite about any common point.
 """
@@ -24,19 +25,25 @@ from magmotor.mjcf.forces.dipole_table import (
     dipole,
     padded,
 )
+from magmotor.mjcf.forces.tiles import TILED, dipole_and_sums, fill_tiles, sum_over_pairs
 
 
 @njit(forceinline=True)
-def add_dipole_wrenches(table, magnets, boundary, couplings, center, applied):
+def add_dipole_wrenches(model, stack, table, magnets, boundary, couplings, center, applied):
     """Add the wrenches of all magnets on one another.
 
-    `table` and `magnets` are what `gather` fills and returns, grouped magnets start before column
+    `model` and `stack` are the addresses of mjModel and mjData, `table` and `magnets` are what `gather` fills and returns, grouped magnets start before column
     `boundary`, `couplings` has rows of two bodies and a factor, `center` (nbody, 3) is about what
     the torques act, and `applied` (nbody, 6) receives the wrenches. Returns the number of
     interactions, and of coincidences.
     """
     count, pairwise, end, mixed = magnets
     coincident = acting = 0
+    if mixed and end >= TILED and _mostly_move(table, count, boundary, end):
+        mixed = False
+        acting, coincident = _add_tiled_wrenches(
+            model, stack, table, count, boundary, end, center, applied
+        )
     for k in range(count):
         grouped = table[FIRST, k] < boundary
         if grouped and mixed and table[MOVES, k] > 0.0:
@@ -50,6 +57,35 @@ def add_dipole_wrenches(table, magnets, boundary, couplings, center, applied):
                 )
                 acting += 1
     return acting, coincident
+
+
+@njit
+def _mostly_move(table, count, boundary, end):
+    """Whether at least half of the grouped dipoles can move."""
+    moving = 0.0
+    for k in range(count):
+        if table[FIRST, k] < boundary and table[MOVES, k] > 0.0:
+            moving += table[SIZE, k]
+    return 2 * moving >= end
+
+
+@njit
+def _add_tiled_wrenches(model, stack, table, count, boundary, end, center, applied):
+    """Add the wrenches of all grouped magnets on one another, with each pair computed once.
+
+    Returns the number of magnets that can move, and whether any dipoles coincide.
+    """
+    tiles = fill_tiles(stack, table, end)
+    coincident = sum_over_pairs(model, stack, tiles)
+    acting = 0
+    for k in range(count):
+        if table[FIRST, k] < boundary and table[MOVES, k] > 0.0:
+            acting += 1
+            first = int(table[FIRST, k])
+            for i in range(first, first + int(table[SIZE, k])):
+                target, total = dipole_and_sums(tiles, i)
+                add_wrench(int(table[BODY, k]), 1.0, target, total, center, applied)
+    return acting, int(coincident)
 
 
 @njit(forceinline=True)
