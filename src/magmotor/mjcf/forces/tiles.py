@@ -219,7 +219,7 @@ def _sum(tiles, i, lane, begin, end, labels):
     )
     own, number = broadcast(tiles[i, OWN + lane]), lane_numbers()
     after = broadcast(float(lane if begin == i else -1))
-    zero, one, three, five = broadcast(0.0), broadcast(1.0), broadcast(3.0), broadcast(-5.0)
+    zero = broadcast(0.0)
     nearest = separate = broadcast(SEPARATE)
     fx = fy = fz = bx = by = bz = zero
     for j in range(begin, end):
@@ -230,15 +230,7 @@ def _sum(tiles, i, lane, begin, end, labels):
             square = where_equal(load(tiles, j, OWN), own, separate, square)
             square = where_less(after, number, square, separate)
         nearest = where_less(square, nearest, square, nearest)
-        inverse = one / square
-        cubed = inverse * square_root(inverse)
-        less, scale = negative(cubed), three * cubed * inverse
-        radial_a, radial_b = inner(ax, ay, az, x, y, z), inner(mx, my, mz, x, y, z)
-        near, cross = scale * radial_b, scale * radial_a
-        both = scale * fused(five * radial_a * inverse, radial_b, inner(ax, ay, az, mx, my, mz))
-        gx = fused(both, x, fused(cross, mx, near * ax))
-        gy = fused(both, y, fused(cross, my, near * ay))
-        gz = fused(both, z, fused(cross, mz, near * az))
+        gx, gy, gz, near, cross, less = terms_of_pairs(x, y, z, square, ax, ay, az, mx, my, mz)
         fx, fy, fz = fx + gx, fy + gy, fz + gz
         store(tiles, j, FX, load(tiles, j, FX) - gx)
         store(tiles, j, FY, load(tiles, j, FY) - gy)
@@ -256,3 +248,27 @@ def _sum(tiles, i, lane, begin, end, labels):
     tiles[i, BY + lane] += total(by)
     tiles[i, BZ + lane] += total(bz)
     return minimum(nearest)
+
+
+@njit(inline="always")
+def terms_of_pairs(x, y, z, square, ax, ay, az, mx, my, mz):
+    """Return the forces on dipoles (ax, ay, az) by others at distances (x, y, z), and factors.
+
+    The field at the first is near (x, y, z) + less (mx, my, mz), and that at the second is
+    cross (x, y, z) + less (ax, ay, az). All lack the factor mu0/(4 pi).
+    """
+    one, three, five = broadcast(1.0), broadcast(3.0), broadcast(-5.0)
+    inverse = one / square
+    cubed = inverse * square_root(inverse)
+    scale = three * cubed * inverse
+    radial_a, radial_b = inner(ax, ay, az, x, y, z), inner(mx, my, mz, x, y, z)
+    near, cross = scale * radial_b, scale * radial_a
+    both = scale * fused(five * radial_a * inverse, radial_b, inner(ax, ay, az, mx, my, mz))
+    return (
+        fused(both, x, fused(cross, mx, near * ax)),
+        fused(both, y, fused(cross, my, near * ay)),
+        fused(both, z, fused(cross, mz, near * az)),
+        near,
+        cross,
+        negative(cubed),
+    )
