@@ -15,7 +15,7 @@ import mujoco
 from numba import njit, types
 
 from magmotor.mjcf import layout, memory, messages
-from magmotor.mjcf.forces import tiles
+from magmotor.mjcf.forces import clusters, tiles
 from magmotor.mjcf.forces.brownian_wrenches import (
     add_brownian_wrenches,
     clear_driven_bodies,
@@ -44,6 +44,7 @@ from magmotor.mjcf.forces.marks import (
     marks_of,
     plugin_instance,
 )
+from magmotor.mjcf.forces.tolerance import invalid_tolerance
 from magmotor.mjcf.hooks import errors_raised
 from magmotor.numerics.numba_cache import compiled_once
 
@@ -136,6 +137,7 @@ def _prepare(checksum: int, offsets: layout.Layout):
 def _bind() -> None:
     messages.bind()
     tiles.bind()
+    clusters.bind()
     memory.bind_mujoco("mj_applyFT", "mj_passive", "mj_warning")
 
 
@@ -287,6 +289,9 @@ def _first_error(m, offsets, kinds):
     site = invalid_moment(m, offsets) if kinds & DIPOLES else -1
     if site >= 0:
         return messages.MOMENT, site, -1
+    numeric = invalid_tolerance(m, offsets) if kinds & DIPOLES else -1
+    if numeric >= 0:
+        return messages.TOLERANCE, numeric, -1
     pair = invalid_coupling(m, offsets) if kinds & COUPLINGS else -1
     if pair >= 0:
         return messages.COUPLING, pair, -1
@@ -315,6 +320,8 @@ def report(error, m, d, offsets):
         starts = m[offsets.name_siteadr // 8]
         if number == messages.COUPLING:
             starts = m[offsets.name_tupleadr // 8]
+        elif number == messages.TOLERANCE:
+            starts = m[offsets.name_numericadr // 8]
         elif number == messages.WRENCH:
             starts = m[offsets.name_bodyadr // 8]
         elif number == messages.POTENTIAL:

@@ -21,6 +21,7 @@ MODEL_FIELDS = (
     "jnt_qposadr", "jnt_dofadr", "jnt_user", "site_bodyid", "site_user", "tuple_adr",
     "tuple_size", "tuple_objtype", "tuple_objid", "tuple_objprm", "ntext", "text_adr",
     "text_data", "name_bodyadr", "name_jntadr", "name_siteadr", "name_tupleadr", "name_textadr",
+    "nnumeric", "numeric_adr", "numeric_size", "numeric_data", "name_numericadr",
     "names", "nplugin", "plugin", "plugin_attr", "plugin_attradr",
 )  # fmt: skip
 OPTION_FIELDS = ("timestep", "integrator", "disableflags", "enableflags")
@@ -56,6 +57,8 @@ _PROBE = """
   </option>
   <size nuserdata="17" nuser_body="11" nuser_jnt="13"/>
   <custom>
+    <numeric name="first" data="1 2"/>
+    <numeric name="last" data="3"/>
     <text name="probe" data="some words"/>
     <text name="second" data="more"/>
     <text name="third" data="more"/>
@@ -124,6 +127,11 @@ class Layout(NamedTuple):
     name_siteadr: int
     name_tupleadr: int
     name_textadr: int
+    nnumeric: int
+    numeric_adr: int
+    numeric_size: int
+    numeric_data: int
+    name_numericadr: int
     names: int
     nplugin: int
     plugin: int

@@ -30,7 +30,7 @@ from magmotor.mjcf.forces.dipole_sites import (
 from magmotor.mjcf.hooks import catches_errors
 from magmotor_plugin import library, returning
 
-COINCIDENCE, MARK, COUPLING, WRENCH, POTENTIAL, MOMENT, PATH, TIME = range(8)
+COINCIDENCE, MARK, COUPLING, WRENCH, POTENTIAL, MOMENT, PATH, TIME, TOLERANCE = range(9)
 """Errors; each has up to two numbers with names, and a value."""
 
 LONGEST_NAME = 60
@@ -98,6 +98,9 @@ _ERRORS: dict[int, Callable[..., str]] = {
         "userdata[{0}] = {4:g}: the numbers that select the noise (seed, replica, factor, level,"
         " first step) must be integers from 0 to 2^53 - 1, a factor at most 2^24 and a level at"
         " most 31".format
+    ),
+    TOLERANCE: (
+        "numeric {} {!r}: the tolerance must be one number from 0 (exact) to 0.1".format
     ),
     TIME: "time = {4:g}: must be finite and less than 2^53 timesteps while noise acts".format,
 }  # fmt: skip

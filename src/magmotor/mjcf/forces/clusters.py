@@ -53,8 +53,8 @@ from magmotor.numerics.simd import (
     where_less,
 )
 
-CLUSTERED = 1000
-"""Number of dipoles from which clusters may be faster than all pairs."""
+FIXED = -1
+"""Stands for the magnet of a dipole that cannot move."""
 
 NODE = VALUES + COUNTED
 """Columns of a node, whose last is the first moment left out."""
@@ -99,7 +99,13 @@ def cluster_bytes(ndipole):
 
 
 @njit
-def have_ascending_labels(table, end):
+def fewest_clustered(tolerance):
+    """Return the number of dipoles from which clusters are faster than all pairs."""
+    return 1000.0
+
+
+@njit
+def are_sorted(table, end):
     """Whether the dipoles of each rigid body, except the world, follow one another."""
     last = 0.0
     for i in range(end):
@@ -111,11 +117,11 @@ def have_ascending_labels(table, end):
 
 
 @njit
-def sum_by_clusters(model, stack, table, end, moving, tolerance):
+def sum_by_clusters(model, stack, table, end, magnet, tolerance):
     """Compute the forces on the first `end` dipoles of a table, and the fields at them.
 
-    `model` and `stack` are the addresses of mjModel and mjData, and `moving` tells which dipoles
-    can move. Returns the dipoles as tiles, their order, and whether any coincide.
+    `model` and `stack` are the addresses of mjModel and mjData, and `magnet` holds numbers, or
+    `FIXED` for dipoles that cannot move. Returns the dipoles as tiles, their order, and whether any coincide.
     """
     blocks = padded(end) // COUNT
     tiles = memory.numbers(memory.allocate(stack, 8 * WIDTH * blocks, 64), blocks, WIDTH)
@@ -128,8 +134,8 @@ def sum_by_clusters(model, stack, table, end, moving, tolerance):
         _find_moments(nodes[k], tiles, end)
         if nodes[k, END] - nodes[k, BEGIN] == 1.0:
             book[int(nodes[k, BEGIN]), LEAF] = k
-    _describe_blocks(book, nodes, order, table, moving)
-    field, force = _estimate(tiles, nodes, book, order, moving)
+    _describe_blocks(book, nodes, order, table, magnet)
+    field, force = _estimate(tiles, nodes, book, order, magnet)
     address = memory.allocate(stack, 8 * HEADER, 8)
     job = memory.words(address, HEADER)
     job[BLOCKS], job[TILES], job[NODES] = blocks, tiles.ctypes.data, nodes.ctypes.data
@@ -141,7 +147,7 @@ def sum_by_clusters(model, stack, table, end, moving, tolerance):
         book[blocks, FIELD], book[blocks, FORCE] = allowed * field, allowed * force
         _dispatch(model, stack, _task_address(), address, (blocks + SPAN - 1) // SPAN)
         before = field, force
-        field, force = _root_mean_squares(tiles, order, moving)
+        field, force = _root_mean_squares(tiles, order, magnet)
         if field > 0.9 * before[0] and force > 0.9 * before[1]:
             break
     nearest = SEPARATE
@@ -156,7 +162,7 @@ def _share(tolerance):
 
     The number of boxes that act on a block grows with smaller tolerances; see the tests.
     """
-    return 0.6 * tolerance ** (7.0 / 6.0)
+    return 0.8 * tolerance ** (7.0 / 6.0)
 
 
 @njit
@@ -202,7 +208,7 @@ def _find_moments(node, tiles, end):
 
 
 @njit
-def _describe_blocks(book, nodes, order, table, moving):
+def _describe_blocks(book, nodes, order, table, magnet):
     """Write the largest moment that can move, and the reach of the bodies, of each block."""
     count = len(order)
     for i in range(count):
@@ -210,7 +216,7 @@ def _describe_blocks(book, nodes, order, table, moving):
         if i % COUNT == 0:
             book[k, REACH] = book[k, STRENGTH] = 0.0
         j = order[i]
-        if moving[j] == 0:
+        if magnet[j] == FIXED:
             continue
         moment = math.sqrt(table[3, j] ** 2 + table[4, j] ** 2 + table[5, j] ** 2)
         book[k, STRENGTH] = max(book[k, STRENGTH], moment)
@@ -224,7 +230,7 @@ def _describe_blocks(book, nodes, order, table, moving):
 
 
 @njit
-def _estimate(tiles, nodes, book, order, moving):
+def _estimate(tiles, nodes, book, order, magnet):
     """Return the RMS field and force by neighbors only."""
     blocks = len(tiles)
     book[blocks, FIELD] = book[blocks, FORCE] = 0.0
@@ -237,16 +243,16 @@ def _estimate(tiles, nodes, book, order, moving):
         for b in range(begin, end):
             sum_on_block(b, tiles, nodes, book, k, int(nodes[k, NEXT]))
         k = int(nodes[k, NEXT])
-    return _root_mean_squares(tiles, order, moving)
+    return _root_mean_squares(tiles, order, magnet)
 
 
 @njit
-def _root_mean_squares(tiles, order, moving):
+def _root_mean_squares(tiles, order, magnet):
     """Return the RMS field and force of the dipoles that can move."""
     field = force = 0.0
     count = 0
     for i in range(len(order)):
-        if moving[order[i]] != 0:
+        if magnet[order[i]] != FIXED:
             b, k = i // COUNT, i % COUNT
             force += tiles[b, FX + k] ** 2 + tiles[b, FY + k] ** 2 + tiles[b, FZ + k] ** 2
             field += tiles[b, BX + k] ** 2 + tiles[b, BY + k] ** 2 + tiles[b, BZ + k] ** 2
@@ -271,26 +277,23 @@ def _task(checksum: int):
     return task
 
 
-@njit
-def _may_act(node, target, block, allowed):
-    """Whether the multipoles of a node may act on a block.
+@njit(inline="always")
+def _may_act(nodes, k, x, y, z, radius, reach, strength, field, force):
+    """Whether the multipoles of node k may act on a block with a center, a radius and a reach.
 
-    The field of the first moment left out, M, is at most 20 M/r^6, and its gradient 120 M/r^7. No
-    dipole of the block's own bodies may be in the box.
+    The field of the first moment left out, M, is at most 20 M/r^6, and its gradient 120 M/r^7, and
+    a geometric series bounds the rest. No dipole of the block's own bodies may be in the box.
     """
-    x = node[CENTER] - target[CENTER]
-    y = node[CENTER + 1] - target[CENTER + 1]
-    z = node[CENTER + 2] - target[CENTER + 2]
-    away = math.sqrt(x * x + y * y + z * z)
-    gap, radius = away - target[RADIUS], node[RADIUS]
-    if gap <= 1.25 * radius or away <= radius + block[REACH]:
-        return False
-    cubed = gap * gap * gap
-    error = 20.0 * node[VALUES + POWER] / (1.0 - radius / gap)
-    reach = cubed * cubed
+    x, y, z = nodes[k, CENTER] - x, nodes[k, CENTER + 1] - y, nodes[k, CENTER + 2] - z
+    away, size = math.sqrt(x * x + y * y + z * z), nodes[k, RADIUS]
+    gap = away - radius
+    error = 20.0 * nodes[k, VALUES + POWER]
+    fifth = (gap - size) * gap * gap * gap * gap * gap
     return (
-        error <= allowed[FIELD] * reach
-        and 6.0 * error * block[STRENGTH] <= allowed[FORCE] * reach * gap
+        gap > 1.25 * size
+        and away > size + reach
+        and error <= field * fifth
+        and 6.0 * error * strength <= force * fifth * gap
     )
 
 
@@ -299,44 +302,48 @@ def sum_on_block(b, tiles, nodes, book, first, last):
     """Write the force on each dipole of a block, and the field at it, by some of the nodes."""
     tx, ty, tz = load(tiles, b, X), load(tiles, b, Y), load(tiles, b, Z)
     ax, ay, az = load(tiles, b, MX), load(tiles, b, MY), load(tiles, b, MZ)
-    own, target, allowed = load(tiles, b, OWN), nodes[int(book[b, LEAF])], book[len(tiles)]
+    own, leaf = load(tiles, b, OWN), int(book[b, LEAF])
+    center = nodes[leaf, CENTER], nodes[leaf, CENTER + 1], nodes[leaf, CENTER + 2]
+    radius, reach, strength = nodes[leaf, RADIUS], book[b, REACH], book[b, STRENGTH]
+    field, force = book[len(tiles), FIELD], book[len(tiles), FORCE]
     nearest = separate = broadcast(SEPARATE)
     fx = fy = fz = bx = by = bz = broadcast(0.0)
     k = first if book[b, STRENGTH] > 0.0 else last
     while k < last:
-        node = nodes[k]
-        if _may_act(node, target, book[b], allowed):
-            x = tx - broadcast(node[CENTER])
-            y = ty - broadcast(node[CENTER + 1])
-            z = tz - broadcast(node[CENTER + 2])
+        x, y, z = center
+        if _may_act(nodes, k, x, y, z, radius, reach, strength, field, force):
             gx, gy, gz, cx, cy, cz = multipole_force_and_field(
-                node[VALUES:], x, y, z, ax, ay, az
-            )
+                nodes, k, VALUES,
+                tx - broadcast(nodes[k, CENTER]),
+                ty - broadcast(nodes[k, CENTER + 1]),
+                tz - broadcast(nodes[k, CENTER + 2]),
+                ax, ay, az,
+            )  # fmt: skip
             fx, fy, fz, bx, by, bz = fx + gx, fy + gy, fz + gz, bx + cx, by + cy, bz + cz
-            k = int(node[NEXT])
+            k = int(nodes[k, NEXT])
             continue
+        j, divided = int(nodes[k, BEGIN]), nodes[k, END] - nodes[k, BEGIN] > 1.0
         k += 1
-        if node[END] - node[BEGIN] == 1.0:
-            j = int(node[BEGIN])
+        if not divided:
             for i in range(COUNT):
-                x = tx - broadcast(tiles[j, X + i])
-                y = ty - broadcast(tiles[j, Y + i])
-                z = tz - broadcast(tiles[j, Z + i])
+                dx = tx - broadcast(tiles[j, X + i])
+                dy = ty - broadcast(tiles[j, Y + i])
+                dz = tz - broadcast(tiles[j, Z + i])
                 mx, my, mz = (
                     broadcast(tiles[j, MX + i]),
                     broadcast(tiles[j, MY + i]),
                     broadcast(tiles[j, MZ + i]),
                 )
-                square = inner(x, y, z, x, y, z)
+                square = inner(dx, dy, dz, dx, dy, dz)
                 square = where_equal(broadcast(tiles[j, OWN + i]), own, separate, square)
                 nearest = where_less(square, nearest, square, nearest)
                 gx, gy, gz, near, _, less = terms_of_pairs(
-                    x, y, z, square, ax, ay, az, mx, my, mz
+                    dx, dy, dz, square, ax, ay, az, mx, my, mz
                 )
                 fx, fy, fz = fx + gx, fy + gy, fz + gz
-                bx = fused(near, x, fused(less, mx, bx))
-                by = fused(near, y, fused(less, my, by))
-                bz = fused(near, z, fused(less, mz, bz))
+                bx = fused(near, dx, fused(less, mx, bx))
+                by = fused(near, dy, fused(less, my, by))
+                bz = fused(near, dz, fused(less, mz, bz))
     store(tiles, b, FX, fx)
     store(tiles, b, FY, fy)
     store(tiles, b, FZ, fz)

@@ -14,6 +14,12 @@ from numba import njit
 
 from magmotor.dipoles import sum_over_sources
 from magmotor.mjcf import memory
+from magmotor.mjcf.forces.clusters import (
+    FIXED,
+    are_sorted,
+    fewest_clustered,
+    sum_by_clusters,
+)
 from magmotor.mjcf.forces.couplings import coupling_factor
 from magmotor.mjcf.forces.dipole_table import (
     BODY,
@@ -29,17 +35,25 @@ from magmotor.mjcf.forces.tiles import TILED, dipole_and_sums, fill_tiles, sum_o
 
 
 @njit(forceinline=True)
-def add_dipole_wrenches(model, stack, table, magnets, boundary, couplings, center, applied):
+def add_dipole_wrenches(
+    model, stack, tolerance, table, magnets, boundary, couplings, center, applied
+):  # fmt: skip
     """Add the wrenches of all magnets on one another.
 
-    `model` and `stack` are the addresses of mjModel and mjData, `table` and `magnets` are what `gather` fills and returns, grouped magnets start before column
+    `model` and `stack` are the addresses of mjModel and mjData, `tolerance` is that of many
+    dipoles, `table` and `magnets` are what `gather` fills and returns, grouped magnets start before column
     `boundary`, `couplings` has rows of two bodies and a factor, `center` (nbody, 3) is about what
     the torques act, and `applied` (nbody, 6) receives the wrenches. Returns the number of
     interactions, and of coincidences.
     """
     count, pairwise, end, mixed = magnets
     coincident = acting = 0
-    if mixed and end >= TILED and _mostly_move(table, count, boundary, end):
+    if mixed and tolerance > 0.0 and end >= fewest_clustered(tolerance) and are_sorted(table, end):
+        mixed = False
+        acting, coincident = _add_clustered_wrenches(
+            model, stack, tolerance, table, count, boundary, end, center, applied
+        )
+    elif mixed and end >= TILED and _mostly_move(table, count, boundary, end):
         mixed = False
         acting, coincident = _add_tiled_wrenches(
             model, stack, table, count, boundary, end, center, applied
@@ -85,6 +99,27 @@ def _add_tiled_wrenches(model, stack, table, count, boundary, end, center, appli
             for i in range(first, first + int(table[SIZE, k])):
                 target, total = dipole_and_sums(tiles, i)
                 add_wrench(int(table[BODY, k]), 1.0, target, total, center, applied)
+    return acting, int(coincident)
+
+
+@njit
+def _add_clustered_wrenches(
+    model, stack, tolerance, table, count, boundary, end, center, applied
+):  # fmt: skip
+    """Do `_add_tiled_wrenches` within a tolerance."""
+    magnet = memory.words(memory.allocate(stack, 8 * end, 8), end)
+    acting = 0
+    for k in range(count):
+        moves, first = table[MOVES, k] > 0.0, int(table[FIRST, k])
+        if first < boundary:
+            acting += moves
+            magnet[first : first + int(table[SIZE, k])] = k if moves else FIXED
+    tiles, order, coincident = sum_by_clusters(model, stack, table, end, magnet, tolerance)
+    for i in range(end):
+        k = magnet[order[i]]
+        if k != FIXED:
+            target, total = dipole_and_sums(tiles, i)
+            add_wrench(int(table[BODY, k]), 1.0, target, total, center, applied)
     return acting, int(coincident)
 
 

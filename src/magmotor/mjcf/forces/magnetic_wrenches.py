@@ -8,11 +8,12 @@ from numba import njit
 
 from magmotor.dipoles import COINCIDENCE_SQUARED
 from magmotor.mjcf import memory
+from magmotor.mjcf.forces.clusters import cluster_bytes
 from magmotor.mjcf.forces.couplings import coupling_factor, read_couplings
 from magmotor.mjcf.forces.dipole_table import ROWS, gather, table_size
 from magmotor.mjcf.forces.dipole_wrenches import add_dipole_wrenches
 from magmotor.mjcf.forces.marks import COUPLINGS
-from magmotor.mjcf.forces.tiles import tile_bytes
+from magmotor.mjcf.forces.tolerance import tolerance_of
 
 ALIGNMENT = 1024
 """Bytes that MuJoCo may add for frames and alignment, generously."""
@@ -40,8 +41,9 @@ def set_magnetic_wrenches(m, d, offsets, kinds, applied):
     magnets = gather(table, boundary, couplings, m, d, offsets, applied)
     center = memory.numbers(d[offsets.xipos // 8], memory.UNBOUNDED, 3)
     acting, coincident = add_dipole_wrenches(
-        m.ctypes.data, stack, table, magnets, boundary, couplings, center, applied
-    )
+        m.ctypes.data, stack, tolerance_of(m, offsets), table, magnets, boundary, couplings, center,
+        applied,
+    )  # fmt: skip
     i = j = -1
     if coincident > 0:
         i, j = _find_coincidence(couplings, m, d, offsets)
@@ -52,7 +54,7 @@ def set_magnetic_wrenches(m, d, offsets, kinds, applied):
 def stack_bytes(nsite: int, ntuple: int) -> int:
     """Return the bytes that `set_magnetic_wrenches` needs on the stack of `mjData`, at most."""
     _, columns = table_size(nsite, ntuple)
-    return 8 * (ROWS * columns + 3 * ntuple) + tile_bytes(nsite) + ALIGNMENT
+    return 8 * (ROWS * columns + 3 * ntuple) + cluster_bytes(nsite) + ALIGNMENT
 
 
 @njit

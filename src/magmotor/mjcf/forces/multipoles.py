@@ -78,19 +78,21 @@ def next_moment(moments, radius):
 
 
 @njit(inline="always")
-def multipole_force_and_field(moments, x, y, z, ax, ay, az):
+def multipole_force_and_field(table, k, c, x, y, z, ax, ay, az):
     """Return force on and field at dipoles (ax, ay, az), at (x, y, z) from the moments' center.
+
+    The moments are in row k of a table, from column c on.
 
     It lacks the factor mu0/(4 pi). With h = p/r^3 + 2 Q.r/r^5 + 3 O:rr/r^7 and
     g = 3 (p.r)/r^5 + 5 (r.Q.r)/r^7 + 7 (O:rrr)/r^9, the field is B = g r - h.
     """
-    px, py, pz = broadcast(moments[0]), broadcast(moments[1]), broadcast(moments[2])
-    qxx, qxy, qxz = broadcast(moments[3]), broadcast(moments[4]), broadcast(moments[5])
-    qyy, qyz, qzz = broadcast(moments[6]), broadcast(moments[7]), broadcast(moments[8])
-    oxxx, oxxy, oxxz = broadcast(moments[9]), broadcast(moments[10]), broadcast(moments[11])
-    oxyy, oxyz, oxzz = broadcast(moments[12]), broadcast(moments[13]), broadcast(moments[14])
-    oyyy, oyyz, oyzz = broadcast(moments[15]), broadcast(moments[16]), broadcast(moments[17])
-    ozzz = broadcast(moments[18])
+    px, py, pz = broadcast(table[k, c]), broadcast(table[k, c + 1]), broadcast(table[k, c + 2])
+    qxx, qxy, qxz = broadcast(table[k, c + 3]), broadcast(table[k, c + 4]), broadcast(table[k, c + 5])
+    qyy, qyz, qzz = broadcast(table[k, c + 6]), broadcast(table[k, c + 7]), broadcast(table[k, c + 8])
+    oxxx, oxxy, oxxz = broadcast(table[k, c + 9]), broadcast(table[k, c + 10]), broadcast(table[k, c + 11])
+    oxyy, oxyz, oxzz = broadcast(table[k, c + 12]), broadcast(table[k, c + 13]), broadcast(table[k, c + 14])
+    oyyy, oyyz, oyzz = broadcast(table[k, c + 15]), broadcast(table[k, c + 16]), broadcast(table[k, c + 17])
+    ozzz = broadcast(table[k, c + 18])
     two, three, five, seven = broadcast(2.0), broadcast(3.0), broadcast(5.0), broadcast(7.0)
     i2 = broadcast(1.0) / inner(x, y, z, x, y, z)
     i3 = i2 * square_root(i2)
