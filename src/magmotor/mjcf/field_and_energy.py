@@ -80,11 +80,11 @@ def magnetic_energy(model: mujoco.MjModel, data: mujoco.MjData) -> float:
     energy = 0.0
     for k, body in enumerate(magnets):
         own = bodies == body
-        for other in magnets[:k]:
-            if factor := factors(int(body), int(other)):
-                source = bodies == other
-                there = dipoles.field(positions[own], positions[source], moments[source])
-                energy -= factor * float(np.sum(moments[own] * there))
+        strengths = np.array([factors(int(body), int(other)) for other in magnets[:k]])
+        for factor in np.unique(strengths[strengths != 0.0]):
+            source = np.isin(bodies, magnets[:k][strengths == factor])
+            there = dipoles.field(positions[own], positions[source], moments[source])
+            energy -= factor * float(np.sum(moments[own] * there))
     return energy
 
 

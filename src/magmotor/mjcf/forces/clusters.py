@@ -56,18 +56,28 @@ from magmotor.numerics.simd import (
 FIXED = -1
 """Stands for the magnet of a dipole that cannot move."""
 
-NODE = VALUES + COUNTED
-"""Columns of a node, whose last is the first moment left out."""
+NEED, NODE = VALUES + COUNTED, VALUES + COUNTED + 1
+"""Column of the gap that a node needs to act by its multipoles, and number of columns."""
+
+NEAREST_GAP = 1.25
+"""Least gap between a box and a block, in radii of the box, for the multipoles to converge."""
 
 LEAF, REACH, STRENGTH, NEAREST, SUMMARY = range(5)
 """Columns of a block: its node, distance within which its bodies' dipoles are from its center,
-largest moment that can move, and least squared distance; in the last row, allowed errors."""
-
-FIELD, FORCE = 0, 1
-"""Columns of the last row: errors of field and force allowed for a box."""
+largest moment that can move, and least squared distance."""
 
 NEIGHBORS = 4
 """Blocks whose dipoles give the first estimate of the RMS field and force."""
+
+CLUSTERED = 800
+"""Number of dipoles from which clusters may be faster than all pairs."""
+
+SAMPLED = 16
+"""One block in so many is asked for its work."""
+
+ALL_PAIRS, SORTING, VISIT, MULTIPOLES = 0.65, 40.0, 0.1, 0.4
+"""Times in units of that of the forces of one block on another, for a block: of another block if
+each pair is computed once, of sorting, of a visit of a node, and of its multipoles."""
 
 SPAN = 8
 """Blocks of a task, about 100 us of work."""
@@ -95,13 +105,7 @@ def _address() -> ctypes.c_int64:
 def cluster_bytes(ndipole):
     """Return the bytes that `sum_by_clusters` takes on the stack of mjData."""
     blocks = padded(ndipole) // COUNT
-    return 8 * (blocks * (WIDTH + 2 * NODE + SUMMARY) + SUMMARY + 2 * ndipole + HEADER) + 512
-
-
-@njit
-def fewest_clustered(tolerance):
-    """Return the number of dipoles from which clusters are faster than all pairs."""
-    return 1000.0
+    return 8 * (blocks * (WIDTH + 2 * NODE + SUMMARY) + 2 * ndipole + HEADER) + 512
 
 
 @njit
@@ -121,12 +125,13 @@ def sum_by_clusters(model, stack, table, end, magnet, tolerance):
     """Compute the forces on the first `end` dipoles of a table, and the fields at them.
 
     `model` and `stack` are the addresses of mjModel and mjData, and `magnet` holds numbers, or
-    `FIXED` for dipoles that cannot move. Returns the dipoles as tiles, their order, and whether any coincide.
+    `FIXED` for dipoles that cannot move. Returns the dipoles as tiles, their order, whether any
+    coincide, and whether they were computed: all pairs may be faster.
     """
     blocks = padded(end) // COUNT
     tiles = memory.numbers(memory.allocate(stack, 8 * WIDTH * blocks, 64), blocks, WIDTH)
     nodes = memory.numbers(memory.allocate(stack, 16 * NODE * blocks, 64), 2 * blocks, NODE)
-    book = memory.numbers(memory.allocate(stack, 8 * SUMMARY * (blocks + 1), 64), blocks + 1, SUMMARY)
+    book = memory.numbers(memory.allocate(stack, 8 * SUMMARY * blocks, 64), blocks, SUMMARY)
     order = memory.words(memory.allocate(stack, 8 * end, 8), end)
     made = build(nodes, order, table, end)
     _fill(tiles, order, table, end)
@@ -140,11 +145,14 @@ def sum_by_clusters(model, stack, table, end, magnet, tolerance):
     job = memory.words(address, HEADER)
     job[BLOCKS], job[TILES], job[NODES] = blocks, tiles.ctypes.data, nodes.ctypes.data
     job[BOOK] = book.ctypes.data
-    share = _share(tolerance)
+    # A box may err by this part, since more boxes act at smaller tolerances; see the tests.
+    share = 0.65 * tolerance * math.sqrt(math.sqrt(math.sqrt(tolerance)))
     for attempt in range(4):
         # The last attempt allows no error: no estimate can be wrong in it.
         allowed = share if attempt < 3 else 0.0
-        book[blocks, FIELD], book[blocks, FORCE] = allowed * field, allowed * force
+        _allow(nodes, book, allowed * field, allowed * force)
+        if SORTING + _work(nodes, book) > ALL_PAIRS * blocks:
+            return tiles, order, False, False
         _dispatch(model, stack, _task_address(), address, (blocks + SPAN - 1) // SPAN)
         before = field, force
         field, force = _root_mean_squares(tiles, order, magnet)
@@ -153,16 +161,74 @@ def sum_by_clusters(model, stack, table, end, magnet, tolerance):
     nearest = SEPARATE
     for b in range(blocks):
         nearest = min(nearest, book[b, NEAREST])
-    return tiles, order, nearest < COINCIDENCE_SQUARED
+    return tiles, order, nearest < COINCIDENCE_SQUARED, True
 
 
 @njit
-def _share(tolerance):
-    """Return the part of the RMS that a box may err by, so that all boxes keep the tolerance.
+def _allow(nodes, book, field, force):
+    """Write the gap between a block and each box from which on the box errs by less than allowed.
 
-    The number of boxes that act on a block grows with smaller tolerances; see the tests.
+    The field of the first moment left out, M, is at most 20 M/r^6, and its gradient 120 M/r^7; a
+    geometric series bounds the rest.
     """
-    return 0.8 * tolerance ** (7.0 / 6.0)
+    strength = 0.0
+    for b in range(len(book)):
+        strength = max(strength, book[b, STRENGTH])
+    for k in range(2 * len(book) - 1):
+        radius, error = nodes[k, RADIUS], 20.0 * nodes[k, VALUES + POWER]
+        nodes[k, NEED] = math.inf
+        if field > 0.0 and force > 0.0 and error < math.inf:
+            nodes[k, NEED] = max(
+                NEAREST_GAP * radius,
+                _gap(radius, error / field, 5),
+                _gap(radius, 6.0 * error * strength / force, 6),
+            )
+
+
+@njit
+def _gap(radius, value, power):
+    """Return g with (g - radius) g^power = value, or a little more."""
+    if radius == 0.0 or value == 0.0:
+        return 0.0
+    g = 2.0 * radius
+    while _product(g, radius, power) < value:
+        g *= 2.0
+    for _ in range(4):  # Newton's method, from above
+        slope = _product(g, radius, power) * (1.0 / (g - radius) + power / g)
+        g -= (_product(g, radius, power) - value) / slope
+    return g
+
+
+@njit
+def _product(g, radius, power):
+    value = g - radius
+    for _ in range(power):
+        value *= g
+    return value
+
+
+@njit
+def _work(nodes, book):
+    """Estimate the work on a block, in units of that of another block's dipoles.
+
+    It is counted for one block in sixteen.
+    """
+    work = 0.0
+    counted = 0
+    for b in range(0, len(book), SAMPLED):
+        counted += 1
+        k = 0
+        leaf, reach = int(book[b, LEAF]), book[b, REACH]
+        x, y, z = nodes[leaf, CENTER], nodes[leaf, CENTER + 1], nodes[leaf, CENTER + 2]
+        while k < 2 * len(book) - 1:
+            work += VISIT
+            if _may_act(nodes, k, x, y, z, nodes[leaf, RADIUS], reach):
+                work += MULTIPOLES
+                k = int(nodes[k, NEXT])
+            else:
+                work += nodes[k, END] - nodes[k, BEGIN] == 1.0
+                k += 1
+    return work / counted
 
 
 @njit
@@ -232,10 +298,9 @@ def _describe_blocks(book, nodes, order, table, magnet):
 @njit
 def _estimate(tiles, nodes, book, order, magnet):
     """Return the RMS field and force by neighbors only."""
-    blocks = len(tiles)
-    book[blocks, FIELD] = book[blocks, FORCE] = 0.0
+    _allow(nodes, book, 0.0, 0.0)
     k = 0
-    while k < 2 * blocks - 1:
+    while k < 2 * len(tiles) - 1:
         begin, end = int(nodes[k, BEGIN]), int(nodes[k, END])
         if end - begin > NEIGHBORS:
             k += 1
@@ -270,7 +335,7 @@ def _task(checksum: int):
         blocks = job[BLOCKS]
         tiles = memory.numbers(job[TILES], blocks, WIDTH)
         nodes = memory.numbers(job[NODES], 2 * blocks, NODE)
-        book = memory.numbers(job[BOOK], blocks + 1, SUMMARY)
+        book = memory.numbers(job[BOOK], blocks, SUMMARY)
         for b in range(SPAN * index, min(SPAN * (index + 1), blocks)):
             sum_on_block(b, tiles, nodes, book, 0, 2 * blocks - 1)
 
@@ -278,23 +343,14 @@ def _task(checksum: int):
 
 
 @njit(inline="always")
-def _may_act(nodes, k, x, y, z, radius, reach, strength, field, force):
+def _may_act(nodes, k, x, y, z, radius, reach):
     """Whether the multipoles of node k may act on a block with a center, a radius and a reach.
 
-    The field of the first moment left out, M, is at most 20 M/r^6, and its gradient 120 M/r^7, and
-    a geometric series bounds the rest. No dipole of the block's own bodies may be in the box.
+    No dipole of the block's own bodies may be in the box.
     """
     x, y, z = nodes[k, CENTER] - x, nodes[k, CENTER + 1] - y, nodes[k, CENTER + 2] - z
-    away, size = math.sqrt(x * x + y * y + z * z), nodes[k, RADIUS]
-    gap = away - radius
-    error = 20.0 * nodes[k, VALUES + POWER]
-    fifth = (gap - size) * gap * gap * gap * gap * gap
-    return (
-        gap > 1.25 * size
-        and away > size + reach
-        and error <= field * fifth
-        and 6.0 * error * strength <= force * fifth * gap
-    )
+    away = max(nodes[k, NEED] + radius, nodes[k, RADIUS] + reach)
+    return x * x + y * y + z * z > away * away
 
 
 @njit(error_model="numpy")
@@ -304,14 +360,13 @@ def sum_on_block(b, tiles, nodes, book, first, last):
     ax, ay, az = load(tiles, b, MX), load(tiles, b, MY), load(tiles, b, MZ)
     own, leaf = load(tiles, b, OWN), int(book[b, LEAF])
     center = nodes[leaf, CENTER], nodes[leaf, CENTER + 1], nodes[leaf, CENTER + 2]
-    radius, reach, strength = nodes[leaf, RADIUS], book[b, REACH], book[b, STRENGTH]
-    field, force = book[len(tiles), FIELD], book[len(tiles), FORCE]
+    radius, reach = nodes[leaf, RADIUS], book[b, REACH]
     nearest = separate = broadcast(SEPARATE)
     fx = fy = fz = bx = by = bz = broadcast(0.0)
     k = first if book[b, STRENGTH] > 0.0 else last
     while k < last:
         x, y, z = center
-        if _may_act(nodes, k, x, y, z, radius, reach, strength, field, force):
+        if _may_act(nodes, k, x, y, z, radius, reach):
             gx, gy, gz, cx, cy, cz = multipole_force_and_field(
                 nodes, k, VALUES,
                 tx - broadcast(nodes[k, CENTER]),

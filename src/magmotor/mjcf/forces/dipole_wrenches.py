@@ -15,9 +15,9 @@ from numba import njit
 from magmotor.dipoles import sum_over_sources
 from magmotor.mjcf import memory
 from magmotor.mjcf.forces.clusters import (
+    CLUSTERED,
     FIXED,
     are_sorted,
-    fewest_clustered,
     sum_by_clusters,
 )
 from magmotor.mjcf.forces.couplings import coupling_factor
@@ -48,12 +48,14 @@ def add_dipole_wrenches(
     """
     count, pairwise, end, mixed = magnets
     coincident = acting = 0
-    if mixed and tolerance > 0.0 and end >= fewest_clustered(tolerance) and are_sorted(table, end):
-        mixed = False
-        acting, coincident = _add_clustered_wrenches(
+    if mixed and tolerance > 0.0 and end >= CLUSTERED and are_sorted(table, end):
+        memory.mark_stack(stack)
+        acting, coincident, done = _add_clustered_wrenches(
             model, stack, tolerance, table, count, boundary, end, center, applied
         )
-    elif mixed and end >= TILED and _mostly_move(table, count, boundary, end):
+        memory.free_stack(stack)
+        mixed = not done
+    if mixed and end >= TILED and _mostly_move(table, count, boundary, end):
         mixed = False
         acting, coincident = _add_tiled_wrenches(
             model, stack, table, count, boundary, end, center, applied
@@ -106,7 +108,7 @@ def _add_tiled_wrenches(model, stack, table, count, boundary, end, center, appli
 def _add_clustered_wrenches(
     model, stack, tolerance, table, count, boundary, end, center, applied
 ):  # fmt: skip
-    """Do `_add_tiled_wrenches` within a tolerance."""
+    """Do `_add_tiled_wrenches` within a tolerance; return also whether this was done."""
     magnet = memory.words(memory.allocate(stack, 8 * end, 8), end)
     acting = 0
     for k in range(count):
@@ -114,13 +116,13 @@ def _add_clustered_wrenches(
         if first < boundary:
             acting += moves
             magnet[first : first + int(table[SIZE, k])] = k if moves else FIXED
-    tiles, order, coincident = sum_by_clusters(model, stack, table, end, magnet, tolerance)
-    for i in range(end):
+    tiles, order, coincident, done = sum_by_clusters(model, stack, table, end, magnet, tolerance)
+    for i in range(end if done else 0):
         k = magnet[order[i]]
         if k != FIXED:
             target, total = dipole_and_sums(tiles, i)
             add_wrench(int(table[BODY, k]), 1.0, target, total, center, applied)
-    return acting, int(coincident)
+    return acting if done else 0, int(coincident), done
 
 
 @njit(forceinline=True)

@@ -1,0 +1,211 @@
+"""Distant magnets act as clusters, within the tolerance that a model declares."""
+
+import mujoco
+import numpy as np
+import pytest
+from test_many_magnets import PLUGIN, gas, wrenches
+
+import magmotor as mm
+
+COUNT = 1600
+TOLERANCES = (1e-2, 1e-3, 1e-4)
+MOMENT = 0.5
+HEAD = """<custom><text name="magmotor" data="dipoles couplings"/>
+  <numeric name="other" data="1 2 3"/><numeric name="magnetic_tolerance" data="0"/></custom>"""
+
+
+def grid(count, dimensions, rng, jitter=0.25):
+    side = int(np.ceil(count ** (1 / dimensions)))
+    points = np.zeros((side**dimensions, 3))
+    axes = np.meshgrid(*[np.arange(side)] * dimensions, indexing="ij")
+    points[:, :dimensions] = np.stack(axes, -1).reshape(-1, dimensions)
+    return points[:count] + rng.uniform(-jitter, jitter, (count, 3))
+
+
+def clumps(rng, distance):
+    points = rng.normal(size=(COUNT, 3))
+    points[::2, 0] += distance
+    return points
+
+
+UP = np.array([1.0, 0, 0, 0])
+ANY = None
+DISTRIBUTIONS = {
+    "gas": (lambda rng: rng.uniform(size=(COUNT, 3)), ANY),
+    "aligned gas": (lambda rng: rng.uniform(size=(COUNT, 3)), UP),
+    "liquid": (lambda rng: grid(COUNT, 3, rng), ANY),
+    "aligned liquid": (lambda rng: grid(COUNT, 3, rng), UP),
+    "crystal": (lambda rng: grid(COUNT, 3, rng, 0.0), ANY),
+    "aligned crystal": (lambda rng: grid(COUNT, 3, rng, 0.0), UP),
+    "dense clump": (lambda rng: rng.normal(size=(COUNT, 3)) ** 3, ANY),
+    "two clumps": (lambda rng: clumps(rng, 30.0), ANY),
+    "two aligned clumps": (lambda rng: clumps(rng, 30.0), UP),
+    "chain": (lambda rng: grid(COUNT, 1, rng, 0.1), ANY),
+    "aligned chain": (lambda rng: grid(COUNT, 1, rng, 0.1), UP),
+    "sheet": (lambda rng: grid(COUNT, 2, rng), ANY),
+    "aligned sheet": (lambda rng: grid(COUNT, 2, rng), UP),
+    "flat aligned sheet": (lambda rng: grid(COUNT, 2, rng, 0.0), UP),
+}
+"""Positions and orientation; a random orientation has a random moment, too."""
+
+
+@pytest.fixture(scope="module")
+def model():
+    return gas(COUNT, head=HEAD)
+
+
+def scattered(model, name, seed=0):
+    """A state, and the positions and moments of its dipoles, which are at the bodies' origins."""
+    points, quaternion = DISTRIBUTIONS[name]
+    rng = np.random.default_rng(seed)
+    dipole = np.flatnonzero(model.site_user[:, 0])
+    model.site_pos[dipole], model.site_quat[dipole] = 0.0, UP
+    model.site_user[dipole, 0] = 1.0 if quaternion is UP else rng.uniform(0.3, 3.0, COUNT)
+    data = mujoco.MjData(model)
+    state = data.qpos.reshape(COUNT, 7)
+    state[:, :3] = 0.1 * points(rng)
+    state[:, 3:] = rng.normal(size=(COUNT, 4)) if quaternion is ANY else quaternion
+    mujoco.mj_kinematics(model, data)
+    axes = data.site_xmat[dipole].reshape(-1, 3, 3)[..., 2]
+    return data, data.site_xpos[dipole], model.site_user[dipole, :1] * axes
+
+
+def by_tolerance(model, data, tolerance, threads=0):
+    model.numeric("magnetic_tolerance").data[:] = tolerance
+    found = wrenches(model, data, threads)
+    model.numeric("magnetic_tolerance").data[:] = 0.0
+    return found[1:]
+
+
+def root_mean_square(vectors):
+    return np.sqrt(np.mean(np.sum(vectors**2, axis=-1)))
+
+
+def fields(positions, moments):
+    """The field at each dipole of all others, in NumPy."""
+    found = np.zeros_like(positions)
+    for i, here in enumerate(positions):
+        r = here - np.delete(positions, i, axis=0)
+        m = np.delete(moments, i, axis=0)
+        d = np.linalg.norm(r, axis=1, keepdims=True)
+        found[i] = np.sum(3e-7 * np.sum(m * r, axis=1, keepdims=True) * r / d**5, axis=0)
+        found[i] -= np.sum(1e-7 * m / d**3, axis=0)
+    return found
+
+
+@pytest.mark.parametrize("name", DISTRIBUTIONS)
+def test_no_error_exceeds_the_tolerance(model, name):
+    """The largest errors of force, relative to the RMS force, and of torque, relative to moment
+    times RMS field; and that of the energy, by these torques, is less still."""
+    data, positions, moments = scattered(model, name)
+    exact = by_tolerance(model, data, 0.0)
+    field = root_mean_square(fields(positions, moments))
+    force = root_mean_square(exact[:, :3])
+    used = 0
+    for tolerance in TOLERANCES:
+        found = by_tolerance(model, data, tolerance)
+        used += not np.array_equal(found, exact)
+        error = np.linalg.norm(found - exact, axis=1)[:, np.newaxis]
+        error = np.linalg.norm((found - exact).reshape(-1, 2, 3), axis=2)
+        strength = np.linalg.norm(moments, axis=1)
+        assert error[:, 0].max() < tolerance * force  # at most 0.2 tolerance
+        assert (error[:, 1] / strength).max() < tolerance * field  # at most 0.5 tolerance
+    assert used >= {"gas": 2, "chain": 3, "sheet": 2, "two clumps": 2}.get(name, 0)
+
+
+@pytest.mark.parametrize("name", ["gas", "sheet", "chain"])
+def test_the_bits_are_those_of_one_thread(model, name):
+    data, _, _ = scattered(model, name)
+    found = [by_tolerance(model, data, 1e-2, threads).tobytes() for threads in (0, 1, 2, 4)]
+    assert len({*found, by_tolerance(model, data, 0.0).tobytes()}) == 2
+
+
+@pytest.mark.parametrize("name", ["gas", "aligned sheet"])
+def test_forces_are_the_gradient_of_the_energy(model, name):
+    """By central differences of the exact energy, along the largest force."""
+    data, positions, _ = scattered(model, name)
+    found = by_tolerance(model, data, 1e-3)
+    body = int(np.argmax(np.linalg.norm(found[:, :3], axis=1)))
+    size, place = np.linalg.norm(found[body, :3]), slice(7 * body, 7 * body + 3)
+    others = np.delete(positions, body, axis=0) - positions[body]
+    step = 1e-4 * np.linalg.norm(others, axis=1).min() * found[body, :3] / size
+    ends = []
+    for sign in (1, -1):
+        data.qpos[place] = positions[body] + sign * step
+        mujoco.mj_kinematics(model, data)
+        ends.append(mm.magnetic_energy(model, data))
+    slope = (ends[1] - ends[0]) / (2 * np.linalg.norm(step))
+    assert abs(slope - size) < 1e-3 * root_mean_square(found[:, :3])  # 2e-5
+
+
+def test_bodies_with_several_dipoles_do_not_act_on_themselves():
+    """Their dipoles are far apart, so that they are in boxes that act as clusters."""
+    model = gas(300, head=HEAD, each=lambda k: 1 + 2 * (k % 4))
+    dipole = np.flatnonzero(model.site_user[:, 0])
+    model.site_pos[dipole] *= 30
+    data = mujoco.MjData(model)
+    data.qpos.reshape(-1, 7)[:, 0] *= 20
+    exact, found = (by_tolerance(model, data, tolerance) for tolerance in (0.0, 1e-2))
+    assert not np.array_equal(exact, found)
+    error = np.linalg.norm((found - exact)[:, :3], axis=1).max()
+    assert error < 1e-2 * root_mean_square(exact[:, :3])  # 1e-3
+
+
+def test_fixed_magnets_are_sources():
+    rng = np.random.default_rng(0)
+    fixed = "".join(
+        f'<body pos="{x} {y} 0"><site user="{rng.normal()}"/></body>'
+        for x in range(-20, 20) for y in range(-10, 10)
+    )  # fmt: skip
+    model = gas(400, head=HEAD, more=fixed)
+    data = mujoco.MjData(model)
+    exact, found = (by_tolerance(model, data, tolerance) for tolerance in (0.0, 1e-2))
+    assert not np.array_equal(exact, found)
+    assert not found[:800].any()
+    error = np.linalg.norm((found - exact)[:, :3], axis=1).max()
+    assert error < 1e-2 * root_mean_square(exact[800:, :3])  # 1e-3
+
+
+def test_few_magnets_are_exact():
+    model = gas(500, head=HEAD)
+    data = mujoco.MjData(model)
+    assert np.array_equal(by_tolerance(model, data, 0.1), by_tolerance(model, data, 0.0))
+
+
+@pytest.mark.parametrize("threads", [0, 2])
+def test_coinciding_magnets_are_named(model, threads):
+    data, _, _ = scattered(model, "sheet")
+    data.qpos[7 * 1234 : 7 * 1234 + 3] = data.qpos[7 * 17 : 7 * 17 + 3]
+    with pytest.raises(mujoco.FatalError, match=r"'d1234\.0'.*'d17\.0' coincide"):
+        by_tolerance(model, data, 1e-2, threads)
+    model.numeric("magnetic_tolerance").data[:] = 0.0
+
+
+def test_the_plugin_has_the_forces_of_the_callback():
+    ends = []
+    for head in (HEAD, PLUGIN + HEAD):
+        model = gas(1000, head=head.replace('tolerance" data="0"', 'tolerance" data="0.01"'))
+        data = mujoco.MjData(model)
+        data.qpos.reshape(-1, 7)[:, 2] *= 0.01
+        with mm.magnetism():
+            mujoco.mj_step(model, data, nstep=2)
+        ends.append(data.qvel.copy())
+    assert np.abs(ends[0] - ends[1]).max() < 1e-12 * np.abs(ends[0]).max()
+
+
+@pytest.mark.parametrize("data", ["-1e-3", "0.2", "1e-3 1e-3", "inf"])
+def test_an_invalid_tolerance_is_named(data):
+    model = mujoco.MjModel.from_xml_string(
+        f"""<mujoco><custom><numeric name="magnetic_tolerance" data="{data}"/></custom>
+        <worldbody><site user="1"/>
+        <body pos="1 0 0"><freejoint/><geom size="0.1"/><site user="1"/></body>
+        </worldbody></mujoco>"""
+    ) if data != "inf" else None
+    if model is None:
+        model = gas(2, head=HEAD)
+        model.numeric("magnetic_tolerance").data[:] = np.inf
+    with (
+        mm.magnetism(),
+        pytest.raises(mujoco.FatalError, match=r"numeric \d 'magnetic_tolerance'.*0 \(exact\) to 0.1"),
+    ):
+        mujoco.mj_forward(model, mujoco.MjData(model))
