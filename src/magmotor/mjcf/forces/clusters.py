@@ -109,6 +109,12 @@ def cluster_bytes(ndipole):
 
 
 @njit
+def worthwhile_work(ndipole):
+    """Return the work for which clusters are as fast as all pairs."""
+    return ALL_PAIRS * (padded(ndipole) // COUNT) - SORTING
+
+
+@njit
 def are_sorted(table, end):
     """Whether the dipoles of each rigid body, except the world, follow one another."""
     last = 0.0
@@ -121,12 +127,12 @@ def are_sorted(table, end):
 
 
 @njit
-def sum_by_clusters(model, stack, table, end, magnet, tolerance):
+def sum_by_clusters(model, stack, table, end, magnet, tolerance, most):
     """Compute the forces on the first `end` dipoles of a table, and the fields at them.
 
-    `model` and `stack` are the addresses of mjModel and mjData, and `magnet` holds numbers, or
-    `FIXED` for dipoles that cannot move. Returns the dipoles as tiles, their order, whether any
-    coincide, and whether they were computed: all pairs may be faster.
+    `model` and `stack` are the addresses of mjModel and mjData, `magnet` holds numbers, or `FIXED`
+    for dipoles that cannot move, and `most` is the most work that is worth it. Returns the dipoles
+    as tiles, their order, whether any coincide, and whether they were computed.
     """
     blocks = padded(end) // COUNT
     tiles = memory.numbers(memory.allocate(stack, 8 * WIDTH * blocks, 64), blocks, WIDTH)
@@ -151,7 +157,7 @@ def sum_by_clusters(model, stack, table, end, magnet, tolerance):
         # The last attempt allows no error: no estimate can be wrong in it.
         allowed = share if attempt < 3 else 0.0
         _allow(nodes, book, allowed * field, allowed * force)
-        if SORTING + _work(nodes, book) > ALL_PAIRS * blocks:
+        if _work(nodes, book) > most:
             return tiles, order, False, False
         _dispatch(model, stack, _task_address(), address, (blocks + SPAN - 1) // SPAN)
         before = field, force

@@ -19,6 +19,7 @@ from magmotor.mjcf.forces.clusters import (
     FIXED,
     are_sorted,
     sum_by_clusters,
+    worthwhile_work,
 )
 from magmotor.mjcf.forces.couplings import coupling_factor
 from magmotor.mjcf.forces.dipole_table import (
@@ -116,7 +117,9 @@ def _add_clustered_wrenches(
         if first < boundary:
             acting += moves
             magnet[first : first + int(table[SIZE, k])] = k if moves else FIXED
-    tiles, order, coincident, done = sum_by_clusters(model, stack, table, end, magnet, tolerance)
+    tiles, order, coincident, done = sum_by_clusters(
+        model, stack, table, end, magnet, tolerance, worthwhile_work(end)
+    )
     for i in range(end if done else 0):
         k = magnet[order[i]]
         if k != FIXED:
