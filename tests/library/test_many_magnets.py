@@ -99,7 +99,7 @@ def test_forces_are_opposite():
     model = gas(400)
     data = mujoco.MjData(model)
     data.qpos[:7] += [1e9, 0, 0, 0, 0, 0, 0]
-    data.qpos[7 * 300 : 7 * 300 + 3] = data.qpos[:3] + [0.02, 0.03, -0.05]
+    data.qpos[7 * 300 : 7 * 300 + 3] = data.qpos[:3] + np.array([0.02, 0.03, -0.05])
     found = wrenches(model, data)
     assert np.abs(found[1, :3]).max() > 1e-3
     assert (found[1, :3] == -found[301, :3]).all()

@@ -37,8 +37,23 @@ from magmotor.mjcf.forces.multipoles import (
     next_moment,
 )
 from magmotor.mjcf.forces.tiles import (
-    BX, BY, BZ, FX, FY, FZ, MX, MY, MZ, OWN, SEPARATE, WIDTH, X, Y, Z, terms_of_pairs,
-)  # fmt: skip
+    BX,
+    BY,
+    BZ,
+    FX,
+    FY,
+    FZ,
+    MX,
+    MY,
+    MZ,
+    OWN,
+    SEPARATE,
+    WIDTH,
+    X,
+    Y,
+    Z,
+    terms_of_pairs,
+)
 from magmotor.numerics.numba_cache import compiled_once
 from magmotor.numerics.simd import (
     COUNT,
@@ -69,7 +84,7 @@ largest moment that can move, and least squared distance."""
 NEIGHBORS = 4
 """Blocks whose dipoles give the first estimate of the RMS field and force."""
 
-CLUSTERED = 800
+CLUSTERED = 1000
 """Number of dipoles from which clusters may be faster than all pairs."""
 
 SAMPLED = 16
@@ -103,7 +118,7 @@ def _address() -> ctypes.c_int64:
 
 @njit
 def cluster_bytes(ndipole):
-    """Return the bytes that `sum_by_clusters` takes on the stack of mjData."""
+    """Return the bytes that clusters take on the stack of mjData; tiles take fewer."""
     blocks = padded(ndipole) // COUNT
     return 8 * (blocks * (WIDTH + 2 * NODE + SUMMARY) + 2 * ndipole + HEADER) + 512
 
@@ -170,7 +185,7 @@ def sum_by_clusters(model, stack, table, end, magnet, tolerance, most):
     return tiles, order, nearest < COINCIDENCE_SQUARED, True
 
 
-@njit
+@njit(error_model="numpy")
 def _allow(nodes, book, field, force):
     """Write the gap between a block and each box from which on the box errs by less than allowed.
 
@@ -191,7 +206,7 @@ def _allow(nodes, book, field, force):
             )
 
 
-@njit
+@njit(error_model="numpy")
 def _gap(radius, value, power):
     """Return g with (g - radius) g^power = value, or a little more."""
     if radius == 0.0 or value == 0.0:
@@ -207,6 +222,7 @@ def _gap(radius, value, power):
 
 @njit
 def _product(g, radius, power):
+    """Return (g - radius) g^power; the C library's power has other bits on other processors."""
     value = g - radius
     for _ in range(power):
         value *= g

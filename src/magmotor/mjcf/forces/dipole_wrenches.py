@@ -1,14 +1,14 @@
 """Forces and torques of the dipoles of different rigid bodies on one another.
 
 Most magnets are grouped: one loop over all their dipoles computes the force on a dipole of a magnet
-that can move; of many dipoles, each pair is computed once (see `magmotor.mjcf.forces.tiles`).
-Magnets that are large or coupled are evaluated pairwise, with the larger one as the
-source, which makes the loops long. The field at the smaller magnet determines both wrenches, which
-are opposite about any common point.
+that can move. Of many dipoles, each pair is computed once, by tiles; within a tolerance, distant
+ones act as clusters. Magnets that are large or coupled are evaluated pairwise, with the larger one
+as the source, which makes the loops long. The field at the smaller magnet determines both wrenches,
+which are opposite about any common point.
 """
 
 # Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
+# pyright: reportCallIssue=false, reportGeneralTypeIssues=false
 
 from numba import njit
 
@@ -41,10 +41,10 @@ def add_dipole_wrenches(
 ):  # fmt: skip
     """Add the wrenches of all magnets on one another.
 
-    `model` and `stack` are the addresses of mjModel and mjData, `tolerance` is that of many
-    dipoles, `table` and `magnets` are what `gather` fills and returns, grouped magnets start before column
-    `boundary`, `couplings` has rows of two bodies and a factor, `center` (nbody, 3) is about what
-    the torques act, and `applied` (nbody, 6) receives the wrenches. Returns the number of
+    `model` and `stack` are the addresses of mjModel and mjData, and `tolerance` is that of many
+    dipoles. `table` and `magnets` are what `gather` fills and returns, grouped magnets start before
+    column `boundary`, `couplings` has rows of two bodies and a factor, `center` (nbody, 3) is about
+    what the torques act, and `applied` (nbody, 6) receives the wrenches. Returns the number of
     interactions, and of coincidences.
     """
     count, pairwise, end, mixed = magnets

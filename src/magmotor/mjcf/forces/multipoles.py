@@ -1,6 +1,6 @@
 """Dipole, quadrupole and octupole of a group of dipoles, and the field and force that they cause.
 
-The potential of a dipole m at d, expanded in d, is (p.r)/r^3 + (r.Q.r)/r^5 + (O:rrr)/r^7 + ..., with
+The potential of a dipole m at d is (p.r)/r^3 + (r.Q.r)/r^5 + (O:rrr)/r^7 + ..., where
 
     p = m,    Q = 3/2 (d m + m d) - (d.m) 1,
     O:rrr = 15/2 (d.r)^2 (m.r) - 3 (u.r) r^2,    u = (d.m) d + d^2 m/2.
@@ -61,9 +61,7 @@ def next_moment(moments, radius):
     """Estimate the first moment left out, sum of m d^3, by those found and by random directions."""
     p, q, o = moments[P:Q], moments[Q:O], moments[O:POWER]
     dipole = p[0] ** 2 + p[1] ** 2 + p[2] ** 2
-    quadrupole = (
-        q[0] ** 2 + q[3] ** 2 + q[5] ** 2 + 2 * (q[1] ** 2 + q[2] ** 2 + q[4] ** 2)
-    )
+    quadrupole = q[0] ** 2 + q[3] ** 2 + q[5] ** 2 + 2 * (q[1] ** 2 + q[2] ** 2 + q[4] ** 2)
     octupole = o[0] ** 2 + o[6] ** 2 + o[9] ** 2 + 6 * o[4] ** 2
     for k in (1, 2, 3, 5, 7, 8):
         octupole += 3 * o[k] ** 2
@@ -87,11 +85,31 @@ def multipole_force_and_field(table, k, c, x, y, z, ax, ay, az):
     g = 3 (p.r)/r^5 + 5 (r.Q.r)/r^7 + 7 (O:rrr)/r^9, the field is B = g r - h.
     """
     px, py, pz = broadcast(table[k, c]), broadcast(table[k, c + 1]), broadcast(table[k, c + 2])
-    qxx, qxy, qxz = broadcast(table[k, c + 3]), broadcast(table[k, c + 4]), broadcast(table[k, c + 5])
-    qyy, qyz, qzz = broadcast(table[k, c + 6]), broadcast(table[k, c + 7]), broadcast(table[k, c + 8])
-    oxxx, oxxy, oxxz = broadcast(table[k, c + 9]), broadcast(table[k, c + 10]), broadcast(table[k, c + 11])
-    oxyy, oxyz, oxzz = broadcast(table[k, c + 12]), broadcast(table[k, c + 13]), broadcast(table[k, c + 14])
-    oyyy, oyyz, oyzz = broadcast(table[k, c + 15]), broadcast(table[k, c + 16]), broadcast(table[k, c + 17])
+    qxx, qxy, qxz = (
+        broadcast(table[k, c + 3]),
+        broadcast(table[k, c + 4]),
+        broadcast(table[k, c + 5]),
+    )
+    qyy, qyz, qzz = (
+        broadcast(table[k, c + 6]),
+        broadcast(table[k, c + 7]),
+        broadcast(table[k, c + 8]),
+    )
+    oxxx, oxxy, oxxz = (
+        broadcast(table[k, c + 9]),
+        broadcast(table[k, c + 10]),
+        broadcast(table[k, c + 11]),
+    )
+    oxyy, oxyz, oxzz = (
+        broadcast(table[k, c + 12]),
+        broadcast(table[k, c + 13]),
+        broadcast(table[k, c + 14]),
+    )
+    oyyy, oyyz, oyzz = (
+        broadcast(table[k, c + 15]),
+        broadcast(table[k, c + 16]),
+        broadcast(table[k, c + 17]),
+    )
     ozzz = broadcast(table[k, c + 18])
     two, three, five, seven = broadcast(2.0), broadcast(3.0), broadcast(5.0), broadcast(7.0)
     i2 = broadcast(1.0) / inner(x, y, z, x, y, z)
@@ -110,10 +128,14 @@ def multipole_force_and_field(table, k, c, x, y, z, ax, ay, az):
         inner(oxzz, oyzz, ozzz, x, y, z),
     )
     ux, uy, uz = (
-        inner(qxx, qxy, qxz, x, y, z), inner(qxy, qyy, qyz, x, y, z), inner(qxz, qyz, qzz, x, y, z)
+        inner(qxx, qxy, qxz, x, y, z),
+        inner(qxy, qyy, qyz, x, y, z),
+        inner(qxz, qyz, qzz, x, y, z),
     )
     vx, vy, vz = (
-        inner(txx, txy, txz, x, y, z), inner(txy, tyy, tyz, x, y, z), inner(txz, tyz, tzz, x, y, z)
+        inner(txx, txy, txz, x, y, z),
+        inner(txy, tyy, tyz, x, y, z),
+        inner(txz, tyz, tzz, x, y, z),
     )
     p_r, q_r, o_r, a_r = (
         inner(px, py, pz, x, y, z),
@@ -135,11 +157,15 @@ def multipole_force_and_field(table, k, c, x, y, z, ax, ay, az):
     steep = negative(i2) * fused(five, g3, fused(seven, g5, broadcast(9.0) * g7))
     both = fused(steep, a_r, inner(ax, ay, az, sx, sy, sz))
     six7 = two * three7
-    wxx, wxy, wxz = fused(qxx, two5, six7 * txx), fused(qxy, two5, six7 * txy), fused(
-        qxz, two5, six7 * txz
+    wxx, wxy, wxz = (
+        fused(qxx, two5, six7 * txx),
+        fused(qxy, two5, six7 * txy),
+        fused(qxz, two5, six7 * txz),
     )
-    wyy, wyz, wzz = fused(qyy, two5, six7 * tyy), fused(qyz, two5, six7 * tyz), fused(
-        qzz, two5, six7 * tzz
+    wyy, wyz, wzz = (
+        fused(qyy, two5, six7 * tyy),
+        fused(qyz, two5, six7 * tyz),
+        fused(qzz, two5, six7 * tzz),
     )
     return (
         fused(both, x, fused(g, ax, fused(a_r, sx, negative(inner(wxx, wxy, wxz, ax, ay, az))))),

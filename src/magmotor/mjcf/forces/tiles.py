@@ -15,7 +15,6 @@ chunk meets one other. The meetings of a round share no data and are tasks for M
 
 import ctypes
 from functools import cache
-from typing import Any
 
 from numba import njit, types
 
@@ -68,13 +67,6 @@ def bind() -> None:
 @cache
 def _address() -> ctypes.c_int64:
     return ctypes.c_int64(_task().address)
-
-
-@njit
-def tile_bytes(ndipole):
-    """Return the bytes that `fill_tiles` and `sum_over_pairs` take on the stack of mjData."""
-    blocks = padded(ndipole) // COUNT
-    return 8 * (WIDTH * blocks + HEADER + MOST_CHUNKS) + 128
 
 
 @njit
@@ -210,7 +202,9 @@ def _sum(tiles, i, lane, begin, end, labels):
     Returns the least squared distance. The formulas are those of `magmotor.dipoles`.
     """
     tx, ty, tz = (
-        broadcast(tiles[i, X + lane]), broadcast(tiles[i, Y + lane]), broadcast(tiles[i, Z + lane])
+        broadcast(tiles[i, X + lane]),
+        broadcast(tiles[i, Y + lane]),
+        broadcast(tiles[i, Z + lane]),
     )
     ax, ay, az = (
         broadcast(tiles[i, MX + lane]),
