@@ -176,3 +176,11 @@ def test_the_stack_suffices_as_stated():
     used = stack_bytes(model.nsite, model.ntuple)
     assert data.maxuse_arena <= max(before, data.narena, used)
     assert 0.5 * used < data.maxuse_stack <= used + 1024
+
+
+def test_too_little_memory_is_an_error_that_names_the_remedy():
+    head = HEAD + '<size memory="200K"/>'
+    model = gas(100, head=head, each=lambda k: 10)
+    data = mujoco.MjData(model)
+    with mm.magnetism(), pytest.raises(mujoco.FatalError, match="increase <size memory"):
+        mujoco.mj_forward(model, data)
