@@ -1,7 +1,9 @@
 """Many free magnets: time of their forces and of a step, from 10 to 10 000, beside LAMMPS."""
 
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from benchmarks.harness.machine import sign
 from benchmarks.harness.records import Case, Record
@@ -49,24 +51,30 @@ def _by_lammps(count: int) -> Record:
 
 
 def draw(records: dict[str, Record], folder: Path) -> None:
-    """Draw the times over the number of magnets."""
+    """Draw the forces' time for each pair of magnets, and that of a step, over their number."""
     with style.figure(11, 4.6) as figure:
-        forces, steps = figure.subplots(1, 2, sharey=True)
-        for axes, curves in ((forces, FORCES), (steps, STEPS)):
-            for name, (label, color, line) in curves.items():
-                found = [(n, _seconds(records, n, name)) for n in COUNTS]
-                drawn = [(n, 1e3 * s) for n, s in found if s is not None]
-                if drawn:
-                    axes.loglog(
-                        *zip(*drawn, strict=True), line, marker="o", markersize=3.5, color=color,
-                        label=label,
-                    )  # fmt: skip
-            axes.set_xlabel("free magnets")
-            axes.legend(loc="upper left")
-        forces.set_title("forces and torques of all magnets on one another, ms")
+        forces, steps = figure.subplots(1, 2)
+        _curves(forces, records, FORCES, lambda count: 2e9 / (count * (count - 1)))
+        _curves(steps, records, STEPS, lambda _: 1e3)
+        forces.set_title("forces and torques of all magnets on one another, ns a pair")
+        forces.set_ylim(0.1, 1000)
+        forces.legend(loc="upper right")
         steps.set_title("a step of MuJoCo, ms")
+        steps.legend(loc="upper left")
         sign(figure)
         figure.savefig(folder / "many_magnets.png")
+
+
+def _curves(
+    axes: Any, records: dict[str, Record], curves: dict, scale: Callable[[int], float]
+) -> None:
+    for name, (label, color, line) in curves.items():
+        found = [(n, _seconds(records, n, name)) for n in COUNTS]
+        drawn = [(n, scale(n) * s) for n, s in found if s is not None]
+        if drawn:
+            look = {"marker": "o", "markersize": 3.5, "color": color, "label": label}
+            axes.loglog(*zip(*drawn, strict=True), line, **look)
+    axes.set_xlabel("free magnets")
 
 
 def tables(records: dict[str, Record]) -> dict[str, str]:

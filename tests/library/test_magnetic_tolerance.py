@@ -12,8 +12,11 @@ from test_many_magnets import PLUGIN, gas, wrenches
 import magmotor as mm
 from magmotor.mjcf import memory
 from magmotor.mjcf.forces import clusters, tiles
+from magmotor.mjcf.forces.box_tree import VALUES
 from magmotor.mjcf.forces.clusters import sum_by_clusters
+from magmotor.mjcf.forces.multipoles import multipole_force_and_field
 from magmotor.mjcf.forces.tiles import dipole_and_sums
+from magmotor.numerics.simd import load, store
 
 COUNT = 1600
 TOLERANCES = (1e-2, 1e-3, 1e-4)
@@ -116,6 +119,43 @@ def clustered(model, data, table, tolerance, found):
         found[order[i]] = fx, fy, fz, bx, by, bz
     memory.free_stack(data)
     return done
+
+
+@njit
+def by_multipoles(blocks, nodes, found):
+    """Write forces on and fields at the dipoles of block 1, by the multipoles of block 0."""
+    clusters._find_moments(nodes[0], blocks, 8)
+    values = multipole_force_and_field(
+        nodes, 0, VALUES,
+        load(blocks, 1, tiles.X), load(blocks, 1, tiles.Y), load(blocks, 1, tiles.Z),
+        load(blocks, 1, tiles.MX), load(blocks, 1, tiles.MY), load(blocks, 1, tiles.MZ),
+    )  # fmt: skip
+    for k in range(6):
+        store(found, k, 0, values[k])
+
+
+def test_the_first_moment_left_out_is_the_fourth():
+    """At twice the distance, the field's error is 2^-6 of what it was, and the force's 2^-7."""
+    rng = np.random.default_rng(0)
+    sources, targets = rng.normal(size=(2, 8, 6))
+    targets[:, :3] /= np.linalg.norm(targets[:, :3], axis=1, keepdims=True)
+    nodes, errors = np.zeros((1, clusters.NODE)), []
+    nodes[0, 1] = 1.0
+    for distance in (100.0, 200.0):
+        blocks = np.zeros((2, tiles.WIDTH))
+        away = targets * [distance, distance, distance, 1, 1, 1]
+        blocks[0, :48], blocks[1, :48] = sources.T.ravel(), away.T.ravel()
+        found = np.empty((6, 8))
+        by_multipoles(blocks, nodes, found)
+        exact = np.zeros((8, 6))
+        for i, (place, moment) in enumerate(zip(away[:, :3], away[:, 3:], strict=True)):
+            forces, fields = forces_and_fields(
+                np.vstack([place, sources[:, :3]]), np.vstack([moment, sources[:, 3:]])
+            )
+            exact[i] = [*forces[0], *fields[0]]
+        errors.append(np.abs(1e-7 * found.T - exact).reshape(8, 2, 3).max(axis=2))
+    order = np.log2(errors[0] / errors[1])
+    assert np.abs(order - [7, 6]).max() < 0.3  # 0.03
 
 
 @pytest.mark.parametrize("name", DISTRIBUTIONS)
