@@ -57,7 +57,7 @@ def draw(records: dict[str, Record], folder: Path) -> None:
         _curves(forces, records, FORCES, lambda count: 2e9 / (count * (count - 1)))
         _curves(steps, records, STEPS, lambda _: 1e3)
         forces.set_title("forces and torques of all magnets on one another, ns a pair")
-        forces.set_ylim(0.1, 1000)
+        forces.set_ylim(0.1, 5000)
         forces.legend(loc="upper right")
         steps.set_title("a step of MuJoCo, ms")
         steps.legend(loc="upper left")
