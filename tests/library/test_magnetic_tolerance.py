@@ -187,7 +187,7 @@ def test_the_callback_chooses_clusters_where_they_are_faster(model):
         exact, found = (by_tolerance(model, data, tolerance) for tolerance in (0.0, 1e-2))
         assert np.array_equal(exact, found) != used
         error = np.linalg.norm(found[:, :3] - forces, axis=1).max()
-        assert error < 1e-2 * root_mean_square(forces)  # 1e-3
+        assert error < 1e-2 * root_mean_square(forces)  # 9e-4
 
 
 @pytest.mark.parametrize("name", ["gas", "sheet", "chain"])
@@ -212,7 +212,7 @@ def test_forces_are_the_gradient_of_the_energy(model, name):
         mujoco.mj_kinematics(model, data)
         ends.append(mm.magnetic_energy(model, data))
     slope = (ends[1] - ends[0]) / (2 * np.linalg.norm(step))
-    assert abs(slope - size) < 1e-3 * root_mean_square(found[:, :3])  # 2e-5
+    assert abs(slope - size) < 2e-5 * root_mean_square(found[:, :3])  # 1e-6
 
 
 def test_bodies_with_several_dipoles_do_not_act_on_themselves():
@@ -225,7 +225,7 @@ def test_bodies_with_several_dipoles_do_not_act_on_themselves():
     exact, found = (by_tolerance(model, data, tolerance) for tolerance in (0.0, 1e-2))
     assert not np.array_equal(exact, found)
     error = np.linalg.norm((found - exact)[:, :3], axis=1).max()
-    assert error < 1e-2 * root_mean_square(exact[:, :3])  # 1e-3
+    assert error < 1e-3 * root_mean_square(exact[:, :3])  # 5e-5
 
 
 def test_fixed_magnets_are_sources():
@@ -240,7 +240,7 @@ def test_fixed_magnets_are_sources():
     assert not np.array_equal(exact, found)
     assert not found[:800].any()
     error = np.linalg.norm((found - exact)[:, :3], axis=1).max()
-    assert error < 1e-2 * root_mean_square(exact[800:, :3])  # 1e-3
+    assert error < 2e-3 * root_mean_square(exact[800:, :3])  # 9e-5
 
 
 def test_few_magnets_are_exact():
@@ -267,7 +267,7 @@ def test_the_plugin_has_the_forces_of_the_callback():
         with mm.magnetism():
             mujoco.mj_step(model, data, nstep=2)
         ends.append(data.qvel.copy())
-    assert np.abs(ends[0] - ends[1]).max() < 1e-12 * np.abs(ends[0]).max()
+    assert (ends[0] == ends[1]).all()
 
 
 @pytest.mark.parametrize("numbers", [[-1e-3], [0.2], [np.inf], [np.nan], [1e-3, 1e-3]])

@@ -82,7 +82,7 @@ def apart(model, data):
 @pytest.mark.parametrize("count", [255, 256, 257, 264, 385, 512, 777])
 def test_any_number_of_free_magnets_has_the_wrenches_of_the_twin(count):
     model = gas(count, count)
-    assert apart(model, mujoco.MjData(model)) < 3e-14  # 2e-15
+    assert apart(model, mujoco.MjData(model)) < 3e-14  # 3e-15
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -91,7 +91,7 @@ def test_magnets_of_all_kinds_have_the_wrenches_of_the_twin(seed):
     data = mujoco.MjData(model)
     rng = np.random.default_rng(seed)
     mujoco.mj_integratePos(model, data.qpos, rng.normal(size=model.nv), 0.1)
-    assert apart(model, data) < 3e-14  # 2e-15
+    assert apart(model, data) < 3e-14  # 3e-15
 
 
 def test_forces_are_opposite():
@@ -103,7 +103,7 @@ def test_forces_are_opposite():
     found = wrenches(model, data)
     assert np.abs(found[1, :3]).max() > 1e-3
     assert (found[1, :3] == -found[301, :3]).all()
-    assert np.abs(found[:, :3].sum(axis=0)).max() < 1e-14 * np.abs(found[:, :3]).sum()  # 1e-17
+    assert np.abs(found[:, :3].sum(axis=0)).max() < 5e-15 * np.abs(found[:, :3]).sum()  # 2e-16
 
 
 @pytest.mark.parametrize("build", [lambda: gas(400), lambda: gas(1100), mixed])
@@ -115,7 +115,7 @@ def test_the_bits_are_those_of_one_thread(build):
 
 
 def test_the_plugin_moves_magnets_as_the_callback_does():
-    """The plugin applies the wrenches by mj_applyFT, whose sums have another order."""
+    """Bit by bit, since nothing but the magnets acts on these bodies."""
     ends = []
     for head, threads in ((HEAD, 0), (PLUGIN + HEAD, 0), (PLUGIN + HEAD, 3)):
         model = gas(300, head=head, option='integrator="RK4"')
@@ -125,8 +125,8 @@ def test_the_plugin_moves_magnets_as_the_callback_does():
             mujoco.mj_step(model, data, nstep=3)
         mujoco.mju_threadpool(data, 0)
         ends.append(np.concatenate([data.qpos, data.qvel]))
+    assert (ends[0] == ends[1]).all()
     assert (ends[1] == ends[2]).all()
-    assert np.abs(ends[0] - ends[1]).max() < 1e-12 * np.abs(ends[0]).max()
     assert np.abs(ends[0] - np.concatenate([model.qpos0, 0 * data.qvel])).max() > 1e-6
 
 
@@ -164,7 +164,7 @@ def test_dipoles_of_one_body_may_coincide():
     model = gas(200, each=lambda k: 2)
     for k in range(200):
         model.site(f"d{k}.1").pos = model.site(f"d{k}.0").pos
-    assert apart(model, mujoco.MjData(model)) < 3e-14  # 2e-15
+    assert apart(model, mujoco.MjData(model)) < 3e-14  # 3e-15
 
 
 def test_the_stack_suffices_as_stated():
