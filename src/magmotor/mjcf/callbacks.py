@@ -16,7 +16,7 @@ from numba import njit, types
 
 import magmotor_plugin
 from magmotor.mjcf import errors, layout, memory, messages
-from magmotor.mjcf.forces import coils
+from magmotor.mjcf.forces import clusters, coils, tiles
 from magmotor.mjcf.forces.brownian_wrenches import (
     add_brownian_wrenches,
     clear_driven_bodies,
@@ -53,6 +53,7 @@ from magmotor.mjcf.forces.marks import (
     marks_of,
     plugin_instance,
 )
+from magmotor.mjcf.forces.tolerance import invalid_tolerance
 from magmotor.mjcf.hooks import errors_raised
 from magmotor.numerics.numba_cache import compiled_once
 
@@ -149,6 +150,8 @@ def _prepare(checksum: int, offsets: layout.Layout):
 def _bind() -> None:
     messages.bind()
     coils.bind()
+    tiles.bind()
+    clusters.bind()
     memory.bind_mujoco("mj_applyFT", "mj_passive", "mj_warning")
 
 
@@ -351,6 +354,9 @@ def _first_error(m, offsets, kinds, thorough):
     site = invalid_moment(m, offsets) if kinds & DIPOLES else -1
     if site >= 0:
         return errors.MOMENT, site, -1
+    numeric = invalid_tolerance(m, offsets) if kinds & DIPOLES else -1
+    if numeric >= 0:
+        return errors.TOLERANCE, numeric, -1
     pair = invalid_coupling(m, offsets) if kinds & COUPLINGS else -1
     if pair >= 0:
         return errors.COUPLING, pair, -1

@@ -63,7 +63,8 @@ _PROBE = """
   </option>
   <size nuserdata="17" nuser_body="11" nuser_jnt="13"/>
   <custom>
-    <numeric name="number" data="1 2"/>
+    <numeric name="first" data="1 2"/>
+    <numeric name="last" data="3"/>
     <text name="probe" data="some words"/>
     <text name="second" data="more"/>
     <text name="third" data="more"/>

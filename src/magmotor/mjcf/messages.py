@@ -165,6 +165,9 @@ _ERRORS: dict[int, Callable[..., str]] = {
     errors.TIME: (
         "time = {4:g}: must be finite and less than 2^53 timesteps while noise acts".format
     ),
+    errors.TOLERANCE: (
+        "numeric {} {!r}: the tolerance must be one number from 0 (exact) to 0.1".format
+    ),
 }  # fmt: skip
 
 _word = types.int64

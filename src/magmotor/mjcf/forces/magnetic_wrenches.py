@@ -27,6 +27,7 @@ from magmotor.mjcf.forces.fields import NAME, OWNER, field_and_gradient
 from magmotor.mjcf.forces.magnetic_state import read_state
 from magmotor.mjcf.forces.mirror import add_image, height_above, mirrored
 from magmotor.mjcf.forces.resolution import unresolved_body
+from magmotor.mjcf.forces.tolerance import tolerance_of
 
 NOTHING = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, False)
 
@@ -61,7 +62,10 @@ def _set_wrenches(state, m, d, offsets, applied):
         if _moves(owner, m, offsets):
             applied[owner] = 0.0
     center = memory.numbers(d[offsets.xipos // 8], memory.UNBOUNDED, 3)
-    acting, coincident = add_dipole_wrenches(table, magnets, state.couplings, center, applied)
+    acting, coincident = add_dipole_wrenches(
+        m.ctypes.data, d.ctypes.data, tolerance_of(m, offsets), table, magnets, state.couplings,
+        center, applied,
+    )  # fmt: skip
     error = NO_ERROR
     if coincident > 0:
         error = find_coincidence(state)
