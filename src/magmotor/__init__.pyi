@@ -21,6 +21,7 @@ from .mjcf.describe import Description as Description
 from .mjcf.describe import describe as describe
 from .mjcf.field_and_energy import field as field
 from .mjcf.field_and_energy import magnetic_energy as magnetic_energy
+from .mjcf.field_table import tabulated_field as tabulated_field
 from .mjcf.langevin.baoab import Baoab as Baoab
 from .mjcf.langevin.langevin import Langevin as Langevin
 from .mjcf.langevin.langevin import LangevinDiverged as LangevinDiverged
@@ -29,6 +30,8 @@ from .mjcf.langevin.rows import brownian_rows as brownian_rows
 from .mjcf.layout import LayoutError as LayoutError
 from .mjcf.magnetism import apply_perturbation as apply_perturbation
 from .mjcf.magnetism import magnetism as magnetism
+from .mjcf.magnets.magnet import Magnet as Magnet
+from .mjcf.magnets.magnet import magnet as magnet
 from .mjcf.viscous_contact import ViscousContact as ViscousContact
 from .run.dataset import scene_of as scene_of
 from .run.ensemble import ensemble as ensemble

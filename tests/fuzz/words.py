@@ -179,6 +179,14 @@ BY_NAME: dict[str, list[str]] = {
     "Langevin.rollout.initial_state": ["states_of({kind})"],
     "Langevin.rollout.control": ["controls({kind})"],
     "Langevin.rollout.control_spec": ["CONTROLS"],
+    **{f"{name}.shape": ["'cuboid'", "'cylinder'", "'ring'", "'sphere'"]
+       for name in ("magnet", "Magnet")},
+    **{f"{name}.size": ["0.01", "(0.01, 0.004)", "(0.004, 0.01, 0.005)"]
+       for name in ("magnet", "Magnet")},
+    "magnet.remanence": ["None", "1.2"], "magnet.grade": ["None", "'N42'"],
+    "magnet.direction": ["(0, 0, 1)", "[1.0, 2.0, 0.0]"], "Magnet.direction": ["(0, 3, 4)"],
+    "magnet.density": ["None", "7000"],
+    "Magnet.dipoles.gap": ["0.01", "0.02"], "Magnet.mjcf.gap": ["0.01", "0.02"],
     "observables.metropolis.model": ["model({kind})"],
     "observables.metropolis.samples": ["3"], "observables.metropolis.burn_in": ["0", "5"],
     "observables.metropolis.replicas": ["2"],
@@ -208,6 +216,8 @@ BY_CLASS = {
                  "langevin({kind}, splitting='o-rk4-o')",
                  "mm.Langevin(model({kind}), temperatures({kind}))"],
     "JointNoise": ["mm.JointNoise(model({kind}), 0.5)"],
+    "Magnet": ["mm.magnet('cuboid', (0.01, 0.02, 0.005), grade='N42')",
+               "mm.magnet('ring', (0.004, 0.01, 0.005), remanence=1.2, direction=(1, 0, 0))"],
     "MjSpec": ["specification('free')", "specification('slides')"],
     "SmallMotion": ["mm.theory.small_motion({scene})"],
     "BallStates": ["states()"],

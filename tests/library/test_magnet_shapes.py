@@ -1,6 +1,7 @@
 """Magnets as clouds of dipoles, compared with magpylib, and a ring of them in MuJoCo."""
 
 import math
+from functools import partial
 
 import magpylib
 import mujoco
@@ -73,6 +74,59 @@ def test_a_cylinder_of_the_right_length_has_no_second_order():
 
     order = math.log2(difference(0.02) / difference(0.01))
     assert order == pytest.approx(4.0, abs=0.05)  # 4.00
+
+
+@pytest.mark.parametrize(
+    ("fine", "coarse"),
+    [
+        (partial(cuboid, orders=(8, 8, 8)), partial(cuboid, orders=(2, 2, 1))),
+        (partial(cuboid, orders=(8, 8, 8)), partial(cuboid, orders=(3, 2, 1))),
+        (partial(cuboid, orders=(8, 8, 8)), partial(cuboid, orders=(4, 3, 2), even=True)),
+        (partial(cuboid, orders=(8, 8, 8)), partial(cuboid, orders=(4, 3, 1), even=True)),
+    ],
+)
+def test_a_single_point_or_even_ones_lose_no_second_order(fine, coarse):
+    """The next error is of the fourth order, as for two points."""
+    plate = fine((0.03, 0.02, 0.01)), coarse((0.03, 0.02, 0.01))
+    assert order_of(*plate) == pytest.approx(4.0, abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("length", "radius", "inner", "orders", "even", "count"),
+    [
+        (0.01, 0.03, 0.0, (1, 1, 6), False, 6),
+        (0.01, 0.03, 0.02, (1, 1, 6), False, 6),
+        (0.08, 0.02, 0.01, (2, 1, 1), False, 2),
+        (0.08, 0.02, 0.0, (3, 1, 1), True, 3),
+        (0.01, 0.03, 0.0, (1, 4, 18), True, 37),
+        (0.02, 0.03, 0.0, (2, 3, 9), True, 30),
+        (0.02, 0.03, 0.02, (2, 2, 9), True, 36),
+    ],
+)
+def test_one_disk_one_row_or_even_rings_lose_no_second_order(
+    length, radius, inner, orders, even, count
+):
+    tube = (
+        cylinder(length, radius, inner, (8, 4, 16)),
+        cylinder(length, radius, inner, orders, even),
+    )
+    assert len(tube[1][0]) == count
+    assert tube[1][1].sum() == pytest.approx(1, rel=1e-14, abs=0)
+    assert order_of(*tube) > 3.9  # 4.0, and 5.6 where little is left of the fourth order
+
+
+def order_of(fine, coarse):
+    """Order in size over distance of the difference of two clouds' fields."""
+    points, moment = 10 * directions(), [0.3, 1.0, 0.5]
+
+    def difference(scale):
+        fields = (
+            dipoles.field(points, scale * places, np.outer(parts, moment))
+            for places, parts in (fine, coarse)
+        )
+        return np.abs(np.subtract(*fields)).max()
+
+    return math.log2(difference(20.0) / difference(10.0))
 
 
 def test_magnets_in_mujoco_are_those_of_the_ring():

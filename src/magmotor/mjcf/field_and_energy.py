@@ -20,7 +20,7 @@ from magmotor.mjcf.errors import BEHIND, COINCIDENCE, OUTSIDE
 from magmotor.mjcf.forces import coils
 from magmotor.mjcf.forces.dipole_table import BODY, FIRST, SIZE
 from magmotor.mjcf.forces.magnetic_energy import energy_of
-from magmotor.mjcf.forces.magnetic_state import field_at, read_state
+from magmotor.mjcf.forces.magnetic_state import field_at, misplaced_dipole, read_state
 from magmotor.mjcf.forces.magnetic_wrenches import find_coincidence
 from magmotor.mjcf.forces.marks import COUPLINGS, forces_of
 from magmotor.mjcf.hooks import errors_raised
@@ -161,6 +161,8 @@ def _observe(checksum: int, offsets: layout.Layout):
         table, magnets, problem = state.table, state.magnets, state.error
         total, count = 0.0, 0
         why = point = numeric = -1
+        if problem[0] < 0 and energy:
+            problem = misplaced_dipole(state, m, offsets)
         if problem[0] < 0 and energy:
             total = energy_of(state, m, offsets)
             if not math.isfinite(total):

@@ -24,7 +24,7 @@ MODEL_FIELDS = (
     "names", "nplugin", "plugin", "plugin_attr", "plugin_attradr",
     "ngeom", "geom_type", "geom_bodyid", "geom_size", "nnumeric", "numeric_adr", "numeric_size",
     "numeric_data", "actuator_actnum", "actuator_actadr", "actuator_ctrladr",
-    "actuator_ctrllimited", "actuator_ctrlrange", "actuator_delay", "actuator_history", "nsensor",
+    "actuator_ctrllimited", "actuator_ctrlrange", "actuator_delay", "nsensor",
     "sensor_objtype", "sensor_plugin", "sensor_adr", "sensor_objid", "name_geomadr",
     "name_numericadr", "name_sensoradr",
 )  # fmt: skip
@@ -151,7 +151,6 @@ class Layout(NamedTuple):
     actuator_ctrllimited: int
     actuator_ctrlrange: int
     actuator_delay: int
-    actuator_history: int
     nsensor: int
     sensor_objtype: int
     sensor_plugin: int

@@ -104,9 +104,9 @@ _ERRORS: dict[int, Callable[..., str]] = {
         " do not converge: put the geoms farther apart, or make one piece of them"
     ),
     errors.COIL: (
-        "coil tuple {} {!r}: its elements must be one actuator, whose prm (where the core"
-        " saturates) is finite and not negative, and then sites and bodies, none of which another"
-        " coil names".format
+        "coil tuple {} {!r}: its elements must be one actuator, without a delay and with a"
+        " finite prm (where the core saturates) that is not negative, and then sites and bodies,"
+        " none of which another coil names".format
     ),
     errors.FIELD: (
         "numeric {} {!r}: a field must be B in T (3 finite numbers), B and G_xx G_xy G_xz G_yy G_yz"
@@ -115,8 +115,8 @@ _ERRORS: dict[int, Callable[..., str]] = {
     ),
     errors.FIELD_TUPLE: (
         "field tuple {} {!r}: its elements must be numerics whose names start with 'field', which"
-        " no other such tuple names, at most one body or site, and at most one actuator, whose prm"
-        " is finite and not negative".format
+        " no other such tuple names, at most one body or site, and at most one actuator, without a"
+        " delay and with a finite prm that is not negative".format
     ),
     errors.IRON: (
         "iron tuple {} {!r}: its elements must be one numeric and geoms, each named once: spheres,"

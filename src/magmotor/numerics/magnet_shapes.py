@@ -2,8 +2,16 @@
 
 The field outside the body is the mean, over all points of the body, of the field of a dipole with
 the total moment at that point. With n Gauss points along each axis, the mean is exact for all
-multipoles below order 2n + 1.
+multipoles below order 2n + 1. Points at even distances have only the right second moments, but near
+the body they need fewer dipoles, since all places of the surface are equally far from them.
+
+A single point along an axis lacks that axis's second moment. The field of a dipole is a harmonic
+function of the dipole's position, so that only differences of second moments matter: the other axes
+shrink until they lack as much, if they can.
 """
+
+import math
+from functools import cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,53 +22,101 @@ Cloud = tuple[Array, Array]
 """Points (P, 3) in m, and each point's fraction of the moment (P,); the fractions sum to 1."""
 
 ORDER = 4
-"""Gauss points along each axis."""
+"""Gauss points along each axis, unless told otherwise."""
 
 
-def cuboid(edges: tuple[float, float, float]) -> Cloud:
+def cuboid(
+    edges: tuple[float, float, float],
+    orders: tuple[int, int, int] = (ORDER, ORDER, ORDER),
+    even: bool = False,
+) -> Cloud:
     """Return a cuboid centered at the origin.
 
     Parameters
     ----------
     edges : tuple of float
         Lengths along x, y and z, in m.
+    orders : tuple of int
+        Numbers of points along x, y and z.
+    even : bool
+        Whether the points are at even distances; Gauss points otherwise.
 
     Returns
     -------
-    points : ndarray, shape (64, 3)
+    points : ndarray, shape (P, 3)
         In m.
-    parts : ndarray, shape (64,)
+    parts : ndarray, shape (P,)
         Fractions of the moment; their sum is 1.
     """
-    points, weights = _gauss(ORDER)
-    grid = np.stack(np.meshgrid(points, points, points, indexing="ij"), axis=-1).reshape(-1, 3)
-    parts = np.einsum("i,j,k->ijk", weights, weights, weights).ravel()
-    return grid * edges, parts
+    missing = [edge**2 for edge, order in zip(edges, orders, strict=True) if order == 1]
+    lost = sum(missing) / max(len(missing), 1)
+    rule = _even if even else _gauss
+    (x, along_x), (y, along_y), (z, along_z) = map(rule, orders)
+    grid = np.stack(np.meshgrid(x, y, z, indexing="ij"), axis=-1).reshape(-1, 3)
+    parts = np.einsum("i,j,k->ijk", along_x, along_y, along_z).ravel()
+    return grid * [edge * _shrunk(edge**2, lost) for edge in edges], parts
 
 
-def cylinder(length: float, radius: float) -> Cloud:
-    """Return a cylinder centered at the origin, with its axis along x.
+def cylinder(
+    length: float,
+    radius: float,
+    inner: float = 0.0,
+    orders: tuple[int, int, int] = (ORDER, ORDER // 2, 2 * ORDER),
+    even: bool = False,
+) -> Cloud:
+    """Return a cylinder, perhaps hollow, centered at the origin, with its axis along x.
 
     Parameters
     ----------
     length, radius : float
         In m.
+    inner : float
+        Radius of the hole, in m.
+    orders : tuple of int
+        Number of disks along the axis, of rings in a disk, and of points on the outer ring. A ring
+        of one point is the point on the axis.
+    even : bool
+        Whether the disks are at even distances and, without a hole, the rings too, with numbers of
+        points in proportion to their radii. Otherwise they are at Gauss points, with equal numbers.
 
     Returns
     -------
-    points : ndarray, shape (64, 3)
+    points : ndarray, shape (P, 3)
         In m.
-    parts : ndarray, shape (64,)
+    parts : ndarray, shape (P,)
         Fractions of the moment; their sum is 1.
     """
-    along, along_weights = _gauss(ORDER)
-    square, square_weights = _gauss(ORDER // 2)  # in the squared radius, for uniform area
-    angle = np.pi / ORDER * np.arange(2 * ORDER)
-    x, s, phi = np.meshgrid(length * along, square + 0.5, angle, indexing="ij")
-    distance = radius * np.sqrt(s)
-    points = np.stack([x, distance * np.cos(phi), distance * np.sin(phi)], axis=-1)
-    parts = np.einsum("i,j,k->ijk", along_weights, square_weights, np.full(len(angle), 1.0))
-    return points.reshape(-1, 3), parts.ravel() / len(angle)
+    disks, rings, corners = orders
+    axial, radial = length**2 / 12, (radius**2 + inner**2) / 4
+    along, along_weights = (_even if even else _gauss)(disks)
+    counts = ring_counts(rings, corners, even and not inner)
+    if counts[0] == 1 < rings:
+        bounds = np.append(0, np.arange(rings) + 0.5) ** 2 / (rings - 0.5) ** 2
+        ring_weights, square = np.diff(bounds), (np.arange(rings) / (rings - 0.5)) ** 2
+        square = square / (2 * (ring_weights @ square))
+    else:
+        square, ring_weights = _gauss(rings)  # in the squared radius, for uniform area
+        square = square + 0.5
+    hole = (inner / radius) ** 2
+    distance = radius * np.sqrt(hole + (1 - hole) * square)
+    x = length * along
+    if corners == 1:
+        x, distance = x * _shrunk(axial, radial), 0 * distance
+    elif disks == 1:
+        distance = distance * _shrunk(radial, axial)
+    angle = np.concatenate([2 * np.pi / n * np.arange(n) for n in counts])
+    distance, weights = np.repeat(distance, counts), np.repeat(ring_weights, counts)
+    disk = np.stack([distance * np.cos(angle), distance * np.sin(angle)], axis=-1)
+    points = np.column_stack([np.repeat(x, len(disk)), np.tile(disk, (disks, 1))])
+    parts = np.outer(along_weights, weights) / np.repeat(counts, counts)
+    return points, parts.ravel()
+
+
+def ring_counts(rings: int, corners: int, even: bool) -> list[int]:
+    """Return the number of points on each ring of a disk, with the center as the first if even."""
+    if not even or rings == 1 or corners == 1:
+        return [corners] * rings
+    return [1] + [max(3, math.ceil(corners * k / (rings - 1))) for k in range(1, rings)]
 
 
 def ball(radius: float) -> Cloud:
@@ -123,7 +179,22 @@ def as_dipoles(
     return positions.reshape(-1, 3), moments.reshape(-1, 3)
 
 
+@cache
 def _gauss(order: int) -> Cloud:
     """Return the Gauss-Legendre points and weights on the interval from -1/2 to 1/2."""
     points, weights = np.polynomial.legendre.leggauss(order)
     return points / 2, weights / 2
+
+
+@cache
+def _even(order: int) -> Cloud:
+    """Return points at even distances with equal weights and the interval's second moment."""
+    if order == 1:
+        return _gauss(1)
+    points = (np.arange(order) + 0.5) / order - 0.5
+    return points / math.sqrt(1 - 1 / order**2), np.full(order, 1 / order)
+
+
+def _shrunk(moment: float, lost: float) -> float:
+    """Return the factor for lengths that takes `lost` from a second moment, or all of it."""
+    return math.sqrt(max(1 - lost / moment, 0.0))

@@ -3,8 +3,8 @@
 A tuple whose name starts with `coil` names an actuator first, then sites or bodies. The moment of
 each of these sites, and of all dipole sites of these bodies, is its `user` number times the
 actuator's drive u: its last activation if it has any (so that MuJoCo's filters give the coil's rise
-time), else its control, within `ctrlrange` and after its delay. The actuator's `prm` s, if it is
-not 0, is where the core saturates: u is then replaced by u/sqrt(1 + (u/s)^2).
+time), else its control, within `ctrlrange`. The actuator's `prm` s, if it is not 0, is where the
+core saturates: u is then replaced by u/sqrt(1 + (u/s)^2).
 """
 
 # Numba's intrinsics hide their first parameter:
@@ -28,20 +28,18 @@ from magmotor.numerics.elementary import float_as_bits
 
 COIL = tuple(b"coil")
 
-DISABLE_CLAMP, DISABLE_ACTUATION = 1 << 7, 1 << 10
+DISABLE_CLAMP, DISABLE_ACTUATION = 1 << 8, 1 << 11
 """mjDSBL_CLAMPCTRL and mjDSBL_ACTUATION."""
 
 MULTIPLIER = np.uint64(0x9E3779B97F4A7C15)
 """Odd number that spreads bits: 2^64 over the golden ratio."""
 
-_word, _int, _number = types.int64, types.int32, types.float64
-_read_control = types.ExternalFunction("mj_readCtrl", _number(_word, _word, _int, _number, _int))
-_is_disabled = types.ExternalFunction("mj_actuatorDisabled", _int(_word, _int))
+_is_disabled = types.ExternalFunction("mj_actuatorDisabled", types.int32(types.int64, types.int32))
 
 
 def bind() -> None:
     """Bind the functions of MuJoCo that this module calls."""
-    memory.bind_mujoco("mj_readCtrl", "mj_actuatorDisabled")
+    memory.bind_mujoco("mj_actuatorDisabled")
 
 
 @njit
@@ -62,20 +60,23 @@ def drive(actuator, saturation, m, d, offsets):
 
 @njit
 def _control(actuator, clamp, m, d, offsets):
-    """Return an actuator's control, after its delay and clamped to its range."""
+    """Return an actuator's control, clamped to its range."""
     i = memory.integers(m[offsets.actuator_ctrladr // 8], memory.UNBOUNDED)[actuator]
-    delay = memory.numbers(m[offsets.actuator_delay // 8], 1, memory.UNBOUNDED)[0, actuator]
-    if delay > 0.0:
-        model, data = m.ctypes.data, d.ctypes.data
-        history = memory.integers(m[offsets.actuator_history // 8], memory.UNBOUNDED)
-        time = memory.numbers(data + offsets.time, 1, 1)[0, 0]
-        u = _read_control(model, data, actuator, time, history[2 * actuator + 1])
-    else:
-        u = memory.numbers(d[offsets.ctrl // 8], 1, memory.UNBOUNDED)[0, i]
+    u = memory.numbers(d[offsets.ctrl // 8], 1, memory.UNBOUNDED)[0, i]
     if clamp and memory.bytes_at(m[offsets.actuator_ctrllimited // 8], memory.UNBOUNDED)[i]:
         limits = memory.numbers(m[offsets.actuator_ctrlrange // 8], memory.UNBOUNDED, 2)
         u = min(max(u, limits[i, 0]), limits[i, 1])
     return u
+
+
+@njit
+def is_drive(i, m, offsets):
+    """Whether element i of all tuples is an actuator without a delay, and with a valid `prm`."""
+    kind, actuator, prm = element(i, m, offsets)
+    if kind != ACTUATOR:
+        return False
+    delay = memory.numbers(m[offsets.actuator_delay // 8], 1, memory.UNBOUNDED)[0, actuator]
+    return delay == 0.0 and 0.0 <= prm < math.inf
 
 
 @njit
@@ -109,10 +110,10 @@ def invalid_coil(m, offsets):
             elements = elements_of(k, m, offsets)
             wrong = len(elements) < 2
             for i in elements:
-                kind, _, prm = element(i, m, offsets)
                 if i == elements.start:
-                    wrong = wrong or kind != ACTUATOR or not 0.0 <= prm < math.inf
+                    wrong = wrong or not is_drive(i, m, offsets)
                 else:
+                    kind, _, _ = element(i, m, offsets)
                     wrong = wrong or (kind != SITE and kind != BODY)
                     wrong = wrong or _is_repeated(i, m, offsets)
             if wrong:

@@ -24,7 +24,7 @@ import math
 from numba import njit
 
 from magmotor.mjcf import memory
-from magmotor.mjcf.forces.coils import drive
+from magmotor.mjcf.forces.coils import drive, is_drive
 from magmotor.mjcf.forces.custom import (
     ACTUATOR,
     BODY,
@@ -198,13 +198,13 @@ def invalid_field_tuple(m, offsets):
         if tuple_starts_with(k, FIELD, m, offsets):
             fields = frames = drives = others = 0
             for i in elements_of(k, m, offsets):
-                kind, number, prm = element(i, m, offsets)
+                kind, number, _ = element(i, m, offsets)
                 if kind == NUMERIC and numeric_starts_with(number, FIELD, m, offsets):
                     fields += 1
                     others += _tuple_of(number, m, offsets) != k
                 elif kind in (BODY, SITE):
                     frames += 1
-                elif kind == ACTUATOR and 0.0 <= prm < math.inf:
+                elif is_drive(i, m, offsets):
                     drives += 1
                 else:
                     others += 1

@@ -13,6 +13,8 @@ one dipole each does not describe them, and U has no minimum.
 # Numba's intrinsics hide their first parameter:
 # pyright: reportCallIssue=false
 
+import math
+
 from numba import njit
 
 from magmotor.dipoles import sum_over_sources
@@ -49,9 +51,9 @@ def magnetize_pieces(iron, pieces, mirror, d, offsets) -> tuple[int, int]:
     """
     count = len(pieces)
     frame = memory.numbers(d[offsets.geom_xmat // 8], memory.UNBOUNDED, 9)
+    worst = 0
     for _ in range(MOST_SWEEPS):
         change = largest = 0.0
-        worst = 0
         for i in range(count):
             target = (iron[0, i], iron[1, i], iron[2, i], 0.0, 0.0, 0.0)
             total = sum_over_sources(target, iron[6, i], iron, count)
@@ -69,9 +71,12 @@ def magnetize_pieces(iron, pieces, mirror, d, offsets) -> tuple[int, int]:
                 moved += (moment[k] - iron[3 + k, i]) * (moment[k] - iron[3 + k, i])
                 iron[3 + k, i] = moment[k]
             row[ENERGY] = moment[3]
-            largest = max(largest, square)
+            if not square <= largest:
+                largest = square
             if not moved <= change:
                 change, worst = moved, i
+        if not largest < math.inf:
+            break
         if change <= TOLERANCE * TOLERANCE * largest:
             return FINE, -1
     return UNSTABLE, worst

@@ -16,7 +16,9 @@ from magmotor.mjcf.forces.coils import read_drives
 from magmotor.mjcf.forces.couplings import read_couplings
 from magmotor.mjcf.forces.dipole_table import (
     ELEMENT,
+    FIRST,
     ROWS,
+    SIZE,
     Magnets,
     gather,
     padded,
@@ -159,6 +161,23 @@ def _magnetize(state, m, d, offsets):
     for i in range(len(state.pieces)):
         for k in range(3, 6):
             table[k, first + i] = iron[k, i]
+    return NO_ERROR
+
+
+@njit
+def misplaced_dipole(state, m, offsets):
+    """Return an error if a dipole is outside the table of a field or below the plane of iron."""
+    table = state.table
+    for k in range(state.magnets.number):
+        for i in range(int(table[FIRST, k]), int(table[FIRST, k] + table[SIZE, k])):
+            x, y, z = table[0, i], table[1, i], table[2, i]
+            if state.mirror[0] != 0.0 and height_above(state.mirror, x, y, z) <= 0.0:
+                return BEHIND, int(table[ELEMENT, i]), -1
+            for number in range(len(state.fields)):
+                row = state.fields[number]
+                f = field_and_gradient(row, x, y, z, m, offsets)
+                if not math.isfinite(f[0] + f[1] + f[2]):
+                    return OUTSIDE, int(table[ELEMENT, i]), int(row[NAME])
     return NO_ERROR
 
 

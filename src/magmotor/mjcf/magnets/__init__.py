@@ -1,0 +1,1 @@
+"""Permanent magnets of real shapes: their moment and mass, dipoles that represent them, MJCF."""

@@ -1,0 +1,282 @@
+"""`magnet`: a permanent magnet of a real shape and material, as dipoles and as MJCF."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Annotated, Any
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from magmotor.common.arguments import checked
+from magmotor.common.arrays import Array
+from magmotor.common.checks import check_array, check_choice, check_number, reject
+from magmotor.common.hints import Positive, number
+from magmotor.dipoles import PERMEABILITY_OVER_4PI
+from magmotor.mjcf.magnets.bodies import Ball, Cuboid, Geom, Tube
+from magmotor.mjcf.magnets.grades import GRADES, NDFEB
+from magmotor.mjcf.magnets.layout import smallest_layout
+
+SIZES = {
+    "cuboid": ("edge along x", "edge along y", "edge along z"),
+    "cylinder": ("diameter", "height"),
+    "ring": ("inner diameter", "outer diameter", "height"),
+    "sphere": ("diameter",),
+}
+"""Shapes, and the lengths that each one's size consists of."""
+
+DRAWN = 0.04
+"""Radius at which a site is drawn, in units of the magnet's smallest extent."""
+
+Error = Annotated[float, number(at_least=1e-6, below=1)]
+
+
+@dataclass(frozen=True)
+class Magnet:
+    """A uniformly magnetized permanent magnet, centered at the origin; see `magnet`.
+
+    Attributes
+    ----------
+    shape : str
+        `cuboid`, `cylinder`, `ring` or `sphere`.
+    size : tuple of float
+        Lengths in m.
+    remanence : float
+        In T.
+    density : float
+        In kg/m^3.
+    direction : tuple of float
+        Unit vector of the magnetization.
+    """
+
+    shape: str
+    size: tuple[float, ...]
+    remanence: float
+    density: float = NDFEB
+    direction: tuple[float, float, float] = (0.0, 0.0, 1.0)
+
+    def __post_init__(self) -> None:
+        """Check all fields."""
+        check_choice("shape", self.shape, tuple(SIZES))
+        names = SIZES[self.shape]
+        size = tuple(np.ravel(check_array("size", self.size)).tolist())
+        sentence = f"must be ({', '.join(names)}) for a {self.shape}, in m"
+        if len(size) != len(names):
+            raise reject("size", size, sentence)
+        for name, length in zip(names, size, strict=True):
+            check_number(name, length, above=0, unit="m")
+        if self.shape == "ring" and size[0] >= size[1]:
+            raise reject("size", size, f"{sentence}, the first smaller than the second")
+        self._set("size", size)
+        for name, unit in (("remanence", "T"), ("density", "kg/m^3")):
+            self._set(name, check_number(name, getattr(self, name), above=0, unit=unit))
+        vector = check_array("direction", self.direction, 3)
+        if not (length := math.hypot(*vector)):
+            raise reject("direction", self.direction, "must not be zero")
+        self._set("direction", tuple(float(part / length) for part in vector))
+
+    def _set(self, name: str, value: Any) -> None:
+        object.__setattr__(self, name, value)
+
+    @property
+    def volume(self) -> float:
+        """In m^3."""
+        return self._body.volume
+
+    @property
+    def mass(self) -> float:
+        """In kg."""
+        return self.density * self.volume
+
+    @property
+    def moment(self) -> float:
+        """Magnetic moment B_r V/mu_0, in A m^2."""
+        return self.remanence * self.volume / (4 * math.pi * PERMEABILITY_OVER_4PI)
+
+    @property
+    def _body(self) -> Cuboid | Tube | Ball:
+        if self.shape == "cuboid":
+            return Cuboid(*self.size)
+        if self.shape == "sphere":
+            return Ball(*self.size)
+        return Tube(0.0, *self.size) if self.shape == "cylinder" else Tube(*self.size)
+
+    @checked
+    def dipoles(self, error: Error, gap: Positive) -> tuple[Array, Array]:
+        """Return the fewest dipoles that represent the magnet as accurately as required.
+
+        The dipoles are points of a quadrature of the magnet's volume, with Gauss points or at even
+        distances. All such layouts are tried in the order of their numbers of dipoles. A much finer
+        layout judges the field at thousands of points around the magnet, at the gap and beyond, and
+        the force between two such magnets, magnetized alike, one above and beside the other. The
+        first layout whose errors are all smaller than `error` is the result. A sphere is exactly
+        one dipole.
+
+        Parameters
+        ----------
+        error : float
+            Largest relative error, at least 1e-6, of the field and of these forces. Where the field
+            is weaker than a tenth of the strongest field at the same distance from the surface, as
+            near the axis of a ring, the error is relative to this tenth.
+        gap : float
+            Smallest distance from the magnet's surface, in m, at which the field must be so
+            accurate, and between the surfaces of the two magnets.
+
+        Returns
+        -------
+        positions : ndarray, shape (N, 3)
+            In m, in the magnet's frame.
+        moments : ndarray, shape (N, 3)
+            In A m^2, all along the direction of the magnetization; their sum is the moment.
+
+        Raises
+        ------
+        ValueError
+            An argument is outside its bounds, or more than 1000 dipoles would be required.
+
+        Examples
+        --------
+        >>> import magmotor as mm
+        >>> disk = mm.magnet("cylinder", (0.01, 0.005), grade="N42")
+        >>> [len(disk.dipoles(error=0.01, gap=gap)[0]) for gap in (0.05, 0.01, 0.003)]
+        [3, 20, 117]
+        """
+        body = self._body
+        if isinstance(body, Ball):
+            points, parts = np.zeros((1, 3)), np.ones(1)
+        else:
+            points, parts = smallest_layout(body, self.direction, error, gap)
+        return points.copy(), self.moment * np.outer(parts, self.direction)
+
+    @checked
+    def mjcf(self, error: Error, gap: Positive, name: str = "") -> str:
+        """Return the magnet as MJCF, to be pasted into a `<body>`.
+
+        Parameters
+        ----------
+        error, gap : float
+            See `dipoles`.
+        name : str
+            Name of the geom. The sites, and the boxes of a ring, add a number to it. Without it,
+            nothing is named.
+
+        Returns
+        -------
+        str
+            One line for the geom with size and mass, and one for each dipole, a site with its
+            moment as `user`. MuJoCo has no hollow cylinder: a ring has one hidden geom that
+            touches nothing, with the ring's mass and inertia, and massless boxes around the hole.
+
+        Raises
+        ------
+        ValueError
+            As for `dipoles`.
+
+        Notes
+        -----
+        The model must contain `<custom><text name="magmotor" data="dipoles"/></custom>` or the
+        plugin; see `magnetism`. With `MjSpec`, attach the text to a body:
+
+            piece = mujoco.MjSpec.from_string(f"<mujoco><worldbody>{text}</worldbody></mujoco>")
+            spec.attach(piece, prefix="left ", frame=body.add_frame())
+
+        Examples
+        --------
+        >>> import magmotor as mm
+        >>> print(mm.magnet("sphere", 0.01, remanence=1.3).mjcf(error=0.01, gap=0.001))
+        <geom type="sphere" size="0.005" mass="0.00392699081699"/>
+        <site pos="0 0 0" zaxis="0 0 1" size="0.0004" user="0.541666666667"/>
+        """
+        return "\n".join(self._lines(*self.dipoles(error, gap), name))
+
+    def _lines(self, positions: Array, moments: Array, name: str) -> Iterator[str]:
+        for k, geom in enumerate(self._body.geoms(self.mass)):
+            yield _element("geom", f"{name} {k}" if name and k else name, geom)
+        drawn = DRAWN * min(self._body.extents)
+        for k, (position, size) in enumerate(zip(positions, moments @ self.direction, strict=True)):
+            site = {"pos": position, "zaxis": self.direction, "size": drawn, "user": size}
+            yield _element("site", f"{name} {k}" if name else "", site)
+
+
+@checked
+def magnet(
+    shape: str,
+    size: ArrayLike,
+    *,
+    remanence: float | None = None,
+    grade: str | None = None,
+    density: float | None = None,
+    direction: tuple[float, float, float] = (0.0, 0.0, 1.0),
+) -> Magnet:
+    """Return a permanent magnet, described as its sellers do, by shape, size and grade.
+
+    Parameters
+    ----------
+    shape : str
+        `cuboid`, `cylinder`, `ring` (a cylinder with a hole) or `sphere`. The axis of a cylinder or
+        ring is z.
+    size : float or array_like
+        In m: edges (x, y, z) of a cuboid; (diameter, height) of a cylinder; (inner diameter, outer
+        diameter, height) of a ring; diameter of a sphere.
+    remanence : float, optional
+        Remanence B_r in T. Give either this or the grade.
+    grade : str, optional
+        Material with a typical remanence and density: sintered NdFeB `N35`, `N38`, `N40`, `N42`,
+        `N45`, `N48`, `N50`, `N52`; `SmCo18`, `SmCo22` (SmCo5), `SmCo26`, `SmCo28`, `SmCo32`
+        (Sm2Co17); ferrite `C1`, `C5`, `C8`; `AlNiCo5`, `AlNiCo8`.
+    density : float, optional
+        In kg/m^3, instead of the grade's; 7500 kg/m^3, that of NdFeB, without a grade.
+    direction : tuple of float
+        Direction of the magnetization, of any length; along z by default.
+
+    Returns
+    -------
+    Magnet
+        With `volume`, `mass`, `moment`, `remanence`, `dipoles` and `mjcf`.
+
+    Raises
+    ------
+    ValueError
+        An argument is invalid, or not exactly one of remanence and grade is given.
+
+    Notes
+    -----
+    The magnetization is uniform and rigid. That is a good model of NdFeB, SmCo and ferrite in
+    fields well below their coercivity. AlNiCo has a permeability of 2 to 5, so that a short magnet
+    of it is weaker than its remanence says.
+
+    The remanence of a grade is the middle of the range that a manufacturer states (NdFeB: Shanghai
+    Magnet; SmCo: Magnet Sales; ferrite: AOMagnet; AlNiCo: TMC). Those of others differ by 1 or 2 %,
+    and so do single magnets.
+
+    Examples
+    --------
+    >>> import magmotor as mm
+    >>> disk = mm.magnet("cylinder", (0.01, 0.005), grade="N42")
+    >>> print(f"{disk.moment:.3f} A m², {1000 * disk.mass:.2f} g")
+    0.406 A m², 2.95 g
+    """
+    if (remanence is None) == (grade is None):
+        raise reject("remanence and grade", (remanence, grade), "give exactly one of them")
+    usual = NDFEB
+    if grade is not None:
+        check_choice("grade", grade, tuple(GRADES))
+        remanence, usual = GRADES[grade]
+    lengths = tuple(np.ravel(size).tolist())
+    return Magnet(
+        shape, lengths, remanence or 0.0, usual if density is None else density, direction
+    )
+
+
+def _element(tag: str, name: str, attributes: Geom) -> str:
+    """Return an element of MJCF, with twelve digits of each number."""
+    words = [tag, f"name={quoteattr(name)}"] if name else [tag]
+    for key, value in attributes.items():
+        text = value
+        if not isinstance(value, str):
+            numbers = np.atleast_1d(value)
+            tiny = abs(numbers) < 1e-15 * abs(numbers).max()
+            text = " ".join(f"{part:.12g}" for part in np.where(tiny, 0.0, numbers))
+        words.append(f'{key}="{text}"')
+    return f"<{' '.join(words)}/>"

@@ -1,0 +1,236 @@
+"""Coils: moments that follow actuators, in forces, fields and derivatives; switched magnets."""
+
+import math
+import warnings
+
+import mujoco
+import numpy as np
+import pytest
+
+import magmotor as mm
+
+MODEL = """
+<mujoco>
+  {extension}
+  <option gravity="0 0 0" timestep="1e-3" {integrator}/>
+  <custom>
+    <text name="magmotor" data="dipoles coils fields"/>
+    <numeric name="field" data="0 0 0.002"/>
+    <tuple name="field driven"><element objtype="numeric" objname="field"/>
+      <element objtype="actuator" objname="other"/></tuple>
+    <tuple name="coil of the hand">
+      <element objtype="actuator" objname="current" prm="{saturation}"/>
+      <element objtype="site" objname="hand"/>
+    </tuple>
+  </custom>
+  <worldbody>
+    <site name="hand" pos="0 0 0.1" user="2"/>
+    <site pos="0 0.2 0" user="0.5"/>
+    <body><freejoint/><geom size="0.01"/><site name="magnet" user="0.3" euler="20 0 0"/></body>
+  </worldbody>
+  <actuator>
+    <general name="current" site="magnet" gainprm="0" {actuator}/>
+    <general name="other" site="magnet" gainprm="0" group="2"/>
+  </actuator>
+</mujoco>
+"""
+PLUGIN = '<extension><plugin plugin="magmotor.forces"><instance name="m"/></plugin></extension>'
+BOTH = pytest.mark.parametrize("extension", ["", PLUGIN], ids=["callback", "plugin"])
+
+
+def coil(actuator="", saturation=0, extension="", integrator=""):
+    return mujoco.MjModel.from_xml_string(
+        MODEL.format(
+            actuator=actuator, saturation=saturation, extension=extension, integrator=integrator
+        )
+    )
+
+
+def strength(model, data):
+    """The moment of the coil over its `user` number, from its field on its axis."""
+    return mm.field(model, data, [0, 0, 0.1 + 1e-4])[2] / (2e-7 * 2 / 1e-4**3)
+
+
+DRIVES = {
+    "control": ("", 0, 0.7, 0.7),
+    "negative": ("", 0, -0.7, -0.7),
+    "off": ("", 0, 0.0, 0.0),
+    "range": ('ctrllimited="true" ctrlrange="-1 0.5"', 0, 0.7, 0.5),
+    "saturation": ("", 0.5, 0.7, 0.7 / math.hypot(1, 1.4)),
+    "activation": ('dyntype="filter" dynprm="0.05"', 0, 0.7, 0.0),
+}
+
+
+@BOTH
+@pytest.mark.parametrize("name", DRIVES)
+def test_the_moment_is_the_number_of_the_site_times_the_drive(name, extension):
+    actuator, saturation, control, expected = DRIVES[name]
+    model = coil(actuator, saturation, extension)
+    data = mujoco.MjData(model)
+    data.ctrl[0] = control
+    with mm.magnetism():
+        mujoco.mj_forward(model, data)
+    assert strength(model, data) == pytest.approx(expected, abs=1e-7)  # other fields: 1e-8
+    twin = coil(extension=extension)
+    twin.site("hand").user[:] *= expected
+    other = mujoco.MjData(twin)
+    other.ctrl[0] = 1.0
+    with mm.magnetism():
+        mujoco.mj_forward(twin, other)
+    np.testing.assert_allclose(data.qacc, other.qacc, rtol=1e-13, atol=0)
+
+
+@BOTH
+def test_a_filter_gives_the_rise_time_of_the_coil(extension):
+    """1 - exp(-t/tau); MuJoCo integrates the exact filter if told so."""
+    model = coil('dyntype="filterexact" dynprm="0.05"', extension=extension)
+    data = mujoco.MjData(model)
+    data.ctrl[0] = 1.0
+    with mm.magnetism():
+        for _ in range(100):
+            data.qpos[:] = 0, 0, 0, 1, 0, 0, 0
+            mujoco.mj_step(model, data)
+        data.qpos[:] = 0, 0, 0, 1, 0, 0, 0
+        mujoco.mj_forward(model, data)
+    assert strength(model, data) == pytest.approx(1 - math.exp(-2), abs=1e-6)
+
+
+@BOTH
+def test_a_disabled_actuator_is_off(extension):
+    """By the flag for all of them, or by its group: here that of the driven field."""
+    model = coil(extension=extension)
+    data = mujoco.MjData(model)
+    data.ctrl[:] = 1.0
+    mujoco.mj_kinematics(model, data)
+    point, hand = [0, 0, 5.1], 2e-7 * 2 / 5**3
+    on = mm.field(model, data, point)
+    model.opt.disableactuator = 1 << 2
+    np.testing.assert_allclose(on - mm.field(model, data, point), [0, 0, 0.002], atol=1e-17)
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_ACTUATION
+    change = on - mm.field(model, data, point)
+    np.testing.assert_allclose(change, [0, 0, 0.002 + hand], rtol=1e-14, atol=1e-17)
+
+
+@BOTH
+def test_an_unclamped_control_is_beyond_its_range(extension):
+    model = coil('ctrllimited="true" ctrlrange="-1 0.5"', extension=extension)
+    data = mujoco.MjData(model)
+    data.ctrl[0] = 0.7
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CLAMPCTRL
+    mujoco.mj_kinematics(model, data)
+    assert strength(model, data) == pytest.approx(0.7, abs=1e-7)  # 1e-8
+
+
+@BOTH
+@pytest.mark.parametrize("integrator", ["Euler", "implicitfast"])
+@pytest.mark.parametrize("actuator", ["", 'dyntype="filter" dynprm="0.01"'])
+def test_finite_differences_of_mujoco_see_the_drive(actuator, integrator, extension):
+    """`mjd_transitionFD` against steps of nearby controls and activations."""
+    model = coil(actuator, 1.5, extension, f'integrator="{integrator}"')
+    data = mujoco.MjData(model)
+    data.ctrl[:] = 0.6, 0.3
+    data.act[:] = 0.4
+    data.qvel[:] = 0.1
+    size = 2 * model.nv + model.na
+    state, control = np.zeros((size, size)), np.zeros((size, model.nu))
+    step = 1e-5
+    with mm.magnetism():
+        mujoco.mj_forward(model, data)
+        mujoco.mjd_transitionFD(model, data, step, True, state, control, None, None)
+
+        def after(name, i, shift):
+            other = mujoco.MjData(model)
+            for part in ("qpos", "qvel", "act", "ctrl"):
+                getattr(other, part)[:] = getattr(data, part)
+            getattr(other, name)[i] += shift
+            mujoco.mj_step(model, other)
+            return np.concatenate([other.qvel, other.act])
+
+        for name, matrix, columns in (("ctrl", control, model.nu), ("act", state, model.na)):
+            first = 0 if name == "ctrl" else 2 * model.nv
+            for i in range(columns):
+                expected = (after(name, i, step) - after(name, i, -step)) / (2 * step)
+                found = matrix[model.nv :, first + i]
+                assert abs(found - expected).max() <= 1e-9 * max(1, abs(expected).max())
+    driven = state[model.nv :, -1] if actuator else control[model.nv :, 0]
+    assert abs(driven[: model.nv]).max() > 1e-5
+
+
+def test_derivatives_do_not_depend_on_the_hook():
+    found = []
+    for extension in ("", PLUGIN):
+        model = coil(extension=extension)
+        data = mujoco.MjData(model)
+        data.ctrl[:] = 0.6, 0.3
+        control = np.zeros((2 * model.nv, model.nu))
+        with mm.magnetism():
+            mujoco.mj_forward(model, data)
+            mujoco.mjd_transitionFD(model, data, 1e-5, True, None, control, None, None)
+        found.append(control)
+    np.testing.assert_allclose(found[0], found[1], rtol=0, atol=1e-12 * abs(found[0]).max())
+
+
+def test_switching_a_magnet_off_does_not_warn():
+    """Neither by its coil nor by its moment; a model on which nothing ever acted still does."""
+    lines = [line for line in MODEL.splitlines() if "0.5" not in line and "field" not in line]
+    lines = [line for line in lines if '"other"' not in line]
+    text = "\n".join(lines).format(actuator="", saturation=0, extension="", integrator="")
+    model = mujoco.MjModel.from_xml_string(text)
+    data = mujoco.MjData(model)
+    with warnings.catch_warnings(), mm.magnetism():
+        warnings.simplefilter("error")
+        mujoco.mj_step(model, data)
+        data.ctrl[0] = 1
+        mujoco.mj_step(model, data)
+        assert data.xfrc_applied.any()
+        model.site("magnet").user[:] = 0
+        mujoco.mj_step(model, data)
+    with pytest.warns(UserWarning, match="nothing acts on this model"), mm.magnetism():
+        mujoco.mj_step(model, data)
+
+
+BAD = {
+    "no actuator": '<element objtype="site" objname="hand"/><element objtype="site" objname="s"/>',
+    "only an actuator": '<element objtype="actuator" objname="a"/>',
+    "saturation": '<element objtype="actuator" objname="a" prm="-1"/>'
+    '<element objtype="site" objname="hand"/>',
+    "twice": '<element objtype="actuator" objname="a"/>'
+    + 2 * '<element objtype="site" objname="hand"/>',
+    "body and site": '<element objtype="actuator" objname="a"/>'
+    '<element objtype="site" objname="hand"/><element objtype="body" objname="b"/>',
+    "geom": '<element objtype="actuator" objname="a"/><element objtype="geom" objname="g"/>',
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_elements_are_an_error(name):
+    model = mujoco.MjModel.from_xml_string(f"""
+    <mujoco>
+      <custom><text name="magmotor" data="dipoles coils"/><tuple name="coil">{BAD[name]}</tuple>
+      </custom>
+      <worldbody><site name="s" user="2"/><body name="b"><joint/><geom name="g" size="1"/>
+        <site name="hand" user="1"/></body></worldbody>
+      <actuator><general name="a" site="hand" gainprm="0"/></actuator>
+    </mujoco>""")
+    with pytest.raises(ValueError, match="coil tuple 0 'coil': its elements must be one actuator"):
+        mm.describe(model)
+
+
+def test_an_actuator_with_a_delay_is_an_error():
+    with pytest.raises(ValueError, match="must be one actuator, without a delay"):
+        mm.describe(coil('delay="0.01" nsample="20"'))
+
+
+def test_an_actuator_that_does_not_exist_is_an_error():
+    with pytest.raises(ValueError, match="unrecognized object 'nobody' in tuple"):
+        mujoco.MjModel.from_xml_string("""
+        <mujoco><custom><tuple name="coil"><element objtype="actuator" objname="nobody"/></tuple>
+        </custom></mujoco>""")
+
+
+def test_describe_names_coils(capsys):
+    found = mm.describe(coil())
+    assert found.coils == {"coil of the hand": ("current", 1)}
+    assert found.fields == {"field": "uniform, driven by other"}
+    assert found.acting == ("dipoles", "fields", "coils")
+    assert "coils, dipoles and actuator: coil of the hand (1, current)" in capsys.readouterr().out

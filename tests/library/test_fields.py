@@ -1,0 +1,211 @@
+"""Given fields: closed forms, tables, frames, and bad input."""
+
+import math
+
+import magpylib
+import mujoco
+import numpy as np
+import pytest
+
+import magmotor as mm
+
+MODEL = """
+<mujoco>
+  <option gravity="0 0 0" timestep="1e-3" integrator="RK4"/>
+  <custom>
+    <text name="magmotor" data="dipoles fields"/>
+    {custom}
+  </custom>
+  <worldbody>{bodies}</worldbody>
+</mujoco>
+"""
+NEEDLE = (
+    '<body name="needle" pos="{pos}"><freejoint/><geom size="0.01"/>'
+    '<site name="dipole" zaxis="{axis}" user="0.5"/></body>'
+)
+
+
+def numeric(numbers, name="field"):
+    return f'<numeric name="{name}" data="{" ".join(map(repr, map(float, np.ravel(numbers))))}"/>'
+
+
+def model_with(*custom, bodies="", pos="0.1 0.2 0.3", axis="1 2 -2"):
+    return mujoco.MjModel.from_xml_string(
+        MODEL.format(custom="".join(custom), bodies=NEEDLE.format(pos=pos, axis=axis) + bodies)
+    )
+
+
+def wrench(model, body="needle"):
+    data = mujoco.MjData(model)
+    with mm.magnetism():
+        mujoco.mj_forward(model, data)
+    return data.xfrc_applied[model.body(body).id]
+
+
+def test_a_uniform_field_turns_and_does_not_push():
+    moment = 0.5 * np.array([1, 2, -2]) / 3
+    found = wrench(model_with(numeric([0.3, -0.1, 0.2])))
+    np.testing.assert_array_equal(found[:3], 0)
+    np.testing.assert_allclose(found[3:], np.cross(moment, [0.3, -0.1, 0.2]), rtol=1e-14)
+
+
+def test_a_needle_swings_in_the_field_at_its_frequency():
+    """omega^2 = m B/I for small angles; the period grows by 1 + theta^2/16."""
+    model = model_with(numeric([0, 0, 0.02]), pos="0 0 0", axis="0.02 0 1")
+    data = mujoco.MjData(model)
+    omega = math.sqrt(0.5 * 0.02 / model.body("needle").inertia[0]) * (1 - 0.02**2 / 16)
+    model.opt.timestep = math.pi / omega / 50  # 100 steps a period
+    with mm.magnetism():
+        mujoco.mj_step(model, data, nstep=1000)
+    angle = math.atan2(*data.site("dipole").xmat[[2, 8]])
+    assert angle == pytest.approx(math.atan(0.02), rel=3e-4)  # 2e-5
+
+
+def test_a_gradient_pulls():
+    """F_j = m_i G_ij, torque m x (B + G x), with G symmetric and without trace."""
+    flux, (xx, xy, xz, yy, yz) = np.array([0.1, 0.2, 0.3]), (2.0, -1.0, 0.5, 3.0, 0.7)
+    matrix = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, -xx - yy]])
+    moment, place = 0.5 * np.array([1, 2, -2]) / 3, np.array([0.1, 0.2, 0.3])
+    found = wrench(model_with(numeric([*flux, xx, xy, xz, yy, yz])))
+    np.testing.assert_allclose(found[:3], matrix @ moment, rtol=1e-14)
+    np.testing.assert_allclose(found[3:], np.cross(moment, flux + matrix @ place), rtol=1e-14)
+
+
+COIL = magpylib.current.Circle(diameter=0.4, current=1000.0, position=(0.05, 0, -0.3))
+LOWER, UPPER = np.array([-0.1, -0.05, 0.0]), np.array([0.15, 0.2, 0.3])
+
+
+def test_a_table_approaches_the_field_that_it_samples():
+    """Errors of the field of a current loop: third order for B, second order for its derivatives.
+
+    The divergence and the curl, which vanish in the field of the loop, vanish to second order.
+    """
+    points = LOWER + (UPPER - LOWER) * np.random.default_rng(2).random((40, 3))
+    exact, errors, sources = COIL.getB(points), [], []
+    for count in (12, 23):  # half the spacing
+        text = mm.tabulated_field(COIL.getB, LOWER, UPPER, (count, count, count))
+        model = mujoco.MjModel.from_xml_string(MODEL.format(custom=text, bodies=""))
+        data = mujoco.MjData(model)
+        errors.append(np.sqrt(np.mean((mm.field(model, data, points) - exact) ** 2)))
+        step = 1e-6
+        jacobian = np.stack(
+            [
+                (mm.field(model, data, points + e) - mm.field(model, data, points - e)) / (2 * step)
+                for e in step * np.eye(3)
+            ],
+            axis=-1,
+        )
+        curl = jacobian - np.swapaxes(jacobian, 1, 2)
+        trace = np.trace(jacobian, axis1=1, axis2=2)
+        sources.append(np.sqrt(np.mean(curl**2) + np.mean(trace**2)))
+    assert math.log2(errors[0] / errors[1]) == pytest.approx(3, abs=0.5)
+    assert math.log2(sources[0] / sources[1]) == pytest.approx(2, abs=0.5)
+    assert errors[1] < 2e-4 * np.abs(exact).max()
+
+
+def test_a_table_conserves_energy_in_spite_of_its_sources():
+    """A coarse table, in which B has divergence and curl; RK4 at half the step gives 1/16 or less.
+
+    The interpolant's second derivatives jump, so that the order is between three and four.
+    """
+    text = mm.tabulated_field(COIL.getB, LOWER, UPPER, (4, 4, 4))
+    model = model_with(text, pos="0 0.05 0.12", axis="1 0 3")
+    drifts = []
+    for steps in (400, 800):
+        data = mujoco.MjData(model)
+        model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_ENERGY
+        model.opt.timestep = 0.4 / steps
+        energies = []
+        with mm.magnetism():
+            for _ in range(steps):
+                mujoco.mj_forward(model, data)
+                energies.append(data.energy[1] + mm.magnetic_energy(model, data))
+                mujoco.mj_step(model, data)
+        drifts.append(np.ptp(energies))
+    assert np.ptp(energies) < 1e-3 * abs(energies[0])
+    assert drifts[0] > 5 * drifts[1]
+
+
+def test_a_field_moves_with_its_body_and_feels_the_reaction():
+    """Two free bodies, one of which carries a field: both wrenches cancel about any point."""
+    carrier = (
+        '<body name="carrier" pos="-0.2 0.1 0" euler="20 30 40"><freejoint/><geom size="0.05"/>'
+        '<site user="0.3"/></body>'
+    )
+    place = (
+        '<tuple name="field of the carrier"><element objtype="numeric" objname="field"/>'
+        '<element objtype="body" objname="carrier"/></tuple>'
+    )
+    model = model_with(numeric([0.1, 0.2, 0.3, 2, -1, 0.5, 3, 0.7]), place, bodies=carrier)
+    data = mujoco.MjData(model)
+    with mm.magnetism():
+        mujoco.mj_forward(model, data)
+    forces, torques = data.xfrc_applied[:, :3], data.xfrc_applied[:, 3:]
+    total = (torques + np.cross(data.xipos, forces)).sum(axis=0)
+    assert np.linalg.norm(forces[1]) > 0.1
+    np.testing.assert_allclose(forces.sum(axis=0), 0, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(total, 0, rtol=0, atol=1e-15)
+
+
+def test_a_dipole_outside_of_the_table_is_an_error():
+    text = mm.tabulated_field(COIL.getB, LOWER, UPPER, (5, 5, 5))
+    model = model_with(text, pos="0.2 0 0.1")
+    data = mujoco.MjData(model)
+    sentence = "dipole site 0 'dipole' is outside the grid of the table in numeric 0 'field'"
+    with pytest.raises(mujoco.FatalError, match=sentence), mm.magnetism():
+        mujoco.mj_forward(model, data)
+    with pytest.raises(ValueError, match=sentence):
+        mm.magnetic_energy(model, data)
+    with pytest.raises(ValueError, match="must be inside the table of numeric 'field'"):
+        mm.field(model, data, [0, 0, 9])
+
+
+BAD = {
+    "two numbers": numeric([1, 2]),
+    "not finite": numeric([1, 2, math.nan]),
+    "few nodes": numeric([3, 4, 4, 0, 0, 0, 1, 1, 1, *np.ones(3 * 48)]),
+    "fraction": numeric([4.5, 4, 4, 0, 0, 0, 1, 1, 1, *np.ones(3 * 72)]),
+    "spacing": numeric([4, 4, 4, 0, 0, 0, 1, 0, 1, *np.ones(3 * 64)]),
+    "count": numeric([4, 4, 4, 0, 0, 0, 1, 1, 1, *np.ones(3 * 64 + 1)]),
+    "node": numeric([4, 4, 4, 0, 0, 0, 1, 1, 1, *np.ones(3 * 64 - 1), math.nan]),
+}
+ELEMENTS = {
+    "no field": '<element objtype="body" objname="needle"/>',
+    "another numeric": '<element objtype="numeric" objname="other"/>',
+    "two frames": '<element objtype="numeric" objname="field"/>'
+    + 2 * '<element objtype="body" objname="needle"/>',
+    "a geom": '<element objtype="numeric" objname="field"/>'
+    '<element objtype="geom" objname="ball"/>',
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_numbers_are_an_error(name):
+    with pytest.raises(ValueError, match="numeric 0 'field': a field must be B in T"):
+        mm.describe(model_with(BAD[name]))
+
+
+@pytest.mark.parametrize("name", ELEMENTS)
+def test_bad_elements_are_an_error(name):
+    parts = numeric([1, 2, 3]), numeric([1], "other")
+    group = f'<tuple name="field too">{ELEMENTS[name]}</tuple>'
+    bodies = '<geom name="ball" size="0.1"/>'
+    with pytest.raises(ValueError, match="field tuple 0 'field too': its elements must be"):
+        mm.describe(model_with(*parts, group, bodies=bodies))
+
+
+def test_describe_names_fields(capsys):
+    place = (
+        '<tuple name="field"><element objtype="numeric" objname="field_b"/>'
+        '<element objtype="site" objname="dipole"/></tuple>'
+    )
+    text = mm.tabulated_field(COIL.getB, LOWER, UPPER, (4, 5, 6), name="field_c")
+    parts = numeric([1, 2, 3]), numeric(np.ones(8), "field_b"), text
+    found = mm.describe(model_with(*parts, place))
+    assert found.acting == ("dipoles", "fields")
+    assert found.fields == {
+        "field": "uniform",
+        "field_b": "gradient, fixed to dipole",
+        "field_c": "table of 4 x 5 x 6 nodes",
+    }
+    assert "fields: field (uniform), field_b (gradient, fixed to dipole)" in capsys.readouterr().out

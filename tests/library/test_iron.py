@@ -1,0 +1,263 @@
+"""Iron: magnetized pieces and a mirror plane, against closed forms and a series of multipoles."""
+
+import math
+
+import magpylib
+import mujoco
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+from scipy.special import comb
+
+import magmotor as mm
+from magmotor.mjcf.field_and_energy import dipole_sites
+from magmotor.numerics.demagnetization import demagnetizing_factors, magnetize
+
+MU0 = 4e-7 * math.pi
+MODEL = """
+<mujoco>
+  <option gravity="0 0 0"/>
+  <custom>
+    <text name="magmotor" data="dipoles fields iron couplings"/>
+    <numeric name="field" data="{field}"/>
+    <numeric name="material" data="{material}"/>
+    <tuple name="iron"><element objtype="numeric" objname="material"/>{pieces}</tuple>
+  </custom>
+  <worldbody>{bodies}</worldbody>
+</mujoco>
+"""
+
+
+def iron(bodies, field="0 0 0.01", material="1000", pieces="piece"):
+    elements = (f'<element objtype="geom" objname="{name}"/>' for name in pieces.split())
+    text = MODEL.format(bodies=bodies, field=field, material=material, pieces="".join(elements))
+    model = mujoco.MjModel.from_xml_string(text)
+    data = mujoco.MjData(model)
+    with mm.magnetism():
+        mujoco.mj_forward(model, data)
+    return model, data
+
+
+def free(geom, pos="0 0 0", name="piece"):
+    return f'<body pos="{pos}"><freejoint/><geom name="{name}" {geom}/></body>'
+
+
+@pytest.mark.parametrize("chi", [-1, -0.5, 1e-6, 1, 3000, 1e12])
+def test_a_sphere_in_a_uniform_field(chi):
+    """m = 4 pi a^3/mu0 chi/(chi + 3) B."""
+    model, data = iron(free('size="0.02"'), "0.01 -0.02 0.03", str(chi))
+    _, moments, _ = dipole_sites(model, data)
+    expected = 4 * math.pi * 0.02**3 / MU0 * chi / (chi + 3) * np.array([0.01, -0.02, 0.03])
+    np.testing.assert_allclose(moments, [expected], rtol=2e-15)  # 2e-16
+
+
+@pytest.mark.parametrize("ratio", [1.001, 1.5, 4, 30, 1000])
+def test_demagnetizing_factors_of_spheroids(ratio):
+    """Osborn's closed forms, which cancel near a sphere."""
+    e = math.sqrt(1 - ratio**-2)
+    prolate = (1 - e**2) / e**3 * (math.atanh(e) - e)
+    oblate = 1 / e**2 * (1 - math.sqrt(1 - e**2) / e * math.asin(e))
+    lost = 1e-15 / e**2
+    assert demagnetizing_factors(1.0, 1.0, ratio)[2] == pytest.approx(prolate, rel=30 * lost)
+    assert demagnetizing_factors(ratio, 1.0, ratio)[1] == pytest.approx(oblate, rel=30 * lost)
+    for axes in ((1.0, 1.0, ratio), (ratio, 1.0, ratio), (1.0, 2.0, ratio)):
+        assert sum(demagnetizing_factors(*axes)) == pytest.approx(1, abs=4e-16)
+
+
+@pytest.mark.parametrize(("shape", "axes", "volume"), [
+    ('type="ellipsoid" size="0.01 0.02 0.03"', (1, 2, 3), 4 / 3 * math.pi * 6e-6),
+    ('type="capsule" size="0.01 0.03"', (1, 1, 4), math.pi * 1e-4 * (0.06 + 0.04 / 3)),
+    ('type="cylinder" size="0.01 0.03"', (1, 1, 3), math.pi * 1e-4 * 0.06),
+    ('type="box" size="0.01 0.02 0.03"', (1, 2, 3), 8 * 6e-6),
+])  # fmt: skip
+def test_other_shapes_are_magnetized_as_ellipsoids_of_their_volume(shape, axes, volume):
+    quat = "1 2 3 4"
+    model, data = iron(free(f'{shape} quat="{quat}"'), "0.01 0.02 0.03", "50")
+    axis = data.geom("piece").xmat.reshape(3, 3)
+    chi = 50 / (1 + 50 * np.array(demagnetizing_factors(*map(float, axes))))
+    expected = volume / MU0 * axis @ (chi * (axis.T @ [0.01, 0.02, 0.03]))
+    np.testing.assert_allclose(dipole_sites(model, data)[1], [expected], rtol=3e-15)  # 4e-16
+
+
+@pytest.mark.parametrize("flux", [1e-4, 0.3, 0.7, 3, 100])
+def test_a_sphere_that_saturates(flux):
+    """M = chi H/sqrt(1 + (chi H/M_s)^2) with H = B/mu0 - M/3, solved by bisection."""
+    model, data = iron(free('size="0.02"'), f"0 {flux} 0", "800 1.6e6")
+    moment = dipole_sites(model, data)[1][0, 1]
+
+    def excess(magnetization):
+        h = 800 * (flux / MU0 - magnetization / 3)
+        return h / math.sqrt(1 + (h / 1.6e6) ** 2) - magnetization
+
+    expected = brentq(excess, 0, 1.6e6, xtol=1e-9, rtol=1e-15) * 4 / 3 * math.pi * 0.02**3
+    assert moment == pytest.approx(expected, rel=2e-12)  # 2e-13
+
+
+def test_an_ellipsoid_that_saturates_obeys_its_material():
+    factors = demagnetizing_factors(1.0, 2.0, 5.0)
+    for strength in (1e2, 1e4, 3e5, 1e6, 1e8):
+        field = strength * np.array([1.0, -2.0, 3.0])
+        *found, _ = magnetize((*field.tolist(),), factors, 300.0, 1e6)
+        inside = field - np.array(factors) * found
+        size = np.linalg.norm(300 * inside / 1e6)
+        np.testing.assert_allclose(found, 300 * inside / math.hypot(1, size), rtol=3e-13)  # 2e-14
+
+
+def two_spheres(distance, orders=60):
+    """The moment of each of two spheres of infinite permeability on the axis of a field.
+
+    In units of 4 pi a^3 B/mu0. The potential of each sphere is a series c_n P_n/r^(n+1), n > 0,
+    where those of the other sphere are its mirror image. On a sphere, the potential is constant.
+    """
+    n = np.arange(1, orders + 1)
+    matrix = np.eye(orders)
+    for i in n:
+        for j in n:
+            matrix[i - 1, j - 1] -= comb(i + j, i) / distance ** (i + j + 1)
+    return np.linalg.solve(matrix, np.eye(orders)[0])[0]
+
+
+def test_two_spheres_in_a_field():
+    """Against a series of 60 multipoles: the dipoles' error falls with the eighth power.
+
+    On the axis, one dipole each has the moment 1/(1 - 2 (a/d)^3).
+    """
+    errors = []
+    for distance in (3.0, 6.0):
+        bodies = free('size="0.01"') + free('size="0.01"', f"0 0 {0.01 * distance}", "other")
+        model, data = iron(bodies, "0 0 0.02", "1e14", "piece other")
+        found = dipole_sites(model, data)[1][:, 2] / (4 * math.pi * 0.01**3 / MU0 * 0.02)
+        closed = 1 / (1 - 2 / distance**3)
+        np.testing.assert_allclose(found, closed, rtol=2e-13)  # 3e-14
+        errors.append(two_spheres(distance) / closed - 1)
+    assert errors[0] == pytest.approx(1.9e-3, rel=0.01)
+    assert math.log2(errors[0] / errors[1]) == pytest.approx(8, abs=0.6)
+
+
+def test_the_force_between_two_spheres_in_a_field():
+    """F = 6 mu0 m^2/(4 pi d^4), attractive along the field, with the moments above."""
+    bodies = free('size="0.01"') + free('size="0.01"', "0 0 0.03", "other")
+    _, data = iron(bodies, "0 0 0.02", "1e14", "piece other")
+    moment = 4 * math.pi * 0.01**3 / MU0 * 0.02 / (1 - 2 / 27)
+    force = 6e-7 * moment**2 / 0.03**4
+    np.testing.assert_allclose(data.xfrc_applied[1:, 2], [force, -force], rtol=1e-12)  # 7e-14
+
+
+@pytest.mark.parametrize("tilt", [0, 30, 90])
+def test_a_dipole_above_a_plane_of_iron(tilt):
+    """F = 3 mu0 m^2 (1 + cos^2)/(64 pi h^4), torque mu0 m^2 sin 2 theta/(64 pi h^3)."""
+    site = f'<site user="0.8" euler="{tilt} 0 0"/>'
+    magnet = f'<body pos="0 0 0.03"><freejoint/><geom size="0.01"/>{site}</body>'
+    plane = '<geom name="piece" type="plane" size="1 1 1"/>'
+    model, data = iron(plane + magnet, "0 0 0", "1e14")
+    angle = math.radians(tilt)
+    force = 3 * MU0 * 0.8**2 * (1 + math.cos(angle) ** 2) / (64 * math.pi * 0.03**4)
+    torque = MU0 * 0.8**2 * math.sin(2 * angle) / (64 * math.pi * 0.03**3)
+    assert data.xfrc_applied[1, 2] == pytest.approx(-force, rel=1e-13)
+    assert data.xfrc_applied[1, 3] == pytest.approx(-torque, rel=1e-13, abs=1e-18)
+    assert mm.magnetic_energy(model, data) == pytest.approx(-force * 0.03 / 3, rel=1e-13)
+
+
+def test_the_images_of_a_magnet_are_those_of_magpylib():
+    """The field of a dipole and its image, above a tilted plane."""
+    magnet = '<body pos="0.02 0.01 0.05"><freejoint/><geom size="0.01"/><site user="0.8"/></body>'
+    plane = '<geom name="piece" type="plane" size="1 1 1" euler="10 20 0"/>'
+    model, data = iron(plane + magnet, "0 0 0", "3")
+    normal = data.geom("piece").xmat.reshape(3, 3)[:, 2]
+    position, moment = data.site_xpos[0], np.array([0, 0, 0.8])
+    image = position - 2 * (normal @ position) * normal
+    source = magpylib.misc.Dipole(position=position, moment=moment)
+    mirrored = 0.6 * (2 * (moment @ normal) * normal - moment)
+    source = magpylib.Collection(source, magpylib.misc.Dipole(position=image, moment=mirrored))
+    points = normal * 0.1 + np.random.default_rng(3).normal(size=(5, 3)) * 0.02
+    found = mm.field(model, data, points)
+    np.testing.assert_allclose(found, source.getB(points), rtol=3e-9)  # 1e-10
+
+
+def test_a_closed_loop_around_iron_yields_no_work():
+    """A magnet is led around a ball that saturates; a trapezoidal sum converges exponentially."""
+    bodies = free('size="0.01"') + '<body mocap="true" pos="1 0 0"><site user="2"/></body>'
+    model, data = iron(bodies, "0.01 0 0.02", "1000 1e5")
+    angles = np.linspace(0, 2 * math.pi, 240, endpoint=False)
+    work = path = 0.0
+    for angle in angles:
+        sine, cosine = math.sin(angle), math.cos(angle)
+        data.mocap_pos[:] = 0.05 * cosine, 0.03 * sine, 0.04 * sine * cosine
+        step = np.array([-0.05 * sine, 0.03 * cosine, 0.04 * math.cos(2 * angle)])
+        with mm.magnetism():
+            mujoco.mj_forward(model, data)
+        # The reaction on the magnet, without the uniform field, which does not push it.
+        force = -data.xfrc_applied[1, :3]
+        work += force @ step * 2 * math.pi / len(angles)
+        path += abs(force @ step) * 2 * math.pi / len(angles)
+    assert abs(work) < 1e-16 * path  # 6e-18
+
+
+def test_a_model_with_iron_keeps_its_energy():
+    """RK4, two free magnets and a free ball of iron that saturates; a halved step gives 1/16."""
+    bodies = (
+        free('size="0.01" density="2000"')
+        + '<body pos="0.05 0 0"><freejoint/><geom size="0.008"/><site user="0.3"/></body>'
+        '<body pos="0 0.05 0.03"><freejoint/><geom size="0.008"/>'
+        '<site user="0.4" euler="50 0 0"/></body>'
+    )
+    model, _ = iron(bodies, "0.01 0 0.02", "1000 3e4")
+    model.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
+    model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_ENERGY
+    drifts = []
+    for steps in (100, 200):
+        data = mujoco.MjData(model)
+        model.opt.timestep = 0.02 / steps
+        energies = []
+        with mm.magnetism():
+            for _ in range(steps):
+                mujoco.mj_forward(model, data)
+                energies.append(data.energy[1] + mm.magnetic_energy(model, data))
+                mujoco.mj_step(model, data)
+        drifts.append(np.ptp(energies))
+    assert math.log2(drifts[0] / drifts[1]) == pytest.approx(4, abs=1)
+
+
+PLANE = '<geom name="{}" type="plane" size="1 1 1"/>'
+RODS = free('type="capsule" size="0.01 0.2"') + free(
+    'type="capsule" size="0.01 0.2"', "0.021 0 0", "b"
+)
+BAD = {
+    "susceptibility": ({"material": "-1.5"}, r"numeric 1 'material'.*\(here -1.5\)"),
+    "saturation": ({"material": "5 -1"}, "numeric 1 'material'"),
+    "twice": ({"pieces": "piece piece"}, "iron tuple 0 'iron'.*each named once"),
+    "two planes": (
+        {"bodies": PLANE.format("piece") + PLANE.format("b"), "pieces": "piece b"},
+        "at most one plane",
+    ),
+    "below": (
+        {"bodies": PLANE.format("piece") + free('size="1"', "0 0 -1", "b"), "pieces": "piece b"},
+        "iron geom 1 'b' is below the plane of iron",
+    ),
+    "merged": (
+        {"bodies": free('size="1"') + '<site user="1"/>'},
+        "iron geom 0 'piece' has its center at a dipole",
+    ),
+    "unstable": ({"bodies": RODS, "pieces": "piece b"}, "is so close to other iron"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_input_is_an_error(name):
+    change, sentence = BAD[name]
+    with pytest.raises((mujoco.FatalError, ValueError), match=sentence):
+        iron(**{"bodies": free('size="1"'), **change})
+
+
+def test_couplings_do_not_apply_to_iron():
+    coupling = (
+        '<tuple name="coupling"><element objtype="body" objname="a" prm="2"/>'
+        '<element objtype="body" objname="b" prm="2"/></tuple></custom>'
+    )
+    text = MODEL.format(
+        field="0 0 1", material="3", pieces='<element objtype="geom" objname="piece"/>',
+        bodies='<body name="a"><freejoint/><geom name="piece" size="1"/></body>'
+        '<body name="b" pos="9 0 0"><freejoint/><geom size="1"/><site user="1"/></body>',
+    ).replace("</custom>", coupling)  # fmt: skip
+    with pytest.raises(ValueError, match="iron geom 0 'piece' belongs to a body of coupling tuple"):
+        mm.describe(mujoco.MjModel.from_xml_string(text))

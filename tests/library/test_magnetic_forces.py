@@ -1,0 +1,234 @@
+"""Forces and torques of dipoles, fields, coils, iron and images, against an energy in NumPy.
+
+The truth is `tests/magnetic_energy.py`, differentiated by complex steps.
+"""
+
+import mujoco
+import numpy as np
+import pytest
+from magnetic_energy import Body, energy, wrench
+from scipy.integrate import quad_vec
+from scipy.spatial.transform import Rotation
+
+import magmotor as mm
+from magmotor.mjcf.field_and_energy import dipole_sites
+
+FLOOR = np.array([0.01, -0.02, -0.11]), Rotation.from_euler("xyz", [4, -7, 0], True)
+CHI, WEAK, MIRROR = 1500.0, 0.8, 30.0
+BACKGROUND = (0.02, -0.01, 0.03)
+GRADIENT = (0.01, 0.02, -0.03, 1.0, 2.0, -1.0, 0.5, 0.7)
+QUADRATIC = np.random.default_rng(5).normal(size=(3, 3, 3))
+GRID = (5, 6, 7), np.array([-0.3, -0.35, -0.4]), np.array([0.15, 0.14, 0.13])
+DRIVE, SATURATION = 0.7, 0.9
+DRIVEN = DRIVE / np.sqrt(1 + (DRIVE / SATURATION) ** 2)
+
+MODEL = """
+<mujoco>
+  {extension}
+  <option gravity="0 0 0" timestep="1e-4" integrator="RK4"/>
+  <custom>
+    <text name="magmotor" data="{words}"/>
+    <numeric name="field_uniform" data="{uniform}"/>
+    <numeric name="field_gradient" data="{gradient}"/>
+    <numeric name="field_table" data="{table}"/>
+    <numeric name="soft" data="{soft}"/>
+    <numeric name="weak" data="{weak}"/>
+    <numeric name="of_floor" data="{mirror}"/>
+    <tuple name="field of the frame">
+      <element objtype="numeric" objname="field_gradient"/>
+      <element objtype="site" objname="frame"/>
+      <element objtype="actuator" objname="current" prm="0.9"/>
+    </tuple>
+    <tuple name="coil"><element objtype="actuator" objname="current"/>
+      <element objtype="body" objname="b"/></tuple>
+    <tuple name="iron"><element objtype="numeric" objname="soft"/>
+      <element objtype="geom" objname="ball"/><element objtype="geom" objname="egg"/></tuple>
+    <tuple name="iron too"><element objtype="numeric" objname="weak"/>
+      <element objtype="geom" objname="rod"/></tuple>
+    <tuple name="iron floor"><element objtype="numeric" objname="of_floor"/>
+      <element objtype="geom" objname="floor"/></tuple>
+  </custom>
+  <worldbody>
+    <geom name="floor" type="plane" size="1 1 1" pos="0.01 -0.02 -0.11" quat="{floor}"/>
+    <site pos="0.05 0.12 0.02" zaxis="1 2 3" user="1.5"/>
+    <body name="a" pos="0.1 0 0"><freejoint/>
+      <geom name="ball" size="0.01"/>
+      <site pos="0.02 0.01 0" zaxis="1 -1 0" user="0.2"/>
+      <site pos="0.02 -0.01 0.01" zaxis="1 0 1" user="-0.3"/>
+    </body>
+    <body name="b" pos="-0.1 0.03 0"><freejoint/>
+      <geom name="egg" type="ellipsoid" size="0.01 0.02 0.013" pos="0.03 0 0" quat="1 2 3 4"/>
+      <site pos="0.02 0.03 0" zaxis="1 0 0" user="0.2"/>
+    </body>
+    <body name="c" pos="-0.05 -0.04 0.07"><freejoint/>
+      <geom name="rod" type="capsule" size="0.01 0.02" quat="4 3 2 1"/>
+      <site name="frame" pos="0.01 0.02 0.03" quat="1 0 2 0"/>
+      <site pos="0.02 0.02 0" zaxis="0 1 1" user="0.2"/>
+    </body>
+  </worldbody>
+  <actuator><general name="current" site="frame" gainprm="0" ctrllimited="true" ctrlrange="0 0.7"/>
+  </actuator>
+</mujoco>
+"""
+PLUGIN = '<extension><plugin plugin="magmotor.forces"><instance name="m"/></plugin></extension>'
+
+
+def text(numbers):
+    return " ".join(repr(float(number)) for number in np.ravel(numbers))
+
+
+def quadratic(position, origin=None, axes=None):
+    return np.einsum("kij,i,j->k", QUADRATIC, position, position)
+
+
+def table():
+    count, first, spacing = GRID
+    nodes = np.stack(np.meshgrid(*map(np.arange, count), indexing="ij"), axis=-1)
+    points = first + spacing * nodes
+    values = np.einsum("kij,...i,...j->...k", QUADRATIC, points, points)
+    return np.concatenate([count, first, spacing, values.ravel()])
+
+
+def gradient(position, origin, axes):
+    xx, xy, xz, yy, yz = GRADIENT[3:]
+    matrix = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, -xx - yy]])
+    return DRIVEN * axes @ (GRADIENT[:3] + matrix @ (axes.T @ (position - origin)))
+
+
+def mjcf(words="dipoles fields coils iron", extension="", saturation=""):
+    return MODEL.format(
+        words=words, uniform=text(BACKGROUND), gradient=text(GRADIENT), table=text(table()),
+        soft=f"{CHI} {saturation}", weak=WEAK, mirror=MIRROR, extension=extension,
+        floor=text(FLOOR[1].as_quat(scalar_first=True)),
+    )  # fmt: skip
+
+
+def scene(words="dipoles fields coils iron", extension="", seed=1, saturation=""):
+    model = mujoco.MjModel.from_xml_string(mjcf(words, extension, saturation))
+    data = mujoco.MjData(model)
+    mujoco.mj_integratePos(model, data.qpos, np.random.default_rng(seed).normal(size=18), 0.05)
+    data.ctrl[:] = 2.0  # beyond the range
+    mujoco.mj_forward(model, data)
+    return model, data
+
+
+def factors(axes):
+    """The demagnetizing factors of an ellipsoid, by quadrature of Osborn's integrals."""
+    axes = np.asarray(axes)
+
+    def integrand(u):  # s = u/(1 - u)
+        s = u / (1 - u)
+        return 1 / ((s + axes**2) * np.sqrt(np.prod(s + axes**2)) * (1 - u) ** 2)
+
+    found, _ = quad_vec(integrand, 0, 1, epsabs=0, epsrel=1e-13)
+    return np.prod(axes) / 2 * found
+
+
+def response(data, geom, axes, chi):
+    """The tensor chi/(1 + N chi) of a piece, in the world's frame."""
+    frame = data.geom(geom).xmat.reshape(3, 3)
+    return frame @ np.diag(chi / (1 + chi * factors(np.array(axes) / max(axes)))) @ frame.T
+
+
+def truth(model, data, words):
+    """The bodies of the model, as the energy in NumPy knows them."""
+    moments = model.site_user[:, 0].copy()
+    if "coils" in words:
+        moments[model.site_bodyid == model.body("b").id] *= DRIVE
+    bodies = [Body(center) for center in data.xipos]
+    if "dipoles" in words:
+        for site in np.flatnonzero(moments):
+            axis = data.site_xmat[site].reshape(3, 3)[:, 2]
+            dipole = data.site_xpos[site], moments[site] * axis
+            bodies[model.site_bodyid[site]].dipoles.append(dipole)
+    if "fields" in words:
+        frame = data.site("frame")
+        bodies[0].fields += [quadratic, lambda position, origin, axes: np.array(BACKGROUND)]
+        bodies[3].fields.append(gradient)
+        bodies[3].origin, bodies[3].axes = frame.xpos, frame.xmat.reshape(3, 3)
+    if "iron" not in words:
+        return bodies, None
+    sphere, egg = 4 / 3 * np.pi * 0.01**3, 4 / 3 * np.pi * 0.01 * 0.02 * 0.013
+    rod = np.pi * 0.01**2 * 0.04 + sphere
+    pieces = {
+        "ball": (1, sphere, (1, 1, 1), CHI),
+        "egg": (2, egg, (0.01, 0.02, 0.013), CHI),
+        "rod": (3, rod, (0.01, 0.01, 0.03), WEAK),
+    }
+    for name, (body, volume, axes, chi) in pieces.items():
+        position = data.geom(name).xpos
+        bodies[body].iron.append((position, volume, response(data, name, axes, chi)))
+    return bodies, (FLOOR[0], FLOOR[1].as_matrix()[:, 2], MIRROR / (MIRROR + 2))
+
+
+WORDS = ("dipoles", "dipoles fields", "dipoles coils", "dipoles iron", "iron fields",
+         "dipoles fields coils iron")  # fmt: skip
+
+
+@pytest.mark.parametrize("words", WORDS)
+@pytest.mark.parametrize("seed", [1, 2])
+def test_the_wrenches_are_derivatives_of_the_energy(words, seed):
+    model, data = scene(words, seed=seed)
+    with mm.magnetism():
+        mujoco.mj_forward(model, data)
+    bodies, mirror = truth(model, data, words)
+    expected = np.array([wrench(bodies, body, mirror) for body in (1, 2, 3)])
+    found = data.xfrc_applied[1:4]
+    for part in (slice(0, 3), slice(3, 6)):
+        scale = np.linalg.norm(expected[:, part], axis=1).max()
+        assert abs(found[:, part] - expected[:, part]).max() < 5e-13 * scale  # 2.2e-14
+    assert mm.magnetic_energy(model, data) == pytest.approx(
+        energy(bodies, mirror).real, rel=3e-14, abs=0  # 1e-15
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("words", WORDS)
+def test_the_plugin_applies_the_same_forces(words):
+    model, data = scene(words)
+    with mm.magnetism():
+        mujoco.mj_forward(model, data)
+    model, other = scene(words, PLUGIN)
+    np.testing.assert_allclose(other.qacc, data.qacc, rtol=0, atol=1e-12 * abs(data.qacc).max())
+
+
+def test_the_wrenches_of_iron_that_saturates_are_derivatives_of_the_energy():
+    """By central differences of fourth order, at an iron ball that is saturated by 59 %."""
+    words = "dipoles fields coils iron"
+    model, data = scene(words, saturation="6e5")
+    with mm.magnetism():
+        mujoco.mj_forward(model, data)
+    forces = np.zeros(model.nv)
+    for body in (1, 2, 3):
+        force, torque = data.xfrc_applied[body, :3], data.xfrc_applied[body, 3:]
+        mujoco.mj_applyFT(model, data, force, torque, data.xipos[body], body, forces)
+    _, moments, _ = dipole_sites(model, data)
+    saturated = np.linalg.norm(moments[-3]) / (6e5 * 4 / 3 * np.pi * 0.01**3)
+    assert saturated == pytest.approx(0.589, abs=0.01)
+    start, step = data.qpos.copy(), 1e-5
+    for dof in range(model.nv):
+        energies = []
+        for shift in (-2, -1, 1, 2):
+            data.qpos[:] = start
+            mujoco.mj_integratePos(model, data.qpos, np.eye(model.nv)[dof], shift * step)
+            mujoco.mj_kinematics(model, data)
+            energies.append(mm.magnetic_energy(model, data))
+        slope = np.dot(energies, (1, -8, 8, -1)) / (12 * step)
+        scale = abs(forces[dof % 6 // 3 * 3 :: 6]).max()
+        assert abs(slope + forces[dof]) < 1e-8 * scale  # 1e-9
+
+
+@pytest.mark.parametrize("words", ["dipoles", "dipoles iron", "dipoles fields coils iron"])
+def test_free_bodies_act_on_each_other_with_opposite_wrenches(words):
+    """In a model without what is fixed to the world: floor, fields and a dipole."""
+    fixed = ('name="floor"', "field_uniform", "field_table", '<site pos="0.05 0.12', "iron floor",
+             "of_floor", 'objname="floor"')  # fmt: skip
+    lines = [line for line in mjcf(words).splitlines() if not any(word in line for word in fixed)]
+    model = mujoco.MjModel.from_xml_string("\n".join(lines))
+    data = mujoco.MjData(model)
+    data.ctrl[:] = 0.5
+    with mm.magnetism():
+        mujoco.mj_forward(model, data)
+    forces, torques = data.xfrc_applied[:, :3], data.xfrc_applied[:, 3:]
+    assert abs(forces.sum(axis=0)).max() < 1e-15 * abs(forces).max() * 10
+    moments = torques + np.cross(data.xipos, forces)
+    assert abs(moments.sum(axis=0)).max() < 1e-13 * abs(moments).max()
