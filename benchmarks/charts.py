@@ -18,7 +18,10 @@ from benchmarks.harness.command_line import Parser
 from benchmarks.harness.publish import publish
 from benchmarks.harness.records import Store, measure
 
-TOPICS = {name: f"benchmarks.{name}.topic" for name in ("accuracy", "stability", "detail", "peers")}
+TOPICS = {
+    name: f"benchmarks.{name}.topic"
+    for name in ("accuracy", "stability", "detail", "peers", "many")
+}
 """Modules with cases to measure, and tables and pictures of their records."""
 
 ROOT = Path(__file__).parents[1]

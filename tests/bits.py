@@ -73,6 +73,27 @@ def own_model() -> Result:
     return np.concatenate([data.qpos, data.qvel])
 
 
+def many_magnets() -> Result:
+    """Wrenches of free magnets, exact and within a tolerance that clusters need."""
+    rng = np.random.default_rng(2)
+    body = '<body><freejoint/><geom size="0.01"/><site user="1"/></body>' * 1000
+    model = mujoco.MjModel.from_xml_string(
+        f"""<mujoco><option><flag contact="disable"/></option><custom>
+        <text name="magmotor" data="dipoles"/><numeric name="magnetic_tolerance" data="0"/>
+        </custom><worldbody>{body}</worldbody></mujoco>"""
+    )
+    data, found = mujoco.MjData(model), []
+    data.qpos[:] = rng.uniform(-1, 1, model.nq)
+    data.qpos[2::7] *= 0.01  # a sheet
+    with mm.magnetism():
+        for tolerance in (0.0, 0.01):
+            model.numeric("magnetic_tolerance").data[:] = tolerance
+            mujoco.mj_forward(model, data)
+            found.append(data.xfrc_applied.copy())
+    assert not np.array_equal(*found)
+    return np.stack(found)
+
+
 def dipoles() -> Result:
     """Sums over 1 to 17 sources, which include every remainder of eight."""
     points, places, moments = np.random.default_rng(1).normal(size=(3, 17, 3))
@@ -115,6 +136,7 @@ SLOW: dict[str, Callable[[], Result]] = {
     "disk in mujoco": simulated(DISK, "mujoco/euler", replicas=2),
     "motor, mujoco/baoab": simulated(mm.Motor(), "mujoco/baoab", replicas=2),
     "own model": own_model,
+    "many magnets": many_magnets,
 }
 """Cases whose code takes long to compile."""
 

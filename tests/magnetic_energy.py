@@ -6,6 +6,7 @@ package; the moments of iron that does not saturate follow from one set of linea
 
 from dataclasses import dataclass, field
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -24,7 +25,7 @@ class Body:
     axes: np.ndarray = field(default_factory=lambda: np.eye(3))
 
 
-def moved(body, shift=0.0, turn=(0.0, 0.0, 0.0)):
+def moved(body, shift: Any = 0.0, turn: Any = (0.0, 0.0, 0.0)):
     """A body after an infinitesimal translation and rotation about its center."""
     x, y, z = turn
     turned = np.eye(3) + np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])

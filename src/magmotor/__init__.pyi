@@ -17,6 +17,8 @@ from .devices.top.scene import Top as Top
 from .devices.top.scene import Waypoint as Waypoint
 from .mjcf.arrows import draw_field as draw_field
 from .mjcf.arrows import draw_moments as draw_moments
+from .mjcf.checking.check import Check as Check
+from .mjcf.checking.check import check as check
 from .mjcf.describe import Description as Description
 from .mjcf.describe import describe as describe
 from .mjcf.field_and_energy import field as field

@@ -146,6 +146,8 @@ BY_NAME: dict[str, list[str]] = {
     "moments": ["np.linspace(0.0, 1.0, 12).reshape(4, 3)"],
     "magnetism.data": ["('qvel', 0.0)"],
     "apply_perturbation.model": ["model('Disk')"],
+    "tabulated_field.field": ["np.zeros_like", "np.square"],
+    "tabulated_field.name": ["'field'", "'field_of_coil'"],
     "draw_field.limits": ["None", "[1e-5, 1e-2]"],
     "observables.effective_potential.points": ["[0.1, 0.2]", "np.ones((4, 2))"],
     "initial_state": ["np.zeros((2, 5))"],

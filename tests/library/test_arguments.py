@@ -207,6 +207,12 @@ CALLS: dict[Any, dict[str, Any]] = {
     CONTACT.calibrate: {"model": mm.build(TOP)},
     CONTACT.damping_of: {"model": mm.build(TOP)},
     mm.field: {"model": MODEL, "data": mujoco.MjData(MODEL), "points": POINTS},
+    mm.tabulated_field: {
+        "field": np.zeros_like,
+        "lower": (0, 0, 0),
+        "upper": (1, 1, 1),
+        "shape": (4, 4, 4),
+    },
     mm.magnetic_energy: {"model": MODEL, "data": mujoco.MjData(MODEL)},
     mm.describe: {"model": MODEL},
     mm.magnet: {"shape": "sphere", "size": 0.01, "remanence": 1.2, "direction": (0, 0, 1)},

@@ -38,7 +38,7 @@ PLUGIN = '<extension><plugin plugin="magmotor.forces"><instance name="m"/></plug
 BOTH = pytest.mark.parametrize("extension", ["", PLUGIN], ids=["callback", "plugin"])
 
 
-def coil(actuator="", saturation=0, extension="", integrator=""):
+def coil(actuator="", saturation=0.0, extension="", integrator=""):
     return mujoco.MjModel.from_xml_string(
         MODEL.format(
             actuator=actuator, saturation=saturation, extension=extension, integrator=integrator

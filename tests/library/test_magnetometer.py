@@ -38,7 +38,7 @@ MODEL = """
 PLUGIN = '<plugin plugin="magmotor.forces"><instance name="m"/></plugin>'
 
 
-def measured(extension=PLUGIN, moment=0, cutoff=0, kind="site", where="carried"):
+def measured(extension=PLUGIN, moment=0, cutoff=0.0, kind="site", where="carried"):
     model = mujoco.MjModel.from_xml_string(
         MODEL.format(extension=extension, moment=moment, cutoff=cutoff, kind=kind, where=where)
     )

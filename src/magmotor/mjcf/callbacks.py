@@ -16,7 +16,7 @@ from numba import njit, types
 
 import magmotor_plugin
 from magmotor.mjcf import errors, layout, memory, messages
-from magmotor.mjcf.forces import coils
+from magmotor.mjcf.forces import clusters, coils, tiles
 from magmotor.mjcf.forces.brownian_wrenches import (
     add_brownian_wrenches,
     clear_driven_bodies,
@@ -53,6 +53,7 @@ from magmotor.mjcf.forces.marks import (
     marks_of,
     plugin_instance,
 )
+from magmotor.mjcf.forces.tolerance import invalid_tolerance
 from magmotor.mjcf.hooks import errors_raised
 from magmotor.numerics.numba_cache import compiled_once
 
@@ -149,6 +150,8 @@ def _prepare(checksum: int, offsets: layout.Layout):
 def _bind() -> None:
     messages.bind()
     coils.bind()
+    tiles.bind()
+    clusters.bind()
     memory.bind_mujoco("mj_applyFT", "mj_passive", "mj_warning")
 
 
@@ -183,6 +186,8 @@ def _callback(checksum: int, offsets: layout.Layout):
             _mark_failed(model, data, offsets, in_later_stage(model, data, offsets))
         elif acting > 0:
             messages.remember_acting(model)
+            if error[1] >= 0 and not in_later_stage(model, data, offsets):
+                _notice_once(messages.UNRESOLVED, error[1])
             if kinds & UNMARKED:
                 _notice_once(messages.ASSUMED, count_dipoles(m, offsets))
         elif not messages.has_acted(model):
@@ -206,6 +211,7 @@ def _init(checksum: int, offsets: layout.Layout):
             return FAILED
         if data != 0:
             _keep(m, data, offsets, instance)
+        messages.forget(messages.UNRESOLVED, model)
         disabled = memory.integers(model + offsets.disableflags, 1)[0]
         if disabled & DISABLE_SPRING and disabled & DISABLE_DAMPER:
             messages.notice(messages.NO_PASSIVE_FORCES, 0)
@@ -267,6 +273,8 @@ def _compute(checksum: int, offsets: layout.Layout):
                 center = d[offsets.xipos // 8] + 24 * body
                 _apply_wrench(model, data, wrench, wrench + 24, center, body, passive)
         memory.free_stack(stack)
+        if error[1] >= 0 and not stage:
+            _notice_once(messages.UNRESOLVED, error[1])
 
     return compute
 
@@ -308,6 +316,7 @@ def _measure(checksum: int, offsets: layout.Layout):
 def apply_forces(model, data, offsets, kinds, applied, generalized):
     """Compute all forces except noise; return how many act, and an error for `report`.
 
+    Without an error, its second number is a body whose motion the timestep does not resolve, or -1.
     `model` and `data` are the addresses of mjModel and mjData, `offsets` is their layout, and
     `kinds` are the bits of `forces_of`. The wrenches overwrite those of the bodies on which any
     act, in `applied` (nbody, 6); forces on joints are added to `generalized` (nv,).
@@ -317,7 +326,7 @@ def apply_forces(model, data, offsets, kinds, applied, generalized):
     error = _first_error(m, offsets, kinds, False)
     if error[0] >= 0:
         return 0, error
-    acting = 0
+    acting, found = 0, errors.NO_ERROR
     if kinds & NOISE and m[offsets.nuser_body // 8] > 0:
         invalid = clear_driven_bodies(m, d, offsets, applied)
         if invalid >= 0:
@@ -325,12 +334,12 @@ def apply_forces(model, data, offsets, kinds, applied, generalized):
         if not has_step_number(model, data, offsets):
             return 0, (errors.TIME, -1, -1)
     if kinds & IRON or (kinds & DIPOLES and m[offsets.nuser_site // 8] > 0):
-        acting, failure = set_magnetic_wrenches(m, d, offsets, kinds, applied)
-        if failure[0] >= 0:
-            return 0, failure
+        acting, found = set_magnetic_wrenches(m, d, offsets, kinds, applied)
+        if found[0] >= 0:
+            return 0, found
     if kinds & POTENTIALS and m[offsets.nuser_jnt // 8] > 0:
         acting += add_potential_forces(m, d, offsets, generalized)
-    return acting, errors.NO_ERROR
+    return acting, found
 
 
 @njit
@@ -345,6 +354,9 @@ def _first_error(m, offsets, kinds, thorough):
     site = invalid_moment(m, offsets) if kinds & DIPOLES else -1
     if site >= 0:
         return errors.MOMENT, site, -1
+    numeric = invalid_tolerance(m, offsets) if kinds & DIPOLES else -1
+    if numeric >= 0:
+        return errors.TOLERANCE, numeric, -1
     pair = invalid_coupling(m, offsets) if kinds & COUPLINGS else -1
     if pair >= 0:
         return errors.COUPLING, pair, -1

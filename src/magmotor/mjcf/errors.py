@@ -5,7 +5,8 @@ from magmotor.mjcf.forces.custom import BODY, GEOM, JOINT, NUMERIC, SENSOR, SITE
 (
     COINCIDENCE, OUTSIDE, BEHIND, MERGED, UNSOLVED, MARK, MOMENT, COUPLING, WRENCH, POTENTIAL, PATH,
     TIME, COIL, FIELD, FIELD_TUPLE, IRON, MATERIAL, COUPLED_IRON, NO_SITE, UNMEASURED,
-) = range(20)  # fmt: skip
+    TOLERANCE,
+) = range(21)  # fmt: skip
 """Errors; each has up to two elements, and a value."""
 
 DIPOLE, NOTHING = -1, -2
@@ -32,6 +33,7 @@ ELEMENTS = (
     (GEOM, TUPLE),
     (SENSOR, NOTHING),
     (SENSOR, SITE),
+    (NUMERIC, NOTHING),
 )
 """The types of the two elements of each error."""
 

@@ -26,7 +26,8 @@ MODEL_FIELDS = (
     "numeric_data", "actuator_actnum", "actuator_actadr", "actuator_ctrladr",
     "actuator_ctrllimited", "actuator_ctrlrange", "actuator_delay", "nsensor",
     "sensor_objtype", "sensor_plugin", "sensor_adr", "sensor_objid", "name_geomadr",
-    "name_numericadr", "name_sensoradr",
+    "name_numericadr", "name_sensoradr", "body_invweight0", "body_geomnum", "body_geomadr",
+    "geom_rbound",
 )  # fmt: skip
 OPTION_FIELDS = ("timestep", "integrator", "disableflags", "enableflags")
 DATA_FIELDS = (
@@ -62,7 +63,8 @@ _PROBE = """
   </option>
   <size nuserdata="17" nuser_body="11" nuser_jnt="13"/>
   <custom>
-    <numeric name="number" data="1 2"/>
+    <numeric name="first" data="1 2"/>
+    <numeric name="last" data="3"/>
     <text name="probe" data="some words"/>
     <text name="second" data="more"/>
     <text name="third" data="more"/>
@@ -159,6 +161,10 @@ class Layout(NamedTuple):
     name_geomadr: int
     name_numericadr: int
     name_sensoradr: int
+    body_invweight0: int
+    body_geomnum: int
+    body_geomadr: int
+    geom_rbound: int
     timestep: int
     integrator: int
     disableflags: int

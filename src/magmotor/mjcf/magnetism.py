@@ -72,12 +72,12 @@ def magnetism() -> Iterator[None]:
         While stepping: two dipoles that act on each other coincide, the mark has no words or an
         unknown one, or what it names is invalid: the `user` numbers of a site are not one finite
         moment, those of a body not rows of six, or those of a joint not pairs; a joint with a
-        potential is neither slide nor hinge; the elements of a coupling are not two bodies with
-        equal `prm`; or a number in `userdata` is invalid. MuJoCo pads all lists to the longest in
-        the model with zeros, which are ignored. On the threads of a rollout, nothing can be raised:
-        the positions of the failed run are NaN from there on, and the error is raised at the end of
-        the block. A `Batch` raises a `SimulationError` instead, and keeps the failed states as they
-        were before the call.
+        potential is neither slide nor hinge; the tolerance is not one number from 0 to 0.1; the
+        elements of a coupling are not two bodies with equal `prm`; or a number in `userdata` is
+        invalid. MuJoCo pads all lists to the longest in the model with zeros, which are ignored. On
+        the threads of a rollout, nothing can be raised: the positions of the failed run are NaN
+        from there on, and the error is raised at the end of the block. A `Batch` raises a
+        `SimulationError` instead, and keeps the failed states as they were before the call.
 
     Notes
     -----
@@ -92,6 +92,12 @@ def magnetism() -> Iterator[None]:
             <element objtype="body" objname="ring" prm="2"/>
           </tuple>
         </custom>
+
+    From 256 free dipoles on, each pair is computed once, by all threads of the `mjData` that
+    `mujoco.mju_threadpool` gave it, with the same bits for any number. A numeric lets distant
+    dipoles act as clusters, with errors of force and field below a part of their RMS:
+
+        <custom><numeric name="magnetic_tolerance" data="1e-3"/></custom>
 
     The noise of a step is constant over the stages of RK4. The number of a step is the time over
     the timestep, so that noise repeats or is skipped if the timestep changes during a run.

@@ -33,7 +33,7 @@ from magmotor_plugin import library, returning
 LONGEST_NAME = 60
 """Largest number of characters of a name in a message."""
 
-ASSUMED, NO_PASSIVE_FORCES, SLEEPING = range(LEFT_ALONE + 1, LEFT_ALONE + 4)
+ASSUMED, NO_PASSIVE_FORCES, SLEEPING, UNRESOLVED = range(LEFT_ALONE + 1, LEFT_ALONE + 5)
 """Notices, besides the reasons why nothing acts on a model."""
 
 _INERT = {
@@ -56,6 +56,11 @@ _NOTICES = {
         " disabled; enable one of them"
     ),
     SLEEPING: "a sleeping body is not woken by forces of the plugin magmotor.forces",
+    UNRESOLVED: (
+        "within one timestep, magnetism moves body {} from rest by more than its size, or turns it"
+        " by more than 4 rad, so that it may fly apart; mm.check(model) proposes a timestep and"
+        " contacts that hold"
+    ),
 }
 
 
@@ -86,7 +91,8 @@ def _of_dipole(sentence: str) -> Callable[..., str]:
 
 def _coincidence(number: int, name: str, other: int, other_name: str, geoms: float) -> str:
     one, two = _dipole(number, name, bool(int(geoms) & 1)), _dipole(other, other_name, geoms > 1)
-    return f"{one} and {two} coincide: their force is undefined"
+    both = f"dipole sites {number} {name!r} and {other} {other_name!r}" if not geoms else ""
+    return f"{both or f'{one} and {two}'} coincide: their force is undefined"
 
 
 _ERRORS: dict[int, Callable[..., str]] = {
@@ -159,6 +165,9 @@ _ERRORS: dict[int, Callable[..., str]] = {
     errors.TIME: (
         "time = {4:g}: must be finite and less than 2^53 timesteps while noise acts".format
     ),
+    errors.TOLERANCE: (
+        "numeric {} {!r}: the tolerance must be one number from 0 (exact) to 0.1".format
+    ),
 }  # fmt: skip
 
 _word = types.int64
@@ -174,6 +183,7 @@ _form_notice = types.ExternalFunction(
 _raise = types.ExternalFunction("mju_error", types.void(_word))
 
 acted_address = memory.variable("magmotor_acted_address")
+given_address = memory.variable("magmotor_given_address")
 notices_given = memory.variable("magmotor_notices_given")
 """Bits of the notices that the running `magnetism` block has given."""
 
@@ -223,6 +233,15 @@ def remember_acting(model):
 
 
 @njit
+def forget(which, model):
+    """Let a notice be given again if the model is not the one of the last call."""
+    given = memory.words(given_address(), 2)
+    if given[1] != model:
+        given[0] &= ~(1 << which)
+        given[1] = model
+
+
+@njit
 def has_acted(model):
     """Whether this model is the one on which something has acted last, as before a switch."""
     return memory.words(acted_address(), 1)[0] == model
@@ -238,9 +257,12 @@ def bind() -> None:
     memory.bind_function("magmotor_form_notice", _give_notice)
     memory.bind_variable("magmotor_notices_given", _given)
     memory.bind_variable("magmotor_acted_address", _acted_address)
+    memory.bind_variable("magmotor_given_address", _given_address)
 
 
-_given = ctypes.c_int64(0)
+_given_and_model = (ctypes.c_int64 * 2)()
+_given = ctypes.c_int64.from_buffer(_given_and_model)
+_given_address = ctypes.c_int64(ctypes.addressof(_given))
 _acted = ctypes.c_int64(0)
 _acted_address = ctypes.c_int64(ctypes.addressof(_acted))
 _texts: dict[int, ctypes.Array] = {}
@@ -301,7 +323,7 @@ def _give_notice(which, number, handler, user, text):
         return
     inert = f"nothing acts on this model: {_INERT.get(which)}"
     try:
-        warnings.warn(_NOTICES.get(which, inert), stacklevel=3)
+        warnings.warn(_NOTICES.get(which, inert).format(number), stacklevel=3)
     except Warning as error:
         if not (handler or catches_errors(user)):
             raise

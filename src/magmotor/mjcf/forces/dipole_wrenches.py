@@ -1,18 +1,26 @@
 """Forces and torques of the dipoles of different rigid bodies on one another.
 
 Most magnets are grouped: one loop over all their dipoles computes the force on a dipole of a magnet
-that can move. Magnets that are large or coupled are evaluated pairwise, with the larger one as the
-source, which makes the loops long. The field at the smaller magnet determines both wrenches, which
-are opposite about any common point.
+that can move. Of many dipoles, each pair is computed once, by tiles; within a tolerance, distant
+ones act as clusters. Magnets that are large or coupled are evaluated pairwise, with the larger one
+as the source, which makes the loops long. The field at the smaller magnet determines both wrenches,
+which are opposite about any common point.
 """
 
 # Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
+# pyright: reportCallIssue=false, reportGeneralTypeIssues=false
 
 from numba import njit
 
 from magmotor.dipoles import sum_over_sources
 from magmotor.mjcf import memory
+from magmotor.mjcf.forces.clusters import (
+    CLUSTERED,
+    FIXED,
+    are_sorted,
+    sum_by_clusters,
+    worthwhile_work,
+)
 from magmotor.mjcf.forces.couplings import coupling_factor
 from magmotor.mjcf.forces.dipole_table import (
     BODY,
@@ -24,21 +32,38 @@ from magmotor.mjcf.forces.dipole_table import (
     dipole,
     padded,
 )
+from magmotor.mjcf.forces.tiles import TILED, dipole_and_sums, fill_tiles, sum_over_pairs
 
 
 @njit(forceinline=True)
-def add_dipole_wrenches(table, magnets, couplings, center, applied):
+def add_dipole_wrenches(
+    model, stack, tolerance, table, magnets, couplings, center, applied
+):  # fmt: skip
     """Add the wrenches of all magnets on one another.
 
-    `table` and `magnets` are what `gather` fills and returns, `couplings` has rows of two bodies
-    and a factor, `center` (nbody, 3) is about what the torques act, and `applied` (nbody, 6)
+    `model` and `stack` are the addresses of mjModel and mjData, and `tolerance` is that of many
+    dipoles. `table` and `magnets` are what `gather` fills and returns, `couplings` has rows of two
+    bodies and a factor, `center` (nbody, 3) is about what the torques act, and `applied` (nbody, 6)
     receives the wrenches. Returns the number of interactions, and of coincidences.
     """
     boundary, end = magnets.boundary, magnets.end
     coincident = acting = 0
-    for k in range(magnets.number):
+    count, mixed = magnets.number, magnets.mixed
+    if mixed and tolerance > 0.0 and end >= CLUSTERED and are_sorted(table, end):
+        memory.mark_stack(stack)
+        acting, coincident, done = _add_clustered_wrenches(
+            model, stack, tolerance, table, count, boundary, end, center, applied
+        )
+        memory.free_stack(stack)
+        mixed = not done
+    if mixed and end >= TILED and _mostly_move(table, count, boundary, end):
+        mixed = False
+        acting, coincident = _add_tiled_wrenches(
+            model, stack, table, count, boundary, end, center, applied
+        )
+    for k in range(count):
         grouped = table[FIRST, k] < boundary
-        if grouped and magnets.mixed and table[MOVES, k] > 0.0:
+        if grouped and mixed and table[MOVES, k] > 0.0:
             coincident += _add_group_wrench(table, k, end, center, applied)
             acting += 1
         for i in range(magnets.pairwise):
@@ -49,6 +74,58 @@ def add_dipole_wrenches(table, magnets, couplings, center, applied):
                 )
                 acting += 1
     return acting, coincident
+
+
+@njit
+def _mostly_move(table, count, boundary, end):
+    """Whether at least half of the grouped dipoles can move."""
+    moving = 0.0
+    for k in range(count):
+        if table[FIRST, k] < boundary and table[MOVES, k] > 0.0:
+            moving += table[SIZE, k]
+    return 2 * moving >= end
+
+
+@njit
+def _add_tiled_wrenches(model, stack, table, count, boundary, end, center, applied):
+    """Add the wrenches of all grouped magnets on one another, with each pair computed once.
+
+    Returns the number of magnets that can move, and whether any dipoles coincide.
+    """
+    tiles = fill_tiles(stack, table, end)
+    coincident = sum_over_pairs(model, stack, tiles)
+    acting = 0
+    for k in range(count):
+        if table[FIRST, k] < boundary and table[MOVES, k] > 0.0:
+            acting += 1
+            first = int(table[FIRST, k])
+            for i in range(first, first + int(table[SIZE, k])):
+                target, total = dipole_and_sums(tiles, i)
+                add_wrench(int(table[BODY, k]), 1.0, target, total, center, applied)
+    return acting, int(coincident)
+
+
+@njit
+def _add_clustered_wrenches(
+    model, stack, tolerance, table, count, boundary, end, center, applied
+):  # fmt: skip
+    """Do `_add_tiled_wrenches` within a tolerance; return also whether this was done."""
+    magnet = memory.words(memory.allocate(stack, 8 * end, 8), end)
+    acting = 0
+    for k in range(count):
+        moves, first = table[MOVES, k] > 0.0, int(table[FIRST, k])
+        if first < boundary:
+            acting += moves
+            magnet[first : first + int(table[SIZE, k])] = k if moves else FIXED
+    tiles, order, coincident, done = sum_by_clusters(
+        model, stack, table, end, magnet, tolerance, worthwhile_work(end)
+    )
+    for i in range(end if done else 0):
+        k = magnet[order[i]]
+        if k != FIXED:
+            target, total = dipole_and_sums(tiles, i)
+            add_wrench(int(table[BODY, k]), 1.0, target, total, center, applied)
+    return acting if done else 0, int(coincident), done
 
 
 @njit(forceinline=True)

@@ -121,7 +121,12 @@ def _ellipsoid(geom, m, offsets):
     """Return the semi-axes of an ellipsoid with a geom's proportions, and the geom's volume."""
     shape = memory.integers(m[offsets.geom_type // 8], memory.UNBOUNDED)[geom]
     size = memory.numbers(m[offsets.geom_size // 8], memory.UNBOUNDED, 3)[geom]
-    a, b, c = size[0], size[1], size[2]
+    return ellipsoid(shape, size[0], size[1], size[2])
+
+
+@njit
+def ellipsoid(shape, a, b, c):
+    """Return the same by the type and the size of a geom."""
     if shape == SPHERE:
         return a, a, a, 4.0 / 3.0 * math.pi * a**3
     if shape == ELLIPSOID:

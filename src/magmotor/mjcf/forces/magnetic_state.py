@@ -12,6 +12,7 @@ from numba import njit
 from magmotor.mjcf import layout, memory
 from magmotor.mjcf.errors import BEHIND, MERGED, NO_ERROR, OUTSIDE, UNSOLVED
 from magmotor.mjcf.forces import fields as given
+from magmotor.mjcf.forces.clusters import cluster_bytes
 from magmotor.mjcf.forces.coils import read_drives
 from magmotor.mjcf.forces.couplings import read_couplings
 from magmotor.mjcf.forces.dipole_table import (
@@ -95,7 +96,9 @@ def _stack_bytes(checksum: int, offsets: layout.Layout):
     def stack_bytes(model):
         _ = checksum
         m = memory.words(model, memory.UNBOUNDED)
-        return 8 * stack_words(m, offsets, forces_of(m, offsets)) + ALIGNMENT
+        kinds = forces_of(m, offsets)
+        dipoles = m[offsets.nsite // 8] + count_pieces(m, offsets)
+        return 8 * stack_words(m, offsets, kinds) + cluster_bytes(dipoles) + ALIGNMENT
 
     return stack_bytes
 

@@ -26,6 +26,8 @@ from magmotor.mjcf.forces.dipole_wrenches import add_dipole_wrenches, add_wrench
 from magmotor.mjcf.forces.fields import NAME, OWNER, field_and_gradient
 from magmotor.mjcf.forces.magnetic_state import read_state
 from magmotor.mjcf.forces.mirror import add_image, height_above, mirrored
+from magmotor.mjcf.forces.resolution import unresolved_body
+from magmotor.mjcf.forces.tolerance import tolerance_of
 
 NOTHING = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, False)
 
@@ -36,7 +38,8 @@ def set_magnetic_wrenches(m, d, offsets, kinds, applied):
 
     `m` and `d` are the words of mjModel and mjData, `offsets` is their layout, `kinds` are the bits
     of `forces_of`, and `applied` (nbody, 6) receives the wrenches. Returns the number of
-    interactions, and an error for `report`.
+    interactions, and an error for `report`; without one, its second number is a body whose motion
+    the timestep does not resolve, or -1.
     """
     memory.mark_stack(d.ctypes.data)
     state = read_state(m, d, offsets, kinds)
@@ -59,7 +62,10 @@ def _set_wrenches(state, m, d, offsets, applied):
         if _moves(owner, m, offsets):
             applied[owner] = 0.0
     center = memory.numbers(d[offsets.xipos // 8], memory.UNBOUNDED, 3)
-    acting, coincident = add_dipole_wrenches(table, magnets, state.couplings, center, applied)
+    acting, coincident = add_dipole_wrenches(
+        m.ctypes.data, d.ctypes.data, tolerance_of(m, offsets), table, magnets, state.couplings,
+        center, applied,
+    )  # fmt: skip
     error = NO_ERROR
     if coincident > 0:
         error = find_coincidence(state)
@@ -69,6 +75,8 @@ def _set_wrenches(state, m, d, offsets, applied):
     if error[0] < 0 and state.mirror[0] != 0.0:
         more, error = _add_image_wrenches(state, center, applied)
         acting += more
+    if error[0] < 0:
+        error = -1, unresolved_body(table, magnets, m, offsets, applied), -1
     return acting, error
 
 

@@ -1,0 +1,1 @@
+"""`mm.check`: what will fail in a model, before it runs."""

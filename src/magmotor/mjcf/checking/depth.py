@@ -1,0 +1,85 @@
+"""How deep points are below the surface of a geom, and the normal of the nearest surface."""
+
+import mujoco
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from magmotor.common.arrays import Array
+
+GEOM = mujoco.mjtGeom
+
+NEVER = -np.inf
+"""Depth in geoms of types that are not known here."""
+
+
+def depth_and_normal(
+    model: mujoco.MjModel, data: mujoco.MjData, geom: int, points: Array
+) -> tuple[Array, Array]:
+    """Return the depths (n,) of points in a geom, and the outward normals (n, 3) nearest to them.
+
+    Points outside have a negative depth. In an ellipsoid, the depth is a lower bound; a mesh is its
+    convex hull, as in MuJoCo's collisions.
+
+    Parameters
+    ----------
+    model : mujoco.MjModel
+    data : mujoco.MjData
+    geom : int
+    points : ndarray, shape (n, 3)
+        World coordinates in m.
+    """
+    frame = data.geom_xmat[geom].reshape(3, 3)
+    local = (points - data.geom_xpos[geom]) @ frame
+    size, kind = model.geom_size[geom], model.geom_type[geom]
+    if kind == GEOM.mjGEOM_PLANE:
+        depth, normal = -local[:, 2], np.tile([0.0, 0, 1], (len(local), 1))
+    elif kind == GEOM.mjGEOM_SPHERE:
+        depth, normal = _rounded(local, size[0])
+    elif kind == GEOM.mjGEOM_CAPSULE:
+        along = np.clip(local[:, 2:], -size[1], size[1]) * [0, 0, 1]
+        depth, normal = _rounded(local - along, size[0])
+    elif kind == GEOM.mjGEOM_ELLIPSOID:
+        depth, normal = _rounded(local / size, 1.0)
+        normal = _unit(normal / size)
+        depth = depth * np.where(depth > 0, size.min(), size.max())
+    elif kind == GEOM.mjGEOM_CYLINDER:
+        radius = np.hypot(local[:, 0], local[:, 1])
+        depth, flat = _boxed(np.column_stack([radius, local[:, 2]]), size[:2])
+        outward = _unit(local * [1, 1, 0])
+        normal = outward * flat[:, :1] + np.array([0, 0, 1]) * flat[:, 1:]
+    elif kind == GEOM.mjGEOM_BOX:
+        depth, normal = _boxed(local, size)
+    elif kind == GEOM.mjGEOM_MESH:
+        depth, normal = _hulled(model, model.geom_dataid[geom], local)
+    else:
+        depth, normal = np.full(len(local), NEVER), np.tile([0.0, 0, 1], (len(local), 1))
+    return depth, normal @ frame.T
+
+
+def _unit(vectors: Array) -> Array:
+    """Return vectors (n, 3) of length 1, x where they are zero."""
+    length = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.divide(vectors, length, out=np.tile([1.0, 0, 0], (len(vectors), 1)), where=length > 0)
+
+
+def _rounded(local: Array, radius: float) -> tuple[Array, Array]:
+    return radius - np.linalg.norm(local, axis=1), _unit(local)
+
+
+def _boxed(local: Array, size: Array) -> tuple[Array, Array]:
+    """Return depths and normals in a box of any dimension."""
+    excess = abs(local) - size
+    outside = np.maximum(excess, 0)
+    beyond = np.linalg.norm(outside, axis=1)
+    nearest = np.eye(len(size))[excess.argmax(axis=1)]
+    normal = np.where(beyond[:, np.newaxis] > 0, outside, nearest)
+    normal = normal / np.linalg.norm(normal, axis=1, keepdims=True)
+    return -beyond - np.minimum(excess.max(axis=1), 0), np.copysign(normal, local)
+
+
+def _hulled(model: mujoco.MjModel, mesh: int, local: Array) -> tuple[Array, Array]:
+    first, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
+    faces = ConvexHull(model.mesh_vert[first : first + count]).equations
+    excess = local @ faces[:, :3].T + faces[:, 3]
+    nearest = excess.argmax(axis=1)
+    return -excess[np.arange(len(local)), nearest], faces[nearest, :3]

@@ -1,0 +1,129 @@
+"""How fast magnets turn and swing in one another's field.
+
+A magnet of the moment m turns in the field B against the stiffness m B, and another magnet that
+follows its turns stiffens it. It swings against the gradient of the force, at most 4 F/r of each
+partner, twice that if the partner swings, too.
+"""
+
+import copy
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+
+from magmotor.common.arrays import Array
+from magmotor.dipoles import COINCIDENCE, PERMEABILITY_OVER_4PI
+from magmotor.mjcf.callbacks import acting_forces
+from magmotor.mjcf.checking.contact_rule import Approach
+from magmotor.mjcf.checking.strengths import Magnet, magnets_of
+from magmotor.mjcf.field_and_energy import coupling_factors, field
+from magmotor.mjcf.forces.marks import FIELDS
+
+
+class Stiffness(NamedTuple):
+    """What holds the dipoles of a model in place, shape (n,), worst case."""
+
+    turning: Array
+    """In N m."""
+    swinging: Array
+    """In N/m."""
+
+
+def frequencies(model: mujoco.MjModel, data: mujoco.MjData) -> dict[int, float]:
+    """Return the frequency in rad/s of each rigid body with dipoles that can move."""
+    magnets = [magnet for magnet in magnets_of(model, data) if magnet.strengths.any()]
+    found, stiffness = {}, _stiffness(model, data, magnets)
+    for magnet, (turning, swinging) in zip(magnets, stiffness, strict=True):
+        if _moves(model, magnet.body):
+            linear, angular = _jacobians(model, data, magnet)
+            rows = [
+                np.sqrt(swinging)[:, None, None] * linear,
+                np.sqrt(turning)[:, None, None] * angular,
+            ]
+            found[magnet.body] = _frequency(model, data, np.concatenate(rows))
+    return found
+
+
+def frequency_at_touch(
+    model: mujoco.MjModel, data: mujoco.MjData, pair: tuple[Magnet, Magnet], approach: Approach
+) -> float:
+    """Return the largest frequency in rad/s of two magnets that touch.
+
+    The stiffness against a turn of dipoles is F d/3 and, if both can turn, F d/2 (both head to tail
+    and side by side, where they turn in opposite directions).
+    """
+    responses = [_turning_response(model, data, magnet) for magnet in pair]
+    stiffness = approach.force * approach.distance / (2 if all(responses) else 3)
+    return max(2 / approach.time, math.sqrt(stiffness * max(responses)))
+
+
+def _turning_response(model: mujoco.MjModel, data: mujoco.MjData, magnet: Magnet) -> float:
+    """Return the largest inverse inertia, in 1/(kg m^2), against which a torque turns a dipole."""
+    if not (_moves(model, magnet.body) and magnet.strengths.any()):
+        return 0.0
+    _, angular = _jacobians(model, data, magnet)
+    return max(_frequency(model, data, rows[np.newaxis]) ** 2 for rows in angular)
+
+
+def _moves(model: mujoco.MjModel, weld: int) -> bool:
+    return bool(model.body_dofnum[weld])
+
+
+def _stiffness(
+    model: mujoco.MjModel, data: mujoco.MjData, magnets: list[Magnet]
+) -> Iterator[Stiffness]:
+    """Yield what holds the dipoles of each magnet."""
+    if not magnets:
+        return
+    factor, k = coupling_factors(model), PERMEABILITY_OVER_4PI
+    positions = np.concatenate([magnet.positions for magnet in magnets])
+    moments = np.concatenate([magnet.strengths[:, None] * magnet.axes for magnet in magnets])
+    bodies = np.concatenate([magnet.bodies for magnet in magnets])
+    follows = model.body_dofnum[model.body_weldid[bodies]] > 0
+    strengths, given = np.linalg.norm(moments, axis=1), _given_field(model, data, positions)
+    factors = {
+        one: np.array([factor(one, int(other)) for other in bodies])
+        for one in np.unique(bodies).tolist()
+    }
+    first = 0
+    for magnet in magnets:
+        turning, swinging = np.zeros((2, len(magnet.positions)))
+        for n, body in enumerate(magnet.bodies.tolist()):
+            i, scale = first + n, k * factors[body]
+            apart = positions[i] - positions
+            distance = np.maximum(np.linalg.norm(apart, axis=1), COINCIDENCE)
+            along = (apart * moments).sum(axis=1) / distance**2
+            field = scale @ ((3 * along[:, np.newaxis] * apart - moments) / distance[:, None] ** 3)
+            of_each = abs(scale) * strengths / distance**3
+            turning[n] = strengths[i] * (np.linalg.norm(field + given[i]) + of_each @ follows)
+            swinging[n] = 24 * strengths[i] * (of_each / distance**2) @ (1 + follows)
+        first += len(magnet.positions)
+        yield Stiffness(turning, swinging)
+
+
+def _given_field(model: mujoco.MjModel, data: mujoco.MjData, points: Array) -> Array:
+    """Return the flux densities of given fields alone, shape (n, 3)."""
+    if not acting_forces(model) & FIELDS:
+        return np.zeros_like(points)
+    without = copy.copy(model)
+    without.site_user[:] = 0
+    return field(without, data, points)
+
+
+def _jacobians(model: mujoco.MjModel, data: mujoco.MjData, magnet: Magnet) -> tuple[Array, Array]:
+    """Return the Jacobians (n, 3, nv) of dipoles' places, and of turns that torques can cause."""
+    linear, angular = np.zeros((2, len(magnet.positions), 3, model.nv))
+    for n, (place, body) in enumerate(zip(magnet.positions, magnet.bodies.tolist(), strict=True)):
+        mujoco.mj_jac(model, data, linear[n], angular[n], place, body)
+        angular[n] -= np.outer(magnet.axes[n], magnet.axes[n] @ angular[n])
+    return linear, angular
+
+
+def _frequency(model: mujoco.MjModel, data: mujoco.MjData, blocks: Array) -> float:
+    """Return the root of the largest eigenvalue of R M^-1 R^T, where R are all rows of blocks."""
+    rows = np.ascontiguousarray(blocks.reshape(-1, model.nv))
+    response = np.empty_like(rows)
+    mujoco.mj_solveM(model, data, response, rows)
+    return float(np.sqrt(max(0.0, np.linalg.eigvalsh(rows @ response.T)[-1])))

@@ -1,0 +1,85 @@
+"""Which places the points of a model's bodies can reach."""
+
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+
+from magmotor.common.arrays import Array
+
+
+class Reach(NamedTuple):
+    """Bounds of where the points of a rigid body can be, seen from one of its ancestors."""
+
+    centers: Array
+    """In m, shape (n, 3)."""
+    room: Array
+    """How far slides move them along each axis, shape (n, 3); infinite for free bodies."""
+    radii: Array
+    """How far turns move them, shape (n,)."""
+
+    def meets(self, other: "Reach") -> Array:
+        """Return which points can come into one place with which of another body, (n, m)."""
+        apart = abs(self.centers[:, np.newaxis] - other.centers)
+        apart -= self.room[:, np.newaxis] + other.room
+        return np.linalg.norm(np.maximum(apart, 0), axis=-1) <= self.radii[:, None] + other.radii
+
+
+def reach(
+    model: mujoco.MjModel, data: mujoco.MjData, body: int, ancestor: int, points: Array
+) -> Reach:
+    """Return where points of a body can be, whose places at present are `points` (n, 3).
+
+    Slides move as far as their limits allow, and hinges and balls turn without limits.
+    """
+    center, anchor, arm = None, np.zeros(3), 0.0
+    lowest, highest = np.zeros(3), np.zeros(3)
+    for joint in (j for each in _chain(model, body, ancestor) for j in _joints(model, each)):
+        kind = model.jnt_type[joint]
+        if kind == mujoco.mjtJoint.mjJNT_FREE:
+            lowest, highest = np.full((2, 3), [[-np.inf], [np.inf]])
+        elif kind == mujoco.mjtJoint.mjJNT_SLIDE:
+            travel = np.array([-np.inf, np.inf])
+            if model.jnt_limited[joint]:
+                travel = model.jnt_range[joint] - data.qpos[model.jnt_qposadr[joint]]
+            along = np.tile(abs(travel).max(), 3)
+            ends = np.array([-along, along])
+            if center is None:
+                way = data.xaxis[joint]
+                ends = np.multiply.outer(travel, way, out=np.zeros((2, 3)), where=abs(way) > 1e-9)
+            lowest, highest = lowest + ends.min(axis=0), highest + ends.max(axis=0)
+        else:
+            place = data.xanchor[joint].copy()
+            if center is None:
+                center = place
+            else:
+                arm += float(np.linalg.norm(place - anchor))
+            anchor = place
+    radii = np.zeros(len(points))
+    if center is not None:
+        radii = arm + np.linalg.norm(points - anchor, axis=1)
+        points = np.tile(center, (len(points), 1))
+    room, bounded = (highest - lowest) / 2, np.isfinite(highest - lowest)
+    middle = np.add(lowest, highest, out=np.zeros(3), where=bounded) / 2
+    return Reach(points + middle, np.tile(room, (len(points), 1)), radii)
+
+
+def common_ancestor(model: mujoco.MjModel, one: int, other: int) -> int:
+    """Return the lowest body that both bodies hang on; 0, the world, if they are separate."""
+    while one != other:
+        one, other = min(one, other), int(model.body_parentid[max(one, other)])
+    return one
+
+
+def _chain(model: mujoco.MjModel, body: int, ancestor: int) -> list[int]:
+    """Return a body and what it hangs on, up to and without an ancestor, from the top."""
+    chain = []
+    while body != ancestor:
+        chain.append(body)
+        body = int(model.body_parentid[body])
+    return chain[::-1]
+
+
+def _joints(model: mujoco.MjModel, body: int) -> range:
+    first = int(model.body_jntadr[body])
+    return range(first, first + int(model.body_jntnum[body]))
