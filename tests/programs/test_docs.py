@@ -33,7 +33,13 @@ PYTHON = re.compile(r"^```python\n(.*?)^```$(?:\n\n```text\n(.*?)^```$)?", re.DO
 
 FENCED = re.compile(r"^```(\w*)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 LINK = re.compile(r"\]\((?!https?:)([^)\s#]*)(?:#([^)\s]+))?\)")
-WHOLE = {"tutorial.md", "how_it_works.md", "contact.md", "adhesion_weld_or_dipole.md"}
+WHOLE = {
+    "tutorial.md",
+    "how_it_works.md",
+    "contact.md",
+    "adhesion_weld_or_dipole.md",
+    "recipes.md",
+}
 """Pages whose blocks all run; test_readme.py and test_examples.py cover the others."""
 
 MODULES = [

@@ -412,7 +412,7 @@ def test_an_example_runs_as_a_program(tmp_path):
 def test_the_quotes_of_the_page_are_in_the_examples():
     files = [path.read_text(encoding="utf-8") for path in EXAMPLES.iterdir() if path.is_file()]
     quoted = re.findall(r"<!-- from examples -->\n```\w+\n(.*?)```", PAGE, re.DOTALL)
-    assert len(quoted) == 9
+    assert len(quoted) == 14
     for excerpt in quoted:
         lines = [line.strip() for line in excerpt.splitlines()]
         assert any("\n".join(lines) in "\n".join(map(str.strip, f.splitlines())) for f in files)
