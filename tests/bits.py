@@ -78,7 +78,7 @@ def many_magnets() -> Result:
     rng = np.random.default_rng(2)
     body = '<body><freejoint/><geom size="0.01"/><site user="1"/></body>' * 1000
     model = mujoco.MjModel.from_xml_string(
-        f"""<mujoco><option><flag contact="disable"/></option><custom>
+        f"""<mujoco><option timestep="1e-5"><flag contact="disable"/></option><custom>
         <text name="magmotor" data="dipoles"/><numeric name="magnetic_tolerance" data="0"/>
         </custom><worldbody>{body}</worldbody></mujoco>"""
     )

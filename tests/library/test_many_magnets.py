@@ -36,7 +36,8 @@ def gas(count, seed=0, more="", head=HEAD, option='integrator="Euler"', each=lam
             f'<geom size="0.02"/><site pos="0.03 0 0"/>{sites}</body>'
         )
     return mujoco.MjModel.from_xml_string(
-        f'<mujoco>{head}<option gravity="0 0 0" {option}><flag contact="disable"/></option>'
+        f'<mujoco>{head}<option gravity="0 0 0" timestep="1e-7" {option}>'
+        '<flag contact="disable"/></option>'
         f"<worldbody>{more}{bodies}</worldbody></mujoco>"
     )
 
