@@ -145,7 +145,7 @@ def draw(model: mujoco.MjModel, motion: xr.Dataset, found: list[list[list[Piece]
     )
     axes["F"].set(ylabel="energy per bead (u)", ylim=(-2.6, 0))
     for closed, law, color in ((False, chain, BLUE), (True, ring, ORANGE)):
-        sizes = np.arange(4 if closed else 1, beads + 1)
+        sizes = range(4 if closed else 1, beads + 1)
         name = "ring" if closed else "chain"
         axes["G"].plot(
             sizes, [law(n) / n for n in sizes], color=color, label=f"{name}, closed form"

@@ -17,6 +17,7 @@ import magmotor as mm
 # MuJoCo comes after magmotor, which selects the OpenGL backend that MuJoCo loads.
 import mujoco
 import numpy as np
+import scipy.linalg
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -55,6 +56,8 @@ PERIOD = 0.005
 """time between two commands of the controller, which are recorded (s)"""
 GAINS = 8.0, 4.0
 """rates at which errors of the place and of the direction vanish (1/s)"""
+DAMPING = 1e-4
+"""keeps the speeds small where the arm is stretched"""
 
 
 def load() -> mujoco.MjModel:
@@ -70,7 +73,8 @@ def load() -> mujoco.MjModel:
             servo = spec.add_actuator(name=f"servo {joint}", target=f"arm/joint_{joint}")
             servo.trntype = mujoco.mjtTrn.mjTRN_JOINT
             servo.set_to_velocity(kv=KV)
-            servo.forcerange, servo.ctrlrange = (-torque, torque), np.radians((-speed, speed))
+            servo.forcerange = np.array([-torque, torque])
+            servo.ctrlrange = np.radians([-speed, speed])
         return spec.compile()
 
 
@@ -102,7 +106,8 @@ def steer(model: mujoco.MjModel, data: mujoco.MjData, place: Array, velocity: Ar
     twist = np.concatenate(
         [velocity + to_place * (place - face.xpos), to_down * np.cross(axis, (0, 0, -1))]
     )
-    return np.linalg.solve(jacobian.T @ jacobian + 1e-4 * np.eye(len(HOME)), jacobian.T @ twist)
+    square = jacobian.T @ jacobian + DAMPING * np.eye(len(HOME))
+    return scipy.linalg.solve(square, jacobian.T @ twist, assume_a="pos")
 
 
 def perform(model: mujoco.MjModel) -> xr.Dataset:
