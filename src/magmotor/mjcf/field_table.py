@@ -57,8 +57,8 @@ def tabulated_field(
     --------
     >>> import magmotor as mm
     >>> text = mm.tabulated_field(lambda points: 0.1 * points, [0, 0, 0], [1, 1, 1], (4, 4, 4))
-    >>> text[:60]
-    '<numeric name="field" data="4 4 4 0.0 0.0 0.0 0.333333333333'
+    >>> text[:52]
+    '<numeric name="field" data="4 4 4 0.0 0.0 0.0 0.3333'
     """
     if not name.startswith("field") or not name.replace("_", "").isalnum():
         raise reject("name", name, "must start with 'field' and have letters, digits and _ only")

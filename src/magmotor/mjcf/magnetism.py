@@ -24,7 +24,7 @@ def magnetism() -> Iterator[None]:
 
         <custom><text name="magmotor" data="dipoles couplings noise potentials"/></custom>
 
-    Each word lets one of these act, and `all` lets all four:
+    Each word lets one of these act, and `all` lets all of them:
 
     - `dipoles`: a dipole is a site with `user="MOMENT"`, in A m^2 along the site's z axis. Dipoles
       of one rigid body (a body and the bodies attached to it without a joint, regardless of any
@@ -38,12 +38,21 @@ def magnetism() -> Iterator[None]:
       step at time 0. See Notes on rollouts and resets.
     - `potentials`: `user="a_1 b_1 a_2 b_2 ..."` gives a slide or hinge joint, at q in m or rad, the
       potential sum_k a_k sin kq + b_k cos kq, in J.
+    - `fields`: numerics named `field...` are given fields: B in T (3 numbers), B and its
+      derivatives G_xx G_xy G_xz G_yy G_yz in T/m (8), or a table (see `tabulated_field`). A tuple
+      `field...` names them and fixes them to a body or a site, or lets an actuator scale them.
+    - `coils`: a tuple named `coil...` lists an actuator, then sites or bodies, whose moments are
+      their `user` numbers times the actuator's last activation, or its control.
+    - `iron`: a tuple named `iron...` lists a numeric, the susceptibility and optionally the
+      saturation magnetization in A/m, and geoms. A geom becomes an induced dipole; a plane mirrors.
+
+    Names of elements that a tuple lists must not contain spaces.
 
     Without a mark, `user` numbers may have another meaning. Then only dipoles act, and only if no
     body or joint has `user` numbers, no site has more than one, and these do not merely number the
     sites; a line on stderr says so, once per process.
 
-    The wrenches of dipoles and noise overwrite `xfrc_applied` of the bodies on which they act. The
+    The wrenches of magnetism and noise overwrite `xfrc_applied` of the bodies on which they act. The
     forces of potentials are added to `qfrc_passive`.
 
     The callback is installed as `mjcb_control` for all models and threads of the process, and the
@@ -69,8 +78,9 @@ def magnetism() -> Iterator[None]:
     LayoutError
         This version of MuJoCo lays out its structs differently than it declares.
     mujoco.FatalError
-        While stepping: two dipoles that act on each other coincide, the mark has no words or an
-        unknown one, or what it names is invalid: the `user` numbers of a site are not one finite
+        While stepping: two dipoles that act on each other coincide, one leaves the table of a field
+        or is below the plane of iron, iron is so close to iron that the moments have no solution,
+        the mark has no words or an unknown one, or what it names is invalid: the `user` numbers of a site are not one finite
         moment, those of a body not rows of six, or those of a joint not pairs; a joint with a
         potential is neither slide nor hinge; the tolerance is not one number from 0 to 0.1; the
         elements of a coupling are not two bodies with equal `prm`; or a number in `userdata` is
