@@ -70,12 +70,14 @@ figures: $(READY)  ## the paper's figures with their claims checked: out/figures
 	@$(PYTHON) scripts/figures.py $(ARGS)
 
 examples: $(READY)  ## other models, magnetized or warm: out/{magnetic_beads,...}.{png,mp4}
-	@echo "== examples: the chain, the beads and the 40 000 pendulums take most of a minute each"
+	@echo "== examples: those with movies, and the 40 000 pendulums, take most of a minute each"
 	@$(PYTHON) examples/compass_needles.py
 	@$(PYTHON) examples/someone_elses_model.py
 	@$(PYTHON) examples/own_device.py
 	@$(PYTHON) examples/thermal_chain.py
 	@$(PYTHON) examples/magnetic_beads.py
+	@$(PYTHON) examples/magnetic_assembly.py
+	@$(PYTHON) examples/pick_and_place.py
 	@$(PYTHON) examples/magnetic_pendulum.py $(ARGS)
 
 models: $(READY)  ## the complete scenes of models/, composed of models/parts/

@@ -86,6 +86,23 @@ def test_what_acts_and_what_does_not(head, line, capsys):
     assert line in text
 
 
+def test_one_dipole_acts_with_a_field_or_iron(capsys):
+    model = """<mujoco>
+      <custom><text name="magmotor" data="dipoles {word}"/>{declared}</custom>
+      <worldbody><body><freejoint/><geom size="1"/><site user="1"/></body>
+        <geom name="plate" size="1" pos="3 0 0"/></worldbody></mujoco>"""
+    iron = (
+        '<numeric name="soft" data="9"/><tuple name="iron"><element objtype="numeric" '
+        'objname="soft"/><element objtype="geom" objname="plate"/></tuple>'
+    )
+    field = '<numeric name="field" data="0 0 1"/>'
+    for word, declared in (("fields", field), ("iron", iron)):
+        mm.describe(mujoco.MjModel.from_xml_string(model.format(word=word, declared=declared)))
+        assert "not acting" not in capsys.readouterr().out
+    mm.describe(mujoco.MjModel.from_xml_string(model.format(word="", declared="")))
+    assert "not acting: the dipoles, since all are on one rigid body" in capsys.readouterr().out
+
+
 def test_user_numbers_of_others_are_left_alone(capsys):
     found, _ = described(
         PAIR.format(head="").replace('name="turn"', 'name="turn" user="1123"'), capsys

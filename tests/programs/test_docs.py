@@ -38,6 +38,7 @@ WHOLE = {
     "how_it_works.md",
     "contact.md",
     "adhesion_weld_or_dipole.md",
+    "recipes.md",
     "fields_coils_iron.md",
 }
 """Pages whose blocks all run; test_readme.py and test_examples.py cover the others."""

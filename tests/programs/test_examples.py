@@ -225,11 +225,109 @@ def test_the_beads_fold_as_they_cool_and_open_again(example):
     assert abs(kinetic.total - 5e-4) < 5 * kinetic.total_error  # 0.02, of an error of 2 %
 
 
+@pytest.fixture(scope="module")
+def arm():
+    """The example, and its runs with MuJoCo's default contacts and with those of mm.check."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(EXAMPLES)
+        module = importlib.import_module("pick_and_place")
+    model = module.load()
+    with pytest.warns(UserWarning, match="magnetism moves body 1 .* mm.check"):
+        thrown = module.perform(model)
+    mm.check(model, module.start(model), fix=True)
+    return module, model, module.perform(model), thrown
+
+
+def test_the_arm_picks_up_carries_and_lets_go(arm):
+    module, model, run, _ = arm
+    radius = model.geom("pellet").size[0]
+    held = run.sel(time=slice(*module.HELD))
+    assert -0.05 < held.gap.min() / radius < 0  # -0.0313
+    assert held.gap.max() < 0
+    assert np.ptp(held.gap.values) < 1e-3 * radius  # 9e-5: it stays where it is
+    before, after = run.sel(time=slice(None, 2)), run.sel(time=slice(8.3, None))
+    assert np.ptp(before.height.values) < 1e-4  # 6e-6: it lies on its post
+    assert after.force.max() < 3e-10  # 1e-11 N: the current has gone
+    bowl = model.body("bowl").pos
+    place = after.qpos.values[:, :2] - bowl[:2]
+    assert np.linalg.norm(place, axis=1).max() < 0.04  # 0.030: it rolls in the bowl
+    assert run.height[-1] == pytest.approx(0.016, abs=1e-4)  # 1e-5: on its floor
+    assert run.speed[-1] < 3e-10  # 1e-11
+
+
+def test_the_pellet_is_held_by_the_force_of_a_dipole_on_an_iron_sphere(arm):
+    # m = 3 V B chi/((chi + 3) mu0) in the field B = mu0 M/(2 pi d^3): the force is m dB/dd.
+    module, model, run, _ = arm
+    radius, chi = model.geom("pellet").size[0], 5000
+    face, coil = (model.site(f"hand/{name}").pos[2] for name in ("face", "coil"))
+    held = run.sel(time=slice(2.6, module.HELD[1]))
+    distance = face - coil + radius + held.gap
+    strength = 2 * held.current
+    force = 1.2e-6 * radius**3 * chi / (chi + 3) * strength**2 / distance**7
+    np.testing.assert_allclose(held.force, force, rtol=1e-4)  # 4e-6: it is not quite on the axis
+    weight = model.body("pellet").mass[0] * 9.81
+    assert 20 < held.force.min() / weight < 30  # 26.7
+
+
+def test_with_default_contacts_the_pellet_is_thrown(arm):
+    module, model, _, thrown = arm
+    assert thrown.speed[-1] > 10  # 726 m/s, which rounding changes
+    assert 2.05 < thrown.time[-1] < 2.15
+    assert mm.check(module.load(), fix=True).findings
+    assert not mm.check(model, module.start(model)).findings
+
+
+def test_the_closed_forms_of_chains_and_rings_are_those_of_the_dipoles(example):
+    beads = example("magnetic_assembly")
+    model = beads.load()
+    n, data = model.nq // 3, mujoco.MjData(model)
+    start = model.body_pos[-n:, :2]
+    turn = 2 * np.pi * np.arange(n) / n
+    radius = 0.005 / np.sin(np.pi / n)
+    circle = radius * np.stack([np.cos(turn), np.sin(turn)], axis=1), turn + np.pi / 2
+    line = 0.01 * np.stack([np.arange(n), np.zeros(n)], axis=1), np.zeros(n)
+    for law, (place, angle) in ((beads.chain, line), (beads.ring, circle)):
+        data.qpos[:] = np.concatenate([place - start, angle[:, None]], axis=1).ravel()
+        mujoco.mj_kinematics(model, data)
+        energy = mm.magnetic_energy(model, data)
+        assert energy == pytest.approx(law(n) * beads.unit_energy(model), rel=1e-12)  # 3e-16
+        (piece,) = beads.pieces(model, data.qpos)
+        assert piece.closed == (law is beads.ring)
+        assert piece.energy == pytest.approx(energy, rel=1e-12)
+    assert beads.ring(3) > beads.chain(3)
+    assert beads.ring(4) < beads.chain(4)  # from four beads on, rings are lower
+
+
+def test_the_beads_assemble_into_chains_and_rings(example):
+    beads = example("magnetic_assembly")
+    model = beads.load()
+    motion = beads.assemble(model, 1.5, 3)
+    n, u = model.nq // 3, beads.unit_energy(model)
+    first, *_, last = zip(*beads.measure(model, motion), strict=True)
+    assert [len(pieces) for pieces in first] == [n] * 3
+    assert max(len(pieces) for pieces in last) < n / 4  # 7
+    kT = 2 * u / beads.COLDNESS
+    for pieces in last:
+        energy = sum(piece.energy for piece in pieces) / n
+        law = u * sum((beads.ring if p.closed else beads.chain)(len(p.beads)) for p in pieces) / n
+        assert 0 < energy - law < 3 * kT  # 0.2 to 0.6: an open chain bends
+    late = motion.isel(time=slice(40, None))
+    # 3 replicas of 120 records: one in 1000 seeds fails.
+    kinetic = mm.observables.kinetic_temperature(model, late)
+    assert abs(kinetic.total - kT) < 5 * kinetic.total_error  # 0.5, of an error of 1.1 %
+
+
 @pytest.mark.parametrize(
     ("name", "few", "numerics"),
     [
         ("thermal_chain", {"FRAMES": 3}, {"duration": 1.0}),
         ("magnetic_beads", {"RECORDS": 1, "SETTLED": 0}, {"duration": 0.01, "replicas": 2}),
+        (
+            "magnetic_assembly",
+            {"RECORDS": 4, "SHOWN": [0, 1, 2, 3], "LATE": 0},
+            {"duration": 0.1, "replicas": 1},
+        ),
+        ("pick_and_place", {"FRAME_RATE": 0.5}, {}),
     ],
 )
 def test_pictures_and_movies_are_written(
@@ -268,6 +366,7 @@ def test_a_name_without_a_suffix_becomes_a_png(example, tmp_path, capsys):
         ("magnetic_pendulum", ("--extent", "nan"), "extent = nan: must be between 0.01 and 0.6"),
         ("thermal_chain", ("--duration", "0.5"), "duration = 0.5: must be between 1 and 3600 s"),
         ("magnetic_beads", ("--replicas", "1"), "replicas = 1: must be between 2 and 10000"),
+        ("magnetic_assembly", ("--replicas", "0"), "replicas = 0: must be between 1 and 1000"),
         ("compass_needles", ("--duration", "1"), "duration = 1.0: must be between 2 and 3600 s"),
         (
             "someone_elses_model",
@@ -312,7 +411,7 @@ def test_an_example_runs_as_a_program(tmp_path):
 def test_the_quotes_of_the_page_are_in_the_examples():
     files = [path.read_text(encoding="utf-8") for path in EXAMPLES.iterdir() if path.is_file()]
     quoted = re.findall(r"<!-- from examples -->\n```\w+\n(.*?)```", PAGE, re.DOTALL)
-    assert len(quoted) == 9
+    assert len(quoted) == 14
     for excerpt in quoted:
         lines = [line.strip() for line in excerpt.splitlines()]
         assert any("\n".join(lines) in "\n".join(map(str.strip, f.splitlines())) for f in files)

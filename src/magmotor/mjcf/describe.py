@@ -291,7 +291,8 @@ def _idle(
         yield f"{joined(absent)}, which the mark names, since the model has none"
     if not any(present[word][1] for word in ("dipoles", "noise", "potentials", "iron")):
         yield 'sites without user numbers (a dipole has user="MOMENT", in A m^2)'
-    if "dipoles" in named and present["dipoles"][1]:
+    others = any(word in named and present[word][1] for word in ("fields", "iron"))
+    if "dipoles" in named and present["dipoles"][1] and not others:
         yield from _idle_dipoles(model, paired)
     if "noise" in named:
         fixed = (body for body in range(model.nbody) if not _moves(model, body))
