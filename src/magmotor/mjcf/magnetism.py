@@ -52,8 +52,8 @@ def magnetism() -> Iterator[None]:
     body or joint has `user` numbers, no site has more than one, and these do not merely number the
     sites; a line on stderr says so, once per process.
 
-    The wrenches of magnetism and noise overwrite `xfrc_applied` of the bodies on which they act. The
-    forces of potentials are added to `qfrc_passive`.
+    The wrenches of magnetism and noise overwrite `xfrc_applied` of the bodies on which they act.
+    The forces of potentials are added to `qfrc_passive`.
 
     The callback is installed as `mjcb_control` for all models and threads of the process, and the
     previous callback is restored at the end. Blocks may be nested and may overlap in several
@@ -80,14 +80,15 @@ def magnetism() -> Iterator[None]:
     mujoco.FatalError
         While stepping: two dipoles that act on each other coincide, one leaves the table of a field
         or is below the plane of iron, iron is so close to iron that the moments have no solution,
-        the mark has no words or an unknown one, or what it names is invalid: the `user` numbers of a site are not one finite
-        moment, those of a body not rows of six, or those of a joint not pairs; a joint with a
-        potential is neither slide nor hinge; the tolerance is not one number from 0 to 0.1; the
-        elements of a coupling are not two bodies with equal `prm`; or a number in `userdata` is
-        invalid. MuJoCo pads all lists to the longest in the model with zeros, which are ignored. On
-        the threads of a rollout, nothing can be raised: the positions of the failed run are NaN
-        from there on, and the error is raised at the end of the block. A `Batch` raises a
-        `SimulationError` instead, and keeps the failed states as they were before the call.
+        the mark has no words or an unknown one, or what it names is invalid: the `user` numbers of
+        a site are not one finite moment, those of a body not rows of six, or those of a joint not
+        pairs; a joint with a potential is neither slide nor hinge; the tolerance is not one number
+        from 0 to 0.1; the elements of a coupling are not two bodies with equal `prm`; or a number
+        in `userdata` is invalid. MuJoCo pads all lists to the longest in the model with zeros,
+        which are ignored. On the threads of a rollout, nothing can be raised: the positions of the
+        failed run are NaN from there on, and the error is raised at the end of the block. A `Batch`
+        raises a `SimulationError` instead, and keeps the failed states as they were before the
+        call.
 
     Notes
     -----
