@@ -215,6 +215,7 @@ CALLS: dict[Any, dict[str, Any]] = {
     },
     mm.magnetic_energy: {"model": MODEL, "data": mujoco.MjData(MODEL)},
     mm.describe: {"model": MODEL},
+    mm.check: {"model": MODEL},
     mm.magnet: {"shape": "sphere", "size": 0.01, "remanence": 1.2, "direction": (0, 0, 1)},
     mm.Magnet: {"shape": "cylinder", "size": (0.01, 0.02), "remanence": 1.2, "density": 7e3},
     mm.magnet("cylinder", (0.01, 0.02), grade="N42").dipoles: {"error": 0.1, "gap": 0.02},

@@ -234,7 +234,8 @@ def test_forces_and_torques_in_mujoco_are_those_of_magpylib(shape, size, offset,
         assert 3 < relative(coarse, medium) / relative(medium, fine) < 4.2  # 3.1 to 4.0
         assert relative(fine, true) < 1e-3  # 1.4e-5 to 3.1e-4
     text = magnet.mjcf(error=0.01, gap=5e-3)
-    model = mujoco.MjModel.from_xml_string(f"""<mujoco>{MARK}<worldbody>{text}
+    model = mujoco.MjModel.from_xml_string(f"""<mujoco>{MARK}
+      <option timestep="1e-4"/><worldbody>{text}
       <body pos="{offset[0]} {offset[1]} {offset[2]}" euler="0 {turn} 0"><freejoint/>{text}</body>
     </worldbody></mujoco>""")
     data = mujoco.MjData(model)

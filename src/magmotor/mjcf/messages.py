@@ -330,6 +330,11 @@ def _give_notice(which, number, handler, user, text):
         text[0] = _kept(str(error))
 
 
+def silence(which: int) -> None:
+    """Do not give a notice in the blocks that are open."""
+    _given.value |= 1 << which
+
+
 def _shortened(characters: bytes | None) -> str:
     """Return a name or text so short that MuJoCo does not cut the message."""
     text = (characters or b"").decode(errors="replace")
