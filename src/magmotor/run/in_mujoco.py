@@ -20,8 +20,7 @@ from magmotor.mjcf import parts
 from magmotor.mjcf.hooks import without_stopwatch
 from magmotor.mjcf.langevin.baoab import Baoab
 from magmotor.mjcf.magnetism import magnetism
-from magmotor.mjcf.messages import UNRESOLVED, silence
-from magmotor.mjcf.messages import raise_recorded
+from magmotor.mjcf.messages import UNRESOLVED, raise_recorded, silence
 
 INTEGRATORS = {
     "euler": mujoco.mjtIntegrator.mjINT_EULER,
