@@ -1,8 +1,8 @@
 """A magnet floats below a coil, whose current follows what a magnetometer measures.
 
-No constant current can hold it. The program finds the instability by `mjd_transitionFD`, which knows
-the magnets, computes a controller and a Kalman filter from the same matrices, and lets them hold
-the ball: at set points that jump, and against a push. They know nothing but two noisy sensors.
+No constant current can hold it. The program finds the instability by `mjd_transitionFD`, which
+knows the magnets, computes a controller and a Kalman filter from the same matrices, and lets them
+hold the ball: at set points that jump, and against a push. They know only two noisy sensors.
 """
 
 from collections.abc import Iterator
@@ -228,6 +228,7 @@ def main(
     if not 1.6 <= duration <= 60:
         raise ValueError(f"duration = {duration}: must be between 1.6 and 60 s")
     model = load()
+    mm.describe(model)
     h = model.opt.timestep
     growth = rates(linearize(model)[0], h).real.max()
     distance = model.site("coil").pos[2]

@@ -222,7 +222,7 @@ class LevitationVector(VectorEnv):
         self._batch.forward(which)
         noise, measured = self._noise(which), self._sensordata[which]
         self._observations[which] = self._task.first(measured, noise, target)
-        self._steps[which] = 0
+        self._steps[which], self._over[which] = 0, False
 
     def _noise(self, which: np.ndarray) -> Array:
         return np.array([self._randoms[i].standard_normal(2) for i in which]).reshape(-1, 2)
