@@ -116,7 +116,7 @@ def closed_loop(model: mujoco.MjModel) -> Array:
 
 def rates(step: Array, timestep: float) -> NDArray[np.complex128]:
     """Return the exponents (1/s) at which the solutions grow and swing."""
-    return np.log(np.linalg.eigvals(step).astype(complex)) / timestep
+    return np.log(np.asarray(np.linalg.eigvals(step), np.complex128)) / timestep
 
 
 def hold(model: mujoco.MjModel, duration: float, seed: int = 1) -> xr.Dataset:

@@ -50,9 +50,9 @@ def load(kT: float = KT, drawn: bool = False) -> mujoco.MjModel:
         s = np.linspace(0, TURNS, 16 * TURNS + 1)
         y, z = RADIUS * np.cos(2 * np.pi * s), RADIUS * np.sin(2 * np.pi * s)
         helix = np.stack([PITCH * (s - TURNS / 2), y, z], axis=1)
-        for ends in pairwise(helix):
+        for begin, end in pairwise(helix):
             capsule = mujoco.mjtGeom.mjGEOM_CAPSULE
-            screw.add_geom(type=capsule, fromto=np.concatenate(ends), size=[THICKNESS, 0, 0])
+            screw.add_geom(type=capsule, fromto=[*begin, *end], size=[THICKNESS, 0, 0])
     return spec.compile()
 
 

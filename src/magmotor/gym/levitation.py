@@ -11,11 +11,14 @@ from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from mujoco.batch import Batch
+from numpy.typing import NDArray
 
 from magmotor.common.arrays import Array
 from magmotor.common.checks import check_choice, check_integer, reject
 from magmotor.common.environment import models_folder
 from magmotor.dipoles import PERMEABILITY_OVER_4PI
+
+Flags = NDArray[np.bool_]
 
 LOST = 0.012
 """Height in m, upwards or downwards, at which an episode ends."""
@@ -195,7 +198,7 @@ class LevitationVector(VectorEnv):
         self._begin(np.arange(self.num_envs))
         return self._observations.copy(), {}
 
-    def step(self, actions: Array) -> tuple[Array, Array, Array, Array, dict[str, Any]]:
+    def step(self, actions: Array) -> tuple[Array, Array, Flags, Flags, dict[str, Any]]:
         """Apply actions, shape (num_envs, 1), for 2 ms, or reset where the episode is over."""
         going, over = np.flatnonzero(~self._over), np.flatnonzero(self._over)
         self._batch.ctrl = self._task.control(actions)
