@@ -78,6 +78,8 @@ examples: $(READY)  ## other models, magnetized or warm: out/{magnetic_beads,...
 	@$(PYTHON) examples/magnetic_beads.py
 	@$(PYTHON) examples/magnetic_assembly.py
 	@$(PYTHON) examples/pick_and_place.py
+	@$(PYTHON) examples/levitation.py
+	@$(PYTHON) examples/micro_swimmer.py
 	@$(PYTHON) examples/magnetic_pendulum.py $(ARGS)
 
 models: $(READY)  ## the complete scenes of models/, composed of models/parts/

@@ -16,7 +16,7 @@ from benchmarks.harness.command_line import Parser
 
 TOPICS = (
     "magnetism", "callback", "minimal", "anatomy", "threads", "startup", "fixed_cost", "throughput",
-    "disk_mujoco", "mujoco_baoab", "langevin", "ensemble", "rigid", "sweeps", "many",
+    "disk_mujoco", "mujoco_baoab", "langevin", "ensemble", "rigid", "sweeps", "many", "levitation",
 )  # fmt: skip
 """Modules in the folder speed."""
 

@@ -270,7 +270,8 @@ RECORDS = {
     mm.Waypoint, mm.Recommendation, mm.LayoutError, mm.SimulationStopped, mm.SimulationDiverged,
     mm.PhysicalEvent, mm.SimulationInterrupted, mm.LangevinDiverged,
     mm.observables.CriticalPoint, mm.observables.MotorWells,
-    mm.theory.SmallMotion, mm.render.NoOpenGL, live.StateLost, mm.magnetism, mm.Description, mm.Check,
+    mm.theory.SmallMotion, mm.render.NoOpenGL, live.StateLost, mm.magnetism, mm.Description,
+    mm.Check,
 }  # fmt: skip
 """Callables that store their arguments unchecked, as exceptions do, or take none."""
 

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import mujoco
+import mujoco.batch
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -317,6 +318,130 @@ def test_the_beads_assemble_into_chains_and_rings(example):
     assert abs(kinetic.total - kT) < 5 * kinetic.total_error  # 0.5, of an error of 1.1 %
 
 
+def test_the_levitated_ball_has_the_exponents_of_theory(example):
+    """A falling exponent and its opposite; swings and tilts to the sides; the coil; a free spin.
+
+    The energy of displacements x, z and of a tilt t is W (x^2/d - 2 z^2/d + d t^2/6 + x t/2).
+    """
+    levitation = example("levitation")
+    model = levitation.load()
+    h, d, g = model.opt.timestep, 0.04, 9.81
+    found = levitation.rates(levitation.linearize(model)[0], h)
+    found = found[np.lexsort((found.imag, found.real.round(6)))]
+    leaves = 2 / h * np.arcsinh(h * np.sqrt(g / d))
+    gyration = 0.4 * 0.006**2
+    stiffness = g * np.array([[2 / d, 1 / 2 / gyration**0.5], [0, d / 3 / gyration]])
+    stiffness[1, 0] = stiffness[0, 1]
+    swings = 2 / h * np.arcsin(h / 2 * np.sqrt(np.linalg.eigvalsh(stiffness)))
+    middle = [*-swings[::-1].repeat(2), 0, 0, *swings.repeat(2)]
+    expected = [-200, -leaves, *(1j * np.array(middle)), leaves]
+    assert abs(found - expected).max() < 1e-6  # 8e-8, of up to 200
+
+
+def test_the_controller_makes_the_levitated_ball_stable(example):
+    """All but the swings and the spin, which nothing damps, decay; the matrix is right."""
+    levitation = example("levitation")
+    model = levitation.load()
+    together = levitation.closed_loop(model)
+    exponents = levitation.rates(together, model.opt.timestep)
+    undamped = abs(exponents.real) < 1e-6
+    assert undamped.sum() == 10
+    assert exponents.real[~undamped].max() < -50  # -68.6
+    data, held = mujoco.MjData(model), levitation.Controller(model)
+    current = levitation.holding_current(model, 0.0)
+    data.act[:] = data.ctrl[:] = held.command = current
+    held.state = np.array([0, 0, current])
+    data.qpos[2] = 1e-6
+    state = np.zeros(16)
+    state[2] = 1e-6
+    furthest = errors = 0.0
+    for _ in range(60):
+        mujoco.mj_step(model, data)
+        data.ctrl[:] = held(*data.sensordata[2:], 0.0)
+        state = together @ state
+        errors = max(errors, abs(data.qpos[2] - state[2]))
+        furthest = max(furthest, abs(state[2]))
+    assert errors < 3e-3 * furthest  # 1.2e-4: 1 um is not infinitely small
+    assert abs(state[2]) < 0.01 * furthest
+
+
+def test_the_ball_follows_its_set_points_and_withstands_the_push(example):
+    levitation = example("levitation")
+    path = levitation.hold(levitation.load(), 2.2)
+    height = path.qpos[:, levitation.HEIGHT]
+    for begin, end in ((0.1, 0.3), (0.5, 0.9), (1.1, 1.5), (1.7, 2.2)):
+        late = path.sel(time=slice(begin, end - 1e-3))
+        error = height.sel(time=late.time) - late.target
+        swinging = begin > 1.5
+        assert abs(error).max() < (1e-3 if swinging else 3e-4)  # 0.24 mm, 0.06 mm
+    quiet = slice(0.1, 0.29)
+    assert abs(path.estimate - height).sel(time=quiet).std() < 1e-4  # 1.6e-5
+    assert abs(height).max() < 0.009  # 7.2 mm: it is not lost
+    assert abs(path.qpos[:, 0]).max() > 1e-3  # 1.5 mm: the push is oblique
+
+
+def washboard(tilt, limit, diffusion, nodes=400):
+    """The mean rotation by Stratonovich's double integral."""
+    x = np.arange(nodes)[:, None] * 2 * np.pi / nodes
+    y, weights = np.polynomial.legendre.leggauss(nodes)
+    y = np.pi * (y + 1)
+    exponent = (-tilt * y + limit * (np.cos(x) - np.cos(x - y))) / diffusion
+    integral = 2 * np.pi**2 * np.exp(exponent).mean(axis=0) @ weights
+    return tilt - 2 * np.pi * diffusion * -np.expm1(-2 * np.pi * tilt / diffusion) / integral
+
+
+def test_the_cold_screw_steps_out_at_the_closed_form(example):
+    """In step at 0.995 of mB/resistance; above, turns are lost at the rate of theory."""
+    swimmer = example("micro_swimmer")
+    model = swimmer.load(kT=0.0)
+    limit = swimmer.step_out(model)
+    assert limit == pytest.approx(60 / 8160, rel=1e-15)
+    fractions = np.array([0.5, 0.995, 1.005, 1.01, 1.1])
+    path = swimmer.swim(model, fractions * limit, 800 / limit)
+    found = swimmer.rotation(path) / limit
+    assert found[:2] == pytest.approx(fractions[:2], rel=1e-3)  # 2e-7, 1.2e-4
+    lost = (fractions - found)[2:]
+    steps_out = np.sqrt(fractions[2:] ** 2 - lost**2)
+    assert steps_out == pytest.approx(1, abs=5e-3)  # 5e-4, 5e-5, 1.6e-3: a turn more or less
+    swum = (path.along[-1] / (path.turn[-1] - path.turn[0])).values
+    assert swum == pytest.approx(0.086, rel=3e-4)  # 1.6e-5
+
+
+def test_the_warm_screw_rotates_as_in_a_washboard(example):
+    """Six frequencies, 32 screws each: one in 4000 seeds fails by chance."""
+    swimmer = example("micro_swimmer")
+    model = swimmer.load()
+    limit, diffusion = swimmer.step_out(model), swimmer.KT / 8160
+    fractions = np.array([0.3, 0.8, 0.95, 1.05, 1.2, 1.6])
+    theory = [swimmer.rotation_in_theory(f * limit, limit, diffusion) / limit for f in fractions]
+    integral = [washboard(f * limit, limit, diffusion) / limit for f in fractions]
+    assert theory == pytest.approx(integral, rel=1e-10)  # 5e-12
+    path = swimmer.swim(model, np.repeat(fractions * limit, 32), 150 / limit)
+    each = swimmer.rotation(path).reshape(6, 32) / limit
+    mean, error = each.mean(axis=1), each.std(axis=1, ddof=1) / np.sqrt(32)
+    assert error.max() < 0.02  # 0.013
+    assert abs((mean - theory) / error).max() < 4.5  # 1.2
+    cold = fractions - np.sqrt(np.maximum(fractions**2 - 1, 0))
+    assert abs((mean - cold) / error)[1:4].min() > 4.5
+
+
+def test_the_screw_has_the_temperature_of_the_water(example):
+    """Diffusion without a field, 400 screws: one in 1e5 seeds fails by chance."""
+    swimmer = example("micro_swimmer")
+    model = swimmer.load()
+    model.site("magnet").user[0] = 1e-9
+    found = mm.describe(model)
+    assert "temperature: kT = 4.11 J" in str(found)
+    batch = mujoco.batch.Batch(model, 400)
+    batch.userdata[:, 0], batch.userdata[:, 1] = 5, np.arange(400)
+    batch.step(nstep=200)
+    time = 200 * model.opt.timestep
+    slip = batch.qpos[:, 0] - 0.086 * batch.qpos[:, 1]
+    for spread, resistance in ((batch.qpos[:, 1], 8160), (slip, 40200)):
+        kT = (spread**2).mean() * resistance / (2 * time)
+        assert kT == pytest.approx(4.11, rel=0.32)  # 4.5 standard errors of 7 %: -1.4, 0.4
+
+
 @pytest.mark.parametrize(
     ("name", "few", "numerics"),
     [
@@ -328,6 +453,8 @@ def test_the_beads_assemble_into_chains_and_rings(example):
             {"duration": 0.1, "replicas": 1},
         ),
         ("pick_and_place", {"FRAME_RATE": 0.5}, {}),
+        ("levitation", {"EVERY": 200}, {"duration": 1.6}),
+        ("micro_swimmer", {"FRAMES": 3}, {"duration": 1.0, "replicas": 2}),
     ],
 )
 def test_pictures_and_movies_are_written(
@@ -339,8 +466,8 @@ def test_pictures_and_movies_are_written(
     out, movie = tmp_path / "new" / "picture.png", tmp_path / "other" / "movie.mp4"
     module.main(out=out, movie=movie, **numerics)
     assert capsys.readouterr().out.endswith(f"wrote {out}\nwrote {movie}\n")
-    assert len(colors(out)) > 1000  # 15577, 7605
-    assert movie.stat().st_size > 5000  # 21320, 31540
+    assert len(colors(out)) > 1000  # 15577, 7605, 3144, 4954
+    assert movie.stat().st_size > 5000  # 21320, 31540, 14549, 14952
 
 
 def test_the_picture_has_a_color_per_magnet_and_black_without_one(example):
@@ -367,6 +494,8 @@ def test_a_name_without_a_suffix_becomes_a_png(example, tmp_path, capsys):
         ("thermal_chain", ("--duration", "0.5"), "duration = 0.5: must be between 1 and 3600 s"),
         ("magnetic_beads", ("--replicas", "1"), "replicas = 1: must be between 2 and 10000"),
         ("magnetic_assembly", ("--replicas", "0"), "replicas = 0: must be between 1 and 1000"),
+        ("levitation", ("--duration", "1"), "duration = 1.0: must be between 1.6 and 60 s"),
+        ("micro_swimmer", ("--replicas", "1"), "replicas = 1: must be between 2 and 10000"),
         ("compass_needles", ("--duration", "1"), "duration = 1.0: must be between 2 and 3600 s"),
         (
             "someone_elses_model",
@@ -409,7 +538,9 @@ def test_an_example_runs_as_a_program(tmp_path):
 
 
 def test_the_quotes_of_the_page_are_in_the_examples():
-    files = [path.read_text(encoding="utf-8") for path in EXAMPLES.iterdir() if path.is_file()]
+    paths = [path for path in EXAMPLES.iterdir() if path.is_file()]
+    paths.append(ROOT / "models" / "levitation.xml")
+    files = [path.read_text(encoding="utf-8") for path in paths]
     quoted = re.findall(r"<!-- from examples -->\n```\w+\n(.*?)```", PAGE, re.DOTALL)
     assert len(quoted) == 14
     for excerpt in quoted:
