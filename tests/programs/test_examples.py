@@ -542,7 +542,7 @@ def test_the_quotes_of_the_page_are_in_the_examples():
     paths.append(ROOT / "models" / "levitation.xml")
     files = [path.read_text(encoding="utf-8") for path in paths]
     quoted = re.findall(r"<!-- from examples -->\n```\w+\n(.*?)```", PAGE, re.DOTALL)
-    assert len(quoted) == 14
+    assert len(quoted) == 19
     for excerpt in quoted:
         lines = [line.strip() for line in excerpt.splitlines()]
         assert any("\n".join(lines) in "\n".join(map(str.strip, f.splitlines())) for f in files)

@@ -27,7 +27,7 @@ MODEL_FIELDS = (
     "actuator_ctrllimited", "actuator_ctrlrange", "actuator_delay", "nsensor",
     "sensor_objtype", "sensor_plugin", "sensor_adr", "sensor_objid", "name_geomadr",
     "name_numericadr", "name_sensoradr", "body_invweight0", "body_geomnum", "body_geomadr",
-    "geom_rbound",
+    "body_rootid", "geom_rbound",
 )  # fmt: skip
 OPTION_FIELDS = ("timestep", "integrator", "disableflags", "enableflags")
 DATA_FIELDS = (
@@ -36,7 +36,7 @@ DATA_FIELDS = (
     "body_awake", "plugin_data", "M", "qLD", "cdof", "subtree_com", "geom_xpos", "ten_J",
     "actuator_moment", "moment_rownnz", "moment_rowadr", "moment_colind", "qfrc_actuator",
     "nefc", "efc_J", "efc_pos", "efc_margin", "efc_KBIP", "efc_D", "geom_xmat", "xpos", "ctrl",
-    "act", "sensordata",
+    "act", "sensordata", "cvel",
 )  # fmt: skip
 
 _SCALARS = {
@@ -164,6 +164,7 @@ class Layout(NamedTuple):
     body_invweight0: int
     body_geomnum: int
     body_geomadr: int
+    body_rootid: int
     geom_rbound: int
     timestep: int
     integrator: int
@@ -206,6 +207,7 @@ class Layout(NamedTuple):
     ctrl: int
     act: int
     sensordata: int
+    cvel: int
 
 
 @cache

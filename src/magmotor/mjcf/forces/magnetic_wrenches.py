@@ -76,7 +76,7 @@ def _set_wrenches(state, m, d, offsets, applied):
         more, error = _add_image_wrenches(state, center, applied)
         acting += more
     if error[0] < 0:
-        error = -1, unresolved_body(table, magnets, m, offsets, applied), -1
+        error = -1, unresolved_body(table, magnets, m, d, offsets, applied), -1
     return acting, error
 
 
