@@ -16,7 +16,8 @@ from benchmarks.harness.command_line import Parser
 
 TOPICS = (
     "magnetism", "callback", "minimal", "anatomy", "threads", "startup", "fixed_cost", "throughput",
-    "disk_mujoco", "mujoco_baoab", "langevin", "ensemble", "rigid", "sweeps", "many", "levitation",
+    "disk_mujoco", "mujoco_baoab", "langevin", "ensemble", "rigid", "sweeps", "many", "fields",
+    "levitation",
 )  # fmt: skip
 """Modules in the folder speed."""
 

@@ -12,6 +12,7 @@ from magmotor.dipoles import COINCIDENCE_SQUARED
 from magmotor.mjcf import memory
 from magmotor.mjcf.errors import BEHIND, COINCIDENCE, NO_ERROR, OUTSIDE
 from magmotor.mjcf.forces.couplings import coupling_factor
+from magmotor.mjcf.forces.custom import numbers_of
 from magmotor.mjcf.forces.dipole_table import (
     BODY,
     ELEMENT,
@@ -23,13 +24,14 @@ from magmotor.mjcf.forces.dipole_table import (
     sum_over_table,
 )
 from magmotor.mjcf.forces.dipole_wrenches import add_dipole_wrenches, add_wrench
-from magmotor.mjcf.forces.fields import NAME, OWNER, field_and_gradient
+from magmotor.mjcf.forces.fields import NAME, OWNER, UNIFORM, field_and_gradient
 from magmotor.mjcf.forces.magnetic_state import read_state
 from magmotor.mjcf.forces.mirror import add_image, height_above, mirrored
 from magmotor.mjcf.forces.resolution import unresolved_body
 from magmotor.mjcf.forces.tolerance import tolerance_of
 
 NOTHING = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, False)
+NO_FIELD = (0.0,) * 12
 
 
 @njit(forceinline=True)
@@ -97,10 +99,19 @@ def _add_field_wrenches(state, m, offsets, center, applied):
         row = state.fields[number]
         owner = int(row[OWNER])
         reacts = _moves(owner, m, offsets)
+        uniform = len(numbers_of(int(row[NAME]), m, offsets)) == UNIFORM
+        everywhere = field_and_gradient(row, 0.0, 0.0, 0.0, m, offsets) if uniform else NO_FIELD
         for k in range(state.magnets.number):
             body, first = int(table[BODY, k]), int(table[FIRST, k])
             moves = table[MOVES, k] > 0.0
             if weld_of[body] == weld_of[owner] or not (moves or reacts):
+                continue
+            acting += 1
+            if uniform:
+                turn = _turn(table, k, everywhere)
+                for axis in range(3):
+                    applied[body, 3 + axis] += turn[axis] if moves else 0.0
+                    applied[owner, 3 + axis] -= turn[axis] if reacts else 0.0
                 continue
             for i in range(first, first + int(table[SIZE, k])):
                 target = dipole(table, i)
@@ -116,8 +127,18 @@ def _add_field_wrenches(state, m, offsets, center, applied):
                     add_wrench(body, 1.0, target, total, center, applied)
                 if reacts:
                     add_wrench(owner, -1.0, target, total, center, applied)
-            acting += 1
     return acting, NO_ERROR
+
+
+@njit
+def _turn(table, k, field):
+    """Return the torque of a uniform field on a magnet."""
+    first = int(table[FIRST, k])
+    x = y = z = 0.0
+    for i in range(first, first + int(table[SIZE, k])):
+        x, y, z = x + table[3, i], y + table[4, i], z + table[5, i]
+    bx, by, bz = field[0], field[1], field[2]
+    return y * bz - z * by, z * bx - x * bz, x * by - y * bx
 
 
 @njit
