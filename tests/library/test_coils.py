@@ -156,6 +156,20 @@ def test_finite_differences_of_mujoco_see_the_drive(actuator, integrator, extens
     assert abs(driven[: model.nv]).max() > 1e-5
 
 
+@BOTH
+@pytest.mark.parametrize("control", [math.nan, math.inf, 1e11])
+def test_a_bad_control_counts_as_zero(control, extension):
+    """As for all of MuJoCo's actuators; MuJoCo warns of it."""
+    model = coil(extension=extension)
+    data, other = mujoco.MjData(model), mujoco.MjData(model)
+    data.ctrl[0] = control
+    with mm.magnetism():
+        mujoco.mj_step(model, data)
+        mujoco.mj_step(model, other)
+    np.testing.assert_array_equal(data.qvel, other.qvel)
+    assert data.time > 0
+
+
 def test_derivatives_do_not_depend_on_the_hook():
     found = []
     for extension in ("", PLUGIN):

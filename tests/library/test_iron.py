@@ -236,6 +236,10 @@ BAD = {
         {"bodies": PLANE.format("piece") + free('size="1"', "0 0 -1", "b"), "pieces": "piece b"},
         "iron geom 1 'b' is below the plane of iron",
     ),
+    "below, fixed": (
+        {"bodies": PLANE.format("piece") + '<site pos="0 0 -1" user="1"/>'},
+        "dipole site 0 '' is below the plane of iron",
+    ),
     "merged": (
         {"bodies": free('size="1"') + '<site user="1"/>'},
         "iron geom 0 'piece' has its center at a dipole",
@@ -263,3 +267,16 @@ def test_couplings_do_not_apply_to_iron():
     ).replace("</custom>", coupling)  # fmt: skip
     with pytest.raises(ValueError, match="iron geom 0 'piece' belongs to a body of coupling tuple"):
         mm.describe(mujoco.MjModel.from_xml_string(text))
+
+
+def test_too_little_memory_is_an_error():
+    """Not a crash: MuJoCo's stack is too small for the pieces."""
+    names = [f"g{k}" for k in range(300)]
+    bodies = "".join(f'<geom name="g{k}" size="0.01" pos="{k} 0 0"/>' for k in range(300))
+    pieces = "".join(f'<element objtype="geom" objname="{name}"/>' for name in names)
+    text = MODEL.format(bodies=bodies, field="0 0 1", material="1", pieces=pieces)
+    model = mujoco.MjModel.from_xml_string(text.replace("<option", '<size memory="70K"/><option'))
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    with pytest.raises(ValueError, match=r"size memory of the model = .*: must be larger by about"):
+        mm.magnetic_energy(model, data)

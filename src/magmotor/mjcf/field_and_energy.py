@@ -20,7 +20,12 @@ from magmotor.mjcf.errors import BEHIND, COINCIDENCE, OUTSIDE
 from magmotor.mjcf.forces import coils
 from magmotor.mjcf.forces.dipole_table import BODY, FIRST, SIZE
 from magmotor.mjcf.forces.magnetic_energy import energy_of
-from magmotor.mjcf.forces.magnetic_state import field_at, misplaced_dipole, read_state
+from magmotor.mjcf.forces.magnetic_state import (
+    field_at,
+    misplaced_dipole,
+    read_state,
+    stack_bytes,
+)
 from magmotor.mjcf.forces.magnetic_wrenches import find_coincidence
 from magmotor.mjcf.forces.marks import COUPLINGS, forces_of
 from magmotor.mjcf.hooks import errors_raised
@@ -126,6 +131,9 @@ def _observed(
     if (len(data.site_xpos), len(data.geom_xpos)) != (model.nsite, model.ngeom):
         raise reject("number of sites of data", len(data.site_xpos), f"must be {model.nsite}")
     acting_forces(model)
+    if (needed := stack_bytes(model)) > data.narena - data.parena - data.pstack:
+        sentence = f"must be larger by about {needed} bytes, for the dipoles"
+        raise reject("size memory of the model", data.narena, sentence)
     coils.bind()
     observe = _observe(layout.current())
     try:

@@ -31,6 +31,9 @@ COIL = tuple(b"coil")
 DISABLE_CLAMP, DISABLE_ACTUATION = 1 << 8, 1 << 11
 """mjDSBL_CLAMPCTRL and mjDSBL_ACTUATION."""
 
+LARGEST = 1e10
+"""mjMAXVAL, the largest control that is not bad."""
+
 MULTIPLIER = np.uint64(0x9E3779B97F4A7C15)
 """Odd number that spreads bits: 2^64 over the golden ratio."""
 
@@ -63,6 +66,8 @@ def _control(actuator, clamp, m, d, offsets):
     """Return an actuator's control, clamped to its range."""
     i = memory.integers(m[offsets.actuator_ctrladr // 8], memory.UNBOUNDED)[actuator]
     u = memory.numbers(d[offsets.ctrl // 8], 1, memory.UNBOUNDED)[0, i]
+    if not abs(u) <= LARGEST:  # MuJoCo, too, takes a bad control for 0
+        u = 0.0
     if clamp and memory.bytes_at(m[offsets.actuator_ctrllimited // 8], memory.UNBOUNDED)[i]:
         limits = memory.numbers(m[offsets.actuator_ctrlrange // 8], memory.UNBOUNDED, 2)
         u = min(max(u, limits[i, 0]), limits[i, 1])

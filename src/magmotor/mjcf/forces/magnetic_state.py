@@ -132,9 +132,9 @@ def read_state(m, d, offsets, kinds):
     if driven > 0:
         read_drives(drives, m, d, offsets)
     magnets = gather(table, boundary, nsite, drives, couplings, pieces, m, d, offsets)
-    error = NO_ERROR
+    error = _dipole_behind(table, magnets, mirror)
     state = MagneticState(table, magnets, couplings, fields, iron, pieces, mirror, error)
-    if len(pieces) > 0:
+    if len(pieces) > 0 and error[0] < 0:
         error = _magnetize(state, m, d, offsets)
         state = MagneticState(table, magnets, couplings, fields, iron, pieces, mirror, error)
     return state
@@ -168,14 +168,22 @@ def _magnetize(state, m, d, offsets):
 
 
 @njit
+def _dipole_behind(table, magnets, mirror):
+    """Return an error if a dipole is below the plane of iron."""
+    for k in range(magnets.number if mirror[0] != 0.0 else 0):
+        for i in range(int(table[FIRST, k]), int(table[FIRST, k] + table[SIZE, k])):
+            if height_above(mirror, table[0, i], table[1, i], table[2, i]) <= 0.0:
+                return BEHIND, int(table[ELEMENT, i]), -1
+    return NO_ERROR
+
+
+@njit
 def misplaced_dipole(state, m, offsets):
-    """Return an error if a dipole is outside the table of a field or below the plane of iron."""
+    """Return an error if a dipole is outside the table of a field."""
     table = state.table
     for k in range(state.magnets.number):
         for i in range(int(table[FIRST, k]), int(table[FIRST, k] + table[SIZE, k])):
             x, y, z = table[0, i], table[1, i], table[2, i]
-            if state.mirror[0] != 0.0 and height_above(state.mirror, x, y, z) <= 0.0:
-                return BEHIND, int(table[ELEMENT, i]), -1
             for number in range(len(state.fields)):
                 row = state.fields[number]
                 f = field_and_gradient(row, x, y, z, m, offsets)

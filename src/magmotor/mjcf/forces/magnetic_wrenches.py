@@ -10,7 +10,7 @@ from numba import njit
 
 from magmotor.dipoles import COINCIDENCE_SQUARED
 from magmotor.mjcf import memory
-from magmotor.mjcf.errors import BEHIND, COINCIDENCE, NO_ERROR, OUTSIDE
+from magmotor.mjcf.errors import COINCIDENCE, NO_ERROR, OUTSIDE
 from magmotor.mjcf.forces.couplings import coupling_factor
 from magmotor.mjcf.forces.custom import numbers_of
 from magmotor.mjcf.forces.dipole_table import (
@@ -26,7 +26,7 @@ from magmotor.mjcf.forces.dipole_table import (
 from magmotor.mjcf.forces.dipole_wrenches import add_dipole_wrenches, add_wrench
 from magmotor.mjcf.forces.fields import NAME, OWNER, UNIFORM, field_and_gradient
 from magmotor.mjcf.forces.magnetic_state import read_state
-from magmotor.mjcf.forces.mirror import add_image, height_above, mirrored
+from magmotor.mjcf.forces.mirror import add_image, mirrored
 from magmotor.mjcf.forces.resolution import unresolved_body
 from magmotor.mjcf.forces.tolerance import tolerance_of
 
@@ -75,8 +75,7 @@ def _set_wrenches(state, m, d, offsets, applied):
         more, error = _add_field_wrenches(state, m, offsets, center, applied)
         acting += more
     if error[0] < 0 and state.mirror[0] != 0.0:
-        more, error = _add_image_wrenches(state, center, applied)
-        acting += more
+        acting += _add_image_wrenches(state, center, applied)
     if error[0] < 0:
         error = -1, unresolved_body(table, magnets, m, d, offsets, applied), -1
     return acting, error
@@ -151,13 +150,11 @@ def _add_image_wrenches(state, center, applied):
             first = int(table[FIRST, k])
             for i in range(first, first + int(table[SIZE, k])):
                 target = dipole(table, i)
-                if height_above(mirror, target[0], target[1], target[2]) <= 0.0:
-                    return acting, (BEHIND, int(table[ELEMENT, i]), -1)
                 there = sum_over_table(mirrored(mirror, target), table, magnets.end, magnets)
                 total = add_image(NOTHING, there, mirror)
                 add_wrench(int(table[BODY, k]), 1.0, target, total, center, applied)
             acting += 1
-    return acting, NO_ERROR
+    return acting
 
 
 @njit
