@@ -116,8 +116,8 @@ def closed_loop(model: mujoco.MjModel) -> Array:
 
 def rates(step: Array, timestep: float) -> NDArray[np.complex128]:
     """Return the exponents (1/s) at which the solutions grow and swing."""
-    values: NDArray[np.complex128] = np.linalg.eigvals(step).astype(np.complex128)
-    return (np.log(values) / timestep).astype(np.complex128)
+    found = np.log(np.linalg.eigvals(step).astype(complex)) / timestep
+    return np.asarray(found, np.complex128)
 
 
 def hold(model: mujoco.MjModel, duration: float, seed: int = 1) -> xr.Dataset:

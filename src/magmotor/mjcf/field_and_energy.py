@@ -16,6 +16,7 @@ from magmotor.common.hints import Points
 from magmotor.dipoles import COINCIDENCE as CLOSEST
 from magmotor.mjcf import layout, memory
 from magmotor.mjcf.callbacks import acting_forces, report
+from magmotor.mjcf.declared import tuples
 from magmotor.mjcf.errors import BEHIND, COINCIDENCE, OUTSIDE
 from magmotor.mjcf.forces import coils
 from magmotor.mjcf.forces.dipole_table import BODY, FIRST, SIZE
@@ -198,18 +199,17 @@ def _observe(checksum: int, offsets: layout.Layout):
 def coupling_factors(model: mujoco.MjModel):
     """The function that says how strongly the dipoles of two bodies act on one another."""
     factors: dict[frozenset[int], float] = {}
-    for k in range(model.ntuple if acting_forces(model) & COUPLINGS else 0):
-        if model.tuple(k).name.startswith("coupling"):
-            first = model.tuple_adr[k]
-            pair = frozenset(model.tuple_objid[first : first + 2].tolist())
-            factors[pair] = factors.get(pair, 1.0) * float(model.tuple_objprm[first])
+    couplings = tuples(model, "coupling") if acting_forces(model) & COUPLINGS else ()
+    for _, ((_, body, factor), (_, other, _)) in couplings:
+        pair = frozenset({body, other})
+        factors[pair] = factors.get(pair, 1.0) * factor
 
     weld = model.body_weldid.tolist()
     moves = (model.body_dofnum[model.body_weldid] > 0).tolist()
 
-    def factor(body: int, other: int) -> float:
+    def factor_of(body: int, other: int) -> float:
         if weld[body] == weld[other] or not (moves[body] or moves[other]):
             return 0.0
         return factors.get(frozenset({body, other}), 1.0) if factors else 1.0
 
-    return factor
+    return factor_of

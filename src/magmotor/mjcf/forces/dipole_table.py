@@ -17,6 +17,7 @@ from magmotor.dipoles import sum_over_sources
 from magmotor.mjcf import memory
 from magmotor.mjcf.forces.couplings import is_coupled
 from magmotor.mjcf.forces.iron import PIECE
+from magmotor.mjcf.forces.mirror import add_image, mirrored
 from magmotor.numerics.simd import COUNT
 
 LABEL = 6
@@ -175,3 +176,12 @@ def sum_over_table(target, table, end, magnets):
             total[4] + more[4], total[5] + more[5], total[6] or more[6],
         )  # fmt: skip
     return total
+
+
+@njit
+def add_images(total, target, table, end, magnets, mirror):
+    """Add the force and the field of the images of the same sources, if there is a mirror."""
+    if mirror[0] == 0.0:
+        return total
+    there = sum_over_table(mirrored(mirror, target), table, end, magnets)
+    return add_image(total, there, mirror)

@@ -55,11 +55,7 @@ def magnetize_pieces(iron, pieces, mirror, d, offsets) -> tuple[int, int]:
     for _ in range(MOST_SWEEPS):
         change = largest = 0.0
         for i in range(count):
-            target = (iron[0, i], iron[1, i], iron[2, i], 0.0, 0.0, 0.0)
-            total = sum_over_sources(target, iron[6, i], iron, count)
-            if mirror[0] != 0.0:
-                there = sum_over_sources(mirrored(mirror, target), NOBODY, iron, count)
-                total = add_image(total, there, mirror)
+            total = _field_of_others(iron, i, count, mirror)
             if total[6]:
                 return COINCIDENT, i
             row = pieces[i]
@@ -80,6 +76,17 @@ def magnetize_pieces(iron, pieces, mirror, d, offsets) -> tuple[int, int]:
         if change <= TOLERANCE * TOLERANCE * largest:
             return FINE, -1
     return UNSTABLE, worst
+
+
+@njit
+def _field_of_others(iron, i, count, mirror):
+    """Sum the field of all other pieces, and of all images, at piece i."""
+    target = (iron[0, i], iron[1, i], iron[2, i], 0.0, 0.0, 0.0)
+    total = sum_over_sources(target, iron[6, i], iron, count)
+    if mirror[0] != 0.0:
+        there = sum_over_sources(mirrored(mirror, target), NOBODY, iron, count)
+        total = add_image(total, there, mirror)
+    return total
 
 
 @njit
@@ -107,12 +114,7 @@ def iron_energy(iron, pieces, mirror):
     count = len(pieces)
     energy = 0.0
     for i in range(count):
-        target = (iron[0, i], iron[1, i], iron[2, i], 0.0, 0.0, 0.0)
-        total = sum_over_sources(target, iron[6, i], iron, count)
-        if mirror[0] != 0.0:
-            there = sum_over_sources(mirrored(mirror, target), NOBODY, iron, count)
-            total = add_image(total, there, mirror)
-        field = total[3:6]
+        field = _field_of_others(iron, i, count, mirror)[3:6]
         energy += pieces[i, ENERGY]
         for k in range(3):
             energy -= iron[3 + k, i] * (pieces[i, OUTER + k] + 0.5 * field[k])

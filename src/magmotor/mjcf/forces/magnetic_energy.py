@@ -16,14 +16,12 @@ from magmotor.mjcf.forces.dipole_table import (
     LABEL,
     MOVES,
     SIZE,
+    add_images,
     dipole,
-    sum_over_table,
 )
 from magmotor.mjcf.forces.fields import OWNER, field_and_gradient
 from magmotor.mjcf.forces.induction import iron_energy
-from magmotor.mjcf.forces.mirror import add_image, mirrored
-
-NOTHING = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, False)
+from magmotor.mjcf.forces.mirror import NOTHING
 
 
 @njit
@@ -44,10 +42,8 @@ def energy_of(state, m, offsets):
             energy += _energy_of_pair(state, k, other)
         for i in range(first, last):
             target = dipole(table, i)
-            if state.mirror[0] != 0.0:
-                there = sum_over_table(mirrored(state.mirror, target), table, magnets.iron, magnets)
-                field = add_image(NOTHING, there, state.mirror)[3:6]
-                energy -= 0.5 * _product(target, field)
+            images = add_images(NOTHING, target, table, magnets.iron, magnets, state.mirror)
+            energy -= 0.5 * _product(target, images[3:6])
             for number in range(len(state.fields)):
                 row = state.fields[number]
                 if weld_of[int(row[OWNER])] != table[LABEL, i]:

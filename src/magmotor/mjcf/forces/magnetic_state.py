@@ -21,6 +21,7 @@ from magmotor.mjcf.forces.dipole_table import (
     ROWS,
     SIZE,
     Magnets,
+    add_images,
     gather,
     padded,
     sum_over_table,
@@ -30,7 +31,7 @@ from magmotor.mjcf.forces.fields import NAME, field_and_gradient, read_fields
 from magmotor.mjcf.forces.induction import COINCIDENT, FINE, magnetize_pieces
 from magmotor.mjcf.forces.iron import COLUMNS, OUTER, count_pieces, read_pieces
 from magmotor.mjcf.forces.marks import COILS, COUPLINGS, DIPOLES, FIELDS, IRON, forces_of
-from magmotor.mjcf.forces.mirror import NO_MIRROR, add_image, height_above, mirrored
+from magmotor.mjcf.forces.mirror import NO_MIRROR, height_above
 from magmotor.numerics.numba_cache import compiled_once
 
 ALIGNMENT = 1024
@@ -201,11 +202,9 @@ def field_at(state, end, x, y, z, m, offsets):
     """
     target = (x, y, z, 0.0, 0.0, 0.0)
     total = sum_over_table(target, state.table, end, state.magnets)
-    if state.mirror[0] != 0.0:
-        if height_above(state.mirror, x, y, z) <= 0.0:
-            return total, BEHIND, -1
-        there = sum_over_table(mirrored(state.mirror, target), state.table, end, state.magnets)
-        total = add_image(total, there, state.mirror)
+    if state.mirror[0] != 0.0 and height_above(state.mirror, x, y, z) <= 0.0:
+        return total, BEHIND, -1
+    total = add_images(total, target, state.table, end, state.magnets, state.mirror)
     bx, by, bz = total[3], total[4], total[5]
     for i in range(len(state.fields)):
         f = field_and_gradient(state.fields[i], x, y, z, m, offsets)

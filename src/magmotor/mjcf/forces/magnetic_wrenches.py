@@ -20,17 +20,16 @@ from magmotor.mjcf.forces.dipole_table import (
     LABEL,
     MOVES,
     SIZE,
+    add_images,
     dipole,
-    sum_over_table,
 )
 from magmotor.mjcf.forces.dipole_wrenches import add_dipole_wrenches, add_wrench
 from magmotor.mjcf.forces.fields import NAME, OWNER, UNIFORM, field_and_gradient
 from magmotor.mjcf.forces.magnetic_state import read_state
-from magmotor.mjcf.forces.mirror import add_image, mirrored
+from magmotor.mjcf.forces.mirror import NOTHING
 from magmotor.mjcf.forces.resolution import unresolved_body
 from magmotor.mjcf.forces.tolerance import tolerance_of
 
-NOTHING = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, False)
 NO_FIELD = (0.0,) * 12
 
 
@@ -150,8 +149,7 @@ def _add_image_wrenches(state, center, applied):
             first = int(table[FIRST, k])
             for i in range(first, first + int(table[SIZE, k])):
                 target = dipole(table, i)
-                there = sum_over_table(mirrored(mirror, target), table, magnets.end, magnets)
-                total = add_image(NOTHING, there, mirror)
+                total = add_images(NOTHING, target, table, magnets.end, magnets, mirror)
                 add_wrench(int(table[BODY, k]), 1.0, target, total, center, applied)
             acting += 1
     return acting

@@ -13,6 +13,9 @@ from numba import njit
 
 from magmotor.mjcf import memory
 
+NOTHING = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, False)
+"""A sum over no sources, as of `magmotor.dipoles.sum_over_sources`."""
+
 NO_MIRROR = (0.0, 0.0, 0.0, 0.0, 0.0)
 """The strength k of the images, the normal, and the height of the plane along it."""
 
