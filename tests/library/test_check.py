@@ -2,7 +2,6 @@
 
 import itertools
 import re
-import warnings
 
 import mujoco
 import numpy as np
@@ -15,7 +14,7 @@ from magmotor.mjcf.checking.depth import depth_and_normal
 from magmotor.mjcf.checking.frequencies import frequencies
 from magmotor.mjcf.checking.reach import reach
 
-pytestmark = pytest.mark.filterwarnings("ignore:within one timestep, magnetism moves:UserWarning")
+pytestmark = pytest.mark.filterwarnings("ignore:within one timestep, magnetism moved:UserWarning")
 
 MU0 = 4e-7 * np.pi
 NEODYMIUM, STRONGEST = 7500.0, 1.45
@@ -672,52 +671,3 @@ ONE_JOINT = "<mujoco><worldbody><body><joint/><geom size='1'/></body></worldbody
 def test_the_data_of_another_model_are_rejected():
     with pytest.raises(ValueError, match=r"shape of data.qpos = \(1,\): must be \(14,\)"):
         mm.check(pair(), mujoco.MjData(mujoco.MjModel.from_xml_string(ONE_JOINT)))
-
-
-PLUGIN = """<extension><plugin plugin="magmotor.forces"><instance name="magnets">
-  <config key="act" value="dipoles"/></instance></plugin></extension><option"""
-
-
-def warnings_of(models, duration):
-    """What is said while several models run in turns."""
-    data = [mujoco.MjData(model) for model in models]
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        for _ in range(int(duration / models[0].opt.timestep)):
-            for model, each in zip(models, data, strict=True):
-                mujoco.mj_step(model, each)
-    return [str(warning.message) for warning in caught]
-
-
-def test_a_run_warns_once_of_what_its_timestep_does_not_resolve():
-    model = pair(gap=0.01)
-    for _ in range(2):
-        with mm.magnetism():
-            (message,) = warnings_of([model, pair(gap=0.01)], 0.3)
-        assert message.startswith("within one timestep, magnetism moves body 1 from rest by more")
-        assert "mm.check(model) proposes" in message
-    mm.check(model, fix=True)
-    with mm.magnetism():
-        assert warnings_of([model], 0.05) == []
-
-
-def test_the_plugin_warns_once_for_a_compiled_model():
-    text = MODEL.replace("<option", PLUGIN, 1).format(
-        option="", contact="",
-        bodies=magnet("left", 0, 5e-3, remanence=1, density=7500)
-        + magnet("right", 0.02, 5e-3, remanence=1, density=7500),
-    )  # fmt: skip
-    models = [mujoco.MjModel.from_xml_string(text) for _ in range(2)]
-    for model in models:
-        (message,) = warnings_of([model, model], 0.3)
-        assert message.startswith("within one timestep, magnetism moves body 1 from rest by more")
-    assert warnings_of(models[1:], 0.3) == []
-
-
-@pytest.mark.parametrize(("product", "count"), [(1.9, 0), (2.1, 1)])
-def test_a_ball_that_turns_too_fast_is_reported(product, count):
-    """It starts at 90 degrees from the field, where the torque is m B."""
-    model = iron(gap=1.0, moment=0.6, custom='<numeric name="field" data="0.5 0 0"/>')
-    model.opt.timestep = product / np.sqrt(0.3 * model.body_invweight0[1, 1])
-    with mm.magnetism():
-        assert len(warnings_of([model], 300 * model.opt.timestep)) == count

@@ -16,7 +16,7 @@ from numba import njit, types
 
 import magmotor_plugin
 from magmotor.mjcf import errors, layout, memory, messages
-from magmotor.mjcf.forces import clusters, coils, tiles
+from magmotor.mjcf.forces import clusters, coils, resolution, tiles
 from magmotor.mjcf.forces.brownian_wrenches import (
     add_brownian_wrenches,
     clear_driven_bodies,
@@ -150,6 +150,7 @@ def _prepare(checksum: int, offsets: layout.Layout):
 def _bind() -> None:
     messages.bind()
     coils.bind()
+    resolution.bind()
     tiles.bind()
     clusters.bind()
     memory.bind_mujoco("mj_applyFT", "mj_passive", "mj_warning")
@@ -187,7 +188,7 @@ def _callback(checksum: int, offsets: layout.Layout):
         elif acting > 0:
             messages.remember_acting(model)
             if error[1] >= 0 and not in_later_stage(model, data, offsets):
-                _notice_once(messages.UNRESOLVED, error[1])
+                _warn_of_motion(error[2], error[1])
             if kinds & UNMARKED:
                 _notice_once(messages.ASSUMED, count_dipoles(m, offsets))
         elif not messages.has_acted(model):
@@ -211,7 +212,7 @@ def _init(checksum: int, offsets: layout.Layout):
             return FAILED
         if data != 0:
             _keep(m, data, offsets, instance)
-        messages.forget(messages.UNRESOLVED, model)
+        messages.forget(messages.OF_RUNS, model)
         disabled = memory.integers(model + offsets.disableflags, 1)[0]
         if disabled & DISABLE_SPRING and disabled & DISABLE_DAMPER:
             messages.notice(messages.NO_PASSIVE_FORCES, 0)
@@ -274,7 +275,7 @@ def _compute(checksum: int, offsets: layout.Layout):
                 _apply_wrench(model, data, wrench, wrench + 24, center, body, passive)
         memory.free_stack(stack)
         if error[1] >= 0 and not stage:
-            _notice_once(messages.UNRESOLVED, error[1])
+            _warn_of_motion(error[2], error[1])
 
     return compute
 
@@ -316,7 +317,7 @@ def _measure(checksum: int, offsets: layout.Layout):
 def apply_forces(model, data, offsets, kinds, applied, generalized):
     """Compute all forces except noise; return how many act, and an error for `report`.
 
-    Without an error, its second number is a body whose motion the timestep does not resolve, or -1.
+    Without an error, its other numbers are those of `unresolved_body`.
     `model` and `data` are the addresses of mjModel and mjData, `offsets` is their layout, and
     `kinds` are the bits of `forces_of`. The wrenches overwrite those of the bodies on which any
     act, in `applied` (nbody, 6); forces on joints are added to `generalized` (nv,).
@@ -485,6 +486,13 @@ def _mark_failed(model, data, offsets, later_stage):
         positions = memory.numbers(d[offsets.qpos // 8], 1, m[offsets.nq // 8])
         positions[:] = math.nan
     _warn(data, BAD_POSITION, 0)  # ends the rollout, whose next step would reset the state
+
+
+@njit
+def _warn_of_motion(kind, body):
+    """Report one body whose motion a run does not resolve, and no others of this run."""
+    if messages.notices_given() & messages.OF_RUNS == 0:
+        messages.notice(messages.UNRESOLVED + kind, body)
 
 
 @njit

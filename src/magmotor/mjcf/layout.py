@@ -14,6 +14,7 @@ from mujoco.introspect import ast_nodes
 from mujoco.introspect.structs import STRUCTS
 
 import magmotor_plugin
+from magmotor.numerics.constants import constant_in_code
 
 MODEL_FIELDS = (
     "nq", "nv", "nbody", "njnt", "nsite", "ntuple", "nuser_body", "nuser_jnt",
@@ -27,7 +28,7 @@ MODEL_FIELDS = (
     "actuator_ctrllimited", "actuator_ctrlrange", "actuator_delay", "nsensor",
     "sensor_objtype", "sensor_plugin", "sensor_adr", "sensor_objid", "name_geomadr",
     "name_numericadr", "name_sensoradr", "body_invweight0", "body_geomnum", "body_geomadr",
-    "body_rootid", "geom_rbound",
+    "body_rootid", "geom_rbound", "body_mass", "body_inertia", "geom_aabb",
 )  # fmt: skip
 OPTION_FIELDS = ("timestep", "integrator", "disableflags", "enableflags")
 DATA_FIELDS = (
@@ -36,7 +37,7 @@ DATA_FIELDS = (
     "body_awake", "plugin_data", "M", "qLD", "cdof", "subtree_com", "geom_xpos", "ten_J",
     "actuator_moment", "moment_rownnz", "moment_rowadr", "moment_colind", "qfrc_actuator",
     "nefc", "efc_J", "efc_pos", "efc_margin", "efc_KBIP", "efc_D", "geom_xmat", "xpos", "ctrl",
-    "act", "sensordata", "cvel",
+    "act", "sensordata", "cvel", "ximat", "ncon",
 )  # fmt: skip
 
 _SCALARS = {
@@ -75,6 +76,7 @@ _PROBE = """
   </custom>
   <worldbody>
     <site name="fixed" user="2"/>
+    <geom size="1" pos="0 0 1.5"/>
     <body>
       <freejoint/>
       <geom size="1"/>
@@ -98,8 +100,9 @@ class LayoutError(RuntimeError):
     """The layout of MuJoCo's structs differs from MuJoCo's own declarations."""
 
 
+@constant_in_code
 class Layout(NamedTuple):
-    """Byte offsets of fields in mjModel, including its options, and in mjData."""
+    """Byte offsets of fields in mjModel, including its options, in mjData, and in a contact."""
 
     nq: int
     nv: int
@@ -166,6 +169,9 @@ class Layout(NamedTuple):
     body_geomadr: int
     body_rootid: int
     geom_rbound: int
+    body_mass: int
+    body_inertia: int
+    geom_aabb: int
     timestep: int
     integrator: int
     disableflags: int
@@ -208,6 +214,12 @@ class Layout(NamedTuple):
     act: int
     sensordata: int
     cvel: int
+    ximat: int
+    ncon: int
+    contact: int
+    contact_size: int
+    contact_dist: int
+    contact_geom: int
 
 
 @cache
@@ -224,7 +236,10 @@ def current() -> Layout:
         offsets = {name: getattr(model, name).offset for name in MODEL_FIELDS}
         start = getattr(model, "opt").offset  # noqa: B009 - pyright knows no such attribute
         offsets |= {name: start + getattr(option, name).offset for name in OPTION_FIELDS}
-        offsets |= {name: getattr(data, name).offset for name in DATA_FIELDS}
+        offsets |= {name: getattr(data, name).offset for name in (*DATA_FIELDS, "contact")}
+        contact = _structure("mjContact")
+        offsets["contact_size"] = ctypes.sizeof(contact)
+        offsets |= {f"contact_{name}": getattr(contact, name).offset for name in ("dist", "geom")}
     except (KeyError, AttributeError) as missing:
         raise LayoutError(
             f"MuJoCo {mujoco.__version__} does not declare {missing}: this version is not supported"
@@ -267,12 +282,17 @@ def verify(layout: Layout) -> None:
             elif isinstance(expected, float):
                 agrees = _read(ctypes.c_double, address) == expected
             else:
-                short = fields is OPTION_FIELDS or name == "nefc"
+                short = fields is OPTION_FIELDS or name in ("nefc", "ncon")
                 kind = ctypes.c_int if short else ctypes.c_int64
                 agrees = _read(kind, address) == expected
             if not agrees:
                 wrong.append(name)
     data.pstack = data.pbase = 0
+    first = _read(ctypes.c_void_p, data._address + layout.contact)
+    for name in ("dist", "geom"):
+        view, offset = getattr(data.contact, name), getattr(layout, f"contact_{name}")
+        if (view.ctypes.data, view.strides[0]) != ((first or 0) + offset, layout.contact_size):
+            wrong.append(f"contact.{name}")
     if wrong:
         raise LayoutError(
             f"MuJoCo {mujoco.__version__} does not keep {', '.join(wrong)} at the declared offsets:"

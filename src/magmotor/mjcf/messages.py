@@ -33,8 +33,11 @@ from magmotor_plugin import library, returning
 LONGEST_NAME = 60
 """Largest number of characters of a name in a message."""
 
-ASSUMED, NO_PASSIVE_FORCES, SLEEPING, UNRESOLVED = range(LEFT_ALONE + 1, LEFT_ALONE + 5)
+ASSUMED, NO_PASSIVE_FORCES, SLEEPING, UNRESOLVED, SUNKEN = range(LEFT_ALONE + 1, LEFT_ALONE + 6)
 """Notices, besides the reasons why nothing acts on a model."""
+
+OF_RUNS = 1 << UNRESOLVED | 1 << SUNKEN
+"""Bits of the notices about the motion."""
 
 _INERT = {
     NO_DIPOLES: (
@@ -57,9 +60,13 @@ _NOTICES = {
     ),
     SLEEPING: "a sleeping body is not woken by forces of the plugin magmotor.forces",
     UNRESOLVED: (
-        "within one timestep, magnetism moves body {} from rest by more than its size, or turns it"
-        " by more than 4 rad, so that it may fly apart; mm.check(model) proposes a timestep and"
-        " contacts that hold"
+        "within one timestep, magnetism moved body {} by about its size, or turned it by more than"
+        " 2 rad, so that it may fly apart; mm.check(model) proposes a timestep and contacts that"
+        " hold"
+    ),
+    SUNKEN: (
+        "body {} has sunk into another magnet by more than a quarter of its width, so that their"
+        " dipoles are too near; mm.check(model) proposes a timestep and contacts that hold"
     ),
 }
 
@@ -233,11 +240,11 @@ def remember_acting(model):
 
 
 @njit
-def forget(which, model):
-    """Let a notice be given again if the model is not the one of the last call."""
+def forget(bits, model):
+    """Let notices be given again if the model is not the one of the last call."""
     given = memory.words(given_address(), 2)
     if given[1] != model:
-        given[0] &= ~(1 << which)
+        given[0] &= ~bits
         given[1] = model
 
 
@@ -330,9 +337,9 @@ def _give_notice(which, number, handler, user, text):
         text[0] = _kept(str(error))
 
 
-def silence(which: int) -> None:
-    """Do not give a notice in the blocks that are open."""
-    _given.value |= 1 << which
+def silence(bits: int) -> None:
+    """Do not give notices in the blocks that are open."""
+    _given.value |= bits
 
 
 def _shortened(characters: bytes | None) -> str:

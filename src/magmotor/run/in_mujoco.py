@@ -20,7 +20,7 @@ from magmotor.mjcf import parts
 from magmotor.mjcf.hooks import without_stopwatch
 from magmotor.mjcf.langevin.baoab import Baoab
 from magmotor.mjcf.magnetism import magnetism
-from magmotor.mjcf.messages import UNRESOLVED, raise_recorded, silence
+from magmotor.mjcf.messages import OF_RUNS, raise_recorded, silence
 
 INTEGRATORS = {
     "euler": mujoco.mjtIntegrator.mjINT_EULER,
@@ -48,7 +48,7 @@ def run(job: Job) -> Generator[tuple[Any, Array]]:
     piece = max(1, CHUNK // replicas)
     called_back = motion.driven and splitting is None
     with magnetism() if called_back else nullcontext(), without_stopwatch():
-        silence(UNRESOLVED)  # the guard judges
+        silence(OF_RUNS)  # the guard judges
         for begin, times in job.chunks(replicas):
             records, end = [], begin + len(times) * job.record_interval
             for first in range(begin, end, piece):

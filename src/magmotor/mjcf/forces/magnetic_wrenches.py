@@ -39,8 +39,8 @@ def set_magnetic_wrenches(m, d, offsets, kinds, applied):
 
     `m` and `d` are the words of mjModel and mjData, `offsets` is their layout, `kinds` are the bits
     of `forces_of`, and `applied` (nbody, 6) receives the wrenches. Returns the number of
-    interactions, and an error for `report`; without one, its second number is a body whose motion
-    the timestep does not resolve, or -1.
+    interactions, and an error for `report`; without one, its other numbers are those of
+    `unresolved_body`.
     """
     memory.mark_stack(d.ctypes.data)
     state = read_state(m, d, offsets, kinds)
@@ -76,7 +76,8 @@ def _set_wrenches(state, m, d, offsets, applied):
     if error[0] < 0 and state.mirror[0] != 0.0:
         acting += _add_image_wrenches(state, center, applied)
     if error[0] < 0:
-        error = -1, unresolved_body(table, magnets, m, d, offsets, applied), -1
+        body, kind = unresolved_body(table, magnets, m, d, offsets, applied)
+        error = -1, body, kind
     return acting, error
 
 

@@ -1,60 +1,113 @@
-"""Whether a timestep resolves the magnetic forces: no magnet moves by its size in one step.
+"""Whether a run resolves the magnetic forces: no magnet jumps, or sinks deep into another one.
 
-Magnets that come so near that it does not fly apart, since the force on each of them at the start
-of a step says nothing about the rest of the step. The motion is that from rest, with the mean
-inverse inertia of the body at `qpos0`. A body that moves by much less in the step before is held
-by something else, such as strong damping.
+A magnet jumps if magnetism alone would move it from rest by its size, or turn it by 4 rad, within
+one timestep, and if it does move at least half as fast after the step. The force at the start of
+such a step says nothing about the rest of the step. A body that is hardly moved by this force is
+held by something else, such as strong damping. Contacts that let magnets sink into each other do
+not keep their dipoles apart.
 """
 
 # Numba's intrinsics hide their first parameter:
 # pyright: reportCallIssue=false
 
+import ctypes
 import math
 
+import numpy as np
 from numba import njit
 
 from magmotor.mjcf import memory
-from magmotor.mjcf.forces.dipole_table import BODY, MOVES
+from magmotor.mjcf.forces.dipole_table import BODY, FIRST, LABEL, MOVES
 
 FASTEST_TURN = 4.0
 """Largest turn in rad from rest within one timestep: (omega h)^2 = 4 across the field."""
 
 MOVED = 0.5
-"""Part of that motion that the velocity must give, too."""
+"""Part of a jump that the velocity after the step must give, too."""
+
+SUNK = 0.5
+"""Largest depth of a contact over half the least extent of a geom."""
+
+JUMP, SINKING = 0, 1
+"""What is not resolved."""
+
+_suspect = (ctypes.c_int64 * 2)()
+"""Address of the `mjData` whose last step may have been a jump, and the body."""
+
+_suspect_address = memory.variable("magmotor_suspect_address")
+_address_of_suspect = ctypes.c_int64(ctypes.addressof(_suspect))
+
+
+def bind() -> None:
+    """Bind the variable of this module to its symbol in compiled code."""
+    memory.bind_variable("magmotor_suspect_address", _address_of_suspect)
 
 
 @njit
 def unresolved_body(table, magnets, m, d, offsets, applied):
-    """Return a body that `applied` moves by more than its size, or turns by too much; or -1.
+    """Return a body that jumped in the step before, or has sunk into another magnet; and which.
 
-    `applied` (nbody, 6) are the magnetic wrenches; the size is the radius of the first geom.
+    The body is -1 without one. `applied` (nbody, 6) are the magnetic wrenches now, which decide
+    whether the next step may be a jump.
     """
     timestep = memory.numbers(m.ctypes.data + offsets.timestep, 1, 1)[0, 0]
-    inverse = memory.numbers(m[offsets.body_invweight0 // 8], memory.UNBOUNDED, 2)
-    geoms = memory.integers(m[offsets.body_geomnum // 8], memory.UNBOUNDED)
-    first = memory.integers(m[offsets.body_geomadr // 8], memory.UNBOUNDED)
-    radius = memory.numbers(m[offsets.geom_rbound // 8], 1, memory.UNBOUNDED)[0]
+    suspect = memory.words(_suspect_address(), 2)
+    if suspect[0] == d.ctypes.data:
+        suspect[0] = 0
+        body = suspect[1]
+        speed, spin = _speeds(body, m, d, offsets)
+        size = _size(body, m, offsets)
+        if timestep * speed > MOVED * size or timestep * spin > MOVED * FASTEST_TURN:
+            return np.int64(body), JUMP
     for k in range(magnets.number):
         if table[MOVES, k] > 0.0:
             body = int(table[BODY, k])
-            w = applied[body]
-            shift, turn = timestep**2 * inverse[body, 0], timestep**2 * inverse[body, 1]
-            if turn * turn * (w[3] * w[3] + w[4] * w[4] + w[5] * w[5]) > FASTEST_TURN**2:
-                spin, _ = _velocities(body, m, d, offsets)
-                if timestep * spin > MOVED * FASTEST_TURN:
-                    return body
-            if geoms[body] > 0:
-                size = radius[first[body]]
-                if shift * shift * (w[0] * w[0] + w[1] * w[1] + w[2] * w[2]) > size * size > 0.0:
-                    _, speed = _velocities(body, m, d, offsets)
-                    if timestep * speed > MOVED * size:
-                        return body
-    return -1
+            shift, turn = _motion_from_rest(body, applied[body], timestep, m, d, offsets)
+            if turn > FASTEST_TURN or shift > _size(body, m, offsets):
+                suspect[0], suspect[1] = d.ctypes.data, body
+                break
+    return np.int64(_sunken_body(table, magnets, m, d, offsets)), SINKING
 
 
 @njit
-def _velocities(body, m, d, offsets):
-    """Return the angular velocity of a body, and the velocity of its center of mass, in size."""
+def _size(body, m, offsets):
+    """Return the radius of a body's first geom; infinite without one, or for a plane."""
+    geoms = memory.integers(m[offsets.body_geomnum // 8], memory.UNBOUNDED)[body]
+    first = memory.integers(m[offsets.body_geomadr // 8], memory.UNBOUNDED)[body]
+    radius = memory.numbers(m[offsets.geom_rbound // 8], 1, memory.UNBOUNDED)[0]
+    return radius[first] if geoms > 0 and radius[first] > 0.0 else math.inf
+
+
+@njit
+def _motion_from_rest(body, wrench, timestep, m, d, offsets):
+    """Return how far a wrench moves and turns a body within a timestep, at most.
+
+    The inverse inertia is at most the body's own, and at most three times the mean that its joints
+    leave, which is exact for hinges and slides.
+    """
+    mean = memory.numbers(m[offsets.body_invweight0 // 8], memory.UNBOUNDED, 2)[body]
+    mass = memory.numbers(m[offsets.body_mass // 8], 1, memory.UNBOUNDED)[0, body]
+    inertia = memory.numbers(m[offsets.body_inertia // 8], memory.UNBOUNDED, 3)[body]
+    frame = memory.numbers(d[offsets.ximat // 8], memory.UNBOUNDED, 9)[body]
+    push = turn = 0.0
+    for k in range(3):
+        push += wrench[k] * wrench[k]
+        torque = frame[k] * wrench[3] + frame[3 + k] * wrench[4] + frame[6 + k] * wrench[5]
+        angular = _inverse(inertia[k], mean[1]) * torque
+        turn += angular * angular
+    shift = _inverse(mass, mean[0]) * math.sqrt(push)
+    return timestep * timestep * shift, timestep * timestep * math.sqrt(turn)
+
+
+@njit
+def _inverse(inertia, mean):
+    """Return the inverse of a body's own inertia, or three times the mean one if that is less."""
+    return min(3.0 * mean, 1.0 / inertia) if inertia > 0.0 else 3.0 * mean
+
+
+@njit
+def _speeds(body, m, d, offsets):
+    """Return the speed of the center of mass of a body, and its angular speed, in size."""
     root = memory.integers(m[offsets.body_rootid // 8], memory.UNBOUNDED)[body]
     v = memory.numbers(d[offsets.cvel // 8], memory.UNBOUNDED, 6)[body]
     origin = memory.numbers(d[offsets.subtree_com // 8], memory.UNBOUNDED, 3)[root]
@@ -64,4 +117,36 @@ def _velocities(body, m, d, offsets):
     y = v[4] + v[2] * r[0] - v[0] * r[2]
     z = v[5] + v[0] * r[1] - v[1] * r[0]
     spin = math.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
-    return spin, math.sqrt(x * x + y * y + z * z)
+    return math.sqrt(x * x + y * y + z * z), spin
+
+
+@njit
+def _sunken_body(table, magnets, m, d, offsets):
+    """Return the body of a geom that is deep in that of another magnet, or -1."""
+    body_of = memory.integers(m[offsets.geom_bodyid // 8], memory.UNBOUNDED)
+    box = memory.numbers(m[offsets.geom_aabb // 8], memory.UNBOUNDED, 6)
+    place = d[offsets.contact // 8]
+    for _ in range(memory.integers(d.ctypes.data + offsets.ncon, 1)[0]):
+        depth = -memory.numbers(place + offsets.contact_dist, 1, 1)[0, 0]
+        geom = memory.integers(place + offsets.contact_geom, 2)
+        place += offsets.contact_size
+        if depth <= 0.0 or min(geom[0], geom[1]) < 0:
+            continue
+        for k in range(2):
+            half = min(box[geom[k], 3], box[geom[k], 4], box[geom[k], 5])
+            if depth > SUNK * half > 0.0:
+                one, other = body_of[geom[0]], body_of[geom[1]]
+                both = _is_magnet(one, table, magnets, m, offsets)
+                if both and _is_magnet(other, table, magnets, m, offsets):
+                    return body_of[geom[k]]
+    return -1
+
+
+@njit
+def _is_magnet(body, table, magnets, m, offsets):
+    """Whether a body belongs to a rigid body with dipoles or iron."""
+    weld = memory.integers(m[offsets.body_weldid // 8], memory.UNBOUNDED)[body]
+    found = False
+    for k in range(magnets.number):
+        found = found or table[LABEL, int(table[FIRST, k])] == weld
+    return found

@@ -1,0 +1,125 @@
+"""A run warns of magnets that jump within a timestep or sink into each other, and of no others."""
+
+import warnings
+
+import mujoco
+import numpy as np
+import pytest
+
+import magmotor as mm
+
+JUMPED = "within one timestep, magnetism moved body {} by about its size, or turned it by more than"
+SUNK = "body {} has sunk into another magnet by more than a quarter of its width"
+
+MODEL = """
+<mujoco>
+  {plugin}
+  <option gravity="0 0 0" integrator="{integrator}" timestep="{timestep}"/>
+  <custom><text name="magmotor" data="dipoles fields"/>{custom}</custom>
+  <worldbody>{bodies}</worldbody>
+</mujoco>"""
+PLUGIN = """<extension><plugin plugin="magmotor.forces"><instance name="magnets">
+  <config key="act" value="dipoles fields"/></instance></plugin></extension>"""
+BALL = """
+<body pos="0 0 {}">
+  <freejoint/><geom type="{}" size="0.005 0.005 0.005" density="7500" {}/><site user="{}"/>
+</body>"""
+
+
+def model_of(bodies, *, custom="", plugin=False, integrator="Euler", timestep=2e-3):
+    return mujoco.MjModel.from_xml_string(
+        MODEL.format(bodies=bodies, custom=custom, plugin=PLUGIN * plugin, integrator=integrator,
+                     timestep=timestep)
+    )  # fmt: skip
+
+
+def balls(distance, geom="", moment=0.54, shape="sphere", **options):
+    """Two balls, or cubes, that attract each other."""
+    bodies = (BALL.format(place, shape, geom, moment) for place in (0, distance))
+    return model_of("".join(bodies), **options)
+
+
+def warnings_of(models, duration):
+    """What is said while several models run in turns, and their last data."""
+    data = [mujoco.MjData(model) for model in models]
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        for _ in range(int(duration / models[0].opt.timestep)):
+            for model, each in zip(models, data, strict=True):
+                mujoco.mj_step(model, each)
+    return [str(warning.message) for warning in caught], data
+
+
+@pytest.mark.parametrize("integrator", ["Euler", "implicitfast", "RK4"])
+@pytest.mark.parametrize("geom", ["", 'contype="0" conaffinity="0"'])
+def test_a_run_warns_once_of_magnets_that_fly_apart(geom, integrator):
+    """With contacts that are too soft, and without any."""
+    models = [balls(0.021, geom, integrator=integrator) for _ in range(2)]
+    for _ in range(2):
+        with mm.magnetism():
+            (message,), data = warnings_of(models, 0.3)
+        speeds = [np.linalg.norm(each.qvel[:3]) for each in data]
+        assert min(speeds) > 10
+        assert message.startswith((JUMPED.format(1), JUMPED.format(2), SUNK.format(1)))
+        assert "mm.check(model) proposes" in message
+
+
+def test_the_plugin_warns_once_for_a_compiled_model():
+    models = [balls(0.021, plugin=True) for _ in range(2)]
+    for model in models:
+        (message,), _ = warnings_of([model, model], 0.3)
+        assert message.startswith((JUMPED.format(1), SUNK.format(1)))
+    assert warnings_of(models[1:], 0.3)[0] == []
+
+
+def test_a_run_at_the_proposed_settings_does_not_warn():
+    model = balls(0.021)
+    mm.check(model, fix=True)
+    with mm.magnetism():
+        assert warnings_of([model], 0.05)[0] == []
+
+
+@pytest.mark.parametrize("shape", ["sphere", "box"])
+@pytest.mark.parametrize(("softness", "count"), [(0.3, 0), (0.7, 1)])
+def test_magnets_that_sink_too_deep_are_reported(softness, count, shape):
+    """They stick, but half a radius is reported: the second contact lets them in by 0.55."""
+    model = balls(0.015, shape=shape)
+    mass, distance = model.body_mass[1] / 2, 0.01
+    force = 3 * 2e-7 * 0.54**2 / distance**4
+    time = np.sqrt(distance * mass / force)
+    model.geom_solref[:] = softness * time * (1.9 if shape == "box" else 1), 1
+    model.opt.timestep = softness * time / 10
+    with mm.magnetism():
+        messages, (data,) = warnings_of([model], 100 * time)
+    gap = np.linalg.norm(data.xpos[2] - data.xpos[1])
+    assert 0.008 < gap < 0.01
+    assert len(messages) == count
+    assert all(message.startswith(SUNK.format(1)) for message in messages)
+
+
+NEEDLE = """
+<body>
+  <joint type="{}" axis="0 0 1" damping="{}"/>
+  <inertial pos="0 0 0" mass="1" diaginertia="{} {} {}"/>
+  <geom type="capsule" fromto="0 -0.03 0 0 0.03 0" size="0.003"/><site zaxis="0 1 0" user="0.1"/>
+</body>"""
+
+
+@pytest.mark.parametrize(("joint", "inertia"), [
+    ("hinge", (1, 1, 4e-5)), ("hinge", (4e-9, 4e-9, 4e-5)),
+    ("ball", (4e-5, 4e-7, 4e-5)), ("ball", (4e-5, 4e-5, 4e-5)),
+])  # fmt: skip
+@pytest.mark.parametrize(("product", "damping", "count"), [(1.9, 0, 0), (2.1, 0, 1), (4, 1, 0)])
+def test_a_needle_that_turns_too_fast_is_reported(product, damping, count, joint, inertia):
+    """It starts at 90 degrees from the field, where the torque is m B = 0.1 N m.
+
+    It does not matter how much inertia it has about other axes. Strong damping prevents a jump.
+    """
+    omega = np.sqrt(0.1 / 4e-5)
+    model = model_of(
+        NEEDLE.format(joint, damping, *inertia), timestep=product / omega,
+        custom='<numeric name="field" data="1 0 0"/>',
+    )  # fmt: skip
+    with mm.magnetism():
+        messages, _ = warnings_of([model], 300 * model.opt.timestep)
+    assert [message[: len(JUMPED) - 1] for message in messages] == [JUMPED.format(1)] * count
