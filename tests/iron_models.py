@@ -1,6 +1,10 @@
-"""Models with iron in a uniform field, as the tests of iron use them."""
+"""Models with iron in a uniform field, and demagnetizing factors by quadrature."""
+
+import math
 
 import mujoco
+import numpy as np
+from scipy.integrate import quad
 
 import magmotor as mm
 
@@ -37,3 +41,15 @@ def iron(bodies, field="0 0 0.01", material="1000", pieces="piece"):
 def free(geom, pos="0 0 0", name="piece"):
     """A free body of one geom."""
     return f'<body pos="{pos}"><freejoint/><geom name="{name}" {geom}/></body>'
+
+
+def factors(axes):
+    """Demagnetizing factors of an ellipsoid: abc/2 int dt/((t + a^2) sqrt(...)), t = u^2."""
+    return np.array([
+        np.prod(axes)
+        * quad(
+            lambda u, a=a: u / ((u * u + a * a) * math.prod(math.hypot(u, b) for b in axes)),
+            0, math.inf, epsabs=0, epsrel=1e-13,
+        )[0]
+        for a in axes
+    ])  # fmt: skip

@@ -5,7 +5,7 @@ import math
 import mujoco
 import numpy as np
 import pytest
-from iron_models import free, iron, load
+from iron_models import factors, free, iron, load
 from magnetic_energy import matrix_of_iron
 from scipy.linalg import eigvalsh
 
@@ -94,17 +94,6 @@ def test_the_limit_is_that_of_a_positive_definite_matrix(seed, chi):
                     mujoco.mj_forward(model, data)
 
 
-def factors(axes):
-    """Demagnetizing factors of an ellipsoid, by quadrature of abc/2 dt/((t + a^2) sqrt(...))."""
-    nodes, weights = np.polynomial.legendre.leggauss(400)
-    u = (nodes + 1) / 2
-    t, slope = (u / (1 - u)) ** 2, 2 * u / (1 - u) ** 3  # t = (u/(1 - u))^2 on (0, infinity)
-    root = np.sqrt(np.prod([t + a * a for a in axes], axis=0))
-    return np.array([
-        np.prod(axes) / 4 * weights @ (slope / ((t + a * a) * root)) for a in axes
-    ])  # fmt: skip
-
-
 def close_packed(count):
     """The centers of touching spheres of radius 1/2 that are closest to one point of a lattice."""
     index = np.mgrid[-5:6, -5:6, -5:6].reshape(3, -1).T
@@ -129,6 +118,6 @@ def test_touching_spheres_are_stable(places, material):
     pieces = [(place, math.pi / 6, chi) for place in places]
     outer = np.tile([1e-5, 2e-5, -3e-5], len(places))
     expected = np.linalg.solve(np.real(matrix_of_iron(pieces)), outer).reshape(-1, 3)
-    size = np.abs(expected).max()
+    size, bound = np.abs(expected).max(), 3e-10 if " " in material else 3e-13  # 2e-11, 2e-14
     found = dipole_sites(model, data)[1][1:]
-    np.testing.assert_allclose(found, expected, rtol=0, atol=2e-8 * size)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=bound * size)
