@@ -69,8 +69,8 @@ def energy(bodies, mirror=None):
 def energy_of_iron(bodies, dipoles, mirror):
     """The least energy that the moments of iron can have."""
     pieces = [piece for body in bodies for piece in body.iron]
-    outer, matrix = [], np.zeros((3 * len(pieces),) * 2, complex)
-    for i, (position, volume, susceptibility) in enumerate(pieces):
+    outer = []
+    for position, _, _ in pieces:
         there = sum((flux(position, x, m) for _, x, m in dipoles), np.zeros(3))
         for body in bodies:
             for function in body.fields:
@@ -78,6 +78,14 @@ def energy_of_iron(bodies, dipoles, mirror):
         for _, x, m in dipoles if mirror else ():
             there = there + flux(position, *image(mirror, x, m))
         outer.append(there)
+    b = np.ravel(outer)
+    return -0.5 * b @ np.linalg.solve(matrix_of_iron(pieces, mirror), b) if pieces else 0.0
+
+
+def matrix_of_iron(pieces, mirror=None):
+    """The matrix of the energy as a quadratic form of the moments of iron."""
+    matrix = np.zeros((3 * len(pieces),) * 2, complex)
+    for i, (position, volume, susceptibility) in enumerate(pieces):
         own = 4e-7 * np.pi / volume * np.linalg.inv(susceptibility)
         for j, (other, _, _) in enumerate(pieces):
             block = own if i == j else -np.array([flux(position, other, e) for e in np.eye(3)]).T
@@ -85,8 +93,7 @@ def energy_of_iron(bodies, dipoles, mirror):
                 images = partial(image, mirror, other)
                 block = block - np.array([flux(position, *images(e)) for e in np.eye(3)]).T
             matrix[3 * i : 3 * i + 3, 3 * j : 3 * j + 3] = block
-    b = np.ravel(outer)
-    return -0.5 * b @ np.linalg.solve(matrix, b) if pieces else 0.0
+    return matrix
 
 
 def image(mirror, position, moment):

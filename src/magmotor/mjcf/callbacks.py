@@ -36,7 +36,7 @@ from magmotor.mjcf.forces.dipole_sites import (
     why_inert,
 )
 from magmotor.mjcf.forces.fields import invalid_field, invalid_field_tuple
-from magmotor.mjcf.forces.iron import coupled_iron, invalid_iron, invalid_material
+from magmotor.mjcf.forces.iron import coupled_iron, invalid_iron, invalid_material, invalid_size
 from magmotor.mjcf.forces.joint_potentials import add_potential_forces, invalid_potential
 from magmotor.mjcf.forces.magnetic_wrenches import set_magnetic_wrenches
 from magmotor.mjcf.forces.magnetometers import read_magnetometers, sensor_without_site
@@ -384,6 +384,9 @@ def _first_error(m, offsets, kinds, thorough):
         material = invalid_material(m, offsets)
         if material >= 0:
             return errors.MATERIAL, material, -1
+        geom = invalid_size(m, offsets)
+        if geom >= 0:
+            return errors.SIZE, geom, -1
         geom, pair = coupled_iron(m, offsets) if kinds & COUPLINGS else (-1, -1)
         if geom >= 0:
             return errors.COUPLED_IRON, geom, pair

@@ -5,8 +5,8 @@ from magmotor.mjcf.forces.custom import BODY, GEOM, JOINT, NUMERIC, SENSOR, SITE
 (
     COINCIDENCE, OUTSIDE, BEHIND, MERGED, UNSOLVED, MARK, MOMENT, COUPLING, WRENCH, POTENTIAL, PATH,
     TIME, COIL, FIELD, FIELD_TUPLE, IRON, MATERIAL, COUPLED_IRON, NO_SITE, UNMEASURED,
-    TOLERANCE,
-) = range(21)  # fmt: skip
+    TOLERANCE, SIZE,
+) = range(22)  # fmt: skip
 """Errors; each has up to two elements, and a value."""
 
 DIPOLE, NOTHING = -1, -2
@@ -34,6 +34,7 @@ ELEMENTS = (
     (SENSOR, NOTHING),
     (SENSOR, SITE),
     (NUMERIC, NOTHING),
+    (GEOM, NOTHING),
 )
 """The types of the two elements of each error."""
 

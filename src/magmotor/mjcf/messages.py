@@ -113,8 +113,9 @@ _ERRORS: dict[int, Callable[..., str]] = {
     ),
     errors.MERGED: _of_dipole("has its center at a dipole, where the field is not finite"),
     errors.UNSOLVED: _of_dipole(
-        "is so close to other iron that one dipole each does not describe them, and their moments"
-        " do not converge: put the geoms farther apart, or make one piece of them"
+        "is so close to other iron that one dipole each does not describe them: they would"
+        " magnetize each other without any field; put the geoms farther apart, or make one geom of"
+        " them"
     ),
     errors.COIL: (
         "coil tuple {} {!r}: its elements must be one actuator, without a delay and with a"
@@ -138,6 +139,9 @@ _ERRORS: dict[int, Callable[..., str]] = {
     errors.MATERIAL: (
         "numeric {0} {1!r}: a material must be a susceptibility, at least -1 (here {4:g}), and"
         " optionally a saturation magnetization in A/m, not negative; both finite".format
+    ),
+    errors.SIZE: (
+        "iron geom {} {!r}: its size must be positive and finite".format
     ),
     errors.COUPLED_IRON: (
         "iron geom {} {!r} belongs to a body of coupling tuple {} {!r}: couplings do not apply to"

@@ -6,8 +6,7 @@ B_ij that of piece j at piece i. Therefore, the forces and torques are those of 
 these moments: the derivatives of U at fixed moments.
 
 The Gauss-Seidel method starts from no magnetization, so that the result depends on nothing but the
-state. It converges unless pieces that are much longer than wide lie so close to each other that
-one dipole each does not describe them, and U has no minimum.
+state. It converges since `spontaneous_magnetization.py` has shown that U has one minimum.
 """
 
 # Numba's intrinsics hide their first parameter:
@@ -18,7 +17,6 @@ import math
 from numba import njit
 
 from magmotor.dipoles import sum_over_sources
-from magmotor.mjcf import memory
 from magmotor.mjcf.forces.dipole_table import NOBODY
 from magmotor.mjcf.forces.iron import (
     ENERGY,
@@ -33,40 +31,28 @@ from magmotor.mjcf.forces.mirror import add_image, mirrored
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY, magnetize
 
 MOST_SWEEPS = 300
-"""Number of sweeps after which the moments do not converge; touching spheres need about thirty."""
+"""Number of sweeps after which the moments do not converge; 500 spheres that touch need sixty."""
 
 TOLERANCE = 1e-14
 """Largest change of a moment in the last sweep, relative to the largest moment."""
 
 FINE, COINCIDENT, UNSTABLE = range(3)
-"""Results of `magnetize_pieces`."""
+"""Results of `find_instability` and `magnetize_pieces`."""
 
 
 @njit
-def magnetize_pieces(iron, pieces, mirror, d, offsets) -> tuple[int, int]:
+def magnetize_pieces(iron, pieces, mirror, frames) -> tuple[int, int]:
     """Find the moments of all pieces, whose fields from outside are known.
 
     `iron` has the rows of `sum_over_sources`, with the positions and a different label for each
-    piece, and receives the moments. Returns how it went, and the piece that failed, or -1.
+    piece, and receives the moments, which must be zero; `frames` are those of all geoms. Returns
+    how it went, and the piece that failed, or -1.
     """
-    count = len(pieces)
-    frame = memory.numbers(d[offsets.geom_xmat // 8], memory.UNBOUNDED, 9)
     worst = 0
     for _ in range(MOST_SWEEPS):
         change = largest = 0.0
-        for i in range(count):
-            total = _field_of_others(iron, i, count, mirror)
-            if total[6]:
-                return COINCIDENT, i
-            row = pieces[i]
-            bx, by, bz = row[OUTER] + total[3], row[OUTER + 1] + total[4], row[OUTER + 2] + total[5]
-            moment = _moment(row, frame[int(row[PIECE])], bx, by, bz)
-            square = moved = 0.0
-            for k in range(3):
-                square += moment[k] * moment[k]
-                moved += (moment[k] - iron[3 + k, i]) * (moment[k] - iron[3 + k, i])
-                iron[3 + k, i] = moment[k]
-            row[ENERGY] = moment[3]
+        for i in range(len(pieces)):
+            square, moved, _ = update_moment(iron, pieces, i, mirror, frames, True)
             if not square <= largest:
                 largest = square
             if not moved <= change:
@@ -76,6 +62,29 @@ def magnetize_pieces(iron, pieces, mirror, d, offsets) -> tuple[int, int]:
         if change <= TOLERANCE * TOLERANCE * largest:
             return FINE, -1
     return UNSTABLE, worst
+
+
+@njit
+def update_moment(iron, pieces, i, mirror, frames, real):
+    """Replace the moment of piece i by that in the field of the others' present moments.
+
+    If `real` is false, no field acts from outside and nothing saturates. Returns the squares of the
+    moment and of its change, and whether another piece is at the same place.
+    """
+    row = pieces[i]
+    total = _field_of_others(iron, i, len(pieces), mirror)
+    bx, by, bz, saturation = total[3], total[4], total[5], 0.0
+    if real:
+        bx, by, bz = bx + row[OUTER], by + row[OUTER + 1], bz + row[OUTER + 2]
+        saturation = row[SATURATION]
+    moment = _moment(row, saturation, frames[int(row[PIECE])], bx, by, bz)
+    square = moved = 0.0
+    for k in range(3):
+        square += moment[k] * moment[k]
+        moved += (moment[k] - iron[3 + k, i]) * (moment[k] - iron[3 + k, i])
+        iron[3 + k, i] = moment[k]
+    row[ENERGY] = moment[3]
+    return square, moved, total[6]
 
 
 @njit
@@ -90,14 +99,14 @@ def _field_of_others(iron, i, count, mirror):
 
 
 @njit
-def _moment(row, frame, bx, by, bz):
+def _moment(row, saturation, frame, bx, by, bz):
     """Return the moment of a piece in a field, and the energy that it stores."""
     scale = 1.0 / VACUUM_PERMEABILITY
     x = scale * (frame[0] * bx + frame[3] * by + frame[6] * bz)
     y = scale * (frame[1] * bx + frame[4] * by + frame[7] * bz)
     z = scale * (frame[2] * bx + frame[5] * by + frame[8] * bz)
     factors = row[FACTORS], row[FACTORS + 1], row[FACTORS + 2]
-    x, y, z, energy = magnetize((x, y, z), factors, row[SUSCEPTIBILITY], row[SATURATION])
+    x, y, z, energy = magnetize((x, y, z), factors, row[SUSCEPTIBILITY], saturation)
     volume = row[VOLUME]
     x, y, z = volume * x, volume * y, volume * z
     return (

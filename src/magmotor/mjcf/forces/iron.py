@@ -201,6 +201,24 @@ def invalid_material(m, offsets):
 
 
 @njit
+def invalid_size(m, offsets):
+    """Return the first piece of iron whose size is not positive and finite, or -1."""
+    shape = memory.integers(m[offsets.geom_type // 8], memory.UNBOUNDED)
+    size = memory.numbers(m[offsets.geom_size // 8], memory.UNBOUNDED, 3)
+    for k in range(m[offsets.ntuple // 8]):
+        if tuple_starts_with(k, IRON, m, offsets):
+            for i in elements_of(k, m, offsets):
+                kind, geom, _ = element(i, m, offsets)
+                if kind == GEOM and shape[geom] != PLANE:
+                    used = 1 if shape[geom] == SPHERE else 3
+                    used = 2 if shape[geom] in (CAPSULE, CYLINDER) else used
+                    for axis in range(used):
+                        if not 0.0 < size[geom, axis] < math.inf:
+                            return geom
+    return -1
+
+
+@njit
 def coupled_iron(m, offsets):
     """Return the first piece of iron whose body a coupling names, and the coupling; or -1, -1."""
     body_of = memory.integers(m[offsets.geom_bodyid // 8], memory.UNBOUNDED)

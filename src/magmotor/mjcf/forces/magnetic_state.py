@@ -32,6 +32,7 @@ from magmotor.mjcf.forces.induction import COINCIDENT, FINE, magnetize_pieces
 from magmotor.mjcf.forces.iron import COLUMNS, OUTER, count_pieces, read_pieces
 from magmotor.mjcf.forces.marks import COILS, COUPLINGS, DIPOLES, FIELDS, IRON, forces_of
 from magmotor.mjcf.forces.mirror import NO_MIRROR, height_above
+from magmotor.mjcf.forces.spontaneous_magnetization import find_instability
 from magmotor.numerics.numba_cache import compiled_once
 
 ALIGNMENT = 1024
@@ -158,7 +159,10 @@ def _magnetize(state, m, d, offsets):
         outer = total[3:6]
         for k in range(3):
             state.pieces[i, OUTER + k] = outer[k]
-    status, piece = magnetize_pieces(iron, state.pieces, state.mirror, d, offsets)
+    frames = memory.numbers(d[offsets.geom_xmat // 8], memory.UNBOUNDED, 9)
+    status, piece = find_instability(iron, state.pieces, state.mirror, frames)
+    if status == FINE:
+        status, piece = magnetize_pieces(iron, state.pieces, state.mirror, frames)
     if status != FINE:
         code = MERGED if status == COINCIDENT else UNSOLVED
         return code, int(table[ELEMENT, first + piece]), -1

@@ -1,0 +1,84 @@
+"""The force between near pieces of iron, against series of multipoles: the docs' table."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from iron_models import free, iron
+from scipy.special import comb
+
+MU0, ORDERS = 4e-7 * math.pi, 150
+PAGE = Path(__file__).parents[2] / "docs" / "fields_coils_iron.md"
+
+
+def response(n, chi):
+    """The multipole that a sphere adds to a potential r^n P_n, in units of -a^(2n+1)."""
+    return n * chi / (n * chi + 2 * n + 1)
+
+
+def moment_of_two(distance, chi):
+    """The moment of each of two spheres on the axis of a field, in units of 4 pi a^3 B/mu0.
+
+    The distance is in radii. The potential of each sphere is a series c_n P_n/r^(n+1), n > 0, that
+    responds to the other sphere's, which is its mirror image.
+    """
+    n, k = np.indices((ORDERS, ORDERS)) + 1
+    own = response(n, chi)
+    matrix = np.eye(ORDERS) - own * comb(n + k, n) * distance ** -(n + k + 1.0)
+    return np.linalg.solve(matrix, own[0, 0] * np.eye(ORDERS)[0])[0]
+
+
+def force_of_two(distance, radius, flux, chi):
+    """The energy is -m B/2 of each moment m; its derivative is a complex step's."""
+    slope = moment_of_two(distance + 1e-30j, chi).imag / 1e-30
+    return 4 * math.pi * radius**2 / MU0 * flux**2 * slope
+
+
+def force_on_dipole(distance, radius, moment, chi):
+    """The pull of a sphere on a dipole that points at it.
+
+    About the sphere, the dipole's potential is a series -m (n + 1) r^n P_n/(4 pi d^(n+2)). With the
+    sphere's response, the energy is -mu0 m H/2 in the field
+    H = sum m (n + 1)^2 response_n a^(2n+1)/(4 pi d^(2n+4)), n > 0.
+    """
+    n = np.arange(1, 400)
+    terms = response(n, chi) * (n + 1.0) ** 2 * (2 * n + 4) * distance ** -(2.0 * n + 5)
+    return -MU0 * moment**2 / (8 * math.pi * radius**4) * terms.sum()
+
+
+def rows():
+    """The rows of the docs' table: its name, and its cells."""
+    lines = PAGE.read_text().split("| d/a |")[1].splitlines()
+    cells = [[cell.strip() for cell in line.strip("| ").split("|")] for line in lines[:4]]
+    return cells[0], {name: rest for name, *rest in cells[2:]}
+
+
+def ratio(name, distance, chi):
+    """The true force over the model's."""
+    ball, place = free('size="0.01"'), f"0 0 {0.01 * distance}"
+    if name.startswith("two"):
+        bodies = ball + free('size="0.01"', place, "other")
+        _, data = iron(bodies, "0 0 0.02", f"{chi}", "piece other")
+        return force_of_two(distance, 0.01, 0.02, chi) / data.xfrc_applied[2, 2]
+    magnet = f'<body pos="{place}"><freejoint/><geom size="0.001"/><site user="2"/></body>'
+    _, data = iron(ball + magnet, "0 0 0", f"{chi}")
+    return force_on_dipole(distance, 0.01, 2, chi) / data.xfrc_applied[2, 2]
+
+
+@pytest.mark.parametrize("name", ["two spheres, along the field", "a dipole and a sphere"])
+def test_the_table_of_forces(name):
+    distances, table = rows()
+    for distance, cell in zip(map(float, distances), table[name], strict=True):
+        if name.startswith("two") and distance <= 2:
+            assert cell == ""
+        else:
+            found = ratio(name, distance, 1e14)
+            assert cell == f"{found:.2f}"
+            assert abs(ratio(name, distance, 1e3) / found - 1) < 0.005  # 0.0045
+
+
+def test_the_first_terms_of_the_series_are_the_model():
+    for name in rows()[1]:
+        assert ratio(name, 30.0, 4.0) == pytest.approx(1, rel=0.01)  # 0.0036, falls as 1/d^2
+        assert ratio(name, 300.0, 4.0) == pytest.approx(1, rel=1e-4)  # 3.6e-5
