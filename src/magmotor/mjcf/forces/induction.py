@@ -30,7 +30,7 @@ from magmotor.mjcf.forces.iron import (
 from magmotor.mjcf.forces.mirror import add_image, mirrored
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY, magnetize
 
-MOST_SWEEPS = 300
+MOST_SWEEPS = 2000
 """Number of sweeps after which the moments do not converge; 500 spheres that touch need sixty."""
 
 TOLERANCE = 1e-14

@@ -5,7 +5,6 @@
 
 import math
 
-import numpy as np
 from numba import njit
 
 from magmotor.dipoles import COINCIDENCE_SQUARED
@@ -169,7 +168,9 @@ def find_coincidence(state):
                 continue
             for i in range(first, first + int(table[SIZE, k])):
                 for j in range(start, start + int(table[SIZE, other])):
-                    gap = table[:3, i] - table[:3, j]
-                    if np.sum(gap * gap) < COINCIDENCE_SQUARED:
+                    square = 0.0
+                    for axis in range(3):
+                        square += (table[axis, i] - table[axis, j]) ** 2
+                    if square < COINCIDENCE_SQUARED:
                         return COINCIDENCE, int(table[ELEMENT, i]), int(table[ELEMENT, j])
     return NO_ERROR
