@@ -1,4 +1,4 @@
-"""The compiled functions that MuJoCo calls: the control callback, and the plugin's two.
+"""The compiled functions that MuJoCo calls: the control callback, and those of the plugins.
 
 All of them apply the same forces. The callback overwrites `xfrc_applied`, where one can see them;
 the plugin adds them to `qfrc_passive`, and leaves `xfrc_applied` and the callback to the user.
@@ -28,14 +28,19 @@ from magmotor.mjcf.forces.brownian_wrenches import (
 )
 from magmotor.mjcf.forces.coils import drives_checksum, invalid_coil
 from magmotor.mjcf.forces.couplings import invalid_coupling
-from magmotor.mjcf.forces.custom import BODY, GEOM, JOINT, NUMERIC, SENSOR, SITE, TUPLE, numbers_of
+from magmotor.mjcf.forces.custom import GEOM, SITE, TUPLE, element, elements_of, numbers_of
 from magmotor.mjcf.forces.dipole_sites import (
     SWITCHED_OFF,
     count_dipoles,
     invalid_moment,
     why_inert,
 )
-from magmotor.mjcf.forces.fields import invalid_field, invalid_field_tuple
+from magmotor.mjcf.forces.fields import (
+    HEADER,
+    invalid_field,
+    invalid_field_tuple,
+    place_in_field,
+)
 from magmotor.mjcf.forces.iron import coupled_iron, invalid_iron, invalid_material
 from magmotor.mjcf.forces.joint_potentials import add_potential_forces, invalid_potential
 from magmotor.mjcf.forces.magnetic_wrenches import set_magnetic_wrenches
@@ -79,6 +84,7 @@ _apply_wrench = types.ExternalFunction(
 )
 _compute_passive = types.ExternalFunction("mj_passive", types.void(_word, _word))
 _warn = types.ExternalFunction("mj_warning", types.void(_word, _int, _int))
+_name = types.ExternalFunction("mj_id2name", _word(_word, _int, _int))
 
 
 @cache
@@ -89,12 +95,13 @@ def compiled_callback() -> Any:
 
 
 @cache
-def compiled_plugin(name: bytes) -> tuple[Any, Any]:
-    """Return the functions `init` and `compute` of a plugin for the running MuJoCo."""
+def compiled_plugin(name: bytes) -> dict[str, Any]:
+    """Return the functions of a plugin for the running MuJoCo, by their names in `mjpPlugin`."""
     _bind()
+    current = layout.current()
     if name == magmotor_plugin.MAGNETOMETER:
-        return _check_magnetometers(layout.current()), _measure(layout.current())
-    return _init(layout.current()), _compute(layout.current())
+        return {"compute": _measure(current), "init": _check_magnetometers(current)}
+    return {"copy": _copy(current), "compute": _compute(current), "init": _init(current)}
 
 
 def acting_forces(model: mujoco.MjModel) -> int:
@@ -152,7 +159,7 @@ def _bind() -> None:
     coils.bind()
     tiles.bind()
     clusters.bind()
-    memory.bind_mujoco("mj_applyFT", "mj_passive", "mj_warning")
+    memory.bind_mujoco("mj_applyFT", "mj_passive", "mj_warning", "mj_id2name")
 
 
 @compiled_once(types.void(_word, _word), error_model="numpy")
@@ -191,8 +198,8 @@ def _callback(checksum: int, offsets: layout.Layout):
             if kinds & UNMARKED:
                 _notice_once(messages.ASSUMED, count_dipoles(m, offsets))
         elif not messages.has_acted(model):
-            reason = why_inert(m, offsets, kinds)
-            _notice_once(reason if reason >= 0 else SWITCHED_OFF, 0)
+            reason, number = why_inert(m, offsets, kinds)
+            _notice_once(reason if reason >= 0 else SWITCHED_OFF, number)
 
     return callback
 
@@ -217,9 +224,9 @@ def _init(checksum: int, offsets: layout.Layout):
             messages.notice(messages.NO_PASSIVE_FORCES, 0)
         if memory.integers(model + offsets.enableflags, 1)[0] & ENABLE_SLEEP:
             messages.notice(messages.SLEEPING, 0)
-        inert = why_inert(m, offsets, kinds)
-        if inert >= 0:
-            messages.notice(inert, 0)
+        reason, number = why_inert(m, offsets, kinds)
+        if reason >= 0:
+            messages.notice(reason, number)
         elif kinds & UNMARKED:
             messages.notice(messages.ASSUMED, count_dipoles(m, offsets))
         return 0
@@ -235,7 +242,7 @@ def _compute(checksum: int, offsets: layout.Layout):
         _ = checksum
         m = memory.words(model, memory.UNBOUNDED)
         d = memory.words(data, memory.UNBOUNDED)
-        word = memory.words(d[offsets.plugin_data // 8] + 8 * instance, 1)
+        word = memory.words(_plugin_data(data, offsets, instance), 1)
         kinds = word[0] & KINDS
         if kinds & IDLE:
             return
@@ -277,6 +284,22 @@ def _compute(checksum: int, offsets: layout.Layout):
             _notice_once(messages.UNRESOLVED, error[1])
 
     return compute
+
+
+@compiled_once(types.void(_word, _word, _word, _int), error_model="numpy")
+def _copy(checksum: int, offsets: layout.Layout):
+    """Define the plugin's `copy`.
+
+    The copied passive forces belong to the drives of the source, which are in its checksum.
+    """
+
+    def copy(target, model, source, instance):
+        _ = checksum
+        to = memory.words(_plugin_data(target, offsets, instance), 1)
+        of = memory.words(_plugin_data(source, offsets, instance), 1)
+        to[0] = (to[0] & KINDS) | (of[0] >> SHIFT << SHIFT)
+
+    return copy
 
 
 @compiled_once(types.int32(_word, _word, _int), error_model="numpy")
@@ -366,18 +389,18 @@ def _first_error(m, offsets, kinds, thorough):
     joint = invalid_potential(m, offsets) if kinds & POTENTIALS else -1
     if joint >= 0:
         return errors.POTENTIAL, joint, -1
-    coil = invalid_coil(m, offsets) if kinds & COILS else -1
+    coil = invalid_coil(m, offsets)[0] if kinds & COILS else -1
     if coil >= 0:
         return errors.COIL, coil, -1
     if kinds & FIELDS:
         numeric = invalid_field(m, offsets, thorough)
         if numeric >= 0:
             return errors.FIELD, numeric, -1
-        owner = invalid_field_tuple(m, offsets)
+        owner = invalid_field_tuple(m, offsets)[0]
         if owner >= 0:
             return errors.FIELD_TUPLE, owner, -1
     if kinds & IRON:
-        pieces = invalid_iron(m, offsets)
+        pieces = invalid_iron(m, offsets)[0]
         if pieces >= 0:
             return errors.IRON, pieces, -1
         material = invalid_material(m, offsets)
@@ -397,52 +420,67 @@ def report(error, m, d, offsets):
     of a geom.
     """
     number, first, second = error
+    model = m.ctypes.data
+    place = memory.details_on_stack()
+    details = memory.numbers(place, 1, errors.DETAILS)[0]
     if number == errors.MARK:
         text, config = marks_of(m, offsets)
-        messages.fail(number, 0, text, 0, config, 0.0)
-    elif number == errors.TIME:
-        time = memory.numbers(d.ctypes.data + offsets.time, 1, 1)[0, 0]
-        messages.fail(number, -1, 0, 0, 0, time)
-    elif number == errors.PATH:
-        messages.fail(number, first, 0, 0, 0, userdata_at(d, offsets, first))
-    elif number == errors.MATERIAL:
-        value = numbers_of(first, m, offsets)[0]
-        messages.fail(number, first, _name(NUMERIC, first, m, offsets), 0, 0, value)
+        messages.fail(number, 0, text, 0, config, place)
+    elif number in (errors.COIL, errors.FIELD_TUPLE, errors.IRON):
+        _report_tuple(number, m, offsets, details, place)
     elif number >= 0:
+        if number == errors.TIME:
+            details[0] = memory.numbers(d.ctypes.data + offsets.time, 1, 1)[0, 0]
+        elif number == errors.PATH:
+            details[0] = userdata_at(d, offsets, first)
+        elif number == errors.MATERIAL:
+            details[0] = numbers_of(first, m, offsets)[0]
+        elif number == errors.OUTSIDE:
+            _locate(first, second, m, d, offsets, details)
         one, other = errors.ELEMENTS[number]
-        geoms = 0
         nsite = m[offsets.nsite // 8]
         if one == errors.DIPOLE:
             one = SITE
             if first >= nsite:
-                one, first, geoms = GEOM, first - nsite, 1
+                one, first, details[0] = GEOM, first - nsite, 1.0
         if other == errors.DIPOLE:
             other = SITE
             if second >= nsite:
-                other, second, geoms = GEOM, second - nsite, geoms + 2
-        names = _name(one, first, m, offsets), _name(other, second, m, offsets)
-        messages.fail(number, first, names[0], second, names[1], float(geoms))
+                other, second, details[0] = GEOM, second - nsite, details[0] + 2.0
+        names = _name(model, one, first), _name(model, other, second)
+        messages.fail(number, first, names[0], second, names[1], place)
 
 
 @njit
-def _name(kind, number, m, offsets):
-    """Return the address of an element's name; 0 if its number is -1."""
-    starts = m[offsets.name_siteadr // 8]
-    if kind == TUPLE:
-        starts = m[offsets.name_tupleadr // 8]
-    elif kind == BODY:
-        starts = m[offsets.name_bodyadr // 8]
-    elif kind == JOINT:
-        starts = m[offsets.name_jntadr // 8]
-    elif kind == GEOM:
-        starts = m[offsets.name_geomadr // 8]
-    elif kind == NUMERIC:
-        starts = m[offsets.name_numericadr // 8]
-    elif kind == SENSOR:
-        starts = m[offsets.name_sensoradr // 8]
-    if number < 0:
-        return 0
-    return m[offsets.names // 8] + memory.integers(starts, memory.UNBOUNDED)[number]
+def _report_tuple(number, m, offsets, details, place):
+    """Report which element of a tuple breaks a rule."""
+    k, i, rule, other = invalid_coil(m, offsets)
+    if number == errors.FIELD_TUPLE:
+        k, i, rule, other = invalid_field_tuple(m, offsets)
+    elif number == errors.IRON:
+        k, i, rule, other = invalid_iron(m, offsets)
+    name = 0
+    details[0], details[1] = rule, other
+    if i >= 0:
+        kind, named, details[3] = element(i, m, offsets)
+        details[2] = kind
+        name = _name(m.ctypes.data, kind, named)
+    position = i - elements_of(k, m, offsets).start
+    messages.fail(number, k, _name(m.ctypes.data, TUPLE, k), position, name, place)
+
+
+@njit
+def _locate(dipole, numeric, m, d, offsets, details):
+    """Write where a dipole is in the frame of a table, and the first numbers of the table."""
+    nsite = m[offsets.nsite // 8]
+    places, i = (
+        (offsets.site_xpos, dipole) if dipole < nsite else (offsets.geom_xpos, dipole - nsite)
+    )
+    at = memory.numbers(d[places // 8], memory.UNBOUNDED, 3)[i]
+    details[1], details[2], details[3] = place_in_field(numeric, at[0], at[1], at[2], m, d, offsets)
+    header = numbers_of(numeric, m, offsets)
+    for k in range(HEADER):
+        details[4 + k] = header[k]
 
 
 @njit
@@ -460,8 +498,14 @@ def _abandon_stack(data, offsets):
 def _keep(m, data, offsets, instance):
     """Write what acts to the word in `plugin_data` that belongs to an instance."""
     first = instance == plugin_instance(m, offsets)
-    place = memory.words(data + offsets.plugin_data, 1)[0] + 8 * instance
-    memory.words(place, 1)[0] = forces_of(m, offsets) if first else IDLE
+    word = memory.words(_plugin_data(data, offsets, instance), 1)
+    word[0] = forces_of(m, offsets) if first else IDLE
+
+
+@njit
+def _plugin_data(data, offsets, instance):
+    """Return the address of the word in `plugin_data` that belongs to an instance."""
+    return memory.words(data + offsets.plugin_data, 1)[0] + 8 * instance
 
 
 @njit
