@@ -410,8 +410,8 @@ OFF = "".join(
             "none of the bodies with dipole sites can move",
         ),
         (TWO_NEEDLES.replace("<custom/>", f"<custom>{OFF}</custom>"), "prm is 0, the default"),
-        (INERT.format("dipoles", 5, ""), "it declares fields, iron, but no mark names them"),
-        (INERT.format("fields", 5, ""), "it declares dipoles, but no mark names them"),
+        (INERT.format("dipoles", 5, ""), "it declares fields and iron, but no mark names them"),
+        (INERT.format("fields", 5, ""), "it declares dipoles and iron, but no mark names them"),
         (
             INERT.format("dipoles iron", 0, "").replace("field", "other"),
             "the susceptibility of its iron is 0",

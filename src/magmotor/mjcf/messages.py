@@ -387,7 +387,7 @@ def _give_notice(which, number, handler, user, text):
     sentence = _NOTICES.get(which) or f"nothing acts on this model: {_INERT[which]}"
     what: int | str = number
     if which == NOT_MARKED:
-        what = ", ".join(word for word, bit in WORDS.items() if bit & number == bit)
+        what = " and ".join(word for word, bit in WORDS.items() if bit & number == bit)
     if which == ONE_RIGID_BODY and number:
         sentence += "; sites without a user number ({}) are no dipoles"
     try:
