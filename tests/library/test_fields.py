@@ -218,6 +218,34 @@ BAD = {
     "count": numeric([4, 4, 4, 0, 0, 0, 1, 1, 1, *np.ones(3 * 64 + 1)]),
     "node": numeric([4, 4, 4, 0, 0, 0, 1, 1, 1, *np.ones(3 * 64 - 1), math.nan]),
 }
+
+
+def one_point(point):
+    return [0.0, 0.0, point[2]]
+
+
+@pytest.mark.parametrize(
+    ("field", "shape", "sentence"),
+    [
+        (one_point, (4, 4, 5), r"field is called once, with all points, shape \(80, 3\)"),
+        (
+            lambda points: points.T,
+            (4, 4, 4),
+            r"has shape \(3, 64\): must have shape \(64, 3\); field",
+        ),
+        (
+            lambda points: [0, 0, 1] if points[2] > 0 else [1, 0, 0],
+            (4, 4, 4),
+            "field is called once",
+        ),
+        (lambda points: points, (4, 4), r"shape = \(4, 4\): must be three numbers of nodes"),
+    ],
+)
+def test_a_function_that_cannot_be_tabulated_is_an_error(field, shape, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        mm.tabulated_field(field, [0, 0, 0], [1, 1, 1], shape)
+
+
 OWN = '<element objtype="numeric" objname="field"/>'
 BODY = '<element objtype="body" objname="needle"/>'
 ELEMENTS = {
