@@ -210,9 +210,9 @@ class _Code:
 
             found = library().mjp_getPluginAtSlot
             found.restype = ctypes.POINTER(Plugin)
-            init, compute = compiled_plugin(self._name)
             table = found(slot(self._name)).contents
-            table.compute, table.init = compute.address, init.address
+            for member, function in compiled_plugin(self._name).items():
+                setattr(table, member, function.address)
             self._loaded = True
         except BaseException:
             _print_exception()

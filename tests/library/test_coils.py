@@ -1,5 +1,6 @@
 """Coils: moments that follow actuators, in forces, fields and derivatives; switched magnets."""
 
+import copy
 import math
 import warnings
 
@@ -203,35 +204,85 @@ def test_switching_a_magnet_off_does_not_warn():
         mujoco.mj_step(model, data)
 
 
+@BOTH
+@pytest.mark.parametrize("before", [0.0, 0.3])
+def test_copied_data_know_the_drive_of_their_passive_forces(before, extension):
+    """Data copied between the two halves of a step, then a control that the target knew before."""
+    model = coil(extension=extension)
+    source, used = mujoco.MjData(model), mujoco.MjData(model)
+    with mm.magnetism():
+        for data, control in ((source, 0.7), (used, before)):
+            data.ctrl[:] = control
+            mujoco.mj_step1(model, data)
+        mujoco.mj_copyData(used, model, source)
+        copies = [used, copy.copy(source)]
+        for data in (source, *copies):
+            data.ctrl[:] = before
+            mujoco.mj_step2(model, data)
+    for data in copies:
+        np.testing.assert_array_equal(data.qvel, source.qvel)
+
+
+def test_the_plugin_sees_a_control_that_is_set_between_the_halves_of_a_step():
+    """The block does not: MuJoCo calls its callback in the first half."""
+    for extension in ("", PLUGIN):
+        model = coil(extension=extension)
+        whole, halves, old = (mujoco.MjData(model) for _ in range(3))
+        whole.ctrl[:] = 0.7
+        with mm.magnetism():
+            mujoco.mj_step(model, whole)
+            mujoco.mj_step(model, old)
+            mujoco.mj_step1(model, halves)
+            halves.ctrl[:] = 0.7
+            mujoco.mj_step2(model, halves)
+        np.testing.assert_array_equal(halves.qvel, (whole if extension else old).qvel)
+        assert (whole.qvel != old.qvel).any()
+
+
+ACTUATOR = '<element objtype="actuator" objname="a"/>'
+HAND = '<element objtype="site" objname="hand"/>'
 BAD = {
-    "no actuator": '<element objtype="site" objname="hand"/><element objtype="site" objname="s"/>',
-    "only an actuator": '<element objtype="actuator" objname="a"/>',
-    "saturation": '<element objtype="actuator" objname="a" prm="-1"/>'
-    '<element objtype="site" objname="hand"/>',
-    "twice": '<element objtype="actuator" objname="a"/>'
-    + 2 * '<element objtype="site" objname="hand"/>',
-    "body and site": '<element objtype="actuator" objname="a"/>'
-    '<element objtype="site" objname="hand"/><element objtype="body" objname="b"/>',
-    "geom": '<element objtype="actuator" objname="a"/><element objtype="geom" objname="g"/>',
+    "no actuator": (HAND, ": element 0, site 'hand', must be an actuator, since it is the first"),
+    "only an actuator": (ACTUATOR, " must name a site or a body after its actuator"),
+    "saturation": (
+        '<element objtype="actuator" objname="a" prm="-1"/>' + HAND,
+        r": element 0, actuator 'a', has prm = -1, where .* must be finite and not negative",
+    ),
+    "twice": (ACTUATOR + 2 * HAND, ": element 2, site 'hand', is also named by coil tuple 0"),
+    "another coil": (
+        f'{ACTUATOR}{HAND}</tuple><tuple name="coil_of_s">{ACTUATOR}'
+        '<element objtype="site" objname="s"/>' + HAND,
+        r" 1 'coil_of_s': element 2, site 'hand', is also named by coil tuple 0",
+    ),
+    "body and site": (
+        ACTUATOR + HAND + '<element objtype="body" objname="b"/>',
+        ": element 1, site 'hand', is a part of a body that coil tuple 0 names",
+    ),
+    "geom": (
+        ACTUATOR + '<element objtype="geom" objname="g"/>',
+        ": element 1, geom 'g', must be a site or a body",
+    ),
 }
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_bad_elements_are_an_error(name):
+def test_a_bad_element_is_named_with_the_rule_that_it_breaks(name):
+    elements, sentence = BAD[name]
     model = mujoco.MjModel.from_xml_string(f"""
     <mujoco>
-      <custom><text name="magmotor" data="dipoles coils"/><tuple name="coil">{BAD[name]}</tuple>
+      <custom><text name="magmotor" data="dipoles coils"/><tuple name="coil">{elements}</tuple>
       </custom>
       <worldbody><site name="s" user="2"/><body name="b"><joint/><geom name="g" size="1"/>
         <site name="hand" user="1"/></body></worldbody>
       <actuator><general name="a" site="hand" gainprm="0"/></actuator>
     </mujoco>""")
-    with pytest.raises(ValueError, match="coil tuple 0 'coil': its elements must be one actuator"):
+    first = "coil tuple" if "tuple name" in elements else "coil tuple 0 'coil'"
+    with pytest.raises(ValueError, match=f"^{first}{sentence}"):
         mm.describe(model)
 
 
 def test_an_actuator_with_a_delay_is_an_error():
-    with pytest.raises(ValueError, match="must be one actuator, without a delay"):
+    with pytest.raises(ValueError, match="element 0, actuator 'current', must not have a delay"):
         mm.describe(coil('delay="0.01" nsample="20"'))
 
 

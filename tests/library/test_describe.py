@@ -422,6 +422,14 @@ def body(content, *, name="", joint='<joint damping="1"/>', user=""):
 
 SITE = '<site user="1"/>'
 WORLD = '<element objtype="body" objname="world"/>'
+
+
+def declared(custom):
+    return f"</worldbody><custom>{custom}</custom><worldbody>"
+
+
+ON_A = '<element objtype="numeric" objname="field_a"/>'
+IRON = '<element objtype="numeric" objname="m"/><element objtype="geom" objname="g"/>'
 LINES = {
     "eight entries": (
         [body(SITE, name=f"b{k}") for k in range(8)],
@@ -459,6 +467,17 @@ LINES = {
     "a prefix of a mark": (
         ["</worldbody><custom><text name='a/magmotor' data='all'/></custom><worldbody>"],
         "not acting: text 'a/magmotor', since only the name magmotor makes it a mark",
+    ),
+    "a prefix of a field": (
+        [declared("<numeric name='a_field' data='0 0 1'/>")],
+        "not acting: numeric 'a_field', since the name of a field starts with field",
+    ),
+    "a tuple on a field": (
+        [declared(f"<numeric name='field_a' data='0 0 1'/><tuple name='carrier'>{ON_A}</tuple>")],
+        (
+            "not acting: tuple 'carrier' on 'field_a', since the name of a tuple that places or"
+            " drives a field starts with field"
+        ),
     ),
     "no numbers": (
         [body("<site/>")],
@@ -520,3 +539,14 @@ def test_dry_friction_of_joints_and_tendons(capsys):
     found, printed = described(text.replace("<mujoco>", "<mujoco>" + flag), capsys)
     assert found.dry_friction == ()
     assert "dry friction" not in printed
+
+
+def test_iron_without_susceptibility(capsys):
+    text = marked(
+        "<geom name='g' size='1'/>",
+        declared(f"<numeric name='m' data='0'/><tuple name='iron'>{IRON}</tuple>"),
+        body(SITE),
+    ).replace("noise potentials", "iron")
+    found, printed = described(text, capsys)
+    assert found.acting == ()
+    assert "not acting: iron, since its susceptibility is 0" in printed.splitlines()

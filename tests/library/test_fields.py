@@ -151,13 +151,62 @@ def test_a_dipole_outside_of_the_table_is_an_error():
     text = mm.tabulated_field(COIL.getB, LOWER, UPPER, (5, 5, 5))
     model = model_with(text, pos="0.2 0 0.1")
     data = mujoco.MjData(model)
-    sentence = "dipole site 0 'dipole' is outside the grid of the table in numeric 0 'field'"
+    sentence = (
+        "dipole site 0 'dipole' is outside the grid of the table in numeric 0 'field': it is at"
+        r" \(0\.2, 0, 0\.1\) m in the frame of the grid, which reaches from \(-0\.1, -0\.05, 0\)"
+        r" to \(0\.15, 0\.2, 0\.3\) m"
+    )
     with pytest.raises(mujoco.FatalError, match=sentence), mm.magnetism():
         mujoco.mj_forward(model, data)
     with pytest.raises(ValueError, match=sentence):
         mm.magnetic_energy(model, data)
     with pytest.raises(ValueError, match="must be inside the table of numeric 'field'"):
         mm.field(model, data, [0, 0, 9])
+
+
+def test_a_node_that_is_not_finite_is_not_taken_for_the_outside():
+    """Nodes are checked while a model is loaded; this one is changed afterwards."""
+    place = (
+        '<tuple name="field"><element objtype="numeric" objname="field"/>'
+        '<element objtype="site" objname="frame"/></tuple>'
+    )
+    frame = '<site name="frame" pos="0 0 0.1" zaxis="1 0 0"/>'
+    text = mm.tabulated_field(COIL.getB, LOWER, UPPER, (5, 5, 5))
+    model = model_with(text, place, bodies=frame, pos="0.15 0 0.1")
+    model.numeric("field").data[9:] = math.nan
+    sentence = (
+        "dipole site 1 'dipole' is at a node that is not finite of the table in numeric 0 'field':"
+        r" it is at \(.*, 0\.15\) m in the frame"
+    )
+    with pytest.raises(mujoco.FatalError, match=sentence), mm.magnetism():
+        mujoco.mj_forward(model, mujoco.MjData(model))
+
+
+def test_the_energy_is_defined_where_the_forces_are():
+    """Dipoles outside of a table that does not act on them: fixed to them, or neither moves."""
+    text = mm.tabulated_field(COIL.getB, LOWER, UPPER, (5, 5, 5))
+    far = '<site pos="0 0 7" user="3"/>'
+    carrier = (
+        '<body name="carrier" pos="0 0 0.3"><freejoint/><geom size="0.01"/>'
+        '<site pos="0 0 5" user="0.1"/></body>'
+    )
+    place = (
+        '<tuple name="field"><element objtype="numeric" objname="field"/>'
+        '<element objtype="body" objname="carrier"/></tuple>'
+    )
+    for parts, bodies in (((text,), far), ((text, place), carrier)):
+        model = model_with(*parts, bodies=bodies, pos="0 0.05 0.4" if place in parts else "0 0 0.1")
+        data = mujoco.MjData(model)
+        with mm.magnetism():
+            mujoco.mj_forward(model, data)
+        force = data.xfrc_applied[1, 2]
+        step, ends = 1e-6, []
+        for sign in (1, -1):
+            data.qpos[2] += sign * step
+            mujoco.mj_kinematics(model, data)
+            ends.append(mm.magnetic_energy(model, data))
+            data.qpos[2] -= sign * step
+        assert force == pytest.approx((ends[1] - ends[0]) / (2 * step), rel=1e-6)
 
 
 BAD = {
@@ -169,13 +218,54 @@ BAD = {
     "count": numeric([4, 4, 4, 0, 0, 0, 1, 1, 1, *np.ones(3 * 64 + 1)]),
     "node": numeric([4, 4, 4, 0, 0, 0, 1, 1, 1, *np.ones(3 * 64 - 1), math.nan]),
 }
+
+
+def one_point(point):
+    return [0.0, 0.0, point[2]]
+
+
+@pytest.mark.parametrize(
+    ("field", "shape", "sentence"),
+    [
+        (one_point, (4, 4, 5), r"field is called once, with all points, shape \(80, 3\)"),
+        (
+            lambda points: points.T,
+            (4, 4, 4),
+            r"has shape \(3, 64\): must have shape \(64, 3\); field",
+        ),
+        (
+            lambda points: [0, 0, 1] if points[2] > 0 else [1, 0, 0],
+            (4, 4, 4),
+            "field is called once",
+        ),
+        (lambda points: points, (4, 4), r"shape = \(4, 4\): must be three numbers of nodes"),
+    ],
+)
+def test_a_function_that_cannot_be_tabulated_is_an_error(field, shape, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        mm.tabulated_field(field, [0, 0, 0], [1, 1, 1], shape)
+
+
+OWN = '<element objtype="numeric" objname="field"/>'
+BODY = '<element objtype="body" objname="needle"/>'
 ELEMENTS = {
-    "no field": '<element objtype="body" objname="needle"/>',
-    "another numeric": '<element objtype="numeric" objname="other"/>',
-    "two frames": '<element objtype="numeric" objname="field"/>'
-    + 2 * '<element objtype="body" objname="needle"/>',
-    "a geom": '<element objtype="numeric" objname="field"/>'
-    '<element objtype="geom" objname="ball"/>',
+    "no field": (BODY, "0 'field too' must name a numeric that is a field"),
+    "another numeric": (
+        '<element objtype="numeric" objname="other"/>',
+        "0 'field too': element 0, numeric 'other', must have a name that starts with 'field'",
+    ),
+    "two frames": (
+        OWN + BODY + BODY,
+        "0 'field too': element 2, body 'needle', is one too many: at most one body or site",
+    ),
+    "a geom": (
+        OWN + '<element objtype="geom" objname="ball"/>',
+        "0 'field too': element 1, geom 'ball', must be a numeric, a body, a site or an actuator",
+    ),
+    "two tuples": (
+        f'{OWN}</tuple><tuple name="field_again">{OWN}',
+        "1 'field_again': element 0, numeric 'field', is also named by field tuple 0",
+    ),
 }
 
 
@@ -186,11 +276,12 @@ def test_bad_numbers_are_an_error(name):
 
 
 @pytest.mark.parametrize("name", ELEMENTS)
-def test_bad_elements_are_an_error(name):
+def test_a_bad_element_is_named_with_the_rule_that_it_breaks(name):
+    elements, sentence = ELEMENTS[name]
     parts = numeric([1, 2, 3]), numeric([1], "other")
-    group = f'<tuple name="field too">{ELEMENTS[name]}</tuple>'
+    group = f'<tuple name="field too">{elements}</tuple>'
     bodies = '<geom name="ball" size="0.1"/>'
-    with pytest.raises(ValueError, match="field tuple 0 'field too': its elements must be"):
+    with pytest.raises(ValueError, match=f"^field tuple {sentence}"):
         mm.describe(model_with(*parts, group, bodies=bodies))
 
 

@@ -199,10 +199,11 @@ PLANE = '<geom name="{}" type="plane" size="1 1 1"/>'
 BAD = {
     "susceptibility": ({"material": "-1.5"}, r"numeric 1 'material'.*\(here -1.5\)"),
     "saturation": ({"material": "5 -1"}, "numeric 1 'material'"),
-    "twice": ({"pieces": "piece piece"}, "iron tuple 0 'iron'.*each named once"),
+    "twice": ({"pieces": "piece piece"}, "element 2, geom 'piece', is also named by iron tuple 0"),
+    "no geom": ({"pieces": ""}, "iron tuple 0 'iron' must name a numeric, the material, and a"),
     "two planes": (
         {"bodies": PLANE.format("piece") + PLANE.format("b"), "pieces": "piece b"},
-        "at most one plane",
+        "iron tuple 0 'iron': element 2, geom 'b', is one too many: .* at most one plane",
     ),
     "below": (
         {"bodies": PLANE.format("piece") + free('size="1"', "0 0 -1", "b"), "pieces": "piece b"},

@@ -364,6 +364,23 @@ TWO_NEEDLES = f"""
 """
 """Two rigid bodies of two bodies each; one of them can move."""
 
+INERT = """
+<mujoco>
+  <custom>
+    <text name="magmotor" data="{}"/>
+    <numeric name="field" data="0 0 1"/>
+    <numeric name="material" data="{}"/>
+    <tuple name="iron"><element objtype="numeric" objname="material"/>
+      <element objtype="geom" objname="piece"/></tuple>
+  </custom>
+  <worldbody>
+    <geom name="piece" size="0.1" pos="0 0 2"/>
+    <body><freejoint/><geom size="0.1"/><site user="1"/>{}</body>
+  </worldbody>
+</mujoco>
+"""
+"""A free dipole, a field and fixed iron, all of which must be named."""
+
 OFF = "".join(
     f'<tuple name="coupling {a} {b}"><element objtype="body" objname="{a}"/>'
     f'<element objtype="body" objname="{b}"/></tuple>'
@@ -393,6 +410,16 @@ OFF = "".join(
             "none of the bodies with dipole sites can move",
         ),
         (TWO_NEEDLES.replace("<custom/>", f"<custom>{OFF}</custom>"), "prm is 0, the default"),
+        (INERT.format("dipoles", 5, ""), "it declares fields and iron, but no mark names them"),
+        (INERT.format("fields", 5, ""), "it declares dipoles and iron, but no mark names them"),
+        (
+            INERT.format("dipoles iron", 0, "").replace("field", "other"),
+            "the susceptibility of its iron is 0",
+        ),
+        (
+            INERT.format("dipoles", 5, "<site/>").replace('"iron"', '"n"').replace("field", "f"),
+            r"all on one rigid body, .*; sites without a user number \(1\) are no dipoles",
+        ),
     ],
 )
 def test_a_model_on_which_nothing_acts_warns_once_and_says_why(xml, why):

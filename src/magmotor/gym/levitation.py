@@ -6,6 +6,7 @@ from typing import Any
 import gymnasium
 import mujoco
 import numpy as np
+from gymnasium.error import ResetNeeded
 from gymnasium.spaces import Box
 from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode, VectorEnv
@@ -14,7 +15,14 @@ from mujoco.batch import Batch
 from numpy.typing import NDArray
 
 from magmotor.common.arrays import Array
-from magmotor.common.checks import check_choice, check_integer, reject
+from magmotor.common.checks import (
+    check_array,
+    check_choice,
+    check_floats,
+    check_integer,
+    elements,
+    reject,
+)
 from magmotor.common.environment import models_folder
 from magmotor.dipoles import PERMEABILITY_OVER_4PI
 
@@ -31,6 +39,8 @@ TOLERANCE = 0.005
 
 HEIGHT = 2
 """Its place in `qpos`."""
+
+NOT_RESET = "call reset before step"
 
 FIELD, FIELD_BEFORE, CURRENT, CURRENT_BEFORE, TARGET = range(5)
 """The elements of an observation."""
@@ -92,21 +102,19 @@ class Levitation(gymnasium.Env):
     metadata = {"render_modes": ["rgb_array"], "render_fps": 500}  # noqa: RUF012 - as in the base
 
     def __init__(self, render_mode: str | None = None):
-        if render_mode is not None:
-            check_choice("render_mode", render_mode, ("rgb_array",))
-        self.render_mode = render_mode
+        self.render_mode = _render_mode(render_mode)
         self._task = _Task()
         self.model = self._task.model
         self.data = mujoco.MjData(self.model)
         self.observation_space, self.action_space = self._task.spaces()
-        self._observation = np.zeros(5)
-        self._renderer: mujoco.Renderer | None = None
+        self._observation: Array | None = None
+        self._camera = _Camera(self.model)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Array, dict[str, Any]]:
         """Begin an episode; return the first observation and an empty dictionary."""
-        super().reset(seed=seed)
+        super().reset(seed=None if seed is None else _seed(seed))
         height, target = _draw_start(self.np_random)
         mujoco.mj_resetData(self.model, self.data)
         self.data.qpos[HEIGHT] = height
@@ -118,7 +126,9 @@ class Levitation(gymnasium.Env):
 
     def step(self, action: Array) -> tuple[Array, float, bool, bool, dict[str, Any]]:
         """Apply an action for 2 ms; return observation, reward, terminated, False and {}."""
-        self.data.ctrl[:] = self._task.control(action)
+        if self._observation is None:
+            raise ResetNeeded(NOT_RESET)
+        self.data.ctrl[:] = self._task.control(check_array("action", action, 1))
         mujoco.mj_step(self.model, self.data)
         noise = self.np_random.standard_normal(2)
         self._observation = self._task.next(self._observation, self.data.sensordata, noise)
@@ -128,18 +138,11 @@ class Levitation(gymnasium.Env):
 
     def render(self) -> Array | None:
         """Return a picture, shape (480, 480, 3), if the render mode is rgb_array."""
-        if self.render_mode is None:
-            return None
-        if self._renderer is None:
-            self._renderer = mujoco.Renderer(self.model, 480, 480)
-        self._renderer.update_scene(self.data, "front")
-        return self._renderer.render()
+        return None if self.render_mode is None else self._camera.picture(self.data.qpos)
 
     def close(self) -> None:
         """Release the renderer."""
-        if self._renderer is not None:
-            self._renderer.close()
-            self._renderer = None
+        self._camera.close()
 
 
 class LevitationVector(VectorEnv):
@@ -157,14 +160,23 @@ class LevitationVector(VectorEnv):
         Number of steps after which an episode is truncated.
     threads : int
         Number of threads; 0 for the number of processors.
+    render_mode : {"rgb_array"}, optional
     """
 
-    metadata = {"autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012 - as in the base
+    metadata = Levitation.metadata | {"autoreset_mode": AutoresetMode.NEXT_STEP}
 
-    def __init__(self, num_envs: int = 1, max_episode_steps: int = 1000, threads: int = 0):
+    def __init__(
+        self,
+        num_envs: int = 1,
+        max_episode_steps: int = 1000,
+        threads: int = 0,
+        render_mode: str | None = None,
+    ):
+        self.render_mode = _render_mode(render_mode)
         self.num_envs = check_integer("num_envs", num_envs, at_least=1)
         self._limit = check_integer("max_episode_steps", max_episode_steps, at_least=1)
         self._task = _Task()
+        self._camera = _Camera(self._task.model)
         self.single_observation_space, self.single_action_space = self._task.spaces()
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
@@ -185,12 +197,7 @@ class LevitationVector(VectorEnv):
 
         A seed s stands for s, s + 1, ... of the environments.
         """
-        seeds = [*range(seed, seed + self.num_envs)] if isinstance(seed, int) else seed
-        if seeds is None:
-            seeds = [None] * self.num_envs
-        if len(seeds) != self.num_envs:
-            raise reject("seed", seed, f"must be one integer, or {self.num_envs} of them")
-        for i, one in enumerate(seeds):
+        for i, one in enumerate(_seeds(seed, self.num_envs)):
             if i == len(self._randoms):
                 self._randoms.append(seeding.np_random(one)[0])
             elif one is not None:
@@ -200,8 +207,11 @@ class LevitationVector(VectorEnv):
 
     def step(self, actions: Array) -> tuple[Array, Array, Flags, Flags, dict[str, Any]]:
         """Apply actions, shape (num_envs, 1), for 2 ms, or reset where the episode is over."""
+        if not self._randoms:
+            raise ResetNeeded(NOT_RESET)
         going, over = np.flatnonzero(~self._over), np.flatnonzero(self._over)
-        self._batch.ctrl = self._task.control(actions)
+        applied = check_floats("actions", actions, self.num_envs, 1)[going]
+        self._batch.ctrl[going] = self._task.control(check_array("actions", applied))
         self._batch.step(going)
         self._steps[going] += 1
         before, noise = self._observations[going], self._noise(going)
@@ -214,6 +224,16 @@ class LevitationVector(VectorEnv):
         late = self._steps >= self._limit
         self._over = lost | late
         return self._observations.copy(), rewards, lost, late, {}
+
+    def render(self) -> tuple[Array, ...] | None:  # type: ignore[override] - the base has Any
+        """Return a picture of each environment, shape (480, 480, 3), if the mode is rgb_array."""
+        if self.render_mode is None:
+            return None
+        return tuple(self._camera.picture(qpos) for qpos in self._batch.qpos)
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """Release the renderer."""
+        self._camera.close()
 
     def _begin(self, which: np.ndarray) -> None:
         """Begin episodes of some environments."""
@@ -229,6 +249,53 @@ class LevitationVector(VectorEnv):
 
     def _noise(self, which: np.ndarray) -> Array:
         return np.array([self._randoms[i].standard_normal(2) for i in which]).reshape(-1, 2)
+
+
+def _render_mode(mode: str | None) -> str | None:
+    if mode is not None:
+        check_choice("render_mode", mode, ("rgb_array",))
+    return mode
+
+
+def _seed(seed: Any) -> int:
+    return check_integer("seed", seed, at_least=0)
+
+
+def _seeds(seed: Any, count: int) -> Sequence[int | None]:
+    """Return the seeds of some environments, of which one stands for itself and the next ones."""
+    if seed is None:
+        return [None] * count
+    if isinstance(seed, int | np.integer):
+        return range(_seed(seed), _seed(seed) + count)
+    sentence = f"must be one integer, or {count} of them"
+    seeds = [*elements("seed", seed, sentence)]
+    if len(seeds) != count:
+        raise reject("seed", seed, sentence)
+    return [None if one is None else _seed(one) for one in seeds]
+
+
+class _Camera:
+    """Pictures of the ball."""
+
+    def __init__(self, model: mujoco.MjModel):
+        self._data = mujoco.MjData(model)
+        self._model = model
+        self._renderer: mujoco.Renderer | None = None
+
+    def picture(self, qpos: Array) -> Array:
+        """Return a picture, shape (480, 480, 3)."""
+        if self._renderer is None:
+            self._renderer = mujoco.Renderer(self._model, 480, 480)
+        self._data.qpos[:] = qpos
+        mujoco.mj_forward(self._model, self._data)
+        self._renderer.update_scene(self._data, "front")
+        return self._renderer.render()
+
+    def close(self) -> None:
+        """Release the renderer."""
+        if self._renderer is not None:
+            self._renderer.close()
+            self._renderer = None
 
 
 def _draw_start(random: np.random.Generator) -> tuple[float, float]:

@@ -1,4 +1,4 @@
-"""The compiled functions that MuJoCo calls: the control callback, and the plugin's two.
+"""The compiled functions that MuJoCo calls: the control callback, and those of the plugins.
 
 All of them apply the same forces. The callback overwrites `xfrc_applied`, where one can see them;
 the plugin adds them to `qfrc_passive`, and leaves `xfrc_applied` and the callback to the user.
@@ -17,44 +17,30 @@ from numba import njit, types
 import magmotor_plugin
 from magmotor.mjcf import errors, layout, memory, messages
 from magmotor.mjcf.forces import clusters, coils, resolution, tiles
+from magmotor.mjcf.forces.all_forces import apply_forces, first_error
 from magmotor.mjcf.forces.brownian_wrenches import (
     add_brownian_wrenches,
-    clear_driven_bodies,
-    has_step_number,
     in_later_stage,
-    invalid_row,
     step_number,
-    userdata_at,
 )
-from magmotor.mjcf.forces.coils import drives_checksum, invalid_coil
-from magmotor.mjcf.forces.couplings import invalid_coupling
-from magmotor.mjcf.forces.custom import BODY, GEOM, JOINT, NUMERIC, SENSOR, SITE, TUPLE, numbers_of
+from magmotor.mjcf.forces.coils import drives_checksum
 from magmotor.mjcf.forces.dipole_sites import (
     SWITCHED_OFF,
     count_dipoles,
-    invalid_moment,
     why_inert,
 )
-from magmotor.mjcf.forces.fields import invalid_field, invalid_field_tuple
-from magmotor.mjcf.forces.iron import coupled_iron, invalid_iron, invalid_material, invalid_size
-from magmotor.mjcf.forces.joint_potentials import add_potential_forces, invalid_potential
-from magmotor.mjcf.forces.magnetic_wrenches import set_magnetic_wrenches
 from magmotor.mjcf.forces.magnetometers import read_magnetometers, sensor_without_site
 from magmotor.mjcf.forces.marks import (
     COILS,
-    COUPLINGS,
-    DIPOLES,
     FIELDS,
-    IRON,
     NOISE,
     POTENTIALS,
     UNMARKED,
     forces_of,
-    marks_of,
     plugin_instance,
 )
-from magmotor.mjcf.forces.tolerance import invalid_tolerance
 from magmotor.mjcf.hooks import errors_raised
+from magmotor.mjcf.reports import report
 from magmotor.numerics.numba_cache import compiled_once
 
 FAILED = -1
@@ -89,12 +75,13 @@ def compiled_callback() -> Any:
 
 
 @cache
-def compiled_plugin(name: bytes) -> tuple[Any, Any]:
-    """Return the functions `init` and `compute` of a plugin for the running MuJoCo."""
+def compiled_plugin(name: bytes) -> dict[str, Any]:
+    """Return the functions of a plugin for the running MuJoCo, by their names in `mjpPlugin`."""
     _bind()
+    current = layout.current()
     if name == magmotor_plugin.MAGNETOMETER:
-        return _check_magnetometers(layout.current()), _measure(layout.current())
-    return _init(layout.current()), _compute(layout.current())
+        return {"compute": _measure(current), "init": _check_magnetometers(current)}
+    return {"copy": _copy(current), "compute": _compute(current), "init": _init(current)}
 
 
 def acting_forces(model: mujoco.MjModel) -> int:
@@ -121,7 +108,7 @@ def _read(checksum: int, offsets: layout.Layout):
         _ = checksum
         m = memory.words(model, memory.UNBOUNDED)
         kinds = forces_of(m, offsets)
-        report(_first_error(m, offsets, kinds, True), m, m, offsets)
+        report(first_error(m, offsets, kinds, True), m, m, offsets)
         return kinds
 
     return read
@@ -153,7 +140,7 @@ def _bind() -> None:
     resolution.bind()
     tiles.bind()
     clusters.bind()
-    memory.bind_mujoco("mj_applyFT", "mj_passive", "mj_warning")
+    memory.bind_mujoco("mj_applyFT", "mj_passive", "mj_warning", "mj_id2name")
 
 
 @compiled_once(types.void(_word, _word), error_model="numpy")
@@ -192,8 +179,8 @@ def _callback(checksum: int, offsets: layout.Layout):
             if kinds & UNMARKED:
                 _notice_once(messages.ASSUMED, count_dipoles(m, offsets))
         elif not messages.has_acted(model):
-            reason = why_inert(m, offsets, kinds)
-            _notice_once(reason if reason >= 0 else SWITCHED_OFF, 0)
+            reason, number = why_inert(m, offsets, kinds)
+            _notice_once(reason if reason >= 0 else SWITCHED_OFF, number)
 
     return callback
 
@@ -206,7 +193,7 @@ def _init(checksum: int, offsets: layout.Layout):
         _ = checksum
         m = memory.words(model, memory.UNBOUNDED)
         kinds = forces_of(m, offsets)
-        error = _first_error(m, offsets, kinds, True)
+        error = first_error(m, offsets, kinds, True)
         if error[0] >= 0:
             report(error, m, m, offsets)
             return FAILED
@@ -218,9 +205,9 @@ def _init(checksum: int, offsets: layout.Layout):
             messages.notice(messages.NO_PASSIVE_FORCES, 0)
         if memory.integers(model + offsets.enableflags, 1)[0] & ENABLE_SLEEP:
             messages.notice(messages.SLEEPING, 0)
-        inert = why_inert(m, offsets, kinds)
-        if inert >= 0:
-            messages.notice(inert, 0)
+        reason, number = why_inert(m, offsets, kinds)
+        if reason >= 0:
+            messages.notice(reason, number)
         elif kinds & UNMARKED:
             messages.notice(messages.ASSUMED, count_dipoles(m, offsets))
         return 0
@@ -236,7 +223,7 @@ def _compute(checksum: int, offsets: layout.Layout):
         _ = checksum
         m = memory.words(model, memory.UNBOUNDED)
         d = memory.words(data, memory.UNBOUNDED)
-        word = memory.words(d[offsets.plugin_data // 8] + 8 * instance, 1)
+        word = memory.words(_plugin_data(data, offsets, instance), 1)
         kinds = word[0] & KINDS
         if kinds & IDLE:
             return
@@ -280,6 +267,22 @@ def _compute(checksum: int, offsets: layout.Layout):
     return compute
 
 
+@compiled_once(types.void(_word, _word, _word, _int), error_model="numpy")
+def _copy(checksum: int, offsets: layout.Layout):
+    """Define the plugin's `copy`.
+
+    The copied passive forces belong to the drives of the source, which are in its checksum.
+    """
+
+    def copy(target, model, source, instance):
+        _ = checksum
+        to = memory.words(_plugin_data(target, offsets, instance), 1)
+        of = memory.words(_plugin_data(source, offsets, instance), 1)
+        to[0] = (to[0] & KINDS) | (of[0] >> SHIFT << SHIFT)
+
+    return copy
+
+
 @compiled_once(types.int32(_word, _word, _int), error_model="numpy")
 def _check_magnetometers(checksum: int, offsets: layout.Layout):
     """Define the magnetometer's `init`, which checks a model while MuJoCo compiles it."""
@@ -305,148 +308,12 @@ def _measure(checksum: int, offsets: layout.Layout):
         m = memory.words(model, memory.UNBOUNDED)
         d = memory.words(data, memory.UNBOUNDED)
         kinds = forces_of(m, offsets)
-        error = _first_error(m, offsets, kinds, False)
+        error = first_error(m, offsets, kinds, False)
         if error[0] < 0:
             error = read_magnetometers(m, d, offsets, kinds, instance)
         report(error, m, d, offsets)
 
     return compute
-
-
-@njit(forceinline=True)
-def apply_forces(model, data, offsets, kinds, applied, generalized):
-    """Compute all forces except noise; return how many act, and an error for `report`.
-
-    Without an error, its other numbers are those of `unresolved_body`.
-    `model` and `data` are the addresses of mjModel and mjData, `offsets` is their layout, and
-    `kinds` are the bits of `forces_of`. The wrenches overwrite those of the bodies on which any
-    act, in `applied` (nbody, 6); forces on joints are added to `generalized` (nv,).
-    """
-    m = memory.words(model, memory.UNBOUNDED)
-    d = memory.words(data, memory.UNBOUNDED)
-    error = _first_error(m, offsets, kinds, False)
-    if error[0] >= 0:
-        return 0, error
-    acting, found = 0, errors.NO_ERROR
-    if kinds & NOISE and m[offsets.nuser_body // 8] > 0:
-        invalid = clear_driven_bodies(m, d, offsets, applied)
-        if invalid >= 0:
-            return 0, (errors.PATH, invalid, -1)
-        if not has_step_number(model, data, offsets):
-            return 0, (errors.TIME, -1, -1)
-    if kinds & IRON or (kinds & DIPOLES and m[offsets.nuser_site // 8] > 0):
-        acting, found = set_magnetic_wrenches(m, d, offsets, kinds, applied)
-        if found[0] >= 0:
-            return 0, found
-    if kinds & POTENTIALS and m[offsets.nuser_jnt // 8] > 0:
-        acting += add_potential_forces(m, d, offsets, generalized)
-    return acting, found
-
-
-@njit
-def _first_error(m, offsets, kinds, thorough):
-    """Check a model's mark, and the `user` numbers, numerics and tuples that act.
-
-    Returns the number of the error, or -1, and of the element. Only a thorough check reads all
-    numbers of tables.
-    """
-    if kinds < 0:
-        return errors.MARK, -1, -1
-    site = invalid_moment(m, offsets) if kinds & DIPOLES else -1
-    if site >= 0:
-        return errors.MOMENT, site, -1
-    numeric = invalid_tolerance(m, offsets) if kinds & DIPOLES else -1
-    if numeric >= 0:
-        return errors.TOLERANCE, numeric, -1
-    pair = invalid_coupling(m, offsets) if kinds & COUPLINGS else -1
-    if pair >= 0:
-        return errors.COUPLING, pair, -1
-    body = invalid_row(m, offsets) if kinds & NOISE else -1
-    if body >= 0:
-        return errors.WRENCH, body, -1
-    joint = invalid_potential(m, offsets) if kinds & POTENTIALS else -1
-    if joint >= 0:
-        return errors.POTENTIAL, joint, -1
-    coil = invalid_coil(m, offsets) if kinds & COILS else -1
-    if coil >= 0:
-        return errors.COIL, coil, -1
-    if kinds & FIELDS:
-        numeric = invalid_field(m, offsets, thorough)
-        if numeric >= 0:
-            return errors.FIELD, numeric, -1
-        owner = invalid_field_tuple(m, offsets)
-        if owner >= 0:
-            return errors.FIELD_TUPLE, owner, -1
-    if kinds & IRON:
-        pieces = invalid_iron(m, offsets)
-        if pieces >= 0:
-            return errors.IRON, pieces, -1
-        material = invalid_material(m, offsets)
-        if material >= 0:
-            return errors.MATERIAL, material, -1
-        geom = invalid_size(m, offsets)
-        if geom >= 0:
-            return errors.SIZE, geom, -1
-        geom, pair = coupled_iron(m, offsets) if kinds & COUPLINGS else (-1, -1)
-        if geom >= 0:
-            return errors.COUPLED_IRON, geom, pair
-    return errors.NO_ERROR
-
-
-@njit
-def report(error, m, d, offsets):
-    """Raise an error, or record it: its number, and those of up to two elements, or -1.
-
-    The elements of some errors are dipoles: the number of a site, or the number of sites plus that
-    of a geom.
-    """
-    number, first, second = error
-    if number == errors.MARK:
-        text, config = marks_of(m, offsets)
-        messages.fail(number, 0, text, 0, config, 0.0)
-    elif number == errors.TIME:
-        time = memory.numbers(d.ctypes.data + offsets.time, 1, 1)[0, 0]
-        messages.fail(number, -1, 0, 0, 0, time)
-    elif number == errors.PATH:
-        messages.fail(number, first, 0, 0, 0, userdata_at(d, offsets, first))
-    elif number == errors.MATERIAL:
-        value = numbers_of(first, m, offsets)[0]
-        messages.fail(number, first, _name(NUMERIC, first, m, offsets), 0, 0, value)
-    elif number >= 0:
-        one, other = errors.ELEMENTS[number]
-        geoms = 0
-        nsite = m[offsets.nsite // 8]
-        if one == errors.DIPOLE:
-            one = SITE
-            if first >= nsite:
-                one, first, geoms = GEOM, first - nsite, 1
-        if other == errors.DIPOLE:
-            other = SITE
-            if second >= nsite:
-                other, second, geoms = GEOM, second - nsite, geoms + 2
-        names = _name(one, first, m, offsets), _name(other, second, m, offsets)
-        messages.fail(number, first, names[0], second, names[1], float(geoms))
-
-
-@njit
-def _name(kind, number, m, offsets):
-    """Return the address of an element's name; 0 if its number is -1."""
-    starts = m[offsets.name_siteadr // 8]
-    if kind == TUPLE:
-        starts = m[offsets.name_tupleadr // 8]
-    elif kind == BODY:
-        starts = m[offsets.name_bodyadr // 8]
-    elif kind == JOINT:
-        starts = m[offsets.name_jntadr // 8]
-    elif kind == GEOM:
-        starts = m[offsets.name_geomadr // 8]
-    elif kind == NUMERIC:
-        starts = m[offsets.name_numericadr // 8]
-    elif kind == SENSOR:
-        starts = m[offsets.name_sensoradr // 8]
-    if number < 0:
-        return 0
-    return m[offsets.names // 8] + memory.integers(starts, memory.UNBOUNDED)[number]
 
 
 @njit
@@ -464,8 +331,14 @@ def _abandon_stack(data, offsets):
 def _keep(m, data, offsets, instance):
     """Write what acts to the word in `plugin_data` that belongs to an instance."""
     first = instance == plugin_instance(m, offsets)
-    place = memory.words(data + offsets.plugin_data, 1)[0] + 8 * instance
-    memory.words(place, 1)[0] = forces_of(m, offsets) if first else IDLE
+    word = memory.words(_plugin_data(data, offsets, instance), 1)
+    word[0] = forces_of(m, offsets) if first else IDLE
+
+
+@njit
+def _plugin_data(data, offsets, instance):
+    """Return the address of the word in `plugin_data` that belongs to an instance."""
+    return memory.words(data + offsets.plugin_data, 1)[0] + 8 * instance
 
 
 @njit

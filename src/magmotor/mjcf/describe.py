@@ -169,9 +169,10 @@ def describe(model: mujoco.MjModel) -> Description:
     bodies = _dipoles(model) if "dipoles" in named else {}
     fields = declared.fields(model) if "fields" in named else {}
     iron = declared.iron(model) if "iron" in named else {}
-    magnets = {*bodies, *model.geom_bodyid[[*iron]].tolist()}
+    magnetized = [geom for geom, susceptibility in iron.items() if susceptibility]
+    magnets = {*bodies, *model.geom_bodyid[magnetized].tolist()}
     pairs = _pairs(model, sorted(magnets))
-    acting = bool(pairs or _meets(model, magnets, fields, iron))
+    acting = bool(pairs or _meets(model, magnets, fields, magnetized))
     noise = _rows(model) if "noise" in named else {}
     potentials = _waves(model) if "potentials" in named else {}
     with warnings.catch_warnings():
@@ -184,7 +185,7 @@ def describe(model: mujoco.MjModel) -> Description:
         "potentials": potentials,
         "fields": fields and acting,
         "coils": "coils" in named and acting and declared.coils(model),
-        "iron": iron and acting,
+        "iron": magnetized and acting,
     }
     found = Description(
         acting=tuple(word for word, exists in acts.items() if exists),
@@ -232,7 +233,7 @@ def _pairs(model: mujoco.MjModel, bodies: list[int]) -> dict[tuple[str, str], fl
 
 
 def _meets(
-    model: mujoco.MjModel, bodies: Iterable[int], fields: dict[str, str], iron: dict[int, float]
+    model: mujoco.MjModel, bodies: Iterable[int], fields: dict[str, str], iron: Iterable[int]
 ) -> bool:
     """Whether a body with dipoles or iron meets a given field or a plane of iron, and one moves."""
     planes = [geom for geom in iron if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE]
@@ -291,15 +292,17 @@ def _idle(
         yield f"{joined(absent)}, which the mark names, since the model has none"
     if not any(present[word][1] for word in ("dipoles", "noise", "potentials", "iron")):
         yield 'sites without user numbers (a dipole has user="MOMENT", in A m^2)'
-    others = any(word in named and present[word][1] for word in ("fields", "iron"))
-    if "dipoles" in named and present["dipoles"][1] and not others:
-        yield from _idle_dipoles(model, paired)
+    if "iron" in named and present["iron"][1] and not any(declared.iron(model).values()):
+        yield "iron, since its susceptibility is 0"
+    if "dipoles" in named and present["dipoles"][1] and not paired:
+        yield from _idle_dipoles(model, "fields" in named and present["fields"][1])
     if "noise" in named:
         fixed = (body for body in range(model.nbody) if not _moves(model, body))
         driven = [name_of(model, "body", body) for body in fixed if model.body_user[body].any()]
         if driven:
             yield f"noise of {_listed(driven)}, since what cannot move is not driven"
     yield from _renamed(model)
+    yield from _misplaced_fields(model)
     if not _has_plugin(model):
         if disabled(model, "actuation"):
             yield "magnetism(), since MuJoCo skips it while the flag actuation is disabled"
@@ -312,24 +315,35 @@ def _idle(
         yield "magmotor.forces on sleeping bodies, which it does not wake"
 
 
-def _idle_dipoles(model: mujoco.MjModel, paired: bool) -> Iterator[str]:
+def _idle_dipoles(model: mujoco.MjModel, in_field: bool) -> Iterator[str]:
     bodies = [*_dipoles(model)]
-    if len({int(model.body_weldid[body]) for body in bodies}) == 1:
+    if len({int(model.body_weldid[body]) for body in bodies}) == 1 and not in_field:
         yield "the dipoles, since all are on one rigid body"
     elif not any(_moves(model, body) for body in bodies):
         yield "the dipoles, since none of their bodies can move"
-    elif not paired:
+    else:
         yield "the dipoles, since couplings switch all pairs off (prm is 0, the default)"
 
 
 def _renamed(model: mujoco.MjModel) -> Iterator[str]:
-    """Yield marks and couplings that a prefix hides, as of models that were attached to another."""
-    for k in range(model.ntuple):
-        name = model.tuple(k).name
-        for prefix in PREFIXES:
-            if f"/{prefix}" in name or f"_{prefix}" in name:
-                yield f"tuple {name!r}, since the name of a {prefix} starts with {prefix}"
+    """Yield what a prefix or suffix hides, as in models that were attached to another."""
+    for kind, prefixes in (("tuple", PREFIXES), ("numeric", ("field", "magnetic_tolerance"))):
+        for k in range(getattr(model, f"n{kind}")):
+            name = name_of(model, kind, k)
+            for prefix in () if name.startswith(prefixes) else prefixes:
+                if f"/{prefix}" in name or f"_{prefix}" in name:
+                    yield f"{kind} {name!r}, since the name of a {prefix} starts with {prefix}"
     for k in range(model.ntext):
         name = name_of(model, "text", k)
-        if name.endswith("magmotor") and name != "magmotor":
+        if "magmotor" in name and name != "magmotor":
             yield f"text {name!r}, since only the name magmotor makes it a mark"
+
+
+def _misplaced_fields(model: mujoco.MjModel) -> Iterator[str]:
+    """Yield tuples that name a field, but are not read since their own names do not."""
+    for name, elements in declared.tuples(model, ""):
+        for kind, number, _ in elements:
+            field = model.numeric(number).name if kind == declared.NUMERIC else ""
+            if field.startswith("field") and not name.startswith(PREFIXES):
+                what = "since the name of a tuple that places or drives a field starts with field"
+                yield f"tuple {name!r} on {field!r}, {what}"

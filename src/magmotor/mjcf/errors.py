@@ -7,7 +7,7 @@ from magmotor.mjcf.forces.custom import BODY, GEOM, JOINT, NUMERIC, SENSOR, SITE
     TIME, COIL, FIELD, FIELD_TUPLE, IRON, MATERIAL, COUPLED_IRON, NO_SITE, UNMEASURED,
     TOLERANCE, SIZE,
 ) = range(22)  # fmt: skip
-"""Errors; each has up to two elements, and a value."""
+"""Errors; each has up to two elements, and numbers for its sentence."""
 
 DIPOLE, NOTHING = -1, -2
 """Types of elements: sites, or geoms whose number is that of all sites plus their own; and none."""
@@ -37,6 +37,9 @@ ELEMENTS = (
     (GEOM, NOTHING),
 )
 """The types of the two elements of each error."""
+
+DETAILS = 16
+"""Largest number of numbers for the sentence of an error."""
 
 NO_ERROR = (-1, -1, -1)
 """Stands for an error, which is its number and those of two elements, or -1."""

@@ -15,7 +15,7 @@ from magmotor.common.checks import reject
 from magmotor.common.hints import Points
 from magmotor.dipoles import COINCIDENCE as CLOSEST
 from magmotor.mjcf import layout, memory
-from magmotor.mjcf.callbacks import acting_forces, report
+from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.declared import tuples
 from magmotor.mjcf.errors import BEHIND, COINCIDENCE, OUTSIDE
 from magmotor.mjcf.forces import coils
@@ -30,6 +30,7 @@ from magmotor.mjcf.forces.magnetic_state import (
 from magmotor.mjcf.forces.magnetic_wrenches import find_coincidence
 from magmotor.mjcf.forces.marks import COUPLINGS, forces_of
 from magmotor.mjcf.hooks import errors_raised
+from magmotor.mjcf.reports import report
 from magmotor.numerics.numba_cache import compiled_once
 
 

@@ -33,7 +33,7 @@ def tabulated_field(
     ----------
     field : callable
         Magnetic flux density in T, shape (P, 3), at points in m, shape (P, 3), such as `getB` of an
-        object of magpylib.
+        object of magpylib. It is called once, with all points.
     lower, upper : array_like, shape (3,)
         Corners of the grid in m, in the frame to which the field is fixed. It must contain all
         dipoles and all iron at any time.
@@ -45,13 +45,15 @@ def tabulated_field(
     Returns
     -------
     str
-        `<numeric name="field" data="..."/>`. MuJoCo 3 reads at most 500 numbers from XML.
+        `<numeric name="field" data="..."/>`. MuJoCo 3 crashes if it reads more than 500 numbers
+        from XML; set those by `MjSpec.add_numeric` instead.
 
     Raises
     ------
     ValueError
-        The name does not start with `field`, an axis has fewer than 4 nodes, the corners are not in
-        ascending order, or the field is not finite or has another shape.
+        The name does not start with `field`, there are not three axes of 4 nodes or more, the
+        corners are not in ascending order, or the field is not finite, has another shape, or raises
+        an error.
 
     Examples
     --------
@@ -65,10 +67,16 @@ def tabulated_field(
     low, high = np.asarray(lower, float), np.asarray(upper, float)
     if not (low < high).all():
         raise reject("upper", upper, f"must be larger than lower = {lower} along each axis")
+    if len(shape) != 3:
+        raise reject("shape", shape, "must be three numbers of nodes, along x, y and z")
     counts = [check_integer("shape", count, at_least=FEWEST) for count in shape]
     axes = (np.linspace(*ends) for ends in zip(low, high, counts, strict=True))
     points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-    values = check_array("field(points)", field(points), len(points), 3)
+    try:
+        values = check_array("field(points)", field(points), len(points), 3)
+    except (ValueError, TypeError, IndexError) as error:
+        once = f"field is called once, with all points, shape {points.shape}, and returns B of each"
+        raise ValueError(f"{error}; {once}") from error
     spacing = (high - low) / (np.array(counts) - 1)
     numbers = [*counts, *low.tolist(), *spacing.tolist(), *values.ravel().tolist()]
     return f'<numeric name="{name}" data="{" ".join(map(repr, numbers))}"/>'

@@ -42,7 +42,8 @@ def magnetism() -> Iterator[None]:
       derivatives G_xx G_xy G_xz G_yy G_yz in T/m (8), or a table (see `tabulated_field`). A tuple
       `field...` names them and fixes them to a body or a site, or lets an actuator scale them.
     - `coils`: a tuple named `coil...` lists an actuator, then sites or bodies, whose moments are
-      their `user` numbers times the actuator's last activation, or its control.
+      their `user` numbers times the actuator's last activation, or its control. A control that is
+      set between `mj_step1` and `mj_step2` acts in the next step only (with the plugin, at once).
     - `iron`: a tuple named `iron...` lists a numeric, the susceptibility and optionally the
       saturation magnetization in A/m, and geoms. A geom becomes an induced dipole; a plane mirrors.
 

@@ -69,17 +69,27 @@ def _pointer(typingctx, address):
     return types.voidptr(address), codegen
 
 
-@intrinsic
-def word_on_stack(typingctx):
-    """Return the address of a 64-bit 0, which is valid until the calling function returns."""
+def on_stack(count):
+    """Return a compiled function that returns the address of some 64-bit zeros.
 
-    def codegen(context, builder, signature, args):
-        word = ir.IntType(64)
-        place = cgutils.alloca_once_value(builder, ir.Constant(word, 0))
-        builder.store(ir.Constant(word, 0), place)
-        return builder.ptrtoint(place, word)
+    It is valid until the calling function returns.
+    """
 
-    return types.int64(), codegen
+    @intrinsic
+    def place(typingctx):
+        def codegen(context, builder, signature, args):
+            zeros = ir.Constant(ir.ArrayType(ir.IntType(64), count), None)
+            room = cgutils.alloca_once_value(builder, zeros)
+            builder.store(zeros, room)
+            return builder.ptrtoint(room, ir.IntType(64))
+
+        return types.int64(), codegen
+
+    return place
+
+
+word_on_stack = on_stack(1)
+details_on_stack = on_stack(16)
 
 
 @njit(forceinline=True)

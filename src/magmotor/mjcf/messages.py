@@ -12,23 +12,30 @@ import ctypes
 import sys
 import threading
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 
 import mujoco
 from numba import njit, types
 
 from magmotor.mjcf import errors, memory
+from magmotor.mjcf.forces import custom
 from magmotor.mjcf.forces.dipole_sites import (
     LEFT_ALONE,
     NO_DIPOLES,
     NONE_MOVES,
+    NOT_MAGNETIZED,
+    NOT_MARKED,
     NOT_NAMED,
     ONE_RIGID_BODY,
     SWITCHED_OFF,
 )
+from magmotor.mjcf.forces.marks import WORDS
 from magmotor.mjcf.hooks import catches_errors
 from magmotor_plugin import library, returning
+
+Details = Sequence[float]
+"""Numbers of an error, `errors.DETAILS` of them."""
 
 LONGEST_NAME = 60
 """Largest number of characters of a name in a message."""
@@ -44,10 +51,14 @@ _INERT = {
         'it has no dipole sites (a site with user="MOMENT" in A m^2, along its z axis); Brownian'
         " wrenches and potentials need a mark and user numbers of bodies or joints"
     ),
-    ONE_RIGID_BODY: "its dipole sites are all on one rigid body, so that none acts on another",
+    ONE_RIGID_BODY: (
+        "its dipole sites and iron are all on one rigid body, so that none acts on another"
+    ),
     NONE_MOVES: "none of the bodies with dipole sites can move (they have no joints)",
     SWITCHED_OFF: "its couplings turn all magnetism off (prm is 0, the default)",
     NOT_NAMED: "neither a mark nor a site with a user number names dipoles",
+    NOT_MARKED: "it declares {}, but no mark names them",
+    NOT_MAGNETIZED: "the susceptibility of its iron is 0",
     LEFT_ALONE: (
         "its user numbers may have another meaning; to say which of them act, add"
         ' <custom><text name="magmotor" data="dipoles couplings noise potentials"/></custom>'
@@ -71,7 +82,7 @@ _NOTICES = {
 }
 
 
-def _mark_error(_number: int, text: str, _other: int, config: str, _value: float) -> str:
+def _mark_error(_number: int, text: str, _other: int, config: str, _details: Details) -> str:
     allowed = "dipoles, couplings, noise, potentials, fields, coils, iron, all"
     for mark, data in (("text 'magmotor'", text), ("config 'act' of magmotor.forces", config)):
         words = data.encode().split()  # at ASCII white space only
@@ -83,31 +94,92 @@ def _mark_error(_number: int, text: str, _other: int, config: str, _value: float
     )
 
 
+def _tuple_error(kind: str, sentences: dict[int, str]) -> Callable[..., str]:
+    """Return a function that says which element of a tuple breaks which rule."""
+
+    def form(number: int, name: str, position: int, element: str, details: Details) -> str:
+        rule, other, element_kind, prm = details[:4]
+        sentence = sentences[int(rule)].format(int(other), prm)
+        if rule == custom.FEW:
+            return f"{kind} tuple {number} {name!r} {sentence}"
+        what = f"element {position}, {mujoco.mju_type2Str(int(element_kind))} {element!r},"
+        return f"{kind} tuple {number} {name!r}: {what} {sentence}"
+
+    return form
+
+
+def _outside(number: int, name: str, other: int, table: str, details: Details) -> str:
+    """Say whether a dipole is outside a grid or at a node that is not finite, with both places."""
+    position, counts, first, spacing = (details[k : k + 3] for k in (1, 4, 7, 10))
+    axes = [*zip(position, counts, first, spacing, strict=True)]
+    inside = all(0.0 <= (x - start) * (1.0 / step) <= n - 1 for x, n, start, step in axes)
+    last = [start + (n - 1) * step for _, n, start, step in axes]
+    what = "at a node that is not finite of" if inside else "outside the grid of"
+    corners = f"from {_point(first)} to {_point(last)}"
+    return (
+        f"{_dipole(number, name, bool(details[0]))} is {what} the table in numeric {other}"
+        f" {table!r}: it is at {_point(position)} m in the frame of the grid, which reaches"
+        f" {corners} m and must contain all dipoles and all iron"
+    )
+
+
+def _point(coordinates: Iterable[float]) -> str:
+    return f"({', '.join(f'{x:.6g}' for x in coordinates)})"
+
+
 def _dipole(number: int, name: str, is_geom: bool) -> str:
     return f"{'iron geom' if is_geom else 'dipole site'} {number} {name!r}"
 
 
 def _of_dipole(sentence: str) -> Callable[..., str]:
-    """Return a function that forms a sentence about a dipole and, perhaps, another element."""
+    """Return a function that forms a sentence about a dipole."""
 
-    def form(number: int, name: str, other: int, other_name: str, geoms: float) -> str:
-        return f"{_dipole(number, name, bool(geoms))} {sentence.format(other, other_name)}"
+    def form(number: int, name: str, _other: int, _name: str, details: Details) -> str:
+        return f"{_dipole(number, name, bool(details[0]))} {sentence}"
 
     return form
 
 
-def _coincidence(number: int, name: str, other: int, other_name: str, geoms: float) -> str:
-    one, two = _dipole(number, name, bool(int(geoms) & 1)), _dipole(other, other_name, geoms > 1)
+def _coincidence(number: int, name: str, other: int, other_name: str, details: Details) -> str:
+    geoms = int(details[0])
+    one, two = _dipole(number, name, bool(geoms & 1)), _dipole(other, other_name, geoms > 1)
     both = f"dipole sites {number} {name!r} and {other} {other_name!r}" if not geoms else ""
     return f"{both or f'{one} and {two}'} coincide: their force is undefined"
 
 
+_OF_DRIVES = {
+    custom.DELAY: "must not have a delay",
+    custom.PRM: (
+        "has prm = {1:g}, where its core saturates, which must be finite and not negative (0: it"
+        " does not)"
+    ),
+}
+_OF_COILS = _OF_DRIVES | {
+    custom.FEW: "must name a site or a body after its actuator",
+    custom.FIRST: "must be an actuator, since it is the first",
+    custom.KIND: "must be a site or a body",
+    custom.REPEATED: "is also named by coil tuple {0}",
+    custom.CONTAINED: "is a part of a body that coil tuple {0} names",
+}
+_OF_FIELDS = _OF_DRIVES | {
+    custom.FEW: "must name a numeric that is a field",
+    custom.KIND: "must be a numeric, a body, a site or an actuator",
+    custom.MISNAMED: "must have a name that starts with 'field'",
+    custom.REPEATED: "is also named by field tuple {0}",
+    custom.SECOND: "is one too many: at most one body or site, and at most one actuator",
+}
+_OF_IRON = {
+    custom.FEW: "must name a numeric, the material, and a geom",
+    custom.KIND: "must be a numeric or a geom",
+    custom.SHAPE: "must be a sphere, an ellipsoid, a capsule, a cylinder, a box or a plane",
+    custom.REPEATED: "is also named by iron tuple {0}",
+    custom.SECOND: "is one too many: one numeric in the tuple, and at most one plane in the model",
+}
+"""What is wrong with an element: {0} is another tuple, {1} the element's `prm`."""
+
 _ERRORS: dict[int, Callable[..., str]] = {
     errors.COINCIDENCE: _coincidence,
-    errors.OUTSIDE: _of_dipole(
-        "is outside the grid of the table in numeric {} {!r}, or at a node that is not finite: the"
-        " table must contain all dipoles and all iron"
-    ),
+    errors.OUTSIDE: _outside,
     errors.BEHIND: _of_dipole(
         "is below the plane of iron, where mirror images do not give the field"
     ),
@@ -117,27 +189,16 @@ _ERRORS: dict[int, Callable[..., str]] = {
         " magnetize each other without any field; put the geoms farther apart, or make one geom of"
         " them"
     ),
-    errors.COIL: (
-        "coil tuple {} {!r}: its elements must be one actuator, without a delay and with a"
-        " finite prm (where the core saturates) that is not negative, and then sites and bodies,"
-        " none of which another coil names".format
-    ),
+    errors.COIL: _tuple_error("coil", _OF_COILS),
     errors.FIELD: (
         "numeric {} {!r}: a field must be B in T (3 finite numbers), B and G_xx G_xy G_xz G_yy G_yz"
         " in T/m (8), or a table: numbers of nodes n_x n_y n_z, each at least 4, the first node"
         " x y z, positive spacings, and 3 n_x n_y n_z flux densities".format
     ),
-    errors.FIELD_TUPLE: (
-        "field tuple {} {!r}: its elements must be numerics whose names start with 'field', which"
-        " no other such tuple names, at most one body or site, and at most one actuator, without a"
-        " delay and with a finite prm that is not negative".format
-    ),
-    errors.IRON: (
-        "iron tuple {} {!r}: its elements must be one numeric and geoms, each named once: spheres,"
-        " ellipsoids, capsules, cylinders, boxes, and at most one plane in the model".format
-    ),
+    errors.FIELD_TUPLE: _tuple_error("field", _OF_FIELDS),
+    errors.IRON: _tuple_error("iron", _OF_IRON),
     errors.MATERIAL: (
-        "numeric {0} {1!r}: a material must be a susceptibility, at least -1 (here {4:g}), and"
+        "numeric {0} {1!r}: a material must be a susceptibility, at least -1 (here {4[0]:g}), and"
         " optionally a saturation magnetization in A/m, not negative; both finite".format
     ),
     errors.SIZE: (
@@ -169,12 +230,12 @@ _ERRORS: dict[int, Callable[..., str]] = {
         " direction is its z axis".format
     ),
     errors.PATH: (
-        "userdata[{0}] = {4:g}: the numbers that select the noise (seed, replica, factor, level,"
+        "userdata[{0}] = {4[0]:g}: the numbers that select the noise (seed, replica, factor, level,"
         " first step) must be integers from 0 to 2^53 - 1, a factor at most 2^24 and a level at"
         " most 31".format
     ),
     errors.TIME: (
-        "time = {4:g}: must be finite and less than 2^53 timesteps while noise acts".format
+        "time = {4[0]:g}: must be finite and less than 2^53 timesteps while noise acts".format
     ),
     errors.TOLERANCE: (
         "numeric {} {!r}: the tolerance must be one number from 0 (exact) to 0.1".format
@@ -186,7 +247,7 @@ _exchange_handler = types.ExternalFunction("_mjPRIVATE_setTlsLogHandler", _word(
 _user_error = memory.variable("mju_user_error")
 _form_error_text = types.ExternalFunction(
     "magmotor_form_error",
-    types.void(_word, _word, _word, _word, _word, types.float64, _word, _word, _word),
+    types.void(_word, _word, _word, _word, _word, _word, _word, _word, _word),
 )
 _form_notice = types.ExternalFunction(
     "magmotor_form_notice", types.void(_word, _word, _word, _word, _word)
@@ -208,14 +269,14 @@ def handler_of_thread():
 
 
 @njit
-def fail(error, number, name, other, other_name, value):
+def fail(error, number, name, other, other_name, details):
     """Raise an error; on a thread that does not handle errors, record it and return.
 
-    `name` and `other_name` are addresses of C strings, or 0.
+    `name` and `other_name` are addresses of C strings, or 0, and `details` that of numbers.
     """
     text = memory.word_on_stack()
     handler, user = handler_of_thread(), _user_error()
-    _form_error_text(error, number, name, other, other_name, value, handler, user, text)
+    _form_error_text(error, number, name, other, other_name, details, handler, user, text)
     _raise_if_formed(text)
 
 
@@ -296,13 +357,15 @@ def _always_handled(_handler):
 
 @ctypes.CFUNCTYPE(
     None, ctypes.c_int64, ctypes.c_int64, ctypes.c_char_p, ctypes.c_int64, ctypes.c_char_p,
-    ctypes.c_double, ctypes.c_int64, ctypes.c_int64, ctypes.POINTER(ctypes.c_int64),
+    ctypes.POINTER(ctypes.c_double), ctypes.c_int64, ctypes.c_int64,
+    ctypes.POINTER(ctypes.c_int64),
 )  # fmt: skip
 @returning
-def _form_error(error, number, name, other, other_name, value, handler, user, text):
+def _form_error(error, number, name, other, other_name, details, handler, user, text):
     """Write the address of the sentence to `text` if the thread handles errors, else record it."""
     names = [_shortened(characters) for characters in (name, other_name)]
-    sentence = _ERRORS[error](number, names[0], other, names[1], value)
+    numbers = details[: errors.DETAILS]
+    sentence = _ERRORS[error](number, names[0], other, names[1], numbers)
     if handler or catches_errors(user):
         text[0] = _kept(sentence)
         return
@@ -332,9 +395,14 @@ def _give_notice(which, number, handler, user, text):
             _printed.add(line)
             print(f"magmotor: {line}", file=sys.stderr)
         return
-    inert = f"nothing acts on this model: {_INERT.get(which)}"
+    sentence = _NOTICES.get(which) or f"nothing acts on this model: {_INERT[which]}"
+    what: int | str = number
+    if which == NOT_MARKED:
+        what = " and ".join(word for word, bit in WORDS.items() if bit & number == bit)
+    if which == ONE_RIGID_BODY and number:
+        sentence += "; sites without a user number ({}) are no dipoles"
     try:
-        warnings.warn(_NOTICES.get(which, inert).format(number), stacklevel=3)
+        warnings.warn(sentence.format(what), stacklevel=3)
     except Warning as error:
         if not (handler or catches_errors(user)):
             raise

@@ -85,7 +85,7 @@ def add_brownian_wrenches(model, data, offsets, step, applied):
     factor, level = max(1, chosen(d, m, offsets, 2)), chosen(d, m, offsets, 3)
     step += chosen(d, m, offsets, 4)
     rate = 1.0 / math.sqrt(memory.numbers(model + offsets.timestep, 1, 1)[0, 0])
-    channel = 0
+    channel = np.int64(0)  # a literal 0 would be compiled separately
     for body in range(bodies):
         for start in range(0, nuser - 5, 6):
             if memory.any_number(rows, body, start, start + 6):

@@ -19,7 +19,15 @@ from magmotor.mjcf import memory
 from magmotor.mjcf.forces.custom import (
     ACTUATOR,
     BODY,
+    CONTAINED,
+    DELAY,
+    FEW,
+    FIRST,
+    KIND,
+    PRM,
+    REPEATED,
     SITE,
+    VALID,
     element,
     elements_of,
     tuple_starts_with,
@@ -75,13 +83,13 @@ def _control(actuator, clamp, m, d, offsets):
 
 
 @njit
-def is_drive(i, m, offsets):
-    """Whether element i of all tuples is an actuator without a delay, and with a valid `prm`."""
-    kind, actuator, prm = element(i, m, offsets)
-    if kind != ACTUATOR:
-        return False
+def wrong_drive(i, m, offsets):
+    """Return the rule that the actuator in element i of all tuples breaks, or -1."""
+    _, actuator, prm = element(i, m, offsets)
     delay = memory.numbers(m[offsets.actuator_delay // 8], 1, memory.UNBOUNDED)[0, actuator]
-    return delay == 0.0 and 0.0 <= prm < math.inf
+    if delay != 0.0:
+        return DELAY
+    return -1 if 0.0 <= prm < math.inf else PRM
 
 
 @njit
@@ -105,30 +113,33 @@ def read_drives(drives, m, d, offsets):
 
 
 @njit
-def invalid_coil(m, offsets):
-    """Return the first tuple of a coil with wrong elements, or -1.
+def invalid_coil(m, offsets) -> tuple[int, int, int, int]:
+    """Return the first tuple of a coil with a wrong element, as `VALID` describes it.
 
     There must be one actuator first, then sites and bodies that no coil names twice.
     """
     for k in range(m[offsets.ntuple // 8]):
         if tuple_starts_with(k, COIL, m, offsets):
             elements = elements_of(k, m, offsets)
-            wrong = len(elements) < 2
             for i in elements:
+                kind, _, _ = element(i, m, offsets)
+                rule = other = -1
                 if i == elements.start:
-                    wrong = wrong or not is_drive(i, m, offsets)
+                    rule = wrong_drive(i, m, offsets) if kind == ACTUATOR else FIRST
+                elif kind in (SITE, BODY):
+                    rule, other = _repeated(i, m, offsets)
                 else:
-                    kind, _, _ = element(i, m, offsets)
-                    wrong = wrong or (kind != SITE and kind != BODY)
-                    wrong = wrong or _is_repeated(i, m, offsets)
-            if wrong:
-                return k
-    return -1
+                    rule = KIND
+                if rule >= 0:
+                    return k, i, rule, other
+            if len(elements) < 2:
+                return k, -1, FEW, -1
+    return VALID
 
 
 @njit
-def _is_repeated(i, m, offsets):
-    """Whether an earlier element of a coil names the same sites as element i."""
+def _repeated(i, m, offsets):
+    """Return how element i names the same sites as another element, and the tuple; or -1, -1."""
     kind, number, _ = element(i, m, offsets)
     body_of = memory.integers(m[offsets.site_bodyid // 8], memory.UNBOUNDED)
     body = body_of[number] if kind == SITE else number
@@ -137,11 +148,10 @@ def _is_repeated(i, m, offsets):
             for j in elements_of(k, m, offsets):
                 other, same, _ = element(j, m, offsets)
                 if j < i and other == kind and same == number:
-                    return True
-                bodies = other == BODY and same == body
-                if j != i and kind == SITE and bodies:
-                    return True
-    return False
+                    return REPEATED, k
+                if kind == SITE and other == BODY and same == body:
+                    return CONTAINED, k
+    return -1, -1
 
 
 @njit

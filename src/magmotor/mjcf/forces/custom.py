@@ -13,6 +13,13 @@ from magmotor.mjcf import memory
 BODY, JOINT, GEOM, SITE, ACTUATOR, SENSOR, NUMERIC, TUPLE = 1, 3, 5, 6, 19, 20, 21, 23
 """mjOBJ_BODY and so on."""
 
+FEW, FIRST, KIND, MISNAMED, SHAPE, DELAY, PRM, REPEATED, CONTAINED, SECOND = range(10)
+"""Rules that the elements of a tuple can break; `messages.py` has the sentences."""
+
+VALID = (-1, -1, -1, -1)
+"""Stands for an invalid tuple, its wrong element among those of all tuples (or -1), the rule, and
+another tuple that names the same element (or -1)."""
+
 
 @njit
 def tuple_starts_with(k, prefix, m, offsets):

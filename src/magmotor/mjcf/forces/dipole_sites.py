@@ -14,7 +14,7 @@ from numba import njit
 
 from magmotor.mjcf import memory
 from magmotor.mjcf.forces.fields import has_field
-from magmotor.mjcf.forces.iron import has_mirror, is_piece
+from magmotor.mjcf.forces.iron import count_pieces, has_mirror, is_piece
 from magmotor.mjcf.forces.marks import (
     DIPOLES,
     FIELDS,
@@ -26,7 +26,10 @@ from magmotor.mjcf.forces.marks import (
     has_user_numbers,
 )
 
-NO_DIPOLES, ONE_RIGID_BODY, NONE_MOVES, SWITCHED_OFF, NOT_NAMED, LEFT_ALONE = range(6)
+(
+    NO_DIPOLES, ONE_RIGID_BODY, NONE_MOVES, SWITCHED_OFF, NOT_NAMED, NOT_MARKED, NOT_MAGNETIZED,
+    LEFT_ALONE,
+) = range(8)  # fmt: skip
 """Reasons why nothing acts on a model."""
 
 
@@ -54,11 +57,43 @@ def count_dipoles(m, offsets):
 
 @njit
 def why_inert(m, offsets, kinds):
-    """Return the reason why nothing acts on a model; -1 if something does, or is switched off."""
+    """Return the reason why nothing acts on a model, and a number for its sentence.
+
+    The reason is -1 if something acts, or is switched off. The number is that of sites that are no
+    dipoles, or the bits of what no mark names.
+    """
     if kinds & NOISE and has_numbers(m, offsets.nbody, offsets.nuser_body, offsets.body_user):
-        return -1
+        return -1, 0
     if kinds & POTENTIALS and has_numbers(m, offsets.njnt, offsets.nuser_jnt, offsets.jnt_user):
-        return -1
+        return -1, 0
+    reason = _why_no_magnetism(m, offsets, kinds)
+    if reason in (-1, LEFT_ALONE):
+        return reason, 0
+    count, pieces = count_dipoles(m, offsets), count_pieces(m, offsets)
+    missing = (
+        (DIPOLES if count > 0 else 0)
+        | (FIELDS if has_field(m, offsets) else 0)
+        | (IRON if pieces > 0 else 0)
+    ) & ~kinds
+    if missing and _why_no_magnetism(m, offsets, kinds | missing) < 0:
+        return NOT_MARKED, missing
+    if kinds & IRON and pieces > 0 and not _has_magnetized(m, offsets):
+        return NOT_MAGNETIZED, 0
+    return reason, m[offsets.nsite // 8] - count
+
+
+@njit
+def _has_magnetized(m, offsets):
+    """Whether any geom is of iron that a field magnetizes."""
+    for geom in range(m[offsets.ngeom // 8]):
+        if is_piece(geom, m, offsets):
+            return True
+    return has_mirror(m, offsets)
+
+
+@njit
+def _why_no_magnetism(m, offsets, kinds):
+    """Return the reason why magnetism does not act; -1 if it does, or is switched off."""
     if kinds & (DIPOLES | IRON) == 0:
         return LEFT_ALONE if kinds & UNMARKED and has_user_numbers(m, offsets) else NOT_NAMED
     freedoms = memory.integers(m[offsets.body_dofnum // 8], memory.UNBOUNDED)

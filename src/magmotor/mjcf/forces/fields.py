@@ -24,12 +24,18 @@ import math
 from numba import njit
 
 from magmotor.mjcf import memory
-from magmotor.mjcf.forces.coils import drive, is_drive
+from magmotor.mjcf.forces.coils import drive, wrong_drive
 from magmotor.mjcf.forces.custom import (
     ACTUATOR,
     BODY,
+    FEW,
+    KIND,
+    MISNAMED,
     NUMERIC,
+    REPEATED,
+    SECOND,
     SITE,
+    VALID,
     element,
     elements_of,
     numbers_of,
@@ -53,16 +59,21 @@ def read_fields(fields, m, d, offsets):
     count = 0
     for numeric in range(len(fields)):
         if numeric_starts_with(numeric, FIELD, m, offsets):
-            row = fields[count]
-            row[:] = 0.0
-            row[NAME], row[SCALE] = numeric, 1.0
-            row[FRAME] = row[FRAME + 4] = row[FRAME + 8] = 1.0
-            owner = _tuple_of(numeric, m, offsets)
-            if owner >= 0:
-                for i in elements_of(owner, m, offsets):
-                    _read_element(row, i, m, d, offsets)
+            _read_field(fields[count], numeric, m, d, offsets)
             count += 1
     return count
+
+
+@njit
+def _read_field(row, numeric, m, d, offsets):
+    """Read a field."""
+    row[:] = 0.0
+    row[NAME], row[SCALE] = numeric, 1.0
+    row[FRAME] = row[FRAME + 4] = row[FRAME + 8] = 1.0
+    owner = _tuple_of(numeric, m, offsets)
+    if owner >= 0:
+        for i in elements_of(owner, m, offsets):
+            _read_element(row, i, m, d, offsets)
 
 
 @njit
@@ -98,13 +109,8 @@ def _read_element(row, i, m, d, offsets):
 def field_and_gradient(row, x, y, z, m, offsets):
     """Return B of a field at a point and its derivatives (dBx/dx, dBx/dy, ...); NaN outside."""
     numbers = numbers_of(int(row[NAME]), m, offsets)
-    x, y, z = x - row[ORIGIN], y - row[ORIGIN + 1], z - row[ORIGIN + 2]
+    x, y, z = _in_frame(row, x, y, z)
     r = row[FRAME:COLUMNS]
-    x, y, z = (
-        r[0] * x + r[3] * y + r[6] * z,
-        r[1] * x + r[4] * y + r[7] * z,
-        r[2] * x + r[5] * y + r[8] * z,
-    )
     own = _linear(numbers, x, y, z) if len(numbers) <= GRADIENT else _tabulated(numbers, x, y, z)
     s = row[SCALE]
     bx, by, bz = _rotated(r, s * own[0], s * own[1], s * own[2])
@@ -116,6 +122,35 @@ def field_and_gradient(row, x, y, z, m, offsets):
     xy, yy, zy = _rotated(r, ay, cy, ey)
     xz, yz, zz = _rotated(r, az, cz, ez)
     return bx, by, bz, xx, xy, xz, yx, yy, yz, zx, zy, zz
+
+
+@njit
+def place_in_field(numeric, x, y, z, m, d, offsets):
+    """Return the coordinates of a point in the frame to which a field is fixed."""
+    row = memory.numbers(memory.details_on_stack(), 1, COLUMNS)[0]
+    _read_field(row, numeric, m, d, offsets)
+    return _in_frame(row, x, y, z)
+
+
+@njit
+def acts_on(row, body, m, offsets):
+    """Whether a field acts on dipoles of a body: its own rigid body is another, and one moves."""
+    weld_of = memory.integers(m[offsets.body_weldid // 8], memory.UNBOUNDED)
+    freedoms = memory.integers(m[offsets.body_dofnum // 8], memory.UNBOUNDED)
+    own, other = weld_of[int(row[OWNER])], weld_of[body]
+    return own != other and (freedoms[own] > 0 or freedoms[other] > 0)
+
+
+@njit
+def _in_frame(row, x, y, z):
+    """Return the coordinates of a point in the frame of a field."""
+    x, y, z = x - row[ORIGIN], y - row[ORIGIN + 1], z - row[ORIGIN + 2]
+    r = row[FRAME:COLUMNS]
+    return (
+        r[0] * x + r[3] * y + r[6] * z,
+        r[1] * x + r[4] * y + r[7] * z,
+        r[2] * x + r[5] * y + r[8] * z,
+    )
 
 
 @njit
@@ -192,22 +227,31 @@ def invalid_field(m, offsets, thorough):
 
 
 @njit
-def invalid_field_tuple(m, offsets):
-    """Return the first tuple of fields with wrong elements, or -1."""
+def invalid_field_tuple(m, offsets) -> tuple[int, int, int, int]:
+    """Return the first tuple of fields with a wrong element, as `VALID` describes it."""
     for k in range(m[offsets.ntuple // 8]):
         if tuple_starts_with(k, FIELD, m, offsets):
-            fields = frames = drives = others = 0
+            fields = frames = drives = 0
             for i in elements_of(k, m, offsets):
                 kind, number, _ = element(i, m, offsets)
-                if kind == NUMERIC and numeric_starts_with(number, FIELD, m, offsets):
+                rule = other = -1
+                if kind == NUMERIC:
                     fields += 1
-                    others += _tuple_of(number, m, offsets) != k
+                    rule = -1 if numeric_starts_with(number, FIELD, m, offsets) else MISNAMED
+                    first = _tuple_of(number, m, offsets)
+                    if rule < 0 and first != k:
+                        rule, other = REPEATED, first
                 elif kind in (BODY, SITE):
                     frames += 1
-                elif is_drive(i, m, offsets):
+                elif kind == ACTUATOR:
                     drives += 1
+                    rule = wrong_drive(i, m, offsets)
                 else:
-                    others += 1
-            if fields == 0 or frames > 1 or drives > 1 or others > 0:
-                return k
-    return -1
+                    rule = KIND
+                if rule < 0 and (frames > 1 or drives > 1):
+                    rule = SECOND
+                if rule >= 0:
+                    return k, i, rule, other
+            if fields == 0:
+                return k, -1, FEW, -1
+    return VALID

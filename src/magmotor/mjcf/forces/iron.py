@@ -16,8 +16,14 @@ from numba import njit
 from magmotor.mjcf import memory
 from magmotor.mjcf.forces.couplings import coupling_of
 from magmotor.mjcf.forces.custom import (
+    FEW,
     GEOM,
+    KIND,
     NUMERIC,
+    REPEATED,
+    SECOND,
+    SHAPE,
+    VALID,
     element,
     elements_of,
     numbers_of,
@@ -75,14 +81,14 @@ def read_pieces(pieces, m, d, offsets):
 
 @njit
 def is_piece(geom, m, offsets):
-    """Whether a geom is a piece of iron."""
+    """Whether a geom is a piece of iron that a field magnetizes."""
     shape = memory.integers(m[offsets.geom_type // 8], memory.UNBOUNDED)
     return shape[geom] != PLANE and _is_iron(geom, m, offsets)
 
 
 @njit
 def has_mirror(m, offsets):
-    """Whether a plane is of iron."""
+    """Whether a plane is of iron that a field magnetizes."""
     shape = memory.integers(m[offsets.geom_type // 8], memory.UNBOUNDED)
     for geom in range(m[offsets.ngeom // 8]):
         if shape[geom] == PLANE and _is_iron(geom, m, offsets):
@@ -92,13 +98,13 @@ def has_mirror(m, offsets):
 
 @njit
 def _is_iron(geom, m, offsets):
-    """Whether a tuple of iron names a geom."""
+    """Whether a tuple of iron names a geom, and its susceptibility is not 0."""
     for k in range(m[offsets.ntuple // 8]):
         if tuple_starts_with(k, IRON, m, offsets):
             for i in elements_of(k, m, offsets):
                 kind, number, _ = element(i, m, offsets)
                 if kind == GEOM and number == geom:
-                    return True
+                    return _material(k, m, offsets)[0] != 0.0
     return False
 
 
@@ -139,8 +145,8 @@ def ellipsoid(shape, a, b, c):
 
 
 @njit
-def invalid_iron(m, offsets):
-    """Return the first tuple of iron with wrong elements, or -1.
+def invalid_iron(m, offsets) -> tuple[int, int, int, int]:
+    """Return the first tuple of iron with a wrong element, as `VALID` describes it.
 
     There must be one numeric, and geoms of the shapes above, one of which at most is a plane, and
     none of which is named twice.
@@ -149,35 +155,44 @@ def invalid_iron(m, offsets):
     planes = 0
     for k in range(m[offsets.ntuple // 8]):
         if tuple_starts_with(k, IRON, m, offsets):
-            materials, geoms, wrong = 0, 0, False
+            materials = geoms = 0
             for i in elements_of(k, m, offsets):
                 kind, number, _ = element(i, m, offsets)
+                rule = other = -1
                 if kind == NUMERIC:
                     materials += 1
+                    rule = SECOND if materials > 1 else -1
                 elif kind == GEOM:
                     geoms += 1
-                    planes += shape[number] == PLANE
+                    other = _earlier_tuple(i, m, offsets)
                     solid = SPHERE <= shape[number] <= BOX
-                    wrong = wrong or not (solid or shape[number] == PLANE)
-                    wrong = wrong or _is_repeated(i, m, offsets)
+                    planes += shape[number] == PLANE
+                    if other >= 0:
+                        rule = REPEATED
+                    elif not (solid or shape[number] == PLANE):
+                        rule = SHAPE
+                    elif planes > 1:
+                        rule = SECOND
                 else:
-                    wrong = True
-            if wrong or materials != 1 or geoms == 0 or planes > 1:
-                return k
-    return -1
+                    rule = KIND
+                if rule >= 0:
+                    return k, i, rule, other
+            if materials == 0 or geoms == 0:
+                return k, -1, FEW, -1
+    return VALID
 
 
 @njit
-def _is_repeated(i, m, offsets):
-    """Whether an earlier element of a tuple of iron names the same geom as element i."""
+def _earlier_tuple(i, m, offsets):
+    """Return the tuple of iron in which an earlier element names the geom of element i, or -1."""
     _, geom, _ = element(i, m, offsets)
     for k in range(m[offsets.ntuple // 8]):
         if tuple_starts_with(k, IRON, m, offsets):
             for j in elements_of(k, m, offsets):
                 kind, other, _ = element(j, m, offsets)
                 if j < i and kind == GEOM and other == geom:
-                    return True
-    return False
+                    return k
+    return -1
 
 
 @njit

@@ -8,7 +8,6 @@ import math
 from numba import njit
 
 from magmotor.dipoles import COINCIDENCE_SQUARED, PERMEABILITY_OVER_4PI
-from magmotor.mjcf import memory
 from magmotor.mjcf.forces.couplings import coupling_factor
 from magmotor.mjcf.forces.dipole_table import (
     BODY,
@@ -19,7 +18,7 @@ from magmotor.mjcf.forces.dipole_table import (
     add_images,
     dipole,
 )
-from magmotor.mjcf.forces.fields import OWNER, field_and_gradient
+from magmotor.mjcf.forces.fields import acts_on, field_and_gradient
 from magmotor.mjcf.forces.induction import iron_energy
 from magmotor.mjcf.forces.mirror import NOTHING
 
@@ -29,10 +28,9 @@ def energy_of(state, m, offsets):
     """Return the energy in J of a `MagneticState`, of which the magnetic wrenches are derivatives.
 
     Dipoles of one rigid body have none in one another's field, nor in the field that is fixed to
-    it; iron has.
+    it; iron has. Nor have dipoles in the field of others, or in a given one, if neither moves.
     """
     table, magnets = state.table, state.magnets
-    weld_of = memory.integers(m[offsets.body_weldid // 8], memory.UNBOUNDED)
     energy = iron_energy(state.iron, state.pieces, state.mirror)
     for k in range(magnets.number):
         first, last = int(table[FIRST, k]), int(table[FIRST, k] + table[SIZE, k])
@@ -46,7 +44,7 @@ def energy_of(state, m, offsets):
             energy -= 0.5 * _product(target, images[3:6])
             for number in range(len(state.fields)):
                 row = state.fields[number]
-                if weld_of[int(row[OWNER])] != table[LABEL, i]:
+                if acts_on(row, int(table[BODY, k]), m, offsets):
                     field = field_and_gradient(row, target[0], target[1], target[2], m, offsets)
                     energy -= _product(target, field[:3])
     return energy

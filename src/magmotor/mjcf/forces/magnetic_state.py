@@ -16,6 +16,7 @@ from magmotor.mjcf.forces.clusters import cluster_bytes
 from magmotor.mjcf.forces.coils import read_drives
 from magmotor.mjcf.forces.couplings import read_couplings
 from magmotor.mjcf.forces.dipole_table import (
+    BODY,
     ELEMENT,
     FIRST,
     ROWS,
@@ -27,7 +28,7 @@ from magmotor.mjcf.forces.dipole_table import (
     sum_over_table,
     table_size,
 )
-from magmotor.mjcf.forces.fields import NAME, field_and_gradient, read_fields
+from magmotor.mjcf.forces.fields import NAME, acts_on, field_and_gradient, read_fields
 from magmotor.mjcf.forces.induction import COINCIDENT, FINE, magnetize_pieces
 from magmotor.mjcf.forces.iron import COLUMNS, OUTER, count_pieces, read_pieces
 from magmotor.mjcf.forces.marks import COILS, COUPLINGS, DIPOLES, FIELDS, IRON, forces_of
@@ -184,13 +185,15 @@ def _dipole_behind(table, magnets, mirror):
 
 @njit
 def misplaced_dipole(state, m, offsets):
-    """Return an error if a dipole is outside the table of a field."""
+    """Return an error if a dipole is outside the table of a field that acts on it."""
     table = state.table
     for k in range(state.magnets.number):
         for i in range(int(table[FIRST, k]), int(table[FIRST, k] + table[SIZE, k])):
             x, y, z = table[0, i], table[1, i], table[2, i]
             for number in range(len(state.fields)):
                 row = state.fields[number]
+                if not acts_on(row, int(table[BODY, k]), m, offsets):
+                    continue
                 f = field_and_gradient(row, x, y, z, m, offsets)
                 if not math.isfinite(f[0] + f[1] + f[2]):
                     return OUTSIDE, int(table[ELEMENT, i]), int(row[NAME])

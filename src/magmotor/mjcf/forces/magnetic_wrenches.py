@@ -23,7 +23,7 @@ from magmotor.mjcf.forces.dipole_table import (
     dipole,
 )
 from magmotor.mjcf.forces.dipole_wrenches import add_dipole_wrenches, add_wrench
-from magmotor.mjcf.forces.fields import NAME, OWNER, UNIFORM, field_and_gradient
+from magmotor.mjcf.forces.fields import NAME, OWNER, UNIFORM, acts_on, field_and_gradient
 from magmotor.mjcf.forces.magnetic_state import read_state
 from magmotor.mjcf.forces.mirror import NOTHING
 from magmotor.mjcf.forces.resolution import unresolved_body
@@ -91,7 +91,6 @@ def _moves(body, m, offsets):
 def _add_field_wrenches(state, m, offsets, center, applied):
     """Add the wrenches of given fields on all dipoles, and the reactions on the fields' bodies."""
     table = state.table
-    weld_of = memory.integers(m[offsets.body_weldid // 8], memory.UNBOUNDED)
     acting = 0
     for number in range(len(state.fields)):
         row = state.fields[number]
@@ -102,7 +101,7 @@ def _add_field_wrenches(state, m, offsets, center, applied):
         for k in range(state.magnets.number):
             body, first = int(table[BODY, k]), int(table[FIRST, k])
             moves = table[MOVES, k] > 0.0
-            if weld_of[body] == weld_of[owner] or not (moves or reacts):
+            if not acts_on(row, body, m, offsets):
                 continue
             acting += 1
             if uniform:

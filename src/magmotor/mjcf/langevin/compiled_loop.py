@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit, types
 
 from magmotor.mjcf import layout, memory
-from magmotor.mjcf.callbacks import apply_forces, report
+from magmotor.mjcf.forces.all_forces import apply_forces
 from magmotor.mjcf.forces.brownian_wrenches import chosen, step_number
 from magmotor.mjcf.forces.marks import forces_of
 from magmotor.mjcf.langevin.coefficients import (
@@ -30,6 +30,7 @@ from magmotor.mjcf.langevin.coefficients import (
 )
 from magmotor.mjcf.langevin.thermostat import BY_TIME
 from magmotor.mjcf.messages import bind
+from magmotor.mjcf.reports import report
 from magmotor.noise import normal
 from magmotor.numerics.numba_cache import compiled_once, copy
 from magmotor.numerics.rotations import columns, dot, mul_quat, plus, scaled

@@ -6,7 +6,8 @@
 from numba import njit, types
 
 from magmotor.mjcf import memory
-from magmotor.mjcf.callbacks import apply_forces, report
+from magmotor.mjcf.forces.all_forces import apply_forces
+from magmotor.mjcf.reports import report
 
 _word, _int = types.int64, types.int32
 FUNCTIONS = {

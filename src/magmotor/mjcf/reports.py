@@ -1,0 +1,87 @@
+"""Reports of errors, which compiled code finds, with the elements and numbers that they name."""
+
+# Numba's intrinsics hide their first parameter:
+# pyright: reportCallIssue=false
+
+from numba import njit, types
+
+from magmotor.mjcf import errors, memory, messages
+from magmotor.mjcf.forces.brownian_wrenches import userdata_at
+from magmotor.mjcf.forces.coils import invalid_coil
+from magmotor.mjcf.forces.custom import GEOM, SITE, TUPLE, element, elements_of, numbers_of
+from magmotor.mjcf.forces.fields import HEADER, invalid_field_tuple, place_in_field
+from magmotor.mjcf.forces.iron import invalid_iron
+from magmotor.mjcf.forces.marks import marks_of
+
+_name = types.ExternalFunction("mj_id2name", types.int64(types.int64, types.int32, types.int32))
+
+
+@njit
+def report(error, m, d, offsets):
+    """Raise an error, or record it: its number, and those of up to two elements, or -1.
+
+    The elements of some errors are dipoles: the number of a site, or the number of sites plus that
+    of a geom.
+    """
+    number, first, second = error
+    model = m.ctypes.data
+    place = memory.details_on_stack()
+    details = memory.numbers(place, 1, errors.DETAILS)[0]
+    if number == errors.MARK:
+        text, config = marks_of(m, offsets)
+        messages.fail(number, 0, text, 0, config, place)
+    elif number in (errors.COIL, errors.FIELD_TUPLE, errors.IRON):
+        _report_tuple(number, m, offsets, details, place)
+    elif number >= 0:
+        if number == errors.TIME:
+            details[0] = memory.numbers(d.ctypes.data + offsets.time, 1, 1)[0, 0]
+        elif number == errors.PATH:
+            details[0] = userdata_at(d, offsets, first)
+        elif number == errors.MATERIAL:
+            details[0] = numbers_of(first, m, offsets)[0]
+        elif number == errors.OUTSIDE:
+            _locate(first, second, m, d, offsets, details)
+        one, other = errors.ELEMENTS[number]
+        nsite = m[offsets.nsite // 8]
+        if one == errors.DIPOLE:
+            one = SITE
+            if first >= nsite:
+                one, first, details[0] = GEOM, first - nsite, 1.0
+        if other == errors.DIPOLE:
+            other = SITE
+            if second >= nsite:
+                other, second, details[0] = GEOM, second - nsite, details[0] + 2.0
+        names = _name(model, one, first), _name(model, other, second)
+        messages.fail(number, first, names[0], second, names[1], place)
+
+
+@njit
+def _report_tuple(number, m, offsets, details, place):
+    """Report which element of a tuple breaks a rule."""
+    k, i, rule, other = invalid_coil(m, offsets)
+    if number == errors.FIELD_TUPLE:
+        k, i, rule, other = invalid_field_tuple(m, offsets)
+    elif number == errors.IRON:
+        k, i, rule, other = invalid_iron(m, offsets)
+    name = 0
+    details[0], details[1] = rule, other
+    if i >= 0:
+        kind, named, prm = element(i, m, offsets)
+        details[2], details[3] = kind, prm
+        name = _name(m.ctypes.data, kind, named)
+    position = i - elements_of(k, m, offsets).start
+    messages.fail(number, k, _name(m.ctypes.data, TUPLE, k), position, name, place)
+
+
+@njit
+def _locate(dipole, numeric, m, d, offsets, details):
+    """Write where a dipole is in the frame of a table, and the first numbers of the table."""
+    nsite = m[offsets.nsite // 8]
+    places, i = (
+        (offsets.site_xpos, dipole) if dipole < nsite else (offsets.geom_xpos, dipole - nsite)
+    )
+    at = memory.numbers(d[places // 8], memory.UNBOUNDED, 3)[i]
+    details[1], details[2], details[3] = place_in_field(numeric, at[0], at[1], at[2], m, d, offsets)
+    header = numbers_of(numeric, m, offsets)
+    for k in range(HEADER):
+        details[4 + k] = header[k]
