@@ -37,7 +37,7 @@ def magnet(name, place, radius, *, remanence, density, free=True, axis=(0, 0, 1)
     `radius` is half the length of all edges.
     """
     volume = {"sphere": 4 / 3 * np.pi, "box": 8, "cylinder": 2 * np.pi}[shape] * radius**3
-    near = radius / np.sqrt(3)
+    near = radius / 2
     points = {
         "sphere": [(0, 0, 0)],
         "box": [*itertools.product((-near, near), repeat=3)],
