@@ -36,8 +36,12 @@ UNSTABLE, RESOLVED = 2.0, 0.5
 ABSURD = 1e-9
 """Timestep in s below which none is proposed."""
 
-GRAINY = 0.95
-"""Distance of dipoles at touch, over that within their magnets, from which on layouts are good."""
+COARSE = 0.8
+"""Distance of dipoles at touch, over that within their layouts, below which these are too strong.
+
+Measured at touch, layouts above it have 0.9 to 3 times the force of the magnets, and those below it
+2 to 70 times; see docs/contact.md.
+"""
 
 SLACK = 1 + 1e-6
 """Rounding allowed in comparisons with limits."""
@@ -68,7 +72,7 @@ def failures(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:
             yield _exposure(model, pair)
         if pair.approach:
             yield from _weak_contacts(model, pair, pair.approach)
-        if pair.spacing and pair.spacing.apart < GRAINY * pair.spacing.within:
+        if pair.spacing and pair.spacing.apart < COARSE * pair.spacing.within:
             yield _coarseness(model, pair, *pair.spacing)
     yield from _fast_magnets(model, {} if misplaced else frequencies(model, state), state, pairs)
     if kinds & NOISE and model.nuser_body:
@@ -120,7 +124,7 @@ def _coarseness(model: mujoco.MjModel, pair: Meeting, apart: float, within: floa
         _names(model, pair),
         f"attract each other too strongly where they touch: there, dipoles are {apart:.2g} m"
         f" from {partners}, and {within:.2g} m from others of their own layout; take a layout such"
-        " as mm.magnet's for error=0.5 and a gap of 0.3 times its smallest length",
+        " as mm.magnet's for error=0.5 and a gap of 0.3 or 0.5 times its smallest length",
         pair.number,
     )
 

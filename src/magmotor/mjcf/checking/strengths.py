@@ -43,14 +43,18 @@ class Magnet(NamedTuple):
     """Strength of the images in a plane of iron, at most 1 in size; 0 for others."""
 
     def name(self, model: mujoco.MjModel, dipole: int = 0) -> str:
-        """Return a name of the body of a dipole, or else of its site or geom."""
+        """Return the name of a dipole's body, of what that is fixed to, or of its site or geom."""
         element, body = int(self.elements[dipole]), int(self.bodies[dipole])
-        own = ("site", element) if element < model.nsite else ("geom", element - model.nsite)
-        named = [("body", body)] if body and not self.images else []
-        for kind, number in (*named, own):
-            if getattr(model, kind)(number).name:
-                return label(model, kind, number)
-        return label(model, *(named or [own])[0])
+        kind, number = "site", element
+        if element >= model.nsite:
+            kind, number = "geom", element - model.nsite
+        while body and not self.images:
+            if model.body(body).name:
+                return label(model, "body", body)
+            body = int(model.body_parentid[body]) if model.body_weldid[body] != body else 0
+        if self.bodies[dipole] and not self.images and not getattr(model, kind)(number).name:
+            return label(model, "body", self.bodies[dipole])
+        return label(model, kind, number)
 
 
 def magnets_of(model: mujoco.MjModel, data: mujoco.MjData) -> list[Magnet]:

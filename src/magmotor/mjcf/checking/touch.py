@@ -78,6 +78,17 @@ class Side:
         offset = self._places - self._places[i]
         return offset - np.outer(offset @ self._normal[i], self._normal[i])
 
+    def distinct(self) -> NDArray[np.int64]:
+        """Return one dipole of each kind, to which all others lie alike."""
+        kinds, whole = {}, self.magnet
+        scale = max(abs(self.depth).max(), 1e-12)
+        for i in range(len(self.depth)):
+            aside = np.linalg.norm(self.aside(i), axis=1)
+            places = np.round(np.column_stack([self.along(i), aside]) / scale, 6)
+            rows = np.column_stack([places, whole.strengths, whole.responses, whole.bodies]) + 0.0
+            kinds.setdefault((self.depth[i].round(12), rows[np.lexsort(rows.T)].tobytes()), i)
+        return np.array([*kinds.values()])
+
     def spacing(self, i: int) -> float:
         """Return how far dipole i is from the nearest others of its piece.
 
@@ -119,8 +130,9 @@ def closest_approach(
     if other.images:
         weight, partner = weight * (weight.T > 0), one
     force = gradient = 0.0
-    for i, j in np.argwhere(apart < np.inf) if weight.any() else ():
-        distance = np.maximum(_distances(sides, int(i), int(j)), COINCIDENCE)
+    poses = np.stack(np.meshgrid(*(side.distinct() for side in sides)), axis=-1).reshape(-1, 2)
+    for i, j in poses[apart[tuple(poses.T)] < np.inf].tolist() if weight.any() else ():
+        distance = np.maximum(_distances(sides, i, j), COINCIDENCE)
         pull, power = _pull(one, partner, distance, weight, other.images or 1.0)
         slope = float((power * pull / distance).sum()) * (2 if other.images else 1)
         force, gradient = max((force, gradient), (float(pull.sum()), slope))
