@@ -126,8 +126,8 @@ def test_the_spacing_of_a_layout_is_that_of_its_rows():
         f'<site pos="{x / 1e3} {y / 1e3} 0" user="1e-3"/>' for x in (-3, 0, 3) for y in range(-4, 5)
     )
     found = approach_of(load(f'<geom type="box" size="0.0045 0.0045 0.001"/>{sites}'))
-    assert found.spacing.within == pytest.approx(3e-3, rel=1e-9)
-    assert found.spacing.apart == pytest.approx(1e-3, rel=1e-9)  # at the edges
+    assert found.spacing.within == pytest.approx(3e-3, rel=1e-14)
+    assert found.spacing.apart == pytest.approx(1e-3, rel=1e-14)  # at the edges
 
 
 # Contact at a distance ---------------------------------------------------------------------------
@@ -146,11 +146,11 @@ def balls(remanence, margins, height=0.03, gap=0.0):
 def test_the_margins_of_geoms_keep_magnets_apart(margins):
     """MuJoCo adds the margins of both geoms, and their gaps change nothing."""
     model = balls(1.0, margins, gap=5e-3)
-    assert approach_of(model).approach.distance == pytest.approx(0.01 + sum(margins), rel=1e-12)
+    assert approach_of(model).approach.distance == pytest.approx(0.01 + sum(margins), rel=1e-14)
     data = mujoco.MjData(model)
     data.qpos[9] = 0.0101
     mujoco.mj_forward(model, data)
-    assert data.contact[0].includemargin == pytest.approx(sum(margins), rel=1e-12, abs=1e-15)
+    assert data.contact[0].includemargin == pytest.approx(sum(margins), rel=1e-14, abs=1e-15)
 
 
 @pytest.mark.parametrize(("margin", "sticks"), [(0.0, False), (2.5e-3, True)])

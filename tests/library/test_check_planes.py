@@ -81,9 +81,9 @@ def test_force_and_gradient_at_touch_are_those_of_the_image():
     """Against 3 mu0 k m^2/(32 pi h^4), whose gradient is 4 F/h."""
     _, found = meeting(load())
     force = 3 * MU0 * IMAGES * 0.5**2 / (32 * np.pi * 5e-3**4)
-    assert found.approach.force == pytest.approx(force, rel=1e-12)  # 4e-16
-    assert found.approach.distance == pytest.approx(5e-3, rel=1e-12)
-    assert found.approach.mass == pytest.approx(7500 * 4 / 3 * np.pi * 5e-3**3, rel=1e-6)  # 1e-16
+    assert found.approach.force == pytest.approx(force, rel=1e-14)  # 4e-16
+    assert found.approach.distance == pytest.approx(5e-3, rel=1e-14)
+    assert found.approach.mass == pytest.approx(7500 * 4 / 3 * np.pi * 5e-3**3, rel=1e-14)
 
 
 def test_the_force_on_several_dipoles_is_that_which_acts():
@@ -98,7 +98,7 @@ def test_the_force_on_several_dipoles_is_that_which_acts():
             mujoco.mj_forward(model, data)
         forces.append(-data.xfrc_applied[model.body("magnet").id, 2])
     slope = (forces[1] - forces[0]) / 1e-8
-    assert found.approach.force == pytest.approx(forces[0], rel=1e-12)  # 2e-16
+    assert found.approach.force == pytest.approx(forces[0], rel=1e-14)  # 2e-16
     assert found.approach.distance == pytest.approx(4 * forces[0] / slope, rel=1e-4)  # 1e-5
 
 
@@ -125,7 +125,7 @@ def test_the_frequency_above_a_plane():
     force = 3 * MU0 * IMAGES * 0.5**2 / (32 * np.pi * 8e-3**4)
     mass = model.body_mass[model.body("magnet").id]
     (found,) = frequencies(model, data).values()
-    assert found == pytest.approx(np.sqrt(4 * force / 8e-3 / mass), rel=1e-9)
+    assert found == pytest.approx(np.sqrt(4 * force / 8e-3 / mass), rel=1e-14)
 
 
 def test_the_frequency_of_a_needle_above_a_plane_is_exact():
@@ -139,7 +139,7 @@ def test_the_frequency_of_a_needle_above_a_plane_is_exact():
         model.opt.timestep = product / omega
         data = mujoco.MjData(model)
         mujoco.mj_fwdPosition(model, data)
-        assert frequencies(model, data)[body] == pytest.approx(omega, rel=1e-9)
+        assert frequencies(model, data)[body] == pytest.approx(omega, rel=1e-14)
         found = mm.check(model)
         with mm.magnetism():
             mujoco.mj_step(model, data, nstep=60)
@@ -156,7 +156,7 @@ def test_the_frequency_of_turns_at_touch():
     data, found = meeting(model)
     stiffness = MU0 * IMAGES * 0.5**2 / (32 * np.pi * 5e-3**3)
     omega = frequency_at_touch(model, data, found.magnets, found.approach)
-    assert omega == pytest.approx(np.sqrt(stiffness / model.body_inertia[body, 0]), rel=1e-9)
+    assert omega == pytest.approx(np.sqrt(stiffness / model.body_inertia[body, 0]), rel=1e-14)
 
 
 SHAPES = {
@@ -252,7 +252,7 @@ def test_what_nothing_keeps_above_the_plane(parts, reason):
 def test_a_floor_above_the_plane_is_what_a_magnet_touches():
     floor = '<geom type="plane" size="1 1 1" pos="0 0 0.002"/>'
     _, found = meeting(load(world=floor))
-    assert found.approach.distance == pytest.approx(7e-3, rel=1e-12)
+    assert found.approach.distance == pytest.approx(7e-3, rel=1e-14)
 
 
 def test_a_magnet_fixed_beside_the_plane_is_another_partner():
