@@ -228,6 +228,20 @@ def test_magnets_that_cannot_reach_the_plane_are_not_checked(axis, lowest, pairs
     assert len(found.findings) == 2 * pairs
 
 
+@pytest.mark.parametrize(("lowest", "pairs"), [(-0.012, 0), (-0.014, 1)])
+def test_a_floor_above_the_plane_may_be_within_reach(lowest, pairs):
+    joint = f'<joint type="slide" axis="0 0 1" range="{lowest} 0.01"/>'
+    floor = '<geom type="plane" size="1 1 1" pos="0 0 0.002"/>'
+    model = load(height=0.02, joint=joint, world=floor, plane='contype="0" conaffinity="0"')
+    assert ("once they touch" in str(mm.check(model))) == pairs
+
+
+def test_a_box_does_not_cover_the_whole_plane():
+    box = '<geom type="box" size="0.05 0.05 0.01"/>'
+    found = mm.check(load(height=0.03, world=box, plane='contype="0" conaffinity="0"'))
+    assert "since their geoms do not collide" in found.findings[0]
+
+
 @pytest.mark.parametrize(
     ("parts", "reason"),
     [

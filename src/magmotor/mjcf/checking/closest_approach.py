@@ -216,10 +216,9 @@ def _factors(model: mujoco.MjModel, one: Magnet, other: Magnet) -> tuple[NDArray
 
 
 def _geoms_of(model: mujoco.MjModel, magnet: Magnet, touching: NDArray) -> NDArray[np.int64]:
-    """Return the geoms of a magnet that may touch another one; planes only, if it is one."""
+    """Return the geoms of a magnet that may touch another one."""
     both = np.unique(touching[:, :2])
-    both = both[model.body_weldid[model.geom_bodyid[both]] == magnet.body]
-    return both[model.geom_type[both] == PLANE] if magnet.images else both
+    return both[model.body_weldid[model.geom_bodyid[both]] == magnet.body]
 
 
 def _margin(model: mujoco.MjModel, one: int, other: int, pair: int) -> float:

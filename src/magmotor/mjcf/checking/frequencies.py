@@ -139,8 +139,6 @@ def _jacobians(model: mujoco.MjModel, data: mujoco.MjData, magnet: Magnet) -> tu
 def _frequency(model: mujoco.MjModel, data: mujoco.MjData, blocks: Array) -> float:
     """Return the root of the largest eigenvalue of R M^-1 R^T, where R are all rows of blocks."""
     rows = np.ascontiguousarray(blocks.reshape(-1, model.nv))
-    if not np.isfinite(rows).all():
-        return math.inf
     response = np.empty_like(rows)
     mujoco.mj_solveM(model, data, response, rows)
     return float(np.sqrt(max(0.0, np.linalg.eigvalsh(rows @ response.T)[-1])))
