@@ -120,6 +120,12 @@ def test_balls_of_one_dipole_each_have_no_spacing(shaft):
     assert "too strongly" not in str(mm.check(load(DUMBBELL.format(shaft))))
 
 
+def test_two_magnets_in_one_geom_that_point_in_different_directions_are_no_layout():
+    sites = '<site pos="0 0.007 0" user="0.1"/><site pos="0 -0.007 0" zaxis="0 0 -1" user="0.1"/>'
+    found = approach_of(load(f'<geom type="box" size="0.004 0.012 0.004"/>{sites}'))
+    assert found.spacing.within == 0
+
+
 def test_the_spacing_of_a_layout_is_that_of_its_rows():
     """Rows 3 mm apart, of dipoles that are 1 mm apart."""
     sites = "".join(

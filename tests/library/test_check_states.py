@@ -127,7 +127,8 @@ def test_a_coil_without_limits_is_said_to_be_taken_at_drive_1(range_, prm, site,
         ('<body><geom size="0.005"/><site name="magnet" user="0.5"/></body>',
          "site 'magnet' and body 'left'"),
         ('<geom size="0.005"/><site name="magnet" user="0.5"/>', "site 'magnet' and body 'left'"),
-        ('<geom size="0.005"/><site user="0.5"/>', "site 0 and body 'left'"),
+        ('<geom name="pole" size="0.005"/><geom pos="1 0 0" size="0.01"/><site user="0.5"/>',
+         "geom 'pole' and body 'left'"),
     ],
 )  # fmt: skip
 def test_what_is_fixed_to_the_world_has_its_own_name(fixed, name):

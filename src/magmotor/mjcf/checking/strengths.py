@@ -43,7 +43,7 @@ class Magnet(NamedTuple):
     """Strength of the images in a plane of iron, at most 1 in size; 0 for others."""
 
     def name(self, model: mujoco.MjModel, dipole: int = 0) -> str:
-        """Return the name of a dipole's body, of what that is fixed to, or of its site or geom."""
+        """Return the name of a dipole's body, of what that is fixed to, its site or a geom."""
         element, body = int(self.elements[dipole]), int(self.bodies[dipole])
         kind, number = "site", element
         if element >= model.nsite:
@@ -52,8 +52,13 @@ class Magnet(NamedTuple):
             if model.body(body).name:
                 return label(model, "body", body)
             body = int(model.body_parentid[body]) if model.body_weldid[body] != body else 0
-        if self.bodies[dipole] and not self.images and not getattr(model, kind)(number).name:
-            return label(model, "body", self.bodies[dipole])
+        if not getattr(model, kind)(number).name and not self.images:
+            if self.bodies[dipole]:
+                return label(model, "body", self.bodies[dipole])
+            solid = (model.geom_bodyid == 0) & (model.geom_type != PLANE)
+            if solid.any():
+                away = np.linalg.norm(model.geom_pos - self.positions[dipole], axis=1)
+                return label(model, "geom", np.where(solid, away, np.inf).argmin())
         return label(model, kind, number)
 
 

@@ -27,6 +27,9 @@ INSIDE = 1 / 3
 ALIGNED = 0.87
 """Cosine of the angle below which two neighbors count as neighbors in one direction."""
 
+PARALLEL = 0.99
+"""Cosine of the angle below which two dipoles may represent one magnet."""
+
 
 class Spacing(NamedTuple):
     """How near dipoles of two magnets come to each other, and to others of their own magnet."""
@@ -99,7 +102,7 @@ class Side:
         length = np.linalg.norm(offset, axis=1)
         depth, _ = self._below(self._places[i] + offset / 2)
         near = depth > INSIDE * np.minimum(self.depth, self.depth[i])
-        near &= (self.magnet.strengths > 0) & (length > 0)
+        near &= (self.magnet.axes @ self.magnet.axes[i] > PARALLEL) & (length > 0)
         if not near.any():
             return 0.0
         offset, length = offset[near], length[near]
