@@ -276,7 +276,7 @@ def test_a_magnet_fixed_beside_the_plane_is_another_partner():
     mujoco.mj_fwdPosition(model, data)
     names = {frozenset(m.name(model) for m in pair.magnets) for pair in meetings(model, data)}
     assert names == {frozenset({"body 'magnet'", "geom 'table'"}),
-                     frozenset({"body 'magnet'", "site 0"})}  # fmt: skip
+                     frozenset({"body 'magnet'", "geom 'post'"})}  # fmt: skip
 
 
 def test_a_magnet_in_the_table_at_the_start():
