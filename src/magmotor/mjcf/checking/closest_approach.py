@@ -1,9 +1,4 @@
-"""How near the magnets of a model can come to each other, and what pulls them there.
-
-A magnet is a rigid body with dipoles. Two magnets touch with those points of their surfaces that
-are nearest to one dipole of each. In this pose the distance of any two of their dipoles is at least
-that of their depths below the common tangent plane, and of their distances from its normal.
-"""
+"""Which magnets of a model can come near each other, and how near."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -13,24 +8,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.common.arrays import Array
-from magmotor.dipoles import COINCIDENCE, PERMEABILITY_OVER_4PI
+from magmotor.dipoles import COINCIDENCE
 from magmotor.mjcf.checking.contact_rule import Approach
-from magmotor.mjcf.checking.depth import NEVER, depth_and_normal
 from magmotor.mjcf.checking.reach import Reach, common_ancestor, reach
 from magmotor.mjcf.checking.strengths import Magnet, magnets_of
+from magmotor.mjcf.checking.touch import Side, Spacing, closest_approach, coarsest
 from magmotor.mjcf.declared import tuples
 from magmotor.mjcf.field_and_energy import coupling_factors
+from magmotor.mjcf.forces.iron import PLANE
 from magmotor.mjcf.langevin.contacts import colliding_geoms
 from magmotor.mjcf.lookup import disabled
-
-SURFACE = 0.02
-"""Depth, over the distance at touch, at which a dipole counts as one at the surface."""
 
 
 class Meeting(NamedTuple):
     """Two magnets that can come near each other, and what keeps their dipoles apart."""
 
     magnets: tuple[Magnet, Magnet]
+    """Only the second one may be a plane."""
+    nearest: tuple[int, int]
+    """The dipoles that come nearest to each other."""
     number: int
     """Number of pairs like this one."""
     touching: NDArray[np.int64]
@@ -40,7 +36,9 @@ class Meeting(NamedTuple):
     approach: Approach | None
     """None if the contact keeps no dipoles apart that act on each other."""
     exposed: bool
-    """Whether dipoles can coincide."""
+    """Whether dipoles can coincide, or one can be below the plane."""
+    spacing: Spacing | None
+    """The coarsest spacing of dipoles where they touch."""
 
 
 def meetings(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Meeting]:
@@ -48,11 +46,8 @@ def meetings(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Meeting]:
     magnets = magnets_of(model, data)
     if len(magnets) < 2:
         return
-    number_of = np.full(model.nbody, -1)
-    number_of[[magnet.body for magnet in magnets]] = np.arange(len(magnets))
-    geoms, weld_of = _touching(model), model.body_weldid[model.geom_bodyid]
-    pairs = np.sort(number_of[weld_of[geoms[:, :2]]], axis=1)
-    geoms, pairs = geoms[pairs[:, 0] >= 0], pairs[pairs[:, 0] >= 0]
+    geoms, pairs = _rows(model, magnets, _touching(model))
+    weld_of = model.body_weldid[model.geom_bodyid]
     touching = np.zeros((len(magnets), len(magnets)), int)
     np.add.at(touching, (pairs[:, 0], pairs[:, 1]), 1)
     groups = np.full_like(touching, -1)
@@ -60,10 +55,30 @@ def meetings(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Meeting]:
         groups[members[:, 0], members[:, 1]] = k
         one, other = (magnets[i] for i in members[0])
         like = geoms[groups[pairs[:, 0], pairs[:, 1]] == k]
-        own = like[(np.sort(weld_of[like[:, :2]], axis=1) == [one.body, other.body]).all(axis=1)]
-        approach, exposed = _approach(model, data, one, other, own)
-        if approach or exposed:
-            yield Meeting((one, other), len(members), own, like, approach, exposed)
+        welds = np.sort(weld_of[like[:, :2]], axis=1)
+        own = like[(welds == sorted([one.body, other.body])).all(axis=1)]
+        if found := _meeting(model, data, (one, other), own):
+            yield found._replace(number=len(members), like=like)
+
+
+def _rows(
+    model: mujoco.MjModel, magnets: list[Magnet], geoms: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the rows of geoms that belong to two magnets, and the numbers of these.
+
+    A plane of iron has the contacts of all planes of its body.
+    """
+    number_of = np.full(model.nbody, -1)
+    bodies = np.array([magnet.body for magnet in magnets if not magnet.images], int)
+    number_of[bodies] = np.arange(len(bodies))
+    welds = model.body_weldid[model.geom_bodyid[geoms[:, :2]]]
+    pairs = number_of[welds]
+    for k in range(len(bodies), len(magnets)):
+        flat = (model.geom_type[geoms[:, :2]] == PLANE) & (welds == magnets[k].body)
+        geoms = np.vstack([geoms, geoms[flat.any(axis=1)]])
+        pairs = np.vstack([pairs, np.where(flat, k, pairs)[flat.any(axis=1)]])
+    pairs = np.sort(pairs, axis=1)
+    return geoms[pairs[:, 0] >= 0], pairs[pairs[:, 0] >= 0]
 
 
 def _touching(model: mujoco.MjModel) -> NDArray[np.int64]:
@@ -96,7 +111,9 @@ def _groups(
     moves = np.array([model.body_dofnum[magnet.body] > 0 for magnet in magnets])
     bounds = [_bound(model, data, magnet) for magnet in magnets]
     near = Reach(*(np.concatenate(parts) for parts in zip(*bounds, strict=True)))
-    first, second = np.nonzero(np.triu(np.logical_or.outer(moves, moves) * near.meets(near), 1))
+    bodies = np.array([magnet.body for magnet in magnets])
+    meets = (moves[:, np.newaxis] | moves) & (bodies[:, np.newaxis] != bodies)
+    first, second = np.nonzero(np.triu(meets & near.meets(near), 1))
     if not len(first):
         return
     low, high = np.minimum(kind[first], kind[second]), np.maximum(kind[first], kind[second])
@@ -130,107 +147,84 @@ def _kind(model: mujoco.MjModel, data: mujoco.MjData, magnet: Magnet, coupled: s
     parts = np.flatnonzero(model.body_weldid == body)
     free = joint >= 0 and model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE
     if not free or len(parts) > 1 or coupled & {*magnet.bodies.tolist()}:
-        return (body,)
+        return body, magnet.images
     geoms = np.flatnonzero(model.geom_bodyid == body)
     frame = data.xmat[body].reshape(3, 3)
     places = (magnet.positions - data.xpos[body]) @ frame
-    fields = [model.body_invweight0[body], *magnet[3:4], *magnet[5:], places, magnet.axes @ frame]
+    fields = [model.body_invweight0[body], places, magnet.axes @ frame, magnet.strengths,
+              magnet.responses, magnet.saturations]  # fmt: skip
     fields += [getattr(model, f"geom_{name}")[geoms] for name in (
         "type", "size", "pos", "quat", "dataid", "contype", "conaffinity", "priority", "solmix",
-        "solref", "solimp", "friction", "condim")]  # fmt: skip
+        "solref", "solimp", "friction", "condim", "margin")]  # fmt: skip
     return (-1, *((np.round(field, 12) + 0.0).tobytes() for field in fields))
 
 
-def _approach(
-    model: mujoco.MjModel, data: mujoco.MjData, one: Magnet, other: Magnet, geoms: NDArray
-) -> tuple[Approach | None, bool]:
-    """Return the closest approach of two magnets, and whether some dipoles can coincide."""
+def _meeting(
+    model: mujoco.MjModel, data: mujoco.MjData, magnets: tuple[Magnet, Magnet], touching: NDArray
+) -> Meeting | None:
+    """Return how two magnets meet; None if nothing of them can."""
+    one, other = magnets
     ancestor = common_ancestor(model, one.body, other.body)
-    factors = coupling_factors(model)
-    factor = np.array([[factors(int(a), int(b)) for b in other.bodies] for a in one.bodies])
-    places = [reach(model, data, each.body, ancestor, each.positions) for each in (one, other)]
-    dipoles = [each.strengths > 0 for each in (one, other)]
-    acts = (factor != 0) & np.logical_or.outer(*dipoles)
-    sides = [_Side(model, data, magnet, _geoms_of(model, magnet, geoms)) for magnet in (one, other)]
+    acts, factor = _factors(model, one, other)
+    margin = min((_margin(model, *row) for row in touching.tolist()), default=0.0)
+    geoms = [_geoms_of(model, magnet, touching) for magnet in magnets]
+    sides = (
+        Side(model, data, one, geoms[0], margin),
+        Side(model, data, other, geoms[1], 0.0),
+    )
     apart = sides[0].depth[:, np.newaxis] + sides[1].depth
-    exposed = bool((acts & (apart < COINCIDENCE) & places[0].meets(places[1])).any())
-    held = acts & (apart >= COINCIDENCE)
-    if not held.any() or not _can_touch(model, data, one, other, geoms, ancestor):
-        return None, exposed
-    worst = 0.0, 0.0
-    for i, j in np.argwhere(held):
-        distance = np.hypot(
-            sides[0].along(i)[:, np.newaxis] + sides[1].along(j),
-            sides[0].aside(i)[:, np.newaxis] - sides[1].aside(j),
-        )
-        distance = np.maximum(distance, COINCIDENCE)
-        pull, steepness = _pull(one, other, distance, abs(factor) * held)
-        worst = max(worst, (float(pull.sum()), float((steepness * pull / distance).sum())))
-    force, gradient = worst
-    inverse_mass = model.body_invweight0[[one.body, other.body], 0].sum()
-    nearest = np.unravel_index(np.where(held, apart, np.inf).argmin(), apart.shape)
-    depths = np.array([side.depth[n] for side, n in zip(sides, nearest, strict=True)])
-    radius = depths[depths > SURFACE * depths.sum()].min()
-    return Approach(4 * force / gradient, force, 1 / inverse_mass, float(radius)), exposed
+    level = max(0.0, float(sides[1].depth[0])) if other.images else 0.0
+    points = [reach(model, data, each.body, ancestor, each.positions) for each in magnets]
+    solids = [
+        found._replace(radii=found.radii + _radii(model, own))
+        for magnet, own in zip(magnets, geoms, strict=True)
+        for found in [reach(model, data, magnet.body, ancestor, data.geom_xpos[own])]
+    ]
+
+    def can_meet(first: Reach, second: Reach) -> NDArray[np.bool_]:
+        if not other.images:
+            return first.meets(second)
+        if ancestor != other.body:
+            return np.ones((len(first.centers), 1), bool)
+        normal = data.geom_xmat[other.elements[0] - model.nsite, 2::3]
+        return first.lowest(other.positions[0], normal)[:, np.newaxis] <= level
+
+    near = acts & (apart < COINCIDENCE) & can_meet(*points)
+    held = np.where(acts & (apart >= COINCIDENCE), apart, np.inf)
+    approach = None
+    if (held < np.inf).any() and len(touching) and can_meet(*solids).any():
+        inverse_mass = model.body_invweight0[[one.body, other.body], 0].sum()
+        approach = closest_approach(sides, held, factor, float(inverse_mass))
+    if not approach and not near.any():
+        return None
+    i, j = np.unravel_index(np.where(acts, apart, np.inf).argmin(), apart.shape)
+    spacing = coarsest(sides, held) if approach else None
+    return Meeting(
+        magnets, (int(i), int(j)), 1, touching, touching, approach, bool(near.any()), spacing
+    )
 
 
-def _pull(one: Magnet, other: Magnet, distance: Array, factor: Array) -> tuple[Array, Array]:
-    """Return the forces with aligned moments of all pairs of dipoles, and their powers of 1/d.
-
-    The power is 4, or 7 for iron that the dipoles of the other side magnetize and do not saturate.
-    """
-    k, sides = PERMEABILITY_OVER_4PI, []
-    for magnet, partner, away in ((one, other, distance), (other, one, distance.T)):
-        induced = magnet.responses * (2 * k * partner.strengths / away**3).sum(axis=1)
-        free = (induced < magnet.saturations) & (magnet.responses > 0)
-        sides.append((magnet.strengths + np.minimum(induced, magnet.saturations), free))
-    (first, soft), (second, yielding) = sides
-    power = 4 + 3 * np.logical_or.outer(soft, yielding)
-    return 6 * k * factor * np.multiply.outer(first, second) / distance**4, power
+def _factors(model: mujoco.MjModel, one: Magnet, other: Magnet) -> tuple[NDArray[np.bool_], Array]:
+    """Return which dipoles act on which of another magnet, and how strongly they attract."""
+    if other.images:
+        acts = np.full((len(one.bodies), 1), bool(one.strengths.any()))
+        return acts, np.full(acts.shape, max(0.0, other.images))
+    of = coupling_factors(model)
+    factor = np.array([[of(int(a), int(b)) for b in other.bodies] for a in one.bodies])
+    permanent = (one.strengths[:, np.newaxis] > 0) | (other.strengths > 0)
+    return (factor != 0) & permanent, np.abs(factor, dtype=float)
 
 
-class _Side:
-    """The dipoles of a magnet below the surfaces of its geoms."""
-
-    def __init__(
-        self, model: mujoco.MjModel, data: mujoco.MjData, magnet: Magnet, geoms: NDArray
-    ) -> None:
-        self._positions = magnet.positions
-        self.depth = np.full(len(magnet.positions), NEVER)
-        self._normal = np.tile([0.0, 0, 1], (len(magnet.positions), 1))
-        for geom in geoms.tolist():
-            depth, normal = depth_and_normal(model, data, geom, magnet.positions)
-            deeper = depth > self.depth
-            self.depth[deeper], self._normal[deeper] = depth[deeper], normal[deeper]
-
-    def along(self, i: int) -> Array:
-        """Return the depths of all dipoles below the tangent plane that is nearest to dipole i."""
-        below = self.depth[i] + (self._positions[i] - self._positions) @ self._normal[i]
-        return np.maximum(below, self.depth)
-
-    def aside(self, i: int) -> Array:
-        """Return the distances of all dipoles from that plane's normal through dipole i."""
-        offset = self._positions - self._positions[i]
-        return np.linalg.norm(np.cross(offset, self._normal[i]), axis=1)
-
-
-def _geoms_of(model: mujoco.MjModel, magnet: Magnet, geoms: NDArray) -> NDArray[np.int64]:
-    both = np.unique(geoms[:, :2])
+def _geoms_of(model: mujoco.MjModel, magnet: Magnet, touching: NDArray) -> NDArray[np.int64]:
+    """Return the geoms of a magnet that may touch another one."""
+    both = np.unique(touching[:, :2])
     return both[model.body_weldid[model.geom_bodyid[both]] == magnet.body]
 
 
-def _can_touch(
-    model: mujoco.MjModel,
-    data: mujoco.MjData,
-    one: Magnet,
-    other: Magnet,
-    geoms: NDArray,
-    ancestor: int,
-) -> bool:
-    """Whether the geoms of two magnets can reach each other."""
-    places = []
-    for magnet in (one, other):
-        own = _geoms_of(model, magnet, geoms)
-        found = reach(model, data, magnet.body, ancestor, data.geom_xpos[own])
-        places.append(found._replace(radii=found.radii + _radii(model, own)))
-    return bool(len(geoms)) and bool(places[0].meets(places[1]).any())
+def _margin(model: mujoco.MjModel, one: int, other: int, pair: int) -> float:
+    """Return the distance of two geoms at which their contact begins to push, in m."""
+    if pair >= 0:
+        return float(model.pair_margin[pair])
+    if model.opt.enableflags & mujoco.mjtEnableBit.mjENBL_OVERRIDE:
+        return float(model.opt.o_margin)
+    return float(model.geom_margin[[one, other]].sum())

@@ -2,7 +2,7 @@
 
 A magnet of the moment m turns in the field B against the stiffness m B, and another magnet that
 follows its turns stiffens it. It swings against the gradient of the force, at most 4 F/r of each
-partner, twice that if the partner swings, too.
+partner, twice that if the partner swings, too. Images in a plane of iron are partners that follow.
 """
 
 import copy
@@ -33,8 +33,10 @@ class Stiffness(NamedTuple):
 
 def frequencies(model: mujoco.MjModel, data: mujoco.MjData) -> dict[int, float]:
     """Return the frequency in rad/s of each rigid body with dipoles that can move."""
-    magnets = [magnet for magnet in magnets_of(model, data) if magnet.strengths.any()]
-    found, stiffness = {}, _stiffness(model, data, magnets)
+    whole = magnets_of(model, data)
+    magnets = [magnet for magnet in whole if magnet.strengths.any()]
+    planes = [magnet for magnet in whole if magnet.images]
+    found, stiffness = {}, _stiffness(model, data, magnets, planes)
     for magnet, (turning, swinging) in zip(magnets, stiffness, strict=True):
         if _moves(model, magnet.body):
             linear, angular = _jacobians(model, data, magnet)
@@ -72,7 +74,7 @@ def _moves(model: mujoco.MjModel, weld: int) -> bool:
 
 
 def _stiffness(
-    model: mujoco.MjModel, data: mujoco.MjData, magnets: list[Magnet]
+    model: mujoco.MjModel, data: mujoco.MjData, magnets: list[Magnet], planes: list[Magnet]
 ) -> Iterator[Stiffness]:
     """Yield what holds the dipoles of each magnet."""
     if not magnets:
@@ -81,8 +83,15 @@ def _stiffness(
     positions = np.concatenate([magnet.positions for magnet in magnets])
     moments = np.concatenate([magnet.strengths[:, None] * magnet.axes for magnet in magnets])
     bodies = np.concatenate([magnet.bodies for magnet in magnets])
-    follows = model.body_dofnum[model.body_weldid[bodies]] > 0
+    welds = model.body_weldid[bodies]
+    follows = model.body_dofnum[welds] > 0
     strengths, given = np.linalg.norm(moments, axis=1), _given_field(model, data, positions)
+    sources = [(positions, moments, 0.0)]
+    for plane in planes:
+        normal = data.geom_xmat[plane.elements[0] - model.nsite, 2::3]
+        height = (positions - plane.positions) @ normal
+        images = 2 * np.outer(moments @ normal, normal) - moments
+        sources.append((positions - 2 * np.outer(height, normal), images, plane.images))
     factors = {
         one: np.array([factor(one, int(other)) for other in bodies])
         for one in np.unique(bodies).tolist()
@@ -91,14 +100,20 @@ def _stiffness(
     for magnet in magnets:
         turning, swinging = np.zeros((2, len(magnet.positions)))
         for n, body in enumerate(magnet.bodies.tolist()):
-            i, scale = first + n, k * factors[body]
-            apart = positions[i] - positions
-            distance = np.maximum(np.linalg.norm(apart, axis=1), COINCIDENCE)
-            along = (apart * moments).sum(axis=1) / distance**2
-            field = scale @ ((3 * along[:, np.newaxis] * apart - moments) / distance[:, None] ** 3)
-            of_each = abs(scale) * strengths / distance**3
-            turning[n] = strengths[i] * (np.linalg.norm(field + given[i]) + of_each @ follows)
-            swinging[n] = 24 * strengths[i] * (of_each / distance**2) @ (1 + follows)
+            i, field = first + n, given[first + n].copy()
+            for places, sizes, mirror in sources:
+                scale = k * (mirror * np.ones(len(bodies)) if mirror else factors[body])
+                apart = positions[i] - places
+                distance = np.maximum(np.linalg.norm(apart, axis=1), COINCIDENCE)
+                along = (apart * sizes).sum(axis=1) / distance**2
+                others = scale * (welds != magnet.body)  # one's own images turn against one
+                field += others @ (
+                    (3 * along[:, np.newaxis] * apart - sizes) / distance[:, None] ** 3
+                )
+                of_each = abs(scale) * strengths / distance**3
+                turning[n] += strengths[i] * (of_each @ follows)
+                swinging[n] += 24 * strengths[i] * (of_each / distance**2) @ (1 + follows)
+            turning[n] += strengths[i] * np.linalg.norm(field)
         first += len(magnet.positions)
         yield Stiffness(turning, swinging)
 

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from magmotor.common.arrays import Array
 
@@ -18,11 +19,17 @@ class Reach(NamedTuple):
     radii: Array
     """How far turns move them, shape (n,)."""
 
-    def meets(self, other: "Reach") -> Array:
+    def meets(self, other: "Reach") -> NDArray[np.bool_]:
         """Return which points can come into one place with which of another body, (n, m)."""
         apart = abs(self.centers[:, np.newaxis] - other.centers)
         apart -= self.room[:, np.newaxis] + other.room
         return np.linalg.norm(np.maximum(apart, 0), axis=-1) <= self.radii[:, None] + other.radii
+
+    def lowest(self, point: Array, normal: Array) -> Array:
+        """Return lower bounds (n,) of the heights of the points above a plane."""
+        along = abs(normal)
+        fall = np.multiply(self.room, along, out=np.zeros_like(self.room), where=along > 1e-9)
+        return (self.centers - point) @ normal - fall.sum(axis=1) - self.radii
 
 
 def reach(

@@ -1,4 +1,7 @@
-"""The magnets of a model, rigid bodies with dipoles or iron, and how strong they can become."""
+"""The magnets of a model, rigid bodies with dipoles or iron, and how strong they can become.
+
+A plane of iron is one more magnet, without dipoles: its partners' images are its dipoles.
+"""
 
 import math
 from collections.abc import Iterator
@@ -13,11 +16,12 @@ from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.declared import ACTUATOR, GEOM, NUMERIC, SITE, tuples
 from magmotor.mjcf.forces.iron import PLANE, ellipsoid
 from magmotor.mjcf.forces.marks import COILS, DIPOLES, IRON
+from magmotor.mjcf.lookup import label
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY, demagnetizing_factors
 
 
 class Magnet(NamedTuple):
-    """The dipoles and the pieces of iron of one rigid body, in this order."""
+    """The dipoles and the pieces of iron of one rigid body, in this order; or a plane of iron."""
 
     body: int
     positions: Array
@@ -31,14 +35,39 @@ class Magnet(NamedTuple):
     """Largest moment of iron per flux density, in A m^2/T; zero for dipoles."""
     saturations: Array
     """Largest moment of iron in A m^2."""
+    elements: NDArray[np.int64]
+    """Numbers of sites; those of geoms come after all sites."""
+    unbounded: int
+    """An actuator that drives some dipoles and has no limits, or -1."""
+    images: float = 0.0
+    """Strength of the images in a plane of iron, at most 1 in size; 0 for others."""
+
+    def name(self, model: mujoco.MjModel, dipole: int = 0) -> str:
+        """Return the name of a dipole's body, of what that is fixed to, its site or a geom."""
+        element, body = int(self.elements[dipole]), int(self.bodies[dipole])
+        kind, number = "site", element
+        if element >= model.nsite:
+            kind, number = "geom", element - model.nsite
+        while body and not self.images:
+            if model.body(body).name:
+                return label(model, "body", body)
+            body = int(model.body_parentid[body]) if model.body_weldid[body] != body else 0
+        if not getattr(model, kind)(number).name and not self.images:
+            if self.bodies[dipole]:
+                return label(model, "body", self.bodies[dipole])
+            solid = (model.geom_bodyid == 0) & (model.geom_type != PLANE)
+            if solid.any():
+                away = np.linalg.norm(model.geom_pos - self.positions[dipole], axis=1)
+                return label(model, "geom", np.where(solid, away, np.inf).argmin())
+        return label(model, kind, number)
 
 
 def magnets_of(model: mujoco.MjModel, data: mujoco.MjData) -> list[Magnet]:
     """Return the magnets of a model, whose positions in `data` are up to date."""
     kinds = acting_forces(model)
-    strengths = np.zeros(model.nsite)
+    strengths, (drives, unbounded) = np.zeros(model.nsite), _drives(model, kinds)
     if kinds & DIPOLES and model.nuser_site:
-        strengths = abs(model.site_user[:, 0]) * _drives(model, kinds)
+        strengths = abs(model.site_user[:, 0]) * drives
     sites = np.flatnonzero(strengths)
     pieces = [*_pieces(model)] if kinds & IRON else []
     geoms = np.array([geom for geom, _, _ in pieces], int)
@@ -48,34 +77,36 @@ def magnets_of(model: mujoco.MjModel, data: mujoco.MjData) -> list[Magnet]:
     positions = np.vstack([data.site_xpos[sites], data.geom_xpos[geoms]])
     axes = np.vstack([data.site_xmat[sites, 2::3], np.zeros((len(geoms), 3))])
     strengths = np.concatenate([strengths[sites], none])
+    elements = np.concatenate([sites, model.nsite + geoms])
+    unbounded = np.concatenate([unbounded[sites], none - 1]).astype(int)
     responses, saturations = (np.concatenate([others, column]) for column in iron.T)
     welds = model.body_weldid[bodies]
     return [
         Magnet(
             int(weld), positions[own], axes[own], strengths[own], bodies[own], responses[own],
-            saturations[own],
+            saturations[own], elements[own], int(unbounded[own].max()),
         )
         for weld in np.unique(welds)
         for own in [welds == weld]
-    ]  # fmt: skip
+    ] + [_plane(model, data, *found) for found in _planes(model, kinds)]  # fmt: skip
 
 
-def _drives(model: mujoco.MjModel, kinds: int) -> Array:
-    """Return the largest drives of the coils of all sites.
+def _drives(model: mujoco.MjModel, kinds: int) -> tuple[Array, NDArray[np.int64]]:
+    """Return the largest drives of the coils of all sites, and their actuators without limits.
 
-    It is 1 where neither a limit nor saturation bounds it.
+    The drive is 1 where neither a limit nor saturation bounds it; elsewhere, the actuator is -1.
     """
-    drives = np.ones(model.nsite)
+    drives, unbounded = np.ones(model.nsite), np.full(model.nsite, -1)
     for _, elements in tuples(model, "coil") if kinds & COILS else ():
-        largest = 1.0
+        largest, actuator = 1.0, -1
         for kind, number, prm in elements:
+            own = np.array([number]) if kind == SITE else model.site_bodyid == number
             if kind == ACTUATOR:
                 largest = _largest_drive(model, number, prm)
-            elif kind == SITE:
-                drives[number] = largest
+                actuator = number if largest == math.inf else -1
             else:
-                drives[model.site_bodyid == number] = largest
-    return drives
+                drives[own], unbounded[own] = 1.0 if largest == math.inf else largest, actuator
+    return drives, unbounded
 
 
 def _largest_drive(model: mujoco.MjModel, actuator: int, saturation: float) -> float:
@@ -85,7 +116,7 @@ def _largest_drive(model: mujoco.MjModel, actuator: int, saturation: float) -> f
             largest = min(largest, abs(getattr(model, f"actuator_{limits}")[actuator]).max())
     if saturation > 0:
         return saturation / math.hypot(1, saturation / largest)
-    return float(largest) if largest < math.inf else 1.0
+    return float(largest)
 
 
 def _pieces(model: mujoco.MjModel) -> Iterator[tuple[int, float, float]]:
@@ -100,3 +131,22 @@ def _pieces(model: mujoco.MjModel) -> Iterator[tuple[int, float, float]]:
                 factor = min(demagnetizing_factors(*axes))
                 response = abs(volume * chi / (1 + factor * chi)) / VACUUM_PERMEABILITY
                 yield geom, response, volume * magnetization or math.inf
+
+
+def _planes(model: mujoco.MjModel, kinds: int) -> Iterator[tuple[int, float]]:
+    """Yield the plane of iron, if there is one, and the strength of the images in it."""
+    for _, elements in tuples(model, "iron") if kinds & IRON else ():
+        numeric = next(number for kind, number, _ in elements if kind == NUMERIC)
+        chi = float(model.numeric(numeric).data[0])
+        for kind, geom, _ in elements:
+            if kind == GEOM and model.geom_type[geom] == PLANE:
+                yield geom, chi / (chi + 2)
+
+
+def _plane(model: mujoco.MjModel, data: mujoco.MjData, geom: int, images: float) -> Magnet:
+    """Return a plane of iron, with a point of it in place of a dipole."""
+    body, none = model.geom_bodyid[geom], np.zeros(1)
+    return Magnet(
+        int(model.body_weldid[body]), data.geom_xpos[[geom]], np.zeros((1, 3)), none,
+        np.array([body]), none, none, np.array([model.nsite + geom]), -1, images,
+    )  # fmt: skip

@@ -1,0 +1,249 @@
+"""What will fail in a model with magnets, one sentence each, and the settings without it."""
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+
+from magmotor.common.arrays import Array
+from magmotor.mjcf.callbacks import acting_forces
+from magmotor.mjcf.checking.closest_approach import Meeting, meetings
+from magmotor.mjcf.checking.contact_rule import (
+    FLIGHT,
+    IMPACT,
+    SHORTEST,
+    SUNK,
+    Approach,
+    Softness,
+    longest_time_constant,
+    owners_of,
+    rest_and_barrier,
+    shortest_kept,
+    softness,
+)
+from magmotor.mjcf.checking.frequencies import frequencies, frequency_at_touch
+from magmotor.mjcf.checking.strengths import magnets_of
+from magmotor.mjcf.field_and_energy import magnetic_energy
+from magmotor.mjcf.forces.marks import NOISE
+from magmotor.mjcf.langevin.temperature import MATCH, temperatures
+from magmotor.mjcf.lookup import label
+
+UNSTABLE, RESOLVED = 2.0, 0.5
+"""Product of frequency and timestep at which Euler's method fails, and that of a proposed step."""
+
+ABSURD = 1e-9
+"""Timestep in s below which none is proposed."""
+
+COARSE = 0.8
+"""Distance of dipoles at touch, over that within their layouts, below which these are too strong.
+
+Measured at touch, layouts above it have 0.9 to 3 times the force of the magnets, and those below it
+2 to 70 times; see docs/contact.md.
+"""
+
+SLACK = 1 + 1e-6
+"""Rounding allowed in comparisons with limits."""
+
+
+class Failure(NamedTuple):
+    """One finding, and the settings without it."""
+
+    subject: str
+    predicate: str
+    number: int = 1
+    """Number of subjects like this one."""
+    timestep: float = math.inf
+    constant: float = math.inf
+    """Time constant of contacts."""
+    owners: tuple[tuple[str, Array], ...] = ()
+    """What has the parameters of these contacts: name and numbers."""
+
+
+def failures(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:
+    """Yield what will fail in a state, whose positions and contacts are up to date."""
+    kinds = acting_forces(model)
+    pairs, misplaced = [*meetings(model, state)], [*_misplaced(model, state)]
+    yield from misplaced
+    yield from _overlaps(model, state)
+    for pair in pairs:
+        if pair.exposed:
+            yield _exposure(model, pair)
+        if pair.approach:
+            yield from _weak_contacts(model, pair, pair.approach)
+        if pair.spacing and pair.spacing.apart < COARSE * pair.spacing.within:
+            yield _coarseness(model, pair, *pair.spacing)
+    yield from _fast_magnets(model, {} if misplaced else frequencies(model, state), state, pairs)
+    if kinds & NOISE and model.nuser_body:
+        yield from _noise(model)
+
+
+def _misplaced(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:
+    """Yield at most one dipole that is where its force is undefined."""
+    try:
+        magnetic_energy(model, state)
+    except ValueError as error:
+        yield Failure(str(error), "(in the state given)")
+
+
+def _overlaps(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:
+    """Yield geoms of magnets that overlap by more than contacts should allow."""
+    magnets = magnets_of(model, state)
+    bodies = [magnet.body for magnet in magnets if not magnet.images]
+    planes = [magnet.elements[0] - model.nsite for magnet in magnets if magnet.images]
+    welds = model.body_weldid[model.geom_bodyid]
+    magnetic = np.isin(welds, bodies) | np.isin(np.arange(model.ngeom), planes)
+    for contact in state.contact:
+        geoms = contact.geom
+        if (geoms < 0).any() or not magnetic[geoms].all():
+            continue
+        radii = model.geom_rbound[geoms]
+        if -contact.dist > SUNK * radii[radii > 0].min():
+            names = " and ".join(label(model, "geom", geom) for geom in geoms)
+            yield Failure(
+                names, f"of magnets overlap by {-contact.dist:.2g} m at the start; move them apart"
+            )
+
+
+def _exposure(model: mujoco.MjModel, pair: Meeting) -> Failure:
+    why = "a dipole is on or outside the surface of its body's colliding geoms"
+    if not len(pair.touching):
+        why = "their geoms do not collide"
+    where = "a dipole is in the plane of iron" if _has_plane(pair) else "their dipoles coincide"
+    return Failure(
+        _names(model, pair),
+        f"can come so near that {where}, since {why}; enclose the dipoles in geoms that collide",
+        pair.number,
+    )
+
+
+def _coarseness(model: mujoco.MjModel, pair: Meeting, apart: float, within: float) -> Failure:
+    partners = "their images" if _has_plane(pair) else "each other"
+    return Failure(
+        _names(model, pair),
+        f"attract each other too strongly where they touch: there, dipoles are {apart:.2g} m"
+        f" from {partners}, and {within:.2g} m from others of their own layout; take a layout such"
+        " as mm.magnet's for error=0.5 and a gap of 0.3 or 0.5 times its smallest length",
+        pair.number,
+    )
+
+
+def _weak_contacts(model: mujoco.MjModel, pair: Meeting, approach: Approach) -> Iterator[Failure]:
+    """Yield at most one failure: that of the weakest contact of two magnets."""
+    step = float(model.opt.timestep)
+    shortest = shortest_kept(model, step)
+    contacts = [softness(model, *row) for row in pair.touching.tolist()]
+    limits = [longest_time_constant(approach, contact) for contact in contacts]
+    given = [contact.stiffness_time(shortest) for contact in contacts]
+    k = int(np.divide(given, limits).argmax())
+    longest = min(contact.resolved_time(shortest) for contact in contacts) / SHORTEST
+    if given[k] > SLACK * limits[k]:
+        constant = _rounded_down(min(limits))
+        long = 0 < contacts[k].solref[0] < shortest
+        lengthened = f" (as the timestep of {step:g} s makes it)" if long else ""
+        half = _rounded_down(constant / SHORTEST)
+        if half < ABSURD:
+            yield _exposure(model, pair)
+            return
+        yield Failure(
+            _names(model, pair),
+            f"{_outcome(pair, approach, contacts[k], given[k], step)}: where they touch, they"
+            f" attract each other with up to {approach.force:.3g} N{_assumed(model, pair)}; the"
+            f" time constant of their contact must be at most {constant:g} s, not {given[k]:.3g} s"
+            f"{lengthened}" + (f", and the timestep at most {half:g} s" if step > half else ""),
+            pair.number,
+            half,
+            constant,
+            owners_of(model, pair.like),
+        )
+    elif step > SLACK * longest:
+        shorter = _rounded_down(longest)
+        yield Failure(
+            _names(model, pair),
+            f"meet in a contact that moves within {SHORTEST * longest:.3g} s; take a timestep of at"
+            f" most {shorter:g} s, not {step:g} s",
+            pair.number,
+            shorter,
+        )
+
+
+def _assumed(model: mujoco.MjModel, pair: Meeting) -> str:
+    """Say which coils are taken at a drive that nothing bounds."""
+    names = {label(model, "actuator", m.unbounded) for m in pair.magnets if m.unbounded >= 0}
+    return f" (at drive 1 of {' and '.join(sorted(names))}, which has no range)" if names else ""
+
+
+def _outcome(
+    pair: Meeting, approach: Approach, contact: Softness, constant: float, step: float
+) -> str:
+    """Say what will happen where a contact is too soft."""
+    rest, barrier = rest_and_barrier(approach, contact, constant)
+    apart = "fly apart or fall through" if _has_plane(pair) else "fly apart"
+    if rest == math.inf:
+        return f"will {apart} once they touch"
+    flight, impact = FLIGHT * step / approach.time, IMPACT * constant / approach.time
+    if flight + impact > barrier:
+        return f"may {apart} if they meet at speed"
+    radii = 100 * approach.distance / approach.depth
+    return (
+        f"will stick, but penetrate each other by {rest * radii:.2g} % of their radius at rest, and"
+        f" by up to {max(flight, impact) * radii:.2g} % as they meet"
+    )
+
+
+def _fast_magnets(
+    model: mujoco.MjModel, now: dict[int, float], state: mujoco.MjData, pairs: list[Meeting]
+) -> Iterator[Failure]:
+    """Yield a failure of the fastest magnet now, and one of each pair at touch, if too fast."""
+    found = [(now[body], label(model, "body", body), 1, "") for body in now]
+    found = sorted(found, reverse=True)[:1]
+    for pair in pairs:
+        if pair.approach:
+            frequency = frequency_at_touch(model, state, pair.magnets, pair.approach)
+            found.append((frequency, _names(model, pair), pair.number, " where they touch"))
+    step = float(model.opt.timestep)
+    for frequency, name, number, where in found:
+        if frequency * step > UNSTABLE:
+            longest, remedy = _rounded_down(RESOLVED / frequency), "move its dipoles apart"
+            if longest < ABSURD:
+                longest = math.inf
+            else:
+                remedy = f"take a timestep of at most {longest:g} s"
+            yield Failure(
+                name,
+                f"can swing or turn with omega = {frequency:.3g} rad/s{where}, so that omega h ="
+                f" {frequency * step:.3g} exceeds 2; {remedy}",
+                number,
+                longest,
+            )
+
+
+def _noise(model: mujoco.MjModel) -> Iterator[Failure]:
+    kT, mismatch, _ = temperatures(model)
+    if kT is not None and mismatch > MATCH:
+        ends = "without bound" if kT[1] == math.inf else f"from {kT[0]:.3g} J to {kT[1]:.3g} J"
+        part = "" if mismatch == math.inf else f" by {100 * mismatch:.2g} %"
+        yield Failure(
+            "noise and damping",
+            f"differ{part}, so that the temperatures kT of the motions range {ends}; take the noise"
+            " from mm.brownian_rows or mm.JointNoise",
+        )
+
+
+def _has_plane(pair: Meeting) -> bool:
+    return pair.magnets[1].images != 0
+
+
+def _names(model: mujoco.MjModel, pair: Meeting) -> str:
+    names = [each.name(model, n) for each, n in zip(pair.magnets, pair.nearest, strict=True)]
+    if all(name.startswith("body '") for name in names):
+        return f"bodies {names[0][5:]} and {names[1][5:]}"
+    return " and ".join(names)
+
+
+def _rounded_down(value: float) -> float:
+    """Return a number with two digits that is not larger."""
+    value = max(value, 1e-30)
+    digit = 10.0 ** (math.floor(math.log10(value)) - 1)
+    return float(f"{math.floor(value / digit * SLACK) * digit:.6g}")

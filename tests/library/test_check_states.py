@@ -1,0 +1,137 @@
+"""`check` in states where no force is defined, and the names that it gives to elements."""
+
+import mujoco
+import numpy as np
+import pytest
+
+import magmotor as mm
+
+PLACED = """
+<mujoco>
+  <option timestep="1e-4"/>
+  <custom>
+    <text name="magmotor" data="dipoles fields iron coils"/>
+    {custom}
+  </custom>
+  <worldbody>
+    {world}
+    <body name="left" pos="0 0 0.05"><freejoint/>
+      <geom name="left" size="0.005"/><site name="first" user="{moment}"/></body>
+    <body name="right" pos="{place}"><freejoint/>
+      <geom name="right" size="0.005"/><site name="second" user="{moment}"/></body>
+  </worldbody>
+</mujoco>
+"""
+IRON = """<numeric name="steel" data="1000"/><tuple name="iron">
+<element objtype="numeric" objname="steel"/><element objtype="geom" objname="table"/></tuple>"""
+
+
+def load(place="0.1 0 0.05", moment=1e-3, custom="", world=""):
+    text = PLACED.format(place=place, moment=moment, custom=custom, world=world)
+    return mujoco.MjModel.from_xml_string(text)
+
+
+def table_of_a_field():
+    return mm.tabulated_field(lambda points: 0.01 + 0 * points, (-0.2,) * 3, (0.2,) * 3, (4, 4, 4))
+
+
+@pytest.mark.parametrize(
+    ("parts", "sentence"),
+    [
+        ({"place": "0.1 0 -0.02", "custom": IRON,
+          "world": '<geom name="table" type="plane" size="1 1 1"/>'},
+         "dipole site 1 'second' is below the plane of iron"),
+        ({"place": "0.1 0 0.3", "custom": table_of_a_field()},
+         "dipole site 1 'second' is outside the grid of the table in numeric 0 'field'"),
+        ({"place": "0 0 0.05"}, "dipole sites 1 'second' and 0 'first' coincide"),
+    ],
+)  # fmt: skip
+def test_dipoles_where_no_force_is_defined_are_named_and_nothing_absurd_is_proposed(
+    parts, sentence
+):
+    model = load(**parts)
+    found = mm.check(model, fix=True)
+    assert found.findings[0].startswith(sentence)
+    assert found.findings[0].endswith("(in the state given)")
+    assert found.timestep == model.opt.timestep == 1e-4
+    with pytest.raises(mujoco.FatalError) as error, mm.magnetism():
+        mujoco.mj_step(model, mujoco.MjData(model))
+    assert str(error.value).split()[-1] in found.findings[0]
+
+
+def test_dipoles_that_almost_coincide_propose_no_timestep():
+    found = mm.check(load(place="0 0 0.05000001"))
+    assert any("can swing or turn with omega = " in finding and
+               finding.endswith("exceeds 2; move its dipoles apart")
+               for finding in found.findings)  # fmt: skip
+    assert found.timestep == 1e-4
+
+
+def test_dipoles_just_below_the_surface_propose_no_contact():
+    """They come within 4 nm of each other."""
+    text = PLACED.replace("<site", '<site pos="0 0 0.004999998"')
+    model = mujoco.MjModel.from_xml_string(
+        text.format(place="0.1 0 0.05", moment=1, custom="", world="")
+    )
+    found = mm.check(model)
+    assert "can come so near that their dipoles coincide, since a dipole is on" in str(found)
+    assert found.timestep == 1e-4
+    assert found.solref == {}
+
+
+@pytest.mark.parametrize("name", ["qpos", "mocap_pos"])
+def test_data_that_are_not_finite_are_rejected(name):
+    model = load(world='<body mocap="true"/>')
+    data = mujoco.MjData(model)
+    getattr(data, name)[0] = np.nan
+    with pytest.raises(ValueError, match=rf"data.{name} = .*: must be finite"):
+        mm.check(model, data)
+
+
+@pytest.mark.parametrize("moment", [1e-200, 1e200])
+def test_forces_beyond_the_range_of_numbers(moment):
+    model = load(moment=moment)
+    found = mm.check(model)
+    assert found.timestep == 1e-4
+    assert (found.findings == ()) == (moment < 1)
+
+
+COIL = """<tuple name="coil"><element objtype="actuator" objname="current" prm="{}"/>
+<element objtype="site" objname="{}"/></tuple>"""
+ACTUATOR = '<actuator><general name="current" site="first" gainprm="0" {}/></actuator></mujoco>'
+
+
+@pytest.mark.parametrize(
+    ("range_", "prm", "site", "said"),
+    [
+        ("", 0, "first", True),
+        ("", 0, "second", True),
+        ('ctrlrange="-1 1"', 0, "first", False),
+        ("", 2, "first", False),
+    ],
+)
+def test_a_coil_without_limits_is_said_to_be_taken_at_drive_1(range_, prm, site, said):
+    text = PLACED.format(place="0.1 0 0.05", moment=0.5, custom=COIL.format(prm, site), world="")
+    model = mujoco.MjModel.from_xml_string(text.replace("</mujoco>", ACTUATOR.format(range_)))
+    finding = mm.check(model).findings[0]
+    assert ("N (at drive 1 of actuator 'current', which has no range);" in finding) == said
+
+
+@pytest.mark.parametrize(
+    ("fixed", "name"),
+    [
+        ('<body name="post"><geom size="0.005"/><site name="magnet" user="0.5"/></body>',
+         "bodies 'post' and 'left'"),
+        ('<body name="post"><geom size="0.005"/><body><site user="0.5"/></body></body>',
+         "bodies 'post' and 'left'"),
+        ('<body><geom size="0.005"/><site name="magnet" user="0.5"/></body>',
+         "site 'magnet' and body 'left'"),
+        ('<geom size="0.005"/><site name="magnet" user="0.5"/>', "site 'magnet' and body 'left'"),
+        ('<geom name="pole" size="0.005"/><geom pos="1 0 0" size="0.01"/><site user="0.5"/>',
+         "geom 'pole' and body 'left'"),
+    ],
+)  # fmt: skip
+def test_what_is_fixed_to_the_world_has_its_own_name(fixed, name):
+    found = mm.check(load(world=fixed, moment=0.5))
+    assert found.findings[0].startswith(f"{name} (and 1 more like them) will fly apart once")
+    assert "'world'" not in str(found)
