@@ -3,6 +3,8 @@
 The true force of magnets that touch is magpylib's, by cells, with an error of a few percent.
 """
 
+from typing import Any
+
 import magpylib
 import mujoco
 import numpy as np
@@ -33,7 +35,7 @@ def load(left, right=None, height=1.0, option="", custom="", world=""):
     return mujoco.MjModel.from_xml_string(text)
 
 
-def approach_of(model):
+def approach_of(model) -> Any:
     data = mujoco.MjData(model)
     mujoco.mj_fwdPosition(model, data)
     (found,) = meetings(model, data)

@@ -1,7 +1,7 @@
 """`check` on a plane of iron: what it says happens, and at its settings magnets stick to it."""
 
 import itertools
-import re
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -53,7 +53,7 @@ def load(height=5e-3, r=5e-3, *, moment=0.5, shape="sphere", density=7500, joint
     return mujoco.MjModel.from_xml_string(TABLE.format(bodies=body, **text))
 
 
-def meeting(model):
+def meeting(model) -> tuple[mujoco.MjData, Any]:
     data = mujoco.MjData(model)
     mujoco.mj_fwdPosition(model, data)
     (found,) = meetings(model, data)
@@ -211,7 +211,7 @@ def test_at_the_defaults_magnets_on_a_plane_do_what_is_said(r, remanence):
     elif findings and "may fly apart or fall through if they meet at speed" in findings[0]:
         return  # it starts at rest, and sticks or not
     elif findings:
-        says = float(re.search(r"penetrate each other by ([\d.]+) %", findings[0])[1]) / 100
+        says = float(findings[0].split("penetrate each other by ")[1].split(" %")[0]) / 100
     found = outcome(model, 1 + 5 * meeting(model)[1].approach.time)
     assert (found == np.inf) == (says == np.inf)
     if found < np.inf:

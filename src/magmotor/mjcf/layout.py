@@ -5,8 +5,8 @@ verified against the addresses of the NumPy views of a small model.
 """
 
 import ctypes
+from collections import namedtuple
 from functools import cache
-from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -21,13 +21,13 @@ MODEL_FIELDS = (
     "nuser_site", "nuserdata", "body_weldid", "body_dofnum", "body_user", "jnt_type", "jnt_bodyid",
     "jnt_qposadr", "jnt_dofadr", "jnt_user", "site_bodyid", "site_user", "tuple_adr",
     "tuple_size", "tuple_objtype", "tuple_objid", "tuple_objprm", "ntext", "text_adr",
-    "text_data", "name_bodyadr", "name_jntadr", "name_siteadr", "name_tupleadr", "name_textadr",
+    "text_data", "name_tupleadr", "name_textadr",
     "names", "nplugin", "plugin", "plugin_attr", "plugin_attradr",
     "ngeom", "geom_type", "geom_bodyid", "geom_size", "nnumeric", "numeric_adr", "numeric_size",
     "numeric_data", "actuator_actnum", "actuator_actadr", "actuator_ctrladr",
     "actuator_ctrllimited", "actuator_ctrlrange", "actuator_delay", "nsensor",
-    "sensor_objtype", "sensor_plugin", "sensor_adr", "sensor_objid", "name_geomadr",
-    "name_numericadr", "name_sensoradr", "body_invweight0", "body_geomnum", "body_geomadr",
+    "sensor_objtype", "sensor_plugin", "sensor_adr", "sensor_objid",
+    "name_numericadr", "body_invweight0", "body_geomnum", "body_geomadr",
     "body_rootid", "geom_rbound", "body_mass", "body_inertia", "geom_aabb",
 )  # fmt: skip
 OPTION_FIELDS = ("timestep", "integrator", "disableflags", "enableflags")
@@ -37,8 +37,9 @@ DATA_FIELDS = (
     "body_awake", "plugin_data", "M", "qLD", "cdof", "subtree_com", "geom_xpos", "ten_J",
     "actuator_moment", "moment_rownnz", "moment_rowadr", "moment_colind", "qfrc_actuator",
     "nefc", "efc_J", "efc_pos", "efc_margin", "efc_KBIP", "efc_D", "geom_xmat", "xpos", "ctrl",
-    "act", "sensordata", "cvel", "ximat", "ncon",
+    "act", "sensordata", "cvel", "ximat", "ncon", "contact",
 )  # fmt: skip
+CONTACT_FIELDS = ("contact_size", "contact_dist", "contact_geom")
 
 _SCALARS = {
     "int": ctypes.c_int,
@@ -77,6 +78,7 @@ _PROBE = """
   <worldbody>
     <site name="fixed" user="2"/>
     <geom size="1" pos="0 0 1.5"/>
+    <geom size="1" pos="0 0 9"/>
     <body>
       <freejoint/>
       <geom size="1"/>
@@ -101,125 +103,11 @@ class LayoutError(RuntimeError):
 
 
 @constant_in_code
-class Layout(NamedTuple):
-    """Byte offsets of fields in mjModel, including its options, in mjData, and in a contact."""
+class Layout(namedtuple("Layout", (*MODEL_FIELDS, *OPTION_FIELDS, *DATA_FIELDS, *CONTACT_FIELDS))):
+    """Byte offsets of fields in mjModel, including its options, in mjData, and in a contact.
 
-    nq: int
-    nv: int
-    nbody: int
-    njnt: int
-    nsite: int
-    ntuple: int
-    nuser_body: int
-    nuser_jnt: int
-    nuser_site: int
-    nuserdata: int
-    body_weldid: int
-    body_dofnum: int
-    body_user: int
-    jnt_type: int
-    jnt_bodyid: int
-    jnt_qposadr: int
-    jnt_dofadr: int
-    jnt_user: int
-    site_bodyid: int
-    site_user: int
-    tuple_adr: int
-    tuple_size: int
-    tuple_objtype: int
-    tuple_objid: int
-    tuple_objprm: int
-    ntext: int
-    text_adr: int
-    text_data: int
-    name_bodyadr: int
-    name_jntadr: int
-    name_siteadr: int
-    name_tupleadr: int
-    name_textadr: int
-    names: int
-    nplugin: int
-    plugin: int
-    plugin_attr: int
-    plugin_attradr: int
-    ngeom: int
-    geom_type: int
-    geom_bodyid: int
-    geom_size: int
-    nnumeric: int
-    numeric_adr: int
-    numeric_size: int
-    numeric_data: int
-    actuator_actnum: int
-    actuator_actadr: int
-    actuator_ctrladr: int
-    actuator_ctrllimited: int
-    actuator_ctrlrange: int
-    actuator_delay: int
-    nsensor: int
-    sensor_objtype: int
-    sensor_plugin: int
-    sensor_adr: int
-    sensor_objid: int
-    name_geomadr: int
-    name_numericadr: int
-    name_sensoradr: int
-    body_invweight0: int
-    body_geomnum: int
-    body_geomadr: int
-    body_rootid: int
-    geom_rbound: int
-    body_mass: int
-    body_inertia: int
-    geom_aabb: int
-    timestep: int
-    integrator: int
-    disableflags: int
-    enableflags: int
-    site_xpos: int
-    site_xmat: int
-    xmat: int
-    xipos: int
-    xfrc_applied: int
-    qfrc_applied: int
-    qpos: int
-    qvel: int
-    qfrc_passive: int
-    userdata: int
-    time: int
-    pstack: int
-    pbase: int
-    body_awake: int
-    plugin_data: int
-    M: int
-    qLD: int
-    cdof: int
-    subtree_com: int
-    geom_xpos: int
-    ten_J: int
-    actuator_moment: int
-    moment_rownnz: int
-    moment_rowadr: int
-    moment_colind: int
-    qfrc_actuator: int
-    nefc: int
-    efc_J: int
-    efc_pos: int
-    efc_margin: int
-    efc_KBIP: int
-    efc_D: int
-    geom_xmat: int
-    xpos: int
-    ctrl: int
-    act: int
-    sensordata: int
-    cvel: int
-    ximat: int
-    ncon: int
-    contact: int
-    contact_size: int
-    contact_dist: int
-    contact_geom: int
+    `contact_size` is the size of a contact in bytes.
+    """
 
 
 @cache
@@ -236,10 +124,10 @@ def current() -> Layout:
         offsets = {name: getattr(model, name).offset for name in MODEL_FIELDS}
         start = getattr(model, "opt").offset  # noqa: B009 - pyright knows no such attribute
         offsets |= {name: start + getattr(option, name).offset for name in OPTION_FIELDS}
-        offsets |= {name: getattr(data, name).offset for name in (*DATA_FIELDS, "contact")}
+        offsets |= {name: getattr(data, name).offset for name in DATA_FIELDS}
         contact = _structure("mjContact")
-        offsets["contact_size"] = ctypes.sizeof(contact)
         offsets |= {f"contact_{name}": getattr(contact, name).offset for name in ("dist", "geom")}
+        offsets["contact_size"] = ctypes.sizeof(contact)
     except (KeyError, AttributeError) as missing:
         raise LayoutError(
             f"MuJoCo {mujoco.__version__} does not declare {missing}: this version is not supported"
@@ -267,7 +155,7 @@ def verify(layout: Layout) -> None:
     data.time, data.pstack, data.pbase = 0.375, _PROBE_PSTACK, _PROBE_PSTACK + 64
     wrong = []
     owners = ((MODEL_FIELDS, model, model), (OPTION_FIELDS, model, model.opt))
-    for fields, struct, owner in (*owners, (DATA_FIELDS, data, data)):
+    for fields, struct, owner in (*owners, (DATA_FIELDS[:-1], data, data)):
         for name in fields:
             address = struct._address + getattr(layout, name)
             expected = getattr(owner, name)
@@ -288,11 +176,11 @@ def verify(layout: Layout) -> None:
             if not agrees:
                 wrong.append(name)
     data.pstack = data.pbase = 0
-    first = _read(ctypes.c_void_p, data._address + layout.contact)
-    for name in ("dist", "geom"):
-        view, offset = getattr(data.contact, name), getattr(layout, f"contact_{name}")
-        if (view.ctypes.data, view.strides[0]) != ((first or 0) + offset, layout.contact_size):
-            wrong.append(f"contact.{name}")
+    first = _read(ctypes.c_void_p, data._address + layout.contact) or 0
+    views = {"contact_dist": data.contact.dist, "contact_geom": data.contact.geom}
+    moved = [name for name in views if views[name].ctypes.data != first + getattr(layout, name)]
+    wrong += ["contact"] if len(moved) == len(views) else moved
+    wrong += ["contact_size"] * (data.contact.dist.strides[0] != layout.contact_size)
     if wrong:
         raise LayoutError(
             f"MuJoCo {mujoco.__version__} does not keep {', '.join(wrong)} at the declared offsets:"
