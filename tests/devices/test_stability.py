@@ -285,7 +285,7 @@ def test_just_below_its_limit_a_method_is_stable(name, method):
     assert largest < 100 * NUDGE  # 8.2; 93 for the motor, whose level ring is not quite at rest
 
 
-@pytest.mark.filterwarnings("ignore:within one timestep, magnetism moved:UserWarning")
+@pytest.mark.filterwarnings("ignore:.*mm.check.model. proposes:UserWarning")
 @pytest.mark.parametrize(("name", "method"), STEPPING)
 def test_just_above_its_limit_a_method_diverges(name, method):
     """The records before are finite, and end at the time in the exception."""

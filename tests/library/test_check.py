@@ -14,7 +14,7 @@ from magmotor.mjcf.checking.depth import depth_and_normal
 from magmotor.mjcf.checking.frequencies import frequencies
 from magmotor.mjcf.checking.reach import reach
 
-pytestmark = pytest.mark.filterwarnings("ignore:within one timestep, magnetism moved:UserWarning")
+pytestmark = pytest.mark.filterwarnings("ignore:.*mm.check.model. proposes:UserWarning")
 
 MU0 = 4e-7 * np.pi
 NEODYMIUM, STRONGEST = 7500.0, 1.45

@@ -14,7 +14,7 @@ import magmotor as mm
 from magmotor import dipoles
 from magmotor.mjcf.checking.closest_approach import meetings
 
-pytestmark = pytest.mark.filterwarnings("ignore:within one timestep, magnetism moves:UserWarning")
+pytestmark = pytest.mark.filterwarnings("ignore:.*mm.check.model. proposes:UserWarning")
 
 MODEL = """
 <mujoco>

@@ -11,7 +11,7 @@ import magmotor as mm
 from magmotor.mjcf.checking.closest_approach import meetings
 from magmotor.mjcf.checking.frequencies import frequencies, frequency_at_touch
 
-pytestmark = pytest.mark.filterwarnings("ignore:within one timestep, magnetism moves:UserWarning")
+pytestmark = pytest.mark.filterwarnings("ignore:.*mm.check.model. proposes:UserWarning")
 
 MU0 = 4e-7 * np.pi
 IMAGES = 1000 / 1002

@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 import magmotor as mm
 
-pytestmark = pytest.mark.filterwarnings("ignore:within one timestep, magnetism moves:UserWarning")
+pytestmark = pytest.mark.filterwarnings("ignore:.*mm.check.model. proposes:UserWarning")
 
 MU0 = 4e-7 * np.pi
 RADIUS, DENSITY, REMANENCE = 5e-3, 7500.0, 1.45

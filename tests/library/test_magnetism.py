@@ -200,6 +200,7 @@ def test_a_dipole_may_lie_at_the_origin():
     assert apart(compiled, twin) < 5e-15  # measured: 3e-16
 
 
+@pytest.mark.filterwarnings("ignore:.*mm.check.model. proposes:UserWarning")
 @pytest.mark.parametrize("seed", range(24))
 def test_any_tree_of_bodies(seed):
     """With couplings if the seed is odd."""

@@ -43,6 +43,7 @@ from magmotor.mjcf.forces.custom import (
     tuple_starts_with,
 )
 from magmotor.numerics.cubic_convolution import FEWEST, interpolate
+from magmotor.numerics.numba_cache import copy
 
 FIELD = tuple(b"field")
 
@@ -101,8 +102,8 @@ def _read_element(row, i, m, d, offsets):
             origins, frames = offsets.site_xpos, offsets.site_xmat
             body_of = memory.integers(m[offsets.site_bodyid // 8], memory.UNBOUNDED)
             row[OWNER] = body_of[number]
-        row[ORIGIN:FRAME] = memory.numbers(d[origins // 8], memory.UNBOUNDED, 3)[number]
-        row[FRAME:COLUMNS] = memory.numbers(d[frames // 8], memory.UNBOUNDED, 9)[number]
+        copy(row[ORIGIN:FRAME], memory.numbers(d[origins // 8], memory.UNBOUNDED, 3)[number])
+        copy(row[FRAME:COLUMNS], memory.numbers(d[frames // 8], memory.UNBOUNDED, 9)[number])
 
 
 @njit

@@ -29,8 +29,6 @@ from magmotor.mjcf.forces.mirror import NOTHING
 from magmotor.mjcf.forces.resolution import unresolved_body
 from magmotor.mjcf.forces.tolerance import tolerance_of
 
-NO_FIELD = (0.0,) * 12
-
 
 @njit(forceinline=True)
 def set_magnetic_wrenches(m, d, offsets, kinds, applied):
@@ -96,20 +94,16 @@ def _add_field_wrenches(state, m, offsets, center, applied):
         row = state.fields[number]
         owner = int(row[OWNER])
         reacts = _moves(owner, m, offsets)
-        uniform = len(numbers_of(int(row[NAME]), m, offsets)) == UNIFORM
-        everywhere = field_and_gradient(row, 0.0, 0.0, 0.0, m, offsets) if uniform else NO_FIELD
+        if not reacts and len(numbers_of(int(row[NAME]), m, offsets)) == UNIFORM:
+            field = field_and_gradient(row, 0.0, 0.0, 0.0, m, offsets)
+            acting += _add_turns(table, state.magnets.number, field, applied)
+            continue
         for k in range(state.magnets.number):
             body, first = int(table[BODY, k]), int(table[FIRST, k])
             moves = table[MOVES, k] > 0.0
             if not acts_on(row, body, m, offsets):
                 continue
             acting += 1
-            if uniform:
-                turn = _turn(table, k, everywhere)
-                for axis in range(3):
-                    applied[body, 3 + axis] += turn[axis] if moves else 0.0
-                    applied[owner, 3 + axis] -= turn[axis] if reacts else 0.0
-                continue
             for i in range(first, first + int(table[SIZE, k])):
                 target = dipole(table, i)
                 f = field_and_gradient(row, target[0], target[1], target[2], m, offsets)
@@ -128,14 +122,22 @@ def _add_field_wrenches(state, m, offsets, center, applied):
 
 
 @njit
-def _turn(table, k, field):
-    """Return the torque of a uniform field on a magnet."""
-    first = int(table[FIRST, k])
-    x = y = z = 0.0
-    for i in range(first, first + int(table[SIZE, k])):
-        x, y, z = x + table[3, i], y + table[4, i], z + table[5, i]
-    bx, by, bz = field[0], field[1], field[2]
-    return y * bz - z * by, z * bx - x * bz, x * by - y * bx
+def _add_turns(table, number, field, applied):
+    """Add the torques of a uniform field on all magnets that can move; return how many these are.
+
+    The field is fixed to what cannot move, and so to none of them.
+    """
+    acting = 0
+    for k in range(number):
+        if table[MOVES, k] > 0.0:
+            body, first = int(table[BODY, k]), int(table[FIRST, k])
+            for i in range(first, first + int(table[SIZE, k])):
+                x, y, z = table[3, i], table[4, i], table[5, i]
+                applied[body, 3] += y * field[2] - z * field[1]
+                applied[body, 4] += z * field[0] - x * field[2]
+                applied[body, 5] += x * field[1] - y * field[0]
+            acting += 1
+    return acting
 
 
 @njit

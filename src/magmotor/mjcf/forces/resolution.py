@@ -31,8 +31,10 @@ SUNK = 0.5
 JUMP, SINKING = 0, 1
 """What is not resolved."""
 
-_suspect = (ctypes.c_int64 * 2)()
-"""Address of the `mjData` whose last step may have been a jump, and the body."""
+DATA, MODEL, JUMPER, TIME = range(4)
+"""Words about a step that may be a jump: of which data, model and body, and when it began."""
+
+_suspect = (ctypes.c_int64 * 4)()
 
 _suspect_address = memory.variable("magmotor_suspect_address")
 _address_of_suspect = ctypes.c_int64(ctypes.addressof(_suspect))
@@ -51,10 +53,12 @@ def unresolved_body(table, magnets, m, d, offsets, applied):
     whether the next step may be a jump.
     """
     timestep = memory.numbers(m.ctypes.data + offsets.timestep, 1, 1)[0, 0]
-    suspect = memory.words(_suspect_address(), 2)
-    if suspect[0] == d.ctypes.data:
-        suspect[0] = 0
-        body = suspect[1]
+    time = memory.numbers(d.ctypes.data + offsets.time, 1, 1)[0, 0]
+    suspect = memory.words(_suspect_address(), 4)
+    began = memory.numbers(suspect.ctypes.data, 1, 4)[0]
+    same = suspect[DATA] == d.ctypes.data and suspect[MODEL] == m.ctypes.data
+    if same and abs(time - began[TIME] - timestep) < 0.25 * timestep:
+        body = suspect[JUMPER]
         speed, spin = _speeds(body, m, d, offsets)
         size = _size(body, m, offsets)
         if timestep * speed > MOVED * size or timestep * spin > MOVED * FASTEST_TURN:
@@ -64,7 +68,8 @@ def unresolved_body(table, magnets, m, d, offsets, applied):
             body = int(table[BODY, k])
             shift, turn = _motion_from_rest(body, applied[body], timestep, m, d, offsets)
             if turn > FASTEST_TURN or shift > _size(body, m, offsets):
-                suspect[0], suspect[1] = d.ctypes.data, body
+                suspect[DATA], suspect[MODEL] = d.ctypes.data, m.ctypes.data
+                suspect[JUMPER], began[TIME] = body, time
                 break
     return np.int64(_sunken_body(table, magnets, m, d, offsets)), SINKING
 

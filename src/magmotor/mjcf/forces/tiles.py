@@ -124,7 +124,10 @@ def sum_over_pairs(model, stack, tiles):
     for number in range(chunks):
         job[ROUND] = number
         _dispatch(model, stack, _task_address(), address, chunks if number == 0 else chunks // 2)
-    return job[HEADER:].any()
+    coincident = False
+    for k in range(chunks):
+        coincident = coincident or job[HEADER + k] != 0
+    return coincident
 
 
 @compiled_once(types.void(_word, _word, _word, _int, _int), error_model="numpy")
