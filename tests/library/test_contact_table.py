@@ -45,7 +45,9 @@ def meet(softness, start, steps):
     while data.time < STARTS[start] * TIME:
         try:
             mujoco.mj_step(model, data)
-        except mujoco.FatalError:  # their centers coincide
+        except mujoco.FatalError as error:
+            if "coincide" not in str(error):
+                raise
             return None
         apart.append(float(np.linalg.norm(data.xpos[2] - data.xpos[1])) / RADIUS)
         if not 0.3 < apart[-1] < 2 * start + 6:

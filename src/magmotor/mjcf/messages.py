@@ -181,7 +181,8 @@ _ERRORS: dict[int, Callable[..., str]] = {
     errors.COINCIDENCE: _coincidence,
     errors.OUTSIDE: _outside,
     errors.BEHIND: _of_dipole(
-        "is below the plane of iron, where mirror images do not give the field"
+        "is below the plane of iron, where mirror images do not give the field; mm.check(model)"
+        " proposes contacts that keep it above"
     ),
     errors.MERGED: _of_dipole("has its center at a dipole, where the field is not finite"),
     errors.UNSOLVED: _of_dipole(

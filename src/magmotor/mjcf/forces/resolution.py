@@ -1,10 +1,10 @@
 """Whether a run resolves the magnetic forces: no magnet jumps, or sinks deep into another one.
 
 A magnet jumps if magnetism alone would move it from rest by its size, or turn it by 4 rad, within
-one timestep, and if it does move at least half as fast after the step. The force at the start of
-such a step says nothing about the rest of the step. A body that is hardly moved by this force is
-held by something else, such as strong damping. Contacts that let magnets sink into each other do
-not keep their dipoles apart.
+one timestep, and if the step does change its velocity by at least half as much. The force at the
+start of such a step says nothing about the rest of the step. A body that this force hardly
+accelerates is held by something else, such as joints or strong damping. Contacts that let magnets
+sink into each other do not keep their dipoles apart.
 """
 
 # Numba's intrinsics hide their first parameter:
@@ -23,7 +23,7 @@ FASTEST_TURN = 4.0
 """Largest turn in rad from rest within one timestep: (omega h)^2 = 4 across the field."""
 
 MOVED = 0.5
-"""Part of a jump that the velocity after the step must give, too."""
+"""Part of a jump that the change of the velocity must give, too."""
 
 SUNK = 0.5
 """Largest depth of a contact over half the least extent of a geom."""
@@ -31,10 +31,10 @@ SUNK = 0.5
 JUMP, SINKING = 0, 1
 """What is not resolved."""
 
-DATA, MODEL, JUMPER, TIME = range(4)
-"""Words about a step that may be a jump: of which data, model and body, and when it began."""
+DATA, MODEL, JUMPER, TIME, VELOCITY, WORDS = 0, 1, 2, 3, 4, 10
+"""Words about a step that may be a jump: of which data, model and body, when, and how fast."""
 
-_suspect = (ctypes.c_int64 * 4)()
+_suspect = (ctypes.c_int64 * WORDS)()
 
 _suspect_address = memory.variable("magmotor_suspect_address")
 _address_of_suspect = ctypes.c_int64(ctypes.addressof(_suspect))
@@ -54,33 +54,41 @@ def unresolved_body(table, magnets, m, d, offsets, applied):
     """
     timestep = memory.numbers(m.ctypes.data + offsets.timestep, 1, 1)[0, 0]
     time = memory.numbers(d.ctypes.data + offsets.time, 1, 1)[0, 0]
-    suspect = memory.words(_suspect_address(), 4)
-    began = memory.numbers(suspect.ctypes.data, 1, 4)[0]
+    suspect = memory.words(_suspect_address(), WORDS)
+    began = memory.numbers(_suspect_address(), 1, WORDS)[0]
     same = suspect[DATA] == d.ctypes.data and suspect[MODEL] == m.ctypes.data
-    if same and abs(time - began[TIME] - timestep) < 0.25 * timestep:
-        body = suspect[JUMPER]
-        speed, spin = _speeds(body, m, d, offsets)
+    part = (time - began[TIME]) / timestep if same else math.inf
+    # Another thread may write these words at the same time.
+    body = min(max(suspect[JUMPER], 0), m[offsets.nbody // 8] - 1)
+    if abs(part - 1.0) < 0.25:
+        shift, turn = _change(body, began[VELOCITY:], m, d, offsets)
         size = _size(body, m, offsets)
-        if timestep * speed > MOVED * size or timestep * spin > MOVED * FASTEST_TURN:
+        if timestep * shift > MOVED * size or timestep * turn > MOVED * FASTEST_TURN:
             return np.int64(body), JUMP
-    for k in range(magnets.number):
+    inside = 0.0 < part < 0.75  # a later stage of the same step
+    for k in range(0 if inside else magnets.number):
         if table[MOVES, k] > 0.0:
             body = int(table[BODY, k])
             shift, turn = _motion_from_rest(body, applied[body], timestep, m, d, offsets)
             if turn > FASTEST_TURN or shift > _size(body, m, offsets):
                 suspect[DATA], suspect[MODEL] = d.ctypes.data, m.ctypes.data
                 suspect[JUMPER], began[TIME] = body, time
+                for k, number in enumerate(_velocity(body, m, d, offsets)):
+                    began[VELOCITY + k] = number
                 break
     return np.int64(_sunken_body(table, magnets, m, d, offsets)), SINKING
 
 
 @njit
 def _size(body, m, offsets):
-    """Return the radius of a body's first geom; infinite without one, or for a plane."""
-    geoms = memory.integers(m[offsets.body_geomnum // 8], memory.UNBOUNDED)[body]
-    first = memory.integers(m[offsets.body_geomadr // 8], memory.UNBOUNDED)[body]
+    """Return the radius of a body's largest geom; infinite without one."""
+    geoms = np.int64(memory.integers(m[offsets.body_geomnum // 8], memory.UNBOUNDED)[body])
+    first = np.int64(memory.integers(m[offsets.body_geomadr // 8], memory.UNBOUNDED)[body])
     radius = memory.numbers(m[offsets.geom_rbound // 8], 1, memory.UNBOUNDED)[0]
-    return radius[first] if geoms > 0 and radius[first] > 0.0 else math.inf
+    size = 0.0
+    for geom in range(first, first + geoms if geoms > 0 else first):
+        size = max(size, radius[geom])
+    return size if size > 0.0 else math.inf
 
 
 @njit
@@ -111,8 +119,21 @@ def _inverse(inertia, mean):
 
 
 @njit
-def _speeds(body, m, d, offsets):
-    """Return the speed of the center of mass of a body, and its angular speed, in size."""
+def _change(body, before, m, d, offsets):
+    """Return by how much the velocity and the angular velocity of a body have changed, in size."""
+    turn = shift = 0.0
+    for k, number in enumerate(_velocity(body, m, d, offsets)):
+        square = (number - before[k]) ** 2
+        if k < 3:
+            turn += square
+        else:
+            shift += square
+    return math.sqrt(shift), math.sqrt(turn)
+
+
+@njit
+def _velocity(body, m, d, offsets):
+    """Return the angular velocity of a body, and the velocity of its center of mass."""
     root = memory.integers(m[offsets.body_rootid // 8], memory.UNBOUNDED)[body]
     v = memory.numbers(d[offsets.cvel // 8], memory.UNBOUNDED, 6)[body]
     origin = memory.numbers(d[offsets.subtree_com // 8], memory.UNBOUNDED, 3)[root]
@@ -121,8 +142,7 @@ def _speeds(body, m, d, offsets):
     x = v[3] + v[1] * r[2] - v[2] * r[1]
     y = v[4] + v[2] * r[0] - v[0] * r[2]
     z = v[5] + v[0] * r[1] - v[1] * r[0]
-    spin = math.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
-    return math.sqrt(x * x + y * y + z * z), spin
+    return v[0], v[1], v[2], x, y, z
 
 
 @njit
@@ -135,7 +155,7 @@ def _sunken_body(table, magnets, m, d, offsets):
         depth = -memory.numbers(place + offsets.contact_dist, 1, 1)[0, 0]
         geom = memory.integers(place + offsets.contact_geom, 2)
         place += offsets.contact_size
-        if depth <= 0.0 or min(geom[0], geom[1]) < 0:
+        if depth <= 0.0 or max(geom[0], geom[1]) >= m[offsets.ngeom // 8]:  # -1 of a flex
             continue
         for k in range(2):
             half = min(box[geom[k], 3], box[geom[k], 4], box[geom[k], 5])
@@ -149,9 +169,10 @@ def _sunken_body(table, magnets, m, d, offsets):
 
 @njit
 def _is_magnet(body, table, magnets, m, offsets):
-    """Whether a body belongs to a rigid body with dipoles or iron."""
+    """Whether a body belongs to a rigid body with dipoles or iron; the world itself does not."""
     weld = memory.integers(m[offsets.body_weldid // 8], memory.UNBOUNDED)[body]
     found = False
     for k in range(magnets.number):
-        found = found or table[LABEL, int(table[FIRST, k])] == weld
+        whole = weld > 0 and table[LABEL, int(table[FIRST, k])] == weld
+        found = found or whole or (body > 0 and table[BODY, k] == body)
     return found
