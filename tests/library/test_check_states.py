@@ -135,3 +135,20 @@ def test_what_is_fixed_to_the_world_has_its_own_name(fixed, name):
     found = mm.check(load(world=fixed, moment=0.5))
     assert found.findings[0].startswith(f"{name} (and 1 more like them) will fly apart once")
     assert "'world'" not in str(found)
+
+
+def test_a_needle_that_only_turns_about_its_center():
+    """It has no mass against which a fixed magnet could pull it."""
+    model = mujoco.MjModel.from_xml_string("""
+    <mujoco>
+      <custom><text name="magmotor" data="dipoles"/></custom>
+      <worldbody>
+        <geom size="0.01" pos="0.05 0 0"/><site pos="0.05 0 0" user="0.01"/>
+        <body>
+          <joint axis="0 0 1"/><geom type="capsule" fromto="-.03 0 0 .03 0 0" size="0.003"/>
+          <site user="0.01" zaxis="1 0 0"/>
+        </body>
+      </worldbody>
+    </mujoco>""")
+    assert model.body_invweight0[1, 0] == 0
+    assert mm.check(model).findings == ()

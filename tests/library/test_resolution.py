@@ -98,6 +98,40 @@ def test_magnets_that_sink_too_deep_are_reported(shape, softness, count):
     assert all(message.startswith(SUNK.format(1)) for message in messages)
 
 
+CLOTH = """
+<body pos="0 0 0.012"><freejoint/><geom size="0.02" density="7500"/><site user="0.5"/></body>
+<site pos="0 0 -1" user="0.5"/><geom type="plane" size="1 1 1" pos="0 0 -0.1"/>
+<flexcomp type="grid" count="4 4 1" spacing=".03 .03 .03" radius=".01" name="cloth" dim="2"
+  mass=".1">
+  <contact selfcollide="none"/><edge equality="true"/><pin id="0 3 12 15"/>
+</flexcomp>"""
+
+
+@pytest.mark.parametrize("plugin", [False, True])
+def test_contacts_of_what_is_no_magnet_are_not_reported(plugin):
+    """A flexible grid, which has no geoms, and a floor of a world that has a dipole."""
+    model = model_of(CLOTH, plugin=plugin)
+    data = mujoco.MjData(model)
+    flexes = 0
+    with mm.magnetism():
+        for _ in range(100):
+            mujoco.mj_step(model, data)
+            flexes += (data.contact.geom < 0).any()
+    assert flexes > 10
+
+
+FLOOR = """
+<site pos="0 0 -1" user="0.5"/><geom type="plane" size="1 1 1" pos="0 0 -0.002"/>"""
+
+
+def test_a_floor_is_no_magnet_even_if_the_world_has_one():
+    model = model_of(BALL.format(-0.001, "box", "", 0.5) + FLOOR)
+    data = mujoco.MjData(model)
+    with mm.magnetism():
+        mujoco.mj_step(model, data)
+    assert data.contact.dist.min() < -0.0026  # -0.004
+
+
 NEEDLE = """
 <body>
   <joint type="{}" axis="0 0 1" damping="{}"/>

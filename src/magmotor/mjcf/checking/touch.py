@@ -139,8 +139,8 @@ def closest_approach(
         pull, power = _pull(one, partner, distance, weight, other.images or 1.0)
         slope = float((power * pull / distance).sum()) * (2 if other.images else 1)
         force, gradient = max((force, gradient), (float(pull.sum()), slope))
-    if not (0 < force < np.inf and 0 < gradient < np.inf):
-        return None
+    if not (0 < force < np.inf and 0 < gradient < np.inf and inverse_mass > 0):
+        return None  # as for a needle that only turns about its center
     nearest = np.unravel_index(apart.argmin(), apart.shape)
     depths = np.array([side.depth[n] for side, n in zip(sides, nearest, strict=True)])
     depth = depths[depths > SURFACE * depths.sum()].min()
