@@ -152,3 +152,32 @@ def test_a_needle_that_only_turns_about_its_center():
     </mujoco>""")
     assert model.body_invweight0[1, 0] == 0
     assert mm.check(model).findings == ()
+
+
+PIECE = """
+<mujoco>
+  <custom>
+    <text name="magmotor" data="dipoles iron"/><numeric name="steel" data="1000 1.7e6"/>
+    <tuple name="iron">
+      <element objtype="numeric" objname="steel"/><element objtype="geom" objname="piece"/>
+    </tuple>
+  </custom>
+  <worldbody>
+    <geom name="piece" type="{}" size="{}"/>
+    <body pos="0 0 0.05">
+      <freejoint/><geom size="0.005" density="7500"/><site user="0.54"/>
+    </body>
+  </worldbody>
+</mujoco>"""
+
+
+@pytest.mark.parametrize(("kind", "size", "wide"), [
+    ("sphere", "0.02", False), ("box", "0.01 0.01 0.01", False), ("box", "0.006 0.006 0.002", 0),
+    ("box", "0.01 0.01 0.002", True), ("box", "0.1 0.1 0.002", True), ("cylinder", "0.003 0.03", 1),
+])  # fmt: skip
+def test_iron_that_is_wider_than_its_distance(kind, size, wide):
+    """A plate of 20 x 20 x 4 mm attracts the ball 4 times as strongly as an infinite plane."""
+    model = mujoco.MjModel.from_xml_string(PIECE.format(kind, size))
+    found = [each for each in mm.check(model).findings if "of iron reaches farther" in each]
+    assert len(found) == wide
+    assert all(each.startswith("geom 'piece' of iron reaches farther") for each in found)

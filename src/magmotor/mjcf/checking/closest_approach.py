@@ -15,7 +15,7 @@ from magmotor.mjcf.checking.strengths import Magnet, magnets_of
 from magmotor.mjcf.checking.touch import Side, Spacing, closest_approach, coarsest
 from magmotor.mjcf.declared import tuples
 from magmotor.mjcf.field_and_energy import coupling_factors
-from magmotor.mjcf.forces.iron import PLANE
+from magmotor.mjcf.forces.iron import PLANE, ellipsoid
 from magmotor.mjcf.langevin.contacts import colliding_geoms
 from magmotor.mjcf.lookup import disabled
 
@@ -39,6 +39,8 @@ class Meeting(NamedTuple):
     """Whether dipoles can coincide, or one can be below the plane."""
     spacing: Spacing | None
     """The coarsest spacing of dipoles where they touch."""
+    wide: int
+    """A geom of iron that reaches farther than dipoles come to its center, or -1."""
 
 
 def meetings(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Meeting]:
@@ -200,8 +202,20 @@ def _meeting(
     i, j = np.unravel_index(np.where(acts, apart, np.inf).argmin(), apart.shape)
     spacing = coarsest(sides, held) if approach else None
     return Meeting(
-        magnets, (int(i), int(j)), 1, touching, touching, approach, bool(near.any()), spacing
-    )
+        magnets, (int(i), int(j)), 1, touching, touching, approach, bool(near.any()), spacing,
+        _wide_piece(model, magnets, held),
+    )  # fmt: skip
+
+
+def _wide_piece(model: mujoco.MjModel, magnets: tuple[Magnet, Magnet], apart: Array) -> int:
+    """Return a geom of iron that reaches farther than dipoles come to its center, or -1."""
+    for (one, other), distance in ((magnets, apart), (magnets[::-1], apart.T)):
+        for j in np.flatnonzero(other.responses).tolist():
+            geom = int(other.elements[j]) - model.nsite
+            *axes, _ = ellipsoid(int(model.geom_type[geom]), *model.geom_size[geom])
+            if max(axes) > distance[one.strengths > 0, j].min(initial=np.inf):
+                return geom
+    return -1
 
 
 def _factors(model: mujoco.MjModel, one: Magnet, other: Magnet) -> tuple[NDArray[np.bool_], Array]:

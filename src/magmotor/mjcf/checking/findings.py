@@ -74,6 +74,13 @@ def failures(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:
             yield from _weak_contacts(model, pair, pair.approach)
         if pair.spacing and pair.spacing.apart < COARSE * pair.spacing.within:
             yield _coarseness(model, pair, *pair.spacing)
+        if pair.wide >= 0:
+            yield Failure(
+                label(model, "geom", pair.wide),
+                "of iron reaches farther from its center than a dipole can come to that, so that"
+                " one dipole does not describe it, and the force is wrong there, mostly many times"
+                " too strong; for a wide surface, take a plane of iron",
+            )
     yield from _fast_magnets(model, {} if misplaced else frequencies(model, state), state, pairs)
     if kinds & NOISE and model.nuser_body:
         yield from _noise(model)
