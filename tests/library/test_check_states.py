@@ -181,3 +181,49 @@ def test_iron_that_is_wider_than_its_distance(kind, size, wide):
     found = [each for each in mm.check(model).findings if "of iron reaches farther" in each]
     assert len(found) == wide
     assert all(each.startswith("geom 'piece' of iron reaches farther") for each in found)
+
+
+CART = """
+<mujoco>
+  <option><flag limit="{}"/></option>
+  <custom><text name="magmotor" data="dipoles"/></custom>
+  <worldbody>
+    <body mocap="{}" pos="0 0 {}"><geom size="0.005"/><site user="0.54"/></body>
+    <body>
+      <joint type="slide" axis="0 0 1" range="-.01 .01"/><geom size="0.005"/><site user="0.54"/>
+    </body>
+  </worldbody>
+</mujoco>"""
+
+
+@pytest.mark.parametrize(("limit", "mocap", "height", "number"), [
+    ("enable", "false", 0.015, 2), ("enable", "false", 0.03, 0), ("disable", "false", 0.03, 2),
+    ("enable", "true", 0.03, 2),
+])  # fmt: skip
+def test_which_magnets_can_meet(limit, mocap, height, number):
+    """They touch at 10 mm: a limit may keep them apart, unless one is moved by the user."""
+    model = mujoco.MjModel.from_xml_string(CART.format(limit, mocap, height))
+    findings = mm.check(model).findings
+    assert sum("where they touch" in finding for finding in findings) == number
+
+
+def test_a_driven_field_is_taken_as_it_is_in_the_data():
+    """m B = 0.54 A m^2 x 10 T turns a ball of 5 mm with more than 1000 rad/s."""
+    model = mujoco.MjModel.from_xml_string("""
+    <mujoco>
+      <custom>
+        <text name="magmotor" data="dipoles fields"/><numeric name="field" data="10 0 0"/>
+        <tuple name="field">
+          <element objtype="numeric" objname="field"/><element objtype="actuator" objname="u"/>
+        </tuple>
+      </custom>
+      <worldbody>
+        <body name="ball"><freejoint/><geom size="0.005"/><site name="s" user="0.54"/></body>
+      </worldbody>
+      <actuator><general name="u" site="s" gainprm="0"/></actuator>
+    </mujoco>""")
+    data = mujoco.MjData(model)
+    assert mm.check(model, data).findings == ()
+    data.ctrl[0] = 1.0
+    (finding,) = mm.check(model, data).findings
+    assert finding.startswith("body 'ball' can swing or turn with omega = ")

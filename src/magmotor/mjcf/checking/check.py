@@ -139,7 +139,7 @@ def _state(model: mujoco.MjModel, data: mujoco.MjData | None) -> mujoco.MjData:
     """Return the state with positions, inertia and contacts computed, in an mjData of its own."""
     state = mujoco.MjData(model)
     if data is not None:
-        for name in ("qpos", "mocap_pos", "mocap_quat"):
+        for name in ("qpos", "mocap_pos", "mocap_quat", "ctrl", "act"):
             there, here = getattr(data, name), getattr(state, name)
             if there.shape != here.shape:
                 raise reject(f"shape of data.{name}", there.shape, f"must be {here.shape}")

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.common.arrays import Array
+from magmotor.mjcf.lookup import disabled
 
 
 class Reach(NamedTuple):
@@ -37,17 +38,21 @@ def reach(
 ) -> Reach:
     """Return where points of a body can be, whose places at present are `points` (n, 3).
 
-    Slides move as far as their limits allow, and hinges and balls turn without limits.
+    Slides move as far as their limits allow, hinges and balls turn without limits, and bodies that
+    a user moves (mocap) can be anywhere.
     """
     center, anchor, arm = None, np.zeros(3), 0.0
     lowest, highest = np.zeros(3), np.zeros(3)
+    limited = not disabled(model, "limit")
+    if (model.body_mocapid[_chain(model, body, ancestor)] >= 0).any():
+        lowest, highest = np.full((2, 3), [[-np.inf], [np.inf]])
     for joint in (j for each in _chain(model, body, ancestor) for j in _joints(model, each)):
         kind = model.jnt_type[joint]
         if kind == mujoco.mjtJoint.mjJNT_FREE:
             lowest, highest = np.full((2, 3), [[-np.inf], [np.inf]])
         elif kind == mujoco.mjtJoint.mjJNT_SLIDE:
             travel = np.array([-np.inf, np.inf])
-            if model.jnt_limited[joint]:
+            if limited and model.jnt_limited[joint]:
                 travel = model.jnt_range[joint] - data.qpos[model.jnt_qposadr[joint]]
             along = np.tile(abs(travel).max(), 3)
             ends = np.array([-along, along])
