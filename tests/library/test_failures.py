@@ -354,10 +354,16 @@ def test_a_fork_while_the_code_is_being_loaded_is_an_error_in_the_child():
 
 
 INTERRUPTED = """
-import _thread, sys, threading
-import magmotor, mujoco
+import _thread, sys, threading, time
+import magmotor, magmotor_plugin, mujoco
+
+def interrupt():
+    while not magmotor_plugin._forces.loading:
+        time.sleep(0.01)
+    _thread.interrupt_main()
+
 path = sys.argv[1]
-threading.Timer(0.05, _thread.interrupt_main).start()
+threading.Thread(target=interrupt).start()
 try:
     model = mujoco.MjModel.from_xml_path(path)
     data = mujoco.MjData(model)
