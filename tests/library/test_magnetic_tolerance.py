@@ -11,7 +11,7 @@ from test_many_magnets import PLUGIN, gas, wrenches
 
 import magmotor as mm
 from magmotor.mjcf import memory
-from magmotor.mjcf.forces import clusters, tiles
+from magmotor.mjcf.forces import cluster_blocks, clusters, tiles
 from magmotor.mjcf.forces.box_tree import VALUES
 from magmotor.mjcf.forces.clusters import sum_by_clusters
 from magmotor.mjcf.forces.multipoles import multipole_force_and_field
@@ -62,7 +62,7 @@ DISTRIBUTIONS = {
 @pytest.fixture(scope="module")
 def model():
     tiles.bind()
-    clusters.bind()
+    cluster_blocks.bind()
     return gas(COUNT, head=HEAD)
 
 
@@ -139,7 +139,7 @@ def test_the_first_moment_left_out_is_the_fourth():
     rng = np.random.default_rng(0)
     sources, targets = rng.normal(size=(2, 8, 6))
     targets[:, :3] /= np.linalg.norm(targets[:, :3], axis=1, keepdims=True)
-    nodes, errors = np.zeros((1, clusters.NODE)), []
+    nodes, errors = np.zeros((1, cluster_blocks.NODE)), []
     nodes[0, 1] = 1.0
     for distance in (100.0, 200.0):
         blocks = np.zeros((2, tiles.WIDTH))

@@ -16,7 +16,7 @@ from numba import njit, types
 
 import magmotor_plugin
 from magmotor.mjcf import errors, layout, memory, messages
-from magmotor.mjcf.forces import clusters, coils, resolution, tiles
+from magmotor.mjcf.forces import cluster_blocks, coils, resolution, tiles
 from magmotor.mjcf.forces.all_forces import apply_forces, first_error
 from magmotor.mjcf.forces.brownian_wrenches import (
     add_brownian_wrenches,
@@ -139,7 +139,7 @@ def _bind() -> None:
     coils.bind()
     resolution.bind()
     tiles.bind()
-    clusters.bind()
+    cluster_blocks.bind()
     memory.bind_mujoco("mj_applyFT", "mj_passive", "mj_warning", "mj_id2name")
 
 
