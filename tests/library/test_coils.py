@@ -157,18 +157,38 @@ def test_finite_differences_of_mujoco_see_the_drive(actuator, integrator, extens
     assert abs(driven[: model.nv]).max() > 1e-5
 
 
-@BOTH
-@pytest.mark.parametrize("control", [math.nan, math.inf, 1e11])
-def test_a_bad_control_counts_as_zero(control, extension):
-    """As for all of MuJoCo's actuators; MuJoCo warns of it."""
-    model = coil(extension=extension)
-    data, other = mujoco.MjData(model), mujoco.MjData(model)
-    data.ctrl[0] = control
-    with mm.magnetism():
-        mujoco.mj_step(model, data)
-        mujoco.mj_step(model, other)
-    np.testing.assert_array_equal(data.qvel, other.qvel)
-    assert data.time > 0
+BESIDE = """
+<mujoco>
+  <option><flag clampctrl="{clamp}"/></option>
+  <custom>
+    <text name="magmotor" data="dipoles coils"/>
+    <tuple name="coil"><element objtype="actuator" objname="coil"/>
+      <element objtype="site" objname="coil"/></tuple>
+  </custom>
+  <worldbody><site name="coil" user="1"/><body pos="0 0 99">
+    <joint name="slide" type="slide"/><geom size="1"/></body></worldbody>
+  <actuator>
+    <general name="coil" site="coil" gainprm="0" {limits}/>
+    <motor joint="slide" {limits}/>
+    <motor joint="slide"/>
+  </actuator>
+</mujoco>"""
+
+
+@pytest.mark.parametrize("limits", [
+    "", 'ctrlrange="-1 0.5"', 'ctrlrange="-1 0.5" ctrllimited="false"'
+])  # fmt: skip
+@pytest.mark.parametrize("clamp", ["enable", "disable"])
+@pytest.mark.parametrize("third", [0.0, math.nan, -math.inf])
+def test_a_control_is_what_it_is_for_other_actuators(limits, clamp, third):
+    """MuJoCo clamps first, and takes all controls for 0 if one of them is bad even so."""
+    model = mujoco.MjModel.from_xml_string(BESIDE.format(limits=limits, clamp=clamp))
+    data = mujoco.MjData(model)
+    for control in (math.nan, math.inf, -math.inf, 1e11, -1e11, 1e10, 0.3, 0.7, -2.0):
+        data.ctrl[:] = control, control, third
+        mujoco.mj_forward(model, data)
+        drive = mm.field(model, data, [0, 0, 1])[2] / 2e-7
+        assert drive == pytest.approx(data.actuator_force[1], rel=1e-14, abs=0)  # 3e-16
 
 
 def test_derivatives_do_not_depend_on_the_hook():
