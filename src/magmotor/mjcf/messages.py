@@ -186,9 +186,9 @@ _ERRORS: dict[int, Callable[..., str]] = {
     ),
     errors.MERGED: _of_dipole("has its center at a dipole, where the field is not finite"),
     errors.UNSOLVED: _of_dipole(
-        "is so close to other iron that one dipole each does not describe them: they would"
-        " magnetize each other without any field; put the geoms farther apart, or make one geom of"
-        " them"
+        "is so close to other iron, or to its image in a plane, that one dipole each does not"
+        " describe them: such dipoles would magnetize each other without any field; put the geoms"
+        " farther apart, or make one geom of them"
     ),
     errors.COIL: _tuple_error("coil", _OF_COILS),
     errors.FIELD: (
