@@ -207,11 +207,11 @@ BAD = {
     ),
     "below": (
         {"bodies": PLANE.format("piece") + free('size="1"', "0 0 -1", "b"), "pieces": "piece b"},
-        "iron geom 1 'b' is below the plane of iron",
+        r"iron geom 1 'b' is below the plane of iron \(on body 1 ''\)",
     ),
     "below, fixed": (
         {"bodies": PLANE.format("piece") + '<site pos="0 0 -1" user="1"/>'},
-        "dipole site 0 '' is below the plane of iron",
+        r"dipole site 0 '' is below the plane of iron \(on body 0 'world'\)",
     ),
     "merged": (
         {"bodies": free('size="1"') + '<site user="1"/>'},

@@ -25,6 +25,7 @@ from magmotor.mjcf.forces.brownian_wrenches import (
 )
 from magmotor.mjcf.forces.coils import drives_checksum
 from magmotor.mjcf.forces.dipole_sites import (
+    MEASURED,
     SWITCHED_OFF,
     count_dipoles,
     why_inert,
@@ -180,7 +181,8 @@ def _callback(checksum: int, offsets: layout.Layout):
                 _notice_once(messages.ASSUMED, count_dipoles(m, offsets))
         elif not messages.has_acted(model):
             reason, number = why_inert(m, offsets, kinds)
-            _notice_once(reason if reason >= 0 else SWITCHED_OFF, number)
+            if reason != MEASURED:
+                _notice_once(reason if reason >= 0 else SWITCHED_OFF, number)
 
     return callback
 

@@ -180,9 +180,12 @@ _OF_IRON = {
 _ERRORS: dict[int, Callable[..., str]] = {
     errors.COINCIDENCE: _coincidence,
     errors.OUTSIDE: _outside,
-    errors.BEHIND: _of_dipole(
-        "is below the plane of iron, where mirror images do not give the field; mm.check(model)"
-        " proposes contacts that keep it above"
+    errors.BEHIND: (
+        lambda number, name, body, of_body, details: (
+            f"{_dipole(number, name, bool(details[0]))} is below the plane of iron (on body"
+            f" {body} {of_body!r}), where mirror images do not give the field; mm.check(model)"
+            " proposes contacts that keep it above"
+        )
     ),
     errors.MERGED: _of_dipole("has its center at a dipole, where the field is not finite"),
     errors.UNSOLVED: _of_dipole(
