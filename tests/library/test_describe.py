@@ -1,6 +1,7 @@
 """`describe` names what acts on a model, its temperature, and what does not act."""
 
 import re
+import warnings
 
 import mujoco
 import numpy as np
@@ -101,6 +102,98 @@ def test_one_dipole_acts_with_a_field_or_iron(capsys):
         assert "not acting" not in capsys.readouterr().out
     mm.describe(mujoco.MjModel.from_xml_string(model.format(word="", declared="")))
     assert "not acting: the dipoles, since all are on one rigid body" in capsys.readouterr().out
+
+
+HALL = """
+<mujoco>
+  <extension>
+    <plugin plugin="magmotor.magnetometer"/>
+    {plugin}
+  </extension>
+  <custom><text name="magmotor" data="{mark}"/>{custom}</custom>
+  <worldbody><site name="probe"/><body name="cart" pos="0 0 1"><freejoint/><geom size="0.1"/>
+    <site user="{moment}"/></body></worldbody>
+  <sensor><plugin name="hall" plugin="magmotor.magnetometer" objtype="site" objname="probe"/>
+  </sensor>
+</mujoco>"""
+FIELD = '<numeric name="field" data="0 0 1"/>'
+FORCES = '<plugin plugin="magmotor.forces"><instance name="m"/></plugin>'
+
+
+@pytest.mark.parametrize("plugin", ["", FORCES])
+@pytest.mark.parametrize(("mark", "custom", "moment", "warning", "idle"), [
+    ("dipoles", "", 1, None, ()),
+    ("fields", FIELD, 0, None, ()),
+    ("dipoles fields", "", 1, None, ("fields, which the mark names, since the model has none",)),
+    ("fields", "", 1, "it declares dipoles, but no mark names them",
+     ("user numbers of sites, since the mark does not name dipoles",
+      "fields, which the mark names, since the model has none")),
+    ("fields", FIELD, 1, "it declares dipoles, but no mark names them",
+     ("user numbers of sites, since the mark does not name dipoles",)),
+    ("dipoles", FIELD, 0, "it declares fields, but no mark names them", ...),
+    ("dipoles", "", 0, "it has no dipole sites", ...),
+])  # fmt: skip
+def test_what_only_a_magnetometer_feels(mark, custom, moment, warning, idle, plugin, capsys):
+    """Nothing acts on the body, but a warning would be wrong if the sensor measures something."""
+    text = HALL.format(mark=mark, custom=custom, moment=moment, plugin=plugin)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        model = mujoco.MjModel.from_xml_string(text)
+        data = mujoco.MjData(model)
+        with mm.magnetism():
+            mujoco.mj_step(model, data)
+    assert {str(each.message).partition("this model: ")[2][: len(warning or "")]
+            for each in caught} == ({warning} if warning else set())  # fmt: skip
+    found = mm.describe(model)
+    assert found.acting == ()
+    assert found.magnetometers == {"hall": "probe"}
+    assert "\nmagnetometers: hall at probe\n" in f"{capsys.readouterr().out}\n"
+    assert idle in (found.idle, ...)
+    seen = ("dipoles" in mark and moment) or ("fields" in mark and custom)
+    assert data.sensordata.any() == bool(seen)
+
+
+def test_fields_that_act_on_nothing():
+    """Not because the mark names no dipoles: there are none."""
+    model = mujoco.MjModel.from_xml_string(
+        f'<mujoco><custom><text name="magmotor" data="fields"/>{FIELD}</custom></mujoco>'
+    )
+    with pytest.warns(UserWarning, match="it has no dipole sites"), mm.magnetism():
+        mujoco.mj_step(model, mujoco.MjData(model))
+
+
+@pytest.mark.parametrize(("actuator", "pushes"), [
+    ('<general name="u" site="moving" gainprm="0"/>', False),
+    ('<general name="u" site="moving"/>', True),
+    ('<motor name="u" site="moving"/>', True),
+    ('<motor name="u" site="fixed"/>', False),
+    ('<motor name="u" site="fixed" refsite="moving"/>', True),
+    ('<position name="u" joint="hinge" kp="0"/>', False),
+    ('<position name="u" joint="hinge" kp="2"/>', True),
+    ('<damper name="u" joint="hinge" kv="2" ctrlrange="0 1"/>', True),
+    ('<general name="u" joint="hinge" gainprm="0" biastype="affine" biasprm="1"/>', True),
+    ('<muscle name="u" joint="hinge"/>', True),
+])  # fmt: skip
+@pytest.mark.parametrize("driven", ["coil", "field"])
+def test_actuators_that_also_push_are_named(actuator, pushes, driven, capsys):
+    """The force of the actuator itself, in MuJoCo, says whether it does."""
+    numeric = '<numeric name="field_1" data="0 0 1"/>'
+    element = '<element objtype="site" objname="fixed"/>'
+    if driven == "field":
+        element = '<element objtype="numeric" objname="field_1"/>'
+    model = mujoco.MjModel.from_xml_string(f"""<mujoco>
+      <custom><text name="magmotor" data="dipoles fields coils"/>{numeric}
+        <tuple name="{driven}"><element objtype="actuator" objname="u"/>{element}</tuple></custom>
+      <worldbody><site name="fixed" user="1"/><body pos="0 0 1">
+        <joint name="hinge" range="-90 90"/><geom size="0.1"/>
+        <site name="moving" pos="0.3 0.2 0.1" user="1"/></body></worldbody>
+      <actuator>{actuator}</actuator></mujoco>""")
+    data = mujoco.MjData(model)
+    data.ctrl[:], data.qvel[:], data.act[:] = 0.5, 0.1, 0.5
+    mujoco.mj_forward(model, data)
+    assert data.qfrc_actuator.any() == pushes
+    assert mm.describe(model).pushing == ("u",) * pushes
+    assert ('(gainprm="0" prevents this): u' in capsys.readouterr().out) == pushes
 
 
 def test_user_numbers_of_others_are_left_alone(capsys):

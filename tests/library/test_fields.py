@@ -46,7 +46,7 @@ def test_a_uniform_field_turns_and_does_not_push():
     moment = 0.5 * np.array([1, 2, -2]) / 3
     found = wrench(model_with(numeric([0.3, -0.1, 0.2])))
     np.testing.assert_array_equal(found[:3], 0)
-    np.testing.assert_allclose(found[3:], np.cross(moment, [0.3, -0.1, 0.2]), rtol=1e-14)
+    np.testing.assert_allclose(found[3:], np.cross(moment, [0.3, -0.1, 0.2]), rtol=1e-15)  # 0
 
 
 def test_a_needle_swings_in_the_field_at_its_frequency():
@@ -58,7 +58,7 @@ def test_a_needle_swings_in_the_field_at_its_frequency():
     with mm.magnetism():
         mujoco.mj_step(model, data, nstep=1000)
     angle = math.atan2(*data.site("dipole").xmat[[2, 8]])
-    assert angle == pytest.approx(math.atan(0.02), rel=3e-4)  # 2e-5
+    assert angle == pytest.approx(math.atan(0.02), rel=5e-5)  # 2e-6
 
 
 def test_a_gradient_pulls():
@@ -67,8 +67,8 @@ def test_a_gradient_pulls():
     matrix = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, -xx - yy]])
     moment, place = 0.5 * np.array([1, 2, -2]) / 3, np.array([0.1, 0.2, 0.3])
     found = wrench(model_with(numeric([*flux, xx, xy, xz, yy, yz])))
-    np.testing.assert_allclose(found[:3], matrix @ moment, rtol=1e-14)
-    np.testing.assert_allclose(found[3:], np.cross(moment, flux + matrix @ place), rtol=1e-14)
+    np.testing.assert_allclose(found[:3], matrix @ moment, rtol=1e-15)  # 0
+    np.testing.assert_allclose(found[3:], np.cross(moment, flux + matrix @ place), rtol=1e-15)  # 0
 
 
 COIL = magpylib.current.Circle(diameter=0.4, current=1000.0, position=(0.05, 0, -0.3))
@@ -98,9 +98,9 @@ def test_a_table_approaches_the_field_that_it_samples():
         curl = jacobian - np.swapaxes(jacobian, 1, 2)
         trace = np.trace(jacobian, axis1=1, axis2=2)
         sources.append(np.sqrt(np.mean(curl**2) + np.mean(trace**2)))
-    assert math.log2(errors[0] / errors[1]) == pytest.approx(3, abs=0.5)
-    assert math.log2(sources[0] / sources[1]) == pytest.approx(2, abs=0.5)
-    assert errors[1] < 2e-4 * np.abs(exact).max()
+    assert math.log2(errors[0] / errors[1]) == pytest.approx(3, abs=0.6)  # 0.46
+    assert math.log2(sources[0] / sources[1]) == pytest.approx(2, abs=0.5)  # 0.07
+    assert errors[1] < 1e-4 * np.abs(exact).max()  # 8e-6
 
 
 def test_a_table_conserves_energy_in_spite_of_its_sources():
@@ -114,16 +114,17 @@ def test_a_table_conserves_energy_in_spite_of_its_sources():
     for steps in (400, 800):
         data = mujoco.MjData(model)
         model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_ENERGY
-        model.opt.timestep = 0.4 / steps
-        energies = []
+        model.opt.timestep = 1.0 / steps
+        energies, kinetic = [], []
         with mm.magnetism():
             for _ in range(steps):
                 mujoco.mj_forward(model, data)
+                kinetic.append(data.energy[1])
                 energies.append(data.energy[1] + mm.magnetic_energy(model, data))
                 mujoco.mj_step(model, data)
         drifts.append(np.ptp(energies))
-    assert np.ptp(energies) < 1e-3 * abs(energies[0])
-    assert drifts[0] > 5 * drifts[1]
+    assert np.ptp(energies) < 1e-7 * np.ptp(kinetic)  # 4e-9
+    assert drifts[0] > 5 * drifts[1]  # 33
 
 
 def test_a_field_moves_with_its_body_and_feels_the_reaction():
@@ -143,8 +144,8 @@ def test_a_field_moves_with_its_body_and_feels_the_reaction():
     forces, torques = data.xfrc_applied[:, :3], data.xfrc_applied[:, 3:]
     total = (torques + np.cross(data.xipos, forces)).sum(axis=0)
     assert np.linalg.norm(forces[1]) > 0.1
-    np.testing.assert_allclose(forces.sum(axis=0), 0, rtol=0, atol=1e-15)
-    np.testing.assert_allclose(total, 0, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(forces.sum(axis=0), 0, rtol=0, atol=1e-15)  # 0
+    np.testing.assert_allclose(total, 0, rtol=0, atol=1e-15)  # 6e-17
 
 
 def test_a_dipole_outside_of_the_table_is_an_error():
@@ -206,7 +207,7 @@ def test_the_energy_is_defined_where_the_forces_are():
             mujoco.mj_kinematics(model, data)
             ends.append(mm.magnetic_energy(model, data))
             data.qpos[2] -= sign * step
-        assert force == pytest.approx((ends[1] - ends[0]) / (2 * step), rel=1e-6)
+        assert force == pytest.approx((ends[1] - ends[0]) / (2 * step), rel=2e-10)  # 7e-12
 
 
 BAD = {

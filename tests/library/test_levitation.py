@@ -1,7 +1,9 @@
 """The Gymnasium environment `magmotor/Levitation-v0`, one at a time and many at once."""
 
+import copy
 import importlib
 import os
+import pickle
 import subprocess
 import sys
 from pathlib import Path
@@ -212,11 +214,44 @@ def test_pictures_of_many_are_those_of_single_ones(opengl):
     assert (pictures[0][0] != pictures[0][1]).any()
 
 
-def test_integers_of_numpy_are_seeds():
-    cases: Any = (
-        (Levitation(), [(np.int64(3), 3)]),
-        (LevitationVector(2), [(np.int64(3), 3), (np.array([5, 7]), [5, 7])]),
-    )
+def test_a_part_of_many_is_reset():
+    """As `SyncVectorEnv` does, with seeds and without, also after episodes have ended."""
+    pair = [
+        gymnasium.make_vec(NAME, 4, vectorization_mode=mode)
+        for mode in ("vector_entry_point", "sync")
+    ]
+    random = np.random.default_rng(3)
+    for one in pair:
+        one.reset(seed=2)
+    for k in range(200):
+        actions = random.uniform(-1, 1, (4, 1)).astype(np.float32)
+        ours, theirs = (one.step(actions) for one in pair)
+        for part in range(4):
+            np.testing.assert_array_equal(ours[part], theirs[part])
+        if k % 7 == 0:
+            mask, seed = random.permutation([True, False, True, False]), [None, k][k % 2]
+            ours, theirs = (one.reset(seed=seed, options={"reset_mask": mask})[0] for one in pair)
+            np.testing.assert_array_equal(ours, theirs)
+
+
+@pytest.mark.parametrize("duplicate", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
+@pytest.mark.parametrize("make", [Levitation, lambda: LevitationVector(3, max_episode_steps=12)])
+def test_a_copy_goes_on_as_the_original(make, duplicate):
+    env = make()
+    env.reset(seed=4)
+    actions = np.full((16, *env.action_space.shape), 0.35)
+    for action in actions[:8]:
+        env.step(action)
+    other = duplicate(env)
+    for action in actions[8:]:
+        for one, same in zip(env.step(action)[:4], other.step(action)[:4], strict=True):
+            np.testing.assert_array_equal(one, same)
+
+
+def test_integers_of_any_kind_and_size_are_seeds():
+    arrays: Any = [(np.array([5, 7]), [5, 7]), ([2**64, 2**53 + 1], (2**64, 2**53 + 1))]
+    scalars: Any = [(np.int64(3), 3), (np.array(7), 7), (2**53 + 1, 2**53 + 1)]
+    cases = (Levitation(), scalars), (LevitationVector(2), scalars + arrays)
     for one, seeds in cases:
         for seed, same in seeds:
             np.testing.assert_array_equal(one.reset(seed=seed)[0], one.reset(seed=same)[0])
@@ -226,6 +261,11 @@ def test_integers_of_numpy_are_seeds():
 def test_a_step_needs_a_reset(make):
     with pytest.raises(gymnasium.error.ResetNeeded, match="call reset before step"):
         make().step(np.zeros(1))
+
+
+def test_many_must_be_reset_before_some_of_them():
+    with pytest.raises(gymnasium.error.ResetNeeded, match="for all environments before a part"):
+        LevitationVector(2).reset(options={"reset_mask": np.array([True, False])})
 
 
 def test_an_action_that_is_not_finite_is_an_error_but_where_it_is_ignored():
@@ -247,6 +287,15 @@ def test_an_action_that_is_not_finite_is_an_error_but_where_it_is_ignored():
         (lambda: LevitationVector(2).reset(seed=HALF), "seed = 0.5: must be one integer, or 2"),
         (lambda: Levitation().reset(seed=HALF), "seed = 0.5: must be an integer"),
         (lambda: LevitationVector(render_mode="human"), "render_mode = 'human': must be one of"),
+        (
+            lambda: LevitationVector(2).reset(options={"reset_mask": np.array([1, 0])}),
+            r'options\["reset_mask"\] = array\(\[1, 0\]\): must be an array of 2 bools, one',
+        ),
+        (
+            lambda: LevitationVector(2).reset(options={"reset_mask": np.array([False, False])}),
+            r"must be an array of 2 bools, one of which at least is True",
+        ),
+        (lambda: Levitation().reset(seed=-1), "seed = -1: must be at least 0"),
         (lambda: gymnasium.make_vec(NAME, 0), "num_envs = 0: must be at least 1"),
         (lambda: LevitationVector(2).reset(seed=[1]), r"seed = \[1\]: must be one integer"),
         (

@@ -183,11 +183,14 @@ def test_no_error_exceeds_the_tolerance(model, name, seed):
 def test_the_callback_chooses_clusters_where_they_are_faster(model):
     for name, used in (("gas", True), ("chain", True), ("sheet", True), ("liquid", False)):
         data, positions, moments = scattered(model, name)
-        forces, _ = forces_and_fields(positions, moments)
+        forces, fields = forces_and_fields(positions, moments)
         exact, found = (by_tolerance(model, data, tolerance) for tolerance in (0.0, 1e-2))
         assert np.array_equal(exact, found) != used
         error = np.linalg.norm(found[:, :3] - forces, axis=1).max()
         assert error < 1e-2 * root_mean_square(forces)  # 9e-4
+        torques = np.cross(moments, fields)
+        error = np.linalg.norm(found[:, 3:] - torques, axis=1).max()
+        assert error < 1e-2 * root_mean_square(torques)  # 4e-3
 
 
 @pytest.mark.parametrize("name", ["gas", "sheet", "chain"])
@@ -224,8 +227,9 @@ def test_bodies_with_several_dipoles_do_not_act_on_themselves():
     data.qpos.reshape(-1, 7)[:, 0] *= 20
     exact, found = (by_tolerance(model, data, tolerance) for tolerance in (0.0, 1e-2))
     assert not np.array_equal(exact, found)
-    error = np.linalg.norm((found - exact)[:, :3], axis=1).max()
-    assert error < 1e-3 * root_mean_square(exact[:, :3])  # 5e-5
+    for part in (slice(0, 3), slice(3, 6)):
+        error = np.linalg.norm((found - exact)[:, part], axis=1).max()
+        assert error < 1e-3 * root_mean_square(exact[:, part])  # 5e-5, 1.2e-4
 
 
 def test_fixed_magnets_are_sources():
@@ -239,8 +243,9 @@ def test_fixed_magnets_are_sources():
     exact, found = (by_tolerance(model, data, tolerance) for tolerance in (0.0, 1e-2))
     assert not np.array_equal(exact, found)
     assert not found[:800].any()
-    error = np.linalg.norm((found - exact)[:, :3], axis=1).max()
-    assert error < 2e-3 * root_mean_square(exact[800:, :3])  # 9e-5
+    for part in (slice(0, 3), slice(3, 6)):
+        error = np.linalg.norm((found - exact)[:, part], axis=1).max()
+        assert error < 2.5e-3 * root_mean_square(exact[800:, part])  # 9e-5, 1.4e-3
 
 
 def test_few_magnets_are_exact():

@@ -1,8 +1,12 @@
 """A run warns of magnets that jump within a timestep or sink into each other, and of no others."""
 
+import sys
+import threading
+import time
 import warnings
 
 import mujoco
+import mujoco.rollout
 import numpy as np
 import pytest
 
@@ -52,9 +56,10 @@ def warnings_of(models, duration):
 
 @pytest.mark.parametrize("integrator", ["Euler", "implicitfast", "RK4"])
 @pytest.mark.parametrize("geom", ["", 'contype="0" conaffinity="0"'])
-def test_a_run_warns_once_of_magnets_that_fly_apart(geom, integrator):
+@pytest.mark.parametrize("distance", [0.02, 0.021, 0.025])
+def test_a_run_warns_once_of_magnets_that_fly_apart(distance, geom, integrator):
     """With contacts that are too soft, and without any."""
-    models = [balls(0.021, geom, integrator=integrator) for _ in range(2)]
+    models = [balls(distance, geom, integrator=integrator) for _ in range(2)]
     for _ in range(2):
         with mm.magnetism():
             (message,), data = warnings_of(models, 0.3)
@@ -70,6 +75,85 @@ def test_the_plugin_warns_once_for_a_compiled_model():
         (message,), _ = warnings_of([model, model], 0.3)
         assert message.startswith((JUMPED.format(1), SUNK.format(1)))
     assert warnings_of(models[1:], 0.3)[0] == []
+
+
+@pytest.mark.parametrize("plugin", [False, True])
+def test_the_body_is_named(plugin):
+    spec = mujoco.MjSpec.from_string(MODEL.format(
+        plugin=PLUGIN * plugin, integrator="Euler", timestep=2e-3, custom="",
+        bodies="".join(BALL.format(place, "sphere", "", 0.54) for place in (0, 0.021)),
+    ))  # fmt: skip
+    for body, name in zip(spec.bodies[1:], ("left", "right"), strict=True):
+        body.name = name
+    model = spec.compile()
+    with mm.magnetism():
+        (message,), _ = warnings_of([model], 0.3)
+    assert message.startswith((JUMPED.format("'left'"), SUNK.format("'left'")))
+
+
+INERTIAL = '<inertial pos="0 0 0" mass="4e-3" diaginertia="4e-8 4e-8 4e-8"/>'
+SITE = '<site user="0.54"/>'
+WITHOUT_GEOMS = {
+    "alone": INERTIAL + SITE,
+    "in a child": f"{INERTIAL}<body>{SITE}</body>",
+    "in a child with the mass": f"<body>{INERTIAL}{SITE}</body>",
+    "in a child of a ball": (f'<geom size="0.005" density="7500" contype="0"/><body>{SITE}</body>'),
+}
+
+
+@pytest.mark.parametrize("name", WITHOUT_GEOMS)
+def test_magnets_without_geoms_are_seen(name):
+    """The size is that of the body to which they belong, or that of a ball of the same inertia."""
+    bodies = (
+        f'<body pos="0 0 {place}"><freejoint/>{WITHOUT_GEOMS[name]}</body>' for place in (0, 0.021)
+    )
+    model = model_of("".join(bodies))
+    with mm.magnetism():
+        (message,), (data,) = warnings_of([model], 0.1)
+    assert "magnetism moved body" in message
+    assert abs(data.qvel).max() > 3  # 50
+
+
+def test_a_run_does_not_hide_the_jumps_of_another():
+    """The other one meets the conditions in each step, but strong damping keeps it from moving."""
+    held = model_of("".join(
+        f'<body pos="0 0 {place}"><joint type="slide" axis="0 0 1" damping="1e6"/>'
+        '<geom size="0.005" contype="0"/><site user="0.54"/></body>' for place in (0, 0.006)
+    ))  # fmt: skip
+    free = balls(0.021, 'contype="0" conaffinity="0"')
+    with mm.magnetism():
+        assert warnings_of([held], 0.1)[0] == []
+        # Two of them miss each other's jumps only if they share words with the held one.
+        (message,), _ = warnings_of([free, held, free], 0.3)
+    assert "magnetism moved body" in message
+
+
+def test_threads_that_find_a_jump_at_the_same_time_warn_once():
+    """They wait for Python, which this thread keeps busy until all have found it."""
+    model = balls(0.021, timestep=2e-6)
+    state = mujoco.mjtState.mjSTATE_FULLPHYSICS
+    start = np.zeros((4, mujoco.mj_stateSize(model, state)))
+    mujoco.mj_getState(model, mujoco.MjData(model), start[0], state)
+    start[:] = start[0]
+    interval = sys.getswitchinterval()
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        with mm.magnetism(), mujoco.rollout.Rollout(nthread=4) as rollout:
+            many = [mujoco.MjData(model) for _ in range(4)]
+            thread = threading.Thread(
+                target=rollout.rollout, args=(model, many, start), kwargs={"nstep": 5000}
+            )
+            try:
+                sys.setswitchinterval(60.0)
+                thread.start()
+                time.sleep(0.001)  # until the thread is in MuJoCo
+                end = time.perf_counter() + 0.3
+                while time.perf_counter() < end:
+                    pass
+            finally:
+                sys.setswitchinterval(interval)
+                thread.join()
+    assert len(caught) == 1
 
 
 def test_a_run_at_the_proposed_settings_does_not_warn():

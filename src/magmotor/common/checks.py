@@ -103,7 +103,9 @@ def check_number(
     return number
 
 
-def check_integer(name: str, value: Any, *, at_least: int = -(2**53), at_most: int = 2**53) -> int:
+def check_integer(
+    name: str, value: Any, *, at_least: int = -(2**53), at_most: float = 2**53
+) -> int:
     """Return a value as an int if it is an integer (not a float) inside its bounds."""
     try:
         number = operator.index(value)

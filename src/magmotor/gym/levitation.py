@@ -1,5 +1,7 @@
 """A magnet below a coil, whose current must hold it: a Gymnasium environment, and many at once."""
 
+import math
+import operator
 from collections.abc import Sequence
 from typing import Any
 
@@ -180,8 +182,7 @@ class LevitationVector(VectorEnv):
         self.single_observation_space, self.single_action_space = self._task.spaces()
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
-        self._batch = Batch(self._task.model, num_envs, threads)
-        self._sensordata = self._batch.bind("sensordata")
+        self._make_batch(threads)
         self._randoms: list[np.random.Generator] = []
         self._observations = np.zeros((num_envs, 5))
         self._steps = np.zeros(num_envs, int)
@@ -195,14 +196,19 @@ class LevitationVector(VectorEnv):
     ) -> tuple[Array, dict[str, Any]]:
         """Begin all episodes; return the first observations and an empty dictionary.
 
-        A seed s stands for s, s + 1, ... of the environments.
+        A seed s stands for s, s + 1, ... of the environments. An array of bools
+        `options["reset_mask"]` selects the environments whose episodes begin; those of the others
+        go on.
         """
+        begins = _reset_mask(options, self.num_envs)
+        if not self._randoms and not begins.all():
+            raise ResetNeeded("call reset for all environments before a part of them")
         for i, one in enumerate(_seeds(seed, self.num_envs)):
             if i == len(self._randoms):
                 self._randoms.append(seeding.np_random(one)[0])
-            elif one is not None:
+            elif one is not None and begins[i]:
                 self._randoms[i] = seeding.np_random(one)[0]
-        self._begin(np.arange(self.num_envs))
+        self._begin(np.flatnonzero(begins))
         return self._observations.copy(), {}
 
     def step(self, actions: Array) -> tuple[Array, Array, Flags, Flags, dict[str, Any]]:
@@ -235,6 +241,22 @@ class LevitationVector(VectorEnv):
         """Release the renderer."""
         self._camera.close()
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what copies and pickles contain: of the batch, the number of threads and state."""
+        batch = self._batch.nthread, self._batch.state.copy()
+        return self.__dict__ | {"_batch": batch, "_sensordata": None}
+
+    def __setstate__(self, saved: dict[str, Any]) -> None:
+        """Set the attributes of a copy."""
+        self.__dict__.update(saved)
+        threads, state = saved["_batch"]
+        self._make_batch(threads)
+        self._batch.state[:] = state
+
+    def _make_batch(self, threads: int) -> None:
+        self._batch = Batch(self._task.model, self.num_envs, threads)
+        self._sensordata = self._batch.bind("sensordata")
+
     def _begin(self, which: np.ndarray) -> None:
         """Begin episodes of some environments."""
         start, target = np.array([_draw_start(self._randoms[i]) for i in which]).T
@@ -258,15 +280,31 @@ def _render_mode(mode: str | None) -> str | None:
 
 
 def _seed(seed: Any) -> int:
-    return check_integer("seed", seed, at_least=0)
+    return check_integer("seed", seed, at_least=0, at_most=math.inf)
+
+
+def _reset_mask(options: dict[str, Any] | None, count: int) -> Flags:
+    """Return which environments a reset is for."""
+    mask = (options or {}).get("reset_mask")
+    if mask is None:
+        return np.ones(count, bool)
+    sentence = f"must be an array of {count} bools, one of which at least is True"
+    bools = isinstance(mask, np.ndarray) and mask.dtype == bool and mask.shape == (count,)
+    if not (bools and mask.any()):
+        raise reject('options["reset_mask"]', mask, sentence)
+    return mask
 
 
 def _seeds(seed: Any, count: int) -> Sequence[int | None]:
     """Return the seeds of some environments, of which one stands for itself and the next ones."""
     if seed is None:
         return [None] * count
-    if isinstance(seed, int | np.integer):
-        return range(_seed(seed), _seed(seed) + count)
+    try:
+        first = operator.index(seed)
+    except TypeError:
+        pass
+    else:
+        return range(_seed(seed), first + count)
     sentence = f"must be one integer, or {count} of them"
     seeds = [*elements("seed", seed, sentence)]
     if len(seeds) != count:
@@ -281,6 +319,10 @@ class _Camera:
         self._data = mujoco.MjData(model)
         self._model = model
         self._renderer: mujoco.Renderer | None = None
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Make copies begin without a renderer."""
+        return _Camera, (self._model,)
 
     def picture(self, qpos: Array) -> Array:
         """Return a picture, shape (480, 480, 3)."""

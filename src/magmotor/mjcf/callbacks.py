@@ -25,6 +25,7 @@ from magmotor.mjcf.forces.brownian_wrenches import (
 )
 from magmotor.mjcf.forces.coils import drives_checksum
 from magmotor.mjcf.forces.dipole_sites import (
+    MEASURED,
     SWITCHED_OFF,
     count_dipoles,
     why_inert,
@@ -40,7 +41,7 @@ from magmotor.mjcf.forces.marks import (
     plugin_instance,
 )
 from magmotor.mjcf.hooks import errors_raised
-from magmotor.mjcf.reports import report
+from magmotor.mjcf.reports import report, warn_of_motion
 from magmotor.numerics.numba_cache import compiled_once
 
 FAILED = -1
@@ -160,27 +161,28 @@ def _callback(checksum: int, offsets: layout.Layout):
         kinds = forces_of(m, offsets)
         applied = memory.numbers(d[offsets.xfrc_applied // 8], memory.UNBOUNDED, 6)
         generalized = memory.numbers(d[offsets.qfrc_passive // 8], 1, memory.UNBOUNDED)[0]
-        step = step_number(model, data, offsets)
+        step, stage = step_number(model, data, offsets), in_later_stage(model, data, offsets)
         if kinds & POTENTIALS and m[offsets.nuser_jnt // 8] > 0:
             # Finite differences may keep the passive forces, which then contain ours already.
             _compute_passive(model, data)
-        acting, error = apply_forces(model, data, offsets, kinds, applied, generalized)
+        acting, error = apply_forces(model, data, offsets, kinds, applied, generalized, stage)
         if error[0] < 0 and kinds & NOISE and m[offsets.nuser_body // 8] > 0:
             acting += add_brownian_wrenches(model, data, offsets, step, applied)
         if error[0] >= 0:
             _abandon_stack(data, offsets)
             report(error, m, d, offsets)
             _clear(memory.numbers(d[offsets.xfrc_applied // 8], m[offsets.nbody // 8], 6))
-            _mark_failed(model, data, offsets, in_later_stage(model, data, offsets))
+            _mark_failed(model, data, offsets, stage)
         elif acting > 0:
             messages.remember_acting(model)
-            if error[1] >= 0 and not in_later_stage(model, data, offsets):
-                _warn_of_motion(error[2], error[1])
+            if error[1] >= 0:
+                warn_of_motion(error[2], error[1], model)
             if kinds & UNMARKED:
                 _notice_once(messages.ASSUMED, count_dipoles(m, offsets))
         elif not messages.has_acted(model):
             reason, number = why_inert(m, offsets, kinds)
-            _notice_once(reason if reason >= 0 else SWITCHED_OFF, number)
+            if reason != MEASURED:
+                _notice_once(reason if reason >= 0 else SWITCHED_OFF, number)
 
     return callback
 
@@ -202,14 +204,14 @@ def _init(checksum: int, offsets: layout.Layout):
         messages.forget(messages.OF_RUNS, model)
         disabled = memory.integers(model + offsets.disableflags, 1)[0]
         if disabled & DISABLE_SPRING and disabled & DISABLE_DAMPER:
-            messages.notice(messages.NO_PASSIVE_FORCES, 0)
+            messages.notice(messages.NO_PASSIVE_FORCES, 0, 0, 0)
         if memory.integers(model + offsets.enableflags, 1)[0] & ENABLE_SLEEP:
-            messages.notice(messages.SLEEPING, 0)
+            messages.notice(messages.SLEEPING, 0, 0, 0)
         reason, number = why_inert(m, offsets, kinds)
         if reason >= 0:
-            messages.notice(reason, number)
+            messages.notice(reason, number, 0, 0)
         elif kinds & UNMARKED:
-            messages.notice(messages.ASSUMED, count_dipoles(m, offsets))
+            messages.notice(messages.ASSUMED, count_dipoles(m, offsets), 0, 0)
         return 0
 
     return init
@@ -245,7 +247,7 @@ def _compute(checksum: int, offsets: layout.Layout):
         room = memory.allocate(stack, 48 * bodies, 8)
         applied = memory.numbers(room, bodies, 6)
         _clear(applied)
-        _, error = apply_forces(model, data, offsets, kinds, applied, generalized)
+        _, error = apply_forces(model, data, offsets, kinds, applied, generalized, stage)
         if error[0] >= 0:
             memory.free_stack(stack)
             _abandon_stack(data, offsets)
@@ -261,8 +263,8 @@ def _compute(checksum: int, offsets: layout.Layout):
                 center = d[offsets.xipos // 8] + 24 * body
                 _apply_wrench(model, data, wrench, wrench + 24, center, body, passive)
         memory.free_stack(stack)
-        if error[1] >= 0 and not stage:
-            _warn_of_motion(error[2], error[1])
+        if error[1] >= 0:
+            warn_of_motion(error[2], error[1], model)
 
     return compute
 
@@ -365,14 +367,6 @@ def _mark_failed(model, data, offsets, later_stage):
 
 
 @njit
-def _warn_of_motion(kind, body):
-    """Report one body whose motion a run does not resolve, and no others of this run."""
-    if messages.notices_given() & messages.OF_RUNS == 0:
-        messages.notice(messages.UNRESOLVED + kind, body)
-
-
-@njit
 def _notice_once(notice, number):
     """Report a notice to Python, once per `magnetism` block."""
-    if messages.notices_given() & (1 << notice) == 0:
-        messages.notice(notice, number)
+    messages.notice(notice, number, 0, 1 << notice)

@@ -1,10 +1,11 @@
-"""What a model declares by numerics and tuples: couplings, fields, coils and iron, by name."""
+"""What a model declares: couplings, fields, coils, iron and magnetometers, by name."""
 
 from collections.abc import Iterator
 
 import mujoco
 import numpy as np
 
+import magmotor_plugin
 from magmotor.mjcf.forces.fields import GRADIENT, UNIFORM
 
 NUMERIC, GEOM, SITE, BODY, ACTUATOR = (
@@ -70,6 +71,39 @@ def coils(model: mujoco.MjModel) -> dict[str, tuple[str, int]]:
         actuator = next(number for kind, number, _ in elements if kind == ACTUATOR)
         found[name] = name_of(model, "actuator", actuator), int(dipoles.sum())
     return found
+
+
+def pushing(model: mujoco.MjModel, prefixes: tuple[str, ...]) -> list[str]:
+    """Return the actuators in tuples of coils or fields that also push, by their gain or bias."""
+    driving = (
+        number
+        for prefix in prefixes
+        for _, elements in tuples(model, prefix)
+        for kind, number, _ in elements
+        if kind == ACTUATOR
+    )
+    return [name_of(model, "actuator", number) for number in {*driving} if _pushes(model, number)]
+
+
+def _pushes(model: mujoco.MjModel, actuator: int) -> bool:
+    """Whether an actuator can push a body: it has a gain or a bias, and is not at a fixed site."""
+    gain, bias = int(model.actuator_gaintype[actuator]), int(model.actuator_biastype[actuator])
+    computed = gain > int(mujoco.mjtGain.mjGAIN_AFFINE) or bias > int(mujoco.mjtBias.mjBIAS_AFFINE)
+    biased = bias != int(mujoco.mjtBias.mjBIAS_NONE) and model.actuator_biasprm[actuator, :3].any()
+    sites = [site for site in model.actuator_trnid[actuator].tolist() if site >= 0]
+    at_sites = model.actuator_trntype[actuator] == mujoco.mjtTrn.mjTRN_SITE
+    fixed = at_sites and not model.body_weldid[model.site_bodyid[sites]].any()
+    return not fixed and bool(computed or biased or model.actuator_gainprm[actuator, :3].any())
+
+
+def magnetometers(model: mujoco.MjModel) -> dict[str, str]:
+    """Return the site of each magnetometer, by the name of the sensor."""
+    slot = magmotor_plugin.slot(magmotor_plugin.MAGNETOMETER)
+    return {
+        name_of(model, "sensor", k): name_of(model, "site", int(model.sensor_objid[k]))
+        for k, instance in enumerate(model.sensor_plugin.tolist())
+        if instance >= 0 and model.plugin[instance] == slot
+    }
 
 
 def iron(model: mujoco.MjModel) -> dict[int, float]:

@@ -63,8 +63,12 @@ class Description:
         What each given field is, by the name of its numeric.
     coils : dict of str to (str, int)
         The actuator and the number of dipoles of each coil, by the name of its tuple.
+    pushing : tuple of str
+        Actuators of coils and fields that also push, by their own gain or bias.
     iron : dict of str to float
         Susceptibility of each geom that is iron.
+    magnetometers : dict of str to str
+        The site of each magnetometer, by the name of the sensor.
     dry_friction : tuple of str
         Joints and tendons with dry friction, with which noise leaves the model too cold.
     idle : tuple of str
@@ -83,7 +87,9 @@ class Description:
     potentials: dict[str, Array]
     fields: dict[str, str]
     coils: dict[str, tuple[str, int]]
+    pushing: tuple[str, ...]
     iron: dict[str, float]
+    magnetometers: dict[str, str]
     dry_friction: tuple[str, ...]
     idle: tuple[str, ...]
 
@@ -109,9 +115,15 @@ class Description:
         if self.coils:
             parts = (f"{name} ({n}, {by})" for name, (by, n) in self.coils.items())
             yield f"coils, dipoles and actuator: {_listed(parts)}"
+        if self.pushing:
+            what = 'that also push bodies (gainprm="0" prevents this)'
+            yield f"actuators of coils and fields {what}: {_listed(self.pushing)}"
         if self.iron:
             parts = (f"{name} {value:g}" for name, value in self.iron.items())
             yield f"iron, susceptibilities: {_listed(parts)}"
+        if self.magnetometers:
+            parts = (f"{name} at {site}" for name, site in self.magnetometers.items())
+            yield f"magnetometers: {_listed(parts)}"
         if self.noise:
             rows = (f"{body} {len(wrenches)}" for body, wrenches in self.noise.items())
             yield f"noise, Brownian wrenches: {_listed(rows)}"
@@ -197,7 +209,9 @@ def describe(model: mujoco.MjModel) -> Description:
         potentials=potentials,
         fields=fields,
         coils=declared.coils(model) if "coils" in named else {},
+        pushing=tuple(declared.pushing(model, _driven(named))),
         iron={name_of(model, "geom", geom): value for geom, value in iron.items()},
+        magnetometers=declared.magnetometers(model),
         kT=kT,
         mismatch=mismatch,
         unknown=unknown,
@@ -206,6 +220,11 @@ def describe(model: mujoco.MjModel) -> Description:
     )
     print(found)
     return found
+
+
+def _driven(named: Sequence[str]) -> tuple[str, ...]:
+    """Return how the names of the tuples start in which actuators act."""
+    return tuple(word.removesuffix("s") for word in named if word in ("coils", "fields"))
 
 
 def _listed(entries: Iterable[str]) -> str:
@@ -290,11 +309,13 @@ def _idle(
     absent = [word for word in named if not present[word][1]]
     if absent and not unmarked and len(named) < len(present):
         yield f"{joined(absent)}, which the mark names, since the model has none"
-    if not any(present[word][1] for word in ("dipoles", "noise", "potentials", "iron")):
+    measured = bool(declared.magnetometers(model))
+    acting = ("dipoles", "noise", "potentials", "iron", *["fields"] * measured)
+    if not any(present[word][1] for word in acting):
         yield 'sites without user numbers (a dipole has user="MOMENT", in A m^2)'
     if "iron" in named and present["iron"][1] and not any(declared.iron(model).values()):
         yield "iron, since its susceptibility is 0"
-    if "dipoles" in named and present["dipoles"][1] and not paired:
+    if "dipoles" in named and present["dipoles"][1] and not paired and not measured:
         yield from _idle_dipoles(model, "fields" in named and present["fields"][1])
     if "noise" in named:
         fixed = (body for body in range(model.nbody) if not _moves(model, body))

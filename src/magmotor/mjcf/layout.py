@@ -17,7 +17,7 @@ import magmotor_plugin
 from magmotor.numerics.constants import constant_in_code
 
 MODEL_FIELDS = (
-    "nq", "nv", "nbody", "njnt", "nsite", "ntuple", "nuser_body", "nuser_jnt",
+    "nq", "nv", "nu", "nbody", "njnt", "nsite", "ntuple", "nuser_body", "nuser_jnt",
     "nuser_site", "nuserdata", "body_weldid", "body_dofnum", "body_user", "jnt_type", "jnt_bodyid",
     "jnt_qposadr", "jnt_dofadr", "jnt_user", "site_bodyid", "site_user", "tuple_adr",
     "tuple_size", "tuple_objtype", "tuple_objid", "tuple_objprm", "ntext", "text_adr",

@@ -45,7 +45,9 @@ def bind_mujoco(*names: str) -> None:
 bind_mujoco("mj_markStack", "mj_stackAllocByte", "mj_freeStack")
 
 _slot = ctypes.c_int64(magmotor_plugin.register())
+_magnetometer_slot = ctypes.c_int64(magmotor_plugin.slot(magmotor_plugin.MAGNETOMETER))
 bind_variable("magmotor_plugin_slot", _slot)
+bind_variable("magmotor_magnetometer_slot", _magnetometer_slot)
 
 mark_stack = types.ExternalFunction("mj_markStack", types.void(types.int64))
 """Mark the top of the stack of an mjData."""
@@ -184,4 +186,5 @@ def variable(name):
 
 
 plugin_slot = variable("magmotor_plugin_slot")
-"""Slot of the plugin in MuJoCo's table."""
+magnetometer_slot = variable("magmotor_magnetometer_slot")
+"""Slots of the plugins in MuJoCo's table."""

@@ -180,15 +180,18 @@ _OF_IRON = {
 _ERRORS: dict[int, Callable[..., str]] = {
     errors.COINCIDENCE: _coincidence,
     errors.OUTSIDE: _outside,
-    errors.BEHIND: _of_dipole(
-        "is below the plane of iron, where mirror images do not give the field; mm.check(model)"
-        " proposes contacts that keep it above"
+    errors.BEHIND: (
+        lambda number, name, body, of_body, details: (
+            f"{_dipole(number, name, bool(details[0]))} is below the plane of iron (on body"
+            f" {body} {of_body!r}), where mirror images do not give the field; mm.check(model)"
+            " proposes contacts that keep it above"
+        )
     ),
     errors.MERGED: _of_dipole("has its center at a dipole, where the field is not finite"),
     errors.UNSOLVED: _of_dipole(
-        "is so close to other iron that one dipole each does not describe them: they would"
-        " magnetize each other without any field; put the geoms farther apart, or make one geom of"
-        " them"
+        "is so close to other iron, or to its image in a plane, that one dipole each does not"
+        " describe them: such dipoles would magnetize each other without any field; put the geoms"
+        " farther apart, or make one geom of them"
     ),
     errors.COIL: _tuple_error("coil", _OF_COILS),
     errors.FIELD: (
@@ -251,7 +254,7 @@ _form_error_text = types.ExternalFunction(
     types.void(_word, _word, _word, _word, _word, _word, _word, _word, _word),
 )
 _form_notice = types.ExternalFunction(
-    "magmotor_form_notice", types.void(_word, _word, _word, _word, _word)
+    "magmotor_form_notice", types.void(_word, _word, _word, _word, _word, _word, _word)
 )
 _raise = types.ExternalFunction("mju_error", types.void(_word))
 
@@ -282,11 +285,16 @@ def fail(error, number, name, other, other_name, details):
 
 
 @njit
-def notice(which, number):
-    """Report a notice and a number, which is an error if warnings are errors."""
-    text = memory.word_on_stack()
-    _form_notice(which, number, handler_of_thread(), _user_error(), text)
-    _raise_if_formed(text)
+def notice(which, number, name, unless):
+    """Report a notice, a number and a name, which is an error if warnings are errors.
+
+    `name` is the address of a C string, or 0. If any of the notices whose bits are `unless` has
+    been given, this one is not.
+    """
+    if notices_given() & unless == 0:
+        text = memory.word_on_stack()
+        _form_notice(which, number, name, unless, handler_of_thread(), _user_error(), text)
+        _raise_if_formed(text)
 
 
 @njit
@@ -380,13 +388,16 @@ def _form_error(error, number, name, other, other_name, details, handler, user, 
 
 
 @ctypes.CFUNCTYPE(
-    None, ctypes.c_int64, ctypes.c_int64, ctypes.c_int64, ctypes.c_int64,
-    ctypes.POINTER(ctypes.c_int64),
+    None, ctypes.c_int64, ctypes.c_int64, ctypes.c_char_p, ctypes.c_int64, ctypes.c_int64,
+    ctypes.c_int64, ctypes.POINTER(ctypes.c_int64),
 )  # fmt: skip
 @returning
-def _give_notice(which, number, handler, user, text):
+def _give_notice(which, number, name, unless, handler, user, text):
     """Print or warn; write the address of the sentence to `text` if the warning is an error."""
-    _given.value |= 1 << which
+    with _lock:  # another thread may have given it since compiled code looked
+        if _given.value & unless:
+            return
+        _given.value |= 1 << which
     if which == ASSUMED:
         line = (
             f"{number} sites that each have one user number act as dipoles; to confirm or change"
@@ -397,7 +408,7 @@ def _give_notice(which, number, handler, user, text):
             print(f"magmotor: {line}", file=sys.stderr)
         return
     sentence = _NOTICES.get(which) or f"nothing acts on this model: {_INERT[which]}"
-    what: int | str = number
+    what: int | str = repr(_shortened(name)) if name else number
     if which == NOT_MARKED:
         what = " and ".join(word for word, bit in WORDS.items() if bit & number == bit)
     if which == ONE_RIGID_BODY and number:

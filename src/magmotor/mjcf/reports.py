@@ -8,7 +8,7 @@ from numba import njit, types
 from magmotor.mjcf import errors, memory, messages
 from magmotor.mjcf.forces.brownian_wrenches import userdata_at
 from magmotor.mjcf.forces.coils import invalid_coil
-from magmotor.mjcf.forces.custom import GEOM, SITE, TUPLE, element, elements_of, numbers_of
+from magmotor.mjcf.forces.custom import BODY, GEOM, SITE, TUPLE, element, elements_of, numbers_of
 from magmotor.mjcf.forces.fields import HEADER, invalid_field_tuple, place_in_field
 from magmotor.mjcf.forces.iron import invalid_iron
 from magmotor.mjcf.forces.marks import marks_of
@@ -53,6 +53,12 @@ def report(error, m, d, offsets):
                 other, second, details[0] = GEOM, second - nsite, details[0] + 2.0
         names = _name(model, one, first), _name(model, other, second)
         messages.fail(number, first, names[0], second, names[1], place)
+
+
+@njit
+def warn_of_motion(kind, body, model):
+    """Report one body whose motion a run does not resolve, and no others of this run."""
+    messages.notice(messages.UNRESOLVED + kind, body, _name(model, BODY, body), messages.OF_RUNS)
 
 
 @njit

@@ -23,13 +23,14 @@ from magmotor.mjcf.forces.tolerance import invalid_tolerance
 
 
 @njit(forceinline=True)
-def apply_forces(model, data, offsets, kinds, applied, generalized):
+def apply_forces(model, data, offsets, kinds, applied, generalized, later):
     """Compute all forces except noise; return how many act, and an error for `report`.
 
     Without an error, its other numbers are those of `unresolved_body`.
     `model` and `data` are the addresses of mjModel and mjData, `offsets` is their layout, and
     `kinds` are the bits of `forces_of`. The wrenches overwrite those of the bodies on which any
     act, in `applied` (nbody, 6); forces on joints are added to `generalized` (nv,).
+    `later` is whether this is a later stage of RK4.
     """
     m = memory.words(model, memory.UNBOUNDED)
     d = memory.words(data, memory.UNBOUNDED)
@@ -44,7 +45,7 @@ def apply_forces(model, data, offsets, kinds, applied, generalized):
         if not has_step_number(model, data, offsets):
             return 0, (errors.TIME, -1, -1)
     if kinds & IRON or (kinds & DIPOLES and m[offsets.nuser_site // 8] > 0):
-        acting, found = set_magnetic_wrenches(m, d, offsets, kinds, applied)
+        acting, found = set_magnetic_wrenches(m, d, offsets, kinds, applied, later)
         if found[0] >= 0:
             return 0, found
     if kinds & POTENTIALS and m[offsets.nuser_jnt // 8] > 0:

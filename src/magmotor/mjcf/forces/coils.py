@@ -3,7 +3,8 @@
 A tuple whose name starts with `coil` names an actuator first, then sites or bodies. The moment of
 each of these sites, and of all dipole sites of these bodies, is its `user` number times the
 actuator's drive u: its last activation if it has any (so that MuJoCo's filters give the coil's rise
-time), else its control, within `ctrlrange`. The actuator's `prm` s, if it is not 0, is where the
+time), else its control, within `ctrlrange`. As in MuJoCo, a control that is bad even so, such as
+NaN, makes all controls 0. The actuator's `prm` s, if it is not 0, is where the
 core saturates: u is then replaced by u/sqrt(1 + (u/s)^2).
 """
 
@@ -40,7 +41,7 @@ DISABLE_CLAMP, DISABLE_ACTUATION = 1 << 8, 1 << 11
 """mjDSBL_CLAMPCTRL and mjDSBL_ACTUATION."""
 
 LARGEST = 1e10
-"""mjMAXVAL, the largest control that is not bad."""
+"""mjMAXVAL, the largest control that is not bad, as NaN is."""
 
 MULTIPLIER = np.uint64(0x9E3779B97F4A7C15)
 """Odd number that spreads bits: 2^64 over the golden ratio."""
@@ -71,15 +72,24 @@ def drive(actuator, saturation, m, d, offsets):
 
 @njit
 def _control(actuator, clamp, m, d, offsets):
-    """Return an actuator's control, clamped to its range."""
-    i = memory.integers(m[offsets.actuator_ctrladr // 8], memory.UNBOUNDED)[actuator]
-    u = memory.numbers(d[offsets.ctrl // 8], 1, memory.UNBOUNDED)[0, i]
-    if not abs(u) <= LARGEST:  # MuJoCo, too, takes a bad control for 0
-        u = 0.0
-    if clamp and memory.bytes_at(m[offsets.actuator_ctrllimited // 8], memory.UNBOUNDED)[i]:
-        limits = memory.numbers(m[offsets.actuator_ctrlrange // 8], memory.UNBOUNDED, 2)
-        u = min(max(u, limits[i, 0]), limits[i, 1])
-    return u
+    """Return an actuator's control as MuJoCo does: clamped, and 0 if any control is then bad."""
+    own = memory.integers(m[offsets.actuator_ctrladr // 8], memory.UNBOUNDED)[actuator]
+    controls = memory.numbers(d[offsets.ctrl // 8], 1, memory.UNBOUNDED)[0]
+    limited = memory.bytes_at(m[offsets.actuator_ctrllimited // 8], memory.UNBOUNDED)
+    limits = memory.numbers(m[offsets.actuator_ctrlrange // 8], memory.UNBOUNDED, 2)
+    found = 0.0
+    for i in range(m[offsets.nu // 8]):
+        u = controls[i]
+        if clamp and limited[i]:
+            if u < limits[i, 0]:
+                u = limits[i, 0]
+            elif u > limits[i, 1]:
+                u = limits[i, 1]
+        if not abs(u) <= LARGEST:
+            return 0.0
+        if i == own:
+            found = u
+    return found
 
 
 @njit

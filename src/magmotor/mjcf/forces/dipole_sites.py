@@ -22,6 +22,7 @@ from magmotor.mjcf.forces.marks import (
     NOISE,
     POTENTIALS,
     UNMARKED,
+    has_magnetometer,
     has_numbers,
     has_user_numbers,
 )
@@ -31,6 +32,9 @@ from magmotor.mjcf.forces.marks import (
     LEFT_ALONE,
 ) = range(8)  # fmt: skip
 """Reasons why nothing acts on a model."""
+
+MEASURED = -2
+"""Stands for a reason if a magnetometer measures what acts on nothing."""
 
 
 @njit(forceinline=True)
@@ -59,8 +63,8 @@ def count_dipoles(m, offsets):
 def why_inert(m, offsets, kinds):
     """Return the reason why nothing acts on a model, and a number for its sentence.
 
-    The reason is -1 if something acts, or is switched off. The number is that of sites that are no
-    dipoles, or the bits of what no mark names.
+    The reason is -1 if something acts, or is switched off, and it may be `MEASURED`. The number is
+    that of sites that are no dipoles, or the bits of what no mark names.
     """
     if kinds & NOISE and has_numbers(m, offsets.nbody, offsets.nuser_body, offsets.body_user):
         return -1, 0
@@ -70,12 +74,17 @@ def why_inert(m, offsets, kinds):
     if reason in (-1, LEFT_ALONE):
         return reason, 0
     count, pieces = count_dipoles(m, offsets), count_pieces(m, offsets)
-    missing = (
+    declared = (
         (DIPOLES if count > 0 else 0)
         | (FIELDS if has_field(m, offsets) else 0)
         | (IRON if pieces > 0 else 0)
-    ) & ~kinds
+    )
+    missing, measured = declared & ~kinds, has_magnetometer(m, offsets)
     if missing and _why_no_magnetism(m, offsets, kinds | missing) < 0:
+        return NOT_MARKED, missing
+    if measured and declared & kinds:
+        return MEASURED, 0
+    if missing and (measured or reason == NOT_NAMED):
         return NOT_MARKED, missing
     if kinds & IRON and pieces > 0 and not _has_magnetized(m, offsets):
         return NOT_MAGNETIZED, 0
@@ -95,6 +104,8 @@ def _has_magnetized(m, offsets):
 def _why_no_magnetism(m, offsets, kinds):
     """Return the reason why magnetism does not act; -1 if it does, or is switched off."""
     if kinds & (DIPOLES | IRON) == 0:
+        if kinds & UNMARKED == 0 and count_dipoles(m, offsets) == 0:
+            return NO_DIPOLES
         return LEFT_ALONE if kinds & UNMARKED and has_user_numbers(m, offsets) else NOT_NAMED
     freedoms = memory.integers(m[offsets.body_dofnum // 8], memory.UNBOUNDED)
     dipoles, first, several, moves = 0, -1, False, False

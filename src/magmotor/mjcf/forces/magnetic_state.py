@@ -179,7 +179,7 @@ def _dipole_behind(table, magnets, mirror):
     for k in range(magnets.number if mirror[0] != 0.0 else 0):
         for i in range(int(table[FIRST, k]), int(table[FIRST, k] + table[SIZE, k])):
             if height_above(mirror, table[0, i], table[1, i], table[2, i]) <= 0.0:
-                return BEHIND, int(table[ELEMENT, i]), -1
+                return BEHIND, int(table[ELEMENT, i]), int(table[BODY, k])
     return NO_ERROR
 
 

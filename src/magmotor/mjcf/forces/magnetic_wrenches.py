@@ -31,25 +31,25 @@ from magmotor.mjcf.forces.tolerance import tolerance_of
 
 
 @njit(forceinline=True)
-def set_magnetic_wrenches(m, d, offsets, kinds, applied):
+def set_magnetic_wrenches(m, d, offsets, kinds, applied, later):
     """Overwrite the wrench of each body that can move and on which magnetism acts.
 
     `m` and `d` are the words of mjModel and mjData, `offsets` is their layout, `kinds` are the bits
-    of `forces_of`, and `applied` (nbody, 6) receives the wrenches. Returns the number of
-    interactions, and an error for `report`; without one, its other numbers are those of
-    `unresolved_body`.
+    of `forces_of`, `applied` (nbody, 6) receives the wrenches, and `later` is whether this is a
+    later stage of RK4. Returns the number of interactions, and an error for `report`; without one,
+    its other numbers are those of `unresolved_body`.
     """
     memory.mark_stack(d.ctypes.data)
     state = read_state(m, d, offsets, kinds)
     acting, error = 0, state.error
     if error[0] < 0 and state.magnets.number > 0:
-        acting, error = _set_wrenches(state, m, d, offsets, applied)
+        acting, error = _set_wrenches(state, m, d, offsets, applied, later)
     memory.free_stack(d.ctypes.data)
     return acting, error
 
 
 @njit(forceinline=True)
-def _set_wrenches(state, m, d, offsets, applied):
+def _set_wrenches(state, m, d, offsets, applied, later):
     """Overwrite the wrenches, as `set_magnetic_wrenches` does."""
     table, magnets = state.table, state.magnets
     for k in range(magnets.number):
@@ -73,7 +73,7 @@ def _set_wrenches(state, m, d, offsets, applied):
     if error[0] < 0 and state.mirror[0] != 0.0:
         acting += _add_image_wrenches(state, center, applied)
     if error[0] < 0:
-        body, kind = unresolved_body(table, magnets, m, d, offsets, applied)
+        body, kind = unresolved_body(table, magnets, m, d, offsets, applied, later)
         error = -1, body, kind
     return acting, error
 

@@ -85,10 +85,22 @@ def marks_of(m, offsets):
 @njit
 def plugin_instance(m, offsets):
     """Number of the first instance of our plugin in a model; -1 if there is none."""
+    return _first_instance(memory.plugin_slot(), m, offsets)
+
+
+@njit
+def has_magnetometer(m, offsets):
+    """Whether a model has any of our sensors."""
+    return _first_instance(memory.magnetometer_slot(), m, offsets) >= 0
+
+
+@njit
+def _first_instance(slot, m, offsets):
+    """Number of the first instance of the plugin in a slot; -1 if there is none."""
     count = m[offsets.nplugin // 8]
     slots = memory.integers(m[offsets.plugin // 8], count)
     for k in range(count):
-        if slots[k] == memory.plugin_slot():
+        if slots[k] == slot:
             return k
     return -1
 

@@ -2,9 +2,9 @@
 
 A magnet jumps if magnetism alone would move it from rest by its size, or turn it by 4 rad, within
 one timestep, and if the step does change its velocity by at least half as much. The force at the
-start of such a step says nothing about the rest of the step. A body that this force hardly
-accelerates is held by something else, such as joints or strong damping. Contacts that let magnets
-sink into each other do not keep their dipoles apart.
+start of such a step, or at a stage of RK4, says nothing about the rest of the step. A body that
+this force hardly accelerates is held by something else, such as joints or strong damping. Contacts
+that let magnets sink into each other do not keep their dipoles apart.
 """
 
 # Numba's intrinsics hide their first parameter:
@@ -17,6 +17,7 @@ import numpy as np
 from numba import njit
 
 from magmotor.mjcf import memory
+from magmotor.mjcf.forces.coils import MULTIPLIER
 from magmotor.mjcf.forces.dipole_table import BODY, FIRST, LABEL, MOVES
 
 FASTEST_TURN = 4.0
@@ -34,39 +35,42 @@ JUMP, SINKING = 0, 1
 DATA, MODEL, JUMPER, TIME, VELOCITY, WORDS = 0, 1, 2, 3, 4, 10
 """Words about a step that may be a jump: of which data, model and body, when, and how fast."""
 
-_suspect = (ctypes.c_int64 * WORDS)()
+ADDRESS_BITS = 8
+"""Two data share these words with a chance of 2^-8; then a jump of one of them may be missed."""
 
-_suspect_address = memory.variable("magmotor_suspect_address")
-_address_of_suspect = ctypes.c_int64(ctypes.addressof(_suspect))
+_suspects = (ctypes.c_int64 * (WORDS << ADDRESS_BITS))()
+
+_suspects_address = memory.variable("magmotor_suspects_address")
+_address_of_suspects = ctypes.c_int64(ctypes.addressof(_suspects))
 
 
 def bind() -> None:
     """Bind the variable of this module to its symbol in compiled code."""
-    memory.bind_variable("magmotor_suspect_address", _address_of_suspect)
+    memory.bind_variable("magmotor_suspects_address", _address_of_suspects)
 
 
 @njit
-def unresolved_body(table, magnets, m, d, offsets, applied):
+def unresolved_body(table, magnets, m, d, offsets, applied, later):
     """Return a body that jumped in the step before, or has sunk into another magnet; and which.
 
-    The body is -1 without one. `applied` (nbody, 6) are the magnetic wrenches now, which decide
-    whether the next step may be a jump.
+    The body is -1 without one, and in a `later` stage of RK4. `applied` (nbody, 6) are the magnetic
+    wrenches now, which decide whether this step may be a jump.
     """
     timestep = memory.numbers(m.ctypes.data + offsets.timestep, 1, 1)[0, 0]
     time = memory.numbers(d.ctypes.data + offsets.time, 1, 1)[0, 0]
-    suspect = memory.words(_suspect_address(), WORDS)
-    began = memory.numbers(_suspect_address(), 1, WORDS)[0]
+    place = _suspects_address() + 8 * WORDS * _hash(d.ctypes.data)
+    suspect, began = memory.words(place, WORDS), memory.numbers(place, 1, WORDS)[0]
     same = suspect[DATA] == d.ctypes.data and suspect[MODEL] == m.ctypes.data
-    part = (time - began[TIME]) / timestep if same else math.inf
-    # Another thread may write these words at the same time.
-    body = min(max(suspect[JUMPER], 0), m[offsets.nbody // 8] - 1)
-    if abs(part - 1.0) < 0.25:
-        shift, turn = _change(body, began[VELOCITY:], m, d, offsets)
-        size = _size(body, m, offsets)
-        if timestep * shift > MOVED * size or timestep * turn > MOVED * FASTEST_TURN:
-            return np.int64(body), JUMP
-    inside = 0.0 < part < 0.75  # a later stage of the same step
-    for k in range(0 if inside else magnets.number):
+    if same and not later:
+        # Another thread may write the same words at the same time.
+        body = min(max(suspect[JUMPER], 0), m[offsets.nbody // 8] - 1)
+        if 0.25 < (time - began[TIME]) / timestep < 1.25:
+            shift, turn = _change(body, began[VELOCITY:], m, d, offsets)
+            size = _size(body, m, offsets)
+            if timestep * shift > MOVED * size or timestep * turn > MOVED * FASTEST_TURN:
+                return np.int64(body), JUMP
+        suspect[DATA], same = 0, False
+    for k in range(0 if same else magnets.number):
         if table[MOVES, k] > 0.0:
             body = int(table[BODY, k])
             shift, turn = _motion_from_rest(body, applied[body], timestep, m, d, offsets)
@@ -76,19 +80,50 @@ def unresolved_body(table, magnets, m, d, offsets, applied):
                 for k, number in enumerate(_velocity(body, m, d, offsets)):
                     began[VELOCITY + k] = number
                 break
+    if later:
+        return np.int64(-1), SINKING
     return np.int64(_sunken_body(table, magnets, m, d, offsets)), SINKING
 
 
 @njit
+def _hash(address):
+    """Return a number of `ADDRESS_BITS` bits, which differ for data that are near in memory."""
+    return np.int64((np.uint64(address) * MULTIPLIER) >> np.uint64(64 - ADDRESS_BITS))
+
+
+@njit
 def _size(body, m, offsets):
-    """Return the radius of a body's largest geom; infinite without one."""
+    """Return the radius of a body's largest geom, or of the largest one of the body it belongs to.
+
+    Without geoms, it is that of a solid ball with its mass and largest inertia.
+    """
+    weld = np.int64(memory.integers(m[offsets.body_weldid // 8], memory.UNBOUNDED)[body])
+    size = _largest_geom(body, m, offsets)
+    size = size if size > 0.0 else _largest_geom(weld, m, offsets)
+    size = size if size > 0.0 else _radius_of_inertia(body, m, offsets)
+    size = size if size > 0.0 else _radius_of_inertia(weld, m, offsets)
+    return size if size > 0.0 else math.inf
+
+
+@njit
+def _largest_geom(body, m, offsets):
+    """Return the radius of a body's largest geom; 0 without one."""
     geoms = np.int64(memory.integers(m[offsets.body_geomnum // 8], memory.UNBOUNDED)[body])
     first = np.int64(memory.integers(m[offsets.body_geomadr // 8], memory.UNBOUNDED)[body])
     radius = memory.numbers(m[offsets.geom_rbound // 8], 1, memory.UNBOUNDED)[0]
     size = 0.0
     for geom in range(first, first + geoms if geoms > 0 else first):
         size = max(size, radius[geom])
-    return size if size > 0.0 else math.inf
+    return size
+
+
+@njit
+def _radius_of_inertia(body, m, offsets):
+    """Return the radius of a solid ball with a body's mass and largest inertia; 0 without mass."""
+    mass = memory.numbers(m[offsets.body_mass // 8], 1, memory.UNBOUNDED)[0, body]
+    inertia = memory.numbers(m[offsets.body_inertia // 8], memory.UNBOUNDED, 3)[body]
+    largest = max(inertia[0], inertia[1], inertia[2])
+    return math.sqrt(2.5 * largest / mass) if mass > 0.0 else 0.0
 
 
 @njit

@@ -3,10 +3,13 @@
 Without saturation, the energy of `induction.py` is half the quadratic form of the matrix A, whose
 diagonal blocks are a piece's inverse polarizability, mu0/V (1/chi + N), and whose others are minus
 the fields B_ij of unit moments. If A is not positive definite, nothing but saturation bounds the
-moments. Soft iron does not do that: one dipole each does not describe long pieces so close.
+moments. Soft iron does not do that: one dipole each does not describe long pieces so close. The
+diagonal blocks of diamagnets are negative definite, so that A must be negative definite. No
+diamagnet magnetizes itself either, but the dipole of a thin disc of chi = -1 does, by its image in
+a plane nearer than a fifth of its diameter.
 
 The Gauss-Seidel method without fields and without saturation takes any moments to zero if A is
-positive definite, and lets almost all grow if it is not. It need not be tried if at each piece the
+definite, and lets almost all grow if it is not. It need not be tried if at each piece the
 fields of all others' unit moments cannot exceed its inverse polarizability (Gershgorin's theorem),
 as is so for pieces that do not nearly touch.
 """

@@ -172,7 +172,7 @@ def _apply_forces(model, data, offsets, applied, generalized):
     """Call `apply_forces` without inlining, to shorten compilation."""
     m = memory.words(model, memory.UNBOUNDED)
     kinds = forces_of(m, offsets)
-    _, error = apply_forces(model, data, offsets, kinds, applied, generalized)
+    _, error = apply_forces(model, data, offsets, kinds, applied, generalized, False)
     report(error, m, memory.words(data, memory.UNBOUNDED), offsets)
 
 

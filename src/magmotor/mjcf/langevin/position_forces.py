@@ -99,7 +99,7 @@ def add_own_forces(model, data, offsets, tree, wrenches, generalized):
 @njit
 def _apply_forces(model, data, offsets, kinds, applied, generalized):
     """Call `apply_forces` without inlining, to shorten compilation."""
-    return apply_forces(model, data, offsets, kinds, applied, generalized)[1]
+    return apply_forces(model, data, offsets, kinds, applied, generalized, False)[1]
 
 
 @njit(forceinline=True)
