@@ -15,7 +15,7 @@ import mujoco
 from numba import njit, types
 
 import magmotor_plugin
-from magmotor.mjcf import errors, layout, memory, messages
+from magmotor.mjcf import errors, layout, memory, messages, sentences
 from magmotor.mjcf.forces import cluster_blocks, coils, resolution, tiles
 from magmotor.mjcf.forces.all_forces import apply_forces, first_error
 from magmotor.mjcf.forces.brownian_wrenches import (
@@ -178,7 +178,7 @@ def _callback(checksum: int, offsets: layout.Layout):
             if error[1] >= 0:
                 warn_of_motion(error[2], error[1], model)
             if kinds & UNMARKED:
-                _notice_once(messages.ASSUMED, count_dipoles(m, offsets))
+                _notice_once(sentences.ASSUMED, count_dipoles(m, offsets))
         elif not messages.has_acted(model):
             reason, number = why_inert(m, offsets, kinds)
             if reason != MEASURED:
@@ -201,17 +201,17 @@ def _init(checksum: int, offsets: layout.Layout):
             return FAILED
         if data != 0:
             _keep(m, data, offsets, instance)
-        messages.forget(messages.OF_RUNS, model)
+        messages.forget(sentences.OF_RUNS, model)
         disabled = memory.integers(model + offsets.disableflags, 1)[0]
         if disabled & DISABLE_SPRING and disabled & DISABLE_DAMPER:
-            messages.notice(messages.NO_PASSIVE_FORCES, 0, 0, 0)
+            messages.notice(sentences.NO_PASSIVE_FORCES, 0, 0, 0)
         if memory.integers(model + offsets.enableflags, 1)[0] & ENABLE_SLEEP:
-            messages.notice(messages.SLEEPING, 0, 0, 0)
+            messages.notice(sentences.SLEEPING, 0, 0, 0)
         reason, number = why_inert(m, offsets, kinds)
         if reason >= 0:
             messages.notice(reason, number, 0, 0)
         elif kinds & UNMARKED:
-            messages.notice(messages.ASSUMED, count_dipoles(m, offsets), 0, 0)
+            messages.notice(sentences.ASSUMED, count_dipoles(m, offsets), 0, 0)
         return 0
 
     return init

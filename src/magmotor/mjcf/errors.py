@@ -1,4 +1,4 @@
-"""Numbers of the errors that compiled code reports; `messages.py` has their sentences."""
+"""Numbers of the errors that compiled code reports; `sentences.py` has their sentences."""
 
 from magmotor.mjcf.forces.custom import BODY, GEOM, JOINT, NUMERIC, SENSOR, SITE, TUPLE
 

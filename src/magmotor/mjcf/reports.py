@@ -5,7 +5,7 @@
 
 from numba import njit, types
 
-from magmotor.mjcf import errors, memory, messages
+from magmotor.mjcf import errors, memory, messages, sentences
 from magmotor.mjcf.forces.brownian_wrenches import userdata_at
 from magmotor.mjcf.forces.coils import invalid_coil
 from magmotor.mjcf.forces.custom import BODY, GEOM, SITE, TUPLE, element, elements_of, numbers_of
@@ -58,7 +58,7 @@ def report(error, m, d, offsets):
 @njit
 def warn_of_motion(kind, body, model):
     """Report one body whose motion a run does not resolve, and no others of this run."""
-    messages.notice(messages.UNRESOLVED + kind, body, _name(model, BODY, body), messages.OF_RUNS)
+    messages.notice(sentences.UNRESOLVED + kind, body, _name(model, BODY, body), sentences.OF_RUNS)
 
 
 @njit

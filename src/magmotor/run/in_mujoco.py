@@ -20,7 +20,8 @@ from magmotor.mjcf import parts
 from magmotor.mjcf.hooks import without_stopwatch
 from magmotor.mjcf.langevin.baoab import Baoab
 from magmotor.mjcf.magnetism import magnetism
-from magmotor.mjcf.messages import OF_RUNS, raise_recorded, silence
+from magmotor.mjcf.messages import raise_recorded, silence
+from magmotor.mjcf.sentences import OF_RUNS
 
 INTEGRATORS = {
     "euler": mujoco.mjtIntegrator.mjINT_EULER,

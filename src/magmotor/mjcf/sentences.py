@@ -1,0 +1,264 @@
+"""The sentences of errors and notices."""
+
+from collections.abc import Callable, Iterable, Sequence
+
+import mujoco
+
+from magmotor.mjcf import errors
+from magmotor.mjcf.forces import custom
+from magmotor.mjcf.forces.dipole_sites import (
+    LEFT_ALONE,
+    NO_DIPOLES,
+    NONE_MOVES,
+    NOT_MAGNETIZED,
+    NOT_MARKED,
+    NOT_NAMED,
+    ONE_RIGID_BODY,
+    SWITCHED_OFF,
+)
+from magmotor.mjcf.forces.marks import WORDS
+
+Details = Sequence[float]
+"""Numbers of an error, `errors.DETAILS` of them."""
+
+_LONGEST = 60
+"""Largest number of characters of a name in a message."""
+
+ASSUMED, NO_PASSIVE_FORCES, SLEEPING, UNRESOLVED, SUNKEN = range(LEFT_ALONE + 1, LEFT_ALONE + 6)
+"""Notices, besides the reasons why nothing acts on a model."""
+
+OF_RUNS = 1 << UNRESOLVED | 1 << SUNKEN
+"""Bits of the notices about the motion."""
+
+_INERT = {
+    NO_DIPOLES: (
+        'it has no dipole sites (a site with user="MOMENT" in A m^2, along its z axis); Brownian'
+        " wrenches and potentials need a mark and user numbers of bodies or joints"
+    ),
+    ONE_RIGID_BODY: (
+        "its dipole sites and iron are all on one rigid body, so that none acts on another"
+    ),
+    NONE_MOVES: "none of the bodies with dipole sites can move (they have no joints)",
+    SWITCHED_OFF: "its couplings turn all magnetism off (prm is 0, the default)",
+    NOT_NAMED: "neither a mark nor a site with a user number names dipoles",
+    NOT_MARKED: "it declares {}, but no mark names them",
+    NOT_MAGNETIZED: "the susceptibility of its iron is 0",
+    LEFT_ALONE: (
+        "its user numbers may have another meaning; to say which of them act, add"
+        ' <custom><text name="magmotor" data="dipoles couplings noise potentials"/></custom>'
+    ),
+}
+_OF_NOTICES = {
+    ASSUMED: (
+        "{} sites that each have one user number act as dipoles; to confirm or change this, add"
+        ' <custom><text name="magmotor" data="dipoles"/></custom> to the model'
+    ),
+    NO_PASSIVE_FORCES: (
+        "MuJoCo skips the plugin magmotor.forces, since the flags spring and damper are both"
+        " disabled; enable one of them"
+    ),
+    SLEEPING: "a sleeping body is not woken by forces of the plugin magmotor.forces",
+    UNRESOLVED: (
+        "within one timestep, magnetism moved body {} by about its size, or turned it by more than"
+        " 2 rad, so that it may fly apart; mm.check(model) proposes a timestep and contacts that"
+        " hold"
+    ),
+    SUNKEN: (
+        "body {} has sunk into another magnet by more than a quarter of its width, so that their"
+        " dipoles are too near; mm.check(model) proposes a timestep and contacts that hold"
+    ),
+}
+
+
+def _mark_error(_number: int, text: str, _other: int, config: str, _details: Details) -> str:
+    allowed = "dipoles, couplings, noise, potentials, fields, coils, iron, all"
+    for mark, data in (("text 'magmotor'", text), ("config 'act' of magmotor.forces", config)):
+        words = data.encode().split()  # at ASCII white space only
+        if data and not (words and {*words} <= {*allowed.encode().split(b", ")}):
+            return f"{mark} = {data!r}: must be one or more of the words {allowed}"
+    return (
+        f"text 'magmotor' = {text!r} and config 'act' of magmotor.forces = {config!r}: must have"
+        " the same words; give one of them"
+    )
+
+
+def _tuple_error(kind: str, sentences: dict[int, str]) -> Callable[..., str]:
+    """Return a function that says which element of a tuple breaks which rule."""
+
+    def form(number: int, name: str, position: int, element: str, details: Details) -> str:
+        rule, other, element_kind, prm = details[:4]
+        sentence = sentences[int(rule)].format(int(other), prm)
+        if rule == custom.FEW:
+            return f"{kind} tuple {number} {name!r} {sentence}"
+        what = f"element {position}, {mujoco.mju_type2Str(int(element_kind))} {element!r},"
+        return f"{kind} tuple {number} {name!r}: {what} {sentence}"
+
+    return form
+
+
+def _outside(number: int, name: str, other: int, table: str, details: Details) -> str:
+    """Say whether a dipole is outside a grid or at a node that is not finite, with both places."""
+    position, counts, first, spacing = (details[k : k + 3] for k in (1, 4, 7, 10))
+    axes = [*zip(position, counts, first, spacing, strict=True)]
+    inside = all(0.0 <= (x - start) * (1.0 / step) <= n - 1 for x, n, start, step in axes)
+    last = [start + (n - 1) * step for _, n, start, step in axes]
+    what = "at a node that is not finite of" if inside else "outside the grid of"
+    corners = f"from {_point(first)} to {_point(last)}"
+    return (
+        f"{_dipole(number, name, bool(details[0]))} is {what} the table in numeric {other}"
+        f" {table!r}: it is at {_point(position)} m in the frame of the grid, which reaches"
+        f" {corners} m and must contain all dipoles and all iron"
+    )
+
+
+def _point(coordinates: Iterable[float]) -> str:
+    return f"({', '.join(f'{x:.6g}' for x in coordinates)})"
+
+
+def _dipole(number: int, name: str, is_geom: bool) -> str:
+    return f"{'iron geom' if is_geom else 'dipole site'} {number} {name!r}"
+
+
+def _of_dipole(sentence: str) -> Callable[..., str]:
+    """Return a function that forms a sentence about a dipole."""
+
+    def form(number: int, name: str, _other: int, _name: str, details: Details) -> str:
+        return f"{_dipole(number, name, bool(details[0]))} {sentence}"
+
+    return form
+
+
+def _coincidence(number: int, name: str, other: int, other_name: str, details: Details) -> str:
+    geoms = int(details[0])
+    one, two = _dipole(number, name, bool(geoms & 1)), _dipole(other, other_name, geoms > 1)
+    both = f"dipole sites {number} {name!r} and {other} {other_name!r}" if not geoms else ""
+    return f"{both or f'{one} and {two}'} coincide: their force is undefined"
+
+
+_OF_DRIVES = {
+    custom.DELAY: "must not have a delay",
+    custom.PRM: (
+        "has prm = {1:g}, where its core saturates, which must be finite and not negative (0: it"
+        " does not)"
+    ),
+}
+_OF_COILS = _OF_DRIVES | {
+    custom.FEW: "must name a site or a body after its actuator",
+    custom.FIRST: "must be an actuator, since it is the first",
+    custom.KIND: "must be a site or a body",
+    custom.REPEATED: "is also named by coil tuple {0}",
+    custom.CONTAINED: "is a part of a body that coil tuple {0} names",
+}
+_OF_FIELDS = _OF_DRIVES | {
+    custom.FEW: "must name a numeric that is a field",
+    custom.KIND: "must be a numeric, a body, a site or an actuator",
+    custom.MISNAMED: "must have a name that starts with 'field'",
+    custom.REPEATED: "is also named by field tuple {0}",
+    custom.SECOND: "is one too many: at most one body or site, and at most one actuator",
+}
+_OF_IRON = {
+    custom.FEW: "must name a numeric, the material, and a geom",
+    custom.KIND: "must be a numeric or a geom",
+    custom.SHAPE: "must be a sphere, an ellipsoid, a capsule, a cylinder, a box or a plane",
+    custom.REPEATED: "is also named by iron tuple {0}",
+    custom.SECOND: "is one too many: one numeric in the tuple, and at most one plane in the model",
+}
+"""What is wrong with an element: {0} is another tuple, {1} the element's `prm`."""
+
+_OF_ERRORS: dict[int, Callable[..., str]] = {
+    errors.COINCIDENCE: _coincidence,
+    errors.OUTSIDE: _outside,
+    errors.BEHIND: (
+        lambda number, name, body, of_body, details: (
+            f"{_dipole(number, name, bool(details[0]))} is below the plane of iron (on body"
+            f" {body} {of_body!r}), where mirror images do not give the field; mm.check(model)"
+            " proposes contacts that keep it above"
+        )
+    ),
+    errors.MERGED: _of_dipole("has its center at a dipole, where the field is not finite"),
+    errors.UNSOLVED: _of_dipole(
+        "is so close to other iron, or to its image in a plane, that one dipole each does not"
+        " describe them: such dipoles would magnetize each other without any field; put the geoms"
+        " farther apart, or make one geom of them"
+    ),
+    errors.COIL: _tuple_error("coil", _OF_COILS),
+    errors.FIELD: (
+        "numeric {} {!r}: a field must be B in T (3 finite numbers), B and G_xx G_xy G_xz G_yy G_yz"
+        " in T/m (8), or a table: numbers of nodes n_x n_y n_z, each at least 4, the first node"
+        " x y z, positive spacings, and 3 n_x n_y n_z flux densities".format
+    ),
+    errors.FIELD_TUPLE: _tuple_error("field", _OF_FIELDS),
+    errors.IRON: _tuple_error("iron", _OF_IRON),
+    errors.MATERIAL: (
+        "numeric {0} {1!r}: a material must be a susceptibility, at least -1 (here {4[0]:g}), and"
+        " optionally a saturation magnetization in A/m, not negative; both finite".format
+    ),
+    errors.SIZE: (
+        "iron geom {} {!r}: its size must be positive and finite".format
+    ),
+    errors.COUPLED_IRON: (
+        "iron geom {} {!r} belongs to a body of coupling tuple {} {!r}: couplings do not apply to"
+        " iron".format
+    ),
+    errors.MARK: _mark_error,
+    errors.COUPLING: (
+        "coupling tuple {} {!r}: its elements must be two bodies with equal and finite prm".format
+    ),
+    errors.NO_SITE: "magnetometer {} {!r}: its objtype must be 'site'".format,
+    errors.UNMEASURED: (
+        "magnetometer {} {!r}: its site {} {!r} coincides with a dipole, is outside the table of a"
+        " field, or is below the plane of iron".format
+    ),
+    errors.WRENCH: (
+        "body {} {!r}: its user numbers must be rows of six, the Brownian wrenches, and"
+        " finite".format
+    ),
+    errors.POTENTIAL: (
+        "joint {} {!r}: its user numbers must be pairs, the finite Fourier coefficients of a"
+        " potential, and the joint must be a slide or a hinge".format
+    ),
+    errors.MOMENT: (
+        "site {} {!r}: its only user number must be its moment in A m^2, which must be finite; the"
+        " direction is its z axis".format
+    ),
+    errors.PATH: (
+        "userdata[{0}] = {4[0]:g}: the numbers that select the noise (seed, replica, factor, level,"
+        " first step) must be integers from 0 to 2^53 - 1, a factor at most 2^24 and a level at"
+        " most 31".format
+    ),
+    errors.TIME: (
+        "time = {4[0]:g}: must be finite and less than 2^53 timesteps while noise acts".format
+    ),
+    errors.TOLERANCE: (
+        "numeric {} {!r}: the tolerance must be one number from 0 (exact) to 0.1".format
+    ),
+}  # fmt: skip
+
+
+def sentence_of_error(
+    error: int,
+    number: int,
+    name: bytes | None,
+    other: int,
+    other_name: bytes | None,
+    details: Details,
+) -> str:
+    """Return the sentence of an error with two elements, their names, and numbers."""
+    return _OF_ERRORS[error](number, _shortened(name), other, _shortened(other_name), details)
+
+
+def sentence_of_notice(which: int, number: int, name: bytes | None) -> str:
+    """Return the sentence of a notice, or the reason why nothing acts, with a number or name."""
+    sentence = _OF_NOTICES.get(which) or f"nothing acts on this model: {_INERT[which]}"
+    what: int | str = repr(_shortened(name)) if name else number
+    if which == NOT_MARKED:
+        what = " and ".join(word for word, bit in WORDS.items() if bit & number == bit)
+    if which == ONE_RIGID_BODY and number:
+        sentence += "; sites without a user number ({}) are no dipoles"
+    return sentence.format(what)
+
+
+def _shortened(characters: bytes | None) -> str:
+    """Return a name or text so short that MuJoCo does not cut the message."""
+    text = (characters or b"").decode(errors="replace")
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
