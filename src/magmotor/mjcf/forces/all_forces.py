@@ -58,7 +58,7 @@ def first_error(m, offsets, kinds, thorough):
     """Check a model's mark, and the `user` numbers, numerics and tuples that act.
 
     Returns the number of the error, or -1, and of the element. Only a thorough check reads all
-    numbers of tables.
+    numbers of tables, and the coils that `read_drives` will read.
     """
     if kinds < 0:
         return errors.MARK, -1, -1
@@ -77,9 +77,10 @@ def first_error(m, offsets, kinds, thorough):
     joint = invalid_potential(m, offsets) if kinds & POTENTIALS else -1
     if joint >= 0:
         return errors.POTENTIAL, joint, -1
-    coil = invalid_coil(m, offsets)[0] if kinds & COILS else -1
-    if coil >= 0:
-        return errors.COIL, coil, -1
+    if kinds & COILS and (thorough or kinds & DIPOLES == 0 or m[offsets.nuser_site // 8] == 0):
+        coil = invalid_coil(m, offsets)[0]
+        if coil >= 0:
+            return errors.COIL, coil, -1
     if kinds & FIELDS:
         numeric = invalid_field(m, offsets, thorough)
         if numeric >= 0:

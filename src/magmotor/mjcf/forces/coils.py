@@ -4,8 +4,8 @@ A tuple whose name starts with `coil` names an actuator first, then sites or bod
 each of these sites, and of all dipole sites of these bodies, is its `user` number times the
 actuator's drive u: its last activation if it has any (so that MuJoCo's filters give the coil's rise
 time), else its control, within `ctrlrange`. As in MuJoCo, a control that is bad even so, such as
-NaN, makes all controls 0. The actuator's `prm` s, if it is not 0, is where the
-core saturates: u is then replaced by u/sqrt(1 + (u/s)^2).
+NaN, makes all controls 0. The actuator's `prm` s, if it is not 0, is where the core saturates: u is
+then replaced by u/sqrt(1 + (u/s)^2).
 """
 
 # Numba's intrinsics hide their first parameter:
@@ -55,8 +55,11 @@ def bind() -> None:
 
 
 @njit
-def drive(actuator, saturation, m, d, offsets):
-    """Return an actuator's drive, after saturation; 0 if the actuator is disabled."""
+def drive(actuator, saturation, controlled, m, d, offsets):
+    """Return an actuator's drive, after saturation; 0 if the actuator is disabled.
+
+    `controlled` is whether controls act, as `are_controls_good` returns it.
+    """
     model = m.ctypes.data
     flags = memory.integers(model + offsets.disableflags, 1)[0]
     if flags & DISABLE_ACTUATION or _is_disabled(model, actuator):
@@ -65,31 +68,35 @@ def drive(actuator, saturation, m, d, offsets):
     if activations > 0:
         first = memory.integers(m[offsets.actuator_actadr // 8], memory.UNBOUNDED)[actuator]
         u = memory.numbers(d[offsets.act // 8], 1, memory.UNBOUNDED)[0, first + activations - 1]
+    elif controlled:
+        i = memory.integers(m[offsets.actuator_ctrladr // 8], memory.UNBOUNDED)[actuator]
+        u = _control(i, flags & DISABLE_CLAMP == 0, m, d, offsets)
     else:
-        u = _control(actuator, flags & DISABLE_CLAMP == 0, m, d, offsets)
+        u = 0.0
     return u if saturation == 0.0 else u / math.sqrt(1.0 + (u / saturation) ** 2)
 
 
 @njit
-def _control(actuator, clamp, m, d, offsets):
-    """Return an actuator's control as MuJoCo does: clamped, and 0 if any control is then bad."""
-    own = memory.integers(m[offsets.actuator_ctrladr // 8], memory.UNBOUNDED)[actuator]
-    controls = memory.numbers(d[offsets.ctrl // 8], 1, memory.UNBOUNDED)[0]
-    limited = memory.bytes_at(m[offsets.actuator_ctrllimited // 8], memory.UNBOUNDED)
-    limits = memory.numbers(m[offsets.actuator_ctrlrange // 8], memory.UNBOUNDED, 2)
-    found = 0.0
+def _control(i, clamp, m, d, offsets):
+    """Return a control, clamped to its range."""
+    u = memory.numbers(d[offsets.ctrl // 8], 1, memory.UNBOUNDED)[0, i]
+    if clamp and memory.bytes_at(m[offsets.actuator_ctrllimited // 8], memory.UNBOUNDED)[i]:
+        limits = memory.numbers(m[offsets.actuator_ctrlrange // 8], memory.UNBOUNDED, 2)
+        if u < limits[i, 0]:
+            u = limits[i, 0]
+        elif u > limits[i, 1]:
+            u = limits[i, 1]
+    return u
+
+
+@njit
+def are_controls_good(m, d, offsets):
+    """Whether MuJoCo lets controls act: once clamped, none may be NaN or too large."""
+    clamp = memory.integers(m.ctypes.data + offsets.disableflags, 1)[0] & DISABLE_CLAMP == 0
+    good = True
     for i in range(m[offsets.nu // 8]):
-        u = controls[i]
-        if clamp and limited[i]:
-            if u < limits[i, 0]:
-                u = limits[i, 0]
-            elif u > limits[i, 1]:
-                u = limits[i, 1]
-        if not abs(u) <= LARGEST:
-            return 0.0
-        if i == own:
-            found = u
-    return found
+        good = good and abs(_control(i, clamp, m, d, offsets)) <= LARGEST
+    return good
 
 
 @njit
@@ -104,22 +111,53 @@ def wrong_drive(i, m, offsets):
 
 @njit
 def read_drives(drives, m, d, offsets):
-    """Write by how much coils scale the moment of each site; 1 without a coil."""
-    drives[:] = 1.0
-    body_of = memory.integers(m[offsets.site_bodyid // 8], len(drives))
+    """Write by how much coils scale the moment of each site, into row 0; 1 without a coil.
+
+    Row 1 receives which sites have a coil. Returns the first tuple that breaks a rule of
+    `invalid_coil`, or -1.
+    """
+    drives[0], drives[1] = 1.0, 0.0
+    controlled = are_controls_good(m, d, offsets)
     for k in range(m[offsets.ntuple // 8]):
         if tuple_starts_with(k, COIL, m, offsets):
+            elements = elements_of(k, m, offsets)
+            if len(elements) < 2 or element(elements.start, m, offsets)[0] != ACTUATOR:
+                return k
             u = 1.0
-            for i in elements_of(k, m, offsets):
+            for i in elements:
                 kind, number, prm = element(i, m, offsets)
-                if kind == ACTUATOR:
-                    u = drive(number, prm, m, d, offsets)
-                elif kind == SITE:
-                    drives[number] = u
-                else:
-                    for site in range(len(drives)):
-                        if body_of[site] == number:
-                            drives[site] = u
+                first, last = number, number + 1
+                if i == elements.start:
+                    if wrong_drive(i, m, offsets) >= 0:
+                        return k
+                    u = drive(number, prm, controlled, m, d, offsets)
+                    continue
+                if kind == BODY:
+                    first, last = (
+                        _sites_before(number, m, offsets),
+                        _sites_before(number + 1, m, offsets),
+                    )
+                elif kind != SITE:
+                    return k
+                for site in range(first, last):
+                    if drives[1, site] != 0.0:
+                        return k
+                    drives[0, site], drives[1, site] = u, 1.0
+    return -1
+
+
+@njit
+def _sites_before(body, m, offsets):
+    """Return the number of sites of all bodies before this one; sites are sorted by bodies."""
+    body_of = memory.integers(m[offsets.site_bodyid // 8], memory.UNBOUNDED)
+    low, high = 0, m[offsets.nsite // 8]
+    while low < high:
+        middle = (low + high) // 2
+        if body_of[middle] < body:
+            low = middle + 1
+        else:
+            high = middle
+    return low
 
 
 @njit
@@ -167,10 +205,12 @@ def _repeated(i, m, offsets):
 @njit
 def drives_checksum(m, d, offsets):
     """Return a positive number of 47 bits that changes with the drives of coils and fields."""
-    total = np.uint64(0)
+    total, controlled = np.uint64(0), are_controls_good(m, d, offsets)
     for k in range(m[offsets.ntuple // 8]):
         for i in elements_of(k, m, offsets):
             kind, number, _ = element(i, m, offsets)
             if kind == ACTUATOR:
-                total = (total ^ float_as_bits(drive(number, 0.0, m, d, offsets))) * MULTIPLIER
+                total = (
+                    total ^ float_as_bits(drive(number, 0.0, controlled, m, d, offsets))
+                ) * MULTIPLIER
     return np.int64(total >> np.uint64(17))

@@ -14,7 +14,7 @@ BODY, JOINT, GEOM, SITE, ACTUATOR, SENSOR, NUMERIC, TUPLE = 1, 3, 5, 6, 19, 20, 
 """mjOBJ_BODY and so on."""
 
 FEW, FIRST, KIND, MISNAMED, SHAPE, DELAY, PRM, REPEATED, CONTAINED, SECOND = range(10)
-"""Rules that the elements of a tuple can break; `messages.py` has the sentences."""
+"""Rules that the elements of a tuple can break; `sentences.py` has the sentences."""
 
 VALID = (-1, -1, -1, -1)
 """Stands for an invalid tuple, its wrong element among those of all tuples (or -1), the rule, and

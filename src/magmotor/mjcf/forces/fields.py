@@ -24,7 +24,7 @@ import math
 from numba import njit
 
 from magmotor.mjcf import memory
-from magmotor.mjcf.forces.coils import drive, wrong_drive
+from magmotor.mjcf.forces.coils import are_controls_good, drive, wrong_drive
 from magmotor.mjcf.forces.custom import (
     ACTUATOR,
     BODY,
@@ -94,7 +94,7 @@ def _read_element(row, i, m, d, offsets):
     """Read the frame or the scale of a field from an element of its tuple."""
     kind, number, prm = element(i, m, offsets)
     if kind == ACTUATOR:
-        row[SCALE] = drive(number, prm, m, d, offsets)
+        row[SCALE] = drive(number, prm, are_controls_good(m, d, offsets), m, d, offsets)
     elif kind in (BODY, SITE):
         origins, frames = offsets.xpos, offsets.xmat
         row[OWNER] = number

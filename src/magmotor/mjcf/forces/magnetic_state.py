@@ -10,7 +10,7 @@ import mujoco
 from numba import njit
 
 from magmotor.mjcf import layout, memory
-from magmotor.mjcf.errors import BEHIND, MERGED, NO_ERROR, OUTSIDE, UNSOLVED
+from magmotor.mjcf.errors import BEHIND, COIL, MERGED, NO_ERROR, OUTSIDE, UNSOLVED
 from magmotor.mjcf.forces import fields as given
 from magmotor.mjcf.forces.clusters import cluster_bytes
 from magmotor.mjcf.forces.coils import read_drives
@@ -83,7 +83,7 @@ def stack_words(m, offsets, kinds):
         + given.COLUMNS * numerics
         + COLUMNS * count
         + 7 * padded(count)
-        + driven
+        + 2 * driven
     )
 
 
@@ -125,17 +125,16 @@ def read_state(m, d, offsets, kinds):
     place += 8 * given.COLUMNS * numerics
     pieces = memory.numbers(place, count, COLUMNS)
     place += 8 * COLUMNS * count
-    drives = memory.numbers(place, 1, driven)[0]
+    drives = memory.numbers(place, 2, driven)
     couplings = couplings[: read_couplings(couplings, m, offsets)]
     fields = fields[: read_fields(fields, m, d, offsets)]
     mirror = NO_MIRROR
     if count > 0:
         found, mirror = read_pieces(pieces, m, d, offsets)
         pieces = pieces[:found]
-    if driven > 0:
-        read_drives(drives, m, d, offsets)
-    magnets = gather(table, boundary, nsite, drives, couplings, pieces, m, d, offsets)
-    error = _dipole_behind(table, magnets, mirror)
+    coil = read_drives(drives, m, d, offsets) if driven > 0 else -1
+    magnets = gather(table, boundary, nsite, drives[0], couplings, pieces, m, d, offsets)
+    error = (COIL, coil, -1) if coil >= 0 else _dipole_behind(table, magnets, mirror)
     state = MagneticState(table, magnets, couplings, fields, iron, pieces, mirror, error)
     if len(pieces) > 0 and error[0] < 0:
         error = _magnetize(state, m, d, offsets)
