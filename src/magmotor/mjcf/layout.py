@@ -90,7 +90,10 @@ _PROBE = """
     </body>
   </worldbody>
   <tendon><fixed><joint joint="limited" coef="1"/></fixed></tendon>
-  <actuator><general joint="limited" dyntype="filter" ctrlrange="-1 1"/></actuator>
+  <actuator>
+    <general joint="limited" dyntype="filter" ctrlrange="-1 1"/>
+    <motor joint="limited"/>
+  </actuator>
   <sensor><clock/></sensor>
 </mujoco>
 """
