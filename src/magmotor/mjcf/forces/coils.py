@@ -73,22 +73,25 @@ def drive(actuator, saturation, m, d, offsets):
 @njit
 def _control(actuator, clamp, m, d, offsets):
     """Return an actuator's control as MuJoCo does: clamped, and 0 if any control is then bad."""
-    own = memory.integers(m[offsets.actuator_ctrladr // 8], memory.UNBOUNDED)[actuator]
+    actuators = m[offsets.nactuator // 8]
+    first = memory.integers(m[offsets.actuator_ctrladr // 8], actuators)
+    count = memory.integers(m[offsets.actuator_ctrlnum // 8], actuators)
     controls = memory.numbers(d[offsets.ctrl // 8], 1, memory.UNBOUNDED)[0]
     limited = memory.bytes_at(m[offsets.actuator_ctrllimited // 8], memory.UNBOUNDED)
     limits = memory.numbers(m[offsets.actuator_ctrlrange // 8], memory.UNBOUNDED, 2)
     found = 0.0
-    for i in range(m[offsets.nu // 8]):
-        u = controls[i]
-        if clamp and limited[i]:
-            if u < limits[i, 0]:
-                u = limits[i, 0]
-            elif u > limits[i, 1]:
-                u = limits[i, 1]
-        if not abs(u) <= LARGEST:
-            return 0.0
-        if i == own:
-            found = u
+    for k in range(actuators):
+        for i in range(np.int64(first[k]), np.int64(first[k]) + np.int64(count[k])):
+            u = controls[i]
+            if clamp and limited[i]:
+                if u < limits[i, 0]:
+                    u = limits[i, 0]
+                elif u > limits[i, 1]:
+                    u = limits[i, 1]
+            if not abs(u) <= LARGEST:
+                return 0.0
+            if k == actuator and i == first[k]:
+                found = u
     return found
 
 
