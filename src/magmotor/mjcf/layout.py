@@ -17,14 +17,14 @@ import magmotor_plugin
 from magmotor.numerics.constants import constant_in_code
 
 MODEL_FIELDS = (
-    "nq", "nv", "nu", "nbody", "njnt", "nsite", "ntuple", "nuser_body", "nuser_jnt",
+    "nq", "nv", "nactuator", "nbody", "njnt", "nsite", "ntuple", "nuser_body", "nuser_jnt",
     "nuser_site", "nuserdata", "body_weldid", "body_dofnum", "body_user", "jnt_type", "jnt_bodyid",
     "jnt_qposadr", "jnt_dofadr", "jnt_user", "site_bodyid", "site_user", "tuple_adr",
     "tuple_size", "tuple_objtype", "tuple_objid", "tuple_objprm", "ntext", "text_adr",
     "text_data", "name_tupleadr", "name_textadr",
     "names", "nplugin", "plugin", "plugin_attr", "plugin_attradr",
     "ngeom", "geom_type", "geom_bodyid", "geom_size", "nnumeric", "numeric_adr", "numeric_size",
-    "numeric_data", "actuator_actnum", "actuator_actadr", "actuator_ctrladr",
+    "numeric_data", "actuator_actnum", "actuator_actadr", "actuator_ctrladr", "actuator_ctrlnum",
     "actuator_ctrllimited", "actuator_ctrlrange", "actuator_delay", "nsensor",
     "sensor_objtype", "sensor_plugin", "sensor_adr", "sensor_objid",
     "name_numericadr", "body_invweight0", "body_geomnum", "body_geomadr",
@@ -90,7 +90,10 @@ _PROBE = """
     </body>
   </worldbody>
   <tendon><fixed><joint joint="limited" coef="1"/></fixed></tendon>
-  <actuator><general joint="limited" dyntype="filter" ctrlrange="-1 1"/></actuator>
+  <actuator>
+    <general joint="limited" dyntype="filter" ctrlrange="-1 1"/>
+    <motor joint="limited"/>
+  </actuator>
   <sensor><clock/></sensor>
 </mujoco>
 """

@@ -93,9 +93,12 @@ def _control(i, clamp, m, d, offsets):
 def are_controls_good(m, d, offsets):
     """Whether MuJoCo lets controls act: once clamped, none may be NaN or too large."""
     clamp = memory.integers(m.ctypes.data + offsets.disableflags, 1)[0] & DISABLE_CLAMP == 0
-    good = True
-    for i in range(m[offsets.nu // 8]):
-        good = good and abs(_control(i, clamp, m, d, offsets)) <= LARGEST
+    actuators, good = m[offsets.nactuator // 8], True
+    first = memory.integers(m[offsets.actuator_ctrladr // 8], actuators)
+    count = memory.integers(m[offsets.actuator_ctrlnum // 8], actuators)
+    for k in range(actuators):
+        for i in range(np.int64(first[k]), np.int64(first[k]) + np.int64(count[k])):
+            good = good and abs(_control(i, clamp, m, d, offsets)) <= LARGEST
     return good
 
 
