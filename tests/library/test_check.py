@@ -362,7 +362,7 @@ def test_no_position_is_out_of_reach():
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     body, offset = model.nbody - 1, np.array([0.02, 0.03, 0.04])
-    bound = reach(model, data, body, 0, data.xpos[body] + [offset])
+    bound = reach(model, data, body, 0, data.xpos[body] + [offset], limited=True)
     generator, nearest = np.random.default_rng(0), np.inf
     for _ in range(20000):
         mujoco.mj_integratePos(model, data.qpos, generator.normal(size=model.nv), 10.0)
@@ -518,6 +518,8 @@ def test_dipoles_that_no_contact_keeps_apart(parts, reason):
 
 CARTS = """
 <mujoco>
+  <option timestep="1e-5"/>
+  <default><joint solreflimit="2e-5 1"/></default>
   <custom><text name="magmotor" data="dipoles"/></custom>
   <worldbody>
     <body><joint type="slide" axis="1 0 0" range="-0.1 0.02"/><geom size="0.01"/>{site}</body>

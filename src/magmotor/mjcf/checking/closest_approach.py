@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from magmotor.common.arrays import Array
 from magmotor.dipoles import COINCIDENCE
 from magmotor.mjcf.checking.contact_rule import Approach
+from magmotor.mjcf.checking.limits import soft_limit
 from magmotor.mjcf.checking.reach import Reach, common_ancestor, reach
 from magmotor.mjcf.checking.strengths import Magnet, magnets_of
 from magmotor.mjcf.checking.touch import Side, Spacing, closest_approach, coarsest
@@ -41,6 +42,8 @@ class Meeting(NamedTuple):
     """The coarsest spacing of dipoles where they touch."""
     wide: int
     """A geom of iron that reaches farther than dipoles come to its center, or -1."""
+    soft_limit: int
+    """A joint whose limit is too soft to keep them apart, or -1."""
 
 
 def meetings(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Meeting]:
@@ -50,8 +53,7 @@ def meetings(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Meeting]:
         return
     geoms, pairs = _rows(model, magnets, _touching(model))
     weld_of = model.body_weldid[model.geom_bodyid]
-    touching = np.zeros((len(magnets), len(magnets)), int)
-    np.add.at(touching, (pairs[:, 0], pairs[:, 1]), 1)
+    touching = _alike(model, geoms, pairs, len(magnets))
     groups = np.full_like(touching, -1)
     for k, members in enumerate(_groups(model, data, magnets, touching)):
         groups[members[:, 0], members[:, 1]] = k
@@ -81,6 +83,28 @@ def _rows(
         pairs = np.vstack([pairs, np.where(flat, k, pairs)[flat.any(axis=1)]])
     pairs = np.sort(pairs, axis=1)
     return geoms[pairs[:, 0] >= 0], pairs[pairs[:, 0] >= 0]
+
+
+def _alike(
+    model: mujoco.MjModel, geoms: NDArray[np.int64], pairs: NDArray[np.int64], count: int
+) -> NDArray[np.int64]:
+    """Return numbers (count, count), equal for pairs of magnets whose geoms touch alike.
+
+    The number is that of rows of geoms, and negative if contact pairs say how they touch.
+    """
+    alike = np.zeros((count, count), int)
+    np.add.at(alike, (pairs[:, 0], pairs[:, 1]), 1)
+    given, kinds = {}, {}
+    for magnets, (one, other, pair) in zip(pairs.tolist(), geoms.tolist(), strict=True):
+        if pair >= 0:
+            own = [geom - model.body_geomadr[model.geom_bodyid[geom]] for geom in (one, other)]
+            names = "solref", "solreffriction", "solimp", "margin", "gap", "friction", "dim"
+            numbers = [getattr(model, f"pair_{name}")[pair] for name in names]
+            given.setdefault(tuple(magnets), []).append(np.hstack([own, *numbers]).tobytes())
+    for magnets, rows in given.items():
+        kind = (int(alike[magnets]), *sorted(rows))
+        alike[magnets] = -1 - kinds.setdefault(kind, len(kinds))
+    return alike
 
 
 def _touching(model: mujoco.MjModel) -> NDArray[np.int64]:
@@ -115,7 +139,7 @@ def _groups(
     near = Reach(*(np.concatenate(parts) for parts in zip(*bounds, strict=True)))
     bodies = np.array([magnet.body for magnet in magnets])
     meets = (moves[:, np.newaxis] | moves) & (bodies[:, np.newaxis] != bodies)
-    first, second = np.nonzero(np.triu(meets & near.meets(near), 1))
+    first, second = np.nonzero(np.triu(meets & (near.gaps(near) <= 0), 1))
     if not len(first):
         return
     low, high = np.minimum(kind[first], kind[second]), np.maximum(kind[first], kind[second])
@@ -127,10 +151,10 @@ def _groups(
 
 
 def _bound(model: mujoco.MjModel, data: mujoco.MjData, magnet: Magnet) -> Reach:
-    """Return where a magnet can be, as one point with a radius."""
+    """Return where a magnet can be if no limits hold it, as one point with a radius."""
     geoms = np.flatnonzero(model.body_weldid[model.geom_bodyid] == magnet.body)
     origin = data.xpos[[magnet.body]]
-    found = reach(model, data, magnet.body, 0, origin)
+    found = reach(model, data, magnet.body, 0, origin, limited=False)
     size = np.linalg.norm(magnet.positions - origin, axis=1).max()
     if len(geoms):
         bounds = np.linalg.norm(data.geom_xpos[geoms] - origin, axis=1) + _radii(model, geoms)
@@ -175,36 +199,78 @@ def _meeting(
         Side(model, data, other, geoms[1], 0.0),
     )
     apart = sides[0].depth[:, np.newaxis] + sides[1].depth
+    masses = _masses(model, magnets, touching)
     level = max(0.0, float(sides[1].depth[0])) if other.images else 0.0
-    points = [reach(model, data, each.body, ancestor, each.positions) for each in magnets]
-    solids = [
-        found._replace(radii=found.radii + _radii(model, own))
-        for magnet, own in zip(magnets, geoms, strict=True)
-        for found in [reach(model, data, magnet.body, ancestor, data.geom_xpos[own])]
-    ]
-
-    def can_meet(first: Reach, second: Reach) -> NDArray[np.bool_]:
-        if not other.images:
-            return first.meets(second)
-        if ancestor != other.body:
-            return np.ones((len(first.centers), 1), bool)
-        normal = data.geom_xmat[other.elements[0] - model.nsite, 2::3]
-        return first.lowest(other.positions[0], normal)[:, np.newaxis] <= level
-
-    near = acts & (apart < COINCIDENCE) & can_meet(*points)
+    gaps, soft = _gaps(model, data, magnets, geoms, level, limited=True), -1
+    weights = np.where(acts, factor, 0)
+    if min(gap.min(initial=np.inf) for gap in gaps) > 0:
+        soft = soft_limit(model, magnets, ancestor, gaps, weights, masses)
+        if soft >= 0:
+            gaps = _gaps(model, data, magnets, geoms, level, limited=False)
+    of_dipoles, of_geoms = gaps
+    near = acts & (apart < COINCIDENCE) & (of_dipoles <= 0)
     held = np.where(acts & (apart >= COINCIDENCE), apart, np.inf)
     approach = None
-    if (held < np.inf).any() and len(touching) and can_meet(*solids).any():
-        inverse_mass = model.body_invweight0[[one.body, other.body], 0].sum()
-        approach = closest_approach(sides, held, factor, float(inverse_mass))
+    if (held < np.inf).any() and len(touching) and (of_geoms <= 0).any():
+        approach = closest_approach(sides, held, factor, masses)
     if not approach and not near.any():
         return None
     i, j = np.unravel_index(np.where(acts, apart, np.inf).argmin(), apart.shape)
     spacing = coarsest(sides, held) if approach else None
     return Meeting(
         magnets, (int(i), int(j)), 1, touching, touching, approach, bool(near.any()), spacing,
-        _wide_piece(model, magnets, held),
+        _wide_piece(model, magnets, held), soft,
     )  # fmt: skip
+
+
+def _gaps(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    magnets: tuple[Magnet, Magnet],
+    geoms: list[NDArray],
+    level: float,
+    *,
+    limited: bool,
+) -> tuple[Array, Array]:
+    """Return how near dipoles, and geoms, of two magnets come to each other at least.
+
+    The columns are those of the other magnet; a plane has one, at the height `level` above it.
+    """
+    one, other = magnets
+    ancestor = common_ancestor(model, one.body, other.body)
+    found = []
+    for places in ([m.positions for m in magnets], [data.geom_xpos[own] for own in geoms]):
+        first, second = (
+            reach(model, data, magnet.body, ancestor, points, limited=limited)
+            for magnet, points in zip(magnets, places, strict=True)
+        )
+        if found:
+            first, second = (
+                each._replace(radii=each.radii + _radii(model, own))
+                for each, own in zip((first, second), geoms, strict=True)
+            )
+        if not other.images:
+            found.append(first.gaps(second))
+        elif ancestor != other.body:
+            found.append(np.zeros((len(first.centers), 1)))
+        else:
+            normal = data.geom_xmat[other.elements[0] - model.nsite, 2::3]
+            found.append(first.lowest(other.positions[0], normal)[:, np.newaxis] - level)
+    return found[0], found[1]
+
+
+def _masses(
+    model: mujoco.MjModel, magnets: tuple[Magnet, Magnet], touching: NDArray
+) -> tuple[float, float]:
+    """Return the reduced mass that MuJoCo assumes in contacts, and that of the bodies alone."""
+    bodies = np.array([magnet.body for magnet in magnets])
+    if len(touching):
+        assumed = model.body_invweight0[model.geom_bodyid[touching[:, :2]], 0].sum(axis=1).max()
+    else:
+        assumed = model.body_invweight0[bodies, 0].sum()
+    moving = bodies[model.body_dofnum[bodies] > 0]
+    alone = sum(1 / model.body_mass[model.body_weldid == body].sum() for body in moving)
+    return (1 / assumed if assumed else np.inf, float(1 / alone))
 
 
 def _wide_piece(model: mujoco.MjModel, magnets: tuple[Magnet, Magnet], apart: Array) -> int:

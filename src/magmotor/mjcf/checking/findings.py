@@ -11,19 +11,18 @@ from magmotor.common.arrays import Array
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.checking.closest_approach import Meeting, meetings
 from magmotor.mjcf.checking.contact_rule import (
-    FLIGHT,
-    IMPACT,
     SHORTEST,
     SUNK,
     Approach,
     Softness,
     longest_time_constant,
     owners_of,
-    rest_and_barrier,
+    penetration_at_rest,
     shortest_kept,
     softness,
 )
 from magmotor.mjcf.checking.frequencies import frequencies, frequency_at_touch
+from magmotor.mjcf.checking.impact import deepest_impact
 from magmotor.mjcf.checking.strengths import magnets_of
 from magmotor.mjcf.field_and_energy import magnetic_energy
 from magmotor.mjcf.forces.marks import NOISE
@@ -117,6 +116,8 @@ def _exposure(model: mujoco.MjModel, pair: Meeting) -> Failure:
     why = "a dipole is on or outside the surface of its body's colliding geoms"
     if not len(pair.touching):
         why = "their geoms do not collide"
+    if pair.soft_limit >= 0:
+        why += f" and the limit of {label(model, 'joint', pair.soft_limit)} is too soft"
     where = "a dipole is in the plane of iron" if _has_plane(pair) else "their dipoles coincide"
     return Failure(
         _names(model, pair),
@@ -176,26 +177,30 @@ def _weak_contacts(model: mujoco.MjModel, pair: Meeting, approach: Approach) -> 
 
 
 def _assumed(model: mujoco.MjModel, pair: Meeting) -> str:
-    """Say which coils are taken at a drive that nothing bounds."""
+    """Say which coils are taken at a drive that nothing bounds, and which limit is too soft."""
     names = {label(model, "actuator", m.unbounded) for m in pair.magnets if m.unbounded >= 0}
-    return f" (at drive 1 of {' and '.join(sorted(names))}, which has no range)" if names else ""
+    said = f" (at drive 1 of {' and '.join(sorted(names))}, which nothing bounds)" if names else ""
+    if pair.soft_limit >= 0:
+        said += f" (the limit of {label(model, 'joint', pair.soft_limit)} is too soft to keep them"
+        said += " apart)"
+    return said
 
 
 def _outcome(
     pair: Meeting, approach: Approach, contact: Softness, constant: float, step: float
 ) -> str:
     """Say what will happen where a contact is too soft."""
-    rest, barrier = rest_and_barrier(approach, contact, constant)
+    rest = penetration_at_rest(approach, contact, constant)
     apart = "fly apart or fall through" if _has_plane(pair) else "fly apart"
     if rest == math.inf:
         return f"will {apart} once they touch"
-    flight, impact = FLIGHT * step / approach.time, IMPACT * constant / approach.time
-    if flight + impact > barrier:
+    deepest = deepest_impact(approach, contact, constant, step)
+    if deepest == math.inf:
         return f"may {apart} if they meet at speed"
     radii = 100 * approach.distance / approach.depth
     return (
         f"will stick, but penetrate each other by {rest * radii:.2g} % of their radius at rest, and"
-        f" by up to {max(flight, impact) * radii:.2g} % as they meet"
+        f" by up to {deepest * radii:.2g} % as they meet"
     )
 
 
