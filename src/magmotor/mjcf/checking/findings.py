@@ -194,7 +194,7 @@ def _outcome(
     apart = "fly apart or fall through" if _has_plane(pair) else "fly apart"
     if rest == math.inf:
         return f"will {apart} once they touch"
-    deepest = deepest_impact(approach, contact, constant, step)
+    deepest = max(rest, deepest_impact(approach, contact, constant, step))
     if deepest == math.inf:
         return f"may {apart} if they meet at speed"
     radii = 100 * approach.distance / approach.depth
