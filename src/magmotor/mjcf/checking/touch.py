@@ -19,6 +19,7 @@ from magmotor.dipoles import COINCIDENCE, PERMEABILITY_OVER_4PI
 from magmotor.mjcf.checking.contact_rule import Approach
 from magmotor.mjcf.checking.depth import NEVER, depth_and_normal, tangent_planes
 from magmotor.mjcf.checking.strengths import Magnet
+from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
 
 SURFACE = 0.02
 """Depth, over the distance at touch, at which a dipole counts as one at the surface."""
@@ -31,6 +32,12 @@ ALIGNED = 0.87
 
 PARALLEL = 0.99
 """Cosine of the angle below which two dipoles may represent one magnet."""
+
+WEAKEST = 0.15
+"""Least polarization in T, over the box around it, of a geom that counts as one magnet."""
+
+CENTERED = 0.02
+"""Distance of dipoles' middle from that of their geom, over its size, that counts as none."""
 
 POSES = 1000
 """Largest number of poses, of those whose two dipoles come nearest to each other."""
@@ -60,6 +67,7 @@ class Side:
         margin: float,
     ) -> None:
         self.magnet, self._places = magnet, magnet.positions
+        self._model, self._data, self._geoms = model, data, geoms
         self._surface = [
             lambda points, geom=geom: depth_and_normal(model, data, geom, points)
             for geom in geoms.tolist()
@@ -108,20 +116,46 @@ class Side:
     def spacing(self, i: int) -> float:
         """Return how far dipole i is from the nearest others of its piece.
 
-        It is the distance of the nearest one in the second direction, if there is any, since rows
-        may be denser than they are apart; 0 for a dipole that is alone in its piece.
+        It is the distance of the nearest one in the second direction, since rows may be denser than
+        they are apart. In directions without others, it is the width of the geom that the dipoles
+        represent. It is 0 for a dipole that is alone in its piece and represents no geom.
         """
         offset = self._places - self._places[i]
         length = np.linalg.norm(offset, axis=1)
         depth, _ = self._below(self._places[i] + offset / 2)
         near = depth > INSIDE * np.minimum(self.depth, self.depth[i])
-        near &= (self.magnet.axes @ self.magnet.axes[i] > PARALLEL) & (length > 0)
+        near &= self.magnet.axes @ self.magnet.axes[i] > PARALLEL
+        widths = self._widths(i, near)
+        near &= length > 0
         if not near.any():
-            return 0.0
+            return max(np.linalg.norm(widths, axis=1), default=0.0)
         offset, length = offset[near], length[near]
         first = length.argmin()
-        others = abs(offset @ offset[first]) < ALIGNED * length * length[first]
-        return float(length[others].min() if others.any() else length[first])
+        others = np.vstack([offset, widths])
+        sizes = np.linalg.norm(others, axis=1)
+        aside = abs(others @ offset[first]) < ALIGNED * sizes * length[first]
+        if aside[: len(offset)].any():
+            return float(length[aside[: len(offset)]].min())
+        return max([float(length[first]), *sizes[aside]])
+
+    def _widths(self, i: int, own: NDArray[np.bool_]) -> Array:
+        """Return the edges (3, 3) of a box around the geom that dipoles represent, or (0, 3).
+
+        They are in its middle, and magnetize it as a permanent magnet is. A dipole in the center of
+        a ball is exact.
+        """
+        none = np.zeros((0, 3))
+        depths = [surface(self._places[[i]])[0][0] for surface in self._surface]
+        geom = int(self._geoms[np.argmax(depths)])
+        if not own.any() or self._model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_SPHERE:
+            return none
+        center, half = self._model.geom_aabb[geom].reshape(2, 3)
+        frame = self._data.geom_xmat[geom].reshape(3, 3)
+        offset = self._places[own].mean(axis=0) - self._data.geom_xpos[geom] - frame @ center
+        polarization = VACUUM_PERMEABILITY * self.magnet.strengths[own].sum() / (8 * half.prod())
+        if np.linalg.norm(offset) > CENTERED * half.max() or polarization < WEAKEST:
+            return none
+        return 2 * half[:, np.newaxis] * frame.T
 
 
 def closest_approach(
