@@ -38,8 +38,8 @@ ABSURD = 1e-9
 COARSE = 0.8
 """Distance of dipoles at touch, over that within their layouts, below which these are too strong.
 
-Measured at touch, layouts above it have 0.9 to 3 times the force of the magnets, and those below it
-2 to 70 times; see docs/contact.md.
+Measured at touch, layouts above it have at most 3.4 times the force of the magnets, and those below
+it 1.6 to 70 times; see docs/contact.md.
 """
 
 SLACK = 1 + 1e-6

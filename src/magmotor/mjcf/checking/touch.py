@@ -1,13 +1,13 @@
 """What pulls two magnets in the pose in which they touch.
 
 Two magnets touch with those points of their surfaces that are nearest to one dipole of each, or
-with the sides of their geoms, below which one dipole of each lies. In this pose the distance of any
-two of their dipoles is at least that of their depths below the common tangent plane, and of their
-distances from its normal. A plane of iron is touched by one magnet alike; the images are as far
-below it as the dipoles are above it.
+with the sides of their geoms, so that one dipole of each is on a common normal, and with the axes
+of their geoms along each other. A plane of iron is touched by one magnet alike; the images are as
+far below it as the dipoles are above it.
 """
 
 import itertools
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import mujoco
@@ -39,7 +39,7 @@ WEAKEST = 0.15
 CENTERED = 0.02
 """Distance of dipoles' middle from that of their geom, over its size, that counts as none."""
 
-POSES = 1000
+POSES = 200
 """Largest number of poses, of those whose two dipoles come nearest to each other."""
 
 
@@ -97,18 +97,25 @@ class Side:
         below = self._level[k] + (self._places[self.dipole[k]] - self._places) @ self._normal[k]
         return np.maximum(below, self.depth)
 
-    def aside(self, k: int) -> Array:
-        """Return the offsets of all dipoles from that plane's normal through dipole[k], (n, 3)."""
-        offset = self._places - self._places[self.dipole[k]]
-        return offset - np.outer(offset @ self._normal[k], self._normal[k])
+    def aside(self, k: int) -> NDArray[np.complex128]:
+        """Return the offsets of all dipoles from that plane's normal through dipole[k], (n,).
+
+        They are complex numbers in the plane, whose real axis is along a side of the first geom.
+        """
+        normal, offset = self._normal[k], self._places - self._places[self.dipole[k]]
+        frame = self._data.geom_xmat[self._geoms[0]].reshape(3, 3)
+        side = frame[:, abs(normal @ frame).argmin()]
+        side = side - (side @ normal) * normal
+        side = side / np.linalg.norm(side)
+        return offset @ side + 1j * (offset @ np.cross(normal, side))
 
     def distinct(self) -> NDArray[np.int64]:
         """Return one tangent plane of each kind, to which all dipoles lie alike."""
         kinds, whole = {}, self.magnet
         scale = max(abs(self.depth).max(), 1e-12)
         for k in range(len(self.dipole)):
-            aside = np.linalg.norm(self.aside(k), axis=1)
-            places = np.round(np.column_stack([self.along(k), aside]) / scale, 6)
+            places = np.column_stack([self.along(k), abs(self.aside(k))])
+            places = np.round(places / scale, 6)
             rows = np.column_stack([places, whole.strengths, whole.responses, whole.bodies]) + 0.0
             kinds.setdefault((self._level[k].round(12), rows[np.lexsort(rows.T)].tobytes()), k)
         return np.array([*kinds.values()])
@@ -182,8 +189,8 @@ def closest_approach(
     poses = poses[np.argsort(near, kind="stable")[: min(POSES, (near < np.inf).sum())]]
     force = gradient = 0.0
     for i, j in poses.tolist() if weight.any() else ():
-        found = attraction(one, other, _distances(sides, i, j), weight)
-        force, gradient = max((force, gradient), found)
+        for distance in _distances(sides, i, j):
+            force, gradient = max((force, gradient), attraction(one, other, distance, weight))
     if not (0 < force < np.inf and 0 < gradient < np.inf and masses[0] < np.inf):
         return None  # as for a needle that only turns about its center
     nearest = np.unravel_index(apart.argmin(), apart.shape)
@@ -205,15 +212,23 @@ def coarsest(sides: tuple[Side, Side], apart: Array) -> Spacing:
     return Spacing(float(distance[worst]), float(spacing[worst]))
 
 
-def _distances(sides: tuple[Side, Side], i: int, j: int) -> Array:
-    """Return the distances of all dipoles, or images, in the pose where planes i and j touch."""
+def _distances(sides: tuple[Side, Side], i: int, j: int) -> Iterator[Array]:
+    """Yield the distances of all dipoles, or images, in the poses where planes i and j touch.
+
+    One magnet is turned in quarters of a turn about the normal, and mirrored.
+    """
     one, other = sides
+    first = one.aside(i)
     if other.magnet.images:
-        height, aside = one.along(i) + other.depth[0], one.aside(i)
-        sideways = np.linalg.norm(aside[:, np.newaxis] - aside, axis=2)
-        return np.hypot(height[:, np.newaxis] + height, sideways)
-    first, second = (np.linalg.norm(each, axis=1) for each in (one.aside(i), other.aside(j)))
-    return np.hypot(one.along(i)[:, np.newaxis] + other.along(j), first[:, np.newaxis] - second)
+        height = one.along(i) + other.depth[0]
+        yield np.hypot(height[:, np.newaxis] + height, abs(first[:, np.newaxis] - first))
+        return
+    height, second = one.along(i)[:, np.newaxis] + other.along(j), other.aside(j)
+    turns = (1, 1j, -1, -1j) if abs(second).any() and abs(first).any() else (1,)
+    for image, turn in itertools.product((second, second.conj()), turns):
+        yield np.hypot(height, abs(first[:, np.newaxis] - turn * image))
+        if len(turns) == 1:
+            return
 
 
 def attraction(one: Magnet, other: Magnet, distance: Array, factor: Array) -> tuple[float, float]:
