@@ -40,7 +40,7 @@ def magnet(name, place, radius, *, remanence, density, free=True, axis=(0, 0, 1)
     points = {
         "sphere": [(0, 0, 0)],
         "box": [*itertools.product((-near, near), repeat=3)],
-        "cylinder": [(0, 0, z * radius) for z in (-0.6, 0, 0.6)],
+        "cylinder": [(x * near, y * near, 0) for x, y in ((1, 0), (-0.5, 0.866), (-0.5, -0.866))],
     }[shape]
     moment = remanence * volume / MU0 / len(points)
     zaxis = "{} {} {}".format(*axis)

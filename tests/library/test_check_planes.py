@@ -162,7 +162,7 @@ def test_the_frequency_of_turns_at_touch():
 SHAPES = {
     "sphere": ((0, 0, 0),),
     "box": [*itertools.product((-0.5, 0.5), repeat=3)],
-    "cylinder": ((0, 0, -0.6), (0, 0, 0), (0, 0, 0.6)),
+    "cylinder": ((0.5, 0, 0), (-0.25, 0.433, 0), (-0.25, -0.433, 0)),
 }
 VOLUMES = {"sphere": 4 / 3 * np.pi, "box": 8, "cylinder": 2 * np.pi}
 MATERIALS = [(1e-3, 7500, 1.45), (5e-3, 2250, 1.45), (20e-3, 75000, 1.45), (5e-3, 7500, 0.3)]
