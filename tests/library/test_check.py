@@ -102,6 +102,13 @@ def energy(model, data):
     return mm.magnetic_energy(model, data) + data.energy[1]
 
 
+def growth_after_touch(penetrations, energies):
+    """How much an energy exceeds an earlier one, after the first touch and outside of impacts."""
+    later = np.arange(len(penetrations)) >= (penetrations > 0).argmax()
+    held = energies[later & (penetrations < 0.05)]
+    return (held - np.minimum.accumulate(held)).max()
+
+
 MATERIALS = [
     (size, factor, remanence)
     for size in (1e-3, 5e-3, 20e-3)
@@ -128,6 +135,8 @@ def test_at_the_proposed_settings_balls_stick(gap, spin, pose, fixed, integrator
         assert -0.005 < penetrations[-1] < 0.05  # -0.0009 .. 0.021
         assert penetrations.max() < (0.25 if gap else 0.05)  # 0.24, 0.045
         assert energies.max() - energies[0] < 0.02 * depth_of_well  # 0.005
+        growth = growth_after_touch(penetrations[::4], energies[1:])
+        assert growth < 0.1 * depth_of_well  # 0.052; a contact that pushes 5 % back works 0.045
     assert "nothing to fix" in capsys.readouterr().out
 
 

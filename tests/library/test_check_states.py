@@ -190,7 +190,8 @@ CART = """
   <worldbody>
     <body mocap="{}" pos="0 0 {}"><geom size="0.005"/><site user="0.54"/></body>
     <body>
-      <joint type="slide" axis="0 0 1" range="-.01 .01" solreflimit="2e-4 1"/><geom size="0.005"/><site user="0.54"/>
+      <joint type="slide" axis="0 0 1" range="-.01 .01" solreflimit="2e-4 1"/>
+      <geom size="0.005"/><site user="0.54"/>
     </body>
   </worldbody>
 </mujoco>"""

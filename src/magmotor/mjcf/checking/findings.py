@@ -131,8 +131,8 @@ def _coarseness(model: mujoco.MjModel, pair: Meeting, apart: float, within: floa
     return Failure(
         _names(model, pair),
         f"attract each other too strongly where they touch: there, dipoles are {apart:.2g} m"
-        f" from {partners}, and {within:.2g} m from others of their own layout; take a layout such"
-        " as mm.magnet's for error=0.5 and a gap of 0.3 or 0.5 times its smallest length",
+        f" from {partners}, and each stands for a piece of {within:.2g} m; take a layout such as"
+        " mm.magnet's for error=0.5 and a gap of 0.3 or 0.5 times its smallest length",
         pair.number,
     )
 
@@ -200,7 +200,7 @@ def _outcome(
     radii = 100 * approach.distance / approach.depth
     return (
         f"will stick, but penetrate each other by {rest * radii:.2g} % of their radius at rest, and"
-        f" by up to {deepest * radii:.2g} % as they meet"
+        f" by up to {math.ceil(deepest * radii)} % as they meet"
     )
 
 
