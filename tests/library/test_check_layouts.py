@@ -67,7 +67,7 @@ def force_of_cuboids(magnet, offset, sign):
     return scale * np.array([signs.prod(axis=1) @ term for term in terms])
 
 
-def force_by_cells(magnet, offset, turn, cells):
+def force_by_cells(magnet, offset, turn, cells) -> Any:
     """The same of any magnets, by magpylib."""
     kind = magpylib.magnet.Cuboid if magnet.shape == "cuboid" else magpylib.magnet.Cylinder
     polarization = (0, 0, magnet.remanence)
@@ -93,7 +93,9 @@ def test_two_ways_to_the_force_of_cuboids():
         for turn, sign in ((0, 1), (180, -1)):
             cells = force_by_cells(magnet, offset, turn, (24, 12, 6))
             found = force_of_cuboids(magnet, offset, sign)
-            np.testing.assert_allclose(found, cells, rtol=0, atol=0.01 * np.linalg.norm(cells))
+            np.testing.assert_allclose(
+                found, cells, rtol=0, atol=0.01 * float(np.linalg.norm(cells))
+            )
 
 
 def forces(magnet, layout):

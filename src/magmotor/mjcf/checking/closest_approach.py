@@ -10,15 +10,20 @@ from numpy.typing import NDArray
 from magmotor.common.arrays import Array
 from magmotor.dipoles import COINCIDENCE
 from magmotor.mjcf.checking.contact_rule import Approach
+from magmotor.mjcf.checking.geoms import (
+    contact_margin,
+    geoms_of,
+    numbers_of_kinds,
+    rows_of_magnets,
+    touching_geoms,
+)
 from magmotor.mjcf.checking.limits import soft_limit
 from magmotor.mjcf.checking.reach import Reach, common_ancestor, reach
 from magmotor.mjcf.checking.strengths import Magnet, magnets_of
 from magmotor.mjcf.checking.touch import Side, Spacing, closest_approach, coarsest
 from magmotor.mjcf.declared import tuples
 from magmotor.mjcf.field_and_energy import coupling_factors
-from magmotor.mjcf.forces.iron import PLANE, ellipsoid
-from magmotor.mjcf.langevin.contacts import colliding_geoms
-from magmotor.mjcf.lookup import disabled
+from magmotor.mjcf.forces.iron import ellipsoid
 
 
 class Meeting(NamedTuple):
@@ -51,9 +56,9 @@ def meetings(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Meeting]:
     magnets = magnets_of(model, data)
     if len(magnets) < 2:
         return
-    geoms, pairs = _rows(model, magnets, _touching(model))
+    geoms, pairs = rows_of_magnets(model, magnets, touching_geoms(model))
     weld_of = model.body_weldid[model.geom_bodyid]
-    touching = _alike(model, geoms, pairs, len(magnets))
+    touching = numbers_of_kinds(model, geoms, pairs, len(magnets))
     groups = np.full_like(touching, -1)
     for k, members in enumerate(_groups(model, data, magnets, touching)):
         groups[members[:, 0], members[:, 1]] = k
@@ -63,60 +68,6 @@ def meetings(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Meeting]:
         own = like[(welds == sorted([one.body, other.body])).all(axis=1)]
         if found := _meeting(model, data, (one, other), own):
             yield found._replace(number=len(members), like=like)
-
-
-def _rows(
-    model: mujoco.MjModel, magnets: list[Magnet], geoms: NDArray[np.int64]
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the rows of geoms that belong to two magnets, and the numbers of these.
-
-    A plane of iron has the contacts of all planes of its body.
-    """
-    number_of = np.full(model.nbody, -1)
-    bodies = np.array([magnet.body for magnet in magnets if not magnet.images], int)
-    number_of[bodies] = np.arange(len(bodies))
-    welds = model.body_weldid[model.geom_bodyid[geoms[:, :2]]]
-    pairs = number_of[welds]
-    for k in range(len(bodies), len(magnets)):
-        flat = (model.geom_type[geoms[:, :2]] == PLANE) & (welds == magnets[k].body)
-        geoms = np.vstack([geoms, geoms[flat.any(axis=1)]])
-        pairs = np.vstack([pairs, np.where(flat, k, pairs)[flat.any(axis=1)]])
-    pairs = np.sort(pairs, axis=1)
-    return geoms[pairs[:, 0] >= 0], pairs[pairs[:, 0] >= 0]
-
-
-def _alike(
-    model: mujoco.MjModel, geoms: NDArray[np.int64], pairs: NDArray[np.int64], count: int
-) -> NDArray[np.int64]:
-    """Return numbers (count, count), equal for pairs of magnets whose geoms touch alike.
-
-    The number is that of rows of geoms, and negative if contact pairs say how they touch.
-    """
-    alike = np.zeros((count, count), int)
-    np.add.at(alike, (pairs[:, 0], pairs[:, 1]), 1)
-    given, kinds = {}, {}
-    for magnets, (one, other, pair) in zip(pairs.tolist(), geoms.tolist(), strict=True):
-        if pair >= 0:
-            own = [geom - model.body_geomadr[model.geom_bodyid[geom]] for geom in (one, other)]
-            names = "solref", "solreffriction", "solimp", "margin", "gap", "friction", "dim"
-            numbers = [getattr(model, f"pair_{name}")[pair] for name in names]
-            given.setdefault(tuple(magnets), []).append(np.hstack([own, *numbers]).tobytes())
-    for magnets, rows in given.items():
-        kind = (int(alike[magnets]), *sorted(rows))
-        alike[magnets] = -1 - kinds.setdefault(kind, len(kinds))
-    return alike
-
-
-def _touching(model: mujoco.MjModel) -> NDArray[np.int64]:
-    """Return rows of two geoms that may touch and their contact pair, or -1."""
-    if disabled(model, "contact"):
-        return np.empty((0, 3), int)
-    given = np.column_stack([model.pair_geom1, model.pair_geom2, np.arange(model.npair)])
-    others = colliding_geoms(model)
-    count = model.ngeom + 1
-    keys = [np.sort(rows[:, :2], axis=1) @ [count, 1] for rows in (given, others)]
-    others = others[~np.isin(keys[1], keys[0])]
-    return np.vstack([given, np.column_stack([others, np.full(len(others), -1)])]).astype(int)
 
 
 def _groups(
@@ -192,8 +143,8 @@ def _meeting(
     one, other = magnets
     ancestor = common_ancestor(model, one.body, other.body)
     acts, factor = _factors(model, one, other)
-    margin = min((_margin(model, *row) for row in touching.tolist()), default=0.0)
-    geoms = [_geoms_of(model, magnet, touching) for magnet in magnets]
+    margin = min((contact_margin(model, *row) for row in touching.tolist()), default=0.0)
+    geoms = [geoms_of(model, magnet, touching) for magnet in magnets]
     sides = (
         Side(model, data, one, geoms[0], margin),
         Side(model, data, other, geoms[1], 0.0),
@@ -293,18 +244,3 @@ def _factors(model: mujoco.MjModel, one: Magnet, other: Magnet) -> tuple[NDArray
     factor = np.array([[of(int(a), int(b)) for b in other.bodies] for a in one.bodies])
     permanent = (one.strengths[:, np.newaxis] > 0) | (other.strengths > 0)
     return (factor != 0) & permanent, np.abs(factor, dtype=float)
-
-
-def _geoms_of(model: mujoco.MjModel, magnet: Magnet, touching: NDArray) -> NDArray[np.int64]:
-    """Return the geoms of a magnet that may touch another one."""
-    both = np.unique(touching[:, :2])
-    return both[model.body_weldid[model.geom_bodyid[both]] == magnet.body]
-
-
-def _margin(model: mujoco.MjModel, one: int, other: int, pair: int) -> float:
-    """Return the distance of two geoms at which their contact begins to push, in m."""
-    if pair >= 0:
-        return float(model.pair_margin[pair])
-    if model.opt.enableflags & mujoco.mjtEnableBit.mjENBL_OVERRIDE:
-        return float(model.opt.o_margin)
-    return float(model.geom_margin[[one, other]].sum())
