@@ -183,6 +183,45 @@ def test_iron_that_is_wider_than_its_distance(kind, size, wide):
     assert all(each.startswith("geom 'piece' of iron reaches farther") for each in found)
 
 
+BAR = """
+<mujoco>
+  <custom>
+    <text name="magmotor" data="iron fields"/><numeric name="steel" data="1000"/>
+    <numeric name="field" data=".02 0 0  1 0 0 -.5 0"/>
+    <tuple name="iron"><element objtype="numeric" objname="steel"/>{}</tuple>
+  </custom>
+  <worldbody><body><freejoint/>{}</body></worldbody>
+</mujoco>"""
+
+
+@pytest.mark.parametrize(("number", "kind", "apart", "found"), [
+    (3, "box", 0.01, False), (4, "box", 0.01, True), (4, "box", 0.011, False),
+    (4, "sphere", 0.01, False),
+])  # fmt: skip
+def test_rows_of_iron_that_touch(number, kind, apart, found):
+    """Rows of three cubes are attracted like one box within 9 %, those of four are not."""
+    element = '<element objtype="geom" objname="{}"/>'
+    geom = '<geom name="{}" type="' + kind + '" size=".005 .005 .005" pos="{} 0 0"/>'
+    geoms = "".join(geom.format(k, apart * (k - (number - 1) / 2)) for k in range(number))
+    model = mujoco.MjModel.from_xml_string(
+        BAR.format("".join(element.format(k) for k in range(number)), geoms)
+    )
+    findings = mm.check(model).findings
+    sentence = "geom '0' and 3 other pieces of iron of its body touch, and magnetize each other"
+    assert [finding.startswith(sentence) for finding in findings] == [True] * found
+    if kind == "box" and apart == 0.01:
+        one = f'<geom name="0" type="box" size="{number * apart / 2} .005 .005"/>'
+        bar = mujoco.MjModel.from_xml_string(BAR.format(element.format(0), one))
+        forces = []
+        for each in (model, bar):
+            data = mujoco.MjData(each)
+            with mm.magnetism():
+                mujoco.mj_forward(each, data)
+            forces.append(data.xfrc_applied[1, 0])
+        ratio = forces[0] / forces[1]
+        assert ratio == pytest.approx(1.29 if found else 1.09, abs=0.005)
+
+
 CART = """
 <mujoco>
   <option timestep="1e-4"><flag limit="{}"/></option>

@@ -52,12 +52,13 @@ def numbers_of_kinds(
     alike = np.zeros((count, count), int)
     np.add.at(alike, (pairs[:, 0], pairs[:, 1]), 1)
     given, kinds = {}, {}
-    for magnets, (one, other, pair) in zip(pairs.tolist(), geoms.tolist(), strict=True):
-        if pair >= 0:
-            own = [geom - model.body_geomadr[model.geom_bodyid[geom]] for geom in (one, other)]
-            names = "solref", "solreffriction", "solimp", "margin", "gap", "friction", "dim"
-            numbers = [getattr(model, f"pair_{name}")[pair] for name in names]
-            given.setdefault(tuple(magnets), []).append(np.hstack([own, *numbers]).tobytes())
+    names = "solref", "solreffriction", "solimp", "margin", "gap", "friction", "dim"
+    explicit = geoms[:, 2] >= 0
+    for magnets, row in zip(pairs[explicit].tolist(), geoms[explicit].tolist(), strict=True):
+        one, other, pair = row
+        own = [geom - model.body_geomadr[model.geom_bodyid[geom]] for geom in (one, other)]
+        numbers = [getattr(model, f"pair_{name}")[pair] for name in names]
+        given.setdefault(tuple(magnets), []).append(np.hstack([own, *numbers]).tobytes())
     for magnets, rows in given.items():
         kind = (int(alike[magnets]), *sorted(rows))
         alike[magnets] = -1 - kinds.setdefault(kind, len(kinds))
