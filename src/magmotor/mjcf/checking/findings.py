@@ -40,7 +40,7 @@ ABSURD = 1e-9
 COARSE = 0.8
 """Distance of dipoles at touch, over that within their layouts, below which these are too strong.
 
-Measured at touch, layouts above it have at most 3.4 times the force of the magnets, and those below
+Measured at touch, layouts above it have at most 3.3 times the force of the magnets, and those below
 it 1.6 to 70 times; see docs/contact.md.
 """
 
