@@ -23,6 +23,7 @@ TIME = np.sqrt(2 * RADIUS * MASS / 2 / FORCE)
 BALL = """<body pos="0 0 {}"><freejoint/>
 <geom size="{}" density="{}" solref="{} 1"/><site user="{}"/></body>"""
 MODEL = """<mujoco><option gravity="0 0 0" timestep="{}"/>
+<default><geom solimp="0.9 0.95 {}"/></default>
 <custom><text name="magmotor" data="dipoles"/></custom><worldbody>{}</worldbody></mujoco>"""
 
 STARTS = {1: 60, 1.5: 80, 5: 190}
@@ -32,17 +33,22 @@ PAGE = Path(__file__).parents[2] / "docs" / "contact.md"
 ROWS = re.findall(r"^\| ([\d.]+) \|(.*)\|$", PAGE.read_text(encoding="utf-8"), re.MULTILINE)
 
 
-def meet(softness, start, steps):
-    """Penetrations at rest and at most in percent of the radius; None if the balls fly apart.
+def balls(softness, start, steps, width=1e-3):
+    """Two balls `start` times the distance at touch apart; `softness` is s/T, the timestep s/steps.
 
-    `softness` is s/T, and the timestep is s/steps.
+    `width` is that of the impedance in m, which balls of another size have in other units.
     """
     constant = softness * TIME
     places = 0, start * 2 * RADIUS
     bodies = "".join(BALL.format(z, RADIUS, DENSITY, constant, MOMENT) for z in places)
-    model = mujoco.MjModel.from_xml_string(MODEL.format(constant / steps, bodies))
+    return mujoco.MjModel.from_xml_string(MODEL.format(constant / steps, width, bodies))
+
+
+def meet(softness, start, steps, width=1e-3, duration=None):
+    """Penetrations at rest and at most in percent of the radius; None if the balls fly apart."""
+    model = balls(softness, start, steps, width)
     data, apart = mujoco.MjData(model), []
-    while data.time < STARTS[start] * TIME:
+    while data.time < (duration or STARTS[start]) * TIME:
         try:
             mujoco.mj_step(model, data)
         except mujoco.FatalError as error:
@@ -55,6 +61,15 @@ def meet(softness, start, steps):
     return 100 * (2 - apart[-1]), 100 * (2 - min(apart))
 
 
+def said(softness, steps, width=1e-3):
+    """What `check` says: the two numbers, "may", "will" (fly apart), or "holds"."""
+    findings = str(mm.check(balls(softness, 1, steps, width)))
+    numbers = re.search(r"by ([\d.]+) % of their radius at rest, and by up to (\d+) %", findings)
+    if numbers:
+        return ", ".join(numbers.groups())
+    return next((word for word in ("may", "will") if f" {word} fly apart" in findings), "holds")
+
+
 def test_the_table_has_its_rows():
     assert [row[0] for row in ROWS] == [
         f"{x:g}" for x in (0.15, 0.3, 0.6, 0.9, 1, 1.1, 1.2, 1.3, 1.5)
@@ -63,17 +78,50 @@ def test_the_table_has_its_rows():
 
 @pytest.mark.parametrize(("softness", "entries"), ROWS)
 def test_the_table_of_penetrations(softness, entries):
+    """What `check` says of a row holds in it."""
     cases = [(start, steps) for start in STARTS for steps in (10, 2)]
+    *entries, often, seldom = (entry.strip() for entry in entries.split("|"))
+    says = {10: often, 2: seldom}
     with mm.magnetism():
-        for entry, case in zip(entries.split("|"), cases, strict=True):
-            found = meet(float(softness), *case)
-            if "flies apart" in entry:
+        for entry, (start, steps) in zip(entries, cases, strict=True):
+            found = meet(float(softness), start, steps)
+            if entry == "flies apart":
                 assert found is None
+                assert says[steps] in {"may", "will"}
             else:
                 at_rest, most = map(float, entry.split(","))
                 assert found
                 assert found[0] == pytest.approx(at_rest, abs=0.051)  # one digit
                 assert found[1] == pytest.approx(most, abs=0.51)
+                if "," in says[steps]:
+                    rest, bound = map(float, says[steps].split(","))
+                    assert found[0] < rest + 0.5  # two digits
+                    assert found[1] < bound
+    for steps, text in says.items():
+        assert said(float(softness), steps) == text
+
+
+GAPS = np.random.default_rng(0).uniform(0.15, 2.5, 42)
+"""Distances of surfaces at the start, over that at touch."""
+
+
+@pytest.mark.parametrize("radius", [1e-3, 5e-3, 20e-3])
+@pytest.mark.parametrize("steps", [2, 10])
+@pytest.mark.parametrize("softness", [0.45, 0.7, 0.85, 1.03])
+def test_no_start_is_worse_than_what_is_said(softness, steps, radius):
+    """Where `check` says that balls will stick, all do, and no deeper."""
+    width = 1e-3 * RADIUS / radius
+    says = said(softness, steps, width)
+    assert (says in {"may", "will"}) == (softness > 1)
+    if softness < 1:
+        bound, most = float(says.split(",")[1]), []
+        with mm.magnetism():
+            for gap in GAPS if radius == 5e-3 else GAPS[::3]:
+                duration = 10 + 6 * (1 + 2 * gap) ** 2.5
+                found = meet(softness, 1 + gap, steps, width, duration)
+                assert found
+                most.append(found[1])
+        assert 0.6 * bound < max(most) < bound  # 0.66 .. 0.98
 
 
 def compliance(penetration):

@@ -49,9 +49,10 @@ def check(model: mujoco.MjModel, data: mujoco.MjData | None = None, *, fix: bool
     """Print and return what of a model with magnets will fail, and settings that do not.
 
     It compares the frequencies of the magnets with the timestep, in the state given and where their
-    geoms touch; the contacts with the forces that they must hold, also on a plane of iron; and
-    noise with damping. It finds dipoles that can come nearer to each other than their geoms or than
-    others of their layout, dipoles where no force is defined, and magnets that overlap.
+    geoms touch; the contacts, and limits of slides, with the forces that they must hold, also on a
+    plane of iron; and noise with damping. It finds dipoles that can come nearer to each other than
+    their geoms or than others of their layout, dipoles where no force is defined, magnets that
+    overlap, and iron that one dipole does not describe.
 
     Parameters
     ----------

@@ -10,14 +10,20 @@ from numpy.typing import NDArray
 from magmotor.common.arrays import Array
 from magmotor.dipoles import COINCIDENCE
 from magmotor.mjcf.checking.contact_rule import Approach
+from magmotor.mjcf.checking.geoms import (
+    contact_margin,
+    geoms_of,
+    numbers_of_kinds,
+    rows_of_magnets,
+    touching_geoms,
+)
+from magmotor.mjcf.checking.limits import soft_limit
 from magmotor.mjcf.checking.reach import Reach, common_ancestor, reach
 from magmotor.mjcf.checking.strengths import Magnet, magnets_of
 from magmotor.mjcf.checking.touch import Side, Spacing, closest_approach, coarsest
 from magmotor.mjcf.declared import tuples
 from magmotor.mjcf.field_and_energy import coupling_factors
-from magmotor.mjcf.forces.iron import PLANE, ellipsoid
-from magmotor.mjcf.langevin.contacts import colliding_geoms
-from magmotor.mjcf.lookup import disabled
+from magmotor.mjcf.forces.iron import ellipsoid
 
 
 class Meeting(NamedTuple):
@@ -41,6 +47,8 @@ class Meeting(NamedTuple):
     """The coarsest spacing of dipoles where they touch."""
     wide: int
     """A geom of iron that reaches farther than dipoles come to its center, or -1."""
+    soft_limit: int
+    """A joint whose limit is too soft to keep them apart, or -1."""
 
 
 def meetings(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Meeting]:
@@ -48,10 +56,9 @@ def meetings(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Meeting]:
     magnets = magnets_of(model, data)
     if len(magnets) < 2:
         return
-    geoms, pairs = _rows(model, magnets, _touching(model))
+    geoms, pairs = rows_of_magnets(model, magnets, touching_geoms(model))
     weld_of = model.body_weldid[model.geom_bodyid]
-    touching = np.zeros((len(magnets), len(magnets)), int)
-    np.add.at(touching, (pairs[:, 0], pairs[:, 1]), 1)
+    touching = numbers_of_kinds(model, geoms, pairs, len(magnets))
     groups = np.full_like(touching, -1)
     for k, members in enumerate(_groups(model, data, magnets, touching)):
         groups[members[:, 0], members[:, 1]] = k
@@ -61,38 +68,6 @@ def meetings(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Meeting]:
         own = like[(welds == sorted([one.body, other.body])).all(axis=1)]
         if found := _meeting(model, data, (one, other), own):
             yield found._replace(number=len(members), like=like)
-
-
-def _rows(
-    model: mujoco.MjModel, magnets: list[Magnet], geoms: NDArray[np.int64]
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the rows of geoms that belong to two magnets, and the numbers of these.
-
-    A plane of iron has the contacts of all planes of its body.
-    """
-    number_of = np.full(model.nbody, -1)
-    bodies = np.array([magnet.body for magnet in magnets if not magnet.images], int)
-    number_of[bodies] = np.arange(len(bodies))
-    welds = model.body_weldid[model.geom_bodyid[geoms[:, :2]]]
-    pairs = number_of[welds]
-    for k in range(len(bodies), len(magnets)):
-        flat = (model.geom_type[geoms[:, :2]] == PLANE) & (welds == magnets[k].body)
-        geoms = np.vstack([geoms, geoms[flat.any(axis=1)]])
-        pairs = np.vstack([pairs, np.where(flat, k, pairs)[flat.any(axis=1)]])
-    pairs = np.sort(pairs, axis=1)
-    return geoms[pairs[:, 0] >= 0], pairs[pairs[:, 0] >= 0]
-
-
-def _touching(model: mujoco.MjModel) -> NDArray[np.int64]:
-    """Return rows of two geoms that may touch and their contact pair, or -1."""
-    if disabled(model, "contact"):
-        return np.empty((0, 3), int)
-    given = np.column_stack([model.pair_geom1, model.pair_geom2, np.arange(model.npair)])
-    others = colliding_geoms(model)
-    count = model.ngeom + 1
-    keys = [np.sort(rows[:, :2], axis=1) @ [count, 1] for rows in (given, others)]
-    others = others[~np.isin(keys[1], keys[0])]
-    return np.vstack([given, np.column_stack([others, np.full(len(others), -1)])]).astype(int)
 
 
 def _groups(
@@ -115,7 +90,7 @@ def _groups(
     near = Reach(*(np.concatenate(parts) for parts in zip(*bounds, strict=True)))
     bodies = np.array([magnet.body for magnet in magnets])
     meets = (moves[:, np.newaxis] | moves) & (bodies[:, np.newaxis] != bodies)
-    first, second = np.nonzero(np.triu(meets & near.meets(near), 1))
+    first, second = np.nonzero(np.triu(meets & (near.gaps(near) <= 0), 1))
     if not len(first):
         return
     low, high = np.minimum(kind[first], kind[second]), np.maximum(kind[first], kind[second])
@@ -127,10 +102,10 @@ def _groups(
 
 
 def _bound(model: mujoco.MjModel, data: mujoco.MjData, magnet: Magnet) -> Reach:
-    """Return where a magnet can be, as one point with a radius."""
+    """Return where a magnet can be if no limits hold it, as one point with a radius."""
     geoms = np.flatnonzero(model.body_weldid[model.geom_bodyid] == magnet.body)
     origin = data.xpos[[magnet.body]]
-    found = reach(model, data, magnet.body, 0, origin)
+    found = reach(model, data, magnet.body, 0, origin, limited=False)
     size = np.linalg.norm(magnet.positions - origin, axis=1).max()
     if len(geoms):
         bounds = np.linalg.norm(data.geom_xpos[geoms] - origin, axis=1) + _radii(model, geoms)
@@ -168,43 +143,85 @@ def _meeting(
     one, other = magnets
     ancestor = common_ancestor(model, one.body, other.body)
     acts, factor = _factors(model, one, other)
-    margin = min((_margin(model, *row) for row in touching.tolist()), default=0.0)
-    geoms = [_geoms_of(model, magnet, touching) for magnet in magnets]
+    margin = min((contact_margin(model, *row) for row in touching.tolist()), default=0.0)
+    geoms = [geoms_of(model, magnet, touching) for magnet in magnets]
     sides = (
         Side(model, data, one, geoms[0], margin),
         Side(model, data, other, geoms[1], 0.0),
     )
     apart = sides[0].depth[:, np.newaxis] + sides[1].depth
+    masses = _masses(model, magnets, touching)
     level = max(0.0, float(sides[1].depth[0])) if other.images else 0.0
-    points = [reach(model, data, each.body, ancestor, each.positions) for each in magnets]
-    solids = [
-        found._replace(radii=found.radii + _radii(model, own))
-        for magnet, own in zip(magnets, geoms, strict=True)
-        for found in [reach(model, data, magnet.body, ancestor, data.geom_xpos[own])]
-    ]
-
-    def can_meet(first: Reach, second: Reach) -> NDArray[np.bool_]:
-        if not other.images:
-            return first.meets(second)
-        if ancestor != other.body:
-            return np.ones((len(first.centers), 1), bool)
-        normal = data.geom_xmat[other.elements[0] - model.nsite, 2::3]
-        return first.lowest(other.positions[0], normal)[:, np.newaxis] <= level
-
-    near = acts & (apart < COINCIDENCE) & can_meet(*points)
+    gaps, soft = _gaps(model, data, magnets, geoms, level, limited=True), -1
+    weights = np.where(acts, factor, 0)
+    if min(gap.min(initial=np.inf) for gap in gaps) > 0:
+        soft = soft_limit(model, magnets, ancestor, gaps, weights, masses)
+        if soft >= 0:
+            gaps = _gaps(model, data, magnets, geoms, level, limited=False)
+    of_dipoles, of_geoms = gaps
+    near = acts & (apart < COINCIDENCE) & (of_dipoles <= 0)
     held = np.where(acts & (apart >= COINCIDENCE), apart, np.inf)
     approach = None
-    if (held < np.inf).any() and len(touching) and can_meet(*solids).any():
-        inverse_mass = model.body_invweight0[[one.body, other.body], 0].sum()
-        approach = closest_approach(sides, held, factor, float(inverse_mass))
+    if (held < np.inf).any() and len(touching) and (of_geoms <= 0).any():
+        approach = closest_approach(sides, held, factor, masses)
     if not approach and not near.any():
         return None
     i, j = np.unravel_index(np.where(acts, apart, np.inf).argmin(), apart.shape)
     spacing = coarsest(sides, held) if approach else None
     return Meeting(
         magnets, (int(i), int(j)), 1, touching, touching, approach, bool(near.any()), spacing,
-        _wide_piece(model, magnets, held),
+        _wide_piece(model, magnets, held), soft,
     )  # fmt: skip
+
+
+def _gaps(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    magnets: tuple[Magnet, Magnet],
+    geoms: list[NDArray],
+    level: float,
+    *,
+    limited: bool,
+) -> tuple[Array, Array]:
+    """Return how near dipoles, and geoms, of two magnets come to each other at least.
+
+    The columns are those of the other magnet; a plane has one, at the height `level` above it.
+    """
+    one, other = magnets
+    ancestor = common_ancestor(model, one.body, other.body)
+    found = []
+    for places in ([m.positions for m in magnets], [data.geom_xpos[own] for own in geoms]):
+        first, second = (
+            reach(model, data, magnet.body, ancestor, points, limited=limited)
+            for magnet, points in zip(magnets, places, strict=True)
+        )
+        if found:
+            first, second = (
+                each._replace(radii=each.radii + _radii(model, own))
+                for each, own in zip((first, second), geoms, strict=True)
+            )
+        if not other.images:
+            found.append(first.gaps(second))
+        elif ancestor != other.body:
+            found.append(np.zeros((len(first.centers), 1)))
+        else:
+            normal = data.geom_xmat[other.elements[0] - model.nsite, 2::3]
+            found.append(first.lowest(other.positions[0], normal)[:, np.newaxis] - level)
+    return found[0], found[1]
+
+
+def _masses(
+    model: mujoco.MjModel, magnets: tuple[Magnet, Magnet], touching: NDArray
+) -> tuple[float, float]:
+    """Return the reduced mass that MuJoCo assumes in contacts, and that of the bodies alone."""
+    bodies = np.array([magnet.body for magnet in magnets])
+    if len(touching):
+        assumed = model.body_invweight0[model.geom_bodyid[touching[:, :2]], 0].sum(axis=1).max()
+    else:
+        assumed = model.body_invweight0[bodies, 0].sum()
+    moving = bodies[model.body_dofnum[bodies] > 0]
+    alone = sum(1 / model.body_mass[model.body_weldid == body].sum() for body in moving)
+    return (1 / assumed if assumed else np.inf, float(1 / alone))
 
 
 def _wide_piece(model: mujoco.MjModel, magnets: tuple[Magnet, Magnet], apart: Array) -> int:
@@ -227,18 +244,3 @@ def _factors(model: mujoco.MjModel, one: Magnet, other: Magnet) -> tuple[NDArray
     factor = np.array([[of(int(a), int(b)) for b in other.bodies] for a in one.bodies])
     permanent = (one.strengths[:, np.newaxis] > 0) | (other.strengths > 0)
     return (factor != 0) & permanent, np.abs(factor, dtype=float)
-
-
-def _geoms_of(model: mujoco.MjModel, magnet: Magnet, touching: NDArray) -> NDArray[np.int64]:
-    """Return the geoms of a magnet that may touch another one."""
-    both = np.unique(touching[:, :2])
-    return both[model.body_weldid[model.geom_bodyid[both]] == magnet.body]
-
-
-def _margin(model: mujoco.MjModel, one: int, other: int, pair: int) -> float:
-    """Return the distance of two geoms at which their contact begins to push, in m."""
-    if pair >= 0:
-        return float(model.pair_margin[pair])
-    if model.opt.enableflags & mujoco.mjtEnableBit.mjENBL_OVERRIDE:
-        return float(model.opt.o_margin)
-    return float(model.geom_margin[[one, other]].sum())

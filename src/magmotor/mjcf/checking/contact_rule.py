@@ -30,12 +30,8 @@ SUNK, STRUCK = 0.05, 0.25
 The unit is the smaller depth of a dipole below its surface, the radius of a sphere.
 """
 
-IMPACT, FLIGHT = 0.30, 0.82
-"""Penetration of magnets that fall from far away, over d: at most IMPACT s/T or FLIGHT h/T.
-
-The speed at touch is sqrt(2/3) d/T. A critically damped contact stops it within s/e, and the
-timestep h passes before the contact acts.
-"""
+FALL = 0.82
+"""Speed at touch of magnets that fall from far away, sqrt(2/3), over d/T."""
 
 RESTS = np.linspace(0, 1, 1001)[1:-1]
 """Penetrations over the distance at touch at which push and pull are compared."""
@@ -49,14 +45,21 @@ class Approach(NamedTuple):
     force: float
     """With aligned moments, in N."""
     mass: float
-    """Reduced mass, in kg."""
+    """Reduced mass that MuJoCo assumes where it makes a contact soft, in kg."""
+    least_mass: float
+    """That of the two bodies alone, in kg: joints and what hangs on them only add inertia."""
     depth: float
     """The smaller depth of a dipole below its surface, in m, unless it is at the surface."""
 
     @property
     def time(self) -> float:
-        """Time of the magnets' own motion, in s."""
+        """Time of the magnets' own motion in the contact, in s."""
         return math.sqrt(self.distance * self.mass / self.force)
+
+    @property
+    def fall_time(self) -> float:
+        """Least time of the magnets' own motion before they touch, in s."""
+        return math.sqrt(self.distance * self.least_mass / self.force)
 
 
 class Softness(NamedTuple):
@@ -78,12 +81,27 @@ class Softness(NamedTuple):
         damping = max(first, shortest) if first > 0 else 2 / max(-second, 1e-30)
         return min(self.stiffness_time(shortest), damping)
 
+    @property
+    def ratio(self) -> float:
+        """Damping ratio."""
+        first, second = self.solref
+        return second if first > 0 else -second / 2 / math.sqrt(max(-first, 1e-30))
+
+    def strike(self) -> float:
+        """Return how deep a speed v drives the contact, over v s."""
+        ratio = self.ratio
+        if abs(ratio - 1) < 1e-6:
+            return math.exp(-1)
+        if ratio < 1:
+            return math.exp(-ratio * math.acos(ratio) / math.sqrt(1 - ratio**2))
+        return math.exp(-ratio * math.acosh(ratio) / math.sqrt(ratio**2 - 1))
+
     def compliance(self, depth: Array) -> Array:
         """Return c, the compliance in units of (s/T)^2, at penetrations in m."""
-        impedance = self._impedance(depth)
+        impedance = self.impedance(depth)
         return self.cone * self.solimp[1] ** 2 * (1 - impedance) / impedance**2
 
-    def _impedance(self, depth: Array) -> Array:
+    def impedance(self, depth: Array) -> Array:
         """Return MuJoCo's impedance at penetrations in m."""
         least, largest, width, midpoint, power = self.solimp
         x = np.clip(depth / width, 0, 1) if width > 1e-15 else np.full_like(depth, 0.5)
@@ -116,14 +134,18 @@ def softness(model: mujoco.MjModel, one: int, other: int, pair: int = -1) -> Sof
         solref, solimp, friction = m.opt.o_solref, m.opt.o_solimp, m.opt.o_friction[0]
     if (solref[0] > 0) != (solref[1] > 0):  # MuJoCo replaces a mixture of both formats
         solref = np.array([0.02, 1.0])
-    bounds = mujoco.mjMINIMP, mujoco.mjMAXIMP
-    limited = np.array(solimp)
-    limited[[0, 1, 3]] = np.clip(limited[[0, 1, 3]], *bounds)
-    limited[2], limited[4] = max(0, limited[2]), max(1, limited[4])
     cone = 1.0
     if dimension > 1 and m.opt.cone == mujoco.mjtCone.mjCONE_PYRAMIDAL:
         cone = friction**2 / m.opt.impratio * (1 + friction**2) / (dimension - 1)
-    return Softness(np.array(solref), limited, float(cone))
+    return Softness(np.array(solref), limited_impedance(solimp), float(cone))
+
+
+def limited_impedance(solimp: Array) -> Array:
+    """Return `solimp` within the bounds that MuJoCo keeps."""
+    limited = np.array(solimp)
+    limited[[0, 1, 3]] = np.clip(limited[[0, 1, 3]], mujoco.mjMINIMP, mujoco.mjMAXIMP)
+    limited[2], limited[4] = max(0, limited[2]), max(1, limited[4])
+    return limited
 
 
 def longest_time_constant(approach: Approach, contact: Softness) -> float:
@@ -134,21 +156,20 @@ def longest_time_constant(approach: Approach, contact: Softness) -> float:
     sunk = min(SUNK * approach.depth / approach.distance, 0.2)
     compliance = float(contact.compliance(np.array(sunk * approach.distance)))
     at_rest = math.sqrt(sunk * (1 - sunk) ** 4 / max(compliance, 1e-12))
-    at_impact = STRUCK * approach.depth / approach.distance / max(IMPACT, FLIGHT / SHORTEST)
-    return min(at_rest, at_impact) * approach.time
+    deepest = FALL * max(contact.strike(), 1 / SHORTEST)
+    at_impact = STRUCK * approach.depth / approach.distance / deepest
+    return min(at_rest * approach.time, at_impact * approach.fall_time)
 
 
-def rest_and_barrier(approach: Approach, contact: Softness, constant: float) -> tuple[float, float]:
-    """Return the penetration at rest and the one beyond which nothing holds, over the distance.
+def penetration_at_rest(approach: Approach, contact: Softness, constant: float) -> float:
+    """Return the penetration at rest over the distance; infinite if the contact cannot hold them.
 
-    `constant` is s, in s. Both are infinite if the contact cannot hold the magnets.
+    `constant` is s, in s.
     """
     push = RESTS * (1 - RESTS) ** 4
     pull = contact.compliance(RESTS * approach.distance) * (constant / approach.time) ** 2
     holds = push >= pull
-    if not holds.any():
-        return math.inf, math.inf
-    return float(RESTS[holds.argmax()]), float(RESTS[len(holds) - 1 - holds[::-1].argmax()])
+    return float(RESTS[holds.argmax()]) if holds.any() else math.inf
 
 
 def shortest_kept(model: mujoco.MjModel, timestep: float) -> float:

@@ -1,5 +1,7 @@
 """How deep points are below the surface of a geom, and the normal of the nearest surface."""
 
+from collections.abc import Iterator
+
 import mujoco
 import numpy as np
 from scipy.spatial import ConvexHull
@@ -54,6 +56,18 @@ def depth_and_normal(
     else:
         depth, normal = np.full(len(local), NEVER), np.tile([0.0, 0, 1], (len(local), 1))
     return depth, normal @ frame.T
+
+
+def tangent_planes(
+    model: mujoco.MjModel, data: mujoco.MjData, geom: int
+) -> Iterator[tuple[Array, Array]]:
+    """Yield a point in m and the outward normal of the planes that bound a geom along its axes."""
+    center, size = model.geom_aabb[geom].reshape(2, 3)
+    if model.geom_type[geom] == GEOM.mjGEOM_PLANE:
+        return
+    frame = data.geom_xmat[geom].reshape(3, 3)
+    for direction in (*np.eye(3), *-np.eye(3)):
+        yield data.geom_xpos[geom] + frame @ (center + size * direction), frame @ direction
 
 
 def _unit(vectors: Array) -> Array:

@@ -1,29 +1,30 @@
 """What will fail in a model with magnets, one sentence each, and the settings without it."""
 
+import itertools
 import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
 import mujoco
 import numpy as np
+from scipy.sparse.csgraph import connected_components
 
 from magmotor.common.arrays import Array
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.checking.closest_approach import Meeting, meetings
 from magmotor.mjcf.checking.contact_rule import (
-    FLIGHT,
-    IMPACT,
     SHORTEST,
     SUNK,
     Approach,
     Softness,
     longest_time_constant,
     owners_of,
-    rest_and_barrier,
+    penetration_at_rest,
     shortest_kept,
     softness,
 )
 from magmotor.mjcf.checking.frequencies import frequencies, frequency_at_touch
+from magmotor.mjcf.checking.impact import deepest_impact
 from magmotor.mjcf.checking.strengths import magnets_of
 from magmotor.mjcf.field_and_energy import magnetic_energy
 from magmotor.mjcf.forces.marks import NOISE
@@ -39,9 +40,12 @@ ABSURD = 1e-9
 COARSE = 0.8
 """Distance of dipoles at touch, over that within their layouts, below which these are too strong.
 
-Measured at touch, layouts above it have 0.9 to 3 times the force of the magnets, and those below it
-2 to 70 times; see docs/contact.md.
+Measured at touch, layouts above it have at most 3.3 times the force of the magnets, and those below
+it 1.6 to 70 times; see docs/contact.md.
 """
+
+ROW = 4
+"""Number of pieces of iron in a row from which the force is wrong: cubes, by 1.3 times."""
 
 SLACK = 1 + 1e-6
 """Rounding allowed in comparisons with limits."""
@@ -67,6 +71,7 @@ def failures(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:
     pairs, misplaced = [*meetings(model, state)], [*_misplaced(model, state)]
     yield from misplaced
     yield from _overlaps(model, state)
+    yield from _rows_of_iron(model, state)
     for pair in pairs:
         if pair.exposed:
             yield _exposure(model, pair)
@@ -113,10 +118,32 @@ def _overlaps(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:
             )
 
 
+def _rows_of_iron(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:
+    """Yield rigid bodies in which pieces of iron touch in a row."""
+    for magnet in magnets_of(model, state):
+        geoms = magnet.elements[magnet.responses > 0] - model.nsite
+        geoms = geoms[model.geom_type[geoms] != mujoco.mjtGeom.mjGEOM_SPHERE].tolist()
+        touching = np.zeros((len(geoms), len(geoms)))
+        for i, j in itertools.combinations(range(len(geoms)), 2):
+            one, other = geoms[i], geoms[j]
+            near = float(SUNK * model.geom_rbound[[one, other]].min())
+            touching[i, j] = mujoco.mj_geomDistance(model, state, one, other, near, None) < near
+        _, rows = connected_components(touching, directed=False)
+        for row in np.flatnonzero(np.bincount(rows, minlength=1) >= ROW):
+            own = np.flatnonzero(rows == row)
+            yield Failure(
+                label(model, "geom", geoms[own[0]]),
+                f"and {len(own) - 1} other pieces of iron of its body touch, and magnetize each"
+                " other too strongly; make them one geom",
+            )
+
+
 def _exposure(model: mujoco.MjModel, pair: Meeting) -> Failure:
     why = "a dipole is on or outside the surface of its body's colliding geoms"
     if not len(pair.touching):
         why = "their geoms do not collide"
+    if pair.soft_limit >= 0:
+        why += f" and the limit of {label(model, 'joint', pair.soft_limit)} is too soft"
     where = "a dipole is in the plane of iron" if _has_plane(pair) else "their dipoles coincide"
     return Failure(
         _names(model, pair),
@@ -130,8 +157,8 @@ def _coarseness(model: mujoco.MjModel, pair: Meeting, apart: float, within: floa
     return Failure(
         _names(model, pair),
         f"attract each other too strongly where they touch: there, dipoles are {apart:.2g} m"
-        f" from {partners}, and {within:.2g} m from others of their own layout; take a layout such"
-        " as mm.magnet's for error=0.5 and a gap of 0.3 or 0.5 times its smallest length",
+        f" from {partners}, and each stands for a piece of {within:.2g} m; take a layout such as"
+        " mm.magnet's for error=0.5 and a gap of 0.3 or 0.5 times its smallest length",
         pair.number,
     )
 
@@ -176,26 +203,30 @@ def _weak_contacts(model: mujoco.MjModel, pair: Meeting, approach: Approach) -> 
 
 
 def _assumed(model: mujoco.MjModel, pair: Meeting) -> str:
-    """Say which coils are taken at a drive that nothing bounds."""
+    """Say which coils are taken at a drive that nothing bounds, and which limit is too soft."""
     names = {label(model, "actuator", m.unbounded) for m in pair.magnets if m.unbounded >= 0}
-    return f" (at drive 1 of {' and '.join(sorted(names))}, which has no range)" if names else ""
+    said = f" (at drive 1 of {' and '.join(sorted(names))}, which nothing bounds)" if names else ""
+    if pair.soft_limit >= 0:
+        said += f" (the limit of {label(model, 'joint', pair.soft_limit)} is too soft to keep them"
+        said += " apart)"
+    return said
 
 
 def _outcome(
     pair: Meeting, approach: Approach, contact: Softness, constant: float, step: float
 ) -> str:
     """Say what will happen where a contact is too soft."""
-    rest, barrier = rest_and_barrier(approach, contact, constant)
+    rest = penetration_at_rest(approach, contact, constant)
     apart = "fly apart or fall through" if _has_plane(pair) else "fly apart"
     if rest == math.inf:
         return f"will {apart} once they touch"
-    flight, impact = FLIGHT * step / approach.time, IMPACT * constant / approach.time
-    if flight + impact > barrier:
+    deepest = max(rest, deepest_impact(approach, contact, constant, step))
+    if deepest == math.inf:
         return f"may {apart} if they meet at speed"
     radii = 100 * approach.distance / approach.depth
     return (
         f"will stick, but penetrate each other by {rest * radii:.2g} % of their radius at rest, and"
-        f" by up to {max(flight, impact) * radii:.2g} % as they meet"
+        f" by up to {math.ceil(deepest * radii)} % as they meet"
     )
 
 

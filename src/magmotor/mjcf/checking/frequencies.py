@@ -141,4 +141,6 @@ def _frequency(model: mujoco.MjModel, data: mujoco.MjData, blocks: Array) -> flo
     rows = np.ascontiguousarray(blocks.reshape(-1, model.nv))
     response = np.empty_like(rows)
     mujoco.mj_solveM(model, data, response, rows)
-    return float(np.sqrt(max(0.0, np.linalg.eigvalsh(rows @ response.T)[-1])))
+    if len(rows) > model.nv:  # R^T R M^-1 has the same eigenvalues and is smaller
+        return math.sqrt(max(0.0, np.linalg.eigvals(rows.T @ response).real.max()))
+    return math.sqrt(max(0.0, np.linalg.eigvalsh(rows @ response.T)[-1]))

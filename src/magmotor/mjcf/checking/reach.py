@@ -4,7 +4,6 @@ from typing import NamedTuple
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from magmotor.common.arrays import Array
 from magmotor.mjcf.lookup import disabled
@@ -20,11 +19,12 @@ class Reach(NamedTuple):
     radii: Array
     """How far turns move them, shape (n,)."""
 
-    def meets(self, other: "Reach") -> NDArray[np.bool_]:
-        """Return which points can come into one place with which of another body, (n, m)."""
+    def gaps(self, other: "Reach") -> Array:
+        """Return how near points come to those of another body at least, (n, m); 0 or less: all."""
         apart = abs(self.centers[:, np.newaxis] - other.centers)
         apart -= self.room[:, np.newaxis] + other.room
-        return np.linalg.norm(np.maximum(apart, 0), axis=-1) <= self.radii[:, None] + other.radii
+        apart = np.linalg.norm(np.maximum(apart, 0), axis=-1)
+        return apart - self.radii[:, np.newaxis] - other.radii
 
     def lowest(self, point: Array, normal: Array) -> Array:
         """Return lower bounds (n,) of the heights of the points above a plane."""
@@ -34,16 +34,22 @@ class Reach(NamedTuple):
 
 
 def reach(
-    model: mujoco.MjModel, data: mujoco.MjData, body: int, ancestor: int, points: Array
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    body: int,
+    ancestor: int,
+    points: Array,
+    *,
+    limited: bool,
 ) -> Reach:
     """Return where points of a body can be, whose places at present are `points` (n, 3).
 
-    Slides move as far as their limits allow, hinges and balls turn without limits, and bodies that
-    a user moves (mocap) can be anywhere.
+    Slides move as far as their limits allow, if these count (`limited`), hinges and balls turn
+    without limits, and bodies that a user moves (mocap) can be anywhere.
     """
     center, anchor, arm = None, np.zeros(3), 0.0
     lowest, highest = np.zeros(3), np.zeros(3)
-    limited = not disabled(model, "limit")
+    limited = limited and not disabled(model, "limit")
     if (model.body_mocapid[_chain(model, body, ancestor)] >= 0).any():
         lowest, highest = np.full((2, 3), [[-np.inf], [np.inf]])
     for joint in (j for each in _chain(model, body, ancestor) for j in _joints(model, each)):
@@ -74,6 +80,13 @@ def reach(
     room, bounded = (highest - lowest) / 2, np.isfinite(highest - lowest)
     middle = np.add(lowest, highest, out=np.zeros(3), where=bounded) / 2
     return Reach(points + middle, np.tile(room, (len(points), 1)), radii)
+
+
+def limited_slides(model: mujoco.MjModel, body: int, ancestor: int) -> list[int]:
+    """Return the slides with limits of a body and what it hangs on, up to an ancestor."""
+    joints = [joint for each in _chain(model, body, ancestor) for joint in _joints(model, each)]
+    slide = mujoco.mjtJoint.mjJNT_SLIDE
+    return [j for j in joints if model.jnt_limited[j] and model.jnt_type[j] == slide]
 
 
 def common_ancestor(model: mujoco.MjModel, one: int, other: int) -> int:

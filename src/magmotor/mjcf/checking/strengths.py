@@ -16,8 +16,11 @@ from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.declared import ACTUATOR, GEOM, NUMERIC, SITE, tuples
 from magmotor.mjcf.forces.iron import PLANE, ellipsoid
 from magmotor.mjcf.forces.marks import COILS, DIPOLES, IRON
-from magmotor.mjcf.lookup import label
+from magmotor.mjcf.lookup import disabled, label
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY, demagnetizing_factors
+
+FOLLOWING = [int(getattr(mujoco.mjtDyn, f"mjDYN_{x}")) for x in ("NONE", "FILTER", "FILTEREXACT")]
+"""Dynamics of actuators whose output stays within the range of their control."""
 
 
 class Magnet(NamedTuple):
@@ -38,7 +41,7 @@ class Magnet(NamedTuple):
     elements: NDArray[np.int64]
     """Numbers of sites; those of geoms come after all sites."""
     unbounded: int
-    """An actuator that drives some dipoles and has no limits, or -1."""
+    """An actuator that drives some dipoles and that nothing bounds, or -1."""
     images: float = 0.0
     """Strength of the images in a plane of iron, at most 1 in size; 0 for others."""
 
@@ -110,10 +113,14 @@ def _drives(model: mujoco.MjModel, kinds: int) -> tuple[Array, NDArray[np.int64]
 
 
 def _largest_drive(model: mujoco.MjModel, actuator: int, saturation: float) -> float:
-    largest = math.inf
-    for limited, limits in (("ctrllimited", "ctrlrange"), ("actlimited", "actrange")):
-        if getattr(model, f"actuator_{limited}")[actuator]:
-            largest = min(largest, abs(getattr(model, f"actuator_{limits}")[actuator]).max())
+    """Return the largest drive that a coil can have, infinite if nothing bounds it."""
+    largest, dynamics = math.inf, int(model.actuator_dyntype[actuator])
+    control = model.actuator_ctrladr[actuator] if hasattr(model, "actuator_ctrladr") else actuator
+    clamped = model.actuator_ctrllimited[control] and not disabled(model, "clampctrl")
+    if clamped and dynamics in FOLLOWING:
+        largest = abs(model.actuator_ctrlrange[control]).max()
+    if model.actuator_actlimited[actuator]:
+        largest = min(largest, abs(model.actuator_actrange[actuator]).max())
     if saturation > 0:
         return saturation / math.hypot(1, saturation / largest)
     return float(largest)

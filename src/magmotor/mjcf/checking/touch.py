@@ -1,11 +1,13 @@
 """What pulls two magnets in the pose in which they touch.
 
-Two magnets touch with those points of their surfaces that are nearest to one dipole of each. In
-this pose the distance of any two of their dipoles is at least that of their depths below the common
-tangent plane, and of their distances from its normal. A plane of iron is touched with the surface
-that is nearest to one dipole; the images are as far below it as the dipoles are above it.
+Two magnets touch with those points of their surfaces that are nearest to one dipole of each, or
+with the sides of their geoms, so that one dipole of each is on a common normal, and with the axes
+of their geoms along each other. A plane of iron is touched by one magnet alike; the images are as
+far below it as the dipoles are above it.
 """
 
+import itertools
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import mujoco
@@ -15,8 +17,9 @@ from numpy.typing import NDArray
 from magmotor.common.arrays import Array
 from magmotor.dipoles import COINCIDENCE, PERMEABILITY_OVER_4PI
 from magmotor.mjcf.checking.contact_rule import Approach
-from magmotor.mjcf.checking.depth import NEVER, depth_and_normal
+from magmotor.mjcf.checking.depth import NEVER, depth_and_normal, tangent_planes
 from magmotor.mjcf.checking.strengths import Magnet
+from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
 
 SURFACE = 0.02
 """Depth, over the distance at touch, at which a dipole counts as one at the surface."""
@@ -29,6 +32,15 @@ ALIGNED = 0.87
 
 PARALLEL = 0.99
 """Cosine of the angle below which two dipoles may represent one magnet."""
+
+WEAKEST = 0.15
+"""Least polarization in T, over the box around it, of a geom that counts as one magnet."""
+
+CENTERED = 0.02
+"""Distance of dipoles' middle from that of their geom, over its size, that counts as none."""
+
+POSES = 200
+"""Largest number of poses, of those whose two dipoles come nearest to each other."""
 
 
 class Spacing(NamedTuple):
@@ -55,12 +67,21 @@ class Side:
         margin: float,
     ) -> None:
         self.magnet, self._places = magnet, magnet.positions
+        self._model, self._data, self._geoms = model, data, geoms
         self._surface = [
             lambda points, geom=geom: depth_and_normal(model, data, geom, points)
             for geom in geoms.tolist()
         ]
         self._margin = margin
-        self.depth, self._normal = self._below(self._places)
+        self.depth, normals = self._below(self._places)
+        self.dipole, self._level, self._normal = np.arange(len(normals)), self.depth, normals
+        planes = [tangent_planes(model, data, geom) for geom in geoms.tolist()]
+        for point, normal in itertools.chain.from_iterable(planes):
+            below = (point - self._places) @ normal + margin
+            lowest = np.flatnonzero(below < below.min() + 1e-6 * abs(below).max())
+            self.dipole = np.append(self.dipole, lowest)
+            self._level = np.append(self._level, np.maximum(below, self.depth)[lowest])
+            self._normal = np.vstack([self._normal, np.tile(normal, (len(lowest), 1))])
 
     def _below(self, points: Array) -> tuple[Array, Array]:
         """Return the depths of points, and the normals of the surfaces nearest to them."""
@@ -71,48 +92,81 @@ class Side:
             deepest[deeper], normals[deeper] = depth[deeper], normal[deeper]
         return deepest + self._margin, normals
 
-    def along(self, i: int) -> Array:
-        """Return the depths of all dipoles below the tangent plane that is nearest to dipole i."""
-        below = self.depth[i] + (self._places[i] - self._places) @ self._normal[i]
+    def along(self, k: int) -> Array:
+        """Return the depths of all dipoles below tangent plane k, that below which dipole[k] is."""
+        below = self._level[k] + (self._places[self.dipole[k]] - self._places) @ self._normal[k]
         return np.maximum(below, self.depth)
 
-    def aside(self, i: int) -> Array:
-        """Return the offsets of all dipoles from that plane's normal through dipole i, (n, 3)."""
-        offset = self._places - self._places[i]
-        return offset - np.outer(offset @ self._normal[i], self._normal[i])
+    def aside(self, k: int) -> NDArray[np.complex128]:
+        """Return the offsets of all dipoles from that plane's normal through dipole[k], (n,).
+
+        They are complex numbers in the plane, whose real axis is along a side of the first geom.
+        """
+        normal, offset = self._normal[k], self._places - self._places[self.dipole[k]]
+        frame = self._data.geom_xmat[self._geoms[0]].reshape(3, 3)
+        side = frame[:, abs(normal @ frame).argmin()]
+        side = side - (side @ normal) * normal
+        side = side / np.linalg.norm(side)
+        return offset @ side + 1j * (offset @ np.cross(normal, side))
 
     def distinct(self) -> NDArray[np.int64]:
-        """Return one dipole of each kind, to which all others lie alike."""
+        """Return one tangent plane of each kind, to which all dipoles lie alike."""
         kinds, whole = {}, self.magnet
         scale = max(abs(self.depth).max(), 1e-12)
-        for i in range(len(self.depth)):
-            aside = np.linalg.norm(self.aside(i), axis=1)
-            places = np.round(np.column_stack([self.along(i), aside]) / scale, 6)
+        for k in range(len(self.dipole)):
+            places = np.column_stack([self.along(k), abs(self.aside(k))])
+            places = np.round(places / scale, 6)
             rows = np.column_stack([places, whole.strengths, whole.responses, whole.bodies]) + 0.0
-            kinds.setdefault((self.depth[i].round(12), rows[np.lexsort(rows.T)].tobytes()), i)
+            kinds.setdefault((self._level[k].round(12), rows[np.lexsort(rows.T)].tobytes()), k)
         return np.array([*kinds.values()])
 
     def spacing(self, i: int) -> float:
         """Return how far dipole i is from the nearest others of its piece.
 
-        It is the distance of the nearest one in the second direction, if there is any, since rows
-        may be denser than they are apart; 0 for a dipole that is alone in its piece.
+        It is the distance of the nearest one in the second direction, since rows may be denser than
+        they are apart. In directions without others, it is the width of the geom that the dipoles
+        represent. It is 0 for a dipole that is alone in its piece and represents no geom.
         """
         offset = self._places - self._places[i]
         length = np.linalg.norm(offset, axis=1)
         depth, _ = self._below(self._places[i] + offset / 2)
         near = depth > INSIDE * np.minimum(self.depth, self.depth[i])
-        near &= (self.magnet.axes @ self.magnet.axes[i] > PARALLEL) & (length > 0)
+        near &= self.magnet.axes @ self.magnet.axes[i] > PARALLEL
+        widths = self._widths(i, near)
+        near &= length > 0
         if not near.any():
-            return 0.0
+            return max(np.linalg.norm(widths, axis=1), default=0.0)
         offset, length = offset[near], length[near]
         first = length.argmin()
-        others = abs(offset @ offset[first]) < ALIGNED * length * length[first]
-        return float(length[others].min() if others.any() else length[first])
+        others = np.vstack([offset, widths])
+        sizes = np.linalg.norm(others, axis=1)
+        aside = abs(others @ offset[first]) < ALIGNED * sizes * length[first]
+        if aside[: len(offset)].any():
+            return float(length[aside[: len(offset)]].min())
+        return max([float(length[first]), *sizes[aside]])
+
+    def _widths(self, i: int, own: NDArray[np.bool_]) -> Array:
+        """Return the edges (3, 3) of a box around the geom that dipoles represent, or (0, 3).
+
+        They are in its middle, and magnetize it as a permanent magnet is. A dipole in the center of
+        a ball is exact.
+        """
+        none = np.zeros((0, 3))
+        depths = [surface(self._places[[i]])[0][0] for surface in self._surface]
+        geom = int(self._geoms[np.argmax(depths)])
+        if not own.any() or self._model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_SPHERE:
+            return none
+        center, half = self._model.geom_aabb[geom].reshape(2, 3)
+        frame = self._data.geom_xmat[geom].reshape(3, 3)
+        offset = self._places[own].mean(axis=0) - self._data.geom_xpos[geom] - frame @ center
+        polarization = VACUUM_PERMEABILITY * self.magnet.strengths[own].sum() / (8 * half.prod())
+        if np.linalg.norm(offset) > CENTERED * half.max() or polarization < WEAKEST:
+            return none
+        return 2 * half[:, np.newaxis] * frame.T
 
 
 def closest_approach(
-    sides: tuple[Side, Side], apart: Array, factor: Array, inverse_mass: float
+    sides: tuple[Side, Side], apart: Array, factor: Array, masses: tuple[float, float]
 ) -> Approach | None:
     """Return the closest approach of two magnets; None if nothing attracts them.
 
@@ -125,26 +179,24 @@ def closest_approach(
         infinite for those that do not act or that nothing keeps apart.
     factor : ndarray, shape (n, m)
         How strongly they act on one another.
-    inverse_mass : float
-        That of the reduced mass, in 1/kg.
+    masses : tuple of float
+        The reduced mass that MuJoCo assumes, and that of the bodies alone, in kg.
     """
     one, other = (side.magnet for side in sides)
-    weight, partner = np.where(apart < np.inf, factor, 0), other
-    if other.images:
-        weight, partner = weight * (weight.T > 0), one
-    force = gradient = 0.0
+    weight = np.where(apart < np.inf, factor, 0)
     poses = np.stack(np.meshgrid(*(side.distinct() for side in sides)), axis=-1).reshape(-1, 2)
-    for i, j in poses[apart[tuple(poses.T)] < np.inf].tolist() if weight.any() else ():
-        distance = np.maximum(_distances(sides, i, j), COINCIDENCE)
-        pull, power = _pull(one, partner, distance, weight, other.images or 1.0)
-        slope = float((power * pull / distance).sum()) * (2 if other.images else 1)
-        force, gradient = max((force, gradient), (float(pull.sum()), slope))
-    if not (0 < force < np.inf and 0 < gradient < np.inf and inverse_mass > 0):
+    near = apart[tuple(side.dipole[k] for side, k in zip(sides, poses.T, strict=True))]
+    poses = poses[np.argsort(near, kind="stable")[: min(POSES, (near < np.inf).sum())]]
+    force = gradient = 0.0
+    for i, j in poses.tolist() if weight.any() else ():
+        for distance in _distances(sides, i, j):
+            force, gradient = max((force, gradient), attraction(one, other, distance, weight))
+    if not (0 < force < np.inf and 0 < gradient < np.inf and masses[0] < np.inf):
         return None  # as for a needle that only turns about its center
     nearest = np.unravel_index(apart.argmin(), apart.shape)
     depths = np.array([side.depth[n] for side, n in zip(sides, nearest, strict=True)])
     depth = depths[depths > SURFACE * depths.sum()].min()
-    return Approach(4 * force / gradient, force, 1 / inverse_mass, float(depth))
+    return Approach(4 * force / gradient, force, *masses, float(depth))
 
 
 def coarsest(sides: tuple[Side, Side], apart: Array) -> Spacing:
@@ -160,33 +212,46 @@ def coarsest(sides: tuple[Side, Side], apart: Array) -> Spacing:
     return Spacing(float(distance[worst]), float(spacing[worst]))
 
 
-def _distances(sides: tuple[Side, Side], i: int, j: int) -> Array:
-    """Return the distances of all dipoles, or images, in the pose where i and j are nearest."""
-    one, other = sides
-    if other.magnet.images:
-        height, aside = one.along(i) + other.depth[j], one.aside(i)
-        sideways = np.linalg.norm(aside[:, np.newaxis] - aside, axis=2)
-        return np.hypot(height[:, np.newaxis] + height, sideways)
-    first, second = (np.linalg.norm(each, axis=1) for each in (one.aside(i), other.aside(j)))
-    return np.hypot(one.along(i)[:, np.newaxis] + other.along(j), first[:, np.newaxis] - second)
+def _distances(sides: tuple[Side, Side], i: int, j: int) -> Iterator[Array]:
+    """Yield the distances of all dipoles, or images, in the poses where planes i and j touch.
 
-
-def _pull(
-    one: Magnet, other: Magnet, distance: Array, factor: Array, images: float
-) -> tuple[Array, Array]:
-    """Return the forces with aligned moments of all pairs of dipoles, and their powers of 1/d.
-
-    The power is 4, or 7 for iron that is not saturated. Dipoles of both sides magnetize it.
+    One magnet is turned in quarters of a turn about the normal, and mirrored.
     """
-    k, sides = PERMEABILITY_OVER_4PI, []
-    for magnet, partner, away in ((one, other, distance), (other, one, distance.T)):
+    one, other = sides
+    first = one.aside(i)
+    if other.magnet.images:
+        height = one.along(i) + other.depth[0]
+        yield np.hypot(height[:, np.newaxis] + height, abs(first[:, np.newaxis] - first))
+        return
+    height, second = one.along(i)[:, np.newaxis] + other.along(j), other.aside(j)
+    turns = (1, 1j, -1, -1j) if abs(second).any() and abs(first).any() else (1,)
+    for image, turn in itertools.product((second, second.conj()), turns):
+        yield np.hypot(height, abs(first[:, np.newaxis] - turn * image))
+        if len(turns) == 1:
+            return
+
+
+def attraction(one: Magnet, other: Magnet, distance: Array, factor: Array) -> tuple[float, float]:
+    """Return the force of two magnets with aligned moments, in N, and its gradient, in N/m.
+
+    Dipoles of both sides magnetize iron. Above a plane, `distance` is that of dipoles from images,
+    and `factor` has one column.
+    """
+    k, moments, images = PERMEABILITY_OVER_4PI, [], other.images or 1.0
+    distance = np.maximum(distance, COINCIDENCE)
+    partner = one if other.images else other
+    weight = factor * (factor.T > 0) if other.images else factor
+    for magnet, source, away in ((one, partner, distance), (partner, one, distance.T)):
+        if not magnet.responses.any():
+            moments.append((magnet.strengths, np.zeros(len(magnet.strengths), bool)))
+            continue
         within = np.linalg.norm(magnet.positions[:, np.newaxis] - magnet.positions, axis=2)
         within[within == 0] = np.inf
-        near = images * partner.strengths / away**3
-        field = 2 * k * (near.sum(axis=1) + (magnet.strengths / within**3).sum(axis=1))
-        induced = magnet.responses * field
+        near = (images * source.strengths / away**3).sum(axis=1)
+        induced = 2 * k * magnet.responses * (near + (magnet.strengths / within**3).sum(axis=1))
         free = (induced < magnet.saturations) & (magnet.responses > 0)
-        sides.append((magnet.strengths + np.minimum(induced, magnet.saturations), free))
-    (first, soft), (second, yielding) = sides
-    power = 4 + 3 * np.logical_or.outer(soft, yielding)
-    return 6 * k * factor * np.multiply.outer(first, second) / distance**4, power
+        moments.append((magnet.strengths + np.minimum(induced, magnet.saturations), free))
+    (first, soft), (second, yielding) = moments
+    pull = 6 * k * weight * np.multiply.outer(first, second) / distance**4
+    power = 4 + 3 * np.logical_or.outer(soft, yielding)  # of 1/d
+    return float(pull.sum()), float((power * pull / distance).sum()) * (2 if other.images else 1)
