@@ -179,7 +179,7 @@ class Thermostat(ABC):
         if nstep > room:
             raise reject("nstep", nstep, f"must be at most {int(room)} to fit in memory")
         start = np.split(initial_state, [1, 1 + self.model.nq], axis=1)
-        paths = np.full((len(initial_state), nstep, initial_state.shape[1] - 1), np.nan)
+        paths = np.empty((len(initial_state), nstep, initial_state.shape[1] - 1))
 
         def follow(thread: int, stop: threading.Event) -> None:
             used = data[thread]
@@ -191,9 +191,11 @@ class Thermostat(ABC):
                 following = BY_TIME
                 for done, count in pieces(nstep, stop=stop):
                     records = paths[replica, done : done + count]
+                    records[:] = np.nan
                     steps = Steps(following, count, replica=replica, records=records)
                     following = self._run(used, steps).following
                     if following == BY_TIME:
+                        paths[replica, done + count :] = np.nan
                         break
 
         on_threads(follow, len(data), len(data))
