@@ -36,7 +36,7 @@ FAILED = -1
 SLOW = 3.0
 """Seconds after which loading is explained."""
 
-_COMPILING = "magmotor: compiling the forces, once after installation, for about half a minute"
+_COMPILING = "magmotor: compiling the forces, once after installation, for about a minute"
 _FORKED = (
     "this process was forked while another thread loaded the forces, which are missing here;"
     " compile a model before, or use the start method 'spawn'"

@@ -83,8 +83,8 @@ def failures(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:
             yield Failure(
                 label(model, "geom", pair.wide),
                 "of iron reaches farther from its center than a dipole can come to that, so that"
-                " one dipole does not describe it, and the force is wrong there, mostly many times"
-                " too strong; for a wide surface, take a plane of iron",
+                " one dipole does not describe it, and the force is wrong there, often many times too"
+                " strong; for a wide surface that is fixed to the world, take a plane of iron",
             )
     yield from _fast_magnets(model, {} if misplaced else frequencies(model, state), state, pairs)
     if kinds & NOISE and model.nuser_body:
@@ -158,7 +158,7 @@ def _coarseness(model: mujoco.MjModel, pair: Meeting, apart: float, within: floa
         _names(model, pair),
         f"attract each other too strongly where they touch: there, dipoles are {apart:.2g} m"
         f" from {partners}, and each stands for a piece of {within:.2g} m; take a layout such as"
-        " mm.magnet's for error=0.5 and a gap of 0.3 or 0.5 times its smallest length",
+        " mm.magnet's for error=0.5 and a gap of 0.3 times its smallest length",
         pair.number,
     )
 

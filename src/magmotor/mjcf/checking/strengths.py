@@ -127,16 +127,21 @@ def _largest_drive(model: mujoco.MjModel, actuator: int, saturation: float) -> f
 
 
 def _pieces(model: mujoco.MjModel) -> Iterator[tuple[int, float, float]]:
-    """Yield the geoms of iron, with their largest response and saturation moment."""
+    """Yield the geoms of iron, with their largest response and saturation moment.
+
+    Diamagnets are left out, since magnets only repel them.
+    """
     for _, elements in tuples(model, "iron"):
         numeric = next(number for kind, number, _ in elements if kind == NUMERIC)
         material = model.numeric(numeric).data
         chi, magnetization = material[0], material[1] if len(material) > 1 else 0.0
+        if chi <= 0:
+            continue
         for kind, geom, _ in elements:
             if kind == GEOM and model.geom_type[geom] != PLANE:
                 *axes, volume = ellipsoid(int(model.geom_type[geom]), *model.geom_size[geom])
                 factor = min(demagnetizing_factors(*axes))
-                response = abs(volume * chi / (1 + factor * chi)) / VACUUM_PERMEABILITY
+                response = volume * chi / (1 + factor * chi) / VACUUM_PERMEABILITY
                 yield geom, response, volume * magnetization or math.inf
 
 
