@@ -69,12 +69,34 @@ def test_a_run_warns_once_of_magnets_that_fly_apart(distance, geom, integrator):
         assert "mm.check(model) proposes" in message
 
 
-def test_the_plugin_warns_once_for_a_compiled_model():
+def test_the_plugin_warns_once_until_other_data_are_made():
     models = [balls(0.021, plugin=True) for _ in range(2)]
-    for model in models:
+    for model in (*models, models[1]):
         (message,), _ = warnings_of([model, model], 0.3)
         assert message.startswith((JUMPED.format(1), SUNK.format(1)))
-    assert warnings_of(models[1:], 0.3)[0] == []
+
+
+def test_the_plugin_warns_of_each_of_many_models():
+    """Also if a new model has the address of one that is gone."""
+    for _ in range(6):
+        messages, _ = warnings_of([balls(0.021, plugin=True)], 0.3)
+        assert len(messages) == 1
+
+
+def test_magnets_that_something_holds_do_not_hide_a_jump():
+    held = """<body name="held" pos="0 .2 {z}"><joint type="slide" axis="0 0 1" damping="1e6"/>
+    <geom size=".002" contype="0" conaffinity="0"/><site user=".54"/></body>"""
+    free = """<body name="{name}" pos="0 0 {z}"><freejoint/>
+    <geom size=".005" density="7500" contype="0" conaffinity="0"/><site user=".54"/></body>"""
+    model = mujoco.MjModel.from_xml_string(
+        '<mujoco><option gravity="0 0 0"/><custom><text name="magmotor" data="dipoles"/></custom>'
+        f"<worldbody>{held.format(z=0).replace('held', 'one')}{held.format(z=0.006)}"
+        f"{free.format(name='a', z=0)}{free.format(name='b', z=0.021)}</worldbody></mujoco>"
+    )
+    with mm.magnetism():
+        (message,), (data,) = warnings_of([model], 0.3)
+    assert message.startswith((JUMPED.format("'a'"), JUMPED.format("'b'")))
+    assert np.linalg.norm(data.body("a").cvel) > 10
 
 
 @pytest.mark.parametrize("plugin", [False, True])

@@ -201,7 +201,7 @@ def _init(checksum: int, offsets: layout.Layout):
             return FAILED
         if data != 0:
             _keep(m, data, offsets, instance)
-        messages.forget(sentences.OF_RUNS, model)
+        messages.forget(sentences.OF_RUNS)
         disabled = memory.integers(model + offsets.disableflags, 1)[0]
         if disabled & DISABLE_SPRING and disabled & DISABLE_DAMPER:
             messages.notice(sentences.NO_PASSIVE_FORCES, 0, 0, 0)

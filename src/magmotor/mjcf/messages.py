@@ -91,12 +91,10 @@ def remember_acting(model):
 
 
 @njit
-def forget(bits, model):
-    """Let notices be given again if the model is not the one of the last call."""
-    given = memory.words(given_address(), 2)
-    if given[1] != model:
-        given[0] &= ~bits
-        given[1] = model
+def forget(bits):
+    """Let notices be given again."""
+    given = memory.words(given_address(), 1)
+    given[0] &= ~bits
 
 
 @njit
@@ -118,8 +116,7 @@ def bind() -> None:
     memory.bind_variable("magmotor_given_address", _given_address)
 
 
-_given_and_model = (ctypes.c_int64 * 2)()
-_given = ctypes.c_int64.from_buffer(_given_and_model)
+_given = ctypes.c_int64(0)
 _given_address = ctypes.c_int64(ctypes.addressof(_given))
 _acted = ctypes.c_int64(0)
 _acted_address = ctypes.c_int64(ctypes.addressof(_acted))

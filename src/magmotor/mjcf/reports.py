@@ -8,7 +8,16 @@ from numba import njit, types
 from magmotor.mjcf import errors, memory, messages, sentences
 from magmotor.mjcf.forces.brownian_wrenches import userdata_at
 from magmotor.mjcf.forces.coils import invalid_coil
-from magmotor.mjcf.forces.custom import BODY, GEOM, SITE, TUPLE, element, elements_of, numbers_of
+from magmotor.mjcf.forces.custom import (
+    BODY,
+    FEW,
+    GEOM,
+    SITE,
+    TUPLE,
+    element,
+    elements_of,
+    numbers_of,
+)
 from magmotor.mjcf.forces.fields import HEADER, invalid_field_tuple, place_in_field
 from magmotor.mjcf.forces.iron import invalid_iron
 from magmotor.mjcf.forces.marks import marks_of
@@ -31,7 +40,7 @@ def report(error, m, d, offsets):
         text, config = marks_of(m, offsets)
         messages.fail(number, 0, text, 0, config, place)
     elif number in (errors.COIL, errors.FIELD_TUPLE, errors.IRON):
-        _report_tuple(number, m, offsets, details, place)
+        _report_tuple(number, first, m, offsets, details, place)
     elif number >= 0:
         if number == errors.TIME:
             details[0] = memory.numbers(d.ctypes.data + offsets.time, 1, 1)[0, 0]
@@ -62,13 +71,15 @@ def warn_of_motion(kind, body, model):
 
 
 @njit
-def _report_tuple(number, m, offsets, details, place):
-    """Report which element of a tuple breaks a rule."""
+def _report_tuple(number, first, m, offsets, details, place):
+    """Report which element of a tuple breaks a rule; `first` is a tuple that does."""
     k, i, rule, other = invalid_coil(m, offsets)
     if number == errors.FIELD_TUPLE:
         k, i, rule, other = invalid_field_tuple(m, offsets)
     elif number == errors.IRON:
         k, i, rule, other = invalid_iron(m, offsets)
+    if k < 0:
+        k, i, rule = first, -1, FEW
     name = 0
     details[0], details[1] = rule, other
     if i >= 0:

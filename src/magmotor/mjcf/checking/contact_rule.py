@@ -37,6 +37,10 @@ RESTS = np.linspace(0, 1, 1001)[1:-1]
 """Penetrations over the distance at touch at which push and pull are compared."""
 
 
+SLACK = 1 + 1e-6
+"""Rounding allowed in comparisons with limits."""
+
+
 class Approach(NamedTuple):
     """The closest approach of two magnets that their geoms allow."""
 
@@ -132,20 +136,20 @@ def softness(model: mujoco.MjModel, one: int, other: int, pair: int = -1) -> Sof
         friction, dimension = m.geom_friction[both, 0].max(), m.geom_condim[both].max()
     if m.opt.enableflags & mujoco.mjtEnableBit.mjENBL_OVERRIDE:
         solref, solimp, friction = m.opt.o_solref, m.opt.o_solimp, m.opt.o_friction[0]
-    if (solref[0] > 0) != (solref[1] > 0):  # MuJoCo replaces a mixture of both formats
-        solref = np.array([0.02, 1.0])
     cone = 1.0
     if dimension > 1 and m.opt.cone == mujoco.mjtCone.mjCONE_PYRAMIDAL:
         cone = friction**2 / m.opt.impratio * (1 + friction**2) / (dimension - 1)
-    return Softness(np.array(solref), limited_impedance(solimp), float(cone))
+    return softness_of(solref, solimp, float(cone))
 
 
-def limited_impedance(solimp: Array) -> Array:
-    """Return `solimp` within the bounds that MuJoCo keeps."""
+def softness_of(solref: Array, solimp: Array, cone: float = 1.0) -> Softness:
+    """Return the numbers of a constraint, within the bounds that MuJoCo keeps."""
+    if (solref[0] > 0) != (solref[1] > 0):  # MuJoCo replaces a mixture of both formats
+        solref = np.array([0.02, 1.0])
     limited = np.array(solimp)
     limited[[0, 1, 3]] = np.clip(limited[[0, 1, 3]], mujoco.mjMINIMP, mujoco.mjMAXIMP)
     limited[2], limited[4] = max(0, limited[2]), max(1, limited[4])
-    return limited
+    return Softness(np.array(solref), limited, cone)
 
 
 def longest_time_constant(approach: Approach, contact: Softness) -> float:

@@ -14,6 +14,7 @@ from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.checking.closest_approach import Meeting, meetings
 from magmotor.mjcf.checking.contact_rule import (
     SHORTEST,
+    SLACK,
     SUNK,
     Approach,
     Softness,
@@ -40,15 +41,12 @@ ABSURD = 1e-9
 COARSE = 0.8
 """Distance of dipoles at touch, over that within their layouts, below which these are too strong.
 
-Measured at touch, layouts above it have at most 3.3 times the force of the magnets, and those below
-it 1.6 to 70 times; see docs/contact.md.
+A rule of thumb: measured at touch, layouts above it have up to 3.9 times the force of the magnets,
+and those below it 1.6 to 70 times; see docs/contact.md.
 """
 
 ROW = 4
 """Number of pieces of iron in a row from which the force is wrong: cubes, by 1.3 times."""
-
-SLACK = 1 + 1e-6
-"""Rounding allowed in comparisons with limits."""
 
 
 class Failure(NamedTuple):
@@ -83,8 +81,8 @@ def failures(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:
             yield Failure(
                 label(model, "geom", pair.wide),
                 "of iron reaches farther from its center than a dipole can come to that, so that"
-                " one dipole does not describe it, and the force is wrong there, often many times too"
-                " strong; for a wide surface that is fixed to the world, take a plane of iron",
+                " one dipole does not describe it, and the force is wrong there, often many times"
+                " too strong; for a wide surface that is fixed to the world, take a plane of iron",
             )
     yield from _fast_magnets(model, {} if misplaced else frequencies(model, state), state, pairs)
     if kinds & NOISE and model.nuser_body:
@@ -182,9 +180,9 @@ def _weak_contacts(model: mujoco.MjModel, pair: Meeting, approach: Approach) -> 
             return
         yield Failure(
             _names(model, pair),
-            f"{_outcome(pair, approach, contacts[k], given[k], step)}: where they touch, they"
-            f" attract each other with up to {approach.force:.3g} N{_assumed(model, pair)}; the"
-            f" time constant of their contact must be at most {constant:g} s, not {given[k]:.3g} s"
+            f"{_outcome(pair, approach, contacts[k], given[k], step, shortest)}: where they touch,"
+            f" they attract each other with up to {approach.force:.3g} N{_assumed(model, pair)};"
+            f" the time constant of their contact must be at most {constant:g} s, not {given[k]:.3g} s"
             f"{lengthened}" + (f", and the timestep at most {half:g} s" if step > half else ""),
             pair.number,
             half,
@@ -213,7 +211,12 @@ def _assumed(model: mujoco.MjModel, pair: Meeting) -> str:
 
 
 def _outcome(
-    pair: Meeting, approach: Approach, contact: Softness, constant: float, step: float
+    pair: Meeting,
+    approach: Approach,
+    contact: Softness,
+    constant: float,
+    step: float,
+    shortest: float,
 ) -> str:
     """Say what will happen where a contact is too soft."""
     rest = penetration_at_rest(approach, contact, constant)
@@ -221,7 +224,8 @@ def _outcome(
     if rest == math.inf:
         return f"will {apart} once they touch"
     deepest = max(rest, deepest_impact(approach, contact, constant, step))
-    if deepest == math.inf:
+    resolved = step <= SLACK * contact.resolved_time(shortest) / SHORTEST
+    if deepest == math.inf or not resolved:
         return f"may {apart} if they meet at speed"
     radii = 100 * approach.distance / approach.depth
     return (

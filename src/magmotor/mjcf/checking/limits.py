@@ -5,11 +5,12 @@ import numpy as np
 
 from magmotor.common.arrays import Array
 from magmotor.mjcf.checking.contact_rule import (
+    SHORTEST,
+    SLACK,
     Approach,
-    Softness,
-    limited_impedance,
     longest_time_constant,
     shortest_kept,
+    softness_of,
 )
 from magmotor.mjcf.checking.reach import limited_slides
 from magmotor.mjcf.checking.strengths import Magnet
@@ -50,9 +51,11 @@ def soft_limit(
         return -1
     shortest, excess = shortest_kept(model, float(model.opt.timestep)), {}
     for joint in slides:
-        limit = Softness(model.jnt_solref[joint], limited_impedance(model.jnt_solimp[joint]), 1.0)
+        limit = softness_of(model.jnt_solref[joint], model.jnt_solimp[joint])
         mass = 1 / float(model.dof_invweight0[model.jnt_dofadr[joint]])
         way = Approach(4 * force / gradient, force, mass, masses[1], room / len(slides))
         excess[joint] = limit.stiffness_time(shortest) / longest_time_constant(way, limit)
+        if model.opt.timestep * SHORTEST > SLACK * limit.resolved_time(shortest):
+            excess[joint] = np.inf
     worst = max(excess, key=lambda joint: excess[joint])
     return worst if excess[worst] > 1 else -1

@@ -120,6 +120,10 @@ def read_drives(drives, m, d, offsets):
     `invalid_coil`, or -1.
     """
     drives[0], drives[1] = 1.0, 0.0
+    body_of = memory.integers(m[offsets.site_bodyid // 8], drives.shape[1])
+    are_sorted = True  # as in all compiled models
+    for site in range(1, drives.shape[1]):
+        are_sorted = are_sorted and body_of[site - 1] <= body_of[site]
     controlled = are_controls_good(m, d, offsets)
     for k in range(m[offsets.ntuple // 8]):
         if tuple_starts_with(k, COIL, m, offsets):
@@ -136,13 +140,15 @@ def read_drives(drives, m, d, offsets):
                     u = drive(number, prm, controlled, m, d, offsets)
                     continue
                 if kind == BODY:
-                    first, last = (
-                        _sites_before(number, m, offsets),
-                        _sites_before(number + 1, m, offsets),
-                    )
+                    first, last = 0, drives.shape[1]
+                    if are_sorted:
+                        first = _sites_before(number, m, offsets)
+                        last = _sites_before(number + 1, m, offsets)
                 elif kind != SITE:
                     return k
                 for site in range(first, last):
+                    if kind == BODY and body_of[site] != number:
+                        continue
                     if drives[1, site] != 0.0:
                         return k
                     drives[0, site], drives[1, site] = u, 1.0
@@ -151,7 +157,7 @@ def read_drives(drives, m, d, offsets):
 
 @njit
 def _sites_before(body, m, offsets):
-    """Return the number of sites of all bodies before this one; sites are sorted by bodies."""
+    """Return the number of sites of all bodies before this one, if sites are sorted by bodies."""
     body_of = memory.integers(m[offsets.site_bodyid // 8], memory.UNBOUNDED)
     low, high = 0, m[offsets.nsite // 8]
     while low < high:

@@ -70,16 +70,19 @@ def unresolved_body(table, magnets, m, d, offsets, applied, later):
             if timestep * shift > MOVED * size or timestep * turn > MOVED * FASTEST_TURN:
                 return np.int64(body), JUMP
         suspect[DATA], same = 0, False
+    jumper, largest = -1, 1.0
     for k in range(0 if same else magnets.number):
         if table[MOVES, k] > 0.0:
             body = int(table[BODY, k])
             shift, turn = _motion_from_rest(body, applied[body], timestep, m, d, offsets)
-            if turn > FASTEST_TURN or shift > _size(body, m, offsets):
-                suspect[DATA], suspect[MODEL] = d.ctypes.data, m.ctypes.data
-                suspect[JUMPER], began[TIME] = body, time
-                for k, number in enumerate(_velocity(body, m, d, offsets)):
-                    began[VELOCITY + k] = number
-                break
+            jump = max(turn / FASTEST_TURN, shift / _size(body, m, offsets))
+            if jump > largest:
+                jumper, largest = body, jump
+    if jumper >= 0:
+        suspect[DATA], suspect[MODEL] = d.ctypes.data, m.ctypes.data
+        suspect[JUMPER], began[TIME] = jumper, time
+        for k, number in enumerate(_velocity(jumper, m, d, offsets)):
+            began[VELOCITY + k] = number
     if later:
         return np.int64(-1), SINKING
     return np.int64(_sunken_body(table, magnets, m, d, offsets)), SINKING
