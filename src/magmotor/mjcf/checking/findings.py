@@ -182,8 +182,9 @@ def _weak_contacts(model: mujoco.MjModel, pair: Meeting, approach: Approach) -> 
             _names(model, pair),
             f"{_outcome(pair, approach, contacts[k], given[k], step, shortest)}: where they touch,"
             f" they attract each other with up to {approach.force:.3g} N{_assumed(model, pair)};"
-            f" the time constant of their contact must be at most {constant:g} s, not {given[k]:.3g} s"
-            f"{lengthened}" + (f", and the timestep at most {half:g} s" if step > half else ""),
+            f" the time constant of their contact must be at most {constant:g} s, not"
+            f" {given[k]:.3g} s{lengthened}"
+            + (f", and the timestep at most {half:g} s" if step > half else ""),
             pair.number,
             half,
             constant,

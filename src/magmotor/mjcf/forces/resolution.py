@@ -32,8 +32,12 @@ SUNK = 0.5
 JUMP, SINKING = 0, 1
 """What is not resolved."""
 
-DATA, MODEL, JUMPER, TIME, VELOCITY, WORDS = 0, 1, 2, 3, 4, 10
-"""Words about a step that may be a jump: of which data, model and body, when, and how fast."""
+DATA, MODEL, JUMPER, TIME, VELOCITY, HELD, WORDS = 0, 1, 2, 3, 4, 10, 11
+"""Words about a step that may be a jump: of which data, model and body (or -1), when, and how fast;
+and bits of the bodies that did not jump, since something holds them."""
+
+BITS = 62
+"""Bodies share the bits of `HELD` modulo this number."""
 
 ADDRESS_BITS = 8
 """Two data share these words with a chance of 2^-8; then a jump of one of them may be missed."""
@@ -61,7 +65,8 @@ def unresolved_body(table, magnets, m, d, offsets, applied, later):
     place = _suspects_address() + 8 * WORDS * _hash(d.ctypes.data)
     suspect, began = memory.words(place, WORDS), memory.numbers(place, 1, WORDS)[0]
     same = suspect[DATA] == d.ctypes.data and suspect[MODEL] == m.ctypes.data
-    if same and not later:
+    pending = same and suspect[JUMPER] >= 0
+    if pending and not later:
         # Another thread may write the same words at the same time.
         body = min(max(suspect[JUMPER], 0), m[offsets.nbody // 8] - 1)
         if 0.25 < (time - began[TIME]) / timestep < 1.25:
@@ -69,17 +74,21 @@ def unresolved_body(table, magnets, m, d, offsets, applied, later):
             size = _size(body, m, offsets)
             if timestep * shift > MOVED * size or timestep * turn > MOVED * FASTEST_TURN:
                 return np.int64(body), JUMP
-        suspect[DATA], same = 0, False
-    jumper, largest = -1, 1.0
-    for k in range(0 if same else magnets.number):
+            suspect[HELD] |= np.int64(1) << (body % BITS)
+        suspect[JUMPER], pending = -1, False
+    held = suspect[HELD] if same else np.int64(0)
+    jumper, largest, last = -1, 1.0, np.int64(1)
+    for k in range(0 if pending else magnets.number):
         if table[MOVES, k] > 0.0:
             body = int(table[BODY, k])
             shift, turn = _motion_from_rest(body, applied[body], timestep, m, d, offsets)
             jump = max(turn / FASTEST_TURN, shift / _size(body, m, offsets))
-            if jump > largest:
-                jumper, largest = body, jump
+            is_held = (held >> (body % BITS)) & 1
+            # Those that something held before come last.
+            if jump > 1.0 and (is_held < last or (is_held == last and jump > largest)):
+                jumper, largest, last = body, jump, is_held
     if jumper >= 0:
-        suspect[DATA], suspect[MODEL] = d.ctypes.data, m.ctypes.data
+        suspect[DATA], suspect[MODEL], suspect[HELD] = d.ctypes.data, m.ctypes.data, held
         suspect[JUMPER], began[TIME] = jumper, time
         for k, number in enumerate(_velocity(jumper, m, d, offsets)):
             began[VELOCITY + k] = number
