@@ -1,5 +1,6 @@
 """What `check` reads from a model: contacts, limits, masses, couplings, coils, iron."""
 
+import math
 from typing import Any
 
 import mujoco
@@ -105,6 +106,21 @@ def test_a_limit_that_is_too_soft_keeps_no_magnets_apart(constant, step, holds):
         assert deepest < 0.25  # 0.2
 
 
+@pytest.mark.parametrize("solref", ["0.02 0", "0.02 -2", "0.004 0.01", "-1e9 -1e3"])
+def test_limits_that_mujoco_replaces_or_that_no_timestep_resolves(solref):
+    """MuJoCo takes 0.02 1 for a mixture of both formats; the others are stiff, not damped."""
+    joint = SLIDE.format(f'solreflimit="{solref}"')
+    model = load(ball("a", "0 0 0", "") + ball("b", "0 0 .015", joint))
+    assert "(the limit of joint 'rail' is too soft to keep them apart)" in str(mm.check(model))
+    data, nearest = mujoco.MjData(model), math.inf
+    with mm.magnetism():
+        for _ in range(20):
+            mujoco.mj_step(model, data)
+            nearest = min(nearest, np.linalg.norm(data.xpos[-1] - data.xpos[-2]))
+    lost = data.warning[mujoco.mjtWarning.mjWARN_BADQACC].number > 0
+    assert lost or nearest < 0.0105  # the limit is at 0.011
+
+
 # Masses ------------------------------------------------------------------------------------------
 
 ARM = """<body pos="0 -.1 0"><joint axis="0 0 1"/>
@@ -204,3 +220,16 @@ def test_the_frequency_of_two_needles_that_touch():
     stiffness = 3 * MU0 * MOMENT**2 / (4 * np.pi * (2 * RADIUS) ** 3)
     omega = frequency_at_touch(model, data, found.magnets, found.approach)
     assert omega == pytest.approx(np.sqrt(stiffness / model.body_inertia[1, 0]), rel=1e-14)
+
+
+def test_diamagnets_attract_no_magnets():
+    graphite = """<numeric name="graphite" data="-0.5"/><tuple name="iron">
+    <element objtype="numeric" objname="graphite"/>
+    <element objtype="geom" objname="plate"/></tuple>"""
+    plate = '<body pos="0 0 .008"><freejoint/><geom name="plate" type="box" size=".002 .002 .002"/>'
+    model = load(ball("a", "0 0 0", "") + plate + "</body>", 'timestep="1e-4"', custom=graphite)
+    data = mujoco.MjData(model)
+    with mm.magnetism():
+        mujoco.mj_forward(model, data)
+    assert data.xfrc_applied[-1, 2] > 0.01
+    assert mm.check(model).findings == ()

@@ -300,6 +300,37 @@ def test_a_bad_element_is_named_with_the_rule_that_it_breaks(name):
     first = "coil tuple" if "tuple name" in elements else "coil tuple 0 'coil'"
     with pytest.raises(ValueError, match=f"^{first}{sentence}"):
         mm.describe(model)
+    with mm.magnetism(), pytest.raises(mujoco.FatalError, match=f"{first}{sentence}"):
+        mujoco.mj_forward(model, mujoco.MjData(model))
+
+
+def test_sites_that_a_user_moves_to_other_bodies():
+    """Compiled models have their sites sorted by bodies; this one does not any more."""
+    coils = "".join(
+        f'<tuple name="coil_{k}"><element objtype="actuator" objname="u{k}"/>'
+        f'<element objtype="{kind}" objname="{name}"/></tuple>'
+        for k, (kind, name) in enumerate([("body", "b2"), ("site", "s3")])
+    )
+    bodies = "".join(
+        f'<body name="b{k}" pos="0 0 {k}"><freejoint/><geom size=".1"/>'
+        f'<site name="s{k}" user="1"/></body>'
+        for k in (1, 2, 3)
+    )
+    model = mujoco.MjModel.from_xml_string(f"""
+    <mujoco><custom><text name="magmotor" data="dipoles coils"/>{coils}</custom>
+      <worldbody><site user="1"/>{bodies}</worldbody>
+      <actuator><general name="u0" site="s1" gainprm="0"/>
+        <general name="u1" site="s1" gainprm="0"/></actuator>
+    </mujoco>""")
+    data = mujoco.MjData(model)
+    model.site_bodyid[1], model.site_bodyid[2] = 2, 1
+    data.ctrl[:] = 3, 5
+    mujoco.mj_forward(model, data)
+    driven = [
+        np.linalg.norm(mm.field(model, data, data.site_xpos[k] + [0.01, 0, 0])) for k in (1, 2, 3)
+    ]
+    own = 1e-7 / 0.01**3
+    np.testing.assert_allclose(driven, own * np.array([3, 1, 5]), rtol=1e-4)  # 1e-5
 
 
 def test_an_actuator_with_a_delay_is_an_error():
