@@ -40,9 +40,6 @@ endif
 # Pictures need neither tests nor linters, but an environment that has them is used as it is.
 READY := $(firstword $(wildcard .venv/dev-ready) .venv/ready)
 
-# One process more than there are processors, since many tests wait for programs that they start.
-WORKERS = -n $(shell $(PYTHON) -c 'import os; print(min(5, 1 + (os.cpu_count() or 1)))')
-
 .PHONY: help movie disk motor sweep studies figures examples models test test-quick fuzz torture corpus lint bench charts docs compat clean redo
 
 help:  ## list the targets
@@ -94,11 +91,11 @@ models: $(READY)  ## the complete scenes of models/, composed of models/parts/
 
 test: .venv/dev-ready  ## all tests
 	@echo "== test: running pytest (the first run also compiles the kernels)"
-	@$(PYTHON) -m pytest $(WORKERS) $(ARGS)
+	@$(PYTHON) -m pytest -n logical --maxprocesses 4 $(ARGS)
 
 test-quick: .venv/dev-ready  ## tests of the library and the devices, in three minutes
 	@echo "== test-quick: running pytest (the first run also compiles the kernels)"
-	@$(PYTHON) -m pytest $(WORKERS) tests/library tests/devices $(ARGS)
+	@$(PYTHON) -m pytest -n logical --maxprocesses 4 tests/library tests/devices $(ARGS)
 
 fuzz: .venv/dev-ready  ## hostile input to the public interface; ARGS="--inputs 100000 --seed 7"
 	@echo "== fuzz: calls that crash, hang or raise an unexpected error are listed with their numbers"
