@@ -11,10 +11,10 @@ import magpylib
 import mujoco
 import numpy as np
 import pytest
+from only_meeting import meeting
 
 import magmotor as mm
 from magmotor import dipoles
-from magmotor.mjcf.checking.closest_approach import meetings
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*mm.check.model. proposes:UserWarning")
 
@@ -37,14 +37,6 @@ def load(left, right=None, height=1.0, option="", custom="", world=""):
     text = MODEL.format(left=left, right=left if right is None else right, height=height,
                         option=option, custom=custom, world=world)  # fmt: skip
     return mujoco.MjModel.from_xml_string(text)
-
-
-def approach_of(model) -> Any:
-    data = mujoco.MjData(model)
-    mujoco.mj_fwdPosition(model, data)
-    (found,) = meetings(model, data)
-    assert found.approach
-    return found
 
 
 def force_of_cuboids(magnet, offset, sign):
@@ -150,7 +142,7 @@ def test_layouts_that_are_too_strong_at_touch_are_found(shape, size, error, gap,
     ratios = np.divide(found, true)
     assert ratios == pytest.approx([stacked, beside], rel=0.01)  # two digits
     model = load(magnet.mjcf(error, gap))
-    assert approach_of(model).approach.force > max(found) * (1 - 1e-12)
+    assert meeting(model)[1].approach.force > max(found) * (1 - 1e-12)
     strong = "attract each other too strongly" in str(mm.check(model))
     assert strong == (max(stacked, beside) > 2 and not unfound)
 
@@ -165,7 +157,7 @@ def test_no_pose_in_which_faces_touch_has_a_stronger_force():
     ):
         magnet = mm.magnet("cuboid", 1e-3 * np.array(size), grade="N42")
         points, moments = magnet.dipoles(error, 1e-3 * gap)
-        approach, found = approach_of(load(magnet.mjcf(error, 1e-3 * gap))).approach, 0.0
+        approach, found = meeting(load(magnet.mjcf(error, 1e-3 * gap)))[1].approach, 0.0
         for _ in range(300):
             frames = []
             for _ in range(2):
@@ -207,14 +199,14 @@ SHAFT = '<geom type="capsule" fromto="-0.02 0 0 0.02 0 0" size="0.001"/>'
 
 @pytest.mark.parametrize("shaft", ["", SHAFT])
 def test_balls_of_one_dipole_each_have_no_spacing(shaft):
-    found = approach_of(load(DUMBBELL.format(shaft)))
+    _, found = meeting(load(DUMBBELL.format(shaft)))
     assert found.spacing.within == 0
     assert "too strongly" not in str(mm.check(load(DUMBBELL.format(shaft))))
 
 
 def test_two_magnets_in_one_geom_that_point_in_different_directions_are_no_layout():
     sites = '<site pos="0 0.007 0" user="0.1"/><site pos="0 -0.007 0" zaxis="0 0 -1" user="0.1"/>'
-    found = approach_of(load(f'<geom type="box" size="0.004 0.012 0.004"/>{sites}'))
+    _, found = meeting(load(f'<geom type="box" size="0.004 0.012 0.004"/>{sites}'))
     assert found.spacing.within == 0
 
 
@@ -223,7 +215,7 @@ def test_the_spacing_of_a_layout_is_that_of_its_rows():
     sites = "".join(
         f'<site pos="{x / 1e3} {y / 1e3} 0" user="1e-3"/>' for x in (-3, 0, 3) for y in range(-4, 5)
     )
-    found = approach_of(load(f'<geom type="box" size="0.0045 0.0045 0.001"/>{sites}'))
+    _, found = meeting(load(f'<geom type="box" size="0.0045 0.0045 0.001"/>{sites}'))
     assert found.spacing.within == pytest.approx(3e-3, rel=1e-14)
     assert found.spacing.apart == pytest.approx(1e-3, rel=1e-14)  # at the edges
 
@@ -244,7 +236,7 @@ def balls(remanence, margins, height=0.03, gap=0.0):
 def test_the_margins_of_geoms_keep_magnets_apart(margins):
     """MuJoCo adds the margins of both geoms, and their gaps change nothing."""
     model = balls(1.0, margins, gap=5e-3)
-    assert approach_of(model).approach.distance == pytest.approx(0.01 + sum(margins), rel=1e-14)
+    assert meeting(model)[1].approach.distance == pytest.approx(0.01 + sum(margins), rel=1e-14)
     data = mujoco.MjData(model)
     data.qpos[9] = 0.0101
     mujoco.mj_forward(model, data)

@@ -1,14 +1,13 @@
 """What `check` reads from a model: contacts, limits, masses, couplings, coils, iron."""
 
 import math
-from typing import Any
 
 import mujoco
 import numpy as np
 import pytest
+from only_meeting import meeting
 
 import magmotor as mm
-from magmotor.mjcf.checking.closest_approach import meetings
 from magmotor.mjcf.checking.frequencies import frequency_at_touch
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*mm.check.model. proposes:UserWarning")
@@ -35,14 +34,6 @@ def ball(name, place, joint="<freejoint/>", axis="0 0 1"):
 def load(bodies, option="", flag="", custom="", more=""):
     text = MODEL.format(bodies=bodies, option=option, flag=flag, custom=custom, more=more)
     return mujoco.MjModel.from_xml_string(text)
-
-
-def meeting(model) -> tuple[mujoco.MjData, Any]:
-    data = mujoco.MjData(model)
-    mujoco.mj_fwdPosition(model, data)
-    (found,) = meetings(model, data)
-    assert found.approach
-    return data, found
 
 
 def farthest_and_deepest(model, duration):

@@ -1,11 +1,11 @@
 """`check` on a plane of iron: what it says happens, and at its settings magnets stick to it."""
 
 import itertools
-from typing import Any
 
 import mujoco
 import numpy as np
 import pytest
+from only_meeting import meeting
 
 import magmotor as mm
 from magmotor.mjcf.checking.closest_approach import meetings
@@ -51,14 +51,6 @@ def load(height=5e-3, r=5e-3, *, moment=0.5, shape="sphere", density=7500, joint
                        sites=sites, keeper=keeper)  # fmt: skip
     text = {"option": "", "iron": "", "world": "", "table": "", "plane": ""} | parts
     return mujoco.MjModel.from_xml_string(TABLE.format(bodies=body, **text))
-
-
-def meeting(model) -> tuple[mujoco.MjData, Any]:
-    data = mujoco.MjData(model)
-    mujoco.mj_fwdPosition(model, data)
-    (found,) = meetings(model, data)
-    assert found.approach
-    return data, found
 
 
 def run(model, duration):
