@@ -21,6 +21,7 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 export PYRIGHT_PYTHON_IGNORE_WARNINGS := 1
 unexport PYTHONHOME
 unexport PYTHONPATH
+unexport PYTHONDONTWRITEBYTECODE
 
 # An environment belongs to one interpreter and one directory, recorded in its file made-for. The
 # file is written last, so an environment whose installation was interrupted is rebuilt, as is one

@@ -12,7 +12,7 @@ from magmotor.mjcf.checking.closest_approach import meetings
 from magmotor.mjcf.checking.contact_rule import softness
 from magmotor.mjcf.checking.depth import depth_and_normal
 from magmotor.mjcf.checking.frequencies import frequencies
-from magmotor.mjcf.checking.reach import reach
+from magmotor.mjcf.checking.reach import limited_slides, reach
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*mm.check.model. proposes:UserWarning")
 
@@ -371,7 +371,8 @@ def test_no_position_is_out_of_reach():
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     body, offset = model.nbody - 1, np.array([0.02, 0.03, 0.04])
-    bound = reach(model, data, body, 0, data.xpos[body] + [offset], limited=True)
+    walls = limited_slides(model, body, 0)
+    bound = reach(model, data, body, 0, data.xpos[body] + [offset], walls)
     generator, nearest = np.random.default_rng(0), np.inf
     for _ in range(20000):
         mujoco.mj_integratePos(model, data.qpos, generator.normal(size=model.nv), 10.0)

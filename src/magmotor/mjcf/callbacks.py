@@ -15,8 +15,8 @@ import mujoco
 from numba import njit, types
 
 import magmotor_plugin
-from magmotor.mjcf import errors, layout, memory, messages, sentences
-from magmotor.mjcf.forces import cluster_blocks, coils, resolution, tiles
+from magmotor.mjcf import errors, layout, memory, messages, reports, sentences
+from magmotor.mjcf.forces import all_forces
 from magmotor.mjcf.forces.all_forces import apply_forces, first_error
 from magmotor.mjcf.forces.brownian_wrenches import (
     add_brownian_wrenches,
@@ -109,7 +109,9 @@ def _read(checksum: int, offsets: layout.Layout):
         _ = checksum
         m = memory.words(model, memory.UNBOUNDED)
         kinds = forces_of(m, offsets)
-        report(first_error(m, offsets, kinds, True), m, m, offsets)
+        place = memory.triple_on_stack()
+        first_error(model, kinds, True, place)
+        report(memory.words(place, 3), model, model)
         return kinds
 
     return read
@@ -136,12 +138,9 @@ def _prepare(checksum: int, offsets: layout.Layout):
 
 @cache
 def _bind() -> None:
-    messages.bind()
-    coils.bind()
-    resolution.bind()
-    tiles.bind()
-    cluster_blocks.bind()
-    memory.bind_mujoco("mj_applyFT", "mj_passive", "mj_warning", "mj_id2name")
+    reports.bind()
+    all_forces.bind()
+    memory.bind_mujoco("mj_applyFT", "mj_passive", "mj_warning")
 
 
 @compiled_once(types.void(_word, _word), error_model="numpy")
@@ -159,19 +158,21 @@ def _callback(checksum: int, offsets: layout.Layout):
         if plugin_instance(m, offsets) >= 0:
             return
         kinds = forces_of(m, offsets)
-        applied = memory.numbers(d[offsets.xfrc_applied // 8], memory.UNBOUNDED, 6)
-        generalized = memory.numbers(d[offsets.qfrc_passive // 8], 1, memory.UNBOUNDED)[0]
+        place = memory.triple_on_stack()
+        error, wrenches = memory.words(place, 3), d[offsets.xfrc_applied // 8]
         step, stage = step_number(model, data, offsets), in_later_stage(model, data, offsets)
         if kinds & POTENTIALS and m[offsets.nuser_jnt // 8] > 0:
             # Finite differences may keep the passive forces, which then contain ours already.
             _compute_passive(model, data)
-        acting, error = apply_forces(model, data, offsets, kinds, applied, generalized, stage)
+        generalized = d[offsets.qfrc_passive // 8]
+        acting = apply_forces(model, data, kinds, wrenches, generalized, stage, place)
         if error[0] < 0 and kinds & NOISE and m[offsets.nuser_body // 8] > 0:
+            applied = memory.numbers(wrenches, memory.UNBOUNDED, 6)
             acting += add_brownian_wrenches(model, data, offsets, step, applied)
         if error[0] >= 0:
             _abandon_stack(data, offsets)
-            report(error, m, d, offsets)
-            _clear(memory.numbers(d[offsets.xfrc_applied // 8], m[offsets.nbody // 8], 6))
+            report(error, model, data)
+            _clear(memory.numbers(wrenches, m[offsets.nbody // 8], 6))
             _mark_failed(model, data, offsets, stage)
         elif acting > 0:
             messages.remember_acting(model)
@@ -195,9 +196,11 @@ def _init(checksum: int, offsets: layout.Layout):
         _ = checksum
         m = memory.words(model, memory.UNBOUNDED)
         kinds = forces_of(m, offsets)
-        error = first_error(m, offsets, kinds, True)
+        place = memory.triple_on_stack()
+        first_error(model, kinds, True, place)
+        error = memory.words(place, 3)
         if error[0] >= 0:
-            report(error, m, m, offsets)
+            report(error, model, model)
             return FAILED
         if data != 0:
             _keep(m, data, offsets, instance)
@@ -241,17 +244,18 @@ def _compute(checksum: int, offsets: layout.Layout):
         step, stage = step_number(model, data, offsets), in_later_stage(model, data, offsets)
         bodies = m[offsets.nbody // 8]
         passive = d[offsets.qfrc_passive // 8]
-        generalized = memory.numbers(passive, 1, memory.UNBOUNDED)[0]
         stack = d.ctypes.data
         memory.mark_stack(stack)
         room = memory.allocate(stack, 48 * bodies, 8)
         applied = memory.numbers(room, bodies, 6)
         _clear(applied)
-        _, error = apply_forces(model, data, offsets, kinds, applied, generalized, stage)
+        place = memory.triple_on_stack()
+        apply_forces(model, data, kinds, room, passive, stage, place)
+        error = memory.words(place, 3)
         if error[0] >= 0:
             memory.free_stack(stack)
             _abandon_stack(data, offsets)
-            report(error, m, d, offsets)
+            report(error, model, data)
             _mark_failed(model, data, offsets, stage)
             return
         if kinds & NOISE and m[offsets.nuser_body // 8] > 0:
@@ -295,7 +299,7 @@ def _check_magnetometers(checksum: int, offsets: layout.Layout):
         sensor = sensor_without_site(m, offsets, instance)
         if sensor < 0:
             return 0
-        report((errors.NO_SITE, sensor, -1), m, m, offsets)
+        report((errors.NO_SITE, sensor, -1), model, model)
         return FAILED
 
     return init
@@ -310,10 +314,12 @@ def _measure(checksum: int, offsets: layout.Layout):
         m = memory.words(model, memory.UNBOUNDED)
         d = memory.words(data, memory.UNBOUNDED)
         kinds = forces_of(m, offsets)
-        error = first_error(m, offsets, kinds, False)
+        place = memory.triple_on_stack()
+        first_error(model, kinds, False, place)
+        error = memory.words(place, 3)
         if error[0] < 0:
-            error = read_magnetometers(m, d, offsets, kinds, instance)
-        report(error, m, d, offsets)
+            error[0], error[1], error[2] = read_magnetometers(m, d, offsets, kinds, instance)
+        report(error, model, data)
 
     return compute
 

@@ -191,7 +191,7 @@ def _observe(checksum: int, offsets: layout.Layout):
                 why, point, numeric = error if error >= 0 else COINCIDENCE, i, other
             fields[i, 0], fields[i, 1], fields[i, 2] = found[3], found[4], found[5]
         memory.free_stack(data)
-        report(problem, m, d, offsets)
+        report(problem, model, data)
         return total, count, why, point, numeric
 
     return observe

@@ -36,6 +36,14 @@ def bind_variable(name: str, variable: ctypes.c_int64) -> None:
     llvm.add_symbol(name, ctypes.addressof(variable))
 
 
+def bind_compiled(name: str, function: Any) -> None:
+    """Bind a C function that Numba has compiled to the external symbol `name` of other code.
+
+    What is compiled by itself is neither compiled nor optimized again with each of its callers.
+    """
+    llvm.add_symbol(name, function.address)
+
+
 def bind_mujoco(*names: str) -> None:
     """Bind functions of MuJoCo's C library to their own names in compiled code."""
     for name in names:
@@ -91,6 +99,7 @@ def on_stack(count):
 
 
 word_on_stack = on_stack(1)
+triple_on_stack = on_stack(3)
 details_on_stack = on_stack(16)
 
 
@@ -167,6 +176,22 @@ def all_finite(array, row, columns):
     for k in range(columns):
         total += 0.0 * array[row, k]
     return total == 0.0
+
+
+def address_of(name):
+    """Return a compiled function that returns the address bound to a symbol."""
+
+    @intrinsic
+    def read(typingctx):
+        def codegen(context, builder, signature, args):
+            word = ir.IntType(64)
+            place = builder.module.globals.get(name)
+            place = place or ir.GlobalVariable(builder.module, word, name)
+            return builder.ptrtoint(place, word)
+
+        return types.int64(), codegen
+
+    return read
 
 
 def variable(name):

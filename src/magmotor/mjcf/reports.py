@@ -5,7 +5,8 @@
 
 from numba import njit, types
 
-from magmotor.mjcf import errors, memory, messages, sentences
+from magmotor.mjcf import errors, layout, memory, messages, sentences
+from magmotor.mjcf.forces import coils
 from magmotor.mjcf.forces.brownian_wrenches import userdata_at
 from magmotor.mjcf.forces.coils import invalid_coil
 from magmotor.mjcf.forces.custom import (
@@ -21,18 +22,49 @@ from magmotor.mjcf.forces.custom import (
 from magmotor.mjcf.forces.fields import HEADER, invalid_field_tuple, place_in_field
 from magmotor.mjcf.forces.iron import invalid_iron
 from magmotor.mjcf.forces.marks import marks_of
+from magmotor.numerics.numba_cache import compiled_once
 
+_word = types.int64
+_REPORT = types.void(_word, _word, _word, _word, _word)
+_report = types.ExternalFunction("magmotor_report", _REPORT)
 _name = types.ExternalFunction("mj_id2name", types.int64(types.int64, types.int32, types.int32))
 
 
-@njit
-def report(error, m, d, offsets):
+def bind() -> None:
+    """Bind what this module compiles by itself, and what that calls, to symbols."""
+    messages.bind()
+    coils.bind()
+    memory.bind_mujoco("mj_id2name")
+    memory.bind_compiled("magmotor_report", _compiled_report(layout.current()))
+
+
+@njit(forceinline=True)
+def report(error, model, data):
     """Raise an error, or record it: its number, and those of up to two elements, or -1.
 
     The elements of some errors are dipoles: the number of a site, or the number of sites plus that
-    of a geom.
+    of a geom. `model` and `data` are the addresses of mjModel and mjData.
     """
-    number, first, second = error
+    if error[0] >= 0:
+        _report(error[0], error[1], error[2], model, data)
+
+
+@compiled_once(_REPORT, error_model="numpy")
+def _compiled_report(checksum: int, offsets: layout.Layout):
+    """Define what `report` calls, for one layout of the structs."""
+
+    def report(number, first, second, model, data):
+        _ = checksum
+        m = memory.words(model, memory.UNBOUNDED)
+        d = memory.words(data, memory.UNBOUNDED)
+        _report_error(number, first, second, m, d, offsets)
+
+    return report
+
+
+@njit(forceinline=True)
+def _report_error(number, first, second, m, d, offsets):
+    """Look up the names and numbers that the sentence of an error has, and raise it."""
     model = m.ctypes.data
     place = memory.details_on_stack()
     details = memory.numbers(place, 1, errors.DETAILS)[0]

@@ -1,6 +1,6 @@
 """Which magnets of a model can come near each other, and how near."""
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from typing import NamedTuple
 
 import mujoco
@@ -17,8 +17,8 @@ from magmotor.mjcf.checking.geoms import (
     rows_of_magnets,
     touching_geoms,
 )
-from magmotor.mjcf.checking.limits import soft_limit
-from magmotor.mjcf.checking.reach import Reach, common_ancestor, reach
+from magmotor.mjcf.checking.limits import soft_limits
+from magmotor.mjcf.checking.reach import Reach, common_ancestor, limited_slides, reach
 from magmotor.mjcf.checking.strengths import Magnet, magnets_of
 from magmotor.mjcf.checking.touch import Side, Spacing, closest_approach, coarsest
 from magmotor.mjcf.declared import tuples
@@ -105,7 +105,7 @@ def _bound(model: mujoco.MjModel, data: mujoco.MjData, magnet: Magnet) -> Reach:
     """Return where a magnet can be if no limits hold it, as one point with a radius."""
     geoms = np.flatnonzero(model.body_weldid[model.geom_bodyid] == magnet.body)
     origin = data.xpos[[magnet.body]]
-    found = reach(model, data, magnet.body, 0, origin, limited=False)
+    found = reach(model, data, magnet.body, 0, origin)
     size = np.linalg.norm(magnet.positions - origin, axis=1).max()
     if len(geoms):
         bounds = np.linalg.norm(data.geom_xpos[geoms] - origin, axis=1) + _radii(model, geoms)
@@ -152,12 +152,14 @@ def _meeting(
     apart = sides[0].depth[:, np.newaxis] + sides[1].depth
     masses = _masses(model, magnets, touching)
     level = max(0.0, float(sides[1].depth[0])) if other.images else 0.0
-    gaps, soft = _gaps(model, data, magnets, geoms, level, limited=True), -1
-    weights = np.where(acts, factor, 0)
-    if min(gap.min(initial=np.inf) for gap in gaps) > 0:
-        soft = soft_limit(model, magnets, ancestor, gaps, weights, masses)
-        if soft >= 0:
-            gaps = _gaps(model, data, magnets, geoms, level, limited=False)
+    walls = [j for magnet in magnets for j in limited_slides(model, magnet.body, ancestor)]
+    gaps, soft = _gaps(model, data, magnets, geoms, level, walls), -1
+    if walls and _keep_apart(gaps):
+        for soft in soft_limits(model, magnets, walls, gaps, np.where(acts, factor, 0)):
+            walls.remove(soft)
+            gaps = _gaps(model, data, magnets, geoms, level, walls)
+            if not _keep_apart(gaps):
+                break
     of_dipoles, of_geoms = gaps
     near = acts & (apart < COINCIDENCE) & (of_dipoles <= 0)
     held = np.where(acts & (apart >= COINCIDENCE), apart, np.inf)
@@ -180,19 +182,19 @@ def _gaps(
     magnets: tuple[Magnet, Magnet],
     geoms: list[NDArray],
     level: float,
-    *,
-    limited: bool,
+    walls: Collection[int],
 ) -> tuple[Array, Array]:
     """Return how near dipoles, and geoms, of two magnets come to each other at least.
 
     The columns are those of the other magnet; a plane has one, at the height `level` above it.
+    `walls` are the slides that stop at their limits.
     """
     one, other = magnets
     ancestor = common_ancestor(model, one.body, other.body)
     found = []
     for places in ([m.positions for m in magnets], [data.geom_xpos[own] for own in geoms]):
         first, second = (
-            reach(model, data, magnet.body, ancestor, points, limited=limited)
+            reach(model, data, magnet.body, ancestor, points, walls)
             for magnet, points in zip(magnets, places, strict=True)
         )
         if found:
@@ -208,6 +210,10 @@ def _gaps(
             normal = data.geom_xmat[other.elements[0] - model.nsite, 2::3]
             found.append(first.lowest(other.positions[0], normal)[:, np.newaxis] - level)
     return found[0], found[1]
+
+
+def _keep_apart(gaps: tuple[Array, Array]) -> bool:
+    return min(gap.min(initial=np.inf) for gap in gaps) > 0
 
 
 def _masses(

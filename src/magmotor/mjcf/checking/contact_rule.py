@@ -92,13 +92,9 @@ class Softness(NamedTuple):
         return second if first > 0 else -second / 2 / math.sqrt(max(-first, 1e-30))
 
     def strike(self) -> float:
-        """Return how deep a speed v drives the contact, over v s."""
-        ratio = self.ratio
-        if abs(ratio - 1) < 1e-6:
-            return math.exp(-1)
-        if ratio < 1:
-            return math.exp(-ratio * math.acos(ratio) / math.sqrt(1 - ratio**2))
-        return math.exp(-ratio * math.acosh(ratio) / math.sqrt(ratio**2 - 1))
+        """Return how deep a speed v drives the contact, over v s; less if it is overdamped."""
+        ratio = min(self.ratio, 1 - 1e-9)
+        return math.exp(-ratio * math.acos(ratio) / math.sqrt(1 - ratio**2))
 
     def compliance(self, depth: Array) -> Array:
         """Return c, the compliance in units of (s/T)^2, at penetrations in m."""

@@ -1,5 +1,6 @@
 """Which places the points of a model's bodies can reach."""
 
+from collections.abc import Collection
 from typing import NamedTuple
 
 import mujoco
@@ -39,17 +40,15 @@ def reach(
     body: int,
     ancestor: int,
     points: Array,
-    *,
-    limited: bool,
+    walls: Collection[int] = (),
 ) -> Reach:
     """Return where points of a body can be, whose places at present are `points` (n, 3).
 
-    Slides move as far as their limits allow, if these count (`limited`), hinges and balls turn
-    without limits, and bodies that a user moves (mocap) can be anywhere.
+    Only those slides stop at their limits that are in `walls`; hinges and balls turn without
+    limits, and bodies that a user moves (mocap) can be anywhere.
     """
     center, anchor, arm = None, np.zeros(3), 0.0
     lowest, highest = np.zeros(3), np.zeros(3)
-    limited = limited and not disabled(model, "limit")
     if (model.body_mocapid[_chain(model, body, ancestor)] >= 0).any():
         lowest, highest = np.full((2, 3), [[-np.inf], [np.inf]])
     for joint in (j for each in _chain(model, body, ancestor) for j in _joints(model, each)):
@@ -58,7 +57,7 @@ def reach(
             lowest, highest = np.full((2, 3), [[-np.inf], [np.inf]])
         elif kind == mujoco.mjtJoint.mjJNT_SLIDE:
             travel = np.array([-np.inf, np.inf])
-            if limited and model.jnt_limited[joint]:
+            if joint in walls:
                 travel = model.jnt_range[joint] - data.qpos[model.jnt_qposadr[joint]]
             along = np.tile(abs(travel).max(), 3)
             ends = np.array([-along, along])
@@ -83,7 +82,9 @@ def reach(
 
 
 def limited_slides(model: mujoco.MjModel, body: int, ancestor: int) -> list[int]:
-    """Return the slides with limits of a body and what it hangs on, up to an ancestor."""
+    """Return the slides of a body, and of what it hangs on up to an ancestor, that have limits."""
+    if disabled(model, "limit"):
+        return []
     joints = [joint for each in _chain(model, body, ancestor) for joint in _joints(model, each)]
     slide = mujoco.mjtJoint.mjJNT_SLIDE
     return [j for j in joints if model.jnt_limited[j] and model.jnt_type[j] == slide]

@@ -3,9 +3,10 @@
 # Numba's intrinsics hide their first parameter:
 # pyright: reportCallIssue=false
 
-from numba import njit
+from numba import njit, types
 
-from magmotor.mjcf import errors, memory
+from magmotor.mjcf import errors, layout, memory
+from magmotor.mjcf.forces import coils, dipole_wrenches, resolution
 from magmotor.mjcf.forces.brownian_wrenches import (
     clear_driven_bodies,
     has_step_number,
@@ -20,23 +21,77 @@ from magmotor.mjcf.forces.joint_potentials import add_potential_forces, invalid_
 from magmotor.mjcf.forces.magnetic_wrenches import set_magnetic_wrenches
 from magmotor.mjcf.forces.marks import COILS, COUPLINGS, DIPOLES, FIELDS, IRON, NOISE, POTENTIALS
 from magmotor.mjcf.forces.tolerance import invalid_tolerance
+from magmotor.numerics.numba_cache import compiled_once
+
+_word, _flag = types.int64, types.boolean
+_APPLY = types.int64(_word, _word, _word, _word, _word, _flag, _word)
+_CHECK = types.void(_word, _word, _flag, _word)
+
+apply_forces = types.ExternalFunction("magmotor_apply_forces", _APPLY)
+"""Compute all forces except noise, and return how many act.
+
+The arguments are the addresses of mjModel and mjData; the bits of `forces_of`; the addresses of the
+wrenches (nbody, 6), which overwrite those of the bodies on which any act, and of the forces on
+joints (nv,), to which those of potentials are added; whether this is a later stage of RK4; and the
+address of three words. These receive an error for `report`; without one, the second and the third
+are those of `unresolved_body`.
+"""
+
+first_error = types.ExternalFunction("magmotor_first_error", _CHECK)
+"""Check a model's mark, and the `user` numbers, numerics and tuples that act.
+
+The arguments are the address of mjModel, the bits of `forces_of`, whether the check is thorough,
+and the address of three words, which receive an error for `report`. Only a thorough check reads all
+numbers of tables, and the coils that `read_drives` will read.
+"""
+
+
+def bind() -> None:
+    """Bind what this module compiles by itself, and what that calls, to symbols."""
+    coils.bind()
+    resolution.bind()
+    dipole_wrenches.bind()
+    memory.bind_compiled("magmotor_first_error", _first_error(layout.current()))
+    memory.bind_compiled("magmotor_apply_forces", _apply_forces(layout.current()))
+
+
+@compiled_once(_APPLY, error_model="numpy")
+def _apply_forces(checksum: int, offsets: layout.Layout):
+    """Define `apply_forces` for one layout of the structs."""
+
+    def apply_forces(model, data, kinds, applied, generalized, later, error):
+        _ = checksum
+        words = memory.words(error, 3)
+        wrenches = memory.numbers(applied, memory.UNBOUNDED, 6)
+        forces = memory.numbers(generalized, 1, memory.UNBOUNDED)[0]
+        first_error(model, kinds, False, error)
+        if words[0] >= 0:
+            return 0
+        acting, found = _apply(model, data, offsets, kinds, wrenches, forces, later)
+        words[0], words[1], words[2] = found
+        return acting
+
+    return apply_forces
+
+
+@compiled_once(_CHECK, error_model="numpy")
+def _first_error(checksum: int, offsets: layout.Layout):
+    """Define `first_error` for one layout of the structs."""
+
+    def first_error(model, kinds, thorough, error):
+        _ = checksum
+        words = memory.words(error, 3)
+        m = memory.words(model, memory.UNBOUNDED)
+        words[0], words[1], words[2] = _find_error(m, offsets, kinds, thorough)
+
+    return first_error
 
 
 @njit(forceinline=True)
-def apply_forces(model, data, offsets, kinds, applied, generalized, later):
-    """Compute all forces except noise; return how many act, and an error for `report`.
-
-    Without an error, its other numbers are those of `unresolved_body`.
-    `model` and `data` are the addresses of mjModel and mjData, `offsets` is their layout, and
-    `kinds` are the bits of `forces_of`. The wrenches overwrite those of the bodies on which any
-    act, in `applied` (nbody, 6); forces on joints are added to `generalized` (nv,).
-    `later` is whether this is a later stage of RK4.
-    """
+def _apply(model, data, offsets, kinds, applied, generalized, later):
+    """Do `apply_forces` for a valid model; return also an error."""
     m = memory.words(model, memory.UNBOUNDED)
     d = memory.words(data, memory.UNBOUNDED)
-    error = first_error(m, offsets, kinds, False)
-    if error[0] >= 0:
-        return 0, error
     acting, found = 0, errors.NO_ERROR
     if kinds & NOISE and m[offsets.nuser_body // 8] > 0:
         invalid = clear_driven_bodies(m, d, offsets, applied)
@@ -53,13 +108,9 @@ def apply_forces(model, data, offsets, kinds, applied, generalized, later):
     return acting, found
 
 
-@njit
-def first_error(m, offsets, kinds, thorough):
-    """Check a model's mark, and the `user` numbers, numerics and tuples that act.
-
-    Returns the number of the error, or -1, and of the element. Only a thorough check reads all
-    numbers of tables, and the coils that `read_drives` will read.
-    """
+@njit(forceinline=True)
+def _find_error(m, offsets, kinds, thorough):
+    """Do `first_error`."""
     if kinds < 0:
         return errors.MARK, -1, -1
     site = invalid_moment(m, offsets) if kinds & DIPOLES else -1

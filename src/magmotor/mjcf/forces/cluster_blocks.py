@@ -7,9 +7,7 @@ its halves act, and at last each of its dipoles.
 # Numba's intrinsics hide their first parameter:
 # pyright: reportCallIssue=false
 
-import ctypes
 import math
-from functools import cache
 
 from numba import njit, types
 
@@ -33,6 +31,7 @@ from magmotor.mjcf.forces.tiles import (
     X,
     Y,
     Z,
+    dispatch,
     terms_of_pairs,
 )
 from magmotor.numerics.numba_cache import compiled_once
@@ -70,19 +69,12 @@ BLOCKS, TILES, NODES, BOOK, HEADER = range(5)
 """Words of a job."""
 
 _word, _int = types.int64, types.int32
-_dispatch = types.ExternalFunction("mju_dispatch", types.void(_word, _word, _word, _word, _int))
-_task_address = memory.variable("magmotor_cluster_task")
+_task_address = memory.address_of("magmotor_cluster_task")
 
 
-@cache
 def bind() -> None:
     """Bind the task to its symbol in compiled code."""
-    memory.bind_variable("magmotor_cluster_task", _address())
-
-
-@cache
-def _address() -> ctypes.c_int64:
-    return ctypes.c_int64(_task().address)
+    memory.bind_compiled("magmotor_cluster_task", _task())
 
 
 @njit(error_model="numpy")
@@ -160,7 +152,7 @@ def sum_on_all_blocks(model, stack, tiles, nodes, book):
     job = memory.words(address, HEADER)
     job[BLOCKS], job[TILES], job[NODES] = len(book), tiles.ctypes.data, nodes.ctypes.data
     job[BOOK] = book.ctypes.data
-    _dispatch(model, stack, _task_address(), address, (len(book) + SPAN - 1) // SPAN)
+    dispatch(model, stack, _task_address(), address, (len(book) + SPAN - 1) // SPAN)
 
 
 @compiled_once(types.void(_word, _word, _word, _int, _int), error_model="numpy")

@@ -10,10 +10,11 @@ which are opposite about any common point.
 # Numba's intrinsics hide their first parameter:
 # pyright: reportCallIssue=false, reportGeneralTypeIssues=false
 
-from numba import njit
+from numba import njit, types
 
 from magmotor.dipoles import sum_over_sources
 from magmotor.mjcf import memory
+from magmotor.mjcf.forces import cluster_blocks, tiles
 from magmotor.mjcf.forces.clusters import (
     CLUSTERED,
     FIXED,
@@ -28,11 +29,24 @@ from magmotor.mjcf.forces.dipole_table import (
     LABEL,
     MOVES,
     PAIRWISE,
+    ROWS,
     SIZE,
     dipole,
     padded,
 )
 from magmotor.mjcf.forces.tiles import TILED, dipole_and_sums, fill_tiles, sum_over_pairs
+from magmotor.numerics.numba_cache import compiled_once
+
+_word, _number = types.int64, types.float64
+_CLUSTERED = types.int64(_word, _word, _number, *8 * [_word])
+_add_clustered_wrenches = types.ExternalFunction("magmotor_add_clustered_wrenches", _CLUSTERED)
+
+
+def bind() -> None:
+    """Bind what this module compiles by itself, and what that calls, to symbols."""
+    tiles.bind()
+    cluster_blocks.bind()
+    memory.bind_compiled("magmotor_add_clustered_wrenches", _clustered())
 
 
 @njit(forceinline=True)
@@ -51,11 +65,14 @@ def add_dipole_wrenches(
     count, mixed = magnets.number, magnets.mixed
     if mixed and tolerance > 0.0 and end >= CLUSTERED and are_sorted(table, end):
         memory.mark_stack(stack)
-        acting, coincident, done = _add_clustered_wrenches(
-            model, stack, tolerance, table, count, boundary, end, center, applied
-        )
+        place = memory.triple_on_stack()
+        acting = _add_clustered_wrenches(
+            model, stack, tolerance, table.ctypes.data, table.shape[1], count, boundary, end,
+            center.ctypes.data, applied.ctypes.data, place,
+        )  # fmt: skip
         memory.free_stack(stack)
-        mixed = not done
+        result = memory.words(place, 2)
+        coincident, mixed = result[0], result[1] == 0
     if mixed and end >= TILED and _mostly_move(table, count, boundary, end):
         mixed = False
         acting, coincident = _add_tiled_wrenches(
@@ -92,40 +109,56 @@ def _add_tiled_wrenches(model, stack, table, count, boundary, end, center, appli
 
     Returns the number of magnets that can move, and whether any dipoles coincide.
     """
-    tiles = fill_tiles(stack, table, end)
-    coincident = sum_over_pairs(model, stack, tiles)
+    blocks = fill_tiles(stack, table, end)
+    coincident = sum_over_pairs(model, stack, blocks)
     acting = 0
     for k in range(count):
         if table[FIRST, k] < boundary and table[MOVES, k] > 0.0:
             acting += 1
             first = int(table[FIRST, k])
             for i in range(first, first + int(table[SIZE, k])):
-                target, total = dipole_and_sums(tiles, i)
+                target, total = dipole_and_sums(blocks, i)
                 add_wrench(int(table[BODY, k]), 1.0, target, total, center, applied)
     return acting, int(coincident)
 
 
-@njit
-def _add_clustered_wrenches(
-    model, stack, tolerance, table, count, boundary, end, center, applied
-):  # fmt: skip
-    """Do `_add_tiled_wrenches` within a tolerance; return also whether this was done."""
-    magnet = memory.words(memory.allocate(stack, 8 * end, 8), end)
-    acting = 0
-    for k in range(count):
-        moves, first = table[MOVES, k] > 0.0, int(table[FIRST, k])
-        if first < boundary:
-            acting += moves
-            magnet[first : first + int(table[SIZE, k])] = k if moves else FIXED
-    tiles, order, coincident, done = sum_by_clusters(
-        model, stack, table, end, magnet, tolerance, worthwhile_work(end)
-    )
-    for i in range(end if done else 0):
-        k = magnet[order[i]]
-        if k != FIXED:
-            target, total = dipole_and_sums(tiles, i)
-            add_wrench(int(table[BODY, k]), 1.0, target, total, center, applied)
-    return acting if done else 0, int(coincident), done
+@compiled_once(_CLUSTERED, error_model="numpy")
+def _clustered(checksum: int):
+    """Define `_add_clustered_wrenches`."""
+
+    def add_clustered_wrenches(
+        model, stack, tolerance, table, columns, count, boundary, end, center, applied, result
+    ):  # fmt: skip
+        """Do `_add_tiled_wrenches` within a tolerance.
+
+        Arrays are given by their addresses. `result` receives whether any dipoles coincide, and
+        whether this was done.
+        """
+        _ = checksum
+        table = memory.numbers(table, ROWS, columns)
+        center = memory.numbers(center, memory.UNBOUNDED, 3)
+        applied = memory.numbers(applied, memory.UNBOUNDED, 6)
+        magnet = memory.words(memory.allocate(stack, 8 * end, 8), end)
+        acting = 0
+        for k in range(count):
+            moves, first = table[MOVES, k] > 0.0, int(table[FIRST, k])
+            if first < boundary:
+                acting += moves
+                for i in range(first, first + int(table[SIZE, k])):
+                    magnet[i] = k if moves else FIXED
+        blocks, order, coincident, done = sum_by_clusters(
+            model, stack, table, end, magnet, tolerance, worthwhile_work(end)
+        )
+        for i in range(end if done else 0):
+            k = magnet[order[i]]
+            if k != FIXED:
+                target, total = dipole_and_sums(blocks, i)
+                add_wrench(int(table[BODY, k]), 1.0, target, total, center, applied)
+        words = memory.words(result, 2)
+        words[0], words[1] = coincident, done
+        return acting if done else 0
+
+    return add_clustered_wrenches
 
 
 @njit(forceinline=True)

@@ -13,9 +13,6 @@ chunk meets one other. The meetings of a round share no data and are tasks for M
 # Numba's intrinsics hide their first parameter:
 # pyright: reportCallIssue=false
 
-import ctypes
-from functools import cache
-
 from numba import njit, types
 
 from magmotor.dipoles import COINCIDENCE_SQUARED, PERMEABILITY_OVER_4PI, inner
@@ -53,20 +50,16 @@ BLOCKS, TILES, CHUNKS, ROUND, HEADER = range(5)
 """Words of a job; a word for each chunk follows, which is 1 if any dipoles coincide."""
 
 _word, _int = types.int64, types.int32
-_dispatch = types.ExternalFunction("mju_dispatch", types.void(_word, _word, _word, _word, _int))
-_task_address = memory.variable("magmotor_tile_task")
+dispatch = types.ExternalFunction("mju_dispatch", types.void(_word, _word, _word, _word, _int))
+"""Give a number of tasks, of a function and its argument, to the thread pool of an mjData."""
+
+_task_address = memory.address_of("magmotor_tile_task")
 
 
-@cache
 def bind() -> None:
     """Bind the task and the function that dispatches it to the symbols in compiled code."""
     memory.bind_mujoco("mju_dispatch")
-    memory.bind_variable("magmotor_tile_task", _address())
-
-
-@cache
-def _address() -> ctypes.c_int64:
-    return ctypes.c_int64(_task().address)
+    memory.bind_compiled("magmotor_tile_task", _task())
 
 
 @njit
@@ -123,7 +116,7 @@ def sum_over_pairs(model, stack, tiles):
     job[HEADER:] = 0
     for number in range(chunks):
         job[ROUND] = number
-        _dispatch(model, stack, _task_address(), address, chunks if number == 0 else chunks // 2)
+        dispatch(model, stack, _task_address(), address, chunks if number == 0 else chunks // 2)
     coincident = False
     for k in range(chunks):
         coincident = coincident or job[HEADER + k] != 0

@@ -14,7 +14,8 @@ from functools import cache
 import numpy as np
 from numba import njit, types
 
-from magmotor.mjcf import layout, memory
+from magmotor.mjcf import layout, memory, reports
+from magmotor.mjcf.forces import all_forces
 from magmotor.mjcf.forces.all_forces import apply_forces
 from magmotor.mjcf.forces.brownian_wrenches import chosen, step_number
 from magmotor.mjcf.forces.marks import forces_of
@@ -29,7 +30,6 @@ from magmotor.mjcf.langevin.coefficients import (
     StepCoefficients,
 )
 from magmotor.mjcf.langevin.thermostat import BY_TIME
-from magmotor.mjcf.messages import bind
 from magmotor.mjcf.reports import report
 from magmotor.noise import normal
 from magmotor.numerics.numba_cache import compiled_once, copy
@@ -49,7 +49,8 @@ _update_kinematics, _integrate_positions = (
 def compiled():
     """Return the loop for the running MuJoCo, compiled at most once per process."""
     memory.bind_mujoco(*_FUNCTIONS)
-    bind()
+    reports.bind()
+    all_forces.bind()
     return _advance(layout.current())
 
 
@@ -150,10 +151,14 @@ def _compute_forces(model, data, offsets, coefficients, force):
     """
     d = memory.words(data, memory.UNBOUNDED)
     _update_kinematics(model, data)
-    applied = memory.numbers(d[offsets.xfrc_applied // 8], memory.UNBOUNDED, 6)
+    wrenches = d[offsets.xfrc_applied // 8]
+    applied = memory.numbers(wrenches, memory.UNBOUNDED, 6)
     for i in range(len(force)):
         force[i] = 0.0
-    _apply_forces(model, data, offsets, applied, force)
+    place = memory.triple_on_stack()
+    kinds = forces_of(memory.words(model, memory.UNBOUNDED), offsets)
+    apply_forces(model, data, kinds, wrenches, force.ctypes.data, False, place)
+    report(memory.words(place, 3), model, data)
     frames = memory.numbers(d[offsets.xmat // 8], memory.UNBOUNDED, 9)
     direct = memory.numbers(d[offsets.qfrc_applied // 8], 1, memory.UNBOUNDED)
     for i in range(len(force)):
@@ -165,15 +170,6 @@ def _compute_forces(model, data, offsets, coefficients, force):
         for k in range(3):
             for j in range(3):
                 force[dof + k] += frames[body, 3 * j + k] * applied[body, 3 + j]
-
-
-@njit(error_model="numpy")
-def _apply_forces(model, data, offsets, applied, generalized):
-    """Call `apply_forces` without inlining, to shorten compilation."""
-    m = memory.words(model, memory.UNBOUNDED)
-    kinds = forces_of(m, offsets)
-    _, error = apply_forces(model, data, offsets, kinds, applied, generalized, False)
-    report(error, m, memory.words(data, memory.UNBOUNDED), offsets)
 
 
 @njit(forceinline=True)

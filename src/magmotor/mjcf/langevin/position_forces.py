@@ -5,12 +5,13 @@
 
 from numba import njit, types
 
-from magmotor.mjcf import memory
+from magmotor.mjcf import memory, reports
+from magmotor.mjcf.forces import all_forces
 from magmotor.mjcf.forces.all_forces import apply_forces
 from magmotor.mjcf.reports import report
 
 _word, _int = types.int64, types.int32
-FUNCTIONS = {
+_FUNCTIONS = {
     "mj_tendon": types.void(_word, _word),
     "mj_transmission": types.void(_word, _word),
     "mj_passive": types.void(_word, _word),
@@ -18,7 +19,6 @@ FUNCTIONS = {
     "mj_collision": types.void(_word, _word),
     "mj_makeConstraint": types.void(_word, _word),
 }
-"""Functions of MuJoCo that this module calls."""
 
 (
     _update_tendons,
@@ -27,7 +27,14 @@ FUNCTIONS = {
     _compute_actuation,
     _collide,
     _make_constraints,
-) = (types.ExternalFunction(name, signature) for name, signature in FUNCTIONS.items())
+) = (types.ExternalFunction(name, signature) for name, signature in _FUNCTIONS.items())
+
+
+def bind() -> None:
+    """Bind what this module calls to symbols in compiled code."""
+    memory.bind_mujoco(*_FUNCTIONS)
+    reports.bind()
+    all_forces.bind()
 
 
 @njit
@@ -83,23 +90,17 @@ def add_own_forces(model, data, offsets, tree, wrenches, generalized):
     The dipoles write their wrenches to `xfrc_applied`, or, if the model has the plugin, to the
     scratch memory `wrenches` (nbody, 6).
     """
-    m = memory.words(model, memory.UNBOUNDED)
     d = memory.words(data, memory.UNBOUNDED)
     bodies = len(tree.parents)
     wrenches[:] = 0.0
     xfrc = memory.numbers(d[offsets.xfrc_applied // 8], bodies, 6)
     applied = wrenches if tree.own_wrenches else xfrc
-    error = _apply_forces(model, data, offsets, tree.forces, applied, generalized)
-    report(error, m, d, offsets)
+    place, own = memory.triple_on_stack(), applied.ctypes.data
+    apply_forces(model, data, tree.forces, own, generalized.ctypes.data, False, place)
+    report(memory.words(place, 3), model, data)
     if tree.own_wrenches:
         _shift_wrenches(d, offsets, tree, wrenches)
         project_wrenches(d, offsets, tree, wrenches, generalized)
-
-
-@njit
-def _apply_forces(model, data, offsets, kinds, applied, generalized):
-    """Call `apply_forces` without inlining, to shorten compilation."""
-    return apply_forces(model, data, offsets, kinds, applied, generalized, False)[1]
 
 
 @njit(forceinline=True)

@@ -24,7 +24,6 @@ from magmotor.mjcf.langevin.position_forces import (
     constraint_count,
 )
 from magmotor.mjcf.langevin.tree import Dampers, Room, Tree
-from magmotor.mjcf.messages import bind
 from magmotor.numerics.numba_cache import compiled_once, copy
 
 A, B, O, K, R, S = range(6)
@@ -39,7 +38,6 @@ POWERS = 20
 _word = types.int64
 _FUNCTIONS = {
     **free_motion.FUNCTIONS,
-    **position_forces.FUNCTIONS,
     "mj_step": types.void(_word, _word),
 }
 _take_step = types.ExternalFunction("mj_step", _FUNCTIONS["mj_step"])
@@ -52,7 +50,7 @@ _borrow_tree, _borrow_dampers, _borrow_room = map(memory.borrower, (Tree, Damper
 def compiled():
     """Return the loop for the running MuJoCo, compiled at most once per process."""
     memory.bind_mujoco(*_FUNCTIONS)
-    bind()
+    position_forces.bind()
     return _advance(layout.current())
 
 
