@@ -1,4 +1,4 @@
-"""A hanging chain at a temperature: one line makes the thermostat, two more check it.
+"""A hanging chain at finite temperature: one line makes the thermostat, two more check it.
 
 Eight links of a ball joint each hang in a viscous fluid. The distribution of their directions is
 Boltzmann's law. Without the factor sqrt(det M) of the inertia M, each link would obey Langevin's

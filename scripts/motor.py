@@ -5,7 +5,7 @@ four have a uniform temperature. The paper does not state its durations; the def
 for flights. `paper/motor/runs.py` defines how the runs begin and end.
 
 Files in the folder `out`: `motor_RUN.nc` (the runs, with about one record per second; vectors are
-in single precision, and the attributes suffice to reproduce a run to the bit), `motor.png` (an
+in single precision, and the attributes suffice to reproduce a run bit for bit), `motor.png` (an
 overview of the run with the longest flight) and `motor_FIGURE.png`: energy, injected, path, xy,
 theta.
 """

@@ -33,10 +33,6 @@ ACCELERATION_STAGE = 3
 FAILED = -1
 """Result of `init` for which MuJoCo raises an error."""
 
-SLOW = 3.0
-"""Seconds after which loading is explained."""
-
-_COMPILING = "magmotor: compiling the forces, once after installation, for about a minute"
 _FORKED = (
     "this process was forked while another thread loaded the forces, which are missing here;"
     " compile a model before, or use the start method 'spawn'"
@@ -203,8 +199,6 @@ class _Code:
         return not self._failed
 
     def _load(self) -> None:
-        notice = threading.Timer(SLOW, print, (_COMPILING,), {"file": sys.stderr})
-        notice.start()
         try:
             from magmotor.mjcf.callbacks import compiled_plugin
 
@@ -217,8 +211,6 @@ class _Code:
         except BaseException:
             _print_exception()
             self._failed = True
-        finally:
-            notice.cancel()
 
     def after_fork(self) -> None:
         """Give up in a child whose parent was loading, whose lock a thread holds that is gone."""

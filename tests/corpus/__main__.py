@@ -75,7 +75,7 @@ def main() -> int:
     third = sum(np.isfinite(each.third_law) for each in distinct)
     print(f"models of which two rigid bodies or more move, for the third law: {third}")
     same, close = (sum(each.motion <= bound for each in distinct) for bound in (0.0, ROUNDING))
-    print(f"motions of {STEPS} steps, plugin against callback: {same} equal to the bit,")
+    print(f"motions of {STEPS} steps, plugin against callback: {same} equal bit for bit,")
     print(
         f"    {close - same} to {ROUNDING:g}, {len(distinct) - close} that amplify rounding further"
     )

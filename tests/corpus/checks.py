@@ -49,7 +49,7 @@ class Findings:
     marked: bool = False
     """Whether the model has `user` numbers of its own, and therefore got a mark."""
     unchanged: bool = False
-    """Whether the model without magnets moves as it does without magmotor, to the bit."""
+    """Whether the model without magnets moves as it does without magmotor, bit for bit."""
     callback: float = np.nan
     """Deviation of the wrenches by the callback from the independent implementation."""
     plugin: float = np.nan
@@ -62,7 +62,7 @@ class Findings:
     Relative to the largest part of that sum.
     """
     motion: float = np.nan
-    """The same for the positions after all steps, over their change; 0 is equality to the bit."""
+    """The same for the positions after all steps, over their change; 0 is equality bit for bit."""
     amplified: float = np.nan
     """The same between callbacks, if the last bits of the velocities change before each step."""
 

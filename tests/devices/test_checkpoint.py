@@ -1,4 +1,4 @@
-"""Stopped runs continue from their checkpoints, the same to the bit."""
+"""Stopped runs continue from their checkpoints, the same bit for bit."""
 
 import os
 import zlib

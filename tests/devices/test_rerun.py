@@ -1,4 +1,4 @@
-"""Datasets make themselves again, to the bit; scripts/rerun.py says whether they do."""
+"""Datasets make themselves again, bit for bit; scripts/rerun.py says whether they do."""
 
 import importlib
 import json

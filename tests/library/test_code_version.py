@@ -13,7 +13,8 @@ from typing import Any
 
 import llvmlite.binding as llvm
 import pytest
-from numba.core import config
+from numba import njit
+from numba.core import config, event
 
 import magmotor as mm
 from magmotor.common import environment as models_folder
@@ -22,7 +23,8 @@ from magmotor.common.versions import machine_versions, package_checksum
 from magmotor.devices.ball import rigid_kernel
 from magmotor.devices.disk import variational as lanes
 from magmotor.mjcf import callbacks
-from magmotor.numerics import numba_cache
+from magmotor.mjcf.forces import all_forces
+from magmotor.numerics import compilation_notice, numba_cache
 
 FACTORY = """
 from magmotor.numerics.numba_cache import compiled_once
@@ -290,16 +292,18 @@ def test_the_modules_of_a_kernel_are_those_that_it_reaches():
     modules, constants = numba_cache.reached(inspect.unwrap(rigid_kernel._advance))
     assert modules == {f"magmotor.{name}" for name in of_rigid_bodies}
     assert "magmotor.devices.ball.rigid_forces.NOBODY = -1.0" in constants
-    modules, _ = numba_cache.reached(inspect.unwrap(callbacks._callback))
-    assert {
-        f"magmotor.mjcf.{name}"
-        for name in (
-            "forces.dipole_wrenches",
-            "forces.dipole_sites",
-            "forces.brownian_wrenches",
-            "memory",
-        )
-    } <= modules
+    modules, _ = numba_cache.reached(inspect.unwrap(all_forces._apply_forces))
+    of_forces = "forces.dipole_wrenches", "forces.iron", "forces.brownian_wrenches", "memory"
+    assert {f"magmotor.mjcf.{name}" for name in of_forces} <= modules
+
+
+def test_what_is_compiled_by_itself_is_known_by_its_signature():
+    modules, constants = numba_cache.reached(inspect.unwrap(callbacks._callback))
+    assert {"magmotor.mjcf.callbacks", "magmotor.mjcf.forces.dipole_sites"} <= modules
+    assert "magmotor.mjcf.forces.all_forces" not in modules
+    numbers = ", ".join(5 * ["int64"])
+    signature = f"magmotor_apply_forces({numbers}, bool, int64) -> int64"
+    assert f"magmotor.mjcf.callbacks.apply_forces = {signature}" in constants
 
 
 def test_the_checksum_is_that_of_the_bytes_wherever_they_are(tmp_path, monkeypatch):
@@ -328,3 +332,19 @@ def test_the_machine_type_determines_rounding(kind, features, expected, monkeypa
     monkeypatch.setattr(platform, "machine", lambda: kind)
     monkeypatch.setattr(llvm, "get_host_cpu_features", lambda: features)
     assert machine_versions()["machine"] == expected
+
+
+@pytest.mark.parametrize(("module", "seconds", "lines"), [
+    ("magmotor.made", 0.0, 1), ("magmotor.made", 600.0, 0), ("someone.elses", 0.0, 0),
+])  # fmt: skip
+def test_a_line_says_once_that_compilation_takes_long(module, seconds, lines, capsys):
+    notice = compilation_notice.CompilationNotice(after=seconds)
+    with event.install_listener("numba:compile", notice):
+        for _ in range(2):
+
+            def made(number):
+                return sum([number, 1.0])
+
+            made.__module__ = module
+            assert njit(made)(2.0) == 3
+    assert capsys.readouterr().err == lines * f"{compilation_notice.TEXT}\n"

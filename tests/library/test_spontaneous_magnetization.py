@@ -26,6 +26,9 @@ TOUCHING = {
 }
 
 
+FAR = '<body pos="0 0 999"><freejoint/><geom size="1"/><site user="1e-9"/></body>'
+
+
 @pytest.mark.parametrize("name", TOUCHING)
 @pytest.mark.parametrize("field", ["0 0 0.01", "0.3 0 0", "0 0 0"])
 @pytest.mark.parametrize("material", ["1000", "1000 1.7e6", "1000 1"])
@@ -35,6 +38,34 @@ def test_long_or_flat_pieces_that_touch(name, field, material):
     close = r"iron geom . 'p\d' is so close to other iron.*without any field"
     with pytest.raises(mujoco.FatalError, match=close):
         iron(TOUCHING[name], field, material, names)
+
+
+PLANE = '<geom name="p0" type="plane" size="1 1 1"/>'
+
+
+@pytest.mark.parametrize(("piece", "limit"), [
+    ('type="cylinder" size="{0} 1" pos="0 0 1"', 1.9),
+    ('type="box" size="{0} {0} 1" pos="0 0 1"', 1.7),
+    ('type="cylinder" size="1 {0}" pos="0 0 1" euler="90 0 0"', 2.3),
+])  # fmt: skip
+def test_how_flat_or_long_a_piece_may_be_that_lies_on_a_plane(piece, limit):
+    """The numbers of docs/fields_coils_iron.md: width over height, or length over width."""
+    low, high = 1.0, 4.0
+    while high - low > 0.01:
+        ratio = (low + high) / 2
+        try:
+            iron(PLANE + f'<geom name="p1" {piece.format(ratio)}/>' + FAR, pieces="p0 p1")
+            low = ratio
+        except mujoco.FatalError:
+            high = ratio
+    assert low == pytest.approx(limit, abs=0.05)
+
+
+def test_a_row_of_seven_cubes_is_an_error():
+    row = "".join(free('type="box" size="1 1 1"', f"0 0 {2 * k}", f"p{k}") for k in range(7))
+    iron(row, pieces="p0 p1 p2 p3 p4 p5")
+    with pytest.raises(mujoco.FatalError, match="so close to other iron"):
+        iron(row, pieces="p0 p1 p2 p3 p4 p5 p6")
 
 
 def test_a_rod_alone_and_far_from_others():
@@ -114,7 +145,7 @@ def test_touching_spheres_are_stable(places, material):
         f'<geom name="p{k}" size="0.5" pos="{x} {y} {z}"/>'
         for k, (x, y, z) in enumerate(places.tolist())
     )
-    bodies += '<body pos="0 0 999"><freejoint/><geom size="1"/><site user="1e-9"/></body>'
+    bodies += FAR
     names = " ".join(f"p{k}" for k in range(len(places)))
     model, data = iron(bodies, "1e-5 2e-5 -3e-5", material, names)
     chi = np.eye(3) * 1000 / (1 + 1000 / 3)

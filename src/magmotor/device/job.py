@@ -24,7 +24,7 @@ class Job(NamedTuple):
     An engine's function `run(job)` yields the states in chunks, each with the engine's internal
     state at the end of the chunk: an array from which the run can continue. `start(job)` returns
     this array for the beginning. A run that continues from a checkpoint has `done` > 0, and must
-    then yield the remaining records to the bit as an uninterrupted run would.
+    then yield the remaining records bit for bit as an uninterrupted run would.
     """
 
     scene: Any

@@ -151,8 +151,8 @@ class LevitationVector(VectorEnv):
     """Many environments `Levitation` at once, on all processors by `mujoco.batch`.
 
     `gymnasium.make_vec("magmotor.gym:magmotor/Levitation-v0", num_envs=...)` makes one. Its
-    numbers are to the bit those of `SyncVectorEnv`. An environment whose episode has ended is reset
-    by the next step, which ignores its action (`AutoresetMode.NEXT_STEP`).
+    numbers are bit for bit those of `SyncVectorEnv`. An environment whose episode has ended is
+    reset by the next step, which ignores its action (`AutoresetMode.NEXT_STEP`).
 
     Parameters
     ----------

@@ -51,6 +51,18 @@ def fields(model: mujoco.MjModel) -> dict[str, str]:
     return found
 
 
+def field_owners(model: mujoco.MjModel) -> dict[int, int]:
+    """Return the rigid body to which each given field is fixed, by the number of its numeric."""
+    found = {k: 0 for k in range(model.nnumeric) if model.numeric(k).name.startswith("field")}
+    for _, elements in tuples(model, "field"):
+        bodies = [n if kind == BODY else model.site_bodyid[n]
+                  for kind, n, _ in elements if kind in (BODY, SITE)]  # fmt: skip
+        for kind, number, _ in elements:
+            if kind == NUMERIC and bodies:
+                found[number] = int(model.body_weldid[bodies[0]])
+    return found
+
+
 def _place(model: mujoco.MjModel, kind: int, number: int, prm: float) -> str:
     if kind == ACTUATOR:
         return f", driven by {name_of(model, 'actuator', number)}"

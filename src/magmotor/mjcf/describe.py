@@ -184,7 +184,8 @@ def describe(model: mujoco.MjModel) -> Description:
     magnetized = [geom for geom, susceptibility in iron.items() if susceptibility]
     magnets = {*bodies, *model.geom_bodyid[magnetized].tolist()}
     pairs = _pairs(model, sorted(magnets))
-    acting = bool(pairs or _meets(model, magnets, fields, magnetized))
+    owners = {*declared.field_owners(model).values()} if "fields" in named else set()
+    acting = bool(pairs or _meets(model, magnets, owners, magnetized))
     noise = _rows(model) if "noise" in named else {}
     potentials = _waves(model) if "potentials" in named else {}
     with warnings.catch_warnings():
@@ -252,13 +253,18 @@ def _pairs(model: mujoco.MjModel, bodies: list[int]) -> dict[tuple[str, str], fl
 
 
 def _meets(
-    model: mujoco.MjModel, bodies: Iterable[int], fields: dict[str, str], iron: Iterable[int]
+    model: mujoco.MjModel, bodies: Iterable[int], owners: set[int], iron: Iterable[int]
 ) -> bool:
-    """Whether a body with dipoles or iron meets a given field or a plane of iron, and one moves."""
+    """Whether a body with dipoles or iron meets a given field or a plane of iron, and one moves.
+
+    `owners` are the rigid bodies to which fields are fixed.
+    """
     planes = [geom for geom in iron if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE]
-    carried = any("fixed to" in what for what in fields.values())
     moving = any(_moves(model, body) for body in bodies)
-    return bool((fields or planes) and (moving or (carried and bodies)))
+    welds = {int(model.body_weldid[body]) for body in bodies}
+    met = ((owner, weld) for owner in owners for weld in welds if owner != weld)
+    in_field = any(_moves(model, owner) or _moves(model, weld) for owner, weld in met)
+    return in_field or bool(planes and moving)
 
 
 def _rows(model: mujoco.MjModel) -> dict[str, Array]:
@@ -316,7 +322,7 @@ def _idle(
     if "iron" in named and present["iron"][1] and not any(declared.iron(model).values()):
         yield "iron, since its susceptibility is 0"
     if "dipoles" in named and present["dipoles"][1] and not paired and not measured:
-        yield from _idle_dipoles(model, "fields" in named and present["fields"][1])
+        yield from _idle_dipoles(model, "fields" in named)
     if "noise" in named:
         fixed = (body for body in range(model.nbody) if not _moves(model, body))
         driven = [name_of(model, "body", body) for body in fixed if model.body_user[body].any()]
@@ -336,10 +342,13 @@ def _idle(
         yield "magmotor.forces on sleeping bodies, which it does not wake"
 
 
-def _idle_dipoles(model: mujoco.MjModel, in_field: bool) -> Iterator[str]:
+def _idle_dipoles(model: mujoco.MjModel, fields: bool) -> Iterator[str]:
     bodies = [*_dipoles(model)]
-    if len({int(model.body_weldid[body]) for body in bodies}) == 1 and not in_field:
-        yield "the dipoles, since all are on one rigid body"
+    welds = {int(model.body_weldid[body]) for body in bodies}
+    owners = {*declared.field_owners(model).values()} if fields else set()
+    if len(welds) == 1 and owners <= welds:
+        also = ", to which the field is fixed" * bool(owners)
+        yield f"the dipoles, since all are on one rigid body{also}"
     elif not any(_moves(model, body) for body in bodies):
         yield "the dipoles, since none of their bodies can move"
     else:

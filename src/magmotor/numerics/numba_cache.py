@@ -22,13 +22,17 @@ from typing import Any
 import llvmlite.binding as llvm
 import numpy as np
 from numba import cfunc, njit
-from numba.core import config
+from numba.core import config, event
 from numba.core.codegen import get_host_cpu_features
+from numba.core.types import ExternalFunction
 
+from magmotor.numerics.compilation_notice import CompilationNotice
 from magmotor.numerics.simd import COUNT
 
 CONSTANTS = (bool, int, float, complex, str, bytes, tuple, frozenset, np.generic, np.ndarray)
 """Types of global values that Numba freezes into the code."""
+
+event.register("numba:compile", CompilationNotice())
 
 
 def compiled_once(signature: Any = None, **options: Any) -> Callable[[Callable], Callable]:
@@ -82,7 +86,8 @@ def reached(function: Callable) -> tuple[set[str], set[str]]:
     """Return the modules and constants that a function depends on, directly or indirectly.
 
     The modules are names of those with code or types that it uses; the constants are text, with the
-    name of the module that reads or holds them. Only magmotor and the function's own package are
+    name of the module that reads or holds them, as are signatures of functions that are compiled by
+    themselves. Only magmotor and the function's own package are
     considered.
     """
     packages = {"magmotor", function.__module__.partition(".")[0]}
@@ -95,6 +100,8 @@ def reached(function: Callable) -> tuple[set[str], set[str]]:
             found: Any = inspect.unwrap(value) if callable(value) else value
             if isinstance(found, CONSTANTS):
                 constants.add(f"{name} = {_text(found)}")
+            elif isinstance(found, ExternalFunction):
+                constants.add(f"{name} = {found.symbol}{found.sig}")
             elif getattr(found, "__module__", "").partition(".")[0] not in packages:
                 continue
             elif isinstance(found, FunctionType):

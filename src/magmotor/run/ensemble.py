@@ -37,7 +37,7 @@ def ensemble(
 ) -> xr.Dataset:
     """Run many replicas and keep only their statistics.
 
-    Each replica follows the same path as in `simulate`, to the bit. The disk and the Langevin
+    Each replica follows the same path as in `simulate`, bit for bit. The disk and the Langevin
     particle have more statistics and, for the methods `variational/...`, a dedicated kernel. With
     any other method or device, the statistics are computed at the end, and all samples are in
     memory until then. Every other device with noise has the moments of its scalar variables.

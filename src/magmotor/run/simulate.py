@@ -92,7 +92,7 @@ def simulate(
         finer view of the path of another run.
     checkpoint : str or Path, optional
         File to which everything is saved every half minute and at the end. The run resumes from it
-        if it exists; the result is the same to the bit.
+        if it exists; the result is the same bit for bit.
     allow_unstable : bool
         Accept a timestep at which the method is unstable in theory, so that one can watch it fail.
 

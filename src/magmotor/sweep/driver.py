@@ -80,7 +80,7 @@ def run(
     """Run the cases of a sweep that have no result yet, and write each result as it arrives.
 
     A sweep that was stopped in any way resumes when it is run again: only the cases in progress are
-    lost, and results are the same to the bit. Several calls, on one or many machines, may work on
+    lost, and results are the same bit for bit. Several calls, on one or many machines, may work on
     the same directory. A damaged result is recomputed with a warning. A case whose worker process
     dies is retried once, alone, and fails if the process dies again.
 

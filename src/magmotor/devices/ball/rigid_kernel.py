@@ -54,8 +54,8 @@ def kernel(scheme: str) -> Any:
     each record, shape (records, R, SIZE), along the Brownian path (seed, factor, level), and leaves
     the last record in `states`. It advances replicas number `rows[0]` to `rows[1] - 1` only.
 
-    A replica's path is the same to the bit for any number of other replicas, on any thread, and for
-    any division of the run into calls.
+    A replica's path is the same bit for bit for any number of other replicas, on any thread, and
+    for any division of the run into calls.
     """
     return _advance(RIGID[scheme].exact, scheme == "cayley")
 

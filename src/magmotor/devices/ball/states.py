@@ -26,7 +26,7 @@ def given_parts(
     """Return the given parts of an initial state by name, each of shape (replicas, size).
 
     A given axis also sets the orientation, and an orientation the axis: `axis` and `orientation`,
-    `ring_axis` and `ring_orientation`. A dataset gives all parts, to the bit. `sizes` has the
+    `ring_axis` and `ring_orientation`. A dataset gives all parts, bit for bit. `sizes` has the
     length of each part.
 
     Raises

@@ -1,7 +1,7 @@
 """The compiled stepping kernel: many replicas at once, in the lanes of vector registers.
 
 This one kernel serves all schemes and potentials; it is specialized by the list of parts and the
-number of Fourier coefficients. A replica's path is the same to the bit for any number of other
+number of Fourier coefficients. A replica's path is the same bit for bit for any number of other
 replicas, on any thread, and for any division of the run into calls.
 """
 

@@ -5,7 +5,6 @@ follows its turns stiffens it. It swings against the gradient of the force, at m
 partner, twice that if the partner swings, too. Images in a plane of iron are partners that follow.
 """
 
-import copy
 import math
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -15,11 +14,10 @@ import numpy as np
 
 from magmotor.common.arrays import Array
 from magmotor.dipoles import COINCIDENCE, PERMEABILITY_OVER_4PI
-from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.checking.contact_rule import Approach
+from magmotor.mjcf.checking.given_fields import given_field
 from magmotor.mjcf.checking.strengths import Magnet, magnets_of
-from magmotor.mjcf.field_and_energy import coupling_factors, field
-from magmotor.mjcf.forces.marks import FIELDS
+from magmotor.mjcf.field_and_energy import coupling_factors
 
 
 class Stiffness(NamedTuple):
@@ -85,7 +83,7 @@ def _stiffness(
     bodies = np.concatenate([magnet.bodies for magnet in magnets])
     welds = model.body_weldid[bodies]
     follows = model.body_dofnum[welds] > 0
-    strengths, given = np.linalg.norm(moments, axis=1), _given_field(model, data, positions)
+    strengths, given = np.linalg.norm(moments, axis=1), given_field(model, data, positions, welds)
     sources = [(positions, moments, 0.0)]
     for plane in planes:
         normal = data.geom_xmat[plane.elements[0] - model.nsite, 2::3]
@@ -116,15 +114,6 @@ def _stiffness(
             turning[n] += strengths[i] * np.linalg.norm(field)
         first += len(magnet.positions)
         yield Stiffness(turning, swinging)
-
-
-def _given_field(model: mujoco.MjModel, data: mujoco.MjData, points: Array) -> Array:
-    """Return the flux densities of given fields alone, shape (n, 3)."""
-    if not acting_forces(model) & FIELDS:
-        return np.zeros_like(points)
-    without = copy.copy(model)
-    without.site_user[:] = 0
-    return field(without, data, points)
 
 
 def _jacobians(model: mujoco.MjModel, data: mujoco.MjData, magnet: Magnet) -> tuple[Array, Array]:

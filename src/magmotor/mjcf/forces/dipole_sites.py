@@ -76,7 +76,7 @@ def why_inert(m, offsets, kinds):
     count, pieces = count_dipoles(m, offsets), count_pieces(m, offsets)
     declared = (
         (DIPOLES if count > 0 else 0)
-        | (FIELDS if has_field(m, offsets) else 0)
+        | (FIELDS if has_field(m, offsets, -1) else 0)
         | (IRON if pieces > 0 else 0)
     )
     missing, measured = declared & ~kinds, has_magnetometer(m, offsets)
@@ -118,7 +118,7 @@ def _why_no_magnetism(m, offsets, kinds):
             dipoles += 1
     if dipoles == 0:
         return NO_DIPOLES
-    given = kinds & FIELDS and has_field(m, offsets)
+    given = kinds & FIELDS and has_field(m, offsets, -1 if several else first)
     if not several and not given and not (kinds & IRON and has_mirror(m, offsets)):
         return ONE_RIGID_BODY
     return -1 if moves or (given and m[offsets.ntuple // 8] > 0) else NONE_MOVES

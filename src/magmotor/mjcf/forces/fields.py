@@ -21,6 +21,7 @@ not obey Maxwell's equations. A field does not act on the rigid body to which it
 
 import math
 
+import numpy as np
 from numba import njit
 
 from magmotor.mjcf import memory
@@ -194,12 +195,27 @@ def _tabulated(numbers, x, y, z):
 
 
 @njit
-def has_field(m, offsets):
-    """Whether a model has any field."""
+def has_field(m, offsets, weld):
+    """Whether a model has any field that is not fixed to a rigid body; -1 is none."""
     for numeric in range(m[offsets.nnumeric // 8]):
-        if numeric_starts_with(numeric, FIELD, m, offsets):
+        is_field = numeric_starts_with(numeric, FIELD, m, offsets)
+        if is_field and (weld < 0 or _rigid_body_of(numeric, m, offsets) != weld):
             return True
     return False
+
+
+@njit
+def _rigid_body_of(numeric, m, offsets):
+    """Return the rigid body to which a field is fixed; 0 is the world."""
+    body, owner = 0, _tuple_of(numeric, m, offsets)
+    if owner >= 0:
+        for i in elements_of(owner, m, offsets):
+            kind, number, _ = element(i, m, offsets)
+            if kind == BODY:
+                body = number
+            elif kind == SITE:
+                body = memory.integers(m[offsets.site_bodyid // 8], memory.UNBOUNDED)[number]
+    return np.int64(memory.integers(m[offsets.body_weldid // 8], memory.UNBOUNDED)[body])
 
 
 @njit
