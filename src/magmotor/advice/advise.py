@@ -1,0 +1,108 @@
+"""`advise`: which integrator and timestep of MuJoCo reach an error at the least cost."""
+
+from pathlib import Path
+from typing import Annotated
+
+import mujoco
+from tqdm import tqdm
+
+from magmotor.advice.advice import Advice
+from magmotor.advice.measure import Measurement
+from magmotor.advice.paths import Runs
+from magmotor.advice.quantities import POSITIONS, Function, read_quantity
+from magmotor.advice.survey import Survey
+from magmotor.common.arguments import checked
+from magmotor.common.checks import reject
+from magmotor.common.hints import number
+
+LEAST = 48
+"""Smallest duration in timesteps of the model."""
+
+
+@checked
+def advise(
+    model: mujoco.MjModel,
+    data: mujoco.MjData | None = None,
+    *,
+    quantity: str | Function = POSITIONS,
+    duration: Annotated[float, number(above=0)] = 1.0,
+    error: Annotated[float, number(at_least=1e-8, below=0.5)] = 0.01,
+    budget: Annotated[float, number(at_least=1)] = 60.0,
+    picture: str | Path | None = None,
+) -> Advice:
+    """Measure which integrator and timestep of MuJoCo reach an error of a model at the least cost.
+
+    The model runs from one state with every integrator, at the model's timestep and at longer and
+    shorter ones. Errors are those of a quantity along the path, relative to its range, against a
+    reference that proves itself by halving its timestep. Costs are measured in turns. Magnetism
+    acts if the model has the plugin, or inside a block of `magnetism`.
+
+    Parameters
+    ----------
+    model : mujoco.MjModel
+        It is copied, and not changed.
+    data : mujoco.MjData, optional
+        The initial state, with its controls and applied forces, which stay constant unless a
+        callback changes them; by default that of the model.
+    quantity : str or callable
+        What must be accurate: "positions" of all matter (distances are root mean squares over the
+        mass), "energy", or an element: "body NAME", "site NAME", "joint NAME", "tendon NAME" or
+        "sensor NAME"; or a function of a model and its data, after `mj_forward`, that returns
+        numbers.
+    duration : float
+        Duration of the paths in s, at least 48 timesteps of the model. It is rounded to a multiple
+        of the interval between records.
+    error : float
+        Admissible error, relative to the range of the quantity, or of the kinetic energy if that is
+        larger and the quantity is the energy.
+    budget : float
+        Wall time in s that the measurement may take, approximately.
+    picture : str or Path, optional
+        File to which the errors are drawn, over cost and over timestep.
+
+    Returns
+    -------
+    Advice
+        It has also been printed. After Ctrl-C, it contains what is known so far.
+
+    Raises
+    ------
+    ValueError
+        There is no such quantity, it does not change along the path, or a number is out of bounds.
+
+    Notes
+    -----
+    The reference is the path of RK4 or of implicitfast that its halved timestep changes least, or
+    an extrapolation to timestep 0. Contacts may leave it uncertain, which limits the error that can
+    be promised. Where a perturbation grows a thousandfold, the motion is chaotic: errors along the
+    path then count up to the time at which the reference is lost, and means over time of runs from
+    perturbed starts are compared, with standard errors.
+
+    The stability limit is the first timestep at which the matrix of one step at rest, found by
+    differences, has a spectral radius above 1.002; the second number is found by runs after a push.
+
+    Examples
+    --------
+    >>> import magmotor as mm
+    >>> import mujoco
+    >>> model = mujoco.MjModel.from_xml_path("robot.xml")  # doctest: +SKIP
+    >>> advice = mm.advise(model, error=0.01, picture="advice.png")  # doctest: +SKIP
+    >>> model.opt.timestep = advice.timestep  # doctest: +SKIP
+    """
+    runs = Runs(model, data)
+    if duration < LEAST * runs.timestep:
+        bound = f"must be at least {LEAST * runs.timestep:g} s, {LEAST} timesteps of the model"
+        raise reject("duration", duration, bound)
+    read = read_quantity(runs.model, mujoco.MjData(runs.model), quantity)
+    advice = Advice(read.name, error, duration)
+    with tqdm(total=round(budget), unit="s", leave=False, disable=None) as bar:
+        survey = Survey(runs, Measurement(runs, read, duration), advice, budget, bar)
+        try:
+            survey.run()
+        except KeyboardInterrupt:
+            advice.notes += ("interrupted: this is what is known so far",)
+    survey.conclude()
+    print(advice)
+    if picture is not None:
+        advice.draw(picture)
+    return advice

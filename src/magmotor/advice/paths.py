@@ -1,0 +1,198 @@
+"""Paths of a model: its states from one start, by any integrator of MuJoCo and any timestep."""
+
+import copy
+import time
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from magmotor.common.arrays import Array
+
+INTEGRATORS = {
+    {"EULER": "Euler", "RK4": "RK4"}.get(name := member.removeprefix("mjINT_"), name.lower()): kind
+    for member, kind in mujoco.mjtIntegrator.__members__.items()
+}
+"""The integrators of this version of MuJoCo, by their names in MJCF."""
+
+STATE = mujoco.mjtState.mjSTATE_INTEGRATION
+"""What a path starts from."""
+
+RECORD = mujoco.mjtState.mjSTATE_FULLPHYSICS
+"""What is recorded of it."""
+
+LARGE = 1e10
+"""Positions and velocities of this size have diverged, as MuJoCo itself has it."""
+
+_BAD = (
+    mujoco.mjtWarning.mjWARN_BADQPOS,
+    mujoco.mjtWarning.mjWARN_BADQVEL,
+    mujoco.mjtWarning.mjWARN_BADQACC,
+)
+
+_SLICE = 0.05
+"""Longest time in s between two looks at the clock, approximately."""
+
+
+class OutOfTime(Exception):
+    """The time that a measurement may take is over."""
+
+
+@dataclass(frozen=True)
+class Path:
+    """Recorded states of one run."""
+
+    integrator: str
+    timestep: float
+    every: int
+    """Steps between two records."""
+    states: Array
+    """Shape (records, state), of `RECORD`; the first one is the start."""
+    diverged: float | None
+    """Time in s at which the run was no longer finite."""
+    seconds: float
+    """Wall time per step."""
+
+    @property
+    def interval(self) -> float:
+        """Time in s between two records."""
+        return self.every * self.timestep
+
+
+class Runs:
+    """Runs of a model from one start.
+
+    Parameters
+    ----------
+    model : mujoco.MjModel
+        It is copied, and not changed.
+    data : mujoco.MjData, optional
+        The start, with its controls and applied forces; by default the initial state.
+    """
+
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData | None = None):
+        self.model = copy.copy(model)
+        self.timestep = float(model.opt.timestep)
+        self.integrator = next(
+            name for name, kind in INTEGRATORS.items() if kind == model.opt.integrator
+        )
+        self.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+        self.data = mujoco.MjData(self.model)
+        self.start = np.empty(mujoco.mj_stateSize(model, STATE))
+        source = mujoco.MjData(model) if data is None else data
+        mujoco.mj_getState(model, source, self.start, STATE)
+        self.began = float(source.time)
+        self._size = mujoco.mj_stateSize(model, RECORD)
+
+    def path(
+        self,
+        integrator: str,
+        timestep: float,
+        every: int,
+        records: int,
+        *,
+        start: Array | None = None,
+        until: float = np.inf,
+    ) -> Path:
+        """Run and record a path; it ends early if it diverges.
+
+        Raises
+        ------
+        OutOfTime
+            The clock `time.perf_counter` has passed `until`.
+        """
+        self.prepare(integrator, timestep, start)
+        model, data = self.model, self.data
+        states = np.empty((records + 1, self._size))
+        mujoco.mj_getState(model, data, states[0], RECORD)
+        began, diverged, n = time.perf_counter(), None, 0
+        piece = every
+        with quiet():
+            for n in range(1, records + 1):
+                left = every
+                while left:
+                    piece = min(piece, left)
+                    now = time.perf_counter()
+                    if now > until:
+                        raise OutOfTime
+                    if not self.advance(piece):
+                        diverged = (n - left / every) * every * timestep
+                        break
+                    left -= piece
+                    took = time.perf_counter() - now
+                    piece = max(1, int(piece * min(2.0, _SLICE / max(took, 1e-9))))
+                if diverged is not None:
+                    break
+                mujoco.mj_getState(model, data, states[n], RECORD)
+        kept = n if diverged is not None else n + 1
+        taken = max(1.0, (diverged or n * every * timestep) / timestep)
+        seconds = (time.perf_counter() - began) / taken
+        return Path(integrator, timestep, every, states[:kept], diverged, seconds)
+
+    def prepare(self, integrator: str, timestep: float, start: Array | None = None) -> None:
+        """Set the model's integrator and timestep, and the data to a start."""
+        self.model.opt.integrator = INTEGRATORS[integrator]
+        self.model.opt.timestep = timestep
+        mujoco.mj_resetData(self.model, self.data)
+        begin = self.start if start is None else start
+        mujoco.mj_setState(self.model, self.data, begin, STATE)
+
+    def perturbed(self, size: float, seed: int) -> Array:
+        """Return the start with other velocities, in part of the fastest one or of 1."""
+        self.prepare(self.integrator, self.timestep)
+        data = self.data
+        scale = size * (_largest(data.qvel) or 1.0)
+        data.qvel += scale * np.random.default_rng(seed).standard_normal(self.model.nv)
+        start = np.empty_like(self.start)
+        mujoco.mj_getState(self.model, data, start, STATE)
+        return start
+
+    def advance(self, steps: int) -> bool:
+        """Advance the data, and return whether they are still finite and the forces defined."""
+        try:
+            mujoco.mj_step(self.model, self.data, nstep=steps)
+        except mujoco.FatalError:
+            return False
+        data = self.data
+        if any(data.warning[kind].number for kind in _BAD):
+            return False
+        size = max(_largest(data.qpos), _largest(data.qvel), _largest(data.act))
+        return bool(size < LARGE)  # not with NaN
+
+    def kinetic_energy(self) -> float:
+        """Return the kinetic energy of the data in J."""
+        mujoco.mj_energyVel(self.model, self.data)
+        return float(self.data.energy[1])
+
+    def timed(self, integrator: str, timestep: float, steps: int) -> float:
+        """Return the wall time per step of one run from the start, without records."""
+        self.prepare(integrator, timestep)
+        with quiet():
+            self.advance(1)
+            began = time.perf_counter()
+            self.advance(steps)
+            return (time.perf_counter() - began) / steps
+
+
+def _largest(values: Array) -> float:
+    return float(np.abs(values).max(initial=0.0))
+
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """Silence warnings about runs that are meant to fail: MuJoCo's own, and those of magnetism."""
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(_ignore)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    finally:
+        mujoco.set_mju_user_warning(before)
+
+
+def _ignore(_message: str) -> None:
+    pass

@@ -1,0 +1,139 @@
+"""Quantities whose errors are measured, as functions of the state."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import mujoco
+import numpy as np
+
+from magmotor.advice.paths import RECORD
+from magmotor.common.arrays import Array
+from magmotor.common.checks import check_choice, reject
+from magmotor.mjcf.field_and_energy import magnetic_energy
+
+Function = Callable[[mujoco.MjModel, mujoco.MjData], object]
+
+POSITIONS, ENERGY = "positions", "energy"
+
+_VALUES: dict[str, Callable[[mujoco.MjData, str], object]] = {
+    "body": lambda data, name: data.body(name).xipos,
+    "site": lambda data, name: data.site(name).xpos,
+    "joint": lambda data, name: data.joint(name).qpos,
+    "tendon": lambda data, name: data.tendon(name).length,
+    "sensor": lambda data, name: data.sensor(name).data,
+}
+"""Quantities of one element, which a quantity names by its kind and name."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A quantity of a model, with any number of components."""
+
+    name: str
+    of: Function
+    scale: float = 0.0
+    """Errors are relative to this, or to the range of the quantity if that is larger."""
+
+    def along(self, model: mujoco.MjModel, data: mujoco.MjData, states: Array) -> Array:
+        """Return the components (records, n) along a path; `data` serves as a workspace."""
+        rows = []
+        for state in states:
+            mujoco.mj_setState(model, data, state, RECORD)
+            mujoco.mj_forward(model, data)
+            rows.append(np.array(self.of(model, data), float).ravel())
+        return np.array(rows)
+
+    def range(self, values: Array) -> float:
+        """Return the diagonal of the box around values (records, n), and at least the scale."""
+        return max(self.scale, float(np.linalg.norm(np.ptp(values, axis=0))))
+
+    def scaled_by(self, model: mujoco.MjModel, data: mujoco.MjData, states: Array) -> "Quantity":
+        """Return the quantity with the scale that its name has, found along a path."""
+        if self.name != ENERGY:
+            return self
+        kinetic = KINETIC.along(model, data, states)
+        return replace(self, scale=float(np.ptp(kinetic)))
+
+
+def read_quantity(
+    model: mujoco.MjModel, data: mujoco.MjData, quantity: str | Function
+) -> Quantity:
+    """Return the quantity that a user names.
+
+    Raises
+    ------
+    ValueError
+        There is no such quantity, or a function does not return finite numbers.
+    """
+    if callable(quantity):
+        found = Quantity(getattr(quantity, "__name__", "the function"), quantity)
+    elif quantity in (POSITIONS, ENERGY):
+        found = Quantity(quantity, _positions(model) if quantity == POSITIONS else _energy)
+    else:
+        kind, _, name = quantity.partition(" ")
+        if kind not in _VALUES:
+            kinds = ", ".join(f"'{kind} NAME'" for kind in _VALUES)
+            sentence = f"must be '{POSITIONS}', '{ENERGY}', {kinds}, or a function"
+            raise reject("quantity", quantity, f"{sentence} of a model and its data")
+        names = _names(model, kind)
+        if not names:
+            raise reject("quantity", quantity, f"the model has no {kind} with a name")
+        check_choice(f"{kind} of the quantity", name, names)
+        value = _VALUES[kind]
+        found = Quantity(quantity, lambda _, data: value(data, name))
+    _check(found, model, data)
+    return found
+
+
+def _names(model: mujoco.MjModel, kind: str) -> tuple[str, ...]:
+    counts = {"body": "nbody", "joint": "njnt"}
+    count = getattr(model, counts.get(kind, f"n{kind}"))
+    return tuple(name for i in range(count) if (name := getattr(model, kind)(i).name))
+
+
+def _check(quantity: Quantity, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    """Check that a quantity is numbers, at least one, and finite."""
+    mujoco.mj_forward(model, data)
+    value = quantity.of(model, data)
+    try:
+        numbers = np.array(value, float).ravel()
+    except (TypeError, ValueError):
+        numbers = np.empty(0)
+    if not numbers.size or not np.isfinite(numbers).all():
+        raise reject(f"quantity {quantity.name}", value, "must be finite numbers, at least one")
+
+
+def _positions(model: mujoco.MjModel) -> Function:
+    """Return the positions of all matter, whose distances are root mean squares over the mass.
+
+    A body counts as its mass at the center and its second moments along the principal axes.
+    """
+    moves = model.body_dofnum[model.body_weldid] + (model.body_parentid > 0) > 0
+    moves[0] = False
+    mass = np.where(moves, model.body_mass, 0.0)
+    total = mass.sum() or 1.0
+    inertia = np.where(moves[:, np.newaxis], model.body_inertia, 0.0)
+    second = np.maximum(inertia.sum(axis=1, keepdims=True) / 2 - inertia, 0.0)
+    own = np.flatnonzero(mass > 0)
+    center = np.sqrt(mass[own] / total)[:, np.newaxis]
+    axes = np.sqrt(second[own] / total)[:, np.newaxis, :]
+
+    def positions(_: mujoco.MjModel, data: mujoco.MjData) -> Array:
+        frames = data.ximat[own].reshape(-1, 3, 3) * axes
+        return np.concatenate([(center * data.xipos[own]).ravel(), frames.ravel()])
+
+    return positions
+
+
+def _kinetic(model: mujoco.MjModel, data: mujoco.MjData) -> float:
+    mujoco.mj_energyVel(model, data)
+    return float(data.energy[1])
+
+
+def _energy(model: mujoco.MjModel, data: mujoco.MjData) -> float:
+    mujoco.mj_energyPos(model, data)
+    magnetic = magnetic_energy(model, data) if model.nuser_site else 0.0
+    return float(data.energy[0]) + _kinetic(model, data) + magnetic
+
+
+KINETIC = Quantity("kinetic energy", _kinetic)

@@ -1,0 +1,70 @@
+"""Errors of statistics, for chaotic motion, whose path no timestep can follow."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from magmotor.common.arrays import Array
+
+REPLICAS = 8
+"""Number of runs from perturbed starts."""
+
+OCTAVES = 4
+"""Number of bands of the spectrum; the lowest contains all that is slower."""
+
+
+class Statistic(NamedTuple):
+    """The error of a statistic, with one integrator at one timestep."""
+
+    integrator: str
+    timestep: float
+    """In s."""
+    name: str
+    error: float
+    """Distance from the reference: of a mean over the spread, else relative."""
+    doubt: float
+    """Standard error of that distance."""
+    seconds: float
+    """Wall time per simulated second."""
+
+
+class Ensemble(NamedTuple):
+    """The same motion from several starts that differ slightly."""
+
+    paths: Sequence[Array]
+    """The quantity along each path, shape (records, n)."""
+    kinetic: Sequence[Array]
+    """Kinetic energy in J along each path, shape (records,)."""
+
+    def statistics(self) -> dict[str, Array]:
+        """Return statistics by name, shape (replicas, components)."""
+        means = [path.mean(axis=0) for path in self.paths]
+        spreads = [[np.sqrt(path.var(axis=0).sum())] for path in self.paths]
+        energies = [[energy.mean()] for energy in self.kinetic]
+        powers = [_powers(path) for path in self.paths]
+        named = {"mean": means, "spread": spreads, "kinetic energy": energies, "spectrum": powers}
+        return {name: np.array(rows) for name, rows in named.items()}
+
+
+def distances(own: Ensemble, truth: Ensemble) -> dict[str, tuple[float, float]]:
+    """Return the distance of each statistic from the truth, and its standard error."""
+    ours, theirs = own.statistics(), truth.statistics()
+    scales = {name: np.abs(rows.mean(axis=0)).sum() for name, rows in theirs.items()}
+    scales["mean"] = scales["spread"]
+    found = {}
+    for name, rows in theirs.items():
+        pair = (ours[name], rows)
+        apart = pair[0].mean(axis=0) - pair[1].mean(axis=0)
+        variance = sum(one.var(axis=0, ddof=1) / len(one) for one in pair)
+        scale = scales[name] or 1.0
+        distance, doubt = np.linalg.norm(apart), np.sqrt(np.sum(variance))
+        found[name] = float(distance / scale), float(doubt / scale)
+    return found
+
+
+def _powers(path: Array) -> Array:
+    """Return the power of a path in octaves of its spectrum, shape (OCTAVES,)."""
+    power = (np.abs(np.fft.rfft(path - path.mean(axis=0), axis=0)) ** 2).sum(axis=1)
+    octave = np.log2(len(power) / np.maximum(np.arange(len(power)), 1)).astype(int)
+    return np.bincount(np.minimum(octave, OCTAVES - 1), power, minlength=OCTAVES)

@@ -1,0 +1,190 @@
+"""A survey of a model: reference, errors, costs, statistics and stability, within a budget."""
+
+import itertools
+import math
+import time
+
+import numpy as np
+from tqdm import tqdm
+
+from magmotor.advice.advice import Advice
+from magmotor.advice.errors import Reference, observed_order
+from magmotor.advice.measure import JUDGES, TRUSTED, Measurement, Point, front, time_in_turns
+from magmotor.advice.paths import INTEGRATORS, OutOfTime, Runs
+from magmotor.advice.stability import find_rest, stability_limit
+from magmotor.advice.statistics import REPLICAS, Statistic, distances
+from magmotor.common.checks import reject
+
+PERTURBATION = 1e-7
+"""Change of the initial velocities, over the fastest one, of which the growth is measured."""
+
+CHAOTIC = 1e3
+"""Growth of a perturbation, from a twentieth of the duration on, that counts as chaos."""
+
+FINE, FACTORS = 0.25, (4.0, 2.0, 1.0, 0.5)
+"""Timesteps of the ensembles over the model's: that of the reference, and those judged."""
+
+REFERENCE, ERRORS, STATISTICS, COSTS = 0.4, 0.6, 0.85, 0.9
+"""Parts of the budget at which each phase ends."""
+
+
+class Survey:
+    """Fills an `Advice`, phase by phase.
+
+    Parameters
+    ----------
+    runs : Runs
+    measurement : Measurement
+    advice : Advice
+    budget : float
+        Wall time in s.
+    bar : tqdm
+        Shows the time used, and what is running.
+    """
+
+    def __init__(
+        self, runs: Runs, measurement: Measurement, advice: Advice, budget: float, bar: tqdm
+    ):
+        self._runs, self._measurement, self._advice = runs, measurement, advice
+        self._began, self._budget, self._bar = time.perf_counter(), budget, bar
+        measurement.on_run = self._show
+        advice.duration = measurement.duration
+
+    def run(self) -> None:
+        """Measure everything; after an interruption, the advice has what is known so far.
+
+        Raises
+        ------
+        ValueError
+            The quantity does not change.
+        """
+        advice = self._advice
+        self._until(REFERENCE)
+        truth = self._measurement.reference(advice.error)
+        if truth is None:
+            advice.reason = self._no_reference()
+            return
+        intervals, scale = self._judge(truth)
+        self._until(ERRORS)
+        for point in self._measurement.points(truth, advice.error, intervals, scale):
+            advice.points += (point,)
+        if advice.growth is not None and advice.growth > CHAOTIC:
+            self._until(STATISTICS)
+            self._compare_ensembles()
+        self._until(COSTS)
+        finite = [point for point in advice.points if math.isfinite(point.error)]
+        time_in_turns(self._runs, finite, advice.duration, self._measurement.until)
+        self._find_limits()
+
+    def conclude(self) -> None:
+        """Draw conclusions from what is known."""
+        advice = self._advice
+        advice.front = tuple(front(advice.points, advice.doubt))
+        for integrator in INTEGRATORS:
+            errors = [
+                (point.timestep, point.error) for point in advice.points
+                if point.integrator == integrator and math.isfinite(point.error)
+            ]  # fmt: skip
+            order = observed_order(errors, advice.doubt)
+            if order is not None:
+                advice.orders[integrator] = order
+        own = self._runs.integrator, self._runs.timestep
+        advice.own = next((p for p in advice.points if (p.integrator, p.timestep) == own), None)
+        good = [p for p in advice.points if p.error + advice.doubt <= advice.error]
+        if good:
+            best = min(good, key=lambda point: point.seconds)
+            advice.integrator, advice.timestep = best.integrator, best.timestep
+            advice.promised = best.error + advice.doubt
+        else:
+            advice.reason = advice.reason or self._no_point()
+
+    def _until(self, part: float) -> None:
+        """Let runs continue until a part of the budget is used up."""
+        self._measurement.until = self._began + part * self._budget
+
+    def _show(self, what: str) -> None:
+        self._bar.set_description_str(what)
+        self._bar.update(round(time.perf_counter() - self._began) - self._bar.n)
+
+    def _judge(self, truth: Reference) -> tuple[int, float]:
+        """Return the number of intervals over which errors count, and the scale of errors.
+
+        Chaos limits the former to where the reference can be trusted.
+        """
+        m, advice = self._measurement, self._advice
+        scale = m.quantity.range(truth.values)
+        if not scale > 0.0:
+            sentence = "does not change along the path; give a state that moves, or another one"
+            raise reject("quantity", advice.quantity, sentence)
+        enough, intervals = TRUSTED * advice.error, m.intervals
+        if truth.doubt[-1] > enough * scale:
+            advice.growth = self._growth()
+            if advice.growth > CHAOTIC:
+                intervals = max(1, int(np.flatnonzero(truth.doubt <= enough * scale)[-1]))
+                scale = m.quantity.range(truth.values[: intervals + 1])
+        advice.reference, advice.horizon = truth.name, intervals * m.interval
+        advice.doubt = float(truth.doubt[intervals]) / scale
+        return intervals, scale
+
+    def _growth(self) -> float:
+        """Return by how much a small perturbation grows after a twentieth of the duration."""
+        m = self._measurement
+        finite = [path for path in m.paths.values() if path.diverged is None]
+        path = min(finite, key=lambda path: path.timestep)
+        start = self._runs.perturbed(PERTURBATION, seed=0)
+        records = len(path.states) - 1
+        other = self._runs.path(path.integrator, path.timestep, path.every, records, start=start)
+        apart = np.linalg.norm(m.along(other.states) - m.along(path.states), axis=1)
+        largest = np.maximum.accumulate(apart)
+        early = largest[max(1, records // 20)]
+        return float(largest[-1] / early) if early > 0.0 else math.inf
+
+    def _compare_ensembles(self) -> None:
+        """Compare ensembles with one at a quarter of the model's timestep."""
+        m, truth = self._measurement, None
+        try:
+            for integrator in JUDGES:
+                truth = truth or m.ensemble(integrator, FINE)
+            for factor, integrator in itertools.product(FACTORS, INTEGRATORS):
+                began = time.perf_counter()
+                own = m.ensemble(integrator, factor)
+                if own is None or truth is None:
+                    continue
+                seconds = (time.perf_counter() - began) / (REPLICAS * m.duration)
+                self._advice.statistics += tuple(
+                    Statistic(integrator, factor * self._runs.timestep, name, *distance, seconds)
+                    for name, distance in distances(own, truth).items()
+                )
+        except OutOfTime:
+            self._advice.notes += ("the budget was too small for more ensembles",)
+
+    def _find_limits(self) -> None:
+        rest = find_rest(self._runs)
+        if rest is None:
+            self._advice.notes += ("no state of rest was found, and so no limits of stability",)
+            return
+        for integrator in INTEGRATORS:
+            self._show(f"stability of {integrator}")
+            limit = stability_limit(rest, integrator)
+            if limit is not None:
+                self._advice.limits[integrator] = limit
+
+    def _no_reference(self) -> str:
+        paths = self._measurement.paths.values()
+        ends = [path.diverged for path in paths if path.diverged is not None]
+        if len(ends) < len(paths) or not ends:
+            return "the budget is too small for a reference"
+        steps = [path.timestep for path in paths]
+        return (
+            f"the model diverges at every timestep tried, from {min(steps):.3g} s to"
+            f" {max(steps):.3g} s, after {min(ends):.3g} s to {max(ends):.3g} s"
+        )
+
+    def _no_point(self) -> str:
+        doubt, error = self._advice.doubt, self._advice.error
+        if doubt > error:
+            return f"the reference itself is uncertain by {100 * doubt:.2g} %"
+        if doubt > TRUSTED * error:
+            return f"nothing comes closer to the reference, which is uncertain by {100 * doubt:.2g} %"
+        least = min((point.error for point in self._advice.points), default=math.inf)
+        return f"the least error found within the budget is {100 * least:.2g} %"
