@@ -71,7 +71,7 @@ def plunger(height, length):
     spec = mujoco.MjSpec.from_string(PLUNGER.format(CHI, height, RADIUS, length / 2))
     text = mm.tabulated_field(solenoid, [-0.004, -0.004, -0.12], [0.004, 0.004, 0.12], (5, 5, 241))
     numbers = text.split('data="')[1].split('"')[0]
-    spec.add_numeric(name="field", data=np.array(numbers.split(), float))
+    spec.add_numeric(name="field", data=[float(number) for number in numbers.split()])
     return spec.compile()
 
 
