@@ -5,6 +5,8 @@ from . import plots as plots
 from . import render as render
 from . import sweep as sweep
 from . import theory as theory
+from .advice.advice import Advice as Advice
+from .advice.advise import advise as advise
 from .device.exceptions import PhysicalEvent as PhysicalEvent
 from .device.exceptions import SimulationDiverged as SimulationDiverged
 from .device.exceptions import SimulationInterrupted as SimulationInterrupted

@@ -1,0 +1,1 @@
+"""Which integrator and timestep of MuJoCo a model needs, by measurement."""

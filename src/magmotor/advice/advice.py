@@ -5,9 +5,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from magmotor.advice.errors import Order
-from magmotor.advice.measure import Point
-from magmotor.advice.statistics import REPLICAS, Statistic
+from magmotor.advice.measure import MARGIN, Point
 from magmotor.advice.stability import Limit
+from magmotor.advice.statistics import REPLICAS, Statistic
 
 
 @dataclass
@@ -114,14 +114,15 @@ class Advice:
         rows = [head]
         for integrator in dict.fromkeys(point.integrator for point in self.points):
             mine = [point for point in self.points if point.integrator == integrator]
-            within = [point for point in mine if point.error + self.doubt <= self.error]
+            within = [p for p in mine if MARGIN * (p.error + self.doubt) <= self.error]
             shown = min(within or mine, key=lambda p: p.seconds if within else p.error)
             order, limit = self.orders.get(integrator), self.limits.get(integrator)
+            limited = limit.joints[0] if limit and limit.joints else None
             rows.append([
                 integrator, f"{shown.timestep:.4g} s", percent(shown.error), f"{shown.seconds:.2g}",
                 f"{order.value:.1f} ± {order.doubt:.1f}" if order else "",
                 _limit(limit) if limit else "",
-                f"{limit.joints[0][0]} ({limit.joints[0][1]:.0%})" if limit and limit.joints else "",
+                f"{limited[0]} ({limited[1]:.0%})" if limited else "",
             ])  # fmt: skip
         return rows
 
@@ -129,8 +130,10 @@ class Advice:
         own = self.own
         has = ""
         if own is not None:
-            what = f"diverges after {own.diverged:.3g} s" if own.diverged is not None else (
-                f"has an error of {percent(own.error)}"
+            what = (
+                f"diverges after {own.diverged:.3g} s"
+                if own.diverged is not None
+                else (f"has an error of {percent(own.error)}")
             )
             has = f"the model's own {own.integrator} at {own.timestep:g} s {what}"
         if self.integrator is None or self.timestep is None or self.promised is None:

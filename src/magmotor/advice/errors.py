@@ -1,5 +1,6 @@
 """Errors of paths against a reference that proves itself by halving its timestep."""
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
@@ -14,17 +15,35 @@ OTHERS = 4.0
 """Weight of the doubt of another integrator; its halved timesteps say little about chaos."""
 
 
-class Reference(NamedTuple):
-    """A quantity along the most accurate path, and how far that can be trusted."""
+class Samples(NamedTuple):
+    """A quantity at the start of a path, and after every so many ticks of a common clock."""
 
-    name: str
+    ticks: int
     values: Array
     """Shape (records, n)."""
+
+    def apart(self, other: "Samples", until: float = math.inf) -> Array:
+        """Return the distances (records,) of two paths at their common times, until a tick."""
+        common = math.lcm(self.ticks, other.ticks)
+        one, two = self.values[:: common // self.ticks], other.values[:: common // other.ticks]
+        count = int(min(len(one), len(two), until // common + 1))
+        return np.linalg.norm(one[:count] - two[:count], axis=1)
+
+    def thinned(self, ticks: int) -> Array:
+        """Return the values after every so many ticks, a multiple of its own."""
+        return self.values[:: ticks // self.ticks]
+
+
+class Reference(NamedTuple):
+    """The most accurate path of a quantity, and how far that can be trusted."""
+
+    name: str
+    path: Samples
     doubt: Array
     """Largest distance up to each record, shape (records,), from a less accurate path."""
 
 
-def reference(paths: Mapping[str, Sequence[tuple[float, Array]]]) -> Reference:
+def reference(paths: Mapping[str, Sequence[tuple[float, Samples]]]) -> Reference:
     """Return the most trustworthy path of a quantity.
 
     Each integrator offers its finest path, and extrapolations of its finest two paths to timestep
@@ -35,43 +54,48 @@ def reference(paths: Mapping[str, Sequence[tuple[float, Array]]]) -> Reference:
     Parameters
     ----------
     paths : mapping
-        For each integrator, at least two paths: timestep, which halves from one to the next, and
-        the quantity, shape (records, n).
+        For each integrator, at least two paths, and their timesteps, which halve from one to the
+        next.
     """
     best = sorted(
         (min(_offers(name, own), key=_last_doubt) for name, own in paths.items()), key=_last_doubt
     )
     first = best[0]
-    if len(best) == 1:
-        return first
-    apart = _running(first.values - best[1].values) - OTHERS * best[1].doubt
-    return first._replace(doubt=np.maximum(first.doubt, apart))
+    for other in best[1:2]:
+        beyond = _at(first, first.path.apart(other.path) - OTHERS * other.doubt[-1], other)
+        first = first._replace(doubt=np.maximum(first.doubt, beyond))
+    return first
 
 
-def path_error(values: Array, truth: Array) -> float:
-    """Return the largest distance of a path (records, n) from the truth at the same times."""
-    return float(np.linalg.norm(values - truth, axis=1).max())
+def _at(offer: Reference, distances: Array, other: Reference) -> Array:
+    """Return the largest distance so far at each record of an offer."""
+    each = math.lcm(offer.path.ticks, other.path.ticks) // offer.path.ticks
+    return np.repeat(np.maximum.accumulate(distances), each)[: len(offer.doubt)]
 
 
-def _offers(integrator: str, paths: Sequence[tuple[float, Array]]) -> list[Reference]:
-    timestep, fine = paths[-1]
-    offers = [Reference(f"{integrator} at {timestep:.3g} s", fine, _running(fine - paths[-2][1]))]
-    if len(paths) > 2:
-        coarse, middle = paths[-3][1], paths[-2][1]
+def _offers(integrator: str, paths: Sequence[tuple[float, Samples]]) -> list[Reference]:
+    timestep = paths[-1][0]
+    ticks = max(path.ticks for _, path in paths[-3:])
+    *_, middle, fine = rows = [path.thinned(ticks) for _, path in paths[-3:]]
+    count = min(map(len, rows))
+    *_, middle, fine = rows = [row[:count] for row in rows]
+    offers = [(f"{integrator} at {timestep:.3g} s", fine, fine - middle)]
+    if len(rows) > 2:
         for order in ORDERS:
             weight = 1 / (2**order - 1)
-            before, after = middle + weight * (middle - coarse), fine + weight * (fine - middle)
+            before, after = middle + weight * (middle - rows[0]), fine + weight * (fine - middle)
             name = f"{integrator} extrapolated from {timestep:.3g} s at order {order}"
-            offers.append(Reference(name, after, _running(after - before)))
-    return offers
+            offers.append((name, after, after - before))
+    return [
+        Reference(
+            name, Samples(ticks, values), np.maximum.accumulate(np.linalg.norm(change, axis=1))
+        )
+        for name, values, change in offers
+    ]
 
 
 def _last_doubt(offer: Reference) -> float:
     return offer.doubt[-1]
-
-
-def _running(difference: Array) -> Array:
-    return np.maximum.accumulate(np.linalg.norm(difference, axis=1))
 
 
 class Order(NamedTuple):
@@ -84,9 +108,9 @@ class Order(NamedTuple):
 def observed_order(points: Sequence[tuple[float, float]], floor: float) -> Order | None:
     """Return the order of (timestep, error) by a straight line through their logarithms.
 
-    Only errors from three times the floor to 0.2 count; there must be three of them.
+    Only errors from three times the floor to 0.1 count; there must be three of them.
     """
-    used = np.log([point for point in points if 3 * floor < point[1] < 0.2])
+    used = np.log([point for point in points if 3 * floor < point[1] < 0.1])
     if len(used) < 3:
         return None
     (slope, _), covariance = np.polyfit(*used.T, 1, cov="unscaled")

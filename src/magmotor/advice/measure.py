@@ -8,17 +8,17 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from magmotor.advice.errors import Reference, path_error, reference
+from magmotor.advice.errors import Reference, Samples, reference
 from magmotor.advice.paths import INTEGRATORS, OutOfTime, Path, Runs
 from magmotor.advice.quantities import KINETIC, Quantity
 from magmotor.advice.statistics import REPLICAS, Ensemble
 from magmotor.common.arrays import Array
 
-RECORDS = 96
-"""Smallest number of intervals between records; the largest is almost twice as many."""
+RECORDS = 2048
+"""Smallest number of ticks of a path, which are the shortest time between records."""
 
-COARSEST = 8
-"""Longest timestep in intervals."""
+MOST = 2_000_000
+"""Largest number of numbers recorded of a path."""
 
 FEWEST = 12
 """Smallest number of steps of a path."""
@@ -35,6 +35,9 @@ PROVEN, TRUSTED = 0.02, 0.25
 JUDGES = {"RK4": 0.3, "implicitfast": 0.25, "Euler": 0.0}
 """Integrators that yield the reference, and their shares of the budget; Euler only helps out."""
 
+
+SPARSE = 8
+"""Least number of ticks between the records of ensembles."""
 
 PERTURBED = 1e-3
 """Change of the initial velocities of replicas, over the fastest one."""
@@ -56,43 +59,47 @@ class Point:
 
 
 class Measurement:
-    """Paths of a quantity by all integrators, recorded at the same times.
+    """Paths of a quantity by all integrators, recorded at common times.
 
-    Timesteps are the model's times 2^k or 1.5 2^k. Records are at multiples of an interval, or of
-    the timestep if that is longer.
+    Timesteps are the model's times 2^k or 1.5 2^k. A path is recorded at each of its steps, or at
+    each tick of a clock if that is longer.
 
     Parameters
     ----------
     runs : Runs
     quantity : Quantity
     duration : float
-        In s; it is rounded to a multiple of eight intervals.
+        In s.
 
     Attributes
     ----------
     until : float
         Value of `time.perf_counter` after which no run is started or continued.
+    tick : float
+        In s.
+    ticks : int
+        Number of ticks of a path.
     """
 
     def __init__(self, runs: Runs, quantity: Quantity, duration: float):
         self.runs, self.quantity, self.until = runs, quantity, math.inf
-        self.own = runs.timestep
-        steps = duration / self.own
-        self._each = 3 * 2 ** max(0, math.floor(math.log2(steps / (3 * RECORDS))))
-        self.intervals = COARSEST * max(1, round(steps / self._each / COARSEST))
-        self.interval = self._each * self.own
-        self._longest = min(COARSEST * self._each, self.intervals * self._each / FEWEST)
-        self.paths: dict[tuple[str, float], Path] = {}
-        self._values: dict[tuple[str, float], Array] = {}
         self._workspace = mujoco.MjData(runs.model)
+        size = self.along(runs.recorded_start()[np.newaxis]).shape[1]
+        wanted = min(RECORDS, MOST // size) * runs.timestep / duration
+        self._divided = 2.0 ** max(1, math.ceil(math.log2(wanted)))
+        self.tick = runs.timestep / self._divided
+        self.ticks = round(duration / self.tick)
+        self._longest = duration / runs.timestep / FEWEST
+        self.paths: dict[tuple[str, float], Path] = {}
+        self._samples: dict[tuple[str, float], Samples] = {}
         self.on_run: Callable[[str], object] = lambda _: None
 
     @property
     def duration(self) -> float:
         """Duration of the paths in s."""
-        return self.intervals * self.interval
+        return self.ticks * self.tick
 
-    def values(self, integrator: str, factor: float) -> Array | None:
+    def samples(self, integrator: str, factor: float) -> Samples | None:
         """Return the quantity along a path at a multiple of the model's timestep.
 
         It is None if the run diverged.
@@ -103,16 +110,15 @@ class Measurement:
         """
         key = integrator, factor
         if key not in self.paths:
-            self.on_run(f"{integrator} at {factor * self.own:.3g} s")
-            path = self._run(integrator, factor)
+            self.on_run(f"{integrator} at {factor * self.runs.timestep:.3g} s")
+            path, states, ticks = self._run(integrator, factor)
             if path.diverged is None:
-                if not self._values:
-                    self.quantity = self.quantity.scaled_by(
-                        self.runs.model, self._workspace, path.states
-                    )
-                self._values[key] = self.along(path.states)
+                if not self._samples:
+                    model = self.runs.model
+                    self.quantity = self.quantity.scaled_by(model, self._workspace, states)
+                self._samples[key] = Samples(ticks, self.along(states))
             self.paths[key] = path
-        return self._values.get(key)
+        return self._samples.get(key)
 
     def ensemble(self, integrator: str, factor: float) -> Ensemble | None:
         """Return paths from perturbed starts at a multiple of the model's timestep.
@@ -125,21 +131,39 @@ class Measurement:
         """
         paths, kinetic = [], []
         for seed in range(REPLICAS):
-            self.on_run(f"{integrator} at {factor * self.own:.3g} s, replica {seed}")
-            path = self._run(integrator, factor, self.runs.perturbed(PERTURBED, seed))
+            timestep = factor * self.runs.timestep
+            self.on_run(f"{integrator} at {timestep:.3g} s, replica {seed}")
+            start = self.runs.perturbed(PERTURBED, seed)
+            path, states, _ = self._run(integrator, factor, start, least=SPARSE)
             if path.diverged is not None:
                 return None
-            paths.append(self.along(path.states))
-            kinetic.append(KINETIC.along(self.runs.model, self._workspace, path.states)[:, 0])
+            paths.append(self.along(states))
+            kinetic.append(KINETIC.along(self.runs.model, self._workspace, states)[:, 0])
         return Ensemble(paths, kinetic)
 
-    def _run(self, integrator: str, factor: float, start: Array | None = None) -> Path:
-        every = max(1, round(self._each / factor))
-        timestep = factor * self.own
-        records = round(self.duration / (every * timestep))
-        return self.runs.path(
-            integrator, timestep, every, records, start=start, until=self.until
-        )
+    def growth(self, perturbation: float) -> float:
+        """Return by how much a small perturbation grows after a twentieth of the duration."""
+        finite = [key for key, path in self.paths.items() if path.diverged is None]
+        key = min(finite, key=lambda key: key[1])
+        start = self.runs.perturbed(perturbation, seed=0)
+        _, states, ticks = self._run(*key, start)
+        apart = Samples(ticks, self.along(states)).apart(self._samples[key])
+        largest = np.maximum.accumulate(apart)
+        early = largest[max(1, len(largest) // 20)]
+        return float(largest[-1] / early) if early > 0.0 else math.inf
+
+    def _run(
+        self, integrator: str, factor: float, start: Array | None = None, least: int = 1
+    ) -> tuple[Path, Array, int]:
+        """Return a path, its recorded states, and the ticks between these, at least so many."""
+        step = factor * self._divided
+        ticks = max(least, round(step)) if step >= least else least
+        timestep = factor * self.runs.timestep
+        every = max(1, round(ticks / step))
+        ticks = round(every * step)
+        return *self.runs.path(
+            integrator, timestep, every, self.ticks // ticks, start=start, until=self.until
+        ), ticks
 
     def along(self, states: Array) -> Array:
         """Return the quantity (records, n) along recorded states."""
@@ -147,7 +171,7 @@ class Measurement:
 
     def reference(self, error: float) -> Reference | None:
         """Return a reference, for an error relative to the range of the quantity; None without."""
-        found: dict[str, list[tuple[float, Array]]] = {}
+        found: dict[str, list[tuple[float, Samples]]] = {}
         budget, proof = self.until - time.perf_counter(), PROVEN
         for integrator, share in JUDGES.items():
             if integrator == "Euler" and found:
@@ -159,23 +183,23 @@ class Measurement:
                 proof = TRUSTED
         return reference(found) if found else None
 
-    def _halved(self, integrator: str, doubt: float, end: float) -> list[tuple[float, Array]]:
+    def _halved(self, integrator: str, doubt: float, end: float) -> list[tuple[float, Samples]]:
         """Return paths at half timesteps until the doubt about the quantity is this small."""
-        chain: list[tuple[float, Array]] = []
+        chain: list[tuple[float, Samples]] = []
         factor = 1.0
         while factor >= FINEST:
             try:
-                values = self.values(integrator, factor)
+                samples = self.samples(integrator, factor)
             except OutOfTime:
                 break
             path = self.paths[integrator, factor]
-            if values is None:
+            if samples is None:
                 chain.clear()
             else:
-                chain.append((path.timestep, values))
+                chain.append((path.timestep, samples))
             if len(chain) > 2:
                 last = reference({integrator: chain}).doubt[-1]
-                if last <= doubt * self.quantity.range(values):
+                if last <= doubt * self.quantity.range(chain[-1][1].values):
                     break
             predicted = 2 * self.duration * path.seconds / path.timestep
             if time.perf_counter() + predicted > end and len(chain) != 1:
@@ -183,65 +207,63 @@ class Measurement:
             factor /= 2
         return chain
 
-    def points(
-        self, truth: Reference, error: float, intervals: int, scale: float
-    ) -> Iterator[Point]:
+    def points(self, truth: Samples, error: float, until: int, scale: float) -> Iterator[Point]:
         """Yield the points of every integrator at useful timesteps.
+
+        A longer timestep counts as no more accurate than a shorter one.
 
         Parameters
         ----------
-        truth : Reference
+        truth : Samples
         error : float
             Relative error at which the search for shorter timesteps ends.
-        intervals : int
-            Only the path up to this many intervals counts.
+        until : int
+            Only the path up to this tick counts.
         scale : float
             Errors are relative to this.
         """
-        floor = truth.doubt[intervals] / scale
         for integrator in INTEGRATORS:
             found: dict[float, Point] = {}
             try:
-                for factor in self._useful(found, max(error, floor)):
-                    found[factor] = self._point(integrator, factor, truth.values, intervals, scale)
+                for factor in self._useful(found, error):
+                    samples = self.samples(integrator, factor)
+                    path, worst = self.paths[integrator, factor], math.inf
+                    if samples is not None:
+                        worst = float(samples.apart(truth, until).max()) / scale
+                    found[factor] = Point(
+                        integrator,
+                        path.timestep,
+                        path.seconds / path.timestep,
+                        worst,
+                        path.diverged,
+                    )
             except OutOfTime:
                 pass
-            yield from found.values()
+            worst = 0.0
+            for _, point in sorted(found.items()):
+                point.error = worst = max(worst, point.error)
+                yield point
 
     def _useful(self, found: dict[float, Point], error: float) -> Iterator[float]:
         """Yield timesteps to measure, given what was found at those before."""
         yield (factor := 1.0)
         while found[factor].error < USELESS and 2 * factor <= self._longest:
             factor *= 2
-            if not self._shares_records(factor):
-                factor *= 0.75
             yield factor
         factor = 1.0
-        while min(point.error for point in found.values()) > error and factor > FINEST:
+        while found[factor].error > error and factor > FINEST:
             factor /= 2
             predicted = self.duration * found[2 * factor].seconds * 2
             if time.perf_counter() + predicted > self.until:
                 return
             yield factor
-        good = [factor for factor, point in found.items() if point.error <= error]
-        if good and self._shares_records(1.5 * max(good)) and 1.5 * max(good) not in found:
-            yield 1.5 * max(good)
-
-    def _shares_records(self, factor: float) -> bool:
-        ratio = max(self._each / factor, factor / self._each)
-        return ratio == round(ratio)
-
-    def _point(
-        self, integrator: str, factor: float, truth: Array, intervals: int, scale: float
-    ) -> Point:
-        values = self.values(integrator, factor)
-        path = self.paths[integrator, factor]
-        error, seconds = math.inf, path.seconds / path.timestep
-        if values is not None:
-            each = max(1, round(factor / self._each))
-            thinned = truth[: intervals + 1 : each]
-            error = path_error(values[: len(thinned)], thinned) / scale
-        return Point(integrator, path.timestep, seconds, error, path.diverged)
+        good = 0.0
+        for factor, point in sorted(found.items()):
+            if point.error > error:
+                break
+            good = factor
+        if self._divided * good >= 2 and good < max(found):
+            yield 1.5 * good
 
 
 def front(points: Iterable[Point], floor: float) -> list[Point]:
@@ -255,6 +277,9 @@ def front(points: Iterable[Point], floor: float) -> list[Point]:
             best.append(point)
     return [point for point in best if np.isfinite(point.error)]
 
+
+MARGIN = 1.2
+"""Promised over measured error, for what is between the records."""
 
 TURNS, SAMPLE = 5, 0.01
 """Number of times that each cost is measured, and the wall time in s of each."""

@@ -43,23 +43,14 @@ class OutOfTime(Exception):
 
 @dataclass(frozen=True)
 class Path:
-    """Recorded states of one run."""
+    """How one run went."""
 
     integrator: str
     timestep: float
-    every: int
-    """Steps between two records."""
-    states: Array
-    """Shape (records, state), of `RECORD`; the first one is the start."""
     diverged: float | None
     """Time in s at which the run was no longer finite."""
     seconds: float
     """Wall time per step."""
-
-    @property
-    def interval(self) -> float:
-        """Time in s between two records."""
-        return self.every * self.timestep
 
 
 class Runs:
@@ -96,8 +87,10 @@ class Runs:
         *,
         start: Array | None = None,
         until: float = np.inf,
-    ) -> Path:
-        """Run and record a path; it ends early if it diverges.
+    ) -> tuple[Path, Array]:
+        """Run a path, and return it with its states, shape (records + 1, state).
+
+        It ends early if it diverges. The first state is the start.
 
         Raises
         ------
@@ -130,7 +123,14 @@ class Runs:
         kept = n if diverged is not None else n + 1
         taken = max(1.0, (diverged or n * every * timestep) / timestep)
         seconds = (time.perf_counter() - began) / taken
-        return Path(integrator, timestep, every, states[:kept], diverged, seconds)
+        return Path(integrator, timestep, diverged, seconds), states[:kept]
+
+    def recorded_start(self) -> Array:
+        """Return the start as a record."""
+        self.prepare(self.integrator, self.timestep)
+        state = np.empty(self._size)
+        mujoco.mj_getState(self.model, self.data, state, RECORD)
+        return state
 
     def prepare(self, integrator: str, timestep: float, start: Array | None = None) -> None:
         """Set the model's integrator and timestep, and the data to a start."""

@@ -33,13 +33,15 @@ class Quantity:
     of: Function
     scale: float = 0.0
     """Errors are relative to this, or to the range of the quantity if that is larger."""
+    compute: Callable[[mujoco.MjModel, mujoco.MjData], object] = mujoco.mj_forward
+    """Computes what the quantity needs."""
 
     def along(self, model: mujoco.MjModel, data: mujoco.MjData, states: Array) -> Array:
         """Return the components (records, n) along a path; `data` serves as a workspace."""
         rows = []
         for state in states:
             mujoco.mj_setState(model, data, state, RECORD)
-            mujoco.mj_forward(model, data)
+            self.compute(model, data)
             rows.append(np.array(self.of(model, data), float).ravel())
         return np.array(rows)
 
@@ -55,9 +57,7 @@ class Quantity:
         return replace(self, scale=float(np.ptp(kinetic)))
 
 
-def read_quantity(
-    model: mujoco.MjModel, data: mujoco.MjData, quantity: str | Function
-) -> Quantity:
+def read_quantity(model: mujoco.MjModel, data: mujoco.MjData, quantity: str | Function) -> Quantity:
     """Return the quantity that a user names.
 
     Raises
@@ -67,8 +67,10 @@ def read_quantity(
     """
     if callable(quantity):
         found = Quantity(getattr(quantity, "__name__", "the function"), quantity)
-    elif quantity in (POSITIONS, ENERGY):
-        found = Quantity(quantity, _positions(model) if quantity == POSITIONS else _energy)
+    elif quantity == POSITIONS:
+        found = Quantity(quantity, _positions(model), compute=mujoco.mj_kinematics)
+    elif quantity == ENERGY:
+        found = Quantity(quantity, _energy)
     else:
         kind, _, name = quantity.partition(" ")
         if kind not in _VALUES:
@@ -108,13 +110,11 @@ def _positions(model: mujoco.MjModel) -> Function:
 
     A body counts as its mass at the center and its second moments along the principal axes.
     """
-    moves = model.body_dofnum[model.body_weldid] + (model.body_parentid > 0) > 0
-    moves[0] = False
-    mass = np.where(moves, model.body_mass, 0.0)
-    total = mass.sum() or 1.0
-    inertia = np.where(moves[:, np.newaxis], model.body_inertia, 0.0)
+    mass = model.body_mass
+    total = mass[1:].sum() or 1.0
+    inertia = model.body_inertia
     second = np.maximum(inertia.sum(axis=1, keepdims=True) / 2 - inertia, 0.0)
-    own = np.flatnonzero(mass > 0)
+    own = 1 + np.flatnonzero(mass[1:] > 0)
     center = np.sqrt(mass[own] / total)[:, np.newaxis]
     axes = np.sqrt(second[own] / total)[:, np.newaxis, :]
 

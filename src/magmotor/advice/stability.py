@@ -1,13 +1,14 @@
 """Linear stability of MuJoCo's integrators at rest, by theory and as found by a push."""
 
 import math
+import time
 from collections.abc import Callable
 from typing import NamedTuple
 
 import mujoco
 import numpy as np
 
-from magmotor.advice.paths import STATE, Runs, quiet
+from magmotor.advice.paths import STATE, OutOfTime, Runs, quiet
 from magmotor.common.arrays import Array
 
 GROWTH = 1.002
@@ -49,8 +50,8 @@ class Limit(NamedTuple):
 class Rest:
     """A state of rest, and the map of one step near it."""
 
-    def __init__(self, runs: Runs, start: Array):
-        self.runs, self.start = runs, start
+    def __init__(self, runs: Runs, start: Array, until: float):
+        self.runs, self.start, self.until = runs, start, until
         model = runs.model
         self._n = model.nv
         self.size = 2 * model.nv + model.na
@@ -77,11 +78,15 @@ class Rest:
         """Return the matrix of one step, by central differences; NaN if a step fails."""
         columns = np.empty((self.size, self.size))
         for i in range(self.size):
+            if time.perf_counter() > self.until:
+                raise OutOfTime
             ends = []
             for sign in (SHIFT, -SHIFT):
                 self.runs.prepare(integrator, timestep, self.start)
                 self.displace(sign * np.eye(self.size)[i])
-                ends.append(self.deviation() if self.runs.advance(1) else np.full(self.size, np.nan))
+                ends.append(
+                    self.deviation() if self.runs.advance(1) else np.full(self.size, np.nan)
+                )
             columns[:, i] = (ends[0] - ends[1]) / (2 * SHIFT)
         return columns
 
@@ -113,16 +118,23 @@ class Rest:
         return tuple(sorted(parts.items(), key=lambda part: -part[1])[:3])
 
 
-def find_rest(runs: Runs) -> Rest | None:
+def find_rest(runs: Runs, until: float) -> Rest | None:
     """Let a model settle with added damping, and return its state of rest; None without one.
 
     Whenever its kinetic energy decreases, it is stopped, so that it descends in its potential.
+
+    Raises
+    ------
+    OutOfTime
+        The clock `time.perf_counter` has passed `until`.
     """
     model, data = runs.model, runs.data
     runs.prepare("implicitfast", runs.timestep)
     before, still = 0.0, 0
     with quiet():
         for _ in range(SETTLING):
+            if time.perf_counter() > until:
+                raise OutOfTime
             if not runs.advance(1):
                 return None
             energy = runs.kinetic_energy()
@@ -139,7 +151,7 @@ def find_rest(runs: Runs) -> Rest | None:
         data.qvel[:] = 0.0
         start = np.empty_like(runs.start)
         mujoco.mj_getState(model, data, start, STATE)
-    return Rest(runs, start)
+    return Rest(runs, start, until)
 
 
 def stability_limit(rest: Rest, integrator: str) -> Limit | None:
@@ -154,7 +166,9 @@ def stability_limit(rest: Rest, integrator: str) -> Limit | None:
         shortest, longest = SHORTEST * rest.runs.timestep, LONGEST * rest.runs.timestep
         if rest.radius(integrator, shortest) > GROWTH or _grows(rest, integrator, shortest):
             return None
-        timesteps = np.geomspace(shortest, longest, 1 + math.ceil(math.log(longest / shortest, FACTOR)))
+        timesteps = np.geomspace(
+            shortest, longest, 1 + math.ceil(math.log(longest / shortest, FACTOR))
+        )
         theory = _first(timesteps, lambda h: rest.radius(integrator, h) > GROWTH)
         near = timesteps[timesteps > 0.5 * min(theory, rest.runs.timestep)]
         found = _first(near, lambda h: _grows(rest, integrator, h))
@@ -185,6 +199,8 @@ def _grows(rest: Rest, integrator: str, timestep: float) -> bool:
     mujoco.mj_fwdPosition(runs.model, runs.data)
     first = runs.kinetic_energy()
     for _ in range(PUSHED // 50):
+        if time.perf_counter() > rest.until:
+            raise OutOfTime
         if not runs.advance(50):
             return True
         energy = runs.kinetic_energy()

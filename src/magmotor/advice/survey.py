@@ -9,7 +9,15 @@ from tqdm import tqdm
 
 from magmotor.advice.advice import Advice
 from magmotor.advice.errors import Reference, observed_order
-from magmotor.advice.measure import JUDGES, TRUSTED, Measurement, Point, front, time_in_turns
+from magmotor.advice.measure import (
+    JUDGES,
+    MARGIN,
+    TRUSTED,
+    Measurement,
+    Point,
+    front,
+    time_in_turns,
+)
 from magmotor.advice.paths import INTEGRATORS, OutOfTime, Runs
 from magmotor.advice.stability import find_rest, stability_limit
 from magmotor.advice.statistics import REPLICAS, Statistic, distances
@@ -64,9 +72,10 @@ class Survey:
         if truth is None:
             advice.reason = self._no_reference()
             return
-        intervals, scale = self._judge(truth)
+        until, scale = self._judge(truth)
         self._until(ERRORS)
-        for point in self._measurement.points(truth, advice.error, intervals, scale):
+        good = max(advice.error / MARGIN, advice.doubt)
+        for point in self._measurement.points(truth.path, good, until, scale):
             advice.points += (point,)
         if advice.growth is not None and advice.growth > CHAOTIC:
             self._until(STATISTICS)
@@ -90,13 +99,16 @@ class Survey:
                 advice.orders[integrator] = order
         own = self._runs.integrator, self._runs.timestep
         advice.own = next((p for p in advice.points if (p.integrator, p.timestep) == own), None)
-        good = [p for p in advice.points if p.error + advice.doubt <= advice.error]
+        good = [p for p in advice.points if self._promise(p) <= advice.error]
         if good:
             best = min(good, key=lambda point: point.seconds)
             advice.integrator, advice.timestep = best.integrator, best.timestep
-            advice.promised = best.error + advice.doubt
+            advice.promised = self._promise(best)
         else:
             advice.reason = advice.reason or self._no_point()
+
+    def _promise(self, point: Point) -> float:
+        return MARGIN * (point.error + self._advice.doubt)
 
     def _until(self, part: float) -> None:
         """Let runs continue until a part of the budget is used up."""
@@ -107,37 +119,26 @@ class Survey:
         self._bar.update(round(time.perf_counter() - self._began) - self._bar.n)
 
     def _judge(self, truth: Reference) -> tuple[int, float]:
-        """Return the number of intervals over which errors count, and the scale of errors.
+        """Return the tick up to which errors count, and their scale.
 
         Chaos limits the former to where the reference can be trusted.
         """
         m, advice = self._measurement, self._advice
-        scale = m.quantity.range(truth.values)
+        values, doubt = truth.path.values, truth.doubt
+        scale = m.quantity.range(values)
         if not scale > 0.0:
             sentence = "does not change along the path; give a state that moves, or another one"
             raise reject("quantity", advice.quantity, sentence)
-        enough, intervals = TRUSTED * advice.error, m.intervals
-        if truth.doubt[-1] > enough * scale:
-            advice.growth = self._growth()
+        enough, last = TRUSTED * advice.error, len(values) - 1
+        if doubt[-1] > enough * scale:
+            advice.growth = m.growth(PERTURBATION)
             if advice.growth > CHAOTIC:
-                intervals = max(1, int(np.flatnonzero(truth.doubt <= enough * scale)[-1]))
-                scale = m.quantity.range(truth.values[: intervals + 1])
-        advice.reference, advice.horizon = truth.name, intervals * m.interval
-        advice.doubt = float(truth.doubt[intervals]) / scale
-        return intervals, scale
-
-    def _growth(self) -> float:
-        """Return by how much a small perturbation grows after a twentieth of the duration."""
-        m = self._measurement
-        finite = [path for path in m.paths.values() if path.diverged is None]
-        path = min(finite, key=lambda path: path.timestep)
-        start = self._runs.perturbed(PERTURBATION, seed=0)
-        records = len(path.states) - 1
-        other = self._runs.path(path.integrator, path.timestep, path.every, records, start=start)
-        apart = np.linalg.norm(m.along(other.states) - m.along(path.states), axis=1)
-        largest = np.maximum.accumulate(apart)
-        early = largest[max(1, records // 20)]
-        return float(largest[-1] / early) if early > 0.0 else math.inf
+                last = max(1, int(np.flatnonzero(doubt <= enough * scale)[-1]))
+                scale = m.quantity.range(values[: last + 1])
+        until = last * truth.path.ticks
+        advice.reference, advice.horizon = truth.name, until * m.tick
+        advice.doubt = float(doubt[last]) / scale
+        return until, scale
 
     def _compare_ensembles(self) -> None:
         """Compare ensembles with one at a quarter of the model's timestep."""
@@ -159,15 +160,20 @@ class Survey:
             self._advice.notes += ("the budget was too small for more ensembles",)
 
     def _find_limits(self) -> None:
-        rest = find_rest(self._runs)
-        if rest is None:
-            self._advice.notes += ("no state of rest was found, and so no limits of stability",)
-            return
-        for integrator in INTEGRATORS:
-            self._show(f"stability of {integrator}")
-            limit = stability_limit(rest, integrator)
-            if limit is not None:
-                self._advice.limits[integrator] = limit
+        self._show("state of rest")
+        end = self._began + self._budget
+        try:
+            rest = find_rest(self._runs, end)
+            if rest is None:
+                self._advice.notes += ("no state of rest was found, and so no limits of stability",)
+                return
+            for integrator in INTEGRATORS:
+                self._show(f"stability of {integrator}")
+                limit = stability_limit(rest, integrator)
+                if limit is not None:
+                    self._advice.limits[integrator] = limit
+        except OutOfTime:
+            self._advice.notes += ("the budget was too small for all limits of stability",)
 
     def _no_reference(self) -> str:
         paths = self._measurement.paths.values()
@@ -185,6 +191,8 @@ class Survey:
         if doubt > error:
             return f"the reference itself is uncertain by {100 * doubt:.2g} %"
         if doubt > TRUSTED * error:
-            return f"nothing comes closer to the reference, which is uncertain by {100 * doubt:.2g} %"
+            return (
+                f"nothing comes closer to the reference, which is uncertain by {100 * doubt:.2g} %"
+            )
         least = min((point.error for point in self._advice.points), default=math.inf)
         return f"the least error found within the budget is {100 * least:.2g} %"
