@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 import magmotor as mm
+from magmotor.mjcf.checking.given_fields import given_field
 
 OWN_FIELD = """
 <mujoco>
@@ -67,17 +68,20 @@ def solenoid(points):
     return np.column_stack([-x * slope / 2, -y * slope / 2, on_axis(z)])
 
 
-def plunger(height, length):
-    spec = mujoco.MjSpec.from_string(PLUNGER.format(CHI, height, RADIUS, length / 2))
-    text = mm.tabulated_field(solenoid, [-0.004, -0.004, -0.12], [0.004, 0.004, 0.12], (5, 5, 241))
-    numbers = text.split('data="')[1].split('"')[0]
-    spec.add_numeric(name="field", data=[float(number) for number in numbers.split()])
+def table(end=0.12):
+    text = mm.tabulated_field(solenoid, [-0.004, -0.004, -end], [0.004, 0.004, end], (5, 5, 241))
+    return text.split('data="')[1].split('"')[0]
+
+
+def plunger(height, length, chi=CHI, end=0.12):
+    spec = mujoco.MjSpec.from_string(PLUNGER.format(chi, height, RADIUS, length / 2))
+    spec.add_numeric(name="field", data=[float(number) for number in table(end).split()])
     return spec.compile()
 
 
 @pytest.mark.parametrize(("length", "findings", "unfound", "largest"), [
-    (0.005, 0, 0.08, 0.08), (0.01, 0, 0.26, 0.26), (0.02, 3, 0.43, 0.64), (0.03, 12, 0.0, 0.88),
-    (0.06, 13, 0.0, 8.9), (0.08, 13, 0.0, 55),
+    (0.005, 0, 0.08, 0.08), (0.01, 0, 0.26, 0.26), (0.02, 7, 0.39, 0.64), (0.03, 9, 0.30, 0.88),
+    (0.06, 12, 0.0, 8.9), (0.08, 12, 0.0, 55),
 ])  # fmt: skip
 def test_iron_over_which_a_field_is_far_from_linear(length, findings, unfound, largest):
     """The force on weak iron is the difference of chi A B^2/(2 mu0) at its ends.
@@ -100,3 +104,102 @@ def test_iron_over_which_a_field_is_far_from_linear(length, findings, unfound, l
     assert sum(found) == findings
     assert errors[~np.array(found)].max(initial=0) == pytest.approx(unfound, abs=0.02)
     assert errors.max() == pytest.approx(largest, rel=0.02, abs=0.01)
+
+
+def test_a_row_of_spheres_is_no_advice_for_strong_iron():
+    weak, strong = (mm.check(plunger(0.02, 0.06, chi)).findings[0] for chi in (0.9, 1.1))
+    assert weak == f"{strong}; a row of spheres follows the field"
+
+
+def test_iron_that_reaches_beyond_a_table_is_named():
+    assert mm.check(plunger(0.0, 0.005, end=0.04)).findings == ()
+    (found,) = mm.check(plunger(0.038, 0.005, end=0.04)).findings
+    assert found.startswith("geom 'plunger' of iron reaches beyond the table of a given field")
+
+
+def test_a_driven_field_counts_at_its_largest_drive():
+    """At control 0, as in the default state, the field is 0."""
+    spec = mujoco.MjSpec.from_string(OWN_FIELD.format("0 1 0", "body", "other"))
+    driven = spec.add_actuator(name="coil", target="", gaintype=mujoco.mjtGain.mjGAIN_FIXED)
+    driven.trntype, driven.target = mujoco.mjtTrn.mjTRN_BODY, "mount"
+    driven.ctrllimited, driven.ctrlrange = True, np.array([-3.0, 2.0])
+    spec.tuples[0].objtype = [mujoco.mjtObj.mjOBJ_NUMERIC, mujoco.mjtObj.mjOBJ_ACTUATOR]
+    spec.tuples[0].objname, spec.tuples[0].objprm = ["field", "coil"], [0.0, 0.0]
+    (found,) = mm.check(spec.compile()).findings
+    (still,) = mm.check(
+        mujoco.MjModel.from_xml_string(OWN_FIELD.format("0 1 0", "body", "other"))
+    ).findings
+    omega = [float(text.split("omega = ")[1].split()[0]) for text in (found, still)]
+    assert omega[0] / omega[1] == pytest.approx(3**0.5, rel=0.01)
+
+
+MOUNT = """
+<body name="mount"><joint/><geom size=".01" pos="1 0 0"/></body><body name="other" pos"""
+OWN_IRON = PLUNGER.replace("<body pos", MOUNT).replace(
+    "</custom>",
+    """
+  <numeric name="field" data="NODES"/>
+  <tuple name="field"><element objtype="numeric" objname="field"/>
+    <element objtype="body" objname="mount"/></tuple></custom>""",
+)
+
+
+def test_a_field_does_not_act_on_iron_of_its_own_body(capsys):
+    text = OWN_IRON.format(CHI, 0.02, RADIUS, 0.03).replace("NODES", table())
+    others = mujoco.MjModel.from_xml_string(text)
+    assert mm.describe(others).acting == ("fields", "iron")
+    assert "geom 'plunger' of iron feels a given field" in mm.check(others).findings[0]
+    own = mujoco.MjModel.from_xml_string(text.replace('objname="mount"', 'objname="other"'))
+    assert mm.describe(own).acting == ()
+    reason = "not acting: the iron, since all are on one rigid body, to which the field is fixed"
+    assert reason in capsys.readouterr().out
+    assert mm.check(own).findings == ()
+
+
+DIPOLE_AND_IRON = """
+<mujoco>
+  <custom><text name="magmotor" data="dipoles fields iron"/><numeric name="field" data="0 .01 0"/>
+    <numeric name="iron" data="100"/>
+    <tuple name="iron"><element objtype="numeric" objname="iron"/>
+      <element objtype="geom" objname="iron"/></tuple></custom>
+  <worldbody><body><freejoint/><geom name="iron" size=".005"/><site user=".01"/></body></worldbody>
+</mujoco>"""
+SMALL = "4 4 4 1 1 1 1 1 1" + 64 * " 0 1 0"
+
+
+@pytest.mark.parametrize("xml", [
+    OWN_FIELD.format(SMALL, "body", "needle"),
+    DIPOLE_AND_IRON.replace('<site', '<site pos="0 0 .02"'),
+])  # fmt: skip
+def test_fields_are_asked_only_where_they_act(xml):
+    """The table does not contain the dipole of its own body; a dipole is on the body of iron."""
+    assert mm.check(mujoco.MjModel.from_xml_string(xml)).findings == ()
+
+
+def test_fields_of_every_kind_are_those_that_act():
+    """What the check takes is the field that the model has, for frames that are turned."""
+    xml = """
+    <mujoco>
+      <custom><text name="magmotor" data="dipoles fields"/>
+        <numeric name="field_1" data="1 2 3"/>
+        <numeric name="field_2" data=".1 .2 .3 1 2 3 4 5"/>
+        <numeric name="field_3" data="{}"/>
+        <tuple name="field_1"><element objtype="numeric" objname="field_2"/>
+          <element objtype="body" objname="turned"/></tuple>
+        <tuple name="field_2"><element objtype="numeric" objname="field_3"/>
+          <element objtype="site" objname="turned"/></tuple></custom>
+      <worldbody>
+        <body name="turned" pos=".1 .2 .3" euler="30 40 50"><joint/><geom size=".1"/>
+          <site name="turned" pos=".1 0 0" euler="10 20 30"/></body>
+        <body><freejoint/><geom size=".1"/><site user="1"/></body>
+      </worldbody>
+    </mujoco>"""
+    rng = np.random.default_rng(0)
+    nodes = " ".join(f"{number:.6f}" for number in rng.standard_normal(3 * 4 * 5 * 6))
+    model = mujoco.MjModel.from_xml_string(xml.format(f"4 5 6 -1 -1 -1 .6 .5 .4 {nodes}"))
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    points = rng.uniform(-0.2, 0.2, (20, 3))
+    taken = given_field(model, data, points, np.full(20, 2))
+    model.site_user[:] = 0
+    np.testing.assert_allclose(taken, mm.field(model, data, points), atol=1e-13)  # 2e-15

@@ -8,6 +8,7 @@ import platform
 import shutil
 import subprocess
 import sys
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -335,7 +336,8 @@ def test_the_machine_type_determines_rounding(kind, features, expected, monkeypa
 
 
 @pytest.mark.parametrize(("module", "seconds", "lines"), [
-    ("magmotor.made", 0.0, 1), ("magmotor.made", 600.0, 0), ("someone.elses", 0.0, 0),
+    ("magmotor.made", 0.0, 1), ("magmotor.made", 5.0, 0), ("someone.elses", 0.0, 0),
+    (None, 0.0, 0),  # as after exec
 ])  # fmt: skip
 def test_a_line_says_once_that_compilation_takes_long(module, seconds, lines, capsys):
     notice = compilation_notice.CompilationNotice(after=seconds)
@@ -348,3 +350,13 @@ def test_a_line_says_once_that_compilation_takes_long(module, seconds, lines, ca
             made.__module__ = module
             assert njit(made)(2.0) == 3
     assert capsys.readouterr().err == lines * f"{compilation_notice.TEXT}\n"
+    timers = (each for each in threading.enumerate() if isinstance(each, threading.Timer))
+    assert all(timer.finished.is_set() for timer in timers)
+
+
+def test_the_line_about_compilation_is_on():
+    (notice,) = (
+        each for each in event._registered["numba:compile"]
+        if isinstance(each, compilation_notice.CompilationNotice)
+    )  # fmt: skip
+    assert 1.0 <= notice._after <= 10.0  # 5

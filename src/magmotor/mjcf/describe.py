@@ -321,8 +321,9 @@ def _idle(
         yield 'sites without user numbers (a dipole has user="MOMENT", in A m^2)'
     if "iron" in named and present["iron"][1] and not any(declared.iron(model).values()):
         yield "iron, since its susceptibility is 0"
-    if "dipoles" in named and present["dipoles"][1] and not paired and not measured:
-        yield from _idle_dipoles(model, "fields" in named)
+    magnets = [word for word in ("dipoles", "iron") if word in named and present[word][1]]
+    if magnets and not paired and not measured:
+        yield from _idle_magnets(model, magnets, "fields" in named)
     if "noise" in named:
         fixed = (body for body in range(model.nbody) if not _moves(model, body))
         driven = [name_of(model, "body", body) for body in fixed if model.body_user[body].any()]
@@ -342,17 +343,24 @@ def _idle(
         yield "magmotor.forces on sleeping bodies, which it does not wake"
 
 
-def _idle_dipoles(model: mujoco.MjModel, fields: bool) -> Iterator[str]:
-    bodies = [*_dipoles(model)]
+def _idle_magnets(model: mujoco.MjModel, named: Sequence[str], fields: bool) -> Iterator[str]:
+    """Yield why dipoles and iron do not act; `named` says which of them there are."""
+    bodies = [*_dipoles(model)] if "dipoles" in named else []
+    iron = [geom for geom, value in declared.iron(model).items() if value and "iron" in named]
+    bodies += model.geom_bodyid[iron].tolist()
+    if not bodies:  # iron without susceptibility
+        return
     welds = {int(model.body_weldid[body]) for body in bodies}
-    owners = {*declared.field_owners(model).values()} if fields else set()
-    if len(welds) == 1 and owners <= welds:
-        also = ", to which the field is fixed" * bool(owners)
-        yield f"the dipoles, since all are on one rigid body{also}"
-    elif not any(_moves(model, body) for body in bodies):
-        yield "the dipoles, since none of their bodies can move"
+    owners = [*declared.field_owners(model).values()] if fields else []
+    what = joined([word for word in named if word == "dipoles" or iron])
+    one, fixed = len(welds) == 1, not any(_moves(model, body) for body in {*bodies, *owners})
+    if fixed and not (one and not owners):
+        yield f"the {what}, since none of their bodies can move"
+    elif one and {*owners} <= welds:
+        also = f", to which the field{'s are' if len(owners) > 1 else ' is'} fixed" * bool(owners)
+        yield f"the {what}, since all are on one rigid body{also}"
     else:
-        yield "the dipoles, since couplings switch all pairs off (prm is 0, the default)"
+        yield f"the {what}, since couplings switch all pairs off (prm is 0, the default)"
 
 
 def _renamed(model: mujoco.MjModel) -> Iterator[str]:

@@ -39,7 +39,7 @@ def bind_variable(name: str, variable: ctypes.c_int64) -> None:
 def bind_compiled(name: str, function: Any) -> None:
     """Bind a C function that Numba has compiled to the external symbol `name` of other code.
 
-    What is compiled by itself is neither compiled nor optimized again with each of its callers.
+    What is compiled separately is neither compiled nor optimized again with each of its callers.
     """
     llvm.add_symbol(name, function.address)
 

@@ -31,7 +31,7 @@ _name = types.ExternalFunction("mj_id2name", types.int64(types.int64, types.int3
 
 
 def bind() -> None:
-    """Bind what this module compiles by itself, and what that calls, to symbols."""
+    """Bind what this module compiles separately, and what that calls, to symbols."""
     messages.bind()
     coils.bind()
     memory.bind_mujoco("mj_id2name")

@@ -36,7 +36,7 @@ _INERT = {
         " wrenches and potentials need a mark and user numbers of bodies or joints"
     ),
     ONE_RIGID_BODY: (
-        "its dipole sites and iron are all on one rigid body, so that none acts on another"
+        "its dipole sites, iron and fields are all on one rigid body, so that none acts on another"
     ),
     NONE_MOVES: "none of the bodies with dipole sites can move (they have no joints)",
     SWITCHED_OFF: "its couplings turn all magnetism off (prm is 0, the default)",

@@ -9,7 +9,7 @@ from numba.core import event
 SLOW = 5.0
 """Seconds after which compilation is explained."""
 
-TEXT = "magmotor: compiling code, once after installation, for a minute or two"
+TEXT = "magmotor: compiling its code, on first use only; this takes a minute or two"
 
 
 class CompilationNotice(event.Listener):
@@ -29,7 +29,7 @@ class CompilationNotice(event.Listener):
             self._depth += 1
 
     def on_end(self, event: Any) -> None:
-        """Do not print the line for what is compiled."""
+        """Cancel the line once compilation ends."""
         if _is_ours(event) and not self._printed:
             self._depth -= 1
             if self._depth == 0:
@@ -41,4 +41,5 @@ class CompilationNotice(event.Listener):
 
 
 def _is_ours(event: Any) -> bool:
-    return event.data["dispatcher"].py_func.__module__.partition(".")[0] == "magmotor"
+    module = event.data["dispatcher"].py_func.__module__ or ""  # None after exec
+    return module.partition(".")[0] == "magmotor"

@@ -17,7 +17,7 @@ from magmotor.mjcf.checking.geoms import (
     rows_of_magnets,
     touching_geoms,
 )
-from magmotor.mjcf.checking.limits import soft_limits
+from magmotor.mjcf.checking.limits import softest_limit
 from magmotor.mjcf.checking.reach import Reach, common_ancestor, limited_slides, reach
 from magmotor.mjcf.checking.strengths import Magnet, magnets_of
 from magmotor.mjcf.checking.touch import Side, Spacing, closest_approach, coarsest
@@ -154,12 +154,13 @@ def _meeting(
     level = max(0.0, float(sides[1].depth[0])) if other.images else 0.0
     walls = [j for magnet in magnets for j in limited_slides(model, magnet.body, ancestor)]
     gaps, soft = _gaps(model, data, magnets, geoms, level, walls), -1
-    if walls and _keep_apart(gaps):
-        for soft in soft_limits(model, magnets, walls, gaps, np.where(acts, factor, 0)):
-            walls.remove(soft)
-            gaps = _gaps(model, data, magnets, geoms, level, walls)
-            if not _keep_apart(gaps):
-                break
+    while walls and _keep_apart(gaps):
+        softest = softest_limit(model, magnets, walls, gaps, np.where(acts, factor, 0))
+        if softest < 0:
+            break
+        soft = softest
+        walls.remove(soft)
+        gaps = _gaps(model, data, magnets, geoms, level, walls)
     of_dipoles, of_geoms = gaps
     near = acts & (apart < COINCIDENCE) & (of_dipoles <= 0)
     held = np.where(acts & (apart >= COINCIDENCE), apart, np.inf)

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.sparse.csgraph import connected_components
 
 from magmotor.common.arrays import Array
+from magmotor.mjcf import declared
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.checking.closest_approach import Meeting, meetings
 from magmotor.mjcf.checking.contact_rule import (
@@ -46,15 +47,14 @@ A rule of thumb: measured at touch, layouts above it have up to 3.9 times the fo
 and those below it 1.6 to 70 times; see docs/contact.md.
 """
 
+WEAK = 1.0
+"""Susceptibility below which pieces of iron that touch hardly magnetize each other."""
+
 ROW = 4
 """Number of pieces of iron in a row from which the force is wrong: cubes, by 1.3 times."""
 
 BENT = 0.3
-"""Departure from linear of a field over a piece of iron, over the field, from which it matters.
-
-A rule of thumb: on weak iron in the field of a solenoid, the force is wrong by 43 % at most below
-it, and by up to 55 times above it.
-"""
+"""Largest part of the force on a slender piece of weak iron in a given field that may be wrong."""
 
 
 class Failure(NamedTuple):
@@ -146,15 +146,19 @@ def _rows_of_iron(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failu
 
 
 def _long_pieces(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:
-    """Yield pieces of iron over which a given field changes too unevenly for one dipole."""
+    """Yield pieces of iron over which a given field varies too unevenly for one dipole."""
     for geom, bend in bent_fields(model, state):
-        if bend > BENT:
-            yield Failure(
-                label(model, "geom", geom),
-                "of iron feels a given field at its center only, but the field at its ends is far"
-                " from linear, so that the force may be several times too strong or too weak; a row"
-                " of spheres follows the field",
+        if bend == np.inf:
+            sentence = "reaches beyond the table of a given field; enlarge the table"
+        else:
+            sentence = (
+                "feels a given field at its center only, but that field varies far from linearly"
+                " along it, so that the force may be several times too strong or too weak"
             )
+            if declared.iron(model)[geom] < WEAK:
+                sentence += "; a row of spheres follows the field"
+        if bend > BENT:
+            yield Failure(label(model, "geom", geom), f"of iron {sentence}")
 
 
 def _exposure(model: mujoco.MjModel, pair: Meeting) -> Failure:

@@ -83,7 +83,8 @@ def _stiffness(
     bodies = np.concatenate([magnet.bodies for magnet in magnets])
     welds = model.body_weldid[bodies]
     follows = model.body_dofnum[welds] > 0
-    strengths, given = np.linalg.norm(moments, axis=1), given_field(model, data, positions, welds)
+    strengths = np.linalg.norm(moments, axis=1)
+    given = np.nan_to_num(given_field(model, data, positions, welds))  # elsewhere an error
     sources = [(positions, moments, 0.0)]
     for plane in planes:
         normal = data.geom_xmat[plane.elements[0] - model.nsite, 2::3]

@@ -18,17 +18,17 @@ from magmotor.mjcf.checking.strengths import Magnet
 from magmotor.mjcf.checking.touch import attraction
 
 
-def soft_limits(
+def softest_limit(
     model: mujoco.MjModel,
     magnets: tuple[Magnet, Magnet],
     slides: Sequence[int],
     gaps: tuple[Array, Array],
     factor: Array,
-) -> list[int]:
-    """Return those slides whose limits are too soft to stop two magnets, the softest one first.
+) -> int:
+    """Return the slide whose limit is the softest of those too soft to stop two magnets, or -1.
 
-    Each limit is judged as if the whole force of the magnets pushed against it. What it may give
-    is an equal part of the distance that they keep.
+    Each limit is judged as if the whole force of the magnets pushed against it. Each may yield an
+    equal share of the distance that they keep.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def soft_limits(
         distance = distance + distance.T
     force, gradient = attraction(one, other, distance, factor)
     if not (0 < force < np.inf and 0 < gradient < np.inf):
-        return []
+        return -1
     shortest, excess = shortest_kept(model, float(model.opt.timestep)), {}
     for joint in slides:
         limit = softness_of(model.jnt_solref[joint], model.jnt_solimp[joint])
@@ -57,5 +57,5 @@ def soft_limits(
         excess[joint] = limit.stiffness_time(shortest) / longest_time_constant(way, limit)
         if model.opt.timestep * SHORTEST > SLACK * limit.resolved_time(shortest):
             excess[joint] = np.inf
-    softest = sorted(excess, key=lambda joint: -excess[joint])
-    return [joint for joint in softest if excess[joint] > 1]
+    softest = max(excess, key=lambda joint: excess[joint])
+    return softest if excess[softest] > 1 else -1

@@ -105,15 +105,21 @@ def _drives(model: mujoco.MjModel, kinds: int) -> tuple[Array, NDArray[np.int64]
         for kind, number, prm in elements:
             own = np.array([number]) if kind == SITE else model.site_bodyid == number
             if kind == ACTUATOR:
-                largest = _largest_drive(model, number, prm)
-                actuator = number if largest == math.inf else -1
+                largest = drive_limit(model, number, prm)
+                actuator = number if _largest_drive(model, number, prm) == math.inf else -1
             else:
-                drives[own], unbounded[own] = 1.0 if largest == math.inf else largest, actuator
+                drives[own], unbounded[own] = largest, actuator
     return drives, unbounded
 
 
+def drive_limit(model: mujoco.MjModel, actuator: int, saturation: float) -> float:
+    """Return the largest drive that a coil or a field can have, or 1 if nothing bounds it."""
+    largest = _largest_drive(model, actuator, saturation)
+    return 1.0 if largest == math.inf else largest
+
+
 def _largest_drive(model: mujoco.MjModel, actuator: int, saturation: float) -> float:
-    """Return the largest drive that a coil can have, infinite if nothing bounds it."""
+    """Return the largest drive that an actuator allows, infinite if nothing bounds it."""
     largest, dynamics = math.inf, int(model.actuator_dyntype[actuator])
     control = model.actuator_ctrladr[actuator] if hasattr(model, "actuator_ctrladr") else actuator
     clamped = model.actuator_ctrllimited[control] and not disabled(model, "clampctrl")

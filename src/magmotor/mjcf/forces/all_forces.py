@@ -47,7 +47,7 @@ numbers of tables, and the coils that `read_drives` will read.
 
 
 def bind() -> None:
-    """Bind what this module compiles by itself, and what that calls, to symbols."""
+    """Bind what this module compiles separately, and what that calls, to symbols."""
     coils.bind()
     resolution.bind()
     dipole_wrenches.bind()
@@ -89,7 +89,7 @@ def _first_error(checksum: int, offsets: layout.Layout):
 
 @njit(forceinline=True)
 def _apply(model, data, offsets, kinds, applied, generalized, later):
-    """Do `apply_forces` for a valid model; return also an error."""
+    """Implement `apply_forces` for a valid model; also return an error."""
     m = memory.words(model, memory.UNBOUNDED)
     d = memory.words(data, memory.UNBOUNDED)
     acting, found = 0, errors.NO_ERROR
@@ -110,7 +110,7 @@ def _apply(model, data, offsets, kinds, applied, generalized, later):
 
 @njit(forceinline=True)
 def _find_error(m, offsets, kinds, thorough):
-    """Do `first_error`."""
+    """Implement `first_error`."""
     if kinds < 0:
         return errors.MARK, -1, -1
     site = invalid_moment(m, offsets) if kinds & DIPOLES else -1

@@ -43,7 +43,7 @@ _add_clustered_wrenches = types.ExternalFunction("magmotor_add_clustered_wrenche
 
 
 def bind() -> None:
-    """Bind what this module compiles by itself, and what that calls, to symbols."""
+    """Bind what this module compiles separately, and what that calls, to symbols."""
     tiles.bind()
     cluster_blocks.bind()
     memory.bind_compiled("magmotor_add_clustered_wrenches", _clustered())

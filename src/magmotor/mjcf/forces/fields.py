@@ -196,7 +196,7 @@ def _tabulated(numbers, x, y, z):
 
 @njit
 def has_field(m, offsets, weld):
-    """Whether a model has any field that is not fixed to a rigid body; -1 is none."""
+    """Whether a model has any field not fixed to the rigid body `weld`; -1 accepts any."""
     for numeric in range(m[offsets.nnumeric // 8]):
         is_field = numeric_starts_with(numeric, FIELD, m, offsets)
         if is_field and (weld < 0 or _rigid_body_of(numeric, m, offsets) != weld):
