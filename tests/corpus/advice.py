@@ -83,7 +83,7 @@ def examine(path: Path, seed: int) -> Findings:
     )  # fmt: skip
     if advice.own is not None:
         findings.gain = advice.own.seconds / chosen.seconds
-    steps = round(advice.horizon / advice.timestep)
+    steps = int(advice.horizon / advice.timestep + 1e-9)
     step = advice.timestep
     path_of = partial(matter, model, data)
     own = path_of(advice.integrator, step, 1, steps)
