@@ -2,7 +2,6 @@
 
 import math
 import re
-import warnings
 
 import mujoco
 import numpy as np
@@ -117,7 +116,7 @@ def test_orders_and_limits_of_an_oscillator_are_those_of_theory(oscillator):
 @pytest.mark.parametrize("error", [0.1, 0.01, 1e-4])
 def test_promises_hold_for_a_double_pendulum(error):
     model, data = started(PENDULUM, [1.0, 0.5])
-    advice = mm.advise(model, data, quantity="joint two", duration=2.0, error=error)
+    advice = mm.advise(model, data, quantity="joint two", duration=2.0, error=error, budget=6)
     assert advice.promised <= error
     own = loop(model, data, advice.integrator, advice.timestep, 2.0)[:, 1]
     truth = loop(model, data, "RK4", advice.timestep / 10, 2.0)[::10, 1][: len(own)]
@@ -134,7 +133,8 @@ def test_the_model_and_the_data_are_left_as_they_are():
 
 
 def test_chaos_limits_the_horizon_and_gives_statistics(capsys):
-    advice = mm.advise(*started(PENDULUM, [2.5, 1.0]), duration=40.0, budget=30)
+    coarse = PENDULUM.replace('"0.005"', '"0.02"')
+    advice = mm.advise(*started(coarse, [2.5, 1.0]), duration=20.0, budget=15)
     assert advice.growth > 1e3
     assert 2.0 < advice.horizon < 20.0  # 5.5 s
     rk4 = {s.name: s for s in advice.statistics if (s.integrator, s.timestep) == ("RK4", 0.01)}
@@ -167,7 +167,7 @@ def test_magnetism_acts_with_the_plugin_and_inside_a_block():
 
 
 def test_the_energy_includes_that_of_magnets():
-    advice = mm.advise(*started(NEEDLE), quantity="energy", error=0.001, budget=10)
+    advice = mm.advise(*started(NEEDLE), quantity="energy", error=0.001, budget=5)
     assert advice.integrator is not None
     assert advice.orders["RK4"].value > 3
 
@@ -177,12 +177,11 @@ def test_the_energy_includes_that_of_magnets():
     ("joint tow", r"joint of the quantity = 'tow': must be one of one, two \(did you mean 'two'"),
     ("sensor x", "quantity = 'sensor x': the model has no sensor with a name"),
     (lambda model, data: "fast", "quantity .*: must be finite numbers"),
-    (lambda model, data: data.qpos / 0, "quantity .*: must be finite numbers"),
+    (lambda model, data: math.nan, "quantity .*: must be finite numbers"),
     (lambda model, data: 1.0, "quantity .*: does not change along the path"),
 ])  # fmt: skip
 def test_a_quantity_that_is_not_there_is_named(quantity, sentence):
-    with warnings.catch_warnings(), pytest.raises(ValueError, match=sentence):
-        warnings.simplefilter("ignore")  # division by zero
+    with pytest.raises(ValueError, match=sentence):
         mm.advise(*started(PENDULUM, [1.0]), quantity=quantity, budget=2)
 
 
@@ -216,7 +215,7 @@ def test_an_interruption_gives_what_is_known(monkeypatch, capsys):
 
     def quantity(model, data):
         calls.append(data.time)
-        if len(calls) > 60_000:
+        if len(calls) > 12_000:  # of 18 000
             raise KeyboardInterrupt
         return data.qpos[0]
 

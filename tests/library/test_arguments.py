@@ -90,6 +90,8 @@ PENDULUM = mujoco.MjModel.from_xml_string("""
 <mujoco><worldbody><body>
   <joint axis="0 1 0" damping="1"/><inertial pos="0 0 -1" mass="1" diaginertia="1 1 1"/>
 </body></worldbody></mujoco>""")
+TOSSED = mujoco.MjData(PENDULUM)
+TOSSED.qvel[0] = 1.0
 STILL = {
     "model": PENDULUM,
     "run": xr.Dataset({name: (("time", "n"), np.ones((16, 1))) for name in ("qpos", "qvel")}),
@@ -216,6 +218,10 @@ CALLS: dict[Any, dict[str, Any]] = {
     mm.magnetic_energy: {"model": MODEL, "data": mujoco.MjData(MODEL)},
     mm.describe: {"model": MODEL},
     mm.check: {"model": MODEL},
+    mm.advise: {
+        "model": PENDULUM, "data": TOSSED, "quantity": "energy", "duration": 0.2, "error": 0.1,
+        "budget": 1.0, "picture": "advice.png",
+    },
     mm.magnet: {"shape": "sphere", "size": 0.01, "remanence": 1.2, "direction": (0, 0, 1)},
     mm.Magnet: {"shape": "cylinder", "size": (0.01, 0.02), "remanence": 1.2, "density": 7e3},
     mm.magnet("cylinder", (0.01, 0.02), grade="N42").dipoles: {"error": 0.1, "gap": 0.02},

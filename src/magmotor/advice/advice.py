@@ -76,7 +76,8 @@ class Advice:
         """Return a table of the integrators, and the recommendation."""
         lines = [self._title(), "", *_table(self._rows()), ""] if self.points else [self._title()]
         if self.statistics:
-            lines += [self._chaos(), "", *_table(self._statistics()), ""]
+            rows = _table(self._statistics())
+            lines += [self._chaos(), "", *rows, "", self._for_statistics(), ""]
         return "\n".join([*lines, *self.notes, self._conclusion()])
 
     def _chaos(self) -> str:
@@ -88,13 +89,31 @@ class Advice:
             " timestep by (± standard error)"
         )
 
+    def _for_statistics(self) -> str:
+        """Return a sentence about what is cheapest for statistics."""
+        alike: dict[tuple[str, float], list[Statistic]] = {}
+        for row in self.statistics:
+            alike.setdefault((row.integrator, row.timestep), []).append(row)
+        good = {
+            key: rows[0].seconds for key, rows in alike.items()
+            if all(row.error - 2 * row.doubt <= self.error for row in rows)
+        }  # fmt: skip
+        if not good:
+            return f"no statistics agree within {percent(self.error)} and two standard errors"
+        integrator, timestep = min(good, key=lambda key: good[key])
+        return (
+            f"for statistics: {integrator} at a timestep of {timestep:.4g} s is the cheapest of"
+            f" these that agrees within {percent(self.error)} and two standard errors"
+        )
+
     def _statistics(self) -> list[list[str]]:
         names = [*dict.fromkeys(row.name for row in self.statistics)]
         rows = [["integrator", "timestep", "cost", *names]]
         for key in dict.fromkeys((row.integrator, row.timestep) for row in self.statistics):
             own = {r.name: r for r in self.statistics if (r.integrator, r.timestep) == key}
-            cells = [f"{100 * own[n].error:.2g} ± {100 * own[n].doubt:.1g} %" for n in names]
-            rows.append([key[0], f"{key[1]:.4g} s", f"{own[names[0]].seconds:.2g}", *cells])
+            cells = [_with_doubt(own[n]) for n in names]
+            cost = own[names[0]].seconds
+            rows.append([key[0], f"{key[1]:.4g} s", f"{cost:.2g}" if cost > 0 else "", *cells])
         return rows
 
     def draw(self, path: str | Path) -> None:
@@ -155,6 +174,12 @@ class Advice:
         elif own is chosen:
             sentence += ", as the model has it"
         return sentence
+
+
+def _with_doubt(statistic: Statistic) -> str:
+    if math.isinf(statistic.error):
+        return "diverged"
+    return f"{100 * statistic.error:.2g} ± {100 * statistic.doubt:.1g} %"
 
 
 def percent(error: float) -> str:

@@ -11,6 +11,9 @@ from magmotor.common.arrays import Array
 ORDERS = (1, 2, 4)
 """Orders at which paths are extrapolated to timestep 0."""
 
+LEAST = 1e-300
+"""Stands for no doubt at all."""
+
 OTHERS = 4.0
 """Weight of the doubt of another integrator; its halved timesteps say little about chaos."""
 
@@ -58,19 +61,18 @@ def reference(paths: Mapping[str, Sequence[tuple[float, Samples]]]) -> Reference
         next.
     """
     best = sorted(
-        (min(_offers(name, own), key=_last_doubt) for name, own in paths.items()), key=_last_doubt
+        (min(_offers(name, own), key=_usual_doubt) for name, own in paths.items()),
+        key=_usual_doubt,
     )
     first = best[0]
     for other in best[1:2]:
-        beyond = _at(first, first.path.apart(other.path) - OTHERS * other.doubt[-1], other)
-        first = first._replace(doubt=np.maximum(first.doubt, beyond))
+        common = math.lcm(first.path.ticks, other.path.ticks)
+        apart = first.path.apart(other.path)
+        beyond = apart - OTHERS * other.doubt[:: common // other.path.ticks][: len(apart)]
+        so_far = np.repeat(np.maximum.accumulate(beyond), common // first.path.ticks)
+        so_far = np.pad(so_far, (0, max(0, len(first.doubt) - len(so_far))), "edge")
+        first = first._replace(doubt=np.maximum(first.doubt, so_far[: len(first.doubt)]))
     return first
-
-
-def _at(offer: Reference, distances: Array, other: Reference) -> Array:
-    """Return the largest distance so far at each record of an offer."""
-    each = math.lcm(offer.path.ticks, other.path.ticks) // offer.path.ticks
-    return np.repeat(np.maximum.accumulate(distances), each)[: len(offer.doubt)]
 
 
 def _offers(integrator: str, paths: Sequence[tuple[float, Samples]]) -> list[Reference]:
@@ -94,8 +96,9 @@ def _offers(integrator: str, paths: Sequence[tuple[float, Samples]]) -> list[Ref
     ]
 
 
-def _last_doubt(offer: Reference) -> float:
-    return offer.doubt[-1]
+def _usual_doubt(offer: Reference) -> float:
+    """Return the geometric mean of the doubt over time, since chaos makes all last ones alike."""
+    return float(np.log(np.maximum(offer.doubt, LEAST)).mean())
 
 
 class Order(NamedTuple):

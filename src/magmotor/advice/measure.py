@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import mujoco
@@ -28,6 +28,9 @@ FINEST = 2.0**-20
 
 USELESS = 0.5
 """Larger errors end the search for longer timesteps."""
+
+DEARER = 30.0
+"""Ratio of costs beyond which an integrator is not worth another halving of its timestep."""
 
 PROVEN, TRUSTED = 0.02, 0.25
 """Doubt of the reference over the error asked for: what is aimed at, and what is enough."""
@@ -91,6 +94,7 @@ class Measurement:
         self.ticks = round(duration / self.tick)
         self._longest = duration / runs.timestep / FEWEST
         self.paths: dict[tuple[str, float], Path] = {}
+        self._points: dict[str, dict[float, Point]] = {}
         self._samples: dict[tuple[str, float], Samples] = {}
         self.on_run: Callable[[str], object] = lambda _: None
 
@@ -120,6 +124,24 @@ class Measurement:
             self.paths[key] = path
         return self._samples.get(key)
 
+    def settled(self, point: Point, settings: dict[str, float]) -> Samples | None:
+        """Return the path of a point with other settings of the solver; None if it diverged.
+
+        Raises
+        ------
+        OutOfTime
+        """
+        factor = point.timestep / self.runs.timestep
+        if not settings:
+            return self.samples(point.integrator, factor)
+        self.on_run(f"solver of {point.integrator}")
+        self.runs.settings = settings
+        try:
+            path, states, ticks = self._run(point.integrator, factor)
+        finally:
+            self.runs.settings = {}
+        return Samples(ticks, self.along(states)) if path.diverged is None else None
+
     def ensemble(self, integrator: str, factor: float) -> Ensemble | None:
         """Return paths from perturbed starts at a multiple of the model's timestep.
 
@@ -129,17 +151,18 @@ class Measurement:
         ------
         OutOfTime
         """
-        paths, kinetic = [], []
+        paths, kinetic, seconds = [], [], math.inf
+        timestep = factor * self.runs.timestep
         for seed in range(REPLICAS):
-            timestep = factor * self.runs.timestep
             self.on_run(f"{integrator} at {timestep:.3g} s, replica {seed}")
             start = self.runs.perturbed(PERTURBED, seed)
             path, states, _ = self._run(integrator, factor, start, least=SPARSE)
             if path.diverged is not None:
                 return None
+            seconds = min(seconds, path.seconds / timestep)
             paths.append(self.along(states))
             kinetic.append(KINETIC.along(self.runs.model, self._workspace, states)[:, 0])
-        return Ensemble(paths, kinetic)
+        return Ensemble(paths, kinetic, seconds)
 
     def growth(self, perturbation: float) -> float:
         """Return by how much a small perturbation grows after a twentieth of the duration."""
@@ -207,10 +230,8 @@ class Measurement:
             factor /= 2
         return chain
 
-    def points(self, truth: Samples, error: float, until: int, scale: float) -> Iterator[Point]:
-        """Yield the points of every integrator at useful timesteps.
-
-        A longer timestep counts as no more accurate than a shorter one.
+    def judge(self, truth: Samples, error: float, until: int, scale: float) -> None:
+        """Measure every integrator at useful timesteps, first the longer ones; fill `points`.
 
         Parameters
         ----------
@@ -221,49 +242,52 @@ class Measurement:
             Only the path up to this tick counts.
         scale : float
             Errors are relative to this.
+
+        Raises
+        ------
+        OutOfTime
         """
+
+        def measured(integrator: str, factor: float) -> Point:
+            samples = self.samples(integrator, factor)
+            path, worst = self.paths[integrator, factor], math.inf
+            if samples is not None:
+                worst = float(samples.apart(truth, until).max()) / scale
+            seconds = path.seconds / path.timestep
+            point = Point(integrator, path.timestep, seconds, worst, path.diverged)
+            self._points.setdefault(integrator, {})[factor] = point
+            return point
+
         for integrator in INTEGRATORS:
-            found: dict[float, Point] = {}
-            try:
-                for factor in self._useful(found, error):
-                    samples = self.samples(integrator, factor)
-                    path, worst = self.paths[integrator, factor], math.inf
-                    if samples is not None:
-                        worst = float(samples.apart(truth, until).max()) / scale
-                    found[factor] = Point(
-                        integrator,
-                        path.timestep,
-                        path.seconds / path.timestep,
-                        worst,
-                        path.diverged,
-                    )
-            except OutOfTime:
-                pass
+            factor = 1.0
+            while measured(integrator, factor).error < USELESS and 2 * factor <= self._longest:
+                factor *= 2
+        # RK4 first: what it costs bounds what is worth trying.
+        for integrator, found in sorted(self._points.items(), key=lambda item: item[0] != "RK4"):
+            factor = 1.0
+            while found[factor].error > error and factor > FINEST:
+                seconds = 2 * found[factor].seconds
+                end = time.perf_counter() + self.duration * seconds
+                good = (p.seconds for p in self.points if p.error <= error)
+                if end > self.until or seconds > DEARER * min(good, default=math.inf):
+                    break
+                factor /= 2
+                measured(integrator, factor)
+            good = max((f for f, point in found.items() if point.error <= error), default=0.0)
+            if self._divided * good >= 2 and good < max(found):
+                measured(integrator, 1.5 * good)
+
+    @property
+    def points(self) -> tuple[Point, ...]:
+        """What `judge` has measured so far.
+
+        A longer timestep counts as no more accurate than a shorter one.
+        """
+        for found in self._points.values():
             worst = 0.0
             for _, point in sorted(found.items()):
                 point.error = worst = max(worst, point.error)
-                yield point
-
-    def _useful(self, found: dict[float, Point], error: float) -> Iterator[float]:
-        """Yield timesteps to measure, given what was found at those before."""
-        yield (factor := 1.0)
-        while found[factor].error < USELESS and 2 * factor <= self._longest:
-            factor *= 2
-            yield factor
-        factor = 1.0
-        while found[factor].error > error and factor > FINEST:
-            factor /= 2
-            predicted = self.duration * found[2 * factor].seconds * 2
-            if time.perf_counter() + predicted > self.until:
-                return
-            yield factor
-        good = 0.0
-        for factor, point in sorted(found.items()):
-            if point.error > error:
-                break
-            good = factor
-        if self._divided * good >= 2 and good < max(found):
-            yield 1.5 * good
+        return tuple(p for found in self._points.values() for _, p in sorted(found.items()))
 
 
 def front(points: Iterable[Point], floor: float) -> list[Point]:

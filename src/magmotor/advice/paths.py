@@ -27,11 +27,11 @@ RECORD = mujoco.mjtState.mjSTATE_FULLPHYSICS
 LARGE = 1e10
 """Positions and velocities of this size have diverged, as MuJoCo itself has it."""
 
-_BAD = (
-    mujoco.mjtWarning.mjWARN_BADQPOS,
-    mujoco.mjtWarning.mjWARN_BADQVEL,
-    mujoco.mjtWarning.mjWARN_BADQACC,
-)
+SOLVER = ("iterations", "ls_iterations", "tolerance", "ls_tolerance")
+"""Options by which the solver of constraints stops."""
+
+_BAD = slice(mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQACC + 1)
+"""Warnings of MuJoCo about positions, velocities or accelerations that are not finite."""
 
 _SLICE = 0.05
 """Longest time in s between two looks at the clock, approximately."""
@@ -62,6 +62,11 @@ class Runs:
         It is copied, and not changed.
     data : mujoco.MjData, optional
         The start, with its controls and applied forces; by default the initial state.
+
+    Attributes
+    ----------
+    settings : dict of str to number
+        Options of the solver that differ from the model's, by their names in MJCF.
     """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData | None = None):
@@ -72,6 +77,9 @@ class Runs:
         )
         self.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
         self.data = mujoco.MjData(self.model)
+        self.settings: dict[str, float] = {}
+        self._own = {name: getattr(model.opt, name) for name in SOLVER}
+        self._bad = self.data.warning.number[_BAD]
         self.start = np.empty(mujoco.mj_stateSize(model, STATE))
         source = mujoco.MjData(model) if data is None else data
         mujoco.mj_getState(model, source, self.start, STATE)
@@ -120,6 +128,8 @@ class Runs:
                 if diverged is not None:
                     break
                 mujoco.mj_getState(model, data, states[n], RECORD)
+            if diverged is None and not _largest(states[n]) < LARGE:  # as with NaN
+                diverged = n * every * timestep
         kept = n if diverged is not None else n + 1
         taken = max(1.0, (diverged or n * every * timestep) / timestep)
         seconds = (time.perf_counter() - began) / taken
@@ -136,6 +146,8 @@ class Runs:
         """Set the model's integrator and timestep, and the data to a start."""
         self.model.opt.integrator = INTEGRATORS[integrator]
         self.model.opt.timestep = timestep
+        for name, value in (self._own | self.settings).items():
+            setattr(self.model.opt, name, value)
         mujoco.mj_resetData(self.model, self.data)
         begin = self.start if start is None else start
         mujoco.mj_setState(self.model, self.data, begin, STATE)
@@ -151,16 +163,25 @@ class Runs:
         return start
 
     def advance(self, steps: int) -> bool:
-        """Advance the data, and return whether they are still finite and the forces defined."""
+        """Advance the data, and return whether each step began with numbers and defined forces."""
         try:
             mujoco.mj_step(self.model, self.data, nstep=steps)
         except mujoco.FatalError:
             return False
-        data = self.data
-        if any(data.warning[kind].number for kind in _BAD):
-            return False
-        size = max(_largest(data.qpos), _largest(data.qvel), _largest(data.act))
-        return bool(size < LARGE)  # not with NaN
+        return not self._bad.any()
+
+    def tighter(self) -> list[dict[str, float]]:
+        """Return settings of the solver, from the model's own to converged ones."""
+        own = self._own
+        found: list[dict[str, float]] = [{}]
+        for times, tolerance in ((4, 1e-10), (16, 1e-12), (64, 1e-15)):
+            found.append({
+                "iterations": times * own["iterations"],
+                "ls_iterations": max(100, own["ls_iterations"]),
+                "tolerance": min(tolerance, own["tolerance"]),
+                "ls_tolerance": min(1e-3, own["ls_tolerance"]),
+            })  # fmt: skip
+        return found
 
     def kinetic_energy(self) -> float:
         """Return the kinetic energy of the data in J."""

@@ -1,5 +1,6 @@
 """Errors of statistics, for chaotic motion, whose path no timestep can follow."""
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -22,7 +23,7 @@ class Statistic(NamedTuple):
     """In s."""
     name: str
     error: float
-    """Distance from the reference: of a mean over the spread, else relative."""
+    """Distance from the reference: of a mean over the spread, else relative; or infinite."""
     doubt: float
     """Standard error of that distance."""
     seconds: float
@@ -36,6 +37,8 @@ class Ensemble(NamedTuple):
     """The quantity along each path, shape (records, n)."""
     kinetic: Sequence[Array]
     """Kinetic energy in J along each path, shape (records,)."""
+    seconds: float
+    """Wall time per simulated second."""
 
     def statistics(self) -> dict[str, Array]:
         """Return statistics by name, shape (replicas, components)."""
@@ -47,20 +50,27 @@ class Ensemble(NamedTuple):
         return {name: np.array(rows) for name, rows in named.items()}
 
 
-def distances(own: Ensemble, truth: Ensemble) -> dict[str, tuple[float, float]]:
-    """Return the distance of each statistic from the truth, and its standard error."""
-    ours, theirs = own.statistics(), truth.statistics()
+def compared(
+    integrator: str, timestep: float, own: Ensemble | None, truth: Ensemble
+) -> tuple[Statistic, ...]:
+    """Return the distance of each statistic from the truth; infinite for runs that diverged."""
+    theirs = truth.statistics()
+    if own is None:
+        return tuple(
+            Statistic(integrator, timestep, name, math.inf, math.nan, math.nan) for name in theirs
+        )
+    ours = own.statistics()
     scales = {name: np.abs(rows.mean(axis=0)).sum() for name, rows in theirs.items()}
     scales["mean"] = scales["spread"]
-    found = {}
+    found = []
     for name, rows in theirs.items():
         pair = (ours[name], rows)
         apart = pair[0].mean(axis=0) - pair[1].mean(axis=0)
         variance = sum(one.var(axis=0, ddof=1) / len(one) for one in pair)
         scale = scales[name] or 1.0
-        distance, doubt = np.linalg.norm(apart), np.sqrt(np.sum(variance))
-        found[name] = float(distance / scale), float(doubt / scale)
-    return found
+        error, doubt = np.linalg.norm(apart) / scale, np.sqrt(np.sum(variance)) / scale
+        found.append(Statistic(integrator, timestep, name, float(error), float(doubt), own.seconds))
+    return tuple(found)
 
 
 def _powers(path: Array) -> Array:

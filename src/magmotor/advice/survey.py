@@ -3,12 +3,14 @@
 import itertools
 import math
 import time
+from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
 from tqdm import tqdm
 
 from magmotor.advice.advice import Advice
-from magmotor.advice.errors import Reference, observed_order
+from magmotor.advice.errors import Reference, Samples, observed_order
 from magmotor.advice.measure import (
     JUDGES,
     MARGIN,
@@ -20,7 +22,7 @@ from magmotor.advice.measure import (
 )
 from magmotor.advice.paths import INTEGRATORS, OutOfTime, Runs
 from magmotor.advice.stability import find_rest, stability_limit
-from magmotor.advice.statistics import REPLICAS, Statistic, distances
+from magmotor.advice.statistics import compared
 from magmotor.common.checks import reject
 
 PERTURBATION = 1e-7
@@ -29,10 +31,10 @@ PERTURBATION = 1e-7
 CHAOTIC = 1e3
 """Growth of a perturbation, from a twentieth of the duration on, that counts as chaos."""
 
-FINE, FACTORS = 0.25, (4.0, 2.0, 1.0, 0.5)
+FINE, FACTORS = 0.25, (1.0, 0.5, 2.0, 4.0)
 """Timesteps of the ensembles over the model's: that of the reference, and those judged."""
 
-REFERENCE, ERRORS, STATISTICS, COSTS = 0.4, 0.6, 0.85, 0.9
+REFERENCE, ERRORS, STATISTICS, COSTS, SETTINGS = 0.4, 0.6, 0.8, 0.85, 0.9
 """Parts of the budget at which each phase ends."""
 
 
@@ -75,19 +77,23 @@ class Survey:
         until, scale = self._judge(truth)
         self._until(ERRORS)
         good = max(advice.error / MARGIN, advice.doubt)
-        for point in self._measurement.points(truth.path, good, until, scale):
-            advice.points += (point,)
+        with suppress(OutOfTime):
+            self._measurement.judge(truth.path, good, until, scale)
+        advice.points = self._measurement.points
         if advice.growth is not None and advice.growth > CHAOTIC:
             self._until(STATISTICS)
             self._compare_ensembles()
         self._until(COSTS)
         finite = [point for point in advice.points if math.isfinite(point.error)]
         time_in_turns(self._runs, finite, advice.duration, self._measurement.until)
+        self._until(SETTINGS)
+        self._choose(truth.path, until, scale)
         self._find_limits()
 
     def conclude(self) -> None:
         """Draw conclusions from what is known."""
         advice = self._advice
+        advice.points = self._measurement.points
         advice.front = tuple(front(advice.points, advice.doubt))
         for integrator in INTEGRATORS:
             errors = [
@@ -99,16 +105,54 @@ class Survey:
                 advice.orders[integrator] = order
         own = self._runs.integrator, self._runs.timestep
         advice.own = next((p for p in advice.points if (p.integrator, p.timestep) == own), None)
-        good = [p for p in advice.points if self._promise(p) <= advice.error]
-        if good:
-            best = min(good, key=lambda point: point.seconds)
-            advice.integrator, advice.timestep = best.integrator, best.timestep
-            advice.promised = self._promise(best)
-        else:
-            advice.reason = advice.reason or self._no_point()
+        if advice.integrator is None and not advice.reason:
+            good = self._good()
+            if good:
+                self._recommend(good[0], self._promise(good[0]))
+            else:
+                advice.reason = self._no_point()
 
-    def _promise(self, point: Point) -> float:
-        return MARGIN * (point.error + self._advice.doubt)
+    def _promise(self, point: Point, unsolved: float = 0.0) -> float:
+        return MARGIN * (point.error + unsolved + self._advice.doubt)
+
+    def _good(self) -> list[Point]:
+        """Return the points that reach the error, cheapest first."""
+        good = [p for p in self._advice.points if self._promise(p) <= self._advice.error]
+        return sorted(good, key=lambda point: point.seconds)
+
+    def _recommend(
+        self, point: Point, promised: float, settings: dict[str, float] | None = None
+    ) -> None:
+        advice = self._advice
+        advice.integrator, advice.timestep = point.integrator, point.timestep
+        advice.promised, advice.settings = promised, settings or {}
+
+    def _choose(self, truth: Samples, until: int, scale: float) -> None:
+        """Recommend the cheapest point for which the solver of constraints converges enough.
+
+        The promise includes what a solver that converges would change.
+        """
+        advice, m = self._advice, self._measurement
+        ladder = self._runs.tighter()
+        good = self._good()
+        try:
+            for best in good:
+                converged = m.settled(best, ladder[-1])
+                for settings in ladder if converged else ():
+                    own = m.settled(best, settings)
+                    if own is None or converged is None:
+                        continue
+                    error = max(best.error, float(own.apart(truth, until).max()) / scale)
+                    unsolved = float(own.apart(converged, until).max()) / scale
+                    promised = self._promise(replace(best, error=error), unsolved)
+                    if promised <= advice.error:
+                        self._recommend(best, promised, settings)
+                        return
+        except OutOfTime:
+            advice.notes += ("the budget was too small to check the solver's settings",)
+            return
+        if good:
+            advice.reason = "the solver of constraints does not converge to this error"
 
     def _until(self, part: float) -> None:
         """Let runs continue until a part of the budget is used up."""
@@ -147,15 +191,10 @@ class Survey:
             for integrator in JUDGES:
                 truth = truth or m.ensemble(integrator, FINE)
             for factor, integrator in itertools.product(FACTORS, INTEGRATORS):
-                began = time.perf_counter()
                 own = m.ensemble(integrator, factor)
-                if own is None or truth is None:
-                    continue
-                seconds = (time.perf_counter() - began) / (REPLICAS * m.duration)
-                self._advice.statistics += tuple(
-                    Statistic(integrator, factor * self._runs.timestep, name, *distance, seconds)
-                    for name, distance in distances(own, truth).items()
-                )
+                if truth is not None:
+                    timestep = factor * self._runs.timestep
+                    self._advice.statistics += compared(integrator, timestep, own, truth)
         except OutOfTime:
             self._advice.notes += ("the budget was too small for more ensembles",)
 

@@ -1,0 +1,121 @@
+"""The command `magmotor`: what can be asked about an MJCF file without a program."""
+
+import sys
+from contextlib import nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NoReturn
+
+import mujoco
+import tyro
+
+import magmotor as mm
+
+UNANSWERED, MISTAKE, INTERRUPTED = 1, 2, 130
+"""Exit codes."""
+
+
+@dataclass
+class Advise:
+    """Measure which integrator and timestep reach an error of a model at the least cost.
+
+    The exit code is 1 if nothing reaches the error.
+    """
+
+    model: tyro.conf.Positional[Path]
+    """MJCF file"""
+    quantity: str = "positions"
+    """what must be accurate: positions, energy, "body NAME", "site NAME", "joint NAME", "tendon
+    NAME" or "sensor NAME\""""
+    duration: float = 1.0
+    """duration of the motion in s"""
+    error: float = 0.01
+    """admissible error, relative to the range of the quantity"""
+    budget: float = 60.0
+    """time in s that the measurement may take"""
+    keyframe: str = ""
+    """initial state: the name of a keyframe; the model's own by default"""
+    picture: Path = Path("advice.png")
+    """picture to write"""
+
+    def run(self) -> None:
+        """Print the advice, and draw it."""
+        model, data = read(self.model, self.keyframe)
+        own = model.nuser_site > 0 or any(
+            model.text(k).name == "magmotor" for k in range(model.ntext)
+        )
+        with mm.magnetism() if own else nullcontext():
+            advice = mm.advise(
+                model, data, quantity=self.quantity, duration=self.duration, error=self.error,
+                budget=self.budget, picture=self.picture,
+            )  # fmt: skip
+        print(f"wrote {self.picture}")
+        if advice.integrator is None:
+            raise SystemExit(UNANSWERED)
+
+
+@dataclass
+class Check:
+    """Say what of a model with magnets will fail, and which settings hold.
+
+    The exit code is 1 if there are findings.
+    """
+
+    model: tyro.conf.Positional[Path]
+    """MJCF file"""
+    keyframe: str = ""
+    """state: the name of a keyframe; the model's own by default"""
+
+    def run(self) -> None:
+        """Print the findings."""
+        if mm.check(*read(self.model, self.keyframe)).findings:
+            raise SystemExit(UNANSWERED)
+
+
+@dataclass
+class Describe:
+    """Say what of a model is magnetic, and what has a temperature."""
+
+    model: tyro.conf.Positional[Path]
+    """MJCF file"""
+
+    def run(self) -> None:
+        """Print the description."""
+        mm.describe(read(self.model)[0])
+
+
+def read(path: Path, keyframe: str = "") -> tuple[mujoco.MjModel, mujoco.MjData]:
+    """Return the model of a file, and its initial state or that of a keyframe.
+
+    Raises
+    ------
+    ValueError
+        The file is not a model, or has no such keyframe.
+    """
+    model = mujoco.MjModel.from_xml_path(str(path))
+    data = mujoco.MjData(model)
+    if keyframe:
+        names = [model.key(k).name for k in range(model.nkey)]
+        if keyframe not in names:
+            known = ", ".join(names) or "none"
+            raise ValueError(f"keyframe = {keyframe!r}: must be one of the model's: {known}")
+        mujoco.mj_resetDataKeyframe(model, data, names.index(keyframe))
+    return model, data
+
+
+def main() -> None:
+    """Run the command; a mistake ends it with one line and code 2."""
+    commands = {"advise": Advise, "check": Check, "describe": Describe}
+    try:
+        tyro.extras.subcommand_cli_from_dict(
+            commands, prog="magmotor", description="Magnetism and temperature for MuJoCo."
+        ).run()
+    except (ValueError, OSError, mujoco.FatalError) as error:
+        _fail(str(error), MISTAKE)
+    except KeyboardInterrupt:
+        _fail("interrupted", INTERRUPTED)
+
+
+def _fail(message: str, code: int) -> NoReturn:
+    print(f"magmotor: {' '.join(message.split())}", file=sys.stderr)
+    raise SystemExit(code)
