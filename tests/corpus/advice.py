@@ -83,6 +83,8 @@ def examine(path: Path, seed: int) -> Findings:
     )  # fmt: skip
     if advice.own is not None:
         findings.gain = advice.own.seconds / chosen.seconds
+    for name, value in advice.settings.items():
+        setattr(model.opt, name, value)
     steps = int(advice.horizon / advice.timestep + 1e-9)
     step = advice.timestep
     path_of = partial(matter, model, data)
