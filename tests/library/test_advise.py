@@ -43,6 +43,20 @@ BALL = """
 </mujoco>
 """
 
+TRAP = """
+<mujoco>
+  <size nuserdata="5"/>
+  <option gravity="0 0 0" timestep="0.01"/>
+  <custom><text name="magmotor" data="noise"/></custom>
+  <worldbody>
+    <body user="1 0 0 0 0 0">
+      <joint name="slide" type="slide" axis="1 0 0" stiffness="20" damping="0.5"/>
+      <geom size="0.1" mass="1"/>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+
 NEEDLE = """
 <mujoco>
   <extension><plugin plugin="magmotor.forces"><instance name="magnets"/></plugin></extension>
@@ -144,6 +158,43 @@ def test_chaos_limits_the_horizon_and_gives_statistics(capsys):
         assert statistic.error < 4 * statistic.doubt, name
     assert euler["kinetic energy"].error > 10 * euler["kinetic energy"].doubt  # it loses energy
     assert "chaotic" in capsys.readouterr().out
+
+
+def test_runs_of_a_model_with_noise_follow_one_brownian_path():
+    with mm.magnetism():
+        advice = mm.advise(*started(TRAP), quantity="joint slide", duration=5.0, budget=15)
+        assert advice.integrator is not None
+        own, truth = (noisy_loop(advice.integrator, advice.timestep, k) for k in (0, 3))
+    own = own[: len(truth)]
+    found = np.abs(own - truth[: len(own)]).max() / np.ptp(truth)
+    assert 0.3 * advice.promised < found < advice.promised
+    for name in ("Euler", "implicitfast", "discrete"):
+        assert advice.orders[name].value == pytest.approx(1, abs=0.3)  # 0.1
+    by_key = {(s.integrator, s.timestep, s.name): s for s in advice.statistics}
+    closest = by_key["implicitfast", 0.005, "kinetic energy"]
+    # On the same noise, the difference is far smaller than the spread of a kinetic energy.
+    assert closest.doubt < 0.05  # 0.002
+    assert advice.limits["Euler"].theory == pytest.approx(advice.limits["Euler"].found, rel=0.02)
+
+
+def noisy_loop(integrator, timestep, halvings):
+    """Return the positions at multiples of a timestep, by steps that are halved so many times."""
+    model, data = started(TRAP)
+    parts = timestep / 2**halvings / 0.01
+    model.opt.timestep = parts * 0.01
+    model.opt.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{integrator.upper()}")
+    data.userdata[2:4] = max(1, parts), max(0, -math.log2(parts))
+    path = [data.qpos[0]]
+    for _ in range(int(5.0 / timestep)):
+        mujoco.mj_step(model, data, nstep=2**halvings)
+        path.append(data.qpos[0])
+    return np.array(path)
+
+
+def test_noise_needs_room_to_choose_its_path():
+    silent = TRAP.replace('<size nuserdata="5"/>', "")
+    with pytest.raises(ValueError, match="nuserdata of the model = 0: must be at least 5, to"):
+        mm.advise(*started(silent))
 
 
 def test_contacts_leave_a_floor():

@@ -81,12 +81,15 @@ class Advice:
         return "\n".join([*lines, *self.notes, self._conclusion()])
 
     def _chaos(self) -> str:
+        begin = f"statistics over {self.duration:.3g} s"
+        if self.growth is not None:
+            begin = (
+                f"a perturbation grows {self.growth:.1g} times in {self.duration:.3g} s, so that"
+                f" paths have an error up to {self.horizon:.3g} s only; beyond, statistics"
+            )
         return (
-            f"the motion is chaotic: a perturbation grows {self.growth:.1g} times in"
-            f" {self.duration:.3g} s, so that paths have an error up to {self.horizon:.3g} s only;"
-            " beyond, statistics of"
-            f" {REPLICAS} runs from perturbed starts differ from those at a quarter of the"
-            " timestep by (± standard error)"
+            f"{begin} of {REPLICAS} runs, from perturbed starts and with other noise, differ from"
+            " those at a quarter of the timestep by (± standard error)"
         )
 
     def _for_statistics(self) -> str:
@@ -179,7 +182,9 @@ class Advice:
 def _with_doubt(statistic: Statistic) -> str:
     if math.isinf(statistic.error):
         return "diverged"
-    return f"{100 * statistic.error:.2g} ± {100 * statistic.doubt:.1g} %"
+    doubt = 100 * statistic.doubt
+    rounded = f"{doubt:.0f}" if doubt >= 9.5 else f"{doubt:.1g}"
+    return f"{100 * statistic.error:.2g} ± {rounded} %"
 
 
 def percent(error: float) -> str:

@@ -39,8 +39,8 @@ JUDGES = {"RK4": 0.3, "implicitfast": 0.25, "Euler": 0.0}
 """Integrators that yield the reference, and their shares of the budget; Euler only helps out."""
 
 
-SPARSE = 8
-"""Least number of ticks between the records of ensembles."""
+SPARSE, COARSE = 8, 4.0
+"""Least time between the records of ensembles, in ticks and in timesteps of the model."""
 
 PERTURBED = 1e-3
 """Change of the initial velocities of replicas, over the fastest one."""
@@ -153,10 +153,11 @@ class Measurement:
         """
         paths, kinetic, seconds = [], [], math.inf
         timestep = factor * self.runs.timestep
+        least = max(SPARSE, round(COARSE * self._divided))
         for seed in range(REPLICAS):
             self.on_run(f"{integrator} at {timestep:.3g} s, replica {seed}")
             start = self.runs.perturbed(PERTURBED, seed)
-            path, states, _ = self._run(integrator, factor, start, least=SPARSE)
+            path, states, _ = self._run(integrator, factor, start, least=least)
             if path.diverged is not None:
                 return None
             seconds = min(seconds, path.seconds / timestep)
@@ -274,7 +275,9 @@ class Measurement:
                 factor /= 2
                 measured(integrator, factor)
             good = max((f for f, point in found.items() if point.error <= error), default=0.0)
-            if self._divided * good >= 2 and good < max(found):
+            # A Brownian path is coarsened or halved, not both.
+            possible = self._divided * good >= 2 and not (self.runs.noisy and good < 2)
+            if possible and good < max(found):
                 measured(integrator, 1.5 * good)
 
     @property

@@ -11,6 +11,10 @@ import mujoco
 import numpy as np
 
 from magmotor.common.arrays import Array
+from magmotor.common.checks import reject
+from magmotor.mjcf.callbacks import acting_forces
+from magmotor.mjcf.forces.brownian_wrenches import FACTOR, LEVEL, PATH_NUMBERS
+from magmotor.mjcf.forces.marks import NOISE
 
 INTEGRATORS = {
     {"EULER": "Euler", "RK4": "RK4"}.get(name := member.removeprefix("mjINT_"), name.lower()): kind
@@ -33,8 +37,17 @@ SOLVER = ("iterations", "ls_iterations", "tolerance", "ls_tolerance")
 _BAD = slice(mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQACC + 1)
 """Warnings of MuJoCo about positions, velocities or accelerations that are not finite."""
 
+REPLICA, FIRST_STEP = 1, 4
+"""Elements of `userdata` that select a Brownian path, besides its factor and level."""
+
 _SLICE = 0.05
 """Longest time in s between two looks at the clock, approximately."""
+
+
+def has_noise(model: mujoco.MjModel) -> bool:
+    """Whether a model declares Brownian wrenches that act."""
+    # Most models have no such numbers, and need no compiled code to tell.
+    return bool(model.body_user.any()) and acting_forces(model) & NOISE > 0
 
 
 class OutOfTime(Exception):
@@ -67,6 +80,13 @@ class Runs:
     ----------
     settings : dict of str to number
         Options of the solver that differ from the model's, by their names in MJCF.
+    noisy : bool
+        Whether Brownian wrenches act; then all runs follow one Brownian path.
+
+    Raises
+    ------
+    ValueError
+        Brownian wrenches act, and `mjData.userdata` has no room to choose their path.
     """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData | None = None):
@@ -77,6 +97,10 @@ class Runs:
         )
         self.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
         self.data = mujoco.MjData(self.model)
+        self.noisy = has_noise(model)
+        if self.noisy and model.nuserdata < PATH_NUMBERS:
+            bound = f"must be at least {PATH_NUMBERS}, to follow one Brownian path at all timesteps"
+            raise reject("nuserdata of the model", model.nuserdata, bound)
         self.settings: dict[str, float] = {}
         self._own = {name: getattr(model.opt, name) for name in SOLVER}
         self._bad = self.data.warning.number[_BAD]
@@ -85,6 +109,15 @@ class Runs:
         mujoco.mj_getState(model, source, self.start, STATE)
         self.began = float(source.time)
         self._size = mujoco.mj_stateSize(model, RECORD)
+
+    def without_noise(self) -> "Runs":
+        """Return runs of the same model without Brownian wrenches."""
+        if not self.noisy:
+            return self
+        self.prepare(self.integrator, self.timestep)
+        model = copy.copy(self.model)
+        model.body_user[:] = 0.0
+        return Runs(model, self.data)
 
     def path(
         self,
@@ -151,13 +184,22 @@ class Runs:
         mujoco.mj_resetData(self.model, self.data)
         begin = self.start if start is None else start
         mujoco.mj_setState(self.model, self.data, begin, STATE)
+        if self.noisy:
+            steps, parts = (timestep / self.timestep).as_integer_ratio()
+            self.data.userdata[FACTOR : LEVEL + 1] = steps, parts.bit_length() - 1
+            self.data.userdata[FIRST_STEP] = 0
 
     def perturbed(self, size: float, seed: int) -> Array:
-        """Return the start with other velocities, in part of the fastest one or of 1."""
+        """Return the start with other velocities, in part of the fastest one or of 1.
+
+        The seed is also the replica of the noise.
+        """
         self.prepare(self.integrator, self.timestep)
         data = self.data
         scale = size * (_largest(data.qvel) or 1.0)
         data.qvel += scale * np.random.default_rng(seed).standard_normal(self.model.nv)
+        if self.noisy:
+            data.userdata[REPLICA] = seed
         start = np.empty_like(self.start)
         mujoco.mj_getState(self.model, data, start, STATE)
         return start

@@ -140,7 +140,7 @@ def find_rest(runs: Runs, until: float) -> Rest | None:
             energy = runs.kinetic_energy()
             change = runs.timestep * np.abs(data.qacc).max(initial=0.0)
             still = still + 1 if change < RESTLESS else 0
-            if energy < before:
+            if energy <= before:
                 data.qvel[:] = 0.0
                 energy = 0.0
                 if still > 20:

@@ -64,11 +64,11 @@ def compared(
     scales["mean"] = scales["spread"]
     found = []
     for name, rows in theirs.items():
-        pair = (ours[name], rows)
-        apart = pair[0].mean(axis=0) - pair[1].mean(axis=0)
-        variance = sum(one.var(axis=0, ddof=1) / len(one) for one in pair)
+        # In pairs, since the same start and noise may give nearly the same path.
+        apart = ours[name] - rows
+        variance = apart.var(axis=0, ddof=1).sum() / len(apart)
         scale = scales[name] or 1.0
-        error, doubt = np.linalg.norm(apart) / scale, np.sqrt(np.sum(variance)) / scale
+        error, doubt = np.linalg.norm(apart.mean(axis=0)) / scale, np.sqrt(variance) / scale
         found.append(Statistic(integrator, timestep, name, float(error), float(doubt), own.seconds))
     return tuple(found)
 

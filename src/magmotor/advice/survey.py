@@ -12,6 +12,7 @@ from tqdm import tqdm
 from magmotor.advice.advice import Advice
 from magmotor.advice.errors import Reference, Samples, observed_order
 from magmotor.advice.measure import (
+    COARSE,
     JUDGES,
     MARGIN,
     TRUSTED,
@@ -31,7 +32,7 @@ PERTURBATION = 1e-7
 CHAOTIC = 1e3
 """Growth of a perturbation, from a twentieth of the duration on, that counts as chaos."""
 
-FINE, FACTORS = 0.25, (1.0, 0.5, 2.0, 4.0)
+FINE, FACTORS = 0.25, (1.0, 0.5, 2.0, COARSE)
 """Timesteps of the ensembles over the model's: that of the reference, and those judged."""
 
 REFERENCE, ERRORS, STATISTICS, COSTS, SETTINGS = 0.4, 0.6, 0.8, 0.85, 0.9
@@ -80,7 +81,7 @@ class Survey:
         with suppress(OutOfTime):
             self._measurement.judge(truth.path, good, until, scale)
         advice.points = self._measurement.points
-        if advice.growth is not None and advice.growth > CHAOTIC:
+        if self._runs.noisy or (advice.growth is not None and advice.growth > CHAOTIC):
             self._until(STATISTICS)
             self._compare_ensembles()
         self._until(COSTS)
@@ -202,7 +203,7 @@ class Survey:
         self._show("state of rest")
         end = self._began + self._budget
         try:
-            rest = find_rest(self._runs, end)
+            rest = find_rest(self._runs.without_noise(), end)
             if rest is None:
                 self._advice.notes += ("no state of rest was found, and so no limits of stability",)
                 return
