@@ -36,6 +36,8 @@ class Advice:
         Observed orders.
     limits : dict of str to Limit
         Stability limits at rest.
+    contacts : int
+        Number of contacts at rest. The limits by theory assume that they stay closed.
     reference : str
         How the reference was computed.
     doubt : float
@@ -64,6 +66,7 @@ class Advice:
     front: tuple[Point, ...] = ()
     orders: dict[str, Order] = field(default_factory=dict)
     limits: dict[str, Limit] = field(default_factory=dict)
+    contacts: int = 0
     reference: str = ""
     doubt: float = math.inf
     horizon: float = 0.0
@@ -78,18 +81,21 @@ class Advice:
         if self.statistics:
             rows = _table(self._statistics())
             lines += [self._chaos(), "", *rows, "", self._for_statistics(), ""]
+        if self.limits and self.contacts:
+            number = f"{self.contacts} contacts" if self.contacts > 1 else "one contact"
+            lines.append(f"the limits by theory assume that {number} at rest will stay closed")
         return "\n".join([*lines, *self.notes, self._conclusion()])
 
     def _chaos(self) -> str:
         begin = f"statistics over {self.duration:.3g} s"
         if self.growth is not None:
             begin = (
-                f"a perturbation grows {self.growth:.1g} times in {self.duration:.3g} s, so that"
+                f"the motion is chaotic: a perturbation grows {self.growth:.1g} times in {self.duration:.3g} s, so that"
                 f" paths have an error up to {self.horizon:.3g} s only; beyond, statistics"
             )
         return (
-            f"{begin} of {REPLICAS} runs, from perturbed starts and with other noise, differ from"
-            " those at a quarter of the timestep by (± standard error)"
+            f"{begin} of {REPLICAS} runs from perturbed starts (with other noise, if any) differ"
+            " from those at a quarter of the timestep by (± standard error)"
         )
 
     def _for_statistics(self) -> str:
@@ -168,8 +174,9 @@ class Advice:
             f"advice: {self.integrator} at a timestep of {self.timestep:.4g} s: error up to"
             f" {percent(self.promised)}, {chosen.seconds:.2g} s per simulated second"
         )
-        for name, value in self.settings.items():
-            sentence += f", with {name}={value:g}"
+        if self.settings:
+            settings = (f'{name}="{value:g}"' for name, value in self.settings.items())
+            sentence += f", with {', '.join(settings)}"
         if own is not None and own is not chosen:
             ratio = own.seconds / chosen.seconds
             faster = f"{ratio:.2g} times faster" if ratio >= 1 else f"{1 / ratio:.2g} times slower"

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from tqdm import tqdm
 
-from magmotor.advice.advice import Advice
+from magmotor.advice.advice import Advice, percent
 from magmotor.advice.errors import Reference, Samples, observed_order
 from magmotor.advice.measure import (
     COARSE,
@@ -134,11 +134,11 @@ class Survey:
         The promise includes what a solver that converges would change.
         """
         advice, m = self._advice, self._measurement
-        ladder = self._runs.tighter()
+        *ladder, tightest = self._runs.tighter()
         good = self._good()
         try:
             for best in good:
-                converged = m.settled(best, ladder[-1])
+                converged = m.settled(best, tightest)
                 for settings in ladder if converged else ():
                     own = m.settled(best, settings)
                     if own is None or converged is None:
@@ -207,6 +207,7 @@ class Survey:
             if rest is None:
                 self._advice.notes += ("no state of rest was found, and so no limits of stability",)
                 return
+            self._advice.contacts = rest.contacts
             for integrator in INTEGRATORS:
                 self._show(f"stability of {integrator}")
                 limit = stability_limit(rest, integrator)
@@ -229,10 +230,11 @@ class Survey:
     def _no_point(self) -> str:
         doubt, error = self._advice.doubt, self._advice.error
         if doubt > error:
-            return f"the reference itself is uncertain by {100 * doubt:.2g} %"
+            return f"the reference itself is uncertain by {percent(doubt)}"
         if doubt > TRUSTED * error:
-            return (
-                f"nothing comes closer to the reference, which is uncertain by {100 * doubt:.2g} %"
-            )
+            return f"nothing comes closer to the reference, which is uncertain by {percent(doubt)}"
         least = min((point.error for point in self._advice.points), default=math.inf)
-        return f"the least error found within the budget is {100 * least:.2g} %"
+        return (
+            f"the least error found within the budget is {percent(least)}, by a reference that is"
+            f" trusted to {percent(doubt)}"
+        )
