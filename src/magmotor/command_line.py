@@ -33,6 +33,8 @@ class Advise:
     """admissible error, relative to the range of the quantity"""
     budget: float = 60.0
     """time in s that the measurement may take"""
+    kT: float | None = None
+    """temperature in J, at which the splittings of mm.Langevin are compared"""
     keyframe: str = ""
     """initial state: the name of a keyframe; the model's own by default"""
     picture: Path = Path("advice.png")
@@ -41,15 +43,15 @@ class Advise:
     def run(self) -> None:
         """Print the advice, and draw it."""
         model, data = read(self.model, self.keyframe)
-        own = model.nuser_site > 0 or any(
-            model.text(k).name == "magmotor" for k in range(model.ntext)
-        )
-        with mm.magnetism() if own else nullcontext():
+        text = mujoco.mjtObj.mjOBJ_TEXT
+        is_ours = model.nuser_site > 0 or mujoco.mj_name2id(model, text, "magmotor") >= 0
+        with mm.magnetism() if is_ours else nullcontext():
             advice = mm.advise(
                 model, data, quantity=self.quantity, duration=self.duration, error=self.error,
-                budget=self.budget, picture=self.picture,
+                budget=self.budget, kT=self.kT, picture=None if self.kT else self.picture,
             )  # fmt: skip
-        print(f"wrote {self.picture}")
+        if self.kT is None:
+            print(f"wrote {self.picture}")
         if advice.integrator is None:
             raise SystemExit(UNANSWERED)
 

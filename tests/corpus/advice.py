@@ -53,7 +53,7 @@ class Findings:
     gain: float = np.nan
     seconds: float = np.nan
     limits: list[float] = field(default_factory=list)
-    """Stability limits by theory over those found, where no contact acts at rest."""
+    """Stability limits by theory over those found, where no constraint acts at rest."""
 
 
 def examine(path: Path, seed: int) -> Findings:
@@ -73,7 +73,7 @@ def examine(path: Path, seed: int) -> Findings:
     seconds = time.perf_counter() - began
     lines = said.getvalue().strip().splitlines()
     findings = Findings(path, text=lines[-1], dof=model.nv, seconds=seconds)
-    if not advice.contacts:
+    if not advice.constraints:
         findings.limits = [
             limit.theory / limit.found
             for limit in advice.limits.values()
@@ -81,10 +81,10 @@ def examine(path: Path, seed: int) -> Findings:
         ]
     if advice.own is not None:
         findings.own_error = advice.own.error
-    if advice.integrator is None or advice.timestep is None:
+    if advice.integrator is None:
         findings.reason = advice.reason
         return findings
-    findings.promised = advice.promised or np.nan
+    findings.promised = advice.promised
     chosen = next(
         p for p in advice.points
         if (p.integrator, p.timestep) == (advice.integrator, advice.timestep)
@@ -204,7 +204,9 @@ def main() -> int:
     print(f"{len(found)} models, {len(promised)} promises, of which {len(held)} hold")
     limits = [ratio for each in found for ratio in each.limits]
     near = [ratio for ratio in limits if abs(ratio - 1) <= 0.1]
-    print(f"{len(limits)} limits without contacts, of which {len(near)} are within 10 % of theory")
+    print(
+        f"{len(limits)} limits without constraints, of which {len(near)} are within 10 % of theory"
+    )
     return len(held) < 0.95 * len(promised)
 
 

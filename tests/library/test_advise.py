@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import magmotor as mm
+from magmotor.advice import survey
 
 OMEGA, AMPLITUDE = 10.0, 0.1
 
@@ -149,6 +150,7 @@ def test_the_model_and_the_data_are_left_as_they_are():
 def test_chaos_limits_the_horizon_and_gives_statistics(capsys):
     coarse = PENDULUM.replace('"0.005"', '"0.02"')
     advice = mm.advise(*started(coarse, [2.5, 1.0]), duration=20.0, budget=15)
+    assert advice.growth is not None
     assert advice.growth > 1e3
     assert 2.0 < advice.horizon < 20.0  # 5.5 s
     rk4 = {s.name: s for s in advice.statistics if (s.integrator, s.timestep) == ("RK4", 0.01)}
@@ -158,6 +160,27 @@ def test_chaos_limits_the_horizon_and_gives_statistics(capsys):
         assert statistic.error < 4 * statistic.doubt, name
     assert euler["kinetic energy"].error > 10 * euler["kinetic energy"].doubt  # it loses energy
     assert "chaotic" in capsys.readouterr().out
+
+
+def test_sensors_are_read_with_the_controls_of_the_state():
+    driven = OSCILLATOR.replace(
+        "</mujoco>",
+        """
+      <actuator><motor name="motor" joint="slide" gear="3"/></actuator>
+      <sensor><actuatorfrc name="force" actuator="motor"/><jointpos name="x" joint="slide"/></sensor>
+    </mujoco>""",
+    )
+    model, data = started(driven)
+    data.ctrl[:] = 5.0
+    read = []
+
+    def forces(_, run):
+        read.append(run.sensordata[0])
+        return run.sensordata[1]
+
+    advice = mm.advise(model, data, quantity=forces, budget=10)
+    assert advice.integrator == "RK4"
+    assert {*read[1:]} == {5.0}  # the first call only asks how many numbers there are
 
 
 def test_runs_of_a_model_with_noise_follow_one_brownian_path():
@@ -189,6 +212,29 @@ def noisy_loop(integrator, timestep, halvings):
         mujoco.mj_step(model, data, nstep=2**halvings)
         path.append(data.qpos[0])
     return np.array(path)
+
+
+def test_splittings_at_a_temperature_have_the_kinetic_energy_of_theory():
+    bath = OSCILLATOR.replace('stiffness="100"', 'stiffness="20" damping="1"')
+    model, data = started(bath.replace('"0.004"', '"0.05"'))
+    advice = mm.advise(model, data, quantity="joint slide", kT=1.0, duration=400.0, error=0.02)
+    kinetic = {
+        (s.integrator, s.timestep): s for s in advice.statistics if s.name == "kinetic energy"
+    }
+    for timestep in (0.2, 0.1):
+        # Leimkuhler and Matthews, 2013: BAOAB has kT (1 - (omega h)^2/4), "middle" is exact.
+        baoab, middle = (kinetic[name, timestep] for name in ("baoab", "middle"))
+        expected = 20 * (timestep**2 - 0.0125**2) / 4
+        assert abs(baoab.error - expected) < 4 * baoab.doubt
+        assert expected > 8 * baoab.doubt
+        assert middle.error < 4 * middle.doubt
+    assert advice.promised <= 0.02
+    assert advice.timestep < 0.2
+
+
+def test_a_temperature_and_noise_exclude_each_other():
+    with pytest.raises(ValueError, match=r"kT = 1\.0: must be omitted, since the model has noise"):
+        mm.advise(*started(TRAP), kT=1.0, duration=5.0)
 
 
 def test_noise_needs_room_to_choose_its_path():
@@ -261,18 +307,30 @@ def test_a_model_that_diverges_at_every_timestep_is_no_recommendation(capsys):
     )
 
 
-def test_an_interruption_gives_what_is_known(monkeypatch, capsys):
+@pytest.mark.parametrize("phase", ["time_in_turns", "find_rest"])
+def test_an_interruption_gives_what_is_known(phase, monkeypatch, capsys):
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(survey, phase, interrupt)
+    advice = mm.advise(*started(PENDULUM, [1.0, 0.5]), budget=10)
+    assert len(advice.points) > 20
+    assert advice.integrator == "RK4"
+    assert "interrupted: this is what is known so far" in capsys.readouterr().out
+
+
+def test_an_interrupted_reference_is_no_recommendation(monkeypatch, capsys):
     calls = []
 
     def quantity(model, data):
         calls.append(data.time)
-        if len(calls) > 12_000:  # of 18 000
+        if len(calls) > 500:
             raise KeyboardInterrupt
         return data.qpos[0]
 
-    advice = mm.advise(*started(PENDULUM, [1.0, 0.5]), quantity=quantity, duration=2.0)
-    assert advice.points
-    assert "interrupted: this is what is known so far" in capsys.readouterr().out
+    advice = mm.advise(*started(PENDULUM, [1.0, 0.5]), quantity=quantity, budget=10)
+    assert (advice.points, advice.integrator) == ((), None)
+    assert "interrupted before a reference was found" in capsys.readouterr().out
 
 
 def test_a_picture_is_drawn(tmp_path, oscillator):

@@ -5,9 +5,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from magmotor.advice.errors import Order
-from magmotor.advice.measure import MARGIN, Point
+from magmotor.advice.points import MARGIN, Point
 from magmotor.advice.stability import Limit
-from magmotor.advice.statistics import REPLICAS, Statistic
+from magmotor.advice.statistics import REPLICAS, Statistic, certain
 
 
 @dataclass
@@ -22,10 +22,12 @@ class Advice:
         The error asked for, relative to the range of the quantity.
     duration : float
         Duration of the paths in s.
-    integrator, timestep : str and float, or None
-        The recommendation, or None if nothing reaches the error; `reason` says why.
-    promised : float or None
-        Largest error along the path with the recommendation, and the doubt of the reference.
+    integrator : str or None
+        What is recommended, or None if nothing reaches the error; `reason` says why.
+    timestep : float
+        In s; NaN without a recommendation.
+    promised : float
+        The largest error that the recommendation should have; infinite without one.
     settings : dict of str to float
         Settings of the solver that the recommendation needs besides.
     own : Point or None
@@ -36,8 +38,9 @@ class Advice:
         Observed orders.
     limits : dict of str to Limit
         Stability limits at rest.
-    contacts : int
-        Number of contacts at rest. The limits by theory assume that they stay closed.
+    constraints : int
+        Number of constraints at rest, such as contacts. The limits by theory assume that they
+        neither begin nor end.
     reference : str
         How the reference was computed.
     doubt : float
@@ -58,15 +61,15 @@ class Advice:
     error: float
     duration: float
     integrator: str | None = None
-    timestep: float | None = None
-    promised: float | None = None
+    timestep: float = math.nan
+    promised: float = math.inf
     settings: dict[str, float] = field(default_factory=dict)
     own: Point | None = None
     points: tuple[Point, ...] = ()
     front: tuple[Point, ...] = ()
     orders: dict[str, Order] = field(default_factory=dict)
     limits: dict[str, Limit] = field(default_factory=dict)
-    contacts: int = 0
+    constraints: int = 0
     reference: str = ""
     doubt: float = math.inf
     horizon: float = 0.0
@@ -81,17 +84,17 @@ class Advice:
         if self.statistics:
             rows = _table(self._statistics())
             lines += [self._chaos(), "", *rows, "", self._for_statistics(), ""]
-        if self.limits and self.contacts:
-            number = f"{self.contacts} contacts" if self.contacts > 1 else "one contact"
-            lines.append(f"the limits by theory assume that {number} at rest will stay closed")
+        if self.limits and self.constraints:
+            lines.append("the limits by theory assume that no constraint begins or ends to act")
         return "\n".join([*lines, *self.notes, self._conclusion()])
 
     def _chaos(self) -> str:
         begin = f"statistics over {self.duration:.3g} s"
         if self.growth is not None:
             begin = (
-                f"the motion is chaotic: a perturbation grows {self.growth:.1g} times in {self.duration:.3g} s, so that"
-                f" paths have an error up to {self.horizon:.3g} s only; beyond, statistics"
+                f"the motion is chaotic: a perturbation grows {self.growth:.1g} times in"
+                f" {self.duration:.3g} s, so that paths have an error up to {self.horizon:.3g} s"
+                " only; beyond, statistics"
             )
         return (
             f"{begin} of {REPLICAS} runs from perturbed starts (with other noise, if any) differ"
@@ -100,19 +103,18 @@ class Advice:
 
     def _for_statistics(self) -> str:
         """Return a sentence about what is cheapest for statistics."""
-        alike: dict[tuple[str, float], list[Statistic]] = {}
-        for row in self.statistics:
-            alike.setdefault((row.integrator, row.timestep), []).append(row)
-        good = {
-            key: rows[0].seconds for key, rows in alike.items()
-            if all(row.error - 2 * row.doubt <= self.error for row in rows)
-        }  # fmt: skip
-        if not good:
-            return f"no statistics agree within {percent(self.error)} and two standard errors"
-        integrator, timestep = min(good, key=lambda key: good[key])
+        bounds = certain(self.statistics)
+        for (integrator, timestep), bound in bounds.items():
+            if bound <= self.error:
+                return (
+                    f"for statistics: {integrator} at a timestep of {timestep:.4g} s is the"
+                    f" cheapest of these; they differ by at most {percent(bound)}, with two"
+                    " standard errors"
+                )
+        least = percent(min(bounds.values(), default=math.inf))
         return (
-            f"for statistics: {integrator} at a timestep of {timestep:.4g} s is the cheapest of"
-            f" these that agrees within {percent(self.error)} and two standard errors"
+            f"no statistics are certain to differ by at most {percent(self.error)}: with two"
+            f" standard errors, it is at least {least}; a longer duration makes them more certain"
         )
 
     def _statistics(self) -> list[list[str]]:
@@ -164,8 +166,13 @@ class Advice:
                 else (f"has an error of {percent(own.error)}")
             )
             has = f"the model's own {own.integrator} at {own.timestep:g} s {what}"
-        if self.integrator is None or self.timestep is None or self.promised is None:
+        if self.integrator is None:
             return f"no recommendation: {self.reason}" + (f"; {has}" if has else "")
+        if not self.points:
+            return (
+                f"advice: {self.integrator} at a timestep of {self.timestep:.4g} s: statistics"
+                f" differ by at most {percent(self.promised)}"
+            )
         chosen = next(
             point for point in self.points
             if (point.integrator, point.timestep) == (self.integrator, self.timestep)

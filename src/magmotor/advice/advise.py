@@ -28,6 +28,7 @@ def advise(
     duration: Annotated[float, number(above=0)] = 1.0,
     error: Annotated[float, number(at_least=1e-8, below=0.5)] = 0.01,
     budget: Annotated[float, number(at_least=1)] = 60.0,
+    kT: Annotated[float, number(above=0)] | None = None,
     picture: str | Path | None = None,
 ) -> Advice:
     """Measure which integrator and timestep of MuJoCo reach an error of a model at the least cost.
@@ -57,6 +58,9 @@ def advise(
         larger and the quantity is the energy.
     budget : float
         Wall time in s that the measurement may take, approximately.
+    kT : float, optional
+        Temperature in J. Then the splittings of `Langevin` are compared, by the statistics of eight
+        replicas with the model's own friction.
     picture : str or Path, optional
         File to which the errors are drawn, over cost and over timestep.
 
@@ -98,7 +102,7 @@ def advise(
     with tqdm(total=round(budget), unit="s", leave=False, disable=None) as bar:
         survey = Survey(runs, Measurement(runs, read, duration), advice, budget, bar)
         try:
-            survey.run()
+            survey.run() if kT is None else survey.run_at(kT)
         except KeyboardInterrupt:
             advice.notes += ("interrupted: this is what is known so far",)
     survey.conclude()

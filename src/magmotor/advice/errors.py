@@ -116,7 +116,8 @@ def observed_order(points: Sequence[tuple[float, float]], floor: float) -> Order
     used = np.log([point for point in points if 3 * floor < point[1] < 0.1])
     if len(used) < 3:
         return None
-    (slope, _), covariance = np.polyfit(*used.T, 1, cov="unscaled")
-    residual = used[:, 1] - np.polyval(np.polyfit(*used.T, 1), used[:, 0])
+    steps, errors = used[:, 0], used[:, 1]
+    (slope, offset), covariance = np.polyfit(steps, errors, 1, cov="unscaled")
+    residual = errors - slope * steps - offset
     variance = (residual**2).sum() / (len(used) - 2) * covariance[0, 0]
     return Order(float(slope), float(np.sqrt(variance)))

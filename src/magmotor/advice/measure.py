@@ -2,14 +2,13 @@
 
 import math
 import time
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Callable
 
-import mujoco
 import numpy as np
 
 from magmotor.advice.errors import Reference, Samples, reference
 from magmotor.advice.paths import INTEGRATORS, OutOfTime, Path, Runs
+from magmotor.advice.points import Point
 from magmotor.advice.quantities import KINETIC, Quantity
 from magmotor.advice.statistics import REPLICAS, Ensemble
 from magmotor.common.arrays import Array
@@ -46,21 +45,6 @@ PERTURBED = 1e-3
 """Change of the initial velocities of replicas, over the fastest one."""
 
 
-@dataclass
-class Point:
-    """One integrator at one timestep."""
-
-    integrator: str
-    timestep: float
-    """In s."""
-    seconds: float
-    """Wall time per simulated second."""
-    error: float
-    """Largest error along the path over the range of the quantity; infinite if it diverged."""
-    diverged: float | None = None
-    """Time in s at which the run was no longer finite."""
-
-
 class Measurement:
     """Paths of a quantity by all integrators, recorded at common times.
 
@@ -86,7 +70,7 @@ class Measurement:
 
     def __init__(self, runs: Runs, quantity: Quantity, duration: float):
         self.runs, self.quantity, self.until = runs, quantity, math.inf
-        self._workspace = mujoco.MjData(runs.model)
+        self._workspace = runs.workspace()
         size = self.along(runs.recorded_start()[np.newaxis]).shape[1]
         wanted = min(RECORDS, MOST // size) * runs.timestep / duration
         self._divided = 2.0 ** max(1, math.ceil(math.log2(wanted)))
@@ -291,34 +275,3 @@ class Measurement:
             for _, point in sorted(found.items()):
                 point.error = worst = max(worst, point.error)
         return tuple(p for found in self._points.values() for _, p in sorted(found.items()))
-
-
-def front(points: Iterable[Point], floor: float) -> list[Point]:
-    """Return the points that no other one beats in both error and cost, by increasing cost.
-
-    Errors below the floor count as the floor.
-    """
-    best: list[Point] = []
-    for point in sorted(points, key=lambda point: (point.seconds, max(point.error, floor))):
-        if not best or max(point.error, floor) < max(best[-1].error, floor):
-            best.append(point)
-    return [point for point in best if np.isfinite(point.error)]
-
-
-MARGIN = 1.2
-"""Promised over measured error, for what is between the records."""
-
-TURNS, SAMPLE = 5, 0.01
-"""Number of times that each cost is measured, and the wall time in s of each."""
-
-
-def time_in_turns(runs: Runs, points: Iterable[Point], duration: float, until: float) -> None:
-    """Measure the costs of points in turns, so that disturbances affect all; the least counts."""
-    points = [*points]
-    for _ in range(TURNS):
-        for point in points:
-            steps = round(min(duration, SAMPLE / point.seconds) / point.timestep)
-            taken = runs.timed(point.integrator, point.timestep, max(1, steps)) / point.timestep
-            point.seconds = min(point.seconds, taken)
-            if time.perf_counter() > until:
-                return

@@ -175,6 +175,12 @@ class Runs:
         mujoco.mj_getState(self.model, self.data, state, RECORD)
         return state
 
+    def workspace(self) -> mujoco.MjData:
+        """Return other data at the start, with its controls and applied forces."""
+        data = mujoco.MjData(self.model)
+        mujoco.mj_setState(self.model, data, self.start, STATE)
+        return data
+
     def prepare(self, integrator: str, timestep: float, start: Array | None = None) -> None:
         """Set the model's integrator and timestep, and the data to a start."""
         self.model.opt.integrator = INTEGRATORS[integrator]

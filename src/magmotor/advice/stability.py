@@ -48,7 +48,7 @@ class Limit(NamedTuple):
 
 
 class Rest:
-    """A state of rest, its number of contacts, and the map of one step near it."""
+    """A state of rest, its number of constraints, and the map of one step near it."""
 
     def __init__(self, runs: Runs, start: Array, until: float):
         self.runs, self.start, self.until = runs, start, until
@@ -57,7 +57,7 @@ class Rest:
         self.size = 2 * model.nv + model.na
         runs.prepare("Euler", runs.timestep, start)
         mujoco.mj_fwdPosition(model, runs.data)
-        self.contacts = int(runs.data.ncon)
+        self.constraints = int(runs.data.nefc)
         self._qpos = runs.data.qpos.copy()
         self._qvel = runs.data.qvel.copy()
         self._act = runs.data.act.copy()

@@ -73,8 +73,21 @@ def compared(
     return tuple(found)
 
 
+def certain(statistics: Sequence[Statistic]) -> dict[tuple[str, float], float]:
+    """Return the largest error of all statistics, with two standard errors, by cost.
+
+    The keys are integrators and timesteps, the cheapest first.
+    """
+    alike: dict[tuple[str, float], list[Statistic]] = {}
+    for row in statistics:
+        alike.setdefault((row.integrator, row.timestep), []).append(row)
+    finite = [key for key, rows in alike.items() if math.isfinite(rows[0].error)]
+    finite.sort(key=lambda key: alike[key][0].seconds)
+    return {key: max(row.error + 2 * row.doubt for row in alike[key]) for key in finite}
+
+
 def _powers(path: Array) -> Array:
     """Return the power of a path in octaves of its spectrum, shape (OCTAVES,)."""
     power = (np.abs(np.fft.rfft(path - path.mean(axis=0), axis=0)) ** 2).sum(axis=1)
     octave = np.log2(len(power) / np.maximum(np.arange(len(power)), 1)).astype(int)
-    return np.bincount(np.minimum(octave, OCTAVES - 1), power, minlength=OCTAVES)
+    return np.bincount(np.minimum(octave, OCTAVES - 1), power, OCTAVES).astype(float)

@@ -11,19 +11,12 @@ from tqdm import tqdm
 
 from magmotor.advice.advice import Advice, percent
 from magmotor.advice.errors import Reference, Samples, observed_order
-from magmotor.advice.measure import (
-    COARSE,
-    JUDGES,
-    MARGIN,
-    TRUSTED,
-    Measurement,
-    Point,
-    front,
-    time_in_turns,
-)
+from magmotor.advice.measure import COARSE, JUDGES, TRUSTED, Measurement
 from magmotor.advice.paths import INTEGRATORS, OutOfTime, Runs
+from magmotor.advice.points import MARGIN, Point, front, time_in_turns
 from magmotor.advice.stability import find_rest, stability_limit
 from magmotor.advice.statistics import compared
+from magmotor.advice.thermal import Thermal
 from magmotor.common.checks import reject
 
 PERTURBATION = 1e-7
@@ -90,6 +83,20 @@ class Survey:
         self._until(SETTINGS)
         self._choose(truth.path, until, scale)
         self._find_limits()
+
+    def run_at(self, kT: float) -> None:
+        """Compare the splittings of `Langevin` at a temperature in J.
+
+        Raises
+        ------
+        ValueError
+            `Langevin` does not support the model, or the model has noise of its own.
+        """
+        if self._runs.noisy:
+            raise reject("kT", kT, "must be omitted, since the model has noise of its own")
+        thermal = Thermal(self._runs, self._measurement.quantity, kT, self._measurement.duration)
+        self._advice.duration = thermal.duration
+        thermal.compare(self._advice, self._began + self._budget, self._show)
 
     def conclude(self) -> None:
         """Draw conclusions from what is known."""
@@ -207,7 +214,7 @@ class Survey:
             if rest is None:
                 self._advice.notes += ("no state of rest was found, and so no limits of stability",)
                 return
-            self._advice.contacts = rest.contacts
+            self._advice.constraints = rest.constraints
             for integrator in INTEGRATORS:
                 self._show(f"stability of {integrator}")
                 limit = stability_limit(rest, integrator)
@@ -228,6 +235,8 @@ class Survey:
         )
 
     def _no_point(self) -> str:
+        if not self._advice.reference:
+            return "interrupted before a reference was found"
         doubt, error = self._advice.doubt, self._advice.error
         if doubt > error:
             return f"the reference itself is uncertain by {percent(doubt)}"
