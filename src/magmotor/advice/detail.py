@@ -137,7 +137,7 @@ def table(details: Sequence[Detail]) -> list[str]:
         if detail.together:
             continue
         verdict = "yes" if detail.what in last.together else "alone" if detail.can_go else ""
-        saved = "" if math.isnan(detail.saved) else f"{100 * detail.saved:.0f} %"
+        saved = "" if math.isnan(detail.saved) else f"{round(100 * detail.saved)} %"
         rows.append([detail.what, percent(detail.change), saved, verdict])
     lines = _table(rows) if len(rows) > 1 else []
     for detail in details:
@@ -147,9 +147,28 @@ def table(details: Sequence[Detail]) -> list[str]:
     if last.together:
         lines.append(
             f"what can go along this path changes it by {percent(last.change)} and saves"
-            f" {100 * last.saved:.0f} % of the time: {'; '.join(last.together)}"
+            f" {round(100 * last.saved)} % of the time: {'; '.join(last.together)}"
         )
     return lines
+
+
+def _unforced(runs: Runs) -> Array:
+    """Return the start without the forces that a control callback applies to bodies.
+
+    They are overwritten while it acts, but would persist without what it acts on.
+    """
+    model, data = runs.model, runs.data
+    runs.prepare(runs.integrator, runs.timestep)
+    given = data.xfrc_applied.copy()
+    data.xfrc_applied[:] = 0.0
+    with quiet():
+        mujoco.mj_forward(model, data)
+    own = data.xfrc_applied.any(axis=1)
+    runs.prepare(runs.integrator, runs.timestep)
+    data.xfrc_applied[:] = np.where(own[:, np.newaxis], 0.0, given)
+    start = np.empty_like(runs.start)
+    mujoco.mj_getState(model, data, start, STATE)
+    return start
 
 
 class _Variants:
@@ -160,7 +179,8 @@ class _Variants:
         scale: float,
     ):  # fmt: skip
         self._own, self._work = runs.model, Runs(runs.model)
-        self._work.start = self._start = runs.start
+        self._work.start = runs.start
+        self._work.start = self._start = _unforced(self._work)
         self._workspace = mujoco.MjData(self._own)
         self._quantity, self._scale = quantity, scale
         self._integrator, self._timestep = integrator, timestep

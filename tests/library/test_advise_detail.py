@@ -1,0 +1,232 @@
+"""What of a model can be switched off: known changes, savings, interactions, text, time budget."""
+
+import math
+import time
+
+import mujoco
+import numpy as np
+import pytest
+
+import magmotor as mm
+from magmotor.advice.detail import measure_detail, table
+from magmotor.advice.measure import Measurement
+from magmotor.advice.paths import Runs
+from magmotor.advice.quantities import read_quantity
+
+PENDULUM = f"""
+<mujoco>
+  <option timestep="0.002"><flag energy="enable"/></option>
+  <worldbody>
+    <body>
+      <joint name="hinge" axis="0 1 0" damping="0.01"/>
+      <geom type="capsule" fromto="0 0 0 0 0 -.5" size=".02" contype="0" conaffinity="0"/>
+      <site name="tip" pos="0 0 -.5"/>
+    </body>
+  </worldbody>
+  <sensor>
+    <jointpos name="angle" joint="hinge"/>{'<accelerometer site="tip"/>' * 60}
+  </sensor>
+</mujoco>
+"""
+
+BOX = """
+<mujoco>
+  <option cone="elliptic" density="1.2"/>
+  <default><geom condim="6"/></default>
+  <worldbody>
+    <light mode="trackcom"/>
+    <geom name="floor" type="plane" size="1 1 1"/>
+    <body name="box" pos="0 0 0.1"><freejoint/><geom name="box" type="box" size=".2 .2 .1"/></body>
+  </worldbody>
+</mujoco>
+"""
+
+RODS = f"""
+<mujoco>
+  <worldbody>
+    <geom name="floor" type="plane" size="1 1 1"/>
+    <body pos="0 0 0.1"><freejoint/><geom name="ball" size="0.1"/></body>
+    {
+    "".join(
+        f'<body pos="{0.1 * k} 5 10"><joint type="slide" axis="0 0 1" stiffness="1"/>'
+        f'<geom name="rod{k}" type="capsule" size=".01 2" euler="30 0 0"/></body>'
+        for k in range(12)
+    )
+}
+  </worldbody>
+</mujoco>
+"""
+
+TWINS = """
+<mujoco>
+  <option><flag contact="disable"/></option>
+  <worldbody>
+    <body>
+      <joint name="one" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 0 0 -.5" size=".02"/>
+    </body>
+    <body pos="0 1 0">
+      <joint name="two" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 0 0 -.5" size=".02"/>
+    </body>
+  </worldbody>
+  <equality><joint joint1="one" joint2="two"/></equality>
+</mujoco>
+"""
+
+RING = np.exp(2j * np.pi * np.arange(99) / 99)
+
+DIPOLES = f"""
+<mujoco>
+  <custom>
+    <text name="magmotor" data="dipoles"/><numeric name="magnetic_tolerance" data="1e-5"/>
+  </custom>
+  <worldbody>
+    {
+    "".join(
+        f'<site name="s{k}" pos="{0.1 * z.real:.6f} {0.1 * z.imag:.6f} 0" zaxis="0 1 0"'
+        f' user="{1 if k % 11 == 0 else 1e-9 * k}"/>'
+        for k, z in enumerate(RING)
+    )
+}
+    <body name="needle">
+      <joint name="needle" axis="0 0 1"/>
+      <geom type="capsule" fromto="-0.03 0 0 0.03 0 0" size="0.003"/>
+      <site name="needle" zaxis="1 0 0" user="0.2"/>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+
+PLUGIN = (
+    '<extension><plugin plugin="magmotor.forces"><instance name="magnets"/></plugin></extension>'
+)
+
+
+def prepared(xml, quantity, qpos=(), qvel=(), duration=1.0):
+    """Return runs, a quantity, and its range along the model's own path."""
+    model = mujoco.MjModel.from_xml_string(xml)
+    data = mujoco.MjData(model)
+    data.qpos[: len(qpos)] = qpos
+    data.qvel[: len(qvel)] = qvel
+    runs = Runs(model, data)
+    read = read_quantity(runs.model, mujoco.MjData(runs.model), quantity)
+    path = Measurement(runs, read, duration).samples(runs.integrator, 1.0)
+    return runs, read, read.range(path.values)
+
+
+def measured(xml, quantity, qpos=(), qvel=(), *, error=0.01, duration=1.0, seconds=8.0):
+    """Return the details by what they switch off, and that of all together."""
+    runs, read, scale = prepared(xml, quantity, qpos, qvel, duration)
+    until = time.perf_counter() + seconds
+    found = measure_detail(
+        runs, read, runs.integrator, runs.timestep, duration, error, scale, until
+    )
+    single = {each.what: each for each in found if not each.together}
+    joint = [each for each in found if each.together]
+    assert len(single) + len(joint) == len(found)
+    return single, joint[0] if joint else None
+
+
+def test_gravity_stays_and_sensors_that_nothing_reads_go():
+    single, joint = measured(PENDULUM, "joint hinge", [1.0])
+    assert {*single} == {
+        'flag damper="disable"', 'flag eulerdamp="disable"', 'flag gravity="disable"',
+        'flag sensor="disable"', 'flag energy="disable"',
+    }  # fmt: skip
+    for what in ('flag sensor="disable"', 'flag energy="disable"'):
+        assert single[what].change == 0.0
+    gravity, sensor = single['flag gravity="disable"'], single['flag sensor="disable"']
+    assert gravity.change == pytest.approx(1, abs=0.01)  # it stays at its largest angle
+    assert not gravity.can_go
+    assert sensor.can_go
+    assert sensor.saved > 0.3
+    assert 'flag sensor="disable"' in joint.together
+    assert joint.change <= 0.01
+    assert joint.saved > 0.3
+
+
+def test_the_change_is_that_of_plain_loops():
+    single, _ = measured(PENDULUM, "joint hinge", [1.0])
+    paths = []
+    for flag in (0, mujoco.mjtDisableBit.mjDSBL_DAMPER):
+        model = mujoco.MjModel.from_xml_string(PENDULUM)
+        model.opt.disableflags |= flag
+        data = mujoco.MjData(model)
+        data.qpos[0] = 1.0
+        angles = [1.0]
+        for _ in range(500):
+            mujoco.mj_step(model, data)
+            angles.append(float(data.qpos[0]))
+        paths.append(np.array(angles))
+    change = np.abs(paths[1] - paths[0]).max() / np.ptp(paths[0])
+    assert single['flag damper="disable"'].change == pytest.approx(change, rel=1e-9)
+
+
+def test_sensors_stay_if_the_quantity_is_one():
+    single, _ = measured(PENDULUM, "sensor angle", [1.0])
+    sensor = single['flag sensor="disable"']
+    assert sensor.change > 0.5
+    assert not sensor.can_go
+
+
+def test_a_variant_that_diverges_stays():
+    stiff = PENDULUM.replace('damping="0.01"', 'damping="100"')
+    single, _ = measured(stiff, "joint hinge", [1.0], [10.0])
+    explicit = single['flag eulerdamp="disable"']
+    assert explicit.change == math.inf
+    assert math.isnan(explicit.saved)
+    assert not explicit.can_go
+    assert any("diverged" in line for line in table([explicit]))
+
+
+def test_friction_of_a_sliding_box_stays_and_its_torsion_goes():
+    single, _ = measured(BOX, "positions", qvel=[1.0], duration=0.5)
+    assert single['geom condim="3"'].change < 1e-3
+    assert single['geom condim="1"'].change > 0.5
+    assert single['flag contact="disable"'].change > 0.5
+    assert not single['geom condim="1"'].can_go
+    assert {'option cone="pyramidal"', 'option solver="CG"', 'light mode="fixed"'} < {*single}
+    assert single['light mode="fixed"'].change == 0.0
+    assert not any("touch nothing" in what for what in single)
+    assert not any("equality" in what for what in single)
+
+
+def test_geoms_that_never_touch_go():
+    single, joint = measured(RODS, "positions", qvel=[1.0], duration=0.5)
+    what = 'geom contype="0" conaffinity="0" of 12 that touch nothing'
+    rods = single[what]
+    assert rods.names == tuple(f"rod{k}" for k in range(12))
+    assert rods.change == 0.0
+    assert rods.can_go
+    assert rods.saved > 0.1
+    assert what in joint.together
+
+
+def test_an_equality_that_holds_by_itself_goes():
+    single, joint = measured(TWINS, "joint one", [1.0, 1.0])
+    constraint, equality = single['flag constraint="disable"'], single['flag equality="disable"']
+    assert equality.change < 1e-9
+    assert equality.can_go
+    assert joint.together[0] == constraint.what  # which includes that for equalities
+    assert equality.what not in joint.together
+    single, _ = measured(TWINS, "joint one", [1.0, 0.5])
+    assert not single['flag equality="disable"'].can_go
+
+
+@pytest.mark.parametrize("plugin", [True, False])
+def test_weak_dipoles_go(plugin):
+    xml = DIPOLES.replace("<mujoco>", f"<mujoco>{PLUGIN}") if plugin else DIPOLES
+    with mm.magnetism():
+        single, joint = measured(xml, "joint needle", error=1e-4, duration=0.3)
+    dipoles = single['site user="0" of the 90 weakest dipoles']
+    assert {*dipoles.names} == {f"s{k}" for k in range(99) if k % 11}
+    assert dipoles.change < 1e-6
+    assert dipoles.can_go
+    assert dipoles.saved > 0.05
+    assert dipoles.what in joint.together
+    assert 'numeric name="magnetic_tolerance" data="0.0001"' in single
+
+
+def test_dipoles_are_left_alone_where_no_magnetism_acts():
+    with pytest.warns(UserWarning, match="x"):
+        single, _ = measured(DIPOLES, "joint needle", qvel=[1.0], duration=0.3)
+    assert not any("user" in what or "numeric" in what for what in single)
