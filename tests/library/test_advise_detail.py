@@ -1,14 +1,18 @@
 """What of a model can be switched off: known changes, savings, interactions, text, time budget."""
 
+import itertools
 import math
 import time
 
 import mujoco
 import numpy as np
 import pytest
+from corpus.models import digest
 
 import magmotor as mm
-from magmotor.advice.detail import measure_detail, table
+from magmotor.advice import detail, features
+from magmotor.advice.detail import Detail, measure_detail, table
+from magmotor.advice.features import Feature, Seen
 from magmotor.advice.measure import Measurement
 from magmotor.advice.paths import Runs
 from magmotor.advice.quantities import read_quantity
@@ -72,7 +76,7 @@ TWINS = """
 </mujoco>
 """
 
-RING = np.exp(2j * np.pi * np.arange(99) / 99)
+RING = 0.1 * np.exp(2j * np.pi * np.arange(95) / 95)
 
 DIPOLES = f"""
 <mujoco>
@@ -82,19 +86,21 @@ DIPOLES = f"""
   <worldbody>
     {
     "".join(
-        f'<site name="s{k}" pos="{0.1 * z.real:.6f} {0.1 * z.imag:.6f} 0" zaxis="0 1 0"'
-        f' user="{1 if k % 11 == 0 else 1e-9 * k}"/>'
+        f'<site name="s{k}" pos="{z.real:.6f} {z.imag:.6f} 0" zaxis="0 1 0"'
+        f' user="{1 if k % 19 == 0 else 1e-9}"/>'
         for k, z in enumerate(RING)
     )
 }
     <body name="needle">
       <joint name="needle" axis="0 0 1"/>
-      <geom type="capsule" fromto="-0.03 0 0 0.03 0 0" size="0.003"/>
-      <site name="needle" zaxis="1 0 0" user="0.2"/>
+      <geom type="capsule" fromto="-0.03 0 0 0.03 0 0" size="0.003" contype="0" conaffinity="0"/>
+      {"".join(f'<site pos="{0.01 * k} 0 0" zaxis="1 0 0" user="0.2"/>' for k in range(-2, 3))}
     </body>
   </worldbody>
 </mujoco>
 """
+
+WEAKEST = 'site user="0" at the weakest dipoles (90)'
 
 PLUGIN = (
     '<extension><plugin plugin="magmotor.forces"><instance name="magnets"/></plugin></extension>'
@@ -110,6 +116,7 @@ def prepared(xml, quantity, qpos=(), qvel=(), duration=1.0):
     runs = Runs(model, data)
     read = read_quantity(runs.model, mujoco.MjData(runs.model), quantity)
     path = Measurement(runs, read, duration).samples(runs.integrator, 1.0)
+    assert path is not None
     return runs, read, read.range(path.values)
 
 
@@ -123,7 +130,7 @@ def measured(xml, quantity, qpos=(), qvel=(), *, error=0.01, duration=1.0, secon
     single = {each.what: each for each in found if not each.together}
     joint = [each for each in found if each.together]
     assert len(single) + len(joint) == len(found)
-    return single, joint[0] if joint else None
+    return single, joint[0] if joint else Detail("", 0.0, 0.0, False)
 
 
 def test_gravity_stays_and_sensors_that_nothing_reads_go():
@@ -186,13 +193,13 @@ def test_friction_of_a_sliding_box_stays_and_its_torsion_goes():
     assert not single['geom condim="1"'].can_go
     assert {'option cone="pyramidal"', 'option solver="CG"', 'light mode="fixed"'} < {*single}
     assert single['light mode="fixed"'].change == 0.0
-    assert not any("touch nothing" in what for what in single)
+    assert not any("nothing touches" in what for what in single)
     assert not any("equality" in what for what in single)
 
 
 def test_geoms_that_never_touch_go():
     single, joint = measured(RODS, "positions", qvel=[1.0], duration=0.5)
-    what = 'geom contype="0" conaffinity="0" of 12 that touch nothing'
+    what = 'geom contype="0" conaffinity="0" where nothing touches (12)'
     rods = single[what]
     assert rods.names == tuple(f"rod{k}" for k in range(12))
     assert rods.change == 0.0
@@ -217,16 +224,139 @@ def test_weak_dipoles_go(plugin):
     xml = DIPOLES.replace("<mujoco>", f"<mujoco>{PLUGIN}") if plugin else DIPOLES
     with mm.magnetism():
         single, joint = measured(xml, "joint needle", error=1e-4, duration=0.3)
-    dipoles = single['site user="0" of the 90 weakest dipoles']
-    assert {*dipoles.names} == {f"s{k}" for k in range(99) if k % 11}
-    assert dipoles.change < 1e-6
+    assert {*single} == {
+        'flag gravity="disable"', 'numeric name="magnetic_tolerance" data="0.0001"', WEAKEST,
+    }  # fmt: skip
+    dipoles = single[WEAKEST]
+    assert {*dipoles.names} == {f"s{k}" for k in range(95) if k % 19}
+    assert 0.0 < dipoles.change < 1e-6
     assert dipoles.can_go
     assert dipoles.saved > 0.05
-    assert dipoles.what in joint.together
-    assert 'numeric name="magnetic_tolerance" data="0.0001"' in single
+    assert joint.together == (WEAKEST,)
 
 
 def test_dipoles_are_left_alone_where_no_magnetism_acts():
-    with pytest.warns(UserWarning, match="x"):
-        single, _ = measured(DIPOLES, "joint needle", qvel=[1.0], duration=0.3)
-    assert not any("user" in what or "numeric" in what for what in single)
+    single, _ = measured(DIPOLES, "joint needle", qvel=[1.0], duration=0.3)
+    assert {*single} == {'flag gravity="disable"'}
+
+
+@pytest.mark.parametrize("quantity", ["energy", "joint needle"])
+def test_what_magnetism_left_behind_does_not_act(quantity):
+    model = mujoco.MjModel.from_xml_string(DIPOLES)
+    data = mujoco.MjData(model)
+    data.qvel[0] = 1.0
+    changes = []
+    with mm.magnetism():
+        for _ in range(2):
+            runs = Runs(model, data)
+            read = read_quantity(runs.model, mujoco.MjData(runs.model), quantity)
+            until = time.perf_counter() + 8
+            found = measure_detail(runs, read, "Euler", 0.002, 0.3, 1e-9, 1.0, until)
+            changes.append({each.what: each.change for each in found})
+            mujoco.mj_forward(model, data)  # leaves forces in `xfrc_applied`
+    assert data.xfrc_applied.any()
+    assert changes[0] == changes[1]
+
+
+def test_the_model_is_not_changed():
+    for xml, quantity in ((RODS, "positions"), (BOX, "energy")):
+        runs, read, scale = prepared(xml, quantity, qvel=[1.0], duration=0.2)
+        before, start = digest(runs.model), runs.start.copy()
+        until = time.perf_counter() + 3
+        assert measure_detail(runs, read, "RK4", 0.001, 0.2, 0.01, scale, until)
+        assert digest(runs.model) == before
+        np.testing.assert_array_equal(runs.start, start)
+
+
+@pytest.mark.parametrize("xml", [PENDULUM, BOX, RODS, TWINS])
+def test_features_are_what_mjcf_makes_of_their_names(xml):
+    model = mujoco.MjModel.from_xml_string(xml)
+    seen = Seen(np.ones(model.ngeom, bool), True)
+    found = [*features.features(model, seen)]
+    assert len({feature.what for feature in found}) == len(found)
+    options = [each for each in found if each.what.startswith(("flag", "option"))]
+    assert len(options) > 4
+    for feature in options:
+        element = f"<{feature.what}/>"
+        if feature.what.startswith("flag"):
+            element = f"<option>{element}</option>"
+        text = xml.replace("<worldbody>", f"{element}<worldbody>")
+        written = mujoco.MjModel.from_xml_string(text)
+        features.restore(model, mujoco.MjModel.from_xml_string(xml))
+        assert digest(model) != digest(written)
+        feature.apply(model)
+        assert digest(model) == digest(written), feature.what
+
+
+class Sums:
+    """Stands for variants whose changes and savings add up."""
+
+    def __init__(self, **features):
+        self.changes = {name: change for name, (change, _) in features.items()}
+        self.saved = {name: saved for name, (_, saved) in features.items()}
+
+    def change(self, off, until):
+        return sum(self.changes[feature.what] for feature in off)
+
+    def savings(self, variants, until):
+        return np.array([sum(self.saved[f.what] for f in off) for off in variants]), 0.01
+
+
+def together(sums, within=()):
+    """Return what can go together at an error of 0.01."""
+    able = {
+        Feature(name, lambda _: None, frozenset(within if name == "part" else ())): change
+        for name, change in sums.changes.items()
+    }
+    saved = {feature: sums.saved[feature.what] for feature in able}
+    return detail._together(sums, able, saved, 0.01, math.inf)
+
+
+def test_what_changes_too_much_together_stays_by_its_ratio():
+    sums = Sums(cheap=(0.006, 0.1), dear=(0.007, 0.3), free=(0.0, 0.02))
+    (joint,) = together(sums)
+    assert joint.together == ("dear", "free")
+    assert (joint.change, joint.saved) == pytest.approx((0.007, 0.32))
+
+
+def test_a_part_goes_only_if_the_whole_stays():
+    (joint,) = together(Sums(whole=(0.002, 0.3), part=(0.001, 0.2)), ["whole"])
+    assert joint.together == ("whole",)
+    (joint,) = together(Sums(whole=(0.009, 0.1), part=(0.001, 0.2), other=(0.004, 0.2)), ["whole"])
+    assert joint.together == ("part", "other")
+    assert together(Sums()) == ()
+
+
+def test_what_is_known_when_time_runs_out_is_returned(monkeypatch):
+    runs, read, scale = prepared(BOX, "positions", qvel=[1.0])
+    ticks = itertools.count()
+    monkeypatch.setattr(time, "perf_counter", lambda: next(ticks) * 1e-3)
+    counts, used = [], []
+    for seconds in (0.0, 5.0, 20.0, 100.0):
+        began = time.perf_counter()
+        until = began + seconds
+        found = measure_detail(runs, read, "Euler", 0.002, 1.0, 0.01, scale, until)
+        used.append(time.perf_counter() - began)
+        counts.append((len(found), sum(not math.isnan(each.saved) for each in found)))
+        assert used[-1] < seconds + 0.01
+    print(counts, used)
+    assert counts[0] == (0, 0)
+
+
+def test_the_table_lists_what_can_go():
+    names = tuple(f"geom {k}" for k in range(10))
+    lines = table([
+        Detail("one", 0.5, 0.2, False), Detail("two", 0.0, 0.25, True, names),
+        Detail("three", 0.001, 0.1, True), Detail("four", math.inf, math.nan, False),
+        Detail("all of these", 0.002, 0.3, True, together=("two",)),
+    ])  # fmt: skip
+    assert [line.split() for line in lines[:5]] == [
+        ["without", "change", "saves", "can", "go"],
+        ["one", "50", "%", "20", "%"],
+        ["two", "0", "%", "25", "%", "yes"],
+        ["three", "0.1", "%", "10", "%", "alone"],
+        ["four", "diverged"],
+    ]
+    assert lines[5] == f"two: {', '.join(names[:8])} and 2 more"
+    assert lines[6].endswith("by 0.2 % and saves 30 % of the time: two")
+    assert table([]) == []

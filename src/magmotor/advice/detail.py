@@ -47,7 +47,7 @@ LISTED = 8
 
 @dataclass(frozen=True)
 class Detail:
-    """What a model loses and gains without a feature, or without several."""
+    """What it changes and saves to do without a feature, or without several."""
 
     what: str
     """What to write in MJCF."""
@@ -99,8 +99,8 @@ def measure_detail(
     Returns
     -------
     tuple of Detail
-        One for each feature, in any order, and one for all that can go together, if any can. If
-        time runs out, these are those that are known.
+        One for each feature, and at the end one for all that can go together, if any can. If time
+        runs out, these are those that are known.
     """
     began = time.perf_counter()
     left = until - began
@@ -146,7 +146,7 @@ def table(details: Sequence[Detail]) -> list[str]:
             lines.append(f"{detail.what}: {', '.join(detail.names[:LISTED])}{more}")
     if last.together:
         lines.append(
-            f"what can go along this path changes it by {percent(last.change)} and saves"
+            f"along this path, what can go changes the quantity by {percent(last.change)} and saves"
             f" {round(100 * last.saved)} % of the time: {'; '.join(last.together)}"
         )
     return lines
@@ -163,7 +163,7 @@ def _unforced(runs: Runs) -> Array:
     data.xfrc_applied[:] = 0.0
     with quiet():
         mujoco.mj_forward(model, data)
-    own = data.xfrc_applied.any(axis=1)
+    own = np.any(data.xfrc_applied, axis=1)
     runs.prepare(runs.integrator, runs.timestep)
     data.xfrc_applied[:] = np.where(own[:, np.newaxis], 0.0, given)
     start = np.empty_like(runs.start)
@@ -290,7 +290,8 @@ class _Variants:
         model, data = self._work.model, self._workspace
         mujoco.mj_resetData(model, data)
         mujoco.mj_setState(model, data, self._start, STATE)
-        return Samples(every, self._quantity.along(model, data, states)), states
+        with quiet():
+            return Samples(every, self._quantity.along(model, data, states)), states
 
 
 def _changes(variants: _Variants, error: float, until: float) -> Iterator[tuple[Feature, float]]:
@@ -306,7 +307,7 @@ def _changes(variants: _Variants, error: float, until: float) -> Iterator[tuple[
     if seen is None:
         return
     too_much: set[str] = set()
-    for feature in features(variants.model, seen):
+    for feature in [*features(variants.model, seen)]:
         if feature.what not in too_much:
             yield feature, (change := variants.change((feature,), until))
             if not change <= error:

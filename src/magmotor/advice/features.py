@@ -13,6 +13,7 @@ import magmotor_plugin
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.declared import name_of
 from magmotor.mjcf.forces.marks import DIPOLES
+from magmotor.mjcf.lookup import disabled
 
 Numbers = NDArray[np.integer]
 
@@ -31,7 +32,14 @@ ARRAYS = (
 CONSTRAINT, CONTACT = 'flag constraint="disable"', 'flag contact="disable"'
 
 BY_CONSTRAINT, BY_CONTACT = frozenset({CONSTRAINT}), frozenset({CONSTRAINT, CONTACT})
-"""What makes the features of constraints and of contacts irrelevant."""
+"""What includes all features of constraints, and all of contacts."""
+
+WITHIN = {
+    **dict.fromkeys(("equality", "frictionloss", "limit", "contact", "island"), BY_CONSTRAINT),
+    **dict.fromkeys(("midphase", "nativeccd", "multiccd"), BY_CONTACT),
+    "eulerdamp": frozenset({'flag damper="disable"'}),
+}
+"""Larger changes, by the flags that they include or make irrelevant."""
 
 LEVELS = {"iterations": (10, 3, 1), "ls_iterations": (10, 3)}
 """Options of the solver, and the values to which they are reduced."""
@@ -89,7 +97,8 @@ def features(model: mujoco.MjModel, seen: Seen) -> Iterator[Feature]:
     The flags for all constraints and for all contacts are exceptions. The strengths of dipoles are
     left to `weakest_dipoles`.
     """
-    may_touch = bool(model.npair or _any(model, "geom_contype", "flex_contype"))
+    touching = bool(model.npair) or _any(model, "geom_contype", "flex_contype")
+    may_touch = touching and not disabled(model, "contact")
     yield from _flags(model, seen, may_touch)
     if seen.constrained:
         yield from _solver(model)
@@ -99,7 +108,7 @@ def features(model: mujoco.MjModel, seen: Seen) -> Iterator[Feature]:
     if may_touch and idle.any():
         geoms = np.flatnonzero(idle)
         yield Feature(
-            f'geom contype="0" conaffinity="0" of {len(geoms)} that touch nothing',
+            f'geom contype="0" conaffinity="0" where nothing touches ({len(geoms)})',
             partial(_let_through, geoms),
             BY_CONTACT,
             tuple(name_of(model, "geom", geom) for geom in geoms.tolist()),
@@ -128,7 +137,7 @@ def weakest_dipoles(model: mujoco.MjModel, sites: Numbers) -> Feature:
     """Return the removal of the weakest dipoles, which are at these sites."""
     names = tuple(name_of(model, "site", site) for site in sites.tolist())
     return Feature(
-        f'site user="0" of the {len(sites)} weakest dipoles', partial(_demagnetize, sites),
+        f'site user="0" at the weakest dipoles ({len(sites)})', partial(_demagnetize, sites),
         names=names,
     )  # fmt: skip
 
@@ -141,26 +150,24 @@ def _flags(model: mujoco.MjModel, seen: Seen, may_touch: bool) -> Iterator[Featu
         "frictionloss": _any(model, "dof_frictionloss", "tendon_frictionloss"),
         "limit": _any(model, "jnt_limited", "tendon_limited"),
     }
-    enabled = {
-        "constraint": (may_touch or any(limits.values()), frozenset()),
-        **{name: (has, BY_CONSTRAINT) for name, has in limits.items()},
-        "contact": (may_touch, BY_CONSTRAINT),
-        **dict.fromkeys(("midphase", "nativeccd", "multiccd"), (may_touch, BY_CONTACT)),
-        "island": (seen.constrained, BY_CONSTRAINT),
-        "spring": (_any(model, *STIFF), frozenset()),
-        "damper": (damped, frozenset()),
-        "eulerdamp": (
-            damped and model.opt.integrator == mujoco.mjtIntegrator.mjINT_EULER,
-            frozenset({'flag damper="disable"'}),
-        ),
-        "gravity": (model.opt.gravity.any(), frozenset()),
-        "actuation": (model.nu > 0, frozenset()),
-        "sensor": (model.nsensor > 0, frozenset()),
+    limiting = any(has and not disabled(model, name) for name, has in limits.items())
+    acting = {
+        "constraint": may_touch or limiting,
+        **limits,
+        **dict.fromkeys(("contact", "midphase", "nativeccd", "multiccd"), may_touch),
+        "island": seen.constrained,
+        "spring": _any(model, *STIFF),
+        "damper": damped,
+        "eulerdamp": damped and model.opt.integrator == mujoco.mjtIntegrator.mjINT_EULER,
+        "gravity": model.opt.gravity.any(),
+        "actuation": model.nu > 0,
+        "sensor": model.nsensor > 0,
     }
     bits = mujoco.mjtDisableBit.__members__
-    for name, (has, within) in enabled.items():
+    for name, acts in acting.items():
         bit = int(bits.get(f"mjDSBL_{name.upper()}", 0))
-        if has and bit and not model.opt.disableflags & bit:
+        if acts and bit and not disabled(model, name):
+            within = WITHIN.get(name, frozenset())
             yield Feature(f'flag {name}="disable"', partial(_disable, bit), within)
     for member, bit in mujoco.mjtEnableBit.__members__.items():
         if member.startswith("mjENBL_") and model.opt.enableflags & bit:
