@@ -54,7 +54,7 @@ RODS = f"""
     "".join(
         f'<body pos="{0.1 * k} 5 10"><joint type="slide" axis="0 0 1" stiffness="1"/>'
         f'<geom name="rod{k}" type="capsule" size=".01 2" euler="30 0 0"/></body>'
-        for k in range(12)
+        for k in range(24)
     )
 }
   </worldbody>
@@ -120,7 +120,7 @@ def prepared(xml, quantity, qpos=(), qvel=(), duration=1.0):
     return runs, read, read.range(path.values)
 
 
-def measured(xml, quantity, qpos=(), qvel=(), *, error=0.01, duration=1.0, seconds=8.0):
+def measured(xml, quantity, qpos=(), qvel=(), *, error=0.01, duration=1.0, seconds=4.0):
     """Return the details by what they switch off, and that of all together."""
     runs, read, scale = prepared(xml, quantity, qpos, qvel, duration)
     until = time.perf_counter() + seconds
@@ -142,13 +142,13 @@ def test_gravity_stays_and_sensors_that_nothing_reads_go():
     for what in ('flag sensor="disable"', 'flag energy="disable"'):
         assert single[what].change == 0.0
     gravity, sensor = single['flag gravity="disable"'], single['flag sensor="disable"']
-    assert gravity.change == pytest.approx(1, abs=0.01)  # it stays at its largest angle
+    assert gravity.change == pytest.approx(1, abs=1e-4)  # it stays at its largest angle
     assert not gravity.can_go
     assert sensor.can_go
-    assert sensor.saved > 0.3
+    assert sensor.saved > 0.2  # 0.5
     assert 'flag sensor="disable"' in joint.together
     assert joint.change <= 0.01
-    assert joint.saved > 0.3
+    assert joint.saved > 0.2  # 0.5
 
 
 def test_the_change_is_that_of_plain_loops():
@@ -171,8 +171,25 @@ def test_the_change_is_that_of_plain_loops():
 def test_sensors_stay_if_the_quantity_is_one():
     single, _ = measured(PENDULUM, "sensor angle", [1.0])
     sensor = single['flag sensor="disable"']
-    assert sensor.change > 0.5
+    scale = prepared(PENDULUM, "sensor angle", [1.0])[2]
+    assert sensor.change == pytest.approx(1 / scale, rel=1e-9)  # of 1 rad, it shows 0
     assert not sensor.can_go
+
+
+def test_controls_and_applied_forces_act():
+    motor = '<actuator><motor name="motor" joint="hinge"/></actuator>'
+    sensor = '<actuatorfrc name="torque" actuator="motor"/>'
+    text = PENDULUM.replace("<sensor>", f"{motor}<sensor>{sensor}")
+    model = mujoco.MjModel.from_xml_string(text)
+    data = mujoco.MjData(model)
+    data.ctrl[0] = 0.5
+    runs = Runs(model, data)
+    read = read_quantity(runs.model, mujoco.MjData(runs.model), "sensor torque")
+    until = time.perf_counter() + 4
+    found = measure_detail(runs, read, "Euler", 0.002, 0.2, 0.01, 1.0, until)
+    changes = {each.what: each.change for each in found}
+    assert changes['flag actuation="disable"'] == 0.5
+    assert changes['flag gravity="disable"'] == 0.0
 
 
 def test_a_variant_that_diverges_stays():
@@ -187,9 +204,9 @@ def test_a_variant_that_diverges_stays():
 
 def test_friction_of_a_sliding_box_stays_and_its_torsion_goes():
     single, _ = measured(BOX, "positions", qvel=[1.0], duration=0.5)
-    assert single['geom condim="3"'].change < 1e-3
-    assert single['geom condim="1"'].change > 0.5
-    assert single['flag contact="disable"'].change > 0.5
+    assert single['geom condim="3"'].change < 2e-5  # 8e-7
+    assert single['geom condim="1"'].change > 2  # 9
+    assert single['flag contact="disable"'].change > 5  # 26
     assert not single['geom condim="1"'].can_go
     assert {'option cone="pyramidal"', 'option solver="CG"', 'light mode="fixed"'} < {*single}
     assert single['light mode="fixed"'].change == 0.0
@@ -199,19 +216,19 @@ def test_friction_of_a_sliding_box_stays_and_its_torsion_goes():
 
 def test_geoms_that_never_touch_go():
     single, joint = measured(RODS, "positions", qvel=[1.0], duration=0.5)
-    what = 'geom contype="0" conaffinity="0" where nothing touches (12)'
+    what = 'geom contype="0" conaffinity="0" where nothing touches (24)'
     rods = single[what]
-    assert rods.names == tuple(f"rod{k}" for k in range(12))
+    assert rods.names == tuple(f"rod{k}" for k in range(24))
     assert rods.change == 0.0
     assert rods.can_go
-    assert rods.saved > 0.1
+    assert rods.saved > 0.1  # 0.3
     assert what in joint.together
 
 
 def test_an_equality_that_holds_by_itself_goes():
     single, joint = measured(TWINS, "joint one", [1.0, 1.0])
     constraint, equality = single['flag constraint="disable"'], single['flag equality="disable"']
-    assert equality.change < 1e-9
+    assert equality.change == 0.0
     assert equality.can_go
     assert joint.together[0] == constraint.what  # which includes that for equalities
     assert equality.what not in joint.together
@@ -229,9 +246,9 @@ def test_weak_dipoles_go(plugin):
     }  # fmt: skip
     dipoles = single[WEAKEST]
     assert {*dipoles.names} == {f"s{k}" for k in range(95) if k % 19}
-    assert 0.0 < dipoles.change < 1e-6
+    assert 0.0 < dipoles.change < 3e-7  # 2e-8
     assert dipoles.can_go
-    assert dipoles.saved > 0.05
+    assert dipoles.saved > 0.05  # 0.2
     assert joint.together == (WEAKEST,)
 
 
@@ -250,11 +267,12 @@ def test_what_magnetism_left_behind_does_not_act(quantity):
         for _ in range(2):
             runs = Runs(model, data)
             read = read_quantity(runs.model, mujoco.MjData(runs.model), quantity)
-            until = time.perf_counter() + 8
-            found = measure_detail(runs, read, "Euler", 0.002, 0.3, 1e-9, 1.0, until)
+            until = time.perf_counter() + 4
+            found = measure_detail(runs, read, "Euler", 0.002, 0.3, 1e9, 1.0, until)
             changes.append({each.what: each.change for each in found})
             mujoco.mj_forward(model, data)  # leaves forces in `xfrc_applied`
     assert data.xfrc_applied.any()
+    assert changes[0]['site user="0" at the weakest dipoles (100)'] > 1e-6  # 5e-6, 3
     assert changes[0] == changes[1]
 
 
@@ -331,16 +349,14 @@ def test_what_is_known_when_time_runs_out_is_returned(monkeypatch):
     runs, read, scale = prepared(BOX, "positions", qvel=[1.0])
     ticks = itertools.count()
     monkeypatch.setattr(time, "perf_counter", lambda: next(ticks) * 1e-3)
-    counts, used = [], []
+    counts = []
     for seconds in (0.0, 5.0, 20.0, 100.0):
         began = time.perf_counter()
-        until = began + seconds
-        found = measure_detail(runs, read, "Euler", 0.002, 1.0, 0.01, scale, until)
-        used.append(time.perf_counter() - began)
+        found = measure_detail(runs, read, "Euler", 0.002, 1.0, 0.01, scale, began + seconds)
+        assert time.perf_counter() - began < seconds + 0.01  # 0.005
         counts.append((len(found), sum(not math.isnan(each.saved) for each in found)))
-        assert used[-1] < seconds + 0.01
-    print(counts, used)
     assert counts[0] == (0, 0)
+    assert counts[0] < counts[1] < counts[2] < counts[3]  # (1, 1), (10, 10), (20, 20)
 
 
 def test_the_table_lists_what_can_go():

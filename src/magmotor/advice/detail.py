@@ -3,6 +3,7 @@
 import math
 import time
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 import mujoco
@@ -11,14 +12,8 @@ import numpy as np
 from magmotor.advice.advice import _table, percent
 from magmotor.advice.errors import Samples
 from magmotor.advice.features import (
-    Feature,
-    Numbers,
-    Seen,
-    dipoles,
-    features,
-    restore,
-    weakest_dipoles,
-)
+    Feature, Numbers, Seen, dipoles, features, restore, weakest_dipoles,
+)  # fmt: skip
 from magmotor.advice.paths import RECORD, STATE, OutOfTime, Runs, quiet
 from magmotor.advice.quantities import Quantity
 from magmotor.common.arrays import Array
@@ -78,8 +73,9 @@ def measure_detail(
 ) -> tuple[Detail, ...]:
     """Switch the features of a model off one by one, and then all that can go together.
 
-    The quantity is that of the changed model: without sensors, a sensor does not change. What a
-    feature costs only through MuJoCo's compiler, as visual geoms do, is left out.
+    Changes and savings are those along this path from this start, and savings those that need no
+    compilation: a compiled model without collisions of some geoms may save more. Visual geoms, whose
+    cost only a compilation shows, are left out. The quantity is read from the changed model.
 
     Parameters
     ----------
@@ -106,23 +102,18 @@ def measure_detail(
     left = until - began
     variants = _Variants(runs, quantity, integrator, timestep, duration, scale)
     changes: Changes = {}
+    able: Changes = {}
     saved: dict[Feature, float] = {}
-    noise = math.inf
     joint: tuple[Detail, ...] = ()
-    try:
+    with suppress(OutOfTime):
         for feature, change in _changes(variants, error, began + CHANGES * left):
             changes[feature] = change
-    except OutOfTime:
-        pass
     finite = [feature for feature, change in changes.items() if math.isfinite(change)]
-    able: Changes = {}
-    try:
+    with suppress(OutOfTime):
         savings, noise = variants.savings([(f,) for f in finite], began + SAVINGS * left)
         saved = dict(zip(finite, savings.tolist(), strict=True))
         able = {f: changes[f] for f in finite if changes[f] <= error and saved[f] > noise}
         joint = _together(variants, able, saved, error, until)
-    except OutOfTime:
-        pass
     return *(
         Detail(f.what, change, saved.get(f, math.nan), f in able, f.names)
         for f, change in changes.items()
@@ -161,8 +152,7 @@ def _unforced(runs: Runs) -> Array:
     runs.prepare(runs.integrator, runs.timestep)
     given = data.xfrc_applied.copy()
     data.xfrc_applied[:] = 0.0
-    with quiet():
-        mujoco.mj_forward(model, data)
+    mujoco.mj_forward(model, data)
     own = np.any(data.xfrc_applied, axis=1)
     runs.prepare(runs.integrator, runs.timestep)
     data.xfrc_applied[:] = np.where(own[:, np.newaxis], 0.0, given)
@@ -290,8 +280,7 @@ class _Variants:
         model, data = self._work.model, self._workspace
         mujoco.mj_resetData(model, data)
         mujoco.mj_setState(model, data, self._start, STATE)
-        with quiet():
-            return Samples(every, self._quantity.along(model, data, states)), states
+        return Samples(every, self._quantity.along(model, data, states)), states
 
 
 def _changes(variants: _Variants, error: float, until: float) -> Iterator[tuple[Feature, float]]:
