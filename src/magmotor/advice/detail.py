@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
@@ -11,12 +11,11 @@ import numpy as np
 
 from magmotor.advice.advice import _table, percent
 from magmotor.advice.errors import Samples
-from magmotor.advice.features import (
-    Feature, Numbers, Seen, dipoles, features, restore, weakest_dipoles,
-)  # fmt: skip
-from magmotor.advice.paths import RECORD, STATE, OutOfTime, Runs, quiet
+from magmotor.advice.features import Feature, Numbers, Seen, dipoles, features, switch_off, weakest
+from magmotor.advice.paths import STATE, OutOfTime, Runs, quiet
 from magmotor.advice.quantities import Quantity
 from magmotor.common.arrays import Array
+from magmotor.mjcf.describe import _listed
 
 RECORDS = 512
 """Largest number of records of a path, approximately."""
@@ -35,9 +34,6 @@ LEAST, DEVIATIONS = 0.01, 3.0
 
 CHANGES, SAVINGS = 0.6, 0.8
 """Parts of the time left at which the search for changes and the measurement of savings end."""
-
-LISTED = 8
-"""Largest number of elements that the text lists."""
 
 
 @dataclass(frozen=True)
@@ -58,24 +54,14 @@ class Detail:
     """What goes together; empty for a single feature."""
 
 
-Changes = dict[Feature, float]
-
-
 def measure_detail(
-    runs: Runs,
-    quantity: Quantity,
-    integrator: str,
-    timestep: float,
-    duration: float,
-    error: float,
-    scale: float,
-    until: float,
-) -> tuple[Detail, ...]:
+    runs: Runs, quantity: Quantity, integrator: str, timestep: float, duration: float,
+    error: float, scale: float, until: float,
+) -> tuple[Detail, ...]:  # fmt: skip
     """Switch the features of a model off one by one, and then all that can go together.
 
-    Changes and savings are those along this path from this start, and savings those that need no
-    compilation: a compiled model without collisions of some geoms may save more. Visual geoms, whose
-    cost only a compilation shows, are left out. The quantity is read from the changed model.
+    Changes are those along this path, of the quantity that the changed model shows. What only a
+    compilation saves is left out: that of visual geoms, and of smaller trees of bounding volumes.
 
     Parameters
     ----------
@@ -85,10 +71,8 @@ def measure_detail(
     integrator : str
     timestep, duration : float
         In s.
-    error : float
-        Admissible change, relative to the scale.
-    scale : float
-        Changes are relative to this.
+    error, scale : float
+        Admissible change, and what changes are relative to.
     until : float
         Value of `time.perf_counter` after which no run is started or continued.
 
@@ -101,19 +85,19 @@ def measure_detail(
     began = time.perf_counter()
     left = until - began
     variants = _Variants(runs, quantity, integrator, timestep, duration, scale)
-    changes: Changes = {}
-    able: Changes = {}
+    changes: dict[Feature, float] = {}
     saved: dict[Feature, float] = {}
+    able: list[Feature] = []
     joint: tuple[Detail, ...] = ()
-    with suppress(OutOfTime):
-        for feature, change in _changes(variants, error, began + CHANGES * left):
-            changes[feature] = change
+    with suppress(OutOfTime):  # what was known before stays
+        changes.update(_changes(variants, error, began + CHANGES * left))
     finite = [feature for feature, change in changes.items() if math.isfinite(change)]
     with suppress(OutOfTime):
         savings, noise = variants.savings([(f,) for f in finite], began + SAVINGS * left)
         saved = dict(zip(finite, savings.tolist(), strict=True))
-        able = {f: changes[f] for f in finite if changes[f] <= error and saved[f] > noise}
-        joint = _together(variants, able, saved, error, until)
+        able = [f for f in finite if changes[f] <= error and saved[f] > noise]
+        ratios = {feature: changes[feature] / saved[feature] for feature in able}
+        joint = _together(variants, ratios, error, until)
     return *(
         Detail(f.what, change, saved.get(f, math.nan), f in able, f.names)
         for f, change in changes.items()
@@ -124,17 +108,14 @@ def table(details: Sequence[Detail]) -> list[str]:
     """Return lines of text: a table of the features, and what can go together."""
     rows = [["without", "change", "saves", "can go"]]
     *_, last = [Detail("", 0.0, 0.0, False), *details]
-    for detail in details:
-        if detail.together:
-            continue
+    for detail in details[: -1 if last.together else None]:
         verdict = "yes" if detail.what in last.together else "alone" if detail.can_go else ""
         saved = "" if math.isnan(detail.saved) else f"{round(100 * detail.saved)} %"
         rows.append([detail.what, percent(detail.change), saved, verdict])
     lines = _table(rows) if len(rows) > 1 else []
     for detail in details:
         if detail.names and detail.can_go:
-            more = f" and {len(detail.names) - LISTED} more" * (len(detail.names) > LISTED)
-            lines.append(f"{detail.what}: {', '.join(detail.names[:LISTED])}{more}")
+            lines.append(f"{detail.what}: {_listed(detail.names)}")
     if last.together:
         lines.append(
             f"along this path, what can go changes the quantity by {percent(last.change)} and saves"
@@ -143,22 +124,25 @@ def table(details: Sequence[Detail]) -> list[str]:
     return lines
 
 
-def _unforced(runs: Runs) -> Array:
-    """Return the start without the forces that a control callback applies to bodies.
+def _unforced(runs: Runs, start: Array) -> Array:
+    """Return a start without the forces that a control callback applies to bodies.
 
     They are overwritten while it acts, but would persist without what it acts on.
     """
     model, data = runs.model, runs.data
-    runs.prepare(runs.integrator, runs.timestep)
-    given = data.xfrc_applied.copy()
+    runs.prepare(runs.integrator, runs.timestep, start)
     data.xfrc_applied[:] = 0.0
     mujoco.mj_forward(model, data)
     own = np.any(data.xfrc_applied, axis=1)
-    runs.prepare(runs.integrator, runs.timestep)
-    data.xfrc_applied[:] = np.where(own[:, np.newaxis], 0.0, given)
-    start = np.empty_like(runs.start)
-    mujoco.mj_getState(model, data, start, STATE)
-    return start
+    runs.prepare(runs.integrator, runs.timestep, start)
+    data.xfrc_applied[own] = 0.0
+    return _state(runs)
+
+
+def _state(runs: Runs) -> Array:
+    state = np.empty_like(runs.start)
+    mujoco.mj_getState(runs.model, runs.data, state, STATE)
+    return state
 
 
 class _Variants:
@@ -169,8 +153,7 @@ class _Variants:
         scale: float,
     ):  # fmt: skip
         self._own, self._work = runs.model, Runs(runs.model)
-        self._work.start = runs.start
-        self._work.start = self._start = _unforced(self._work)
+        self._start = _unforced(self._work, runs.start)
         self._workspace = mujoco.MjData(self._own)
         self._quantity, self._scale = quantity, scale
         self._integrator, self._timestep = integrator, timestep
@@ -182,27 +165,23 @@ class _Variants:
     @property
     def model(self) -> mujoco.MjModel:
         """The unchanged model, with the integrator."""
-        self._switch_off(())
+        switch_off((), self._work.model, self._own)
         self._work.prepare(self._integrator, self._timestep)
         return self._work.model
 
     def look(self, until: float) -> Seen | None:
         """Run the unchanged model, and return what happened along its path; None if it diverges."""
-        self._whole, states = self._path((), until)
+        self._whole = self._path((), until)
         if self._whole is None:
             return None
         work, model = self._work, self.model
-        for k in range(STARTS):
-            mujoco.mj_setState(model, work.data, states[k * len(states) // STARTS], RECORD)
-            start = np.empty_like(self._start)
-            mujoco.mj_getState(model, work.data, start, STATE)
-            self._starts.append(start)
         touched, constrained = np.zeros(model.ngeom, bool), False
-        work.prepare(self._integrator, self._timestep)
         with quiet():
-            for _ in range(self._steps):
+            for step in range(self._steps):
                 if time.perf_counter() > until:
                     raise OutOfTime
+                if step % math.ceil(self._steps / STARTS) == 0:
+                    self._starts.append(_state(work))
                 work.advance(1)
                 constrained = constrained or work.data.nefc > 0
                 if work.data.ncon:
@@ -212,7 +191,7 @@ class _Variants:
 
     def change(self, off: Sequence[Feature], until: float) -> float:
         """Return the largest relative change along the path; infinite if it diverges."""
-        samples, _ = self._path(off, until)
+        samples = self._path(off, until)
         if samples is None or self._whole is None:
             return math.inf
         return float(samples.apart(self._whole).max()) / self._scale
@@ -222,15 +201,10 @@ class _Variants:
 
         All of them are timed in turns, and the least time counts; so are copies of the unchanged
         model, whose savings are the noise.
-
-        Raises
-        ------
-        OutOfTime
-            There was no time for any turn.
         """
         timed = [(), *variants, *[()] * COPIES]
         steps = max(1, round(min(SAMPLE / self._pace, self._steps) / STARTS))
-        halves = np.full((2, len(timed), STARTS), np.inf)
+        halves = np.full((2, len(timed), len(self._starts)), np.inf)
         order, noise = np.random.default_rng(0), math.inf
         for turn in range(MOST):
             if turn >= ENOUGH and noise <= LEAST:
@@ -254,43 +228,35 @@ class _Variants:
         """Return the wall times of a step from each of the places along the path."""
         if time.perf_counter() > until:
             raise OutOfTime
-        self._switch_off(off)
+        switch_off(off, self._work.model, self._own)
         times = []
         for start in self._starts:
             self._work.start = start
             times.append(self._work.timed(self._integrator, self._timestep, steps))
-        self._work.start = self._start
         return times
 
-    def _switch_off(self, off: Sequence[Feature]) -> None:
-        restore(self._work.model, self._own)
-        for feature in off:
-            feature.apply(self._work.model)
-
-    def _path(self, off: Sequence[Feature], until: float) -> tuple[Samples | None, Array]:
-        """Return the quantity and the states along a path; None and these if it diverges."""
-        self._switch_off(off)
+    def _path(self, off: Sequence[Feature], until: float) -> Samples | None:
+        """Return the quantity along a path; None if it diverges."""
+        model, data = self._work.model, self._workspace
+        switch_off(off, model, self._own)
         every = math.ceil(self._steps / RECORDS)
+        self._work.start = self._start
+        records = self._steps // every
         path, states = self._work.path(
-            self._integrator, self._timestep, every, self._steps // every, until=until
+            self._integrator, self._timestep, every, records, until=until
         )
         self._pace = min(self._pace, path.seconds)
         if path.diverged is not None:
-            return None, states
-        model, data = self._work.model, self._workspace
+            return None
         mujoco.mj_resetData(model, data)
         mujoco.mj_setState(model, data, self._start, STATE)
-        return Samples(every, self._quantity.along(model, data, states)), states
+        return Samples(every, self._quantity.along(model, data, states))
 
 
 def _changes(variants: _Variants, error: float, until: float) -> Iterator[tuple[Feature, float]]:
     """Yield each feature with the change without it.
 
     What includes a change that is too large already is left out.
-
-    Raises
-    ------
-    OutOfTime
     """
     seen = variants.look(until)
     if seen is None:
@@ -313,33 +279,28 @@ def _weakest(
     few, many, count = 0, len(sites) + 1, len(sites)
     changes: dict[int, float] = {}
     while many - few > 1:
-        changes[count] = variants.change((weakest_dipoles(variants.model, sites[:count]),), until)
-        if changes[count] <= error:
-            few = count
-        else:
-            many = count
-        count = max(1, (few + many) // 2)
+        changes[count] = variants.change((weakest(variants.model, sites[:count]),), until)
+        few, many = (count, many) if changes[count] <= error else (few, count)
+        count = (few + many) // 2
     count = max(1, few)
-    return weakest_dipoles(variants.model, sites[:count]), changes[count]
+    return weakest(variants.model, sites[:count]), changes[count]
 
 
 def _together(
-    variants: _Variants, able: Changes, saved: dict[Feature, float], error: float, until: float
+    variants: _Variants, ratios: Mapping[Feature, float], error: float, until: float
 ) -> tuple[Detail, ...]:
-    """Return what can go together, if anything can: what changes most for its saving stays.
+    """Return what can go together, if anything can; what has the largest ratio stays.
 
-    Raises
-    ------
-    OutOfTime
+    The ratios are those of change to saving, of each feature that can go alone.
     """
-    left = dict(able)
+    left = dict(ratios)
     while left:
         whats = {feature.what for feature in left}
         off = [feature for feature in left if feature.within.isdisjoint(whats)]
         change = variants.change(off, until)
         if change <= error:
             savings, _ = variants.savings([off], until)
-            whats = tuple(feature.what for feature in off)
-            return (Detail("all of these", change, float(savings[0]), True, together=whats),)
-        del left[max(off, key=lambda feature: left[feature] / saved[feature])]
+            together = tuple(feature.what for feature in off)
+            return (Detail("all of these", change, float(savings[0]), True, (), together),)
+        del left[max(off, key=lambda feature: left[feature])]
     return ()

@@ -83,19 +83,21 @@ class Feature:
     """The elements that change, if these are not all of their kind."""
 
 
-def restore(model: mujoco.MjModel, own: mujoco.MjModel) -> None:
-    """Undo the changes of all features."""
+def switch_off(off: Sequence[Feature], model: mujoco.MjModel, own: mujoco.MjModel) -> None:
+    """Make a model what its unchanged copy becomes without some features."""
     for name in OPTIONS:
         setattr(model.opt, name, getattr(own.opt, name))
     for name in ARRAYS:
         getattr(model, name)[:] = getattr(own, name)
+    for feature in off:
+        feature.apply(model)
 
 
 def features(model: mujoco.MjModel, seen: Seen) -> Iterator[Feature]:
     """Yield what can be switched off or reduced in a model; a smaller change precedes a larger one.
 
     The flags for all constraints and for all contacts are exceptions. The strengths of dipoles are
-    left to `weakest_dipoles`.
+    left to `weakest`.
     """
     touching = bool(model.npair) or _any(model, "geom_contype", "flex_contype")
     may_touch = touching and not disabled(model, "contact")
@@ -133,7 +135,7 @@ def dipoles(model: mujoco.MjModel) -> Numbers:
     return order[strength[order] > 0]
 
 
-def weakest_dipoles(model: mujoco.MjModel, sites: Numbers) -> Feature:
+def weakest(model: mujoco.MjModel, sites: Numbers) -> Feature:
     """Return the removal of the weakest dipoles, which are at these sites."""
     names = tuple(name_of(model, "site", site) for site in sites.tolist())
     return Feature(
