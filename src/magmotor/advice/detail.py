@@ -156,7 +156,7 @@ class _Variants:
         self._start = _unforced(self._work, runs.start)
         self._workspace = mujoco.MjData(self._own)
         self._quantity, self._scale = quantity, scale
-        self._integrator, self._timestep = integrator, timestep
+        self._method = integrator, timestep
         self._steps = max(1, round(duration / timestep))
         self._whole: Samples | None = None
         self._starts: list[Array] = []
@@ -166,7 +166,7 @@ class _Variants:
     def model(self) -> mujoco.MjModel:
         """The unchanged model, with the integrator."""
         switch_off((), self._work.model, self._own)
-        self._work.prepare(self._integrator, self._timestep)
+        self._work.prepare(*self._method)
         return self._work.model
 
     def look(self, until: float) -> Seen | None:
@@ -232,7 +232,7 @@ class _Variants:
         times = []
         for start in self._starts:
             self._work.start = start
-            times.append(self._work.timed(self._integrator, self._timestep, steps))
+            times.append(self._work.timed(*self._method, steps))
         return times
 
     def _path(self, off: Sequence[Feature], until: float) -> Samples | None:
@@ -242,9 +242,7 @@ class _Variants:
         every = math.ceil(self._steps / RECORDS)
         self._work.start = self._start
         records = self._steps // every
-        path, states = self._work.path(
-            self._integrator, self._timestep, every, records, until=until
-        )
+        path, states = self._work.path(*self._method, every, records, until=until)
         self._pace = min(self._pace, path.seconds)
         if path.diverged is not None:
             return None
@@ -254,10 +252,7 @@ class _Variants:
 
 
 def _changes(variants: _Variants, error: float, until: float) -> Iterator[tuple[Feature, float]]:
-    """Yield each feature with the change without it.
-
-    What includes a change that is too large already is left out.
-    """
+    """Yield each feature with the change without it, unless a part of it changes too much."""
     seen = variants.look(until)
     if seen is None:
         return
