@@ -97,7 +97,7 @@ def features(model: mujoco.MjModel, seen: Seen) -> Iterator[Feature]:
     """Yield what can be switched off or reduced in a model; a smaller change precedes a larger one.
 
     The flags for all constraints and for all contacts are exceptions. The strengths of dipoles are
-    left to `weakest`. All are to be listed before the model is changed, since they are read from it.
+    left to `weakest`. List all of them before the model changes, since they are read from it.
     """
     touching = bool(model.npair) or _any(model, "geom_contype", "flex_contype")
     may_touch = touching and not disabled(model, "contact")
