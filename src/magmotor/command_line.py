@@ -33,6 +33,8 @@ class Advise:
     """admissible error, relative to the range of the quantity"""
     budget: float = 60.0
     """time in s that the measurement may take"""
+    detail: bool = False
+    """say also what each feature of the model costs, and what can go at this error"""
     kT: float | None = None
     """temperature in J, at which the splittings of mm.Langevin are compared"""
     keyframe: str = ""
@@ -48,7 +50,8 @@ class Advise:
         with mm.magnetism() if is_ours else nullcontext():
             advice = mm.advise(
                 model, data, quantity=self.quantity, duration=self.duration, error=self.error,
-                budget=self.budget, kT=self.kT, picture=None if self.kT else self.picture,
+                budget=self.budget, detail=self.detail, kT=self.kT,
+                picture=None if self.kT else self.picture,
             )  # fmt: skip
         if self.kT is None:
             print(f"wrote {self.picture}")

@@ -167,7 +167,9 @@ def test_sensors_are_read_with_the_controls_of_the_state():
         "</mujoco>",
         """
       <actuator><motor name="motor" joint="slide" gear="3"/></actuator>
-      <sensor><actuatorfrc name="force" actuator="motor"/><jointpos name="x" joint="slide"/></sensor>
+      <sensor>
+        <actuatorfrc name="force" actuator="motor"/><jointpos name="x" joint="slide"/>
+      </sensor>
     </mujoco>""",
     )
     model, data = started(driven)

@@ -11,11 +11,12 @@ from corpus.models import digest
 
 import magmotor as mm
 from magmotor.advice import detail, features
-from magmotor.advice.detail import Detail, measure_detail, table
+from magmotor.advice.detail import Detail, measure_detail
 from magmotor.advice.features import Feature, Seen
 from magmotor.advice.measure import Measurement
 from magmotor.advice.paths import Runs
 from magmotor.advice.quantities import read_quantity
+from magmotor.advice.report import table
 
 PENDULUM = f"""
 <mujoco>

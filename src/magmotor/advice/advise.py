@@ -28,6 +28,7 @@ def advise(
     duration: Annotated[float, number(above=0)] = 1.0,
     error: Annotated[float, number(at_least=1e-8, below=0.5)] = 0.01,
     budget: Annotated[float, number(at_least=1)] = 60.0,
+    detail: bool = False,
     kT: Annotated[float, number(above=0)] | None = None,
     picture: str | Path | None = None,
 ) -> Advice:
@@ -58,6 +59,9 @@ def advise(
         larger and the quantity is the energy.
     budget : float
         Wall time in s that the measurement may take, approximately.
+    detail : bool
+        Whether to switch MuJoCo's features off one by one, too: what each costs, what it changes,
+        and what can go at this error, also all of it together.
     kT : float, optional
         Temperature in J. Then the splittings of `Langevin` are compared, by the statistics of eight
         replicas with the model's own friction.
@@ -100,7 +104,8 @@ def advise(
     read = read_quantity(runs.model, mujoco.MjData(runs.model), quantity)
     advice = Advice(read.name, error, duration)
     with tqdm(total=round(budget), unit="s", leave=False, disable=None) as bar:
-        survey = Survey(runs, Measurement(runs, read, duration), advice, budget, bar)
+        measurement = Measurement(runs, read, duration)
+        survey = Survey(runs, measurement, advice, budget=budget, detail=detail, bar=bar)
         try:
             survey.run() if kT is None else survey.run_at(kT)
         except KeyboardInterrupt:

@@ -9,13 +9,11 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from magmotor.advice.advice import _table, percent
 from magmotor.advice.errors import Samples
 from magmotor.advice.features import Feature, Numbers, Seen, dipoles, features, switch_off, weakest
 from magmotor.advice.paths import STATE, OutOfTime, Runs, quiet
 from magmotor.advice.quantities import Quantity
 from magmotor.common.arrays import Array
-from magmotor.mjcf.describe import _listed
 
 RECORDS = 512
 """Largest number of records of a path, approximately."""
@@ -104,26 +102,6 @@ def measure_detail(
     ), *joint
 
 
-def table(details: Sequence[Detail]) -> list[str]:
-    """Return lines of text: a table of the features, and what can go together."""
-    rows = [["without", "change", "saves", "can go"]]
-    *_, last = [Detail("", 0.0, 0.0, False), *details]
-    for detail in details[: -1 if last.together else None]:
-        verdict = "yes" if detail.what in last.together else "alone" if detail.can_go else ""
-        saved = "" if math.isnan(detail.saved) else f"{round(100 * detail.saved)} %"
-        rows.append([detail.what, percent(detail.change), saved, verdict])
-    lines = _table(rows) if len(rows) > 1 else []
-    for detail in details:
-        if detail.names and detail.can_go:
-            lines.append(f"{detail.what}: {_listed(detail.names)}")
-    if last.together:
-        lines.append(
-            f"along this path, what can go changes the quantity by {percent(last.change)} and saves"
-            f" {round(100 * last.saved)} % of the time: {'; '.join(last.together)}"
-        )
-    return lines
-
-
 def _unforced(runs: Runs, start: Array) -> Array:
     """Return a start without the forces that a control callback applies to bodies.
 
@@ -152,6 +130,7 @@ class _Variants:
         self, runs: Runs, quantity: Quantity, integrator: str, timestep: float, duration: float,
         scale: float,
     ):  # fmt: skip
+        runs.prepare(runs.integrator, runs.timestep)
         self._own, self._work = runs.model, Runs(runs.model)
         self._start = _unforced(self._work, runs.start)
         self._workspace = mujoco.MjData(self._own)

@@ -119,11 +119,8 @@ class Measurement:
         if not settings:
             return self.samples(point.integrator, factor)
         self.on_run(f"solver of {point.integrator}")
-        self.runs.settings = settings
-        try:
+        with self.runs.solver(settings):
             path, states, ticks = self._run(point.integrator, factor)
-        finally:
-            self.runs.settings = {}
         return Samples(ticks, self.along(states)) if path.diverged is None else None
 
     def ensemble(self, integrator: str, factor: float) -> Ensemble | None:

@@ -3,7 +3,7 @@
 import copy
 import time
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 
@@ -30,9 +30,6 @@ RECORD = mujoco.mjtState.mjSTATE_FULLPHYSICS
 
 LARGE = 1e10
 """Positions and velocities of this size have diverged, as MuJoCo itself has it."""
-
-SOLVER = ("iterations", "ls_iterations", "tolerance", "ls_tolerance")
-"""Options by which the solver of constraints stops."""
 
 _BAD = slice(mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQACC + 1)
 """Warnings of MuJoCo about positions, velocities or accelerations that are not finite."""
@@ -78,8 +75,6 @@ class Runs:
 
     Attributes
     ----------
-    settings : dict of str to number
-        Options of the solver that differ from the model's, by their names in MJCF.
     noisy : bool
         Whether Brownian wrenches act; then all runs follow one Brownian path.
 
@@ -101,8 +96,6 @@ class Runs:
         if self.noisy and model.nuserdata < PATH_NUMBERS:
             bound = f"must be at least {PATH_NUMBERS}, to follow one Brownian path at all timesteps"
             raise reject("nuserdata of the model", model.nuserdata, bound)
-        self.settings: dict[str, float] = {}
-        self._own = {name: getattr(model.opt, name) for name in SOLVER}
         self._bad = self.data.warning.number[_BAD]
         self.start = np.empty(mujoco.mj_stateSize(model, STATE))
         source = mujoco.MjData(model) if data is None else data
@@ -185,8 +178,6 @@ class Runs:
         """Set the model's integrator and timestep, and the data to a start."""
         self.model.opt.integrator = INTEGRATORS[integrator]
         self.model.opt.timestep = timestep
-        for name, value in (self._own | self.settings).items():
-            setattr(self.model.opt, name, value)
         mujoco.mj_resetData(self.model, self.data)
         begin = self.start if start is None else start
         mujoco.mj_setState(self.model, self.data, begin, STATE)
@@ -220,16 +211,29 @@ class Runs:
 
     def tighter(self) -> list[dict[str, float]]:
         """Return settings of the solver, from the model's own to converged ones."""
-        own = self._own
+        option = self.model.opt
         found: list[dict[str, float]] = [{}]
         for times, tolerance in ((4, 1e-10), (16, 1e-12), (64, 1e-15)):
             found.append({
-                "iterations": times * own["iterations"],
-                "ls_iterations": max(100, own["ls_iterations"]),
-                "tolerance": min(tolerance, own["tolerance"]),
-                "ls_tolerance": min(1e-3, own["ls_tolerance"]),
+                "iterations": times * option.iterations,
+                "ls_iterations": max(100, option.ls_iterations),
+                "tolerance": min(tolerance, option.tolerance),
+                "ls_tolerance": min(1e-3, option.ls_tolerance),
             })  # fmt: skip
         return found
+
+    @contextmanager
+    def solver(self, settings: Mapping[str, float]) -> Iterator[None]:
+        """Set options of the model by their names in MJCF, and then restore them."""
+        option = self.model.opt
+        before = {name: getattr(option, name) for name in settings}
+        try:
+            for name, value in settings.items():
+                setattr(option, name, value)
+            yield
+        finally:
+            for name, value in before.items():
+                setattr(option, name, value)
 
     def kinetic_energy(self) -> float:
         """Return the kinetic energy of the data in J."""

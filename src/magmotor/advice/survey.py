@@ -9,11 +9,13 @@ from dataclasses import replace
 import numpy as np
 from tqdm import tqdm
 
-from magmotor.advice.advice import Advice, percent
+from magmotor.advice.advice import Advice
+from magmotor.advice.detail import measure_detail
 from magmotor.advice.errors import Reference, Samples, observed_order
 from magmotor.advice.measure import COARSE, JUDGES, TRUSTED, Measurement
 from magmotor.advice.paths import INTEGRATORS, OutOfTime, Runs
 from magmotor.advice.points import MARGIN, Point, front, time_in_turns
+from magmotor.advice.report import percent
 from magmotor.advice.stability import find_rest, stability_limit
 from magmotor.advice.statistics import compared
 from magmotor.advice.thermal import Thermal
@@ -32,6 +34,10 @@ REFERENCE, ERRORS, STATISTICS, COSTS, SETTINGS = 0.4, 0.6, 0.8, 0.85, 0.9
 """Parts of the budget at which each phase ends."""
 
 
+MEASURED = 0.7
+"""Part of the budget for all of these, if features are measured, too."""
+
+
 class Survey:
     """Fills an `Advice`, phase by phase.
 
@@ -42,15 +48,19 @@ class Survey:
     advice : Advice
     budget : float
         Wall time in s.
+    detail : bool
+        Whether to measure what each feature costs, in the last part of the budget.
     bar : tqdm
         Shows the time used, and what is running.
     """
 
     def __init__(
-        self, runs: Runs, measurement: Measurement, advice: Advice, budget: float, bar: tqdm
-    ):
+        self, runs: Runs, measurement: Measurement, advice: Advice, *,
+        budget: float, detail: bool, bar: tqdm,
+    ):  # fmt: skip
         self._runs, self._measurement, self._advice = runs, measurement, advice
-        self._began, self._budget, self._bar = time.perf_counter(), budget, bar
+        self._began, self._bar, self._detail = time.perf_counter(), bar, detail
+        self._budget = MEASURED * budget if detail else budget
         measurement.on_run = self._show
         advice.duration = measurement.duration
 
@@ -83,6 +93,13 @@ class Survey:
         self._until(SETTINGS)
         self._choose(truth.path, until, scale)
         self._find_limits()
+        if self._detail:
+            self._show("detail")
+            advice.details = measure_detail(
+                self._runs, self._measurement.quantity, advice.integrator or self._runs.integrator,
+                advice.timestep if advice.integrator else self._runs.timestep,
+                advice.horizon, advice.error, scale, self._began + self._budget / MEASURED,
+            )  # fmt: skip
 
     def run_at(self, kT: float) -> None:
         """Compare the splittings of `Langevin` at a temperature in J.

@@ -103,36 +103,36 @@ class Description:
         unmarked = "" if self.marked or not self.acting else "; the model has no mark"
         yield f"acting: {f'{acting}, {where}' if acting else 'nothing'}{unmarked}"
         if self.dipoles:
-            yield f"dipoles: {_listed(f'{body} {count}' for body, count in self.dipoles.items())}"
+            yield f"dipoles: {listed(f'{body} {count}' for body, count in self.dipoles.items())}"
         if self.pairs:
             pairs = (
                 f"{one} and {other}" + (f" (times {factor:g})" if factor != 1 else "")
                 for (one, other), factor in self.pairs.items()
             )
-            yield f"pairs: {_listed(pairs)}"
+            yield f"pairs: {listed(pairs)}"
         if self.fields:
-            yield f"fields: {_listed(f'{name} ({what})' for name, what in self.fields.items())}"
+            yield f"fields: {listed(f'{name} ({what})' for name, what in self.fields.items())}"
         if self.coils:
             parts = (f"{name} ({n}, {by})" for name, (by, n) in self.coils.items())
-            yield f"coils, dipoles and actuator: {_listed(parts)}"
+            yield f"coils, dipoles and actuator: {listed(parts)}"
         if self.pushing:
             what = 'that also push bodies (gainprm="0" prevents this)'
-            yield f"actuators of coils and fields {what}: {_listed(self.pushing)}"
+            yield f"actuators of coils and fields {what}: {listed(self.pushing)}"
         if self.iron:
             parts = (f"{name} {value:g}" for name, value in self.iron.items())
-            yield f"iron, susceptibilities: {_listed(parts)}"
+            yield f"iron, susceptibilities: {listed(parts)}"
         if self.magnetometers:
             parts = (f"{name} at {site}" for name, site in self.magnetometers.items())
-            yield f"magnetometers: {_listed(parts)}"
+            yield f"magnetometers: {listed(parts)}"
         if self.noise:
             rows = (f"{body} {len(wrenches)}" for body, wrenches in self.noise.items())
-            yield f"noise, Brownian wrenches: {_listed(rows)}"
+            yield f"noise, Brownian wrenches: {listed(rows)}"
             yield f"temperature: {self._temperature()}"
         if self.potentials:
             terms = (f"{joint} {len(waves) // 2}" for joint, waves in self.potentials.items())
-            yield f"periodic potentials, Fourier terms: {_listed(terms)}"
+            yield f"periodic potentials, Fourier terms: {listed(terms)}"
         if self.dry_friction:
-            yield f"dry friction, which has no matching noise: {_listed(self.dry_friction)}"
+            yield f"dry friction, which has no matching noise: {listed(self.dry_friction)}"
         yield from (f"not acting: {reason}" for reason in self.idle)
 
     def _temperature(self) -> str:
@@ -228,7 +228,8 @@ def _driven(named: Sequence[str]) -> tuple[str, ...]:
     return tuple(word.removesuffix("s") for word in named if word in ("coils", "fields"))
 
 
-def _listed(entries: Iterable[str]) -> str:
+def listed(entries: Iterable[str]) -> str:
+    """Return a list of names as text, which may end with the number of further ones."""
     entries = [*entries]
     more = [f"and {len(entries) - LISTED} more"] if len(entries) > LISTED else []
     return ", ".join(entries[:LISTED] + more)
@@ -328,7 +329,7 @@ def _idle(
         fixed = (body for body in range(model.nbody) if not _moves(model, body))
         driven = [name_of(model, "body", body) for body in fixed if model.body_user[body].any()]
         if driven:
-            yield f"noise of {_listed(driven)}, since what cannot move is not driven"
+            yield f"noise of {listed(driven)}, since what cannot move is not driven"
     yield from _renamed(model)
     yield from _misplaced_fields(model)
     if not _has_plugin(model):

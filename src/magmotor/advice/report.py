@@ -1,0 +1,183 @@
+"""What `advise` found, as text."""
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from magmotor.advice.detail import Detail
+from magmotor.advice.points import MARGIN
+from magmotor.advice.stability import Limit
+from magmotor.advice.statistics import REPLICAS, Statistic, certain
+from magmotor.mjcf.describe import listed
+
+if TYPE_CHECKING:
+    from magmotor.advice.advice import Advice
+
+
+def report(advice: "Advice") -> str:
+    """Return tables of what was measured, and the recommendation."""
+    lines = [_title(advice)]
+    if advice.points:
+        lines += ["", *aligned(_rows(advice)), ""]
+    if advice.statistics:
+        rows = aligned(_statistics(advice))
+        lines += [_chaos(advice), "", *rows, "", _for_statistics(advice), ""]
+    if advice.details:
+        lines += [*table(advice.details), ""]
+    if advice.limits and advice.constraints:
+        lines.append("the limits by theory assume that no constraint begins or ends to act")
+    return "\n".join([*lines, *advice.notes, _conclusion(advice)])
+
+
+def _chaos(advice: "Advice") -> str:
+    begin = f"statistics over {advice.duration:.3g} s"
+    if advice.growth is not None:
+        begin = (
+            f"the motion is chaotic: a perturbation grows {advice.growth:.1g} times in"
+            f" {advice.duration:.3g} s, so that paths have an error up to {advice.horizon:.3g} s"
+            " only; beyond, statistics"
+        )
+    return (
+        f"{begin} of {REPLICAS} runs from perturbed starts (with other noise, if any) differ"
+        " from those at a quarter of the timestep by (± standard error)"
+    )
+
+
+def _for_statistics(advice: "Advice") -> str:
+    """Return a sentence about what is cheapest for statistics."""
+    bounds = certain(advice.statistics)
+    for (integrator, timestep), bound in bounds.items():
+        if bound <= advice.error:
+            return (
+                f"for statistics: {integrator} at a timestep of {timestep:.4g} s is the"
+                f" cheapest of these; they differ by at most {percent(bound)}, with two"
+                " standard errors"
+            )
+    least = percent(min(bounds.values(), default=math.inf))
+    return (
+        f"no statistics are certain to differ by at most {percent(advice.error)}: with two"
+        f" standard errors, it is at least {least}; a longer duration makes them more certain"
+    )
+
+
+def _statistics(advice: "Advice") -> list[list[str]]:
+    names = [*dict.fromkeys(row.name for row in advice.statistics)]
+    rows = [["integrator", "timestep", "cost", *names]]
+    for key in dict.fromkeys((row.integrator, row.timestep) for row in advice.statistics):
+        own = {r.name: r for r in advice.statistics if (r.integrator, r.timestep) == key}
+        cells = [_with_doubt(own[n]) for n in names]
+        cost = own[names[0]].seconds
+        rows.append([key[0], f"{key[1]:.4g} s", f"{cost:.2g}" if cost > 0 else "", *cells])
+    return rows
+
+
+def _title(advice: "Advice") -> str:
+    title = f"error of {advice.quantity} over {advice.horizon or advice.duration:.4g} s"
+    if advice.reference:
+        title += f", against {advice.reference}, which is trusted to {percent(advice.doubt)}"
+    return title
+
+
+def _rows(advice: "Advice") -> list[list[str]]:
+    head = ["integrator", "timestep", "error", "cost", "order", "stable up to", "limited by"]
+    rows = [head]
+    for integrator in dict.fromkeys(point.integrator for point in advice.points):
+        mine = [point for point in advice.points if point.integrator == integrator]
+        within = [p for p in mine if MARGIN * (p.error + advice.doubt) <= advice.error]
+        shown = min(within or mine, key=lambda p: p.seconds if within else p.error)
+        order, limit = advice.orders.get(integrator), advice.limits.get(integrator)
+        limited = limit.joints[0] if limit and limit.joints else None
+        rows.append([
+            integrator, f"{shown.timestep:.4g} s", percent(shown.error), f"{shown.seconds:.2g}",
+            f"{order.value:.1f} ± {order.doubt:.1f}" if order else "",
+            _limit(limit) if limit else "",
+            f"{limited[0]} ({limited[1]:.0%})" if limited else "",
+        ])  # fmt: skip
+    return rows
+
+
+def _conclusion(advice: "Advice") -> str:
+    own = advice.own
+    has = ""
+    if own is not None:
+        what = (
+            f"diverges after {own.diverged:.3g} s"
+            if own.diverged is not None
+            else (f"has an error of {percent(own.error)}")
+        )
+        has = f"the model's own {own.integrator} at {own.timestep:g} s {what}"
+    if advice.integrator is None:
+        return f"no recommendation: {advice.reason}" + (f"; {has}" if has else "")
+    if not advice.points:
+        return (
+            f"advice: {advice.integrator} at a timestep of {advice.timestep:.4g} s: statistics"
+            f" differ by at most {percent(advice.promised)}"
+        )
+    chosen = next(
+        point for point in advice.points
+        if (point.integrator, point.timestep) == (advice.integrator, advice.timestep)
+    )  # fmt: skip
+    sentence = (
+        f"advice: {advice.integrator} at a timestep of {advice.timestep:.4g} s: error up to"
+        f" {percent(advice.promised)}, {chosen.seconds:.2g} s per simulated second"
+    )
+    if advice.settings:
+        settings = (f'{name}="{value:g}"' for name, value in advice.settings.items())
+        sentence += f", with {', '.join(settings)}"
+    if own is not None and own is not chosen:
+        ratio = own.seconds / chosen.seconds
+        faster = f"{ratio:.2g} times faster" if ratio >= 1 else f"{1 / ratio:.2g} times slower"
+        sentence += f"; {has}, and the advice is {faster}"
+    elif own is chosen:
+        sentence += ", as the model has it"
+    return sentence
+
+
+def table(details: Sequence[Detail]) -> list[str]:
+    """Return lines of text: a table of the features, and what can go together."""
+    rows = [["without", "change", "saves", "can go"]]
+    *_, last = [Detail("", 0.0, 0.0, False), *details]
+    for detail in details[: -1 if last.together else None]:
+        verdict = "yes" if detail.what in last.together else "alone" if detail.can_go else ""
+        saved = "" if math.isnan(detail.saved) else f"{round(100 * detail.saved)} %"
+        rows.append([detail.what, percent(detail.change), saved, verdict])
+    lines = aligned(rows) if len(rows) > 1 else []
+    for detail in details:
+        if detail.names and detail.can_go:
+            lines.append(f"{detail.what}: {listed(detail.names)}")
+    if last.together:
+        lines.append(
+            f"along this path, what can go changes the quantity by {percent(last.change)} and saves"
+            f" {round(100 * last.saved)} % of the time: {'; '.join(last.together)}"
+        )
+    return lines
+
+
+def _with_doubt(statistic: Statistic) -> str:
+    if math.isinf(statistic.error):
+        return "diverged"
+    doubt = 100 * statistic.doubt
+    rounded = f"{doubt:.0f}" if doubt >= 9.5 else f"{doubt:.1g}"
+    return f"{100 * statistic.error:.2g} ± {rounded} %"
+
+
+def percent(error: float) -> str:
+    """Format a relative error in percent."""
+    if not math.isfinite(error):
+        return "diverged"
+    return f"{100 * error:.2g} %"
+
+
+def _limit(limit: Limit) -> str:
+    theory = f"{limit.theory:.3g}" if math.isfinite(limit.theory) else "-"
+    found = f"{limit.found:.3g}" if math.isfinite(limit.found) else "-"
+    return f"{theory} s (found: {found})"
+
+
+def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Return the rows of a table as lines."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return [
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+        for row in rows
+    ]
