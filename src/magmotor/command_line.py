@@ -51,9 +51,9 @@ class Advise:
             advice = mm.advise(
                 model, data, quantity=self.quantity, duration=self.duration, error=self.error,
                 budget=self.budget, detail=self.detail, kT=self.kT,
-                picture=None if self.kT else self.picture,
+                picture=self.picture,
             )  # fmt: skip
-        if self.kT is None:
+        if advice.points:
             print(f"wrote {self.picture}")
         if advice.integrator is None:
             raise SystemExit(UNANSWERED)

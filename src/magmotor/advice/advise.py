@@ -66,7 +66,7 @@ def advise(
         Temperature in J. Then the splittings of `Langevin` are compared, by the statistics of eight
         replicas with the model's own friction.
     picture : str or Path, optional
-        File to which the errors are drawn, over cost and over timestep.
+        File to which the errors are drawn, over cost and over timestep, if any were measured.
 
     Returns
     -------
@@ -112,6 +112,6 @@ def advise(
             advice.notes += ("interrupted: this is what is known so far",)
     survey.conclude()
     print(advice)
-    if picture is not None:
+    if picture is not None and advice.points:
         advice.draw(picture)
     return advice
