@@ -20,7 +20,7 @@ from benchmarks.harness.records import Store, measure
 
 TOPICS = {
     name: f"benchmarks.{name}.topic"
-    for name in ("accuracy", "stability", "detail", "peers", "many")
+    for name in ("accuracy", "stability", "detail", "peers", "many", "advice")
 }
 """Modules with cases to measure, and tables and pictures of their records."""
 

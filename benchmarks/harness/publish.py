@@ -8,7 +8,7 @@ from typing import Any
 
 from PIL import Image
 
-DOCUMENTS = ("README.md", "docs/methods.md")
+DOCUMENTS = ("README.md", "docs/methods.md", "docs/advice.md")
 COLORS = 128
 """Number of colors of pictures in documents, which keeps them small."""
 

@@ -8,7 +8,7 @@ from tqdm import tqdm
 
 from magmotor.advice.advice import Advice
 from magmotor.advice.measure import Measurement
-from magmotor.advice.paths import Runs
+from magmotor.advice.paths import OutOfTime, Runs
 from magmotor.advice.quantities import POSITIONS, Function, read_quantity
 from magmotor.advice.survey import Survey
 from magmotor.common.arguments import checked
@@ -108,6 +108,8 @@ def advise(
         survey = Survey(runs, measurement, advice, budget=budget, detail=detail, bar=bar)
         try:
             survey.run() if kT is None else survey.run_at(kT)
+        except OutOfTime:
+            advice.notes += ("the budget was too small",)
         except KeyboardInterrupt:
             advice.notes += ("interrupted: this is what is known so far",)
     survey.conclude()

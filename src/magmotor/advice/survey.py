@@ -200,8 +200,10 @@ class Survey:
             raise reject("quantity", advice.quantity, sentence)
         enough, last = TRUSTED * advice.error, len(values) - 1
         if doubt[-1] > enough * scale:
-            advice.growth = m.growth(PERTURBATION)
-            if advice.growth > CHAOTIC:
+            self._until(ERRORS)
+            with suppress(OutOfTime):
+                advice.growth = m.growth(PERTURBATION)
+            if (advice.growth or 0.0) > CHAOTIC:
                 last = max(1, int(np.flatnonzero(doubt <= enough * scale)[-1]))
                 scale = m.quantity.range(values[: last + 1])
         until = last * truth.path.ticks
