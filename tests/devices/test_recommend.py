@@ -1,6 +1,7 @@
 """Recommendations: the choice on a table made up for it, and what any honest charts must give."""
 
 import math
+import re
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
@@ -447,3 +448,31 @@ def test_a_smaller_error_costs_more(scene, method):
     assert all(less.seconds <= more.seconds for less, more in pairwise(found))
     if method is not None:
         assert all(short.timestep <= long.timestep for long, short in pairwise(found))
+
+
+def test_a_scene_is_measured_when_asked(monkeypatch):
+    monkeypatch.setattr("magmotor.run.measured.BUDGET", 8.0)
+    scene = mm.Disk(noise=0.5)
+    choice = mm.recommend(scene, error=0.03, measure=True)
+    assert (choice.charted, choice.machine, choice.quantity) == ("", "this machine", "positions")
+    assert choice.error <= 0.03
+    path = mm.noise.BrownianPath(seed=0, timestep=choice.timestep)
+    runs = [
+        mm.simulate(scene, method=choice.method, timestep=step.timestep, path=step, duration=10.0)
+        for step in (path, path.refined(4))
+    ]
+    own, fine = runs[0]["x"].to_numpy(), runs[1]["x"].to_numpy()[::16]
+    count = min(len(own), len(fine))
+    error = np.abs(own[:count] - fine[:count]).max() / np.ptp(fine)
+    assert error < 0.06  # 0.02, of another quantity on other noise
+
+
+@pytest.mark.parametrize(("asked", "message"), [
+    ({"quantity": "path"}, "quantity = 'path': must be left out if measure = True"),
+    ({"timestep": 0.1}, "timestep = 0.1: must be left out if measure = True"),
+    ({"engine": "any"}, "engine = 'any': must be 'mujoco' if measure = True"),
+    ({"method": "mujoco/heun"}, "method = 'mujoco/heun': must be one of"),
+])  # fmt: skip
+def test_what_a_measurement_does_not_choose_among(asked, message):
+    with pytest.raises(ValueError, match=re.escape(message)):
+        mm.recommend(mm.Disk(), measure=True, **asked)

@@ -182,7 +182,8 @@ CALLS: dict[Any, dict[str, Any]] = {
         "allow_unstable": False,
     },
     mm.recommend: {
-        "scene": DISK, "error": 0.01, "quantity": "temperature", "engine": "any", **STEPS,
+        "scene": DISK, "error": 0.01, "quantity": "temperature", "engine": "any", "measure": False,
+        **STEPS,
     },
     mm.methods: {"scene": DISK},
     mm.build: {"scene": DISK, "visual": False},

@@ -6,12 +6,14 @@ from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
 
+from magmotor.advice.quantities import POSITIONS
 from magmotor.common.arguments import checked
 from magmotor.common.checks import check_choice, reject
 from magmotor.common.hints import Seconds, number
 from magmotor.device.device import Scene
 from magmotor.run import chart_data
 from magmotor.run.chart_data import Curve, charted_scene, fit
+from magmotor.run.measured import measured
 
 ADAPTIVE, RECORDING = "scipy/dop853", 0.1
 """The method that chooses its own steps, and the default recording interval it is given (s)."""
@@ -64,8 +66,12 @@ def recommend(
     method: str | None = None,
     timestep: Seconds | None = None,
     engine: Engines = "mujoco",
+    measure: bool = False,
 ) -> Recommendation:
     """Return the cheapest method and timestep that reach an error, as measured by `make charts`.
+
+    With `measure=True`, `advise` measures the motion of this very scene on this machine instead,
+    which takes up to a minute.
 
     The charts cover the paper's top (case 4), motor and disk. For another scene of the same class,
     the charted timesteps are scaled so that none of its motions (swing in the stiffest well,
@@ -101,6 +107,9 @@ def recommend(
         returned.
     engine : str
         "mujoco": consider MuJoCo's methods only, unless the scene has none; "any": consider all.
+    measure : bool
+        Measure the errors of all positions of this scene along a path of 20 s, by MuJoCo's
+        integrators. The quantity, the timestep and the engine must then be left out.
 
     Returns
     -------
@@ -121,6 +130,15 @@ def recommend(
     """
     device = scene.device
     supported = device.methods(scene)
+    if measure:
+        _check_measured(quantity, timestep, engine)
+        if method is not None:
+            check_choice("method", method, supported)
+        found = measured(scene, error, (method,) if method else supported)
+        return Recommendation(
+            quantity=POSITIONS, charted="", machine="this machine", time_unit=device.time_unit,
+            **found._asdict(),
+        )  # fmt: skip
     device.check_charted(scene)
     considered = _methods_of("any" if method else engine, supported)
     hint = "" if considered == supported else "; engine = 'any' considers other engines, too"
@@ -170,6 +188,16 @@ class _Point(NamedTuple):
     timestep: float
     error: float
     seconds: float
+
+
+def _check_measured(quantity: str | None, timestep: float | None, engine: Engines) -> None:
+    """Check what a measurement does not choose among."""
+    given = {"quantity": quantity, "timestep": timestep}
+    for name, value in given.items():
+        if value is not None:
+            raise reject(name, value, "must be left out if measure = True")
+    if engine != "mujoco":
+        raise reject("engine", engine, "must be 'mujoco' if measure = True")
 
 
 def _methods_of(engine: Engines, supported: tuple[str, ...]) -> tuple[str, ...]:
