@@ -130,6 +130,8 @@ def _row(name: str, record: Record) -> list[str]:
         return [*cells, record["reason"], "", "", ""]
     gain = record.get("gain", np.nan)
     speed = f"{gain:.2g} times faster" if gain >= 1 else f"{1 / gain:.2g} times slower"
+    if 0.9 < gain < 1.1:
+        speed = "about the same"
     limit = f"{1e3 * advice['limit']:.3g} ms" if advice["limit"] else ""
     return [*cells, _settings(advice), _percent(advice["promised"]), speed, limit]
 

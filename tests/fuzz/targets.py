@@ -22,6 +22,7 @@ MODULES = (
 )
 
 EXCLUDED = {
+    "mm.advise": "measures for as long as its budget says; see test_arguments.py",
     "mm.sweep.local_cluster": "starts a scheduler and workers",
     "mm.sweep.dask_workers": "waits for a scheduler",
     "mm.device.provenance.assemble": "the engines' own, with chunks of their kernels",

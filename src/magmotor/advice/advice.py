@@ -9,6 +9,9 @@ from magmotor.advice.errors import Order
 from magmotor.advice.points import Point
 from magmotor.advice.stability import Limit
 from magmotor.advice.statistics import Statistic
+from magmotor.common.arguments import checked
+from magmotor.common.checks import reject
+from magmotor.common.hints import Picture
 
 
 @dataclass
@@ -88,8 +91,17 @@ class Advice:
 
         return report(self)
 
-    def draw(self, path: str | Path) -> None:
-        """Draw error against cost, and write the picture to a file."""
+    @checked
+    def draw(self, path: Picture) -> None:
+        """Draw error against cost, and write the picture to a file.
+
+        Raises
+        ------
+        ValueError
+            Nothing was measured.
+        """
         from magmotor.advice.picture import draw
 
+        if not self.points:
+            raise reject("points", self.points, "must be measured before they are drawn")
         draw(self, Path(path))

@@ -1,6 +1,5 @@
 """`advise`: which integrator and timestep of MuJoCo reach an error at the least cost."""
 
-from pathlib import Path
 from typing import Annotated
 
 import mujoco
@@ -13,7 +12,7 @@ from magmotor.advice.quantities import POSITIONS, Function, read_quantity
 from magmotor.advice.survey import Survey
 from magmotor.common.arguments import checked
 from magmotor.common.checks import reject
-from magmotor.common.hints import number
+from magmotor.common.hints import Picture, number
 
 LEAST = 48
 """Smallest duration in timesteps of the model."""
@@ -30,7 +29,7 @@ def advise(
     budget: Annotated[float, number(at_least=1)] = 60.0,
     detail: bool = False,
     kT: Annotated[float, number(above=0)] | None = None,
-    picture: str | Path | None = None,
+    picture: Picture | None = None,
 ) -> Advice:
     """Measure which integrator and timestep of MuJoCo reach an error of a model at the least cost.
 

@@ -1,0 +1,104 @@
+"""Compare limits of stability by theory with those found by runs, on models of public packages.
+
+    PYTHONPATH=tests python -m corpus.stability FOLDER [--seed SEED] [--models N]
+
+The program takes N distinct models in which no constraint acts at rest, and without muscles and
+limited activations, so that a step is smooth there, and prints a line for each: the ratio of the two limits for
+each integrator. Its exit code is 1 if fewer than 95 % of the limits are within 10 % of theory.
+"""
+
+import argparse
+import math
+import sys
+import time
+import warnings
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from corpus.advice import started
+from corpus.models import Skipped, digest, opened, packages
+from magmotor.advice.paths import INTEGRATORS, OutOfTime, Runs, quiet
+from magmotor.advice.stability import Limit, Rest, find_rest, stability_limit
+
+LARGEST, SETTLING, MEASURING = 40, 4.0, 30.0
+"""Largest number of degrees of freedom, and times in s to find rest and limits."""
+
+
+def smooth_rest(model: mujoco.MjModel, seed: int) -> Rest | None:
+    """State of rest of a model where a step is smooth, if it has one."""
+    muscles = model.actuator_dyntype == mujoco.mjtDyn.mjDYN_MUSCLE
+    if model.nv > LARGEST or (muscles | (model.actuator_actlimited > 0)).any():
+        return None
+    try:
+        with quiet():
+            rest = find_rest(Runs(model, started(model, seed)), time.perf_counter() + SETTLING)
+    except (OutOfTime, ValueError):
+        return None
+    return None if rest is None or rest.constraints else rest
+
+
+def limits(rest: Rest) -> dict[str, Limit]:
+    """Limits by integrator, as many as there is time for."""
+    rest.until = time.perf_counter() + MEASURING
+    found = {}
+    try:
+        for integrator in INTEGRATORS:
+            limit = stability_limit(rest, integrator)
+            if limit is not None:
+                found[integrator] = limit
+    except OutOfTime:
+        pass
+    return found
+
+
+def agree(limit: Limit) -> bool:
+    """Whether both limits are infinite, or within 10 %."""
+    if math.isinf(limit.theory) or math.isinf(limit.found):
+        return limit.theory == limit.found
+    return abs(limit.theory / limit.found - 1) <= 0.1
+
+
+def main() -> int:
+    """Run the program; returns its exit code."""
+    parser = argparse.ArgumentParser(
+        prog="corpus.stability", description=(__doc__ or "").splitlines()[0]
+    )
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--seed", type=int, default=0, help="of the order of the models")
+    parser.add_argument("--models", type=int, default=50)
+    options = parser.parse_args()
+    warnings.simplefilter("ignore")
+    folder = options.folder.absolute()
+    files = [path for paths in packages(folder).values() for path in paths]
+    seen, found = set(), []
+    models = 0
+    for k in np.random.default_rng(options.seed).permutation(len(files)):
+        try:
+            _, model = opened(files[k])
+        except Skipped:
+            continue
+        if digest(model) in seen:
+            continue
+        seen.add(digest(model))
+        rest = smooth_rest(model, options.seed)
+        if rest is None:
+            continue
+        models += 1
+        own = limits(rest)
+        found += own.values()
+        ratios = " ".join(
+            f"{name} {limit.theory:.3g}/{limit.found:.3g}{'' if agree(limit) else ' (!)'}"
+            for name, limit in own.items()
+        )
+        print(f"{models} {files[k].relative_to(folder)}: {ratios}", flush=True)
+        if models == options.models:
+            break
+    near = sum(map(agree, found))
+    print(f"{models} models, {len(found)} limits, of which {near} are within 10 % of theory")
+    return near < 0.95 * len(found)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
