@@ -9,7 +9,10 @@ from typing import NoReturn
 import mujoco
 import tyro
 
-import magmotor as mm
+from magmotor.advice.advise import advise
+from magmotor.mjcf.checking.check import check
+from magmotor.mjcf.describe import describe
+from magmotor.mjcf.magnetism import magnetism
 
 UNANSWERED, MISTAKE, INTERRUPTED = 1, 2, 130
 """Exit codes."""
@@ -47,8 +50,8 @@ class Advise:
         model, data = read(self.model, self.keyframe)
         text = mujoco.mjtObj.mjOBJ_TEXT
         is_ours = model.nuser_site > 0 or mujoco.mj_name2id(model, text, "magmotor") >= 0
-        with mm.magnetism() if is_ours else nullcontext():
-            advice = mm.advise(
+        with magnetism() if is_ours else nullcontext():
+            advice = advise(
                 model, data, quantity=self.quantity, duration=self.duration, error=self.error,
                 budget=self.budget, detail=self.detail, kT=self.kT,
                 picture=self.picture,
@@ -73,7 +76,7 @@ class Check:
 
     def run(self) -> None:
         """Print the findings."""
-        if mm.check(*read(self.model, self.keyframe)).findings:
+        if check(*read(self.model, self.keyframe)).findings:
             raise SystemExit(UNANSWERED)
 
 
@@ -86,7 +89,7 @@ class Describe:
 
     def run(self) -> None:
         """Print the description."""
-        mm.describe(read(self.model)[0])
+        describe(read(self.model)[0])
 
 
 def read(path: Path, keyframe: str = "") -> tuple[mujoco.MjModel, mujoco.MjData]:

@@ -3,7 +3,7 @@
     PYTHONPATH=tests python -m corpus.stability FOLDER [--seed SEED] [--models N]
 
 The program takes N distinct models in which no constraint acts at rest, and without muscles and
-limited activations, so that a step is smooth there, and prints a line for each: the ratio of the two limits for
+limited activations, so that a step is smooth there. It prints a line for each: the two limits for
 each integrator. Its exit code is 1 if fewer than 95 % of the limits are within 10 % of theory.
 """
 

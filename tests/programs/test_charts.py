@@ -167,6 +167,7 @@ def test_publishing_writes_tables_shown_pictures_and_the_front(tmp_path):
         Image.new("RGB", (4, 3), color).save(drawn / f"{name}.png")
     (root / "README.md").write_text("![a chart](docs/shown.png) ![else](docs/else.png)\n" + MARKED)
     (root / "docs" / "methods.md").write_text("![another](below.png)\n")
+    (root / "docs" / "advice.md").write_text("")
     points = [{"method": "one"}, {"method": "two"}]
     front = {"machine": "abacus", "points": points}
     written = publishing.publish({"speeds": "new"}, front, drawn, root)
