@@ -1,7 +1,9 @@
 """`mm.advise`: errors against closed forms and plain loops, limits, chaos, floors, bad input."""
 
+import itertools
 import math
 import re
+import time
 
 import mujoco
 import numpy as np
@@ -9,6 +11,8 @@ import pytest
 
 import magmotor as mm
 from magmotor.advice import survey
+from magmotor.advice.errors import Samples, reference
+from magmotor.advice.statistics import Statistic, certain
 
 OMEGA, AMPLITUDE = 10.0, 0.1
 
@@ -277,6 +281,9 @@ def test_the_energy_includes_that_of_magnets():
     ("sensor x", "quantity = 'sensor x': the model has no sensor with a name"),
     (lambda model, data: "fast", "quantity .*: must be finite numbers"),
     (lambda model, data: math.nan, "quantity .*: must be finite numbers"),
+    (lambda model, data: 1 / 0, "quantity = '<lambda>': fails: division by zero"),
+    (lambda model, data: data.qpos[: 1 + (data.time > 0.1)], "must have as many numbers always"),
+    ("joint", "quantity = 'joint': must be 'positions', 'energy', 'body NAME'"),
     (lambda model, data: 1.0, "quantity .*: does not change along the path"),
 ])  # fmt: skip
 def test_a_quantity_that_is_not_there_is_named(quantity, sentence):
@@ -293,6 +300,136 @@ def test_a_quantity_that_is_not_there_is_named(quantity, sentence):
 def test_numbers_out_of_bounds_are_named(arguments, sentence):
     with pytest.raises(ValueError, match=sentence):
         mm.advise(*started(PENDULUM, [1.0]), **arguments)
+
+
+def samples(*values):
+    return Samples(1, np.array(values, float)[:, np.newaxis])
+
+
+def test_paths_that_agree_by_accident_are_not_trusted():
+    coarse, middle, fine = samples(0, 3.0), samples(0, 1.0), samples(0, 1.001)
+    found = reference({"RK4": [(0.04, coarse), (0.02, middle), (0.01, fine)]})
+    assert found.doubt[-1] >= 1.0
+
+
+def test_two_paths_alone_are_trusted_half_as_much():
+    found = reference({"RK4": [(0.02, samples(0, 1.0)), (0.01, samples(0, 1.1))]})
+    assert found.doubt[-1] == pytest.approx(0.2)
+
+
+def test_integrators_must_agree():
+    def chain(end):
+        return [(h, samples(0, 1.0, end + 1e-4 * h)) for h in (0.04, 0.02, 0.01)]
+
+    alone = reference({"RK4": chain(2.0)})
+    both = reference({"RK4": chain(2.0), "implicitfast": chain(2.5)})
+    assert alone.doubt[-1] < 1e-5
+    assert both.doubt[-1] == pytest.approx(0.5, rel=1e-3)
+    assert both.doubt[1] < 1e-5
+
+
+def test_the_cheapest_that_keeps_the_promise_is_advised(oscillator):
+    good = [p for p in oscillator.points if 1.2 * (p.error + oscillator.doubt) <= 0.01]
+    assert len({p.integrator for p in good}) > 2
+    (chosen,) = (
+        p for p in good
+        if (p.integrator, p.timestep) == (oscillator.integrator, oscillator.timestep)
+    )  # fmt: skip
+    assert chosen.seconds == min(p.seconds for p in good)
+    assert oscillator.promised == pytest.approx(1.2 * (chosen.error + oscillator.doubt), rel=1e-6)
+
+
+def test_a_longer_timestep_is_no_more_accurate():
+    model, data = started(PENDULUM, [1.0, 0.5])
+    # Where the elbow is at 0.7 s, errors of both signs cross zero.
+    advice = mm.advise(
+        model, data, quantity=lambda _, run: math.cos(20 * run.qpos[1]), duration=0.7, budget=6
+    )
+    for name in {point.integrator for point in advice.points}:
+        own = sorted((p.timestep, p.error) for p in advice.points if p.integrator == name)
+        assert all(b >= a for (_, a), (_, b) in itertools.pairwise(own)), name
+
+
+def test_statistics_count_with_two_standard_errors():
+    rows = [
+        Statistic("Euler", 0.1, "mean", 0.01, 0.02, 1.0),
+        Statistic("Euler", 0.1, "spread", 0.03, 0.0, 1.0),
+        Statistic("RK4", 0.1, "mean", 0.0, 0.001, 0.5),
+        Statistic("RK4", 0.2, "mean", math.inf, math.nan, math.nan),
+    ]
+    assert certain(rows) == {("RK4", 0.1): 0.002, ("Euler", 0.1): 0.05}
+    assert [*certain(rows)] == [("RK4", 0.1), ("Euler", 0.1)]  # the cheapest first
+
+
+LINKAGE = """
+<mujoco>
+  <option solver="PGS" iterations="50" tolerance="0"/>
+  <worldbody>
+    <body>
+      <joint axis="0 1 0"/><geom type="capsule" fromto="0 0 0 0.3 0 0" size=".02"/>
+      <body pos="0.3 0 0">
+        <joint axis="0 1 0"/><geom type="capsule" fromto="0 0 0 0.2 0 0.4" size=".02"/>
+        <body name="end" pos="0.2 0 0.4">
+          <joint axis="0 1 0"/><geom type="capsule" fromto="0 0 0 0.2 0 -0.4" size=".02"/>
+        </body>
+      </body>
+    </body>
+  </worldbody>
+  <equality><connect body1="end" anchor="0.2 0 -0.4"/></equality>
+</mujoco>
+"""
+
+
+@pytest.mark.parametrize(("iterations", "advised"), [(50, None), (4, 16), (1, "does not converge")])
+def test_the_solver_gets_the_iterations_that_it_needs(iterations, advised):
+    model, data = started(LINKAGE.replace('"50"', f'"{iterations}"'), qvel=[0.5])
+    advice = mm.advise(model, data, duration=0.5, error=0.02, budget=10)
+    if advised == "does not converge":
+        assert advice.integrator is None
+        assert advised in advice.reason
+    else:
+        assert advice.settings.get("iterations") == advised
+        assert (f'iterations="{advised}"' in str(advice)) == bool(advised)
+
+
+def test_what_is_not_finite_along_the_path_is_no_accuracy():
+    def at_first(_, run):
+        return run.qpos[0] if run.time < 1.0 else math.nan
+
+    model, data = started(PENDULUM, [1.0, 0.5])
+    with pytest.raises(ValueError, match=r"quantity = 'at_first': is not finite along"):
+        mm.advise(model, data, quantity=at_first, duration=2.0, budget=5)
+
+
+def test_limits_by_theory_exist_only_without_constraints():
+    advice = mm.advise(*started(BALL), duration=1.0, error=0.1, budget=15)
+    assert advice.constraints > 0
+    for limit in advice.limits.values():
+        assert math.isnan(limit.theory)
+
+
+def test_data_of_another_model_are_named():
+    with pytest.raises(ValueError, match=r"data\.model = .*: must be the model"):
+        mm.advise(started(PENDULUM)[0], started(OSCILLATOR)[1])
+
+
+def test_a_slow_quantity_keeps_to_the_budget():
+    def slow(_, run):
+        time.sleep(0.01)
+        return run.qpos[0]
+
+    model, data = started(PENDULUM, [1.0, 0.5])
+    began = time.perf_counter()
+    advice = mm.advise(model, data, quantity=slow, duration=5.0, budget=1.5)
+    assert time.perf_counter() - began < 6.0  # 0.8
+    assert "budget is too small" in advice.reason
+
+
+def test_a_picture_needs_something_measured(tmp_path):
+    with pytest.raises(ValueError, match=r"points = \(\): must be measured"):
+        mm.Advice("positions", 0.01, 1.0).draw(tmp_path / "advice.png")
+    with pytest.raises(ValueError, match="must be in an existing directory"):
+        mm.advise(*started(PENDULUM, [1.0]), picture=tmp_path / "missing" / "advice.png")
 
 
 def test_a_model_at_rest_is_named():

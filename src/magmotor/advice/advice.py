@@ -43,8 +43,7 @@ class Advice:
     limits : dict of str to Limit
         Stability limits at rest.
     constraints : int
-        Number of constraints at rest, such as contacts. The limits by theory assume that they
-        neither begin nor end.
+        Number of constraints at rest, such as contacts. With any, there are no limits by theory.
     reference : str
         How the reference was computed.
     doubt : float

@@ -96,11 +96,13 @@ def advise(
     >>> advice = mm.advise(model, error=0.01, picture="advice.png")  # doctest: +SKIP
     >>> model.opt.timestep = advice.timestep  # doctest: +SKIP
     """
+    if detail and kT is not None:
+        raise reject("detail", detail, "must be False at a temperature")
     runs = Runs(model, data)
     if duration < LEAST * runs.timestep:
         bound = f"must be at least {LEAST * runs.timestep:g} s, {LEAST} timesteps of the model"
         raise reject("duration", duration, bound)
-    read = read_quantity(runs.model, mujoco.MjData(runs.model), quantity)
+    read = read_quantity(runs.model, runs.workspace(), quantity)
     advice = Advice(read.name, error, duration)
     with tqdm(total=round(budget), unit="s", leave=False, disable=None) as bar:
         measurement = Measurement(runs, read, duration)

@@ -93,7 +93,8 @@ def measure_detail(
     with suppress(OutOfTime):
         savings, noise = variants.savings([(f,) for f in finite], began + SAVINGS * left)
         saved = dict(zip(finite, savings.tolist(), strict=True))
-        able = [f for f in finite if changes[f] <= error and saved[f] > noise]
+        saved = {f: s if abs(s) > noise else 0.0 for f, s in saved.items()}
+        able = [f for f in finite if changes[f] <= error and saved[f] > 0.0]
         ratios = {feature: changes[feature] / saved[feature] for feature in able}
         joint = _together(variants, ratios, error, until)
     return *(

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -50,8 +51,9 @@ def reference(paths: Mapping[str, Sequence[tuple[float, Samples]]]) -> Reference
     """Return the most trustworthy path of a quantity.
 
     Each integrator offers its finest path, and extrapolations of its finest two paths to timestep
-    0. The doubt of an offer is its largest distance from the same at twice the timestep, and at
-    least its distance from the best offer of another integrator beyond four times the doubt of
+    0. The doubt of an offer is its largest distance from the same at twice the timestep, at least
+    half of that one's distance from the same at four times the timestep, and at least its distance
+    from the best offer of another integrator beyond four times the doubt of
     that one.
 
     Parameters
@@ -77,23 +79,32 @@ def reference(paths: Mapping[str, Sequence[tuple[float, Samples]]]) -> Reference
 
 def _offers(integrator: str, paths: Sequence[tuple[float, Samples]]) -> list[Reference]:
     timestep = paths[-1][0]
-    ticks = max(path.ticks for _, path in paths[-3:])
-    *_, middle, fine = rows = [path.thinned(ticks) for _, path in paths[-3:]]
+    ticks = max(path.ticks for _, path in paths[-4:])
+    rows = [path.thinned(ticks) for _, path in paths[-4:]]
     count = min(map(len, rows))
-    *_, middle, fine = rows = [row[:count] for row in rows]
-    offers = [(f"{integrator} at {timestep:.3g} s", fine, fine - middle)]
-    if len(rows) > 2:
+    rows = [row[:count] for row in rows]
+    offers = {f"{integrator} at {timestep:.3g} s": rows[-3:]}
+    if len(rows) > 3:
         for order in ORDERS:
             weight = 1 / (2**order - 1)
-            before, after = middle + weight * (middle - rows[0]), fine + weight * (fine - middle)
             name = f"{integrator} extrapolated from {timestep:.3g} s at order {order}"
-            offers.append((name, after, after - before))
+            offers[name] = [fine + weight * (fine - coarse) for coarse, fine in pairwise(rows)]
     return [
-        Reference(
-            name, Samples(ticks, values), np.maximum.accumulate(np.linalg.norm(change, axis=1))
-        )
-        for name, values, change in offers
+        Reference(name, Samples(ticks, values[-1]), _doubt(values))
+        for name, values in offers.items()
     ]
+
+
+def _doubt(values: Sequence[Array]) -> Array:
+    """Return the largest change so far (records,) by the last of several halvings.
+
+    Two paths may agree by accident. The change before that one counts half, as at order 1; where it
+    is not known, the last one counts twice.
+    """
+    changes = [np.linalg.norm(fine - coarse, axis=1) for coarse, fine in pairwise(values)]
+    last = changes[-1]
+    worst = np.maximum(last, changes[-2] / 2) if len(changes) > 1 else 2 * last
+    return np.maximum.accumulate(worst)
 
 
 def _usual_doubt(offer: Reference) -> float:

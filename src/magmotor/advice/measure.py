@@ -16,8 +16,8 @@ from magmotor.common.arrays import Array
 RECORDS = 2048
 """Smallest number of ticks of a path, which are the shortest time between records."""
 
-MOST = 2_000_000
-"""Largest number of numbers recorded of a path."""
+MOST, LONG = 2_000_000, 10_000
+"""Largest numbers of numbers recorded of a path, and of records, approximately."""
 
 FEWEST = 12
 """Smallest number of steps of a path."""
@@ -72,8 +72,11 @@ class Measurement:
         self.runs, self.quantity, self.until = runs, quantity, math.inf
         self._workspace = runs.workspace()
         size = self.along(runs.recorded_start()[np.newaxis]).shape[1]
-        wanted = min(RECORDS, MOST // size) * runs.timestep / duration
-        self._divided = 2.0 ** max(1, math.ceil(math.log2(wanted)))
+        wanted, longest = min(RECORDS, max(FEWEST, MOST // size)), min(LONG, MOST // size)
+        steps = duration / runs.timestep
+        # Short runs have two ticks a timestep at least, so that 1.5 timesteps are possible.
+        least = min(1, math.ceil(math.log2(max(FEWEST, longest) / steps)))
+        self._divided = 2.0 ** max(least, math.ceil(math.log2(wanted / steps)))
         self.tick = runs.timestep / self._divided
         self.ticks = round(duration / self.tick)
         self._longest = duration / runs.timestep / FEWEST
@@ -172,7 +175,7 @@ class Measurement:
 
     def along(self, states: Array) -> Array:
         """Return the quantity (records, n) along recorded states."""
-        return self.quantity.along(self.runs.model, self._workspace, states)
+        return self.quantity.along(self.runs.model, self._workspace, states, self.until)
 
     def reference(self, error: float) -> Reference | None:
         """Return a reference, for an error relative to the range of the quantity; None without."""
@@ -234,7 +237,8 @@ class Measurement:
             samples = self.samples(integrator, factor)
             path, worst = self.paths[integrator, factor], math.inf
             if samples is not None:
-                worst = float(samples.apart(truth, until).max()) / scale
+                error = float(samples.apart(truth, until).max()) / scale
+                worst = error if math.isfinite(error) else math.inf
             seconds = path.seconds / path.timestep
             point = Point(integrator, path.timestep, seconds, worst, path.diverged)
             self._points.setdefault(integrator, {})[factor] = point

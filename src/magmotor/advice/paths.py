@@ -1,9 +1,10 @@
 """Paths of a model: its states from one start, by any integrator of MuJoCo and any timestep."""
 
 import copy
+import threading
 import time
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 
@@ -81,10 +82,15 @@ class Runs:
     Raises
     ------
     ValueError
-        Brownian wrenches act, and `mjData.userdata` has no room to choose their path.
+        The data belong to another model, its timestep is not positive, or Brownian wrenches act,
+        and `mjData.userdata` has no room to choose their path.
     """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData | None = None):
+        if not model.opt.timestep > 0.0:
+            raise reject("timestep of the model", model.opt.timestep, "must be greater than 0")
+        if data is not None and data.model is not model:
+            raise reject("data.model", data.model, "must be the model")
         self.model = copy.copy(model)
         self.timestep = float(model.opt.timestep)
         self.integrator = next(
@@ -110,7 +116,9 @@ class Runs:
         self.prepare(self.integrator, self.timestep)
         model = copy.copy(self.model)
         model.body_user[:] = 0.0
-        return Runs(model, self.data)
+        data = mujoco.MjData(model)
+        mujoco.mj_setState(model, data, self.start, STATE)
+        return Runs(model, data)
 
     def path(
         self,
@@ -257,15 +265,27 @@ def _largest(values: Array) -> float:
 @contextmanager
 def quiet() -> Iterator[None]:
     """Silence warnings about runs that are meant to fail: MuJoCo's own, and those of magnetism."""
-    before = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(_ignore)
+    with _lock:
+        if not _silenced:
+            _before.append(mujoco.get_mju_user_warning())
+            mujoco.set_mju_user_warning(_ignore)
+        _silenced.append(None)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             yield
     finally:
-        mujoco.set_mju_user_warning(before)
+        with _lock:
+            _silenced.pop()
+            if not _silenced:
+                mujoco.set_mju_user_warning(_before.pop())
 
 
 def _ignore(_message: str) -> None:
     pass
+
+
+_lock = threading.Lock()
+_silenced: list[None] = []
+_before: list[Callable[[str], object] | None] = []
+"""Threads that silence warnings, and the handler that the last of them restores."""

@@ -35,9 +35,10 @@ def draw(advice: "Advice", path: Path) -> None:
         left.set_ylabel(f"largest error of {advice.quantity} over its range")
         right.set_xlabel("timestep (s); a vertical line is the stability limit at rest")
         for integrator, limit in advice.limits.items():
-            if np.isfinite(limit.theory):
+            shown = limit.found if np.isnan(limit.theory) else limit.theory
+            if np.isfinite(shown):
                 color = LOOKS.get(integrator, (style.GRAY, "x"))[0]
-                right.axvline(limit.theory, color=color, lw=1.0, ls="--")
+                right.axvline(shown, color=color, lw=1.0, ls="--")
         costs = [point.seconds for point in advice.front]
         errors = [max(point.error, advice.doubt, LEAST) for point in advice.front]
         left.step(costs, errors, where="post", color=style.GRAY, lw=1.0, zorder=0)

@@ -1,12 +1,13 @@
 """Quantities whose errors are measured, as functions of the state."""
 
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
 
-from magmotor.advice.paths import RECORD
+from magmotor.advice.paths import RECORD, OutOfTime
 from magmotor.common.arrays import Array
 from magmotor.common.checks import check_choice, reject
 from magmotor.mjcf.field_and_energy import magnetic_energy
@@ -36,13 +37,27 @@ class Quantity:
     compute: Callable[[mujoco.MjModel, mujoco.MjData], object] = mujoco.mj_forward
     """Computes what the quantity needs."""
 
-    def along(self, model: mujoco.MjModel, data: mujoco.MjData, states: Array) -> Array:
-        """Return the components (records, n) along a path; `data` serves as a workspace."""
+    def along(
+        self, model: mujoco.MjModel, data: mujoco.MjData, states: Array, until: float = np.inf
+    ) -> Array:
+        """Return the components (records, n) along a path; `data` serves as a workspace.
+
+        Raises
+        ------
+        OutOfTime
+            The clock `time.perf_counter` has passed `until`.
+        ValueError
+            A function fails, or does not always return as many numbers.
+        """
         rows = []
         for state in states:
+            if time.perf_counter() > until:
+                raise OutOfTime
             mujoco.mj_setState(model, data, state, RECORD)
             self.compute(model, data)
             rows.append(np.array(self.of(model, data), float).ravel())
+            if len(rows[-1]) != len(rows[0]):
+                raise reject(f"quantity {self.name}", rows[-1], "must have as many numbers always")
         return np.array(rows)
 
     def range(self, values: Array) -> float:
@@ -66,14 +81,16 @@ def read_quantity(model: mujoco.MjModel, data: mujoco.MjData, quantity: str | Fu
         There is no such quantity, or a function does not return finite numbers.
     """
     if callable(quantity):
-        found = Quantity(getattr(quantity, "__name__", "the function"), quantity)
+        found = Quantity(
+            name := getattr(quantity, "__name__", "function"), _guarded(name, quantity)
+        )
     elif quantity == POSITIONS:
         found = Quantity(quantity, _positions(model), compute=mujoco.mj_kinematics)
     elif quantity == ENERGY:
         found = Quantity(quantity, _energy)
     else:
         kind, _, name = quantity.partition(" ")
-        if kind not in _VALUES:
+        if kind not in _VALUES or not name:
             kinds = ", ".join(f"'{kind} NAME'" for kind in _VALUES)
             sentence = f"must be '{POSITIONS}', '{ENERGY}', {kinds}, or a function"
             raise reject("quantity", quantity, f"{sentence} of a model and its data")
@@ -85,6 +102,19 @@ def read_quantity(model: mujoco.MjModel, data: mujoco.MjData, quantity: str | Fu
         found = Quantity(quantity, lambda _, data: value(data, name))
     _check(found, model, data)
     return found
+
+
+def _guarded(name: str, function: Function) -> Function:
+    """Return a user's function with NumPy's own warnings, whose mistakes name it."""
+
+    def guarded(model: mujoco.MjModel, data: mujoco.MjData) -> object:
+        try:
+            with np.errstate(all="ignore"):
+                return function(model, data)
+        except ArithmeticError as error:
+            raise reject("quantity", name, f"fails: {error}") from error
+
+    return guarded
 
 
 def _names(model: mujoco.MjModel, kind: str) -> tuple[str, ...]:

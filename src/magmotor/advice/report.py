@@ -24,8 +24,6 @@ def report(advice: "Advice") -> str:
         lines += [_chaos(advice), "", *rows, "", _for_statistics(advice), ""]
     if advice.details:
         lines += [*table(advice.details), ""]
-    if advice.limits and advice.constraints:
-        lines.append("the limits by theory assume that no constraint begins or ends to act")
     return "\n".join([*lines, *advice.notes, _conclusion(advice)])
 
 
@@ -38,8 +36,8 @@ def _chaos(advice: "Advice") -> str:
             " only; beyond, statistics"
         )
     return (
-        f"{begin} of {REPLICAS} runs from perturbed starts (with other noise, if any) differ"
-        " from those at a quarter of the timestep by (± standard error)"
+        f"{begin} of {REPLICAS} runs, with perturbed starts or different noise, differ from"
+        " those at a quarter of the model's timestep by (± standard error)"
     )
 
 
@@ -119,7 +117,8 @@ def _conclusion(advice: "Advice") -> str:
     )  # fmt: skip
     sentence = (
         f"advice: {advice.integrator} at a timestep of {advice.timestep:.4g} s: error up to"
-        f" {percent(advice.promised)}, {chosen.seconds:.2g} s per simulated second"
+        f" {percent(advice.promised)} over {advice.horizon:.4g} s, {chosen.seconds:.2g} s per"
+        " simulated second"
     )
     if advice.settings:
         settings = (f'{name}="{value:g}"' for name, value in advice.settings.items())
@@ -127,6 +126,8 @@ def _conclusion(advice: "Advice") -> str:
     if own is not None and own is not chosen:
         ratio = own.seconds / chosen.seconds
         faster = f"{ratio:.2g} times faster" if ratio >= 1 else f"{1 / ratio:.2g} times slower"
+        if 0.95 < ratio < 1.05:
+            faster = "as fast"
         sentence += f"; {has}, and the advice is {faster}"
     elif own is chosen:
         sentence += ", as the model has it"
@@ -169,9 +170,12 @@ def percent(error: float) -> str:
 
 
 def _limit(limit: Limit) -> str:
-    theory = f"{limit.theory:.3g}" if math.isfinite(limit.theory) else "-"
-    found = f"{limit.found:.3g}" if math.isfinite(limit.found) else "-"
-    return f"{theory} s (found: {found})"
+    """Return what runs found, and what theory says where it applies."""
+    found, theory = (
+        f"{number:.3g} s" if math.isfinite(number) else "any"
+        for number in (limit.found, limit.theory)
+    )
+    return found if math.isnan(limit.theory) else f"{found} (theory: {theory})"
 
 
 def aligned(rows: Sequence[Sequence[str]]) -> list[str]:

@@ -40,9 +40,10 @@ class Limit(NamedTuple):
     """The largest stable timestep of an integrator at rest."""
 
     theory: float
-    """In s, from the one-step map; infinite if all timesteps tested are stable."""
+    """In s, from the one-step map; infinite if all timesteps tested are stable, and NaN if
+    constraints act at rest, which MuJoCo softens as the timestep grows."""
     found: float
-    """In s, by runs after a push."""
+    """In s, by runs after a push; infinite if none of them grows."""
     joints: tuple[tuple[str, float], ...]
     """The joints of the mode that grows first, and their parts of its kinetic energy."""
 
@@ -105,7 +106,10 @@ class Rest:
         The inertia that couples joints is left out.
         """
         model, data, n = self.runs.model, self.runs.data, self._n
-        values, vectors = np.linalg.eig(self.step_map(integrator, timestep))
+        matrix = self.step_map(integrator, timestep)
+        if not np.isfinite(matrix).all():
+            return ()
+        values, vectors = np.linalg.eig(matrix)
         speed = vectors[n : 2 * n, np.abs(values).argmax()]
         self.runs.prepare(integrator, timestep, self.start)
         mujoco.mj_fwdPosition(model, data)
@@ -171,10 +175,13 @@ def stability_limit(rest: Rest, integrator: str) -> Limit | None:
         timesteps = np.geomspace(
             shortest, longest, 1 + math.ceil(math.log(longest / shortest, FACTOR))
         )
-        theory = _first(timesteps, lambda h: rest.radius(integrator, h) > GROWTH)
-        near = timesteps[timesteps > 0.5 * min(theory, rest.runs.timestep)]
+        theory = math.nan
+        if not rest.constraints:
+            theory = _first(timesteps, lambda h: rest.radius(integrator, h) > GROWTH)
+        near = timesteps[timesteps > 0.5 * min(rest.runs.timestep, theory)]
         found = _first(near, lambda h: _grows(rest, integrator, h))
-        joints = rest.mode(integrator, theory) if math.isfinite(theory) else ()
+        first = found if math.isnan(theory) else theory
+        joints = rest.mode(integrator, first) if math.isfinite(first) else ()
     return Limit(theory, found, joints)
 
 

@@ -195,6 +195,8 @@ class Survey:
         m, advice = self._measurement, self._advice
         values, doubt = truth.path.values, truth.doubt
         scale = m.quantity.range(values)
+        if not np.isfinite(values).all():
+            raise reject("quantity", advice.quantity, "is not finite along the path")
         if not scale > 0.0:
             sentence = "does not change along the path; give a state that moves, or another one"
             raise reject("quantity", advice.quantity, sentence)
