@@ -85,8 +85,9 @@ def advise(
     path then count up to the time at which the reference is lost, and means over time of runs from
     perturbed starts are compared, with standard errors.
 
-    The stability limit is the first timestep at which the matrix of one step at rest, found by
-    differences, has a spectral radius above 1.002; the second number is found by runs after a push.
+    The stability limit is the first timestep at which a push at rest grows. Where no constraint
+    acts at rest, the limit by theory is the first timestep at which the matrix of one step, found
+    by differences, has a spectral radius above 1.002.
 
     Examples
     --------
