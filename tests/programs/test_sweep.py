@@ -381,7 +381,7 @@ def test_integers_vary_only_on_grids():
         Sweep(**top, samples=Samples({"ring_dipoles": (5, 20)}, 4))
 
 
-def test_the_timestep_is_the_shortest_that_is_recommended_at_the_corners():
+def test_the_timestep_is_the_shortest_that_is_recommended_at_the_corners(capsys):
     vary = {"tilt": (0.0, 0.1), "ring_height": (0.12, 0.4, 0.2)}
     sweep = Sweep(scene=mm.Top(), vary=vary, measure=["max_spin"], duration=1.0)
     assert sweep.method == mm.recommend(mm.Top()).method
@@ -389,6 +389,9 @@ def test_the_timestep_is_the_shortest_that_is_recommended_at_the_corners():
     steps = [mm.recommend(corner, method=sweep.method).timestep for corner in corners]
     assert sweep.timestep == min(steps)
     assert len(set(steps)) > 1
+    said = capsys.readouterr().err
+    assert said.startswith(f"{sweep.method} at a timestep of {sweep.timestep:g} s: ")
+    assert said.count("\n") == 1
     box = Samples({"coupling": (1e-6, 4e-5), "ring_height": (0.12, 0.4)}, 4)
     drawn = Sweep(scene=mm.Top(), samples=box, measure=["max_spin"], duration=1.0)
     corners = [mm.Top(coupling=c, ring_height=h) for c in (1e-6, 4e-5) for h in (0.12, 0.4)]

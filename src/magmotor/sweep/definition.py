@@ -4,6 +4,7 @@ import dataclasses
 import itertools
 import json
 import math
+import sys
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -56,7 +57,7 @@ class Sweep:
         In seconds; for the disk, dimensionless.
     method, timestep : optional
         As in `simulate`; by default the method that `recommend` returns for the scene, and its
-        shortest timestep at the sweep's corners.
+        shortest timestep at the sweep's corners, which are printed.
     engine : str
         As in `recommend`; it has no effect if a method is given.
     record_interval : int
@@ -156,9 +157,11 @@ class Sweep:
             choice = recommend(self.scene, timestep=self.timestep, engine=self.engine)
             method = choice.method
             self._set("method", method)
+            if self.timestep is not None:
+                print(choice, file=sys.stderr)
         if self.timestep is not None:
             return
-        steps, failure = [], None
+        choices, failure = [], None
         free = sum(len(a.fields) if isinstance(a, Samples) else 1 for a in self.axes)
         if free > MOST_FREE:
             raise reject("timestep", None, f"must be given if more than {MOST_FREE} fields vary")
@@ -169,11 +172,13 @@ class Sweep:
             except ValueError as error:
                 failure = error
                 continue
-            steps.append(recommend(corner, method=method).timestep)
-        if not steps:
+            choices.append(recommend(corner, method=method))
+        if not choices:
             assert failure is not None
             raise failure
-        self._set("timestep", min(steps))
+        shortest = min(choices, key=lambda choice: choice.timestep)
+        self._set("timestep", shortest.timestep)
+        print(shortest, file=sys.stderr)
 
     @cached_property
     def axes(self) -> tuple[Values | Samples, ...]:
