@@ -19,6 +19,7 @@ NAMES = {"euler": "Euler", "rk4": "RK4"}
 def test_errors_are_those_of_the_charts(name):
     scene, charted, quantity, duration, methods = CASES[name]
     model = mm.build(scene, visual=False)
+    model.opt.timestep = 0.01
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, 0)
     with mm.magnetism():
