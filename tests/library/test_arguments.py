@@ -275,7 +275,7 @@ CALLS: dict[Any, dict[str, Any]] = {
 
 RECORDS = {
     mm.Waypoint, mm.Recommendation, mm.LayoutError, mm.SimulationStopped, mm.SimulationDiverged,
-    mm.PhysicalEvent, mm.SimulationInterrupted, mm.LangevinDiverged,
+    mm.PhysicalEvent, mm.SimulationInterrupted, mm.LangevinDiverged, mm.Advice,
     mm.observables.CriticalPoint, mm.observables.MotorWells,
     mm.theory.SmallMotion, mm.render.NoOpenGL, live.StateLost, mm.magnetism, mm.Description,
     mm.Check,

@@ -51,7 +51,7 @@ class Quantity:
         """
         rows = []
         for state in states:
-            if time.perf_counter() > until:
+            if until < np.inf and time.perf_counter() > until:
                 raise OutOfTime
             mujoco.mj_setState(model, data, state, RECORD)
             self.compute(model, data)
