@@ -37,7 +37,7 @@ class Advise:
     budget: float = 60.0
     """time in s that the measurement may take"""
     detail: bool = False
-    """say also what each feature of the model costs, and what can go at this error"""
+    """also report what each feature of the model costs, and which can be dropped at this error"""
     kT: float | None = None
     """temperature in J, at which the splittings of mm.Langevin are compared"""
     keyframe: str = ""

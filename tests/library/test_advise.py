@@ -1,9 +1,11 @@
 """`mm.advise`: errors against closed forms and plain loops, limits, chaos, floors, bad input."""
 
+import copy
 import itertools
 import math
 import re
 import time
+import warnings
 
 import mujoco
 import numpy as np
@@ -12,6 +14,8 @@ import pytest
 import magmotor as mm
 from magmotor.advice import survey
 from magmotor.advice.errors import Samples, reference
+from magmotor.advice.measure import Measurement
+from magmotor.advice.paths import OutOfTime, Runs, quiet
 from magmotor.advice.statistics import Statistic, certain
 
 OMEGA, AMPLITUDE = 10.0, 0.1
@@ -282,7 +286,7 @@ def test_the_energy_includes_that_of_magnets():
     (lambda model, data: "fast", "quantity .*: must be finite numbers"),
     (lambda model, data: math.nan, "quantity .*: must be finite numbers"),
     (lambda model, data: 1 / 0, "quantity = '<lambda>': fails: division by zero"),
-    (lambda model, data: data.qpos[: 1 + (data.time > 0.1)], "must have as many numbers always"),
+    (lambda model, data: data.qpos[: 1 + (data.time > 0.1)], "always be the same number"),
     ("joint", "quantity = 'joint': must be 'positions', 'energy', 'body NAME'"),
     (lambda model, data: 1.0, "quantity .*: does not change along the path"),
 ])  # fmt: skip
@@ -409,8 +413,83 @@ def test_limits_by_theory_exist_only_without_constraints():
 
 
 def test_data_of_another_model_are_named():
-    with pytest.raises(ValueError, match=r"data\.model = .*: must be the model"):
+    with pytest.raises(ValueError, match="data = 'MjData': must belong to the model"):
         mm.advise(started(PENDULUM)[0], started(OSCILLATOR)[1])
+
+
+def test_copied_data_are_accepted():
+    model, data = started(PENDULUM, [1.0, 0.5])
+    assert mm.advise(model, copy.deepcopy(data), duration=0.3, budget=3).points
+
+
+def test_warnings_are_heard_again_after_overlapping_blocks():
+    first, second = quiet(), quiet()
+    first.__enter__()
+    second.__enter__()
+    first.__exit__(None, None, None)
+    second.__exit__(None, None, None)
+    with pytest.warns(UserWarning, match="heard"):
+        warnings.warn("heard", stacklevel=1)
+    assert mujoco.get_mju_user_warning() is None
+
+
+SPINNING = """
+<mujoco>
+  <option timestep="0.01"/>
+  <worldbody>
+    <geom type="plane" size="5 5 1"/>
+    <body pos="0 0 1"><joint name="spin" axis="0 0 1"/><geom size="0.05" mass="1"/></body>
+    <body pos="2 0 0.1"><freejoint/><geom size="0.1"/></body>
+  </worldbody>
+  <actuator><velocity joint="spin" kv="2"/></actuator>
+</mujoco>
+"""
+
+
+def test_a_limit_below_the_timestep_is_found_also_with_contacts():
+    model, data = started(SPINNING.replace("<option", '<option integrator="implicitfast"'))
+    data.qvel[0] = 1.0
+    advice = mm.advise(model, data, duration=1.0, budget=20)
+    assert advice.constraints > 0
+    # The inertia is 2 m r^2/5 = 0.001: Euler fails from h = 2 I/kv = 0.001 on.
+    assert advice.limits["Euler"].found == pytest.approx(0.001, rel=0.02)
+    if advice.integrator == "Euler" and advice.timestep > 0.001:
+        assert "exceeds the stability limit at rest" in str(advice)
+
+
+def test_a_point_that_the_solver_rejects_is_not_advised_later(monkeypatch):
+    tried = []
+
+    def settled(own, point, settings):
+        tried.append(point)
+        if point is not tried[0]:
+            raise OutOfTime
+        tightest = settings.get("iterations", 0) == 6400
+        return own.samples("RK4", 0.5) if tightest else own.samples("Euler", 8.0)
+
+    monkeypatch.setattr(Measurement, "settled", settled)
+    advice = mm.advise(*started(PENDULUM, [1.0, 0.5]), duration=0.5, budget=5)
+    assert "too small to check" in str(advice)
+    assert tried[-1] is not tried[0]
+    assert (advice.integrator, advice.timestep) == (tried[-1].integrator, tried[-1].timestep)
+
+
+def test_costs_are_measured_along_the_path():
+    boxes = "".join(
+        f'<body pos="{0.21 * (k % 3)} {0.21 * (k // 3)} 0.4"><freejoint/>'
+        '<geom type="box" size=".1 .1 .1"/></body>'
+        for k in range(9)
+    )
+    model = mujoco.MjModel.from_xml_string(
+        f'<mujoco><worldbody><geom type="plane" size="5 5 1"/>{boxes}</worldbody></mujoco>'
+    )
+    runs, counts = Runs(model), []
+    for state in runs.places("Euler", 0.002, 1.0, 4):
+        runs.prepare("Euler", 0.002, state)
+        mujoco.mj_forward(runs.model, runs.data)
+        counts.append(int(runs.data.ncon))
+    assert counts[0] == 0
+    assert min(counts[2:]) >= 36  # they have landed
 
 
 def test_a_slow_quantity_keeps_to_the_budget():

@@ -122,7 +122,8 @@ class Order(NamedTuple):
 def observed_order(points: Sequence[tuple[float, float]], floor: float) -> Order | None:
     """Return the order of (timestep, error) by a straight line through their logarithms.
 
-    Only errors from three times the floor to 0.1 count; there must be three of them.
+    Only errors from three times the floor to 0.1 count; there must be three of them, and the
+    standard error at most 0.5. Contacts often leave no order.
     """
     used = np.log([point for point in points if 3 * floor < point[1] < 0.1])
     if len(used) < 3:
@@ -131,4 +132,5 @@ def observed_order(points: Sequence[tuple[float, float]], floor: float) -> Order
     (slope, offset), covariance = np.polyfit(steps, errors, 1, cov="unscaled")
     residual = errors - slope * steps - offset
     variance = (residual**2).sum() / (len(used) - 2) * covariance[0, 0]
-    return Order(float(slope), float(np.sqrt(variance)))
+    doubt = float(np.sqrt(variance))
+    return Order(float(slope), doubt) if doubt <= 0.5 else None

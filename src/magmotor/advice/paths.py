@@ -4,8 +4,8 @@ import copy
 import threading
 import time
 import warnings
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 
 import mujoco
@@ -89,8 +89,8 @@ class Runs:
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData | None = None):
         if not model.opt.timestep > 0.0:
             raise reject("timestep of the model", model.opt.timestep, "must be greater than 0")
-        if data is not None and data.model is not model:
-            raise reject("data.model", data.model, "must be the model")
+        if data is not None and _sizes(data) != _sizes(mujoco.MjData(model)):
+            raise reject("data", "MjData", "must belong to the model")
         self.model = copy.copy(model)
         self.timestep = float(model.opt.timestep)
         self.integrator = next(
@@ -248,14 +248,33 @@ class Runs:
         mujoco.mj_energyVel(self.model, self.data)
         return float(self.data.energy[1])
 
-    def timed(self, integrator: str, timestep: float, steps: int) -> float:
-        """Return the wall time per step of one run from the start, without records."""
+    def places(self, integrator: str, timestep: float, duration: float, count: int) -> list[Array]:
+        """Return states at equal times along a path, from which runs can start."""
         self.prepare(integrator, timestep)
+        steps, found = max(1, round(duration / timestep / count)), []
+        with quiet():
+            for _ in range(count):
+                found.append(np.empty_like(self.start))
+                mujoco.mj_getState(self.model, self.data, found[-1], STATE)
+                if not self.advance(steps):
+                    break
+        return found
+
+    def timed(
+        self, integrator: str, timestep: float, steps: int, start: Array | None = None
+    ) -> float:
+        """Return the wall time per step of one run, without records."""
+        self.prepare(integrator, timestep, start)
         with quiet():
             self.advance(1)
             began = time.perf_counter()
             self.advance(steps)
             return (time.perf_counter() - began) / steps
+
+
+def _sizes(data: mujoco.MjData) -> tuple[int, ...]:
+    arrays = data.qpos, data.qvel, data.act, data.ctrl, data.xpos, data.mocap_pos, data.userdata
+    return (*(array.size for array in arrays), data.geom_xpos.size, data.sensordata.size)
 
 
 def _largest(values: Array) -> float:
@@ -267,18 +286,18 @@ def quiet() -> Iterator[None]:
     """Silence warnings about runs that are meant to fail: MuJoCo's own, and those of magnetism."""
     with _lock:
         if not _silenced:
-            _before.append(mujoco.get_mju_user_warning())
+            _restoring.enter_context(warnings.catch_warnings())
+            warnings.simplefilter("ignore")
+            _restoring.callback(mujoco.set_mju_user_warning, mujoco.get_mju_user_warning())
             mujoco.set_mju_user_warning(_ignore)
         _silenced.append(None)
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            yield
+        yield
     finally:
         with _lock:
             _silenced.pop()
             if not _silenced:
-                mujoco.set_mju_user_warning(_before.pop())
+                _restoring.close()
 
 
 def _ignore(_message: str) -> None:
@@ -287,5 +306,5 @@ def _ignore(_message: str) -> None:
 
 _lock = threading.Lock()
 _silenced: list[None] = []
-_before: list[Callable[[str], object] | None] = []
-"""Threads that silence warnings, and the handler that the last of them restores."""
+_restoring = ExitStack()
+"""Blocks that silence warnings, of all threads, and what the last of them restores."""

@@ -47,7 +47,7 @@ class Quantity:
         OutOfTime
             The clock `time.perf_counter` has passed `until`.
         ValueError
-            A function fails, or does not always return as many numbers.
+            A function fails, or does not always return the same number of values.
         """
         rows = []
         for state in states:
@@ -57,7 +57,9 @@ class Quantity:
             self.compute(model, data)
             rows.append(np.array(self.of(model, data), float).ravel())
             if len(rows[-1]) != len(rows[0]):
-                raise reject(f"quantity {self.name}", rows[-1], "must have as many numbers always")
+                raise reject(
+                    f"quantity {self.name}", rows[-1], "must always be the same number of values"
+                )
         return np.array(rows)
 
     def range(self, values: Array) -> float:

@@ -31,7 +31,7 @@ def _chaos(advice: "Advice") -> str:
     begin = f"statistics over {advice.duration:.3g} s"
     if advice.growth is not None:
         begin = (
-            f"the motion is chaotic: a perturbation grows {advice.growth:.1g} times in"
+            f"the motion is chaotic: a perturbation grows by a factor of {advice.growth:.1g} in"
             f" {advice.duration:.3g} s, so that paths have an error up to {advice.horizon:.3g} s"
             " only; beyond, statistics"
         )
@@ -48,8 +48,8 @@ def _for_statistics(advice: "Advice") -> str:
         if bound <= advice.error:
             return (
                 f"for statistics: {integrator} at a timestep of {timestep:.4g} s is the"
-                f" cheapest of these; they differ by at most {percent(bound)}, with two"
-                " standard errors"
+                f" cheapest that qualifies; its statistics differ by at most {percent(bound)},"
+                " with two standard errors"
             )
     least = percent(min(bounds.values(), default=math.inf))
     return (
@@ -72,7 +72,9 @@ def _statistics(advice: "Advice") -> list[list[str]]:
 def _title(advice: "Advice") -> str:
     title = f"error of {advice.quantity} over {advice.horizon or advice.duration:.4g} s"
     if advice.reference:
-        title += f", against {advice.reference}, which is trusted to {percent(advice.doubt)}"
+        title += (
+            f", against {advice.reference}, which is uncertain by at most {percent(advice.doubt)}"
+        )
     return title
 
 
@@ -130,7 +132,7 @@ def _conclusion(advice: "Advice") -> str:
             faster = "as fast"
         sentence += f"; {has}, and the advice is {faster}"
     elif own is chosen:
-        sentence += ", as the model has it"
+        sentence += ", its current setting"
     return sentence
 
 

@@ -125,7 +125,7 @@ class Rest:
 
 
 def find_rest(runs: Runs, until: float) -> Rest | None:
-    """Let a model settle with added damping, and return its state of rest; None without one.
+    """Let a model settle, and return its state of rest; None without one.
 
     Whenever its kinetic energy decreases, it is stopped, so that it descends in its potential.
 
@@ -179,6 +179,8 @@ def stability_limit(rest: Rest, integrator: str) -> Limit | None:
         if not rest.constraints:
             theory = _first(timesteps, lambda h: rest.radius(integrator, h) > GROWTH)
         near = timesteps[timesteps > 0.5 * min(rest.runs.timestep, theory)]
+        if _grows(rest, integrator, near[0]):
+            near = timesteps
         found = _first(near, lambda h: _grows(rest, integrator, h))
         first = found if math.isnan(theory) else theory
         joints = rest.mode(integrator, first) if math.isfinite(first) else ()

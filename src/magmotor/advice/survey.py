@@ -61,6 +61,7 @@ class Survey:
         self._runs, self._measurement, self._advice = runs, measurement, advice
         self._began, self._bar, self._detail = time.perf_counter(), bar, detail
         self._budget = MEASURED * budget if detail else budget
+        self._rejected: list[Point] = []
         measurement.on_run = self._show
         advice.duration = measurement.duration
 
@@ -136,13 +137,20 @@ class Survey:
                 self._recommend(good[0], self._promise(good[0]))
             else:
                 advice.reason = self._no_point()
+        limit = advice.limits.get(advice.integrator or "")
+        if limit is not None and advice.timestep > limit.found:
+            at_rest = f"this timestep exceeds the stability limit at rest, {limit.found:.3g} s"
+            advice.notes += (f"{at_rest}: it suits this motion only",)
 
     def _promise(self, point: Point, unsolved: float = 0.0) -> float:
         return MARGIN * (point.error + unsolved + self._advice.doubt)
 
     def _good(self) -> list[Point]:
-        """Return the points that reach the error, cheapest first."""
-        good = [p for p in self._advice.points if self._promise(p) <= self._advice.error]
+        """Return the points that reach the error and that the solver allows, cheapest first."""
+        good = [
+            p for p in self._advice.points
+            if self._promise(p) <= self._advice.error and p not in self._rejected
+        ]  # fmt: skip
         return sorted(good, key=lambda point: point.seconds)
 
     def _recommend(
@@ -153,7 +161,7 @@ class Survey:
         advice.promised, advice.settings = promised, settings or {}
 
     def _choose(self, truth: Samples, until: int, scale: float) -> None:
-        """Recommend the cheapest point for which the solver of constraints converges enough.
+        """Recommend the cheapest point for which the constraint solver converges enough.
 
         The promise includes what a solver that converges would change.
         """
@@ -173,11 +181,12 @@ class Survey:
                     if promised <= advice.error:
                         self._recommend(best, promised, settings)
                         return
+                self._rejected.append(best)
         except OutOfTime:
             advice.notes += ("the budget was too small to check the solver's settings",)
             return
         if good:
-            advice.reason = "the solver of constraints does not converge to this error"
+            advice.reason = "the constraint solver does not converge to this error"
 
     def _until(self, part: float) -> None:
         """Let runs continue until a part of the budget is used up."""
@@ -233,7 +242,7 @@ class Survey:
         try:
             rest = find_rest(self._runs.without_noise(), end)
             if rest is None:
-                self._advice.notes += ("no state of rest was found, and so no limits of stability",)
+                self._advice.notes += ("no rest state was found, so there are no stability limits",)
                 return
             self._advice.constraints = rest.constraints
             for integrator in INTEGRATORS:
@@ -265,6 +274,6 @@ class Survey:
             return f"nothing comes closer to the reference, which is uncertain by {percent(doubt)}"
         least = min((point.error for point in self._advice.points), default=math.inf)
         return (
-            f"the least error found within the budget is {percent(least)}, by a reference that is"
-            f" trusted to {percent(doubt)}"
+            f"the smallest error found within the budget is {percent(least)}, by a reference that"
+            f" is uncertain by at most {percent(doubt)}"
         )
