@@ -4,7 +4,6 @@ import dataclasses
 import itertools
 import json
 import math
-import sys
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -21,7 +20,7 @@ from magmotor.common.checks import (
 from magmotor.common.versions import versions_that_matter
 from magmotor.device.device import SCENES, Scene
 from magmotor.device.provenance import scene_from
-from magmotor.run.recommend import Engines, recommend
+from magmotor.run.recommend import Engines, Recommendation, recommend
 from magmotor.sweep.axes import Samples, Values, changed, numeric_fields, samples_from, values_axis
 from magmotor.sweep.case import Case, case_of, checked_seeds, child
 from magmotor.sweep.measures import TRAJECTORY, FromFile, imported, is_own, measure_of
@@ -57,13 +56,18 @@ class Sweep:
         In seconds; for the disk, dimensionless.
     method, timestep : optional
         As in `simulate`; by default the method that `recommend` returns for the scene, and its
-        shortest timestep at the sweep's corners, which are printed.
+        shortest timestep at the sweep's corners, which `run` prints.
     engine : str
         As in `recommend`; it has no effect if a method is given.
     record_interval : int
         As in `simulate`.
     versions : mapping, optional
         Versions that workers must have; by default those of this process.
+
+    Attributes
+    ----------
+    choice : Recommendation or None
+        What `method` or `timestep` was chosen by, if it was not given.
 
     Raises
     ------
@@ -96,6 +100,7 @@ class Sweep:
     engine: Engines = "mujoco"
     record_interval: int = 1
     versions: Mapping[str, str] | None = None
+    choice: Recommendation | None = dataclasses.field(default=None, init=False, repr=False)
 
     def __post_init__(self) -> None:
         """Check all arguments and choose those that are not given."""
@@ -157,8 +162,7 @@ class Sweep:
             choice = recommend(self.scene, timestep=self.timestep, engine=self.engine)
             method = choice.method
             self._set("method", method)
-            if self.timestep is not None:
-                print(choice, file=sys.stderr)
+            self._set("choice", choice)
         if self.timestep is not None:
             return
         choices, failure = [], None
@@ -178,7 +182,7 @@ class Sweep:
             raise failure
         shortest = min(choices, key=lambda choice: choice.timestep)
         self._set("timestep", shortest.timestep)
-        print(shortest, file=sys.stderr)
+        self._set("choice", shortest)
 
     @cached_property
     def axes(self) -> tuple[Values | Samples, ...]:

@@ -130,6 +130,8 @@ def run(
         imported(name)
     store = Directory(Path(check_path("directory", directory)), sweep)
     store.remove_leftovers()
+    if sweep.choice is not None:
+        print(sweep.choice, file=sys.stderr)
     pool = Pool(workers) if executor is None else None
     driver = _Driver(sweep, store, pool or executor, workers, retry)
     try:
