@@ -7,15 +7,21 @@ from pathlib import Path
 from typing import NoReturn
 
 import mujoco
+import numpy as np
 import tyro
 
 from magmotor.advice.advise import advise
+from magmotor.common.checks import check_number, reject
 from magmotor.mjcf.checking.check import check
 from magmotor.mjcf.describe import describe
 from magmotor.mjcf.magnetism import magnetism
+from magmotor.noise import check_seed
 
 UNANSWERED, MISTAKE, INTERRUPTED = 1, 2, 130
 """Exit codes."""
+
+AT_REST = "does not change along the path"
+"""What `advise` says of a state with nothing to move it."""
 
 
 @dataclass
@@ -42,20 +48,33 @@ class Advise:
     """temperature in J, at which the splittings of mm.Langevin are compared"""
     keyframe: str = ""
     """initial state: the name of a keyframe; the model's own by default"""
-    picture: Path = Path("advice.png")
+    velocity: float = 0.0
+    """standard deviation of random velocities in m/s and rad/s, which are added to the state's"""
+    seed: int = 0
+    """seed of the random velocities"""
+    control: tuple[float, ...] = ()
+    """controls, which stay constant: one number for all actuators, or one for each"""
+    picture: Path = Path("advise.png")
     """picture to write"""
 
     def run(self) -> None:
         """Print the advice, and draw it."""
         model, data = read(self.model, self.keyframe)
+        push(model, data, self.velocity, self.seed)
+        actuate(model, data, self.control)
         text = mujoco.mjtObj.mjOBJ_TEXT
         is_ours = model.nuser_site > 0 or mujoco.mj_name2id(model, text, "magmotor") >= 0
-        with magnetism() if is_ours else nullcontext():
-            advice = advise(
-                model, data, quantity=self.quantity, duration=self.duration, error=self.error,
-                budget=self.budget, detail=self.detail, kT=self.kT,
-                picture=self.picture,
-            )  # fmt: skip
+        try:
+            with magnetism() if is_ours else nullcontext():
+                advice = advise(
+                    model, data, quantity=self.quantity, duration=self.duration, error=self.error,
+                    budget=self.budget, detail=self.detail, kT=self.kT, picture=self.picture,
+                )  # fmt: skip
+        except ValueError as error:
+            if AT_REST in str(error):
+                options = ", ".join(options_that_move(model))
+                raise ValueError(f"{error}; options that set it in motion: {options}") from error
+            raise
         if advice.points:
             print(f"wrote {self.picture}")
         if advice.integrator is None:
@@ -109,6 +128,39 @@ def read(path: Path, keyframe: str = "") -> tuple[mujoco.MjModel, mujoco.MjData]
             raise ValueError(f"keyframe = {keyframe!r}: must be one of the model's: {known}")
         mujoco.mj_resetDataKeyframe(model, data, names.index(keyframe))
     return model, data
+
+
+def push(model: mujoco.MjModel, data: mujoco.MjData, speed: float, seed: int) -> None:
+    """Add random velocities, of a standard deviation in m/s and rad/s, to a state."""
+    speed, seed = check_number("velocity", speed, at_least=0.0), check_seed(seed)
+    data.qvel += speed * np.random.default_rng(seed).standard_normal(model.nv)
+
+
+def actuate(model: mujoco.MjModel, data: mujoco.MjData, control: tuple[float, ...]) -> None:
+    """Set the controls of a state.
+
+    Raises
+    ------
+    ValueError
+        There is neither one number for all actuators, nor one for each.
+    """
+    if not control:
+        return
+    if model.nu == 0:
+        raise reject("control", control, "must be left out, since the model has no actuators")
+    if len(control) not in (1, model.nu):
+        raise reject("control", control, f"must be one number, or {model.nu}, one per actuator")
+    data.ctrl[:] = [check_number("control", value) for value in control]
+
+
+def options_that_move(model: mujoco.MjModel) -> list[str]:
+    """Return the options of `advise` that set a model in motion."""
+    options = ["--velocity 0.5 (random velocities)"]
+    if model.nu > 0:
+        options.append("--control 1 (all actuators)")
+    if model.nkey > 0:
+        options.append("--keyframe NAME")
+    return options
 
 
 def main() -> None:

@@ -13,7 +13,7 @@ import pytest
 import magmotor as mm
 
 JUMPED = "within one timestep, magnetism moved body {} by about its size, or turned it by more than"
-SUNK = "body {} has sunk into another magnet by more than a quarter of its width"
+SUNK = "body {} has sunk into body {} by more than a quarter of its width"
 
 MODEL = """
 <mujoco>
@@ -65,7 +65,7 @@ def test_a_run_warns_once_of_magnets_that_fly_apart(distance, geom, integrator):
             (message,), data = warnings_of(models, 0.3)
         speeds = [np.linalg.norm(each.qvel[:3]) for each in data]
         assert min(speeds) > 1  # 3.3 .. 1e4
-        assert message.startswith((JUMPED.format(1), JUMPED.format(2), SUNK.format(1)))
+        assert message.startswith((JUMPED.format(1), JUMPED.format(2), SUNK.format(1, 2)))
         assert "mm.check(model) proposes" in message
 
 
@@ -73,7 +73,7 @@ def test_the_plugin_warns_once_until_other_data_are_made():
     models = [balls(0.021, plugin=True) for _ in range(2)]
     for model in (*models, models[1]):
         (message,), _ = warnings_of([model, model], 0.3)
-        assert message.startswith((JUMPED.format(1), SUNK.format(1)))
+        assert message.startswith((JUMPED.format(1), SUNK.format(1, 2)))
 
 
 def test_the_plugin_warns_of_each_of_many_models():
@@ -110,7 +110,7 @@ def test_the_body_is_named(plugin):
     model = spec.compile()
     with mm.magnetism():
         (message,), _ = warnings_of([model], 0.3)
-    assert message.startswith((JUMPED.format("'left'"), SUNK.format("'left'")))
+    assert message.startswith((JUMPED.format("'left'"), SUNK.format("'left'", "'right'")))
 
 
 INERTIAL = '<inertial pos="0 0 0" mass="4e-3" diaginertia="4e-8 4e-8 4e-8"/>'
@@ -201,7 +201,29 @@ def test_magnets_that_sink_too_deep_are_reported(shape, softness, count):
     gap = np.linalg.norm(data.xpos[2] - data.xpos[1])
     assert 0.008 < gap < 0.01
     assert len(messages) == count
-    assert all(message.startswith(SUNK.format(1)) for message in messages)
+    assert all(message.startswith(SUNK.format(1, 2)) for message in messages)
+
+
+OVERLAP = "bodies {} and {} are magnets that overlap at the start, by more than a quarter"
+
+
+@pytest.mark.parametrize("plugin", [False, True])
+@pytest.mark.parametrize("shape", ["sphere", "box"])
+def test_magnets_that_overlap_at_the_start_are_an_error(shape, plugin):
+    """The depth is 0.24 or 0.26 of the width; later, and without a contact, it is no error."""
+    for depth, geom, began in (
+        (0.0024, "", 0.0),
+        (0.0026, 'contype="0" conaffinity="0"', 0.0),
+        (0.0026, "", 1.0),
+    ):
+        data = mujoco.MjData(model := balls(0.01 - depth, geom, shape=shape, plugin=plugin))
+        data.time = began
+        with mm.magnetism(), warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            mujoco.mj_forward(model, data)
+    model = balls(0.01 - 0.0026, shape=shape, plugin=plugin)
+    with mm.magnetism(), pytest.raises(mujoco.FatalError, match=OVERLAP.format("1 ''", "2 ''")):
+        mujoco.mj_step(model, mujoco.MjData(model))
 
 
 CLOTH = """

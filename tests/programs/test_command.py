@@ -4,8 +4,10 @@ import subprocess
 import sys
 from importlib.metadata import entry_points
 
+import numpy as np
 import pytest
 
+import magmotor as mm
 from magmotor.command_line import main
 
 PENDULUM = """
@@ -17,7 +19,17 @@ PENDULUM = """
       <geom type="capsule" fromto="0 0 0 0 0 -0.5" size="0.02"/>
     </body>
   </worldbody>
+  <actuator><motor joint="hinge" gear="2"/></actuator>
   <keyframe><key name="up" qpos="2"/></keyframe>
+</mujoco>
+"""
+
+OSCILLATOR = """
+<mujoco>
+  <option timestep="0.005" gravity="0 0 0"/>
+  <worldbody>
+    <body><joint type="slide" stiffness="400"/><geom size="0.1" mass="1"/></body>
+  </worldbody>
 </mujoco>
 """
 
@@ -34,9 +46,10 @@ TOUCHING = """
 
 @pytest.fixture
 def run(tmp_path, monkeypatch, capsys):
-    """Run the command in a folder with two models; returns exit code, output and error."""
+    """Run the command in a folder with models; returns exit code, output and error."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "pendulum.xml").write_text(PENDULUM)
+    (tmp_path / "oscillator.xml").write_text(OSCILLATOR)
     (tmp_path / "touching.xml").write_text(TOUCHING)
     (tmp_path / "broken.xml").write_text("<mujoco><worldbody>")
 
@@ -56,8 +69,61 @@ def test_advice_is_printed_and_drawn(run, tmp_path):
     code, out, _ = run("advise", "pendulum.xml", "--keyframe", "up", "--budget", "5")
     assert code == 0
     assert "\nadvice: " in out
-    assert out.endswith("wrote advice.png\n")
-    assert (tmp_path / "advice.png").stat().st_size > 10_000
+    assert out.endswith("wrote advise.png\n")
+    assert (tmp_path / "advise.png").stat().st_size > 10_000
+
+
+@pytest.fixture
+def asked(monkeypatch):
+    """Return the data for which advice is asked, which is replaced by none."""
+    found = []
+
+    def advise(model, data, **_):
+        found.append(data)
+        return mm.Advice("positions", 0.01, 1.0)
+
+    monkeypatch.setattr("magmotor.command_line.advise", advise)
+    return found
+
+
+def test_random_velocities_are_added_to_the_state(run, asked):
+    for options in ("--velocity 0.5", "--velocity 0.5 --seed 1", "--velocity 1 --seed 1", ""):
+        run("advise", "pendulum.xml", *options.split())
+    first, second, faster, none = (float(data.qvel[0]) for data in asked)
+    assert first == 0.5 * np.random.default_rng(0).standard_normal()
+    assert second != first
+    assert faster == 2 * second
+    assert none == 0.0
+
+
+def test_controls_are_one_number_or_one_for_each_actuator(run, asked):
+    for options in ("--control 0.5", "--keyframe up --control -1"):
+        run("advise", "pendulum.xml", *options.split())
+    assert [data.ctrl.tolist() for data in asked] == [[0.5], [-1.0]]
+    assert asked[1].qpos.tolist() == [2.0]
+    code, _, err = run("advise", "pendulum.xml", "--control", "1", "2")
+    assert code == 2
+    assert err.startswith("magmotor: control = (1.0, 2.0): must be one number, or 1, one per act")
+    _, _, err = run("advise", "touching.xml", "--control", "1")
+    assert err.endswith("must be left out, since the model has no actuators\n")
+
+
+@pytest.mark.parametrize("option", ["--velocity 0.5", "--control 1", "--keyframe up"])
+def test_what_is_at_rest_says_which_options_move_it(run, option):
+    code, _, err = run("advise", "pendulum.xml", "--budget", "2")
+    assert code == 2
+    assert option in err
+    assert run("advise", "pendulum.xml", "--budget", "2", *option.split())[0] == 0
+
+
+def test_where_integrators_fail_is_printed(run):
+    """MuJoCo's Euler of an undamped oscillator of 20 rad/s fails beyond 2/20 s."""
+    _, out, _ = run("advise", "oscillator.xml", "--velocity", "1", "--duration", "20")
+    head, euler = (line for line in out.splitlines() if line.startswith(("integrator", "Euler")))
+    cell = euler[head.index("fails from") : head.index("stable up to")]
+    timestep, _, how = cell.strip().partition(" s ")
+    assert float(timestep) in (0.08, 0.12, 0.16)
+    assert how.startswith(("(diverges after ", "(error "))
 
 
 def test_details_are_printed(run):

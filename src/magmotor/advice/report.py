@@ -1,11 +1,12 @@
 """What `advise` found, as text."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from magmotor.advice.detail import Detail
-from magmotor.advice.points import MARGIN
+from magmotor.advice.measure import USELESS
+from magmotor.advice.points import MARGIN, Point
 from magmotor.advice.stability import Limit
 from magmotor.advice.statistics import REPLICAS, Statistic, certain
 from magmotor.mjcf.describe import listed
@@ -79,8 +80,8 @@ def _title(advice: "Advice") -> str:
 
 
 def _rows(advice: "Advice") -> list[list[str]]:
-    head = ["integrator", "timestep", "error", "cost", "order", "stable up to", "limited by"]
-    rows = [head]
+    head = ["integrator", "timestep", "error", "cost", "order", "fails from"]
+    rows = [[*head, "stable up to", "limited by"]]
     for integrator in dict.fromkeys(point.integrator for point in advice.points):
         mine = [point for point in advice.points if point.integrator == integrator]
         within = [p for p in mine if MARGIN * (p.error + advice.doubt) <= advice.error]
@@ -89,7 +90,7 @@ def _rows(advice: "Advice") -> list[list[str]]:
         limited = limit.joints[0] if limit and limit.joints else None
         rows.append([
             integrator, f"{shown.timestep:.4g} s", percent(shown.error), f"{shown.seconds:.2g}",
-            f"{order.value:.1f} ± {order.doubt:.1f}" if order else "",
+            f"{order.value:.1f} ± {order.doubt:.1f}" if order else "", _failure(mine),
             _limit(limit) if limit else "",
             f"{limited[0]} ({limited[1]:.0%})" if limited else "",
         ])  # fmt: skip
@@ -169,6 +170,22 @@ def percent(error: float) -> str:
     if not math.isfinite(error):
         return "diverged"
     return f"{100 * error:.2g} %"
+
+
+def fails_from(points: Iterable[Point]) -> Point | None:
+    """Return the point of the shortest timestep that fails: its run diverges, or is useless."""
+    failed = [point for point in points if point.diverged is not None or point.error >= USELESS]
+    return min(failed, key=lambda point: point.timestep, default=None)
+
+
+def _failure(points: Iterable[Point]) -> str:
+    """Return the shortest timestep that fails along the path, and how."""
+    first = fails_from(points)
+    if first is None:
+        return ""
+    how = f"error {percent(first.error)}" if math.isfinite(first.error) else "diverges"
+    after = "" if first.diverged is None else f" after {first.diverged:.2g} s"
+    return f"{first.timestep:.4g} s ({how}{after})"
 
 
 def _limit(limit: Limit) -> str:

@@ -177,7 +177,7 @@ def _callback(checksum: int, offsets: layout.Layout):
         elif acting > 0:
             messages.remember_acting(model)
             if error[1] >= 0:
-                warn_of_motion(error[2], error[1], model)
+                warn_of_motion(error[1], error[2], model)
             if kinds & UNMARKED:
                 _notice_once(sentences.ASSUMED, count_dipoles(m, offsets))
         elif not messages.has_acted(model):
@@ -268,7 +268,7 @@ def _compute(checksum: int, offsets: layout.Layout):
                 _apply_wrench(model, data, wrench, wrench + 24, center, body, passive)
         memory.free_stack(stack)
         if error[1] >= 0:
-            warn_of_motion(error[2], error[1], model)
+            warn_of_motion(error[1], error[2], model)
 
     return compute
 

@@ -5,8 +5,8 @@ from magmotor.mjcf.forces.custom import BODY, GEOM, JOINT, NUMERIC, SENSOR, SITE
 (
     COINCIDENCE, OUTSIDE, BEHIND, MERGED, UNSOLVED, MARK, MOMENT, COUPLING, WRENCH, POTENTIAL, PATH,
     TIME, COIL, FIELD, FIELD_TUPLE, IRON, MATERIAL, COUPLED_IRON, NO_SITE, UNMEASURED,
-    TOLERANCE, SIZE,
-) = range(22)  # fmt: skip
+    TOLERANCE, SIZE, OVERLAP,
+) = range(23)  # fmt: skip
 """Errors; each has up to two elements, and numbers for its sentence."""
 
 DIPOLE, NOTHING = -1, -2
@@ -35,6 +35,7 @@ ELEMENTS = (
     (SENSOR, SITE),
     (NUMERIC, NOTHING),
     (GEOM, NOTHING),
+    (BODY, BODY),
 )
 """The types of the two elements of each error."""
 

@@ -31,7 +31,8 @@ _form_error_text = types.ExternalFunction(
     types.void(_word, _word, _word, _word, _word, _word, _word, _word, _word),
 )
 _form_notice = types.ExternalFunction(
-    "magmotor_form_notice", types.void(_word, _word, _word, _word, _word, _word, _word)
+    "magmotor_form_notice",
+    types.void(_word, _word, _word, _word, _word, _word, _word, _word, _word),
 )
 _raise = types.ExternalFunction("mju_error", types.void(_word))
 
@@ -62,15 +63,16 @@ def fail(error, number, name, other, other_name, details):
 
 
 @njit
-def notice(which, number, name, unless):
-    """Report a notice, a number and a name, which is an error if warnings are errors.
+def notice(which, number, name, unless, other=-1, other_name=0):
+    """Report a notice of one or two elements, which is an error if warnings are errors.
 
-    `name` is the address of a C string, or 0. If any of the notices whose bits are `unless` has
-    been given, this one is not.
+    An element has a number and a name, which is the address of a C string, or 0. If any of the
+    notices whose bits are `unless` has been given, this one is not.
     """
     if notices_given() & unless == 0:
         text = memory.word_on_stack()
-        _form_notice(which, number, name, unless, handler_of_thread(), _user_error(), text)
+        handler, user = handler_of_thread(), _user_error()
+        _form_notice(which, number, name, other, other_name, unless, handler, user, text)
         _raise_if_formed(text)
 
 
@@ -161,17 +163,17 @@ def _form_error(error, number, name, other, other_name, details, handler, user, 
 
 
 @ctypes.CFUNCTYPE(
-    None, ctypes.c_int64, ctypes.c_int64, ctypes.c_char_p, ctypes.c_int64, ctypes.c_int64,
-    ctypes.c_int64, ctypes.POINTER(ctypes.c_int64),
+    None, ctypes.c_int64, ctypes.c_int64, ctypes.c_char_p, ctypes.c_int64, ctypes.c_char_p,
+    ctypes.c_int64, ctypes.c_int64, ctypes.c_int64, ctypes.POINTER(ctypes.c_int64),
 )  # fmt: skip
 @returning
-def _give_notice(which, number, name, unless, handler, user, text):
+def _give_notice(which, number, name, other, other_name, unless, handler, user, text):
     """Print or warn; write the address of the sentence to `text` if the warning is an error."""
     with _lock:  # another thread may have given it since compiled code looked
         if _given.value & unless:
             return
         _given.value |= 1 << which
-    sentence = sentence_of_notice(which, number, name)
+    sentence = sentence_of_notice(which, number, name, other, other_name)
     if which == ASSUMED:
         if sentence not in _printed:
             _printed.add(sentence)

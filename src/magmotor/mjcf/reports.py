@@ -97,9 +97,13 @@ def _report_error(number, first, second, m, d, offsets):
 
 
 @njit
-def warn_of_motion(kind, body, model):
-    """Report one body whose motion a run does not resolve, and no others of this run."""
-    messages.notice(sentences.UNRESOLVED + kind, body, _name(model, BODY, body), sentences.OF_RUNS)
+def warn_of_motion(body, other, model):
+    """Report a body that jumped, or sank into another one, and no others of this run."""
+    which, other_name = sentences.UNRESOLVED, 0
+    if other >= 0:
+        which, other_name = sentences.SUNKEN, _name(model, BODY, other)
+    name = _name(model, BODY, body)
+    messages.notice(which, body, name, sentences.OF_RUNS, other, other_name)
 
 
 @njit

@@ -64,8 +64,8 @@ _OF_NOTICES = {
         " hold"
     ),
     SUNKEN: (
-        "body {} has sunk into another magnet by more than a quarter of its width, so that their"
-        " dipoles are too near; mm.check(model) proposes a timestep and contacts that hold"
+        "body {} has sunk into body {} by more than a quarter of its width, so that their dipoles"
+        " are too near; mm.check(model) proposes a timestep and contacts that hold"
     ),
 }
 
@@ -196,6 +196,10 @@ _OF_ERRORS: dict[int, Callable[..., str]] = {
     errors.SIZE: (
         "iron geom {} {!r}: its size must be positive and finite".format
     ),
+    errors.OVERLAP: (
+        "bodies {} {!r} and {} {!r} are magnets that overlap at the start, by more than a quarter"
+        " of the width of the first; move them apart, or exclude their contact".format
+    ),
     errors.COUPLED_IRON: (
         "iron geom {} {!r} belongs to a body of coupling tuple {} {!r}: couplings do not apply to"
         " iron".format
@@ -247,15 +251,20 @@ def sentence_of_error(
     return _OF_ERRORS[error](number, _shortened(name), other, _shortened(other_name), details)
 
 
-def sentence_of_notice(which: int, number: int, name: bytes | None) -> str:
-    """Return the sentence of a notice, or the reason why nothing acts, with a number or name."""
+def sentence_of_notice(
+    which: int, number: int, name: bytes | None, other: int, other_name: bytes | None
+) -> str:
+    """Return the sentence of a notice, or the reason why nothing acts.
+
+    It names up to two elements, by a name or else a number.
+    """
     sentence = _OF_NOTICES.get(which) or f"nothing acts on this model: {_INERT[which]}"
     what: int | str = repr(_shortened(name)) if name else number
     if which == NOT_MARKED:
         what = " and ".join(word for word, bit in WORDS.items() if bit & number == bit)
     if which == ONE_RIGID_BODY and number:
         sentence += "; sites without a user number ({}) are no dipoles"
-    return sentence.format(what)
+    return sentence.format(what, repr(_shortened(other_name)) if other_name else other)
 
 
 def _shortened(characters: bytes | None) -> str:

@@ -181,7 +181,8 @@ def _coarseness(model: mujoco.MjModel, pair: Meeting, apart: float, within: floa
         _names(model, pair),
         f"attract each other too strongly where they touch: there, dipoles are {apart:.2g} m"
         f" from {partners}, and each stands for a piece of {within:.2g} m; take a layout such as"
-        " mm.magnet's for error=0.5 and a gap of 0.3 times its smallest length",
+        " mm.magnet's for error=0.5 and a gap of 0.3 times its thickness or, if it is longer than"
+        " wide, of 0.4 times its width",
         pair.number,
     )
 

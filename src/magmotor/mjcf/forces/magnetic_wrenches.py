@@ -73,8 +73,7 @@ def _set_wrenches(state, m, d, offsets, applied, later):
     if error[0] < 0 and state.mirror[0] != 0.0:
         acting += _add_image_wrenches(state, center, applied)
     if error[0] < 0:
-        body, kind = unresolved_body(table, magnets, m, d, offsets, applied, later)
-        error = -1, body, kind
+        error = unresolved_body(table, magnets, m, d, offsets, applied, later)
     return acting, error
 
 

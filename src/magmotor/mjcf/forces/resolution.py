@@ -4,7 +4,7 @@ A magnet jumps if magnetism alone would move it from rest by its size, or turn i
 one timestep, and if the step does change its velocity by at least half as much. The force at the
 start of such a step, or at a stage of RK4, says nothing about the rest of the step. A body that
 this force hardly accelerates is held by something else, such as joints or strong damping. Contacts
-that let magnets sink into each other do not keep their dipoles apart.
+that let magnets sink into each other do not keep their dipoles apart; at time 0, this is an error.
 """
 
 # Numba's intrinsics hide their first parameter:
@@ -17,6 +17,7 @@ import numpy as np
 from numba import njit
 
 from magmotor.mjcf import memory
+from magmotor.mjcf.errors import NO_ERROR, OVERLAP
 from magmotor.mjcf.forces.coils import MULTIPLIER
 from magmotor.mjcf.forces.dipole_table import BODY, FIRST, LABEL, MOVES
 
@@ -28,9 +29,6 @@ MOVED = 0.5
 
 SUNK = 0.5
 """Largest depth of a contact over half the least extent of a geom."""
-
-JUMP, SINKING = 0, 1
-"""What is not resolved."""
 
 DATA, MODEL, JUMPER, TIME, VELOCITY, HELD, WORDS = 0, 1, 2, 3, 4, 10, 11
 """Words about a step that may be a jump: of which data, model and body (or -1), when, and how fast;
@@ -55,10 +53,11 @@ def bind() -> None:
 
 @njit
 def unresolved_body(table, magnets, m, d, offsets, applied, later):
-    """Return a body that jumped in the step before, or has sunk into another magnet; and which.
+    """Return -1, a body that jumped in the step before, and -1; or two bodies that have sunk in.
 
-    The body is -1 without one, and in a `later` stage of RK4. `applied` (nbody, 6) are the magnetic
-    wrenches now, which decide whether this step may be a jump.
+    Where magnets overlap at time 0, it is an error for `report`. All numbers are -1 if nothing
+    jumps or sinks in, and in a `later` stage of RK4. `applied` (nbody, 6) are the magnetic wrenches
+    now, which decide whether this step may be a jump.
     """
     timestep = memory.numbers(m.ctypes.data + offsets.timestep, 1, 1)[0, 0]
     time = memory.numbers(d.ctypes.data + offsets.time, 1, 1)[0, 0]
@@ -73,7 +72,7 @@ def unresolved_body(table, magnets, m, d, offsets, applied, later):
             shift, turn = _change(body, began[VELOCITY:], m, d, offsets)
             size = _size(body, m, offsets)
             if timestep * shift > MOVED * size or timestep * turn > MOVED * FASTEST_TURN:
-                return np.int64(body), JUMP
+                return -1, np.int64(body), -1
             suspect[HELD] |= np.int64(1) << (body % BITS)
         suspect[JUMPER], pending = -1, False
     held = suspect[HELD] if same else np.int64(0)
@@ -93,8 +92,9 @@ def unresolved_body(table, magnets, m, d, offsets, applied, later):
         for k, number in enumerate(_velocity(jumper, m, d, offsets)):
             began[VELOCITY + k] = number
     if later:
-        return np.int64(-1), SINKING
-    return np.int64(_sunken_body(table, magnets, m, d, offsets)), SINKING
+        return NO_ERROR
+    sunken, other = _sunken_bodies(table, magnets, m, d, offsets)
+    return OVERLAP if sunken >= 0 and time == 0.0 else -1, sunken, other
 
 
 @njit
@@ -193,8 +193,8 @@ def _velocity(body, m, d, offsets):
 
 
 @njit
-def _sunken_body(table, magnets, m, d, offsets):
-    """Return the body of a geom that is deep in that of another magnet, or -1."""
+def _sunken_bodies(table, magnets, m, d, offsets):
+    """Return the body of a geom that is deep in that of another magnet, and that one; or -1, -1."""
     body_of = memory.integers(m[offsets.geom_bodyid // 8], memory.UNBOUNDED)
     box = memory.numbers(m[offsets.geom_aabb // 8], memory.UNBOUNDED, 6)
     place = d[offsets.contact // 8]
@@ -210,8 +210,8 @@ def _sunken_body(table, magnets, m, d, offsets):
                 one, other = body_of[geom[0]], body_of[geom[1]]
                 both = _is_magnet(one, table, magnets, m, offsets)
                 if both and _is_magnet(other, table, magnets, m, offsets):
-                    return body_of[geom[k]]
-    return -1
+                    return np.int64(body_of[geom[k]]), np.int64(body_of[geom[1 - k]])
+    return -1, -1
 
 
 @njit
