@@ -76,7 +76,7 @@ def drive(actuator, saturation, controlled, m, d, offsets):
     return u if saturation == 0.0 else u / math.sqrt(1.0 + (u / saturation) ** 2)
 
 
-@njit
+@njit(forceinline=True)
 def _control(i, clamp, m, d, offsets):
     """Return a control, clamped to its range."""
     u = memory.numbers(d[offsets.ctrl // 8], 1, memory.UNBOUNDED)[0, i]
@@ -93,13 +93,14 @@ def _control(i, clamp, m, d, offsets):
 def are_controls_good(m, d, offsets):
     """Whether MuJoCo lets controls act: once clamped, none may be NaN or too large."""
     clamp = memory.integers(m.ctypes.data + offsets.disableflags, 1)[0] & DISABLE_CLAMP == 0
-    actuators, good = m[offsets.nactuator // 8], True
+    actuators = m[offsets.nactuator // 8]
     first = memory.integers(m[offsets.actuator_ctrladr // 8], actuators)
     count = memory.integers(m[offsets.actuator_ctrlnum // 8], actuators)
     for k in range(actuators):
         for i in range(np.int64(first[k]), np.int64(first[k]) + np.int64(count[k])):
-            good = good and abs(_control(i, clamp, m, d, offsets)) <= LARGEST
-    return good
+            if not abs(_control(i, clamp, m, d, offsets)) <= LARGEST:  # as with NaN
+                return False
+    return True
 
 
 @njit
@@ -119,11 +120,10 @@ def read_drives(drives, m, d, offsets):
     Row 1 receives which sites have a coil. Returns the first tuple that breaks a rule of
     `invalid_coil`, or -1.
     """
-    drives[0], drives[1] = 1.0, 0.0
+    for site in range(drives.shape[1]):
+        drives[0, site], drives[1, site] = 1.0, 0.0
     body_of = memory.integers(m[offsets.site_bodyid // 8], drives.shape[1])
-    are_sorted = True  # as in all compiled models
-    for site in range(1, drives.shape[1]):
-        are_sorted = are_sorted and body_of[site - 1] <= body_of[site]
+    are_sorted = are_known = False
     controlled = are_controls_good(m, d, offsets)
     for k in range(m[offsets.ntuple // 8]):
         if tuple_starts_with(k, COIL, m, offsets):
@@ -141,6 +141,8 @@ def read_drives(drives, m, d, offsets):
                     continue
                 if kind == BODY:
                     first, last = 0, drives.shape[1]
+                    are_sorted = are_sorted if are_known else _are_sorted(body_of)
+                    are_known = True
                     if are_sorted:
                         first = _sites_before(number, m, offsets)
                         last = _sites_before(number + 1, m, offsets)
@@ -153,6 +155,15 @@ def read_drives(drives, m, d, offsets):
                         return k
                     drives[0, site], drives[1, site] = u, 1.0
     return -1
+
+
+@njit
+def _are_sorted(body_of):
+    """Whether sites are sorted by bodies, as in all compiled models."""
+    for site in range(1, len(body_of)):
+        if body_of[site - 1] > body_of[site]:
+            return False
+    return True
 
 
 @njit
