@@ -176,11 +176,22 @@ PIECE = """
     ("box", "0.01 0.01 0.002", True), ("box", "0.1 0.1 0.002", True), ("cylinder", "0.003 0.03", 1),
 ])  # fmt: skip
 def test_iron_that_is_wider_than_its_distance(kind, size, wide):
-    """A plate of 20 x 20 x 4 mm attracts the ball 4 times as strongly as an infinite plane."""
     model = mujoco.MjModel.from_xml_string(PIECE.format(kind, size))
     found = [each for each in mm.check(model).findings if "of iron reaches farther" in each]
     assert len(found) == wide
     assert all(each.startswith("geom 'piece' of iron reaches farther") for each in found)
+
+
+@pytest.mark.parametrize(("size", "times"), [("0.01 0.01 0.002", 4.11), ("0.1 0.1 0.002", 319)])
+def test_a_wide_plate_attracts_a_ball_more_strongly_than_an_infinite_plane(size, times):
+    """The ball touches it; the force of its image is 3 mu0 m^2/(32 pi r^4)."""
+    model = mujoco.MjModel.from_xml_string(PIECE.format("box", size))
+    data = mujoco.MjData(model)
+    data.qpos[2] = 0.007
+    with mm.magnetism():
+        mujoco.mj_forward(model, data)
+    plane = 3 * 4e-7 * np.pi * 0.54**2 / (32 * np.pi * 0.005**4)
+    assert -data.xfrc_applied[1, 2] / plane == pytest.approx(times, rel=0.002)
 
 
 BAR = """
@@ -195,8 +206,8 @@ BAR = """
 
 
 @pytest.mark.parametrize(("number", "kind", "apart", "found"), [
-    (3, "box", 0.01, False), (4, "box", 0.01, True), (4, "box", 0.011, False),
-    (4, "sphere", 0.01, False),
+    (3, "box", 0.01, False), (4, "box", 0.01, True), (6, "box", 0.01, True),
+    (4, "box", 0.011, False), (4, "sphere", 0.01, False),
 ])  # fmt: skip
 def test_rows_of_iron_that_touch(number, kind, apart, found):
     """Rows of three cubes are attracted like one box within 9 %, those of four are not."""
@@ -207,7 +218,7 @@ def test_rows_of_iron_that_touch(number, kind, apart, found):
         BAR.format("".join(element.format(k) for k in range(number)), geoms)
     )
     findings = mm.check(model).findings
-    sentence = "geom '0' and 3 other pieces of iron of its body touch, and magnetize each other"
+    sentence = f"geom '0' and {number - 1} other pieces of iron of its body touch, and magnetize"
     assert [finding.startswith(sentence) for finding in findings] == [True] * found
     if kind == "box" and apart == 0.01:
         one = f'<geom name="0" type="box" size="{number * apart / 2} .005 .005"/>'
@@ -219,7 +230,7 @@ def test_rows_of_iron_that_touch(number, kind, apart, found):
                 mujoco.mj_forward(each, data)
             forces.append(data.xfrc_applied[1, 0])
         ratio = forces[0] / forces[1]
-        assert ratio == pytest.approx(1.29 if found else 1.09, abs=0.005)
+        assert ratio == pytest.approx({3: 1.09, 4: 1.29, 6: 2.92}[number], abs=0.005)
 
 
 CART = """
