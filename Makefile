@@ -41,7 +41,7 @@ endif
 # Pictures need neither tests nor linters, but an environment that has them is used as it is.
 READY := $(firstword $(wildcard .venv/dev-ready) .venv/ready)
 
-.PHONY: help movie disk motor sweep studies figures examples models test test-quick fuzz torture corpus lint bench charts docs compat clean redo
+.PHONY: help movie disk motor sweep studies figures examples models test test-quick fuzz torture corpus promises lint bench charts docs compat clean redo
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
@@ -107,6 +107,12 @@ corpus: .venv/dev-ready .cache/corpus/ready  ## magnets and a temperature on 366
 	@PYTHONPATH=tests $(PYTHON) -m corpus .cache/corpus $(ARGS)
 	@echo "== corpus: giving them a temperature, and checking forces, friction, energy and temperature"
 	@PYTHONPATH=tests $(PYTHON) -m corpus.acceptance .cache/corpus $(ARGS)
+
+promises: .venv/dev-ready .cache/corpus/ready  ## what mm.advise promises for these models, against plain steps; ARGS="--seed 1"
+	@echo "== promises: asking for advice on 40 models and judging it takes about ten minutes"
+	@PYTHONPATH=tests $(PYTHON) -m corpus.advice .cache/corpus --models 40 $(ARGS)
+	@echo "== promises: comparing limits of stability by theory with those that pushes find"
+	@PYTHONPATH=tests $(PYTHON) -m corpus.stability .cache/corpus --models 40 $(ARGS)
 
 lint: .venv/dev-ready  ## ruff (rules and format), pyright, and the import layers
 	@echo "== lint: ruff check, ruff format --check, pyright, lint-imports"

@@ -25,19 +25,8 @@ import numpy as np  # noqa: E402
 
 import magmotor as mm  # noqa: E402
 from corpus.checks import DEVIATIONS, ROUNDING, STEPS, Findings, examine  # noqa: E402
-from corpus.models import packages  # noqa: E402
+from corpus.models import PLUGIN, packages  # noqa: E402
 from corpus.processes import examine_all  # noqa: E402
-
-PLUGIN = """
-<mujoco>
-  <extension><plugin plugin="magmotor.forces"><instance name="magnets"/></plugin></extension>
-  <custom><text name="magmotor" data="dipoles"/></custom>
-  <worldbody>
-    <site pos="0 0 1" user="1"/>
-    <body><joint/><geom size="0.1"/><site user="1"/></body>
-  </worldbody>
-</mujoco>
-"""
 
 COLUMNS = (
     "files", "compile", "move", "distinct", "refused", "changed", "callback", "plugin", "third law",

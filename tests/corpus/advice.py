@@ -2,10 +2,12 @@
 
     PYTHONPATH=tests python -m corpus.advice FOLDER [--seed SEED] [--models N] [--workers WORKERS]
 
-The program takes N of the distinct models, and prints a line for each: what `mm.advise` says of
-its first second from the first keyframe, with random velocities, and the error found by plain steps
-of MuJoCo against a tenth of the timestep; and limits of stability by theory over those found. Its
-exit code is 1 if fewer than 95 % of the promises hold.
+The program takes N of the distinct models, a quarter of them with magnets, and starts each from its
+first keyframe with random velocities. What it asks of `mm.advise` is also random: error, duration
+and quantity. Then plain steps of MuJoCo judge the promise: by the same integrator at a tenth of the
+timestep, and by another integrator where that proves itself by halvings. The program prints a line
+for each model, and tables of promises by what was asked. Its exit code is 1 if fewer than 95 % of
+the promises hold by both judges, or if a process does not return.
 """
 
 import argparse
@@ -26,14 +28,49 @@ import mujoco  # noqa: E402
 import numpy as np  # noqa: E402
 
 import magmotor as mm  # noqa: E402
-from corpus.models import Skipped, opened, packages  # noqa: E402
+from corpus import models  # noqa: E402
+from corpus.judgment import Judgment, judge, movable, quantity_of  # noqa: E402
 from corpus.processes import examine_all  # noqa: E402
 
-ERROR, DURATION, BUDGET = 0.01, 1.0, 20.0
-"""What is asked for; error relative, times in s."""
+ERRORS, DURATIONS, SPEEDS = (0.1, 0.01, 1e-3), (0.3, 1.0, 3.0), (0.1, 0.5, 2.0)
+"""What is asked for: relative errors and durations in s; standard deviations of the random
+velocities in rad/s and m/s."""
 
-SPEED = 0.1
-"""Standard deviation of the random velocities, in rad/s and m/s."""
+QUANTITIES = "positions", "energy", "body", "site"
+MAGNETIC = 0.25
+"""Part of the models that get magnets."""
+
+BUDGET = 20.0
+"""In s."""
+
+SHORTEST = 50
+"""Least duration in timesteps of the model."""
+
+WHOLE = 0.999
+"""Part of the duration from which on a horizon counts as the whole of it."""
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What is asked about a model."""
+
+    quantity: str
+    error: float
+    duration: float
+    speed: float
+    magnetic: bool
+
+    @property
+    def nominal(self) -> float:
+        """The nearest of the durations that are drawn; that of a long timestep is longer."""
+        return min(DURATIONS, key=lambda duration: abs(duration - self.duration))
+
+    def __str__(self) -> str:
+        magnets = ", magnets" if self.magnetic else ""
+        return (
+            f"{self.quantity} to {self.error:g} over {self.duration:g} s from {self.speed:g} m/s"
+            f"{magnets}"
+        )
 
 
 @dataclass
@@ -42,115 +79,91 @@ class Findings:
 
     file: Path
     reason: str = ""
-    text: str = ""
+    digest: str = ""
     dof: int = 0
+    asked: Asked | None = None
+    text: str = ""
     promised: float = np.nan
-    found: float = np.nan
-    """Error against a tenth of the timestep."""
-    other: float = np.nan
-    """The same against RK4."""
-    own_error: float = np.nan
-    gain: float = np.nan
+    horizon: float = np.nan
+    """In s."""
+    judgment: Judgment = field(default_factory=lambda: Judgment(np.nan))
     seconds: float = np.nan
-    limits: list[float] = field(default_factory=list)
-    """Stability limits by theory over those found, where no constraint acts at rest."""
+
+    @property
+    def holds(self) -> bool:
+        return self.judgment.holds(self.promised)
+
+    @property
+    def whole(self) -> bool:
+        """Whether the promise is about the whole duration."""
+        return self.asked is not None and self.horizon >= WHOLE * self.asked.duration
 
 
 def examine(path: Path, seed: int) -> Findings:
     """Ask for advice on the model of a file, and judge it."""
     try:
-        _, model = opened(path)
-    except Skipped as reason:
+        spec, model = models.opened(path)
+    except models.Skipped as reason:
         return Findings(path, reason=str(reason))
-    data = started(model, seed)
-    began = time.perf_counter()
-    said = io.StringIO()
+    found = Findings(path, digest=models.digest(model), dof=model.nv)
+    rng = np.random.default_rng([seed, int(found.digest[:8], 16)])
+    asked = found.asked = drawn(model, rng)
+    said, began = io.StringIO(), time.perf_counter()
     try:
+        if asked.magnetic:
+            _, model = models.magnetize(spec, model, seed)
+        data = started(model, asked.speed, rng)
         with contextlib.redirect_stdout(said):
-            advice = mm.advise(model, data, error=ERROR, duration=DURATION, budget=BUDGET)
+            advice = mm.advise(
+                model, data, quantity=asked.quantity, duration=asked.duration, error=asked.error,
+                budget=BUDGET,
+            )  # fmt: skip
     except ValueError as error:
-        return Findings(path, reason=str(error), dof=model.nv)
-    seconds = time.perf_counter() - began
-    lines = said.getvalue().strip().splitlines()
-    findings = Findings(path, text=lines[-1], dof=model.nv, seconds=seconds)
-    if not advice.constraints:
-        findings.limits = [
-            limit.theory / limit.found
-            for limit in advice.limits.values()
-            if np.isfinite([limit.theory, limit.found]).all()
-        ]
-    if advice.own is not None:
-        findings.own_error = advice.own.error
+        found.reason = " ".join(str(error).split())
+        return found
+    found.seconds = time.perf_counter() - began
+    found.text = said.getvalue().strip().splitlines()[-1]
+    found.reason, found.horizon = advice.reason, advice.horizon
     if advice.integrator is None:
-        findings.reason = advice.reason
-        return findings
-    findings.promised = advice.promised
-    chosen = next(
-        p for p in advice.points
-        if (p.integrator, p.timestep) == (advice.integrator, advice.timestep)
-    )  # fmt: skip
-    if advice.own is not None:
-        findings.gain = advice.own.seconds / chosen.seconds
+        return found
+    found.promised = advice.promised
     for name, value in advice.settings.items():
         setattr(model.opt, name, value)
-    steps = int(advice.horizon / advice.timestep + 1e-9)
-    step = advice.timestep
-    path_of = partial(matter, model, data)
-    own = path_of(advice.integrator, step, 1, steps)
-    findings.found = distance(own, path_of(advice.integrator, step / 10, 10, steps))
-    findings.other = distance(own, path_of("RK4", step / 10, 10, steps))
-    return findings
+    found.judgment = judge(
+        model, data, quantity_of(model, asked.quantity), advice.integrator, advice.timestep,
+        advice.horizon, advice.promised,
+    )  # fmt: skip
+    return found
 
 
-def started(model: mujoco.MjModel, seed: int) -> mujoco.MjData:
+def drawn(model: mujoco.MjModel, rng: np.random.Generator) -> Asked:
+    """Draw what is asked about a model."""
+    moving = movable(model)
+    sites = [model.site(k).name for k in np.flatnonzero(moving[model.site_bodyid])]
+    elements = {
+        "body": [model.body(k).name for k in np.flatnonzero(moving)],
+        "site": [name for name in sites if name],
+    }
+    elements["body"] = [name for name in elements["body"] if name]
+    kinds = [kind for kind in QUANTITIES if elements.get(kind, True)]
+    quantity = str(rng.choice(kinds))
+    if quantity in elements:
+        quantity = f"{quantity} {rng.choice(elements[quantity])}"
+    shortest = SHORTEST * model.opt.timestep
+    return Asked(
+        quantity,
+        float(rng.choice(ERRORS)),
+        max(shortest, float(rng.choice(DURATIONS))),
+        float(rng.choice(SPEEDS)),
+        bool(model.nbody > 2 and rng.random() < MAGNETIC),
+    )
+
+
+def started(model: mujoco.MjModel, speed: float, rng: np.random.Generator) -> mujoco.MjData:
     """State of the first keyframe, with random velocities."""
-    data = mujoco.MjData(model)
-    if model.nkey:
-        mujoco.mj_resetDataKeyframe(model, data, 0)
-    data.qvel += SPEED * np.random.default_rng(seed).standard_normal(model.nv)
+    data = models.start(model)
+    data.qvel += speed * rng.standard_normal(model.nv)
     return data
-
-
-def matter(
-    model: mujoco.MjModel, data: mujoco.MjData, integrator: str, step: float, every: int, count: int
-) -> np.ndarray:
-    """Four points of equal mass of each body, at all times, by plain steps; NaN when not finite.
-
-    They have the body's mass and inertia: the vertices of a tetrahedron in its principal frame.
-    """
-    model.opt.timestep = step
-    model.opt.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{integrator.upper()}")
-    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
-    run = mujoco.MjData(model)
-    size = mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_INTEGRATION)
-    state = np.empty(size)
-    mujoco.mj_getState(model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
-    mujoco.mj_setState(model, run, state, mujoco.mjtState.mjSTATE_INTEGRATION)
-    vertices = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])
-    mass = model.body_mass[:, None]
-    half = model.body_inertia.sum(axis=1, keepdims=True) / 2 - model.body_inertia
-    radii = np.sqrt(np.maximum(half, 0) / np.maximum(mass, 1e-300))
-    moving = np.zeros(model.nbody, bool)
-    for body in range(1, model.nbody):
-        moving[body] = moving[model.body_parentid[body]] or model.body_dofnum[body] > 0
-    weight = np.sqrt(mass / mass[moving].sum() / 4)
-    rows = []
-    for k in range(count + 1):
-        if k:
-            mujoco.mj_step(model, run, nstep=every)
-        mujoco.mj_kinematics(model, run)
-        frames = run.ximat.reshape(-1, 3, 3)
-        corners = np.einsum("bij,vj->bvi", frames * radii[:, None, :], vertices)
-        places = (run.xipos[:, None, :] + corners) * weight[:, None]
-        rows.append(places[moving].ravel())
-    return np.array(rows)
-
-
-def distance(own: np.ndarray, truth: np.ndarray) -> float:
-    """Largest distance of two paths over the diagonal of the box around the second one."""
-    if not np.isfinite(truth).all():
-        return np.nan
-    return float(np.linalg.norm(own - truth, axis=1).max() / np.linalg.norm(np.ptp(truth, axis=0)))
 
 
 def failed(path: Path, reason: str) -> Findings:
@@ -160,15 +173,44 @@ def failed(path: Path, reason: str) -> Findings:
 
 def line(each: Findings, folder: Path) -> str:
     """Return the findings on one model as a line."""
-    name = f"{each.file.relative_to(folder)}: {each.dof} dof, {each.seconds:.0f} s"
+    name = f"{each.file.relative_to(folder)}: {each.dof} dof, {each.asked}, {each.seconds:.0f} s"
     if not np.isfinite(each.promised):
         return f"{name}; {each.text or each.reason}"
-    held = "held" if each.found <= each.promised else "BROKEN"
+    found, horizon = each.judgment, "" if each.whole else f" up to {each.horizon:.3g} s only"
+    other = f"{found.other:.2g} ± {found.doubt:.1g} against {found.by}"
     return (
-        f"{name}; {each.text}; promised {each.promised:.2g}, found {each.found:.2g},"
-        f" against RK4 {each.other:.2g}: {held}; limits by theory over those found:"
-        f" {' '.join(f'{ratio:.2f}' for ratio in each.limits) or 'none'}"
+        f"{name}; {each.text}; promised {each.promised:.2g}{horizon}, found {found.own:.2g},"
+        f" {other if found.by else 'no other judge'}: {'held' if each.holds else 'BROKEN'}"
     )
+
+
+def table(found: list[Findings]) -> list[str]:
+    """Return a table of the promises by what was asked."""
+    groups: dict[str, list[Findings]] = {"all": found}
+    for each in found:
+        asked = each.asked
+        assert asked is not None, "every model that was found was asked about"
+        kinds = (
+            f"{asked.quantity.split()[0]}", f"error {asked.error:g}",
+            f"speed {asked.speed:g}", "magnets" if asked.magnetic else "no magnets",
+            f"duration {asked.nominal:g} s",
+        )  # fmt: skip
+        for kind in kinds:
+            groups.setdefault(kind, []).append(each)
+    rows = [
+        "| asked | models | promises | over a part | hold | by another integrator, too |",
+        "|---|---|---|---|---|---|",
+    ]
+    for kind in ("all", *sorted(set(groups) - {"all"})):
+        promises = [each for each in groups[kind] if np.isfinite(each.promised)]
+        held = sum(each.holds for each in promises)
+        part = sum(not each.whole for each in promises)
+        judged = [each for each in promises if each.judgment.by]
+        also = f"{sum(each.holds for each in judged)} of {len(judged)}"
+        rows.append(
+            f"| {kind} | {len(groups[kind])} | {len(promises)} | {part} | {held} | {also} |"
+        )
+    return rows
 
 
 def main() -> int:
@@ -177,37 +219,33 @@ def main() -> int:
         prog="corpus.advice", description=(__doc__ or "").splitlines()[0]
     )
     parser.add_argument("folder", type=Path)
-    parser.add_argument("--seed", type=int, default=0, help="of the models and their velocities")
+    parser.add_argument("--seed", type=int, default=0, help="of the models and what is asked")
     parser.add_argument("--models", type=int, default=100)
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     options = parser.parse_args()
     warnings.simplefilter("ignore")
+    with mm.magnetism():  # loads the compiled code before the forks
+        mujoco.MjData(mujoco.MjModel.from_xml_string(models.PLUGIN))
     folder = options.folder.absolute()
-    files = [path for paths in packages(folder).values() for path in paths]
-    order = np.random.default_rng(options.seed).permutation(len(files))
-    chosen = [files[k] for k in order]
+    files = [path for paths in models.packages(folder).values() for path in paths]
+    chosen = [files[k] for k in np.random.default_rng(options.seed).permutation(len(files))]
+    found: dict[str, Findings] = {}
+    failures = 0
     check = partial(examine, seed=options.seed)
-    found: list[Findings] = []
-    seen = set()
     for each in examine_all(chosen, check, failed, options.workers):
-        key = (each.dof, round(each.own_error, 12), each.reason)
-        if each.dof and key not in seen:
-            seen.add(key)
-            found.append(each)
-            print(f"{len(found)} {line(each, folder)}", flush=True)
-        elif each.reason.startswith("FAILED"):
+        if each.reason.startswith("FAILED"):
+            failures += 1
             print(each.file.relative_to(folder), each.reason, flush=True)
+        elif each.digest and each.digest not in found:
+            found[each.digest] = each
+            print(f"{len(found)} {line(each, folder)}", flush=True)
         if len(found) == options.models:
             break
-    promised = [each for each in found if np.isfinite(each.promised)]
-    held = [each for each in promised if each.found <= each.promised]
-    print(f"{len(found)} models, {len(promised)} promises, of which {len(held)} hold")
-    limits = [ratio for each in found for ratio in each.limits]
-    near = [ratio for ratio in limits if abs(ratio - 1) <= 0.1]
-    print(
-        f"{len(limits)} limits without constraints, of which {len(near)} are within 10 % of theory"
-    )
-    return len(held) < 0.95 * len(promised)
+    print("", *table([*found.values()]), "", sep="\n")
+    promises = [each for each in found.values() if np.isfinite(each.promised)]
+    held = sum(each.holds for each in promises)
+    print(f"{len(found)} models, {len(promises)} promises, of which {held} hold")
+    return failures > 0 or held < 0.95 * len(promises)
 
 
 if __name__ == "__main__":

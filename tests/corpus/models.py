@@ -17,6 +17,18 @@ MAGNETS = 8
 STRENGTH = 0.1
 """Size of the magnetic forces, in weights."""
 
+PLUGIN = """
+<mujoco>
+  <extension><plugin plugin="magmotor.forces"><instance name="magnets"/></plugin></extension>
+  <custom><text name="magmotor" data="dipoles"/></custom>
+  <worldbody>
+    <site pos="0 0 1" user="1"/>
+    <body><joint/><geom size="0.1"/><site user="1"/></body>
+  </worldbody>
+</mujoco>
+"""
+"""A small model in which the plugin acts, and its code is loaded."""
+
 
 class Skipped(Exception):
     """There is nothing to check in a file; the message says why."""

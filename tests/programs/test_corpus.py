@@ -1,10 +1,17 @@
 """The program that checks the models of public packages."""
 
+import math
 import subprocess
 import sys
 from pathlib import Path
 
+import mujoco
+import numpy as np
 import pytest
+from corpus.judgment import Judgment, along, judge, quantity_of
+from corpus.stability import agree, is_finite
+
+from magmotor.advice.stability import Limit
 
 TESTS = Path(__file__).parents[1]
 PENDULUM = """
@@ -46,12 +53,12 @@ def packages(tmp_path):
     return tmp_path
 
 
-def program(folder, before="", name="__main__"):
+def program(folder, before="", name="__main__", options=("--workers", "2")):
     """Exit code and output of a program, after some statements."""
     code = f"import os, sys, time, corpus.processes, corpus.{name} as program"
     code = f"{code}\n{before}\nsys.exit(program.main())"
     done = subprocess.run(
-        [sys.executable, "-c", code, str(folder), "--workers", "2"],
+        [sys.executable, "-c", code, str(folder), *options],
         cwd=TESTS, capture_output=True, text=True, check=False, timeout=100,
     )  # fmt: skip
     return done.returncode, done.stdout, done.stderr
@@ -108,3 +115,99 @@ def test_what_is_wrong_at_a_temperature_is_named(packages, before, complaint):
     code, output, errors = program(packages, before, name="acceptance")
     assert code == 1, errors
     assert f"WRONG: robots/pendulum.xml: {complaint}" in output
+
+
+FEW = """
+program.BUDGET, program.DURATIONS, program.SPEEDS = 3, (1.0,), (2.0,)
+program.QUANTITIES = "positions", "energy"
+"""
+"""Questions about the pendulum that have an answer, in seconds."""
+
+
+def test_promises_are_judged_twice(packages):
+    code, output, errors = program(packages, FEW, name="advice")
+    assert code == 0, errors
+    assert "against RK4" in output or "against implicitfast" in output
+    assert "| all | 1 | 1 | 0 | 1 | 1 of 1 |" in output
+    assert output.endswith("1 models, 1 promises, of which 1 hold\n")
+
+
+@pytest.mark.parametrize("change", ["own=1.0", "other=1.0, doubt=0.01, by='RK4'"])
+def test_a_promise_broken_before_either_judge_fails(packages, change):
+    before = f"{FEW}\nfrom dataclasses import replace\njudge = program.judge\n"
+    before += f"program.judge = lambda *arguments: replace(judge(*arguments), {change})"
+    code, output, errors = program(packages, before, name="advice")
+    assert code == 1, errors
+    assert "BROKEN" in output
+    assert output.endswith("1 models, 1 promises, of which 0 hold\n")
+
+
+def test_a_process_that_does_not_return_fails(packages):
+    before = f"{FEW}\nprogram.mm.advise = lambda *_, **__: os._exit(3)"
+    code, output, _ = program(packages, before, name="advice")
+    assert code == 1
+    assert "robots/pendulum.xml FAILED: exit code 3" in output
+
+
+SPRING = """
+<mujoco>
+  <option gravity="0 0 0"/>
+  <worldbody>
+    <body name="ball">
+      <joint type="slide" axis="1 0 0" stiffness="4"/>
+      <geom size="0.1" mass="1"/>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+
+
+@pytest.mark.parametrize(
+    ("integrator", "other", "own", "others"),
+    [
+        ("Euler", "RK4", 0.1, 1e-8),  # 0.01, 2.3e-9
+        ("RK4", "implicitfast", 2e-3, 0.5),  # 1.2e-4, 0.079
+    ],
+)
+def test_both_judges_find_the_error_of_an_oscillator(integrator, other, own, others):
+    """Its motion is x = sin(2 t)/2, and its energy that of its start."""
+    model = mujoco.MjModel.from_xml_string(SPRING)
+    data = mujoco.MjData(model)
+    data.qvel[0] = 1.0
+    step = {"Euler": 0.02, "RK4": 0.2}[integrator]
+    count = round(3.0 / step)
+    truth = np.sin(2 * step * np.arange(count + 1)) / 2
+    body = quantity_of(model, "body ball")
+    run = along(model, data, body.observe, integrator, step, 1, count)
+    exact = np.abs(run[:, 0] - truth).max() / np.ptp(truth)
+    energies = along(model, data, quantity_of(model, "energy").observe, "RK4", 0.01, 1, 100)
+    found = judge(model, data, body, integrator, step, 3.0, promised=0.01)
+    assert (found.by, found.doubt < 0.0025) == (other, True)
+    assert found.other == pytest.approx(exact, rel=others)
+    assert found.own == pytest.approx(exact, rel=own)
+    assert np.abs(energies[:, 0] - 0.5).max() < 1e-9  # 4.4e-11
+    assert np.ptp(energies[:, 1]) == pytest.approx(0.5, abs=1e-3)  # 4.2e-5
+
+
+def test_the_other_judge_counts_as_far_as_it_is_certain():
+    assert Judgment(own=0.009).holds(0.01)
+    assert not Judgment(own=0.011).holds(0.01)
+    assert not Judgment(0.009, other=0.013, doubt=0.002).holds(0.01)
+    assert Judgment(0.009, other=0.011, doubt=0.002).holds(0.01)
+
+
+def test_limits_that_are_infinite_both_are_counted_apart(packages):
+    options = ["--models", "1"]
+    code, output, errors = program(packages, name="stability", options=options)
+    assert code == 0, errors
+    assert "1 models, 5 pairs of limits, of which " in output
+    before = "program.NEAR = -1.0"
+    assert program(packages, before, name="stability", options=options)[0] == 1
+    before = "program.is_finite = lambda _: False"
+    assert program(packages, before, name="stability", options=options)[0] == 1
+    infinite = Limit(math.inf, math.inf, ())
+    assert not is_finite(infinite)
+    for pair in [(math.inf, 1.0), (1.0, math.inf), (1.0, 1.2)]:
+        assert is_finite(Limit(*pair, ()))
+        assert not agree(Limit(*pair, ()))
+    assert agree(Limit(1.0, 1.05, ()))

@@ -101,11 +101,9 @@ def _conclusion(advice: "Advice") -> str:
     own = advice.own
     has = ""
     if own is not None:
-        what = (
-            f"diverges after {own.diverged:.3g} s"
-            if own.diverged is not None
-            else (f"has an error of {percent(own.error)}")
-        )
+        what = f"has an error of {percent(own.error)}" if math.isfinite(own.error) else "diverges"
+        if own.diverged is not None:
+            what = f"diverges after {own.diverged:.3g} s"
         has = f"the model's own {own.integrator} at {own.timestep:g} s {what}"
     if advice.integrator is None:
         return f"no recommendation: {advice.reason}" + (f"; {has}" if has else "")
