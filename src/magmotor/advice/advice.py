@@ -8,7 +8,7 @@ from magmotor.advice.detail import Detail
 from magmotor.advice.errors import Order
 from magmotor.advice.points import Point
 from magmotor.advice.stability import Limit
-from magmotor.advice.statistics import Statistic
+from magmotor.advice.statistics import Certain, Statistic
 from magmotor.common.arguments import checked
 from magmotor.common.checks import reject
 from magmotor.common.hints import Picture
@@ -53,7 +53,9 @@ class Advice:
     growth : float or None
         Factor by which a perturbation grew, if that was measured.
     statistics : tuple of Statistic
-        Errors of means over time, if the motion is chaotic.
+        Errors of means over time, if the motion is chaotic or noisy, or at a temperature.
+    for_statistics : Certain or None
+        The cheapest integrator and timestep whose statistics are certain to reach the error.
     details : tuple of Detail
         What each feature of the model costs and changes, if that was asked for.
     reason : str
@@ -80,6 +82,7 @@ class Advice:
     horizon: float = 0.0
     growth: float | None = None
     statistics: tuple[Statistic, ...] = ()
+    for_statistics: Certain | None = None
     details: tuple[Detail, ...] = ()
     reason: str = ""
     notes: tuple[str, ...] = ()

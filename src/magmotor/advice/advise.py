@@ -1,21 +1,29 @@
 """`advise`: which integrator and timestep of MuJoCo reach an error at the least cost."""
 
+import math
+import time
+from collections.abc import Collection
+from functools import partial
 from typing import Annotated
 
 import mujoco
 from tqdm import tqdm
 
 from magmotor.advice.advice import Advice
+from magmotor.advice.choice import Choice
 from magmotor.advice.measure import Measurement
-from magmotor.advice.paths import OutOfTime, Runs
+from magmotor.advice.paths import INTEGRATORS, OutOfTime, Runs
 from magmotor.advice.quantities import POSITIONS, Function, read_quantity
+from magmotor.advice.report import percent
+from magmotor.advice.statistics import cheapest
 from magmotor.advice.survey import Survey
+from magmotor.advice.thermal import Thermal
 from magmotor.common.arguments import checked
 from magmotor.common.checks import reject
 from magmotor.common.hints import Picture, number
 
-LEAST = 48
-"""Smallest duration in timesteps of the model."""
+LEAST, USUAL = 48, 1.0
+"""Smallest duration in timesteps of the model, and the usual one in s."""
 
 
 @checked
@@ -24,7 +32,7 @@ def advise(
     data: mujoco.MjData | None = None,
     *,
     quantity: str | Function = POSITIONS,
-    duration: Annotated[float, number(above=0)] = 1.0,
+    duration: Annotated[float, number(above=0)] | None = None,
     error: Annotated[float, number(at_least=1e-8, below=0.5)] = 0.01,
     budget: Annotated[float, number(at_least=1)] = 60.0,
     detail: bool = False,
@@ -50,9 +58,9 @@ def advise(
         mass), "energy", or an element: "body NAME", "site NAME", "joint NAME", "tendon NAME" or
         "sensor NAME"; or a function of a model and its data, after `mj_forward`, that returns
         numbers.
-    duration : float
-        Duration of the paths in s, at least 48 timesteps of the model. It is rounded to a multiple
-        of the interval between records.
+    duration : float, optional
+        Duration of the paths in s, at least 48 timesteps of the model; by default 1 s, or 48
+        timesteps if that is longer. It is rounded to a multiple of the interval between records.
     error : float
         Admissible error, relative to the range of the quantity, or of the kinetic energy if that is
         larger and the quantity is the energy.
@@ -75,7 +83,8 @@ def advise(
     Raises
     ------
     ValueError
-        There is no such quantity, it does not change along the path, or a number is out of bounds.
+        There is no such quantity, it does not change along the path, the model is at rest or has
+        no degrees of freedom, or a number is out of bounds.
 
     Notes
     -----
@@ -84,6 +93,10 @@ def advise(
     be promised. Where a perturbation grows a thousandfold, the motion is chaotic: errors along the
     path then count up to the time at which the reference is lost, and means over time of runs from
     perturbed starts are compared, with standard errors.
+
+    A model is at rest if nothing moves by more than 1e-6 rad or a millionth of the mean size of its
+    bodies, `model.stat.meansize`: settled contacts jitter by less, and what creeps moves by more.
+    Then there is no motion whose error could be measured.
 
     The stability limit is the first timestep at which a push at rest grows. Where no constraint
     acts at rest, the limit by theory is the first timestep at which the matrix of one step, found
@@ -97,25 +110,72 @@ def advise(
     >>> advice = mm.advise(model, error=0.01, picture="advice.png")  # doctest: +SKIP
     >>> model.opt.timestep = advice.timestep  # doctest: +SKIP
     """
-    if detail and kT is not None:
-        raise reject("detail", detail, "must be False at a temperature")
-    runs = Runs(model, data)
-    if duration < LEAST * runs.timestep:
-        bound = f"must be at least {LEAST * runs.timestep:g} s, {LEAST} timesteps of the model"
-        raise reject("duration", duration, bound)
-    read = read_quantity(runs.model, runs.workspace(), quantity)
-    advice = Advice(read.name, error, duration)
-    with tqdm(total=round(budget), unit="s", leave=False, disable=None) as bar:
-        measurement = Measurement(runs, read, duration)
-        survey = Survey(runs, measurement, advice, budget=budget, detail=detail, bar=bar)
-        try:
-            survey.run() if kT is None else survey.run_at(kT)
-        except OutOfTime:
-            advice.notes += ("the budget was too small",)
-        except KeyboardInterrupt:
-            advice.notes += ("interrupted: this is what is known so far",)
-    survey.conclude()
+    advice = survey(
+        model, data, quantity=quantity, duration=duration, error=error, budget=budget,
+        detail=detail, kT=kT,
+    )  # fmt: skip
     print(advice)
     if picture is not None and advice.points:
         advice.draw(picture)
     return advice
+
+
+def survey(
+    model: mujoco.MjModel, data: mujoco.MjData | None, *, quantity: str | Function, error: float,
+    budget: float, duration: float | None = None, detail: bool = False, kT: float | None = None,
+    among: Collection[str] = (*INTEGRATORS,), tune: bool = True,
+) -> Advice:  # fmt: skip
+    """Return what `advise` prints; only some integrators may be recommended.
+
+    Parameters
+    ----------
+    model, data, quantity, error, budget, duration, detail, kT
+        As for `advise`.
+    among : collection of str
+        Integrators that may be recommended; all of them are measured.
+    tune : bool
+        Whether other settings of the solver may be recommended, too.
+    """
+    if detail and kT is not None:
+        raise reject("detail", detail, "must be False at a temperature")
+    if not model.nv:
+        raise reject(
+            "nv of the model", model.nv, "must be at least 1: nothing moves without joints"
+        )
+    runs = Runs(model, data)
+    least = LEAST * runs.timestep
+    duration = max(USUAL, least) if duration is None else duration
+    if duration < least:
+        bound = f"must be at least {least:g} s, {LEAST} timesteps of the model"
+        raise reject("duration", duration, bound)
+    read = read_quantity(runs.model, runs.workspace(), quantity)
+    advice = Advice(read.name, error, duration)
+    with tqdm(total=round(budget), unit="s", leave=False, disable=None) as bar:
+        show = partial(_show, bar, time.perf_counter())
+        measurement = Measurement(runs, read, duration)
+        if kT is not None:
+            study = Thermal(runs, read, kT, duration, advice, budget=budget, show=show)
+        else:
+            choice = Choice(advice, measurement, among=among, tune=tune)
+            study = Survey(measurement, advice, choice, budget=budget, detail=detail, show=show)
+        try:
+            study.run()
+        except OutOfTime:
+            advice.notes += ("the budget was too small",)
+        except KeyboardInterrupt:
+            advice.notes += ("interrupted: this is what is known so far",)
+    if advice.statistics:
+        advice.for_statistics = cheapest(advice.statistics, error)
+        doubt = max(row.unproven for row in advice.statistics)
+        advice.notes += (
+            f"the reference of the statistics is uncertain by {percent(doubt)}, which counts"
+            if math.isfinite(doubt)
+            else "no halved timestep proves the reference of the statistics",
+        )
+    study.conclude()
+    return advice
+
+
+def _show(bar: tqdm, began: float, what: str) -> None:
+    bar.set_description_str(what)
+    bar.update(round(time.perf_counter() - began) - bar.n)

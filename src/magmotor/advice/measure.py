@@ -9,7 +9,7 @@ import numpy as np
 from magmotor.advice.errors import Reference, Samples, reference
 from magmotor.advice.paths import INTEGRATORS, OutOfTime, Path, Runs
 from magmotor.advice.points import Point
-from magmotor.advice.quantities import KINETIC, Quantity
+from magmotor.advice.quantities import KINETIC, Quantity, motion
 from magmotor.advice.statistics import REPLICAS, Ensemble
 from magmotor.common.arrays import Array
 
@@ -66,10 +66,13 @@ class Measurement:
         In s.
     ticks : int
         Number of ticks of a path.
+    moved : float
+        Least change of the model's state along a path; see `motion`.
     """
 
     def __init__(self, runs: Runs, quantity: Quantity, duration: float):
-        self.runs, self.quantity, self.until = runs, quantity, math.inf
+        self.runs, self.quantity = runs, quantity
+        self.until = self.moved = math.inf
         self._workspace = runs.workspace()
         size = self.along(runs.recorded_start()[np.newaxis]).shape[1]
         wanted, longest = min(RECORDS, max(FEWEST, MOST // size)), min(LONG, MOST // size)
@@ -107,6 +110,7 @@ class Measurement:
                 if not self._samples:
                     model = self.runs.model
                     self.quantity = self.quantity.scaled_by(model, self._workspace, states)
+                self.moved = min(self.moved, motion(self.runs.model, states))
                 self._samples[key] = Samples(ticks, self.along(states))
             self.paths[key] = path
         return self._samples.get(key)

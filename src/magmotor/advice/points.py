@@ -46,19 +46,24 @@ def front(points: Iterable[Point], floor: float) -> list[Point]:
     return [point for point in best if np.isfinite(point.error)]
 
 
-def time_in_turns(runs: Runs, points: Iterable[Point], duration: float, until: float) -> None:
+def time_in_turns(runs: Runs, points: Iterable[Point], duration: float, until: float) -> bool:
     """Measure the costs of points at several places along the path.
 
     The points take turns, so that disturbances affect all; at each place, the minimum counts.
+
+    Returns
+    -------
+    bool
+        Whether there was time for a turn; otherwise the costs stay as they were.
     """
     points = [*points]
     if not points:
-        return
+        return True
     fair = [p for p in points if p.error <= FAIR] or [min(points, key=lambda p: p.error)]
     guide = min(fair, key=lambda point: point.seconds)
     starts = runs.places(guide.integrator, guide.timestep, duration, PLACES)
     least = np.full((len(points), len(starts)), np.inf)
-    for _ in range(TURNS):
+    for turn in range(TURNS):
         for point, row in zip(points, least, strict=True):
             seconds = min(duration, SAMPLE / point.seconds) / len(starts)
             steps = max(1, round(seconds / point.timestep))
@@ -66,6 +71,7 @@ def time_in_turns(runs: Runs, points: Iterable[Point], duration: float, until: f
                 taken = runs.timed(point.integrator, point.timestep, steps, start)
                 row[k] = min(row[k], taken / point.timestep)
                 if time.perf_counter() > until:
-                    return
+                    return turn > 0
         for point, row in zip(points, least, strict=True):
             point.seconds = float(row.mean())
+    return True

@@ -16,6 +16,12 @@ Function = Callable[[mujoco.MjModel, mujoco.MjData], object]
 
 POSITIONS, ENERGY = "positions", "energy"
 
+REST = 1e-6
+"""Smaller motion is rest: of angles in rad, and of distances over the mean size of the bodies."""
+
+ROUNDING = 1e-12
+"""Smaller changes of a quantity, over its largest value, are rounding."""
+
 _VALUES: dict[str, Callable[[mujoco.MjData, str], object]] = {
     "body": lambda data, name: data.body(name).xipos,
     "site": lambda data, name: data.site(name).xpos,
@@ -36,6 +42,8 @@ class Quantity:
     """Errors are relative to this, or to the range of the quantity if that is larger."""
     compute: Callable[[mujoco.MjModel, mujoco.MjData], object] = mujoco.mj_forward
     """Computes what the quantity needs."""
+    least: float = 0.0
+    """Smaller ranges are those of rest."""
 
     def along(
         self, model: mujoco.MjModel, data: mujoco.MjData, states: Array, until: float = np.inf
@@ -66,6 +74,10 @@ class Quantity:
         """Return the diagonal of the box around values (records, n), and at least the scale."""
         return max(self.scale, float(np.linalg.norm(np.ptp(values, axis=0))))
 
+    def changes(self, values: Array) -> bool:
+        """Whether values (records, n) change by more than those of rest, and than rounding."""
+        return self.range(values) > max(self.least, ROUNDING * np.abs(values).max())
+
     def scaled_by(self, model: mujoco.MjModel, data: mujoco.MjData, states: Array) -> "Quantity":
         """Return the quantity with the scale that its name has, found along a path."""
         if self.name != ENERGY:
@@ -82,12 +94,13 @@ def read_quantity(model: mujoco.MjModel, data: mujoco.MjData, quantity: str | Fu
     ValueError
         There is no such quantity, or a function does not return finite numbers.
     """
+    size = REST * model.stat.meansize
     if callable(quantity):
         found = Quantity(
             name := getattr(quantity, "__name__", "function"), _guarded(name, quantity)
         )
     elif quantity == POSITIONS:
-        found = Quantity(quantity, _positions(model), compute=mujoco.mj_kinematics)
+        found = Quantity(quantity, _positions(model), compute=mujoco.mj_kinematics, least=size)
     elif quantity == ENERGY:
         found = Quantity(quantity, _energy)
     else:
@@ -101,9 +114,34 @@ def read_quantity(model: mujoco.MjModel, data: mujoco.MjData, quantity: str | Fu
             raise reject("quantity", quantity, f"the model has no {kind} with a name")
         check_choice(f"{kind} of the quantity", name, names)
         value = _VALUES[kind]
-        found = Quantity(quantity, lambda _, data: value(data, name))
+        least = 0.0 if kind == "sensor" else size
+        if kind == "joint":
+            least = REST * float(_units(model)[model.joint(name).qposadr[0]])
+        found = Quantity(quantity, lambda _, data: value(data, name), least=least)
     _check(found, model, data)
     return found
+
+
+def motion(model: mujoco.MjModel, states: Array) -> float:
+    """Return by how much recorded states change: below `REST`, the model is at rest.
+
+    Angles, quaternions and activations count as they are, distances over the mean size of the
+    bodies.
+    """
+    positions, _, activations = np.split(
+        np.ptp(states[:, 1 : 1 + model.nq + model.nv + model.na], axis=0),
+        [model.nq, model.nq + model.nv],
+    )
+    return float(np.concatenate([positions / _units(model), activations]).max(initial=0.0))
+
+
+def _units(model: mujoco.MjModel) -> Array:
+    """Return the unit of each position: the mean size of the bodies for distances, otherwise 1."""
+    units = np.ones(model.nq)
+    distances = {mujoco.mjtJoint.mjJNT_FREE: 3, mujoco.mjtJoint.mjJNT_SLIDE: 1}
+    for joint, begin in zip(model.jnt_type.tolist(), model.jnt_qposadr.tolist(), strict=True):
+        units[begin : begin + distances.get(joint, 0)] = model.stat.meansize
+    return units
 
 
 def _guarded(name: str, function: Function) -> Function:

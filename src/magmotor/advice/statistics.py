@@ -1,7 +1,7 @@
 """Errors of statistics, for chaotic motion, whose path no timestep can follow."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +10,9 @@ from magmotor.common.arrays import Array
 
 REPLICAS = 8
 """Number of runs from perturbed starts."""
+
+FINE = 0.25
+"""Timestep of the reference over the model's."""
 
 OCTAVES = 4
 """Number of bands of the spectrum; the lowest contains all that is slower."""
@@ -26,6 +29,25 @@ class Statistic(NamedTuple):
     """Distance from the reference: of a mean over the spread, else relative; or infinite."""
     doubt: float
     """Standard error of that distance."""
+    seconds: float
+    """Wall time per simulated second."""
+    unproven: float = 0.0
+    """How far the reference itself may be off, with two standard errors; infinite if unknown."""
+
+    @property
+    def bound(self) -> float:
+        """What the error is certain not to exceed, with two standard errors."""
+        return self.error + 2 * self.doubt + self.unproven
+
+
+class Certain(NamedTuple):
+    """An integrator at a timestep, and what the errors of its statistics do not exceed."""
+
+    integrator: str
+    timestep: float
+    """In s."""
+    error: float
+    """Largest error of all statistics, with two standard errors and that of the reference."""
     seconds: float
     """Wall time per simulated second."""
 
@@ -50,6 +72,52 @@ class Ensemble(NamedTuple):
         return {name: np.array(rows) for name, rows in named.items()}
 
 
+def errors(
+    ensemble: Callable[[str, float], Ensemble | None],
+    timestep: float,
+    references: Iterable[str],
+    candidates: Iterable[tuple[str, float]],
+) -> Iterator[Statistic]:
+    """Yield the errors of ensembles against a reference that proves itself by halving its timestep.
+
+    Those of the reference's own integrator, from which the proof is, come first.
+
+    Parameters
+    ----------
+    ensemble : callable
+        Returns the ensemble of an integrator at a multiple of a timestep; None if a run diverged.
+    timestep : float
+        In s.
+    references : iterable of str
+        Integrators, the first of which that does not diverge is the reference.
+    candidates : iterable of (str, float)
+        Integrators and multiples of the timestep.
+    """
+    for name in references:
+        truth = ensemble(name, FINE)
+        if truth is None:
+            continue
+        known = {(name, times * FINE): ensemble(name, times * FINE) for times in (2, 4)}
+        doubts = unproven(truth, *known.values())
+        for key in dict.fromkeys((*known, *candidates)):
+            own = known[key] if key in known else ensemble(*key)
+            for row in compared(key[0], key[1] * timestep, own, truth):
+                yield row._replace(unproven=doubts[row.name])
+        return
+
+
+def unproven(truth: Ensemble, half: Ensemble | None, whole: Ensemble | None) -> dict[str, float]:
+    """Return how far statistics may be off, with two standard errors.
+
+    The others have twice and four times the timestep. As for paths, the last halving's change
+    counts, and at least half of the change before, or twice the last one if that is not known.
+    """
+    last = {row.name: row.bound for row in compared("", 0.0, half, truth)}
+    if half is None or whole is None:
+        return {name: 2 * bound for name, bound in last.items()}
+    return {row.name: max(last[row.name], row.bound / 2) for row in compared("", 0.0, whole, half)}
+
+
 def compared(
     integrator: str, timestep: float, own: Ensemble | None, truth: Ensemble
 ) -> tuple[Statistic, ...]:
@@ -57,7 +125,7 @@ def compared(
     theirs = truth.statistics()
     if own is None:
         return tuple(
-            Statistic(integrator, timestep, name, math.inf, math.nan, math.nan) for name in theirs
+            Statistic(integrator, timestep, name, math.inf, math.inf, math.nan) for name in theirs
         )
     ours = own.statistics()
     scales = {name: np.abs(rows.mean(axis=0)).sum() for name, rows in theirs.items()}
@@ -74,7 +142,7 @@ def compared(
 
 
 def certain(statistics: Sequence[Statistic]) -> dict[tuple[str, float], float]:
-    """Return the largest error of all statistics, with two standard errors, by cost.
+    """Return what the errors of all statistics do not exceed, by cost.
 
     The keys are integrators and timesteps, the cheapest first.
     """
@@ -83,7 +151,16 @@ def certain(statistics: Sequence[Statistic]) -> dict[tuple[str, float], float]:
         alike.setdefault((row.integrator, row.timestep), []).append(row)
     finite = [key for key, rows in alike.items() if math.isfinite(rows[0].error)]
     finite.sort(key=lambda key: alike[key][0].seconds)
-    return {key: max(row.error + 2 * row.doubt for row in alike[key]) for key in finite}
+    return {key: max(row.bound for row in alike[key]) for key in finite}
+
+
+def cheapest(statistics: Sequence[Statistic], error: float) -> Certain | None:
+    """Return the cheapest integrator and timestep that are certain to reach an error."""
+    costs = {(row.integrator, row.timestep): row.seconds for row in statistics}
+    for key, bound in certain(statistics).items():
+        if bound <= error:
+            return Certain(*key, bound, costs[key])
+    return None
 
 
 def _powers(path: Array) -> Array:

@@ -2,23 +2,25 @@
 
 import copy
 import math
+import os
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Sequence
 
 import mujoco
 import numpy as np
 
 from magmotor.advice.advice import Advice
-from magmotor.advice.paths import STATE, Runs, quiet
+from magmotor.advice.paths import STATE, OutOfTime, Runs, quiet
 from magmotor.advice.quantities import KINETIC, Quantity
-from magmotor.advice.statistics import REPLICAS, Ensemble, certain, compared
+from magmotor.advice.statistics import FINE, REPLICAS, Ensemble, errors
 from magmotor.common.arrays import Array
+from magmotor.common.checks import reject
 from magmotor.mjcf.langevin.langevin import Langevin, LangevinDiverged
 from magmotor.noise import BrownianPath
 from magmotor.numerics.splittings import LANGEVIN
 
-FINE, FACTORS = 0.25, (4.0, 2.0, 1.0, 0.5)
-"""Timesteps over the model's: that of the reference, and those judged."""
+FACTORS = (4.0, 2.0, 1.0, 0.5)
+"""Timesteps over the model's that are judged."""
 
 TRUTH = "baoab"
 """The splitting of the reference."""
@@ -26,8 +28,12 @@ TRUTH = "baoab"
 RECORDS = 1000
 """Largest number of records of a run."""
 
-TURNS, SAMPLE = 5, 0.01
-"""Number of times that each cost is measured, and the wall time in s of each."""
+PILOT, TURNS, SAMPLE, FEWEST = 0.15, 5, 0.01, 8
+"""Part of the budget in which costs are measured, number of times that each is, and its longest
+wall time in s and smallest number of steps."""
+
+READ = 10
+"""Number of records of which the reading is timed."""
 
 
 class Thermal:
@@ -42,58 +48,77 @@ class Thermal:
         In J.
     duration : float
         In s.
+    advice : Advice
+        To be filled.
+    budget : float
+        Wall time in s.
+    show : callable
+        Is called with what is running.
+
+    Raises
+    ------
+    ValueError
+        The model has noise of its own.
     """
 
-    def __init__(self, runs: Runs, quantity: Quantity, kT: float, duration: float):
+    def __init__(
+        self, runs: Runs, quantity: Quantity, kT: float, duration: float, advice: Advice, *,
+        budget: float, show: Callable[[str], object],
+    ):  # fmt: skip
+        if runs.noisy:
+            raise reject("kT", kT, "must be omitted, since the model has noise of its own")
         self._runs, self._quantity, self._kT = runs, quantity, kT
+        self._advice, self._budget, self._show = advice, budget, show
+        self._until = time.perf_counter() + budget
         runs.prepare(runs.integrator, runs.timestep)
         self._workspace = runs.workspace()
         longest = max(FACTORS)
         self._every = max(1, math.ceil(duration / runs.timestep / longest / RECORDS)) * longest
         self._records = max(2, round(duration / (self._every * runs.timestep)))
-        self.duration = self._records * self._every * runs.timestep
+        self._duration = self._records * self._every * runs.timestep
+        advice.duration = self._duration
         self._thermostats: dict[tuple[str, float], Langevin] = {}
+        self._costs: dict[tuple[str, float], float] = {}
+        self._slower, self._reading = 1.0, 0.0
 
-    def compare(self, advice: Advice, until: float, show: Callable[[str], object]) -> None:
-        """Fill the statistics of an `Advice`, and recommend a splitting and a timestep.
+    def run(self) -> None:
+        """Compare as many splittings and timesteps as there is time for.
 
         Raises
         ------
         ValueError
             `Langevin` does not support the model.
+        OutOfTime
+            Already the quantity takes longer than there is time.
         """
+        candidates = [(name, factor) for factor in FACTORS for name in LANGEVIN]
         with quiet():
-            self._compare_all(advice, until, show)
-            show("costs")
-            costs = self._costs()
-        advice.statistics = tuple(
-            row._replace(seconds=costs.get((row.integrator, row.timestep), math.nan))
-            for row in advice.statistics
-        )
-        _recommend(advice)
+            self._show("costs")
+            self._measure_costs([(TRUTH, FINE), *candidates])
+            needed = sum(self._predicted(TRUTH, times * FINE) for times in (1, 2, 4))
+            if time.perf_counter() + needed > self._until:
+                too_small = "the budget is too small: the reference takes about"
+                self._advice.reason = f"{too_small} {needed:.2g} s"
+                return
+            try:
+                for row in errors(self._ensemble, self._runs.timestep, [TRUTH], candidates):
+                    self._advice.statistics += (row,)
+            except OutOfTime:
+                self._advice.notes += ("the budget was too small for more ensembles",)
+                return
+        if not self._advice.statistics:
+            diverges = "diverges even at a quarter of the model's timestep"
+            self._advice.reason = f"{TRUTH} {diverges}"
 
-    def _compare_all(self, advice: Advice, until: float, show: Callable[[str], object]) -> None:
-        truth, cost = None, 0.0
-        for splitting, factor in self._candidates():
-            if time.perf_counter() + cost * max(FACTORS) / factor > until:
-                advice.notes += ("the budget was too small for more ensembles",)
-                break
-            show(f"{splitting} at {factor * self._runs.timestep:.3g} s")
-            began = time.perf_counter()
-            own = self._ensemble(splitting, factor)
-            if factor == max(FACTORS):
-                cost = max(cost, time.perf_counter() - began)
-            if factor == FINE:
-                truth = own
-            elif truth is not None:
-                timestep = factor * self._runs.timestep
-                advice.statistics += compared(splitting, timestep, own, truth)
-
-    def _candidates(self) -> Iterator[tuple[str, float]]:
-        yield TRUTH, FINE
-        for factor in FACTORS:
-            for splitting in LANGEVIN:
-                yield splitting, factor
+    def conclude(self) -> None:
+        """Recommend the cheapest splitting whose statistics are certain to agree, if any."""
+        advice = self._advice
+        if best := advice.for_statistics:
+            advice.integrator, advice.timestep, advice.promised, _ = best
+        elif advice.statistics:
+            advice.reason = "no statistics known are certain to reach this error"
+        else:
+            advice.reason = advice.reason or "no reference was found in this time"
 
     def _thermostat(self, splitting: str, factor: float) -> tuple[Langevin, mujoco.MjData]:
         """Return a thermostat, and data at the start."""
@@ -111,7 +136,19 @@ class Thermal:
         return thermostat, data
 
     def _ensemble(self, splitting: str, factor: float) -> Ensemble | None:
-        """Return replicas, or None if one of them diverged."""
+        """Return replicas, or None if one of them diverged.
+
+        Raises
+        ------
+        OutOfTime
+            They would probably take longer than there is time.
+        """
+        if (splitting, factor) not in self._costs:
+            return None
+        began = time.perf_counter()
+        if began + self._predicted(splitting, factor) > self._until:
+            raise OutOfTime
+        self._show(f"{splitting} at {factor * self._runs.timestep:.3g} s")
         thermostat, data = self._thermostat(splitting, factor)
         every = round(self._every / factor)
         try:
@@ -120,6 +157,7 @@ class Thermal:
             )
         except LangevinDiverged:
             return None
+        self._slower *= (time.perf_counter() - began) / self._running(splitting, factor)
         begin = self._runs.recorded_start()
         paths, kinetic = [], []
         for qpos, qvel in zip(run["qpos"].to_numpy(), run["qvel"].to_numpy(), strict=True):
@@ -128,37 +166,53 @@ class Thermal:
             states[:, 1 + qpos.shape[1] : 1 + qpos.shape[1] + qvel.shape[1]] = qvel
             paths.append(self._along(self._quantity, states))
             kinetic.append(self._along(KINETIC, states)[:, 0])
-        return Ensemble(paths, kinetic, math.nan)
+        return Ensemble(paths, kinetic, self._costs[splitting, factor])
 
     def _along(self, quantity: Quantity, states: Array) -> Array:
-        return quantity.along(self._runs.model, self._workspace, states)
+        return quantity.along(self._runs.model, self._workspace, states, self._until)
 
-    def _costs(self) -> dict[tuple[str, float], float]:
-        """Return the wall time per simulated second, measured in turns."""
-        found: dict[tuple[str, float], float] = {}
-        for _ in range(TURNS):
-            for splitting, factor in self._thermostats:
-                thermostat, data = self._thermostat(splitting, factor)
-                timestep = factor * self._runs.timestep
-                guess = found.get((splitting, timestep), math.inf) * timestep
-                steps = max(8, min(10_000, int(SAMPLE / guess)))
-                began = time.perf_counter()
-                try:
-                    thermostat.step(data, steps)
-                except FloatingPointError:
+    def _running(self, splitting: str, factor: float) -> float:
+        """Return the wall time in s that replicas probably run; 0 if they diverge."""
+        turns = math.ceil(REPLICAS / min(REPLICAS, os.cpu_count() or 1))
+        cost = self._costs.get((splitting, factor), 0.0)
+        return self._slower * cost * self._duration * turns
+
+    def _predicted(self, splitting: str, factor: float) -> float:
+        return self._running(splitting, factor) + self._reading * self._records * REPLICAS
+
+    def _measure_costs(self, keys: Sequence[tuple[str, float]]) -> None:
+        """Measure the wall time per simulated second, in turns; what diverges has none."""
+        part = PILOT * self._budget
+        sample, failed = min(SAMPLE, part / len(keys) / (TURNS + 1)), set[tuple[str, float]]()
+        self._steps(TRUTH, FINE, 1)  # compiles
+        began = time.perf_counter()
+        self._until = began + self._budget
+        states = np.tile(self._runs.recorded_start(), (READ, 1))
+        for quantity in (self._quantity, KINETIC):
+            self._along(quantity, states)
+        self._reading = (time.perf_counter() - began) / READ
+        steps = dict.fromkeys(keys, FEWEST)
+        for turn in range(TURNS):
+            for key in keys:
+                if key in failed or (turn and time.perf_counter() > began + part):
                     continue
-                taken = (time.perf_counter() - began) / (steps * timestep)
-                key = splitting, timestep
-                found[key] = min(taken, found.get(key, math.inf))
-        return found
+                timestep = key[1] * self._runs.timestep
+                most = max(FEWEST, int(self._duration / timestep))
+                try:
+                    while (taken := self._steps(*key, steps[key])) < sample / 2 and steps[
+                        key
+                    ] < most:
+                        steps[key] = min(2 * steps[key], most)
+                except FloatingPointError:
+                    failed.add(key)
+                    self._costs.pop(key, None)
+                    continue
+                cost = taken / (steps[key] * timestep)
+                self._costs[key] = min(cost, self._costs.get(key, math.inf))
 
-
-def _recommend(advice: Advice) -> None:
-    """Recommend the cheapest splitting whose statistics are certain to agree."""
-    bounds = certain(advice.statistics)
-    for key, bound in bounds.items():
-        if bound <= advice.error:
-            advice.integrator, advice.timestep = key
-            advice.promised = bound
-            return
-    advice.reason = "the statistics are too uncertain" if bounds else "the budget is too small"
+    def _steps(self, splitting: str, factor: float, count: int) -> float:
+        """Return the wall time in s of so many steps from the start."""
+        thermostat, data = self._thermostat(splitting, factor)
+        began = time.perf_counter()
+        thermostat.step(data, count)
+        return time.perf_counter() - began

@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import mujoco
 
-from magmotor.advice.advise import advise
-from magmotor.advice.points import MARGIN
+from magmotor.advice.advise import survey
+from magmotor.advice.paths import INTEGRATORS
 from magmotor.advice.quantities import POSITIONS
 from magmotor.common.checks import reject
 from magmotor.device.device import Scene
@@ -36,23 +36,24 @@ def measured(scene: Scene, error: float, methods: tuple[str, ...]) -> Measured:
     ValueError
         No method reaches the error; the message says why.
     """
+    names = {f"mujoco/{name.lower()}": name for name in INTEGRATORS}
+    among = {names[method]: method for method in methods if method in names}
+    if not among:
+        raise reject("method", ", ".join(methods), f"must be one of {', '.join(names)}")
     model = build(scene, visual=False)
     data = mujoco.MjData(model)
     if model.nkey:
         mujoco.mj_resetDataKeyframe(model, data, 0)
     with magnetism() if acting_forces(model) else nullcontext():
-        found = advise(
-            model, data, quantity=POSITIONS, duration=DURATION, error=error, budget=BUDGET
-        )
-    good = [
+        found = survey(
+            model, data, quantity=POSITIONS, duration=DURATION, error=error, budget=BUDGET,
+            among=among, tune=False,
+        )  # fmt: skip
+    if found.integrator is None:
+        raise reject("error", error, f"was not reached: {found.reason}")
+    best = next(
         point for point in found.points
-        if MARGIN * (point.error + found.doubt) <= error
-        and f"mujoco/{point.integrator.lower()}" in methods
-    ]  # fmt: skip
-    if not good:
-        reason = found.reason or "only methods that this package does not use reach it"
-        raise reject("error", error, f"was not reached: {reason}")
-    best = min(good, key=lambda point: point.seconds)
-    promised = MARGIN * (best.error + found.doubt)
-    method = f"mujoco/{best.integrator.lower()}"
-    return Measured(method, best.timestep, promised, best.seconds, found.horizon)
+        if (point.integrator, point.timestep) == (found.integrator, found.timestep)
+    )  # fmt: skip
+    method = among[found.integrator]
+    return Measured(method, best.timestep, found.promised, best.seconds, found.horizon)
