@@ -105,7 +105,7 @@ def _disk_errors(run: xr.Dataset, reference: xr.Dataset) -> dict[str, list[float
     unit = gibbs_mean_squares(DISK)["slip"]
     hot = [(data.v + data.omega).values ** 2 / unit for data in (run, reference)]
     return {
-        "path": [_strong_error(run.x.values, reference.x.values), 0.0],
+        "path": [strong_error(run.x.values, reference.x.values), 0.0],
         "temperature": _paired((hot[0] - hot[1])[:, SETTLED:].mean(axis=1)),
     }
 
@@ -115,7 +115,7 @@ def _motor_errors(run: xr.Dataset, reference: xr.Dataset) -> dict[str, list[floa
     differences = (_mode_temperatures(run) - _mode_temperatures(reference)).T
     slip, *ring = (_paired(differences[mode]) for mode in range(len(MODES)))
     paths = {"path": "position", "slip_path": "slip_velocity", "ring_path": "ring_axis"}
-    strong = {k: [_strong_error(run[v].values, reference[v].values), 0.0] for k, v in paths.items()}
+    strong = {k: [strong_error(run[v].values, reference[v].values), 0.0] for k, v in paths.items()}
     hot = {"slip_temperature": slip, "ring_temperature": max(ring, key=max)}
     return {**strong, **hot, "temperature": max(hot.values(), key=max)}
 
@@ -136,7 +136,7 @@ ERRORS: dict[str, Callable[[xr.Dataset, xr.Dataset], dict[str, list[float]]]] = 
 }
 
 
-def _strong_error(values: Array, true: Array) -> float:
+def strong_error(values: Array, true: Array) -> float:
     """Return the rms error over the rms distance traveled; shapes (replicas, T, ...)."""
     wrong, covered = values[:, STRONG] - true[:, STRONG], true[:, STRONG] - true[:, 0]
     return float(np.sqrt(np.mean(wrong**2) / np.mean(covered**2)))
