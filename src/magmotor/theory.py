@@ -2,6 +2,7 @@
 
 from magmotor.device.step_limits import small_motion
 from magmotor.devices.ball.resting import resting_ball
+from magmotor.devices.ball.slip import eddy_drag
 from magmotor.devices.disk.theory.coefficients import (
     ballistic_coefficient,
     flat_x_diffusion,
@@ -51,6 +52,7 @@ __all__ = [
     "ball_injection_rate",
     "ballistic_coefficient",
     "d_diffusion",
+    "eddy_drag",
     "euler_slip_variance",
     "field_under_center",
     "flat_mean_displacement",

@@ -11,6 +11,7 @@ import pytest
 
 import magmotor as mm
 from benchmarks.accuracy import dry_friction, paths, topic
+from magmotor.advice.points import Point
 from magmotor.device.step_limits import step_limit
 from magmotor.run import chart_data
 
@@ -465,6 +466,25 @@ def test_a_scene_is_measured_when_asked(monkeypatch):
     count = min(len(own), len(fine))
     error = np.abs(own[:count] - fine[:count]).max() / np.ptp(fine)
     assert error < 0.06  # 0.02, of another quantity on other noise
+
+
+def test_what_is_measured_is_what_the_advice_chose(monkeypatch):
+    asked = {}
+
+    def survey(_model, _data, **arguments):
+        asked.update(arguments)
+        points = (Point("Euler", 0.004, 0.1, 0.001), Point("RK4", 0.002, 0.3, 0.002))
+        return mm.Advice(
+            "positions", 0.01, 20.0, "RK4", 0.002, promised=0.009, points=points, horizon=3.0
+        )
+
+    monkeypatch.setattr("magmotor.run.measured.survey", survey)
+    choice = mm.recommend(mm.Top.paper(4), error=0.01, measure=True)
+    assert (choice.method, choice.timestep, choice.error) == ("mujoco/rk4", 0.002, 0.009)
+    assert (choice.seconds, choice.duration) == (0.3, 3.0)
+    assert ({*asked["among"]}, asked["tune"]) == ({"Euler", "RK4", "implicitfast"}, False)
+    with pytest.raises(ValueError, match="method = 'variational/baoab': must be one of mujoco/"):
+        mm.recommend(mm.Top.paper(4), method="variational/baoab", measure=True)
 
 
 @pytest.mark.parametrize(("asked", "message"), [

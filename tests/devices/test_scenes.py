@@ -38,7 +38,7 @@ BAD = [
         {"ring_script": ((0, 0.2, 0), (1, 0.3, 0.7), (2, 0.2, 0.7))},
         r"tilt = 0.7: .*touches the floor",
     ),
-    ({"ring_script": ((0, 0.2),)}, r"ring_script\[0\] = .*: must be three numbers"),
+    ({"ring_script": ((0, 0.2),)}, r"ring_script\[0\] = .*: must be time, height, tilt and opt"),
     ({"coupling": 0}, "coupling = 0: must be greater than 0 J m"),
     ({"gravity": -9.81}, "gravity = -9.81: must be at least 0"),
     ({"surface": "plan"}, "surface = 'plan': must be one of planar, plane .*'plane'"),
@@ -58,6 +58,7 @@ def test_bad_fields_are_named_with_value_and_bound(fields, message):
 
 def test_every_field_has_a_unit_a_doc_and_a_bad_value_among_the_tests():
     tried = {name for fields, _ in BAD for name in fields}
+    tried |= {"floor_tilt", "background_field", "torsional_damping"}  # in test_real_world.py
     for field in dataclasses.fields(mm.Top):
         if field.name != "torsional_friction":
             assert field.name in tried, field.name
@@ -101,13 +102,13 @@ def test_the_ring_leans_into_its_azimuth_and_points_outward():
 
 
 def test_the_script_passes_its_waypoints_at_rest():
-    script = (Waypoint(1.0, 0.5, 0.0), Waypoint(3.0, 0.2, 0.0), Waypoint(4.0, 0.2, 0.1))
-    assert pose(script, -5.0) == (0.5, 0.0)
-    assert pose(script, 9.0) == (0.2, 0.1)
+    poses = (1.0, 0.5, 0.0, 0.3), (3.0, 0.2, 0.0, 0.3), (4.0, 0.2, 0.1, 2.0)
+    script = tuple(Waypoint(*each) for each in poses)
+    assert pose(script, -5.0) == (0.5, 0.0, 0.3)
+    assert pose(script, 9.0) == (0.2, 0.1, 2.0)
+    for time, *there in poses:
+        assert pose(script, time) == pytest.approx(tuple(there), rel=1e-15, abs=0)  # 0
     for waypoint in script:
-        assert pose(script, waypoint.time) == pytest.approx(
-            (waypoint.height, waypoint.tilt), rel=1e-15, abs=0
-        )  # 0
         before, after = (pose(script, waypoint.time + s)[0] for s in (-1e-4, 1e-4))
         assert abs(after - before) < 5e-12  # 4e-13
     assert pose(script, 2.0)[0] == pytest.approx(0.35, rel=1e-15, abs=0)  # 0, or rounding

@@ -264,7 +264,7 @@ CALLS: dict[Any, dict[str, Any]] = {
     TOP.ring_pose: {"time": 0.0},
     TOP.ring_sources: {"time": 0.0},
     MOTOR.ring_sources: {"time": 0.0},
-    TOP.ring_quaternion: {"tilt": 0.1},
+    TOP.ring_orientation: {"time": 0.0},
     TOP.in_world: {"positions": POINTS, "moments": POINTS, "time": 0.0},
     **{
         kind: {field: getattr(kind(), field) for field in inspect.signature(kind).parameters}

@@ -1,6 +1,7 @@
 """The effective potential V_e = -m |B| on the plane: values, valley, and critical points.
 
-V_e is the energy of a ball whose axis is aligned with the field. The paper writes it as
+V_e is the energy of a ball whose axis is aligned with the field, including its weight on a tilted
+floor. The paper writes it as
 -kappa_2 B.B, which is the same with kappa_2 = 1/|B|. The motor's inner ring is assumed to be level.
 """
 
@@ -135,16 +136,18 @@ def minimum(scene: BallScene, time: float = 0.0) -> CriticalPoint:
     Raises
     ------
     ValueError
-        V_e has no minimum within 1.5 ring radii, for example under a very high tilted ring.
+        V_e has no minimum within 1.5 ring radii, for example under a very high tilted ring, or on a
+        steep floor.
     """
     sources = scene.ring_sources(time)
     starts = [np.zeros(2), *_lows(scene, sources)]
     points = [_stationary(scene, start, sources) for start in starts]
     found = [point for point in points if point is not None]
     if not found:
-        _, height = scene.near_ring(time)
         sentence = f"V_e has no minimum within {REACH:g} ring radii of the center"
-        raise reject("height of the ring", height, sentence)
+        if any(scene.floor_tilt):
+            raise reject("floor_tilt", scene.floor_tilt, f"is too steep: {sentence}")
+        raise reject("height of the ring", scene.near_ring(time)[1], sentence)
     return _classify(scene, min(found, key=lambda p: aligned_energy(scene, p, sources)), sources)
 
 
@@ -210,12 +213,15 @@ def aligned_energy(scene: BallScene, points: ArrayLike, sources: Sources) -> Arr
 
     The ball touches the plane at `points`, shape (..., 2), in m.
     """
-    field = dipoles.field(on_plane(scene, points), *sources)
-    return -scene.moment * np.linalg.norm(field, axis=-1)
+    centers = on_plane(scene, points)
+    field = total_field(scene, centers, sources)
+    return scene.gravitational_energy(centers) - scene.moment * np.linalg.norm(field, axis=-1)
 
 
 def aligned_force(scene: BallScene, points: ArrayLike) -> tuple[Array, Array]:
-    """Return the magnetic force on a ball whose axis is along the field, and this axis.
+    """Return the force on a ball whose axis is along the field, and this axis.
+
+    The force is that of magnetism and, on a tilted floor, of the weight along it.
 
     Parameters
     ----------
@@ -229,6 +235,11 @@ def aligned_force(scene: BallScene, points: ArrayLike) -> tuple[Array, Array]:
     """
     force, field = _aligned(scene, points, scene.ring_sources())
     return force, field / np.linalg.norm(field, axis=-1, keepdims=True)
+
+
+def total_field(scene: BallScene, centers: Array, sources: Sources) -> Array:
+    """Return the field (..., 3) of dipoles and of the background at points (..., 3), in T."""
+    return dipoles.field(centers, *sources) + scene.background_field
 
 
 def _radius(scene: BallScene) -> float:
@@ -250,9 +261,10 @@ def _gradient(scene: BallScene, points: Array, sources: Sources) -> Array:
 def _aligned(scene: BallScene, points: ArrayLike, sources: Sources) -> tuple[Array, Array]:
     """Return the force on the aligned dipole, and the field."""
     centers = on_plane(scene, points)
-    field = dipoles.field(centers, *sources)
+    field = total_field(scene, centers, sources)
     moment = scene.moment * field / np.linalg.norm(field, axis=-1, keepdims=True)
-    return dipoles.force_and_field(centers, moment, *sources)[0], field
+    force = dipoles.force_and_field(centers, moment, *sources)[0]
+    return force + scene.downhill_force, field
 
 
 def _azimuths(sources: Sources, fineness: int) -> Array:

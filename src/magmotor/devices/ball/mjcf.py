@@ -11,7 +11,9 @@ from magmotor.mjcf import parts
 
 def add_ball(root: parts.Element, scene: BallScene, inertia: Sequence[float]) -> None:
     """Set the mass, size, magnetic moment and joints of the ball; `inertia` in kg m^2."""
-    root.option.gravity = [0.0, 0.0, -scene.gravity]
+    root.option.gravity = scene.gravity_vector
+    if any(scene.background_field):
+        root.custom.add("numeric", name="field_background", data=scene.background_field)
     _resize(root, scene.ball_radius)
     body = root.find("body", "ball")
     body.add("inertial", pos=[0, 0, 0], mass=scene.ball_mass, diaginertia=inertia)
@@ -22,6 +24,11 @@ def add_ball(root: parts.Element, scene: BallScene, inertia: Sequence[float]) ->
         body.add("joint", name="x", type="slide", axis=[1, 0, 0])
         body.add("joint", name="y", type="slide", axis=[0, 1, 0])
         body.add("joint", name="orientation", type="ball")
+
+
+def mark(root: parts.Element, scene: BallScene, kinds: str) -> None:
+    """Declare which user numbers, tuples and numerics of the model are magnetic or noise."""
+    parts.mark(root, f"{kinds} fields" if any(scene.background_field) else kinds)
 
 
 def start_ball(root: parts.Element, scene: BallScene, qpos: Array) -> None:

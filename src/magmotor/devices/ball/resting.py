@@ -24,7 +24,7 @@ def resting_ball(scene: BallScene) -> tuple[Array, Array]:
     For the motor, this is under the first outer dipole, with the inner ring level.
     """
     center = np.array([*scene.resting_place(), scene.ball_radius])
-    field = dipoles.field(center, *scene.ring_sources())
+    field = dipoles.field(center, *scene.ring_sources()) + scene.background_field
     return center, field / np.linalg.norm(field)
 
 

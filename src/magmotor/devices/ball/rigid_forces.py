@@ -24,7 +24,7 @@ class Magnets(NamedTuple):
 
     `fixed` are the dipoles at rest, and `frame` those of the ring in its own frame, whose origin is
     at `height` on the z axis. `moment` is that of the ball, in A m^2. The interaction of ring and
-    ball is multiplied by `factor`.
+    ball is multiplied by `factor`. `background` is a uniform field in T, which acts on the ball.
     """
 
     moment: float
@@ -32,6 +32,7 @@ class Magnets(NamedTuple):
     frame: NDArray[np.float64]
     height: float
     factor: float
+    background: tuple[float, float, float]
 
 
 @njit(inline="always")
@@ -50,7 +51,7 @@ def torque_about(center, position, moment, force, field):
 
 
 @njit(inline="always")
-def wrenches(position, ball, inner, ring, magnets):
+def wrenches(position, ball, inner, ring, magnets, downhill):
     """Return force and torque on the ball, and the torque on the ring about its center.
 
     The torque on the ring follows from the reaction: about any point, the interaction of two bodies
@@ -62,6 +63,8 @@ def wrenches(position, ball, inner, ring, magnets):
         Position of the ball, its orientation and that of the ring.
     ring : ndarray, shape of `magnets.frame`
         Buffer for the ring's dipoles in the world frame; their labels must be set already.
+    downhill
+        Force of gravity along the floor.
     """
     moment = scaled(magnets.moment, third_axis(ball))
     force, field = force_and_field(position, moment, magnets.fixed)
@@ -79,6 +82,8 @@ def wrenches(position, ball, inner, ring, magnets):
                 pull, there = force_and_field((x, y, z), (mx, my, mz), ring)
                 on_fixed = torque_about(center, (x, y, z), (mx, my, mz), pull, there)
                 reaction = plus(reaction, 1.0, on_fixed)
+    force = plus(force, 1.0, downhill)
+    field = plus(field, 1.0, magnets.background)
     return force, cross(moment, field), scaled(-1.0, reaction)
 
 
@@ -91,7 +96,8 @@ class Bodies(NamedTuple):
 
     Moments of inertia are in kg m^2; `across` and `axial` are those of the ring across and about
     its axis. Friction and noise of the slip are in kg/s and N sqrt(s), those of the ring in
-    kg m^2/s and N m sqrt(s).
+    kg m^2/s and N m sqrt(s), and torsion, the friction of the ball's rotation about the vertical,
+    in N m s. `downhill` is the weight of the ball along the floor, in N.
     """
 
     mass: float
@@ -101,8 +107,10 @@ class Bodies(NamedTuple):
     axial: float
     slip_friction: float
     slip_noise: float
+    torsion: float
     ring_friction: float
     ring_noise: float
+    downhill: tuple[float, float, float]
 
     @property
     def slip_mass(self) -> float:
@@ -112,7 +120,14 @@ class Bodies(NamedTuple):
 
 def floats(numbers: Numbers) -> Numbers:
     """Convert a named tuple's numbers to floats; integers would require another compilation."""
-    values: list[Any] = [n if isinstance(n, np.ndarray) else float(n) for n in numbers]
+    values: list[Any] = [
+        n
+        if isinstance(n, np.ndarray)
+        else tuple(map(float, n))
+        if isinstance(n, tuple)
+        else float(n)
+        for n in numbers
+    ]
     return type(numbers)(*values)
 
 
@@ -122,10 +137,10 @@ class StepCoefficients(NamedTuple):
     Each row of `flags` has four flags of a part: drift, kick, friction and noise, and new forces.
     If `before` is -1, the first kick uses the forces of the previous step; else it is 0.
 
-    Each row of `numbers` has the duration of a part, then three triples (a, b, d): for the slip,
-    and for the ring across and about its axis. The impulse of friction and noise is
-    a u + b xi + d F, where u is the velocity before the part, xi a standard normal number, and F
-    a force that acts at the same time; d is in s.
+    Each row of `numbers` has the duration of a part, then four triples (a, b, d): for the slip, for
+    the ring across and about its axis, and for the rotation of the ball about the vertical. The
+    impulse of friction and noise is a u + b xi + d F, where u is the velocity before the part, xi a
+    standard normal number, and F a force that acts at the same time; d is in s.
     """
 
     timestep: float
@@ -140,6 +155,7 @@ def step_coefficients(bodies: Bodies, scheme: Scheme, timestep: float) -> StepCo
         (bodies.slip_mass, bodies.slip_friction, bodies.slip_noise),
         (bodies.across, bodies.ring_friction, bodies.ring_noise),
         (bodies.axial, bodies.ring_friction, bodies.ring_noise),
+        (bodies.inertia, bodies.torsion, 0.0),
     )
     needs_force = kicks_that_evaluate(scheme.parts)
     flags = [

@@ -119,7 +119,9 @@ def _advance(checksum: int, splits: bool, by_cayley: bool):
                     if flags[part, 3]:
                         # Only here: a second copy of this code might round differently.
                         position = ball[0][0], ball[0][1], bodies.radius
-                        force, torque, on_ring = wrenches(position, ball[2], ring[0], work, magnets)
+                        force, torque, on_ring = wrenches(
+                            position, ball[2], ring[0], work, magnets, bodies.downhill
+                        )
                     if n < 0:
                         continue
                     drifts, kicks, o_part = flags[part, 0], flags[part, 1], flags[part, 2]

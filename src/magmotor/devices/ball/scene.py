@@ -1,35 +1,52 @@
 """The common base of the scenes of top and motor: a magnetic ball on a plane, under a ring."""
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.common.arrays import Array
+from magmotor.common.checks import reject
 from magmotor.device.device import Scene
+from magmotor.device.quantities import quantity
 from magmotor.numerics.reproducible import applied
 
 
+@dataclass(frozen=True, kw_only=True)
 class BallScene(Scene):
-    """A scene with a ball; `Top` and `Motor` define the fields.
+    """A scene with a ball; `Top` and `Motor` define most of its fields.
 
-    Attributes
-    ----------
-    ball_mass, ball_radius : float
-        In kg and m.
-    gravity : float
-        In m/s^2.
-    surface : str
-        `planar`: the ball is constrained to the plane; `plane`: a contact bears it.
-    coupling : float
-        See the field of `Top` and `Motor`.
+    Rings, fields and motion are described in the frame of the floor, to which the rings are fixed.
     """
 
     ball_mass: float
     ball_radius: float
-    gravity: float
-    surface: str
     coupling: float
+    gravity: float = quantity(9.81, "m/s^2", "gravitational acceleration", at_least=0)
+    surface: str = quantity(
+        "planar",
+        "",
+        "planar: constrained to z = r as in the paper; plane: gravity and unilateral contact",
+        choices=("planar", "plane"),
+    )
+    floor_tilt: tuple[float, float] = quantity(
+        (0.0, 0.0),
+        "rad",
+        "angles by which the floor descends along x and y",
+        at_least=-0.5,
+        below=0.5,
+    )
+    background_field: tuple[float, float, float] = quantity(
+        (0.0, 0.0, 0.0), "T", "uniform field, such as the earth's, in the frame of the floor"
+    )
+
+    def _check_gravity(self) -> None:
+        """Check that gravity is not zero on a tilted floor, and on a plane that bears the ball."""
+        if self.gravity == 0 and self.surface == "plane":
+            raise reject("gravity", self.gravity, "must be positive when surface = 'plane'")
+        if self.gravity == 0 and any(self.floor_tilt):
+            raise reject("gravity", self.gravity, "must be positive when floor_tilt is not zero")
 
     @property
     def moment(self) -> float:
@@ -49,9 +66,27 @@ class BallScene(Scene):
         raise NotImplementedError
 
     @property
+    def gravity_vector(self) -> tuple[float, float, float]:
+        """Acceleration of gravity in the frame of the floor, in m/s^2."""
+        x, y = (math.sin(angle) for angle in self.floor_tilt)
+        return self.gravity * x, self.gravity * y, -self.gravity * math.sqrt(1.0 - x * x - y * y)
+
+    @property
     def weight(self) -> float:
-        """Weight of the ball, in N."""
-        return self.ball_mass * self.gravity
+        """Component of the ball's weight across the floor, in N."""
+        return -self.ball_mass * self.gravity_vector[2]
+
+    @property
+    def downhill_force(self) -> tuple[float, float, float]:
+        """The part of the ball's weight along the floor, in N."""
+        x, y, _ = self.gravity_vector
+        return self.ball_mass * x, self.ball_mass * y, 0.0
+
+    def gravitational_energy(self, position: Array) -> Array:
+        """Return the energy (...) in J of a ball at positions (..., 3) in m; 0 at the center."""
+        x, y, _ = self.downhill_force
+        raised = self.weight * (position[..., 2] - self.ball_radius)
+        return raised - (x * position[..., 0] + y * position[..., 1])
 
 
 def ring_dipoles(count: int, radius: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -1,11 +1,14 @@
 """The slip of a ball on its plane."""
 
+import math
+
 import numpy as np
 
 from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
-from magmotor.common.hints import Vectors
+from magmotor.common.hints import NotNegative, Vectors
 from magmotor.devices.ball.scene import BallScene
+from magmotor.dipoles import PERMEABILITY_OVER_4PI
 
 
 @checked
@@ -23,6 +26,25 @@ def slip_velocity(scene: BallScene, velocity: Vectors, angular_velocity: Vectors
         In m/s.
     """
     return velocity + np.cross(angular_velocity, [0.0, 0.0, -scene.ball_radius])
+
+
+@checked
+def eddy_drag(scene: BallScene, conductivity: NotNegative) -> float:
+    """Return the drag by eddy currents in a conducting floor, in kg/s: force = -drag v.
+
+    mu_0^2 sigma m^2/(128 pi h^3) is that on a vertical dipole at the height h = r above a
+    half-space, along which it moves slowly. It acts on the velocity v of the center, not on the
+    slip.
+
+    Parameters
+    ----------
+    scene : Top or Motor
+    conductivity : float
+        In S/m; 3.5e7 for aluminium.
+    """
+    permeability = 4 * math.pi * PERMEABILITY_OVER_4PI
+    strength = (permeability * scene.moment) ** 2 * conductivity
+    return strength / (128 * math.pi * scene.ball_radius**3)
 
 
 def mobility(mass: float, radius: float, inertia: float) -> float:

@@ -52,7 +52,7 @@ def motor_energy(scene: Motor, states: MotorStates) -> MotorEnergy:
     """Compute total energy E, energy of the inner ring, and lift; U is that of the Lagrangian.
 
     The energy of ball and inner ring is multiplied by `ball_ring_factor`; gravity is zero when the
-    ball is on the plane.
+    ball is on a level plane.
     """
     axis, ring_axis = axes(states.orientation), axes(states.ring_orientation)
     shape = states.position.shape[:-1]
@@ -72,8 +72,7 @@ def motor_energy(scene: Motor, states: MotorStates) -> MotorEnergy:
     ring = wobble + 0.5 * axial * about**2 + on_ring
     translation = scene.ball_mass * np.sum(states.velocity**2, axis=-1)
     rotation = scene.ball_inertia * np.sum(states.angular_velocity**2, axis=-1)
-    height = states.position[..., 2] - scene.ball_radius
-    ball = 0.5 * (translation + rotation) + scene.ball_mass * scene.gravity * height
+    ball = 0.5 * (translation + rotation) + scene.gravitational_energy(states.position)
     return MotorEnergy(ball + on_ball + ring, ring, wobble, lift)
 
 
@@ -92,7 +91,7 @@ def _magnetic(checksum: int):
             m = moment[i, 0], moment[i, 1], moment[i, 2]
             near, nearby = force_and_field(place, m, ring)
             far, far_field = force_and_field(place, m, fixed)
-            out[0, i] = -factor * dot(m, nearby) - dot(m, far_field)
+            out[0, i] = -factor * dot(m, nearby) - dot(m, far_field) - dot(m, magnets.background)
             out[1, i] = 0.0
             out[2, i] = factor * near[2] + far[2]
             for j in range(fixed.shape[1]):

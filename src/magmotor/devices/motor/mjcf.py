@@ -8,7 +8,7 @@ from magmotor.common.arrays import Array
 from magmotor.device.job import Job
 from magmotor.devices.ball.contacts import add_contacts, tune_solver
 from magmotor.devices.ball.coordinates import BallCoordinates, neg_quat, rot_vec_quat
-from magmotor.devices.ball.mjcf import add_ball, draw_ring, size_arrows, start_ball
+from magmotor.devices.ball.mjcf import add_ball, draw_ring, mark, size_arrows, start_ball
 from magmotor.devices.ball.scene import ring_dipoles
 from magmotor.devices.motor.heat_and_work import heat_and_work_sums
 from magmotor.devices.motor.scene import Motor
@@ -104,7 +104,7 @@ def compose_motor(scene: Motor, *, visual: bool) -> parts.Element:
     _place_rings(root, scene)
     _couple(root, scene.ball_ring_factor)
     _drive(root, scene)
-    parts.mark(root, "dipoles couplings noise")
+    mark(root, scene, "dipoles couplings noise")
     if not visual:
         parts.disable_unused(root, keep=("damper",) if scene.friction_ring else ())
         tune_solver(root, scene.surface, scene.friction_ball)

@@ -45,6 +45,7 @@ def problem(scene: Motor, initial: MotorStates) -> tuple[Callable, Array, Array]
             scene.inner_height,
             float(scene.ball_ring_factor),
         ),
+        (*map(float, scene.background_field), *map(float, scene.downhill_force[:2])),
     )
 
     def derivative(t, y):
@@ -68,8 +69,9 @@ def problem(scene: Motor, initial: MotorStates) -> tuple[Callable, Array, Array]
 def _derivative(checksum: int):
     """Compile the right-hand side; the torque on the ring is the sum over its dipoles."""
 
-    def derivative(s, masses, frictions, moment, magnets):
+    def derivative(s, masses, frictions, moment, magnets, others):
         _ = checksum
+        background, (push_x, push_y) = others[:3], others[3:]
         mass, r, inertia, across, axial = masses
         c, c_ring = frictions
         outer, frame, height, factor = magnets
@@ -81,8 +83,10 @@ def _derivative(checksum: int):
         on_ball = (s[0], s[1], r, axis[0], axis[1], axis[2])
         near = sum_over_sources(on_ball, NOBODY, inner, inner.shape[1])
         far = sum_over_sources(on_ball, NOBODY, outer, outer.shape[1])
-        force_x, force_y = far[0] + factor * near[0], far[1] + factor * near[1]
+        force_x = far[0] + factor * near[0] + push_x
+        force_y = far[1] + factor * near[1] + push_y
         field = plus((far[3], far[4], far[5]), factor, (near[3], near[4], near[5]))
+        field = plus(field, 1.0, background)
         torque = cross(axis, field)
         source = np.full((7, COUNT), NOBODY)
         source[:6, 0] = s[0], s[1], r, factor * axis[0], factor * axis[1], factor * axis[2]

@@ -106,13 +106,6 @@ class Motor(BallScene):
         None, "1", "initial direction of the dipole xi_3, of any length (default: along B)", size=3
     )
     spin: float = quantity(0.0, "rad/s", "initial angular velocity of the ball about xi_3")
-    gravity: float = quantity(9.81, "m/s^2", "gravitational acceleration", at_least=0)
-    surface: str = quantity(
-        "planar",
-        "",
-        "planar: constrained to z = r as in the paper; plane: gravity and unilateral contact",
-        choices=("planar", "plane"),
-    )
 
     def __post_init__(self) -> None:
         """Check each field, by itself and against the others."""
@@ -125,8 +118,7 @@ class Motor(BallScene):
             raise reject("axis", self.axis, "must have a nonzero component")
         self._check_rings()
         self._check_temperature()
-        if self.surface == "plane" and self.gravity == 0:
-            raise reject("gravity", self.gravity, "must be positive when surface = 'plane'")
+        self._check_gravity()
 
     def _check_rings(self) -> None:
         top, reach = 2 * self.ball_radius, self.inner_radius * math.sin(LARGEST_TILT)
@@ -137,6 +129,9 @@ class Motor(BallScene):
         if clear <= self.inner_radius:
             sentence = f"must be less than {clear:g} m: otherwise the rings overlap"
             raise reject("inner_radius", self.inner_radius, sentence)
+        if any(self.background_field) and self.inner_dipoles == 1:
+            sentence = "must be zero with one inner dipole, whose torque in it is not modeled"
+            raise reject("background_field", self.background_field, sentence)
         across, _, axial = self.inner_moments
         if axial > 2 * across:
             sentence = f"must be at most twice the moment across the axis, {2 * across:g} kg m^2"

@@ -36,7 +36,7 @@ def start_motor(scene: Motor, replicas: int = 1) -> MotorStates:
     """Return the initial state of the scene for all replicas, with the ring level and at rest."""
     position = scene.position or (valley_radius(scene), 0.0)
     center = np.array([*position, scene.ball_radius])
-    axis = scene.axis or dipoles.field(center, *scene.ring_sources())
+    axis = scene.axis or dipoles.field(center, *scene.ring_sources()) + scene.background_field
     orientation = smallest_turn(axis)
     state = {
         "position": center,

@@ -114,7 +114,8 @@ def small_motion(scene: Motor) -> SmallMotion:
         pushes, twists = dipoles.wrench(inner_arms + center, inner_moments, *outer)
         on_ring += np.sum(np.cross(inner_arms, pushes) + twists, axis=1)
         outer_push, outer_twist = dipoles.wrench(ball, moment, *outer)
-        return np.hstack([(push + outer_push)[:, :2], twist + outer_twist, on_ring])
+        twist = twist + outer_twist + np.cross(moment, scene.background_field)
+        return np.hstack([(push + outer_push)[:, :2], twist, on_ring])
 
     sphere = scene.ball_inertia
     inertia = np.diag([scene.ball_mass, scene.ball_mass, *3 * [sphere], *scene.inner_moments])

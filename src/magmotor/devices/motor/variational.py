@@ -39,8 +39,10 @@ def bodies(scene: Motor) -> Bodies:
         axial=axial,
         slip_friction=scene.frictions[0],
         slip_noise=scene.noises[0],
+        torsion=0.0,
         ring_friction=scene.frictions[-1],
         ring_noise=scene.noises[-1],
+        downhill=scene.downhill_force,
     )
     return floats(found)
 
@@ -54,6 +56,7 @@ def magnets(scene: Motor) -> Magnets:
         frame=pack_sources(positions, scene.moment * outward),
         height=scene.inner_height,
         factor=scene.ball_ring_factor,
+        background=scene.background_field,
     )
     return floats(found)
 

@@ -52,6 +52,8 @@ class TopDevice(BallDevice[Top, BallStates]):
             return MUJOCO
         if scene.ring_script or scene.inertia[0] != scene.inertia[2]:
             return (*MUJOCO, "scipy/dop853")
+        if scene.torsional_damping:
+            return (*splittings.methods(splittings.RIGID, noise=False), *MUJOCO, "scipy/dop853")
         return (*splittings.methods(splittings.RIGID, noise=False), *MUJOCO_PLANAR, "scipy/dop853")
 
     def check_run(

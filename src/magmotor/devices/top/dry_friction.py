@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 
 from magmotor import dipoles
 from magmotor.common.arrays import Array
-from magmotor.devices.ball.landscape import aligned_force, on_plane, valley
+from magmotor.devices.ball.landscape import aligned_force, on_plane, total_field, valley
 from magmotor.devices.top.scene import Top
 
 ITERATIONS = 10
@@ -102,21 +102,22 @@ def held_axis(scene: Top, points: Array) -> tuple[Array, Array, Array]:
     axis : ndarray, shape (P, 3)
         Unit vectors.
     force : ndarray, shape (P, 3)
-        Magnetic force on the ball, in N.
+        Force of magnetism and of the weight along the floor on the ball, in N.
     energy : ndarray, shape (P,)
-        Magnetic energy of the ball, in J.
+        Energy of the ball, in J.
     """
     sources = scene.ring_sources()
     center = on_plane(scene, points)
-    field = scene.moment * dipoles.field(center, *sources)
+    field = scene.moment * total_field(scene, center, sources)
     axis = force = field / np.linalg.norm(field, axis=1, keepdims=True)
     for _ in range(ITERATIONS):
         force = dipoles.force_and_field(center, scene.moment * axis, *sources)[0]
+        force = force + scene.downhill_force
         torque = axis[:, 2:] * force
         torque[:, 2] -= np.sum(axis * force, axis=1)
         axis = field + scene.ball_radius * torque
         axis /= np.linalg.norm(axis, axis=1, keepdims=True)
-    return axis, force, -np.sum(axis * field, axis=1)
+    return axis, force, scene.gravitational_energy(center) - np.sum(axis * field, axis=1)
 
 
 def stopping_coefficients(scene: Top) -> tuple[float, float]:
@@ -162,7 +163,7 @@ def spin_per_coulomb(run: xr.Dataset, scene: Top) -> float:
     slip, axis = run.slip_velocity.values, run.axis.values
     speed = np.maximum(np.linalg.norm(slip, axis=1), 1e-12)
     sideways = (slip[:, 0] * axis[:, 1] - slip[:, 1] * axis[:, 0]) / speed
-    load = scene.ball_mass * scene.gravity
+    load = scene.weight
     torque = load * scene.ball_radius * sideways
     return float(np.abs(np.cumsum(torque)).max() * interval / scene.inertia[2])
 
@@ -187,11 +188,11 @@ def hertz_torsional_coefficient(scene: Top, coulomb: float, modulus: float) -> f
     float
         Torque over load, in m.
     """
-    load = scene.ball_mass * scene.gravity
+    load = scene.weight
     radius = (0.75 * load * scene.ball_radius / modulus) ** (1 / 3)
     return 3 * np.pi / 16 * coulomb * radius
 
 
 def _load(scene: Top, force: Array) -> Array:
     """Return weight minus lift, in N."""
-    return scene.ball_mass * scene.gravity - force[:, 2]
+    return scene.weight - force[:, 2]

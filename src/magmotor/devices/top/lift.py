@@ -44,7 +44,7 @@ def lift_map(scene: Top, points: ArrayLike) -> tuple[Array, Array]:
         Unit vector.
     """
     force, axis = aligned_force(scene, points)
-    return force[..., 2] / (scene.ball_mass * scene.gravity), axis
+    return force[..., 2] / scene.weight, axis
 
 
 def largest_lift_map(scene: Top, points: ArrayLike) -> Array:
@@ -68,7 +68,7 @@ def largest_lift_map(scene: Top, points: ArrayLike) -> Array:
     sources = scene.ring_sources()
     units = scene.moment * np.eye(3)
     lifts = [dipoles.force_and_field(center, unit, *sources)[0][..., 2] for unit in units]
-    return np.linalg.norm(lifts, axis=0) / (scene.ball_mass * scene.gravity)
+    return np.linalg.norm(lifts, axis=0) / scene.weight
 
 
 def largest_lift(scene: Top) -> Lift:

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from magmotor.device.job import Job
 from magmotor.devices.ball.contacts import add_contacts, tune_solver
 from magmotor.devices.ball.coordinates import BallCoordinates
-from magmotor.devices.ball.mjcf import add_ball, draw_ring, size_arrows, start_ball
+from magmotor.devices.ball.mjcf import add_ball, draw_ring, mark, size_arrows, start_ball
 from magmotor.devices.ball.states import axes
 from magmotor.devices.top.scene import Top
 from magmotor.devices.top.states import BallStates, start
@@ -19,15 +19,14 @@ def decorate(root: parts.Element, scene: Top) -> None:
     """Draw the ring and fit lights and cameras to a scene."""
     size_arrows(root, scene.ring_radius * min(1.0, 20 / scene.ring_dipoles))
     draw_ring(root, "ring", *scene.ring_dipole_frame())
-    highest = max([height for _, height, _ in scene.ring_script] or [scene.ring_height])
+    highest = max([waypoint.height for waypoint in scene.ring_script] or [scene.ring_height])
     radius = np.hypot(1.15 * scene.ring_radius, 0.5 * highest)
     fit_stage(root, [0.0, 0.0, highest / 2], radius)
 
 
 def placed_ring(scene: Top, time: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return position (3,) in m and orientation (4,) of the ring's mocap body at a time (s)."""
-    height, tilt = scene.ring_pose(time)
-    return np.array([0.0, 0.0, height]), scene.ring_quaternion(tilt)
+    return np.array([0.0, 0.0, scene.ring_pose(time)[0]]), scene.ring_orientation(time)
 
 
 class BallAdapter:
@@ -68,7 +67,8 @@ def compose_top(scene: Top, *, visual: bool) -> parts.Element:
     if visual:
         decorate(root, scene)
     add_ball(root, scene, scene.inertia)
-    parts.mark(root, "dipoles")
+    mark(root, scene, "dipoles")
+    _add_torsion(root, scene.torsional_damping)
     _place_ring(root.find("body", "ring"), scene)
     if not visual:
         parts.disable_unused(root)
@@ -81,8 +81,16 @@ def compose_top(scene: Top, *, visual: bool) -> parts.Element:
     return root
 
 
+def _add_torsion(root: parts.Element, damping: float) -> None:
+    """Add a torque about the vertical, in proportion to the angular velocity about it."""
+    if damping:
+        root.worldbody.add("site", name="floor", dclass="dipole", user=[0.0])
+        root.actuator.add(
+            "general", name="torsion", site="ball", refsite="floor", gear=[0, 0, 0, 0, 0, 1],
+            gainprm=[0.0], biastype="affine", biasprm=[0.0, 0.0, -damping],
+        )  # fmt: skip
+
+
 def _place_ring(body: parts.Element, scene: Top) -> None:
-    height, tilt = scene.ring_pose(0.0)
-    body.pos = [0.0, 0.0, height]
-    body.quat = scene.ring_quaternion(tilt)
+    body.pos, body.quat = placed_ring(scene, 0.0)
     parts.add_dipoles(body, scene.moment, *scene.ring_dipole_frame())

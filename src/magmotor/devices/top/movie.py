@@ -53,5 +53,5 @@ GAUGE = Gauge(
     needs=("position", "momentum_map"),
     values=lambda run, scene: SPIN(run, scene).values,
     alike=("ball_radius", "surface", "ring_dipoles", "ring_radius"),
-    height=lambda scene: max([h for _, h, _ in scene.ring_script] or [scene.ring_height]),
+    height=lambda scene: max([way.height for way in scene.ring_script] or [scene.ring_height]),
 )

@@ -32,7 +32,7 @@ class BallEnergy(NamedTuple):
     """Energies in J and the lift in N, each of shape (T,)."""
 
     total: Array
-    """Includes gravity, which is zero when the ball is on the plane."""
+    """Includes gravity, which is zero when the ball is on a level plane."""
     kinetic: Array
     magnetic: Array
     lift: Array
@@ -76,7 +76,7 @@ def kinetic_energy(scene: Top, states: BallStates) -> Array:
 
 @checked
 def energy(scene: Top, states: BallStates) -> Array:
-    """Compute the total energy in J, shape (T,); gravity is zero when the ball is on the plane."""
+    """Compute the total energy in J, shape (T,); that of gravity is zero on a level plane."""
     return ball_energy(scene, states).total
 
 
@@ -88,7 +88,7 @@ def ball_energy(scene: Top, states: BallStates) -> BallEnergy:
     turning = across * np.sum(spin**2, axis=-1) + (axial - across) * about**2
     kinetic = 0.5 * (scene.ball_mass * np.sum(states.velocity**2, axis=-1) + turning)
     magnetic, lift = _magnetic(scene, states)
-    raised = scene.ball_mass * scene.gravity * (states.position[:, 2] - scene.ball_radius)
+    raised = scene.gravitational_energy(states.position)
     return BallEnergy(kinetic + magnetic + raised, kinetic, magnetic, lift)
 
 
@@ -103,15 +103,19 @@ def _magnetic(scene: Top, states: BallStates) -> tuple[Array, Array]:
         sources = dipole_positions, scene.moment * outward
     force, field = dipoles.force_and_field(position, scene.moment * axis, *sources)
     lift = (force if rotation is None else rotation.apply(force))[:, 2]
-    return -scene.moment * np.sum(axis * field, axis=-1), lift
+    energy = np.sum(axis * field, axis=-1) + np.sum(states.axis * scene.background_field, axis=-1)
+    return -scene.moment * energy, lift
 
 
-@analysis("axis", "slip_velocity", "momentum_map", of=Top, records=2, replicas=False)
+@analysis(
+    *("axis", "slip_velocity", "angular_velocity", "momentum_map"),
+    of=Top, records=2, replicas=False,
+)  # fmt: skip
 def momentum_balance(run: xr.Dataset, scene: Top = OWN) -> xr.Dataset:
     """Compare J with the integral of the friction torque.
 
-    The torque is that of the paper's viscous friction, which always acts. Dry friction and a ball
-    that leaves the plane therefore contribute to the residual.
+    The torque is that of the viscous friction of slip and torsion, which always act. Dry friction
+    and a ball that leaves the plane therefore contribute to the residual.
 
     Parameters
     ----------
@@ -126,6 +130,7 @@ def momentum_balance(run: xr.Dataset, scene: Top = OWN) -> xr.Dataset:
         `torque` (N m), `integral` = J(0) + int torque dt and `residual` = J - integral (kg m^2/s).
     """
     torque = friction_torque(scene, run.axis.values, run.slip_velocity.values)
+    torque -= scene.torsional_damping * run.angular_velocity.values[:, 2] * run.axis.values[:, 2]
     integral = run.momentum_map.values[0] + _integrate(run.time.values, torque)
     residual = run.momentum_map.values - integral
     columns = {"torque": torque, "integral": integral, "residual": residual}
@@ -138,9 +143,9 @@ def momentum_balance(run: xr.Dataset, scene: Top = OWN) -> xr.Dataset:
     return labeled(xr.Dataset(data, coords={"time": run.time}), labels)
 
 
-@analysis("slip_velocity", "energy", of=Top, records=2, replicas=False)
+@analysis("slip_velocity", "angular_velocity", "energy", of=Top, records=2, replicas=False)
 def top_energy_balance(run: xr.Dataset, scene: Top = OWN) -> xr.Dataset:
-    """Compare the energy with the heat; dE/dt = -c |V_Q|^2 if the ring is at rest.
+    """Compare the energy with the heat; dE/dt = -c |V_Q|^2 - k omega_z^2 if the ring is at rest.
 
     Parameters
     ----------
@@ -152,9 +157,10 @@ def top_energy_balance(run: xr.Dataset, scene: Top = OWN) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        `heat` = int c |V_Q|^2 dt and `residual` = E - E(0) + heat, in J.
+        `heat` = int (c |V_Q|^2 + k omega_z^2) dt and `residual` = E - E(0) + heat, in J.
     """
     power = scene.friction * np.sum(run.slip_velocity.values**2, axis=-1)
+    power += scene.torsional_damping * run.angular_velocity.values[:, 2] ** 2
     heat = _integrate(run.time.values, power)
     residual = run.energy.values - run.energy.values[0] + heat
     data = {"heat": ("time", heat), "residual": ("time", residual)}
@@ -174,7 +180,6 @@ def _integrate(time: Array, values: Array) -> Array:
 
 def _ring_frame(scene: Top, times: Array) -> tuple[Array, Rotation]:
     """Return the center of the ring at each time and the rotation from its frame to the world."""
-    poses = np.array([scene.ring_pose(time) for time in times])
-    center = poses[:, :1] * [0.0, 0.0, 1.0]
-    quaternions = [scene.ring_quaternion(tilt) for tilt in poses[:, 1]]
+    center = np.array([[0.0, 0.0, scene.ring_pose(time)[0]] for time in times])
+    quaternions = [scene.ring_orientation(time) for time in times]
     return center, Rotation.from_quat(quaternions, scalar_first=True)

@@ -16,12 +16,14 @@ def problem(scene: Top, initial: BallStates) -> tuple[Callable, Array, Array]:
     inertia, _, axial = scene.inertia
     c, r, m, mu = scene.friction, scene.ball_radius, scene.ball_mass, scene.moment
     parameters = (c, r, m, inertia, axial, mu)
+    others = (*scene.background_field, *scene.downhill_force[:2], scene.torsional_damping)
+    others = tuple(map(float, others))
     fixed = pack_sources(*scene.ring_sources())
     evaluate = _derivative()
 
     def derivative(t, y):
         sources = pack_sources(*scene.ring_sources(t)) if scene.ring_script else fixed
-        return evaluate(y, sources, parameters)
+        return evaluate(y, sources, parameters, others)
 
     axis, spin = initial.axis[-1], initial.angular_velocity[-1]
     momentum = inertia * spin + (axial - inertia) * (spin @ axis) * axis
@@ -35,9 +37,10 @@ def problem(scene: Top, initial: BallStates) -> tuple[Callable, Array, Array]:
 def _derivative(checksum: int):
     """Compile the right-hand side of (magtopnc)."""
 
-    def derivative(y, sources, parameters):
+    def derivative(y, sources, parameters, others):
         _ = checksum
         c, r, m, inertia, axial, mu = parameters
+        background_x, background_y, background_z, push_x, push_y, torsion = others
         vx, vy = y[2], y[3]
         ax, ay, az = y[4], y[5], y[6]
         px, py, pz = y[7], y[8], y[9]
@@ -50,6 +53,8 @@ def _derivative(checksum: int):
         fx, fy, _, bx, by, bz, _ = sum_over_sources(
             (y[0], y[1], r, mu * ax, mu * ay, mu * az), NOBODY, sources, sources.shape[1]
         )
+        bx, by, bz = bx + background_x, by + background_y, bz + background_z
+        fx, fy = fx + push_x, fy + push_y
         slip_x, slip_y = vx - r * wy, vy + r * wx
         return np.array(
             [
@@ -62,7 +67,7 @@ def _derivative(checksum: int):
                 wx * ay - wy * ax,
                 mu * (ay * bz - az * by) - c * r * slip_y,
                 mu * (az * bx - ax * bz) + c * r * slip_x,
-                mu * (ax * by - ay * bx),
+                mu * (ax * by - ay * bx) - torsion * wz,
             ]
         )
 

@@ -21,29 +21,30 @@ class Waypoint(NamedTuple):
     time: float
     height: float
     tilt: float
+    azimuth: float | None = None
+    """Direction in which the normal leans, in rad; by default the scene's `tilt_azimuth`."""
 
 
-def pose(script: tuple[Waypoint, ...], time: float) -> tuple[float, float]:
-    """Return height (m) and tilt (rad) at a time.
+def pose(script: tuple[Waypoint, ...], time: float) -> tuple[Any, ...]:
+    """Return height (m), tilt and azimuth (rad) at a time, from waypoints that have all of them.
 
     They are constant before the first waypoint and after the last. The interpolation between
     waypoints is 6 s^5 - 15 s^4 + 10 s^3, with continuous velocity and acceleration.
     """
     after = bisect_right(script, time, key=lambda waypoint: waypoint.time)
     if after == 0 or after == len(script):
-        _, height, tilt = script[0 if after == 0 else -1]
-        return height, tilt
+        return script[0 if after == 0 else -1][1:]
     start, end = script[after - 1], script[after]
     s = (time - start.time) / (end.time - start.time)
     s = s**3 * (10 + s * (6 * s - 15))
-    return (
-        start.height + s * (end.height - start.height),
-        start.tilt + s * (end.tilt - start.tilt),
-    )
+    ends: Any = zip(start[1:], end[1:], strict=True)
+    return tuple(x + s * (y - x) for x, y in ends)
 
 
-def check_script(script: tuple[Waypoint, ...], lowest: float) -> tuple[Waypoint, ...]:
-    """Check a script and return it as waypoints.
+def check_script(
+    script: tuple[Waypoint, ...], lowest: float, azimuth: float
+) -> tuple[Waypoint, ...]:
+    """Check a script and return it as waypoints, which all have an azimuth.
 
     Raises
     ------
@@ -55,13 +56,14 @@ def check_script(script: tuple[Waypoint, ...], lowest: float) -> tuple[Waypoint,
     checked: list[Waypoint] = []
     for i, entry in enumerate(script):
         name = f"ring_script[{i}]"
-        if not isinstance(entry, tuple | list) or len(entry) != 3:
-            raise reject(name, entry, "must be three numbers: time, height and tilt")
-        time, height, tilt = entry
+        if not isinstance(entry, tuple | list) or len(entry) not in (3, 4):
+            raise reject(name, entry, "must be time, height, tilt and optionally an azimuth")
+        time, height, tilt, around = Waypoint(*entry)
         waypoint = Waypoint(
             check_number(f"{name}.time", time, unit="s"),
             check_number(f"{name}.height", height, above=lowest, unit="m"),
             check_number(f"{name}.tilt", tilt, at_least=0.0, below=math.pi / 2, unit="rad"),
+            azimuth if around is None else check_number(f"{name}.azimuth", around, unit="rad"),
         )
         if checked and waypoint.time <= checked[-1].time:
             raise reject(f"{name}.time", time, f"must be greater than {checked[-1].time:g} s")
@@ -94,6 +96,9 @@ class Top(BallScene):
         None, "kg m^2", "moment of inertia about the axis xi_3 (default: 2/5 m r^2)", above=0
     )
     friction: float = quantity(0.3, "kg/s", "viscous friction c: force = -c V_Q", at_least=0)
+    torsional_damping: float = quantity(
+        0.0, "N m s", "viscous torsion k of the contact: torque = -k omega_z", at_least=0
+    )
     position: tuple[float, float] = quantity((-0.05, 0.02), "m", "initial position of the ball")
     velocity: tuple[float, float] = quantity((0.0, 0.0), "m/s", "initial velocity of the ball")
     axis: tuple[float, float, float] = quantity(
@@ -112,16 +117,9 @@ class Top(BallScene):
     )
     tilt_azimuth: float = quantity(0.0, "rad", "direction in which the ring's normal leans")
     ring_script: tuple[Waypoint, ...] = field(default=())
-    """Waypoints (time, height, tilt) of a moving ring; a ring without a script is at rest."""
+    """Waypoints (time, height, tilt, azimuth) of a moving ring; without a script it is at rest."""
     coupling: float = quantity(
         1e-5, "J m^3", "mu0 m_ball m_ring/(4 pi) of a pair of dipoles", above=0
-    )
-    gravity: float = quantity(9.81, "m/s^2", "gravitational acceleration", at_least=0)
-    surface: str = quantity(
-        "planar",
-        "",
-        "planar: constrained to z = r as in the paper; plane: gravity and unilateral contact",
-        choices=("planar", "plane"),
     )
     coulomb_friction: float = quantity(
         0.0, "1", "dry friction coefficient (surface plane)", at_least=0
@@ -137,7 +135,7 @@ class Top(BallScene):
         """Check each field, by itself and against the others."""
         check_fields(self)
         lowest = 2 * self.ball_radius
-        script = check_script(self.ring_script, lowest)
+        script = check_script(self.ring_script, lowest, self.tilt_azimuth)
         object.__setattr__(self, "ring_script", script)
         if not script:
             check_number("ring_height", self.ring_height, above=lowest, unit="m (the ball's top)")
@@ -154,8 +152,7 @@ class Top(BallScene):
             sentence = f"must be at most twice the moment across the axis, {limit:g} kg m^2"
             raise reject("ball_axial_inertia", self.inertia[2], sentence)
         self._check_dry_friction()
-        if self.surface == "plane" and self.gravity == 0:
-            raise reject("gravity", self.gravity, "must be positive when surface = 'plane'")
+        self._check_gravity()
 
     def _check_dry_friction(self) -> None:
         """Check the order: MuJoCo's rolling friction needs torsional, and that needs Coulomb's."""
@@ -228,8 +225,14 @@ class Top(BallScene):
 
     def ring_pose(self, time: float = 0.0) -> tuple[float, float]:
         """Height (m) and tilt (rad) of the ring at a time (s)."""
+        height, tilt, _ = self._pose(time)
+        return height, tilt
+
+    def _pose(self, time: float) -> tuple[Any, ...]:
         time = check_number("time", time)
-        return pose(self.ring_script, time) if self.ring_script else (self.ring_height, self.tilt)
+        if self.ring_script:
+            return pose(self.ring_script, time)
+        return self.ring_height, self.tilt, self.tilt_azimuth
 
     def near_ring(self, time: float = 0.0) -> tuple[float, float]:
         """Radius and height of the ring, in m, at a time (s)."""
@@ -241,14 +244,15 @@ class Top(BallScene):
 
         return minimum(self).position
 
-    def ring_quaternion(self, tilt: float) -> NDArray[np.float64]:
-        """Orientation (w, x, y, z) of the ring, rotated by `tilt` about a horizontal axis."""
-        half = check_number("tilt", tilt) / 2
+    def ring_orientation(self, time: float = 0.0) -> NDArray[np.float64]:
+        """Orientation (w, x, y, z) of the ring at a time (s), turned about a horizontal axis."""
+        _, tilt, azimuth = self._pose(time)
+        half = tilt / 2
         return np.array(
             [
                 math.cos(half),
-                -math.sin(half) * math.sin(self.tilt_azimuth),
-                math.sin(half) * math.cos(self.tilt_azimuth),
+                -math.sin(half) * math.sin(azimuth),
+                math.sin(half) * math.cos(azimuth),
                 0.0,
             ]
         )
@@ -268,10 +272,9 @@ class Top(BallScene):
         """Transform positions (n, 3) in m and moments (n, 3) from ring frame to world frame."""
         positions = check_array("positions", positions, "n", 3)
         moments = check_array("moments", moments, "n", 3)
-        height, tilt = self.ring_pose(time)
-        rotation = _rotation_matrix(self.ring_quaternion(tilt))
+        rotation = _rotation_matrix(self.ring_orientation(time))
         positions = product(positions, rotation.T)
-        positions[:, 2] += height
+        positions[:, 2] += self.ring_pose(time)[0]
         return positions, product(moments, rotation.T)
 
 

@@ -65,18 +65,20 @@ def small_motion(scene: Top) -> SmallMotion:
     sources = scene.ring_sources()
 
     def force(q: Array) -> Array:
-        push, twist = dipoles.wrench(*moved(scene, position, axis, q), *sources)
-        return np.hstack([push[:, :2], twist])
+        centers, moments = moved(scene, position, axis, q)
+        push, twist = dipoles.wrench(centers, moments, *sources)
+        return np.hstack([push[:, :2], twist + np.cross(moments, scene.background_field)])
 
     inertia = scene.ball_mass * np.eye(5)
     inertia[2:, 2:] = across * np.eye(3) + (axial - across) * np.outer(axis, axis)
     friction = slip_friction(scene.friction, scene.ball_radius, 5)
+    friction[4, 4] += scene.torsional_damping
     return SmallMotion.of(inertia, stiffness(force, scales(scene, 5)), friction, np.zeros((5, 5)))
 
 
 def poses(scene: Top) -> list[Top]:
     """Return the scene with its ring at rest, once for each waypoint if it has a script."""
     return [
-        scene.replace(ring_script=(), ring_height=height, tilt=tilt)
-        for _, height, tilt in scene.ring_script
+        scene.replace(ring_script=(), ring_height=height, tilt=tilt, tilt_azimuth=azimuth)
+        for _, height, tilt, azimuth in scene.ring_script
     ] or [scene]

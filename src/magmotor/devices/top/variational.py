@@ -39,8 +39,10 @@ def bodies(scene: Top) -> Bodies:
         axial=1.0,
         slip_friction=scene.friction,
         slip_noise=0.0,
+        torsion=scene.torsional_damping,
         ring_friction=0.0,
         ring_noise=0.0,
+        downhill=scene.downhill_force,
     )
     return floats(found)
 
@@ -48,13 +50,15 @@ def bodies(scene: Top) -> Bodies:
 def magnets(scene: Top) -> Magnets:
     """Dipoles of the ball and of the ring, which does not rotate."""
     empty = np.zeros((0, 3))
-    return Magnets(
+    found = Magnets(
         moment=scene.moment,
         fixed=pack_sources(*scene.ring_sources()),
         frame=pack_sources(empty, empty),
         height=0.0,
         factor=0.0,
+        background=scene.background_field,
     )
+    return floats(found)
 
 
 def pack(states: BallStates) -> Array:

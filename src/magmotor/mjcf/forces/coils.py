@@ -160,10 +160,10 @@ def read_drives(drives, m, d, offsets):
 @njit
 def _are_sorted(body_of):
     """Whether sites are sorted by bodies, as in all compiled models."""
+    found = True
     for site in range(1, len(body_of)):
-        if body_of[site - 1] > body_of[site]:
-            return False
-    return True
+        found = found and body_of[site - 1] <= body_of[site]
+    return found
 
 
 @njit
