@@ -68,10 +68,11 @@ def advise(
         Wall time in s that the measurement may take, approximately.
     detail : bool
         Whether to switch MuJoCo's features off one by one, too: what each costs, what it changes,
-        and what can go at this error, also all of it together.
+        and what can go, alone and all of it together, so that the promised error and these changes
+        add up to the error asked for at most.
     kT : float, optional
         Temperature in J. Then the splittings of `Langevin` are compared, by the statistics of eight
-        replicas with the model's own friction.
+        replicas with the model's own friction. Compiling these is not part of the budget.
     picture : str or Path, optional
         File to which the errors are drawn, over cost and over timestep, if any were measured.
 
@@ -92,7 +93,8 @@ def advise(
     an extrapolation to timestep 0. Contacts may leave it uncertain, which limits the error that can
     be promised. Where a perturbation grows a thousandfold, the motion is chaotic: errors along the
     path then count up to the time at which the reference is lost, and means over time of runs from
-    perturbed starts are compared, with standard errors.
+    perturbed starts are compared, with standard errors. Their reference, at a quarter of the
+    model's timestep, proves itself by halving, too, and its doubt is part of the verdict.
 
     A model is at rest if nothing moves by more than 1e-6 rad or a millionth of the mean size of its
     bodies, `model.stat.meansize`: settled contacts jitter by less, and what creeps moves by more.

@@ -45,7 +45,7 @@ class Detail:
     saved: float
     """Part of the time that is saved, negative if it takes longer; NaN if it was not measured."""
     can_go: bool
-    """Whether the change is within the error, and the saving beyond noise."""
+    """Whether the change is admissible, and the saving beyond noise."""
     names: tuple[str, ...] = ()
     """The elements that change, if these are not all of their kind."""
     together: tuple[str, ...] = ()

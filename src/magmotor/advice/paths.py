@@ -1,16 +1,15 @@
 """Paths of a model: its states from one start, by any integrator of MuJoCo and any timestep."""
 
 import copy
-import threading
 import time
-import warnings
 from collections.abc import Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import mujoco
 import numpy as np
 
+from magmotor.advice.silence import quiet
 from magmotor.common.arrays import Array
 from magmotor.common.checks import reject
 from magmotor.mjcf.callbacks import acting_forces
@@ -279,32 +278,3 @@ def _sizes(data: mujoco.MjData) -> tuple[int, ...]:
 
 def _largest(values: Array) -> float:
     return float(np.abs(values).max(initial=0.0))
-
-
-@contextmanager
-def quiet() -> Iterator[None]:
-    """Silence warnings about runs that are meant to fail: MuJoCo's own, and those of magnetism."""
-    with _lock:
-        if not _silenced:
-            _restoring.enter_context(warnings.catch_warnings())
-            warnings.simplefilter("ignore")
-            _restoring.callback(mujoco.set_mju_user_warning, mujoco.get_mju_user_warning())
-            mujoco.set_mju_user_warning(_ignore)
-        _silenced.append(None)
-    try:
-        yield
-    finally:
-        with _lock:
-            _silenced.pop()
-            if not _silenced:
-                _restoring.close()
-
-
-def _ignore(_message: str) -> None:
-    pass
-
-
-_lock = threading.Lock()
-_silenced: list[None] = []
-_restoring = ExitStack()
-"""Blocks that silence warnings, of all threads, and what the last of them restores."""

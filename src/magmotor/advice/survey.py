@@ -191,6 +191,7 @@ class Survey:
     def _measure_detail(self, scale: float) -> None:
         """Measure what features cost, and what can go beside the promised error."""
         advice = self._advice
+        self._choice.conclude()
         self._show("detail")
         left = max(0.0, advice.error - advice.promised) / MARGIN
         with self._runs.solver(advice.settings):
