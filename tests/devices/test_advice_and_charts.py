@@ -4,6 +4,7 @@ The charts ran other code, with other references: DOP853 with the paper's equati
 BAOAB. Here the paths are those that `advise` measures, and errors are defined as in the charts.
 """
 
+from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 
 import mujoco
@@ -16,6 +17,7 @@ from magmotor.advice.measure import Measurement
 from magmotor.advice.paths import STATE, Runs
 from magmotor.advice.quantities import read_quantity
 from magmotor.run import chart_data
+from magmotor.sweep import Sweep, run
 
 METHODS = {
     "Euler": "mujoco/euler",
@@ -166,3 +168,19 @@ def test_recommended_timesteps_are_near_those_of_the_charts(name, method, monkey
     own = mm.recommend(scene, method=method, error=0.01, measure=True)
     chart = mm.recommend(scene, method=method, error=0.01, quantity=quantity)
     assert shortest < own.timestep / chart.timestep < longest
+
+
+def test_what_a_choice_rests_on_is_printed(capsys, monkeypatch, tmp_path):
+    """By `simulate` and by a sweep that runs: the charts, or a measurement if that was asked."""
+    data = chart_data.load()
+    charts = f"(charts measured on {data['machine']} by MuJoCo {data['versions']['mujoco']})\n"
+    mm.simulate(mm.Disk(), duration=1.0)
+    assert capsys.readouterr().err.endswith(charts)
+    mm.simulate(mm.Disk(), method="mujoco/euler", duration=1.0)
+    assert capsys.readouterr().err.endswith(charts)
+    sweep = Sweep(scene=mm.Disk(), vary={"x": (0, 1)}, measure=["displacement"], duration=1.0)
+    run(sweep, tmp_path, executor=ThreadPoolExecutor(1))
+    assert charts in capsys.readouterr().err
+    monkeypatch.setattr("magmotor.run.measured.BUDGET", 3.0)
+    own = mm.recommend(mm.Disk(noise=0.0, v=1.0), measure=True)
+    assert str(own).endswith("(measured on this machine)")

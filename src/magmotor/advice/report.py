@@ -44,19 +44,18 @@ def _chaos(advice: "Advice") -> str:
 
 def _for_statistics(advice: "Advice") -> str:
     """Return a sentence about what is cheapest for statistics."""
-    bounds = certain(advice.statistics)
-    for (integrator, timestep), bound in bounds.items():
-        if bound <= advice.error:
-            return (
-                f"for statistics: {integrator} at a timestep of {timestep:.4g} s is the"
-                f" cheapest that qualifies; its statistics differ by at most {percent(bound)},"
-                " with two standard errors"
-            )
-    least = percent(min(bounds.values(), default=math.inf))
-    return (
-        f"no statistics are certain to differ by at most {percent(advice.error)}: with two"
-        f" standard errors, it is at least {least}; a longer duration makes them more certain"
-    )
+    best = advice.for_statistics
+    if best is not None:
+        return (
+            f"for statistics: {best.integrator} at a timestep of {best.timestep:.4g} s is the"
+            f" cheapest that qualifies; its statistics differ by at most {percent(best.error)},"
+            " with two standard errors"
+        )
+    least = min(certain(advice.statistics).values(), default=math.inf)
+    sentence = f"no statistics are certain to differ by at most {percent(advice.error)}"
+    if math.isfinite(least):
+        sentence += f": with two standard errors, it is at least {percent(least)}"
+    return f"{sentence}; a longer duration makes them more certain"
 
 
 def _statistics(advice: "Advice") -> list[list[str]]:

@@ -31,6 +31,13 @@ def load() -> dict[str, Any]:
     return json.loads(resources.files("magmotor.run").joinpath("front.json").read_text("utf-8"))
 
 
+def basis() -> str:
+    """Return where the charts were measured, and by which version of MuJoCo if that is known."""
+    data = load()
+    where, by = f"on {data['machine']}", data.get("versions", {}).get("mujoco")
+    return f"charts measured {where} by MuJoCo {by}" if by else where
+
+
 def curves(scene: str, surface: str, methods: Container[str]) -> dict[str, dict[str, Curve]]:
     """Return the curves of a charted scene by quantity and method."""
     found: dict[str, dict[str, list]] = {}

@@ -44,6 +44,9 @@ class Recommendation:
     machine: str
     """The machine on which `seconds` was measured."""
     time_unit: str
+    basis: str
+    """What error and cost rest on: charts, with where and by which MuJoCo they were measured, or a
+    measurement on this machine."""
 
     def __str__(self) -> str:
         """Return a one-line summary."""
@@ -53,7 +56,7 @@ class Recommendation:
             error = f"unknown for this scene ({error} for the charted one, {self.charted})"
         return (
             f"{self.method} at a timestep of {self.timestep:g}{unit}: error of {self.quantity}"
-            f" {error}, {self.seconds:.2g} s per {each} (on {self.machine})"
+            f" {error}, {self.seconds:.2g} s per {each} ({self.basis})"
         )
 
 
@@ -70,8 +73,11 @@ def recommend(
 ) -> Recommendation:
     """Return the cheapest method and timestep that reach an error, as measured by `make charts`.
 
-    With `measure=True`, `advise` measures the motion of this very scene on this machine instead,
-    which takes up to a minute.
+    The answer rests on charts, which are a file of this package and were measured once, on one
+    machine and with one version of MuJoCo; `Recommendation.basis` names them. Errors hold on any
+    machine; costs, and thus the choice among methods, may differ on yours. With `measure=True`,
+    `advise` measures the motion of this very scene on this machine instead, which takes up to a
+    minute.
 
     The charts cover the paper's top (case 4), motor and disk. For another scene of the same class,
     the charted timesteps are scaled so that none of its motions (swing in the stiffest well,
@@ -109,7 +115,8 @@ def recommend(
         "mujoco": consider MuJoCo's methods only, unless the scene has none; "any": consider all.
     measure : bool
         Measure the errors of all positions of this scene along a path of 20 s, by MuJoCo's
-        integrators. The quantity, the timestep and the engine must then be left out.
+        integrators. The quantity, the timestep and the engine must then be left out. Temperatures,
+        diffusion, `mujoco/baoab` and the methods of other engines are only in the charts.
 
     Returns
     -------
@@ -137,7 +144,7 @@ def recommend(
         found = measured(scene, error, (method,) if method else supported)
         return Recommendation(
             quantity=POSITIONS, charted="", machine="this machine", time_unit=device.time_unit,
-            **found._asdict(),
+            basis="measured on this machine", **found._asdict(),
         )  # fmt: skip
     device.check_charted(scene)
     considered = _methods_of("any" if method else engine, supported)
@@ -179,6 +186,7 @@ def recommend(
         charted=_difference(scene),
         machine=data["machine"],
         time_unit=device.time_unit,
+        basis=chart_data.basis(),
         **best._asdict(),
     )
 
