@@ -12,6 +12,7 @@ import numpy as np
 import magmotor as mm
 from benchmarks.harness.records import Case, Record
 from benchmarks.harness.tables import table
+from magmotor.advice.report import fails_from
 
 ROOT = Path(__file__).parents[2]
 CORPUS = ROOT / ".cache" / "corpus"
@@ -23,6 +24,9 @@ ERROR, DURATION, BUDGET = 0.01, 1.0, 60.0
 SPEED = 0.5
 """Standard deviation of the initial velocities in rad/s and m/s, beside those of a keyframe."""
 
+WHOLE = 0.999
+"""Part of the duration from which on a horizon counts as the whole of it."""
+
 
 @dataclass(frozen=True)
 class Source:
@@ -32,6 +36,8 @@ class Source:
     """An installed package or one of the corpus; empty for this repository."""
     file: str
     magnetic: bool = False
+    held: bool = False
+    """Whether the servos hold the joints where they start; the keyframe has other controls."""
 
     @property
     def path(self) -> Path:
@@ -58,6 +64,12 @@ MODELS = {
     "KUKA iiwa": Source("robosuite", "models/assets/robots/iiwa/robot.xml"),
     "YAM arm, servos": Source("mjlab", "asset_zoo/robots/i2rt_yam/xmls/yam.xml"),
     "two ViperX arms": Source("gym_aloha", "assets/bimanual_viperx_transfer_cube.xml"),
+    "the same, held": Source(
+        "gym_aloha", "assets/bimanual_viperx_transfer_cube.xml", held=True
+    ),
+    "Aloha's arms and a pot": Source("mujoco_warp", "test_data/aloha_pot/scene.xml"),
+    "Shadow hand": Source("gymnasium_robotics", "envs/assets/hand/reach.xml"),
+    "the disk": Source("", "models/disk_magnetic.xml", magnetic=True),
     "the top": Source("", "models/top_magnetic.xml", magnetic=True),
     "the motor": Source("", "models/motor_magnetic.xml", magnetic=True),
     "magnetic pendulum": Source("", "examples/magnetic_pendulum.xml", magnetic=True),
@@ -81,20 +93,27 @@ def measure(name: str) -> Record:
     data = mujoco.MjData(model)
     if model.nkey:
         mujoco.mj_resetDataKeyframe(model, data, 0)
+    if source.held:
+        data.ctrl[:] = data.qpos[model.jnt_qposadr[model.actuator_trnid[:, 0]]]
     data.qvel += SPEED * np.random.default_rng(0).standard_normal(model.nv)
     with mm.magnetism() if source.magnetic else nullcontext():
         advice = mm.advise(model, data, error=ERROR, duration=DURATION, budget=BUDGET)
-    record: Record = {"dof": model.nv, "horizon": advice.horizon, "reason": advice.reason}
+    record: Record = {
+        "dof": model.nv, "horizon": advice.horizon, "duration": advice.duration,
+        "reason": advice.reason,
+    }  # fmt: skip
     if advice.own is not None:
         own = advice.own
         record["own"] = {"integrator": own.integrator, "timestep": own.timestep,
                          "error": own.error if np.isfinite(own.error) else None}  # fmt: skip
     if advice.integrator is not None:
         limit = advice.limits.get(advice.integrator)
+        failure = fails_from(p for p in advice.points if p.integrator == advice.integrator)
         record["advice"] = {
             "integrator": advice.integrator, "timestep": advice.timestep,
             "promised": advice.promised, "settings": dict(advice.settings),
             "limit": limit.found if limit and np.isfinite(limit.found) else None,
+            "fails_from": failure.timestep if failure else None,
         }  # fmt: skip
         chosen = next(
             point for point in advice.points
@@ -111,14 +130,14 @@ def draw(records: dict[str, Record], folder: Path) -> None:
 
 def tables(records: dict[str, Record]) -> dict[str, str]:
     columns = ["model", "dof", "its own settings", "their error", "advice", "promised error",
-               "speed", "fails from"]  # fmt: skip
+               "horizon", "speed", "fails from", "at rest from"]  # fmt: skip
     rows = [_row(name, records[key]) for name in MODELS if (key := f"advice/{name}") in records]
     return {"advice": table(columns, rows)}
 
 
 def _row(name: str, record: Record) -> list[str]:
     if "failed" in record:
-        return [name, "", record["failed"], *[""] * 5]
+        return [name, "", record["failed"], *[""] * 7]
     own, advice = record.get("own"), record.get("advice")
     cells = [name, str(record["dof"])]
     if own is None:
@@ -126,14 +145,19 @@ def _row(name: str, record: Record) -> list[str]:
     else:
         error = "diverges" if own["error"] is None else _percent(own["error"])
         cells += [_settings(own), error]
+    horizon = ""
+    if 0.0 < record["horizon"] < WHOLE * record["duration"]:
+        horizon = f"{record['horizon']:.2g} s"
     if advice is None:
-        return [*cells, record["reason"], "", "", ""]
+        return [*cells, record["reason"], "", horizon, "", "", ""]
     gain = record.get("gain", np.nan)
     speed = f"{gain:.2g} times faster" if gain >= 1 else f"{1 / gain:.2g} times slower"
     if 0.9 < gain < 1.1:
         speed = "about the same"
-    limit = f"{1e3 * advice['limit']:.3g} ms" if advice["limit"] else ""
-    return [*cells, _settings(advice), _percent(advice["promised"]), speed, limit]
+    limits = (
+        f"{1e3 * advice[key]:.3g} ms" if advice[key] else "" for key in ("fails_from", "limit")
+    )
+    return [*cells, _settings(advice), _percent(advice["promised"]), horizon, speed, *limits]
 
 
 def _percent(error: float) -> str:
