@@ -62,6 +62,18 @@ def test_what_is_not_finite_along_the_path_is_no_accuracy():
         mm.advise(model, data, quantity=at_first, duration=2.0, budget=5)
 
 
+def test_a_quantity_that_changes_only_when_chaos_has_set_in_has_no_error():
+    def late(_, run):
+        return run.qpos[1] if run.time > 15.0 else 0.0
+
+    model, data = started(PENDULUM.replace('"0.005"', '"0.02"'), [2.5, 1.0])
+    advice = mm.advise(model, data, quantity=late, duration=20.0, budget=6)
+    assert advice.horizon == pytest.approx(15.0, abs=0.1)  # 0.01
+    assert advice.integrator is None
+    assert advice.reason == "the quantity does not change before the reference is lost"
+    assert advice.statistics
+
+
 def test_data_of_another_model_are_named():
     with pytest.raises(ValueError, match="data = 'MjData': must belong to the model"):
         mm.advise(started(PENDULUM)[0], started(OSCILLATOR)[1])

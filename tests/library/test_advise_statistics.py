@@ -106,7 +106,7 @@ def ensemble(kinetic):
     return Ensemble([path] * 8, [np.repeat(energy, 64) for energy in energies], 1.0)
 
 
-@pytest.mark.parametrize(("order", "factor"), [(1, 1.0), (2, 6.0)])
+@pytest.mark.parametrize(("order", "factor"), [(0.5, 0.414), (1, 1.0), (2, 6.0)])
 def test_a_reference_of_statistics_proves_itself_by_halving(order, factor):
     truth, half, whole = (ensemble(1 + 0.1 * (h / 4) ** order) for h in (1, 2, 4))
     doubt = unproven(truth, half, whole)["kinetic energy"]
@@ -170,7 +170,7 @@ def test_an_interruption_at_a_temperature_leaves_one_verdict(monkeypatch):
 
 @pytest.mark.parametrize(("budget", "sentence"), [
     (1.0, "the budget is too small: the reference takes about"),
-    (30.0, "the budget was too small for more ensembles"), (200.0, "qualifies"),
+    (40.0, "the budget was too small for more ensembles"), (300.0, "qualifies"),
 ])  # fmt: skip
 def test_a_temperature_keeps_to_the_budget(budget, sentence, monkeypatch):
     clock, sample = Clock(monkeypatch, step=0.0), mm.Langevin.sample
@@ -182,7 +182,7 @@ def test_a_temperature_keeps_to_the_budget(budget, sentence, monkeypatch):
         return step * count
 
     def sampled(self, nstep, **options):
-        clock.now += 1.7 * 4 * step * nstep  # slower than a single replica lets expect
+        clock.now += 3 * 4 * step * nstep  # slower than a single replica lets expect
         return sample(self, nstep, **options)
 
     monkeypatch.setattr(os, "cpu_count", lambda: 2)
@@ -192,9 +192,9 @@ def test_a_temperature_keeps_to_the_budget(budget, sentence, monkeypatch):
     advice = mm.advise(
         model, data, quantity="joint slide", kT=1.0, duration=400.0, error=0.1, budget=budget
     )
-    assert clock.now < 1.2 * budget  # 0.11, 0.98, 0.37
+    assert clock.now < budget  # 0.11, 39.4, 128
     assert sentence in str(advice)
-    assert (len(advice.statistics) == 4 * 24) == (budget == 200.0)
+    assert (len(advice.statistics) == 4 * 24) == (budget == 300.0)
 
 
 def test_a_slow_quantity_at_a_temperature_keeps_to_the_budget(monkeypatch):

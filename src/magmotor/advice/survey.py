@@ -93,7 +93,8 @@ class Survey:
         self._until(COSTS)
         self._measure_costs()
         self._until(SETTINGS)
-        self._choice.check(truth.path, until, scale)
+        if not advice.reason:
+            self._choice.check(truth.path, until, scale)
         self._find_limits()
         if self._detail:
             self._measure_detail(scale)
@@ -153,7 +154,10 @@ class Survey:
                 advice.growth = m.growth(PERTURBATION)
             if (advice.growth or 0.0) > CHAOTIC:
                 last = max(1, int(np.flatnonzero(doubt <= enough * scale)[-1]))
-                scale = m.quantity.range(values[: last + 1])
+                if m.quantity.changes(values[: last + 1]):
+                    scale = m.quantity.range(values[: last + 1])
+                else:
+                    advice.reason = "the quantity does not change before the reference is lost"
         until = last * truth.path.ticks
         advice.reference, advice.horizon = truth.name, until * m.tick
         advice.doubt = float(doubt[last]) / scale
