@@ -13,6 +13,7 @@ import pytest
 
 import magmotor as mm
 from benchmarks.accuracy import paths, top
+from benchmarks.advice import topic
 from magmotor.advice.measure import Measurement
 from magmotor.advice.paths import STATE, Runs
 from magmotor.advice.quantities import read_quantity
@@ -184,3 +185,18 @@ def test_what_a_choice_rests_on_is_printed(capsys, monkeypatch, tmp_path):
     monkeypatch.setattr("magmotor.run.measured.BUDGET", 3.0)
     own = mm.recommend(mm.Disk(noise=0.0, v=1.0), measure=True)
     assert str(own).endswith("(measured on this machine)")
+
+
+def test_the_table_of_public_models_shows_what_is_partial_and_where_runs_fail():
+    record = {
+        "dof": 2, "horizon": 0.25, "duration": 1.0, "reason": "",
+        "own": {"integrator": "Euler", "timestep": 0.002, "error": None}, "gain": 0.5,
+        "advice": {"integrator": "RK4", "timestep": 0.001, "promised": 0.005, "settings": {},
+                   "fails_from": 0.016, "limit": None},
+    }  # fmt: skip
+    whole = record | {"horizon": 1.0, "advice": None, "reason": "too little time"}
+    rows = topic.tables({"advice/acrobot": record, "advice/ant": whole})["advice"].splitlines()
+    part, none = ([cell.strip() for cell in row.strip("|").split("|")] for row in rows[-2:])
+    assert part == ["acrobot", "2", "Euler, 2 ms", "diverges", "RK4, 1 ms", "0.5 %", "0.25 s",
+                    "2 times slower", "16 ms", ""]  # fmt: skip
+    assert none == ["ant", "2", "Euler, 2 ms", "diverges", "too little time", *[""] * 5]
