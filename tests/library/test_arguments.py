@@ -265,6 +265,9 @@ CALLS: dict[Any, dict[str, Any]] = {
     TOP.ring_sources: {"time": 0.0},
     MOTOR.ring_sources: {"time": 0.0},
     TOP.ring_orientation: {"time": 0.0},
+    TOP.in_air: {"speed": 0.1, "viscosity": 1.8e-5, "density": 1.2},
+    MOTOR.in_air: {"speed": 0.01, "viscosity": 1.8e-5, "density": 1.2},
+    mm.theory.eddy_drag: {"scene": TOP, "conductivity": 3.5e7},
     TOP.in_world: {"positions": POINTS, "moments": POINTS, "time": 0.0},
     **{
         kind: {field: getattr(kind(), field) for field in inspect.signature(kind).parameters}

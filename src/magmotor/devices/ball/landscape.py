@@ -19,7 +19,7 @@ from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
 from magmotor.common.checks import reject
 from magmotor.common.hints import shaped
-from magmotor.devices.ball.scene import BallScene
+from magmotor.devices.ball.scene import BallScene, gravitational_energy
 
 Sources = tuple[Array, Array]
 """Positions (m) and moments (A m^2) of dipoles, each of shape (N, 3)."""
@@ -215,7 +215,7 @@ def aligned_energy(scene: BallScene, points: ArrayLike, sources: Sources) -> Arr
     """
     centers = on_plane(scene, points)
     field = total_field(scene, centers, sources)
-    return scene.gravitational_energy(centers) - scene.moment * np.linalg.norm(field, axis=-1)
+    return gravitational_energy(scene, centers) - scene.moment * np.linalg.norm(field, axis=-1)
 
 
 def aligned_force(scene: BallScene, points: ArrayLike) -> tuple[Array, Array]:

@@ -21,9 +21,10 @@ def add_ball(root: parts.Element, scene: BallScene, inertia: Sequence[float]) ->
     if scene.surface == "plane":
         body.add("freejoint", name="free")
     else:
-        body.add("joint", name="x", type="slide", axis=[1, 0, 0])
-        body.add("joint", name="y", type="slide", axis=[0, 1, 0])
-        body.add("joint", name="orientation", type="ball")
+        drag, rotational_drag = scene.drag or None, scene.rotational_drag or None
+        body.add("joint", name="x", type="slide", axis=[1, 0, 0], damping=drag)
+        body.add("joint", name="y", type="slide", axis=[0, 1, 0], damping=drag)
+        body.add("joint", name="orientation", type="ball", damping=rotational_drag)
 
 
 def mark(root: parts.Element, scene: BallScene, kinds: str) -> None:

@@ -35,6 +35,12 @@ def slip_friction(friction: float, radius: float, size: int) -> Array:
     return friction * slip.T @ slip
 
 
+def background_drag(scene: BallScene, size: int) -> Array:
+    """Return the matrix of the drag on the velocity and the rotation of the ball."""
+    drags = [scene.drag] * 2 + [scene.rotational_drag] * 3
+    return np.diag(drags + [0.0] * (size - len(drags)))
+
+
 def scales(scene: BallScene, size: int) -> Array:
     """Return the steps in x, y and rotations of the differences for the stiffness."""
     return DISPLACEMENT * np.array([scene.ball_radius] * 2 + [1.0] * (size - 2))

@@ -97,7 +97,8 @@ class Bodies(NamedTuple):
     Moments of inertia are in kg m^2; `across` and `axial` are those of the ring across and about
     its axis. Friction and noise of the slip are in kg/s and N sqrt(s), those of the ring in
     kg m^2/s and N m sqrt(s), and torsion, the friction of the ball's rotation about the vertical,
-    in N m s. `downhill` is the weight of the ball along the floor, in N.
+    in N m s. `downhill` is the weight of the ball along the floor, in N. The drag of the ball's
+    translation and rotation and its noise have the units of the slip's and the ring's.
     """
 
     mass: float
@@ -111,6 +112,10 @@ class Bodies(NamedTuple):
     ring_friction: float
     ring_noise: float
     downhill: tuple[float, float, float]
+    drag: float
+    rotational_drag: float
+    drag_noise: float
+    rotational_drag_noise: float
 
     @property
     def slip_mass(self) -> float:

@@ -25,6 +25,12 @@ from numba import njit
 from magmotor.common.arrays import Array
 from magmotor.common.environment import thread_count
 from magmotor.device.job import Job
+from magmotor.devices.ball.rigid_drag import (
+    drag_coefficients,
+    drag_normals,
+    drag_on_ball,
+    has_drag,
+)
 from magmotor.devices.ball.rigid_forces import Bodies, Magnets, step_coefficients, wrenches
 from magmotor.devices.ball.rigid_steps import (
     acted_on_ball,
@@ -34,6 +40,7 @@ from magmotor.devices.ball.rigid_steps import (
     drifted_ring,
     euler_ball,
     euler_ring,
+    impulses,
     read,
     slip,
 )
@@ -47,17 +54,19 @@ SIZE = 22
 orientation and omega of the ring; heat of ball and ring, work on ball and ring."""
 
 
-def kernel(scheme: str) -> Any:
-    """Return advance(states, recorded, rows, steps, path, bodies, magnets, coefficients).
+def kernel(scheme: str, dragged: bool = False) -> Any:
+    """Return advance(states, recorded, rows, steps, path, bodies, magnets, coefficients, drag).
 
     From step number `steps[0]`, it advances the states, shape (R, SIZE), by `steps[1]` steps to
     each record, shape (records, R, SIZE), along the Brownian path (seed, factor, level), and leaves
     the last record in `states`. It advances replicas number `rows[0]` to `rows[1] - 1` only.
 
+    `drag` is None unless the ball is `dragged`.
+
     A replica's path is the same bit for bit for any number of other replicas, on any thread, and
     for any division of the run into calls.
     """
-    return _advance(RIGID[scheme].exact, scheme == "cayley")
+    return _advance(RIGID[scheme].exact, scheme == "cayley", dragged)
 
 
 @njit(inline="always")
@@ -86,6 +95,10 @@ def _normals(replica, step, path, bodies):
             normal(seed, replica, step, 1, factor, level),
         )
         channel = 2
+    if bodies.drag_noise > 0.0:
+        channel += 2
+    if bodies.rotational_drag_noise > 0.0:
+        channel += 3
     if bodies.ring_noise > 0.0:
         ring_normals = (
             normal(seed, replica, step, channel, factor, level),
@@ -96,10 +109,10 @@ def _normals(replica, step, path, bodies):
 
 
 @compiled_once(nogil=True, error_model="numpy")
-def _advance(checksum: int, splits: bool, by_cayley: bool):
-    """Return the kernel for all splittings, or for Euler's scheme."""
+def _advance(checksum: int, splits: bool, by_cayley: bool, dragged: bool):
+    """Return the kernel for all splittings, or for Euler's scheme, with or without drag."""
 
-    def advance(states, recorded, rows, steps, path, bodies, magnets, coefficients):
+    def advance(states, recorded, rows, steps, path, bodies, magnets, coefficients, drag):
         _ = checksum
         prefer_wide_vectors()
         first, interval = steps
@@ -113,8 +126,10 @@ def _advance(checksum: int, splits: bool, by_cayley: bool):
             ball, ring, sums, ring_sums = _unpack(states[replica])
             force, torque, on_ring = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
             for n in range(coefficients.before, recorded.shape[0] * interval):
-                u, u_ring = slip(ball, bodies.radius), ring[1]
+                start, u, u_ring = ball, slip(ball, bodies.radius), ring[1]
                 xi, xi_ring = _normals(replica, first + n, path, bodies)
+                if dragged:
+                    others = drag_normals(replica, first + n, path, drag)
                 for part in range(len(flags)):
                     if flags[part, 3]:
                         # Only here: a second copy of this code might round differently.
@@ -125,8 +140,20 @@ def _advance(checksum: int, splits: bool, by_cayley: bool):
                     if n < 0:
                         continue
                     drifts, kicks, o_part = flags[part, 0], flags[part, 1], flags[part, 2]
+                    row = read(coefficients.numbers, part)
+                    if dragged and (o_part or not splits):
+                        friction = drag_on_ball(
+                            ball, force, torque, xi + others, drag, part, splits and kicks
+                        )
+                    else:
+                        friction = impulses(
+                            ball, row, splits and kicks, o_part or not splits, force, torque, xi,
+                            bodies,
+                        )  # fmt: skip
                     if not splits:
-                        ball = euler_ball(ball, force, torque, xi, bodies, coefficients, by_cayley)
+                        ball = euler_ball(
+                            ball, force, torque, friction, bodies, coefficients, by_cayley
+                        )
                         if has_ring:
                             ring = euler_ring(
                                 ring, on_ring, xi_ring, bodies, coefficients, by_cayley
@@ -136,14 +163,22 @@ def _advance(checksum: int, splits: bool, by_cayley: bool):
                         if has_ring:
                             ring = drifted_ring(ring, coefficients.numbers[part, 0], bodies)
                     else:
-                        row = read(coefficients.numbers, part)
-                        ball = acted_on_ball(ball, row, kicks, o_part, force, torque, xi, bodies)
+                        ball = acted_on_ball(ball, row, kicks, friction, force, torque, bodies)
                         if has_ring:
                             ring = acted_on_ring(ring, row, kicks, o_part, on_ring, xi_ring, bodies)
                 if n < 0:
                     continue
                 after = slip(ball, bodies.radius)
                 sums = add_heat_and_work(sums, u, after, xi, coefficients, c, a, splits)
+                if dragged:
+                    sums = add_heat_and_work(
+                        sums, start[1], ball[1], others[:2], coefficients, bodies.drag,
+                        bodies.drag_noise, splits,
+                    )  # fmt: skip
+                    sums = add_heat_and_work(
+                        sums, start[3], ball[3], others[2:], coefficients, bodies.rotational_drag,
+                        bodies.rotational_drag_noise, splits,
+                    )  # fmt: skip
                 if has_ring:
                     ring_sums = add_heat_and_work(
                         ring_sums, u_ring, ring[1], xi_ring, coefficients, c_ring, a_ring, splits
@@ -164,8 +199,9 @@ def recorded_chunks(
     `start` has the initial states of the R replicas, shape (R, SIZE); `threads` is
     `thread_count()` by default.
     """
-    advance = kernel(job.scheme)
-    numbers = bodies, magnets, step_coefficients(bodies, RIGID[job.scheme], job.timestep)
+    advance, scheme = kernel(job.scheme, has_drag(bodies)), RIGID[job.scheme]
+    drag = drag_coefficients(bodies, scheme, job.timestep) if has_drag(bodies) else None
+    numbers = bodies, magnets, step_coefficients(bodies, scheme, job.timestep), drag
     path = job.path.seed, job.path.factor, job.path.level
     states = (start if job.state is None else job.state).copy()
     threads = min(len(states), threads or thread_count())

@@ -167,11 +167,12 @@ def drifted_ring(ring, time, bodies):
 
 
 @njit(inline="always")
-def euler_ball(ball, force, torque, xi, bodies, coefficients, by_cayley):
-    """Return the ball after a step of the variational Euler scheme."""
-    h, row = coefficients.timestep, read(coefficients.numbers, 0)
-    triple, torsion = (row[1], row[2], 0.0), (row[10], 0.0)
-    push, twist = friction_on_ball(ball, force, torque, xi, bodies, triple, torsion)
+def euler_ball(ball, force, torque, friction, bodies, coefficients, by_cayley):
+    """Return the ball after a step of the variational Euler scheme.
+
+    `friction` are the impulses of friction and noise.
+    """
+    h, (push, twist) = coefficients.timestep, friction
     impulse, angular_impulse = plus(push, h, force), plus(twist, h, torque)
     position, v, orientation, omega = kicked_ball(ball, 1.0, impulse, angular_impulse, bodies)
     if by_cayley:  # by exp, the discrete momentum of an isotropic body is I omega
@@ -197,13 +198,20 @@ def euler_ring(ring, torque, xi, bodies, coefficients, by_cayley):
 
 
 @njit(inline="always")
-def acted_on_ball(ball, row, kicks, o_part, force, torque, xi, bodies):
-    """Return the ball after a part of a splitting: a kick, friction and noise, or both."""
+def impulses(ball, row, kicks, o_part, force, torque, xi, bodies):
+    """Return the impulses of friction and noise in a part of a step, if it has any."""
     push, twist = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     if o_part:
         triple = row[1], row[2], row[3] if kicks else 0.0
         torsion = row[10], row[11] if kicks else 0.0
         push, twist = friction_on_ball(ball, force, torque, xi, bodies, triple, torsion)
+    return push, twist
+
+
+@njit(inline="always")
+def acted_on_ball(ball, row, kicks, friction, force, torque, bodies):
+    """Return the ball after a part of a splitting: a kick, friction and noise, or both."""
+    push, twist = friction
     if kicks:
         push, twist = plus(push, row[0], force), plus(twist, row[0], torque)
     return kicked_ball(ball, 1.0, push, twist, bodies)

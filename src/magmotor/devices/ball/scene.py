@@ -2,12 +2,13 @@
 
 import math
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.common.arrays import Array
-from magmotor.common.checks import reject
+from magmotor.common.checks import check_number, reject
 from magmotor.device.device import Scene
 from magmotor.device.quantities import quantity
 from magmotor.numerics.reproducible import applied
@@ -41,8 +42,19 @@ class BallScene(Scene):
         (0.0, 0.0, 0.0), "T", "uniform field, such as the earth's, in the frame of the floor"
     )
 
-    def _check_gravity(self) -> None:
-        """Check that gravity is not zero on a tilted floor, and on a plane that bears the ball."""
+    drag: float = quantity(
+        0.0, "kg/s", "background drag on the ball's center: force = -drag v", at_least=0
+    )
+    rotational_drag: float = quantity(
+        0.0, "N m s", "background drag on the ball's rotation: torque = -drag omega", at_least=0
+    )
+
+    def _check_surroundings(self) -> None:
+        """Check gravity where it bears the ball or moves it, and drag, which needs slide joints."""
+        for name in ("drag", "rotational_drag"):
+            if self.surface == "plane" and getattr(self, name):
+                sentence = "must be zero when surface = 'plane'"
+                raise reject(name, getattr(self, name), sentence)
         if self.gravity == 0 and self.surface == "plane":
             raise reject("gravity", self.gravity, "must be positive when surface = 'plane'")
         if self.gravity == 0 and any(self.floor_tilt):
@@ -65,6 +77,31 @@ class BallScene(Scene):
         """Return the deepest minimum of V_e on the plane, in m, where the ball can rest."""
         raise NotImplementedError
 
+    def in_air(self, speed: float = 0.0, viscosity: float = 1.8e-5, density: float = 1.2) -> Self:
+        """Return a copy of the scene with the drag of air, or of another fluid.
+
+        The drag is 6 pi eta r (1 + 0.15 Re^0.687) with Re = 2 r density speed/eta, the correction
+        of Schiller and Naumann (1933) for Re < 1000, and that of rotation 8 pi eta r^3. The floor,
+        which increases both, is left out.
+
+        Parameters
+        ----------
+        speed : float
+            Typical speed of the ball, in m/s.
+        viscosity, density : float
+            In Pa s and kg/m^3.
+        """
+        speed = check_number("speed", speed, at_least=0, unit="m/s")
+        viscosity = check_number("viscosity", viscosity, above=0, unit="Pa s")
+        density = check_number("density", density, at_least=0, unit="kg/m^3")
+        reynolds = 2 * self.ball_radius * density * speed / viscosity
+        check_number("Reynolds number 2 r density speed/viscosity", reynolds, below=1000)
+        stokes = 6 * math.pi * viscosity * self.ball_radius
+        return self.replace(
+            drag=stokes * (1 + 0.15 * reynolds**0.687),
+            rotational_drag=8 * math.pi * viscosity * self.ball_radius**3,
+        )
+
     @property
     def gravity_vector(self) -> tuple[float, float, float]:
         """Acceleration of gravity in the frame of the floor, in m/s^2."""
@@ -82,11 +119,12 @@ class BallScene(Scene):
         x, y, _ = self.gravity_vector
         return self.ball_mass * x, self.ball_mass * y, 0.0
 
-    def gravitational_energy(self, position: Array) -> Array:
-        """Return the energy (...) in J of a ball at positions (..., 3) in m; 0 at the center."""
-        x, y, _ = self.downhill_force
-        raised = self.weight * (position[..., 2] - self.ball_radius)
-        return raised - (x * position[..., 0] + y * position[..., 1])
+
+def gravitational_energy(scene: BallScene, position: Array) -> Array:
+    """Return the energy (...) in J of a ball at positions (..., 3) in m; 0 at the center."""
+    x, y, _ = scene.downhill_force
+    raised = scene.weight * (position[..., 2] - scene.ball_radius)
+    return raised - (x * position[..., 0] + y * position[..., 1])
 
 
 def ring_dipoles(count: int, radius: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -56,7 +56,7 @@ class MotorDevice(BallDevice[Motor, MotorStates]):
         """Return the names of the methods that can simulate the scene."""
         if scene.surface == "plane":
             return MUJOCO
-        noise = any(scene.noises)
+        noise = scene.is_noisy
         exact = () if noise else ("scipy/dop853",)
         return (*splittings.methods(splittings.RIGID, noise=noise), *MUJOCO_PLANAR, *exact)
 
@@ -77,7 +77,7 @@ class MotorDevice(BallDevice[Motor, MotorStates]):
         """
         if replicas is not None:
             check_integer("replicas", replicas, at_least=1)
-            if not any(scene.noises):
+            if not scene.is_noisy:
                 raise reject(
                     "replicas", replicas, "must be None: without noise all replicas are the same"
                 )
@@ -199,7 +199,7 @@ class MotorDevice(BallDevice[Motor, MotorStates]):
 
     def quantities(self, scene: Motor) -> tuple[str, ...]:
         """Return temperature for a motor with noise, otherwise position and path."""
-        return ("temperature",) if any(scene.noises) else ("position", "path")
+        return ("temperature",) if scene.is_noisy else ("position", "path")
 
     def sliders(self, scene: Motor) -> dict[str, Slider]:
         """Return sliders for friction, and for the temperature or, if nonuniform, the noise."""

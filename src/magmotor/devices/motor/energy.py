@@ -9,6 +9,7 @@ from magmotor.common.arrays import Array
 from magmotor.device.analysis import OWN, analysis
 from magmotor.device.observable import labeled
 from magmotor.devices.ball.rigid_forces import force_and_field
+from magmotor.devices.ball.scene import gravitational_energy
 from magmotor.devices.ball.states import axes
 from magmotor.devices.motor.scene import Motor
 from magmotor.devices.motor.states import MotorStates
@@ -72,7 +73,7 @@ def motor_energy(scene: Motor, states: MotorStates) -> MotorEnergy:
     ring = wobble + 0.5 * axial * about**2 + on_ring
     translation = scene.ball_mass * np.sum(states.velocity**2, axis=-1)
     rotation = scene.ball_inertia * np.sum(states.angular_velocity**2, axis=-1)
-    ball = 0.5 * (translation + rotation) + scene.gravitational_energy(states.position)
+    ball = 0.5 * (translation + rotation) + gravitational_energy(scene, states.position)
     return MotorEnergy(ball + on_ball + ring, ring, wobble, lift)
 
 

@@ -42,7 +42,7 @@ class MotorGuard(Guard):
         warm = scene.temperature == "uniform"
         self.largest_fluctuation = LARGEST_FLUCTUATION * scene.kT if warm else 0.0
         # At nonuniform temperature the noise heats the motion; at uniform, friction balances it.
-        self.heated = any(scene.noises) and not warm
+        self.heated = scene.is_noisy and not warm
 
     def faults(self, states: MotorStates) -> Iterator[Fault]:
         """Yield the tests of energy, tilt and lift."""

@@ -106,7 +106,8 @@ def compose_motor(scene: Motor, *, visual: bool) -> parts.Element:
     _drive(root, scene)
     mark(root, scene, "dipoles couplings noise")
     if not visual:
-        parts.disable_unused(root, keep=("damper",) if scene.friction_ring else ())
+        damped = scene.friction_ring or scene.drag or scene.rotational_drag
+        parts.disable_unused(root, keep=("damper",) * bool(damped))
         tune_solver(root, scene.surface, scene.friction_ball)
     qpos, qvel = MotorCoordinates(scene).joints(start_motor(scene))
     start_ball(root, scene, qpos[0])
@@ -141,7 +142,10 @@ def _drive(root: parts.Element, scene: Motor) -> None:
     force, torque = np.eye(2, 3), np.eye(3)
     slip = np.hstack([force, np.cross([0.0, 0.0, -scene.ball_radius], force)])
     rotation = np.hstack([np.zeros((3, 3)), torque])
-    if scene.alpha_ball:
-        root.find("body", "ball").user = scene.alpha_ball * slip.ravel()
+    strengths = zip((scene.alpha_ball, *scene.drag_noises), (
+        slip, np.hstack([force, 0 * force]), rotation), strict=True)  # fmt: skip
+    rows = [alpha * row.ravel() for alpha, row in strengths if alpha]
+    if rows:
+        root.find("body", "ball").user = np.concatenate(rows)
     if scene.alpha_ring:
         root.find("body", "inner_ring").user = scene.alpha_ring * rotation.ravel()

@@ -16,6 +16,7 @@ from magmotor.numerics.numba_cache import compiled_once
 from magmotor.numerics.rotations import (
     columns,
     cross,
+    dot,
     mul_quat,
     place_dipoles,
     plus,
@@ -45,7 +46,12 @@ def problem(scene: Motor, initial: MotorStates) -> tuple[Callable, Array, Array]
             scene.inner_height,
             float(scene.ball_ring_factor),
         ),
-        (*map(float, scene.background_field), *map(float, scene.downhill_force[:2])),
+        (
+            *map(float, scene.background_field),
+            *map(float, scene.downhill_force[:2]),
+            float(scene.drag),
+            float(scene.rotational_drag),
+        ),
     )
 
     def derivative(t, y):
@@ -71,7 +77,7 @@ def _derivative(checksum: int):
 
     def derivative(s, masses, frictions, moment, magnets, others):
         _ = checksum
-        background, (push_x, push_y) = others[:3], others[3:]
+        background, (push_x, push_y, drag, turning) = others[:3], others[3:]
         mass, r, inertia, across, axial = masses
         c, c_ring = frictions
         outer, frame, height, factor = magnets
@@ -83,11 +89,11 @@ def _derivative(checksum: int):
         on_ball = (s[0], s[1], r, axis[0], axis[1], axis[2])
         near = sum_over_sources(on_ball, NOBODY, inner, inner.shape[1])
         far = sum_over_sources(on_ball, NOBODY, outer, outer.shape[1])
-        force_x = far[0] + factor * near[0] + push_x
-        force_y = far[1] + factor * near[1] + push_y
+        force_x = far[0] + factor * near[0] + push_x - drag * s[2]
+        force_y = far[1] + factor * near[1] + push_y - drag * s[3]
         field = plus((far[3], far[4], far[5]), factor, (near[3], near[4], near[5]))
         field = plus(field, 1.0, background)
-        torque = cross(axis, field)
+        torque = plus(cross(axis, field), -turning, omega)
         source = np.full((7, COUNT), NOBODY)
         source[:6, 0] = s[0], s[1], r, factor * axis[0], factor * axis[1], factor * axis[2]
         source[6, 0] = 0.0
@@ -114,6 +120,7 @@ def _derivative(checksum: int):
         for k in range(3):
             out[15 + k] = on_ring[k] - c_ring * spin[k]
         out[18] = c * (slip_x * slip_x + slip_y * slip_y)
+        out[18] += drag * (s[2] * s[2] + s[3] * s[3]) + turning * dot(omega, omega)
         out[19] = c_ring * (spin[0] * spin[0] + spin[1] * spin[1] + spin[2] * spin[2])
         return out
 

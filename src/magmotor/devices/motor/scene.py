@@ -70,6 +70,12 @@ class Motor(BallScene):
         "friction c_R of the ring: torque = -c_R omega_R (default: the paper's)",
         at_least=0,
     )
+    drag_temperature: float | None = quantity(
+        None,
+        "J",
+        "temperature kT of the background drag (default: that of Gibbs, or 0)",
+        at_least=0,
+    )
     ball_ring_factor: float = quantity(
         2.0,
         "1",
@@ -118,7 +124,7 @@ class Motor(BallScene):
             raise reject("axis", self.axis, "must have a nonzero component")
         self._check_rings()
         self._check_temperature()
-        self._check_gravity()
+        self._check_surroundings()
 
     def _check_rings(self) -> None:
         top, reach = 2 * self.ball_radius, self.inner_radius * math.sin(LARGEST_TILT)
@@ -218,6 +224,19 @@ class Motor(BallScene):
         """Noise alpha_B, alpha_B, alpha_R, alpha_R, alpha_R for the same velocities."""
         ball, ring = self.alpha_ball or 0.0, self.alpha_ring or 0.0
         return ball, ball, ring, ring, ring
+
+    @property
+    def drag_noises(self) -> tuple[float, float]:
+        """Noise of the drag of the ball's translation (N sqrt(s)) and rotation (N m sqrt(s))."""
+        kT = self.drag_temperature
+        if kT is None:
+            kT = self.kT if self.temperature == "uniform" else 0.0
+        return math.sqrt(2 * kT * self.drag), math.sqrt(2 * kT * self.rotational_drag)
+
+    @property
+    def is_noisy(self) -> bool:
+        """Whether any noise acts."""
+        return any(self.noises) or any(self.drag_noises)
 
     @property
     def moment(self) -> float:

@@ -13,7 +13,14 @@ from magmotor.common.arrays import Array
 from magmotor.common.checks import check_number
 from magmotor.common.hints import Seconds
 from magmotor.devices.ball.landscape import effective_potential, valley_radius
-from magmotor.devices.ball.resting import moved, resting_ball, scales, slip_friction, stiffness
+from magmotor.devices.ball.resting import (
+    background_drag,
+    moved,
+    resting_ball,
+    scales,
+    slip_friction,
+    stiffness,
+)
 from magmotor.devices.ball.slip import mobility
 from magmotor.devices.motor.scene import Motor
 from magmotor.numerics.linear_stability import SmallMotion
@@ -30,8 +37,14 @@ def slip_mobility(scene: Motor) -> float:
 
 @checked
 def ball_injection_rate(scene: Motor) -> float:
-    """Mean power alpha_B^2 (1/m + r^2/J_B) of the noise on the ball in W; remark after (kjhss)."""
-    return scene.noises[0] ** 2 * slip_mobility(scene)
+    """Mean power alpha_B^2 (1/m + r^2/J_B) of the noise on the ball in W; remark after (kjhss).
+
+    With background drag, its noise adds alpha^2/m for the translation and 3 alpha^2/(2 J_B) for the
+    rotation.
+    """
+    drag, rotational_drag = scene.drag_noises
+    drags = drag**2 / scene.ball_mass + 1.5 * rotational_drag**2 / scene.ball_inertia
+    return scene.noises[0] ** 2 * slip_mobility(scene) + drags
 
 
 @checked
@@ -119,6 +132,6 @@ def small_motion(scene: Motor) -> SmallMotion:
 
     sphere = scene.ball_inertia
     inertia = np.diag([scene.ball_mass, scene.ball_mass, *3 * [sphere], *scene.inner_moments])
-    damper = np.diag([0.0] * 5 + [scene.frictions[-1]] * 3)
+    damper = np.diag([0.0] * 5 + [scene.frictions[-1]] * 3) + background_drag(scene, 8)
     friction = slip_friction(scene.friction_ball, scene.ball_radius, 8) + damper
     return SmallMotion.of(inertia, stiffness(force, scales(scene, 8)), friction, damper)

@@ -43,6 +43,10 @@ def bodies(scene: Motor) -> Bodies:
         ring_friction=scene.frictions[-1],
         ring_noise=scene.noises[-1],
         downhill=scene.downhill_force,
+        drag=scene.drag,
+        rotational_drag=scene.rotational_drag,
+        drag_noise=scene.drag_noises[0],
+        rotational_drag_noise=scene.drag_noises[1],
     )
     return floats(found)
 

@@ -13,6 +13,7 @@ from scipy.integrate import solve_ivp
 from magmotor import dipoles
 from magmotor.common.arrays import Array
 from magmotor.devices.ball.landscape import aligned_force, on_plane, total_field, valley
+from magmotor.devices.ball.scene import gravitational_energy
 from magmotor.devices.top.scene import Top
 
 ITERATIONS = 10
@@ -117,7 +118,7 @@ def held_axis(scene: Top, points: Array) -> tuple[Array, Array, Array]:
         torque[:, 2] -= np.sum(axis * force, axis=1)
         axis = field + scene.ball_radius * torque
         axis /= np.linalg.norm(axis, axis=1, keepdims=True)
-    return axis, force, scene.gravitational_energy(center) - np.sum(axis * field, axis=1)
+    return axis, force, gravitational_energy(scene, center) - np.sum(axis * field, axis=1)
 
 
 def stopping_coefficients(scene: Top) -> tuple[float, float]:

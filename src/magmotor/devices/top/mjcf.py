@@ -71,7 +71,7 @@ def compose_top(scene: Top, *, visual: bool) -> parts.Element:
     _add_torsion(root, scene.torsional_damping)
     _place_ring(root.find("body", "ring"), scene)
     if not visual:
-        parts.disable_unused(root)
+        parts.disable_unused(root, keep=("damper",) * bool(scene.drag or scene.rotational_drag))
         tune_solver(root, scene.surface, scene.friction)
     coordinates = BallCoordinates(scene.surface, scene.ball_radius)
     qpos, qvel = coordinates.joints(start(scene))

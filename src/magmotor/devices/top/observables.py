@@ -13,6 +13,7 @@ from magmotor.common.arrays import Array
 from magmotor.common.hints import Vectors
 from magmotor.device.analysis import OWN, analysis
 from magmotor.device.observable import Observable, labeled
+from magmotor.devices.ball.scene import gravitational_energy
 from magmotor.devices.top.scene import Top
 from magmotor.devices.top.states import BallStates
 
@@ -88,7 +89,7 @@ def ball_energy(scene: Top, states: BallStates) -> BallEnergy:
     turning = across * np.sum(spin**2, axis=-1) + (axial - across) * about**2
     kinetic = 0.5 * (scene.ball_mass * np.sum(states.velocity**2, axis=-1) + turning)
     magnetic, lift = _magnetic(scene, states)
-    raised = scene.gravitational_energy(states.position)
+    raised = gravitational_energy(scene, states.position)
     return BallEnergy(kinetic + magnetic + raised, kinetic, magnetic, lift)
 
 
@@ -114,8 +115,8 @@ def _magnetic(scene: Top, states: BallStates) -> tuple[Array, Array]:
 def momentum_balance(run: xr.Dataset, scene: Top = OWN) -> xr.Dataset:
     """Compare J with the integral of the friction torque.
 
-    The torque is that of the viscous friction of slip and torsion, which always act. Dry friction
-    and a ball that leaves the plane therefore contribute to the residual.
+    The torque is that of drag and of the viscous friction of slip and torsion, which always act.
+    Dry friction and a ball that leaves the plane therefore contribute to the residual.
 
     Parameters
     ----------
@@ -130,7 +131,9 @@ def momentum_balance(run: xr.Dataset, scene: Top = OWN) -> xr.Dataset:
         `torque` (N m), `integral` = J(0) + int torque dt and `residual` = J - integral (kg m^2/s).
     """
     torque = friction_torque(scene, run.axis.values, run.slip_velocity.values)
-    torque -= scene.torsional_damping * run.angular_velocity.values[:, 2] * run.axis.values[:, 2]
+    axis, spin = run.axis.values, run.angular_velocity.values
+    torque -= scene.torsional_damping * spin[:, 2] * axis[:, 2]
+    torque -= scene.rotational_drag * np.sum(spin * axis, axis=-1)
     integral = run.momentum_map.values[0] + _integrate(run.time.values, torque)
     residual = run.momentum_map.values - integral
     columns = {"torque": torque, "integral": integral, "residual": residual}
@@ -143,9 +146,11 @@ def momentum_balance(run: xr.Dataset, scene: Top = OWN) -> xr.Dataset:
     return labeled(xr.Dataset(data, coords={"time": run.time}), labels)
 
 
-@analysis("slip_velocity", "angular_velocity", "energy", of=Top, records=2, replicas=False)
+@analysis(
+    *("velocity", "slip_velocity", "angular_velocity", "energy"), of=Top, records=2, replicas=False
+)
 def top_energy_balance(run: xr.Dataset, scene: Top = OWN) -> xr.Dataset:
-    """Compare the energy with the heat; dE/dt = -c |V_Q|^2 - k omega_z^2 if the ring is at rest.
+    """Compare the energy with the heat; dE/dt is minus the power lost if the ring is at rest.
 
     Parameters
     ----------
@@ -157,10 +162,12 @@ def top_energy_balance(run: xr.Dataset, scene: Top = OWN) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        `heat` = int (c |V_Q|^2 + k omega_z^2) dt and `residual` = E - E(0) + heat, in J.
+        `heat` = int (c |V_Q|^2 + k omega_z^2 + drag) dt and `residual` = E - E(0) + heat, in J.
     """
     power = scene.friction * np.sum(run.slip_velocity.values**2, axis=-1)
     power += scene.torsional_damping * run.angular_velocity.values[:, 2] ** 2
+    power += scene.drag * np.sum(run.velocity.values**2, axis=-1)
+    power += scene.rotational_drag * np.sum(run.angular_velocity.values**2, axis=-1)
     heat = _integrate(run.time.values, power)
     residual = run.energy.values - run.energy.values[0] + heat
     data = {"heat": ("time", heat), "residual": ("time", residual)}

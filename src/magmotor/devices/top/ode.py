@@ -16,8 +16,8 @@ def problem(scene: Top, initial: BallStates) -> tuple[Callable, Array, Array]:
     inertia, _, axial = scene.inertia
     c, r, m, mu = scene.friction, scene.ball_radius, scene.ball_mass, scene.moment
     parameters = (c, r, m, inertia, axial, mu)
-    others = (*scene.background_field, *scene.downhill_force[:2], scene.torsional_damping)
-    others = tuple(map(float, others))
+    drags = scene.drag, scene.rotational_drag, scene.torsional_damping
+    others = tuple(map(float, (*scene.background_field, *scene.downhill_force[:2], *drags)))
     fixed = pack_sources(*scene.ring_sources())
     evaluate = _derivative()
 
@@ -40,7 +40,7 @@ def _derivative(checksum: int):
     def derivative(y, sources, parameters, others):
         _ = checksum
         c, r, m, inertia, axial, mu = parameters
-        background_x, background_y, background_z, push_x, push_y, torsion = others
+        background_x, background_y, background_z, push_x, push_y, drag, turning, torsion = others
         vx, vy = y[2], y[3]
         ax, ay, az = y[4], y[5], y[6]
         px, py, pz = y[7], y[8], y[9]
@@ -54,7 +54,7 @@ def _derivative(checksum: int):
             (y[0], y[1], r, mu * ax, mu * ay, mu * az), NOBODY, sources, sources.shape[1]
         )
         bx, by, bz = bx + background_x, by + background_y, bz + background_z
-        fx, fy = fx + push_x, fy + push_y
+        fx, fy = fx + push_x - drag * vx, fy + push_y - drag * vy
         slip_x, slip_y = vx - r * wy, vy + r * wx
         return np.array(
             [
@@ -65,9 +65,9 @@ def _derivative(checksum: int):
                 wy * az - wz * ay,
                 wz * ax - wx * az,
                 wx * ay - wy * ax,
-                mu * (ay * bz - az * by) - c * r * slip_y,
-                mu * (az * bx - ax * bz) + c * r * slip_x,
-                mu * (ax * by - ay * bx) - torsion * wz,
+                mu * (ay * bz - az * by) - c * r * slip_y - turning * wx,
+                mu * (az * bx - ax * bz) + c * r * slip_x - turning * wy,
+                mu * (ax * by - ay * bx) - (turning + torsion) * wz,
             ]
         )
 

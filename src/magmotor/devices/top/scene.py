@@ -152,7 +152,7 @@ class Top(BallScene):
             sentence = f"must be at most twice the moment across the axis, {limit:g} kg m^2"
             raise reject("ball_axial_inertia", self.inertia[2], sentence)
         self._check_dry_friction()
-        self._check_gravity()
+        self._check_surroundings()
 
     def _check_dry_friction(self) -> None:
         """Check the order: MuJoCo's rolling friction needs torsional, and that needs Coulomb's."""

@@ -8,7 +8,14 @@ from magmotor import dipoles
 from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
 from magmotor.common.hints import NotNegative
-from magmotor.devices.ball.resting import moved, resting_ball, scales, slip_friction, stiffness
+from magmotor.devices.ball.resting import (
+    background_drag,
+    moved,
+    resting_ball,
+    scales,
+    slip_friction,
+    stiffness,
+)
 from magmotor.devices.ball.slip import mobility
 from magmotor.devices.top.scene import Top
 from magmotor.dipoles import PERMEABILITY_OVER_4PI
@@ -73,7 +80,8 @@ def small_motion(scene: Top) -> SmallMotion:
     inertia[2:, 2:] = across * np.eye(3) + (axial - across) * np.outer(axis, axis)
     friction = slip_friction(scene.friction, scene.ball_radius, 5)
     friction[4, 4] += scene.torsional_damping
-    return SmallMotion.of(inertia, stiffness(force, scales(scene, 5)), friction, np.zeros((5, 5)))
+    damper = background_drag(scene, 5)
+    return SmallMotion.of(inertia, stiffness(force, scales(scene, 5)), friction + damper, damper)
 
 
 def poses(scene: Top) -> list[Top]:

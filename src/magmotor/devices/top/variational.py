@@ -43,6 +43,10 @@ def bodies(scene: Top) -> Bodies:
         ring_friction=0.0,
         ring_noise=0.0,
         downhill=scene.downhill_force,
+        drag=scene.drag,
+        rotational_drag=scene.rotational_drag,
+        drag_noise=0.0,
+        rotational_drag_noise=0.0,
     )
     return floats(found)
 
