@@ -7,8 +7,8 @@ import pytest
 from scipy.linalg import expm
 
 import magmotor as mm
-from magmotor.devices.ball.rigid_drag import drag_coefficients
 from magmotor.devices.ball.rigid_forces import Bodies
+from magmotor.devices.ball.rigid_surroundings import drag_coefficients
 from magmotor.devices.top.scene import pose
 from magmotor.numerics.splittings import RIGID
 
@@ -241,10 +241,11 @@ def test_a_tilt_that_turns():
 
     The ring's normal turns once around; the low side, where V_e is deepest, turns with it.
     """
-    script = [(0.0, 0.2, math.pi / 64, 0.0), (120.0, 0.2, math.pi / 64, 2 * math.pi)]
+    tilt = math.pi / 64
+    script = mm.Waypoint(0.0, 0.2, tilt, 0.0), mm.Waypoint(120.0, 0.2, tilt, 2 * math.pi)
     scene = mm.Top(ring_script=script, position=(0.28, 0.01))
     w, x, y, _ = scene.ring_orientation(60.0)
-    assert [2 * w * y, -2 * w * x] == pytest.approx([-math.sin(math.pi / 64), 0.0], abs=3e-16)
+    assert [2 * w * y, -2 * w * x] == pytest.approx([-math.sin(tilt), 0.0], abs=3e-16)
     runs = [
         mm.simulate(scene, method=method, timestep=0.025, duration=120, record_interval=10)
         for method in ("mujoco/rk4", "scipy/dop853")

@@ -24,7 +24,7 @@ class Magnets(NamedTuple):
 
     `fixed` are the dipoles at rest, and `frame` those of the ring in its own frame, whose origin is
     at `height` on the z axis. `moment` is that of the ball, in A m^2. The interaction of ring and
-    ball is multiplied by `factor`. `background` is a uniform field in T, which acts on the ball.
+    ball is multiplied by `factor`. `background` is a uniform field in T.
     """
 
     moment: float
@@ -51,7 +51,7 @@ def torque_about(center, position, moment, force, field):
 
 
 @njit(inline="always")
-def wrenches(position, ball, inner, ring, magnets, downhill):
+def wrenches(position, ball, inner, ring, magnets):
     """Return force and torque on the ball, and the torque on the ring about its center.
 
     The torque on the ring follows from the reaction: about any point, the interaction of two bodies
@@ -63,8 +63,6 @@ def wrenches(position, ball, inner, ring, magnets, downhill):
         Position of the ball, its orientation and that of the ring.
     ring : ndarray, shape of `magnets.frame`
         Buffer for the ring's dipoles in the world frame; their labels must be set already.
-    downhill
-        Force of gravity along the floor.
     """
     moment = scaled(magnets.moment, third_axis(ball))
     force, field = force_and_field(position, moment, magnets.fixed)
@@ -82,8 +80,6 @@ def wrenches(position, ball, inner, ring, magnets, downhill):
                 pull, there = force_and_field((x, y, z), (mx, my, mz), ring)
                 on_fixed = torque_about(center, (x, y, z), (mx, my, mz), pull, there)
                 reaction = plus(reaction, 1.0, on_fixed)
-    force = plus(force, 1.0, downhill)
-    field = plus(field, 1.0, magnets.background)
     return force, cross(moment, field), scaled(-1.0, reaction)
 
 
@@ -142,10 +138,10 @@ class StepCoefficients(NamedTuple):
     Each row of `flags` has four flags of a part: drift, kick, friction and noise, and new forces.
     If `before` is -1, the first kick uses the forces of the previous step; else it is 0.
 
-    Each row of `numbers` has the duration of a part, then four triples (a, b, d): for the slip, for
-    the ring across and about its axis, and for the rotation of the ball about the vertical. The
-    impulse of friction and noise is a u + b xi + d F, where u is the velocity before the part, xi a
-    standard normal number, and F a force that acts at the same time; d is in s.
+    Each row of `numbers` has the duration of a part, then three triples (a, b, d): for the slip,
+    and for the ring across and about its axis. The impulse of friction and noise is
+    a u + b xi + d F, where u is the velocity before the part, xi a standard normal number, and F
+    a force that acts at the same time; d is in s.
     """
 
     timestep: float
@@ -160,7 +156,6 @@ def step_coefficients(bodies: Bodies, scheme: Scheme, timestep: float) -> StepCo
         (bodies.slip_mass, bodies.slip_friction, bodies.slip_noise),
         (bodies.across, bodies.ring_friction, bodies.ring_noise),
         (bodies.axial, bodies.ring_friction, bodies.ring_noise),
-        (bodies.inertia, bodies.torsion, 0.0),
     )
     needs_force = kicks_that_evaluate(scheme.parts)
     flags = [

@@ -25,12 +25,6 @@ from numba import njit
 from magmotor.common.arrays import Array
 from magmotor.common.environment import thread_count
 from magmotor.device.job import Job
-from magmotor.devices.ball.rigid_drag import (
-    drag_coefficients,
-    drag_normals,
-    drag_on_ball,
-    has_drag,
-)
 from magmotor.devices.ball.rigid_forces import Bodies, Magnets, step_coefficients, wrenches
 from magmotor.devices.ball.rigid_steps import (
     acted_on_ball,
@@ -44,6 +38,13 @@ from magmotor.devices.ball.rigid_steps import (
     read,
     slip,
 )
+from magmotor.devices.ball.rigid_surroundings import (
+    drag_coefficients,
+    drag_normals,
+    drag_on_ball,
+    has_surroundings,
+    with_background,
+)
 from magmotor.noise import normal
 from magmotor.numerics.elementary import prefer_wide_vectors
 from magmotor.numerics.numba_cache import aligned, compiled_once, copy
@@ -54,19 +55,19 @@ SIZE = 22
 orientation and omega of the ring; heat of ball and ring, work on ball and ring."""
 
 
-def kernel(scheme: str, dragged: bool = False) -> Any:
+def kernel(scheme: str, surrounded: bool = False) -> Any:
     """Return advance(states, recorded, rows, steps, path, bodies, magnets, coefficients, drag).
 
     From step number `steps[0]`, it advances the states, shape (R, SIZE), by `steps[1]` steps to
     each record, shape (records, R, SIZE), along the Brownian path (seed, factor, level), and leaves
     the last record in `states`. It advances replicas number `rows[0]` to `rows[1] - 1` only.
 
-    `drag` is None unless the ball is `dragged`.
+    `drag` is None unless the ball is `surrounded`; see `rigid_drag`.
 
     A replica's path is the same bit for bit for any number of other replicas, on any thread, and
     for any division of the run into calls.
     """
-    return _advance(RIGID[scheme].exact, scheme == "cayley", dragged)
+    return _advance(RIGID[scheme].exact, scheme == "cayley", surrounded)
 
 
 @njit(inline="always")
@@ -109,8 +110,8 @@ def _normals(replica, step, path, bodies):
 
 
 @compiled_once(nogil=True, error_model="numpy")
-def _advance(checksum: int, splits: bool, by_cayley: bool, dragged: bool):
-    """Return the kernel for all splittings, or for Euler's scheme, with or without drag."""
+def _advance(checksum: int, splits: bool, by_cayley: bool, surrounded: bool):
+    """Return the kernel for all splittings, or for Euler's scheme, with or without surroundings."""
 
     def advance(states, recorded, rows, steps, path, bodies, magnets, coefficients, drag):
         _ = checksum
@@ -128,20 +129,20 @@ def _advance(checksum: int, splits: bool, by_cayley: bool, dragged: bool):
             for n in range(coefficients.before, recorded.shape[0] * interval):
                 start, u, u_ring = ball, slip(ball, bodies.radius), ring[1]
                 xi, xi_ring = _normals(replica, first + n, path, bodies)
-                if dragged:
+                if surrounded:
                     others = drag_normals(replica, first + n, path, drag)
                 for part in range(len(flags)):
                     if flags[part, 3]:
                         # Only here: a second copy of this code might round differently.
                         position = ball[0][0], ball[0][1], bodies.radius
-                        force, torque, on_ring = wrenches(
-                            position, ball[2], ring[0], work, magnets, bodies.downhill
-                        )
+                        force, torque, on_ring = wrenches(position, ball[2], ring[0], work, magnets)
+                        if surrounded:
+                            force, torque = with_background(force, torque, ball[2], bodies, magnets)
                     if n < 0:
                         continue
                     drifts, kicks, o_part = flags[part, 0], flags[part, 1], flags[part, 2]
                     row = read(coefficients.numbers, part)
-                    if dragged and (o_part or not splits):
+                    if surrounded and (o_part or not splits):
                         friction = drag_on_ball(
                             ball, force, torque, xi + others, drag, part, splits and kicks
                         )
@@ -170,7 +171,7 @@ def _advance(checksum: int, splits: bool, by_cayley: bool, dragged: bool):
                     continue
                 after = slip(ball, bodies.radius)
                 sums = add_heat_and_work(sums, u, after, xi, coefficients, c, a, splits)
-                if dragged:
+                if surrounded:
                     sums = add_heat_and_work(
                         sums, start[1], ball[1], others[:2], coefficients, bodies.drag,
                         bodies.drag_noise, splits,
@@ -199,8 +200,9 @@ def recorded_chunks(
     `start` has the initial states of the R replicas, shape (R, SIZE); `threads` is
     `thread_count()` by default.
     """
-    advance, scheme = kernel(job.scheme, has_drag(bodies)), RIGID[job.scheme]
-    drag = drag_coefficients(bodies, scheme, job.timestep) if has_drag(bodies) else None
+    surrounded, scheme = has_surroundings(bodies, magnets), RIGID[job.scheme]
+    advance = kernel(job.scheme, surrounded)
+    drag = drag_coefficients(bodies, scheme, job.timestep) if surrounded else None
     numbers = bodies, magnets, step_coefficients(bodies, scheme, job.timestep), drag
     path = job.path.seed, job.path.factor, job.path.level
     states = (start if job.state is None else job.state).copy()

@@ -68,10 +68,7 @@ def heat_and_work(before, after, friction, noise, increment, timestep, exact):
 
 @njit(inline="always")
 def read(numbers, part):
-    """Return a row of `StepCoefficients.numbers` as a tuple, which is faster than an array.
-
-    The last triple has no noise.
-    """
+    """Return a row of `StepCoefficients.numbers` as a tuple, which is faster than an array."""
     return (
         numbers[part, 0],
         numbers[part, 1],
@@ -83,8 +80,6 @@ def read(numbers, part):
         numbers[part, 7],
         numbers[part, 8],
         numbers[part, 9],
-        numbers[part, 10],
-        numbers[part, 12],
     )
 
 
@@ -113,19 +108,18 @@ def kicked_ring(ring, impulse, bodies):
 
 
 @njit(inline="always")
-def friction_on_ball(ball, force, torque, xi, bodies, triple, torsion):
+def friction_on_ball(ball, force, torque, xi, bodies, triple):
     """Return the impulse of friction and noise at the contact point, and its angular impulse.
 
-    `triple` is (a, b, d) of the slip in `StepCoefficients`, and `torsion` (a, d) of the rotation
-    about the vertical; force and torque act on the center at the same time.
+    `triple` is (a, b, d) of the slip in `StepCoefficients`; force and torque act on the center at
+    the same time.
     """
     u, r, (a, b, d) = slip(ball, bodies.radius), bodies.radius, triple
-    about = fused(torsion[0], ball[3][2], torsion[1] * torque[2])
     light, arm = 1.0 / bodies.mass, r / bodies.inertia
     along = d / fused(r, arm, light)
     x = fused(along, fused(light, force[0], -arm * torque[1]), fused(a, u[0], b * xi[0]))
     y = fused(along, fused(light, force[1], arm * torque[0]), fused(a, u[1], b * xi[1]))
-    return (x, y, 0.0), (r * y, -r * x, about)
+    return (x, y, 0.0), (r * y, -r * x, 0.0)
 
 
 @njit(inline="always")
@@ -203,8 +197,7 @@ def impulses(ball, row, kicks, o_part, force, torque, xi, bodies):
     push, twist = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     if o_part:
         triple = row[1], row[2], row[3] if kicks else 0.0
-        torsion = row[10], row[11] if kicks else 0.0
-        push, twist = friction_on_ball(ball, force, torque, xi, bodies, triple, torsion)
+        push, twist = friction_on_ball(ball, force, torque, xi, bodies, triple)
     return push, twist
 
 

@@ -1,8 +1,8 @@
-"""Background drag on a ball that also slips: the coefficients of friction and noise together.
+"""What surrounds a ball that slips: drag, torsion, a tilted floor, and a uniform field.
 
-The velocities (v_x, -omega_y) and (v_y, omega_x) obey the same equation, M u' = -C u + F + G xi
-with u = (v, w), M = diag(m, I), and friction C of the slip v + r w and of the drag. G has a column
-for the noise of the slip, of the translation and of the rotation.
+The velocities (v_x, -omega_y) and (v_y, omega_x) both obey M u' = -C u + F + G xi with u = (v, w)
+and M = diag(m, I). C is the friction of the slip v + r w and the drag, and G has a column for the
+noise of the slip, of the translation and of the rotation.
 """
 
 import math
@@ -12,9 +12,10 @@ import numpy as np
 from numba import njit
 
 from magmotor.common.arrays import Array
-from magmotor.devices.ball.rigid_forces import Bodies
+from magmotor.devices.ball.rigid_forces import Bodies, Magnets
 from magmotor.noise import normal
 from magmotor.numerics.reproducible import applied, orthonormal_rows, product, symmetric_modes
+from magmotor.numerics.rotations import cross, plus, scaled, third_axis
 from magmotor.numerics.simd import fused
 from magmotor.numerics.splittings import Scheme
 
@@ -31,9 +32,17 @@ class Drag(NamedTuple):
     """Channels of the noise of the translation (2) and rotation (3) of the ball."""
 
 
-def has_drag(bodies: Bodies) -> bool:
-    """Whether the ball has background drag."""
-    return bodies.drag > 0 or bodies.rotational_drag > 0
+def has_surroundings(bodies: Bodies, magnets: Magnets) -> bool:
+    """Whether more than magnets and slip acts on the ball; otherwise, all of this costs nothing."""
+    drags = bodies.drag, bodies.rotational_drag, bodies.torsion
+    return any((*drags, *bodies.downhill, *magnets.background))
+
+
+@njit(inline="always")
+def with_background(force, torque, orientation, bodies, magnets):
+    """Return force and torque on the ball with its weight along the floor and a uniform field."""
+    moment = scaled(magnets.moment, third_axis(orientation))
+    return plus(force, 1.0, bodies.downhill), plus(torque, 1.0, cross(moment, magnets.background))
 
 
 def drag_coefficients(bodies: Bodies, scheme: Scheme, timestep: float) -> Drag:
@@ -115,7 +124,8 @@ def _linear(
 def _square_root(matrix: Array) -> Array:
     """Return the symmetric root of a symmetric matrix without negative eigenvalues."""
     values, vectors = symmetric_modes(matrix)
-    return product(vectors * np.sqrt(np.maximum(values, 0.0)), vectors.T)
+    values[values < RANK * values.max()] = 0.0
+    return product(vectors * np.sqrt(values), vectors.T)
 
 
 def _directions(driven: Array) -> Array:
