@@ -10,6 +10,13 @@ from numpy.typing import NDArray
 from magmotor.common.checks import check_choice, check_number, reject
 from magmotor.device.quantities import check_fields, quantity
 from magmotor.devices.ball.scene import BallScene, ring_dipoles
+from magmotor.devices.motor.groups import (
+    MotorGroups,
+    MotorUnits,
+    motor_groups,
+    motor_units,
+    resized,
+)
 from magmotor.dipoles import PERMEABILITY_OVER_4PI
 
 LARGEST_TILT = math.radians(20)
@@ -177,6 +184,35 @@ class Motor(BallScene):
         reading: dict[str, Any] = {"coupling": 4e-5}
         return cls(**(reading | changes))
 
+    @classmethod
+    def desk(
+        cls,
+        run: str = "uniform-a",
+        *,
+        inner_radius: float = 0.2,
+        grade: str = "N40",
+        **changes: Any,
+    ) -> "Motor":
+        """Return one of the paper's runs at a size that stands on a desk, with stronger magnets.
+
+        All dimensionless groups (see `groups`) are the paper's, except for the weight, which
+        matters only for whether the ball stays on its plane. The ball is a magnet, and each dipole
+        of the rings has its moment.
+
+        Parameters
+        ----------
+        run : str
+            A key of the paper's runs; see `paper`.
+        inner_radius : float
+            Radius of the inner ring, in m.
+        grade : str
+            Material of the ball, as in `magnet`.
+        **changes
+            These replace fields.
+        """
+        scene = resized(cls.paper(run), inner_radius, grade)
+        return scene.replace(**changes)
+
     def replace(self, **changes: Any) -> "Motor":
         """Return a checked copy with some fields changed.
 
@@ -186,6 +222,16 @@ class Motor(BallScene):
         if isinstance(temperature, str) and temperature != self.temperature:
             changes = dict.fromkeys(THERMAL["uniform"]) | changes
         return replace(self, **changes)
+
+    @property
+    def groups(self) -> MotorGroups:
+        """Dimensionless groups, by which motors of different sizes are compared."""
+        return motor_groups(self)
+
+    @property
+    def units(self) -> MotorUnits:
+        """Units of length (m), mass (kg) and time (s) of the groups."""
+        return motor_units(self)
 
     @property
     def kT(self) -> float:
