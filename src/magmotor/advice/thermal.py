@@ -32,9 +32,6 @@ PILOT, TURNS, SAMPLE, FEWEST = 0.15, 5, 0.01, 8
 """Part of the budget in which costs are measured, number of times that each is, and its longest
 wall time in s and smallest number of steps."""
 
-READ = 10
-"""Number of records of which the reading is timed."""
-
 
 class Thermal:
     """Compares splittings at a temperature, on the same noise at each timestep.
@@ -95,20 +92,29 @@ class Thermal:
         with quiet():
             self._show("costs")
             self._measure_costs([(TRUTH, FINE), *candidates])
-            needed = sum(self._predicted(TRUTH, times * FINE) for times in (1, 2, 4))
-            if time.perf_counter() + needed > self._until:
-                too_small = "the budget is too small: the reference takes about"
-                self._advice.reason = f"{too_small} {needed:.2g} s"
+            if time.perf_counter() + self._needed() > self._until:
+                self._give_up()
                 return
             try:
                 for row in errors(self._ensemble, self._runs.timestep, [TRUTH], candidates):
                     self._advice.statistics += (row,)
             except OutOfTime:
-                self._advice.notes += ("the budget was too small for more ensembles",)
+                if self._advice.statistics:
+                    self._advice.notes += ("the budget was too small for more ensembles",)
+                else:
+                    self._give_up()
                 return
         if not self._advice.statistics:
             diverges = "diverges even at a quarter of the model's timestep"
             self._advice.reason = f"{TRUTH} {diverges}"
+
+    def _needed(self) -> float:
+        """Return the wall time in s that the reference and its proof probably take."""
+        return sum(self._predicted(TRUTH, times * FINE) for times in (1, 2, 4))
+
+    def _give_up(self) -> None:
+        sentence = f"the budget is too small: the reference takes about {self._needed():.2g} s"
+        self._advice.reason = sentence
 
     def conclude(self) -> None:
         """Recommend the cheapest splitting whose statistics are certain to agree, if any."""
@@ -187,10 +193,8 @@ class Thermal:
         self._steps(TRUTH, FINE, 1)  # compiles
         began = time.perf_counter()
         self._until = began + self._budget
-        states = np.tile(self._runs.recorded_start(), (READ, 1))
-        for quantity in (self._quantity, KINETIC):
-            self._along(quantity, states)
-        self._reading = (time.perf_counter() - began) / READ
+        states = self._runs.recorded_start()[np.newaxis]
+        self._reading = min(self._timed_reading(states) for _ in range(TURNS))
         steps = dict.fromkeys(keys, FEWEST)
         for turn in range(TURNS):
             for key in keys:
@@ -209,6 +213,12 @@ class Thermal:
                     continue
                 cost = taken / (steps[key] * timestep)
                 self._costs[key] = min(cost, self._costs.get(key, math.inf))
+
+    def _timed_reading(self, states: Array) -> float:
+        began = time.perf_counter()
+        for quantity in (self._quantity, KINETIC):
+            self._along(quantity, states)
+        return time.perf_counter() - began
 
     def _steps(self, splitting: str, factor: float, count: int) -> float:
         """Return the wall time in s of so many steps from the start."""
