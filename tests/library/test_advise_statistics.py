@@ -170,6 +170,7 @@ def test_an_interruption_at_a_temperature_leaves_one_verdict(monkeypatch):
 
 @pytest.mark.parametrize(("budget", "sentence"), [
     (1.0, "the budget is too small: the reference takes about"),
+    (10.0, "the budget is too small: the reference takes about"),
     (40.0, "the budget was too small for more ensembles"), (300.0, "qualifies"),
 ])  # fmt: skip
 def test_a_temperature_keeps_to_the_budget(budget, sentence, monkeypatch):
@@ -192,7 +193,7 @@ def test_a_temperature_keeps_to_the_budget(budget, sentence, monkeypatch):
     advice = mm.advise(
         model, data, quantity="joint slide", kT=1.0, duration=400.0, error=0.1, budget=budget
     )
-    assert clock.now < budget  # 0.11, 39.4, 128
+    assert clock.now < budget  # 0.11, 0.95, 39.4, 128
     assert sentence in str(advice)
     assert (len(advice.statistics) == 4 * 24) == (budget == 300.0)
 
