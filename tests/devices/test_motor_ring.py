@@ -3,6 +3,7 @@
 import mujoco
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import magmotor as mm
 from magmotor.devices.motor.device import MOTOR
@@ -62,3 +63,14 @@ def test_the_ring_is_stable_with_parallel_dipoles_only(moments, kept):
             largest = max(largest, np.degrees(np.arccos(min(1.0, upright))))
     assert (largest < 1.01) == kept  # 0.999; 179 if antiparallel
     assert (largest > 90) != kept
+
+
+def test_the_rings_cannot_touch():
+    """However the inner ring is turned about its center, which is also that of the outer ring."""
+    scene = mm.Motor()
+    arms, _ = scene.inner_dipole_frame()
+    fixed = scene.outer_sources()[0] - [0.0, 0.0, scene.inner_height]
+    turns = Rotation.random(1000, rng=np.random.default_rng(1)).as_matrix()
+    apart = np.linalg.norm((arms @ turns)[:, :, np.newaxis] - fixed, axis=-1)
+    assert apart.min() >= scene.outer_radius - scene.inner_radius - 1e-12  # 0.230003 of 0.23
+    assert apart.min() < 0.235
