@@ -36,8 +36,8 @@ class Advise:
     quantity: str = "positions"
     """what must be accurate: positions, energy, "body NAME", "site NAME", "joint NAME", "tendon
     NAME" or "sensor NAME\""""
-    duration: float = 1.0
-    """duration of the motion in s"""
+    duration: float | None = None
+    """duration of the motion in s; by default 1 s, or 48 timesteps if that is longer"""
     error: float = 0.01
     """admissible error, relative to the range of the quantity"""
     budget: float = 60.0

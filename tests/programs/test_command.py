@@ -77,10 +77,11 @@ def test_advice_is_printed_and_drawn(run, tmp_path):
 
 @pytest.fixture
 def asked(monkeypatch):
-    """Return the data for which advice is asked, which is replaced by none."""
+    """Return the data for which advice is asked, which is replaced by none; its duration is free."""
     found = []
 
-    def advise(model, data, **_):
+    def advise(model, data, duration, **_):
+        assert duration is None
         found.append(data)
         return mm.Advice("positions", 0.01, 1.0)
 
