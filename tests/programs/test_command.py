@@ -77,7 +77,7 @@ def test_advice_is_printed_and_drawn(run, tmp_path):
 
 @pytest.fixture
 def asked(monkeypatch):
-    """Return the data for which advice is asked, which is replaced by none; its duration is free."""
+    """Return the data for which advice is asked, for no given duration; there is none."""
     found = []
 
     def advise(model, data, duration, **_):
