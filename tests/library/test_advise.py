@@ -160,7 +160,7 @@ def test_the_energy_includes_that_of_magnets():
 
 def test_the_cheapest_that_keeps_the_promise_is_advised(oscillator):
     good = [p for p in oscillator.points if 1.2 * (p.error + oscillator.doubt) <= 0.01]
-    assert len({p.integrator for p in good}) > 2
+    assert len({p.integrator for p in good}) > 1  # 2 to 4, by their costs
     (chosen,) = (
         p for p in good
         if (p.integrator, p.timestep) == (oscillator.integrator, oscillator.timestep)
