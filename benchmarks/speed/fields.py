@@ -16,9 +16,9 @@ AT_MOST = {"uniform field": 1.05, "coil": 1.05, "a coil for each": 1.05, "switch
 
 EVALUATIONS, TURNS = 1000, 100
 NOTE = """\
-Calls of the compiled callback for free magnets, without MuJoCo's own work, which takes several times as
-  long and varies more than what is measured here. "Switched off" has all of it in the model, and a mark
-  that names dipoles only."""
+Calls of the compiled callback for free magnets, without MuJoCo's own work, which takes several
+  times as long and varies more than what is measured here. "Switched off" has all of it in the
+  model, and a mark that names dipoles only."""
 
 _callback = types.ExternalFunction("benchmark_callback", types.void(types.int64, types.int64))
 

@@ -32,7 +32,8 @@ class Quantity:
     observe: Observe
     """Numbers of a state, in data that may be changed."""
     energies: bool = False
-    """Whether they are the total and the kinetic energy, and the range of either is the scale."""
+    """Whether they are the total and the kinetic energy; the scale is the range of the total or
+    the largest kinetic energy."""
 
     def distance(self, own: np.ndarray, truth: np.ndarray) -> float:
         """Largest distance of two paths over the range of the second one; NaN without a truth."""
@@ -42,7 +43,7 @@ class Quantity:
             return np.inf
         apart, ranges = own - truth, np.ptp(truth, axis=0)
         if self.energies:
-            return float(np.abs(apart[:, 0]).max() / ranges.max())
+            return float(np.abs(apart[:, 0]).max() / max(ranges[0], truth[:, 1].max()))
         return float(np.linalg.norm(apart, axis=1).max() / np.linalg.norm(ranges))
 
 

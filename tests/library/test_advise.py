@@ -12,7 +12,8 @@ from advised_models import AMPLITUDE, BALL, NEEDLE, OMEGA, OSCILLATOR, PENDULUM,
 import magmotor as mm
 from magmotor.advice import advise, survey
 from magmotor.advice.measure import Measurement
-from magmotor.advice.paths import OutOfTime
+from magmotor.advice.paths import OutOfTime, Runs
+from magmotor.advice.stability import find_rest
 
 
 def loop(model, data, integrator, timestep, duration):
@@ -249,6 +250,14 @@ def test_limits_by_theory_exist_only_without_constraints():
     assert advice.constraints > 0
     for limit in advice.limits.values():
         assert math.isnan(limit.theory)
+
+
+def test_where_nothing_grows_no_mode_does():
+    """The limit found by a push may be one of contacts, which the linear map does not know."""
+    rest = find_rest(Runs(*started(OSCILLATOR)), math.inf)
+    assert rest is not None
+    assert rest.mode("Euler", 1e-3) == ()
+    assert rest.mode("Euler", 1e3) != ()
 
 
 SPINNING = """

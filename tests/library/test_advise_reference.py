@@ -15,6 +15,7 @@ from magmotor.advice.errors import Samples, reference
 from magmotor.advice.measure import Measurement
 from magmotor.advice.paths import INTEGRATORS, Runs
 from magmotor.advice.points import Point, time_in_turns
+from magmotor.advice.quantities import read_quantity
 
 
 def samples(*values):
@@ -180,3 +181,29 @@ def test_a_slow_quantity_keeps_to_the_budget():
     advice = mm.advise(model, data, quantity=slow, duration=5.0, budget=1.5)
     assert time.perf_counter() - began < 6.0  # 0.8
     assert "budget is too small" in advice.reason
+
+
+def test_the_scale_of_energy_is_the_largest_kinetic_energy_of_the_finest_path():
+    model, data = started(OSCILLATOR)
+    model.opt.timestep, data.qvel[0] = 0.15, 1.0  # omega h = 1.5
+    runs = Runs(model, data)
+    measured = Measurement(runs, read_quantity(runs.model, runs.workspace(), "energy"), 10.0)
+    scales = []
+    for integrator, factor in (("Euler", 1.0), ("RK4", 1 / 64), ("RK4", 1 / 2)):
+        assert measured.samples(integrator, factor) is not None
+        scales.append(measured.quantity.scale)
+    assert scales == pytest.approx([scales[0], 0.5, 0.5], rel=1e-5)
+    assert scales[0] > 0.6  # 1.1 J of 0.5 J
+
+
+def test_the_error_of_energy_is_relative_to_a_kinetic_energy_that_is_constant():
+    """A free body turns about an axis of its inertia: total and kinetic energy do not change."""
+    model, data = started("""
+    <mujoco>
+      <option timestep="0.01" gravity="0 0 0"/>
+      <worldbody><body><freejoint/><geom type="box" size=".1 .2 .3"/></body></worldbody>
+    </mujoco>""")
+    data.qvel[5] = 1.0
+    advice = mm.advise(model, data, quantity="energy", budget=3)
+    assert advice.integrator is not None
+    assert advice.promised < 1e-9

@@ -62,8 +62,8 @@ def advise(
         Duration of the paths in s, at least 48 timesteps of the model; by default 1 s, or 48
         timesteps if that is longer. It is rounded to a multiple of the interval between records.
     error : float
-        Admissible error, relative to the range of the quantity, or of the kinetic energy if that is
-        larger and the quantity is the energy.
+        Admissible error, relative to the range of the quantity or, of the energy, to the largest
+        kinetic energy if that is larger.
     budget : float
         Wall time in s that the measurement may take, approximately.
     detail : bool

@@ -107,7 +107,7 @@ class Measurement:
             self.on_run(f"{integrator} at {factor * self.runs.timestep:.3g} s")
             path, states, ticks = self._run(integrator, factor)
             if path.diverged is None:
-                if not self._samples:
+                if factor <= min((finest for _, finest in self._samples), default=math.inf):
                     model = self.runs.model
                     self.quantity = self.quantity.scaled_by(model, self._workspace, states)
                 self.moved = min(self.moved, motion(self.runs.model, states))

@@ -82,8 +82,7 @@ class Quantity:
         """Return the quantity with the scale that its name has, found along a path."""
         if self.name != ENERGY:
             return self
-        kinetic = KINETIC.along(model, data, states)
-        return replace(self, scale=float(np.ptp(kinetic)))
+        return replace(self, scale=float(KINETIC.along(model, data, states).max()))
 
 
 def read_quantity(model: mujoco.MjModel, data: mujoco.MjData, quantity: str | Function) -> Quantity:
