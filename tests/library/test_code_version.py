@@ -285,7 +285,8 @@ def test_a_function_that_does_not_refer_to_its_checksum_is_rejected():
 
 def test_the_modules_of_a_kernel_are_those_that_it_reaches():
     """Listed manually: called functions, types of arguments, and modules with constants."""
-    of_rigid_bodies = {"dipoles", "noise", "devices.ball.rigid_kernel", "devices.ball.rigid_steps"}
+    ball = {f"devices.ball.rigid_{name}" for name in ("kernel", "steps", "surroundings")}
+    of_rigid_bodies = {"dipoles", "noise", *ball}
     of_rigid_bodies |= {"devices.ball.rigid_forces"}
     of_rigid_bodies |= {
         f"numerics.{name}" for name in ("numba_cache", "simd", "elementary", "rotations")

@@ -148,7 +148,8 @@ def random_tree(seed, isolated=False):
     )
     fixed = "" if isolated else sites()
     custom = custom if seed % 2 else ""
-    return f"<mujoco>{MARK}{custom}<worldbody>{fixed}{bodies}</worldbody></mujoco>"
+    overlap = '<option><flag contact="disable"/></option>'
+    return f"<mujoco>{overlap}{MARK}{custom}<worldbody>{fixed}{bodies}</worldbody></mujoco>"
 
 
 def wrenches(model, data):

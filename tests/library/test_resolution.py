@@ -204,6 +204,22 @@ def test_magnets_that_sink_too_deep_are_reported(shape, softness, count):
     assert all(message.startswith(SUNK.format(1, 2)) for message in messages)
 
 
+LINKED = """
+<body name="one"><joint type="hinge" axis="0 1 0"/><geom size="0.005"/><site user="0.1"/>
+  <body pos="0 0 .02"><joint type="hinge" axis="0 1 0"/><geom size="0.002"/>
+    <body name="two" pos="0 0 -.013"><joint type="slide" axis="0 0 1"/><geom size="0.005"/>
+      <site user="0.1"/></body></body></body>"""
+
+
+@pytest.mark.parametrize("plugin", [False, True])
+def test_links_of_one_tree_may_overlap(plugin):
+    model = model_of(LINKED, plugin=plugin)
+    data = mujoco.MjData(model)
+    with mm.magnetism(), pytest.warns(UserWarning, match=SUNK.format("'one'", "'two'")):
+        mujoco.mj_forward(model, data)
+    assert data.contact.dist.min() < -0.0026  # -0.003
+
+
 OVERLAP = "bodies {} and {} are magnets that overlap at the start, by more than a quarter"
 
 

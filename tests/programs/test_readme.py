@@ -38,12 +38,26 @@ def test_the_readme_makes_a_run():
 
 
 def test_devices():
-    top, ensemble, motor = blocks("docs/paper_devices.md")
+    top, surroundings, ensemble, motor = blocks("docs/paper_devices.md")
     namespace: dict = {}
     exec(top, namespace)
     assert np.abs(namespace["run"].momentum_map).max() == pytest.approx(
         1.858e-4, rel=1e-3
     )  # 1.4e-4
+    namespace = {}
+    exec(surroundings, namespace)
+    spins = {
+        name: float(abs(run.momentum_map).max()) / namespace["level"].inertia[2]
+        for name, run in (
+            ("tilted_floor", namespace["run"]),
+            *((name, namespace["mm"].simulate(
+                namespace[name], method="mujoco/rk4", timestep=0.0125, duration=60.0
+            )) for name in ("in_a_field", "on_aluminium")),
+        )
+    }  # fmt: skip
+    table = {"tilted_floor": 4.95, "in_a_field": 1.44, "on_aluminium": 0.26}
+    assert spins == pytest.approx(table, abs=0.0051)
+    assert namespace["in_air"].drag > 6e-6
     namespace = {}
     exec(ensemble, namespace)
     fine, same, coarse = (namespace[name] for name in ("fine", "same", "coarse"))
