@@ -4,8 +4,8 @@ A magnet jumps if magnetism alone would move it from rest by its size, or turn i
 one timestep, and if the step does change its velocity by at least half as much. The force at the
 start of such a step, or at a stage of RK4, says nothing about the rest of the step. A body that
 this force hardly accelerates is held by something else, such as joints or strong damping. Contacts
-that let magnets sink into each other do not keep their dipoles apart; at time 0, this is an error, unless joints connect them: links of robots
-often overlap.
+that let magnets sink into each other do not keep their dipoles apart. At time 0, this is an error
+unless joints connect the two, since links of robots often overlap.
 """
 
 # Numba's intrinsics hide their first parameter:
@@ -56,9 +56,9 @@ def bind() -> None:
 def unresolved_body(table, magnets, m, d, offsets, applied, later):
     """Return -1, a body that jumped in the step before, and -1; or two bodies that have sunk in.
 
-    Where magnets that no joints connect overlap at time 0, it is an error for `report`. All numbers are -1 if nothing
-    jumps or sinks in, and in a `later` stage of RK4. `applied` (nbody, 6) are the magnetic wrenches
-    now, which decide whether this step may be a jump.
+    Where magnets overlap at time 0 that no joints connect, it is an error for `report`. All numbers
+    are -1 if nothing jumps or sinks in, and in a `later` stage of RK4. `applied` (nbody, 6) are the
+    magnetic wrenches now, which decide whether this step may be a jump.
     """
     timestep = memory.numbers(m.ctypes.data + offsets.timestep, 1, 1)[0, 0]
     time = memory.numbers(d.ctypes.data + offsets.time, 1, 1)[0, 0]
