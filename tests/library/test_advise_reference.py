@@ -196,6 +196,18 @@ def test_the_scale_of_energy_is_the_largest_kinetic_energy_of_the_finest_path():
     assert scales[0] > 0.6  # 1.1 J of 0.5 J
 
 
+def test_before_a_horizon_the_scale_of_energy_is_that_of_the_path_until_then():
+    """The oscillator starts at rest, and has the kinetic energy k A^2 sin^2(omega t)/2."""
+    model, data = started(OSCILLATOR, [AMPLITUDE])
+    runs = Runs(model, data)
+    measured = Measurement(runs, read_quantity(runs.model, runs.workspace(), "energy"), 2.0)
+    assert measured.samples("RK4", 1 / 2) is not None
+    for end in (0.01, 0.05, 2.0):
+        expected = 0.5 * 100 * AMPLITUDE**2 * math.sin(min(10 * end, math.pi / 2)) ** 2
+        found = measured.within(round(end / measured.tick)).scale
+        assert found == pytest.approx(expected, rel=0.002)  # 4e-4
+
+
 def test_the_error_of_energy_is_relative_to_a_kinetic_energy_that_is_constant():
     """A free body turns about an axis of its inertia: total and kinetic energy do not change."""
     model, data = started("""

@@ -86,6 +86,7 @@ class Measurement:
         self.paths: dict[tuple[str, float], Path] = {}
         self._points: dict[str, dict[float, Point]] = {}
         self._samples: dict[tuple[str, float], Samples] = {}
+        self._finest: tuple[int, Array]
         self.on_run: Callable[[str], object] = lambda _: None
 
     @property
@@ -108,12 +109,18 @@ class Measurement:
             path, states, ticks = self._run(integrator, factor)
             if path.diverged is None:
                 if factor <= min((finest for _, finest in self._samples), default=math.inf):
-                    model = self.runs.model
-                    self.quantity = self.quantity.scaled_by(model, self._workspace, states)
+                    self._finest = ticks, states
+                    self.quantity = self.within(self.ticks)
                 self.moved = min(self.moved, motion(self.runs.model, states))
                 self._samples[key] = Samples(ticks, self.along(states))
             self.paths[key] = path
         return self._samples.get(key)
+
+    def within(self, until: int) -> Quantity:
+        """Return the quantity with the scale that it has along the finest path up to a tick."""
+        ticks, states = self._finest
+        states = states[: until // ticks + 1]
+        return self.quantity.scaled_by(self.runs.model, self._workspace, states)
 
     def settled(self, point: Point, settings: dict[str, float]) -> Samples | None:
         """Return the path of a point with other settings of the solver; None if it diverged.

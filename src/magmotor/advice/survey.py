@@ -154,8 +154,9 @@ class Survey:
                 advice.growth = m.growth(PERTURBATION)
             if (advice.growth or 0.0) > CHAOTIC:
                 last = max(1, int(np.flatnonzero(doubt <= enough * scale)[-1]))
-                if m.quantity.changes(values[: last + 1]):
-                    scale = m.quantity.range(values[: last + 1])
+                quantity = m.within(last * truth.path.ticks)
+                if quantity.changes(values[: last + 1]):
+                    scale = quantity.range(values[: last + 1])
                 else:
                     advice.reason = "the quantity does not change before the reference is lost"
         until = last * truth.path.ticks
