@@ -3,7 +3,9 @@
 import itertools
 import math
 import re
+from pathlib import Path
 
+import dm_control
 import mujoco
 import numpy as np
 import pytest
@@ -13,7 +15,7 @@ import magmotor as mm
 from magmotor.advice import advise, survey
 from magmotor.advice.measure import Measurement
 from magmotor.advice.paths import OutOfTime, Runs
-from magmotor.advice.stability import find_rest
+from magmotor.advice.stability import find_rest, stability_limit
 
 
 def loop(model, data, integrator, timestep, duration):
@@ -258,6 +260,17 @@ def test_where_nothing_grows_no_mode_does():
     assert rest is not None
     assert rest.mode("Euler", 1e-3) == ()
     assert rest.mode("Euler", 1e3) != ()
+
+
+def test_growth_that_drag_soon_ends_is_found():
+    """The fish swims in a fluid whose drag grows with the square of the speed."""
+    folder = Path(next(iter(dm_control.__path__)))
+    model = mujoco.MjModel.from_xml_path(str(folder / "suite" / "fish.xml"))
+    rest = find_rest(Runs(model), math.inf)
+    assert rest is not None
+    limit = stability_limit(rest, "implicitfast")
+    assert limit is not None
+    assert limit.found == pytest.approx(limit.theory, rel=0.03)  # 0.013
 
 
 SPINNING = """
