@@ -1,8 +1,8 @@
 """The effective potential V_e = -m |B| on the plane: values, valley, and critical points.
 
-V_e is the energy of a ball whose axis is aligned with the field, including its weight on a tilted
-floor. The paper writes it as
--kappa_2 B.B, which is the same with kappa_2 = 1/|B|. The motor's inner ring is assumed to be level.
+V_e is the energy of a ball whose axis is aligned with the field; on a tilted floor, that of its
+weight is added. The paper writes -kappa_2 B.B, which is the same with kappa_2 = 1/|B|. The motor's
+inner ring is assumed to be level.
 """
 
 import math

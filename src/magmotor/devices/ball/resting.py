@@ -7,9 +7,9 @@ from functools import lru_cache
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from magmotor import dipoles
 from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
+from magmotor.devices.ball.landscape import total_field
 from magmotor.devices.ball.scene import BallScene
 
 DISPLACEMENT = 1e-4
@@ -24,7 +24,7 @@ def resting_ball(scene: BallScene) -> tuple[Array, Array]:
     For the motor, this is under the first outer dipole, with the inner ring level.
     """
     center = np.array([*scene.resting_place(), scene.ball_radius])
-    field = dipoles.field(center, *scene.ring_sources()) + scene.background_field
+    field = total_field(scene, center, scene.ring_sources())
     return center, field / np.linalg.norm(field)
 
 

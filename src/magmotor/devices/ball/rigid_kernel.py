@@ -61,8 +61,7 @@ def kernel(scheme: str, surrounded: bool = False) -> Any:
     From step number `steps[0]`, it advances the states, shape (R, SIZE), by `steps[1]` steps to
     each record, shape (records, R, SIZE), along the Brownian path (seed, factor, level), and leaves
     the last record in `states`. It advances replicas number `rows[0]` to `rows[1] - 1` only.
-
-    `drag` is None unless the ball is `surrounded`; see `rigid_drag`.
+    `drag` is None unless the ball is `surrounded`; see `rigid_surroundings`.
 
     A replica's path is the same bit for bit for any number of other replicas, on any thread, and
     for any division of the run into calls.
@@ -130,7 +129,7 @@ def _advance(checksum: int, splits: bool, by_cayley: bool, surrounded: bool):
                 start, u, u_ring = ball, slip(ball, bodies.radius), ring[1]
                 xi, xi_ring = _normals(replica, first + n, path, bodies)
                 if surrounded:
-                    others = drag_normals(replica, first + n, path, drag)
+                    others = drag_normals(replica, first + n, path, bodies, drag)
                 for part in range(len(flags)):
                     if flags[part, 3]:
                         # Only here: a second copy of this code might round differently.

@@ -144,8 +144,11 @@ def _directions(driven: Array) -> Array:
 
 
 @njit(inline="always")
-def drag_normals(replica, step, path, drag):
-    """Return the normal numbers of the translation and the rotation."""
+def drag_normals(replica, step, path, bodies, drag):
+    """Return the normal numbers of the translation and the rotation; zeros for a quiet ball."""
+    noise = bodies.slip_noise + bodies.drag_noise + bodies.rotational_drag_noise
+    if noise == 0.0:
+        return 0.0, 0.0, 0.0, 0.0, 0.0
     seed, factor, level = path
     x, y, a, b, c = drag.channels
     return (

@@ -41,7 +41,6 @@ class BallScene(Scene):
     background_field: tuple[float, float, float] = quantity(
         (0.0, 0.0, 0.0), "T", "uniform field, such as the earth's, in the frame of the floor"
     )
-
     drag: float = quantity(
         0.0, "kg/s", "background drag on the ball's center: force = -drag v", at_least=0
     )

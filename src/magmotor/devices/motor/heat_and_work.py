@@ -66,19 +66,8 @@ def _velocities(row, linear, radius):
     spin, ring_spin = v[linear : linear + 3], v[linear + 3 : linear + 6]
     x, y, z = rot_vec_quat((ball[0], ball[1], ball[2], ball[3]), (spin[0], spin[1], spin[2]))
     q = (ring[0], ring[1], ring[2], ring[3])
-    turning = rot_vec_quat(q, (ring_spin[0], ring_spin[1], ring_spin[2]))
-    return (
-        v[0] - radius * y,
-        v[1] + radius * x,
-        v[0],
-        v[1],
-        x,
-        y,
-        z,
-        turning[0],
-        turning[1],
-        turning[2],
-    )
+    a, b, c = rot_vec_quat(q, (ring_spin[0], ring_spin[1], ring_spin[2]))
+    return v[0] - radius * y, v[1] + radius * x, v[0], v[1], x, y, z, a, b, c
 
 
 @compiled_once(nogil=True, error_model="numpy")
