@@ -12,6 +12,7 @@ milliseconds. Workers start as usual.
 """
 
 import argparse
+import faulthandler
 import os
 import random
 import shutil
@@ -46,7 +47,7 @@ from magmotor.sweep.compute import netcdf  # noqa: E402
 tqdm.tqdm.monitor_interval = 0  # which would be a thread
 
 ENDED_BY_INTERRUPT = 130
-PATIENCE = 300.0
+PATIENCE = 100.0
 """Seconds after which a command counts as hung."""
 
 NUMERICS: dict[str, Any] = {"method": "variational/baoab", "timestep": 0.05}
@@ -126,6 +127,7 @@ def forked(command: Callable[..., None], *arguments: Any) -> int:
     code = 1
     try:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+        faulthandler.enable()
         jobs.CHUNK, checkpoints.SECONDS_BETWEEN, ensembles.SECONDS_BETWEEN_CHECKS = 2000, 0.0, 0.005
         command(*arguments)
         code = 0
@@ -214,7 +216,7 @@ class Torture:
             if disturbed and self.row.kills == before:
                 self.lasting *= 0.7  # it had finished: kill the next one earlier
             if code is None:
-                os.kill(pid, signal.SIGKILL)
+                os.kill(pid, signal.SIGABRT)  # faulthandler prints where it hangs
                 os.waitpid(pid, 0)
                 self.row.failed.append(f"{place}: it hangs")
             elif code > 0 and code != ENDED_BY_INTERRUPT:
