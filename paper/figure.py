@@ -17,6 +17,10 @@ ENGINES = {
 }
 
 
+OURS = "Ours: "
+"""How a claim begins that the paper does not make."""
+
+
 @dataclass(frozen=True)
 class Claim:
     """A claim, the measurement, and the verdict.
@@ -24,19 +28,42 @@ class Claim:
     Parameters
     ----------
     says : str
-        The claim, in the paper's words where possible.
+        The claim, in the paper's words where possible; it begins with `OURS` if the paper does not
+        make it.
     measured : str
         The deciding number, with unit, error and bound.
-    verdict : {"right", "in part", "wrong", "not decided"}
-        "not decided" if the sample is too small, as for some claims at reduced size.
+    verdict : {"right", "in part", "wrong", "not decided"} or None
+        "not decided" if the sample is too small, as for some claims at reduced size. None if
+        another figure judges the same claim.
     figures : tuple of int
         The paper's figures that make the claim, if the picture is the counterpart of others, too.
+    repeats : str
+        Name of the figure that judges the same claim, so that each claim is counted once.
+
+    Raises
+    ------
+    ValueError
+        The claim has both a verdict and a figure that it repeats, or neither.
     """
 
     says: str
     measured: str
-    verdict: Verdict
+    verdict: Verdict | None
     figures: tuple[int, ...] = ()
+    repeats: str = ""
+
+    def __post_init__(self) -> None:
+        """Check that the claim is judged once."""
+        if (self.verdict is None) != bool(self.repeats):
+            raise ValueError(
+                f"claim {self.says!r} has verdict = {self.verdict!r} and repeats ="
+                f" {self.repeats!r}: it must have one of them"
+            )
+
+    @property
+    def ours(self) -> bool:
+        """Whether the paper does not make the claim."""
+        return self.says.startswith(OURS)
 
 
 def judged(
@@ -48,6 +75,11 @@ def judged(
 ) -> Claim:
     """Return a claim that is right if a measured condition holds."""
     return Claim(says, measured, "right" if holds else otherwise, figures)
+
+
+def repeated(says: str, measured: str, figure: str, figures: tuple[int, ...] = ()) -> Claim:
+    """Return a claim that the figure of that name judges; here it is only measured again."""
+    return Claim(says, measured, None, figures, figure)
 
 
 @dataclass(frozen=True)

@@ -17,17 +17,19 @@ INTRODUCTION = """\
 # Gallery
 
 This page reproduces every figure of N. Bou-Rabee and H. Owhadi, *Ballistic transport at uniform
-temperature*, and adds three that answer a builder's questions. Below each figure are the claims of
-its caption, or of the text around it, with the measurement and a verdict. `make figures` makes the
-whole page, `make figures ARGS="nonconservative_tilted"` one figure. The [errata](errata.md) explain
-what is wrong in the paper, and why. Each figure names the engine that computed it: MuJoCo, or a
-reference integrator, which uses no MuJoCo. If one picture represents two figures of the paper, a
-claim of only one of them begins with its number. Claims that begin with *Ours* are not in the
-paper.
+temperature*, and adds figures that test the paper's claims further or answer a builder's questions.
+Below each figure are the claims of its caption, or of the text around it, with the measurement and
+a verdict. `make figures` makes the whole page, `make figures ARGS="nonconservative_tilted"` one
+figure. The [errata](errata.md) explain what is wrong in the paper, and why. Each figure names the
+engine that computed it: MuJoCo, or a reference integrator, which uses no MuJoCo. If one picture
+represents two figures of the paper, a claim of only one of them begins with its number.
 
-{count}
+Claims that begin with *Ours* are not in the paper. Each claim is judged and counted once: where it
+is repeated, a link to the figure that judges it takes the place of the verdict.
 
-| figure of the paper | counterpart | verdicts |
+{summary}
+
+| figure of the paper | counterpart | verdicts on the paper's claims |
 |---|---|---|
 """
 
@@ -50,6 +52,15 @@ def tally(claims: Iterable[Claim]) -> str:
     return ", ".join(f"{counts[v]} {v}" for v in get_args(Verdict) if counts[v])
 
 
+def summary(claims: Iterable[Claim]) -> str:
+    """Return the numbers of the paper's claims and of ours that have a verdict, as text."""
+    judged = [claim for claim in claims if claim.verdict]
+    papers, ours = ([claim for claim in judged if claim.ours == own] for own in (False, True))
+    parts = [f"{len(papers)} claim{'s' * (len(papers) != 1)} of the paper: {tally(papers)}"]
+    parts += [f"{len(ours)} of ours: {tally(ours)}"] if ours else []
+    return f"{'; '.join(parts)}."
+
+
 def gallery_page(folder: Path) -> str:
     """Return the page, in Markdown, of the figures whose claims are in a folder beside it."""
     claims = {
@@ -58,10 +69,7 @@ def gallery_page(folder: Path) -> str:
         if (folder / f"{name}.json").exists()
     }
     all_claims = [claim for found in claims.values() for claim in found]
-    lines = [
-        INTRODUCTION.format(count=f"{len(all_claims)} claims: {tally(all_claims)}.")
-        + "\n".join(_index(claims))
-    ]
+    lines = [INTRODUCTION.format(summary=summary(all_claims)) + "\n".join(_index(claims))]
     for section, figures in SECTIONS.items():
         shown = [figure for figure in figures if figure.name in claims]
         lines += ["", f"## {section}"] if shown else []
@@ -75,9 +83,21 @@ def _index(claims: dict[str, list[Claim]]) -> Iterator[str]:
     for number, title in PAPER_FIGURES.items():
         figure = by_number[number]
         if figure.name in claims:
-            its_claims = [c for c in claims[figure.name] if not c.figures or number in c.figures]
-            verdicts = tally(its_claims)
-            yield f"| {number}. {title} | [{figure.title}](#{figure.name}) | {verdicts} |"
+            its_claims = [
+                claim
+                for claim in claims[figure.name]
+                if not claim.ours and (not claim.figures or number in claim.figures)
+            ]
+            elsewhere = dict.fromkeys(_outcome(c) for c in its_claims if c.repeats)
+            verdicts = ", ".join(filter(None, [tally(its_claims), *elsewhere]))
+            yield f"| {number}. {title} | [{figure.title}](#{figure.name}) | {verdicts or 'none'} |"
+
+
+def _outcome(claim: Claim) -> str:
+    """Return the verdict, or a link to the figure that has it."""
+    if not claim.repeats:
+        return f"**{claim.verdict}**"
+    return f"see [{FIGURES[claim.repeats].title}](#{claim.repeats})"
 
 
 def _entry(figure: Figure, claims: list[Claim], folder: str) -> Iterator[str]:
@@ -95,4 +115,4 @@ def _entry(figure: Figure, claims: list[Claim], folder: str) -> Iterator[str]:
         says, measured = (text.replace("|", "\\|") for text in (claim.says, claim.measured))
         numbered = " and ".join(map(str, claim.figures))
         says = f"(figure {numbered}) {says}" if claim.figures else says.replace("Ours:", "*Ours:*")
-        yield f"| {says} | {measured} | **{claim.verdict}** |"
+        yield f"| {says} | {measured} | {_outcome(claim)} |"

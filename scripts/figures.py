@@ -19,7 +19,7 @@ import magmotor as mm
 from magmotor.common.checks import check_choice
 from paper.catalog import FIGURES
 from paper.figure import Claim, Figure
-from paper.gallery import gallery_page, save_claims, tally
+from paper.gallery import gallery_page, save_claims, summary
 
 DOCS = Path(__file__).parents[1] / "docs"
 
@@ -59,7 +59,7 @@ def main() -> None:
         except mm.render.NoOpenGL as error:
             print(f"not drawn: {error}")
             undrawn.append(name)
-    print(f"{len(claims)} claims: {tally(claims)}; wall time {time.perf_counter() - began:.0f} s")
+    print(f"{summary(claims)} Wall time {time.perf_counter() - began:.0f} s.")
     if undrawn:
         fail(f"not drawn, for lack of OpenGL: {', '.join(undrawn)}", NO_OPENGL)
 
@@ -87,7 +87,7 @@ def make(figure: Figure, options: Options) -> list[Claim]:
 
 def lines(claims: list[Claim]) -> Iterator[str]:
     for claim in claims:
-        yield f"  {claim.verdict}: {claim.says}"
+        yield f"  {claim.verdict or f'see {claim.repeats}'}: {claim.says}"
         yield f"      {claim.measured}"
 
 

@@ -2,6 +2,7 @@
 
 import dataclasses
 import importlib
+import re
 from collections import Counter
 from pathlib import Path
 
@@ -12,10 +13,11 @@ from PIL import Image
 
 import magmotor as mm
 from paper.catalog import FIGURES, PAPER_FIGURES
-from paper.figure import Claim, Figure, judged
-from paper.gallery import gallery_page, load_claims, save_claims, tally
+from paper.figure import Claim, Figure, judged, repeated
+from paper.gallery import gallery_page, load_claims, save_claims, summary, tally
 
-DOCS = Path(__file__).parents[2] / "docs"
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
 GALLERY = DOCS / "gallery"
 CHEAP = "spin_mechanism"
 
@@ -53,6 +55,7 @@ def test_claims_and_picture_at_reduced_size(name, tmp_path):
         assert full.verdict != "not decided", claim
         small = {"not decided"} if claim.says.startswith(LAW) else set()
         assert claim.verdict in {full.verdict} | small, claim
+        assert (claim.figures, claim.repeats) == (full.figures, full.repeats)
     path = tmp_path / f"{name}.png"
     try:
         figure.draw(data, path)
@@ -83,16 +86,67 @@ def test_the_gallery_is_what_was_made():
         assert f"\n| {number}. {title} | [" in page
 
 
+def published():
+    """Return the published claims by figure."""
+    return {name: load_claims(GALLERY / f"{name}.json") for name in FIGURES}
+
+
+def test_each_claim_is_stated_once_and_judged_once():
+    claims = published()
+    stated = [(claim.says, claim.figures) for found in claims.values() for claim in found]
+    assert [each for each, count in Counter(stated).items() if count > 1] == []
+    for name, found in claims.items():
+        for claim in found:
+            if claim.repeats:
+                assert claim.repeats != name
+                judges = [other for other in claims[claim.repeats] if other.verdict]
+                assert any(other.ours == claim.ours for other in judges), claim
+
+
+def test_a_claim_of_the_paper_stands_at_its_figure_or_in_quotation_marks():
+    """A figure that the paper does not have answers our questions, or decides a quoted sentence."""
+    for name, found in published().items():
+        for claim in found:
+            assert claim.ours or FIGURES[name].numbers or claim.says.startswith("“"), claim
+            assert not claim.says.lower().startswith("ours") or claim.ours, claim
+            assert set(claim.figures) <= set(FIGURES[name].numbers)
+
+
+def test_the_readme_counts_the_papers_claims():
+    papers = [c for found in published().values() for c in found if c.verdict and not c.ours]
+    counts = Counter(claim.verdict for claim in papers)
+    readme = " ".join((ROOT / "README.md").read_text(encoding="utf-8").split())
+    said = re.findall(
+        r"(\d+) claims .*?, (\d+) are right, (\d+) partly right and (\d+) wrong", readme
+    )
+    expected = [len(papers), *(counts[verdict] for verdict in ("right", "in part", "wrong"))]
+    assert said == [tuple(map(str, expected))]
+    assert sum(expected[1:]) == len(papers)
+
+
 def test_claims_are_judged_kept_and_counted(tmp_path):
     claims = [
         judged("a", "1", holds=True),
         judged("b", "2", holds=False),
         judged("c|d", "3", holds=False, otherwise="in part"),
+        judged("Ours: e", "4", holds=True),
+        repeated("f", "5", "other", figures=(1,)),
     ]
-    assert [claim.verdict for claim in claims] == ["right", "wrong", "in part"]
+    assert [claim.verdict for claim in claims] == ["right", "wrong", "in part", "right", None]
+    assert [claim.ours for claim in claims] == [False, False, False, True, False]
     save_claims(claims, tmp_path / "claims.json")
     assert load_claims(tmp_path / "claims.json") == claims
-    assert tally([*claims, claims[0]]) == "2 right, 1 in part, 1 wrong"
+    assert tally([*claims[:3], claims[0]]) == "2 right, 1 in part, 1 wrong"
+    assert summary(claims) == (
+        "3 claims of the paper: 1 right, 1 in part, 1 wrong; 1 of ours: 1 right."
+    )
+    assert summary(claims[:1]) == "1 claim of the paper: 1 right."
+
+
+@pytest.mark.parametrize(("verdict", "repeats"), [(None, ""), ("right", "other")])
+def test_a_claim_has_a_verdict_or_another_figure_has_it(verdict, repeats):
+    with pytest.raises(ValueError, match="it must have one of them"):
+        Claim("a", "1", verdict, (), repeats)
 
 
 def test_a_figure_is_made_by_name_and_published(run_script, tmp_path, monkeypatch):
@@ -102,7 +156,7 @@ def test_a_figure_is_made_by_name_and_published(run_script, tmp_path, monkeypatc
     claims = load_claims(tmp_path / "out" / f"{CHEAP}.json")
     for claim in claims:
         assert f"  {claim.verdict}: {claim.says}\n      {claim.measured}\n" in said
-    assert said.splitlines()[-1].startswith(f"{len(claims)} claims: {tally(claims)}; wall time ")
+    assert said.splitlines()[-1].startswith(f"{summary(claims)} Wall time ")
     for suffix in (".json", ".png"):
         made, copied = (tmp_path / d / f"{CHEAP}{suffix}" for d in ("out", "docs/gallery"))
         assert made.read_bytes() == copied.read_bytes()
