@@ -6,7 +6,8 @@ state to save or restore: every thread, method and resumed run obtains the same 
 Box-Muller transform turns each block into two normal numbers, which serve two consecutive steps.
 
 A path has increments at its own timestep. Coarser increments are sums of these; finer ones are
-drawn conditionally on them by Levy's construction of the Brownian bridge.
+drawn conditionally on them by Levy's construction of the Brownian bridge. A held path is the noise
+of a digital source, whose bandwidth is limited.
 """
 
 # Numba's intrinsics hide their first parameter:
@@ -42,7 +43,13 @@ FINEST = 31
 """Largest level: the number of times that a path's own steps can be halved."""
 
 COARSEST = 2**24
-"""Largest factor: the number of a path's own steps in one coarse step, whose sum takes 0.1 s."""
+"""Largest factor: the number of a path's own steps in one coarse step, whose sum takes 0.1 s.
+
+Also the largest number of steps for which a sample is held, and of samples in a window.
+"""
+
+HELD = FINEST + 1
+"""Level of a path whose samples are held for `factor` steps; a window is added to it."""
 
 LARGEST_STEP = 2**53
 """Upper bound (exclusive) of the numbers of a path's own steps."""
@@ -113,10 +120,8 @@ def _compiled_normal(checksum: int):
         Parameters
         ----------
         seed, replica, step, channel : int
-        factor : int
-            Length of the step in steps of the path itself.
-        level : int
-            If `factor` is 1, the number of times that the path's own step is halved.
+        factor, level : int
+            The view of the path; see `BrownianPath.view`.
         """
         _ = checksum
         if level == 0:
@@ -124,6 +129,12 @@ def _compiled_normal(checksum: int):
             for k in range(factor):
                 total += _normal(seed, replica, step * factor + k, channel)
             return total / math.sqrt(factor)
+        if level >= HELD:
+            sample, window = step // factor, level - HELD
+            value = _normal(seed, replica, sample + window, channel)
+            if window > 0:
+                value = math.sqrt(0.5) * (value - _normal(seed, replica, sample, channel))
+            return value / math.sqrt(factor)
         # In units of the root of its length, each half is (parent +- bridge)/sqrt 2.
         value = _normal(seed, replica, step >> level, channel)
         for k in range(1, level + 1):
@@ -170,6 +181,10 @@ class BrownianPath:
         Timestep of the increments, in s.
     factor, level : int
         How this view was derived: by summing `factor` steps, or by halving steps `level` times.
+    hold : int
+        Number of steps for which a sample is held; see `held`.
+    window : int, optional
+        Number of samples after which each one is taken back; see `held`.
 
     Examples
     --------
@@ -183,6 +198,8 @@ class BrownianPath:
     timestep: float
     factor: int = 1
     level: int = 0
+    hold: int = 1
+    window: int | None = None
 
     def __post_init__(self) -> None:
         """Check every field.
@@ -197,11 +214,74 @@ class BrownianPath:
             "timestep": check_number("timestep", self.timestep, above=0, unit="s"),
             "factor": check_integer("factor", self.factor, at_least=1, at_most=COARSEST),
             "level": check_integer("level", self.level, at_least=0, at_most=FINEST),
+            "hold": check_integer("hold", self.hold, at_least=1, at_most=COARSEST),
         }
+        if self.window is not None:
+            window = check_integer("window", self.window, at_least=1, at_most=COARSEST)
+            checked["window"] = window
         for name, value in checked.items():
             object.__setattr__(self, name, value)
         if self.level and self.factor > 1:
             raise reject("factor", self.factor, "must be 1 if the level is not 0")
+        if self._is_held and (self.factor > 1 or self.level):
+            sentence = "must be 1, without a window, if the path is coarsened or refined"
+            raise reject("hold", self.hold, sentence)
+
+    @property
+    def _is_held(self) -> bool:
+        return self.hold > 1 or self.window is not None
+
+    @property
+    def view(self) -> tuple[int, int]:
+        """Factor and level as `normal` and MuJoCo's user data have them.
+
+        They are those of the path, unless it is held: then they are `hold`, and 32 plus the window
+        (0 without one).
+        """
+        if self._is_held:
+            return self.hold, HELD + (self.window or 0)
+        return self.factor, self.level
+
+    def held(self, steps: int, window: int | None = None) -> "BrownianPath":
+        """Return noise as a digital source generates it: each sample is held for `steps` timesteps.
+
+        W is then a polygon. At the ends of the holds it is the white path of this seed with a
+        timestep of `steps` timesteps, and in between, it is straight. With H = `steps` x timestep,
+        the spectrum of dW/dt is that of white noise times [sin(pi f H)/(pi f H)]^2, which is one
+        half at f = 0.443/H.
+
+        With a `window`, the sample number k is (xi_{k+window} - xi_k)/sqrt 2, where xi are
+        independent standard normal numbers. What was added is then taken back later, so that W has
+        a bounded variance, at most `window` H; so does the displacement of a plate that moves with
+        the velocity dW/dt. The spectrum is multiplied by 2 sin(pi f `window` H)^2: it is zero at
+        f = 0, and 1 on average above 1/(`window` H).
+
+        Every method takes the noise to be white within a step. In a splitting that solves friction
+        of a rate r exactly, this changes the amplitude of the response by (r x timestep)^2/24 of
+        itself.
+
+        Parameters
+        ----------
+        steps : int
+            From 1 to 2^24. One step without a window is white noise again, to the bit.
+        window : int, optional
+            In samples, from 1 to 2^24.
+
+        Raises
+        ------
+        ValueError
+            A number is invalid, or the path is coarsened, refined, or held already.
+
+        Examples
+        --------
+        >>> import magmotor as mm
+        >>> path = mm.noise.BrownianPath(seed=1, timestep=0.1)
+        >>> path.held(4).increments(8).round(3).tolist()
+        [-0.152, -0.152, -0.152, -0.152, 0.141, 0.141, 0.141, 0.141]
+        """
+        if self._is_held:
+            raise reject("steps", steps, "must not be given twice: this path is held already")
+        return replace(self, hold=steps, window=window)
 
     def coarsened(self, factor: int) -> "BrownianPath":
         """Return the same path at a timestep `factor` times longer.
@@ -209,10 +289,15 @@ class BrownianPath:
         Raises
         ------
         ValueError
-            `factor` is less than 1 or more than 2^24, or the path is refined and `factor` is not a
-            power of 2 that undoes a refinement.
+            `factor` is less than 1 or more than 2^24, the path is refined and `factor` is not a
+            power of 2 that undoes a refinement, or the path is held for a number of steps that
+            `factor` does not divide.
         """
         factor = check_integer("factor", factor, at_least=1, at_most=max(COARSEST, 2**FINEST))
+        if self._is_held:
+            if self.hold % factor:
+                raise reject("factor", factor, f"must divide the hold, {self.hold} timesteps")
+            return replace(self, timestep=factor * self.timestep, hold=self.hold // factor)
         halvings = factor.bit_length() - 1
         if self.level and (factor != 1 << halvings or halvings > self.level):
             sentence = f"must be a power of 2 up to 2^{self.level} for this refined path"
@@ -227,11 +312,13 @@ class BrownianPath:
         Raises
         ------
         ValueError
-            The path is coarsened by a factor that 2^halvings does not divide, or its own steps
-            would be halved more than 31 times.
+            The path is coarsened by a factor that 2^halvings does not divide, its own steps would
+            be halved more than 31 times, or it would be held for more than 2^24 steps.
         """
         halvings = check_integer("halvings", halvings, at_least=0, at_most=FINEST)
         timestep = self.timestep / 2**halvings
+        if self._is_held:
+            return replace(self, timestep=timestep, hold=self.hold << halvings)
         if self.factor == 1:
             return replace(self, timestep=timestep, level=self.level + halvings)
         if self.factor % 2**halvings:
@@ -243,7 +330,7 @@ class BrownianPath:
     ) -> NDArray[np.float64]:
         """Return the increments W(t + h) - W(t) of `steps` steps, starting with step `first`.
 
-        Their variance is the timestep; the shape is (steps,).
+        Their variance is the timestep, divided by `hold`; the shape is (steps,).
 
         Raises
         ------
@@ -263,8 +350,7 @@ class BrownianPath:
         size = max(1, PIECE // (self.factor + self.level))
         for start in range(0, steps, size):
             piece = out[start : start + size]
-            view = channel, self.factor, self.level
-            _fill_normals(piece, self.seed, replica, first + start, *view)
+            _fill_normals(piece, self.seed, replica, first + start, channel, *self.view)
         return math.sqrt(self.timestep) * out
 
 

@@ -97,7 +97,7 @@ def test_noise_repeats_when_the_timestep_is_doubled_midway():
     ("place", "value"),
     [
         *((0, value) for value in (np.nan, 1e300, -1.5, 0.5, -1.0, 2.0**53, np.inf)),
-        (1, 0.5), (2, -1.0), (3, 32.0), (3, 1.5), (4, np.nan),
+        (1, 0.5), (2, -1.0), (3, 2.0**25), (3, 1.5), (4, np.nan),
     ],
 )  # fmt: skip
 def test_invalid_userdata_is_named(place, value):

@@ -34,8 +34,8 @@ def magnetism() -> Iterator[None]:
     - `noise`: Brownian wrenches are rows of six numbers in a body's `user`: force x y z in
       N sqrt(s) and torque x y z in N m sqrt(s), in the world frame at the center of mass.
       Independent white noise multiplies each row. `mjData.userdata` contains, up to the model's
-      `nuserdata`, the seed, the replica, the factor and level of a `BrownianPath`, and the path's
-      step at time 0. See Notes on rollouts and resets.
+      `nuserdata`, the seed, the replica, factor and level of a `BrownianPath` (its `view`), and
+      the path's step at time 0. See Notes on rollouts and resets.
     - `potentials`: `user="a_1 b_1 a_2 b_2 ..."` gives a slide or hinge joint, at q in m or rad, the
       potential sum_k a_k sin kq + b_k cos kq, in J.
     - `fields`: numerics named `field...` are given fields: B in T (3 numbers), B and its

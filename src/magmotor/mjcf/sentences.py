@@ -228,7 +228,7 @@ _OF_ERRORS: dict[int, Callable[..., str]] = {
     errors.PATH: (
         "userdata[{0}] = {4[0]:g}: the numbers that select the noise (seed, replica, factor, level,"
         " first step) must be integers from 0 to 2^53 - 1, a factor at most 2^24 and a level at"
-        " most 31".format
+        " most 31, or 32 plus the window for a held path".format
     ),
     errors.TIME: (
         "time = {4[0]:g}: must be finite and less than 2^53 timesteps while noise acts".format

@@ -203,7 +203,7 @@ def recorded_chunks(
     advance = kernel(job.scheme, surrounded)
     drag = drag_coefficients(bodies, scheme, job.timestep) if surrounded else None
     numbers = bodies, magnets, step_coefficients(bodies, scheme, job.timestep), drag
-    path = job.path.seed, job.path.factor, job.path.level
+    path = job.path.seed, *job.path.view
     states = (start if job.state is None else job.state).copy()
     threads = min(len(states), threads or thread_count())
     ends = [len(states) * k // threads for k in range(threads + 1)]

@@ -230,7 +230,7 @@ def run(job: Job) -> Generator[tuple[DiskStates, NDArray[np.float64]]]:
     for step, times in job.chunks(replicas):
         recorded = np.empty((len(times), *lanes.shape))
         for first, interval in job.pieces(step, len(times), replicas):
-            advance(lanes, recorded, first, interval, path.seed, 0, path.factor, path.level, rule)
+            advance(lanes, recorded, first, interval, path.seed, 0, *path.view, rule)
         yield unpack(times, recorded[..., :replicas], job.initial.theta is not None), lanes.copy()
 
 

@@ -40,7 +40,7 @@ def heat_and_work_sums(job: Job, linear: int, before: Array, paths: Array, first
         linear,
         scene.ball_radius,
         _coefficients(scene),
-        (path.seed, job.first_step + first, path.factor, path.level),
+        (path.seed, job.first_step + first, *path.view),
         job.timestep,
         job.scheme == "baoab",
     )

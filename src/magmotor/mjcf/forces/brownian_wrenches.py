@@ -7,8 +7,8 @@ stages of a step h, the body's wrench is w xi/sqrt(h). The channels are the nonz
 in the order of the bodies; MuJoCo pads shorter lists with zeros.
 
 The standard normal numbers xi come from `magmotor.noise`. `mjData.userdata` selects the path by
-seed, replica, factor, level and first step. Numbers beyond the model's `nuserdata` default to
-0, 0, 1, 0, 0, and a factor of 0 means 1.
+seed, replica, factor, level and first step, of which `BrownianPath.view` gives factor and level.
+Numbers beyond the model's `nuserdata` default to 0, 0, 1, 0, 0, and a factor of 0 means 1.
 """
 
 # Numba's intrinsics hide their first parameter:
@@ -21,7 +21,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from magmotor.mjcf import memory
-from magmotor.noise import COARSEST, FINEST, LARGEST_SEED, LARGEST_STEP, BrownianPath, normal
+from magmotor.noise import COARSEST, HELD, LARGEST_SEED, LARGEST_STEP, BrownianPath, normal
 
 PATH_NUMBERS = 5
 """Number of elements of `userdata` that select the path."""
@@ -38,7 +38,7 @@ def userdata(path: BrownianPath, first_step: int, replicas: int) -> NDArray[np.f
 
     At time 0, the run takes step `first_step` of the path.
     """
-    selection = (path.seed, np.arange(replicas), path.factor, path.level, first_step)
+    selection = (path.seed, np.arange(replicas), *path.view, first_step)
     return np.stack(np.broadcast_arrays(*selection), axis=-1).astype(float)
 
 
@@ -143,5 +143,5 @@ def _is_valid(value, k):
     if k == FACTOR:
         largest = COARSEST
     elif k == LEVEL:
-        largest = FINEST
+        largest = HELD + COARSEST
     return 0.0 <= value <= largest and value == math.floor(value)

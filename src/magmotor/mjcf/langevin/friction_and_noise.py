@@ -25,7 +25,7 @@ from magmotor.mjcf.langevin.position_forces import (
     shift_wrench,
     update_rows,
 )
-from magmotor.noise import normal
+from magmotor.noise import HELD, normal
 
 BRIDGE = 32 << 32
 """Added to the channel for the number that divides a step's increment into two halves."""
@@ -42,6 +42,8 @@ def standard_normal(draw, channel):
     whole = normal(seed, replica, step, channel, factor, level)
     if half == 0:
         return whole
+    if level >= HELD:
+        return math.sqrt(0.5) * whole
     return math.sqrt(0.5) * (whole + half * normal(seed, replica, step, channel + BRIDGE, 1, 0))
 
 

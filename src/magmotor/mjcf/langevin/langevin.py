@@ -476,7 +476,7 @@ class Langevin(Thermostat):
         self._check_run(data)
         self._check_callbacks()
         before = [data.warning[kind].number for kind in LOSSES]
-        path = np.array([self._path.seed, steps.replica, self._path.factor, self._path.level])
+        path = np.array([self._path.seed, steps.replica, *self._path.view])
         room = room_for(self.model, self._tree, len(self.kT))
         room.exchanged[: len(steps.exchanged)] = steps.exchanged
         with hooks.errors_raised():
