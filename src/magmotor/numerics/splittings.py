@@ -13,7 +13,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from magmotor.numerics.reproducible import applied, product, symmetric_modes
+from magmotor.numerics.reproducible import (
+    applied,
+    orthonormal_rows,
+    product,
+    symmetric_modes,
+)
 
 DRIFTS, KICKS, O_PARTS = "AERS", "BKE", "OKE"
 """Parts that change positions, that apply forces, and that apply friction and noise."""
@@ -135,7 +140,7 @@ def friction_and_noise(
     friction : ndarray, shape (n, n)
         Symmetric matrix of the force -friction u.
     noise : ndarray, shape (n, channels)
-        Matrix of the force noise dW/dt.
+        Matrix of the force noise dW/dt; there may be more channels than velocities.
     time : float
         Duration for which they act, in s; may be negative only without noise.
     exact : bool
@@ -149,6 +154,12 @@ def friction_and_noise(
     increment : ndarray, shape (n, channels)
         L; the numbers xi are standard normal, W(time)/sqrt(time).
     """
+    # The root of the covariance requires linearly independent columns.
+    combinations = orthonormal_rows(noise)
+    if exact and len(combinations) < noise.shape[1]:
+        fewer = product(noise, combinations.T)
+        decrement, increment = friction_and_noise(masses, friction, fewer, time, exact=True)
+        return decrement, product(increment, combinations)
     inverse_mass = 1 / np.asarray(masses, dtype=float)[:, np.newaxis]
     increment = inverse_mass * noise
     if noise.any():

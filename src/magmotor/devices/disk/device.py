@@ -245,6 +245,8 @@ def _thermal_swing(scene: Disk | LangevinParticle) -> float:
     """
     if not (scene.noise and scene.coefficients):
         return 0.0
+    if isinstance(scene, Disk):
+        scene = scene.replace(drag_temperature=None)
     x = np.linspace(0, 2 * np.pi, 4096, endpoint=False)
     squares = derivative(scene.coefficients, x, 1) ** 2
     return math.sqrt(scene.beta * np.average(squares, weights=position_density(scene, x)))

@@ -24,8 +24,9 @@ def disk_energy_balance(run: xr.Dataset, scene: Disk | LangevinParticle = OWN) -
 
     The paper's remark: dE = -c s^2 dt + (alpha^2/2)(1 + 1/sigma) dt + alpha s dW, s = v + omega.
     The last two terms together are the Stratonovich integral of alpha s dW. This integral and the
-    heat are summed with the mean slip of each step. The Langevin particle has s = v; a disk with a
-    `friction_ratio` has a second slip with its own noise.
+    heat are summed with the mean velocities of each step. The Langevin particle has s = v; a disk
+    with a `friction_ratio` has a second slip with its own noise, and with background drag, v and
+    omega have, too.
 
     Parameters
     ----------
@@ -39,8 +40,8 @@ def disk_energy_balance(run: xr.Dataset, scene: Disk | LangevinParticle = OWN) -
     -------
     xarray.Dataset
         From the first record on: `heat` = int c s^2 dt, `injected` = (alpha^2/2)(1 + 1/sigma) t,
-        `martingale` = int alpha s dW (Ito), and `residual` = E - E(0) + heat - injected -
-        martingale.
+        `martingale` = int alpha s dW (Ito), each with the parts of the drag, and `residual` = E -
+        E(0) + heat - injected - martingale.
 
     Raises
     ------
@@ -52,17 +53,18 @@ def disk_energy_balance(run: xr.Dataset, scene: Disk | LangevinParticle = OWN) -
     first, replicas = _first_step(run), _replicas(run)
     path = path_of(run.attrs)
     velocities = np.stack([run[name] for name in scene.velocity_names])
-    slips = np.tensordot(scene.slip_directions, velocities, axes=1)
-    mean = np.atleast_3d((slips[..., 1:] + slips[..., :-1]) / 2)
-    rows = mean.reshape(len(slips), len(replicas), -1)
+    mean = np.atleast_3d((velocities[..., 1:] + velocities[..., :-1]) / 2)
+    rows = mean.reshape(len(velocities), len(replicas), -1)
     increments = np.array(
         [
             [path.increments(rows.shape[-1], first=first, replica=r, channel=j) for r in replicas]
-            for j in range(len(slips))
+            for j in range(scene.noise_matrix.shape[1])
         ]
     )
-    heat = scene.friction * path.timestep * np.cumsum(np.sum(rows**2, axis=0), axis=-1)
-    work = scene.noise * np.cumsum(np.sum(rows * increments, axis=0), axis=-1)
+    power = np.sum(rows * np.tensordot(scene.friction_matrix, rows, axes=1), axis=0)
+    driven = np.sum(np.tensordot(scene.noise_matrix.T, rows, axes=1) * increments, axis=0)
+    heat = path.timestep * np.cumsum(power, axis=-1)
+    work = np.cumsum(driven, axis=-1)
     injected = injection_rate(scene) * (run.time.values[1:] - run.time.values[0])
     energy = run.energy.values.reshape(len(replicas), -1)
     gain = energy[:, 1:] - energy[:, :1]

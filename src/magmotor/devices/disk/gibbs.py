@@ -50,8 +50,8 @@ def gibbs(
     Raises
     ------
     ValueError
-        The temperature is zero or extremely low, `replicas` is less than 1, or `d` is given for a
-        Langevin particle.
+        The temperature is zero or extremely low, the background drag has another temperature,
+        `replicas` is less than 1, or `d` is given for a Langevin particle.
     """
     if not scene.noise:
         raise reject(

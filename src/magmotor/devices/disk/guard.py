@@ -14,7 +14,7 @@ from magmotor.device.guard import (
 from magmotor.devices.disk.observables import energy
 from magmotor.devices.disk.scene import Disk, LangevinParticle
 from magmotor.devices.disk.states import DiskStates
-from magmotor.devices.disk.theory.stationary import temperature
+from magmotor.devices.disk.theory.stationary import hottest
 
 
 class DiskGuard(Guard):
@@ -31,7 +31,7 @@ class DiskGuard(Guard):
         self.scene = scene
         self.depth = sum(abs(a) + abs(b) for a, b in scene.coefficients)
         self.start = energy(scene, first.x, first.v, first.omega).max()
-        self.largest_fluctuation = LARGEST_FLUCTUATION * temperature(scene)
+        self.largest_fluctuation = LARGEST_FLUCTUATION * hottest(scene)
 
     def faults(self, states: DiskStates) -> Iterator[Fault]:
         """Yield the test of energy."""

@@ -3,6 +3,7 @@
 The disk slides along x and rotates about -y, so that its lowest point moves with v + omega. The
 friction of a planar disk is the damping of fixed tendons: the length of tendon j changes at the
 rate w_j . u. On the plane, it is that of a viscous contact, of a sphere with the disk's radius.
+Background drag is the damping of the joints.
 """
 
 import mujoco
@@ -71,7 +72,8 @@ def compose_disk(scene: Disk, *, visual: bool) -> parts.Element:
     parts.mark(root, "noise potentials")
     _add_friction(root, scene)
     if not visual:
-        parts.disable_unused(root, keep=("damper",) if root.tendon.fixed else ())
+        damped = root.tendon.fixed or any(scene.drags)
+        parts.disable_unused(root, keep=("damper",) if damped else ())
         if root.find("contact", "viscous") is None:
             root.option.flag.set_attributes(constraint="disable", contact="disable")
         else:
@@ -97,13 +99,16 @@ def _set_inertia(body: parts.Element, scene: Disk) -> None:
 def _add_noise_and_potential(root: parts.Element, scene: Disk) -> None:
     """Write noise and potential to the user fields that the compiled callback reads."""
     if scene.noise > 0:
-        rows = [(force, 0, 0, 0, -torque, 0) for force, torque in scene.slip_directions]
-        root.find("body", "disk").user = scene.noise * np.ravel(rows)
+        rows = [(force, 0, 0, 0, -torque, 0) for force, torque in scene.noise_matrix.T]
+        root.find("body", "disk").user = np.ravel(rows)
     if scene.coefficients:
         root.find("joint", "x").user = np.ravel(scene.coefficients)
 
 
 def _add_friction(root: parts.Element, scene: Disk) -> None:
+    for name, drag in zip(("x", "theta"), scene.drags, strict=True):
+        if drag:
+            root.find("joint", name).damping = drag
     planar = scene.surface == "planar"
     directions = scene.slip_directions if planar and scene.friction > 0 else []
     for name, wrench in zip(TENDONS, directions, strict=False):

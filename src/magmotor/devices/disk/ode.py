@@ -13,9 +13,7 @@ from magmotor.numerics.reproducible import product
 
 def problem(scene: Disk, initial: DiskStates) -> tuple[Callable, Array, Array]:
     """Return right-hand side, initial state and scales of (x, theta, v, omega), all replicas."""
-    wrenches = scene.slip_directions.T
-    masses = np.array(scene.masses)[:, np.newaxis]
-    friction = scene.friction * product(wrenches, wrenches.T) / masses
+    friction = scene.friction_matrix / np.array(scene.masses)[:, np.newaxis]
 
     def derivative(t: float, y: Array) -> Array:
         x, _, v, omega = y.reshape(4, -1)

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from magmotor.common.checks import check_choice, check_number, reject
 from magmotor.device.device import Scene
 from magmotor.device.quantities import check_fields, quantity
-from magmotor.numerics.reproducible import applied
+from magmotor.numerics.reproducible import applied, product
 
 Coefficients = tuple[tuple[float, float], ...]
 
@@ -125,6 +125,27 @@ class _Langevin(Scene):
         """Inverse temperature 2c/alpha^2; infinite without noise."""
         return 2 * self.friction / self.noise**2 if self.noise else math.inf
 
+    @property
+    def masses(self) -> tuple[float, ...]:
+        """Inertia of each velocity."""
+        raise NotImplementedError
+
+    @property
+    def slip_directions(self) -> NDArray[np.float64]:
+        """Directions of friction and noise, shape (directions, dof); see `Disk`."""
+        raise NotImplementedError
+
+    @property
+    def friction_matrix(self) -> NDArray[np.float64]:
+        """Matrix F of the friction force -F u on the velocities u, shape (dof, dof)."""
+        wrenches = self.slip_directions.T
+        return self.friction * product(wrenches, wrenches.T)
+
+    @property
+    def noise_matrix(self) -> NDArray[np.float64]:
+        """Matrix G of the force G dW/dt of the noise, a column a channel, shape (dof, channels)."""
+        return self.noise * self.slip_directions.T
+
 
 @dataclass(frozen=True, kw_only=True)
 class Disk(_Langevin):
@@ -132,7 +153,7 @@ class Disk(_Langevin):
 
     The disk slides along x and rotates by theta. Friction -c s and one white noise act on the slip
     velocity s = v + omega of the contact point, and the potential U acts on x: equation
-    (slidingdisk).
+    (slidingdisk). Background drag, which the paper does not have, acts on v and omega themselves.
 
     Raises
     ------
@@ -150,6 +171,15 @@ class Disk(_Langevin):
         "eigenvalue of the friction matrix C on its second direction, over the first",
         at_least=0,
     )
+    drag: float = quantity(
+        0.0, "1", "background drag on the displacement: force = -drag v", at_least=0
+    )
+    rotational_drag: float = quantity(
+        0.0, "1", "background drag on the rotation: torque = -drag omega", at_least=0
+    )
+    drag_temperature: float | None = quantity(
+        None, "1", "temperature kT of the background drag (default: the disk's own)", at_least=0
+    )
     theta: float = quantity(0.0, "1", "initial angle")
     omega: float = quantity(0.0, "1", "initial angular velocity")
     surface: str = quantity(
@@ -162,13 +192,15 @@ class Disk(_Langevin):
     def __post_init__(self) -> None:
         """Check every field, and the combinations of fields."""
         super().__post_init__()
-        if self.surface == "plane" and self.friction_ratio > 0:
-            raise reject(
-                "friction_ratio", self.friction_ratio, "must be zero when surface = 'plane'"
-            )
+        for name in ("friction_ratio", "drag", "rotational_drag"):
+            if self.surface == "plane" and getattr(self, name) > 0:
+                raise reject(name, getattr(self, name), "must be zero when surface = 'plane'")
+        if self.drag_temperature and not self.noise:
+            sentence = "must be zero or None when noise = 0, since all noise is then off"
+            raise reject("drag_temperature", self.drag_temperature, sentence)
 
     @property
-    def masses(self) -> tuple[float, float]:
+    def masses(self) -> tuple[float, ...]:
         """Inertia of x and of theta."""
         return 1.0, self.sigma
 
@@ -186,6 +218,34 @@ class Disk(_Langevin):
             rows.append((root / self.sigma, -root * self.sigma))
         return np.array(rows)
 
+    @property
+    def drags(self) -> tuple[float, float]:
+        """Background drag of x and of theta."""
+        return self.drag, self.rotational_drag
+
+    @property
+    def friction_matrix(self) -> NDArray[np.float64]:
+        """Matrix F of the friction force -F u on u = (v, omega), with the drag, shape (2, 2)."""
+        matrix = super().friction_matrix
+        return matrix + np.diag(self.drags) if any(self.drags) else matrix
+
+    @property
+    def noise_matrix(self) -> NDArray[np.float64]:
+        """Matrix G of the force G dW/dt of the noise, a column a channel, shape (2, 1 to 4).
+
+        The columns are those of `slip_directions`, then that of the drag of x and that of theta;
+        drag without noise has no column.
+        """
+        kT = 1 / self.beta if self.drag_temperature is None else self.drag_temperature
+        columns = np.diag([math.sqrt(2 * kT * drag) for drag in self.drags])
+        return np.hstack([super().noise_matrix, columns[:, columns.any(axis=0)]])
+
+    @property
+    def has_one_temperature(self) -> bool:
+        """Whether the drag has the disk's own temperature, so that the Gibbs law is stationary."""
+        given = self.drag_temperature
+        return given is None or not any(self.drags) or math.isclose(given, 1 / self.beta)
+
 
 @dataclass(frozen=True, kw_only=True)
 class LangevinParticle(_Langevin):
@@ -198,7 +258,7 @@ class LangevinParticle(_Langevin):
     """
 
     @property
-    def masses(self) -> tuple[float]:
+    def masses(self) -> tuple[float, ...]:
         """Inertia of x."""
         return (1.0,)
 

@@ -21,7 +21,6 @@ from magmotor.devices.disk.states import DiskStates
 from magmotor.noise import box_muller, normal, threefry
 from magmotor.numerics.elementary import cosine, prefer_wide_vectors, sine
 from magmotor.numerics.numba_cache import aligned, compiled_once, copy
-from magmotor.numerics.reproducible import product
 from magmotor.numerics.simd import COUNT, fused
 from magmotor.numerics.splittings import (
     DISK,
@@ -78,14 +77,12 @@ def step_coefficients(
 
 
 def _part(scene: Disk | LangevinParticle, code: str, time: float, exact: bool) -> Part:
-    n, wrenches = len(scene.masses), scene.slip_directions.T
-    decrement, increment = np.zeros((2, 2)), np.zeros((2, scene.slip_directions.shape[0]))
+    n, noise = len(scene.masses), scene.noise_matrix
+    decrement, increment = np.zeros((2, 2)), np.zeros((2, noise.shape[1]))
     push = np.array([time, 0.0])
-    matrices = scene.masses, scene.friction * product(wrenches, wrenches.T)
+    matrices = scene.masses, scene.friction_matrix
     if code in "OK":
-        decrement[:n, :n], increment[:n] = friction_and_noise(
-            *matrices, scene.noise * wrenches, time, exact=exact
-        )
+        decrement[:n, :n], increment[:n] = friction_and_noise(*matrices, noise, time, exact=exact)
     if code == "K":
         push[:n] = response(*matrices, time)[:, 0]
     return Part(
@@ -109,7 +106,7 @@ def kernel(scene: Disk | LangevinParticle, scheme: str) -> Any:
     sines = all(b == 0 for _, b in scene.coefficients)
     parts = DISK[scheme].parts
     codes = tuple("ABOK".index(part) for part in parts)
-    shape = len(scene.coefficients), len(scene.slip_directions)
+    shape = len(scene.coefficients), scene.noise_matrix.shape[1]
     return _advance(codes, kicks_that_evaluate(parts), sines, shape)
 
 

@@ -8,7 +8,6 @@ from scipy.sparse.csgraph import connected_components
 
 from magmotor.common.arrays import Array, Integers
 from magmotor.mjcf.langevin.model import Ball, LangevinModel
-from magmotor.numerics.reproducible import orthonormal_rows, product
 from magmotor.numerics.splittings import friction_and_noise
 
 BODY, QUATERNION, DOF, CHANNEL, ISOTROPIC, TWIST, LAST_TWIST = 0, 1, 2, 3, 4, 5, 7
@@ -80,20 +79,15 @@ def _damping_and_noise(model: LangevinModel, timestep: float) -> csr_array:
     for number in range(groups):
         dofs = np.flatnonzero(group == number)
         channels = np.flatnonzero(noise[dofs].any(axis=0))
-        driven = noise[np.ix_(dofs, channels)]
-        # The root of the covariance requires linearly independent columns.
-        combinations = orthonormal_rows(driven)
-        if len(combinations) == len(channels):
-            combinations = np.eye(len(channels))
         decrement, increment = friction_and_noise(
             model.masses[dofs],
             damping[np.ix_(dofs, dofs)],
-            product(driven, combinations.T),
+            noise[np.ix_(dofs, channels)],
             timestep,
             exact=True,
         )
         matrix[np.ix_(dofs, dofs)] = decrement
-        matrix[np.ix_(dofs, n + channels)] = product(increment, combinations)
+        matrix[np.ix_(dofs, n + channels)] = increment
     return csr_array(matrix)
 
 

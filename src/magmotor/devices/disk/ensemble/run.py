@@ -34,7 +34,7 @@ from magmotor.devices.disk.ensemble.statistics import (
 )
 from magmotor.devices.disk.scene import Disk, LangevinParticle
 from magmotor.devices.disk.states import DiskStates
-from magmotor.devices.disk.theory.stationary import gibbs_deviations, gibbs_mean_squares
+from magmotor.devices.disk.theory.stationary import hottest
 from magmotor.devices.disk.variational import (
     LANES,
     TURN,
@@ -268,8 +268,8 @@ class EnsembleRun:
 
 
 def _deviations(scene: Disk | LangevinParticle) -> tuple[tuple[float, float, float], float]:
-    """Return standard deviations of v, omega and d, and sigma; absent ones are 1."""
-    v, *omega = gibbs_deviations(scene)
+    """Return standard deviations of v, omega and d where it is hottest, and sigma; else 1."""
+    v, *omega = np.sqrt(hottest(scene) / np.array(scene.masses))
     if isinstance(scene, Disk):
-        return (v, *omega, math.sqrt(gibbs_mean_squares(scene)["d"])), scene.sigma
+        return (v, *omega, math.sqrt((1 + scene.sigma) * hottest(scene))), scene.sigma
     return (v, 1.0, 1.0), 1.0

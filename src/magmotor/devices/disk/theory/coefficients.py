@@ -16,7 +16,11 @@ from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
 from magmotor.common.checks import check_array
 from magmotor.devices.disk.scene import Disk, LangevinParticle
-from magmotor.devices.disk.theory.stationary import require_one_friction, temperature
+from magmotor.devices.disk.theory.stationary import (
+    require_one_friction,
+    require_one_temperature,
+    temperature,
+)
 
 Scene = Disk | LangevinParticle
 
@@ -59,12 +63,13 @@ def ballistic_coefficient(scene: Disk) -> float:
     This is the mean square of d over (1 + sigma)^2, for 1/lambda << t << `bulk_time`. Beyond the
     correlation time of d, it decays to zero.
     """
+    require_one_temperature(scene)
     return temperature(scene) / (1 + scene.sigma)
 
 
 @checked
 def heat_rate(scene: Scene, velocities: ArrayLike) -> Array:
-    """Return the power c sum_j (w_j.u)^2 lost to friction: c (v + omega)^2 for the paper's disk.
+    """Return the power u.F u lost to friction and drag: c (v + omega)^2 for the paper's disk.
 
     It is the first term of the energy balance in the remark after (ksddssdkjhs3).
 
@@ -79,14 +84,13 @@ def heat_rate(scene: Scene, velocities: ArrayLike) -> Array:
         Power, dimensionless, shape (...).
     """
     velocities = check_array("velocities", velocities, ..., len(scene.masses))
-    slips = velocities @ scene.slip_directions.T
-    return scene.friction * np.sum(slips**2, axis=-1)
+    return np.sum(velocities @ scene.friction_matrix * velocities, axis=-1)
 
 
 @checked
 def injection_rate(scene: Scene) -> float:
-    """Return the mean power (alpha^2/2) tr(M^-1 sum_j w_j w_j^T) of the noise, dimensionless.
+    """Return the mean power tr(M^-1 G G^T)/2 of the noise G dW/dt, dimensionless.
 
     For the paper's disk it is (alpha^2/2) (1 + 1/sigma), the second term of its energy balance.
     """
-    return scene.noise**2 / 2 * float(np.sum(scene.slip_directions**2 / scene.masses))
+    return float(np.sum(scene.noise_matrix.T**2 / scene.masses)) / 2

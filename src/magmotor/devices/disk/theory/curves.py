@@ -18,6 +18,7 @@ from magmotor.devices.disk.theory.flat import (
     flat_variance_from_rest,
 )
 from magmotor.devices.disk.theory.fokker_planck import ReducedDisk
+from magmotor.devices.disk.theory.stationary import friction_rates
 
 
 class DiskTheory:
@@ -92,13 +93,13 @@ class DiskTheory:
     def correlation(self, lag: Times) -> Array:
         """Return the correlation of two successive increments of x in the stationary state.
 
-        It is MSD(2 lag)/(2 MSD(lag)) - 1; on flat U, at d = 0.
+        It is MSD(2 lag)/(2 MSD(lag)) - 1; on flat U, at d = 0 where d is conserved.
         """
         lag = np.asarray(lag, dtype=float)
         if self.has_varying_d:
             return self.reduced.increment_correlation(lag)
         direction = None
-        if self.scene.has_rotation:
+        if self.scene.has_rotation and not friction_rates(self.scene)[0]:
             # x = sigma y/(1 + sigma) at d = 0, and y = x + theta is independent of d.
             sigma = self.scene.masses[-1]
             direction = np.full(2, sigma / (1 + sigma))

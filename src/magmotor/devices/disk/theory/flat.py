@@ -1,4 +1,4 @@
-"""Exact displacements on flat U, for any `friction_ratio`."""
+"""Exact displacements on flat U, for any `friction_ratio` and background drag."""
 
 import math
 
@@ -10,7 +10,11 @@ from magmotor.common.arrays import Array
 from magmotor.common.checks import reject
 from magmotor.common.hints import Elapsed
 from magmotor.devices.disk.scene import Disk, LangevinParticle
-from magmotor.devices.disk.theory.stationary import friction_modes, temperature
+from magmotor.devices.disk.theory.stationary import (
+    friction_modes,
+    require_one_temperature,
+    temperature,
+)
 
 Scene = Disk | LangevinParticle
 
@@ -48,7 +52,8 @@ def flat_variance_from_rest(scene: Scene, t: Elapsed, direction: ArrayLike | Non
     For the disk's x, it is D [t - 2 (1 - e^(-lambda t))/lambda + (1 - e^(-2 lambda t))/(2 lambda)]
     with D = `flat_x_diffusion`, and the same for x + theta with D = `y_diffusion`. The Langevin
     particle has lambda = c and D = alpha^2/c^2, a good approximation in any potential if
-    kT >> max U. With `friction_ratio` > 0, the variance is the sum of two such terms.
+    kT >> max U. With `friction_ratio` or background drag, the variance is the sum of two such
+    terms.
 
     Parameters
     ----------
@@ -98,6 +103,7 @@ def _direction(scene: Scene, direction: ArrayLike | None) -> Array:
 
 
 def _sum_over_modes(scene: Scene, t: ArrayLike, direction: ArrayLike | None, term) -> Array:
+    require_one_temperature(scene)
     t = np.asarray(t, dtype=float)
     rates, modes = friction_modes(scene)
     weights = (modes.T @ (_direction(scene, direction) / np.sqrt(scene.masses))) ** 2

@@ -22,7 +22,12 @@ from magmotor.common.arrays import Array
 from magmotor.common.checks import check_number, reject
 from magmotor.common.hints import Times, integer
 from magmotor.devices.disk.scene import Disk
-from magmotor.devices.disk.theory.stationary import gibbs_mean_squares, slip_rate, temperature
+from magmotor.devices.disk.theory.stationary import (
+    gibbs_mean_squares,
+    require_one_temperature,
+    slip_rate,
+    temperature,
+)
 
 Transform = Callable[[complex], complex]
 
@@ -52,8 +57,8 @@ def d_diffusion(scene: Disk, d: ArrayLike) -> Array:
         g(t) = (lambda t - 1 + e^(-lambda t))/lambda^2,
 
     the correlation of U' along x = x_0 - d t/(1 + sigma) + sigma/(1 + sigma) int s dt, integrated.
-    A small `friction_ratio` r adds r alpha^2 (sigma + 1/sigma)^2/2, the friction and noise on d
-    itself, to first order in r.
+    A small `friction_ratio` r adds r alpha^2 (sigma + 1/sigma)^2/2, and background drag g of x and
+    g' of theta adds (g + g') kT: the noise on d itself, to first order in friction and drag.
 
     Parameters
     ----------
@@ -68,14 +73,15 @@ def d_diffusion(scene: Disk, d: ArrayLike) -> Array:
     Raises
     ------
     ValueError
-        The scene has no noise.
+        The scene has no noise, or its drag has another temperature.
     """
     check_number("noise", scene.noise, above=0)
+    require_one_temperature(scene)
     sigma = scene.sigma
     speed = np.asarray(d, dtype=float) / (1 + sigma)
     spread = math.sqrt(sigma / (1 + sigma) * temperature(scene))
-    across = scene.friction_ratio * (scene.noise * (sigma + 1 / sigma)) ** 2 / 2
-    total = np.full_like(speed, across)
+    on_x, on_theta = scene.noise_matrix
+    total = np.full_like(speed, np.sum((on_theta - on_x) ** 2) / 2)
     for k, (a, b) in enumerate(scene.coefficients, start=1):
         if strength := k**2 * (a**2 + b**2) / 2:
             total += strength * _line_shape(k * speed, k * spread, slip_rate(scene))
@@ -85,10 +91,11 @@ def d_diffusion(scene: Disk, d: ArrayLike) -> Array:
 class ReducedDisk:
     r"""The reduced Fokker-Planck equation of d, and the displacement of x that follows from it.
 
-    It is valid for beta max |U| << 1 and a small `friction_ratio`, at times beyond 1/lambda. With
-    y = x + theta, z = -x + sigma theta and dz/dt = d, the displacement is x = (sigma y - z)/(1 +
-    sigma). It is assumed that y moves as on flat U (the limit var(y)/t = alpha^2/c^2 is valid for
-    any U) and is independent of z; the neglected terms are of relative order beta |U|.
+    It is valid for beta max |U| << 1 and a small `friction_ratio` and drag, at times beyond
+    1/lambda; the drag may be large if rotational_drag = sigma drag. With y = x + theta, z = -x +
+    sigma theta and dz/dt = d, the displacement is x = (sigma y - z)/(1 + sigma). It is assumed that
+    y moves as on flat U (without drag, the limit var(y)/t = alpha^2/c^2 is valid for any U) and is
+    independent of z; the neglected terms are of relative order beta |U|.
 
     Finite volumes on d >= 0 (the equation is even in d) conserve probability and detailed balance.
     Functions of time are inverse Laplace transforms on Talbot's contour, with one or two
@@ -105,7 +112,8 @@ class ReducedDisk:
     Raises
     ------
     ValueError
-        The scene has no noise, or D(d) needs more than a million cells.
+        The scene has no noise, its drag has another temperature, or D(d) needs more than a million
+        cells.
     """
 
     @checked
@@ -145,9 +153,9 @@ class ReducedDisk:
     @property
     def x_diffusion(self) -> float:
         """Asymptotic diffusion coefficient lim MSD/(2t) of x, dimensionless; infinite on flat U."""
-        weight = self.scene.sigma * self.scene.noise / self.scene.friction
+        fast = gibbs_mean_squares(self.scene)["slip"] / slip_rate(self.scene)
         slow = self.mean_square * self.correlation_time
-        return (weight**2 / 2 + slow) / (1 + self.scene.sigma) ** 2
+        return (self.scene.sigma**2 * fast + slow) / (1 + self.scene.sigma) ** 2
 
     @checked
     def d_correlation(self, t: Times) -> Array:
@@ -239,7 +247,7 @@ class ReducedDisk:
 
     def _msd_from_rest(self, p: complex) -> complex:
         rate = slip_rate(self.scene)
-        kicks = (self.scene.noise / self.scene.friction * rate) ** 2
+        kicks = 2 * rate * gibbs_mean_squares(self.scene)["slip"]
         mean = self._solve_odd(p, self.d)  # of z_t at given d_0, times p
         return self._combine(
             2 * kicks / (p**2 * (p + rate) * (p + 2 * rate)),

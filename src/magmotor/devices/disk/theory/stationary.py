@@ -26,6 +26,14 @@ def temperature(scene: Scene) -> float:
     return scene.noise**2 / (2 * scene.friction) if scene.noise else 0.0
 
 
+def hottest(scene: Scene) -> float:
+    """Return the highest temperature kT of the friction and the background drag."""
+    kT = temperature(scene)
+    if isinstance(scene, Disk) and not scene.has_one_temperature:
+        return max(kT, scene.drag_temperature or 0.0)
+    return kT
+
+
 @checked
 def slip_factor(scene: Disk) -> float:
     """Return gamma = (1 + sigma)/sigma, the inverse mass of the slip."""
@@ -36,24 +44,28 @@ def slip_factor(scene: Disk) -> float:
 def slip_rate(scene: Disk) -> float:
     """Return the rate lambda = c gamma at which the slip v + omega decays (equation (eq:2)).
 
-    It assumes one direction of friction; `friction_rates` covers any `friction_ratio`.
+    It assumes one direction of friction; `friction_rates` covers any `friction_ratio`. Background
+    drag g of x and g' of theta adds (sigma g + g'/sigma)/(1 + sigma), the rate at d = 0. If g' =
+    sigma g, this is exact for any d; otherwise the slip also feels d, to first order in the drag.
     """
-    return scene.friction * slip_factor(scene)
+    drags = scene.drag * scene.sigma + scene.rotational_drag / scene.sigma
+    return scene.friction * slip_factor(scene) + drags / (1 + scene.sigma)
 
 
 @checked
 def friction_rates(scene: Scene) -> Array:
-    """Return the eigenvalues of the friction c C M, ascending, with M = diag(masses); shape (dof,).
+    """Return the decay rates of the velocities, ascending: eigenvalues of c C M; shape (dof,).
 
-    For a disk without `friction_ratio`, they are 0 (for d) and lambda (for the slip).
+    Here M = diag(masses); with background drag, C includes it. For a disk with neither drag nor
+    `friction_ratio`, they are 0 (for d) and lambda (for the slip).
     """
     return friction_modes(scene)[0]
 
 
 def friction_modes(scene: Scene) -> tuple[Array, Array]:
     """Return rates and orthonormal modes of the friction, for velocities times sqrt(mass)."""
-    directions = scene.slip_directions / np.sqrt(scene.masses)
-    rates, modes = np.linalg.eigh(scene.friction * directions.T @ directions)
+    root = np.sqrt(scene.masses)
+    rates, modes = np.linalg.eigh(scene.friction_matrix / np.outer(root, root))
     rates[rates < 1e-14 * rates[-1]] = 0.0  # only rounding
     return rates, modes
 
@@ -64,6 +76,7 @@ def gibbs_mean_squares(scene: Disk) -> dict[str, float]:
 
     They are kT, kT/sigma, gamma kT and (1 + sigma) kT; slip = v + omega, d = -v + sigma omega.
     """
+    require_one_temperature(scene)
     kT = temperature(scene)
     return {
         "v": kT,
@@ -76,6 +89,7 @@ def gibbs_mean_squares(scene: Disk) -> dict[str, float]:
 @checked
 def gibbs_deviations(scene: Scene) -> Array:
     """Return the standard deviations sqrt(kT/mass) of the velocities in (kjhss), shape (dof,)."""
+    require_one_temperature(scene)
     return np.sqrt(temperature(scene) / np.array(scene.masses))
 
 
@@ -120,6 +134,7 @@ def _boltzmann(scene: Scene) -> "BSpline":
     from scipy.interpolate import make_interp_spline
 
     check_number("noise", scene.noise, above=0)
+    require_one_temperature(scene)
     sharpness = math.sqrt(scene.beta * steepest_curvature(scene.coefficients))
     if sharpness > SHARPEST:
         sentence = f"must be so large that beta max|U''| is at most {SHARPEST**2:g}"
@@ -134,6 +149,14 @@ def _boltzmann(scene: Scene) -> "BSpline":
 
 
 def require_one_friction(scene: Disk) -> None:
-    """Refuse scenes with friction in the second direction."""
-    if scene.friction_ratio > 0:
-        raise reject("friction_ratio", scene.friction_ratio, "must be zero for this closed form")
+    """Refuse scenes with friction in the second direction, or with background drag."""
+    for name in ("friction_ratio", "drag", "rotational_drag"):
+        if getattr(scene, name) > 0:
+            raise reject(name, getattr(scene, name), "must be zero for this closed form")
+
+
+def require_one_temperature(scene: Scene) -> None:
+    """Refuse scenes whose background drag has another temperature: their law is not Gibbs'."""
+    if isinstance(scene, Disk) and not scene.has_one_temperature:
+        sentence = f"must be None or {temperature(scene):g}, the disk's kT, for a Gibbs measure"
+        raise reject("drag_temperature", scene.drag_temperature, sentence)

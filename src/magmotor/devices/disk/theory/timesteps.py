@@ -11,6 +11,7 @@ from magmotor.devices.disk.scene import Disk, LangevinParticle, steepest_curvatu
 from magmotor.devices.disk.theory.stationary import (
     friction_rates,
     gibbs_mean_squares,
+    hottest,
     require_one_friction,
     slip_rate,
 )
@@ -28,7 +29,7 @@ def euler_slip_variance(scene: Disk, timestep: Positive) -> float:
     Raises
     ------
     ValueError
-        The timestep is not in (0, 2/lambda), or `friction_ratio` > 0.
+        The timestep is not in (0, 2/lambda), or there is a `friction_ratio` or background drag.
     """
     require_one_friction(scene)
     check_number("timestep", timestep, above=0, below=friction_step_limit(scene))
@@ -82,14 +83,14 @@ def largest_timestep(scene: Disk, deviations: Positive = 6.0) -> float:
     """Return the timestep at which half an `alias_period` is a number of standard deviations of d.
 
     By default it is (pi/6) sqrt((1 + sigma) beta) if U has the period 2 pi; the most restrictive
-    limit on h.
+    limit on h. If the background drag is hotter than the disk, beta is that of the drag.
 
     Returns
     -------
     float
         Dimensionless; infinite if U is flat or there is no noise.
     """
-    reach = deviations * math.sqrt(gibbs_mean_squares(scene)["d"])
+    reach = deviations * math.sqrt((1 + scene.sigma) * hottest(scene))
     return alias_period(scene, 1.0) / (2 * reach) if reach else math.inf
 
 
@@ -100,8 +101,7 @@ def _common_waves(scene: Disk) -> int:
 
 def small_motion(scene: Scene) -> SmallMotion:
     """Linearize x and theta where |U''| is largest."""
-    wrenches = scene.slip_directions
-    friction = scene.friction * wrenches.T @ wrenches
+    friction = scene.friction_matrix
     stiffness = np.zeros_like(friction)
     stiffness[0, 0] = steepest_curvature(scene.coefficients)
     # MuJoCo's implicit integrator includes only the diagonal part of a tendon's damping.
