@@ -21,6 +21,7 @@ import socket
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 import traceback
 import warnings
@@ -128,6 +129,7 @@ def forked(command: Callable[..., None], *arguments: Any) -> int:
     try:
         signal.signal(signal.SIGINT, signal.default_int_handler)
         faulthandler.enable()
+        tqdm.tqdm.set_lock(threading.RLock())  # its own outlives a process that was killed with it
         jobs.CHUNK, checkpoints.SECONDS_BETWEEN, ensembles.SECONDS_BETWEEN_CHECKS = 2000, 0.0, 0.005
         command(*arguments)
         code = 0
