@@ -74,7 +74,7 @@ UNITS: dict[str, dict[str, list[str]]] = {
         "s": ["time"],
     },
     "energy_balance": {
-        "J": ["gain", "heat", "work", "injected", "martingale", "residual"],
+        "J": ["gain", "heat", "work", "injected", "martingale", "load_work", "residual"],
         "s": ["time"],
     },
     "flight_survival": {"1": ["survival", "survival_error", "flight_duration"]},

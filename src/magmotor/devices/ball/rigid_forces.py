@@ -95,6 +95,7 @@ class Bodies(NamedTuple):
     kg m^2/s and N m sqrt(s), and torsion, the friction of the ball's rotation about the vertical,
     in N m s. `downhill` is the weight of the ball along the floor, in N. The drag of the ball's
     translation and rotation and its noise have the units of the slip's and the ring's.
+    `load_torque` on the ball's center, about the z axis, is in N m.
     """
 
     mass: float
@@ -112,6 +113,7 @@ class Bodies(NamedTuple):
     rotational_drag: float
     drag_noise: float
     rotational_drag_noise: float
+    load_torque: float = 0.0
 
     @property
     def slip_mass(self) -> float:

@@ -136,7 +136,9 @@ def _advance(checksum: int, splits: bool, by_cayley: bool, surrounded: bool):
                         position = ball[0][0], ball[0][1], bodies.radius
                         force, torque, on_ring = wrenches(position, ball[2], ring[0], work, magnets)
                         if surrounded:
-                            force, torque = with_background(force, torque, ball[2], bodies, magnets)
+                            force, torque = with_background(
+                                force, torque, position, ball[2], bodies, magnets
+                            )
                     if n < 0:
                         continue
                     drifts, kicks, o_part = flags[part, 0], flags[part, 1], flags[part, 2]

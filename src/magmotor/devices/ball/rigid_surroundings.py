@@ -1,4 +1,4 @@
-"""What surrounds a ball that slips: drag, torsion, a tilted floor, and a uniform field.
+"""What surrounds a ball that slips: drag, torsion, a tilted floor, a uniform field, and a load.
 
 The velocities (v_x, -omega_y) and (v_y, omega_x) both obey M u' = -C u + F + G xi with u = (v, w)
 and M = diag(m, I). C is the friction of the slip v + r w and the drag, and G has a column for the
@@ -35,14 +35,21 @@ class Drag(NamedTuple):
 def has_surroundings(bodies: Bodies, magnets: Magnets) -> bool:
     """Whether more than magnets and slip acts on the ball; otherwise, all of this costs nothing."""
     drags = bodies.drag, bodies.rotational_drag, bodies.torsion
-    return any((*drags, *bodies.downhill, *magnets.background))
+    return any((*drags, *bodies.downhill, *magnets.background, bodies.load_torque))
 
 
 @njit(inline="always")
-def with_background(force, torque, orientation, bodies, magnets):
-    """Return force and torque on the ball with its weight along the floor and a uniform field."""
+def with_background(force, torque, position, orientation, bodies, magnets):
+    """Return force and torque on the ball with its weight, a uniform field and the load.
+
+    The weight acts along the floor, and the load is a force load_torque/rho along e_phi.
+    """
     moment = scaled(magnets.moment, third_axis(orientation))
-    return plus(force, 1.0, bodies.downhill), plus(torque, 1.0, cross(moment, magnets.background))
+    force = plus(force, 1.0, bodies.downhill)
+    if bodies.load_torque != 0.0:
+        x, y, _ = position
+        force = plus(force, bodies.load_torque / fused(x, x, y * y), (-y, x, 0.0))
+    return force, plus(torque, 1.0, cross(moment, magnets.background))
 
 
 def drag_coefficients(bodies: Bodies, scheme: Scheme, timestep: float) -> Drag:

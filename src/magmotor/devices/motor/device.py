@@ -58,7 +58,8 @@ class MotorDevice(BallDevice[Motor, MotorStates]):
             return MUJOCO
         noise = scene.is_noisy
         exact = () if noise else ("scipy/dop853",)
-        return (*splittings.methods(splittings.RIGID, noise=noise), *MUJOCO_PLANAR, *exact)
+        mujoco = () if scene.load_torque else MUJOCO_PLANAR
+        return (*splittings.methods(splittings.RIGID, noise=noise), *mujoco, *exact)
 
     def check_run(
         self,

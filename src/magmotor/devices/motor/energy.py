@@ -11,6 +11,7 @@ from magmotor.device.observable import labeled
 from magmotor.devices.ball.rigid_forces import force_and_field
 from magmotor.devices.ball.scene import gravitational_energy
 from magmotor.devices.ball.states import axes
+from magmotor.devices.motor.observables import azimuth
 from magmotor.devices.motor.scene import Motor
 from magmotor.devices.motor.states import MotorStates
 from magmotor.devices.motor.theory import ball_injection_rate, ring_injection_rate
@@ -25,6 +26,7 @@ LABELS = {
     "work": ("J", "work of the noise"),
     "injected": ("J", "mean work of the noise"),
     "martingale": ("J", "work of the noise minus its mean"),
+    "load_work": ("J", "work of the load"),
     "residual": ("J", "residual of the energy balance"),
     "kicks": ("J", "work of the noise on the ring"),
     "transferred": ("J", "work transferred to the ball"),
@@ -106,7 +108,7 @@ def _magnetic(checksum: int):
 
 @analysis("energy", "heat", "work", of=Motor)
 def motor_energy_balance(run: xr.Dataset, scene: Motor = OWN) -> xr.Dataset:
-    """Compare the energy with heat and with the work of the noise.
+    """Compare the energy with heat and with the work of the noise and of the load.
 
     By the paper's remarks, dE = (-c_B |V_Q|^2 - c_R |omega_R|^2) dt + r dt + martingale, with the
     rate r = alpha_B^2 (1/m + r^2/J_B) + (alpha_R^2/2) tr(I_R^-1); at non-uniform temperature c_R
@@ -115,27 +117,35 @@ def motor_energy_balance(run: xr.Dataset, scene: Motor = OWN) -> xr.Dataset:
     Parameters
     ----------
     run : xarray.Dataset
-        From `simulate`; the interval between records does not matter.
+        From `simulate`; the interval between records does not matter unless there is a load.
     scene : Motor, optional
         The scene of the run; by default the one in its attributes.
 
     Returns
     -------
     xarray.Dataset
-        In J since the first record: `gain` = E - E(0), `heat`, `work`, `injected` = r t,
-        `martingale` = work - injected, and `residual` = gain + heat - work.
+        In J since the first record: `gain` = E - E(0), `heat`, `work`, `injected` = r t, for white
+        noise, `martingale` = work - injected, `load_work`, the load's torque times the azimuth that
+        the ball has gained, and `residual` = gain + heat - work - load_work.
+
+    Raises
+    ------
+    ValueError
+        There is a load, and the azimuth is ambiguous; see `azimuth`.
     """
     elapsed = run.time - run.time[0]
     rate = ball_injection_rate(scene) + ring_injection_rate(scene)
     injected = (rate * elapsed).broadcast_like(run.work).transpose(*run.work.dims)
     gain, heat, work = map(_since_start, (run.energy, run.heat, run.work))
+    load_work = _work_of_load(run, scene)
     data = {
         "gain": gain,
         "heat": heat,
         "work": work,
         "injected": injected,
         "martingale": work - injected,
-        "residual": gain + heat - work,
+        "load_work": load_work,
+        "residual": gain + heat - work - load_work,
     }
     return labeled(xr.Dataset(data), LABELS)
 
@@ -170,14 +180,14 @@ def efficiency(run: xr.Dataset, scene: Motor = OWN) -> xr.Dataset:
     -------
     xarray.Dataset
         In J since the first record: `kicks`, the work on the ring, `transferred` = (E - E(0)) -
-        (E_ring - E_ring(0)), and `reached` = transferred + heat of the ball - work of the noise on
-        the ball. Dimensionless: `efficiency` = transferred/kicks and `share` = reached/kicks, NaN
-        where the work on the ring is zero, as in the first record.
+        (E_ring - E_ring(0)), and `reached` = transferred + heat of the ball - work of the noise and
+        of the load on the ball. Dimensionless: `efficiency` = transferred/kicks and `share` =
+        reached/kicks, NaN where the work on the ring is zero, as in the first record.
     """
     kicks = _since_start(run.ring_work)
     transferred = _since_start(run.energy - run.ring_energy)
     dissipated = _since_start((run.heat - run.ring_heat) - (run.work - run.ring_work))
-    reached = transferred + dissipated
+    reached = transferred + dissipated - _work_of_load(run, scene)
     moved = kicks.where(kicks != 0)
     data = {
         "kicks": kicks,
@@ -187,6 +197,13 @@ def efficiency(run: xr.Dataset, scene: Motor = OWN) -> xr.Dataset:
         "share": reached / moved,
     }
     return labeled(xr.Dataset(data), LABELS)
+
+
+def _work_of_load(run: xr.Dataset, scene: Motor) -> xr.DataArray:
+    """Return the work of the load in J since the first record."""
+    if not scene.load_torque:
+        return xr.zeros_like(run.energy)
+    return scene.load_torque * _since_start(azimuth(run))
 
 
 def _since_start(values: xr.DataArray) -> xr.DataArray:

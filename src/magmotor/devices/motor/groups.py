@@ -15,8 +15,8 @@ class MotorGroups(NamedTuple):
     """What decides the motion of a motor, in units of its own.
 
     The units are the radius L of the inner ring, the mass m of the ball, the energy k/L^3 of the
-    coupling k, and the time T_0 = sqrt(m L^5/k). Drag, tilt of the floor and background field are
-    left out; the weight matters only for whether the ball stays on its plane.
+    coupling k, and the time T_0 = sqrt(m L^5/k). Drag, tilt of the floor, background field and load
+    are left out; the weight matters only for whether the ball stays on its plane.
     """
 
     ball_radius: float

@@ -21,6 +21,9 @@ from magmotor.devices.motor.states import MotorStates
 ROUNDING = 1e-9
 """Relative rounding error of energies over a long run."""
 
+DRIVEN_OUT = "ball driven out"
+"""Name of the event that ends a run whose load has driven the ball from under the rings."""
+
 TIPPED = "ring tipped"
 """Name of the event that ends a run whose inner ring has tipped over."""
 
@@ -43,9 +46,11 @@ class MotorGuard(Guard):
         self.largest_fluctuation = LARGEST_FLUCTUATION * scene.kT if warm else 0.0
         # At nonuniform temperature the noise heats the motion; at uniform, friction balances it.
         self.heated = scene.is_noisy and not warm
+        # The states do not contain the work of a load.
+        self.isolated = not scene.load_torque
 
     def faults(self, states: MotorStates) -> Iterator[Fault]:
-        """Yield the tests of energy, tilt and lift."""
+        """Yield the tests of energy, tilt, distance under a load, and lift."""
         found = motor_energy(self.scene, states)
         work = states.ball_work + states.ring_work if self.heated else 0.0
         # No method changes the energy of a ring that only rotates about its axis.
@@ -53,17 +58,28 @@ class MotorGuard(Guard):
         in_play = np.abs(found.total - found.ring) + ring
         allowed = np.maximum(self.largest_fluctuation, LARGEST_ERROR * in_play)
         allowed += ROUNDING * np.abs(found.total)
-        grew = np.any(found.total > self.start + work + allowed, axis=1)
+        grew = self.isolated & np.any(found.total > self.start + work + allowed, axis=1)
         upright = axes(states.ring_orientation)[..., 2]
         lost = np.any(upright < math.cos(LARGEST_TILT), axis=1)
         yield Fault(grew & ~lost, lambda _: ENERGY_GREW)
         # A ring that tips between two records may also have driven the method unstable.
         also = f"; {ENERGY_GREW}"
         yield Fault(lost, lambda row: _tipped(upright[row]) + also * bool(grew[row]), TIPPED)
+        if not self.isolated:
+            apart = np.hypot(states.position[..., 0], states.position[..., 1]).max(axis=1)
+            edge = max(self.scene.inner_radius, self.scene.outer_radius)
+            yield Fault(apart > edge, lambda row: _driven_out(apart[row], edge), DRIVEN_OUT)
         if self.scene.surface == "planar":
             weight = self.scene.weight
             lift = found.lift.max(axis=1)
             yield Fault(lift > weight, lambda row: lifted(lift[row], weight), LIFTED)
+
+
+def _driven_out(apart: float, edge: float) -> str:
+    return (
+        f"the load has driven the ball {apart:.2f} m away from the axis, beyond the outer ring"
+        f" ({edge:g} m), where no well holds it"
+    )
 
 
 def _tipped(upright) -> str:

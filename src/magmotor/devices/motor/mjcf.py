@@ -5,6 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.common.arrays import Array
+from magmotor.common.checks import reject
 from magmotor.device.job import Job
 from magmotor.devices.ball.contacts import add_contacts, tune_solver
 from magmotor.devices.ball.coordinates import BallCoordinates, neg_quat, rot_vec_quat
@@ -96,7 +97,16 @@ class MotorAdapter:
 
 
 def compose_motor(scene: Motor, *, visual: bool) -> parts.Element:
-    """Compose the motor as one PyMJCF tree, decorated if `visual`."""
+    """Compose the motor as one PyMJCF tree, decorated if `visual`.
+
+    Raises
+    ------
+    ValueError
+        The motor has a load, for which MuJoCo has no force.
+    """
+    if scene.load_torque:
+        sentence = "must be zero in MuJoCo, which has no force around an axis; use another engine"
+        raise reject("load_torque", scene.load_torque, sentence)
     root = parts.load("motor", visual=visual)
     if visual:
         decorate(root, scene)

@@ -51,6 +51,7 @@ def problem(scene: Motor, initial: MotorStates) -> tuple[Callable, Array, Array]
             *map(float, scene.downhill_force[:2]),
             float(scene.drag),
             float(scene.rotational_drag),
+            float(scene.load_torque),
         ),
     )
 
@@ -77,7 +78,7 @@ def _derivative(checksum: int):
 
     def derivative(s, masses, frictions, moment, magnets, others):
         _ = checksum
-        background, (push_x, push_y, drag, turning) = others[:3], others[3:]
+        background, (push_x, push_y, drag, turning, load) = others[:3], others[3:]
         mass, r, inertia, across, axial = masses
         c, c_ring = frictions
         outer, frame, height, factor = magnets
@@ -91,6 +92,10 @@ def _derivative(checksum: int):
         far = sum_over_sources(on_ball, NOBODY, outer, outer.shape[1])
         force_x = far[0] + factor * near[0] + push_x - drag * s[2]
         force_y = far[1] + factor * near[1] + push_y - drag * s[3]
+        if load != 0.0:
+            square = s[0] * s[0] + s[1] * s[1]
+            force_x -= load * s[1] / square
+            force_y += load * s[0] / square
         field = plus((far[3], far[4], far[5]), factor, (near[3], near[4], near[5]))
         field = plus(field, 1.0, background)
         torque = plus(cross(axis, field), -turning, omega)

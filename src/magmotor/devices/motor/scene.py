@@ -83,6 +83,12 @@ class Motor(BallScene):
         "temperature kT of the background drag (default: that of Gibbs, or 0)",
         at_least=0,
     )
+    load_torque: float = quantity(
+        0.0,
+        "N m",
+        "load: torque about the vertical through the rings' center on the ball's center, as a"
+        " force load_torque/rho along e_phi, counterclockwise",
+    )
     ball_ring_factor: float = quantity(
         2.0,
         "1",
@@ -104,6 +110,12 @@ class Motor(BallScene):
         "kg m^2",
         "inner ring's moment of inertia J_3 about its axis (default: m r^2)",
         above=0,
+    )
+    inner_dipole_angle: float = quantity(
+        0.0,
+        "rad",
+        "angle by which the inner dipoles are turned out of the radius about the ring's axis,"
+        " counterclockwise from outward; other than 0 and pi, the ring is chiral",
     )
     outer_dipoles: int = quantity(5, "1", "number of dipoles M on the outer ring", at_least=1)
     outer_radius: float = quantity(0.98, "m", "radius of the outer ring", above=0)
@@ -132,6 +144,9 @@ class Motor(BallScene):
         self._check_rings()
         self._check_temperature()
         self._check_surroundings()
+        if self.load_torque and self.surface == "plane":
+            sentence = "must be zero when surface = 'plane', which needs MuJoCo, without such a force"
+            raise reject("load_torque", self.load_torque, sentence)
 
     def _check_rings(self) -> None:
         top, reach = 2 * self.ball_radius, self.inner_radius * math.sin(LARGEST_TILT)
@@ -303,8 +318,16 @@ class Motor(BallScene):
         return across, across, axial
 
     def inner_dipole_frame(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Positions (N, 3) and outward directions (N, 3) of the inner dipoles in the ring frame."""
-        return ring_dipoles(self.inner_dipoles, self.inner_radius)
+        """Positions (N, 3) and directions (N, 3) of the inner dipoles in the ring frame.
+
+        The directions are outward, turned by `inner_dipole_angle`.
+        """
+        positions, outward = ring_dipoles(self.inner_dipoles, self.inner_radius)
+        if not self.inner_dipole_angle:
+            return positions, outward
+        cosine, sine = math.cos(self.inner_dipole_angle), math.sin(self.inner_dipole_angle)
+        x, y, z = outward.T
+        return positions, np.stack([cosine * x - sine * y, sine * x + cosine * y, z], axis=1)
 
     def outer_sources(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Positions (M, 3) in m and moments (M, 3) in A m^2 of the outer ring."""

@@ -47,6 +47,7 @@ def bodies(scene: Motor) -> Bodies:
         rotational_drag=scene.rotational_drag,
         drag_noise=scene.drag_noises[0],
         rotational_drag_noise=scene.drag_noises[1],
+        load_torque=scene.load_torque,
     )
     return floats(found)
 
