@@ -35,7 +35,9 @@ from magmotor.devices.disk.theory.timesteps import (
     largest_timestep,
     potential_step_limit,
 )
+from magmotor.devices.motor.drives import axis_magnet, damper_shaking, plate_shaking
 from magmotor.devices.motor.theory import ball_injection_rate, ring_injection_rate, slip_mobility
+from magmotor.devices.motor.tolerances import motor_tolerances
 from magmotor.devices.top.theory import (
     field_under_center,
     highest_valley,
@@ -49,9 +51,11 @@ __all__ = [
     "ReducedDisk",
     "SmallMotion",
     "alias_period",
+    "axis_magnet",
     "ball_injection_rate",
     "ballistic_coefficient",
     "d_diffusion",
+    "damper_shaking",
     "eddy_drag",
     "euler_slip_variance",
     "field_under_center",
@@ -69,6 +73,8 @@ __all__ = [
     "largest_stable_step",
     "largest_timestep",
     "libration_frequency",
+    "motor_tolerances",
+    "plate_shaking",
     "position_cdf",
     "position_density",
     "potential_step_limit",

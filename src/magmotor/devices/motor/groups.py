@@ -3,7 +3,7 @@
 import math
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from magmotor.common.checks import check_choice, check_number
+from magmotor.common.checks import check_choice, check_number, reject
 from magmotor.dipoles import PERMEABILITY_OVER_4PI
 from magmotor.mjcf.magnets.grades import GRADES
 
@@ -79,7 +79,7 @@ def motor_groups(scene: "Motor") -> MotorGroups:
     )
 
 
-def resized(scene: "Motor", inner_radius: float, grade: str) -> "Motor":
+def resized(scene: "Motor", inner_radius: float, grade: str, magnet_fraction: float) -> "Motor":
     """Return the motor with the same groups, but for the weight, with other magnets.
 
     Parameters
@@ -89,15 +89,21 @@ def resized(scene: "Motor", inner_radius: float, grade: str) -> "Motor":
     inner_radius : float
         In m.
     grade : str
-        Material of the ball, such as "N40"; the dipoles of the rings have the same moment.
+        Material of the magnets, such as "N42".
+    magnet_fraction : float
+        Part of the ball's volume that is a magnet. The rest has the magnet's density, so that the
+        moment of inertia is that of a uniform ball.
     """
     length = check_number("inner_radius", inner_radius, above=0, unit="m")
     check_choice("grade", grade, tuple(GRADES))
+    part = check_number("magnet_fraction", magnet_fraction, above=0)
+    if part > 1:
+        raise reject("magnet_fraction", magnet_fraction, "must be at most 1")
     remanence, density = GRADES[grade]
     groups, radius = motor_groups(scene), scene.ball_radius * length / scene.inner_radius
     volume = 4 / 3 * math.pi * radius**3
-    moment = remanence * volume / (4 * math.pi * PERMEABILITY_OVER_4PI)
-    mass, coupling = density * volume, PERMEABILITY_OVER_4PI * moment**2
+    moment = remanence * part * volume / (4 * math.pi * PERMEABILITY_OVER_4PI)
+    mass, coupling = density * volume, PERMEABILITY_OVER_4PI * moment**2 / scene.ball_ring_factor
     unit = MotorUnits(length, mass, math.sqrt(mass * length**5 / coupling))
     friction, inertia = mass / unit.time, mass * length**2
     fields: dict[str, Any] = {

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,9 @@ from magmotor.devices.motor.groups import (
     resized,
 )
 from magmotor.dipoles import PERMEABILITY_OVER_4PI
+
+if TYPE_CHECKING:
+    from magmotor.devices.motor.bill_of_materials import BillOfMaterials
 
 LARGEST_TILT = math.radians(20)
 """Tilt of the inner ring (rad) beyond which it counts as lost, since it snaps onto the ball."""
@@ -205,14 +208,15 @@ class Motor(BallScene):
         run: str = "uniform-a",
         *,
         inner_radius: float = 0.2,
-        grade: str = "N40",
+        grade: str = "N42",
+        magnet_fraction: float = 0.42,
         **changes: Any,
     ) -> "Motor":
         """Return one of the paper's runs at a size that stands on a desk, with stronger magnets.
 
         All dimensionless groups (see `groups`) are the paper's, except for the weight, which
-        matters only for whether the ball stays on its plane. The ball is a magnet, and each dipole
-        of the rings has its moment.
+        matters only for whether the ball stays on its plane. The ball has a spherical magnet in a
+        shell of the same density; see `bill_of_materials`.
 
         Parameters
         ----------
@@ -221,12 +225,33 @@ class Motor(BallScene):
         inner_radius : float
             Radius of the inner ring, in m.
         grade : str
-            Material of the ball, as in `magnet`.
+            Material of the magnets, as in `magnet`.
+        magnet_fraction : float
+            Part of the ball's volume that is a magnet. A smaller one leaves more of the inner
+            ring's mass to what carries its magnets, and makes the motor slower.
         **changes
             These replace fields.
         """
-        scene = resized(cls.paper(run), inner_radius, grade)
+        scene = resized(cls.paper(run), inner_radius, grade, magnet_fraction)
         return scene.replace(**changes)
+
+    def bill_of_materials(self, grade: str = "N42") -> "BillOfMaterials":
+        """Return the ball and the magnets of a motor whose magnets are of this grade.
+
+        The energy of ball and inner ring is `ball_ring_factor` = F times that of two dipoles of the
+        scene's `moment`, and the energy of any other pair is once that of two of them. So it is for
+        magnets if ball and inner ring have sqrt(F) times this moment, and the outer ring 1/sqrt(F)
+        times.
+
+        Raises
+        ------
+        ValueError
+            The ball's magnet does not fit into the ball, or the inner ring's magnets are heavier
+            than the inner ring.
+        """
+        from magmotor.devices.motor.bill_of_materials import bill_of_materials
+
+        return bill_of_materials(self, grade)
 
     def replace(self, **changes: Any) -> "Motor":
         """Return a checked copy with some fields changed.
