@@ -62,12 +62,9 @@ def flights(run: xr.Dataset, scene: Motor = OWN) -> xr.Dataset:
     back = CORE * 2 * math.pi / scene.outer_dipoles
     rows = []
     for replica, theta in _rows(run):
-        points = turning_points(theta, back)
-        for begin, end in itertools.pairwise(points):
+        for begin, once, end in directed_spans(theta, back, 2 * math.pi):
             turns = (theta[end] - theta[begin]) / (2 * math.pi)
-            if abs(turns) >= 1:
-                once = begin + np.argmax(np.abs(theta[begin:] - theta[begin]) >= 2 * math.pi)
-                rows.append((replica, begin, once, end, turns, end == len(theta) - 1))
+            rows.append((replica, begin, once, end, turns, end == len(theta) - 1))
     replica, begin, once, end, turns, cut = _columns(rows, 6)
     times = run.time.values
     return _table(
@@ -137,15 +134,11 @@ def transitions(run: xr.Dataset, scene: Motor = OWN) -> xr.Dataset:
         2 pi well/M, which keeps counting after a revolution; `step`, +1 or -1, or more if the run
         is recorded too seldom; and `replica`.
     """
-    rows = []
-    for replica, theta in _rows(run):
-        sectors = theta * scene.outer_dipoles / (2 * math.pi)
-        nearest = np.rint(sectors)
-        in_core = np.abs(sectors - nearest) <= CORE
-        visited = np.maximum.accumulate(np.where(in_core, np.arange(len(theta)), 0))
-        well = nearest[visited]
-        at = np.flatnonzero(np.diff(well)) + 1
-        rows += [(replica, i, well[i], well[i] - well[i - 1]) for i in at]
+    rows = [
+        (replica, change.reached, change.well, change.step)
+        for replica, theta in _rows(run)
+        for change in well_changes(theta, scene.outer_dipoles)
+    ]
     replica, at, well, step = _columns(rows, 4).astype(int)
     return _table("transition", replica=replica, time=run.time.values[at], well=well, step=step)
 
@@ -204,6 +197,55 @@ def censored_mean(
     mean = float(values.sum() / count)
     error = float(np.sqrt(np.sum((values - mean * completed) ** 2)) / count)
     return CensoredMean(mean, error, count)
+
+
+class WellChange(NamedTuple):
+    """A transition between two wells; the first two fields are indices of records."""
+
+    left: int
+    """The last record in the core of the well that the ball leaves."""
+    reached: int
+    """The first record in the core of the other well."""
+    well: int
+    """Number of the well that is reached."""
+    step: int
+    """Change of that number."""
+
+
+def well_changes(theta: Array, count: int) -> list[WellChange]:
+    """Return the transitions between `count` wells on a path of azimuths; see `transitions`."""
+    sectors = theta * count / (2 * math.pi)
+    nearest = np.rint(sectors)
+    in_core = np.abs(sectors - nearest) <= CORE
+    visited = np.maximum.accumulate(np.where(in_core, np.arange(len(theta)), 0))
+    well = nearest[visited].astype(int)
+    return [
+        WellChange(int(visited[at - 1]), int(at), int(well[at]), int(well[at] - well[at - 1]))
+        for at in np.flatnonzero(np.diff(well)) + 1
+    ]
+
+
+def directed_spans(theta: Array, back: float, far: float) -> Iterator[tuple[int, int, int]]:
+    """Find the parts of a path that go far in one direction.
+
+    Parameters
+    ----------
+    theta : ndarray, shape (T,)
+        Azimuths in rad.
+    back : float
+        Angle, in rad, by which the ball moves back at most.
+    far : float
+        Angle, in rad, by which it moves on at least.
+
+    Yields
+    ------
+    begin, gone, end : int
+        Indices of the records where the part begins, where the ball has gone `far`, and of the end.
+    """
+    for begin, end in itertools.pairwise(turning_points(theta, back)):
+        if abs(theta[end] - theta[begin]) >= far:
+            part = np.abs(theta[begin : end + 1] - theta[begin])
+            yield begin, begin + int(np.argmax(part >= far)), end
 
 
 def turning_points(theta: Array, back: float) -> list[int]:
