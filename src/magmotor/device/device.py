@@ -14,7 +14,7 @@ from typing import Any, ClassVar, Generic, Self, TypeVar
 import xarray as xr
 
 from magmotor.common.arrays import Array
-from magmotor.common.checks import reject
+from magmotor.common.checks import check_choice, reject
 from magmotor.device.engine import Engine, Equation, MujocoAdapter
 from magmotor.device.guard import Guard
 from magmotor.device.job import Job
@@ -90,6 +90,16 @@ class Device(ABC, Generic[S, T]):
     def methods(self, scene: S) -> tuple[str, ...]:
         """Return the names `engine/scheme` of the methods that can integrate the scene."""
 
+    def check_method(self, scene: S, method: str) -> None:
+        """Check that a method is one of `methods(scene)`.
+
+        Raises
+        ------
+        ValueError
+            It is not; the message names those that are.
+        """
+        check_choice("method", method, self.methods(scene))
+
     @abstractmethod
     def check_run(
         self,
@@ -125,7 +135,7 @@ class Device(ABC, Generic[S, T]):
             A part is unknown or invalid; the message names the part, its value and the bound.
         """
 
-    def followed(self, first: T, method: str) -> T:
+    def followed(self, scene: S, first: T, method: str) -> T:
         """Return the initial state, with None for each column that the method does not compute."""
         return first
 

@@ -140,7 +140,7 @@ def recommend(
     if measure:
         _check_measured(quantity, timestep, engine)
         if method is not None:
-            check_choice("method", method, supported)
+            device.check_method(scene, method)
         found = measured(scene, error, (method,) if method else supported)
         return Recommendation(
             quantity=POSITIONS, charted="", machine="this machine", time_unit=device.time_unit,
@@ -150,7 +150,7 @@ def recommend(
     considered = _methods_of("any" if method else engine, supported)
     hint = "" if considered == supported else "; engine = 'any' considers other engines, too"
     if method is not None:
-        check_choice("method", method, supported)
+        device.check_method(scene, method)
     curves = _charted_curves(scene, considered, hint)
     if quantity is None:
         quantity = next(

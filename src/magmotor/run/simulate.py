@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from magmotor.common.arguments import checked
-from magmotor.common.checks import check_choice, check_integer, check_number, check_type, reject
+from magmotor.common.checks import check_integer, check_number, check_type, reject
 from magmotor.common.environment import physical_memory
 from magmotor.common.files import parsed_attributes
 from magmotor.common.hints import Seconds
@@ -139,7 +139,7 @@ def simulate(
         choice = recommend(scene, method=method, timestep=timestep, engine=engine)
         print(choice, file=sys.stderr)
         method, timestep = choice.method, choice.timestep
-    check_choice("method", method, methods(scene))
+    device.check_method(scene, method)
     duration = check_number("duration", duration, at_least=timestep, unit="s (one timestep)")
     seed, interval = check_seed(seed), check_integer("record_interval", interval, at_least=1)
     if interval > duration / timestep * (1 + 1e-12):
@@ -155,7 +155,7 @@ def simulate(
         raise reject("path.timestep", followed.timestep, f"must equal the timestep, {timestep:g}")
     steps = duration / timestep
     first_step = _first_step(initial, followed, method)
-    first = device.followed(device.initial_state(scene, initial, replicas), method)
+    first = device.followed(scene, device.initial_state(scene, initial, replicas), method)
     _check_memory(steps, interval, first)
     if (first_step + steps) * followed.factor > LARGEST_STEP:
         raise reject(

@@ -3,6 +3,10 @@
 V_e is the energy of a ball whose axis is aligned with the field; on a tilted floor, that of its
 weight is added. The paper writes -kappa_2 B.B, which is the same with kappa_2 = 1/|B|. The motor's
 inner ring is assumed to be level.
+
+If the center of mass is a distance a along the axis and b across it, V_e is the least energy over
+all attitudes. With the weight W, it is minus the greatest value of xi.(m B + a W) + n.(b W) over
+unit vectors xi and n at right angles: the sum of the singular values of [m B + a W, b W].
 """
 
 import math
@@ -215,7 +219,7 @@ def aligned_energy(scene: BallScene, points: ArrayLike, sources: Sources) -> Arr
     """
     centers = on_plane(scene, points)
     field = total_field(scene, centers, sources)
-    return gravitational_energy(scene, centers) - scene.moment * np.linalg.norm(field, axis=-1)
+    return gravitational_energy(scene, centers) - _alignment(scene, field)
 
 
 def aligned_force(scene: BallScene, points: ArrayLike) -> tuple[Array, Array]:
@@ -234,7 +238,41 @@ def aligned_force(scene: BallScene, points: ArrayLike) -> tuple[Array, Array]:
         Force in N; the axis is a unit vector.
     """
     force, field = _aligned(scene, points, scene.ring_sources())
-    return force, field / np.linalg.norm(field, axis=-1, keepdims=True)
+    return force, attitude(scene, field)[..., 0]
+
+
+def attitude(scene: BallScene, field: Array) -> Array:
+    """Return the axis at rest in a field, and the direction in which the center of mass is off it.
+
+    Parameters
+    ----------
+    field : ndarray, shape (..., 3)
+        In T.
+
+    Returns
+    -------
+    ndarray, shape (..., 3, 1) or (..., 3, 2)
+        Columns of unit length; there is no second one if the center of mass is on the axis.
+    """
+    if not any(scene.mass_offsets):
+        return (field / np.linalg.norm(field, axis=-1, keepdims=True))[..., np.newaxis]
+    left, _, right = np.linalg.svd(_pulls(scene, field), full_matrices=False)
+    return left @ right
+
+
+def _pulls(scene: BallScene, field: Array) -> Array:
+    """Return the vectors m B + a W and b W as columns, (..., 3, 2), in J."""
+    across, along = scene.mass_offsets
+    weight = scene.ball_mass * np.array(scene.gravity_vector)
+    pulls = scene.moment * field + along * weight
+    return np.stack([pulls, np.broadcast_to(across * weight, pulls.shape)], axis=-1)
+
+
+def _alignment(scene: BallScene, field: Array) -> Array:
+    """Return the energy (...) in J that a ball at rest has less than one without torques."""
+    if not any(scene.mass_offsets):
+        return scene.moment * np.linalg.norm(field, axis=-1)
+    return np.linalg.svd(_pulls(scene, field), compute_uv=False).sum(axis=-1)
 
 
 def total_field(scene: BallScene, centers: Array, sources: Sources) -> Array:
@@ -263,6 +301,8 @@ def _aligned(scene: BallScene, points: ArrayLike, sources: Sources) -> tuple[Arr
     centers = on_plane(scene, points)
     field = total_field(scene, centers, sources)
     moment = scene.moment * field / np.linalg.norm(field, axis=-1, keepdims=True)
+    if any(scene.mass_offsets):
+        moment = scene.moment * attitude(scene, field)[..., 0]
     force = dipoles.force_and_field(centers, moment, *sources)[0]
     return force + scene.downhill_force, field
 

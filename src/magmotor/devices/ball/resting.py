@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
-from magmotor.devices.ball.landscape import total_field
+from magmotor.devices.ball.landscape import attitude, total_field
 from magmotor.devices.ball.scene import BallScene
 
 DISPLACEMENT = 1e-4
@@ -25,7 +25,7 @@ def resting_ball(scene: BallScene) -> tuple[Array, Array]:
     """
     center = np.array([*scene.resting_place(), scene.ball_radius])
     field = total_field(scene, center, scene.ring_sources())
-    return center, field / np.linalg.norm(field)
+    return center, attitude(scene, field)[:, 0]
 
 
 def slip_friction(friction: float, radius: float, size: int) -> Array:

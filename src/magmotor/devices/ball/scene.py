@@ -64,6 +64,11 @@ class BallScene(Scene):
         """Magnetic moment of the ball, in A m^2."""
         raise NotImplementedError
 
+    @property
+    def mass_offsets(self) -> tuple[float, float]:
+        """Distances of the center of mass from the dipole, across the axis and along it, in m."""
+        return 0.0, 0.0
+
     def ring_sources(self, time: float = 0.0) -> tuple[Array, Array]:
         """Return positions (N, 3) in m and moments (N, 3) in A m^2 of the rings' dipoles."""
         raise NotImplementedError

@@ -25,8 +25,8 @@ from magmotor.devices.top.measures import MEASURES
 from magmotor.devices.top.movie import GAUGE, TopMovieContent
 from magmotor.devices.top.observables import (
     MOMENTUM_MAP,
+    conserved_momentum,
     energy,
-    momentum_map,
     top_energy_balance,
 )
 from magmotor.devices.top.plots import top_overview
@@ -50,11 +50,26 @@ class TopDevice(BallDevice[Top, BallStates]):
         """Return the names of the methods that can simulate the scene."""
         if scene.surface == "plane":
             return MUJOCO
-        if scene.ring_script or scene.inertia[0] != scene.inertia[2]:
+        if scene.ring_script or scene.inertia[0] != scene.inertia[2] or scene.is_unbalanced:
             return (*MUJOCO, "scipy/dop853")
         if scene.torsional_damping:
             return (*splittings.methods(splittings.RIGID, noise=False), *MUJOCO, "scipy/dop853")
         return (*splittings.methods(splittings.RIGID, noise=False), *MUJOCO_PLANAR, "scipy/dop853")
+
+    def check_method(self, scene: Top, method: str) -> None:
+        """Check that a method can integrate the scene, and say why not if the ball is to blame.
+
+        Raises
+        ------
+        ValueError
+            It cannot; the message names the methods that can.
+        """
+        able = self.methods(scene)
+        if scene.is_unbalanced and method not in able and method in self.methods(scene.balanced()):
+            field = "center_of_mass" if any(scene.center_of_mass) else "products_of_inertia"
+            reason = f"cannot have {field} = {getattr(scene, field)}"
+            raise reject("method", method, f"{reason}: must be one of {', '.join(able)}")
+        super().check_method(scene, method)
 
     def check_run(
         self,
@@ -100,9 +115,11 @@ class TopDevice(BallDevice[Top, BallStates]):
         """
         return start(scene)._replace(**given_parts(scene, SIZES, initial, 1))
 
-    def followed(self, first: BallStates, method: str) -> BallStates:
-        """Return the initial state, for SciPy without the orientation, which it does not follow."""
-        return first._replace(orientation=None) if method.startswith("scipy") else first
+    def followed(self, scene: Top, first: BallStates, method: str) -> BallStates:
+        """Return the initial state, for SciPy without an orientation that it does not follow."""
+        if method.startswith("scipy") and not scene.is_unbalanced:
+            return first._replace(orientation=None)
+        return first
 
     def guard(self, scene: Top, first: BallStates) -> TopGuard:
         """Return a `TopGuard`."""
@@ -122,7 +139,7 @@ class TopDevice(BallDevice[Top, BallStates]):
                 "slip velocity V_Q of the contact point",
             ),
             "momentum_map": (
-                momentum_map(scene, states.axis, spin),
+                conserved_momentum(scene, states),
                 MOMENTUM_MAP.unit,
                 f"{MOMENTUM_MAP.label} = pi . xi_3",
             ),

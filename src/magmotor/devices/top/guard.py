@@ -6,7 +6,8 @@ from numpy.typing import NDArray
 
 from magmotor.device.guard import ENERGY_GREW, LARGEST_ERROR, Fault, Guard
 from magmotor.devices.ball.device import LIFTED, lifted
-from magmotor.devices.top.observables import BallEnergy, ball_energy
+from magmotor.devices.top import unbalanced
+from magmotor.devices.top.observables import BallEnergy, ball_energy, magnetic_forces
 from magmotor.devices.top.scene import Top
 from magmotor.devices.top.states import BallStates
 
@@ -37,8 +38,12 @@ class TopGuard(Guard):
         error = LARGEST_ERROR * _in_play(found)
         yield Fault(found.total > self.largest_energy + error, lambda _: ENERGY_GREW)
         if self.scene.surface == "planar":
-            weight = self.scene.weight
-            yield Fault(found.lift > weight, lambda row: lifted(found.lift[row], weight), LIFTED)
+            weight, lift = self.scene.weight, found.lift
+            if self.scene.is_unbalanced:
+                _, force, torque = magnetic_forces(self.scene, states)
+                rate = unbalanced.vertical_momentum_rate(self.scene, states, force, torque)
+                lift = lift - rate
+            yield Fault(lift > weight, lambda row: lifted(lift[row], weight), LIFTED)
 
 
 def _in_play(energy: BallEnergy) -> NDArray:

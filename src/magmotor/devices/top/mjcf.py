@@ -67,6 +67,10 @@ def compose_top(scene: Top, *, visual: bool) -> parts.Element:
     if visual:
         decorate(root, scene)
     add_ball(root, scene, scene.inertia)
+    if scene.is_unbalanced:
+        inertial = root.find("body", "ball").inertial
+        inertial.pos, inertial.diaginertia = scene.center_of_mass, None
+        inertial.fullinertia = [*scene.inertia, *scene.products_of_inertia]
     mark(root, scene, "dipoles")
     _add_torsion(root, scene.torsional_damping)
     _place_ring(root.find("body", "ring"), scene)

@@ -23,12 +23,19 @@ class TopMovieContent:
     """See `magmotor.device.movie.MovieContent`; `value` is J."""
 
     near = "ball"
-    needs: tuple[str, ...] = ("position", "axis", "slip_velocity", "momentum_map")
+    needs: tuple[str, ...] = (
+        "position",
+        "axis",
+        "angular_velocity",
+        "slip_velocity",
+        "momentum_map",
+    )
 
     def __init__(self, run: xr.Dataset, scene: Top, times: NDArray[np.float64]):
         self.run, self.scene, self.times = run, scene, times
         self.path, self.trail = run.position.values, 0.25 * scene.ball_radius
         self.value = between(run, run.momentum_map.values, times)
+        self.spin = between(run, SPIN(run, scene).values, times)
         largest = np.abs(run.momentum_map.values).max()
         self.exponent = int(np.floor(np.log10(max(largest, style.NO_SPIN * scene.inertia[2]))))
 
@@ -39,8 +46,8 @@ class TopMovieContent:
     def lines(self, i: int) -> list[str]:
         """Return spin, J and, if the ring moves, its pose."""
         momentum, power = self.value[i], str(self.exponent).translate(TYPESET)
-        spin, size = momentum / self.scene.inertia[2], momentum / 10.0**self.exponent
-        lines = [f"spin  {spin:+z.2f} rad/s", f"J  {size:+z.2f} × 10{power} kg m²/s"]
+        size = momentum / 10.0**self.exponent
+        lines = [f"spin  {self.spin[i]:+z.2f} rad/s", f"J  {size:+z.2f} × 10{power} kg m²/s"]
         if self.scene.ring_script:
             height, tilt = self.scene.ring_pose(float(self.times[i]))
             lines.append(f"ring  {100 * height:.1f} cm high, tilt {np.degrees(tilt):.1f}°")
@@ -48,9 +55,9 @@ class TopMovieContent:
 
 
 GAUGE = Gauge(
-    name="spin J/I₃",
+    name="spin about ξ₃",
     unit=SPIN.unit,
-    needs=("position", "momentum_map"),
+    needs=("position", "axis", "angular_velocity", "momentum_map"),
     values=lambda run, scene: SPIN(run, scene).values,
     alike=("ball_radius", "surface", "ring_dipoles", "ring_radius"),
     height=lambda scene: max([way.height for way in scene.ring_script] or [scene.ring_height]),

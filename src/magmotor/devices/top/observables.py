@@ -10,15 +10,25 @@ from scipy.spatial.transform import Rotation
 from magmotor import dipoles
 from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
+from magmotor.common.checks import reject
 from magmotor.common.hints import Vectors
-from magmotor.device.analysis import OWN, analysis
+from magmotor.device.analysis import OWN, analysis, checked_run
 from magmotor.device.observable import Observable, labeled
 from magmotor.devices.ball.scene import gravitational_energy
+from magmotor.devices.top import unbalanced
 from magmotor.devices.top.scene import Top
-from magmotor.devices.top.states import BallStates
+from magmotor.devices.top.states import BallStates, states_of
 
 MOMENTUM_MAP = Observable(lambda run, scene: run.momentum_map, "kg m^2/s", "momentum map J")
-SPIN = Observable(lambda run, scene: run.momentum_map / scene.inertia[2], "rad/s", "spin J/I_3")
+SPIN = Observable(
+    lambda run, scene: (
+        (run.angular_velocity * run.axis).sum("space")
+        if scene.is_unbalanced
+        else run.momentum_map / scene.inertia[2]
+    ),
+    "rad/s",
+    "spin about xi_3",
+)
 DISTANCE = Observable(
     lambda run, scene: np.hypot(run.position.sel(space="x"), run.position.sel(space="y")),
     "m",
@@ -42,8 +52,24 @@ class BallEnergy(NamedTuple):
 
 @checked
 def momentum_map(scene: Top, axis: Vectors, angular_velocity: Vectors) -> Array:
-    """Compute J = pi . xi_3 = I_3 omega . xi_3 in kg m^2/s; shapes (..., 3) -> (...)."""
+    """Compute J = pi . xi_3 = I_3 omega . xi_3 in kg m^2/s; shapes (..., 3) -> (...).
+
+    Raises
+    ------
+    ValueError
+        The ball is not balanced, so that J also depends on its velocity and orientation.
+    """
+    if scene.is_unbalanced:
+        sentence = "must be a balanced ball; simulate records the momentum map of another one"
+        raise reject("scene", scene, sentence)
     return scene.inertia[2] * np.sum(axis * angular_velocity, axis=-1)
+
+
+def conserved_momentum(scene: Top, states: BallStates) -> Array:
+    """Compute J, shape (T,), which is conserved without friction if the ball is balanced."""
+    if scene.is_unbalanced:
+        return unbalanced.momentum_along_axis(scene, states)
+    return momentum_map(scene, states.axis, states.angular_velocity)
 
 
 @checked
@@ -83,17 +109,23 @@ def energy(scene: Top, states: BallStates) -> Array:
 
 def ball_energy(scene: Top, states: BallStates) -> BallEnergy:
     """Compute energies and lift with one evaluation of the field, without checks."""
+    magnetic, force, _ = magnetic_forces(scene, states)
+    lift = force[:, 2]
+    raised = gravitational_energy(scene, states.position)
+    if scene.is_unbalanced:
+        kinetic = unbalanced.kinetic_energy(scene, states)
+        raised += unbalanced.raised_energy(scene, states)
+        return BallEnergy(kinetic + magnetic + raised, kinetic, magnetic, lift)
     across, _, axial = scene.inertia
     spin = states.angular_velocity
     about = np.sum(spin * states.axis, axis=-1)
     turning = across * np.sum(spin**2, axis=-1) + (axial - across) * about**2
     kinetic = 0.5 * (scene.ball_mass * np.sum(states.velocity**2, axis=-1) + turning)
-    magnetic, lift = _magnetic(scene, states)
-    raised = gravitational_energy(scene, states.position)
     return BallEnergy(kinetic + magnetic + raised, kinetic, magnetic, lift)
 
 
-def _magnetic(scene: Top, states: BallStates) -> tuple[Array, Array]:
+def magnetic_forces(scene: Top, states: BallStates) -> tuple[Array, Array, Array]:
+    """Compute the magnetic energy in J (T,), the force in N and the torque in N m, (T, 3) each."""
     position, axis, sources = states.position, states.axis, scene.ring_sources()
     rotation = None
     if scene.ring_script:  # the dipoles are at rest in the frame of the ring
@@ -103,9 +135,11 @@ def _magnetic(scene: Top, states: BallStates) -> tuple[Array, Array]:
         dipole_positions, outward = scene.ring_dipole_frame()
         sources = dipole_positions, scene.moment * outward
     force, field = dipoles.force_and_field(position, scene.moment * axis, *sources)
-    lift = (force if rotation is None else rotation.apply(force))[:, 2]
     energy = np.sum(axis * field, axis=-1) + np.sum(states.axis * scene.background_field, axis=-1)
-    return -scene.moment * energy, lift
+    if rotation is not None:
+        force, field = rotation.apply(force), rotation.apply(field)
+    torque = scene.moment * np.cross(states.axis, field + scene.background_field)
+    return -scene.moment * energy, force, torque
 
 
 @analysis(
@@ -115,8 +149,9 @@ def _magnetic(scene: Top, states: BallStates) -> tuple[Array, Array]:
 def momentum_balance(run: xr.Dataset, scene: Top = OWN) -> xr.Dataset:
     """Compare J with the integral of the friction torque.
 
-    The torque is that of drag and of the viscous friction of slip and torsion, which always act.
-    Dry friction and a ball that leaves the plane therefore contribute to the residual.
+    The torque is that of drag and of the viscous friction of slip and torsion, which always act; if
+    the ball is not balanced, also that of the weight and of inertia. Dry friction and a ball that
+    leaves the plane therefore contribute to the residual.
 
     Parameters
     ----------
@@ -134,12 +169,16 @@ def momentum_balance(run: xr.Dataset, scene: Top = OWN) -> xr.Dataset:
     axis, spin = run.axis.values, run.angular_velocity.values
     torque -= scene.torsional_damping * spin[:, 2] * axis[:, 2]
     torque -= scene.rotational_drag * np.sum(spin * axis, axis=-1)
+    if scene.is_unbalanced:
+        needs = "position", "velocity", "orientation"
+        run = checked_run("run", run, needs, (Top,), replicas=False)
+        torque += unbalanced.unbalanced_torque(scene, states_of(run))
     integral = run.momentum_map.values[0] + _integrate(run.time.values, torque)
     residual = run.momentum_map.values - integral
     columns = {"torque": torque, "integral": integral, "residual": residual}
     data = {k: ("time", v) for k, v in columns.items()}
     labels = {
-        "torque": ("N m", "torque of friction about the axis"),
+        "torque": ("N m", "torque about the axis, which changes J"),
         "integral": (MOMENTUM_MAP.unit, "J(0) plus the integral of the torque"),
         "residual": (MOMENTUM_MAP.unit, "residual of the momentum balance"),
     }

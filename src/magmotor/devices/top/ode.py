@@ -5,6 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from magmotor.common.arrays import Array
+from magmotor.devices.top import unbalanced_ode
 from magmotor.devices.top.scene import Top
 from magmotor.devices.top.states import BallStates
 from magmotor.dipoles import NOBODY, pack_sources, sum_over_sources
@@ -12,7 +13,12 @@ from magmotor.numerics.numba_cache import compiled_once
 
 
 def problem(scene: Top, initial: BallStates) -> tuple[Callable, Array, Array]:
-    """Return right-hand side, initial state and scales of (x, v, xi_3, pi)."""
+    """Return right-hand side, initial state and scales of (x, v, xi_3, pi).
+
+    A ball that is not balanced has an equation of its own.
+    """
+    if scene.is_unbalanced:
+        return unbalanced_ode.problem(scene, initial)
     inertia, _, axial = scene.inertia
     c, r, m, mu = scene.friction, scene.ball_radius, scene.ball_mass, scene.moment
     parameters = (c, r, m, inertia, axial, mu)
@@ -76,6 +82,8 @@ def _derivative(checksum: int):
 
 def states(scene: Top, time: Array, rows: Array) -> BallStates:
     """Convert rows of the solution to recorded states."""
+    if scene.is_unbalanced:
+        return unbalanced_ode.states(scene, time, rows)
     inertia, _, axial = scene.inertia
     flat = np.zeros((len(rows), 1))
     axis, momentum = rows[:, 4:7], rows[:, 7:10]

@@ -78,7 +78,7 @@ def _draw_energy(axes: "Axes", run: xr.Dataset, scene: Top) -> None:
 
 
 def draw_momentum(axes: "Axes", run: xr.Dataset, scene: Top) -> tuple[list["Line2D"], float]:
-    """Draw J from the simulation and as the integral of the friction torque.
+    """Draw J from the simulation and as the integral of the torque that changes it.
 
     Returns
     -------
@@ -88,13 +88,18 @@ def draw_momentum(axes: "Axes", run: xr.Dataset, scene: Top) -> tuple[list["Line
     """
     balance = momentum_balance(run, scene)
     lines = axes.plot(run.time, run.momentum_map, color=style.BLUE, lw=3, label="simulated")
-    label = r"theory: $J(0) + \int c\,r\,\xi_3\cdot(e_z\times V_Q)\,dt$"
+    torque = r"c\,r\,\xi_3\cdot(e_z\times V_Q)"
+    if scene.is_unbalanced:
+        torque = r"[" + torque + r"+\xi_3\cdot(s\times mg)+\cdots]"
+    label = rf"theory: $J(0) + \int {torque}\,dt$"
     lines += axes.plot(run.time, balance.integral, "--", color=style.ORANGE, label=label)
     axes.set(xlabel="t (s)", ylabel="J (kg m²/s)")
     inertia = scene.inertia[2]
     least = style.NO_SPIN * inertia
     if np.abs(run.momentum_map).max() < least:
         axes.set_ylim(-least, least)
+    if scene.is_unbalanced:  # then the spin does not follow from J
+        return lines, float(np.abs(balance.residual).max())
     to_spin = (lambda J: np.asarray(J) / inertia, lambda spin: np.asarray(spin) * inertia)
     spin = axes.secondary_yaxis("right", functions=to_spin)
     spin.set_ylabel("spin (rad/s)")

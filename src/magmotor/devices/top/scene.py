@@ -3,7 +3,7 @@
 import math
 from bisect import bisect_right
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,6 +73,8 @@ def check_script(
 
 PAPER_TILT = math.pi / 64
 SMALLEST_DRY_FRICTION = 1e-5
+ROUNDING = 1e-12
+"""Relative rounding error of principal moments of inertia."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,6 +96,14 @@ class Top(BallScene):
     )
     ball_axial_inertia: float | None = quantity(
         None, "kg m^2", "moment of inertia about the axis xi_3 (default: 2/5 m r^2)", above=0
+    )
+    center_of_mass: tuple[float, float, float] = quantity(
+        (0.0, 0.0, 0.0), "m", "center of mass in the ball's frame, from the ball's center"
+    )
+    products_of_inertia: tuple[float, float, float] = quantity(
+        (0.0, 0.0, 0.0),
+        "kg m^2",
+        "elements xy, xz, yz of the inertia about the center of mass in the ball's frame",
     )
     friction: float = quantity(0.3, "kg/s", "viscous friction c: force = -c V_Q", at_least=0)
     torsional_damping: float = quantity(
@@ -151,8 +161,27 @@ class Top(BallScene):
             limit = 2 * self.inertia[0]
             sentence = f"must be at most twice the moment across the axis, {limit:g} kg m^2"
             raise reject("ball_axial_inertia", self.inertia[2], sentence)
+        if self.is_unbalanced:
+            self._check_mass_distribution()
         self._check_dry_friction()
         self._check_surroundings()
+
+    def _check_mass_distribution(self) -> None:
+        """Check that a ball can have this center of mass and these products of inertia."""
+        distance = math.hypot(*self.center_of_mass)
+        if distance >= self.ball_radius:
+            sentence = f"must be within the ball: its distance, {distance:g} m, must be less than"
+            raise reject("center_of_mass", self.center_of_mass, f"{sentence} {self.ball_radius:g}")
+        low, middle, high = np.linalg.eigvalsh(self.inertia_about_center_of_mass).tolist()
+        if low <= 0:
+            sentence = f"are too large: the smallest principal moment, {low:g} kg m^2, must be > 0"
+            raise reject("products_of_inertia", self.products_of_inertia, sentence)
+        if high > (low + middle) * (1 + ROUNDING):
+            sentence = (
+                f"are too large: the largest principal moment, {high:g} kg m^2, must be at most the"
+                f" sum of the others, {low + middle:g}"
+            )
+            raise reject("products_of_inertia", self.products_of_inertia, sentence)
 
     def _check_dry_friction(self) -> None:
         """Check the order: MuJoCo's rolling friction needs torsional, and that needs Coulomb's."""
@@ -207,11 +236,33 @@ class Top(BallScene):
 
     @property
     def inertia(self) -> tuple[float, float, float]:
-        """Principal moments of inertia (I, I, I_3) in kg m^2."""
+        """Moments of inertia (I, I, I_3) across and about xi_3, in kg m^2."""
         sphere = 0.4 * self.ball_mass * self.ball_radius**2
         across = sphere if self.ball_inertia is None else self.ball_inertia
         axial = sphere if self.ball_axial_inertia is None else self.ball_axial_inertia
         return across, across, axial
+
+    @property
+    def is_unbalanced(self) -> bool:
+        """Whether the center of mass is not at the dipole, or xi_3 is not an axis of symmetry."""
+        return any(self.center_of_mass) or any(self.products_of_inertia)
+
+    def balanced(self) -> Self:
+        """Return a copy whose center of mass is at the dipole and whose axis is one of symmetry."""
+        zero = (0.0, 0.0, 0.0)
+        return self.replace(center_of_mass=zero, products_of_inertia=zero)
+
+    @property
+    def inertia_about_center_of_mass(self) -> NDArray[np.float64]:
+        """Inertia matrix about the center of mass in the ball's frame, (3, 3), in kg m^2."""
+        xy, xz, yz = self.products_of_inertia
+        return np.diag(self.inertia) + np.array([[0, xy, xz], [xy, 0, yz], [xz, yz, 0]])
+
+    @property
+    def mass_offsets(self) -> tuple[float, float]:
+        """Distances of the center of mass from the dipole, across xi_3 and along it, in m."""
+        x, y, z = self.center_of_mass
+        return math.hypot(x, y), z
 
     @property
     def dry_friction(self) -> tuple[float, float, float]:

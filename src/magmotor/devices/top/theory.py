@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from magmotor import dipoles
 from magmotor.common.arguments import checked
@@ -17,6 +18,7 @@ from magmotor.devices.ball.resting import (
     stiffness,
 )
 from magmotor.devices.ball.slip import mobility
+from magmotor.devices.top import unbalanced
 from magmotor.devices.top.scene import Top
 from magmotor.dipoles import PERMEABILITY_OVER_4PI
 from magmotor.numerics.linear_stability import SmallMotion
@@ -70,14 +72,22 @@ def small_motion(scene: Top) -> SmallMotion:
     across, _, axial = scene.inertia
     position, axis = resting_ball(scene)
     sources = scene.ring_sources()
+    inertia = scene.ball_mass * np.eye(5)
+    inertia[2:, 2:] = across * np.eye(3) + (axial - across) * np.outer(axis, axis)
+    lever, weight = np.zeros(3), scene.ball_mass * np.array(scene.gravity_vector)
+    if scene.is_unbalanced:
+        rotation = unbalanced.resting_rotation(scene)
+        lever = rotation.apply(scene.center_of_mass)[0]
+        inertia = unbalanced.planar_mass_matrix(scene, rotation)[0]
 
     def force(q: Array) -> Array:
         centers, moments = moved(scene, position, axis, q)
         push, twist = dipoles.wrench(centers, moments, *sources)
-        return np.hstack([push[:, :2], twist + np.cross(moments, scene.background_field)])
+        twist = twist + np.cross(moments, scene.background_field)
+        if lever.any():
+            twist = twist + np.cross(Rotation.from_rotvec(q[:, 2:5]).apply(lever), weight)
+        return np.hstack([push[:, :2], twist])
 
-    inertia = scene.ball_mass * np.eye(5)
-    inertia[2:, 2:] = across * np.eye(3) + (axial - across) * np.outer(axis, axis)
     friction = slip_friction(scene.friction, scene.ball_radius, 5)
     friction[4, 4] += scene.torsional_damping
     damper = background_drag(scene, 5)
