@@ -205,7 +205,9 @@ def test_a_ball_that_its_swing_lifts_ends_the_run():
         if not lifts:
             mm.simulate(fast, **run)
             continue
-        with pytest.raises(mm.PhysicalEvent, match="lift"):
+        with pytest.raises(
+            mm.PhysicalEvent, match=r"the plane cannot hold the ball down, .* 0.0371 N"
+        ):
             mm.simulate(fast, **run)
 
 
@@ -217,10 +219,10 @@ def test_the_effective_potential_is_the_least_energy_over_attitudes(point):
         place = np.array([x, y, SCENE.ball_radius])
         R = Rotation.from_rotvec(turn)
         field = mm.dipoles.field(place, *sources) + SCENE.background_field
-        pull = weight @ (R.apply(SCENE.center_of_mass) + [x, y, 0])
+        pull = weight @ (R.apply(SCENE.center_of_mass) + np.array([x, y, 0]))
         return -SCENE.moment * R.apply([0, 0, 1]) @ field - pull
 
-    starts = Rotation.random(8, rng=1).as_rotvec()
+    starts = Rotation.random(8, rng=np.random.default_rng(1)).as_rotvec()
     found = min(
         (minimize(energy, turn, args=point, method="BFGS", tol=1e-12) for turn in starts),
         key=lambda each: each.fun,
@@ -302,7 +304,7 @@ def test_methods_are_refused_by_name():
     with pytest.raises(ValueError, match=r"'variational/verle': must be one of mujoco/euler"):
         mm.simulate(heavy, method="variational/verle", timestep=0.01, duration=1)
     axis = np.array([[0.0, 0, 1]])
-    with pytest.raises(ValueError, match="scene = .*: must be a balanced ball"):
+    with pytest.raises(ValueError, match=r"scene = .*: must be a balanced ball"):
         mm.observables.momentum_map(heavy, axis, axis)
 
 

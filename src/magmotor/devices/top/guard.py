@@ -38,12 +38,19 @@ class TopGuard(Guard):
         error = LARGEST_ERROR * _in_play(found)
         yield Fault(found.total > self.largest_energy + error, lambda _: ENERGY_GREW)
         if self.scene.surface == "planar":
-            weight, lift = self.scene.weight, found.lift
-            if self.scene.is_unbalanced:
-                _, force, torque = magnetic_forces(self.scene, states)
-                rate = unbalanced.vertical_momentum_rate(self.scene, states, force, torque)
-                lift = lift - rate
-            yield Fault(lift > weight, lambda row: lifted(lift[row], weight), LIFTED)
+            yield self._lift(states, found.lift)
+
+    def _lift(self, states: BallStates, lift: NDArray) -> Fault:
+        """Return the test of whether the plane would have to pull the ball."""
+        weight = self.scene.weight
+        if not self.scene.is_unbalanced:
+            return Fault(lift > weight, lambda row: lifted(lift[row], weight), LIFTED)
+        _, force, torque = magnetic_forces(self.scene, states)
+        pull = lift - weight - unbalanced.vertical_momentum_rate(self.scene, states, force, torque)
+        reason = (
+            "the plane cannot hold the ball down, which its swinging mass and the magnets lift by"
+        )
+        return Fault(pull > 0, lambda row: f"{reason} {pull[row]:.3g} N", LIFTED)
 
 
 def _in_play(energy: BallEnergy) -> NDArray:
