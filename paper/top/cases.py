@@ -35,6 +35,9 @@ METHODS = ("mujoco/rk4", "variational/cayley")
 NEARBY = 1e-9
 """Initial distance, in m, of two runs whose paths diverge."""
 
+HOLE = 0.05
+"""Share of the area from which on a hole makes a disk an annulus."""
+
 STARTS = ((0.01, 0.005), (0.02, 0.01), (0.01, -0.03), (-0.01, 0.02), (-0.03, 0.005))
 """Further initial positions of the fourth case, in m."""
 
@@ -140,9 +143,10 @@ def claims_of_case_1(run: Run) -> list[Claim]:
     crossed = run.radius.max() > 1.1 * circle
     erratic, measured = _erratic(run)
     return [
-        _preserved(run, "J(t) is preserved; no curious rotation"),
+        _preserved(run, "(b) shows that J(t) is preserved as predicted by the theory"),
         judged(
-            "The top bounces between the local maximum at the center and the circle of minima",
+            "(a) shows that the top bounces between the local maximum at the center and the circle"
+            " of minima",
             f"{reach}: it crosses the circle and turns back beyond it" if crossed else reach,
             not crossed,
             otherwise="in part",
@@ -155,24 +159,27 @@ def claims_of_case_2(run: Run) -> list[Claim]:
     """Return the claims of (fig:contilt)."""
     erratic, measured = _erratic(run)
     energy = float(run.mujoco.energy[0])
-    (x, across), outer = forbidden_hole(run.scene, energy)
+    (x, across), outer, share = forbidden_hole(run.scene, energy)
     later = run.radius[run.mujoco.time.values > 5]
     angle = np.unwrap(np.arctan2(run.plane_position[:, 1], run.plane_position[:, 0] - x.mean()))
     sectors = np.unique(np.floor(18 * angle / np.pi) % 36)
+    annular = erratic and x[0] < 0 < x[1] and later.max() <= outer and len(sectors) == 36
     return [
-        _preserved(run, "J(t) is preserved; no curious rotation"),
+        _preserved(run, "(b) confirms that J(t) is preserved; no curious rotation in this case"),
         judged(
-            "The top moves erratically within an annulus",
+            "(a) shows that the top moves erratically within an annulus",
             f"its energy, {1e3 * energy:.3f} mJ, excludes a hole around the maximum,"
             f" x from {x[0]:.3f} to {x[1]:.3f} m and |y| ≤ {across:.3f} m, and everything beyond ρ"
             f" = {outer:.3f} m; after 5 s it is at ρ from {later.min():.3f} to {later.max():.3f}"
-            f" m, in {len(sectors)} of 36 directions; {measured}",
-            erratic and x[0] < 0 < x[1] and later.max() <= outer and len(sectors) == 36,
+            f" m, in {len(sectors)} of 36 directions; {measured}. But the hole has only"
+            f" {100 * share:.2f} % of the area: the annulus is nearly a disk",
+            annular and share > HOLE,
+            otherwise="in part" if annular else "wrong",
         ),
     ]
 
 
-def forbidden_hole(scene: Top, energy: float) -> tuple[tuple[np.ndarray, float], float]:
+def forbidden_hole(scene: Top, energy: float) -> tuple[tuple[np.ndarray, float], float, float]:
     """Find where V_e exceeds an energy (J): the hole around its maximum, and the outside.
 
     Returns
@@ -181,6 +188,8 @@ def forbidden_hole(scene: Top, energy: float) -> tuple[tuple[np.ndarray, float],
         Smallest and largest x, shape (2,), and largest abs(y); all zero if there is no hole.
     outer : float
         Largest distance from the center, in m, that the energy allows.
+    share : float
+        Area of the hole over that of the hole and what the energy allows around it.
     """
     highest = [p for p in observables.critical_points(scene) if p.kind == "maximum"]
     grid = np.linspace(-1.5 * scene.ring_radius, 1.5 * scene.ring_radius, 1021)  # every mm
@@ -188,12 +197,14 @@ def forbidden_hole(scene: Top, energy: float) -> tuple[tuple[np.ndarray, float],
     allowed = observables.effective_potential(scene, points) <= energy
     outer = float(np.hypot(*points[allowed].T).max())
     if not highest or highest[-1].energy <= energy:
-        return (np.zeros(2), 0.0), outer
+        return (np.zeros(2), 0.0), outer, 0.0
     regions = np.empty(allowed.shape, dtype=np.intp)
     label(~allowed, output=regions)
     column, row = (int(np.abs(grid - value).argmin()) for value in highest[-1].position)
-    x, y = points[regions == regions[row, column]].T
-    return (np.array([x.min(), x.max()]), float(np.abs(y).max())), outer
+    hole = regions == regions[row, column]
+    share = float(hole.sum() / (hole.sum() + allowed.sum()))
+    x, y = points[hole].T
+    return (np.array([x.min(), x.max()]), float(np.abs(y).max())), outer, share
 
 
 def claims_of_case_3(run: Run) -> list[Claim]:
@@ -211,7 +222,8 @@ def claims_of_case_3(run: Run) -> list[Claim]:
     from_case_4 = _spin(scene.replace(position=tilted.position)), _spin(tilted)
     return [
         judged(
-            "The top moves from the center to a point that minimizes the potential energy",
+            "(a) shows that the top moves from the local maximum at the center to a point that"
+            " minimizes the potential energy",
             f"it ends at ρ = {run.radius[-1]:.4f} m (the deepest points are at {radius:.4f} m),"
             f" {100 * (1 - above[1] / above[0]):.2f} % of the way down; but along the ring there"
             f" are {scene.ring_dipoles} minima, {1e6 * ripple:.2f} µJ deep, and in the last 100 s"
@@ -221,7 +233,7 @@ def claims_of_case_3(run: Run) -> list[Claim]:
             otherwise="in part" if on_ring and above[1] < ripple else "wrong",
         ),
         judged(
-            "No spin develops",
+            "However, (b) shows that no spin develops",
             f"|spin| ≤ {spin:.2g} rad/s, {100 * spin / most:.0f} % of the {most:.2f} rad/s under"
             " the tilted ring from the same start (from case 4's start"
             f" {from_case_4[0]:.2g} of {from_case_4[1]:.2f} rad/s,"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from magmotor import observables
+from magmotor import observables, theory
 from magmotor.common import style
 from magmotor.common.style import save_small
 from magmotor.devices.top.scene import PAPER_TILT, Top
@@ -70,13 +70,15 @@ def claims_of_the_sections(sections: list[Landscape]) -> list[Claim]:
     )
     return [
         judged(
-            "With no tilt the surface is axisymmetric and has a ring of minima",
+            "With no tilt in the ring, the potential energy surface is axisymmetric and has a ring"
+            " of minima",
             f"valley at ρ = {np.mean(around):.4f} m, to {1e6 * np.ptp(around):.0f} µm all around;"
             f" the section is symmetric to {asymmetry:.0e} of its depth",
             float(np.ptp(around)) < 1e-3 and asymmetry < 1e-6,
         ),
         judged(
-            "Tilted slightly, a unique local minimum exists across from a saddle point",
+            "If the ring is tilted slightly, a unique local minimum exists across from a saddle"
+            " point",
             f"{len(minima)} minimum, {1e3 * lowest_point.energy:.3f} mJ at ρ ="
             f" {math.hypot(*lowest_point.position):.4f} m; {angle:.0f}° around from it, a saddle,"
             f" {1e3 * saddle.energy:.3f} mJ at ρ = {math.hypot(*saddle.position):.4f} m. The"
@@ -138,56 +140,90 @@ GRID = np.linspace(-5.0, 5.0, 101)
 """In m; the paper does not state its unit."""
 
 
-def compute_surfaces(_quick: bool) -> list[Landscape]:
+FINER, HIGHER = 40, 5.0
+"""A finer ring's number of dipoles, and the height of a ring that leaves a minimum below it."""
+
+
+@dataclass(frozen=True)
+class Surfaces:
+    """V_e of the figure's three rings, and the critical points of two others."""
+
+    shown: list[Landscape]
+    finer: list[CriticalPoint]
+    higher: list[CriticalPoint]
+
+
+def compute_surfaces(_quick: bool) -> Surfaces:
     """Compute V_e for the paper's caption: r = 0.3, H = 2, 25 dipoles, r_ring = 4."""
-    surfaces = []
     plane = np.stack(np.meshgrid(GRID, GRID), axis=-1)
-    for tilt, azimuth in ORIENTATIONS:
-        scene = Top(
-            ball_radius=0.3, ring_height=2.0, ring_dipoles=25, ring_radius=4.0, tilt=tilt,
-            tilt_azimuth=azimuth, coupling=1.0,
-        )  # fmt: skip
-        surfaces.append(landscape(scene, plane))
-    return surfaces
+    level = Top(
+        ball_radius=0.3, ring_height=2.0, ring_dipoles=25, ring_radius=4.0, tilt=0.0, coupling=1.0
+    )
+    shown = [
+        landscape(level.replace(tilt=tilt, tilt_azimuth=azimuth), plane)
+        for tilt, azimuth in ORIENTATIONS
+    ]
+    others = level.replace(ring_dipoles=FINER), level.replace(ring_height=HIGHER)
+    return Surfaces(shown, *map(observables.critical_points, others))
 
 
-def claims_of_the_surfaces(surfaces: list[Landscape]) -> list[Claim]:
+def claims_of_the_surfaces(surfaces: Surfaces) -> list[Claim]:
     """Return the claims of (fig:potentialsurface) and of the remark before it."""
-    level, tilted, mirrored = surfaces
-    minima, saddles, deepest = level.of("minimum"), level.of("saddle"), tilted.of("minimum")
-    depth = -minima[0].energy
-    ripple = (max(point.energy for point in saddles) + depth) / depth
-    center = min(level.points, key=lambda point: math.hypot(*point.position))
+    level, tilted, mirrored = surfaces.shown
+    deepest = tilted.of("minimum")
+    depth = -level.of("minimum")[0].energy
+    ripple, finer = _ripple(level.points), _ripple(surfaces.finer)
+    center, below = _at_the_center(level.points), _at_the_center(surfaces.higher)
     x, y = deepest[0].position
+    barrier = (tilted.of("saddle")[-1].energy - deepest[0].energy) / -deepest[0].energy
     deeper = -deepest[0].energy / depth - 1
+    highest = theory.highest_valley(level.scene)
     return [
         judged(
-            "Axisymmetric, the origin is an unstable critical point, a local maximum",
-            f"the critical point at the origin is a {center.kind}",
-            center.kind == "maximum" and math.hypot(*center.position) < 1e-6,
+            "The origin is an unstable critical point, since f has a local maximum at that point"
+            " (the ring is above the ball)",
+            f"with the figure's parameters the critical point at the origin is a {center}. But"
+            f" under a ring higher than H = {highest:.2f} it is a {below} (at H = {HIGHER:g})",
+            center == below == "maximum",
+            otherwise="in part" if center == "maximum" else "wrong",
         ),
         judged(
-            "The other critical points are a circle, unstable along it",
-            f"{len(minima)} minima and {len(saddles)} saddles, due to a ripple of {ripple:.1e} of"
-            " the depth: a circle as N → ∞",
-            ripple < 1e-3,
+            "Since f is axisymmetric this critical point is not a local minimum in the plane, but"
+            " rather a circle of critical points",
+            f"{len(level.of('minimum'))} minima and {len(level.of('saddle'))} saddles, due to a"
+            f" ripple of {ripple:.1e} of the depth; {finer:.0e} with {FINER} dipoles: a circle as"
+            " N → ∞, along which nothing drives the ball nor brings it back",
+            ripple < 1e-3 and finer < 1e-2 * ripple,
         ),
         judged(
-            "By tilting the ring one can obtain a critical point which is a local minimum",
+            "When the axisymmetry is broken by changing the orientation of the ring, there is a"
+            " critical point that is a local minimum",
             f"{len(deepest)} {'minimum' if len(deepest) == 1 else 'minima'} (azimuth π:"
             f" {len(mirrored.of('minimum'))}, as 25 dipoles have no mirror image), the"
             f" deepest at ({x:.2f}, {abs(y):.2f}) and {100 * deeper:.0f} % deeper than without"
-            " tilt",
-            deeper > 0.1,
+            f" tilt, {100 * barrier:.0f} % of its depth below the highest saddle",
+            deeper > 0.1 and barrier > 100 * ripple,
         ),
     ]
 
 
-def draw_surfaces(surfaces: list[Landscape], path: Path) -> None:
+def _ripple(points: list[CriticalPoint]) -> float:
+    """Return the height of the saddles above the minima, over their depth."""
+    depth = -points[0].energy
+    return (max(point.energy for point in points if point.kind == "saddle") + depth) / depth
+
+
+def _at_the_center(points: list[CriticalPoint]) -> str:
+    """Return the kind of the critical point under the center of a level ring."""
+    nearest = min(points, key=lambda point: math.hypot(*point.position))
+    return nearest.kind if math.hypot(*nearest.position) < 1e-6 else "regular point"
+
+
+def draw_surfaces(surfaces: Surfaces, path: Path) -> None:
     """Draw the three surfaces, and their level lines with all critical points."""
-    lowest = min(float(surface.values.min()) for surface in surfaces)
+    lowest = min(float(surface.values.min()) for surface in surfaces.shown)
     with style.figure(12.6, 8.4) as figure:
-        for number, surface in enumerate(surfaces, start=1):
+        for number, surface in enumerate(surfaces.shown, start=1):
             axes: Any = figure.add_subplot(2, 3, number, projection="3d", computed_zorder=False)
             x, y = np.meshgrid(GRID, GRID)
             axes.plot_surface(

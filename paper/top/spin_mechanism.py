@@ -123,14 +123,16 @@ def claims(torques: Torques) -> list[Claim]:
     spin, across = (float(np.sqrt(np.mean(w[late] ** 2))) for w in (torques.spin, torques.across))
     return [
         judged(
-            "The friction's torque is in directions orthogonal to the moment arm q",
+            "The torque due to the sliding friction is in directions orthogonal to the moment arm"
+            " q",
             "q is vertical, and the ball gains angular momentum about the vertical only from the"
             f" magnets: any other gain is at most {vertical:.0e} of friction's total angular"
             " impulse",
             vertical < 1e-4,
         ),
         judged(
-            "The magnetic torque counters the torques about the axes perpendicular to ξ₃",
+            "The torque due to the magnetic field counters the torques about the axes perpendicular"
+            " to ξ₃",
             f"within {DURATION:.0f} s friction alone would give the ball {by_friction:.1f} rad/s"
             " across"
             f" ξ₃, both torques together {combined:.1f} rad/s, which rotates the spin along with ξ₃"
@@ -145,7 +147,7 @@ def claims(torques: Torques) -> list[Claim]:
             angle < 0.1 * tilt[late].max(),
         ),
         judged(
-            "The ball spins primarily about ξ₃",
+            "This argument clarifies why the spin is primarily along ξ₃",
             f"root mean square of the angular velocity from {SETTLED:g} to {DURATION:.0f} s: along"
             f" ξ₃ {spin:.2f} rad/s, across it {across:.2f} rad/s",
             spin > 2 * across,
