@@ -21,6 +21,8 @@ from paper.motor.runs import (
     many_runs,
     paper_runs,
 )
+from paper.motor.weak_noise import BATCHES, REPLICAS, SCENE, weak_noise
+from paper.motor.weak_noise import NUMERICS as NUMERICS_OF_WEAK_NOISE
 
 
 class Series(NamedTuple):
@@ -32,7 +34,15 @@ class Series(NamedTuple):
     caption: str = ""
     sets: tuple[str, ...] = ()
     """Names in `SETS` of the further runs that the claims need."""
-    methods: tuple[str, ...] = (METHOD,)
+    with_reference: bool = False
+    """Whether the claims need the set `JUDGED` by the reference."""
+    with_weak_noise: bool = False
+    """Whether the claims need the runs of `weak_noise`."""
+
+    @property
+    def methods(self) -> tuple[str, ...]:
+        """The methods of all runs."""
+        return (METHOD, REFERENCE) if self.with_reference or self.with_weak_noise else (METHOD,)
 
 
 def _strengths(kind: str) -> str:
@@ -54,7 +64,7 @@ SERIES = {
     "theta": Series(
         "angular position of the ball", claims_of_theta, (3, 4),
         "Flights are timed from the end of their first revolution.", tuple(SETS),
-        (METHOD, REFERENCE),
+        with_reference=True,
     ),
     "energy": Series(
         "total and inner ring energy", claims_of_the_energy, (24, 28),
@@ -67,6 +77,7 @@ SERIES = {
         "energy injected and dissipated", claims_of_the_injection, (25, 29),
         "Friction acts on the ball's slip, the velocity of its contact point over the floor,"
         " and at uniform temperature on the rotating ring.", ("nonuniform-a",),
+        with_weak_noise=True,
     ),
     "path": Series("path of the ball from above", claims_of_the_path, (26, 30)),
     "xy": Series("x and y of the ball", claims_of_the_position, (27, 31)),
@@ -75,8 +86,9 @@ SERIES = {
 
 def _compute(series: Series, quick: bool) -> Motors:
     many = {name: many_runs(name, quick) for name in series.sets}
-    reference = many_runs(JUDGED, quick, REFERENCE) if REFERENCE in series.methods else None
-    return Motors(paper_runs(), many, reference)
+    reference = many_runs(JUDGED, quick, REFERENCE) if series.with_reference else None
+    weak = weak_noise(quick) if series.with_weak_noise else None
+    return Motors(paper_runs(), many, reference, weak)
 
 
 def _draw(name: str, motors: Motors, path: Path) -> None:
@@ -85,6 +97,11 @@ def _draw(name: str, motors: Motors, path: Path) -> None:
 
 def _caption(series: Series) -> str:
     sizes = [f"{SETS[name].full} as {name} (h = {SETS[name].timestep} s)" for name in series.sets]
+    if series.with_weak_noise:
+        sizes.append(
+            f"{REPLICAS * BATCHES} at nonuniform temperature with α = {SCENE.noises[-1]:g}"
+            f" (`{REFERENCE}`, h = {NUMERICS_OF_WEAK_NOISE['timestep']} s)"
+        )
     further = f"Further runs, not shown, decide some claims: {', '.join(sizes)}."
     return " ".join(filter(None, (RUNS, series.caption, further if sizes else "")))
 

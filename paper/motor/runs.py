@@ -2,9 +2,10 @@
 
 from collections.abc import Iterable, Sequence
 from functools import cache
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from magmotor.device.exceptions import PhysicalEvent
@@ -12,6 +13,9 @@ from magmotor.devices.motor.guard import TIPPED
 from magmotor.devices.motor.plot_panels import MotorRun
 from magmotor.devices.motor.scene import PAPER, Motor
 from magmotor.run.simulate import simulate
+
+if TYPE_CHECKING:
+    from paper.motor.weak_noise import WeakNoise
 
 RECORDS = 100
 """Smallest number of records of a run that is kept."""
@@ -24,18 +28,22 @@ DURATION = 1e5
 """In s: long enough for flights; the paper does not state its duration."""
 
 
-def simulate_run(name: str, scene: Motor, **arguments: Any) -> MotorRun:
+def until_tipping(scene: Motor, **arguments: Any) -> xr.Dataset:
     """Simulate a motor; if its ring tips over after `RECORDS`, the run has an attribute `stopped`.
 
     Arguments and errors are those of `simulate`.
     """
     try:
-        data = simulate(scene, **arguments)
+        return simulate(scene, **arguments)
     except PhysicalEvent as stop:
         if stop.event != TIPPED or stop.dataset.sizes["time"] < RECORDS:
             raise
-        data = stop.dataset.assign_attrs(stopped=f"at t = {stop.time:g} s: {stop.reason}")
-    return MotorRun(name, data)
+        return stop.dataset.assign_attrs(stopped=f"at t = {stop.time:g} s: {stop.reason}")
+
+
+def simulate_run(name: str, scene: Motor, **arguments: Any) -> MotorRun:
+    """Simulate a motor until its ring tips over; see `until_tipping`."""
+    return MotorRun(name, until_tipping(scene, **arguments))
 
 
 @cache
@@ -180,6 +188,8 @@ class Motors(NamedTuple):
     """further runs, by their names in `SETS`"""
     reference: ManyRuns | None = None
     """the set `JUDGED` by the reference"""
+    weak: "WeakNoise | None" = None
+    """runs at nonuniform temperature with a weaker noise"""
 
 
 @cache

@@ -1,0 +1,75 @@
+"""The motor at nonuniform temperature with a weaker noise than the paper's.
+
+At the paper's strengths the inner ring tips over before friction takes what the noise injects. At
+half the smallest of them the ring heats up to where the ball cools its tilt, long before it tips.
+"""
+
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from magmotor.devices.motor.plot_panels import MotorRun
+from magmotor.devices.motor.scene import Motor
+from paper.motor.runs import REFERENCE, ManyRuns, collected, until_tipping
+
+SCENE = Motor(temperature="nonuniform", alpha_ring=1e-4)
+
+WARM = 5e4
+"""Time, in s, after which the tilt of the ring is warm."""
+
+REPLICAS, BATCHES = 24, 8
+"""Runs simulated together, which end when one of them tips over, and repetitions."""
+
+NUMERICS = {
+    "method": REFERENCE, "timestep": 0.2, "duration": 1e5, "record_interval": 50,
+    "replicas": REPLICAS,
+}  # fmt: skip
+
+
+class WeakNoise(NamedTuple):
+    """Runs from `WARM` on, and where the energy of the axial rotation of the ring comes from."""
+
+    many: ManyRuns
+    axial: NDArray[np.float64]
+    """kinetic energy of the inner ring about its own axis at the end, over the energy injected"""
+
+    @property
+    def strength(self) -> float:
+        """Strength of the noise, in N m sqrt(s)."""
+        return SCENE.noises[-1]
+
+
+@cache
+def weak_noise(quick: bool) -> WeakNoise:
+    """Simulate the runs."""
+    batches = [
+        until_tipping(SCENE, seed=seed, **NUMERICS)
+        for seed in range(1, 2 if quick else BATCHES + 1)
+    ]
+    warm = (
+        MotorRun("nonuniform", batch.isel(replica=k).sel(time=slice(WARM, None)))
+        for batch in batches
+        for k in range(REPLICAS)
+    )
+    axial = np.concatenate([_axial_share(batch) for batch in batches])
+    return WeakNoise(collected("nonuniform", warm), axial)
+
+
+def axial_part(scene: Motor) -> float:
+    """Return the part of the injected energy that turns the inner ring about its own axis.
+
+    White noise alpha dW injects alpha^2/2 over the moment of inertia about each axis.
+    """
+    across, other, axial = scene.inner_moments
+    return 1 / axial / (1 / across + 1 / other + 1 / axial)
+
+
+def _axial_share(data: xr.Dataset) -> NDArray[np.float64]:
+    last = data.isel(time=-1)
+    across, other, axial = SCENE.inner_moments
+    rate = (last.ring_axis * last.ring_angular_velocity).sum("space")
+    injected = SCENE.noises[-1] ** 2 / 2 * (1 / across + 1 / other + 1 / axial) * last.time
+    return (axial / 2 * rate**2 / injected).values
