@@ -17,7 +17,7 @@ from paper.motor.runs import (
     heat_and_work_of,
     of_temperature,
 )
-from paper.motor.weak_noise import SCENE, WARM, WeakNoise, axial_part
+from paper.motor.weak_noise import SCENE, WARM, WeakNoise, axial_part, cogging
 
 
 def claims_of_the_energy(motors: Motors) -> list[Claim]:
@@ -140,18 +140,17 @@ def _heat(run: HeatAndWork) -> float:
 
 
 def _axial_rotation(weak: WeakNoise) -> Claim:
-    """Return the claim on what the axial rotation of the ring takes.
-
-    Its energy is the square of a Gaussian rate: the standard error of a mean of N is sqrt(2/N) of
-    it. The chance of a deviation by four errors is 1e-4 for N of 192, and 1e-3 for 24.
-    """
+    """Return the claim on what the axial rotation of the ring takes."""
     part, found = axial_part(SCENE), float(weak.axial.mean())
-    error = part * np.sqrt(2 / len(weak.axial))
+    error = float(weak.axial.std(ddof=1)) / np.sqrt(len(weak.axial))
+    sector = 2 * np.pi / SCENE.inner_dipoles
+    depth = float(cogging(SCENE, np.linspace(0, sector, 41)).max())
     return judged(
-        "Ours: friction never takes all: J₃⁻¹/tr(I_R⁻¹) of what the noise injects turns the inner"
+        "Ours: friction never takes all: J₃⁻¹/tr(I_R⁻¹) of what the noise injects swings the inner"
         " ring about its own axis, which nothing damps",
         f"{part:.2f} by the formula, {found:.2f} ± {error:.2f} in {len(weak.axial)} runs with"
-        f" α = {weak.strength:g}",
+        f" α = {weak.strength:g}, including the energy in the wells, {1e6 * depth:.0f} µJ deep, in"
+        f" which the outer dipoles hold the {SCENE.inner_dipoles} inner ones",
         abs(found - part) < SIGNIFICANT * error,
     )
 

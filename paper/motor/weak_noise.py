@@ -9,8 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
 
+from magmotor import dipoles
 from magmotor.devices.motor.plot_panels import MotorRun
 from magmotor.devices.motor.scene import Motor
 from paper.motor.runs import REFERENCE, ManyRuns, collected, until_tipping
@@ -30,11 +32,12 @@ NUMERICS = {
 
 
 class WeakNoise(NamedTuple):
-    """Runs from `WARM` on, and where the energy of the axial rotation of the ring comes from."""
+    """Runs from `WARM` on, and what the axial swinging of the ring has taken at their ends."""
 
     many: ManyRuns
     axial: NDArray[np.float64]
-    """kinetic energy of the inner ring about its own axis at the end, over the energy injected"""
+    """energy of the inner ring's rotation about its own axis, with its cogging energy, over the
+    energy injected"""
 
     @property
     def strength(self) -> float:
@@ -59,7 +62,7 @@ def weak_noise(quick: bool) -> WeakNoise:
 
 
 def axial_part(scene: Motor) -> float:
-    """Return the part of the injected energy that turns the inner ring about its own axis.
+    """Return the part of the injected energy that goes to rotation about the ring's own axis.
 
     White noise alpha dW injects alpha^2/2 over the moment of inertia about each axis.
     """
@@ -67,9 +70,38 @@ def axial_part(scene: Motor) -> float:
     return 1 / axial / (1 / across + 1 / other + 1 / axial)
 
 
+def cogging(scene: Motor, angles: ArrayLike) -> NDArray[np.float64]:
+    """Return the energy of the level inner ring, turned about its axis, above the start's.
+
+    The dipoles of the outer ring are as near to those of the inner one as these are to each other,
+    so that the energy has a well for each dipole of the inner ring.
+
+    Parameters
+    ----------
+    scene : Motor
+    angles : array_like, shape (A,)
+        In rad.
+
+    Returns
+    -------
+    ndarray, shape (A,)
+        In J.
+    """
+    positions, outward = scene.inner_dipole_frame()
+    outer, center = scene.outer_sources(), np.array([0.0, 0.0, scene.inner_height])
+    angles = np.append(0.0, angles)
+    energies = np.empty(len(angles))
+    for k, turn in enumerate(Rotation.from_rotvec(angles[:, np.newaxis] * [0.0, 0.0, 1.0])):
+        places = turn.apply(positions) + center
+        moments = scene.moment * turn.apply(outward)
+        energies[k] = -np.sum(moments * dipoles.field(places, *outer))
+    return energies[1:] - energies[0]
+
+
 def _axial_share(data: xr.Dataset) -> NDArray[np.float64]:
     last = data.isel(time=-1)
     across, other, axial = SCENE.inner_moments
-    rate = (last.ring_axis * last.ring_angular_velocity).sum("space")
-    injected = SCENE.noises[-1] ** 2 / 2 * (1 / across + 1 / other + 1 / axial) * last.time
-    return (axial / 2 * rate**2 / injected).values
+    rate = (last.ring_axis * last.ring_angular_velocity).sum("space").values
+    w, _, _, z = last.ring_orientation.transpose("component", "replica").values
+    injected = SCENE.noises[-1] ** 2 / 2 * (1 / across + 1 / other + 1 / axial) * float(last.time)
+    return (axial / 2 * rate**2 + cogging(SCENE, 2 * np.arctan2(z, w))) / injected
