@@ -4,7 +4,14 @@ from paper.disk import ballistic_pendulum, flights, model, statistics
 from paper.figure import Figure
 from paper.motor import figures as motor_figures
 from paper.motor import level_ring
-from paper.prototype import builder_motor, builder_top, dry_friction, finite_magnets, lift_off
+from paper.prototype import (
+    builder_motor,
+    builder_top,
+    dry_friction,
+    finite_magnets,
+    lift_off,
+    shaken_plate,
+)
 from paper.top import (
     cases,
     effective_potential,
@@ -35,7 +42,11 @@ SECTIONS: dict[str, list[Figure]] = {
         lift_off.FIGURE,
         finite_magnets.FIGURE,
     ],
-    "What a builder meets first": [builder_top.FIGURE, builder_motor.FIGURE],
+    "What a builder meets first": [
+        builder_top.FIGURE,
+        builder_motor.FIGURE,
+        shaken_plate.FIGURE,
+    ],
 }
 
 FIGURES = {figure.name: figure for section in SECTIONS.values() for figure in section}
