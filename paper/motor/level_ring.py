@@ -58,7 +58,7 @@ def compute(_quick: bool) -> Stability:
 
 
 def claims(found: Stability) -> list[Claim]:
-    """Return the claims of (fig:magmotor)."""
+    """Return the claims of (fig:magmotor) and of the text on the inner ring."""
     motor, barriers = Motor(), found.barriers
     both = (found.ball + found.outer)[barriers.argmin()]
     highest = int(both.argmax())
@@ -78,22 +78,23 @@ def claims(found: Stability) -> list[Claim]:
     )
     return [
         judged(
-            "The inner and outer rings have radii r_outer and r_inner respectively",
-            f"the parameters have r_inner = {motor.inner_radius:g} m, r_outer ="
-            f" {motor.outer_radius:g} m: exchanged in the caption",
-            motor.inner_radius > motor.outer_radius,
-        ),
-        judged(
             "The purpose of the outer ring is to prevent the trivial equilibrium in which the inner"
             " ring turns on its side",
             "without it the energy of ring and ball falls as the ring tilts, by at least"
             f" {1e6 * (found.alone[:, 0] - found.alone[:, -1]).min():.0f} µJ up to"
             f" {np.degrees(TILTS[-1]):.0f}°; with it the level ring is stable behind a barrier of"
             f" {1e6 * barriers.min():.0f} to {1e6 * barriers.max():.0f} µJ, depending on the side"
-            f" to which it leans. The lowest barrier is at {np.degrees(TILTS[highest]):.0f}°,"
-            f" {barriers.min() / motor.kT:.0f} kT at uniform temperature with α = 0.001; {tipping}",
+            f" to which it leans. The lowest barrier is at {np.degrees(TILTS[highest]):.0f}°",
+            stable,
+        ),
+        judged(
+            "One can obtain a configuration in which the attitude of the inner ring can be randomly"
+            " torqued without undergoing large excursions from the vertical position",
+            f"the barrier is {barriers.min() / motor.kT:.0f} kT at uniform temperature with"
+            f" α = {motor.noises[-1]:g}, but nothing cools the ring at nonuniform temperature:"
+            f" {tipping}",
             stable and not any(tipped.values()),
-            otherwise="in part" if stable else "wrong",
+            otherwise="in part" if stable and not tipped["uniform"] else "wrong",
         ),
     ]
 

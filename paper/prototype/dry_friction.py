@@ -186,7 +186,7 @@ def claims(data: DryFriction) -> list[Claim]:
     left = {kind: np.interp(AFTER, *data.spins[kind]) for kind in ("torsional", "rolling")}
     return [
         judged(
-            "the magnetic top exhibits this curious rotation even on oily surfaces",
+            "“the magnetic top exhibits this curious rotation even on oily surfaces”",
             f"with Coulomb friction alone the spin is half of the viscous case's"
             f" {data.viscous:.3g} rad/s at μ {_between(half)}, 1 % of it at {_between(hundredth)}"
             f" (first order: {HALF * data.viscous / data.slope:.1e},"
@@ -194,15 +194,15 @@ def claims(data: DryFriction) -> list[Claim]:
             half[0] < 0.01,
         ),
         judged(
-            "Coulomb friction, however large, does not hinder the spin",
+            "Ours: Coulomb friction, however large, does not hinder the spin",
             f"beside the viscous friction the spin is at least {least:.3g} rad/s for all"
             f" μ ≤ 1; alone, with μ = 1, it is {strong:.4g} rad/s, by rolling"
             f" (energy: {data.stuck.spin:.4g} rad/s)",
             min(least, strong) > 0.9 * data.viscous,
         ),
         judged(
-            "[F = -c V_Q] is reasonable on very slippery surfaces where static friction is"
-            " negligible",
+            "“This law assumes zero static friction but, is nevertheless reasonable on very"
+            " slippery surfaces where static friction is negligible” (F = -c V_Q)",
             f"where it is, μ ≤ {WEAK:g}, Coulomb friction beside F = -c V_Q changes the spin by at"
             f" most {100 * changed:.2g} %; where it is not, the law fails: from μ"
             f" {_between(data.sticking)} on, Coulomb friction alone makes the contact stick"
@@ -213,7 +213,8 @@ def claims(data: DryFriction) -> list[Claim]:
             changed < 0.1 and data.sticking[0] < 0.1 and data.reach < 0.9 * data.valley,
         ),
         judged(
-            "A more refined model of friction would include rotational torque",
+            "“A more refined model of friction would include rotational torque and dry frictional"
+            " effects (Coulomb friction)”",
             f"torsional friction halves the spin at {_millimeters(torsional)} and leaves 1 % at"
             f" {_millimeters(stops)} (statics: it holds the ball above {1e3 * by_torsion:.3f} mm);"
             f" a Hertzian contact of steel with μ = {HERTZ_FRICTION} has"
@@ -221,7 +222,7 @@ def claims(data: DryFriction) -> list[Claim]:
             stops[0] < 1e-4,
         ),
         judged(
-            "Rolling friction stops the top as torsional friction does",
+            "Ours: rolling friction stops the top as torsional friction does",
             "rolling and torsional friction leave half the spin at"
             f" {_against(data, HALF)}, 5 % at {_against(data, TWENTIETH)} (statics:"
             f" {1e3 * by_rolling:.3f} against {1e3 * by_torsion:.3f} mm), but 1 % at"
@@ -232,7 +233,7 @@ def claims(data: DryFriction) -> list[Claim]:
             otherwise="in part" if _alike(data, HALF) and _alike(data, TWENTIETH) else "wrong",
         ),
         judged(
-            "The timestep does not affect these spins",
+            "Ours: the timestep does not affect these spins",
             f"half the timestep changes them by at most {100 * data.step_error:.2g} %",
             data.step_error < 0.02,
         ),

@@ -196,20 +196,20 @@ def claims(data: FiniteMagnets) -> list[Claim]:
     others = [shape for shape in SHAPES if shape != "cube"]
     return [
         judged(
-            "a magnetic dipole fixed at the ball's centroid",
+            "Ours: a ball magnetized throughout acts as a dipole fixed at its centroid",
             "the force on a ball magnetized throughout differs from that on a dipole by"
             f" {data.ball_force:.0e} of it (mean values of harmonic functions); it requires"
             f" {needed / 1e6:.2f} MA/m, and NdFeB has {NDFEB_MAGNETIZATION / 1e6:.2f}",
             data.ball_force < 1e-9 and needed < NDFEB_MAGNETIZATION,
         ),
         judged(
-            "the ball's moment, in the SI reading",
+            "Ours: a permanent magnet has the ball's moment, in the SI reading",
             f"100 A m² in a ball of 1.8 cm requires {needed_si / 1e6:.1f} MA/m, and NdFeB has"
             f" {NDFEB_MAGNETIZATION / 1e6:.2f}",
             needed_si < NDFEB_MAGNETIZATION,
         ),
         judged(
-            "a magnetic ring consisting of N magnetic dipoles (cubes instead)",
+            "Ours: a ring of cubes acts as a ring of dipoles",
             f"cubes of NdFeB have edges of {100 * data.edge:.2f} cm and change J by"
             f" {data.at_edge['cube']:.0e} of its largest value; the change of the field is of"
             f" order {orders['cube']:.2f} in the edge; 1 % of J at"
@@ -217,7 +217,7 @@ def claims(data: FiniteMagnets) -> list[Claim]:
             data.at_edge["cube"] < ONE_PER_CENT,
         ),
         judged(
-            "a magnetic ring consisting of N magnetic dipoles (magnets of other shapes)",
+            "Ours: a ring of magnets of other shapes does, too",
             "; ".join(
                 f"{shape}: {100 * data.at_edge[shape]:.2g} % at the volume of that cube, order"
                 f" {orders[shape]:.2f}, 1 % at {_centimeters(data.thresholds[shape])}"
@@ -227,7 +227,8 @@ def claims(data: FiniteMagnets) -> list[Claim]:
             otherwise="in part",
         ),
         judged(
-            "Magnets of another shape do not change the ball's position and the size of its spin",
+            "Ours: magnets of another shape do not change the ball's position and the size of its"
+            " spin",
             f"bodies with the volume of a {100 * EXAMPLE:.0f} cm cube, instead of dipoles: largest"
             f" spin {_listed({k: float(np.abs(s).max()) for k, s in data.examples.items()})} rad/s;"
             f" the valley's lowest point {_listed(data.valleys)} m from the center",

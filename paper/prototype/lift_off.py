@@ -152,21 +152,22 @@ def claims(data: LiftOff) -> list[Claim]:
     low = data.ran < data.caught[0]
     return [
         judged(
-            "x^T e_3 = r: the ball stays on the plane (moments in the unit reading)",
+            "“This holonomic constraint restricts the translational motion of the ball to a plane”"
+            " (moments in the unit reading)",
             f"the lift of an aligned ball is at most {100 * data.lift.aligned:.2f} % of the weight,"
             f" at ({data.lift.place[0]:.3f}, {abs(data.lift.place[1]):.3f}) m, and"
             f" {100 * data.lift.any_axis:.2f} % for any direction of its axis",
             data.lift.any_axis < 1,
         ),
         judged(
-            "x^T e_3 = r: the ball stays on the plane (moments in the SI reading)",
+            "Ours: the ball stays on the plane with moments in the SI reading, too",
             f"it leaves at t = {si.time:.2f} s and ({si.place[0]:.3f}, {si.place[1]:.3f}) m, where"
             f" the lift of an aligned ball is {si.lift:.2f} of its weight and its axis is"
             f" {math.degrees(si.misalignment):.1f}° off the field",
             data.lift.any_axis * Top.si().coupling < scene.coupling,
         ),
         judged(
-            "The ball leaves when the largest lift of an aligned ball exceeds its weight",
+            "Ours: the ball leaves when the largest lift of an aligned ball exceeds its weight",
             f"runs stay at a coupling of {stays:.3g} J m³ and leave at {leaves:.3g} (statics:"
             f" {static:.3g}; no motion can leave below {bound:.3g}), at ({first.place[0]:.3f},"
             f" {first.place[1]:.3f}) m with a lift of {first.lift:.3f} of the weight; under rings"
@@ -181,7 +182,7 @@ def claims(data: LiftOff) -> list[Claim]:
             otherwise="in part" if np.all(excess[~low] < CLOSE) else "wrong",
         ),
         judged(
-            "Lift-off bounds from below the range of heights in which the top spins",
+            "Ours: lift-off bounds from below the range of heights in which the top spins",
             f"with moments in the unit reading it leaves the plane under a ring at {leaves_at:.4f}"
             f" m or lower, and stays at {stays_at:.4f} m (statics, at the lowest dipole:"
             f" {height:.4f} m); but up to {data.caught[0]:.3f} m, though not at"
