@@ -1,0 +1,255 @@
+"""The motor without its mechanism: isotropic friction, and a small background of it.
+
+The paper's friction acts on the slip, two combinations of the ball's five velocities. Isotropic
+friction acts on all of them alike: -f c v on the center and -f c r^2 omega on the rotation, with
+noise of the same temperature. Gibbs' law, with wells and rates, remains the same.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from magmotor.common import style
+from magmotor.common.arrays import Array
+from magmotor.devices.motor.flights import censored_mean, flights
+from magmotor.devices.motor.scene import Motor
+from magmotor.run.simulate import simulate
+from paper.figure import OURS, Claim, Figure, judged
+from paper.motor.held_ring import rolling_start
+from paper.motor.long_runs import EVERY, METHOD, TIMESTEP, Size
+from paper.motor.reduced_theory import rolling
+from paper.motor.rotor import rotor
+from paper.motor.spreading import Measured, over_replicas
+from paper.motor.wandering import whole_flights
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+ALPHA = 1e-3
+SLIP_ONLY = Motor(alpha_ball=ALPHA, alpha_ring=ALPHA)
+
+MEMORY = 9000.0
+"""Memory, in s, of a rotor with the rate and the diffusion of the motor's ball, as measured."""
+
+AIR_SPEED = 1e-3
+"""Speed of the ball in air, in m/s, about its root mean square."""
+
+SHARES = 1e-3, 1e-2, 1e-1
+"""Isotropic friction beside that of the slip, over c."""
+
+SIZE = {False: Size(64, 1e5, 2e3), True: Size(24, 4e4, 2e3)}
+
+SIGNIFICANT = 4
+"""Standard errors of a significant difference."""
+
+
+def isotropic(motor: Motor, share: float) -> Motor:
+    """Return the motor with isotropic friction of this share of c, beside its own."""
+    drag = share * SLIP_ONLY.friction_ball
+    return motor.replace(drag=drag, rotational_drag=drag * motor.ball_radius**2)
+
+
+WITHOUT_SLIP = Motor(
+    temperature="nonuniform", alpha_ball=0.0, friction_ball=0.0, alpha_ring=ALPHA,
+    friction_ring=SLIP_ONLY.friction_ring, drag_temperature=SLIP_ONLY.kT,
+)  # fmt: skip
+"""No friction and no noise on the slip; "nonuniform" only allows to give the drag's temperature."""
+
+SCENES = {
+    "slip only": SLIP_ONLY,
+    "air": SLIP_ONLY.in_air(AIR_SPEED),
+    **{f"{100 * share:g} %": isotropic(SLIP_ONLY, share) for share in SHARES},
+    "isotropic": isotropic(WITHOUT_SLIP, 1.0),
+}
+
+
+class Flown(NamedTuple):
+    """Flights of one scene."""
+
+    method: str
+    rate: float
+    """Rate in 1/s at which isotropic friction makes the ball forget its rolling."""
+    number: Measured
+    """Flights in 1e5 s."""
+    lasts: Measured
+    """Mean duration after the first revolution, in s; NaN if there was none."""
+    longest: float
+    """In revolutions."""
+    speed: Measured
+    """Mean square velocity of the ball along the plane over 2 kT/m."""
+    rotor: Measured
+    """Flights in 1e5 s of rotors without wells, with the memory that is left."""
+    rotor_lasts: float
+    """Mean duration of these after the first revolution, in s; NaN if there was none."""
+
+
+@dataclass(frozen=True)
+class Ablation:
+    """Data of the figure."""
+
+    flown: dict[str, Flown]
+
+
+def compute(quick: bool) -> Ablation:
+    """Simulate all scenes."""
+    return Ablation({name: _flown(scene, SIZE[quick]) for name, scene in SCENES.items()})
+
+
+def _flown(scene: Motor, size: Size) -> Flown:
+    run = simulate(
+        scene, method=METHOD, timestep=TIMESTEP, duration=size.duration, replicas=size.replicas,
+        record_interval=EVERY, seed=11, initial=thermal_start(scene, size.replicas),
+    )  # fmt: skip
+    run = run.isel(time=slice(round(size.burn_in / (TIMESTEP * EVERY)), None))
+    found = flights(run)
+    span = float(run.time[-1] - run.time[0])
+    counts = np.bincount(found.replica.values, minlength=size.replicas) * 1e5 / span
+    lasts = censored_mean((found.end - found.once).values, found.censored.values)
+    speed = np.sum(run.velocity.values**2, axis=-1).mean(axis=1)
+    rate = background_rate(scene)
+    return Flown(
+        METHOD,
+        rate,
+        over_replicas(counts),
+        Measured(np.array(lasts.mean), np.array(lasts.error)),
+        float(np.abs(found.revolutions.values).max(initial=0.0)),
+        over_replicas(speed * scene.ball_mass / (2 * SLIP_ONLY.kT)),
+        *_rotors(1 / (rate + 1 / MEMORY), size, span),
+    )
+
+
+def _rotors(memory: float, size: Size, span: float) -> tuple[Measured, float]:
+    """Return flights in 1e5 s, and their mean duration, of rotors of the ball's rate."""
+    rate = np.sqrt(SLIP_ONLY.kT / rolling(SLIP_ONLY).inertia)
+    times = np.arange(0, span, TIMESTEP * EVERY)
+    each = [whole_flights(row) for row in rotor(rate, memory, times, size.replicas, seed=12)]
+    counts = np.array([float(len(lasts)) for lasts in each])
+    together = TIMESTEP * EVERY * np.concatenate(each)
+    mean = float(together.mean()) if len(together) else np.nan
+    return over_replicas(counts * 1e5 / span), mean
+
+
+def thermal_start(scene: Motor, replicas: int) -> dict[str, Array]:
+    """Return balls that roll at the rates of Gibbs' law, at random azimuths.
+
+    The rest of the motor reaches its temperature within minutes; rolling would take 5e4 s.
+    """
+    generator = np.random.default_rng(13)
+    rate = np.sqrt(SLIP_ONLY.kT / rolling(SLIP_ONLY).inertia)
+    rates = rate * generator.standard_normal(replicas)
+    return rolling_start(scene, rates, generator.uniform(0, 2 * np.pi, replicas))
+
+
+def background_rate(scene: Motor) -> float:
+    """Return the rate in 1/s at which drag makes the rolling ball forget its momentum P.
+
+    Rolling at the rate W, the ball's center moves at rho W, and it turns with the angular velocity
+    that leaves (M - m rho^2) W^2 for twice its rotational energy.
+    """
+    ball = rolling(SLIP_ONLY)
+    turning = (ball.inertia - scene.ball_mass * ball.radius**2) / scene.ball_inertia
+    return (scene.drag * ball.radius**2 + scene.rotational_drag * turning) / ball.inertia
+
+
+def claims(found: Ablation) -> list[Claim]:
+    """Return our claims about what flights need."""
+    flown = found.flown
+    own, air, bare = (flown[name] for name in ("slip only", "air", "isotropic"))
+    little, hundredth, tenth = (flown[f"{share} %"] for share in (0.1, 1, 10))
+    speeds = [flown[name].speed for name in ("slip only", "isotropic")]
+    alike = abs(speeds[0].value - speeds[1].value) < SIGNIFICANT * np.hypot(
+        speeds[0].error, speeds[1].error
+    )
+    return [
+        judged(
+            f"{OURS}wells, ring and temperature are enough for flights, whatever the friction",
+            f"with isotropic friction at the same kT there are {_count(bare)} flights in 10⁵ s,"
+            f" against {_count(own)}; the mean square velocity of the ball is {speeds[1]} and"
+            f" {speeds[0]} times 2kT/m",
+            bool(bare.number.value > own.number.value - SIGNIFICANT * own.number.error),
+        ),
+        judged(
+            f"{OURS}isotropic friction leaves Gibbs' law as it is",
+            f"mean square velocity {speeds[1]} times 2kT/m, with the slip's friction {speeds[0]}",
+            bool(alike),
+        ),
+        judged(
+            f"{OURS}a small isotropic friction, beside that of the slip, ends the flights",
+            f"with 1 % of c, which acts on rolling at {hundredth.rate:.1e}/s, the longest of"
+            f" {_count(hundredth)} flights in 10⁵ s has {hundredth.longest:.1f} revolutions, and"
+            f" with 10 % there are {_count(tenth)}; with 0.1 %, {_count(little)}, which last"
+            f" {_duration(little)} after the first revolution; without any,"
+            f" {_count(own)} of up to {own.longest:.0f} revolutions, which last {_duration(own)};"
+            f" in air, which acts on rolling at {air.rate:.1e}/s, {_count(air)}, {_duration(air)}",
+            bool(hundredth.longest < 4 and own.longest > 10),
+        ),
+    ]
+
+
+def _count(flown: Flown) -> str:
+    return f"{flown.number.value:.2f} ± {flown.number.error:.2f}"
+
+
+def _duration(flown: Flown) -> str:
+    return f"{flown.lasts.value:.0f} ± {flown.lasts.error:.0f} s"
+
+
+def draw(found: Ablation, path: Path) -> None:
+    """Draw how many flights there are, and how long they last."""
+    names = list(found.flown)
+    flown = list(found.flown.values())
+    with style.figure(12.0, 4.8) as figure:
+        left, right = figure.subplots(1, 2)
+        _draw_row(
+            left, flown, [each.number for each in flown], [each.rotor.value for each in flown]
+        )
+        left.set_title("Flights in 10⁵ s")
+        _draw_row(
+            right, flown, [each.lasts for each in flown], [each.rotor_lasts for each in flown]
+        )
+        right.set_title("Mean duration after the first revolution (s)")
+        for axes in (left, right):
+            axes.set_xticks(range(len(names)), _labels(found), fontsize=8)
+            axes.set_xlabel("isotropic friction, and the time in which it stops a ball that rolls")
+            axes.set(ylim=(0, None), xlim=(-0.5, len(names) - 0.5))
+        right.ticklabel_format(axis="y", style="plain")
+        right.legend(loc="upper right")
+        style.save_small(figure, path, 80)
+
+
+def _draw_row(
+    axes: "Axes", flown: list[Flown], motors: list[Measured], rotors: list[float]
+) -> None:
+    mean, error = np.array(motors, dtype=float).T
+    at = np.arange(len(flown))
+    axes.errorbar(at, mean, error, fmt="o", color=style.BLUE, label="motor")
+    look: dict[str, Any] = {"ms": 16, "mew": 2, "color": style.ORANGE}
+    axes.plot(at, rotors, "_", **look, label="rotor without wells, of the memory that is left")
+
+
+def _labels(found: Ablation) -> list[str]:
+    times = (
+        f"{float(f'{1 / each.rate:.2g}'):g} s" if each.rate else "never"
+        for each in found.flown.values()
+    )
+    return [f"{name}\n{time}" for name, time in zip(found.flown, times, strict=True)]
+
+
+FIGURE = Figure(
+    "motor_ablation",
+    "Motor: flights with isotropic friction",
+    f"Flights of {SIZE[False].replicas} motors over {SIZE[False].duration:g} s at α = {ALPHA:g} and"
+    " uniform temperature, with the paper's friction of the slip only; with air; with isotropic"
+    " friction of 0.1 %, 1 % and 10 % of c beside it; and with isotropic friction alone, -c v and"
+    " -c r² ω. The temperature is the same for all. Motors without a flight have no duration. Below"
+    " each name is the rate at which the isotropic friction alone would stop a ball that rolls. The"
+    f" rotor's memory is {MEMORY:g} s, that of the motor's ball, shortened by this rate. Bars are"
+    " standard errors over motors.",
+    compute,
+    claims,
+    draw,
+    (),
+    (METHOD,),
+)

@@ -1,0 +1,335 @@
+"""The motor's transport beside the sliding disk that moves as its ball does, in theory."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from magmotor.common import style
+from magmotor.common.arrays import Array
+from magmotor.devices.disk.gibbs import gibbs
+from magmotor.devices.disk.scene import Disk
+from magmotor.devices.motor.flights import CORE
+from magmotor.devices.motor.scene import Motor
+from magmotor.run.ensemble import ensemble
+from paper.figure import OURS, Claim, Figure, judged
+from paper.motor.held_ring import remaining_friction
+from paper.motor.long_runs import METHOD, LongRun, Size, stationary_run
+from paper.motor.reduced_theory import Wells, equivalent_disk, ring_drag, rolling, wells
+from paper.motor.spreading import Measured, over_replicas, square_increments
+from paper.motor.transport import ALPHA, FULL, QUICK, SIGNIFICANT
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+ALPHAS = {False: (5e-4, 7.5e-4, ALPHA, 1.25e-3, 1.5e-3), True: (7.5e-4, ALPHA)}
+"""Noise in N m sqrt(s). At 2e-3 the ball goes through the center."""
+
+OTHERS = {False: Size(64, 5e5, 5e4), True: Size(16, 6e4, 2e4)}
+HELD = {False: Size(96, 6e4, 2e3), True: Size(48, 1.5e4, 2e3)}
+"""Sizes of the runs at other temperatures, and of those under held rings."""
+
+DISK_METHOD, DISK_TIMESTEP = "variational/baoab", 2.0
+DISKS = 1024
+
+BINS = 24
+"""Bins of the azimuth within a sector."""
+
+CLOSE = 0.2
+"""Relative difference of mean squares up to which a theory without a fitted number is close."""
+
+
+class Case(NamedTuple):
+    """A motor at one temperature, and its disks; mean square increments are in rad^2."""
+
+    scene: Motor
+    lag: Array
+    """In s, shape (L,); each is twice the previous one."""
+    squares: Array
+    """Of R motors, shape (R, L)."""
+    friction: Measured
+    """Rate in 1/s at which P is forgotten under held rings."""
+    drag: float
+    """The same, by the drag of the inner ring, which leans."""
+    disks: Measured
+    """Mean squares of the disks with both, shape (L,)."""
+    without: Measured
+    """Mean squares of the disks without the friction under held rings, shape (L,)."""
+
+    def ratio(self, theory: Measured) -> Measured:
+        """Return the motor's mean squares over those of a theory, shape (L,)."""
+        value, error = over_replicas(self.squares)
+        ratio = value / theory.value
+        return Measured(ratio, ratio * np.hypot(error / value, theory.error / theory.value))
+
+    def diffusion(self, theory: Measured | None = None) -> Measured:
+        """Return half the growth rate over the last octave, in rad^2/s, of the motor or disks."""
+        span = 2 * (self.lag[-1] - self.lag[-2])
+        if theory is None:
+            return over_replicas((self.squares[:, -1] - self.squares[:, -2]) / span)
+        return Measured(np.diff(theory.value)[-1] / span, theory.error[-1] / span)
+
+
+@dataclass(frozen=True)
+class Theory:
+    """Data of the figure; the paper's factor 2 except for the last case of the full size."""
+
+    cases: list[Case]
+    main: Case
+    """at `ALPHA` with factor 2"""
+    wells: Wells
+    """at the centers of the `BINS` bins"""
+    density: Measured
+    """of the azimuth in a sector, over the mean; shape (BINS,)"""
+    core: Measured
+    """share of the time in the cores of wells"""
+    method: str = METHOD
+
+
+def compute(quick: bool) -> Theory:
+    """Simulate motors and disks at several temperatures."""
+    pairs = [(alpha, 2.0) for alpha in ALPHAS[quick]] + ([] if quick else [(ALPHA, 1.0)])
+    cases = [_case(alpha, factor, quick) for alpha, factor in pairs]
+    main = cases[pairs.index((ALPHA, 2.0))]
+    run = _run(ALPHA, 2.0, quick)
+    sectors = run.azimuth * main.scene.outer_dipoles / (2 * np.pi) % 1
+    shifted = (sectors + 0.5 / BINS) % 1  # a bin is centered at each azimuth of `wells`
+    shares = np.array([np.histogram(row, BINS, (0, 1))[0] for row in shifted]) / sectors.shape[1]
+    in_core = np.minimum(sectors, 1 - sectors) <= CORE
+    return Theory(
+        cases, main, wells(main.scene, BINS), over_replicas(BINS * shares),
+        over_replicas(in_core.mean(axis=1)),
+    )  # fmt: skip
+
+
+def _run(alpha: float, factor: float, quick: bool) -> LongRun:
+    if (alpha, factor) == (ALPHA, 2.0):
+        return stationary_run(alpha, factor, QUICK if quick else FULL, seed=1)
+    return stationary_run(alpha, factor, OTHERS[quick], seed=2)
+
+
+def _case(alpha: float, factor: float, quick: bool) -> Case:
+    run = _run(alpha, factor, quick)
+    scene = Motor(alpha_ball=alpha, alpha_ring=alpha, ball_ring_factor=factor)
+    most = run.azimuth.shape[1] / 4
+    records = 2 ** np.arange(int(np.log2(most)) + 1)
+    lags = (run.interval * records).astype(float)
+    friction = remaining_friction(scene, HELD[quick])
+    drag = ring_drag(scene, wells(scene)) / rolling(scene).inertia
+    disks, without = (
+        _spread_of_disks(equivalent_disk(scene, rate), lags, DISKS, scene)
+        for rate in (max(0.0, float(friction.value)), 0.0)
+    )
+    squares = square_increments(run.azimuth, records)
+    return Case(scene, lags, squares, friction, drag, disks, without)
+
+
+def _spread_of_disks(disk: Disk, lags: Array, replicas: int, motor: Motor) -> Measured:
+    """Return mean square increments, in rad^2, of disks that start from Gibbs' law."""
+    many = ensemble(
+        disk, method=DISK_METHOD, timestep=DISK_TIMESTEP, duration=5 * float(lags[-1]),
+        replicas=replicas, seed=4, sample_interval=round(float(lags[0]) / DISK_TIMESTEP),
+        initial=gibbs(disk, replicas, seed=5),
+    ).sel(lag=lags)  # fmt: skip
+    around = motor.outer_dipoles**2
+    return Measured(
+        many.mean_square_increment.values / around, many.mean_square_increment_error.values / around
+    )
+
+
+def claims(found: Theory) -> list[Claim]:
+    """Return our claims about the reduced theory."""
+    main = found.main
+    return [
+        _wells_have_gibbs_law(found),
+        _rolls_with_its_inertia(main),
+        _forgets_by_wells_and_ring(main),
+        _with_friction_it_is_close(main),
+        _at_all_temperatures(found),
+    ]
+
+
+def _gibbs_density(found: Wells) -> Array:
+    weight = np.exp(-found.free_energy)
+    return weight / weight.mean()
+
+
+def _wells_have_gibbs_law(found: Theory) -> Claim:
+    scores = np.abs(found.density.value - _gibbs_density(found.wells)) / found.density.error
+    sectors = np.arange(BINS) / BINS
+    distance = np.minimum(sectors, 1 - sectors)
+    inside = np.where(np.isclose(distance, CORE), 0.5, distance < CORE)
+    expected = float(_gibbs_density(found.wells) @ inside) / BINS
+    return judged(
+        f"{OURS}the ball stays in the wells as Gibbs' law says",
+        f"{found.core} of the time in the cores of wells, {expected:.3f} by Gibbs' law integrated"
+        " over the ball's distance, its axis and the lean of the ring; of the density in"
+        f" {BINS} bins the largest difference is {scores.max():.1f} standard errors",
+        bool(scores.max() < SIGNIFICANT),
+    )
+
+
+def _rolls_with_its_inertia(main: Case) -> Claim:
+    ratio = main.ratio(main.without)
+    near = int(np.abs(main.lag - 160).argmin())
+    value, error = ratio.value[near], ratio.error[near]
+    inertia, kT = rolling(main.scene).inertia, main.scene.kT
+    return judged(
+        f"{OURS}the ball rolls around the valley without friction, with the inertia of the"
+        " momentum P that slip conserves",
+        f"M = {inertia:.3f} kg m² gives the rate sqrt(kT/M) = {1e3 * np.sqrt(kT / inertia):.2f}"
+        f" mrad/s; the mean square over {main.lag[near]:.0f} s is {value:.3f} ± {error:.3f} times"
+        " that of the sliding disk of this inertia and these wells, without a number from a run",
+        bool(abs(value - 1) < 0.1 + SIGNIFICANT * error),
+    )
+
+
+def _forgets_by_wells_and_ring(main: Case) -> Claim:
+    rate, error = 1e5 * main.friction.value, 1e5 * main.friction.error
+    last = main.ratio(main.without)
+    return judged(
+        f"{OURS}only the wells, the slip and the drag of the leaning ring make the ball forget its"
+        " motion",
+        f"the drag alone makes it forget at {1e5 * main.drag:.1f}·10⁻⁵/s, but under held rings"
+        f" without wells it still forgets at ({rate:.2f} ± {error:.2f})·10⁻⁵/s, since its distance"
+        " and its axis fluctuate. Without that, theory has no number from a run, and the motor's"
+        f" mean square at {main.lag[-1]:.2g} s is {last.value[-1]:.2f} ± {last.error[-1]:.2f} times"
+        f" that of theory (D = {main.diffusion(main.without)} rad²/s)",
+        bool(rate < SIGNIFICANT * error),
+    )
+
+
+def _with_friction_it_is_close(main: Case) -> Claim:
+    value, error = main.ratio(main.disks)
+    beyond = np.abs(value - 1) - CLOSE
+    return judged(
+        f"{OURS}with the friction under held rings, which is measured apart, the sliding disk"
+        f" spreads as the motor's ball does, to {100 * CLOSE:.0f} %, and nothing is fitted",
+        "the motor's mean square is"
+        f" {value[4]:.2f} ± {error[4]:.2f} times the disk's at {main.lag[4]:.0f} s,"
+        f" {value[9]:.2f} ± {error[9]:.2f} times at {main.lag[9]:.0f} s and {value[-1]:.2f} ±"
+        f" {error[-1]:.2f} times at {main.lag[-1]:.2g} s;"
+        f" D = {main.diffusion()} against {main.diffusion(main.disks)} rad²/s",
+        bool(np.all(beyond < SIGNIFICANT * error)),
+    )
+
+
+def _at_all_temperatures(found: Theory) -> Claim:
+    parts, holds = [], True
+    for case in found.cases:
+        ratio = case.ratio(case.disks)
+        value, error = ratio.value[-1], ratio.error[-1]
+        once = ", counted once," if case.scene.ball_ring_factor == 1 else ""
+        parts.append(f"{value:.2f} ± {error:.2f} (α = {case.scene.noises[0]:g}{once})")
+        holds &= bool(abs(value - 1) - CLOSE < SIGNIFICANT * error)
+    listed = ", ".join(str(case.diffusion()) for case in found.cases)
+    return judged(
+        f"{OURS}the same at other temperatures and with ball and ring counted once",
+        f"at the longest lags, {found.main.lag[-1]:.2g} s or less, the motor's mean square is"
+        f" {', '.join(parts)} times the disk's; D = {listed} rad²/s, which grows faster than the"
+        " temperature",
+        holds,
+    )
+
+
+MOTOR: dict[str, Any] = {"fmt": "o", "ms": 4, "lw": 0, "elinewidth": 1, "color": style.BLUE}
+DISK: dict[str, Any] = {"color": style.ORANGE, "lw": 1.6}
+WITHOUT: dict[str, Any] = {"color": style.GREEN, "lw": 1.4, "ls": "--"}
+
+
+def draw(found: Theory, path: Path) -> None:
+    """Draw the mean squares, the density, and diffusion and friction over the temperature."""
+    with style.figure(12.0, 8.4) as figure:
+        panels = _draw_spread, _draw_density, _draw_diffusion, _draw_friction
+        for axes, panel in zip(figure.subplots(2, 2).flat, panels, strict=True):
+            panel(axes, found)
+        style.save_small(figure, path, 80)
+
+
+def _draw_spread(axes: "Axes", found: Theory) -> None:
+    main = found.main
+    twice = 2 * main.lag
+    value, error = over_replicas(main.squares)
+    axes.errorbar(main.lag, value / twice, error / twice, **MOTOR, label="motor")
+    axes.plot(main.lag, main.disks.value / twice, **DISK, label="sliding disk, nothing fitted")
+    axes.plot(
+        main.lag, main.without.value / twice, **WITHOUT,
+        label="without the friction under held rings",
+    )  # fmt: skip
+    axes.set(xscale="log", yscale="log", xlabel="lag t (s)", ylabel="mean square / 2t  (rad²/s)")
+    axes.set_title("The ball around its valley is a sliding disk")
+    axes.legend(loc="lower right")
+
+
+def _draw_density(axes: "Axes", found: Theory) -> None:
+    angle = np.degrees(found.wells.azimuth)
+    axes.errorbar(angle, found.density.value, found.density.error, **MOTOR, label="motor")
+    axes.plot(angle, _gibbs_density(found.wells), **DISK, label="Gibbs' law")
+    axes.axhline(1, color=style.GRAY, ls=":", label="rotor without wells")
+    axes.set(xlabel="azimuth from an outer dipole to the next (°)", ylabel="density over its mean")
+    axes.set_title("The ball is in the wells as often as Gibbs' law says")
+    axes.legend(loc="upper center")
+
+
+def _draw_diffusion(axes: "Axes", found: Theory) -> None:
+    alike = [case for case in found.cases if case.scene.ball_ring_factor == 2]
+    heat = [1e6 * case.scene.kT for case in alike]
+    axes.errorbar(heat, *_columns([case.diffusion() for case in alike]), **MOTOR, label="motor")
+    for once in (case for case in found.cases if case.scene.ball_ring_factor == 1):
+        at = [1e6 * once.scene.kT * 1.05]  # beside the other
+        look: dict[str, Any] = MOTOR | {
+            "color": style.PURPLE,
+            "fmt": "D",
+            "label": "ball and ring counted once",
+        }
+        axes.errorbar(at, *_columns([once.diffusion()]), **look)
+        axes.plot(at, [once.diffusion(once.disks).value], "_", ms=12, **DISK)
+    axes.plot(heat, [case.diffusion(case.disks).value for case in alike], **DISK, label="disk")
+    axes.plot(
+        heat, [case.diffusion(case.without).value for case in alike], **WITHOUT,
+        label="without the friction under held rings",
+    )  # fmt: skip
+    axes.set(xscale="log", yscale="log", xlabel="kT (µJ)", ylabel="diffusion coefficient (rad²/s)")
+    axes.set_title("Diffusion over temperature")
+    axes.legend(loc="lower right")
+
+
+def _columns(measured: list[Measured]) -> tuple[list[float], list[float]]:
+    return [float(each.value) for each in measured], [float(each.error) for each in measured]
+
+
+def _draw_friction(axes: "Axes", found: Theory) -> None:
+    alike = [case for case in found.cases if case.scene.ball_ring_factor == 2]
+    heat = [1e6 * case.scene.kT for case in alike]
+    value, error = _columns([case.friction for case in alike])
+    axes.errorbar(
+        heat, 1e5 * np.array(value), 1e5 * np.array(error), **MOTOR,
+        label="under held rings without wells, measured",
+    )  # fmt: skip
+    axes.plot(
+        heat, [1e5 * case.drag for case in alike], **WITHOUT, label="drag of the leaning ring"
+    )
+    axes.axhline(0, color=style.GRAY, lw=0.8)
+    axes.set(xscale="log", xlabel="kT (µJ)", ylabel="rate of forgetting  (10⁻⁵/s)")
+    axes.set_title("The little friction that rolling has")
+    axes.legend(loc="upper left")
+
+
+FIGURE = Figure(
+    "motor_reduced_theory",
+    "Motor: the ball as a sliding disk",
+    "A ball that rolls around its valley while its axis follows the field does not slip, and slip"
+    " friction conserves its momentum P = L - (ρ/(r ξ_ρ)) J. So the ball is a sliding disk, whose"
+    " inertia and slip follow from the geometry, its potential from Gibbs' law, and its background"
+    " drag from the ring, which leans toward the ball. What friction remains is measured in other"
+    " runs, under held rings without wells; nothing is fitted. Top left: mean square of the"
+    f" azimuth at α = {ALPHA:g}. Top right: density of the azimuth. Bottom left: diffusion over the"
+    " temperature, from the last octave of lags. Bottom right: rates at which P is forgotten"
+    " without wells.",
+    compute,
+    claims,
+    draw,
+    (),
+    (METHOD,),
+)
