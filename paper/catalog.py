@@ -3,7 +3,7 @@
 from paper.disk import ballistic_pendulum, flights, model, statistics
 from paper.figure import Figure
 from paper.motor import figures as motor_figures
-from paper.motor import level_ring
+from paper.motor import ablation, level_ring, theory_of_transport, transport
 from paper.prototype import (
     builder_motor,
     builder_top,
@@ -37,6 +37,11 @@ SECTIONS: dict[str, list[Figure]] = {
         *statistics.FIGURES,
     ],
     "The fluctuation-driven motor": [level_ring.FIGURE, *motor_figures.FIGURES],
+    "The motor's claims, judged by what can fail": [
+        transport.FIGURE,
+        theory_of_transport.FIGURE,
+        ablation.FIGURE,
+    ],
     "Questions to a physical prototype": [
         dry_friction.FIGURE,
         lift_off.FIGURE,
