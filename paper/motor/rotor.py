@@ -6,11 +6,16 @@ if this rotor does not pass it.
 """
 
 import math
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from magmotor.common.checks import check_array, check_integer, check_number, reject
+
+WINDOW = 100.0
+"""In s, over which a rate is measured."""
 
 
 def rotor(
@@ -64,3 +69,37 @@ def rotor(
     azimuths = np.zeros_like(rates)
     np.cumsum(rate * memory * changes, axis=1, out=azimuths[:, 1:])
     return azimuths
+
+
+class RateAndMemory(NamedTuple):
+    """What a rotor shares with the motor that it is compared with."""
+
+    rate: float
+    """Root mean square of the rate over `WINDOW`, in rad/s."""
+    memory: float
+    """Time in s in which the correlation of the rate falls to 1/e."""
+
+
+def rate_and_memory(rows: Sequence[NDArray[np.float64]], step: float) -> RateAndMemory:
+    """Measure the rate of a ball, or of a rotor, over `WINDOW`, and its memory.
+
+    Parameters
+    ----------
+    rows : sequence of ndarray, each of shape (T,)
+        Azimuths in rad, unwrapped; they may have different lengths.
+    step : float
+        Time between two records, in s.
+    """
+    stride = round(WINDOW / step)
+    window = stride * step
+    rates = [np.diff(row[::stride]) / window for row in rows]
+    square = np.mean(np.concatenate(rates) ** 2)
+    before, lag = 1.0, 0
+    while True:
+        lag += 1
+        products = [rate[lag:] * rate[:-lag] for rate in rates if len(rate) > lag]
+        now = float(np.concatenate(products).mean() / square) if products else 0.0
+        if now < math.exp(-1):
+            part = (before - math.exp(-1)) / (before - now)
+            return RateAndMemory(float(np.sqrt(square)), (lag - 1 + part) * window)
+        before = now
