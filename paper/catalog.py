@@ -2,8 +2,8 @@
 
 from paper.disk import ballistic_pendulum, flights, model, statistics
 from paper.figure import Figure
+from paper.motor import ablation, flight_law, hops, level_ring, theory_of_transport, transport
 from paper.motor import figures as motor_figures
-from paper.motor import ablation, level_ring, theory_of_transport, transport
 from paper.prototype import (
     builder_motor,
     builder_top,
@@ -41,6 +41,8 @@ SECTIONS: dict[str, list[Figure]] = {
         transport.FIGURE,
         theory_of_transport.FIGURE,
         ablation.FIGURE,
+        hops.FIGURE,
+        flight_law.FIGURE,
     ],
     "Questions to a physical prototype": [
         dry_friction.FIGURE,
