@@ -50,11 +50,13 @@ PRESETS = {
         {
             **{f"paper{case}": mm.Top.paper(case) for case in (1, 2, 3, 4)},
             "experiment": mm.Top.experiment(),
+            "turning": mm.Top.turning(),
             "si": mm.Top.si(),
         },
         default="paper4",
         help="initial values of the scene's fields: a case of the paper (4 acquires spin), its"
-        " experiment (the ring is lowered, then tilted), or case 4 with the moments read in SI",
+        " experiment (the ring is lowered, then tilted), a tilt that turns once around in 60 s, or"
+        " case 4 with the moments read in SI",
     ),
     "motor": Presets(
         {**{run: mm.Motor.paper(run) for run in RUNS}, "si": mm.Motor.si()},

@@ -36,6 +36,7 @@ class TopMovieContent:
         self.path, self.trail = run.position.values, 0.25 * scene.ball_radius
         self.value = between(run, run.momentum_map.values, times)
         self.spin = between(run, SPIN(run, scene).values, times)
+        self.turns = len({waypoint.azimuth for waypoint in scene.ring_script}) > 1
         largest = np.abs(run.momentum_map.values).max()
         self.exponent = int(np.floor(np.log10(max(largest, style.NO_SPIN * scene.inertia[2]))))
 
@@ -50,7 +51,9 @@ class TopMovieContent:
         lines = [f"spin  {self.spin[i]:+z.2f} rad/s", f"J  {size:+z.2f} × 10{power} kg m²/s"]
         if self.scene.ring_script:
             height, tilt = self.scene.ring_pose(float(self.times[i]))
-            lines.append(f"ring  {100 * height:.1f} cm high, tilt {np.degrees(tilt):.1f}°")
+            azimuth = np.degrees(self.scene.tilt_direction(float(self.times[i]))) % 360
+            toward = f" toward {azimuth:.0f}°" if self.turns else ""
+            lines.append(f"ring  {100 * height:.1f} cm high, tilt {np.degrees(tilt):.1f}°{toward}")
         return lines
 
 

@@ -234,6 +234,31 @@ class Top(BallScene):
         start = {"position": (-0.01, 0.006), "ring_script": script}
         return cls(**(start | changes))
 
+    @classmethod
+    def turning(cls, seconds: float = 60.0, **changes: Any) -> Self:
+        """Return a top whose tilt turns once around, and which starts at rest on the low side.
+
+        Parameters
+        ----------
+        seconds : float
+            Time in which the ring's normal turns around the vertical, from rest to rest.
+        **changes
+            Other fields.
+        """
+        from magmotor.devices.ball.resting import resting_ball
+
+        seconds = check_number("seconds", seconds, above=0, unit="s")
+        still = cls(**changes)
+        (x, y, _), axis = resting_ball(still)
+        around = still.tilt_azimuth, still.tilt_azimuth + 2 * math.pi
+        script = tuple(
+            Waypoint(time, still.ring_height, still.tilt, azimuth)
+            for time, azimuth in zip((0.0, seconds), around, strict=True)
+        )
+        return still.replace(
+            position=(float(x), float(y)), axis=tuple(axis.tolist()), ring_script=script
+        )
+
     @property
     def inertia(self) -> tuple[float, float, float]:
         """Moments of inertia (I, I, I_3) across and about xi_3, in kg m^2."""
@@ -278,6 +303,10 @@ class Top(BallScene):
         """Height (m) and tilt (rad) of the ring at a time (s)."""
         height, tilt, _ = self._pose(time)
         return height, tilt
+
+    def tilt_direction(self, time: float = 0.0) -> float:
+        """Direction in which the ring's normal leans at a time (s), in rad."""
+        return self._pose(time)[2]
 
     def _pose(self, time: float) -> tuple[Any, ...]:
         time = check_number("time", time)
