@@ -1,6 +1,7 @@
 """All figures in the order of the gallery, and the list of the paper's figures."""
 
-from paper.disk import ballistic_pendulum, flights, model, statistics
+from paper.disk import ballistic_pendulum, ergodicity, flights, friction, memory, model, statistics
+from paper.disk import flight_law as disk_flight_law
 from paper.figure import Figure
 from paper.motor import ablation, flight_law, hops, level_ring, theory_of_transport, transport
 from paper.motor import figures as motor_figures
@@ -19,6 +20,7 @@ from paper.top import (
     field_lines,
     snapshots,
     spin_mechanism,
+    turning_tilt,
 )
 
 SECTIONS: dict[str, list[Figure]] = {
@@ -29,12 +31,17 @@ SECTIONS: dict[str, list[Figure]] = {
         *cases.FIGURES,
         snapshots.FIGURE,
         spin_mechanism.FIGURE,
+        turning_tilt.FIGURE,
     ],
     "The sliding disk": [
         model.FIGURE,
         ballistic_pendulum.FIGURE,
         flights.FIGURE,
         *statistics.FIGURES,
+        memory.FIGURE,
+        ergodicity.FIGURE,
+        disk_flight_law.FIGURE,
+        friction.FIGURE,
     ],
     "The fluctuation-driven motor": [level_ring.FIGURE, *motor_figures.FIGURES],
     "The motor's claims, judged by what can fail": [
