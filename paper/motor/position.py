@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
 
 from magmotor import observables
@@ -11,6 +10,7 @@ from magmotor.devices.motor.exponential_test import LEVEL
 from magmotor.devices.motor.plot_panels import MotorRun
 from magmotor.observables import censored_mean, exponential_test
 from paper.figure import Claim, Verdict, judged
+from paper.motor.rotor import WINDOW
 from paper.motor.runs import (
     DURATION,
     SIGNIFICANT,
@@ -19,6 +19,7 @@ from paper.motor.runs import (
     in_flight,
     of_temperature,
 )
+from paper.motor.two_states import ROTORS, Rotors, States, rotors_beside, states_of
 
 LONG = 6000.0
 """In s; exponential flights that have lasted this long have the same mean remaining duration."""
@@ -27,9 +28,6 @@ ALTERNATIVES = {"gamma, shape 2": stats.gamma(2), "Pareto tail of power 2.5": st
 
 ENOUGH = 0.9
 """Power of the test from which an exponential law that is not rejected counts as confirmed."""
-
-WINDOW = 100
-"""Window, in s, for the drift of the ball around the center."""
 
 
 def claims_of_theta(motors: Motors) -> list[Claim]:
@@ -43,19 +41,16 @@ def claims_of_theta(motors: Motors) -> list[Claim]:
         motors.many[name] for name in ("nonuniform-a", "uniform-a", "uniform-d")
     )
     median_wait = float(np.median(many_cool.first))
+    rotors = {kind: rotors_beside(runs) for kind, runs in ((3, nonuniform), (4, uniform))}
     return [
-        judged(
+        _two_states(
             "The plots show the magnetic ball transition between two metastable states:"
             " noise-driven and inertia-driven motion",
-            _flight_counts(nonuniform, many_nonuniform),
-            _most_fly(many_nonuniform),
-            figures=(3,),
+            nonuniform, many_nonuniform, rotors[3], 3,
         ),
-        judged(
+        _two_states(
             "The same, of (a) and (b) (α = 0.001; the caption gives the α of the other figure)",
-            _flight_counts(warm, many_warm),
-            _most_fly(many_warm),
-            figures=(4,),
+            warm, many_warm, rotors[4], 4,
         ),
         judged(
             "Realization (d) never transitions to a metastable state of the second kind"
@@ -67,10 +62,46 @@ def claims_of_theta(motors: Motors) -> list[Claim]:
             otherwise="in part",
             figures=(4,),
         ),
-        claim_of_the_law(many_nonuniform, 3),
-        claim_of_the_law(many_warm, 4),
+        claim_of_the_law(many_nonuniform, 3, rotors[3].squared_variation),
+        claim_of_the_law(many_warm, 4, rotors[4].squared_variation),
         *([claim_of_agreement(many_warm, motors.reference)] if motors.reference else []),
-    ]
+    ]  # fmt: skip
+
+
+def _two_states(
+    says: str, runs: list[MotorRun], many: ManyRuns, rotors: Rotors, figure: int
+) -> Claim:
+    """Return the claim of two states, which needs flights, and wells that hold the ball.
+
+    A rotor without wells has flights, too, but is near a well as often in flight as otherwise.
+    """
+    found = states_of(runs)
+    if not _most_fly(many):
+        verdict: Verdict = "wrong"
+    else:
+        verdict = "right" if _held(found, rotors) else "in part"
+    return Claim(
+        says,
+        f"{_flight_counts(runs, many)}; so do {rotors.flying} of {ROTORS} rotors without wells"
+        f" that have the ball's rate and memory. What they do not do: {_residence(found, rotors)}",
+        verdict,
+        (figure,),
+    )
+
+
+def _held(found: States, rotors: Rotors) -> bool:
+    spread = np.hypot(rotors.spread.cores_between, rotors.spread.cores_in_flight)
+    return bool(found.held > rotors.mean.held + SIGNIFICANT * spread)
+
+
+def _residence(found: States, rotors: Rotors) -> str:
+    between, flying = rotors.mean.cores_between, rotors.mean.cores_in_flight
+    return (
+        f"between flights the ball is for {found.cores_between:.2f} of the time in the cores of"
+        f" wells, in flight for {found.cores_in_flight:.2f} (rotors {between:.2f} ±"
+        f" {rotors.spread.cores_between:.2f} and {flying:.2f} ±"
+        f" {rotors.spread.cores_in_flight:.2f})"
+    )
 
 
 def claim_of_agreement(found: ManyRuns, reference: ManyRuns) -> Claim:
@@ -114,8 +145,11 @@ def _most_fly(many: ManyRuns) -> bool:
     return many.flying > many.runs / 2
 
 
-def claim_of_the_law(found: ManyRuns, figure: int) -> Claim:
-    """Return the claim that flights are exponential, with the power of the test."""
+def claim_of_the_law(found: ManyRuns, figure: int, rotors: tuple[float, float]) -> Claim:
+    """Return the claim that flights are exponential, with the power of the test.
+
+    `rotors` are the squared variation of flights of rotors without wells, and its error.
+    """
     lasts, limits, censored = found.flights
     test = exponential_test(lasts, censored, limits, ALTERNATIVES)
     mean = censored_mean(lasts, censored)
@@ -170,22 +204,19 @@ def _circle(runs: Sequence[MotorRun], figure: int) -> Claim:
 
 
 def _transition(runs: Sequence[MotorRun], figure: int) -> Claim:
-    drifts, flying = (np.concatenate(several) for several in zip(*map(_drift, runs), strict=True))
-    ratio = float(drifts[flying].mean() / drifts[~flying].mean())
+    """Return the claim of a clear transition, which a rotor must not show as clearly."""
+    found, rotors = states_of(runs), rotors_beside(runs)
+    mean, spread = rotors.mean.contrast, rotors.spread.contrast
+    clear = found.contrast > mean + SIGNIFICANT * spread
+    verdict: Verdict = "right" if clear else "in part" if _held(found, rotors) else "wrong"
     flown = sum(run.flights.sizes["flight"] > 0 for run in runs)
-    return judged(
+    return Claim(
         "It is very clear from this plot that the motion transitions from noise driven to being"
         " inertia driven",
-        f"over {WINDOW} s the ball moves {ratio:.1f} times as far around the ring in flights as"
-        " between them"
-        f" ({flown} of {len(runs)} runs have flights)",
-        ratio > 1.5,
-        figures=(figure,),
+        f"over {WINDOW:g} s the ball moves {found.contrast:.1f} times as far around the ring in"
+        f" flights as between them ({flown} of {len(runs)} runs have flights), and so do rotors"
+        f" without wells of the same rate and memory ({mean:.1f} ± {spread:.1f}), since flights"
+        f" are selected as parts without reversal. But {_residence(found, rotors)}",
+        verdict,
+        (figure,),
     )
-
-
-def _drift(run: MotorRun) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Return the revolutions of the ball in each window, and whether it begins in flight."""
-    stride = round(WINDOW / float(run.data.time[1] - run.data.time[0]))
-    drift = np.abs(np.diff(run.revolutions[::stride]))
-    return drift, in_flight(run)[::stride][: len(drift)]
