@@ -10,17 +10,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 
 from magmotor.common import style
-from magmotor.common.arrays import Array
 from magmotor.devices.motor.flights import censored_mean, flights
+from magmotor.devices.motor.observables import azimuth
 from magmotor.devices.motor.scene import Motor
 from magmotor.run.simulate import simulate
 from paper.figure import OURS, Claim, Figure, judged
-from paper.motor.held_ring import rolling_start
 from paper.motor.long_runs import EVERY, METHOD, TIMESTEP, Size
 from paper.motor.reduced_theory import rolling
-from paper.motor.rotor import rotor
+from paper.motor.rolling_start import thermal_start
+from paper.motor.rotor import rate_and_memory, rotor
 from paper.motor.spreading import Measured, over_replicas
 from paper.motor.wandering import whole_flights
 
@@ -29,9 +30,6 @@ if TYPE_CHECKING:
 
 ALPHA = 1e-3
 SLIP_ONLY = Motor(alpha_ball=ALPHA, alpha_ring=ALPHA)
-
-MEMORY = 9000.0
-"""Memory, in s, of a rotor with the rate and the diffusion of the motor's ball, as measured."""
 
 AIR_SPEED = 1e-3
 """Speed of the ball in air, in m/s, about its root mean square."""
@@ -90,22 +88,31 @@ class Ablation:
     """Data of the figure."""
 
     flown: dict[str, Flown]
+    memory: float
+    """Of the ball with friction of the slip only, in s."""
 
 
 def compute(quick: bool) -> Ablation:
     """Simulate all scenes."""
-    return Ablation({name: _flown(scene, SIZE[quick]) for name, scene in SCENES.items()})
+    size = SIZE[quick]
+    runs = {name: _simulated(scene, size) for name, scene in SCENES.items()}
+    rows = azimuth(runs["slip only"]).values
+    memory = rate_and_memory([*rows], TIMESTEP * EVERY).memory
+    return Ablation({name: _flown(SCENES[name], run, memory) for name, run in runs.items()}, memory)
 
 
-def _flown(scene: Motor, size: Size) -> Flown:
+def _simulated(scene: Motor, size: Size) -> xr.Dataset:
     run = simulate(
         scene, method=METHOD, timestep=TIMESTEP, duration=size.duration, replicas=size.replicas,
-        record_interval=EVERY, seed=11, initial=thermal_start(scene, size.replicas),
+        record_interval=EVERY, seed=11, initial=thermal_start(SLIP_ONLY, size.replicas),
     )  # fmt: skip
-    run = run.isel(time=slice(round(size.burn_in / (TIMESTEP * EVERY)), None))
-    found = flights(run)
+    return run.isel(time=slice(round(size.burn_in / (TIMESTEP * EVERY)), None))
+
+
+def _flown(scene: Motor, run: xr.Dataset, memory: float) -> Flown:
+    found, replicas = flights(run), run.sizes["replica"]
     span = float(run.time[-1] - run.time[0])
-    counts = np.bincount(found.replica.values, minlength=size.replicas) * 1e5 / span
+    counts = np.bincount(found.replica.values, minlength=replicas) * 1e5 / span
     lasts = censored_mean((found.end - found.once).values, found.censored.values)
     speed = np.sum(run.velocity.values**2, axis=-1).mean(axis=1)
     rate = background_rate(scene)
@@ -113,33 +120,22 @@ def _flown(scene: Motor, size: Size) -> Flown:
         METHOD,
         rate,
         over_replicas(counts),
-        Measured(np.array(lasts.mean), np.array(lasts.error)),
+        Measured(lasts.mean, lasts.error),
         float(np.abs(found.revolutions.values).max(initial=0.0)),
         over_replicas(speed * scene.ball_mass / (2 * SLIP_ONLY.kT)),
-        *_rotors(1 / (rate + 1 / MEMORY), size, span),
+        *_rotors(1 / (rate + 1 / memory), replicas, span),
     )
 
 
-def _rotors(memory: float, size: Size, span: float) -> tuple[Measured, float]:
+def _rotors(memory: float, replicas: int, span: float) -> tuple[Measured, float]:
     """Return flights in 1e5 s, and their mean duration, of rotors of the ball's rate."""
     rate = np.sqrt(SLIP_ONLY.kT / rolling(SLIP_ONLY).inertia)
     times = np.arange(0, span, TIMESTEP * EVERY)
-    each = [whole_flights(row) for row in rotor(rate, memory, times, size.replicas, seed=12)]
+    each = [whole_flights(row) for row in rotor(rate, memory, times, replicas, seed=12)]
     counts = np.array([float(len(lasts)) for lasts in each])
     together = TIMESTEP * EVERY * np.concatenate(each)
     mean = float(together.mean()) if len(together) else np.nan
     return over_replicas(counts * 1e5 / span), mean
-
-
-def thermal_start(scene: Motor, replicas: int) -> dict[str, Array]:
-    """Return balls that roll at the rates of Gibbs' law, at random azimuths.
-
-    The rest of the motor reaches its temperature within minutes; rolling would take 5e4 s.
-    """
-    generator = np.random.default_rng(13)
-    rate = np.sqrt(SLIP_ONLY.kT / rolling(SLIP_ONLY).inertia)
-    rates = rate * generator.standard_normal(replicas)
-    return rolling_start(scene, rates, generator.uniform(0, 2 * np.pi, replicas))
 
 
 def background_rate(scene: Motor) -> float:
@@ -198,43 +194,35 @@ def _duration(flown: Flown) -> str:
 
 def draw(found: Ablation, path: Path) -> None:
     """Draw how many flights there are, and how long they last."""
-    names = list(found.flown)
     flown = list(found.flown.values())
+    labels = [_label(name, each.rate) for name, each in found.flown.items()]
     with style.figure(12.0, 4.8) as figure:
         left, right = figure.subplots(1, 2)
-        _draw_row(
-            left, flown, [each.number for each in flown], [each.rotor.value for each in flown]
-        )
+        numbers, lasts = ([getattr(each, name) for each in flown] for name in ("number", "lasts"))
+        _draw_row(left, numbers, [each.rotor.value for each in flown])
+        _draw_row(right, lasts, [each.rotor_lasts for each in flown])
         left.set_title("Flights in 10⁵ s")
-        _draw_row(
-            right, flown, [each.lasts for each in flown], [each.rotor_lasts for each in flown]
-        )
         right.set_title("Mean duration after the first revolution (s)")
         for axes in (left, right):
-            axes.set_xticks(range(len(names)), _labels(found), fontsize=8)
+            axes.set_xticks(range(len(labels)), labels, fontsize=8)
             axes.set_xlabel("isotropic friction, and the time in which it stops a ball that rolls")
-            axes.set(ylim=(0, None), xlim=(-0.5, len(names) - 0.5))
+            axes.set(ylim=(0, None), xlim=(-0.5, len(labels) - 0.5))
         right.ticklabel_format(axis="y", style="plain")
         right.legend(loc="upper right")
         style.save_small(figure, path, 80)
 
 
-def _draw_row(
-    axes: "Axes", flown: list[Flown], motors: list[Measured], rotors: list[float]
-) -> None:
+def _draw_row(axes: "Axes", motors: list[Measured], rotors: list[float]) -> None:
     mean, error = np.array(motors, dtype=float).T
-    at = np.arange(len(flown))
+    at = np.arange(len(motors))
     axes.errorbar(at, mean, error, fmt="o", color=style.BLUE, label="motor")
     look: dict[str, Any] = {"ms": 16, "mew": 2, "color": style.ORANGE}
     axes.plot(at, rotors, "_", **look, label="rotor without wells, of the memory that is left")
 
 
-def _labels(found: Ablation) -> list[str]:
-    times = (
-        f"{float(f'{1 / each.rate:.2g}'):g} s" if each.rate else "never"
-        for each in found.flown.values()
-    )
-    return [f"{name}\n{time}" for name, time in zip(found.flown, times, strict=True)]
+def _label(name: str, rate: float) -> str:
+    """Return a name and, to two digits, the time in which isotropic friction stops rolling."""
+    return f"{name}\n{float(f'{1 / rate:.2g}'):g} s" if rate else f"{name}\nnever"
 
 
 FIGURE = Figure(
@@ -244,9 +232,9 @@ FIGURE = Figure(
     " uniform temperature, with the paper's friction of the slip only; with air; with isotropic"
     " friction of 0.1 %, 1 % and 10 % of c beside it; and with isotropic friction alone, -c v and"
     " -c r² ω. The temperature is the same for all. Motors without a flight have no duration. Below"
-    " each name is the rate at which the isotropic friction alone would stop a ball that rolls. The"
-    f" rotor's memory is {MEMORY:g} s, that of the motor's ball, shortened by this rate. Bars are"
-    " standard errors over motors.",
+    " each name is the time in which the isotropic friction alone would stop a ball that rolls. The"
+    " rotors have the rate of Gibbs' law and the memory of the ball whose slip alone has friction,"
+    " shortened by this rate. Bars are standard errors over motors.",
     compute,
     claims,
     draw,

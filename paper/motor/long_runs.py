@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from magmotor.devices.motor.scene import Motor
 from magmotor.run.simulate import simulate
+from paper.motor.rolling_start import thermal_start
 
 METHOD, TIMESTEP = "variational/middle", 0.4
 
@@ -102,6 +103,8 @@ class Size(NamedTuple):
 
 @cache
 def stationary_run(alpha: float, factor: float, size: Size, seed: int) -> LongRun:
-    """Simulate the motor at uniform temperature, and omit the burn-in."""
+    """Simulate the motor at uniform temperature from a thermal start, and omit the burn-in."""
     scene = Motor(alpha_ball=alpha, alpha_ring=alpha, ball_ring_factor=factor)
-    return long_run(scene, size.duration, size.replicas, seed).after(size.burn_in)
+    start = thermal_start(scene, size.replicas)
+    run = long_run(scene, size.duration, size.replicas, seed, initial=start)
+    return run.after(size.burn_in)

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 ALPHAS = {False: (5e-4, 7.5e-4, ALPHA, 1.25e-3, 1.5e-3), True: (7.5e-4, ALPHA)}
 """Noise in N m sqrt(s). At 2e-3 the ball goes through the center."""
 
-OTHERS = {False: Size(64, 5e5, 5e4), True: Size(16, 6e4, 2e4)}
+OTHERS = {False: Size(64, 4e5, 2e4), True: Size(16, 5e4, 2e3)}
 HELD = {False: Size(96, 6e4, 2e3), True: Size(48, 1.5e4, 2e3)}
 """Sizes of the runs at other temperatures, and of those under held rings."""
 
@@ -234,6 +234,7 @@ def _at_all_temperatures(found: Theory) -> Claim:
 
 
 MOTOR: dict[str, Any] = {"fmt": "o", "ms": 4, "lw": 0, "elinewidth": 1, "color": style.BLUE}
+ONCE: dict[str, Any] = {"color": style.PURPLE, "fmt": "D", "label": "ball and ring counted once"}
 DISK: dict[str, Any] = {"color": style.ORANGE, "lw": 1.6}
 WITHOUT: dict[str, Any] = {"color": style.GREEN, "lw": 1.4, "ls": "--"}
 
