@@ -1,5 +1,6 @@
 """The law of the disk's flights: a slope near -2 for decades, then a stretched exponential."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -77,7 +78,7 @@ def compute(quick: bool) -> Flights:
     return Flights(runs, QUICK_OCTAVES if quick else OCTAVES)
 
 
-def measured_slopes(run: xr.Dataset, begins: tuple[int, ...]) -> tuple[Array, Array]:
+def measured_slopes(run: xr.Dataset, begins: Sequence[float]) -> tuple[Array, Array]:
     """Return the slopes of log S over log t in octaves, and their standard errors."""
     found = observables.flight_survival(run)
     relative = (found.survival_error / found.survival).values
@@ -88,7 +89,7 @@ def measured_slopes(run: xr.Dataset, begins: tuple[int, ...]) -> tuple[Array, Ar
     return np.array(slopes), np.array(errors)
 
 
-def expected_slopes(law: FlightLaw, begins: tuple[int, ...]) -> Array:
+def expected_slopes(law: FlightLaw, begins: Sequence[float]) -> Array:
     """Return the slopes in octaves by the reduced equation."""
     t = np.array(begins, float)
     return np.log2(law.survival(2 * t) / law.survival(t))
@@ -107,7 +108,7 @@ def exponent(slopes: Array, errors: Array, factor: float) -> tuple[float, float]
 
 def claims(flights: Flights) -> list[Claim]:
     """Return the claims about the law of flights."""
-    return [_claim_of_the_slope(flights), _claim_of_the_end(flights)]
+    return [_claim_of_the_slope(flights), claim_of_the_end(flights)]
 
 
 def _claim_of_the_slope(flights: Flights) -> Claim:
@@ -128,7 +129,8 @@ def _claim_of_the_slope(flights: Flights) -> Claim:
     )
 
 
-def _claim_of_the_end(flights: Flights) -> Claim:
+def claim_of_the_end(flights: Flights) -> Claim:
+    """Return the claim of a stretched exponential, which neither of two other laws passes."""
     run, begins = flights.runs["cold"], flights.octaves["cold"]
     scene = _scene(run)
     law, tau = FlightLaw(scene), stretched_time(scene)
@@ -163,7 +165,7 @@ def _scene(run: xr.Dataset) -> Disk:
     return scene
 
 
-def _listed(numbers: Array | tuple[int, ...], form: str) -> str:
+def _listed(numbers: Array | Sequence[float], form: str) -> str:
     return ", ".join(f"{number:{form}}" for number in numbers).replace("-", "−")
 
 

@@ -60,7 +60,7 @@ WEAK = Disk(friction_ratio=1e-3)
 """The paper's friction matrix with 0.1 % of its eigenvalue on the second direction."""
 
 FULL = {"replicas": 1024, "duration": 131_072.0}
-QUICK = {"replicas": 1024, "duration": 8192.0}
+QUICK = {"replicas": 512, "duration": 4096.0}
 """Errors come from groups of 128 replicas."""
 
 LAG = 1024.0
@@ -94,7 +94,7 @@ def compute(quick: bool) -> Displacements:
     }  # fmt: skip
     rest = ensemble(
         WEAK, method=METHOD, timestep=TIMESTEP, duration=20_000.0, seed=61,
-        replicas=1024, trajectories=1024, sample_interval=200,
+        replicas=2 * replicas, trajectories=2 * replicas, sample_interval=200,
     )  # fmt: skip
     return Displacements(runs, rest)
 

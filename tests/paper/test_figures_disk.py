@@ -1,5 +1,7 @@
 """Claims about the disk's figures, with data for which they must fail or hold."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -7,6 +9,9 @@ from agreement import scores
 
 import magmotor as mm
 from magmotor.devices.disk.system import System
+from paper.disk import ergodicity, flight_law, memory
+from paper.disk.flight_law import Flights, exponent
+from paper.disk.flight_theory import FlightLaw, stretched_time
 from paper.disk.flights import claim_of_the_tail, claim_of_the_theorem, slopes
 from paper.disk.statistics import claim_of_agreement
 from paper.disk.systems import Disks
@@ -87,3 +92,102 @@ def test_a_difference_of_two_engines_is_seen(noise, verdict):
     disks = Disks([pair("variational/euler", 1)], [pair("mujoco/baoab", 2, noise)])
     claim = claim_of_agreement(disks)
     assert claim.verdict == verdict, claim  # 0.5 and 12 standard errors
+
+
+def cold_flights(durations):
+    """Return an ensemble of the cold disk with these flights in place of its own."""
+    run = mm.ensemble(
+        flight_law.COLD, method="variational/baoab", timestep=0.1, duration=4e4, replicas=8,
+        sample_interval=10,
+    )  # fmt: skip
+    edges = np.append(run.flight_duration.values, np.inf)
+    run["flights"] = ("flight_duration", np.histogram(durations, edges)[0])
+    run["unfinished_flights"] = xr.zeros_like(run.flights)
+    return Flights({"paper": run, "cold": run}, flight_law.QUICK_OCTAVES)
+
+
+def of_the_reduced_equation(random):
+    """Draw durations with the survival of the reduced equation, by inversion."""
+    t = np.geomspace(1, 4e4, 2000)
+    survival = FlightLaw(flight_law.COLD).survival(t)
+    return np.exp(np.interp(-np.log(random.uniform(size=4_000_000)), -np.log(survival), np.log(t)))
+
+
+@pytest.mark.parametrize(("law", "verdict"), [
+    (of_the_reduced_equation, "right"),
+    (lambda random: random.exponential(400, 4_000_000), "wrong"),
+    (lambda random: random.pareto(1.7, 4_000_000), "wrong"),
+], ids=["reduced", "exponential", "power"])  # fmt: skip
+def test_the_end_of_flights_is_told_from_other_laws(law, verdict):
+    claim = flight_law.claim_of_the_end(cold_flights(law(np.random.default_rng(5))))
+    assert claim.verdict == verdict, claim
+
+
+@pytest.mark.parametrize("q", [0.25, 0.5, 1.0])
+def test_the_exponent_of_a_stretched_exponential(q):
+    t = 7.0 * np.array([1, 4, 16])
+    found, error = exponent(-1.3 - 0.2 * q * t**q, np.full(3, 0.01), 4)
+    assert found == pytest.approx(q, rel=1e-12, abs=0)  # 2e-16
+    assert error > 0
+
+
+def test_flights_by_the_reduced_equation_are_those_of_a_simulation_with_constant_diffusion():
+    """On flat U with drag, d is an Ornstein-Uhlenbeck process: in the end, an exponential law.
+
+    The standard errors of the two slopes are 1 %; a deviation of 10 % by chance is impossible.
+    """
+    scene = mm.Disk(potential="flat", drag=1e-2, rotational_drag=5e-3)
+    run = mm.ensemble(
+        scene, method="variational/baoab", timestep=0.1, duration=4e3, replicas=4096, seed=7,
+        sample_interval=2, initial=mm.gibbs(scene, 4096, seed=8),
+    )  # fmt: skip
+    begins = 0.2 * 2**9, 0.2 * 2**10
+    slopes, _ = flight_law.measured_slopes(run, begins)
+    expected = flight_law.expected_slopes(FlightLaw(scene), begins)
+    np.testing.assert_allclose(slopes, expected, rtol=0.1)  # 0.02
+    assert expected[1] / expected[0] > 1.7  # 1.89: 2 in the end
+
+
+def test_the_time_of_the_stretched_exponential():
+    """The slope of the reduced equation is that of exp[-(t/tau)^(1/2)], up to a power of t."""
+    for scene, t in ((mm.Disk(), 3e7 * np.array([1, 3])), (flight_law.COLD, 1e5 * np.ones(2))):
+        late = t * np.array([1, 3]) if t[0] == t[1] else t
+        steeper = np.diff(FlightLaw(scene).slope(late))[0]
+        expected = -np.diff(np.sqrt(late / stretched_time(scene)))[0] / 2
+        assert steeper == pytest.approx(expected, rel=0.1)  # 0.02, 0.02
+
+
+def test_scatter_of_averages_against_closed_forms():
+    """For long times it is sqrt(2 memory/T), with memories m <1/D> of d and <d^2/D>/2 of d^2."""
+    model = mm.theory.ReducedDisk(mm.Disk())
+    diffusion = mm.theory.d_diffusion(model.scene, model.d)
+    memories = model.correlation_time, float(model.probability @ (model.d**2 / diffusion)) / 2
+    for odd, time in zip((True, False), memories, strict=True):
+        found = float(ergodicity.expected_scatter(odd, np.array([1e14]))[0])
+        assert found == pytest.approx((2 * time / 1e14) ** 0.5, rel=0.02)  # 0.003
+    t = np.array([10.0, 6684.0, 1e6])
+    expected = model.d_correlation(t) / model.mean_square
+    np.testing.assert_allclose(ergodicity.expected_correlation(t), expected, rtol=1e-6)  # 4e-8
+
+
+def test_averages_off_gibbs_are_seen():
+    found = ergodicity.compute(True)
+    assert [claim.verdict for claim in ergodicity.claims(found)] == ["right"] * 3
+    hot = {name: 1.2 * each for name, each in found.squares.items()}
+    worse = {"squares": hot, "correlation": found.correlation + 0.5, "scatter": {
+        name: each / 2 for name, each in found.scatter.items()
+    }}  # fmt: skip
+    for number, (name, value) in enumerate(worse.items()):
+        claim = ergodicity.claims(dataclasses.replace(found, **{name: value}))[number]
+        assert claim.verdict == "wrong", claim
+
+
+def test_a_memory_that_needs_the_potential_would_be_seen():
+    found = memory.compute(True)
+    assert [claim.verdict for claim in memory.claims(found)] == ["wrong", *["right"] * 3]
+    swapped = found.correlation | {
+        memory.FLAT: np.zeros_like(found.lags),
+        memory.DRAGGED: found.correlation[memory.PAPERS],
+    }
+    claims = memory.claims(dataclasses.replace(found, correlation=swapped))
+    assert [claim.verdict for claim in claims] == ["right", "wrong", "wrong", "right"]
