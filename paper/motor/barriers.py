@@ -4,15 +4,13 @@ The ball is in the valley, with its axis along the field. Only the lean of the r
 rotation about its own axis changes a barrier by 1e-4.
 """
 
-from functools import cached_property
-
 import numpy as np
 
 from magmotor import dipoles
 from magmotor.common.arrays import Array
 from magmotor.devices.ball.landscape import valley_radius
+from magmotor.devices.motor.ring_stability import ring_stiffness
 from magmotor.devices.motor.scene import Motor
-from magmotor.devices.motor.tilted_ring import tilted_ring
 
 STEPS = 20
 """Azimuths per sector; the barrier is accurate to 1 % of kT."""
@@ -20,8 +18,8 @@ STEPS = 20
 RADII = np.linspace(-0.15, 0.15, 31)
 """Distances in m from the valley under the level ring, between which a parabola is fitted."""
 
-SMALL = 0.005
-"""Tilt in rad from which the stiffness of the ring is computed."""
+DEVIATIONS = np.linspace(-5, 5, 51)
+"""Leans of the ring over which Gibbs' law is summed, in standard deviations without the ball."""
 
 
 class Valley:
@@ -42,12 +40,6 @@ class Valley:
         height = np.full((*plane.shape[:-1], 1), motor.ball_radius)
         self.points = np.concatenate([plane, height], axis=-1)
         self.outer_field = dipoles.field(self.points, *motor.outer_sources())
-
-    @cached_property
-    def stiffness(self) -> float:
-        """Stiffness of the level ring in the field of the outer one, in N m/rad."""
-        level, leaning = (tilted_ring(self.motor, tilt, 0.0).outer for tilt in (0.0, SMALL))
-        return 2 * (leaning - level) / SMALL**2
 
     def energies(self, leans: Array) -> Array:
         """Return V_e along the valley in J for each lean of the ring, (n, 2) -> (n, azimuths)."""
@@ -86,25 +78,22 @@ class Valley:
         return highest - np.take_along_axis(energies, here, axis=1)[:, 0]
 
 
-def gibbs_barriers(
-    valley: Valley, *places: tuple[float, float], draws: int = 2500, seed: int = 0
-) -> list[float]:
+def gibbs_barriers(valley: Valley, *places: tuple[float, float]) -> list[float]:
     """Return the mean barriers ahead, in J, that Gibbs' law gives while the ball is at some places.
 
-    Leans are drawn from exp(-k lean^2/2 kT) of the ring without the ball, and have the weights
-    exp(-V_e/kT) of the ball.
+    The law of the lean is exp(-k lean^2/2 kT - V_e/kT), with V_e of the ball at its place.
 
     Parameters
     ----------
     valley : Valley
     *places : tuple of float
         The ball's azimuth is between these two, in sectors from its well.
-    draws, seed : int
     """
     motor = valley.motor
-    width = np.sqrt(motor.kT / valley.stiffness)
-    energies = valley.energies(width * np.random.default_rng(seed).normal(size=(draws, 2)))
-    factors = np.exp(-(energies - energies.min()) / motor.kT)
+    leans = np.stack(np.meshgrid(DEVIATIONS, DEVIATIONS), axis=-1).reshape(-1, 2)
+    energies = valley.energies(leans * np.sqrt(motor.kT / ring_stiffness(motor)))
+    weights = np.exp(-(energies - energies.min()) / motor.kT)
+    weights *= np.exp(-np.sum(leans**2, axis=1) / 2)[:, np.newaxis]
     azimuths, ahead = valley.azimuths / valley.sector, valley.ahead(energies)
     inside = [(azimuths > low - 1e-9) & (azimuths < high + 1e-9) for low, high in places]
-    return [float(np.average(ahead, weights=factors[:, part].sum(axis=1))) for part in inside]
+    return [float(np.average(ahead, weights=weights[:, part].sum(axis=1))) for part in inside]

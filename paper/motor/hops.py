@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from magmotor.devices.motor.ring_stability import ring_stiffness
 from magmotor.devices.motor.scene import Motor
 from paper.figure import OURS, Claim, Figure, judged
 from paper.motor.azimuths import METHOD, Azimuths, azimuths
@@ -128,7 +129,7 @@ def _of_the_ring(found: Found) -> Claim:
     slope = (tilted[1, well] - tilted[0, well]) / 0.01
     level = float(valley.ahead(valley.energies(np.zeros((1, 2))))[0])
     swing = 2 * slope * found.lean.value
-    expected = np.sqrt(np.pi * kT / (2 * valley.stiffness))
+    expected = np.sqrt(np.pi * kT / (2 * ring_stiffness(valley.motor)))
     return judged(
         f"{OURS}the wells are mostly the ring's",
         f"a lean of the ring lowers the valley on one side by {slope / kT:.0f} kT per rad and"
