@@ -114,5 +114,6 @@ def _entry(figure: Figure, claims: list[Claim], folder: str) -> Iterator[str]:
     for claim in claims:
         says, measured = (text.replace("|", "\\|") for text in (claim.says, claim.measured))
         numbered = " and ".join(map(str, claim.figures))
-        says = f"(figure {numbered}) {says}" if claim.figures else says.replace("Ours:", "*Ours:*")
+        says = says.replace("Ours:", "*Ours:*")
+        says = f"(figure {numbered}) {says}" if claim.figures else says
         yield f"| {says} | {measured} | {_outcome(claim)} |"
