@@ -22,6 +22,7 @@ from paper.motor.long_runs import EVERY, METHOD, TIMESTEP, Size
 from paper.motor.reduced_theory import rolling
 from paper.motor.rolling_start import thermal_start
 from paper.motor.rotor import rate_and_memory, rotor
+from paper.motor.runs import SIGNIFICANT
 from paper.motor.spreading import Measured, over_replicas
 from paper.motor.wandering import whole_flights
 
@@ -38,9 +39,6 @@ SHARES = 1e-3, 1e-2, 1e-1
 """Isotropic friction beside that of the slip, over c."""
 
 SIZE = {False: Size(64, 1e5, 2e3), True: Size(24, 4e4, 2e3)}
-
-SIGNIFICANT = 4
-"""Standard errors of a significant difference."""
 
 
 def isotropic(motor: Motor, share: float) -> Motor:

@@ -72,6 +72,12 @@ class Wells(NamedTuple):
     lean: Array
     """Mean angle in rad."""
 
+    @property
+    def density(self) -> Array:
+        """Density of the azimuth, over its mean."""
+        weight = np.exp(-self.free_energy)
+        return weight / weight.mean()
+
 
 @cache
 def wells(scene: Motor, count: int = SECTOR_POINTS) -> Wells:

@@ -78,15 +78,15 @@ def local_slopes(squares: Array, lags: Array) -> Slopes:
     Slopes
         Each of shape (L - 2,).
     """
-    span = np.log(lags[2:] / lags[:-2])
-
-    def slopes(total: Array) -> Array:
-        return np.log(total[..., 2:] / total[..., :-2]) / span
-
     total, count = squares.sum(axis=0), len(squares)
-    without_one = slopes(total - squares)
+    without_one = logarithmic_slope(total - squares, lags)
     error = np.sqrt(count - 1) * without_one.std(axis=0)
-    return Slopes(np.sqrt(lags[2:] * lags[:-2]), slopes(total), error)
+    return Slopes(np.sqrt(lags[2:] * lags[:-2]), logarithmic_slope(total, lags), error)
+
+
+def logarithmic_slope(squares: Array, lags: Array) -> Array:
+    """Return the slopes of a curve between each lag and the next but one, shape (..., L - 2)."""
+    return np.log(squares[..., 2:] / squares[..., :-2]) / np.log(lags[2:] / lags[:-2])
 
 
 def correlations(rate: Array, count: int) -> Array:
