@@ -125,6 +125,7 @@ MEASURES: dict[str, dict[str, tuple[str, str | None]]] = {
     "Motor": {
         "flights": ("1", None),
         "revolutions_flown": ("1", None),
+        "longest_flight": ("1", None),
         "flying": ("1", None),
         "transitions": ("1", None),
         "revolutions": ("1", "rad"),

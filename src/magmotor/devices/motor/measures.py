@@ -29,6 +29,13 @@ def _revolutions_flown(run: xr.Dataset, scene: Motor) -> Any:
     return _sum_by_replica(run, found.replica.values, np.abs(found.revolutions.values))
 
 
+def _longest_flight(run: xr.Dataset, scene: Motor) -> Any:
+    found = flights(run, scene)
+    longest = np.zeros(run.sizes.get("replica", 1))
+    np.maximum.at(longest, found.replica.values, np.abs(found.revolutions.values))
+    return longest if "replica" in run.dims else longest[0]
+
+
 def _flying(run: xr.Dataset, scene: Motor) -> Any:
     found = flights(run, scene)
     durations = (found.end - found.begin).values
@@ -53,6 +60,9 @@ MEASURES: dict[str, Measure] = {
     "flights": Measure(_flights, "1", "number of flights"),
     "revolutions_flown": Measure(
         _revolutions_flown, "1", "revolutions in flights, in either direction"
+    ),
+    "longest_flight": Measure(
+        _longest_flight, "1", "revolutions in the longest flight, in either direction"
     ),
     "flying": Measure(_flying, "1", "fraction of the time spent in flights"),
     "transitions": Measure(_transitions, "1", "number of transitions between wells"),
