@@ -35,8 +35,11 @@ def methods_of(data):
     return found
 
 
-LAW = "It spins for a random amount of time, observed to be exponential in law"
-"""At reduced size there are too few flights to reject it in every sample."""
+LAWS = (
+    "It spins for a random amount of time, observed to be exponential in law",
+    "Ours: the law of flights ",
+)
+"""At reduced size there are too few flights to reject these in every sample."""
 
 
 @pytest.mark.parametrize("name", FIGURES)
@@ -53,7 +56,7 @@ def test_claims_and_picture_at_reduced_size(name, tmp_path):
     assert [claim.says for claim in claims] == [claim.says for claim in published]
     for claim, full in zip(claims, published, strict=True):
         assert full.verdict != "not decided", claim
-        small = {"not decided"} if claim.says.startswith(LAW) else set()
+        small = {"not decided"} if claim.says.startswith(LAWS) else set()
         assert claim.verdict in {full.verdict} | small, claim
         assert (claim.figures, claim.repeats) == (full.figures, full.repeats)
     path = tmp_path / f"{name}.png"
