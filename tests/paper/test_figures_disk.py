@@ -9,7 +9,7 @@ from agreement import scores
 
 import magmotor as mm
 from magmotor.devices.disk.system import System
-from paper.disk import ergodicity, flight_law, memory
+from paper.disk import ergodicity, flight_law, memory, relaxation
 from paper.disk.flight_law import Flights, exponent
 from paper.disk.flight_theory import FlightLaw, stretched_time
 from paper.disk.flights import claim_of_the_tail, claim_of_the_theorem, slopes
@@ -163,20 +163,19 @@ def test_scatter_of_averages_against_closed_forms():
     diffusion = mm.theory.d_diffusion(model.scene, model.d)
     memories = model.correlation_time, float(model.probability @ (model.d**2 / diffusion)) / 2
     for odd, time in zip((True, False), memories, strict=True):
-        found = float(ergodicity.expected_scatter(odd, np.array([1e14]))[0])
+        found = float(relaxation.expected_scatter(odd, np.array([1e14]))[0])
         assert found == pytest.approx((2 * time / 1e14) ** 0.5, rel=0.02)  # 0.003
     t = np.array([10.0, 6684.0, 1e6])
     expected = model.d_correlation(t) / model.mean_square
-    np.testing.assert_allclose(ergodicity.expected_correlation(t), expected, rtol=1e-6)  # 4e-8
+    np.testing.assert_allclose(relaxation.expected_correlation(t), expected, rtol=1e-6)  # 4e-8
 
 
 def test_averages_off_gibbs_are_seen():
     found = ergodicity.compute(True)
     assert [claim.verdict for claim in ergodicity.claims(found)] == ["right"] * 3
     hot = {name: 1.2 * each for name, each in found.squares.items()}
-    worse = {"squares": hot, "correlation": found.correlation + 0.5, "scatter": {
-        name: each / 2 for name, each in found.scatter.items()
-    }}  # fmt: skip
+    same = dict.fromkeys(found.kept, found.kept[1.0])  # as with a spectral gap
+    worse = {"squares": hot, "correlation": found.correlation + 0.5, "kept": same}
     for number, (name, value) in enumerate(worse.items()):
         claim = ergodicity.claims(dataclasses.replace(found, **{name: value}))[number]
         assert claim.verdict == "wrong", claim
