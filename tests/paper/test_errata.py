@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy import constants
 
 import magmotor as mm
 from benchmarks.accuracy.diffusion import diffusion
@@ -317,6 +318,27 @@ def test_the_slip_of_a_ball_held_by_the_field_decays_more_slowly():
     assert across.real == pytest.approx([-1.017, -1.017], abs=1e-3)  # -1.0168
     rolling = slow[(abs(slow.imag) > 0.1) & (abs(slow.imag) < 1)]
     assert rolling.real == pytest.approx([-5.88e-3] * 2, rel=1e-3)  # 170 s
+
+
+def test_eddy_currents_and_electron_spins_do_not_spin_the_top(case4):
+    """What turns Tesla's egg and the Einstein-de Haas cylinder is far too weak here.
+
+    A sphere that rotates slowly in a field across its axis has currents sigma omega B rho/2 around
+    the direction of omega x B, at the distance rho: their power is the integral of their square
+    over sigma, 2 pi/15 sigma (omega B)^2 a^5.
+    """
+    scene = mm.Top.paper(4)
+    conductivity, radius = 7e5, scene.ball_radius  # NdFeB
+    heights, weights = radius * np.array(np.polynomial.legendre.leggauss(20))
+    squares = np.sum(weights * math.pi / 2 * (radius**2 - heights**2) ** 2)  # integral of rho^2
+    assert squares == pytest.approx(8 * math.pi / 15 * radius**5, rel=1e-14, abs=0)  # 2e-16
+    field = -mm.observables.minimum(scene).energy / scene.moment
+    braking = conductivity * field**2 * squares / 4 / scene.inertia[2]
+    assert braking == pytest.approx(1.5e-5, rel=0.05)
+    electron = constants.e / constants.m_e  # moment over angular momentum of spins
+    turned_over = 2 * scene.moment / electron
+    assert turned_over == pytest.approx(1.14e-10, rel=1e-2, abs=0)  # 1.137e-10
+    assert turned_over / largest(case4.momentum_map) == pytest.approx(6.1e-7, rel=0.02, abs=0)
 
 
 # The disk
