@@ -198,7 +198,7 @@ def _diffusion(run: xr.Dataset) -> tuple[float, float, float]:
 
 def _claim_of_drag(found: Displacements) -> Claim:
     listed, apart, lag = [], [], 0.0
-    for name in DRAGS:
+    for name in (SLIP, *DRAGS):
         lag, measured, error = _diffusion(found.runs[name])
         theory = float(expected(name, np.array([lag]))[0]) / (2 * lag)
         listed.append(f"{measured:.3g} ± {error:.1g} ({theory:.3g})")
@@ -207,7 +207,7 @@ def _claim_of_drag(found: Displacements) -> Claim:
     ratio = limits[0] / limits[1]
     return judged(
         "Ours: a drag of 0.1 % of the friction takes most of the diffusion that degeneracy gives",
-        f"mean square over 2t at t = {lag:.0f} with a drag of 0.1, 1, 10 and 100 % of c (theory,"
+        f"mean square over 2t at t = {lag:.0f} with a drag of 0, 0.1, 1, 10 and 100 % of c (theory,"
         f" nothing fitted): {', '.join(listed)}. In the end it is, by theory,"
         f" {', '.join(f'{limit:.3g}' for limit in limits[1:])}, and {limits[0]:.3g} without drag:"
         f" {ratio:.0f} times as much as with the least",
