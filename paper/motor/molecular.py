@@ -15,8 +15,8 @@ from magmotor.devices.motor.scene import Motor
 GRADE, ROOM = "N42", 300.0
 """The strongest of common magnets, and a temperature in K."""
 
-WATER, AIR_SPEED = 1e-3, 5e-3
-"""Viscosity in Pa s; speed in m/s of the paper's ball in flight, for its drag in air."""
+WATER, AIR_SPEED = 1e-3, 2e-3
+"""Viscosity in Pa s; speed in m/s of the paper's ball, for its drag in air."""
 
 NITROGEN = 28.0 * constants.atomic_mass
 """Mass of a molecule, in kg."""
