@@ -33,7 +33,10 @@ LEANS = np.linspace(-6, 6, 15)
 """Lean of the inner ring along one direction, in thermal standard deviations."""
 
 RADII = 80
-"""Radii from a quarter of the valley's radius to the outer ring at which the ball is placed."""
+"""Distances from a quarter of the valley's radius to that of the outer ring, 1 cm apart.
+
+The ball's thermal spread is 4 cm at alpha = 1e-3 and falls in proportion to alpha.
+"""
 
 
 class Rolling(NamedTuple):

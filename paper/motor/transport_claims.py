@@ -26,17 +26,18 @@ def claims(found: "Transport") -> list[Claim]:
     motor, physical = found.motor, found.physical
     last = motor.slopes.lag[-1]
     late, early = motor.slope_near(last), motor.slope_near(BALLISTIC)
-    decades = np.log10(motor.slopes.lag[motor.slopes.slope > STEEP])
+    steep = np.log10(motor.slopes.lag[motor.slopes.slope > STEEP])
+    decades = float(np.ptp(steep)) if len(steep) else 0.0
     falls = bool(early.value - late.value > SIGNIFICANT * np.hypot(early.error, late.error))
     return [
         judged(
             "The basic phenomenon, a ballistic mean squared displacement, arises in a more complex,"
             " rigid-body system",
             f"the local slope of E[(φ(t) - φ(0))²] is {early} at {BALLISTIC:g} s and above {STEEP}"
-            f" for {np.ptp(decades):.1f} decades, but {motor.slope_near(1e4)} at 10⁴ s and {late}"
+            f" for {decades:.1f} decades, but {motor.slope_near(1e4)} at 10⁴ s and {late}"
             f" at {last:.2g} s: a crossover to diffusion, with {_diffusion(motor)}",
             holds=not falls,
-            otherwise="in part" if np.ptp(decades) > 1 else "wrong",
+            otherwise="in part" if decades > 1 else "wrong",
         ),
         _same_with_factor_one(physical),
         _green_kubo_agrees(found),

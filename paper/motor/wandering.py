@@ -48,4 +48,4 @@ def whole_flights(azimuth: Array) -> Array:
 
 def _variation(lasts: list[Array]) -> float:
     together = np.concatenate(lasts)
-    return float(together.var() / together.mean() ** 2)
+    return float(together.var() / together.mean() ** 2) if len(together) else np.nan
