@@ -18,7 +18,8 @@ from paper.figure import Claim, Figure, judged
 AMPLITUDES = (0.5, 1.5, 2.5, 3.0)
 """In rad, about the minimum at x = pi."""
 
-FRICTION = 0.1
+FRICTION, ROLLING = 0.1, 1e4
+"""Friction with which the swinging is damped, and with which the disk cannot slip."""
 
 TIMESTEP, INTERVAL = 0.002, 25
 """Timestep, and steps between records."""
@@ -26,10 +27,13 @@ TIMESTEP, INTERVAL = 0.002, 25
 
 @dataclass(frozen=True)
 class Oscillations:
-    """Runs from rest: without friction at each amplitude, with friction at the last."""
+    """Runs from rest: without friction at each amplitude, with friction at two of them."""
 
     free: list[xr.Dataset]
     damped: xr.Dataset
+    """from the last amplitude"""
+    rolling: xr.Dataset
+    """from the first amplitude, with so much friction that the disk rolls"""
 
     @property
     def periods(self) -> NDArray[np.float64]:
@@ -50,7 +54,12 @@ def compute(_quick: bool) -> Oscillations:
     undamped = Disk(potential="cosine", noise=0.0, friction=0.0)
     free = [simulate(undamped.replace(x=np.pi - a), duration=80.0, **numerics) for a in AMPLITUDES]
     damped = undamped.replace(x=np.pi - AMPLITUDES[-1], friction=FRICTION)
-    return Oscillations(free, simulate(damped, duration=200.0, **numerics))
+    rolling = undamped.replace(x=np.pi - AMPLITUDES[0], friction=ROLLING)
+    return Oscillations(
+        free,
+        simulate(damped, duration=200.0, **numerics),
+        simulate(rolling, duration=80.0, **numerics),
+    )
 
 
 def claims(runs: Oscillations) -> list[Claim]:
@@ -60,6 +69,8 @@ def claims(runs: Oscillations) -> list[Claim]:
     listed = ", ".join(f"{period:.4f}" for period in runs.periods)
     end = runs.damped.isel(time=slice(-400, None))
     slip = float(np.abs(end.v + end.omega).max())
+    slower = _period(runs.rolling) / expected[0]
+    sigma = Disk().sigma
     return [
         judged(
             "If U = cos(x), the sliding disk is simply a pendulum",
@@ -68,10 +79,16 @@ def claims(runs: Oscillations) -> list[Claim]:
             difference < 1e-5,
         ),
         judged(
-            "... in which the bob is replaced by a disk (which rotates; only slip damps it)",
-            f"with c = {FRICTION} it swings down to {float(np.abs(end.x - np.pi).max()):.1e} rad"
-            f" within a time of 200; its slip is then {slip:.0e}",
-            float(np.abs(end.x - np.pi).max()) < 0.1 and slip < 0.1,
+            "... in which the bob in the pendulum is replaced by a disk and the pendulum"
+            " is placed within a cylinder",
+            f"where friction lets it only roll, c = {ROLLING:g}, its inertia is 1 + σ and its"
+            f" period {slower:.5f} times as long as that of a pendulum, √(1 + σ) ="
+            f" {np.sqrt(1 + sigma):.5f}; with c = {FRICTION} it swings down to"
+            f" {float(np.abs(end.x - np.pi).max()):.1e} rad within a time of 200, and its slip is"
+            f" then {slip:.0e}",
+            abs(slower / np.sqrt(1 + sigma) - 1) < 1e-3
+            and float(np.abs(end.x - np.pi).max()) < 0.1
+            and slip < 0.1,
         ),
     ]
 

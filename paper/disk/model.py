@@ -17,12 +17,12 @@ def compute(_quick: bool) -> mujoco.MjModel:
 
 
 def claims(model: mujoco.MjModel) -> list[Claim]:
-    """Return the claims of (fig:slidingdisk)."""
+    """Return our claim on (fig:slidingdisk), which only defines the disk."""
     joint_types = [mujoco.mjtJoint(number) for number in model.jnt_type]
     names = " and ".join(joint.name.removeprefix("mjJNT_").lower() for joint in joint_types)
     return [
         judged(
-            "With the surface constraint the configuration space is just R × SO(2)",
+            "Ours: the model's configuration space is just R × SO(2), as the caption says",
             f"the model has {model.nv} degrees of freedom: {names}",
             joint_types == [mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_HINGE],
         )
