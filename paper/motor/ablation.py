@@ -160,8 +160,8 @@ def claims(found: Ablation) -> list[Claim]:
         judged(
             f"{OURS}wells, ring and temperature are enough for flights, whatever the friction",
             f"with isotropic friction at the same kT there are {_count(bare)} flights in 10⁵ s,"
-            f" against {_count(own)}; the mean square velocity of the ball is {speeds[1]} and"
-            f" {speeds[0]} times 2kT/m",
+            f" against {_count(own)}; a rotor without wells loses them alike if its memory becomes"
+            f" as short: {bare.rotor}, against {own.rotor}",
             bool(bare.number.value > own.number.value - SIGNIFICANT * own.number.error),
         ),
         judged(

@@ -45,7 +45,7 @@ def _slopes(axes: "Axes", found: "Transport") -> None:
         label="sliding disk, time scaled",
     )  # fmt: skip
     axes.set(ylim=(0.7, 2.1), xlabel="lag (s)", ylabel="local slope")
-    axes.set_title("Ballistic for three decades, diffusive in the end")
+    axes.set_title("Ballistic for two decades, diffusive in the end")
     axes.legend(loc="lower left")
 
 
