@@ -516,7 +516,7 @@ def test_an_upright_start_is_forgotten_in_20_seconds():
 
 
 @pytest.mark.slow
-def test_stays_and_flights_of_the_motor_have_no_heavy_tail(motor_replicas):
+def test_stays_and_flights_of_the_motor_vary_by_about_their_mean(motor_replicas):
     """Standard deviation over mean: 1 if exponential; errors about 0.1."""
     scene, run = mm.Motor(), motor_replicas
     for found in (mm.observables.flights(run, scene), mm.observables.dwell_times(run, scene)):
