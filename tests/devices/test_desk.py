@@ -4,6 +4,8 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import trapezoid
+from scipy.linalg import solve_banded
 from scipy.optimize import minimize_scalar
 
 import magmotor as mm
@@ -241,3 +243,42 @@ def test_coils_turn_a_magnet_on_the_axis_but_not_the_ring():
 def test_bad_values_are_named(options, message):
     with pytest.raises(ValueError, match=message):
         mm.Motor.desk(**options)
+
+
+def test_dry_friction_on_a_circling_plate_is_viscous():
+    """The mean of Coulomb's unit force over the circle is V/(2u), with an error of (V/u)^2/8."""
+    angle = 2 * math.pi * np.arange(1000) / 1000
+    circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    for slip in (0.01, 0.1, 0.4):
+        velocity = circle + np.array([slip, 0])
+        force = (velocity / np.linalg.norm(velocity, axis=1)[:, None]).mean(axis=0)
+        assert force[0] / (slip / 2) - 1 == pytest.approx(slip**2 / 8, rel=0.15)  # 0.09
+        assert abs(force[1]) < 1e-13
+
+
+def test_an_oil_film_resists_rolling_more_than_slip():
+    """By Reynolds' equation: 0.8 and 1/3 of the logarithm of radius over thickness, over 6 pi.
+
+    With the radius and the viscosity as units, the pressure is P(s) rho cos(phi), s = log rho,
+    and (rho H^3 P')'/rho - H^3 P/rho^2 = -6 rho (v + omega); U = v - omega is the slip.
+    """
+    found = []
+    for thickness in (1e-6, 1e-7):
+        s = np.linspace(math.log(1e-3 * thickness**0.5), 0.0, 4001)
+        rho, step = np.exp(s), s[1] - s[0]
+        film = thickness + rho**2 / 2
+        between = thickness + rho[:-1] * rho[1:] / 2
+        band = np.zeros((3, len(s)))
+        band[0, 1:], band[2, :-1] = between**3, between**3
+        band[1, 1:-1] = -(between[1:] ** 3 + between[:-1] ** 3) - step**2 * film[1:-1] ** 3
+        band[1, [0, -1]], band[0, 1], band[2, -2] = 1.0, 0.0, 0.0
+        right = -6 * rho**3 * step**2
+        right[[0, -1]] = 6 / 5 * rho[[0, -1]] / film[[0, -1]] ** 2
+        pressure = solve_banded((1, 1), band, right)
+        by_pressure = math.pi / 2 * trapezoid(pressure * rho**3, s)
+        by_shear = 2 * math.pi * trapezoid(rho**2 / film, s)
+        rolls = 2 * 2 * by_pressure  # v = omega = 1: dissipation F v + T omega
+        found.append((by_shear / (6 * math.pi), rolls / (6 * math.pi)))
+    slip, rolling = np.diff(found, axis=0)[0] / math.log(10)
+    assert slip == pytest.approx(1 / 3, rel=1e-3)
+    assert rolling == pytest.approx(0.8, rel=1e-3)

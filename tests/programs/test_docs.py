@@ -38,6 +38,7 @@ WHOLE = {
     "tutorial.md",
     "how_it_works.md",
     "contact.md",
+    "desk_motor.md",
     "adhesion_weld_or_dipole.md",
     "recipes.md",
     "fields_coils_iron.md",

@@ -40,6 +40,8 @@ class Tolerances(NamedTuple):
     center_of_mass: float
     """Distance of the ball's center of mass from the line of its dipole through the center, in m.
     """
+    rolling_friction: float
+    """Torque over load, in m, of a dry friction that takes this energy in each turn."""
 
 
 @checked
@@ -74,6 +76,7 @@ def motor_tolerances(scene: Motor) -> Tolerances:
     field = total_field(scene, on_plane(scene, points), (positions, moments))
     axis = field / np.linalg.norm(field, axis=1, keepdims=True)
     lean = float(np.hypot(*axis[0, :2]))
+    way = 2 * math.pi * float(np.hypot(*points[0]))
     return Tolerances(
         floor_tilt=barrier / (scene.weight * float(np.ptp(points[:, 0]))),
         background_field=barrier / (scene.moment * float(np.ptp(axis[:, 0]))),
@@ -81,4 +84,5 @@ def motor_tolerances(scene: Motor) -> Tolerances:
         inner_moment=largest(stronger, 1.0),
         inner_place=largest(outward, scene.inner_radius),
         center_of_mass=barrier / (2 * scene.weight * lean),
+        rolling_friction=barrier * scene.ball_radius / (scene.weight * way),
     )
