@@ -1,7 +1,7 @@
 """What a builder of the top meets first: a floor that leans, the earth's field, metal, air."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -247,12 +247,12 @@ def _curves(axes: "Axes", data: BuilderTop, unit: float, *lines: Line) -> None:
         sizes, spins = data.curves[effect]
         axes.plot(sizes / unit, spins, marker=marker, ms=4, color=color, label=label)
     if len(lines) > 1:
-        axes.legend(loc="lower right")
+        axes.legend(loc="lower right", fontsize=8)
 
 
-def _mark(axes: "Axes", size: float, text: str) -> None:
+def _mark(axes: "Axes", size: float, text: str, height: float = 0.98) -> None:
     axes.axvline(size, color=style.ORANGE, ls="--", lw=1.2)
-    axes.annotate(text, (size, 0.98), (3, 0), xycoords=("data", "axes fraction"),
+    axes.annotate(text, (size, height), (3, 0), xycoords=("data", "axes fraction"),
                   textcoords="offset points", va="top", fontsize=8)  # fmt: skip
 
 
@@ -260,8 +260,8 @@ def _floor(axes: "Axes", data: BuilderTop) -> None:
     _curves(
         axes, data, 1e-3,
         ("floor, level ring", style.BLUE, "o", "level ring"),
-        ("floor, with the ring", style.GREEN, "s", "tilted ring, floor tilted alike"),
-        ("floor, against the ring", style.PURPLE, "D", "tilted ring, floor tilted against it"),
+        ("floor, with the ring", style.GREEN, "s", "tilted ring, floor alike"),
+        ("floor, against the ring", style.PURPLE, "D", "tilted ring, floor opposite"),
     )  # fmt: skip
     _mark(axes, 1e3 * SPIRIT_LEVEL, "spirit level")
     axes.set(title="A floor that is not level", xlabel="slope of the floor (mm/m)")
@@ -294,15 +294,12 @@ def _mass(axes: "Axes", data: BuilderTop) -> None:
 
 def _drag(axes: "Axes", data: BuilderTop) -> None:
     _curves(axes, data, 1.0, ("drag", style.GREEN, "s", ""))
-    for size, text in _drags():
-        _mark(axes, size, text)
+    far = METAL * (Top().ball_radius / FAR) ** 3
+    _mark(axes, AIR, "air")
+    _mark(axes, far, "aluminum\n0.1 m below")
+    _mark(axes, METAL, "aluminum\nfloor", 0.7)
     axes.set(title="Drag on the ball's center", xlabel="force over velocity (kg/s)")
-
-
-def _drags() -> Iterator[tuple[float, str]]:
-    yield AIR, "air"
-    yield METAL * (Top().ball_radius / FAR) ** 3, "aluminum\n0.1 m below"
-    yield METAL, "aluminum\nfloor"
+    axes.set_xlim(right=1e3)
 
 
 FIGURE = Figure(
