@@ -39,12 +39,13 @@ def test_mean_squares_and_slopes_of_rotors(rotors):
     lags = half_octaves(800)
     assert lags[-1] == 256
     squares = square_increments(rotors, lags)
-    exact = rotor_square(RATE, MEMORY, STEP * lags)
+    seconds = STEP * lags.astype(float)
+    exact = rotor_square(RATE, MEMORY, seconds)
     mean, error = over_replicas(squares)
     assert np.abs((mean - exact) / error).max() < 4.5  # 1.3
-    found = local_slopes(squares, STEP * lags)
+    found = local_slopes(squares, seconds)
     np.testing.assert_allclose(found.lag**2, STEP**2 * lags[2:] * lags[:-2], rtol=1e-15)  # 2e-16
-    scores = (found.slope - logarithmic_slope(exact, STEP * lags)) / found.error
+    scores = (found.slope - logarithmic_slope(exact, seconds)) / found.error
     assert np.abs(scores).max() < 4.5  # 1.4
 
 
