@@ -3,7 +3,16 @@
 from paper.disk import ballistic_pendulum, ergodicity, flights, friction, memory, model, statistics
 from paper.disk import flight_law as disk_flight_law
 from paper.figure import Figure
-from paper.motor import ablation, flight_law, hops, level_ring, theory_of_transport, transport
+from paper.motor import (
+    ablation,
+    flight_law,
+    hops,
+    level_ring,
+    theory_of_transport,
+    transport,
+    two_temperatures,
+    work,
+)
 from paper.motor import figures as motor_figures
 from paper.prototype import (
     builder_motor,
@@ -50,6 +59,8 @@ SECTIONS: dict[str, list[Figure]] = {
         ablation.FIGURE,
         hops.FIGURE,
         flight_law.FIGURE,
+        work.FIGURE,
+        two_temperatures.FIGURE,
     ],
     "Questions to a physical prototype": [
         dry_friction.FIGURE,
