@@ -278,6 +278,53 @@ def test_bad_values_are_named(scene, fields, message):
         scene(**fields)
 
 
-def test_a_floor_so_steep_that_the_ball_finds_no_rest_is_named():
-    with pytest.raises(ValueError, match=r"floor_tilt = \(0.2, 0.0\): is too steep"):
-        mm.simulate(mm.Top(floor_tilt=(0.2, 0)), method="mujoco/rk4", timestep=0.01, duration=1)
+@pytest.mark.parametrize(("scene", "method", "steepest"), [
+    (LEVEL, "mujoco/rk4", 0.0167), (LEVEL, "scipy/dop853", 0.0167),
+    (mm.Motor(), "mujoco/baoab", 8.59e-5), (mm.Motor(), "variational/middle", 8.59e-5),
+])  # fmt: skip
+def test_a_floor_so_steep_that_the_ball_finds_no_rest_is_named(scene, method, steepest):
+    """Where m g sin(angle) exceeds the steepest slope of V_e = -m |B| outside the valley."""
+    x = np.linspace(0.2, 1.5, 20_001) * scene.near_ring()[0]
+    points = np.stack([x, 0 * x, 0 * x + scene.ball_radius], axis=1)
+    well = -scene.moment * np.linalg.norm(mm.dipoles.field(points, *scene.ring_sources()), axis=1)
+    limit = math.asin(np.gradient(well, x).max() / (scene.ball_mass * scene.gravity))
+    assert limit == pytest.approx(steepest, rel=0.01)
+    run = {"method": method, "timestep": 0.01, "duration": 1}
+    mm.simulate(scene.replace(floor_tilt=(0.95 * limit, 0)), **run)
+    for toward in ((1.05, 0), (-2, 0), (0, 2)):
+        steep = scene.replace(floor_tilt=(toward[0] * limit, toward[1] * limit))
+        with pytest.raises(ValueError, match=r"floor_tilt = .*: is too steep: V_e has no minimum"):
+            mm.simulate(steep, **run)
+
+
+@pytest.mark.parametrize("scene", [mm.Top.paper(4), mm.Motor()])
+@pytest.mark.parametrize("field", [(1e-3, 0, 0), (0, 0, -1e-3), (0.0, 0.0, 0.1), (-10.0, 0, 0)])
+def test_however_strong_a_field_there_is_a_minimum_near_the_ring(scene, field):
+    """It is where the rings' field along the background is largest."""
+    scene = scene.replace(background_field=field)
+    kind, place, _ = mm.observables.minimum(scene)
+    outermost = max(np.hypot(*scene.ring_sources()[0][:, :2].T))
+    assert kind == "minimum"
+    assert math.hypot(*place) < 1.3 * outermost  # 0.0 .. 1.25
+
+
+def test_a_ball_that_rolls_off_ends_the_run():
+    """It comes from the middle with so much speed that the floor's rise does not hold it back."""
+    scene = LEVEL.replace(floor_tilt=(0.01, 0), velocity=(1.0, 0.0))
+    for method in ("mujoco/rk4", "scipy/dop853", "variational/verlet"):
+        with pytest.raises(mm.PhysicalEvent, match=r"rolled down the floor and is 0.5. m") as stop:
+            mm.simulate(scene, method=method, timestep=0.02, duration=10)
+        assert stop.value.event == "ball rolled off"
+        assert np.hypot(*stop.value.dataset.position.values[-1, :2]) < 1.5 * 0.34
+
+
+def test_a_waypoint_without_a_minimum_does_not_count():
+    """The ring is high at first, so that the ball rolls until the ring holds it."""
+    scene = mm.Top.experiment(floor_tilt=(1e-3, 0))
+    with pytest.raises(ValueError, match="is too steep"):
+        mm.observables.minimum(scene)
+    assert mm.recommend(scene).timestep < 0.1
+    run = mm.simulate(scene, method="mujoco/rk4", timestep=0.0125, duration=20, record_interval=4)
+    truth = mm.simulate(scene, method="scipy/dop853", timestep=0.05, duration=20)
+    assert np.abs(run.position.values - truth.position.values).max() < 1e-4
+    assert np.hypot(*run.position.values[-1, :2]) < 0.34

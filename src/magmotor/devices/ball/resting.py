@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
-from magmotor.devices.ball.landscape import attitude, total_field
+from magmotor.devices.ball.landscape import attitude, minimum, total_field
 from magmotor.devices.ball.scene import BallScene
 
 DISPLACEMENT = 1e-4
@@ -22,7 +22,14 @@ def resting_ball(scene: BallScene) -> tuple[Array, Array]:
     """Return center (m) and axis of a ball at rest in the deepest minimum of V_e, shape (3,) each.
 
     For the motor, this is under the first outer dipole, with the inner ring level.
+
+    Raises
+    ------
+    ValueError
+        V_e has no minimum near the ring, for example since the floor is too steep.
     """
+    if any(scene.floor_tilt):
+        minimum(scene)  # of the motor, too, whose ball would roll off otherwise
     center = np.array([*scene.resting_place(), scene.ball_radius])
     field = total_field(scene, center, scene.ring_sources())
     return center, attitude(scene, field)[:, 0]

@@ -16,7 +16,7 @@ from magmotor.device.sliders import Slider, positive
 from magmotor.device.states import Column
 from magmotor.device.step_limits import check_step_limit, small_motion
 from magmotor.devices.ball.device import BallDevice
-from magmotor.devices.ball.resting import split_by
+from magmotor.devices.ball.resting import resting_ball, split_by
 from magmotor.devices.ball.slip import slip_velocity
 from magmotor.devices.ball.states import given_parts
 from magmotor.devices.top import theory
@@ -84,7 +84,8 @@ class TopDevice(BallDevice[Top, BallStates]):
         Raises
         ------
         ValueError
-            Replicas are given, or the timestep makes dry friction, contact or method unstable.
+            Replicas are given, the timestep makes dry friction, contact or method unstable, or the
+            floor is so steep that the ball finds no rest.
         """
         if replicas is not None:
             check_integer("replicas", replicas, at_least=1)
@@ -102,6 +103,8 @@ class TopDevice(BallDevice[Top, BallStates]):
         self.check_contact(scene, method, timestep)
         if method != "scipy/dop853":
             check_step_limit(scene, method, timestep)
+        elif any(scene.floor_tilt):
+            resting_ball(self.poses(scene)[0])
 
     def initial_state(
         self, scene: Top, initial: Mapping[str, Any] | xr.Dataset | None, replicas: int | None
@@ -216,9 +219,10 @@ class TopDevice(BallDevice[Top, BallStates]):
     def rates(self, scene: Top) -> tuple[float, ...]:
         """Return the rates of the spinning ball's fastest swing and of friction."""
         across, _, axial = scene.inertia
-        swing = max(small_motion(pose).frequency for pose in self.poses(scene))
+        motions = [small_motion(pose) for pose in self.poses(scene)]
+        swing = max(motion.frequency for motion in motions)
         spinning = split_by(scene.spin * axial / across, swing)
-        return spinning, float(small_motion(scene).decay.max())
+        return spinning, float(motions[0].decay.max())
 
     def quantities(self, scene: Top) -> tuple[str, ...]:
         """The momentum map."""

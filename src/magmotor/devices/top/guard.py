@@ -2,10 +2,12 @@
 
 from collections.abc import Iterator
 
+import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.device.guard import ENERGY_GREW, LARGEST_ERROR, Fault, Guard
 from magmotor.devices.ball.device import LIFTED, lifted
+from magmotor.devices.ball.landscape import REACH
 from magmotor.devices.top import unbalanced
 from magmotor.devices.top.observables import BallEnergy, ball_energy, magnetic_forces
 from magmotor.devices.top.scene import Top
@@ -13,6 +15,10 @@ from magmotor.devices.top.states import BallStates
 
 LARGEST_WORK = 10.0
 """Bound on the work of a moving ring, in units of the energy in play at the start."""
+
+
+ROLLED_OFF = "ball rolled off"
+"""Name of the event that ends a run whose ball has rolled from under the ring."""
 
 
 class TopGuard(Guard):
@@ -33,10 +39,14 @@ class TopGuard(Guard):
         self.largest_energy = float((start.total + work * _in_play(start))[0])
 
     def faults(self, states: BallStates) -> Iterator[Fault]:
-        """Yield the tests of energy and lift."""
+        """Yield the tests of energy, of distance on a tilted floor, and of lift."""
         found = ball_energy(self.scene, states)
         error = LARGEST_ERROR * _in_play(found)
         yield Fault(found.total > self.largest_energy + error, lambda _: ENERGY_GREW)
+        if any(self.scene.floor_tilt):
+            apart = np.hypot(*states.position[:, :2].T)
+            edge = REACH * self.scene.ring_radius
+            yield Fault(apart > edge, lambda row: _rolled_off(apart[row], edge), ROLLED_OFF)
         if self.scene.surface == "planar":
             yield self._lift(states, found.lift)
 
@@ -51,6 +61,13 @@ class TopGuard(Guard):
             "the plane cannot hold the ball down, which its swinging mass and the magnets lift by"
         )
         return Fault(pull > 0, lambda row: f"{reason} {pull[row]:.3g} N", LIFTED)
+
+
+def _rolled_off(apart: float, edge: float) -> str:
+    return (
+        f"the ball has rolled down the floor and is {apart:.2f} m from the center, more than"
+        f" {edge:.2f} m, where no ring holds it"
+    )
 
 
 def _in_play(energy: BallEnergy) -> NDArray:

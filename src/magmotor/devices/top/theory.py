@@ -95,8 +95,20 @@ def small_motion(scene: Top) -> SmallMotion:
 
 
 def poses(scene: Top) -> list[Top]:
-    """Return the scene with its ring at rest, once for each waypoint if it has a script."""
-    return [
+    """Return the scene with its ring at rest, once for each waypoint if it has a script.
+
+    Waypoints at which the ball would find no rest are left out, unless it finds none at any.
+    """
+    still = [
         scene.replace(ring_script=(), ring_height=height, tilt=tilt, tilt_azimuth=azimuth)
         for _, height, tilt, azimuth in scene.ring_script
     ] or [scene]
+    return [pose for pose in still if _finds_rest(pose)] or still
+
+
+def _finds_rest(scene: Top) -> bool:
+    try:
+        resting_ball(scene)
+    except ValueError:
+        return False
+    return True
