@@ -69,6 +69,14 @@ def test_without_drag_a_step_is_the_papers():
     assert step_coefficients(mm.Disk(drag=0.1), "baoab", 0.05) != plain
 
 
+def test_slip_and_rotation_may_be_one_velocity_to_rounding():
+    scene = mm.Disk(sigma=1e-30, friction=1e-30, noise=1e-30, rotational_drag=1e-30)
+    (part,) = (p for p in step_coefficients(scene, "baoab", 0.05).parts if any(map(any, p.noise)))
+    found = np.array(part.noise).T @ np.array(part.noise)
+    expected = covariance(*linear_motion(scene), 0.05)
+    np.testing.assert_allclose(found[1], expected[1], rtol=2e-14)  # 6e-16
+
+
 @pytest.mark.parametrize(("method", "timestep", "bound"), [
     ("variational/blanes-moan4", 0.05, 2e-7),  # 8e-9
     ("variational/baoab", 0.05, 6e-3),  # 3e-4

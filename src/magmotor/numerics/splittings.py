@@ -20,6 +20,9 @@ from magmotor.numerics.reproducible import (
     symmetric_modes,
 )
 
+DEPENDENT = 1e-14
+"""Square of the sine of an angle below which two channels drive the same velocity, to rounding."""
+
 DRIFTS, KICKS, O_PARTS = "AERS", "BKE", "OKE"
 """Parts that change positions, that apply forces, and that apply friction and noise."""
 
@@ -207,6 +210,8 @@ def _nearest_root(driven: Matrix, covariance: Matrix) -> Matrix:
     lengths = np.sqrt(np.sum(driven * driven, axis=0))
     directions = driven / lengths
     squares, axes = symmetric_modes(product(directions.T, directions))
+    kept = squares > DEPENDENT * squares.max(initial=0.0)
+    squares, axes = squares[kept], axes[:, kept]
     back = product(axes / squares, product(axes.T, directions.T)) / lengths[:, np.newaxis]
     squares, axes = symmetric_modes(product(back, product(covariance, back.T)))
     return product(driven, product(axes * np.sqrt(np.maximum(squares, 0.0)), axes.T))
