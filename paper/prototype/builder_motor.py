@@ -155,7 +155,7 @@ def _in_air(scene: Motor) -> Motor:
 
 def _moment(scene: Motor) -> float:
     """Return the moment of the ball: in the desk motor, that of its magnet."""
-    return scene.bill_of_materials().ball_moment if scene is DESK else scene.moment
+    return scene.moment * (math.sqrt(scene.ball_ring_factor) if scene is DESK else 1.0)
 
 
 def _field_allowed(scene: Motor) -> float:

@@ -70,7 +70,7 @@ def test_the_desk_of_solid_magnets():
 @pytest.mark.parametrize("scene", [mm.Motor(), DESK, DESK.replace(ball_ring_factor=1.0)])
 def test_the_magnets_have_the_energies_of_the_scene(scene):
     """The ball's in the field of magnets that count once, and that of a pair of ring magnets."""
-    bill = scene.bill_of_materials()
+    bill = scene.bill_of_materials("N42")
     point = scene.inner_radius * np.array([0.6, 0.3, 0.05])
     inner, outward = scene.inner_dipole_frame()
     outer, moments = scene.outer_sources()
@@ -83,7 +83,7 @@ def test_the_magnets_have_the_energies_of_the_scene(scene):
 
 
 def test_the_parts_fit_and_have_their_moments():
-    bill = DESK.bill_of_materials()
+    bill = DESK.bill_of_materials("N42")
     ball = mm.magnet("sphere", (bill.ball_magnet_diameter,), grade="N42")
     assert ball.moment == pytest.approx(bill.ball_moment, rel=1e-12)
     assert ball.mass == pytest.approx(bill.ball_magnet_mass, rel=1e-12)
@@ -118,7 +118,7 @@ def test_the_inertia_of_a_ball_with_a_light_shell():
 
 def test_cylinders_of_the_bill_have_no_octupole():
     """Its axial part is that of 2 z^2 - x^2 - y^2 over the volume, of a quadrature."""
-    diameter, height = DESK.bill_of_materials().inner.cylinder
+    diameter, height = DESK.bill_of_materials("N42").inner.cylinder
     points, weights = np.polynomial.legendre.leggauss(4)
     z = height / 2 * points
     r = diameter / 4 * (1 + points)
@@ -128,7 +128,7 @@ def test_cylinders_of_the_bill_have_no_octupole():
 
 def test_magnets_that_do_not_fit_are_named():
     with pytest.raises(ValueError, match=r"20 magnets weigh 0.763 kg, but the inner"):
-        mm.Motor.desk(magnet_fraction=1.0).bill_of_materials()
+        mm.Motor.desk(magnet_fraction=1.0).bill_of_materials("N42")
     with pytest.raises(ValueError, match="grade = 'C5': must be stronger: its magnet of 24 mm"):
         DESK.bill_of_materials("C5")
     with pytest.raises(ValueError, match="grade = 'N99': must be one of"):
@@ -184,6 +184,13 @@ def test_tolerances_change_the_valley_by_a_barrier():
         size = 0.1 * getattr(allowed, name)
         up, down = (around(*changed(sign * size)) for sign in (1, -1))
         assert np.ptp(up - down) / 2 == pytest.approx(0.1 * barrier, rel=0.02), name  # 0.003
+
+
+def test_rolling_friction_takes_a_barrier_in_each_turn():
+    """The ball turns by the length of the valley over its radius."""
+    torque = mm.theory.motor_tolerances(DESK).rolling_friction * DESK.ball_mass * 9.81
+    turned = 2 * math.pi * motor_wells(DESK).radius / DESK.ball_radius
+    assert torque * turned == pytest.approx(motor_wells(DESK).barrier, rel=1e-12)
 
 
 def test_the_center_of_mass_rises_by_a_barrier():

@@ -148,7 +148,9 @@ class Motor(BallScene):
         self._check_temperature()
         self._check_surroundings()
         if self.load_torque and self.surface == "plane":
-            sentence = "must be zero when surface = 'plane', which needs MuJoCo, without such a force"
+            sentence = (
+                "must be zero when surface = 'plane', which needs MuJoCo, without such a force"
+            )
             raise reject("load_torque", self.load_torque, sentence)
 
     def _check_rings(self) -> None:
@@ -235,13 +237,18 @@ class Motor(BallScene):
         scene = resized(cls.paper(run), inner_radius, grade, magnet_fraction)
         return scene.replace(**changes)
 
-    def bill_of_materials(self, grade: str = "N42") -> "BillOfMaterials":
+    def bill_of_materials(self, grade: str) -> "BillOfMaterials":
         """Return the ball and the magnets of a motor whose magnets are of this grade.
 
         The energy of ball and inner ring is `ball_ring_factor` = F times that of two dipoles of the
         scene's `moment`, and the energy of any other pair is once that of two of them. So it is for
         magnets if ball and inner ring have sqrt(F) times this moment, and the outer ring 1/sqrt(F)
         times.
+
+        Parameters
+        ----------
+        grade : str
+            Material of all magnets, as in `magnet`.
 
         Raises
         ------
