@@ -1,13 +1,16 @@
-"""Run two studies by parameter sweeps, and draw their results.
+"""Run three studies by parameter sweeps, and draw their results.
 
 The first maps the top's largest spin over the height and tilt of the ring; the second counts the
-motor's flights over the temperature. The sweeps are in `study_spin/` and `study_flights/` in the
-folder `out`, with their datasets `.nc` and pictures `.png` beside them. After an interruption, the
-same command resumes a study.
+motor's flights over the temperature; the third finds where wells, flights and a stable inner ring
+are over the motor's geometry. The sweeps are in `study_spin/`, `study_flights/`, `study_geometry/`
+and `study_geometry_dipoles/` in the folder `out`, with their datasets `.nc` and pictures `.png`
+beside them. After an interruption, the same command resumes a study.
 """
 
+import json
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -16,6 +19,8 @@ from sweep_run import SHOWN, RunOptions, beside, combined, print_status, run
 
 import magmotor as mm
 from magmotor.common.checks import check_integer, check_number
+from magmotor.devices.motor.geometry import statics
+from magmotor.devices.motor.geometry_plots import geometry_map
 from magmotor.numerics.reproducible import geometric
 from magmotor.sweep import Sweep
 
@@ -44,12 +49,34 @@ class Flights(RunOptions):
     """folder to write to"""
 
 
+@dataclass
+class Geometry(RunOptions):
+    """Map the motor's wells, flights and stability over radius, height and numbers of dipoles."""
+
+    points: tuple[int, int] = (9, 7)
+    """numbers of radii of the outer ring and of heights"""
+    seeds: int = 4
+    """number of runs at each"""
+    duration: float = 1e5
+    """of each run (s)"""
+    out: Path = Path("out")
+    """folder to write to"""
+
+
+INNER_DIPOLES, OUTER_DIPOLES = (6, 8, 10, 12, 15, 20, 30, 40), (3, 4, 5, 6, 8)
+
+FINENESS = 4
+"""Ratio of the numbers of points per axis without and with runs."""
+
+
 def main() -> None:
     warn_in_one_line()
-    studies = {"spin": Spin, "flights": Flights}
+    studies = {"spin": Spin, "flights": Flights, "geometry": Geometry}
     _, options = parse(studies, __doc__ or "", tuple(studies))
     try:
-        if isinstance(options, Flights):
+        if isinstance(options, Geometry):
+            geometry(options)
+        elif isinstance(options, Flights):
             flights(options)
         else:
             spin(options)
@@ -104,6 +131,68 @@ def flights(options: Flights) -> None:
     print(f"wrote {beside(folder, '.png')}")
     if tally.failed:
         print_status(folder, SHOWN)
+
+
+def geometry(options: Geometry) -> None:
+    for number in options.points:
+        check_integer("points", number, at_least=1)
+    check_number("duration", options.duration, above=0, unit="s")
+    scene = mm.Motor()
+    radii, heights = options.points
+    heights_of_both = ("inner_height", "outer_height")
+
+    def radius_and_height(fineness: int) -> dict[Any, Any]:
+        return {
+            "outer_radius": np.linspace(0.84, 1.2, fineness * radii),
+            heights_of_both: np.linspace(0.36, 0.66, fineness * heights),
+        }
+
+    numbers: dict[Any, Any] = {"inner_dipoles": INNER_DIPOLES, "outer_dipoles": OUTER_DIPOLES}
+    rings = _flown(scene, radius_and_height(1), options.out / "study_geometry", options)
+    dipoles = _flown(scene, numbers, options.out / "study_geometry_dipoles", options)
+    finely = radius_and_height(FINENESS)
+    offset = {
+        "outer_radius": finely["outer_radius"],
+        "outer_height": np.linspace(0.3, 0.66, FINENESS * heights),
+    }
+    static = {
+        "rings": statics(scene, finely),
+        "offset": statics(scene, offset),
+        "dipoles": statics(scene, numbers),
+    }
+    picture = options.out / "study_geometry.png"
+    with written_whole(picture) as part:
+        geometry_map(rings, dipoles, static, scene, part)
+    print(f"wrote {picture}")
+    print(longest(rings))
+    print(longest(dipoles))
+
+
+def _flown(scene: mm.Motor, vary: Any, folder: Path, options: Geometry) -> xr.Dataset:
+    plan = Sweep(
+        scene=scene,
+        vary=vary,
+        seeds=options.seeds,
+        measure=["flights", "flying", "longest_flight", "transitions"],
+        method="variational/middle",
+        timestep=0.25,
+        duration=options.duration,
+        record_interval=20,
+    )
+    tally = run(plan, folder, options)
+    if tally.failed:
+        print_status(folder, SHOWN)
+    return combined(folder)
+
+
+def longest(data: xr.Dataset) -> str:
+    """Return where the longest flight of a sweep is, as text."""
+    flight = data.longest_flight
+    where = flight.fillna(0).argmax(...)
+    there = flight.isel(where)
+    fields = json.loads(data.attrs["axes"])
+    place = ", ".join(f"{name} = {float(there[name]):.3g}" for name in fields)
+    return f"longest flight: {float(there):.0f} revolutions at {place}"
 
 
 def over_temperature(data: xr.Dataset, scene: mm.Motor) -> xr.Dataset:
