@@ -32,7 +32,7 @@ class Ensemble(NamedTuple):
 
 
 ENSEMBLES = {
-    "uniform": Ensemble(Motor(), 0.4, 256, 24, 100),
+    "uniform": Ensemble(Motor(), 0.4, 256, 48, 100),
     "factor 1": Ensemble(Motor(ball_ring_factor=1), 0.4, 128, 8, 200),
     "nonuniform": Ensemble(Motor.paper("nonuniform-a"), 0.1, 128, 16, 300),
     "air at 2 mm/s": Ensemble(Motor().in_air(speed=0.002), 0.4, 128, 8, 500),

@@ -14,7 +14,7 @@ from paper.motor.flight_definitions import DEFINITIONS, Remaining, remaining
 from paper.motor.rotor import RateAndMemory, rate_and_memory, rotor
 from paper.motor.runs import DURATION, SIGNIFICANT
 
-FEW = 200
+FEW = 300
 """Flights below which no law is judged."""
 
 ROTOR = "rotor"

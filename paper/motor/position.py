@@ -41,7 +41,10 @@ def claims_of_theta(motors: Motors) -> list[Claim]:
         motors.many[name] for name in ("nonuniform-a", "uniform-a", "uniform-d")
     )
     median_wait = float(np.median(many_cool.first))
-    rotors = {kind: rotors_beside(runs) for kind, runs in ((3, nonuniform), (4, uniform))}
+    rotors = {
+        3: rotors_beside("nonuniform", len(nonuniform)),
+        4: rotors_beside("uniform", len(warm)),
+    }
     return [
         _two_states(
             "The plots show the magnetic ball transition between two metastable states:"
@@ -82,8 +85,8 @@ def _two_states(
         verdict = "right" if _held(found, rotors) else "in part"
     return Claim(
         says,
-        f"{_flight_counts(runs, many)}; so do {rotors.flying} of {ROTORS} rotors without wells"
-        f" that have the ball's rate and memory. What they do not do: {_residence(found, rotors)}",
+        f"{_flight_counts(runs, many)}; so do {rotors.flying} of {ROTORS} rotors without wells that"
+        f" have the ball's rate and memory. What they do not do: {_residence(found, rotors)}",
         verdict,
         (figure,),
     )
@@ -205,7 +208,7 @@ def _circle(runs: Sequence[MotorRun], figure: int) -> Claim:
 
 def _transition(runs: Sequence[MotorRun], figure: int) -> Claim:
     """Return the claim of a clear transition, which a rotor must not show as clearly."""
-    found, rotors = states_of(runs), rotors_beside(runs)
+    found, rotors = states_of(runs), rotors_beside(runs[0].scene.temperature, len(runs))
     mean, spread = rotors.mean.contrast, rotors.spread.contrast
     clear = found.contrast > mean + SIGNIFICANT * spread
     verdict: Verdict = "right" if clear else "in part" if _held(found, rotors) else "wrong"
@@ -214,9 +217,10 @@ def _transition(runs: Sequence[MotorRun], figure: int) -> Claim:
         "It is very clear from this plot that the motion transitions from noise driven to being"
         " inertia driven",
         f"over {WINDOW:g} s the ball moves {found.contrast:.1f} times as far around the ring in"
-        f" flights as between them ({flown} of {len(runs)} runs have flights), and so do rotors"
-        f" without wells of the same rate and memory ({mean:.1f} ± {spread:.1f}), since flights"
-        f" are selected as parts without reversal. But {_residence(found, rotors)}",
+        f" flights as between them ({flown} of {len(runs)} runs have flights); rotors without wells"
+        f" of the same rate and memory ({rotors.measured.memory:.0f} s) move {mean:.1f} ±"
+        f" {spread:.1f} times as far, since flights are selected as parts without reversal. What"
+        f" rotors do not do: {_residence(found, rotors)}",
         verdict,
         (figure,),
     )

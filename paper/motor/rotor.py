@@ -17,6 +17,9 @@ from magmotor.common.checks import check_array, check_integer, check_number, rej
 WINDOW = 100.0
 """In s, over which a rate is measured."""
 
+SMOOTHED = 10
+"""Windows over which its correlation is averaged, since the ball swings in a well in 600 s."""
+
 
 def rotor(
     rate: float, memory: float, times: ArrayLike, replicas: int, seed: int
@@ -77,7 +80,7 @@ class RateAndMemory(NamedTuple):
     rate: float
     """Root mean square of the rate over `WINDOW`, in rad/s."""
     memory: float
-    """Time in s in which the correlation of the rate falls to 1/e."""
+    """Time in s in which the correlation of the rate falls to 1/e, without the swing in a well."""
 
 
 def rate_and_memory(rows: Sequence[NDArray[np.float64]], step: float) -> RateAndMemory:
@@ -94,12 +97,11 @@ def rate_and_memory(rows: Sequence[NDArray[np.float64]], step: float) -> RateAnd
     window = stride * step
     rates = [np.diff(row[::stride]) / window for row in rows]
     square = np.mean(np.concatenate(rates) ** 2)
-    before, lag = 1.0, 0
+    correlation: list[float] = []
     while True:
-        lag += 1
+        lag = len(correlation) + 1
         products = [rate[lag:] * rate[:-lag] for rate in rates if len(rate) > lag]
-        now = float(np.concatenate(products).mean() / square) if products else 0.0
-        if now < math.exp(-1):
-            part = (before - math.exp(-1)) / (before - now)
-            return RateAndMemory(float(np.sqrt(square)), (lag - 1 + part) * window)
-        before = now
+        correlation.append(float(np.concatenate(products).mean() / square) if products else 0.0)
+        last = correlation[-SMOOTHED:]
+        if len(last) == SMOOTHED and np.mean(last) < math.exp(-1):
+            return RateAndMemory(float(np.sqrt(square)), (lag - (SMOOTHED - 1) / 2) * window)

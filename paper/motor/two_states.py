@@ -7,10 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from magmotor.common.arrays import Array
 from magmotor.devices.motor.flights import CORE, directed_spans
 from magmotor.devices.motor.plot_panels import MotorRun
-from paper.motor.azimuths import RECORD_INTERVAL
+from paper.motor.azimuths import RECORD_INTERVAL, azimuths
 from paper.motor.flight_definitions import DEFINITIONS, SECTOR, remaining
 from paper.motor.rotor import WINDOW, RateAndMemory, rate_and_memory, rotor
 from paper.motor.runs import DURATION
@@ -61,7 +60,7 @@ def states(rows: Sequence[NDArray[np.float64]], step: float) -> States:
 
 
 class Rotors(NamedTuple):
-    """Rotors with the rate and memory of some runs, but without wells."""
+    """Rotors with the rate and memory of the ball, but without wells."""
 
     measured: RateAndMemory
     flying: int
@@ -75,27 +74,28 @@ class Rotors(NamedTuple):
 
 def states_of(runs: Sequence[MotorRun]) -> States:
     """Measure the states of motion of some runs."""
-    return states(_rows(runs), STEP)
-
-
-def rotors_beside(runs: Sequence[MotorRun]) -> Rotors:
-    """Draw rotors with the rate and memory of some runs, and measure their states."""
-    return _rotors(rate_and_memory(_rows(runs), STEP), len(runs))
+    rows = [
+        2 * np.pi * run.revolutions[:: round(STEP / float(run.data.time[1] - run.data.time[0]))]
+        for run in runs
+    ]
+    return states(rows, STEP)
 
 
 @cache
-def _rotors(measured: RateAndMemory, together: int) -> Rotors:
-    times = np.arange(0, DURATION, RECORD_INTERVAL)
-    rows = [*rotor(*measured, times, ROTORS, seed=1)]
+def rotors_beside(kind: str, together: int) -> Rotors:
+    """Draw rotors with the rate and memory of the ball, and measure their states.
+
+    Parameters
+    ----------
+    kind : str
+        A key of `ENSEMBLES`, of which a few runs determine the rate and the memory.
+    together : int
+        Number of runs that they are compared with.
+    """
+    measured = rate_and_memory(azimuths(kind, quick=True).rows, RECORD_INTERVAL)
+    rows = [*rotor(*measured, np.arange(0, DURATION, RECORD_INTERVAL), ROTORS, seed=1)]
     groups = [rows[first : first + together] for first in range(0, ROTORS, together)]
     found = np.array([states(group, RECORD_INTERVAL) for group in groups])
     left = remaining(rows, DEFINITIONS["once"])
     mean, spread = States(*found.mean(axis=0)), States(*found.std(axis=0, ddof=1))
     return Rotors(measured, len(np.unique(left.run)), mean, spread, left.squared_variation)
-
-
-def _rows(runs: Sequence[MotorRun]) -> list[Array]:
-    return [
-        2 * np.pi * run.revolutions[:: round(STEP / float(run.data.time[1] - run.data.time[0]))]
-        for run in runs
-    ]

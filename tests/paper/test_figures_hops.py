@@ -1,9 +1,30 @@
 """The motor's hops and flights: the rotor as null, barriers, and the laws of flights."""
 
+import itertools
+import math
+from typing import Any
+
 import numpy as np
 import pytest
+from scipy.optimize import minimize_scalar
+from scipy.spatial.transform import Rotation
 
-from paper.motor.rotor import rotor
+import magmotor as mm
+from magmotor.plots import MotorRun
+from paper.motor import flight_law, hops
+from paper.motor.azimuths import RECORD_INTERVAL, Azimuths
+from paper.motor.barriers import Valley
+from paper.motor.crossings import LAGS, Places, barriers, crossings
+from paper.motor.flight_definitions import DEFINITIONS, Remaining, remaining
+from paper.motor.hop_barriers import Ahead, Found, Mean
+from paper.motor.position import claims_of_the_position
+from paper.motor.rotor import rate_and_memory, rotor
+from paper.motor.runs import Motors
+from paper.motor.two_states import rotors_beside, states
+
+RATE, MEMORY = 3e-3, 3300.0
+SECTOR = 2 * math.pi / 5
+MOTOR = mm.Motor()
 
 
 @pytest.mark.parametrize("steps", [np.full(100, 60.0), np.tile([5.0, 235.0], 25)])
@@ -12,15 +33,211 @@ def test_a_rotor_moves_as_an_ornstein_uhlenbeck_process_does(steps):
 
     The chance that one of 3 Gaussian scores is beyond 4.5 errors is 2e-5.
     """
-    rate, memory = 3e-3, 3300.0
     times = np.append(0.0, np.cumsum(steps))
-    azimuths = rotor(rate, memory, times, 40_000, seed=1)
+    azimuths = rotor(RATE, MEMORY, times, 40_000, seed=1)
     assert azimuths.shape == (40_000, len(times))
     assert not azimuths[:, 0].any()
     for k in (1, len(times) // 2, len(times) - 1):
-        t = times[k] / memory
-        expected = 2 * (rate * memory) ** 2 * (t - 1 + np.exp(-t))
+        t = times[k] / MEMORY
+        expected = 2 * (RATE * MEMORY) ** 2 * (t - 1 + np.exp(-t))
         score = ((azimuths[:, k] ** 2).mean() / expected - 1) / np.sqrt(2 / 40_000)
-        assert abs(score) < 4.5
-    again = rotor(rate, memory, times, 40_000, seed=1)
-    np.testing.assert_array_equal(again, azimuths)
+        assert abs(score) < 4.5  # 1.4
+    again = rotor(RATE, MEMORY, times[:20], 3, seed=1)
+    np.testing.assert_array_equal(rotor(RATE, MEMORY, times[:20], 3, seed=1), again)
+
+
+def test_rate_and_memory_of_rotors():
+    """300 rotors for 10 memories each, with one of another length."""
+    times = np.arange(0, 33_000, 20.0)
+    rows = [*rotor(RATE, MEMORY, times, 300, seed=2)]
+    rows[0] = rows[0][:100]
+    found = rate_and_memory(rows, 20.0)
+    assert found.rate == pytest.approx(RATE, rel=0.03)  # 0.0046
+    assert found.memory == pytest.approx(MEMORY, rel=0.06)  # 0.025
+
+
+@pytest.mark.parametrize(
+    ("times", "sentence"),
+    [
+        ([0.0, 2.0, 2.0], "smallest step of times = 0.0: must be greater than 0 s"),
+        ([0.0, 2.0, 1.0], "smallest step of times = -1.0: must be greater than 0 s"),
+    ],
+)
+def test_times_of_a_rotor_increase(times, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        rotor(RATE, MEMORY, times, 1, 0)
+
+
+def energy_in_the_valley(lean, azimuth):
+    """Return the minimum of -m |B| over the radius, by a sum over dipoles."""
+    axis = np.array([*lean, math.sqrt(1 - lean[0] ** 2 - lean[1] ** 2)])
+    turn = Rotation.align_vectors([axis], [[0.0, 0.0, 1.0]])[0]
+
+    def ring(count, radius, height, factor, turned):
+        around = 2 * math.pi * np.arange(count) / count
+        outward = np.stack([np.cos(around), np.sin(around), 0 * around], axis=1)
+        if turned:
+            outward = turn.apply(outward)
+        return radius * outward + [0, 0, height], factor * outward
+
+    inner = ring(20, 0.75, 0.48, 2.0, turned=True)
+    outer = ring(5, 0.98, 0.48, 1.0, turned=False)
+    places, moments = np.vstack([inner[0], outer[0]]), np.vstack([inner[1], outer[1]])
+
+    def energy(radius):
+        r = np.array([radius * math.cos(azimuth), radius * math.sin(azimuth), 0.04]) - places
+        distance = np.linalg.norm(r, axis=1)[:, np.newaxis]
+        along = np.sum(r * moments, axis=1)[:, np.newaxis]
+        return -2e-6 * np.linalg.norm(
+            np.sum(3 * along * r / distance**5 - moments / distance**3, axis=0)
+        )
+
+    lowest: Any = minimize_scalar(energy, bounds=(0.5, 0.7), method="bounded")
+    return lowest.fun
+
+
+@pytest.mark.parametrize(("well", "step"), [(0, 1), (2, -1), (-7, 1)])
+def test_the_barrier_ahead_is_that_of_the_leaning_rings_field(well, step):
+    """In any well, in both directions."""
+    lean = np.array([0.004, 0.011])
+    places = Places(*np.array([[0], [0], [well], [step]]))
+    ensemble = Azimuths(MOTOR, "", [np.zeros(1)], [lean[np.newaxis]])
+    (found,) = barriers(Valley(MOTOR), places, ensemble, np.zeros(1))[0]
+    around = SECTOR * (well + step * np.linspace(-0.5, 1.5, 161))
+    energy = np.array([energy_in_the_valley(lean, azimuth) for azimuth in around])
+    here = int(energy[:81].argmin())
+    there = 80 + int(energy[80:].argmin())
+    expected = energy[here : there + 1].max() - energy[here]
+    assert found / MOTOR.kT == pytest.approx(expected / MOTOR.kT, abs=0.02)  # 0.0018
+
+
+def path(*corners):
+    """Return azimuths that move 0.01 sectors per record between these, in sectors."""
+    pairs = itertools.pairwise(corners)
+    parts = [np.arange(a, b, math.copysign(0.01, b - a)) for a, b in pairs]
+    return SECTOR * np.concatenate([*parts, corners[-1:]])
+
+
+def test_crossings_are_hops_outside_of_flights_and_passages_in_them():
+    """One hop back and forth, of which the ball goes halfway twice, and a flight around."""
+    row = path(0, 0.6, 0.4, 1.2, 0, 6.6, 6)
+    lean = np.zeros((len(row), 2))
+    found = crossings(Azimuths(MOTOR, "", [row], [lean]))
+    assert found.hops.well.tolist() == [0, 1]
+    assert found.hops.step.tolist() == [1, -1]
+    np.testing.assert_allclose(row[found.hops.record], 0.5 * SECTOR, atol=0.011 * SECTOR)
+    np.testing.assert_allclose(found.hops.record, [90, 230], atol=1)  # the second time it is there
+    assert found.passes.well.tolist() == [0, 1, 2, 3, 4, 5]
+    assert set(found.passes.step) == {1}
+    resting = row[found.waiting.record] / SECTOR - found.waiting.well
+    assert np.abs(resting).max() <= 0.25 + 1e-9
+    assert set(found.waiting.step) == {-1, 1}
+
+
+def test_five_definitions_of_a_flight():
+    """Two sectors, one revolution with a step back by half a sector, and four revolutions."""
+    row = path(0, 2.5, 1.8, 4.6, 4.1, 7.3, 6, 27, 26)
+    found = {key: remaining([row], each) for key, each in DEFINITIONS.items()}
+    assert {key: len(left.lasts) for key, left in found.items()} == {
+        "once": 1, "sector": 2, "two": 4, "thrice": 1, "fast": 1,
+    }  # fmt: skip
+    ends = RECORD_INTERVAL * np.array([1600.0, 600.0])  # 21 sectors less 5, less 15
+    np.testing.assert_allclose(found["once"].lasts, ends[:1], rtol=2e-3)
+    np.testing.assert_allclose(found["thrice"].lasts, ends[1:], rtol=4e-3)
+    assert not found["once"].censored.any()
+    assert found["once"].direction.tolist() == [1]
+    (cut,) = remaining([row[:2000]], DEFINITIONS["once"]).censored
+    assert cut
+
+
+def test_what_is_left_of_flights_by_hand():
+    left = Remaining(
+        np.array([0, 0, 1, 2]), np.array([1.0, 2.0, 3.0, 4.0]), np.full(4, 9.0),
+        np.array([False, True, False, False]), np.ones(4, dtype=int),
+    )  # fmt: skip
+    times, survival = left.survival
+    np.testing.assert_allclose(times, [1, 2, 3, 4])
+    np.testing.assert_allclose(survival, [0.75, 0.75, 0.375, 0])
+    y = np.array([1, 2, 3, 4]) * 3 / 10
+    variation = 1 + (np.sum(y**2) - 2 * (y.sum() - y[1])) / 3
+    assert left.squared_variation[0] == pytest.approx(variation, rel=1e-14)
+
+
+def test_flights_of_rotors_have_no_heavy_tail():
+    """Those of the motor have 1.6 and more; the error is 0.04."""
+    times = np.arange(0, 1e5, RECORD_INTERVAL)
+    left = remaining([*rotor(RATE, 8000.0, times, 60, seed=3)], DEFINITIONS["once"])
+    value, error = left.squared_variation
+    assert value < 1.15  # 0.9
+    assert error < 0.15  # 0.08
+
+
+def test_a_rotor_is_near_wells_as_often_in_flight_as_otherwise():
+    """Between flights the motor is near them for three quarters of the time."""
+    times = np.arange(0, 1e5, RECORD_INTERVAL)
+    found = states([*rotor(RATE, 8000.0, times, 60, seed=4)], RECORD_INTERVAL)
+    assert abs(found.held) < 0.06  # 0.01
+    assert found.contrast > 2  # 2.9
+
+
+def test_a_rotor_fails_the_claims_of_two_states():
+    """It moves farther in flights, but there is no well that holds it between them."""
+    data = mm.simulate(
+        MOTOR, method="variational/baoab", timestep=0.5, duration=1e5, record_interval=10
+    )
+    (theta,) = rotor(RATE, 8000.0, data.time, 1, seed=5)
+    data["position"][:, 0] = 0.59 * np.cos(theta)
+    data["position"][:, 1] = 0.59 * np.sin(theta)
+    run = MotorRun("rotor", data)
+    beside = rotors_beside("uniform", 1)
+    assert beside.flying > 100  # of 120
+    hot = mm.simulate(
+        mm.Motor.paper("nonuniform-a"), method="variational/baoab", timestep=0.1, duration=1
+    )
+    same = MotorRun("", data.assign_attrs(scene_fields=hot.attrs["scene_fields"]))
+    claims = claims_of_the_position(Motors([run, same], {}))
+    assert [claim.verdict for claim in claims] == ["wrong", "wrong"]
+
+
+def ahead(hop, well, around):
+    """Return barriers with these means at hops and in wells, and around hops, in J."""
+    random = np.random.default_rng(6)
+    spread = 0.1 * random.normal(size=400)
+    now = {"hops": hop + spread, "passes": hop + spread, "waiting": well + spread}
+    columns = np.where(LAGS == 0, hop, around) + 0.1 * random.normal(size=(400, len(LAGS)))
+    around_hops = {"hops": 1e-6 * columns, "passes": columns, "other": 1e-6 * columns}
+    return Ahead({kind: 1e-6 * values for kind, values in now.items()}, around_hops)
+
+
+@pytest.mark.parametrize(
+    ("hop", "well", "around", "verdict"),
+    [(1.0, 3.0, 3.0, "right"), (2.0, 3.0, 2.0, "in part"), (3.0, 3.0, 3.0, "wrong")],
+)
+def test_barriers_at_hops_decide_what_the_paper_says(hop, well, around, verdict):
+    found = Found(
+        "", Valley(MOTOR), ahead(hop, well, around), ahead(3.0, 3.0, 3.0), Mean(0.01, 1e-4),
+        [1e-6 * well, 1e-6 * hop], {"flights": (Mean(0.5, 0.01), 9)},
+    )  # fmt: skip
+    claims = hops.claims(found)
+    assert claims[0].verdict == verdict
+    assert claims[1].verdict == "right"
+    assert claims[3].verdict == "right"
+    assert claims[5].verdict == "right"
+    uneven = found._replace(clockwise={"hops": (Mean(0.6, 0.01), 9)}, gibbs=[0.0, 0.0])
+    assert [hops.claims(uneven)[k].verdict for k in (3, 5)] == ["wrong", "wrong"]
+
+
+@pytest.mark.parametrize(("law", "verdict"), [("exponential", "wrong"), ("lomax", "right")])
+def test_flights_decide_whether_their_law_is_exponential(law, verdict):
+    random = np.random.default_rng(7)
+    lasts = random.exponential(5e3, 350) if law == "exponential" else 9e3 * random.pareto(2.2, 350)
+    left = Remaining(
+        np.arange(350), lasts, np.full(350, 1e9), np.zeros(350, dtype=bool), np.ones(350, dtype=int)
+    )
+    found = {name: dict.fromkeys(DEFINITIONS, left) for name in flight_law.LOOKS}
+    laws = flight_law.Laws(
+        "", found, rate_and_memory([np.arange(99.0)], 5.0), dict.fromkeys(found, 1)
+    )
+    claims = flight_law.claims(laws)
+    assert {claim.verdict for claim in claims[:-1]} == {verdict}
+    assert claims[-1].verdict == "wrong"  # the tail of the rotors is the same
