@@ -9,6 +9,7 @@ from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
 import magmotor as mm
+from magmotor.device.step_limits import step_limit
 from magmotor.devices.ball.landscape import aligned_force
 from magmotor.devices.top import unbalanced
 from magmotor.devices.top.observables import magnetic_forces
@@ -356,3 +357,26 @@ def test_the_spin_after_a_minute(offset, tilted, level):
             run = mm.simulate(scene, method=method, timestep=timestep, duration=60)
             largest = float(abs((run.axis * run.angular_velocity).sum("space")).max())
             assert largest == pytest.approx(spin, abs=0.0051), method  # two decimals
+
+
+@pytest.mark.parametrize("method", ["mujoco/euler", "mujoco/implicitfast", "mujoco/rk4"])
+def test_small_motions_decay_below_the_limit_of_the_timestep_and_grow_above(method):
+    rest, _ = mm.theory.resting_ball(SCENE)
+    pushed = {
+        "position": rest, "angular_velocity": (1e-7, 2e-7, -1e-7),
+        "orientation": unbalanced.resting_rotation(SCENE).as_quat(scalar_first=True)[0],
+    }  # fmt: skip
+    growth = []
+    for part in (0.98, 1.02):
+        h = part * step_limit(SCENE, method)
+        try:
+            run = mm.simulate(
+                SCENE, method=method, timestep=h, duration=600 * h, initial=pushed,
+                allow_unstable=True,
+            )  # fmt: skip
+        except mm.SimulationStopped as stop:
+            run = stop.dataset
+        spin = np.linalg.norm(run.angular_velocity.values, axis=1)
+        growth.append(spin[-20:].max() / spin[:20].max())
+    assert growth[0] < 1e-4  # 4e-6
+    assert growth[1] > 3e3  # 6e4 .. 2e6
