@@ -54,7 +54,8 @@ def top_overview(run: xr.Dataset, scene: Top | None, path: Picture) -> None:
 
 def _draw_momentum(axes: "Axes", run: xr.Dataset, scene: Top) -> None:
     _, residual = draw_momentum(axes, run, scene)
-    axes.set(title=f"J against the torque of friction: largest difference {residual:.1e} kg m²/s")
+    cause = "the torques about the axis" if scene.is_unbalanced else "the torque of friction"
+    axes.set(title=f"J against {cause}: largest difference {residual:.1e} kg m²/s")
     axes.legend()
 
 
@@ -88,10 +89,9 @@ def draw_momentum(axes: "Axes", run: xr.Dataset, scene: Top) -> tuple[list["Line
     """
     balance = momentum_balance(run, scene)
     lines = axes.plot(run.time, run.momentum_map, color=style.BLUE, lw=3, label="simulated")
-    torque = r"c\,r\,\xi_3\cdot(e_z\times V_Q)"
-    if scene.is_unbalanced:
-        torque = r"[" + torque + r"+\xi_3\cdot(s\times mg)+\cdots]"
-    label = rf"theory: $J(0) + \int {torque}\,dt$"
+    label = r"theory: $J(0) + \int c\,r\,\xi_3\cdot(e_z\times V_Q)\,dt$"
+    if scene.is_unbalanced:  # the weight and inertia also exert torques
+        label = r"theory: $J(0) + \int$ torque about $\xi_3$ $dt$"
     lines += axes.plot(run.time, balance.integral, "--", color=style.ORANGE, label=label)
     axes.set(xlabel="t (s)", ylabel="J (kg m²/s)")
     inertia = scene.inertia[2]
