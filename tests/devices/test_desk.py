@@ -252,6 +252,27 @@ def test_bad_values_are_named(options, message):
         mm.Motor.desk(**options)
 
 
+def test_turning_about_its_own_axis_hardly_changes_the_potential():
+    """By half of the distance of two magnets, in barriers, at the bottom of a well."""
+    positions, moments = DESK.ring_sources()
+    inner = (np.arange(25) < 20)[:, None]
+    c, s = math.cos(math.pi / 20), math.sin(math.pi / 20)
+    turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+    point = np.array([motor_wells(DESK).radius, 0.0, DESK.ball_radius])
+    fields = [
+        np.linalg.norm(mm.dipoles.field(point, positions, moments)),
+        np.linalg.norm(
+            mm.dipoles.field(
+                point,
+                np.where(inner, positions @ turn.T, positions),
+                np.where(inner, moments @ turn.T, moments),
+            )
+        ),
+    ]
+    change = DESK.moment * abs(fields[1] - fields[0])
+    assert 0 < change < 0.01 * motor_wells(DESK).barrier  # 0.0019
+
+
 def test_dry_friction_on_a_circling_plate_is_viscous():
     """The mean of Coulomb's unit force over the circle is V/(2u), with an error of (V/u)^2/8."""
     angle = 2 * math.pi * np.arange(1000) / 1000
