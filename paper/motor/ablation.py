@@ -78,7 +78,7 @@ class Flown(NamedTuple):
     rotor: Measured
     """Flights in 1e5 s of rotors without wells, with the memory that is left."""
     rotor_lasts: float
-    """Mean duration of these after the first revolution, in s; NaN if there was none."""
+    """Mean duration of the whole ones after the first revolution, in s; NaN if there was none."""
 
 
 @dataclass(frozen=True)
