@@ -11,16 +11,15 @@ from scipy.spatial.transform import Rotation
 
 import magmotor as mm
 from magmotor.plots import MotorRun
-from paper.motor import flight_law, hops
+from paper.motor import flight_law, hops, position
 from paper.motor.azimuths import RECORD_INTERVAL, Azimuths
 from paper.motor.barriers import Valley
 from paper.motor.crossings import LAGS, Places, barriers, crossings
 from paper.motor.flight_definitions import DEFINITIONS, Remaining, remaining
 from paper.motor.hop_barriers import Ahead, Found, Mean
-from paper.motor.position import claims_of_the_position
-from paper.motor.rotor import rate_and_memory, rotor
-from paper.motor.runs import Motors
-from paper.motor.two_states import rotors_beside, states
+from paper.motor.rotor import RateAndMemory, rate_and_memory, rotor
+from paper.motor.runs import SETS, Motors, collected
+from paper.motor.two_states import Rotors, States, states
 
 RATE, MEMORY = 3e-3, 3300.0
 SECTOR = 2 * math.pi / 5
@@ -180,23 +179,35 @@ def test_a_rotor_is_near_wells_as_often_in_flight_as_otherwise():
     assert found.contrast > 2  # 2.9
 
 
-def test_a_rotor_fails_the_claims_of_two_states():
-    """It moves farther in flights, but there is no well that holds it between them."""
-    data = mm.simulate(
-        MOTOR, method="variational/baoab", timestep=0.5, duration=1e5, record_interval=10
-    )
-    (theta,) = rotor(RATE, 8000.0, data.time, 1, seed=5)
-    data["position"][:, 0] = 0.59 * np.cos(theta)
-    data["position"][:, 1] = 0.59 * np.sin(theta)
-    run = MotorRun("rotor", data)
-    beside = rotors_beside("uniform", 1)
-    assert beside.flying > 100  # of 120
-    hot = mm.simulate(
-        mm.Motor.paper("nonuniform-a"), method="variational/baoab", timestep=0.1, duration=1
-    )
-    same = MotorRun("", data.assign_attrs(scene_fields=hot.attrs["scene_fields"]))
-    claims = claims_of_the_position(Motors([run, same], {}))
-    assert [claim.verdict for claim in claims] == ["wrong", "wrong"]
+@pytest.mark.parametrize(
+    ("found", "verdicts"),
+    [
+        (States(2.9, 0.5, 0.5), ["wrong", "in part"]),
+        (States(2.9, 0.74, 0.43), ["in part", "right"]),
+        (States(9.0, 0.74, 0.43), ["right", "right"]),
+    ],
+)
+def test_a_rotor_fails_the_claims_of_two_states(found, verdicts, monkeypatch):
+    """It flies and moves farther in flights, but no well holds it between them."""
+    mean, spread = States(2.8, 0.5, 0.5), States(0.3, 0.03, 0.01)
+    beside = Rotors(RateAndMemory(RATE, MEMORY), 120, mean, spread, (0.9, 0.03))
+    monkeypatch.setattr(position, "rotors_beside", lambda *_: beside)
+    monkeypatch.setattr(position, "states_of", lambda *_: found)
+    runs = []
+    for name in ("nonuniform-a", "uniform-a"):
+        scene = mm.Motor.paper(name)
+        data = mm.simulate(
+            scene, method="variational/baoab", timestep=0.1, duration=400, record_interval=10
+        )
+        theta = 2 * math.pi * np.interp(data.time, [0, 300, 400], [0, 2, 1.8])
+        data["position"][:, :2] = 0.59 * np.stack([np.cos(theta), np.sin(theta)], axis=1)
+        runs.append(MotorRun(name, data))
+    many = dict.fromkeys(SETS, collected("uniform-a", runs[1:]))
+    motors = Motors(runs, many)
+    for claim in position.claims_of_the_position(motors):
+        assert claim.verdict == verdicts[0]
+    for claim in position.claims_of_theta(motors)[:2]:
+        assert claim.verdict == verdicts[1]
 
 
 def ahead(hop, well, around):
@@ -235,9 +246,7 @@ def test_flights_decide_whether_their_law_is_exponential(law, verdict):
         np.arange(350), lasts, np.full(350, 1e9), np.zeros(350, dtype=bool), np.ones(350, dtype=int)
     )
     found = {name: dict.fromkeys(DEFINITIONS, left) for name in flight_law.LOOKS}
-    laws = flight_law.Laws(
-        "", found, rate_and_memory([np.arange(99.0)], 5.0), dict.fromkeys(found, 1)
-    )
+    laws = flight_law.Laws("", found, RateAndMemory(RATE, MEMORY), dict.fromkeys(found, 1))
     claims = flight_law.claims(laws)
     assert {claim.verdict for claim in claims[:-1]} == {verdict}
     assert claims[-1].verdict == "wrong"  # the tail of the rotors is the same

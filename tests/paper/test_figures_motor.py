@@ -15,7 +15,7 @@ from magmotor.devices.motor.scene import PAPER
 from magmotor.devices.motor.states import start_motor
 from magmotor.devices.motor.tilted_ring import tilted_ring
 from magmotor.plots import MotorRun
-from paper.motor import level_ring
+from paper.motor import level_ring, position
 from paper.motor.energy import claims_of_the_energy, claims_of_the_injection
 from paper.motor.position import (
     claim_of_agreement,
@@ -23,6 +23,7 @@ from paper.motor.position import (
     claims_of_the_position,
     claims_of_theta,
 )
+from paper.motor.rotor import RateAndMemory
 from paper.motor.runs import (
     SETS,
     Flights,
@@ -32,6 +33,7 @@ from paper.motor.runs import (
     collected,
     in_flight,
 )
+from paper.motor.two_states import Rotors, States
 from paper.motor.weak_noise import SCENE, WeakNoise, axial_part, cogging
 
 
@@ -97,6 +99,14 @@ def durations(law, count, mean=5000.0, limit=1e5):
 )
 def test_the_law_of_flights_is_decided_where_there_are_enough(law, count, verdict):
     assert claim_of_the_law(durations(law, count), 4, (0.9, 0.1)).verdict == verdict
+
+
+@pytest.fixture(autouse=True)
+def _known_rotors(monkeypatch):
+    """Rotors as `rotors_beside` draws them, which needs an ensemble of motors."""
+    mean, spread = States(2.9, 0.5, 0.5), States(0.3, 0.03, 0.01)
+    beside = Rotors(RateAndMemory(2.9e-3, 8500.0), 120, mean, spread, (0.9, 0.03))
+    monkeypatch.setattr(position, "rotors_beside", lambda *_: beside)
 
 
 @pytest.fixture(scope="module")
