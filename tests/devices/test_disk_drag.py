@@ -185,6 +185,14 @@ def test_the_reduced_equation_knows_the_drag(drag, turning, bound):
     assert model.x_diffusion == pytest.approx(float(slow), rel=bound, abs=0)
 
 
+def test_the_mean_from_rest_with_drag():
+    """In a vanishing potential, the first impulse is forgotten exactly as on flat U."""
+    scene = mm.Disk(potential=((1e-6, 0.0),), drag=0.01, rotational_drag=0.005)
+    curves, t = theory.DiskTheory(scene), np.array([1.0, 30.0, 1e3])
+    expected = theory.flat_mean_displacement(scene.replace(v=1.0), t)
+    np.testing.assert_allclose(curves.mean(t) / curves.first_impulse, expected, rtol=1e-4)  # 5e-6: the cells
+
+
 def test_the_reduced_equation_in_a_potential_with_drag():
     """4000 replicas from the Gibbs measure at t = 1000; more by chance in one of 16 000 samples.
 

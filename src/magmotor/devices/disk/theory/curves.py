@@ -18,7 +18,7 @@ from magmotor.devices.disk.theory.flat import (
     flat_variance_from_rest,
 )
 from magmotor.devices.disk.theory.fokker_planck import ReducedDisk
-from magmotor.devices.disk.theory.stationary import friction_rates
+from magmotor.devices.disk.theory.stationary import friction_rates, slip_rate
 
 
 class DiskTheory:
@@ -70,9 +70,10 @@ class DiskTheory:
         forgets its impulse at the rate lambda, and d at the rates of the reduced equation.
         """
         t = np.asarray(t, dtype=float)
-        moved = flat_mean_displacement(self.scene.replace(v=1.0), t)
-        if self.has_varying_d:
-            moved = moved - (t - self._memory(t)) / (1 + self.reduced.scene.sigma)
+        if not self.has_varying_d:
+            return self.first_impulse * flat_mean_displacement(self.scene.replace(v=1.0), t)
+        sigma, rate = self.reduced.scene.sigma, slip_rate(self.reduced.scene)
+        moved = (self._memory(t) - sigma * np.expm1(-rate * t) / rate) / (1 + sigma)
         return self.first_impulse * moved
 
     @cached_property
