@@ -190,7 +190,7 @@ def test_the_mean_from_rest_with_drag():
     scene = mm.Disk(potential=((1e-6, 0.0),), drag=0.01, rotational_drag=0.005)
     curves, t = theory.DiskTheory(scene), np.array([1.0, 30.0, 1e3])
     expected = theory.flat_mean_displacement(scene.replace(v=1.0), t)
-    np.testing.assert_allclose(curves.mean(t) / curves.first_impulse, expected, rtol=1e-4)  # 5e-6: the cells
+    np.testing.assert_allclose(curves.mean(t) / curves.first_impulse, expected, rtol=1e-4)  # 5e-6
 
 
 def test_the_reduced_equation_in_a_potential_with_drag():
