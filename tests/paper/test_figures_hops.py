@@ -202,7 +202,7 @@ def test_a_rotor_fails_the_claims_of_two_states(found, verdicts, monkeypatch):
         theta = 2 * math.pi * np.interp(data.time, [0, 300, 400], [0, 2, 1.8])
         data["position"][:, :2] = 0.59 * np.stack([np.cos(theta), np.sin(theta)], axis=1)
         runs.append(MotorRun(name, data))
-    many = dict.fromkeys(SETS, collected("uniform-a", runs[1:2]))
+    many = dict.fromkeys(SETS, collected("uniform-a", 3 * runs[1:2]))
     motors = Motors(runs, many)
     for claim in position.claims_of_the_position(motors):
         assert claim.verdict == verdicts[0]
