@@ -61,10 +61,11 @@ motor: $(READY)  ## the seven motors' figures: out/motor*.png, out/motor_*.nc
 sweep: $(READY)  ## a parameter sweep: out/sweep/, out/sweep.png, .nc; ARGS="top --vary tilt=0:0.2:21"
 	@$(PYTHON) scripts/sweep.py $(or $(ARGS),top --vary tilt=0:0.2:21 --vary height=0.16:0.4:25)
 
-studies: $(READY)  ## where the top spins and how often the motor flies: out/study_*.png, .nc
+studies: $(READY)  ## where the top spins, how often and where the motor flies: out/study_*.png, .nc
 	@echo "== studies: simulating and drawing into out/; run again to resume after an interruption"
 	@$(PYTHON) scripts/study.py spin $(ARGS)
 	@$(PYTHON) scripts/study.py flights $(ARGS)
+	@$(PYTHON) scripts/study.py geometry $(ARGS)
 
 figures: $(READY)  ## the paper's figures with their claims checked: out/figures/, docs/gallery.md
 	@echo "== figures: simulating, checking and drawing takes 15 minutes; with ARGS=--quick, two or three"

@@ -367,6 +367,8 @@ def test_no_workers_is_a_mistake(tmp_path):
         (("spin", "--points", "1", "0"), "points = 0: must be at least 1"),
         (("flights", "--points", "0"), "points = 0: must be at least 1"),
         (("flights", "--duration", "-5"), "duration = -5.0: must be greater than 0 s"),
+        (("geometry", "--points", "0", "2"), "points = 0: must be at least 1"),
+        (("geometry", "--duration", "0"), "duration = 0.0: must be greater than 0 s"),
     ],
 )
 def test_an_impossible_study_is_one_line_and_code_2(script, tmp_path, arguments, line):
@@ -401,3 +403,22 @@ def test_how_often_the_motor_flies(script, tmp_path):
     kT = data.alpha_ball**2 / (2 * 0.15)
     relative = (data.slip_temperature / kT).mean("seed")
     np.testing.assert_allclose(relative, 1, atol=0.1)  # 0.02; 2000 s: 1/sqrt(4000) each
+
+
+def test_where_the_motor_flies(script, tmp_path):
+    """At the farthest outer ring, nothing holds the inner ring level above the nearest floor."""
+    few = ("--points", "2", "2", "--seeds", "1", "--duration", "2000")
+    code, said, errors = script("study", "geometry", *few, "--out", tmp_path)
+    assert (code, errors) == (0, "")
+    assert "4 cases: 3 done, 1 failed" in said
+    assert "outer_radius = 1.2, inner_height = 0.36" in said
+    assert "the inner ring is lost" in said
+    assert said.count("longest flight: ") == 2
+    assert (tmp_path / "study_geometry.png").stat().st_size < 200_000  # 50 kB
+    rings = xr.load_dataset(tmp_path / "study_geometry.nc").isel(seed=0)
+    assert rings.longest_flight.dims == ("outer_radius", "inner_height")
+    assert np.isnan(rings.longest_flight.values).tolist() == [[False, False], [True, False]]
+    dipoles = xr.load_dataset(tmp_path / "study_geometry_dipoles.nc").isel(seed=0)
+    assert dipoles.flying.dims == ("inner_dipoles", "outer_dipoles")
+    assert (dipoles.flying.fillna(0) >= 0).all()
+    assert (dipoles.transitions > 0).any()
