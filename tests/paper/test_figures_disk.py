@@ -12,7 +12,13 @@ from magmotor.devices.disk.system import System
 from paper.disk import ergodicity, flight_law, memory, relaxation
 from paper.disk.flight_law import Flights, exponent
 from paper.disk.flight_theory import FlightLaw, stretched_time
-from paper.disk.flights import claim_of_the_tail, claim_of_the_theorem, slopes
+from paper.disk.flights import (
+    claim_of_flights,
+    claim_of_the_tail,
+    claim_of_the_theorem,
+    longest_flight,
+    slopes,
+)
 from paper.disk.statistics import claim_of_agreement
 from paper.disk.systems import Disks
 
@@ -33,6 +39,31 @@ def test_a_tail_is_heavy_only_if_it_is(law):
     counts = {"flights": ended, "unfinished_flights": np.zeros_like(ended)}
     run = xr.Dataset({name: ("flight_duration", values) for name, values in counts.items()})
     assert claim_of_the_tail(run.assign_coords(flight_duration=begins)).verdict == verdict
+
+
+def paths_of(steps):
+    """Return paths of x with given steps, shape (replicas, T), recorded every 50."""
+    x = np.concatenate([np.zeros((len(steps), 1)), np.cumsum(steps, axis=1)], axis=1)
+    times = 50.0 * np.arange(x.shape[1])
+    return xr.Dataset({"x": (("replica", "time"), x)}, coords={"time": times})
+
+
+def test_a_large_brownian_motion_has_no_flights():
+    """Of 4000 signs; that 32 in a row are alike, which would count as a flight, has a chance of 1e-6."""
+    small, large = (
+        paths_of(size * np.random.default_rng(seed).normal(size=(4, 1000)))
+        for seed, size in ((0, 1.0), (1, 100.0))
+    )
+    assert claim_of_flights(large, small).verdict == "wrong"  # 500 against 800
+    flying = large.assign(x=large.x + 1e3 * large.time)
+    assert longest_flight(flying) == 50_000
+    assert claim_of_flights(flying, small).verdict == "right"
+
+
+def test_the_longest_flight_of_given_steps():
+    steps = np.array([[1, 1, -1, -1, -1, 1.0], [1, -1, 1, -1, 1, -1.0]])
+    assert longest_flight(paths_of(steps)) == 150
+    assert longest_flight(paths_of(-steps[1:])) == 50
 
 
 @pytest.fixture(scope="module")
