@@ -116,6 +116,11 @@ def dragged_lag(seconds: float) -> float:
     return Top().friction * radii[len(radii) // 2] ** 2 * FASTEST / seconds / curvature
 
 
+def _needed_spin(run: xr.Dataset, ball: Array) -> float:
+    """Return the largest spin (rad/s) of a ball that rolls as fast as this one moves around."""
+    return rolling()[1] * float(np.abs(np.gradient(ball, run.time.values)).max())
+
+
 def claims(runs: dict[str, xr.Dataset]) -> list[Claim]:
     """Return our claims: following, what limits it, where it fails, and the spin."""
     turns = [int(name.split()[0]) for name in runs]
@@ -129,17 +134,9 @@ def claims(runs: dict[str, xr.Dataset]) -> list[Claim]:
     kept = min(seconds for seconds in turns if lags[seconds] < math.pi)
     lost = max(seconds for seconds in turns if lags[seconds] >= math.pi)
     same = all((lags[each] < math.pi) == (predicted_lag(each) < math.pi) for each in turns)
-    spins = {
-        each: np.abs(SPIN(run, Top())).max().item()
-        for each, run in zip(turns, runs.values(), strict=True)
-    }
-    slip = max(
-        abs(
-            rolling()[1] * np.abs(np.gradient(both[each][1], run.time.values)).max() / spins[each]
-            - 1
-        )
-        for each, run in zip(turns, runs.values(), strict=True)
-    )
+    spins = {each: float(np.abs(SPIN(runs[f"{each} s"], Top())).max()) for each in turns}
+    needed = {each: _needed_spin(runs[f"{each} s"], both[each][1]) for each in turns}
+    slip = max(abs(spins[each] / needed[each] - 1) for each in turns)
     return [
         judged(
             f"{OURS}the ball follows a tilt that turns once around in two minutes",

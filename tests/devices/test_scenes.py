@@ -116,6 +116,19 @@ def test_the_script_passes_its_waypoints_at_rest():
     assert pose(script, 2.0)[0] == pytest.approx(0.35, rel=1e-15, abs=0)  # 0, or rounding
 
 
+def test_a_turning_tilt_goes_once_around_and_starts_with_the_ball_at_rest():
+    scene = mm.Top.turning(40.0, tilt_azimuth=0.5, friction=0.1)
+    assert scene.friction == 0.1
+    assert scene.tilt_direction(0.0) == 0.5
+    assert scene.tilt_direction(20.0) == pytest.approx(0.5 + math.pi, rel=1e-15)
+    assert scene.tilt_direction(50.0) == 0.5 + 2 * math.pi
+    still = mm.Top(tilt_azimuth=0.5, position=scene.position, axis=scene.axis)
+    run = mm.simulate(still, method="mujoco/rk4", timestep=0.02, duration=5)
+    assert abs(run.velocity).max() < 1e-14  # 4e-16
+    with pytest.raises(ValueError, match="seconds = 0: must be greater than 0 s"):
+        mm.Top.turning(0)
+
+
 def test_the_experiment_lowers_the_ring_then_tilts_it():
     scene = mm.Top.experiment()
     heights, tilts = zip(*(scene.ring_pose(t) for t in (0.0, 3.0, 8.0, 20.0)), strict=True)

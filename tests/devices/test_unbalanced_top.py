@@ -380,3 +380,21 @@ def test_small_motions_decay_below_the_limit_of_the_timestep_and_grow_above(meth
         growth.append(spin[-20:].max() / spin[:20].max())
     assert growth[0] < 1e-4  # 4e-6
     assert growth[1] > 3e3  # 6e4 .. 2e6
+
+
+def test_a_moving_ring_and_a_plane_that_bears_the_ball():
+    """By MuJoCo's RK4, against DOP853 on the paper's plane; J relative to its largest value."""
+    light = {**HEAVY, "center_of_mass": (1e-3, -2e-3, 1e-3)}
+    moving = mm.Top.experiment(**light)
+    bearing = mm.Top.paper(4, **light)
+    for scene, surface, timestep, duration, bound in (
+        (moving, "planar", 0.005, 15, 1e-4),  # 4.2e-6
+        (bearing, "plane", 0.002, 3, 6e-5),  # 2.8e-6
+    ):
+        truth = mm.simulate(scene, method="scipy/dop853", timestep=0.02, duration=duration)
+        run = mm.simulate(
+            scene.replace(surface=surface), method="mujoco/rk4", timestep=timestep,
+            duration=duration, record_interval=round(0.02 / timestep),
+        )  # fmt: skip
+        apart = float(abs(run.momentum_map - truth.momentum_map).max())
+        assert apart < bound * float(abs(truth.momentum_map).max())
