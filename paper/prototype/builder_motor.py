@@ -72,7 +72,7 @@ class BuilderMotor:
 
 def compute(quick: bool) -> BuilderMotor:
     """Run the ensembles."""
-    replicas = 8 if quick else 32
+    replicas = 6 if quick else 32
     steps, rates = [1.0, 10.0], [LIMIT, 10 * LIMIT]
     if not quick:
         steps = [0.3, 1.0, 2.0, 4.5, 10.0]

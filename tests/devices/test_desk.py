@@ -1,6 +1,7 @@
 """Motors of other sizes with the paper's dimensionless groups."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -310,3 +311,31 @@ def test_an_oil_film_resists_rolling_more_than_slip():
     slip, rolling = np.diff(found, axis=0)[0] / math.log(10)
     assert slip == pytest.approx(1 / 3, rel=1e-3)
     assert rolling == pytest.approx(0.8, rel=1e-3)
+
+
+def test_the_page_of_devices_has_these_numbers():
+    """The rows of the table that compares the paper's motor with the desk motor."""
+    page = Path(__file__).parents[2] / "docs" / "paper_devices.md"
+    text = page.read_text(encoding="utf-8")
+    scenes = mm.Motor(), DESK
+    moments = scenes[0].moment, DESK.bill_of_materials("N42").ball_moment
+    barriers = [motor_wells(scene).barrier for scene in scenes]
+    tilts = [1e6 * mm.theory.motor_tolerances(scene).floor_tilt for scene in scenes]
+    reversals = [40e-6 * m / e for m, e in zip(moments, barriers, strict=True)]
+    rows = [
+        [f"{s.inner_radius:.3g}, {s.outer_radius:.3g}" for s in scenes],
+        [
+            f"{1e3 * s.ball_radius:.3g}, {1e3 * s.ball_mass:.0f}, {m:.1f}"
+            for s, m in zip(scenes, moments, strict=True)
+        ],
+        [f"{scenes[0].units.time:.0f}", f"{DESK.units.time:.1f}"],
+        [
+            f"{1e6 * s.kT:#.2g}, {1e6 * e:#.2g}".replace(".,", ",").rstrip(".")
+            for s, e in zip(scenes, barriers, strict=True)
+        ],
+        [f"{s.friction_ball:.2g}, {s.frictions[-1]:.2g}" for s in scenes],
+        [f"{tilts[0]:.2f} µrad", f"{tilts[1]:.0f} µrad"],
+        [f"{reversals[0]:.0f}", f"{reversals[1]:.1f}"],
+    ]
+    for paper, desk in rows:
+        assert f" | {paper} | {desk} |\n" in text
