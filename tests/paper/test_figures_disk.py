@@ -49,7 +49,7 @@ def paths_of(steps):
 
 
 def test_a_large_brownian_motion_has_no_flights():
-    """Of 4000 signs; that 32 in a row are alike, which would count as a flight, has a chance of 1e-6."""
+    """That 32 of 4000 signs in a row are alike, which would be a flight, has a chance of 1e-6."""
     small, large = (
         paths_of(size * np.random.default_rng(seed).normal(size=(4, 1000)))
         for seed, size in ((0, 1.0), (1, 100.0))
