@@ -166,9 +166,12 @@ CALLS: dict[Any, dict[str, Any]] = {
     mm.dipoles.wrench: DIPOLES,
     mm.dipoles.energy: DIPOLES,
     mm.dipoles.force_and_field: DIPOLES,
-    mm.noise.BrownianPath: {"seed": 1, "timestep": 0.1, "factor": 1, "level": 0},
+    mm.noise.BrownianPath: {
+        "seed": 1, "timestep": 0.1, "factor": 1, "level": 0, "hold": 2, "window": 3,
+    },
     mm.noise.BrownianPath(1, 0.1).coarsened: {"factor": 2},
     mm.noise.BrownianPath(1, 0.1).refined: {"halvings": 1},
+    mm.noise.BrownianPath(1, 0.1).held: {"steps": 2, "window": 3},
     mm.noise.BrownianPath(1, 0.1).increments: {"steps": 2, "first": 0, "replica": 0, "channel": 0},
     mm.gibbs: {"scene": DISK, "replicas": 3, "seed": 1, "d": 1.0},
     mm.ensemble: {
