@@ -52,10 +52,10 @@ def test_devices():
             ("tilted_floor", namespace["run"]),
             *((name, namespace["mm"].simulate(
                 namespace[name], method="mujoco/rk4", timestep=0.0125, duration=60.0
-            )) for name in ("in_a_field", "on_aluminium")),
+            )) for name in ("in_a_field", "on_aluminum")),
         )
     }  # fmt: skip
-    table = {"tilted_floor": 4.95, "in_a_field": 1.44, "on_aluminium": 0.26}
+    table = {"tilted_floor": 4.95, "in_a_field": 1.44, "on_aluminum": 0.26}
     assert spins == pytest.approx(table, abs=0.0051)
     assert namespace["in_air"].drag > 6e-6
     namespace = {}

@@ -40,7 +40,7 @@ def eddy_drag(scene: BallScene, conductivity: NotNegative) -> float:
     ----------
     scene : Top or Motor
     conductivity : float
-        In S/m; 3.5e7 for aluminium.
+        In S/m; 3.5e7 for aluminum.
     """
     permeability = 4 * math.pi * PERMEABILITY_OVER_4PI
     strength = (permeability * scene.moment) ** 2 * conductivity
