@@ -339,3 +339,27 @@ def test_the_page_of_devices_has_these_numbers():
     ]
     for paper, desk in rows:
         assert f" | {paper} | {desk} |\n" in text
+
+
+def test_slip_on_a_circling_plate_relaxes_as_with_viscous_friction():
+    """Two balls on the page's plate at 50 Hz, by Runge-Kutta: their difference decays like slip."""
+    mobility = mm.theory.slip_mobility(DESK)
+    weight, rate = DESK.weight, 2 * math.pi * 50
+    speed = 0.2 * weight / (2 * DESK.friction_ball)
+
+    def slope(slips, time):
+        over_plate = slips - speed * np.array([math.cos(rate * time), math.sin(rate * time)])
+        return -mobility * 0.2 * weight * over_plate / np.linalg.norm(over_plate, axis=1)[:, None]
+
+    slips, step, turn = np.array([[0.0, 0.0], [0.01, 0.0]]), 1e-4, 200
+    apart = []
+    for k in range(8 * turn):
+        now = k * step
+        first = slope(slips, now)
+        second = slope(slips + step / 2 * first, now + step / 2)
+        third = slope(slips + step / 2 * second, now + step / 2)
+        fourth = slope(slips + step * third, now + step)
+        slips = slips + step / 6 * (first + 2 * second + 2 * third + fourth)
+        apart.append(np.linalg.norm(slips[1] - slips[0]))
+    decay = math.log(apart[2 * turn] / apart[-1]) / ((6 * turn - 1) * step)
+    assert decay == pytest.approx(DESK.friction_ball * mobility, rel=0.08)  # 0.036
