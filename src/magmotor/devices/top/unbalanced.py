@@ -5,8 +5,8 @@ The center of mass is at the lever s from G, fixed in the ball, and I is the ine
 
     p = m (v + omega x s),    pi = s x p + I omega,
 
-where pi is the angular momentum about G, the theorems of momentum read, with the force F and the
-torque T about G of everything that acts on the ball (Goldstein, *Classical Mechanics*, chapter 5),
+where pi is the angular momentum about G, the laws of momentum and of angular momentum about the
+moving point G read, with the force F and the torque T about G of everything that acts on the ball,
 
     dp/dt = F,    dpi/dt = T + m (omega x s) x v.
 
