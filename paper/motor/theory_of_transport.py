@@ -20,8 +20,8 @@ from paper.motor.spreading import Measured, over_replicas, square_increments
 from paper.motor.theory_picture import draw
 from paper.motor.transport import ALPHA, FULL, QUICK
 
-ALPHAS = {False: (5e-4, 7.5e-4, ALPHA, 1.25e-3, 1.5e-3), True: (7.5e-4, ALPHA)}
-"""Noise in N m sqrt(s). At 2e-3 the ball goes through the center."""
+ALPHAS = {False: (5e-4, 7.5e-4, ALPHA, 1.25e-3), True: (7.5e-4, ALPHA)}
+"""Noise in N m sqrt(s). From 1.5e-3 on, the ball at times goes through the center."""
 
 OTHERS = {False: Size(64, 4e5, 2e4), True: Size(16, 5e4, 2e3)}
 HELD = {False: Size(96, 6e4, 2e3), True: Size(48, 1.5e4, 2e3)}

@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib.ticker import NullLocator
 
 from magmotor.common import style
 from paper.motor.spreading import Measured, over_replicas
@@ -38,9 +39,9 @@ def _draw_spread(axes: "Axes", found: "Theory") -> None:
         main.lag, main.without.value / twice, **WITHOUT,
         label="without the friction under held rings",
     )  # fmt: skip
-    axes.set(xscale="log", yscale="log", xlabel="lag t (s)", ylabel="mean square / 2t  (rad²/s)")
+    axes.set(xscale="log", ylim=(0, None), xlabel="lag t (s)", ylabel="mean square / 2t  (rad²/s)")
     axes.set_title("The ball around its valley is a sliding disk")
-    axes.legend(loc="lower right")
+    axes.legend(loc="upper left")
 
 
 def _draw_density(axes: "Axes", found: "Theory") -> None:
@@ -59,21 +60,23 @@ def _draw_diffusion(axes: "Axes", found: "Theory") -> None:
     axes.errorbar(heat, *_columns([case.diffusion() for case in alike]), **MOTOR, label="motor")
     for once in (case for case in found.cases if case.scene.ball_ring_factor == 1):
         at = [1e6 * once.scene.kT * 1.05]  # beside the other
-        look: dict[str, Any] = MOTOR | {
-            "color": style.PURPLE,
-            "fmt": "D",
-            "label": "ball and ring counted once",
-        }
-        axes.errorbar(at, *_columns([once.diffusion()]), **look)
+        axes.errorbar(at, *_columns([once.diffusion()]), **(MOTOR | ONCE))
         axes.plot(at, [once.diffusion(once.disks).value], "_", ms=12, **DISK)
     axes.plot(heat, [case.diffusion(case.disks).value for case in alike], **DISK, label="disk")
     axes.plot(
         heat, [case.diffusion(case.without).value for case in alike], **WITHOUT,
         label="without the friction under held rings",
     )  # fmt: skip
-    axes.set(xscale="log", yscale="log", xlabel="kT (µJ)", ylabel="diffusion coefficient (rad²/s)")
+    axes.set(yscale="log", ylabel="diffusion coefficient  (rad²/s)")
+    _over_temperature(axes, heat)
     axes.set_title("Diffusion over temperature")
     axes.legend(loc="lower right")
+
+
+def _over_temperature(axes: "Axes", heat: list[float]) -> None:
+    axes.set(xscale="log", xlabel="kT (µJ)")
+    axes.set_xticks(heat, [f"{each:.2g}" for each in heat])
+    axes.xaxis.set_minor_locator(NullLocator())
 
 
 def _columns(measured: list[Measured]) -> tuple[list[float], list[float]]:
@@ -91,7 +94,8 @@ def _draw_friction(axes: "Axes", found: "Theory") -> None:
     axes.plot(
         heat, [1e5 * case.drag for case in alike], **WITHOUT, label="drag of the leaning ring"
     )
-    axes.axhline(0, color=style.GRAY, lw=0.8)
-    axes.set(xscale="log", xlabel="kT (µJ)", ylabel="rate of forgetting  (10⁻⁵/s)")
+    axes.set_ylim(0, 1.4 * axes.get_ylim()[1])
+    axes.set_ylabel("rate of forgetting  (10⁻⁵/s)")
+    _over_temperature(axes, heat)
     axes.set_title("The little friction that rolling has")
     axes.legend(loc="upper left")
