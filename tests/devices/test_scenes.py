@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import magmotor as mm
+from magmotor.devices.top.movie import TopMovieContent
 from magmotor.devices.top.scene import Waypoint, pose
 
 BAD = [
@@ -125,6 +126,10 @@ def test_a_turning_tilt_goes_once_around_and_starts_with_the_ball_at_rest():
     still = mm.Top(tilt_azimuth=0.5, position=scene.position, axis=scene.axis)
     run = mm.simulate(still, method="mujoco/rk4", timestep=0.02, duration=5)
     assert abs(run.velocity).max() < 1e-14  # 4e-16
+    run = mm.simulate(scene, method="mujoco/rk4", timestep=0.02, duration=21, record_interval=50)
+    assert TopMovieContent(run, scene, np.array([20.0])).lines(0)[-1] == (
+        "ring  20.0 cm high, tilt 2.8° toward 209°"
+    )
     with pytest.raises(ValueError, match="seconds = 0: must be greater than 0 s"):
         mm.Top.turning(0)
 

@@ -100,7 +100,8 @@ def simulate(
     -------
     xarray.Dataset
         For the top `time`, `position`, `velocity`, `axis`, `angular_velocity`, `slip_velocity`,
-        `momentum_map`, `energy` and, except with `scipy/dop853`, `orientation`; for the motor also
+        `momentum_map`, `energy` and `orientation`, which `scipy/dop853` computes only of a ball
+        that is not balanced; for the motor also
         `ring_axis`, `ring_orientation`, `ring_angular_velocity`, `ring_energy` and, accumulated
         from the start, `heat`, `work`, `ring_heat`, `ring_work`; for the disk `time`, `x`, `v`,
         `theta`, `omega`, `energy`. Units are in the attributes; there is a dimension `replica` if
@@ -114,8 +115,9 @@ def simulate(
     SimulationDiverged
         The run is no longer finite or has gained impossible energy; holds the records so far.
     PhysicalEvent
-        The magnetic lift exceeds the weight of a ball that is constrained to its plane, or the
-        motor's inner ring is tilted by more than 20 degrees; holds the records so far.
+        The magnetic lift exceeds the weight of a ball that is constrained to its plane, the top's
+        ball has rolled down a tilted floor, or the motor's inner ring is tilted by more than 20
+        degrees; holds the records so far.
     SimulationInterrupted
         Ctrl-C; holds the records so far.
 

@@ -41,7 +41,8 @@ def field_under_center(scene: Top) -> float:
 def libration_frequency(scene: Top, field: NotNegative) -> float:
     """Angular frequency sqrt(m |B|/I) in rad/s at which the axis swings about a field (tesla).
 
-    It follows from the linearized Lie-Poisson equation (magtopc) of a ball that does not spin.
+    It follows from the linearized Lie-Poisson equation (magtopc) of a balanced ball that does not
+    spin.
     """
     return math.sqrt(scene.moment * field / scene.inertia[0])
 
@@ -50,8 +51,8 @@ def libration_frequency(scene: Top, field: NotNegative) -> float:
 def slip_relaxation_rate(scene: Top) -> float:
     """Rate c (1/m + r^2/I) in 1/s at which friction alone makes the slip velocity decay.
 
-    The ball rotates freely; if the field holds its axis, the slip decays more slowly. The rate
-    follows from (magtopnc): dV_Q/dt = -c V_Q/m + (torque r c V_Q)/I in the plane.
+    The ball is balanced and rotates freely; if the field holds its axis, the slip decays more
+    slowly. The rate follows from (magtopnc): dV_Q/dt = -c V_Q/m + (torque r c V_Q)/I in the plane.
     """
     return scene.friction * mobility(scene.ball_mass, scene.ball_radius, scene.inertia[0])
 
