@@ -217,7 +217,7 @@ def _at_all_temperatures(found: Theory) -> Claim:
     for case in found.cases:
         ratio = case.ratio(case.disks)
         value, error = ratio.value[-1], ratio.error[-1]
-        once = ", counted once," if case.scene.ball_ring_factor == 1 else ""
+        once = ", counted once" if case.scene.ball_ring_factor == 1 else ""
         parts.append(f"{value:.2f} ± {error:.2f} (α = {case.scene.noises[0]:g}{once})")
         holds &= bool(abs(value - 1) - CLOSE < SIGNIFICANT * error)
     listed = ", ".join(str(case.diffusion()) for case in found.cases)

@@ -94,7 +94,7 @@ def _draw_friction(axes: "Axes", found: "Theory") -> None:
     axes.plot(
         heat, [1e5 * case.drag for case in alike], **WITHOUT, label="drag of the leaning ring"
     )
-    axes.set_ylim(0, 1.4 * axes.get_ylim()[1])
+    axes.set_ylim(-0.3, 1.4 * axes.get_ylim()[1])
     axes.set_ylabel("rate of forgetting  (10⁻⁵/s)")
     _over_temperature(axes, heat)
     axes.set_title("The little friction that rolling has")
