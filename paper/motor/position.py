@@ -169,7 +169,9 @@ def claim_of_the_law(found: ManyRuns, figure: int, rotors: tuple[float, float]) 
         f" {censored.sum()} of them cut off by the run's end: squared coefficient of variation"
         f" {test.squared_variation:.2f}, 1 if exponential (p = {test.p_value:.1g}; at"
         f" {100 * LEVEL:g} % the test detects other laws in {power} of the cases); those that have"
-        f" lasted {LONG:g} s more have {later.mean:.0f} ± {later.error:.0f} s left",
+        f" lasted {LONG:g} s more have {later.mean:.0f} ± {later.error:.0f} s left. Flights of"
+        f" rotors without wells: {rotors[0]:.2f} ± {rotors[1]:.2f}. By other definitions of a"
+        " flight: see the law of its flights, below",
         verdict,
         (figure,),
     )

@@ -69,7 +69,7 @@ def test_wells_and_lean_over_a_grid():
 
 def test_the_longest_flight_of_each_replica():
     turns = xr.DataArray(
-        [[0, 1.5, 1.2, 4.7], [0, -2.5, 0, 0.1], [0, 0.2, 0, 0.3]], dims=("replica", "corner")
+        [[0, 1.5, 1.2, 4.7], [0, -2.6, -0.5, -0.4], [0, 0.2, 0, 0.3]], dims=("replica", "corner")
     )
     time = np.arange(400.0)
     theta = 2 * np.pi * np.array([np.interp(time, [0, 100, 200, 399], row) for row in turns])

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 BARRIERS = (0, 0.1, 0.3, 1, 3)
 """Barriers in kT of the contour lines."""
 
+FARTHEST = 5
+"""Largest thermal lean, in degrees, that is drawn."""
+
 COLORS = (style.BLUE, style.ORANGE, style.GREEN, style.PURPLE, style.INK)
 
 
@@ -54,8 +57,10 @@ def geometry_map(
             BARRIERS, colors=style.INK, linewidths=0.8, linestyles="-",
         )  # fmt: skip
         above[0].clabel(lines, fontsize=8)
-        _map(above[1], static["offset"].lean, "outer_radius", "outer_height", scene)
-        above[1].set_title("Thermal lean of the inner ring; hatched: unstable if level")
+        lean = static["offset"].lean
+        _map(above[1], lean.where(lean < FARTHEST), "outer_radius", "outer_height", scene)
+        title = f"Thermal lean of the inner ring; hatched: above {FARTHEST}° or unstable"
+        above[1].set_title(title)
         _lines(above[2], static["dipoles"].barrier)
         _map(below[0], rings.longest_flight, "outer_radius", "inner_height", scene)
         _map(below[1], rings.flying, "outer_radius", "inner_height", scene)
