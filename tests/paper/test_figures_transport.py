@@ -1,18 +1,22 @@
 """The motor's transport: statistics of spreading, rolling without slip, the reduced theory."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
 import magmotor as mm
 from magmotor.devices.disk.theory.flat import flat_variance_from_rest
 from magmotor.devices.motor.tilted_ring import tilted_ring
-from paper.motor.ablation import background_rate, isotropic
+from paper.motor import ablation, theory_of_transport
+from paper.motor.ablation import SCENES, Ablation, Flown, background_rate, isotropic
 from paper.motor.held_ring import held
 from paper.motor.long_runs import LongRun
 from paper.motor.reduced_theory import equivalent_disk, rolling, wells
 from paper.motor.rolling_start import rolling_start
 from paper.motor.rotor import rotor
 from paper.motor.spreading import (
+    Measured,
     correlations,
     green_kubo,
     half_octaves,
@@ -22,6 +26,7 @@ from paper.motor.spreading import (
     rotor_square,
     square_increments,
 )
+from paper.motor.theory_of_transport import Case, Theory
 from paper.motor.transport import transport_of
 from paper.motor.transport_claims import claims
 
@@ -149,3 +154,46 @@ def test_rotors_pass_what_they_should_and_the_claims_can_go_either_way():
     assert judged_by_rotors(3000.0) == ["in part", *["right"] * 4, "wrong", "right"]
     assert judged_by_rotors(1e7)[0] == "right"
     assert judged_by_rotors(30.0)[0] == "wrong"
+
+
+def case(growth, friction=1e-5, replicas=50):
+    """Return a motor whose mean squares are `growth` times those of its disks, with 2 % errors."""
+    lag = np.geomspace(10.0, 10.0 * 2**11, 12)
+    noise = 1 + 0.02 * np.sqrt(replicas) * np.linspace(-1.7, 1.7, replicas)
+    theory = Measured(lag**2, 0.01 * lag**2)
+    squares = growth * noise[:, np.newaxis] * lag**2
+    return Case(mm.Motor(), lag, squares, Measured(friction, 1e-6), 2e-5, theory, theory)
+
+
+@pytest.mark.parametrize(
+    ("made", "verdicts"),
+    [
+        (case(1.0), ["right", "wrong", "right", "right"]),
+        (case(1.0, friction=1e-6), ["right", "right", "right", "right"]),
+        (case(1.5), ["wrong", "wrong", "wrong", "wrong"]),
+    ],
+)
+def test_a_theory_that_is_off_is_wrong(made, verdicts):
+    found = wells(mm.Motor(), 24)
+    density = Measured(found.density, np.full(24, 0.01))
+    data = Theory([made], made, found, density, Measured(0.59, 0.01))
+    judged = [claim.verdict for claim in theory_of_transport.claims(data)]
+    assert judged == ["right", *verdicts]
+    even = dataclasses.replace(data, density=Measured(np.ones(24), np.full(24, 0.01)))
+    assert theory_of_transport.claims(even)[0].verdict == "wrong"
+
+
+def test_flights_with_any_friction_would_refute_the_ablation():
+    number, lasts = Measured(4.0, 0.2), Measured(8000.0, 600.0)
+    flying = Flown("", 1e-3, number, lasts, 40.0, Measured(1.0, 0.01), number, 8000.0)
+    alike = dict.fromkeys(SCENES, flying)
+    still = flying._replace(number=Measured(0.0, 0.0), longest=0.0)
+    ended = alike | dict.fromkeys(("1 %", "10 %", "isotropic"), still)
+    hot = alike | {"isotropic": still._replace(speed=Measured(1.2, 0.01))}
+    for flown, verdicts in (
+        (alike, ["right", "right", "wrong"]),
+        (ended, ["wrong", "right", "right"]),
+        (hot, ["wrong", "wrong", "wrong"]),
+    ):
+        found = ablation.claims(Ablation(flown, 9000.0))
+        assert [claim.verdict for claim in found] == verdicts
