@@ -138,22 +138,35 @@ def test_the_disk_has_the_balls_rate_and_slip():
     assert -2 * wave * disk.beta == pytest.approx(depth, rel=0.02)  # 8e-4
 
 
-def judged_by_rotors(memory):
-    """Return verdicts on rotors in place of the motors."""
-    times = 10.0 * np.arange(6000)
-    runs = []
-    for seed in (21, 22):
-        azimuth = rotor(RATE, memory, times, 48, seed=seed)
-        rate = np.gradient(azimuth, 10.0, axis=1)
-        runs.append(LongRun("", 10.0, azimuth, rate, {}))
-    found = transport_of(*runs, *runs[:1], *runs[1:])
-    return [claim.verdict for claim in claims(found)]
+def rotating(memory, seed):
+    """Return rotors in place of motors."""
+    azimuth = rotor(RATE, memory, 10.0 * np.arange(6000), 48, seed=seed)
+    return LongRun("", 10.0, azimuth, np.gradient(azimuth, 10.0, axis=1), {})
 
 
-def test_rotors_pass_what_they_should_and_the_claims_can_go_either_way():
-    assert judged_by_rotors(3000.0) == ["in part", *["right"] * 4, "wrong", "right"]
-    assert judged_by_rotors(1e7)[0] == "right"
-    assert judged_by_rotors(30.0)[0] == "wrong"
+def verdicts(run, physical, mujoco, beside):
+    return [claim.verdict for claim in claims(transport_of(run, physical, mujoco, beside))]
+
+
+def test_rotors_pass_what_they_should():
+    first, second = rotating(3000.0, 21), rotating(3000.0, 22)
+    expected = ["in part", "right", "right", "right", "right", "wrong", "right"]
+    assert verdicts(first, second, first, second) == expected
+    for memory, verdict in ((1e7, "right"), (30.0, "wrong")):
+        assert verdicts(rotating(memory, 21), first, first, second)[0] == verdict
+
+
+def test_each_claim_can_be_refuted():
+    run, other = rotating(3000.0, 21), rotating(3000.0, 22)
+    assert verdicts(run, rotating(1e7, 23), run, other)[1] == "wrong"
+    assert verdicts(run._replace(rate=2 * run.rate), run, run, other)[2] == "wrong"
+    slowed = np.concatenate([run.azimuth[:, :3000], 0.1 * run.azimuth[:, 3000:]], axis=1)
+    assert verdicts(run._replace(azimuth=slowed), run, run, other)[3] == "wrong"
+    farther = run._replace(azimuth=2 * run.azimuth)
+    assert verdicts(run, run, farther, other)[4] == "wrong"
+    # The ball is slow near wells.
+    attracted = run._replace(azimuth=run.azimuth - 0.15 * np.sin(5 * run.azimuth))
+    assert verdicts(attracted, run, run, other)[6] == "wrong"
 
 
 def case(growth, friction=1e-5, replicas=50):
@@ -166,19 +179,19 @@ def case(growth, friction=1e-5, replicas=50):
 
 
 @pytest.mark.parametrize(
-    ("made", "verdicts"),
+    ("made", "expected"),
     [
         (case(1.0), ["right", "wrong", "right", "right"]),
         (case(1.0, friction=1e-6), ["right", "right", "right", "right"]),
         (case(1.5), ["wrong", "wrong", "wrong", "wrong"]),
     ],
 )
-def test_a_theory_that_is_off_is_wrong(made, verdicts):
+def test_a_theory_that_is_off_is_wrong(made, expected):
     found = wells(mm.Motor(), 24)
     density = Measured(found.density, np.full(24, 0.01))
     data = Theory([made], made, found, density, Measured(0.59, 0.01))
     judged = [claim.verdict for claim in theory_of_transport.claims(data)]
-    assert judged == ["right", *verdicts]
+    assert judged == ["right", *expected]
     even = dataclasses.replace(data, density=Measured(np.ones(24), np.full(24, 0.01)))
     assert theory_of_transport.claims(even)[0].verdict == "wrong"
 
@@ -190,10 +203,10 @@ def test_flights_with_any_friction_would_refute_the_ablation():
     still = flying._replace(number=Measured(0.0, 0.0), longest=0.0)
     ended = alike | dict.fromkeys(("1 %", "10 %", "isotropic"), still)
     hot = alike | {"isotropic": still._replace(speed=Measured(1.2, 0.01))}
-    for flown, verdicts in (
+    for flown, expected in (
         (alike, ["right", "right", "wrong"]),
         (ended, ["wrong", "right", "right"]),
         (hot, ["wrong", "wrong", "wrong"]),
     ):
         found = ablation.claims(Ablation(flown, 9000.0))
-        assert [claim.verdict for claim in found] == verdicts
+        assert [claim.verdict for claim in found] == expected
