@@ -271,6 +271,12 @@ CALLS: dict[Any, dict[str, Any]] = {
     TOP.in_air: {"speed": 0.1, "viscosity": 1.8e-5, "density": 1.2},
     MOTOR.in_air: {"speed": 0.01, "viscosity": 1.8e-5, "density": 1.2},
     mm.theory.eddy_drag: {"scene": TOP, "conductivity": 3.5e7},
+    mm.theory.motor_tolerances: {"scene": MOTOR},
+    mm.theory.plate_shaking: {"scene": MOTOR},
+    mm.theory.damper_shaking: {"scene": MOTOR},
+    mm.theory.axis_magnet: {
+        "scene": MOTOR, "moment": 1.0, "coil_radius": 0.02, "turns": 100, "hold": 0.1,
+    },
     TOP.in_world: {"positions": POINTS, "moments": POINTS, "time": 0.0},
     **{
         kind: {field: getattr(kind(), field) for field in inspect.signature(kind).parameters}

@@ -38,7 +38,7 @@ def test_the_readme_makes_a_run():
 
 
 def test_devices():
-    top, surroundings, ensemble, motor = blocks("docs/paper_devices.md")
+    top, surroundings, ensemble, drag, motor, load = blocks("docs/paper_devices.md")
     namespace: dict = {}
     exec(top, namespace)
     assert np.abs(namespace["run"].momentum_map).max() == pytest.approx(
@@ -69,6 +69,9 @@ def test_devices():
     square = namespace["many"].sel(quantity="x").isel(time=-1)
     theory = namespace["mm"].theory.ReducedDisk(namespace["disk"]).msd_from_rest(1000.0)
     assert abs(square.mean_square - theory) < 4 * square.mean_square_error
+    exec(drag, namespace)
+    limit = namespace["mm"].theory.ReducedDisk(namespace["disk"]).x_diffusion
+    assert limit == pytest.approx(2.9e5, abs=5e3)
     namespace = {}
     exec(motor, namespace)
     mm, run, scene = (namespace[name] for name in ("mm", "run", "motor"))
@@ -76,6 +79,12 @@ def test_devices():
     assert abs(balance.residual[-1]) < 0.002 * balance.injected[-1]  # 5e-4
     modes = mm.observables.mode_temperatures(run, scene, burn_in=2000)
     assert modes.temperature.sel(mode="slip") == pytest.approx(scene.kT, rel=0.05)  # 5 errors
+    exec(load, namespace)
+    run = namespace["run"]
+    balance = mm.observables.energy_balance(run)
+    angle = mm.observables.azimuth(run).values
+    np.testing.assert_allclose(balance.load_work, 1e-7 * (angle - angle[:, :1]), atol=1e-18)
+    assert balance.load_work.isel(time=-1).mean() > 0  # by 6.9 standard errors
 
 
 def test_the_sweep_runs_as_a_script(tmp_path):
