@@ -242,8 +242,9 @@ FIGURE = Figure(
     " friction conserves its momentum P = L - (ρ/(r ξ_ρ)) J. So the ball is a sliding disk, whose"
     " inertia and slip follow from the geometry, its potential from Gibbs' law, and its background"
     " drag from the ring, which leans toward the ball. What friction remains is measured in other"
-    f" runs, under held rings without wells; nothing is fitted. The disks are {DISKS} of `mm.Disk` by"
-    f" `{DISK_METHOD}`, from Gibbs' law. Top left: mean square of the azimuth at α = {ALPHA:g}. Top right: density of the azimuth. Bottom left: diffusion over the"
+    " runs, under held rings without wells; nothing is fitted. The disks are an ensemble of"
+    f" {DISKS} `mm.Disk` by `{DISK_METHOD}`, from Gibbs' law. Top left: mean square of the azimuth"
+    f" at α = {ALPHA:g}. Top right: density of the azimuth. Bottom left: diffusion over the"
     " temperature, from the last octave of lags. Bottom right: rates at which P is forgotten"
     " without wells.",
     compute,
