@@ -63,23 +63,26 @@ def claims(laws: Laws) -> list[Claim]:
 
 
 def _law_of(name: str, laws: Laws) -> Claim:
+    says = (
+        f"{OURS}the law of flights is not exponential, whatever counts as a flight"
+        f" ({LOOKS[name][2]})"
+    )
     found = laws.found[name]
+    count = f"{len(found['once'].lasts)} flights by the first definition in {laws.runs[name]} runs"
+    if len(found["once"].lasts) < FEW:
+        return Claim(says, count, "not decided")
     parts, rejected = [], []
     for key, definition in DEFINITIONS.items():
         value, error = found[key].squared_variation
         test = found[key].test
         rejected.append(test.rejected)
         parts.append(f"{definition.label}: {value:.2f} ± {error:.2f} (p = {test.p_value:.2g})")
-    count = len(found["once"].lasts)
-    verdict: Verdict = "right" if all(rejected) else "in part" if any(rejected) else "wrong"
     return Claim(
-        f"{OURS}the law of flights is not exponential, whatever counts as a flight"
-        f" ({LOOKS[name][2]})",
+        says,
         f"squared coefficient of variation of what is left of a flight, 1 if exponential:"
-        f" {'; '.join(parts)}; {count} flights by the first definition, in {laws.runs[name]} runs;"
-        f" {sum(rejected)} of {len(rejected)} definitions reject an exponential law at"
-        f" {100 * LEVEL:g} %",
-        verdict if count >= FEW else "not decided",
+        f" {'; '.join(parts)}; {count}; {sum(rejected)} of {len(rejected)} definitions reject an"
+        f" exponential law at {100 * LEVEL:g} %",
+        "right" if all(rejected) else "in part" if any(rejected) else "wrong",
     )
 
 
