@@ -2,6 +2,7 @@
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -154,7 +155,8 @@ def around(scene, sources=None):
             return -scene.moment * np.linalg.norm(field) - lift
 
         at = 0.79 * scene.inner_radius
-        found.append(minimize_scalar(energy, bounds=(0.9 * at, 1.1 * at), method="bounded").fun)
+        lowest: Any = minimize_scalar(energy, bounds=(0.9 * at, 1.1 * at), method="bounded")
+        found.append(lowest.fun)
     return np.array(found)
 
 

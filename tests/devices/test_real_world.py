@@ -281,6 +281,7 @@ def test_bad_values_are_named(scene, fields, message):
 @pytest.mark.parametrize(("scene", "method", "steepest"), [
     (LEVEL, "mujoco/rk4", 0.0167), (LEVEL, "scipy/dop853", 0.0167),
     (mm.Motor(), "mujoco/baoab", 8.59e-5), (mm.Motor(), "variational/middle", 8.59e-5),
+    (mm.Motor(alpha_ball=0, alpha_ring=0), "scipy/dop853", 8.59e-5),
 ])  # fmt: skip
 def test_a_floor_so_steep_that_the_ball_finds_no_rest_is_named(scene, method, steepest):
     """Where m g sin(angle) exceeds the steepest slope of V_e = -m |B| outside the valley."""
@@ -312,10 +313,21 @@ def test_a_ball_that_rolls_off_ends_the_run():
     """It comes from the middle with so much speed that the floor's rise does not hold it back."""
     scene = LEVEL.replace(floor_tilt=(0.01, 0), velocity=(1.0, 0.0))
     for method in ("mujoco/rk4", "scipy/dop853", "variational/verlet"):
-        with pytest.raises(mm.PhysicalEvent, match=r"rolled down the floor and is 0.5. m") as stop:
+        with pytest.raises(
+            mm.PhysicalEvent, match=r"is 0.5. m from the center, beyond 0.51 m"
+        ) as stop:
             mm.simulate(scene, method=method, timestep=0.02, duration=10)
         assert stop.value.event == "ball rolled off"
         assert np.hypot(*stop.value.dataset.position.values[-1, :2]) < 1.5 * 0.34
+
+
+def test_a_ball_that_leaves_the_motors_rings_ends_the_run():
+    scene = mm.Motor(floor_tilt=(8e-5, 0), velocity=(0.1, 0.0))
+    with pytest.raises(
+        mm.PhysicalEvent, match=r"is 1\.[45]. m from the center"
+    ) as stop:
+        mm.simulate(scene, method="mujoco/baoab", timestep=0.1, duration=100, seed=1)
+    assert stop.value.event == "ball rolled off"
 
 
 def test_a_waypoint_without_a_minimum_does_not_count():

@@ -115,7 +115,8 @@ def test_wrenches_are_the_gradient_of_the_energy(factor):
             magnets,
         )
         expected[2] += scene.weight  # the floor bears it
-        on_ball = with_background(*found[:2], orientation, motor.bodies(scene), magnets)
+        surrounded = tuple(place), orientation, motor.bodies(scene), magnets
+        on_ball = with_background(*found[:2], *surrounded)
         found = *on_ball, found[2]
         for ours, theirs in zip(found, np.split(np.array(expected), 3), strict=True):
             assert largest(ours - theirs) < 1e-6 * largest(ours)  # 5e-8

@@ -47,8 +47,8 @@ class PhysicalEvent(SimulationStopped):
     ----------
     event : str
         `ball lifted`: the magnets lift a ball that the scene holds on its plane. `ball rolled off`:
-        on a tilted floor, the top's ball is more than 1.5 ring radii from the center. `ring tipped`:
-        the motor's inner ring is tilted by more than 20 degrees.
+        on a tilted floor or under a load, the ball is more than 1.5 radii of the outermost ring
+        from the center. `ring tipped`: the motor's inner ring is tilted by more than 20 degrees.
     """
 
     def __init__(self, reason: str, time: float, dataset: xr.Dataset, event: str):

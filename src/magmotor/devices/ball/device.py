@@ -81,3 +81,12 @@ def lifted(lift: Any, weight: float) -> str:
         f"the magnetic lift, {lift:.3g} N, exceeds the ball's weight, {weight:.3g} N, and the"
         " plane cannot hold it down: use a larger gravity or surface = 'plane'"
     )
+
+
+ROLLED_OFF = "ball rolled off"
+"""The event that ends a run whose ball is far from the rings, on a tilted floor or under a load."""
+
+
+def rolled_off(apart: float, edge: float) -> str:
+    """Return the reason for the event, from the distance and its bound in m."""
+    return f"the ball is {apart:.2f} m from the center, beyond {edge:.2f} m, where no ring holds it"

@@ -18,7 +18,7 @@ from magmotor.device.sliders import Slider, noise_at, positive
 from magmotor.device.states import Column
 from magmotor.device.step_limits import check_step_limit, small_motion
 from magmotor.devices.ball.device import BallDevice
-from magmotor.devices.ball.resting import split_by
+from magmotor.devices.ball.resting import resting_ball, split_by
 from magmotor.devices.ball.slip import slip_velocity
 from magmotor.devices.ball.states import axes, given_parts
 from magmotor.devices.motor import theory
@@ -74,7 +74,8 @@ class MotorDevice(BallDevice[Motor, MotorStates]):
         Raises
         ------
         ValueError
-            Replicas are given for a motor without noise, or the method is unstable.
+            Replicas are given for a motor without noise, the method is unstable, or the floor is
+            too steep for the ball to rest.
         """
         if replicas is not None:
             check_integer("replicas", replicas, at_least=1)
@@ -82,7 +83,11 @@ class MotorDevice(BallDevice[Motor, MotorStates]):
                 raise reject(
                     "replicas", replicas, "must be None: without noise all replicas are the same"
                 )
-        if allow_unstable or method == "scipy/dop853":
+        if allow_unstable:
+            return
+        if method == "scipy/dop853":
+            if any(scene.floor_tilt):
+                resting_ball(scene)
             return
         self.check_contact(scene, method, timestep)
         check_step_limit(scene, method, timestep)

@@ -12,7 +12,8 @@ from magmotor.device.guard import (
     Fault,
     Guard,
 )
-from magmotor.devices.ball.device import LIFTED, lifted
+from magmotor.devices.ball.device import LIFTED, ROLLED_OFF, lifted, rolled_off
+from magmotor.devices.ball.landscape import REACH
 from magmotor.devices.ball.states import axes
 from magmotor.devices.motor.energy import motor_energy
 from magmotor.devices.motor.scene import LARGEST_TILT, Motor
@@ -20,9 +21,6 @@ from magmotor.devices.motor.states import MotorStates
 
 ROUNDING = 1e-9
 """Relative rounding error of energies over a long run."""
-
-DRIVEN_OUT = "ball driven out"
-"""Name of the event that ends a run whose load has driven the ball from under the rings."""
 
 TIPPED = "ring tipped"
 """Name of the event that ends a run whose inner ring has tipped over."""
@@ -50,7 +48,7 @@ class MotorGuard(Guard):
         self.isolated = not scene.load_torque
 
     def faults(self, states: MotorStates) -> Iterator[Fault]:
-        """Yield the tests of energy, tilt, distance under a load, and lift."""
+        """Yield the tests of energy, tilt, distance from the rings, and lift."""
         found = motor_energy(self.scene, states)
         work = states.ball_work + states.ring_work if self.heated else 0.0
         # No method changes the energy of a ring that only rotates about its axis.
@@ -65,21 +63,14 @@ class MotorGuard(Guard):
         # A ring that tips between two records may also have driven the method unstable.
         also = f"; {ENERGY_GREW}"
         yield Fault(lost, lambda row: _tipped(upright[row]) + also * bool(grew[row]), TIPPED)
-        if not self.isolated:
+        if self.scene.load_torque or any(self.scene.floor_tilt):
             apart = np.hypot(states.position[..., 0], states.position[..., 1]).max(axis=1)
-            edge = max(self.scene.inner_radius, self.scene.outer_radius)
-            yield Fault(apart > edge, lambda row: _driven_out(apart[row], edge), DRIVEN_OUT)
+            edge = REACH * max(self.scene.inner_radius, self.scene.outer_radius)
+            yield Fault(apart > edge, lambda row: rolled_off(apart[row], edge), ROLLED_OFF)
         if self.scene.surface == "planar":
             weight = self.scene.weight
             lift = found.lift.max(axis=1)
             yield Fault(lift > weight, lambda row: lifted(lift[row], weight), LIFTED)
-
-
-def _driven_out(apart: float, edge: float) -> str:
-    return (
-        f"the load has driven the ball {apart:.2f} m away from the axis, beyond the outer ring"
-        f" ({edge:g} m), where no well holds it"
-    )
 
 
 def _tipped(upright) -> str:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.device.guard import ENERGY_GREW, LARGEST_ERROR, Fault, Guard
-from magmotor.devices.ball.device import LIFTED, lifted
+from magmotor.devices.ball.device import LIFTED, ROLLED_OFF, lifted, rolled_off
 from magmotor.devices.ball.landscape import REACH
 from magmotor.devices.top import unbalanced
 from magmotor.devices.top.observables import BallEnergy, ball_energy, magnetic_forces
@@ -15,10 +15,6 @@ from magmotor.devices.top.states import BallStates
 
 LARGEST_WORK = 10.0
 """Bound on the work of a moving ring, in units of the energy in play at the start."""
-
-
-ROLLED_OFF = "ball rolled off"
-"""Name of the event that ends a run whose ball has rolled from under the ring."""
 
 
 class TopGuard(Guard):
@@ -46,7 +42,7 @@ class TopGuard(Guard):
         if any(self.scene.floor_tilt):
             apart = np.hypot(*states.position[:, :2].T)
             edge = REACH * self.scene.ring_radius
-            yield Fault(apart > edge, lambda row: _rolled_off(apart[row], edge), ROLLED_OFF)
+            yield Fault(apart > edge, lambda row: rolled_off(apart[row], edge), ROLLED_OFF)
         if self.scene.surface == "planar":
             yield self._lift(states, found.lift)
 
@@ -61,13 +57,6 @@ class TopGuard(Guard):
             "the plane cannot hold the ball down, which its swinging mass and the magnets lift by"
         )
         return Fault(pull > 0, lambda row: f"{reason} {pull[row]:.3g} N", LIFTED)
-
-
-def _rolled_off(apart: float, edge: float) -> str:
-    return (
-        f"the ball has rolled down the floor and is {apart:.2f} m from the center, more than"
-        f" {edge:.2f} m, where no ring holds it"
-    )
 
 
 def _in_play(energy: BallEnergy) -> NDArray:
