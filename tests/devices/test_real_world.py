@@ -323,9 +323,7 @@ def test_a_ball_that_rolls_off_ends_the_run():
 
 def test_a_ball_that_leaves_the_motors_rings_ends_the_run():
     scene = mm.Motor(floor_tilt=(8e-5, 0), velocity=(0.1, 0.0))
-    with pytest.raises(
-        mm.PhysicalEvent, match=r"is 1\.[45]. m from the center"
-    ) as stop:
+    with pytest.raises(mm.PhysicalEvent, match=r"is 1\.[45]. m from the center") as stop:
         mm.simulate(scene, method="mujoco/baoab", timestep=0.1, duration=100, seed=1)
     assert stop.value.event == "ball rolled off"
 
