@@ -220,10 +220,10 @@ def draw(data: BuilderTop, path: Path) -> None:
     with style.figure(10.5, 6.4) as figure:
         *axes, words = figure.subplots(2, 3).flat
         for each, part in zip(axes, (_floor, _field, _torsion, _drag, _mass), strict=True):
+            each.set(xscale="log", yscale="log", ylim=(0.003, 30))
             part(each, data)
             for name, spin in data.ideal.items():
                 each.axhline(spin, color=style.GRAY, lw=1.2, ls=IDEAL[name])
-            each.set(xscale="log", yscale="log", ylim=(0.01, 30))
         for each in (axes[0], axes[3]):
             each.set_ylabel("largest spin (rad/s)")
         words.set_axis_off()
