@@ -206,7 +206,7 @@ def test_only_measures_have_panels(picture):
     figure, _ = picture(data)
     titles = [axes.get_title(loc="left") for axes in figure.axes]
     assert titles == ["largest |J|", "more_0", "more_1", "more_2", "more_3", "duration"]
-    assert figure.axes[1].get_ylabel() == "more_0"
+    assert figure.axes[1].get_ylabel() == "more 0"
     assert [text.get_text() for text in figure.axes[-1].texts] == ["nothing yet"]
 
 

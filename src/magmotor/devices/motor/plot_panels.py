@@ -57,7 +57,8 @@ class MotorRun:
     ----------
     name : str
     data : xarray.Dataset
-        From `simulate`, without replicas. A run with the attribute `stopped` ended early.
+        From `simulate`, without replicas. A run with the attribute `stopped` ended early. Variables
+        that no picture needs are not checked, and may contain NaN.
     """
 
     name: str
