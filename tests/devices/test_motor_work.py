@@ -74,6 +74,9 @@ def test_mujoco_has_no_load():
     assert not [name for name in mm.methods(scene) if name.startswith("mujoco")]
     with pytest.raises(ValueError, match="load_torque = 1e-06: must be zero in MuJoCo"):
         mm.build(scene)
+    cannot = "method = 'mujoco/baoab': cannot have load_torque = 1e-06: must be one of variational/"
+    with pytest.raises(ValueError, match=cannot):
+        mm.simulate(scene, method="mujoco/baoab", timestep=0.1, duration=10)
 
 
 def test_dipoles_are_turned_about_the_axis_of_the_ring():

@@ -20,6 +20,19 @@ T = TypeVar("T", bound=tuple[Any, ...])
 class BallDevice(Device[S, T], Generic[S, T]):
     """A device with a ball, which is constrained to a plane or borne by it."""
 
+    def check_field(self, scene: S, method: str, field: str, plain: S) -> None:
+        """Check that a method that can integrate the scene `plain` can also have a field.
+
+        Raises
+        ------
+        ValueError
+            It cannot; the message names the field and the methods that can.
+        """
+        able = self.methods(scene)
+        if method not in able and method in self.methods(plain):
+            reason = f"cannot have {field} = {getattr(scene, field)}"
+            raise reject("method", method, f"{reason}: must be one of {', '.join(able)}")
+
     def contact_limit(self, scene: S, method: str) -> float:
         """Return the timestep (s) at which the contact that bears the ball becomes unstable."""
         if scene.surface != "plane":

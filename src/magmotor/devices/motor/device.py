@@ -61,6 +61,17 @@ class MotorDevice(BallDevice[Motor, MotorStates]):
         mujoco = () if scene.load_torque else MUJOCO_PLANAR
         return (*splittings.methods(splittings.RIGID, noise=noise), *mujoco, *exact)
 
+    def check_method(self, scene: Motor, method: str) -> None:
+        """Check that a method can integrate the scene, and say why not if the load is to blame.
+
+        Raises
+        ------
+        ValueError
+            It cannot; the message names the methods that can.
+        """
+        self.check_field(scene, method, "load_torque", scene.replace(load_torque=0.0))
+        super().check_method(scene, method)
+
     def check_run(
         self,
         scene: Motor,

@@ -64,11 +64,9 @@ class TopDevice(BallDevice[Top, BallStates]):
         ValueError
             It cannot; the message names the methods that can.
         """
-        able = self.methods(scene)
-        if scene.is_unbalanced and method not in able and method in self.methods(scene.balanced()):
+        if scene.is_unbalanced:
             field = "center_of_mass" if any(scene.center_of_mass) else "products_of_inertia"
-            reason = f"cannot have {field} = {getattr(scene, field)}"
-            raise reject("method", method, f"{reason}: must be one of {', '.join(able)}")
+            self.check_field(scene, method, field, scene.balanced())
         super().check_method(scene, method)
 
     def check_run(
