@@ -281,6 +281,7 @@ class BrownianPath:
         """
         if self._is_held:
             raise reject("steps", steps, "must not be given twice: this path is held already")
+        steps = check_integer("steps", steps, at_least=1, at_most=COARSEST)
         return replace(self, hold=steps, window=window)
 
     def coarsened(self, factor: int) -> "BrownianPath":

@@ -167,8 +167,8 @@ def test_langevin_follows_a_held_path(splitting):
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: PATH.held(0), "hold = 0: must be at least 1"),
-        (lambda: PATH.held(2**25), "hold = 33554432: must be at most 16777216"),
+        (lambda: PATH.held(0), "steps = 0: must be at least 1"),
+        (lambda: PATH.held(2**25), "steps = 33554432: must be at most 16777216"),
         (lambda: PATH.held(2, 0), "window = 0: must be at least 1"),
         (lambda: PATH.held(2, 2**25), "window = 33554432: must be at most 16777216"),
         (lambda: PATH.held(2).held(3), "steps = 3: must not be given twice"),

@@ -243,11 +243,13 @@ class Top(BallScene):
         seconds : float
             Time in which the ring's normal turns around the vertical, from rest to rest.
         **changes
-            Other fields.
+            Other fields, except `position`, `axis` and `ring_script`, which follow from them.
         """
         from magmotor.devices.ball.resting import resting_ball
 
         seconds = check_number("seconds", seconds, above=0, unit="s")
+        for field in {"position", "axis", "ring_script"} & changes.keys():
+            raise reject(field, changes[field], "must not be given: it follows from the tilt")
         still = cls(**changes)
         (x, y, _), axis = resting_ball(still)
         around = still.tilt_azimuth, still.tilt_azimuth + 2 * math.pi
