@@ -248,8 +248,8 @@ class Top(BallScene):
         from magmotor.devices.ball.resting import resting_ball
 
         seconds = check_number("seconds", seconds, above=0, unit="s")
-        for field in {"position", "axis", "ring_script"} & changes.keys():
-            raise reject(field, changes[field], "must not be given: it follows from the tilt")
+        for name in {"position", "axis", "ring_script"} & changes.keys():
+            raise reject(name, changes[name], "must not be given: it follows from the tilt")
         still = cls(**changes)
         (x, y, _), axis = resting_ball(still)
         around = still.tilt_azimuth, still.tilt_azimuth + 2 * math.pi
