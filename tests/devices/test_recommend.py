@@ -374,7 +374,7 @@ SURROUNDED: dict[str, tuple[dict[str, Any], float]] = {
     "by 10 mrad": ({"floor_tilt": (9e-3, 5e-3)}, 3),  # 1.6
     "field of the earth": ({"background_field": (1.8e-5, 1e-5, -4e-5)}, 3),  # 1.7
     "drag": ({"drag": 1.0}, 3),  # 2.9
-    "aluminium": ({"drag": 2.36}, 3),  # 2.9
+    "aluminum": ({"drag": 2.36}, 3),  # 2.9
     "rotational drag": ({"rotational_drag": 1e-5}, 3),  # 0.97
     "torsion": ({"torsional_damping": 1e-5}, 3),  # 1.7
     "much torsion": ({"torsional_damping": 1e-3}, 3),  # 0.23
