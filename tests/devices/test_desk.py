@@ -11,6 +11,7 @@ from scipy.linalg import solve_banded
 from scipy.optimize import minimize_scalar
 
 import magmotor as mm
+from magmotor.devices.motor.ring_stability import ring_stiffness
 from magmotor.observables import motor_wells
 
 DESK = mm.Motor.desk()
@@ -96,6 +97,9 @@ def test_the_parts_fit_and_have_their_moments():
             assert magnet.mass == pytest.approx(ring.mass, rel=1e-12)
     assert bill.carrier_mass + 20 * bill.inner.mass == pytest.approx(DESK.inner_mass)
     assert bill.carrier_mass > 0.25 * DESK.inner_mass  # 0.30
+    places = DESK.inner_dipole_frame()[0]
+    magnets = bill.inner.mass * np.sum(places[:, :2] ** 2)
+    assert bill.carrier_inertia + magnets == pytest.approx(DESK.inner_moments[2], rel=1e-12)
     assert bill.shell_density == pytest.approx(7500)
     assert abs(bill.ball_inertia_excess) < 1e-14
     assert bill.ball_magnet_diameter == pytest.approx(0.016, rel=2e-3)  # 0.01598, as is sold
@@ -129,7 +133,7 @@ def test_cylinders_of_the_bill_have_no_octupole():
 
 
 def test_magnets_that_do_not_fit_are_named():
-    with pytest.raises(ValueError, match=r"20 magnets weigh 0.763 kg, but the inner"):
+    with pytest.raises(ValueError, match=r"each inner magnet = 5\.25.*: must be at most 3\.16 A"):
         mm.Motor.desk(magnet_fraction=1.0).bill_of_materials("N42")
     with pytest.raises(ValueError, match="grade = 'C5': must be stronger: its magnet of 24 mm"):
         DESK.bill_of_materials("C5")
@@ -189,6 +193,39 @@ def test_tolerances_change_the_valley_by_a_barrier():
         assert np.ptp(up - down) / 2 == pytest.approx(0.1 * barrier, rel=0.02), name  # 0.003
 
 
+@pytest.mark.parametrize("scene", [mm.Motor(), DESK])
+def test_an_unbalanced_ring_leans_by_its_tolerance(scene):
+    """Where weight and the energy of all pairs of ring magnets, by another program, are least."""
+    allowed = mm.theory.motor_tolerances(scene)
+    places, outward = scene.inner_dipole_frame()
+    outer, moments = scene.outer_sources()
+    outer = outer - np.array([0, 0, scene.inner_height])
+    beside = 0.1 * allowed.inner_center_of_mass
+
+    def energy(angle):
+        c, s = math.cos(angle), math.sin(angle)
+        turn = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]])
+        a, b = scene.moment * (outward @ turn.T)[:, None], moments[None]
+        arm = (places @ turn.T)[:, None] - outer[None]
+        r = np.linalg.norm(arm, axis=2)
+        along = (a * arm).sum(axis=2) * (b * arm).sum(axis=2)
+        pairs = 1e-7 * ((a * b).sum(axis=2) / r**3 - 3 * along / r**5)
+        return pairs.sum() - scene.inner_mass * 9.81 * beside * s
+
+    size = 1e-3
+    low, level, high = (energy(angle) for angle in (-size, 0.0, size))
+    found = size / 2 * (low - high) / (low + high - 2 * level)
+    assert found == pytest.approx(0.1 * allowed.ring_lean, rel=0.01)  # 0.0019
+
+
+def test_the_level_ring_needs_the_same_pole_outward():
+    """With the inner magnets inward, its stiffness has the other sign; no balance helps."""
+    flipped = DESK.replace(inner_dipole_angle=math.pi)
+    assert ring_stiffness(flipped) == pytest.approx(-ring_stiffness(DESK), rel=1e-9)
+    assert ring_stiffness(DESK) > 0.4  # 0.47
+    assert mm.theory.motor_tolerances(flipped).inner_center_of_mass == 0
+
+
 def test_rolling_friction_takes_a_barrier_in_each_turn():
     """The ball turns by the length of the valley over its radius."""
     torque = mm.theory.motor_tolerances(DESK).rolling_friction * DESK.ball_mass * 9.81
@@ -213,15 +250,38 @@ def test_a_held_path_moves_the_plate_as_predicted():
     shaking, step = mm.theory.plate_shaking(DESK), 0.01
     path = mm.noise.BrownianPath(seed=3, timestep=step).held(5, 20)
     noise, friction = DESK.noises[0], DESK.friction_ball
-    moved = np.array([path.increments(300, replica=k) for k in range(400)]) * noise / friction
+    moved = np.array([path.increments(3000, replica=k) for k in range(400)]) * noise / friction
     places = np.cumsum(moved, axis=1)
     assert np.std(moved / step) == pytest.approx(shaking.speed(0.05), rel=0.03)  # 0.002
     assert np.std(places[:, 250]) == pytest.approx(shaking.stroke(1.0), rel=0.14)
+    about_mean = places[:, 20:] - places[:, 20:].mean(axis=1, keepdims=True)
+    expected = shaking.stroke(1.0) / math.sqrt(2)
+    assert np.std(about_mean) == pytest.approx(expected, rel=0.06)  # 0.019, 29 s being short
     assert shaking.density == pytest.approx(2 * DESK.kT / friction, rel=1e-12)
     damper = mm.theory.damper_shaking(DESK)
     assert damper.density == pytest.approx(2 * DESK.kT / DESK.frictions[-1], rel=1e-12)
     with pytest.raises(ValueError, match=r"friction_ring = 0.0: must be positive"):
         mm.theory.damper_shaking(mm.Motor.desk("nonuniform-a"))
+
+
+@pytest.mark.parametrize("value", [0, -1, "a"])
+def test_bad_times_of_a_shaken_plate_are_named(value):
+    shaking = mm.theory.plate_shaking(DESK)
+    for name, method in (("hold", shaking.speed), ("window", shaking.stroke)):
+        with pytest.raises(ValueError, match=rf"{name} = '?{value}'?: must be"):
+            method(value)
+
+
+def test_the_magnet_on_the_axis_changes_the_barrier_as_predicted():
+    """Against energies by another program, at the directions of a well and of a saddle."""
+    found = mm.theory.axis_magnet(DESK, moment=0.5, coil_radius=0.01, turns=100, hold=0.3)
+    places, moments = DESK.ring_sources()
+    places = np.vstack([places, [0, 0, DESK.inner_height]])
+    upward = [0, 0, math.sqrt(2) * 0.5]
+    energies = around(DESK, (places, np.vstack([moments, upward])))
+    barrier = np.ptp(energies)
+    assert barrier == pytest.approx(found.barrier, rel=0.003)  # 3e-4
+    assert barrier < 0.97 * motor_wells(DESK).barrier  # 0.952
 
 
 def test_coils_turn_a_magnet_on_the_axis_but_not_the_ring():

@@ -57,6 +57,9 @@ class BillOfMaterials:
     inner, outer : RingMagnets
     carrier_mass : float
         What the inner ring has for its hoop, spokes and hub, in kg.
+    carrier_inertia : float
+        What the inner ring has for them of its moment of inertia about its axis, in kg m^2; the
+        magnets count as points.
     """
 
     grade: str
@@ -70,6 +73,7 @@ class BillOfMaterials:
     inner: RingMagnets
     outer: RingMagnets
     carrier_mass: float
+    carrier_inertia: float
 
     def __str__(self) -> str:
         """One line for each part."""
@@ -89,7 +93,10 @@ class BillOfMaterials:
                 f"  cubes of {1e3 * ring.cube:.1f} mm, or cylinders of {diameter:.1f} mm x"
                 f" {height:.1f} mm"
             )
-        lines.append(f"  left for what carries the inner magnets: {1e3 * self.carrier_mass:.0f} g")
+        lines.append(
+            f"  left for what carries the inner magnets: {1e3 * self.carrier_mass:.0f} g,"
+            f" {1e3 * self.carrier_inertia:.1f} g m² about the axis"
+        )
         return "\n".join(lines)
 
 
@@ -120,9 +127,11 @@ def bill_of_materials(scene: Motor, grade: str) -> BillOfMaterials:
         size = f"a ball of {2e3 * whole:.3g} mm and {1e3 * scene.ball_mass:.3g} g"
         raise reject("grade", grade, f"must be stronger: {sentence} into {size}")
     if carrier < 0:
+        most = strong * scene.inner_mass / (inner.count * inner.mass)
         total = f"{inner.count} magnets weigh {inner.count * inner.mass:.3g} kg"
-        sentence = f"but the inner ring has {scene.inner_mass:.3g} kg"
-        raise reject("moment of the dipoles", scene.moment, f"is too large: {total}, {sentence}")
+        sentence = f"must be at most {most:.3g} A m^2 with this grade: {total}, but the inner ring"
+        name = "moment of each inner magnet"
+        raise reject(name, strong, f"{sentence} has {scene.inner_mass:.3g} kg")
     shell = max(scene.ball_mass - magnet, 0.0)
     filled = rest > small / density
     across = 0.4 * magnet * radius**2
@@ -140,4 +149,5 @@ def bill_of_materials(scene: Motor, grade: str) -> BillOfMaterials:
         inner=inner,
         outer=ring(scene.outer_dipoles, weak),
         carrier_mass=carrier,
+        carrier_inertia=scene.inner_moments[2] - inner.count * inner.mass * scene.inner_radius**2,
     )

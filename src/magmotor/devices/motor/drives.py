@@ -3,9 +3,12 @@
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from magmotor.common.arguments import checked
 from magmotor.common.checks import reject
 from magmotor.common.hints import Positive, Seconds
+from magmotor.devices.ball.landscape import aligned_energy, valley
 from magmotor.devices.motor.scene import Motor
 from magmotor.devices.motor.theory import motor_wells
 from magmotor.dipoles import PERMEABILITY_OVER_4PI
@@ -21,14 +24,19 @@ class Shaking(NamedTuple):
     density: float
     """Two-sided spectral density alpha^2/c^2 = 2 kT/c, in (m/s)^2/Hz or (rad/s)^2/Hz."""
 
-    def speed(self, hold: float) -> float:
+    @checked
+    def speed(self, hold: Seconds) -> float:
         """Return the root mean square of u in one direction if each value is held for `hold` s."""
         return math.sqrt(self.density / hold)
 
-    def stroke(self, window: float) -> float:
-        """Return the root mean square of the displacement in one direction, in m or rad.
+    @checked
+    def stroke(self, window: Seconds) -> float:
+        """Return the root mean square displacement from the start in one direction, in m or rad.
 
-        The noise is that of `BrownianPath.held` with a window of this many seconds.
+        The noise is that of `BrownianPath.held` with a window of this many seconds, and the motion
+        has lasted for longer than that. About the mean position, the root mean square is smaller by
+        a factor of sqrt 2: the displacement is [B(t + window) - B(t) - B(window)]/sqrt 2, where B
+        is a Brownian motion, and B(window) only moves the mean.
         """
         return math.sqrt(self.density * window)
 
@@ -46,11 +54,15 @@ class AxisMagnet(NamedTuple):
     """Root mean square of the field of one pair at the ball, at most, in T."""
     magnet_field: float
     """Field of the magnet at the ball, at most, in T."""
+    barrier: float
+    """Barrier between two wells if the magnet points up, in J, to first order in its moment."""
 
 
 @checked
 def plate_shaking(scene: Motor) -> Shaking:
     """Return the motion of the plate that acts on the ball as the noise alpha_B does.
+
+    Its density is zero if the ball has no noise.
 
     Raises
     ------
@@ -63,6 +75,8 @@ def plate_shaking(scene: Motor) -> Shaking:
 @checked
 def damper_shaking(scene: Motor) -> Shaking:
     """Return the rotation of the ring's damper that acts as the noise alpha_R does.
+
+    Its density is zero if the ring has no noise.
 
     Raises
     ------
@@ -86,6 +100,7 @@ def axis_magnet(
 
     A uniform field does not turn a ring of outward dipoles, whose moments cancel. A magnet in the
     center of the ring, with its moment along the ring's axis, is turned about both horizontal axes.
+    The magnet's own field is symmetric about the axis, so that it hardly changes the barrier.
 
     Parameters
     ----------
@@ -108,4 +123,22 @@ def axis_magnet(
     distance = math.hypot(motor_wells(scene).radius, height)
     at_most = 2 * PERMEABILITY_OVER_4PI / distance**3
     pair = 2 * turns * current * math.pi * coil_radius**2
-    return AxisMagnet(torque, field, current, at_most * pair, at_most * moment)
+    return AxisMagnet(
+        torque, field, current, at_most * pair, at_most * moment, _barrier_with(scene, moment)
+    )
+
+
+def _barrier_with(scene: Motor, moment: float) -> float:
+    """Return the barrier with an upward moment in the center of the inner ring.
+
+    As in `bill_of_materials`, the ball's magnet has sqrt(ball_ring_factor) of the scene's moment.
+    """
+    positions, moments = scene.ring_sources()
+    upward = [0.0, 0.0, math.sqrt(scene.ball_ring_factor) * moment]
+    sources = (
+        np.vstack([positions, [0.0, 0.0, scene.inner_height]]),
+        np.vstack([moments, upward]),
+    )
+    points = valley(scene, np.array([0.0, math.pi / scene.outer_dipoles]))
+    well, top = aligned_energy(scene, points, sources)
+    return float(top - well)

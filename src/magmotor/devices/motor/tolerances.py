@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
 from magmotor.devices.ball.landscape import aligned_energy, on_plane, total_field, valley
+from magmotor.devices.motor.ring_stability import ring_stiffness
 from magmotor.devices.motor.scene import Motor
 from magmotor.devices.motor.theory import motor_wells
 
@@ -33,6 +34,11 @@ class Tolerances(NamedTuple):
     """Horizontal field on a ball of the scene's `moment`, in T."""
     ring_lean: float
     """Angle by which the inner ring leans, in rad."""
+    inner_center_of_mass: float
+    """Distance of the inner ring's center of mass from its axis, in m, that leans it by `ring_lean`.
+
+    Only the outer ring resists. It is 0 if the level ring is unstable.
+    """
     inner_moment: float
     """Relative error of the moment of one magnet of the inner ring."""
     inner_place: float
@@ -76,11 +82,13 @@ def motor_tolerances(scene: Motor) -> Tolerances:
     field = total_field(scene, on_plane(scene, points), (positions, moments))
     axis = field / np.linalg.norm(field, axis=1, keepdims=True)
     lean = float(np.hypot(*axis[0, :2]))
+    ring_lean, ring_weight = largest(leaning, 1.0), scene.inner_mass * scene.gravity
     way = 2 * math.pi * float(np.hypot(*points[0]))
     return Tolerances(
         floor_tilt=barrier / (scene.weight * float(np.ptp(points[:, 0]))),
         background_field=barrier / (scene.moment * float(np.ptp(axis[:, 0]))),
-        ring_lean=largest(leaning, 1.0),
+        ring_lean=ring_lean,
+        inner_center_of_mass=ring_lean * max(ring_stiffness(scene), 0.0) / ring_weight,
         inner_moment=largest(stronger, 1.0),
         inner_place=largest(outward, scene.inner_radius),
         center_of_mass=barrier / (2 * scene.weight * lean),
