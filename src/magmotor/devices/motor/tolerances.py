@@ -35,7 +35,7 @@ class Tolerances(NamedTuple):
     ring_lean: float
     """Angle by which the inner ring leans, in rad."""
     inner_center_of_mass: float
-    """Distance of the inner ring's center of mass from its axis, in m, that leans it by `ring_lean`.
+    """Distance of the inner ring's center of mass from its axis that causes this lean, in m.
 
     Only the outer ring resists. It is 0 if the level ring is unstable.
     """
