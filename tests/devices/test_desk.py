@@ -425,3 +425,11 @@ def test_slip_on_a_circling_plate_relaxes_as_with_viscous_friction():
         apart.append(np.linalg.norm(slips[1] - slips[0]))
     decay = math.log(apart[2 * turn] / apart[-1]) / ((6 * turn - 1) * step)
     assert decay == pytest.approx(DESK.friction_ball * mobility, rel=0.08)  # 0.036
+
+
+def test_tolerances_are_those_of_a_level_motor_and_positive():
+    level = mm.theory.motor_tolerances(DESK)
+    tilted = DESK.replace(floor_tilt=(1e-3, 0.0), background_field=(1e-4, 0.0, 0.0))
+    assert mm.theory.motor_tolerances(tilted) == level
+    inward = mm.theory.motor_tolerances(DESK.replace(inner_dipole_angle=math.pi))
+    assert min(inward._replace(inner_center_of_mass=1.0)) > 0  # 0 where the ring is unstable

@@ -54,15 +54,17 @@ class Tolerances(NamedTuple):
 def motor_tolerances(scene: Motor) -> Tolerances:
     """Return how accurately a motor must be built and set up.
 
-    Energies are those of a ball at rest in the valley, whose axis follows the field. If the center
-    of mass is beside the dipole, its height changes by twice its distance times the sine of the
-    axis's angle from the vertical as the ball rolls half a turn about its axis.
+    A tilt of the floor and a background field of the scene are left out. Energies are those of a
+    ball at rest in the valley, whose axis follows the field. If the center of mass is beside the
+    dipole, its height changes by twice its distance times the sine of the axis's angle from the
+    vertical as the ball rolls half a turn about its axis.
     """
+    scene = scene.replace(floor_tilt=(0.0, 0.0), background_field=(0.0, 0.0, 0.0))
     around = 2 * math.pi * np.arange(AZIMUTHS) / AZIMUTHS
     points = valley(scene, around)
     positions, moments = scene.ring_sources()
     inner = np.arange(len(positions)) < scene.inner_dipoles
-    barrier = motor_wells(scene).barrier
+    barrier = abs(motor_wells(scene).barrier)
 
     def largest(sources: Callable[[float], tuple[Array, Array]], size: float) -> float:
         up, down = (aligned_energy(scene, points, sources(s * SMALL * size)) for s in (1, -1))
