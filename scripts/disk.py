@@ -121,7 +121,7 @@ def main() -> None:
 
 
 def plan_of(options: Options) -> Plan:
-    duration, replicas = (FULL["duration"], FULL["replicas"]) if options.full else (5000.0, 8192)
+    duration, replicas = (FULL["duration"], 2 * FULL["replicas"]) if options.full else (5000.0, 8192)
     numerics: dict[str, Any] = {
         "method": options.method,
         "timestep": options.timestep,

@@ -230,7 +230,7 @@ def claims_of_the_histogram(systems: list[System]) -> list[Claim]:
 def claim_of_agreement(disks: Disks) -> Claim:
     """Return the claim that MuJoCo's ensembles have the mean squares of the reference.
 
-    MuJoCo's few replicas take their spread from the reference. Of three means of 96 squares, one is
+    MuJoCo's few replicas take their spread from the reference. Of three means of 64 squares, one is
     beyond four standard errors by chance in less than one of 300 samples.
     """
     reference = named(disks.reference)
