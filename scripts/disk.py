@@ -121,7 +121,8 @@ def main() -> None:
 
 
 def plan_of(options: Options) -> Plan:
-    duration, replicas = (FULL["duration"], 2 * FULL["replicas"]) if options.full else (5000.0, 8192)
+    full = FULL["duration"], 2 * FULL["replicas"]
+    duration, replicas = full if options.full else (5000.0, 8192)
     numerics: dict[str, Any] = {
         "method": options.method,
         "timestep": options.timestep,
