@@ -198,15 +198,22 @@ def test_a_theory_that_is_off_is_wrong(made, expected):
 
 def test_flights_with_any_friction_would_refute_the_ablation():
     number, lasts = Measured(4.0, 0.2), Measured(8000.0, 600.0)
-    flying = Flown("", 1e-3, number, lasts, 40.0, Measured(1.0, 0.01), number, 8000.0)
+    turns, speed = Measured(30.0, 2.0), Measured(1.0, 0.01)
+    flying = Flown("", 1e-3, number, turns, lasts, 40.0, speed, number, 8000.0)
     alike = dict.fromkeys(SCENES, flying)
-    still = flying._replace(number=Measured(0.0, 0.0), longest=0.0)
-    ended = alike | dict.fromkeys(("1 %", "10 %", "isotropic"), still)
-    hot = alike | {"isotropic": still._replace(speed=Measured(1.2, 0.01))}
+    none = Measured(0.0, 0.0)
+    still = flying._replace(number=none, turns=none, longest=0.0)
+    shorter = {
+        f"{share} %": flying._replace(lasts=Measured(mean, 0.05 * mean))
+        for share, mean in ((0.1, 1800.0), (1, 600.0))
+    }
+    ended = alike | shorter | dict.fromkeys(("10 %", "isotropic"), still)
     for flown, expected in (
         (alike, ["right", "right", "wrong"]),
         (ended, ["wrong", "right", "right"]),
-        (hot, ["wrong", "wrong", "wrong"]),
+        (ended | {"1 %": shorter["0.1 %"]}, ["wrong", "right", "wrong"]),
+        (ended | {"10 %": shorter["1 %"]}, ["wrong", "right", "wrong"]),
+        (alike | {"isotropic": still._replace(speed=Measured(1.2, 0.01))}, ["wrong"] * 3),
     ):
-        found = ablation.claims(Ablation(flown, 9000.0))
+        found = ablation.claims(Ablation(flown, 60.0, 9000.0))
         assert [claim.verdict for claim in found] == expected
