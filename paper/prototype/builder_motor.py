@@ -11,12 +11,13 @@ import xarray as xr
 from magmotor.common import style
 from magmotor.common.style import save_small
 from magmotor.devices.ball.slip import eddy_drag
-from magmotor.devices.motor.flights import censored_mean, flights
+from magmotor.devices.motor.flights import flights
 from magmotor.devices.motor.scene import Motor
 from magmotor.devices.motor.theory import motor_wells
 from magmotor.devices.motor.tolerances import Tolerances, motor_tolerances
 from magmotor.run.simulate import simulate
 from paper.figure import Claim, Figure, judged
+from paper.motor.lasting import lasting
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -28,6 +29,9 @@ TIMESTEP, RECORD, DURATION = 0.4 / 244, 12, 1e5 / 244
 SEED = 11
 SIGNIFICANT = 4
 """Standard errors of a significant difference."""
+
+FEW = 0.2
+"""Share of the turns that is left where an effect ends the flights."""
 
 PAPER, DESK = Motor(), Motor.desk()
 
@@ -118,10 +122,10 @@ def flown_in(run: xr.Dataset, scene: Motor) -> Flown:
     found, unit, replicas = flights(run, scene), scene.units.time, run.sizes["replica"]
     revolutions = np.abs(found.revolutions.values)
     turns = np.bincount(found.replica.values, revolutions, minlength=replicas)
-    mean = censored_mean((found.end - found.once).values / unit, found.censored.values)
+    lasts = lasting(found, replicas, unit)
     error = turns.std(ddof=1) / math.sqrt(replicas)
     longest = float(revolutions.max(initial=0.0))
-    return Flown(float(turns.mean()), float(error), mean.mean, mean.error, longest)
+    return Flown(float(turns.mean()), float(error), *lasts, longest)
 
 
 def _isotropic(drag: float) -> Motor:
@@ -178,57 +182,66 @@ def claims(data: BuilderMotor) -> list[Claim]:
     along = [2 * EARTH * _moment(scene) / motor_wells(scene).barrier for scene in (PAPER, DESK)]
     limit, ten = (data.damping["cold"][size] for size in (LIMIT, 10 * LIMIT))
     metal = [_aluminum(scene) for scene in (PAPER, DESK)]
-    apart = [
-        (data.paper[k] - data.desk[k]) / math.hypot(data.paper[k + 1], data.desk[k + 1])
-        for k in (0, 2)
-    ]
+    left = [_share(data.air, data.paper), _share(data.desk_in_air, data.desk)]
+    background = _share(data.one_percent, data.paper)
+    lasts_apart = (data.paper.lasts - data.desk.lasts) / math.hypot(
+        data.paper.lasts_error, data.desk.lasts_error
+    )
     return [
         judged(
-            "Ours: the paper's motor needs a floor that is level to a third of a microradian, the"
-            " desk motor one that is level to a tenth of a milliradian",
-            f"a slope of {1e6 * paper.floor_tilt:.2f} µrad tilts the paper's valley by one barrier"
-            f" between two wells, {1e3 * desk.floor_tilt:.3f} mrad that of the desk motor; with a"
-            f" level floor, with 1 and with 10 barriers, the ball flies {_turns(data.paper)},"
-            f" {_turns(tilts[1.0])} and {_turns(tilts[10.0])} turns in each run",
-            tilts[10.0].turns < 0.1 * data.paper.turns
-            and tilts[1.0].turns > 0.5 * data.paper.turns
-            and abs(1e6 * paper.floor_tilt - 0.34) < 0.01
-            and abs(1e3 * desk.floor_tilt - 0.107) < 0.01,
+            "Ours: between one and ten barriers, a slope of the floor ends the flights; one barrier"
+            f" is a slope of {1e6 * paper.floor_tilt:.2f} µrad for the paper's motor and of"
+            f" {1e3 * desk.floor_tilt:.3f} mrad for the desk motor",
+            f"the ball flies {_by_size(tilts)} barriers, {_turns(data.paper)} on a level floor; at"
+            f" one barrier the difference from this is {_apart(data.paper, tilts[1.0]):.1f}"
+            f" standard errors, from one to ten barriers {_apart(tilts[1.0], tilts[10.0]):.1f}",
+            _ends(tilts[1.0], tilts[10.0]),
         ),
         judged(
             "Ours: in the earth's field the paper's motor does not fly",
-            f"a horizontal field of {fields_allowed[0]:.2f} µT tilts the paper's valley by one"
-            f" barrier, {fields_allowed[1]:.1f} µT that of the desk motor; if a field of 20 µT"
-            f" along the moment is reversed, the energy changes by {along[0]:.0f} and"
-            f" {along[1]:.1f} barriers; with 1 and with 10 barriers, the ball flies"
-            f" {_turns(fields[1.0])} and {_turns(fields[10.0])} of {_turns(data.paper)} turns",
-            fields[10.0].turns < 0.1 * data.paper.turns and 10e-6 * fields_allowed[0] < EARTH,
+            f"20 µT across the moment tilt its valley by {1e6 * EARTH / fields_allowed[0]:.0f}"
+            f" barriers of {fields_allowed[0]:.2f} µT each, that of the desk motor by"
+            f" {1e6 * EARTH / fields_allowed[1]:.1f} of {fields_allowed[1]:.1f} µT each; if they"
+            f" are reversed along the moment, the energy changes by {along[0]:.0f} and"
+            f" {along[1]:.1f} barriers; the ball flies {_by_size(fields)} barriers,"
+            f" {_turns(data.paper)} without a field; at one barrier the difference from this is"
+            f" {_apart(data.paper, fields[1.0]):.1f} standard errors, from one to ten barriers"
+            f" {_apart(fields[1.0], fields[10.0]):.1f}",
+            _ends(fields[1.0], fields[10.0]) and 10e-6 * fields_allowed[0] < EARTH,
         ),
         judged(
-            "Ours: air shortens the flights of the paper's motor; a cold background that damps ten"
-            " times as fast ends them",
-            f"air damps the rolling ball at {rolling_rate(_in_air(PAPER)):.4f}/T₀; flights last"
-            f" {_lasts(data.air)} after their first revolution, and {_lasts(data.paper)} without"
-            f" air; at {LIMIT:.4f}/T₀ and at ten times this rate, {_turns(limit)} and"
-            f" {_turns(ten)} turns are flown in each run, and {_turns(data.paper)} without damping",
-            ten.turns < 0.1 * data.paper.turns and data.air.lasts < data.paper.lasts,
+            "Ours: a cold background that damps the rolling ball ten times as fast as air damps"
+            " that of the paper's motor ends the flights",
+            f"air damps it at {rolling_rate(_in_air(PAPER)):.4f}/T₀; at {LIMIT:.4f}/T₀ and at ten"
+            f" times this rate, {_turns(limit)} and {_turns(ten)} turns are flown in each run, and"
+            f" {_turns(data.paper)} without damping",
+            _ends(limit, ten),
         ),
         judged(
-            "Ours: the desk motor may stand in air",
-            f"its ball is damped at {rolling_rate(_in_air(DESK)):.4f}/T₀; flights last"
-            f" {_lasts(data.desk_in_air)}, {_lasts(data.desk)} without air, and the ball flies"
-            f" {_turns(data.desk_in_air)} and {_turns(data.desk)} turns in each run",
-            data.desk_in_air.turns > 0.5 * data.desk.turns,
+            "Ours: air takes more than half of the turns of the paper's motor, but less than half"
+            " of those of the desk motor",
+            f"the paper's ball is damped at {rolling_rate(_in_air(PAPER)):.4f}/T₀, and flies"
+            f" {_turns(data.air)} instead of {_turns(data.paper)} turns, {100 * left[0][0]:.0f} ±"
+            f" {100 * left[0][1]:.0f} %; that of the desk motor at"
+            f" {rolling_rate(_in_air(DESK)):.4f}/T₀, {_turns(data.desk_in_air)} instead of"
+            f" {_turns(data.desk)}, {100 * left[1][0]:.0f} ± {100 * left[1][1]:.0f} %: what it"
+            f" loses is {_apart(data.desk, data.desk_in_air):.1f} standard errors; after"
+            f" their first revolution, flights last {_lasts(data.air)} instead of"
+            f" {_lasts(data.paper)}, and {_lasts(data.desk_in_air)} instead of {_lasts(data.desk)}",
+            left[0][0] < 0.5 < left[1][0],
         ),
         judged(
-            "Ours: with a background of 1 % of the slip's friction, no flight is longer than three"
-            " turns",
-            f"the longest flight of {data.replicas} runs has {data.one_percent.longest:.1f}"
-            f" revolutions, and {data.paper.longest:.0f} without it; the temperature is the same",
-            data.one_percent.longest < 3 < data.paper.longest,
+            "Ours: a background of 1 % of the slip's friction, at the same temperature, takes most"
+            " of the turns",
+            f"{_turns(data.one_percent)} turns in each run and {_turns(data.paper)} without it,"
+            f" that is {100 * background[0]:.0f} ± {100 * background[1]:.0f} %; the longest flights"
+            f" of {data.replicas} runs have {data.one_percent.longest:.1f} and"
+            f" {data.paper.longest:.0f} revolutions",
+            background[0] + SIGNIFICANT * background[1] < 0.5,
         ),
         judged(
-            "Ours: metal must be farther from the desk motor's ball than the inner ring is",
+            "Ours: by theory, metal must be farther from the desk motor's ball than the inner ring"
+            " is",
             f"eddy currents in aluminum damp the rolling ball at {LIMIT:.4f}/T₀ at a distance of"
             f" {metal[1]:.2f} m, where the ring is {DESK.inner_height - DESK.ball_radius:.2f} m"
             f" above the ball's center; in the paper's motor, at {metal[0]:.2f} m and"
@@ -236,22 +249,51 @@ def claims(data: BuilderMotor) -> list[Claim]:
             metal[1] > DESK.inner_height,
         ),
         judged(
-            "Ours: the paper's ball must be balanced to less than a micrometer, that of the desk"
-            " motor to some hundredths of a millimeter",
-            "a center of mass beside the dipole rises and falls by one barrier as the ball rolls,"
-            f" if its distance is {1e6 * paper.center_of_mass:.2f} and"
-            f" {1e6 * desk.center_of_mass:.0f} µm",
+            "Ours: by statics, a center of mass less than a micrometer beside the dipole tilts the"
+            " valley of the paper's motor by one barrier, some hundredths of a millimeter that of"
+            " the desk motor",
+            "it rises and falls by one barrier as the ball rolls, if its distance is"
+            f" {1e6 * paper.center_of_mass:.2f} and {1e6 * desk.center_of_mass:.0f} µm; no flights"
+            " were simulated with it",
             paper.center_of_mass < 1e-6 and 1e-5 < desk.center_of_mass < 1e-4,
         ),
         judged(
-            "Ours: the desk motor flies as the paper's does",
+            "Ours: a check of the scaling: in units of its own, the desk motor flies as the paper's"
+            " does, since their groups are the same",
             f"with other random numbers, {_turns(data.desk)} and {_turns(data.paper)} turns in each"
             f" run, and flights that last {_lasts(data.desk)} and {_lasts(data.paper)} after"
-            f" their first revolution: the differences are {apart[0]:.1f} and {apart[1]:.1f}"
-            " standard errors",
-            max(map(abs, apart)) < SIGNIFICANT,
+            f" their first revolution: the differences are {_apart(data.paper, data.desk):.1f} and"
+            f" {lasts_apart:.1f} standard errors",
+            max(abs(_apart(data.paper, data.desk)), abs(lasts_apart)) < SIGNIFICANT,
         ),
     ]
+
+
+def _apart(first: Flown, second: Flown) -> float:
+    """Return the difference of the turns flown in standard errors."""
+    return (first.turns - second.turns) / math.hypot(first.turns_error, second.turns_error)
+
+
+def _ends(weak: Flown, strong: Flown) -> bool:
+    """Return whether a strong effect leaves at most a fifth of a weak one's turns, with errors."""
+    share, error = _share(strong, weak)
+    return share + SIGNIFICANT * error < FEW
+
+
+def _share(some: Flown, all_of: Flown) -> tuple[float, float]:
+    """Return the ratio of the turns flown and its standard error."""
+    ratio = some.turns / all_of.turns
+    error = math.hypot(some.turns_error, ratio * all_of.turns_error) / all_of.turns
+    return ratio, error
+
+
+def _by_size(found: dict[float, Flown]) -> str:
+    sizes, turns = [f"{size:g}" for size in found], [_turns(flown) for flown in found.values()]
+    return f"{_listed(turns)} turns in each run at {_listed(sizes)}"
+
+
+def _listed(words: list[str]) -> str:
+    return f"{', '.join(words[:-1])} and {words[-1]}"
 
 
 def _turns(flown: Flown) -> str:
@@ -275,7 +317,7 @@ def draw(data: BuilderMotor, path: Path) -> None:
                     each.axvline(size, color=color, ls="--", lw=1.2)
                     if row == 0:
                         each.annotate(text, (size, 1.01), xycoords=("data", "axes fraction"),
-                                      rotation=60, fontsize=8, color=color)  # fmt: skip
+                                      rotation=60, fontsize=9, color=color)  # fmt: skip
                 each.set_xscale("log")
             if name == "damping":
                 _points(axes[:, column], data.damping["cold"], style.BLUE, "o", "cold background")
@@ -284,8 +326,8 @@ def draw(data: BuilderMotor, path: Path) -> None:
                 axes[1, column].legend(loc="upper right")
             else:
                 _points(axes[:, column], data.barriers[name], style.BLUE, "o", "")
-        axes[0, 0].set(ylabel="turns flown in 410 T₀", ylim=(0, 32))
-        axes[1, 0].set(ylabel="rest of a flight after one turn (T₀)", ylim=(0, 45))
+        axes[0, 0].set(ylabel="turns flown in 410 T₀", ylim=(0, 34))
+        axes[1, 0].set(ylabel="rest of a flight after one turn (T₀)", ylim=(0, 48))
         axes[1, 0].set_xlabel("slope of the floor (barriers)")
         axes[1, 1].set_xlabel("horizontal field (barriers)")
         axes[1, 2].set_xlabel("damping of the rolling ball (1/T₀)")

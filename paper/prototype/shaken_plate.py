@@ -16,6 +16,7 @@ from magmotor.devices.motor.theory import motor_wells, small_motion
 from magmotor.noise import BrownianPath
 from magmotor.run.simulate import simulate
 from paper.figure import Claim, Figure, judged
+from paper.motor.spreading import Measured, over_replicas
 from paper.prototype.builder_motor import (
     DURATION,
     METHOD,
@@ -39,7 +40,7 @@ HALF_POWER = 0.443
 HOLDS = (1, 3, 8, 25, 75, 250, 800, 2500)
 """In steps; one step without a window is white noise."""
 
-SLOWEST = HOLDS[-1]
+SLOW, SLOWEST = HOLDS[-2:]
 
 SHORT_HOLD, WINDOWS = 3, (1.0, 3.0, 10.0, 20.0, 40.0, 100.0)
 """Hold in steps, and windows in s, of the runs that limit the stroke."""
@@ -47,8 +48,8 @@ SHORT_HOLD, WINDOWS = 3, (1.0, 3.0, 10.0, 20.0, 40.0, 100.0)
 BUILT = 25, 20.0
 """Hold in steps and window in s of the plate that we would build."""
 
-SEED, BURN_IN = 21, 60.0
-"""Burn-in in units of T_0."""
+SEED, BURN_IN = 21, 200.0
+"""Burn-in in units of T_0, since rolling forgets a start from rest in about 80."""
 
 MODES = ("slip", "rolling", "ring_1")
 
@@ -57,7 +58,7 @@ class Shaken(NamedTuple):
     """What replicas do on one plate."""
 
     flown: Flown
-    temperature: dict[str, float]
+    temperature: dict[str, Measured]
     """Of the modes of the motion, relative to kT."""
 
 
@@ -97,8 +98,14 @@ def _shaken(replicas: int, hold: int, window: float | None = None) -> Shaken:
         replicas=replicas, record_interval=RECORD,
         path=BrownianPath(SEED, STEP).held(hold, samples),
     )  # fmt: skip
-    found = mode_temperatures(run, DESK, burn_in=BURN_IN * DESK.units.time).temperature
-    temperature = {mode: float(found.sel(mode=mode)) / DESK.kT for mode in MODES}
+    burn_in = BURN_IN * DESK.units.time
+    each = [
+        mode_temperatures(run.isel(replica=replica), DESK, burn_in=burn_in).temperature
+        for replica in range(replicas)
+    ]
+    temperature = {
+        mode: over_replicas([float(one.sel(mode=mode)) / DESK.kT for one in each]) for mode in MODES
+    }
     return Shaken(flown_in(run, DESK), temperature)
 
 
@@ -118,18 +125,16 @@ def bandwidth(hold: int) -> float:
 
 
 def stroke(window: float) -> float:
-    """Return the root mean square displacement of the plate in one direction, in mm."""
-    return 1e3 * plate_shaking(DESK).stroke(window)
+    """Return the root mean square displacement of the plate from its mean position, in mm.
+
+    In one direction; from where the plate starts, it is larger by a factor of sqrt 2.
+    """
+    return 1e3 * plate_shaking(DESK).stroke(window) / math.sqrt(2)
 
 
 def speed(hold: int) -> float:
     """Return the root mean square velocity of the plate in one direction, in mm/s."""
     return 1e3 * plate_shaking(DESK).speed(hold * STEP)
-
-
-def _apart(first: Flown, second: Flown) -> float:
-    """Return the difference of the turns flown in standard errors."""
-    return (first.turns - second.turns) / math.hypot(first.turns_error, second.turns_error)
 
 
 def claims(data: ShakenPlate) -> list[Claim]:
@@ -138,40 +143,65 @@ def claims(data: ShakenPlate) -> list[Claim]:
     still = data.windows[1.0]
     hold, window = BUILT
     built = data.built
-    apart = _apart(built.flown, white.flown)
-    wander = stroke(3600.0)
+    apart = (built.flown.turns - white.flown.turns) / math.hypot(
+        built.flown.turns_error, white.flown.turns_error
+    )
+    found = "no difference" if abs(apart) < SIGNIFICANT else "a difference"
+    resolution = math.hypot(built.flown.turns_error, white.flown.turns_error)
+    wander = 1e3 * math.sqrt(3600 * plate_shaking(DESK).density)
+    rolling = white.temperature["rolling"]
     return [
         judged(
-            "Ours: the plate may be slow, if it is faster than the ball rolls to and fro in a well",
+            "Ours: on a plate that is slower than the rolling to and fro in a well, the ball does"
+            " not fly",
             f"in a well, the ball rolls to and fro at {data.rolling:.3f} Hz; in each run of"
             f" {DURATION * DESK.units.time:.0f} s, it flies {_turns(white)} turns with white noise"
-            f" and {_turns(slow)} with a bandwidth of {bandwidth(SLOWEST):.3f} Hz",
-            slow.flown.turns < 0.6 * white.flown.turns and bandwidth(SLOWEST) < data.rolling,
+            f" and {_by_bandwidth(data)} Hz",
+            slow.flown.turns < 0.1 * white.flown.turns and bandwidth(SLOWEST) < data.rolling,
         ),
         judged(
-            "Ours: on a plate with a stroke of 10 mm, the ball flies less than a quarter as far",
+            f"Ours: on a plate with a stroke of {stroke(1.0):.0f} mm, the root mean square about"
+            " its mean position in each direction, the ball flies less than a quarter as far",
             f"with white noise the plate wanders {wander:.0f} mm in an hour; if what it moves is"
-            f" taken back after 1 s, its stroke is {stroke(1.0):.0f} mm, and the ball flies"
+            f" taken back after 1 s, its stroke is {stroke(1.0):.1f} mm, and the ball flies"
             f" {_turns(still)} of {_turns(white)} turns",
             still.flown.turns < 0.25 * white.flown.turns,
         ),
         judged(
-            f"Ours: a plate with {bandwidth(hold):.1f} Hz, {speed(hold):.0f} mm/s and a stroke of"
-            f" {stroke(window):.0f} mm (root mean squares in each direction) is enough",
-            f"samples are held for {hold * STEP:.2f} s and taken back after {window:g} s; the ball"
-            f" flies {_turns(built)} turns, {_turns(white)} with white noise: the difference is"
-            f" {apart:.1f} standard errors; the window is shorter than the time c/k ="
-            f" {data.relaxation:.0f} s in which slip alone relaxes in a well of the stiffness k;"
-            f" the ball rolls to and fro in {1 / data.rolling:.0f} s",
-            abs(apart) < SIGNIFICANT and built.flown.turns > 0.5 * white.flown.turns,
+            f"Ours: on a plate with {bandwidth(hold):.1f} Hz, {speed(hold):.0f} mm/s and a stroke"
+            f" of {stroke(window):.0f} mm (root mean squares in each direction, the stroke about"
+            " the mean position), the ball flies more than half as far as with white noise",
+            f"samples are held for {hold * STEP:.2f} s and taken back after {window:g} s, which"
+            f" moves the plate by {math.sqrt(2) * stroke(window):.0f} mm from its start; the ball"
+            f" flies {_turns(built)} turns, {_turns(white)} with white noise: {found} is"
+            f" found, at a resolution of {resolution:.1f} turns, one standard error; the window is"
+            f" shorter than the time c/k = {data.relaxation:.0f} s in which slip alone relaxes in a"
+            f" well of the stiffness k; the ball rolls to and fro in {1 / data.rolling:.0f} s",
+            built.flown.turns > 0.5 * white.flown.turns,
         ),
         judged(
             "Ours: such a plate does not give all motions one temperature",
             f"relative to kT, slip, rolling and lean of the ring have {_temperatures(built)} on it,"
-            f" {_temperatures(white)} with white noise",
-            built.temperature["slip"] < 0.5 < white.temperature["slip"],
+            f" {_temperatures(white)} with white noise, where 1 is expected; of these, rolling is"
+            f" {(rolling.value - 1) / rolling.error:.1f} standard errors from 1",
+            built.temperature["slip"].value + SIGNIFICANT * built.temperature["slip"].error
+            < 0.5
+            < white.temperature["slip"].value,
         ),
     ]
+
+
+def _by_bandwidth(data: ShakenPlate) -> str:
+    """Return the turns flown at the smallest bandwidths, and these."""
+    slow = sorted((hold for hold in data.holds if hold >= SLOW), reverse=True)
+    turns, widths = (
+        " and ".join(words)
+        for words in (
+            [_turns(data.holds[hold]) for hold in slow],
+            [f"{bandwidth(hold):.3f}" for hold in slow],
+        )
+    )
+    return f"{turns} with a bandwidth of {widths}"
 
 
 def _turns(shaken: Shaken) -> str:
@@ -179,7 +209,8 @@ def _turns(shaken: Shaken) -> str:
 
 
 def _temperatures(shaken: Shaken) -> str:
-    return ", ".join(f"{shaken.temperature[mode]:.2f}" for mode in MODES)
+    each = (shaken.temperature[mode] for mode in MODES)
+    return ", ".join(map(str, each))
 
 
 def draw(data: ShakenPlate, path: Path) -> None:
@@ -201,8 +232,8 @@ def draw(data: ShakenPlate, path: Path) -> None:
         axes[1, 0].set(ylabel="rest of a flight\nafter one turn (s)", ylim=(0, None))
         axes[2, 0].set(ylabel="temperature over kT", ylim=(0, 1.6))
         axes[2, 0].set(xlabel="bandwidth of the plate (Hz)", xscale="log")
-        axes[2, 1].set(xlabel="stroke of the plate, root mean square (mm)", xscale="log")
-        axes[2, 1].set_xticks([10, 20, 50, 100], ["10", "20", "50", "100"])
+        axes[2, 1].set(xlabel="root mean square about the mean position (mm)", xscale="log")
+        axes[2, 1].set_xticks([10, 20, 50], ["10", "20", "50"])
         axes[2, 1].minorticks_off()
         axes[2, 0].legend(loc="upper left", ncols=3)
         axes[0, 1].legend(loc="lower right")
@@ -229,8 +260,9 @@ def _draw(
     labels = {"slip": "slip", "rolling": "rolling", "ring_1": "lean of the ring"}
     looks = zip(labels.items(), (style.BLUE, style.GREEN, style.PURPLE), "os^", strict=True)
     for (mode, label), color, marker in looks:
-        values = [shaken.temperature[mode] for shaken in found.values()]
-        warmth.plot([*found], values, color=color, marker=marker, ms=5, label=label)
+        values, errors = zip(*(shaken.temperature[mode] for shaken in found.values()), strict=True)
+        warmth.errorbar([*found], values, errors, color=color, marker=marker, ms=5, capsize=2,
+                        label=label)  # fmt: skip
 
 
 FIGURE = Figure(
@@ -243,9 +275,10 @@ FIGURE = Figure(
         " (V_Q - u) against a plate with the white velocity noise u = (α/c) dW/dt is friction"
         " and noise of the contact at once. A digital source holds each sample for a time H,"
         " which limits the bandwidth (half of the power) to 0.443/H, and takes it back after a"
-        " window, which limits the root mean square displacement in each direction, the stroke,"
-        " to (α/c) times the root of the window. The torque on the inner ring has the same"
-        " samples. Left: without a window. Right: H = 0.035 s."
+        " window. This limits the root mean square displacement in each direction about the mean"
+        " position, the stroke, to (α/c) times the root of half the window; from where the plate"
+        " starts, it is larger by √2. The torque on the inner ring has the same samples. Bars are"
+        " standard errors over runs. Left: without a window. Right: H = 0.035 s."
     ),
     compute=compute,
     claims=claims,

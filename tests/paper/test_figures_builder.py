@@ -68,6 +68,30 @@ def test_flights_are_counted_by_run():
     assert found.longest == pytest.approx(3.0)
     once = [math.ceil(199 / 3), math.ceil(199 / 1.5)]
     assert found.lasts == pytest.approx(199 - sum(once) / 2)
+    apart = (once[1] - once[0]) / 2  # from the mean, in two runs; none in the third
+    assert found.lasts_error == pytest.approx(math.sqrt(2 * apart**2 * 3 / 2) / 2)
+
+
+def test_effects_that_end_no_flights_are_not_said_to():
+    """Claims are refuted by flights that are alike with any effect, and by few runs."""
+    same = builder_motor.Flown(24.0, 2.0, 30.0, 3.0, 50.0)
+    few, half = same._replace(turns=2.0, turns_error=0.3), same._replace(turns=10.0)
+
+    def verdicts(strong, air, rough=same):
+        sizes = {1.0: same, 10.0: strong}
+        limit = builder_motor.LIMIT
+        data = builder_motor.BuilderMotor(
+            same, rough, rough, air, {"floor_tilt": sizes, "background_field": sizes},
+            {"cold": {limit: same, 10 * limit: strong}}, strong, 32,
+        )  # fmt: skip
+        found = [claim.verdict for claim in builder_motor.claims(data)]
+        assert found[5:7] == ["right", "right"]  # theory and statics
+        return [*found[:5], found[7]]
+
+    assert verdicts(few, half) == ["right"] * 6
+    assert verdicts(few._replace(turns_error=1.0), half) == ["wrong"] * 3 + ["right"] * 3
+    assert verdicts(same, same) == ["wrong"] * 5 + ["right"]
+    assert verdicts(few, half, rough=few)[-1] == "wrong"
 
 
 def test_aluminum_at_the_distance_found_damps_at_the_limit():
@@ -96,7 +120,7 @@ def test_bandwidth_and_stroke_of_the_plate():
     turn = math.pi * shaken_plate.bandwidth(hold) * hold * shaken_plate.STEP
     assert (math.sin(turn) / turn) ** 2 == pytest.approx(0.5, rel=1e-3)
     per_second = 2 * DESK.kT / DESK.friction_ball
-    assert shaken_plate.stroke(20.0) == pytest.approx(1e3 * math.sqrt(20 * per_second))
+    assert shaken_plate.stroke(20.0) == pytest.approx(1e3 * math.sqrt(10 * per_second))
     power = per_second / (hold * shaken_plate.STEP)
     assert shaken_plate.speed(hold) == pytest.approx(1e3 * math.sqrt(power))
 
