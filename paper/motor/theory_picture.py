@@ -34,7 +34,12 @@ def _draw_spread(axes: "Axes", found: "Theory") -> None:
     twice = 2 * main.lag
     value, error = over_replicas(main.squares)
     axes.errorbar(main.lag, value / twice, error / twice, **MOTOR, label="motor")
-    axes.plot(main.lag, main.disks.value / twice, **DISK, label="sliding disk, nothing fitted")
+    axes.plot(
+        main.lag,
+        main.disks.value / twice,
+        **DISK,
+        label="sliding disk, one rate measured elsewhere",
+    )
     axes.plot(
         main.lag, main.without.value / twice, **WITHOUT,
         label="without the friction under held rings",
@@ -61,7 +66,10 @@ def _draw_diffusion(axes: "Axes", found: "Theory") -> None:
     for once in (case for case in found.cases if case.scene.ball_ring_factor == 1):
         at = [1e6 * once.scene.kT * 1.05]  # beside the other
         axes.errorbar(at, *_columns([once.diffusion()]), **(MOTOR | ONCE))
-        axes.plot(at, [once.diffusion(once.disks).value], "_", ms=12, **DISK)
+        axes.plot(
+            at, [once.diffusion(once.disks).value], "_", ms=12, mew=2, color=style.PURPLE,
+            label="disk, counted once",
+        )  # fmt: skip
     axes.plot(heat, [case.diffusion(case.disks).value for case in alike], **DISK, label="disk")
     axes.plot(
         heat, [case.diffusion(case.without).value for case in alike], **WITHOUT,

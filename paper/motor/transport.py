@@ -104,6 +104,8 @@ class Transport:
     """from the last states of the motor's run"""
     beside: Spread
     """the same by the reference, with the same noise"""
+    since_start: tuple[Array, Array]
+    """square angles in rad^2 since the start of the two, at the lags of `beside`, shape (R, L)"""
     disk: Slopes
     """of the paper's disk; the lag is scaled to the motor's memory"""
 
@@ -162,8 +164,14 @@ def transport_of(run: LongRun, physical: LongRun, mujoco: LongRun, beside: LongR
         null,
         Spread.of(mujoco),
         Spread.of(beside),
+        (_since_start(mujoco), _since_start(beside)),
         _disk_slopes(_forgetting(correlation, run.interval, rate_square)),
     )
+
+
+def _since_start(run: LongRun) -> Array:
+    lags = half_octaves(run.azimuth.shape[1])
+    return (run.azimuth[:, lags] - run.azimuth[:, :1]) ** 2
 
 
 def _forgetting(correlation: Array, interval: float, start: float) -> float:
@@ -192,7 +200,8 @@ FIGURE = Figure(
     " ball's mean square rate and diffusion; and the paper's sliding disk, in theory, with its time"
     " scaled to the same memory. Top right: the mean squares. Bottom left: correlation of the"
     " ball's rate. Bottom right: its integral, and half the mean square over the lag; both tend to"
-    " the diffusion coefficient. Bars and bands are standard errors over replicas.",
+    " the diffusion coefficient, and are the same but for bookkeeping. Bars and bands are standard"
+    " errors over replicas.",
     compute,
     claims,
     draw,

@@ -62,7 +62,7 @@ def _squares(axes: "Axes", found: "Transport") -> None:
         axes.plot(near, level * (near / near[0]) ** power, color=style.GRAY, lw=1)
         axes.annotate(
             f"t{'²' if power == 2 else ''}", (near[-1], level * (near[-1] / near[0]) ** power),
-            xytext=(4, -4), textcoords="offset points", color=style.GRAY,
+            xytext=(-4, -12), textcoords="offset points", color=style.GRAY,
         )  # fmt: skip
     axes.set(yscale="log", xlabel="lag t (s)", ylabel="E[(φ(t) − φ(0))²]  (rad²)")
     axes.set_title("Mean square displacement of the azimuth")
