@@ -177,7 +177,8 @@ def _rolls_with_its_inertia(main: Case) -> Claim:
         " momentum P that slip conserves",
         f"M = {inertia:.3f} kg m² gives the rate sqrt(kT/M) = {1e3 * np.sqrt(kT / inertia):.2f}"
         f" mrad/s; the mean square over {main.lag[near]:.0f} s is {value:.3f} ± {error:.3f} times"
-        " that of the sliding disk of this inertia and these wells, without a number from a run",
+        " that of the sliding disk of this inertia and these wells, without a number from a run"
+        f" (bound: 10 % and {SIGNIFICANT} standard errors)",
         bool(abs(value - 1) < 0.1 + SIGNIFICANT * error),
     )
 
