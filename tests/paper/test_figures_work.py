@@ -63,23 +63,33 @@ def test_a_walker_in_equilibrium_obeys_all_laws_of_the_load():
         (walkers(drift=0.5), ["wrong", "right", "wrong"]),  # as if kT were alpha^2/c
         (walkers(heated=2.0), ["right", "right", "wrong"]),
         (walkers(drift=-1.0), ["wrong", "wrong", "wrong"]),  # it lifts the load
+        (walkers(drift=0.0), ["wrong", "wrong", "wrong"]),
     ],
-    ids=["twice the temperature", "diffusion of twice the temperature", "lifts the load"],
+    ids=["twice the temperature", "diffusion of twice the temperature", "lifts the load", "inert"],
 )
 def test_what_breaks_a_law_of_the_load_is_found(data, expected):
     assert verdicts(work.claims(data)) == expected
 
 
 def flows(
-    *, backward: bool = False, leak: float = 0.0, current: float = 0.0, lifted: float = 1.0
+    *,
+    backward: bool = False,
+    leak: float = 0.0,
+    lost: float = 0.0,
+    current: float = 0.0,
+    lifted: float = 1.0,
 ) -> TwoTemperatures:
-    """Made-up flows: heat of 2e-10 W per temperature, and speeds of 1e-5 rad/s by chance."""
+    """Made-up flows: heat of 2e-10 W per temperature, and speeds of 1e-5 rad/s by chance.
+
+    The timestep books 3e-9 W at the ball; `lost` is the share of the heat that does not arrive.
+    """
     rng = np.random.default_rng(4)
 
     def flow(ratio: float, speed: float, warm: float = 1.0) -> Flow:
         heat = 2e-10 * (ratio - 1) * (-1 if backward else 1) + leak
         noise = rng.normal(0, 1e-11 * ratio, 64)
-        return Flow(warm * heat + noise, speed + rng.normal(0, 1e-5, 64), 3e-3)
+        taken = 3e-9 + (1 - lost) * heat + rng.normal(0, 1e-10, 64)
+        return Flow(warm * heat + noise, taken, 2e-11, speed + rng.normal(0, 1e-5, 64), 3e-3)
 
     ratios = (0.25, 1.0, 4.0)
     pushed = 1e-3 * lifted
@@ -95,11 +105,19 @@ def flows(
     [
         (flows(), ["right"] * 5),
         (flows(backward=True), ["wrong", *["right"] * 4]),
-        (flows(leak=1e-10), ["right", "wrong", "right", "right", "right"]),
+        (flows(lost=1.0), ["wrong", *["right"] * 4]),
+        (flows(leak=1e-10), ["wrong", "wrong", "right", "right", "right"]),
         (flows(current=1e-4), ["right", "right", "right", "wrong", "right"]),
         (flows(lifted=-1.0), ["right", "right", "right", "right", "wrong"]),
     ],
-    ids=["all hold", "heat from cold to hot", "heat at one temperature", "ratchet", "lifts"],
+    ids=[
+        "all hold",
+        "heat from cold to hot",
+        "lost",
+        "heat at one temperature",
+        "ratchet",
+        "lifts",
+    ],
 )
 def test_what_breaks_a_law_of_two_temperatures_is_found(data, expected):
     assert verdicts(two_temperatures.claims(data)) == expected
