@@ -34,6 +34,14 @@ class Places(NamedTuple):
         chosen = np.random.default_rng(1).permutation(size)[:count]
         return Places(*(column[chosen] for column in self))
 
+    def inside(self, azimuths: Azimuths, lags: Array, other: int = 0) -> "Places":
+        """Return those at which `barriers` with these lags does not go beyond the run."""
+        records = np.rint(lags / RECORD_INTERVAL).astype(int)
+        lengths = np.array([len(leans) for leans in azimuths.leans])
+        length = lengths[(self.run + other) % len(lengths)]
+        kept = (self.record + records.min() >= 0) & (self.record + records.max() < length)
+        return Places(*(column[kept] for column in self))
+
 
 class Crossings(NamedTuple):
     """The passages from one well to its neighbor, at the time at which the ball passes halfway.
@@ -88,12 +96,13 @@ def barriers(
     """Return the barriers ahead in J at some times from these places, shape (n, lags).
 
     By the symmetry of the rings, the well is turned to azimuth 0, and what is clockwise is
-    reflected. Places too near to the begin or end of a run are left out.
+    reflected.
 
     Parameters
     ----------
     valley : Valley
     places : Places
+        None of them is too near to the begin or end of a run.
     azimuths : Azimuths
         The ensemble in which they are.
     lags : ndarray, shape (lags,)
@@ -105,9 +114,8 @@ def barriers(
     found = []
     for run, record, well, step in zip(*places, strict=True):
         leans = azimuths.leans[(run + other) % len(azimuths.leans)]
-        if record + records.min() >= 0 and record + records.max() < len(leans):
-            x, y = leans[record + records].T
-            cosine, sine = np.cos(valley.sector * well), np.sin(valley.sector * well)
-            turned = np.stack([cosine * x + sine * y, step * (cosine * y - sine * x)], axis=1)
-            found.append(valley.ahead(valley.energies(turned)))
+        x, y = leans[record + records].T
+        cosine, sine = np.cos(valley.sector * well), np.sin(valley.sector * well)
+        turned = np.stack([cosine * x + sine * y, step * (cosine * y - sine * x)], axis=1)
+        found.append(valley.ahead(valley.energies(turned)))
     return np.array(found).reshape(-1, len(lags))

@@ -6,10 +6,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from magmotor.devices.motor.exponential_test import ExponentialTest, squared_variation
+from magmotor.devices.motor.exponential_test import squared_variation
 from magmotor.devices.motor.flights import CORE, directed_spans
 from magmotor.devices.motor.scene import Motor
-from magmotor.observables import exponential_test
 from paper.motor.azimuths import RECORD_INTERVAL
 from paper.motor.rotor import rate_and_memory
 
@@ -75,8 +74,6 @@ class Remaining(NamedTuple):
     """number of the run"""
     lasts: NDArray[np.float64]
     """in s"""
-    limits: NDArray[np.float64]
-    """until the end of the run, in s"""
     censored: NDArray[np.bool_]
     """whether the run ended first"""
     direction: NDArray[np.int_]
@@ -94,11 +91,6 @@ class Remaining(NamedTuple):
         return whole, float(np.std(without) * np.sqrt(len(runs) - 1))
 
     @property
-    def test(self) -> ExponentialTest:
-        """The test for an exponential law."""
-        return exponential_test(self.lasts, self.censored, self.limits, {})
-
-    @property
     def survival(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Times in s, and the part that lasts longer (E. L. Kaplan and P. Meier, 1958)."""
         order = np.argsort(self.lasts)
@@ -111,10 +103,10 @@ def remaining(rows: Sequence[Row], definition: Definition) -> Remaining:
     """Return what is left of the flights in paths of azimuths, recorded at `RECORD_INTERVAL`."""
     rate = rate_and_memory(rows, RECORD_INTERVAL).rate
     found = [
-        (run, RECORD_INTERVAL * (end - begin), RECORD_INTERVAL * (len(row) - 1 - begin),
-         end == len(row) - 1, np.sign(row[end] - row[begin]))
+        (run, RECORD_INTERVAL * (end - begin), end == len(row) - 1,
+         np.sign(row[end] - row[begin]))
         for run, row in enumerate(rows)
         for begin, end in definition.spans(row, rate)
     ]  # fmt: skip
-    run, lasts, limits, censored, direction = np.array(found, dtype=float).reshape(-1, 5).T
-    return Remaining(run.astype(int), lasts, limits, censored.astype(bool), direction.astype(int))
+    run, lasts, censored, direction = np.array(found, dtype=float).reshape(-1, 4).T
+    return Remaining(run.astype(int), lasts, censored.astype(bool), direction.astype(int))

@@ -66,7 +66,7 @@ def _draw_valley(axes: "Axes", found: Found) -> None:
 
 def _draw_spread(axes: "Axes", ahead: Ahead, kT: float) -> None:
     for kind, look in NOW_LOOKS.items():
-        values = np.sort(ahead.now[kind]) / kT
+        values = np.sort(ahead.now[kind].values) / kT
         axes.plot(values, np.arange(1, len(values) + 1) / len(values), **look)
     axes.set(xlabel="barrier ahead of the ball / kT", xlim=(0, 4))
     axes.set(ylabel="part of barriers that are lower", ylim=(0, 1))
@@ -76,8 +76,8 @@ def _draw_spread(axes: "Axes", ahead: Ahead, kT: float) -> None:
 
 def _draw_around(axes: "Axes", ahead: Ahead, unit: float) -> None:
     for kind, look in AROUND_LOOKS.items():
-        found = ahead.around[kind] / unit
-        error = found.std(axis=0, ddof=1) / np.sqrt(len(found))
-        axes.errorbar(LAGS, found.mean(axis=0), yerr=error, ms=3.5, lw=1.0, **look)
+        found = ahead.around[kind]
+        mean, error = found.values.mean(axis=0) / unit, found.error / unit
+        axes.errorbar(LAGS, mean, yerr=error, ms=3.5, lw=1.0, **look)
     axes.axvline(0, color=style.GRAY, lw=0.8)
     axes.set(xlabel="time after the ball passes halfway (s)")

@@ -38,7 +38,7 @@ def methods_of(data):
 LAWS = (
     "It spins for a random amount of time, observed to be exponential in law",
     "Ours: at uniform temperature, flights are exponential in law",
-    "Ours: the law of flights ",
+    "Ours: whatever counts as a flight, flights vary more ",
 )
 """At reduced size there are too few flights to reject these in every sample."""
 

@@ -16,7 +16,7 @@ from paper.motor.azimuths import RECORD_INTERVAL, Azimuths
 from paper.motor.barriers import Valley
 from paper.motor.crossings import LAGS, Places, barriers, crossings
 from paper.motor.flight_definitions import DEFINITIONS, Remaining, remaining
-from paper.motor.hop_barriers import Ahead, Found, Mean
+from paper.motor.hop_barriers import Ahead, Found, Mean, Sample
 from paper.motor.rotor import RateAndMemory, rate_and_memory, rotor
 from paper.motor.runs import SETS, Motors, collected
 from paper.motor.two_states import Rotors, States, states
@@ -151,7 +151,7 @@ def test_five_definitions_of_a_flight():
 
 def test_what_is_left_of_flights_by_hand():
     left = Remaining(
-        np.array([0, 0, 1, 2]), np.array([3.0, 2.0, 1.0, 4.0]), np.full(4, 9.0),
+        np.array([0, 0, 1, 2]), np.array([3.0, 2.0, 1.0, 4.0]),
         np.array([False, True, False, False]), np.ones(4, dtype=int),
     )  # fmt: skip
     times, survival = left.survival
@@ -211,13 +211,15 @@ def test_a_rotor_fails_the_claims_of_two_states(found, verdicts, monkeypatch):
 
 
 def ahead(hop, well, around):
-    """Return barriers with these means at hops and in wells, and around hops, in J."""
+    """Return barriers in J with these means at hops and in wells, and around hops, in 40 runs."""
     random = np.random.default_rng(6)
-    spread = 0.1 * random.normal(size=400)
-    now = {"hops": hop + spread, "passes": hop + spread, "waiting": well + spread}
+    run = np.arange(400) % 40
+    now = {
+        kind: Sample(1e-6 * (mean + 0.1 * random.normal(size=400)), run)
+        for kind, mean in (("hops", hop), ("passes", hop), ("waiting", well))
+    }
     columns = np.where(LAGS == 0, hop, around) + 0.1 * random.normal(size=(400, len(LAGS)))
-    around_hops = {"hops": 1e-6 * columns, "passes": columns, "other": 1e-6 * columns}
-    return Ahead({kind: 1e-6 * values for kind, values in now.items()}, around_hops)
+    return Ahead(now, dict.fromkeys(("hops", "passes", "other"), Sample(1e-6 * columns, run)))
 
 
 @pytest.mark.parametrize(
@@ -231,22 +233,60 @@ def test_barriers_at_hops_decide_what_the_paper_says(hop, well, around, verdict)
     )  # fmt: skip
     claims = hops.claims(found)
     assert claims[0].verdict == verdict
-    assert claims[1].verdict == "right"
-    assert claims[3].verdict == "right"
-    assert claims[5].verdict == "right"
+    assert [claims[k].verdict for k in (1, 3, 5)] == ["right"] * 3
+    assert claims[2].verdict == ("right" if hop < well else "wrong")
     uneven = found._replace(clockwise={"hops": (Mean(0.6, 0.01), 9)}, gibbs=[0.0, 0.0])
     assert [hops.claims(uneven)[k].verdict for k in (3, 5)] == ["wrong", "wrong"]
+    low = found._replace(nonuniform=ahead(1.0, 3.0, 3.0))
+    assert hops.claims(low)[1].verdict == "wrong"
 
 
-@pytest.mark.parametrize(("law", "verdict"), [("exponential", "wrong"), ("lomax", "right")])
-def test_flights_decide_whether_their_law_is_exponential(law, verdict):
+def test_errors_are_those_of_runs_not_of_hops():
+    """Each run has one value four times; a difference within the runs has no error."""
+    values = np.array([1.0, 2.0, 4.0])
+    sample = Sample(np.repeat(values, 4), np.repeat([0, 1, 5], 4))
+    expected = values.std() / np.sqrt(3)
+    assert sample.mean == pytest.approx((7 / 3, expected))
+    table = Sample(np.stack([sample.values, 2 * sample.values], axis=1), sample.run)
+    np.testing.assert_allclose(table.error, [expected, 2 * expected])
+    above = Sample(sample.values + 3, sample.run).above(sample)
+    assert above == pytest.approx((3, 0), abs=1e-14)
+    apart = Sample(sample.values + 3, sample.run + 6).above(sample)
+    assert apart == pytest.approx((3, np.sqrt(2) * expected))
+
+
+def test_the_rank_of_a_sample_in_another():
+    """By hand, and the error against the spread of 400 repetitions in 30 runs of 5 values each."""
+    one = Sample(np.array([0.0, 1.0, 5.0]), np.arange(3))
+    other = Sample(np.array([1.0, 2.0]), np.arange(2))
+    assert one.rank_in(other).value == pytest.approx((0 + 0.25 + 1) / 3)
+    random = np.random.default_rng(8)
+    run = np.repeat(np.arange(30), 5)
+    means = []
+    for _ in range(400):
+        shared = random.normal(size=30)[run]
+        low, high = (shared + random.normal(size=150) + shift for shift in (0.0, 0.7))
+        means.append(Sample(low, run).rank_in(Sample(high, run)))
+    values, errors = np.array(means).T
+    assert errors.mean() == pytest.approx(values.std(), rel=0.2)  # 0.11
+
+
+@pytest.mark.parametrize(
+    ("tails", "count", "verdict"),
+    [(0, 350, "wrong"), (2, 350, "in part"), (5, 350, "right"), (5, 290, "not decided")],
+)
+def test_definitions_decide_whether_flights_vary_more_than_those_of_rotors(tails, count, verdict):
+    """By the first few definitions the motor's have 4, and otherwise the rotors' 1."""
     random = np.random.default_rng(7)
-    lasts = random.exponential(5e3, 350) if law == "exponential" else 9e3 * random.pareto(2.2, 350)
-    left = Remaining(
-        np.arange(350), lasts, np.full(350, 1e9), np.zeros(350, dtype=bool), np.ones(350, dtype=int)
-    )
-    found = {name: dict.fromkeys(DEFINITIONS, left) for name in flight_law.LOOKS}
-    laws = flight_law.Laws("", found, RateAndMemory(RATE, MEMORY), dict.fromkeys(found, 1))
-    claims = flight_law.claims(laws)
-    assert {claim.verdict for claim in claims[:-1]} == {verdict}
-    assert claims[-1].verdict == "wrong"  # the tail of the rotors is the same
+
+    def left(lasts):
+        no = np.zeros(count, dtype=bool)
+        return Remaining(np.arange(count), lasts, no, np.ones(count, int))
+
+    null = left(random.exponential(5e3, count))
+    varied = left(random.gamma(0.25, 2e4, count))
+    motor = {key: varied if k < tails else null for k, key in enumerate(DEFINITIONS)}
+    law = flight_law.Law(count, motor, dict.fromkeys(DEFINITIONS, null), RateAndMemory(RATE, 1e4))
+    claims = flight_law.claims(flight_law.Laws("", dict.fromkeys(flight_law.LOOKS, law)))
+    assert {claim.verdict for claim in claims} == {verdict}
+    assert f"By {tails} of 5 definitions" in claims[0].measured
