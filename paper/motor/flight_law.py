@@ -129,7 +129,7 @@ def draw(laws: Laws, path: Path) -> None:
         for found, color, label in (
             (uniform.motor, LOOKS["uniform"][0], LOOKS["uniform"][2]),
             (air.motor, LOOKS["air at 20 mm/s"][0], LOOKS["air at 20 mm/s"][2]),
-            (uniform.rotor, style.INK, "its rotor without wells"),
+            (uniform.rotor, style.INK, "rotor, as at uniform temperature"),
         ):
             flights = found["once"]
             mean = flights.lasts.sum() / (~flights.censored).sum()
