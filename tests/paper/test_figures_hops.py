@@ -110,6 +110,17 @@ def test_the_barrier_ahead_is_that_of_the_leaning_rings_field(well, step):
     assert found / MOTOR.kT == pytest.approx(expected / MOTOR.kT, abs=0.02)  # 0.0018
 
 
+def test_places_near_the_ends_of_a_run_or_of_the_one_that_lends_its_lean_are_left_out():
+    """120 records each side fit; the second run is shorter."""
+    leans = [np.zeros((400, 2)), np.zeros((300, 2))]
+    ensemble = Azimuths(MOTOR, "", [np.zeros(400), np.zeros(300)], leans)
+    record = np.array([119, 120, 279, 280, 179, 180])
+    run = np.array([0, 0, 0, 0, 1, 1])
+    places = Places(run, record, np.zeros(6, dtype=int), np.ones(6, dtype=int))
+    assert places.inside(ensemble, LAGS).record.tolist() == [120, 279, 179]
+    assert places.inside(ensemble, LAGS, 1).record.tolist() == [120, 179, 180]
+
+
 def path(*corners):
     """Return azimuths that move 0.01 sectors per record between these, in sectors."""
     pairs = itertools.pairwise(corners)
