@@ -278,8 +278,9 @@ FIGURE = Figure(
         " window. This limits the root mean square displacement in each direction about the mean"
         " position, the stroke, to (α/c) times the root of half the window; from where the plate"
         " starts, it is larger by √2. The torque on the inner ring has the same samples. Bars are"
-        " standard errors over runs. Rolling has few independent values in a run, so that a low mean"
-        " comes with a low error: with white noise, 96 runs of the seed 122 have 1.10 ± 0.07. Left: without a window. Right: H = 0.035 s."
+        " standard errors over runs. Rolling has few independent values in a run, so that a low"
+        " mean comes with a low error: with white noise, 96 runs of the seed 122 have 1.10 ± 0.07."
+        " Left: without a window. Right: H = 0.035 s."
     ),
     compute=compute,
     claims=claims,
