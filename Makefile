@@ -68,7 +68,7 @@ studies: $(READY)  ## where the top spins, how often and where the motor flies: 
 	@$(PYTHON) scripts/study.py geometry $(ARGS)
 
 figures: $(READY)  ## the paper's figures with their claims checked: out/figures/, docs/gallery.md
-	@echo "== figures: simulating, checking and drawing takes 15 minutes; with ARGS=--quick, two or three"
+	@echo "== figures: simulating, checking and drawing takes 20 minutes; with ARGS=--quick, three or four"
 	@$(PYTHON) scripts/figures.py $(ARGS)
 
 examples: $(READY)  ## other models, magnetized or warm: out/{magnetic_beads,...}.{png,mp4}
