@@ -31,7 +31,7 @@ from paper.motor.wandering import Wandering
 ALPHA = 1e-3
 """Noise of the paper's first runs at uniform temperature, in N m sqrt(s)."""
 
-FULL, QUICK = Size(64, 1e6, 5e4), Size(48, 1e5, 2e3)
+FULL, QUICK = Size(32, 4e6, 5e4), Size(48, 1e5, 2e3)
 
 PHYSICAL = {False: Size(64, 4e5, 2e4), True: Size(48, 8e4, 2e3)}
 """Sizes of the runs with the energy of ball and ring counted once."""
