@@ -166,8 +166,12 @@ def draw_curve(axes: "Axes", shown: Averaged, field: xr.DataArray) -> None:
     if len(missing):
         bottom = np.full(len(missing), 0.03)
         axes.scatter(missing, bottom, transform=axes.get_xaxis_transform(), **CROSSED)
-    axes.set_ylabel(label_of(str(shown.single.name).replace("_", " "), shown.single))
+    axes.set_ylabel(_label(shown))
     x.show(axes, "x")
+
+
+def _label(shown: Averaged) -> str:
+    return label_of(str(shown.single.name).replace("_", " "), shown.single)
 
 
 def draw_map(axes: "Axes", shown: Averaged, *fields: xr.DataArray) -> None:
@@ -215,9 +219,7 @@ def _colors(mean: Array) -> dict[str, Any]:
 
 
 def _finish(axes: "Axes", drawn: Any, shown: Averaged, x: Axis, y: Axis) -> None:
-    axes.figure.colorbar(drawn, ax=axes, aspect=30).set_label(
-        label_of(str(shown.single.name).replace("_", " "), shown.single)
-    )
+    axes.figure.colorbar(drawn, ax=axes, aspect=30).set_label(_label(shown))
     axes.grid(visible=False)
     x.show(axes, "x")
     y.show(axes, "y")
