@@ -115,9 +115,9 @@ def simulate(
     SimulationDiverged
         The run is no longer finite or has gained impossible energy; holds the records so far.
     PhysicalEvent
-        The magnetic lift exceeds the weight of a ball that is constrained to its plane, the top's
-        ball has rolled down a tilted floor, or the motor's inner ring is tilted by more than 20
-        degrees; holds the records so far.
+        The magnetic lift exceeds the weight of a ball that is constrained to its plane, the ball is
+        far from the rings, on a tilted floor or under a load, or the motor's inner ring is tilted
+        by more than 20 degrees; holds the records so far.
     SimulationInterrupted
         Ctrl-C; holds the records so far.
 

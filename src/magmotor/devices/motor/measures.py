@@ -13,38 +13,39 @@ from magmotor.devices.motor.scene import Motor
 from magmotor.devices.motor.theory import slip_mobility
 
 
-def _sum_by_replica(run: xr.Dataset, replica: NDArray[Any], values: NDArray[Any]) -> Any:
-    """Sum the values of each replica; return a number if the run has no replicas."""
-    sums = np.bincount(replica, values, minlength=run.sizes.get("replica", 1))
-    return sums if "replica" in run.dims else sums[0]
+def _by_replica(
+    run: xr.Dataset, replica: NDArray[Any], values: NDArray[Any], combine: np.ufunc = np.add
+) -> Any:
+    """Combine the values of each replica with 0; return a number if the run has no replicas."""
+    found = np.zeros(run.sizes.get("replica", 1))
+    combine.at(found, replica, values)
+    return found if "replica" in run.dims else found[0]
 
 
 def _flights(run: xr.Dataset, scene: Motor) -> Any:
     found = flights(run, scene)
-    return _sum_by_replica(run, found.replica.values, np.ones(found.sizes["flight"]))
+    return _by_replica(run, found.replica.values, np.ones(found.sizes["flight"]))
 
 
 def _revolutions_flown(run: xr.Dataset, scene: Motor) -> Any:
     found = flights(run, scene)
-    return _sum_by_replica(run, found.replica.values, np.abs(found.revolutions.values))
+    return _by_replica(run, found.replica.values, np.abs(found.revolutions.values))
 
 
 def _longest_flight(run: xr.Dataset, scene: Motor) -> Any:
     found = flights(run, scene)
-    longest = np.zeros(run.sizes.get("replica", 1))
-    np.maximum.at(longest, found.replica.values, np.abs(found.revolutions.values))
-    return longest if "replica" in run.dims else longest[0]
+    return _by_replica(run, found.replica.values, np.abs(found.revolutions.values), np.maximum)
 
 
 def _flying(run: xr.Dataset, scene: Motor) -> Any:
     found = flights(run, scene)
     durations = (found.end - found.begin).values
-    return _sum_by_replica(run, found.replica.values, durations / float(run.time[-1]))
+    return _by_replica(run, found.replica.values, durations / float(run.time[-1]))
 
 
 def _transitions(run: xr.Dataset, scene: Motor) -> Any:
     found = transitions(run, scene)
-    return _sum_by_replica(run, found.replica.values, np.ones(found.sizes["transition"]))
+    return _by_replica(run, found.replica.values, np.ones(found.sizes["transition"]))
 
 
 def _revolutions(azimuth: xr.DataArray) -> xr.DataArray:
