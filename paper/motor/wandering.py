@@ -1,12 +1,11 @@
 """What distinguishes a ball among wells from a rotor: where it stays, and how long it flies."""
 
-import itertools
 from typing import NamedTuple
 
 import numpy as np
 
 from magmotor.common.arrays import Array
-from magmotor.devices.motor.flights import CORE, turning_points
+from magmotor.devices.motor.flights import CORE, directed_spans
 from magmotor.devices.motor.scene import Motor
 from paper.motor.spreading import Measured, over_replicas
 
@@ -37,13 +36,9 @@ def whole_flights(azimuth: Array) -> Array:
 
     Flights are those of `magmotor.observables.flights`. Those that the run cuts off are left out.
     """
-    points = turning_points(azimuth, CORE * 2 * np.pi / Motor().outer_dipoles)
-    found = []
-    for begin, end in itertools.pairwise(points[1:-1]):
-        away = np.abs(azimuth[begin : end + 1] - azimuth[begin]) >= 2 * np.pi
-        if away[-1]:
-            found.append(end - begin - int(away.argmax()))
-    return np.array(found, dtype=float)
+    spans = directed_spans(azimuth, CORE * 2 * np.pi / Motor().outer_dipoles, 2 * np.pi)
+    last = len(azimuth) - 1
+    return np.array([end - once for begin, once, end in spans if begin > 0 and end < last], float)
 
 
 def _variation(lasts: list[Array]) -> float:
