@@ -17,6 +17,7 @@ from magmotor.devices.motor.theory import motor_wells
 from magmotor.devices.motor.tolerances import Tolerances, motor_tolerances
 from magmotor.run.simulate import simulate
 from paper.figure import Claim, Figure, judged
+from paper.motor import molecular
 from paper.motor.lasting import lasting
 
 if TYPE_CHECKING:
@@ -143,8 +144,8 @@ def rolling_rate(scene: Motor) -> float:
     Of a ball that rolls without slip, both parts of the drag, (drag + rotational drag/r^2) v, slow
     the mass m + I/r^2 = 7/5 m.
     """
-    drag = scene.drag + scene.rotational_drag / scene.ball_radius**2
-    return drag / (1.4 * scene.ball_mass) * scene.units.time
+    ball = scene.drag, scene.rotational_drag, scene.ball_mass, scene.ball_radius
+    return molecular.rolling_rate(*ball) * scene.units.time
 
 
 ONE_PERCENT = rolling_rate(_isotropic(0.01 * PAPER.friction_ball))
