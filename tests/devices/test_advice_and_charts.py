@@ -177,9 +177,9 @@ def test_what_a_choice_rests_on_is_printed(capsys, monkeypatch, tmp_path):
     data = chart_data.load()
     charts = f"(charts measured on {data['machine']} by MuJoCo {data['versions']['mujoco']})\n"
     mm.simulate(mm.Disk(), duration=1.0)
-    assert capsys.readouterr().err.endswith(charts)
+    assert charts in capsys.readouterr().err
     mm.simulate(mm.Disk(), method="mujoco/euler", duration=1.0)
-    assert capsys.readouterr().err.endswith(charts)
+    assert charts in capsys.readouterr().err
     sweep = Sweep(scene=mm.Disk(), vary={"x": (0, 1)}, measure=["displacement"], duration=1.0)
     run(sweep, tmp_path, executor=ThreadPoolExecutor(1))
     assert charts in capsys.readouterr().err
