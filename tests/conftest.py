@@ -15,6 +15,8 @@ from magmotor.render.views import NoOpenGL, Views
 TESTS = Path(__file__).parent
 sys.path.insert(0, str(TESTS))
 
+pytest_plugins = ["browser"]
+
 # If a shell runs the tests in the background, they and their child processes ignore Ctrl-C.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
