@@ -48,18 +48,18 @@ help:  ## list the targets
 
 movie: $(READY)  ## Hamel's top acquires spin: out/top.mp4, out/top.nc, out/top.png
 	@echo "== movie: simulating and rendering into out/ (the first run also compiles the kernels)"
-	@$(PYTHON) scripts/movie.py top $(ARGS)
+	@.venv/bin/magmotor movie top $(ARGS)
 
 disk: $(READY)  ## the sliding disk's figures, with theory: out/disk*.png, out/disk_*.nc
 	@echo "== disk: simulating and drawing into out/ (the first run also compiles the kernels)"
-	@$(PYTHON) scripts/disk.py $(ARGS)
+	@.venv/bin/magmotor disk $(ARGS)
 
 motor: $(READY)  ## the seven motors' figures: out/motor*.png, out/motor_*.nc
 	@echo "== motor: simulating and drawing into out/ (the first run also compiles the kernels)"
-	@$(PYTHON) scripts/motor.py $(ARGS)
+	@.venv/bin/magmotor motor $(ARGS)
 
 sweep: $(READY)  ## a parameter sweep: out/sweep/, out/sweep.png, .nc; ARGS="top --vary tilt=0:0.2:21"
-	@$(PYTHON) scripts/sweep.py $(or $(ARGS),top --vary tilt=0:0.2:21 --vary height=0.16:0.4:25)
+	@.venv/bin/magmotor sweep $(or $(ARGS),top --vary tilt=0:0.2:21 --vary height=0.16:0.4:25)
 
 studies: $(READY)  ## where the top spins, how often and where the motor flies: out/study_*.png, .nc
 	@echo "== studies: simulating and drawing into out/; run again to resume after an interruption"
@@ -85,11 +85,11 @@ examples: $(READY)  ## other models, magnetized or warm: out/{magnetic_beads,...
 	@$(PYTHON) examples/magnetic_pendulum.py $(ARGS)
 
 models: $(READY)  ## the complete scenes of models/, composed of models/parts/
-	@$(PYTHON) scripts/export_mjcf.py disk models/disk.xml
-	@$(PYTHON) scripts/export_mjcf.py top models/top.xml
-	@$(PYTHON) scripts/export_mjcf.py top models/top_plane.xml --surface plane
-	@$(PYTHON) scripts/export_mjcf.py motor models/motor.xml
-	@$(PYTHON) scripts/export_mjcf.py motor models/motor_plane.xml --surface plane
+	@.venv/bin/magmotor export disk models/disk.xml
+	@.venv/bin/magmotor export top models/top.xml
+	@.venv/bin/magmotor export top models/top_plane.xml --surface plane
+	@.venv/bin/magmotor export motor models/motor.xml
+	@.venv/bin/magmotor export motor models/motor_plane.xml --surface plane
 
 test: .venv/dev-ready  ## all tests
 	@echo "== test: running pytest (the first run also compiles the kernels)"

@@ -5,6 +5,7 @@ they are copied to `docs/gallery/`, and the page `docs/gallery.md` is rebuilt.
 """
 
 import shutil
+import sys
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -13,10 +14,19 @@ from typing import Annotated
 
 import tyro
 from absl import logging
-from command_line import MISTAKE, NO_OPENGL, fail, run_script, warn_in_one_line, written_whole
 
 import magmotor as mm
+from magmotor.commands.output import (
+    MISTAKE,
+    NO_OPENGL,
+    fail,
+    run_program,
+    warn_in_one_line,
+    written_whole,
+)
 from magmotor.common.checks import check_choice
+
+sys.path.insert(0, str(Path(__file__).parents[1]))  # where the folder paper is
 from paper.catalog import FIGURES
 from paper.figure import Claim, Figure
 from paper.gallery import gallery_page, save_claims, summary
@@ -102,4 +112,4 @@ def publish(*files: Path) -> None:
 
 
 if __name__ == "__main__":
-    run_script(main)
+    run_program(main)

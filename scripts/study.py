@@ -14,10 +14,11 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from command_line import MISTAKE, fail, parse, run_script, warn_in_one_line, written_whole
-from sweep_run import SHOWN, RunOptions, beside, combined, print_status, run
 
 import magmotor as mm
+from magmotor.commands.output import MISTAKE, fail, run_program, warn_in_one_line, written_whole
+from magmotor.commands.scene_options import parse
+from magmotor.commands.sweep_run import SHOWN, RunOptions, beside, combined, print_status, run
 from magmotor.common.checks import check_integer, check_number
 from magmotor.devices.motor.geometry import statics
 from magmotor.devices.motor.geometry_plots import geometry_map
@@ -208,4 +209,4 @@ def over_temperature(data: xr.Dataset, scene: mm.Motor) -> xr.Dataset:
 
 
 if __name__ == "__main__":
-    run_script(main)
+    run_program(main)

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import magmotor as mm
+from magmotor.commands import COMMANDS
 from magmotor.device import device as protocol
 from magmotor.render.views import NoOpenGL, Views
 
@@ -29,13 +30,15 @@ def pytest_collection_modifyitems(items):
 
 @pytest.fixture
 def run_script(monkeypatch, capsys):
-    """Run a script in this process; return its exit code and its output to stdout and stderr."""
+    """Run a command or script here; return its exit code and its output to stdout and stderr."""
     monkeypatch.syspath_prepend(TESTS.parent / "scripts")
     monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)
 
     def run(name, *arguments):
-        script = importlib.import_module(name)
-        monkeypatch.setattr(sys, "argv", [f"{name}.py", *map(str, arguments)])
+        is_command = name in COMMANDS
+        script = importlib.import_module(f"magmotor.commands.{name}" if is_command else name)
+        program = f"magmotor {name}" if is_command else f"{name}.py"
+        monkeypatch.setattr(sys, "argv", [program, *map(str, arguments)])
         code = 0
         try:
             script.main()

@@ -1,5 +1,6 @@
 """`python -m magmotor` is the command `magmotor`."""
 
-from magmotor.command_line import main
+from magmotor.commands import main
 
-main()
+if __name__ == "__main__":
+    main()

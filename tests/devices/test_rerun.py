@@ -1,4 +1,4 @@
-"""Datasets make themselves again, bit for bit; scripts/rerun.py says whether they do."""
+"""Datasets make themselves again, bit for bit; `magmotor rerun` says whether they do."""
 
 import importlib
 import json
@@ -160,10 +160,10 @@ def rerun(run_script):
 
 @pytest.fixture
 def single(rerun, tmp_path):
-    """A file in single precision, as scripts/motor.py saves it."""
+    """A file in single precision, as `magmotor motor` saves it."""
     run = mm.simulate(mm.Motor(), **MOTOR).assign_attrs(stopped="early")
     path = tmp_path / "motor.nc"
-    importlib.import_module("motor").save(run, path)
+    importlib.import_module("magmotor.commands.motor").save(run, path)
     return path
 
 
@@ -238,7 +238,7 @@ def test_a_mistake_is_one_line_and_code_2(rerun, disk_run, tmp_path, break_it, l
     break_it(path)
     code, said, errors = rerun(path)
     assert (code, said) == (2, "")
-    assert errors.startswith(f"rerun.py: {line.format(path)}")
+    assert errors.startswith(f"magmotor rerun: {line.format(path)}")
     assert errors.count("\n") == 1
 
 

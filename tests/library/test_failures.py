@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import magmotor as mm
-from magmotor.common.environment import models_folder
+from magmotor.common.environment import data_folder
 from magmotor.mjcf.hooks import errors_raised
 
 PLUGIN = (
@@ -344,7 +344,7 @@ print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
 
 def test_a_fork_while_the_code_is_being_loaded_is_an_error_in_the_child():
     """A lock that a thread of the parent holds would never be released there."""
-    path = str(models_folder() / "top_magnetic.xml")
+    path = str(data_folder("models") / "top_magnetic.xml")
     done = subprocess.run(
         [sys.executable, "-W", "ignore", "-c", FORK, path],
         capture_output=True, text=True, timeout=300, check=False,
@@ -375,7 +375,7 @@ except KeyboardInterrupt:
 
 
 def test_ctrl_c_while_the_code_is_being_loaded_comes_afterwards():
-    path = str(models_folder() / "top_magnetic.xml")
+    path = str(data_folder("models") / "top_magnetic.xml")
     done = subprocess.run(
         [sys.executable, "-c", INTERRUPTED, path], capture_output=True, text=True, timeout=120,
         check=False,

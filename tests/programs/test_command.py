@@ -10,7 +10,7 @@ import pytest
 import magmotor as mm
 from magmotor.advice.points import Point
 from magmotor.advice.report import fails_from
-from magmotor.command_line import main
+from magmotor.commands import main
 
 PENDULUM = """
 <mujoco>
@@ -85,7 +85,7 @@ def asked(monkeypatch):
         found.append(data)
         return mm.Advice("positions", 0.01, 1.0)
 
-    monkeypatch.setattr("magmotor.command_line.advise", advise)
+    monkeypatch.setattr("magmotor.commands.advise.advise", advise)
     return found
 
 
@@ -106,7 +106,9 @@ def test_controls_are_one_number_or_one_for_each_actuator(run, asked):
     assert asked[1].qpos.tolist() == [2.0]
     code, _, err = run("advise", "pendulum.xml", "--control", "1", "2")
     assert code == 2
-    assert err.startswith("magmotor: control = (1.0, 2.0): must be one number, or 1, one per act")
+    assert err.startswith(
+        "magmotor advise: control = (1.0, 2.0): must be one number, or 1, one per act"
+    )
     _, _, err = run("advise", "touching.xml", "--control", "1")
     assert err.endswith("must be left out, since the model has no actuators\n")
 
@@ -166,12 +168,12 @@ def test_a_model_is_described_once(run):
 
 
 @pytest.mark.parametrize(("arguments", "line"), [
-    ("advise missing.xml", "magmotor: ParseXML: Error opening file 'missing.xml'"),
-    ("advise broken.xml", "magmotor: XML parse error"),
-    ("advise pendulum.xml", "magmotor: quantity = 'positions': does not change along the path"),
-    ("advise pendulum.xml --error 2", "magmotor: error = 2.0: must be less than 0.5"),
-    ("advise pendulum.xml --keyframe x", "magmotor: keyframe = 'x': must be one of the model's"),
-    ("check pendulum.xml --keyframe x", "magmotor: keyframe = 'x': must be one of the model's"),
+    ("advise missing.xml", "magmotor advise: ParseXML: Error opening file 'missing.xml'"),
+    ("advise broken.xml", "magmotor advise: XML parse error"),
+    ("advise pendulum.xml", "magmotor advise: quantity = 'positions': does not change along"),
+    ("advise pendulum.xml --error 2", "magmotor advise: error = 2.0: must be less than 0.5"),
+    ("advise pendulum.xml --keyframe x", "magmotor advise: keyframe = 'x': must be one of"),
+    ("check pendulum.xml --keyframe x", "magmotor check: keyframe = 'x': must be one of"),
 ])  # fmt: skip
 def test_a_mistake_is_one_line_and_exit_code_2(arguments, line, run):
     code, _, err = run(*arguments.split())

@@ -6,7 +6,7 @@ import pytest
 from numpy_twin import apply_magnetism
 
 import magmotor as mm
-from magmotor.common.environment import models_folder
+from magmotor.common.environment import data_folder
 from magmotor.mjcf import layout
 
 MAJOR = int(mujoco.__version__.split(".")[0])
@@ -95,7 +95,7 @@ def test_the_plugin_acts_in_dm_control():
     """Its Physics steps the same model to the same bits."""
     from dm_control import mujoco as control
 
-    path = str(models_folder() / "top_magnetic.xml")
+    path = str(data_folder("models") / "top_magnetic.xml")
     physics = control.Physics.from_xml_path(path)
     for _ in range(500):
         physics.step()

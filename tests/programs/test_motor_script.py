@@ -1,4 +1,4 @@
-"""scripts/motor.py: its output, runs that lose their ring, and its errors."""
+"""`magmotor motor`: its output, runs that lose their ring, and its errors."""
 
 import importlib
 import re
@@ -48,7 +48,7 @@ def test_all_runs_figures_and_numbers(motor, tmp_path):
 
 @pytest.fixture
 def no_pictures(monkeypatch):
-    monkeypatch.setattr(importlib.import_module("motor"), "draw", lambda *_: None)
+    monkeypatch.setattr(importlib.import_module("magmotor.commands.motor"), "draw", lambda *_: None)
 
 
 def test_the_file_reproduces_its_run(motor, tmp_path, no_pictures):
@@ -90,7 +90,7 @@ def test_a_run_that_loses_its_ring_is_kept_and_drawn_without_an_error(motor, tmp
 def test_a_mistake_is_one_line_and_code_2(motor, tmp_path, flags, line):
     code, _, error = motor(*SHORT, tmp_path / "out", *flags)
     assert code == 2
-    assert error.startswith(f"motor.py: {line}")
+    assert error.startswith(f"magmotor motor: {line}")
     assert error.count("\n") == 1
     assert not [*tmp_path.glob("out/*")]
 
@@ -103,7 +103,9 @@ def test_a_run_that_diverges_otherwise_is_code_1(motor, tmp_path, monkeypatch):
     monkeypatch.setattr(motor_runs, "simulate", diverge)
     code, _, error = motor(*SHORT, tmp_path, "--runs", "uniform-a")
     assert code == 1
-    assert error.startswith("motor.py: uniform-a: mujoco/baoab with timestep 0.1 s stopped at")
+    assert error.startswith(
+        "magmotor motor: uniform-a: mujoco/baoab with timestep 0.1 s stopped at"
+    )
     assert error.count("\n") == 1
 
 

@@ -23,7 +23,18 @@ SHORT = ("--duration", "1", "--timestep", "0.025")
 
 def test_without_opengl_everything_but_the_movie_is_written(tmp_path):
     done = subprocess.run(
-        [sys.executable, "-W", "error", SCRIPTS / "movie.py", "top", *SHORT, "--out", tmp_path],
+        [
+            sys.executable,
+            "-W",
+            "error",
+            "-m",
+            "magmotor",
+            "movie",
+            "top",
+            *SHORT,
+            "--out",
+            tmp_path,
+        ],
         capture_output=True,
         text=True,
         env=os.environ | {"MUJOCO_GL": "disable"},
@@ -42,8 +53,10 @@ def test_without_opengl_everything_but_the_movie_is_written(tmp_path):
 
 @pytest.fixture
 def movie(run_script, monkeypatch):
-    """Return a function that runs scripts/movie.py in this process, without rendering."""
-    monkeypatch.setattr(importlib.import_module("movie"), "render", lambda *_: None)
+    """Return a function that runs `magmotor movie` in this process, without rendering."""
+    monkeypatch.setattr(
+        importlib.import_module("magmotor.commands.movie"), "render", lambda *_: None
+    )
     return partial(run_script, "movie")
 
 
@@ -57,14 +70,26 @@ def test_presets_and_fields_make_the_scene(movie, tmp_path):
 @pytest.mark.parametrize(
     ("flags", "line"),
     [
-        (("--ball-mass", "-1"), "movie.py: ball_mass = -1.0: must be greater than 0 kg"),
-        (("--timestep", "0"), "movie.py: timestep = 0.0: must be greater than 0 s"),
-        (("--method", "euler"), "movie.py: method = 'euler': must be one of variational/euler"),
-        (("--preset", "paper5"), "movie.py: preset = 'paper5': must be one of paper1"),
-        (("--seconds-per-second", "0"), "movie.py: seconds_per_second = 0.0: must be greater than"),
-        (("--seconds-per-second", "nan"), "movie.py: seconds_per_second = nan: must be a finite"),
-        (("--still", "2", "x.png"), "movie.py: still = 2.0: must be within the run: 0 to 1 s"),
-        (("--still", "1", "x.foo"), "movie.py: still = 'x.foo': must be a picture file"),
+        (("--ball-mass", "-1"), "magmotor movie: ball_mass = -1.0: must be greater than 0 kg"),
+        (("--timestep", "0"), "magmotor movie: timestep = 0.0: must be greater than 0 s"),
+        (
+            ("--method", "euler"),
+            "magmotor movie: method = 'euler': must be one of variational/euler",
+        ),
+        (("--preset", "paper5"), "magmotor movie: preset = 'paper5': must be one of paper1"),
+        (
+            ("--seconds-per-second", "0"),
+            "magmotor movie: seconds_per_second = 0.0: must be greater than",
+        ),
+        (
+            ("--seconds-per-second", "nan"),
+            "magmotor movie: seconds_per_second = nan: must be a finite",
+        ),
+        (
+            ("--still", "2", "x.png"),
+            "magmotor movie: still = 2.0: must be within the run: 0 to 1 s",
+        ),
+        (("--still", "1", "x.foo"), "magmotor movie: still = 'x.foo': must be a picture file"),
     ],
 )
 def test_a_mistake_is_one_line_and_code_2(movie, tmp_path, flags, line):
@@ -79,7 +104,7 @@ def test_a_diverged_run_is_kept_and_code_1(movie, tmp_path):
     flags = ("--preset", "si", "--timestep", "0.001", "--duration", "1")
     code, _, error = movie("top", *flags, "--out", tmp_path)
     assert code == 1
-    assert error.startswith("movie.py: mujoco/rk4 with timestep 0.001 s stopped at t = 0.277")
+    assert error.startswith("magmotor movie: mujoco/rk4 with timestep 0.001 s stopped at t = 0.277")
     assert error.count("\n") == 1
     assert float(xr.load_dataset(tmp_path / "top.nc").time[-1]) == pytest.approx(
         0.276, rel=1e-15, abs=0
@@ -122,14 +147,16 @@ def test_a_flight_of_the_motor_is_found_and_replayed(movie, tmp_path):
 def test_no_flight_no_movie(movie, tmp_path):
     code, _, error = movie("motor", "--duration", "100", "--out", tmp_path)
     assert code == 4
-    assert error == "movie.py: no movie: no flight in 100 s; try another seed or a longer run\n"
+    assert (
+        error == "magmotor movie: no movie: no flight in 100 s; try another seed or a longer run\n"
+    )
     assert not any(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("surface", ["planar", "plane"])
 def test_exported_mjcf_is_standalone_and_moves_alike(run_script, tmp_path, surface):
     path = tmp_path / "sub" / "top.xml"
-    code, *_ = run_script("export_mjcf", "top", path, "--surface", surface, "--tilt", "0.1")
+    code, *_ = run_script("export", "top", path, "--surface", surface, "--tilt", "0.1")
     assert code == 0
     assert [*path.parent.iterdir()] == [path]
     exported = mujoco.MjModel.from_xml_path(str(path))
@@ -151,11 +178,11 @@ def test_exported_mjcf_is_standalone_and_moves_alike(run_script, tmp_path, surfa
 def test_exported_disk_has_its_noise_and_potential(run_script, tmp_path):
     path = tmp_path / "disk.xml"
     flags = ("--potential", "asymmetric", "--noise", "2")
-    assert run_script("export_mjcf", "disk", path, *flags)[0] == 0
+    assert run_script("export", "disk", path, *flags)[0] == 0
     model = mujoco.MjModel.from_xml_path(str(path))
     assert model.body("disk").user[0] == 2
     np.testing.assert_array_equal(model.joint("x").user, [1, 0, 0.4, 0])
-    code, _, error = run_script("export_mjcf", "disk", path, "--potential", "symetric")
+    code, _, error = run_script("export", "disk", path, "--potential", "symetric")
     assert code == 2
     assert error.count("\n") == 1
     assert "did you mean 'symmetric'" in error
@@ -164,7 +191,7 @@ def test_exported_disk_has_its_noise_and_potential(run_script, tmp_path):
 def test_exported_motor_is_that_of_the_preset(run_script, tmp_path):
     path = tmp_path / "motor.xml"
     flags = ("--preset", "nonuniform-c", "--inner-mass", "5")
-    assert run_script("export_mjcf", "motor", path, *flags)[0] == 0
+    assert run_script("export", "motor", path, *flags)[0] == 0
     model = mujoco.MjModel.from_xml_path(str(path))
     np.testing.assert_array_equal(model.body("inner_ring").user[:6], [0, 0, 0, 2.5e-4, 0, 0])
     assert not model.body("ball").user.any()
@@ -175,16 +202,16 @@ def test_exported_motor_is_that_of_the_preset(run_script, tmp_path):
         mujoco.mj_step(model, data, nstep=10)
     assert np.isfinite(data.qpos).all()
     assert data.joint("inner_ring").qvel.any()
-    code, _, error = run_script("export_mjcf", "motor", path, "--preset", "paper4")
+    code, _, error = run_script("export", "motor", path, "--preset", "paper4")
     assert code == 2
-    assert error.startswith("export_mjcf.py: preset = 'paper4': must be one of nonuniform-a")
+    assert error.startswith("magmotor export: preset = 'paper4': must be one of nonuniform-a")
 
 
 def test_a_file_that_cannot_be_written_is_one_line(run_script, tmp_path):
     (tmp_path / "file").touch()
-    code, _, error = run_script("export_mjcf", "top", tmp_path / "file" / "top.xml")
+    code, _, error = run_script("export", "top", tmp_path / "file" / "top.xml")
     assert code == 1
-    assert error.startswith("export_mjcf.py: cannot write")
+    assert error.startswith("magmotor export: cannot write")
     assert error.count("\n") == 1
 
 
@@ -195,25 +222,25 @@ def test_an_impossible_folder_is_one_line_before_the_work(run_script, tmp_path, 
     arguments = ["top"] if name == "movie" else []
     code, said, error = run_script(name, *arguments, "--out", file)
     assert (code, said) == (1, "")
-    assert error == f"{name}.py: cannot write to {file}: it is a file, not a folder\n"
+    assert error == f"magmotor {name}: cannot write to {file}: it is a file, not a folder\n"
 
 
 WRITER = """
 import sys
 from pathlib import Path
 import numpy as np, xarray as xr
-sys.argv, sys.path[:0] = ["writer.py"], [{scripts!r}]
-from command_line import run_script, write_netcdf
+sys.argv = ["writer.py"]
+from magmotor.commands.output import run_program, write_netcdf
 noise = np.random.default_rng(0).random((10, 1000000))
 data = xr.Dataset({{f"x{{i}}": ("n", row) for i, row in enumerate(noise)}})
 encoding = {{name: {{"zlib": True, "complevel": 9}} for name in data}}
-run_script(lambda: write_netcdf(data, Path({path!r}), encoding))
+run_program(lambda: write_netcdf(data, Path({path!r}), encoding))
 """
 
 
 def test_an_interrupted_write_is_finished_and_leaves_no_other_file(tmp_path):
     path = tmp_path / "run.nc"
-    code = WRITER.format(scripts=str(SCRIPTS), path=str(path))
+    code = WRITER.format(path=str(path))
     writer = subprocess.Popen([sys.executable, "-c", code], stderr=subprocess.PIPE, text=True)
     try:
         deadline = time.monotonic() + 60

@@ -1,4 +1,4 @@
-"""scripts/sweep.py and scripts/study.py: output, interrupts, and errors."""
+"""`magmotor sweep` and scripts/study.py: output, interrupts, and errors."""
 
 import json
 import os
@@ -80,12 +80,12 @@ def test_a_damaged_result_is_reported_and_left_out_or_repaired(script, tmp_path)
     assert said.splitlines()[1].startswith(f"  {name} is damaged: its checksum differs; running")
     code, _, errors = script("sweep", "combine", out)
     assert (code, errors.count("\n")) == (2, 1)
-    assert errors.startswith(f"sweep.py: {name} is damaged: ")
+    assert errors.startswith(f"magmotor sweep: {name} is damaged: ")
     assert script("sweep", "combine", out, "--skip-damaged")[0] == 0
     assert int(xr.load_dataset(tmp_path / "s.nc").max_spin.isnull().sum()) == 1
     code, said, errors = script("sweep", *TOP, *QUICK, "--out", out)
     line = f"{name} is damaged: its checksum differs; the case is recomputed"
-    assert (code, errors) == (0, f"sweep.py: {line}\n")
+    assert (code, errors) == (0, f"magmotor sweep: {line}\n")
     assert "6 done, 0 failed; 1 computed" in said
 
 
@@ -111,7 +111,7 @@ def test_failed_cases_are_reported_and_the_code_is_1(script, tmp_path):
     vary = ("top", "--vary", "height=0.05:0.3:8", "--duration", "1", *QUICK)
     code, said, errors = script("sweep", *vary, "--out", out)
     assert code == 1
-    assert errors == "sweep.py: 1 case failed; run again with --retry to repeat\n"
+    assert errors == "magmotor sweep: 1 case failed; run again with --retry to repeat\n"
     assert "  ring_height = 0.05: timestep = 0.02: must be less than 0.0" in said
     code, again, _ = script("sweep", *vary, "--out", out)
     assert "0 computed" in again
@@ -210,7 +210,7 @@ def test_more_than_two_dimensions_have_no_picture(script, tmp_path):
 def test_a_mistake_is_one_line_and_code_2(script, tmp_path, flags, line):
     code, _, error = script("sweep", "top", *flags, *QUICK, "--out", tmp_path / "s")
     assert code == 2
-    assert error.startswith("sweep.py: ")
+    assert error.startswith("magmotor sweep: ")
     assert line in error
     assert error.count("\n") == 1
     assert not (tmp_path / "s").exists()
@@ -256,11 +256,14 @@ def test_a_movie_of_a_sweep(script, tmp_path, monkeypatch):
     assert drawn["runs"][0].sizes["time"] == 1 + 2 / 0.04  # every second step: 1/20 s at most
     code, _, error = script("sweep", "disk", "--vary", "v=0,1", "--out", tmp_path / "d")
     code, _, error = script("sweep", "movie", tmp_path / "d")
-    assert (code, error) == (2, "sweep.py: scene = 'Disk': movies show only a Top or a Motor\n")
+    assert (code, error) == (
+        2,
+        "magmotor sweep: scene = 'Disk': movies show only a Top or a Motor\n",
+    )
 
 
 def program(*arguments):
-    command = [sys.executable, str(SCRIPTS / "sweep.py"), *map(str, arguments)]
+    command = [sys.executable, "-m", "magmotor", "sweep", *map(str, arguments)]
     return subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
     )
@@ -279,7 +282,7 @@ def test_after_an_interrupt_the_same_command_resumes(tmp_path):
     os.killpg(running.pid, signal.SIGINT)
     _, errors = running.communicate(timeout=60)
     assert running.returncode == 130
-    assert errors.startswith("sweep.py: sweep interrupted; 40 cases: ")
+    assert errors.startswith("magmotor sweep: sweep interrupted; 40 cases: ")
     assert errors.endswith(" missing; the same command resumes it\n")
     assert errors.count("\n") == 1
     done = len([*out.glob("done/*/*")])
@@ -306,7 +309,7 @@ def test_an_interrupt_while_workers_start_is_one_line(tmp_path, seconds):
     assert running.returncode == 130
     recommended, said = errors.splitlines()
     assert recommended.startswith("mujoco/baoab at a timestep of ")
-    assert said.startswith("sweep.py: sweep interrupted; 40 cases: ")
+    assert said.startswith("magmotor sweep: sweep interrupted; 40 cases: ")
 
 
 def test_a_started_cluster_computes_a_sweep(tmp_path):
@@ -326,7 +329,7 @@ def test_a_started_cluster_computes_a_sweep(tmp_path):
         os.killpg(cluster.pid, signal.SIGINT)
         _, errors = cluster.communicate(timeout=60)
     assert cluster.returncode == 130
-    assert errors == "sweep.py: interrupted; all files reported as written are complete\n"
+    assert errors == "magmotor sweep: interrupted; all files reported as written are complete\n"
 
 
 @pytest.mark.parametrize(
@@ -349,7 +352,9 @@ def test_a_cluster_on_another_interface_is_a_mistake():
     running = program("cluster", "--workers", "1", "--host", "203.0.113.7")
     _, errors = running.communicate(timeout=60)
     assert running.returncode == 2
-    assert errors.startswith("sweep.py: host = '203.0.113.7': must be an interface of this machine")
+    assert errors.startswith(
+        "magmotor sweep: host = '203.0.113.7': must be an interface of this machine"
+    )
     assert errors.count("\n") == 1
 
 
@@ -357,7 +362,7 @@ def test_no_workers_is_a_mistake(tmp_path):
     vary = ("disk", "--vary", "noise=1,2", "--duration", "1", "--timestep", "0.05")
     running = program(*vary, "--workers", "0", "--out", tmp_path / "s")
     _, errors = running.communicate(timeout=60)
-    assert (running.returncode, errors) == (2, "sweep.py: workers = 0: must be at least 1\n")
+    assert (running.returncode, errors) == (2, "magmotor sweep: workers = 0: must be at least 1\n")
 
 
 @pytest.mark.parametrize(

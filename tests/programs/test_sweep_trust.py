@@ -370,7 +370,7 @@ def test_odd_attributes_of_a_sweep_make_rerun_fail_in_one_line(
         data.to_netcdf(tmp_path / "odd.nc")
         code, said, errors = run_script("rerun", tmp_path / "odd.nc")
         assert (code, said, errors.count("\n")) == (2, "", 1)
-        assert errors.startswith(f"rerun.py: {tmp_path / 'odd.nc'}: ")
+        assert errors.startswith(f"magmotor rerun: {tmp_path / 'odd.nc'}: ")
 
 
 def test_a_run_cannot_refer_to_other_files(tmp_path):

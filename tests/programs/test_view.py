@@ -1,6 +1,5 @@
-"""The viewer: live simulations without a window, and scripts/view.py in a virtual display."""
+"""The viewer: live simulations without a window, and `magmotor view` in a virtual display."""
 
-import importlib
 import os
 import shutil
 import signal
@@ -15,6 +14,7 @@ import numpy as np
 import pytest
 
 import magmotor as mm
+from magmotor.commands import view
 from magmotor.device import Device, Slider
 from magmotor.live import LiveSimulation, Pace, StateLost, live_scene
 from magmotor.live.panel import Panel
@@ -382,7 +382,7 @@ def test_the_pace_follows_wall_time():
 def test_a_mistake_is_one_line_and_code_2(run_script, arguments, line):
     code, _, error = run_script("view", "top", *arguments)
     assert code == 2
-    assert error.startswith(f"view.py: {line}")
+    assert error.startswith(f"magmotor view: {line}")
     assert error.count("\n") == 1
 
 
@@ -393,20 +393,19 @@ def test_a_wrong_file_is_one_line_and_code_2(run_script, tmp_path, text):
         path.write_text(text)
     code, _, error = run_script("view", "model", path)
     assert code == 2
-    assert error.startswith("view.py: ")
+    assert error.startswith("magmotor view: ")
     assert error.count("\n") == 1
 
 
 def test_a_folder_is_not_a_model(run_script, tmp_path):
     code, _, error = run_script("view", "model", tmp_path)
-    assert (code, error) == (2, f"view.py: path = '{tmp_path}': must be a file\n")
+    assert (code, error) == (2, f"magmotor view: path = '{tmp_path}': must be a file\n")
 
 
 @pytest.fixture
-def loop_of(monkeypatch):
-    """The loop of the script round a simulation, at speed 1."""
-    monkeypatch.syspath_prepend(SCRIPT.parent)
-    return lambda simulation: importlib.import_module("view").Loop(simulation, 1.0)
+def loop_of():
+    """The loop of the command around a simulation, at speed 1."""
+    return lambda simulation: view.Loop(simulation, 1.0)
 
 
 def test_keys_switch_pause_and_change_the_speed(loop_of):
@@ -438,11 +437,11 @@ def test_a_lost_state_starts_again_paused(loop_of, capsys):
 def test_without_a_display_it_is_one_line_and_code_3():
     environment = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
     done = subprocess.run(
-        [sys.executable, SCRIPT, "top"],
+        [sys.executable, "-m", "magmotor", "view", "top"],
         env=environment, capture_output=True, text=True, timeout=120, check=False,
     )  # fmt: skip
     assert done.returncode == 3
-    assert done.stderr.startswith("view.py: no window: ")
+    assert done.stderr.startswith("magmotor view: no window: ")
     assert done.stderr.count("\n") == 1
 
 
@@ -450,9 +449,8 @@ DRIVER = """
 import sys, threading
 from types import SimpleNamespace
 sys.argv = {arguments!r}
-sys.path.insert(0, {folder!r})
 import mujoco.viewer
-import view
+from magmotor.commands import view
 launch, step = mujoco.viewer.launch_passive, view.Loop.step
 seen = SimpleNamespace(frames=0)
 
@@ -507,8 +505,8 @@ def display():
 
 @pytest.mark.slow
 def test_in_a_window_sliders_keys_and_mouse_act_and_it_closes(display):
-    arguments = ["view.py", "top", "--position", "-0.1", "-0.05"]
-    driver = DRIVER.format(arguments=arguments, folder=str(SCRIPT.parent))
+    arguments = ["magmotor view", "top", "--position", "-0.1", "-0.05"]
+    driver = DRIVER.format(arguments=arguments)
     done = subprocess.run(
         [sys.executable, "-W", "error", "-c", driver],
         env=os.environ | {"DISPLAY": display}, capture_output=True, text=True, timeout=120,
@@ -524,8 +522,8 @@ def test_in_a_window_sliders_keys_and_mouse_act_and_it_closes(display):
 SHOWN = """
 import sys, threading
 sys.argv = {arguments!r}
-sys.path.insert(0, {folder!r})
-import view
+from magmotor.commands import view
+from magmotor.commands.output import run_program
 step = view.Loop.step
 
 def stepped(loop, now, perturb):
@@ -535,7 +533,7 @@ def stepped(loop, now, perturb):
 
 view.Loop.step = stepped
 try:
-    view.run_script(view.main)
+    run_program(view.main)
 finally:
     print("threads", threading.active_count())
 """
@@ -550,8 +548,8 @@ def test_a_window_that_is_interrupted_closes_with_one_line(display, tmp_path, ki
     """So many seconds after a line: when there is no window yet, while it opens, and later."""
     needle = tmp_path / "needle.xml"
     needle.write_text(NEEDLE)
-    arguments = ["view.py", kind, *([str(needle)] if kind == "model" else [])]
-    driver = SHOWN.format(arguments=arguments, folder=str(SCRIPT.parent))
+    arguments = ["magmotor view", kind, *([str(needle)] if kind == "model" else [])]
+    driver = SHOWN.format(arguments=arguments)
     window = subprocess.Popen(
         [sys.executable, "-W", "error", "-c", driver],
         env=os.environ | {"DISPLAY": display}, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
@@ -566,4 +564,4 @@ def test_a_window_that_is_interrupted_closes_with_one_line(display, tmp_path, ki
     finally:
         window.kill()
     assert said.endswith("threads 1\n")
-    assert (window.returncode, error) == (130, "view.py: interrupted\n")
+    assert (window.returncode, error) == (130, "magmotor view: interrupted\n")

@@ -97,10 +97,10 @@ def thread_count() -> int:
     return int(setting) if setting.isdecimal() and int(setting) > 0 else os.cpu_count() or 1
 
 
-def models_folder() -> Path:
-    """Return the folder of MJCF parts: in the installed package, or next to `src` in a checkout."""
+def data_folder(name: str) -> Path:
+    """Return `models` or `examples`: in the installed package, or next to `src` in a checkout."""
     package = Path(__file__).parents[1]
-    for folder in (package / "models", package.parents[1] / "models"):
+    for folder in (package / name, package.parents[1] / name):
         if folder.is_dir():
             return folder
-    raise FileNotFoundError(f"no folder named models in {package} or {package.parents[1]}")
+    raise FileNotFoundError(f"no folder named {name} in {package} or {package.parents[1]}")

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import llvmlite.binding as llvm
 
-from magmotor.common.environment import models_folder
+from magmotor.common.environment import data_folder
 
 PACKAGES = {
     "mujoco": ("mujoco", "numba", "numpy"),
@@ -46,7 +46,7 @@ def machine_versions() -> dict[str, str]:
 @cache
 def package_checksum() -> int:
     """Return a checksum of magmotor's code and MJCF parts, which does not depend on the path."""
-    package, models = Path(__file__).parents[1], models_folder()
+    package, models = Path(__file__).parents[1], data_folder("models")
     code = sorted(package.rglob("*.py"), key=lambda file: file.relative_to(package).parts)
     parts = sorted(models.glob("*.xml"), key=lambda file: file.name)
     return zlib.crc32(b"".join(file.read_bytes() for file in (*code, *parts)))

@@ -25,7 +25,7 @@ from magmotor.common.checks import (
     elements,
     reject,
 )
-from magmotor.common.environment import models_folder
+from magmotor.common.environment import data_folder
 from magmotor.dipoles import PERMEABILITY_OVER_4PI
 
 Flags = NDArray[np.bool_]
@@ -358,7 +358,7 @@ class _Task:
     """The model, and what is computed in the same way for one environment and for many."""
 
     def __init__(self) -> None:
-        self.model = mujoco.MjModel.from_xml_path(str(models_folder() / "levitation.xml"))
+        self.model = mujoco.MjModel.from_xml_path(str(data_folder("models") / "levitation.xml"))
         model = self.model
         self._noise = model.numeric("noise").data
         self._most = np.array([model.sensor("field").cutoff[0], model.actuator_ctrlrange[0, 1]])

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from magmotor.common.arrays import Array
-from magmotor.common.environment import models_folder
+from magmotor.common.environment import data_folder
 
 Element = Any
 """A PyMJCF element, whose attributes follow the MJCF schema and are unknown to type checkers."""
@@ -49,7 +49,7 @@ def _read(name: str, visual: bool) -> Element:
             " installed on Python 3.13 and newer, for which labmaze has no wheel)"
         ) from missing
 
-    root = mjcf.from_path(str(models_folder() / "parts" / f"{name}.xml"))
+    root = mjcf.from_path(str(data_folder("models") / "parts" / f"{name}.xml"))
     if not visual:
         _strip(root)
     return root

@@ -65,7 +65,7 @@ def imported(name: str) -> Callable[[xr.Dataset, Any], Any]:
     if isinstance(name, FromFile):
         sentence = (
             "must be allowed explicitly, since its name is from a file: pass"
-            f" measures=[{str(name)!r}] to sweep_of or rerun, or run scripts/rerun.py"
+            f" measures=[{str(name)!r}] to sweep_of or rerun, or run magmotor rerun"
             f" --allow-measure {name}"
         )
         raise reject("measure", str(name), sentence)

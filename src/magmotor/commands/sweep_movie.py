@@ -4,10 +4,10 @@ import math
 from pathlib import Path
 
 import numpy as np
-from command_line import film_written
 from tqdm import tqdm
 
 import magmotor as mm
+from magmotor.commands.output import film_written
 from magmotor.common.checks import reject
 from magmotor.device.provenance import scene_from
 from magmotor.render.encoder import FRAME_RATE

@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import Any
 
 import xarray as xr
-from command_line import DIVERGED, INTERRUPTED, UNWRITTEN, fail, printable, write_netcdf
 
 import magmotor as mm
+from magmotor.commands.output import DIVERGED, INTERRUPTED, UNWRITTEN, fail, printable, write_netcdf
 from magmotor.sweep import NoWorkers, OtherVersions, Sweep, SweepInterrupted
 
 SHOWN = 5
-"""Number of errors printed at the end of a sweep; `sweep.py status` prints all."""
+"""Number of errors printed at the end of a sweep; `magmotor sweep status` prints all."""
 
 
 @dataclass
@@ -69,7 +69,7 @@ def print_status(folder: Path, most: int | None = None) -> None:
     for line in errors[:most]:
         print(line)
     if most is not None and len(errors) > most:
-        print(f"  ... and {len(errors) - most} more: scripts/sweep.py status {folder}")
+        print(f"  ... and {len(errors) - most} more: magmotor sweep status {folder}")
 
 
 def combined(folder: Path, skip_damaged: bool = False) -> xr.Dataset:

@@ -1,29 +1,16 @@
-"""Shared by the scripts: scenes from typed flags, atomic file writes, and one-line errors."""
+"""Scenes on the command line: a preset, and a flag for each field."""
 
-import os
 import sys
-import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import Field, dataclass, field, fields, make_dataclass
-from pathlib import Path
-from tempfile import TemporaryFile
-from typing import Annotated, Any, NoReturn, TypeVar
+from typing import Annotated, Any, TypeVar
 
 import tyro
-import xarray as xr
 
 import magmotor as mm
+from magmotor.commands.output import MISTAKE, fail
 from magmotor.common.checks import check_choice
-from magmotor.common.environment import PACKAGES
-from magmotor.common.files import whole_file
-from magmotor.common.interrupts import uninterrupted
 from magmotor.devices.motor.scene import PAPER as RUNS
-
-sys.path.insert(0, str(Path(__file__).parents[1]))  # where the folder paper is
-
-DIVERGED, MISTAKE, NO_OPENGL, UNWRITTEN, INTERRUPTED = 1, 2, 3, 4, 130
-"""Exit codes."""
 
 Options = TypeVar("Options")
 Scene = TypeVar("Scene", mm.Top, mm.Disk, mm.Motor)
@@ -75,7 +62,7 @@ def parse(
     kinds: Sequence[str],
     arguments: Sequence[str] | None = None,
 ) -> tuple[Any, Options]:
-    """Parse a scene and a script's own options from the command line.
+    """Parse a scene and a command's own options from the command line.
 
     The first argument is one of `kinds`: top, motor or disk, each possibly with its own options, or
     a command without a scene. Every field of the scene has a flag, whose default comes from the
@@ -101,7 +88,7 @@ def parse_fields(
     description: str,
     arguments: Sequence[str] | None = None,
 ) -> tuple[Scene, Options]:
-    """Parse flags for the named fields of a scene, and a script's own options; see `parse`."""
+    """Parse flags for the named fields of a scene, and a command's own options; see `parse`."""
     try:
         command = _command(scene, names, options)
         return tyro.cli(command, description=description, args=arguments)()
@@ -166,85 +153,3 @@ def _flag(declared: Field, scene: Any):
     # On the command line, a potential can only be given by name.
     kind: Any = str if isinstance(value, str) else declared.type
     return declared.name, Annotated[kind, argument], field(default=value)
-
-
-def run_script(main: Callable[[], None]) -> None:
-    """Run a script; an unhandled Ctrl-C ends it with one line."""
-    try:
-        main()
-    except KeyboardInterrupt:
-        fail("interrupted; all files reported as written are complete", INTERRUPTED)
-    except BrokenPipeError:  # nobody reads the output any more
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        raise SystemExit(UNWRITTEN) from None
-
-
-def warn_in_one_line() -> None:
-    """Show each warning once, in one line without source code."""
-    shown = set()
-
-    def show(message: Warning | str, *_: Any, **__: Any) -> None:
-        if str(message) not in shown:
-            shown.add(str(message))
-            print(f"{Path(sys.argv[0]).name}: {message}", file=sys.stderr)
-
-    warnings.showwarning = show
-
-
-def fail(message: str, code: int) -> NoReturn:
-    """End the program with a message on stderr and an exit code."""
-    print(f"{Path(sys.argv[0]).name}: {printable(message)}", file=sys.stderr)
-    raise SystemExit(code)
-
-
-def printable(text: str) -> str:
-    """Escape control characters in untrusted text before it is printed."""
-    return "".join(c if c.isprintable() or c == "\n" else repr(c)[1:-1] for c in text)
-
-
-def make_folder(path: Path) -> None:
-    """Create a writable folder if it does not exist; end the program if that fails."""
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-        with TemporaryFile(dir=path):
-            pass
-    except FileExistsError:
-        fail(f"cannot write to {path}: it is a file, not a folder", 1)
-    except OSError as error:
-        fail(f"cannot write to {path}: {error.strerror or error}", 1)
-
-
-@contextmanager
-def written_whole(path: Path) -> Iterator[Path]:
-    """Yield a path to write to, whose file gets its name only when it is complete."""
-    make_folder(path.parent)
-    try:
-        with whole_file(path) as part:
-            yield part
-    except OSError as error:
-        fail(f"cannot write {path}: {error.strerror or error}", 1)
-    except RuntimeError as error:
-        if not str(error).startswith("NetCDF"):
-            raise
-        fail(f"cannot write {path}: {error}; is the disk full?", 1)
-
-
-def write_netcdf(data: xr.Dataset, path: Path, encoding: Any = None) -> None:
-    """Write a dataset atomically; ends the program as `written_whole` does."""
-    # Interrupted inside HDF5's lock, xarray would wait for that lock forever.
-    with uninterrupted(), written_whole(path) as part:
-        data.to_netcdf(part, encoding=encoding)
-
-
-@contextmanager
-def film_written(path: Path) -> Iterator[Path]:
-    """Yield a path as `written_whole` does, for a movie; reports success or why it failed."""
-    try:
-        with written_whole(path) as part:
-            yield part
-    except mm.render.NoOpenGL as error:
-        packages = "".join(f"\n  {system}: {command}" for system, command in PACKAGES.items())
-        fail(f"no movie: {error}; install OpenGL and run again{packages}", NO_OPENGL)
-    except RuntimeError as error:
-        fail(f"no movie: {' '.join(str(error).split())}", UNWRITTEN)
-    print(f"wrote {path}")

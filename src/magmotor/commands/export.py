@@ -11,7 +11,9 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import tyro
-from command_line import parse, written_whole
+
+from magmotor.commands.output import written_whole
+from magmotor.commands.scene_options import parse
 
 ORDER = [
     "compiler",
@@ -99,7 +101,3 @@ def _comment(element: ElementTree.Element) -> str:
     if kind == "key":
         return "the initial state"
     return ""
-
-
-if __name__ == "__main__":
-    main()

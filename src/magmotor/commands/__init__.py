@@ -1,0 +1,66 @@
+"""The command `magmotor`: each of its commands is a module of this package."""
+
+import sys
+from importlib import import_module
+
+from magmotor import __version__
+from magmotor.commands.output import MISTAKE, fail, run_program
+
+COMMANDS = {
+    "movie": "film Hamel's top as it acquires spin, or a flight of the motor",
+    "view": "watch a scene or any MJCF file live, and pull, tilt, heat or brake it",
+    "sweep": "run a scene for every combination of parameters, resumably",
+    "rerun": "run a dataset again and check that the result is identical",
+    "export": "write a scene as an MJCF file",
+    "disk": "reproduce the paper's figures of its sliding disks, with theory",
+    "motor": "reproduce the paper's figures of its motors",
+    "describe": "say what of an MJCF file is magnetic, and what has a temperature",
+    "check": "say what of an MJCF file with magnets will fail, and which settings hold",
+    "advise": "measure which integrator and timestep reach an error at the least cost",
+    "examples": "list, show and run the example programs",
+}
+"""Name and purpose of each command; its module has a function `main` without arguments."""
+
+
+def main(name: str | None = None) -> None:
+    """Run a command with the arguments of the program.
+
+    Parameters
+    ----------
+    name : str, optional
+        One of `COMMANDS`; by default, the first argument is the name.
+    """
+    arguments = sys.argv[1:]
+    if name is None:
+        sys.argv[:1] = ["magmotor"]
+        name, arguments = _chosen(arguments)
+    sys.argv = [f"magmotor {name}", *arguments]
+    run_program(import_module(f"{__name__}.{name}").main)
+
+
+def _chosen(arguments: list[str]) -> tuple[str, list[str]]:
+    """Return the command's name and its arguments, or print what was asked for and end."""
+    first = arguments[0] if arguments else "--help"
+    if first in ("-h", "--help"):
+        print(usage())
+        raise SystemExit(0 if arguments else MISTAKE)
+    if first == "--version":
+        print(f"magmotor {__version__}")
+        raise SystemExit(0)
+    if first not in COMMANDS:
+        fail(f"{first!r} is not a command; the commands are {', '.join(COMMANDS)}", MISTAKE)
+    return first, arguments[1:]
+
+
+def usage() -> str:
+    """Return the help text of `magmotor`."""
+    rows = "\n".join(f"  {name:10} {purpose}" for name, purpose in COMMANDS.items())
+    return f"""\
+usage: magmotor [-h] [--version] COMMAND ...
+
+Magnetism and temperature for MuJoCo.
+
+commands:
+{rows}
+
+`magmotor COMMAND --help` describes the options of a command."""

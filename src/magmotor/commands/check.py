@@ -1,0 +1,37 @@
+"""Say what of a model with magnets will fail, and which settings hold.
+
+The exit code is 1 if there are findings.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import tyro
+
+from magmotor.commands.model_file import answer, read
+from magmotor.mjcf.checking.check import check
+
+FOUND = 1
+"""Exit code if there are findings."""
+
+
+@dataclass
+class Options:
+    """Options of the command."""
+
+    model: tyro.conf.Positional[Path]
+    """MJCF file"""
+    keyframe: str = ""
+    """state: the name of a keyframe; the model's own by default"""
+
+
+def main() -> None:
+    """Print the findings."""
+    options = tyro.cli(Options, description=__doc__)
+    answer(lambda: report(options))
+
+
+def report(options: Options) -> None:
+    """Print the findings; the exit code is 1 if there are some."""
+    if check(*read(options.model, options.keyframe)).findings:
+        raise SystemExit(FOUND)

@@ -1,0 +1,56 @@
+"""List the example programs, print one, or run one.
+
+`magmotor examples list` says what there is, `magmotor examples show NAME` prints a program and
+names the folder of its models, and `magmotor examples run NAME` runs it; flags after the name are
+the program's own, as in `magmotor examples run pick_and_place --help`.
+"""
+
+import ast
+import runpy
+import sys
+from pathlib import Path
+
+from magmotor.commands.output import MISTAKE, fail
+from magmotor.common.checks import check_choice
+from magmotor.common.environment import data_folder
+
+VERBS = ("list", "show", "run")
+
+
+def main() -> None:
+    """Obey the verb."""
+    arguments = sys.argv[1:]
+    if not arguments or arguments[0] in ("-h", "--help"):
+        print(f"usage: {sys.argv[0]} list | show NAME | run NAME [FLAGS]\n\n{__doc__}".rstrip())
+        raise SystemExit(0 if arguments else MISTAKE)
+    found = programs()
+    verb, *rest = arguments
+    try:
+        check_choice("verb", verb, VERBS)
+        if verb == "list":
+            print(*(f"{name:20} {purpose(path)}" for name, path in found.items()), sep="\n")
+            return
+        name = rest[0] if rest else ""
+        check_choice("name", name, tuple(found))
+    except ValueError as error:
+        fail(str(error), MISTAKE)
+    if verb == "show":
+        print(found[name].read_text(encoding="utf-8"))
+        print(f"# its models are in {found[name].parent}")
+        return
+    sys.argv = [f"magmotor examples run {name}", *rest[1:]]
+    sys.path.insert(0, str(found[name].parent))  # where the examples' module support is
+    runpy.run_path(str(found[name]), run_name="__main__")
+
+
+def programs() -> dict[str, Path]:
+    """Return the programs by name."""
+    found = {path.stem: path for path in sorted(data_folder("examples").glob("*.py"))}
+    del found["support"]
+    return found
+
+
+def purpose(path: Path) -> str:
+    """Return the first sentence of a program's docstring."""
+    text = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or ""
+    return text.partition("\n\n")[0].replace("\n", " ")

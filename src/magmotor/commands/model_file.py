@@ -1,0 +1,35 @@
+"""Models of MJCF files on the command line."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import mujoco
+
+from magmotor.commands.output import MISTAKE, fail
+
+
+def read(path: Path, keyframe: str = "") -> tuple[mujoco.MjModel, mujoco.MjData]:
+    """Return the model of a file, and its initial state or that of a keyframe.
+
+    Raises
+    ------
+    ValueError
+        The file is not a model, or has no such keyframe.
+    """
+    model = mujoco.MjModel.from_xml_path(str(path))
+    data = mujoco.MjData(model)
+    if keyframe:
+        names = [model.key(k).name for k in range(model.nkey)]
+        if keyframe not in names:
+            known = ", ".join(names) or "none"
+            raise ValueError(f"keyframe = {keyframe!r}: must be one of the model's: {known}")
+        mujoco.mj_resetDataKeyframe(model, data, names.index(keyframe))
+    return model, data
+
+
+def answer(question: Callable[[], None]) -> None:
+    """Call a function; a mistake in the file or the options ends the program with one line."""
+    try:
+        question()
+    except (ValueError, OSError, mujoco.FatalError) as error:
+        fail(" ".join(str(error).split()), MISTAKE)

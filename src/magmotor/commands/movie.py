@@ -1,0 +1,219 @@
+"""Run a scene and render a movie of it, with its dataset, plots and key numbers.
+
+Files in the folder `out` for the top: `top.nc` (the run, an xarray dataset), `top.png` (path, J and
+energy against theory) and `top.mp4`. For the motor, a flight is found in a long run and replayed in
+detail along the same Brownian path: `motor_flight.nc` and `motor_flight.mp4`; `motor_flight.png`
+shows the whole run.
+"""
+
+import math
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from PIL.Image import registered_extensions
+
+import magmotor as mm
+from magmotor.commands.output import (
+    DIVERGED,
+    INTERRUPTED,
+    MISTAKE,
+    UNWRITTEN,
+    fail,
+    film_written,
+    make_folder,
+    write_netcdf,
+    written_whole,
+)
+from magmotor.commands.scene_options import parse
+from magmotor.common.checks import check_number, reject
+
+PAPER = "the paper's parameters give 1.858e-04 kg m^2/s at 21.6 s"
+
+MOVIE_SECONDS = 25.0
+"""Default length of the movie of a flight."""
+
+
+@dataclass
+class Options:
+    method: str = "mujoco/rk4"
+    """engine/scheme; scipy/dop853 computes only the axis, so there is no spin to film"""
+    timestep: float = 0.0125
+    """(s)"""
+    duration: float = 30.0
+    """(s)"""
+    seconds_per_second: float = 1.0
+    """simulated seconds per second of the movie"""
+    still: tuple[float, Path] | None = None
+    """time (s) and file of a single frame, to be drawn instead of the movie"""
+    out: Path = Path("out")
+    """folder to write to"""
+
+
+@dataclass
+class FlightOptions:
+    method: str = "mujoco/baoab"
+    """engine/scheme"""
+    timestep: float = 0.1
+    """(s)"""
+    duration: float = 1e5
+    """(s) within which to look for a flight"""
+    seed: int = 1
+    """seed of the Brownian path"""
+    seconds_per_second: float | None = None
+    """simulated seconds per second of the movie; by default, it lasts about 25 s"""
+    still: tuple[float, Path] | None = None
+    """time (s) and file of a single frame, to be drawn instead of the movie"""
+    out: Path = Path("out")
+    """folder to write to"""
+
+
+def main() -> None:
+    kinds = {"top": Options, "motor": FlightOptions}
+    scene, options = parse(kinds, __doc__ or "", tuple(kinds))
+    seconds: dict[str, float] = {}
+    try:
+        check(options)
+        if isinstance(options, FlightOptions):
+            film_flight(scene, options, seconds)
+        else:
+            film_top(scene, options, seconds)
+    except ValueError as error:
+        fail(str(error), MISTAKE)
+    print("wall time:", ", ".join(f"{name} {spent:.1f} s" for name, spent in seconds.items()))
+
+
+def check(options: Options | FlightOptions) -> None:
+    """Check what would otherwise fail only after the run."""
+    if options.seconds_per_second is not None:
+        check_number("seconds_per_second", options.seconds_per_second, above=0)
+    if options.still:
+        moment, path = options.still
+        if not 0 <= moment <= options.duration:
+            raise reject("still", moment, f"must be within the run: 0 to {options.duration:g} s")
+        if path.suffix.lower() not in registered_extensions():
+            raise reject("still", str(path), "must be a picture file, for example still.png")
+        make_folder(path.parent)
+    make_folder(options.out)
+
+
+@contextmanager
+def timed(seconds: dict[str, float], name: str) -> Iterator[None]:
+    start = time.perf_counter()
+    yield
+    seconds[name] = time.perf_counter() - start
+
+
+def film_top(scene: mm.Top, options: Options, seconds: dict[str, float]) -> None:
+    ending: tuple[str, int] | None = None
+    with timed(seconds, "simulate"):
+        try:
+            run = mm.simulate(
+                scene, method=options.method, timestep=options.timestep, duration=options.duration
+            )
+        except mm.SimulationStopped as stop:
+            run, ending = stop.dataset, (str(stop), DIVERGED)
+        except mm.SimulationInterrupted as stop:
+            run, ending = stop.dataset, (f"{stop} at t = {stop.dataset.time[-1]:g} s", INTERRUPTED)
+    print(*summary(run, scene), sep="\n")
+    with timed(seconds, "plots"):
+        save(run, scene, options.out)
+    if ending:
+        fail(*ending)
+    with timed(seconds, "render"):
+        render(run, scene, options.out / "top.mp4", options.still, options.seconds_per_second)
+
+
+def summary(run: xr.Dataset, scene: mm.Top) -> Iterator[str]:
+    momentum = run.momentum_map.values
+    at = int(np.abs(momentum).argmax())
+    largest, spin = abs(momentum[at]), abs(momentum[at]) / scene.inertia[2]
+    yield (
+        f"maximum spin: |J| = {largest:.3e} kg m^2/s, {spin:.2f} rad/s, at t = {run.time[at]:.2f} s"
+        + (f" ({PAPER})" if scene == mm.Top.paper(4) and run.time[-1] > 21.6 else "")
+    )
+    residual = np.abs(mm.observables.momentum_balance(run, scene).residual.values).max()
+    relative = f", {residual / largest:.1e} of max |J|" if largest > 0 else ""
+    yield f"balance of J: differs from the integral of theory by at most {residual:.1e}{relative}"
+
+
+def save(run: xr.Dataset, scene: mm.Top, out: Path) -> None:
+    write_netcdf(run, out / "top.nc")
+    with written_whole(out / "top.png") as part:
+        mm.plots.overview(run, scene, part)
+    print(f"wrote {out / 'top.nc'} and {out / 'top.png'}")
+
+
+def film_flight(scene: mm.Motor, options: FlightOptions, seconds: dict[str, float]) -> None:
+    numerics = {"method": options.method, "timestep": options.timestep, "seed": options.seed}
+    with timed(seconds, "simulate"):
+        whole = long_run(scene, options, numerics)
+    shown = mm.plots.MotorRun("the whole run", whole)
+    begin, end = window(shown)
+    flight = f"{shown.flights_in_words}; filmed from t = {begin:g} to {end:g} s"
+    print(flight)
+    before = whole.sel(time=slice(None, begin))
+    replay = mm.simulate(
+        scene,
+        duration=end - begin,
+        record_interval=records_per(0.5, options.timestep),
+        initial=before,
+        **numerics,
+    ).assign_attrs(found=flight)
+    out = options.out
+    with timed(seconds, "plots"):
+        write_netcdf(replay, out / "motor_flight.nc")
+        with written_whole(out / "motor_flight.png") as part:
+            mm.plots.motor_overview(shown, part)
+    print(f"wrote {out / 'motor_flight.nc'} and {out / 'motor_flight.png'}")
+    speed = options.seconds_per_second or math.ceil((end - begin) / MOVIE_SECONDS)
+    timely = replay.assign_coords(time=replay.time + begin)
+    with timed(seconds, "render"):
+        render(timely, scene, out / "motor_flight.mp4", options.still, speed)
+
+
+def long_run(scene: mm.Motor, options: FlightOptions, numerics: dict[str, Any]) -> xr.Dataset:
+    interval = records_per(1.0, options.timestep)
+    try:
+        return mm.simulate(scene, duration=options.duration, record_interval=interval, **numerics)
+    except mm.SimulationStopped as stop:
+        print(stop)  # the ball may have flown before the ring was lost
+        return stop.dataset.assign_attrs(stopped=str(stop))
+    except mm.SimulationInterrupted as stop:
+        fail(f"{stop} at t = {stop.dataset.time[-1]:g} s", INTERRUPTED)
+
+
+def records_per(seconds: float, timestep: float) -> int:
+    return max(1, round(seconds / timestep))
+
+
+def window(run: mm.plots.MotorRun) -> tuple[float, float]:
+    """Return start and end times, from before the longest flight through 1.5 revolutions of it."""
+    if run.longest is None:
+        reached = run.data.time[-1]
+        fail(f"no movie: no flight in {reached:g} s; try another seed or a longer run", UNWRITTEN)
+    times, begin = run.data.time.values, float(run.longest.begin)
+    flown = np.abs(run.revolutions - run.revolutions[times == begin])
+    once = float(times[(times > begin) & (flown >= 1)][0])
+    first = times[np.searchsorted(times, begin - (once - begin) / 2)]
+    last = min(begin + 1.5 * (once - begin), times[-1])
+    return float(first), float(last)
+
+
+def render(
+    run: xr.Dataset,
+    scene: mm.Top | mm.Motor,
+    path: Path,
+    still: tuple[float, Path] | None,
+    speed: float,
+) -> None:
+    with film_written(still[1] if still else path) as part:
+        if still:
+            mm.render.still(run, scene, part, still[0])
+        else:
+            mm.render.movie(run, scene, part, seconds_per_second=speed)

@@ -1,0 +1,104 @@
+"""What all commands share: files written whole, one-line messages, and exit codes."""
+
+import os
+import sys
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryFile
+from typing import TYPE_CHECKING, Any, NoReturn
+
+from magmotor.common.environment import PACKAGES
+from magmotor.common.files import whole_file
+from magmotor.common.interrupts import uninterrupted
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+DIVERGED, MISTAKE, NO_OPENGL, UNWRITTEN, INTERRUPTED = 1, 2, 3, 4, 130
+"""Exit codes."""
+
+
+def run_program(main: Callable[[], None]) -> None:
+    """Run a program; an unhandled Ctrl-C ends it with one line."""
+    try:
+        main()
+    except KeyboardInterrupt:
+        fail("interrupted; all files reported as written are complete", INTERRUPTED)
+    except BrokenPipeError:  # nobody reads the output any more
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise SystemExit(UNWRITTEN) from None
+
+
+def warn_in_one_line() -> None:
+    """Show each warning once, in one line without source code."""
+    shown = set()
+
+    def show(message: Warning | str, *_: Any, **__: Any) -> None:
+        if str(message) not in shown:
+            shown.add(str(message))
+            print(f"{Path(sys.argv[0]).name}: {message}", file=sys.stderr)
+
+    warnings.showwarning = show
+
+
+def fail(message: str, code: int) -> NoReturn:
+    """End the program with a message on stderr and an exit code."""
+    print(f"{Path(sys.argv[0]).name}: {printable(message)}", file=sys.stderr)
+    raise SystemExit(code)
+
+
+def printable(text: str) -> str:
+    """Escape control characters in untrusted text before it is printed."""
+    return "".join(c if c.isprintable() or c == "\n" else repr(c)[1:-1] for c in text)
+
+
+def make_folder(path: Path) -> None:
+    """Create a writable folder if it does not exist; end the program if that fails."""
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        with TemporaryFile(dir=path):
+            pass
+    except FileExistsError:
+        fail(f"cannot write to {path}: it is a file, not a folder", 1)
+    except OSError as error:
+        fail(f"cannot write to {path}: {error.strerror or error}", 1)
+
+
+@contextmanager
+def written_whole(path: Path) -> Iterator[Path]:
+    """Yield a path to write to, whose file gets its name only when it is complete."""
+    make_folder(path.parent)
+    try:
+        with whole_file(path) as part:
+            yield part
+    except OSError as error:
+        fail(f"cannot write {path}: {error.strerror or error}", 1)
+    except RuntimeError as error:
+        if not str(error).startswith("NetCDF"):
+            raise
+        fail(f"cannot write {path}: {error}; is the disk full?", 1)
+
+
+def write_netcdf(data: "xr.Dataset", path: Path, encoding: Any = None) -> None:
+    """Write a dataset atomically; ends the program as `written_whole` does."""
+    # Interrupted inside HDF5's lock, xarray would wait for that lock forever.
+    with uninterrupted(), written_whole(path) as part:
+        data.to_netcdf(part, encoding=encoding)
+
+
+@contextmanager
+def film_written(path: Path) -> Iterator[Path]:
+    """Yield a path as `written_whole` does, for a movie; reports success or why it failed."""
+    import magmotor as mm
+
+    try:
+        with written_whole(path) as part:
+            yield part
+    except mm.render.NoOpenGL as error:
+        packages = "".join(f"\n  {system}: {command}" for system, command in PACKAGES.items())
+        fail(f"no movie: {error}; install OpenGL and run again{packages}", NO_OPENGL)
+    except RuntimeError as error:
+        fail(f"no movie: {' '.join(str(error).split())}", UNWRITTEN)
+    print(f"wrote {path}")
