@@ -8,12 +8,15 @@ import runpy
 import shlex
 import sys
 import warnings
+from functools import partial
 from pathlib import Path
 from types import ModuleType
 
 import pytest
 
 import magmotor as mm
+from magmotor.commands import COMMANDS
+from magmotor.commands import main as run_command
 from magmotor.render import NoOpenGL
 
 ROOT = Path(__file__).parents[2]
@@ -118,7 +121,9 @@ def commands():
         for found in re.finditer(r"^```sh\n(.*?)^```$|`([^`\n]+)`", text, re.DOTALL | re.MULTILINE):
             for line in (found[1] or found[2]).splitlines():
                 if re.match(
-                    r"make \S|--\w|(\S*python )?(scripts|examples|benchmarks)/\w+\.py\b", line
+                    r"make \S|--\w|magmotor [a-z]|"
+                    r"(\S*python )?(scripts|examples|benchmarks)/\w+\.py\b",
+                    line,
                 ):
                     words = program_of(shlex.split(line, comments=True), program)
                     program = words[0] if words else program
@@ -133,8 +138,12 @@ def program_of(words, last):
         recipe = re.search(rf"^{verb}:.*\n((?:\t.*\n)*)", MAKEFILE, re.MULTILINE)
         if not recipe:
             return [f"verb {verb} of the Makefile"]
-        program = re.search(r"(?:scripts|benchmarks)/\w+\.py", recipe[1])
+        program = re.search(r"(?:scripts|benchmarks)/\w+\.py|magmotor [a-z]+", recipe[1])
         return [program[0], *shlex.split(given.get("ARGS", ""))] if program else []
+    if words[0] == "magmotor":
+        if words[1:3] == ["examples", "run"]:
+            return [f"examples/{words[3]}.py", *words[4:]]
+        return [" ".join(words[:2]), *words[2:]]
     if words[0].startswith("--"):
         return [last, "any", words[0]] if last else []
     return words[1:] if words[0].endswith("python") else words
@@ -142,7 +151,8 @@ def program_of(words, last):
 
 @pytest.mark.parametrize("words", [*commands()])
 def test_commands_and_their_flags_exist(words, help_of):
-    assert not words or (ROOT / words[0]).exists()
+    if words:
+        assert words[0].removeprefix("magmotor ") in COMMANDS or (ROOT / words[0]).exists()
     for flag in re.findall(r"(?<!\S)--[\w-]+", " ".join(words)):
         assert re.search(rf"{flag}\b", help_of(*words[:2]))
 
@@ -155,9 +165,10 @@ def help_of(monkeypatch, capsys):
     def said(program, *words):
         path = ROOT / program
         monkeypatch.syspath_prepend(path.parent)
-        monkeypatch.setattr(sys, "argv", [path.name, *words, "--help"])
+        monkeypatch.setattr(sys, "argv", [*program.split(), *words, "--help"])
+        run = partial(runpy.run_path, str(path), run_name="__main__")
         with pytest.raises(SystemExit, check=lambda stop: not stop.code):
-            runpy.run_path(str(path), run_name="__main__")
+            (run_command if program.startswith("magmotor ") else run)()
         return capsys.readouterr().out
 
     def help_of(program, word):
