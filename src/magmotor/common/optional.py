@@ -1,0 +1,78 @@
+"""Packages that only an extra of magmotor installs, and what to say if one is missing."""
+
+import re
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib.metadata import PackageNotFoundError, requires, version
+
+LABMAZE = "pip install --no-deps dm-control (its labmaze has no wheel for Python 3.13 or newer)"
+
+
+class MissingExtra(ModuleNotFoundError):
+    """A package is missing that an extra of magmotor installs; the message says which."""
+
+
+@contextmanager
+def extra(name: str) -> Iterator[None]:
+    """Import what an extra installs.
+
+    >>> with extra("movies"):
+    ...     import mediapy
+
+    Raises
+    ------
+    MissingExtra
+        A package is missing.
+    """
+    try:
+        yield
+    except ModuleNotFoundError as missing:
+        found = missing_packages(name) or [str(missing.name)]
+        sentence = f"{missing.name} is not installed: {remedy(name, found)}"
+        raise MissingExtra(sentence, name=missing.name) from missing
+
+
+def require(name: str, purpose: str) -> None:
+    """Check that an extra is installed; `purpose` is what needs it.
+
+    Raises
+    ------
+    MissingExtra
+        Some of its packages are missing.
+    """
+    if missing := missing_packages(name):
+        needed = ", ".join(missing)
+        raise MissingExtra(f"{purpose} needs {needed}: {remedy(name, missing)}")
+
+
+def missing_packages(name: str) -> list[str]:
+    """Return the packages of an extra, and of the extras within it, that are not installed."""
+    return [package for package in packages(name) if not _is_installed(package)]
+
+
+def packages(name: str) -> list[str]:
+    """Return the packages that an extra installs, as the metadata of magmotor lists them."""
+    line = re.compile(rf"""([\w.-]+)(?:\[([\w,]+)])?.*\bextra == ['"]{name}['"]""")
+    found: list[str] = []
+    for match in filter(None, map(line.match, requires("magmotor") or ())):
+        package, within = match.groups()
+        inner = [p for e in within.split(",") for p in packages(e)] if within else [package]
+        found += [p for p in inner if p not in found]
+    return found
+
+
+def remedy(name: str, missing: list[str]) -> str:
+    """Return the commands that install what is missing of an extra."""
+    whole = f'pip install "magmotor[{name}]"'
+    if "dm-control" not in missing or sys.version_info < (3, 13):
+        return whole
+    return LABMAZE if len(missing) == 1 else f"{whole} and {LABMAZE}"
+
+
+def _is_installed(package: str) -> bool:
+    try:
+        version(package)
+    except PackageNotFoundError:
+        return False
+    return True
