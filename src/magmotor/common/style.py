@@ -7,6 +7,8 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from magmotor.common.optional import extra
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from PIL.ImageFont import FreeTypeFont
@@ -62,9 +64,10 @@ RC: dict[Any, Any] = {
 @contextmanager
 def figure(width: float, height: float) -> Iterator["Figure"]:
     """Create a figure in this style, without pyplot; width and height are in inches."""
-    import matplotlib
-    from matplotlib.figure import Figure
-    from matplotlib.layout_engine import ConstrainedLayoutEngine
+    with extra("movies"):
+        import matplotlib
+        from matplotlib.figure import Figure
+        from matplotlib.layout_engine import ConstrainedLayoutEngine
 
     with matplotlib.rc_context(RC):
         layout = ConstrainedLayoutEngine(w_pad=0.1, h_pad=0.1)
@@ -74,8 +77,9 @@ def figure(width: float, height: float) -> Iterator["Figure"]:
 @cache
 def pillow_font(size: int) -> "FreeTypeFont":
     """Return the figures' font, which Matplotlib ships, for Pillow; `size` is in pixels."""
-    import matplotlib
-    from PIL import ImageFont
+    with extra("movies"):
+        import matplotlib
+        from PIL import ImageFont
 
     fonts = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
     return ImageFont.truetype(str(fonts / f"{FONT.replace(' ', '')}.ttf"), size)

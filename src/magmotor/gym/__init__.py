@@ -1,13 +1,13 @@
-"""Environments for Gymnasium, which is installed by `pip install magmotor[gym]`.
+"""Environments for Gymnasium, which is installed by `pip install "magmotor[gym]"`.
 
 Importing this module registers them. Gymnasium does so itself for a name that begins with the
 module: `gymnasium.make("magmotor.gym:magmotor/Levitation-v0")`.
 """
 
-try:
+from magmotor.common.optional import extra
+
+with extra("gym"):
     import gymnasium
-except ImportError:
-    raise ImportError("there is no gymnasium: pip install magmotor[gym]") from None
 
 gymnasium.register(
     "magmotor/Levitation-v0",

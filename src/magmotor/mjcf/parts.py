@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from magmotor.common.arrays import Array
 from magmotor.common.environment import data_folder
+from magmotor.common.optional import extra
 
 Element = Any
 """A PyMJCF element, whose attributes follow the MJCF schema and are unknown to type checkers."""
@@ -41,13 +42,8 @@ def load(name: str, *, visual: bool) -> Element:
 @cache
 def _read(name: str, visual: bool) -> Element:
     """Parse a scene's MJCF with its includes; cached, since a copy takes a third of the time."""
-    try:
+    with extra("scenes"):
         from dm_control import mjcf
-    except ModuleNotFoundError as missing:
-        raise ModuleNotFoundError(
-            "PyMJCF is missing: pip install --no-deps dm-control (with dependencies, it cannot be"
-            " installed on Python 3.13 and newer, for which labmaze has no wheel)"
-        ) from missing
 
     root = mjcf.from_path(str(data_folder("models") / "parts" / f"{name}.xml"))
     if not visual:

@@ -11,6 +11,7 @@ from tqdm import tqdm
 
 from magmotor.common.checks import reject
 from magmotor.common.hints import output
+from magmotor.common.optional import extra
 from magmotor.render.frames import HEIGHT, WIDTH
 
 if TYPE_CHECKING:
@@ -78,8 +79,9 @@ def _unmasked_interrupt() -> Iterator[None]:
 
 
 def _writer(path: str | Path) -> "VideoWriter":
-    import imageio_ffmpeg
-    import mediapy
+    with extra("movies"):
+        import imageio_ffmpeg
+        import mediapy
 
     mediapy.set_ffmpeg(imageio_ffmpeg.get_ffmpeg_exe())
     return mediapy.VideoWriter(

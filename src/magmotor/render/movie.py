@@ -4,6 +4,7 @@ import xarray as xr
 
 from magmotor.common.checks import reject
 from magmotor.common.hints import Picture, Positive
+from magmotor.common.optional import extra
 from magmotor.device.analysis import analysis
 from magmotor.device.device import Scene
 from magmotor.render.encoder import Film, encode, frame_times, speed_in_words
@@ -59,7 +60,8 @@ def still(run: xr.Dataset, scene: Scene | None, path: Picture, time: float) -> N
     start, end = run.time.values[[0, -1]]
     if not start <= time <= end:
         raise reject("time", time, f"must be within the run: {start:g} to {end:g} s")
-    from PIL import Image
+    with extra("movies"):
+        from PIL import Image
 
     with Frames(run, scene, [time]) as frames:
         Image.fromarray(frames.draw(0)).save(path, optimize=True)

@@ -9,6 +9,7 @@ from contextlib import ExitStack, contextmanager
 from typing import Any
 
 from magmotor.common.checks import check_integer, reject
+from magmotor.common.optional import extra
 from magmotor.sweep.process_pool import ONE_THREAD, children_without_interrupts
 
 
@@ -52,7 +53,9 @@ def dask_workers(scheduler: str) -> Iterator[tuple[Executor, int]]:
     Raises
     ------
     ValueError
-        No scheduler answers there, it has no workers, or Dask is not installed.
+        No scheduler answers there, it has no workers.
+    MissingExtra
+        Dask is not installed.
     """
     with _connected(scheduler) as client:
         cluster = Cluster(client)
@@ -128,8 +131,6 @@ def local_cluster(workers: int | None = None, host: str = "127.0.0.1") -> Iterat
 
 
 def _distributed() -> Any:
-    try:
+    with extra("cluster"):
         import distributed
-    except ImportError:
-        raise ValueError("Dask is not installed: pip install magmotor[cluster]") from None
     return distributed
