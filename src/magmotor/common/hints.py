@@ -147,6 +147,8 @@ Inertia = Annotated[NDArray[np.float64], positive_definite("n", "n")]
 PICTURES = (".eps", ".jpeg", ".jpg", ".pdf", ".png", ".svg", ".tif", ".tiff", ".webp")
 Picture = Annotated[str | Path, output(*PICTURES)]
 """The file to which a picture is written."""
+Dpi = Annotated[int, integer(at_least=10, at_most=2400)]
+"""Dots per inch of a picture."""
 
 
 def check_path(name: str, value: Any) -> Any:

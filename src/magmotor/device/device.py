@@ -250,9 +250,9 @@ class Device(ABC, Generic[S, T]):
         """Return the energy balance of a run; see `magmotor.observables.energy_balance`."""
         raise reject("scene", scene, f"a {type(scene).__name__} has no energy balance")
 
-    def overview(self, run: xr.Dataset, scene: S, path: str | Path) -> None:
+    def overview(self, run: xr.Dataset, scene: S, path: str | Path, dpi: int) -> None:
         """Write a picture that summarizes a run; see `magmotor.plots.overview`."""
-        draw_variables(run, path)
+        draw_variables(run, path, dpi)
 
     def joints(self, run: xr.Dataset, scene: S, times: Array) -> Array:
         """Return MuJoCo's `qpos` at these times (s), shape (T, nq), for movies."""

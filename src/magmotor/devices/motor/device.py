@@ -169,10 +169,10 @@ class MotorDevice(BallDevice[Motor, MotorStates]):
         """Compare the energy of a run with heat and work."""
         return motor_energy_balance(run, scene)
 
-    def overview(self, run: xr.Dataset, scene: Motor, path: str | Path) -> None:
+    def overview(self, run: xr.Dataset, scene: Motor, path: str | Path, dpi: int) -> None:
         """Draw flights, the beginning of the longest one, path, energy and temperatures."""
         run = checked_run("run", run, (), (Motor,), replicas=False)
-        motor_overview(MotorRun("motor", run), path)
+        motor_overview(MotorRun("motor", run), path, dpi=dpi)
 
     @property
     def variational(self) -> Engine:

@@ -156,9 +156,9 @@ class TopDevice(BallDevice[Top, BallStates]):
         """Compare the energy of a run with the heat."""
         return top_energy_balance(run, scene)
 
-    def overview(self, run: xr.Dataset, scene: Top, path: str | Path) -> None:
+    def overview(self, run: xr.Dataset, scene: Top, path: str | Path, dpi: int) -> None:
         """Draw the path over V_e, and J and energy compared with theory."""
-        top_overview(run, scene, path)
+        top_overview(run, scene, path, dpi)
 
     @property
     def variational(self) -> Engine:
