@@ -8,11 +8,10 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.special import ellipk
 
+from magmotor.commands.disk import METHOD
 from magmotor.common import style
-from magmotor.common.style import save_small
 from magmotor.devices.disk.scene import Disk
 from magmotor.run.simulate import simulate
-from paper.disk.systems import METHOD
 from paper.figure import Claim, Figure, judged
 
 AMPLITUDES = (0.5, 1.5, 2.5, 3.0)
@@ -108,7 +107,7 @@ def draw(runs: Oscillations, path: Path) -> None:
         right.plot(run.time, run.v + run.omega, color=style.ORANGE, lw=0.9, label="slip v + ω")
         right.set(xlabel="t", title=f"With friction of the slip, c = {FRICTION}")
         right.legend(loc="upper right")
-        save_small(figure, path, dpi=90)
+        style.save(figure, path, dpi=90)
 
 
 FIGURE = Figure(

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.common import style
-from magmotor.common.style import save_small
 from magmotor.devices.disk.gibbs import gibbs
 from magmotor.devices.disk.scene import Disk
 from magmotor.numerics.batch_means import mean_and_error
@@ -225,7 +224,7 @@ def draw(found: Averages, path: Path) -> None:
         _draw_marginals(axes, found)
         _draw_scatter(figure.add_subplot(grid[1, :2]), found)
         _draw_stays(figure.add_subplot(grid[1, 2:]), found)
-        save_small(figure, path, dpi=85)
+        style.save(figure, path, dpi=85)
 
 
 def _draw_marginals(row: list["Axes"], found: Averages) -> None:

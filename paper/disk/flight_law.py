@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from magmotor import observables
 from magmotor.common import style
-from magmotor.common.style import save_small
 from magmotor.device.provenance import scene_of
 from magmotor.devices.disk.gibbs import gibbs
 from magmotor.devices.disk.scene import Disk
@@ -200,7 +199,7 @@ def draw(flights: Flights, path: Path) -> None:
             ylabel="local slope of log S over log t", title="Their end: a stretched exponential",
         )  # fmt: skip
         right.legend(loc="lower left")
-        save_small(figure, path, dpi=90)
+        style.save(figure, path, dpi=90)
 
 
 def _draw_survival(axes: "Axes", name: str, run: xr.Dataset) -> None:

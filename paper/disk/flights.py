@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from scipy.optimize import root_scalar
 
 from magmotor import observables
+from magmotor.commands.disk import FULL, METHOD
 from magmotor.common import style
-from magmotor.common.style import save_small
 from magmotor.device.provenance import scene_of
 from magmotor.devices.disk.gibbs import gibbs
 from magmotor.devices.disk.plot_panels import draw_beside, draw_flights, survival
@@ -20,7 +20,7 @@ from magmotor.run.ensemble import ensemble
 from magmotor.run.simulate import simulate
 from magmotor.theory import ReducedDisk
 from paper import errata
-from paper.disk.systems import FULL, METHOD, QUICK, Disks, named, paper_disks
+from paper.disk.systems import QUICK, Disks, named, paper_disks
 from paper.figure import Claim, Figure, judged
 
 if TYPE_CHECKING:
@@ -198,7 +198,7 @@ def draw(paths: Paths, path: Path) -> None:
         draw_beside(right, mujoco, survival(mujoco))
         right.set_title(f"Flights that last longer (white: {METHOD})")
         right.set_xlabel("duration")
-        save_small(figure, path, dpi=90)
+        style.save(figure, path, dpi=90)
 
 
 def _draw_paths(axes: "Axes", run: xr.Dataset, title: str) -> None:

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from magmotor import observables
 from magmotor.common import style
-from magmotor.common.style import save_small
 from magmotor.devices.disk.gibbs import gibbs
 from magmotor.devices.disk.scene import Disk, LangevinParticle
 from magmotor.run.ensemble import ensemble
@@ -227,7 +226,7 @@ def draw(found: Displacements, path: Path) -> None:
         )  # fmt: skip
         left.legend(loc="upper left", fontsize=8)
         _draw_diffusion(right, found)
-        save_small(figure, path, dpi=90)
+        style.save(figure, path, dpi=90)
 
 
 def _draw_growth(axes: "Axes", name: str, run: xr.Dataset, color: str, marker: str) -> None:

@@ -10,7 +10,6 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from magmotor.common import style
-from magmotor.common.style import save_small
 from magmotor.devices.disk.gibbs import gibbs
 from magmotor.devices.disk.scene import Disk
 from magmotor.run.simulate import simulate
@@ -178,7 +177,7 @@ def draw(memory: Memory, path: Path) -> None:
             title="U ends the memory; without U it is perfect",
         )  # fmt: skip
         right.legend(loc="lower left")
-        save_small(figure, path, dpi=90)
+        style.save(figure, path, dpi=90)
 
 
 def _draw_paths(axes: "Axes", memory: Memory) -> None:

@@ -226,7 +226,7 @@ def draw(found: Ablation, path: Path) -> None:
             axes.set(ylim=(0, None), xlim=(-0.5, len(labels) - 0.5))
         right.ticklabel_format(axis="y", style="plain")
         right.legend(loc="upper right")
-        style.save_small(figure, path, 80)
+        style.save(figure, path, 80)
 
 
 def _draw_row(axes: "Axes", motors: list[Measured], rotors: list[float]) -> None:

@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.common import style
-from magmotor.common.style import save_small
 from paper.figure import OURS, Claim, Figure, Verdict
 from paper.motor.azimuths import ENSEMBLES, METHOD, RECORD_INTERVAL, azimuths
 from paper.motor.flight_definitions import DEFINITIONS, Remaining, remaining
@@ -143,7 +142,7 @@ def draw(laws: Laws, path: Path) -> None:
         )  # fmt: skip
         right.set_title("Flights by the first definition")
         right.legend()
-        save_small(figure, path, dpi=80)
+        style.save(figure, path, dpi=80)
 
 
 FIGURE = Figure(

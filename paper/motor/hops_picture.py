@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from magmotor.common import style
-from magmotor.common.style import save_small
 from paper.motor.crossings import LAGS
 from paper.motor.hop_barriers import Ahead, Found
 
@@ -44,7 +43,7 @@ def draw(found: Found, path: Path) -> None:
         hot.set(ylabel="mean barrier ahead (µJ)", ylim=(0, None))
         hot.set_title("Around the crossing, nonuniform temperature")
         hot.legend(fontsize=8)
-        save_small(figure, path, dpi=80)
+        style.save(figure, path, dpi=80)
 
 
 def _draw_valley(axes: "Axes", found: Found) -> None:

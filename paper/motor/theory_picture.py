@@ -26,7 +26,7 @@ def draw(found: "Theory", path: Path) -> None:
         panels = _draw_spread, _draw_density, _draw_diffusion, _draw_friction
         for axes, panel in zip(figure.subplots(2, 2).flat, panels, strict=True):
             panel(axes, found)
-        style.save_small(figure, path, 80)
+        style.save(figure, path, 80)
 
 
 def _draw_spread(axes: "Axes", found: "Theory") -> None:

@@ -28,7 +28,7 @@ def draw(found: "Transport", path: Path) -> None:
         ):
             panel(axes, found)
             axes.set(xscale="log", xlim=(8, 1.3 * found.motor.lag[-1]))
-        style.save_small(figure, path, 80)
+        style.save(figure, path, 80)
 
 
 def _slopes(axes: "Axes", found: "Transport") -> None:

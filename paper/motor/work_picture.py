@@ -25,7 +25,7 @@ def draw_load(data: "Load", path: Path) -> None:
         _draw_response(response, data)
         _draw_speed(speed, data)
         _draw_law(law, data)
-        style.save_small(figure, path, 110, shaded=True)
+        style.save(figure, path, 110, shaded=True)
 
 
 def draw_temperatures(data: "TwoTemperatures", path: Path) -> None:
@@ -35,7 +35,7 @@ def draw_temperatures(data: "TwoTemperatures", path: Path) -> None:
         _draw_heat(heat, data)
         _draw_current(current, data)
         _draw_loads(load, data)
-        style.save_small(figure, path, 110)
+        style.save(figure, path, 110)
 
 
 def _draw_heat(axes, data: "TwoTemperatures") -> None:

@@ -9,7 +9,6 @@ import numpy as np
 import xarray as xr
 
 from magmotor.common import style
-from magmotor.common.style import save_small
 from magmotor.devices.ball.slip import eddy_drag
 from magmotor.devices.motor.flights import flights
 from magmotor.devices.motor.scene import Motor
@@ -332,7 +331,7 @@ def draw(data: BuilderMotor, path: Path) -> None:
         axes[1, 0].set_xlabel("slope of the floor (barriers)")
         axes[1, 1].set_xlabel("horizontal field (barriers)")
         axes[1, 2].set_xlabel("damping of the rolling ball (1/T₀)")
-        save_small(figure, path, dpi=110)
+        style.save(figure, path, dpi=110)
 
 
 Mark = tuple[float, str, str]

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.common import style
-from magmotor.common.style import save_small
 from magmotor.devices.ball.slip import eddy_drag
 from magmotor.devices.top.scene import Top
 from magmotor.run.simulate import simulate
@@ -232,7 +231,7 @@ def draw(data: BuilderTop, path: Path) -> None:
             words.plot([], [], color=style.GRAY, lw=1.2, ls=IDEAL[name], label=label)
         words.plot([], [], color=style.ORANGE, ls="--", lw=1.2, label="typical sizes")
         words.legend(loc="center left")
-        save_small(figure, path, dpi=110)
+        style.save(figure, path, dpi=110)
 
 
 IDEAL = {"tilted": "-", "level": ":"}

@@ -11,7 +11,6 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from magmotor.common import style
-from magmotor.common.style import save_small
 from magmotor.devices.ball.landscape import valley
 from magmotor.devices.top.dry_friction import (
     Rolling,
@@ -274,7 +273,7 @@ def draw(data: DryFriction, path: Path) -> None:
         note = f"viscous alone: {data.viscous:.2f} rad/s"
         left.annotate(note, (1.0, data.viscous), (0, -13), textcoords="offset points", ha="right")
         left.set(ylabel="largest spin (rad/s)")
-        save_small(figure, path, dpi=110)
+        style.save(figure, path, dpi=110)
 
 
 def _draw_coulomb(axes: "Axes", data: DryFriction) -> None:

@@ -13,7 +13,6 @@ from scipy.optimize import minimize_scalar
 
 from magmotor import dipoles
 from magmotor.common import style
-from magmotor.common.style import save_small
 from magmotor.devices.ball.landscape import aligned_force, on_plane
 from magmotor.devices.top.finite_ring import build_finite_ring, finite_ring_sources
 from magmotor.devices.top.scene import Top
@@ -267,7 +266,7 @@ def draw(data: FiniteMagnets, path: Path) -> None:
         left, right = figure.subplots(1, 2)
         _draw_changes(left, data)
         _draw_spin(right, data)
-        save_small(figure, path, dpi=110)
+        style.save(figure, path, dpi=110)
 
 
 def _draw_changes(axes: "Axes", data: FiniteMagnets) -> None:

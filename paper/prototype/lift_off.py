@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.common import style
-from magmotor.common.style import save_small
 from magmotor.device.exceptions import SimulationStopped
 from magmotor.devices.top.lift import Lift, critical_height, largest_lift, lift_map
 from magmotor.devices.top.scene import Top
@@ -202,7 +201,7 @@ def draw(data: LiftOff, path: Path) -> None:
         left, right = figure.subplots(1, 2, width_ratios=[1, 1.15])
         _draw_lift(left, data)
         _draw_coupling(right, data)
-        save_small(figure, path, dpi=110)
+        style.save(figure, path, dpi=110)
 
 
 def _draw_lift(axes: "Axes", data: LiftOff) -> None:

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from magmotor.common import style
-from magmotor.common.style import save_small
 from magmotor.devices.motor.drives import plate_shaking
 from magmotor.devices.motor.modes import mode_temperatures
 from magmotor.devices.motor.scene import Motor
@@ -237,7 +236,7 @@ def draw(data: ShakenPlate, path: Path) -> None:
         axes[2, 1].minorticks_off()
         axes[2, 0].legend(loc="upper left", ncols=3)
         axes[0, 1].legend(loc="lower right")
-        save_small(figure, path, dpi=110)
+        style.save(figure, path, dpi=110)
 
 
 def _draw(

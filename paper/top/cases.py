@@ -10,7 +10,6 @@ from scipy.ndimage import label
 
 from magmotor import observables
 from magmotor.common import style
-from magmotor.common.style import save_small
 from magmotor.devices.ball.landscape import valley
 from magmotor.devices.top.plots import draw_momentum, draw_path
 from magmotor.devices.top.scene import Top
@@ -335,7 +334,7 @@ def draw(run: Run, path: Path) -> None:
         )  # fmt: skip
         right.set(title=f"J: simulated and theory differ by {residual:.1e} kg m²/s at most")
         right.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=3)
-        save_small(figure, path, dpi=90, shaded=True)
+        style.save(figure, path, dpi=90, shaded=True)
 
 
 TITLES = {

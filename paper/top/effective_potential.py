@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from magmotor import observables, theory
 from magmotor.common import style
-from magmotor.common.style import save_small
 from magmotor.devices.top.scene import PAPER_TILT, Top
 from magmotor.observables import CriticalPoint
 from paper.bracket import bracket
@@ -116,7 +115,7 @@ def draw_sections(sections: list[Landscape], path: Path) -> None:
         axes.set(xlabel="x (m), on the line y = 0", ylabel="$V_e$ (mJ)", xlim=(X[0], X[-1]))
         axes.set_ylim(1.12 * 1e3 * min(float(s.values.min()) for s in sections), 0)
         axes.legend(loc="upper center", ncols=2)
-        save_small(figure, path, dpi=100)
+        style.save(figure, path, dpi=100)
 
 
 SECTION = Figure(
@@ -240,7 +239,7 @@ def draw_surfaces(surfaces: Surfaces, path: Path) -> None:
             axes.set_zticks([-2, -1, 0])
             axes.set_zlabel("$V_e$ / coupling")
             axes.set_box_aspect((1, 1, 0.65), zoom=0.95)
-        save_small(figure, path, dpi=90, shaded=True)
+        style.save(figure, path, dpi=90, shaded=True)
 
 
 def _draw_levels(axes: "Axes", surface: Landscape, lowest: float) -> None:

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from magmotor import dipoles
 from magmotor.common import style
-from magmotor.common.style import save_small
 from magmotor.devices.top.scene import Top
 from paper.figure import Claim, Figure, judged
 
@@ -87,7 +86,7 @@ def draw(fields: list[Field], path: Path) -> None:
             axes.set_title(f"({letter}) {field.name}: {angles}")
         panels[0].set_ylabel("z (m)")
         panels[0].legend(loc="lower left")
-        save_small(figure, path, dpi=90)
+        style.save(figure, path, dpi=90)
 
 
 def _draw(axes: "Axes", field: Field) -> None:

@@ -11,7 +11,6 @@ from scipy.integrate import cumulative_trapezoid
 
 from magmotor import dipoles
 from magmotor.common import style
-from magmotor.common.style import save_small
 from magmotor.devices.top.scene import Top
 from magmotor.run.simulate import simulate
 from paper.figure import Claim, Figure, judged
@@ -181,7 +180,7 @@ def draw(torques: Torques, path: Path) -> None:
             axes.set(xlabel="t (s)", xlim=(-1, DURATION))
         for axes in (left, right):
             axes.legend()
-        save_small(figure, path, dpi=90)
+        style.save(figure, path, dpi=90)
 
 
 FIGURE = Figure(

@@ -211,7 +211,7 @@ def draw(runs: dict[str, xr.Dataset], path: Path) -> None:
         right.set_xticks(ticks, [str(tick) for tick in ticks])
         right.set_xticks([], minor=True)
         right.legend()
-        style.save_small(figure, path, dpi=75)
+        style.save(figure, path, dpi=75)
 
 
 FIGURE = Figure(

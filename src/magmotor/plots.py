@@ -2,7 +2,8 @@
 
 import xarray as xr
 
-from magmotor.common.hints import Picture
+from magmotor.common import style
+from magmotor.common.hints import Dpi, Picture
 from magmotor.device.analysis import analysis
 from magmotor.device.device import Scene
 from magmotor.devices.disk.plots import disk_figure, disk_overview
@@ -24,7 +25,7 @@ __all__ = [
 
 
 @analysis(of=Scene, records=2)
-def overview(run: xr.Dataset, scene: Scene | None, path: Picture) -> None:
+def overview(run: xr.Dataset, scene: Scene | None, path: Picture, dpi: Dpi = style.DPI) -> None:
     """Write an overview of a run as one picture.
 
     For the top: the path over the effective potential, J(t) with the integral of the friction
@@ -38,7 +39,9 @@ def overview(run: xr.Dataset, scene: Scene | None, path: Picture) -> None:
     scene : Scene or None
         The scene of the run; None takes the one in its attributes.
     path : str or Path
-        The file to write; its suffix determines the format.
+        The file to write; its suffix sets the format, such as .png, .pdf or .svg.
+    dpi : int
+        Dots per inch of the picture.
     """
     assert scene is not None  # `analysis` has replaced None
-    scene.device.overview(run, scene, path)
+    scene.device.overview(run, scene, path, dpi)

@@ -85,7 +85,7 @@ def test_lines_are_of_the_papers_growth(systems):
 
 def test_the_library_draws_them_only_if_they_are_passed_in(systems, tmp_path, monkeypatch):
     figures: list[Figure] = []
-    monkeypatch.setattr(plots, "save_small", lambda figure, *_, **__: figures.append(figure))
+    monkeypatch.setattr(plots.style, "save", lambda figure, *_, **__: figures.append(figure))
     path = tmp_path / "disk.png"
     for name in ("diffusion", "overview"):
         for guide in (None, errata.paper_lines(systems, name)):

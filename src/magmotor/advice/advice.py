@@ -9,9 +9,10 @@ from magmotor.advice.errors import Order
 from magmotor.advice.points import Point
 from magmotor.advice.stability import Limit
 from magmotor.advice.statistics import Certain, Statistic
+from magmotor.common import style
 from magmotor.common.arguments import checked
 from magmotor.common.checks import reject
-from magmotor.common.hints import Picture
+from magmotor.common.hints import Dpi, Picture
 
 
 @dataclass
@@ -94,8 +95,15 @@ class Advice:
         return report(self)
 
     @checked
-    def draw(self, path: Picture) -> None:
+    def draw(self, path: Picture, dpi: Dpi = style.DPI) -> None:
         """Draw error against cost, and write the picture to a file.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file to write; its suffix sets the format, such as .png, .pdf or .svg.
+        dpi : int
+            Dots per inch of the picture.
 
         Raises
         ------
@@ -106,4 +114,4 @@ class Advice:
 
         if not self.points:
             raise reject("points", self.points, "must be measured before they are drawn")
-        draw(self, Path(path))
+        draw(self, Path(path), dpi)

@@ -1,7 +1,7 @@
 """Picture of an `Advice`: error against cost, and error against timestep with stability limits."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,20 +12,11 @@ if TYPE_CHECKING:
 
     from magmotor.advice.advice import Advice
 
-LOOKS = {
-    "Euler": (style.BLUE, "o"),
-    "RK4": (style.ORANGE, "s"),
-    "implicit": (style.PURPLE, "v"),
-    "implicitfast": (style.GREEN, "^"),
-    "discrete": (style.INK, "D"),
-}
-"""Color and marker of each integrator."""
-
 LEAST = 1e-12
 """Smaller errors are drawn as this."""
 
 
-def draw(advice: "Advice", path: Path) -> None:
+def draw(advice: "Advice", path: Path, dpi: int) -> None:
     """Draw what was measured, and write it to a file."""
     with style.figure(10.0, 4.4) as figure:
         left, right = figure.subplots(1, 2, sharey=True)
@@ -37,13 +28,17 @@ def draw(advice: "Advice", path: Path) -> None:
         for integrator, limit in advice.limits.items():
             shown = limit.found if np.isnan(limit.theory) else limit.theory
             if np.isfinite(shown):
-                color = LOOKS.get(integrator, (style.GRAY, "x"))[0]
+                color = _look(integrator)["color"]
                 right.axvline(shown, color=color, lw=1.0, ls="--")
         costs = [point.seconds for point in advice.front]
         errors = [max(point.error, advice.doubt, LEAST) for point in advice.front]
         left.step(costs, errors, where="post", color=style.GRAY, lw=1.0, zorder=0)
         left.legend(loc="best")
-        figure.savefig(path, dpi=150)
+        style.save(figure, path, dpi)
+
+
+def _look(integrator: str) -> dict[str, Any]:
+    return style.method_look(f"mujoco/{integrator.lower()}")
 
 
 def _panel(axes: "Axes", advice: "Advice", attribute: str) -> None:
@@ -56,10 +51,9 @@ def _panel(axes: "Axes", advice: "Advice", attribute: str) -> None:
     for integrator in dict.fromkeys(point.integrator for point in advice.points):
         own = [p for p in advice.points if p.integrator == integrator and np.isfinite(p.error)]
         own.sort(key=lambda point: point.timestep)
-        color, marker = LOOKS.get(integrator, (style.GRAY, "x"))
         x = [getattr(point, attribute) for point in own]
         y = [max(point.error, LEAST) for point in own]
-        axes.plot(x, y, marker, ls="-", ms=4, lw=0.9, color=color, label=integrator)
+        axes.plot(x, y, ms=5, lw=0.9, label=integrator, **_look(integrator))
     axes.axhline(advice.error, color=style.GRAY, lw=1.0)
     shown = [max(point.error, LEAST) for point in advice.points]
     axes.set_ylim(0.3 * min([*shown, advice.error]), 2.0)

@@ -20,6 +20,22 @@ BLUE, ORANGE, GREEN, INK, GRAY = "#0072b2", "#e69f00", "#009e73", "#22282e", "#8
 PURPLE = "#cc79a7"
 """Color of a fourth kind of data."""
 
+SCHEMES = {
+    "euler": (BLUE, "o"),
+    "implicitfast": ("#56b4e9", "v"),
+    "implicit": ("#999933", ">"),
+    "discrete": ("#661100", "d"),
+    "rk4": (ORANGE, "^"),
+    "baoab": (GREEN, "D"),
+    "verlet": ("#d55e00", "P"),
+    "cayley": ("#332288", "s"),
+    "middle": ("#117733", "p"),
+    "blanes-moan4": (PURPLE, "X"),
+    "blanes-moan6": ("#882255", "h"),
+    "dop853": (INK, "*"),
+}
+"""Color and marker of each scheme of integration, the same in all figures."""
+
 SYSTEMS = {
     "symmetric": (BLUE, "o"),
     "asymmetric": (ORANGE, "s"),
@@ -35,6 +51,9 @@ NO_SPIN = 1e-3
 """Spin (rad/s) below which zero is drawn, so that rounding errors do not fill the axes."""
 
 FONT = "DejaVu Sans"
+
+DPI = 120
+"""Dots per inch of a picture, unless told otherwise."""
 
 RC: dict[Any, Any] = {
     "figure.facecolor": "white",
@@ -58,6 +77,7 @@ RC: dict[Any, Any] = {
     "legend.framealpha": 0.8,
     "legend.edgecolor": "none",
     "legend.fontsize": 9,
+    "pdf.fonttype": 42,  # TrueType, so that the text can be searched and edited
 }
 
 
@@ -74,6 +94,13 @@ def figure(width: float, height: float) -> Iterator["Figure"]:
         yield Figure(figsize=(width, height), layout=layout, dpi=100)
 
 
+def method_look(method: str) -> dict[str, Any]:
+    """Return the color and marker of a method `engine/scheme`; those of MuJoCo are filled."""
+    engine, _, scheme = method.partition("/")
+    color, marker = SCHEMES.get(scheme, (GRAY, "x"))
+    return {"color": color, "marker": marker, "mfc": color if engine == "mujoco" else "white"}
+
+
 @cache
 def pillow_font(size: int) -> "FreeTypeFont":
     """Return the figures' font, which Matplotlib ships, for Pillow; `size` is in pixels."""
@@ -85,12 +112,25 @@ def pillow_font(size: int) -> "FreeTypeFont":
     return ImageFont.truetype(str(fonts / f"{FONT.replace(' ', '')}.ttf"), size)
 
 
-def save_small(figure: "Figure", path: str | Path, dpi: int, *, shaded: bool = False) -> None:
-    """Save a figure with few colors, which halves the size of the file.
+def save(figure: "Figure", path: str | Path, dpi: int = DPI, *, shaded: bool = False) -> None:
+    """Write a figure to a file, whose suffix sets the format.
 
-    Maximum coverage preserves the colors of thin lines; median cut, for figures with shaded areas,
-    preserves the colors of the areas.
+    A .png has few colors, which halves its size. Maximum coverage preserves the colors of thin
+    lines; median cut, for figures with shaded areas, preserves the colors of the areas.
+
+    Parameters
+    ----------
+    figure : Figure
+    path : str or Path
+        The file.
+    dpi : int
+        Dots per inch; in PDF and SVG they apply only to the parts that are images.
+    shaded : bool
+        Whether the figure has shaded areas.
     """
+    if Path(path).suffix.lower() != ".png":
+        figure.savefig(path, dpi=dpi)
+        return
     from PIL import Image
 
     buffer = BytesIO()
@@ -100,4 +140,4 @@ def save_small(figure: "Figure", path: str | Path, dpi: int, *, shaded: bool = F
         few = picture.quantize(128, Image.Quantize.MEDIANCUT, kmeans=3)
     else:
         few = picture.quantize(128, Image.Quantize.MAXCOVERAGE)
-    few.save(path, "png", optimize=True)
+    few.save(path, "png", optimize=True, dpi=(dpi, dpi))

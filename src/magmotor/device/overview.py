@@ -11,7 +11,7 @@ MOST = 12
 """Largest number of replicas that are drawn; more would hide one another."""
 
 
-def draw_variables(run: xr.Dataset, path: str | Path) -> None:
+def draw_variables(run: xr.Dataset, path: str | Path, dpi: int = style.DPI) -> None:
     """Write a picture with a panel for each scalar variable.
 
     Parameters
@@ -20,6 +20,8 @@ def draw_variables(run: xr.Dataset, path: str | Path) -> None:
         From `simulate`; at most its first twelve replicas are drawn.
     path : str or Path
         File to write; its suffix sets the format.
+    dpi : int
+        Dots per inch.
 
     Raises
     ------
@@ -41,4 +43,4 @@ def draw_variables(run: xr.Dataset, path: str | Path) -> None:
             axes.set(title=variable.attrs.get("long_name", name))
             axes.set_ylabel(f"{name} ({unit})" if unit != "1" else str(name))
             axes.set_xlabel("t (s)" if run.time.attrs.get("units") == "s" else "t")
-        figure.savefig(path, dpi=150)
+        style.save(figure, path, dpi)

@@ -9,7 +9,7 @@ import xarray as xr
 from magmotor.common import style
 from magmotor.common.arguments import checked
 from magmotor.common.checks import reject
-from magmotor.common.hints import Picture
+from magmotor.common.hints import Dpi, Picture
 from magmotor.common.measure_panels import (
     REPEATS,
     WRAP,
@@ -19,7 +19,6 @@ from magmotor.common.measure_panels import (
     draw_points,
     meaning_of,
 )
-from magmotor.common.style import save_small
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,7 +26,7 @@ if TYPE_CHECKING:
 
 
 @checked
-def sweep(data: xr.Dataset, path: Picture) -> None:
+def sweep(data: xr.Dataset, path: Picture, dpi: Dpi = style.DPI) -> None:
     """Write one picture of a sweep, with one panel per measure.
 
     One field gives a curve, a grid of two fields a map, and a random design points. Several seeds
@@ -41,7 +40,9 @@ def sweep(data: xr.Dataset, path: Picture) -> None:
         numbers over these, `seed` and `replica`, with NaN where a case is missing or failed; other
         variables, like trajectories, are not drawn. Attributes hold units and names.
     path : str or Path
-        The .png file to write.
+        The file to write; its suffix sets the format, such as .png, .pdf or .svg.
+    dpi : int
+        Dots per inch of the picture.
 
     Raises
     ------
@@ -66,7 +67,7 @@ def sweep(data: xr.Dataset, path: Picture) -> None:
         for axes in grid[len(measures) :]:
             axes.remove()
         _legend(figure)
-        save_small(figure, path, dpi=100)
+        style.save(figure, path, dpi)
 
 
 def _measures(data: xr.Dataset, fields: list[str]) -> list[xr.DataArray]:

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 from magmotor.common import style
 from magmotor.common.arguments import checked
 from magmotor.common.checks import check_choice
-from magmotor.common.hints import Picture, several
-from magmotor.common.style import save_small
+from magmotor.common.hints import Dpi, Picture, several
 from magmotor.device.provenance import numerics_of
 from magmotor.devices.disk import plot_panels
 from magmotor.devices.disk.plot_panels import Guide, Points
@@ -94,7 +93,12 @@ BARS = "bars and bands: two standard errors"
 
 @checked
 def disk_overview(
-    systems: Systems, path: Picture, *, guide: Guide | None = None, beside: Systems = ()
+    systems: Systems,
+    path: Picture,
+    *,
+    guide: Guide | None = None,
+    beside: Systems = (),
+    dpi: Dpi = style.DPI,
 ) -> None:
     """Write the overview: some of `FIGURES`, with all systems superposed.
 
@@ -103,11 +107,13 @@ def disk_overview(
     systems : sequence of System
         The paper's four, or some of them.
     path : str or Path
-        The .png to write.
+        The file to write; its suffix sets the format.
     guide : Guide, optional
         Additional lines for comparison.
     beside : sequence of System
         The same systems, or some of them, by another method: white points on top.
+    dpi : int
+        Dots per inch of the picture.
     """
     with style.figure(17.0, 9.5) as figure:
         axes = figure.subplot_mosaic([list(row) for row in OVERVIEW])
@@ -118,7 +124,7 @@ def disk_overview(
             "theory: reduced equation of d (symmetric, asymmetric), exact (flat), free particle"
         )
         _legend(figure, systems, theory, "", guide, beside)
-        save_small(figure, path, dpi=90)
+        style.save(figure, path, dpi)
 
 
 @checked
@@ -129,6 +135,7 @@ def disk_figure(
     *,
     guide: Guide | None = None,
     beside: Systems = (),
+    dpi: Dpi = style.DPI,
 ) -> None:
     """Write one of `FIGURES`: the systems superposed, and each in its own panel.
 
@@ -139,12 +146,14 @@ def disk_figure(
     name : str
         Key of `FIGURES`.
     path : str or Path
-        The .png to write.
+        The file to write; its suffix sets the format.
     guide : Guide, optional
         Additional lines for comparison.
     beside : sequence of System
         The same systems, or some of them, by another method: white points on top, in the panels of
         single systems.
+    dpi : int
+        Dots per inch of the picture.
     """
     check_choice("name", name, tuple(FIGURES))
     drawn = FIGURES[name]
@@ -161,7 +170,7 @@ def disk_figure(
             if drawn.alone:
                 drawn.alone(panel, system)
         _legend(figure, shown, drawn.theory, drawn.guides, guide, beside)
-        save_small(figure, path, dpi=90)
+        style.save(figure, path, dpi)
 
 
 def _superpose(

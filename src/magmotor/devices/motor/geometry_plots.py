@@ -9,7 +9,6 @@ import xarray as xr
 
 from magmotor.common import style
 from magmotor.common.measure_panels import WRAP, averaged, draw_map, label_of, meaning_of
-from magmotor.common.style import save_small
 from magmotor.devices.motor.scene import Motor
 
 if TYPE_CHECKING:
@@ -30,6 +29,7 @@ def geometry_map(
     static: Mapping[str, xr.Dataset],
     scene: Motor,
     path: str | Path,
+    dpi: int = style.DPI,
 ) -> None:
     """Draw the study of the motor's geometry.
 
@@ -46,7 +46,9 @@ def geometry_map(
     scene : Motor
         The scene that was varied; it is marked by a star.
     path : str or Path
-        The .png to write.
+        The file to write; its suffix sets the format.
+    dpi : int
+        Dots per inch of the picture.
     """
     with style.figure(15.0, 8.4) as figure:
         above, below = figure.subplots(2, 3)
@@ -65,7 +67,7 @@ def geometry_map(
         _map(below[0], rings.longest_flight, "outer_radius", "inner_height", scene)
         _map(below[1], rings.flying, "outer_radius", "inner_height", scene)
         _map(below[2], dipoles.longest_flight, "inner_dipoles", "outer_dipoles", scene)
-        save_small(figure, path, dpi=72, shaded=True)
+        style.save(figure, path, dpi, shaded=True)
 
 
 def _map(axes: "Axes", measure: xr.DataArray, right: str, up: str, scene: Motor) -> None:

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 from magmotor.common import style
 from magmotor.common.arguments import checked
 from magmotor.common.checks import check_choice
-from magmotor.common.hints import Picture, several
-from magmotor.common.style import save_small
+from magmotor.common.hints import Dpi, Picture, several
 from magmotor.device.provenance import numerics_of
 from magmotor.devices.motor import plot_panels
 from magmotor.devices.motor.plot_panels import MotorRun
@@ -49,7 +48,10 @@ TEMPERATURES = ("nonuniform", "uniform")
 
 @checked
 def motor_figure(
-    runs: Annotated[Sequence[MotorRun], several(MotorRun)], name: str, path: Picture
+    runs: Annotated[Sequence[MotorRun], several(MotorRun)],
+    name: str,
+    path: Picture,
+    dpi: Dpi = style.DPI,
 ) -> None:
     """Draw one of `FIGURES`, with a panel for each run and a row for each value of `temperature`.
 
@@ -60,7 +62,9 @@ def motor_figure(
     name : str
         A key of `FIGURES`.
     path : str or Path
-        The .png to write.
+        The file to write; its suffix sets the format, such as .png, .pdf or .svg.
+    dpi : int
+        Dots per inch of the picture.
     """
     check_choice("name", name, tuple(FIGURES))
     by_temperature = [[r for r in runs if r.scene.temperature == t] for t in TEMPERATURES]
@@ -77,20 +81,24 @@ def motor_figure(
         numerics = sorted({numerics_of(run.data) for run in runs})
         figure.suptitle(f"{FIGURES[name].title} ({'; '.join(numerics)})")
         _legend(figure, figure.axes, loc="outside lower center", ncols=5)
-        save_small(figure, path, dpi=90)
+        style.save(figure, path, dpi)
 
 
 @checked
-def motor_overview(run: MotorRun, path: Picture, others: Sequence[MotorRun] = ()) -> None:
+def motor_overview(
+    run: MotorRun, path: Picture, others: Sequence[MotorRun] = (), dpi: Dpi = style.DPI
+) -> None:
     """Draw an overview of a run: flights, the longest flight's beginning, energy, temperatures.
 
     Parameters
     ----------
     run : MotorRun
     path : str or Path
-        The .png to write.
+        The file to write; its suffix sets the format.
     others : sequence of MotorRun
         Runs whose temperatures are also shown if they have the same `temperature`.
+    dpi : int
+        Dots per inch of the picture.
     """
     layout: list[Any] = [["theta"] * 4, ["onset", "path", "injected", "temperatures"]]
     with style.figure(18.0, 9.0) as figure:
@@ -107,7 +115,7 @@ def motor_overview(run: MotorRun, path: Picture, others: Sequence[MotorRun] = ()
         axes["temperatures"].set_title("Temperature of each mode, second half")
         for name, location in LEGENDS.items():
             _legend(axes[name], [axes[name]], loc=location, fontsize=8)
-        save_small(figure, path, dpi=90)
+        style.save(figure, path, dpi)
 
 
 def _legend(parent: Any, axes: "Iterable[Axes]", **location: Any) -> None:

@@ -10,9 +10,8 @@ import xarray as xr
 from magmotor.common import style
 from magmotor.common.arguments import checked
 from magmotor.common.checks import reject
-from magmotor.common.hints import Picture
+from magmotor.common.hints import Dpi, Picture
 from magmotor.common.measure_panels import WRAP, averaged, draw_map, meaning_of
-from magmotor.common.style import save_small
 from magmotor.device.analysis import analysis
 from magmotor.devices.ball.landscape import critical_points, effective_potential, valley
 from magmotor.devices.top.observables import momentum_balance, top_energy_balance
@@ -28,7 +27,7 @@ if TYPE_CHECKING:
     *("position", "axis", "slip_velocity", "momentum_map", "energy"),
     of=Top, records=2, replicas=False,
 )  # fmt: skip
-def top_overview(run: xr.Dataset, scene: Top | None, path: Picture) -> None:
+def top_overview(run: xr.Dataset, scene: Top | None, path: Picture, dpi: Dpi = style.DPI) -> None:
     """Write an overview of a run as one picture.
 
     On the left is the path over the effective potential; on the right are J(t) with the integral of
@@ -41,7 +40,9 @@ def top_overview(run: xr.Dataset, scene: Top | None, path: Picture) -> None:
     scene : Top or None
         The scene of the run; None takes the one in its attributes.
     path : str or Path
-        The file to write; its suffix determines the format.
+        The file to write; its suffix sets the format, such as .png, .pdf or .svg.
+    dpi : int
+        Dots per inch of the picture.
     """
     assert scene is not None  # `analysis` has replaced None
     with style.figure(12.0, 6.0) as figure:
@@ -49,7 +50,7 @@ def top_overview(run: xr.Dataset, scene: Top | None, path: Picture) -> None:
         draw_path(axes["path"], run, scene)
         _draw_momentum(axes["momentum"], run, scene)
         _draw_energy(axes["energy"], run, scene)
-        figure.savefig(path, dpi=150)
+        style.save(figure, path, dpi, shaded=True)
 
 
 def _draw_momentum(axes: "Axes", run: xr.Dataset, scene: Top) -> None:
@@ -112,7 +113,7 @@ LINE = "(H − r)/R = 0.980: above, a level ring keeps the ball under its center
 
 
 @checked
-def spin_map(data: xr.Dataset, scene: Top, path: Picture) -> None:
+def spin_map(data: xr.Dataset, scene: Top, path: Picture, dpi: Dpi = style.DPI) -> None:
     """Draw the results of a sweep of the top over `tilt` and `ring_height`.
 
     Parameters
@@ -122,7 +123,9 @@ def spin_map(data: xr.Dataset, scene: Top, path: Picture) -> None:
     scene : Top
         The scene that was swept.
     path : str or Path
-        The .png to write.
+        The file to write; its suffix sets the format.
+    dpi : int
+        Dots per inch of the picture.
 
     Raises
     ------
@@ -139,7 +142,7 @@ def spin_map(data: xr.Dataset, scene: Top, path: Picture) -> None:
             axes.axhline(highest_valley(scene), color=style.ORANGE, ls="--", label=LINE)
         legend = left.get_legend_handles_labels()
         figure.legend(*legend, loc="outside lower center", ncols=2)
-        save_small(figure, path, dpi=100)
+        style.save(figure, path, dpi)
 
 
 def _check(data: xr.Dataset, scene: Top) -> None:
