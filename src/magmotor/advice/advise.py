@@ -21,6 +21,7 @@ from magmotor.advice.thermal import Thermal
 from magmotor.common.arguments import checked
 from magmotor.common.checks import reject
 from magmotor.common.hints import Picture, number
+from magmotor.common.optional import extra
 
 LEAST, USUAL = 48, 1.0
 """Smallest duration in timesteps of the model, and the usual one in s."""
@@ -112,6 +113,9 @@ def advise(
     >>> advice = mm.advise(model, error=0.01, picture="advice.png")  # doctest: +SKIP
     >>> model.opt.timestep = advice.timestep  # doctest: +SKIP
     """
+    if picture is not None:
+        with extra("movies"):
+            import matplotlib  # noqa: F401 - a missing package is better known before the measurement
     advice = survey(
         model, data, quantity=quantity, duration=duration, error=error, budget=budget,
         detail=detail, kT=kT,

@@ -1,10 +1,12 @@
 """The command `magmotor`: each of its commands is a module of this package."""
 
 import sys
+from functools import partial
 from importlib import import_module
 
 from magmotor import __version__
 from magmotor.commands.output import MISTAKE, fail, run_program
+from magmotor.common.optional import require
 
 COMMANDS = {
     "movie": "film Hamel's top as it acquires spin, or a flight of the motor",
@@ -21,6 +23,15 @@ COMMANDS = {
 }
 """Name and purpose of each command; its module has a function `main` without arguments."""
 
+EXTRAS = {
+    "movie": "movies",
+    "sweep": "sweep",
+    "rerun": "scenes",
+    "disk": "movies",
+    "motor": "movies",
+}
+"""The extra that a command always needs."""
+
 
 def main(name: str | None = None) -> None:
     """Run a command with the arguments of the program.
@@ -35,7 +46,13 @@ def main(name: str | None = None) -> None:
         sys.argv[:1] = ["magmotor"]
         name, arguments = _chosen(arguments)
     sys.argv = [f"magmotor {name}", *arguments]
-    run_program(import_module(f"{__name__}.{name}").main)
+    run_program(partial(_run, name))
+
+
+def _run(name: str) -> None:
+    if name in EXTRAS and not {"-h", "--help"} & set(sys.argv):
+        require(EXTRAS[name], f"magmotor {name}")
+    import_module(f"{__name__}.{name}").main()
 
 
 def _chosen(arguments: list[str]) -> tuple[str, list[str]]:

@@ -5,6 +5,7 @@ The exit code is 1 if nothing reaches the error.
 
 from contextlib import nullcontext
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 
 import mujoco
@@ -51,8 +52,8 @@ class Options:
     """seed of the random velocities"""
     control: tuple[float, ...] = ()
     """controls, which stay constant: one number for all actuators, or one for each"""
-    picture: Path = Path("advise.png")
-    """picture to write"""
+    picture: Path | None = Path("advise.png") if find_spec("matplotlib") else None
+    """picture to write; without matplotlib, none"""
 
 
 def main() -> None:
@@ -86,7 +87,7 @@ def report(options: Options) -> None:
             options = ", ".join(options_that_move(model))
             raise ValueError(f"{error}; options that set it in motion: {options}") from error
         raise
-    if advice.points:
+    if options.picture is not None and advice.points:
         print(f"wrote {options.picture}")
     if advice.integrator is None:
         raise SystemExit(UNANSWERED)

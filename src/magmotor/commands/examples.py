@@ -13,6 +13,7 @@ from pathlib import Path
 from magmotor.commands.output import MISTAKE, fail
 from magmotor.common.checks import check_choice
 from magmotor.common.environment import data_folder
+from magmotor.common.optional import extra
 
 VERBS = ("list", "show", "run")
 
@@ -40,7 +41,8 @@ def main() -> None:
         return
     sys.argv = [f"magmotor examples run {name}", *rest[1:]]
     sys.path.insert(0, str(found[name].parent))  # where the examples' module support is
-    runpy.run_path(str(found[name]), run_name="__main__")
+    with extra("movies"):
+        runpy.run_path(str(found[name]), run_name="__main__")
 
 
 def programs() -> dict[str, Path]:

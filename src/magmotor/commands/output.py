@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 from magmotor.common.environment import PACKAGES
 from magmotor.common.files import whole_file
 from magmotor.common.interrupts import uninterrupted
+from magmotor.common.optional import MissingExtra
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,9 +22,11 @@ DIVERGED, MISTAKE, NO_OPENGL, UNWRITTEN, INTERRUPTED = 1, 2, 3, 4, 130
 
 
 def run_program(main: Callable[[], None]) -> None:
-    """Run a program; an unhandled Ctrl-C ends it with one line."""
+    """Run a program; an unhandled Ctrl-C or a package that is missing ends it with one line."""
     try:
         main()
+    except MissingExtra as missing:
+        fail(str(missing), MISTAKE)
     except KeyboardInterrupt:
         fail("interrupted; all files reported as written are complete", INTERRUPTED)
     except BrokenPipeError:  # nobody reads the output any more

@@ -47,6 +47,9 @@ def machine_versions() -> dict[str, str]:
 def package_checksum() -> int:
     """Return a checksum of magmotor's code and MJCF parts, which does not depend on the path."""
     package, models = Path(__file__).parents[1], data_folder("models")
-    code = sorted(package.rglob("*.py"), key=lambda file: file.relative_to(package).parts)
+    code = sorted(
+        (file for file in package.rglob("*.py") if package / "examples" not in file.parents),
+        key=lambda file: file.relative_to(package).parts,
+    )
     parts = sorted(models.glob("*.xml"), key=lambda file: file.name)
     return zlib.crc32(b"".join(file.read_bytes() for file in (*code, *parts)))

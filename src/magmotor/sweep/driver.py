@@ -17,6 +17,7 @@ from magmotor.common.arguments import check_flag
 from magmotor.common.checks import check_integer, check_type, reject
 from magmotor.common.hints import check_path
 from magmotor.common.interrupts import deferred
+from magmotor.common.optional import extra
 from magmotor.sweep.case import Case
 from magmotor.sweep.checksum import Damaged
 from magmotor.sweep.compute import OtherVersions, Outcome, compute
@@ -128,6 +129,8 @@ def run(
         raise reject("executor", executor, "must be a concurrent.futures.Executor, or None")
     for name in filter(is_own, sweep.measure):
         imported(name)
+    with extra("sweep"):
+        import netCDF4  # noqa: F401 - the workers write results with it
     store = Directory(Path(check_path("directory", directory)), sweep)
     store.remove_leftovers()
     if sweep.choice is not None:
