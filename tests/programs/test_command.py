@@ -3,6 +3,7 @@
 import subprocess
 import sys
 from importlib.metadata import entry_points
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,7 +11,9 @@ import pytest
 import magmotor as mm
 from magmotor.advice.points import Point
 from magmotor.advice.report import fails_from
-from magmotor.commands import main
+from magmotor.commands import COMMANDS, main
+
+SCRIPTS, EXAMPLES = (Path(__file__).parents[2] / name for name in ("scripts", "examples"))
 
 PENDULUM = """
 <mujoco>
@@ -188,3 +191,58 @@ def test_the_command_is_installed_and_is_also_a_module():
     called = subprocess.run([sys.executable, "-m", "magmotor", "--help"], capture_output=True)
     assert called.returncode == 0
     assert b"advise" in called.stdout
+
+
+def test_without_a_command_the_commands_are_listed(run):
+    code, out, _ = run()
+    assert code == 2
+    assert out.startswith("usage: magmotor ")
+    assert all(f"\n  {name} " in out for name in COMMANDS)
+    assert run("--help")[:2] == (0, out)
+    assert run("--version")[:2] == (0, f"magmotor {mm.__version__}\n")
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_describes_itself_once(run, command):
+    code, out, err = run(command, "--help")
+    assert (code, err) == (0, "")
+    assert out.startswith(f"usage: magmotor {command} ")
+    assert out.count("usage: ") == 1
+
+
+def test_an_unknown_command_is_named_in_one_line(run):
+    code, out, err = run("moovie")
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert err.startswith("magmotor: 'moovie' is not a command; the commands are movie, view,")
+
+
+def test_a_script_is_the_command_of_its_name(run_script, capsys):
+    names = {path.stem for path in SCRIPTS.glob("*.py")} - {"figures", "study"}
+    assert names < set(COMMANDS)
+    for name in names:
+        done = subprocess.run([sys.executable, SCRIPTS / f"{name}.py", "--help"],
+                              capture_output=True, text=True, check=True)  # fmt: skip
+        assert done.stdout.startswith(f"usage: magmotor {name} ")
+
+
+def test_examples_are_listed_shown_and_run(run, tmp_path, monkeypatch):
+    code, out, _ = run("examples", "list")
+    assert (code, out.count("\n")) == (0, len(list(EXAMPLES.glob("*.py"))) - 1)  # without support
+    code, out, _ = run("examples", "show", "compass_needles")
+    assert out.startswith((EXAMPLES / "compass_needles.py").read_text())
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    monkeypatch.delitem(sys.modules, "support", raising=False)
+    code, _, _ = run("examples", "run", "compass_needles", "--out", "needles.png")
+    assert code == 0
+    assert (tmp_path / "needles.png").exists()
+
+
+@pytest.mark.parametrize(("arguments", "line"), [
+    ("play", "magmotor examples: verb = 'play': must be one of list, show, run"),
+    ("run", "magmotor examples: name = '': must be one of compass_needles"),
+    ("run support", "magmotor examples: name = 'support': must be one of compass_needles"),
+])  # fmt: skip
+def test_an_unknown_example_is_named_in_one_line(run, arguments, line):
+    code, out, err = run("examples", *arguments.split())
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert err.startswith(line)
