@@ -3,6 +3,7 @@
 Its folder contains NAME.png and NAME.json, the claims, for each figure.
 """
 
+import html
 import json
 from collections import Counter
 from collections.abc import Iterable, Iterator
@@ -28,6 +29,8 @@ Claims that begin with *Ours* are not in the paper. Each claim is judged and cou
 is repeated, a link to the figure that judges it takes the place of the verdict.
 
 {summary}
+
+{thumbnails}
 
 | figure of the paper | counterpart | verdicts on the paper's claims |
 |---|---|---|
@@ -69,13 +72,29 @@ def gallery_page(folder: Path) -> str:
         if (folder / f"{name}.json").exists()
     }
     all_claims = [claim for found in claims.values() for claim in found]
-    lines = [INTRODUCTION.format(summary=summary(all_claims)) + "\n".join(_index(claims))]
+    beginning = INTRODUCTION.format(
+        summary=summary(all_claims), thumbnails="\n".join(_thumbnails(claims, folder.name))
+    )
+    lines = [beginning + "\n".join(_index(claims))]
     for section, figures in SECTIONS.items():
         shown = [figure for figure in figures if figure.name in claims]
         lines += ["", f"## {section}"] if shown else []
         for figure in shown:
             lines += ["", *_entry(figure, claims[figure.name], folder.name)]
     return "\n".join(lines) + "\n"
+
+
+def _thumbnails(names: Iterable[str], folder: str) -> Iterator[str]:
+    """Yield small pictures that link to their figures; the browser scales the figures' own files.
+
+    The site shows the titles below them.
+    """
+    yield '<div class="thumbnails">'
+    for name in names:
+        title = html.escape(FIGURES[name].title)
+        picture = f'<img src="{folder}/{name}.png" alt="{title}" width="130" loading="lazy">'
+        yield f'<a href="#{name}" title="{title}">{picture}</a>'
+    yield "</div>"
 
 
 def _index(claims: dict[str, list[Claim]]) -> Iterator[str]:
