@@ -76,7 +76,7 @@ def main(out: Path = Path("out/compass_needles.png"), duration: float = 10.0) ->
 
     time, path = swing(model, np.radians((75, -60)), duration)
     let_go.plot(time, np.degrees(path), label=["west needle", "east needle"])
-    let_go.axhline(np.degrees(rest), color="k", linestyle=":", label="theory: sin a = m B/(3k)")
+    let_go.axhline(np.degrees(rest), color="C4", linestyle=":", label="theory: sin a = m B/(3k)")
     let_go.set(xlabel="t (s)", ylabel="north of east (degrees)", title="Let go")
     print(f"at rest: {np.degrees(path[-1].mean()):.2f} degrees north of east", end="")
     print(f" (theory: {np.degrees(rest):.2f})")
@@ -90,7 +90,7 @@ def main(out: Path = Path("out/compass_needles.png"), duration: float = 10.0) ->
         pushed.plot(time, np.degrees(swings), label=mode)
         phase = omega * time
         theory = 0.5 * np.exp(-decay * time) * (np.cos(phase) + decay / omega * np.sin(phase))
-        pushed.plot(time, theory, "k:", label="theory" if mode == "in step" else None)
+        pushed.plot(time, theory, ":", color="C4", label="theory" if mode == "in step" else None)
     pushed.set(
         xlabel="t (s)",
         ylabel="west needle, from rest (degrees)",

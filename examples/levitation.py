@@ -35,7 +35,7 @@ KICKS = (0.0, 0.02, 0.0)
 """standard deviations of disturbances in each step: m, m/s, A"""
 EVERY = 6
 """steps between two frames of the movie"""
-INK, ACCENT, OTHER = "#2f5fb3", "#e07b2e", "#2fa37a"
+BLUE, ORANGE, GREEN = "C0", "C1", "C2"
 
 
 def load() -> mujoco.MjModel:
@@ -157,9 +157,9 @@ def draw_rates(axes, model: mujoco.MjModel) -> None:
     """Draw the exponents of the ball alone and with its controller."""
     h = model.opt.timestep
     alone, together = rates(linearize(model)[0], h), rates(closed_loop(model), h)
-    axes.axvspan(0, 60, color="#f6dcd0", label="unstable")
-    axes.plot(together.real, together.imag, "o", color=INK, label="with the controller")
-    axes.plot(alone.real, alone.imag, "x", color=ACCENT, label="with a constant current")
+    axes.axvspan(0, 60, color=ORANGE, alpha=0.25, linewidth=0, label="unstable")
+    axes.plot(together.real, together.imag, "o", color=BLUE, label="with the controller")
+    axes.plot(alone.real, alone.imag, "x", color=ORANGE, label="with a constant current")
     axes.set(xlabel="growth (1/s)", ylabel="angular frequency (1/s)", xlim=(-260, 60))
     axes.set(ylim=(-130, 130), title="Exponents of small motions")
     axes.legend(loc="upper left")
@@ -167,9 +167,9 @@ def draw_rates(axes, model: mujoco.MjModel) -> None:
 
 def draw_height(axes, path: xr.Dataset) -> None:
     """Draw the set point, the height and the push."""
-    axes.axvspan(PUSH_BEGIN, PUSH_END, color="#f6dcd0", label="push")
-    axes.plot(path.time, 1e3 * path.target, "k:", label="set point")
-    axes.plot(path.time, 1e3 * path.qpos[:, HEIGHT], color=INK, label="height")
+    axes.axvspan(PUSH_BEGIN, PUSH_END, color=ORANGE, alpha=0.25, linewidth=0, label="push")
+    axes.plot(path.time, 1e3 * path.target, ":", color="C4", label="set point")
+    axes.plot(path.time, 1e3 * path.qpos[:, HEIGHT], color=BLUE, label="height")
     axes.set(xlim=(0, path.time[-1]), ylim=(-9, 7), ylabel="mm")
 
 
@@ -182,11 +182,11 @@ def draw(model: mujoco.MjModel, path: xr.Dataset) -> Figure:
     axes["A"].set_title("Just after the push")
     axes["A"].axis("off")
     draw_height(axes["B"], path)
-    axes["B"].plot(path.time, 1e3 * path.qpos[:, 0], color=OTHER, label="to the side")
+    axes["B"].plot(path.time, 1e3 * path.qpos[:, 0], color=GREEN, label="to the side")
     axes["B"].legend(loc="lower left", ncols=2)
-    axes["C"].plot(path.time, path.current, color=ACCENT)
+    axes["C"].plot(path.time, path.current, color=ORANGE)
     axes["C"].set(xlim=(0, path.time[-1]), ylabel="current (A)")
-    axes["E"].plot(path.time, 1e3 * path.field, color="#666666")
+    axes["E"].plot(path.time, 1e3 * path.field, color="C4")
     axes["E"].set(xlim=(0, path.time[-1]), xlabel="t (s)", ylabel="measured field (mT)")
     draw_rates(axes["D"], model)
     return figure
@@ -198,8 +198,8 @@ def frames(model: mujoco.MjModel, path: xr.Dataset) -> Iterator[NDArray[np.uint8
     axes = figure.subplots()
     draw_height(axes, path)
     axes.lines[1].set_alpha(0.25)
-    (past,) = axes.plot([], [], color=INK)
-    (now,) = axes.plot([], [], "o", ms=12, color=ACCENT)
+    (past,) = axes.plot([], [], color=BLUE)
+    (now,) = axes.plot([], [], "o", ms=12, color=ORANGE)
     axes.set(xlabel="t (s)", ylabel="height (mm)")
     axes.legend(loc="lower left")
     shown = path.isel(time=slice(None, None, EVERY))

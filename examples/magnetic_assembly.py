@@ -39,7 +39,7 @@ LATE = 120
 """the first record whose pieces are measured"""
 NEAR = 1.15
 """largest distance of two neighbors, in diameters"""
-BLUE, GREEN, ORANGE, GRAY = "#2f5fb3", "#2fa37a", "#e07b2e", "#bbbbbb"
+BLUE, GREEN, ORANGE, GRAY = "C0", "C2", "C1", "C5"
 
 
 class Piece(NamedTuple):

@@ -35,7 +35,7 @@ SETTLED = 6
 COLUMNS, SHOWN, SIZE = 4, [0, 5, 9], 300
 """replicas, stages and pixels of the snapshots"""
 TICKS = [0.5, 1, 2, 5]
-BRANCHES = {"cooling": (slice(10), "#2f5fb3"), "heating": (slice(9, None), "#e07b2e")}
+BRANCHES = {"cooling": (slice(10), "C0"), "heating": (slice(9, None), "C1")}
 
 
 def load() -> mujoco.MjModel:
@@ -127,7 +127,7 @@ def frames(model: mujoco.MjModel, string: xr.Dataset) -> Iterator[NDArray[np.uin
     axes.set(ylabel="radius of gyration (mm)", ylim=(0, 80))
     kT = 1e3 * np.repeat(COOLING, RECORDS)
     radius = 1e3 * string.radius.values[: len(COOLING)].ravel()
-    axes.plot(kT, radius, ".", color="#cccccc")
+    axes.plot(kT, radius, ".", color="C5")
     (past,) = axes.plot([], [], ".", color=BRANCHES["cooling"][1])
     (now,) = axes.plot([], [], "o", ms=12, color=BRANCHES["heating"][1])
     positions = string.qpos.values[: len(COOLING)].reshape(-1, model.nq)

@@ -22,7 +22,7 @@ import magmotor as mm
 
 Array = NDArray[np.float64]
 
-COLORS = np.array([to_rgb(name) for name in ("#f2674a", "#2fa37a", "#3f7de0")])
+COLORS = np.array([to_rgb(name) for name in ("C0", "C1", "C2")])  # safe for the color-blind
 CHECK_INTERVAL = 10
 """steps between checks for capture"""
 

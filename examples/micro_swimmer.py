@@ -30,7 +30,7 @@ FREQUENCIES = np.concatenate([np.arange(0.1, 0.7, 0.1), np.arange(0.7, 1.3, 0.05
 """of the field, over that of step-out"""
 SETTLE = 10.0
 """time before the records, times the step-out frequency"""
-SHOWN, IN_PICTURE = {0.7: "#2f5fb3", 0.95: "#2fa37a", 1.3: "#e07b2e"}, 8
+SHOWN, IN_PICTURE = {0.7: "C0", 0.95: "C2", 1.3: "C1"}, 8
 """frequencies of the tracks in the picture, and their number"""
 IN_MOVIE, FRAMES, EVERY = 0.95, 300, 8
 """frequency of the movie, number of its frames, and steps between two of them"""
@@ -137,13 +137,13 @@ def draw_rotation(axes, model: mujoco.MjModel, mean: Array) -> None:
     error = mean.std(axis=1, ddof=1) / np.sqrt(mean.shape[1])
     axes.errorbar(
         hertz * FREQUENCIES, hertz * mean.mean(axis=1) / limit, 2 * hertz * error / limit, fmt="o",
-        ms=4, color="#2f5fb3", label=f"{mean.shape[1]} screws each",
+        ms=4, color="C0", label=f"{mean.shape[1]} screws each",
     )  # fmt: skip
     f = np.linspace(1e-3, 2.1, 400)
     warm = [rotation_in_theory(x * limit, limit, diffusion) / limit for x in f]
     cold = f - np.sqrt(np.maximum(f**2 - 1, 0))
-    axes.plot(hertz * f, hertz * np.array(warm), color="#2f5fb3", label="theory, 298 K")
-    axes.plot(hertz * f, hertz * cold, "k:", label="theory, 0 K")
+    axes.plot(hertz * f, hertz * np.array(warm), color="C0", label="theory, 298 K")
+    axes.plot(hertz * f, hertz * cold, ":", color="C4", label="theory, 0 K")
     axes.set(xlabel="rotation of the field (turns/s)", ylabel="rotation of the screw (turns/s)")
     axes.legend(loc="lower right")
     per_turn = 2 * np.pi * advance(model)
@@ -177,9 +177,9 @@ def frames(model: mujoco.MjModel, path: xr.Dataset) -> Iterator[NDArray[np.uint8
     figure = Figure(figsize=(9.6, 3.2), dpi=100, layout="constrained")
     axes = figure.subplots()
     lost, time = turns_lost(path), 1e-3 * path.time.values
-    axes.plot(time, lost, color="#cccccc")
-    (past,) = axes.plot([], [], color="#2f5fb3")
-    (now,) = axes.plot([], [], "o", ms=12, color="#e07b2e")
+    axes.plot(time, lost, color="C5")
+    (past,) = axes.plot([], [], color="C0")
+    (now,) = axes.plot([], [], "o", ms=12, color="C1")
     axes.set(xlabel="t (s)", ylabel="turns lost", xlim=(0, time[-1]))
     for i, view in enumerate(views(model, path, 200, 960)):
         past.set_data(time[: i + 1], lost[: i + 1])

@@ -50,7 +50,7 @@ SHOWN = [2.06, 5.2, 9.7]
 
 HELD = 2.4, 7.9
 """from when until when the pellet is carried (s)"""
-BLUE, GREEN, ORANGE = "#2f5fb3", "#2fa37a", "#e07b2e"
+BLUE, GREEN, ORANGE = "C0", "C2", "C1"
 
 PERIOD = 0.005
 """time between two commands of the controller, which are recorded (s)"""
@@ -170,7 +170,7 @@ def draw(model: mujoco.MjModel, carried: xr.Dataset, thrown: xr.Dataset) -> Figu
     radius = 1e3 * model.geom("pellet").size[0]
     carried = carried.assign(height=1e3 * carried.height, gap=1e3 * carried.gap)
     face = carried.assign(height=carried.height + radius + carried.gap)
-    trace(axes["D"], face, "height", "#aaaaaa", "magnet's face")
+    trace(axes["D"], face, "height", "C5", "magnet's face")
     trace(axes["D"], carried, "height", BLUE, "pellet's center")
     axes["D"].set(ylabel="height (mm)", ylim=(0, 420))
     trace(axes["E"], carried, "force", ORANGE, "magnetic force (N)")
@@ -196,7 +196,7 @@ def frames(model: mujoco.MjModel, carried: xr.Dataset) -> Iterator[NDArray[np.ui
     moments = carried.isel(time=slice(None, None, round(1 / FRAME_RATE / PERIOD)))
     figure = Figure(figsize=(4.8, 3.6), dpi=100, layout="constrained")
     axes = figure.subplots()
-    axes.plot(carried.time, carried.force, color="#cccccc")
+    axes.plot(carried.time, carried.force, color="C5")
     axes.set(xlabel="t (s)", ylabel="magnetic force (N)")
     (past,) = axes.plot([], [], color=ORANGE)
     far, close = views(model, moments, "scene", 720, 720), views(model, moments, "close", 360, 480)

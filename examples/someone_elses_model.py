@@ -79,7 +79,7 @@ def main(out: Path = Path("out/someone_elses_model.png"), duration: float = 30.0
         print(f"{name}: {np.degrees(angle[-1]):.3f} degrees from the upright", end=" ")
         print(f"after {time[-1]:g} s")
     print(f"theory: {np.degrees(expected):.3f} degrees, magnetized")
-    axes.axhline(np.degrees(expected), color="k", linestyle=":", label="theory: no torque")
+    axes.axhline(np.degrees(expected), color="C4", linestyle=":", label="theory: no torque")
     axes.set(
         xlabel="t (s)", ylabel="angle from the upright (degrees)", title="dm_control's pendulum"
     )

@@ -4,11 +4,16 @@ import sys
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
+import matplotlib
 import tyro
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy import array, uint8
 from numpy.typing import NDArray
+
+import magmotor as mm
+
+matplotlib.rcParams.update(mm.plots.STYLE)  # also the colors C0 to C5
 
 FRAME_RATE = 20
 """frames of a movie per second"""
@@ -28,7 +33,7 @@ def run(main: Callable[..., None]) -> None:
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write a picture, as .png if its name has no suffix."""
+    """Write a picture, whose suffix sets the format, as .png if its name has none."""
     path = path if path.suffix else path.with_name(f"{path.name}.png")
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=80)

@@ -34,7 +34,7 @@ FRAMES, IN_MOVIE = 100, 6
 """largest number of frames, and of replicas in each"""
 GHOSTS = 0.12
 """opacity of all replicas but one"""
-LINKS = {0: "#2f5fb3", 5: "#2fa37a", 7: "#e07b2e"}
+LINKS = {0: "C0", 5: "C2", 7: "C1"}
 """the links that are shown, and their colors"""
 
 
@@ -126,7 +126,7 @@ def draw(model: mujoco.MjModel, path: xr.Dataset, truth: xr.Dataset, view: Array
         alone = x[link] * np.exp(x[link] * (middle - 1)) / (1 - np.exp(-2 * x[link]))
         axes["B"].plot(middle, alone, ":", color=color)
         axes["B"].plot([], [], color=color, linewidth=4, label=f"link {link + 1}")
-    axes["B"].plot([], [], "k:", label="without sqrt(det M)")
+    axes["B"].plot([], [], ":", color="C4", label="without sqrt(det M)")
     axes["B"].set(
         xlabel="cosine of the angle to the vertical", ylabel="density", yscale="log", ylim=(5e-3, 9)
     )
@@ -136,10 +136,12 @@ def draw(model: mujoco.MjModel, path: xr.Dataset, truth: xr.Dataset, view: Array
         np.sum(links[:, :, -2] * links[:, :, -1], axis=-1) for links in (of_run, of_law)
     ]
     wide = edges[::2]
-    compare(axes["C"], bend, true_bend, wide, "#444444", names=True)
+    compare(axes["C"], bend, true_bend, wide, "C4", names=True)
     one, other = freely_jointed(x[-2:], 400_000)
     density, _ = np.histogram(np.sum(one * other, axis=-1), wide, density=True)
-    axes["C"].plot((wide[1:] + wide[:-1]) / 2, density, "k:", label="without sqrt(det M)")
+    axes["C"].plot(
+        (wide[1:] + wide[:-1]) / 2, density, ":", color="C4", label="without sqrt(det M)"
+    )
     axes["C"].set(
         xlabel="cosine of the angle of the last two links", ylabel="density", ylim=(0, None)
     )
@@ -148,7 +150,7 @@ def draw(model: mujoco.MjModel, path: xr.Dataset, truth: xr.Dataset, view: Array
     kinetic = mm.observables.kinetic_temperature(model, path)
     joints = np.arange(model.njnt) + 1
     axes["D"].errorbar(joints, kinetic.temperature / KT, 2 * kinetic.error / KT, fmt="o")
-    axes["D"].axhline(1, color="k", linestyle=":")
+    axes["D"].axhline(1, color="C4", linestyle=":")
     axes["D"].set(xlabel="joint", ylabel="kinetic temperature / kT", xticks=joints)
     print(f"kinetic temperature: {kinetic.total / KT:.4f}({kinetic.total_error / KT:.4f}) kT")
     return figure

@@ -1,6 +1,6 @@
 """Work-precision diagrams: error against cost, one panel per quantity, one style per method."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -9,28 +9,10 @@ from matplotlib.markers import CARETLEFTBASE
 
 from benchmarks.accuracy.points import USELESS, Point, by_method, chosen, front
 from benchmarks.harness.machine import small_print
-from magmotor.common.style import BLUE, GRAY, GREEN, INK, ORANGE, PURPLE, figure
+from magmotor.common.style import GRAY, INK, figure, method_look
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-SKY, VERMILION = "#56b4e9", "#d55e00"
-STYLES = {
-    "euler": (BLUE, "o"),
-    "implicitfast": (SKY, "v"),
-    "cayley": (SKY, "s"),
-    "rk4": (ORANGE, "^"),
-    "baoab": (GREEN, "D"),
-    "verlet": (VERMILION, "P"),
-    "middle": ("#117733", "p"),
-    "blanes-moan4": (PURPLE, "X"),
-    "blanes-moan6": ("#882255", "h"),
-    "dop853": (GRAY, "*"),
-}
-"""Color and marker of each scheme; MuJoCo's are filled, the others open."""
-
-OTHER_STYLES = (("#999933", ">"), ("#332288", "<"))
-"""Styles of schemes that have none of their own."""
 
 EDGE = 3.0
 """Abscissa of failed steps."""
@@ -85,12 +67,11 @@ def draw_panel(ax: "Axes", points: Sequence[Point], panel: Panel) -> None:
     """Draw one quantity."""
     ax.set(xscale="log", yscale="log", title=panel.title)
     ax.set(xlabel="relative error", ylabel="wall time of a simulated second (s)")
-    styles = styles_of(point.method for point in points)
     points = [point._replace(error=max(point.error, LEAST)) for point in points]
     best = front(points)
     ax.plot([p.bound for p in best], [p.seconds for p in best], color=INK, alpha=0.13, lw=9)
     for method, curve in by_method(points).items():
-        _draw_method(ax, method, curve, styles[method])
+        _draw_method(ax, method, curve)
     floors = [point.floor for point in points if point.floor > 0]
     if floors:
         ax.axvspan(LEAST / 2, min(floors), color=GRAY, alpha=0.12, lw=0)
@@ -106,12 +87,12 @@ def draw_panel(ax: "Axes", points: Sequence[Point], panel: Panel) -> None:
     ax.set_xlim(left, 2 * EDGE)
 
 
-def _draw_method(ax: "Axes", method: str, curve: Sequence[Point], style: tuple[str, str]) -> None:
-    color, marker = style
-    face = color if method.startswith("mujoco") else "white"
+def _draw_method(ax: "Axes", method: str, curve: Sequence[Point]) -> None:
+    look = method_look(method)
+    color = look["color"]
     good = sorted((p for p in curve if p.error < USELESS), key=lambda p: (p.timestep, p.error))
     x, y = np.array([(p.bound, p.seconds) for p in good]).reshape(-1, 2).T
-    ax.plot(x, y, lw=1, label=method, marker=marker, mfc=face, ms=5, mew=1.1, color=color)
+    ax.plot(x, y, lw=1, label=method, ms=5, mew=1.1, **look)
     below = [p for p in good if p.error < p.floor]
     ax.plot([p.floor for p in below], [p.seconds for p in below], ls="", marker=CARETLEFTBASE,
             ms=8, color=color)  # fmt: skip
@@ -123,11 +104,3 @@ def _draw_theory(ax: "Axes", points: Sequence[Point], error: Callable[[float], f
     curve = [p for p in points if p.method == "variational/euler" and p.error < USELESS]
     x = [error(p.timestep) for p in curve]
     ax.plot(x, [p.seconds for p in curve], color=INK, lw=1, ls=":", label="theory, Euler")
-
-
-def styles_of(methods: Iterable[str]) -> Mapping[str, tuple[str, str]]:
-    """Return the color and marker of each method."""
-    schemes = {method: method.split("/")[1] for method in sorted(set(methods))}
-    unknown = sorted(set(schemes.values()) - STYLES.keys())
-    styles = STYLES | {name: OTHER_STYLES[i % len(OTHER_STYLES)] for i, name in enumerate(unknown)}
-    return {method: styles[scheme] for method, scheme in schemes.items()}

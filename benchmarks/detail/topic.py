@@ -90,12 +90,9 @@ def _draw_rings(records: dict[str, Record], path: Path) -> None:
         errors.set_title("error, relative")
         errors.axvline(20, color=style.GRAY, linewidth=0.8, zorder=0)
         errors.legend(loc="lower left")
-        for engine, label, color in (
-            ("mujoco", "mujoco/euler", style.BLUE),
-            ("kernel", "variational/baoab", style.ORANGE),
-        ):
+        for engine, method in (("mujoco", "mujoco/euler"), ("kernel", "variational/baoab")):
             ratios = [r[engine]["ratio"] for r in rings]
-            cost.plot(numbers, ratios, "o-", color=color, label=label, markersize=4)
+            cost.plot(numbers, ratios, label=method, markersize=4, **style.method_look(method))
         cost.set(xlabel="dipoles N", ylim=(0, None))
         cost.set_title("a step's cost, over that with 20 dipoles")
         cost.axvline(20, color=style.GRAY, linewidth=0.8, zorder=0)

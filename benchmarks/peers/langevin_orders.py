@@ -43,13 +43,12 @@ EVALUATIONS = {"QUICSORT": 2, "ShOULD": 2}
 """Forces per step; the others need one."""
 
 IN_MUJOCO, MUJOCO_STEPS = "mm.Langevin", 100_000
-COLORS = {
-    "variational/verlet": style.ORANGE,
-    "variational/baoab": style.BLUE,
-    IN_MUJOCO: style.GRAY,
-    "ALIGN": style.GREEN,
-    "QUICSORT": style.PURPLE,
-    "ShOULD": style.INK,
+LOOKS = {
+    **{name: style.method_look(name) for name in OURS},
+    IN_MUJOCO: style.method_look("mujoco/baoab"),
+    "ALIGN": {"color": style.PURPLE, "marker": ">"},
+    "QUICSORT": {"color": style.GRAY, "marker": "<"},
+    "ShOULD": {"color": style.INK, "marker": "^"},
 }
 VARIANCES = {0: 1.0, 1: 1 / 12, 2: 1 / 720}
 """Variances of W, H and K over the step, by the channels from which they are drawn."""
@@ -151,7 +150,7 @@ def tabulate(records: dict[str, Record]) -> str:
         if "failed" in record:
             return table(columns, [[f"diffrax ({record['failed']})", *[""] * (len(columns) - 1)]])
     rows, truth = [], exact()["mean of cos x"]
-    for name in COLORS:
+    for name in LOOKS:
         errors, exponents = found["errors"][name], np.log(STEPS[:4])
         order = np.polyfit(exponents, np.log(errors[:4]), 1)[0]
         cells = [
@@ -174,8 +173,8 @@ def draw(records: dict[str, Record], folder: Path) -> None:
     truth = exact()["mean of cos x"]
     with style.figure(10, 4.2) as figure:
         path, weakly = figure.subplots(1, 2)
-        for name, color in COLORS.items():
-            marks = {"color": color, "marker": "^" if name in THEIRS else "o", "label": name}
+        for name, look in LOOKS.items():
+            marks = {**look, "label": name}
             path.loglog([1e9 * cost[name] / h for h in STEPS], found["errors"][name], **marks)
             value, error = 100 * np.array(bias[name]).T / truth
             steps = np.array(WEAK_STEPS) / EVALUATIONS.get(name, 1)

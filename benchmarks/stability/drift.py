@@ -17,22 +17,22 @@ STEPS, QUICK_STEPS = 10_000_000, 300_000
 RECORDS, POINTS = 100_000, 120
 """Records of a run, and points of its curve, evenly spaced in the logarithm of time."""
 
-WIDE, THIN = {"lw": 4, "alpha": 0.45}, {"lw": 1.4, "ls": "--"}
-STYLES = {
-    "variational/euler": {"color": style.BLUE, **WIDE},
-    "mujoco/euler": {"color": style.BLUE, **THIN},
-    "mujoco/implicitfast": {"color": style.INK, "lw": 1.4, "ls": ":"},
-    "variational/baoab": {"color": style.GREEN, **WIDE},
-    "mujoco/baoab": {"color": style.GREEN, **THIN},
-    "mujoco/rk4": {"color": style.ORANGE, **THIN},
-    "variational/blanes-moan4": {"color": style.PURPLE, **WIDE},
-}
-"""Methods and their line styles; wide lines remain visible below MuJoCo's thin ones."""
+METHODS = (
+    "variational/euler",
+    "mujoco/euler",
+    "mujoco/implicitfast",
+    "variational/baoab",
+    "mujoco/baoab",
+    "mujoco/rk4",
+    "variational/blanes-moan4",
+)
+LINES = {"variational": {"lw": 4, "alpha": 0.45}, "mujoco": {"lw": 1.4, "ls": "--"}}
+"""Line style of each engine; wide lines remain visible below MuJoCo's thin ones."""
 
 
 def cases(quick: bool) -> list[Case]:
     steps = QUICK_STEPS if quick else STEPS
-    return [Case(_key(method), partial(measure, method, steps), 3e-6 * steps) for method in STYLES]
+    return [Case(_key(method), partial(measure, method, steps), 3e-6 * steps) for method in METHODS]
 
 
 def measure(method: str, steps: int) -> Record:
@@ -65,12 +65,14 @@ def draw(records: dict[str, Record], folder: Path) -> None:
     """Draw the largest error of the energy up to each time."""
     with style.figure(8, 4.8) as figure:
         axes = figure.subplots()
-        for method, line_style in STYLES.items():
+        for method in METHODS:
             record = records[_key(method)]
-            axes.plot(record["time"], record["largest"], label=method, **line_style)
+            color = style.method_look(method)["color"]
+            line = LINES[method.split("/")[0]]
+            axes.plot(record["time"], record["largest"], label=method, color=color, **line)
             if "failed" in record:
                 last = record["time"][-1], record["largest"][-1]
-                axes.plot(*last, "x", color=line_style["color"])
+                axes.plot(*last, "x", color=color)
         axes.set(xscale="log", yscale="log", xlabel="time (s)")
         axes.set_ylabel("largest error of energy until then, over |E|")
         axes.set_title(f"Top without friction, h = {TIMESTEP} s: MuJoCo's RK4 drifts")
@@ -82,7 +84,7 @@ def draw(records: dict[str, Record], folder: Path) -> None:
 def tabulate(records: dict[str, Record]) -> str:
     columns = ["", "error of E", "drift of E", "error of J, over I max omega", "of the norm"]
     rows = []
-    for method in STYLES:
+    for method in METHODS:
         found = records[_key(method)]
         numbers = found["largest"][-1], found["drift"], found["momentum"], found["quaternion"]
         rows.append([f"`{method}`", *map(number, numbers)])

@@ -138,20 +138,19 @@ def aliases(name: str, method: str, h: float) -> bool:
 def draw(records: dict[str, Record], folder: Path) -> None:
     """Draw measured over predicted limits, a row for each scene."""
     all_methods = _methods_of(SCENES)
-    colors = [style.BLUE, style.ORANGE, style.GREEN, style.PURPLE, style.INK, style.GRAY]
     with style.figure(9, 5) as figure:
         axes = figure.subplots()
         axes.axvspan(0.95, 1.05, color=style.GRAY, alpha=0.15, lw=0, label="within 5 %")
         for i, method in enumerate(all_methods):
-            marker, color = "osD"[i // len(colors)], colors[i % len(colors)]
-            axes.plot([], [], marker, color=color, label=method)
+            look = style.method_look(method)
+            axes.plot([], [], ls="", label=method, **look)
             for y, name in enumerate(SCENES):
                 record = records.get(_key(name, method))
                 place = y + 0.6 * (i / (len(all_methods) - 1) - 0.5)
                 if record and "measured" in record:
-                    axes.plot(record["measured"] / record["predicted"], place, marker, color=color)
+                    axes.plot(record["measured"] / record["predicted"], place, **look)
                 elif record:
-                    axes.text(LARGEST, place, "none ", color=color, ha="right", va="center")
+                    axes.text(LARGEST, place, "none ", color=look["color"], ha="right", va="center")
         axes.set_yticks(range(len(SCENES)), [*SCENES])
         axes.set_ylim(len(SCENES) - 0.5, -0.5)
         axes.set_xlim(2 - LARGEST, LARGEST)

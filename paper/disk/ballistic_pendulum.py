@@ -99,13 +99,17 @@ def draw(runs: Oscillations, path: Path) -> None:
         left, right = figure.subplots(1, 2)
         for run, amplitude, color in zip(runs.free, AMPLITUDES, colors, strict=True):
             left.plot(run.x - np.pi, run.v, color=color, label=f"amplitude {amplitude:g}")
-        left.set(xlabel="x − π", ylabel="v", title="Without friction and noise: a pendulum")
+        left.set(
+            xlabel="x − π (dimensionless)",
+            ylabel="v (dimensionless)",
+            title="Without friction and noise: a pendulum",
+        )
         left.set_ylim(-2.3, 3.1)
         left.legend(loc="upper center", ncols=2)
         run = runs.damped
         right.plot(run.time, run.x - np.pi, color=style.BLUE, label="x − π")
         right.plot(run.time, run.v + run.omega, color=style.ORANGE, lw=0.9, label="slip v + ω")
-        right.set(xlabel="t", title=f"With friction of the slip, c = {FRICTION}")
+        right.set(xlabel="t (dimensionless)", title=f"With friction of the slip, c = {FRICTION}")
         right.legend(loc="upper right")
         style.save(figure, path, dpi=90)
 

@@ -228,7 +228,7 @@ def draw(found: Averages, path: Path) -> None:
 
 
 def _draw_marginals(row: list["Axes"], found: Averages) -> None:
-    labels = {"x": "x mod 2π", "v": "v", "omega": "ω", "d": "d = σω − v"}
+    labels = {"x": "x mod 2π (dimensionless)", "v": "v", "omega": "ω", "d": "d = σω − v"}
     for axes, (name, (centers, density, error)) in zip(row, found.densities.items(), strict=True):
         line = np.linspace(centers[0], centers[-1], 200)
         gauss = np.exp(-(line**2) / 2) / (2 * np.pi) ** 0.5
@@ -254,7 +254,7 @@ def _draw_scatter(axes: "Axes", found: Averages) -> None:
     axes.axhline(0.01, ls=":", color=style.INK, lw=1)
     axes.annotate("1 %", (15, 0.011), color=style.INK)
     axes.set(
-        xscale="log", yscale="log", ylim=(1e-3, 1.6), xlabel="T",
+        xscale="log", yscale="log", ylim=(1e-3, 1.6), xlabel="T (dimensionless)",
         ylabel="scatter of the average over T", title="How slowly averages converge",
     )  # fmt: skip
     axes.legend(loc="lower left", ncols=2)
@@ -276,7 +276,7 @@ def _draw_stays(axes: "Axes", found: Averages) -> None:
         )  # fmt: skip
         axes.plot(t, expected_stay(start, t), color=style.ORANGE, lw=1.2)
     axes.set(
-        xscale="log", xlim=(100, 1e8), ylim=(-0.15, 1.1), xlabel="t",
+        xscale="log", xlim=(100, 1e8), ylim=(-0.15, 1.1), xlabel="t (dimensionless)",
         ylabel="part of d that is left",
         title="Mixing, without a spectral gap",
     )  # fmt: skip

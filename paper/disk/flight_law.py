@@ -184,7 +184,8 @@ def draw(flights: Flights, path: Path) -> None:
         left.plot(t, 0.15 * (t / t[0]) ** -2, ":", color=style.INK, lw=1)
         left.annotate("t⁻²", (6e6, 1e-7), color=style.INK)
         left.set(
-            xscale="log", yscale="log", xlim=(LONG, 2e8), ylim=(1e-10, 2), xlabel="duration t",
+            xscale="log", yscale="log", xlim=(LONG, 2e8), ylim=(1e-10, 2),
+            xlabel="duration t (dimensionless)",
             ylabel=f"of flights that last {LONG}, fraction that last longer", title="Flights",
         )  # fmt: skip
         left.legend(loc="lower left")

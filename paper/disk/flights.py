@@ -189,22 +189,26 @@ def slopes(run: xr.Dataset) -> tuple[Array, Array]:
 
 def draw(paths: Paths, path: Path) -> None:
     """Draw paths on both potentials, and the survival of flights."""
-    with style.figure(13.0, 4.2) as figure:
+    with style.figure(11.6, 4.0) as figure:
         left, middle, right = figure.subplots(1, 3)
         _draw_paths(left, paths.symmetric, f"U = sin x: flights ({METHOD})")
-        _draw_paths(middle, paths.flat, f"U = 0: Brownian motion ({METHOD})")
+        _draw_paths(middle, paths.flat, f"U = 0: diffusion ({METHOD})")
         reference, mujoco = (named(systems)["symmetric"] for systems in paths.disks)
         draw_flights(right, reference)
         draw_beside(right, mujoco, survival(mujoco))
-        right.set_title(f"Flights that last longer (white: {METHOD})")
-        right.set_xlabel("duration")
+        right.set_title(f"Flights (white: {METHOD})")
         style.save(figure, path, dpi=90)
 
 
 def _draw_paths(axes: "Axes", run: xr.Dataset, title: str) -> None:
     for x, color in zip(run.x.transpose("replica", "time").values, COLORS, strict=True):
         axes.plot(run.time, x, color=color, lw=0.9)
-    axes.set(xlabel="t", ylabel="x(t)", title=title, xlim=(0, float(run.time[-1])))
+    axes.set(
+        xlabel="t (dimensionless)",
+        ylabel="x(t) (dimensionless)",
+        title=title,
+        xlim=(0, float(run.time[-1])),
+    )
 
 
 FIGURE = Figure(

@@ -221,7 +221,8 @@ def draw(found: Displacements, path: Path) -> None:
         for (name, run), color, marker in zip(found.runs.items(), COLORS, MARKERS, strict=True):
             _draw_growth(left, name, run, color, marker)
         left.set(
-            xscale="log", yscale="log", xlabel="t", ylabel="mean square of x(t) − x(0), over 2t",
+            xscale="log", yscale="log", xlabel="t (dimensionless)",
+            ylabel="mean square of x(t) − x(0), over 2t",
             title="In the Gibbs measure, kT = 125",
         )  # fmt: skip
         left.legend(loc="upper left", fontsize=8)

@@ -173,7 +173,8 @@ def draw(memory: Memory, path: Path) -> None:
                 label = "theory, nothing fitted" if name == HALF else None
                 right.plot(times, _expected(name, times), color=style.ORANGE, lw=1.2, label=label)
         right.set(
-            xscale="log", xlabel="lag t", ylabel="correlation of d at two times", ylim=(-0.08, 1.1),
+            xscale="log", xlabel="lag t (dimensionless)", ylim=(-0.08, 1.1),
+            ylabel="correlation of d at two times",
             title="U ends the memory; without U it is perfect",
         )  # fmt: skip
         right.legend(loc="lower left")
@@ -185,8 +186,14 @@ def _draw_paths(axes: "Axes", memory: Memory) -> None:
         for row, d in enumerate(memory.paths[name]):
             label = name if row == 0 else None
             axes.plot(d.time, d, style_of_line, color=COLORS[name], lw=1, label=label)
-    axes.set(xlabel="t", ylabel="d = σω − v", title="Three paths each under the invariant law")
-    axes.legend(loc="lower right")
+    axes.set(
+        xlabel="t (dimensionless)",
+        ylabel="d = σω − v (dimensionless)",
+        title="Three paths each under the invariant law",
+    )
+    bottom, top = axes.get_ylim()
+    axes.set_ylim(bottom - 0.14 * (top - bottom), top)  # room for the legend
+    axes.legend(loc="lower right", ncols=2)
 
 
 FIGURE = Figure(

@@ -4,6 +4,7 @@ import xarray as xr
 
 from magmotor.common import style
 from magmotor.common.hints import Dpi, Picture
+from magmotor.common.style import STYLE
 from magmotor.device.analysis import analysis
 from magmotor.device.device import Scene
 from magmotor.devices.disk.plots import disk_figure, disk_overview
@@ -13,6 +14,7 @@ from magmotor.devices.top.plots import spin_map
 from magmotor.sweep.plots import sweep
 
 __all__ = [
+    "STYLE",
     "MotorRun",
     "disk_figure",
     "disk_overview",

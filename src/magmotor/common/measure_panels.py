@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-WRAP = 38
+WRAP = 34
 """Maximum number of characters in a line of a label."""
 
 FEW = 8
@@ -113,8 +113,8 @@ def label_of(name: str, quantity: xr.DataArray) -> str:
 
 
 def meaning_of(quantity: xr.DataArray) -> str:
-    """Return the description of a field or measure, or else its name."""
-    return str(quantity.attrs.get("long_name", quantity.name))
+    """Return the description of a field or measure, or else its name in words."""
+    return str(quantity.attrs.get("long_name", str(quantity.name).replace("_", " ")))
 
 
 def _is_geometric(values: Array) -> bool:
@@ -171,7 +171,7 @@ def draw_curve(axes: "Axes", shown: Averaged, field: xr.DataArray) -> None:
 
 
 def _label(shown: Averaged) -> str:
-    return label_of(str(shown.single.name).replace("_", " "), shown.single)
+    return label_of(meaning_of(shown.single), shown.single)
 
 
 def draw_map(axes: "Axes", shown: Averaged, *fields: xr.DataArray) -> None:

@@ -55,7 +55,7 @@ FONT = "DejaVu Sans"
 DPI = 120
 """Dots per inch of a picture, unless told otherwise."""
 
-RC: dict[Any, Any] = {
+STYLE: dict[Any, Any] = {
     "figure.facecolor": "white",
     "font.family": FONT,
     "font.size": 10,
@@ -78,7 +78,9 @@ RC: dict[Any, Any] = {
     "legend.edgecolor": "none",
     "legend.fontsize": 9,
     "pdf.fonttype": 42,  # TrueType, so that the text can be searched and edited
+    "axes.prop_cycle": f"cycler('color', {[BLUE, ORANGE, GREEN, PURPLE, INK, GRAY]})",
 }
+"""Matplotlib's settings of all figures: `rcParams.update(STYLE)` gives yours the same look."""
 
 
 @contextmanager
@@ -89,7 +91,7 @@ def figure(width: float, height: float) -> Iterator["Figure"]:
         from matplotlib.figure import Figure
         from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-    with matplotlib.rc_context(RC):
+    with matplotlib.rc_context(STYLE):
         layout = ConstrainedLayoutEngine(w_pad=0.1, h_pad=0.1)
         yield Figure(figsize=(width, height), layout=layout, dpi=100)
 

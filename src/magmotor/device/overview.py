@@ -6,6 +6,7 @@ import xarray as xr
 
 from magmotor.common import style
 from magmotor.common.checks import reject
+from magmotor.common.measure_panels import label_of, meaning_of
 
 MOST = 12
 """Largest number of replicas that are drawn; more would hide one another."""
@@ -32,15 +33,13 @@ def draw_variables(run: xr.Dataset, path: str | Path, dpi: int = style.DPI) -> N
     if not names:
         raise reject("run", [*map(str, run.data_vars)], "must have variables over time")
     rows = -(-len(names) // 2)
-    with style.figure(12.0, 1.0 + 2.2 * rows) as figure:
+    with style.figure(11.0, 1.0 + 2.2 * rows) as figure:
         for number, name in enumerate(names, start=1):
             variable = run[name]
             if "replica" in variable.dims:
                 variable = variable.isel(replica=slice(MOST)).transpose("time", "replica")
-            unit = variable.attrs.get("units", "1")
             axes = figure.add_subplot(rows, 2, number)
             axes.plot(run.time, variable, color=style.BLUE, lw=0.8)
-            axes.set(title=variable.attrs.get("long_name", name))
-            axes.set_ylabel(f"{name} ({unit})" if unit != "1" else str(name))
+            axes.set_ylabel(label_of(meaning_of(variable), variable))
             axes.set_xlabel("t (s)" if run.time.attrs.get("units") == "s" else "t")
         style.save(figure, path, dpi)

@@ -60,7 +60,7 @@ def sweep(data: xr.Dataset, path: Picture, dpi: Dpi = style.DPI) -> None:
         )
     columns = 2 if len(measures) in (2, 4) else min(3, len(measures))
     rows = -(-len(measures) // columns)
-    with style.figure(max(6.4, 4.6 * columns), 0.3 + 3.6 * rows) as figure:
+    with style.figure(max(6.4, 3.8 * columns), 0.3 + 3.2 * rows) as figure:
         grid = figure.subplots(rows, columns, squeeze=False).ravel()
         for axes, measure in zip(grid, measures, strict=False):
             _draw(axes, measure, fields)
@@ -83,9 +83,9 @@ def _measures(data: xr.Dataset, fields: list[str]) -> list[xr.DataArray]:
 
 
 def _draw(axes: "Axes", measure: xr.DataArray, fields: list[str]) -> None:
-    axes.set_title(fill(meaning_of(measure), WRAP))
     shown = averaged(measure)
     if shown.mean.isnull().all():
+        axes.set_title(fill(meaning_of(measure), WRAP))
         axes.text(0.5, 0.5, "nothing yet", transform=axes.transAxes, ha="center", color=style.GRAY)
         axes.set_axis_off()
     elif len(fields) == 1:

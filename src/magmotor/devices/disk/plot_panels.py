@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 MANY = 1000
 """Number of replicas from which a histogram has 40 bins, otherwise 10."""
 
+TIME, DURATION = "t (dimensionless)", "duration (dimensionless)"
+
 THEORY: dict[str, Any] = {"color": style.INK, "lw": 1.0, "ls": "--", "zorder": 4}
 GUIDE: dict[str, Any] = {"color": style.GRAY, "lw": 1.0, "ls": ":", "zorder": 3}
 BESIDE: dict[str, Any] = {
@@ -69,7 +71,7 @@ def draw_mean(axes: "Axes", system: System) -> None:
     axes.fill_between(system.times, mean - error, mean + error, **band)
     axes.plot(system.times, mean, color=color)
     axes.plot(system.times, system.theory.mean(system.times), **THEORY)
-    axes.set(xlabel="t", ylabel="E[x(t)]", xlim=(0, system.end))
+    axes.set(xlabel=TIME, ylabel="mean of x(t)", xlim=(0, system.end))
 
 
 def mean(system: System) -> Points:
@@ -87,7 +89,7 @@ def draw_mean_square(axes: "Axes", system: System) -> None:
     _draw_points(axes, system, mean_square(system))
     t = np.linspace(0, system.end, 61)[1:]
     axes.plot(t, system.theory.mean_square(t), **THEORY)
-    axes.set(xlabel="t", ylabel="E[x(t)²]", xlim=(0, 1.02 * system.end))
+    axes.set(xlabel=TIME, ylabel="mean square of x(t)", xlim=(0, 1.02 * system.end))
 
 
 def msd(system: System) -> Points:
@@ -99,7 +101,7 @@ def draw_msd(axes: "Axes", system: System) -> None:
     """Draw E[x(t)^2] on logarithmic axes."""
     _draw_points(axes, system, msd(system))
     axes.plot(system.later, system.later_mean_square, **THEORY)
-    axes.set(xlabel="t", ylabel="E[x(t)²]", xscale="log", yscale="log")
+    axes.set(xlabel=TIME, ylabel="mean square of x(t)", xscale="log", yscale="log")
 
 
 def slope(system: System) -> Points:
@@ -114,7 +116,7 @@ def draw_slope(axes: "Axes", system: System) -> None:
     _draw_points(axes, system, slope(system))
     octave = np.log2(system.later_mean_square[4:] / system.later_mean_square[:-4])
     axes.plot(system.later[2:-2], octave, **THEORY)
-    axes.set(xlabel="t", ylabel="d log E[x²] / d log t", xscale="log", ylim=(0.5, 3.2))
+    axes.set(xlabel=TIME, ylabel="d log E[x²] / d log t", xscale="log", ylim=(0.5, 3.2))
 
 
 def correlation(system: System) -> Points:
@@ -130,7 +132,7 @@ def draw_correlation(axes: "Axes", system: System) -> None:
     _draw_points(axes, system, points)
     s = np.geomspace(points.t[0], BEYOND * points.t[-1], 80)
     axes.plot(s, system.theory.correlation(s), **THEORY)
-    axes.set(xlabel="lag s", ylabel="correlation", xscale="log", ylim=(-0.15, 1.05))
+    axes.set(xlabel="lag s (dimensionless)", ylabel="correlation", xscale="log", ylim=(-0.15, 1.05))
 
 
 def draw_correlation_from_rest(axes: "Axes", system: System) -> None:
@@ -154,7 +156,7 @@ def draw_diffusion(axes: "Axes", system: System) -> None:
     """Draw Var x(t) / t."""
     _draw_points(axes, system, diffusion(system))
     axes.plot(system.later, system.later_variance / system.later, **THEORY)
-    axes.set(xlabel="t", ylabel="var x(t) / t", xscale="log", yscale="log")
+    axes.set(xlabel=TIME, ylabel="variance of x(t), over t", xscale="log", yscale="log")
 
 
 def histogram(system: System) -> Points:
@@ -178,7 +180,7 @@ def draw_histogram(axes: "Axes", system: System) -> None:
     fine = deviation * np.linspace(-4, 4, 201)
     gaussian = np.exp(-0.5 * (fine / deviation) ** 2) / (deviation * np.sqrt(2 * np.pi))
     axes.plot(fine, gaussian, **THEORY)
-    axes.set(xlabel=f"x at t = {system.end:g}", ylabel="density")
+    axes.set(xlabel=f"x at t = {system.end:g} (dimensionless)", ylabel="density")
 
 
 def survival(system: System) -> Points:
@@ -195,6 +197,9 @@ def draw_flights(axes: "Axes", system: System) -> None:
     if not len(points.t):
         return
     _draw_points(axes, system, points)
+    axes.set(xlabel=DURATION, ylabel="fraction that lasts longer", xscale="log", yscale="log")
+    if axes.texts:
+        return  # another system has drawn the slopes
     found = flight_survival(system.stationary)
     times, lasting = found.flight_duration.values, found.survival.values
     middle = np.interp(-0.4, -lasting, times)  # where 40 % still last
@@ -205,8 +210,8 @@ def draw_flights(axes: "Axes", system: System) -> None:
         axes.plot(t, height * (t / anchor) ** power, **GUIDE)
         label = f"slope −{-power:.2g}"
         begins = (t[0], height * (t[0] / anchor) ** power)
-        axes.annotate(label, begins, (5, 3), textcoords="offset points", fontsize="small")
-    axes.set(xlabel="duration", ylabel="survival", xscale="log", yscale="log")
+        axes.annotate(label, begins, (14, 4), textcoords="offset points", fontsize="small")
+    axes.margins(x=0.12)
 
 
 def draw_beside(axes: "Axes", system: System, points: Points) -> None:

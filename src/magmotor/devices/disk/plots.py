@@ -1,12 +1,14 @@
 """Figures of the sliding disk: its four systems, superposed and one by one."""
 
 from collections.abc import Callable, Sequence
+from textwrap import fill
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 from magmotor.common import style
 from magmotor.common.arguments import checked
 from magmotor.common.checks import check_choice
 from magmotor.common.hints import Dpi, Picture, several
+from magmotor.common.measure_panels import WRAP
 from magmotor.device.provenance import numerics_of
 from magmotor.devices.disk import plot_panels
 from magmotor.devices.disk.plot_panels import Guide, Points
@@ -115,16 +117,16 @@ def disk_overview(
     dpi : int
         Dots per inch of the picture.
     """
-    with style.figure(17.0, 9.5) as figure:
+    with style.figure(11.6, 7.4) as figure:
         axes = figure.subplot_mosaic([list(row) for row in OVERVIEW])
         for name, panel in axes.items():
             _superpose(panel, name, systems, guide, beside)
-            panel.set_title(FIGURES[name].title)
+            panel.set_title(fill(FIGURES[name].title, WRAP))
         theory = (
             "theory: reduced equation of d (symmetric, asymmetric), exact (flat), free particle"
         )
         _legend(figure, systems, theory, "", guide, beside)
-        style.save(figure, path, dpi)
+        style.save(figure, path, dpi, shaded=True)
 
 
 @checked
@@ -158,7 +160,7 @@ def disk_figure(
     check_choice("name", name, tuple(FIGURES))
     drawn = FIGURES[name]
     shown = [system for system in systems if system.has_varying_d or name != "flights"]
-    with style.figure(15.0, 9.0) as figure:
+    with style.figure(11.6, 7.4) as figure:
         rows: list[Any] = [["all"] * len(shown), [system.name for system in shown]]
         axes = figure.subplot_mosaic(rows, height_ratios=(1.5, 1))
         _superpose(axes["all"], name, shown, guide, ())
@@ -170,7 +172,7 @@ def disk_figure(
             if drawn.alone:
                 drawn.alone(panel, system)
         _legend(figure, shown, drawn.theory, drawn.guides, guide, beside)
-        style.save(figure, path, dpi)
+        style.save(figure, path, dpi, shaded=name == "mean")
 
 
 def _superpose(

@@ -2,13 +2,12 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from textwrap import fill
 from typing import TYPE_CHECKING
 
 import xarray as xr
 
 from magmotor.common import style
-from magmotor.common.measure_panels import WRAP, averaged, draw_map, label_of, meaning_of
+from magmotor.common.measure_panels import averaged, draw_map, label_of, meaning_of
 from magmotor.devices.motor.scene import Motor
 
 if TYPE_CHECKING:
@@ -50,7 +49,7 @@ def geometry_map(
     dpi : int
         Dots per inch of the picture.
     """
-    with style.figure(15.0, 8.4) as figure:
+    with style.figure(11.6, 6.8) as figure:
         above, below = figure.subplots(2, 3)
         barrier = static["rings"].barrier
         _map(above[0], barrier, "outer_radius", "inner_height", scene)
@@ -61,7 +60,7 @@ def geometry_map(
         above[0].clabel(lines, fontsize=8)
         lean = static["offset"].lean
         _map(above[1], lean.where(lean < FARTHEST), "outer_radius", "outer_height", scene)
-        title = f"Thermal lean of the inner ring; hatched: above {FARTHEST}° or unstable"
+        title = f"Hatched: a lean above {FARTHEST}°, or unstable"
         above[1].set_title(title)
         _lines(above[2], static["dipoles"].barrier)
         _map(below[0], rings.longest_flight, "outer_radius", "inner_height", scene)
@@ -72,7 +71,6 @@ def geometry_map(
 
 def _map(axes: "Axes", measure: xr.DataArray, right: str, up: str, scene: Motor) -> None:
     shown = averaged(measure)
-    axes.set_title(_title(measure))
     draw_map(axes, shown, measure[right], measure[up])
     axes.plot(
         getattr(scene, right), getattr(scene, up), "*", ms=13, color="white", mec=style.INK, mew=1.0
@@ -84,11 +82,5 @@ def _lines(axes: "Axes", barrier: xr.DataArray) -> None:
         line = barrier.sel(outer_dipoles=number)
         axes.plot(barrier.inner_dipoles, line, "o-", ms=4, color=color, label=f"M = {number}")
     axes.set(xlabel=label_of(meaning_of(barrier.inner_dipoles), barrier.inner_dipoles))
-    axes.set(ylabel=label_of("barrier", barrier), yscale="log")
-    axes.set_title(_title(barrier))
+    axes.set(ylabel=label_of(meaning_of(barrier), barrier), yscale="log")
     axes.legend()
-
-
-def _title(measure: xr.DataArray) -> str:
-    meaning = meaning_of(measure)
-    return fill(meaning[0].upper() + meaning[1:], 2 * WRAP)

@@ -1,7 +1,6 @@
 """Plots of the top: an overview of a run, and the map of a sweep."""
 
 import json
-from textwrap import fill
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,7 +10,7 @@ from magmotor.common import style
 from magmotor.common.arguments import checked
 from magmotor.common.checks import reject
 from magmotor.common.hints import Dpi, Picture
-from magmotor.common.measure_panels import WRAP, averaged, draw_map, meaning_of
+from magmotor.common.measure_panels import averaged, draw_map
 from magmotor.device.analysis import analysis
 from magmotor.devices.ball.landscape import critical_points, effective_potential, valley
 from magmotor.devices.top.observables import momentum_balance, top_energy_balance
@@ -45,7 +44,7 @@ def top_overview(run: xr.Dataset, scene: Top | None, path: Picture, dpi: Dpi = s
         Dots per inch of the picture.
     """
     assert scene is not None  # `analysis` has replaced None
-    with style.figure(12.0, 6.0) as figure:
+    with style.figure(11.0, 5.5) as figure:
         axes = figure.subplot_mosaic([["path", "momentum"], ["path", "energy"]])
         draw_path(axes["path"], run, scene)
         _draw_momentum(axes["momentum"], run, scene)
@@ -55,9 +54,9 @@ def top_overview(run: xr.Dataset, scene: Top | None, path: Picture, dpi: Dpi = s
 
 def _draw_momentum(axes: "Axes", run: xr.Dataset, scene: Top) -> None:
     _, residual = draw_momentum(axes, run, scene)
-    cause = "the torques about the axis" if scene.is_unbalanced else "the torque of friction"
-    axes.set(title=f"J against {cause}: largest difference {residual:.1e} kg m²/s")
-    axes.legend()
+    cause = "the torque about its axis" if scene.is_unbalanced else "friction's torque"
+    axes.set(title=f"J and {cause} differ by {residual:.0e} kg m²/s at most")
+    _legend_above(axes, lines=2)
 
 
 def _draw_energy(axes: "Axes", run: xr.Dataset, scene: Top) -> None:
@@ -69,14 +68,19 @@ def _draw_energy(axes: "Axes", run: xr.Dataset, scene: Top) -> None:
     if scene.ring_script:
         work = 1e3 * balance.residual
         axes.plot(run.time, work, ":", color=style.GREEN, label="their difference: the ring's work")
-        bottom, top = axes.get_ylim()
-        axes.set_ylim(bottom, top + 0.4 * (top - bottom))  # room for three lines of legend
         axes.set(title="Energy against heat, and the work of moving the ring")
     else:
         largest = float(1e3 * np.abs(balance.residual).max())
         axes.set(title=f"Energy against heat: largest difference {largest:.1e} mJ")
     axes.set(xlabel="t (s)", ylabel="energy (mJ)")
-    axes.legend()
+    _legend_above(axes, lines=len(axes.lines))
+
+
+def _legend_above(axes: "Axes", lines: int) -> None:
+    """Add a legend above the curves of a panel, with room for its lines."""
+    bottom, top = axes.get_ylim()
+    axes.set_ylim(bottom, top + 0.15 * lines * (top - bottom))
+    axes.legend(loc="upper right")
 
 
 def draw_momentum(axes: "Axes", run: xr.Dataset, scene: Top) -> tuple[list["Line2D"], float]:
@@ -136,7 +140,6 @@ def spin_map(data: xr.Dataset, scene: Top, path: Picture, dpi: Dpi = style.DPI) 
     with style.figure(9.6, 4.2) as figure:
         left, right = figure.subplots(1, 2)
         for axes, name in ((left, "max_spin"), (right, "settling_radius")):
-            axes.set_title(fill(meaning_of(data[name]), WRAP))
             shown = averaged(data[name])
             draw_map(axes, shown, data.tilt, data.ring_height)
             axes.axhline(highest_valley(scene), color=style.ORANGE, ls="--", label=LINE)
