@@ -1,10 +1,10 @@
 """Replace lines `{fields of NAME}` by tables of the fields of scene classes."""
 
-import dataclasses
 import re
 from typing import Any
 
 import magmotor as mm
+from magmotor.device.quantities import field_descriptions
 
 PLACEHOLDER = re.compile(r"^\{fields of (\w+)\}$", re.MULTILINE)
 
@@ -15,15 +15,9 @@ def on_page_markdown(markdown: str, **_: Any) -> str:
 
 
 def table(scene: type) -> str:
-    """Return a table of name, default, unit and meaning of each field made by `quantity`."""
+    """Return a table of the fields of a scene class, as `help` describes them."""
     rows = ["| field | default | unit | meaning |", "|---|---|---|---|"]
-    for field in dataclasses.fields(scene):
-        if metadata := field.metadata:
-            doc, unit = (str(metadata[key]).replace("|", "\\|") for key in ("doc", "unit"))
-            rows.append(f"| `{field.name}` | `{shown(field.default)}` | {unit} | {doc} |")
+    for field in field_descriptions(scene):
+        doc = field.doc.replace("|", "\\|")
+        rows.append(f"| `{field.name}` | `{field.default}` | {field.unit} | {doc} |")
     return "\n".join(rows)
-
-
-def shown(value: Any) -> str:
-    """Return a default as text, numbers to six digits."""
-    return f"{value:.6g}" if isinstance(value, float) else repr(value)

@@ -16,6 +16,7 @@ import numpy as np
 from hypothesis import strategies as st
 
 import magmotor as mm
+from magmotor.device.quantities import is_quantity
 
 from .targets import Parameter
 from .words import (
@@ -235,7 +236,7 @@ def scenes(kind: str) -> Text:
 
     def one(field: Any) -> Text:
         bounds = field.metadata
-        if not bounds or bounds["choices"] or isinstance(field.default, str):
+        if not is_quantity(field) or bounds["choices"] or isinstance(field.default, str):
             return field_values(field).map(lambda text: f"mm.{kind}({field.name}={text})")
         odd = ["5e-324", "1e-200", "1e-30", "1e-9", "1e9", "1e30", "1e100", "1e200", "1e300"]
         if bounds["above"] < 0 and bounds["at_least"] < 0:
@@ -255,7 +256,7 @@ def scenes(kind: str) -> Text:
 def field_values(field: Any) -> Text:
     """Values of a scene's field: on its bounds, just outside, of another length or type."""
     bounds = field.metadata
-    if not bounds:
+    if not is_quantity(field):
         return st.sampled_from(NUMBERS)
     values = list(NUMBERS)
     for name in ("above", "at_least", "below"):

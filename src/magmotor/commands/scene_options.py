@@ -10,6 +10,7 @@ import tyro
 import magmotor as mm
 from magmotor.commands.output import MISTAKE, fail
 from magmotor.common.checks import check_choice
+from magmotor.device.quantities import is_quantity
 from magmotor.devices.motor.scene import PAPER as RUNS
 
 Options = TypeVar("Options")
@@ -136,7 +137,7 @@ def _command(base: Any, names: Sequence[str], options: type[Options], named: Any
 
 
 def _declared(scene: Any) -> list[str]:
-    return [f.name for f in fields(scene) if f.metadata]
+    return [f.name for f in fields(scene) if is_quantity(f)]
 
 
 def _flags(scene: Any, names: Sequence[str]) -> Any:

@@ -21,6 +21,8 @@ from magmotor.device.job import Job
 from magmotor.device.movie import Gauge, MovieContent
 from magmotor.device.observable import Measure
 from magmotor.device.overview import draw_variables
+from magmotor.device.quantities import add_parameters
+from magmotor.device.readout import Readout
 from magmotor.device.sliders import Slider
 from magmotor.device.states import Column
 from magmotor.numerics.linear_stability import SmallMotion
@@ -304,6 +306,8 @@ def register(device: Device[Any, Any], scene_class: type[Scene]) -> None:
     ------
     ValueError
         Another module has registered a scene class of that name.
+    The docstring of the class gets a section on its fields.
+
     """
     name = scene_class.__name__
     known = SCENES.setdefault(name, scene_class)
@@ -312,3 +316,4 @@ def register(device: Device[Any, Any], scene_class: type[Scene]) -> None:
         raise reject("name of the scene class", name, sentence)
     SCENES[name] = scene_class
     scene_class.device = device
+    add_parameters(scene_class)

@@ -1,8 +1,12 @@
-"""Fields of scenes: defaults, units and bounds, and the check that enforces them."""
+"""Fields of scenes: defaults, units and bounds, the check that enforces them, and their docs."""
 
 import dataclasses
+import inspect
 import math
-from typing import Any
+import re
+import textwrap
+from collections.abc import Iterator
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -30,6 +34,64 @@ def quantity(
     bounds: dict[str, Any] = {"above": above, "at_least": at_least, "below": below}
     bounds |= {"choices": choices, "size": len(default) if isinstance(default, tuple) else size}
     return dataclasses.field(default=default, metadata={"unit": unit, "doc": doc, **bounds})
+
+
+def described(default: Any, doc: str) -> Any:
+    """Declare a dataclass field that the scene checks itself, and that has no flag and no axis."""
+    return dataclasses.field(default=default, metadata={"doc": doc})
+
+
+def is_quantity(field: dataclasses.Field) -> bool:
+    """Whether a field is declared by `quantity`."""
+    return "unit" in field.metadata
+
+
+class FieldDescription(NamedTuple):
+    """What the documentation says of a field."""
+
+    name: str
+    kind: str
+    default: str
+    unit: str
+    """Empty for text, "1" for a dimensionless number."""
+    doc: str
+
+
+def field_descriptions(scene: Any) -> Iterator[FieldDescription]:
+    """Yield the descriptions of a scene's fields, in the order of its arguments."""
+    for field in dataclasses.fields(scene):
+        about = field.metadata
+        kind = re.sub(r"\b(\w+\.)+(?=\w)", "", inspect.formatannotation(field.type))
+        if about.get("choices"):
+            kind = f"{{{', '.join(map(repr, about['choices']))}}}"
+        limits = {"above": "greater than", "at_least": "at least", "below": "less than"}
+        within = " and ".join(
+            f"{words} {about[name]:.6g}"
+            for name, words in limits.items()
+            if math.isfinite(about.get(name, math.inf))
+        )
+        doc = "; ".join(filter(None, [about.get("doc"), within]))
+        yield FieldDescription(field.name, kind, _default(field), about.get("unit", ""), doc)
+
+
+def _default(field: dataclasses.Field) -> str:
+    """Return a default as text, numbers to six digits; empty without one."""
+    if field.default is dataclasses.MISSING:
+        return ""
+    return f"{field.default:.6g}" if isinstance(field.default, float) else repr(field.default)
+
+
+def add_parameters(scene: Any) -> None:
+    """Add the section Parameters to the docstring of a scene class, before its other sections."""
+    lines = ["Parameters", "----------"]
+    for name, kind, default, unit, doc in field_descriptions(scene):
+        unit = f", in {unit}" if unit not in ("", "1") else ""
+        usual = {"": "", "None": ", optional"}.get(default, f", default {default}")
+        lines.append(f"{name} : {kind.removesuffix(' | None')}{unit}{usual}")
+        lines += textwrap.wrap(doc, 92, initial_indent="    ", subsequent_indent="    ")
+    text = inspect.cleandoc(scene.__doc__ or "")
+    head, *rest = re.split(r"\n(?=\w[\w ]*\n-{3,}\n)", text, maxsplit=1)
+    scene.__doc__ = "\n\n".join([head.rstrip(), "\n".join(lines), *rest]).lstrip("\n")
 
 
 def check_fields(scene: Any) -> None:
@@ -61,7 +123,7 @@ def check_value(field: dataclasses.Field, value: Any, name: str) -> float:
 
 def _checked(field: dataclasses.Field, value: Any) -> Any:
     bounds = field.metadata
-    if not bounds or (value is None and field.default is None):
+    if not is_quantity(field) or (value is None and field.default is None):
         return value
     if choices := bounds["choices"]:
         check_choice(field.name, value, choices)

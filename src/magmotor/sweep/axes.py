@@ -16,7 +16,7 @@ from magmotor.common.arguments import checked
 from magmotor.common.checks import check_choice, check_integer, check_number, elements, reject
 from magmotor.common.hints import Fractions
 from magmotor.device.device import Scene
-from magmotor.device.quantities import check_value
+from magmotor.device.quantities import check_value, is_quantity
 from magmotor.noise import check_seed
 from magmotor.numerics.reproducible import applied
 
@@ -117,7 +117,15 @@ def values_axis(scene: Scene, names: str | tuple[str, ...], values: Iterable[flo
 
 
 class Range(NamedTuple):
-    """The range from which a design draws values, uniformly or, with `log`, log-uniformly."""
+    """The range from which a design draws values.
+
+    Parameters
+    ----------
+    low, high : float
+        Its ends.
+    log : bool
+        Whether to draw log-uniformly instead of uniformly.
+    """
 
     low: float
     high: float
@@ -284,7 +292,8 @@ def numeric_fields(scene: Scene) -> dict[str, NumericField]:
     """Return all numbers of a scene by name: `tilt`, or `position_x` for components."""
     found = {}
     for field in dataclasses.fields(scene):
-        if not field.metadata or field.metadata["choices"] or isinstance(field.default, str):
+        is_number = is_quantity(field) and not field.metadata["choices"]
+        if not is_number or isinstance(field.default, str):
             continue
         size = field.metadata["size"]
         if size is None:

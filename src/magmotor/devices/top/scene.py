@@ -2,27 +2,38 @@
 
 import math
 from bisect import bisect_right
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.common.checks import check_array, check_integer, check_number, reject
-from magmotor.device.quantities import check_fields, quantity
+from magmotor.device.quantities import check_fields, described, quantity
 from magmotor.devices.ball.scene import BallScene, ring_dipoles
 from magmotor.dipoles import PERMEABILITY_OVER_4PI
 from magmotor.numerics.reproducible import product
 
 
 class Waypoint(NamedTuple):
-    """Pose of the ring at one time; it moves smoothly between waypoints and rests at each."""
+    """Pose of the ring at one time; it moves smoothly between waypoints and rests at each.
+
+    Parameters
+    ----------
+    time : float
+        In s.
+    height : float
+        Height of the ring's center, in m.
+    tilt : float
+        Angle of the ring's normal from the vertical, in rad.
+    azimuth : float, optional
+        Direction in which the normal leans, in rad; by default the scene's `tilt_azimuth`.
+    """
 
     time: float
     height: float
     tilt: float
     azimuth: float | None = None
-    """Direction in which the normal leans, in rad; by default the scene's `tilt_azimuth`."""
 
 
 def pose(script: tuple[Waypoint, ...], time: float) -> tuple[Any, ...]:
@@ -81,8 +92,6 @@ ROUNDING = 1e-12
 class Top(BallScene):
     """Hamel's top; the defaults are the paper's fourth case, the one that acquires spin.
 
-    Angles are in radians, lengths in meters; see `unit` and `doc` in each field's metadata.
-
     Raises
     ------
     ValueError
@@ -126,8 +135,11 @@ class Top(BallScene):
         below=math.pi / 2,
     )
     tilt_azimuth: float = quantity(0.0, "rad", "direction in which the ring's normal leans")
-    ring_script: tuple[Waypoint, ...] = field(default=())
-    """Waypoints (time, height, tilt, azimuth) of a moving ring; without a script it is at rest."""
+    ring_script: tuple[Waypoint, ...] = described(
+        (),
+        "waypoints (time in s, height in m, tilt in rad, azimuth in rad) of a moving ring, which"
+        " replace ring_height and tilt; without any, the ring is at rest",
+    )
     coupling: float = quantity(
         1e-5, "J m^3", "mu0 m_ball m_ring/(4 pi) of a pair of dipoles", above=0
     )

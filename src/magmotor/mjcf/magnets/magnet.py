@@ -36,7 +36,7 @@ Error = Annotated[float, number(at_least=1e-6, below=1)]
 class Magnet:
     """A uniformly magnetized permanent magnet, centered at the origin; see `magnet`.
 
-    Attributes
+    Parameters
     ----------
     shape : str
         `cuboid`, `cylinder`, `ring` or `sphere`.
@@ -44,10 +44,10 @@ class Magnet:
         Lengths in m.
     remanence : float
         In T.
-    density : float
+    density : float, default 7500
         In kg/m^3.
-    direction : tuple of float
-        Unit vector of the magnetization.
+    direction : tuple of float, default (0.0, 0.0, 1.0)
+        Direction of the magnetization, of any length; stored as a unit vector.
     """
 
     shape: str
