@@ -22,7 +22,6 @@ from magmotor.device.movie import Gauge, MovieContent
 from magmotor.device.observable import Measure
 from magmotor.device.overview import draw_variables
 from magmotor.device.quantities import add_parameters
-from magmotor.device.readout import Readout
 from magmotor.device.sliders import Slider
 from magmotor.device.states import Column
 from magmotor.numerics.linear_stability import SmallMotion

@@ -54,24 +54,14 @@ class Recommendation:
 
     method: str
     timestep: float
-    """In seconds; for the disk, dimensionless."""
     quantity: str
-    """The quantity that `error` refers to."""
     error: float
-    """Upper bound of the relative error, as measured on the charted scene (see `charted`)."""
     duration: float
-    """Length of the run in which `error` was measured, in units of `time_unit`."""
     charted: str
-    """How the charted scene differs; then the error of this scene is unknown. Empty if it does not
-    differ."""
     seconds: float
-    """Wall time per simulated second (for the disk, per unit of time) on one core."""
     machine: str
-    """The machine on which `seconds` was measured."""
     time_unit: str
     basis: str
-    """What error and cost rest on: charts, with where and by which MuJoCo they were measured, or a
-    measurement on this machine."""
 
     def __str__(self) -> str:
         """Return a one-line summary."""
