@@ -301,12 +301,12 @@ class Device(ABC, Generic[S, T]):
 def register(device: Device[Any, Any], scene_class: type[Scene]) -> None:
     """Register a device for a scene class, which datasets and sweeps can name from then on.
 
+    The docstring of the class gets a section on its fields.
+
     Raises
     ------
     ValueError
         Another module has registered a scene class of that name.
-    The docstring of the class gets a section on its fields.
-
     """
     name = scene_class.__name__
     known = SCENES.setdefault(name, scene_class)
