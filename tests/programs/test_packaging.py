@@ -1,0 +1,253 @@
+"""The wheel and its extras: what is in them, and what the core does without any extra."""
+
+import os
+import re
+import subprocess
+import sys
+import tarfile
+import tomllib
+import zipfile
+from importlib.metadata import distribution
+from pathlib import Path
+
+import pytest
+from packaging.requirements import Requirement
+
+from magmotor.commands import COMMANDS, EXTRAS
+from magmotor.common import optional
+from magmotor.common.versions import package_checksum
+
+ROOT = Path(__file__).parents[2]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+
+NEEDLE = """
+<mujoco>
+  <extension><plugin plugin="magmotor.forces"><instance name="magnets">
+    <config key="act" value="dipoles"/>
+  </instance></plugin></extension>
+  <worldbody>
+    <site name="magnet" pos="0 0.1 0" zaxis="0 1 0" user="5"/>
+    <body>
+      <joint type="hinge" axis="0 0 1" damping="1e-4"/>
+      <geom type="capsule" fromto="-0.03 0 0 0.03 0 0" size="0.003"/>
+      <site name="needle" zaxis="1 0 0" user="0.2"/>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+
+SHORT = "method='variational/euler', timestep=0.025, duration=1.0"
+"""Arguments of a run without MuJoCo."""
+
+
+def closure(requirements):
+    """Return the names of these packages and of all that they require."""
+    names, pending = set(), [Requirement(line) for line in requirements]
+    while pending:
+        requirement = pending.pop()
+        if requirement.name in names or not _applies(requirement, {""}):
+            continue
+        names.add(requirement.name)
+        within = requirement.extras or {""}
+        needed = map(Requirement, distribution(requirement.name).requires or ())
+        pending += [inner for inner in needed if _applies(inner, within)]
+    return names
+
+
+def _applies(requirement, extras):
+    marker = requirement.marker
+    return marker is None or any(marker.evaluate({"extra": extra}) for extra in extras)
+
+
+@pytest.fixture(scope="module")
+def core(tmp_path_factory):
+    """Run Python in an environment that has no extra: links to the packages of the core alone."""
+    folder = tmp_path_factory.mktemp("site-packages")
+    for name in closure([*PROJECT["dependencies"], "magmotor"]):
+        found = distribution(name)
+        parts = {file.parts[0] for file in found.files or () if file.parts[0] != ".."}
+        for part in parts - {"__pycache__"}:
+            if not (folder / part).exists():
+                try:
+                    (folder / part).symlink_to(found.locate_file(part))
+                except OSError:
+                    pytest.skip("this system creates no symbolic links")
+    path = os.pathsep.join([str(ROOT / "src"), str(folder)])
+
+    def run(*arguments):
+        return subprocess.run(
+            [sys.executable, "-S", *arguments], env={**os.environ, "PYTHONPATH": path},
+            capture_output=True, text=True, check=False, cwd=folder.parent,
+        )  # fmt: skip
+
+    return run
+
+
+def test_the_core_has_no_extra(core):
+    program = "from magmotor.common.optional import missing_packages as m; print(*m('all'))"
+    found = core("-c", program)
+    assert found.stderr == ""
+    missing = set(found.stdout.split())
+    assert missing == set(optional.packages("all"))
+    assert {"dm-control", "netcdf4", "matplotlib", "mediapy", "distributed", "gymnasium"} < missing
+
+
+def test_the_core_simulates_checks_describes_and_heats_any_model(core, tmp_path):
+    program = f"""
+import magmotor as mm, mujoco, sys
+model = mujoco.MjModel.from_xml_string('''{NEEDLE}''')
+data = mujoco.MjData(model)
+mujoco.mj_step(model, data, nstep=5000)
+print(data.qpos.round(4))
+mm.describe(model)
+mm.check(model)
+mm.magnet("sphere", size=0.01, grade="N42")
+run = mm.Langevin(model, kT=2e-4).sample(2000, replicas=4, every=20)
+found = mm.observables.kinetic_temperature(model, run)
+print("temperature", float(found.total) / 2e-4)
+rest = ("dm_control", "netCDF4", "matplotlib", "PIL", "mediapy", "distributed", "gymnasium")
+print("extras", [name for name in rest if name in sys.modules])
+"""
+    found = core("-W", "error", "-c", program)
+    assert found.returncode == 0, found.stderr
+    assert found.stdout.startswith("[1.5708]\n")
+    assert "2 dipoles" in found.stdout
+    assert found.stdout.endswith("extras []\n")
+    ratio = float(re.search(r"temperature (\S+)", found.stdout)[1])
+    assert abs(ratio - 1) < 0.5  # 0.05
+
+
+@pytest.mark.parametrize(
+    ("call", "package", "extra"),
+    [
+        ("mm.build(mm.Top())", "dm_control", "scenes"),
+        ("mm.simulate(mm.Top(), duration=1.0)", "dm_control", "scenes"),
+        (f"mm.sweep.run(mm.sweep.Sweep(mm.Top(), {{'tilt': [0.0]}}, ['max_spin'], {SHORT}), 'out')",
+         "netCDF4", "sweep"),
+        ("mm.advise(mujoco.MjModel.from_xml_string('<mujoco/>'), picture='a.png')",
+         "matplotlib", "movies"),
+        (f"mm.plots.overview(mm.simulate(mm.Top(), {SHORT}), None, 'a.png')",
+         "matplotlib", "movies"),
+        ("mm.sweep.local_cluster().__enter__()", "distributed", "cluster"),
+        ("import magmotor.gym", "gymnasium", "gym"),
+    ],
+)  # fmt: skip
+def test_what_needs_an_extra_says_which(core, call, package, extra):
+    found = core("-c", f"import magmotor as mm, mujoco\n{call}")
+    last = found.stderr.strip().splitlines()[-1]
+    sentence = f'{package} is not installed: pip install "magmotor[{extra}]"'
+    assert last.startswith(f"magmotor.common.optional.MissingExtra: {sentence}")
+
+
+@pytest.mark.parametrize("command", EXTRAS)
+def test_a_command_says_in_one_line_which_extra_it_needs(core, command):
+    found = core("-m", "magmotor", command, "top")
+    assert found.returncode == 2
+    assert found.stdout == ""
+    (line,) = found.stderr.splitlines()
+    assert re.match(rf"magmotor {command}: magmotor {command} needs [\w, -]*netcdf4", line)
+    assert f'pip install "magmotor[{EXTRAS[command]}]"' in line
+
+
+def test_the_core_has_the_help_of_every_command_and_those_for_any_model(core, tmp_path):
+    assert core("-m", "magmotor", "--help").returncode == 0
+    model = tmp_path / "needle.xml"
+    model.write_text(NEEDLE)
+    for command, code in (("describe", 0), ("check", 1)):
+        found = core("-m", "magmotor", command, str(model))
+        assert (found.returncode, found.stderr) == (code, ""), command
+    assert set(EXTRAS) < set(COMMANDS)
+    assert core("-m", "magmotor", "movie", "--help").returncode == 0
+
+
+def test_the_extras_that_the_code_names_exist():
+    named = set(EXTRAS.values())
+    for file in (ROOT / "src").rglob("*.py"):
+        named |= set(re.findall(r'\b(?:extra|require)\("(\w+)"', file.read_text(encoding="utf-8")))
+    extras = set(PROJECT["optional-dependencies"])
+    assert {"scenes", "movies", "sweep", "cluster", "gym"} <= named <= extras
+    everything = {name for extra in named for name in optional.packages(extra)}
+    assert everything <= set(optional.packages("all"))
+
+
+@pytest.mark.parametrize(
+    ("version", "missing", "remedy"),
+    [
+        ((3, 12), ["dm-control"], 'pip install "magmotor[scenes]"'),
+        ((3, 13), ["dm-control"], optional.LABMAZE),
+        ((3, 14), ["dm-control", "lxml"], f'pip install "magmotor[scenes]" and {optional.LABMAZE}'),
+        ((3, 14), ["lxml"], 'pip install "magmotor[scenes]"'),
+    ],
+)
+def test_where_labmaze_has_no_wheel_the_remedy_says_so(monkeypatch, version, missing, remedy):
+    monkeypatch.setattr(sys, "version_info", version)
+    assert optional.remedy("scenes", missing) == remedy
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory):
+    """Build the sdist, and the wheel from what it contains; return their files."""
+    out = tmp_path_factory.mktemp("dist")
+    _build(ROOT, "sdist", out)
+    (sdist,) = out.glob("*.tar.gz")
+    with tarfile.open(sdist) as archive:
+        archive.extractall(out, filter="data")
+    (source,) = (path for path in out.iterdir() if path.is_dir())
+    _build(source, "wheel", out)
+    (wheel,) = out.glob("*.whl")
+    return source, wheel
+
+
+def _build(folder, kind, out):
+    command = [sys.executable, "-m", "hatchling", "build", "-t", kind, "-d", str(out)]
+    subprocess.run(command, cwd=folder, check=True, capture_output=True)
+
+
+def test_the_wheel_contains_the_package_its_models_and_examples_and_nothing_else(built, tmp_path):
+    _, wheel = built
+    assert wheel.stat().st_size < 1e6  # 0.79 MB
+    with zipfile.ZipFile(wheel) as archive:
+        names = set(archive.namelist())
+        archive.extractall(tmp_path)
+    tops = {name.split("/")[0] for name in names}
+    assert {re.sub(r"-.*", "", top) for top in tops} == {"magmotor", "magmotor_plugin.py"}
+    for folder in ("models", "models/parts", "examples"):
+        here = {f"magmotor/{folder}/{file.name}" for file in (ROOT / folder).glob("*.*")}
+        assert here
+        assert here <= names
+    assert {"magmotor/py.typed", "magmotor/__init__.pyi", "magmotor/run/front.json"} < names
+    kinds = {Path(name).suffix for name in names if not name.startswith("magmotor-")}
+    assert kinds == {".py", ".pyi", ".typed", ".json", ".xml"}
+    program = (
+        "from magmotor.common.versions import package_checksum as c, data_folder as d;"
+        "print(c(), d('examples'), d('models'))"
+    )
+    found = subprocess.run(
+        [sys.executable, "-c", program], env={**os.environ, "PYTHONPATH": str(tmp_path)},
+        capture_output=True, text=True, check=True, cwd=tmp_path,
+    )  # fmt: skip
+    inside = tmp_path / "magmotor"
+    assert found.stdout.split() == [
+        str(package_checksum()), str(inside / "examples"), str(inside / "models")
+    ]  # fmt: skip
+
+
+def test_the_sdist_contains_what_its_tests_need(built):
+    source, _ = built
+    for name in ("tests", "src", "models", "examples", "scripts", "paper", "docs", "benchmarks"):
+        assert (source / name).is_dir()
+    for name in ("LICENSE", "README.md", "CONTRIBUTING.md", "CHANGELOG.md", "Makefile"):
+        assert (source / name).is_file()
+
+
+def test_every_requirement_has_a_pin_that_satisfies_it():
+    pins = {}
+    for line in (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines():
+        if line and not line.startswith("#"):
+            name, _, pinned = line.partition("==")
+            pins[re.sub(r"[-_.]+", "-", name).lower()] = pinned
+    groups = [PROJECT["dependencies"], *PROJECT["optional-dependencies"].values()]
+    for requirement in (Requirement(line) for group in groups for line in group):
+        name = re.sub(r"[-_.]+", "-", requirement.name).lower()
+        if name != "magmotor":
+            assert requirement.specifier.contains(pins[name]), requirement
