@@ -6,7 +6,6 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 from typing import Any, cast
 
 import mujoco
@@ -14,12 +13,11 @@ import numpy as np
 import pytest
 
 import magmotor as mm
-from magmotor.commands import view
+from magmotor.commands.view import report
 from magmotor.device import Device, Slider
-from magmotor.live import LiveSimulation, Pace, StateLost, live_scene
+from magmotor.live import LiveSimulation, Loop, Pace, StateLost, live_scene
 from magmotor.live.panel import Panel
 
-SCRIPT = Path(__file__).parents[2] / "scripts" / "view.py"
 METHOD = "mujoco/euler"
 STEPS = 300
 NEEDLE = """
@@ -43,10 +41,16 @@ def live(scene, seed=0):
     return live_scene(scene, method=METHOD, timestep=0.01, seed=seed)
 
 
+def slider(simulation, name):
+    """The control of a slider, by its name without the unit."""
+    labels = [simulation.model.actuator(i).name for i in range(simulation.model.nu)]
+    return simulation.data.actuator(next(k for k in labels if k.split(" (")[0] == name))
+
+
 def put(simulation, **sliders):
     """Move sliders like the viewer."""
     for name, value in sliders.items():
-        simulation.data.actuator(name).ctrl = value
+        slider(simulation, name).ctrl = value
     simulation.apply_input()
 
 
@@ -131,8 +135,8 @@ def test_a_slider_out_of_bounds_moves_back_and_says_why():
     put(simulation, height=0.1)
     put(simulation, tilt=0.4)
     assert "tilt = 0.4: must be less than 0.2985 rad, where the ring" in simulation.notice
-    assert simulation.data.actuator("tilt").ctrl == TOP.tilt
-    assert simulation.data.actuator("height").ctrl == 0.1
+    assert slider(simulation, "tilt").ctrl == TOP.tilt
+    assert slider(simulation, "height").ctrl == 0.1
     put(simulation, tilt=0.2)
     assert simulation.notice == ""
 
@@ -304,7 +308,10 @@ def slid(rotor, monkeypatch):
     device = rotor.RotorDevice
 
     def sliders(self, scene):
-        return {"damping": Slider(scene.damping, 1e-9, 1e-3), "kT": Slider(scene.kT, 1e-9, 1e-3)}
+        return {
+            "damping": Slider(scene.damping, 1e-9, 1e-3, "N m s"),
+            "kT": Slider(scene.kT, 1e-9, 1e-3, "J"),
+        }
 
     monkeypatch.setattr(device, "sliders", sliders)
     monkeypatch.setattr(device, "scene_at", lambda self, scene, values: scene.replace(**values))
@@ -349,7 +356,7 @@ def test_a_joint_without_a_name_holds_the_sliders_and_the_spec_is_unchanged(slid
     spec = mujoco.MjSpec.from_string(NEEDLE)
     monkeypatch.setattr(slid.RotorDevice, "compose", lambda self, scene, *, visual: spec)
     model = Panel(slid.Rotor()).model()
-    assert [model.actuator(i).name for i in range(model.nu)] == ["damping", "kT"]
+    assert [model.actuator(i).name for i in range(model.nu)] == ["damping (N m s)", "kT (J)"]
     np.testing.assert_array_equal(model.key_ctrl[0], [1e-5, 2e-5])
     assert not model.actuator_gainprm.any()
     assert (len(spec.actuators), spec.joints[0].name) == (0, "")
@@ -405,15 +412,18 @@ def test_a_folder_is_not_a_model(run_script, tmp_path):
 @pytest.fixture
 def loop_of():
     """The loop of the command around a simulation, at speed 1."""
-    return lambda simulation: view.Loop(simulation, 1.0)
+    return lambda simulation: Loop(simulation, 1.0, report)
 
 
 def test_keys_switch_pause_and_change_the_speed(loop_of):
     loop, perturb = loop_of(live(DISK)), mujoco.MjvPerturb()
-    assert loop.texts()[0].split("\n") == ["time", "6, 7: speed", "8: noise", "space", "Backspace"]
-    for key in "87 ":
+    keys = ["8: noise", "space", "Backspace"]
+    readouts = ["x", "d", "temperature"]
+    assert loop.texts()[0].split("\n") == ["time", "6, 7: speed", *readouts, *keys]
+    for key in "87 .":
         loop.press(ord(key))
-    assert loop.texts()[1].split("\n") == ["0.0", "2", "off", "paused", "reset"]
+    assert loop.texts()[1].split("\n")[:2] == ["0.0", "2"]
+    assert loop.texts()[1].split("\n")[-3:] == ["off", "paused", "reset"]
     loop.step(time.perf_counter() + 1, perturb)
     assert loop.simulation.data.time == 0
     loop.press(ord(" "))
@@ -465,7 +475,7 @@ def stepped(loop, now, perturb):
     if frame == 0:
         seen.pair = pair
     if frame == 5:
-        data.actuator("friction").ctrl = 0.5
+        data.actuator("friction (kg/s)").ctrl = 0.5
     if frame == 10:
         perturb.select = loop.simulation.model.body("ball").id
         perturb.active, perturb.localmass = 1, 0.2
@@ -478,7 +488,13 @@ def stepped(loop, now, perturb):
         print("friction", pair / seen.pair)
         seen.press(ord(" "))
     if frame == 25:
-        print(loop.texts()[1].split()[3], seen.viewer.viewport.width > 100)
+        texts = dict(zip(*[column.split("\\n") for column in loop.texts()], strict=True))
+        print(texts["space"], seen.viewer.viewport.width > 100)
+        print("J", texts["J (kg m^2/s)"])
+        print("arrows", seen.viewer.user_scn.ngeom)
+        seen.press(ord("."))
+    if frame == 27:
+        print("moments", seen.viewer.user_scn.ngeom)
         seen.viewer.close()
 
 mujoco.viewer.launch_passive, view.Loop.step = launch_passive, stepped
@@ -513,10 +529,12 @@ def test_in_a_window_sliders_keys_and_mouse_act_and_it_closes(display):
         check=False,
     )  # fmt: skip
     assert (done.returncode, done.stderr) == (0, "")
-    told = dict(line.split(maxsplit=1) for line in done.stdout.splitlines()[-4:])
+    told = dict(line.split(maxsplit=1) for line in done.stdout.splitlines()[-7:])
     assert float(told["pulled"]) > 0.01
     assert float(told["friction"]) == pytest.approx(5 / 3, rel=1e-15, abs=0)  # 0
     assert (told["paused"], told["closed"]) == ("True", "1")
+    assert abs(float(told["J"])) > 1e-7  # 7e-7
+    assert (told["arrows"], told["moments"]) == ("0", "21")
 
 
 SHOWN = """

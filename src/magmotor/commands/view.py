@@ -1,14 +1,18 @@
-"""Watch a scene live in MuJoCo's viewer and interact with it: pull, tilt, heat, brake.
+"""Watch a scene live, in a window or in a browser, and interact with it: pull, tilt, heat, brake.
 
-To pull a body with the mouse, double-click it, then hold Ctrl and drag (left button turns, right
-button moves). The panel Control, on the right, has sliders for the scene's ring height and tilt,
-friction, and temperature. Keys: space pauses, 8 toggles noise, 9 toggles magnetism, 6 and 7 halve
-and double the speed, Backspace resets, Tab shows the viewer's own panel.
+With --web, any browser shows the scene, with sliders and curves: on this computer, or over SSH.
+Otherwise MuJoCo's viewer opens. To pull a body with the mouse, double-click it, then hold Ctrl and
+drag (left button turns, right button moves). The panel Control, on the right, has sliders for the
+scene's ring height and tilt, friction, and temperature. Keys: space pauses, 8 toggles noise, 9
+toggles magnetism, 6 and 7 halve and double the speed, the period selects arrows for moments and
+field, Backspace resets, Tab shows the viewer's own panel.
 
-A `model` is any MJCF file; the magnetism, noise and potentials that it declares act. On macOS, run
-this with `mjpython`, which comes with MuJoCo, instead of `python`.
+A `model` is any MJCF file; the magnetism, noise and potentials that it declares act. The word
+`model` can be left out. On macOS, run this with `mjpython`, which comes with MuJoCo, instead of
+`python`; --web does not need it.
 """
 
+import socket
 import sys
 import threading
 import time
@@ -19,15 +23,7 @@ from queue import SimpleQueue
 from typing import Any
 
 import tyro
-from mujoco import (
-    FatalError,
-    MjModel,
-    MjvPerturb,
-    mjtCamera,
-    mjtRndFlag,
-    mjv_defaultFreeCamera,
-    set_mju_user_warning,
-)
+from mujoco import FatalError, MjModel, mjtCamera, mjtRndFlag, set_mju_user_warning
 
 from magmotor.commands.output import (
     DIVERGED,
@@ -40,14 +36,13 @@ from magmotor.commands.output import (
 from magmotor.commands.scene_options import parse
 from magmotor.common.checks import check_number, reject
 from magmotor.common.interrupts import deferred
-from magmotor.live import LiveSimulation, Pace, StateLost, live_scene
+from magmotor.live import LiveSimulation, Loop, WebView, live_scene
+from magmotor.live.camera import free_camera, traveler
+from magmotor.live.web import HOST, PORT
 
 HELP = """\
-keys: space pauses, 6 slower, 7 faster, 8 noise, 9 magnetism, Backspace resets
+keys: space pauses, 6 slower, 7 faster, 8 noise, 9 magnetism, . arrows, Backspace resets
 mouse: double-click a body, then Ctrl + drag (left turns, right moves); sliders: panel Control"""
-
-SWITCHES = {"8": "noise", "9": "magnetism"}
-"""Keys without a function in the viewer itself, unlike all letters."""
 
 FRAME = 1 / 60
 """Wall time per frame (s)."""
@@ -56,8 +51,23 @@ CLOSING = 5.0
 """Wall time (s) to wait for a window to close."""
 
 
+MODELS = ".xml", ".mjcf", ".mjb", ".mjz"
+"""Endings of the names of files, before which the word `model` may be left out."""
+
+
 @dataclass
-class Options:
+class Display:
+    web: bool = False
+    """show it in a browser instead of a window"""
+    host: str = HOST
+    """address on which to listen for browsers: 127.0.0.1 for this computer only, 0.0.0.0 for every
+    network, without a password"""
+    port: int = PORT
+    """port on which to listen for browsers; if it is taken, the next free one is used"""
+
+
+@dataclass
+class Options(Display):
     method: str = "mujoco/euler"
     """mujoco/euler, mujoco/implicitfast or mujoco/rk4"""
     timestep: float = 0.01
@@ -76,8 +86,8 @@ class MotorOptions(Options):
     """simulated seconds per second"""
 
 
-@dataclass
-class ModelOptions:
+@dataclass(kw_only=True)
+class ModelOptions(Display):
     """Watch any MJCF model live, with the magnetism, noise and potentials that it declares."""
 
     path: tyro.conf.Positional[Path]
@@ -93,7 +103,10 @@ SCENES = {"top": Options, "disk": Options, "motor": MotorOptions, "model": Model
 
 def main() -> None:
     warn_in_one_line()
-    scene, options = parse(SCENES, __doc__ or "", tuple(SCENES))
+    arguments = sys.argv[1:]
+    if arguments and arguments[0].lower().endswith(MODELS):
+        arguments = ["model", *arguments]
+    scene, options = parse(SCENES, __doc__ or "", tuple(SCENES), arguments)
     try:
         check_number("speed", options.speed, above=0)
         simulation = make(scene, options)
@@ -101,10 +114,14 @@ def main() -> None:
         fail(" ".join(str(error).split()), MISTAKE)
     set_mju_user_warning(report)  # by default MuJoCo writes to a file
     with deferred() as interrupted:  # Ctrl-C would crash a window that opens or closes
-        check_display()
-        print(HELP, flush=True)
+        loop = Loop(simulation, options.speed, report)
         try:
-            show(simulation, options.speed, interrupted)
+            if options.web:
+                serve(loop, options, interrupted)
+            else:
+                check_display()
+                print(HELP, flush=True)
+                show(loop, interrupted)
         except FatalError as error:
             fail(str(error), DIVERGED)
     if interrupted.is_set():
@@ -123,6 +140,23 @@ def make(scene: Any, options: Any) -> LiveSimulation:
 
 def report(message: str) -> None:
     print(f"{Path(sys.argv[0]).name}: {message}", file=sys.stderr)
+
+
+def serve(loop: Loop, options: Display, interrupted: threading.Event) -> None:
+    """Show the simulation to browsers until Ctrl-C."""
+    try:
+        view = WebView(loop, host=options.host, port=options.port)
+    except ValueError as error:
+        fail(str(error), MISTAKE)
+    port = view.url.rpartition(":")[2]
+    print(f"open {view.url} in a browser; Ctrl-C ends")
+    if options.host == HOST:
+        print(f"from another computer: ssh -L {port}:{HOST}:{port} USER@{socket.gethostname()}")
+    sys.stdout.flush()
+    try:
+        view.run(interrupted)
+    finally:
+        view.stop()
 
 
 def check_display() -> None:
@@ -148,23 +182,24 @@ def check_display() -> None:
     glfw.destroy_window(window)
 
 
-def show(simulation: LiveSimulation, speed: float, interrupted: threading.Event) -> None:
+def show(loop: Loop, interrupted: threading.Event) -> None:
     """Open the window and step the simulation until it is closed."""
     from mujoco.viewer import launch_passive
 
     pressed: SimpleQueue[int] = SimpleQueue()
     others = set(threading.enumerate())
+    simulation = loop.simulation
     model, data = simulation.model, simulation.data
     try:
         with launch_passive(model, data, key_callback=pressed.put, show_left_ui=False) as viewer:
             simulation.reset()  # opening the window has computed without our forces
             aim(viewer, model)
-            loop = Loop(simulation, speed)
             while viewer.is_running() and not interrupted.is_set():
                 begin = time.perf_counter()
                 while not pressed.empty():
                     loop.press(pressed.get())
                 loop.step(begin, viewer.perturb)
+                loop.draw(viewer.user_scn)
                 viewer.set_texts((None, None, *loop.texts()))
                 viewer.sync()
                 simulation.apply_input()
@@ -176,59 +211,10 @@ def show(simulation: LiveSimulation, speed: float, interrupted: threading.Event)
 
 def aim(viewer: Any, model: MjModel) -> None:
     """Show the whole model; follow a disk, which leaves the region of shadows."""
-    camera = viewer.cam
-    mjv_defaultFreeCamera(model, camera)
-    names = [model.body(i).name for i in range(model.nbody)]
-    if "disk" in names:
-        camera.type, camera.trackbodyid = mjtCamera.mjCAMERA_TRACKING, names.index("disk")
+    camera, default, followed = viewer.cam, free_camera(model), traveler(model)
+    camera.lookat[:], camera.distance = default.lookat, default.distance
+    camera.azimuth, camera.elevation = default.azimuth, default.elevation
+    if followed is not None:
+        camera.type, camera.trackbodyid = mjtCamera.mjCAMERA_TRACKING, followed
         camera.elevation = -12
         viewer.user_scn.flags[mjtRndFlag.mjRND_SHADOW] = 0
-
-
-class Loop:
-    """The actions between two frames, independent of the window."""
-
-    def __init__(self, simulation: LiveSimulation, speed: float):
-        self.simulation, self.paused = simulation, False
-        self.pace = Pace(speed, time.perf_counter())
-
-    def press(self, key: int) -> None:
-        match chr(key):
-            case " ":
-                self.paused = not self.paused
-            case "6":
-                self.pace.speed /= 2
-            case "7":
-                self.pace.speed *= 2
-            case switch if switch in SWITCHES:
-                self.simulation.switch(SWITCHES[switch])
-
-    def step(self, now: float, perturb: MjvPerturb) -> None:
-        """Take the steps that are due; if the state is lost, reset and pause."""
-        steps = self.pace.steps(now, self.simulation.model.opt.timestep)
-        if self.paused:
-            self.simulation.hold(perturb)
-            return
-        try:
-            self.simulation.advance(steps, perturb)
-        except StateLost as error:
-            self.simulation.reset()
-            self.simulation.notice = f"{error}: reset; space continues"
-            self.paused = True
-            report(f"{error}: reset and paused")
-
-    def texts(self) -> tuple[str, str]:
-        """Return the two text columns shown in the window."""
-        simulation = self.simulation
-        rows = {
-            "time": f"{abs(simulation.data.time):.1f}",
-            "6, 7: speed": f"{self.pace.speed:g}",
-        }
-        for key, name in SWITCHES.items():
-            if simulation.declared[name]:
-                rows[f"{key}: {name}"] = "on" if simulation.on[name] else "off"
-        rows["space"] = "paused" if self.paused else "pause"
-        rows["Backspace"] = "reset"
-        if simulation.notice:
-            rows[simulation.notice] = ""
-        return "\n".join(rows), "\n".join(rows.values())

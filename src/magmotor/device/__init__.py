@@ -14,6 +14,7 @@ from magmotor.device.job import Job
 from magmotor.device.movie import Gauge, MovieContent, between
 from magmotor.device.observable import Measure, Observable, labeled
 from magmotor.device.quantities import check_fields, quantity
+from magmotor.device.readout import Readout
 from magmotor.device.sliders import Slider
 from magmotor.device.states import Column
 from magmotor.device.step_limits import check_step_limit
@@ -38,6 +39,7 @@ __all__ = [
     "MovieContent",
     "MujocoAdapter",
     "Observable",
+    "Readout",
     "Scene",
     "Slider",
     "SmallMotion",

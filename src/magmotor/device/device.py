@@ -22,6 +22,7 @@ from magmotor.device.movie import Gauge, MovieContent
 from magmotor.device.observable import Measure
 from magmotor.device.overview import draw_variables
 from magmotor.device.quantities import add_parameters
+from magmotor.device.readout import Readout
 from magmotor.device.sliders import Slider
 from magmotor.device.states import Column
 from magmotor.numerics.linear_stability import SmallMotion
@@ -278,6 +279,10 @@ class Device(ABC, Generic[S, T]):
 
     def sliders(self, scene: S) -> dict[str, Slider]:
         """Return the sliders that the live viewer shows, by name."""
+        return {}
+
+    def readouts(self, scene: S) -> dict[str, Readout]:
+        """Return the readouts of live views by name, beside temperature or kinetic energy."""
         return {}
 
     def scene_at(self, scene: S, values: Mapping[str, float]) -> S:

@@ -8,16 +8,21 @@ SMALLEST = 1e-24
 
 
 class Slider(NamedTuple):
-    """Initial value and range of a quantity, in the scene's units."""
+    """Initial value and range of a quantity, and its unit; "1" if it is dimensionless."""
 
     start: float
     least: float
     largest: float
+    unit: str
+
+    def label(self, name: str) -> str:
+        """Return the name with the unit, as it is shown."""
+        return name if self.unit == "1" else f"{name} ({self.unit})"
 
 
-def positive(start: float, usual: float) -> Slider:
+def positive(start: float, usual: float, unit: str) -> Slider:
     """Return a slider that reaches four times its initial value, or the usual value if larger."""
-    return Slider(max(start, SMALLEST), SMALLEST, 4 * max(start, usual))
+    return Slider(max(start, SMALLEST), SMALLEST, 4 * max(start, usual), unit)
 
 
 def noise_at(friction: float, kT: float) -> float:

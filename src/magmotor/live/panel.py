@@ -1,6 +1,4 @@
-"""A scene's sliders in MuJoCo's viewer: actuators without force, whose controls are read."""
-
-from collections.abc import Mapping
+"""A scene's sliders in a live view: actuators without force, whose controls are read."""
 
 import mujoco
 import numpy as np
@@ -8,7 +6,7 @@ from numpy.typing import NDArray
 
 from magmotor.common.checks import reject
 from magmotor.device.device import Scene
-from magmotor.device.sliders import SMALLEST, Slider
+from magmotor.device.sliders import SMALLEST
 from magmotor.mjcf import parts
 from magmotor.run.in_mujoco import build, compose
 
@@ -24,7 +22,9 @@ MOVED = (
 
 
 class Panel:
-    """The sliders of a scene, which the viewer shows in its panel Control as the model's `ctrl`.
+    """The sliders of a scene: actuators, which the viewer shows in its panel Control.
+
+    An actuator's name is that of its slider, with the unit, such as `tilt (rad)`.
 
     Parameters
     ----------
@@ -57,13 +57,12 @@ class Panel:
             else self.scene
         )
         root = compose(kept, visual=True)
-        add = _add_to_spec if isinstance(root, mujoco.MjSpec) else _add_to_tree
         try:
-            root = add(root, self.sliders, list(start.values()))
+            spec = self._added_to(parts.spec_of(root))
         except IndexError:
             sentence = "its model must have a keyframe, its initial state, and sliders a joint"
             raise reject("scene", self.scene, sentence) from None
-        model = parts.compiled(root)
+        model = parts.compiled(spec)
         model.stat.meansize = model.stat.extent / 20  # size of the markers of mouse forces
         return model
 
@@ -84,34 +83,18 @@ class Panel:
         model = build(self.scene.device.scene_at(self.scene, named))
         return {name: getattr(model, name) for name in MOVED}
 
-
-def _add_to_tree(
-    root: parts.Element, sliders: Mapping[str, Slider], start: list[float]
-) -> parts.Element:
-    """Add the sliders, and their values at the start, to a PyMJCF tree; return it."""
-    root.keyframe.key[0].ctrl = start
-    for name, slider in sliders.items():
-        joint = root.worldbody.find_all("joint")[0]
-        ends = [slider.least, slider.largest]
-        root.actuator.add("general", name=name, joint=joint, gainprm=[0], ctrlrange=ends)
-    return root
-
-
-def _add_to_spec(
-    spec: mujoco.MjSpec, sliders: Mapping[str, Slider], start: list[float]
-) -> mujoco.MjSpec:
-    """Add the sliders, and their values at the start, to a copy of an MjSpec; return it."""
-    spec = spec.copy()
-    spec.keys[0].ctrl = start
-    for name, slider in sliders.items():
-        joint = spec.joints[0]
-        joint.name = joint.name or "joint of the sliders"
-        spec.add_actuator(
-            name=name,
-            target=joint.name,
-            trntype=mujoco.mjtTrn.mjTRN_JOINT,
-            gainprm=[0.0] * mujoco.mjNGAIN,
-            ctrlrange=[slider.least, slider.largest],
-            ctrllimited=True,
-        )
-    return spec
+    def _added_to(self, spec: mujoco.MjSpec) -> mujoco.MjSpec:
+        """Add the sliders to an MjSpec, with their initial values in its keyframe; return it."""
+        spec.keys[0].ctrl = [slider.start for slider in self.sliders.values()]
+        for name, slider in self.sliders.items():
+            joint = spec.joints[0]
+            joint.name = joint.name or "joint of the sliders"
+            spec.add_actuator(
+                name=slider.label(name),
+                target=joint.name,
+                trntype=mujoco.mjtTrn.mjTRN_JOINT,
+                gainprm=[0.0] * mujoco.mjNGAIN,
+                ctrlrange=[slider.least, slider.largest],
+                ctrllimited=True,
+            )
+        return spec

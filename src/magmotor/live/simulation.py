@@ -57,6 +57,8 @@ class LiveSimulation:
     ----------
     model : mujoco.MjModel
     data : mujoco.MjData
+    scene : Scene or None
+        The scene of the panel.
     notice : str
         Why a slider was moved back or the motion stopped; empty if all is well.
 
@@ -81,6 +83,7 @@ class LiveSimulation:
                 "seed", seed, "must be 0, since the model has noise but no nuserdata to hold a seed"
             )
         self.model, self.data = model, mujoco.MjData(model)
+        self.scene = panel.scene if panel else None
         self.notice = ""
         self._panel, self._seed = panel, seed
         self._on = dict.fromkeys(SWITCHED, True)
@@ -205,15 +208,15 @@ class LiveSimulation:
 
     def _follow_script(self) -> None:
         """Place bodies with prescribed motion as at the middle of the step, as in a run."""
-        scene = self._panel.scene if self._panel else None
+        scene = self.scene
         if scene is not None and scene.device.has_script(scene):
             middle = self.data.time + 0.5 * self.model.opt.timestep
             scene.device.place(scene, self.data, middle)
 
     def _check_held(self) -> None:
         """Raise StateLost if the scene no longer describes the state."""
-        if self._panel is not None:
-            scene = self._panel.scene
+        scene = self.scene
+        if scene is not None:
             reason = scene.device.why_lost(scene, self.model, self.data)
             if reason:
                 raise StateLost(reason)

@@ -29,6 +29,13 @@ def compiled(root: Element) -> mujoco.MjModel:
         ) from error
 
 
+def spec_of(root: Element) -> mujoco.MjSpec:
+    """Return a PyMJCF tree or an MjSpec as a new MjSpec."""
+    if isinstance(root, mujoco.MjSpec):
+        return root.copy()
+    return mujoco.MjSpec.from_string(xml_of(root), assets=root.get_assets())
+
+
 def xml_of(root: Element) -> str:
     """The MJCF of a PyMJCF tree, without the names that PyMJCF gives to what has none."""
     return re.sub(r' name="//unnamed[^"]*"', "", root.to_xml_string())

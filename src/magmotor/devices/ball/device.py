@@ -11,6 +11,7 @@ from magmotor.common.checks import check_number, reject
 from magmotor.device.analysis import checked_run
 from magmotor.device.device import Device
 from magmotor.device.movie import between
+from magmotor.device.readout import Readout
 from magmotor.devices.ball.scene import BallScene
 
 S = TypeVar("S", bound=BallScene)
@@ -75,6 +76,16 @@ class BallDevice(Device[S, T], Generic[S, T]):
             rotation = Slerp(run.time.values, Rotation.from_quat(run[name], scalar_first=True))
             columns += [*rotation(times).as_quat(scalar_first=True).T]
         return np.stack(columns, axis=1)
+
+    def readouts(self, scene: S) -> dict[str, Readout]:
+        """Return J, the spin about the ball's axis, and the azimuth of the ball."""
+        return {
+            "J": Readout("kg m^2/s", lambda now: now["momentum_map"]),
+            "spin": Readout("rad/s", lambda now: now["angular_velocity"] @ now["axis"]),
+            "azimuth": Readout(
+                "rad", lambda now: np.arctan2(*now["position"][1::-1]), period=2 * np.pi
+            ),
+        }
 
     def why_lost(self, scene: S, model: Any, data: Any) -> str:
         """Return why the ball of a planar scene would leave its plane; empty if it would not."""

@@ -16,6 +16,7 @@ from magmotor.device.initial import initial_parts, initial_row
 from magmotor.device.job import METHODS as MUJOCO
 from magmotor.device.job import PLANAR as MUJOCO_PLANAR
 from magmotor.device.job import Job
+from magmotor.device.readout import Readout
 from magmotor.device.sliders import Slider, noise_at, positive
 from magmotor.device.states import Column
 from magmotor.device.step_limits import check_step_limit, small_motion
@@ -222,8 +223,15 @@ class DiskDevice(LangevinDevice[Disk]):
     def sliders(self, scene: Disk) -> dict[str, Slider]:
         """Return the sliders of friction and temperature."""
         return {
-            "friction": positive(scene.friction, Disk().friction),
-            "temperature": positive(1 / scene.beta, 1 / Disk().beta),
+            "friction": positive(scene.friction, Disk().friction, "1"),
+            "temperature": positive(1 / scene.beta, 1 / Disk().beta, "1"),
+        }
+
+    def readouts(self, scene: Disk) -> dict[str, Readout]:
+        """Return the displacement and d = -v + sigma omega, which friction does not damp."""
+        return {
+            "x": Readout("1", lambda now: now["x"]),
+            "d": Readout("1", lambda now: scene.sigma * now["omega"] - now["v"]),
         }
 
     def scene_at(self, scene: Disk, values: Mapping[str, float]) -> Disk:

@@ -221,12 +221,15 @@ class MotorDevice(BallDevice[Motor, MotorStates]):
     def sliders(self, scene: Motor) -> dict[str, Slider]:
         """Return sliders for friction, and for the temperature or, if nonuniform, the noise."""
         default = Motor(temperature=scene.temperature)
-        names = ["friction_ball", "friction_ring"]
+        units = {"friction_ball": "kg/s", "friction_ring": "kg m^2/s"}
         if scene.temperature != "uniform":
-            names = ["friction_ball", "alpha_ring"]
-        found = {name: positive(getattr(scene, name), getattr(default, name)) for name in names}
+            units = {"friction_ball": "kg/s", "alpha_ring": "N m sqrt(s)"}
+        found = {
+            name: positive(getattr(scene, name), getattr(default, name), unit)
+            for name, unit in units.items()
+        }
         if scene.temperature == "uniform":
-            found["temperature"] = positive(1 / scene.beta, 1 / default.beta)
+            found["temperature"] = positive(1 / scene.beta, 1 / default.beta, "J")
         return found
 
     def scene_at(self, scene: Motor, values: Mapping[str, float]) -> Motor:

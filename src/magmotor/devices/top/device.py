@@ -238,12 +238,14 @@ class TopDevice(BallDevice[Top, BallStates]):
 
     def sliders(self, scene: Top) -> dict[str, Slider]:
         """Return sliders for friction and, without a script, for tilt and height of the ring."""
-        friction = {"friction": positive(scene.friction, Top().friction)}
+        friction = {"friction": positive(scene.friction, Top().friction, "kg/s")}
         if scene.ring_script:
             return friction
         ring = {
-            "tilt": Slider(scene.tilt, 0.0, max(0.4, scene.tilt)),
-            "height": Slider(scene.ring_height, 0.5 * scene.ring_height, 2 * scene.ring_height),
+            "tilt": Slider(scene.tilt, 0.0, max(0.4, scene.tilt), "rad"),
+            "height": Slider(
+                scene.ring_height, 0.5 * scene.ring_height, 2 * scene.ring_height, "m"
+            ),
         }
         return ring | friction
 

@@ -1,0 +1,285 @@
+"""The page of a live view: the picture by mjviser, the controls and curves by viser."""
+
+import errno
+import html
+import io
+import math
+import socket
+from collections.abc import Callable
+from contextlib import redirect_stdout
+from copy import copy
+from queue import SimpleQueue
+from typing import Any, NamedTuple
+
+import mujoco
+import numpy as np
+
+from magmotor.common import style
+from magmotor.common.arrays import Array
+from magmotor.common.checks import reject
+from magmotor.common.optional import extra
+from magmotor.live.camera import eye, free_camera, traveler
+from magmotor.live.loop import ARROWS, Loop
+from magmotor.mjcf.arrows import MOMENT
+
+CURVED = 6
+"""Frames between two updates of the curves and numbers."""
+
+CURVE_HEIGHT = 130
+"""Height of a curve's panel in pixels."""
+
+STEPS = 200
+"""Number of positions of a slider."""
+
+ROOM = 10_000
+"""Largest number of arrows."""
+
+
+class Control(NamedTuple):
+    """An input on the page, with functions that return and change what it controls."""
+
+    handle: Any
+    get: Callable[[], Any]
+    put: Callable[[Any], None]
+    tolerance: float = 0.0
+
+
+class Page:
+    """A page with the picture, the controls, the readouts and the curves of a live simulation.
+
+    Parameters
+    ----------
+    loop : Loop
+    host : str
+    port : int
+        See `WebView`.
+    """
+
+    def __init__(self, loop: Loop, host: str, port: int):
+        self._loop, self._frames = loop, 0
+        self._server, self._scene = _serve(loop.simulation.model, host, port)
+        self.url = f"http://{_shown(host)}:{self._server.get_port()}"
+        self._follows = traveler(loop.simulation.model) is not None
+        self._scene.camera_tracking_enabled = self._follows
+        self._view = mujoco.MjvScene(loop.simulation.model, maxgeom=ROOM)
+        self._pressed: SimpleQueue[Callable[[], None]] = SimpleQueue()
+        self._arrows: dict[str, Any] = {}
+        self._aim()
+        gui = self._server.gui
+        gui.configure_theme(show_logo=False, show_share_button=False)
+        self._add_buttons()
+        self._controls = [*self._switches(), *self._sliders()]
+        self._seen = [control.get() for control in self._controls]
+        self._notice = gui.add_text("notice", "", multiline=True, disabled=True, visible=False)
+        self._numbers = gui.add_html("")
+        self._curves = self._empty_curves()
+        self.show()
+
+    @property
+    def is_watched(self) -> bool:
+        """Whether a browser is connected."""
+        return bool(self._server.get_clients())
+
+    def read(self) -> None:
+        """Apply the input of all browsers since the last call."""
+        while not self._pressed.empty():
+            self._pressed.get()()
+        for i, control in enumerate(self._controls):
+            value = control.handle.value
+            if value != self._seen[i]:
+                self._seen[i] = value
+                control.put(value)
+
+    def show(self) -> None:
+        """Show the current state."""
+        simulation = self._loop.simulation
+        self._scene.update_from_mjdata(simulation.data)
+        self._draw_arrows()
+        for i, control in enumerate(self._controls):
+            value = control.get()
+            if _differ(value, self._seen[i], control.tolerance):
+                self._seen[i] = control.handle.value = value
+        self._pause.label = "Continue" if self._loop.paused else "Pause"
+        self._notice.visible = bool(simulation.notice)
+        self._notice.value = simulation.notice
+        if self._frames % CURVED == 0:
+            self._show_numbers()
+        self._frames += 1
+
+    def close(self) -> None:
+        """Stop serving the page."""
+        with redirect_stdout(io.StringIO()):
+            self._server.stop()
+
+    def _aim(self) -> None:
+        """Show the whole model, as MuJoCo's viewer does."""
+        model = self._loop.simulation.model
+        camera, start = free_camera(model), self._server.initial_camera
+        offset = camera.lookat if self._follows else np.zeros(3)
+        start.position, start.look_at = eye(camera) - offset, camera.lookat - offset
+        start.fov = math.radians(model.vis.global_.fovy)
+        start.near = model.vis.map.znear * model.stat.extent
+
+    def _add_buttons(self) -> None:
+        gui, press = self._server.gui, self._loop.press
+        self._pause = gui.add_button("Pause")
+        self._pause.on_click(lambda _: self._pressed.put(lambda: press(ord(" "))))
+        reset = gui.add_button("Reset")
+        reset.on_click(lambda _: self._pressed.put(self._loop.simulation.reset))
+        speed = gui.add_button_group("speed", ("slower", "faster"))
+        keys = {"slower": "6", "faster": "7"}
+        speed.on_click(
+            lambda event: self._pressed.put(lambda: press(ord(keys[event.target.value])))
+        )
+
+    def _switches(self) -> list[Control]:
+        """Add a checkbox for each force that acts, and the choice of arrows."""
+        gui, loop, simulation = self._server.gui, self._loop, self._loop.simulation
+        found = [
+            Control(
+                gui.add_checkbox(name, initial_value=simulation.on[name]),
+                lambda name=name: simulation.on[name],
+                lambda _, name=name: simulation.switch(name),
+            )
+            for name, declared in simulation.declared.items()
+            if declared
+        ]
+        if loop.is_magnetic:
+            handle = gui.add_dropdown("arrows", ARROWS, initial_value=loop.arrows)
+            put = lambda value: setattr(loop, "arrows", value)  # noqa: E731
+            found.append(Control(handle, lambda: loop.arrows, put))
+        return found
+
+    def _sliders(self) -> list[Control]:
+        """Add a slider for each actuator: those of a scene, or the model's own."""
+        model, data = self._loop.simulation.model, self._loop.simulation.data
+        return [self._slider(model, data, i) for i in range(model.nu)]
+
+    def _slider(self, model: mujoco.MjModel, data: mujoco.MjData, i: int) -> Control:
+        least, largest = model.actuator_ctrlrange[i] if model.actuator_ctrllimited[i] else (-1, 1)
+        exponent = _exponent(max(abs(least), abs(largest)))
+        unit, name = 10.0**exponent, model.actuator(i).name or f"actuator {i}"
+        step = float(f"{(largest - least) / unit / STEPS:.0e}")
+        digits = 1 - math.floor(math.log10(step))
+        low, high = round(least / unit, digits), round(largest / unit, digits)
+
+        def get() -> float:
+            return min(max(round(data.ctrl[i] / unit, digits), low), high)
+
+        def put(value: float) -> None:
+            data.ctrl[i] = value * unit
+
+        label = _scaled(name, exponent)
+        handle = self._server.gui.add_slider(label, low, high, step, initial_value=get())
+        return Control(handle, get, put, tolerance=step / 2)
+
+    def _empty_curves(self) -> dict[str, Any]:
+        colors = style.BLUE, style.ORANGE, style.GREEN, style.PURPLE
+        curves = {}
+        for i, name in enumerate(self._loop.readouts.units):
+            lines: Any = ({"label": "t"}, {"label": name, "stroke": colors[i % 4], "width": 2})
+            curves[name] = self._server.gui.add_uplot(
+                (np.zeros(1), np.zeros(1)),
+                lines,
+                title=name,
+                scales={"x": {"time": False}},
+                legend={"show": False},
+                height=CURVE_HEIGHT,
+            )
+        return curves
+
+    def _show_numbers(self) -> None:
+        readouts = self._loop.readouts
+        rows = "".join(
+            f"<tr><td>{html.escape(name)}</td><td style='text-align:right'>{text}</td></tr>"
+            for name, text in self._loop.rows().items()
+        )
+        self._numbers.content = f"<table style='width:100%;padding:0 1em'>{rows}</table>"
+        time, values = readouts.curves
+        for name, handle in self._curves.items():
+            exponent = _exponent(float(np.abs(values[name]).max()))
+            unit = readouts.units[name]
+            handle.title = _scaled(name if unit == "1" else f"{name} ({unit})", exponent)
+            handle.data = (time, values[name] / 10.0**exponent)
+
+    def _draw_arrows(self) -> None:
+        self._loop.draw(self._view)
+        geoms = self._view.geoms[: self._view.ngeom]
+        colors = np.array([geom.rgba[:3] for geom in geoms]).reshape(-1, 3)
+        moments = np.isclose(colors, MOMENT).all(axis=1)
+        for name, chosen in (("moments", moments), ("field", ~moments)):
+            self._place(name, [geoms[k] for k in np.flatnonzero(chosen)], colors[chosen])
+
+    def _place(self, name: str, geoms: list[mujoco.MjvGeom], colors: Array) -> None:
+        """Show MuJoCo's arrows under a name; hide those that were shown if there are none."""
+        handle = self._arrows.get(name)
+        if handle is not None:
+            handle.visible = bool(geoms)
+        if not geoms:
+            return
+        ends = np.array([[g.pos, g.pos + 0.5 * g.size[2] * g.mat[:, 2]] for g in geoms])
+        radius = float(max(geom.size[0] for geom in geoms))
+        rgb = (255 * colors).round().astype(np.uint8)
+        if handle is None:
+            # The parent moves with what the camera follows.
+            self._arrows[name] = self._server.scene.add_arrows(
+                f"/fixed_bodies/{name}", ends, rgb,
+                shaft_radius=radius, head_radius=2.5 * radius, head_length=6 * radius,
+            )  # fmt: skip
+            return
+        handle.points, handle.colors = ends.astype(np.float32), rgb
+
+
+def _serve(model: mujoco.MjModel, host: str, port: int) -> tuple[Any, Any]:
+    """Return a running server and the picture of a model on its page."""
+    with extra("web"):
+        from mjviser import ViserMujocoScene
+        from viser import ViserServer
+    _check_host(host, port)
+    with redirect_stdout(io.StringIO()):  # the server prints its address in a frame
+        server = ViserServer(host, port, label="magmotor", verbose=False)
+    server.request_share_url = lambda verbose=True: None  # a page must not open a way in
+    return server, ViserMujocoScene(server, copy(model), num_envs=1)  # it changes the model
+
+
+def _check_host(host: str, port: int) -> None:
+    """Check that one can listen on an address; the port may be taken."""
+    try:
+        family, kind, _, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
+        with socket.socket(family, kind) as trial:
+            trial.bind(address)
+    except OSError as error:
+        if error.errno not in (errno.EADDRINUSE, errno.EACCES):
+            sentence = "must be an address of this computer, such as 127.0.0.1 or 0.0.0.0"
+            raise reject("host", host, sentence) from None
+
+
+def _shown(host: str) -> str:
+    """Return the host as others write it in an address."""
+    if host in ("0.0.0.0", "::", ""):
+        return socket.gethostname()
+    return f"[{host}]" if ":" in host else host
+
+
+def _differ(value: Any, seen: Any, tolerance: float) -> bool:
+    return abs(value - seen) > tolerance if tolerance else value != seen
+
+
+SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def _exponent(size: float) -> int:
+    """Return the power of ten, a multiple of three, in which numbers of a size are shown."""
+    if size == 0 or 1e-2 <= size < 1e4:
+        return 0
+    return 3 * math.floor(math.log10(size) / 3)
+
+
+def _scaled(label: str, exponent: int) -> str:
+    """Return a label such as `J (kg m^2/s)` with a power of ten in its unit."""
+    label = label.replace("^2", "²")
+    if exponent == 0:
+        return label
+    power = "10" + str(exponent).translate(SUPERSCRIPTS)
+    name, bracket, unit = label.partition(" (")
+    return f"{name} ({power} {unit}" if bracket else f"{name} ({power})"
