@@ -23,7 +23,9 @@ def test_citation_names_this_version_and_the_paper():
     assert paper["url"].endswith("0710.1565")
 
 
-@pytest.mark.parametrize("path", [form for form in FORMS if form.stem != "config"], ids=str)
+@pytest.mark.parametrize(
+    "path", [form for form in FORMS if form.stem != "config"], ids=lambda path: path.name
+)
 def test_issue_forms_are_complete(path):
     form = yaml.safe_load(path.read_text(encoding="utf-8"))
     assert {"name", "description", "body"} <= set(form)
