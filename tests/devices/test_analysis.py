@@ -309,7 +309,7 @@ def test_what_datasets_lack_is_named(motor_run, top_run, tmp_path):
 
 
 def test_an_ensemble_of_a_scene_without_noise_is_refused():
-    with pytest.raises(ValueError, match="a Top has no noise: all replicas would be the same"):
+    with pytest.raises(ValueError, match="a Top has no noise, and all replicas would be the same"):
         mm.ensemble(mm.Top(), method="variational/euler", timestep=0.01, duration=1.0, replicas=2)
 
 

@@ -20,7 +20,7 @@ from magmotor.advice.survey import Survey
 from magmotor.advice.thermal import Thermal
 from magmotor.common.arguments import checked
 from magmotor.common.checks import reject
-from magmotor.common.hints import Picture, number
+from magmotor.common.hints import Picture, fraction, number
 from magmotor.common.optional import extra
 
 LEAST, USUAL = 48, 1.0
@@ -34,7 +34,7 @@ def advise(
     *,
     quantity: str | Function = POSITIONS,
     duration: Annotated[float, number(above=0)] | None = None,
-    error: Annotated[float, number(at_least=1e-8, below=0.5)] = 0.01,
+    error: Annotated[float, fraction(at_least=1e-8, below=0.5)] = 0.01,
     budget: Annotated[float, number(at_least=1)] = 60.0,
     detail: bool = False,
     kT: Annotated[float, number(above=0)] | None = None,

@@ -209,10 +209,9 @@ def run(plan: Plan, stem: str, scene: Scene, **arguments: Any) -> xr.Dataset:
     except mm.SimulationStopped as stop:
         fail(f"{stem}: {stop}", DIVERGED)
     except mm.SimulationInterrupted as stop:
-        reached = float(stop.dataset.time[-1])
         done = ", ".join(f"{path.stem}.nc" for path in plan.resumable[:-1]) or "nothing"
         fail(
-            f"{stem}: {stop} at t = {reached:g}; the same command resumes from {checkpoint};"
+            f"{stem}: interrupted at t = {stop.time:g}; the same command resumes from {checkpoint};"
             f" written: {done}",
             INTERRUPTED,
         )

@@ -130,7 +130,7 @@ def simulate(name: str, scene: mm.Motor, options: Options) -> mm.plots.MotorRun:
         before = options.runs[: options.runs.index(name)]
         done = ", ".join(f"motor_{run}.nc" for run in before) or "nothing"
         fail(
-            f"{name}: {stop} at t = {stop.dataset.time[-1]:g} s; the same command resumes from"
+            f"{name}: interrupted at t = {stop.time:g} s; the same command resumes from"
             f" {checkpoint}; written: {done}",
             INTERRUPTED,
         )

@@ -22,6 +22,7 @@ from magmotor.common.checks import (
     check_integer,
     check_number,
     check_type,
+    did_you_mean,
     reject,
 )
 from magmotor.common.hints import (
@@ -76,9 +77,39 @@ def guarded(function: Callable, finite: bool, args: Sequence[Any], kwargs: dict[
             result = function(*args, **kwargs)
     except ArithmeticError as error:
         raise _extreme(function, str(error)) from error
+    except TypeError:
+        _check_call(function, args, kwargs)
+        raise
     if finite and not _is_finite(result):
         raise _extreme(function, "the result is not finite")
     return result
+
+
+def _check_call(function: Callable, args: Sequence[Any], kwargs: Mapping[str, Any]) -> None:
+    """Raise TypeError, with what to do, if an argument is missing or unknown, or has no name."""
+    name, parameters = function.__name__, inspect.signature(function).parameters
+    if any(each.kind in (each.VAR_POSITIONAL, each.VAR_KEYWORD) for each in parameters.values()):
+        return
+    unknown = next((each for each in kwargs if each not in parameters), None)
+    if unknown is not None:
+        hint = did_you_mean(unknown, parameters) or f": its arguments are {', '.join(parameters)}"
+        raise TypeError(f"{name}() has no argument {unknown!r}{hint}") from None
+    positional = [key for key, each in parameters.items() if each.kind is not each.KEYWORD_ONLY]
+    if len(args) > len(positional):
+        following = next((key for key in parameters if key not in positional), None)
+        named = f"; name the others, as in {following}=..." if following else ""
+        takes = ", ".join(positional) or "no arguments"
+        raise TypeError(f"{name}() takes {takes} and was given {len(args)} values{named}") from None
+    given = {*positional[: len(args)], *kwargs}
+    missing = [
+        f"{key}=..." if each.kind is each.KEYWORD_ONLY else key
+        for key, each in parameters.items()
+        if each.default is each.empty and key not in given
+    ]
+    if missing:
+        *first, last = missing
+        needs = f"{', '.join(first)} and {last}" if first else last
+        raise TypeError(f"{name}() needs {needs}") from None
 
 
 def _extreme(function: Callable, reason: str) -> ValueError:

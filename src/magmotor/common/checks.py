@@ -3,12 +3,13 @@
 The checks return Python's own numbers, since small NumPy integers overflow and JSON supports none.
 """
 
+import dataclasses
 import difflib
 import itertools
 import math
 import operator
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -23,18 +24,38 @@ SHOWN = 200
 
 def reject(name: str, value: Any, sentence: str) -> ValueError:
     """Return the error for bad input: its name, its value, and a sentence on what is allowed."""
-    shown = " ".join(repr(value.item() if isinstance(value, np.generic) else value).split())
-    if len(shown) > SHOWN:
-        shown = f"{shown[: SHOWN - 3]}..."
-    return ValueError(f"{name} = {shown}: {sentence}")
+    return ValueError(f"{name} = {_shown(value)}: {sentence}")
+
+
+def _shown(value: Any) -> str:
+    """Return a value as text; of a record with many fields, only the name of its class."""
+    text = " ".join(repr(value.item() if isinstance(value, np.generic) else value).split())
+    if len(text) <= SHOWN:
+        return text
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return f"{type(value).__name__}(...)"
+    return f"{text[: SHOWN - 3]}..."
 
 
 def check_choice(name: str, value: Any, choices: tuple[str, ...]) -> None:
     """Check that a name is one of `choices`; the error suggests the closest match."""
     if not isinstance(value, str) or value not in choices:
-        near = difflib.get_close_matches(str(value), choices, n=1)
-        hint = f" (did you mean {near[0]!r}?)" if near else ""
-        raise reject(name, value, "must be one of " + ", ".join(choices) + hint)
+        hint = did_you_mean(str(value), choices)
+        raise reject(name, value, f"must be one of {', '.join(choices)}{hint}")
+
+
+def did_you_mean(name: str, choices: Iterable[str]) -> str:
+    """Return a question in parentheses about the choices that a wrong name may mean, or nothing.
+
+    Of a choice like `mujoco/rk4`, the name may be the last part only.
+    """
+    ends: dict[str, list[str]] = {}
+    for choice in choices:
+        ends.setdefault(choice.rpartition("/")[2].lower(), []).append(choice)
+    near = ends.get(name.lower()) or difflib.get_close_matches(name, [*choices], n=1)
+    for end in difflib.get_close_matches(name.lower(), ends, n=1):
+        near = near or ends[end]
+    return f" (did you mean {' or '.join(map(repr, near))}?)" if near else ""
 
 
 def check_type(name: str, value: Any, *classes: type) -> None:
@@ -90,13 +111,19 @@ def check_number(
         raise reject(name, value, "must be a number")
     if isinstance(value, bool | np.bool_) or not math.isfinite(number):
         raise reject(name, value, "must be a finite number")
-    unit = f" {unit}" if unit not in ("", "1") else ""
+    shown = f" {unit}" if unit not in ("", "1") else ""
+    bound = ""
     if number <= above:
-        raise reject(name, value, f"must be greater than {above:g}{unit}")
-    if number < at_least:
-        raise reject(name, value, f"must be at least {at_least:g}{unit}")
-    if number >= below:
-        raise reject(name, value, f"must be less than {below:g}{unit}")
+        bound = f"greater than {above:g}"
+    elif number < at_least:
+        bound = f"at least {at_least:g}"
+    elif number >= below:
+        bound = f"less than {below:g}"
+    if bound:
+        radians = math.radians(number)
+        if unit == "rad" and above < radians < below and radians >= at_least:
+            shown += f" ({number:g} degrees are {radians:.4g} rad)"
+        raise reject(name, value, f"must be {bound}{shown}")
     if number and not SMALLEST <= abs(number) <= LARGEST:
         zero = "" if above >= 0 else "zero or "
         raise reject(name, value, f"must be {zero}from {SMALLEST:g} to {LARGEST:g} in magnitude")

@@ -32,6 +32,11 @@ def number(**bounds: Any) -> Check:
     return partial(check_number, **bounds)
 
 
+def fraction(**bounds: Any) -> Check:
+    """A fraction inside the bounds of `check_number`, which might be mistaken for a percentage."""
+    return number(**bounds, unit="(a fraction: 0.01 is 1 %)")
+
+
 def integer(**bounds: Any) -> Check:
     """An integer inside the bounds of `check_integer`."""
     return partial(check_integer, **bounds)

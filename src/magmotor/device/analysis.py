@@ -98,6 +98,9 @@ def scene_of_run(run: Any, scene: Any, scene_classes: tuple[type[Scene], ...]) -
         There is no scene, or the run's own scene is of another class, or it differs from the given
         one; the message names the field that differs.
     """
+    if not isinstance(run, xr.Dataset) and isinstance(scene, xr.Dataset):
+        sentence = "must be the dataset, and `scene` its scene: exchange these two arguments"
+        raise reject("run", run, sentence)
     check_type("run", run, xr.Dataset)
     if scene is not None:
         check_type("scene", scene, *scene_classes)
@@ -110,7 +113,8 @@ def scene_of_run(run: Any, scene: Any, scene_classes: tuple[type[Scene], ...]) -
     if scene is None or scene == own:
         return own
     if type(scene) is not type(own):
-        raise reject("scene", scene, f"must be the scene of the run, a {type(own).__name__}")
+        sentence = f"must be the scene of the run, a {type(own).__name__}, or None for that scene"
+        raise reject("scene", scene, sentence)
     fields = [name for name in vars(own) if getattr(scene, name) != getattr(own, name)]
     name = fields[0]
     raise reject(

@@ -54,6 +54,11 @@ class Checkpoint:
         Number of records, or of samples, in the whole run.
     expected : callable
         ``expected(done)`` returns the arrays that a file with `done` records must have, by name.
+
+    Raises
+    ------
+    ValueError
+        The path is not one, or its folder does not exist or is not writable.
     """
 
     def __init__(
@@ -66,6 +71,10 @@ class Checkpoint:
         if not isinstance(path, str | os.PathLike | None) or "\0" in str(path):
             raise reject("checkpoint", path, "must be a path or None")
         self.path = None if path is None else Path(path)
+        if self.path is not None and not self.path.parent.is_dir():
+            raise self._reject(f"must be in an existing folder, and {self.path.parent} is not one")
+        if self.path is not None and not os.access(self.path.parent, os.W_OK):
+            raise self._reject(f"cannot be saved, since {self.path.parent} is not writable")
         self.task, self.total, self.expected = task, total, expected
         self.saved_at = time.monotonic()
 

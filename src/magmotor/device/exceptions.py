@@ -1,5 +1,6 @@
 """Exceptions for runs that end early; they keep everything that was recorded."""
 
+from pathlib import Path
 from typing import Any
 
 import xarray as xr
@@ -61,11 +62,30 @@ class PhysicalEvent(SimulationStopped):
 
 
 class SimulationInterrupted(KeyboardInterrupt):
-    """Ctrl-C was pressed during a run; `dataset` holds everything that was recorded before."""
+    """Ctrl-C was pressed during a run.
 
-    def __init__(self, dataset: xr.Dataset):
-        super().__init__("simulation interrupted")
-        self.dataset = dataset
+    Attributes
+    ----------
+    time : float
+        The last recorded time.
+    dataset : xarray.Dataset
+        Everything that was recorded up to then.
+    checkpoint : Path or None
+        The file from which the same call continues, if it was given one.
+    """
+
+    def __init__(self, dataset: xr.Dataset, checkpoint: str | Path | None = None):
+        self.dataset, self.time = dataset, float(dataset.time.values[-1])
+        self.checkpoint = None if checkpoint is None else Path(checkpoint)
+        unit = str(dataset.time.attrs.get("units", "1")).removeprefix("1")
+        how = "the attribute `dataset` has the records; with a checkpoint, runs can be resumed"
+        if self.checkpoint is not None:
+            how = f"the same call resumes from the checkpoint {self.checkpoint}"
+        super().__init__(f"interrupted at t = {self.time:g} {unit}".rstrip() + f": {how}")
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle all arguments, as worker processes require."""
+        return type(self), (self.dataset, self.checkpoint)
 
 
 def stopped(failure: tuple[str, str], time: float, dataset: xr.Dataset) -> SimulationStopped:

@@ -4,9 +4,13 @@ The module contains the public functions and the installation of the compiled ca
 """
 
 import ctypes
-from collections.abc import Iterator
-from contextlib import contextmanager
-from typing import Any
+import sys
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+from functools import wraps
+from types import FrameType
+from typing import Any, ParamSpec, TypeVar
 
 import mujoco
 
@@ -15,9 +19,11 @@ from magmotor.mjcf import messages
 from magmotor.mjcf.callbacks import compiled_callback
 from magmotor.mjcf.hooks import Hook
 
+P = ParamSpec("P")
+R = TypeVar("R")
 
-@contextmanager
-def magnetism() -> Iterator[None]:
+
+def magnetism() -> "Block":
     """Apply magnetism, Brownian wrenches and periodic potentials inside a `with` block.
 
     They act on every MuJoCo model that declares them in its MJCF, and says so by a mark:
@@ -68,11 +74,16 @@ def magnetism() -> Iterator[None]:
 
     A model with the engine plugin `magmotor.forces` needs no block, and is left to it inside one.
 
+    Returns
+    -------
+    context manager
+        It also decorates functions, which then run inside such a block.
+
     Warns
     -----
     UserWarning
         Once per block and reason, when a model is stepped on which nothing acts. The warning
-        states the reason.
+        states the reason. Also if the result is discarded without a `with` block.
 
     Raises
     ------
@@ -150,6 +161,45 @@ def magnetism() -> Iterator[None]:
     >>> print(data.qpos.round(5))  # a quarter of a turn: the needle points at the magnet
     [1.5708]
     """
+    return Block(sys._getframe(1))
+
+
+class Block:
+    """The `with` block of `magnetism`, which warns if it never begins."""
+
+    def __init__(self, caller: FrameType):
+        self._place = caller.f_code.co_filename, caller.f_lineno
+        self._unused = True
+        self._open: list[AbstractContextManager[None]] = []
+
+    def __enter__(self) -> None:
+        self._unused = False
+        acting = _acting()
+        acting.__enter__()
+        self._open.append(acting)
+
+    def __exit__(self, *error: Any) -> bool | None:
+        return self._open.pop().__exit__(*error)
+
+    def __call__(self, function: Callable[P, R]) -> Callable[P, R]:
+        """Return a function that runs inside a block of its own."""
+        self._unused = False
+
+        @wraps(function)
+        def call(*args: P.args, **kwargs: P.kwargs) -> R:
+            with _acting():
+                return function(*args, **kwargs)
+
+        return call
+
+    def __del__(self) -> None:
+        if self._unused:
+            sentence = "magnetism() does nothing by itself: write `with magmotor.magnetism():`"
+            warnings.warn_explicit(sentence, UserWarning, *self._place)
+
+
+@contextmanager
+def _acting() -> Iterator[None]:
     with _hook, messages.recorded_errors():
         yield
 

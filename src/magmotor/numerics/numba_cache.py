@@ -26,13 +26,13 @@ from numba.core import config, event
 from numba.core.codegen import get_host_cpu_features
 from numba.core.types import ExternalFunction
 
-from magmotor.numerics.compilation_notice import CompilationNotice
+from magmotor.numerics.compilation_notice import COMPILATION
 from magmotor.numerics.simd import COUNT
 
 CONSTANTS = (bool, int, float, complex, str, bytes, tuple, frozenset, np.generic, np.ndarray)
 """Types of global values that Numba freezes into the code."""
 
-event.register("numba:compile", CompilationNotice())
+event.register("numba:compile", COMPILATION)
 
 
 def compiled_once(signature: Any = None, **options: Any) -> Callable[[Callable], Callable]:

@@ -2,18 +2,29 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from magmotor.common.arguments import checked
-from magmotor.common.checks import reject
+from magmotor.common.checks import check_type, reject
 from magmotor.common.hints import Count, NotNegative, Positive, Seed, integer
 from magmotor.device.device import Scene
 from magmotor.device.provenance import attributes_of
 from magmotor.run.simulate import simulate
+
+
+def _with_noise(name: str, scene: Any) -> Any:
+    """Return a scene if its device has noise, without which all replicas would be the same."""
+    check_type(name, scene, Scene)
+    if not scene.device.is_random:
+        kind = type(scene).__name__
+        sentence = f"a {kind} has no noise, and all replicas would be the same: use simulate"
+        raise reject(name, scene, sentence)
+    return scene
+
 
 NOT_KEPT = "not kept"
 """Attribute `initial` of an ensemble that started from a given state."""
@@ -21,7 +32,7 @@ NOT_KEPT = "not kept"
 
 @checked(finite=False)
 def ensemble(
-    scene: Scene,
+    scene: Annotated[Scene, _with_noise],
     *,
     method: str,
     timestep: Positive,
@@ -115,9 +126,6 @@ def ensemble(
             burn_in=burn_in, initial=initial, trajectories=trajectories, threads=threads,
             checkpoint=checkpoint, simulate=simulate,
         )  # fmt: skip
-    if not scene.device.is_random:
-        kind = type(scene).__name__
-        raise reject("scene", scene, f"a {kind} has no noise: all replicas would be the same")
     unsupported = {"burn_in": burn_in, "trajectories": trajectories}
     unsupported |= {"threads": threads, "checkpoint": checkpoint}
     for name, value in unsupported.items():

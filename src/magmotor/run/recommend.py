@@ -9,7 +9,7 @@ import numpy as np
 from magmotor.advice.quantities import POSITIONS
 from magmotor.common.arguments import checked
 from magmotor.common.checks import check_choice, reject
-from magmotor.common.hints import Seconds, number
+from magmotor.common.hints import Seconds, fraction
 from magmotor.device.device import Scene
 from magmotor.run import chart_data
 from magmotor.run.chart_data import Curve, charted_scene, fit
@@ -79,7 +79,7 @@ class Recommendation:
 def recommend(
     scene: Scene,
     *,
-    error: Annotated[float, number(above=0, below=1)] = 0.01,
+    error: Annotated[float, fraction(above=0, below=1)] = 0.01,
     quantity: str | None = None,
     method: str | None = None,
     timestep: Seconds | None = None,

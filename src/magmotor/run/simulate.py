@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from tqdm import tqdm
 
 from magmotor.common.arguments import checked
 from magmotor.common.checks import check_integer, check_number, check_type, reject
@@ -25,6 +24,7 @@ from magmotor.device.job import Job
 from magmotor.device.provenance import attributes_of
 from magmotor.device.states import checksum, concatenate, rows
 from magmotor.noise import LARGEST_STEP, BrownianPath, check_seed, path_of
+from magmotor.numerics.compilation_notice import Progress
 from magmotor.run.dataset import assemble
 from magmotor.run.recommend import Engines, recommend
 
@@ -237,7 +237,7 @@ def _collect(job: Job, run: Callable, checkpoint: Checkpoint, attributes: dict) 
     chunks, reached = run(job), (job.done, job.state)
     unit = job.record_interval * job.timestep
     bar = "{l_bar}{bar}| {n:.0f}/{total:.0f} s [{elapsed}<{remaining}]"
-    progress = tqdm(
+    progress = Progress(
         total=job.records * unit, initial=job.done * unit, desc="simulate",
         bar_format=bar, delay=2, disable=None,
     )  # fmt: skip
@@ -257,7 +257,8 @@ def _collect(job: Job, run: Callable, checkpoint: Checkpoint, attributes: dict) 
             _save(checkpoint, kept, *reached)
     except KeyboardInterrupt:
         _save(checkpoint, kept, *reached)
-        raise SimulationInterrupted(assemble(job.scene, kept, **attributes)) from None
+        records = assemble(job.scene, kept, **attributes)
+        raise SimulationInterrupted(records, checkpoint.path) from None
     except ArithmeticError as failure:
         time = float(kept[-1].time[-1])
         partial = assemble(job.scene, kept, **attributes)

@@ -6,7 +6,7 @@ from magmotor.sweep.compute import OtherVersions
 from magmotor.sweep.dask_cluster import dask_workers, local_cluster
 from magmotor.sweep.definition import Sweep, sweep_from
 from magmotor.sweep.directory import Status, status, sweep_of
-from magmotor.sweep.driver import NoWorkers, SweepInterrupted, Tally, run
+from magmotor.sweep.driver import NoWorkers, SweepFailed, SweepInterrupted, Tally, run
 from magmotor.sweep.measures import measures
 
 __all__ = [
@@ -16,6 +16,7 @@ __all__ = [
     "Samples",
     "Status",
     "Sweep",
+    "SweepFailed",
     "SweepInterrupted",
     "Tally",
     "Values",

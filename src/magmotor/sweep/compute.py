@@ -18,6 +18,7 @@ from magmotor.common.interrupts import uninterrupted
 from magmotor.common.versions import versions_that_matter
 from magmotor.device.exceptions import SimulationStopped
 from magmotor.device.provenance import scene_from
+from magmotor.numerics.compilation_notice import COMPILATION
 from magmotor.run.simulate import simulate
 from magmotor.sweep.case import Case
 from magmotor.sweep.checksum import Damaged, bytes_with_checksum, with_checksum
@@ -35,6 +36,7 @@ class Outcome(NamedTuple):
     content: bytes | None
     error: str | None
     seconds: float
+    """Wall time without compilation."""
 
 
 class OtherVersions(RuntimeError):
@@ -52,7 +54,7 @@ def compute(case: Case, measure: tuple[str, ...]) -> Outcome:
     own = versions_that_matter(case.spec["method"])
     if own != case.spec["versions"]:
         raise OtherVersions(f"a worker has {own}, but the sweep has {case.spec['versions']}")
-    began = time.perf_counter()
+    began, compiled = time.perf_counter(), COMPILATION.seconds
     content = error = None
     try:
         content = _content(case, measure)
@@ -63,7 +65,8 @@ def compute(case: Case, measure: tuple[str, ...]) -> Outcome:
             content = bytes_with_checksum(netcdf(stop.dataset), case.key)
     except (Exception, SystemExit) as exception:
         error = _reason(exception)
-    return Outcome(content, error, time.perf_counter() - began)
+    compiled = COMPILATION.seconds - compiled
+    return Outcome(content, error, time.perf_counter() - began - compiled)
 
 
 def _reason(error: BaseException) -> str:

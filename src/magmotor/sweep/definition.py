@@ -23,7 +23,7 @@ from magmotor.device.provenance import scene_from
 from magmotor.run.recommend import Engines, Recommendation, recommend
 from magmotor.sweep.axes import Samples, Values, changed, numeric_fields, samples_from, values_axis
 from magmotor.sweep.case import Case, case_of, checked_seeds, child
-from magmotor.sweep.measures import TRAJECTORY, FromFile, imported, is_own, measure_of
+from magmotor.sweep.measures import TRAJECTORY, FromFile, imported, is_own, measure_of, named
 
 MOST_RUNS = 10**8
 """Largest number of cases times replicas; one number for each takes 0.8 GB."""
@@ -274,9 +274,17 @@ class Sweep:
 
 def checked_names(argument: str, names: Any) -> tuple[str, ...]:
     """Return names as a tuple; ValueError unless they are a list of strings."""
-    found = tuple(elements(argument, names, "must be a list of names"))
-    if not all(isinstance(name, str) for name in found):
-        raise reject(argument, names, "must be a list of names")
+    sentence = "must be a list of names"
+    if isinstance(names, str):
+        raise reject(argument, names, f"{sentence}: write [{names!r}]")
+    if callable(names):
+        names = [names]
+    found = tuple(elements(argument, names, sentence))
+    for name in found:
+        if callable(name):
+            raise reject(argument, names, f"{sentence}; a function is named by {named(name)}")
+        if not isinstance(name, str):
+            raise reject(argument, names, sentence)
     return found
 
 

@@ -270,7 +270,7 @@ def _check_same(path: Path, spec: dict[str, Any], stored: dict[str, Any]) -> Non
     other = [name for name in {**stored, **spec} if stored.get(name) != spec.get(name)]
     if other:
         holds = f"it holds one that differs in {', '.join(other)}"
-        sentence = f"must be empty or hold this sweep; {holds}: use another directory or delete it"
+        sentence = f"must be empty or hold this sweep; {holds}: give this sweep another directory"
         raise reject("directory", str(path), sentence)
 
 

@@ -10,6 +10,7 @@ from concurrent.futures import Executor, Future
 from dataclasses import dataclass
 from pathlib import Path
 from queue import Empty, SimpleQueue
+from typing import Any
 
 from tqdm import tqdm
 
@@ -29,6 +30,9 @@ from magmotor.sweep.process_pool import NoWorkers, Pool, WorkerDied
 
 CASES_PER_WORKER = 2
 """Cases submitted per worker: one is computed while one waits."""
+
+TICK_SECONDS = 1.0
+"""Time without a finished case after which the progress bar is drawn again."""
 
 POLL_SECONDS = 5.0
 """Time without a finished case after which a cluster is checked for workers."""
@@ -68,6 +72,24 @@ class Tally:
 
 class SweepInterrupted(KeyboardInterrupt):
     """Ctrl-C during a sweep; results so far are on disk, and the same call resumes it."""
+
+
+class SweepFailed(RuntimeError):
+    """Every case of a sweep has failed.
+
+    Attributes
+    ----------
+    tally : Tally
+    """
+
+    def __init__(self, tally: Tally, error: str):
+        self.tally, self.error = tally, error
+        count = f"all {tally.cases} cases" if tally.cases > 1 else "the only case"
+        super().__init__(f"{count} of the sweep failed, the first of them with: {error}")
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle all arguments."""
+        return type(self), (self.tally, self.error)
 
 
 def run(
@@ -110,6 +132,8 @@ def run(
         A result cannot be written; earlier ones are intact.
     SweepInterrupted
         Ctrl-C.
+    SweepFailed
+        Every case has failed, now or before; the errors are on disk, and `status` returns them.
     NoWorkers
         Worker processes end as soon as they start, the executor drops cases, or a Dask cluster has
         had no workers for 60 s. Results so far are on disk, and the same call resumes the sweep.
@@ -148,6 +172,8 @@ def run(
         raise
     if pool is not None:
         pool.close()
+    if driver.tally.failed == len(sweep):
+        raise SweepFailed(driver.tally, str(store.error(sweep.case(0))))
     return driver.tally
 
 
@@ -162,6 +188,7 @@ class _Driver:
         self.ended: SimpleQueue[Future] = SimpleQueue()
         self.suspects: list[Case] = []
         self.progress = tqdm(total=len(sweep), desc="sweep", unit="case", smoothing=0, disable=None)
+        self.progress.set_postfix_str("starting workers, which compile on first use")
 
     def work(self) -> None:
         """Run until all cases are done or failed."""
@@ -236,14 +263,14 @@ class _Driver:
 
     def _next_ended(self) -> Future:
         """Wait for the next case to end; NoWorkers if a cluster has long been without workers."""
-        lost = None
+        lost, cluster = None, isinstance(self.workers, Cluster)
         while True:
             try:
-                cluster = isinstance(self.workers, Cluster)
-                return self.ended.get(timeout=POLL_SECONDS if cluster else None)
+                return self.ended.get(timeout=POLL_SECONDS if cluster else TICK_SECONDS)
             except Empty:
+                self.progress.refresh()
                 now = time.monotonic()
-                if self.workers.threads():
+                if not cluster or self.workers.threads():
                     lost = None
                 elif lost is None:
                     lost = now
@@ -275,6 +302,9 @@ class _Driver:
     def _keep(self, case: Case, outcome: Outcome) -> None:
         self.store.keep(case, outcome)
         self.suspects = [suspect for suspect in self.suspects if suspect.key != case.key]
+        if self.tally.computed == 0 and not self.progress.disable:
+            self.progress.start_t = time.time() - outcome.seconds
+            self.progress.set_postfix_str("", refresh=False)
         self.tally.computed += 1
         self.tally.seconds += outcome.seconds
         if outcome.error is None:

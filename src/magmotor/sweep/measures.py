@@ -36,6 +36,17 @@ def is_own(name: str) -> bool:
     return ":" in name
 
 
+OF_SCRIPT = "put it into a file of its own, such as measures.py, since workers do not run this one"
+
+
+def named(function: Callable[..., Any]) -> str:
+    """Return how a user-defined measure is named, in words."""
+    name = getattr(function, "__name__", "function")
+    if getattr(function, "__module__", None) in (None, "__main__"):
+        return f"'module:{name}': {OF_SCRIPT}, and write 'measures:{name}'"
+    return f"'module:function': write '{function.__module__}:{name}'"
+
+
 def measure_of(scene: Scene, name: str) -> Measure:
     """Return a measure by its name; a user-defined function is imported only when it is called.
 
@@ -51,6 +62,8 @@ def measure_of(scene: Scene, name: str) -> Measure:
     module, function = name.split(":", 1)
     if not all(map(str.isidentifier, [*module.split("."), function])):
         raise reject("measure", str(name), "must have the form package.module:function")
+    if module == "__main__":
+        raise reject("measure", str(name), f"{OF_SCRIPT}, and write 'measures:{function}'")
     return Measure(lambda run, scene: imported(name)(run, scene), "1", function)
 
 

@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
-from tqdm import tqdm
 
 from magmotor.common.checks import check_choice, reject
 from magmotor.common.environment import thread_count
@@ -44,6 +43,7 @@ from magmotor.devices.disk.variational import (
     unpack,
 )
 from magmotor.noise import check_seed
+from magmotor.numerics.compilation_notice import Progress
 from magmotor.numerics.simd import COUNT
 
 BLOCK = 64
@@ -171,7 +171,7 @@ class EnsembleRun:
         """Advance to the last record, and return the dataset; see `mm.ensemble` for exceptions."""
         unit = self.when.interval * self.task["timestep"]
         bar = "{l_bar}{bar}| t = {n:.0f} of {total:.0f} [{elapsed}<{remaining}]"
-        progress = tqdm(
+        progress = Progress(
             total=self.when.samples * unit, initial=self.sample * unit, desc="ensemble",
             bar_format=bar, delay=2, disable=None,
         )  # fmt: skip
@@ -191,7 +191,7 @@ class EnsembleRun:
                     self.checkpoint.save(self.sample, self.arrays)
             self.checkpoint.save(self.sample, self.arrays)
         if interrupted.is_set():
-            raise SimulationInterrupted(self._result())
+            raise SimulationInterrupted(self._result(), self.checkpoint.path)
         return self._result()
 
     def _next_stop(self, span: int) -> int:
