@@ -36,6 +36,7 @@ from magmotor.device import (
     Guard,
     Job,
     Measure,
+    MovieContent,
     Observable,
     Scene,
     SmallMotion,
@@ -204,9 +205,10 @@ def energy(scene: Rotor, states: RotorStates) -> Array:
     return 0.5 * scene.inertia * states.omega**2 - scene.torque * np.cos(states.theta)
 
 
-class RotorMovieContent:
+class RotorMovieContent(MovieContent):
     """Movies show the angle over time, and the tip of the needle leaves a trail."""
 
+    title, caption = "A compass needle", "It swings about north and is shaken by noise"
     near, trail = "above", 0.002
     needs: tuple[str, ...] = ("theta", "omega")
 

@@ -11,7 +11,7 @@ from . import values
 from .targets import Target, targets
 
 SELDOM = st.sampled_from([False, False, False, True])
-ALWAYS = ("executor", "seconds_per_second", "draws", "samples", "burn_in")
+ALWAYS = ("executor", "speed", "draws", "samples", "burn_in")
 """Arguments that are always passed, since the defaults are slow or start processes."""
 LONG = ("settle", "burn_in", "every", "samples", "replicas")
 """Arguments of thermostats of any model that make a run long, as `nstep` does."""
@@ -106,7 +106,7 @@ def arguments(draw, target: Target):
     for parameter in target.parameters:
         if parameter.name in wrong:
             hostile = values.hostile(parameter, name, kind)
-            if parameter.name == "seconds_per_second":
+            if parameter.name == "speed":
                 hostile = hostile.filter(is_no_long_movie)
             if parameter.name == "nstep" or (parameter.name in LONG and kind in values.TREES):
                 hostile = hostile.filter(is_no_long_run)

@@ -130,7 +130,7 @@ BY_NAME: dict[str, list[str]] = {
     "columns": ["1", "2"],
     "runs": ["[run({kind})]"],
     "scenes": ["[mm.{bare}()]"],
-    "seconds_per_second": ["5000.0"],
+    "speed": ["5000.0"],
     "states": ["states()"],
     "step": ["linear.euler_step", "linear.runge_kutta_step"],
     "values": ["[1.0, 2.0, 3.5, 0.3]"],

@@ -9,7 +9,7 @@ import pytest
 
 import magmotor as mm
 from magmotor.device import Gauge
-from magmotor.render.contact_sheet import Sheet, Tile
+from magmotor.render.contact_sheet import FRAME_RATE, Sheet, Tile
 from magmotor.render.encoder import frame_times
 
 HEADER = 36
@@ -58,10 +58,10 @@ def decoded(path):
 
 def test_a_sheet_has_its_frames_and_size(opengl, runs, scenes, tmp_path):
     path = tmp_path / "sheet.mp4"
-    mm.render.contact_sheet(runs, scenes, [*"abc"], path, columns=2, seconds_per_second=50.0)
+    mm.render.contact_sheet(runs, scenes, [*"abc"], path, columns=2, speed=50.0)
     frames = decoded(path)
-    assert len(frames) == 7  # every 2.5 s of 15 s
-    still, _ = drawn(runs, scenes, [*"abc"], 2, frame_times(0.0, 15.0, 50.0))
+    assert len(frames) == 10  # every 1.67 s of 15 s
+    still, _ = drawn(runs, scenes, [*"abc"], 2, frame_times(0.0, 15.0, 50.0, FRAME_RATE))
     assert np.abs(frames[-1] - still[-1])[HEADER:].mean() < 3  # what the encoder loses: 1
     assert np.abs(frames[-1] - frames[0]).max() > 100
 
@@ -177,7 +177,7 @@ def test_what_cannot_be_shown_is_named(runs, scenes, tmp_path):
     refused(r"scene = Motor.*: must be the scene of the run, a Top", scenes=mixed)
     refused(r"replicas = 2: select one", runs=[*runs[:2], runs[2].expand_dims(replica=2)])
     refused(r"must be mujoco/\* or var", runs=[*runs[:2], runs[2].drop_vars("orientation")])
-    refused("seconds_per_second = 0: must be greater than 0", seconds_per_second=0)
+    refused("speed = 0: must be greater than 0", speed=0)
     assert not any(tmp_path.iterdir())
 
 
@@ -199,7 +199,7 @@ def test_what_a_contact_sheet_requires_of_a_device_is_named(opengl, rotor, monke
             run["position"] = (("time", "space"), np.zeros((run.sizes["time"], 3)))
             run = run.assign_coords(space=[*"xyz"])
         path = tmp_path / "sheet.mp4"
-        mm.render.contact_sheet([run], [scene], ["a"], path, columns=1, seconds_per_second=2.0)
+        mm.render.contact_sheet([run], [scene], ["a"], path, columns=1, speed=2.0)
         return path
 
     gauge = Gauge("angle", "rad", ("theta",), lambda run, _: run.theta.values, (), lambda _: 0.1)

@@ -104,13 +104,18 @@ def test_the_trail_is_drawn_where_the_ball_was(opengl, run):
     assert np.mean(rows < SIZE[0] / 2) > 0.8
 
 
-def test_a_movie_has_its_frames_and_size(opengl, run, tmp_path):
+@pytest.mark.parametrize("suffix", [".mp4", ".webm", ".gif"])
+def test_a_movie_has_its_frames_and_size(opengl, run, tmp_path, suffix):
     short = run.isel(time=slice(0, 21))
-    mm.render.movie(short, mm.Top(), tmp_path / "top.mp4", seconds_per_second=0.5)
-    frames = decoded(tmp_path / "top.mp4").reshape(-1, 720, 1280, 3).astype(int)
-    assert len(frames) == 21  # a second and its end
+    path = tmp_path / f"top{suffix}"
+    mm.render.movie(short, mm.Top(), path, speed=2.0, fps=10, size=(640, 360))
+    frames = decoded(path).reshape(-1, 360, 640, 3).astype(int)
+    assert len(frames) == 3 + 20  # a quarter of a second, and two seconds with the result
     assert frames[0].std() > 10
     assert np.abs(frames[-1] - frames[0]).max() > 50
+    caption = (slice(25, 50), slice(10, 350))
+    assert np.abs(frames[-1] - frames[2])[caption].max() > 100
+    assert np.abs(frames[-1] - frames[3]).mean() < 1  # held
 
 
 @pytest.fixture(scope="module")
@@ -120,9 +125,9 @@ def motor_run():
 
 def test_the_motor_is_filmed(opengl, motor_run, tmp_path):
     scene = mm.Motor()
-    mm.render.movie(motor_run, scene, tmp_path / "motor.mp4", seconds_per_second=1200.0)
+    mm.render.movie(motor_run, scene, tmp_path / "motor.mp4", speed=1200.0, fps=20)
     frames = decoded(tmp_path / "motor.mp4").reshape(-1, 720, 1280, 3).astype(int)
-    assert len(frames) == 2
+    assert len(frames) == 2 + 40
     text = (slice(590, 720), slice(0, 260))
     assert np.abs(frames[1] - frames[0])[text].max() > 100
     mm.render.still(motor_run, scene, tmp_path / "motor.png", 60.0)
@@ -173,6 +178,41 @@ def test_a_camera_that_is_missing_or_shown_twice_is_named(rotor, monkeypatch, tm
     assert not any(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize(
+    ("name", "options", "line"),
+    [
+        (
+            "top.avi",
+            {},
+            r"path = .*top.avi'\): must be a file name that ends in .mp4 or .webm or .gif",
+        ),
+        ("top", {}, r"path = .*top'\): must be a file name that ends in .mp4 or .webm or .gif"),
+        ("missing/top.mp4", {}, r"path = .*top.mp4'\): must be in an existing directory"),
+        ("top.mp4", {"size": (641, 360)}, r"size = \(641, 360\): must be \(width, height\), even"),
+        (
+            "top.mp4",
+            {"size": (200, 100)},
+            r"size = \(200, 100\): must be .* from 320 x 180 to 3840",
+        ),
+        ("top.mp4", {"size": 720}, "size = 720: must be"),
+        ("top.mp4", {"fps": 0}, "fps = 0: must be at least 1"),
+        ("top.mp4", {"speed": 1e-6}, "speed = 1e-06: must be large enough for a movie of at most"),
+        (
+            "top.gif",
+            {"speed": 0.01},
+            "path = .*top.gif': a GIF of 640 x 360 pixels can have 1165 fr",
+        ),
+    ],
+)
+def test_a_movie_that_cannot_be_written_is_refused_before_rendering(
+    run, monkeypatch, tmp_path, name, options, line
+):
+    monkeypatch.setattr(Frames, "__enter__", None)
+    with pytest.raises(ValueError, match=line):
+        mm.render.movie(run, mm.Top(), tmp_path / name, **options)
+    assert not any(tmp_path.iterdir())
+
+
 def test_ctrl_c_ends_a_movie_as_ctrl_c(opengl, run, tmp_path, monkeypatch):
     def interrupted(self, i):
         raise KeyboardInterrupt
@@ -186,8 +226,8 @@ def test_a_run_without_orientation_cannot_be_filmed(tmp_path):
     run = mm.simulate(mm.Top(), method="scipy/dop853", timestep=0.1, duration=1)
     with pytest.raises(ValueError, match=r"method = 'scipy/dop853': must be mujoco/\* or var"):
         mm.render.movie(run, mm.Top(), tmp_path / "top.mp4")
-    with pytest.raises(ValueError, match="seconds_per_second = 0: must be greater than 0"):
-        mm.render.movie(run, mm.Top(), tmp_path / "top.mp4", seconds_per_second=0)
+    with pytest.raises(ValueError, match="speed = 0: must be greater than 0"):
+        mm.render.movie(run, mm.Top(), tmp_path / "top.mp4", speed=0)
     assert not any(tmp_path.iterdir())
 
 

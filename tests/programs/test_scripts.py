@@ -77,13 +77,12 @@ def test_presets_and_fields_make_the_scene(movie, tmp_path):
             "magmotor movie: method = 'euler': must be one of variational/euler",
         ),
         (("--preset", "paper5"), "magmotor movie: preset = 'paper5': must be one of paper1"),
+        (("--speed", "0"), "magmotor movie: speed = 0.0: must be greater than"),
+        (("--speed", "nan"), "magmotor movie: speed = nan: must be a finite"),
+        (("--fps", "0"), "magmotor movie: fps = 0: must be at least 1"),
         (
-            ("--seconds-per-second", "0"),
-            "magmotor movie: seconds_per_second = 0.0: must be greater than",
-        ),
-        (
-            ("--seconds-per-second", "nan"),
-            "magmotor movie: seconds_per_second = nan: must be a finite",
+            ("--size", "640", "361"),
+            "magmotor movie: size = (640, 361): must be (width, height), ev",
         ),
         (
             ("--still", "2", "x.png"),
@@ -119,7 +118,7 @@ def test_help_names_fields_with_units(movie):
         "height H of the ring",
         "(m)",
         "--preset",
-        "--seconds-per-second",
+        "--speed",
     ):
         assert text in said
 

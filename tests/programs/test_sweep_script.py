@@ -244,7 +244,7 @@ def test_a_movie_of_a_sweep(script, tmp_path, monkeypatch):
     script("sweep", *vary, *QUICK, "--out", tmp_path / "s")
     code, said, errors = script("sweep", "movie", tmp_path / "s")
     assert (code, said, errors) == (0, f"wrote {tmp_path / 's.mp4'}\n", "")
-    assert (drawn["columns"], drawn["seconds_per_second"]) == (6, 1)
+    assert (drawn["columns"], drawn["speed"]) == (6, 1)
     tilts = np.array([scene.tilt for scene in drawn["scenes"]]).reshape(3, 6)
     heights = np.array([scene.ring_height for scene in drawn["scenes"]]).reshape(3, 6)
     assert (tilts == tilts[0]).all()

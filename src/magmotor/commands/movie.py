@@ -32,23 +32,32 @@ from magmotor.commands.output import (
 )
 from magmotor.commands.scene_options import parse
 from magmotor.common.checks import check_number, reject
+from magmotor.devices.motor.flights import CORE
+from magmotor.render.encoder import check_fps, check_size
+from magmotor.render.frames import SIZE
 
 PAPER = "the paper's parameters give 1.858e-04 kg m^2/s at 21.6 s"
 
-MOVIE_SECONDS = 25.0
+MOVIE_SECONDS = 27.0
 """Default length of the movie of a flight."""
+
+LEAD = 0.1
+"""Time filmed before and after a flight, as a fraction of its duration."""
 
 
 @dataclass
-class Options:
-    method: str = "mujoco/rk4"
-    """engine/scheme; scipy/dop853 computes only the axis, so there is no spin to film"""
-    timestep: float = 0.0125
-    """(s)"""
-    duration: float = 30.0
-    """(s)"""
-    seconds_per_second: float = 1.0
-    """simulated seconds per second of the movie"""
+class FilmOptions:
+    speed: float | None = None
+    """simulated seconds per second of the movie; by default 1 for the top, and such that a flight
+    of the motor lasts about 27 s"""
+    fps: int | None = None
+    """frames per second; by default 30, in a GIF 15"""
+    size: tuple[int, int] | None = None
+    """width and height in pixels; by default 1280 720, in a GIF 640 360"""
+    gif: bool = False
+    """write a .gif instead of the .mp4"""
+    webm: bool = False
+    """write a .webm instead of the .mp4"""
     still: tuple[float, Path] | None = None
     """time (s) and file of a single frame, to be drawn instead of the movie"""
     out: Path = Path("out")
@@ -56,7 +65,17 @@ class Options:
 
 
 @dataclass
-class FlightOptions:
+class Options(FilmOptions):
+    method: str = "mujoco/rk4"
+    """engine/scheme; scipy/dop853 computes only the axis, so there is no spin to film"""
+    timestep: float = 0.0125
+    """(s)"""
+    duration: float = 30.0
+    """(s)"""
+
+
+@dataclass
+class FlightOptions(FilmOptions):
     method: str = "mujoco/baoab"
     """engine/scheme"""
     timestep: float = 0.1
@@ -65,12 +84,6 @@ class FlightOptions:
     """(s) within which to look for a flight"""
     seed: int = 1
     """seed of the Brownian path"""
-    seconds_per_second: float | None = None
-    """simulated seconds per second of the movie; by default, it lasts about 25 s"""
-    still: tuple[float, Path] | None = None
-    """time (s) and file of a single frame, to be drawn instead of the movie"""
-    out: Path = Path("out")
-    """folder to write to"""
 
 
 def main() -> None:
@@ -90,8 +103,12 @@ def main() -> None:
 
 def check(options: Options | FlightOptions) -> None:
     """Check what would otherwise fail only after the run."""
-    if options.seconds_per_second is not None:
-        check_number("seconds_per_second", options.seconds_per_second, above=0)
+    if options.speed is not None:
+        check_number("speed", options.speed, above=0)
+    if options.fps is not None:
+        check_fps("fps", options.fps)
+    if options.size is not None:
+        check_size("size", options.size)
     if options.still:
         moment, path = options.still
         if not 0 <= moment <= options.duration:
@@ -119,14 +136,14 @@ def film_top(scene: mm.Top, options: Options, seconds: dict[str, float]) -> None
         except mm.SimulationStopped as stop:
             run, ending = stop.dataset, (str(stop), DIVERGED)
         except mm.SimulationInterrupted as stop:
-            run, ending = stop.dataset, (f"{stop} at t = {stop.dataset.time[-1]:g} s", INTERRUPTED)
+            run, ending = stop.dataset, (f"interrupted at t = {stop.time:g} s", INTERRUPTED)
     print(*summary(run, scene), sep="\n")
     with timed(seconds, "plots"):
         save(run, scene, options.out)
     if ending:
         fail(*ending)
     with timed(seconds, "render"):
-        render(run, scene, options.out / "top.mp4", options.still, options.seconds_per_second)
+        render(run, scene, options.out / "top.mp4", options, options.speed or 1.0)
 
 
 def summary(run: xr.Dataset, scene: mm.Top) -> Iterator[str]:
@@ -164,17 +181,17 @@ def film_flight(scene: mm.Motor, options: FlightOptions, seconds: dict[str, floa
         record_interval=records_per(0.5, options.timestep),
         initial=before,
         **numerics,
-    ).assign_attrs(found=flight)
+    ).assign_attrs(found=flight, revolutions_before=revolutions_before(shown, begin))
     out = options.out
     with timed(seconds, "plots"):
         write_netcdf(replay, out / "motor_flight.nc")
         with written_whole(out / "motor_flight.png") as part:
             mm.plots.motor_overview(shown, part)
     print(f"wrote {out / 'motor_flight.nc'} and {out / 'motor_flight.png'}")
-    speed = options.seconds_per_second or math.ceil((end - begin) / MOVIE_SECONDS)
+    speed = options.speed or math.ceil((end - begin) / MOVIE_SECONDS)
     timely = replay.assign_coords(time=replay.time + begin)
     with timed(seconds, "render"):
-        render(timely, scene, out / "motor_flight.mp4", options.still, speed)
+        render(timely, scene, out / "motor_flight.mp4", options, speed)
 
 
 def long_run(scene: mm.Motor, options: FlightOptions, numerics: dict[str, Any]) -> xr.Dataset:
@@ -185,7 +202,7 @@ def long_run(scene: mm.Motor, options: FlightOptions, numerics: dict[str, Any]) 
         print(stop)  # the ball may have flown before the ring was lost
         return stop.dataset.assign_attrs(stopped=str(stop))
     except mm.SimulationInterrupted as stop:
-        fail(f"{stop} at t = {stop.dataset.time[-1]:g} s", INTERRUPTED)
+        fail(f"interrupted at t = {stop.time:g} s", INTERRUPTED)
 
 
 def records_per(seconds: float, timestep: float) -> int:
@@ -193,27 +210,35 @@ def records_per(seconds: float, timestep: float) -> int:
 
 
 def window(run: mm.plots.MotorRun) -> tuple[float, float]:
-    """Return start and end times, from before the longest flight through 1.5 revolutions of it."""
+    """Return start and end times, from before the longest flight until after its end."""
     if run.longest is None:
         reached = run.data.time[-1]
         fail(f"no movie: no flight in {reached:g} s; try another seed or a longer run", UNWRITTEN)
-    times, begin = run.data.time.values, float(run.longest.begin)
-    flown = np.abs(run.revolutions - run.revolutions[times == begin])
-    once = float(times[(times > begin) & (flown >= 1)][0])
-    first = times[np.searchsorted(times, begin - (once - begin) / 2)]
-    last = min(begin + 1.5 * (once - begin), times[-1])
+    times, begin, end = run.data.time.values, float(run.longest.begin), float(run.longest.end)
+    lead = LEAD * (end - begin)
+    # The end is one of a flight only after the ball has moved back by a quarter of a sector.
+    back = np.abs(run.revolutions - run.revolutions[times == end]) > CORE / run.scene.outer_dipoles
+    returned = float(times[back & (times > end)][:1].sum()) or float(times[-1])
+    first = times[np.searchsorted(times, begin - lead)]
+    last = times[min(np.searchsorted(times, max(end + lead, returned)), len(times) - 1)]
     return float(first), float(last)
 
 
+def revolutions_before(run: mm.plots.MotorRun, begin: float) -> int:
+    """Return the whole revolutions of the ball until a recorded time (s)."""
+    turns = float(run.revolutions[run.data.time.values == begin][0])
+    return round(turns - math.remainder(turns, 1.0))
+
+
 def render(
-    run: xr.Dataset,
-    scene: mm.Top | mm.Motor,
-    path: Path,
-    still: tuple[float, Path] | None,
-    speed: float,
+    run: xr.Dataset, scene: mm.Top | mm.Motor, path: Path, options: FilmOptions, speed: float
 ) -> None:
-    with film_written(still[1] if still else path) as part:
-        if still:
-            mm.render.still(run, scene, part, still[0])
-        else:
-            mm.render.movie(run, scene, part, seconds_per_second=speed)
+    if options.still:
+        moment, picture = options.still
+        with film_written(picture) as part:
+            mm.render.still(run, scene, part, moment, size=options.size or SIZE)
+        return
+    suffixes = [".gif"] * options.gif + [".webm"] * options.webm
+    for suffix in suffixes or [".mp4"]:
+        with film_written(path.with_suffix(suffix)) as part:
+            mm.render.movie(run, scene, part, speed=speed, fps=options.fps, size=options.size)

@@ -1,8 +1,9 @@
 """Sweep parameters of a scene: run every combination and record a few numbers of each.
 
 Finished cases are kept, so the sweep can be stopped at any time, and the same command resumes it.
-In the folder `out`, `sweep/` holds one file per case, `sweep.nc` all of them as a dataset over the
-sweep's dimensions, and `sweep.png` a picture if there are one or two dimensions.
+A sweep of the top over tilt and height is in the folder `out/sweep_top_tilt_ring_height`, which holds
+one file per case. Beside it are `.nc`, all of them as a dataset over the sweep's dimensions, and
+`.png`, a picture if there are one or two dimensions.
 """
 
 import signal
@@ -15,7 +16,14 @@ from typing import Annotated, Any, Literal
 import tyro
 
 import magmotor as mm
-from magmotor.commands.output import DIVERGED, MISTAKE, fail, warn_in_one_line, written_whole
+from magmotor.commands.output import (
+    DIVERGED,
+    INTERRUPTED,
+    MISTAKE,
+    fail,
+    warn_in_one_line,
+    written_whole,
+)
 from magmotor.commands.scene_options import parse
 from magmotor.commands.sweep_movie import film
 from magmotor.commands.sweep_run import SHOWN, RunOptions, beside, combined, print_status, run
@@ -48,8 +56,9 @@ class Options(RunOptions):
     """of each run (s)"""
     record_interval: int = 1
     """steps between the records of a run"""
-    out: Path = Path("out/sweep")
-    """folder of the sweep; dataset and picture are written beside it"""
+    out: Path | None = None
+    """folder of the sweep, by default out/sweep_SCENE_FIELDS; dataset and picture are written beside
+    it"""
 
 
 @dataclass
@@ -86,7 +95,7 @@ class Movie:
     """Render a movie of up to 30 tops or motors of a sweep side by side."""
 
     folder: tyro.conf.Positional[Path]
-    seconds_per_second: float | None = None
+    speed: float | None = None
     """simulated seconds per second of the movie; by default, it lasts about 20 s"""
 
 
@@ -113,7 +122,7 @@ def main() -> None:
                 combine(options.folder, options.skip_damaged)
             case Movie():
                 plan = mm.sweep.sweep_of(options.folder)
-                film(plan, beside(options.folder, ".mp4"), options.seconds_per_second)
+                film(plan, beside(options.folder, ".mp4"), options.speed)
             case Cluster():
                 serve(options)
             case _:
@@ -139,11 +148,18 @@ def sweep(scene: Any, options: Options) -> None:
     )
     if plan.shape[-1] < len(numbers):
         print("a top has no noise, so only the first seed is used")
-    tally = run(plan, options.out, options)
-    combine(options.out)
+    names = [type(scene).__name__.lower(), *(axis.name for axis in plan.axes)]
+    folder = options.out or Path("out", "_".join(["sweep", *names]))
+    tally = run(plan, folder, options)
+    if tally.done:
+        try:
+            combine(folder)
+        except KeyboardInterrupt:
+            again = f"magmotor sweep combine {folder}"
+            fail(f"interrupted after the last case; {again} writes its dataset", INTERRUPTED)
     if tally.failed:
-        print_status(options.out, SHOWN)
-        count = f"{tally.failed} case{'s' * (tally.failed > 1)}"
+        print_status(folder, SHOWN)
+        count = f"{tally.failed} case{'s' * (tally.failed > 1)}" if tally.done else "every case"
         fail(f"{count} failed; run again with --retry to repeat", DIVERGED)
 
 

@@ -10,7 +10,7 @@ import magmotor as mm
 from magmotor.commands.output import film_written
 from magmotor.common.checks import reject
 from magmotor.device.provenance import scene_from
-from magmotor.render.encoder import FRAME_RATE
+from magmotor.render.contact_sheet import FRAME_RATE
 from magmotor.sweep import Sweep, Values
 from magmotor.sweep.compute import ARGUMENTS
 
@@ -42,9 +42,7 @@ def film(sweep: Sweep, path: Path, speed: float | None) -> None:
         runs.append(run)
         labels.append(label.replace(" =", ""))
     with film_written(path) as part:
-        mm.render.contact_sheet(
-            runs, scenes, labels, part, columns=columns, seconds_per_second=speed
-        )
+        mm.render.contact_sheet(runs, scenes, labels, part, columns=columns, speed=speed)
 
 
 def shown(sweep: Sweep) -> tuple[list[int], int]:

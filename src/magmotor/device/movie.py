@@ -13,11 +13,31 @@ if TYPE_CHECKING:
     from matplotlib.lines import Line2D
 
 
+class SideView(NamedTuple):
+    """A ring above a ball on the floor, for a sketch that shows the ring's tilt from the side.
+
+    The sketch looks horizontally, at right angles to the direction in which the ring's normal
+    leans. Arrays have one element for each frame.
+    """
+
+    radius: float
+    """Radius of the ring (m)."""
+    height: Array
+    """Height of the ring's center above the floor (m)."""
+    tilt: Array
+    """Angle between the ring's normal and the vertical (rad)."""
+    ball_radius: float
+    """Radius of the ball (m)."""
+    ball: Array
+    """Coordinate of the ball in the direction in which the normal leans (m)."""
+
+
 class MovieContent(Protocol):
     """Content of a movie beside its main view; made once from run, scene and frame times (s).
 
     The scene's model, with its visual elements, must have the camera `front` of the main view, and
-    the camera that `near` names.
+    the camera that `near` names. Derived classes inherit what a movie can do without: title,
+    caption, side view, event and result are then missing in the picture.
 
     Attributes
     ----------
@@ -31,6 +51,10 @@ class MovieContent(Protocol):
         Variables that the run must have; read from the class, before it is called.
     value : ndarray, shape (T,)
         Height of the marker on the panel's curve in each of the T frames.
+    title, caption : str
+        What the movie shows: its name, and one sentence.
+    side_view : SideView or None
+        A ring and a ball, sketched from the side.
     """
 
     near: str
@@ -38,6 +62,9 @@ class MovieContent(Protocol):
     path: Array
     trail: float
     value: Array
+    title: str = ""
+    caption: str = ""
+    side_view: SideView | None = None
 
     def __init__(self, run: xr.Dataset, scene: Any, times: Array): ...
 
@@ -48,6 +75,14 @@ class MovieContent(Protocol):
     def lines(self, i: int) -> list[str]:
         """Return the lines of text in frame i."""
         ...
+
+    def event(self, i: int) -> str:
+        """Return a few words on what happens in frame i, shown large."""
+        return ""
+
+    def result(self) -> str:
+        """Return the result in one sentence, shown at the end."""
+        return ""
 
 
 class Gauge(NamedTuple):

@@ -2,9 +2,9 @@
 
 from collections.abc import Sequence
 from contextlib import ExitStack, closing
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import mujoco
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
@@ -12,12 +12,11 @@ from numpy.typing import NDArray
 from magmotor.common import style
 from magmotor.common.arguments import checked
 from magmotor.common.checks import reject
-from magmotor.common.hints import Positive, integer
+from magmotor.common.hints import Positive, integer, output
 from magmotor.device.analysis import checked_run, scene_of_run
 from magmotor.device.device import Scene
 from magmotor.device.movie import Gauge, between
-from magmotor.render.encoder import Film, encode, frame_times, speed_in_words
-from magmotor.render.frames import HEIGHT, WIDTH
+from magmotor.render.encoder import FORMATS, encode, frame_times, speed_in_words
 from magmotor.render.trail import Trail
 from magmotor.render.views import Image, Views, check_has
 from magmotor.run.in_mujoco import build
@@ -25,6 +24,10 @@ from magmotor.run.in_mujoco import build
 if TYPE_CHECKING:
     from PIL.ImageDraw import ImageDraw
 
+
+SUFFIX = ".mp4"
+FRAME_RATE, (WIDTH, HEIGHT), _ = FORMATS[SUFFIX]
+"""Format of contact sheets; in a GIF, the tiles would be too small to see."""
 
 CAMERA, BALL_GEOM = "top", "ball"
 """What the model of a scene must have; see `Gauge`."""
@@ -160,8 +163,6 @@ class Sheet:
                     ball = views.model.geom(BALL_GEOM)
                     ball.matid, ball.rgba = -1, BALL
                     self.views[_appearance(tile.scene)] = stack.enter_context(closing(views))
-                    # Seen from above, shadows are useless, and they cost more than all the rest.
-                    views.renderers[CAMERA].scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = False
             self.opened = stack.pop_all()
         return self
 
@@ -223,10 +224,10 @@ def contact_sheet(
     runs: Sequence[xr.Dataset],
     scenes: Sequence[Scene] | None,
     labels: Sequence[str],
-    path: Film,
+    path: Annotated[str | Path, output(SUFFIX)],
     *,
     columns: Annotated[int, integer(at_least=1, at_most=COLUMNS)],
-    seconds_per_second: Positive = 1.0,
+    speed: Positive = 1.0,
 ) -> None:
     """Write a movie of recorded runs side by side, each seen from above with the ball's trail.
 
@@ -244,10 +245,10 @@ def contact_sheet(
     labels : sequence of str
         Text in the corner of each tile; commas separate its lines.
     path : str or Path
-        The .mp4 file to write: H.264, 1280 x 720, 20 frames per second.
+        The .mp4 file to write: H.264, 1280 x 720, 30 frames per second.
     columns : int
         Number of tiles per row, 1 to 8.
-    seconds_per_second : float
+    speed : float
         Simulated seconds per second of the movie.
 
     Raises
@@ -274,11 +275,12 @@ def contact_sheet(
     _check_scenes(scenes)
     start = min(float(run.time[0]) for run in runs)
     end = max(float(run.time[-1]) for run in runs)
-    times = frame_times(start, end, seconds_per_second)
+    times = frame_times(start, end, speed, FRAME_RATE)
     shown = zip(runs, scenes, labels, strict=True)
     tiles = [Tile(run, scene, label, times) for run, scene, label in shown]
-    with Sheet(tiles, times, columns, speed_in_words(seconds_per_second)) as sheet:
-        encode(sheet.draw, len(times), path)
+    with Sheet(tiles, times, columns, speed_in_words(speed)) as sheet:
+        frames = map(sheet.draw, range(len(times)))
+        encode(frames, len(times), Path(path), FRAME_RATE, (WIDTH, HEIGHT))
 
 
 def _check_lengths(runs: Sequence, scenes: Sequence | None, labels: Sequence, columns: int) -> None:

@@ -1,6 +1,6 @@
-"""Frames of a movie: the whole scene, a second view, and a curve, side by side."""
+"""Frames of a movie: the whole scene with text and a sketch, a second view, and a curve."""
 
-from collections.abc import Callable
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,83 +12,25 @@ from magmotor.common.checks import reject
 from magmotor.device.analysis import checked_run
 from magmotor.device.device import Scene
 from magmotor.device.movie import MovieContent
+from magmotor.render.panel import Panel
+from magmotor.render.sketch import Sketch
 from magmotor.render.trail import Trail
 from magmotor.render.views import Views
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from matplotlib.lines import Line2D
-
-
-DOT_RADIUS, DOT_COLOR = 5.0, np.frombuffer(bytes.fromhex(style.BLUE[1:]), np.uint8)
-"""Radius (pixels) and color (RGB) of the dot that marks the current time."""
-
-
-class Panel:
-    """Curves up to the current time, composed of two pictures that are drawn once.
-
-    Parameters
-    ----------
-    plot : callable
-        Draws the curves on axes and returns their lines.
-    span : array_like, shape (2,)
-        First and last time, in seconds.
-    height, width : int
-        Size in pixels.
-    """
-
-    def __init__(
-        self,
-        plot: Callable[["Axes"], list["Line2D"]],
-        span: ArrayLike,
-        height: int,
-        width: int,
-    ):
-        with style.figure(width / 100, height / 100) as figure:
-            axes = figure.add_subplot()
-            lines = plot(axes)
-            axes.set_xlim(*np.asarray(span))
-            figure.legend(loc="outside upper center", ncols=2)
-            self.full = _pixels(figure)
-            for line in lines:
-                line.set_visible(False)
-            self.empty = _pixels(figure)
-            self.origin, one = axes.transData.transform([[0, 0], [1, 1]])
-            self.scale = one - self.origin
-
-    def draw(self, time: float, value: float) -> NDArray[np.uint8]:
-        """Draw the panel with a dot at (time (s), value), shape (height, width, 3)."""
-        x, y = self.origin + self.scale * (time, value)
-        picture = self.empty.copy()
-        picture[:, : round(x)] = self.full[:, : round(x)]
-        _dot(picture, x, len(picture) - y)
-        return picture
-
-
-def _dot(picture: NDArray[np.uint8], x: float, y: float) -> None:
-    """Draw an antialiased dot, centered at pixels (x, y) from the upper left corner."""
-    top, left = max(0, int(y - DOT_RADIUS - 1)), max(0, int(x - DOT_RADIUS - 1))
-    patch = picture[top : int(y + DOT_RADIUS + 2), left : int(x + DOT_RADIUS + 2)]
-    rows, columns = np.indices(patch.shape[:2])
-    distance = np.hypot(rows + top + 0.5 - y, columns + left + 0.5 - x)
-    cover = np.clip(DOT_RADIUS + 0.5 - distance, 0, 1)[..., np.newaxis]
-    patch[:] = cover * DOT_COLOR + (1 - cover) * patch
-
-
-def _pixels(figure: "Figure") -> NDArray[np.uint8]:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-
-    canvas = FigureCanvasAgg(figure)
-    canvas.draw()
-    return np.array(canvas.buffer_rgba())[:, :, :3]
-
+    from PIL.Image import Image
+    from PIL.ImageDraw import ImageDraw
 
 MAIN_CAMERA = "front"
 
-HEIGHT, WIDTH = 720, 1280
-MAIN, SIDE = (HEIGHT, 800), (HEIGHT // 2, 480)
-"""Height and width (pixels) of the main view, and of the near view and the panel below it."""
+MAIN_SHARE = 5 / 8
+"""Width of the main view as a fraction of the frame's; the other views are beside it."""
+
+SIZE = (1280, 720)
+"""Width and height in pixels for which sizes of text are given."""
+
+SMALL = 320
+"""Height in pixels below which there is no room for caption and sketch."""
 
 
 def movie_content_of(scene: Scene) -> type[MovieContent]:
@@ -118,6 +60,8 @@ class Frames:
         Times of the frames (s).
     note : str
         Text below the numbers.
+    size : (int, int)
+        Width and height in pixels.
 
     Raises
     ------
@@ -128,7 +72,14 @@ class Frames:
         No OpenGL context can be created on entering the block.
     """
 
-    def __init__(self, run: xr.Dataset, scene: Scene, times: ArrayLike, note: str = ""):
+    def __init__(
+        self,
+        run: xr.Dataset,
+        scene: Scene,
+        times: ArrayLike,
+        note: str = "",
+        size: tuple[int, int] = SIZE,
+    ):
         content = movie_content_of(scene)
         self.scene, self.note = scene, note
         self.times = np.asarray(times, dtype=float)
@@ -137,8 +88,19 @@ class Frames:
         if self.movie_content.near == MAIN_CAMERA:
             sentence = "must be another camera than that of the main view"
             raise reject(f"{content.__name__}.near", MAIN_CAMERA, sentence)
+        width, height = size
+        main, half = round(MAIN_SHARE * width), height // 2
+        self.main, self.near = (height, main), (half, width - main)
+        whole = height / SIZE[1]
+        self.scale = max(whole, math.sqrt(whole))  # text shrinks less than the picture
         self.trail = Trail(run.time.values, self.movie_content.path, self.movie_content.trail)
-        self.panel = Panel(self.movie_content.plot, run.time.values[[0, -1]], *SIDE)
+        span, below = run.time.values[[0, -1]], (height - half, width - main)
+        self.panel = Panel(self.movie_content.plot, span, *below, dpi=100 * self.scale)
+        side_view = self.movie_content.side_view
+        self.caption = self.movie_content.caption if height >= SMALL else ""
+        self.sketch = None
+        if side_view is not None and height >= SMALL:
+            self.sketch = Sketch(side_view, 1.1 * whole)
 
     def __len__(self) -> int:
         """Return the number of frames."""
@@ -146,7 +108,7 @@ class Frames:
 
     def __enter__(self) -> "Frames":
         """Open the views."""
-        self.views = Views(self.scene, {MAIN_CAMERA: MAIN, self.movie_content.near: SIDE})
+        self.views = Views(self.scene, {MAIN_CAMERA: self.main, self.movie_content.near: self.near})
         return self
 
     def __exit__(self, *error: object) -> None:
@@ -154,24 +116,73 @@ class Frames:
         self.views.close()
         del self.views
 
-    def draw(self, i: int) -> NDArray[np.uint8]:
-        """Draw frame i, shape (720, 1280, 3)."""
+    def draw(self, i: int, result: str = "") -> NDArray[np.uint8]:
+        """Draw frame i, shape (height, width, 3); a result replaces the caption."""
         time = float(self.times[i])
         self.views.pose(self.joints[i], time)
         main, near = (self.views.draw(camera, self.trail, time) for camera in self.views.renderers)
         side = np.concatenate([near, self.panel.draw(time, self.movie_content.value[i])])
         side[:, 0] = side[len(near) - 1] = 255
-        return np.concatenate([self._write_on(main, i), side], axis=1)
+        return np.concatenate([self._write_on(main, i, result), side], axis=1)
 
-    def _write_on(self, picture: NDArray[np.uint8], i: int) -> NDArray[np.uint8]:
+    def draw_end(self) -> NDArray[np.uint8]:
+        """Draw the last frame with the result in words."""
+        return self.draw(len(self) - 1, self.movie_content.result())
+
+    def _write_on(self, picture: NDArray[np.uint8], i: int, result: str) -> NDArray[np.uint8]:
         from PIL import Image, ImageDraw
 
-        lines = self.movie_content.lines(i) + [self.note] * bool(self.note)
         image = Image.fromarray(picture)
-        pen = ImageDraw.Draw(image)
-        top = HEIGHT - 24 - 24 * len(lines)
-        pen.text((24, top), f"t = {self.times[i]:.1f} s", style.INK, style.pillow_font(26), "ls")
-        for k, line in enumerate(lines, start=1):
-            corner = (24, top + 24 * k + 4)
-            pen.text(corner, line.replace("-", "−"), style.INK, style.pillow_font(16), "ls")
+        if self.sketch is not None:
+            self._add_sketch(image, i)
+        self._write_title(ImageDraw.Draw(image), result)
+        self._write_numbers(ImageDraw.Draw(image), i)
         return np.asarray(image)
+
+    def _add_sketch(self, image: "Image", i: int) -> None:
+        """Add the sketch in the lower right corner."""
+        from PIL import Image
+
+        assert self.sketch is not None
+        sketch, gap = self.sketch.draw(i), round(16 * self.main[0] / SIZE[1])
+        corner = image.width - sketch.width - gap, image.height - sketch.height - gap
+        below = image.crop((*corner, corner[0] + sketch.width, corner[1] + sketch.height))
+        image.paste(Image.blend(below, sketch, 0.8), corner)
+
+    def _write_title(self, pen: "ImageDraw", result: str) -> None:
+        """Write the title and below it the result or else the caption."""
+        left, top, title = 24 * self.scale, 18 * self.main[0] / SIZE[1], 24
+        pen.text((left, top), self.movie_content.title, style.INK, self._font(title), "la")
+        below, color, size = (result, style.BLUE, 20) if result else (self.caption, style.INK, 16)
+        font, width = self._font(size), self.main[1] - 2 * left
+        for k, line in enumerate(_wrapped(pen, below, font, width)):
+            place = (left, top + (1.4 * title + 1.3 * size * k) * self.scale)
+            pen.text(place, line, color, font, "la")
+
+    def _write_numbers(self, pen: "ImageDraw", i: int) -> None:
+        """Write event, time, numbers and note in the lower left corner."""
+        content = self.movie_content
+        lines = content.lines(i) + [self.note] * bool(self.note)
+        left, step = 24 * self.scale, 24 * self.scale
+        base = self.main[0] - step * (len(lines) + 1)
+        if event := content.event(i):
+            pen.text((left, base - 1.5 * step), event, style.BLUE, self._font(24), "ls")
+        pen.text((left, base), f"t = {self.times[i]:.1f} s", style.INK, self._font(26), "ls")
+        for k, line in enumerate(lines, start=1):
+            place = (left, base + step * k + 4 * self.scale)
+            pen.text(place, line.replace("-", "−"), style.INK, self._font(16), "ls")
+
+    def _font(self, size: int):
+        return style.pillow_font(max(9, round(size * self.scale)))
+
+
+def _wrapped(pen: "ImageDraw", text: str, font, width: float) -> list[str]:
+    """Divide a text into lines that are at most `width` pixels wide."""
+    lines = [""]
+    for word in text.split():
+        longer = f"{lines[-1]} {word}".strip()
+        if lines[-1] and pen.textlength(longer, font) > width:
+            lines.append(word)
+        else:
+            lines[-1] = longer
+    return lines

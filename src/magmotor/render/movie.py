@@ -1,5 +1,8 @@
 """Movies of a recorded run, and single frames of one."""
 
+from itertools import chain, repeat
+from pathlib import Path
+
 import xarray as xr
 
 from magmotor.common.checks import reject
@@ -7,8 +10,20 @@ from magmotor.common.hints import Picture, Positive
 from magmotor.common.optional import extra
 from magmotor.device.analysis import analysis
 from magmotor.device.device import Scene
-from magmotor.render.encoder import Film, encode, frame_times, speed_in_words
-from magmotor.render.frames import Frames, checked_movie_run
+from magmotor.render.encoder import (
+    FORMATS,
+    Film,
+    FrameRate,
+    Size,
+    check_memory,
+    encode,
+    frame_times,
+    speed_in_words,
+)
+from magmotor.render.frames import SIZE, Frames, checked_movie_run
+
+HOLD = 2.0
+"""Time (s) for which a movie shows its last frame, with the result in words."""
 
 
 @analysis(of=Scene, records=2, replicas=False)
@@ -17,11 +32,14 @@ def movie(
     scene: Scene | None,
     path: Film,
     *,
-    seconds_per_second: Positive = 1.0,
+    speed: Positive = 1.0,
+    fps: FrameRate | None = None,
+    size: Size | None = None,
 ) -> None:
     """Write a movie of a recorded run: the scene, the ball's trail, and a growing curve.
 
-    The curve is J(t) for the top and the azimuth theta(t) of the ball for the motor.
+    The curve is the spin of the top, without its sign, or the azimuth theta(t) of the motor's ball.
+    The last frame stays for two seconds, with the result in words.
 
     Parameters
     ----------
@@ -30,30 +48,46 @@ def movie(
     scene : Top, Motor or None
         Its scene; None takes it from the attributes of the run.
     path : str or Path
-        The .mp4 file to write: H.264, 1280 x 720, 20 frames per second.
-    seconds_per_second : float
+        The file to write, whose suffix determines the format: .mp4 (H.264), .webm (VP9) or .gif.
+    speed : float
         Simulated seconds per second of the movie.
+    fps : int, optional
+        Frames per second, 1 to 100; by default 30, in a GIF 15.
+    size : (int, int), optional
+        Width and height in pixels; by default 1280 x 720, in a GIF 640 x 360.
 
     Raises
     ------
     ValueError
-        The run has replicas or no orientation, the scene's class has no movies, or the speed is not
-        positive.
+        The run has replicas or no orientation, the scene's class has no movies, the speed is not
+        positive, or a GIF would have too many frames.
     NoOpenGL
         No OpenGL context can be created; nothing is written.
     RuntimeError
         The encoder failed; the message includes its last output.
     """
     assert scene is not None  # `analysis` has filled it in
-    run = checked_movie_run(run, scene)
+    run, path = checked_movie_run(run, scene), Path(path)
+    usual = FORMATS[path.suffix.lower()]
+    fps, size = fps or usual.fps, size or usual.size
     start, end = run.time.values[[0, -1]]
-    times = frame_times(start, end, seconds_per_second)
-    with Frames(run, scene, times, speed_in_words(seconds_per_second)) as frames:
-        encode(frames.draw, len(frames), path)
+    times = frame_times(start, end, speed, fps)
+    held = round(HOLD * fps)
+    check_memory(path, len(times) + held, size)
+    with Frames(run, scene, times, speed_in_words(speed), size) as frames:
+        shown = chain(map(frames.draw, range(len(times))), _held(frames, held))
+        encode(shown, len(times) + held, path, fps, size)
+
+
+def _held(frames: Frames, count: int):
+    """Yield the last frame, which is drawn once, several times."""
+    yield from repeat(frames.draw_end(), count)
 
 
 @analysis(of=Scene, records=2, replicas=False)
-def still(run: xr.Dataset, scene: Scene | None, path: Picture, time: float) -> None:
+def still(
+    run: xr.Dataset, scene: Scene | None, path: Picture, time: float, *, size: Size = SIZE
+) -> None:
     """Write one frame of the movie, at a time in seconds; other arguments as in `movie`."""
     assert scene is not None  # `analysis` has filled it in
     run = checked_movie_run(run, scene)
@@ -63,5 +97,5 @@ def still(run: xr.Dataset, scene: Scene | None, path: Picture, time: float) -> N
     with extra("movies"):
         from PIL import Image
 
-    with Frames(run, scene, [time]) as frames:
+    with Frames(run, scene, [time], size=size) as frames:
         Image.fromarray(frames.draw(0)).save(path, optimize=True)

@@ -50,6 +50,8 @@ class Views:
             buffer.offheight, buffer.offwidth = height, width
             renderer = _open_renderer(self.model, height, width)
             renderer.scene.flags[mujoco.mjtRndFlag.mjRND_SKYBOX] = False  # no camera sees it
+            # The ring's shadow would look like a second ring, and costs more than all the rest.
+            renderer.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = False
             self.renderers[camera] = renderer
 
     def pose(self, joints: NDArray[np.float64], time: float = 0.0) -> None:
