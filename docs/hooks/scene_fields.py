@@ -1,17 +1,32 @@
-"""Replace lines `{fields of NAME}` by tables of the fields of scene classes."""
+"""Tables of the fields of scene classes, which the site shows below a class's own description."""
 
 import re
 from typing import Any
 
+import griffe
+
 import magmotor as mm
+from magmotor.device import Scene
 from magmotor.device.quantities import field_descriptions
 
-PLACEHOLDER = re.compile(r"^\{fields of (\w+)\}$", re.MULTILINE)
+PUBLIC = [getattr(mm, name) for name in vars(mm)["__all__"]]
+SCENES = {
+    f"{scene.__module__}.{scene.__name__}": scene
+    for scene in PUBLIC
+    if isinstance(scene, type) and issubclass(scene, Scene)
+}
+SECTION = re.compile(r"\n\n(?=\w[\w ]*\n-{3,}\n)")
+"""What precedes the first section of a docstring."""
 
 
-def on_page_markdown(markdown: str, **_: Any) -> str:
-    """Insert the tables of a page."""
-    return PLACEHOLDER.sub(lambda match: table(getattr(mm, match[1])), markdown)
+class SceneFields(griffe.Extension):
+    """Adds the tables to the docstrings as mkdocstrings reads them from the source."""
+
+    def on_class_members(self, *, cls: griffe.Class, **_: Any) -> None:
+        """Add the table of a scene class."""
+        if (scene := SCENES.get(cls.path)) and cls.docstring:
+            text, *sections = SECTION.split(cls.docstring.value, maxsplit=1)
+            cls.docstring.value = "\n\n".join([text, table(scene), *sections])
 
 
 def table(scene: type) -> str:
