@@ -44,6 +44,7 @@ from .run.recommend import Recommendation as Recommendation
 from .run.recommend import recommend as recommend
 from .run.simulate import methods as methods
 from .run.simulate import simulate as simulate
+from .run.table import to_table as to_table
 from .sweep.rerun import rerun as rerun
 
 __version__: str

@@ -193,6 +193,7 @@ CALLS: dict[Any, dict[str, Any]] = {
     mm.scene_of: {"run": RUNS["disk"]},
     mm.rerun: {"run": RUNS["disk"]},
     mm.to_table: {"data": RUNS["disk"], "rows": ["time"]},
+    mm.to_table: {"data": RUNS["disk"], "rows": ["time"]},
     mm.Baoab: {"model": MODEL},
     mm.Langevin: {
         "model": PENDULUM, "kT": 1.0, "splitting": "baoab", "friction": 1.0, "disable": ["limit"],
