@@ -12,7 +12,7 @@ import xarray as xr
 
 import magmotor as mm
 from magmotor.commands.output import DIVERGED, INTERRUPTED, UNWRITTEN, fail, printable, write_netcdf
-from magmotor.sweep import NoWorkers, OtherVersions, Sweep, SweepInterrupted
+from magmotor.sweep import NoWorkers, OtherVersions, Sweep, SweepFailed, SweepInterrupted
 
 SHOWN = 5
 """Number of errors printed at the end of a sweep; `magmotor sweep status` prints all."""
@@ -36,6 +36,8 @@ def run(plan: Sweep, folder: Path, options: RunOptions) -> mm.sweep.Tally:
     try:
         with executor(options) as given:
             tally = mm.sweep.run(plan, folder, retry=options.retry, **given)
+    except SweepFailed as failure:
+        tally = failure.tally
     except SweepInterrupted as stop:
         fail(f"{stop}; the same command resumes it", INTERRUPTED)
     except OSError as error:

@@ -29,6 +29,16 @@ def choose_gl_backend() -> None:
         os.environ["MUJOCO_GL"] = "disable"
 
 
+def gl_setting() -> str:
+    """Return in words how the OpenGL backend was chosen, and what to do if that was too late."""
+    setting = os.environ.get("MUJOCO_GL")
+    if setting is not None:
+        return f"MUJOCO_GL={setting}"
+    if sys.platform != "linux":
+        return "MUJOCO_GL is not set"
+    return "mujoco was imported first: import magmotor before it, or set MUJOCO_GL to egl or osmesa"
+
+
 def choose_cache_folder() -> None:
     """Set NUMBA_CACHE_DIR to a private temporary folder if Numba's default ones cannot be used.
 

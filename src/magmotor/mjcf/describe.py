@@ -24,6 +24,9 @@ from magmotor.mjcf.lookup import disabled
 PREFIXES = ("coupling", "field", "coil", "iron")
 """How the names of tuples start that declare something."""
 
+HUGE, OF_NEODYMIUM = 1e3, 140.0
+"""From which moment in A m^2 a body that moves has it by mistake, and that of 1 kg of neodymium."""
+
 LISTED = 8
 """Largest number of bodies, pairs or joints that the text lists."""
 
@@ -71,6 +74,8 @@ class Description:
         The site of each magnetometer, by the name of the sensor.
     dry_friction : tuple of str
         Joints and tendons with dry friction, with which noise leaves the model too cold.
+    huge : dict of str to float
+        Moments in A m^2, on bodies that can move, which are probably mistakes, by site.
     idle : tuple of str
         What does not act, and why.
     """
@@ -91,6 +96,7 @@ class Description:
     iron: dict[str, float]
     magnetometers: dict[str, str]
     dry_friction: tuple[str, ...]
+    huge: dict[str, float]
     idle: tuple[str, ...]
 
     def __str__(self) -> str:
@@ -104,6 +110,10 @@ class Description:
         yield f"acting: {f'{acting}, {where}' if acting else 'nothing'}{unmarked}"
         if self.dipoles:
             yield f"dipoles: {listed(f'{body} {count}' for body, count in self.dipoles.items())}"
+        for site, moment in self.huge.items():
+            mass = abs(moment) / OF_NEODYMIUM
+            size = f"the moment of {mass:.2g} kg of neodymium magnets: is the number in A m^2?"
+            yield f"site {site} has {moment:g} A m^2, {size}"
         if self.pairs:
             pairs = (
                 f"{one} and {other}" + (f" (times {factor:g})" if factor != 1 else "")
@@ -217,6 +227,7 @@ def describe(model: mujoco.MjModel) -> Description:
         mismatch=mismatch,
         unknown=unknown,
         dry_friction=tuple(dry_joints(model)),
+        huge=_huge(model) if "dipoles" in named else {},
         idle=tuple(_idle(model, named, bool(kinds & UNMARKED), acting)),
     )
     print(found)
@@ -243,6 +254,14 @@ def _dipoles(model: mujoco.MjModel) -> dict[int, int]:
     """Return the number of dipoles by body."""
     sites = np.flatnonzero(model.site_user[:, 0]) if model.nuser_site else []
     return dict(sorted(Counter(model.site_bodyid[sites].tolist()).items()))
+
+
+def _huge(model: mujoco.MjModel) -> dict[str, float]:
+    """Return moments on bodies that can move which are probably mistakes, by site."""
+    moments = model.site_user[:, 0] if model.nuser_site else np.empty(0)
+    sites = np.flatnonzero(np.abs(moments) > HUGE)
+    moving = [site for site in sites if _moves(model, model.site_bodyid[site])]
+    return {name_of(model, "site", site): float(moments[site]) for site in moving[:LISTED]}
 
 
 def _pairs(model: mujoco.MjModel, bodies: list[int]) -> dict[tuple[str, str], float]:

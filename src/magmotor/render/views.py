@@ -1,6 +1,5 @@
 """Views: renderings of the decorated model in a recorded pose by its cameras."""
 
-import os
 import warnings
 from collections.abc import Mapping
 
@@ -9,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.common.checks import reject
+from magmotor.common.environment import gl_setting
 from magmotor.device.device import Scene
 from magmotor.mjcf.lookup import number_of
 from magmotor.render.trail import Trail
@@ -101,7 +101,5 @@ def _open_renderer(model: mujoco.MjModel, height: int, width: int) -> mujoco.Ren
             # AttributeError: MUJOCO_GL=disable. ImportError: EGL without a display. RuntimeError:
             # OSMesa without a context. FatalError: GLFW without a window system.
             _failures.append(error)
-    setting = os.environ.get("MUJOCO_GL")
-    setting = "MUJOCO_GL is not set" if setting is None else f"MUJOCO_GL={setting}"
-    reason = f"MuJoCo finds no OpenGL library to render with ({setting})"
+    reason = f"MuJoCo finds no OpenGL library to render with ({gl_setting()})"
     raise NoOpenGL(reason) from _failures[0]

@@ -35,6 +35,8 @@ from magmotor.sweep.measures import TRAJECTORY
 SWEEP = "sweep.json"
 FOLDERS = {"parts", "claims", "done", "failed"}
 
+ANOTHER = "give this sweep another directory (on the command line, --out)"
+
 
 class Directory:
     """A sweep's results on disk.
@@ -61,7 +63,7 @@ class Directory:
         unrelated = _unrelated_files(path)
         if not (path / SWEEP).exists():  # checked last: another driver may have begun meanwhile
             if unrelated:
-                sentence = f"must be empty or hold this sweep; it holds {unrelated[0]}"
+                sentence = f"must be empty or hold this sweep; it holds {unrelated[0]}: {ANOTHER}"
                 raise reject("directory", str(path), sentence)
             path.mkdir(parents=True, exist_ok=True)
             self._write(Path(SWEEP), with_checksum(spec))
@@ -270,7 +272,7 @@ def _check_same(path: Path, spec: dict[str, Any], stored: dict[str, Any]) -> Non
     other = [name for name in {**stored, **spec} if stored.get(name) != spec.get(name)]
     if other:
         holds = f"it holds one that differs in {', '.join(other)}"
-        sentence = f"must be empty or hold this sweep; {holds}: give this sweep another directory"
+        sentence = f"must be empty or hold this sweep; {holds}: {ANOTHER}"
         raise reject("directory", str(path), sentence)
 
 

@@ -164,14 +164,14 @@ def run(
     try:
         with driver.progress:
             driver.work()
+        if pool is not None:
+            pool.close()
     except BaseException as error:
         with deferred():  # ignores a second Ctrl-C
             driver.stop()
         if isinstance(error, KeyboardInterrupt):
             raise SweepInterrupted(f"sweep interrupted; {driver.tally}") from None
         raise
-    if pool is not None:
-        pool.close()
     if driver.tally.failed == len(sweep):
         raise SweepFailed(driver.tally, str(store.error(sweep.case(0))))
     return driver.tally
