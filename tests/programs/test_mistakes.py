@@ -1,0 +1,269 @@
+"""Mistakes that new users make: each is one sentence that says what to do."""
+
+import re
+from pathlib import Path
+
+import mujoco
+import pytest
+
+import magmotor as mm
+from magmotor.common import environment
+from magmotor.common.checks import did_you_mean
+
+TOP_RUN = mm.simulate(mm.Top(), duration=1.0, method="mujoco/euler", timestep=0.05)
+MOTOR_RUN = mm.simulate(mm.Motor(), duration=1.0, method="mujoco/euler", timestep=0.05)
+QUICK = {"duration": 1.0, "method": "mujoco/euler", "timestep": 0.05}
+
+
+def spin(run, scene):
+    """Measure that a user has written."""
+    return float(abs(run.momentum_map).max())
+
+
+def of_script(run, scene):
+    """Measure in the file that is run."""
+
+
+of_script.__module__ = "__main__"
+
+
+def plan(measure):
+    return mm.sweep.Sweep(scene=mm.Top(), vary={"tilt": [0.02]}, measure=measure, **QUICK)
+
+
+def call(function, *arguments, **named):
+    """Return a call, hidden from pyright, which knows that it is wrong."""
+    return lambda: function(*arguments, **named)
+
+
+MISTAKES = {
+    "a function as a measure": (
+        call(plan, [spin]),
+        "a function is named by 'module:function': write 'test_mistakes:spin'",
+    ),
+    "a function instead of measures": (call(plan, spin), "write 'test_mistakes:spin'"),
+    "a function of the script as a measure": (
+        call(plan, [of_script]),
+        "since workers do not run this one, and write 'measures:of_script'",
+    ),
+    "the name of a function of the script": (
+        call(plan, ["__main__:spin"]),
+        "measure = '__main__:spin': put it into a file of its own",
+    ),
+    "one measure instead of a list": (
+        call(plan, "max_spin"),
+        "measure = 'max_spin': must be a list of names: write ['max_spin']",
+    ),
+    "a measure that is nearly right": (call(plan, ["maxspin"]), "(did you mean 'max_spin'?)"),
+    "an ensemble of a top": (
+        call(mm.ensemble, mm.Top()),
+        "scene = Top(...): a Top has no noise, and all replicas would be the same: use simulate",
+    ),
+    "an ensemble of a motor and nothing else": (
+        call(mm.ensemble, mm.Motor()),
+        "ensemble() needs method=..., timestep=..., duration=... and replicas=...",
+    ),
+    "a run without duration": (call(mm.simulate, mm.Top()), "simulate() needs duration=..."),
+    "a duration without its name": (
+        call(mm.simulate, mm.Top(), 60),
+        "simulate() takes scene and was given 2 values; name the others, as in method=...",
+    ),
+    "an argument that is nearly right": (
+        call(mm.simulate, mm.Top(), durations=60),
+        "simulate() has no argument 'durations' (did you mean 'duration'?)",
+    ),
+    "flights of a top": (
+        call(mm.observables.flights, TOP_RUN),
+        "run is of a Top: must be of a Motor",
+    ),
+    "the scene of another class": (
+        call(mm.plots.overview, TOP_RUN, mm.Motor(), "o.png"),
+        "scene = Motor(...): must be the scene of the run, a Top, or None for that scene",
+    ),
+    "another scene of the same class": (
+        call(mm.observables.momentum_balance, TOP_RUN, mm.Top(friction=0.2)),
+        "scene.friction = 0.2: must be 0.3, as in the run",
+    ),
+    "the scene and the run of a movie in the wrong order": (
+        call(mm.render.movie, mm.Top(), TOP_RUN, "top.mp4"),
+        "run = Top(...): must be the dataset, and `scene` its scene: exchange these two arguments",
+    ),
+    "a checkpoint of a run in a missing folder": (
+        call(mm.simulate, mm.Top(), **QUICK, checkpoint="missing/run.checkpoint"),
+        "checkpoint = 'missing/run.checkpoint': must be in an existing folder",
+    ),
+    "a checkpoint of an ensemble in a missing folder": (
+        call(
+            mm.ensemble, mm.Disk(), method="variational/baoab", timestep=0.05, duration=5.0,
+            replicas=2, checkpoint="missing/run.checkpoint",
+        ),
+        "checkpoint = 'missing/run.checkpoint': must be in an existing folder",
+    ),
+    "a method without its engine": (
+        call(mm.simulate, mm.Top(), duration=1.0, timestep=0.1, method="rk4"),
+        "scipy/dop853 (did you mean 'mujoco/rk4'?)",
+    ),
+    "a scene class that is nearly right": (
+        call(getattr, mm, "Tops"),
+        "module 'magmotor' has no attribute 'Tops' (did you mean 'Top'?)",
+    ),
+    "degrees": (
+        call(mm.Top, tilt=10),
+        "tilt = 10: must be less than 1.5708 rad (10 degrees are 0.1745 rad)",
+    ),
+    "a percentage": (
+        call(mm.recommend, mm.Top(), error=1),
+        "error = 1: must be less than 1 (a fraction: 0.01 is 1 %)",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_a_mistake_is_one_sentence(mistake, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    wrong, said = MISTAKES[mistake]
+    with pytest.raises((ValueError, TypeError, AttributeError), match=re.escape(said)) as error:
+        wrong()
+    text = str(error.value)
+    assert "\n" not in text
+    assert not [*tmp_path.iterdir()]
+
+
+@pytest.mark.parametrize(
+    ("name", "choices", "hint"),
+    [
+        ("euler", ("variational/euler", "mujoco/euler"), "'variational/euler' or 'mujoco/euler'"),
+        ("RK4", ("mujoco/euler", "mujoco/rk4"), "'mujoco/rk4'"),
+        ("verlett", ("variational/verlet", "mujoco/rk4"), "'variational/verlet'"),
+        ("mujoco/implicit", ("mujoco/implicitfast", "mujoco/rk4"), "'mujoco/implicitfast'"),
+        ("leapfrog", ("variational/verlet", "mujoco/rk4"), ""),
+    ],
+)
+def test_what_a_wrong_name_may_mean(name, choices, hint):
+    assert did_you_mean(name, choices) == (f" (did you mean {hint}?)" if hint else "")
+
+
+def test_degrees_are_suggested_only_where_they_would_be_allowed():
+    with pytest.raises(ValueError, match=r"must be less than 1\.5708 rad$"):
+        mm.Top(tilt=100)
+
+
+def test_magnetism_without_a_block_is_a_warning():
+    with pytest.warns(UserWarning, match="write `with magmotor.magnetism") as caught:
+        mm.magnetism()
+    assert caught[0].filename == __file__
+
+
+def test_magnetism_as_a_block_or_a_decorator_gives_no_warning():
+    before = mujoco.get_mjcb_control()
+
+    @mm.magnetism()
+    def installed():
+        return mujoco.get_mjcb_control()
+
+    block = mm.magnetism()
+    for _ in range(2):
+        with block, block:
+            assert mujoco.get_mjcb_control() != before
+        assert mujoco.get_mjcb_control() == before
+    assert installed() != before
+    assert mujoco.get_mjcb_control() == before
+
+
+NEEDLE = """
+<mujoco>
+  <custom><text name="magmotor" data="dipoles"/></custom>
+  <worldbody>
+    <site name="earth" pos="0 1 0" zaxis="0 1 0" user="7.8e22"/>
+    <body>
+      <joint type="hinge" axis="0 0 1"/>
+      <geom type="capsule" fromto="-0.03 0 0 0.03 0 0" size="0.003"/>
+      <site name="needle" zaxis="1 0 0" user="{}"/>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+
+
+@pytest.mark.parametrize(("moment", "huge"), [("2e5", {"needle": 2e5}), ("0.2", {})])
+def test_a_moment_that_no_magnet_has_is_named(moment, huge, capsys):
+    found = mm.describe(mujoco.MjModel.from_xml_string(NEEDLE.format(moment)))
+    assert found.huge == huge
+    line = "site needle has 200000 A m^2, the moment of 1.4e+03 kg of neodymium magnets"
+    assert (line in capsys.readouterr().out) == bool(huge)
+
+
+def test_mujoco_before_magmotor_is_named_where_opengl_is_missing(monkeypatch):
+    monkeypatch.setattr("sys.platform", "linux")
+    monkeypatch.delenv("MUJOCO_GL", raising=False)
+    assert environment.gl_setting().startswith("mujoco was imported first: import magmotor before")
+    monkeypatch.setenv("MUJOCO_GL", "disable")
+    assert environment.gl_setting() == "MUJOCO_GL=disable"
+
+
+@pytest.mark.parametrize(
+    ("checkpoint", "how"),
+    [
+        (None, "the attribute `dataset` has the records; with a checkpoint, runs can be resumed"),
+        (Path("a.checkpoint"), "the same call resumes from the checkpoint a.checkpoint"),
+    ],
+)
+def test_an_interrupt_says_when_and_how_to_go_on(checkpoint, how):
+    stop = mm.SimulationInterrupted(TOP_RUN, checkpoint)
+    assert str(stop) == f"interrupted at t = 1 s: {how}"
+    assert (stop.time, stop.checkpoint) == (1.0, checkpoint)
+
+
+@pytest.fixture
+def sweep(run_script, monkeypatch, tmp_path):
+    """Return a function that runs `magmotor sweep` in a folder, with a thread as its worker."""
+    from concurrent.futures import ThreadPoolExecutor
+
+    monkeypatch.chdir(tmp_path)
+    execute = mm.sweep.run
+
+    def run(plan, folder, **options):
+        options.pop("workers")
+        with ThreadPoolExecutor(1) as thread:
+            return execute(plan, folder, executor=thread, workers=1, **options)
+
+    monkeypatch.setattr(mm.sweep, "run", run)
+    numerics = ("--method", "mujoco/euler", "--timestep", "0.02", "--duration", "1")
+    return lambda *arguments: run_script("sweep", "top", *arguments, *numerics)
+
+
+def test_every_sweep_has_a_folder_of_its_own(sweep, tmp_path):
+    for vary, folder in {
+        ("--vary", "tilt=0,0.1"): "sweep_top_tilt",
+        ("--vary", "tilt=0,0.1", "--vary", "height=0.2,0.3"): "sweep_top_tilt_ring_height",
+    }.items():
+        code, _, errors = sweep(*vary)
+        assert (code, errors) == (0, "")
+        assert (tmp_path / "out" / folder / "sweep.json").exists()
+        assert (tmp_path / "out" / f"{folder}.nc").exists()
+    code, _, errors = sweep("--vary", "tilt=0,0.2")
+    assert code == 2
+    assert "it holds one that differs in vary: give this sweep another directory (on the" in errors
+    assert "--out" in errors
+
+
+def test_a_sweep_of_which_every_case_fails_says_why(sweep, tmp_path):
+    vary = ("--vary", "height=0.05,0.051", "--tilt", "0.001")
+    code, said, errors = sweep(*vary, "--out", tmp_path / "s")
+    assert code == 1
+    assert errors == "magmotor sweep: every case failed; run again with --retry to repeat\n"
+    assert re.search(r"  ring_height = 0\.05: timestep = 0\.02: must be less than", said)
+    assert not (tmp_path / "s.nc").exists()
+
+
+def test_an_interrupt_after_the_last_case_says_how_to_go_on(sweep, tmp_path, monkeypatch):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("magmotor.commands.sweep.combine", interrupted)
+    code, _, errors = sweep("--vary", "tilt=0,0.1", "--out", tmp_path / "s")
+    assert code == 130
+    again = f"magmotor sweep combine {tmp_path / 's'}"
+    assert errors == (
+        f"magmotor sweep: interrupted after the last case; {again} writes its dataset\n"
+    )
