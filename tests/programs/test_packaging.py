@@ -39,6 +39,8 @@ NEEDLE = """
 SHORT = "method='variational/euler', timestep=0.025, duration=1.0"
 """Arguments of a run without MuJoCo."""
 
+SCENES = 'pip install "magmotor[scenes]"'
+
 
 def closure(requirements):
     """Return the names of these packages and of all that they require."""
@@ -113,7 +115,7 @@ print("extras", [name for name in rest if name in sys.modules])
     assert found.stdout.startswith("[1.5708]\n")
     assert "2 dipoles" in found.stdout
     assert found.stdout.endswith("extras []\n")
-    ratio = float(re.search(r"temperature (\S+)", found.stdout)[1])
+    (ratio,) = map(float, re.findall(r"temperature (\S+)", found.stdout))
     assert abs(ratio - 1) < 0.5  # 0.05
 
 
@@ -145,7 +147,7 @@ def test_a_command_says_in_one_line_which_extra_it_needs(core, command):
     assert found.returncode == 2
     assert found.stdout == ""
     (line,) = found.stderr.splitlines()
-    assert re.match(rf"magmotor {command}: magmotor {command} needs [\w, -]*netcdf4", line)
+    assert re.match(rf"magmotor {command}: [\w, -]*netcdf4[\w, -]* are not installed: ", line)
     assert f'pip install "magmotor[{EXTRAS[command]}]"' in line
 
 
@@ -153,9 +155,9 @@ def test_the_core_has_the_help_of_every_command_and_those_for_any_model(core, tm
     assert core("-m", "magmotor", "--help").returncode == 0
     model = tmp_path / "needle.xml"
     model.write_text(NEEDLE)
-    for command, code in (("describe", 0), ("check", 1)):
+    for command in ("describe", "check"):
         found = core("-m", "magmotor", command, str(model))
-        assert (found.returncode, found.stderr) == (code, ""), command
+        assert (found.returncode, found.stderr) == (0, ""), command
     assert set(EXTRAS) < set(COMMANDS)
     assert core("-m", "magmotor", "movie", "--help").returncode == 0
 
@@ -173,10 +175,14 @@ def test_the_extras_that_the_code_names_exist():
 @pytest.mark.parametrize(
     ("version", "missing", "remedy"),
     [
-        ((3, 12), ["dm-control"], 'pip install "magmotor[scenes]"'),
+        ((3, 12), ["dm-control"], SCENES),
         ((3, 13), ["dm-control"], optional.LABMAZE),
-        ((3, 14), ["dm-control", "lxml"], f'pip install "magmotor[scenes]" and {optional.LABMAZE}'),
-        ((3, 14), ["lxml"], 'pip install "magmotor[scenes]"'),
+        (
+            (3, 14),
+            ["dm-control", "lxml"],
+            f'pip install "magmotor[scenes]", then {optional.LABMAZE}',
+        ),
+        ((3, 14), ["lxml"], SCENES),
     ],
 )
 def test_where_labmaze_has_no_wheel_the_remedy_says_so(monkeypatch, version, missing, remedy):
@@ -251,3 +257,28 @@ def test_every_requirement_has_a_pin_that_satisfies_it():
         name = re.sub(r"[-_.]+", "-", requirement.name).lower()
         if name != "magmotor":
             assert requirement.specifier.contains(pins[name]), requirement
+
+
+def test_the_workflows_run_targets_that_exist_and_only_a_release_may_publish():
+    yaml = pytest.importorskip("yaml")
+    targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text("utf-8"), re.MULTILINE))
+    folder = ROOT / ".github" / "workflows"
+    jobs, ran = {}, set()
+    for file in folder.glob("*.yml"):
+        workflow = yaml.safe_load(file.read_text(encoding="utf-8"))
+        assert workflow["permissions"] == {"contents": "read"}, file
+        for name, job in workflow["jobs"].items():
+            jobs[file.stem, name] = job
+            assert (ROOT / job.get("uses", "")).exists(), (file, name)
+            for step in job.get("steps", ()):
+                ran |= set(re.findall(r"\bmake ([a-z-]+)", step.get("run", "")))
+    assert {"lint", "test", "docs", "compat"} <= ran <= targets
+    publishing = {key for key, job in jobs.items() if "id-token" in job.get("permissions", {})}
+    assert publishing == {("release", "publish")}
+    systems = {*jobs["ci", "other-systems"]["strategy"]["matrix"]["system"]}
+    assert {system.partition("-")[0] for system in systems} == {"macos", "windows"}
+    minors = jobs["ci", "test"]["strategy"]["matrix"]["python"]
+    assert minors[0] == PROJECT["requires-python"].removeprefix(">=")
+    assert {f"Programming Language :: Python :: {minor}" for minor in minors} >= {
+        line for line in PROJECT["classifiers"] if ":: Python :: 3." in line
+    }

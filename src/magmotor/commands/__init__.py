@@ -13,7 +13,7 @@ COMMANDS = {
     "view": "watch a scene or any MJCF file live, and pull, tilt, heat or brake it",
     "sweep": "run a scene for every combination of parameters, resumably",
     "rerun": "run a dataset again and check that the result is identical",
-    "export": "write a scene as an MJCF file",
+    "export": "write a scene as MJCF or TOML, or a dataset as a table",
     "disk": "reproduce the paper's figures of its sliding disks, with theory",
     "motor": "reproduce the paper's figures of its motors",
     "describe": "say what of an MJCF file is magnetic, and what has a temperature",
@@ -51,7 +51,7 @@ def main(name: str | None = None) -> None:
 
 def _run(name: str) -> None:
     if name in EXTRAS and not {"-h", "--help"} & set(sys.argv):
-        require(EXTRAS[name], f"magmotor {name}")
+        require(EXTRAS[name])
     import_module(f"{__name__}.{name}").main()
 
 

@@ -33,17 +33,11 @@ def extra(name: str) -> Iterator[None]:
         raise MissingExtra(sentence, name=missing.name) from missing
 
 
-def require(name: str, purpose: str) -> None:
-    """Check that an extra is installed; `purpose` is what needs it.
-
-    Raises
-    ------
-    MissingExtra
-        Some of its packages are missing.
-    """
+def require(name: str) -> None:
+    """Raise MissingExtra if a package of an extra is missing."""
     if missing := missing_packages(name):
-        needed = ", ".join(missing)
-        raise MissingExtra(f"{purpose} needs {needed}: {remedy(name, missing)}")
+        sentence = f"{', '.join(missing)} {'is' if len(missing) == 1 else 'are'} not installed"
+        raise MissingExtra(f"{sentence}: {remedy(name, missing)}")
 
 
 def missing_packages(name: str) -> list[str]:
@@ -67,7 +61,7 @@ def remedy(name: str, missing: list[str]) -> str:
     whole = f'pip install "magmotor[{name}]"'
     if "dm-control" not in missing or sys.version_info < (3, 13):
         return whole
-    return LABMAZE if len(missing) == 1 else f"{whole} and {LABMAZE}"
+    return LABMAZE if len(missing) == 1 else f"{whole}, then {LABMAZE}"
 
 
 def _is_installed(package: str) -> bool:
