@@ -1,4 +1,5 @@
 from . import dipoles as dipoles
+from . import live as live
 from . import noise as noise
 from . import observables as observables
 from . import plots as plots
@@ -42,6 +43,8 @@ from .run.ensemble import ensemble as ensemble
 from .run.in_mujoco import build as build
 from .run.recommend import Recommendation as Recommendation
 from .run.recommend import recommend as recommend
+from .run.scene_file import read_scene as read_scene
+from .run.scene_file import write_scene as write_scene
 from .run.simulate import methods as methods
 from .run.simulate import simulate as simulate
 from .run.table import to_table as to_table

@@ -76,6 +76,11 @@ CASES = {
         {"tilt": 0.1, "height": 0.25},
         mm.Top(tilt=0.1, ring_height=0.25),
     ),
+    "torsion": (
+        mm.Top(torsional_damping=1e-6),
+        {"tilt": 0.1},
+        mm.Top(torsional_damping=1e-6, tilt=0.1),
+    ),
     "plane": (mm.Top(surface="plane"), {"friction": 0.5}, mm.Top(surface="plane", friction=0.5)),
     "from no friction": (mm.Top.paper(2), {"friction": 0.5}, mm.Top.paper(2, friction=0.5)),
     "script": (mm.Top.experiment(), {}, mm.Top.experiment()),

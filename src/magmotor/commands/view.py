@@ -199,6 +199,7 @@ def show(loop: Loop, interrupted: threading.Event) -> None:
                 while not pressed.empty():
                     loop.press(pressed.get())
                 loop.step(begin, viewer.perturb)
+                assert viewer.user_scn is not None, "the viewer is running"
                 loop.draw(viewer.user_scn)
                 viewer.set_texts((None, None, *loop.texts()))
                 viewer.sync()

@@ -52,9 +52,10 @@ class Loop:
     ):
         self.simulation, self.paused, self._report = simulation, False, report
         self.pace = Pace(speed, time.perf_counter())
-        self.readouts = Readouts(simulation)
+        self.readouts, scene = Readouts(simulation), simulation.scene
+        self._unit = " (s)" if scene is None or scene.device.time_unit == "s" else ""
         self.is_magnetic = len(dipole_sites(simulation.model, simulation.data)[0]) > 0
-        self.arrows = "moments" if self.is_magnetic and not simulation.scene else "none"
+        self.arrows = "moments" if self.is_magnetic and not scene else "none"
 
     def press(self, key: int) -> None:
         """Act on a key, given as its code."""
@@ -103,7 +104,7 @@ class Loop:
         """Return the readouts, with time and speed, as text by name."""
         simulation = self.simulation
         return {
-            "time": f"{abs(simulation.data.time):.1f}",
+            f"time{self._unit}": f"{abs(simulation.data.time):.1f}",
             "speed": f"{self.pace.speed:g}",
         } | self.readouts.rows
 

@@ -25,8 +25,13 @@ from magmotor.mjcf.arrows import MOMENT
 CURVED = 6
 """Frames between two updates of the curves and numbers."""
 
-CURVE_HEIGHT = 130
-"""Height of a curve's panel in pixels."""
+CURVE_HEIGHT, AXES = 100, ({"size": 30}, {"size": 44})
+"""Height of a curve's panel, and room for the labels of its axes, in pixels."""
+
+AWAY = 1.25
+"""Distance of the camera in those of MuJoCo's viewer, since the controls cover a part of it."""
+
+TABLE = "width:100%;padding:0 0.6em;font-size:0.8em;line-height:1.2"
 
 STEPS = 200
 """Number of positions of a slider."""
@@ -115,16 +120,22 @@ class Page:
         """Show the whole model, as MuJoCo's viewer does."""
         model = self._loop.simulation.model
         camera, start = free_camera(model), self._server.initial_camera
-        offset = camera.lookat if self._follows else np.zeros(3)
-        start.position, start.look_at = eye(camera) - offset, camera.lookat - offset
+        center = np.zeros(3) if self._follows else camera.lookat.copy()
+        away = AWAY * (eye(camera) - camera.lookat)
+        start.position, start.look_at = center + away, center
         start.fov = math.radians(model.vis.global_.fovy)
         start.near = model.vis.map.znear * model.stat.extent
+
+        @self._server.on_client_connect
+        def _(client: Any) -> None:
+            if client.camera.aspect < 1:  # a phone
+                client.camera.position = center + away / client.camera.aspect
 
     def _add_buttons(self) -> None:
         gui, press = self._server.gui, self._loop.press
         self._pause = gui.add_button("Pause")
         self._pause.on_click(lambda _: self._pressed.put(lambda: press(ord(" "))))
-        reset = gui.add_button("Reset")
+        reset = gui.add_button("Reset", color="gray")
         reset.on_click(lambda _: self._pressed.put(self._loop.simulation.reset))
         speed = gui.add_button_group("speed", ("slower", "faster"))
         keys = {"slower": "6", "faster": "7"}
@@ -151,9 +162,10 @@ class Page:
         return found
 
     def _sliders(self) -> list[Control]:
-        """Add a slider for each actuator: those of a scene, or the model's own."""
-        model, data = self._loop.simulation.model, self._loop.simulation.data
-        return [self._slider(model, data, i) for i in range(model.nu)]
+        """Add the sliders of a scene, or one for each actuator of another model."""
+        simulation = self._loop.simulation
+        model, data = simulation.model, simulation.data
+        return [self._slider(model, data, i) for i in simulation.sliders]
 
     def _slider(self, model: mujoco.MjModel, data: mujoco.MjData, i: int) -> Control:
         least, largest = model.actuator_ctrlrange[i] if model.actuator_ctrllimited[i] else (-1, 1)
@@ -177,12 +189,13 @@ class Page:
         colors = style.BLUE, style.ORANGE, style.GREEN, style.PURPLE
         curves = {}
         for i, name in enumerate(self._loop.readouts.units):
-            lines: Any = ({"label": "t"}, {"label": name, "stroke": colors[i % 4], "width": 2})
+            lines: Any = ({"label": "time"}, {"label": name, "stroke": colors[i % 4], "width": 2})
             curves[name] = self._server.gui.add_uplot(
                 (np.zeros(1), np.zeros(1)),
                 lines,
                 title=name,
                 scales={"x": {"time": False}},
+                axes=AXES,
                 legend={"show": False},
                 height=CURVE_HEIGHT,
             )
@@ -193,8 +206,8 @@ class Page:
         rows = "".join(
             f"<tr><td>{html.escape(name)}</td><td style='text-align:right'>{text}</td></tr>"
             for name, text in self._loop.rows().items()
-        )
-        self._numbers.content = f"<table style='width:100%;padding:0 1em'>{rows}</table>"
+        ).replace("^2", "²")
+        self._numbers.content = f"<table style='{TABLE}'>{rows}</table>"
         time, values = readouts.curves
         for name, handle in self._curves.items():
             exponent = _exponent(float(np.abs(values[name]).max()))

@@ -85,7 +85,8 @@ class Panel:
 
     def _added_to(self, spec: mujoco.MjSpec) -> mujoco.MjSpec:
         """Add the sliders to an MjSpec, with their initial values in its keyframe; return it."""
-        spec.keys[0].ctrl = [slider.start for slider in self.sliders.values()]
+        others = [0.0] * len(spec.actuators)  # whose controls have no effect
+        spec.keys[0].ctrl = others + [slider.start for slider in self.sliders.values()]
         for name, slider in self.sliders.items():
             joint = spec.joints[0]
             joint.name = joint.name or "joint of the sliders"

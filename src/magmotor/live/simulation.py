@@ -59,6 +59,8 @@ class LiveSimulation:
     data : mujoco.MjData
     scene : Scene or None
         The scene of the panel.
+    sliders : range
+        The actuators that sliders control: those of the panel, or all of another model.
     notice : str
         Why a slider was moved back or the motion stopped; empty if all is well.
 
@@ -85,6 +87,8 @@ class LiveSimulation:
         self.model, self.data = model, mujoco.MjData(model)
         self.scene = panel.scene if panel else None
         self.notice = ""
+        first = model.nu - len(panel.sliders) if panel else 0
+        self.sliders = range(first, model.nu)
         self._panel, self._seed = panel, seed
         self._on = dict.fromkeys(SWITCHED, True)
         self._declared = acting_forces(model)
@@ -125,7 +129,7 @@ class LiveSimulation:
         self.data.time = self.data.time or START
         self.data.userdata[:1] = self._seed
         self.notice = ""
-        self._values = self.data.ctrl.copy()
+        self._values = self.data.ctrl[self.sliders.start :].copy()
         self._rest()
 
     @checked
@@ -178,7 +182,8 @@ class LiveSimulation:
         return repr(self.data.time) != repr(self._time)
 
     def _apply_sliders(self, panel: Panel) -> None:
-        values = panel.values(self.data.ctrl)
+        ctrl = self.data.ctrl[self.sliders.start :]
+        values = panel.values(ctrl)
         if not np.array_equal(values, self._values):
             try:
                 self._move(panel.moved(values))
@@ -186,7 +191,7 @@ class LiveSimulation:
                 self.notice = str(error)
             else:
                 self._values, self.notice = values, ""
-        self.data.ctrl[:] = self._values
+        ctrl[:] = self._values
 
     def _move(self, moved: dict[str, NDArray[np.float64]]) -> None:
         """Write the sliders' arrays into the model; move a mocap body only if its pose changes."""
