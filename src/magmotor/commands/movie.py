@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from PIL.Image import registered_extensions
 
 import magmotor as mm
 from magmotor.commands.output import (
@@ -110,6 +109,8 @@ def check(options: Options | FlightOptions) -> None:
     if options.size is not None:
         check_size("size", options.size)
     if options.still:
+        from PIL.Image import registered_extensions
+
         moment, path = options.still
         if not 0 <= moment <= options.duration:
             raise reject("still", moment, f"must be within the run: 0 to {options.duration:g} s")
