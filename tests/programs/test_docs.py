@@ -13,6 +13,7 @@ from pathlib import Path
 from types import ModuleType
 
 import pytest
+import yaml
 
 import magmotor as mm
 from magmotor.commands import COMMANDS
@@ -201,3 +202,19 @@ def test_notebook_holds_no_outputs():
     for cell in json.loads((DOCS / "tour.ipynb").read_text(encoding="utf-8"))["cells"]:
         assert not cell.get("outputs")
         assert cell.get("execution_count") is None
+
+
+def test_the_citation_is_that_of_the_file_for_programs():
+    page = TEXT[DOCS / "citing.md"]
+    software = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    (paper,) = software["references"]
+    shown = page.replace("{", "").replace("}", "")
+    assert f"title   = {software['title']}," in shown
+    assert f"version = {software['version']}," in shown
+    assert f"license = {software['license']}\n" in shown
+    assert f"title         = {paper['title']}," in shown
+    names = " and ".join(f"{a['family-names']}, {a['given-names']}" for a in paper["authors"])
+    assert f"author        = {names}," in shown
+    assert f"year          = {paper['year']}," in shown
+    assert f"arXiv:{re.search(r'eprint *= (.*),', shown)[1]}" == paper["identifiers"][0]["value"]
+    assert software["version"] == mm.__version__
