@@ -19,6 +19,7 @@ import os
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -33,8 +34,8 @@ from magmotor.commands.output import (
     make_folder,
     warn_in_one_line,
     write_netcdf,
-    written_whole,
 )
+from magmotor.commands.picture_options import PictureOptions
 from magmotor.commands.scene_options import parse_fields
 from magmotor.common.checks import check_choice, check_integer, check_number
 from magmotor.devices.disk.four_systems import disk_scenes, simulate_system
@@ -66,7 +67,7 @@ WEAK = 0.1
 
 
 @dataclass
-class Options:
+class Options(PictureOptions):
     duration: float | None = None
     """T; by default 5000, with --full 50000"""
     replicas: int | None = None
@@ -123,7 +124,7 @@ def main() -> None:
     except ValueError as error:
         hint = "; finish that run, or delete the file" if "checkpoint" in str(error) else ""
         fail(f"{error}{hint}", MISTAKE)
-    draw(systems, mujoco, plan.out)
+    draw(systems, mujoco, options)
     for path in plan.resumable:
         path.unlink(missing_ok=True)
     rate = f" at {plan.steps / plan.seconds:.1e} trajectory-steps/s" if plan.steps else ""
@@ -146,6 +147,7 @@ def plan_of(options: Options) -> Plan:
     check_number("duration", numerics["duration"], at_least=20 * max(1, options.timestep))
     check_integer("replicas", numerics["replicas"], at_least=2)  # for a standard error
     check_seed(options.seed)
+    options.check_pictures()
     if options.threads is not None:
         check_integer("threads", options.threads, at_least=1)
     check_integer("mujoco_replicas", options.mujoco_replicas, at_least=2)
@@ -250,10 +252,12 @@ def summary(system: System) -> Iterator[str]:
         )
 
 
-def draw(systems: list[System], mujoco: list[System], out: Path) -> None:
-    with written_whole(out / "disk.png") as part:
-        mm.plots.disk_overview(systems, part, beside=mujoco)
+def draw(systems: list[System], mujoco: list[System], options: Options) -> None:
+    out, suffix = options.out, options.pictures
+    overview = partial(mm.plots.disk_overview, systems, beside=mujoco)
+    written = options.draw(out / "disk", overview)
     for name in FIGURES:
-        with written_whole(out / f"disk_{name}.png") as part:
-            mm.plots.disk_figure(systems, name, part, beside=mujoco)
-    print(f"wrote {out / 'disk.png'}, {out}/disk_{{{','.join(FIGURES)}}}.png and disk_*.nc")
+        options.draw(
+            out / f"disk_{name}", partial(mm.plots.disk_figure, systems, name, beside=mujoco)
+        )
+    print(f"wrote {written}, {out}/disk_{{{','.join(FIGURES)}}}.{suffix} and disk_*.nc")

@@ -13,6 +13,7 @@ theta.
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -27,8 +28,8 @@ from magmotor.commands.output import (
     make_folder,
     warn_in_one_line,
     write_netcdf,
-    written_whole,
 )
+from magmotor.commands.picture_options import PictureOptions
 from magmotor.commands.scene_options import parse_fields
 from magmotor.common.checks import check_choice, check_number
 from magmotor.devices.motor.guard import TIPPED
@@ -44,7 +45,7 @@ RECORDS = 100
 
 
 @dataclass
-class Options:
+class Options(PictureOptions):
     runs: tuple[str, ...] = tuple(PAPER)
     """which of the paper's runs"""
     method: str = METHOD
@@ -85,7 +86,7 @@ def main() -> None:
     except ValueError as error:
         hint = "; finish that run, or delete the file" if "checkpoint" in str(error) else ""
         fail(f"{error}{hint}", MISTAKE)
-    draw(runs, options.out)
+    draw(runs, options)
     for name in options.runs:
         options.checkpoint_of(name).unlink(missing_ok=True)
     print(f"wall time: {time.perf_counter() - began:.0f} s")
@@ -98,6 +99,7 @@ def check(options: Options) -> None:
     least = RECORDS * options.record_interval * options.timestep
     check_number("duration", options.duration, at_least=least, unit=f"s, {RECORDS} records")
     check_seed(options.seed)
+    options.check_pictures()
 
 
 def announcement(options: Options) -> Iterator[str]:
@@ -195,11 +197,11 @@ def mean_dwell(run: mm.plots.MotorRun) -> str:
     )
 
 
-def draw(runs: list[mm.plots.MotorRun], out: Path) -> None:
+def draw(runs: list[mm.plots.MotorRun], options: Options) -> None:
+    out, suffix = options.out, options.pictures
     shown = max(runs, key=lambda run: (run.scene.temperature == "uniform", run.longest_turns))
-    with written_whole(out / "motor.png") as part:
-        mm.plots.motor_overview(shown, part, [run for run in runs if run is not shown])
+    others = [run for run in runs if run is not shown]
+    written = options.draw(out / "motor", partial(mm.plots.motor_overview, shown, others=others))
     for name in FIGURES:
-        with written_whole(out / f"motor_{name}.png") as part:
-            mm.plots.motor_figure(runs, name, part)
-    print(f"wrote {out / 'motor.png'}, {out}/motor_{{{','.join(FIGURES)}}}.png and motor_RUN.nc")
+        options.draw(out / f"motor_{name}", partial(mm.plots.motor_figure, runs, name))
+    print(f"wrote {written}, {out}/motor_{{{','.join(FIGURES)}}}.{suffix} and motor_RUN.nc")
