@@ -11,6 +11,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -27,8 +28,8 @@ from magmotor.commands.output import (
     film_written,
     make_folder,
     write_netcdf,
-    written_whole,
 )
+from magmotor.commands.picture_options import PictureOptions
 from magmotor.commands.scene_options import parse
 from magmotor.common.checks import check_number, reject
 from magmotor.devices.motor.flights import CORE
@@ -45,7 +46,7 @@ LEAD = 0.1
 
 
 @dataclass
-class FilmOptions:
+class FilmOptions(PictureOptions):
     speed: float | None = None
     """simulated seconds per second of the movie; by default 1 for the top, and such that a flight
     of the motor lasts about 27 s"""
@@ -102,6 +103,7 @@ def main() -> None:
 
 def check(options: Options | FlightOptions) -> None:
     """Check what would otherwise fail only after the run."""
+    options.check_pictures()
     if options.speed is not None:
         check_number("speed", options.speed, above=0)
     if options.fps is not None:
@@ -140,7 +142,7 @@ def film_top(scene: mm.Top, options: Options, seconds: dict[str, float]) -> None
             run, ending = stop.dataset, (f"interrupted at t = {stop.time:g} s", INTERRUPTED)
     print(*summary(run, scene), sep="\n")
     with timed(seconds, "plots"):
-        save(run, scene, options.out)
+        save(run, scene, options)
     if ending:
         fail(*ending)
     with timed(seconds, "render"):
@@ -160,11 +162,11 @@ def summary(run: xr.Dataset, scene: mm.Top) -> Iterator[str]:
     yield f"balance of J: differs from the integral of theory by at most {residual:.1e}{relative}"
 
 
-def save(run: xr.Dataset, scene: mm.Top, out: Path) -> None:
-    write_netcdf(run, out / "top.nc")
-    with written_whole(out / "top.png") as part:
-        mm.plots.overview(run, scene, part)
-    print(f"wrote {out / 'top.nc'} and {out / 'top.png'}")
+def save(run: xr.Dataset, scene: mm.Top, options: Options) -> None:
+    dataset = options.out / "top.nc"
+    write_netcdf(run, dataset)
+    written = options.draw(options.out / "top", partial(mm.plots.overview, run, scene))
+    print(f"wrote {dataset} and {written}")
 
 
 def film_flight(scene: mm.Motor, options: FlightOptions, seconds: dict[str, float]) -> None:
@@ -186,9 +188,8 @@ def film_flight(scene: mm.Motor, options: FlightOptions, seconds: dict[str, floa
     out = options.out
     with timed(seconds, "plots"):
         write_netcdf(replay, out / "motor_flight.nc")
-        with written_whole(out / "motor_flight.png") as part:
-            mm.plots.motor_overview(shown, part)
-    print(f"wrote {out / 'motor_flight.nc'} and {out / 'motor_flight.png'}")
+        written = options.draw(out / "motor_flight", partial(mm.plots.motor_overview, shown))
+    print(f"wrote {out / 'motor_flight.nc'} and {written}")
     speed = options.speed or math.ceil((end - begin) / MOVIE_SECONDS)
     timely = replay.assign_coords(time=replay.time + begin)
     with timed(seconds, "render"):

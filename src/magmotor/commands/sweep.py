@@ -9,6 +9,7 @@ one file per case. Beside it are `.nc`, all of them as a dataset over the sweep'
 import signal
 import sys
 from dataclasses import dataclass, field
+from functools import partial
 from ipaddress import ip_address
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -22,8 +23,8 @@ from magmotor.commands.output import (
     MISTAKE,
     fail,
     warn_in_one_line,
-    written_whole,
 )
+from magmotor.commands.picture_options import PictureOptions
 from magmotor.commands.scene_options import parse
 from magmotor.commands.sweep_movie import film
 from magmotor.commands.sweep_run import SHOWN, RunOptions, beside, combined, print_status, run
@@ -32,7 +33,7 @@ from magmotor.sweep import Sweep
 
 
 @dataclass
-class Options(RunOptions):
+class Options(PictureOptions, RunOptions):
     vary: Annotated[list[str], tyro.conf.UseAppendAction] = field(default_factory=list)
     """what varies (repeat for each field): FIELD=START:STOP:COUNT (evenly spaced, including both
     ends), FIELD=START:STOP:COUNT:log, FIELD=VALUE,VALUE,..., or with --design FIELD=LOW:HIGH[:log];
@@ -82,7 +83,7 @@ class Status:
 
 
 @dataclass
-class Combine:
+class Combine(PictureOptions):
     """Write dataset and picture of the results of a sweep so far."""
 
     folder: tyro.conf.Positional[Path]
@@ -119,7 +120,7 @@ def main() -> None:
             case Status():
                 print_status(options.folder)
             case Combine():
-                combine(options.folder, options.skip_damaged)
+                combine(options.folder, options, options.skip_damaged)
             case Movie():
                 plan = mm.sweep.sweep_of(options.folder)
                 film(plan, beside(options.folder, ".mp4"), options.speed)
@@ -132,6 +133,7 @@ def main() -> None:
 
 
 def sweep(scene: Any, options: Options) -> None:
+    options.check_pictures()
     axes, numbers = varied(options.vary, options.design), seeds(options.seeds)
     plan = Sweep(
         scene=scene,
@@ -153,7 +155,7 @@ def sweep(scene: Any, options: Options) -> None:
     tally = run(plan, folder, options)
     if tally.done:
         try:
-            combine(folder)
+            combine(folder, options)
         except KeyboardInterrupt:
             again = f"magmotor sweep combine {folder}"
             fail(f"interrupted after the last case; {again} writes its dataset", INTERRUPTED)
@@ -163,16 +165,15 @@ def sweep(scene: Any, options: Options) -> None:
         fail(f"{count} failed; run again with --retry to repeat", DIVERGED)
 
 
-def combine(folder: Path, skip_damaged: bool = False) -> None:
+def combine(folder: Path, pictures: PictureOptions, skip_damaged: bool = False) -> None:
+    pictures.check_pictures()
     data = combined(folder, skip_damaged)
-    picture = beside(folder, ".png")
     try:
-        with written_whole(picture) as part:
-            mm.plots.sweep(data, part)
+        written = pictures.draw(folder, partial(mm.plots.sweep, data))
     except ValueError as error:
         print(f"no picture: {error}")
     else:
-        print(f"wrote {picture}")
+        print(f"wrote {written}")
 
 
 def serve(options: Cluster) -> None:
