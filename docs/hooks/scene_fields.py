@@ -33,6 +33,6 @@ def table(scene: type) -> str:
     """Return a table of the fields of a scene class, as `help` describes them."""
     rows = ["| field | default | unit | meaning |", "|---|---|---|---|"]
     for field in field_descriptions(scene):
-        doc = field.doc.replace("|", "\\|")
-        rows.append(f"| `{field.name}` | `{field.default}` | {field.unit} | {doc} |")
+        meaning = field.meaning.replace("|", "\\|")
+        rows.append(f"| `{field.name}` | `{field.default}` | {field.unit} | {meaning} |")
     return "\n".join(rows)

@@ -1,19 +1,26 @@
-"""Write a scene as a standalone MJCF file, decorated and in its initial state.
+"""Write a scene as a standalone MJCF file or as TOML, or a dataset as a table.
 
-The initial state is keyframe 0. Magnetism, noise and potentials act on the model inside
-`magmotor.magnetism()`. To make them act in MuJoCo's viewer, include the file in another one with
-the plugin, as `models/top_magnetic.xml` includes `top.xml`.
+The ending of the file says what it will be. TOML (.toml) lists all fields of the scene with their
+units; the option --scene of this and other commands reads it.
+
+MJCF (.xml) is decorated and in its initial state, which is keyframe 0. Magnetism, noise and
+potentials act on the model inside `magmotor.magnetism()`. To make them act in MuJoCo's viewer,
+include the file in another one with the plugin, as `models/top_magnetic.xml` includes `top.xml`.
 """
 
 import re
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 import tyro
 
-from magmotor.commands.output import written_whole
+import magmotor as mm
+from magmotor.commands.output import MISTAKE, fail, read_netcdf, written_whole
 from magmotor.commands.scene_options import parse
+from magmotor.common.checks import reject
+from magmotor.run.scene_file import toml_of
 
 ORDER = [
     "compiler",
@@ -40,23 +47,78 @@ ORDER = [
 """Elements in the order in which MJCF is usually written; others come last."""
 
 
+SCENE_FILES = (".xml", ".toml")
+
+
 @dataclass
 class Options:
     path: tyro.conf.Positional[Path]
-    """the file to write"""
+    """the file to write, which ends in .xml or .toml"""
+
+
+@dataclass
+class RunOptions:
+    """Write a dataset as a table (.csv, .parquet), or its scene as MJCF or TOML (.xml, .toml).
+
+    A table has one row for each record, replica or case, and one column for each component. The
+    first line of a CSV file is a comment with the units.
+    """
+
+    dataset: tyro.conf.Positional[Path]
+    """a run, an ensemble or a combined sweep, in netCDF"""
+    path: tyro.conf.Positional[Path]
+    """the file to write; its ending says what"""
+    rows: str | None = None
+    """the table's dimensions, separated by commas; by default those of the first variable"""
 
 
 def main() -> None:
-    scene, options = parse(Options, __doc__ or "", ("top", "motor", "disk"))
+    kinds = {**dict.fromkeys(("top", "motor", "disk"), Options), "run": RunOptions}
+    scene, options = parse(kinds, __doc__ or "", tuple(kinds))
+    try:
+        if isinstance(options, RunOptions):
+            export_dataset(options)
+        else:
+            export_scene(scene, options.path)
+    except ValueError as error:
+        fail(str(error), MISTAKE)
+    print(f"wrote {options.path}")
+
+
+def export_dataset(options: RunOptions) -> None:
+    from magmotor.run.table import check_table_file, to_table, write_table
+
+    is_table = options.path.suffix.lower() not in SCENE_FILES
+    if is_table:
+        check_table_file(options.path)
+    elif options.rows is not None:
+        raise reject("rows", options.rows, "must be left out, since a scene is not a table")
+    data = read_netcdf(options.dataset)
+    if not is_table:
+        export_scene(mm.scene_of(data), options.path)
+        return
+    table = to_table(data, rows=None if options.rows is None else options.rows.split(","))
+    for name in table.attrs["left_out"]:
+        print(f"left out: {name} ({', '.join(map(str, data[name].dims))})")
+    with written_whole(options.path) as part:
+        write_table(table, part)
+
+
+def export_scene(scene: Any, path: Path) -> None:
+    if path.suffix.lower() not in SCENE_FILES:
+        raise reject("path", str(path), "must end in .xml or .toml")
+    text = toml_of(scene) if path.suffix.lower() == ".toml" else mjcf_of(scene)
+    with written_whole(path) as part:
+        part.write_text(text, encoding="utf-8", newline="\n")
+
+
+def mjcf_of(scene: Any) -> str:
     from magmotor.mjcf.parts import xml_of
     from magmotor.run.in_mujoco import compose
 
     si = scene.device.time_unit == "s"
     units = "SI units; angles in radians" if si else "dimensionless, with the paper's scales"
-    text = readable(xml_of(compose(scene, visual=True)), f"{type(scene).__name__}: {units}")
-    with written_whole(options.path) as part:
-        part.write_text(text)
-    print(f"wrote {options.path}")
+    return readable(xml_of(compose(scene, visual=True)), f"{type(scene).__name__}: {units}")
 
 
 def readable(text: str, title: str) -> str:

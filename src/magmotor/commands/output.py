@@ -91,6 +91,17 @@ def write_netcdf(data: "xr.Dataset", path: Path, encoding: Any = None) -> None:
         data.to_netcdf(part, encoding=encoding)
 
 
+def read_netcdf(path: Path) -> "xr.Dataset":
+    """Read a dataset into memory; ends the program if that fails."""
+    import xarray as xr
+
+    try:
+        with uninterrupted():
+            return xr.load_dataset(path, engine="netcdf4")
+    except (OSError, RuntimeError, ValueError) as error:
+        fail(f"cannot read {path}: {getattr(error, 'strerror', None) or error}", MISTAKE)
+
+
 @contextmanager
 def film_written(path: Path) -> Iterator[Path]:
     """Yield a path as `written_whole` does, for a movie; reports success or why it failed."""

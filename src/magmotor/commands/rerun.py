@@ -16,8 +16,7 @@ import tyro
 import xarray as xr
 
 import magmotor as mm
-from magmotor.commands.output import MISTAKE, fail, warn_in_one_line, write_netcdf
-from magmotor.common.interrupts import uninterrupted
+from magmotor.commands.output import MISTAKE, fail, read_netcdf, warn_in_one_line, write_netcdf
 
 DIFFERENT = 1
 
@@ -36,7 +35,7 @@ class Options:
 def main() -> None:
     warn_in_one_line()
     options = tyro.cli(Options, description=__doc__)
-    kept = read(options.file)
+    kept = read_netcdf(options.file)
     try:
         again = mm.rerun(kept, measures=options.allow_measure)
     except ValueError as error:
@@ -52,14 +51,6 @@ def main() -> None:
     if "sweep" in kept.attrs:
         unit, records = "cases", math.prod(compared.sizes.values())
     print(f"identical: {len(compared.data_vars)} variables, {records} {unit}")
-
-
-def read(path: Path) -> xr.Dataset:
-    try:
-        with uninterrupted():
-            return xr.load_dataset(path, engine="netcdf4")
-    except (OSError, RuntimeError, ValueError) as error:
-        fail(f"cannot read {path}: {getattr(error, 'strerror', None) or error}", MISTAKE)
 
 
 def comparable(kept: xr.Dataset, again: xr.Dataset) -> xr.Dataset:

@@ -1,8 +1,9 @@
-"""Scenes on the command line: a preset, and a flag for each field."""
+"""Scenes on the command line: a preset or a file, and a flag for each field."""
 
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import Field, dataclass, field, fields, make_dataclass
+from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
 import tyro
@@ -29,9 +30,12 @@ class Presets:
 
 
 @dataclass
-class Unnamed:
-    """Stands for the preset of scenes without presets."""
+class NoOrigin:
+    """Stands for preset and file where the scene is known."""
 
+
+KINDS = {"top": mm.Top, "motor": mm.Motor, "disk": mm.Disk}
+"""Scene classes by their names on the command line."""
 
 PRESETS = {
     "top": Presets(
@@ -67,7 +71,7 @@ def parse(
 
     The first argument is one of `kinds`: top, motor or disk, each possibly with its own options, or
     a command without a scene. Every field of the scene has a flag, whose default comes from the
-    preset. An invalid value ends the program with one line and code 2.
+    preset or from a file. An invalid value ends the program with one line and code 2.
     """
     arguments = sys.argv[1:] if arguments is None else arguments
     try:
@@ -98,21 +102,46 @@ def parse_fields(
 
 
 def _scene_command(kind: str, options: type[Options], arguments: Sequence[str]) -> Any:
-    if kind == "disk":
-        return _command(mm.Disk(), _declared(mm.Disk()), options)
-    if kind not in PRESETS:
+    if kind not in KINDS:
         return _sceneless_command(options)
-    presets = PRESETS[kind]
-    argument = tyro.conf.arg(metavar="|".join(presets.scenes), help=presets.help)
-    chosen = field(default=presets.default)
-    named = make_dataclass("Preset", [("preset", Annotated[str, argument], chosen)])
-    # The preset is parsed first, since it provides the defaults of the other flags.
+    presets = PRESETS.get(kind)
+    # Preset and file are parsed first, since they provide the defaults of the other flags.
+    origin = _origin(presets)
     first = arguments if [*arguments[:1]] == [kind] else []
-    preset = tyro.cli(named, args=first, return_unknown_args=True, add_help=False)[0].preset
-    check_choice("preset", preset, tuple(presets.scenes))
-    base = presets.scenes[preset]
-    names = [name for name in _declared(base) if name not in presets.decide]
-    return _command(base, names, options, named)
+    given = tyro.cli(origin, args=first, return_unknown_args=True, add_help=False)[0]
+    if given.scene is not None:
+        base = _scene_in(given.scene, KINDS[kind])
+    elif presets is not None:
+        check_choice("preset", given.preset, tuple(presets.scenes))
+        base = presets.scenes[given.preset]
+    else:
+        base = KINDS[kind]()
+    decided = () if presets is None else presets.decide
+    names = [name for name in _declared(base) if name not in decided]
+    return _command(base, names, options, origin)
+
+
+def _origin(presets: Presets | None) -> Any:
+    """Make a dataclass, for tyro, of the flags that say where a scene comes from."""
+    file = tyro.conf.arg(
+        metavar="FILE.toml", help="read the initial values of the scene's fields from this file"
+    )
+    flags: list[Any] = [("scene", Annotated[Path | None, file], field(default=None))]
+    if presets is not None:
+        named = tyro.conf.arg(metavar="|".join(presets.scenes), help=presets.help)
+        flags.insert(0, ("preset", Annotated[str, named], field(default=presets.default)))
+    return make_dataclass("Origin", flags)
+
+
+def _scene_in(path: Path, kind: type) -> Any:
+    """Return the scene in a file; it must be of this class."""
+    try:
+        scene = mm.read_scene(path)
+    except OSError as error:
+        raise ValueError(f"cannot read {path}: {error.strerror or error}") from None
+    if not isinstance(scene, kind):
+        raise ValueError(f"{path} has a {type(scene).__name__}: must have a {kind.__name__}")
+    return scene
 
 
 def _sceneless_command(options: type[Options]) -> Any:
@@ -123,12 +152,14 @@ def _sceneless_command(options: type[Options]) -> Any:
     return command
 
 
-def _command(base: Any, names: Sequence[str], options: type[Options], named: Any = Unnamed) -> Any:
+def _command(
+    base: Any, names: Sequence[str], options: type[Options], origin: Any = NoOrigin
+) -> Any:
     flags = _flags(base, names)
 
     def command(
         own: Annotated[options, tyro.conf.arg(name="")],  # pyright: ignore[reportInvalidTypeForm]
-        preset: tyro.conf.OmitArgPrefixes[named],  # pyright: ignore[reportInvalidTypeForm]
+        origin: tyro.conf.OmitArgPrefixes[origin],  # pyright: ignore[reportInvalidTypeForm]
         scene: tyro.conf.OmitArgPrefixes[flags],  # pyright: ignore[reportInvalidTypeForm]
     ):
         return lambda: (base.replace(**vars(scene)), own)

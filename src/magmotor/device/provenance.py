@@ -21,7 +21,7 @@ def attributes_of(scene: Scene, **attributes: Any) -> dict[str, Any]:
     """Return a dataset's attributes: scene, versions, and the given ones that are not None."""
     return {
         "scene": type(scene).__name__,
-        "scene_fields": json.dumps(dataclasses.asdict(scene)),
+        "scene_fields": json.dumps(fields_of(scene)),
         "versions": _versions(),
         **{name: value for name, value in attributes.items() if value is not None},
     }
@@ -58,18 +58,65 @@ def scene_from(name: str, fields: dict[str, Any]) -> Scene:
     ValueError
         A field is missing, unknown or invalid; the message names it.
     """
+    known = {field.name: field for field in dataclasses.fields(_scene_class(name))}
+    check_fields("scene_fields", fields, known)
+    return scene_with(name, fields, "attributes['scene_fields']")
+
+
+def scene_with(name: str, fields: dict[str, Any], source: str) -> Scene:
+    """Return the scene of a class from some of its fields; the others have their defaults.
+
+    Parameters
+    ----------
+    name : str
+        A key of `SCENES`.
+    fields : dict
+        Values as JSON and TOML store them: lists stand for tuples.
+    source : str
+        What the fields come from, for messages.
+
+    Raises
+    ------
+    ValueError
+        A field is unknown or invalid; the message names it.
+    """
+    scene: Any = _scene_class(name)
+    known = tuple(field.name for field in dataclasses.fields(scene))
+    for field in fields:
+        check_choice("field", field, known)
+    try:
+        return scene(**{field: _as_tuples(value) for field, value in fields.items()})
+    except (ArithmeticError, AttributeError, LookupError, TypeError, RecursionError) as error:
+        raise reject(source, fields, f"must be fields of a {name} ({error})") from error
+
+
+def _scene_class(name: str) -> type[Scene]:
     try:
         check_choice("scene", name, tuple(SCENES))
     except ValueError as error:
         raise ValueError(f"{error}{IMPORT_FIRST}") from None
-    scene: Any = SCENES[name]
-    known = {field.name: field for field in dataclasses.fields(scene)}
-    check_fields("scene_fields", fields, known)
-    try:
-        return scene(**{field: _as_tuples(value) for field, value in fields.items()})
-    except (ArithmeticError, AttributeError, LookupError, TypeError, RecursionError) as error:
-        sentence = f"must be fields of a {name} ({error})"
-        raise reject("attributes['scene_fields']", fields, sentence) from error
+    return SCENES[name]
+
+
+def fields_of(scene: Scene) -> dict[str, Any]:
+    """Return the fields of a scene as JSON and TOML store them, with lists for tuples.
+
+    Raises
+    ------
+    ValueError
+        A field is neither a number, text nor None, nor a tuple of such.
+    """
+    fields = {field.name: getattr(scene, field.name) for field in dataclasses.fields(scene)}
+    return {name: _as_lists(name, value) for name, value in fields.items()}
+
+
+def _as_lists(name: str, value: Any) -> Any:
+    """Convert tuples to the lists of JSON."""
+    if isinstance(value, tuple | list):
+        return [_as_lists(f"{name}[{i}]", part) for i, part in enumerate(value)]
+    if value is not None and not isinstance(value, bool | int | float | str):
+        raise reject(name, value, "cannot be stored: must be a number, text, or a tuple of those")
+    return value
 
 
 def _as_tuples(value: Any) -> Any:

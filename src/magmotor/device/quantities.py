@@ -55,6 +55,12 @@ class FieldDescription(NamedTuple):
     unit: str
     """Empty for text, "1" for a dimensionless number."""
     doc: str
+    bounds: str
+
+    @property
+    def meaning(self) -> str:
+        """The field's doc and its bounds."""
+        return "; ".join(filter(None, [self.doc, self.bounds]))
 
 
 def field_descriptions(scene: Any) -> Iterator[FieldDescription]:
@@ -65,13 +71,13 @@ def field_descriptions(scene: Any) -> Iterator[FieldDescription]:
         if about.get("choices"):
             kind = f"{{{', '.join(map(repr, about['choices']))}}}"
         limits = {"above": "greater than", "at_least": "at least", "below": "less than"}
-        within = " and ".join(
+        bounds = " and ".join(
             f"{words} {about[name]:.6g}"
             for name, words in limits.items()
             if math.isfinite(about.get(name, math.inf))
         )
-        doc = "; ".join(filter(None, [about.get("doc"), within]))
-        yield FieldDescription(field.name, kind, _default(field), about.get("unit", ""), doc)
+        unit, doc = about.get("unit", ""), about.get("doc", "")
+        yield FieldDescription(field.name, kind, _default(field), unit, doc, bounds)
 
 
 def _default(field: dataclasses.Field) -> str:
@@ -84,11 +90,11 @@ def _default(field: dataclasses.Field) -> str:
 def add_parameters(scene: Any) -> None:
     """Add the section Parameters to the docstring of a scene class, before its other sections."""
     lines = ["Parameters", "----------"]
-    for name, kind, default, unit, doc in field_descriptions(scene):
-        unit = f", in {unit}" if unit not in ("", "1") else ""
-        usual = {"": "", "None": ", optional"}.get(default, f", default {default}")
-        lines.append(f"{name} : {kind.removesuffix(' | None')}{unit}{usual}")
-        lines += textwrap.wrap(doc, 92, initial_indent="    ", subsequent_indent="    ")
+    for field in field_descriptions(scene):
+        unit = f", in {field.unit}" if field.unit not in ("", "1") else ""
+        usual = {"": "", "None": ", optional"}.get(field.default, f", default {field.default}")
+        lines.append(f"{field.name} : {field.kind.removesuffix(' | None')}{unit}{usual}")
+        lines += textwrap.wrap(field.meaning, 92, initial_indent="    ", subsequent_indent="    ")
     text = inspect.cleandoc(scene.__doc__ or "")
     head, *rest = re.split(r"\n(?=\w[\w ]*\n-{3,}\n)", text, maxsplit=1)
     scene.__doc__ = "\n\n".join([head.rstrip(), "\n".join(lines), *rest]).lstrip("\n")

@@ -13,7 +13,6 @@ import xarray as xr
 
 from magmotor.common.arguments import checked
 from magmotor.common.checks import check_choice, reject
-from magmotor.common.files import whole_file
 from magmotor.common.optional import extra
 
 QUATERNION = {"component": ("w", "x", "y", "z")}
@@ -137,16 +136,15 @@ def write_table(table: pd.DataFrame, path: Path) -> None:
     MissingExtra
         Parquet needs pyarrow, which the extra `parquet` installs.
     OSError
-        The file cannot be written.
+        The file cannot be written, or only in part.
     """
     check_table_file(path)
-    with whole_file(path) as part:
-        if path.suffix.lower() == ".parquet":
-            table.to_parquet(part, index=False)
-            return
-        with part.open("w", encoding="utf-8", newline="") as file:
-            file.write(f"# units: {json.dumps(table.attrs['units'], ensure_ascii=False)}\n")
-            table.to_csv(file, index=False, lineterminator="\n")
+    if path.suffix.lower() == ".parquet":
+        table.to_parquet(path, index=False)
+        return
+    with path.open("w", encoding="utf-8", newline="") as file:
+        file.write(f"# units: {json.dumps(table.attrs['units'], ensure_ascii=False)}\n")
+        table.to_csv(file, index=False, lineterminator="\n")
 
 
 def check_table_file(path: Path) -> None:

@@ -2,7 +2,6 @@
 
 import dataclasses
 import itertools
-import json
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -19,7 +18,7 @@ from magmotor.common.checks import (
 )
 from magmotor.common.versions import versions_that_matter
 from magmotor.device.device import SCENES, Scene
-from magmotor.device.provenance import scene_from
+from magmotor.device.provenance import fields_of, scene_from
 from magmotor.run.recommend import Engines, Recommendation, recommend
 from magmotor.sweep.axes import Samples, Values, changed, numeric_fields, samples_from, values_axis
 from magmotor.sweep.case import Case, case_of, checked_seeds, child
@@ -206,7 +205,7 @@ class Sweep:
 
     @cached_property
     def _fields(self) -> dict[str, Any]:
-        return json.loads(json.dumps(dataclasses.asdict(self.scene)))
+        return fields_of(self.scene)
 
     @cached_property
     def _numeric_fields(self) -> dict[str, Any]:
