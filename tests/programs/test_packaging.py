@@ -9,6 +9,7 @@ import tomllib
 import zipfile
 from importlib.metadata import distribution
 from pathlib import Path
+from shutil import which
 
 import pytest
 from packaging.requirements import Requirement
@@ -168,6 +169,7 @@ def test_the_extras_that_the_code_names_exist():
         named |= set(re.findall(r'\b(?:extra|require)\("(\w+)"', file.read_text(encoding="utf-8")))
     extras = set(PROJECT["optional-dependencies"])
     assert {"scenes", "movies", "sweep", "cluster", "gym"} <= named <= extras
+    named -= {"parquet"}  # large, and for one format of files
     everything = {name for extra in named for name in optional.packages(extra)}
     assert everything <= set(optional.packages("all"))
 
@@ -188,6 +190,28 @@ def test_the_extras_that_the_code_names_exist():
 def test_where_labmaze_has_no_wheel_the_remedy_says_so(monkeypatch, version, missing, remedy):
     monkeypatch.setattr(sys, "version_info", version)
     assert optional.remedy("scenes", missing) == remedy
+
+
+@pytest.mark.skipif(which("bash") is None, reason="there is no bash")
+@pytest.mark.parametrize(
+    ("words", "completed"),
+    [
+        (["des"], {"describe"}),
+        (["movie", "top", "--t"], {"--timestep", "--tilt", "--torsional-damping"}),
+        (["advise", "--pic"], {"--picture"}),
+        (["movie", "x"], set()),
+    ],
+)
+def test_bash_completes_commands_and_flags(tmp_path, words, completed):
+    magmotor = f"magmotor() {{ '{sys.executable}' -m magmotor \"$@\"; }}"
+    line = f"COMP_WORDS=(magmotor {' '.join(words)}) COMP_CWORD={len(words)}"
+    script = f'set -e\n{magmotor}\neval "$(magmotor completion bash)"\n{line}\n_magmotor\n'
+    found = subprocess.run(
+        ["bash", "-c", f'{script}echo "${{COMPREPLY[@]}}"'], capture_output=True, text=True,
+        check=False, cwd=tmp_path,
+    )  # fmt: skip
+    assert found.stderr == ""
+    assert set(found.stdout.split()) == completed
 
 
 @pytest.fixture(scope="module")
