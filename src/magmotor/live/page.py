@@ -173,10 +173,10 @@ class Page:
         unit, name = 10.0**exponent, model.actuator(i).name or f"actuator {i}"
         step = float(f"{(largest - least) / unit / STEPS:.0e}")
         digits = 1 - math.floor(math.log10(step))
-        low, high = round(least / unit, digits), round(largest / unit, digits)
+        low, high = (round(float(end) / unit, digits) for end in (least, largest))
 
         def get() -> float:
-            return min(max(round(data.ctrl[i] / unit, digits), low), high)
+            return min(max(round(float(data.ctrl[i]) / unit, digits), low), high)
 
         def put(value: float) -> None:
             data.ctrl[i] = value * unit

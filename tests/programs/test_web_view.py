@@ -1,0 +1,209 @@
+"""The live view in a browser: `magmotor view --web` and `mm.live.web`, in a headless Chromium."""
+
+import signal
+import subprocess
+import sys
+import time
+import urllib.request
+
+import mujoco
+import numpy as np
+import pytest
+from browser import PHONE
+
+import magmotor as mm
+from magmotor.live import Loop, WebView, live_scene
+from magmotor.live.page import _exponent, _scaled
+
+SMALL = 500, 400
+"""Size of a page whose picture is drawn fast enough by software."""
+
+WAIT = 120.0
+"""Longest wall time (s) to wait for something on the page, while other tests run."""
+
+NEEDLE = """
+<mujoco>
+  <custom><text name="magmotor" data="dipoles"/></custom>
+  <worldbody>
+    <site name="north" pos="0 0.1 0" zaxis="0 1 0" user="5"/>
+    <body name="needle">
+      <joint type="hinge" axis="0 0 1" damping="1e-4"/>
+      <geom type="capsule" fromto="-0.03 0 0 0.03 0 0" size="0.003"/>
+      <site name="needle" zaxis="1 0 0" user="0.2"/>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+
+
+@pytest.fixture
+def shown(request):
+    """Return a function that shows a scene or a model to browsers on any free port."""
+
+    def show(scene, **options):
+        view = mm.live.web(scene, port=0, **options)
+        request.addfinalizer(view.stop)
+        return view
+
+    return show
+
+
+def until(condition, what):
+    end = time.monotonic() + WAIT
+    while not condition():
+        assert time.monotonic() < end, what
+        time.sleep(0.05)
+
+
+def slider(view, name):
+    """The control of a slider of the page, by the beginning of its label."""
+    controls = view._page._controls
+    return next(c.handle for c in controls if c.handle.label.startswith(name))
+
+
+@pytest.mark.slow
+def test_a_page_shows_the_top_and_its_controls_act(shown, open_page):
+    view = shown(mm.Top())
+    simulation = view._loop.simulation
+    assert simulation.data.time == 0  # no browser is connected
+    page = open_page(view.url, SMALL)
+    page.set_default_timeout(1000 * WAIT)
+    page.get_by_text("Pause").wait_for()
+    until(lambda: simulation.data.time > 0.3, "the simulation does not run")
+    until(lambda: len(view._loop.readouts.curves[0]) > 5, "the curves do not grow")
+    page.get_by_text("J (10⁻⁶ kg m²/s)").wait_for()
+    assert page.locator(".uplot canvas").count() == 4
+
+    before = simulation.data.mocap_quat[0].copy()
+    page.get_by_role("slider").first.press("ArrowRight")
+    until(lambda: slider(view, "tilt").value > 0.05, "the slider does not move")
+    until(lambda: not np.array_equal(simulation.data.mocap_quat[0], before), "the ring rests")
+    tilt = simulation.data.actuator("tilt (rad)").ctrl[0]
+    expected = live_scene(mm.Top(tilt=tilt), timestep=0.01).data.mocap_quat[0]
+    np.testing.assert_allclose(simulation.data.mocap_quat[0], expected, rtol=0, atol=1e-15)  # 0
+
+    page.get_by_text("Pause").dispatch_event("click")
+    page.get_by_text("Continue").wait_for()
+    paused = simulation.data.time
+    time.sleep(0.5)
+    assert simulation.data.time == paused
+    page.get_by_role("button", name="Reset", exact=True).dispatch_event("click")
+    until(lambda: simulation.data.time == 0, "the button does not reset")
+    until(lambda: abs(slider(view, "tilt").value - mm.Top().tilt) < 1e-4, "the slider stays")
+
+
+@pytest.mark.slow
+def test_a_phone_shows_a_model_without_a_sideways_scroll(shown, open_page):
+    view = shown(mujoco.MjModel.from_xml_string(NEEDLE))
+    page = open_page(view.url, PHONE)
+    page.set_default_timeout(1000 * WAIT)
+    page.get_by_text("kinetic energy").first.wait_for()
+    assert page.evaluate("document.documentElement.scrollWidth <= window.innerWidth")
+    until(lambda: "moments" in view._page._arrows, "there are no arrows")
+    assert len(view._page._arrows["moments"].points) == 2
+    assert "field" not in view._page._arrows
+
+
+def test_without_a_browser_the_simulation_waits(shown):
+    view = shown(mm.Disk())
+    with urllib.request.urlopen(view.url) as page:
+        assert page.status == 200
+    time.sleep(0.3)
+    assert view._loop.simulation.data.time == 0
+    assert view._repr_html_().startswith(f'<iframe src="{view.url}"')
+
+
+def test_a_slider_out_of_bounds_moves_back_and_the_page_says_why():
+    loop = Loop(live_scene(mm.Top(), timestep=0.01), 1.0)
+    view = WebView(loop, port=0)
+    page = view._page
+    try:
+        for name, value in (("height", 0.1), ("tilt", 0.4)):
+            slider(view, name).value = value
+            page.read()
+            loop.simulation.apply_input()
+            page.show()
+        assert slider(view, "height").value == 0.1
+        assert slider(view, "tilt").value == pytest.approx(mm.Top().tilt, abs=1e-4)  # 1e-5
+        assert page._notice.visible
+        assert "tilt = 0.4: must be less than" in page._notice.value
+    finally:
+        view.stop()
+
+
+def test_arrows_are_those_of_the_moments_and_the_field(shown):
+    loop = Loop(live_scene(mm.Top(), timestep=0.01), 1.0)
+    view = WebView(loop, port=0)
+    try:
+        loop.arrows = "moments and field"
+        view._page.show()
+        arrows, data = view._page._arrows, loop.simulation.data
+        ends = arrows["moments"].points
+        assert (len(ends), len(arrows["field"].points)) == (21, 121)
+        error = np.abs(ends.mean(axis=1) - data.site_xpos).max()
+        assert error < 1e-7  # 2e-8: single precision
+        along = ends[:, 1] - ends[:, 0]
+        along /= np.linalg.norm(along, axis=1, keepdims=True)
+        assert np.abs(along - data.site_xmat[:, 2::3]).max() < 3e-6  # 3e-7
+        loop.arrows = "none"
+        view._page.show()
+        assert not arrows["moments"].visible
+    finally:
+        view.stop()
+
+
+@pytest.mark.parametrize(
+    ("size", "exponent"), [(0, 0), (0.01, 0), (9999, 0), (2e-5, -6), (1e-3, -3), (1e4, 3)]
+)
+def test_small_numbers_have_a_power_of_ten(size, exponent):
+    assert _exponent(size) == exponent
+
+
+def test_a_label_has_its_power_of_ten_before_the_unit():
+    assert _scaled("J (kg m^2/s)", -6) == "J (10⁻⁶ kg m²/s)"
+    assert _scaled("x", 3) == "x (10³)"
+    assert _scaled("spin (rad/s)", 0) == "spin (rad/s)"
+
+
+@pytest.mark.parametrize(
+    ("options", "line"),
+    [
+        (("--host", "192.0.2.1"), "host = '192.0.2.1': must be an address of this computer"),
+        (("--port", "70000"), "port = 70000: must be at most 65535"),
+    ],
+)
+def test_a_wrong_address_is_one_line_and_code_2(run_script, options, line):
+    code, _, error = run_script("view", "disk", "--web", *options)
+    assert code == 2
+    assert error.startswith(f"magmotor view: {line}")
+    assert error.count("\n") == 1
+
+
+def test_without_the_extra_it_is_one_line(monkeypatch):
+    monkeypatch.setitem(sys.modules, "mjviser", None)
+    with pytest.raises(
+        ImportError, match=r'mjviser is not installed: pip install "magmotor\[web\]"'
+    ):
+        mm.live.web(mm.Disk())
+
+
+@pytest.mark.slow
+def test_the_command_serves_a_file_until_it_is_interrupted(tmp_path):
+    """Without the word `model`."""
+    path = tmp_path / "needle.xml"
+    path.write_text(NEEDLE)
+    command = [sys.executable, "-m", "magmotor", "view", str(path), "--web", "--port", "0"]
+    view = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    try:
+        assert view.stdout is not None
+        first, second = view.stdout.readline(), view.stdout.readline()
+        url = first.split()[1]
+        assert url.startswith("http://127.0.0.1:")
+        assert f"ssh -L {url[17:]}:127.0.0.1:{url[17:]} " in second
+        with urllib.request.urlopen(url) as page:
+            assert page.status == 200
+        view.send_signal(signal.SIGINT)
+        assert view.communicate(timeout=60)[1] == "magmotor view: interrupted\n"
+    finally:
+        view.kill()
+    assert view.returncode == 130
