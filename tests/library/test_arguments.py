@@ -192,7 +192,8 @@ CALLS: dict[Any, dict[str, Any]] = {
     mm.build: {"scene": DISK, "visual": False},
     mm.scene_of: {"run": RUNS["disk"]},
     mm.rerun: {"run": RUNS["disk"]},
-    mm.to_table: {"data": RUNS["disk"], "rows": ["time"]},
+    mm.read_scene: {"path": "scene.toml"},
+    mm.write_scene: {"scene": TOP, "path": "scene.toml"},
     mm.to_table: {"data": RUNS["disk"], "rows": ["time"]},
     mm.Baoab: {"model": MODEL},
     mm.Langevin: {
@@ -303,6 +304,7 @@ DRAWN = {getattr(module, name) for module in (mm.plots, mm.render) for name in m
 RIGHT_ALL_THE_SAME = {
     (mm.scene_of, "run", "a run of another scene"),
     (mm.rerun, "run", "a run of another scene"),
+    (mm.to_table, "data", "a run of another scene"),
     (mm.observables.exponential_test, "alternatives", "an empty dataset"),
     (mm.Langevin, "disable", "an empty dataset"),
 }
