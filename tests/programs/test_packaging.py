@@ -40,6 +40,8 @@ NEEDLE = """
 SHORT = "method='variational/euler', timestep=0.025, duration=1.0"
 """Arguments of a run without MuJoCo."""
 
+VARY = "vary={'tilt': [0.0]}, measure=['max_spin']"
+
 SCENES = 'pip install "magmotor[scenes]"'
 
 
@@ -125,7 +127,7 @@ print("extras", [name for name in rest if name in sys.modules])
     [
         ("mm.build(mm.Top())", "dm_control", "scenes"),
         ("mm.simulate(mm.Top(), duration=1.0)", "dm_control", "scenes"),
-        (f"mm.sweep.run(mm.sweep.Sweep(mm.Top(), {{'tilt': [0.0]}}, ['max_spin'], {SHORT}), 'out')",
+        (f"mm.sweep.run(mm.sweep.Sweep(scene=mm.Top(), {VARY}, {SHORT}), 'out')",
          "netCDF4", "sweep"),
         ("mm.advise(mujoco.MjModel.from_xml_string('<mujoco/>'), picture='a.png')",
          "matplotlib", "movies"),
