@@ -1,0 +1,122 @@
+"""A scene survives its file to the bit, and what is wrong with a file is said in one sentence."""
+
+import dataclasses
+import tomllib
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import magmotor as mm
+from magmotor.commands.scene_options import PRESETS
+from magmotor.device import Scene, provenance
+from magmotor.device.device import SCENES
+from magmotor.device.quantities import is_quantity
+from magmotor.run.scene_file import toml_of
+
+EXAMPLES = {
+    **{f"{kind} {name}": scene for kind, p in PRESETS.items() for name, scene in p.scenes.items()},
+    "disk": mm.Disk(),
+    "particle": mm.LangevinParticle(noise=0.1 + 0.2),
+    "flat": mm.Disk(potential=()),
+    "pairs": mm.Disk(potential=((1 / 3, 0.0), (5e-30, -0.0))),
+    "desk": mm.Motor.desk(),
+    "small": mm.Top(coupling=1e-30, ball_inertia=2e-5, ring_dipoles=7, surface="plane"),
+}
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_a_scene_survives_its_file(tmp_path, name):
+    scene, path = EXAMPLES[name], tmp_path / "scene.toml"
+    mm.write_scene(scene, path)
+    read = mm.read_scene(path)
+    assert read == scene
+    assert provenance.attributes_of(read) == provenance.attributes_of(scene)
+
+
+def test_the_examples_have_every_kind_of_field():
+    kinds = {type(v) for s in EXAMPLES.values() for v in dataclasses.asdict(s).values()}
+    assert kinds == {float, int, str, tuple, type(None)}
+
+
+def test_a_dataset_gives_its_scene(tmp_path):
+    scene = mm.Top.experiment(tilt=0.1)
+    mm.write_scene(mm.scene_of(xr.Dataset(attrs=provenance.attributes_of(scene))), tmp_path / "s")
+    assert mm.read_scene(tmp_path / "s") == scene
+
+
+def test_each_field_is_listed_with_its_unit():
+    scene = mm.Top()
+    text = toml_of(scene)
+    assert tomllib.loads(text)["scene"] == "Top"
+    for field in filter(is_quantity, dataclasses.fields(scene)):
+        (line,) = [x for x in text.splitlines() if x.removeprefix("# ").startswith(f"{field.name} ")
+                   or x.startswith(f"# {field.name}:")]  # fmt: skip
+        unit = field.metadata["unit"]
+        assert unit in ("", "1") or unit in line
+        assert field.metadata["doc"] in line
+
+
+def test_fields_that_are_left_out_have_their_defaults(tmp_path):
+    path = tmp_path / "my.toml"
+    path.write_text('scene = "Motor"\ntemperature = "nonuniform"\ninner_mass = 7\n')
+    assert mm.read_scene(path) == mm.Motor(temperature="nonuniform", inner_mass=7.0)
+
+
+WRONG = {
+    "": "it must have a key scene, the name of a class: Disk, ",
+    "scene = 3": "scene = 3: must be one of Disk, ",
+    'scene = "Tops"': r"scene = 'Tops': must be one of .*\(did you mean 'Top'\?\)",
+    'scene = "Top"\nfrictoin = 1.0': r"field = 'frictoin': .*\(did you mean 'friction'\?\)",
+    'scene = "Top"\ndevice = 1': "field = 'device': must be one of",
+    'scene = "Top"\nfriction = "big"': "friction = 'big': must be a number",
+    'scene = "Top"\nfriction = true': "friction = True: must be a finite number",
+    'scene = "Top"\nfriction = nan': "friction = nan: must be a finite number",
+    'scene = "Top"\nfriction = -1': "friction = -1: must be at least 0 kg/s",
+    'scene = "Top"\nfriction = 2026-01-01': "friction = datetime.date.*: must be a number",
+    'scene = "Top"\n[friction]\na = 1': "friction = {'a': 1}: must be a number",
+    'scene = "Top"\nring_dipoles = 20.0': "ring_dipoles = 20.0: must be an integer",
+    'scene = "Top"\nposition = [0.1]': r"position = \(0.1,\): must be 2 numbers",
+    'scene = "Top"\nring_script = [1]': r"ring_script\[0\] = 1: must be time, height, tilt",
+    'scene = "Disk"\npotential = [["sin"]]': r"potential\[0\] = .*: must be a pair",
+    'scene = "Top"\nfriction = ': "it is not TOML: Invalid value",
+    "a = " + 100_000 * "[": "it is not TOML: ",
+    "a = " + 10_000 * "1": "it is not TOML: ",
+    "\udcff": "'utf-8' codec can't decode",
+}
+
+
+@pytest.mark.parametrize("text", WRONG, ids=range(len(WRONG)))
+def test_what_is_wrong_with_a_file_is_said_in_one_sentence(tmp_path, text):
+    path = tmp_path / "my.toml"
+    path.write_bytes(text.encode(errors="surrogateescape"))
+    with pytest.raises(ValueError, match=rf"^.*my\.toml: {WRONG[text]}") as caught:
+        mm.read_scene(path)
+    assert "\n" not in str(caught.value)
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Odd(Scene):
+    """A scene with fields of other types."""
+
+    named: str = 'a "quoted" \\ tab\t del\x7f é'
+    switch: bool = True
+    made_by: object = None
+
+
+@pytest.fixture
+def odd(monkeypatch):
+    monkeypatch.setitem(SCENES, "Odd", Odd)
+
+
+@pytest.mark.usefixtures("odd")
+def test_text_and_switches_survive_but_functions_and_arrays_are_refused(tmp_path):
+    path = tmp_path / "odd.toml"
+    mm.write_scene(Odd(switch=False), path)
+    assert mm.read_scene(path) == Odd(switch=False)
+    for value in (len, np.zeros(2), {1: 2}, object()):
+        with pytest.raises(ValueError, match=r"^made_by = .*: cannot be stored: must be a number"):
+            mm.write_scene(Odd(made_by=value), tmp_path / "none.toml")
+        with pytest.raises(ValueError, match=r"^made_by = .*: cannot be stored"):
+            provenance.attributes_of(Odd(made_by=value))
+    assert [*tmp_path.iterdir()] == [path]
