@@ -265,7 +265,8 @@ def test_a_user_defined_measure_and_its_errors(tmp_path, here):
     ):
         own = {**DISK, "measure": ["sweep_measures:three"], "replicas": replicas}
         sweep = Sweep(**own, vary=vary)
-        mm.sweep.run(sweep, tmp_path / f"{replicas}", executor=here)
+        with pytest.raises(mm.sweep.SweepFailed, match=r"^all 2 cases .*: shape of a measure"):
+            mm.sweep.run(sweep, tmp_path / f"{replicas}", executor=here)
         assert [*mm.sweep.status(tmp_path / f"{replicas}").errors] == [shape + bound]
 
 
@@ -430,7 +431,7 @@ def test_a_directory_of_something_else_is_refused_and_unchanged(tmp_path, here):
     mm.sweep.run(sweep, tmp_path / "s", executor=here)
     before = contents(tmp_path / "s")
     other = Sweep(**{**DISK, "duration": 6.0}, vary={"v": NOISES})
-    differs = r"s': must be empty.* differs in duration, vary: use another directory or delete it$"
+    differs = r"s': must be empty.* differs in duration, vary: give this sweep another directory .*--out.$"
     with pytest.raises(ValueError, match=differs):
         mm.sweep.run(other, tmp_path / "s", executor=here)
     assert contents(tmp_path / "s") == before
