@@ -1,9 +1,9 @@
 """Sweep parameters of a scene: run every combination and record a few numbers of each.
 
 Finished cases are kept, so the sweep can be stopped at any time, and the same command resumes it.
-A sweep of the top over tilt and height is in the folder `out/sweep_top_tilt_ring_height`, which holds
-one file per case. Beside it are `.nc`, all of them as a dataset over the sweep's dimensions, and
-`.png`, a picture if there are one or two dimensions.
+A sweep of the top over tilt and height has the folder `out/sweep_top_tilt_ring_height`, with one
+file per case. Beside it are a dataset of all of them over the sweep's dimensions, `.nc`, and a
+picture, `.png`, if there are one or two dimensions.
 """
 
 import signal
@@ -27,7 +27,15 @@ from magmotor.commands.output import (
 from magmotor.commands.picture_options import PictureOptions
 from magmotor.commands.scene_options import parse
 from magmotor.commands.sweep_movie import film
-from magmotor.commands.sweep_run import SHOWN, RunOptions, beside, combined, print_status, run
+from magmotor.commands.sweep_run import (
+    SHOWN,
+    RunOptions,
+    beside,
+    combined,
+    print_plan,
+    print_status,
+    run,
+)
 from magmotor.commands.sweep_text import seeds, varied
 from magmotor.sweep import Sweep
 
@@ -58,8 +66,9 @@ class Options(PictureOptions, RunOptions):
     record_interval: int = 1
     """steps between the records of a run"""
     out: Path | None = None
-    """folder of the sweep, by default out/sweep_SCENE_FIELDS; dataset and picture are written beside
-    it"""
+    """folder of the sweep, by default out/sweep_SCENE_FIELDS; dataset and picture are beside it"""
+    dry_run: bool = False
+    """only print the number of cases, the first ones, the estimated time and size; write nothing"""
 
 
 @dataclass
@@ -152,6 +161,9 @@ def sweep(scene: Any, options: Options) -> None:
         print("a top has no noise, so only the first seed is used")
     names = [type(scene).__name__.lower(), *(axis.name for axis in plan.axes)]
     folder = options.out or Path("out", "_".join(["sweep", *names]))
+    if options.dry_run:
+        print_plan(plan, folder, options.workers)
+        return
     tally = run(plan, folder, options)
     if tally.done:
         try:

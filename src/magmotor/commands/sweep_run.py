@@ -28,10 +28,49 @@ class RunOptions:
     """run failed cases again"""
 
 
+def headline(plan: Sweep) -> str:
+    step, last = f"h = {plan.timestep:g}", f"T = {plan.duration:g}"
+    return f"{len(plan)} case{'s' * (len(plan) > 1)} by {plan.method}, {step}, {last}"
+
+
+def print_plan(plan: Sweep, folder: Path, workers: int | None) -> None:
+    """Print what `run` would do, and how long it would take."""
+    print(headline(plan), flush=True)
+    for index in range(min(SHOWN, len(plan))):
+        print(f"  {plan.label(index)}")
+    if len(plan) > SHOWN:
+        print(f"  ... and {len(plan) - SHOWN} more")
+    cost = mm.sweep.estimate(plan, workers=workers)
+    cores = f"{cost.workers} core{'s' * (cost.workers > 1)}"
+    probes = f"{cost.probed} case{'s' * (cost.probed > 1)}"
+    print(
+        f"about {duration(cost.seconds)} on {cores}, {duration(cost.seconds_per_case)} per case"
+        f" (measured on this machine by short runs of {probes})"
+    )
+    print(
+        f"about {size(cost.size)} in {folder} and {beside(folder, '.nc')}; nothing is written yet"
+    )
+
+
+def duration(seconds: float) -> str:
+    """Return a time in the largest unit of which it is at least two."""
+    for unit, length in (("days", 86400), ("hours", 3600), ("minutes", 60)):
+        if seconds >= 2 * length:
+            return f"{seconds / length:.0f} {unit}"
+    return f"{seconds:.2g} s" if seconds < 10 else f"{seconds:.0f} s"
+
+
+def size(count: float) -> str:
+    """Return a number of bytes in GB, MB or kB."""
+    unit, length = next((u for u in (("GB", 1e9), ("MB", 1e6)) if count >= u[1]), ("kB", 1e3))
+    return (
+        f"{count / length:.2g} {unit}" if count < 100 * length else f"{count / length:.0f} {unit}"
+    )
+
+
 def run(plan: Sweep, folder: Path, options: RunOptions) -> mm.sweep.Tally:
     """Run the cases of a sweep that have no result yet."""
-    step, last = f"h = {plan.timestep:g}", f"T = {plan.duration:g}"
-    print(f"{len(plan)} cases by {plan.method}, {step}, {last}", flush=True)
+    print(headline(plan), flush=True)
     began = time.perf_counter()
     try:
         with executor(options) as given:

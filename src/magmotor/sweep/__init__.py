@@ -7,9 +7,11 @@ from magmotor.sweep.dask_cluster import dask_workers, local_cluster
 from magmotor.sweep.definition import Sweep, sweep_from
 from magmotor.sweep.directory import Status, status, sweep_of
 from magmotor.sweep.driver import NoWorkers, SweepFailed, SweepInterrupted, Tally, run
+from magmotor.sweep.estimate import Estimate, estimate
 from magmotor.sweep.measures import measures
 
 __all__ = [
+    "Estimate",
     "NoWorkers",
     "OtherVersions",
     "Range",
@@ -22,6 +24,7 @@ __all__ = [
     "Values",
     "combine",
     "dask_workers",
+    "estimate",
     "local_cluster",
     "measures",
     "run",
