@@ -141,6 +141,31 @@ def test_a_flight_of_the_motor_is_found_and_replayed(movie, tmp_path):
     run = mm.simulate(scene, duration=end, record_interval=5, **numerics)
     same = run.position.sel(time=slice(begin, end))
     np.testing.assert_allclose(replay.position, same, rtol=1e-15)  # measured: 0
+    whole, filmed = (mm.observables.flights(part).squeeze() for part in (run, replay))
+    assert 0 <= filmed.begin < filmed.end <= end - begin
+    for moment in ("begin", "end"):
+        assert filmed[moment] + begin == pytest.approx(float(whole[moment]), abs=1)  # 0
+    turns = [mm.observables.azimuth(part).values / (2 * np.pi) for part in (replay, run)]
+    before = turns[1][run.time.values == begin] - turns[0][0]
+    assert replay.attrs["revolutions_before"] == pytest.approx(before[0], abs=1e-12)
+
+
+def test_formats_and_size_of_movies(run_script, tmp_path, monkeypatch):
+    written = {}
+
+    def film(run, scene, path, **options):
+        written[path.suffix] = options
+        path.write_bytes(b"movie")
+
+    monkeypatch.setattr(mm.render, "movie", film)
+    flags = ("--gif", "--webm", "--size", "640", "360", "--fps", "10", "--speed", "2")
+    code, said, error = run_script("movie", "top", *SHORT, *flags, "--out", tmp_path)
+    assert (code, error) == (0, "")
+    options = {"speed": 2.0, "fps": 10, "size": (640, 360)}
+    assert written == {".gif": options, ".webm": options}
+    for name in ("top.gif", "top.webm"):
+        assert f"wrote {tmp_path / name}\n" in said
+    assert not (tmp_path / "top.mp4").exists()
 
 
 def test_no_flight_no_movie(movie, tmp_path):

@@ -160,14 +160,15 @@ class Frames:
             pen.text(place, line, color, font, "la")
 
     def _write_numbers(self, pen: "ImageDraw", i: int) -> None:
-        """Write event, time, numbers and note in the lower left corner."""
+        """Write time and event, and below them numbers and note, in the lower left corner."""
         content = self.movie_content
         lines = content.lines(i) + [self.note] * bool(self.note)
         left, step = 24 * self.scale, 24 * self.scale
         base = self.main[0] - step * (len(lines) + 1)
-        if event := content.event(i):
-            pen.text((left, base - 1.5 * step), event, style.BLUE, self._font(24), "ls")
-        pen.text((left, base), f"t = {self.times[i]:.1f} s", style.INK, self._font(26), "ls")
+        clock, font = f"t = {self.times[i]:.1f} s", self._font(26)
+        pen.text((left, base), clock, style.INK, font, "ls")
+        beside = left + pen.textlength(f"{clock}   ", font)
+        pen.text((beside, base), content.event(i), style.BLUE, self._font(20), "ls")
         for k, line in enumerate(lines, start=1):
             place = (left, base + step * k + 4 * self.scale)
             pen.text(place, line.replace("-", "−"), style.INK, self._font(16), "ls")

@@ -99,7 +99,8 @@ class Sketch:
         from PIL import ImageDraw
 
         pen, size = ImageDraw.Draw(picture), max(9, round(13 * self.scale))
-        words = f"tilt {math.degrees(tilt):.1f}°" if tilt else "level"
-        words += f", drawn × {self.factor}" if self.factor > 1 else ""
+        factor = f", drawn × {self.factor}" if self.factor > 1 else ""
+        level = math.degrees(tilt) < 0.05
+        words = "level" if level else f"tilt {math.degrees(tilt):.1f}°{factor}"
         place = (picture.width / 2, MARGIN * self.scale * 0.7)
         pen.text(place, words, style.INK, style.pillow_font(size), "ma")

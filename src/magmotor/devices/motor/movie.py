@@ -43,7 +43,7 @@ class MotorMovieContent(MovieContent):
     def plot(self, axes: "Axes") -> list["Line2D"]:
         """Draw the azimuth over time, with the flights in the background."""
         for flight in self._each_flight():
-            axes.axvspan(float(flight.begin), float(flight.end), color=style.ORANGE, alpha=0.15)
+            axes.axvspan(float(flight.begin), float(flight.end), color=style.GREEN, alpha=0.2, lw=0)
         axes.set(xlabel="t (s)", ylabel="θ (revolutions)")
         return axes.plot(self.time, self.revolutions, color=style.BLUE, label="azimuth of the ball")
 
