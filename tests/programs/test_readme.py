@@ -38,6 +38,12 @@ def test_the_readme_is_short():
     assert (ROOT / picture).stat().st_size < 1e6
 
 
+def test_the_overview_lists_every_page():
+    overview = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
+    pages = {page.name for page in (ROOT / "docs").glob("*.md")} - {"index.md"}
+    assert pages <= set(re.findall(r"\]\(([\w]+\.md)", overview))
+
+
 def test_devices():
     top, surroundings, ensemble, drag, motor, load = blocks("docs/paper_devices.md")
     namespace: dict = {}
