@@ -431,7 +431,7 @@ def test_a_directory_of_something_else_is_refused_and_unchanged(tmp_path, here):
     mm.sweep.run(sweep, tmp_path / "s", executor=here)
     before = contents(tmp_path / "s")
     other = Sweep(**{**DISK, "duration": 6.0}, vary={"v": NOISES})
-    differs = r"s': must be empty.* differs in duration, vary: give this sweep another directory .*--out.$"
+    differs = r"s': must be empty.* differs in duration, vary: give this sweep another .*--out\)$"
     with pytest.raises(ValueError, match=differs):
         mm.sweep.run(other, tmp_path / "s", executor=here)
     assert contents(tmp_path / "s") == before
