@@ -163,6 +163,7 @@ def main(
     axes.scatter(
         *(100 * pendulum.magnets[:, :2].T), c=COLORS, edgecolors="white", linewidths=1.5, s=60
     )
+    axes.grid(visible=False)
     axes.set(
         xlabel="x (cm)", ylabel="y (cm)", title="Let go here, the pendulum ends at this magnet"
     )

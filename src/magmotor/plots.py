@@ -1,4 +1,8 @@
-"""Plots of runs, ensembles and sweeps."""
+"""Plots of runs, ensembles and sweeps.
+
+Each function takes the path of the picture, whose suffix sets the format (such as .png, .pdf or
+.svg), and `dpi`. Your own figures look alike after `matplotlib.rcParams.update(mm.plots.STYLE)`.
+"""
 
 import xarray as xr
 

@@ -185,7 +185,7 @@ def test_the_label_of_a_measure_contains_that_of_its_observable():
     square = speed.measure("square", lambda v: (v**2).max("time"), unit="m^2/s^2")
     assert (square.unit, square.label) == ("m^2/s^2", "square")
     labels = {name: m.label for name, m in mm.sweep.measures(mm.Top()).items()}
-    assert labels["max_spin"] == "largest magnitude of the spin about xi_3"
+    assert labels["max_spin"] == "largest magnitude of the spin"
 
 
 def test_labeled_data_keep_their_other_attributes():

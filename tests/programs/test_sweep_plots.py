@@ -29,7 +29,7 @@ def picture(monkeypatch, tmp_path):
 
     def draw(data):
         path = tmp_path / "sweep.png"
-        mm.plots.sweep(data, path)
+        mm.plots.sweep(data, path, dpi=100)  # that of the figure, so that pixels can be found
         assert path.stat().st_size < 200e3  # the largest design below: 93 kB
         return figures[-1], np.asarray(Image.open(path).convert("RGB")).astype(int)
 

@@ -27,7 +27,7 @@ SPIN = Observable(
         else run.momentum_map / scene.inertia[2]
     ),
     "rad/s",
-    "spin about xi_3",
+    "spin",
 )
 DISTANCE = Observable(
     lambda run, scene: np.hypot(run.position.sel(space="x"), run.position.sel(space="y")),
