@@ -42,6 +42,7 @@ WHOLE = {
     "tutorial.md",
     "how_it_works.md",
     "contact.md",
+    "data.md",
     "desk_motor.md",
     "adhesion_weld_or_dipole.md",
     "recipes.md",
