@@ -29,8 +29,10 @@ def test_the_spin_of_the_top_is_shown_without_its_sign(top_run):
     assert content.value[1] == pytest.approx(-spin[862], rel=1e-14)  # 0
     assert content.lines(1) == ["spin  7.17 rad/s", "|J|  1.86 × 10⁻⁴ kg m²/s"]
     shown, theory = content.plot(Figure().add_subplot())
-    np.testing.assert_allclose(shown.get_ydata(), np.abs(spin), rtol=1e-15)
-    np.testing.assert_allclose(theory.get_ydata(), np.abs(spin), rtol=0, atol=2e-3)  # 3.8e-4
+    np.testing.assert_allclose(np.asarray(shown.get_ydata()), np.abs(spin), rtol=1e-15)
+    np.testing.assert_allclose(
+        np.asarray(theory.get_ydata()), np.abs(spin), rtol=0, atol=2e-3
+    )  # 3.8e-4
 
 
 def test_the_top_has_a_title_a_caption_and_a_result(top_run):
