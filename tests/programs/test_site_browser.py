@@ -62,6 +62,7 @@ def pages() -> list[str]:
     return sorted(path.relative_to(SITE).as_posix() for path in SITE.rglob("*.html"))
 
 
+@pytest.mark.slow
 def test_every_page_loads_without_an_error_and_fits_both_screens(browser, address):
     sizes = [dict(zip(("width", "height"), size, strict=True)) for size in (DESKTOP, PHONE)]
     page, wrong = browser.new_page(), defaultdict(list)
