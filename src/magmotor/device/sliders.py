@@ -17,6 +17,7 @@ class Slider(NamedTuple):
 
     def label(self, name: str) -> str:
         """Return the name with the unit, as it is shown."""
+        name = name.replace("_", " ")
         return name if self.unit == "1" else f"{name} ({self.unit})"
 
 

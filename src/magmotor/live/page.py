@@ -25,8 +25,11 @@ from magmotor.mjcf.arrows import MOMENT
 CURVED = 6
 """Frames between two updates of the curves and numbers."""
 
-CURVE_HEIGHT, AXES = 100, ({"size": 30}, {"size": 44})
-"""Height of a curve's panel, and room for the labels of its axes, in pixels."""
+CURVE_HEIGHT, PADDING = 80, (8, 12, 0, 0)
+"""Height of a curve's panel, and its margins (top, right, bottom, left), in pixels."""
+
+AXES = tuple({"size": size, "ticks": {"show": False}} for size in (26, 44))
+"""The axes of a curve, with the room for their labels in pixels."""
 
 AWAY = 1.25
 """Distance of the camera in those of MuJoCo's viewer, since the controls cover a part of it."""
@@ -130,6 +133,7 @@ class Page:
         def _(client: Any) -> None:
             if client.camera.aspect < 1:  # a phone
                 client.camera.position = center + away / client.camera.aspect
+                client.camera.look_at = center  # which has moved with the camera
 
     def _add_buttons(self) -> None:
         gui, press = self._server.gui, self._loop.press
@@ -198,6 +202,7 @@ class Page:
                 axes=AXES,
                 legend={"show": False},
                 height=CURVE_HEIGHT,
+                padding=PADDING,
             )
         return curves
 
