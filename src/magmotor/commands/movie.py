@@ -33,6 +33,7 @@ from magmotor.commands.picture_options import PictureOptions
 from magmotor.commands.scene_options import parse
 from magmotor.common.checks import check_number, reject
 from magmotor.devices.motor.flights import CORE
+from magmotor.numerics.compilation_notice import COMPILATION
 from magmotor.render.encoder import check_fps, check_size
 from magmotor.render.frames import SIZE
 
@@ -124,9 +125,12 @@ def check(options: Options | FlightOptions) -> None:
 
 @contextmanager
 def timed(seconds: dict[str, float], name: str) -> Iterator[None]:
-    start = time.perf_counter()
+    start, compiled = time.perf_counter(), COMPILATION.seconds
     yield
-    seconds[name] = time.perf_counter() - start
+    compiled = COMPILATION.seconds - compiled
+    seconds[name] = time.perf_counter() - start - compiled
+    if compiled:
+        seconds["compile"] = seconds.get("compile", 0.0) + compiled
 
 
 def film_top(scene: mm.Top, options: Options, seconds: dict[str, float]) -> None:
