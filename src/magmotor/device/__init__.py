@@ -11,7 +11,7 @@ from magmotor.device.engine import Engine, Equation, MujocoAdapter
 from magmotor.device.guard import ENERGY_GREW, LARGEST_ERROR, LARGEST_FLUCTUATION, Fault, Guard
 from magmotor.device.initial import initial_parts, initial_row
 from magmotor.device.job import Job
-from magmotor.device.movie import Gauge, MovieContent, between
+from magmotor.device.movie import Gauge, MovieContent, SideView, between
 from magmotor.device.observable import Measure, Observable, labeled
 from magmotor.device.quantities import check_fields, quantity
 from magmotor.device.readout import Readout
@@ -41,6 +41,7 @@ __all__ = [
     "Observable",
     "Readout",
     "Scene",
+    "SideView",
     "Slider",
     "SmallMotion",
     "between",
