@@ -259,7 +259,7 @@ def _dipoles(model: mujoco.MjModel) -> dict[int, int]:
 def _huge(model: mujoco.MjModel) -> dict[str, float]:
     """Return moments on bodies that can move which are probably mistakes, by site."""
     moments = model.site_user[:, 0] if model.nuser_site else np.empty(0)
-    sites = np.flatnonzero(np.abs(moments) > HUGE)
+    sites = np.flatnonzero(np.abs(moments) > HUGE).tolist()
     moving = [site for site in sites if _moves(model, model.site_bodyid[site])]
     return {name_of(model, "site", site): float(moments[site]) for site in moving[:LISTED]}
 

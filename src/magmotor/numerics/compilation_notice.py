@@ -51,7 +51,7 @@ class CompilationNotice(event.Listener):
 
     def _print(self) -> None:
         self._printed = True
-        tqdm.write(TEXT, file=sys.stderr)
+        print(TEXT, file=sys.stderr, flush=True)
 
 
 COMPILATION = CompilationNotice()
