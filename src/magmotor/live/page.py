@@ -131,9 +131,14 @@ class Page:
 
         @self._server.on_client_connect
         def _(client: Any) -> None:
-            if client.camera.aspect < 1:  # a phone
-                client.camera.position = center + away / client.camera.aspect
-                client.camera.look_at = center  # which has moved with the camera
+            if client.camera.aspect < 1:  # a phone, whose lower half is covered by the controls
+                farther = away / client.camera.aspect
+                half = math.tan(start.fov / 2) * np.linalg.norm(farther)
+                side = np.cross(away, [0.0, 0.0, 1.0])
+                up = np.cross(side, away)
+                target = center - half / 2 * up / max(float(np.linalg.norm(up)), 1e-9)
+                client.camera.position = target + farther
+                client.camera.look_at = target  # which has moved with the camera
 
     def _add_buttons(self) -> None:
         gui, press = self._server.gui, self._loop.press
