@@ -100,7 +100,7 @@ def test_flights_begin_and_end_in_words(flight):
         "the flight begins",
         "in flight: 1.1 revolutions",
         "in flight: 2.2 revolutions",
-        "the flight has ended: 2.2 revolutions",
+        "flight over: 2.2 revolutions",
     ]
     assert content.result() == "A flight of 2.2 revolutions in 30 s"
     axes = Figure().add_subplot()

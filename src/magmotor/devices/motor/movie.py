@@ -66,7 +66,7 @@ class MotorMovieContent(MovieContent):
                     "the flight begins" if flown < 0.5 else f"in flight: {flown:.1f} revolutions"
                 )
             if self.times[i] >= end and not flight.censored:
-                words = f"the flight has ended: {abs(float(flight.revolutions)):.1f} revolutions"
+                words = f"flight over: {abs(float(flight.revolutions)):.1f} revolutions"
         return words
 
     def result(self) -> str:
