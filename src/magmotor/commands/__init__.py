@@ -6,6 +6,7 @@ from importlib import import_module
 
 from magmotor import __version__
 from magmotor.commands.output import MISTAKE, fail, run_program
+from magmotor.common.checks import did_you_mean
 from magmotor.common.optional import require
 
 COMMANDS = {
@@ -66,7 +67,9 @@ def _chosen(arguments: list[str]) -> tuple[str, list[str]]:
         print(f"magmotor {__version__}")
         raise SystemExit(0)
     if first not in COMMANDS:
-        fail(f"{first!r} is not a command; the commands are {', '.join(COMMANDS)}", MISTAKE)
+        meant = did_you_mean(first, COMMANDS)
+        known = ", ".join(COMMANDS)
+        fail(f"{first!r} is not a command{meant}; the commands are {known}", MISTAKE)
     return first, arguments[1:]
 
 

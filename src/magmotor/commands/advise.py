@@ -84,8 +84,8 @@ def report(options: Options) -> None:
             )
     except ValueError as error:
         if AT_REST in str(error):
-            options = ", ".join(options_that_move(model))
-            raise ValueError(f"{error}; options that set it in motion: {options}") from error
+            moving = ", ".join(options_that_move(model))
+            raise ValueError(f"{error}; options that set it in motion: {moving}") from error
         raise
     if options.picture is not None and advice.points:
         print(f"wrote {options.picture}")

@@ -1,13 +1,15 @@
 """What all commands share: files written whole, one-line messages, and exit codes."""
 
 import os
+import shutil
 import sys
+import textwrap
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stdout
 from pathlib import Path
 from tempfile import TemporaryFile
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn, TextIO, cast
 
 from magmotor.common.environment import PACKAGES
 from magmotor.common.files import whole_file
@@ -20,11 +22,18 @@ if TYPE_CHECKING:
 DIVERGED, MISTAKE, NO_OPENGL, UNWRITTEN, INTERRUPTED = 1, 2, 3, 4, 130
 """Exit codes."""
 
+WIDEST = 100
+"""Columns of the widest line of a help text."""
+
 
 def run_program(main: Callable[[], None]) -> None:
     """Run a program; an unhandled Ctrl-C or a package that is missing ends it with one line."""
+    columns = min(WIDEST, shutil.get_terminal_size((WIDEST, 24)).columns)
+    os.environ["COLUMNS"] = str(columns)  # for tyro's boxes
+    asked = {"-h", "--help"} & set(sys.argv)
     try:
-        main()
+        with redirect_stdout(cast(TextIO, Wrapped(sys.stdout, columns)) if asked else sys.stdout):
+            main()
     except MissingExtra as missing:
         fail(str(missing), MISTAKE)
     except KeyboardInterrupt:
@@ -32,6 +41,24 @@ def run_program(main: Callable[[], None]) -> None:
     except BrokenPipeError:  # nobody reads the output any more
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         raise SystemExit(UNWRITTEN) from None
+
+
+class Wrapped:
+    """A stream that wraps long lines between words, since tyro does so only inside its boxes."""
+
+    def __init__(self, stream: TextIO, columns: int):
+        self._stream, self._columns = stream, columns
+
+    def write(self, text: str) -> int:
+        return self._stream.write("\n".join(map(self._wrapped, text.split("\n"))))
+
+    def _wrapped(self, line: str) -> str:
+        if len(line) <= self._columns or "│" in line:
+            return line
+        return textwrap.fill(line, self._columns, break_long_words=False, break_on_hyphens=False)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
 
 
 def warn_in_one_line() -> None:
