@@ -8,7 +8,7 @@ import magmotor as mm
 from benchmarks.harness.stepping import Stepper
 from benchmarks.harness.tables import Row, show
 from benchmarks.harness.timing import in_turns
-from magmotor.common.environment import models_folder
+from magmotor.common.environment import data_folder
 
 SCENES = {
     "planar, 20 dipoles": mm.Top(),
@@ -47,7 +47,7 @@ def _compare_with_plugin() -> None:
     cases = {}
     for name, (scene, _) in BY_PLUGIN.items():
         plain, plugin = (
-            Stepper(mujoco.MjModel.from_xml_path(str(models_folder() / f"{file}.xml")))
+            Stepper(mujoco.MjModel.from_xml_path(str(data_folder("models") / f"{file}.xml")))
             for file in (scene, f"{scene}_magnetic")
         )
         cases[name, "plugin"] = partial(plugin.seconds, magnetic=False)

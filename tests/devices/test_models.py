@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import magmotor as mm
-from magmotor.common.environment import models_folder
+from magmotor.common.environment import data_folder
 
 SCENES = {
     "disk": mm.Disk(),
@@ -17,21 +17,21 @@ SCENES = {
 
 
 def test_each_file_has_its_scene():
-    names = {path.stem for path in models_folder().glob("*.xml")}
+    names = {path.stem for path in data_folder("models").glob("*.xml")}
     assert names == {*SCENES, "levitation"} | {f"{name}_magnetic" for name in SCENES}
 
 
 @pytest.mark.parametrize("name", SCENES)
 def test_a_file_is_the_scene_to_the_bit(name):
     """Every array and every option, also those of what is only drawn."""
-    written = mujoco.MjModel.from_xml_path(str(models_folder() / f"{name}.xml"))
+    written = mujoco.MjModel.from_xml_path(str(data_folder("models") / f"{name}.xml"))
     built = mm.build(SCENES[name], visual=True)
     assert numbers(written) == numbers(built)
 
 
 @pytest.mark.parametrize("name", SCENES)
 def test_a_file_shows_its_devices(name):
-    model = mujoco.MjModel.from_xml_path(str(models_folder() / f"{name}.xml"))
+    model = mujoco.MjModel.from_xml_path(str(data_folder("models") / f"{name}.xml"))
     assert model.key("start").id == 0
     assert {model.camera(i).name for i in range(model.ncam)} >= {"front", "top"}
     assert model.nv > 0
@@ -40,7 +40,7 @@ def test_a_file_shows_its_devices(name):
 @pytest.mark.parametrize("name", SCENES)
 def test_a_viewer_starts_in_the_initial_state(name):
     """But for the orientation of a ball joint, which has no reference: only the motor's differs."""
-    model = mujoco.MjModel.from_xml_path(str(models_folder() / f"{name}_magnetic.xml"))
+    model = mujoco.MjModel.from_xml_path(str(data_folder("models") / f"{name}_magnetic.xml"))
     start = model.key("start").qpos
     assert not model.key("start").qvel.any()
     compared = slice(2) if name == "motor" else slice(None)

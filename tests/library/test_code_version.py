@@ -18,8 +18,8 @@ from numba import njit
 from numba.core import config, event
 
 import magmotor as mm
-from magmotor.common import environment as models_folder
 from magmotor.common import versions
+from magmotor.common.environment import data_folder
 from magmotor.common.versions import machine_versions, package_checksum
 from magmotor.devices.ball import rigid_kernel
 from magmotor.devices.disk import variational as lanes
@@ -313,9 +313,9 @@ def test_the_checksum_is_that_of_the_bytes_wherever_they_are(tmp_path, monkeypat
     here = package_checksum()
     ignore = shutil.ignore_patterns("__pycache__", "models")
     installed = shutil.copytree(package, tmp_path / "zebra" / "magmotor", ignore=ignore)
-    shutil.copytree(models_folder.models_folder(), installed / "models")
+    shutil.copytree(data_folder("models"), installed / "models")
     monkeypatch.setattr(versions, "__file__", str(installed / "run" / "versions.py"))
-    monkeypatch.setattr(versions, "models_folder", lambda: installed / "models")
+    monkeypatch.setattr(versions, "data_folder", lambda name: installed / name)
     assert package_checksum.__wrapped__() == here
     (installed / "models" / "added.xml").write_text("<mujoco/>")
     assert package_checksum.__wrapped__() != here

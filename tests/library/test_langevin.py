@@ -22,7 +22,7 @@ from test_friction import TREE
 
 import magmotor as mm
 from magmotor import noise
-from magmotor.common.environment import models_folder
+from magmotor.common.environment import data_folder
 from magmotor.mjcf.langevin import thermostat
 from magmotor.mjcf.langevin.friction import ON_JOINTS, dampers, friction_matrix, model_friction
 
@@ -185,7 +185,7 @@ def test_the_plugin_has_the_forces_of_the_block(name):
     """Those of MuJoCo, too; the motor's noise is left out, which the block would add."""
     found = []
     for file in (name, f"{name}_magnetic"):
-        model = mujoco.MjModel.from_xml_path(str(models_folder() / f"{file}.xml"))
+        model = mujoco.MjModel.from_xml_path(str(data_folder("models") / f"{file}.xml"))
         data = mujoco.MjData(model)
         mujoco.mj_resetDataKeyframe(model, data, 0)
         langevin = mm.Langevin(model, kT=0.0, friction=1.0, disable=CONTACT)

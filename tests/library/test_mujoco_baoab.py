@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation
 
 import magmotor as mm
 from magmotor import noise, theory
-from magmotor.common.environment import models_folder
+from magmotor.common.environment import data_folder
 from magmotor.mjcf.langevin import thermostat
 
 BOTH = ("mujoco/baoab", "variational/baoab")
@@ -689,7 +689,7 @@ def test_a_model_with_the_plugin_has_no_second_forces(scene):
     """Baoab applies the forces itself, whichever hook they have elsewhere."""
     states = []
     for name in (scene, f"{scene}_magnetic"):
-        model = mujoco.MjModel.from_xml_path(str(models_folder() / f"{name}.xml"))
+        model = mujoco.MjModel.from_xml_path(str(data_folder("models") / f"{name}.xml"))
         data = mujoco.MjData(model)
         mm.Baoab(model).step(data, nstep=1000)
         states.append(np.concatenate([data.qpos, data.qvel]))

@@ -214,7 +214,9 @@ def test_every_command_describes_itself_once(run, command):
 def test_an_unknown_command_is_named_in_one_line(run):
     code, out, err = run("moovie")
     assert (code, out, err.count("\n")) == (2, "", 1)
-    assert err.startswith("magmotor: 'moovie' is not a command (did you mean 'movie'?); the commands are movie, view,")
+    assert err.startswith(
+        "magmotor: 'moovie' is not a command (did you mean 'movie'?); the commands are movie, view,"
+    )
 
 
 def test_a_script_is_the_command_of_its_name(run_script, capsys):

@@ -217,5 +217,6 @@ def test_the_citation_is_that_of_the_file_for_programs():
     names = " and ".join(f"{a['family-names']}, {a['given-names']}" for a in paper["authors"])
     assert f"author        = {names}," in shown
     assert f"year          = {paper['year']}," in shown
-    assert f"arXiv:{re.search(r'eprint *= (.*),', shown)[1]}" == paper["identifiers"][0]["value"]
+    (eprint,) = re.findall(r"eprint *= (.*),", shown)
+    assert f"arXiv:{eprint}" == paper["identifiers"][0]["value"]
     assert software["version"] == mm.__version__

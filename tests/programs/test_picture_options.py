@@ -2,6 +2,7 @@
 
 import json
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -67,6 +68,7 @@ def test_two_systems_of_flights_share_the_guides_and_their_labels(monkeypatch):
     monkeypatch.setattr(plot_panels, "flight_survival", lambda _: found)
     axes = Figure().add_subplot()
     for name in ("symmetric", "asymmetric"):
-        plot_panels.draw_flights(axes, SimpleNamespace(name=name, stationary=None))
+        system: Any = SimpleNamespace(name=name, stationary=None)
+        plot_panels.draw_flights(axes, system)
     assert [text.get_text() for text in axes.texts] == ["slope −0.5", "slope −1.9"]
     assert axes.get_xlabel() == "duration (dimensionless)"
