@@ -204,10 +204,7 @@ def test_where_labmaze_has_no_wheel_the_remedy_says_so(monkeypatch, version, mis
     ("words", "completed"),
     [
         (["des"], {"describe"}),
-        (
-            ["movie", "top", "--t"],
-            {"--timestep", "--tilt", "--tilt-azimuth", "--torsional-friction"},
-        ),
+        (["movie", "top", "--til"], {"--tilt", "--tilt-azimuth"}),
         (["movie", "x"], set()),
     ],
 )
