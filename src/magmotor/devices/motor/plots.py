@@ -70,7 +70,7 @@ def motor_figure(
     by_temperature = [[r for r in runs if r.scene.temperature == t] for t in TEMPERATURES]
     rows = [row for row in by_temperature if row]
     width = max(len(row) for row in rows)
-    with style.figure(max(7.0, 2.9 * width), 1.0 + 2.7 * len(rows)) as figure:
+    with style.figure(max(10.0, 2.9 * width), 1.0 + 2.7 * len(rows)) as figure:
         grid = figure.subplots(len(rows), width, squeeze=False)
         for line, row in zip(grid, rows, strict=True):
             for axes, run in zip(line, row, strict=False):
@@ -100,9 +100,9 @@ def motor_overview(
     dpi : int
         Dots per inch of the picture.
     """
-    layout: list[Any] = [["theta"] * 4, ["onset", "path", "injected", "temperatures"]]
-    with style.figure(12.0, 7.0) as figure:
-        axes = figure.subplot_mosaic(layout, width_ratios=(1.1, 1, 1, 1))
+    layout: list[Any] = [["theta"] * 2, ["onset", "path"], ["injected", "temperatures"]]
+    with style.figure(12.0, 10.5) as figure:
+        axes = figure.subplot_mosaic(layout)
         plot_panels.draw_theta(axes["theta"], run)
         axes["theta"].set_title(f"{run.title}; {run.flights_in_words} ({numerics_of(run.data)})")
         plot_panels.draw_onset(axes["onset"], run)
