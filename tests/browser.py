@@ -44,6 +44,7 @@ def open_page(browser):
     def opened(address, size=DESKTOP):
         width, height = size
         context = browser.new_context(viewport={"width": width, "height": height})
+        context.set_default_timeout(120_000)
         contexts.append(context)
         page = context.new_page()
         page.on("pageerror", lambda error: errors.append(f"{address}: {error}"))

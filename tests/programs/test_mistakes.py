@@ -1,6 +1,7 @@
 """Mistakes that new users make: each is one sentence that says what to do."""
 
 import re
+from functools import cache
 from pathlib import Path
 
 import mujoco
@@ -10,9 +11,12 @@ import magmotor as mm
 from magmotor.common import environment
 from magmotor.common.checks import did_you_mean
 
-TOP_RUN = mm.simulate(mm.Top(), duration=1.0, method="mujoco/euler", timestep=0.05)
-MOTOR_RUN = mm.simulate(mm.Motor(), duration=1.0, method="mujoco/euler", timestep=0.05)
 QUICK = {"duration": 1.0, "method": "mujoco/euler", "timestep": 0.05}
+
+
+@cache
+def top_run():
+    return mm.simulate(mm.Top(), **QUICK)
 
 
 def spin(run, scene):
@@ -33,7 +37,7 @@ def plan(measure):
 
 def call(function, *arguments, **named):
     """Return a call, hidden from pyright, which knows that it is wrong."""
-    return lambda: function(*arguments, **named)
+    return lambda: function(*(a() if a is top_run else a for a in arguments), **named)
 
 
 MISTAKES = {
@@ -73,19 +77,19 @@ MISTAKES = {
         "simulate() has no argument 'durations' (did you mean 'duration'?)",
     ),
     "flights of a top": (
-        call(mm.observables.flights, TOP_RUN),
+        call(mm.observables.flights, top_run),
         "run is of a Top: must be of a Motor",
     ),
     "the scene of another class": (
-        call(mm.plots.overview, TOP_RUN, mm.Motor(), "o.png"),
+        call(mm.plots.overview, top_run, mm.Motor(), "o.png"),
         "scene = Motor(...): must be the scene of the run, a Top, or None for that scene",
     ),
     "another scene of the same class": (
-        call(mm.observables.momentum_balance, TOP_RUN, mm.Top(friction=0.2)),
+        call(mm.observables.momentum_balance, top_run, mm.Top(friction=0.2)),
         "scene.friction = 0.2: must be 0.3, as in the run",
     ),
     "the scene and the run of a movie in the wrong order": (
-        call(mm.render.movie, mm.Top(), TOP_RUN, "top.mp4"),
+        call(mm.render.movie, mm.Top(), top_run, "top.mp4"),
         "run = Top(...): must be the dataset, and `scene` its scene: exchange these two arguments",
     ),
     "a checkpoint of a run in a missing folder": (
@@ -209,7 +213,7 @@ def test_mujoco_before_magmotor_is_named_where_opengl_is_missing(monkeypatch):
     ],
 )
 def test_an_interrupt_says_when_and_how_to_go_on(checkpoint, how):
-    stop = mm.SimulationInterrupted(TOP_RUN, checkpoint)
+    stop = mm.SimulationInterrupted(top_run(), checkpoint)
     assert str(stop) == f"interrupted at t = 1 s: {how}"
     assert (stop.time, stop.checkpoint) == (1.0, checkpoint)
 

@@ -66,6 +66,7 @@ def pages() -> list[str]:
 def test_every_page_loads_without_an_error_and_fits_both_screens(browser, address):
     sizes = [dict(zip(("width", "height"), size, strict=True)) for size in (DESKTOP, PHONE)]
     page, wrong = browser.new_page(), defaultdict(list)
+    page.set_default_timeout(120_000)
     # Each page reads the index, which is large. The search has a test of its own.
     index = '__index = {"config": {"lang": ["en"], "separator": " ", "pipeline": []}, "docs": []}'
     page.route("**/search_index.js", lambda route: route.fulfill(body=f"var {index}"))

@@ -197,13 +197,14 @@ def test_the_command_serves_a_file_until_it_is_interrupted(tmp_path):
     try:
         assert view.stdout is not None
         first, second = view.stdout.readline(), view.stdout.readline()
+        assert first, view.communicate()[1]
         url = first.split()[1]
         assert url.startswith("http://127.0.0.1:")
         assert f"ssh -L {url[17:]}:127.0.0.1:{url[17:]} " in second
         with urllib.request.urlopen(url) as page:
             assert page.status == 200
         view.send_signal(signal.SIGINT)
-        assert view.communicate(timeout=60)[1] == "magmotor view: interrupted\n"
+        assert view.communicate(timeout=120)[1] == "magmotor view: interrupted\n"
     finally:
         view.kill()
     assert view.returncode == 130

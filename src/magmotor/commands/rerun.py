@@ -38,7 +38,7 @@ def main() -> None:
     kept = read_netcdf(options.file)
     try:
         again = mm.rerun(kept, measures=options.allow_measure)
-    except ValueError as error:
+    except (ValueError, mm.sweep.NoWorkers, mm.sweep.SweepFailed) as error:
         fail(f"{options.file}: {error}", MISTAKE)
     if options.out:
         write_netcdf(again, options.out)

@@ -6,8 +6,8 @@ file per case. Beside it are a dataset of all of them over the sweep's dimension
 picture, `.png`, if there are one or two dimensions.
 """
 
-import signal
 import sys
+import time
 from dataclasses import dataclass, field
 from functools import partial
 from ipaddress import ip_address
@@ -194,7 +194,8 @@ def serve(options: Cluster) -> None:
             reach = f"anyone who can reach {address} can run any code here with your permissions"
             print(f"magmotor sweep: {reach}; use trusted networks only", file=sys.stderr)
         print(f"--scheduler {address}; Ctrl-C ends it", flush=True)
-        signal.pause()
+        while True:  # Windows has no signal.pause
+            time.sleep(1.0)
 
 
 def loopback(host: str) -> bool:

@@ -27,6 +27,8 @@ def extra(name: str) -> Iterator[None]:
     """
     try:
         yield
+    except MissingExtra:
+        raise
     except ModuleNotFoundError as missing:
         found = missing_packages(name) or [str(missing.name)]
         sentence = f"{missing.name} is not installed: {remedy(name, found)}"

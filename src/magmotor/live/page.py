@@ -8,6 +8,7 @@ import socket
 from collections.abc import Callable
 from contextlib import redirect_stdout
 from copy import copy
+from functools import partial
 from queue import SimpleQueue
 from typing import Any, NamedTuple
 
@@ -149,7 +150,7 @@ class Page:
         speed = gui.add_button_group("speed", ("slower", "faster"))
         keys = {"slower": "6", "faster": "7"}
         speed.on_click(
-            lambda event: self._pressed.put(lambda: press(ord(keys[event.target.value])))
+            lambda event: self._pressed.put(partial(press, ord(keys[event.target.value])))
         )
 
     def _switches(self) -> list[Control]:
@@ -272,7 +273,9 @@ def _check_host(host: str, port: int) -> None:
         with socket.socket(family, kind) as trial:
             trial.bind(address)
     except OSError as error:
-        if error.errno not in (errno.EADDRINUSE, errno.EACCES):
+        if error.errno == errno.EACCES:
+            raise reject("port", port, "must be a port that you may use, such as 8080") from None
+        if error.errno != errno.EADDRINUSE:
             sentence = "must be an address of this computer, such as 127.0.0.1 or 0.0.0.0"
             raise reject("host", host, sentence) from None
 

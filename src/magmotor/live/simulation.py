@@ -242,6 +242,9 @@ class LiveSimulation:
 LONGEST_FRAME = 0.2
 """Longest delay of a frame (s of wall time) to catch up with; any more is skipped."""
 
+MOST_STEPS = 100_000
+"""Largest number of steps in a frame; any more is skipped."""
+
 
 class Pace:
     """Converts wall time into the number of steps that are due.
@@ -265,7 +268,7 @@ class Pace:
         self._then = now
         due = int(self._owed / timestep)
         self._owed -= due * timestep
-        return due
+        return min(due, MOST_STEPS)
 
 
 @checked

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 from magmotor.common.arguments import checked
-from magmotor.common.checks import check_choice
 from magmotor.common.files import whole_file
 from magmotor.device.device import SCENES, Scene
 from magmotor.device.provenance import fields_of, scene_with
@@ -43,7 +42,7 @@ def read_scene(path: str | Path) -> Scene:
     True
     """
     try:
-        return _scene(Path(path).read_bytes().decode())
+        return _scene(Path(path).read_text("utf-8-sig"))
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
 
@@ -57,7 +56,6 @@ def _scene(text: str) -> Scene:
         names = ", ".join(SCENES)
         raise ValueError(f"it must have a key scene, the name of a class: {names}")
     name = fields.pop("scene")
-    check_choice("scene", name, tuple(SCENES))
     return scene_with(name, fields, "the file")
 
 
@@ -97,7 +95,7 @@ def _lines(scene: Scene) -> Iterator[str]:
     values = fields_of(scene)
     for field in field_descriptions(scene):
         unit = "" if field.unit in ("", "1") else field.unit
-        comment = ", ".join(filter(None, [unit, field.doc]))
+        comment = " ".join(", ".join(filter(None, [unit, field.doc])).split())
         value = values[field.name]
         if value is None:
             yield f"# {field.name}: not given; {comment}"
@@ -115,6 +113,8 @@ def _toml(value: Any) -> str:
         return f"[\n{rows}]"
     if isinstance(value, bool):
         return str(value).lower()
+    if isinstance(value, float):
+        return repr(float(value))  # also of a NumPy number
     return _text(value) if isinstance(value, str) else repr(value)
 
 

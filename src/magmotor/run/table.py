@@ -69,6 +69,8 @@ def to_table(data: xr.Dataset, *, rows: Sequence[str] | None = None) -> pd.DataF
         rows = [str(dim) for dim in first.dims if dim in lines]
     for dim in rows:
         check_choice("rows", dim, tuple(lines))
+    if len({*rows}) < max(1, len(rows)):
+        raise reject("rows", [*rows], "must name at least one dimension, and each only once")
     data = data.assign_coords({d: np.arange(data.sizes[d]) for d in rows if d not in data.coords})
     columns: dict[str, np.ndarray] = {}
     units: dict[str, str] = {}

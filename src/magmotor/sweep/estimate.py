@@ -90,7 +90,7 @@ def estimate(
     if not found:
         raise ValueError(f"none of the probed cases can run: {failure}")
     seconds, size = np.mean(found, axis=0).tolist()
-    rounds = max(1.0, len(sweep) / workers)
+    rounds = math.ceil(len(sweep) / workers)
     return Estimate(seconds * rounds, seconds, workers, size * len(sweep), len(found))
 
 
