@@ -12,7 +12,6 @@ import xarray as xr
 import magmotor as mm
 from magmotor.devices.motor.plots import FIGURES
 from magmotor.devices.motor.scene import PAPER
-from paper.motor import runs as motor_runs
 
 SCRIPTS = Path(__file__).parents[2] / "scripts"
 SHORT = ("--duration", "1500", "--out")
@@ -100,7 +99,7 @@ def test_a_run_that_diverges_otherwise_is_code_1(motor, tmp_path, monkeypatch):
         raise mm.SimulationDiverged("its energy grew", 3.0, whole(scene, **numerics))
 
     whole = mm.simulate
-    monkeypatch.setattr(motor_runs, "simulate", diverge)
+    monkeypatch.setattr(mm, "simulate", diverge)
     code, _, error = motor(*SHORT, tmp_path, "--runs", "uniform-a")
     assert code == 1
     assert error.startswith(
@@ -121,7 +120,7 @@ def test_an_interrupted_run_resumes_to_the_same_end(motor, tmp_path, monkeypatch
             raise mm.SimulationInterrupted(run)
         return run
 
-    monkeypatch.setattr(motor_runs, "simulate", simulate)
+    monkeypatch.setattr(mm, "simulate", simulate)
     code, _, error = motor(*SHORT, tmp_path / "out", *runs)
     assert code == 130
     assert error.count("\n") == 1

@@ -1,12 +1,12 @@
-"""Reproduce the paper's figures of its four sliding disks, with theory, and print the numbers.
+"""Reproduce the paper's figures of its sliding disks, with theory, and print the numbers.
 
-Three are disks on different potentials, and the fourth is a control particle.
+Three systems are disks on different potentials, and the fourth is a control particle.
 
 Each system runs twice: from rest, as in the paper, and from its stationary state, for the
 correlation of increments "for t large" and the flights. With flat U the stationary state has
 d = -v + sigma omega = 0, as at rest, since nothing changes d there.
 
-The large ensembles come from a reference integrator, which is a hundred times faster than MuJoCo.
+The large ensembles come from a reference integrator, which is much faster than MuJoCo.
 MuJoCo simulates fewer replicas of the disks, which the figures show on top, in white. It has no
 model of the control particle.
 
@@ -81,7 +81,7 @@ class Options(PictureOptions):
     seed: int = 0
     """seed of the Brownian paths"""
     full: bool = False
-    """use the paper's T = 50000, which takes about 25 times as long"""
+    """use the paper's T = 50000, and 10000 replicas: 12 times as many steps"""
     threads: int | None = None
     """by default, the number of processors"""
     checkpoint: Path | None = None

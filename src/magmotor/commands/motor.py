@@ -51,9 +51,9 @@ class Options(PictureOptions):
     method: str = METHOD
     """engine/scheme"""
     timestep: float = 0.1
-    """h (s)"""
+    """timestep (s)"""
     duration: float = 1e5
-    """T (s)"""
+    """duration of the run (s)"""
     seed: int = 0
     """seed of the Brownian paths"""
     checkpoint: Path | None = None

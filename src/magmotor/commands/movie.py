@@ -70,9 +70,9 @@ class Options(FilmOptions):
     method: str = "mujoco/rk4"
     """engine/scheme; scipy/dop853 computes only the axis, so there is no spin to film"""
     timestep: float = 0.0125
-    """(s)"""
+    """timestep (s)"""
     duration: float = 30.0
-    """(s)"""
+    """duration of the run (s)"""
 
 
 @dataclass
@@ -80,7 +80,7 @@ class FlightOptions(FilmOptions):
     method: str = "mujoco/baoab"
     """engine/scheme"""
     timestep: float = 0.1
-    """(s)"""
+    """timestep (s)"""
     duration: float = 1e5
     """(s) within which to look for a flight"""
     seed: int = 1

@@ -58,11 +58,11 @@ class Options(PictureOptions, RunOptions):
     method: str | None = None
     """engine/scheme; by default the recommended one"""
     timestep: float | None = None
-    """(s); by default the shortest one recommended at the corners of the sweep"""
+    """timestep (s); by default the shortest one recommended at the corners of the sweep"""
     engine: Literal["mujoco", "any"] = "mujoco"
     """recommend MuJoCo's methods only, or those of any engine"""
     duration: float = 60.0
-    """of each run (s)"""
+    """duration of each run (s)"""
     record_interval: int = 1
     """steps between the records of a run"""
     out: Path | None = None

@@ -71,7 +71,7 @@ class Options(Display):
     method: str = "mujoco/euler"
     """mujoco/euler, mujoco/implicitfast or mujoco/rk4"""
     timestep: float = 0.01
-    """(s)"""
+    """timestep (s)"""
     speed: float = 1.0
     """simulated seconds per second"""
     seed: int = 0
@@ -81,7 +81,7 @@ class Options(Display):
 @dataclass
 class MotorOptions(Options):
     timestep: float = 0.02
-    """(s)"""
+    """timestep (s)"""
     speed: float = 20.0
     """simulated seconds per second"""
 

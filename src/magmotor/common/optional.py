@@ -17,6 +17,7 @@ class MissingExtra(ModuleNotFoundError):
 def extra(name: str) -> Iterator[None]:
     """Import what an extra installs.
 
+    >>> from magmotor.common.optional import extra
     >>> with extra("movies"):
     ...     import mediapy
 
