@@ -129,10 +129,11 @@ def many(kind: str = "Disk") -> xr.Dataset:
 def plan(kind: str, measure: str | None = None) -> mm.sweep.Sweep:
     """A sweep of two cases."""
     scene = getattr(mm, kind)()
-    field = "friction_ball" if kind == "Motor" else "friction"
+    field = "coupling" if kind == "Motor" else "friction"
     measure = measure or next(iter(mm.sweep.measures(scene)))
     few = {**SHORT[kind], "duration": 20 * SHORT[kind]["timestep"]}
-    return mm.sweep.Sweep(scene=scene, vary={field: [0.1, 0.2]}, measure=[measure], **few)
+    values = [0.9 * getattr(scene, field), getattr(scene, field)]
+    return mm.sweep.Sweep(scene=scene, vary={field: values}, measure=[measure], **few)
 
 
 class Here(Executor):

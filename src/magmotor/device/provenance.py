@@ -98,6 +98,7 @@ def _scene_class(name: str) -> type[Scene]:
     return SCENES[name]
 
 
+@checked
 def fields_of(scene: Scene) -> dict[str, Any]:
     """Return the fields of a scene as JSON and TOML store them, with lists for tuples.
 
