@@ -341,7 +341,7 @@ def test_a_started_cluster_computes_a_sweep(tmp_path):
 )
 def test_a_cluster_that_others_can_reach_warns(run_script, monkeypatch, host, warns):
     monkeypatch.setattr(mm.sweep, "local_cluster", lambda *_: nullcontext("tcp://x:1"))
-    monkeypatch.setattr(signal, "pause", lambda: None)
+    monkeypatch.setattr("magmotor.commands.sweep.wait", lambda: None)
     code, said, errors = run_script("sweep", "cluster", "--host", host)
     assert (code, said) == (0, "--scheduler tcp://x:1; Ctrl-C ends it\n")
     assert errors.count("\n") == warns

@@ -194,8 +194,13 @@ def serve(options: Cluster) -> None:
             reach = f"anyone who can reach {address} can run any code here with your permissions"
             print(f"magmotor sweep: {reach}; use trusted networks only", file=sys.stderr)
         print(f"--scheduler {address}; Ctrl-C ends it", flush=True)
-        while True:  # Windows has no signal.pause
-            time.sleep(1.0)
+        wait()
+
+
+def wait() -> None:
+    """Wait for Ctrl-C; Windows has no signal.pause."""
+    while True:
+        time.sleep(1.0)
 
 
 def loopback(host: str) -> bool:
