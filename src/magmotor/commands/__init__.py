@@ -5,7 +5,7 @@ from functools import partial
 from importlib import import_module
 
 from magmotor import __version__
-from magmotor.commands.output import MISTAKE, fail, run_program
+from magmotor.commands.output import MISTAKE, fail, is_help_asked, run_program
 from magmotor.common.checks import did_you_mean
 from magmotor.common.optional import require
 
@@ -52,7 +52,7 @@ def main(name: str | None = None) -> None:
 
 
 def _run(name: str) -> None:
-    if name in EXTRAS and not {"-h", "--help"} & set(sys.argv):
+    if name in EXTRAS and not is_help_asked():
         require(EXTRAS[name])
     import_module(f"{__name__}.{name}").main()
 

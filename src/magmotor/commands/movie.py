@@ -224,7 +224,7 @@ def window(run: mm.plots.MotorRun) -> tuple[float, float]:
     lead = LEAD * (end - begin)
     # The end is one of a flight only after the ball has moved back by a quarter of a sector.
     back = np.abs(run.revolutions - run.revolutions[times == end]) > CORE / run.scene.outer_dipoles
-    returned = float(times[back & (times > end)][:1].sum()) or float(times[-1])
+    returned = float(next(iter(times[back & (times > end)]), times[-1]))
     first = times[np.searchsorted(times, begin - lead)]
     last = times[min(np.searchsorted(times, max(end + lead, returned)), len(times) - 1)]
     return float(first), float(last)
@@ -232,8 +232,7 @@ def window(run: mm.plots.MotorRun) -> tuple[float, float]:
 
 def revolutions_before(run: mm.plots.MotorRun, begin: float) -> int:
     """Return the whole revolutions of the ball until a recorded time (s)."""
-    turns = float(run.revolutions[run.data.time.values == begin][0])
-    return round(turns - math.remainder(turns, 1.0))
+    return round(float(run.revolutions[run.data.time.values == begin][0]))
 
 
 def render(

@@ -30,9 +30,9 @@ def run_program(main: Callable[[], None]) -> None:
     """Run a program; an unhandled Ctrl-C or a package that is missing ends it with one line."""
     columns = min(WIDEST, shutil.get_terminal_size((WIDEST, 24)).columns)
     os.environ["COLUMNS"] = str(columns)  # for tyro's boxes
-    asked = {"-h", "--help"} & set(sys.argv)
+    output = cast(TextIO, Wrapped(sys.stdout, columns)) if is_help_asked() else sys.stdout
     try:
-        with redirect_stdout(cast(TextIO, Wrapped(sys.stdout, columns)) if asked else sys.stdout):
+        with redirect_stdout(output):
             main()
     except MissingExtra as missing:
         fail(str(missing), MISTAKE)
@@ -41,6 +41,11 @@ def run_program(main: Callable[[], None]) -> None:
     except BrokenPipeError:  # nobody reads the output any more
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         raise SystemExit(UNWRITTEN) from None
+
+
+def is_help_asked() -> bool:
+    """Whether the arguments of the program ask for help."""
+    return bool({"-h", "--help"} & set(sys.argv))
 
 
 class Wrapped:
