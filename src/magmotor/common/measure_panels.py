@@ -24,8 +24,6 @@ WRAP = 34
 FEW = 8
 """Ticks are at the values if all gaps between these exceed 1/8 of the axis."""
 
-SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-
 REPEATS = ("seed", "replica")
 """Dimensions over which a measure is averaged."""
 
@@ -108,7 +106,7 @@ def axis_of(field: xr.DataArray) -> Axis:
 def label_of(name: str, quantity: xr.DataArray) -> str:
     """Return the label of a field or measure: `name`, with the unit of `quantity`."""
     unit = quantity.attrs.get("units", "1")
-    raised = re.sub(r"\^(-?\d+)", lambda power: power[1].translate(SUPERSCRIPTS), unit)
+    raised = re.sub(r"\^(-?\d+)", lambda power: power[1].translate(style.SUPERSCRIPTS), unit)
     return fill(name if unit == "1" else f"{name} ({raised})", WRAP)
 
 

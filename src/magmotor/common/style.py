@@ -52,6 +52,9 @@ NO_SPIN = 1e-3
 
 FONT = "DejaVu Sans"
 
+SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+"""A translation of digits into superscripts."""
+
 DPI = 120
 """Dots per inch of a picture, unless told otherwise."""
 

@@ -291,9 +291,6 @@ def _differ(value: Any, seen: Any, tolerance: float) -> bool:
     return abs(value - seen) > tolerance if tolerance else value != seen
 
 
-SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-
-
 def _exponent(size: float) -> int:
     """Return the power of ten, a multiple of three, in which numbers of a size are shown."""
     if size == 0 or 1e-2 <= size < 1e4:
@@ -306,6 +303,6 @@ def _scaled(label: str, exponent: int) -> str:
     label = label.replace("^2", "²")
     if exponent == 0:
         return label
-    power = "10" + str(exponent).translate(SUPERSCRIPTS)
+    power = "10" + str(exponent).translate(style.SUPERSCRIPTS)
     name, bracket, unit = label.partition(" (")
     return f"{name} ({power} {unit}" if bracket else f"{name} ({power})"

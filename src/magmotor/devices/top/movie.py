@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.lines import Line2D
 
-TYPESET = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-
 
 class TopMovieContent(MovieContent):
     """See `magmotor.device.movie.MovieContent`; `value` is the spin in rad/s, without its sign."""
@@ -58,7 +56,7 @@ class TopMovieContent(MovieContent):
 
     def lines(self, i: int) -> list[str]:
         """Return spin, J and, if the ring moves, its pose."""
-        power = str(self.exponent).translate(TYPESET)
+        power = str(self.exponent).translate(style.SUPERSCRIPTS)
         size = self.momentum[i] / 10.0**self.exponent
         lines = [f"spin  {self.value[i]:.2f} rad/s", f"|J|  {size:.2f} × 10{power} kg m²/s"]
         if self.scene.ring_script:
