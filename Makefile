@@ -192,7 +192,7 @@ endef
 .venv-bench/ready: benchmarks/peers/requirements.txt $(REDO_BENCH)
 	$(call install,.venv-bench,d,-r $<,once: 2.2 GB and two minutes; 6 GB if PyPI has no torch without CUDA)
 
-# Only files of the packages are read. pip warns of conflicts among them in vain.
+# Only files of the packages are read, so conflicts among them do not matter.
 .cache/corpus/ready: tests/corpus/requirements.txt .venv/dev-ready
 	@echo "== downloading the packages of the corpus (once: 1.1 GB and about a minute)"
 	@rm -rf .cache/corpus

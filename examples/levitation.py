@@ -241,7 +241,7 @@ def main(
     path = hold(model, duration)
     quiet = path.sel(time=slice(0.1, 0.29))
     jitter = quiet.qpos.values[:, HEIGHT].std()
-    print(f"noise of the sensors moves it by {1e6 * jitter:.0f} um")
+    print(f"noise of the sensors moves it by {1e6 * jitter:.0f} µm")
     save(draw(model, path), out)
     film(frames(model, path), movie)
 

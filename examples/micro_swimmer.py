@@ -3,7 +3,7 @@
 The screw follows the field up to the step-out frequency, where the torque of the field is no longer
 sufficient. Thermal motion smears this: now and then it kicks the screw over the barrier, and the
 screw loses a turn. The mean rotation is that of Brownian motion in a tilted washboard, which
-Stratonovich solved. The units are um, ms and pg, so that energies are in zJ; see the model.
+Stratonovich solved. The units are µm, ms and pg, so that energies are in zJ; see the model.
 """
 
 from collections.abc import Iterator
@@ -35,7 +35,7 @@ SHOWN, IN_PICTURE = {0.7: "C0", 0.95: "C2", 1.3: "C1"}, 8
 IN_MOVIE, FRAMES, EVERY = 0.95, 300, 8
 """frequency of the movie, number of its frames, and steps between two of them"""
 RADIUS, PITCH, TURNS, THICKNESS = 0.5, 2.0, 4, 0.1
-"""shape of the screw (um)"""
+"""shape of the screw (µm)"""
 
 
 def load(kT: float = KT, drawn: bool = False) -> mujoco.MjModel:
@@ -57,7 +57,7 @@ def load(kT: float = KT, drawn: bool = False) -> mujoco.MjModel:
 
 
 def advance(model: mujoco.MjModel) -> float:
-    """Return how far a screw swims in a radian (um)."""
+    """Return how far a screw swims in a radian (µm)."""
     return -model.wrap_prm[1]
 
 
@@ -150,7 +150,7 @@ def draw_rotation(axes, model: mujoco.MjModel, mean: Array) -> None:
     other = axes.secondary_yaxis(
         "right", functions=(lambda y: per_turn * y, lambda v: v / per_turn)
     )
-    other.set_ylabel("swimming speed (um/s)")
+    other.set_ylabel("swimming speed (µm/s)")
 
 
 def draw(model: mujoco.MjModel, paths: xr.Dataset, view: Array) -> Figure:
@@ -167,7 +167,7 @@ def draw(model: mujoco.MjModel, paths: xr.Dataset, view: Array) -> Figure:
         speed = advance(model) * rotation_in_theory(frequency * limit, limit, diffusion)
         turns = 1e3 * frequency * limit / (2 * np.pi)
         axes["C"].plot(1e-3 * paths.time, speed * paths.time, color=color, label=f"{turns:.2f}/s")
-    axes["C"].set(xlabel="t (s)", ylabel="position (um)", xlim=(0, 1e-3 * paths.time[-1]))
+    axes["C"].set(xlabel="t (s)", ylabel="position (µm)", xlim=(0, 1e-3 * paths.time[-1]))
     axes["C"].legend(title="field", loc="upper left")
     return figure
 

@@ -130,7 +130,7 @@ def draw(records: dict[str, Record], folder: Path) -> None:
 
 def tables(records: dict[str, Record]) -> dict[str, str]:
     columns = ["model", "dof", "its own settings", "their error", "advice", "promised error",
-               "horizon", "speed", "fails from", "at rest from"]  # fmt: skip
+               "horizon", "speed", "fails from", "stable at rest up to"]  # fmt: skip
     rows = [_row(name, records[key]) for name in MODELS if (key := f"advice/{name}") in records]
     return {"advice": table(columns, rows)}
 

@@ -62,7 +62,7 @@ def show(title: str, note: str, columns: tuple[str, str, str], rows: list[Row]) 
 
 def seconds(time: float) -> str:
     """Format a time in a suitable unit."""
-    for unit, name in ((1e-6, "ns"), (1e-3, "us"), (1.0, "ms")):
+    for unit, name in ((1e-6, "ns"), (1e-3, "µs"), (1.0, "ms")):
         if time < unit:
             return f"{time / unit * 1e3:.3g} {name}"
     return f"{time:.3g} s"

@@ -161,7 +161,7 @@ def _show_equal_accuracy() -> None:
         times = in_turns({"BAOAB": baoab, "Euler": euler}, TURNS)
     per_second = [[t / longest for t in times["Euler"]], [t / LONG for t in times["BAOAB"]]]
     found = ", ".join(f"{e:.1%} ± {s:.1%} at {1e3 * h:g} ms" for e, s, h in errors)
-    cost = " and ".join(f"{1e6 * min(times[name]):.2g} us by {name}" for name in times)
+    cost = " and ".join(f"{1e6 * min(times[name]):.2g} µs by {name}" for name in times)
     note = f"""\
 Planar chain at kT = {THERMAL:g} J, 1 s of motion. From a state at kT, a step takes
   {cost}. Mean potential energy above its minimum:

@@ -1,13 +1,12 @@
 """Tables of the fields of scene classes, which the site shows below a class's own description."""
 
-import re
 from typing import Any
 
 import griffe
 
 import magmotor as mm
 from magmotor.device import Scene
-from magmotor.device.quantities import field_descriptions
+from magmotor.device.quantities import field_descriptions, with_section
 
 PUBLIC = [getattr(mm, name) for name in vars(mm)["__all__"]]
 SCENES = {
@@ -15,8 +14,6 @@ SCENES = {
     for scene in PUBLIC
     if isinstance(scene, type) and issubclass(scene, Scene)
 }
-SECTION = re.compile(r"\n\n(?=\w[\w ]*\n-{3,}\n)")
-"""What precedes the first section of a docstring."""
 
 
 class SceneFields(griffe.Extension):
@@ -25,8 +22,7 @@ class SceneFields(griffe.Extension):
     def on_class_members(self, *, cls: griffe.Class, **_: Any) -> None:
         """Add the table of a scene class."""
         if (scene := SCENES.get(cls.path)) and cls.docstring:
-            text, *sections = SECTION.split(cls.docstring.value, maxsplit=1)
-            cls.docstring.value = "\n\n".join([text, table(scene), *sections])
+            cls.docstring.value = with_section(cls.docstring.value, table(scene))
 
 
 def table(scene: type) -> str:

@@ -6,13 +6,12 @@ and MuJoCo's compiled callback. Its sums have the same bits on every processor; 
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from magmotor.common.arguments import checked
 from magmotor.common.checks import check_array
 from magmotor.common.hints import Points
-from magmotor.numerics.numba_cache import compiled_once
+from magmotor.numerics.numba_cache import compiled_once, subroutine
 from magmotor.numerics.simd import (
     COUNT,
     broadcast,
@@ -38,13 +37,13 @@ NOBODY = -1.0
 """Label of the dipoles that pad the sources to a multiple of eight; no rigid body has it."""
 
 
-@njit(inline="always")
+@subroutine(inline="always")
 def inner(ax, ay, az, bx, by, bz):
     """Return the scalar product of two vectors, whose components are doubles or Eights."""
     return fused(ax, bx, fused(ay, by, az * bz))
 
 
-@njit(error_model="numpy")
+@subroutine(error_model="numpy")
 def sum_over_sources(target, label, sources, count):
     """Sum the force on a dipole, and the field at it, over sources on other rigid bodies.
 

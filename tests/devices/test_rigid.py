@@ -6,23 +6,27 @@ from functools import partial
 
 import numpy as np
 import pytest
+from numba import njit
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 import magmotor as mm
 from magmotor.device import job as jobs
 from magmotor.device.job import Job
+from magmotor.devices.ball import rigid_forces, rigid_steps, rigid_surroundings
 from magmotor.devices.ball import rigid_kernel as rigid
-from magmotor.devices.ball.rigid_forces import step_coefficients, wrenches
+from magmotor.devices.ball.rigid_forces import step_coefficients
 from magmotor.devices.ball.rigid_kernel import kernel
-from magmotor.devices.ball.rigid_steps import angular_velocity
-from magmotor.devices.ball.rigid_steps import discrete_momentum as momentum_of
-from magmotor.devices.ball.rigid_surroundings import with_background
 from magmotor.devices.motor import variational as motor
 from magmotor.devices.motor.device import MOTOR
 from magmotor.devices.motor.energy import motor_energy
 from magmotor.noise import BrownianPath
 from magmotor.numerics.splittings import RIGID
+
+wrenches = njit(rigid_forces.wrenches.py_func)
+with_background = njit(rigid_surroundings.with_background.py_func)
+angular_velocity = njit(rigid_steps.angular_velocity.py_func)
+momentum_of = njit(rigid_steps.discrete_momentum.py_func)
 
 METHODS = (
     "variational/euler",

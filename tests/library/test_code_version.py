@@ -361,3 +361,14 @@ def test_the_line_about_compilation_is_on():
         if isinstance(each, compilation_notice.CompilationNotice)
     )  # fmt: skip
     assert 1.0 <= notice._after <= 10.0  # 5
+
+
+def test_a_subroutine_called_from_python_is_an_error():
+    with pytest.raises(TypeError, match="_copied can be called by compiled code only"):
+        _copied(1.0)
+    assert njit(lambda x: _copied(x))(1.0) == 1.0
+
+
+@numba_cache.subroutine
+def _copied(x):
+    return x

@@ -6,6 +6,7 @@ import sys
 from importlib.metadata import entry_points
 from pathlib import Path
 
+import mujoco
 import numpy as np
 import pytest
 
@@ -13,6 +14,7 @@ import magmotor as mm
 from magmotor.advice.points import Point
 from magmotor.advice.report import fails_from
 from magmotor.commands import COMMANDS, main
+from magmotor.commands.model_file import load
 
 SCRIPTS, EXAMPLES = (Path(__file__).parents[2] / name for name in ("scripts", "examples"))
 
@@ -169,6 +171,14 @@ def test_findings_are_exit_code_1(run):
 def test_a_model_is_described_once(run):
     code, out, _ = run("describe", "touching.xml")
     assert (code, out.count("acting: ")) == (0, 1)
+
+
+def test_a_compiled_model_is_described_alike(run, tmp_path):
+    model = mujoco.MjModel.from_xml_path("touching.xml")
+    mujoco.mj_saveModel(model, str(tmp_path / "touching.mjb"))
+    expected = run("describe", "touching.xml")
+    assert run("describe", str(tmp_path / "touching.mjb")) == expected
+    assert load(tmp_path / "touching.mjb").nbody == model.nbody
 
 
 @pytest.mark.parametrize(("arguments", "line"), [

@@ -115,7 +115,7 @@ def test_a_full_disk_is_one_line(tmp_path):
     done = subprocess.run(
         command, capture_output=True, text=True, timeout=300, check=False, preexec_fn=limit
     )
-    assert done.returncode == 1, done.stderr
+    assert done.returncode == 4, done.stderr
     assert "Traceback" not in done.stderr
     first, *_, last = done.stderr.splitlines()
     assert f"cannot save {tmp_path / 'disk_symmetric.checkpoint'}: File too large" in first

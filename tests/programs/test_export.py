@@ -55,7 +55,7 @@ def test_a_dataset_as_a_table_and_as_its_scene(run_script, tmp_path, recorded):
 
 
 MISTAKES = {
-    ("run", "{run}", "{out}/a.txt"): "must end in .csv or .parquet",
+    ("run", "{run}", "{out}/a.txt"): "must end in .csv or .parquet for a table, in .xml or .toml",
     ("run", "{run}", "{out}/a.csv", "--rows", "space"): "rows = 'space': must be one of time",
     ("run", "{run}", "{out}/a.toml", "--rows", "time"): "a scene is not a table",
     ("run", "{out}/none.nc", "{out}/a.csv"): "cannot read",
@@ -63,6 +63,7 @@ MISTAKES = {
     ("top", "{out}/a.toml", "--scene", "{out}/none.toml"): "No such file or directory",
     ("top", "{out}/a.toml", "--scene", "{run}"): "top.nc: 'utf-8' codec|top.nc: it is not TOML",
     ("motor", "{out}/a.toml", "--scene", "{scene}"): "has a Top: must have a Motor",
+    ("top", "{out}/a.toml", "--scene", "{scene}", "--preset", "si"): "cannot be given with --scene",
 }
 
 

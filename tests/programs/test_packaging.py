@@ -14,7 +14,7 @@ from shutil import which
 import pytest
 from packaging.requirements import Requirement
 
-from magmotor.commands import COMMANDS, EXTRAS
+from magmotor.commands import COMMANDS, EXTRAS, completion
 from magmotor.common import optional
 from magmotor.common.versions import package_checksum
 
@@ -206,6 +206,7 @@ def test_where_labmaze_has_no_wheel_the_remedy_says_so(monkeypatch, version, mis
         (["des"], {"describe"}),
         (["movie", "top", "--til"], {"--tilt", "--tilt-azimuth"}),
         (["movie", "x"], set()),
+        (["examples", "run", "pick_and_place", "--m"], {"--movie"}),
     ],
 )
 def test_bash_completes_commands_and_flags(tmp_path, words, completed):
@@ -218,6 +219,12 @@ def test_bash_completes_commands_and_flags(tmp_path, words, completed):
     )  # fmt: skip
     assert found.stderr == ""
     assert set(found.stdout.split()) == completed
+
+
+def test_zsh_uses_the_script_of_bash():
+    first, rest = completion.ZSH.split("\n", 1)
+    assert first.endswith("bashcompinit")
+    assert rest == completion.BASH
 
 
 @pytest.fixture(scope="module")

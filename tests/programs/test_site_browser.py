@@ -15,7 +15,8 @@ from browser import DESKTOP, PHONE
 ROOT = Path(__file__).parents[2]
 SITE = ROOT / "out" / "site"
 
-SOURCES = [ROOT / "mkdocs.yml", *(path for path in ROOT.glob("docs/**/*") if path.is_file())]
+PARTS = "docs/**/*", "src/magmotor/**/*.py", "*.md", "LICENSE", "CITATION.cff", "mkdocs.yml"
+SOURCES = [path for part in PARTS for path in ROOT.glob(part) if path.is_file()]
 
 
 @pytest.fixture(scope="module", autouse=True)

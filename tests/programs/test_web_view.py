@@ -1,10 +1,12 @@
 """The live view in a browser: `magmotor view --web` and `mm.live.web`, in a headless Chromium."""
 
 import signal
+import socket
 import subprocess
 import sys
 import time
 import urllib.request
+from contextlib import nullcontext
 
 import mujoco
 import numpy as np
@@ -13,7 +15,7 @@ from browser import PHONE
 
 import magmotor as mm
 from magmotor.live import Loop, WebView, live_scene
-from magmotor.live.page import _exponent, _scaled
+from magmotor.live.page import LAST_PORT, _exponent, _scaled
 
 SMALL = 500, 400
 """Size of a page whose picture is drawn fast enough by software."""
@@ -38,10 +40,10 @@ NEEDLE = """
 
 @pytest.fixture
 def shown(request):
-    """Return a function that shows a scene or a model to browsers on any free port."""
+    """Return a function that shows a scene or a model to browsers, by default on any free port."""
 
-    def show(scene, **options):
-        view = mm.live.web(scene, port=0, **options)
+    def show(scene, port=0, **options):
+        view = mm.live.web(scene, port=port, **options)
         request.addfinalizer(view.stop)
         return view
 
@@ -129,6 +131,40 @@ def test_a_slider_out_of_bounds_moves_back_and_the_page_says_why():
         assert "tilt = 0.4: must be less than" in page._notice.value
     finally:
         view.stop()
+
+
+def test_a_page_says_why_its_simulation_stopped(monkeypatch):
+    view = WebView(Loop(live_scene(mm.Disk(), timestep=0.01), 1.0), port=0)
+
+    def fail(*_):
+        raise FloatingPointError("no such number")
+
+    monkeypatch.setattr(view._loop.simulation, "apply_input", fail)
+    try:
+        with pytest.raises(FloatingPointError):
+            view.run()
+        assert view._page._notice.visible
+        assert view._page._notice.value == "stopped: no such number"
+    finally:
+        view.stop()
+
+
+def test_the_next_free_port_is_used(shown):
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        if port == LAST_PORT:
+            pytest.skip("there is no next port")
+        found = int(shown(mm.Disk(), port=port).url.rpartition(":")[2])
+        assert port < found
+
+
+def test_a_last_port_that_is_taken_is_a_mistake():
+    try:
+        taken = socket.create_server(("127.0.0.1", LAST_PORT))
+    except OSError:
+        taken = nullcontext()
+    with taken, pytest.raises(ValueError, match="port = 65535: must leave a free port up to 65535"):
+        WebView(Loop(live_scene(mm.Disk(), timestep=0.01), 1.0), port=LAST_PORT)
 
 
 def test_arrows_are_those_of_the_moments_and_the_field(shown):

@@ -21,7 +21,7 @@ COMMANDS = {
     "check": "say what of an MJCF file with magnets will fail, and which settings hold",
     "advise": "measure which integrator and timestep reach an error at the least cost",
     "examples": "list, show and run the example programs",
-    "completion": "print a script with which bash completes commands and flags",
+    "completion": "print a script with which bash or zsh completes commands and flags",
 }
 """Name and purpose of each command; its module has a function `main` without arguments."""
 

@@ -1,7 +1,7 @@
-"""Print a script with which bash completes the commands of magmotor and their flags.
+"""Print a script with which bash or zsh completes the commands of magmotor and their flags.
 
-`magmotor completion bash >> ~/.bashrc` installs it. The flags are those that the command's `--help`
-names.
+`magmotor completion bash >> ~/.bashrc` or `magmotor completion zsh >> ~/.zshrc` installs it. The
+flags are those that the command's `--help` names.
 """
 
 from typing import Literal
@@ -12,16 +12,20 @@ from magmotor.commands import COMMANDS
 
 BASH = """\
 _magmotor() {
-    local word=${COMP_WORDS[COMP_CWORD]} command
+    local word="${COMP_WORDS[COMP_CWORD]}" k
+    local -a command
+    command=()
     COMPREPLY=()
     if [ "$COMP_CWORD" = 1 ]; then
         COMPREPLY=($(compgen -W "%(commands)s" -- "$word"))
     elif [ "${word#-}" != "$word" ]; then
-        command="${COMP_WORDS[1]} ${COMP_WORDS[2]}"
-        case ${COMP_WORDS[2]} in -*) command=${COMP_WORDS[1]} ;; esac
-        if [ "$command" != "$_magmotor_command" ]; then
-            _magmotor_flags=$(magmotor $command --help 2>/dev/null | grep -oE -e '--[a-zA-Z-]+')
-            _magmotor_command=$command
+        for k in 1 2 3; do
+            case "${COMP_WORDS[k]}" in -*) break ;; esac
+            command+=("${COMP_WORDS[k]}")
+        done
+        if [ "${command[*]}" != "$_magmotor_command" ]; then
+            _magmotor_command="${command[*]}"
+            _magmotor_flags=$(magmotor "${command[@]}" --help 2>/dev/null | grep -oE -e '--[a-z-]+')
         fi
         COMPREPLY=($(compgen -W "$_magmotor_flags" -- "$word"))
     fi
@@ -30,12 +34,14 @@ complete -o default -F _magmotor magmotor
 """
 """Other words are completed as names of files."""
 
+ZSH = "autoload -Uz compinit bashcompinit && compinit && bashcompinit\n" + BASH
+
 
 def main() -> None:
     """Print the script."""
     tyro.cli(write, description=__doc__)
 
 
-def write(shell: tyro.conf.Positional[Literal["bash"]]) -> None:
+def write(shell: tyro.conf.Positional[Literal["bash", "zsh"]]) -> None:
     """Print the script of a shell."""
-    print(BASH % {"commands": " ".join(COMMANDS)}, end="")
+    print({"bash": BASH, "zsh": ZSH}[shell] % {"commands": " ".join(COMMANDS)}, end="")

@@ -86,9 +86,12 @@ def main() -> None:
 
 
 def export_dataset(options: RunOptions) -> None:
-    from magmotor.run.table import check_table_file, to_table, write_table
+    from magmotor.run.table import TABLE_FILES, check_table_file, to_table, write_table
 
     is_table = options.path.suffix.lower() not in SCENE_FILES
+    if options.path.suffix.lower() not in (*TABLE_FILES, *SCENE_FILES):
+        sentence = "must end in .csv or .parquet for a table, in .xml or .toml for the scene"
+        raise reject("path", str(options.path), sentence)
     if is_table:
         check_table_file(options.path)
     elif options.rows is not None:

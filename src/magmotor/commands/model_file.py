@@ -6,6 +6,16 @@ from pathlib import Path
 import mujoco
 
 from magmotor.commands.output import MISTAKE, fail
+from magmotor.common.checks import reject
+
+
+def load(path: Path) -> mujoco.MjModel:
+    """Return the model of an MJCF file, or of one that MuJoCo has compiled (.mjb)."""
+    if path.is_dir():
+        raise reject("path", str(path), "must be a file")
+    if path.suffix.lower() == ".mjb":
+        return mujoco.MjModel.from_binary_path(str(path))
+    return mujoco.MjModel.from_xml_path(str(path))
 
 
 def read(path: Path, keyframe: str = "") -> tuple[mujoco.MjModel, mujoco.MjData]:
@@ -16,7 +26,7 @@ def read(path: Path, keyframe: str = "") -> tuple[mujoco.MjModel, mujoco.MjData]
     ValueError
         The file is not a model, or has no such keyframe.
     """
-    model = mujoco.MjModel.from_xml_path(str(path))
+    model = load(path)
     data = mujoco.MjData(model)
     if keyframe:
         names = [model.key(k).name for k in range(model.nkey)]

@@ -36,6 +36,7 @@ from magmotor.devices.motor.flights import CORE
 from magmotor.numerics.compilation_notice import COMPILATION
 from magmotor.render.encoder import check_fps, check_size
 from magmotor.render.frames import SIZE
+from magmotor.render.movie import plan
 
 PAPER = "the paper's parameters give 1.858e-04 kg m^2/s at 21.6 s"
 
@@ -60,9 +61,14 @@ class FilmOptions(PictureOptions):
     webm: bool = False
     """write a .webm instead of the .mp4"""
     still: tuple[float, Path] | None = None
-    """time (s) and file of a single frame, to be drawn instead of the movie"""
+    """time (s) and file of a single frame, to be drawn instead of the movie; for the motor, within
+    the flight"""
     out: Path = Path("out")
     """folder to write to"""
+
+    def suffixes(self) -> list[str]:
+        """Return the endings of the movies to write."""
+        return [".gif"] * self.gif + [".webm"] * self.webm or [".mp4"]
 
 
 @dataclass
@@ -111,6 +117,8 @@ def check(options: Options | FlightOptions) -> None:
         check_fps("fps", options.fps)
     if options.size is not None:
         check_size("size", options.size)
+    if options.still is None:
+        check_length(options)
     if options.still:
         from PIL.Image import registered_extensions
 
@@ -121,6 +129,18 @@ def check(options: Options | FlightOptions) -> None:
             raise reject("still", str(path), "must be a picture file, for example still.png")
         make_folder(path.parent)
     make_folder(options.out)
+
+
+def check_length(options: Options | FlightOptions) -> None:
+    """Check that a movie has not too many frames, if its length is known before the run."""
+    if isinstance(options, FlightOptions):
+        if options.speed is not None:
+            return
+        duration, speed = MOVIE_SECONDS, 1.0
+    else:
+        duration, speed = options.duration, options.speed or 1.0
+    for suffix in options.suffixes():
+        plan(options.out / f"movie{suffix}", 0.0, duration, speed, options.fps, options.size)
 
 
 @contextmanager
@@ -243,7 +263,6 @@ def render(
         with film_written(picture) as part:
             mm.render.still(run, scene, part, moment, size=options.size or SIZE)
         return
-    suffixes = [".gif"] * options.gif + [".webm"] * options.webm
-    for suffix in suffixes or [".mp4"]:
+    for suffix in options.suffixes():
         with film_written(path.with_suffix(suffix)) as part:
             mm.render.movie(run, scene, part, speed=speed, fps=options.fps, size=options.size)

@@ -96,9 +96,9 @@ def make_folder(path: Path) -> None:
         with TemporaryFile(dir=path):
             pass
     except FileExistsError:
-        fail(f"cannot write to {path}: it is a file, not a folder", 1)
+        fail(f"cannot write to {path}: it is a file, not a folder", UNWRITTEN)
     except OSError as error:
-        fail(f"cannot write to {path}: {error.strerror or error}", 1)
+        fail(f"cannot write to {path}: {error.strerror or error}", UNWRITTEN)
 
 
 @contextmanager
@@ -109,11 +109,11 @@ def written_whole(path: Path) -> Iterator[Path]:
         with whole_file(path) as part:
             yield part
     except OSError as error:
-        fail(f"cannot write {path}: {error.strerror or error}", 1)
+        fail(f"cannot write {path}: {error.strerror or error}", UNWRITTEN)
     except RuntimeError as error:
         if not str(error).startswith("NetCDF"):
             raise
-        fail(f"cannot write {path}: {error}; is the disk full?", 1)
+        fail(f"cannot write {path}: {error}; is the disk full?", UNWRITTEN)
 
 
 def write_netcdf(data: "xr.Dataset", path: Path, encoding: Any = None) -> None:

@@ -10,7 +10,7 @@ import tyro
 
 import magmotor as mm
 from magmotor.commands.output import MISTAKE, fail
-from magmotor.common.checks import check_choice
+from magmotor.common.checks import check_choice, reject
 from magmotor.device.quantities import is_quantity
 from magmotor.devices.motor.scene import PAPER as RUNS
 
@@ -110,6 +110,8 @@ def _scene_command(kind: str, options: type[Options], arguments: Sequence[str]) 
     first = arguments if [*arguments[:1]] == [kind] else []
     given = tyro.cli(origin, args=first, return_unknown_args=True, add_help=False)[0]
     if given.scene is not None:
+        if any(argument.partition("=")[0] == "--preset" for argument in arguments):
+            raise reject("preset", given.preset, "cannot be given with --scene, which is a file")
         base = _scene_in(given.scene, KINDS[kind])
     elif presets is not None:
         check_choice("preset", given.preset, tuple(presets.scenes))

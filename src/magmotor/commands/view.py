@@ -25,6 +25,7 @@ from typing import Any
 import tyro
 from mujoco import FatalError, MjModel, mjtCamera, mjtRndFlag, set_mju_user_warning
 
+from magmotor.commands.model_file import load
 from magmotor.commands.output import (
     DIVERGED,
     INTERRUPTED,
@@ -34,7 +35,7 @@ from magmotor.commands.output import (
     warn_in_one_line,
 )
 from magmotor.commands.scene_options import parse
-from magmotor.common.checks import check_number, reject
+from magmotor.common.checks import check_number
 from magmotor.common.interrupts import deferred
 from magmotor.live import LiveSimulation, Loop, WebView, live_scene
 from magmotor.live.camera import free_camera, traveler
@@ -130,10 +131,7 @@ def main() -> None:
 
 def make(scene: Any, options: Any) -> LiveSimulation:
     if isinstance(options, ModelOptions):
-        if options.path.is_dir():
-            raise reject("path", str(options.path), "must be a file")
-        model = MjModel.from_xml_path(str(options.path))
-        return LiveSimulation(model, seed=options.seed)
+        return LiveSimulation(load(options.path), seed=options.seed)
     numerics = {"method": options.method, "timestep": options.timestep, "seed": options.seed}
     return live_scene(scene, **numerics)
 

@@ -95,9 +95,14 @@ def add_parameters(scene: Any) -> None:
         usual = {"": "", "None": ", optional"}.get(field.default, f", default {field.default}")
         lines.append(f"{field.name} : {field.kind.removesuffix(' | None')}{unit}{usual}")
         lines += textwrap.wrap(field.meaning, 92, initial_indent="    ", subsequent_indent="    ")
-    text = inspect.cleandoc(scene.__doc__ or "")
+    scene.__doc__ = with_section(scene.__doc__ or "", "\n".join(lines))
+
+
+def with_section(docstring: str, section: str) -> str:
+    """Return a docstring with a section before its other ones."""
+    text = inspect.cleandoc(docstring)
     head, *rest = re.split(r"\n(?=\w[\w ]*\n-{3,}\n)", text, maxsplit=1)
-    scene.__doc__ = "\n\n".join([head.rstrip(), "\n".join(lines), *rest]).lstrip("\n")
+    return "\n\n".join([head.rstrip(), section, *rest]).lstrip("\n")
 
 
 def check_fields(scene: Any) -> None:

@@ -44,6 +44,9 @@ ROOM = 10_000
 """Largest number of arrows."""
 
 
+LAST_PORT = 65535
+
+
 class Control(NamedTuple):
     """An input on the page, with functions that return and change what it controls."""
 
@@ -109,11 +112,14 @@ class Page:
             if _differ(value, self._seen[i], control.tolerance):
                 self._seen[i] = control.handle.value = value
         self._pause.label = "Continue" if self._loop.paused else "Pause"
-        self._notice.visible = bool(simulation.notice)
-        self._notice.value = simulation.notice
+        self.notify(simulation.notice)
         if self._frames % CURVED == 0:
             self._show_numbers()
         self._frames += 1
+
+    def notify(self, notice: str) -> None:
+        """Show a notice, or none if it is empty."""
+        self._notice.visible, self._notice.value = bool(notice), notice
 
     def close(self) -> None:
         """Stop serving the page."""
@@ -259,25 +265,30 @@ def _serve(model: mujoco.MjModel, host: str, port: int) -> tuple[Any, Any]:
     with extra("web"):
         from mjviser import ViserMujocoScene
         from viser import ViserServer
-    _check_host(host, port)
+    port = _free_port(host, port)
     with redirect_stdout(io.StringIO()):  # the server prints its address in a frame
         server = ViserServer(host, port, label="magmotor", verbose=False)
     server.request_share_url = lambda verbose=True: None  # a page must not open a way in
     return server, ViserMujocoScene(server, copy(model), num_envs=1)  # it changes the model
 
 
-def _check_host(host: str, port: int) -> None:
-    """Check that one can listen on an address; the port may be taken."""
-    try:
-        family, kind, _, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
-        with socket.socket(family, kind) as trial:
-            trial.bind(address)
-    except OSError as error:
-        if error.errno == errno.EACCES:
-            raise reject("port", port, "must be a port that you may use, such as 8080") from None
-        if error.errno != errno.EADDRINUSE:
-            sentence = "must be an address of this computer, such as 127.0.0.1 or 0.0.0.0"
-            raise reject("host", host, sentence) from None
+def _free_port(host: str, first: int) -> int:
+    """Return the first port from a given one on that is free at an address; 0 means any."""
+    for port in range(first, LAST_PORT + 1):
+        try:
+            family, kind, _, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
+            with socket.socket(family, kind) as trial:
+                trial.bind(address)
+        except OSError as error:
+            if error.errno == errno.EACCES:
+                sentence = "must be a port that you may use, such as 8080"
+                raise reject("port", first, sentence) from None
+            if error.errno != errno.EADDRINUSE:
+                sentence = "must be an address of this computer, such as 127.0.0.1 or 0.0.0.0"
+                raise reject("host", host, sentence) from None
+        else:
+            return port
+    raise reject("port", first, f"must leave a free port up to {LAST_PORT}; all are taken")
 
 
 def _shown(host: str) -> str:

@@ -10,7 +10,7 @@ from magmotor.common.checks import check_integer, reject
 from magmotor.common.hints import Positive, Seconds
 from magmotor.device.device import Scene
 from magmotor.live.loop import Loop
-from magmotor.live.page import Page
+from magmotor.live.page import LAST_PORT, Page
 from magmotor.live.simulation import LiveSimulation, live_scene
 
 FRAME = 1 / 30
@@ -52,21 +52,25 @@ class WebView:
 
     def __init__(self, loop: Loop, *, host: str = HOST, port: int = PORT):
         self._loop, self._stopped = loop, threading.Event()
-        self._page = Page(loop, host, check_integer("port", port, at_least=0, at_most=65535))
+        self._page = Page(loop, host, check_integer("port", port, at_least=0, at_most=LAST_PORT))
         self._thread: threading.Thread | None = None
         self.url = self._page.url
 
     def run(self, until: threading.Event | None = None) -> None:
         """Step and show the simulation until an event is set, or `stop` is called."""
         idle = MjvPerturb()
-        while not self._stopped.is_set() and not (until and until.is_set()):
-            begin = time.perf_counter()
-            self._page.read()
-            if self._page.is_watched:
-                self._loop.step(begin, idle)
-            self._loop.simulation.apply_input()
-            self._page.show()
-            self._stopped.wait(max(0.0, begin + FRAME - time.perf_counter()))
+        try:
+            while not self._stopped.is_set() and not (until and until.is_set()):
+                begin = time.perf_counter()
+                self._page.read()
+                if self._page.is_watched:
+                    self._loop.step(begin, idle)
+                self._loop.simulation.apply_input()
+                self._page.show()
+                self._stopped.wait(max(0.0, begin + FRAME - time.perf_counter()))
+        except Exception as error:
+            self._page.notify(f"stopped: {error}")
+            raise
 
     def start(self) -> None:
         """Run in a thread of its own."""
@@ -142,7 +146,7 @@ def web(
     elif isinstance(scene, Scene):
         simulation = live_scene(scene, method=method, timestep=timestep, seed=seed)
     else:
-        raise reject("scene", scene, "must be a scene or an mujoco.MjModel")
+        raise reject("scene", scene, "must be a scene or a mujoco.MjModel")
     view = WebView(Loop(simulation, speed), host=host, port=port)
     view.start()
     return view

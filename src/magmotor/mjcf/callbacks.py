@@ -12,7 +12,7 @@ from functools import cache
 from typing import Any
 
 import mujoco
-from numba import njit, types
+from numba import types
 
 import magmotor_plugin
 from magmotor.mjcf import errors, layout, memory, messages, reports, sentences
@@ -42,7 +42,7 @@ from magmotor.mjcf.forces.marks import (
 )
 from magmotor.mjcf.hooks import errors_raised
 from magmotor.mjcf.reports import report, warn_of_motion
-from magmotor.numerics.numba_cache import compiled_once
+from magmotor.numerics.numba_cache import compiled_once, subroutine
 
 FAILED = -1
 """Result of `init` after an error."""
@@ -324,7 +324,7 @@ def _measure(checksum: int, offsets: layout.Layout):
     return compute
 
 
-@njit
+@subroutine
 def _abandon_stack(data, offsets):
     """Empty the stack of `mjData` if an error is going to end all functions that use it.
 
@@ -335,7 +335,7 @@ def _abandon_stack(data, offsets):
         memory.words(data + offsets.pbase, 1)[0] = 0
 
 
-@njit
+@subroutine
 def _keep(m, data, offsets, instance):
     """Write what acts to the word in `plugin_data` that belongs to an instance."""
     first = instance == plugin_instance(m, offsets)
@@ -343,13 +343,13 @@ def _keep(m, data, offsets, instance):
     word[0] = forces_of(m, offsets) if first else IDLE
 
 
-@njit
+@subroutine
 def _plugin_data(data, offsets, instance):
     """Return the address of the word in `plugin_data` that belongs to an instance."""
     return memory.words(data + offsets.plugin_data, 1)[0] + 8 * instance
 
 
-@njit
+@subroutine
 def _clear(applied):
     """Set all wrenches to zero."""
     for body in range(len(applied)):
@@ -357,7 +357,7 @@ def _clear(applied):
             applied[body, k] = 0.0
 
 
-@njit
+@subroutine
 def _mark_failed(model, data, offsets, later_stage):
     """Make the state that this step produces NaN, where no error could be raised."""
     m = memory.words(model, memory.UNBOUNDED)
@@ -372,7 +372,7 @@ def _mark_failed(model, data, offsets, later_stage):
     _warn(data, BAD_POSITION, 0)  # ends the rollout, whose next step would reset the state
 
 
-@njit
+@subroutine
 def _notice_once(notice, number):
     """Report a notice to Python, once per `magnetism` block."""
     messages.notice(notice, number, 0, 1 << notice)

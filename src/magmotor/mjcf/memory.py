@@ -13,11 +13,12 @@ from typing import Any
 import llvmlite.binding as llvm
 import numpy as np
 from llvmlite import ir
-from numba import carray, njit, types
+from numba import carray, types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
 import magmotor_plugin
+from magmotor.numerics.numba_cache import subroutine
 
 UNBOUNDED = 1 << 30
 """Length of arrays whose actual length is not looked up."""
@@ -103,25 +104,25 @@ triple_on_stack = on_stack(3)
 details_on_stack = on_stack(16)
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def words(address, count):
     """Return an array of `count` 64-bit integers at an address."""
     return carray(_pointer(address), (count,), np.int64)
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def integers(address, count):
     """Return an array of `count` C ints at an address, as unsigned integers."""
     return carray(_pointer(address), (count,), np.uint32)
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def bytes_at(address, count):
     """Return an array of `count` bytes at an address."""
     return carray(_pointer(address), (count,), np.uint8)
 
 
-@njit
+@subroutine
 def starts_with(address, prefix):
     """Whether the C string at an address starts with the bytes of `prefix`, a tuple."""
     characters = bytes_at(address, len(prefix))
@@ -131,13 +132,13 @@ def starts_with(address, prefix):
     return k == len(prefix)
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def numbers(address, rows, columns):
     """Return a `rows` x `columns` array of doubles at an address."""
     return carray(_pointer(address), (rows, columns), np.float64)
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def borrowed(array):
     """Return a view of a caller's array without reference counting, which slows loops down."""
     return carray(_pointer(array.ctypes.data), array.shape, array.dtype)
@@ -151,16 +152,16 @@ def borrower(kind):
     )
     scope = {"kind": kind, "borrowed": borrowed, "__name__": __name__}
     exec(f"def borrow(t):\n    return kind({', '.join(views)})", scope)
-    return njit(forceinline=True)(scope["borrow"])
+    return subroutine(forceinline=True)(scope["borrow"])
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def from_column(array, first):
     """Return a view of a matrix from column `first` on; unlike a slice, it has the same type."""
     return numbers(array.ctypes.data + 8 * first, array.shape[0], array.shape[1])
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def any_number(array, row, first, last):
     """Whether a row has nonzero numbers in columns `first` to `last` - 1."""
     present = False
@@ -169,7 +170,7 @@ def any_number(array, row, first, last):
     return present
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def all_finite(array, row, columns):
     """Whether the first columns of a row are finite numbers."""
     total = 0.0

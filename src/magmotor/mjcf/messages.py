@@ -16,11 +16,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 import mujoco
-from numba import njit, types
+from numba import types
 
 from magmotor.mjcf import errors, memory
 from magmotor.mjcf.hooks import catches_errors
 from magmotor.mjcf.sentences import ASSUMED, sentence_of_error, sentence_of_notice
+from magmotor.numerics.numba_cache import subroutine
 from magmotor_plugin import library, returning
 
 _word = types.int64
@@ -42,7 +43,7 @@ notices_given = memory.variable("magmotor_notices_given")
 """Bits of the notices that the running `magnetism` block has given."""
 
 
-@njit
+@subroutine
 def handler_of_thread():
     """Return the address of this thread's handler, which ends the call of MuJoCo; 0 without one."""
     handler = _exchange_handler(0)
@@ -50,7 +51,7 @@ def handler_of_thread():
     return handler
 
 
-@njit
+@subroutine
 def fail(error, number, name, other, other_name, details):
     """Raise an error; on a thread that does not handle errors, record it and return.
 
@@ -62,7 +63,7 @@ def fail(error, number, name, other, other_name, details):
     _raise_if_formed(text)
 
 
-@njit
+@subroutine
 def notice(which, number, name, unless, other=-1, other_name=0):
     """Report a notice of one or two elements, which is an error if warnings are errors.
 
@@ -76,7 +77,7 @@ def notice(which, number, name, unless, other=-1, other_name=0):
         _raise_if_formed(text)
 
 
-@njit
+@subroutine
 def _raise_if_formed(text):
     """Raise the sentence whose address is at `text`, unless that is 0."""
     sentence = memory.words(text, 1)[0]
@@ -84,7 +85,7 @@ def _raise_if_formed(text):
         _raise(sentence)
 
 
-@njit
+@subroutine
 def remember_acting(model):
     """Remember the address of the model on which something has acted last."""
     acted = memory.words(acted_address(), 1)
@@ -92,14 +93,14 @@ def remember_acting(model):
         acted[0] = model
 
 
-@njit
+@subroutine
 def forget(bits):
     """Let notices be given again."""
     given = memory.words(given_address(), 1)
     given[0] &= ~bits
 
 
-@njit
+@subroutine
 def has_acted(model):
     """Whether this model is the one on which something has acted last, as before a switch."""
     return memory.words(acted_address(), 1)[0] == model

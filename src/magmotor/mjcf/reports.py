@@ -3,7 +3,7 @@
 # Numba's intrinsics hide their first parameter:
 # pyright: reportCallIssue=false
 
-from numba import njit, types
+from numba import types
 
 from magmotor.mjcf import errors, layout, memory, messages, sentences
 from magmotor.mjcf.forces import coils
@@ -22,7 +22,7 @@ from magmotor.mjcf.forces.custom import (
 from magmotor.mjcf.forces.fields import HEADER, invalid_field_tuple, place_in_field
 from magmotor.mjcf.forces.iron import invalid_iron
 from magmotor.mjcf.forces.marks import marks_of
-from magmotor.numerics.numba_cache import compiled_once
+from magmotor.numerics.numba_cache import compiled_once, subroutine
 
 _word = types.int64
 _REPORT = types.void(_word, _word, _word, _word, _word)
@@ -38,7 +38,7 @@ def bind() -> None:
     memory.bind_compiled("magmotor_report", _compiled_report(layout.current()))
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def report(error, model, data):
     """Raise an error, or record it: its number, and those of up to two elements, or -1.
 
@@ -62,7 +62,7 @@ def _compiled_report(checksum: int, offsets: layout.Layout):
     return report
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def _report_error(number, first, second, m, d, offsets):
     """Look up the names and numbers that the sentence of an error has, and raise it."""
     model = m.ctypes.data
@@ -96,7 +96,7 @@ def _report_error(number, first, second, m, d, offsets):
         messages.fail(number, first, names[0], second, names[1], place)
 
 
-@njit
+@subroutine
 def warn_of_motion(body, other, model):
     """Report a body that jumped, or sank into another one, and no others of this run."""
     which, other_name = sentences.UNRESOLVED, 0
@@ -106,7 +106,7 @@ def warn_of_motion(body, other, model):
     messages.notice(which, body, name, sentences.OF_RUNS, other, other_name)
 
 
-@njit
+@subroutine
 def _report_tuple(number, first, m, offsets, details, place):
     """Report which element of a tuple breaks a rule; `first` is a tuple that does."""
     k, i, rule, other = invalid_coil(m, offsets)
@@ -126,7 +126,7 @@ def _report_tuple(number, first, m, offsets, details, place):
     messages.fail(number, k, _name(m.ctypes.data, TUPLE, k), position, name, place)
 
 
-@njit
+@subroutine
 def _locate(dipole, numeric, m, d, offsets, details):
     """Write where a dipole is in the frame of a table, and the first numbers of the table."""
     nsite = m[offsets.nsite // 8]

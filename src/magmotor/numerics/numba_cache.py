@@ -15,15 +15,16 @@ import inspect
 import sys
 import zlib
 from collections.abc import Callable, Iterator
-from functools import cache, update_wrapper
+from functools import cache, partial, update_wrapper
 from types import CodeType, FunctionType, ModuleType
-from typing import Any
+from typing import Any, NoReturn
 
 import llvmlite.binding as llvm
 import numpy as np
 from numba import cfunc, njit
 from numba.core import config, event
 from numba.core.codegen import get_host_cpu_features
+from numba.core.registry import CPUDispatcher
 from numba.core.types import ExternalFunction
 
 from magmotor.numerics.compilation_notice import COMPILATION
@@ -33,6 +34,27 @@ CONSTANTS = (bool, int, float, complex, str, bytes, tuple, frozenset, np.generic
 """Types of global values that Numba freezes into the code."""
 
 event.register("numba:compile", COMPILATION)
+
+
+class Subroutine(CPUDispatcher):
+    """A function that only compiled code can call, for want of the wrappers for Python."""
+
+    def __call__(self, *args: Any, **options: Any) -> NoReturn:
+        """Raise TypeError. The call itself would end the process."""
+        raise TypeError(f"{self.py_func.__qualname__} can be called by compiled code only")
+
+
+def subroutine(function: Callable | None = None, **options: Any) -> Any:
+    """Compile a function for others to call, as a decorator with Numba's options or without.
+
+    Without the wrappers that Numba adds for calls from Python, the package compiles in four fifths
+    of the time.
+    """
+    if function is None:
+        return partial(subroutine, **options)
+    compiled: Any = njit(function, no_cpython_wrapper=True, no_cfunc_wrapper=True, **options)
+    compiled.__class__ = Subroutine
+    return compiled
 
 
 def compiled_once(signature: Any = None, **options: Any) -> Callable[[Callable], Callable]:
@@ -153,7 +175,7 @@ def target() -> tuple[str, str]:
 _host = cache(get_host_cpu_features)
 
 
-@njit(inline="always")
+@subroutine(inline="always")
 def aligned(count):
     """Return an uninitialized array of doubles that starts a cache line and shares none.
 
@@ -164,7 +186,7 @@ def aligned(count):
     return room[start : start + count]
 
 
-@njit(inline="always")
+@subroutine(inline="always")
 def copy(target, source):
     """Copy numbers until the target is full.
 

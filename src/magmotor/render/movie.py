@@ -1,9 +1,13 @@
 """Movies of a recorded run, and single frames of one."""
 
+from collections.abc import Iterator
 from itertools import chain, repeat
 from pathlib import Path
+from typing import NamedTuple
 
+import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from magmotor.common.checks import reject
 from magmotor.common.hints import Picture, Positive
@@ -68,18 +72,46 @@ def movie(
     """
     assert scene is not None  # `analysis` has filled it in
     run, path = checked_movie_run(run, scene), Path(path)
+    start, end = run.time.values[[0, -1]]
+    planned = plan(path, start, end, speed, fps, size)
+    times, held = planned.times, planned.held
+    with Frames(run, scene, times, speed_in_words(speed), planned.size) as frames:
+        shown = chain(map(frames.draw, range(len(times))), _held(frames, held))
+        encode(shown, len(times) + held, path, planned.fps, planned.size)
+
+
+class Plan(NamedTuple):
+    """The frames of a movie: their times (s), how many repeat the last, their rate and size."""
+
+    times: NDArray[np.float64]
+    held: int
+    fps: int
+    size: tuple[int, int]
+
+
+def plan(
+    path: Path,
+    start: float,
+    end: float,
+    speed: float,
+    fps: int | None,
+    size: tuple[int, int] | None,
+) -> Plan:
+    """Plan the frames of a movie from a start time to an end time (s); see `movie`.
+
+    Raises
+    ------
+    ValueError
+        The movie would have too many frames.
+    """
     usual = FORMATS[path.suffix.lower()]
     fps, size = fps or usual.fps, size or usual.size
-    start, end = run.time.values[[0, -1]]
-    times = frame_times(start, end, speed, fps)
-    held = round(HOLD * fps)
+    times, held = frame_times(start, end, speed, fps), round(HOLD * fps)
     check_memory(path, len(times) + held, size)
-    with Frames(run, scene, times, speed_in_words(speed), size) as frames:
-        shown = chain(map(frames.draw, range(len(times))), _held(frames, held))
-        encode(shown, len(times) + held, path, fps, size)
+    return Plan(times, held, fps, size)
 
 
-def _held(frames: Frames, count: int):
+def _held(frames: Frames, count: int) -> Iterator[NDArray[np.uint8]]:
     """Yield the last frame, which is drawn once, several times."""
     yield from repeat(frames.draw_end(), count)
 

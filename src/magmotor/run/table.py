@@ -18,6 +18,9 @@ from magmotor.common.optional import extra
 QUATERNION = {"component": ("w", "x", "y", "z")}
 """Names of components that datasets do not label."""
 
+TABLE_FILES = ".csv", ".parquet"
+"""Endings of the files to which tables can be written."""
+
 REPLICAS = "replica"
 """Dimensions whose name contains this are rows, with or without coordinates."""
 
@@ -152,7 +155,7 @@ def write_table(table: pd.DataFrame, path: Path) -> None:
 def check_table_file(path: Path) -> None:
     """Check that a table can be written to a file of this name; raises as `write_table` does."""
     suffix = path.suffix.lower()
-    if suffix not in (".csv", ".parquet"):
+    if suffix not in TABLE_FILES:
         raise reject("path", str(path), "must end in .csv or .parquet")
     if suffix == ".parquet":
         with extra("parquet"):

@@ -4,10 +4,10 @@ import math
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from magmotor.dipoles import NOBODY, sum_over_sources
+from magmotor.numerics.numba_cache import subroutine
 from magmotor.numerics.rotations import columns, cross, place_dipoles, plus, scaled, third_axis
 from magmotor.numerics.splittings import (
     DRIFTS,
@@ -35,7 +35,7 @@ class Magnets(NamedTuple):
     background: tuple[float, float, float]
 
 
-@njit(inline="always")
+@subroutine(inline="always")
 def force_and_field(position, moment, sources):
     """Return the force on a dipole in the field of sources, and this field."""
     x, y, z = position
@@ -44,13 +44,13 @@ def force_and_field(position, moment, sources):
     return (total[0], total[1], total[2]), (total[3], total[4], total[5])
 
 
-@njit(inline="always")
+@subroutine(inline="always")
 def torque_about(center, position, moment, force, field):
     """Return the torque about a point of the force and field on a dipole."""
     return plus(cross(plus(position, -1.0, center), force), 1.0, cross(moment, field))
 
 
-@njit(inline="always")
+@subroutine(inline="always")
 def wrenches(position, ball, inner, ring, magnets):
     """Return force and torque on the ball, and the torque on the ring about its center.
 

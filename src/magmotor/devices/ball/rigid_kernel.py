@@ -20,7 +20,6 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from magmotor.common.arrays import Array
 from magmotor.common.environment import thread_count
@@ -47,7 +46,7 @@ from magmotor.devices.ball.rigid_surroundings import (
 )
 from magmotor.noise import normal
 from magmotor.numerics.elementary import prefer_wide_vectors
-from magmotor.numerics.numba_cache import aligned, compiled_once, copy
+from magmotor.numerics.numba_cache import aligned, compiled_once, copy, subroutine
 from magmotor.numerics.splittings import RIGID
 
 SIZE = 22
@@ -69,7 +68,7 @@ def kernel(scheme: str, surrounded: bool = False) -> Any:
     return _advance(RIGID[scheme].exact, scheme == "cayley", surrounded)
 
 
-@njit(inline="always")
+@subroutine(inline="always")
 def _unpack(s):
     """Return ball, ring, and the sums of both."""
     ball = (s[0], s[1]), (s[2], s[3]), (s[4], s[5], s[6], s[7]), (s[8], s[9], s[10])
@@ -77,14 +76,14 @@ def _unpack(s):
     return ball, ring, (s[18], s[20]), (s[19], s[21])
 
 
-@njit(inline="always")
+@subroutine(inline="always")
 def _pack(s, ball, ring, ball_sums, ring_sums):
     (s[0], s[1]), (s[2], s[3]), (s[4], s[5], s[6], s[7]), (s[8], s[9], s[10]) = ball
     (s[11], s[12], s[13], s[14]), (s[15], s[16], s[17]) = ring
     (s[18], s[20]), (s[19], s[21]) = ball_sums, ring_sums
 
 
-@njit(inline="always")
+@subroutine(inline="always")
 def _normals(replica, step, path, bodies):
     """Return normal numbers for slip and ring; channels are numbered over those with noise."""
     seed, factor, level = path

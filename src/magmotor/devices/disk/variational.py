@@ -12,7 +12,6 @@ from collections.abc import Generator
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from magmotor.device.job import Job
@@ -20,7 +19,7 @@ from magmotor.devices.disk.scene import Disk, LangevinParticle
 from magmotor.devices.disk.states import DiskStates
 from magmotor.noise import box_muller, normal, threefry
 from magmotor.numerics.elementary import cosine, prefer_wide_vectors, sine
-from magmotor.numerics.numba_cache import aligned, compiled_once, copy
+from magmotor.numerics.numba_cache import aligned, compiled_once, copy, subroutine
 from magmotor.numerics.simd import COUNT, fused
 from magmotor.numerics.splittings import (
     DISK,
@@ -110,7 +109,7 @@ def kernel(scene: Disk | LangevinParticle, scheme: str) -> Any:
     return _advance(codes, kicks_that_evaluate(parts), sines, shape)
 
 
-@njit(inline="always")
+@subroutine(inline="always")
 def _force(turns, force, sines):
     """Sum the Fourier series of -U' by Clenshaw's method; `sines`: the potential has no cosines."""
     c = cosine(turns)

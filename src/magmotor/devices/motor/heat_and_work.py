@@ -3,7 +3,6 @@
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from magmotor.common.arrays import Array
@@ -11,7 +10,7 @@ from magmotor.device.job import Job
 from magmotor.devices.ball.rigid_steps import heat_and_work
 from magmotor.devices.motor.scene import Motor
 from magmotor.noise import normal
-from magmotor.numerics.numba_cache import compiled_once, copy
+from magmotor.numerics.numba_cache import compiled_once, copy, subroutine
 from magmotor.numerics.rotations import rot_vec_quat
 
 
@@ -58,7 +57,7 @@ def _coefficients(scene: Motor) -> tuple[Array, Array, NDArray[np.int64]]:
     return frictions, noises, np.where(driven, np.cumsum(driven) - 1, 0)
 
 
-@njit(inline="always")
+@subroutine(inline="always")
 def _velocities(row, linear, radius):
     """Slip, velocity and spin of the ball, and spin of the ring, in the world frame."""
     ball, ring = row[linear : linear + 4], row[linear + 4 : linear + 8]

@@ -96,9 +96,9 @@ def metropolis(
     no law that could be sampled: it diffuses, as it does in a simulation. A free body that falls
     without a floor falls in the chains, too.
 
-    A proposal takes MuJoCo's positions of the whole model: 10 us for two or twenty links, 30 us for
-    robosuite's Panda (7 joints, 58 geoms), 50 us for dm_control's humanoid, 190 us for a Shadow
-    hand (24 joints, 62 geoms), and 70 us or more with dipoles. The number of sweeps after which a
+    A proposal takes MuJoCo's positions of the whole model: 10 µs for two or twenty links, 30 µs for
+    robosuite's Panda (7 joints, 58 geoms), 50 µs for dm_control's humanoid, 190 µs for a Shadow
+    hand (24 joints, 62 geoms), and 70 µs or more with dipoles. The number of sweeps after which a
     chain forgets grows with the number of joints; compare the replicas.
 
     The algorithm is that of N. Metropolis et al., J. Chem. Phys. 21, 1087 (1953). The root of the

@@ -61,7 +61,7 @@ def kinetic_temperature(model: mujoco.MjModel, run: xr.Dataset) -> xr.Dataset:
     Velocities of an integrator deviate even where its positions have no error: by BAOAB, those of
     an oscillation of angular frequency w have the temperature kT (1 - (w h)^2/4).
 
-    A record takes about 3 us for an arm.
+    A record takes about 3 µs for an arm.
     """
     positions, velocities = _records(run, qpos=model.nq, qvel=model.nv)
     model = positions_only(model)

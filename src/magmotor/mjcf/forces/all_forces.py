@@ -3,7 +3,7 @@
 # Numba's intrinsics hide their first parameter:
 # pyright: reportCallIssue=false
 
-from numba import njit, types
+from numba import types
 
 from magmotor.mjcf import errors, layout, memory
 from magmotor.mjcf.forces import coils, dipole_wrenches, resolution
@@ -21,7 +21,7 @@ from magmotor.mjcf.forces.joint_potentials import add_potential_forces, invalid_
 from magmotor.mjcf.forces.magnetic_wrenches import set_magnetic_wrenches
 from magmotor.mjcf.forces.marks import COILS, COUPLINGS, DIPOLES, FIELDS, IRON, NOISE, POTENTIALS
 from magmotor.mjcf.forces.tolerance import invalid_tolerance
-from magmotor.numerics.numba_cache import compiled_once
+from magmotor.numerics.numba_cache import compiled_once, subroutine
 
 _word, _flag = types.int64, types.boolean
 _APPLY = types.int64(_word, _word, _word, _word, _word, _flag, _word)
@@ -87,7 +87,7 @@ def _first_error(checksum: int, offsets: layout.Layout):
     return first_error
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def _apply(model, data, offsets, kinds, applied, generalized, later):
     """Implement `apply_forces` for a valid model; also return an error."""
     m = memory.words(model, memory.UNBOUNDED)
@@ -108,7 +108,7 @@ def _apply(model, data, offsets, kinds, applied, generalized, later):
     return acting, found
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def _find_error(m, offsets, kinds, thorough):
     """Implement `first_error`."""
     if kinds < 0:

@@ -9,15 +9,14 @@ walk that leaves out the descendants of some nodes needs no stack.
 
 import math
 
-from numba import njit
-
+from magmotor.numerics.numba_cache import subroutine
 from magmotor.numerics.simd import COUNT
 
 BEGIN, END, NEXT, CENTER, RADIUS, VALUES = 0, 1, 2, 3, 6, 7
 """Columns of a node: first block, last + 1, next node that is no descendant, box, and others."""
 
 
-@njit
+@subroutine
 def build(nodes, order, points, count):
     """Sort the numbers of the points into blocks of eight, and write the nodes; return how many.
 
@@ -41,7 +40,7 @@ def build(nodes, order, points, count):
     return 2 * blocks - 1
 
 
-@njit
+@subroutine
 def _enclose(node, order, points, first, last):
     """Write the center of the points' box and their largest distance from it; return its axis."""
     axis, widest, radius = 0, -1.0, 0.0
@@ -58,7 +57,7 @@ def _enclose(node, order, points, first, last):
     return axis
 
 
-@njit
+@subroutine
 def distance(node, points, i):
     """Return the distance of point i from the center of a node's box."""
     x = points[0, i] - node[CENTER]
@@ -67,7 +66,7 @@ def distance(node, points, i):
     return math.sqrt(x * x + y * y + z * z)
 
 
-@njit
+@subroutine
 def _select(order, points, axis, first, last, middle):
     """Reorder so that the numbers before `middle` have no larger coordinates than those after."""
     low, high = first, last - 1

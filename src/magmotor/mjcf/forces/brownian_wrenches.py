@@ -17,11 +17,11 @@ Numbers beyond the model's `nuserdata` default to 0, 0, 1, 0, 0, and a factor of
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from magmotor.mjcf import memory
 from magmotor.noise import COARSEST, HELD, LARGEST_SEED, LARGEST_STEP, BrownianPath, normal
+from magmotor.numerics.numba_cache import subroutine
 
 PATH_NUMBERS = 5
 """Number of elements of `userdata` that select the path."""
@@ -42,7 +42,7 @@ def userdata(path: BrownianPath, first_step: int, replicas: int) -> NDArray[np.f
     return np.stack(np.broadcast_arrays(*selection), axis=-1).astype(float)
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def invalid_row(m, offsets):
     """Return the first body whose `user` numbers are not finite rows of six, or -1."""
     nuser, bodies = m[offsets.nuser_body // 8], m[offsets.nbody // 8]
@@ -54,7 +54,7 @@ def invalid_row(m, offsets):
     return -1
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def clear_driven_bodies(m, d, offsets, applied):
     """Set the wrench of each body that has a Brownian channel to zero.
 
@@ -73,7 +73,7 @@ def clear_driven_bodies(m, d, offsets, applied):
     return -1
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def add_brownian_wrenches(model, data, offsets, step, applied):
     """Add the Brownian wrenches of this step to the bodies; return the number of channels."""
     m = memory.words(model, memory.UNBOUNDED)
@@ -96,7 +96,7 @@ def add_brownian_wrenches(model, data, offsets, step, applied):
     return channel
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def step_number(model, data, offsets):
     """Return the number of the step that starts at the time of `mjData`, or contains this stage."""
     timestep = memory.numbers(model + offsets.timestep, 1, 1)[0, 0]
@@ -107,21 +107,21 @@ def step_number(model, data, offsets):
     return math.floor(steps + 0.5)
 
 
-@njit
+@subroutine
 def has_step_number(model, data, offsets):
     """Whether the time of `mjData` is finite and less than 2^53 timesteps."""
     timestep = memory.numbers(model + offsets.timestep, 1, 1)[0, 0]
     return abs(memory.numbers(data + offsets.time, 1, 1)[0, 0] / timestep) < LARGEST_STEP
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def in_later_stage(model, data, offsets):
     """Whether MuJoCo is in one of the later stages of RK4, where it uses the stack of `mjData`."""
     uses_stack = memory.words(data + offsets.pstack, 1)[0] != 0
     return uses_stack and memory.integers(model + offsets.integrator, 1)[0] == RK4
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def chosen(d, m, offsets, k):
     """Return element k of `userdata` as an integer; 0 if it is missing or invalid."""
     if k >= m[offsets.nuserdata // 8]:
@@ -130,13 +130,13 @@ def chosen(d, m, offsets, k):
     return int(value) if _is_valid(value, k) else 0
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def userdata_at(d, offsets, k):
     """Return element k of `userdata`."""
     return memory.numbers(d[offsets.userdata // 8], 1, memory.UNBOUNDED)[0, k]
 
 
-@njit
+@subroutine
 def _is_valid(value, k):
     """Whether element k of `userdata` may have this value."""
     largest = LARGEST_SEED - 1

@@ -9,7 +9,7 @@ its halves act, and at last each of its dipoles.
 
 import math
 
-from numba import njit, types
+from numba import types
 
 from magmotor.dipoles import inner
 from magmotor.mjcf import memory
@@ -34,7 +34,7 @@ from magmotor.mjcf.forces.tiles import (
     dispatch,
     terms_of_pairs,
 )
-from magmotor.numerics.numba_cache import compiled_once
+from magmotor.numerics.numba_cache import compiled_once, subroutine
 from magmotor.numerics.simd import (
     COUNT,
     broadcast,
@@ -63,7 +63,7 @@ VISIT, MULTIPOLES = 0.1, 0.4
 """Times of a visit of a node, and of its multipoles, in units of that of a block's dipoles."""
 
 SPAN = 8
-"""Blocks of a task, about 100 us of work."""
+"""Blocks of a task, about 100 µs of work."""
 
 BLOCKS, TILES, NODES, BOOK, HEADER = range(5)
 """Words of a job."""
@@ -77,7 +77,7 @@ def bind() -> None:
     memory.bind_compiled("magmotor_cluster_task", _task())
 
 
-@njit(error_model="numpy")
+@subroutine(error_model="numpy")
 def allow(nodes, book, field, force):
     """Write the gap between a block and each box from which on the box errs by less than allowed.
 
@@ -98,7 +98,7 @@ def allow(nodes, book, field, force):
             )
 
 
-@njit(error_model="numpy")
+@subroutine(error_model="numpy")
 def _gap(radius, value, power):
     """Return g with (g - radius) g^power = value, or a little more."""
     if radius == 0.0 or value == 0.0:
@@ -112,7 +112,7 @@ def _gap(radius, value, power):
     return g
 
 
-@njit
+@subroutine
 def _product(g, radius, power):
     """Return (g - radius) g^power; the C library's power has other bits on other processors."""
     value = g - radius
@@ -121,7 +121,7 @@ def _product(g, radius, power):
     return value
 
 
-@njit
+@subroutine
 def work_on_block(nodes, book):
     """Estimate the work on a block, in units of that of another block's dipoles.
 
@@ -145,7 +145,7 @@ def work_on_block(nodes, book):
     return work / counted
 
 
-@njit
+@subroutine
 def sum_on_all_blocks(model, stack, tiles, nodes, book):
     """Write the forces on all dipoles, and the fields at them, by the nodes of the whole tree."""
     address = memory.allocate(stack, 8 * HEADER, 8)
@@ -172,7 +172,7 @@ def _task(checksum: int):
     return task
 
 
-@njit(error_model="numpy")
+@subroutine(error_model="numpy")
 def sum_on_block(b, tiles, nodes, book, first, last):
     """Write the force on each dipole of a block, and the field at it, by some of the nodes."""
     tx, ty, tz = load(tiles, b, X), load(tiles, b, Y), load(tiles, b, Z)
@@ -227,7 +227,7 @@ def sum_on_block(b, tiles, nodes, book, first, last):
     book[b, NEAREST] = minimum(nearest)
 
 
-@njit(inline="always")
+@subroutine(inline="always")
 def _may_act(nodes, k, x, y, z, radius, reach):
     """Whether the multipoles of node k may act on a block with a center, a radius and a reach.
 

@@ -11,8 +11,6 @@ estimated from neighbors; where the result is less, it is computed again.
 
 import math
 
-from numba import njit
-
 from magmotor.dipoles import COINCIDENCE_SQUARED
 from magmotor.mjcf import memory
 from magmotor.mjcf.forces.box_tree import (
@@ -56,6 +54,7 @@ from magmotor.mjcf.forces.tiles import (
     Y,
     Z,
 )
+from magmotor.numerics.numba_cache import subroutine
 from magmotor.numerics.simd import COUNT, broadcast, lane_numbers, load, total, where_less
 
 FIXED = -1
@@ -75,20 +74,20 @@ ATTEMPTS = 4
 """Most sums for one result, of which the last allows no error: no estimate can be wrong in it."""
 
 
-@njit
+@subroutine
 def cluster_bytes(ndipole):
     """Return the bytes that clusters take on the stack of mjData; tiles take fewer."""
     blocks = padded(ndipole) // COUNT
     return 8 * (blocks * (WIDTH + 2 * NODE + SUMMARY) + 2 * ndipole + ATTEMPTS * HEADER) + 512
 
 
-@njit
+@subroutine
 def worthwhile_work(ndipole):
     """Return the work for which clusters are as fast as all pairs."""
     return ALL_PAIRS * (padded(ndipole) // COUNT) - SORTING
 
 
-@njit
+@subroutine
 def are_sorted(table, end):
     """Whether the dipoles of each rigid body, except the world, follow one another."""
     last = 0.0
@@ -100,7 +99,7 @@ def are_sorted(table, end):
     return True
 
 
-@njit
+@subroutine
 def sum_by_clusters(model, stack, table, end, magnet, tolerance, most):
     """Compute the forces on the first `end` dipoles of a table, and the fields at them.
 
@@ -139,7 +138,7 @@ def sum_by_clusters(model, stack, table, end, magnet, tolerance, most):
     return tiles, order, nearest < COINCIDENCE_SQUARED, True
 
 
-@njit
+@subroutine
 def _fill(tiles, order, table, end):
     """Copy dipoles to blocks in a given order, and pad the last block."""
     for i in range(COUNT * len(tiles)):
@@ -151,7 +150,7 @@ def _fill(tiles, order, table, end):
                 tiles[b, COUNT * row + k] = FAR if row < 3 else 0.0
 
 
-@njit(error_model="numpy")
+@subroutine(error_model="numpy")
 def _find_moments(node, tiles, end):
     """Compute a node's moments about the center of its box, and the first moment left out."""
     zero = broadcast(0.0)
@@ -181,7 +180,7 @@ def _find_moments(node, tiles, end):
     node[VALUES + POWER] = next_moment(node[VALUES:], node[RADIUS])
 
 
-@njit
+@subroutine
 def _describe_blocks(book, nodes, order, table, magnet):
     """Write the largest moment that can move, and the reach of the bodies, of each block."""
     count = len(order)
@@ -203,7 +202,7 @@ def _describe_blocks(book, nodes, order, table, magnet):
                 other += step
 
 
-@njit
+@subroutine
 def _estimate(tiles, nodes, book, order, magnet):
     """Return the RMS field and force by neighbors only."""
     allow(nodes, book, 0.0, 0.0)
@@ -219,7 +218,7 @@ def _estimate(tiles, nodes, book, order, magnet):
     return _root_mean_squares(tiles, order, magnet)
 
 
-@njit
+@subroutine
 def _root_mean_squares(tiles, order, magnet):
     """Return the RMS field and force of the dipoles that can move."""
     field = force = 0.0

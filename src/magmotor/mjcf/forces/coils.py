@@ -14,7 +14,7 @@ then replaced by u/sqrt(1 + (u/s)^2).
 import math
 
 import numpy as np
-from numba import njit, types
+from numba import types
 
 from magmotor.mjcf import memory
 from magmotor.mjcf.forces.custom import (
@@ -34,6 +34,7 @@ from magmotor.mjcf.forces.custom import (
     tuple_starts_with,
 )
 from magmotor.numerics.elementary import float_as_bits
+from magmotor.numerics.numba_cache import subroutine
 
 COIL = tuple(b"coil")
 
@@ -54,7 +55,7 @@ def bind() -> None:
     memory.bind_mujoco("mj_actuatorDisabled")
 
 
-@njit
+@subroutine
 def drive(actuator, saturation, controlled, m, d, offsets):
     """Return an actuator's drive, after saturation; 0 if the actuator is disabled.
 
@@ -76,7 +77,7 @@ def drive(actuator, saturation, controlled, m, d, offsets):
     return u if saturation == 0.0 else u / math.sqrt(1.0 + (u / saturation) ** 2)
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def _control(i, clamp, m, d, offsets):
     """Return a control, clamped to its range."""
     u = memory.numbers(d[offsets.ctrl // 8], 1, memory.UNBOUNDED)[0, i]
@@ -89,7 +90,7 @@ def _control(i, clamp, m, d, offsets):
     return u
 
 
-@njit
+@subroutine
 def are_controls_good(m, d, offsets):
     """Whether MuJoCo lets controls act: once clamped, none may be NaN or too large."""
     clamp = memory.integers(m.ctypes.data + offsets.disableflags, 1)[0] & DISABLE_CLAMP == 0
@@ -103,7 +104,7 @@ def are_controls_good(m, d, offsets):
     return True
 
 
-@njit
+@subroutine
 def wrong_drive(i, m, offsets):
     """Return the rule that the actuator in element i of all tuples breaks, or -1."""
     _, actuator, prm = element(i, m, offsets)
@@ -113,7 +114,7 @@ def wrong_drive(i, m, offsets):
     return -1 if 0.0 <= prm < math.inf else PRM
 
 
-@njit
+@subroutine
 def read_drives(drives, m, d, offsets):
     """Write by how much coils scale the moment of each site, into row 0; 1 without a coil.
 
@@ -157,7 +158,7 @@ def read_drives(drives, m, d, offsets):
     return -1
 
 
-@njit
+@subroutine
 def _are_sorted(body_of):
     """Whether sites are sorted by bodies, as in all compiled models."""
     found = True
@@ -166,7 +167,7 @@ def _are_sorted(body_of):
     return found
 
 
-@njit
+@subroutine
 def _sites_before(body, m, offsets):
     """Return the number of sites of all bodies before this one, if sites are sorted by bodies."""
     body_of = memory.integers(m[offsets.site_bodyid // 8], memory.UNBOUNDED)
@@ -180,7 +181,7 @@ def _sites_before(body, m, offsets):
     return low
 
 
-@njit
+@subroutine
 def invalid_coil(m, offsets) -> tuple[int, int, int, int]:
     """Return the first tuple of a coil with a wrong element, as `VALID` describes it.
 
@@ -205,7 +206,7 @@ def invalid_coil(m, offsets) -> tuple[int, int, int, int]:
     return VALID
 
 
-@njit
+@subroutine
 def _repeated(i, m, offsets):
     """Return how element i names the same sites as another element, and the tuple; or -1, -1."""
     kind, number, _ = element(i, m, offsets)
@@ -222,7 +223,7 @@ def _repeated(i, m, offsets):
     return -1, -1
 
 
-@njit
+@subroutine
 def drives_checksum(m, d, offsets):
     """Return a positive number of 47 bits that changes with the drives of coils and fields."""
     total, controlled = np.uint64(0), are_controls_good(m, d, offsets)

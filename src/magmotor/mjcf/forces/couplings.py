@@ -9,14 +9,14 @@ bodies welded to them. The factors of several tuples for one pair multiply.
 # pyright: reportCallIssue=false
 
 import numpy as np
-from numba import njit
 
 from magmotor.mjcf.forces.custom import BODY, element, elements_of, tuple_starts_with
+from magmotor.numerics.numba_cache import subroutine
 
 COUPLING = tuple(b"coupling")
 
 
-@njit
+@subroutine
 def read_couplings(couplings, m, offsets):
     """Write one row for each coupling, two bodies and a factor; return their number."""
     count = 0
@@ -29,7 +29,7 @@ def read_couplings(couplings, m, offsets):
     return count
 
 
-@njit
+@subroutine
 def is_coupled(body, couplings):
     """Whether any coupling names the body."""
     coupled = False
@@ -38,7 +38,7 @@ def is_coupled(body, couplings):
     return coupled
 
 
-@njit
+@subroutine
 def coupling_factor(body, other, couplings):
     """Return the factor by which couplings scale the interaction of two bodies."""
     factor = 1.0
@@ -49,7 +49,7 @@ def coupling_factor(body, other, couplings):
     return factor
 
 
-@njit
+@subroutine
 def invalid_coupling(m, offsets):
     """Return the first coupling that is not of two bodies with equal and finite `prm`, or -1."""
     for k in range(m[offsets.ntuple // 8]):
@@ -66,7 +66,7 @@ def invalid_coupling(m, offsets):
     return -1
 
 
-@njit
+@subroutine
 def coupling_of(body, m, offsets):
     """Return the first valid coupling that names a body, or -1."""
     for k in range(m[offsets.ntuple // 8]):

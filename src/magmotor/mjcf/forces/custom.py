@@ -6,9 +6,9 @@
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from magmotor.mjcf import memory
+from magmotor.numerics.numba_cache import subroutine
 
 BODY, JOINT, GEOM, SITE, ACTUATOR, SENSOR, NUMERIC, TUPLE = 1, 3, 5, 6, 19, 20, 21, 23
 """mjOBJ_BODY and so on."""
@@ -21,21 +21,21 @@ VALID = (-1, -1, -1, -1)
 another tuple that names the same element (or -1)."""
 
 
-@njit
+@subroutine
 def tuple_starts_with(k, prefix, m, offsets):
     """Whether the name of tuple k starts with `prefix`, a tuple of characters."""
     start = memory.integers(m[offsets.name_tupleadr // 8], memory.UNBOUNDED)
     return memory.starts_with(m[offsets.names // 8] + start[k], prefix)
 
 
-@njit
+@subroutine
 def numeric_starts_with(k, prefix, m, offsets):
     """Whether the name of numeric k starts with `prefix`, a tuple of characters."""
     start = memory.integers(m[offsets.name_numericadr // 8], memory.UNBOUNDED)
     return memory.starts_with(m[offsets.names // 8] + start[k], prefix)
 
 
-@njit
+@subroutine
 def elements_of(k, m, offsets) -> range:
     """Return the range of the elements of tuple k."""
     first = np.int64(memory.integers(m[offsets.tuple_adr // 8], memory.UNBOUNDED)[k])
@@ -43,8 +43,8 @@ def elements_of(k, m, offsets) -> range:
     return range(first, first + size)
 
 
-@njit
-def element(i, m, offsets) -> tuple[int, int, float]:
+@subroutine
+def element(i, m, offsets):
     """Return the type, the number and the `prm` of element i of all tuples."""
     return (
         np.int64(memory.integers(m[offsets.tuple_objtype // 8], memory.UNBOUNDED)[i]),
@@ -53,7 +53,7 @@ def element(i, m, offsets) -> tuple[int, int, float]:
     )
 
 
-@njit
+@subroutine
 def numbers_of(numeric, m, offsets) -> Any:
     """Return the numbers of a numeric."""
     first = memory.integers(m[offsets.numeric_adr // 8], memory.UNBOUNDED)[numeric]

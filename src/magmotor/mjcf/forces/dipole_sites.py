@@ -10,7 +10,6 @@ be ignored silently.
 import math
 
 import numpy as np
-from numba import njit
 
 from magmotor.mjcf import memory
 from magmotor.mjcf.forces.fields import has_field
@@ -26,6 +25,7 @@ from magmotor.mjcf.forces.marks import (
     has_numbers,
     has_user_numbers,
 )
+from magmotor.numerics.numba_cache import subroutine
 
 (
     NO_DIPOLES, ONE_RIGID_BODY, NONE_MOVES, SWITCHED_OFF, NOT_NAMED, NOT_MARKED, NOT_MAGNETIZED,
@@ -37,7 +37,7 @@ MEASURED = -2
 """Stands for a reason if a magnetometer measures what acts on nothing."""
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def invalid_moment(m, offsets):
     """Return the first site whose `user` numbers are not one finite moment, or -1."""
     nsite, nuser = m[offsets.nsite // 8], m[offsets.nuser_site // 8]
@@ -48,7 +48,7 @@ def invalid_moment(m, offsets):
     return -1
 
 
-@njit
+@subroutine
 def count_dipoles(m, offsets):
     """Return the number of sites with a moment."""
     nsite, nuser = m[offsets.nsite // 8], m[offsets.nuser_site // 8]
@@ -59,7 +59,7 @@ def count_dipoles(m, offsets):
     return count
 
 
-@njit
+@subroutine
 def why_inert(m, offsets, kinds):
     """Return the reason why nothing acts on a model, and a number for its sentence.
 
@@ -91,7 +91,7 @@ def why_inert(m, offsets, kinds):
     return reason, m[offsets.nsite // 8] - count
 
 
-@njit
+@subroutine
 def _has_magnetized(m, offsets):
     """Whether any geom is of iron that a field magnetizes."""
     for geom in range(m[offsets.ngeom // 8]):
@@ -100,7 +100,7 @@ def _has_magnetized(m, offsets):
     return has_mirror(m, offsets)
 
 
-@njit
+@subroutine
 def _why_no_magnetism(m, offsets, kinds):
     """Return the reason why magnetism does not act; -1 if it does, or is switched off."""
     if kinds & (DIPOLES | IRON) == 0:
@@ -124,7 +124,7 @@ def _why_no_magnetism(m, offsets, kinds):
     return -1 if moves or (given and m[offsets.ntuple // 8] > 0) else NONE_MOVES
 
 
-@njit
+@subroutine
 def _rigid_body_of_dipole(k, m, offsets, kinds):
     """Return the rigid body of site k, or of geom k beyond the sites; -1 if that is no dipole."""
     weld_of = memory.integers(m[offsets.body_weldid // 8], memory.UNBOUNDED)

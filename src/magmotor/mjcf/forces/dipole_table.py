@@ -11,13 +11,12 @@ joint between them) do not act on each other.
 
 from typing import NamedTuple
 
-from numba import njit
-
 from magmotor.dipoles import sum_over_sources
 from magmotor.mjcf import memory
 from magmotor.mjcf.forces.couplings import is_coupled
 from magmotor.mjcf.forces.iron import PIECE
 from magmotor.mjcf.forces.mirror import add_image, mirrored
+from magmotor.numerics.numba_cache import subroutine
 from magmotor.numerics.simd import COUNT
 
 LABEL = 6
@@ -59,14 +58,14 @@ class Magnets(NamedTuple):
     after: int
 
 
-@njit
+@subroutine
 def table_size(dipoles, ntuple):
     """Return the first column of pairwise magnets in the table, and the number of columns."""
     boundary = padded(dipoles) + COUNT
     return boundary, boundary + (2 if ntuple == 0 else COUNT) * boundary
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def gather(table, boundary, nsite, drives, couplings, pieces, m, d, offsets):
     """Fill the table with the first `nsite` sites and the pieces of iron; return the `Magnets`.
 
@@ -124,7 +123,7 @@ def gather(table, boundary, nsite, drives, couplings, pieces, m, d, offsets):
     return Magnets(magnets, pairwise, iron, end, mixed, boundary, after)
 
 
-@njit
+@subroutine
 def _add_piece(table, end, magnet, geom, nsite, m, d, offsets):
     """Write a piece of iron, without a moment, to column `end`."""
     body = memory.integers(m[offsets.geom_bodyid // 8], memory.UNBOUNDED)[geom]
@@ -139,13 +138,13 @@ def _add_piece(table, end, magnet, geom, nsite, m, d, offsets):
     table[MOVES, magnet] = freedoms[weld]
 
 
-@njit
+@subroutine
 def padded(size):
     """Round a number of sources up to a multiple of eight."""
     return (size + COUNT - 1) // COUNT * COUNT
 
 
-@njit
+@subroutine
 def _pad(table, end):
     """Write eight sources without a moment at column `end`."""
     for row in range(FIRST):
@@ -153,13 +152,13 @@ def _pad(table, end):
             table[row, end + j] = FAR if row < 3 else 0.0
 
 
-@njit
+@subroutine
 def dipole(table, i):
     """Return the position and the moment of dipole i."""
     return table[0, i], table[1, i], table[2, i], table[3, i], table[4, i], table[5, i]
 
 
-@njit
+@subroutine
 def sum_over_table(target, table, end, magnets):
     """Sum the force on a dipole, and the field at it, over all sources, whatever their labels.
 
@@ -178,7 +177,7 @@ def sum_over_table(target, table, end, magnets):
     return total
 
 
-@njit
+@subroutine
 def add_images(total, target, table, end, magnets, mirror):
     """Add the force and the field of the images of the same sources, if there is a mirror."""
     if mirror[0] == 0.0:

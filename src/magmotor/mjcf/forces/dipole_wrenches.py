@@ -10,7 +10,7 @@ which are opposite about any common point.
 # Numba's intrinsics hide their first parameter:
 # pyright: reportCallIssue=false, reportGeneralTypeIssues=false
 
-from numba import njit, types
+from numba import types
 
 from magmotor.dipoles import sum_over_sources
 from magmotor.mjcf import memory
@@ -35,7 +35,7 @@ from magmotor.mjcf.forces.dipole_table import (
     padded,
 )
 from magmotor.mjcf.forces.tiles import TILED, dipole_and_sums, fill_tiles, sum_over_pairs
-from magmotor.numerics.numba_cache import compiled_once
+from magmotor.numerics.numba_cache import compiled_once, subroutine
 
 _word, _number = types.int64, types.float64
 _CLUSTERED = types.int64(_word, _word, _number, *8 * [_word])
@@ -49,7 +49,7 @@ def bind() -> None:
     memory.bind_compiled("magmotor_add_clustered_wrenches", _clustered())
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def add_dipole_wrenches(
     model, stack, tolerance, table, magnets, couplings, center, applied
 ):  # fmt: skip
@@ -93,7 +93,7 @@ def add_dipole_wrenches(
     return acting, coincident
 
 
-@njit
+@subroutine
 def _mostly_move(table, count, boundary, end):
     """Whether at least half of the grouped dipoles can move."""
     moving = 0.0
@@ -103,7 +103,7 @@ def _mostly_move(table, count, boundary, end):
     return 2 * moving >= end
 
 
-@njit
+@subroutine
 def _add_tiled_wrenches(model, stack, table, count, boundary, end, center, applied):
     """Add the wrenches of all grouped magnets on one another, with each pair computed once.
 
@@ -161,7 +161,7 @@ def _clustered(checksum: int):
     return add_clustered_wrenches
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def _add_group_wrench(table, k, end, center, applied):
     """Add the wrench of all grouped magnets on magnet k; return how many dipoles coincide."""
     coincident = 0
@@ -174,7 +174,7 @@ def _add_group_wrench(table, k, end, center, applied):
     return coincident
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def _interact(table, k, other, couplings):
     """Whether two magnets act on each other."""
     distinct = table[LABEL, int(table[FIRST, k])] != table[LABEL, int(table[FIRST, other])]
@@ -184,7 +184,7 @@ def _interact(table, k, other, couplings):
     )
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def _add_pair_wrenches(table, k, other, boundary, couplings, center, applied):
     """Add the wrenches of two magnets on each other; return how many dipoles coincide.
 
@@ -211,7 +211,7 @@ def _add_pair_wrenches(table, k, other, boundary, couplings, center, applied):
     return coincident
 
 
-@njit
+@subroutine
 def add_wrench(body, factor, target, total, center, applied):
     """Add the force and torque on a dipole, times a factor, to a body's wrench."""
     x, y, z, mx, my, mz = target

@@ -22,7 +22,6 @@ not obey Maxwell's equations. A field does not act on the rigid body to which it
 import math
 
 import numpy as np
-from numba import njit
 
 from magmotor.mjcf import memory
 from magmotor.mjcf.forces.coils import are_controls_good, drive, wrong_drive
@@ -44,7 +43,7 @@ from magmotor.mjcf.forces.custom import (
     tuple_starts_with,
 )
 from magmotor.numerics.cubic_convolution import FEWEST, interpolate
-from magmotor.numerics.numba_cache import copy
+from magmotor.numerics.numba_cache import copy, subroutine
 
 FIELD = tuple(b"field")
 
@@ -55,7 +54,7 @@ NAME, OWNER, SCALE, ORIGIN, FRAME, COLUMNS = 0, 1, 2, 3, 6, 15
 """Columns of a field: its numeric, its body, its scale, its origin and its axes."""
 
 
-@njit
+@subroutine
 def read_fields(fields, m, d, offsets):
     """Write one row for each field; return their number."""
     count = 0
@@ -66,7 +65,7 @@ def read_fields(fields, m, d, offsets):
     return count
 
 
-@njit
+@subroutine
 def _read_field(row, numeric, m, d, offsets):
     """Read a field."""
     row[:] = 0.0
@@ -78,7 +77,7 @@ def _read_field(row, numeric, m, d, offsets):
             _read_element(row, i, m, d, offsets)
 
 
-@njit
+@subroutine
 def _tuple_of(numeric, m, offsets):
     """Return the tuple that places or drives a field, or -1."""
     for k in range(m[offsets.ntuple // 8]):
@@ -90,7 +89,7 @@ def _tuple_of(numeric, m, offsets):
     return -1
 
 
-@njit
+@subroutine
 def _read_element(row, i, m, d, offsets):
     """Read the frame or the scale of a field from an element of its tuple."""
     kind, number, prm = element(i, m, offsets)
@@ -107,7 +106,7 @@ def _read_element(row, i, m, d, offsets):
         copy(row[FRAME:COLUMNS], memory.numbers(d[frames // 8], memory.UNBOUNDED, 9)[number])
 
 
-@njit
+@subroutine
 def field_and_gradient(row, x, y, z, m, offsets):
     """Return B of a field at a point and its derivatives (dBx/dx, dBx/dy, ...); NaN outside."""
     numbers = numbers_of(int(row[NAME]), m, offsets)
@@ -126,7 +125,7 @@ def field_and_gradient(row, x, y, z, m, offsets):
     return bx, by, bz, xx, xy, xz, yx, yy, yz, zx, zy, zz
 
 
-@njit
+@subroutine
 def place_in_field(numeric, x, y, z, m, d, offsets):
     """Return the coordinates of a point in the frame to which a field is fixed."""
     row = memory.numbers(memory.details_on_stack(), 1, COLUMNS)[0]
@@ -134,7 +133,7 @@ def place_in_field(numeric, x, y, z, m, d, offsets):
     return _in_frame(row, x, y, z)
 
 
-@njit
+@subroutine
 def acts_on(row, body, m, offsets):
     """Whether a field acts on dipoles of a body: its own rigid body is another, and one moves."""
     weld_of = memory.integers(m[offsets.body_weldid // 8], memory.UNBOUNDED)
@@ -143,7 +142,7 @@ def acts_on(row, body, m, offsets):
     return own != other and (freedoms[own] > 0 or freedoms[other] > 0)
 
 
-@njit
+@subroutine
 def _in_frame(row, x, y, z):
     """Return the coordinates of a point in the frame of a field."""
     x, y, z = x - row[ORIGIN], y - row[ORIGIN + 1], z - row[ORIGIN + 2]
@@ -155,7 +154,7 @@ def _in_frame(row, x, y, z):
     )
 
 
-@njit
+@subroutine
 def _rotated(r, x, y, z):
     """Return a vector in the world's frame whose components along the axes `r` are given."""
     return (
@@ -165,7 +164,7 @@ def _rotated(r, x, y, z):
     )
 
 
-@njit
+@subroutine
 def _linear(numbers, x, y, z):
     """Return a uniform field, or one with a gradient, in its own frame."""
     bx, by, bz = numbers[0], numbers[1], numbers[2]
@@ -181,7 +180,7 @@ def _linear(numbers, x, y, z):
     return bx, by, bz, xx, xy, xz, xy, yy, yz, xz, yz, zz
 
 
-@njit
+@subroutine
 def _tabulated(numbers, x, y, z):
     """Return a field from a table, in its own frame."""
     counts = int(numbers[0]), int(numbers[1]), int(numbers[2])
@@ -194,7 +193,7 @@ def _tabulated(numbers, x, y, z):
     )  # fmt: skip
 
 
-@njit
+@subroutine
 def has_field(m, offsets, weld):
     """Whether a model has any field not fixed to the rigid body `weld`; -1 accepts any."""
     for numeric in range(m[offsets.nnumeric // 8]):
@@ -204,7 +203,7 @@ def has_field(m, offsets, weld):
     return False
 
 
-@njit
+@subroutine
 def _rigid_body_of(numeric, m, offsets):
     """Return the rigid body to which a field is fixed; 0 is the world."""
     body, owner = 0, _tuple_of(numeric, m, offsets)
@@ -218,7 +217,7 @@ def _rigid_body_of(numeric, m, offsets):
     return np.int64(memory.integers(m[offsets.body_weldid // 8], memory.UNBOUNDED)[body])
 
 
-@njit
+@subroutine
 def invalid_field(m, offsets, thorough):
     """Return the first invalid numeric that is a field, or -1; check all nodes if `thorough`."""
     for numeric in range(m[offsets.nnumeric // 8]):
@@ -243,7 +242,7 @@ def invalid_field(m, offsets, thorough):
     return -1
 
 
-@njit
+@subroutine
 def invalid_field_tuple(m, offsets) -> tuple[int, int, int, int]:
     """Return the first tuple of fields with a wrong element, as `VALID` describes it."""
     for k in range(m[offsets.ntuple // 8]):

@@ -14,8 +14,6 @@ state. It converges since `spontaneous_magnetization.py` has shown that U has on
 
 import math
 
-from numba import njit
-
 from magmotor.dipoles import sum_over_sources
 from magmotor.mjcf.forces.dipole_table import NOBODY
 from magmotor.mjcf.forces.iron import (
@@ -29,6 +27,7 @@ from magmotor.mjcf.forces.iron import (
 )
 from magmotor.mjcf.forces.mirror import add_image, mirrored
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY, magnetize
+from magmotor.numerics.numba_cache import subroutine
 
 MOST_SWEEPS = 2000
 """Number of sweeps after which the moments do not converge; 500 spheres that touch need sixty."""
@@ -40,7 +39,7 @@ FINE, COINCIDENT, UNSTABLE = range(3)
 """Results of `find_instability` and `magnetize_pieces`."""
 
 
-@njit
+@subroutine
 def magnetize_pieces(iron, pieces, mirror, frames) -> tuple[int, int]:
     """Find the moments of all pieces, whose fields from outside are known.
 
@@ -64,7 +63,7 @@ def magnetize_pieces(iron, pieces, mirror, frames) -> tuple[int, int]:
     return UNSTABLE, worst
 
 
-@njit
+@subroutine
 def update_moment(iron, pieces, i, mirror, frames, real):
     """Replace the moment of piece i by that in the field of the others' present moments.
 
@@ -87,7 +86,7 @@ def update_moment(iron, pieces, i, mirror, frames, real):
     return square, moved, total[6]
 
 
-@njit
+@subroutine
 def _field_of_others(iron, i, count, mirror):
     """Sum the field of all other pieces, and of all images, at piece i."""
     target = (iron[0, i], iron[1, i], iron[2, i], 0.0, 0.0, 0.0)
@@ -98,7 +97,7 @@ def _field_of_others(iron, i, count, mirror):
     return total
 
 
-@njit
+@subroutine
 def _moment(row, saturation, frame, bx, by, bz):
     """Return the moment of a piece in a field, and the energy that it stores."""
     scale = 1.0 / VACUUM_PERMEABILITY
@@ -117,7 +116,7 @@ def _moment(row, saturation, frame, bx, by, bz):
     )
 
 
-@njit
+@subroutine
 def iron_energy(iron, pieces, mirror):
     """Return the energy of all pieces in J, whose moments have been found."""
     count = len(pieces)

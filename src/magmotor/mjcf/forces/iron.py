@@ -31,6 +31,7 @@ from magmotor.mjcf.forces.custom import (
 )
 from magmotor.mjcf.forces.mirror import NO_MIRROR, mirror_of
 from magmotor.numerics.demagnetization import demagnetizing_factors
+from magmotor.numerics.numba_cache import subroutine
 
 IRON = tuple(b"iron")
 
@@ -45,7 +46,7 @@ COLUMNS = 11
 """Number of columns of a piece."""
 
 
-@njit
+@subroutine
 def count_pieces(m, offsets):
     """Return the number of pieces, or more."""
     count = 0
@@ -55,7 +56,7 @@ def count_pieces(m, offsets):
     return count
 
 
-@njit
+@subroutine
 def read_pieces(pieces, m, d, offsets):
     """Write one row for each piece; return their number, and the mirror."""
     count, mirror = 0, NO_MIRROR
@@ -79,14 +80,14 @@ def read_pieces(pieces, m, d, offsets):
     return count, mirror
 
 
-@njit
+@subroutine
 def is_piece(geom, m, offsets):
     """Whether a geom is a piece of iron that a field magnetizes."""
     shape = memory.integers(m[offsets.geom_type // 8], memory.UNBOUNDED)
     return shape[geom] != PLANE and _is_iron(geom, m, offsets)
 
 
-@njit
+@subroutine
 def has_mirror(m, offsets):
     """Whether a plane is of iron that a field magnetizes."""
     shape = memory.integers(m[offsets.geom_type // 8], memory.UNBOUNDED)
@@ -96,7 +97,7 @@ def has_mirror(m, offsets):
     return False
 
 
-@njit
+@subroutine
 def _is_iron(geom, m, offsets):
     """Whether a tuple of iron names a geom, and its susceptibility is not 0."""
     for k in range(m[offsets.ntuple // 8]):
@@ -108,7 +109,7 @@ def _is_iron(geom, m, offsets):
     return False
 
 
-@njit
+@subroutine
 def _material(k, m, offsets):
     """Return the susceptibility and the saturation magnetization, or 0, that a tuple names."""
     susceptibility = saturation = 0.0
@@ -122,7 +123,7 @@ def _material(k, m, offsets):
     return susceptibility, saturation
 
 
-@njit
+@subroutine
 def _ellipsoid(geom, m, offsets):
     """Return the semi-axes of an ellipsoid with a geom's proportions, and the geom's volume."""
     shape = memory.integers(m[offsets.geom_type // 8], memory.UNBOUNDED)[geom]
@@ -144,7 +145,7 @@ def ellipsoid(shape, a, b, c):
     return a, a, a + b, math.pi * a * a * (2.0 * b + 4.0 / 3.0 * a)
 
 
-@njit
+@subroutine
 def invalid_iron(m, offsets) -> tuple[int, int, int, int]:
     """Return the first tuple of iron with a wrong element, as `VALID` describes it.
 
@@ -182,7 +183,7 @@ def invalid_iron(m, offsets) -> tuple[int, int, int, int]:
     return VALID
 
 
-@njit
+@subroutine
 def _earlier_tuple(i, m, offsets):
     """Return the tuple of iron in which an earlier element names the geom of element i, or -1."""
     _, geom, _ = element(i, m, offsets)
@@ -195,7 +196,7 @@ def _earlier_tuple(i, m, offsets):
     return -1
 
 
-@njit
+@subroutine
 def invalid_material(m, offsets):
     """Return the first numeric of a valid tuple that is not a material, or -1.
 
@@ -215,7 +216,7 @@ def invalid_material(m, offsets):
     return -1
 
 
-@njit
+@subroutine
 def invalid_size(m, offsets):
     """Return the first piece of iron whose size is not positive and finite, or -1."""
     shape = memory.integers(m[offsets.geom_type // 8], memory.UNBOUNDED)
@@ -233,7 +234,7 @@ def invalid_size(m, offsets):
     return -1
 
 
-@njit
+@subroutine
 def coupled_iron(m, offsets):
     """Return the first piece of iron whose body a coupling names, and the coupling; or -1, -1."""
     body_of = memory.integers(m[offsets.geom_bodyid // 8], memory.UNBOUNDED)

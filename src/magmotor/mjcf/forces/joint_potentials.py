@@ -10,15 +10,14 @@ acts on the joint, between its body and the parent.
 
 import math
 
-from numba import njit
-
 from magmotor.mjcf import memory
+from magmotor.numerics.numba_cache import subroutine
 
 SLIDE, HINGE = 2, 3
 """mjJNT_SLIDE and mjJNT_HINGE."""
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def invalid_potential(m, offsets):
     """Return the first joint with invalid `user` numbers, or -1.
 
@@ -36,7 +35,7 @@ def invalid_potential(m, offsets):
     return -1
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def add_potential_forces(m, d, offsets, generalized):
     """Add the forces of joint potentials to generalized forces (nv,); return their number.
 

@@ -5,8 +5,6 @@
 
 import math
 
-from numba import njit
-
 from magmotor.dipoles import COINCIDENCE_SQUARED, PERMEABILITY_OVER_4PI
 from magmotor.mjcf.forces.couplings import coupling_factor
 from magmotor.mjcf.forces.dipole_table import (
@@ -21,9 +19,10 @@ from magmotor.mjcf.forces.dipole_table import (
 from magmotor.mjcf.forces.fields import acts_on, field_and_gradient
 from magmotor.mjcf.forces.induction import iron_energy
 from magmotor.mjcf.forces.mirror import NOTHING
+from magmotor.numerics.numba_cache import subroutine
 
 
-@njit
+@subroutine
 def energy_of(state, m, offsets):
     """Return the energy in J of a `MagneticState`, of which the magnetic wrenches are derivatives.
 
@@ -50,13 +49,13 @@ def energy_of(state, m, offsets):
     return energy
 
 
-@njit
+@subroutine
 def _product(target, field):
     """Return the scalar product of a dipole's moment and a field."""
     return target[3] * field[0] + target[4] * field[1] + target[5] * field[2]
 
 
-@njit
+@subroutine
 def _energy_of_pair(state, k, other):
     """Return the energy of two magnets in each other's field; 0 if none moves or one is iron."""
     table, magnets = state.table, state.magnets

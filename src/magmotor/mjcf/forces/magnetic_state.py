@@ -7,7 +7,6 @@ import math
 from typing import Any, NamedTuple
 
 import mujoco
-from numba import njit
 
 from magmotor.mjcf import layout, memory
 from magmotor.mjcf.errors import BEHIND, COIL, MERGED, NO_ERROR, OUTSIDE, UNSOLVED
@@ -34,7 +33,7 @@ from magmotor.mjcf.forces.iron import COLUMNS, OUTER, count_pieces, read_pieces
 from magmotor.mjcf.forces.marks import COILS, COUPLINGS, DIPOLES, FIELDS, IRON, forces_of
 from magmotor.mjcf.forces.mirror import NO_MIRROR, height_above
 from magmotor.mjcf.forces.spontaneous_magnetization import find_instability
-from magmotor.numerics.numba_cache import compiled_once
+from magmotor.numerics.numba_cache import compiled_once, subroutine
 
 ALIGNMENT = 1024
 """Bytes that MuJoCo may add for frames and alignment, generously."""
@@ -58,7 +57,7 @@ class MagneticState(NamedTuple):
     error: tuple[int, int, int]
 
 
-@njit
+@subroutine
 def _sizes(m, offsets, kinds):
     """Return the largest numbers of dipole sites, couplings, fields, pieces and driven sites."""
     ntuple = m[offsets.ntuple // 8]
@@ -72,7 +71,7 @@ def _sizes(m, offsets, kinds):
     )
 
 
-@njit
+@subroutine
 def stack_words(m, offsets, kinds):
     """Return the number of 64-bit words that `read_state` allocates."""
     nsite, ntuple, numerics, count, driven = _sizes(m, offsets, kinds)
@@ -106,7 +105,7 @@ def _stack_bytes(checksum: int, offsets: layout.Layout):
     return stack_bytes
 
 
-@njit
+@subroutine
 def read_state(m, d, offsets, kinds):
     """Read everything magnetic, and find the moments of iron.
 
@@ -142,7 +141,7 @@ def read_state(m, d, offsets, kinds):
     return state
 
 
-@njit
+@subroutine
 def _magnetize(state, m, d, offsets):
     """Find the moments of iron; return a error."""
     table, iron, first = state.table, state.iron, state.magnets.iron
@@ -172,7 +171,7 @@ def _magnetize(state, m, d, offsets):
     return NO_ERROR
 
 
-@njit
+@subroutine
 def _dipole_behind(table, magnets, mirror):
     """Return an error if a dipole is below the plane of iron."""
     for k in range(magnets.number if mirror[0] != 0.0 else 0):
@@ -182,7 +181,7 @@ def _dipole_behind(table, magnets, mirror):
     return NO_ERROR
 
 
-@njit
+@subroutine
 def misplaced_dipole(state, m, offsets):
     """Return an error if a dipole is outside the table of a field that acts on it."""
     table = state.table
@@ -199,7 +198,7 @@ def misplaced_dipole(state, m, offsets):
     return NO_ERROR
 
 
-@njit
+@subroutine
 def field_at(state, end, x, y, z, m, offsets):
     """Compute the field at a point, without that of the grouped dipoles from column `end` on.
 

@@ -5,8 +5,6 @@
 
 import math
 
-from numba import njit
-
 from magmotor.dipoles import COINCIDENCE_SQUARED
 from magmotor.mjcf import memory
 from magmotor.mjcf.errors import COINCIDENCE, NO_ERROR, OUTSIDE
@@ -28,9 +26,10 @@ from magmotor.mjcf.forces.magnetic_state import read_state
 from magmotor.mjcf.forces.mirror import NOTHING
 from magmotor.mjcf.forces.resolution import unresolved_body
 from magmotor.mjcf.forces.tolerance import tolerance_of
+from magmotor.numerics.numba_cache import subroutine
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def set_magnetic_wrenches(m, d, offsets, kinds, applied, later):
     """Overwrite the wrench of each body that can move and on which magnetism acts.
 
@@ -48,7 +47,7 @@ def set_magnetic_wrenches(m, d, offsets, kinds, applied, later):
     return acting, error
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def _set_wrenches(state, m, d, offsets, applied, later):
     """Overwrite the wrenches, as `set_magnetic_wrenches` does."""
     table, magnets = state.table, state.magnets
@@ -77,14 +76,14 @@ def _set_wrenches(state, m, d, offsets, applied, later):
     return acting, error
 
 
-@njit
+@subroutine
 def _moves(body, m, offsets):
     """Whether the rigid body to which a body belongs can move."""
     weld = memory.integers(m[offsets.body_weldid // 8], memory.UNBOUNDED)[body]
     return memory.integers(m[offsets.body_dofnum // 8], memory.UNBOUNDED)[weld] > 0
 
 
-@njit
+@subroutine
 def _add_field_wrenches(state, m, offsets, center, applied):
     """Add the wrenches of given fields on all dipoles, and the reactions on the fields' bodies."""
     table = state.table
@@ -120,7 +119,7 @@ def _add_field_wrenches(state, m, offsets, center, applied):
     return acting, NO_ERROR
 
 
-@njit
+@subroutine
 def _add_turns(table, number, field, applied):
     """Add the torques of a uniform field on all magnets that can move; return how many these are.
 
@@ -139,7 +138,7 @@ def _add_turns(table, number, field, applied):
     return acting
 
 
-@njit
+@subroutine
 def _add_image_wrenches(state, center, applied):
     """Add the wrenches of the images of all dipoles on dipoles that can move."""
     table, magnets, mirror = state.table, state.magnets, state.mirror
@@ -155,7 +154,7 @@ def _add_image_wrenches(state, center, applied):
     return acting
 
 
-@njit
+@subroutine
 def find_coincidence(state):
     """Find two dipoles that coincide and act on each other, as a error."""
     table, magnets = state.table, state.magnets

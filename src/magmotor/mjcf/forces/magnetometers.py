@@ -5,15 +5,14 @@
 
 import math
 
-from numba import njit
-
 from magmotor.mjcf import memory
 from magmotor.mjcf.errors import UNMEASURED
 from magmotor.mjcf.forces.custom import SITE
 from magmotor.mjcf.forces.magnetic_state import field_at, read_state
+from magmotor.numerics.numba_cache import subroutine
 
 
-@njit
+@subroutine
 def sensor_without_site(m, offsets, instance):
     """Return the first sensor of an instance of the plugin that is not at a site, or -1."""
     count = m[offsets.nsensor // 8]
@@ -25,7 +24,7 @@ def sensor_without_site(m, offsets, instance):
     return -1
 
 
-@njit
+@subroutine
 def read_magnetometers(m, d, offsets, kinds, instance):
     """Write the data of the sensors of an instance of the plugin; return an error for `report`.
 

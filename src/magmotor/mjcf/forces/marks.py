@@ -12,9 +12,9 @@ numbers, and those of the sites do not just count them (three or more consecutiv
 import math
 
 import numpy as np
-from numba import njit
 
 from magmotor.mjcf import memory
+from magmotor.numerics.numba_cache import subroutine
 
 DIPOLES, COUPLINGS, NOISE, POTENTIALS, UNMARKED, FIELDS, COILS, IRON = (1 << k for k in range(8))
 """Bits for what acts, and for a model that does not say so."""
@@ -47,7 +47,7 @@ _CODED = tuple(_packed(word) for word in WORDS)
 _BITS = tuple(WORDS.values())
 
 
-@njit
+@subroutine
 def forces_of(m, offsets):
     """Return the bits of what acts on a model, by its marks or by what is plain without one.
 
@@ -61,7 +61,7 @@ def forces_of(m, offsets):
     return by_config if by_text == 0 or by_text == by_config else WRONG
 
 
-@njit
+@subroutine
 def marks_of(m, offsets):
     """Return the addresses of the text and of the plugin's configuration; 0 for a missing one."""
     text = config = 0
@@ -82,19 +82,19 @@ def marks_of(m, offsets):
     return text, config
 
 
-@njit
+@subroutine
 def plugin_instance(m, offsets):
     """Number of the first instance of our plugin in a model; -1 if there is none."""
     return _first_instance(memory.plugin_slot(), m, offsets)
 
 
-@njit
+@subroutine
 def has_magnetometer(m, offsets):
     """Whether a model has any of our sensors."""
     return _first_instance(memory.magnetometer_slot(), m, offsets) >= 0
 
 
-@njit
+@subroutine
 def _first_instance(slot, m, offsets):
     """Number of the first instance of the plugin in a slot; -1 if there is none."""
     count = m[offsets.nplugin // 8]
@@ -105,7 +105,7 @@ def _first_instance(slot, m, offsets):
     return -1
 
 
-@njit
+@subroutine
 def _bits_of(text):
     """Bits of the words of a C string; `WRONG` if one is unknown or none is there.
 
@@ -131,7 +131,7 @@ def _bits_of(text):
         place += 1
 
 
-@njit
+@subroutine
 def _word(first, second, length):
     """Bits of a word of at most 16 characters; 0 if it is unknown."""
     if length > 16:
@@ -142,7 +142,7 @@ def _word(first, second, length):
     return 0
 
 
-@njit
+@subroutine
 def _is_plainly_magnetic(m, offsets):
     """Whether the `user` numbers of an unmarked model can be nothing but moments of sites."""
     nsite, nuser = m[offsets.nsite // 8], m[offsets.nuser_site // 8]
@@ -161,7 +161,7 @@ def _is_plainly_magnetic(m, offsets):
     )
 
 
-@njit
+@subroutine
 def has_user_numbers(m, offsets):
     """Whether any site, body or joint has `user` numbers."""
     return (
@@ -171,7 +171,7 @@ def has_user_numbers(m, offsets):
     )
 
 
-@njit
+@subroutine
 def has_numbers(m, count, nuser, user):
     """Whether any `user` number of a type of element is not zero."""
     rows, columns = m[count // 8], m[nuser // 8]

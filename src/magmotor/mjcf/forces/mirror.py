@@ -9,9 +9,8 @@ those of the dipoles themselves at the mirrored place. Given fields are left as 
 # Numba's intrinsics hide their first parameter:
 # pyright: reportCallIssue=false
 
-from numba import njit
-
 from magmotor.mjcf import memory
+from magmotor.numerics.numba_cache import subroutine
 
 NOTHING = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, False)
 """A sum over no sources, as of `magmotor.dipoles.sum_over_sources`."""
@@ -20,7 +19,7 @@ NO_MIRROR = (0.0, 0.0, 0.0, 0.0, 0.0)
 """The strength k of the images, the normal, and the height of the plane along it."""
 
 
-@njit
+@subroutine
 def mirror_of(plane, susceptibility, d, offsets):
     """Return the mirror that a plane geom is: its strength, normal and height along the normal."""
     position = memory.numbers(d[offsets.geom_xpos // 8], memory.UNBOUNDED, 3)
@@ -30,13 +29,13 @@ def mirror_of(plane, susceptibility, d, offsets):
     return susceptibility / (susceptibility + 2.0), nx, ny, nz, height
 
 
-@njit
+@subroutine
 def height_above(mirror, x, y, z):
     """Return the height of a point above the plane."""
     return mirror[1] * x + mirror[2] * y + mirror[3] * z - mirror[4]
 
 
-@njit
+@subroutine
 def mirrored(mirror, target):
     """Return a dipole's position and moment, both reflected by the plane as vectors are."""
     _, nx, ny, nz, _ = mirror
@@ -49,7 +48,7 @@ def mirrored(mirror, target):
     )  # fmt: skip
 
 
-@njit
+@subroutine
 def add_image(total, there, mirror):
     """Add the force and the field of images on a target to those of other sources.
 

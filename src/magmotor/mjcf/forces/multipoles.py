@@ -13,16 +13,15 @@ Q and O are symmetric, and have no traces. The field is B = -grad phi, and the f
 
 import math
 
-from numba import njit
-
 from magmotor.dipoles import inner
+from magmotor.numerics.numba_cache import subroutine
 from magmotor.numerics.simd import broadcast, fused, negative, square_root
 
 P, Q, O, POWER, COUNTED = 0, 3, 9, 19, 20
 """Columns of the moments: 3 of p, 6 of Q, 10 of O (lexicographic), and the square of the next."""
 
 
-@njit(inline="always")
+@subroutine(inline="always")
 def moments_of(x, y, z, a, b, c):
     """Return the moments of dipoles (a, b, c) at (x, y, z), and an estimate of the next squared.
 
@@ -56,7 +55,7 @@ def moments_of(x, y, z, a, b, c):
     )  # fmt: skip
 
 
-@njit
+@subroutine
 def next_moment(moments, radius):
     """Estimate the first moment left out, sum of m d^3, by those found and by random directions."""
     p, q, o = moments[P:Q], moments[Q:O], moments[O:POWER]
@@ -75,7 +74,7 @@ def next_moment(moments, radius):
     return math.sqrt(largest)
 
 
-@njit(inline="always")
+@subroutine(inline="always")
 def multipole_force_and_field(table, k, c, x, y, z, ax, ay, az):
     """Return force on and field at dipoles (ax, ay, az), at (x, y, z) from the moments' center.
 

@@ -15,12 +15,12 @@ import ctypes
 import math
 
 import numpy as np
-from numba import njit
 
 from magmotor.mjcf import memory
 from magmotor.mjcf.errors import NO_ERROR, OVERLAP
 from magmotor.mjcf.forces.coils import MULTIPLIER
 from magmotor.mjcf.forces.dipole_table import BODY, FIRST, LABEL, MOVES
+from magmotor.numerics.numba_cache import subroutine
 
 FASTEST_TURN = 4.0
 """Largest turn in rad from rest within one timestep: (omega h)^2 = 4 across the field."""
@@ -52,7 +52,7 @@ def bind() -> None:
     memory.bind_variable("magmotor_suspects_address", _address_of_suspects)
 
 
-@njit
+@subroutine
 def unresolved_body(table, magnets, m, d, offsets, applied, later):
     """Return -1, a body that jumped in the step before, and -1; or two bodies that have sunk in.
 
@@ -100,13 +100,13 @@ def unresolved_body(table, magnets, m, d, offsets, applied, later):
     return OVERLAP if overlap else -1, sunken, other
 
 
-@njit
+@subroutine
 def _hash(address):
     """Return a number of `ADDRESS_BITS` bits, which differ for data that are near in memory."""
     return np.int64((np.uint64(address) * MULTIPLIER) >> np.uint64(64 - ADDRESS_BITS))
 
 
-@njit
+@subroutine
 def _size(body, m, offsets):
     """Return the radius of a body's largest geom, or of the largest one of the body it belongs to.
 
@@ -120,7 +120,7 @@ def _size(body, m, offsets):
     return size if size > 0.0 else math.inf
 
 
-@njit
+@subroutine
 def _largest_geom(body, m, offsets):
     """Return the radius of a body's largest geom; 0 without one."""
     geoms = np.int64(memory.integers(m[offsets.body_geomnum // 8], memory.UNBOUNDED)[body])
@@ -132,7 +132,7 @@ def _largest_geom(body, m, offsets):
     return size
 
 
-@njit
+@subroutine
 def _radius_of_inertia(body, m, offsets):
     """Return the radius of a solid ball with a body's mass and largest inertia; 0 without mass."""
     mass = memory.numbers(m[offsets.body_mass // 8], 1, memory.UNBOUNDED)[0, body]
@@ -141,7 +141,7 @@ def _radius_of_inertia(body, m, offsets):
     return math.sqrt(2.5 * largest / mass) if mass > 0.0 else 0.0
 
 
-@njit
+@subroutine
 def _motion_from_rest(body, wrench, timestep, m, d, offsets):
     """Return how far a wrench moves and turns a body within a timestep, at most.
 
@@ -162,13 +162,13 @@ def _motion_from_rest(body, wrench, timestep, m, d, offsets):
     return timestep * timestep * shift, timestep * timestep * math.sqrt(turn)
 
 
-@njit
+@subroutine
 def _inverse(inertia, mean):
     """Return the inverse of a body's own inertia, or three times the mean one if that is less."""
     return min(3.0 * mean, 1.0 / inertia) if inertia > 0.0 else 3.0 * mean
 
 
-@njit
+@subroutine
 def _change(body, before, m, d, offsets):
     """Return by how much the velocity and the angular velocity of a body have changed, in size."""
     turn = shift = 0.0
@@ -181,7 +181,7 @@ def _change(body, before, m, d, offsets):
     return math.sqrt(shift), math.sqrt(turn)
 
 
-@njit
+@subroutine
 def _velocity(body, m, d, offsets):
     """Return the angular velocity of a body, and the velocity of its center of mass."""
     root = memory.integers(m[offsets.body_rootid // 8], memory.UNBOUNDED)[body]
@@ -195,7 +195,7 @@ def _velocity(body, m, d, offsets):
     return v[0], v[1], v[2], x, y, z
 
 
-@njit
+@subroutine
 def _sunken_bodies(table, magnets, m, d, offsets):
     """Return the body of a geom that is deep in that of another magnet, and that one; or -1, -1."""
     body_of = memory.integers(m[offsets.geom_bodyid // 8], memory.UNBOUNDED)
@@ -217,7 +217,7 @@ def _sunken_bodies(table, magnets, m, d, offsets):
     return -1, -1
 
 
-@njit
+@subroutine
 def _is_magnet(body, table, magnets, m, offsets):
     """Whether a body belongs to a rigid body with dipoles or iron; the world itself does not."""
     weld = memory.integers(m[offsets.body_weldid // 8], memory.UNBOUNDED)[body]

@@ -19,8 +19,6 @@ as is so for pieces that do not nearly touch.
 
 import math
 
-from numba import njit
-
 from magmotor.dipoles import PERMEABILITY_OVER_4PI, inner
 from magmotor.mjcf.forces.dipole_table import NOBODY
 from magmotor.mjcf.forces.induction import (
@@ -34,6 +32,7 @@ from magmotor.mjcf.forces.induction import (
 from magmotor.mjcf.forces.iron import FACTORS, SUSCEPTIBILITY, VOLUME
 from magmotor.mjcf.forces.mirror import mirrored
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
+from magmotor.numerics.numba_cache import subroutine
 from magmotor.numerics.simd import (
     COUNT,
     broadcast,
@@ -49,7 +48,7 @@ GOLDEN_RATIO = 0.5 * (math.sqrt(5.0) - 1.0)
 """Its multiples, less integers, are the magnetizations in A/m from which to start."""
 
 
-@njit
+@subroutine
 def find_instability(iron, pieces, mirror, frames) -> tuple[int, int]:
     """Test whether pieces magnetize by themselves; return how it went, and the piece that failed.
 
@@ -80,7 +79,7 @@ def find_instability(iron, pieces, mirror, frames) -> tuple[int, int]:
     return UNSTABLE, worst
 
 
-@njit
+@subroutine
 def _are_far_apart(iron, pieces, mirror):
     """Whether Gershgorin's theorem shows that no pieces magnetize by themselves."""
     count = len(pieces)
@@ -101,7 +100,7 @@ def _are_far_apart(iron, pieces, mirror):
     return True
 
 
-@njit(error_model="numpy")
+@subroutine(error_model="numpy")
 def _sum_of_inverse_cubes(x, y, z, label, iron, count):
     """Return the sum of 1/r^3 over the pieces with other labels, eight at a time."""
     tx, ty, tz, own = broadcast(x), broadcast(y), broadcast(z), broadcast(label)

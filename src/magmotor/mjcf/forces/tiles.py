@@ -13,12 +13,12 @@ chunk meets one other. The meetings of a round share no data and are tasks for M
 # Numba's intrinsics hide their first parameter:
 # pyright: reportCallIssue=false
 
-from numba import njit, types
+from numba import types
 
 from magmotor.dipoles import COINCIDENCE_SQUARED, PERMEABILITY_OVER_4PI, inner
 from magmotor.mjcf import memory
 from magmotor.mjcf.forces.dipole_table import LABEL, padded
-from magmotor.numerics.numba_cache import compiled_once
+from magmotor.numerics.numba_cache import compiled_once, subroutine
 from magmotor.numerics.simd import (
     COUNT,
     broadcast,
@@ -38,7 +38,7 @@ TILED = 256
 """Number of dipoles from which tiles are faster than one loop for each dipole."""
 
 CHUNK, MOST_CHUNKS = 16, 32
-"""Least number of blocks in a chunk, about 40 us of work for a task, and most chunks."""
+"""Least number of blocks in a chunk, about 40 µs of work for a task, and most chunks."""
 
 X, Y, Z, MX, MY, MZ, OWN, FX, FY, FZ, BX, BY, BZ, LABELS, WIDTH = range(0, 15 * COUNT, COUNT)
 """Columns of a block: positions, moments, rigid bodies, force, field, least and largest label."""
@@ -62,7 +62,7 @@ def bind() -> None:
     memory.bind_compiled("magmotor_tile_task", _task())
 
 
-@njit
+@subroutine
 def fill_tiles(stack, table, end):
     """Copy the first `end` dipoles of a table to blocks, with forces and fields of zero."""
     blocks = padded(end) // COUNT
@@ -77,7 +77,7 @@ def fill_tiles(stack, table, end):
     return tiles
 
 
-@njit
+@subroutine
 def _range_of_labels(tiles, b):
     least = largest = tiles[b, OWN]
     for k in range(1, COUNT):
@@ -85,7 +85,7 @@ def _range_of_labels(tiles, b):
     return least, largest
 
 
-@njit
+@subroutine
 def dipole_and_sums(tiles, i):
     """Return position and moment of dipole i, and its force and field as by `sum_over_sources`."""
     b, k = i // COUNT, i % COUNT
@@ -103,7 +103,7 @@ def dipole_and_sums(tiles, i):
     )  # fmt: skip
 
 
-@njit
+@subroutine
 def sum_over_pairs(model, stack, tiles):
     """Add the forces and fields of all dipoles on one another; return whether any coincide.
 
@@ -144,7 +144,7 @@ def _task(checksum: int):
     return task
 
 
-@njit
+@subroutine
 def _meeting(chunks, number, index):
     """Return the two chunks of a task: all but the last chunk move around a circle."""
     if number == 0:
@@ -155,7 +155,7 @@ def _meeting(chunks, number, index):
     return (number + index) % others, (number - index) % others
 
 
-@njit
+@subroutine
 def _sum_over_chunks(tiles, first, last, begin, end):
     """Add the forces and fields of two chunks of blocks, or of one; return the least distance^2."""
     nearest = SEPARATE
@@ -179,19 +179,19 @@ def _sum_over_chunks(tiles, first, last, begin, end):
     return nearest
 
 
-@njit
+@subroutine
 def _may_share(tiles, i, j):
     """Whether the ranges of labels of two blocks overlap."""
     return tiles[i, LABELS] <= tiles[j, LABELS + 1] and tiles[j, LABELS] <= tiles[i, LABELS + 1]
 
 
-@njit(error_model="numpy")
+@subroutine(error_model="numpy")
 def _sum_with_labels(tiles, i, lane, begin, end):
     """Do `_sum` without pairs of one rigid body, and, in block i, only for the lanes after."""
     return _sum(tiles, i, lane, begin, end, True)
 
 
-@njit(forceinline=True, error_model="numpy")
+@subroutine(forceinline=True, error_model="numpy")
 def _sum(tiles, i, lane, begin, end, labels):
     """Add the forces and fields of a dipole and the blocks from `begin` to `end` - 1.
 
@@ -240,7 +240,7 @@ def _sum(tiles, i, lane, begin, end, labels):
     return minimum(nearest)
 
 
-@njit(inline="always")
+@subroutine(inline="always")
 def terms_of_pairs(x, y, z, square, ax, ay, az, mx, my, mz):
     """Return the forces on dipoles (ax, ay, az) by others at distances (x, y, z), and factors.
 

@@ -3,21 +3,20 @@
 # Numba's intrinsics hide their first parameter:
 # pyright: reportCallIssue=false
 
-from numba import njit
-
 from magmotor.mjcf.forces.custom import numbers_of, numeric_starts_with
+from magmotor.numerics.numba_cache import subroutine
 
 NAME = (*b"magnetic_tolerance", 0)
 
 
-@njit
+@subroutine
 def tolerance_of(m, offsets):
     """Return the number of `<numeric name="magnetic_tolerance">`, or 0, which means exact."""
     k = _numeric(m, offsets)
     return numbers_of(k, m, offsets)[0] if k >= 0 else 0.0
 
 
-@njit
+@subroutine
 def invalid_tolerance(m, offsets):
     """Return the number of the tolerance's numeric if it is not one number from 0 to 0.1, or -1."""
     k = _numeric(m, offsets)
@@ -27,7 +26,7 @@ def invalid_tolerance(m, offsets):
     return -1 if len(numbers) == 1 and 0.0 <= numbers[0] <= 0.1 else k
 
 
-@njit
+@subroutine
 def _numeric(m, offsets):
     """Return the number of the numeric that is the tolerance, or -1."""
     for k in range(m[offsets.nnumeric // 8]):

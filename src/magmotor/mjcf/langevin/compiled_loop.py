@@ -12,7 +12,7 @@ import math
 from functools import cache
 
 import numpy as np
-from numba import njit, types
+from numba import types
 
 from magmotor.mjcf import layout, memory, reports
 from magmotor.mjcf.forces import all_forces
@@ -32,7 +32,7 @@ from magmotor.mjcf.langevin.coefficients import (
 from magmotor.mjcf.langevin.thermostat import BY_TIME
 from magmotor.mjcf.reports import report
 from magmotor.noise import normal
-from magmotor.numerics.numba_cache import compiled_once, copy
+from magmotor.numerics.numba_cache import compiled_once, copy, subroutine
 from magmotor.numerics.rotations import columns, dot, mul_quat, plus, scaled
 
 _word, _number = types.int64, types.float64
@@ -123,7 +123,7 @@ def _advance(checksum: int, offsets: layout.Layout):
     return advance
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def _borrowed(coefficients):
     """Return the coefficients with views of their arrays; see `memory.borrowed`."""
     return StepCoefficients(
@@ -141,7 +141,7 @@ def _borrowed(coefficients):
     )
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def _compute_forces(model, data, offsets, coefficients, force):
     """Compute the generalized forces at the current configuration, without damping and noise.
 
@@ -172,7 +172,7 @@ def _compute_forces(model, data, offsets, coefficients, force):
                 force[dof + k] += frames[body, 3 * j + k] * applied[body, 3 + j]
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def _drift(model, qpos, qvel, coefficients):
     """A: move freely for half a timestep.
 
@@ -199,7 +199,7 @@ def _drift(model, qpos, qvel, coefficients):
                 momentum[k] /= coefficients.ratios[b, k]
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def _twist(quaternion, momentum, axis, ratio, time):
     """Rotate a body about its own axis by the flow of L^2/(2 I) - L^2/(2 I0) for `time`.
 
@@ -219,7 +219,7 @@ def _twist(quaternion, momentum, axis, ratio, time):
         momentum[i], momentum[j] = cosine * x + sine * y, cosine * y - sine * x
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def _damp_and_drive(qpos, qvel, coefficients, whole, change):
     """O: apply damping and noise for a timestep, u += (D L) (u, xi).
 
@@ -248,13 +248,13 @@ def _damp_and_drive(qpos, qvel, coefficients, whole, change):
         qvel[i] += change[i]
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def _axes(qpos, start):
     """Return the axes of a body in the frame of its reference attitude, from its quaternion."""
     return columns((qpos[start], qpos[start + 1], qpos[start + 2], qpos[start + 3]))
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def _to_body(array, first, axes):
     """Transform a vector in an array from the frame of the reference attitude to the body's."""
     v = array[first], array[first + 1], array[first + 2]
@@ -262,7 +262,7 @@ def _to_body(array, first, axes):
     array[first], array[first + 1], array[first + 2] = rotated
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def _to_reference(array, first, axes):
     """Transform a vector in an array from the body's frame to that of its reference attitude."""
     x, y, z = array[first], array[first + 1], array[first + 2]

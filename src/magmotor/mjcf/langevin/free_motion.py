@@ -13,11 +13,11 @@ velocities of each tree are scaled to the kinetic energy with which the motion b
 
 import math
 
-from numba import njit, types
+from numba import types
 
 from magmotor.mjcf import memory
 from magmotor.mjcf.langevin.position_forces import compute_forces
-from magmotor.numerics.numba_cache import copy
+from magmotor.numerics.numba_cache import copy, subroutine
 
 HEUN, RUNGE_KUTTA = 20.0, 300.0
 """Powers 3 and 5 of h |a| / |v| up to which these rules are tried, over the allowed error."""
@@ -53,7 +53,7 @@ FUNCTIONS = {
 ) = (types.ExternalFunction(name, signature) for name, signature in FUNCTIONS.items())
 
 
-@njit
+@subroutine
 def update_position(model, data):
     """Compute the frames, the axes of the joints, and the inertia at the current position."""
     _update_kinematics(model, data)
@@ -62,13 +62,13 @@ def update_position(model, data):
     _factorize_inertia(model, data)
 
 
-@njit
+@subroutine
 def solve_inertia(model, data, acceleration, force):
     """Compute the accelerations M^-1 f of forces."""
     _solve_inertia(model, data, acceleration.ctypes.data, force.ctypes.data, 1)
 
 
-@njit
+@subroutine
 def _compute_acceleration(model, data, force, room):
     """Compute the acceleration by a force and the Coriolis, centrifugal and gyroscopic terms."""
     _update_velocities(model, data)
@@ -78,13 +78,13 @@ def _compute_acceleration(model, data, force, room):
     solve_inertia(model, data, room.acceleration, room.bias)
 
 
-@njit
+@subroutine
 def move(model, qpos, velocity, time):
     """Advance positions at constant velocities."""
     _integrate_positions(model, qpos.ctypes.data, velocity.ctypes.data, time)
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def multiply_inertia(tree, inertia, result, velocity):
     """Compute M v, where `inertia` has the elements of M in MuJoCo's sparse form."""
     for i in range(len(velocity)):
@@ -97,7 +97,7 @@ def multiply_inertia(tree, inertia, result, velocity):
                 result[j] += inertia[k] * velocity[i]
 
 
-@njit
+@subroutine
 def _kinetic_energies(tree, inertia, velocity, energies):
     """Compute twice the kinetic energy of each tree."""
     for k in range(len(energies)):
@@ -110,7 +110,7 @@ def _kinetic_energies(tree, inertia, velocity, energies):
         energies[tree.trees[i]] += 2.0 * velocity[i] * total
 
 
-@njit(forceinline=True, error_model="numpy")
+@subroutine(forceinline=True, error_model="numpy")
 def move_freely(model, data, offsets, tree, dampers, qpos, qvel, time, room):
     """Move without forces for a time; return whether the motion is accurate enough.
 
@@ -144,7 +144,7 @@ def move_freely(model, data, offsets, tree, dampers, qpos, qvel, time, room):
     return good
 
 
-@njit(forceinline=True, error_model="numpy")
+@subroutine(forceinline=True, error_model="numpy")
 def _expected_errors(tree, dampers, room):
     """Return the largest squares of (|a|/|v|)^3 and (|a|/|v|)^5 of a tree over its allowed error.
 
@@ -163,14 +163,14 @@ def _expected_errors(tree, dampers, room):
     return by_heun, by_runge_kutta
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def _allowed_defect(dampers, before, k):
     """Return by how much twice the kinetic energy of a tree may change in a piece."""
     thermal = max(dampers.thermal[k], COLDEST * before)
     return dampers.defect * (min(before, thermal) if dampers.thermal[k] > 0.0 else before)
 
 
-@njit(forceinline=True, error_model="numpy")
+@subroutine(forceinline=True, error_model="numpy")
 def _heun(model, data, qpos, qvel, time, room):
     """Move by the explicit trapezoidal rule; `room.acceleration` must be that of the start."""
     for i in range(len(qvel)):
@@ -183,7 +183,7 @@ def _heun(model, data, qpos, qvel, time, room):
         qvel[i] = room.start[i] + 0.5 * time * room.acceleration[i]
 
 
-@njit(error_model="numpy")
+@subroutine(error_model="numpy")
 def runge_kutta(model, data, offsets, tree, qpos, qvel, time, forced, begun, room):
     """Move by the classical Runge-Kutta rule of fourth order, on rotations by that of Munthe-Kaas.
 
@@ -227,7 +227,7 @@ def runge_kutta(model, data, offsets, tree, qpos, qvel, time, forced, begun, roo
     update_position(model, data)
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def _correct_rate(rate, turn):
     """Replace an angular velocity by the rate of the rotation vector, up to third order."""
     x = turn[1] * rate[2] - turn[2] * rate[1]
@@ -238,7 +238,7 @@ def _correct_rate(rate, turn):
     rate[2] += 0.5 * z + (turn[0] * y - turn[1] * x) / 12.0
 
 
-@njit
+@subroutine
 def _conserve_energy(tree, dampers, inertia, qvel, room):
     """Scale the velocities to the kinetic energy of each tree; return whether that is little."""
     _kinetic_energies(tree, inertia, qvel, room.after)

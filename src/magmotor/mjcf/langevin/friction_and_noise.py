@@ -15,8 +15,6 @@ sum has none.
 
 import math
 
-from numba import njit
-
 from magmotor.mjcf import memory
 from magmotor.mjcf.langevin.free_motion import multiply_inertia
 from magmotor.mjcf.langevin.position_forces import (
@@ -26,12 +24,13 @@ from magmotor.mjcf.langevin.position_forces import (
     update_rows,
 )
 from magmotor.noise import HELD, normal
+from magmotor.numerics.numba_cache import subroutine
 
 BRIDGE = 32 << 32
 """Added to the channel for the number that divides a step's increment into two halves."""
 
 
-@njit
+@subroutine
 def standard_normal(draw, channel):
     """Return the number of one channel for the part of the step that `draw` names.
 
@@ -47,7 +46,7 @@ def standard_normal(draw, channel):
     return math.sqrt(0.5) * (whole + half * normal(seed, replica, step, channel + BRIDGE, 1, 0))
 
 
-@njit(forceinline=True, error_model="numpy")
+@subroutine(forceinline=True, error_model="numpy")
 def damp_and_drive(model, data, offsets, tree, dampers, qvel, force, time, draw, room, exchanged):
     """Apply friction, noise and a constant force for a time.
 
@@ -89,7 +88,7 @@ def damp_and_drive(model, data, offsets, tree, dampers, qvel, force, time, draw,
         exchanged[0] += heat
 
 
-@njit
+@subroutine
 def _visit(data, d, offsets, tree, dampers, time, draw, velocity, room, noise, exchanged, book):
     """Visit all dampers: add to the matrix C and the noise, or, if `book`, add up their heat.
 
@@ -141,7 +140,7 @@ def _visit(data, d, offsets, tree, dampers, time, draw, velocity, room, noise, e
                      channel + k, velocity, rows[k], matrix, noise, exchanged, book)  # fmt: skip
 
 
-@njit
+@subroutine
 def _add_row(tree, damping, kT, bath, time, draw, channel, velocity, row, matrix, noise,
              exchanged, book):  # fmt: skip
     """Visit the damper of one row (nv,): the force -damping (row v) row, and its noise."""
@@ -161,7 +160,7 @@ def _add_row(tree, damping, kT, bath, time, draw, channel, velocity, row, matrix
                     matrix[tree.place[i * n + j]] += damping * row[i] * row[j]
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def _read_tendon(d, offsets, dampers, k, row):
     """Copy the Jacobian of a tendon to a dense row."""
     values = memory.numbers(d[offsets.ten_J // 8], 1, memory.UNBOUNDED)[0]
@@ -171,7 +170,7 @@ def _read_tendon(d, offsets, dampers, k, row):
         row[dampers.tendon_columns[k2]] = values[k2]
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def _read_actuator(d, offsets, output, row):
     """Copy the moment of an actuator's output to a dense row."""
     values = memory.numbers(d[offsets.actuator_moment // 8], 1, memory.UNBOUNDED)[0]
@@ -183,7 +182,7 @@ def _read_actuator(d, offsets, output, row):
         row[columns[k]] = values[k]
 
 
-@njit
+@subroutine
 def _add_rate(d, offsets, tree, dampers, time, draw, channel, matrix, noise):
     """Add the friction rate M, and noise L^T sqrt(D) xi of covariance M = L^T D L."""
     n = len(noise)
@@ -200,7 +199,7 @@ def _add_rate(d, offsets, tree, dampers, time, draw, channel, matrix, noise):
             matrix[tree.place[i * n + tree.columns[k]]] += dampers.rate * inertia[k]
 
 
-@njit
+@subroutine
 def _add_drag(d, offsets, tree, dampers, time, draw, channel, velocity, room, noise, exchanged,
               book):  # fmt: skip
     """Visit the Stokes drag of all bodies, summed over the tree like an inertia."""
@@ -253,7 +252,7 @@ def _add_drag(d, offsets, tree, dampers, time, draw, channel, velocity, room, no
             j = tree.ancestors[j]
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def _twist_at(tree, axes, body, velocity, center, point, twist):
     """Compute the angular velocity of a body and the velocity of one of its points."""
     twist[:] = 0.0
@@ -268,7 +267,7 @@ def _twist_at(tree, axes, body, velocity, center, point, twist):
     twist[5] += twist[0] * y - twist[1] * x
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def _add_point_drag(drag, linear, angular, center, point):
     """Add the drag of a sphere in the form of an inertia: xx yy zz xy xz yz, first moment, mass."""
     x, y, z = center[0] - point[0], center[1] - point[1], center[2] - point[2]
@@ -284,7 +283,7 @@ def _add_point_drag(drag, linear, angular, center, point):
     drag[9] += linear
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def _drag_of(drag, twist, wrench):
     """Multiply a drag in the form of an inertia by a twist (angular, linear velocity)."""
     p, q, r, u, v, w = twist[0], twist[1], twist[2], twist[3], twist[4], twist[5]
@@ -297,7 +296,7 @@ def _drag_of(drag, twist, wrench):
     wrench[5] = drag[9] * w + p * y - q * x
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def _multiply(tree, matrix, result, velocity):
     """Multiply a symmetric matrix in the sparse form of the friction by a vector."""
     result[:] = 0.0
@@ -309,7 +308,7 @@ def _multiply(tree, matrix, result, velocity):
                 result[j] += matrix[k] * velocity[i]
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def _solve(tree, factor, x):
     """Solve a positive definite system in place by L^T D L, which keeps the sparsity of trees."""
     n = len(x)

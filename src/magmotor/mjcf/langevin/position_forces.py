@@ -3,12 +3,13 @@
 # Numba's intrinsics hide their first parameter:
 # pyright: reportCallIssue=false, reportGeneralTypeIssues=false
 
-from numba import njit, types
+from numba import types
 
 from magmotor.mjcf import memory, reports
 from magmotor.mjcf.forces import all_forces
 from magmotor.mjcf.forces.all_forces import apply_forces
 from magmotor.mjcf.reports import report
+from magmotor.numerics.numba_cache import subroutine
 
 _word, _int = types.int64, types.int32
 _FUNCTIONS = {
@@ -37,7 +38,7 @@ def bind() -> None:
     all_forces.bind()
 
 
-@njit
+@subroutine
 def update_rows(model, data, tree):
     """Compute the Jacobians of tendons, actuators and constraints at the current position."""
     if tree.tendons:
@@ -49,13 +50,13 @@ def update_rows(model, data, tree):
         _make_constraints(model, data)
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def constraint_count(data, offsets):
     """Return the number of constraints that are active."""
     return memory.integers(data + offsets.nefc, 1)[0]
 
 
-@njit(error_model="numpy")
+@subroutine(error_model="numpy")
 def compute_forces(model, data, offsets, tree, wrenches, force):
     """Compute the generalized forces (nv,) at the current position.
 
@@ -83,7 +84,7 @@ def compute_forces(model, data, offsets, tree, wrenches, force):
     project_wrenches(d, offsets, tree, wrenches, force)
 
 
-@njit(error_model="numpy")
+@subroutine(error_model="numpy")
 def add_own_forces(model, data, offsets, tree, wrenches, generalized):
     """Add the generalized forces of dipoles and potentials, which MuJoCo does not know.
 
@@ -103,13 +104,13 @@ def add_own_forces(model, data, offsets, tree, wrenches, generalized):
         project_wrenches(d, offsets, tree, wrenches, generalized)
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def _add(force, other):
     for i in range(len(force)):
         force[i] += other[i]
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def _shift_wrenches(d, offsets, tree, wrenches):
     """Apply `shift_wrench` to wrenches at the centers of mass of all bodies."""
     bodies = len(tree.parents)
@@ -119,7 +120,7 @@ def _shift_wrenches(d, offsets, tree, wrenches):
         shift_wrench(wrenches[body], centers[body], points[tree.roots[body]])
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def shift_wrench(wrench, center, point):
     """Change a force and torque about `center` to a torque about `point` and force, in place."""
     fx, fy, fz = wrench[0], wrench[1], wrench[2]
@@ -131,7 +132,7 @@ def shift_wrench(wrench, center, point):
     wrench[3], wrench[4], wrench[5] = fx, fy, fz
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def project_wrenches(d, offsets, tree, wrenches, force):
     """Add the generalized forces of wrenches on bodies (torque, force), which this sums up.
 
@@ -150,7 +151,7 @@ def project_wrenches(d, offsets, tree, wrenches, force):
         force[i] += total
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def _add_constraint_forces(d, offsets, count, force):
     """Add the forces of soft constraints at rest, D K I r on each residual r.
 

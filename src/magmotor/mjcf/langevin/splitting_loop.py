@@ -6,7 +6,7 @@
 from functools import cache
 
 import numpy as np
-from numba import njit, types
+from numba import types
 
 from magmotor.mjcf import layout, memory
 from magmotor.mjcf.langevin import free_motion, position_forces
@@ -24,7 +24,7 @@ from magmotor.mjcf.langevin.position_forces import (
     constraint_count,
 )
 from magmotor.mjcf.langevin.tree import Dampers, Room, Tree
-from magmotor.numerics.numba_cache import compiled_once, copy
+from magmotor.numerics.numba_cache import compiled_once, copy, subroutine
 
 A, B, O, K, R, S = range(6)
 """Codes of the parts; see `magmotor.numerics.splittings`."""
@@ -143,7 +143,7 @@ def _advance(checksum: int, offsets: layout.Layout):
     return advance
 
 
-@njit(forceinline=True, error_model="numpy")
+@subroutine(forceinline=True, error_model="numpy")
 def _kick(qvel, time, room):
     """B: apply the force for a time, and book its work."""
     work = 0.0
@@ -154,7 +154,7 @@ def _kick(qvel, time, room):
     room.exchanged[-1] += work
 
 
-@njit(error_model="numpy")
+@subroutine(error_model="numpy")
 def _too_stiff(model, data, offsets, tree, qvel, timestep, room):
     """Return whether active constraints oscillate too fast for the timestep.
 
@@ -186,7 +186,7 @@ def _too_stiff(model, data, offsets, tree, qvel, timestep, room):
     return False
 
 
-@njit(error_model="numpy")
+@subroutine(error_model="numpy")
 def _flow(model, data, offsets, tree, qpos, qvel, time, room):
     """R: move with all forces by the Runge-Kutta rule of fourth order, and book the energy."""
     d = memory.words(data, memory.UNBOUNDED)
@@ -196,7 +196,7 @@ def _flow(model, data, offsets, tree, qpos, qvel, time, room):
     room.exchanged[-1] += _kinetic_energy(tree, inertia, qvel, room) - energy
 
 
-@njit(error_model="numpy")
+@subroutine(error_model="numpy")
 def _mujoco_step(model, data, offsets, tree, qvel, room):
     """S: take a step of MuJoCo, which contains no friction, and book its gain of energy."""
     d = memory.words(data, memory.UNBOUNDED)
@@ -211,7 +211,7 @@ def _mujoco_step(model, data, offsets, tree, qvel, room):
     room.exchanged[-1] += _kinetic_energy(tree, inertia, qvel, room) - energy
 
 
-@njit(forceinline=True)
+@subroutine(forceinline=True)
 def _kinetic_energy(tree, inertia, qvel, room):
     multiply_inertia(tree, inertia, room.bias, qvel)
     total = 0.0

@@ -16,7 +16,7 @@ from magmotor.devices.disk.observables import energy
 from magmotor.devices.disk.scene import Disk, LangevinParticle
 from magmotor.devices.disk.states import DiskStates
 from magmotor.devices.disk.variational import LANES, TURN
-from magmotor.numerics.numba_cache import compiled_once
+from magmotor.numerics.numba_cache import compiled_once, subroutine
 from magmotor.numerics.simd import (
     COUNT,
     broadcast,
@@ -96,7 +96,7 @@ def flight_bin(samples):
     return min(FLIGHT_BINS - 1, int(math.log2(samples) * BINS_PER_OCTAVE))
 
 
-@njit(inline="always")
+@subroutine(inline="always")
 def _correlate(states, last, increment, level, sums, start, lanes, number):
     zero, period, end = broadcast(0.0), broadcast(TURN), broadcast(float(lanes))
     a_sum = b_sum = aa = bb = ab = zero
