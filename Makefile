@@ -47,7 +47,7 @@ help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
 
 movie: $(READY)  ## Hamel's top acquires spin: out/top.mp4, out/top.nc, out/top.png
-	@echo "== movie: simulating and rendering into out/ (the first run also compiles the kernels)"
+	@echo "== movie: simulating and rendering into out/"
 	@.venv/bin/magmotor movie top $(ARGS)
 
 disk: $(READY)  ## the sliding disk's figures, with theory: out/disk*.png, out/disk_*.nc
@@ -154,7 +154,8 @@ clean:  ## remove environments and caches, but not out/
 
 # $(call install,ENVIRONMENT,CONSTRAINTS,REQUIREMENTS,SIZE AND TIME,WITHOUT DEPENDENCIES): build an
 # environment from scratch if made-for is missing or differs, otherwise update it in place. The
-# constraints also apply to building the package.
+# constraints also apply to building the package. Its code is compiled while its extras are installed.
+COMPILE := from magmotor.mjcf.callbacks import compiled_callback; compiled_callback()
 define install
 	@$(PYTHON3) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \
 		echo "make: $(PYTHON3) is missing or older than 3.11: install python3 and python3-venv (Debian) or python3 (Fedora), or name a newer one as in make PYTHON3=python3.12" >&2; exit 1; }
@@ -169,11 +170,12 @@ define install
 	fi
 	@rm -f $(1)/made-for
 	@sed '$(2)' constraints.txt > $(1)/constraints.txt
-	@trap 'exit 130' INT; \
+	@trap 'kill $$! 2>/dev/null; exit 130' INT; \
 	export PIP_CONSTRAINT=$(1)/constraints.txt PIP_BUILD_CONSTRAINT=$(1)/constraints.txt; \
 	pip="$(1)/bin/python -m pip install --no-compile --no-warn-conflicts"; \
+	$(if $(5),$$pip -qq -e . && { $(1)/bin/python -c '$(COMPILE)' & };) \
 	{ $$pip -qq $(3) $(if $(5),&& $$pip -qq --no-deps $(5)); } || { \
-		echo "== pip failed; trying again with full output"; $$pip $(3) $(if $(5),&& $$pip --no-deps $(5)); }
+		echo "== pip failed; trying again with full output"; $$pip $(3) $(if $(5),&& $$pip --no-deps $(5)); } && wait
 	@echo '$(HERE)' > $(1)/made-for
 	@touch $@
 endef
