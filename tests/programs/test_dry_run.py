@@ -53,7 +53,7 @@ def test_the_size_is_that_of_the_files(tmp_path):
         files = filter(Path.is_file, (tmp_path / name).rglob("*"))
         combined = mm.sweep.combine(tmp_path / name).nbytes
         written = sum(file.stat().st_size for file in files) + combined
-        assert 0.8 * written < found.size < 1.25 * written, name
+        assert 0.8 * written < found.size < 1.25 * written, name  # 0.93 and 1.10
 
 
 def test_a_sweep_of_which_no_case_can_run_says_why():
