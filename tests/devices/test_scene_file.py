@@ -83,6 +83,7 @@ WRONG = {
     "a = " + 100_000 * "[": "it is not TOML: ",
     "a = " + 10_000 * "1": "it is not TOML: ",
     "\udcff": "'utf-8' codec can't decode",
+    1_000_001 * "#": "it is too long for a scene",
 }
 
 

@@ -100,3 +100,19 @@ def test_the_library_draws_them_only_if_they_are_passed_in(systems, tmp_path, mo
         for figure in figures
     ]
     assert dotted == [0, 4, 0, 6]  # both panels of each system; three panels of the overview
+
+
+def test_the_legend_of_four_systems_is_inside_the_picture(systems, tmp_path, monkeypatch):
+    figures: list[Figure] = []
+    monkeypatch.setattr(plots.style, "save", lambda figure, *_, **__: figures.append(figure))
+    names = ("symmetric", "asymmetric", "flat", "control")
+    four = [System(name, systems[0].rest, systems[0].stationary) for name in names]
+    for name in FIGURES:
+        guide = errata.paper_lines(four, name)
+        mm.plots.disk_figure(four, name, tmp_path / "disk.png", guide=guide, beside=four)
+    for figure in figures:
+        figure.draw_without_rendering()
+        (legend,) = figure.legends
+        box = legend.get_window_extent()
+        assert figure.bbox.x0 <= box.x0 < box.x1 <= figure.bbox.x1
+    assert len(figures) == len(FIGURES)

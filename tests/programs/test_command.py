@@ -1,5 +1,6 @@
 """The command `magmotor`: its output, its picture, its exit codes, and one line for a mistake."""
 
+import os
 import runpy
 import subprocess
 import sys
@@ -181,6 +182,16 @@ def test_a_compiled_model_is_described_alike(run, tmp_path):
     assert load(tmp_path / "touching.mjb").nbody == model.nbody
 
 
+def test_what_is_no_compiled_model_is_one_line_and_leaves_no_log(run, tmp_path):
+    (tmp_path / "garbage.mjb").write_text("garbage")
+    code, _, error = run("describe", "garbage.mjb")
+    assert code == 2
+    sentence = f"must be a model that MuJoCo {mujoco.__version__} has compiled"
+    assert error == f"magmotor describe: path = 'garbage.mjb': {sentence}\n"
+    assert run("describe", "missing.mjb")[2].endswith("'missing.mjb': must be a file\n")
+    assert not (tmp_path / "MUJOCO_LOG.TXT").exists()
+
+
 @pytest.mark.parametrize(("arguments", "line"), [
     ("advise missing.xml", "magmotor advise: ParseXML: Error opening file 'missing.xml'"),
     ("advise broken.xml", "magmotor advise: XML parse error"),
@@ -220,6 +231,22 @@ def test_every_command_describes_itself_once(run, command):
     assert out.startswith(f"usage: magmotor {command} ")
     assert out.count("usage: ") == 1
     assert max(map(len, out.splitlines())) <= 100
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full")
+@pytest.mark.parametrize("words", ["--help", "examples list", "describe touching.xml"])
+def test_output_that_cannot_be_written_or_is_not_read(run, words):
+    command = [sys.executable, "-m", "magmotor", *words.split()]
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert done.returncode == 4
+    assert done.stderr.endswith(": cannot write: No space left on device\n")
+    assert done.stderr.count("\n") == 1
+    read, write = os.pipe()
+    os.close(read)
+    done = subprocess.run(command, stdout=write, stderr=subprocess.PIPE, text=True, check=False)
+    os.close(write)
+    assert (done.returncode, done.stderr) == (4, "")
 
 
 def test_an_unknown_command_is_named_in_one_line(run):

@@ -11,15 +11,15 @@ from magmotor.common.optional import require
 
 COMMANDS = {
     "movie": "film Hamel's top as it acquires spin, or a flight of the motor",
-    "view": "watch a scene or any MJCF file live, and pull, tilt, heat or brake it",
+    "view": "watch a scene or any MJCF file live; pull, tilt, heat or brake it",
     "sweep": "run a scene for every combination of parameters, resumably",
     "rerun": "run a dataset again and check that the result is identical",
     "export": "write a scene as MJCF or TOML, or a dataset as a table",
     "disk": "reproduce the paper's figures of its sliding disks, with theory",
     "motor": "reproduce the paper's figures of its motors",
     "describe": "say what of an MJCF file is magnetic, and what has a temperature",
-    "check": "say what of an MJCF file with magnets will fail, and which settings hold",
-    "advise": "measure which integrator and timestep reach an error at the least cost",
+    "check": "say what of a magnetic model will fail, and which settings hold",
+    "advise": "find the cheapest integrator and timestep for a given error",
     "examples": "list, show and run the example programs",
     "completion": "print a script with which bash or zsh completes commands and flags",
 }
@@ -43,15 +43,15 @@ def main(name: str | None = None) -> None:
     name : str, optional
         One of `COMMANDS`; by default, the first argument is the name.
     """
+    run_program(partial(_run, name))
+
+
+def _run(name: str | None) -> None:
     arguments = sys.argv[1:]
     if name is None:
         sys.argv[:1] = ["magmotor"]
         name, arguments = _chosen(arguments)
     sys.argv = [f"magmotor {name}", *arguments]
-    run_program(partial(_run, name))
-
-
-def _run(name: str) -> None:
     if name in EXTRAS and not is_help_asked():
         require(EXTRAS[name])
     import_module(f"{__name__}.{name}").main()

@@ -1,5 +1,6 @@
 """What all commands share: files written whole, one-line messages, and exit codes."""
 
+import errno
 import os
 import shutil
 import sys
@@ -27,20 +28,25 @@ WIDEST = 100
 
 
 def run_program(main: Callable[[], None]) -> None:
-    """Run a program; an unhandled Ctrl-C or a package that is missing ends it with one line."""
+    """Run a program; Ctrl-C, a missing package or a full disk end it with one line."""
     columns = min(WIDEST, shutil.get_terminal_size((WIDEST, 24)).columns)
     os.environ["COLUMNS"] = str(columns)  # for tyro's boxes
     output = cast(TextIO, Wrapped(sys.stdout, columns)) if is_help_asked() else sys.stdout
     try:
         with redirect_stdout(output):
             main()
+        sys.stdout.flush()
     except MissingExtra as missing:
         fail(str(missing), MISTAKE)
     except KeyboardInterrupt:
         fail("interrupted; all files reported as written are complete", INTERRUPTED)
-    except BrokenPipeError:  # nobody reads the output any more
+    except OSError as error:
+        if error.errno not in (errno.EPIPE, errno.ENOSPC):
+            raise
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        raise SystemExit(UNWRITTEN) from None
+        if error.errno == errno.ENOSPC:
+            fail(f"cannot write: {error.strerror}", UNWRITTEN)
+        raise SystemExit(UNWRITTEN) from None  # nobody reads the output any more
 
 
 def is_help_asked() -> bool:

@@ -12,6 +12,9 @@ from magmotor.device.device import SCENES, Scene
 from magmotor.device.provenance import fields_of, scene_with
 from magmotor.device.quantities import field_descriptions
 
+LARGEST = 1_000_000
+"""Largest number of characters in a file of a scene."""
+
 
 @checked
 def read_scene(path: str | Path) -> Scene:
@@ -42,7 +45,11 @@ def read_scene(path: str | Path) -> Scene:
     True
     """
     try:
-        return _scene(Path(path).read_text("utf-8-sig"))
+        with Path(path).open(encoding="utf-8-sig") as file:
+            text = file.read(LARGEST + 1)
+        if len(text) > LARGEST:
+            raise ValueError("it is too long for a scene")
+        return _scene(text)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
 

@@ -180,7 +180,7 @@ def draw_histogram(axes: "Axes", system: System) -> None:
     fine = deviation * np.linspace(-4, 4, 201)
     gaussian = np.exp(-0.5 * (fine / deviation) ** 2) / (deviation * np.sqrt(2 * np.pi))
     axes.plot(fine, gaussian, **THEORY)
-    axes.set(xlabel=f"x at t = {system.end:g} (dimensionless)", ylabel="density")
+    axes.set(xlabel="x (dimensionless)", ylabel=f"density at t = {system.end:g}")
 
 
 def survival(system: System) -> Points:

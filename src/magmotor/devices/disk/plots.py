@@ -92,6 +92,9 @@ OVERVIEW = (("mean", "msd", "slope"), ("correlation", "diffusion", "histogram"))
 
 BARS = "bars and bands: two standard errors"
 
+WIDEST = 8
+"""Most entries of a legend in two rows."""
+
 
 @checked
 def disk_overview(
@@ -228,4 +231,5 @@ def _legend(
         points = {**plot_panels.BESIDE, "lw": 0}
         handles.append(line(f"white: {numerics_of(beside[0].rest)}", marker="o", **points))
     handles.append(line(BARS, ls=""))
-    figure.legend(handles=handles, loc="outside lower center", ncols=-(-len(handles) // 2))
+    rows = 2 if len(handles) <= WIDEST else 3
+    figure.legend(handles=handles, loc="outside lower center", ncols=-(-len(handles) // rows))
