@@ -3,6 +3,7 @@
 import subprocess
 import sys
 from functools import partial
+from typing import Any
 
 import numpy as np
 import pytest
@@ -23,10 +24,10 @@ from magmotor.devices.motor.energy import motor_energy
 from magmotor.noise import BrownianPath
 from magmotor.numerics.splittings import RIGID
 
-wrenches = njit(rigid_forces.wrenches.py_func)
-with_background = njit(rigid_surroundings.with_background.py_func)
-angular_velocity = njit(rigid_steps.angular_velocity.py_func)
-momentum_of = njit(rigid_steps.discrete_momentum.py_func)
+wrenches: Any = njit(rigid_forces.wrenches.py_func)
+with_background: Any = njit(rigid_surroundings.with_background.py_func)
+angular_velocity: Any = njit(rigid_steps.angular_velocity.py_func)
+momentum_of: Any = njit(rigid_steps.discrete_momentum.py_func)
 
 METHODS = (
     "variational/euler",

@@ -249,6 +249,20 @@ def test_output_that_cannot_be_written_or_is_not_read(run, words):
     assert (done.returncode, done.stderr) == (4, "")
 
 
+@pytest.mark.parametrize(("variable", "value", "line"), [
+    ("MUJOCO_GL", "directx", "invalid value for environment variable MUJOCO_GL: directx"),
+    ("NUMBA_DISABLE_JIT", "1", "NUMBA_DISABLE_JIT is set: unset it, since magmotor needs"),
+])  # fmt: skip
+def test_a_wrong_environment_is_one_line(run, variable, value, line):
+    done = subprocess.run(
+        [sys.executable, "-m", "magmotor", "describe", "touching.xml"], capture_output=True,
+        text=True, check=False, env={**os.environ, variable: value},
+    )  # fmt: skip
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith(f"magmotor describe: {line}")
+    assert done.stderr.count("\n") == 1
+
+
 def test_an_unknown_command_is_named_in_one_line(run):
     code, out, err = run("moovie")
     assert (code, out, err.count("\n")) == (2, "", 1)

@@ -511,7 +511,7 @@ def test_a_lost_state_starts_again_paused(loop_of, capsys):
     loop.simulation.data.qvel[0] = np.inf
     loop.step(time.perf_counter() + 1, mujoco.MjvPerturb())
     assert loop.paused
-    assert "the state is not finite at t = 0: reset; space continues" in loop.texts()[0]
+    assert "the state is not finite at t = 0: reset and paused" in loop.texts()[0]
     np.testing.assert_array_equal(whole(loop.simulation), whole(live(TOP)))
     assert capsys.readouterr().err.endswith("the state is not finite at t = 0: reset and paused\n")
 

@@ -54,7 +54,11 @@ def _run(name: str | None) -> None:
     sys.argv = [f"magmotor {name}", *arguments]
     if name in EXTRAS and not is_help_asked():
         require(EXTRAS[name])
-    import_module(f"{__name__}.{name}").main()
+    try:
+        command = import_module(f"{__name__}.{name}")
+    except (ImportError, RuntimeError) as reason:  # of the environment, such as a wrong MUJOCO_GL
+        fail(str(reason), MISTAKE)
+    command.main()
 
 
 def _chosen(arguments: list[str]) -> tuple[str, list[str]]:

@@ -81,7 +81,7 @@ class Loop:
             self.simulation.advance(steps, perturb)
         except StateLost as error:
             self.simulation.reset()
-            self.simulation.notice = f"{error}: reset; space continues"
+            self.simulation.notice = f"{error}: reset and paused"
             self.paused = True
             self._report(f"{error}: reset and paused")
         self.readouts.update()
