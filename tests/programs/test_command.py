@@ -234,7 +234,7 @@ def test_every_command_describes_itself_once(run, command):
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full")
-@pytest.mark.parametrize("words", ["--help", "examples list", "describe touching.xml"])
+@pytest.mark.parametrize("words", ["--help", "examples list", "completion bash"])
 def test_output_that_cannot_be_written_or_is_not_read(run, words):
     command = [sys.executable, "-m", "magmotor", *words.split()]
     with Path("/dev/full").open("w") as full:
