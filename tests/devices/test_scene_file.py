@@ -63,6 +63,12 @@ def test_fields_that_are_left_out_have_their_defaults(tmp_path):
     assert mm.read_scene(path) == mm.Motor(temperature="nonuniform", inner_mass=7.0)
 
 
+def test_a_byte_order_mark_is_no_part_of_a_scene(tmp_path):
+    path = tmp_path / "my.toml"
+    path.write_bytes(b"\xef\xbb\xbf" + b'scene = "Top"\r\ntilt = 0.1\r\n')
+    assert mm.read_scene(path) == mm.Top(tilt=0.1)
+
+
 WRONG = {
     "": "it must have a key scene, the name of a class: Disk, ",
     "scene = 3": "scene = 3: must be one of Disk, ",
