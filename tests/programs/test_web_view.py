@@ -149,6 +149,18 @@ def test_a_page_says_why_its_simulation_stopped(monkeypatch):
         view.stop()
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="others have one loopback address")
+def test_it_is_served_to_this_computer_only_unless_told_otherwise(shown):
+    closed, open_ = shown(mm.Disk()), shown(mm.Disk(), host="0.0.0.0")
+    for view, others in ((closed, False), (open_, True)):
+        port = int(view.url.rpartition(":")[2])
+        with socket.create_connection(("127.0.0.1", port), timeout=10):
+            pass
+        # To a server that listens on all interfaces, this is one of them.
+        with socket.socket() as trial:
+            assert (trial.connect_ex(("127.0.0.2", port)) == 0) == others
+
+
 def test_the_next_free_port_is_used(shown):
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]

@@ -75,7 +75,7 @@ def motor_figure(
         for line, row in zip(grid, rows, strict=True):
             for axes, run in zip(line, row, strict=False):
                 FIGURES[name].draw(axes, run)
-                axes.set_title(run.title)
+                axes.set_title(run.title.replace(", ", "\n"))
             for axes in line[len(row) :]:
                 axes.remove()
         numerics = sorted({numerics_of(run.data) for run in runs})
