@@ -47,7 +47,7 @@ def test_dipoles_and_pairs(capsys):
     assert found.idle == ()
     assert text.splitlines() == [
         "acting: dipoles, inside magmotor.magnetism()",
-        "dipoles: left 1, right 2",
+        "dipoles: 1 on left, 2 on right",
         "pairs: left and right",
     ]
 
@@ -526,13 +526,13 @@ IRON = '<element objtype="numeric" objname="m"/><element objtype="geom" objname=
 LINES = {
     "eight entries": (
         [body(SITE, name=f"b{k}") for k in range(8)],
-        "dipoles: b0 1, b1 1, b2 1, b3 1, b4 1, b5 1, b6 1, b7 1",
+        "dipoles: 1 on b0, 1 on b1, 1 on b2, 1 on b3, 1 on b4, 1 on b5, 1 on b6, 1 on b7",
     ),
     "more entries": (
         [body(SITE, name=f"b{k}") for k in range(10)],
-        "dipoles: b0 1, b1 1, b2 1, b3 1, b4 1, b5 1, b6 1, b7 1, and 2 more",
+        f"dipoles: {', '.join(f'1 on b{k}' for k in range(8))}, and 2 more",
     ),
-    "names": ([body(SITE), body(SITE, name="needle")], "dipoles: body 1 1, needle 1"),
+    "names": ([body(SITE), body(SITE, name="needle")], "dipoles: 1 on body 1, 1 on needle"),
     "pairs": ([body(SITE), body(SITE, name="needle")], "pairs: body 1 and needle"),
     "one rigid body": (
         [body(SITE + "<body>" + SITE + "</body>")],

@@ -188,13 +188,15 @@ def test_what_is_no_compiled_model_is_one_line_and_leaves_no_log(run, tmp_path):
     assert code == 2
     sentence = f"must be a model that MuJoCo {mujoco.__version__} has compiled"
     assert error == f"magmotor describe: path = 'garbage.mjb': {sentence}\n"
-    assert run("describe", "missing.mjb")[2].endswith("'missing.mjb': must be a file\n")
+    assert run("describe", "missing.mjb")[2] == (
+        "magmotor describe: cannot read missing.mjb: No such file or directory\n"
+    )
     assert not (tmp_path / "MUJOCO_LOG.TXT").exists()
 
 
 @pytest.mark.parametrize(("arguments", "line"), [
-    ("advise missing.xml", "magmotor advise: ParseXML: Error opening file 'missing.xml'"),
-    ("advise broken.xml", "magmotor advise: XML parse error"),
+    ("advise missing.xml", "magmotor advise: cannot read missing.xml: No such file or directory"),
+    ("advise broken.xml", "magmotor advise: cannot load broken.xml: it is not valid XML (line 1)"),
     ("advise pendulum.xml", "magmotor advise: quantity = 'positions': does not change along"),
     ("advise pendulum.xml --error 2", "magmotor advise: error = 2.0: must be less than 0.5"),
     ("advise pendulum.xml --keyframe x", "magmotor advise: keyframe = 'x': must be one of"),

@@ -116,7 +116,7 @@ print("extras", [name for name in rest if name in sys.modules])
     found = core("-W", "error", "-c", program)
     assert found.returncode == 0, found.stderr
     assert found.stdout.startswith("[1.5708]\n")
-    assert "dipoles: world 1, body 1 1" in found.stdout
+    assert "dipoles: 1 on world, 1 on body 1" in found.stdout
     assert found.stdout.endswith("extras []\n")
     (ratio,) = map(float, re.findall(r"temperature (\S+)", found.stdout))
     assert abs(ratio - 1) < 0.5  # 0.07

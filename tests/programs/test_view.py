@@ -479,7 +479,8 @@ def test_a_wrong_file_is_one_line_and_code_2(run_script, tmp_path, text):
 
 def test_a_folder_is_not_a_model(run_script, tmp_path):
     code, _, error = run_script("view", "model", tmp_path)
-    assert (code, error) == (2, f"magmotor view: path = '{tmp_path}': must be a file\n")
+    sentence = "must be a file, not a folder, pipe or device"
+    assert (code, error) == (2, f"magmotor view: path = '{tmp_path}': {sentence}\n")
 
 
 @pytest.fixture

@@ -14,6 +14,8 @@ import tyro
 
 from magmotor.advice.advise import advise
 from magmotor.commands.model_file import answer, read
+from magmotor.commands.output import make_folder
+from magmotor.commands.parsing import parse_options
 from magmotor.common.checks import check_number, reject
 from magmotor.mjcf.magnetism import magnetism
 from magmotor.noise import check_seed
@@ -58,12 +60,14 @@ class Options:
 
 def main() -> None:
     """Print the advice, and draw it."""
-    options = tyro.cli(Options, description=__doc__)
+    options = parse_options(Options, __doc__)
     answer(lambda: report(options))
 
 
 def report(options: Options) -> None:
     """Print the advice, and draw it."""
+    if options.picture is not None:
+        make_folder(options.picture.parent)
     model, data = read(options.model, options.keyframe)
     push(model, data, options.velocity, options.seed)
     actuate(model, data, options.control)

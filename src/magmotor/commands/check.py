@@ -8,7 +8,8 @@ from pathlib import Path
 
 import tyro
 
-from magmotor.commands.model_file import answer, read
+from magmotor.commands.model_file import answer, ignore_idle, read
+from magmotor.commands.parsing import parse_options
 from magmotor.mjcf.checking.check import check
 
 FOUND = 1
@@ -27,7 +28,8 @@ class Options:
 
 def main() -> None:
     """Print the findings."""
-    options = tyro.cli(Options, description=__doc__)
+    options = parse_options(Options, __doc__)
+    ignore_idle()
     answer(lambda: report(options))
 
 

@@ -4,11 +4,13 @@
 flags are those that the command's `--help` names.
 """
 
+import sys
 from typing import Literal
 
 import tyro
 
 from magmotor.commands import COMMANDS
+from magmotor.commands.parsing import one_line_errors
 
 BASH = """\
 _magmotor() {
@@ -39,7 +41,8 @@ ZSH = "autoload -Uz compinit bashcompinit && compinit && bashcompinit\n" + BASH
 
 def main() -> None:
     """Print the script."""
-    tyro.cli(write, description=__doc__)
+    with one_line_errors(sys.argv[1:]):
+        tyro.cli(write, description=__doc__)
 
 
 def write(shell: tyro.conf.Positional[Literal["bash", "zsh"]]) -> None:

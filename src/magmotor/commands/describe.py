@@ -5,7 +5,8 @@ from pathlib import Path
 
 import tyro
 
-from magmotor.commands.model_file import answer, read
+from magmotor.commands.model_file import answer, ignore_idle, read
+from magmotor.commands.parsing import parse_options
 from magmotor.mjcf.describe import describe
 
 
@@ -19,7 +20,8 @@ class Options:
 
 def main() -> None:
     """Print the description."""
-    options = tyro.cli(Options, description=__doc__)
+    options = parse_options(Options, __doc__)
+    ignore_idle()
     answer(lambda: print_description(options.model))
 
 

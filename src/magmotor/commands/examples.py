@@ -28,6 +28,8 @@ def main() -> None:
     verb, *rest = arguments
     try:
         check_choice("verb", verb, VERBS)
+        if surplus := rest[{"list": 0, "show": 1}.get(verb, len(rest)) :]:
+            raise ValueError(f"{verb} takes no argument {surplus[0]!r}")
         if verb == "list":
             print(*(f"{name:20} {purpose(path)}" for name, path in found.items()), sep="\n")
             return

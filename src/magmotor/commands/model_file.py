@@ -1,13 +1,19 @@
 """Models of MJCF files on the command line."""
 
+import re
+import stat
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 
 import mujoco
 
+import magmotor_plugin
 from magmotor.advice.silence import quiet
-from magmotor.commands.output import MISTAKE, fail
-from magmotor.common.checks import reject
+from magmotor.commands.output import MISTAKE, fail, warn_in_one_line
+from magmotor.common.checks import SHOWN, did_you_mean, reject
+
+PLUGINS = [name.decode() for name in magmotor_plugin.NAMES]
 
 
 def load(path: Path) -> mujoco.MjModel:
@@ -18,17 +24,45 @@ def load(path: Path) -> mujoco.MjModel:
     ValueError
         The file is not a model.
     """
-    compiled = path.suffix.lower() == ".mjb"
-    if path.is_dir() or (compiled and not path.exists()):
-        raise reject("path", str(path), "must be a file")
-    if not compiled:
-        return mujoco.MjModel.from_xml_path(str(path))
+    try:
+        regular = stat.S_ISREG(path.stat().st_mode)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise ValueError(f"cannot read {shown(path)}: {reason}") from None
+    if not regular:
+        raise reject("path", str(path), "must be a file, not a folder, pipe or device")
+    if path.suffix.lower() != ".mjb":
+        try:
+            return mujoco.MjModel.from_xml_path(str(path))
+        except ValueError as error:
+            raise ValueError(f"cannot load {shown(path)}: {in_words(str(error))}") from None
     with quiet():
         try:
             return mujoco.MjModel.from_binary_path(str(path))
         except ValueError:
             sentence = f"must be a model that MuJoCo {mujoco.__version__} has compiled"
             raise reject("path", str(path), sentence) from None
+
+
+def ignore_idle() -> None:
+    """Ignore the plugin's warning that nothing acts, where the command says so itself."""
+    warnings.filterwarnings("ignore", "nothing acts on this model")
+
+
+def in_words(message: str) -> str:
+    """Return what MuJoCo's compiler or parser says, without the prefixes that name its parts."""
+    words = " ".join(message.split())
+    if broken := re.search(r"XML_ERROR_.*Line number=(\d+)", words):
+        return f"it is not valid XML (line {broken[1]})"
+    if plugin := re.search(r"plugin (\S+) not found", words):
+        words = words.replace(plugin[0], plugin[0] + did_you_mean(plugin[1], PLUGINS))
+    return re.sub(r"^((XML )?Error: |engine error: |XML parse error \d+: |ParseXML: )+", "", words)
+
+
+def shown(path: Path) -> str:
+    """Return a path for a message, of which a long one shows only the end."""
+    text = str(path)
+    return text if len(text) <= SHOWN else f"...{text[-SHOWN:]}"
 
 
 def read(path: Path, keyframe: str = "") -> tuple[mujoco.MjModel, mujoco.MjData]:
@@ -52,6 +86,7 @@ def read(path: Path, keyframe: str = "") -> tuple[mujoco.MjModel, mujoco.MjData]
 
 def answer(question: Callable[[], None]) -> None:
     """Call a function; a mistake in the file or the options ends the program with one line."""
+    warn_in_one_line()
     try:
         question()
     except (ValueError, mujoco.FatalError) as error:

@@ -111,6 +111,7 @@ def main() -> None:
 def check(options: Options | FlightOptions) -> None:
     """Check what would otherwise fail only after the run."""
     options.check_pictures()
+    check_number("duration", options.duration, above=0)
     if options.speed is not None:
         check_number("speed", options.speed, above=0)
     if options.fps is not None:

@@ -133,6 +133,8 @@ def read_netcdf(path: Path) -> "xr.Dataset":
     """Read a dataset into memory; ends the program if that fails."""
     import xarray as xr
 
+    if path.exists() and not path.is_file():
+        fail(f"cannot read {path}: it is not a file", MISTAKE)
     try:
         with uninterrupted():
             return xr.load_dataset(path, engine="netcdf4")

@@ -17,6 +17,7 @@ import xarray as xr
 
 import magmotor as mm
 from magmotor.commands.output import MISTAKE, fail, read_netcdf, warn_in_one_line, write_netcdf
+from magmotor.commands.parsing import parse_options
 
 DIFFERENT = 1
 
@@ -34,7 +35,7 @@ class Options:
 
 def main() -> None:
     warn_in_one_line()
-    options = tyro.cli(Options, description=__doc__)
+    options = parse_options(Options, __doc__)
     kept = read_netcdf(options.file)
     try:
         again = mm.rerun(kept, measures=options.allow_measure)

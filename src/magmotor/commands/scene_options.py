@@ -9,8 +9,9 @@ from typing import Annotated, Any, TypeVar
 import tyro
 
 import magmotor as mm
-from magmotor.commands.output import MISTAKE, fail
-from magmotor.common.checks import check_choice, reject
+from magmotor.commands.output import MISTAKE, fail, is_help_asked
+from magmotor.commands.parsing import one_line_errors
+from magmotor.common.checks import check_choice, did_you_mean, reject
 from magmotor.device.quantities import is_quantity
 from magmotor.devices.motor.scene import PAPER as RUNS
 
@@ -79,11 +80,37 @@ def parse(
         commands = {kind: _scene_command(kind, own[kind], arguments) for kind in kinds}
         for command in commands.values():
             command.__doc__ = command.__doc__ or description
-        return tyro.extras.subcommand_cli_from_dict(
-            commands, description=description, args=arguments
-        )()
+        if not is_help_asked():
+            check_kind(arguments, kinds)
+        with one_line_errors(arguments, kinds):
+            made = tyro.extras.subcommand_cli_from_dict(
+                commands, description=description, args=arguments
+            )
+        return made()
     except ValueError as error:
         fail(str(error), MISTAKE)
+
+
+def check_kind(arguments: Sequence[str], kinds: Sequence[str]) -> None:
+    """Check that the first argument is one of these words.
+
+    Raises
+    ------
+    ValueError
+        It is another word, or an option.
+    """
+    first = arguments[0] if arguments else ""
+    if first in kinds:
+        return
+    *others, last = kinds
+    known = f"the first argument must be {', '.join(others)}{' or ' * bool(others)}{last}"
+    if not first or first.startswith("-"):
+        raise ValueError(f"{known}; see {sys.argv[0]} --help")
+    scene = [kind for kind in kinds if kind in KINDS]
+    file = f"; a scene's file needs its kind: {scene[0]} --scene {first}" if scene else ""
+    raise ValueError(
+        f"{first!r}{did_you_mean(first, kinds)}: {known}{file * first.lower().endswith('.toml')}"
+    )
 
 
 def parse_fields(
@@ -96,7 +123,9 @@ def parse_fields(
     """Parse flags for the named fields of a scene, and a command's own options; see `parse`."""
     try:
         command = _command(scene, names, options)
-        return tyro.cli(command, description=description, args=arguments)()
+        with one_line_errors(sys.argv[1:] if arguments is None else arguments):
+            made = tyro.cli(command, description=description, args=arguments)
+        return made()
     except ValueError as error:
         fail(str(error), MISTAKE)
 
@@ -108,7 +137,8 @@ def _scene_command(kind: str, options: type[Options], arguments: Sequence[str]) 
     # Preset and file are parsed first, since they provide the defaults of the other flags.
     origin = _origin(presets)
     first = arguments if [*arguments[:1]] == [kind] else []
-    given = tyro.cli(origin, args=first, return_unknown_args=True, add_help=False)[0]
+    with one_line_errors(arguments):
+        given = tyro.cli(origin, args=first, return_unknown_args=True, add_help=False)[0]
     if given.scene is not None:
         if any(argument.partition("=")[0] == "--preset" for argument in arguments):
             raise reject("preset", given.preset, "cannot be given with --scene, which is a file")

@@ -34,9 +34,10 @@ from magmotor.commands.output import (
     fail,
     warn_in_one_line,
 )
-from magmotor.commands.scene_options import parse
-from magmotor.common.checks import check_number
+from magmotor.commands.scene_options import KINDS, parse
+from magmotor.common.checks import check_number, did_you_mean
 from magmotor.common.interrupts import deferred
+from magmotor.common.optional import require
 from magmotor.live import LiveSimulation, Loop, WebView, live_scene
 from magmotor.live.camera import free_camera, traveler
 from magmotor.live.web import HOST, PORT
@@ -107,7 +108,14 @@ def main() -> None:
     arguments = sys.argv[1:]
     if arguments and arguments[0].lower().endswith(MODELS):
         arguments = ["model", *arguments]
+    if arguments and not arguments[0].startswith("-"):
+        first = arguments[0]
+        if first not in SCENES and not first.lower().endswith(".toml"):
+            meant = did_you_mean(first, SCENES)
+            known = f"{', '.join(KINDS)}, or an MJCF file ({', '.join(MODELS)})"
+            fail(f"{first!r}{meant}: the first argument must be {known}", MISTAKE)
     scene, options = parse(SCENES, __doc__ or "", tuple(SCENES), arguments)
+    require(*["scenes"] * (scene is not None), *["web"] * options.web)
     try:
         check_number("speed", options.speed, above=0)
         simulation = make(scene, options)
@@ -176,7 +184,8 @@ def check_display() -> None:
         code, reason = glfw.get_error()
     if window is None:
         reason = reason.decode() if isinstance(reason, bytes) else f"GLFW error {code}"
-        fail(f"no window: {reason} (a display with OpenGL is needed)", NO_OPENGL)
+        needed = "a display with OpenGL is needed; --web shows the scene in a browser"
+        fail(f"no window: {reason} ({needed})", NO_OPENGL)
     glfw.destroy_window(window)
 
 

@@ -36,11 +36,13 @@ def extra(name: str) -> Iterator[None]:
         raise MissingExtra(sentence, name=missing.name) from missing
 
 
-def require(name: str) -> None:
-    """Raise MissingExtra if a package of an extra is missing."""
-    if missing := missing_packages(name):
+def require(*names: str) -> None:
+    """Raise MissingExtra if a package of some extras is missing."""
+    lacking = {name: missing for name in names if (missing := missing_packages(name))}
+    missing = [*dict.fromkeys(package for found in lacking.values() for package in found)]
+    if missing:
         sentence = f"{', '.join(missing)} {'is' if len(missing) == 1 else 'are'} not installed"
-        raise MissingExtra(f"{sentence}: {remedy(name, missing)}")
+        raise MissingExtra(f"{sentence}: {remedy(','.join(lacking), missing)}")
 
 
 def missing_packages(name: str) -> list[str]:

@@ -25,7 +25,10 @@ PREFIXES = ("coupling", "field", "coil", "iron")
 """How the names of tuples start that declare something."""
 
 HUGE, OF_NEODYMIUM = 1e3, 140.0
-"""From which moment in A m^2 a body that moves has it by mistake, and that of 1 kg of neodymium."""
+"""From which moment in A m^2 a site has it by mistake, and the moment of 1 kg of neodymium."""
+
+OF_PLANETS = 1e15
+"""From which moment in A m^2 a site that cannot move stands for a planet."""
 
 LISTED = 8
 """Largest number of bodies, pairs or joints that the text lists."""
@@ -75,7 +78,7 @@ class Description:
     dry_friction : tuple of str
         Joints and tendons with dry friction, with which noise leaves the model too cold.
     huge : dict of str to float
-        Moments in A m^2, on bodies that can move, which are probably mistakes, by site.
+        Moments in A m^2 that are probably mistakes, by site.
     idle : tuple of str
         What does not act, and why.
     """
@@ -109,11 +112,10 @@ class Description:
         unmarked = "" if self.marked or not self.acting else "; the model has no mark"
         yield f"acting: {f'{acting}, {where}' if acting else 'nothing'}{unmarked}"
         if self.dipoles:
-            yield f"dipoles: {listed(f'{body} {count}' for body, count in self.dipoles.items())}"
+            parts = (f"{count} on {body}" for body, count in self.dipoles.items())
+            yield f"dipoles: {listed(parts)}"
         for site, moment in self.huge.items():
-            mass = abs(moment) / OF_NEODYMIUM
-            size = f"the moment of {mass:.2g} kg of neodymium magnets: is the number in A m^2?"
-            yield f"site {site} has {moment:g} A m^2, {size}"
+            yield f"site {site} has {moment:g} A m^2, {weighed(moment)}"
         if self.pairs:
             pairs = (
                 f"{one} and {other}" + (f" (times {factor:g})" if factor != 1 else "")
@@ -181,11 +183,18 @@ def describe(model: mujoco.MjModel) -> Description:
     >>> import magmotor as mm
     >>> found = mm.describe(mm.build(mm.Motor()))
     acting: dipoles, couplings and noise, inside magmotor.magnetism()
-    dipoles: ball 1, inner_ring 20, outer_ring 5
+    dipoles: 1 on ball, 20 on inner_ring, 5 on outer_ring
     pairs: ball and inner_ring (times 2), ball and outer_ring, inner_ring and outer_ring
     noise, Brownian wrenches: ball 2, inner_ring 3
     temperature: kT = 3.333e-06 J
     """
+    found = described(model)
+    print(found)
+    return found
+
+
+def described(model: mujoco.MjModel) -> Description:
+    """Return what of magmotor acts on a model; see `describe`."""
     kinds = acting_forces(model)
     named = [word for word, bit in WORDS.items() if word != "all" and kinds & bit]
     bodies = _dipoles(model) if "dipoles" in named else {}
@@ -210,7 +219,7 @@ def describe(model: mujoco.MjModel) -> Description:
         "coils": "coils" in named and acting and declared.coils(model),
         "iron": magnetized and acting,
     }
-    found = Description(
+    return Description(
         acting=tuple(word for word, exists in acts.items() if exists),
         marked=not kinds & UNMARKED,
         plugin=_has_plugin(model),
@@ -230,8 +239,12 @@ def describe(model: mujoco.MjModel) -> Description:
         huge=_huge(model) if "dipoles" in named else {},
         idle=tuple(_idle(model, named, bool(kinds & UNMARKED), acting)),
     )
-    print(found)
-    return found
+
+
+def weighed(moment: float) -> str:
+    """Say how much neodymium has a moment in A m^2."""
+    mass = abs(moment) / OF_NEODYMIUM
+    return f"the moment of {mass:.2g} kg of neodymium magnets: is the number in A m^2?"
 
 
 def _driven(named: Sequence[str]) -> tuple[str, ...]:
@@ -257,11 +270,12 @@ def _dipoles(model: mujoco.MjModel) -> dict[int, int]:
 
 
 def _huge(model: mujoco.MjModel) -> dict[str, float]:
-    """Return moments on bodies that can move which are probably mistakes, by site."""
-    moments = model.site_user[:, 0] if model.nuser_site else np.empty(0)
-    sites = np.flatnonzero(np.abs(moments) > HUGE).tolist()
-    moving = [site for site in sites if _moves(model, model.site_bodyid[site])]
-    return {name_of(model, "site", site): float(moments[site]) for site in moving[:LISTED]}
+    """Return moments that are probably mistakes, by site."""
+    moments = model.site_user[:, 0] if model.nuser_site else np.zeros(model.nsite)
+    fixed = model.body_dofnum[model.body_weldid[model.site_bodyid]] == 0
+    huge = (np.abs(moments) > HUGE) & ~(fixed & (np.abs(moments) > OF_PLANETS))
+    sites = np.flatnonzero(huge)[:LISTED].tolist()
+    return {name_of(model, "site", site): float(moments[site]) for site in sites}
 
 
 def _pairs(model: mujoco.MjModel, bodies: list[int]) -> dict[tuple[str, str], float]:
@@ -344,6 +358,8 @@ def _idle(
     magnets = [word for word in ("dipoles", "iron") if word in named and present[word][1]]
     if magnets and not paired and not measured:
         yield from _idle_magnets(model, magnets, "fields" in named)
+        if unnumbered := _unnumbered(model):
+            yield f'{listed(unnumbered)}: a site is a dipole if it has user="MOMENT", in A m^2'
     if "noise" in named:
         fixed = (body for body in range(model.nbody) if not _moves(model, body))
         driven = [name_of(model, "body", body) for body in fixed if model.body_user[body].any()]
@@ -381,6 +397,14 @@ def _idle_magnets(model: mujoco.MjModel, named: Sequence[str], fields: bool) -> 
         yield f"the {what}, since all are on one rigid body{also}"
     else:
         yield f"the {what}, since couplings switch all pairs off (prm is 0, the default)"
+
+
+def _unnumbered(model: mujoco.MjModel) -> list[str]:
+    """Return the sites without user numbers."""
+    moments = model.site_user[:, 0] if model.nuser_site else np.zeros(model.nsite)
+    return [
+        f"site {name_of(model, 'site', site)}" for site in np.flatnonzero(moments == 0).tolist()
+    ]
 
 
 def _renamed(model: mujoco.MjModel) -> Iterator[str]:

@@ -45,6 +45,8 @@ def read_scene(path: str | Path) -> Scene:
     True
     """
     try:
+        if Path(path).is_fifo():  # it would wait for a writer
+            raise OSError(f"{path} is a pipe")
         with Path(path).open(encoding="utf-8-sig") as file:
             text = file.read(LARGEST + 1)
         if len(text) > LARGEST:

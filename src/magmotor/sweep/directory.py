@@ -8,6 +8,7 @@ followed, and no name is imported.
 """
 
 import json
+import os
 import stat
 import threading
 import warnings
@@ -258,8 +259,10 @@ def sweep_of(path: str | Path, *, measures: Iterable[str] = ()) -> Sweep:
     """
     folder = Path(check_path("directory", path))
     try:
+        if not os.path.isdir(folder):  # noqa: PTH112 (its own method fails on a long name)
+            raise FileNotFoundError
         return sweep_from(_stored_spec(folder), measures=measures)
-    except (FileNotFoundError, NotADirectoryError):
+    except FileNotFoundError:
         sentence = f"must be the directory of a sweep: it has no {SWEEP}"
         raise reject("directory", str(path), sentence) from None
     except Damaged as damage:

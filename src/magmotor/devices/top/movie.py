@@ -50,7 +50,7 @@ class TopMovieContent(MovieContent):
             theory = np.abs(momentum_balance(self.run, self.scene).integral)
             theory, label = theory / self.scene.inertia[2], "theory, from friction"
             lines += axes.plot(self.run.time, theory, "--", color=style.ORANGE, label=label)
-        axes.set(xlabel="t (s)", ylabel="spin (rad/s)")
+        axes.set(xlabel="t (s)", ylabel="|spin| (rad/s)")
         axes.set_ylim(0, max(1.08 * float(self.spin.max()), style.NO_SPIN))
         return lines
 

@@ -29,6 +29,7 @@ from magmotor.mjcf.checking.frequencies import frequencies, frequency_at_touch
 from magmotor.mjcf.checking.given_fields import bent_fields
 from magmotor.mjcf.checking.impact import deepest_impact
 from magmotor.mjcf.checking.strengths import magnets_of
+from magmotor.mjcf.describe import described, weighed
 from magmotor.mjcf.field_and_energy import magnetic_energy
 from magmotor.mjcf.forces.marks import NOISE
 from magmotor.mjcf.langevin.temperature import MATCH, temperatures
@@ -75,6 +76,7 @@ def failures(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:
     """Yield what will fail in a state, whose positions and contacts are up to date."""
     kinds = acting_forces(model)
     pairs, misplaced = [*meetings(model, state)], [*_misplaced(model, state)]
+    yield from _nothing(model)
     yield from misplaced
     yield from _overlaps(model, state)
     yield from _rows_of_iron(model, state)
@@ -96,6 +98,15 @@ def failures(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:
     yield from _fast_magnets(model, {} if misplaced else frequencies(model, state), state, pairs)
     if kinds & NOISE and model.nuser_body:
         yield from _noise(model)
+
+
+def _nothing(model: mujoco.MjModel) -> Iterator[Failure]:
+    """Yield at most one failure: that nothing acts on a model which has what should."""
+    found = described(model)
+    if found.idle and not found.acting and (found.marked or found.plugin or model.nuser_site):
+        yield Failure("nothing", f"acts on this model. Not acting: {'; '.join(found.idle)}")
+    for site, moment in found.huge.items():
+        yield Failure(f"site {site}", f"has {moment:g} A m^2, {weighed(moment)}")
 
 
 def _misplaced(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:

@@ -1,0 +1,102 @@
+"""Mistakes in arguments: one line that names argument, value and what is allowed, and code 2."""
+
+import os
+
+import pytest
+
+from magmotor.commands import main
+
+MISSPELLED = """<mujoco><extension><plugin plugin="magmotor.force"/></extension></mujoco>"""
+
+NEEDLE = """
+<mujoco>
+  <extension><plugin plugin="magmotor.forces"><instance name="magnets">
+    <config key="act" value="dipoles"/></instance></plugin></extension>
+  <worldbody><site name="magnet" pos="0 .1 0" zaxis="0 1 0"{}/>
+    <body><joint axis="0 0 1" damping="1e-4"/><geom size=".01"/>
+      <site name="needle" zaxis="1 0 0" user=".2"/></body></worldbody>
+</mujoco>"""
+
+
+@pytest.fixture
+def run(monkeypatch, capsys, tmp_path):
+    """Run the command in a folder of its own; returns its code, stdout and stderr."""
+    monkeypatch.chdir(tmp_path)
+
+    def run_in_folder(line):
+        monkeypatch.setattr("sys.argv", ["magmotor", *line.split()])
+        with pytest.raises(SystemExit) as end:
+            main()
+        return end.value.code, *capsys.readouterr()
+
+    return run_in_folder
+
+
+@pytest.mark.parametrize(("line", "sentence"), [
+    ("movie top --size 320x240",
+     ("movie: --size = 320x240: must be INT INT (width and height in pixels; by default 1280"
+      " 720, in a GIF 640 360)")),
+    ("movie top --ring-dipoles 1e3",
+     "movie: --ring-dipoles = 1e3: must be an integer (number of dipoles N on the ring)"),
+    ("movie top --tilt=steep",
+     ("movie: --tilt = steep: must be a number (angle of the ring's normal from the vertical"
+      " (rad))")),
+    ("movie top --titl 3",
+     ("movie: unrecognized options: --titl, 3 (did you mean --tilt?); see magmotor movie top"
+      " --help")),
+    ("movie top --duration", "movie: --duration needs a value; see magmotor movie top --help"),
+    ("movie top --duration nan", "movie: duration = nan: must be a finite number"),
+    ("movie tpo", "movie: 'tpo' (did you mean 'top'?): the first argument must be top or motor"),
+    ("movie", "movie: the first argument must be top or motor; see magmotor movie --help"),
+    ("movie --tilt 3", "movie: the first argument must be top or motor; see magmotor movie --help"),
+    ("movie my.toml",
+     ("movie: 'my.toml': the first argument must be top or motor; a scene's file needs its"
+      " kind: top --scene my.toml")),
+    ("view tops",
+     ("view: 'tops' (did you mean 'top'?): the first argument must be top, motor, disk, or an"
+      " MJCF file (.xml, .mjcf, .mjb, .mjz)")),
+    ("check", "check: PATH is missing: MJCF file; see magmotor check --help"),
+    ("check a b", "check: unrecognized options: b; see magmotor check --help"),
+    ("describe force.xml",
+     ("describe: cannot load force.xml: plugin magmotor.force not found (did you mean"
+      " 'magmotor.forces'?) Element 'plugin', line 1")),
+    ("describe pipe.xml",
+     "describe: path = 'pipe.xml': must be a file, not a folder, pipe or device"),
+    ("movie top --scene pipe.xml", "movie: cannot read pipe.xml: pipe.xml is a pipe"),
+    ("export run pipe.xml a.csv", "export: cannot read pipe.xml: it is not a file"),
+    ("sweep status force.xml",
+     "sweep: directory = 'force.xml': must be the directory of a sweep: it has no sweep.json"),
+    ("examples list all", "examples: list takes no argument 'all'"),
+])  # fmt: skip
+def test_a_mistake_in_the_arguments_is_one_sentence(line, sentence, run, tmp_path):
+    (tmp_path / "force.xml").write_text(MISSPELLED)
+    os.mkfifo(tmp_path / "pipe.xml")
+    assert run(line) == (2, "", f"magmotor {sentence}\n")
+
+
+def test_a_path_of_any_length_is_one_sentence(run):
+    code, _, error = run(f"describe {'x' * 3000}.xml")
+    assert code == 2
+    assert error.startswith("magmotor describe: cannot read ...xxx")
+    assert error.endswith("xxx.xml: File name too long\n")
+    assert len(error) < 300  # 269
+
+
+def test_check_says_that_nothing_acts_and_names_sites_that_are_no_dipoles(run, tmp_path):
+    (tmp_path / "needle.xml").write_text(NEEDLE.format(""))
+    reasons = (
+        "the dipoles, since all are on one rigid body",
+        'site magnet: a site is a dipole if it has user="MOMENT", in A m^2',
+    )
+    line = f"nothing acts on this model. Not acting: {'; '.join(reasons)}\n"
+    assert run("check needle.xml") == (1, line, "")
+    (tmp_path / "needle.xml").write_text(NEEDLE.format(' user="5"'))
+    with pytest.raises(pytest.fail.Exception):  # it does not exit
+        run("check needle.xml")
+
+
+def test_check_weighs_a_moment_that_no_magnet_has(run, tmp_path):
+    (tmp_path / "needle.xml").write_text(NEEDLE.format(' user="5000"'))
+    code, found, error = run("check needle.xml")
+    assert (code, error) == (1, "")
+    assert "site magnet has 5000 A m^2, the moment of 36 kg of neodymium magnets" in found
