@@ -1,11 +1,11 @@
-"""What `check` says of given fields: those of a magnet's own body, and iron too long for them."""
+"""What `check` says of applied fields: those of a magnet's own body, and iron too long for them."""
 
 import mujoco
 import numpy as np
 import pytest
 
 import magmotor as mm
-from magmotor.mjcf.checking.given_fields import given_field
+from magmotor.mjcf.checking.applied_fields import given_field
 
 OWN_FIELD = """
 <mujoco>
@@ -115,7 +115,7 @@ def test_a_row_of_spheres_is_no_advice_for_strong_iron():
 def test_iron_that_reaches_beyond_a_table_is_named():
     assert mm.check(plunger(0.0, 0.005, end=0.04)).findings == ()
     (found,) = mm.check(plunger(0.038, 0.005, end=0.04)).findings
-    assert found.startswith("geom 'plunger' of iron reaches beyond the table of a given field")
+    assert found.startswith("geom 'plunger' of iron reaches beyond the table of an applied field")
 
 
 def test_a_driven_field_counts_at_its_largest_drive():
@@ -149,7 +149,7 @@ def test_a_field_does_not_act_on_iron_of_its_own_body(capsys):
     text = OWN_IRON.format(CHI, 0.02, RADIUS, 0.03).replace("NODES", table())
     others = mujoco.MjModel.from_xml_string(text)
     assert mm.describe(others).acting == ("fields", "iron")
-    assert "geom 'plunger' of iron feels a given field" in mm.check(others).findings[0]
+    assert "geom 'plunger' of iron feels an applied field" in mm.check(others).findings[0]
     own = mujoco.MjModel.from_xml_string(text.replace('objname="mount"', 'objname="other"'))
     assert mm.describe(own).acting == ()
     reason = "not acting: the iron, since all are on one rigid body, to which the field is fixed"

@@ -1,4 +1,4 @@
-"""Given fields: closed forms, tables, frames, and bad input."""
+"""Applied fields: closed forms, tables, frames, and bad input."""
 
 import math
 

@@ -1,6 +1,7 @@
 """Mistakes that new users make: each is one sentence that says what to do."""
 
 import re
+import warnings
 from functools import cache
 from pathlib import Path
 
@@ -203,6 +204,8 @@ def test_mujoco_before_magmotor_is_named_where_opengl_is_missing(monkeypatch):
     assert environment.gl_setting().startswith("mujoco was imported first: import magmotor before")
     monkeypatch.setenv("MUJOCO_GL", "disable")
     assert environment.gl_setting() == "MUJOCO_GL=disable"
+    monkeypatch.setenv("MUJOCO_GL", "glfw")
+    assert environment.gl_setting().startswith("MUJOCO_GL=glfw needs a display: set it to egl")
 
 
 @pytest.mark.parametrize(
@@ -270,4 +273,20 @@ def test_an_interrupt_after_the_last_case_says_how_to_go_on(sweep, tmp_path, mon
     again = f"magmotor sweep combine {tmp_path / 's'}"
     assert errors == (
         f"magmotor sweep: interrupted after the last case; {again} writes its dataset\n"
+    )
+
+
+@pytest.mark.parametrize(
+    ("kT", "doubted"), [(300, True), (293.15, True), (2e-4, False), (1, False)]
+)
+def test_a_temperature_in_kelvin_is_doubted(kT, doubted):
+    model = mujoco.MjModel.from_xml_string(NEEDLE.format("0.2"))
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        mm.Langevin(model, kT=kT, friction=1.0)
+    found = [str(warning.message) for warning in said]
+    assert (
+        found
+        == [f"kT = {kT:g} J is an energy: {kT:g} K would be kT = {1.380649e-23 * kT:.3g} J"]
+        * doubted
     )

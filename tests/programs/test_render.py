@@ -15,6 +15,7 @@ from magmotor.devices.ball.coordinates import BallCoordinates
 from magmotor.devices.top.states import start
 from magmotor.render import views as views_module
 from magmotor.render.frames import Frames
+from magmotor.render.panel import Panel
 from magmotor.render.trail import Trail
 from magmotor.render.views import NoOpenGL, Views
 
@@ -256,3 +257,13 @@ def test_opengl_that_failed_is_not_tried_again(monkeypatch):
             Views(mm.Top(), {"front": SIZE})
         assert str(stop.value.__cause__) == "no context"
     assert len(tries) == 1
+
+
+@pytest.mark.parametrize("width", [150, 200, 400])
+def test_the_legend_of_a_panel_of_any_width_is_inside_it(width):
+    def plot(axes):
+        return [*axes.plot([0, 1], label="spin"), *axes.plot([1, 0], label="theory, from friction")]
+
+    picture = Panel(plot, (0, 1), 150, width, dpi=60).full
+    edges = picture[:60, [0, -1]]  # the legend, above the axes
+    assert (edges == picture[0, 0]).all()

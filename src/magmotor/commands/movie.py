@@ -28,6 +28,7 @@ from magmotor.commands.output import (
     film_written,
     make_folder,
     write_netcdf,
+    writes,
 )
 from magmotor.commands.picture_options import PictureOptions
 from magmotor.commands.scene_options import parse
@@ -189,9 +190,10 @@ def summary(run: xr.Dataset, scene: mm.Top) -> Iterator[str]:
 
 def save(run: xr.Dataset, scene: mm.Top, options: Options) -> None:
     dataset = options.out / "top.nc"
+    verb = writes(dataset)
     write_netcdf(run, dataset)
     written = options.draw(options.out / "top", partial(mm.plots.overview, run, scene))
-    print(f"wrote {dataset} and {written}")
+    print(f"{verb} {dataset} and {written}")
 
 
 def film_flight(scene: mm.Motor, options: FlightOptions, seconds: dict[str, float]) -> None:
@@ -212,9 +214,10 @@ def film_flight(scene: mm.Motor, options: FlightOptions, seconds: dict[str, floa
     ).assign_attrs(found=flight, revolutions_before=revolutions_before(shown, begin))
     out = options.out
     with timed(seconds, "plots"):
+        verb = writes(out / "motor_flight.nc")
         write_netcdf(replay, out / "motor_flight.nc")
         written = options.draw(out / "motor_flight", partial(mm.plots.motor_overview, shown))
-    print(f"wrote {out / 'motor_flight.nc'} and {written}")
+    print(f"{verb} {out / 'motor_flight.nc'} and {written}")
     speed = options.speed or math.ceil((end - begin) / MOVIE_SECONDS)
     timely = replay.assign_coords(time=replay.time + begin)
     with timed(seconds, "render"):

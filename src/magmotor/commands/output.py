@@ -147,12 +147,20 @@ def film_written(path: Path) -> Iterator[Path]:
     """Yield a path as `written_whole` does, for a movie; reports success or why it failed."""
     import magmotor as mm
 
+    verb = writes(path)
     try:
         with written_whole(path) as part:
             yield part
     except mm.render.NoOpenGL as error:
+        if os.environ.get("MUJOCO_GL") == "glfw":  # no package helps
+            fail(f"no movie: {error}", NO_OPENGL)
         packages = "".join(f"\n  {system}: {command}" for system, command in PACKAGES.items())
         fail(f"no movie: {error}; install OpenGL and run again{packages}", NO_OPENGL)
     except RuntimeError as error:
         fail(f"no movie: {' '.join(str(error).split())}", UNWRITTEN)
-    print(f"wrote {path}")
+    print(f"{verb} {path}")
+
+
+def writes(path: Path) -> str:
+    """Return what a command does that now writes a file: it may replace that of an older run."""
+    return "replaced" if path.exists() else "wrote"

@@ -32,6 +32,8 @@ def choose_gl_backend() -> None:
 def gl_setting() -> str:
     """Return in words how the OpenGL backend was chosen, and what to do if that was too late."""
     setting = os.environ.get("MUJOCO_GL")
+    if setting == "glfw":
+        return "MUJOCO_GL=glfw needs a display: set it to egl or osmesa, or unset it"
     if setting is not None:
         return f"MUJOCO_GL={setting}"
     if sys.platform != "linux":

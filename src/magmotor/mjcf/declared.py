@@ -34,7 +34,7 @@ def name_of(model: mujoco.MjModel, kind: str, number: int) -> str:
 
 
 def fields(model: mujoco.MjModel) -> dict[str, str]:
-    """Return what each given field is, by the name of its numeric."""
+    """Return what each applied field is, by the name of its numeric."""
     found = {}
     for k in range(model.nnumeric):
         name = model.numeric(k).name
@@ -52,7 +52,7 @@ def fields(model: mujoco.MjModel) -> dict[str, str]:
 
 
 def field_owners(model: mujoco.MjModel) -> dict[int, int]:
-    """Return the rigid body to which each given field is fixed, by the number of its numeric."""
+    """Return the rigid body to which each applied field is fixed, by the number of its numeric."""
     found = {k: 0 for k in range(model.nnumeric) if model.numeric(k).name.startswith("field")}
     for _, elements in tuples(model, "field"):
         bodies = [n if kind == BODY else model.site_bodyid[n]

@@ -66,7 +66,7 @@ class Description:
     potentials : dict of str to ndarray
         Fourier coefficients a_1 b_1 a_2 b_2 ... in J of each joint that has any.
     fields : dict of str to str
-        What each given field is, by the name of its numeric.
+        What each applied field is, by the name of its numeric.
     coils : dict of str to (str, int)
         The actuator and the number of dipoles of each coil, by the name of its tuple.
     pushing : tuple of str
@@ -289,7 +289,7 @@ def _pairs(model: mujoco.MjModel, bodies: list[int]) -> dict[tuple[str, str], fl
 def _meets(
     model: mujoco.MjModel, bodies: Iterable[int], owners: set[int], iron: Iterable[int]
 ) -> bool:
-    """Whether a body with dipoles or iron meets a given field or a plane of iron, and one moves.
+    """Whether a body with dipoles or iron meets an applied field or a plane of iron, and one moves.
 
     `owners` are the rigid bodies to which fields are fixed.
     """

@@ -36,7 +36,7 @@ from magmotor.numerics.numba_cache import compiled_once
 
 @checked
 def field(model: mujoco.MjModel, data: mujoco.MjData, points: Points) -> Array:
-    """Compute the magnetic field of a model: that of dipoles, coils, iron and given fields.
+    """Compute the magnetic field of a model: that of dipoles, coils, iron and applied fields.
 
     Parameters
     ----------
@@ -56,8 +56,8 @@ def field(model: mujoco.MjModel, data: mujoco.MjData, points: Points) -> Array:
     Raises
     ------
     ValueError
-        A point coincides with a dipole, is outside the table of a given field or below the plane of
-        iron; a dipole or piece of iron is there; or the data belong to another model.
+        A point coincides with a dipole, is outside the table of an applied field or below the plane
+        of iron; a dipole or piece of iron is there; or the data belong to another model.
 
     Examples
     --------
@@ -81,7 +81,7 @@ def magnetic_energy(model: mujoco.MjModel, data: mujoco.MjData) -> float:
     """Compute the magnetic energy of a model, of which the forces are the negative gradient.
 
     It is the sum of -c m_i.B_j(x_i) over all pairs of dipoles that act on one another, where c is
-    the factor of their bodies' coupling; of -m_i.B(x_i) over all dipoles in given fields; half of
+    the factor of their bodies' coupling; of -m_i.B(x_i) over all dipoles in applied fields; half of
     that over all dipoles in the field of images; and the energy of iron,
     sum_i w(m_i) - m_i.(B_i + B'_i/2), where w is the energy that magnetization stores, B_i the
     field of everything except iron and B'_i that of other iron.
@@ -101,7 +101,7 @@ def magnetic_energy(model: mujoco.MjModel, data: mujoco.MjData) -> float:
     ------
     ValueError
         Two dipoles that act on one another coincide, a dipole or piece of iron is outside the table
-        of a given field or below the plane of iron, or the data belong to another model.
+        of an applied field or below the plane of iron, or the data belong to another model.
     """
     return _observed(model, data, energy=True)[0]
 

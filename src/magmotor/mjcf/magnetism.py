@@ -44,7 +44,7 @@ def magnetism() -> "Block":
       the path's step at time 0. See Notes on rollouts and resets.
     - `potentials`: `user="a_1 b_1 a_2 b_2 ..."` gives a slide or hinge joint, at q in m or rad, the
       potential sum_k a_k sin kq + b_k cos kq, in J.
-    - `fields`: numerics named `field...` are given fields: B in T (3 numbers), B and its
+    - `fields`: numerics named `field...` are applied fields: B in T (3 numbers), B and its
       derivatives G_xx G_xy G_xz G_yy G_yz in T/m (8), or a table (see `tabulated_field`). A tuple
       `field...` names them and fixes them to a body or a site, or lets an actuator scale them.
     - `coils`: a tuple named `coil...` lists an actuator, then sites or bodies, whose moments are

@@ -47,7 +47,10 @@ class Panel:
             axes = figure.add_subplot()
             lines = plot(axes)
             axes.set_xlim(*np.asarray(span))
-            figure.legend(loc="outside upper center", ncols=2)
+            legend = figure.legend(loc="outside upper center", ncols=2)
+            if legend.get_window_extent().width > width:
+                legend.remove()
+                figure.legend(loc="outside upper center")
             self.full = _pixels(figure, height, width)
             for line in lines:
                 line.set_visible(False)

@@ -54,8 +54,7 @@ def top_overview(run: xr.Dataset, scene: Top | None, path: Picture, dpi: Dpi = s
 
 def _draw_momentum(axes: "Axes", run: xr.Dataset, scene: Top) -> None:
     _, residual = draw_momentum(axes, run, scene)
-    cause = "the torque about its axis" if scene.is_unbalanced else "friction's torque"
-    axes.set(title=f"J and the integral of {cause} differ by at most {residual:.0e} kg m²/s")
+    axes.set(title=f"J against theory: largest difference {residual:.1e} kg m²/s")
     _legend_above(axes, lines=2)
 
 

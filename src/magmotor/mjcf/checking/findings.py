@@ -12,6 +12,7 @@ from scipy.sparse.csgraph import connected_components
 from magmotor.common.arrays import Array
 from magmotor.mjcf import declared
 from magmotor.mjcf.callbacks import acting_forces
+from magmotor.mjcf.checking.applied_fields import bent_fields
 from magmotor.mjcf.checking.closest_approach import Meeting, meetings
 from magmotor.mjcf.checking.contact_rule import (
     SHORTEST,
@@ -26,7 +27,6 @@ from magmotor.mjcf.checking.contact_rule import (
     softness,
 )
 from magmotor.mjcf.checking.frequencies import frequencies, frequency_at_touch
-from magmotor.mjcf.checking.given_fields import bent_fields
 from magmotor.mjcf.checking.impact import deepest_impact
 from magmotor.mjcf.checking.strengths import magnets_of
 from magmotor.mjcf.describe import described, weighed
@@ -55,7 +55,7 @@ ROW = 4
 """Number of pieces of iron in a row from which the force is wrong: cubes, by 1.3 times."""
 
 BENT = 0.3
-"""Largest part of the force on a slender piece of weak iron in a given field that may be wrong."""
+"""Largest part of the force on a slender piece of weak iron in an applied field that may err."""
 
 
 class Failure(NamedTuple):
@@ -157,13 +157,13 @@ def _rows_of_iron(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failu
 
 
 def _long_pieces(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:
-    """Yield pieces of iron over which a given field varies too unevenly for one dipole."""
+    """Yield pieces of iron over which an applied field varies too unevenly for one dipole."""
     for geom, bend in bent_fields(model, state):
         if bend == np.inf:
-            sentence = "reaches beyond the table of a given field; enlarge the table"
+            sentence = "reaches beyond the table of an applied field; enlarge the table"
         else:
             sentence = (
-                "feels a given field at its center only, but that field varies far from linearly"
+                "feels an applied field at its center only, but that field varies far from linearly"
                 " along it, so that the force may be several times too strong or too weak"
             )
             if declared.iron(model)[geom] < WEAK:

@@ -14,8 +14,8 @@ import numpy as np
 
 from magmotor.common.arrays import Array
 from magmotor.dipoles import COINCIDENCE, PERMEABILITY_OVER_4PI
+from magmotor.mjcf.checking.applied_fields import given_field
 from magmotor.mjcf.checking.contact_rule import Approach
-from magmotor.mjcf.checking.given_fields import given_field
 from magmotor.mjcf.checking.strengths import Magnet, magnets_of
 from magmotor.mjcf.field_and_energy import coupling_factors
 

@@ -1,4 +1,4 @@
-"""Given fields: uniform, with a gradient, or a table; fixed to the world, a body or a site.
+"""Applied fields: uniform, with a gradient, or a table; fixed to the world, a body or a site.
 
 A numeric whose name starts with `field` is a field. Its numbers are, in this order:
 

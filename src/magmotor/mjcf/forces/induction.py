@@ -1,4 +1,4 @@
-"""The moments of pieces of iron in the field of dipoles, given fields, images and each other.
+"""The moments of pieces of iron in the field of dipoles, applied fields, images and each other.
 
 The moments make the energy stationary, U = sum_i w_i(m_i) - m_i.B_i - 1/2 sum_ij m_i.B_ij, where
 w_i is the energy that a piece's magnetization stores, B_i the field of everything except iron, and

@@ -85,7 +85,7 @@ def _moves(body, m, offsets):
 
 @subroutine
 def _add_field_wrenches(state, m, offsets, center, applied):
-    """Add the wrenches of given fields on all dipoles, and the reactions on the fields' bodies."""
+    """Add the wrenches of applied fields on all dipoles, and the reactions on their bodies."""
     table = state.table
     acting = 0
     for number in range(len(state.fields)):

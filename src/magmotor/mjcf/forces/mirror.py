@@ -3,7 +3,7 @@
 A plane geom in a tuple of iron (see `iron.py`) fills the half-space below it. Above it, its field
 is that of the dipoles' images: m at a point becomes k (2 (m.n) n - m) at the mirrored point, where
 n is the normal and k = chi/(chi + 2). The field and the force of all images at a dipole follow from
-those of the dipoles themselves at the mirrored place. Given fields are left as they are.
+those of the dipoles themselves at the mirrored place. Applied fields are left as they are.
 """
 
 # Numba's intrinsics hide their first parameter:

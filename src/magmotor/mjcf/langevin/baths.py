@@ -6,6 +6,7 @@ from numbers import Real
 import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.constants import Boltzmann
 from scipy.linalg import eigh
 
 from magmotor.common.arrays import Array, Integers
@@ -18,6 +19,9 @@ from magmotor.mjcf.lookup import label, number_of
 SYMMETRY, SMALL = 1e-9, 1e-14
 """Relative errors of a given matrix that are allowed, and that are attributed to rounding."""
 
+KELVIN = 250.0, 400.0
+"""Range of numbers that are more probable as temperatures in kelvin than as energies in joules."""
+
 DEFECT_BY_FRICTION = 0.1
 """Allowed relative error of the kinetic energy in a piece of free motion, over g h."""
 
@@ -29,6 +33,16 @@ LARGEST_MATRIX = 500
 
 KINDS = ("joint", "tendon", "actuator", "body")
 """Kinds of elements that can have a temperature of their own; the first that has a name wins."""
+
+
+def doubt(kT: Mapping[str, float]) -> str:
+    """Return a question about a temperature that may have been meant in kelvin, or nothing."""
+    coldest, hottest = KELVIN
+    for value in kT.values():
+        if coldest <= value <= hottest:
+            energy = f"{Boltzmann * value:.3g} J"
+            return f"kT = {value:g} J is an energy: {value:g} K would be kT = {energy}"
+    return ""
 
 
 def read_kT(model: mujoco.MjModel, kT: float | Mapping[str, float]) -> dict[str, float]:

@@ -19,7 +19,12 @@ from magmotor.common.arrays import Array
 from magmotor.common.checks import check_choice, check_integer, check_type, elements, reject
 from magmotor.common.environment import physical_memory
 from magmotor.mjcf import hooks
-from magmotor.mjcf.langevin.baths import dampers_with_temperatures, read_friction, read_kT
+from magmotor.mjcf.langevin.baths import (
+    dampers_with_temperatures,
+    doubt,
+    read_friction,
+    read_kT,
+)
 from magmotor.mjcf.langevin.friction import model_friction
 from magmotor.mjcf.langevin.loose_motion import loose_motions
 from magmotor.mjcf.langevin.own_model import (
@@ -208,6 +213,8 @@ class Langevin(Thermostat):
         super().__init__(model)
         check_choice("splitting", splitting, tuple(LANGEVIN))
         self.kT = read_kT(model, kT)
+        if question := doubt(self.kT):
+            warnings.warn(question, stacklevel=2)
         self.splitting = splitting
         scheme = LANGEVIN[splitting]
         check_all_numbers(model)

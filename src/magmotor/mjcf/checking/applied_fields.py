@@ -1,4 +1,4 @@
-"""Given fields alone, at dipoles and over pieces of iron; driven ones at their largest drive."""
+"""Applied fields alone, at dipoles and over pieces of iron; driven ones at their largest drive."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -50,7 +50,7 @@ class GivenField(NamedTuple):
 
 
 def given_field(model: mujoco.MjModel, data: mujoco.MjData, points: Array, welds: NDArray) -> Array:
-    """Return the flux densities (n, 3) in T of given fields at points (n, 3) in m.
+    """Return the flux densities (n, 3) in T of applied fields at points (n, 3) in m.
 
     The points belong to rigid bodies (n,), on which fields that are fixed to them do not act. They
     are NaN outside of a table that acts.
