@@ -128,7 +128,7 @@ def test_the_readme_counts_the_papers_claims():
     counts = Counter(claim.verdict for claim in papers)
     readme = " ".join((ROOT / "README.md").read_text(encoding="utf-8").split())
     said = re.findall(
-        r"(\d+) claims .*?, (\d+) are right, (\d+) partly right and (\d+) wrong", readme
+        r"(\d+) of the paper's claims: (\d+) hold, (\d+) hold in part and (\d+) are wrong", readme
     )
     expected = [len(papers), *(counts[verdict] for verdict in ("right", "in part", "wrong"))]
     assert said == [tuple(map(str, expected))]
