@@ -150,14 +150,23 @@ for code in {[code for code, *_ in NEEDS]!r}:
         assert line.startswith(f'{package} is not installed: pip install "magmotor[{extra}]"')
 
 
-@pytest.mark.parametrize("command", EXTRAS)
-def test_a_command_says_in_one_line_which_extra_it_needs(core, command):
-    found = core("-m", "magmotor", command, "top")
+@pytest.mark.parametrize(("command", "extra"), [
+    ("movie top", "movies"),
+    ("sweep top", "sweep"),
+    ("rerun run.nc", "scenes"),
+    ("disk", "movies"),
+    ("motor", "movies"),
+    ("view top", "scenes"),
+    ("view top --web", "scenes,web"),
+])  # fmt: skip
+def test_a_command_says_in_one_line_which_extra_it_needs(core, command, extra):
+    found = core("-m", "magmotor", *command.split())
     assert found.returncode == 2
     assert found.stdout == ""
     (line,) = found.stderr.splitlines()
-    assert re.match(rf"magmotor {command}: [\w, -]*netcdf4[\w, -]* are not installed: ", line)
-    assert f'pip install "magmotor[{EXTRAS[command]}]"' in line
+    name = command.split()[0]
+    assert re.match(rf"magmotor {name}: [\w, -]*netcdf4[\w, -]* are not installed: ", line)
+    assert f'pip install "magmotor[{extra}]"' in line
 
 
 def test_the_core_has_help_and_the_commands_for_any_model(core, tmp_path):
