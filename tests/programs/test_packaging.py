@@ -208,6 +208,21 @@ def test_where_labmaze_has_no_wheel_the_remedy_says_so(monkeypatch, version, mis
     assert optional.remedy("scenes", missing) == remedy
 
 
+MAGNETIC = ("assembly", "beads", "pendulum")
+"""Endings of names of examples."""
+
+
+@pytest.mark.parametrize("command", ["movie", "view", "sweep", "export", "completion", "examples"])
+def test_the_shell_completes_the_words_that_a_command_allows(command):
+    found = subprocess.run(
+        [sys.executable, "-m", "magmotor", command, "zzz"],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    (allowed,) = re.findall(r"(?:must be one of|must be|Expected one of) ([^;\n]+)", found.stderr)
+    words = set(re.findall(r"\w+", allowed.partition(", or an MJCF")[0])) - {"or"}
+    assert words == set(completion.FIRST[command].split())
+
+
 @pytest.mark.skipif(which("bash") is None, reason="there is no bash")
 @pytest.mark.parametrize(
     ("words", "completed"),
@@ -215,6 +230,10 @@ def test_where_labmaze_has_no_wheel_the_remedy_says_so(monkeypatch, version, mis
         (["des"], {"describe"}),
         (["movie", "top", "--til"], {"--tilt", "--tilt-azimuth"}),
         (["movie", "x"], set()),
+        (["movie", ""], {"top", "motor"}),
+        (["sweep", "st"], {"status"}),
+        (["check", ""], set()),
+        (["examples", "show", "magnetic_"], {f"magnetic_{x}" for x in MAGNETIC}),
         (["examples", "run", "pick_and_place", "--m"], {"--movie"}),
     ],
 )

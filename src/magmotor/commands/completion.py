@@ -12,6 +12,16 @@ import tyro
 from magmotor.commands import COMMANDS
 from magmotor.commands.parsing import one_line_errors
 
+FIRST = {
+    "movie": "top motor",
+    "view": "top motor disk",
+    "sweep": "top disk motor status combine movie cluster",
+    "export": "top motor disk run",
+    "examples": "list show run",
+    "completion": "bash zsh",
+}
+"""First arguments of commands, other than files."""
+
 BASH = """\
 _magmotor() {
     local word="${COMP_WORDS[COMP_CWORD]}" k
@@ -30,6 +40,11 @@ _magmotor() {
             _magmotor_flags=$(magmotor "${command[@]}" --help 2>/dev/null | grep -oE -e '--[a-z-]+')
         fi
         COMPREPLY=($(compgen -W "$_magmotor_flags" -- "$word"))
+    elif [ "$COMP_CWORD" = 2 ]; then
+        case "${COMP_WORDS[1]}" in %(cases)s esac
+        COMPREPLY=($(compgen -W "${command[*]}" -- "$word"))
+    elif [ "$COMP_CWORD ${COMP_WORDS[1]}" = "3 examples" ]; then
+        COMPREPLY=($(compgen -W "$(magmotor examples list | cut -d " " -f 1)" -- "$word"))
     fi
 }
 complete -o default -F _magmotor magmotor
@@ -47,4 +62,6 @@ def main() -> None:
 
 def write(shell: tyro.conf.Positional[Literal["bash", "zsh"]]) -> None:
     """Print the script of a shell."""
-    print({"bash": BASH, "zsh": ZSH}[shell] % {"commands": " ".join(COMMANDS)}, end="")
+    cases = " ".join(f"{name}) command=({words}) ;;" for name, words in FIRST.items())
+    script = {"bash": BASH, "zsh": ZSH}[shell]
+    print(script % {"commands": " ".join(COMMANDS), "cases": cases}, end="")
