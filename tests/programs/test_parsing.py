@@ -100,3 +100,12 @@ def test_check_weighs_a_moment_that_no_magnet_has(run, tmp_path):
     code, found, error = run("check needle.xml")
     assert (code, error) == (1, "")
     assert "site magnet has 5000 A m^2, the moment of 36 kg of neodymium magnets" in found
+
+
+@pytest.mark.parametrize("command", ["movie", "view", "sweep", "export"])
+def test_help_describes_a_command_once(run, command):
+    code, said, _ = run(f"{command} --help")
+    first = next(line for line in said.splitlines()[1:] if line)
+    said = " ".join(said.replace("│", " ").split())
+    assert (code, said.count(" ".join(first.split()[:6]))) == (0, 1)
+    assert "Hamel's top; the defaults are the paper's fourth case" in said

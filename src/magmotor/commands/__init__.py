@@ -10,15 +10,15 @@ from magmotor.common.checks import did_you_mean
 from magmotor.common.optional import require
 
 COMMANDS = {
-    "movie": "film Hamel's top as it acquires spin, or a flight of the motor",
+    "movie": "render a video of the spinning top, or of a flight of the motor",
     "view": "watch a scene or any MJCF file live; pull, tilt, heat or brake it",
     "sweep": "run a scene for every combination of parameters, resumably",
     "rerun": "run a dataset again and check that the result is identical",
     "export": "write a scene as MJCF or TOML, or a dataset as a table",
     "disk": "reproduce the paper's figures of its sliding disks, with theory",
     "motor": "reproduce the paper's figures of its motors",
-    "describe": "say what of an MJCF file is magnetic, and what has a temperature",
-    "check": "say what of a magnetic model will fail, and which settings hold",
+    "describe": "list what in an MJCF file is magnetic, and what has a temperature",
+    "check": "find what will fail in a model with magnets, and which settings work",
     "advise": "find the cheapest integrator and timestep for a given error",
     "examples": "list, show and run the example programs",
     "completion": "print a script with which bash or zsh completes commands and flags",

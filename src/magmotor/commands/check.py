@@ -1,4 +1,4 @@
-"""Say what of a model with magnets will fail, and which settings hold.
+"""Find what will fail in a model with magnets, and which settings work.
 
 The exit code is 1 if there are findings.
 """

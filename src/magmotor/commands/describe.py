@@ -1,4 +1,4 @@
-"""Say what of a model is magnetic, and what has a temperature."""
+"""List what in a model is magnetic, and what has a temperature."""
 
 from dataclasses import dataclass
 from pathlib import Path

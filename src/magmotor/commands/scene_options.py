@@ -78,8 +78,10 @@ def parse(
     try:
         own = options if isinstance(options, Mapping) else dict.fromkeys(kinds, options)
         commands = {kind: _scene_command(kind, own[kind], arguments) for kind in kinds}
-        for command in commands.values():
-            command.__doc__ = command.__doc__ or description
+        for kind, command in commands.items():
+            if kind in KINDS:  # the help of all of them has the description once
+                summary = (KINDS[kind].__doc__ or "").partition("\n")[0]
+                command.__doc__ = description if kind in arguments[:1] else summary
         if not is_help_asked():
             check_kind(arguments, kinds)
         with one_line_errors(arguments, kinds):
