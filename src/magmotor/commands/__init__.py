@@ -18,7 +18,7 @@ COMMANDS = {
     "disk": "reproduce the paper's figures of its sliding disks, with theory",
     "motor": "reproduce the paper's figures of its motors",
     "describe": "list what in an MJCF file is magnetic, and what has a temperature",
-    "check": "find what will fail in a model with magnets, and which settings work",
+    "check": "find what will fail in a magnetic model, and settings that work",
     "advise": "find the cheapest integrator and timestep for a given error",
     "examples": "list, show and run the example programs",
     "completion": "print a script with which bash or zsh completes commands and flags",
