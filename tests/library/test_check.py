@@ -474,7 +474,7 @@ def test_coils_are_as_strong_as_their_actuators_allow(saturation, actuator, driv
     assert forces[0] / forces[1] == pytest.approx(drive, rel=0.01)  # three digits
 
 
-def test_the_frequency_in_a_given_field():
+def test_the_frequency_in_a_applied_field():
     """m B = 0.6 A m^2 x 0.5 T against the inertia of a ball; the iron is far away.
 
     The inertia about the moment does not matter, since the field cannot turn the body about it.

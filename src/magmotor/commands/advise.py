@@ -66,9 +66,9 @@ def main() -> None:
 
 def report(options: Options) -> None:
     """Print the advice, and draw it."""
+    model, data = read(options.model, options.keyframe)
     if options.picture is not None:
         make_folder(options.picture.parent)
-    model, data = read(options.model, options.keyframe)
     push(model, data, options.velocity, options.seed)
     actuate(model, data, options.control)
     text = mujoco.mjtObj.mjOBJ_TEXT

@@ -4,13 +4,12 @@
 flags are those that the command's `--help` names.
 """
 
-import sys
 from typing import Literal
 
 import tyro
 
 from magmotor.commands import COMMANDS
-from magmotor.commands.parsing import one_line_errors
+from magmotor.commands.parsing import parse_options
 
 FIRST = {
     "movie": "top motor",
@@ -56,8 +55,7 @@ ZSH = "autoload -Uz compinit bashcompinit && compinit && bashcompinit\n" + BASH
 
 def main() -> None:
     """Print the script."""
-    with one_line_errors(sys.argv[1:]):
-        tyro.cli(write, description=__doc__)
+    parse_options(write, __doc__)
 
 
 def write(shell: tyro.conf.Positional[Literal["bash", "zsh"]]) -> None:

@@ -15,7 +15,8 @@ from magmotor.common.checks import check_choice
 from magmotor.common.environment import data_folder
 from magmotor.common.optional import extra
 
-VERBS = ("list", "show", "run")
+VERBS = {"list": 0, "show": 1, "run": sys.maxsize}
+"""Verbs, with the largest number of their arguments."""
 
 
 def main() -> None:
@@ -27,8 +28,8 @@ def main() -> None:
     found = programs()
     verb, *rest = arguments
     try:
-        check_choice("verb", verb, VERBS)
-        if surplus := rest[{"list": 0, "show": 1}.get(verb, len(rest)) :]:
+        check_choice("verb", verb, tuple(VERBS))
+        if surplus := rest[VERBS[verb] :]:
             raise ValueError(f"{verb} takes no argument {surplus[0]!r}")
         if verb == "list":
             print(*(f"{name:20} {purpose(path)}" for name, path in found.items()), sep="\n")

@@ -3,7 +3,7 @@
 import io
 import re
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, redirect_stderr
 from itertools import takewhile
 from typing import TypeVar
@@ -21,10 +21,15 @@ KINDS = {"INT": "an integer", "FLOAT": "a number"}
 """What tyro's names of types mean."""
 
 
-def parse_options(options: type[Options], description: str | None) -> Options:
-    """Parse the arguments of the program; a mistake ends it with one line and code 2."""
-    with one_line_errors(sys.argv[1:]):
-        return tyro.cli(options, description=description)
+def parse_options(
+    options: Callable[..., Options],
+    description: str | None,
+    arguments: Sequence[str] | None = None,
+) -> Options:
+    """Parse arguments, by default the program's; a mistake ends it with one line and code 2."""
+    arguments = sys.argv[1:] if arguments is None else arguments
+    with one_line_errors(arguments):
+        return tyro.cli(options, description=description, args=arguments)
 
 
 @contextmanager

@@ -10,7 +10,7 @@ import tyro
 
 import magmotor as mm
 from magmotor.commands.output import MISTAKE, fail, is_help_asked
-from magmotor.commands.parsing import one_line_errors
+from magmotor.commands.parsing import one_line_errors, parse_options
 from magmotor.common.checks import check_choice, did_you_mean, reject
 from magmotor.device.quantities import is_quantity
 from magmotor.devices.motor.scene import PAPER as RUNS
@@ -67,12 +67,14 @@ def parse(
     description: str,
     kinds: Sequence[str],
     arguments: Sequence[str] | None = None,
+    allowed: str = "",
 ) -> tuple[Any, Options]:
     """Parse a scene and a command's own options from the command line.
 
     The first argument is one of `kinds`: top, motor or disk, each possibly with its own options, or
     a command without a scene. Every field of the scene has a flag, whose default comes from the
-    preset or from a file. An invalid value ends the program with one line and code 2.
+    preset or from a file. An invalid value ends the program with one line and code 2. `allowed`
+    says what else than `kinds` a command accepts as first argument, in the message about another.
     """
     arguments = sys.argv[1:] if arguments is None else arguments
     try:
@@ -83,7 +85,7 @@ def parse(
                 summary = (KINDS[kind].__doc__ or "").partition("\n")[0]
                 command.__doc__ = description if kind in arguments[:1] else summary
         if not is_help_asked():
-            check_kind(arguments, kinds)
+            check_kind(arguments, kinds, allowed)
         with one_line_errors(arguments, kinds):
             made = tyro.extras.subcommand_cli_from_dict(
                 commands, description=description, args=arguments
@@ -93,8 +95,8 @@ def parse(
         fail(str(error), MISTAKE)
 
 
-def check_kind(arguments: Sequence[str], kinds: Sequence[str]) -> None:
-    """Check that the first argument is one of these words.
+def check_kind(arguments: Sequence[str], kinds: Sequence[str], allowed: str) -> None:
+    """Check that the first argument is one of these words, which `allowed` lists unless empty.
 
     Raises
     ------
@@ -105,7 +107,8 @@ def check_kind(arguments: Sequence[str], kinds: Sequence[str]) -> None:
     if first in kinds:
         return
     *others, last = kinds
-    known = f"the first argument must be {', '.join(others)}{' or ' * bool(others)}{last}"
+    listed = f"{', '.join(others)} or {last}"
+    known = f"the first argument must be {allowed or listed}"
     if not first or first.startswith("-"):
         raise ValueError(f"{known}; see {sys.argv[0]} --help")
     scene = [kind for kind in kinds if kind in KINDS]
@@ -125,9 +128,7 @@ def parse_fields(
     """Parse flags for the named fields of a scene, and a command's own options; see `parse`."""
     try:
         command = _command(scene, names, options)
-        with one_line_errors(sys.argv[1:] if arguments is None else arguments):
-            made = tyro.cli(command, description=description, args=arguments)
-        return made()
+        return parse_options(command, description, arguments)()
     except ValueError as error:
         fail(str(error), MISTAKE)
 

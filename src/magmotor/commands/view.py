@@ -35,7 +35,7 @@ from magmotor.commands.output import (
     warn_in_one_line,
 )
 from magmotor.commands.scene_options import KINDS, parse
-from magmotor.common.checks import check_number, did_you_mean
+from magmotor.common.checks import check_number
 from magmotor.common.interrupts import deferred
 from magmotor.common.optional import require
 from magmotor.live import LiveSimulation, Loop, WebView, live_scene
@@ -108,13 +108,8 @@ def main() -> None:
     arguments = sys.argv[1:]
     if arguments and arguments[0].lower().endswith(MODELS):
         arguments = ["model", *arguments]
-    if arguments and not arguments[0].startswith("-"):
-        first = arguments[0]
-        if first not in SCENES and not first.lower().endswith(".toml"):
-            meant = did_you_mean(first, SCENES)
-            known = f"{', '.join(KINDS)}, or an MJCF file ({', '.join(MODELS)})"
-            fail(f"{first!r}{meant}: the first argument must be {known}", MISTAKE)
-    scene, options = parse(SCENES, __doc__ or "", tuple(SCENES), arguments)
+    allowed = f"{', '.join(KINDS)}, or an MJCF file ({', '.join(MODELS)})"
+    scene, options = parse(SCENES, __doc__ or "", tuple(SCENES), arguments, allowed)
     require(*["scenes"] * (scene is not None), *["web"] * options.web)
     try:
         check_number("speed", options.speed, above=0)

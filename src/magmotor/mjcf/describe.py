@@ -263,19 +263,26 @@ def _has_plugin(model: mujoco.MjModel) -> bool:
     return bool((model.plugin == magmotor_plugin.register()).any())
 
 
+def _moments(model: mujoco.MjModel) -> Array:
+    """Return the first user number of each site, zero where there is none."""
+    return model.site_user[:, 0] if model.nuser_site else np.zeros(model.nsite)
+
+
 def _dipoles(model: mujoco.MjModel) -> dict[int, int]:
     """Return the number of dipoles by body."""
-    sites = np.flatnonzero(model.site_user[:, 0]) if model.nuser_site else []
+    sites = np.flatnonzero(_moments(model))
     return dict(sorted(Counter(model.site_bodyid[sites].tolist()).items()))
 
 
 def _huge(model: mujoco.MjModel) -> dict[str, float]:
     """Return moments that are probably mistakes, by site."""
-    moments = model.site_user[:, 0] if model.nuser_site else np.zeros(model.nsite)
-    fixed = model.body_dofnum[model.body_weldid[model.site_bodyid]] == 0
-    huge = (np.abs(moments) > HUGE) & ~(fixed & (np.abs(moments) > OF_PLANETS))
-    sites = np.flatnonzero(huge)[:LISTED].tolist()
-    return {name_of(model, "site", site): float(moments[site]) for site in sites}
+    moments = _moments(model)
+    huge = [
+        site
+        for site in np.flatnonzero(np.abs(moments) > HUGE).tolist()
+        if abs(moments[site]) <= OF_PLANETS or _moves(model, model.site_bodyid[site])
+    ]
+    return {name_of(model, "site", site): float(moments[site]) for site in huge[:LISTED]}
 
 
 def _pairs(model: mujoco.MjModel, bodies: list[int]) -> dict[tuple[str, str], float]:
@@ -401,10 +408,8 @@ def _idle_magnets(model: mujoco.MjModel, named: Sequence[str], fields: bool) -> 
 
 def _unnumbered(model: mujoco.MjModel) -> list[str]:
     """Return the sites without user numbers."""
-    moments = model.site_user[:, 0] if model.nuser_site else np.zeros(model.nsite)
-    return [
-        f"site {name_of(model, 'site', site)}" for site in np.flatnonzero(moments == 0).tolist()
-    ]
+    sites = np.flatnonzero(_moments(model) == 0).tolist()
+    return [f"site {name_of(model, 'site', site)}" for site in sites]
 
 
 def _renamed(model: mujoco.MjModel) -> Iterator[str]:

@@ -23,7 +23,7 @@ FAINT = 0.05
 """Changes of B^2 that are smaller, over its largest value, do not matter."""
 
 
-class GivenField(NamedTuple):
+class AppliedField(NamedTuple):
     """A field, and the frame to which it is fixed."""
 
     numbers: Array
@@ -49,7 +49,9 @@ class GivenField(NamedTuple):
         return self.drive * found @ self.frame.T
 
 
-def given_field(model: mujoco.MjModel, data: mujoco.MjData, points: Array, welds: NDArray) -> Array:
+def applied_field(
+    model: mujoco.MjModel, data: mujoco.MjData, points: Array, welds: NDArray
+) -> Array:
     """Return the flux densities (n, 3) in T of applied fields at points (n, 3) in m.
 
     The points belong to rigid bodies (n,), on which fields that are fixed to them do not act. They
@@ -64,7 +66,7 @@ def given_field(model: mujoco.MjModel, data: mujoco.MjData, points: Array, welds
     return total
 
 
-def _fields(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[GivenField]:
+def _fields(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[AppliedField]:
     """Yield the fields of a model."""
     placed = {}
     for _, elements in declared.tuples(model, "field"):
@@ -84,7 +86,7 @@ def _fields(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[GivenField]:
         if model.numeric(k).name.startswith("field"):
             first = int(model.numeric_adr[k])
             numbers = model.numeric_data[first : first + int(model.numeric_size[k])]
-            yield GivenField(numbers, *placed.get(k, (0, np.zeros(3), np.eye(3), 1.0)))
+            yield AppliedField(numbers, *placed.get(k, (0, np.zeros(3), np.eye(3), 1.0)))
 
 
 def bent_fields(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[tuple[int, float]]:
@@ -105,7 +107,7 @@ def bent_fields(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[tuple[in
         ends = half[:, np.newaxis] * frame.T
         offsets = np.vstack([0 * ends[:1], ends, -ends, STEP * ends, -STEP * ends])
         welds = np.full(len(offsets), model.body_weldid[model.geom_bodyid[geom]])
-        field = given_field(model, data, data.geom_xpos[geom] + frame @ middle + offsets, welds)
+        field = applied_field(model, data, data.geom_xpos[geom] + frame @ middle + offsets, welds)
         center, over, under, *near = np.split(field, [1, 4, 7, 10])
         squares = [(part**2).sum(axis=1) for part in (over, under)]
         truth = squares[0] - squares[1]

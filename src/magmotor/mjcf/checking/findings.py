@@ -11,7 +11,6 @@ from scipy.sparse.csgraph import connected_components
 
 from magmotor.common.arrays import Array
 from magmotor.mjcf import declared
-from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.checking.applied_fields import bent_fields
 from magmotor.mjcf.checking.closest_approach import Meeting, meetings
 from magmotor.mjcf.checking.contact_rule import (
@@ -29,10 +28,9 @@ from magmotor.mjcf.checking.contact_rule import (
 from magmotor.mjcf.checking.frequencies import frequencies, frequency_at_touch
 from magmotor.mjcf.checking.impact import deepest_impact
 from magmotor.mjcf.checking.strengths import magnets_of
-from magmotor.mjcf.describe import described, weighed
+from magmotor.mjcf.describe import Description, described, weighed
 from magmotor.mjcf.field_and_energy import magnetic_energy
-from magmotor.mjcf.forces.marks import NOISE
-from magmotor.mjcf.langevin.temperature import MATCH, temperatures
+from magmotor.mjcf.langevin.temperature import MATCH
 from magmotor.mjcf.lookup import label
 
 UNSTABLE, RESOLVED = 2.0, 0.5
@@ -74,9 +72,10 @@ class Failure(NamedTuple):
 
 def failures(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:
     """Yield what will fail in a state, whose positions and contacts are up to date."""
-    kinds = acting_forces(model)
+    description = described(model)
     pairs, misplaced = [*meetings(model, state)], [*_misplaced(model, state)]
-    yield from _nothing(model)
+    yield from _idleness(model, description)
+    yield from _huge(description)
     yield from misplaced
     yield from _overlaps(model, state)
     yield from _rows_of_iron(model, state)
@@ -96,15 +95,17 @@ def failures(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:
                 " too strong; for a wide surface that is fixed to the world, take a plane of iron",
             )
     yield from _fast_magnets(model, {} if misplaced else frequencies(model, state), state, pairs)
-    if kinds & NOISE and model.nuser_body:
-        yield from _noise(model)
+    yield from _noise(description)
 
 
-def _nothing(model: mujoco.MjModel) -> Iterator[Failure]:
+def _idleness(model: mujoco.MjModel, found: Description) -> Iterator[Failure]:
     """Yield at most one failure: that nothing acts on a model which has what should."""
-    found = described(model)
     if found.idle and not found.acting and (found.marked or found.plugin or model.nuser_site):
         yield Failure("nothing", f"acts on this model. Not acting: {'; '.join(found.idle)}")
+
+
+def _huge(found: Description) -> Iterator[Failure]:
+    """Yield moments that are probably mistakes."""
     for site, moment in found.huge.items():
         yield Failure(f"site {site}", f"has {moment:g} A m^2, {weighed(moment)}")
 
@@ -299,8 +300,8 @@ def _fast_magnets(
             )
 
 
-def _noise(model: mujoco.MjModel) -> Iterator[Failure]:
-    kT, mismatch, _ = temperatures(model)
+def _noise(found: Description) -> Iterator[Failure]:
+    kT, mismatch = found.kT, found.mismatch
     if kT is not None and mismatch > MATCH:
         ends = "without bound" if kT[1] == math.inf else f"from {kT[0]:.3g} J to {kT[1]:.3g} J"
         part = "" if mismatch == math.inf else f" by {100 * mismatch:.2g} %"

@@ -14,7 +14,7 @@ import numpy as np
 
 from magmotor.common.arrays import Array
 from magmotor.dipoles import COINCIDENCE, PERMEABILITY_OVER_4PI
-from magmotor.mjcf.checking.applied_fields import given_field
+from magmotor.mjcf.checking.applied_fields import applied_field
 from magmotor.mjcf.checking.contact_rule import Approach
 from magmotor.mjcf.checking.strengths import Magnet, magnets_of
 from magmotor.mjcf.field_and_energy import coupling_factors
@@ -84,7 +84,7 @@ def _stiffness(
     welds = model.body_weldid[bodies]
     follows = model.body_dofnum[welds] > 0
     strengths = np.linalg.norm(moments, axis=1)
-    given = np.nan_to_num(given_field(model, data, positions, welds))  # elsewhere an error
+    given = np.nan_to_num(applied_field(model, data, positions, welds))  # elsewhere an error
     sources = [(positions, moments, 0.0)]
     for plane in planes:
         normal = data.geom_xmat[plane.elements[0] - model.nsite, 2::3]
