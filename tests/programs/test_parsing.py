@@ -5,6 +5,8 @@ import os
 import pytest
 
 from magmotor.commands import main
+from magmotor.commands.output import NO_OPENGL, UNWRITTEN, film_written
+from magmotor.render import NoOpenGL
 
 MISSPELLED = """<mujoco><extension><plugin plugin="magmotor.force"/></extension></mujoco>"""
 
@@ -109,3 +111,27 @@ def test_help_describes_a_command_once(run, command):
     said = " ".join(said.replace("│", " ").split())
     assert (code, said.count(" ".join(first.split()[:6]))) == (0, 1)
     assert "Hamel's top; the defaults are the paper's fourth case" in said
+
+
+def test_a_file_of_an_older_run_is_said_to_be_replaced(tmp_path, capsys):
+    movie = tmp_path / "top.mp4"
+    for verb in ("wrote", "replaced"):
+        with film_written(movie) as part:
+            part.write_text("frames")
+        assert capsys.readouterr().out == f"{verb} {movie}\n"
+
+
+@pytest.mark.parametrize(("setting", "lines"), [("glfw", 1), ("disable", 3)])
+def test_packages_are_named_only_where_they_help(tmp_path, capsys, monkeypatch, setting, lines):
+    monkeypatch.setenv("MUJOCO_GL", setting)
+    with pytest.raises(SystemExit) as end, film_written(tmp_path / "top.mp4"):
+        raise NoOpenGL("no library")
+    assert end.value.code == NO_OPENGL
+    assert len(capsys.readouterr().err.splitlines()) == lines
+
+
+def test_advise_says_before_it_measures_that_it_cannot_write(run, tmp_path):
+    (tmp_path / "needle.xml").write_text(NEEDLE.format(' user="5"'))
+    code, said, error = run("advise needle.xml --picture needle.xml/advise.png")
+    assert (code, said) == (UNWRITTEN, "")
+    assert error == "magmotor advise: cannot write to needle.xml: it is a file, not a folder\n"
