@@ -88,7 +88,7 @@ WRONG = {
     'scene = "Top"\nfriction = ': "it is not TOML: Invalid value",
     "a = " + 100_000 * "[": "it is not TOML: ",
     "a = " + 10_000 * "1": "it is not TOML: ",
-    "\udcff": "'utf-8' codec can't decode",
+    "\udcff": "it is not TOML: it is not text in UTF-8",
     1_000_001 * "#": "it is too long for a scene",
 }
 

@@ -201,6 +201,30 @@ def test_a_value_that_is_not_finite_is_never_returned():
     assert kept.sizes["time"] < 11
 
 
+@pytest.mark.parametrize("scheme", ["euler", "implicitfast", "rk4"])
+def test_a_reset_in_the_first_step_is_not_recorded(scheme):
+    """It leaves the time of a good step, and a spin of 5e10 rad/s."""
+    scene = mm.Top(velocity=(3e9, 0.0))
+    with pytest.raises(mm.SimulationDiverged, match="not finite") as caught:
+        mm.simulate(scene, method=f"mujoco/{scheme}", duration=1)
+    kept = caught.value.dataset
+    assert kept.time.values.tolist() == [0]
+    assert kept.velocity.values[0, 0] == 3e9
+
+
+@pytest.mark.parametrize("scheme", ["baoab", "rk4"])
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ({"velocity": (0.0, -1e20)}, r"initial qvel = -1e\+20: must be at most 1e\+10 in"),
+        ({"spin": 1.01e10}, r"initial qvel = 10100000000.0: must be at most 1e\+10 in"),
+    ],
+)
+def test_a_start_that_mujoco_would_reset_is_refused(fields, message, scheme):
+    with pytest.raises(ValueError, match=message):
+        mm.simulate(mm.Top(**fields), method=f"mujoco/{scheme}", timestep=1e-3, duration=1)
+
+
 def test_ctrl_c_keeps_the_records(monkeypatch):
     chunks = mujoco_run.run
 

@@ -61,7 +61,7 @@ MISTAKES = {
     ("run", "{out}/none.nc", "{out}/a.csv"): "cannot read",
     ("top", "{out}/a.pdf"): "must end in .xml or .toml",
     ("top", "{out}/a.toml", "--scene", "{out}/none.toml"): "No such file or directory",
-    ("top", "{out}/a.toml", "--scene", "{run}"): "top.nc: 'utf-8' codec|top.nc: it is not TOML",
+    ("top", "{out}/a.toml", "--scene", "{run}"): "top.nc: it is not TOML: it is not text in UTF-8",
     ("motor", "{out}/a.toml", "--scene", "{scene}"): "has a Top: must have a Motor",
     ("top", "{out}/a.toml", "--scene", "{scene}", "--preset", "si"): "cannot be given with --scene",
 }

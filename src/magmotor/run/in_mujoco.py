@@ -12,6 +12,7 @@ from mujoco.rollout import rollout
 
 from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
+from magmotor.common.checks import reject
 from magmotor.common.environment import thread_count
 from magmotor.device.device import Scene
 from magmotor.device.engine import MujocoAdapter
@@ -44,6 +45,7 @@ def run(job: Job) -> Generator[tuple[Any, Array]]:
         model.opt.integrator = INTEGRATORS[job.scheme]
     motion = job.scene.device.mujoco(job)
     state = motion.start if job.state is None else job.state
+    _check_start(model, state)
     replicas = len(state)
     data = [mujoco.MjData(model) for _ in range(min(replicas, thread_count()))]
     piece = max(1, CHUNK // replicas)
@@ -64,6 +66,18 @@ def run(job: Job) -> Generator[tuple[Any, Array]]:
             yield motion.states(times, *columns), state
 
 
+def _check_start(model: mujoco.MjModel, state: Array) -> None:
+    """Check numbers at which MuJoCo would reset the state in its first step."""
+    for name, numbers in (
+        ("qpos", state[:, : model.nq]),
+        ("qvel", state[:, model.nq : model.nq + model.nv]),
+    ):
+        worst = float(numbers.flat[np.abs(numbers).argmax()])
+        if not abs(worst) <= mujoco.mjMAXVAL:
+            sentence = f"must be at most {mujoco.mjMAXVAL:g} in magnitude in runs by mujoco/*"
+            raise reject(f"initial {name}", worst, sentence)
+
+
 def _advance(model, splitting, data, motion: MujocoAdapter, state: Array, steps) -> Array:
     """Return qpos and qvel after each of these steps, shape (replicas, steps, nq + nv)."""
     whole = np.empty((len(state), 1 + model.nq + model.nv))
@@ -74,8 +88,11 @@ def _advance(model, splitting, data, motion: MujocoAdapter, state: Array, steps)
         return splitting.rollout(data, whole, controls, control_spec=spec, nstep=len(steps))
     paths, _ = rollout(model, data, whole, controls, control_spec=spec, nstep=len(steps))
     raise_recorded()
-    # After a warning about huge values, a rollout repeats its last state.
-    paths[np.diff(paths[..., 0], axis=1, prepend=whole[:, :1]) <= 0] = np.nan
+    # After a warning about huge values, MuJoCo resets the state, and a rollout repeats that one.
+    wrong = np.diff(paths[..., 0], axis=1, prepend=whole[:, :1]) <= 0
+    if wrong.any():
+        wrong[:, :-1] |= (paths[:, 1:] == paths[:, :-1]).all(axis=-1)
+    paths[wrong] = np.nan
     return paths[..., 1:]
 
 

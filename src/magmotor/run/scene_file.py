@@ -52,6 +52,8 @@ def read_scene(path: str | Path) -> Scene:
         if len(text) > LARGEST:
             raise ValueError("it is too long for a scene")
         return _scene(text)
+    except UnicodeDecodeError:
+        raise ValueError(f"{path}: it is not TOML: it is not text in UTF-8") from None
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
 
