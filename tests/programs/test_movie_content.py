@@ -5,6 +5,8 @@ import math
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from PIL import ImageDraw
+from scipy.spatial.transform import Rotation
 
 import magmotor as mm
 from magmotor.device.movie import SideView
@@ -77,6 +79,28 @@ def test_a_sketch_exaggerates_small_tilts(tilt, factor):
     assert slope == pytest.approx(factor * tilt, abs=0.03)  # 0.008
 
 
+@pytest.mark.parametrize(
+    ("tilt", "words"), [(0.0, "level"), (0.1, "tilt 5.7°, drawn × 2"), (0.5, "tilt 28.6°")]
+)
+def test_a_sketch_names_the_angle(tilt, words, monkeypatch):
+    written = recorded(monkeypatch)
+    one = np.ones(1)
+    Sketch(SideView(0.34, 0.2 * one, tilt * one, 0.018, 0 * one), 1.0).draw(0)
+    assert written == [words]
+
+
+def recorded(monkeypatch):
+    """Return the list of the texts that are drawn into pictures from now on."""
+    written, draw = [], ImageDraw.ImageDraw.text
+
+    def text(pen, place, words, *arguments, **options):
+        written.append(words)
+        return draw(pen, place, words, *arguments, **options)
+
+    monkeypatch.setattr(ImageDraw.ImageDraw, "text", text)
+    return written
+
+
 @pytest.fixture(scope="module")
 def flight():
     """A run of the motor with a flight of 2.24 revolutions in 30 s, after a drift of 10 s."""
@@ -117,6 +141,27 @@ def test_the_azimuth_counts_the_revolutions_before(flight):
     np.testing.assert_allclose(shown[0].value, -1.1, rtol=1e-12)  # 2e-16
     np.testing.assert_allclose(shown[1].value, -4.1, rtol=1e-12)  # 2e-16
     assert shown[1].lines(0)[0] == "ball  θ -4.10 revolutions"
+
+
+def test_numbers_of_the_ring_are_its_tilt_and_its_yaw(flight):
+    """The ring is tilted by 3 degrees, and then turned by -40 degrees about the vertical."""
+    tilt, yaw = Rotation.from_euler("x", 3, degrees=True), Rotation.from_euler("z", -40, True)
+    turned = yaw * tilt
+    values = {
+        "ring_axis": turned.apply([0, 0, 1]),
+        "ring_orientation": np.roll(turned.as_quat(), 1),
+    }
+    run = flight.assign({k: flight[k].copy(data=0 * flight[k] + v) for k, v in values.items()})
+    content = MotorMovieContent(run, mm.Motor(), np.array([125.0]))
+    assert content.lines(0)[1] == "ring  tilt 3.0°, yaw -40°"
+
+
+def test_a_frame_tells_the_time_and_the_flight(opengl, flight, monkeypatch, tmp_path):
+    written = recorded(monkeypatch)
+    mm.render.still(flight, mm.Motor(), tmp_path / "motor.png", 125.0)
+    assert "t = 125.0 s" in written
+    assert "in flight: 1.1 revolutions" in written
+    assert "ball  θ −1.10 revolutions" in written
 
 
 def test_captions_say_what_noise_shakes(flight):

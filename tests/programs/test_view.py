@@ -505,6 +505,9 @@ def test_keys_switch_pause_and_change_the_speed(loop_of):
     assert loop.simulation.data.time == pytest.approx(
         0.4, rel=4e-15, abs=0
     )  # 4e-16; the longest frame at speed 2
+    for key, speed in (("6", 1.0), ("6", 0.5), ("7", 1.0)):
+        loop.press(ord(key))
+        assert loop.pace.speed == speed
 
 
 def test_a_lost_state_starts_again_paused(loop_of, capsys):

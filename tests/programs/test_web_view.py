@@ -14,7 +14,7 @@ import pytest
 from browser import PHONE
 
 import magmotor as mm
-from magmotor.live import Loop, WebView, live_scene
+from magmotor.live import LiveSimulation, Loop, WebView, live_scene
 from magmotor.live.page import LAST_PORT, _exponent, _scaled
 
 SMALL = 500, 400
@@ -29,7 +29,7 @@ NEEDLE = """
   <worldbody>
     <site name="north" pos="0 0.1 0" zaxis="0 1 0" user="5"/>
     <body name="needle">
-      <joint type="hinge" axis="0 0 1" damping="1e-4"/>
+      <joint name="hinge" type="hinge" axis="0 0 1" damping="1e-4"/>
       <geom type="capsule" fromto="-0.03 0 0 0.03 0 0" size="0.003"/>
       <site name="needle" zaxis="1 0 0" user="0.2"/>
     </body>
@@ -84,6 +84,10 @@ def test_a_page_shows_the_top_and_its_controls_act(shown, open_page):
     expected = live_scene(mm.Top(tilt=tilt), timestep=0.01).data.mocap_quat[0]
     np.testing.assert_allclose(simulation.data.mocap_quat[0], expected, rtol=0, atol=1e-15)  # 0
 
+    for label, speed in (("faster", 2.0), ("slower", 1.0)):
+        page.get_by_text(label).dispatch_event("click")
+        until(lambda speed=speed: view._loop.pace.speed == speed, f"{label} does nothing")
+
     page.get_by_text("Pause").dispatch_event("click")
     page.get_by_text("Continue").wait_for()
     paused = simulation.data.time
@@ -131,6 +135,47 @@ def test_a_slider_out_of_bounds_moves_back_and_the_page_says_why():
         assert "tilt = 0.4: must be less than" in page._notice.value
     finally:
         view.stop()
+
+
+def test_sliders_and_curves_of_small_numbers_count_in_powers_of_ten():
+    spec = mujoco.MjSpec.from_string(NEEDLE)
+    torque = spec.add_actuator(name="torque", ctrlrange=[0, 2e-4], ctrllimited=True)
+    torque.trntype, torque.target = mujoco.mjtTrn.mjTRN_JOINT, "hinge"
+    loop = Loop(LiveSimulation(spec.compile()), 1.0)
+    view = WebView(loop, port=0)
+    page, data = view._page, loop.simulation.data
+    try:
+        handle = slider(view, "torque")
+        assert (handle.label, handle.min, handle.max) == ("torque (10⁻⁶)", 0, 200)
+        handle.value = 150.0
+        page.read()
+        assert data.ctrl[0] == pytest.approx(1.5e-4, rel=1e-15)  # 0
+        data.qvel[0], data.time = 1e-2, 1.0
+        for _ in range(10):
+            loop.readouts.update()
+        page._show_numbers()
+        curve = page._curves["kinetic energy"]
+        energy = 0.5 * loop.simulation.model.dof_M0[0] * 1e-4
+        assert "10⁻¹² J" in curve.title
+        assert curve.data[1].max() == pytest.approx(1e12 * energy, rel=1e-12)
+    finally:
+        view.stop()
+
+
+def test_switches_of_the_page_act():
+    loop = Loop(live_scene(mm.Disk(), timestep=0.01), 1.0)
+    view = WebView(loop, port=0)
+    try:
+        for on in (False, True):
+            slider(view, "noise").value = on
+            view._page.read()
+            assert loop.simulation.on["noise"] == on
+    finally:
+        view.stop()
+
+
+def test_a_page_runs_at_the_speed_asked_for(shown):
+    assert shown(mm.Disk(), speed=3.0)._loop.pace.speed == 3.0
 
 
 def test_a_page_says_why_its_simulation_stopped(monkeypatch):
@@ -237,10 +282,10 @@ def test_without_the_extra_it_is_one_line(monkeypatch):
 
 @pytest.mark.slow
 def test_the_command_serves_a_file_until_it_is_interrupted(tmp_path):
-    """Without the word `model`."""
+    """Without the word `model`, and with `--web` first."""
     path = tmp_path / "needle.xml"
     path.write_text(NEEDLE)
-    command = [sys.executable, "-m", "magmotor", "view", str(path), "--web", "--port", "0"]
+    command = [sys.executable, "-m", "magmotor", "view", "--web", str(path), "--port", "0"]
     view = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     try:
         assert view.stdout is not None

@@ -106,6 +106,8 @@ SCENES = {"top": Options, "disk": Options, "motor": MotorOptions, "model": Model
 def main() -> None:
     warn_in_one_line()
     arguments = sys.argv[1:]
+    if arguments[:1] == ["--web"]:
+        arguments = [*arguments[1:], "--web"]
     if arguments and arguments[0].lower().endswith(MODELS):
         arguments = ["model", *arguments]
     allowed = f"{', '.join(KINDS)}, or an MJCF file ({', '.join(MODELS)})"
