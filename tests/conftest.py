@@ -11,6 +11,7 @@ import pytest
 import magmotor as mm
 from magmotor.commands import COMMANDS
 from magmotor.device import device as protocol
+from magmotor.numerics.compilation_notice import TEXT
 from magmotor.render.views import NoOpenGL, Views
 
 TESTS = Path(__file__).parent
@@ -44,7 +45,8 @@ def run_script(monkeypatch, capsys):
             script.main()
         except SystemExit as stop:
             code = stop.code
-        return code, *capsys.readouterr()
+        said, error = capsys.readouterr()
+        return code, said, error.replace(f"{TEXT}\n", "")
 
     return run
 

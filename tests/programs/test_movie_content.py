@@ -9,6 +9,7 @@ from PIL import ImageDraw
 from scipy.spatial.transform import Rotation
 
 import magmotor as mm
+from magmotor.commands.movie import summary
 from magmotor.device.movie import SideView
 from magmotor.devices.motor.movie import MotorMovieContent
 from magmotor.devices.top.movie import TopMovieContent
@@ -42,6 +43,9 @@ def test_the_top_has_a_title_a_caption_and_a_result(top_run):
     assert content.title == "Hamel's top acquires spin"
     assert content.caption == "A magnetic ball under a ring of magnets tilted by 2.8°"
     assert content.result() == "Largest spin: 7.17 rad/s, at t = 21.6 s"
+    spinning = mm.Top(spin=3.0)
+    run = mm.simulate(spinning, method=METHOD, timestep=0.025, duration=1.0)
+    assert TopMovieContent(run, spinning, np.array([0.0])).title == "Hamel's top"
     level = mm.Top.paper(3)
     run = mm.simulate(level, method=METHOD, timestep=0.025, duration=1.0)
     content = TopMovieContent(run, level, np.array([0.0]))
@@ -60,6 +64,12 @@ def test_the_side_view_follows_the_direction_of_the_tilt(top_run):
         np.testing.assert_allclose(view.ball, expected, rtol=0, atol=1e-15)  # 1e-18
         assert (view.height == 0.2).all()
         assert (view.tilt == math.pi / 64).all()
+
+
+def test_the_command_prints_the_spin_and_the_balance(top_run):
+    spin, balance = summary(top_run, mm.Top())
+    assert spin.startswith("maximum spin: |J| = 1.858e-04 kg m^2/s, 7.17 rad/s, at t = 21.62 s (")
+    assert balance.startswith("balance of J: differs from the integral of theory by at most ")
 
 
 @pytest.mark.parametrize(

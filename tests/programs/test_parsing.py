@@ -5,7 +5,8 @@ import os
 import pytest
 
 from magmotor.commands import main
-from magmotor.commands.output import NO_OPENGL, UNWRITTEN, film_written
+from magmotor.commands.output import NO_OPENGL, UNWRITTEN, fail, film_written
+from magmotor.numerics.compilation_notice import TEXT
 from magmotor.render import NoOpenGL
 
 MISSPELLED = """<mujoco><extension><plugin plugin="magmotor.force"/></extension></mujoco>"""
@@ -29,7 +30,8 @@ def run(monkeypatch, capsys, tmp_path):
         monkeypatch.setattr("sys.argv", ["magmotor", *line.split()])
         with pytest.raises(SystemExit) as end:
             main()
-        return end.value.code, *capsys.readouterr()
+        said, error = capsys.readouterr()
+        return end.value.code, said, error.replace(f"{TEXT}\n", "")
 
     return run_in_folder
 
@@ -82,6 +84,12 @@ def test_a_path_of_any_length_is_one_sentence(run):
     assert error.startswith("magmotor describe: cannot read ...xxx")
     assert error.endswith("xxx.xml: File name too long\n")
     assert len(error) < 300  # 269
+
+
+def test_control_characters_of_a_message_do_not_reach_the_terminal(capsys):
+    with pytest.raises(SystemExit, match="2"):
+        fail("a\x1b[2Jb\rc", 2)
+    assert capsys.readouterr().err.endswith(": a\\x1b[2Jb\\rc\n")
 
 
 def test_check_says_that_nothing_acts_and_names_sites_that_are_no_dipoles(run, tmp_path):

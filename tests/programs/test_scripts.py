@@ -52,11 +52,16 @@ def test_without_opengl_everything_but_the_movie_is_written(tmp_path):
 
 
 @pytest.fixture
-def movie(run_script, monkeypatch):
+def films():
+    """The arguments with which the commands of a test have rendered."""
+    return []
+
+
+@pytest.fixture
+def movie(run_script, monkeypatch, films):
     """Return a function that runs `magmotor movie` in this process, without rendering."""
-    monkeypatch.setattr(
-        importlib.import_module("magmotor.commands.movie"), "render", lambda *_: None
-    )
+    command = importlib.import_module("magmotor.commands.movie")
+    monkeypatch.setattr(command, "render", lambda *arguments: films.append(arguments))
     return partial(run_script, "movie")
 
 
@@ -124,7 +129,7 @@ def test_help_names_fields_with_units(movie):
         assert text in said
 
 
-def test_a_flight_of_the_motor_is_found_and_replayed(movie, tmp_path):
+def test_a_flight_of_the_motor_is_found_and_replayed(movie, films, tmp_path):
     flags = ("--preset", "uniform-c", "--velocity", "0", "0.05", "--duration", "400", "--seed", "3")
     code, said, error = movie("motor", *flags, "--out", tmp_path)
     assert (code, error) == (0, "")
@@ -138,6 +143,10 @@ def test_a_flight_of_the_motor_is_found_and_replayed(movie, tmp_path):
     assert replay.attrs["found"] == found[0].strip()
     begin, end = map(int, found.groups())
     assert replay.time[-1] == end - begin
+    ((film, filmed_scene, path, _, speed),) = films
+    assert (filmed_scene, path) == (scene, tmp_path / "motor_flight.mp4")
+    assert (film.time[0], film.time[-1]) == (begin, end)
+    assert (end - begin) / speed <= 27 < (end - begin) / (speed - 1)
     numerics = {"method": "mujoco/baoab", "timestep": 0.1, "seed": 3}
     run = mm.simulate(scene, duration=end, record_interval=5, **numerics)
     same = run.position.sel(time=slice(begin, end))

@@ -174,6 +174,16 @@ def test_switches_of_the_page_act():
         view.stop()
 
 
+def test_a_page_is_never_shared_through_another_server(shown, monkeypatch):
+    from viser import ViserServer
+
+    def share(*_, **__):
+        raise AssertionError("it asks for a tunnel")
+
+    monkeypatch.setattr(ViserServer, "request_share_url", share)
+    assert shown(mm.Disk())._page._server.request_share_url() is None
+
+
 def test_a_page_runs_at_the_speed_asked_for(shown):
     assert shown(mm.Disk(), speed=3.0)._loop.pace.speed == 3.0
 
