@@ -7,6 +7,7 @@ import warnings
 from pathlib import Path
 
 import pytest
+from PIL import ImageDraw
 
 import magmotor as mm
 from magmotor.commands import COMMANDS
@@ -67,6 +68,19 @@ def rotor(monkeypatch, without_rotor):
     monkeypatch.syspath_prepend(TESTS.parent / "examples")
     monkeypatch.delitem(sys.modules, "own_device", raising=False)
     return importlib.import_module("own_device")
+
+
+@pytest.fixture
+def written(monkeypatch):
+    """The list of the texts that are drawn into pictures during the test."""
+    texts, draw = [], ImageDraw.ImageDraw.text
+
+    def text(pen, place, words, *more):
+        texts.append(words)
+        return draw(pen, place, words, *more)
+
+    monkeypatch.setattr(ImageDraw.ImageDraw, "text", text)
+    return texts
 
 
 @pytest.fixture(scope="session")

@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from PIL import ImageDraw
 from scipy.spatial.transform import Rotation
 
 import magmotor as mm
@@ -92,23 +91,10 @@ def test_a_sketch_exaggerates_small_tilts(tilt, factor):
 @pytest.mark.parametrize(
     ("tilt", "words"), [(0.0, "level"), (0.1, "tilt 5.7°, drawn × 2"), (0.5, "tilt 28.6°")]
 )
-def test_a_sketch_names_the_angle(tilt, words, monkeypatch):
-    written = recorded(monkeypatch)
+def test_a_sketch_names_the_angle(tilt, words, written):
     one = np.ones(1)
     Sketch(SideView(0.34, 0.2 * one, tilt * one, 0.018, 0 * one), 1.0).draw(0)
     assert written == [words]
-
-
-def recorded(monkeypatch):
-    """Return the list of the texts that are drawn into pictures from now on."""
-    written, draw = [], ImageDraw.ImageDraw.text
-
-    def text(pen, place, words, *arguments, **options):
-        written.append(words)
-        return draw(pen, place, words, *arguments, **options)
-
-    monkeypatch.setattr(ImageDraw.ImageDraw, "text", text)
-    return written
 
 
 @pytest.fixture(scope="module")
@@ -166,8 +152,7 @@ def test_numbers_of_the_ring_are_its_tilt_and_its_yaw(flight):
     assert content.lines(0)[1] == "ring  tilt 3.0°, yaw -40°"
 
 
-def test_a_frame_tells_the_time_and_the_flight(opengl, flight, monkeypatch, tmp_path):
-    written = recorded(monkeypatch)
+def test_a_frame_tells_the_time_and_the_flight(opengl, flight, written, tmp_path):
     mm.render.still(flight, mm.Motor(), tmp_path / "motor.png", 125.0)
     assert "t = 125.0 s" in written
     assert "in flight: 1.1 revolutions" in written

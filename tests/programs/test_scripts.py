@@ -129,6 +129,15 @@ def test_help_names_fields_with_units(movie):
         assert text in said
 
 
+def test_the_film_of_a_flight_has_the_times_of_the_run(movie, films, monkeypatch, tmp_path):
+    command = importlib.import_module("magmotor.commands.movie")
+    monkeypatch.setattr(command, "window", lambda _: (100.0, 227.0))
+    flags = ("--preset", "uniform-c", "--velocity", "0", "0.05", "--duration", "300")
+    assert movie("motor", *flags, "--out", tmp_path)[0] == 0
+    ((film, _, _, _, speed),) = films
+    assert (film.time[0], film.time[-1], speed) == (100, 227, 5)
+
+
 def test_a_flight_of_the_motor_is_found_and_replayed(movie, films, tmp_path):
     flags = ("--preset", "uniform-c", "--velocity", "0", "0.05", "--duration", "400", "--seed", "3")
     code, said, error = movie("motor", *flags, "--out", tmp_path)

@@ -45,7 +45,8 @@ def run(job: Job) -> Generator[tuple[Any, Array]]:
         model.opt.integrator = INTEGRATORS[job.scheme]
     motion = job.scene.device.mujoco(job)
     state = motion.start if job.state is None else job.state
-    _check_start(model, state)
+    if splitting is None and job.state is None:
+        _check_start(model, state, job.scheme)
     replicas = len(state)
     data = [mujoco.MjData(model) for _ in range(min(replicas, thread_count()))]
     piece = max(1, CHUNK // replicas)
@@ -66,15 +67,13 @@ def run(job: Job) -> Generator[tuple[Any, Array]]:
             yield motion.states(times, *columns), state
 
 
-def _check_start(model: mujoco.MjModel, state: Array) -> None:
-    """Check numbers at which MuJoCo would reset the state in its first step."""
-    for name, numbers in (
-        ("qpos", state[:, : model.nq]),
-        ("qvel", state[:, model.nq : model.nq + model.nv]),
-    ):
+def _check_start(model: mujoco.MjModel, state: Array, scheme: str) -> None:
+    """Check numbers that MuJoCo takes for divergence, so that it would stop after one step."""
+    split = [model.nq, model.nq + model.nv]
+    for name, numbers in zip(("qpos", "qvel"), np.split(state, split, axis=-1), strict=False):
         worst = float(numbers.flat[np.abs(numbers).argmax()])
         if not abs(worst) <= mujoco.mjMAXVAL:
-            sentence = f"must be at most {mujoco.mjMAXVAL:g} in magnitude in runs by mujoco/*"
+            sentence = f"must be at most {mujoco.mjMAXVAL:g} in magnitude for mujoco/{scheme}"
             raise reject(f"initial {name}", worst, sentence)
 
 
@@ -88,11 +87,8 @@ def _advance(model, splitting, data, motion: MujocoAdapter, state: Array, steps)
         return splitting.rollout(data, whole, controls, control_spec=spec, nstep=len(steps))
     paths, _ = rollout(model, data, whole, controls, control_spec=spec, nstep=len(steps))
     raise_recorded()
-    # After a warning about huge values, MuJoCo resets the state, and a rollout repeats that one.
-    wrong = np.diff(paths[..., 0], axis=1, prepend=whole[:, :1]) <= 0
-    if wrong.any():
-        wrong[:, :-1] |= (paths[:, 1:] == paths[:, :-1]).all(axis=-1)
-    paths[wrong] = np.nan
+    # After a warning about huge values, a rollout repeats its last state.
+    paths[np.diff(paths[..., 0], axis=1, prepend=whole[:, :1]) <= 0] = np.nan
     return paths[..., 1:]
 
 
