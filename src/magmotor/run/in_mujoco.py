@@ -12,7 +12,6 @@ from mujoco.rollout import rollout
 
 from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
-from magmotor.common.checks import reject
 from magmotor.common.environment import thread_count
 from magmotor.device.device import Scene
 from magmotor.device.engine import MujocoAdapter
@@ -45,8 +44,6 @@ def run(job: Job) -> Generator[tuple[Any, Array]]:
         model.opt.integrator = INTEGRATORS[job.scheme]
     motion = job.scene.device.mujoco(job)
     state = motion.start if job.state is None else job.state
-    if splitting is None and job.state is None:
-        _check_start(model, state, job.scheme)
     replicas = len(state)
     data = [mujoco.MjData(model) for _ in range(min(replicas, thread_count()))]
     piece = max(1, CHUNK // replicas)
@@ -65,16 +62,6 @@ def run(job: Job) -> Generator[tuple[Any, Array]]:
             split = [model.nq, model.nq + model.nv]
             columns = np.split(np.concatenate(records, axis=1), split, axis=-1)
             yield motion.states(times, *columns), state
-
-
-def _check_start(model: mujoco.MjModel, state: Array, scheme: str) -> None:
-    """Check numbers that MuJoCo takes for divergence, so that it would stop after one step."""
-    split = [model.nq, model.nq + model.nv]
-    for name, numbers in zip(("qpos", "qvel"), np.split(state, split, axis=-1), strict=False):
-        worst = float(numbers.flat[np.abs(numbers).argmax()])
-        if not abs(worst) <= mujoco.mjMAXVAL:
-            sentence = f"must be at most {mujoco.mjMAXVAL:g} in magnitude for mujoco/{scheme}"
-            raise reject(f"initial {name}", worst, sentence)
 
 
 def _advance(model, splitting, data, motion: MujocoAdapter, state: Array, steps) -> Array:
