@@ -180,6 +180,7 @@ def test_a_file_in_single_precision(rerun, single, tmp_path):
 def test_differences_are_reported(rerun, single):
     kept = xr.load_dataset(single)
     kept.position[5, 1] += 2e-4
+    kept.position[6, 0] -= 1e-4
     kept.heat[7] += 1e-3
     versions = json.loads(kept.attrs["versions"]) | {"numpy": "2.1.0"}
     kept.assign_attrs(versions=json.dumps(versions)).to_netcdf(single)
@@ -194,10 +195,13 @@ def test_differences_are_reported(rerun, single):
 def test_a_nan_and_an_extra_variable_are_reported(rerun, disk_run, tmp_path):
     run = disk_run.assign(wind=disk_run.v)
     run.energy[1, 4] = np.nan
+    run.x[0, 2] += 0.5
+    run.x[1, 3] = np.inf
     run.to_netcdf(tmp_path / "run.nc")
     code, said, _ = rerun(tmp_path / "run.nc")
     assert (code, said) == (
-        1, "different: energy by at most nan from t = 0.6 on; wind (missing)\n",
+        1, "different: x by at most 0.5 (NaN or infinite in one of them) from t = 0.3 on; energy "
+        "(NaN or infinite in one of them) from t = 0.6 on; wind (missing)\n",
     )  # fmt: skip
 
 

@@ -6,6 +6,7 @@ import subprocess
 import sys
 from importlib.metadata import entry_points
 from pathlib import Path
+from types import SimpleNamespace
 
 import mujoco
 import numpy as np
@@ -29,7 +30,7 @@ PENDULUM = """
     </body>
   </worldbody>
   <actuator><motor joint="hinge" gear="2"/></actuator>
-  <keyframe><key name="up" qpos="2"/></keyframe>
+  <keyframe><key name="down" qpos="0"/><key name="up" qpos="2"/></keyframe>
 </mujoco>
 """
 
@@ -84,12 +85,11 @@ def test_advice_is_printed_and_drawn(run, tmp_path):
 
 @pytest.fixture
 def asked(monkeypatch):
-    """Return the data for which advice is asked, for no given duration; there is none."""
+    """Return the arguments with which advice is asked; there is none."""
     found = []
 
-    def advise(model, data, duration, **_):
-        assert duration is None
-        found.append(data)
+    def advise(model, data, **settings):
+        found.append(SimpleNamespace(data=data, **settings))
         return mm.Advice("positions", 0.01, 1.0)
 
     monkeypatch.setattr("magmotor.commands.advise.advise", advise)
@@ -99,7 +99,7 @@ def asked(monkeypatch):
 def test_random_velocities_are_added_to_the_state(run, asked):
     for options in ("--velocity 0.5", "--velocity 0.5 --seed 1", "--velocity 1 --seed 1", ""):
         run("advise", "pendulum.xml", *options.split())
-    first, second, faster, none = (float(data.qvel[0]) for data in asked)
+    first, second, faster, none = (float(each.data.qvel[0]) for each in asked)
     assert first == 0.5 * np.random.default_rng(0).standard_normal()
     assert second != first
     assert faster == 2 * second
@@ -109,8 +109,8 @@ def test_random_velocities_are_added_to_the_state(run, asked):
 def test_controls_are_one_number_or_one_for_each_actuator(run, asked):
     for options in ("--control 0.5", "--keyframe up --control -1"):
         run("advise", "pendulum.xml", *options.split())
-    assert [data.ctrl.tolist() for data in asked] == [[0.5], [-1.0]]
-    assert asked[1].qpos.tolist() == [2.0]
+    assert [each.data.ctrl.tolist() for each in asked] == [[0.5], [-1.0]]
+    assert asked[1].data.qpos.tolist() == [2.0]
     code, _, err = run("advise", "pendulum.xml", "--control", "1", "2")
     assert code == 2
     assert err.startswith(
@@ -118,6 +118,18 @@ def test_controls_are_one_number_or_one_for_each_actuator(run, asked):
     )
     _, _, err = run("advise", "touching.xml", "--control", "1")
     assert err.endswith("must be left out, since the model has no actuators\n")
+
+
+def test_a_question_is_that_of_the_options(run, asked):
+    given = "--quantity energy --error 0.2 --duration 3 --budget 7 --kT 0.5 --detail"
+    for options in ("--picture None", f"--picture a/b.png {given}"):
+        run("advise", "pendulum.xml", *options.split())
+    default, changed = (vars(each) for each in asked)
+    assert default.items() >= {"quantity": "positions", "error": 0.01, "duration": None}.items()
+    assert default.items() >= {"budget": 60.0, "kT": None, "detail": False, "picture": None}.items()
+    assert changed.items() >= {"quantity": "energy", "error": 0.2, "duration": 3.0}.items()
+    assert changed.items() >= {"budget": 7.0, "kT": 0.5, "detail": True}.items()
+    assert changed["picture"] == Path("a/b.png")
 
 
 @pytest.mark.parametrize("option", ["--velocity 0.5", "--control 1", "--keyframe up"])

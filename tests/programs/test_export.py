@@ -54,6 +54,17 @@ def test_a_dataset_as_a_table_and_as_its_scene(run_script, tmp_path, recorded):
     assert mm.read_scene(tmp_path / "top.toml") == mm.scene_of(run)
 
 
+def test_what_a_table_has_no_room_for_is_named(run_script, tmp_path):
+    many = mm.ensemble(
+        mm.Disk(), method="variational/baoab", timestep=0.05, duration=1.0, replicas=4
+    )
+    many.to_netcdf(tmp_path / "many.nc")
+    _, said, _ = run_script("export", "run", tmp_path / "many.nc", tmp_path / "many.csv")
+    assert "left out: x (replica)\n" in said
+    names = [line.split()[2] for line in said.splitlines() if line.startswith("left out: ")]
+    assert names == mm.to_table(many).attrs["left_out"]
+
+
 MISTAKES = {
     ("run", "{run}", "{out}/a.txt"): "must end in .csv or .parquet for a table, in .xml or .toml",
     ("run", "{run}", "{out}/a.csv", "--rows", "space"): "rows = 'space': must be one of time",

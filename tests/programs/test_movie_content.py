@@ -134,8 +134,8 @@ def test_flights_begin_and_end_in_words(flight):
 def test_the_azimuth_counts_the_revolutions_before(flight):
     later = flight.assign_attrs(revolutions_before=-3)
     shown = [MotorMovieContent(run, mm.Motor(), np.array([125.0])) for run in (flight, later)]
-    np.testing.assert_allclose(shown[0].value, -1.1, rtol=1e-12)  # 2e-16
-    np.testing.assert_allclose(shown[1].value, -4.1, rtol=1e-12)  # 2e-16
+    np.testing.assert_allclose(shown[0].value, -1.1, rtol=6e-15)  # 2e-16
+    np.testing.assert_allclose(shown[1].value, -4.1, rtol=6e-15)  # 2e-16
     assert shown[1].lines(0)[0] == "ball  θ -4.10 revolutions"
 
 

@@ -5,9 +5,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import mujoco
 import numpy as np
 import pytest
 import xarray as xr
+
+from magmotor.live import LiveSimulation
 
 ROOT = Path(__file__).parents[2]
 
@@ -29,6 +32,21 @@ def test_the_readme_prints_what_it_shows(tmp_path, monkeypatch, capsys):
     assert namespace["data"].qpos[0] == pytest.approx(np.pi / 2, rel=5e-8, abs=0)  # 2e-9
     assert isinstance(namespace["run"], xr.Dataset)
     assert Path("top.png").stat().st_size > 10_000
+
+
+def test_the_readmes_needle_is_live_as_in_mujoco():
+    """The plugin acts on it once, and the view can switch it off."""
+    (text,) = blocks("README.md", "xml")
+    model, perturb = mujoco.MjModel.from_xml_string(text), mujoco.MjvPerturb()
+    data, live = mujoco.MjData(model), LiveSimulation(mujoco.MjModel.from_xml_string(text))
+    mujoco.mj_step(model, data, nstep=200)
+    live.advance(200, perturb)
+    assert data.qpos[0] > 0.7
+    np.testing.assert_array_equal(live.data.qpos, data.qpos)
+    live.switch("magnetism")
+    live.reset()
+    live.advance(200, perturb)
+    assert live.data.qpos[0] == 0
 
 
 def test_the_readme_is_short():

@@ -1,6 +1,7 @@
 """The viewer: live simulations without a window, and `magmotor view` in a virtual display."""
 
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -13,6 +14,7 @@ import numpy as np
 import pytest
 
 import magmotor as mm
+from magmotor.commands import view
 from magmotor.commands.view import report
 from magmotor.device import Device, Slider
 from magmotor.live import LiveSimulation, Loop, Pace, StateLost, live_scene
@@ -508,6 +510,44 @@ def test_keys_switch_pause_and_change_the_speed(loop_of):
     for key, speed in (("6", 1.0), ("6", 0.5), ("7", 1.0)):
         loop.press(ord(key))
         assert loop.pace.speed == speed
+
+
+def test_the_help_names_what_keys_do(loop_of):
+    loop = loop_of(live(MOTOR))
+    lasting = dict(re.findall(r"(\S+) (pauses|slower|faster|noise|magnetism|arrows)", view.HELP))
+    assert len(lasting) == 6
+
+    def state():
+        return {
+            "pauses": loop.paused, "slower": loop.pace.speed < 1, "faster": loop.pace.speed > 1,
+            "arrows": loop.arrows, **loop.simulation.on,
+        }  # fmt: skip
+
+    for key, word in lasting.items():
+        loop = loop_of(live(MOTOR))
+        before = state()
+        loop.press(ord(" " if key == "space" else key))
+        assert [name for name, value in state().items() if value != before[name]] == [word]
+
+
+@pytest.mark.parametrize("kind", ["model", "motor"])
+def test_speed_and_seed_are_those_of_the_command(run_script, tmp_path, monkeypatch, kind):
+    loops = []
+    monkeypatch.setattr(view, "check_display", lambda: None)
+    monkeypatch.setattr(view, "set_mju_user_warning", lambda _: None)
+    monkeypatch.setattr(view, "show", lambda loop, _: loops.append(loop))
+    (tmp_path / "needle.xml").write_text(NEEDLE)
+    what = [tmp_path / "needle.xml"] if kind == "model" else []
+    for flags in ([], ["--speed", "3"], ["--seed", "7"], ["--seed", "7"]):
+        run_script("view", kind, *what, *flags)
+    own = {"model": 1, "motor": 20}[kind]
+    assert [loop.pace.speed for loop in loops] == [own, 3, own, own]
+    for loop in loops:
+        loop.simulation.advance(5, mujoco.MjvPerturb())
+    other, unlike, one, same = (whole(loop.simulation) for loop in loops)
+    np.testing.assert_array_equal(one, same)
+    np.testing.assert_array_equal(other, unlike)
+    assert not np.array_equal(one, other)
 
 
 def test_a_lost_state_starts_again_paused(loop_of, capsys):

@@ -248,6 +248,11 @@ def test_arrows_are_those_of_the_moments_and_the_field(shown):
         along = ends[:, 1] - ends[:, 0]
         along /= np.linalg.norm(along, axis=1, keepdims=True)
         assert np.abs(along - data.site_xmat[:, 2::3]).max() < 3e-6  # 3e-7
+        assert (arrows["moments"].colors == [204, 61, 28]).all()  # reddish brown
+        blue, orange = [0, 114, 178], [230, 159, 0]
+        found = arrows["field"].colors.tolist()
+        assert blue in found
+        assert orange in found
         loop.arrows = "none"
         view._page.show()
         assert not arrows["moments"].visible

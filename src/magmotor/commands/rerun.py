@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 import tyro
 import xarray as xr
 
@@ -83,7 +84,10 @@ def difference(name: str, old: xr.Variable, new: xr.Variable, kept: xr.Dataset) 
         return
     extent = ""
     if old.dtype.kind in "iuf":
-        extent += f" by at most {abs(old - new).values[different.values].max():.2g}"
+        apart = abs(old - new).values[different.values]
+        finite = apart[np.isfinite(apart)]
+        extent += f" by at most {finite.max():.2g}" if finite.size else ""
+        extent += " (NaN or infinite in one of them)" if finite.size < apart.size else ""
     if "time" in old.dims:
         rows = different.any([dim for dim in old.dims if dim != "time"]).values
         extent += f" from t = {kept.time[rows.argmax()]:g} on"
