@@ -286,15 +286,15 @@ def _draw_stays(axes: "Axes", found: Averages) -> None:
 FIGURE = Figure(
     "disk_ergodicity",
     "Ergodicity of the disk",
-    f"The paper's disk on U = sin x, by `{METHOD}` at h = {TIMESTEP}. Above: the fraction of time"
-    " that one path spends in each bin, with two standard errors from eight batches, and the"
-    " marginals of the Gibbs measure. Below left: the scatter of averages over a time T along"
-    f" {FULL['paths']} paths, in units of the standard deviation of each quantity. Below right: the"
-    " mean of d after a start from several d (in its standard deviations,"
+    f"The paper's disk on U = sin x, by `{METHOD}` at h = {TIMESTEP}. Above: the fraction of"
+    " time that one path spends in each bin, with two standard errors from eight batches, and"
+    " the marginals of the Gibbs measure. Below left: the scatter of averages over a time T"
+    f" along {FULL['paths']} paths, in units of the standard deviation of each quantity. Below"
+    " right: the mean of d after starts from several values of d (in standard deviations of d,"
     f" {FULL['copies']} paths each), and the correlation of d. Curves: the reduced equation of d,"
-    f" without a fitted number. For long T, the points on the left lie below the curves:"
-    f" {FULL['paths']} paths hardly meet the rare stays beyond three standard deviations, for which"
-    " the curves on the right are correct.",
+    " with nothing fitted. For long T, the points on the left lie below the curves:"
+    f" {FULL['paths']} paths hardly sample the rare stays beyond three standard deviations; the"
+    " curves on the right are correct for these.",
     compute,
     claims,
     draw,

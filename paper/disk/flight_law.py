@@ -240,13 +240,14 @@ def _draw_slopes(axes: "Axes", name: str, run: xr.Dataset) -> None:
 FIGURE = Figure(
     "disk_flight_law",
     "The law of the disk's flights",
-    f"Left: the fraction of flights of at least {LONG} that last longer, for the disk of the paper"
-    f" ({FULL['paper']['replicas']} replicas for T = 10⁶) and for a colder one in a weaker"
-    f" potential ({FULL['cold']['replicas']} for T = 2·10⁵), with two standard errors. Curves: the"
-    " reduced equation of d = σω − v, without a fitted number. Right: the local slopes, over t in"
-    " units of τ = 6(kT)²/[c(1 + σ)Σa²], which is 6.3·10⁵ for the paper's disk; dashed, the"
-    " stretched exponential in which all flights end. A flight is the time between two changes of"
-    " sign of d, each by a tenth of its standard deviation, sampled once per unit of time.",
+    f"Left: of the flights that last at least {LONG}, the fraction that last longer, for the"
+    f" disk of the paper ({FULL['paper']['replicas']} replicas for T = 10⁶) and for a colder one"
+    f" in a weaker potential ({FULL['cold']['replicas']} for T = 2·10⁵), with two standard"
+    " errors. Curves: the reduced equation of d = σω − v, with nothing fitted. Right: the local"
+    " slopes, over t in units of τ = 6(kT)²/[c(1 + σ)Σa²], which is 6.3·10⁵ for the paper's"
+    " disk. Dashed: the stretched exponential that all flights approach in the end. A flight is"
+    " the time between two changes of sign of d, each by a tenth of its standard deviation; d is"
+    " sampled once per unit of time.",
     compute,
     claims,
     draw,

@@ -214,11 +214,11 @@ def _draw_paths(axes: "Axes", run: xr.Dataset, title: str) -> None:
 FIGURE = Figure(
     "disk_flights",
     "Ballistic against normal diffusion",
-    f"Four paths each by `{METHOD}` on U = sin x and on flat U (mind the scales), from rest,"
-    f" σ = 1/2, α = 5, c = 0.1, h = {FULL['timestep']}, T = {FULL['duration']:g}. A flight is the"
-    " time between two changes of sign of d = σω − v, each by a tenth of its standard deviation; d"
-    " is sampled once per unit of time. Right: the fraction of flights that last longer, under the"
-    " invariant law, by the ensembles of the next figures, with two standard errors.",
+    f"Four paths by `{METHOD}` on U = sin x and four on flat U (note the scales), from rest; σ ="
+    f" 1/2, α = 5, c = 0.1, h = {FULL['timestep']}, T = {FULL['duration']:g}. A flight is the"
+    " time between two changes of sign of d = σω − v, each by a tenth of its standard deviation;"
+    " d is sampled once per unit of time. Right: the fraction of flights that last longer, under"
+    " the invariant law, from the ensembles of the next figures, with two standard errors.",
     compute,
     claims,
     draw,

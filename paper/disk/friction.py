@@ -265,12 +265,12 @@ def _draw_diffusion(axes: "Axes", found: Displacements) -> None:
 FIGURE = Figure(
     "disk_friction",
     "Friction of the slip only, and of all velocities",
-    "The paper's disk at its kT, with friction and noise on the slip v + ω only, and with a drag on"
-    " v and ω that obeys the same law of fluctuation and dissipation, from 0.1 to 100 % of c"
-    f" (σ times as much on ω). {FULL['replicas']} replicas of each in the Gibbs measure, by"
-    f" `{METHOD}` at h = {TIMESTEP}, for T = {FULL['duration']:g}, with two standard errors. Left:"
-    " curves by theory, exact for flat U and for the particle. Right: what becomes of the"
-    " diffusion coefficient of x.",
+    "The paper's disk at its kT, with friction and noise on the slip v + ω only, and with a"
+    " drag on v and ω that obeys the same fluctuation-dissipation relation, from 0.1 to 100 % of"
+    f" c (σ times as much on ω). {FULL['replicas']} replicas of each in the Gibbs measure, by"
+    f" `{METHOD}` at h = {TIMESTEP}, for T = {FULL['duration']:g}, with two standard errors."
+    " Left: the curves are theory, exact for flat U and for the particle. Right: the diffusion"
+    " coefficient of x in the end, over the drag.",
     compute,
     claims,
     draw,

@@ -200,9 +200,10 @@ FIGURE = Figure(
     "disk_memory",
     "What ends the disk's memory",
     f"Disks at the paper's σ, c and α, in the Gibbs measure, by `{METHOD}` at h = {TIMESTEP}."
-    " Left: d = σω − v, which friction and noise leave alone, so that ḋ = U′ exactly. Right: its"
-    " correlation over time with two standard errors, for potentials of several heights, and with a"
-    " background drag of 1 % of c on v and of 0.5 % on ω. Curves: the reduced equation of d.",
+    " Left: d = σω − v; friction and noise do not act on d, so ḋ = U′ exactly. Right: the"
+    " correlation of d over time with two standard errors, for potentials of several heights,"
+    " and with a background drag of 1 % of c on v and of 0.5 % on ω. Curves: the reduced"
+    " equation of d.",
     compute,
     claims,
     draw,

@@ -268,22 +268,22 @@ def _draw(name: str, disks: Disks, path: Path) -> None:
 
 
 PARAMETERS = (
-    f"σ = 1/2, α = 5, c = 0.1, T = {FULL['duration']:g}, from rest at x = 0:"
-    f" {FULL['replicas']} realizations by `{FULL['method']}` at h = {FULL['timestep']}, and on top,"
-    f" in white in the lower panels, {BESIDE['replicas']} of each disk by `{METHOD}` at"
-    f" h = {BESIDE['timestep']}."
+    f"σ = 1/2, α = 5, c = 0.1, T = {FULL['duration']:g}, from rest at x = 0: {FULL['replicas']}"
+    f" realizations by `{FULL['method']}` at h = {FULL['timestep']}; on top of these, in white in"
+    f" the lower panels, {BESIDE['replicas']} realizations of each disk by `{METHOD}` at h ="
+    f" {BESIDE['timestep']}."
 )
 
 DRAWN = {
     "mean": (
         "mean of the x-displacement",
-        "E[x(t)] with a band of two standard errors; dashed, theory.",
+        "E[x(t)] with a band of two standard errors. Dashed: theory.",
         claims_of_the_mean,
         8,
     ),
     "msd": (
         "mean squared displacement, logarithmic",
-        "E[x(t)²]; dashed, theory, continued beyond the paper's T; dotted, the paper's t².",
+        "E[x(t)²]. Dashed: theory, continued beyond the paper's T. Dotted: the paper's t².",
         claims_of_the_logarithmic_mean_square,
         9,
     ),
@@ -295,13 +295,13 @@ DRAWN = {
     ),
     "mean_square": (
         "mean squared position",
-        "E[x(t)²] against t; dashed, theory; dotted, the paper's claim.",
+        "E[x(t)²] over t. Dashed: theory. Dotted: the paper's claim.",
         claims_of_the_mean_square,
         11,
     ),
     "diffusion": (
         "“diffusion” of the x-displacement",
-        "var x(t) / t; dashed, theory; dotted, the paper's claim.",
+        "var x(t) / t. Dashed: theory. Dotted: the paper's claim.",
         claims_of_the_diffusion,
         12,
     ),

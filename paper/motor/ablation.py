@@ -245,14 +245,14 @@ def _label(name: str, rate: float) -> str:
 FIGURE = Figure(
     "motor_ablation",
     "Motor: flights with isotropic friction",
-    f"Flights of {SIZE[False].replicas} motors over {SIZE[False].duration:g} s at α = {ALPHA:g} and"
-    " uniform temperature, with the paper's friction of the slip only; with air, whose drag is that"
-    f" at {1e3 * AIR_SPEED:g} mm/s; with isotropic"
-    " friction of 0.1 %, 1 % and 10 % of c beside it; and with isotropic friction alone, -c v and"
-    " -c r² ω. The temperature is the same for all. Motors without a flight have no duration. Below"
-    " each name is the time in which the isotropic friction alone would stop a ball that rolls. The"
-    " rotors have the rate of Gibbs' law and the memory of the ball whose slip alone has friction,"
-    " shortened by this rate. Bars are standard errors over motors.",
+    f"Flights of {SIZE[False].replicas} motors over {SIZE[False].duration:g} s at α = {ALPHA:g}"
+    " and uniform temperature: with the paper's friction of the slip only; with the drag of air"
+    f" at {1e3 * AIR_SPEED:g} mm/s added; with isotropic friction of 0.1 %, 1 % and 10 % of c"
+    " added; and with isotropic friction alone, -c v and -c r² ω. The temperature is the same"
+    " for all. Motors without a flight have no duration. Below each name is the time in which"
+    " the isotropic friction alone would stop a rolling ball. The rotors have the rate given by"
+    " Gibbs' law; their memory is that of the ball with friction of the slip only, shortened by"
+    " the rate of the isotropic friction. Bars are standard errors over motors.",
     compute,
     claims,
     draw,

@@ -52,12 +52,12 @@ def _strengths(kind: str) -> str:
 
 RUNS = (
     f"Top: noise on the inner ring only {_strengths('nonuniform')}. Bottom: uniform temperature"
-    f" {_strengths('uniform')}. All by `{METHOD}` at h = {NUMERICS['timestep']} s,"
-    f" up to T = {DURATION:g} s or until the inner ring tips over. The paper's parameters, except"
+    f" {_strengths('uniform')}. All by `{METHOD}` at h = {NUMERICS['timestep']} s, up to T ="
+    f" {DURATION:g} s or until the inner ring tips over. The parameters are the paper's, except"
     " that the ball's axis starts along the field instead of upright (see Start in the"
-    " [errata](errata.md#the-fluctuation-driven-motor)). The realizations are our own. A *flight*"
-    " circles at least once without turning back by more than a quarter of a well's sector, and"
-    " begins and ends where the ball turns back."
+    " [errata](errata.md#the-fluctuation-driven-motor)). The realizations are our own. A"
+    " *flight* circles at least once without turning back by more than a quarter of a well's"
+    " sector; it begins and ends where the ball turns back."
 )
 
 SERIES = {
@@ -68,15 +68,15 @@ SERIES = {
     ),
     "energy": Series(
         "total and inner ring energy", claims_of_the_energy, (24, 28),
-        "Means over 1/150 of the duration, and bands from the smallest to the largest value."
-        " Below each: the difference of the two, which is the ball's kinetic energy and its"
-        " energy in the field of both rings. It is near or below zero where the ring has all of"
-        " the gain.", ("nonuniform-a",),
+        "Lines: means over 1/150 of the duration. Bands: from the smallest to the largest"
+        " value. Below each: the difference of the two energies, which is the ball's kinetic"
+        " energy plus its energy in the field of both rings. It is near or below zero where the"
+        " ring has all of the gain.", ("nonuniform-a",),
     ),
     "injected": Series(
         "energy injected and dissipated", claims_of_the_injection, (25, 29),
         "Friction acts on the ball's slip, the velocity of its contact point over the floor,"
-        " and at uniform temperature on the rotating ring.", ("nonuniform-a",),
+        " and, at uniform temperature, on the rotating ring.", ("nonuniform-a",),
         with_weak_noise=True,
     ),
     "path": Series("path of the ball from above", claims_of_the_path, (26, 30)),

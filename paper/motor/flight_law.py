@@ -148,16 +148,17 @@ def draw(laws: Laws, path: Path) -> None:
 FIGURE = Figure(
     "motor_flight_law",
     "Motor: the law of its flights, by definition",
-    "How long a flight still lasts, counted from where it has become one by each of five"
-    f" definitions, in runs of up to {DURATION:g} s (h = 0.4 s; nonuniform: nonuniform-a,"
-    " h = 0.1 s). A *sector* is the angle between two wells. The rate is averaged over 200 s."
-    " Durations that the end of a run cuts off are censored; errors are by the jackknife over"
-    " runs. Crosses: rotors without wells, Ornstein-Uhlenbeck processes of the ball's rate and"
-    f" memory, {ROTORS} beside each motor and for as long, by the same code; their law is not"
-    " exponential, either. In [the transport](#motor_transport) the flights of the first definition"
-    " have 1.85 ± 0.08, and a rotor's 1.00 ± 0.03: those runs are ten times as long, begin in"
-    " equilibrium, and leave out the flights that their end cuts off. The drag of air is that at a"
-    " ball's speed of 2 mm/s, which the ball has, and at 20 mm/s, where it is 2.6 times as large.",
+    "How long a flight still lasts once it qualifies as a flight, by each of five definitions,"
+    f" in runs of up to {DURATION:g} s (h = 0.4 s; nonuniform: nonuniform-a, h = 0.1 s). A"
+    " *sector* is the angle between two wells. The rate is averaged over 200 s. Durations that"
+    " the end of a run cuts off are censored; errors are by the jackknife over runs. Crosses:"
+    " rotors without wells, Ornstein-Uhlenbeck processes with the ball's rate and memory,"
+    f" {ROTORS} beside each motor and for as long, analyzed by the same code; their law is not"
+    " exponential, either. In [the transport](#motor_transport), the squared coefficient of"
+    " variation is 1.97 ± 0.06 for flights by the first definition, and 1.03 ± 0.02 for a"
+    " rotor's: those runs are ten times as long, begin in equilibrium, and leave out the flights"
+    " that their end cuts off. The drag of air is that at a speed of 2 mm/s, which the ball has,"
+    " and at 20 mm/s, where it is 2.6 times as large.",
     compute,
     claims,
     draw,

@@ -182,13 +182,13 @@ def _directions(clockwise: dict[str, tuple[Mean, int]]) -> Claim:
 FIGURE = Figure(
     "motor_hops",
     "Motor: the barrier ahead of the ball when it hops",
-    "A *hop* is a passage from one well to the next outside of flights: the ball passes halfway and"
-    " reaches the core of the next well. The *barrier ahead* is that of V_e along the valley, from"
-    " the well that the ball leaves to the next one, with the lean that the inner ring has at the"
-    " time. Uniform temperature: α = 0.001, h = 0.4 s; nonuniform: nonuniform-a, h = 0.1 s. Bars"
-    " and ± are standard errors from the differences between runs, since the hops of one run need"
-    " not be independent. With the lean of another run's ring, the same hops show what hops look"
-    " like that the ring has no part in.",
+    "A *hop* is a passage from one well to the next outside of flights: the ball passes halfway"
+    " and reaches the core of the next well. The *barrier ahead* is the barrier of V_e along the"
+    " valley, from the well that the ball leaves to the next one, at the current lean of the"
+    " inner ring. Uniform temperature: α = 0.001, h = 0.4 s; nonuniform: nonuniform-a, h = 0.1"
+    " s. Bars and ± are standard errors from the differences between runs, since the hops of one"
+    " run need not be independent. With the lean of another run's ring, the same hops show what"
+    " to expect if the ring plays no part in them.",
     compute,
     claims,
     draw,

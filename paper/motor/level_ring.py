@@ -123,11 +123,12 @@ def draw(found: Stability, path: Path) -> None:
 FIGURE = Figure(
     "motor_device",
     "The motor and its rings",
-    "The MuJoCo model of the motor, and the energy gained as its inner ring tilts: the energy of"
-    " the ball at its deepest position, the energy of the inner ring in the field of the outer"
-    " one, and their sum. Without the outer ring only the first remains, almost unchanged. As in"
-    " the paper's Lagrangian, the interaction of ball and inner ring counts twice. The ring tilts"
-    " to the side on which it tips most easily; the runs are those of the next figures.",
+    "The MuJoCo model of the motor, and the energy gained as its inner ring tilts: the energy"
+    " of the ball at its deepest position, the energy of the inner ring in the field of the"
+    " outer one, and the sum of both. Without the outer ring, only the first of these remains,"
+    " almost unchanged. As in the paper's Lagrangian, the interaction of the ball and the inner"
+    " ring counts twice. The ring tilts to the side to which it tips most easily; the runs are"
+    " those of the next figures.",
     compute,
     claims,
     draw,

@@ -258,15 +258,15 @@ def _weighted_mean(value: Array, error: Array) -> Measured:
 FIGURE = Figure(
     "motor_reduced_theory",
     "Motor: the ball as a sliding disk",
-    "A ball that rolls around its valley while its axis follows the field does not slip, and slip"
-    " friction conserves its momentum P = L - (ρ/(r ξ_ρ)) J. So the ball is a sliding disk, whose"
-    " inertia and slip follow from the geometry, its potential from Gibbs' law, and its background"
-    " drag from the ring, which leans toward the ball. One rate, the friction that remains, is"
-    " measured in other runs, under held rings without wells; nothing is fitted. The disks are an"
-    f" ensemble of {DISKS} `mm.Disk` by `{DISK_METHOD}`, from Gibbs' law. Top left: mean"
-    f" square of the azimuth at α = {ALPHA:g}. Top right: density of the azimuth. Bottom left:"
-    " diffusion over the temperature, from the last octave of lags. Bottom right: rates at"
-    " which P is forgotten without wells.",
+    "A ball that rolls around its valley while its axis follows the field does not slip, and"
+    " slip friction conserves its momentum P = L - (ρ/(r ξ_ρ)) J. So the ball is a sliding disk."
+    " Its inertia and slip follow from the geometry, its potential from Gibbs' law, and its"
+    " background drag from the ring, which leans toward the ball. One rate, that of the"
+    " remaining friction, is measured in other runs, under held rings without wells; nothing is"
+    f" fitted. The disks are an ensemble of {DISKS} `mm.Disk` by `{DISK_METHOD}`, from Gibbs'"
+    f" law. Top left: mean square of the azimuth at α = {ALPHA:g}. Top right: density of the"
+    " azimuth. Bottom left: diffusion over temperature, from the last octave of lags. Bottom"
+    " right: rates at which P is forgotten without wells.",
     compute,
     claims,
     draw,

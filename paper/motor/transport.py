@@ -193,15 +193,15 @@ def _disk_slopes(memory: float) -> Slopes:
 FIGURE = Figure(
     "motor_transport",
     "Motor: transport over five decades",
-    f"Top left: local slope of E[(φ(t) - φ(0))²] of the ball's azimuth φ, {FULL.replicas} motors"
-    f" over {FULL.duration:g} s at α = {ALPHA:g} and uniform temperature, of which the first"
-    f" {FULL.burn_in:g} s are left out; the same with the energy of ball and ring counted once;"
-    " MuJoCo's motors; a rotor without wells, whose rate is an Ornstein-Uhlenbeck process with the"
-    " ball's mean square rate and diffusion; and the paper's sliding disk, in theory, with its time"
-    " scaled to the same memory. Top right: the mean squares. Bottom left: correlation of the"
-    " ball's rate. Bottom right: its integral, and half the mean square over the lag; both tend to"
-    " the diffusion coefficient, and are the same but for bookkeeping. Bars and bands are standard"
-    " errors over replicas.",
+    "Top left: local slope of E[(φ(t) - φ(0))²], where φ is the ball's azimuth, for"
+    f" {FULL.replicas} motors over {FULL.duration:g} s at α = {ALPHA:g} and uniform temperature,"
+    f" without the first {FULL.burn_in:g} s; the same with the energy of ball and ring counted"
+    " once; MuJoCo's motors; a rotor without wells, whose rate is an Ornstein-Uhlenbeck process"
+    " with the ball's mean square rate and diffusion; and the paper's sliding disk, in theory,"
+    " with its time scaled to the same memory. Top right: the mean squares. Bottom left: the"
+    " correlation of the ball's rate. Bottom right: the integral of this correlation, and half"
+    " the mean square divided by the lag; both tend to the diffusion coefficient, and they are"
+    " the same but for bookkeeping. Bars and bands are standard errors over replicas.",
     compute,
     claims,
     draw,

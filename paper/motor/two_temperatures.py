@@ -318,13 +318,14 @@ def _tens(value: Array, error: Array) -> str:
 FIGURE = Figure(
     name="motor_two_temperatures",
     title="A chiral ring between two temperatures: heat flows, but nothing is lifted",
-    caption="The inner ring has ten dipoles, which are turned out of the radius by 0.8 rad, so that"
-    " the potential of the ball differs from its mirror image; kT of the ball is the paper's at"
-    " alpha = 1e-3, and c_R = 0.015. Left: heat from the ring's bath, by its friction and noise,"
-    " and the same times 1/kT_ball - 1/kT_ring, the entropy that it produces. Middle: mean"
-    " speed of the ball for both chiralities, and its rms over a minute. Right: speed under a"
-    " load, also for the paper's motor at nonuniform temperature (a ring with 20 radial dipoles,"
-    " alpha = 2e-4). Bars are standard errors over the replicas.",
+    caption="The inner ring has ten dipoles, each turned away from the radial direction by 0.8"
+    " rad, so the potential of the ball differs from its mirror image; kT of the ball is"
+    " the paper's at alpha = 1e-3, and c_R = 0.015. Left: the heat from the ring's bath,"
+    " by friction and noise of the ring, and this heat times 1/kT_ball - 1/kT_ring, the"
+    " entropy that it produces. Middle: mean speed of the ball for both chiralities, and"
+    " its rms over a minute. Right: speed under a load, also for the paper's motor at"
+    " nonuniform temperature (a ring with 20 radial dipoles, alpha = 2e-4). Bars are"
+    " standard errors over the replicas.",
     compute=compute,
     claims=claims,
     draw=draw_temperatures,

@@ -165,14 +165,14 @@ def claims(data: Load) -> list[Claim]:
 FIGURE = Figure(
     name="motor_load",
     title="A load on the motor: Einstein's relation, the second law, and the law of its work",
-    caption="A load is a constant torque about the rings' axis on the ball's center. It begins at"
-    " t = 0, when the motor (alpha = 1e-3, factor 2) is in equilibrium. Left: mean angle over"
-    " torque, and Einstein's prediction E[phi^2]/(2 kT) of the same time from motors without a"
-    " load; bands are standard errors over the replicas. Middle: speed in the second half of the"
-    " runs. Right: the logarithm of how much more often the load does the work W in 1e4 s"
-    " than -W. By the fluctuation theorem of Evans and Searles it is W/kT at any time and for any"
-    " load, without any correction, if the motor starts in equilibrium. No line has a fitted"
-    " number.",
+    caption="A load is a constant torque on the ball's center about the rings' axis. It begins"
+    " at t = 0, when the motor (alpha = 1e-3, factor 2) is in equilibrium. Left: mean"
+    " angle divided by torque, and Einstein's prediction E[phi^2]/(2 kT) for the same"
+    " time from motors without a load; bands are standard errors over the replicas."
+    " Middle: speed in the second half of the runs. Right: the logarithm of how much"
+    " more often the load does the work W in 1e4 s than the work -W. By the fluctuation"
+    " theorem of Evans and Searles, this is W/kT at any time and for any load, without"
+    " any correction, if the motor starts in equilibrium. No line has a fitted number.",
     compute=compute,
     claims=claims,
     draw=draw_load,

@@ -375,13 +375,13 @@ FIGURE = Figure(
     title="What a builder of the motor meets first",
     caption=(
         "Revolutions that the ball flies in a run of 410 T₀, and how long a flight lasts after"
-        " its first revolution, over the sizes of effects, for the paper's motor at uniform"
-        " temperature (α = 0.001, T₀ = 244 s, 1.0·10⁵ s). The desk motor (T₀ = 7.1 s) has the same"
-        " dimensionless groups, so the curves hold for both. Gray: without any effect, one"
-        " standard error. Slope and field are given by the change of the potential around the"
-        " valley, in barriers between two wells. A background damps the ball's velocity and"
-        " rotation alike; air and metal are cold: they add no noise of the motor's temperature."
-        " Dashed: typical sizes."
+        " its first revolution, over the size of each effect, for the paper's motor at uniform"
+        " temperature (α = 0.001, T₀ = 244 s, 1.0·10⁵ s). The desk motor (T₀ = 7.1 s) has the"
+        " same dimensionless groups, so the curves hold for both. Gray: without any effect, one"
+        " standard error. Slope and field are given by how much they change the potential around"
+        " the valley, in units of the barrier between two wells. A background damps the ball's"
+        " velocity and rotation alike; air and metal are cold: they add no noise of the motor's"
+        " temperature. Dashed: typical sizes."
     ),
     compute=compute,
     claims=claims,

@@ -306,11 +306,12 @@ FIGURE = Figure(
     title="What a builder of the top meets first",
     caption=(
         "Largest spin |J|/I₃ within 60 s of the paper's fourth case (tilted ring, θ_R = π/64),"
-        " and of the same case with a level ring, over the size of each effect, by DOP853 (drawn)"
-        " and by MuJoCo. Field and slope are half a radian from the x axis, toward which the ring"
-        " tilts, unless stated. The drag of metal is that of eddy currents in a thick plate of"
-        " aluminum (3.5·10⁷ S/m) at low speed. Air resists the ball's rotation as well. At the"
-        " start, the center of mass is displaced toward the x axis, or upward along the dipole."
+        " and of the same case with a level ring, over the size of each effect, by DOP853"
+        " (drawn) and by MuJoCo. Unless stated otherwise, field and slope point half a radian"
+        " away from the x axis, toward which the ring tilts. The drag of metal is that of eddy"
+        " currents in a thick plate of aluminum (3.5·10⁷ S/m) at low speed. Air resists the"
+        " ball's rotation as well. At the start, the center of mass is displaced toward the x"
+        " axis, or upward along the dipole."
     ),
     compute=compute,
     claims=claims,

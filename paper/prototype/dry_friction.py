@@ -303,15 +303,15 @@ FIGURE = Figure(
     name="dry_friction",
     title="The top under dry friction",
     caption=(
-        "Largest spin |J|/I₃, about the ball's axis ξ₃, within 100 s of the paper's fourth case"
-        " (N = 20, H = 20 cm, θ_R = π/64, c = 0.3 kg/s or, where stated, 0) on a plane that bears"
-        " the ball, against the coefficients of Coulomb, torsional and rolling friction. MuJoCo"
-        " allows torsional friction only with Coulomb friction, and rolling friction only with"
-        " both; these have its smallest coefficient here, 10⁻⁵. V_Q is the velocity of the contact"
-        " point over the floor; the valley is the circle of least magnetic energy around the"
-        " center. The axis follows the field, so the ball can spin only about its axis. Coulomb"
-        " friction makes it roll and hence spin; the spin itself is resisted only by the torque of"
-        " an extended contact."
+        "Largest spin |J|/I₃ about the ball's axis ξ₃ within 100 s of the paper's fourth case"
+        " (N = 20, H = 20 cm, θ_R = π/64, c = 0.3 kg/s or, where stated, 0) on a plane that"
+        " bears the ball, over the coefficients of Coulomb, torsional and rolling friction."
+        " MuJoCo allows torsional friction only with Coulomb friction, and rolling friction only"
+        " with both; here, these have MuJoCo's smallest coefficient, 10⁻⁵. V_Q is the velocity"
+        " of the contact point over the floor; the valley is the circle of least magnetic energy"
+        " around the center. The axis follows the field, so the ball can spin only about its"
+        " axis. Coulomb friction makes the ball roll and hence spin; only the torque of an"
+        " extended contact resists the spin itself."
     ),
     compute=compute,
     claims=claims,

@@ -297,15 +297,15 @@ FIGURE = Figure(
     name="finite_magnets",
     title="Finite magnets instead of dipoles",
     caption=(
-        "The paper's fourth case (N = 20, H = 20 cm, r_ring = 34 cm, θ_R = π/64, c = 0.3 kg/s) with"
-        " uniformly magnetized bodies of the same moment, 10 A m², on the ring, each represented"
-        " by a few dozen dipoles at quadrature points. Rods are cylinders as long as they are wide,"
-        " plates four times as wide as thick, bars four times as long as wide, all magnetized"
-        " along the radius. The first correction to the dipole is of the fourth order in size over"
-        " distance for a cube, and for a cylinder whose length is √3 radii; for the other shapes"
-        " here it is of the second. The moments are those of the unit reading of the paper's"
-        " parameters; in the SI reading every dipole has 100 A m². Plates larger than 6.5 cm would"
-        " touch their neighbors."
+        "The paper's fourth case (N = 20, H = 20 cm, r_ring = 34 cm, θ_R = π/64, c = 0.3 kg/s)"
+        " with uniformly magnetized bodies of the same moment, 10 A m², on the ring, each"
+        " represented by a few dozen dipoles at quadrature points. Rods are cylinders as long as"
+        " they are wide, plates are four times as wide as thick, and bars are four times as long"
+        " as wide; all are magnetized along the radius. The first correction to the dipole is of"
+        " the fourth order in size over distance for a cube, and for a cylinder whose length is"
+        " √3 radii; for the other shapes here, it is of the second order. The moments are those"
+        " of the unit reading of the paper's parameters; in the SI reading, every dipole has 100"
+        " A m². Plates larger than 6.5 cm would touch their neighbors."
     ),
     compute=compute,
     claims=claims,

@@ -252,16 +252,16 @@ FIGURE = Figure(
     name="lift_off",
     title="When the ball lifts off",
     caption=(
-        "Left: vertical magnetic force on the ball, its axis along the field, over its weight, on"
-        " the plane z = r (m = 0.2 kg, r = 1.8 cm, N = 20, r_ring = 34 cm, θ_R = π/64); the cross"
-        " marks the maximum, the circle the position where a run leaves at the smallest coupling"
-        " at which any does. Right: the coupling μ₀m²/4π at which this force equals the weight"
-        " somewhere on the plane, and"
-        " where runs of 60 s from (-0.05, 0.02) m under gravity, c = 0.3 kg/s, begin to leave the"
-        " plane: near the line under high rings, far above it where a dipole of the higher side"
-        " catches the ball first. In the unit reading of the paper's parameters the coupling is"
-        " 10⁻⁵ J m³ (10 A m² per dipole), in the SI reading 10⁻³ J m³ (100 A m²). Statics means the"
-        " vertical force on a ball at rest with its axis along the field."
+        "Left: the vertical magnetic force on the ball, with its axis along the field, divided"
+        " by its weight, on the plane z = r (m = 0.2 kg, r = 1.8 cm, N = 20, r_ring = 34 cm, θ_R"
+        " = π/64). The cross marks the maximum; the circle marks where a run leaves the plane at"
+        " the smallest coupling at which any run does. Right: the coupling μ₀m²/4π at which this"
+        " force equals the weight somewhere on the plane, and the coupling at which runs of 60 s"
+        " from (-0.05, 0.02) m under gravity, c = 0.3 kg/s, begin to leave the plane. It is near"
+        " the line under high rings, and far above it where a dipole of the higher side catches"
+        " the ball first. In the unit reading of the paper's parameters, the coupling is 10⁻⁵ J"
+        " m³ (10 A m² per dipole); in the SI reading, it is 10⁻³ J m³ (100 A m²). Statics means"
+        " the vertical force on a ball at rest with its axis along the field."
     ),
     compute=compute,
     claims=claims,

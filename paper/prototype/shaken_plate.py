@@ -269,17 +269,17 @@ FIGURE = Figure(
     title="The desk motor on a shaken plate",
     caption=(
         "Revolutions that the ball of the desk motor flies in a run of 2900 s, how long a"
-        " flight lasts after its first revolution, and kinetic temperatures, on a plate that is"
-        " shaken with limited noise, against white noise (gray: one standard error). Friction -c"
-        " (V_Q - u) against a plate with the white velocity noise u = (α/c) dW/dt is friction"
-        " and noise of the contact at once. A digital source holds each sample for a time H,"
-        " which limits the bandwidth (half of the power) to 0.443/H, and takes it back after a"
-        " window. This limits the root mean square displacement in each direction about the mean"
-        " position, the stroke, to (α/c) times the root of half the window; from where the plate"
-        " starts, it is larger by √2. The torque on the inner ring has the same samples. Bars are"
-        " standard errors over runs. Rolling has few independent values in a run, so that a low"
-        " mean comes with a low error: with white noise, 96 runs of the seed 122 have 1.10 ± 0.07."
-        " Left: without a window. Right: H = 0.035 s."
+        " flight lasts after its first revolution, and kinetic temperatures, on a plate shaken"
+        " with limited noise, compared with white noise (gray: one standard error). Friction -c"
+        " (V_Q - u) against a plate with the white velocity noise u = (α/c) dW/dt provides the"
+        " friction and the noise of the contact at once. A digital source holds each sample for"
+        " a time H, which limits the bandwidth (half of the power) to 0.443/H, and takes each"
+        " sample back after a window. This limits the root mean square displacement in each"
+        " direction about the mean position, the stroke, to (α/c) times the root of half the"
+        " window; measured from where the plate starts, it is larger by √2. The torque on the"
+        " inner ring has the same samples. Bars are standard errors over runs. Rolling has few"
+        " independent values in a run, so a low mean comes with a low error: with white noise,"
+        " 96 runs with the seed 122 give 1.10 ± 0.07. Left: without a window. Right: H = 0.035 s."
     ),
     compute=compute,
     claims=claims,

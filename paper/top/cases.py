@@ -349,13 +349,13 @@ def _caption(case: int) -> str:
     scene = Top.paper(case)
     tilt = "tilted by π/64" if scene.tilt else "level"
     return (
-        f"The ring {tilt}, c = {scene.friction:g} kg/s, from rest at {scene.position} m with ξ₃ ="
-        f" e_z; h = {TIMESTEP:g} s, T = {DURATION:g} s. Left: the path over the level lines of V_e."
-        " Right: J(t) by `mujoco/rk4`, by the paper's integrator (`variational/cayley`), and as"
-        " the integral of friction's torque. Here ξ₃ is the ball's axis, J/I₃ its spin about it, ρ"
-        " the"
-        " distance from the center, V_e = -m|B| the magnetic energy of a ball whose axis is along"
-        " the field; V_Q is the velocity of the contact point."
+        f"The ring is {tilt}, c = {scene.friction:g} kg/s; the ball starts from rest at"
+        f" {scene.position} m with ξ₃ = e_z; h = {TIMESTEP:g} s, T = {DURATION:g} s. Left: the"
+        " path over the level lines of V_e. Right: J(t) from `mujoco/rk4`, from the paper's"
+        " integrator (`variational/cayley`), and from the integral of the friction torque. Here"
+        " ξ₃ is the ball's axis, J/I₃ its spin about this axis, ρ the distance from the center,"
+        " V_e = -m|B| the magnetic energy of a ball whose axis is along the field, and V_Q the"
+        " velocity of the contact point."
         + (" The size of the spin depends on the start." if case == 4 else "")
     )
 

@@ -121,9 +121,9 @@ def draw_sections(sections: list[Landscape], path: Path) -> None:
 SECTION = Figure(
     "potential_section",
     "Cross-section of the potential energy surface",
-    "V_e = -m|B|, the magnetic energy of a ball whose axis is along the field, on the line y = 0"
-    " under the top's ring, level and tilted by π/64 (2.8°), with the paper's parameters; ρ is the"
-    " distance from the center.",
+    "V_e = -m|B|, the magnetic energy of a ball whose axis is along the field, on the line y ="
+    " 0 under the top's ring. The ring is level, or tilted by π/64 (2.8°); the parameters are"
+    " the paper's; ρ is the distance from the center.",
     compute_sections,
     claims_of_the_sections,
     draw_sections,
@@ -257,10 +257,10 @@ def _draw_levels(axes: "Axes", surface: Landscape, lowest: float) -> None:
 SURFACE = Figure(
     "potential_surface",
     "Surface plot of V_e",
-    "V_e = -|B| on the plane for the paper's r = 0.3, H = 2, 25 dipoles, r_ring = 4 (in one unit of"
-    " length), over the coupling of a pair of dipoles: level, and tilted by π/16 to either side."
-    " V_e is the magnetic energy of a ball whose axis is along the field B. Below: level lines of"
-    " the same surfaces with all critical points.",
+    "V_e = -|B| on the plane, divided by the coupling of a pair of dipoles, for the paper's r ="
+    " 0.3, H = 2, 25 dipoles and r_ring = 4 (in one unit of length). The ring is level, or"
+    " tilted by π/16 to either side. V_e is the magnetic energy of a ball whose axis is along"
+    " the field B. Below: level lines of the same surfaces with all critical points.",
     compute_surfaces,
     claims_of_the_surfaces,
     draw_surfaces,

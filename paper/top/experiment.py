@@ -107,10 +107,10 @@ def draw(found: Experiment, path: Path) -> None:
 FIGURE = Figure(
     "top_device",
     "The top under its ring",
-    "The MuJoCo model of the top (the ball's dipole is its red arrow, along its axis ξ₃; the"
-    " yellow spot on its equator shows its rotation), and the"
-    " experiment that the paper describes, `Top.experiment()`: the ring is lowered from 0.6 m to"
-    " 0.2 m, then tilted by π/64.",
+    "The MuJoCo model of the top (the red arrow is the ball's dipole, along its axis ξ₃; the"
+    " yellow spot on its equator shows its rotation), and the experiment that the paper"
+    " describes, `Top.experiment()`: the ring is lowered from 0.6 m to 0.2 m, then tilted by"
+    " π/64.",
     compute,
     claims,
     draw,

@@ -115,9 +115,10 @@ def _draw(axes: "Axes", field: Field) -> None:
 FIGURE = Figure(
     "field_lines",
     "The magnetized ring and its field",
-    "Field lines in the plane y = 0 of the top's ring (20 outward dipoles at a radius of 0.34 m,"
-    " here 0.5 m high), its dipoles and its normal ζ₃; ξ₃ is the axis of the ball and of its"
-    " dipole. The tilt is π/4 as in the paper's figure, far more than in its simulations.",
+    "Field lines of the top's ring in the plane y = 0 (20 outward dipoles at a radius of 0.34"
+    " m, here 0.5 m high), with the ring's dipoles and its normal ζ₃; ξ₃ is the axis of the ball"
+    " and of its dipole. The tilt is π/4, as in the paper's figure, far more than in the paper's"
+    " simulations.",
     compute,
     claims,
     draw,

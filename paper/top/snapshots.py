@@ -83,9 +83,9 @@ def draw(torques: Torques, path: Path) -> None:
 FIGURE = Figure(
     "snapshots",
     "Snapshots of the nonconservative tilted simulation",
-    "The fourth case, rendered by MuJoCo: the ball (its dipole, along its"
-    " axis ξ₃, is the red arrow; the yellow spot on its equator shows its rotation), the trail of"
-    " its contact point, the tilted ring with its dipoles; the corners show the ball in close-up.",
+    "The fourth case, rendered by MuJoCo: the ball (the red arrow is its dipole, along its axis"
+    " ξ₃; the yellow spot on its equator shows its rotation), the trail of its contact point,"
+    " and the tilted ring with its dipoles. The corners show the ball in close-up.",
     compute,
     claims,
     draw,

@@ -186,10 +186,10 @@ def draw(torques: Torques, path: Path) -> None:
 FIGURE = Figure(
     "spin_mechanism",
     "Mechanism behind spin",
-    "The fourth case (c = 0.3 kg/s, tilt π/64) at h = 0.0125 s: angular velocity,"
-    " angle between axis and field, and friction's torque q × F, along and across ξ₃. Here ξ₃ is"
-    " the ball's axis, q the arm from its center to its contact point, F the friction force, B"
-    " the field. The measured torques replace the paper's sketch.",
+    "The fourth case (c = 0.3 kg/s, tilt π/64) at h = 0.0125 s: the angular velocity, the angle"
+    " between the axis and the field, and the friction torque q × F, along and across ξ₃. Here"
+    " ξ₃ is the ball's axis, q the arm from its center to its contact point, F the friction"
+    " force, and B the field. The measured torques replace the paper's sketch.",
     compute,
     claims,
     draw,

@@ -217,11 +217,12 @@ def draw(runs: dict[str, xr.Dataset], path: Path) -> None:
 FIGURE = Figure(
     "turning_tilt",
     "A tilt that turns",
-    "The ring, tilted by π/64, turns its low side once around in the time given, from rest to rest;"
-    " the ball starts at rest on the low side, c = 0.3 kg/s, `Top.turning(seconds)`. Left and"
-    " middle: azimuths and spin. Right: the largest angle between ball and low side until 60 s"
-    " after the turn, and that of a ball that rolls along the valley of V_e without slip, for which"
-    " inertia acts against the slope of V_e. Above the dashed line, π, the tilt has lost the ball.",
+    "The ring is tilted by π/64; its low side turns once around in the time given, from rest to"
+    " rest. The ball starts at rest on the low side; c = 0.3 kg/s, `Top.turning(seconds)`. Left"
+    " and middle: azimuths and spin. Right: the largest angle between the ball and the low side"
+    " until 60 s after the turn, and the same angle for a ball that rolls along the valley of"
+    " V_e without slip, whose inertia acts against the slope of V_e. Above the dashed line, π,"
+    " the tilt has lost the ball.",
     compute,
     claims,
     draw,

@@ -199,10 +199,10 @@ def test_a_nan_and_an_extra_variable_are_reported(rerun, disk_run, tmp_path):
     run.x[1, 3] = np.inf
     run.to_netcdf(tmp_path / "run.nc")
     code, said, _ = rerun(tmp_path / "run.nc")
-    assert (code, said) == (
-        1, "different: x by at most 0.5 (NaN or infinite in one of them) from t = 0.3 on; energy "
-        "(NaN or infinite in one of them) from t = 0.6 on; wind (missing)\n",
-    )  # fmt: skip
+    assert (code, said) == (1, (
+        "different: x by at most 0.5 (NaN or infinite in one of them) from t = 0.3 on; energy"
+        " (NaN or infinite in one of them) from t = 0.6 on; wind (missing)\n"
+    ))  # fmt: skip
 
 
 def test_a_run_now_ends_earlier(rerun, disk_run, tmp_path, monkeypatch):

@@ -56,7 +56,7 @@ def test_a_dataset_as_a_table_and_as_its_scene(run_script, tmp_path, recorded):
 
 def test_what_a_table_has_no_room_for_is_named(run_script, tmp_path):
     many = mm.ensemble(
-        mm.Disk(), method="variational/baoab", timestep=0.05, duration=1.0, replicas=4
+        mm.Disk(), method="variational/baoab", timestep=0.05, duration=10.0, replicas=4
     )
     many.to_netcdf(tmp_path / "many.nc")
     _, said, _ = run_script("export", "run", tmp_path / "many.nc", tmp_path / "many.csv")
