@@ -35,6 +35,8 @@ def run_script(monkeypatch, capsys):
     """Run a command or script here; return its exit code and its output to stdout and stderr."""
     monkeypatch.syspath_prepend(TESTS.parent / "scripts")
     monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)
+    mujoco = importlib.import_module("mujoco")  # after magmotor, which selects OpenGL
+    before = mujoco.get_mju_user_warning()
 
     def run(name, *arguments):
         is_command = name in COMMANDS
@@ -49,7 +51,8 @@ def run_script(monkeypatch, capsys):
         said, error = capsys.readouterr()
         return code, said, error.replace(f"{TEXT}\n", "")
 
-    return run
+    yield run
+    mujoco.set_mju_user_warning(before)
 
 
 @pytest.fixture

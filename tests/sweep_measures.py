@@ -17,6 +17,12 @@ def fatal(run, scene):
     return float(run.x[-1])
 
 
+def changing(run, scene):
+    """Change the run itself."""
+    run["x"] = 0 * run.x
+    return 1.0
+
+
 def broken(run, scene):
     return 1 / (scene.noise - 3)
 

@@ -242,7 +242,7 @@ def test_the_center_of_mass_rises_by_a_barrier():
     turn = np.linspace(0, 2 * math.pi, 721)
     heights = beside * (np.cos(turn) * across[0, 2] + np.sin(turn) * across[1, 2])
     rises = scene.ball_mass * 9.81 * np.ptp(heights)
-    assert rises == pytest.approx(motor_wells(scene).barrier, rel=1e-3)  # 1e-5
+    assert rises == pytest.approx(motor_wells(scene).barrier, rel=3e-4)  # 1e-5
 
 
 def test_a_held_path_moves_the_plate_as_predicted():
@@ -299,7 +299,7 @@ def test_coils_turn_a_magnet_on_the_axis_but_not_the_ring():
     assert found.torque == pytest.approx(0.5 * found.field)
     assert found.torque**2 * 0.04 == pytest.approx(2 * DESK.kT * DESK.frictions[-1])
     _, outward = DESK.inner_dipole_frame()
-    assert np.abs(np.cross(outward, [1.0, 2.0, 3.0]).sum(axis=0)).max() < 1e-13  # 2e-15
+    assert np.abs(np.cross(outward, [1.0, 2.0, 3.0]).sum(axis=0)).max() < 6e-14  # 2e-15
 
 
 @pytest.mark.parametrize(("options", "message"), [

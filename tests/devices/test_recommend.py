@@ -155,9 +155,8 @@ def test_what_to_expect_of_a_recommendation(table):
 def test_a_recommendation_says_in_what_the_charted_scene_differs(table, scene, charted):
     found = mm.recommend(scene)
     assert found.charted == charted
-    assert (f" for the charted one, {charted}), " in str(found)) == bool(charted)
+    assert (f" for {charted}), " in str(found)) == bool(charted)
     assert ("unknown for this scene (0." in str(found)) == bool(charted)
-    assert str(found).count("charted") == bool(charted)
 
 
 def test_a_sampled_error_is_no_smaller_than_its_floor(table):
@@ -389,8 +388,8 @@ def test_the_top_with_surroundings_nearly_reaches_the_error(changes, bound):
     """In J along 60 s, except that the printed line says that the error is unknown."""
     scene = mm.Top.paper(4, **changes)
     found = mm.recommend(scene)
-    assert f"unknown for this scene ({100 * found.error:.2g} % over 60 s for the ch" in str(found)
-    assert f"a Top with another {next(iter(changes))})" in str(found)
+    assert f"unknown for this scene ({100 * found.error:.2g} % over 60 s for a Top " in str(found)
+    assert f" for a Top with another {next(iter(changes))})" in str(found)
     run, truth = (
         mm.simulate(scene, method=method, timestep=found.timestep, duration=60).momentum_map
         for method in (found.method, "scipy/dop853")

@@ -13,6 +13,7 @@ import xarray as xr
 import magmotor as mm
 from magmotor.mjcf.hooks import without_stopwatch
 from magmotor.run import in_mujoco as mujoco_run
+from magmotor.run import simulate as running
 
 SHORT: dict[str, Any] = {"method": "mujoco/rk4", "timestep": 0.025, "duration": 1.0}
 
@@ -248,10 +249,9 @@ def test_records_beyond_the_memory_are_refused(timestep, monkeypatch):
 def test_records_up_to_the_memory_are_not_refused(monkeypatch):
     row = 8 * (1 + 3 + 3 + 3 + 3 + 4)
     for pages, fits in ((1000, True), (999, False)):
-        has = {"SC_PAGE_SIZE": row, "SC_PHYS_PAGES": pages}
-        monkeypatch.setattr("os.sysconf", has.__getitem__)
+        monkeypatch.setattr(running, "physical_memory", lambda size=row * pages: size)
         arguments = {"method": "variational/verlet", "timestep": 0.01, "duration": 10.0}
-        with nullcontext() if fits else pytest.raises(ValueError, match="at least 1"):
+        with nullcontext() if fits else pytest.raises(ValueError, match="at least 2"):
             mm.simulate(mm.Top(), **arguments)
 
 

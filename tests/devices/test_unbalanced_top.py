@@ -141,12 +141,12 @@ def test_the_balances_close(method, timestep, bound):
 def test_without_friction_the_energy_is_kept_and_j_is_not():
     run = mm.simulate(FREE, method="scipy/dop853", timestep=0.005, duration=10)
     moving = abs(run.energy - mm.observables.minimum(FREE).energy).max()
-    assert abs(run.energy - run.energy[0]).max() < 1e-12 * moving  # 3e-14
+    assert abs(run.energy - run.energy[0]).max() < 9e-13 * moving  # 3e-14
     J = run.momentum_map.values
     assert np.ptp(J) > abs(J[0])  # 9.6 times
     assert abs(mm.observables.momentum_balance(run).residual).max() < 1e-8 * np.ptp(J)  # 5e-10
     kept = mm.simulate(FREE.balanced(), method="scipy/dop853", timestep=0.005, duration=10)
-    assert np.ptp(kept.momentum_map.values) < 1e-13 * abs(kept.momentum_map[0])  # 3e-15
+    assert np.ptp(kept.momentum_map.values) < 9e-14 * abs(kept.momentum_map[0])  # 3e-15
 
 
 def test_a_tiny_offset_is_a_balanced_ball():

@@ -57,6 +57,22 @@ def test_moments_point_along_the_sites_and_are_as_long_as_magnets(magnets):
     assert abs(np.linalg.norm(heads - tails, axis=1).max() - 3) < 1e-6  # 0
 
 
+def test_an_arrow_is_longer_than_the_magnet_that_would_hide_it():
+    """Unless that would make it longer than a quarter of the model."""
+    for apart, length in ((0.06, 3 * 0.005), (0.03, (0.03 + 2 * 0.005) / 4)):
+        model = mujoco.MjModel.from_xml_string(f"""
+            <mujoco><custom><text name="magmotor" data="dipoles"/></custom><worldbody>
+            <body><freejoint/><geom size="0.005"/><site user="1"/></body>
+            <body pos="0 0 {apart}"><freejoint/><geom size="0.005"/><site user="1"/></body>
+            </worldbody></mujoco>""")
+        data, view = mujoco.MjData(model), mujoco.MjvScene(model, 2)
+        mujoco.mj_forward(model, data)
+        mm.draw_moments(view, model, data)
+        tails, heads, _ = arrows(view)
+        found = np.linalg.norm(heads - tails, axis=1)
+        np.testing.assert_allclose(found, length, rtol=3e-7)  # 2e-8: single precision
+
+
 def test_the_field_has_its_directions_and_colors(magnets):
     model, data = magnets
     view = mujoco.MjvScene(model, 20)

@@ -189,7 +189,7 @@ def test_a_control_is_what_it_is_for_other_actuators(limits, clamp, third):
         data.ctrl[:] = control, control, third
         mujoco.mj_forward(model, data)
         drive = mm.field(model, data, [0, 0, 1])[2] / 2e-7
-        assert drive == pytest.approx(data.actuator_force[1], rel=1e-14, abs=0)  # 3e-16
+        assert drive == pytest.approx(data.actuator_force[1], rel=9e-15, abs=0)  # 3e-16
 
 
 def test_derivatives_do_not_depend_on_the_hook():

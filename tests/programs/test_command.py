@@ -132,6 +132,16 @@ def test_a_question_is_that_of_the_options(run, asked):
     assert changed["picture"] == Path("a/b.png")
 
 
+def test_without_an_answer_the_findings_of_check_are_printed(run, asked):
+    code, out, _ = run("advise", "touching.xml")
+    assert code == 1
+    reason, first, *_ = out.splitlines()
+    assert reason == "what `magmotor check` finds may be the reason:"
+    assert "once they touch" in first
+    assert run("advise", "pendulum.xml")[1] == ""
+    assert len(asked) == 2
+
+
 @pytest.mark.parametrize("option", ["--velocity 0.5", "--control 1", "--keyframe up"])
 def test_what_is_at_rest_says_which_options_move_it(run, option):
     code, _, err = run("advise", "pendulum.xml", "--budget", "2")
@@ -305,10 +315,16 @@ def test_examples_are_listed_shown_and_run(run, tmp_path, monkeypatch):
     code, _, _ = run("examples", "run", "compass_needles", "--out", "needles.png")
     assert code == 0
     assert (tmp_path / "needles.png").exists()
+    assert run("examples", "copy", "mine")[:2] == (0, "copied the examples to mine\n")
+    names = {path.name for path in EXAMPLES.iterdir() if path.suffix in {".py", ".xml"}}
+    assert {path.name for path in (tmp_path / "mine").iterdir()} == names
+    subprocess.run([sys.executable, "mine/compass_needles.py", "--help"], check=True, timeout=300)
+    _, _, err = run("examples", "copy", "mine")
+    assert err == "magmotor examples: folder = 'mine': must be the path of a new folder\n"
 
 
 @pytest.mark.parametrize(("arguments", "line"), [
-    ("play", "magmotor examples: verb = 'play': must be one of list, show, run"),
+    ("play", "magmotor examples: verb = 'play': must be one of list, show, run, copy"),
     ("run", "magmotor examples: name = '': must be one of compass_needles"),
     ("run support", "magmotor examples: name = 'support': must be one of compass_needles"),
 ])  # fmt: skip

@@ -65,6 +65,11 @@ def test_a_sweep_of_which_no_case_can_run_says_why():
         mm.sweep.estimate(sweep)
 
 
+def test_a_sweep_too_large_for_memory_is_refused():
+    with pytest.raises(ValueError, match=r"record_interval = \d+: must be at least .* of memory"):
+        mm.sweep.estimate(plan(duration=1e15))
+
+
 def test_a_dry_run_prints_the_plan_and_writes_nothing(run_script, tmp_path):
     flags = ["--vary", "noise=1:2:7", "--method", "variational/baoab", "--timestep", "0.05"]
     code, said, _ = run_script(

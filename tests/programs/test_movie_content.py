@@ -60,7 +60,7 @@ def test_the_side_view_follows_the_direction_of_the_tilt(top_run):
         scene = mm.Top(tilt_azimuth=azimuth)
         view = TopMovieContent(top_run.drop_attrs(), scene, times).side_view
         assert view is not None
-        np.testing.assert_allclose(view.ball, expected, rtol=0, atol=1e-15)  # 1e-18
+        np.testing.assert_allclose(view.ball, expected, rtol=0, atol=3e-17)  # 1e-18
         assert (view.height == 0.2).all()
         assert (view.tilt == math.pi / 64).all()
 

@@ -1,9 +1,12 @@
 """Mistakes in arguments: one line that names argument, value and what is allowed, and code 2."""
 
 import os
+import subprocess
+import sys
 
 import pytest
 
+import magmotor as mm
 from magmotor.commands import main
 from magmotor.commands.output import NO_OPENGL, UNWRITTEN, fail, film_written
 from magmotor.numerics.compilation_notice import TEXT
@@ -28,10 +31,13 @@ def run(monkeypatch, capsys, tmp_path):
 
     def run_in_folder(line):
         monkeypatch.setattr("sys.argv", ["magmotor", *line.split()])
-        with pytest.raises(SystemExit) as end:
+        code = 0
+        try:
             main()
+        except SystemExit as end:
+            code = end.code
         said, error = capsys.readouterr()
-        return end.value.code, said, error.replace(f"{TEXT}\n", "")
+        return code, said, error.replace(f"{TEXT}\n", "")
 
     return run_in_folder
 
@@ -86,6 +92,20 @@ def test_a_path_of_any_length_is_one_sentence(run):
     assert len(error) < 300  # 269
 
 
+def test_closed_output_is_no_mistake(tmp_path):
+    command = f"{sys.executable} -m magmotor export disk disk.toml >&- 2>&-"
+    done = subprocess.run(command, shell=True, cwd=tmp_path, timeout=300, check=False)
+    assert done.returncode == 0
+    assert isinstance(mm.read_scene(tmp_path / "disk.toml"), mm.Disk)
+
+
+def test_a_log_of_mujoco_is_not_left_behind(run, tmp_path):
+    """Of a warning while a file is loaded."""
+    (tmp_path / "nan.xml").write_text(NEEDLE.format(' user="nan"'))
+    run("view nan.xml --speed 0")
+    assert not (tmp_path / "MUJOCO_LOG.TXT").exists()
+
+
 def test_control_characters_of_a_message_do_not_reach_the_terminal(capsys):
     with pytest.raises(SystemExit, match="2"):
         fail("a\x1b[2Jb\rc", 2)
@@ -101,8 +121,22 @@ def test_check_says_that_nothing_acts_and_names_sites_that_are_no_dipoles(run, t
     line = f"nothing acts on this model. Not acting: {'; '.join(reasons)}\n"
     assert run("check needle.xml") == (1, line, "")
     (tmp_path / "needle.xml").write_text(NEEDLE.format(' user="5"'))
-    with pytest.raises(pytest.fail.Exception):  # it does not exit
-        run("check needle.xml")
+    assert run("check needle.xml") == (0, "nothing to fix\n", "")
+
+
+@pytest.mark.filterwarnings("default:.*MuJoCo drops")
+def test_check_and_describe_name_a_plugin_that_mujoco_drops(run, tmp_path):
+    text = NEEDLE.format(' user="5"')
+    start, end = text.index("<instance"), text.index("</plugin>")
+    (tmp_path / "needle.xml").write_text(text[:start] + text[end:])
+    warning = "needle.xml: MuJoCo drops a <plugin> without an <instance>, so that nothing acts by"
+    note = "note: without the plugin magmotor.forces, this acts inside magmotor.magnetism() only\n"
+    for command, ends in (("check", "nothing to fix\n" + note), ("describe", "")):
+        code, said, error = run(f"{command} needle.xml")
+        assert code == 0
+        assert error.startswith(f"magmotor {command}: {warning}")
+        assert said.endswith(ends)
+    (tmp_path / "needle.xml").write_text(text)
 
 
 def test_check_weighs_a_moment_that_no_magnet_has(run, tmp_path):

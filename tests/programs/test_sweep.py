@@ -295,6 +295,12 @@ def test_warnings_of_a_run_are_kept_with_it(tmp_path, here):
     assert json.loads(path.read_bytes())["warnings"] == [str(said[0].message)]
 
 
+def test_a_measure_that_changes_its_run_changes_no_other(tmp_path, here):
+    own = {**DISK, "measure": ["sweep_measures:changing", "square_displacement"]}
+    mm.sweep.run(Sweep(**own, vary={"x": (0.0,)}), tmp_path / "s", executor=here)
+    assert float(mm.sweep.combine(tmp_path / "s").square_displacement.squeeze()) > 0
+
+
 def test_nan_is_null_in_a_file_and_nan_when_combined():
     from magmotor.sweep.compute import decoded, encoded
 
@@ -307,6 +313,7 @@ def test_nan_is_null_in_a_file_and_nan_when_combined():
     ]
     np.testing.assert_array_equal(decoded(encoded(values, (4,)), (4,)), values)
     assert np.isnan(decoded(encoded(np.nan, ()), ()))
+    assert np.isnan(decoded(encoded(np.ma.masked, ()), ()))
 
 
 @pytest.mark.parametrize(

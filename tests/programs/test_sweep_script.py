@@ -57,6 +57,17 @@ def test_a_sweep_its_dataset_and_its_picture(script, tmp_path):
     assert (code, said) == (0, "6 cases: 6 done, 0 failed, 0 missing\n")
 
 
+@pytest.mark.parametrize("out", [".", "../here"])
+def test_a_sweep_in_the_current_folder_has_its_dataset_beside_it(
+    script, tmp_path, monkeypatch, out
+):
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+    assert script("sweep", *TOP, *QUICK, "--out", out)[0] == 0
+    assert (tmp_path / "here.nc").exists()
+    assert (tmp_path / "here" / "sweep.json").exists()
+
+
 def test_missing_cases_are_reported_and_left_blank(script, tmp_path):
     out = tmp_path / "s"
     script("sweep", *TOP, *QUICK, "--out", out)
@@ -178,6 +189,10 @@ def test_more_than_two_dimensions_have_no_picture(script, tmp_path):
         (("--vary", "tilt=0:inf:3"), "vary = 'tilt=0:inf:3': START and STOP must be finite"),
         (("--vary", "tilt=0,0.1", "--seeds", "0:99999999999"), "must be at most 1048576 seeds"),
         (("--vary", "tilt=0,0.1", "--replicas", "1000000000000"), "replicas = 2000000000000: must"),
+        (
+            ("--vary", "tilt=0,0.1", "--vary", "tilt=1"),
+            "vary = 'tilt=1': must vary each field only",
+        ),
         (("--vary", "tilt=0:0.2:0"), "vary = 'tilt=0:0.2:0': COUNT must be at least 1"),
         (
             ("--vary", "tilt=0:0.2:1.5"),

@@ -162,6 +162,24 @@ def test_sliders_and_curves_of_small_numbers_count_in_powers_of_ten():
         view.stop()
 
 
+@pytest.mark.parametrize("speed", ["nan", "1e308"])
+def test_numbers_that_cannot_be_drawn_are_left_out(speed):
+    spec = mujoco.MjSpec.from_string(NEEDLE.replace('qpos="0.3"', f'qpos="0.3" qvel="{speed}"'))
+    for name, ends in {"wide": [-1e308, 1e308], "endless": [-np.inf, np.inf]}.items():
+        torque = spec.add_actuator(name=name, ctrlrange=ends, ctrllimited=True)
+        torque.trntype, torque.target = mujoco.mjtTrn.mjTRN_JOINT, "hinge"
+    view = WebView(Loop(LiveSimulation(spec.compile()), 1.0), port=0)
+    try:
+        view._page._show_numbers()
+        curve = view._page._curves["kinetic energy"]
+        assert (curve.title, len(curve.data[0])) == ("kinetic energy (J)", 0)
+        for name in ("wide", "endless"):
+            handle = slider(view, name)
+            assert (handle.min, handle.max) == (-1, 1)
+    finally:
+        view.stop()
+
+
 def test_switches_of_the_page_act():
     loop = Loop(live_scene(mm.Disk(), timestep=0.01), 1.0)
     view = WebView(loop, port=0)

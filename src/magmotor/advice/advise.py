@@ -176,7 +176,7 @@ def survey(
         advice.notes += (
             f"the reference of the statistics is uncertain by {percent(doubt)}, which counts"
             if math.isfinite(doubt)
-            else "no halved timestep proves the reference of the statistics",
+            else "the reference of the statistics is uncertain: no halved timestep confirms it",
         )
     study.conclude()
     return advice

@@ -3,7 +3,7 @@
 The exit code is 1 if nothing reaches the error.
 """
 
-from contextlib import nullcontext
+from contextlib import nullcontext, redirect_stdout
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -17,6 +17,7 @@ from magmotor.commands.model_file import answer, read
 from magmotor.commands.output import make_folder
 from magmotor.commands.parsing import parse_options
 from magmotor.common.checks import check_number, reject
+from magmotor.mjcf.checking.check import check
 from magmotor.mjcf.magnetism import magnetism
 from magmotor.noise import check_seed
 
@@ -47,7 +48,7 @@ class Options:
     kT: float | None = None
     """temperature in J, at which the splittings of mm.Langevin are compared"""
     keyframe: str = ""
-    """initial state: the name of a keyframe; the model's own by default"""
+    """name of the keyframe to start from; by default the model's initial state"""
     velocity: float = 0.0
     """standard deviation of random velocities in m/s and rad/s, which are added to the state's"""
     seed: int = 0
@@ -94,7 +95,17 @@ def report(options: Options) -> None:
     if options.picture is not None and advice.points:
         print(f"wrote {options.picture}")
     if advice.integrator is None:
+        if is_ours:
+            print_findings(model, data)
         raise SystemExit(UNANSWERED)
+
+
+def print_findings(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    """Print what `check` finds, if anything, since that may be why nothing reaches the error."""
+    with redirect_stdout(None):
+        found = check(model, data).findings
+    if found:
+        print("what `magmotor check` finds may be the reason:", *found, sep="\n")
 
 
 def push(model: mujoco.MjModel, data: mujoco.MjData, speed: float, seed: int) -> None:

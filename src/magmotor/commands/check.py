@@ -11,6 +11,7 @@ import tyro
 from magmotor.commands.model_file import answer, ignore_idle, read
 from magmotor.commands.parsing import parse_options
 from magmotor.mjcf.checking.check import check
+from magmotor.mjcf.describe import described
 
 FOUND = 1
 """Exit code if there are findings."""
@@ -23,7 +24,7 @@ class Options:
     model: tyro.conf.Positional[Path]
     """MJCF file"""
     keyframe: str = ""
-    """state: the name of a keyframe; the model's own by default"""
+    """name of the keyframe to check; by default the model's initial state"""
 
 
 def main() -> None:
@@ -35,5 +36,11 @@ def main() -> None:
 
 def report(options: Options) -> None:
     """Print the findings; the exit code is 1 if there are some."""
-    if check(*read(options.model, options.keyframe)).findings:
+    model, data = read(options.model, options.keyframe)
+    found, description = check(model, data), described(model)
+    if description.acting and not description.plugin:
+        print(
+            "note: without the plugin magmotor.forces, this acts inside magmotor.magnetism() only"
+        )
+    if found.findings:
         raise SystemExit(FOUND)

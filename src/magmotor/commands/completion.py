@@ -16,7 +16,7 @@ FIRST = {
     "view": "top motor disk",
     "sweep": "top disk motor status combine movie cluster",
     "export": "top motor disk run",
-    "examples": "list show run",
+    "examples": "list show run copy",
     "completion": "bash zsh",
 }
 """First arguments of commands, other than files."""

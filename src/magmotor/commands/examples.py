@@ -1,21 +1,24 @@
-"""List the example programs, print one, or run one.
+"""List the example programs, print one, run one, or copy all to a folder.
 
 `magmotor examples list` says what there is, `magmotor examples show NAME` prints a program and
 names the folder of its models, and `magmotor examples run NAME` runs it; flags after the name are
-the program's own, as in `magmotor examples run pick_and_place --help`.
+the program's own, as in `magmotor examples run pick_and_place --help`. `magmotor examples copy
+FOLDER` copies the programs and their models to a new folder, where you can change them and run them
+by `python NAME.py`.
 """
 
 import ast
 import runpy
+import shutil
 import sys
 from pathlib import Path
 
 from magmotor.commands.output import MISTAKE, fail
-from magmotor.common.checks import check_choice
+from magmotor.common.checks import check_choice, reject
 from magmotor.common.environment import data_folder
 from magmotor.common.optional import extra
 
-VERBS = {"list": 0, "show": 1, "run": sys.maxsize}
+VERBS = {"list": 0, "show": 1, "run": sys.maxsize, "copy": 1}
 """Verbs, with the largest number of their arguments."""
 
 
@@ -23,7 +26,9 @@ def main() -> None:
     """Obey the verb."""
     arguments = sys.argv[1:]
     if not arguments or arguments[0] in ("-h", "--help"):
-        print(f"usage: {sys.argv[0]} list | show NAME | run NAME [FLAGS]\n\n{__doc__}".rstrip())
+        print(
+            f"usage: {sys.argv[0]} list | show NAME | run NAME [FLAGS] | copy FOLDER\n\n{__doc__}".rstrip()
+        )
         raise SystemExit(0 if arguments else MISTAKE)
     found = programs()
     verb, *rest = arguments
@@ -33,6 +38,9 @@ def main() -> None:
             raise ValueError(f"{verb} takes no argument {surplus[0]!r}")
         if verb == "list":
             print(*(f"{name:20} {purpose(path)}" for name, path in found.items()), sep="\n")
+            return
+        if verb == "copy":
+            copy(*rest)
             return
         name = rest[0] if rest else ""
         check_choice("name", name, tuple(found))
@@ -46,6 +54,15 @@ def main() -> None:
     sys.path.insert(0, str(found[name].parent))  # where the examples' module support is
     with extra("movies"):
         runpy.run_path(str(found[name]), run_name="__main__")
+
+
+def copy(name: str = "") -> None:
+    """Copy the programs and their models to a new folder."""
+    folder = Path(name)
+    if not name or folder.exists():
+        raise reject("folder", name, "must be the path of a new folder")
+    shutil.copytree(data_folder("examples"), folder, ignore=shutil.ignore_patterns("__pycache__"))
+    print(f"copied the examples to {folder}")
 
 
 def programs() -> dict[str, Path]:

@@ -15,6 +15,8 @@ from magmotor.common.checks import SHOWN, did_you_mean, reject
 
 PLUGINS = [name.decode() for name in magmotor_plugin.NAMES]
 
+DROPPED = "MuJoCo drops a <plugin> without an <instance>, so that nothing acts by itself"
+
 
 def load(path: Path) -> mujoco.MjModel:
     """Return the model of an MJCF file, or of one that MuJoCo has compiled (.mjb).
@@ -33,9 +35,12 @@ def load(path: Path) -> mujoco.MjModel:
         raise reject("path", str(path), "must be a file, not a folder, pipe or device")
     if path.suffix.lower() != ".mjb":
         try:
-            return mujoco.MjModel.from_xml_path(str(path))
+            model = mujoco.MjModel.from_xml_path(str(path))
         except ValueError as error:
             raise ValueError(f"cannot load {shown(path)}: {in_words(str(error))}") from None
+        if model.nplugin == 0 and any(name.encode() in path.read_bytes() for name in PLUGINS):
+            warnings.warn(f"{shown(path)}: {DROPPED}", stacklevel=2)
+        return model
     with quiet():
         try:
             return mujoco.MjModel.from_binary_path(str(path))

@@ -29,6 +29,9 @@ WIDEST = 100
 
 def run_program(main: Callable[[], None]) -> None:
     """Run a program; Ctrl-C, a missing package or a full disk end it with one line."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:  # the shell has closed it
+            setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115
     columns = min(WIDEST, shutil.get_terminal_size((WIDEST, 24)).columns)
     os.environ["COLUMNS"] = str(columns)  # for tyro's boxes
     output = cast(TextIO, Wrapped(sys.stdout, columns)) if is_help_asked() else sys.stdout

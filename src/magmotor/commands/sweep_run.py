@@ -124,4 +124,5 @@ def combined(folder: Path, skip_damaged: bool = False) -> xr.Dataset:
 
 def beside(folder: Path, suffix: str) -> Path:
     """Return the path of a file beside a sweep's folder, with its name and a suffix."""
+    folder = folder.resolve() if folder.name in {"", ".."} else folder
     return folder.with_name(f"{folder.name}{suffix}")

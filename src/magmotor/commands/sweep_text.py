@@ -27,6 +27,8 @@ def varied(entries: list[str], design: str | None) -> Varied:
         if not (names and equals and text):
             raise reject("vary", entry, "must be FIELD=START:STOP:COUNT or FIELD=VALUE,VALUE,...")
         fields = tuple(names.split(","))
+        if fields in found.vary or names in ranges:
+            raise reject("vary", entry, "must vary each field only once")
         bounds = _range(entry, text)
         if bounds is None:
             found.vary[fields] = _values(entry, text)

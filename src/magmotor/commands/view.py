@@ -113,14 +113,15 @@ def main() -> None:
     allowed = f"{', '.join(KINDS)}, or an MJCF file ({', '.join(MODELS)})"
     scene, options = parse(SCENES, __doc__ or "", tuple(SCENES), arguments, allowed)
     require(*["scenes"] * (scene is not None), *["web"] * options.web)
+    set_mju_user_warning(report)  # by default MuJoCo writes to a file
     try:
         check_number("speed", options.speed, above=0)
         simulation = make(scene, options)
     except (ValueError, FatalError) as error:
         fail(" ".join(str(error).split()), MISTAKE)
-    set_mju_user_warning(report)  # by default MuJoCo writes to a file
     with deferred() as interrupted:  # Ctrl-C would crash a window that opens or closes
         loop = Loop(simulation, options.speed, report)
+        show_warnings(simulation)
         try:
             if options.web:
                 serve(loop, options, interrupted)
@@ -132,6 +133,17 @@ def main() -> None:
             fail(str(error), DIVERGED)
     if interrupted.is_set():
         fail("interrupted", INTERRUPTED)
+
+
+def show_warnings(simulation: LiveSimulation) -> None:
+    """Show warnings as notices of the view also."""
+    printed = warnings.showwarning
+
+    def show(message: Warning | str, *others: Any, **more: Any) -> None:
+        printed(message, *others, **more)
+        simulation.notice = str(message)
+
+    warnings.showwarning = show
 
 
 def make(scene: Any, options: Any) -> LiveSimulation:

@@ -8,6 +8,7 @@ import difflib
 import itertools
 import math
 import operator
+import os
 import sys
 from collections.abc import Iterable, Iterator
 from typing import Any
@@ -63,9 +64,12 @@ def check_type(name: str, value: Any, *classes: type) -> None:
     if not isinstance(value, classes):
         known = [getattr(each, "registered", lambda: ())() or [each] for each in classes]
         *first, last = map(_public_name, itertools.chain(*known))
-        raise reject(
-            name, value, f"must be an instance of {', '.join(first)}{' or ' * bool(first)}{last}"
-        )
+        sentence = f"must be an instance of {', '.join(first)}{' or ' * bool(first)}{last}"
+        if last == "mujoco.MjModel" and isinstance(value, (str, os.PathLike)):
+            sentence += ", such as mujoco.MjModel.from_xml_path(...)"
+        elif first and type(value).__name__ == "MjModel":
+            sentence += "; step models of your own by mujoco.mj_step or magmotor.Langevin"
+        raise reject(name, value, sentence)
 
 
 def _public_name(cls: type) -> str:

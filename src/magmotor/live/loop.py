@@ -9,7 +9,7 @@ import numpy as np
 
 from magmotor.common.arrays import Array
 from magmotor.live.readouts import Readouts
-from magmotor.live.simulation import LiveSimulation, Pace, StateLost
+from magmotor.live.simulation import LONGEST_FRAME, LiveSimulation, Pace, StateLost
 from magmotor.mjcf.arrows import draw_field, draw_moments
 from magmotor.mjcf.field_and_energy import dipole_sites
 
@@ -18,6 +18,9 @@ SWITCHES = {"8": "noise", "9": "magnetism"}
 
 ARROWS = "none", "moments", "moments and field"
 """What the arrows show; the key `.` selects the next."""
+
+PIECE = 50
+"""Number of steps between two looks at the clock."""
 
 POINTS, MARGIN = 11, 0.3
 """Number of arrows of the field in each direction, and how far they extend beyond the dipoles, in
@@ -77,8 +80,11 @@ class Loop:
         if self.paused:
             self.simulation.hold(perturb)
             return
+        late = time.perf_counter() + LONGEST_FRAME  # the rest is skipped, so that inputs act
         try:
-            self.simulation.advance(steps, perturb)
+            while steps > 0 and time.perf_counter() < late:
+                self.simulation.advance(min(steps, PIECE), perturb)
+                steps -= PIECE
         except StateLost as error:
             self.simulation.reset()
             self.simulation.notice = f"{error}: reset and paused"
@@ -104,7 +110,7 @@ class Loop:
         """Return the readouts, with time and speed, as text by name."""
         simulation = self.simulation
         return {
-            f"time{self._unit}": f"{abs(simulation.data.time):.1f}",
+            f"time{self._unit}": f"{simulation.data.time + 0.0:.1f}",
             "speed": f"{self.pace.speed:g}",
         } | self.readouts.rows
 

@@ -3,7 +3,9 @@
 import errno
 import html
 import io
+import logging
 import math
+import os
 import socket
 from collections.abc import Callable
 from contextlib import redirect_stdout
@@ -43,6 +45,8 @@ STEPS = 200
 ROOM = 10_000
 """Largest number of arrows."""
 
+HUGE = 1e300
+"""Size from which numbers are not scaled, and the range of a control is none."""
 
 LAST_PORT = 65535
 
@@ -184,7 +188,9 @@ class Page:
         return [self._slider(model, data, i) for i in simulation.sliders]
 
     def _slider(self, model: mujoco.MjModel, data: mujoco.MjData, i: int) -> Control:
-        least, largest = model.actuator_ctrlrange[i] if model.actuator_ctrllimited[i] else (-1, 1)
+        least, largest = model.actuator_ctrlrange[i]
+        if not (model.actuator_ctrllimited[i] and least > -HUGE and largest < HUGE):
+            least, largest = -1.0, 1.0
         exponent = _exponent(max(abs(least), abs(largest)))
         unit, name = 10.0**exponent, model.actuator(i).name or f"actuator {i}"
         step = float(f"{(largest - least) / unit / STEPS:.0e}")
@@ -230,7 +236,8 @@ class Page:
             exponent = _exponent(float(np.abs(values[name]).max()))
             unit = readouts.units[name]
             handle.title = _scaled(name if unit == "1" else f"{name} ({unit})", exponent)
-            handle.data = (time, values[name] / 10.0**exponent)
+            finite = np.isfinite(values[name])
+            handle.data = (time[finite], values[name][finite] / 10.0**exponent)
 
     def _draw_arrows(self) -> None:
         self._loop.draw(self._view)
@@ -266,6 +273,7 @@ def _serve(model: mujoco.MjModel, host: str, port: int) -> tuple[Any, Any]:
         from mjviser import ViserMujocoScene
         from viser import ViserServer
     port = _free_port(host, port)
+    logging.getLogger("websockets.server").setLevel(logging.CRITICAL)  # of what others send
     with redirect_stdout(io.StringIO()):  # the server prints its address in a frame
         server = ViserServer(host, port, label="magmotor", verbose=False)
     server.request_share_url = lambda verbose=True: None  # a page must not open a way in
@@ -278,12 +286,16 @@ def _free_port(host: str, first: int) -> int:
         try:
             family, kind, _, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
             with socket.socket(family, kind) as trial:
+                if (
+                    os.name == "posix"
+                ):  # as the server does: free again at once after it has stopped
+                    trial.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
                 trial.bind(address)
-        except OSError as error:
-            if error.errno == errno.EACCES:
+        except (OSError, UnicodeError) as error:
+            if getattr(error, "errno", None) == errno.EACCES:
                 sentence = "must be a port that you may use, such as 8080"
                 raise reject("port", first, sentence) from None
-            if error.errno != errno.EADDRINUSE:
+            if getattr(error, "errno", None) != errno.EADDRINUSE:
                 sentence = "must be an address of this computer, such as 127.0.0.1 or 0.0.0.0"
                 raise reject("host", host, sentence) from None
         else:
@@ -304,7 +316,7 @@ def _differ(value: Any, seen: Any, tolerance: float) -> bool:
 
 def _exponent(size: float) -> int:
     """Return the power of ten, a multiple of three, in which numbers of a size are shown."""
-    if size == 0 or 1e-2 <= size < 1e4:
+    if 1e-2 <= size < 1e4 or not 1 / HUGE < size < HUGE:
         return 0
     return 3 * math.floor(math.log10(size) / 3)
 

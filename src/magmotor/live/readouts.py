@@ -52,7 +52,7 @@ class Readouts:
 
     def update(self) -> None:
         """Compute the current values, every third time; call this after each frame."""
-        time = abs(self._simulation.data.time)
+        time = self._simulation.data.time + 0.0  # not -0
         if self._points and time < self._points[-1][0]:
             self._clear()
         if self._frames % INTERVAL == 0 and not (self._points and time == self._points[-1][0]):

@@ -240,7 +240,8 @@ class LiveSimulation:
 
 
 LONGEST_FRAME = 0.2
-"""Longest delay of a frame (s of wall time) to catch up with; any more is skipped."""
+"""Longest delay (s of wall time) for which a frame catches up, and the longest time that it takes;
+any more is skipped."""
 
 MOST_STEPS = 100_000
 """Largest number of steps in a frame; any more is skipped."""

@@ -4,7 +4,7 @@ from typing import Annotated
 
 import mujoco
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from magmotor.common import style
 from magmotor.common.arguments import checked
@@ -23,8 +23,11 @@ COLORS = style.BLUE, style.GREEN, style.ORANGE
 WEAK_TO_STRONG = np.array([[*bytes.fromhex(color[1:])] for color in COLORS]) / 255
 """Colors (RGB) of fields."""
 
-MOMENT_LENGTH, FIELD_LENGTH = 0.15, 0.05
-"""Default lengths of arrows in extents of the model."""
+MOMENT_LENGTHS, FIELD_LENGTH = (0.15, 0.25), 0.05
+"""Default lengths of arrows in extents of the model; those of moments depend on the geoms."""
+
+OUTSIDE = 3.0
+"""Length of an arrow over the radius of a geom that would hide it."""
 
 SLIMNESS = 15.0
 """Length of an arrow in radii of its shaft."""
@@ -56,7 +59,8 @@ def draw_moments(
     data : mujoco.MjData
         Its site positions and orientations must be up to date, as after `mj_step` or `mj_forward`.
     length : float, optional
-        Length of the longest arrow in m; by default 0.15 of `model.stat.extent`.
+        Length of the longest arrow in m. The default is 0.15 of `model.stat.extent`, or more, up to
+        0.25, so that an arrow is longer than the geoms around its dipole.
 
     Raises
     ------
@@ -64,14 +68,14 @@ def draw_moments(
         The picture has no room for the arrows: its `maxgeom` is too small; or the data belong to
         another model.
     """
-    positions, moments, _ = dipole_sites(model, data)
+    positions, moments, bodies = dipole_sites(model, data)
     visible = model.vis.map.zfar * model.stat.extent
     near = np.linalg.norm(positions - model.stat.center, axis=1) < visible
-    positions, moments = positions[near], moments[near]
+    positions, moments, bodies = positions[near], moments[near], bodies[near]
     if len(moments):
         strengths = np.linalg.norm(moments, axis=1, keepdims=True)
         sizes = np.cbrt(strengths / strengths.max())
-        longest = length or MOMENT_LENGTH * model.stat.extent
+        longest = length or _moment_length(model, data, positions, bodies)
         colors = np.broadcast_to(MOMENT, moments.shape)
         _add_arrows(view, positions, longest * sizes * moments / strengths, colors)
 
@@ -129,6 +133,21 @@ def draw_field(
         colors = np.stack([np.interp(levels, stops, part) for part in WEAK_TO_STRONG.T], axis=1)
         length = length or FIELD_LENGTH * model.stat.extent
         _add_arrows(view, points, length * vectors / strengths, colors)
+
+
+def _moment_length(
+    model: mujoco.MjModel, data: mujoco.MjData, positions: Array, bodies: NDArray
+) -> float:
+    """Return a length at which the ends of arrows are outside the geoms around their dipoles."""
+    radius = 0.0
+    for position, body in zip(positions, bodies, strict=True):
+        first = model.body_geomadr[body]
+        geoms = slice(first, first + model.body_geomnum[body])
+        radii = model.geom_rbound[geoms]
+        around = np.linalg.norm(data.geom_xpos[geoms] - position, axis=1) < radii
+        radius = max(radius, min(radii[around], default=0.0))
+    shortest, longest = (share * model.stat.extent for share in MOMENT_LENGTHS)
+    return max(shortest, min(OUTSIDE * radius, longest))
 
 
 def _add_arrows(view: mujoco.MjvScene, centers: Array, arrows: Array, colors: Array) -> None:

@@ -19,9 +19,13 @@ def disabled(model: mujoco.MjModel, flag: str) -> bool:
 
 
 def label(model: mujoco.MjModel, kind: str, number: Any) -> str:
-    """Return the name of an element for a message, such as "body 'ball'"; else its number."""
+    """Return the name of an element for a message, such as "body 'ball'"; else number and body."""
     name = mujoco.mj_id2name(model, _object_type(kind), int(number))
-    return f"{kind} {name!r}" if name else f"{kind} {number}"
+    if name:
+        return f"{kind} {name!r}"
+    bodies = {"geom": model.geom_bodyid, "site": model.site_bodyid, "joint": model.jnt_bodyid}
+    body = model.body(bodies[kind][number]).name if kind in bodies else ""
+    return f"{kind} {number} of body {body!r}" if body else f"{kind} {number}"
 
 
 def number_of(model: mujoco.MjModel, kind: str, name: str) -> int:

@@ -11,7 +11,7 @@ from tqdm import tqdm
 SLOW = 5.0
 """Seconds after which compilation is explained."""
 
-TEXT = "magmotor: compiling its code, on first use only; this takes a minute or two"
+TEXT = "magmotor: compiling what is used for the first time; this takes a minute or two"
 
 
 class CompilationNotice(event.Listener):

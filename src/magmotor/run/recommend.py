@@ -68,7 +68,7 @@ class Recommendation:
         unit, each = ("", "unit of time") if self.time_unit == "1" else (" s", "simulated second")
         error = f"{100 * self.error:.2g} % over {self.duration:g}{unit or ' units of time'}"
         if self.charted:
-            error = f"unknown for this scene ({error} for the charted one, {self.charted})"
+            error = f"unknown for this scene ({error} for {self.charted})"
         return (
             f"{self.method} at a timestep of {self.timestep:g}{unit}: error of {self.quantity}"
             f" {error}, {self.seconds:.2g} s per {each} ({self.basis})"

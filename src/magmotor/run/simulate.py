@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import math
 import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -158,7 +159,8 @@ def simulate(
     steps = duration / timestep
     first_step = _first_step(initial, followed, method)
     first = device.followed(scene, device.initial_state(scene, initial, replicas), method)
-    _check_memory(steps, interval, first)
+    record = sum(column.nbytes for column in first if column is not None)
+    check_memory(steps / interval * record, interval)
     if (first_step + steps) * followed.factor > LARGEST_STEP:
         raise reject(
             "duration",
@@ -199,13 +201,13 @@ def _engine(scene: Scene, name: str) -> Engine:
     return scene.device.variational
 
 
-def _check_memory(steps: float, interval: int, first: Any) -> None:
-    """Raise ValueError if the records do not fit in memory."""
+def check_memory(recorded: float, interval: int) -> None:
+    """Raise ValueError if records of so many bytes do not fit in memory."""
     memory = physical_memory()
-    needed = steps * sum(column.nbytes for column in first if column is not None)
-    if needed / interval > memory:
-        size = f"the records would take {needed / interval:.3g} of {memory:.3g} bytes of memory"
-        raise reject("record_interval", interval, f"must be at least {needed / memory:.3g}: {size}")
+    if recorded > memory:
+        least = math.ceil(interval * recorded / memory)
+        size = f"the records would take {recorded:.3g} of {memory:.3g} bytes of memory"
+        raise reject("record_interval", interval, f"must be at least {least:.6g}: {size}")
 
 
 def _first_step(initial: Any, path: BrownianPath, method: str) -> int:

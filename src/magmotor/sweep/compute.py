@@ -88,7 +88,10 @@ def _content(case: Case, measure: tuple[str, ...]) -> bytes:
         if measure == (TRAJECTORY,):
             return bytes_with_checksum(netcdf(run), case.key)
         each = tuple(run.sizes[dim] for dim in run.dims if dim == "replica")
-        found = {name: measure_of(scene, name).function(run, scene) for name in measure}
+        found = {}
+        for name in measure:  # one of the user's may change its run
+            its_run = run.copy(deep=":" in name)
+            found[name] = measure_of(scene, name).function(its_run, scene)
         values = {name: encoded(value, each) for name, value in found.items()}
     messages = sorted({str(warning.message) for warning in caught})
     return with_checksum({"case": case.spec, "values": values, "warnings": messages})
@@ -157,6 +160,8 @@ def encoded(values: ArrayLike, each: tuple[int, ...]) -> Any:
     ValueError
         It has another shape or is not a number.
     """
+    if np.ma.isMaskedArray(values):
+        values = np.ma.filled(np.ma.array(values, dtype=float), np.nan)
     array = np.asarray(values)
     if array.dtype.kind not in "biuf":
         raise reject("value of a measure", values, "must be a number, or one per replica")

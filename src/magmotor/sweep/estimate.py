@@ -15,7 +15,7 @@ from magmotor.common.arguments import checked
 from magmotor.common.hints import Count, integer
 from magmotor.device.exceptions import SimulationStopped
 from magmotor.device.provenance import scene_from
-from magmotor.run.simulate import simulate
+from magmotor.run.simulate import check_memory, simulate
 from magmotor.sweep.checksum import with_checksum
 from magmotor.sweep.compute import ARGUMENTS
 from magmotor.sweep.definition import Sweep
@@ -117,8 +117,10 @@ def _probe(sweep: Sweep, index: int) -> tuple[float, float]:
     while steps < last and taken < LONG_ENOUGH:
         steps = min(last, 4 * steps)
         taken, records = run(steps)
+    recorded = records.nbytes * last / steps
+    check_memory(recorded, every)
     per_step = max(0.0, taken - set_up) / max(1, steps - few)
-    return set_up + (last - few) * per_step, _size(sweep, spec, records.nbytes * last / steps)
+    return set_up + (last - few) * per_step, _size(sweep, spec, recorded)
 
 
 def _size(sweep: Sweep, spec: dict, recorded: float) -> float:

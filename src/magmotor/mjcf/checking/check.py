@@ -88,7 +88,7 @@ def check(model: mujoco.MjModel, data: mujoco.MjData | None = None, *, fix: bool
     ... </mujoco>''')
     >>> found = mm.check(model, fix=True)  # doctest: +ELLIPSIS
     bodies 'one' and 'other' will fly apart once they touch: where they touch, they attract ...
-    set: solref="0.00034 1" of geom 0 and geom 1
+    set: solref="0.00034 1" of geom 0 of body 'one' and geom 1 of body 'other'
     set: timestep 0.00017 s
     >>> found = mm.check(model)
     nothing to fix
