@@ -205,6 +205,24 @@ def test_a_nan_and_an_extra_variable_are_reported(rerun, disk_run, tmp_path):
     ))  # fmt: skip
 
 
+@pytest.mark.parametrize(
+    ("change", "code", "words"),
+    [
+        (lambda run: run.drop_vars(list(run.data_vars)), 2, ": it has no values to compare\n"),
+        (
+            lambda run: run.assign(energy=run.energy.astype(int)),
+            1,
+            "different: energy (not in floating point)\n",
+        ),
+    ],
+)
+def test_what_does_not_hold_the_values_is_not_identical(rerun, tmp_path, change, code, words):
+    change(mm.simulate(mm.Disk(), **DISK)).to_netcdf(tmp_path / "run.nc")
+    found, said, error = rerun(tmp_path / "run.nc")
+    assert found == code
+    assert (error or said).endswith(words)
+
+
 def test_a_run_now_ends_earlier(rerun, disk_run, tmp_path, monkeypatch):
     disk_run.to_netcdf(tmp_path / "run.nc")
     monkeypatch.setattr(mm, "rerun", lambda run, **_: run.isel(time=slice(4)))

@@ -132,6 +132,8 @@ def test_what_cannot_be_a_table_is_named(tmp_path, top, monkeypatch):
         mm.to_table(xr.Dataset())
     with pytest.raises(ValueError, match=r"^rows = 'space': must be one of time"):
         mm.to_table(top, rows=["space"])
+    with pytest.raises(ValueError, match=r"^data = .*: must have at least one time"):
+        mm.to_table(top.isel(time=slice(0)))
     twice = top.assign(position_x=top.energy)
     with pytest.raises(ValueError, match=r"^data = 'position_x': must be the name of one column"):
         mm.to_table(twice)

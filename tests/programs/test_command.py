@@ -54,6 +54,21 @@ TOUCHING = """
 """
 
 
+THERMAL = """
+<mujoco>
+  <custom><text name="magmotor" data="dipoles"/></custom>
+  <worldbody>
+    <site pos="0 0.1 0" zaxis="0 1 0" user="5"/>
+    <body>
+      <joint axis="0 0 1" damping="1e-4"/>
+      <geom type="capsule" fromto="-0.03 0 0 0.03 0 0" size="0.003"/>
+      <site zaxis="1 0 0" user="0.2"/>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+
+
 @pytest.fixture
 def run(tmp_path, monkeypatch, capsys):
     """Run the command in a folder with models; returns exit code, output and error."""
@@ -61,6 +76,7 @@ def run(tmp_path, monkeypatch, capsys):
     (tmp_path / "pendulum.xml").write_text(PENDULUM)
     (tmp_path / "oscillator.xml").write_text(OSCILLATOR)
     (tmp_path / "touching.xml").write_text(TOUCHING)
+    (tmp_path / "thermal.xml").write_text(THERMAL)
     (tmp_path / "broken.xml").write_text("<mujoco><worldbody>")
 
     def run(*arguments):
@@ -116,6 +132,8 @@ def test_controls_are_one_number_or_one_for_each_actuator(run, asked):
     assert err.startswith(
         "magmotor advise: control = (1.0, 2.0): must be one number, or 1, one per act"
     )
+    _, _, err = run("advise", "pendulum.xml", "--control", "1.1e10")
+    assert err == "magmotor advise: control = 11000000000.0: must be less than 1e+10\n"
     _, _, err = run("advise", "touching.xml", "--control", "1")
     assert err.endswith("must be left out, since the model has no actuators\n")
 
@@ -130,6 +148,22 @@ def test_a_question_is_that_of_the_options(run, asked):
     assert changed.items() >= {"quantity": "energy", "error": 0.2, "duration": 3.0}.items()
     assert changed.items() >= {"budget": 7.0, "kT": 0.5, "detail": True}.items()
     assert changed["picture"] == Path("a/b.png")
+
+
+def test_magnets_at_a_temperature_act_once(run):
+    """`mm.Langevin` computes their forces itself."""
+    options = "--kT 1e-5 --error 0.3 --duration 0.1 --budget 2 --picture None"
+    code, out, err = run("advise", "thermal.xml", *options.split())
+    assert code in (0, 1)
+    assert out.startswith("error of positions over 0.096 s")
+    assert err == ""
+
+
+def test_a_log_of_mujoco_is_not_left_behind(run, tmp_path):
+    """Of a warning while a file is loaded."""
+    (tmp_path / "nan.xml").write_text(PENDULUM.replace('qpos="2"', 'qpos="nan"'))
+    run("describe", "nan.xml")
+    assert not (tmp_path / "MUJOCO_LOG.TXT").exists()
 
 
 def test_without_an_answer_the_findings_of_check_are_printed(run, asked):

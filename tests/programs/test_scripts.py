@@ -93,7 +93,8 @@ def test_presets_and_fields_make_the_scene(movie, tmp_path):
             ("--still", "2", "x.png"),
             "magmotor movie: still = 2.0: must be within the run: 0 to 1 s",
         ),
-        (("--still", "1", "x.foo"), "magmotor movie: still = 'x.foo': must be a picture file"),
+        (("--still", "1", "x.foo"), "magmotor movie: still = 'x.foo': must end in .eps or .jpeg"),
+        (("--still", "1", "x.psd"), "magmotor movie: still = 'x.psd': must end in .eps or .jpeg"),
         (("--gif", "--speed", "1e-3"), "magmotor movie: path = "),
     ],
 )
@@ -279,6 +280,31 @@ data = xr.Dataset({{f"x{{i}}": ("n", row) for i, row in enumerate(noise)}})
 encoding = {{name: {{"zlib": True, "complevel": 9}} for name in data}}
 run_program(lambda: write_netcdf(data, Path({path!r}), encoding))
 """
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGTERM")
+def test_a_terminated_program_removes_what_it_has_begun(tmp_path):
+    code = f"""
+import sys, time
+from pathlib import Path
+from magmotor.commands.output import run_program, written_whole
+def main():
+    with written_whole(Path({str(tmp_path / "a.csv")!r})) as part:
+        part.write_text("half")
+        print("begun", flush=True)
+        time.sleep(60)
+run_program(main)
+"""
+    writer = subprocess.Popen(
+        [sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    assert writer.stdout is not None
+    assert writer.stdout.readline() == "begun\n"
+    writer.terminate()
+    _, error = writer.communicate(timeout=60)
+    assert writer.returncode == 130
+    assert error.endswith("interrupted; all files reported as written are complete\n")
+    assert not [*tmp_path.iterdir()]
 
 
 def test_an_interrupted_write_is_finished_and_leaves_no_other_file(tmp_path):

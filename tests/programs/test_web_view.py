@@ -4,6 +4,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 import urllib.request
 from contextlib import nullcontext
@@ -164,7 +165,8 @@ def test_sliders_and_curves_of_small_numbers_count_in_powers_of_ten():
 
 @pytest.mark.parametrize("speed", ["nan", "1e308"])
 def test_numbers_that_cannot_be_drawn_are_left_out(speed):
-    spec = mujoco.MjSpec.from_string(NEEDLE.replace('qpos="0.3"', f'qpos="0.3" qvel="{speed}"'))
+    spec = mujoco.MjSpec.from_string(NEEDLE)
+    spec.add_key(qvel=[float(speed)])
     for name, ends in {"wide": [-1e308, 1e308], "endless": [-np.inf, np.inf]}.items():
         torque = spec.add_actuator(name=name, ctrlrange=ends, ctrllimited=True)
         torque.trntype, torque.target = mujoco.mjtTrn.mjTRN_JOINT, "hinge"
@@ -204,6 +206,32 @@ def test_a_page_is_never_shared_through_another_server(shown, monkeypatch):
 
 def test_a_page_runs_at_the_speed_asked_for(shown):
     assert shown(mm.Disk(), speed=3.0)._loop.pace.speed == 3.0
+
+
+def test_a_view_runs_once():
+    view = mm.live.web(mujoco.MjModel.from_xml_string(NEEDLE), port=0)
+    for call in (view.start, view.run):
+        with pytest.raises(RuntimeError, match="it runs already; make another one"):
+            call()
+    view.stop()
+    for call in (view.start, view.run):
+        with pytest.raises(RuntimeError, match="it has been stopped; make another one"):
+            call()
+
+
+def test_views_that_start_and_stop_together_give_the_output_back():
+    output = sys.stdout
+    model = mujoco.MjModel.from_xml_string(NEEDLE)
+
+    def show():
+        WebView(Loop(LiveSimulation(model), 1.0), port=0).stop()
+
+    threads = [threading.Thread(target=show) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert sys.stdout is output
 
 
 def test_a_page_says_why_its_simulation_stopped(monkeypatch):

@@ -23,8 +23,8 @@ from magmotor.common.checks import reject
 from magmotor.common.hints import Picture, fraction, number
 from magmotor.common.optional import extra
 
-LEAST, USUAL = 48, 1.0
-"""Smallest duration in timesteps of the model, and the usual one in s."""
+LEAST, USUAL, MOST = 48, 1.0, 10**8
+"""Smallest duration in timesteps of the model, the usual one in s, and the largest in timesteps."""
 
 
 @checked
@@ -153,6 +153,9 @@ def survey(
     duration = max(USUAL, least) if duration is None else duration
     if duration < least:
         bound = f"must be at least {least:g} s, {LEAST} timesteps of the model"
+        raise reject("duration", duration, bound)
+    if duration > MOST * runs.timestep:
+        bound = f"must be at most {MOST * runs.timestep:g} s, {MOST} timesteps of the model"
         raise reject("duration", duration, bound)
     read = read_quantity(runs.model, runs.workspace(), quantity)
     advice = Advice(read.name, error, duration)

@@ -75,7 +75,8 @@ def report(options: Options) -> None:
     text = mujoco.mjtObj.mjOBJ_TEXT
     is_ours = model.nuser_site > 0 or mujoco.mj_name2id(model, text, "magmotor") >= 0
     try:
-        with magnetism() if is_ours else nullcontext():
+        # At a temperature, the forces are those of `Langevin`.
+        with magnetism() if is_ours and options.kT is None else nullcontext():
             advice = advise(
                 model,
                 data,
@@ -128,7 +129,8 @@ def actuate(model: mujoco.MjModel, data: mujoco.MjData, control: tuple[float, ..
         raise reject("control", control, "must be left out, since the model has no actuators")
     if len(control) not in (1, model.nu):
         raise reject("control", control, f"must be one number, or {model.nu}, one per actuator")
-    data.ctrl[:] = [check_number("control", value) for value in control]
+    most = mujoco.mjMAXVAL
+    data.ctrl[:] = [check_number("control", u, above=-most, below=most) for u in control]
 
 
 def options_that_move(model: mujoco.MjModel) -> list[str]:

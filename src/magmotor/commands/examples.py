@@ -26,9 +26,8 @@ def main() -> None:
     """Obey the verb."""
     arguments = sys.argv[1:]
     if not arguments or arguments[0] in ("-h", "--help"):
-        print(
-            f"usage: {sys.argv[0]} list | show NAME | run NAME [FLAGS] | copy FOLDER\n\n{__doc__}".rstrip()
-        )
+        usage = f"usage: {sys.argv[0]} list | show NAME | run NAME [FLAGS] | copy FOLDER"
+        print(f"{usage}\n\n{__doc__}".rstrip())
         raise SystemExit(0 if arguments else MISTAKE)
     found = programs()
     verb, *rest = arguments

@@ -98,6 +98,8 @@ def export_dataset(options: RunOptions) -> None:
         raise reject("rows", options.rows, "must be left out, since a scene is not a table")
     data = read_netcdf(options.dataset)
     if not is_table:
+        if "sweep" in data.attrs:
+            raise reject("dataset", str(options.dataset), "must have one scene, unlike a sweep")
         export_scene(mm.scene_of(data), options.path)
         return
     table = to_table(data, rows=None if options.rows is None else options.rows.split(","))

@@ -10,7 +10,7 @@ import mujoco
 
 import magmotor_plugin
 from magmotor.advice.silence import quiet
-from magmotor.commands.output import MISTAKE, fail, warn_in_one_line
+from magmotor.commands.output import MISTAKE, fail, report, warn_in_one_line
 from magmotor.common.checks import SHOWN, did_you_mean, reject
 
 PLUGINS = [name.decode() for name in magmotor_plugin.NAMES]
@@ -92,7 +92,11 @@ def read(path: Path, keyframe: str = "") -> tuple[mujoco.MjModel, mujoco.MjData]
 def answer(question: Callable[[], None]) -> None:
     """Call a function; a mistake in the file or the options ends the program with one line."""
     warn_in_one_line()
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(report)
     try:
         question()
     except (ValueError, mujoco.FatalError) as error:
         fail(" ".join(str(error).split()), MISTAKE)
+    finally:
+        mujoco.set_mju_user_warning(before)

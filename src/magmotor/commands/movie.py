@@ -33,6 +33,7 @@ from magmotor.commands.output import (
 from magmotor.commands.picture_options import PictureOptions
 from magmotor.commands.scene_options import parse
 from magmotor.common.checks import check_number, reject
+from magmotor.common.hints import STILLS
 from magmotor.devices.motor.flights import CORE
 from magmotor.numerics.compilation_notice import COMPILATION
 from magmotor.render.encoder import check_fps, check_size
@@ -122,13 +123,11 @@ def check(options: Options | FlightOptions) -> None:
     if options.still is None:
         check_length(options)
     if options.still:
-        from PIL.Image import registered_extensions
-
         moment, path = options.still
         if not 0 <= moment <= options.duration:
             raise reject("still", moment, f"must be within the run: 0 to {options.duration:g} s")
-        if path.suffix.lower() not in registered_extensions():
-            raise reject("still", str(path), "must be a picture file, for example still.png")
+        if path.suffix.lower() not in STILLS:
+            raise reject("still", str(path), f"must end in {' or '.join(STILLS)}")
         make_folder(path.parent)
     make_folder(options.out)
 

@@ -3,8 +3,10 @@
 import errno
 import os
 import shutil
+import signal
 import sys
 import textwrap
+import threading
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stdout
@@ -28,10 +30,15 @@ WIDEST = 100
 
 
 def run_program(main: Callable[[], None]) -> None:
-    """Run a program; Ctrl-C, a missing package or a full disk end it with one line."""
+    """Run a program; Ctrl-C, SIGTERM, a missing package or a full disk end it with one line."""
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:  # the shell has closed it
             setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115
+    if (
+        threading.current_thread() is threading.main_thread()
+        and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    ):  # so that files are finished or removed, and checkpoints are saved
+        signal.signal(signal.SIGTERM, lambda *_: signal.raise_signal(signal.SIGINT))
     columns = min(WIDEST, shutil.get_terminal_size((WIDEST, 24)).columns)
     os.environ["COLUMNS"] = str(columns)  # for tyro's boxes
     output = cast(TextIO, Wrapped(sys.stdout, columns)) if is_help_asked() else sys.stdout
@@ -87,9 +94,14 @@ def warn_in_one_line() -> None:
     warnings.showwarning = show
 
 
+def report(message: str) -> None:
+    """Print a line on stderr, such as a warning of MuJoCo, which it would write to a file."""
+    print(f"{Path(sys.argv[0]).name}: {printable(message)}", file=sys.stderr)
+
+
 def fail(message: str, code: int) -> NoReturn:
     """End the program with a message on stderr and an exit code."""
-    print(f"{Path(sys.argv[0]).name}: {printable(message)}", file=sys.stderr)
+    report(message)
     raise SystemExit(code)
 
 
@@ -118,7 +130,9 @@ def written_whole(path: Path) -> Iterator[Path]:
         with whole_file(path) as part:
             yield part
     except OSError as error:
-        fail(f"cannot write {path}: {error.strerror or error}", UNWRITTEN)
+        full = error.errno == errno.EACCES and shutil.disk_usage(path.parent).free == 0  # netCDF's
+        reason = os.strerror(errno.ENOSPC) if full else error.strerror or error
+        fail(f"cannot write {path}: {reason}", UNWRITTEN)
     except RuntimeError as error:
         if not str(error).startswith("NetCDF"):
             raise

@@ -6,7 +6,6 @@ identical, 1 different; the differences are printed.
 """
 
 import json
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -45,13 +44,16 @@ def main() -> None:
     if options.out:
         write_netcdf(again, options.out)
     compared = comparable(kept, again)
+    if not any(values.notnull().any() for values in compared.data_vars.values()):
+        fail(f"{options.file}: it has no values to compare", MISTAKE)
     found = [*differences(compared, again)]
     if found:
         print("different:", "; ".join([*found, *other_versions(kept, again)]))
         raise SystemExit(DIFFERENT)
     unit, records = "records", compared.sizes.get("time")
     if "sweep" in kept.attrs:
-        unit, records = "cases", math.prod(compared.sizes.values())
+        unit = "cases"
+        records = max(int(values.notnull().sum()) for values in compared.data_vars.values())
     print(f"identical: {len(compared.data_vars)} variables, {records} {unit}")
 
 
@@ -74,6 +76,8 @@ def differences(kept: xr.Dataset, again: xr.Dataset) -> Iterator[str]:
         new = again.variables.get(name)
         if new is None or new.sizes != values.sizes:
             yield f"{name} ({'missing' if new is None else 'of another shape'})"
+        elif new.dtype.kind == "f" != values.dtype.kind:
+            yield f"{name} (not in floating point)"
         else:
             yield from difference(str(name), values, new.astype(values.dtype), kept)
 

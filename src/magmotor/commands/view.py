@@ -32,6 +32,7 @@ from magmotor.commands.output import (
     MISTAKE,
     NO_OPENGL,
     fail,
+    report,
     warn_in_one_line,
 )
 from magmotor.commands.scene_options import KINDS, parse
@@ -151,10 +152,6 @@ def make(scene: Any, options: Any) -> LiveSimulation:
         return LiveSimulation(load(options.path), seed=options.seed)
     numerics = {"method": options.method, "timestep": options.timestep, "seed": options.seed}
     return live_scene(scene, **numerics)
-
-
-def report(message: str) -> None:
-    print(f"{Path(sys.argv[0]).name}: {message}", file=sys.stderr)
 
 
 def serve(loop: Loop, options: Display, interrupted: threading.Event) -> None:

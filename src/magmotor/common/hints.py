@@ -152,6 +152,9 @@ Inertia = Annotated[NDArray[np.float64], positive_definite("n", "n")]
 PICTURES = (".eps", ".jpeg", ".jpg", ".pdf", ".png", ".svg", ".tif", ".tiff", ".webp")
 Picture = Annotated[str | Path, output(*PICTURES)]
 """The file to which a picture is written."""
+STILLS = tuple(kind for kind in PICTURES if kind != ".svg")
+Still = Annotated[str | Path, output(*STILLS)]
+"""The file to which a picture of pixels is written."""
 Dpi = Annotated[int, integer(at_least=10, at_most=2400)]
 """Dots per inch of a picture."""
 

@@ -7,6 +7,7 @@ import logging
 import math
 import os
 import socket
+import threading
 from collections.abc import Callable
 from contextlib import redirect_stdout
 from copy import copy
@@ -49,6 +50,9 @@ HUGE = 1e300
 """Size from which numbers are not scaled, and the range of a control is none."""
 
 LAST_PORT = 65535
+
+QUIET = threading.Lock()
+"""Held while the standard output of all threads is redirected."""
 
 
 class Control(NamedTuple):
@@ -127,7 +131,7 @@ class Page:
 
     def close(self) -> None:
         """Stop serving the page."""
-        with redirect_stdout(io.StringIO()):
+        with QUIET, redirect_stdout(io.StringIO()):
             self._server.stop()
 
     def _aim(self) -> None:
@@ -274,7 +278,7 @@ def _serve(model: mujoco.MjModel, host: str, port: int) -> tuple[Any, Any]:
         from viser import ViserServer
     port = _free_port(host, port)
     logging.getLogger("websockets.server").setLevel(logging.CRITICAL)  # of what others send
-    with redirect_stdout(io.StringIO()):  # the server prints its address in a frame
+    with QUIET, redirect_stdout(io.StringIO()):  # the server prints its address in a frame
         server = ViserServer(host, port, label="magmotor", verbose=False)
     server.request_share_url = lambda verbose=True: None  # a page must not open a way in
     return server, ViserMujocoScene(server, copy(model), num_envs=1)  # it changes the model

@@ -57,7 +57,17 @@ class WebView:
         self.url = self._page.url
 
     def run(self, until: threading.Event | None = None) -> None:
-        """Step and show the simulation until an event is set, or `stop` is called."""
+        """Step and show the simulation until an event is set, or `stop` is called.
+
+        Raises
+        ------
+        RuntimeError
+            It has been stopped, or runs in a thread of its own.
+        """
+        own = self._thread in (None, threading.current_thread())
+        if self._stopped.is_set() or not own:
+            why = "it has been stopped" if self._stopped.is_set() else "it runs already"
+            raise RuntimeError(f"this view cannot be started: {why}; make another one")
         idle = MjvPerturb()
         try:
             while not self._stopped.is_set() and not (until and until.is_set()):
@@ -73,7 +83,9 @@ class WebView:
             raise
 
     def start(self) -> None:
-        """Run in a thread of its own."""
+        """Run in a thread of its own; see `run`."""
+        if self._thread is not None or self._stopped.is_set():
+            self.run()  # says why it cannot
         self._thread = threading.Thread(target=self.run, name="live view", daemon=True)
         self._thread.start()
 

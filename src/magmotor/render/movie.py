@@ -10,7 +10,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from magmotor.common.checks import reject
-from magmotor.common.hints import Picture, Positive
+from magmotor.common.hints import Positive, Still
 from magmotor.common.optional import extra
 from magmotor.device.analysis import analysis
 from magmotor.device.device import Scene
@@ -118,7 +118,7 @@ def _held(frames: Frames, count: int) -> Iterator[NDArray[np.uint8]]:
 
 @analysis(of=Scene, records=2, replicas=False)
 def still(
-    run: xr.Dataset, scene: Scene | None, path: Picture, time: float, *, size: Size = SIZE
+    run: xr.Dataset, scene: Scene | None, path: Still, time: float, *, size: Size = SIZE
 ) -> None:
     """Write one frame of the movie, at a time in seconds; other arguments as in `movie`."""
     assert scene is not None  # `analysis` has filled it in

@@ -74,6 +74,8 @@ def to_table(data: xr.Dataset, *, rows: Sequence[str] | None = None) -> pd.DataF
         check_choice("rows", dim, tuple(lines))
     if len({*rows}) < max(1, len(rows)):
         raise reject("rows", [*rows], "must name at least one dimension, and each only once")
+    if empty := [dim for dim in rows if data.sizes[dim] == 0]:
+        raise reject("data", dict(data.sizes), f"must have at least one {empty[0]}")
     data = data.assign_coords({d: np.arange(data.sizes[d]) for d in rows if d not in data.coords})
     columns: dict[str, np.ndarray] = {}
     units: dict[str, str] = {}

@@ -313,6 +313,10 @@ def sweep_from(spec: Mapping[str, Any], *, measures: Iterable[str] = ()) -> Swee
     _check_spec(spec)
     names = [FromFile(n) if is_own(n) and n not in allowed else n for n in spec["measure"]]
     for name in allowed:
+        if not any(map(is_own, names)):
+            raise reject(
+                "measures", name, "must be left out: no measure of this sweep is its user's own"
+            )
         check_choice("measures", name, tuple(filter(is_own, names)))
     arguments = ("seeds", "replicas", "method", "timestep", "duration", "record_interval")
     try:

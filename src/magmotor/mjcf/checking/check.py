@@ -69,8 +69,8 @@ def check(model: mujoco.MjModel, data: mujoco.MjData | None = None, *, fix: bool
     Raises
     ------
     ValueError
-        The model's mark, or something that it names, is invalid; or the data are not finite or
-        belong to another model.
+        The model's timestep or mark, or something that the mark names, is invalid; or the data are
+        not finite or belong to another model.
 
     Examples
     --------
@@ -93,6 +93,8 @@ def check(model: mujoco.MjModel, data: mujoco.MjData | None = None, *, fix: bool
     >>> found = mm.check(model)
     nothing to fix
     """
+    if not model.opt.timestep > 0:
+        raise reject("timestep of the model", model.opt.timestep, "must be greater than 0")
     with np.errstate(all="ignore"):
         found = [*failures(model, _state(model, data))]
     numbers = {name: row for failure in found for name, row in failure.owners}
