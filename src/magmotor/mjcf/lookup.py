@@ -24,7 +24,8 @@ def label(model: mujoco.MjModel, kind: str, number: Any) -> str:
     if name:
         return f"{kind} {name!r}"
     bodies = {"geom": model.geom_bodyid, "site": model.site_bodyid, "joint": model.jnt_bodyid}
-    body = model.body(bodies[kind][number]).name if kind in bodies else ""
+    owner = int(bodies[kind][number]) if kind in bodies else 0
+    body = model.body(owner).name if owner else ""  # the world is no owner
     return f"{kind} {number} of body {body!r}" if body else f"{kind} {number}"
 
 
