@@ -195,7 +195,10 @@ FLOOR = "<geom name='floor' type='plane' size='1 1 1' contype='3' conaffinity='3
     [
         ('<joint name="elbow" frictionloss="0.1"', "joint 'elbow': dry friction has no noise"),
         ('<fixed name="cord" frictionloss="0.1"', "tendon 'cord': dry friction has no noise"),
-        (FLOOR.format(""), "geom 'floor' and geom 1 of body 'base', and 3 more: dry friction has no noise"),
+        (
+            FLOOR.format(""),
+            "geom 'floor' and geom 1 of body 'base', and 3 more: dry friction has no noise",
+        ),
         (FLOOR.format(" condim='1'"), ""),
     ],
 )

@@ -101,4 +101,4 @@ def test_limits_are_judged_again_without_those_that_are_too_soft():
     </body>"""
     model, soft = (load(1e-4, FIXED + body.format(constant)) for constant in (1e-4, 3e-3))
     assert mm.check(model).findings == ()
-    assert "the limit of joint 1 of body 'b' is too soft" in mm.check(soft).findings[0]
+    assert "the limit of joint 1 is too soft" in mm.check(soft).findings[0]

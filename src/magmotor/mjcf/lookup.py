@@ -19,12 +19,11 @@ def disabled(model: mujoco.MjModel, flag: str) -> bool:
 
 
 def label(model: mujoco.MjModel, kind: str, number: Any) -> str:
-    """Return the name of an element for a message, such as "body 'ball'"; else number and body."""
+    """Return the name of an element for a message, such as "body 'ball'"; else its number, of a geom with its body."""
     name = mujoco.mj_id2name(model, _object_type(kind), int(number))
     if name:
         return f"{kind} {name!r}"
-    bodies = {"geom": model.geom_bodyid, "site": model.site_bodyid, "joint": model.jnt_bodyid}
-    owner = int(bodies[kind][number]) if kind in bodies else 0
+    owner = int(model.geom_bodyid[number]) if kind == "geom" else 0
     body = model.body(owner).name if owner else ""  # the world is no owner
     return f"{kind} {number} of body {body!r}" if body else f"{kind} {number}"
 
