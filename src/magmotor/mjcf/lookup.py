@@ -19,7 +19,7 @@ def disabled(model: mujoco.MjModel, flag: str) -> bool:
 
 
 def label(model: mujoco.MjModel, kind: str, number: Any) -> str:
-    """Return the name of an element for a message, such as "body 'ball'"; else its number, of a geom with its body."""
+    """Return the name of an element for a message, such as "body 'ball'", or its number."""
     name = mujoco.mj_id2name(model, _object_type(kind), int(number))
     if name:
         return f"{kind} {name!r}"
