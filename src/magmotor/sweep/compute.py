@@ -22,7 +22,7 @@ from magmotor.numerics.compilation_notice import COMPILATION
 from magmotor.run.simulate import simulate
 from magmotor.sweep.case import Case
 from magmotor.sweep.checksum import Damaged, bytes_with_checksum, with_checksum
-from magmotor.sweep.measures import TRAJECTORY, measure_of
+from magmotor.sweep.measures import TRAJECTORY, is_own, measure_of
 
 ARGUMENTS = ("method", "timestep", "duration", "record_interval", "replicas", "seed")
 
@@ -90,7 +90,7 @@ def _content(case: Case, measure: tuple[str, ...]) -> bytes:
         each = tuple(run.sizes[dim] for dim in run.dims if dim == "replica")
         found = {}
         for name in measure:  # one of the user's may change its run
-            its_run = run.copy(deep=":" in name)
+            its_run = run.copy(deep=is_own(name))
             found[name] = measure_of(scene, name).function(its_run, scene)
         values = {name: encoded(value, each) for name, value in found.items()}
     messages = sorted({str(warning.message) for warning in caught})
