@@ -290,9 +290,7 @@ def _free_port(host: str, first: int) -> int:
         try:
             family, kind, _, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
             with socket.socket(family, kind) as trial:
-                if (
-                    os.name == "posix"
-                ):  # as the server does: free again at once after it has stopped
+                if os.name == "posix":  # as the server, which reuses a port at once
                     trial.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
                 trial.bind(address)
         except (OSError, UnicodeError) as error:

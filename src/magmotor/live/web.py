@@ -64,10 +64,15 @@ class WebView:
         RuntimeError
             It has been stopped, or runs in a thread of its own.
         """
-        own = self._thread in (None, threading.current_thread())
-        if self._stopped.is_set() or not own:
+        self._check_new()
+        self._show(until)
+
+    def _check_new(self) -> None:
+        if self._stopped.is_set() or self._thread is not None:
             why = "it has been stopped" if self._stopped.is_set() else "it runs already"
             raise RuntimeError(f"this view cannot be started: {why}; make another one")
+
+    def _show(self, until: threading.Event | None = None) -> None:
         idle = MjvPerturb()
         try:
             while not self._stopped.is_set() and not (until and until.is_set()):
@@ -84,9 +89,8 @@ class WebView:
 
     def start(self) -> None:
         """Run in a thread of its own; see `run`."""
-        if self._thread is not None or self._stopped.is_set():
-            self.run()  # says why it cannot
-        self._thread = threading.Thread(target=self.run, name="live view", daemon=True)
+        self._check_new()
+        self._thread = threading.Thread(target=self._show, name="live view", daemon=True)
         self._thread.start()
 
     def stop(self) -> None:
