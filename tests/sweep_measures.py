@@ -19,7 +19,7 @@ def fatal(run, scene):
 
 def changing(run, scene):
     """Change the run itself."""
-    run["x"] = 0 * run.x
+    run.x.values[:] = 0
     return 1.0
 
 
