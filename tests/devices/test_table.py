@@ -61,6 +61,13 @@ def test_replicas_follow_each_other(motors):
     np.testing.assert_array_equal(second.position_y, motors.position.sel(replica=1, space="y"))
 
 
+def test_a_single_record_is_one_row(top, motors):
+    pd.testing.assert_frame_equal(mm.to_table(top.isel(time=0)), mm.to_table(top.isel(time=[0])))
+    one = mm.to_table(motors.isel(time=-1, replica=2))
+    assert one.shape == (1, mm.to_table(motors).shape[1])
+    assert one.replica.item() == 2
+
+
 def test_other_rows_on_demand(motors):
     by_time = mm.to_table(motors, rows=["time", "replica"])
     np.testing.assert_array_equal(by_time.energy, motors.energy.values.T.ravel())

@@ -175,11 +175,11 @@ def test_a_sphere_is_one_dipole():
 
 
 def test_the_layout_depends_on_proportions_only():
-    small, large = (mm.magnet("cuboid", (a, a, a / 4), remanence=1) for a in (1e-9, 64.0))
+    small, large = (mm.magnet("cuboid", (a, a, a / 4), remanence=1) for a in (1e-9, 0.64))
     points, moments = small.dipoles(0.01, 1e-9)
-    others, stronger = large.dipoles(0.01, 64.0)
-    assert np.allclose(others, 6.4e10 * points, rtol=1e-12, atol=1e-14)
-    assert np.allclose(stronger, 6.4e10**3 * moments, rtol=1e-12, atol=0)
+    others, stronger = large.dipoles(0.01, 0.64)
+    assert np.allclose(others, 6.4e8 * points, rtol=1e-12, atol=1e-14)
+    assert np.allclose(stronger, 6.4e8**3 * moments, rtol=1e-12, atol=0)
 
 
 def test_far_away_one_dipole_suffices():
@@ -413,3 +413,10 @@ def test_bad_accuracies(error, gap, message):
     for request in (magnet.dipoles, magnet.mjcf):
         with pytest.raises(ValueError, match=message):
             request(error, gap)
+
+
+def test_sizes_that_may_be_millimeters_are_doubted():
+    with pytest.warns(UserWarning, match=r"size = \(10.0, 5.0\): .* millimeters\?") as warned:
+        mm.magnet("cylinder", (10, 5), grade="N42")
+    assert warned[0].filename == __file__
+    mm.magnet("cylinder", (0.99, 0.5), grade="N42")

@@ -85,6 +85,16 @@ def test_a_link_stays_and_leads_to_the_new_file(tmp_path):
     assert sorted(file.name for file in tmp_path.rglob("*")) == ["elsewhere", "link.nc", "run.nc"]
 
 
+@pytest.mark.parametrize("name", ["missing/run.nc", "folder.nc"])
+def test_an_error_names_the_file_that_was_asked_for(tmp_path, name):
+    (tmp_path / "folder.nc").mkdir()
+    with pytest.raises((FileNotFoundError, IsADirectoryError)) as caught:
+        put(tmp_path / name)
+    assert caught.value.filename == str(tmp_path / name)
+    assert caught.value.filename2 is None
+    assert [*tmp_path.iterdir()] == [tmp_path / "folder.nc"]
+
+
 def device(folder, minor):
     """The null device (3) or the full one (7); root, who could destroy these, gets copies."""
     name = {3: os.devnull, 7: "/dev/full"}[minor]

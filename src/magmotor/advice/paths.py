@@ -11,7 +11,7 @@ import numpy as np
 
 from magmotor.advice.silence import quiet
 from magmotor.common.arrays import Array
-from magmotor.common.checks import reject
+from magmotor.common.checks import check_number, reject
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.forces.brownian_wrenches import FACTOR, LEVEL, PATH_NUMBERS
 from magmotor.mjcf.forces.marks import NOISE
@@ -86,12 +86,10 @@ class Runs:
     """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData | None = None):
-        if not model.opt.timestep > 0.0:
-            raise reject("timestep of the model", model.opt.timestep, "must be greater than 0")
+        self.timestep = check_number("timestep of the model", model.opt.timestep, above=0)
         if data is not None and _sizes(data) != _sizes(mujoco.MjData(model)):
             raise reject("data", "MjData", "must belong to the model")
         self.model = copy.copy(model)
-        self.timestep = float(model.opt.timestep)
         self.integrator = next(
             name for name, kind in INTEGRATORS.items() if kind == model.opt.integrator
         )

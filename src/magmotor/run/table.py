@@ -29,10 +29,11 @@ REPLICAS = "replica"
 def to_table(data: xr.Dataset, *, rows: Sequence[str] | None = None) -> pd.DataFrame:
     """Return a dataset as a table for pandas.
 
-    A run has a row for each record, or for each replica and record; a sweep for each case; an
-    ensemble for each time. Vectors are split into columns `position_x`, `position_y`,
-    `position_z`, quaternions into `orientation_w` and so on, statistics of an ensemble by quantity
-    into `mean_x`, `mean_v`, ..., and what is not labeled by number, from 0 on: `qpos_0`.
+    A run has a row for each record, or for each replica and record; a single record of it,
+    `run.isel(time=0)`, has one row; a sweep has a row for each case, an ensemble for each time.
+    Vectors are split into columns `position_x`, `position_y`, `position_z`, quaternions into
+    `orientation_w` and so on, statistics of an ensemble by quantity into `mean_x`, `mean_v`, ...,
+    and what is not labeled by number, from 0 on: `qpos_0`.
 
     Parameters
     ----------
@@ -70,10 +71,11 @@ def to_table(data: xr.Dataset, *, rows: Sequence[str] | None = None) -> pd.DataF
     if rows is None:
         first = next(iter(data.data_vars.values()))
         rows = [str(dim) for dim in first.dims if dim in lines]
-    for dim in rows:
-        check_choice("rows", dim, tuple(lines))
-    if len({*rows}) < max(1, len(rows)):
-        raise reject("rows", [*rows], "must name at least one dimension, and each only once")
+    else:
+        for dim in rows:
+            check_choice("rows", dim, tuple(lines))
+        if len({*rows}) < max(1, len(rows)):
+            raise reject("rows", [*rows], "must name at least one dimension, and each only once")
     if empty := [dim for dim in rows if data.sizes[dim] == 0]:
         raise reject("data", dict(data.sizes), f"must have at least one {empty[0]}")
     data = data.assign_coords({d: np.arange(data.sizes[d]) for d in rows if d not in data.coords})

@@ -78,7 +78,7 @@ def _draw_energy(axes: "Axes", run: xr.Dataset, scene: Top) -> None:
 def _legend_above(axes: "Axes", lines: int) -> None:
     """Add a legend above the curves of a panel, with room for its lines."""
     bottom, top = axes.get_ylim()
-    axes.set_ylim(bottom, top + 0.15 * lines * (top - bottom))
+    axes.set_ylim(bottom, top + 0.2 * lines * (top - bottom))
     axes.legend(loc="upper right")
 
 

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from magmotor.common.arguments import checked
-from magmotor.common.checks import reject
+from magmotor.common.checks import check_number, reject
 from magmotor.mjcf.checking.findings import Failure, failures
 from magmotor.mjcf.langevin.temperature import joined
 
@@ -93,8 +93,7 @@ def check(model: mujoco.MjModel, data: mujoco.MjData | None = None, *, fix: bool
     >>> found = mm.check(model)
     nothing to fix
     """
-    if not model.opt.timestep > 0:
-        raise reject("timestep of the model", model.opt.timestep, "must be greater than 0")
+    check_number("timestep of the model", model.opt.timestep, above=0)
     with np.errstate(all="ignore"):
         found = [*failures(model, _state(model, data))]
     numbers = {name: row for failure in found for name, row in failure.owners}

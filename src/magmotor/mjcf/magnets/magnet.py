@@ -1,6 +1,7 @@
 """`magnet`: a permanent magnet of a real shape and material, as dipoles and as MJCF."""
 
 import math
+import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Annotated, Any
@@ -28,6 +29,9 @@ SIZES = {
 
 DRAWN = 0.04
 """Radius at which a site is drawn, in units of the magnet's smallest extent."""
+
+LARGE = 1.0
+"""Length in m from which on a size is doubted: sellers give millimeters."""
 
 Error = Annotated[float, number(at_least=1e-6, below=1)]
 
@@ -240,6 +244,11 @@ def magnet(
     ValueError
         An argument is invalid, or not exactly one of remanence and grade is given.
 
+    Warns
+    -----
+    UserWarning
+        A length is 1 m or more, which may be meant in millimeters.
+
     Notes
     -----
     The magnetization is uniform and rigid. That is a good model of NdFeB, SmCo and ferrite in
@@ -264,9 +273,12 @@ def magnet(
         check_choice("grade", grade, tuple(GRADES))
         remanence, usual = GRADES[grade]
     lengths = tuple(np.ravel(size).tolist())
-    return Magnet(
-        shape, lengths, remanence or 0.0, usual if density is None else density, direction
-    )
+    density = usual if density is None else density
+    made = Magnet(shape, lengths, remanence or 0.0, density, direction)
+    if max(made.size) >= LARGE:
+        sentence = f"size = {made.size}: lengths are in meters; are these millimeters?"
+        warnings.warn(sentence, stacklevel=4)  # beyond the wrapper that checks arguments
+    return made
 
 
 def _element(tag: str, name: str, attributes: Geom) -> str:
