@@ -153,8 +153,8 @@ clean:  ## remove environments and caches, but not out/
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # $(call install,ENVIRONMENT,CONSTRAINTS,REQUIREMENTS,SIZE AND TIME,WITHOUT DEPENDENCIES): build an
-# environment from scratch if made-for is missing or differs, otherwise update it in place. The
-# constraints also apply to building the package. Its code is compiled while its extras are installed.
+# environment from scratch if made-for is missing or differs, otherwise update it in place. What builds
+# the package is installed once. The package's code is compiled while its extras are installed.
 COMPILE := from magmotor.mjcf.callbacks import compiled_callback; compiled_callback()
 define install
 	@$(PYTHON3) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \
@@ -173,7 +173,8 @@ define install
 	@trap 'kill $$! 2>/dev/null; exit 130' INT; \
 	export PIP_CONSTRAINT=$(1)/constraints.txt PIP_BUILD_CONSTRAINT=$(1)/constraints.txt; \
 	pip="$(1)/bin/python -m pip install --no-compile --no-warn-conflicts"; \
-	$(if $(5),$$pip -qq -e . && { $(1)/bin/python -c '$(COMPILE)' & };) \
+	$(if $(5),$$pip -qq editables hatchling && pip="$$pip --no-build-isolation" && \
+	$$pip -qq -e . && { $(1)/bin/python -c '$(COMPILE)' & };) \
 	{ $$pip -qq $(3) $(if $(5),&& $$pip -qq --no-deps $(5)); } || { \
 		echo "== pip failed; trying again with full output"; $$pip $(3) $(if $(5),&& $$pip --no-deps $(5)); } && wait
 	@echo '$(HERE)' > $(1)/made-for

@@ -15,8 +15,7 @@ import mujoco
 from numba import types
 
 import magmotor_plugin
-from magmotor.mjcf import errors, layout, memory, messages, reports, sentences
-from magmotor.mjcf.forces import all_forces
+from magmotor.mjcf import binding, errors, layout, memory, messages, sentences
 from magmotor.mjcf.forces.all_forces import apply_forces, first_error
 from magmotor.mjcf.forces.brownian_wrenches import (
     add_brownian_wrenches,
@@ -138,8 +137,7 @@ def _prepare(checksum: int, offsets: layout.Layout):
 
 @cache
 def _bind() -> None:
-    reports.bind()
-    all_forces.bind()
+    binding.bind()
     memory.bind_mujoco("mj_applyFT", "mj_passive", "mj_warning")
 
 

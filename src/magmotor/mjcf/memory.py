@@ -45,6 +45,12 @@ def bind_compiled(name: str, function: Any) -> None:
     llvm.add_symbol(name, function.address)
 
 
+def bind_unused(*names: str) -> None:
+    """Bind symbols of compiled code to nothing, in a process that compiles and does not call it."""
+    for name in names:
+        llvm.add_symbol(name, 1)
+
+
 def bind_mujoco(*names: str) -> None:
     """Bind functions of MuJoCo's C library to their own names in compiled code."""
     for name in names:

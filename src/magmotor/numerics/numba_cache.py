@@ -16,6 +16,7 @@ import sys
 import zlib
 from collections.abc import Callable, Iterator
 from functools import cache, partial, update_wrapper
+from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
 from typing import Any, NoReturn
 
@@ -23,6 +24,7 @@ import llvmlite.binding as llvm
 import numpy as np
 from numba import cfunc, njit
 from numba.core import config, event
+from numba.core.caching import FunctionCache
 from numba.core.codegen import get_host_cpu_features
 from numba.core.registry import CPUDispatcher
 from numba.core.types import ExternalFunction
@@ -60,7 +62,7 @@ def subroutine(function: Callable | None = None, **options: Any) -> Any:
     return compiled
 
 
-def compiled_once(signature: Any = None, **options: Any) -> Callable[[Callable], Callable]:
+def compiled_once(signature: Any = None, **options: Any) -> Callable[[Callable], Any]:
     """Turn a function that defines another one into one that compiles it, once per process.
 
     Parameters
@@ -76,6 +78,7 @@ def compiled_once(signature: Any = None, **options: Any) -> Callable[[Callable],
         Decorator for a function whose arguments are `checksum` and whatever the code is
         specialized by: plain numbers, strings or tuples. The function that it defines and returns
         must refer to these, and to `checksum` by `_ = checksum`, to make them its closure cells.
+        The method `is_cached` tells whether that is in the disk cache.
 
     Raises
     ------
@@ -87,15 +90,24 @@ def compiled_once(signature: Any = None, **options: Any) -> Callable[[Callable],
 
     def decorate(define: Callable) -> Callable:
         @cache
-        def compiled(*by: Any) -> Any:
+        def defined(*by: Any) -> FunctionType:
             checksum = checksum_of(define)
             function = define(checksum, *by)
             if "checksum" not in function.__code__.co_freevars:
                 raise TypeError(f"{function.__qualname__} does not refer to its checksum")
             function.__qualname__ += f"_{zlib.crc32(repr((checksum, by, target())).encode()):08x}"
-            return compiler(function)
+            return function
 
-        return update_wrapper(compiled, define)
+        @cache
+        def compiled(*by: Any) -> Any:
+            return compiler(defined(*by))
+
+        def is_cached(*by: Any) -> bool:
+            return Path(FunctionCache(defined(*by))._cache_file._index_path).exists()
+
+        wrapper: Any = update_wrapper(compiled, define)
+        wrapper.is_cached = is_cached
+        return wrapper
 
     return decorate
 

@@ -1,6 +1,8 @@
 """Frames of a movie: the whole scene with text and a sketch, a second view, and a curve."""
 
 import math
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -116,18 +118,39 @@ class Frames:
         self.views.close()
         del self.views
 
+    def __iter__(self) -> Iterator[NDArray[np.uint8]]:
+        """Yield all frames; a thread composes each one while the next is rendered."""
+        with ThreadPoolExecutor(1) as thread:
+            composed = thread.submit(self._compose, 0, *self._render(0))
+            for i in range(1, len(self)):
+                views = self._render(i)
+                yield composed.result()
+                composed = thread.submit(self._compose, i, *views)
+            yield composed.result()
+
     def draw(self, i: int, result: str = "") -> NDArray[np.uint8]:
         """Draw frame i, shape (height, width, 3); a result replaces the caption."""
-        time = float(self.times[i])
-        self.views.pose(self.joints[i], time)
-        main, near = (self.views.draw(camera, self.trail, time) for camera in self.views.renderers)
-        side = np.concatenate([near, self.panel.draw(time, self.movie_content.value[i])])
-        side[:, 0] = side[len(near) - 1] = 255
-        return np.concatenate([self._write_on(main, i, result), side], axis=1)
+        return self._compose(i, *self._render(i), result)
 
     def draw_end(self) -> NDArray[np.uint8]:
         """Draw the last frame with the result in words."""
         return self.draw(len(self) - 1, self.movie_content.result())
+
+    def _render(self, i: int) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+        """Render the main view and the other one."""
+        time = float(self.times[i])
+        self.views.pose(self.joints[i], time)
+        main, near = (self.views.draw(camera, self.trail, time) for camera in self.views.renderers)
+        return main, near
+
+    def _compose(
+        self, i: int, main: NDArray[np.uint8], near: NDArray[np.uint8], result: str = ""
+    ) -> NDArray[np.uint8]:
+        """Write and draw the other parts of a frame, which need no OpenGL."""
+        time = float(self.times[i])
+        side = np.concatenate([near, self.panel.draw(time, self.movie_content.value[i])])
+        side[:, 0] = side[len(near) - 1] = 255
+        return np.concatenate([self._write_on(main, i, result), side], axis=1)
 
     def _write_on(self, picture: NDArray[np.uint8], i: int, result: str) -> NDArray[np.uint8]:
         from PIL import Image, ImageDraw

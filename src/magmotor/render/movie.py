@@ -76,7 +76,7 @@ def movie(
     planned = plan(path, start, end, speed, fps, size)
     times, held = planned.times, planned.held
     with Frames(run, scene, times, speed_in_words(speed), planned.size) as frames:
-        shown = chain(map(frames.draw, range(len(times))), _held(frames, held))
+        shown = chain(frames, _held(frames, held))
         encode(shown, len(times) + held, path, planned.fps, planned.size)
 
 

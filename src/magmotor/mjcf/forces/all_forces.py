@@ -46,13 +46,35 @@ numbers of tables, and the coils that `read_drives` will read.
 """
 
 
-def bind() -> None:
-    """Bind what this module compiles separately, and what that calls, to symbols."""
+def bind_callees() -> None:
+    """Bind what the forces call to symbols."""
     coils.bind()
     resolution.bind()
     dipole_wrenches.bind()
     memory.bind_compiled("magmotor_first_error", _first_error(layout.current()))
+
+
+def bind() -> None:
+    """Bind the forces to their symbol, after what they call."""
     memory.bind_compiled("magmotor_apply_forces", _apply_forces(layout.current()))
+
+
+def is_cached() -> bool:
+    """Whether the forces have been compiled before."""
+    return _apply_forces.is_cached(layout.current())
+
+
+def compile_alone() -> None:
+    """Compile the forces into Numba's cache, in a process that does nothing else."""
+    memory.bind_unused(
+        "mju_dispatch",
+        "magmotor_add_clustered_wrenches",
+        "magmotor_first_error",
+        "magmotor_tile_task",
+    )
+    coils.bind()
+    resolution.bind()
+    _apply_forces(layout.current())
 
 
 @compiled_once(_APPLY, error_model="numpy")

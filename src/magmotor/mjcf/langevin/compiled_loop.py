@@ -14,8 +14,7 @@ from functools import cache
 import numpy as np
 from numba import types
 
-from magmotor.mjcf import layout, memory, reports
-from magmotor.mjcf.forces import all_forces
+from magmotor.mjcf import binding, layout, memory
 from magmotor.mjcf.forces.all_forces import apply_forces
 from magmotor.mjcf.forces.brownian_wrenches import chosen, step_number
 from magmotor.mjcf.forces.marks import forces_of
@@ -49,8 +48,7 @@ _update_kinematics, _integrate_positions = (
 def compiled():
     """Return the loop for the running MuJoCo, compiled at most once per process."""
     memory.bind_mujoco(*_FUNCTIONS)
-    reports.bind()
-    all_forces.bind()
+    binding.bind()
     return _advance(layout.current())
 
 

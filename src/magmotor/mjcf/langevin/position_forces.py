@@ -5,8 +5,7 @@
 
 from numba import types
 
-from magmotor.mjcf import memory, reports
-from magmotor.mjcf.forces import all_forces
+from magmotor.mjcf import binding, memory
 from magmotor.mjcf.forces.all_forces import apply_forces
 from magmotor.mjcf.reports import report
 from magmotor.numerics.numba_cache import subroutine
@@ -34,8 +33,7 @@ _FUNCTIONS = {
 def bind() -> None:
     """Bind what this module calls to symbols in compiled code."""
     memory.bind_mujoco(*_FUNCTIONS)
-    reports.bind()
-    all_forces.bind()
+    binding.bind()
 
 
 @subroutine

@@ -1,0 +1,61 @@
+"""What is compiled separately, bound to symbols; on first use, two processes compile it."""
+
+import multiprocessing
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+
+from magmotor.mjcf import reports
+from magmotor.mjcf.forces import all_forces
+from magmotor.noise import normal
+
+HELP = f"from {all_forces.__name__} import compile_alone; compile_alone()"
+"""What the second process runs."""
+
+
+@cache
+def bind() -> None:
+    """Bind the forces and the reports of errors to the symbols by which compiled code calls them.
+
+    If the forces are not in Numba's cache, another process compiles them into it meanwhile, which
+    halves the time to the first step.
+    """
+    with _forces_compiled_beside():
+        reports.bind()
+        all_forces.bind_callees()
+        normal(0, 0, 0, 0, 1, 0)
+    all_forces.bind()
+
+
+@contextmanager
+def _forces_compiled_beside() -> Iterator[None]:
+    """Let another process compile the forces during the block, if that is of use."""
+    if all_forces.is_cached() or not _may_start_python():
+        yield
+        return
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    silent = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.DEVNULL)
+    try:
+        helper = subprocess.Popen([sys.executable, "-c", HELP], env=environment, **silent)
+    except OSError:
+        yield
+        return
+    with helper:  # waits for its end
+        try:
+            yield
+        except BaseException:
+            helper.kill()
+            raise
+
+
+def _may_start_python() -> bool:
+    """Whether a processor is free, and the running program is known to be Python.
+
+    Workers of a pool keep all processors busy by themselves.
+    """
+    is_python = Path(sys.executable or "").stem.startswith("python")
+    return (os.cpu_count() or 1) > 1 and is_python and multiprocessing.parent_process() is None

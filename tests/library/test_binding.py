@@ -1,0 +1,107 @@
+"""On first use, a second process compiles the forces, and nothing depends on it."""
+
+import multiprocessing
+import os
+import subprocess
+import sys
+from contextlib import contextmanager
+
+import pytest
+
+from magmotor.mjcf import binding
+from magmotor.mjcf.forces import all_forces
+
+
+@pytest.fixture
+def commands(monkeypatch):
+    """The commands of processes that are started; the forces are not in the cache."""
+    started = []
+
+    class Process:
+        def __init__(self, command, **options):
+            started.append((command, options))
+            self.killed = False
+
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *error):
+            started.append("killed" if self.killed else "waited for")
+
+        def kill(self):
+            self.killed = True
+
+    monkeypatch.setattr(subprocess, "Popen", Process)
+    monkeypatch.setattr(all_forces, "is_cached", lambda: False)
+    monkeypatch.setattr(os, "cpu_count", lambda: 2)
+    monkeypatch.setattr(sys, "executable", "/usr/bin/python3.11")
+    return started
+
+
+@contextmanager
+def beside():
+    with binding._forces_compiled_beside():
+        yield
+
+
+def test_another_process_is_started_and_waited_for(commands):
+    with beside():
+        assert len(commands) == 1
+    (command, options), end = commands
+    assert command == ["/usr/bin/python3.11", "-c", binding.HELP]
+    assert options["env"]["PYTHONPATH"].split(os.pathsep) == [*filter(None, sys.path)]
+    assert options["stdout"] == options["stderr"] == subprocess.DEVNULL
+    assert end == "waited for"
+
+
+def test_ctrl_c_ends_it(commands):
+    with pytest.raises(KeyboardInterrupt), beside():
+        raise KeyboardInterrupt
+    assert commands[1] == "killed"
+
+
+@pytest.mark.parametrize(
+    ("owner", "name", "value"),
+    [
+        (all_forces, "is_cached", lambda: True),
+        (os, "cpu_count", lambda: 1),
+        (sys, "executable", "/usr/bin/blender"),
+        (sys, "executable", ""),
+        (multiprocessing, "parent_process", lambda: "a driver"),
+    ],
+)
+def test_none_is_started_where_it_is_of_no_use(commands, monkeypatch, owner, name, value):
+    monkeypatch.setattr(owner, name, value)
+    with beside():
+        pass
+    assert commands == []
+
+
+def test_without_it_the_block_runs(commands, monkeypatch):
+    def refuse(*_, **__):
+        raise OSError
+
+    monkeypatch.setattr(subprocess, "Popen", refuse)
+    done = []
+    with beside():
+        done.append(True)
+    assert done
+
+
+def test_what_it_compiles_is_what_this_process_loads(tmp_path):
+    """The forces are in the cache here, so that it only loads them."""
+    binding.bind()
+
+    def run(code, **environment):
+        command = [sys.executable, "-c", code]
+        environment = os.environ | environment
+        done = subprocess.run(command, env=environment, check=True, capture_output=True, text=True)
+        return done.stdout
+
+    said = run(binding.HELP, NUMBA_DEBUG_CACHE="1")
+    loaded = [line for line in said.splitlines() if "data loaded" in line]
+    assert len(loaded) == 1
+    assert "apply_forces" in loaded[0]
+    ask = "from magmotor.mjcf.forces import all_forces; print(all_forces.is_cached())"
+    assert run(ask) == "True\n"
+    assert run(ask, NUMBA_CACHE_DIR=str(tmp_path)) == "False\n"
