@@ -215,10 +215,15 @@ def test_a_movie_that_cannot_be_written_is_refused_before_rendering(
 
 
 def test_ctrl_c_ends_a_movie_as_ctrl_c(opengl, run, tmp_path, monkeypatch):
-    def interrupted(self, i):
-        raise KeyboardInterrupt
+    count = iter(range(10))
 
-    monkeypatch.setattr(Frames, "draw", interrupted)
+    def interrupted(self, *arguments):
+        if next(count) == 5:
+            raise KeyboardInterrupt
+        return draw(self, *arguments)
+
+    draw = Views.draw
+    monkeypatch.setattr(Views, "draw", interrupted)
     with pytest.raises(KeyboardInterrupt):
         mm.render.movie(run, mm.Top(), tmp_path / "top.mp4")
 
