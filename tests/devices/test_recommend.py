@@ -520,15 +520,23 @@ def test_a_scene_is_measured_when_asked(monkeypatch):
     choice = mm.recommend(scene, error=0.03, measure=True)
     assert (choice.charted, choice.machine, choice.quantity) == ("", "this machine", "positions")
     assert choice.error <= 0.03
-    path = mm.noise.BrownianPath(seed=0, timestep=choice.timestep)
-    runs = [
-        mm.simulate(scene, method=choice.method, timestep=step.timestep, path=step, duration=10.0)
-        for step in (path, path.refined(4))
-    ]
-    own, fine = runs[0]["x"].to_numpy(), runs[1]["x"].to_numpy()[::16]
-    count = min(len(own), len(fine))
-    error = np.abs(own[:count] - fine[:count]).max() / np.ptp(fine)
-    assert error < 0.06  # 0.02, of another quantity on other noise
+
+    def median_error(timestep):
+        errors = []
+        for seed in range(8):
+            path = mm.noise.BrownianPath(seed, timestep)
+            numerics = {"method": choice.method, "duration": 10.0}
+            own, fine = (
+                mm.simulate(scene, path=step, timestep=step.timestep, **numerics).x.to_numpy()
+                for step in (path, path.refined(4))
+            )
+            count = min(len(own), len(fine[::16]))
+            errors.append(np.abs(own[:count] - fine[::16][:count]).max() / np.ptp(fine))
+        return np.median(errors)
+
+    # Of another quantity on other noise. Machines differ in which methods and timesteps are cheap.
+    assert median_error(choice.timestep) < 0.06  # 0.012 to 0.025
+    assert median_error(8 * choice.timestep) > 0.06  # 0.08 to 0.14
 
 
 def test_what_is_measured_is_what_the_advice_chose(monkeypatch):
