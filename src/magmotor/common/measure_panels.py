@@ -67,7 +67,7 @@ class Axis(NamedTuple):
         values = np.unique(self.values)
         gaps = np.diff(self._even(values))
         labels = [f"{value:.3g}" for value in values]
-        fit = which == "y" or len("".join(labels)) <= WRAP
+        fit = which == "y" or len(" ".join(labels)) <= WRAP
         if fit and gaps.min(initial=np.inf) * FEW > gaps.sum() > 0:
             axis.set_ticks(values, labels)
             axis.set_minor_locator(NullLocator())
