@@ -72,6 +72,23 @@ def words(figure):
     return [text.get_text() for legend in figure.legends for text in legend.get_texts()]
 
 
+@pytest.mark.parametrize("count", [4, 6, 8, 9])
+def test_labels_along_an_axis_do_not_touch(picture, count):
+    """Eight of them did: 0.8331.24."""
+    values = np.ones((count, 1))
+    coords = {"friction": field("friction", np.geomspace(0.833, 13.3, count)), "seed": [0]}
+    names = ("momentum", "number", "distance", "fraction")
+    figure, _ = picture(
+        sweep(["friction"], coords, ("friction", "seed"), **dict.fromkeys(names, values))
+    )
+    labels = [label for label in figure.axes[0].get_xticklabels() if label.get_text()]
+    boxes = [label.get_window_extent() for label in labels]
+    inside = [box for box in boxes if figure.axes[0].bbox.padded(20).contains(box.x0, box.y1)]
+    assert len(inside) >= 4
+    space = np.diff([box.x0 for box in inside]) - [box.width for box in inside[:-1]]
+    assert space.min() > 6  # pixels; at least 18, and 3 when they touched
+
+
 def test_a_curve_is_the_mean_of_the_seeds_with_its_error(picture):
     data = one_axis()
     figure, _ = picture(data)
