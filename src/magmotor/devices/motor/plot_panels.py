@@ -241,7 +241,7 @@ def draw_temperatures(axes: "Axes", run: MotorRun, others: Sequence[MotorRun]) -
         axes.set_xscale("log")
     axes.set_yticks(rows, list(MODES.values()))
     label = "temperature / kT, kT = α²/2c" if uniform else "temperature (µJ)"
-    axes.set(xlabel=label, ylim=(-2.2, len(MODES) - 0.4))
+    axes.set(xlabel=label, ylim=(-3.7, len(MODES) - 0.4))
 
 
 def _draw_series(axes: "Axes", run: MotorRun, values: Any, **line_style: Any) -> None:

@@ -34,13 +34,13 @@ FIGURES = {
 }
 
 LEGENDS = {
-    "theta": "best",
-    "onset": "best",
-    "path": "center",
-    "injected": "upper left",
-    "temperatures": "lower left",
+    "theta": {"loc": "best"},
+    "onset": {"loc": "best"},
+    "path": {"loc": "center left", "bbox_to_anchor": (1.03, 0.5)},
+    "injected": {"loc": "upper left"},
+    "temperatures": {"loc": "lower left"},
 }
-"""Locations of the legends in the panels of the overview."""
+"""Locations of the legends in or beside the panels of the overview."""
 
 TEMPERATURES = ("nonuniform", "uniform")
 """Order of the rows of a figure."""
@@ -114,7 +114,7 @@ def motor_overview(
         plot_panels.draw_temperatures(axes["temperatures"], run, others)
         axes["temperatures"].set_title("Temperature of each mode, second half")
         for name, location in LEGENDS.items():
-            _legend(axes[name], [axes[name]], loc=location)
+            _legend(axes[name], [axes[name]], **location)
         style.save(figure, path, dpi)
 
 
