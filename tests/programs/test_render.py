@@ -214,6 +214,15 @@ def test_a_movie_that_cannot_be_written_is_refused_before_rendering(
     assert not any(tmp_path.iterdir())
 
 
+def test_frames_in_a_row_are_those_drawn_singly(opengl, run):
+    with Frames(run, mm.Top(), [0.0, 0.5, 1.0, 1.5]) as frames:
+        shown = [*frames]
+        assert len(shown) == len(frames)
+        for i, frame in enumerate(shown):
+            np.testing.assert_array_equal(frame, frames.draw(i))
+        assert not np.array_equal(shown[0], shown[3])
+
+
 def test_ctrl_c_ends_a_movie_as_ctrl_c(opengl, run, tmp_path, monkeypatch):
     count = iter(range(10))
 

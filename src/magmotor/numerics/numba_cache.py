@@ -103,7 +103,9 @@ def compiled_once(signature: Any = None, **options: Any) -> Callable[[Callable],
             return compiler(defined(*by))
 
         def is_cached(*by: Any) -> bool:
-            return Path(FunctionCache(defined(*by))._cache_file._index_path).exists()
+            function = defined(*by)
+            name = function.__qualname__.rpartition(".")[2]
+            return any(Path(FunctionCache(function).cache_path).glob(f"*.{name}-*.nbi"))
 
         wrapper: Any = update_wrapper(compiled, define)
         wrapper.is_cached = is_cached
