@@ -335,6 +335,7 @@ def name_of(function):
     return f"{function.__module__.removeprefix('magmotor.')}.{function.__qualname__}"
 
 
+@pytest.mark.filterwarnings("ignore:.*are these millimeters")
 @pytest.mark.parametrize("function", CALLS, ids=name_of)
 def test_what_an_argument_is_not(function, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

@@ -293,8 +293,9 @@ def test_every_command_describes_itself_once(run, command):
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full")
 @pytest.mark.parametrize("words", ["--help", "examples list", "completion bash"])
-def test_output_that_cannot_be_written_or_is_not_read(run, words):
+def test_output_that_cannot_be_written_or_is_not_read(monkeypatch, words):
     command = [sys.executable, "-m", "magmotor", *words.split()]
+    monkeypatch.delenv("PYTHONUNBUFFERED", raising=False)
     with Path("/dev/full").open("w") as full:
         done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
     assert done.returncode == 4

@@ -43,9 +43,11 @@ def run_program(main: Callable[[], None]) -> None:
     os.environ["COLUMNS"] = str(columns)  # for tyro's boxes
     output = cast(TextIO, Wrapped(sys.stdout, columns)) if is_help_asked() else sys.stdout
     try:
-        with redirect_stdout(output):
-            main()
-        sys.stdout.flush()
+        try:
+            with redirect_stdout(output):
+                main()
+        finally:  # also after SystemExit, or the interpreter would report a full disk
+            sys.stdout.flush()
     except MissingExtra as missing:
         fail(str(missing), MISTAKE)
     except KeyboardInterrupt:
