@@ -88,6 +88,16 @@ def test_without_it_the_block_runs(commands, monkeypatch):
     assert done
 
 
+@pytest.mark.parametrize("cached", [True, False])
+def test_only_who_waits_compiles_more(commands, monkeypatch, cached):
+    """Loading the noise from the cache would take 0.15 s at every start."""
+    called = []
+    monkeypatch.setattr(all_forces, "is_cached", lambda: cached)
+    monkeypatch.setattr(binding, "normal", lambda *_: called.append(True))
+    binding.bind.__wrapped__()
+    assert bool(called) == bool(commands) == (not cached)
+
+
 def test_what_it_compiles_is_what_this_process_loads(tmp_path):
     """The forces are in the cache here, so that it only loads them."""
     binding.bind()
