@@ -8,7 +8,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from magmotor.mjcf import binding
+from magmotor.mjcf import binding, memory
 from magmotor.mjcf.forces import all_forces
 
 
@@ -96,6 +96,22 @@ def test_only_who_waits_compiles_more(commands, monkeypatch, cached):
     monkeypatch.setattr(binding, "normal", lambda *_: called.append(True))
     binding.bind.__wrapped__()
     assert bool(called) == bool(commands) == (not cached)
+
+
+def test_it_binds_all_that_the_forces_call(monkeypatch):
+    """The process would abort at a symbol that is missing, and this one would compile alone."""
+    binding.bind()  # so that nothing is compiled below
+    monkeypatch.setattr(all_forces, "_apply_forces", lambda _: None)
+
+    def bound(function):
+        names = set()
+        with monkeypatch.context() as patch:
+            patch.setattr(memory.llvm, "add_symbol", lambda name, _: names.add(name))
+            function()
+        return names
+
+    assert bound(all_forces.compile_alone) == bound(all_forces.bind_callees)
+    assert len(bound(all_forces.bind_callees)) == 7
 
 
 def test_what_it_compiles_is_what_this_process_loads(tmp_path):

@@ -69,6 +69,7 @@ def compile_alone() -> None:
     memory.bind_unused(
         "mju_dispatch",
         "magmotor_add_clustered_wrenches",
+        "magmotor_cluster_task",
         "magmotor_first_error",
         "magmotor_tile_task",
     )
