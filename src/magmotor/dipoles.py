@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from magmotor.common.arguments import checked
 from magmotor.common.checks import check_array
 from magmotor.common.hints import Points
-from magmotor.numerics.numba_cache import compiled_once, subroutine
+from magmotor.numerics.numba_cache import compiled_once
 from magmotor.numerics.simd import (
     COUNT,
     broadcast,
@@ -24,6 +24,7 @@ from magmotor.numerics.simd import (
     where_equal,
     where_less,
 )
+from magmotor.numerics.subroutine import subroutine
 
 PERMEABILITY_OVER_4PI = 1e-7
 """mu0/(4 pi) in T m/A; the measured value differs by 1.3e-10, less than its own uncertainty."""
@@ -37,7 +38,7 @@ NOBODY = -1.0
 """Label of the dipoles that pad the sources to a multiple of eight; no rigid body has it."""
 
 
-@subroutine(inline="always")
+@subroutine(forceinline=True)
 def inner(ax, ay, az, bx, by, bz):
     """Return the scalar product of two vectors, whose components are doubles or Eights."""
     return fused(ax, bx, fused(ay, by, az * bz))

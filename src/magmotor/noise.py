@@ -19,7 +19,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from magmotor.common.checks import check_integer, check_number, reject
@@ -33,6 +32,7 @@ from magmotor.numerics.elementary import (
     sine_of_quarter,
 )
 from magmotor.numerics.numba_cache import compiled_once
+from magmotor.numerics.subroutine import subroutine
 
 __all__ = ["LARGEST_SEED", "BrownianPath"]
 
@@ -64,14 +64,14 @@ _PARITY = np.uint64(0x1BD11BDAA9FC1A22)
 _ONE = np.uint64(0x3FF0000000000000)
 
 
-@njit(inline="always")
+@subroutine(forceinline=True)
 def _mix(x, y, rotation):
     x += y
     y = (y << np.uint64(rotation)) | (y >> np.uint64(64 - rotation))
     return x, y ^ x
 
 
-@njit(inline="always")
+@subroutine(forceinline=True)
 def threefry(x, y, key0, key1):
     """Encrypt the counter (x, y) with 13 rounds of Threefry-2x64; all arguments are uint64."""
     key2 = _PARITY ^ key0 ^ key1
@@ -90,7 +90,7 @@ def threefry(x, y, key0, key1):
     return _mix(x + key0, y + key1 + np.uint64(3), 16)
 
 
-@njit(inline="always")
+@subroutine(forceinline=True)
 def box_muller(x, y):
     """Return two independent standard normal numbers from two words of 64 random bits.
 
@@ -102,7 +102,7 @@ def box_muller(x, y):
     return signed * cosine_of_quarter(angle), radius * sine_of_quarter(angle)
 
 
-@njit(inline="always")
+@subroutine(forceinline=True)
 def _normal(seed, replica, step, channel):
     """Return the standard normal number of a step; two steps share a block."""
     x, y = threefry(np.uint64(step >> 1), np.uint64(channel), np.uint64(seed), np.uint64(replica))

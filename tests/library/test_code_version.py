@@ -26,6 +26,7 @@ from magmotor.devices.disk import variational as lanes
 from magmotor.mjcf import callbacks
 from magmotor.mjcf.forces import all_forces
 from magmotor.numerics import compilation_notice, numba_cache
+from magmotor.numerics.subroutine import subroutine
 
 FACTORY = """
 from magmotor.numerics.numba_cache import compiled_once
@@ -369,6 +370,6 @@ def test_a_subroutine_called_from_python_is_an_error():
     assert njit(lambda x: _copied(x))(1.0) == 1.0
 
 
-@numba_cache.subroutine
+@subroutine
 def _copied(x):
     return x

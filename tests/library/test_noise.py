@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numba import njit
 from numpy.typing import NDArray
 from scipy import stats
 
@@ -15,6 +16,11 @@ from magmotor import noise
 from magmotor.noise import BrownianPath
 from magmotor.numerics import elementary
 
+COMPILED: list[Any] = [
+    njit(function.py_func)  # for calls from Python
+    for function in (noise.threefry, elementary.cosine, elementary.sine, elementary.logarithm)
+]
+threefry, cosine, sine, logarithm = COMPILED
 MAX = 2**64 - 1
 KNOWN_ANSWERS = [
     ((0, 0, 0, 0), (0xF167B032C3B480BD, 0xE91F9FEE4B7A6FB5)),
@@ -32,14 +38,14 @@ COARSE = BrownianPath(1, 1.0).coarsened(noise.COARSEST)
 @pytest.mark.parametrize(("counter_and_key", "answer"), KNOWN_ANSWERS)
 def test_threefry_gives_the_published_vectors(counter_and_key, answer):
     """Known-answer vectors of Threefry-2x64 with 13 rounds, published with Random123."""
-    words = noise.threefry(*np.array(counter_and_key, np.uint64))
+    words = threefry(*np.array(counter_and_key, np.uint64))
     assert tuple(int(word) for word in words) == answer
 
 
 def test_a_normal_number_is_box_muller_of_threefry():
     """Compare with NumPy's functions applied to Threefry's words, which are tested above."""
     seed, replica, step, channel = 12345, 67, 8, 9
-    words = noise.threefry(*np.array([step // 2, channel, seed, replica], np.uint64))
+    words = threefry(*np.array([step // 2, channel, seed, replica], np.uint64))
     x, y = (int(word) for word in words)
     radius = np.sqrt(-2 * np.log(1 - (x >> 12) / 2**52))
     angle = np.pi * ((y >> 12) / 2**52 - 0.5)
@@ -52,12 +58,12 @@ def test_a_normal_number_is_box_muller_of_threefry():
 def test_elementary_functions_are_good_to_the_last_places():
     turns = np.concatenate([np.linspace(-2, 2, 4001), 1e4 + np.linspace(0, 1, 101)])
     exact = 2 * np.pi * (turns - np.rint(turns))
-    cosines = np.array([elementary.cosine(t) for t in turns])
-    sines = np.array([elementary.sine(t) for t in turns])
+    cosines = np.array([cosine(t) for t in turns])
+    sines = np.array([sine(t) for t in turns])
     assert np.abs(cosines - np.cos(exact)).max() < 1e-15  # 4e-16
     assert np.abs(sines - np.sin(exact)).max() < 1e-15  # 4e-16
     numbers = np.concatenate([np.geomspace(2.0**-52, 1, 1000), 1 - np.geomspace(1e-15, 0.5, 1000)])
-    logs = np.array([elementary.logarithm(u) for u in numbers])
+    logs = np.array([logarithm(u) for u in numbers])
     exact = np.log(numbers)
     assert np.abs(logs / np.where(exact == 0, 1, exact) - (exact != 0)).max() < 1e-15  # 4e-16
 

@@ -1,10 +1,19 @@
 """Rotations compared with SciPy, and their tangents with finite differences."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
+from numba import njit
 from scipy.spatial.transform import Rotation
 
-from magmotor.numerics import rotations as r
+from magmotor.numerics import rotations
+from magmotor.numerics.subroutine import Subroutine
+
+r = SimpleNamespace(
+    **{n: njit(f.py_func) for n, f in vars(rotations).items() if isinstance(f, Subroutine)}
+)
+"""The functions, compiled for calls from Python."""
 
 VECTORS = np.random.default_rng(3).normal(size=(5, 3)) * [[1e-9], [1e-3], [0.1], [0.3], [1.0]]
 """Rotation vectors, some of them short enough for the series."""

@@ -41,7 +41,8 @@ from magmotor.mjcf.forces.marks import (
 )
 from magmotor.mjcf.hooks import errors_raised
 from magmotor.mjcf.reports import report, warn_of_motion
-from magmotor.numerics.numba_cache import compiled_once, subroutine
+from magmotor.numerics.numba_cache import compiled_once
+from magmotor.numerics.subroutine import subroutine
 
 FAILED = -1
 """Result of `init` after an error."""

@@ -18,7 +18,7 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 import magmotor_plugin
-from magmotor.numerics.numba_cache import subroutine
+from magmotor.numerics.subroutine import subroutine
 
 UNBOUNDED = 1 << 30
 """Length of arrays whose actual length is not looked up."""

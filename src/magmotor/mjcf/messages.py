@@ -21,7 +21,7 @@ from numba import types
 from magmotor.mjcf import errors, memory
 from magmotor.mjcf.hooks import catches_errors
 from magmotor.mjcf.sentences import ASSUMED, sentence_of_error, sentence_of_notice
-from magmotor.numerics.numba_cache import subroutine
+from magmotor.numerics.subroutine import subroutine
 from magmotor_plugin import library, returning
 
 _word = types.int64

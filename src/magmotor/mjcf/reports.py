@@ -22,7 +22,8 @@ from magmotor.mjcf.forces.custom import (
 from magmotor.mjcf.forces.fields import HEADER, invalid_field_tuple, place_in_field
 from magmotor.mjcf.forces.iron import invalid_iron
 from magmotor.mjcf.forces.marks import marks_of
-from magmotor.numerics.numba_cache import compiled_once, subroutine
+from magmotor.numerics.numba_cache import compiled_once
+from magmotor.numerics.subroutine import subroutine
 
 _word = types.int64
 _REPORT = types.void(_word, _word, _word, _word, _word)

@@ -12,10 +12,11 @@ import math
 
 import numpy as np
 from llvmlite import ir
-from numba import njit, types
+from numba import types
 from numba.extending import intrinsic
 
 from magmotor.numerics.simd import fused
+from magmotor.numerics.subroutine import subroutine
 
 _LN2 = 0.6931471805599453
 _SQRT_HALF_BITS = np.int64(0x3FE6A09E667F3BCD)
@@ -67,7 +68,7 @@ def prefer_wide_vectors(typingctx):
     return types.void(), codegen
 
 
-@njit(inline="always")
+@subroutine(forceinline=True)
 def sine_of_quarter(q):
     """sin(2 pi q) for |q| <= 1/4."""
     y = q * q
@@ -78,7 +79,7 @@ def sine_of_quarter(q):
     return q * fused(y, p, 6.283185307179586)
 
 
-@njit(inline="always")
+@subroutine(forceinline=True)
 def cosine_of_quarter(q):
     """cos(2 pi q) for |q| <= 1/4."""
     y = q * q
@@ -89,20 +90,20 @@ def cosine_of_quarter(q):
     return fused(y, p, 1.0)
 
 
-@njit(inline="always")
+@subroutine(forceinline=True)
 def cosine(turns):
     """cos(2 pi turns) for any number."""
     return sine_of_quarter(0.25 - abs(turns - nearest_integer(turns)))
 
 
-@njit(inline="always")
+@subroutine(forceinline=True)
 def sine(turns):
     """sin(2 pi turns) for any number."""
     r = turns - nearest_integer(turns)
     return sine_of_quarter(math.copysign(min(abs(r), 0.5 - abs(r)), r))
 
 
-@njit(inline="always")
+@subroutine(forceinline=True)
 def logarithm(number):
     """Natural logarithm of a positive, normal double: k log 2 + 2 artanh((z-1)/(z+1)), z near 1."""
     bits = np.int64(float_as_bits(number))

@@ -15,10 +15,10 @@ import inspect
 import sys
 import zlib
 from collections.abc import Callable, Iterator
-from functools import cache, partial, update_wrapper
+from functools import cache, update_wrapper
 from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
-from typing import Any, NoReturn
+from typing import Any
 
 import llvmlite.binding as llvm
 import numpy as np
@@ -26,11 +26,11 @@ from numba import cfunc, njit
 from numba.core import config, event
 from numba.core.caching import FunctionCache
 from numba.core.codegen import get_host_cpu_features
-from numba.core.registry import CPUDispatcher
 from numba.core.types import ExternalFunction
 
 from magmotor.numerics.compilation_notice import COMPILATION
 from magmotor.numerics.simd import COUNT
+from magmotor.numerics.subroutine import subroutine
 
 CONSTANTS = (bool, int, float, complex, str, bytes, tuple, frozenset, np.generic, np.ndarray)
 """Types of global values that Numba freezes into the code."""
@@ -39,27 +39,6 @@ if config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue]
     raise ImportError("NUMBA_DISABLE_JIT is set: unset it, since magmotor needs compiled code")
 
 event.register("numba:compile", COMPILATION)
-
-
-class Subroutine(CPUDispatcher):
-    """A function that only compiled code can call, for want of the wrappers for Python."""
-
-    def __call__(self, *args: Any, **options: Any) -> NoReturn:
-        """Raise TypeError. The call itself would end the process."""
-        raise TypeError(f"{self.py_func.__qualname__} can be called by compiled code only")
-
-
-def subroutine(function: Callable | None = None, **options: Any) -> Any:
-    """Compile a function for others to call, as a decorator with Numba's options or without.
-
-    Without the wrappers that Numba adds for calls from Python, the package compiles in four fifths
-    of the time.
-    """
-    if function is None:
-        return partial(subroutine, **options)
-    compiled: Any = njit(function, no_cpython_wrapper=True, no_cfunc_wrapper=True, **options)
-    compiled.__class__ = Subroutine
-    return compiled
 
 
 def compiled_once(signature: Any = None, **options: Any) -> Callable[[Callable], Any]:
@@ -192,7 +171,7 @@ def target() -> tuple[str, str]:
 _host = cache(get_host_cpu_features)
 
 
-@subroutine(inline="always")
+@subroutine(forceinline=True)
 def aligned(count):
     """Return an uninitialized array of doubles that starts a cache line and shares none.
 
@@ -203,7 +182,7 @@ def aligned(count):
     return room[start : start + count]
 
 
-@subroutine(inline="always")
+@subroutine(forceinline=True)
 def copy(target, source):
     """Copy numbers until the target is full.
 

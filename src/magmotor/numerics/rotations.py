@@ -9,10 +9,9 @@ rotation vector W, in rad, to a rotation. The adjoint of its inverse right-trivi
 
 import math
 
-from numba import njit
-
 from magmotor.numerics.elementary import cosine, sine
 from magmotor.numerics.simd import fused
+from magmotor.numerics.subroutine import subroutine
 
 _PER_TURN = 0.5 / math.pi
 TINY = 1e-300
@@ -22,13 +21,13 @@ SMALL_ANGLE = 0.25
 """Angle (rad) below which a series avoids cancellation."""
 
 
-@njit(inline="always")
+@subroutine(forceinline=True)
 def dot(a, b):
     """Return the scalar product of two vectors."""
     return fused(a[0], b[0], fused(a[1], b[1], a[2] * b[2]))
 
 
-@njit(inline="always")
+@subroutine(forceinline=True)
 def cross(a, b):
     """Return the cross product of two vectors."""
     return (
@@ -38,25 +37,25 @@ def cross(a, b):
     )
 
 
-@njit(inline="always")
+@subroutine(forceinline=True)
 def scaled(s, a):
     """Return the vector s a."""
     return s * a[0], s * a[1], s * a[2]
 
 
-@njit(inline="always")
+@subroutine(forceinline=True)
 def plus(a, s, b):
     """Return the vector a + s b."""
     return fused(s, b[0], a[0]), fused(s, b[1], a[1]), fused(s, b[2], a[2])
 
 
-@njit(inline="always")
+@subroutine(forceinline=True)
 def stretched(a, axis, across, along):
     """Scale the component of a vector along an axis by `along`, and the rest by `across`."""
     return plus(scaled(across, a), (along - across) * dot(a, axis), axis)
 
 
-@njit(inline="always")
+@subroutine(forceinline=True)
 def mul_quat(p, q):
     """Multiply two quaternions: the rotation q followed by the rotation p."""
     return (
@@ -67,7 +66,7 @@ def mul_quat(p, q):
     )
 
 
-@njit(inline="always")
+@subroutine(forceinline=True)
 def normalized(q):
     """Normalize a quaternion whose length is 1 up to rounding, without a root or a division.
 
@@ -78,7 +77,7 @@ def normalized(q):
     return scale * q[0], scale * q[1], scale * q[2], scale * q[3]
 
 
-@njit(inline="always")
+@subroutine(forceinline=True)
 def columns(q):
     """Return the body's three axes in the world frame, the columns of the rotation matrix."""
     w, x, y, z = q
@@ -101,7 +100,7 @@ def columns(q):
     )
 
 
-@njit(inline="always")
+@subroutine(forceinline=True)
 def rot_vec_quat(q, a):
     """Rotate a vector by a quaternion."""
     u = q[1], q[2], q[3]
@@ -109,13 +108,13 @@ def rot_vec_quat(q, a):
     return plus(plus(a, q[0], t), 1.0, cross(u, t))
 
 
-@njit(inline="always")
+@subroutine(forceinline=True)
 def third_axis(q):
     """Return the body's z axis in the world frame."""
     return columns(q)[2]
 
 
-@njit(inline="always")
+@subroutine(forceinline=True)
 def exponential(W):
     """Return exp(W), the rotation by |W| about W."""
     angle = math.sqrt(dot(W, W) + TINY)
@@ -124,14 +123,14 @@ def exponential(W):
     return cosine(turns), scale * W[0], scale * W[1], scale * W[2]
 
 
-@njit(inline="always")
+@subroutine(forceinline=True)
 def cayley(W):
     """Return cay(W) = (1 - W^/2)^-1 (1 + W^/2), the rotation by 2 atan(|W|/2) about W."""
     w = 1.0 / math.sqrt(fused(0.25, dot(W, W), 1.0))
     return w, 0.5 * w * W[0], 0.5 * w * W[1], 0.5 * w * W[2]
 
 
-@njit(inline="always")
+@subroutine(forceinline=True)
 def exponential_momentum(W, pi):
     """(dexp^-1_W)* pi = pi + W x pi/2 + (1 - |W|/2 cot(|W|/2))/|W|^2 W x (W x pi)."""
     square = dot(W, W)
@@ -145,13 +144,13 @@ def exponential_momentum(W, pi):
     return plus(plus(pi, 0.5, first), second, cross(W, first))
 
 
-@njit(inline="always")
+@subroutine(forceinline=True)
 def cayley_momentum(W, pi):
     """(dcay^-1_W)* pi = pi + W x pi/2 + (W . pi) W/4."""
     return plus(plus(pi, 0.5, cross(W, pi)), 0.25 * dot(W, pi), W)
 
 
-@njit(inline="always")
+@subroutine(forceinline=True)
 def place_dipoles(placed, axes, center, frame):
     """Transform the dipoles of a rigid body from its own frame to the world frame.
 

@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.dipoles import NOBODY, sum_over_sources
-from magmotor.numerics.numba_cache import subroutine
 from magmotor.numerics.rotations import columns, cross, place_dipoles, plus, scaled, third_axis
 from magmotor.numerics.splittings import (
     DRIFTS,
@@ -17,6 +16,7 @@ from magmotor.numerics.splittings import (
     carries_force,
     kicks_that_evaluate,
 )
+from magmotor.numerics.subroutine import subroutine
 
 
 class Magnets(NamedTuple):
@@ -35,7 +35,7 @@ class Magnets(NamedTuple):
     background: tuple[float, float, float]
 
 
-@subroutine(inline="always")
+@subroutine(forceinline=True)
 def force_and_field(position, moment, sources):
     """Return the force on a dipole in the field of sources, and this field."""
     x, y, z = position
@@ -44,13 +44,13 @@ def force_and_field(position, moment, sources):
     return (total[0], total[1], total[2]), (total[3], total[4], total[5])
 
 
-@subroutine(inline="always")
+@subroutine(forceinline=True)
 def torque_about(center, position, moment, force, field):
     """Return the torque about a point of the force and field on a dipole."""
     return plus(cross(plus(position, -1.0, center), force), 1.0, cross(moment, field))
 
 
-@subroutine(inline="always")
+@subroutine(forceinline=True)
 def wrenches(position, ball, inner, ring, magnets):
     """Return force and torque on the ball, and the torque on the ring about its center.
 

@@ -46,8 +46,9 @@ from magmotor.devices.ball.rigid_surroundings import (
 )
 from magmotor.noise import normal
 from magmotor.numerics.elementary import prefer_wide_vectors
-from magmotor.numerics.numba_cache import aligned, compiled_once, copy, subroutine
+from magmotor.numerics.numba_cache import aligned, compiled_once, copy
 from magmotor.numerics.splittings import RIGID
+from magmotor.numerics.subroutine import subroutine
 
 SIZE = 22
 """Length of a state: position and velocity (2 each), orientation (4) and omega (3) of the ball;
@@ -68,7 +69,7 @@ def kernel(scheme: str, surrounded: bool = False) -> Any:
     return _advance(RIGID[scheme].exact, scheme == "cayley", surrounded)
 
 
-@subroutine(inline="always")
+@subroutine(forceinline=True)
 def _unpack(s):
     """Return ball, ring, and the sums of both."""
     ball = (s[0], s[1]), (s[2], s[3]), (s[4], s[5], s[6], s[7]), (s[8], s[9], s[10])
@@ -76,14 +77,14 @@ def _unpack(s):
     return ball, ring, (s[18], s[20]), (s[19], s[21])
 
 
-@subroutine(inline="always")
+@subroutine(forceinline=True)
 def _pack(s, ball, ring, ball_sums, ring_sums):
     (s[0], s[1]), (s[2], s[3]), (s[4], s[5], s[6], s[7]), (s[8], s[9], s[10]) = ball
     (s[11], s[12], s[13], s[14]), (s[15], s[16], s[17]) = ring
     (s[18], s[20]), (s[19], s[21]) = ball_sums, ring_sums
 
 
-@subroutine(inline="always")
+@subroutine(forceinline=True)
 def _normals(replica, step, path, bodies):
     """Return normal numbers for slip and ring; channels are numbered over those with noise."""
     seed, factor, level = path

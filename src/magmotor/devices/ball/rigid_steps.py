@@ -6,7 +6,6 @@ is (orientation, omega).
 
 import math
 
-from magmotor.numerics.numba_cache import subroutine
 from magmotor.numerics.rotations import (
     TINY,
     cayley,
@@ -22,6 +21,7 @@ from magmotor.numerics.rotations import (
     third_axis,
 )
 from magmotor.numerics.simd import fused
+from magmotor.numerics.subroutine import subroutine
 
 ITERATIONS = 100
 """Largest number; a hoop needs 5 at h |omega| = 0.001, 10 at 0.1, and 31 at 1."""
@@ -30,14 +30,14 @@ ROUNDING = 4e-15
 """Relative change below which only rounding is left."""
 
 
-@subroutine(inline="always")
+@subroutine(forceinline=True)
 def discrete_momentum(omega, axis, inertia, time, by_cayley):
     """Return (dtau^-1_W)* I omega for W = time omega; `inertia` is (across, about the axis)."""
     W, pi = scaled(time, omega), stretched(omega, axis, inertia[0], inertia[1])
     return cayley_momentum(W, pi) if by_cayley else exponential_momentum(W, pi)
 
 
-@subroutine(inline="always")
+@subroutine(forceinline=True)
 def angular_velocity(mu, axis, inertia, time, by_cayley):
     """Return the angular velocity with this discrete momentum, by fixed-point iteration.
 
@@ -54,7 +54,7 @@ def angular_velocity(mu, axis, inertia, time, by_cayley):
     return math.nan, math.nan, math.nan
 
 
-@subroutine(inline="always")
+@subroutine(forceinline=True)
 def heat_and_work(before, after, friction, noise, increment, timestep, exact):
     """Return heat c u^2 h and work alpha u dW of a step, in J, along the velocity u.
 
@@ -65,7 +65,7 @@ def heat_and_work(before, after, friction, noise, increment, timestep, exact):
     return friction * mean * mean * timestep + within, noise * mean * increment + within
 
 
-@subroutine(inline="always")
+@subroutine(forceinline=True)
 def read(numbers, part):
     """Return a row of `StepCoefficients.numbers` as a tuple, which is faster than an array."""
     return (
@@ -82,14 +82,14 @@ def read(numbers, part):
     )
 
 
-@subroutine(inline="always")
+@subroutine(forceinline=True)
 def slip(ball, radius):
     """Return the velocity of the contact point."""
     _, v, _, omega = ball
     return fused(-radius, omega[1], v[0]), fused(radius, omega[0], v[1])
 
 
-@subroutine(inline="always")
+@subroutine(forceinline=True)
 def kicked_ball(ball, time, force, torque, bodies):
     """Return the ball after the impulse of a force and a torque."""
     position, v, orientation, omega = ball
@@ -98,7 +98,7 @@ def kicked_ball(ball, time, force, torque, bodies):
     return position, v, orientation, plus(omega, time / bodies.inertia, torque)
 
 
-@subroutine(inline="always")
+@subroutine(forceinline=True)
 def kicked_ring(ring, impulse, bodies):
     """Return the ring after an angular impulse."""
     orientation, omega = ring
@@ -106,7 +106,7 @@ def kicked_ring(ring, impulse, bodies):
     return orientation, plus(omega, 1.0, change)
 
 
-@subroutine(inline="always")
+@subroutine(forceinline=True)
 def friction_on_ball(ball, force, torque, xi, bodies, triple):
     """Return the impulse of friction and noise at the contact point, and its angular impulse.
 
@@ -121,7 +121,7 @@ def friction_on_ball(ball, force, torque, xi, bodies, triple):
     return (x, y, 0.0), (r * y, -r * x, 0.0)
 
 
-@subroutine(inline="always")
+@subroutine(forceinline=True)
 def friction_on_ring(ring, torque, xi, across, axial):
     """Return the angular impulse of friction and noise on the ring, during which a torque acts."""
     orientation, omega = ring
@@ -131,7 +131,7 @@ def friction_on_ring(ring, torque, xi, across, axial):
     return plus(plus(friction, 1.0, noise), 1.0, stretched(torque, axis, across[2], axial[2]))
 
 
-@subroutine(inline="always")
+@subroutine(forceinline=True)
 def drifted_ball(ball, time, by_cayley):
     """Return the ball after free translation and rotation."""
     position, v, orientation, omega = ball
@@ -141,7 +141,7 @@ def drifted_ball(ball, time, by_cayley):
     return position, v, normalized(mul_quat(by, orientation)), omega
 
 
-@subroutine(inline="always")
+@subroutine(forceinline=True)
 def drifted_ring(ring, time, bodies):
     """Return the ring after free rotation with constant angular momentum pi.
 
@@ -159,7 +159,7 @@ def drifted_ring(ring, time, bodies):
     return orientation, stretched(pi, third_axis(orientation), 1.0 / across, 1.0 / axial)
 
 
-@subroutine(inline="always")
+@subroutine(forceinline=True)
 def euler_ball(ball, force, torque, friction, bodies, coefficients, by_cayley):
     """Return the ball after a step of the variational Euler scheme.
 
@@ -175,7 +175,7 @@ def euler_ball(ball, force, torque, friction, bodies, coefficients, by_cayley):
     return drifted_ball((position, v, orientation, omega), h, by_cayley)
 
 
-@subroutine(inline="always")
+@subroutine(forceinline=True)
 def euler_ring(ring, torque, xi, bodies, coefficients, by_cayley):
     """Return the ring after a step of the variational Euler scheme."""
     h, row = coefficients.timestep, read(coefficients.numbers, 0)
@@ -190,7 +190,7 @@ def euler_ring(ring, torque, xi, bodies, coefficients, by_cayley):
     return normalized(mul_quat(cayley(W) if by_cayley else exponential(W), orientation)), omega
 
 
-@subroutine(inline="always")
+@subroutine(forceinline=True)
 def impulses(ball, row, kicks, o_part, force, torque, xi, bodies):
     """Return the impulses of friction and noise in a part of a step, if it has any."""
     push, twist = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
@@ -200,7 +200,7 @@ def impulses(ball, row, kicks, o_part, force, torque, xi, bodies):
     return push, twist
 
 
-@subroutine(inline="always")
+@subroutine(forceinline=True)
 def acted_on_ball(ball, row, kicks, friction, force, torque, bodies):
     """Return the ball after a part of a splitting: a kick, friction and noise, or both."""
     push, twist = friction
@@ -209,7 +209,7 @@ def acted_on_ball(ball, row, kicks, friction, force, torque, bodies):
     return kicked_ball(ball, 1.0, push, twist, bodies)
 
 
-@subroutine(inline="always")
+@subroutine(forceinline=True)
 def acted_on_ring(ring, row, kicks, o_part, torque, xi, bodies):
     """Return the ring after a part of a splitting: a kick, friction and noise, or both."""
     impulse = (0.0, 0.0, 0.0)
@@ -222,7 +222,7 @@ def acted_on_ring(ring, row, kicks, o_part, torque, xi, bodies):
     return kicked_ring(ring, impulse, bodies)
 
 
-@subroutine(inline="always")
+@subroutine(forceinline=True)
 def add_heat_and_work(sums, before, after, xi, coefficients, friction, noise, exact):
     """Return the running sums after a step's heat and work; see `heat_and_work`."""
     heat, work = sums

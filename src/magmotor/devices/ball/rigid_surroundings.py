@@ -13,11 +13,11 @@ import numpy as np
 from magmotor.common.arrays import Array
 from magmotor.devices.ball.rigid_forces import Bodies, Magnets
 from magmotor.noise import normal
-from magmotor.numerics.numba_cache import subroutine
 from magmotor.numerics.reproducible import applied, orthonormal_rows, product, symmetric_modes
 from magmotor.numerics.rotations import cross, plus, scaled, third_axis
 from magmotor.numerics.simd import fused
 from magmotor.numerics.splittings import Scheme
+from magmotor.numerics.subroutine import subroutine
 
 RANK = 1e-14
 """Part of the largest eigenvalue below which another one is rounding."""
@@ -38,7 +38,7 @@ def has_surroundings(bodies: Bodies, magnets: Magnets) -> bool:
     return any((*drags, *bodies.downhill, *magnets.background, bodies.load_torque))
 
 
-@subroutine(inline="always")
+@subroutine(forceinline=True)
 def with_background(force, torque, position, orientation, bodies, magnets):
     """Return force and torque on the ball with its weight, a uniform field and the load.
 
@@ -150,7 +150,7 @@ def _directions(driven: Array) -> Array:
     return product(vectors, rows)
 
 
-@subroutine(inline="always")
+@subroutine(forceinline=True)
 def drag_normals(replica, step, path, bodies, drag):
     """Return the normal numbers of the translation and the rotation; zeros for a quiet ball."""
     noise = bodies.slip_noise + bodies.drag_noise + bodies.rotational_drag_noise
@@ -167,7 +167,7 @@ def drag_normals(replica, step, path, bodies, drag):
     )
 
 
-@subroutine(inline="always")
+@subroutine(forceinline=True)
 def drag_on_ball(ball, force, torque, xi, drag, part, kicks):
     """Return the impulse of friction, drag and noise on the ball, and its angular impulse.
 
@@ -188,7 +188,7 @@ def drag_on_ball(ball, force, torque, xi, drag, part, kicks):
     return (push_x, push_y, 0.0), (twist_y, -twist_x, about)
 
 
-@subroutine(inline="always")
+@subroutine(forceinline=True)
 def _in_plane(rows, part, u, force, xi):
     """Return the impulses on (v, w)."""
     v = fused(rows[part, 0], u[0], rows[part, 1] * u[1])

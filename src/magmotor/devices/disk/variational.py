@@ -19,7 +19,7 @@ from magmotor.devices.disk.scene import Disk, LangevinParticle
 from magmotor.devices.disk.states import DiskStates
 from magmotor.noise import box_muller, normal, threefry
 from magmotor.numerics.elementary import cosine, prefer_wide_vectors, sine
-from magmotor.numerics.numba_cache import aligned, compiled_once, copy, subroutine
+from magmotor.numerics.numba_cache import aligned, compiled_once, copy
 from magmotor.numerics.simd import COUNT, fused
 from magmotor.numerics.splittings import (
     DISK,
@@ -28,6 +28,7 @@ from magmotor.numerics.splittings import (
     kicks_that_evaluate,
     response,
 )
+from magmotor.numerics.subroutine import subroutine
 
 LANES = 128
 """Number of replicas that are stepped together, so that their states stay in the L1 cache."""
@@ -109,7 +110,7 @@ def kernel(scene: Disk | LangevinParticle, scheme: str) -> Any:
     return _advance(codes, kicks_that_evaluate(parts), sines, shape)
 
 
-@subroutine(inline="always")
+@subroutine(forceinline=True)
 def _force(turns, force, sines):
     """Sum the Fourier series of -U' by Clenshaw's method; `sines`: the potential has no cosines."""
     c = cosine(turns)

@@ -10,8 +10,9 @@ from magmotor.device.job import Job
 from magmotor.devices.ball.rigid_steps import heat_and_work
 from magmotor.devices.motor.scene import Motor
 from magmotor.noise import normal
-from magmotor.numerics.numba_cache import compiled_once, copy, subroutine
+from magmotor.numerics.numba_cache import compiled_once, copy
 from magmotor.numerics.rotations import rot_vec_quat
+from magmotor.numerics.subroutine import subroutine
 
 
 def heat_and_work_sums(job: Job, linear: int, before: Array, paths: Array, first: int) -> Array:
@@ -57,7 +58,7 @@ def _coefficients(scene: Motor) -> tuple[Array, Array, NDArray[np.int64]]:
     return frictions, noises, np.where(driven, np.cumsum(driven) - 1, 0)
 
 
-@subroutine(inline="always")
+@subroutine(forceinline=True)
 def _velocities(row, linear, radius):
     """Slip, velocity and spin of the ball, and spin of the ring, in the world frame."""
     ball, ring = row[linear : linear + 4], row[linear + 4 : linear + 8]

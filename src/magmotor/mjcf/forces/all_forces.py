@@ -21,7 +21,8 @@ from magmotor.mjcf.forces.joint_potentials import add_potential_forces, invalid_
 from magmotor.mjcf.forces.magnetic_wrenches import set_magnetic_wrenches
 from magmotor.mjcf.forces.marks import COILS, COUPLINGS, DIPOLES, FIELDS, IRON, NOISE, POTENTIALS
 from magmotor.mjcf.forces.tolerance import invalid_tolerance
-from magmotor.numerics.numba_cache import compiled_once, subroutine
+from magmotor.numerics.numba_cache import compiled_once
+from magmotor.numerics.subroutine import subroutine
 
 _word, _flag = types.int64, types.boolean
 _APPLY = types.int64(_word, _word, _word, _word, _word, _flag, _word)

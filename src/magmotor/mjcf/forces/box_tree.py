@@ -9,8 +9,8 @@ walk that leaves out the descendants of some nodes needs no stack.
 
 import math
 
-from magmotor.numerics.numba_cache import subroutine
 from magmotor.numerics.simd import COUNT
+from magmotor.numerics.subroutine import subroutine
 
 BEGIN, END, NEXT, CENTER, RADIUS, VALUES = 0, 1, 2, 3, 6, 7
 """Columns of a node: first block, last + 1, next node that is no descendant, box, and others."""

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from magmotor.mjcf import memory
 from magmotor.noise import COARSEST, HELD, LARGEST_SEED, LARGEST_STEP, BrownianPath, normal
-from magmotor.numerics.numba_cache import subroutine
+from magmotor.numerics.subroutine import subroutine
 
 PATH_NUMBERS = 5
 """Number of elements of `userdata` that select the path."""

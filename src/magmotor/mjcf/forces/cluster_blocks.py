@@ -34,7 +34,7 @@ from magmotor.mjcf.forces.tiles import (
     dispatch,
     terms_of_pairs,
 )
-from magmotor.numerics.numba_cache import compiled_once, subroutine
+from magmotor.numerics.numba_cache import compiled_once
 from magmotor.numerics.simd import (
     COUNT,
     broadcast,
@@ -45,6 +45,7 @@ from magmotor.numerics.simd import (
     where_equal,
     where_less,
 )
+from magmotor.numerics.subroutine import subroutine
 
 NEED, NODE = VALUES + COUNTED, VALUES + COUNTED + 1
 """Column of the gap that a node needs to act by its multipoles, and number of columns."""

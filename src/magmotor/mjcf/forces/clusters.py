@@ -54,8 +54,8 @@ from magmotor.mjcf.forces.tiles import (
     Y,
     Z,
 )
-from magmotor.numerics.numba_cache import subroutine
 from magmotor.numerics.simd import COUNT, broadcast, lane_numbers, load, total, where_less
+from magmotor.numerics.subroutine import subroutine
 
 FIXED = -1
 """Stands for the magnet of a dipole that cannot move."""

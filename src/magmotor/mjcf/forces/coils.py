@@ -34,7 +34,7 @@ from magmotor.mjcf.forces.custom import (
     tuple_starts_with,
 )
 from magmotor.numerics.elementary import float_as_bits
-from magmotor.numerics.numba_cache import subroutine
+from magmotor.numerics.subroutine import subroutine
 
 COIL = tuple(b"coil")
 

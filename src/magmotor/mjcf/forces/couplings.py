@@ -11,7 +11,7 @@ bodies welded to them. The factors of several tuples for one pair multiply.
 import numpy as np
 
 from magmotor.mjcf.forces.custom import BODY, element, elements_of, tuple_starts_with
-from magmotor.numerics.numba_cache import subroutine
+from magmotor.numerics.subroutine import subroutine
 
 COUPLING = tuple(b"coupling")
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from magmotor.mjcf import memory
-from magmotor.numerics.numba_cache import subroutine
+from magmotor.numerics.subroutine import subroutine
 
 BODY, JOINT, GEOM, SITE, ACTUATOR, SENSOR, NUMERIC, TUPLE = 1, 3, 5, 6, 19, 20, 21, 23
 """mjOBJ_BODY and so on."""

@@ -25,7 +25,7 @@ from magmotor.mjcf.forces.marks import (
     has_numbers,
     has_user_numbers,
 )
-from magmotor.numerics.numba_cache import subroutine
+from magmotor.numerics.subroutine import subroutine
 
 (
     NO_DIPOLES, ONE_RIGID_BODY, NONE_MOVES, SWITCHED_OFF, NOT_NAMED, NOT_MARKED, NOT_MAGNETIZED,

@@ -16,8 +16,8 @@ from magmotor.mjcf import memory
 from magmotor.mjcf.forces.couplings import is_coupled
 from magmotor.mjcf.forces.iron import PIECE
 from magmotor.mjcf.forces.mirror import add_image, mirrored
-from magmotor.numerics.numba_cache import subroutine
 from magmotor.numerics.simd import COUNT
+from magmotor.numerics.subroutine import subroutine
 
 LABEL = 6
 """Row of the table with the dipoles' rigid bodies, after positions and moments."""

@@ -35,7 +35,8 @@ from magmotor.mjcf.forces.dipole_table import (
     padded,
 )
 from magmotor.mjcf.forces.tiles import TILED, dipole_and_sums, fill_tiles, sum_over_pairs
-from magmotor.numerics.numba_cache import compiled_once, subroutine
+from magmotor.numerics.numba_cache import compiled_once
+from magmotor.numerics.subroutine import subroutine
 
 _word, _number = types.int64, types.float64
 _CLUSTERED = types.int64(_word, _word, _number, *8 * [_word])

@@ -43,7 +43,8 @@ from magmotor.mjcf.forces.custom import (
     tuple_starts_with,
 )
 from magmotor.numerics.cubic_convolution import FEWEST, interpolate
-from magmotor.numerics.numba_cache import copy, subroutine
+from magmotor.numerics.numba_cache import copy
+from magmotor.numerics.subroutine import subroutine
 
 FIELD = tuple(b"field")
 

@@ -27,7 +27,7 @@ from magmotor.mjcf.forces.iron import (
 )
 from magmotor.mjcf.forces.mirror import add_image, mirrored
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY, magnetize
-from magmotor.numerics.numba_cache import subroutine
+from magmotor.numerics.subroutine import subroutine
 
 MOST_SWEEPS = 2000
 """Number of sweeps after which the moments do not converge; 500 spheres that touch need sixty."""

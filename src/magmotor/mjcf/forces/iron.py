@@ -31,7 +31,7 @@ from magmotor.mjcf.forces.custom import (
 )
 from magmotor.mjcf.forces.mirror import NO_MIRROR, mirror_of
 from magmotor.numerics.demagnetization import demagnetizing_factors
-from magmotor.numerics.numba_cache import subroutine
+from magmotor.numerics.subroutine import subroutine
 
 IRON = tuple(b"iron")
 

@@ -11,7 +11,7 @@ acts on the joint, between its body and the parent.
 import math
 
 from magmotor.mjcf import memory
-from magmotor.numerics.numba_cache import subroutine
+from magmotor.numerics.subroutine import subroutine
 
 SLIDE, HINGE = 2, 3
 """mjJNT_SLIDE and mjJNT_HINGE."""

@@ -19,7 +19,7 @@ from magmotor.mjcf.forces.dipole_table import (
 from magmotor.mjcf.forces.fields import acts_on, field_and_gradient
 from magmotor.mjcf.forces.induction import iron_energy
 from magmotor.mjcf.forces.mirror import NOTHING
-from magmotor.numerics.numba_cache import subroutine
+from magmotor.numerics.subroutine import subroutine
 
 
 @subroutine

@@ -33,7 +33,8 @@ from magmotor.mjcf.forces.iron import COLUMNS, OUTER, count_pieces, read_pieces
 from magmotor.mjcf.forces.marks import COILS, COUPLINGS, DIPOLES, FIELDS, IRON, forces_of
 from magmotor.mjcf.forces.mirror import NO_MIRROR, height_above
 from magmotor.mjcf.forces.spontaneous_magnetization import find_instability
-from magmotor.numerics.numba_cache import compiled_once, subroutine
+from magmotor.numerics.numba_cache import compiled_once
+from magmotor.numerics.subroutine import subroutine
 
 ALIGNMENT = 1024
 """Bytes that MuJoCo may add for frames and alignment, generously."""

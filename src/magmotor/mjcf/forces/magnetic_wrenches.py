@@ -26,7 +26,7 @@ from magmotor.mjcf.forces.magnetic_state import read_state
 from magmotor.mjcf.forces.mirror import NOTHING
 from magmotor.mjcf.forces.resolution import unresolved_body
 from magmotor.mjcf.forces.tolerance import tolerance_of
-from magmotor.numerics.numba_cache import subroutine
+from magmotor.numerics.subroutine import subroutine
 
 
 @subroutine(forceinline=True)

@@ -9,7 +9,7 @@ from magmotor.mjcf import memory
 from magmotor.mjcf.errors import UNMEASURED
 from magmotor.mjcf.forces.custom import SITE
 from magmotor.mjcf.forces.magnetic_state import field_at, read_state
-from magmotor.numerics.numba_cache import subroutine
+from magmotor.numerics.subroutine import subroutine
 
 
 @subroutine

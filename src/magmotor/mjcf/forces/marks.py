@@ -14,7 +14,7 @@ import math
 import numpy as np
 
 from magmotor.mjcf import memory
-from magmotor.numerics.numba_cache import subroutine
+from magmotor.numerics.subroutine import subroutine
 
 DIPOLES, COUPLINGS, NOISE, POTENTIALS, UNMARKED, FIELDS, COILS, IRON = (1 << k for k in range(8))
 """Bits for what acts, and for a model that does not say so."""

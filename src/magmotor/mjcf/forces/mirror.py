@@ -10,7 +10,7 @@ those of the dipoles themselves at the mirrored place. Applied fields are left a
 # pyright: reportCallIssue=false
 
 from magmotor.mjcf import memory
-from magmotor.numerics.numba_cache import subroutine
+from magmotor.numerics.subroutine import subroutine
 
 NOTHING = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, False)
 """A sum over no sources, as of `magmotor.dipoles.sum_over_sources`."""

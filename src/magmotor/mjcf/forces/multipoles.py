@@ -14,8 +14,8 @@ Q and O are symmetric, and have no traces. The field is B = -grad phi, and the f
 import math
 
 from magmotor.dipoles import inner
-from magmotor.numerics.numba_cache import subroutine
 from magmotor.numerics.simd import broadcast, fused, negative, square_root
+from magmotor.numerics.subroutine import subroutine
 
 P, Q, O, POWER, COUNTED = 0, 3, 9, 19, 20
 """Columns of the moments: 3 of p, 6 of Q, 10 of O (lexicographic), and the square of the next."""

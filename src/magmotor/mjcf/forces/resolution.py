@@ -20,7 +20,7 @@ from magmotor.mjcf import memory
 from magmotor.mjcf.errors import NO_ERROR, OVERLAP
 from magmotor.mjcf.forces.coils import MULTIPLIER
 from magmotor.mjcf.forces.dipole_table import BODY, FIRST, LABEL, MOVES
-from magmotor.numerics.numba_cache import subroutine
+from magmotor.numerics.subroutine import subroutine
 
 FASTEST_TURN = 4.0
 """Largest turn in rad from rest within one timestep: (omega h)^2 = 4 across the field."""

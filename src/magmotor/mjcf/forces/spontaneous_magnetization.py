@@ -32,7 +32,6 @@ from magmotor.mjcf.forces.induction import (
 from magmotor.mjcf.forces.iron import FACTORS, SUSCEPTIBILITY, VOLUME
 from magmotor.mjcf.forces.mirror import mirrored
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
-from magmotor.numerics.numba_cache import subroutine
 from magmotor.numerics.simd import (
     COUNT,
     broadcast,
@@ -43,6 +42,7 @@ from magmotor.numerics.simd import (
     where_equal,
     where_less,
 )
+from magmotor.numerics.subroutine import subroutine
 
 GOLDEN_RATIO = 0.5 * (math.sqrt(5.0) - 1.0)
 """Its multiples, less integers, are the magnetizations in A/m from which to start."""

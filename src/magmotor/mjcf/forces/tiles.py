@@ -18,7 +18,7 @@ from numba import types
 from magmotor.dipoles import COINCIDENCE_SQUARED, PERMEABILITY_OVER_4PI, inner
 from magmotor.mjcf import memory
 from magmotor.mjcf.forces.dipole_table import LABEL, padded
-from magmotor.numerics.numba_cache import compiled_once, subroutine
+from magmotor.numerics.numba_cache import compiled_once
 from magmotor.numerics.simd import (
     COUNT,
     broadcast,
@@ -33,6 +33,7 @@ from magmotor.numerics.simd import (
     where_equal,
     where_less,
 )
+from magmotor.numerics.subroutine import subroutine
 
 TILED = 256
 """Number of dipoles from which tiles are faster than one loop for each dipole."""

@@ -4,7 +4,7 @@
 # pyright: reportCallIssue=false
 
 from magmotor.mjcf.forces.custom import numbers_of, numeric_starts_with
-from magmotor.numerics.numba_cache import subroutine
+from magmotor.numerics.subroutine import subroutine
 
 NAME = (*b"magnetic_tolerance", 0)
 

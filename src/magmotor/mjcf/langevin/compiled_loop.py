@@ -31,8 +31,9 @@ from magmotor.mjcf.langevin.coefficients import (
 from magmotor.mjcf.langevin.thermostat import BY_TIME
 from magmotor.mjcf.reports import report
 from magmotor.noise import normal
-from magmotor.numerics.numba_cache import compiled_once, copy, subroutine
+from magmotor.numerics.numba_cache import compiled_once, copy
 from magmotor.numerics.rotations import columns, dot, mul_quat, plus, scaled
+from magmotor.numerics.subroutine import subroutine
 
 _word, _number = types.int64, types.float64
 _FUNCTIONS = {

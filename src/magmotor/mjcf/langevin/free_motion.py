@@ -17,7 +17,8 @@ from numba import types
 
 from magmotor.mjcf import memory
 from magmotor.mjcf.langevin.position_forces import compute_forces
-from magmotor.numerics.numba_cache import copy, subroutine
+from magmotor.numerics.numba_cache import copy
+from magmotor.numerics.subroutine import subroutine
 
 HEUN, RUNGE_KUTTA = 20.0, 300.0
 """Powers 3 and 5 of h |a| / |v| up to which these rules are tried, over the allowed error."""

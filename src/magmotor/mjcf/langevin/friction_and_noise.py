@@ -24,7 +24,7 @@ from magmotor.mjcf.langevin.position_forces import (
     update_rows,
 )
 from magmotor.noise import HELD, normal
-from magmotor.numerics.numba_cache import subroutine
+from magmotor.numerics.subroutine import subroutine
 
 BRIDGE = 32 << 32
 """Added to the channel for the number that divides a step's increment into two halves."""

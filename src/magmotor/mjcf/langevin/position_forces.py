@@ -8,7 +8,7 @@ from numba import types
 from magmotor.mjcf import binding, memory
 from magmotor.mjcf.forces.all_forces import apply_forces
 from magmotor.mjcf.reports import report
-from magmotor.numerics.numba_cache import subroutine
+from magmotor.numerics.subroutine import subroutine
 
 _word, _int = types.int64, types.int32
 _FUNCTIONS = {

@@ -24,7 +24,8 @@ from magmotor.mjcf.langevin.position_forces import (
     constraint_count,
 )
 from magmotor.mjcf.langevin.tree import Dampers, Room, Tree
-from magmotor.numerics.numba_cache import compiled_once, copy, subroutine
+from magmotor.numerics.numba_cache import compiled_once, copy
+from magmotor.numerics.subroutine import subroutine
 
 A, B, O, K, R, S = range(6)
 """Codes of the parts; see `magmotor.numerics.splittings`."""

@@ -8,7 +8,6 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from magmotor.device.checkpoint import LARGEST
@@ -16,7 +15,7 @@ from magmotor.devices.disk.observables import energy
 from magmotor.devices.disk.scene import Disk, LangevinParticle
 from magmotor.devices.disk.states import DiskStates
 from magmotor.devices.disk.variational import LANES, TURN
-from magmotor.numerics.numba_cache import compiled_once, subroutine
+from magmotor.numerics.numba_cache import compiled_once
 from magmotor.numerics.simd import (
     COUNT,
     broadcast,
@@ -27,6 +26,7 @@ from magmotor.numerics.simd import (
     total,
     where_less,
 )
+from magmotor.numerics.subroutine import subroutine
 
 BINS = 120
 REACH = 6.0
@@ -90,13 +90,13 @@ def flight_bin_edges() -> NDArray[np.float64]:
     return 2.0 ** (np.arange(FLIGHT_BINS + 1) / BINS_PER_OCTAVE)
 
 
-@njit(inline="always")
+@subroutine(forceinline=True)
 def flight_bin(samples):
     """Return the bin of a duration in samples, which is at least 1."""
     return min(FLIGHT_BINS - 1, int(math.log2(samples) * BINS_PER_OCTAVE))
 
 
-@subroutine(inline="always")
+@subroutine(forceinline=True)
 def _correlate(states, last, increment, level, sums, start, lanes, number):
     zero, period, end = broadcast(0.0), broadcast(TURN), broadcast(float(lanes))
     a_sum = b_sum = aa = bb = ab = zero

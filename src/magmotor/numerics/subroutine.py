@@ -1,0 +1,68 @@
+"""Functions that only compiled code calls: intermediate code, which becomes part of the caller.
+
+Numba compiles whatever compiled code calls as if Python called it, too: with wrappers for Python,
+optimized together with all that it calls, and down to machine code, which nobody runs. Here, it
+keeps the intermediate code only, and optimizes it once, within each function that Python calls.
+"""
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any, NoReturn
+
+from numba import njit
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
+from numba.core.registry import CPUDispatcher
+
+
+class Subroutine(CPUDispatcher):
+    """A function that only compiled code can call, for want of the wrappers for Python."""
+
+    def __call__(self, *args: Any, **options: Any) -> NoReturn:
+        """Raise TypeError. The call itself would end the process."""
+        raise TypeError(f"{self.py_func.__qualname__} can be called by compiled code only")
+
+
+def subroutine(function: Callable | None = None, **options: Any) -> Any:
+    """Compile a function for others to call, as a decorator with Numba's options or without."""
+    if function is None:
+        return partial(subroutine, **options)
+    options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+    compiled: Any = njit(function, pipeline_class=_SubroutineCompiler, **options)
+    compiled.__class__ = Subroutine
+    return compiled
+
+
+class _SubroutineCompiler(Compiler):
+    """Numba's compiler, which keeps the code in a library for subroutines."""
+
+    def define_pipelines(self) -> list:
+        """Return the passes of the compiler."""
+        if self.state.library is None:
+            codegen, name = self.state.targetctx.codegen(), self.state.func_id.func_qualname
+            self.state.library = _SubroutineLibrary(codegen, name)
+        return super().define_pipelines()
+
+
+class _SubroutineLibrary(JITCodeLibrary):
+    """Intermediate code for linking into the callers' libraries."""
+
+    @property
+    def codegen(self) -> Any:
+        """Where `set_env` is called."""
+        return self
+
+    def set_env(self, name: str, env: Any) -> None:
+        """Do nothing. What needs an environment, as `print` does, raises RuntimeError when run."""
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """Return 0, which means that there is no machine code of this name."""
+        self._ensure_finalized()
+        return 0
+
+    def _optimize_final_module(self) -> None:
+        pass
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._finalized = True
