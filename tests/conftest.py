@@ -13,7 +13,8 @@ import magmotor as mm
 from magmotor.commands import COMMANDS
 from magmotor.device import device as protocol
 from magmotor.numerics.compilation_notice import TEXT
-from magmotor.render.views import NoOpenGL, Views
+from magmotor.render.camera import NoOpenGL
+from magmotor.render.views import Views
 
 TESTS = Path(__file__).parent
 sys.path.insert(0, str(TESTS))

@@ -1,8 +1,10 @@
-"""Time of a new process to import magmotor, and to finish its first run."""
+"""Time of a new process to import magmotor, to finish its first run, and to compile its code."""
 
 import json
+import os
 import subprocess
 import sys
+import tempfile
 from collections import Counter
 
 from benchmarks.harness.tables import Row, show
@@ -22,6 +24,15 @@ mm.simulate(scene, method="mujoco/euler", timestep=0.025, duration=1.0)
 times.append(time.perf_counter())
 print(json.dumps(times))
 """
+FIRST_USE = """
+import time
+import magmotor as mm
+begin = time.perf_counter()
+{}
+print(time.perf_counter() - begin)
+"""
+MAGNETISM = "with mm.magnetism():\n    pass"
+REFERENCE = 'mm.simulate(mm.Top(), method="variational/verlet", timestep=0.025, duration=1.0)'
 
 
 def main() -> None:
@@ -33,10 +44,13 @@ def main() -> None:
         _row("  of which: first build", runs, 1, 2),
         _row("  callback, from the disk's cache", runs, 2, 3),
         _row("  simulate", runs, 3, 4),
+        Row("first use ever: magnetism()", [_first_use(MAGNETISM)], at_most=60.0),
+        Row("  a reference integrator", [_first_use(REFERENCE)]),
     ]
     note = f"""\
 Medians of {PROCESSES} processes with warm caches. Names are imported when they are first used; by
-  the end of the run the packages' own code took, in ms: {_imports()}."""
+  the end of the run the packages' own code took, in ms: {_imports()}.
+  The first use ever compiles, in one process each."""
     show("Start-up", note, ("time", "", ""), rows)
 
 
@@ -44,9 +58,18 @@ def _row(name: str, runs: list[list[float]], begin: int, end: int, at_most: floa
     return Row(name, [run[end] - run[begin] for run in runs], at_most=at_most)
 
 
-def _python(*arguments: str) -> subprocess.CompletedProcess[str]:
+def _first_use(statement: str) -> float:
+    """Return the time of a statement for which nothing has been compiled."""
+    with tempfile.TemporaryDirectory() as folder:
+        program = FIRST_USE.format(statement)
+        return float(_python("-c", program, NUMBA_CACHE_DIR=folder).stdout)
+
+
+def _python(*arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, "-W", "ignore", *arguments]
-    return subprocess.run(command, check=True, capture_output=True, text=True)
+    return subprocess.run(
+        command, check=True, capture_output=True, text=True, env=os.environ | environment
+    )
 
 
 def _imports() -> str:

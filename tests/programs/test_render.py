@@ -13,11 +13,13 @@ import pytest
 import magmotor as mm
 from magmotor.devices.ball.coordinates import BallCoordinates
 from magmotor.devices.top.states import start
-from magmotor.render import views as views_module
+from magmotor.render import camera as camera_module
+from magmotor.render.camera import NoOpenGL
 from magmotor.render.frames import Frames
 from magmotor.render.panel import Panel
+from magmotor.render.region import Region
 from magmotor.render.trail import Trail
-from magmotor.render.views import NoOpenGL, Views
+from magmotor.render.views import Views
 
 MODELS = Path(__file__).parents[2] / "models"
 SIZE = (180, 240)
@@ -223,6 +225,83 @@ def test_frames_in_a_row_are_those_drawn_singly(opengl, run):
         assert not np.array_equal(shown[0], shown[3])
 
 
+@pytest.mark.parametrize(
+    "scene",
+    [mm.Top(), mm.Top.experiment(), mm.Motor()],
+    ids=["top", "scripted ring", "moving ring"],
+)
+def test_the_background_is_rendered_once_and_shows_no_difference(opengl, scene, monkeypatch):
+    """Edges of what rests may change by a sample of four where a region has other roundings."""
+    run = mm.simulate(scene, timestep=0.01, duration=3, seed=1)
+    times = [0.0, 1.0, 2.0, 3.0]
+
+    def drawn(has_background):
+        with Frames(run, scene, times) as frames:
+            camera = frames.views.cameras["front"]
+            assert camera.has_background
+            camera.has_background = has_background
+            pictures = np.array([frames._render(i)[0] for i in range(4)]).astype(int)
+            return pictures, len(camera.backgrounds)
+
+    (whole, none), (parts, count) = drawn(False), drawn(True)
+    assert (none, count) == (0, 4 if scene == mm.Top.experiment() else 1)
+    assert (np.abs(parts - whole).max(axis=-1) > 8).sum() <= 20  # of 2 304 000; measured: 1
+    narrow = Region.around
+
+    def too_narrow(*arguments):
+        left, bottom, width, height = narrow(*arguments)
+        return Region(left, bottom, width - width // 4, height)
+
+    monkeypatch.setattr(Region, "around", too_narrow)
+    cut, _ = drawn(True)
+    assert (np.abs(cut - whole).max(axis=-1) > 8).sum() > 100  # measured: 366 and more
+
+
+def test_a_camera_keeps_so_many_backgrounds(opengl, monkeypatch):
+    monkeypatch.setattr(camera_module, "MOST_BACKGROUNDS", 2)
+    scene = mm.Top.experiment()
+    run = mm.simulate(scene, timestep=0.01, duration=1)
+    with Frames(run, scene, [0.0, 0.25, 0.5, 0.75, 1.0], size=(320, 180)) as frames:
+        assert len([*frames]) == 5
+        assert len(frames.views.cameras["front"].backgrounds) == 1
+
+
+CAMERA = """
+<mujoco>
+  <worldbody>
+    <camera name="front" pos="0 -3 1"/>
+    <geom type="plane" size="1 1 1"/>
+    <body><freejoint/><geom size="0.1"/></body>
+    {}
+  </worldbody>
+  {}
+</mujoco>
+"""
+
+
+@pytest.mark.parametrize(
+    ("world", "rest"),
+    [
+        ("", '<asset><material name="mirror" reflectance="0.5"/></asset>'),
+        ('<body><freejoint/><geom size="0.1"/><light/></body>', ""),
+        ('<light mode="targetbody" target="ball"/><body name="ball"/>', ""),
+        ('<site/>', ""),
+        ('<body><joint/><geom size="0.1"/><site name="a"/></body><site name="b"/>',
+         '<tendon><spatial><site site="a"/><site site="b"/></spatial></tendon>'),
+    ],
+    ids=["mirror", "moving light", "turning light", "site", "tendon"],
+)  # fmt: skip
+def test_there_is_a_background_only_if_motion_leaves_it_as_it_is(opengl, world, rest):
+    plain = mujoco.MjModel.from_xml_string(CAMERA.format("<light/>", ""))
+    assert camera_module._has_background(plain, 0)
+    assert not camera_module._has_background(
+        mujoco.MjModel.from_xml_string(CAMERA.format(world, rest)), 0
+    )
+    for attribute in ('mode="trackcom"', 'projection="orthographic"'):
+        xml = CAMERA.replace('name="front"', f'name="front" {attribute}').format("", "")
+        assert not camera_module._has_background(mujoco.MjModel.from_xml_string(xml), 0)
+
+
 def test_ctrl_c_ends_a_movie_as_ctrl_c(opengl, run, tmp_path, monkeypatch):
     count = iter(range(10))
 
@@ -264,8 +343,8 @@ def test_opengl_that_failed_is_not_tried_again(monkeypatch):
         tries.append(1)
         raise RuntimeError("no context")
 
-    monkeypatch.setattr(views_module, "_failures", [])
-    monkeypatch.setattr(views_module.mujoco, "Renderer", fail)
+    monkeypatch.setattr(camera_module, "_failures", [])
+    monkeypatch.setattr(camera_module, "Camera", fail)
     for _ in range(2):
         with pytest.raises(NoOpenGL, match="MUJOCO_GL") as stop:
             Views(mm.Top(), {"front": SIZE})

@@ -16,9 +16,10 @@ from magmotor.common.hints import Positive, integer, output
 from magmotor.device.analysis import checked_run, scene_of_run
 from magmotor.device.device import Scene
 from magmotor.device.movie import Gauge, between
+from magmotor.render.camera import Image
 from magmotor.render.encoder import FORMATS, encode, frame_times, speed_in_words
 from magmotor.render.trail import Trail
-from magmotor.render.views import Image, Views, check_has
+from magmotor.render.views import Views, check_has
 from magmotor.run.in_mujoco import build
 
 if TYPE_CHECKING:

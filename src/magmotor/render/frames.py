@@ -140,7 +140,7 @@ class Frames:
         """Render the main view and the other one."""
         time = float(self.times[i])
         self.views.pose(self.joints[i], time)
-        main, near = (self.views.draw(camera, self.trail, time) for camera in self.views.renderers)
+        main, near = (self.views.draw(camera, self.trail, time) for camera in self.views.cameras)
         return main, near
 
     def _compose(

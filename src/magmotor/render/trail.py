@@ -4,7 +4,7 @@ import math
 
 import mujoco
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 OLD, NEW = np.array([0.80, 0.85, 0.90, 1.0]), np.array([0.0, 0.45, 0.70, 1.0])
 """Colors (RGBA); old segments fade almost to the color of the floor."""
@@ -35,14 +35,19 @@ class Trail:
         self.middle = (points[1:] + points[:-1]) / 2
         self.along = np.diff(points, axis=0)
         self.width = width
+        self.radius = 1.3 * width  # half of a strip's diagonal is 1.21 widths
 
-    def add_to(self, view: mujoco.MjvScene, until: float) -> None:
-        """Add the trail up to a time to a scene that is about to be rendered."""
+    def add_to(self, view: mujoco.MjvScene, until: float) -> NDArray[np.float64]:
+        """Add the trail up to a time to a scene; return the strips' centers (m), shape (n, 3).
+
+        Each strip is inside a sphere of radius `radius`.
+        """
         end = max(0, int(np.searchsorted(self.time, until, side="right")) - 1)
         start = max(0, end - LENGTH)
         for i in range(start, end):
             age = (end - i) / LENGTH
             self._add_strip(view, i, age)
+        return np.pad(self.middle[start:end], ((0, 0), (0, 1)))
 
     def _add_strip(self, view: mujoco.MjvScene, i: int, age: float) -> None:
         dx, dy = self.along[i]
