@@ -8,6 +8,7 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from magmotor.device.checkpoint import LARGEST
@@ -90,7 +91,7 @@ def flight_bin_edges() -> NDArray[np.float64]:
     return 2.0 ** (np.arange(FLIGHT_BINS + 1) / BINS_PER_OCTAVE)
 
 
-@subroutine(forceinline=True)
+@njit
 def flight_bin(samples):
     """Return the bin of a duration in samples, which is at least 1."""
     return min(FLIGHT_BINS - 1, int(math.log2(samples) * BINS_PER_OCTAVE))
