@@ -35,9 +35,6 @@ from magmotor.numerics.subroutine import subroutine
 CONSTANTS = (bool, int, float, complex, str, bytes, tuple, frozenset, np.generic, np.ndarray)
 """Types of global values that Numba freezes into the code."""
 
-if config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue]
-    raise ImportError("NUMBA_DISABLE_JIT is set: unset it, since magmotor needs compiled code")
-
 event.register("numba:compile", COMPILATION)
 
 

@@ -10,9 +10,13 @@ from functools import partial
 from typing import Any, NoReturn
 
 from numba import njit
+from numba.core import config
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.core.registry import CPUDispatcher
+
+if config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue]
+    raise ImportError("NUMBA_DISABLE_JIT is set: unset it, since magmotor needs compiled code")
 
 
 class Subroutine(CPUDispatcher):

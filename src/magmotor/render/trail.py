@@ -1,7 +1,5 @@
 """The trail: the path of the contact point, drawn on the floor behind the ball."""
 
-import math
-
 import mujoco
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -33,7 +31,11 @@ class Trail:
         self.time = np.interp(marks, length, time)
         points = np.stack([np.interp(marks, length, path[:, i]) for i in range(2)], axis=1)
         self.middle = (points[1:] + points[:-1]) / 2
-        self.along = np.diff(points, axis=0)
+        along = np.diff(points, axis=0)
+        self.length = np.hypot(*along.T)
+        cosine, sine, zero = *(along.T / self.length), np.zeros(len(along))
+        rows = cosine, -sine, zero, sine, cosine, zero, zero, zero, zero + 1
+        self.frames = np.stack(rows, axis=1)
         self.width = width
         self.radius = 1.3 * width  # half of a strip's diagonal is 1.21 widths
 
@@ -43,26 +45,19 @@ class Trail:
         Each strip is inside a sphere of radius `radius`.
         """
         end = max(0, int(np.searchsorted(self.time, until, side="right")) - 1)
-        start = max(0, end - LENGTH)
-        for i in range(start, end):
-            age = (end - i) / LENGTH
-            self._add_strip(view, i, age)
-        return np.pad(self.middle[start:end], ((0, 0), (0, 1)))
-
-    def _add_strip(self, view: mujoco.MjvScene, i: int, age: float) -> None:
-        dx, dy = self.along[i]
-        length = math.hypot(dx, dy)
-        cosine, sine = dx / length, dy / length
+        shown = slice(max(0, end - LENGTH), end)
+        age = np.arange(end - shown.start, 0, -1)[:, None] / LENGTH
         # Newer strips lie slightly higher, so that they cover older ones without flicker.
-        height = 0.02 * self.width * (2 - age)
-        strip = view.geoms[view.ngeom]
-        view.ngeom += 1
-        mujoco.mjv_initGeom(
-            strip,
-            type=mujoco.mjtGeom.mjGEOM_BOX,
-            size=np.array([0.55 * length, 0.5 * self.width, 0.5 * height]),
-            pos=np.array([*self.middle[i], 0.5 * height]),
-            mat=np.array([cosine, -sine, 0.0, sine, cosine, 0.0, 0.0, 0.0, 1.0]),
-            rgba=(NEW + age * (OLD - NEW)).astype(np.float32),
+        half = 0.01 * self.width * (2 - age)
+        sides = np.hstack(
+            [0.55 * self.length[shown, None], np.full_like(half, 0.5 * self.width), half]
         )
-        strip.category = mujoco.mjtCatBit.mjCAT_DECOR  # casts no shadow
+        centers = np.hstack([self.middle[shown], half])
+        colors = (NEW + age * (OLD - NEW)).astype(np.float32)
+        strips = view.geoms[view.ngeom : view.ngeom + len(age)]
+        parts = zip(strips, sides, centers, self.frames[shown], colors, strict=True)
+        for strip, side, center, frame, color in parts:
+            mujoco.mjv_initGeom(strip, mujoco.mjtGeom.mjGEOM_BOX, side, center, frame, color)
+            strip.category = mujoco.mjtCatBit.mjCAT_DECOR  # casts no shadow
+        view.ngeom += len(age)
+        return centers
