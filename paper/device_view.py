@@ -20,7 +20,7 @@ def draw_device(axes: "Axes", scene: Top | Motor | Disk, camera: str) -> None:
     """Draw the scene from a camera."""
     views = Views(scene, {camera: SIZE})
     try:
-        views.renderers[camera].scene.flags[mujoco.mjtRndFlag.mjRND_SKYBOX] = True
+        views.cameras[camera].scene.flags[mujoco.mjtRndFlag.mjRND_SKYBOX] = True
         views.pose(views.model.key_qpos[0])
         axes.imshow(views.draw(camera))
         axes.set_axis_off()
