@@ -44,7 +44,7 @@ def inner(ax, ay, az, bx, by, bz):
     return fused(ax, bx, fused(ay, by, az * bz))
 
 
-@subroutine(error_model="numpy")
+@subroutine
 def sum_over_sources(target, label, sources, count):
     """Sum the force on a dipole, and the field at it, over sources on other rigid bodies.
 

@@ -2,7 +2,7 @@
 
 Numba compiles whatever compiled code calls as if Python called it, too: with wrappers for Python,
 optimized together with all that it calls, and down to machine code, which nobody runs. Here, it
-keeps the intermediate code only, and optimizes it once, within each function that Python calls.
+keeps the intermediate code only, and optimizes it within each function that Python or MuJoCo calls.
 """
 
 from collections.abc import Callable
@@ -20,18 +20,31 @@ if config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue]
 
 
 class Subroutine(CPUDispatcher):
-    """A function that only compiled code can call, for want of the wrappers for Python."""
+    """A function that only compiled code can call, since it has no wrappers for Python."""
 
     def __call__(self, *args: Any, **options: Any) -> NoReturn:
         """Raise TypeError. The call itself would end the process."""
         raise TypeError(f"{self.py_func.__qualname__} can be called by compiled code only")
 
 
-def subroutine(function: Callable | None = None, **options: Any) -> Any:
-    """Compile a function for others to call, as a decorator with Numba's options or without."""
+def subroutine(
+    function: Callable | None = None, *, forceinline: bool = False, inline: str = "never"
+) -> Any:
+    """Compile a function for others to call; a decorator, with options of Numba or without.
+
+    LLVM inlines the function where it sees fit, or always if `forceinline` is true; Numba does so
+    if `inline` is "always", which takes much longer to compile. A division by zero is no error.
+    Numba would take over options that are not given from the first caller that it compiles.
+    """
     if function is None:
-        return partial(subroutine, **options)
-    options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+        return partial(subroutine, forceinline=forceinline, inline=inline)
+    options: dict[str, Any] = {
+        "forceinline": forceinline,
+        "inline": inline,
+        "error_model": "numpy",
+        "no_cpython_wrapper": True,
+        "no_cfunc_wrapper": True,
+    }
     compiled: Any = njit(function, pipeline_class=_SubroutineCompiler, **options)
     compiled.__class__ = Subroutine
     return compiled
@@ -57,7 +70,7 @@ class _SubroutineLibrary(JITCodeLibrary):
         return self
 
     def set_env(self, name: str, env: Any) -> None:
-        """Do nothing. What needs an environment, as `print` does, raises RuntimeError when run."""
+        """Do nothing: a subroutine uses no Python objects, as `print` would."""
 
     def get_pointer_to_function(self, name: str) -> int:
         """Return 0, which means that there is no machine code of this name."""

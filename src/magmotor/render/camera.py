@@ -24,7 +24,9 @@ class NoOpenGL(RuntimeError):
 
 
 class Camera:
-    """Pictures by one camera. If it rests, so does the background, which is rendered only once.
+    """Pictures by one camera, of a model that looks the same in all of them but for its pose.
+
+    If the camera rests, it renders what rests, the background, only once.
 
     Parameters
     ----------
@@ -42,7 +44,11 @@ class Camera:
         self.whole = Region(0, 0, width, height)
         self.opengl = mujoco.GLContext(width, height)
         self.opengl.make_current()
-        self.context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_150)
+        try:
+            self.context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_150)
+        except mujoco.FatalError:
+            self.opengl.free()
+            raise
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self.context)
         self.scene = mujoco.MjvScene(model, MOST_GEOMS)
         self.scene.flags[mujoco.mjtRndFlag.mjRND_SKYBOX] = False  # no camera sees it
@@ -51,6 +57,7 @@ class Camera:
         self.moves = _moving_bodies(model)[model.geom_bodyid]
         self.has_background = _has_background(model, self.number)
         self.backgrounds: dict[bytes, Image] = {}
+        self.seen: set[int] = set()
 
     def draw(self, data: mujoco.MjData, trail: Trail | None, until: float) -> Image:
         """Render a pose, with the trail up to a time (s); shape (height, width, 3)."""
@@ -77,15 +84,25 @@ class Camera:
         self.context.free()
         self.opengl.free()
 
-    def _background(self, data: mujoco.MjData) -> Image:
-        """Return the picture of what rests. It rests elsewhere in another scene, or by a script."""
+    def _background(self, data: mujoco.MjData) -> Image | None:
+        """Return a picture of what rests, which depends on the scene, and on its script.
+
+        Except for the first one, it is made when it is needed again; until then, return None.
+        """
         rests, number = ~self.moves, self.number
-        geoms, camera = (data.geom_xpos, data.geom_xmat), (data.cam_xpos, data.cam_xmat)
-        poses = [*(array[rests] for array in geoms), *(array[number] for array in camera)]
+        poses = (
+            *(data.geom_xpos[rests], data.geom_xmat[rests]),
+            *(data.cam_xpos[number], data.cam_xmat[number], data.light_xpos, data.light_xdir),
+        )
         key = b"".join(pose.tobytes() for pose in poses)
-        if key not in self.backgrounds:
+        if key in self.backgrounds:
+            self.backgrounds[key] = self.backgrounds.pop(key)  # the last one to be discarded
+        elif self.backgrounds and hash(key) not in self.seen:
+            self.seen.add(hash(key))
+            return None
+        else:
             if len(self.backgrounds) == MOST_BACKGROUNDS:
-                self.backgrounds.clear()
+                del self.backgrounds[next(iter(self.backgrounds))]
             self._update(data)
             for geom in self.scene.geoms[: self.scene.ngeom]:
                 if self.moves[geom.objid]:
@@ -144,6 +161,6 @@ def open_camera(model: mujoco.MjModel, name: str, height: int, width: int) -> Ca
         except (AttributeError, ImportError, RuntimeError, mujoco.FatalError) as error:
             # AttributeError: MUJOCO_GL=disable. ImportError: EGL without a display. RuntimeError:
             # OSMesa without a context. FatalError: GLFW without a window system.
-            _failures.append(error)
+            _failures.append(error.with_traceback(None))  # which would keep the context
     reason = f"MuJoCo finds no OpenGL library to render with ({gl_setting()})"
     raise NoOpenGL(reason) from _failures[0]

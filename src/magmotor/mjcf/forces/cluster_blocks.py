@@ -78,7 +78,7 @@ def bind() -> None:
     memory.bind_compiled("magmotor_cluster_task", _task())
 
 
-@subroutine(error_model="numpy")
+@subroutine
 def allow(nodes, book, field, force):
     """Write the gap between a block and each box from which on the box errs by less than allowed.
 
@@ -99,7 +99,7 @@ def allow(nodes, book, field, force):
             )
 
 
-@subroutine(error_model="numpy")
+@subroutine
 def _gap(radius, value, power):
     """Return g with (g - radius) g^power = value, or a little more."""
     if radius == 0.0 or value == 0.0:
@@ -173,7 +173,7 @@ def _task(checksum: int):
     return task
 
 
-@subroutine(error_model="numpy")
+@subroutine
 def sum_on_block(b, tiles, nodes, book, first, last):
     """Write the force on each dipole of a block, and the field at it, by some of the nodes."""
     tx, ty, tz = load(tiles, b, X), load(tiles, b, Y), load(tiles, b, Z)

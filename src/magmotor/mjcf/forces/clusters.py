@@ -150,7 +150,7 @@ def _fill(tiles, order, table, end):
                 tiles[b, COUNT * row + k] = FAR if row < 3 else 0.0
 
 
-@subroutine(error_model="numpy")
+@subroutine
 def _find_moments(node, tiles, end):
     """Compute a node's moments about the center of its box, and the first moment left out."""
     zero = broadcast(0.0)

@@ -100,7 +100,7 @@ def _are_far_apart(iron, pieces, mirror):
     return True
 
 
-@subroutine(error_model="numpy")
+@subroutine
 def _sum_of_inverse_cubes(x, y, z, label, iron, count):
     """Return the sum of 1/r^3 over the pieces with other labels, eight at a time."""
     tx, ty, tz, own = broadcast(x), broadcast(y), broadcast(z), broadcast(label)

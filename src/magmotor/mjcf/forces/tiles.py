@@ -186,13 +186,13 @@ def _may_share(tiles, i, j):
     return tiles[i, LABELS] <= tiles[j, LABELS + 1] and tiles[j, LABELS] <= tiles[i, LABELS + 1]
 
 
-@subroutine(error_model="numpy")
+@subroutine
 def _sum_with_labels(tiles, i, lane, begin, end):
     """Do `_sum` without pairs of one rigid body, and, in block i, only for the lanes after."""
     return _sum(tiles, i, lane, begin, end, True)
 
 
-@subroutine(forceinline=True, error_model="numpy")
+@subroutine(forceinline=True)
 def _sum(tiles, i, lane, begin, end, labels):
     """Add the forces and fields of a dipole and the blocks from `begin` to `end` - 1.
 

@@ -111,7 +111,7 @@ def _kinetic_energies(tree, inertia, velocity, energies):
         energies[tree.trees[i]] += 2.0 * velocity[i] * total
 
 
-@subroutine(forceinline=True, error_model="numpy")
+@subroutine(forceinline=True)
 def move_freely(model, data, offsets, tree, dampers, qpos, qvel, time, room):
     """Move without forces for a time; return whether the motion is accurate enough.
 
@@ -145,7 +145,7 @@ def move_freely(model, data, offsets, tree, dampers, qpos, qvel, time, room):
     return good
 
 
-@subroutine(forceinline=True, error_model="numpy")
+@subroutine(forceinline=True)
 def _expected_errors(tree, dampers, room):
     """Return the largest squares of (|a|/|v|)^3 and (|a|/|v|)^5 of a tree over its allowed error.
 
@@ -171,7 +171,7 @@ def _allowed_defect(dampers, before, k):
     return dampers.defect * (min(before, thermal) if dampers.thermal[k] > 0.0 else before)
 
 
-@subroutine(forceinline=True, error_model="numpy")
+@subroutine(forceinline=True)
 def _heun(model, data, qpos, qvel, time, room):
     """Move by the explicit trapezoidal rule; `room.acceleration` must be that of the start."""
     for i in range(len(qvel)):
@@ -184,7 +184,7 @@ def _heun(model, data, qpos, qvel, time, room):
         qvel[i] = room.start[i] + 0.5 * time * room.acceleration[i]
 
 
-@subroutine(error_model="numpy")
+@subroutine
 def runge_kutta(model, data, offsets, tree, qpos, qvel, time, forced, begun, room):
     """Move by the classical Runge-Kutta rule of fourth order, on rotations by that of Munthe-Kaas.
 

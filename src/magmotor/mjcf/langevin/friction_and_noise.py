@@ -46,7 +46,7 @@ def standard_normal(draw, channel):
     return math.sqrt(0.5) * (whole + half * normal(seed, replica, step, channel + BRIDGE, 1, 0))
 
 
-@subroutine(forceinline=True, error_model="numpy")
+@subroutine(forceinline=True)
 def damp_and_drive(model, data, offsets, tree, dampers, qvel, force, time, draw, room, exchanged):
     """Apply friction, noise and a constant force for a time.
 

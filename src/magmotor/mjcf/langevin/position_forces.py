@@ -54,7 +54,7 @@ def constraint_count(data, offsets):
     return memory.integers(data + offsets.nefc, 1)[0]
 
 
-@subroutine(error_model="numpy")
+@subroutine
 def compute_forces(model, data, offsets, tree, wrenches, force):
     """Compute the generalized forces (nv,) at the current position.
 
@@ -82,7 +82,7 @@ def compute_forces(model, data, offsets, tree, wrenches, force):
     project_wrenches(d, offsets, tree, wrenches, force)
 
 
-@subroutine(error_model="numpy")
+@subroutine
 def add_own_forces(model, data, offsets, tree, wrenches, generalized):
     """Add the generalized forces of dipoles and potentials, which MuJoCo does not know.
 

@@ -144,7 +144,7 @@ def _advance(checksum: int, offsets: layout.Layout):
     return advance
 
 
-@subroutine(forceinline=True, error_model="numpy")
+@subroutine(forceinline=True)
 def _kick(qvel, time, room):
     """B: apply the force for a time, and book its work."""
     work = 0.0
@@ -155,7 +155,7 @@ def _kick(qvel, time, room):
     room.exchanged[-1] += work
 
 
-@subroutine(error_model="numpy")
+@subroutine
 def _too_stiff(model, data, offsets, tree, qvel, timestep, room):
     """Return whether active constraints oscillate too fast for the timestep.
 
@@ -187,7 +187,7 @@ def _too_stiff(model, data, offsets, tree, qvel, timestep, room):
     return False
 
 
-@subroutine(error_model="numpy")
+@subroutine
 def _flow(model, data, offsets, tree, qpos, qvel, time, room):
     """R: move with all forces by the Runge-Kutta rule of fourth order, and book the energy."""
     d = memory.words(data, memory.UNBOUNDED)
@@ -197,7 +197,7 @@ def _flow(model, data, offsets, tree, qpos, qvel, time, room):
     room.exchanged[-1] += _kinetic_energy(tree, inertia, qvel, room) - energy
 
 
-@subroutine(error_model="numpy")
+@subroutine
 def _mujoco_step(model, data, offsets, tree, qvel, room):
     """S: take a step of MuJoCo, which contains no friction, and book its gain of energy."""
     d = memory.words(data, memory.UNBOUNDED)
