@@ -38,17 +38,15 @@ ifneq ($(HERE),$(strip $(shell cat .venv-bench/made-for 2>/dev/null)))
 REDO_BENCH := redo
 endif
 
-# Pictures need neither tests nor linters, and the first movie less, but an environment that has more
-# is used as it is.
+# Pictures need neither tests nor linters, but an environment that has them is used as it is.
 READY := $(firstword $(wildcard .venv/dev-ready) .venv/ready)
-MOVIE_READY := $(firstword $(wildcard .venv/dev-ready .venv/ready) .venv/movie-ready)
 
 .PHONY: help movie disk motor sweep studies figures examples models test test-quick fuzz torture corpus promises lint bench charts docs compat clean redo
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
 
-movie: $(MOVIE_READY)  ## Hamel's top acquires spin: out/top.mp4, out/top.nc, out/top.png
+movie: $(READY)  ## Hamel's top acquires spin: out/top.mp4, out/top.nc, out/top.png
 	@echo "== movie: simulating and rendering into out/"
 	@.venv/bin/magmotor movie top $(ARGS)
 
@@ -184,9 +182,6 @@ define install
 endef
 
 # dm-control is installed without labmaze, which has no wheel for Python 3.13 (see pyproject.toml).
-.venv/movie-ready: pyproject.toml constraints.txt $(REDO)
-	$(call install,.venv,,-e '.[movies]',once: 1 GB and about a minute,dm-control)
-
 .venv/ready: pyproject.toml constraints.txt $(REDO)
 	$(call install,.venv,,-e '.[all]',once: 1.3 GB and about a minute,dm-control)
 
