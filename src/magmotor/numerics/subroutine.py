@@ -32,19 +32,20 @@ def subroutine(
 ) -> Any:
     """Compile a function for others to call; a decorator, with options of Numba or without.
 
-    LLVM inlines the function where it sees fit, or always if `forceinline` is true; Numba does so
-    if `inline` is "always", which takes much longer to compile. A division by zero is no error.
-    Numba would take over options that are not given from the first caller that it compiles.
+    LLVM inlines the function where it sees fit, or always if `forceinline` is true, either here or,
+    by a rule of Numba's, for the first caller that is compiled. If `inline` is "always", Numba
+    inlines it, which takes much longer. A division by zero is no error, whoever calls.
     """
     if function is None:
         return partial(subroutine, forceinline=forceinline, inline=inline)
     options: dict[str, Any] = {
-        "forceinline": forceinline,
         "inline": inline,
         "error_model": "numpy",
         "no_cpython_wrapper": True,
         "no_cfunc_wrapper": True,
     }
+    if forceinline:
+        options["forceinline"] = True
     compiled: Any = njit(function, pipeline_class=_SubroutineCompiler, **options)
     compiled.__class__ = Subroutine
     return compiled
