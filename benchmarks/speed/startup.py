@@ -50,7 +50,7 @@ def main() -> None:
     note = f"""\
 Medians of {PROCESSES} processes with warm caches. Names are imported when they are first used; by
   the end of the run the packages' own code took, in ms: {_imports()}.
-  The first use ever compiles, in one process each."""
+  The first use ever includes compilation, and is measured once."""
     show("Start-up", note, ("time", "", ""), rows)
 
 

@@ -16,7 +16,7 @@ from typing import Any
 import llvmlite.binding as llvm
 import pytest
 from numba import njit
-from numba.core import config, event
+from numba.core import config, event, registry
 
 import magmotor as mm
 from magmotor.common import versions
@@ -371,6 +371,17 @@ def test_a_subroutine_called_from_python_is_an_error():
     assert njit(lambda x: _copied(x))(1.0) == 1.0
 
 
+def test_a_subroutine_has_no_machine_code_of_its_own():
+    def defined(function):
+        (compiled,) = function.overloads.values()
+        engine: Any = registry.cpu_target.target_context.codegen()._engine
+        return engine.is_symbol_defined(compiled.fndesc.llvm_func_name)
+
+    plain = njit(lambda x: x)
+    assert njit(lambda x: _negative(x) + plain(x))(2.5) == 0.0
+    assert (defined(_negative), defined(plain)) == (False, True)
+
+
 def test_a_subroutine_divides_by_zero_whoever_calls_first():
     first = njit(error_model="python")(lambda x: _reciprocal(x))
     later = njit(error_model="numpy")(lambda x: _reciprocal(x))
@@ -380,6 +391,11 @@ def test_a_subroutine_divides_by_zero_whoever_calls_first():
 @subroutine
 def _copied(x):
     return x
+
+
+@subroutine
+def _negative(x):
+    return -x
 
 
 @subroutine
