@@ -374,8 +374,8 @@ def test_a_subroutine_called_from_python_is_an_error():
 def test_a_subroutine_has_no_machine_code_of_its_own():
     def defined(function):
         (compiled,) = function.overloads.values()
-        engine: Any = registry.cpu_target.target_context.codegen()._engine
-        return engine.is_symbol_defined(compiled.fndesc.llvm_func_name)
+        target: Any = registry.cpu_target.target_context
+        return target.codegen()._engine.is_symbol_defined(compiled.fndesc.llvm_func_name)
 
     plain = njit(lambda x: x)
     assert njit(lambda x: _negative(x) + plain(x))(2.5) == 0.0
