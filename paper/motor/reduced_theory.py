@@ -143,7 +143,9 @@ def _log_weight(scene: Motor, centers: Array, distance: Array, lean: Array) -> A
     """Return the logarithm of Gibbs' weight, integrated over the ball's axis."""
     places, moments = _leaning(scene, lean)
     fixed = scene.outer_sources()
-    both = np.vstack([places, fixed[0]]), np.vstack([scene.ball_ring_factor * moments, fixed[1]])
+    both = dipoles.pack_sources(
+        np.vstack([places, fixed[0]]), np.vstack([scene.ball_ring_factor * moments, fixed[1]])
+    )
     q = scene.moment * np.linalg.norm(total_field(scene, centers, both), axis=-1) / scene.kT
     over_axes = q - np.log(2 * q) + np.log1p(-np.exp(-2 * q))
     return np.log(distance) + over_axes - _outer_energy(scene, lean) / scene.kT

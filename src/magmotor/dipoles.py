@@ -146,7 +146,7 @@ def field(points: ArrayLike, positions: ArrayLike, moments: ArrayLike) -> NDArra
     array([0.    , 0.    , 0.0002])
     """
     points = _vectors("points", points)
-    return _evaluate("point", points, np.zeros_like(points), positions, moments)[..., 3:6]
+    return field_of(points, pack_sources(positions, moments), "point")
 
 
 def wrench(
@@ -189,7 +189,7 @@ def force_and_field(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Compute the force grad(m.B) on a dipole, in N, and the field B at it, in T; see `wrench`."""
     position, moment = np.broadcast_arrays(position, moment)
-    both = _evaluate("position", position, moment, positions, moments)
+    both = _evaluate(position, moment, pack_sources(positions, moments), "position")
     return both[..., 0:3], both[..., 3:6]
 
 
@@ -225,14 +225,30 @@ def pack_sources(positions: ArrayLike, moments: ArrayLike) -> NDArray[np.float64
     return sources
 
 
-def _evaluate(name, position, moment, positions, moments):
-    sources = pack_sources(positions, moments)
+def field_of(points: NDArray[np.float64], sources: NDArray[np.float64], name: str = "position"):
+    """Return the field (..., 3) in T at points (..., 3) in m; `sources` are from `pack_sources`.
+
+    Only coincidence with a source is checked; the error gives the points this name.
+    """
+    return _evaluate(points, np.zeros_like(points), sources, name)[..., 3:6]
+
+
+def force_of(
+    position: NDArray[np.float64], moment: NDArray[np.float64], sources: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the force (..., 3) in N on dipoles (..., 3) of sources from `pack_sources`.
+
+    Only coincidence with a source is checked.
+    """
+    return _evaluate(position, moment, sources, "position")[..., 0:3]
+
+
+def _evaluate(position, moment, sources, name):
     targets = np.concatenate([position, moment], axis=-1).reshape(-1, 6)
     out = np.empty((len(targets), 7))
     _force_and_field(targets, sources, out)
-    coincident = np.flatnonzero(out[:, 6])
-    if coincident.size:
-        first = coincident[0]
+    if out[:, 6].any():
+        first = np.flatnonzero(out[:, 6])[0]
         separation = sources[:3, sources[6] != NOBODY].T - targets[first, :3]
         distance = np.linalg.norm(separation, axis=1)
         raise ValueError(

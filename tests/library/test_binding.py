@@ -1,5 +1,6 @@
 """On first use, a second process compiles the forces, and nothing depends on it."""
 
+import ctypes
 import multiprocessing
 import os
 import subprocess
@@ -7,8 +8,9 @@ import sys
 from contextlib import contextmanager
 
 import pytest
+from numba import cfunc, njit, types
 
-from magmotor.mjcf import binding, memory
+from magmotor.mjcf import binding, callbacks, layout, memory
 from magmotor.mjcf.forces import all_forces
 
 
@@ -90,12 +92,41 @@ def test_without_it_the_block_runs(commands, monkeypatch):
 
 @pytest.mark.parametrize("cached", [True, False])
 def test_only_who_waits_compiles_more(commands, monkeypatch, cached):
-    """Loading the noise from the cache would take 0.15 s at every start."""
+    """Loading the callback from the cache would slow down every start with the plugin."""
     called = []
     monkeypatch.setattr(all_forces, "is_cached", lambda: cached)
-    monkeypatch.setattr(binding, "normal", lambda *_: called.append(True))
-    binding.bind.__wrapped__()
+    binding.bind.__wrapped__(lambda: called.append(True))
     assert bool(called) == bool(commands) == (not cached)
+
+
+def test_the_callback_is_what_it_compiles_meanwhile(commands, monkeypatch):
+    compiled = []
+    monkeypatch.setattr(callbacks, "_callback", compiled.append)
+    monkeypatch.setattr(binding, "bind", binding.bind.__wrapped__)
+    callbacks._bind.__wrapped__()
+    assert compiled == [layout.current()]
+
+
+def test_a_c_function_may_be_known_after_its_callers():
+    """Arguments and result pass as in a call of a symbol, including a Boolean."""
+    signature = types.int64(types.int64, types.boolean, types.double)
+    address = ctypes.c_int64()
+    memory.bind_variable("test_late_function", address)
+    late = memory.function_at("test_late_function", signature)
+
+    @njit
+    def caller(number, flag, length):
+        return late((number, flag, length))
+
+    caller.compile((types.int64, types.boolean, types.double))
+
+    @cfunc(signature)
+    def callee(number, flag, length):
+        return 100 * number + 10 * flag + int(length)
+
+    address.value = callee.address or 0
+    assert caller(-7, True, 3.9) == -687
+    assert caller(1 << 40, False, 2.0) == (100 << 40) + 2
 
 
 def test_it_binds_all_that_the_forces_call(monkeypatch):
@@ -110,8 +141,9 @@ def test_it_binds_all_that_the_forces_call(monkeypatch):
             function()
         return names
 
-    assert bound(all_forces.compile_alone) == bound(all_forces.bind_callees)
-    assert len(bound(all_forces.bind_callees)) == 7
+    of_callers = {"magmotor_apply_forces", "magmotor_forces_address"}
+    assert bound(all_forces.compile_alone) == bound(all_forces.bind_beside) - of_callers
+    assert len(bound(all_forces.bind_beside)) == 9
 
 
 def test_what_it_compiles_is_what_this_process_loads(tmp_path):

@@ -224,6 +224,22 @@ def test_a_file_that_is_a_link_or_a_pipe_is_damage(tmp_path):
     assert not first.is_symlink()
 
 
+def test_a_folder_in_the_place_of_a_file_must_be_removed(tmp_path):
+    sweep = swept(tmp_path / "s", measure=["temperature"])
+    whole = contents(tmp_path / "s")
+    first = next((tmp_path / "s" / "done").glob("*/*"))
+    first.unlink()
+    first.mkdir()
+    [damage] = mm.sweep.status(tmp_path / "s").damaged
+    assert damage.endswith("it is a folder, which you must remove, since a sweep removes none")
+    recomputed = pytest.warns(UserWarning, match="the case is recomputed")
+    with recomputed, pytest.raises(IsADirectoryError):
+        mm.sweep.run(sweep, tmp_path / "s", executor=Here())
+    first.rmdir()
+    mm.sweep.run(sweep, tmp_path / "s", executor=Here())
+    assert contents(tmp_path / "s") == whole
+
+
 ODD: tuple[Any, ...] = (
     None, True, 3, -1, 10**12, 1e300, float("nan"), "", "x", "\0", b"x", [], [3], [[]], ["x", "x"],
     [["x", [1]]], [[["x"], 3]], {}, {"x": 3}, [{"size": 4}], [[None, None]], [None],

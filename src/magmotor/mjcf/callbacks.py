@@ -138,8 +138,8 @@ def _prepare(checksum: int, offsets: layout.Layout):
 
 @cache
 def _bind() -> None:
-    binding.bind()
     memory.bind_mujoco("mj_applyFT", "mj_passive", "mj_warning")
+    binding.bind(lambda: _callback(layout.current()))
 
 
 @compiled_once(types.void(_word, _word), error_model="numpy")

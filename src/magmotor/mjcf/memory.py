@@ -217,6 +217,33 @@ def variable(name):
     return read
 
 
+def function_at(name, signature):
+    """Return a compiled function that calls a C function, whose address is bound like a variable.
+
+    It takes a tuple of the arguments. Unlike a symbol, the address may be known later.
+    """
+    address = variable(name)
+
+    @intrinsic
+    def call(typingctx, place, arguments):
+        def codegen(context, builder, types_of_call, args):
+            kinds = [context.get_argument_type(kind) for kind in signature.args]
+            result = context.get_argument_type(signature.return_type)
+            function = builder.inttoptr(args[0], ir.FunctionType(result, kinds).as_pointer())
+            values = zip(signature.args, cgutils.unpack_tuple(builder, args[1]), strict=True)
+            given = [context.get_value_as_argument(builder, *each) for each in values]
+            returned = builder.call(function, given)
+            return context.get_returned_value(builder, signature.return_type, returned)
+
+        return signature.return_type(place, types.Tuple(signature.args)), codegen
+
+    @subroutine(forceinline=True)
+    def function(arguments):
+        return call(address(), arguments)
+
+    return function
+
+
 plugin_slot = variable("magmotor_plugin_slot")
 magnetometer_slot = variable("magmotor_magnetometer_slot")
 """Slots of the plugins in MuJoCo's table."""

@@ -207,7 +207,10 @@ def _content(root: Path, file: Path) -> bytes:
     _check_inside(root, file)
     path = root / file
     try:
-        if not stat.S_ISREG(path.lstat().st_mode):
+        mode = path.lstat().st_mode
+        if stat.S_ISDIR(mode):
+            raise Damaged("it is a folder, which you must remove, since a sweep removes none")
+        if not stat.S_ISREG(mode):
             raise Damaged("it is not a regular file")
         return path.read_bytes()
     except FileNotFoundError:

@@ -5,7 +5,6 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation, Slerp
 
 from magmotor.common.checks import check_number, reject
 from magmotor.device.analysis import checked_run
@@ -61,6 +60,8 @@ class BallDevice(Device[S, T], Generic[S, T]):
         ValueError
             The run has replicas, or no orientations, because its method computes the axis only.
         """
+        from scipy.spatial.transform import Rotation, Slerp
+
         if "orientation" not in run:
             method = run.attrs.get("method")
             raise reject(

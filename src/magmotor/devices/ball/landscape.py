@@ -15,8 +15,6 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.ndimage import minimum_filter
-from scipy.optimize import root
 
 from magmotor import dipoles
 from magmotor.common.arguments import checked
@@ -25,8 +23,8 @@ from magmotor.common.checks import reject
 from magmotor.common.hints import shaped
 from magmotor.devices.ball.scene import BallScene, gravitational_energy
 
-Sources = tuple[Array, Array]
-"""Positions (m) and moments (A m^2) of dipoles, each of shape (N, 3)."""
+Sources = Array
+"""Dipoles as `dipoles.pack_sources` returns them."""
 
 Points = Annotated[ArrayLike, shaped(..., 2)]
 
@@ -79,7 +77,7 @@ def effective_potential(scene: BallScene, points: Points, time: float = 0.0) -> 
     ndarray, shape (...)
         V_e in joules.
     """
-    return aligned_energy(scene, points, scene.ring_sources(time))
+    return aligned_energy(scene, points, ring(scene, time))
 
 
 @checked
@@ -108,15 +106,15 @@ def critical_points(scene: BallScene, time: float = 0.0) -> list[CriticalPoint]:
     ValueError
         The rings have more than 500 dipoles; the effort grows with the square of their number.
     """
-    sources = scene.ring_sources(time)
-    if len(sources[0]) > MOST_DIPOLES:
-        raise reject("dipoles of the rings", len(sources[0]), f"must be at most {MOST_DIPOLES}")
+    sources = ring(scene, time)
+    if _count(sources) > MOST_DIPOLES:
+        raise reject("dipoles of the rings", _count(sources), f"must be at most {MOST_DIPOLES}")
     winding = _winding_number(scene, sources)
     found: list[CriticalPoint] = []
     for fineness, parts in FINENESS:
         found = _converged(scene, _candidates(scene, sources, fineness, parts), sources)
         index = sum(-1 if point.kind == "saddle" else 1 for point in found)
-        if index == winding or len(found) > MANY * len(sources[0]):
+        if index == winding or len(found) > MANY * _count(sources):
             break
     return sorted(found, key=lambda point: point.energy)
 
@@ -143,7 +141,7 @@ def minimum(scene: BallScene, time: float = 0.0) -> CriticalPoint:
         V_e has no minimum within 1.5 ring radii, for example under a very high tilted ring, or on a
         steep floor.
     """
-    sources = scene.ring_sources(time)
+    sources = ring(scene, time)
     starts = [np.zeros(2), *_lows(scene, sources)]
     points = [_stationary(scene, start, sources) for start in starts]
     found = [point for point in points if point is not None]
@@ -191,7 +189,7 @@ def valley_radius(scene: BallScene, azimuth: float = 0.0, time: float = 0.0) -> 
     result and the next larger number, so that it is the same on any machine.
     """
     direction = np.array([math.cos(azimuth), math.sin(azimuth)])
-    sources, unit = scene.ring_sources(time), _radius(scene)
+    sources, unit = ring(scene, time), _radius(scene)
     radii = unit * np.linspace(0.0, REACH, 301)
     lowest = int(aligned_energy(scene, radii[:, np.newaxis] * direction, sources).argmin())
     low, high = float(radii[max(0, lowest - 1)]), float(radii[min(300, lowest + 1)])
@@ -237,7 +235,7 @@ def aligned_force(scene: BallScene, points: ArrayLike) -> tuple[Array, Array]:
     force, axis : ndarray, shape (..., 3)
         Force in N; the axis is a unit vector.
     """
-    force, field = _aligned(scene, points, scene.ring_sources())
+    force, field = _aligned(scene, points, ring(scene))
     return force, attitude(scene, field)[..., 0]
 
 
@@ -277,7 +275,17 @@ def _alignment(scene: BallScene, field: Array) -> Array:
 
 def total_field(scene: BallScene, centers: Array, sources: Sources) -> Array:
     """Return the field (..., 3) of dipoles and of the background at points (..., 3), in T."""
-    return dipoles.field(centers, *sources) + scene.background_field
+    return dipoles.field_of(centers, sources) + scene.background_field
+
+
+def ring(scene: BallScene, time: float = 0.0) -> Sources:
+    """Return the dipoles of the scene's rings at a time (s)."""
+    return dipoles.pack_sources(*scene.ring_sources(time))
+
+
+def _count(sources: Sources) -> int:
+    """Return the number of dipoles, without those that fill the last group of eight."""
+    return int((sources[6] != dipoles.NOBODY).sum())
 
 
 def _radius(scene: BallScene) -> float:
@@ -303,13 +311,12 @@ def _aligned(scene: BallScene, points: ArrayLike, sources: Sources) -> tuple[Arr
     moment = scene.moment * field / np.linalg.norm(field, axis=-1, keepdims=True)
     if any(scene.mass_offsets):
         moment = scene.moment * attitude(scene, field)[..., 0]
-    force = dipoles.force_and_field(centers, moment, *sources)[0]
-    return force + scene.downhill_force, field
+    return dipoles.force_of(centers, moment, sources) + scene.downhill_force, field
 
 
 def _azimuths(sources: Sources, fineness: int) -> Array:
     """Return azimuths around the circle, offset from dipoles and mirror lines; both ends."""
-    sectors = fineness * max(160, 8 * len(sources[0]))
+    sectors = fineness * max(160, 8 * _count(sources))
     return 0.1 + 2 * math.pi * np.arange(sectors + 1) / sectors
 
 
@@ -358,6 +365,8 @@ def _converged(scene: BallScene, starts: list[Array], sources: Sources) -> list[
 
 def _lows(scene: BallScene, sources: Sources) -> Array:
     """Return the ten deepest local minima on a polar grid."""
+    from scipy.ndimage import minimum_filter
+
     radii = _radius(scene) * np.linspace(0.01, REACH, 100)
     radius, azimuth = np.meshgrid(radii, _azimuths(sources, 1)[:-1], indexing="ij")
     points = _polar(radius, azimuth)
@@ -368,6 +377,8 @@ def _lows(scene: BallScene, sources: Sources) -> Array:
 
 
 def _stationary(scene: BallScene, start: Array, sources: Sources):
+    from scipy.optimize import root
+
     far = 1e6 * _radius(scene)  # the search stays within
 
     def gradient(point: Array) -> Array:

@@ -5,11 +5,10 @@ from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
-from magmotor.devices.ball.landscape import attitude, minimum, total_field
+from magmotor.devices.ball.landscape import attitude, minimum, ring, total_field
 from magmotor.devices.ball.scene import BallScene
 
 DISPLACEMENT = 1e-4
@@ -31,7 +30,7 @@ def resting_ball(scene: BallScene) -> tuple[Array, Array]:
     if any(scene.floor_tilt):
         minimum(scene)  # of the motor, too, whose ball would roll off otherwise
     center = np.array([*scene.resting_place(), scene.ball_radius])
-    field = total_field(scene, center, scene.ring_sources())
+    field = total_field(scene, center, ring(scene))
     return center, attitude(scene, field)[:, 0]
 
 
@@ -55,6 +54,8 @@ def scales(scene: BallScene, size: int) -> Array:
 
 def moved(scene: BallScene, center: Array, axis: Array, q: Array) -> tuple[Array, Array]:
     """Return centers and moments of a ball after displacements q of x, y and rotations, (k, n)."""
+    from scipy.spatial.transform import Rotation
+
     centers = center + q[:, :2] @ np.eye(2, 3)
     return centers, scene.moment * Rotation.from_rotvec(q[:, 2:5]).apply(axis)
 

@@ -11,7 +11,7 @@ from magmotor.common.hints import Positive, Seconds
 from magmotor.devices.ball.landscape import aligned_energy, valley
 from magmotor.devices.motor.scene import Motor
 from magmotor.devices.motor.theory import motor_wells
-from magmotor.dipoles import PERMEABILITY_OVER_4PI
+from magmotor.dipoles import PERMEABILITY_OVER_4PI, pack_sources
 
 
 class Shaking(NamedTuple):
@@ -135,7 +135,7 @@ def _barrier_with(scene: Motor, moment: float) -> float:
     """
     positions, moments = scene.ring_sources()
     upward = [0.0, 0.0, math.sqrt(scene.ball_ring_factor) * moment]
-    sources = (
+    sources = pack_sources(
         np.vstack([positions, [0.0, 0.0, scene.inner_height]]),
         np.vstack([moments, upward]),
     )

@@ -8,8 +8,7 @@ from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
 from magmotor import dipoles
-from magmotor.common.arrays import Array
-from magmotor.devices.ball.landscape import aligned_energy
+from magmotor.devices.ball.landscape import Sources, aligned_energy
 from magmotor.devices.motor.scene import Motor
 
 RADII, SECTORS = 30, 120
@@ -49,15 +48,15 @@ def tilted_ring(motor: Motor, tilt: float, azimuth: float, *, outer: bool = True
     positions[:, 2] += motor.inner_height
     moments = motor.moment * outward
     fixed = motor.outer_sources()
-    sources = positions, motor.ball_ring_factor * moments
+    inner = positions, motor.ball_ring_factor * moments
     if not outer:
-        return TiltedRing(_minimum(motor, sources), 0.0)
+        return TiltedRing(_minimum(motor, dipoles.pack_sources(*inner)), 0.0)
     between = float(dipoles.energy(positions, moments, *fixed).sum())
-    both = np.vstack([sources[0], fixed[0]]), np.vstack([sources[1], fixed[1]])
+    both = dipoles.pack_sources(*map(np.vstack, zip(inner, fixed, strict=True)))
     return TiltedRing(_minimum(motor, both), between)
 
 
-def _minimum(motor: Motor, sources: tuple[Array, Array]) -> float:
+def _minimum(motor: Motor, sources: Sources) -> float:
     """Return the minimum of -m |B| over positions of the ball within the outer ring."""
     radius, around = np.meshgrid(
         np.linspace(0, motor.outer_radius, RADII),

@@ -9,10 +9,11 @@ from scipy.spatial.transform import Rotation
 
 from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
-from magmotor.devices.ball.landscape import aligned_energy, on_plane, total_field, valley
+from magmotor.devices.ball.landscape import aligned_energy, on_plane, ring, total_field, valley
 from magmotor.devices.motor.ring_stability import ring_stiffness
 from magmotor.devices.motor.scene import Motor
 from magmotor.devices.motor.theory import motor_wells
+from magmotor.dipoles import pack_sources
 
 AZIMUTHS = 90
 """Points around the valley; the effects vary once around it, or near one magnet."""
@@ -66,8 +67,9 @@ def motor_tolerances(scene: Motor) -> Tolerances:
     inner = np.arange(len(positions)) < scene.inner_dipoles
     barrier = abs(motor_wells(scene).barrier)
 
-    def largest(sources: Callable[[float], tuple[Array, Array]], size: float) -> float:
-        up, down = (aligned_energy(scene, points, sources(s * SMALL * size)) for s in (1, -1))
+    def largest(changed: Callable[[float], tuple[Array, Array]], size: float) -> float:
+        sources = (pack_sources(*changed(sign * SMALL * size)) for sign in (1, -1))
+        up, down = (aligned_energy(scene, points, each) for each in sources)
         return 2 * SMALL * size * barrier / float(np.ptp(up - down))
 
     def leaning(angle: float) -> tuple[Array, Array]:
@@ -81,7 +83,7 @@ def motor_tolerances(scene: Motor) -> Tolerances:
     def outward(shift: float) -> tuple[Array, Array]:
         return positions + np.outer(np.arange(len(moments)) == 0, [shift, 0.0, 0.0]), moments
 
-    field = total_field(scene, on_plane(scene, points), (positions, moments))
+    field = total_field(scene, on_plane(scene, points), ring(scene))
     axis = field / np.linalg.norm(field, axis=1, keepdims=True)
     lean = float(np.hypot(*axis[0, :2]))
     ring_lean, ring_weight = largest(leaning, 1.0), scene.inner_mass * scene.gravity

@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 
 from magmotor import dipoles
 from magmotor.common.arrays import Array
-from magmotor.devices.ball.landscape import aligned_force, on_plane, total_field, valley
+from magmotor.devices.ball.landscape import aligned_force, on_plane, ring, total_field, valley
 from magmotor.devices.ball.scene import gravitational_energy
 from magmotor.devices.top.scene import Top
 
@@ -107,12 +107,12 @@ def held_axis(scene: Top, points: Array) -> tuple[Array, Array, Array]:
     energy : ndarray, shape (P,)
         Energy of the ball, in J.
     """
-    sources = scene.ring_sources()
+    sources = ring(scene)
     center = on_plane(scene, points)
     field = scene.moment * total_field(scene, center, sources)
     axis = force = field / np.linalg.norm(field, axis=1, keepdims=True)
     for _ in range(ITERATIONS):
-        force = dipoles.force_and_field(center, scene.moment * axis, *sources)[0]
+        force = dipoles.force_of(center, scene.moment * axis, sources)
         force = force + scene.downhill_force
         torque = axis[:, 2:] * force
         torque[:, 2] -= np.sum(axis * force, axis=1)

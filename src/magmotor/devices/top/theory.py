@@ -86,7 +86,8 @@ def small_motion(scene: Top) -> SmallMotion:
         push, twist = dipoles.wrench(centers, moments, *sources)
         twist = twist + np.cross(moments, scene.background_field)
         if lever.any():
-            twist = twist + np.cross(Rotation.from_rotvec(q[:, 2:5]).apply(lever), weight)
+            turned: Array = Rotation.from_rotvec(q[:, 2:5]).apply(lever)
+            twist = twist + np.cross(turned, weight)
         return np.hstack([push[:, :2], twist])
 
     friction = slip_friction(scene.friction, scene.ball_radius, 5)

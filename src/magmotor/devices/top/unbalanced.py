@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 
 from magmotor.common.arrays import Array
 from magmotor.common.checks import reject
-from magmotor.devices.ball.landscape import attitude, total_field
+from magmotor.devices.ball.landscape import attitude, ring, total_field
 from magmotor.devices.ball.resting import resting_ball
 from magmotor.devices.ball.slip import slip_velocity
 from magmotor.devices.ball.states import smallest_turn
@@ -123,7 +123,8 @@ def vertical_momentum_rate(scene: Top, states: BallStates, force: Array, torque:
         Those of magnetism.
     """
     rotation, spin = rotation_of(scene, states), states.angular_velocity
-    lever, matrix = rotation.apply(scene.center_of_mass), mass_matrix(scene, rotation)
+    lever: Array = rotation.apply(scene.center_of_mass)
+    matrix = mass_matrix(scene, rotation)
     weight = scene.ball_mass * np.array(scene.gravity_vector)
     friction = -scene.friction * slip_velocity(scene, states.velocity, spin)
     force = force + weight + friction - scene.drag * states.velocity
@@ -147,7 +148,7 @@ def resting_rotation(scene: Top) -> Rotation:
     across, _ = scene.mass_offsets
     if not across:
         return Rotation.from_quat([smallest_turn(axis)], scalar_first=True)
-    along, out = attitude(scene, total_field(scene, center, scene.ring_sources())).T
+    along, out = attitude(scene, total_field(scene, center, ring(scene))).T
     x, y = np.array(scene.center_of_mass[:2]) / across
     own = np.array([[x, y, 0.0], [-y, x, 0.0], [0.0, 0.0, 1.0]])
     return Rotation.from_matrix([np.stack([out, np.cross(along, out), along], axis=1) @ own])

@@ -3,6 +3,8 @@
 # Numba's intrinsics hide their first parameter:
 # pyright: reportCallIssue=false
 
+import ctypes
+
 from numba import types
 
 from magmotor.mjcf import errors, layout, memory
@@ -47,17 +49,23 @@ numbers of tables, and the coils that `read_drives` will read.
 """
 
 
-def bind_callees() -> None:
-    """Bind what the forces call to symbols."""
+_address = ctypes.c_int64()
+_forces = memory.function_at("magmotor_forces_address", _APPLY)
+
+
+def bind_beside() -> None:
+    """Bind all but the forces: what they call, and what calls them when they are compiled."""
     coils.bind()
     resolution.bind()
     dipole_wrenches.bind()
     memory.bind_compiled("magmotor_first_error", _first_error(layout.current()))
+    memory.bind_variable("magmotor_forces_address", _address)
+    memory.bind_compiled("magmotor_apply_forces", _forward())
 
 
 def bind() -> None:
-    """Bind the forces to their symbol, after what they call."""
-    memory.bind_compiled("magmotor_apply_forces", _apply_forces(layout.current()))
+    """Load the forces, after what they call; until then, nothing may call them."""
+    _address.value = _apply_forces(layout.current()).address
 
 
 def is_cached() -> bool:
@@ -77,6 +85,20 @@ def compile_alone() -> None:
     coils.bind()
     resolution.bind()
     _apply_forces(layout.current())
+
+
+@compiled_once(_APPLY, error_model="numpy")
+def _forward(checksum: int):
+    """Define what the symbol of `apply_forces` is bound to, so that callers can be compiled first.
+
+    The call takes 4 ns longer.
+    """
+
+    def forward(model, data, kinds, applied, generalized, later, error):
+        _ = checksum
+        return _forces((model, data, kinds, applied, generalized, later, error))
+
+    return forward
 
 
 @compiled_once(_APPLY, error_model="numpy")
