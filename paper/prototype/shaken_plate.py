@@ -78,11 +78,11 @@ class ShakenPlate:
 
 def compute(quick: bool) -> ShakenPlate:
     """Run the ensembles."""
-    replicas = 8 if quick else 32
+    white, replicas = (24, 8) if quick else (192, 32)
     holds, windows = ((1, SLOWEST), (1.0,)) if quick else (HOLDS, WINDOWS)
     wells = motor_wells(DESK)
     return ShakenPlate(
-        {hold: _shaken(6 * replicas if hold == 1 else replicas, hold) for hold in holds},
+        {hold: _shaken(white if hold == 1 else replicas, hold) for hold in holds},
         {window: _shaken(replicas, SHORT_HOLD, window) for window in windows},
         _shaken(replicas, *BUILT),
         rolling_frequency(DESK),

@@ -287,7 +287,7 @@ def program(*arguments):
 def test_after_an_interrupt_the_same_command_resumes(tmp_path):
     """Ctrl-C reaches the driver and its workers, as from a terminal."""
     out = tmp_path / "s"
-    vary = ("disk", "--vary", "noise=1:4:40", "--duration", "5000", "--timestep", "0.01")
+    vary = ("disk", "--vary", "noise=1:4:40", "--duration", "2000", "--timestep", "0.01")
     command = (*vary, "--method", "variational/euler", "--workers", "2", "--out", out)
     running = program(*command)
     deadline = time.monotonic() + 120

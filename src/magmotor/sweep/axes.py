@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import qmc
 
 from magmotor.common.arguments import checked
 from magmotor.common.checks import check_choice, check_integer, check_number, elements, reject
@@ -252,6 +251,8 @@ class Samples:
         if self.design == "random":
             unit = np.random.default_rng(self.seed).random((self.size, dimensions))
         else:
+            from scipy.stats import qmc
+
             engine = {"latin": qmc.LatinHypercube, "sobol": qmc.Sobol}[self.design]
             unit = engine(dimensions, rng=self.seed).random(self.size)
         ranges = zip(self.ranges.values(), unit.T, strict=True)

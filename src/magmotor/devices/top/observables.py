@@ -4,7 +4,6 @@ from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
-from scipy.interpolate import make_interp_spline
 from scipy.spatial.transform import Rotation
 
 from magmotor import dipoles
@@ -219,6 +218,8 @@ def top_energy_balance(run: xr.Dataset, scene: Top = OWN) -> xr.Dataset:
 
 def _integrate(time: Array, values: Array) -> Array:
     """Integrate by quintic splines, so that the quadrature error is negligible."""
+    from scipy.interpolate import make_interp_spline
+
     degree = min(5, len(time) - 1)
     spline = make_interp_spline(time, values, k=degree).antiderivative()
     return spline(time) - spline(time[0])
