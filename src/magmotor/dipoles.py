@@ -5,6 +5,8 @@ and MuJoCo's compiled callback. Its sums have the same bits on every processor; 
 `magmotor.numerics.simd`. All quantities are in SI units: m, A m^2, T, N, J.
 """
 
+from typing import NewType
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -146,7 +148,7 @@ def field(points: ArrayLike, positions: ArrayLike, moments: ArrayLike) -> NDArra
     array([0.    , 0.    , 0.0002])
     """
     points = _vectors("points", points)
-    return field_of(points, pack_sources(positions, moments), "point")
+    return field_of(points, pack_sources(positions, moments))
 
 
 def wrench(
@@ -210,7 +212,11 @@ def energy(
     return -np.sum(np.multiply(moment, magnetic_field), axis=-1)
 
 
-def pack_sources(positions: ArrayLike, moments: ArrayLike) -> NDArray[np.float64]:
+Packed = NewType("Packed", np.ndarray)
+"""Dipoles in the layout of `sum_over_sources`, from `pack_sources`."""
+
+
+def pack_sources(positions: ArrayLike, moments: ArrayLike) -> Packed:
     """Return sources in the layout of `sum_over_sources`: (7, N), N padded to whole eights."""
     positions = _vectors("positions", positions)
     moments = _vectors("moments", moments)
@@ -222,23 +228,24 @@ def pack_sources(positions: ArrayLike, moments: ArrayLike) -> NDArray[np.float64
     count = len(positions)
     sources = np.zeros((7, -(-count // COUNT) * COUNT))
     sources[:3, :count], sources[3:6, :count], sources[6, count:] = positions.T, moments.T, NOBODY
-    return sources
+    return Packed(sources)
 
 
-def field_of(points: NDArray[np.float64], sources: NDArray[np.float64], name: str = "position"):
-    """Return the field (..., 3) in T at points (..., 3) in m; `sources` are from `pack_sources`.
+def field_of(points: NDArray[np.float64], sources: Packed) -> NDArray[np.float64]:
+    """Return the field (..., 3) in T of dipoles at points (..., 3) in m, without checks.
 
-    Only coincidence with a source is checked; the error gives the points this name.
+    ValueError is raised only if a point coincides with a dipole.
     """
-    return _evaluate(points, np.zeros_like(points), sources, name)[..., 3:6]
+    return _evaluate(points, np.zeros_like(points), sources, "point")[..., 3:6]
 
 
 def force_of(
-    position: NDArray[np.float64], moment: NDArray[np.float64], sources: NDArray[np.float64]
+    position: NDArray[np.float64], moment: NDArray[np.float64], sources: Packed
 ) -> NDArray[np.float64]:
-    """Return the force (..., 3) in N on dipoles (..., 3) of sources from `pack_sources`.
+    """Return the force (..., 3) in N of dipoles on others, without checks.
 
-    Only coincidence with a source is checked.
+    The others have positions (..., 3) in m and moments (..., 3) in A m^2. ValueError is raised only
+    if one coincides with a source.
     """
     return _evaluate(position, moment, sources, "position")[..., 0:3]
 

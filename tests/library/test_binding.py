@@ -95,16 +95,26 @@ def test_only_who_waits_compiles_more(commands, monkeypatch, cached):
     """Loading the callback from the cache would slow down every start with the plugin."""
     called = []
     monkeypatch.setattr(all_forces, "is_cached", lambda: cached)
-    binding.bind.__wrapped__(lambda: called.append(True))
+    monkeypatch.setattr(binding, "_bound", False)
+    binding.bind(lambda: called.append(True))
     assert bool(called) == bool(commands) == (not cached)
 
 
 def test_the_callback_is_what_it_compiles_meanwhile(commands, monkeypatch):
-    compiled = []
-    monkeypatch.setattr(callbacks, "_callback", compiled.append)
-    monkeypatch.setattr(binding, "bind", binding.bind.__wrapped__)
+    """By then, all that it calls is bound; otherwise, the process would die in a call."""
+    binding.bind()  # so that nothing is compiled below
+    names, bound = set(), []
+
+    def compiled(offsets):
+        assert offsets == layout.current()
+        bound.extend(names)
+
+    monkeypatch.setattr(memory.llvm, "add_symbol", lambda name, _: names.add(name))
+    monkeypatch.setattr(callbacks, "_callback", compiled)
+    monkeypatch.setattr(binding, "_bound", False)
     callbacks._bind.__wrapped__()
-    assert compiled == [layout.current()]
+    of_ours = {f"magmotor_{name}" for name in ("apply_forces", "first_error", "report")}
+    assert of_ours | {"mj_applyFT", "mj_passive", "mj_warning"} <= set(bound)
 
 
 def test_a_c_function_may_be_known_after_its_callers():
@@ -130,7 +140,7 @@ def test_a_c_function_may_be_known_after_its_callers():
 
 
 def test_it_binds_all_that_the_forces_call(monkeypatch):
-    """The process would abort at a symbol that is missing, and this one would compile alone."""
+    """At a missing symbol the process could abort, and this one would compile alone."""
     binding.bind()  # so that nothing is compiled below
     monkeypatch.setattr(all_forces, "_apply_forces", lambda _: None)
 
@@ -142,8 +152,8 @@ def test_it_binds_all_that_the_forces_call(monkeypatch):
         return names
 
     of_callers = {"magmotor_apply_forces", "magmotor_forces_address"}
-    assert bound(all_forces.compile_alone) == bound(all_forces.bind_beside) - of_callers
-    assert len(bound(all_forces.bind_beside)) == 9
+    assert bound(all_forces.compile_alone) == bound(all_forces.bind_others) - of_callers
+    assert len(bound(all_forces.bind_others)) == 9
 
 
 def test_what_it_compiles_is_what_this_process_loads(tmp_path):

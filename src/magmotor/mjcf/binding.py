@@ -6,7 +6,6 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -17,20 +16,26 @@ HELP = f"from {all_forces.__name__} import compile_alone; compile_alone()"
 """What the second process runs."""
 
 
-@cache
+_bound = False
+
+
 def bind(meanwhile: Callable[[], Any] | None = None) -> None:
     """Bind the forces and the reports of errors to the symbols by which compiled code calls them.
 
-    If the forces are not in Numba's cache, another process compiles them into it, and this one
-    compiles what they call, and what calls them: `meanwhile`, a function. On two processors,
-    compiling takes 0.6 times as long.
+    If the forces are not in Numba's cache and a processor is free, another process compiles them
+    into it, while this one compiles what they call and then calls `meanwhile`, which may compile
+    what calls them. Compiling then takes two thirds of the time.
     """
+    global _bound
+    if _bound:
+        return
     with _forces_compiled_beside() as waiting:
         reports.bind()
-        all_forces.bind_beside()
+        all_forces.bind_others()
         if waiting and meanwhile is not None:
             meanwhile()
     all_forces.bind()
+    _bound = True
 
 
 @contextmanager

@@ -218,9 +218,10 @@ def variable(name):
 
 
 def function_at(name, signature):
-    """Return a compiled function that calls a C function, whose address is bound like a variable.
+    """Return a compiled function that calls a C function, whose address is in a bound variable.
 
-    It takes a tuple of the arguments. Unlike a symbol, the address may be known later.
+    It takes a tuple of the arguments. Unlike the address of a symbol, this one may be set after the
+    caller has been compiled.
     """
     address = variable(name)
 

@@ -209,7 +209,8 @@ def _content(root: Path, file: Path) -> bytes:
     try:
         mode = path.lstat().st_mode
         if stat.S_ISDIR(mode):
-            raise Damaged("it is a folder, which you must remove, since a sweep removes none")
+            sentence = "must be a file: remove this folder, since a sweep never removes folders"
+            raise reject("directory", str(path), sentence)
         if not stat.S_ISREG(mode):
             raise Damaged("it is not a regular file")
         return path.read_bytes()

@@ -16,15 +16,12 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from magmotor import dipoles
 from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
-from magmotor.common.checks import reject
+from magmotor.common.checks import check_array, reject
 from magmotor.common.hints import shaped
 from magmotor.devices.ball.scene import BallScene, gravitational_energy
-
-Sources = Array
-"""Dipoles as `dipoles.pack_sources` returns them."""
+from magmotor.dipoles import NOBODY, Packed, field_of, force_of, pack_sources
 
 Points = Annotated[ArrayLike, shaped(..., 2)]
 
@@ -77,7 +74,7 @@ def effective_potential(scene: BallScene, points: Points, time: float = 0.0) -> 
     ndarray, shape (...)
         V_e in joules.
     """
-    return aligned_energy(scene, points, ring(scene, time))
+    return aligned_energy(scene, points, packed_sources(scene, time))
 
 
 @checked
@@ -106,7 +103,7 @@ def critical_points(scene: BallScene, time: float = 0.0) -> list[CriticalPoint]:
     ValueError
         The rings have more than 500 dipoles; the effort grows with the square of their number.
     """
-    sources = ring(scene, time)
+    sources = packed_sources(scene, time)
     if _count(sources) > MOST_DIPOLES:
         raise reject("dipoles of the rings", _count(sources), f"must be at most {MOST_DIPOLES}")
     winding = _winding_number(scene, sources)
@@ -141,7 +138,7 @@ def minimum(scene: BallScene, time: float = 0.0) -> CriticalPoint:
         V_e has no minimum within 1.5 ring radii, for example under a very high tilted ring, or on a
         steep floor.
     """
-    sources = ring(scene, time)
+    sources = packed_sources(scene, time)
     starts = [np.zeros(2), *_lows(scene, sources)]
     points = [_stationary(scene, start, sources) for start in starts]
     found = [point for point in points if point is not None]
@@ -189,7 +186,7 @@ def valley_radius(scene: BallScene, azimuth: float = 0.0, time: float = 0.0) -> 
     result and the next larger number, so that it is the same on any machine.
     """
     direction = np.array([math.cos(azimuth), math.sin(azimuth)])
-    sources, unit = ring(scene, time), _radius(scene)
+    sources, unit = packed_sources(scene, time), _radius(scene)
     radii = unit * np.linspace(0.0, REACH, 301)
     lowest = int(aligned_energy(scene, radii[:, np.newaxis] * direction, sources).argmin())
     low, high = float(radii[max(0, lowest - 1)]), float(radii[min(300, lowest + 1)])
@@ -210,7 +207,7 @@ def valley(scene: BallScene, azimuths: ArrayLike) -> Array:
     return radius[:, np.newaxis] * np.stack([np.cos(around), np.sin(around)], axis=1)
 
 
-def aligned_energy(scene: BallScene, points: ArrayLike, sources: Sources) -> Array:
+def aligned_energy(scene: BallScene, points: ArrayLike, sources: Packed) -> Array:
     """Return the energy -m |B| of a ball whose axis is along the field of these dipoles, in J.
 
     The ball touches the plane at `points`, shape (..., 2), in m.
@@ -235,7 +232,8 @@ def aligned_force(scene: BallScene, points: ArrayLike) -> tuple[Array, Array]:
     force, axis : ndarray, shape (..., 3)
         Force in N; the axis is a unit vector.
     """
-    force, field = _aligned(scene, points, ring(scene))
+    points = check_array("points", points, ..., 2)
+    force, field = _aligned(scene, points, packed_sources(scene))
     return force, attitude(scene, field)[..., 0]
 
 
@@ -273,19 +271,19 @@ def _alignment(scene: BallScene, field: Array) -> Array:
     return np.linalg.svd(_pulls(scene, field), compute_uv=False).sum(axis=-1)
 
 
-def total_field(scene: BallScene, centers: Array, sources: Sources) -> Array:
+def total_field(scene: BallScene, centers: Array, sources: Packed) -> Array:
     """Return the field (..., 3) of dipoles and of the background at points (..., 3), in T."""
-    return dipoles.field_of(centers, sources) + scene.background_field
+    return field_of(centers, sources) + scene.background_field
 
 
-def ring(scene: BallScene, time: float = 0.0) -> Sources:
+def packed_sources(scene: BallScene, time: float = 0.0) -> Packed:
     """Return the dipoles of the scene's rings at a time (s)."""
-    return dipoles.pack_sources(*scene.ring_sources(time))
+    return pack_sources(*scene.ring_sources(time))
 
 
-def _count(sources: Sources) -> int:
+def _count(sources: Packed) -> int:
     """Return the number of dipoles, without those that fill the last group of eight."""
-    return int((sources[6] != dipoles.NOBODY).sum())
+    return int((sources[6] != NOBODY).sum())
 
 
 def _radius(scene: BallScene) -> float:
@@ -299,22 +297,22 @@ def on_plane(scene: BallScene, points: ArrayLike) -> Array:
     return np.concatenate([points, height], axis=-1)
 
 
-def _gradient(scene: BallScene, points: Array, sources: Sources) -> Array:
+def _gradient(scene: BallScene, points: Array, sources: Packed) -> Array:
     """Return the gradient of V_e, minus the force on the aligned dipole; (..., 2) -> (..., 2)."""
     return -_aligned(scene, points, sources)[0][..., :2]
 
 
-def _aligned(scene: BallScene, points: ArrayLike, sources: Sources) -> tuple[Array, Array]:
+def _aligned(scene: BallScene, points: ArrayLike, sources: Packed) -> tuple[Array, Array]:
     """Return the force on the aligned dipole, and the field."""
     centers = on_plane(scene, points)
     field = total_field(scene, centers, sources)
     moment = scene.moment * field / np.linalg.norm(field, axis=-1, keepdims=True)
     if any(scene.mass_offsets):
         moment = scene.moment * attitude(scene, field)[..., 0]
-    return dipoles.force_of(centers, moment, sources) + scene.downhill_force, field
+    return force_of(centers, moment, sources) + scene.downhill_force, field
 
 
-def _azimuths(sources: Sources, fineness: int) -> Array:
+def _azimuths(sources: Packed, fineness: int) -> Array:
     """Return azimuths around the circle, offset from dipoles and mirror lines; both ends."""
     sectors = fineness * max(160, 8 * _count(sources))
     return 0.1 + 2 * math.pi * np.arange(sectors + 1) / sectors
@@ -324,7 +322,7 @@ def _polar(radius: Array, azimuth: Array) -> Array:
     return np.stack([radius * np.cos(azimuth), radius * np.sin(azimuth)], axis=-1)
 
 
-def _candidates(scene: BallScene, sources: Sources, fineness: int, parts: int) -> list[Array]:
+def _candidates(scene: BallScene, sources: Packed, fineness: int, parts: int) -> list[Array]:
     radii = _radius(scene) * np.linspace(0.01, REACH, 150 * fineness)
     around = _azimuths(sources, fineness)
     radius, azimuth = np.meshgrid(radii, around, indexing="ij")
@@ -345,14 +343,14 @@ def _changes(gradient: Array) -> NDArray[np.bool_]:
     return (corners.any(axis=0) & ~corners.all(axis=0)).all(axis=-1)
 
 
-def _winding_number(scene: BallScene, sources: Sources) -> int:
+def _winding_number(scene: BallScene, sources: Packed) -> int:
     """Return the winding number of the gradient on the circle that bounds the search."""
     circle = _polar(np.array(REACH * _radius(scene)), _azimuths(sources, 10))
     x, y = _gradient(scene, circle, sources).T
     return round(float(np.diff(np.unwrap(np.arctan2(y, x))[[0, -1]])[0]) / (2 * math.pi))
 
 
-def _converged(scene: BallScene, starts: list[Array], sources: Sources) -> list[CriticalPoint]:
+def _converged(scene: BallScene, starts: list[Array], sources: Packed) -> list[CriticalPoint]:
     """Return the critical points that Newton's method finds from these starts, each once."""
     found: list[CriticalPoint] = []
     near = 1e-5 * _radius(scene)
@@ -363,7 +361,7 @@ def _converged(scene: BallScene, starts: list[Array], sources: Sources) -> list[
     return found
 
 
-def _lows(scene: BallScene, sources: Sources) -> Array:
+def _lows(scene: BallScene, sources: Packed) -> Array:
     """Return the ten deepest local minima on a polar grid."""
     from scipy.ndimage import minimum_filter
 
@@ -376,7 +374,7 @@ def _lows(scene: BallScene, sources: Sources) -> Array:
     return points[1:-1][low][np.argsort(energy[1:-1][low])[:10]]
 
 
-def _stationary(scene: BallScene, start: Array, sources: Sources):
+def _stationary(scene: BallScene, start: Array, sources: Packed):
     from scipy.optimize import root
 
     far = 1e6 * _radius(scene)  # the search stays within
@@ -392,7 +390,7 @@ def _stationary(scene: BallScene, start: Array, sources: Sources):
     return solution.x if small else None
 
 
-def _classify(scene: BallScene, point: Array, sources: Sources) -> CriticalPoint:
+def _classify(scene: BallScene, point: Array, sources: Packed) -> CriticalPoint:
     step = 1e-4 * _radius(scene)
     rows = [
         _gradient(scene, point + step * unit, sources)

@@ -8,7 +8,7 @@ import numpy as np
 
 from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
-from magmotor.devices.ball.landscape import attitude, minimum, ring, total_field
+from magmotor.devices.ball.landscape import attitude, minimum, packed_sources, total_field
 from magmotor.devices.ball.scene import BallScene
 
 DISPLACEMENT = 1e-4
@@ -30,7 +30,7 @@ def resting_ball(scene: BallScene) -> tuple[Array, Array]:
     if any(scene.floor_tilt):
         minimum(scene)  # of the motor, too, whose ball would roll off otherwise
     center = np.array([*scene.resting_place(), scene.ball_radius])
-    field = total_field(scene, center, ring(scene))
+    field = total_field(scene, center, packed_sources(scene))
     return center, attitude(scene, field)[:, 0]
 
 

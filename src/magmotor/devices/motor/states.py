@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from magmotor.devices.ball.landscape import ring, total_field, valley_radius
+from magmotor.devices.ball.landscape import packed_sources, total_field, valley_radius
 from magmotor.devices.ball.states import axes, smallest_turn
 from magmotor.devices.motor.scene import Motor
 
@@ -35,7 +35,7 @@ def start_motor(scene: Motor, replicas: int = 1) -> MotorStates:
     """Return the initial state of the scene for all replicas, with the ring level and at rest."""
     position = scene.position or (valley_radius(scene), 0.0)
     center = np.array([*position, scene.ball_radius])
-    axis = scene.axis or total_field(scene, center, ring(scene))
+    axis = scene.axis or total_field(scene, center, packed_sources(scene))
     orientation = smallest_turn(axis)
     state = {
         "position": center,

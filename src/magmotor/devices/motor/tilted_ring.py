@@ -8,7 +8,7 @@ from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
 from magmotor import dipoles
-from magmotor.devices.ball.landscape import Sources, aligned_energy
+from magmotor.devices.ball.landscape import aligned_energy
 from magmotor.devices.motor.scene import Motor
 
 RADII, SECTORS = 30, 120
@@ -56,7 +56,7 @@ def tilted_ring(motor: Motor, tilt: float, azimuth: float, *, outer: bool = True
     return TiltedRing(_minimum(motor, both), between)
 
 
-def _minimum(motor: Motor, sources: Sources) -> float:
+def _minimum(motor: Motor, sources: dipoles.Packed) -> float:
     """Return the minimum of -m |B| over positions of the ball within the outer ring."""
     radius, around = np.meshgrid(
         np.linspace(0, motor.outer_radius, RADII),

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
-from magmotor.devices.ball.landscape import aligned_energy, on_plane, ring, total_field, valley
+from magmotor.devices.ball.landscape import aligned_energy, on_plane, total_field, valley
 from magmotor.devices.motor.ring_stability import ring_stiffness
 from magmotor.devices.motor.scene import Motor
 from magmotor.devices.motor.theory import motor_wells
@@ -83,7 +83,7 @@ def motor_tolerances(scene: Motor) -> Tolerances:
     def outward(shift: float) -> tuple[Array, Array]:
         return positions + np.outer(np.arange(len(moments)) == 0, [shift, 0.0, 0.0]), moments
 
-    field = total_field(scene, on_plane(scene, points), ring(scene))
+    field = total_field(scene, on_plane(scene, points), pack_sources(positions, moments))
     axis = field / np.linalg.norm(field, axis=1, keepdims=True)
     lean = float(np.hypot(*axis[0, :2]))
     ring_lean, ring_weight = largest(leaning, 1.0), scene.inner_mass * scene.gravity

@@ -12,7 +12,14 @@ from scipy.integrate import solve_ivp
 
 from magmotor import dipoles
 from magmotor.common.arrays import Array
-from magmotor.devices.ball.landscape import aligned_force, on_plane, ring, total_field, valley
+from magmotor.common.checks import check_array
+from magmotor.devices.ball.landscape import (
+    aligned_force,
+    on_plane,
+    packed_sources,
+    total_field,
+    valley,
+)
 from magmotor.devices.ball.scene import gravitational_energy
 from magmotor.devices.top.scene import Top
 
@@ -107,7 +114,7 @@ def held_axis(scene: Top, points: Array) -> tuple[Array, Array, Array]:
     energy : ndarray, shape (P,)
         Energy of the ball, in J.
     """
-    sources = ring(scene)
+    points, sources = check_array("points", points, "n", 2), packed_sources(scene)
     center = on_plane(scene, points)
     field = scene.moment * total_field(scene, center, sources)
     axis = force = field / np.linalg.norm(field, axis=1, keepdims=True)

@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 
 from magmotor.common.arrays import Array
 from magmotor.common.checks import reject
-from magmotor.devices.ball.landscape import attitude, ring, total_field
+from magmotor.devices.ball.landscape import attitude, packed_sources, total_field
 from magmotor.devices.ball.resting import resting_ball
 from magmotor.devices.ball.slip import slip_velocity
 from magmotor.devices.ball.states import smallest_turn
@@ -148,7 +148,7 @@ def resting_rotation(scene: Top) -> Rotation:
     across, _ = scene.mass_offsets
     if not across:
         return Rotation.from_quat([smallest_turn(axis)], scalar_first=True)
-    along, out = attitude(scene, total_field(scene, center, ring(scene))).T
+    along, out = attitude(scene, total_field(scene, center, packed_sources(scene))).T
     x, y = np.array(scene.center_of_mass[:2]) / across
     own = np.array([[x, y, 0.0], [-y, x, 0.0], [0.0, 0.0, 1.0]])
     return Rotation.from_matrix([np.stack([out, np.cross(along, out), along], axis=1) @ own])

@@ -53,8 +53,8 @@ _address = ctypes.c_int64()
 _forces = memory.function_at("magmotor_forces_address", _APPLY)
 
 
-def bind_beside() -> None:
-    """Bind all but the forces: what they call, and what calls them when they are compiled."""
+def bind_others() -> None:
+    """Bind what the forces call, and the function through which others will call the forces."""
     coils.bind()
     resolution.bind()
     dipole_wrenches.bind()
