@@ -28,6 +28,15 @@ from magmotor.numerics.simd import (
 )
 from magmotor.numerics.subroutine import subroutine
 
+__all__ = [
+    "COINCIDENCE",
+    "PERMEABILITY_OVER_4PI",
+    "energy",
+    "field",
+    "force_and_field",
+    "wrench",
+]
+
 PERMEABILITY_OVER_4PI = 1e-7
 """mu0/(4 pi) in T m/A; the measured value differs by 1.3e-10, less than its own uncertainty."""
 
