@@ -122,6 +122,17 @@ print("extras", [name for name in rest if name in sys.modules])
     assert abs(ratio - 1) < 0.5  # 0.07
 
 
+def test_parts_of_scipy_are_imported_where_they_are_used():
+    """With them, a process of a sweep took 3.5 s to import everything, instead of 2.5 s."""
+    program = (
+        "import sys; import magmotor as mm; mm.Top, mm.Motor, mm.Disk, mm.sweep.run;"
+        "parts = 'interpolate', 'ndimage', 'optimize', 'stats';"
+        "print([part for part in parts if f'scipy.{part}' in sys.modules])"
+    )
+    command = [sys.executable, "-c", program]
+    assert subprocess.run(command, check=True, capture_output=True, text=True).stdout == "[]\n"
+
+
 NEEDS = [
     ("mm.build(mm.Top())", "dm_control", "scenes"),
     ("mm.simulate(mm.Top(), duration=1.0)", "dm_control", "scenes"),

@@ -15,7 +15,6 @@ from magmotor.mjcf.forces import all_forces
 HELP = f"from {all_forces.__name__} import compile_alone; compile_alone()"
 """What the second process runs."""
 
-
 _bound = False
 
 

@@ -203,6 +203,8 @@ def _content(root: Path, file: Path) -> bytes:
         It does not exist.
     Damaged
         It is not a regular file or cannot be read.
+    ValueError
+        A folder is in its place, or it is reached through a symbolic link.
     """
     _check_inside(root, file)
     path = root / file

@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import minimize, root_scalar
 
-from magmotor import dipoles
 from magmotor.common.arrays import Array
-from magmotor.devices.ball.landscape import aligned_force, on_plane
+from magmotor.common.checks import check_array
+from magmotor.devices.ball.landscape import aligned_force, on_plane, packed_sources
 from magmotor.devices.top.scene import Top
+from magmotor.dipoles import force_of
 
 
 class Lift(NamedTuple):
@@ -64,10 +65,10 @@ def largest_lift_map(scene: Top, points: ArrayLike) -> Array:
     ndarray, shape (...)
         Vertical magnetic force over weight.
     """
-    center = on_plane(scene, points)
-    sources = scene.ring_sources()
-    units = scene.moment * np.eye(3)
-    lifts = [dipoles.force_and_field(center, unit, *sources)[0][..., 2] for unit in units]
+    center = on_plane(scene, check_array("points", points, ..., 2))
+    sources = packed_sources(scene)
+    moments = [np.broadcast_to(unit, center.shape) for unit in scene.moment * np.eye(3)]
+    lifts = [force_of(center, moment, sources)[..., 2] for moment in moments]
     return np.linalg.norm(lifts, axis=0) / scene.weight
 
 

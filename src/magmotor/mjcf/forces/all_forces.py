@@ -48,7 +48,6 @@ and the address of three words, which receive an error for `report`. Only a thor
 numbers of tables, and the coils that `read_drives` will read.
 """
 
-
 _address = ctypes.c_int64()
 _forces = memory.function_at("magmotor_forces_address", _APPLY)
 
