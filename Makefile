@@ -95,7 +95,7 @@ test: .venv/dev-ready  ## all tests
 	@echo "== test: running pytest (the first run also compiles the kernels)"
 	@$(PYTHON) -m pytest -n logical --maxprocesses 4 $(ARGS)
 
-test-quick: .venv/dev-ready  ## tests of the library and the devices, in three minutes
+test-quick: .venv/dev-ready  ## tests of the library and the devices, in half the time of all
 	@echo "== test-quick: running pytest (the first run also compiles the kernels)"
 	@$(PYTHON) -m pytest -n logical --maxprocesses 4 tests/library tests/devices $(ARGS)
 
@@ -189,7 +189,7 @@ endef
 	$(call install,.venv,,-e '.[dev]',once: 1.5 GB and one or two minutes,dm-control)
 
 .venv-compat/ready: pyproject.toml constraints.txt $(REDO_COMPAT)
-	$(call install,.venv-compat,/^mujoco/d,-e '.[test]' 'mujoco==3.17.*',once: 1.2 GB and about a minute,dm-control)
+	$(call install,.venv-compat,/^mujoco/d,-e '.[movies]' pytest pytest-xdist 'mujoco==3.17.*',once: 1 GB and about a minute,dm-control)
 
 # Its requirements pin their versions; sed's d empties the constraints.
 .venv-bench/ready: benchmarks/peers/requirements.txt $(REDO_BENCH)

@@ -33,7 +33,7 @@ ALPHA = 1e-3
 
 FULL, QUICK = Size(32, 4e6, 5e4), Size(48, 1e5, 2e3)
 
-PHYSICAL = {False: Size(64, 4e5, 2e4), True: Size(48, 8e4, 2e3)}
+PHYSICAL = {False: Size(64, 4e5, 2e4), True: Size(32, 5e4, 2e3)}
 """Sizes of the runs with the energy of ball and ring counted once."""
 
 MUJOCO, MUJOCO_DURATION = "mujoco/baoab", {False: 3e4, True: 3e3}

@@ -367,7 +367,8 @@ threading.Thread(target=interrupt).start()
 try:
     model = mujoco.MjModel.from_xml_path(path)
     data = mujoco.MjData(model)
-    threading.Event().wait(20)
+    for _ in range(200):  # a long sleep would not end when the main thread is interrupted
+        time.sleep(0.1)
 except KeyboardInterrupt:
     mujoco.mj_step(model, data)
     print(data.qfrc_passive.any(), model.npluginstate)

@@ -250,9 +250,12 @@ def directed_spans(theta: Array, back: float, far: float) -> Iterator[tuple[int,
 
 def turning_points(theta: Array, back: float) -> list[int]:
     """Return the first and last index, and those of reversals by more than `back`."""
-    angles = theta.tolist()
+    angles, last = theta.tolist(), len(theta) - 1
     points, lowest, highest, extreme, direction = [0], 0, 0, 0, 0
-    for i, angle in enumerate(angles):
+    ways = np.sign(np.diff(theta))
+    # Only where the path is highest or lowest can it reverse.
+    for i in [*(np.flatnonzero(ways[:-1] * (ways[1:] - ways[:-1])) + 1).tolist(), last]:
+        angle = angles[i]
         if direction == 0:
             lowest = i if angle < angles[lowest] else lowest
             highest = i if angle > angles[highest] else highest
@@ -264,7 +267,7 @@ def turning_points(theta: Array, back: float) -> list[int]:
         elif (angle - angles[extreme]) * direction < -back:
             points.append(extreme)
             extreme, direction = i, -direction
-    return [*points, len(angles) - 1]
+    return [*points, last]
 
 
 def _rows(run: xr.Dataset) -> Iterator[tuple[int, Array]]:

@@ -226,11 +226,11 @@ class _Walker:
     ) -> tuple[_State, NDArray[np.bool_]]:
         """Propose each move once; return the last state and which moves were accepted."""
         changes = widths * random.standard_normal(widths.shape)
-        thresholds = -random.standard_exponential(len(widths))
+        thresholds = (-random.standard_exponential(len(widths))).tolist()
         accepted = np.zeros(len(widths), bool)
-        for k, (change, threshold) in enumerate(zip(changes, thresholds, strict=True)):
+        for k, threshold in enumerate(thresholds):
             position = state.position.copy()
-            mujoco.mj_integratePos(self.model, position, change, 1.0)
+            mujoco.mj_integratePos(self.model, position, changes[k], 1.0)
             proposed = self.at(position)
             if proposed.density - state.density > threshold:
                 state, accepted[k] = proposed, True
@@ -242,7 +242,7 @@ class _Walker:
         mujoco.mj_fwdPosition(self.model, self.data)
         energy = self.energy(self.data)
         # M = L^T D L, and MuJoCo keeps 1/D.
-        volume = -0.5 * np.log(self.data.qLDiagInv).sum()
+        volume = -0.5 * float(np.add.reduce(np.log(self.data.qLDiagInv)))
         return _State(position, energy, volume - energy / self.kT)
 
 
