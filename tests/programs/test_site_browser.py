@@ -6,7 +6,6 @@ import re
 import threading
 from collections import defaultdict
 from collections.abc import Iterator
-from contextlib import contextmanager
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
@@ -50,36 +49,14 @@ class Server(SimpleHTTPRequestHandler):
         """Print nothing."""
 
 
-class WithoutSearch(Server):
-    """Serves an empty index for the search: the real one is large, and each page reads it."""
-
-    def do_GET(self) -> None:
-        """Send a file."""
-        if self.path.endswith("search_index.js"):
-            self.send_response(200)
-            self.send_header("Content-Type", "text/javascript")
-            self.end_headers()
-            index = '{"config": {"lang": ["en"], "separator": " ", "pipeline": []}, "docs": []}'
-            self.wfile.write(f"var __index = {index}".encode())
-        else:
-            super().do_GET()
-
-
-@contextmanager
-def served(handler: type[Server]) -> Iterator[str]:
+@pytest.fixture(scope="module")
+def address() -> Iterator[str]:
     """Serve the site, and yield the address of its first folder."""
-    server = ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(handler, directory=str(SITE)))
+    server = ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Server, directory=str(SITE)))
     threading.Thread(target=server.serve_forever, daemon=True).start()
     yield f"http://127.0.0.1:{server.server_port}/deep/er/"
     server.shutdown()
     server.server_close()
-
-
-@pytest.fixture(scope="module")
-def address() -> Iterator[str]:
-    """Serve the site, and yield the address of its first folder."""
-    with served(Server) as found:
-        yield found
 
 
 def pages() -> list[str]:
@@ -87,36 +64,37 @@ def pages() -> list[str]:
 
 
 @pytest.mark.slow
-def test_every_page_loads_without_an_error_and_fits_both_screens(browser):
+def test_every_page_loads_without_an_error_and_fits_both_screens(browser, address):
     sizes = [dict(zip(("width", "height"), size, strict=True)) for size in (DESKTOP, PHONE)]
     page, wrong = browser.new_page(), defaultdict(list)
     page.set_default_timeout(120_000)
+    # Each page reads the index, which is large. The search has a test of its own.
+    index = '__index = {"config": {"lang": ["en"], "separator": " ", "pipeline": []}, "docs": []}'
+    page.route("**/search_index.js", lambda route: route.fulfill(body=f"var {index}"))
 
     def failed(request):
         if request.failure != "net::ERR_ABORTED":  # by going on to the next page
             wrong[page.url].append(f"{request.url}: {request.failure}")
 
+    def requested(request):
+        if not request.url.startswith((address, "data:", "blob:")):
+            wrong[page.url].append(f"loads {request.url}")
+
     page.on("pageerror", lambda error: wrong[page.url].append(str(error)))
     page.on("console", lambda said: said.type == "error" and wrong[page.url].append(said.text))
+    page.on("request", requested)
     page.on("requestfailed", failed)
-    with served(WithoutSearch) as address:
-
-        def requested(request):
-            if not request.url.startswith((address, "data:", "blob:")):
-                wrong[page.url].append(f"loads {request.url}")
-
-        page.on("request", requested)
-        for name in pages():
-            page.set_viewport_size(sizes[0])
-            page.goto(address + name)
-            for size in sizes:
-                page.set_viewport_size(size)
-                beyond = page.evaluate("document.documentElement.scrollWidth - innerWidth")
-                if beyond > 0:
-                    wrong[page.url].append(f"{size['width']}: scrolls sideways by {beyond} pixels")
-            if page.locator("h1").count() != 1:
-                wrong[page.url].append("has not one title")
-        page.close()
+    for name in pages():
+        page.set_viewport_size(sizes[0])
+        page.goto(address + name)
+        for size in sizes:
+            page.set_viewport_size(size)
+            beyond = page.evaluate("document.documentElement.scrollWidth - innerWidth")
+            if beyond > 0:
+                wrong[page.url].append(f"{size['width']}: scrolls sideways by {beyond} pixels")
+        if page.locator("h1").count() != 1:
+            wrong[page.url].append("has not one title")
+    page.close()
     assert not wrong
 
 
