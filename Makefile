@@ -59,7 +59,7 @@ motor: $(READY)  ## the seven motors' figures: out/motor*.png, out/motor_*.nc
 	@.venv/bin/magmotor motor $(ARGS)
 
 sweep: $(READY)  ## a parameter sweep: out/sweep_*/, .png, .nc; ARGS="top --vary tilt=0:0.2:21"
-	@.venv/bin/magmotor sweep $(or $(ARGS),top --vary tilt=0:0.2:21 --vary height=0.16:0.4:25)
+	@.venv/bin/magmotor sweep $(or $(ARGS),top --vary tilt=0:0.2:21 --vary ring_height=0.16:0.4:25)
 
 studies: $(READY)  ## where the top spins, how often and where the motor flies: out/study_*.png, .nc
 	@echo "== studies: simulating and drawing into out/; run again to resume after an interruption"

@@ -16,7 +16,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))  # for the folder benchmarks
 import magmotor as mm  # selects an OpenGL library, before a topic imports MuJoCo
 from benchmarks.harness.command_line import Parser
 from benchmarks.harness.publish import publish
-from benchmarks.harness.records import Store, measure
+from benchmarks.harness.records import Store, measure, not_installed
 
 TOPICS = {
     name: f"benchmarks.{name}.topic"
@@ -56,6 +56,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     (folder / "tables.md").write_text(text + "\n", encoding="utf-8")
     written = [*sorted(folder.glob("*.png")), folder / "tables.md"]
     if not (options.quick or options.only):
+        missing = {not_installed(record) for record in records.values()} - {""}
+        if missing:
+            names = "; ".join(sorted(missing))
+            print(f"charts.py: not published, since not installed: {names}", file=sys.stderr)
+            return ERROR
         try:
             written += publish(tables, topics["accuracy"].front(records), folder, ROOT)
         except (ValueError, OSError) as error:

@@ -126,12 +126,15 @@ QUICK: dict[str, Callable[[], Result]] = {
     "ensemble": lambda: mm.ensemble(
         DISK, method="variational/baoab", timestep=0.04, duration=40.0, replicas=37
     ),
-    "top": simulated(TOP, "variational/baoab"),
     "motor": simulated(mm.Motor(), "variational/baoab", replicas=2),
+    "top, variational/baoab": simulated(TOP, "variational/baoab"),
 }
 SLOW: dict[str, Callable[[], Result]] = {
-    "top, euler": simulated(TOP, "variational/euler"),
-    "top in mujoco": simulated(TOP, "mujoco/rk4"),
+    **{
+        f"top, {method}": simulated(TOP, method)
+        for method in mm.methods(TOP)
+        if "dop853" not in method
+    },
     "motor in mujoco": simulated(mm.Motor(), "mujoco/euler", replicas=2),
     "disk in mujoco": simulated(DISK, "mujoco/euler", replicas=2),
     "motor, mujoco/baoab": simulated(mm.Motor(), "mujoco/baoab", replicas=2),
@@ -141,7 +144,7 @@ SLOW: dict[str, Callable[[], Result]] = {
 """Cases whose code takes long to compile."""
 
 CASES = {**QUICK, **SLOW}
-SUMS = ("dipoles", "gibbs", "disk", "ensemble", "top", "motor")
+SUMS = ("dipoles", "gibbs", "disk", "ensemble", "top, variational/baoab", "motor")
 """Quick cases that add in eights, draw noise or call NumPy, and so cover the others' code."""
 
 

@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 
 import magmotor as mm
-from benchmarks.harness.records import Case, Record
+from benchmarks.harness.records import NOT_INSTALLED, Case, Record
 from benchmarks.harness.tables import table
 from magmotor.advice.report import fails_from
 
@@ -88,7 +88,7 @@ def cases(quick: bool) -> list[Case]:
 def measure(name: str) -> Record:
     source = MODELS[name]
     if not source.path.exists():
-        return {"failed": f"{source.package} is not there: `make corpus` downloads it"}
+        return {"failed": f"{NOT_INSTALLED}{source.package}, which `make corpus` downloads"}
     model = mujoco.MjModel.from_xml_path(str(source.path))
     data = mujoco.MjData(model)
     if model.nkey:

@@ -19,6 +19,8 @@ from benchmarks.harness.machine import machine, versions
 from magmotor.common.versions import package_checksum
 
 BAR = "{l_bar}{bar}| {elapsed}<{remaining} {postfix}"
+NOT_INSTALLED = "not installed: "
+"""Begins the reason of a record if other software was missing."""
 
 Record = dict[str, Any]
 """Plain numbers, strings and lists; `failed` is the reason for a missing result."""
@@ -52,9 +54,9 @@ class Store:
         self._lines = self._read()
 
     def find(self, case: Case) -> Record | None:
-        """Return the valid record of a case, or None."""
+        """Return the valid record of a case, or None; also None if software was missing then."""
         line = self._lines.get(case.key)
-        if line is None or line["maker"] != self._maker_of(case):
+        if line is None or line["maker"] != self._maker_of(case) or not_installed(line["record"]):
             return None
         return line["record"]
 
@@ -81,6 +83,12 @@ class Store:
             os.truncate(self.path, len(whole))
         lines = [json.loads(line) for line in whole.splitlines()]
         return {line["key"]: line for line in lines}
+
+
+def not_installed(record: Record) -> str:
+    """Return which software was missing for a record; empty if none was."""
+    reason = str(record.get("failed", ""))
+    return reason.removeprefix(NOT_INSTALLED) if reason.startswith(NOT_INSTALLED) else ""
 
 
 def measure(cases: Sequence[Case], store: Store) -> dict[str, Record]:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from functools import partial
 
-from benchmarks.harness.records import Case, Record
+from benchmarks.harness.records import NOT_INSTALLED, Case, Record
 from benchmarks.harness.tables import number, seconds, table
 from benchmarks.harness.timing import in_turns
 from benchmarks.peers import ensembles
@@ -52,7 +52,7 @@ def _measure(name: str, turns: int) -> Record:
     with ExitStack() as stack:
         group = GROUPS[name](left_out, stack)
         if not group:
-            return {"failed": "not installed: " + ", ".join(left_out)}
+            return {"failed": NOT_INSTALLED + ", ".join(left_out)}
         both = {OURS: partial(ensembles.by_kernel, "euler")} | group
         least = {other: min(times) for other, times in in_turns(both, turns).items()}
     return {other: {"seconds": wall, "ratio": wall / least[OURS]} for other, wall in least.items()}
@@ -72,9 +72,14 @@ def tabulate(records: dict[str, Record]) -> str:
     rows = []
     for name, record in _rows(records).items():
         known = "failed" not in record
-        costs = [seconds(record["seconds"]), number(record["ratio"])] if known else ["", ""]
+        costs = ["", "", ""]
+        if known:
+            wall, ratio = record["seconds"], record["ratio"]
+            costs = [seconds(wall), seconds(wall / ratio), number(ratio)]
         rows.append([name if known else f"{name} ({record['failed']})", *costs])
-    return table(["the disk", "a step of a replica", "over ours"], rows)
+    return table(
+        ["the disk", "a step of a replica", "of ours, in turns with it", "over ours"], rows
+    )
 
 
 def bars(records: dict[str, Record]) -> list[tuple[str, float | None, str, str]]:

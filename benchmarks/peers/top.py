@@ -55,7 +55,7 @@ def _in_mujoco(
     """Run with our compiled callback, or a Python function."""
     model = model_of(SCENE)
     with mm.magnetism() if apply is None else _installed(apply):
-        flights = [fly(model, SCENE, timestep, integrator) for _ in range(1 if apply else REPEATS)]
+        flights = [fly(model, SCENE, timestep, integrator) for _ in range(REPEATS)]
     return momentum_error(flights[0].momentum, SCENE), min(flight.seconds for flight in flights)
 
 

@@ -1,4 +1,4 @@
-"""Cost that a given field, a coil and iron add to the forces of magnets."""
+"""Cost that an applied field, a coil and iron add to the forces of magnets."""
 
 from functools import partial
 

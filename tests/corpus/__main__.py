@@ -24,7 +24,7 @@ import mujoco  # noqa: E402
 import numpy as np  # noqa: E402
 
 import magmotor as mm  # noqa: E402
-from corpus.checks import DEVIATIONS, ROUNDING, STEPS, Findings, examine  # noqa: E402
+from corpus.checks import BOUNDS, ROUNDING, STEPS, Findings, examine  # noqa: E402
 from corpus.models import PLUGIN, packages  # noqa: E402
 from corpus.processes import examine_all  # noqa: E402
 
@@ -94,7 +94,7 @@ def row(found: list[Findings]) -> str:
     )  # fmt: skip
     worst = [
         max((getattr(each, name) for each in distinct if getattr(each, name) >= 0), default=np.nan)
-        for name in DEVIATIONS
+        for name in BOUNDS
     ]
     same = sum(each.motion <= ROUNDING for each in distinct)
     return " | ".join([*map(str, counts), *(f"{x:.1e}" for x in worst), str(same)]) + " |"

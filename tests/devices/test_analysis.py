@@ -67,11 +67,14 @@ def test_the_energy_balance_of_the_disk_is_additive(disk_run):
         np.testing.assert_allclose(late[name], expected, rtol=0, atol=5e-11)  # 2.2e-12
 
 
-@pytest.mark.parametrize("scene", [DISK.replace(friction_ratio=0.5), mm.LangevinParticle(v=1.0)])
-def test_the_energy_balance_includes_the_noise_of_each_slip(scene):
+@pytest.mark.parametrize(("scene", "bound"), [
+    (DISK.replace(friction_ratio=0.5), 1e-4),  # 3.9e-6; 0.1 without the second noise
+    (mm.LangevinParticle(v=1.0), 4e-4),  # 1.4e-5
+])  # fmt: skip
+def test_the_energy_balance_includes_the_noise_of_each_slip(scene, bound):
     run = mm.simulate(scene, timestep=0.01, duration=30, replicas=2, **BAOAB)
     found = mm.observables.energy_balance(run)
-    assert residual(found, "injected") < 4e-4  # 4e-6, 1.7e-5; 0.1 without the second noise
+    assert residual(found, "injected") < bound
 
 
 def test_an_energy_balance_requires_the_noise_of_every_step(disk_run):

@@ -239,7 +239,8 @@ def test_euler_equals_variational_euler_for_an_isotropic_ring(temperature, facto
     scene = mm.Motor(temperature=temperature, ball_ring_factor=factor, **isotropic)
     found = difference(scene, noise.BrownianPath(3, 0.05), VARIABLES)
     for name in VARIABLES:
-        assert found[name] < 5e-11, name  # uniform 3e-14; nonuniform 5e-12, since the slip is tiny
+        # 1.4e-14, 3.2e-12: at two temperatures the slip is tiny
+        assert found[name] < {"uniform": 4e-13, "nonuniform": 5e-11}[temperature], name
 
 
 @pytest.mark.parametrize("temperature", ["uniform", "nonuniform"])

@@ -42,11 +42,14 @@ def residuals(scene, method, duration, factors):
         ("mujoco/baoab", 2),
     ],
 )
-@pytest.mark.parametrize("run", ["uniform-a", "nonuniform-c"])
-def test_energy_balance_pathwise(run, method, order):
-    """At h = 0.0125 the residual is below 0.5 % of the injected energy along each path."""
+@pytest.mark.parametrize(("run", "bounds"), [
+    ("uniform-a", {1: 2e-3, 2: 2e-4}),  # 1.1e-4, 1.0e-5
+    ("nonuniform-c", {1: 5e-3, 2: 5e-5}),  # 1.2e-3, 2.2e-6
+])  # fmt: skip
+def test_energy_balance_pathwise(run, bounds, method, order):
+    """The largest residual on four paths at h = 0.0125, over the injected energy."""
     largest, found = residuals(mm.Motor.paper(run), method, 250.0, (1, 2, 4))
-    assert largest < 0.005  # 0.0012; at uniform temperature 1.1e-4
+    assert largest < bounds[order]
     assert found == pytest.approx(order, abs=0.1)  # 0.019
 
 
@@ -94,14 +97,20 @@ def test_euler_overheats_the_slip_as_predicted(method):
 
 
 @pytest.mark.slow
-def test_dwells_and_flights_both_occur(motor_replicas):
-    """In four runs of 1e5 s; the mean dwell time is 1.6e4 s, so that few runs have no flight."""
-    scene, run = mm.Motor(), motor_replicas.isel(replica=slice(4))
+def test_dwells_and_flights(motor_replicas):
+    """Means and standard errors of 53 dwells and 44 flights in twelve runs of 1e5 s."""
+    scene, run = mm.Motor(), motor_replicas
     flights, dwells = mm.observables.flights(run, scene), mm.observables.dwell_times(run, scene)
-    assert len(set(flights.replica.values)) >= 3  # 4
-    assert len(set(dwells.replica.values)) >= 3  # 4
-    assert abs(flights.revolutions).max() > 3
-    assert (dwells.end - dwells.begin).max() > 3000
+    means = {
+        (1.53e4, 1.8e3): dwells.end - dwells.begin,
+        (8.8e3, 1.3e3): flights.end - flights.begin,
+        (5.50, 1.21): abs(flights.revolutions),
+    }
+    for (mean, error), found in means.items():
+        assert float(found.mean()) == pytest.approx(mean, rel=0.005)  # 0.003
+        assert float(found.std(ddof=1)) / found.size**0.5 == pytest.approx(error, rel=0.02)  # 0.016
+    assert len(set(flights.replica.values)) == 12
+    assert len(set(dwells.replica.values)) == 12
 
 
 def test_with_si_moments_the_ball_never_leaves_its_first_well():

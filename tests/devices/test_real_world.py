@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from scipy.linalg import expm
+from third_top import largest_spin
 
 import magmotor as mm
 from magmotor.devices.ball.rigid_forces import Bodies
@@ -44,12 +45,12 @@ def field(strength):
     (mm.Top.paper(4, drag=mm.theory.eddy_drag(mm.Top(), 3.5e7)), 0.26),
 ])  # fmt: skip
 def test_the_spin_after_a_minute(scene, spin):
-    """By DOP853 and by another solver; the values are also those of an independent program."""
-    largest = []
+    """By DOP853, by another solver and by a third program."""
+    largest = [largest_spin(scene)]
     for method, timestep in (("scipy/dop853", 0.02), ("mujoco/rk4", 0.0125)):
         run = mm.simulate(scene, method=method, timestep=timestep, duration=60)
         largest.append(float(abs(run.momentum_map).max()) / scene.inertia[2])
-    assert largest == pytest.approx([spin, spin], abs=0.0051)  # two decimals
+    assert largest == pytest.approx([spin] * 3, abs=0.0051)  # two decimals
 
 
 @pytest.fixture(scope="module")
@@ -90,13 +91,13 @@ def test_mujoco_and_the_variational_euler_agree_to_rounding():
     assert apart < 3e-9 * abs(runs[0].momentum_map).max()  # 1e-10
 
 
-@pytest.mark.parametrize(("method", "timestep", "bound"), [
-    ("variational/blanes-moan4", 0.1, 1.4e-8),  # 4.6e-10
-    ("mujoco/rk4", 0.1, 8e-7),  # 2.7e-8
-    ("variational/baoab", 0.01, 1e-4),  # 3.8e-6
-    ("mujoco/baoab", 0.01, 1e-4),  # 3.8e-6
+@pytest.mark.parametrize(("method", "timestep", "bound", "balance"), [
+    ("variational/blanes-moan4", 0.1, 1.4e-8, 4e-3),  # 4.6e-10, 1.4e-3
+    ("mujoco/rk4", 0.1, 8e-7, 4e-3),  # 2.7e-8, 1.4e-3
+    ("variational/baoab", 0.01, 1e-4, 6e-4),  # 3.8e-6, 2.1e-5
+    ("mujoco/baoab", 0.01, 1e-4, 6e-4),  # 3.8e-6, 2.1e-5
 ])  # fmt: skip
-def test_the_motor_on_a_tilted_floor_in_a_field(method, timestep, bound):
+def test_the_motor_on_a_tilted_floor_in_a_field(method, timestep, bound, balance):
     """Against DOP853, relative to the distance traveled; without them it is at another place."""
     truth = mm.simulate(MOTOR, method="scipy/dop853", timestep=0.1, duration=200)
     run = mm.simulate(
@@ -105,7 +106,7 @@ def test_the_motor_on_a_tilted_floor_in_a_field(method, timestep, bound):
     traveled = np.linalg.norm(truth.position.values - truth.position.values[0], axis=-1).max()
     assert np.abs(run.position.values - truth.position.values).max() < bound * traveled
     energies = mm.observables.energy_balance(run)
-    assert abs(energies.residual).max() < 4e-3 * abs(energies.heat[-1])  # 2e-5 .. 1.4e-3
+    assert abs(energies.residual).max() < balance * abs(energies.heat[-1])
     plain = MOTOR.replace(floor_tilt=(0, 0), background_field=(0, 0, 0), drag=0, rotational_drag=0)
     other = mm.simulate(plain, method="scipy/dop853", timestep=0.1, duration=200)
     assert np.abs(other.position.values - truth.position.values).max() > 0.1 * traveled  # 0.39

@@ -193,7 +193,9 @@ def test_energy_has_no_drift_without_friction_and_noise(method):
         initial=TILTED,
     )  # fmt: skip
     change = (run.energy - run.energy[0]).values
-    assert largest(change) < 1e-3 * largest(run.energy)  # 1.9e-4 (first order) to 3.9e-6
+    # 1.9e-4; of second and higher order 3.9e-6 to 2.6e-5
+    bound = 1e-3 if method.split("/")[1] in ("euler", "cayley", "middle") else 1e-4
+    assert largest(change) < bound * largest(run.energy)
     drift = np.polyfit(run.time.values, change, 1)[0] * 1e4
     assert abs(drift) < 0.02 * change.std()  # 8e-4
 

@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
+from third_top import largest_spin, newton_euler, third_program
 
 import magmotor as mm
 from magmotor.device.step_limits import step_limit
@@ -21,68 +21,6 @@ SCENE = mm.Top.paper(
     torsional_damping=1e-5, drag=0.01, rotational_drag=2e-6, **HEAVY,
 )  # fmt: skip
 FREE = mm.Top.paper(2, spin=3.0, position=(0.1, 0.05), **HEAVY)
-
-
-def field_and_gradient(scene, point):
-    """Return B (T) and its Jacobian of the ring and the background, by the dipole's formula."""
-    positions, moments = scene.ring_sources()
-    r = point - positions
-    d, along = np.linalg.norm(r, axis=1), np.sum(r * moments, axis=1)
-    field = 1e-7 * (3 * (along / d**5) @ r - (1 / d**3) @ moments) + scene.background_field
-    mixed = np.einsum("ni,nj,n->ij", r, moments, 1 / d**5)
-    radial = np.einsum("ni,nj,n->ij", r, r, along / d**7)
-    return field, 3e-7 * (mixed + mixed.T + np.sum(along / d**5) * np.eye(3) - 5 * radial)
-
-
-def newton_euler(scene, y):
-    """Return v, accelerations of center and rotation, and the plane's force.
-
-    The equations of the center of mass and about it, with the vertical force of the plane as an
-    unknown that keeps the geometric center at its height.
-    """
-    x, v, R, spin = y[:3], y[3:6], y[6:15].reshape(3, 3), y[15:]
-    m, s = scene.ball_mass, R @ scene.center_of_mass
-    xy, xz, yz = scene.products_of_inertia
-    A, B, C = scene.inertia
-    inertia = R @ np.array([[A, xy, xz], [xy, B, yz], [xz, yz, C]]) @ R.T
-    contact = np.array([0, 0, -scene.ball_radius])
-    field, gradient = field_and_gradient(scene, x)
-    moment = scene.moment * R[:, 2]
-    friction = -scene.friction * (v + np.cross(spin, contact)) * [1, 1, 0]
-    at_center = gradient.T @ moment - scene.drag * v
-    couple = np.cross(moment, field) - scene.rotational_drag * spin
-    couple = couple - [0, 0, scene.torsional_damping * spin[2]]
-    force = at_center + friction + m * np.array(scene.gravity_vector)
-    torque = couple + np.cross(-s, at_center) + np.cross(contact - s, friction)
-    # unknowns: acceleration of the center of mass, angular acceleration, force of the plane
-    matrix, right = np.zeros((7, 7)), np.zeros(7)
-    matrix[:3, :3], matrix[:3, 6], right[:3] = m * np.eye(3), [0, 0, -1], force
-    matrix[3:6, 3:6] = inertia
-    matrix[3:6, 6] = -np.cross(contact - s, [0, 0, 1])
-    right[3:6] = torque - np.cross(spin, inertia @ spin)
-    matrix[6, 2], matrix[6, 3:6] = 1.0, [-s[1], s[0], 0]
-    right[6] = np.cross(spin, np.cross(spin, s))[2]
-    found = np.linalg.solve(matrix, right)
-    turning = found[3:6]
-    center = found[:3] - np.cross(turning, s) - np.cross(spin, np.cross(spin, s))
-    return v, center, turning, found[6]
-
-
-def third_program(scene, times):
-    """Return positions, velocities, rotation matrices and spins as rows, (T, 18), by LSODA."""
-
-    def rate(_, y):
-        v, center, turning, _ = newton_euler(scene, y)
-        R = y[6:15].reshape(3, 3)
-        return np.concatenate([v, center, np.cross(y[15:], R, axisb=0, axisc=0).ravel(), turning])
-
-    first = scene.device.initial_state(scene, None, None)
-    R = Rotation.from_quat(first.orientation[0], scalar_first=True).as_matrix()
-    start = [first.position[0], first.velocity[0], R.ravel(), first.angular_velocity[0]]
-    found = solve_ivp(
-        rate, times[[0, -1]], np.concatenate(start), "LSODA", times, rtol=1e-11, atol=1e-13
-    )
-    return found.y.T
 
 
 @pytest.fixture(scope="module")
@@ -350,9 +288,10 @@ def test_a_heavy_side_stops_the_spin_where_its_weight_balances_friction():
     ((2e-4, 0, 0), 0.23, 0.37), ((0, 2e-4, 0), 2.01, 1.78), ((0, 0, 1e-3), 6.24, 0.13),
 ])  # fmt: skip
 def test_the_spin_after_a_minute(offset, tilted, level):
-    """The largest omega . xi_3 in rad/s, by DOP853 and by another solver."""
+    """The largest omega . xi_3 in rad/s, by DOP853, by another solver and by a third program."""
     for tilt, spin in ((math.pi / 64, tilted), (0.0, level)):
         scene = mm.Top.paper(4, tilt=tilt, center_of_mass=offset)
+        assert largest_spin(scene) == pytest.approx(spin, abs=0.0051)  # two decimals
         for method, timestep in (("scipy/dop853", 0.02), ("mujoco/rk4", 0.0125)):
             run = mm.simulate(scene, method=method, timestep=timestep, duration=60)
             largest = float(abs((run.axis * run.angular_velocity).sum("space")).max())

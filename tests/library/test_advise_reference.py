@@ -102,7 +102,7 @@ def test_euler_is_the_reference_where_all_else_fails(monkeypatch):
         for each in (advice, better)
     ]
     assert errors[0][0.004] == pytest.approx(errors[1][0.004], abs=2 * advice.doubt)
-    assert advice.doubt < 0.01  # 1e-5
+    assert advice.doubt < 3e-4  # 1e-5
 
 
 class Machine(Runs):

@@ -14,7 +14,7 @@ from benchmarks.accuracy import points as charted
 from benchmarks.harness import publish as publishing
 from benchmarks.harness import records as storage
 from benchmarks.harness import timing
-from benchmarks.harness.records import Case, Store, measure
+from benchmarks.harness.records import NOT_INSTALLED, Case, Record, Store, measure
 
 CONFTEST = Path(__file__).parents[1] / "conftest.py"
 
@@ -25,13 +25,14 @@ class Counted:
     def __init__(self, interrupted: str = ""):
         self.runs: list[str] = []
         self.interrupted = interrupted
+        self.answer: Record = {}
 
     def case(self, key: str):
         def run():
             if key == self.interrupted:
                 raise KeyboardInterrupt
             self.runs.append(key)
-            return {"value": len(key)}
+            return self.answer or {"value": len(key)}
 
         return Case(key, run)
 
@@ -56,6 +57,12 @@ def test_an_interrupted_program_resumes_where_it_stopped(tmp_path):
     records = measure([resumed.case(key) for key in ("a", "bb", "ccc")], Store(path))
     assert (stopped.runs, resumed.runs) == (["a"], ["bb", "ccc"])
     assert [*records] == ["a", "bb", "ccc"]
+
+
+def test_what_lacked_other_software_is_measured_again(tmp_path):
+    path, left_out = tmp_path / "records.jsonl", {"failed": f"{NOT_INSTALLED}diffrax"}
+    assert measure([Case("a", lambda: left_out)], Store(path)) == {"a": left_out}
+    assert measure([Counted().case("a")], Store(path)) == {"a": {"value": 1}}
 
 
 def test_a_torn_last_line_is_measured_again(tmp_path):
@@ -126,6 +133,15 @@ def test_what_cannot_be_published_is_reported_in_one_line(program, capsys):
     main, _ = program
     assert main([]) == 2  # there are no documents
     assert len(capsys.readouterr().err.splitlines()) == 1
+
+
+def test_nothing_is_published_without_other_software(tmp_path, program, capsys):
+    main, counted = program
+    counted.answer = {"failed": f"{NOT_INSTALLED}robosuite", "value": 0}
+    assert main([]) == 2
+    error = "charts.py: not published, since not installed: robosuite\n"
+    assert capsys.readouterr().err == error
+    assert [path.name for path in tmp_path.iterdir()] == ["out"]
 
 
 def test_one_topic_publishes_nothing(tmp_path, program):

@@ -79,7 +79,7 @@ def test_the_table_counts_each_kind_of_file(packages):
 @pytest.mark.parametrize(
     ("before", "complaint"),
     [
-        ("import corpus.checks; corpus.checks.ROUNDING = 1e-18", "callback "),
+        ("import corpus.checks; corpus.checks.BOUNDS['callback'] = 1e-18", "callback "),
         ("program.examine = lambda *_, **__: os._exit(3)", "exit code 3"),
         (
             "corpus.processes.LIMIT = 1; program.examine = lambda *_, **__: time.sleep(99)",

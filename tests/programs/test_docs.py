@@ -114,6 +114,13 @@ def test_files_that_are_named_exist(page):
         assert any(f"/{known}".endswith(f"/{path}") for known in PROGRAMS), path
 
 
+@pytest.mark.parametrize("page", named(PAGES))
+def test_tests_that_are_named_exist(page):
+    for files, word in re.findall(r"pytest ((?:tests/\S+\.py\s)+)-k (\w+)", TEXT[page]):
+        tests = "".join((ROOT / file).read_text(encoding="utf-8") for file in files.split())
+        assert re.search(rf"^def test_\w*{word}", tests, re.MULTILINE), f"{files}-k {word}"
+
+
 def commands():
     """Commands with flags of all pages: lines of shell, and what stands in backticks.
 

@@ -44,8 +44,8 @@ def advise(
 
     The model runs from one state with every integrator, at the model's timestep and at longer and
     shorter ones. Errors are those of a quantity along the path, relative to its range, against a
-    reference that proves itself by halving its timestep. Costs are measured in turns. Magnetism
-    acts if the model has the plugin, or inside a block of `magnetism`.
+    reference that proves itself by halving its timestep. Costs are measured in interleaved rounds.
+    Magnetism acts if the model has the plugin, or inside a block of `magnetism`.
 
     Parameters
     ----------

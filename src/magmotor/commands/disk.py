@@ -69,21 +69,21 @@ WEAK = 0.1
 @dataclass
 class Options(PictureOptions):
     duration: float | None = None
-    """T; by default 5000, with --full 50000"""
+    """duration T of each run, dimensionless; by default 5000, with --full 50000"""
     replicas: int | None = None
-    """per system; by default 8192, with --full 10000"""
+    """number of replicas of each system; by default 8192, with --full 10000"""
     timestep: float = 0.01
-    """h, by default the paper's"""
+    """timestep h, dimensionless; by default the paper's"""
     method: str = FULL["method"]
     """the paper's, or for example variational/baoab, which has weak order two"""
     mujoco_replicas: int = BESIDE["replicas"]
-    """per disk, by mujoco/baoab"""
+    """number of replicas of each disk that MuJoCo simulates, by mujoco/baoab"""
     seed: int = 0
     """seed of the Brownian paths"""
     full: bool = False
     """use the paper's T = 50000, and 10000 replicas: 12 times as many steps"""
     threads: int | None = None
-    """by default, the number of processors"""
+    """number of threads; by default, one per processor"""
     checkpoint: Path | None = None
     """folder for checkpoints, from which the same command resumes; by default that of --out"""
     out: Path = Path("out")

@@ -90,7 +90,7 @@ class FlightOptions(FilmOptions):
     timestep: float = 0.1
     """timestep (s)"""
     duration: float = 1e5
-    """(s) within which to look for a flight"""
+    """duration (s) of the run in which to look for a flight"""
     seed: int = 1
     """seed of the Brownian path"""
 

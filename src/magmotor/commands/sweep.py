@@ -45,7 +45,7 @@ class Options(PictureOptions, RunOptions):
     vary: Annotated[list[str], tyro.conf.UseAppendAction] = field(default_factory=list)
     """what varies (repeat for each field): FIELD=START:STOP:COUNT (evenly spaced, including both
     ends), FIELD=START:STOP:COUNT:log, FIELD=VALUE,VALUE,..., or with --design FIELD=LOW:HIGH[:log];
-    FIELD,FIELD=... gives several fields equal values; position_x is a component"""
+    FIELD,FIELD=... gives several fields equal values; position_x is the x component of position"""
     design: str | None = None
     """KIND:SIZE[:SEED] draws SIZE points in the ranges LOW:HIGH; KIND is random, latin or sobol"""
     seeds: str = "0:1"

@@ -42,7 +42,7 @@ class SimulationDiverged(SimulationStopped):
 class PhysicalEvent(SimulationStopped):
     """The motion has left the range that the scene describes; the method is still accurate.
 
-    In addition to those of `SimulationStopped`, it has the
+    It has the attributes of `SimulationStopped` and one more.
 
     Attributes
     ----------

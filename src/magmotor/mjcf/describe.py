@@ -1,4 +1,4 @@
-"""`describe`: what of a model acts, with which temperature, and what does not act and why."""
+"""`describe`: which forces act on a model, at which temperature, and what does not act and why."""
 
 import warnings
 from collections import Counter
@@ -163,7 +163,7 @@ class Description:
 
 @checked
 def describe(model: mujoco.MjModel) -> Description:
-    """Print and return what of magmotor acts on a model, and what does not and why.
+    """Print and return which of magmotor's forces act on a model, and what does not act and why.
 
     Parameters
     ----------

@@ -67,14 +67,14 @@ def simulate(
     method : str, optional
         One of `methods(scene)`; by default the one that `recommend` returns, which is printed.
     timestep : float, optional
-        In seconds; for `scipy/dop853`, which chooses its own steps, the unit of recording. By
-        default that of `path`, or as recommended.
+        In seconds (for the disk, dimensionless); for `scipy/dop853`, which chooses its own steps,
+        the unit of recording. By default that of `path`, or as recommended.
     engine : str
         As in `recommend`, which chooses among MuJoCo's methods by default, or among all with "any".
         It has no effect if a method is given.
     duration : float
-        In seconds. The run takes as many whole steps as fit into it, and ends with the last
-        recorded one.
+        In seconds (for the disk, dimensionless). The run takes as many whole steps as fit into it,
+        and ends with the last recorded one.
     seed : int
         Seed of the Brownian forces. Stored with the run; it has no effect without noise.
     replicas : int, optional

@@ -241,9 +241,9 @@ class Motor(BallScene):
         """Return the ball and the magnets of a motor whose magnets are of this grade.
 
         The energy of ball and inner ring is `ball_ring_factor` = F times that of two dipoles of the
-        scene's `moment`, and the energy of any other pair is once that of two of them. So it is for
-        magnets if ball and inner ring have sqrt(F) times this moment, and the outer ring 1/sqrt(F)
-        times.
+        scene's `moment`, and the energy of any other pair is once that of two of them. Magnets have
+        these energies if those of the ball and of the inner ring have sqrt(F) times this moment,
+        and those of the outer ring 1/sqrt(F) times.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""`check`: what of a model with magnets will fail, before it runs, and settings that do not."""
+"""`check`: which parts of a model with magnets will fail, and settings that prevent it."""
 
 import math
 from collections.abc import Iterator
@@ -46,7 +46,7 @@ class Check:
 
 @checked
 def check(model: mujoco.MjModel, data: mujoco.MjData | None = None, *, fix: bool = False) -> Check:
-    """Print and return what of a model with magnets will fail, and settings that do not.
+    """Print and return which parts of a model with magnets will fail, and settings that prevent it.
 
     It compares the frequencies of the magnets with the timestep, in the state given and where their
     geoms touch; the contacts, and limits of slides, with the forces that they must hold, also on a

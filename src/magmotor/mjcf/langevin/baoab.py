@@ -17,7 +17,7 @@ from magmotor.mjcf.langevin.thermostat import Steps, Taken, Thermostat
 
 
 class Baoab(Thermostat):
-    """Langevin dynamics by the BAOAB splitting, of bodies that hang on the world one by one.
+    """Langevin dynamics by the BAOAB splitting, for bodies that are each attached to the world.
 
     This is the case of `Langevin` in which inertia, damping and noise are constant, which saves
     most of the work; the noise is that of the model's Brownian wrenches.

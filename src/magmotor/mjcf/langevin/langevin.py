@@ -317,7 +317,7 @@ class Langevin(Thermostat):
         every : int
             Number of steps between two records.
         settle : int
-            Number of steps before those, which are not recorded.
+            Number of unrecorded steps before the `nstep` steps.
         initial : mujoco.MjData, optional
             Initial state, and applied forces and controls; by default those of `mj_resetData`.
 
