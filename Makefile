@@ -164,9 +164,11 @@ define install
 	@mkdir -p '$(TMPDIR)'
 	@if test "`cat $(1)/made-for 2>/dev/null`" = '$(HERE)'; then \
 		echo "== bringing $(1) up to date"; \
+	elif test -e $(1) && ! test -e $(1)/constraints.txt; then \
+		echo "make: $(1) was not set up by make: move or remove it" >&2; exit 1; \
 	else \
 		echo "== setting up $(1) with $(PYTHON3) ($(4))"; \
-		rm -rf $(1) && $(PYTHON3) -m venv $(1); \
+		rm -rf $(1) && mkdir $(1) && touch $(1)/constraints.txt && $(PYTHON3) -m venv $(1); \
 	fi
 	@rm -f $(1)/made-for
 	@sed '$(2)' constraints.txt > $(1)/constraints.txt

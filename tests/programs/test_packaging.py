@@ -9,7 +9,7 @@ import tomllib
 import zipfile
 from importlib.metadata import distribution
 from pathlib import Path
-from shutil import which
+from shutil import copy, which
 
 import pytest
 from packaging.requirements import Requirement
@@ -334,6 +334,19 @@ def test_every_requirement_has_a_pin_that_satisfies_it():
         name = re.sub(r"[-_.]+", "-", requirement.name).lower()
         if name != "magmotor":
             assert requirement.specifier.contains(pins[name]), requirement
+
+
+@pytest.mark.skipif(not which("make"), reason="no make")
+def test_make_keeps_an_environment_that_it_did_not_set_up(tmp_path):
+    for name in ("Makefile", "constraints.txt", "pyproject.toml"):
+        copy(ROOT / name, tmp_path)
+    mine = tmp_path / ".venv" / "mine"
+    mine.parent.mkdir()
+    mine.touch()
+    done = subprocess.run(["make", "movie"], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 2
+    assert done.stderr.startswith("make: .venv was not set up by make: move or remove it\n")
+    assert mine.exists()
 
 
 def test_the_workflows_run_targets_that_exist_and_only_a_release_may_publish():
