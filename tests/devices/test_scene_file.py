@@ -41,8 +41,15 @@ def test_the_examples_have_every_kind_of_field():
 
 def test_a_dataset_gives_its_scene(tmp_path):
     scene = mm.Top.experiment(tilt=0.1)
-    mm.write_scene(mm.scene_of(xr.Dataset(attrs=provenance.attributes_of(scene))), tmp_path / "s")
-    assert mm.read_scene(tmp_path / "s") == scene
+    path = tmp_path / "scene.toml"
+    mm.write_scene(mm.scene_of(xr.Dataset(attrs=provenance.attributes_of(scene))), path)
+    assert mm.read_scene(path) == scene
+
+
+def test_a_scene_is_written_as_toml_only(tmp_path):
+    with pytest.raises(ValueError, match=r"path = '.*x\.json': must end in \.toml"):
+        mm.write_scene(mm.Top(), tmp_path / "x.json")
+    assert not [*tmp_path.iterdir()]
 
 
 def test_each_field_is_listed_with_its_unit():

@@ -122,6 +122,12 @@ def test_check_says_that_nothing_acts_and_names_sites_that_are_no_dipoles(run, t
     assert run("check needle.xml") == (1, line, "")
     (tmp_path / "needle.xml").write_text(NEEDLE.format(' user="5"'))
     assert run("check needle.xml") == (0, "nothing to fix\n", "")
+    (tmp_path / "empty.xml").write_text("<mujoco/>")
+    note = "note: nothing acts on this model: it has no dipoles, fields, coils or iron\n"
+    assert run("check empty.xml") == (0, "nothing to fix\n" + note, "")
+    code, said, error = run("view needle.xml --web --method rk4")
+    sentence = "unrecognized or misplaced options: --method rk4; see magmotor view model --help\n"
+    assert (code, said, error) == (2, "", f"magmotor view: {sentence}")
 
 
 @pytest.mark.filterwarnings("default:.*MuJoCo drops")

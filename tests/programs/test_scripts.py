@@ -117,6 +117,26 @@ def test_a_diverged_run_is_kept_and_code_1(movie, tmp_path):
     )  # 0
 
 
+@pytest.mark.parametrize("records", [1, 3])
+def test_an_interrupted_run_is_kept_and_replaces_no_whole_one(
+    movie, tmp_path, monkeypatch, records
+):
+    assert movie("top", *SHORT, "--out", tmp_path)[0] == 0
+    whole = (tmp_path / "top.nc").read_bytes()
+    part = xr.load_dataset(tmp_path / "top.nc").isel(time=slice(records))
+
+    def interrupted(*_, **__):
+        raise mm.SimulationInterrupted(part)
+
+    monkeypatch.setattr(mm, "simulate", interrupted)
+    code, _, error = movie("top", *SHORT, "--out", tmp_path)
+    assert (code, error) == (130, f"magmotor movie: interrupted at t = {part.time[-1]:g} s\n")
+    assert (tmp_path / "top.nc").read_bytes() == whole
+    kept = {path.name for path in tmp_path.iterdir()} - {"top.nc", "top.png"}
+    names = {"top_interrupted.nc", "top_interrupted.png"}
+    assert kept == (names if records > 1 else set())
+
+
 def test_help_names_fields_with_units(movie):
     code, said, _ = movie("top", "--help")
     assert code == 0

@@ -74,8 +74,9 @@ def test_missing_cases_are_reported_and_left_blank(script, tmp_path):
     next((out / "done").rglob("*.json")).unlink()
     code, said, _ = script("sweep", "status", out)
     assert (code, said) == (0, "6 cases: 5 done, 0 failed, 1 missing\n")
-    code, *_ = script("sweep", "combine", out)
+    code, said, _ = script("sweep", "combine", out)
     assert code == 0
+    assert said.startswith("6 cases: 5 done, 0 failed, 1 missing\n")
     assert int(xr.load_dataset(tmp_path / "s.nc").max_spin.isnull().sum()) == 1
 
 

@@ -44,3 +44,5 @@ def report(options: Options) -> None:
         )
     if found.findings:
         raise SystemExit(FOUND)
+    if not description.acting:
+        print("note: nothing acts on this model: it has no dipoles, fields, coils or iron")

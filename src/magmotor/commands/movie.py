@@ -156,6 +156,7 @@ def timed(seconds: dict[str, float], name: str) -> Iterator[None]:
 
 def film_top(scene: mm.Top, options: Options, seconds: dict[str, float]) -> None:
     ending: tuple[str, int] | None = None
+    stem = "top"
     with timed(seconds, "simulate"):
         try:
             run = mm.simulate(
@@ -165,9 +166,11 @@ def film_top(scene: mm.Top, options: Options, seconds: dict[str, float]) -> None
             run, ending = stop.dataset, (str(stop), DIVERGED)
         except mm.SimulationInterrupted as stop:
             run, ending = stop.dataset, (f"interrupted at t = {stop.time:g} s", INTERRUPTED)
-    print(*summary(run, scene), sep="\n")
-    with timed(seconds, "plots"):
-        save(run, scene, options)
+            stem = "top_interrupted"  # so that a whole run is not replaced
+    if run.sizes["time"] > 1:
+        print(*summary(run, scene), sep="\n")
+        with timed(seconds, "plots"):
+            save(run, scene, options, stem)
     if ending:
         fail(*ending)
     with timed(seconds, "render"):
@@ -187,11 +190,11 @@ def summary(run: xr.Dataset, scene: mm.Top) -> Iterator[str]:
     yield f"balance of J: differs from the integral of theory by at most {residual:.1e}{relative}"
 
 
-def save(run: xr.Dataset, scene: mm.Top, options: Options) -> None:
-    dataset = options.out / "top.nc"
+def save(run: xr.Dataset, scene: mm.Top, options: Options, stem: str) -> None:
+    dataset = options.out / f"{stem}.nc"
     verb = writes(dataset)
     write_netcdf(run, dataset)
-    written = options.draw(options.out / "top", partial(mm.plots.overview, run, scene))
+    written = options.draw(options.out / stem, partial(mm.plots.overview, run, scene))
     print(f"{verb} {dataset} and {written}")
 
 

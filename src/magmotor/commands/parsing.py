@@ -64,8 +64,9 @@ def sentence(box: str, arguments: list[str], program: str) -> str:
         return f"{flag[1]} needs a value; see {program} --help"
     if missing := re.match(r"Missing from .*?: (\S+) (.*?)(?: \(required\))?$", reason):
         return f"{missing[1]} is missing: {missing[2]}; see {program} --help"
+    reason = re.sub(r" \(applied to [^)]*\)| Arguments are applied to .*", "", reason)
     meant = re.search(r"Perhaps you meant: (-[\w-]+)", rest)
-    hint = f" (did you mean {meant[1]}?)" if meant else ""
+    hint = f" (did you mean {meant[1]}?)" if meant and meant[1] not in arguments else ""
     return f"{reason[:1].lower()}{reason[1:].rstrip('.')}{hint}; see {program} --help"
 
 

@@ -129,6 +129,7 @@ def main() -> None:
             case Status():
                 print_status(options.folder)
             case Combine():
+                print_status(options.folder, SHOWN)
                 combine(options.folder, options, options.skip_damaged)
             case Movie():
                 plan = mm.sweep.sweep_of(options.folder)

@@ -45,7 +45,7 @@ def print_plan(plan: Sweep, folder: Path, workers: int | None) -> None:
     probes = f"{cost.probed} case{'s' * (cost.probed > 1)}"
     print(
         f"about {duration(cost.seconds)} on {cores}, {duration(cost.seconds_per_case)} per case"
-        f" (measured on this machine by short runs of {probes})"
+        f" (measured on this machine by short runs of {probes}), after a few seconds of start-up"
     )
     print(
         f"about {size(cost.size)} in {folder} and {beside(folder, '.nc')}; nothing is written yet"
@@ -70,6 +70,8 @@ def size(count: float) -> str:
 
 def run(plan: Sweep, folder: Path, options: RunOptions) -> mm.sweep.Tally:
     """Run the cases of a sweep that have no result yet."""
+    if folder.exists() and not folder.is_dir():
+        fail(f"cannot write to {folder}: it is a file, not a folder", UNWRITTEN)
     print(headline(plan), flush=True)
     began = time.perf_counter()
     try:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from magmotor.common.arguments import checked
+from magmotor.common.checks import reject
 from magmotor.common.files import whole_file
 from magmotor.device.device import SCENES, Scene
 from magmotor.device.provenance import fields_of, scene_with
@@ -83,10 +84,13 @@ def write_scene(scene: Scene, path: str | Path) -> None:
     Raises
     ------
     ValueError
-        A field is neither a number, text nor None, nor a tuple of such.
+        The path does not end in .toml, or a field is neither a number, text nor None, nor a tuple
+        of such.
     OSError
         The file cannot be written.
     """
+    if Path(path).suffix.lower() != ".toml":
+        raise reject("path", str(path), "must end in .toml")
     text = toml_of(scene)
     with whole_file(Path(path)) as part:
         part.write_text(text, encoding="utf-8", newline="\n")

@@ -207,7 +207,8 @@ def check_memory(recorded: float, interval: int) -> None:
     if recorded > memory:
         least = math.ceil(interval * recorded / memory)
         size = f"the records would take {recorded:.3g} of {memory:.3g} bytes of memory"
-        raise reject("record_interval", interval, f"must be at least {least:.6g}: {size}")
+        allowed = f"must be at least {least:.6g} for so long a duration: {size}"
+        raise reject("record_interval", interval, allowed)
 
 
 def _first_step(initial: Any, path: BrownianPath, method: str) -> int:
