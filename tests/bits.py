@@ -133,7 +133,7 @@ SLOW: dict[str, Callable[[], Result]] = {
     **{
         f"top, {method}": simulated(TOP, method)
         for method in mm.methods(TOP)
-        if "dop853" not in method
+        if method not in ("variational/baoab", "scipy/dop853")
     },
     "motor in mujoco": simulated(mm.Motor(), "mujoco/euler", replicas=2),
     "disk in mujoco": simulated(DISK, "mujoco/euler", replicas=2),

@@ -112,14 +112,19 @@ def printable(text: str) -> str:
     return "".join(c if c.isprintable() or c == "\n" else repr(c)[1:-1] for c in text)
 
 
+def refuse_file(path: Path) -> None:
+    """End the program if there is a file where a folder belongs."""
+    if path.exists() and not path.is_dir():
+        fail(f"cannot write to {path}: it is a file, not a folder", UNWRITTEN)
+
+
 def make_folder(path: Path) -> None:
     """Create a writable folder if it does not exist; end the program if that fails."""
+    refuse_file(path)
     try:
         path.mkdir(parents=True, exist_ok=True)
         with TemporaryFile(dir=path):
             pass
-    except FileExistsError:
-        fail(f"cannot write to {path}: it is a file, not a folder", UNWRITTEN)
     except OSError as error:
         fail(f"cannot write to {path}: {error.strerror or error}", UNWRITTEN)
 

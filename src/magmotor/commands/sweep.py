@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import tyro
+import xarray as xr
 
 import magmotor as mm
 from magmotor.commands.output import (
@@ -35,6 +36,7 @@ from magmotor.commands.sweep_run import (
     print_plan,
     print_status,
     run,
+    write_beside,
 )
 from magmotor.commands.sweep_text import seeds, varied
 from magmotor.sweep import Sweep
@@ -129,8 +131,11 @@ def main() -> None:
             case Status():
                 print_status(options.folder)
             case Combine():
-                print_status(options.folder, SHOWN)
-                combine(options.folder, options, options.skip_damaged)
+                options.check_pictures()
+                data = mm.sweep.combine(options.folder, skip_damaged=options.skip_damaged)
+                if any(variable.isnull().any() for variable in data.values()):
+                    print_status(options.folder, SHOWN)
+                draw(write_beside(options.folder, data), options.folder, options)
             case Movie():
                 plan = mm.sweep.sweep_of(options.folder)
                 film(plan, beside(options.folder, ".mp4"), options.speed)
@@ -168,7 +173,7 @@ def sweep(scene: Any, options: Options) -> None:
     tally = run(plan, folder, options)
     if tally.done:
         try:
-            combine(folder, options)
+            draw(combined(folder), folder, options)
         except KeyboardInterrupt:
             again = f"magmotor sweep combine {folder}"
             fail(f"interrupted after the last case; {again} writes its dataset", INTERRUPTED)
@@ -178,9 +183,7 @@ def sweep(scene: Any, options: Options) -> None:
         fail(f"{count} failed; run again with --retry to repeat", DIVERGED)
 
 
-def combine(folder: Path, pictures: PictureOptions, skip_damaged: bool = False) -> None:
-    pictures.check_pictures()
-    data = combined(folder, skip_damaged)
+def draw(data: xr.Dataset, folder: Path, pictures: PictureOptions) -> None:
     try:
         written = pictures.draw(folder, partial(mm.plots.sweep, data))
     except ValueError as error:

@@ -11,7 +11,15 @@ from typing import Any
 import xarray as xr
 
 import magmotor as mm
-from magmotor.commands.output import DIVERGED, INTERRUPTED, UNWRITTEN, fail, printable, write_netcdf
+from magmotor.commands.output import (
+    DIVERGED,
+    INTERRUPTED,
+    UNWRITTEN,
+    fail,
+    printable,
+    refuse_file,
+    write_netcdf,
+)
 from magmotor.sweep import NoWorkers, OtherVersions, Sweep, SweepFailed, SweepInterrupted
 
 SHOWN = 5
@@ -70,8 +78,7 @@ def size(count: float) -> str:
 
 def run(plan: Sweep, folder: Path, options: RunOptions) -> mm.sweep.Tally:
     """Run the cases of a sweep that have no result yet."""
-    if folder.exists() and not folder.is_dir():
-        fail(f"cannot write to {folder}: it is a file, not a folder", UNWRITTEN)
+    refuse_file(folder)
     print(headline(plan), flush=True)
     began = time.perf_counter()
     try:
@@ -115,9 +122,13 @@ def print_status(folder: Path, most: int | None = None) -> None:
         print(f"  ... and {len(errors) - most} more: magmotor sweep status {folder}")
 
 
-def combined(folder: Path, skip_damaged: bool = False) -> xr.Dataset:
+def combined(folder: Path) -> xr.Dataset:
     """Combine all results into one dataset and write it beside the folder."""
-    data = mm.sweep.combine(folder, skip_damaged=skip_damaged)
+    return write_beside(folder, mm.sweep.combine(folder))
+
+
+def write_beside(folder: Path, data: xr.Dataset) -> xr.Dataset:
+    """Write the dataset of a sweep beside its folder, and return it."""
     path = beside(folder, ".nc")
     write_netcdf(data, path)
     print(f"wrote {path}")
