@@ -267,7 +267,7 @@ def test_an_interrupt_after_the_last_case_says_how_to_go_on(sweep, tmp_path, mon
     def interrupted(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("magmotor.commands.sweep.combine", interrupted)
+    monkeypatch.setattr("magmotor.commands.sweep.combined", interrupted)
     code, _, errors = sweep("--vary", "tilt=0,0.1", "--out", tmp_path / "s")
     assert code == 130
     again = f"magmotor sweep combine {tmp_path / 's'}"
