@@ -32,6 +32,12 @@ begin = time.perf_counter()
 print(time.perf_counter() - begin)
 """
 MAGNETISM = "with mm.magnetism():\n    pass"
+LANGEVIN = """\
+import mujoco
+model = mujoco.MjModel.from_xml_string(
+    '<mujoco><worldbody><body><joint damping="1"/><geom size="1"/></body></worldbody></mujoco>'
+)
+mm.Langevin(model, kT=1.0)"""
 REFERENCE = 'mm.simulate(mm.Top(), method="variational/verlet", timestep=0.025, duration=1.0)'
 
 
@@ -45,6 +51,7 @@ def main() -> None:
         _row("  callback, from the disk's cache", runs, 2, 3),
         _row("  simulate", runs, 3, 4),
         Row("first use ever: magnetism()", [_first_use(MAGNETISM)], at_most=60.0),
+        Row("  Langevin", [_first_use(LANGEVIN)]),
         Row("  a reference integrator", [_first_use(REFERENCE)]),
     ]
     note = f"""\

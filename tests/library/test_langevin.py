@@ -13,6 +13,7 @@ import signal
 import threading
 import time
 import warnings
+from functools import partial
 from typing import Any
 
 import mujoco
@@ -752,6 +753,23 @@ def test_a_lost_replica_is_reported_with_all_records():
     assert lost[-1]
     with pytest.raises(FloatingPointError, match="the state was lost at t = "):
         langevin.step(mujoco.MjData(model), 10_000)
+
+
+@pytest.mark.parametrize(
+    "method", [partial(mm.Langevin, kT=1e-9, friction=1e-6), mm.Baoab], ids=["langevin", "baoab"]
+)
+def test_a_huge_state_is_lost_although_it_is_finite(method):
+    """A needle of 2e5 instead of 0.2 A m^2 in the earth's field; it would reach 1e22 rad."""
+    model = mujoco.MjModel.from_xml_string(
+        '<mujoco><custom><text name="magmotor" data="dipoles"/></custom><worldbody>'
+        '<site pos="0 1 0" zaxis="0 1 0" user="7.8e22"/><body><joint axis="0 0 1"/>'
+        '<geom type="capsule" fromto="-0.03 0 0 0.03 0 0" size="0.003"/>'
+        '<site zaxis="1 0 0" user="2e5"/></body></worldbody></mujoco>'
+    )
+    data = mujoco.MjData(model)
+    with pytest.raises(FloatingPointError, match=r"^the state was lost at t = 0\.002: "):
+        method(model).step(data, 3)
+    assert np.isfinite([*data.qpos, *data.qvel]).all()
 
 
 @pytest.mark.parametrize("solref", ["0.02 1", "-2500 -100"], ids=["standard", "direct"])

@@ -83,7 +83,7 @@ class Baoab(Thermostat):
         ValueError
             The data belong to another model, the timestep was changed, or `nstep` is invalid.
         FloatingPointError
-            The state is no longer finite.
+            The state is lost: it is not finite, or the speeds add up to 1e10 or more.
         mujoco.FatalError
             The same errors as in `magnetism`.
         """

@@ -11,7 +11,6 @@ shortens compilation.
 import math
 from functools import cache
 
-import numpy as np
 from numba import types
 
 from magmotor.mjcf import binding, layout, memory
@@ -28,7 +27,7 @@ from magmotor.mjcf.langevin.coefficients import (
     TWIST,
     StepCoefficients,
 )
-from magmotor.mjcf.langevin.thermostat import BY_TIME
+from magmotor.mjcf.langevin.thermostat import BY_TIME, LOST
 from magmotor.mjcf.reports import report
 from magmotor.noise import normal
 from magmotor.numerics.numba_cache import compiled_once, copy
@@ -58,7 +57,7 @@ def _advance(checksum: int, offsets: layout.Layout):
     """Define the loop for one layout of the structs."""
 
     def advance(model, data, first, count, coefficients, path, work):
-        """Take steps, and return the number of the next one; `BY_TIME` if the state is not finite.
+        """Take steps, and return the number of the next one; `BY_TIME` if the state is lost.
 
         Parameters
         ----------
@@ -105,7 +104,7 @@ def _advance(checksum: int, offsets: layout.Layout):
                     nq = path.shape[1] - n
                     copy(path[done - 1, :nq], qpos)
                     copy(path[done - 1, nq:], qvel)
-                if not size < np.inf:
+                if not size < LOST:
                     return BY_TIME
             if done == count:
                 return first + done

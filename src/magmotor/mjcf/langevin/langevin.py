@@ -74,7 +74,7 @@ STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 
 
 class LangevinDiverged(FloatingPointError):
-    """The motion of a replica could not be followed, or was no longer finite.
+    """The motion of a replica could not be followed, was no longer finite, or was huge.
 
     Attributes
     ----------
@@ -288,7 +288,7 @@ class Langevin(Thermostat):
         ValueError
             The data belong to another model, the timestep was changed, or `nstep` is invalid.
         FloatingPointError
-            The motion cannot be followed, or is no longer finite.
+            The motion cannot be followed, is not finite, or has speeds that add up to 1e10 or more.
         mujoco.FatalError
             The same errors as in `magnetism`.
         """

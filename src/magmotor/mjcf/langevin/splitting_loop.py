@@ -5,7 +5,6 @@
 
 from functools import cache
 
-import numpy as np
 from numba import types
 
 from magmotor.mjcf import layout, memory
@@ -23,6 +22,7 @@ from magmotor.mjcf.langevin.position_forces import (
     compute_forces,
     constraint_count,
 )
+from magmotor.mjcf.langevin.thermostat import LOST
 from magmotor.mjcf.langevin.tree import Dampers, Room, Tree
 from magmotor.numerics.numba_cache import compiled_once, copy
 from magmotor.numerics.subroutine import subroutine
@@ -132,7 +132,7 @@ def _advance(checksum: int, offsets: layout.Layout):
             size = 0.0
             for i in range(n):
                 size += abs(qvel[i])
-            if not (good and size < np.inf):
+            if not (good and size < LOST):
                 return done
             if len(out) > 0 and (done + 1) % every == 0:
                 record = out[(done + 1) // every - 1]

@@ -30,6 +30,9 @@ SECONDS_BETWEEN_CHECKS = 0.1
 BY_TIME = -(2**63)
 """Stands for a step number to be derived from the time of `mjData`, exact up to 5e7 steps."""
 
+LOST = mujoco.mjMAXVAL
+"""Sum of the speeds from which a state counts as lost, as for MuJoCo: 1e10."""
+
 
 class Steps(NamedTuple):
     """Which steps the compiled loop is to take, and where it records them."""
@@ -156,7 +159,7 @@ class Thermostat(ABC):
         Returns
         -------
         ndarray, shape (replicas, nstep, nq + nv)
-            `qpos` and `qvel` after each step; NaN once they are no longer finite.
+            `qpos` and `qvel` after each step; NaN once the state is lost.
 
         Raises
         ------
