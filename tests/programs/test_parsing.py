@@ -145,6 +145,19 @@ def test_check_and_describe_name_a_plugin_that_mujoco_drops(run, tmp_path):
     (tmp_path / "needle.xml").write_text(text)
 
 
+def test_check_names_a_flag_that_disables_the_forces(run, tmp_path):
+    text = '<mujoco><option><flag actuation="disable"/></option><size nuser_site="1"/><worldbody>'
+    needle = '<body><joint axis="0 0 1"/><geom size=".01"/><site zaxis="1 0 0" user="0.1"/></body>'
+    earth = '<site pos="0 1 0" user="0.1"/>'
+    (tmp_path / "off.xml").write_text(f"{text}{earth}{needle}</worldbody></mujoco>")
+    inside = (
+        "note: without the plugin magmotor.forces, this acts inside magmotor.magnetism() only\n"
+    )
+    skipped = "magnetism(), since MuJoCo skips it while the flag actuation is disabled\n"
+    said = f"nothing to fix\n{inside}note: not acting: {skipped}"
+    assert run("check off.xml") == (0, said, "")
+
+
 def test_check_weighs_a_moment_that_no_magnet_has(run, tmp_path):
     (tmp_path / "needle.xml").write_text(NEEDLE.format(' user="5000"'))
     code, found, error = run("check needle.xml")
