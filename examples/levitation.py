@@ -170,7 +170,7 @@ def draw_height(axes, path: xr.Dataset) -> None:
     axes.axvspan(PUSH_BEGIN, PUSH_END, color=ORANGE, alpha=0.25, linewidth=0, label="push")
     axes.plot(path.time, 1e3 * path.target, ":", color="C4", label="set point")
     axes.plot(path.time, 1e3 * path.qpos[:, HEIGHT], color=BLUE, label="height")
-    axes.set(xlim=(0, path.time[-1]), ylim=(-9, 7), ylabel="mm")
+    axes.set(xlim=(0, path.time[-1]), ylim=(-9, 7), ylabel="position (mm)")
 
 
 def draw(model: mujoco.MjModel, path: xr.Dataset) -> Figure:

@@ -110,6 +110,7 @@ def draw(model: mujoco.MjModel, strings: xr.Dataset) -> Figure:
     axes["A"].set_yticks(middle, labels, rotation=90, va="center")
     axes["A"].set(xticks=[], title=f"{count} replicas as they cool")
     axes["A"].tick_params(length=0)
+    axes["A"].grid(visible=False)
     axes["A"].spines[:].set_visible(False)
     curves(axes["B"], 1e3 * strings.radius)
     axes["B"].set(ylabel="radius of gyration (mm)", ylim=(0, None))

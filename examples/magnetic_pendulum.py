@@ -165,7 +165,10 @@ def main(
     )
     axes.grid(visible=False)
     axes.set(
-        xlabel="x (cm)", ylabel="y (cm)", title="Let go here, the pendulum ends at this magnet"
+        xlabel="x (cm)",
+        ylabel="y (cm)",
+        title="Each point has the color of the magnet at which a pendulum\n"
+        "released there ends; it is darker if that takes longer.",
     )
     save(figure, out)
 

@@ -166,9 +166,9 @@ def draw(model: mujoco.MjModel, paths: xr.Dataset, view: Array) -> Figure:
         axes["C"].plot(1e-3 * paths.time, tracks[:, :IN_PICTURE], color=color, lw=0.6, alpha=0.6)
         speed = advance(model) * rotation_in_theory(frequency * limit, limit, diffusion)
         turns = 1e3 * frequency * limit / (2 * np.pi)
-        axes["C"].plot(1e-3 * paths.time, speed * paths.time, color=color, label=f"{turns:.2f}/s")
+        axes["C"].plot(1e-3 * paths.time, speed * paths.time, color=color, label=f"{turns:.2f}")
     axes["C"].set(xlabel="t (s)", ylabel="position (µm)", xlim=(0, 1e-3 * paths.time[-1]))
-    axes["C"].legend(title="field", loc="upper left")
+    axes["C"].legend(title="field (turns/s)", loc="upper left")
     return figure
 
 

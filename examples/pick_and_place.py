@@ -183,7 +183,7 @@ def draw(model: mujoco.MjModel, carried: xr.Dataset, thrown: xr.Dataset) -> Figu
     touch = slice(thrown.time.values[-1] - 0.1, thrown.time.values[-1] + 0.1)
     trace(axes["G"], carried.sel(time=touch), "speed", BLUE, "set by mm.check")
     trace(axes["G"], thrown.sel(time=touch), "speed", ORANGE, "MuJoCo's default")
-    axes["G"].set(ylabel="speed (m/s)", yscale="log", ylim=(1e-3, 1e6), title="contacts")
+    axes["G"].set(ylabel="speed (m/s)", yscale="log", ylim=(1e-3, 1e6), title="Contacts")
     for name, place in zip(
         "DEFG", ("upper left", "upper left", "center", "upper left"), strict=True
     ):

@@ -77,7 +77,7 @@ def compare(axes: Axes, run: Array, law: Array, edges: Array, color: str, names:
             middle = (edges[1:] + edges[:-1]) / 2
             axes.errorbar(middle, mean, 2 * error, fmt="o", ms=3, color=color, label=label)
         else:
-            axes.stairs(mean, edges, color=color, label=label)
+            axes.stairs(mean, edges, baseline=None, color=color, label=label)
 
 
 def freely_jointed(x: Array, count: int) -> Array:

@@ -37,16 +37,18 @@ def browser():
 def open_page(browser):
     """Return a function that opens an address in a page of a size in pixels.
 
-    After the test, an error in one of its pages' scripts fails it.
+    A script of the test's own may run before those of the page. After the test, an error in one of
+    its pages' scripts fails it.
     """
     contexts, errors = [], []
 
-    def opened(address, size=DESKTOP):
+    def opened(address, size=DESKTOP, script=""):
         width, height = size
         context = browser.new_context(viewport={"width": width, "height": height})
         context.set_default_timeout(120_000)
         contexts.append(context)
         page = context.new_page()
+        page.add_init_script(script)
         page.on("pageerror", lambda error: errors.append(f"{address}: {error}"))
         page.goto(address)
         return page

@@ -23,7 +23,7 @@ CONTINUUM = 128
 NUMBERS = (5, 8, 10, 12, 16, 20, 24, 32, 40, 64)
 QUICK = (8, 20, 40)
 QUANTITIES = {
-    "potential": "V_e in the valley",
+    "potential": "effective potential $V_e$ in the valley",
     "radius": "radius of the valley",
     "momentum": "J of case 4 over 60 s",
     "rest": "J of case 3 over 500 s, which should be 0",

@@ -85,7 +85,7 @@ def _draw_rings(records: dict[str, Record], path: Path) -> None:
         fine = np.linspace(5, 62, 100)
         law = np.sqrt(fine) * np.exp(-ring.decay_rate() * (fine - 20))
         law *= records["detail/ring/20"]["potential"] / np.sqrt(20)
-        errors.semilogy(fine, law, color=style.INK, linewidth=1, label="√N exp(-ηN)")
+        errors.semilogy(fine, law, color=style.INK, linewidth=1, label="√N exp(−ηN)")
         errors.set(xlabel="dipoles N, as strong together as 20", ylim=(1e-16, 10))
         errors.set_title("error, relative")
         errors.axvline(20, color=style.GRAY, linewidth=0.8, zorder=0)

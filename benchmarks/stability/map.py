@@ -90,9 +90,12 @@ def _draw_panel(axes: Axes, found: dict[float, Record], norm: LogNorm) -> None:
     axes.pcolormesh(couplings, steps, grown, cmap=COLORS, norm=norm, shading="nearest")
     predicted = [record["predicted"] for record in found.values()]
     axes.plot(couplings, predicted, color=style.BLUE, label="linear theory")
-    for coupling, name in ((UNIT, "unit"), (SI, "SI")):
+    for coupling, name, color in ((UNIT, "unit", style.INK), (SI, "SI", "white")):
         axes.plot(coupling, PAPER_STEP, "o", color=style.GREEN, mec="white", ms=9)
-        axes.annotate(name, (coupling, PAPER_STEP), (0, 9), textcoords="offset points", ha="center")
+        axes.annotate(
+            name, (coupling, PAPER_STEP), (0, 9), textcoords="offset points", ha="center",
+            color=color,
+        )  # fmt: skip
     axes.set(xscale="log", yscale="log", xlabel="coupling of a pair of dipoles (J m³)")
 
 

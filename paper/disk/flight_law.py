@@ -188,7 +188,7 @@ def draw(flights: Flights, path: Path) -> None:
             xlabel="duration t (dimensionless)",
             ylabel=f"of flights that last {LONG}, fraction that last longer", title="Flights",
         )  # fmt: skip
-        left.legend(loc="lower left")
+        left.legend(loc="upper right")
         scaled = np.logspace(-1, 2.3, 100)
         right.plot(
             scaled, -1 - np.sqrt(scaled) / 2, "--", color=style.INK, lw=1.2,

@@ -196,7 +196,7 @@ def draw(paths: Paths, path: Path) -> None:
         reference, mujoco = (named(systems)["symmetric"] for systems in paths.disks)
         draw_flights(right, reference)
         draw_beside(right, mujoco, survival(mujoco))
-        right.set_title(f"Flights (white: {METHOD})")
+        right.set(title=f"Flights (white: {METHOD})", xlim=(None, 5e6), ylim=(None, 3))
         style.save(figure, path, dpi=90)
 
 
@@ -205,7 +205,7 @@ def _draw_paths(axes: "Axes", run: xr.Dataset, title: str) -> None:
         axes.plot(run.time, x, color=color, lw=0.9)
     axes.set(
         xlabel="t (dimensionless)",
-        ylabel="x(t) (dimensionless)",
+        ylabel="x(t) of four paths (dimensionless)",
         title=title,
         xlim=(0, float(run.time[-1])),
     )

@@ -138,10 +138,10 @@ def draw(laws: Laws, path: Path) -> None:
         right.plot(times, np.exp(-times), color=style.GRAY, ls="--", label="exponential")
         right.set(
             xlabel="time after the first revolution / mean", xlim=(0, 7), yscale="log",
-            ylabel="part of flights that last longer", ylim=(1e-3, 1.2),
+            ylabel="part of flights that last longer", ylim=(1e-3, 10),
         )  # fmt: skip
         right.set_title("Flights by the first definition")
-        right.legend()
+        right.legend(loc="upper right")
         style.save(figure, path, dpi=80)
 
 

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -307,12 +307,12 @@ def _lasts(flown: Flown) -> str:
 def draw(data: BuilderMotor, path: Path) -> None:
     """Draw turns flown and durations of flights over the sizes of the effects."""
     paper, desk = (motor_tolerances(scene) for scene in (PAPER, DESK))
-    with style.figure(10.0, 6.0) as figure:
+    with style.figure(10.0, 6.6) as figure:
         axes = figure.subplots(2, 3, sharex="col", sharey="row")
         for column, (name, marks) in enumerate(_marks(paper, desk).items()):
             for row, each in enumerate(axes[:, column]):
                 value, error = (data.paper[2 * row + k] for k in (0, 1))
-                each.axhspan(value - error, value + error, color=style.GRAY, alpha=0.4, lw=0)
+                each.axhspan(value - error, value + error, **UNDISTURBED)
                 for size, text, color in marks:
                     each.axvline(size, color=color, ls="--", lw=1.2)
                     if row == 0:
@@ -323,18 +323,35 @@ def draw(data: BuilderMotor, path: Path) -> None:
                 _points(axes[:, column], data.damping["cold"], style.BLUE, "o", "cold background")
                 warm = data.damping.get("warm", {}) | {ONE_PERCENT: data.one_percent}
                 _points(axes[:, column], warm, style.GREEN, "s", "background at kT")
-                axes[1, column].legend(loc="upper right")
             else:
                 _points(axes[:, column], data.barriers[name], style.BLUE, "o", "")
+        figure.legend(handles=_legend(axes[0, 2]), loc="outside lower center", ncols=2)
         axes[0, 0].set(ylabel="turns flown in 410 T₀", ylim=(0, 34))
         axes[1, 0].set(ylabel="rest of a flight after one turn (T₀)", ylim=(0, 48))
         axes[1, 0].set_xlabel("slope of the floor (barriers)")
         axes[1, 1].set_xlabel("horizontal field (barriers)")
         axes[1, 2].set_xlabel("damping of the rolling ball (1/T₀)")
-        style.save(figure, path, dpi=110)
+        style.save(figure, path, dpi=110, shaded=True)
 
+
+UNDISTURBED: dict[str, Any] = {"color": style.GRAY, "alpha": 0.4, "lw": 0}
 
 Mark = tuple[float, str, str]
+
+
+def _legend(damping: "Axes") -> list[Any]:
+    """Return the legend's entries, the first of them from the panel of the damping."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    band = Patch(label="without any effect, ± one standard error", **UNDISTURBED)
+    typical = [
+        Line2D([], [], color=color, ls="--", lw=1.2,
+               label=f"typical for the {name} (unit of time T₀ = {scene.units.time:.3g} s)")
+        for color, name, scene in ((style.PURPLE, "paper's motor", PAPER),
+                                   (style.ORANGE, "desk motor", DESK))
+    ]  # fmt: skip
+    return [*damping.get_legend_handles_labels()[0], band, *typical]
 
 
 def _marks(paper: Tolerances, desk: Tolerances) -> dict[str, list[Mark]]:
@@ -352,7 +369,7 @@ def _marks(paper: Tolerances, desk: Tolerances) -> dict[str, list[Mark]]:
         "damping": [
             (rolling_rate(_in_air(DESK)), "desk in air", style.ORANGE),
             (rolling_rate(_in_air(PAPER)), "paper in air", style.PURPLE),
-            (ONE_PERCENT, "1 % of c", style.PURPLE),
+            (ONE_PERCENT, "1 % of friction", style.PURPLE),
         ],
     }
 

@@ -295,7 +295,7 @@ def _drag(axes: "Axes", data: BuilderTop) -> None:
     _curves(axes, data, 1.0, ("drag", style.GREEN, "s", ""))
     far = METAL * (Top().ball_radius / FAR) ** 3
     _mark(axes, AIR, "air")
-    _mark(axes, far, "aluminum\n0.1 m below")
+    _mark(axes, far, "aluminum\n0.1 m\nbelow", 0.25)
     _mark(axes, METAL, "aluminum\nfloor", 0.7)
     axes.set(title="Drag on the ball's center", xlabel="force over velocity (kg/s)")
     axes.set_xlim(right=1e3)

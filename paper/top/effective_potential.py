@@ -138,6 +138,8 @@ ORIENTATIONS = ((0.0, 0.0), (TILT, 0.0), (TILT, math.pi))
 GRID = np.linspace(-5.0, 5.0, 101)
 """In m; the paper does not state its unit."""
 
+ALONG_X, ALONG_Y = "x (dimensionless)", "y (dimensionless)"
+
 
 FINER, HIGHER = 40, 5.0
 """A finer ring's number of dipoles, and the height of a ring that leaves a minimum below it."""
@@ -232,7 +234,7 @@ def draw_surfaces(surfaces: Surfaces, path: Path) -> None:
             _draw_levels(figure.add_subplot(2, 3, number + 3), surface, lowest)
             tilt, azimuth = surface.scene.tilt, surface.scene.tilt_azimuth
             angles = f"tilt {math.degrees(tilt):.4g}°, azimuth {math.degrees(azimuth):.0f}°"
-            axes.set(xlabel="x", ylabel="y", zlim=(1.05 * lowest, 0))
+            axes.set(xlabel=ALONG_X, ylabel=ALONG_Y, zlim=(1.05 * lowest, 0))
             # from the side of the higher rim, so that the deep part is visible
             axes.view_init(elev=48, azim=-102 if math.cos(azimuth) * tilt > 0 else -78)
             axes.set_title(f"({'abc'[number - 1]}) {angles}")
@@ -249,7 +251,7 @@ def _draw_levels(axes: "Axes", surface: Landscape, lowest: float) -> None:
         x, y = zip(*(point.position for point in surface.of(kind)), strict=True)
         marker_style = {"color": style.ORANGE, "mec": "white", "ms": 8, "mew": 0.8}
         axes.plot(x, y, marker, ls="none", label=kind, **marker_style)
-    axes.set(xlabel="x", ylabel="y", aspect="equal", title="its levels and critical points")
+    axes.set(xlabel=ALONG_X, ylabel=ALONG_Y, aspect="equal", title="its levels and critical points")
     axes.grid(visible=False)
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=3)
 

@@ -2,6 +2,7 @@
 
 import importlib
 import inspect
+import io
 import linecache
 import math
 import os
@@ -19,6 +20,7 @@ from numba import njit
 from numba.core import config, event, registry
 
 import magmotor as mm
+from magmotor.commands.movie import timed
 from magmotor.common import versions
 from magmotor.common.environment import data_folder
 from magmotor.common.versions import machine_versions, package_checksum
@@ -363,6 +365,25 @@ def test_the_line_about_compilation_is_on():
         if isinstance(each, compilation_notice.CompilationNotice)
     )  # fmt: skip
     assert 1.0 <= notice._after <= 10.0  # 5
+
+
+def test_the_clock_of_a_bar_stops_while_code_is_compiled(monkeypatch):
+    compilation = compilation_notice.COMPILATION
+    with compilation_notice.Progress(total=4, file=io.StringIO()) as bar:
+        began = bar.start_t
+        for compiled, expected in ((3.0, 3.0), (0.0, 3.0), (2.0, 5.0)):
+            monkeypatch.setattr(compilation, "seconds", compilation.seconds + compiled)
+            bar.update()
+            assert bar.start_t - began == pytest.approx(expected, abs=1e-6)
+
+
+def test_compilation_is_listed_apart_from_simulation(monkeypatch):
+    compilation, seconds = compilation_notice.COMPILATION, {}
+    for compiled in (0.0, 3.0, 2.0):
+        with timed(seconds, "simulate"):
+            monkeypatch.setattr(compilation, "seconds", compilation.seconds + compiled)
+        assert seconds["simulate"] + compiled == pytest.approx(0, abs=0.5)
+    assert seconds["compile"] == pytest.approx(5.0)
 
 
 def test_a_subroutine_called_from_python_is_an_error():

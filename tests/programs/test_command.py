@@ -97,6 +97,10 @@ def test_advice_is_printed_and_drawn(run, tmp_path):
     assert "\nadvice: " in out
     assert out.endswith("wrote advise.png\n")
     assert (tmp_path / "advise.png").stat().st_size > 10_000
+    quick = ("--keyframe", "up", "--budget", "1", "--error", "0.3", "--picture")
+    assert run("advise", "pendulum.xml", *quick, "a/b.svg", "--dpi", "80")[0] == 0
+    assert "<svg" in (tmp_path / "a" / "b.svg").read_text()
+    assert run("advise", "pendulum.xml", *quick, "None")[1].count("wrote") == 0
 
 
 @pytest.fixture
@@ -140,14 +144,13 @@ def test_controls_are_one_number_or_one_for_each_actuator(run, asked):
 
 def test_a_question_is_that_of_the_options(run, asked):
     given = "--quantity energy --error 0.2 --duration 3 --budget 7 --kT 0.5 --detail"
-    for options in ("--picture None", f"--picture a/b.png {given}"):
+    for options in ("", given):
         run("advise", "pendulum.xml", *options.split())
     default, changed = (vars(each) for each in asked)
     assert default.items() >= {"quantity": "positions", "error": 0.01, "duration": None}.items()
-    assert default.items() >= {"budget": 60.0, "kT": None, "detail": False, "picture": None}.items()
+    assert default.items() >= {"budget": 60.0, "kT": None, "detail": False}.items()
     assert changed.items() >= {"quantity": "energy", "error": 0.2, "duration": 3.0}.items()
     assert changed.items() >= {"budget": 7.0, "kT": 0.5, "detail": True}.items()
-    assert changed["picture"] == Path("a/b.png")
 
 
 def test_magnets_at_a_temperature_act_once(run):
@@ -254,6 +257,8 @@ def test_what_is_no_compiled_model_is_one_line_and_leaves_no_log(run, tmp_path):
     ("advise missing.xml", "magmotor advise: cannot read missing.xml: No such file or directory"),
     ("advise broken.xml", "magmotor advise: cannot load broken.xml: it is not valid XML (line 1)"),
     ("advise pendulum.xml", "magmotor advise: quantity = 'positions': does not change along"),
+    ("advise pendulum.xml --picture a.b", "magmotor advise: picture = 'a.b': must be a file name"),
+    ("advise pendulum.xml --dpi 5", "magmotor advise: dpi = 5: must be at least 10"),
     ("advise pendulum.xml --error 2", "magmotor advise: error = 2.0: must be less than 0.5"),
     ("advise pendulum.xml --keyframe x", "magmotor advise: keyframe = 'x': must be one of"),
     ("check pendulum.xml --keyframe x", "magmotor check: keyframe = 'x': must be one of"),

@@ -29,7 +29,7 @@ def test_the_spin_of_the_top_is_shown_without_its_sign(top_run):
     assert spin.min() < -7  # -7.17: the sign that is not shown
     assert content.value[0] == 0
     assert content.value[1] == pytest.approx(-spin[862], rel=1e-14)  # 0
-    assert content.lines(1) == ["spin  7.17 rad/s", "|J|  1.86 × 10⁻⁴ kg m²/s"]
+    assert content.lines(1) == ["|spin|  7.17 rad/s", "|J|  1.86 × 10⁻⁴ kg m²/s"]
     shown, theory = content.plot(Figure().add_subplot())
     np.testing.assert_allclose(np.asarray(shown.get_ydata()), np.abs(spin), rtol=1e-15)
     np.testing.assert_allclose(
@@ -41,7 +41,7 @@ def test_the_top_has_a_title_a_caption_and_a_result(top_run):
     content = TopMovieContent(top_run, mm.Top(), np.array([0.0]))
     assert content.title == "Hamel's top acquires spin"
     assert content.caption == "A magnetic ball under a ring of magnets tilted by 2.8°"
-    assert content.result() == "Largest spin: 7.17 rad/s, at t = 21.6 s"
+    assert content.result() == "Largest |spin|: 7.17 rad/s, at t = 21.6 s"
     spinning = mm.Top(spin=3.0)
     run = mm.simulate(spinning, method=METHOD, timestep=0.025, duration=1.0)
     assert TopMovieContent(run, spinning, np.array([0.0])).title == "Hamel's top"

@@ -1,5 +1,6 @@
 """Mistakes in arguments: one line that names argument, value and what is allowed, and code 2."""
 
+import contextlib
 import os
 import subprocess
 import sys
@@ -8,7 +9,7 @@ import pytest
 
 import magmotor as mm
 from magmotor.commands import main
-from magmotor.commands.output import NO_OPENGL, UNWRITTEN, fail, film_written
+from magmotor.commands.output import NO_OPENGL, UNWRITTEN, fail, film_written, wrapped
 from magmotor.numerics.compilation_notice import TEXT
 from magmotor.render import NoOpenGL
 
@@ -163,6 +164,47 @@ def test_check_weighs_a_moment_that_no_magnet_has(run, tmp_path):
     code, found, error = run("check needle.xml")
     assert (code, error) == (1, "")
     assert "site magnet has 5000 A m^2, the moment of 36 kg of neodymium magnets" in found
+
+
+WORDS = " word" * 22
+LONG = {
+    f"a{WORDS}": [f"a{' word' * 19}", "word word word"],
+    f"  a{WORDS}": [f"  a{' word' * 19}", "  word word word"],
+    f"name   a{WORDS}": [f"name   a{' word' * 18}", "       word word word word"],
+    f"a  b  c{WORDS}": [f"a  b  c{WORDS}"],
+    f"│ a{WORDS}": [f"│ a{WORDS}"],
+    "word" * 30: ["word" * 30],
+}
+
+
+@pytest.mark.parametrize(("line", "shown"), LONG.items())
+def test_long_lines_are_wrapped_between_words_but_not_tables(line, shown, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "200")
+    assert wrapped(f"{line}\n  short").split("\n") == [*shown, "  short"]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals")
+def test_lines_in_a_terminal_have_at_most_100_columns(tmp_path):
+    import pty
+
+    for command, code in (("movie top --method rk5", 2), ("examples list", 0)):
+        terminal, end = pty.openpty()
+        arguments = [sys.executable, "-m", "magmotor", *command.split()]
+        with subprocess.Popen(
+            arguments, cwd=tmp_path, stdin=end, stdout=end, stderr=end,
+            env=os.environ | {"COLUMNS": "150"},
+        ) as process:  # fmt: skip
+            os.close(end)
+            said = b""
+            with contextlib.suppress(OSError):  # at its end
+                while part := os.read(terminal, 4096):
+                    said += part
+            os.close(terminal)
+            assert process.wait() == code
+        lines = said.decode().splitlines()
+        assert max(map(len, lines)) in range(90, 101)
+        done = subprocess.run(arguments, cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert max(map(len, (done.stdout + done.stderr).splitlines())) > 100
 
 
 @pytest.mark.parametrize("command", ["movie", "view", "sweep", "export"])

@@ -113,20 +113,46 @@ def test_links_and_anchors_of_the_built_pages_hold():
     assert not broken
 
 
-def test_search_finds_terms_and_error_messages(open_page, address):
-    page = open_page(address + "index.html")
+def test_search_finds_terms_questions_and_messages_among_the_first_results(open_page, address):
+    page, wrong = open_page(address + "index.html"), []
+    results = page.locator(".md-search-result__item")
     for words, found in (
         ("momentum map", "glossary.html"),
-        ("directory must be empty", "faq.html#directory-must-be-empty-or-hold-this-sweep"),
-        ("plugin magmotor.forces not found", "faq.html"),
-        ("nothing moves", "faq.html#nothing-moves"),
-        ("NoOpenGL", "faq.html"),
         ("labmaze", "install.html"),
+        ("NoOpenGL", "faq.html#noopengl"),
+        ("plugin magmotor.forces not found", "faq.html#xml-error-plugin-magmotorforces-not-found"),
+        ("directory must be empty", "faq.html#directory-must-be-empty-or-hold-this-sweep"),
+        ("nothing moves", "faq.html#nothing-moves"),
+        ("explodes", "faq.html#it-explodes-or-magnets-fly-apart"),
+        ("which timestep", "faq.html#which-timestep-do-i-need"),
+        ("which timestep", "advice.html"),
+        ("cache", "faq.html#may-i-delete-the-cache"),
+        ("import order", "faq.html#import-order"),
+        ("GPU", "faq.html#does-it-use-the-gpu"),
+        ("Windows", "faq.html#windows-macos"),
+        ("macOS", "faq.html#windows-macos"),
     ):
-        page.locator("input.md-search__input").fill(words)
-        page.keyboard.press("End")  # the search waits for a key
-        link = page.locator(f'.md-search-result__link[href*="{found}"]')
-        link.first.wait_for(state="attached")
+        for text, state in (("", "detached"), (words, "attached")):
+            page.locator("input.md-search__input").fill(text)
+            page.keyboard.press("End")  # the search waits for a key
+            results.first.wait_for(state=state)
+        links = results.evaluate_all(
+            "items => items.slice(0, 2).flatMap(item => [...item.querySelectorAll('a')])"
+            ".map(link => link.getAttribute('href'))"
+        )
+        if not any(found in link for link in links):
+            wrong.append(f"{words}: {links[:5]}")
+    assert not wrong
+
+
+def test_the_icon_of_a_page_is_the_project_s(open_page, address):
+    page = open_page(address + "api/scenes.html")
+    links = page.locator('link[rel~="icon"]')
+    assert links.count() == 1
+    answer = page.request.get(links.evaluate("link => link.href"))
+    assert answer.status == 200
+    assert answer.headers["content-type"] == "image/svg+xml"
+    assert answer.body() == (ROOT / "docs" / "magmotor.svg").read_bytes()
 
 
 def test_colors_follow_the_system_until_chosen_and_again_when_asked(open_page, address):
@@ -162,9 +188,20 @@ def test_the_page_for_missing_ones_leads_back_from_any_depth(browser, address, m
     page = context.new_page()
     answer = page.goto(address + missing)
     assert answer.status == 404
+    page.get_by_role("link", name="FAQ").wait_for()
+    assert not page.get_by_text("Without JavaScript").is_visible()
     page.get_by_role("link", name="FAQ").click()
     page.wait_for_load_state()
     assert page.url == f"{address}faq.html"
+    context.close()
+
+
+def test_without_scripts_the_page_for_missing_ones_says_why_it_has_no_links(browser, address):
+    context = browser.new_context(java_script_enabled=False)
+    page = context.new_page()
+    page.goto(address + "api/missing.html")
+    assert page.get_by_text("Without JavaScript").is_visible()
+    assert page.get_by_role("link").count() == 0
     context.close()
 
 

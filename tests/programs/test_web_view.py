@@ -17,6 +17,7 @@ from browser import PHONE
 import magmotor as mm
 from magmotor.live import LiveSimulation, Loop, WebView, live_scene
 from magmotor.live.page import LAST_PORT, _exponent, _scaled
+from magmotor.live.painted import painted_spheres
 
 SMALL = 500, 400
 """Size of a page whose picture is drawn fast enough by software."""
@@ -37,6 +38,37 @@ NEEDLE = """
   </worldbody>
 </mujoco>
 """
+
+
+NOTE_TEXTS = """
+const { clearRect, fillText } = CanvasRenderingContext2D.prototype;
+CanvasRenderingContext2D.prototype.clearRect = function (...place) {
+  this.canvas.texts = [];
+  clearRect.apply(this, place);
+};
+CanvasRenderingContext2D.prototype.fillText = function (text, x, y, ...more) {
+  this.canvas.texts?.push([text, y]);
+  fillText.call(this, text, x, y, ...more);
+};
+"""
+"""Keeps the texts that a canvas shows, and how far down they are."""
+
+CURVE = """
+canvas => {
+  const { width, height, texts = [] } = canvas;
+  if (width === 0 || texts.length === 0) return { end: 0, drawn: 0 };
+  const lowest = Math.max(...texts.map(([_, y]) => y));
+  const times = texts.filter(([_, y]) => y === lowest).map(([text]) => Number(text));
+  const { data } = canvas.getContext("2d").getImageData(0, 0, width, height);
+  const columns = new Set();
+  for (let i = 0; i < data.length; i += 4) {
+    const color = data.slice(i, i + 3);
+    if (Math.max(...color) - Math.min(...color) > 60) columns.add((i / 4) % width);
+  }
+  return { end: Math.max(...times), drawn: columns.size / width };
+}
+"""
+"""The last time on the axis of a curve, and the part of the canvas's width that has colors."""
 
 
 @pytest.fixture
@@ -64,18 +96,31 @@ def slider(view, name):
     return next(c.handle for c in controls if c.handle.label.startswith(name))
 
 
+def check_first_curve_grows(page):
+    """Check that the page draws it, and later draws it to a later time."""
+    canvas, ends = page.locator(".uplot canvas").first, []
+
+    def grown():
+        curve = canvas.evaluate(CURVE)
+        if curve["drawn"] > 0.5:
+            ends.append(curve["end"])
+        return len(ends) > 1 and ends[-1] > ends[0] > 0
+
+    until(grown, "the curve on the page does not grow")
+
+
 @pytest.mark.slow
 def test_a_page_shows_the_top_and_its_controls_act(shown, open_page):
     view = shown(mm.Top())
     simulation = view._loop.simulation
     assert simulation.data.time == 0  # no browser is connected
-    page = open_page(view.url, SMALL)
+    page = open_page(view.url, SMALL, NOTE_TEXTS)
     page.set_default_timeout(1000 * WAIT)
     page.get_by_text("Pause").wait_for()
     until(lambda: simulation.data.time > 0.3, "the simulation does not run")
-    until(lambda: len(view._loop.readouts.curves[0]) > 5, "the curves do not grow")
     page.get_by_text("J (10⁻⁶ kg m²/s)").wait_for()
     assert page.locator(".uplot canvas").count() == 4
+    check_first_curve_grows(page)
 
     before = simulation.data.mocap_quat[0].copy()
     page.get_by_role("slider").first.press("ArrowRight")
@@ -97,6 +142,24 @@ def test_a_page_shows_the_top_and_its_controls_act(shown, open_page):
     page.get_by_role("button", name="Reset", exact=True).dispatch_event("click")
     until(lambda: simulation.data.time == 0, "the button does not reset")
     until(lambda: abs(slider(view, "tilt").value - mm.Top().tilt) < 1e-4, "the slider stays")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("scene", "names"),
+    [
+        (mm.Motor(), ["J", "spin", "azimuth", "temperature"]),
+        (mm.Disk(), ["x", "d", "temperature"]),
+    ],
+    ids=["motor", "disk"],
+)
+def test_a_page_shows_the_readouts_and_curves_of(scene, names, shown, open_page):
+    page = open_page(shown(scene).url, SMALL, NOTE_TEXTS)
+    check_first_curve_grows(page)
+    first_words = "texts => texts.map(one => one.textContent.split(' (')[0])"
+    assert page.locator(".u-title").evaluate_all(first_words) == names
+    rows = page.locator("td:first-child").evaluate_all(first_words)
+    assert rows == ["time", "speed", *names]
 
 
 @pytest.mark.slow
@@ -304,6 +367,72 @@ def test_arrows_are_those_of_the_moments_and_the_field(shown):
         assert not arrows["moments"].visible
     finally:
         view.stop()
+
+
+def test_a_painted_ball_replaces_the_plain_one_and_turns_with_it():
+    loop = Loop(live_scene(mm.Top(), timestep=0.01), 1.0)
+    view = WebView(loop, port=0)
+    model, data, page = loop.simulation.model, loop.simulation.data, view._page
+    try:
+        ball = model.geom("ball").id
+        assert list(page._painted) == [ball]
+        drawn_by_mjviser = page._scene.mj_model.geom_rgba[:, 3] > 0
+        assert np.flatnonzero(~drawn_by_mjviser).tolist() == [ball]
+        assert model.geom_rgba[ball, 3] == 1
+        data.qpos[2:6] = 0.5, -0.5, 0.5, 0.5
+        mujoco.mj_forward(model, data)
+        page.show()
+        matrix = np.empty(9)
+        mujoco.mju_quat2Mat(matrix, page._painted[ball].batched_wxyzs[0].astype(float))
+        np.testing.assert_allclose(matrix, data.geom_xmat[ball], rtol=0, atol=1e-7)  # single
+        np.testing.assert_allclose(
+            page._painted[ball].batched_positions[0], data.geom_xpos[ball], rtol=1e-6
+        )
+    finally:
+        view.stop()
+
+
+PAINTED = """
+<mujoco>
+  <visual>
+    <headlight ambient="1 1 1" diffuse="0 0 0" specular="0 0 0"/>
+    <map zfar="1000"/>
+  </visual>
+  <asset>
+    <texture name="quarters" type="cube" builtin="flat" width="64" height="384"/>
+    <material name="quarters" texture="quarters" specular="0"/>
+  </asset>
+  <worldbody>
+    <camera name="front" pos="30 30 30" xyaxes="-1 1 0 -1 -1 2" fovy="2"/>
+    <camera name="back" pos="-30 -30 -30" xyaxes="-1 1 0 1 1 -2" fovy="2"/>
+    <geom type="sphere" size="1" material="quarters"/>
+  </worldbody>
+</mujoco>
+"""
+
+
+@pytest.mark.usefixtures("opengl")
+@pytest.mark.parametrize("camera", ["front", "back"])
+def test_a_painted_sphere_has_the_colors_that_mujoco_draws(camera):
+    model = mujoco.MjModel.from_xml_string(PAINTED)
+    quarters = np.random.default_rng(1).integers(0, 256, (6, 2, 2, 3))
+    model.tex_data[:] = quarters.repeat(32, axis=1).repeat(32, axis=2).ravel()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    with mujoco.Renderer(model, 100, 100) as renderer:
+        renderer.update_scene(data, camera)
+        picture = renderer.render().astype(int)
+    x, y = np.meshgrid(np.linspace(-0.99, 0.99, 100), np.linspace(0.99, -0.99, 100))
+    x, y = np.sqrt(3) * 30 * np.tan(np.radians(1)) * np.stack([x, y])
+    inside = x**2 + y**2 < 0.8
+    seen = np.stack([x, y, np.sqrt(np.maximum(1 - x**2 - y**2, 0))], axis=-1)[inside]
+    [sphere] = painted_spheres(model).values()
+    directions = sphere.triangles_center / np.linalg.norm(sphere.triangles_center, axis=1)[:, None]
+    towards = seen @ data.camera(camera).xmat.reshape(3, 3).T
+    nearest = (towards @ directions.T).argmax(axis=1)
+    expected = sphere.visual.face_colors[nearest, :3].astype(int)
+    error = np.abs(picture[inside] - expected).max(axis=1)
+    assert (error < 3).mean() > 0.85  # 0.92: the others are near edges
 
 
 @pytest.mark.parametrize(

@@ -14,9 +14,13 @@ import tyro
 
 from magmotor.advice.advise import advise
 from magmotor.commands.model_file import answer, read
-from magmotor.commands.output import make_folder
+from magmotor.commands.output import make_folder, written_whole
 from magmotor.commands.parsing import parse_options
+from magmotor.common import style
+from magmotor.common.arguments import check_of
 from magmotor.common.checks import check_number, reject
+from magmotor.common.hints import Dpi, Picture
+from magmotor.common.optional import extra
 from magmotor.mjcf.checking.check import check
 from magmotor.mjcf.magnetism import magnetism
 from magmotor.noise import check_seed
@@ -56,7 +60,22 @@ class Options:
     control: tuple[float, ...] = ()
     """controls, which stay constant: one number for all actuators, or one for each"""
     picture: Path | None = Path("advise.png") if find_spec("matplotlib") else None
-    """picture to write; without matplotlib, none"""
+    """picture to write, as .png, .pdf or .svg; without matplotlib, none"""
+    dpi: int = style.DPI
+    """dots per inch of the picture"""
+
+    def check_picture(self) -> None:
+        """Check what would otherwise fail only after the measurement."""
+        if self.picture is None:
+            return
+        with extra("movies"):
+            import matplotlib  # noqa: F401 - a missing package is better known early
+        make_folder(self.picture.parent)
+        check_picture, check_dpi = check_of(Picture), check_of(Dpi)
+        assert check_picture
+        assert check_dpi
+        check_picture("picture", str(self.picture))
+        check_dpi("dpi", self.dpi)
 
 
 def main() -> None:
@@ -68,8 +87,7 @@ def main() -> None:
 def report(options: Options) -> None:
     """Print the advice, and draw it."""
     model, data = read(options.model, options.keyframe)
-    if options.picture is not None:
-        make_folder(options.picture.parent)
+    options.check_picture()
     push(model, data, options.velocity, options.seed)
     actuate(model, data, options.control)
     text = mujoco.mjtObj.mjOBJ_TEXT
@@ -86,7 +104,6 @@ def report(options: Options) -> None:
                 budget=options.budget,
                 detail=options.detail,
                 kT=options.kT,
-                picture=options.picture,
             )
     except ValueError as error:
         if AT_REST in str(error):
@@ -94,6 +111,8 @@ def report(options: Options) -> None:
             raise ValueError(f"{error}; options that set it in motion: {moving}") from error
         raise
     if options.picture is not None and advice.points:
+        with written_whole(options.picture) as part:
+            advice.draw(part, options.dpi)
         print(f"wrote {options.picture}")
     if advice.integrator is None:
         if is_ours:

@@ -2,6 +2,7 @@
 
 import errno
 import os
+import re
 import shutil
 import signal
 import sys
@@ -26,7 +27,7 @@ DIVERGED, MISTAKE, NO_OPENGL, UNWRITTEN, INTERRUPTED = 1, 2, 3, 4, 130
 """Exit codes."""
 
 WIDEST = 100
-"""Columns of the widest line of a help text."""
+"""Columns of the widest line of a help text, and of what is shown in a terminal."""
 
 
 def run_program(main: Callable[[], None]) -> None:
@@ -39,9 +40,9 @@ def run_program(main: Callable[[], None]) -> None:
         and signal.getsignal(signal.SIGINT) is signal.default_int_handler
     ):  # so that files are finished or removed, and checkpoints are saved
         signal.signal(signal.SIGTERM, lambda *_: signal.raise_signal(signal.SIGINT))
-    columns = min(WIDEST, shutil.get_terminal_size((WIDEST, 24)).columns)
-    os.environ["COLUMNS"] = str(columns)  # for tyro's boxes
-    output = cast(TextIO, Wrapped(sys.stdout, columns)) if is_help_asked() else sys.stdout
+    os.environ["COLUMNS"] = str(columns())  # for tyro's boxes
+    wraps = is_help_asked() or sys.stdout.isatty()
+    output = cast(TextIO, Wrapped(sys.stdout)) if wraps else sys.stdout
     try:
         try:
             with redirect_stdout(output):
@@ -66,19 +67,38 @@ def is_help_asked() -> bool:
     return bool({"-h", "--help"} & set(sys.argv))
 
 
-class Wrapped:
-    """A stream that wraps long lines between words, since tyro does so only inside its boxes."""
+def columns() -> int:
+    """Return the width of the terminal, or of `WIDEST` columns if it is wider or there is none."""
+    return min(WIDEST, shutil.get_terminal_size((WIDEST, 24)).columns)
 
-    def __init__(self, stream: TextIO, columns: int):
-        self._stream, self._columns = stream, columns
+
+def wrapped(text: str) -> str:
+    """Wrap long lines between words, except in tables and tyro's boxes."""
+    return "\n".join(map(_wrapped_line, text.split("\n")))
+
+
+def _wrapped_line(line: str) -> str:
+    cells = list(re.finditer(r"(?<=\S) {2,}", line))
+    if len(line) <= columns() or "│" in line or len(cells) > 1:
+        return line
+    indent = cells[0].end() if cells else len(line) - len(line.lstrip())
+    return textwrap.fill(
+        line,
+        columns(),
+        subsequent_indent=" " * indent,
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
+
+
+class Wrapped:
+    """A stream whose long lines are wrapped."""
+
+    def __init__(self, stream: TextIO):
+        self._stream = stream
 
     def write(self, text: str) -> int:
-        return self._stream.write("\n".join(map(self._wrapped, text.split("\n"))))
-
-    def _wrapped(self, line: str) -> str:
-        if len(line) <= self._columns or "│" in line:
-            return line
-        return textwrap.fill(line, self._columns, break_long_words=False, break_on_hyphens=False)
+        return self._stream.write(wrapped(text))
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._stream, name)
@@ -91,14 +111,15 @@ def warn_in_one_line() -> None:
     def show(message: Warning | str, *_: Any, **__: Any) -> None:
         if str(message) not in shown:
             shown.add(str(message))
-            print(f"{Path(sys.argv[0]).name}: {message}", file=sys.stderr)
+            report(str(message))
 
     warnings.showwarning = show
 
 
 def report(message: str) -> None:
     """Print a line on stderr, such as a warning of MuJoCo, which it would write to a file."""
-    print(f"{Path(sys.argv[0]).name}: {printable(message)}", file=sys.stderr)
+    line = f"{Path(sys.argv[0]).name}: {printable(message)}"
+    print(wrapped(line) if sys.stderr.isatty() else line, file=sys.stderr)
 
 
 def fail(message: str, code: int) -> NoReturn:

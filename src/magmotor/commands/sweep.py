@@ -149,6 +149,8 @@ def main() -> None:
 
 def sweep(scene: Any, options: Options) -> None:
     options.check_pictures()
+    if not options.vary:
+        fail("--vary is missing: name what varies, such as --vary tilt=0:0.2:21", MISTAKE)
     axes, numbers = varied(options.vary, options.design), seeds(options.seeds)
     plan = Sweep(
         scene=scene,

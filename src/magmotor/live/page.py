@@ -24,6 +24,7 @@ from magmotor.common.checks import reject
 from magmotor.common.optional import extra
 from magmotor.live.camera import eye, free_camera, traveler
 from magmotor.live.loop import ARROWS, Loop
+from magmotor.live.painted import painted_spheres
 from magmotor.mjcf.arrows import MOMENT
 
 CURVED = 6
@@ -77,7 +78,7 @@ class Page:
 
     def __init__(self, loop: Loop, host: str, port: int):
         self._loop, self._frames = loop, 0
-        self._server, self._scene = _serve(loop.simulation.model, host, port)
+        self._server, self._scene, self._painted = _serve(loop.simulation.model, host, port)
         self.url = f"http://{_shown(host)}:{self._server.get_port()}"
         self._follows = traveler(loop.simulation.model) is not None
         self._scene.camera_tracking_enabled = self._follows
@@ -114,6 +115,7 @@ class Page:
         """Show the current state."""
         simulation = self._loop.simulation
         self._scene.update_from_mjdata(simulation.data)
+        self._turn_painted()
         self._draw_arrows()
         for i, control in enumerate(self._controls):
             value = control.get()
@@ -243,6 +245,14 @@ class Page:
             finite = np.isfinite(values[name])
             handle.data = (time[finite], values[name][finite] / 10.0**exponent)
 
+    def _turn_painted(self) -> None:
+        data, quat = self._loop.simulation.data, np.empty(4)
+        offset = np.array(self._scene.fixed_bodies_frame.position)  # of what the camera follows
+        for geom, handle in self._painted.items():
+            mujoco.mju_mat2Quat(quat, data.geom_xmat[geom])
+            handle.batched_positions = (data.geom_xpos[geom] + offset)[None]
+            handle.batched_wxyzs = quat[None]
+
     def _draw_arrows(self) -> None:
         self._loop.draw(self._view)
         geoms = self._view.geoms[: self._view.ngeom]
@@ -271,8 +281,8 @@ class Page:
         handle.points, handle.colors = ends.astype(np.float32), rgb
 
 
-def _serve(model: mujoco.MjModel, host: str, port: int) -> tuple[Any, Any]:
-    """Return a running server and the picture of a model on its page."""
+def _serve(model: mujoco.MjModel, host: str, port: int) -> tuple[Any, Any, dict[int, Any]]:
+    """Return a running server, and the picture of a model and its painted spheres on its page."""
     with extra("web"):
         from mjviser import ViserMujocoScene
         from viser import ViserServer
@@ -281,7 +291,14 @@ def _serve(model: mujoco.MjModel, host: str, port: int) -> tuple[Any, Any]:
     with QUIET, redirect_stdout(io.StringIO()):  # the server prints its address in a frame
         server = ViserServer(host, port, label="magmotor", verbose=False)
     server.request_share_url = lambda verbose=True: None  # a page must not open a way in
-    return server, ViserMujocoScene(server, copy(model), num_envs=1)  # it changes the model
+    add = server.scene.add_batched_meshes_trimesh  # as for mjviser's bodies, or they move later
+    spheres = {
+        geom: add(f"/sphere_{geom}", mesh, np.eye(1, 4), np.zeros((1, 3)), lod="off")
+        for geom, mesh in painted_spheres(model).items()
+    }
+    others = copy(model)
+    others.geom_rgba[list(spheres), 3] = 0.0  # which it leaves out
+    return server, ViserMujocoScene(server, others, num_envs=1), spheres
 
 
 def _free_port(host: str, first: int) -> int:

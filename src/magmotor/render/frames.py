@@ -174,13 +174,13 @@ class Frames:
 
     def _write_title(self, pen: "ImageDraw", result: str) -> None:
         """Write the title and below it the result or else the caption."""
-        left, top, title = 24 * self.scale, 18 * self.main[0] / SIZE[1], 24
-        pen.text((left, top), self.movie_content.title, style.INK, self._font(title), "la")
+        left, whole = 24 * self.scale, self.main[0] / SIZE[1]
+        pen.text((left, 38 * whole), self.movie_content.title, style.INK, self._font(24), "ls")
         below, color, size = (result, style.BLUE, 20) if result else (self.caption, style.INK, 16)
         font, width = self._font(size), self.main[1] - 2 * left
         for k, line in enumerate(_wrapped(pen, below, font, width)):
-            place = (left, top + (1.4 * title + 1.3 * size * k) * self.scale)
-            pen.text(place, line, color, font, "la")
+            place = (left, 70 * whole + 1.3 * size * k * self.scale)
+            pen.text(place, line, color, font, "ls")
 
     def _write_numbers(self, pen: "ImageDraw", i: int) -> None:
         """Write time and event, and below them numbers and note, in the lower left corner."""

@@ -45,7 +45,7 @@ class TopMovieContent(MovieContent):
 
     def plot(self, axes: "Axes") -> list["Line2D"]:
         """Draw the spin and, if the ball is balanced, that which follows from friction."""
-        lines = axes.plot(self.run.time, self.spin, color=style.BLUE, lw=3, label="spin")
+        lines = axes.plot(self.run.time, self.spin, color=style.BLUE, lw=3, label="|spin|")
         if not self.scene.is_unbalanced:  # then the spin follows from J
             theory = np.abs(momentum_balance(self.run, self.scene).integral)
             theory, label = theory / self.scene.inertia[2], "theory, from friction"
@@ -55,10 +55,10 @@ class TopMovieContent(MovieContent):
         return lines
 
     def lines(self, i: int) -> list[str]:
-        """Return spin, J and, if the ring moves, its pose."""
+        """Return |spin|, |J| and, if the ring moves, its pose."""
         power = str(self.exponent).translate(style.SUPERSCRIPTS)
         size = self.momentum[i] / 10.0**self.exponent
-        lines = [f"spin  {self.value[i]:.2f} rad/s", f"|J|  {size:.2f} × 10{power} kg m²/s"]
+        lines = [f"|spin|  {self.value[i]:.2f} rad/s", f"|J|  {size:.2f} × 10{power} kg m²/s"]
         if self.scene.ring_script:
             height, tilt = self.scene.ring_pose(float(self.times[i]))
             azimuth = np.degrees(self.scene.tilt_direction(float(self.times[i]))) % 360
@@ -67,11 +67,11 @@ class TopMovieContent(MovieContent):
         return lines
 
     def result(self) -> str:
-        """Return the largest spin and its time."""
+        """Return the largest |spin| and its time."""
         at = int(self.spin.argmax())
         if self.spin[at] < style.NO_SPIN:
             return "The ball has not acquired spin."
-        return f"Largest spin: {self.spin[at]:.2f} rad/s, at t = {self.run.time.values[at]:.1f} s"
+        return f"Largest |spin|: {self.spin[at]:.2f} rad/s, at t = {self.run.time.values[at]:.1f} s"
 
 
 def _ring(scene: Top) -> str:
