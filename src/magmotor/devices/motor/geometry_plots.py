@@ -83,4 +83,4 @@ def _lines(axes: "Axes", barrier: xr.DataArray) -> None:
         axes.plot(barrier.inner_dipoles, line, "o-", ms=4, color=color, label=f"M = {number}")
     axes.set(xlabel=label_of(meaning_of(barrier.inner_dipoles), barrier.inner_dipoles))
     axes.set(ylabel=label_of(meaning_of(barrier), barrier), yscale="log")
-    axes.legend()
+    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1), ncols=3)
