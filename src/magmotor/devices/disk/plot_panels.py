@@ -211,7 +211,7 @@ def draw_flights(axes: "Axes", system: System) -> None:
         label = f"slope −{-power:.2g}"
         begins = (t[0], height * (t[0] / anchor) ** power)
         axes.annotate(label, begins, (14, 4), textcoords="offset points", fontsize="small")
-    axes.margins(x=0.12)
+    axes.margins(x=0.12, y=0.12)
 
 
 def draw_beside(axes: "Axes", system: System, points: Points) -> None:
